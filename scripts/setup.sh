@@ -1,0 +1,129 @@
+#!/usr/bin/env bash
+# Installs what a fresh machine lacks to build, run and test raindrops: a Vulkan loader, a software
+# driver (lavapipe) where there is no other, the Khronos validation layer for the tests, and the
+# shader compiler's archives. Quiet when nothing is missing.
+#
+#   scripts/setup.sh                 what `make bench` and `make test` need
+#   scripts/setup.sh --drivers       also SwiftShader and a newer lavapipe, for comparing drivers
+set -euo pipefail
+cd "$(dirname "$0")/.."
+setup=.setup
+environments=assets/environments
+
+say() { echo "setup: $*" >&2; }
+
+as_root() {
+  if [ "$(id -u)" = 0 ]; then "$@"
+  elif command -v sudo >/dev/null; then sudo "$@"
+  else say "cannot install without root; run as root: $*"; return 1
+  fi
+}
+
+installed() { # package: is it installed, as far as this package manager knows?
+  case $manager in
+    apt) dpkg-query -W -f '${Status}' "$1" 2>/dev/null | grep -q 'install ok installed' ;;
+    dnf) rpm -q "$1" >/dev/null 2>&1 ;;
+    pacman) pacman -Q "$1" >/dev/null 2>&1 ;;
+    brew) brew list "$1" >/dev/null 2>&1 ;;
+  esac
+}
+
+apt_is_fresh() { [ -n "$(find /var/lib/apt/lists -maxdepth 1 -name '*_Packages*' -mtime -2 -print -quit 2>/dev/null)" ]; }
+apt_update() { apt_is_fresh || { say "updating the package lists"; as_root apt-get update -qq; }; }
+
+install() { # packages: install by name whichever are missing
+  local missing=()
+  for package in "$@"; do installed "$package" || missing+=("$package"); done
+  [ ${#missing[@]} -gt 0 ] || return 0
+  say "installing ${missing[*]}"
+  case $manager in
+    apt) apt_update
+         as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "${missing[@]}" >/dev/null ;;
+    dnf) as_root dnf install -y -q "${missing[@]}" ;;
+    pacman) as_root pacman -S --needed --noconfirm "${missing[@]}" ;;
+    brew) brew install "${missing[@]}" ;;
+  esac
+}
+
+manager=none
+for candidate in apt-get dnf pacman brew; do
+  command -v $candidate >/dev/null && { manager=${candidate%-get}; break; }
+done
+
+case $manager in
+  apt) install build-essential cmake git python3 pkg-config \
+         libvulkan1 mesa-vulkan-drivers vulkan-validationlayers \
+         libshaderc-dev glslang-dev spirv-tools ;;
+  dnf) install gcc-c++ cmake git python3 vulkan-loader mesa-vulkan-drivers vulkan-validation-layers libshaderc-devel ;;
+  pacman) install base-devel cmake git python vulkan-icd-loader vulkan-swrast vulkan-validation-layers shaderc ;;
+  brew) install cmake python vulkan-loader molten-vk vulkan-validationlayers shaderc ;;
+  none) say "no package manager that this script knows (apt, dnf, pacman, brew);" \
+            "needed: a C++ compiler, cmake, git, python3, the Vulkan loader, a driver, the validation layer" ;;
+esac
+
+# Debian's shaderc comes in pieces that the shaderc crate cannot link: the combined archive lacks
+# glslang, the shared library lacks symbols. Merged into one archive it links in a second, where a
+# build from source takes eight minutes on two cores. .cargo/config.toml points at the result; where
+# it is absent the crate looks for a system library and else builds from source.
+merge_shaderc() {
+  local into=$setup/shaderc/libshaderc_combined.a libraries script
+  [ -f "$into" ] && return 0
+  libraries=$(dirname "$(dpkg -L libshaderc-dev 2>/dev/null | grep '/libshaderc_combined.a$' || echo /nowhere/x)")
+  if [ ! -f "$libraries/libglslang.a" ]; then
+    say "no static shaderc and glslang archives here: the shaderc crate uses a system library or builds" \
+        "itself from source (needs cmake; over 8 minutes on 2 cores)"
+    return 0
+  fi
+  mkdir -p "$(dirname "$into")"
+  script="CREATE $into.part"$'\n'
+  for name in shaderc_combined glslang MachineIndependent GenericCodeGen OSDependent OGLCompiler HLSL \
+              SPIRV SPIRV-Tools-opt SPIRV-Tools; do
+    [ -f "$libraries/lib$name.a" ] && script+="ADDLIB $libraries/lib$name.a"$'\n'
+  done
+  ar -M <<<"${script}SAVE"$'\n'END
+  mv "$into.part" "$into"
+  say "merged the shader compiler's archives into $into"
+}
+[ $manager = apt ] && merge_shaderc
+
+# Real HDR environments (CC0), from Debian's blender-data: 31 MB fetched, 8 files of 1 MB kept.
+# Without them everything works on the bundled sky.
+fetch_environments() {
+  [ -f $environments/sunset.exr ] && return 0
+  local folder
+  folder=$(mktemp -d)
+  apt_update || true
+  if (cd "$folder" && apt-get download -qq blender-data 2>/dev/null && dpkg-deb -x blender-data_*.deb .); then
+    mkdir -p $environments
+    mv "$folder"/usr/share/blender/datafiles/studiolights/world/* $environments/ &&
+      say "fetched $(ls $environments/*.exr | wc -l) HDR environments into $environments"
+  else
+    say "could not fetch the HDR environments (Debian's blender-data); the bundled sky will do"
+  fi
+  rm -rf "$folder"
+}
+if [ $manager = apt ]; then fetch_environments
+elif [ ! -d $environments ]; then say "HDR environments are fetched on Debian and Ubuntu only; the bundled sky will do"
+fi
+
+# A second and a third Vulkan driver without a GPU: SwiftShader out of Debian's Chromium, and the
+# lavapipe of the backports. Select one with VK_DRIVER_FILES.
+fetch_drivers() {
+  local folder
+  if [ ! -f $setup/swiftshader/vk_swiftshader_icd.json ]; then
+    folder=$(mktemp -d)
+    if (cd "$folder" && apt-get download -qq chromium-common 2>/dev/null && dpkg-deb -x chromium-common_*.deb .); then
+      mkdir -p $setup/swiftshader
+      cp "$folder"/usr/lib/chromium/{libvk_swiftshader.so,vk_swiftshader_icd.json} $setup/swiftshader/
+      say "SwiftShader: VK_DRIVER_FILES=$PWD/$setup/swiftshader/vk_swiftshader_icd.json"
+    else
+      say "could not fetch SwiftShader (Debian's chromium-common)"
+    fi
+    rm -rf "$folder"
+  fi
+}
+if [ "${1:-}" = --drivers ]; then
+  [ $manager = apt ] || { say "--drivers works on Debian and Ubuntu only"; exit 1; }
+  apt_update
+  fetch_drivers
+fi

@@ -1,0 +1,121 @@
+//! What can go wrong, said in one line that names the thing, the place and the mend.
+
+use std::path::{Path, PathBuf};
+
+use ash::vk;
+
+/// The result of everything in this library that can fail.
+pub type Result<T, E = Error> = std::result::Result<T, E>;
+
+/// What can go wrong. Each message is one line for the user of the command.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// The machine has no Vulkan loader.
+    #[error("no Vulkan loader ({0}): install libvulkan1 (Debian, Ubuntu: scripts/setup.sh does)")]
+    NoLoader(String),
+
+    /// The loader knows no device.
+    #[error(
+        "no Vulkan device: install a driver (mesa-vulkan-drivers has lavapipe, which needs no GPU; \
+         scripts/setup.sh does), or check VK_DRIVER_FILES"
+    )]
+    NoDevice,
+
+    /// No device goes by the name or index that was asked for.
+    #[error("no Vulkan device matches '{wanted}'; there are: {found}")]
+    DeviceNotFound {
+        /// What `--device` said.
+        wanted: String,
+        /// The devices that exist.
+        found: String,
+    },
+
+    /// The device lacks what the renderer needs.
+    #[error("{device} lacks {missing}")]
+    DeviceLacks {
+        /// The device's name.
+        device: String,
+        /// Every missing feature, by its Vulkan name.
+        missing: String,
+    },
+
+    /// A Vulkan call failed.
+    #[error("{call} failed for {object}: {result}")]
+    Vulkan {
+        /// The Vulkan command.
+        call: &'static str,
+        /// What it was called for.
+        object: String,
+        /// What it returned.
+        result: vk::Result,
+    },
+
+    /// Device memory could not be had.
+    #[error("no memory on the device for {object} ({mebibytes:.1} MiB): {reason}")]
+    Memory {
+        /// What the memory was for.
+        object: String,
+        /// How much was asked for.
+        mebibytes: f64,
+        /// What the allocator said.
+        reason: String,
+    },
+
+    /// The scene asks for more than the device's limits allow.
+    #[error("{what} is {wanted}, but {device} takes {limit} at most")]
+    Limit {
+        /// The quantity.
+        what: &'static str,
+        /// Its value in the scene.
+        wanted: u64,
+        /// The device's limit.
+        limit: u64,
+        /// The device's name.
+        device: String,
+    },
+
+    /// A scene file or a value given on the command line is wrong.
+    #[error("{place}: {problem}")]
+    Scene {
+        /// File and line, or the option.
+        place: String,
+        /// What is wrong, and what would be right.
+        problem: String,
+    },
+
+    /// An environment image cannot be used.
+    #[error("environment {}: {problem}", path.display())]
+    Environment {
+        /// The image file.
+        path: PathBuf,
+        /// What is wrong, and what would be right.
+        problem: String,
+    },
+
+    /// A file could not be read or written.
+    #[error("cannot {doing} {}: {reason}", path.display())]
+    File {
+        /// `read` or `write`.
+        doing: &'static str,
+        /// The file.
+        path: PathBuf,
+        /// What the system or the codec said.
+        reason: String,
+    },
+
+    /// The validation layers complained, or are not there.
+    #[error("Vulkan validation: {0}")]
+    Validation(String),
+}
+
+impl Error {
+    /// A file that could not be read.
+    pub fn read(path: &Path, reason: impl ToString) -> Self {
+        Self::File { doing: "read", path: path.into(), reason: reason.to_string() }
+    }
+
+    /// A file that could not be written.
+    pub fn write(path: &Path, reason: impl ToString) -> Self {
+        Self::File { doing: "write", path: path.into(), reason: reason.to_string() }
+    }
+}

@@ -1,0 +1,17 @@
+//! Raindrops rendered as raindrops, at real-time rates, with the error known.
+//!
+//! The data flow, one direction only: a [`scene::Scene`] and an [`environment::Environment`] go to
+//! a renderer, which records the passes of one frame; `reference` computes the same picture in
+//! float64. `gpu` knows nothing of rain; `optics`, `rain` and `scene` know nothing of Vulkan.
+
+pub mod camera;
+pub mod cli;
+pub mod environment;
+mod error;
+pub mod model;
+pub mod optics;
+pub mod picture;
+pub mod rain;
+pub mod scene;
+
+pub use error::{Error, Result};

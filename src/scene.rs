@@ -1,0 +1,313 @@
+//! What to show: pure data from a TOML file and the command line, validated once.
+//!
+//! An empty file is the paper's benchmark scene: a million drops of radius 1 in a box of ±1025.
+
+use std::path::{Path, PathBuf};
+
+use glam::{DVec3, Vec3};
+use serde::{Deserialize, Serialize};
+
+use crate::camera::{Camera, View};
+use crate::model::{Operator, Optics, Order, Preset, Primitive, Simulation};
+use crate::rain::Rain;
+use crate::{Error, Result};
+
+/// Largest image edge; beyond it float32 pixel coordinates lose their subpixel bits and no device
+/// takes the image anyway.
+pub const MAX_IMAGE_EDGE: u32 = 32_768;
+
+/// Most drops: an index is a `u32` and the paper's benchmark ends at 4 million.
+pub const MAX_DROPS: u32 = 1 << 30;
+
+/// Everything that makes a picture.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Scene {
+    /// Chooses the drops' starting places.
+    pub seed: u64,
+    /// Scene time in seconds; may be negative, may be huge.
+    pub time: f64,
+    /// The eye.
+    pub camera: Camera,
+    /// The picture's size.
+    pub image: ImageSize,
+    /// The radiance from every direction.
+    pub environment: EnvironmentChoice,
+    /// Random drops.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rain: Option<RainSettings>,
+    /// Drops placed by hand; they do not move.
+    #[serde(rename = "drop", skip_serializing_if = "Vec::is_empty")]
+    pub drops: Vec<PlacedDrop>,
+    /// Which models compute it.
+    pub model: ModelChoice,
+    /// From radiance to display.
+    pub tone_map: ToneMap,
+}
+
+/// Size of the picture in pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ImageSize {
+    /// Pixels across.
+    pub width: u32,
+    /// Pixels down.
+    pub height: u32,
+}
+
+/// Where the radiance comes from: a file, a constant, or (neither) the bundled sky.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct EnvironmentChoice {
+    /// A latitude-longitude image: EXR, Radiance HDR, PNG or JPEG.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub file: Option<PathBuf>,
+    /// The same radiance from everywhere (a white furnace).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub radiance: Option<Vec3>,
+}
+
+/// The random drops of a scene file.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct RainSettings {
+    /// How many.
+    pub count: u32,
+    /// Half the edges of the box that holds them, centred on the camera.
+    pub half_extent: DVec3,
+    /// Their radius.
+    pub radius: f64,
+    /// Their velocity, in units a second.
+    pub velocity: DVec3,
+}
+
+/// A drop placed by hand.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct PlacedDrop {
+    /// Its centre.
+    pub center: DVec3,
+    /// Its radius.
+    #[serde(default = "unit_radius")]
+    pub radius: f64,
+}
+
+fn unit_radius() -> f64 {
+    1.0
+}
+
+/// A preset and what overrides it.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+#[allow(missing_docs, reason = "each field is the axis of the same name in `model`")]
+pub struct ModelChoice {
+    pub preset: Preset,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub optics: Option<Optics>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub primitive: Option<Primitive>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub order: Option<Order>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub simulation: Option<Simulation>,
+    /// Edge of the mask's finest level in texels, a power of two from 1 to 4096.
+    pub mask_size: u32,
+}
+
+/// From radiance to display colour.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ToneMap {
+    /// The operator.
+    pub operator: Operator,
+    /// What the log-average luminance is mapped to before compression ("key" of the scene).
+    pub key: f64,
+}
+
+impl Default for Scene {
+    fn default() -> Self {
+        Self {
+            seed: 1,
+            time: 0.0,
+            camera: Camera::default(),
+            image: ImageSize::default(),
+            environment: EnvironmentChoice::default(),
+            rain: Some(RainSettings::default()),
+            drops: Vec::new(),
+            model: ModelChoice::default(),
+            tone_map: ToneMap::default(),
+        }
+    }
+}
+
+impl Default for ImageSize {
+    fn default() -> Self {
+        Self { width: 1024, height: 1024 }
+    }
+}
+
+impl Default for RainSettings {
+    fn default() -> Self {
+        Self {
+            count: 1_000_000,
+            half_extent: DVec3::splat(1025.0),
+            radius: 1.0,
+            velocity: DVec3::new(0.0, -9.0, 0.0),
+        }
+    }
+}
+
+impl Default for ModelChoice {
+    fn default() -> Self {
+        Self {
+            preset: Preset::Paper,
+            optics: None,
+            primitive: None,
+            order: None,
+            simulation: None,
+            mask_size: 1024,
+        }
+    }
+}
+
+impl Default for ToneMap {
+    fn default() -> Self {
+        Self { operator: Operator::Photographic, key: 0.18 }
+    }
+}
+
+impl Scene {
+    /// Reads and validates a scene file. A relative environment path is resolved against its folder.
+    pub fn load(path: &Path) -> Result<Self> {
+        let text = std::fs::read_to_string(path).map_err(|error| Error::read(path, error))?;
+        let mut scene = Self::parse(&text, &path.display().to_string())?;
+        if let (Some(file), Some(folder)) = (&mut scene.environment.file, path.parent()) {
+            *file = folder.join(&*file);
+        }
+        Ok(scene)
+    }
+
+    /// Parses and validates the text of a scene file; `name` stands for it in messages.
+    pub fn parse(text: &str, name: &str) -> Result<Self> {
+        let mut scene: Scene = toml::from_str(text).map_err(|error| {
+            let line = error.span().map_or(1, |span| text[..span.start].matches('\n').count() + 1);
+            Error::Scene { place: format!("{name}:{line}"), problem: mend(error.message()) }
+        })?;
+        // The default scene's rain is for files that name no drops at all.
+        let names_rain = text.parse::<toml::Table>().is_ok_and(|table| table.contains_key("rain"));
+        if !scene.drops.is_empty() && !names_rain {
+            scene.rain = None;
+        }
+        scene.validate(name)?;
+        Ok(scene)
+    }
+
+    /// Checks every value; `place` stands for the scene in messages.
+    pub fn validate(&self, place: &str) -> Result<()> {
+        let check = |good: bool, problem: &dyn Fn() -> String| {
+            if good {
+                Ok(())
+            } else {
+                Err(Error::Scene { place: place.into(), problem: problem() })
+            }
+        };
+        let positive = |value: f64| value.is_finite() && value > 0.0;
+
+        check(self.time.is_finite(), &|| format!("time = {} is not a finite number", self.time))?;
+        let camera = &self.camera;
+        check(camera.position.is_finite() && camera.target.is_finite(), &|| {
+            "camera: position and target must be finite".into()
+        })?;
+        check(camera.position != camera.target, &|| {
+            "camera: position and target are the same point; move one of them".into()
+        })?;
+        check(camera.up.is_finite() && camera.up.length() > 0.0, &|| {
+            "camera: up must be a finite vector that is not zero".into()
+        })?;
+        check((0.01..=175.0).contains(&camera.vertical_fov), &|| {
+            format!(
+                "camera: vertical_fov = {} is not within 0.01 to 175 degrees",
+                camera.vertical_fov
+            )
+        })?;
+        check(
+            camera.near.is_finite()
+                && camera.near >= 0.0
+                && camera.near_fade.is_finite()
+                && camera.near_fade >= 0.0,
+            &|| "camera: near and near_fade must be finite and at least 0".into(),
+        )?;
+        let edge = 1..=MAX_IMAGE_EDGE;
+        check(edge.contains(&self.image.width) && edge.contains(&self.image.height), &|| {
+            format!(
+                "image: {} x {} is not within 1 to {MAX_IMAGE_EDGE} pixels an edge",
+                self.image.width, self.image.height
+            )
+        })?;
+        if let Some(radiance) = self.environment.radiance {
+            check(self.environment.file.is_none(), &|| {
+                "environment: give a file or a radiance, not both".into()
+            })?;
+            check(radiance.is_finite() && radiance.min_element() >= 0.0, &|| {
+                "environment: radiance must be finite and at least 0".into()
+            })?;
+        }
+        if let Some(rain) = &self.rain {
+            check(rain.count <= MAX_DROPS, &|| {
+                format!("rain: count = {} is over {MAX_DROPS}", rain.count)
+            })?;
+            check(rain.half_extent.to_array().into_iter().all(positive), &|| {
+                "rain: half_extent must be finite and over 0".into()
+            })?;
+            check(positive(rain.radius), &|| "rain: radius must be finite and over 0".into())?;
+            check(rain.radius < rain.half_extent.min_element(), &|| {
+                format!("rain: radius = {} does not fit into the box's half_extent", rain.radius)
+            })?;
+            check(rain.velocity.is_finite(), &|| "rain: velocity must be finite".into())?;
+        }
+        for (number, drop) in self.drops.iter().enumerate() {
+            check(drop.center.is_finite() && positive(drop.radius), &|| {
+                format!("drop {}: center must be finite, radius finite and over 0", number + 1)
+            })?;
+        }
+        let size = self.model.mask_size;
+        check(size.is_power_of_two() && size <= 4096, &|| {
+            format!("model: mask_size = {size} is not a power of two from 1 to 4096")
+        })?;
+        check(positive(self.tone_map.key), &|| "tone_map: key must be finite and over 0".into())
+    }
+
+    /// The camera's frame for this scene's image.
+    pub fn view(&self) -> View {
+        self.camera.view(self.image.width, self.image.height)
+    }
+
+    /// The random drops; none if the scene names only drops placed by hand.
+    pub fn rain(&self) -> Option<Rain> {
+        self.rain.map(|rain| Rain {
+            seed: self.seed,
+            count: rain.count,
+            half_extent: rain.half_extent,
+            radius: rain.radius,
+            velocity: rain.velocity,
+        })
+    }
+
+    /// Number of drops, random and placed by hand.
+    pub fn drop_count(&self) -> u32 {
+        self.rain.map_or(0, |rain| rain.count) + self.drops.len() as u32
+    }
+}
+
+/// Adds the nearest known name to serde's message about an unknown one.
+fn mend(message: &str) -> String {
+    let line = message.lines().next().unwrap_or(message);
+    let mut names = line.split('`').skip(1).step_by(2);
+    let Some(unknown) = names.next().filter(|_| line.starts_with("unknown ")) else {
+        return line.into();
+    };
+    match names.min_by_key(|name| strsim::damerau_levenshtein(name, unknown)) {
+        Some(nearest) => format!("{line}; did you mean `{nearest}`?"),
+        None => line.into(),
+    }
+}
