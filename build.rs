@@ -1,1 +1,63 @@
-fn main() {}
+//! Compiles `glsl/*.{comp,vert,frag}` to SPIR-V and writes `shaders.rs`, one constant a shader.
+//! Warnings are errors; whatever a shader includes from `glsl/include` is tracked.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use std::{env, fs};
+
+use shaderc::{CompileOptions, Compiler, EnvVersion, OptimizationLevel, ShaderKind, TargetEnv};
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let out = PathBuf::from(env::var("OUT_DIR")?);
+    println!("cargo:rerun-if-changed=glsl");
+    println!("cargo:rerun-if-changed=glsl/include");
+    let commit = std::process::Command::new("git").args(["rev-parse", "--short=12", "HEAD"]).output();
+    let commit = commit.ok().filter(|out| out.status.success());
+    let commit = commit.map_or("unknown".into(), |out| String::from_utf8_lossy(&out.stdout).trim().to_string());
+    println!("cargo:rustc-env=RAINDROPS_COMMIT={commit}");
+    if Path::new(".git/logs/HEAD").exists() {
+        println!("cargo:rerun-if-changed=.git/logs/HEAD");
+    }
+
+    let compiler = Compiler::new()?;
+    let mut options = CompileOptions::new()?;
+    options.set_target_env(TargetEnv::Vulkan, EnvVersion::Vulkan1_3 as u32);
+    options.set_optimization_level(OptimizationLevel::Performance);
+    options.set_warnings_as_errors();
+    options.set_include_callback(|name, _, _, _| {
+        let path = format!("glsl/include/{name}");
+        println!("cargo:rerun-if-changed={path}");
+        let content = fs::read_to_string(&path).map_err(|error| format!("{path}: {error}"))?;
+        Ok(shaderc::ResolvedInclude { resolved_name: path, content })
+    });
+
+    let mut files: Vec<PathBuf> =
+        fs::read_dir("glsl")?.map(|entry| entry.map(|e| e.path())).collect::<Result<_, _>>()?;
+    files.sort();
+    let mut constants = String::new();
+    for path in files {
+        let Some(kind) = shader_kind(&path) else { continue };
+        let name = path.file_name().and_then(|name| name.to_str()).ok_or("file name is not UTF-8")?;
+        println!("cargo:rerun-if-changed=glsl/{name}");
+        let source = fs::read_to_string(&path)?;
+        let binary =
+            compiler.compile_into_spirv(&source, kind, &path.to_string_lossy(), "main", Some(&options))?;
+        let words = binary.as_binary();
+        write!(
+            constants,
+            "/// `glsl/{name}`, compiled.\npub const {}: &Shader = &Shader {{ name: \"{name}\", words: &{words:?} }};\n",
+            name.replace('.', "_").to_uppercase()
+        )?;
+    }
+    fs::write(out.join("shaders.rs"), constants)?;
+    Ok(())
+}
+
+fn shader_kind(path: &Path) -> Option<ShaderKind> {
+    match path.extension()?.to_str()? {
+        "comp" => Some(ShaderKind::Compute),
+        "vert" => Some(ShaderKind::Vertex),
+        "frag" => Some(ShaderKind::Fragment),
+        _ => None,
+    }
+}

@@ -6,12 +6,17 @@
 
 pub mod camera;
 pub mod cli;
+pub mod cull;
 pub mod environment;
 mod error;
+pub mod gpu;
 pub mod model;
 pub mod optics;
+pub mod passes;
 pub mod picture;
+pub mod plan;
 pub mod rain;
+pub mod renderer;
 pub mod scene;
 
 pub use error::{Error, Result};

@@ -1,0 +1,19 @@
+// What every pass of a frame needs to know: `Frame` in src/passes/frame.rs, member for member.
+// Everything is a vec4, so that std140 and Rust's repr(C) agree.
+layout(std140, set = 0, binding = 0) uniform Frame {
+    vec4 right;         // xyz: the camera's axes in world space
+    vec4 up;
+    vec4 back;
+    vec4 units;         // xyz: scene units a unit of place; w: radius of the rain's drops
+    uvec4 camera_place; // xyz: the camera's place in the rain box; w: number of random drops
+    uvec4 shift;        // xyz: how far the rain has moved; w: number of all drops
+    uvec4 seed;         // xy: low and high half; z: 1 to restart the stored positions
+    vec4 motion;        // xyz: stored positions: displacement since the last frame, scene units
+    vec4 camera_high;   // xyz: camera position, float32 part; w: near
+    vec4 camera_low;    // xyz: what float32 lost of it; w: near fade
+    vec4 extent;        // xyz: half extent of the rain box; w: depth reference, the least radius
+    vec4 image;         // width, height, focal length, all in pixels; w: largest point, pixels
+    vec4 frustum;       // cos and sin of the half-angle horizontally, then vertically
+    vec4 environment;   // x: angle of a texel, radians; y: radiance of a stored 1; zw: unused
+    vec4 tone;          // x: key; y: delta of the log average, stored units; zw: unused
+} frame;

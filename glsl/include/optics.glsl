@@ -1,0 +1,56 @@
+// One drop in float32; the twin of src/optics.rs, which tells the physics.
+
+const float WATER = 1.33;
+
+// A ray that meets a drop: unit direction, unit vector from the drop's centre to the ray
+// (perpendicular to it), impact parameter b and cos of the incidence angle.
+struct Encounter {
+    vec3 direction;
+    vec3 offset;
+    float b;
+    float cos_incidence;
+};
+
+float cos_refraction(Encounter e) {
+    float s = e.b / WATER;
+    return sqrt(1.0 - s * s);
+}
+
+// R = (1-2ci²) D + 2 b ci e
+vec3 reflected(Encounter e) {
+    float ci = e.cos_incidence;
+    return (1.0 - 2.0 * ci * ci) * e.direction + 2.0 * e.b * ci * e.offset;
+}
+
+// T = cos δ D - sin δ e with δ = 2(θi-θt): the closed form, without trigonometry. Two explicit
+// refractions in float32 are 2,500 times less exact at the rim.
+vec3 transmitted(Encounter e) {
+    float ci = e.cos_incidence, ct = cos_refraction(e), st = e.b / WATER;
+    float c = ci * ct + e.b * st;
+    float s = e.b * ct - ci * st;
+    return (c * c - s * s) * e.direction - 2.0 * c * s * e.offset;
+}
+
+// Exact, for unpolarised light.
+float reflectance(Encounter e) {
+    float ci = e.cos_incidence, ct = cos_refraction(e);
+    float s = (ci - WATER * ct) / (ci + WATER * ct);
+    float p = (WATER * ci - ct) / (WATER * ci + ct);
+    return 0.5 * (s * s + p * p);
+}
+
+// The mask's texel (s, t) of the level with this half-angle, in the pose of the preprocessing.
+// Beyond the unit disc the rim is continued, so that filtering finds no zeros there.
+Encounter mask_encounter(vec2 st, float half_angle) {
+    float sin_a = sin(half_angle), cos_a = cos(half_angle);
+    float far = length(st);
+    vec2 radial = far > 0.0 ? st / far : vec2(1.0, 0.0);
+    float r = min(far, 1.0);
+    float norm = sqrt(cos_a * cos_a + r * r * sin_a * sin_a);
+    float sin_theta = r * sin_a / norm, cos_theta = cos_a / norm;
+    return Encounter(
+        vec3(radial * sin_theta, -cos_theta),
+        vec3(radial * cos_theta, sin_theta),
+        r / norm,
+        cos_a * sqrt((1.0 - r) * (1.0 + r)) / norm);
+}

@@ -1,0 +1,111 @@
+//! Which drops are in view: the twin of the second half of `glsl/simulate.comp`, bit for bit.
+//!
+//! Only products, sums and comparisons of float32, each rounded by itself, so that every driver and
+//! the CPU agree on every drop, and counts can be compared exactly.
+
+use glam::{DVec3, Vec3};
+
+use crate::camera::View;
+use crate::scene::Scene;
+
+/// What became of a drop.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sighting {
+    /// Its sphere meets the view volume: drawn.
+    Visible,
+    /// Out of the view volume, or nearer than the near plane.
+    OutOfView,
+    /// The camera is inside it: not drawn.
+    CameraInside,
+    /// In the view volume, but as deep as its radius or less: its outline reaches the camera plane
+    /// and is no ellipse. A billboard cannot show it; not drawn.
+    BesideCamera,
+}
+
+/// The camera as float32 constants; the same bits go to the GPU.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sight {
+    /// The camera's axes in world space: right, up, back.
+    pub axes: [Vec3; 3],
+    /// Cosine and sine of the view's half-angle horizontally, then vertically.
+    pub frustum: [f32; 4],
+    /// Near plane: least distance of a drop's centre.
+    pub near: f32,
+    /// The camera's position, and what float32 lost of it.
+    pub position: [Vec3; 2],
+}
+
+impl Sight {
+    /// The constants of a view and a near plane.
+    pub fn new(view: &View, near: f64) -> Self {
+        let (horizontal, vertical) = view.tan_half_angles();
+        let (sin_x, cos_x) = horizontal.atan().sin_cos();
+        let (sin_y, cos_y) = vertical.atan().sin_cos();
+        Self {
+            axes: [view.right.as_vec3(), view.up.as_vec3(), view.back.as_vec3()],
+            frustum: [cos_x as f32, sin_x as f32, cos_y as f32, sin_y as f32],
+            near: near as f32,
+            position: split(view.position),
+        }
+    }
+
+    /// Centre of a hand-placed drop relative to the camera along the world's axes. Differences of
+    /// the two halves apart keep a drop's place exact far from the world's origin.
+    pub fn relative_placed(&self, center: DVec3) -> Vec3 {
+        let [high, low] = split(center);
+        (high - self.position[0]) + (low - self.position[1])
+    }
+
+    /// From world axes to the camera's axes.
+    pub fn view_space(&self, p: Vec3) -> Vec3 {
+        let along = |axis: Vec3| (axis.x * p.x + axis.y * p.y) + axis.z * p.z;
+        Vec3::new(along(self.axes[0]), along(self.axes[1]), along(self.axes[2]))
+    }
+
+    /// What becomes of a drop with this centre in view space.
+    pub fn sighting(&self, v: Vec3, radius: f32) -> Sighting {
+        let depth = -v.z;
+        let distance2 = (v.x * v.x + v.y * v.y) + v.z * v.z;
+        let beyond_x = v.x.abs() * self.frustum[0] - depth * self.frustum[1];
+        let beyond_y = v.y.abs() * self.frustum[2] - depth * self.frustum[3];
+        let in_frustum = beyond_x <= radius && beyond_y <= radius;
+        if distance2 <= radius * radius {
+            Sighting::CameraInside
+        } else if !in_frustum || distance2 < self.near * self.near || depth <= -radius {
+            Sighting::OutOfView
+        } else if depth <= radius {
+            Sighting::BesideCamera
+        } else {
+            Sighting::Visible
+        }
+    }
+}
+
+/// A float64 vector as the sum of two float32 ones.
+pub fn split(v: DVec3) -> [Vec3; 2] {
+    let high = v.as_vec3();
+    [high, (v - high.as_dvec3()).as_vec3()]
+}
+
+/// Every drop of a scene in view space at its time, with what became of it; by index, the random
+/// drops before the placed ones.
+pub fn sightings(scene: &Scene) -> impl Iterator<Item = (Vec3, f32, Sighting)> {
+    let sight = Sight::new(&scene.view(), scene.camera.near);
+    let random = scene.rain().into_iter().flat_map(move |rain| {
+        let shift = rain.shift(crate::rain::tick_of_seconds(scene.time));
+        let camera = rain.camera_place(scene.camera.position);
+        (0..rain.count)
+            .map(move |index| (rain.relative(rain.place(index, shift), camera), rain.radius as f32))
+    });
+    let placed =
+        scene.drops.iter().map(move |drop| (sight.relative_placed(drop.center), drop.radius as f32));
+    random.chain(placed).map(move |(relative, radius)| {
+        let center = sight.view_space(relative);
+        (center, radius, sight.sighting(center, radius))
+    })
+}
+
+/// Number of drops in view, as every driver must count them.
+pub fn count_visible(scene: &Scene) -> u64 {
+    sightings(scene).filter(|(_, _, sighting)| *sighting == Sighting::Visible).count() as u64
+}

@@ -1,0 +1,171 @@
+//! What a shader reads and writes: a descriptor set, written once when its resources are made.
+//!
+//! Plain sets rather than push descriptors: SwiftShader has none, and nothing here is rebound
+//! within a frame.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::{Buffer, Device, Image, Named, Sampler};
+use crate::Result;
+
+/// One slot of a set: the binding number is its index in the list.
+pub type Binding = vk::DescriptorType;
+
+/// What fills a slot.
+pub enum Resource<'a> {
+    /// A uniform or storage buffer, whole.
+    Buffer(&'a Buffer),
+    /// A byte range of a storage buffer.
+    Range(&'a Buffer, u64, u64),
+    /// One level of an image, for storage.
+    Storage(&'a Image, u32),
+    /// Every level of an image, with a sampler.
+    Sampled(&'a Image, &'a Sampler),
+    /// One level of an image, with a sampler.
+    SampledLevel(&'a Image, u32, &'a Sampler),
+}
+
+/// A layout and one or more sets of it.
+pub struct Bindings {
+    pub(super) layout: vk::DescriptorSetLayout,
+    pool: vk::DescriptorPool,
+    sets: Vec<vk::DescriptorSet>,
+    kinds: Vec<Binding>,
+    device: Arc<Device>,
+}
+
+impl Bindings {
+    /// Makes `count` sets with the given slots, visible to all stages.
+    pub fn new(device: &Arc<Device>, name: &str, slots: &[Binding], count: u32) -> Result<Self> {
+        let mut bindings = Self {
+            layout: vk::DescriptorSetLayout::null(),
+            pool: vk::DescriptorPool::null(),
+            sets: Vec::new(),
+            kinds: slots.to_vec(),
+            device: device.clone(),
+        };
+        let layout_bindings: Vec<_> = (0u32..)
+            .zip(slots)
+            .map(|(number, kind)| {
+                vk::DescriptorSetLayoutBinding::default()
+                    .binding(number)
+                    .descriptor_type(*kind)
+                    .descriptor_count(1)
+                    .stage_flags(
+                        vk::ShaderStageFlags::COMPUTE
+                            | vk::ShaderStageFlags::VERTEX
+                            | vk::ShaderStageFlags::FRAGMENT,
+                    )
+            })
+            .collect();
+        let info = vk::DescriptorSetLayoutCreateInfo::default().bindings(&layout_bindings);
+        // SAFETY: `info` outlives the call; `bindings` owns the handle.
+        bindings.layout = unsafe { device.raw.create_descriptor_set_layout(&info, None) }
+            .named("vkCreateDescriptorSetLayout", name)?;
+        let sizes: Vec<_> = slots
+            .iter()
+            .map(|kind| vk::DescriptorPoolSize { ty: *kind, descriptor_count: count })
+            .collect();
+        let info = vk::DescriptorPoolCreateInfo::default().pool_sizes(&sizes).max_sets(count);
+        // SAFETY: `info` outlives the call; `bindings` owns the handle.
+        bindings.pool = unsafe { device.raw.create_descriptor_pool(&info, None) }
+            .named("vkCreateDescriptorPool", name)?;
+        let layouts = vec![bindings.layout; count as usize];
+        let info = vk::DescriptorSetAllocateInfo::default()
+            .descriptor_pool(bindings.pool)
+            .set_layouts(&layouts);
+        // SAFETY: the pool was made for just these sets.
+        bindings.sets = unsafe { device.raw.allocate_descriptor_sets(&info) }
+            .named("vkAllocateDescriptorSets", name)?;
+        for set in &bindings.sets {
+            device.name(*set, name);
+        }
+        Ok(bindings)
+    }
+
+    /// One set, filled with `resources` in the order of its slots.
+    pub fn of(device: &Arc<Device>, name: &str, slots: &[(Binding, Resource<'_>)]) -> Result<Self> {
+        let kinds: Vec<_> = slots.iter().map(|(kind, _)| *kind).collect();
+        let bindings = Self::new(device, name, &kinds, 1)?;
+        for (number, (_, resource)) in (0..).zip(slots) {
+            bindings.write(0, number, resource);
+        }
+        Ok(bindings)
+    }
+
+    /// Fills slot `number` of set `index`. The set must not be in use by the device.
+    pub fn write(&self, index: usize, number: u32, resource: &Resource<'_>) {
+        let kind = self.kinds[number as usize];
+        let write = vk::WriteDescriptorSet::default()
+            .dst_set(self.sets[index])
+            .dst_binding(number)
+            .descriptor_type(kind);
+        let buffer = |buffer: &Buffer, offset, range| {
+            [vk::DescriptorBufferInfo { buffer: buffer.raw, offset, range }]
+        };
+        let image = |image_view, image_layout, sampler: Option<&Sampler>| {
+            let sampler = sampler.map_or(vk::Sampler::null(), |sampler| sampler.raw);
+            [vk::DescriptorImageInfo { sampler, image_view, image_layout }]
+        };
+        let sampled = vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL;
+        let buffers;
+        let images;
+        let write = match *resource {
+            Resource::Buffer(b) => {
+                buffers = buffer(b, 0, vk::WHOLE_SIZE);
+                write.buffer_info(&buffers)
+            }
+            Resource::Range(b, offset, range) => {
+                buffers = buffer(b, offset, range);
+                write.buffer_info(&buffers)
+            }
+            Resource::Storage(i, level) => {
+                images = image(i.level_view(level), vk::ImageLayout::GENERAL, None);
+                write.image_info(&images)
+            }
+            Resource::Sampled(i, sampler) => {
+                images = image(i.view(), sampled, Some(sampler));
+                write.image_info(&images)
+            }
+            Resource::SampledLevel(i, level, sampler) => {
+                images = image(i.level_view(level), sampled, Some(sampler));
+                write.image_info(&images)
+            }
+        };
+        // SAFETY: the resources are alive, and by contract the set is not in use.
+        unsafe { self.device.raw.update_descriptor_sets(&[write], &[]) };
+    }
+
+    /// Binds set `index` at `bind_point`.
+    pub(super) fn bind(
+        &self,
+        commands: vk::CommandBuffer,
+        bind_point: vk::PipelineBindPoint,
+        layout: vk::PipelineLayout,
+        index: usize,
+    ) {
+        // SAFETY: the layout was made from this set's layout; the command buffer is recorded.
+        unsafe {
+            self.device.raw.cmd_bind_descriptor_sets(
+                commands,
+                bind_point,
+                layout,
+                0,
+                &[self.sets[index]],
+                &[],
+            );
+        }
+    }
+}
+
+impl Drop for Bindings {
+    fn drop(&mut self) {
+        // SAFETY: owners wait for the device before they drop what it uses; null is ignored.
+        unsafe {
+            self.device.raw.destroy_descriptor_pool(self.pool, None);
+            self.device.raw.destroy_descriptor_set_layout(self.layout, None);
+        }
+    }
+}

@@ -1,0 +1,125 @@
+//! A buffer with its memory.
+
+use std::sync::Arc;
+
+use ash::vk;
+use gpu_allocator::MemoryLocation;
+use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
+
+use super::{Device, Named};
+use crate::{Error, Result};
+
+/// Where a buffer's memory is wanted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Memory {
+    /// On the device.
+    Device,
+    /// Visible to both, for writing by the CPU.
+    Upload,
+    /// Visible to both, for reading by the CPU.
+    Readback,
+}
+
+/// A buffer with its memory; freed with it.
+pub struct Buffer {
+    pub(super) raw: vk::Buffer,
+    /// Size in bytes.
+    pub size: u64,
+    allocation: Option<Allocation>,
+    device: Arc<Device>,
+}
+
+impl Buffer {
+    /// Creates a buffer of `size` bytes (at least 16, so that an empty list is still a buffer).
+    pub fn new(
+        device: &Arc<Device>,
+        name: &str,
+        size: u64,
+        usage: vk::BufferUsageFlags,
+        memory: Memory,
+    ) -> Result<Self> {
+        let size = size.max(16);
+        let info = vk::BufferCreateInfo::default().size(size).usage(usage);
+        // SAFETY: `info` is valid; the handle is owned by the value made here.
+        let raw = unsafe { device.raw.create_buffer(&info, None) }.named("vkCreateBuffer", name)?;
+        let mut buffer = Self { raw, size, allocation: None, device: device.clone() };
+        device.name(raw, name);
+        // SAFETY: the buffer was just made.
+        let requirements = unsafe { device.raw.get_buffer_memory_requirements(raw) };
+        let location = match memory {
+            Memory::Device => MemoryLocation::GpuOnly,
+            Memory::Upload => MemoryLocation::CpuToGpu,
+            Memory::Readback => MemoryLocation::GpuToCpu,
+        };
+        let allocation = device
+            .allocator()
+            .allocate(&AllocationCreateDesc {
+                name,
+                requirements,
+                location,
+                linear: true,
+                allocation_scheme: AllocationScheme::GpuAllocatorManaged,
+            })
+            .map_err(|error| Error::Memory {
+                object: name.into(),
+                mebibytes: size as f64 / 1_048_576.0,
+                reason: error.to_string(),
+            })?;
+        // SAFETY: memory of the buffer's own requirements, bound once.
+        let bound =
+            unsafe { device.raw.bind_buffer_memory(raw, allocation.memory(), allocation.offset()) };
+        buffer.allocation = Some(allocation);
+        bound.named("vkBindBufferMemory", name)?;
+        Ok(buffer)
+    }
+
+    /// A host-visible buffer that holds `values`.
+    pub fn upload<T: bytemuck::Pod>(
+        device: &Arc<Device>,
+        name: &str,
+        values: &[T],
+        usage: vk::BufferUsageFlags,
+    ) -> Result<Self> {
+        let mut buffer =
+            Self::new(device, name, size_of_val(values) as u64, usage, Memory::Upload)?;
+        buffer.write(0, values);
+        Ok(buffer)
+    }
+
+    /// The raw handle, for recording commands.
+    pub fn raw(&self) -> vk::Buffer {
+        self.raw
+    }
+
+    /// Writes `values` at a byte offset of a buffer in [`Memory::Upload`].
+    ///
+    /// # Panics
+    /// If the buffer is not host-visible or too small: a mistake of the caller.
+    pub fn write<T: bytemuck::Pod>(&mut self, offset: usize, values: &[T]) {
+        let bytes: &[u8] = bytemuck::cast_slice(values);
+        let mapped = self.allocation.as_mut().and_then(Allocation::mapped_slice_mut);
+        mapped.expect("the buffer is host-visible")[offset..offset + bytes.len()]
+            .copy_from_slice(bytes);
+    }
+
+    /// The first `count` values of a host-visible buffer.
+    ///
+    /// # Panics
+    /// If the buffer is not host-visible or too small: a mistake of the caller.
+    pub fn read<T: bytemuck::Pod>(&self, count: usize) -> Vec<T> {
+        let mapped = self.allocation.as_ref().and_then(Allocation::mapped_slice);
+        let bytes = &mapped.expect("the buffer is host-visible")[..count * size_of::<T>()];
+        bytemuck::pod_collect_to_vec(bytes)
+    }
+}
+
+impl Drop for Buffer {
+    fn drop(&mut self) {
+        // SAFETY: owners wait for the device before they drop what it uses.
+        unsafe { self.device.raw.destroy_buffer(self.raw, None) };
+        if let Some(allocation) = self.allocation.take() {
+            // Freeing fails only for memory of another allocator.
+            let _ = self.device.allocator().free(allocation);
+        }
+    }
+}

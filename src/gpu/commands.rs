@@ -1,0 +1,125 @@
+//! One command buffer that is recorded, submitted and waited for, over and over.
+
+use std::sync::{Arc, PoisonError};
+
+use ash::vk;
+
+use super::{Device, Named};
+use crate::Result;
+
+/// A command buffer with a timeline semaphore that counts its submissions.
+pub struct Commands {
+    pool: vk::CommandPool,
+    raw: vk::CommandBuffer,
+    timeline: vk::Semaphore,
+    submitted: u64,
+    device: Arc<Device>,
+}
+
+impl Commands {
+    /// An empty command buffer.
+    pub fn new(device: &Arc<Device>, name: &str) -> Result<Self> {
+        let mut commands = Self {
+            pool: vk::CommandPool::null(),
+            raw: vk::CommandBuffer::null(),
+            timeline: vk::Semaphore::null(),
+            submitted: 0,
+            device: device.clone(),
+        };
+        let info = vk::CommandPoolCreateInfo::default()
+            .queue_family_index(device.queue_family)
+            .flags(vk::CommandPoolCreateFlags::TRANSIENT);
+        // SAFETY: valid info; `commands` owns the handle.
+        commands.pool = unsafe { device.raw.create_command_pool(&info, None) }
+            .named("vkCreateCommandPool", name)?;
+        let info = vk::CommandBufferAllocateInfo::default()
+            .command_pool(commands.pool)
+            .command_buffer_count(1);
+        // SAFETY: the pool is alive; one buffer is asked for, so one is returned.
+        commands.raw = unsafe { device.raw.allocate_command_buffers(&info) }
+            .named("vkAllocateCommandBuffers", name)?[0];
+        device.name(commands.raw, name);
+        let mut kind = vk::SemaphoreTypeCreateInfo::default()
+            .semaphore_type(vk::SemaphoreType::TIMELINE);
+        let info = vk::SemaphoreCreateInfo::default().push_next(&mut kind);
+        // SAFETY: valid info; `commands` owns the handle.
+        commands.timeline = unsafe { device.raw.create_semaphore(&info, None) }
+            .named("vkCreateSemaphore", name)?;
+        device.name(commands.timeline, name);
+        Ok(commands)
+    }
+
+    /// Records, submits and waits: for work that is done once.
+    pub fn once(
+        device: &Arc<Device>,
+        name: &str,
+        record: impl FnOnce(vk::CommandBuffer),
+    ) -> Result<()> {
+        let mut commands = Self::new(device, name)?;
+        record(commands.begin()?);
+        commands.submit()?;
+        commands.wait()
+    }
+
+    /// Waits for the last submission and starts recording anew.
+    pub fn begin(&mut self) -> Result<vk::CommandBuffer> {
+        self.wait()?;
+        let info = vk::CommandBufferBeginInfo::default()
+            .flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
+        // SAFETY: the buffer is not in use: its last submission was waited for.
+        unsafe {
+            self.device
+                .raw
+                .reset_command_pool(self.pool, vk::CommandPoolResetFlags::empty())
+                .named("vkResetCommandPool", "the frame")?;
+            self.device
+                .raw
+                .begin_command_buffer(self.raw, &info)
+                .named("vkBeginCommandBuffer", "the frame")?;
+        }
+        Ok(self.raw)
+    }
+
+    /// Ends recording and hands the work to the queue.
+    pub fn submit(&mut self) -> Result<()> {
+        // SAFETY: recording was begun.
+        unsafe { self.device.raw.end_command_buffer(self.raw) }
+            .named("vkEndCommandBuffer", "the frame")?;
+        let commands = [vk::CommandBufferSubmitInfo::default().command_buffer(self.raw)];
+        let signals = [vk::SemaphoreSubmitInfo::default()
+            .semaphore(self.timeline)
+            .value(self.submitted + 1)
+            .stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)];
+        let info = [vk::SubmitInfo2::default()
+            .command_buffer_infos(&commands)
+            .signal_semaphore_infos(&signals)];
+        let queue = self.device.queue.lock().unwrap_or_else(PoisonError::into_inner);
+        // SAFETY: the command buffer is executable; the lock keeps the queue to one thread.
+        unsafe { self.device.raw.queue_submit2(*queue, &info, vk::Fence::null()) }
+            .named("vkQueueSubmit2", &self.device.report.name)?;
+        drop(queue);
+        self.submitted += 1;
+        Ok(())
+    }
+
+    /// Waits until the last submission is done.
+    pub fn wait(&self) -> Result<()> {
+        let (semaphores, values) = ([self.timeline], [self.submitted]);
+        let info = vk::SemaphoreWaitInfo::default().semaphores(&semaphores).values(&values);
+        // SAFETY: the semaphore is alive and will be signalled with this value.
+        unsafe { self.device.raw.wait_semaphores(&info, u64::MAX) }
+            .named("vkWaitSemaphores", &self.device.report.name)
+    }
+}
+
+impl Drop for Commands {
+    fn drop(&mut self) {
+        // A lost device cannot be waited for; its objects are destroyed all the same.
+        let _ = self.wait();
+        // SAFETY: the last submission is done (or the device lost).
+        unsafe {
+            self.device.raw.destroy_semaphore(self.timeline, None);
+            self.device.raw.destroy_command_pool(self.pool, None);
+        }
+    }
+}

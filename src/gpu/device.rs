@@ -1,0 +1,323 @@
+//! A Vulkan device with one queue for everything, chosen by name, index or fitness.
+
+use std::ffi::CStr;
+use std::mem::ManuallyDrop;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use ash::{ext, vk};
+use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
+
+use super::{Instance, Named};
+use crate::{Error, Result};
+
+/// What a device is and can do, as it says itself.
+#[derive(Clone, Debug)]
+pub struct DeviceReport {
+    pub(super) physical: vk::PhysicalDevice,
+    /// Device name.
+    pub name: String,
+    /// Driver name, such as `llvmpipe` or `NVIDIA`.
+    pub driver: String,
+    /// Driver version, in the driver's own words.
+    pub driver_info: String,
+    /// Vulkan version, such as 1.3.230.
+    pub api_version: String,
+    /// `discrete GPU`, `integrated GPU`, `virtual GPU`, `CPU` or `other`.
+    pub kind: &'static str,
+    /// What the renderer needs and the device lacks, by its Vulkan names; empty if it will do.
+    pub missing: Vec<&'static str>,
+    /// The device's limits.
+    pub limits: vk::PhysicalDeviceLimits,
+    queue_family: Option<u32>,
+    timestamp_bits: u32,
+    rank: u32,
+}
+
+/// Optional features that were found and are enabled.
+#[derive(Clone, Copy, Debug)]
+pub struct Features {
+    /// A 32-bit float colour attachment can be blended.
+    pub blend_f32: bool,
+    /// A 32-bit float image can be sampled with linear filtering.
+    pub filter_f32: bool,
+    /// Valid bits of a timestamp; 0 if the queue has none.
+    pub timestamp_bits: u32,
+}
+
+/// A logical device, its queue and its memory.
+pub struct Device {
+    pub(super) raw: ash::Device,
+    pub(super) queue: Mutex<vk::Queue>,
+    pub(super) queue_family: u32,
+    debug_utils: Option<ext::debug_utils::Device>,
+    allocator: ManuallyDrop<Mutex<Allocator>>,
+    /// What the device says of itself.
+    pub report: DeviceReport,
+    /// Optional features.
+    pub features: Features,
+    instance: Arc<Instance>,
+}
+
+impl Instance {
+    /// Every Vulkan device that the loader knows, fittest first.
+    pub fn devices(&self) -> Result<Vec<DeviceReport>> {
+        // SAFETY: the instance is alive.
+        let physical = unsafe { self.raw.enumerate_physical_devices() }
+            .named("vkEnumeratePhysicalDevices", "the instance")?;
+        let mut reports: Vec<_> = physical.into_iter().map(|physical| self.report(physical)).collect();
+        reports.sort_by_key(|report| (!report.missing.is_empty(), report.rank));
+        Ok(reports)
+    }
+
+    fn report(&self, physical: vk::PhysicalDevice) -> DeviceReport {
+        // SAFETY: `physical` comes from this instance.
+        let base = unsafe { self.raw.get_physical_device_properties(physical) };
+        let mut driver = vk::PhysicalDeviceDriverProperties::default();
+        let mut features11 = vk::PhysicalDeviceVulkan11Features::default();
+        let mut features12 = vk::PhysicalDeviceVulkan12Features::default();
+        let mut features13 = vk::PhysicalDeviceVulkan13Features::default();
+        let mut features = vk::PhysicalDeviceFeatures2::default();
+        let has_13 = base.api_version >= vk::API_VERSION_1_3;
+        if has_13 {
+            let mut properties = vk::PhysicalDeviceProperties2::default().push_next(&mut driver);
+            features = features
+                .push_next(&mut features11)
+                .push_next(&mut features12)
+                .push_next(&mut features13);
+            // SAFETY: a 1.3 device knows all the structures chained here.
+            unsafe {
+                self.raw.get_physical_device_properties2(physical, &mut properties);
+                self.raw.get_physical_device_features2(physical, &mut features);
+            }
+        }
+        let features = features.features;
+        // SAFETY: `physical` comes from this instance.
+        let families = unsafe { self.raw.get_physical_device_queue_family_properties(physical) };
+        let both = vk::QueueFlags::GRAPHICS | vk::QueueFlags::COMPUTE;
+        let family = families.iter().position(|family| family.queue_flags.contains(both));
+        let needs = [
+            (has_13, "Vulkan 1.3"),
+            (family.is_some(), "a queue for graphics and compute"),
+            (features.large_points == vk::TRUE, "largePoints"),
+            (
+                features.shader_storage_image_write_without_format == vk::TRUE,
+                "shaderStorageImageWriteWithoutFormat",
+            ),
+            (features12.timeline_semaphore == vk::TRUE, "timelineSemaphore"),
+            (features12.host_query_reset == vk::TRUE, "hostQueryReset"),
+            (features13.dynamic_rendering == vk::TRUE, "dynamicRendering"),
+            (features13.synchronization2 == vk::TRUE, "synchronization2"),
+        ];
+        let (rank, kind) = match base.device_type {
+            vk::PhysicalDeviceType::DISCRETE_GPU => (0, "discrete GPU"),
+            vk::PhysicalDeviceType::INTEGRATED_GPU => (1, "integrated GPU"),
+            vk::PhysicalDeviceType::VIRTUAL_GPU => (2, "virtual GPU"),
+            vk::PhysicalDeviceType::CPU => (3, "CPU"),
+            _ => (4, "other"),
+        };
+        let text = |name: Result<&CStr, _>| name.unwrap_or(c"?").to_string_lossy().into_owned();
+        DeviceReport {
+            physical,
+            name: text(base.device_name_as_c_str()),
+            driver: text(driver.driver_name_as_c_str()),
+            driver_info: text(driver.driver_info_as_c_str()),
+            api_version: format!(
+                "{}.{}.{}",
+                vk::api_version_major(base.api_version),
+                vk::api_version_minor(base.api_version),
+                vk::api_version_patch(base.api_version)
+            ),
+            kind,
+            missing: needs.iter().filter(|(has, _)| !has).map(|(_, name)| *name).collect(),
+            limits: base.limits,
+            queue_family: family.map(|index| index as u32),
+            timestamp_bits: family.map_or(0, |index| families[index].timestamp_valid_bits),
+            rank,
+        }
+    }
+
+    /// The device that `wanted` means: an index in [`Instance::devices`], a part of a name in any
+    /// case, or without it the fittest.
+    ///
+    /// # Errors
+    /// [`Error::NoDevice`], [`Error::DeviceNotFound`] or [`Error::DeviceLacks`].
+    pub fn choose(&self, wanted: Option<&str>) -> Result<DeviceReport> {
+        let devices = self.devices()?;
+        if devices.is_empty() {
+            return Err(Error::NoDevice);
+        }
+        let chosen = match wanted {
+            None => devices.first(),
+            Some(wanted) => match wanted.parse::<usize>() {
+                Ok(index) => devices.get(index),
+                Err(_) => devices
+                    .iter()
+                    .find(|d| d.name.to_lowercase().contains(&wanted.to_lowercase())),
+            },
+        };
+        let Some(chosen) = chosen else {
+            let names: Vec<_> =
+                devices.iter().enumerate().map(|(i, d)| format!("{i}: {}", d.name)).collect();
+            return Err(Error::DeviceNotFound {
+                wanted: wanted.unwrap_or_default().into(),
+                found: names.join(", "),
+            });
+        };
+        if !chosen.missing.is_empty() {
+            return Err(Error::DeviceLacks {
+                device: chosen.name.clone(),
+                missing: chosen.missing.join(", "),
+            });
+        }
+        Ok(chosen.clone())
+    }
+}
+
+impl Device {
+    /// Opens the device that `report` describes.
+    ///
+    /// # Errors
+    /// [`Error::DeviceLacks`] if it misses a feature; [`Error::Vulkan`] if the driver refuses.
+    pub fn open(instance: &Arc<Instance>, report: DeviceReport) -> Result<Arc<Self>> {
+        let queue_family = report.queue_family.filter(|_| report.missing.is_empty());
+        let Some(queue_family) = queue_family else {
+            return Err(Error::DeviceLacks {
+                device: report.name,
+                missing: report.missing.join(", "),
+            });
+        };
+        let format_has = |format, feature| {
+            // SAFETY: the physical device comes from this instance.
+            let properties = unsafe {
+                instance.raw.get_physical_device_format_properties(report.physical, format)
+            };
+            properties.optimal_tiling_features.contains(feature)
+        };
+        let features = Features {
+            blend_f32: format_has(
+                vk::Format::R32G32B32A32_SFLOAT,
+                vk::FormatFeatureFlags::COLOR_ATTACHMENT_BLEND,
+            ),
+            filter_f32: format_has(
+                vk::Format::R32G32B32A32_SFLOAT,
+                vk::FormatFeatureFlags::SAMPLED_IMAGE_FILTER_LINEAR,
+            ),
+            timestamp_bits: report.timestamp_bits,
+        };
+
+        let priorities = [1.0];
+        let queues = [vk::DeviceQueueCreateInfo::default()
+            .queue_family_index(queue_family)
+            .queue_priorities(&priorities)];
+        let enabled = vk::PhysicalDeviceFeatures::default()
+            .large_points(true)
+            .shader_storage_image_write_without_format(true);
+        let mut enabled12 = vk::PhysicalDeviceVulkan12Features::default()
+            .timeline_semaphore(true)
+            .host_query_reset(true);
+        let mut enabled13 = vk::PhysicalDeviceVulkan13Features::default()
+            .dynamic_rendering(true)
+            .synchronization2(true);
+        let info = vk::DeviceCreateInfo::default()
+            .queue_create_infos(&queues)
+            .enabled_features(&enabled)
+            .push_next(&mut enabled12)
+            .push_next(&mut enabled13);
+        // SAFETY: `info` and all it points to outlive the call; the features were found above.
+        let raw = unsafe { instance.raw.create_device(report.physical, &info, None) }
+            .named("vkCreateDevice", &report.name)?;
+        // SAFETY: the family was asked for one queue.
+        let queue = unsafe { raw.get_device_queue(queue_family, 0) };
+        let allocator = Allocator::new(&AllocatorCreateDesc {
+            instance: instance.raw.clone(),
+            device: raw.clone(),
+            physical_device: report.physical,
+            debug_settings: Default::default(),
+            buffer_device_address: false,
+            allocation_sizes: Default::default(),
+        });
+        let allocator = match allocator {
+            Ok(allocator) => allocator,
+            Err(error) => {
+                // SAFETY: nothing was made from the device yet.
+                unsafe { raw.destroy_device(None) };
+                return Err(Error::Memory {
+                    object: "the allocator".into(),
+                    mebibytes: 0.0,
+                    reason: error.to_string(),
+                });
+            }
+        };
+        let debug_utils =
+            instance.debug_utils.then(|| ext::debug_utils::Device::new(&instance.raw, &raw));
+        Ok(Arc::new(Self {
+            raw,
+            queue: Mutex::new(queue),
+            queue_family,
+            debug_utils,
+            allocator: ManuallyDrop::new(Mutex::new(allocator)),
+            report,
+            features,
+            instance: instance.clone(),
+        }))
+    }
+
+    /// The instance that this device belongs to.
+    pub fn instance(&self) -> &Arc<Instance> {
+        &self.instance
+    }
+
+    /// The raw device, for recording commands.
+    pub fn raw(&self) -> &ash::Device {
+        &self.raw
+    }
+
+    /// Gives an object a name, for captures and validation messages.
+    pub(super) fn name<T: vk::Handle>(&self, object: T, name: &str) {
+        let Some(debug_utils) = &self.debug_utils else { return };
+        let Ok(name) = std::ffi::CString::new(name) else { return };
+        let info = vk::DebugUtilsObjectNameInfoEXT::default().object_handle(object).object_name(&name);
+        // A name that could not be set costs nothing but itself.
+        // SAFETY: the object belongs to this device; the name outlives the call.
+        let _ = unsafe { debug_utils.set_debug_utils_object_name(&info) };
+    }
+
+    /// Opens or closes a named region in the command buffer, for captures.
+    pub(super) fn begin_label(&self, commands: vk::CommandBuffer, name: &str) {
+        let Some(debug_utils) = &self.debug_utils else { return };
+        let Ok(name) = std::ffi::CString::new(name) else { return };
+        let label = vk::DebugUtilsLabelEXT::default().label_name(&name);
+        // SAFETY: the command buffer is being recorded; the name outlives the call.
+        unsafe { debug_utils.cmd_begin_debug_utils_label(commands, &label) };
+    }
+
+    pub(super) fn end_label(&self, commands: vk::CommandBuffer) {
+        if let Some(debug_utils) = &self.debug_utils {
+            // SAFETY: closes the region that `begin_label` opened.
+            unsafe { debug_utils.cmd_end_debug_utils_label(commands) };
+        }
+    }
+
+    pub(super) fn allocator(&self) -> MutexGuard<'_, Allocator> {
+        self.allocator.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Waits until the device has nothing left to do.
+    pub fn wait_idle(&self) -> Result<()> {
+        // SAFETY: all use of the queue is on this thread or finished.
+        unsafe { self.raw.device_wait_idle() }.named("vkDeviceWaitIdle", &self.report.name)
+    }
+}
+
+impl Drop for Device {
+    fn drop(&mut self) {
+        // SAFETY: every object made from the device holds an `Arc` of it, so none is left; the
+        // allocator goes before the device whose memory it frees, and is not used again.
+        unsafe {
+            // A lost device cannot be waited for, and is destroyed all the same.
+            let _ = self.raw.device_wait_idle();
+            ManuallyDrop::drop(&mut self.allocator);
+            self.raw.destroy_device(None);
+        }
+    }
+}

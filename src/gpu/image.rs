@@ -1,0 +1,240 @@
+//! An image with its memory and views, and a sampler.
+
+use std::sync::Arc;
+
+use ash::vk;
+use gpu_allocator::MemoryLocation;
+use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
+
+use super::{Device, Named};
+use crate::{Error, Result};
+
+/// What kind of image.
+#[derive(Clone, Copy, Debug)]
+pub struct ImageInfo<'a> {
+    /// For captures, messages and errors.
+    pub name: &'a str,
+    /// Texels across.
+    pub width: u32,
+    /// Texels down.
+    pub height: u32,
+    /// Levels of the mip chain.
+    pub levels: u32,
+    /// Layers of the array; 1 still makes an array view if `array` is set.
+    pub layers: u32,
+    /// Texel format.
+    pub format: vk::Format,
+    /// What it is used for.
+    pub usage: vk::ImageUsageFlags,
+}
+
+/// A 2D image with its memory and its views; freed with it.
+pub struct Image {
+    pub(super) raw: vk::Image,
+    /// Every level and layer.
+    view: vk::ImageView,
+    /// One view a level, over all layers.
+    level_views: Vec<vk::ImageView>,
+    allocation: Option<Allocation>,
+    /// Texels across.
+    pub width: u32,
+    /// Texels down.
+    pub height: u32,
+    /// Levels of the mip chain.
+    pub levels: u32,
+    /// Layers of the array.
+    pub layers: u32,
+    /// Texel format.
+    pub format: vk::Format,
+    /// Bytes of memory that it takes.
+    pub bytes: u64,
+    device: Arc<Device>,
+}
+
+impl Image {
+    /// Creates an image. With more than one layer its views are array views.
+    ///
+    /// # Errors
+    /// [`Error::Limit`] if an edge is over the device's limit; [`Error::Memory`].
+    pub fn new(device: &Arc<Device>, info: &ImageInfo<'_>) -> Result<Self> {
+        let limit = device.report.limits.max_image_dimension2_d;
+        let edge = info.width.max(info.height);
+        if edge > limit {
+            return Err(Error::Limit {
+                what: "an image's edge in pixels",
+                wanted: edge.into(),
+                limit: limit.into(),
+                device: device.report.name.clone(),
+            });
+        }
+        let create = vk::ImageCreateInfo::default()
+            .image_type(vk::ImageType::TYPE_2D)
+            .format(info.format)
+            .extent(vk::Extent3D { width: info.width, height: info.height, depth: 1 })
+            .mip_levels(info.levels)
+            .array_layers(info.layers)
+            .samples(vk::SampleCountFlags::TYPE_1)
+            .tiling(vk::ImageTiling::OPTIMAL)
+            .usage(info.usage);
+        // SAFETY: `create` is valid; the handle is owned by the value made here.
+        let raw =
+            unsafe { device.raw.create_image(&create, None) }.named("vkCreateImage", info.name)?;
+        // SAFETY: the image was just made.
+        let requirements = unsafe { device.raw.get_image_memory_requirements(raw) };
+        let mut image = Self {
+            raw,
+            view: vk::ImageView::null(),
+            level_views: Vec::new(),
+            allocation: None,
+            width: info.width,
+            height: info.height,
+            levels: info.levels,
+            layers: info.layers,
+            format: info.format,
+            bytes: requirements.size,
+            device: device.clone(),
+        };
+        device.name(raw, info.name);
+        let allocation = device
+            .allocator()
+            .allocate(&AllocationCreateDesc {
+                name: info.name,
+                requirements,
+                location: MemoryLocation::GpuOnly,
+                linear: false,
+                allocation_scheme: AllocationScheme::GpuAllocatorManaged,
+            })
+            .map_err(|error| Error::Memory {
+                object: info.name.into(),
+                mebibytes: requirements.size as f64 / 1_048_576.0,
+                reason: error.to_string(),
+            })?;
+        // SAFETY: memory of the image's own requirements, bound once.
+        let bound =
+            unsafe { device.raw.bind_image_memory(raw, allocation.memory(), allocation.offset()) };
+        image.allocation = Some(allocation);
+        bound.named("vkBindImageMemory", info.name)?;
+        image.view = image.make_view(info.name, 0, info.levels)?;
+        for level in 0..info.levels {
+            let view = image.make_view(&format!("{} level {level}", info.name), level, 1)?;
+            image.level_views.push(view);
+        }
+        Ok(image)
+    }
+
+    fn make_view(&self, name: &str, first: u32, count: u32) -> Result<vk::ImageView> {
+        let range = vk::ImageSubresourceRange::default()
+            .aspect_mask(self.aspect())
+            .base_mip_level(first)
+            .level_count(count)
+            .layer_count(self.layers);
+        let kind =
+            if self.layers > 1 { vk::ImageViewType::TYPE_2D_ARRAY } else { vk::ImageViewType::TYPE_2D };
+        let info = vk::ImageViewCreateInfo::default()
+            .image(self.raw)
+            .view_type(kind)
+            .format(self.format)
+            .subresource_range(range);
+        // SAFETY: the range lies within the image.
+        let view = unsafe { self.device.raw.create_image_view(&info, None) }
+            .named("vkCreateImageView", name)?;
+        self.device.name(view, name);
+        Ok(view)
+    }
+
+    pub(super) fn aspect(&self) -> vk::ImageAspectFlags {
+        if self.format == vk::Format::D32_SFLOAT {
+            vk::ImageAspectFlags::DEPTH
+        } else {
+            vk::ImageAspectFlags::COLOR
+        }
+    }
+
+    /// The raw handle, for recording commands.
+    pub fn raw(&self) -> vk::Image {
+        self.raw
+    }
+
+    /// View of every level and layer.
+    pub fn view(&self) -> vk::ImageView {
+        self.view
+    }
+
+    /// View of one level, all layers.
+    pub fn level_view(&self, level: u32) -> vk::ImageView {
+        self.level_views[level as usize]
+    }
+
+    /// Width and height of a level.
+    pub fn level_size(&self, level: u32) -> (u32, u32) {
+        ((self.width >> level).max(1), (self.height >> level).max(1))
+    }
+
+    /// Copy region of one whole level, all layers, to or from a tightly packed buffer.
+    pub fn level_copy(&self, level: u32, buffer_offset: u64) -> vk::BufferImageCopy {
+        let (width, height) = self.level_size(level);
+        vk::BufferImageCopy::default()
+            .buffer_offset(buffer_offset)
+            .image_subresource(
+                vk::ImageSubresourceLayers::default()
+                    .aspect_mask(self.aspect())
+                    .mip_level(level)
+                    .layer_count(self.layers),
+            )
+            .image_extent(vk::Extent3D { width, height, depth: 1 })
+    }
+}
+
+impl Drop for Image {
+    fn drop(&mut self) {
+        // SAFETY: owners wait for the device before they drop what it uses; null views are ignored.
+        unsafe {
+            for view in self.level_views.drain(..) {
+                self.device.raw.destroy_image_view(view, None);
+            }
+            self.device.raw.destroy_image_view(self.view, None);
+            self.device.raw.destroy_image(self.raw, None);
+        }
+        if let Some(allocation) = self.allocation.take() {
+            // Freeing fails only for memory of another allocator.
+            let _ = self.device.allocator().free(allocation);
+        }
+    }
+}
+
+/// A sampler: linear within and between levels.
+pub struct Sampler {
+    pub(super) raw: vk::Sampler,
+    device: Arc<Device>,
+}
+
+impl Sampler {
+    /// Linear filtering with the given addressing along u and v.
+    pub fn linear(
+        device: &Arc<Device>,
+        name: &str,
+        u: vk::SamplerAddressMode,
+        v: vk::SamplerAddressMode,
+    ) -> Result<Self> {
+        let info = vk::SamplerCreateInfo::default()
+            .mag_filter(vk::Filter::LINEAR)
+            .min_filter(vk::Filter::LINEAR)
+            .mipmap_mode(vk::SamplerMipmapMode::LINEAR)
+            .address_mode_u(u)
+            .address_mode_v(v)
+            .address_mode_w(vk::SamplerAddressMode::CLAMP_TO_EDGE)
+            .max_lod(vk::LOD_CLAMP_NONE);
+        // SAFETY: `info` is valid; the handle is owned by the value made here.
+        let raw =
+            unsafe { device.raw.create_sampler(&info, None) }.named("vkCreateSampler", name)?;
+        device.name(raw, name);
+        Ok(Self { raw, device: device.clone() })
+    }
+}
+
+impl Drop for Sampler {
+    fn drop(&mut self) {
+        // SAFETY: owners wait for the device before they drop what it uses.
+        unsafe { self.device.raw.destroy_sampler(self.raw, None) };
+    }
+}

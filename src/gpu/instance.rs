@@ -1,0 +1,159 @@
+//! The Vulkan instance, and the validation layer's messages when it is asked for.
+
+use std::ffi::{CStr, c_void};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use ash::{ext, vk};
+
+use super::Named;
+use crate::{Error, Result};
+
+const VALIDATION_LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
+
+/// Whether the Khronos validation layer watches, with synchronization checks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Validation {
+    /// Not loaded.
+    Off,
+    /// Loaded; any warning or error is collected (see [`Instance::messages`]).
+    On,
+}
+
+/// Messages of the validation layer, shared with its callback.
+#[derive(Default)]
+struct Messages(Mutex<Vec<String>>);
+
+/// The Vulkan instance.
+pub struct Instance {
+    pub(super) raw: ash::Instance,
+    pub(super) entry: ash::Entry,
+    pub(super) debug_utils: bool,
+    messenger: Option<(ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
+    messages: Box<Messages>,
+}
+
+impl Instance {
+    /// Loads Vulkan and creates an instance of API 1.3.
+    ///
+    /// # Errors
+    /// [`Error::NoLoader`]; [`Error::Validation`] if validation is asked for and not installed;
+    /// [`Error::NoDevice`] if the loader finds no driver.
+    pub fn new(validation: Validation) -> Result<Arc<Self>> {
+        // SAFETY: loading a library runs its initialisers; this is the system's Vulkan loader.
+        let entry =
+            unsafe { ash::Entry::load() }.map_err(|error| Error::NoLoader(error.to_string()))?;
+        let messages = Box::new(Messages::default());
+
+        // SAFETY: no preconditions beyond a loaded entry.
+        let extensions = unsafe { entry.enumerate_instance_extension_properties(None) }
+            .named("vkEnumerateInstanceExtensionProperties", "the loader")?;
+        let debug_utils = validation == Validation::On
+            || extensions
+                .iter()
+                .any(|e| e.extension_name_as_c_str() == Ok(ext::debug_utils::NAME));
+
+        let application = vk::ApplicationInfo::default()
+            .application_name(c"raindrops")
+            .engine_name(c"raindrops")
+            .api_version(vk::API_VERSION_1_3);
+        let mut layer_names = Vec::new();
+        let mut extension_names = Vec::new();
+        if debug_utils {
+            extension_names.push(ext::debug_utils::NAME.as_ptr());
+        }
+        let enabled = [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];
+        let mut features =
+            vk::ValidationFeaturesEXT::default().enabled_validation_features(&enabled);
+        let mut messenger_info = messenger_info(&messages);
+        let mut info = vk::InstanceCreateInfo::default().application_info(&application);
+        if validation == Validation::On {
+            // SAFETY: no preconditions beyond a loaded entry.
+            let layers = unsafe { entry.enumerate_instance_layer_properties() }
+                .named("vkEnumerateInstanceLayerProperties", "the loader")?;
+            if !layers.iter().any(|l| l.layer_name_as_c_str() == Ok(VALIDATION_LAYER)) {
+                return Err(Error::Validation(
+                    "the layer VK_LAYER_KHRONOS_validation is not installed \
+                     (Debian, Ubuntu: vulkan-validationlayers)"
+                        .into(),
+                ));
+            }
+            layer_names.push(VALIDATION_LAYER.as_ptr());
+            extension_names.push(ext::validation_features::NAME.as_ptr());
+            info = info.push_next(&mut features).push_next(&mut messenger_info);
+        }
+        info = info.enabled_layer_names(&layer_names).enabled_extension_names(&extension_names);
+
+        // SAFETY: `info` and all it points to outlive the call.
+        let raw = unsafe { entry.create_instance(&info, None) }.map_err(|result| match result {
+            vk::Result::ERROR_INCOMPATIBLE_DRIVER => Error::NoDevice,
+            result => {
+                Error::Vulkan { call: "vkCreateInstance", object: "the instance".into(), result }
+            }
+        })?;
+        let mut instance =
+            Self { raw, entry, debug_utils, messenger: None, messages };
+        if validation == Validation::On {
+            let loader = ext::debug_utils::Instance::new(&instance.entry, &instance.raw);
+            let info = self::messenger_info(&instance.messages);
+            // SAFETY: the callback's user data is boxed and outlives the messenger (see `drop`).
+            let messenger = unsafe { loader.create_debug_utils_messenger(&info, None) }
+                .named("vkCreateDebugUtilsMessengerEXT", "the validation messenger")?;
+            instance.messenger = Some((loader, messenger));
+        }
+        Ok(Arc::new(instance))
+    }
+
+    /// Every warning and error of the validation layer so far, oldest first.
+    pub fn messages(&self) -> Vec<String> {
+        self.messages.0.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// Fails if the validation layer has said anything.
+    pub fn expect_silence(&self) -> Result<()> {
+        match self.messages().as_slice() {
+            [] => Ok(()),
+            [first, rest @ ..] => {
+                Err(Error::Validation(format!("{first} (and {} more messages)", rest.len())))
+            }
+        }
+    }
+}
+
+fn messenger_info(messages: &Messages) -> vk::DebugUtilsMessengerCreateInfoEXT<'static> {
+    use vk::{DebugUtilsMessageSeverityFlagsEXT as Severity, DebugUtilsMessageTypeFlagsEXT as Type};
+    vk::DebugUtilsMessengerCreateInfoEXT::default()
+        .message_severity(Severity::WARNING | Severity::ERROR)
+        .message_type(Type::VALIDATION | Type::PERFORMANCE)
+        .pfn_user_callback(Some(collect))
+        .user_data(std::ptr::from_ref(messages).cast_mut().cast())
+}
+
+/// Called by the layer from any thread.
+unsafe extern "system" fn collect(
+    _: vk::DebugUtilsMessageSeverityFlagsEXT,
+    _: vk::DebugUtilsMessageTypeFlagsEXT,
+    data: *const vk::DebugUtilsMessengerCallbackDataEXT<'_>,
+    user: *mut c_void,
+) -> vk::Bool32 {
+    // SAFETY: the layer passes valid data for the duration of the call, and `user` is the boxed
+    // `Messages` that outlives the messenger.
+    let (message, messages) = unsafe {
+        let message = (*data).p_message;
+        let text = if message.is_null() { c"" } else { CStr::from_ptr(message) };
+        (text.to_string_lossy().into_owned(), &*user.cast::<Messages>())
+    };
+    messages.0.lock().unwrap_or_else(PoisonError::into_inner).push(message);
+    vk::FALSE
+}
+
+impl Drop for Instance {
+    fn drop(&mut self) {
+        // SAFETY: every object made from the instance holds an `Arc` of it, so none is left.
+        unsafe {
+            if let Some((loader, messenger)) = &self.messenger {
+                loader.destroy_debug_utils_messenger(*messenger, None);
+            }
+            self.raw.destroy_instance(None);
+        }
+    }
+}

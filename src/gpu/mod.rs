@@ -1,0 +1,41 @@
+//! Vulkan, one object a file. Nothing here knows of rain.
+
+mod barrier;
+mod bindings;
+mod buffer;
+mod commands;
+mod device;
+mod image;
+mod instance;
+mod pipeline;
+mod timestamps;
+
+pub use barrier::{Use, image_barrier, image_discard, memory_barrier};
+pub use bindings::{Binding, Bindings, Resource};
+pub use buffer::{Buffer, Memory};
+pub use commands::Commands;
+pub use device::{Device, DeviceReport, Features};
+pub use image::{Image, ImageInfo, Sampler};
+pub use instance::{Instance, Validation};
+pub use pipeline::{ComputePipeline, GraphicsPipeline, GraphicsState, Shader, Specialization};
+pub use timestamps::Timestamps;
+
+/// The compiled shaders, one constant a file in `glsl/`.
+pub mod shaders {
+    use super::Shader;
+    include!(concat!(env!("OUT_DIR"), "/shaders.rs"));
+}
+
+use crate::{Error, Result};
+use ash::vk;
+
+/// Names the call and the object in a Vulkan error.
+trait Named<T> {
+    fn named(self, call: &'static str, object: &str) -> Result<T>;
+}
+
+impl<T> Named<T> for ash::prelude::VkResult<T> {
+    fn named(self, call: &'static str, object: &str) -> Result<T> {
+        self.map_err(|result: vk::Result| Error::Vulkan { call, object: object.into(), result })
+    }
+}

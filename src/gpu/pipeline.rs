@@ -1,0 +1,304 @@
+//! Compute and graphics pipelines, each with the layout of its one descriptor set.
+
+use std::ffi::CStr;
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::{Bindings, Device, Named};
+use crate::Result;
+
+const MAIN: &CStr = c"main";
+
+/// A compiled shader.
+pub struct Shader {
+    /// File name in `glsl/`.
+    pub name: &'static str,
+    /// SPIR-V.
+    pub words: &'static [u32],
+}
+
+/// Values of the specialization constants 0, 1, 2 …, 32 bits each.
+pub type Specialization<'a> = &'a [u32];
+
+/// A module that lives as long as the pipeline is made.
+struct Module<'a> {
+    raw: vk::ShaderModule,
+    device: &'a Device,
+}
+
+impl<'a> Module<'a> {
+    fn new(device: &'a Device, shader: &Shader) -> Result<Self> {
+        let info = vk::ShaderModuleCreateInfo::default().code(shader.words);
+        // SAFETY: the words are SPIR-V that shaderc made.
+        let raw = unsafe { device.raw.create_shader_module(&info, None) }
+            .named("vkCreateShaderModule", shader.name)?;
+        Ok(Self { raw, device })
+    }
+}
+
+impl Drop for Module<'_> {
+    fn drop(&mut self) {
+        // SAFETY: pipelines do not need their modules once made.
+        unsafe { self.device.raw.destroy_shader_module(self.raw, None) };
+    }
+}
+
+fn specialization_entries(count: usize) -> Vec<vk::SpecializationMapEntry> {
+    (0..count as u32)
+        .map(|id| vk::SpecializationMapEntry { constant_id: id, offset: 4 * id, size: 4 })
+        .collect()
+}
+
+fn make_layout(
+    device: &Device,
+    name: &str,
+    bindings: &Bindings,
+    push_bytes: u32,
+) -> Result<vk::PipelineLayout> {
+    let sets = [bindings.layout];
+    let ranges = [vk::PushConstantRange {
+        stage_flags: vk::ShaderStageFlags::ALL,
+        offset: 0,
+        size: push_bytes,
+    }];
+    let info = vk::PipelineLayoutCreateInfo::default().set_layouts(&sets);
+    let info = if push_bytes > 0 { info.push_constant_ranges(&ranges) } else { info };
+    // SAFETY: `info` and all it points to outlive the call.
+    unsafe { device.raw.create_pipeline_layout(&info, None) }.named("vkCreatePipelineLayout", name)
+}
+
+/// A compute pipeline.
+pub struct ComputePipeline {
+    raw: vk::Pipeline,
+    layout: vk::PipelineLayout,
+    device: Arc<Device>,
+}
+
+impl ComputePipeline {
+    /// Makes the pipeline of a compute shader whose set 0 is `bindings` and whose push constants
+    /// take `push_bytes`.
+    pub fn new(
+        device: &Arc<Device>,
+        shader: &Shader,
+        bindings: &Bindings,
+        push_bytes: u32,
+        specialization: Specialization<'_>,
+    ) -> Result<Self> {
+        let module = Module::new(device, shader)?;
+        let mut pipeline = Self {
+            raw: vk::Pipeline::null(),
+            layout: make_layout(device, shader.name, bindings, push_bytes)?,
+            device: device.clone(),
+        };
+        let entries = specialization_entries(specialization.len());
+        let constants = vk::SpecializationInfo::default()
+            .map_entries(&entries)
+            .data(bytemuck::cast_slice(specialization));
+        let stage = vk::PipelineShaderStageCreateInfo::default()
+            .stage(vk::ShaderStageFlags::COMPUTE)
+            .module(module.raw)
+            .name(MAIN)
+            .specialization_info(&constants);
+        let info = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(pipeline.layout)];
+        // SAFETY: `info` and all it points to outlive the call.
+        let made = unsafe {
+            device.raw.create_compute_pipelines(vk::PipelineCache::null(), &info, None)
+        };
+        pipeline.raw =
+            made.map_err(|(_, result)| result).named("vkCreateComputePipelines", shader.name)?[0];
+        device.name(pipeline.raw, shader.name);
+        Ok(pipeline)
+    }
+
+    /// Dispatches `groups` workgroups along x, y and z with set `index` of `bindings`.
+    pub fn dispatch(
+        &self,
+        commands: vk::CommandBuffer,
+        bindings: &Bindings,
+        index: usize,
+        push: &[u8],
+        groups: [u32; 3],
+    ) {
+        let bind_point = vk::PipelineBindPoint::COMPUTE;
+        bindings.bind(commands, bind_point, self.layout, index);
+        // SAFETY: the set matches the layout; the command buffer is recorded outside rendering.
+        unsafe {
+            self.device.raw.cmd_bind_pipeline(commands, bind_point, self.raw);
+            push_constants(&self.device, commands, self.layout, push);
+            self.device.raw.cmd_dispatch(commands, groups[0], groups[1], groups[2]);
+        }
+    }
+}
+
+/// SAFETY: the command buffer must be recorded, and `layout` must have room for `push`.
+unsafe fn push_constants(
+    device: &Device,
+    commands: vk::CommandBuffer,
+    layout: vk::PipelineLayout,
+    push: &[u8],
+) {
+    if !push.is_empty() {
+        let stages = vk::ShaderStageFlags::ALL;
+        // SAFETY: by contract.
+        unsafe { device.raw.cmd_push_constants(commands, layout, stages, 0, push) };
+    }
+}
+
+impl Drop for ComputePipeline {
+    fn drop(&mut self) {
+        // SAFETY: owners wait for the device before they drop what it uses; null is ignored.
+        unsafe {
+            self.device.raw.destroy_pipeline(self.raw, None);
+            self.device.raw.destroy_pipeline_layout(self.layout, None);
+        }
+    }
+}
+
+/// The fixed-function state of a graphics pipeline; all else has one value throughout.
+#[derive(Clone, Copy, Debug)]
+pub struct GraphicsState {
+    /// Points, strips, …
+    pub topology: vk::PrimitiveTopology,
+    /// Advances per vertex or per instance: one `vec4` attribute at location 0; `None` without.
+    pub attribute: Option<vk::VertexInputRate>,
+    /// Format of the colour attachment.
+    pub color: vk::Format,
+    /// "Over" blending with the fragment's alpha, or overwrite.
+    pub blend: bool,
+    /// Depth attachment of D32, tested with "greater" (reversed depth) and written.
+    pub depth: bool,
+}
+
+/// A graphics pipeline with dynamic viewport and scissor.
+pub struct GraphicsPipeline {
+    raw: vk::Pipeline,
+    layout: vk::PipelineLayout,
+    device: Arc<Device>,
+}
+
+impl GraphicsPipeline {
+    /// Makes the pipeline of a vertex and a fragment shader whose set 0 is `bindings`. Both get the
+    /// same specialization constants.
+    pub fn new(
+        device: &Arc<Device>,
+        [vertex, fragment]: [&Shader; 2],
+        bindings: &Bindings,
+        push_bytes: u32,
+        specialization: Specialization<'_>,
+        state: &GraphicsState,
+    ) -> Result<Self> {
+        let modules = [Module::new(device, vertex)?, Module::new(device, fragment)?];
+        let mut pipeline = Self {
+            raw: vk::Pipeline::null(),
+            layout: make_layout(device, vertex.name, bindings, push_bytes)?,
+            device: device.clone(),
+        };
+        let entries = specialization_entries(specialization.len());
+        let constants = vk::SpecializationInfo::default()
+            .map_entries(&entries)
+            .data(bytemuck::cast_slice(specialization));
+        let stages = [
+            (vk::ShaderStageFlags::VERTEX, &modules[0]),
+            (vk::ShaderStageFlags::FRAGMENT, &modules[1]),
+        ]
+        .map(|(stage, module)| {
+            vk::PipelineShaderStageCreateInfo::default()
+                .stage(stage)
+                .module(module.raw)
+                .name(MAIN)
+                .specialization_info(&constants)
+        });
+        let vertex_bindings = [vk::VertexInputBindingDescription {
+            binding: 0,
+            stride: 16,
+            input_rate: state.attribute.unwrap_or_default(),
+        }];
+        let vertex_attributes = [vk::VertexInputAttributeDescription {
+            location: 0,
+            binding: 0,
+            format: vk::Format::R32G32B32A32_SFLOAT,
+            offset: 0,
+        }];
+        let mut vertex_input = vk::PipelineVertexInputStateCreateInfo::default();
+        if state.attribute.is_some() {
+            vertex_input = vertex_input
+                .vertex_binding_descriptions(&vertex_bindings)
+                .vertex_attribute_descriptions(&vertex_attributes);
+        }
+        let assembly =
+            vk::PipelineInputAssemblyStateCreateInfo::default().topology(state.topology);
+        let viewport =
+            vk::PipelineViewportStateCreateInfo::default().viewport_count(1).scissor_count(1);
+        let raster = vk::PipelineRasterizationStateCreateInfo::default().line_width(1.0);
+        let samples = vk::PipelineMultisampleStateCreateInfo::default()
+            .rasterization_samples(vk::SampleCountFlags::TYPE_1);
+        let depth = vk::PipelineDepthStencilStateCreateInfo::default()
+            .depth_test_enable(state.depth)
+            .depth_write_enable(state.depth)
+            .depth_compare_op(vk::CompareOp::GREATER);
+        let attachment = [vk::PipelineColorBlendAttachmentState::default()
+            .color_write_mask(vk::ColorComponentFlags::RGBA)
+            .blend_enable(state.blend)
+            .src_color_blend_factor(vk::BlendFactor::SRC_ALPHA)
+            .dst_color_blend_factor(vk::BlendFactor::ONE_MINUS_SRC_ALPHA)
+            .src_alpha_blend_factor(vk::BlendFactor::ONE)
+            .dst_alpha_blend_factor(vk::BlendFactor::ONE_MINUS_SRC_ALPHA)];
+        let blend = vk::PipelineColorBlendStateCreateInfo::default().attachments(&attachment);
+        let dynamic = [vk::DynamicState::VIEWPORT, vk::DynamicState::SCISSOR];
+        let dynamic = vk::PipelineDynamicStateCreateInfo::default().dynamic_states(&dynamic);
+        let colors = [state.color];
+        let mut rendering =
+            vk::PipelineRenderingCreateInfo::default().color_attachment_formats(&colors);
+        if state.depth {
+            rendering = rendering.depth_attachment_format(vk::Format::D32_SFLOAT);
+        }
+        let info = [vk::GraphicsPipelineCreateInfo::default()
+            .stages(&stages)
+            .vertex_input_state(&vertex_input)
+            .input_assembly_state(&assembly)
+            .viewport_state(&viewport)
+            .rasterization_state(&raster)
+            .multisample_state(&samples)
+            .depth_stencil_state(&depth)
+            .color_blend_state(&blend)
+            .dynamic_state(&dynamic)
+            .layout(pipeline.layout)
+            .push_next(&mut rendering)];
+        // SAFETY: `info` and all it points to outlive the call.
+        let made = unsafe {
+            device.raw.create_graphics_pipelines(vk::PipelineCache::null(), &info, None)
+        };
+        pipeline.raw =
+            made.map_err(|(_, result)| result).named("vkCreateGraphicsPipelines", vertex.name)?[0];
+        device.name(pipeline.raw, vertex.name);
+        Ok(pipeline)
+    }
+
+    /// Binds the pipeline with set `index` of `bindings` and its push constants.
+    pub fn bind(
+        &self,
+        commands: vk::CommandBuffer,
+        bindings: &Bindings,
+        index: usize,
+        push: &[u8],
+    ) {
+        let bind_point = vk::PipelineBindPoint::GRAPHICS;
+        bindings.bind(commands, bind_point, self.layout, index);
+        // SAFETY: the set matches the layout; the command buffer is recorded.
+        unsafe {
+            self.device.raw.cmd_bind_pipeline(commands, bind_point, self.raw);
+            push_constants(&self.device, commands, self.layout, push);
+        }
+    }
+}
+
+impl Drop for GraphicsPipeline {
+    fn drop(&mut self) {
+        // SAFETY: owners wait for the device before they drop what it uses; null is ignored.
+        unsafe {
+            self.device.raw.destroy_pipeline(self.raw, None);
+            self.device.raw.destroy_pipeline_layout(self.layout, None);
+        }
+    }
+}

@@ -1,0 +1,124 @@
+//! What every pass of a frame needs to know: the constants of `glsl/include/frame.glsl`.
+//!
+//! Written into the command buffer by an update, so that frames in flight need no copies of it.
+
+use std::sync::Arc;
+
+use ash::vk;
+use bytemuck::{Pod, Zeroable};
+use glam::{DVec3, Vec3};
+
+use crate::Result;
+use crate::cull::Sight;
+use crate::gpu::{Buffer, Device, Memory};
+use crate::rain::{Tick, tick_of_seconds};
+use crate::scene::Scene;
+
+/// The uniform block `Frame`, member for member; see the comments there.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[allow(missing_docs, reason = "documented where the shaders read them")]
+pub struct Frame {
+    pub right: [f32; 4],
+    pub up: [f32; 4],
+    pub back: [f32; 4],
+    pub units: [f32; 4],
+    pub camera_place: [u32; 4],
+    pub shift: [u32; 4],
+    pub seed: [u32; 4],
+    pub motion: [f32; 4],
+    pub camera_high: [f32; 4],
+    pub camera_low: [f32; 4],
+    pub extent: [f32; 4],
+    pub image: [f32; 4],
+    pub frustum: [f32; 4],
+    pub environment: [f32; 4],
+    pub tone: [f32; 4],
+}
+
+const _: () = assert!(size_of::<Frame>() == 15 * 16);
+
+/// What the device and the environment add to a scene.
+#[derive(Clone, Copy, Debug)]
+pub struct Surroundings {
+    /// Largest diameter of a point, in pixels.
+    pub point_limit_px: f32,
+    /// Angle of an environment texel, in radians.
+    pub texel_angle: f32,
+    /// Radiance of a stored 1.
+    pub radiance_scale: f32,
+    /// Delta of the log average, in stored units.
+    pub delta: f32,
+}
+
+impl Frame {
+    /// The constants of `scene`. `last_tick` is the time of the stored positions, if there are any.
+    pub fn new(scene: &Scene, around: &Surroundings, last_tick: Option<Tick>) -> Self {
+        let view = scene.view();
+        let sight = Sight::new(&view, scene.camera.near);
+        let with = |v: Vec3, w: f32| [v.x, v.y, v.z, w];
+        let with_int = |v: [u32; 3], w: u32| [v[0], v[1], v[2], w];
+        let tick = tick_of_seconds(scene.time);
+        let least_radius = scene
+            .rain
+            .map(|rain| rain.radius)
+            .into_iter()
+            .chain(scene.drops.iter().map(|drop| drop.radius))
+            .fold(f64::INFINITY, f64::min);
+        let mut frame = Self {
+            right: with(sight.axes[0], 0.0),
+            up: with(sight.axes[1], 0.0),
+            back: with(sight.axes[2], 0.0),
+            shift: [0, 0, 0, scene.drop_count()],
+            seed: [scene.seed as u32, (scene.seed >> 32) as u32, last_tick.is_none().into(), 0],
+            camera_high: with(sight.position[0], sight.near),
+            camera_low: with(sight.position[1], scene.camera.near_fade as f32),
+            extent: [0.0, 0.0, 0.0, least_radius as f32],
+            image: [
+                view.width as f32,
+                view.height as f32,
+                view.focal_px as f32,
+                around.point_limit_px,
+            ],
+            frustum: sight.frustum,
+            environment: [around.texel_angle, around.radiance_scale, 0.0, 0.0],
+            tone: [scene.tone_map.key as f32, around.delta, 0.0, 0.0],
+            ..Self::default()
+        };
+        if let Some(rain) = scene.rain() {
+            frame.units = with(rain.units(), rain.radius as f32);
+            frame.camera_place = with_int(rain.camera_place(scene.camera.position), rain.count);
+            frame.shift = with_int(rain.shift(tick), scene.drop_count());
+            frame.extent = with(rain.half_extent.as_vec3(), least_radius as f32);
+            let seconds = last_tick
+                .map_or(0.0, |last| (tick - last) as f64 / crate::rain::TICKS_PER_SECOND);
+            // A jump is a long step; whole boxes of it are taken out here, in float64.
+            let boxes = rain.velocity * seconds / (2.0 * rain.half_extent);
+            let step: DVec3 = (boxes - boxes.round()) * 2.0 * rain.half_extent;
+            frame.motion = with(step.as_vec3(), 0.0);
+        }
+        frame
+    }
+}
+
+/// The uniform buffer that holds the [`Frame`].
+pub struct FrameBuffer {
+    /// Binding 0 of every pass.
+    pub buffer: Buffer,
+}
+
+impl FrameBuffer {
+    /// A buffer for one frame.
+    pub fn new(device: &Arc<Device>) -> Result<Self> {
+        let usage = vk::BufferUsageFlags::UNIFORM_BUFFER | vk::BufferUsageFlags::TRANSFER_DST;
+        let size = size_of::<Frame>() as u64;
+        Ok(Self { buffer: Buffer::new(device, "frame", size, usage, Memory::Device)? })
+    }
+
+    /// Records the update.
+    pub fn record(&self, device: &Device, commands: vk::CommandBuffer, frame: &Frame) {
+        let bytes = bytemuck::bytes_of(frame);
+        // SAFETY: the command buffer is recorded outside of rendering; the data is copied now.
+        unsafe { device.raw().cmd_update_buffer(commands, self.buffer.raw(), 0, bytes) };
+    }
+}

@@ -1,0 +1,244 @@
+//! The paper's section 4, simulation: every drop's place at the frame's time, and whether it is in
+//! view (`glsl/simulate.comp`); then the order of those too large for a point
+//! (`glsl/order_large.comp`).
+//!
+//! Each drop becomes a record of 16 bytes, centre in view space and radius, which the draw reads as
+//! a vertex. Positions come from a hash and exact integers (`src/rain.rs`), or, as the paper has it,
+//! from a stored buffer that each frame moves on; that one costs 16 bytes more a drop, read and
+//! written, and drifts.
+//!
+//! The buffer of records may be longer than a storage binding may be: it is processed in chunks.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use crate::Result;
+use crate::cull::split;
+use crate::gpu::{
+    Binding, Bindings, Buffer, ComputePipeline, Device, Memory, Resource, Use, memory_barrier,
+    shaders,
+};
+use crate::model::Simulation;
+use crate::passes::frame::FrameBuffer;
+use crate::scene::Scene;
+
+/// Most drops drawn as quads because they are larger than a point may be; those beyond it are
+/// counted and reported, not drawn. Each covers over 65,000 pixels, so no frame gets near it.
+pub const MAX_LARGE: u32 = 65_536;
+
+/// Bytes of a drop record: centre in view space, radius.
+const RECORD: u64 = 16;
+/// Invocations a workgroup, as in the shader.
+const GROUP: u32 = 256;
+/// Workgroups that put the large drops in order; each invocation takes every 1024th.
+const ORDER_GROUPS: u32 = 16;
+/// Words of the shader's `Counters`.
+const COUNTERS: usize = 68;
+
+/// What the simulation counted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Drops in view.
+    pub visible: u64,
+    /// Of those, larger than a point may be.
+    pub large: u64,
+    /// Of those, beyond [`MAX_LARGE`] and not drawn.
+    pub overflow: u64,
+    /// Drops with the camera inside, not drawn.
+    pub camera_inside: u64,
+    /// Drops whose outline reaches the camera plane, not drawn.
+    pub beside_camera: u64,
+}
+
+/// The pass and its buffers.
+pub struct Simulate {
+    /// One record a drop; radius 0: nothing to draw.
+    pub drops: Buffer,
+    /// Records of the large drops, back to front.
+    pub ordered: Buffer,
+    /// Arguments of their draw.
+    pub arguments: Buffer,
+    /// What was counted.
+    pub counters: Buffer,
+    chunk: u32,
+    count: u32,
+    bindings: Bindings,
+    pipeline: ComputePipeline,
+    order_bindings: Bindings,
+    order_pipeline: ComputePipeline,
+    // Bound, never touched from here.
+    _placed: Buffer,
+    _stored: Buffer,
+    _large: Buffer,
+    _large_index: Buffer,
+}
+
+impl Simulate {
+    /// Buffers and pipelines for the drops of `scene`.
+    pub fn new(
+        device: &Arc<Device>,
+        frame: &FrameBuffer,
+        scene: &Scene,
+        simulation: Simulation,
+    ) -> Result<Self> {
+        use vk::BufferUsageFlags as Usage;
+        let count = scene.drop_count();
+        let random = scene.rain.map_or(0, |rain| rain.count);
+        let limit = u64::from(device.report.limits.max_storage_buffer_range) / RECORD;
+        let groups = device.report.limits.max_compute_work_group_count[0];
+        let most = limit.min(u64::from(groups) * u64::from(GROUP)) / u64::from(GROUP);
+        let chunk = (most * u64::from(GROUP)).min(1 << 31) as u32;
+
+        let storage = Usage::STORAGE_BUFFER;
+        let make = |name, bytes, usage| Buffer::new(device, name, bytes, usage, Memory::Device);
+        let drops = make(
+            "drops",
+            RECORD * u64::from(count),
+            storage | Usage::VERTEX_BUFFER | Usage::TRANSFER_SRC,
+        )?;
+        let stored_count = if simulation == Simulation::Stored { random } else { 0 };
+        let stored = make("stored positions", RECORD * u64::from(stored_count), storage)?;
+        let large = make("large drops", RECORD * u64::from(MAX_LARGE), storage)?;
+        let large_index = make("large drops' indices", 4 * u64::from(MAX_LARGE), storage)?;
+        let ordered = make(
+            "large drops in order",
+            RECORD * u64::from(MAX_LARGE),
+            storage | Usage::VERTEX_BUFFER,
+        )?;
+        let arguments = make("large drops' draw", 16, storage | Usage::INDIRECT_BUFFER)?;
+        let counters = make(
+            "counters",
+            4 * COUNTERS as u64,
+            storage | Usage::TRANSFER_SRC | Usage::TRANSFER_DST,
+        )?;
+        let placed: Vec<[f32; 4]> = scene
+            .drops
+            .iter()
+            .flat_map(|drop| {
+                let [high, low] = split(drop.center);
+                [high.extend(drop.radius as f32).into(), low.extend(0.0).into()]
+            })
+            .collect();
+        let placed = Buffer::upload(device, "placed drops", &placed, storage)?;
+
+        let chunks = count.div_ceil(chunk).max(1);
+        let slots = [
+            Binding::UNIFORM_BUFFER,
+            Binding::STORAGE_BUFFER,
+            Binding::STORAGE_BUFFER,
+            Binding::STORAGE_BUFFER,
+            Binding::STORAGE_BUFFER,
+            Binding::STORAGE_BUFFER,
+            Binding::STORAGE_BUFFER,
+        ];
+        let bindings = Bindings::new(device, "simulate", &slots, chunks)?;
+        for index in 0..chunks {
+            let offset = u64::from(index) * u64::from(chunk) * RECORD;
+            let part = |buffer: &Buffer| (u64::from(chunk) * RECORD).min(buffer.size - offset);
+            // Placed drops come last, so a chunk may hold no stored position: bind the first.
+            let stored_offset = if offset < stored.size { offset } else { 0 };
+            let stored_range = (u64::from(chunk) * RECORD).min(stored.size - stored_offset);
+            let resources = [
+                Resource::Buffer(&frame.buffer),
+                Resource::Range(&drops, offset, part(&drops)),
+                Resource::Buffer(&placed),
+                Resource::Range(&stored, stored_offset, stored_range),
+                Resource::Buffer(&large),
+                Resource::Buffer(&large_index),
+                Resource::Buffer(&counters),
+            ];
+            for (number, resource) in (0..).zip(&resources) {
+                bindings.write(index as usize, number, resource);
+            }
+        }
+        let is_stored = u32::from(simulation == Simulation::Stored);
+        let pipeline = ComputePipeline::new(
+            device,
+            shaders::SIMULATE_COMP,
+            &bindings,
+            8,
+            &[is_stored, MAX_LARGE],
+        )?;
+        let buffer = Binding::STORAGE_BUFFER;
+        let order_bindings = Bindings::of(
+            device,
+            "order large",
+            &[
+                (buffer, Resource::Buffer(&large)),
+                (buffer, Resource::Buffer(&large_index)),
+                (buffer, Resource::Buffer(&counters)),
+                (buffer, Resource::Buffer(&ordered)),
+                (buffer, Resource::Buffer(&arguments)),
+            ],
+        )?;
+        let order_pipeline = ComputePipeline::new(
+            device,
+            shaders::ORDER_LARGE_COMP,
+            &order_bindings,
+            0,
+            &[MAX_LARGE],
+        )?;
+        Ok(Self {
+            drops,
+            ordered,
+            arguments,
+            counters,
+            chunk,
+            count,
+            bindings,
+            pipeline,
+            order_bindings,
+            order_pipeline,
+            _placed: placed,
+            _stored: stored,
+            _large: large,
+            _large_index: large_index,
+        })
+    }
+
+    /// Records the counters' reset; a barrier to compute must follow.
+    pub fn record_reset(&self, device: &Device, commands: vk::CommandBuffer) {
+        // SAFETY: the command buffer is recorded outside of rendering.
+        unsafe {
+            device.raw().cmd_fill_buffer(commands, self.counters.raw(), 0, vk::WHOLE_SIZE, 0);
+        }
+    }
+
+    /// Records the simulation and the ordering of the large drops.
+    pub fn record(&self, device: &Device, commands: vk::CommandBuffer) {
+        let mut first = 0;
+        let mut index = 0;
+        while first < self.count {
+            let length = self.chunk.min(self.count - first);
+            let push = [first, length];
+            let groups = [length.div_ceil(GROUP), 1, 1];
+            self.pipeline.dispatch(
+                commands,
+                &self.bindings,
+                index,
+                bytemuck::cast_slice(&push),
+                groups,
+            );
+            first += length;
+            index += 1;
+        }
+        memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::ComputeWrite]);
+        self.order_pipeline.dispatch(commands, &self.order_bindings, 0, &[], [ORDER_GROUPS, 1, 1]);
+    }
+
+    /// Words of the counters' buffer, for a read-back of them.
+    pub const COUNTER_WORDS: usize = COUNTERS;
+
+    /// Reads what the counters say.
+    pub fn counts(words: &[u32]) -> Counts {
+        let large = u64::from(words[0]);
+        Counts {
+            visible: words[4..COUNTERS].iter().map(|n| u64::from(*n)).sum(),
+            large,
+            overflow: large.saturating_sub(MAX_LARGE.into()),
+            camera_inside: words[1].into(),
+            beside_camera: words[2].into(),
+        }
+    }
+}

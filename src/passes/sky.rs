@@ -1,0 +1,65 @@
+//! The environment behind the drops: one triangle over the image (`glsl/sky.frag`).
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::environment::EnvironmentMap;
+use super::frame::FrameBuffer;
+use super::{attachment, rendering};
+use crate::Result;
+use crate::gpu::{
+    Binding, Bindings, Device, GraphicsPipeline, GraphicsState, Image, Resource, shaders,
+};
+
+/// The pass.
+pub struct Sky {
+    bindings: Bindings,
+    pipeline: GraphicsPipeline,
+}
+
+impl Sky {
+    /// Pipeline for a colour target of `format`.
+    pub fn new(
+        device: &Arc<Device>,
+        frame: &FrameBuffer,
+        environment: &EnvironmentMap,
+        format: vk::Format,
+    ) -> Result<Self> {
+        let map = Resource::Sampled(&environment.image, &environment.sampler);
+        let bindings = Bindings::of(
+            device,
+            "sky",
+            &[
+                (Binding::UNIFORM_BUFFER, Resource::Buffer(&frame.buffer)),
+                (Binding::COMBINED_IMAGE_SAMPLER, map),
+            ],
+        )?;
+        let pipeline = GraphicsPipeline::new(
+            device,
+            [shaders::FULLSCREEN_VERT, shaders::SKY_FRAG],
+            &bindings,
+            0,
+            &[],
+            &GraphicsState {
+                topology: vk::PrimitiveTopology::TRIANGLE_LIST,
+                attribute: None,
+                color: format,
+                blend: false,
+                depth: false,
+            },
+        )?;
+        Ok(Self { bindings, pipeline })
+    }
+
+    /// Records the pass; `target` is a colour attachment whose content is overwritten.
+    pub fn record(&self, device: &Device, commands: vk::CommandBuffer, target: &Image) {
+        let color = attachment(target, vk::AttachmentLoadOp::DONT_CARE);
+        let size = (target.width, target.height);
+        rendering(device, commands, color, None, size, 0.0, || {
+            self.pipeline.bind(commands, &self.bindings, 0, &[]);
+            // SAFETY: within a rendering, with everything bound.
+            unsafe { device.raw().cmd_draw(commands, 3, 1, 0, 0) };
+        });
+    }
+}
