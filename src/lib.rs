@@ -13,5 +13,6 @@ pub mod optics;
 pub mod picture;
 pub mod rain;
 pub mod scene;
+pub mod sky;
 
 pub use error::{Error, Result};
