@@ -2,23 +2,144 @@
 //!
 //! Seen from inside: the centre column is -z, +x lies a quarter to the right of it, the top row is
 //! +y: u = 1/2 + atan2(x, -z) / 2π, v = acos(y) / π.
+//!
+//! Whatever the source, the texels pass through [`Environment::from_texels`], which leaves none
+//! that is negative or not finite: one such texel in a bilinear fetch or in a log-average makes a
+//! whole picture NaN.
+
+mod load;
+mod mend;
+mod open_exr;
 
 use std::f64::consts::{PI, TAU};
+use std::path::Path;
 
 use glam::{DVec3, Vec3};
+
+pub use self::mend::Mended;
+use crate::scene::EnvironmentChoice;
+use crate::{Error, Result};
+
+/// Most texels across. Twice what 8K panoramas have; beyond it the texels alone take over 1.6 GB
+/// and many devices refuse the image.
+pub const MAX_WIDTH: u32 = 16_384;
+
+/// Most texels down.
+pub const MAX_HEIGHT: u32 = 8_192;
+
+/// The sky that `raindrops sky` computes, 512 x 256, float16.
+const BUNDLED_SKY: &[u8] = include_bytes!("../assets/sky.exr");
+
+/// The bundled sky's name in tables and messages.
+const BUNDLED_NAME: &str = "sky (bundled)";
 
 /// Radiance from every direction, finite and nowhere negative.
 #[derive(Clone, Debug)]
 pub struct Environment {
+    name: String,
     width: u32,
     height: u32,
     texels: Vec<Vec3>,
+    mended: Mended,
+    low_dynamic_range: bool,
 }
 
 impl Environment {
+    /// What a scene asks for: its file, its constant radiance, or (neither) the bundled sky.
+    ///
+    /// # Errors
+    /// As [`Environment::load`]; a constant that is negative or not finite.
+    pub fn open(choice: &EnvironmentChoice) -> Result<Self> {
+        match (&choice.file, choice.radiance) {
+            (Some(file), _) => Self::load(file),
+            (None, Some(radiance)) if radiance.is_finite() && radiance.min_element() >= 0.0 => {
+                Ok(Self::constant(radiance))
+            }
+            (None, Some(radiance)) => Err(Error::Environment {
+                path: constant_name(radiance).into(),
+                problem: "the radiance must be finite and at least 0".into(),
+            }),
+            (None, None) => Self::bundled(),
+        }
+    }
+
+    /// Loads an image file, whose format is told by its first bytes, not by its name:
+    ///
+    /// - OpenEXR, every compression but HTJ2K: the first layer that has channels R, G, B (half,
+    ///   float or u32; else a group such as `Combined.R`, …; else luminance Y alone). Alpha is left
+    ///   out: the colours already are radiance. What the data window leaves out of the display
+    ///   window is black.
+    /// - Radiance HDR: the stored values, without the header's EXPOSURE, as other programs do it.
+    /// - PNG and JPEG: sRGB, decoded to linear radiance of 0 to 1.
+    ///
+    /// # Errors
+    /// [`Error::Environment`], one line, for a file that cannot be read, is none of these, is cut
+    /// off or broken, is over [`MAX_WIDTH`] x [`MAX_HEIGHT`] (told from its header, before memory
+    /// is taken for it), is not twice as wide as it is high, or has no finite texel.
+    pub fn load(path: &Path) -> Result<Self> {
+        let name = match path.file_stem() {
+            Some(stem) => stem.to_string_lossy().into_owned(),
+            None => path.display().to_string(),
+        };
+        load::from_file(path)
+            .and_then(|image| Self::from_image(name, image))
+            .map_err(|problem| Error::Environment { path: path.into(), problem })
+    }
+
+    /// The sky that comes with the program, made by `raindrops sky`.
+    ///
+    /// # Errors
+    /// None for an intact program: the sky is a part of it and a test loads it.
+    pub fn bundled() -> Result<Self> {
+        load::from_bytes(BUNDLED_SKY)
+            .and_then(|image| Self::from_image(BUNDLED_NAME.into(), image))
+            .map_err(|problem| Error::Environment { path: BUNDLED_NAME.into(), problem })
+    }
+
     /// The same radiance from everywhere: a white furnace.
     pub fn constant(radiance: Vec3) -> Self {
-        Self { width: 4, height: 2, texels: vec![radiance; 8] }
+        Self {
+            name: constant_name(radiance),
+            width: 4,
+            height: 2,
+            texels: vec![radiance; 8],
+            mended: Mended::default(),
+            low_dynamic_range: false,
+        }
+    }
+
+    /// An environment of `width * height` texels of linear radiance, row by row from the top.
+    /// Texels that are negative or not finite are mended and counted, see [`Mended`]; all others
+    /// stay as they are, however bright.
+    ///
+    /// # Errors
+    /// [`Error::Environment`] with `name` for its path: a number of texels that is not
+    /// `width * height`, a shape or size as [`Environment::load`] refuses it, no finite texel.
+    pub fn from_texels(
+        name: impl Into<String>,
+        width: u32,
+        height: u32,
+        texels: Vec<Vec3>,
+    ) -> Result<Self> {
+        let name = name.into();
+        let image = Image { width, height, texels, missing: 0, low_dynamic_range: false };
+        Self::from_image(name.clone(), image)
+            .map_err(|problem| Error::Environment { path: name.into(), problem })
+    }
+
+    fn from_image(name: String, image: Image) -> Result<Self, String> {
+        let Image { width, height, mut texels, missing, low_dynamic_range } = image;
+        load::check_size(u64::from(width), u64::from(height))?;
+        if texels.len() != width as usize * height as usize {
+            return Err(format!("has {} texels, not {width} x {height}", texels.len()));
+        }
+        let mended = Mended { missing, ..mend::mend(&mut texels, width as usize)? };
+        Ok(Self { name, width, height, texels, mended, low_dynamic_range })
+    }
+
+    /// What tables call it: the file's stem, `sky (bundled)`, `constant 1`.
+    pub fn name(&self) -> &str {
+        &self.name
     }
 
     /// Texels across.
@@ -26,7 +147,7 @@ impl Environment {
         self.width
     }
 
-    /// Texels down.
+    /// Texels down, half of those across.
     pub fn height(&self) -> u32 {
         self.height
     }
@@ -34,6 +155,22 @@ impl Environment {
     /// Linear radiance, row by row from the top.
     pub fn texels(&self) -> &[Vec3] {
         &self.texels
+    }
+
+    /// What had to be made safe; its `Display` is a log line.
+    pub fn mended(&self) -> Mended {
+        self.mended
+    }
+
+    /// Whether the source was PNG or JPEG: radiance ends at 1, so highlights are clipped and a
+    /// drop's sparkle is lost.
+    pub fn is_low_dynamic_range(&self) -> bool {
+        self.low_dynamic_range
+    }
+
+    /// Largest component of all texels. Over 65 504 the texels must be scaled to fit into float16.
+    pub fn max_radiance(&self) -> f32 {
+        self.texels.iter().map(|texel| texel.max_element()).fold(0.0, f32::max)
     }
 
     /// Radiance from a unit direction: bilinear between texel centres, around the seam, clamped at
@@ -54,4 +191,22 @@ impl Environment {
         let lower = texel(x, y + 1.0).lerp(texel(x + 1.0, y + 1.0), fx);
         upper.lerp(lower, fy)
     }
+}
+
+/// A decoded image before it is made safe.
+struct Image {
+    width: u32,
+    height: u32,
+    /// Linear radiance, row by row from the top; may hold anything.
+    texels: Vec<Vec3>,
+    /// Texels that the file says it leaves out.
+    missing: u64,
+    /// The values ended at 1 in the file.
+    low_dynamic_range: bool,
+}
+
+/// `constant 1`, or `constant 1 0.5 0.25`.
+fn constant_name(radiance: Vec3) -> String {
+    let Vec3 { x, y, z } = radiance;
+    if x == y && y == z { format!("constant {x}") } else { format!("constant {x} {y} {z}") }
 }

@@ -18,5 +18,6 @@ pub mod plan;
 pub mod rain;
 pub mod renderer;
 pub mod scene;
+pub mod sky;
 
 pub use error::{Error, Result};

@@ -3,6 +3,8 @@
 //! Exit status: 0 done, 1 the answer is "no" (a comparison above its bound, a check that fails),
 //! 2 an error, told in one line on stderr. Results go to stdout or to `-o`, progress to stderr.
 
+mod sky;
+
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -21,7 +23,9 @@ struct Cli {
 }
 
 #[derive(Subcommand)]
-enum Command {}
+enum Command {
+    Sky(sky::SkyArgs),
+}
 
 /// What a command answers when it did not fail.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,7 +39,9 @@ pub enum Answer {
 /// Parses the command line, runs the command and turns its outcome into the exit status.
 pub fn main() -> ExitCode {
     let cli = Cli::parse();
-    let outcome: anyhow::Result<Answer> = match cli.command {};
+    let outcome: anyhow::Result<Answer> = match cli.command {
+        Command::Sky(args) => sky::run(&args),
+    };
     match outcome {
         Ok(Answer::Yes) => ExitCode::SUCCESS,
         Ok(Answer::No) => ExitCode::from(1),
