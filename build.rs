@@ -11,9 +11,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let out = PathBuf::from(env::var("OUT_DIR")?);
     println!("cargo:rerun-if-changed=glsl");
     println!("cargo:rerun-if-changed=glsl/include");
-    let commit = std::process::Command::new("git").args(["rev-parse", "--short=12", "HEAD"]).output();
+    let commit =
+        std::process::Command::new("git").args(["rev-parse", "--short=12", "HEAD"]).output();
     let commit = commit.ok().filter(|out| out.status.success());
-    let commit = commit.map_or("unknown".into(), |out| String::from_utf8_lossy(&out.stdout).trim().to_string());
+    let commit = commit
+        .map_or("unknown".into(), |out| String::from_utf8_lossy(&out.stdout).trim().to_string());
     println!("cargo:rustc-env=RAINDROPS_COMMIT={commit}");
     if Path::new(".git/logs/HEAD").exists() {
         println!("cargo:rerun-if-changed=.git/logs/HEAD");
@@ -37,11 +39,17 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut constants = String::new();
     for path in files {
         let Some(kind) = shader_kind(&path) else { continue };
-        let name = path.file_name().and_then(|name| name.to_str()).ok_or("file name is not UTF-8")?;
+        let name =
+            path.file_name().and_then(|name| name.to_str()).ok_or("file name is not UTF-8")?;
         println!("cargo:rerun-if-changed=glsl/{name}");
         let source = fs::read_to_string(&path)?;
-        let binary =
-            compiler.compile_into_spirv(&source, kind, &path.to_string_lossy(), "main", Some(&options))?;
+        let binary = compiler.compile_into_spirv(
+            &source,
+            kind,
+            &path.to_string_lossy(),
+            "main",
+            Some(&options),
+        )?;
         let words = binary.as_binary();
         write!(
             constants,

@@ -97,8 +97,10 @@ pub fn sightings(scene: &Scene) -> impl Iterator<Item = (Vec3, f32, Sighting)> {
         (0..rain.count)
             .map(move |index| (rain.relative(rain.place(index, shift), camera), rain.radius as f32))
     });
-    let placed =
-        scene.drops.iter().map(move |drop| (sight.relative_placed(drop.center), drop.radius as f32));
+    let placed = scene
+        .drops
+        .iter()
+        .map(move |drop| (sight.relative_placed(drop.center), drop.radius as f32));
     random.chain(placed).map(move |(relative, radius)| {
         let center = sight.view_space(relative);
         (center, radius, sight.sighting(center, radius))

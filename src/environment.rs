@@ -7,11 +7,12 @@
 //! that is negative or not finite: one such texel in a bilinear fetch or in a log-average makes a
 //! whole picture NaN.
 
+pub mod levels;
 mod load;
 mod mend;
 mod open_exr;
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::PI;
 use std::path::Path;
 
 use glam::{DVec3, Vec3};
@@ -29,6 +30,9 @@ pub const MAX_HEIGHT: u32 = 8_192;
 
 /// The sky that `raindrops sky` computes, 512 x 256, float16.
 const BUNDLED_SKY: &[u8] = include_bytes!("../assets/sky.exr");
+
+/// Luminance of linear Rec. 709 colour.
+pub const LUMINANCE: DVec3 = DVec3::new(0.2126, 0.7152, 0.0722);
 
 /// The bundled sky's name in tables and messages.
 const BUNDLED_NAME: &str = "sky (bundled)";
@@ -176,20 +180,18 @@ impl Environment {
     /// Radiance from a unit direction: bilinear between texel centres, around the seam, clamped at
     /// the poles, as a sampler does it.
     pub fn radiance(&self, direction: DVec3) -> DVec3 {
-        let u = 0.5 + direction.x.atan2(-direction.z) / TAU;
-        let v = direction.y.clamp(-1.0, 1.0).acos() / PI;
-        let x = u * f64::from(self.width) - 0.5;
-        let y = v * f64::from(self.height) - 0.5;
-        let (fx, fy) = (x - x.floor(), y - y.floor());
-        let texel = |column: f64, row: f64| {
-            let column = (column as i64).rem_euclid(i64::from(self.width)) as usize;
-            let row = (row as i64).clamp(0, i64::from(self.height) - 1) as usize;
-            self.texels[row * self.width as usize + column].as_dvec3()
-        };
-        let (x, y) = (x.floor(), y.floor());
-        let upper = texel(x, y).lerp(texel(x + 1.0, y), fx);
-        let lower = texel(x, y + 1.0).lerp(texel(x + 1.0, y + 1.0), fx);
-        upper.lerp(lower, fy)
+        levels::bilinear(&self.texels, self.width, self.height, direction)
+    }
+
+    /// Mean luminance over the sphere of directions.
+    pub fn mean_luminance(&self) -> f64 {
+        let (mut sum, mut weights) = (0.0, 0.0);
+        for (row, texels) in self.texels.chunks_exact(self.width as usize).enumerate() {
+            let weight = (PI * (row as f64 + 0.5) / f64::from(self.height)).sin();
+            weights += weight * texels.len() as f64;
+            sum += weight * texels.iter().map(|t| t.as_dvec3().dot(LUMINANCE)).sum::<f64>();
+        }
+        sum / weights
     }
 }
 

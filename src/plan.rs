@@ -37,9 +37,7 @@ pub struct FramePlan {
 pub fn plan(scene: &Scene, output: Output) -> FramePlan {
     let choice = &scene.model;
     let (optics, primitive, order, simulation) = match choice.preset {
-        Preset::Paper => {
-            (Optics::Mask, Primitive::Point, Order::Unsorted, Simulation::Integer)
-        }
+        Preset::Paper => (Optics::Mask, Primitive::Point, Order::Unsorted, Simulation::Integer),
     };
     let optics = choice.optics.unwrap_or(optics);
     let simulation = choice.simulation.unwrap_or(simulation);

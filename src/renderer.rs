@@ -192,12 +192,7 @@ impl Renderer {
         if let Some(rain) = &self.rain {
             rain.simulate.record_reset(device, commands);
         }
-        memory_barrier(
-            device,
-            commands,
-            &[Use::TransferWrite],
-            &[Use::Uniform, Use::ComputeWrite],
-        );
+        memory_barrier(device, commands, &[Use::TransferWrite], &[Use::Uniform, Use::ComputeWrite]);
 
         if let Some(rain) = &self.rain {
             time.time(commands, "simulate", || rain.simulate.record(device, commands));
@@ -225,13 +220,7 @@ impl Renderer {
 
         if let Some(display) = &self.display {
             let tone_map = &display.tone_map;
-            image_barrier(
-                device,
-                commands,
-                &self.radiance,
-                Use::ColorAttachment,
-                Use::ShaderRead,
-            );
+            image_barrier(device, commands, &self.radiance, Use::ColorAttachment, Use::ShaderRead);
             if tone_map.needs_log_average() {
                 time.time(commands, "log luminance", || {
                     tone_map.record_log_luminance(device, commands);
@@ -244,7 +233,8 @@ impl Renderer {
         }
 
         if let Some(rain) = &self.rain {
-            let region = [vk::BufferCopy { src_offset: 0, dst_offset: 0, size: flight.counters.size }];
+            let region =
+                [vk::BufferCopy { src_offset: 0, dst_offset: 0, size: flight.counters.size }];
             let (from, to) = (rain.simulate.counters.raw(), flight.counters.raw());
             // SAFETY: both buffers are that large; the barrier after the simulation covers the read.
             unsafe { device.raw().cmd_copy_buffer(commands, from, to, &region) };

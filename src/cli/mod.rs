@@ -3,14 +3,23 @@
 //! Exit status: 0 done, 1 the answer is "no" (a comparison above its bound, a check that fails),
 //! 2 an error, told in one line on stderr. Results go to stdout or to `-o`, progress to stderr.
 
+mod bench;
+mod devices;
+mod mask;
+mod options;
+mod plan;
+mod render;
 mod sky;
 
-use std::path::PathBuf;
+use std::io::{ErrorKind, Write as _};
+use std::path::Path;
 use std::process::ExitCode;
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Parser, Subcommand};
+use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 
-use crate::model::{Operator, Optics, Preset, Simulation};
+use crate::environment::Environment;
+use crate::passes::simulate::Counts;
 use crate::scene::Scene;
 use crate::{Error, Result};
 
@@ -24,6 +33,11 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
+    Render(render::RenderArgs),
+    Bench(bench::BenchArgs),
+    Mask(mask::MaskArgs),
+    Plan(plan::PlanArgs),
+    Devices(devices::DevicesArgs),
     Sky(sky::SkyArgs),
 }
 
@@ -40,6 +54,11 @@ pub enum Answer {
 pub fn main() -> ExitCode {
     let cli = Cli::parse();
     let outcome: anyhow::Result<Answer> = match cli.command {
+        Command::Render(args) => render::run(&args),
+        Command::Bench(args) => bench::run(&args),
+        Command::Mask(args) => mask::run(&args),
+        Command::Plan(args) => plan::run(&args),
+        Command::Devices(args) => devices::run(&args),
         Command::Sky(args) => sky::run(&args),
     };
     match outcome {
@@ -53,81 +72,45 @@ pub fn main() -> ExitCode {
     }
 }
 
-/// A scene and the values that the command line sets in it.
-#[derive(Args, Clone, Debug, Default)]
-pub struct SceneArgs {
-    /// Scene file (TOML); left out: the paper's benchmark scene
-    scene: Option<PathBuf>,
-    /// Number of random drops
-    #[arg(long, value_name = "N")]
-    drops: Option<u32>,
-    /// Seed of the random drops
-    #[arg(long, value_name = "N")]
-    seed: Option<u64>,
-    /// Scene time in seconds
-    #[arg(long, value_name = "S", allow_negative_numbers = true)]
-    time: Option<f64>,
-    /// Image size in pixels
-    #[arg(long, value_name = "WxH", value_parser = parse_size)]
-    size: Option<(u32, u32)>,
-    /// Environment image: latitude-longitude EXR, HDR, PNG or JPEG
-    #[arg(long, value_name = "FILE")]
-    environment: Option<PathBuf>,
-    /// Models, all axes at once
-    #[arg(long, value_enum, value_name = "NAME")]
-    preset: Option<Preset>,
-    /// How the light leaving a drop is found
-    #[arg(long, value_enum, value_name = "NAME")]
-    optics: Option<Optics>,
-    /// Where the drops' positions come from
-    #[arg(long, value_enum, value_name = "NAME")]
-    simulation: Option<Simulation>,
-    /// Edge of the mask's finest level in texels
-    #[arg(long, value_name = "N")]
-    mask_size: Option<u32>,
-    /// Tone mapping operator
-    #[arg(long, value_enum, value_name = "NAME")]
-    tone_map: Option<Operator>,
-}
-
-impl SceneArgs {
-    /// The scene file with the command line's values set in it, validated.
-    pub fn load(&self) -> Result<Scene> {
-        let mut scene = match &self.scene {
-            Some(path) => Scene::load(path)?,
-            None => Scene::default(),
-        };
-        if let Some(count) = self.drops {
-            scene.rain.get_or_insert_default().count = count;
-        }
-        if let Some(seed) = self.seed {
-            scene.seed = seed;
-        }
-        if let Some(time) = self.time {
-            scene.time = time;
-        }
-        if let Some((width, height)) = self.size {
-            (scene.image.width, scene.image.height) = (width, height);
-        }
-        if let Some(file) = &self.environment {
-            scene.environment.file = Some(file.clone());
-            scene.environment.radiance = None;
-        }
-        if let Some(preset) = self.preset {
-            scene.model.preset = preset;
-        }
-        scene.model.optics = self.optics.or(scene.model.optics);
-        scene.model.simulation = self.simulation.or(scene.model.simulation);
-        scene.model.mask_size = self.mask_size.unwrap_or(scene.model.mask_size);
-        scene.tone_map.operator = self.tone_map.unwrap_or(scene.tone_map.operator);
-        scene.validate("command line")?;
-        Ok(scene)
+/// Opens the scene's environment and says on stderr what had to be mended in it.
+fn open_environment(scene: &Scene) -> Result<Environment> {
+    let environment = Environment::open(&scene.environment)?;
+    if !environment.mended().is_nothing() {
+        eprintln!("environment {}: {}", environment.name(), environment.mended());
     }
+    Ok(environment)
 }
 
-/// `1920x1080` to (1920, 1080).
-fn parse_size(text: &str) -> Result<(u32, u32), String> {
-    text.split_once(['x', 'X'])
-        .and_then(|(width, height)| Some((width.parse().ok()?, height.parse().ok()?)))
-        .ok_or_else(|| format!("'{text}' is not a size like 1024x1024"))
+/// Says on stderr which drops were left out of a frame, and why.
+fn say_undrawn(counts: &Counts) {
+    let say = |count: u64, why: &str| {
+        if count > 0 {
+            eprintln!("warning: {count} drops not drawn: {why}");
+        }
+    };
+    say(counts.overflow, "more drops over the point size than fit into their list");
+    say(counts.camera_inside, "the camera is inside them");
+    say(counts.beside_camera, "they reach beside the camera, where a billboard has no shape");
+}
+
+/// A progress bar on stderr; invisible where stderr is no terminal.
+fn progress(length: u64, unit: &str) -> ProgressBar {
+    let style =
+        ProgressStyle::with_template("{bar:40} {pos}/{len} {unit} {msg} [{elapsed} < {eta}]")
+            .unwrap_or_else(|_| ProgressStyle::default_bar());
+    let style = style.with_key("unit", {
+        let unit = unit.to_string();
+        move |_: &ProgressState, f: &mut dyn std::fmt::Write| {
+            let _ = f.write_str(&unit);
+        }
+    });
+    ProgressBar::new(length).with_style(style)
+}
+
+/// Prints a line to stdout. A reader that has gone away (`| head`) is no error.
+fn print(line: impl std::fmt::Display) -> Result<()> {
+    match writeln!(std::io::stdout(), "{line}") {
+        Err(error) if error.kind() == ErrorKind::BrokenPipe => std::process::exit(0),
+        other => other.map_err(|error| Error::write(Path::new("stdout"), error)),
+    }
 }

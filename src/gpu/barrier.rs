@@ -93,9 +93,9 @@ impl Use {
 
 /// The scopes of several uses together.
 fn join(uses: &[Use]) -> (Stage, Access) {
-    uses.iter().map(|one| one.scope()).fold((Stage::NONE, Access::NONE), |all, one| {
-        (all.0 | one.0, all.1 | one.1)
-    })
+    uses.iter()
+        .map(|one| one.scope())
+        .fold((Stage::NONE, Access::NONE), |all, one| (all.0 | one.0, all.1 | one.1))
 }
 
 /// Makes every buffer that was used as any of `before` ready for any use in `after`.

@@ -39,12 +39,12 @@ impl Commands {
         commands.raw = unsafe { device.raw.allocate_command_buffers(&info) }
             .named("vkAllocateCommandBuffers", name)?[0];
         device.name(commands.raw, name);
-        let mut kind = vk::SemaphoreTypeCreateInfo::default()
-            .semaphore_type(vk::SemaphoreType::TIMELINE);
+        let mut kind =
+            vk::SemaphoreTypeCreateInfo::default().semaphore_type(vk::SemaphoreType::TIMELINE);
         let info = vk::SemaphoreCreateInfo::default().push_next(&mut kind);
         // SAFETY: valid info; `commands` owns the handle.
-        commands.timeline = unsafe { device.raw.create_semaphore(&info, None) }
-            .named("vkCreateSemaphore", name)?;
+        commands.timeline =
+            unsafe { device.raw.create_semaphore(&info, None) }.named("vkCreateSemaphore", name)?;
         device.name(commands.timeline, name);
         Ok(commands)
     }

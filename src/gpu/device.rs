@@ -33,6 +33,16 @@ pub struct DeviceReport {
     rank: u32,
 }
 
+impl DeviceReport {
+    /// Device, driver and Vulkan version in one line.
+    pub fn summary(&self) -> String {
+        format!(
+            "{} ({}), {} {}, Vulkan {}",
+            self.name, self.kind, self.driver, self.driver_info, self.api_version
+        )
+    }
+}
+
 /// Optional features that were found and are enabled.
 #[derive(Clone, Copy, Debug)]
 pub struct Features {
@@ -64,7 +74,8 @@ impl Instance {
         // SAFETY: the instance is alive.
         let physical = unsafe { self.raw.enumerate_physical_devices() }
             .named("vkEnumeratePhysicalDevices", "the instance")?;
-        let mut reports: Vec<_> = physical.into_iter().map(|physical| self.report(physical)).collect();
+        let mut reports: Vec<_> =
+            physical.into_iter().map(|physical| self.report(physical)).collect();
         reports.sort_by_key(|report| (!report.missing.is_empty(), report.rank));
         Ok(reports)
     }
@@ -107,6 +118,8 @@ impl Instance {
             (features12.host_query_reset == vk::TRUE, "hostQueryReset"),
             (features13.dynamic_rendering == vk::TRUE, "dynamicRendering"),
             (features13.synchronization2 == vk::TRUE, "synchronization2"),
+            // SPIR-V 1.6 gives workgroup sizes by LocalSizeId, which is part of it.
+            (features13.maintenance4 == vk::TRUE, "maintenance4"),
         ];
         let (rank, kind) = match base.device_type {
             vk::PhysicalDeviceType::DISCRETE_GPU => (0, "discrete GPU"),
@@ -150,9 +163,9 @@ impl Instance {
             None => devices.first(),
             Some(wanted) => match wanted.parse::<usize>() {
                 Ok(index) => devices.get(index),
-                Err(_) => devices
-                    .iter()
-                    .find(|d| d.name.to_lowercase().contains(&wanted.to_lowercase())),
+                Err(_) => {
+                    devices.iter().find(|d| d.name.to_lowercase().contains(&wanted.to_lowercase()))
+                }
             },
         };
         let Some(chosen) = chosen else {
@@ -217,7 +230,8 @@ impl Device {
             .host_query_reset(true);
         let mut enabled13 = vk::PhysicalDeviceVulkan13Features::default()
             .dynamic_rendering(true)
-            .synchronization2(true);
+            .synchronization2(true)
+            .maintenance4(true);
         let info = vk::DeviceCreateInfo::default()
             .queue_create_infos(&queues)
             .enabled_features(&enabled)
@@ -276,7 +290,8 @@ impl Device {
     pub(super) fn name<T: vk::Handle>(&self, object: T, name: &str) {
         let Some(debug_utils) = &self.debug_utils else { return };
         let Ok(name) = std::ffi::CString::new(name) else { return };
-        let info = vk::DebugUtilsObjectNameInfoEXT::default().object_handle(object).object_name(&name);
+        let info =
+            vk::DebugUtilsObjectNameInfoEXT::default().object_handle(object).object_name(&name);
         // A name that could not be set costs nothing but itself.
         // SAFETY: the object belongs to this device; the name outlives the call.
         let _ = unsafe { debug_utils.set_debug_utils_object_name(&info) };

@@ -128,8 +128,11 @@ impl Image {
             .base_mip_level(first)
             .level_count(count)
             .layer_count(self.layers);
-        let kind =
-            if self.layers > 1 { vk::ImageViewType::TYPE_2D_ARRAY } else { vk::ImageViewType::TYPE_2D };
+        let kind = if self.layers > 1 {
+            vk::ImageViewType::TYPE_2D_ARRAY
+        } else {
+            vk::ImageViewType::TYPE_2D
+        };
         let info = vk::ImageViewCreateInfo::default()
             .image(self.raw)
             .view_type(kind)

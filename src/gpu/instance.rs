@@ -48,9 +48,7 @@ impl Instance {
         let extensions = unsafe { entry.enumerate_instance_extension_properties(None) }
             .named("vkEnumerateInstanceExtensionProperties", "the loader")?;
         let debug_utils = validation == Validation::On
-            || extensions
-                .iter()
-                .any(|e| e.extension_name_as_c_str() == Ok(ext::debug_utils::NAME));
+            || extensions.iter().any(|e| e.extension_name_as_c_str() == Ok(ext::debug_utils::NAME));
 
         let application = vk::ApplicationInfo::default()
             .application_name(c"raindrops")
@@ -90,8 +88,7 @@ impl Instance {
                 Error::Vulkan { call: "vkCreateInstance", object: "the instance".into(), result }
             }
         })?;
-        let mut instance =
-            Self { raw, entry, debug_utils, messenger: None, messages };
+        let mut instance = Self { raw, entry, debug_utils, messenger: None, messages };
         if validation == Validation::On {
             let loader = ext::debug_utils::Instance::new(&instance.entry, &instance.raw);
             let info = self::messenger_info(&instance.messages);
@@ -120,7 +117,9 @@ impl Instance {
 }
 
 fn messenger_info(messages: &Messages) -> vk::DebugUtilsMessengerCreateInfoEXT<'static> {
-    use vk::{DebugUtilsMessageSeverityFlagsEXT as Severity, DebugUtilsMessageTypeFlagsEXT as Type};
+    use vk::{
+        DebugUtilsMessageSeverityFlagsEXT as Severity, DebugUtilsMessageTypeFlagsEXT as Type,
+    };
     vk::DebugUtilsMessengerCreateInfoEXT::default()
         .message_severity(Severity::WARNING | Severity::ERROR)
         .message_type(Type::VALIDATION | Type::PERFORMANCE)

@@ -102,9 +102,8 @@ impl ComputePipeline {
             .specialization_info(&constants);
         let info = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(pipeline.layout)];
         // SAFETY: `info` and all it points to outlive the call.
-        let made = unsafe {
-            device.raw.create_compute_pipelines(vk::PipelineCache::null(), &info, None)
-        };
+        let made =
+            unsafe { device.raw.create_compute_pipelines(vk::PipelineCache::null(), &info, None) };
         pipeline.raw =
             made.map_err(|(_, result)| result).named("vkCreateComputePipelines", shader.name)?[0];
         device.name(pipeline.raw, shader.name);
@@ -226,8 +225,7 @@ impl GraphicsPipeline {
                 .vertex_binding_descriptions(&vertex_bindings)
                 .vertex_attribute_descriptions(&vertex_attributes);
         }
-        let assembly =
-            vk::PipelineInputAssemblyStateCreateInfo::default().topology(state.topology);
+        let assembly = vk::PipelineInputAssemblyStateCreateInfo::default().topology(state.topology);
         let viewport =
             vk::PipelineViewportStateCreateInfo::default().viewport_count(1).scissor_count(1);
         let raster = vk::PipelineRasterizationStateCreateInfo::default().line_width(1.0);
@@ -266,9 +264,8 @@ impl GraphicsPipeline {
             .layout(pipeline.layout)
             .push_next(&mut rendering)];
         // SAFETY: `info` and all it points to outlive the call.
-        let made = unsafe {
-            device.raw.create_graphics_pipelines(vk::PipelineCache::null(), &info, None)
-        };
+        let made =
+            unsafe { device.raw.create_graphics_pipelines(vk::PipelineCache::null(), &info, None) };
         pipeline.raw =
             made.map_err(|(_, result)| result).named("vkCreateGraphicsPipelines", vertex.name)?[0];
         device.name(pipeline.raw, vertex.name);

@@ -41,12 +41,7 @@ impl Timestamps {
     ///
     /// # Panics
     /// With more regions a frame than there is room for: a mistake of the caller.
-    pub fn time(
-        &mut self,
-        commands: vk::CommandBuffer,
-        name: &'static str,
-        record: impl FnOnce(),
-    ) {
+    pub fn time(&mut self, commands: vk::CommandBuffer, name: &'static str, record: impl FnOnce()) {
         let index = 2 * self.regions.len() as u32;
         assert!(index < 2 * MAX_REGIONS, "more than {MAX_REGIONS} timed passes");
         self.regions.push(name);

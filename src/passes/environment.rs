@@ -15,9 +15,7 @@ use half::f16;
 use crate::Result;
 use crate::environment::Environment;
 use crate::environment::levels::levels;
-use crate::gpu::{
-    Buffer, Commands, Device, Image, ImageInfo, Memory, Sampler, Use, image_barrier,
-};
+use crate::gpu::{Buffer, Commands, Device, Image, ImageInfo, Memory, Sampler, Use, image_barrier};
 
 /// Largest radiance that is stored: half of float16's largest, so that sums of a few fit.
 const MAX_STORED: f32 = 32_768.0;
@@ -40,7 +38,8 @@ impl EnvironmentMap {
     /// Prefilters and uploads.
     pub fn new(device: &Arc<Device>, environment: &Environment) -> Result<Self> {
         let chain = levels(environment);
-        let brightest = environment.texels().iter().fold(0.0f32, |most, t| most.max(t.max_element()));
+        let brightest =
+            environment.texels().iter().fold(0.0f32, |most, t| most.max(t.max_element()));
         let radiance_scale = (brightest / MAX_STORED).log2().ceil().exp2().max(1.0);
 
         let image = Image::new(

@@ -90,8 +90,8 @@ impl Frame {
             frame.camera_place = with_int(rain.camera_place(scene.camera.position), rain.count);
             frame.shift = with_int(rain.shift(tick), scene.drop_count());
             frame.extent = with(rain.half_extent.as_vec3(), least_radius as f32);
-            let seconds = last_tick
-                .map_or(0.0, |last| (tick - last) as f64 / crate::rain::TICKS_PER_SECOND);
+            let seconds =
+                last_tick.map_or(0.0, |last| (tick - last) as f64 / crate::rain::TICKS_PER_SECOND);
             // A jump is a long step; whole boxes of it are taken out here, in float64.
             let boxes = rain.velocity * seconds / (2.0 * rain.half_extent);
             let step: DVec3 = (boxes - boxes.round()) * 2.0 * rain.half_extent;

@@ -17,8 +17,8 @@ use ash::vk;
 
 use crate::Result;
 use crate::gpu::{
-    Binding, Bindings, Commands, ComputePipeline, Device, Image, ImageInfo, Resource, Sampler, Use,
-    image_barrier, shaders,
+    Binding, Bindings, Buffer, Commands, ComputePipeline, Device, Image, ImageInfo, Memory,
+    Resource, Sampler, Use, image_barrier, memory_barrier, shaders,
 };
 use crate::model::Optics;
 use crate::optics::level_half_angle;
@@ -29,6 +29,16 @@ pub struct Mask {
     pub image: Image,
     /// Trilinear, clamped.
     pub sampler: Sampler,
+}
+
+/// A level read back: `size * size` texels a layer, row by row from the top.
+pub struct MaskLevel {
+    /// Texels an edge.
+    pub size: u32,
+    /// Reflected direction, Fresnel reflectance.
+    pub reflection: Vec<[f32; 4]>,
+    /// Twice-refracted direction, coverage.
+    pub transmission: Vec<[f32; 4]>,
 }
 
 impl Mask {
@@ -73,9 +83,44 @@ impl Mask {
         Ok(Self { image, sampler })
     }
 
+    /// Reads a level back.
+    pub fn read(&self, device: &Arc<Device>, level: u32) -> Result<MaskLevel> {
+        let size = self.image.width >> level;
+        let texels = 2 * size as usize * size as usize;
+        let is_f32 = self.image.format == vk::Format::R32G32B32A32_SFLOAT;
+        let bytes = texels as u64 * if is_f32 { 16 } else { 8 };
+        let usage = vk::BufferUsageFlags::TRANSFER_DST;
+        let staging = Buffer::new(device, "mask read back", bytes, usage, Memory::Readback)?;
+        Commands::once(device, "read mask", |commands| {
+            image_barrier(device, commands, &self.image, Use::GraphicsRead, Use::TransferRead);
+            // SAFETY: the buffer holds the level, which is in this layout.
+            unsafe {
+                device.raw().cmd_copy_image_to_buffer(
+                    commands,
+                    self.image.raw(),
+                    vk::ImageLayout::TRANSFER_SRC_OPTIMAL,
+                    staging.raw(),
+                    &[self.image.level_copy(level, 0)],
+                );
+            }
+            image_barrier(device, commands, &self.image, Use::TransferRead, Use::GraphicsRead);
+            memory_barrier(device, commands, &[Use::TransferWrite], &[Use::HostRead]);
+        })?;
+        let mut reflection: Vec<[f32; 4]> = if is_f32 {
+            staging.read(texels)
+        } else {
+            let halves: Vec<[half::f16; 4]> = staging.read(texels);
+            halves.iter().map(|texel| texel.map(half::f16::to_f32)).collect()
+        };
+        let transmission = reflection.split_off(texels / 2);
+        Ok(MaskLevel { size, reflection, transmission })
+    }
+
     /// Bytes of texels in all levels and layers.
     pub fn texel_bytes(&self) -> u64 {
         let texel = if self.image.format == vk::Format::R32G32B32A32_SFLOAT { 16 } else { 8 };
-        (0..self.image.levels).map(|level| 2 * texel * u64::from(self.image.width >> level).pow(2)).sum()
+        (0..self.image.levels)
+            .map(|level| 2 * texel * u64::from(self.image.width >> level).pow(2))
+            .sum()
     }
 }

@@ -38,10 +38,8 @@ pub(crate) fn rendering(
 ) {
     let area = vk::Rect2D { offset: Default::default(), extent: vk::Extent2D { width, height } };
     let colors = [color];
-    let mut info = vk::RenderingInfo::default()
-        .render_area(area)
-        .layer_count(1)
-        .color_attachments(&colors);
+    let mut info =
+        vk::RenderingInfo::default().render_area(area).layer_count(1).color_attachments(&colors);
     if let Some(depth) = depth {
         info = info.depth_attachment(depth);
     }

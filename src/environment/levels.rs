@@ -1,0 +1,117 @@
+//! The environment blurred for minification: a mip chain whose level i averages, around every
+//! texel, the same solid angle from equator to pole.
+//!
+//! An ordinary chain of a latitude-longitude image averages 2 x 2 texels; near the poles those are
+//! slivers, and one level cannot serve both directions there. Here a texel averages as many columns
+//! as its row's circle of latitude is shorter, weighted by solid angle: about a square of the sphere.
+
+use std::f64::consts::{PI, TAU};
+
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
+
+use super::Environment;
+
+/// One level: linear radiance, row by row from the top.
+#[derive(Clone, Debug)]
+pub struct Level {
+    /// Texels across.
+    pub width: u32,
+    /// Texels down.
+    pub height: u32,
+    /// `width * height` texels.
+    pub texels: Vec<Vec3>,
+}
+
+/// Every level, from the image itself to a single row.
+pub fn levels(environment: &Environment) -> Vec<Level> {
+    let mut chain = vec![Level {
+        width: environment.width(),
+        height: environment.height(),
+        texels: environment.texels().to_vec(),
+    }];
+    for level in 1..=environment.height().ilog2() {
+        let width = (environment.width() >> level).max(1);
+        let height = (environment.height() >> level).max(1);
+        let next = coarser(&chain[chain.len() - 1], width, height);
+        chain.push(next);
+    }
+    chain
+}
+
+fn coarser(fine: &Level, width: u32, height: u32) -> Level {
+    let rows_a_row = f64::from(fine.height) / f64::from(height);
+    let columns_a_column = f64::from(fine.width) / f64::from(width);
+    let texels = (0..height)
+        .into_par_iter()
+        .flat_map_iter(|y| {
+            let sine = (PI * (f64::from(y) + 0.5) / f64::from(height)).sin();
+            // Columns to average: the level's own, widened by 1/sin θ, all around at most.
+            let reach = (columns_a_column / sine).min(f64::from(fine.width));
+            let rows = overlaps(f64::from(y) * rows_a_row, rows_a_row);
+            let columns_mean = column_means(fine, &rows);
+            (0..width).map(move |x| {
+                let center = (f64::from(x) + 0.5) * columns_a_column;
+                let mut sum = DVec3::ZERO;
+                for (column, share) in overlaps(center - 0.5 * reach, reach) {
+                    sum += share * columns_mean[column.rem_euclid(fine.width as i64) as usize];
+                }
+                (sum / reach).as_vec3()
+            })
+        })
+        .collect();
+    Level { width, height, texels }
+}
+
+/// The cells that the interval [start, start + length] overlaps, each with the length in it.
+fn overlaps(start: f64, length: f64) -> Vec<(i64, f64)> {
+    let end = start + length;
+    (start.floor() as i64..end.ceil() as i64)
+        .map(|cell| (cell, end.min(cell as f64 + 1.0) - start.max(cell as f64)))
+        .filter(|(_, share)| *share > 1e-9)
+        .collect()
+}
+
+/// Mean of each column over some rows, weighted by solid angle.
+fn column_means(fine: &Level, rows: &[(i64, f64)]) -> Vec<DVec3> {
+    let mut means = vec![DVec3::ZERO; fine.width as usize];
+    let mut total = 0.0;
+    for (row, share) in rows {
+        let row = (*row).clamp(0, i64::from(fine.height) - 1) as usize;
+        let weight = share * (PI * (row as f64 + 0.5) / f64::from(fine.height)).sin();
+        total += weight;
+        let texels = &fine.texels[row * fine.width as usize..][..fine.width as usize];
+        for (mean, texel) in means.iter_mut().zip(texels) {
+            *mean += weight * texel.as_dvec3();
+        }
+    }
+    means.iter().map(|mean| *mean / total).collect()
+}
+
+/// Radiance from a unit direction at a fractional level: trilinear, as the GPU's sampler does it.
+pub fn sample(chain: &[Level], direction: DVec3, level: f64) -> DVec3 {
+    let level = level.clamp(0.0, (chain.len() - 1) as f64);
+    let at = |index: usize| {
+        let level = &chain[index.min(chain.len() - 1)];
+        bilinear(&level.texels, level.width, level.height, direction)
+    };
+    let fine = level.floor() as usize;
+    at(fine).lerp(at(fine + 1), level.fract())
+}
+
+/// Radiance from a unit direction: bilinear between texel centres, around the seam, clamped at the
+/// poles.
+pub(super) fn bilinear(texels: &[Vec3], width: u32, height: u32, direction: DVec3) -> DVec3 {
+    let u = 0.5 + direction.x.atan2(-direction.z) / TAU;
+    let v = direction.y.clamp(-1.0, 1.0).acos() / PI;
+    let (x, y) = (u * f64::from(width) - 0.5, v * f64::from(height) - 0.5);
+    let texel = |column: f64, row: f64| {
+        let column = (column as i64).rem_euclid(i64::from(width)) as usize;
+        let row = (row as i64).clamp(0, i64::from(height) - 1) as usize;
+        texels[row * width as usize + column].as_dvec3()
+    };
+    let (left, top) = (x.floor(), y.floor());
+    let upper = texel(left, top).lerp(texel(left + 1.0, top), x - left);
+    let lower = texel(left, top + 1.0).lerp(texel(left + 1.0, top + 1.0), x - left);
+    upper.lerp(lower, y - top)
+}
