@@ -34,9 +34,6 @@ const BUNDLED_SKY: &[u8] = include_bytes!("../assets/sky.exr");
 /// Luminance of linear Rec. 709 colour.
 pub const LUMINANCE: DVec3 = DVec3::new(0.2126, 0.7152, 0.0722);
 
-/// The bundled sky's name in tables and messages.
-const BUNDLED_NAME: &str = "sky (bundled)";
-
 /// Radiance from every direction, finite and nowhere negative.
 #[derive(Clone, Debug)]
 pub struct Environment {
@@ -90,14 +87,23 @@ impl Environment {
             .map_err(|problem| Error::Environment { path: path.into(), problem })
     }
 
+    /// An image file's content, in memory; else as [`Environment::load`].
+    ///
+    /// # Errors
+    /// As [`Environment::load`], with `name` for the path.
+    pub fn from_bytes(name: impl Into<String>, bytes: &[u8]) -> Result<Self> {
+        let name = name.into();
+        load::from_bytes(bytes)
+            .and_then(|image| Self::from_image(name.clone(), image))
+            .map_err(|problem| Error::Environment { path: name.into(), problem })
+    }
+
     /// The sky that comes with the program, made by `raindrops sky`.
     ///
     /// # Errors
     /// None for an intact program: the sky is a part of it and a test loads it.
     pub fn bundled() -> Result<Self> {
-        load::from_bytes(BUNDLED_SKY)
-            .and_then(|image| Self::from_image(BUNDLED_NAME.into(), image))
-            .map_err(|problem| Error::Environment { path: BUNDLED_NAME.into(), problem })
+        Self::from_bytes("sky (bundled)", BUNDLED_SKY)
     }
 
     /// The same radiance from everywhere: a white furnace.

@@ -4,6 +4,7 @@
 //! a renderer, which records the passes of one frame; `reference` computes the same picture in
 //! float64. `gpu` knows nothing of rain; `optics`, `rain` and `scene` know nothing of Vulkan.
 
+pub mod bench;
 pub mod camera;
 pub mod cli;
 pub mod cull;

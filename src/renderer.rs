@@ -46,6 +46,21 @@ struct Flight {
     counters: Buffer,
 }
 
+impl Flight {
+    /// What the last frame counted and took, once it is done; none before the first.
+    fn report(&self, has_drops: bool) -> Result<Option<FrameReport>> {
+        if !self.timestamps.is_used() {
+            return Ok(None);
+        }
+        let counts = if has_drops {
+            Simulate::counts(&self.counters.read(Simulate::COUNTER_WORDS))
+        } else {
+            Counts::default()
+        };
+        Ok(Some(FrameReport { counts, passes_ms: self.timestamps.read_ms()? }))
+    }
+}
+
 /// The passes that show drops; none in a scene without.
 struct Rain {
     simulate: Simulate,
@@ -170,14 +185,16 @@ impl Renderer {
     }
 
     /// Records and submits a frame of `scene`, which may differ in camera, time, seed and key from
-    /// the one that the renderer was made for. Waits for the frame before the last.
-    pub fn submit(&mut self, scene: &Scene) -> Result<()> {
+    /// the one that the renderer was made for. Waits for the frame before the last, and returns its
+    /// report.
+    pub fn submit(&mut self, scene: &Scene) -> Result<Option<FrameReport>> {
         let frame = Frame::new(scene, &self.surroundings, self.stored_at);
         self.stored_at = Some(tick_of_seconds(scene.time));
         let device = &*self.device;
         let flight = &mut self.flights[self.next];
         self.next = (self.next + 1) % FLIGHTS;
         let commands = flight.commands.begin()?;
+        let finished = flight.report(self.rain.is_some())?;
         let time = &mut flight.timestamps;
         time.reset();
 
@@ -192,10 +209,16 @@ impl Renderer {
         if let Some(rain) = &self.rain {
             rain.simulate.record_reset(device, commands);
         }
-        memory_barrier(device, commands, &[Use::TransferWrite], &[Use::Uniform, Use::ComputeWrite]);
 
+        // A pass's time includes the wait for its input: drivers that defer drawing do it there.
+        time.time(commands, "simulate", || {
+            let written = [Use::Uniform, Use::ComputeWrite];
+            memory_barrier(device, commands, &[Use::TransferWrite], &written);
+            if let Some(rain) = &self.rain {
+                rain.simulate.record(device, commands);
+            }
+        });
         if let Some(rain) = &self.rain {
-            time.time(commands, "simulate", || rain.simulate.record(device, commands));
             memory_barrier(
                 device,
                 commands,
@@ -209,11 +232,11 @@ impl Renderer {
         time.time(commands, "sky", || self.sky.record(device, commands, &self.radiance));
 
         if let Some(rain) = &self.rain {
-            let drawn = Use::ColorAttachment;
-            image_barrier(device, commands, &self.radiance, drawn, drawn);
-            let depth = Use::DepthAttachment;
-            image_discard(device, commands, &rain.depth, &[depth], depth);
             time.time(commands, "drops", || {
+                let drawn = Use::ColorAttachment;
+                image_barrier(device, commands, &self.radiance, drawn, drawn);
+                let depth = Use::DepthAttachment;
+                image_discard(device, commands, &rain.depth, &[depth], depth);
                 rain.drops.record(device, commands, &rain.simulate, &self.radiance, &rain.depth);
             });
         }
@@ -240,19 +263,15 @@ impl Renderer {
             unsafe { device.raw().cmd_copy_buffer(commands, from, to, &region) };
             memory_barrier(device, commands, &[Use::TransferWrite], &[Use::HostRead]);
         }
-        flight.commands.submit()
+        flight.commands.submit()?;
+        Ok(finished)
     }
 
     /// Waits for the last submitted frame and reports on it.
     pub fn finish(&self) -> Result<FrameReport> {
         let flight = &self.flights[(self.next + FLIGHTS - 1) % FLIGHTS];
         flight.commands.wait()?;
-        let counts = if self.rain.is_some() {
-            Simulate::counts(&flight.counters.read(Simulate::COUNTER_WORDS))
-        } else {
-            Counts::default()
-        };
-        Ok(FrameReport { counts, passes_ms: flight.timestamps.read_ms()? })
+        Ok(flight.report(self.rain.is_some())?.unwrap_or_default())
     }
 
     /// Linear radiance of the last frame.

@@ -1,10 +1,176 @@
-//! `raindrops bench`
-use super::Answer;
+//! `raindrops bench`: the paper's Table II on this machine's Vulkan devices.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
 use clap::Args;
-/// Bench
+
+use super::options::{DeviceArgs, SceneValues};
+use super::{Answer, print, progress, write_json};
+use crate::bench::{Build, DeviceHead, Effort, Host, Report, Row, SCHEMA, Variant, measure, table};
+use crate::cull::count_visible;
+use crate::environment::Environment;
+use crate::gpu::Device;
+use crate::model::{Operator, Preset};
+use crate::plan::{Output, plan};
+use crate::scene::Scene;
+
+/// Measure frame rates: the paper's Table II on this machine
 #[derive(Args)]
-pub struct BenchArgs {}
+pub struct BenchArgs {
+    /// Scene file (TOML); left out: the paper's benchmark scene
+    scene: Option<PathBuf>,
+    /// Drop counts, comma-separated
+    #[arg(
+        long,
+        value_name = "N,…",
+        value_delimiter = ',',
+        default_values_t = [125_000, 250_000, 500_000, 1_000_000, 2_000_000, 4_000_000],
+    )]
+    drops: Vec<u32>,
+    /// Presets to measure side by side, in turn; comma-separated
+    #[arg(long, value_enum, value_name = "NAME,…", value_delimiter = ',')]
+    preset: Vec<Preset>,
+    /// Seconds to measure a row …
+    #[arg(long, value_name = "S", default_value_t = 2.0)]
+    seconds: f64,
+    /// … and at least so many frames of it
+    #[arg(long, value_name = "N", default_value_t = 12)]
+    frames: usize,
+    /// Write the figures as JSON
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    #[command(flatten)]
+    values: SceneValues,
+    /// `--device all` measures every device in turn
+    #[command(flatten)]
+    device: DeviceArgs,
+}
+
 /// Runs the command.
-pub fn run(_: &BenchArgs) -> anyhow::Result<Answer> {
-    Ok(Answer::Yes)
+pub fn run(args: &BenchArgs) -> anyhow::Result<Answer> {
+    let mut scene = args.values.load(args.scene.as_deref())?;
+    if let Some(json) = &args.json {
+        super::check_folder(json)?;
+    }
+    if scene.tone_map.operator == Operator::None {
+        eprintln!("note: the tone-mapped rows clip instead of compressing (operator none)");
+    }
+    let mut presets = args.preset.clone();
+    if presets.is_empty() {
+        presets.push(scene.model.preset);
+    }
+    scene.rain.get_or_insert_default();
+    let environment = super::open_environment(&scene)?;
+
+    let instance = args.device.instance()?;
+    let devices = match args.device.device.as_deref() {
+        Some("all") => instance.devices()?,
+        wanted => vec![instance.choose(wanted)?],
+    };
+    let mut reports = Vec::new();
+    let mut answer = Answer::Yes;
+    for device in devices {
+        if !device.missing.is_empty() {
+            eprintln!("left out: {} lacks {}", device.name, device.missing.join(", "));
+            continue;
+        }
+        eprintln!("device: {}", device.summary());
+        let device = Device::open(&instance, device)?;
+        let report = bench(args, &device, &scene, &presets, &environment)?;
+        print(format_args!("{}\n{}", device.report.summary(), table(&report.rows)))?;
+        print(host_line(&report))?;
+        if !report.rows.iter().all(Row::passes_add_up) {
+            eprintln!(
+                "note: the driver's times of the passes do not add up to the frames; trust the frames"
+            );
+        }
+        if !check_counts(&scene, &report) {
+            answer = Answer::No;
+        }
+        reports.push(report);
+    }
+    if let Some(path) = &args.json {
+        match reports.as_slice() {
+            [one] if args.device.device.as_deref() != Some("all") => write_json(path, one)?,
+            all => write_json(path, &all)?,
+        }
+    }
+    instance.expect_silence()?;
+    Ok(answer)
+}
+
+/// Every count with every preset, with and without tone mapping.
+fn bench(
+    args: &BenchArgs,
+    device: &Arc<Device>,
+    scene: &Scene,
+    presets: &[Preset],
+    environment: &Environment,
+) -> anyhow::Result<Report> {
+    let host = Host::now();
+    let bar = progress(100 * args.drops.len() as u64, "%");
+    let mut rows = Vec::new();
+    for (number, count) in args.drops.iter().enumerate() {
+        bar.set_message(format!("{count} drops"));
+        let mut variants = Vec::new();
+        for preset in presets {
+            let mut scene = scene.clone();
+            scene.model.preset = *preset;
+            scene.rain.get_or_insert_default().count = *count;
+            scene.validate("command line")?;
+            for output in [Output::Display, Output::Radiance] {
+                variants.push(Variant { plan: plan(&scene, output), scene: scene.clone() });
+            }
+        }
+        let effort = Effort { seconds: args.seconds, frames: args.frames };
+        let tick = |share: f64| bar.set_position(((number as f64 + share) * 100.0) as u64);
+        let measured = measure(device, environment, &variants, effort, &tick)?;
+        rows.extend(variants.iter().zip(&measured).map(|(v, m)| Row::new(v, m)));
+    }
+    bar.finish_and_clear();
+    Ok(Report {
+        schema: SCHEMA,
+        device: DeviceHead::of(&device.report),
+        build: Build::this(),
+        host,
+        environment: environment.name().into(),
+        rows,
+    })
+}
+
+fn host_line(report: &Report) -> String {
+    let host = &report.host;
+    let load = host.load.map_or(String::new(), |load| format!(", load {load}"));
+    let (width, height) = report.rows.first().map_or((0, 0), |row| (row.width, row.height));
+    format!(
+        "{width} x {height}, environment {}; {} ({} cores{load}), {}; raindrops {} {} {}",
+        report.environment,
+        host.cpu,
+        host.cores,
+        host.os,
+        report.build.version,
+        report.build.commit,
+        report.build.profile
+    )
+}
+
+/// The drops in view, counted by the GPU, against the CPU's count of the same.
+fn check_counts(scene: &Scene, report: &Report) -> bool {
+    let mut agree = true;
+    for row in report.rows.iter().filter(|row| row.tone_map && row.simulation == "integer") {
+        let mut scene = scene.clone();
+        if let Some(rain) = &mut scene.rain {
+            rain.count = row.drops - scene.drops.len() as u32;
+        }
+        let expected = count_visible(&scene);
+        if row.visible != expected {
+            eprintln!(
+                "error: {} of {} drops in view on the GPU, {expected} by the CPU's count",
+                row.visible, row.drops
+            );
+            agree = false;
+        }
+    }
+    agree
 }

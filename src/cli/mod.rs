@@ -107,6 +107,24 @@ fn progress(length: u64, unit: &str) -> ProgressBar {
     ProgressBar::new(length).with_style(style)
 }
 
+/// Fails before the work, rather than after it, if the folder of a result is not there.
+fn check_folder(path: &Path) -> Result<()> {
+    match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() && !folder.is_dir() => {
+            Err(Error::write(path, format!("there is no folder {}", folder.display())))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Writes figures as JSON.
+fn write_json(path: &Path, value: &impl serde::Serialize) -> Result<()> {
+    crate::picture::write_whole(path, |file| {
+        serde_json::to_writer_pretty(&mut *file, value).map_err(|error| error.to_string())?;
+        file.write_all(b"\n").map_err(|error| error.to_string())
+    })
+}
+
 /// Prints a line to stdout. A reader that has gone away (`| head`) is no error.
 fn print(line: impl std::fmt::Display) -> Result<()> {
     match writeln!(std::io::stdout(), "{line}") {

@@ -9,7 +9,6 @@ use super::{Answer, progress};
 use crate::picture::write_png;
 use crate::plan::{Output, plan};
 use crate::renderer::{FrameReport, Renderer};
-use crate::{Error, Result};
 
 /// Render one frame, or a numbered sequence
 #[derive(Args)]
@@ -43,7 +42,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<Answer> {
     if !args.fps.is_finite() || args.fps == 0.0 {
         anyhow::bail!("--fps {}: give a finite number that is not 0", args.fps);
     }
-    check_folder(&args.output)?;
+    super::check_folder(&args.output)?;
     let environment = super::open_environment(&scene)?;
     let device = args.device.open()?;
     let mut renderer = Renderer::new(&device, &scene, &environment, &plan(&scene, output))?;
@@ -71,16 +70,6 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<Answer> {
     super::say_undrawn(&report.counts);
     device.instance().expect_silence()?;
     Ok(Answer::Yes)
-}
-
-/// Fails before the work rather than after it.
-fn check_folder(path: &Path) -> Result<()> {
-    match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() && !folder.is_dir() => {
-            Err(Error::write(path, format!("there is no folder {}", folder.display())))
-        }
-        _ => Ok(()),
-    }
 }
 
 /// `rain.png` and 7 to `rain-0007.png`.

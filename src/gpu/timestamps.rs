@@ -60,6 +60,11 @@ impl Timestamps {
         }
     }
 
+    /// Whether a frame was recorded since it was made.
+    pub fn is_used(&self) -> bool {
+        !self.regions.is_empty()
+    }
+
     /// Milliseconds of each region of the last frame, which must be done; empty where the queue
     /// has no timestamps.
     pub fn read_ms(&self) -> Result<Vec<(&'static str, f64)>> {

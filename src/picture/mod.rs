@@ -22,38 +22,39 @@ pub struct Picture {
 }
 
 impl Picture {
-    /// Writes linear radiance as float32 RGB (ZIP-compressed).
+    /// Writes linear radiance as float32 RGB.
     pub fn write_exr(&self, path: &Path) -> Result<()> {
-        let width = self.width as usize;
-        write_whole(path, |file| {
-            exr::prelude::Image::from_channels(
-                (width, self.height as usize),
-                exr::prelude::SpecificChannels::rgb(|at: exr::math::Vec2<usize>| {
-                    let pixel = self.pixels[at.y() * width + at.x()];
-                    (pixel.x, pixel.y, pixel.z)
-                }),
-            )
-            .write()
-            .to_buffered(file)
-            .map_err(|error| error.to_string())
-        })
+        self.write_channels(path, |pixel| (pixel.x, pixel.y, pixel.z))
     }
 
-    /// Writes linear radiance as float16 RGB (ZIP-compressed): half the size, for pictures whose
-    /// third digit does not matter.
+    /// Writes linear radiance as float16 RGB: half the size, for pictures whose fourth digit does
+    /// not matter.
     pub fn write_exr_f16(&self, path: &Path) -> Result<()> {
+        let half = f16::from_f32;
+        self.write_channels(path, |pixel| (half(pixel.x), half(pixel.y), half(pixel.z)))
+    }
+
+    /// ZIP-compressed, in one thread and in order, so that the same picture gives the same bytes.
+    fn write_channels<T: exr::prelude::IntoSample + Send + Sync>(
+        &self,
+        path: &Path,
+        channels: impl Fn(Vec3) -> (T, T, T) + Sync,
+    ) -> Result<()> {
         let width = self.width as usize;
+        let layer = exr::prelude::Layer::new(
+            (width, self.height as usize),
+            exr::prelude::LayerAttributes::default(),
+            exr::prelude::Encoding::SMALL_LOSSLESS,
+            exr::prelude::SpecificChannels::rgb(|at: exr::math::Vec2<usize>| {
+                channels(self.pixels[at.y() * width + at.x()])
+            }),
+        );
         write_whole(path, |file| {
-            exr::prelude::Image::from_channels(
-                (width, self.height as usize),
-                exr::prelude::SpecificChannels::rgb(|at: exr::math::Vec2<usize>| {
-                    let pixel = self.pixels[at.y() * width + at.x()];
-                    (f16::from_f32(pixel.x), f16::from_f32(pixel.y), f16::from_f32(pixel.z))
-                }),
-            )
-            .write()
-            .to_buffered(file)
-            .map_err(|error| error.to_string())
+            exr::prelude::Image::from_layer(layer)
+                .write()
+                .non_parallel()
+                .to_buffered(file)
+                .map_err(|error| error.to_string())
         })
     }
 }

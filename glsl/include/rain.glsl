@@ -1,0 +1,54 @@
+// Where a drop is and whether it is in view; the twin of src/rain.rs and src/cull.rs, bit for bit.
+// `precise` keeps every product and sum apart, so that each rounds as the CPU's does.
+
+uvec3 start(uint index) {
+    // pcg4d, Jarzynski and Olano 2020.
+    uvec4 v = uvec4(index, frame.seed.xy, 0x7261696eu) * 1664525u + 1013904223u;
+    v.x += v.y * v.w; v.y += v.z * v.x; v.z += v.x * v.y; v.w += v.y * v.z;
+    v ^= v >> 16u;
+    v.x += v.y * v.w; v.y += v.z * v.x; v.z += v.x * v.y; v.w += v.y * v.z;
+    return v.xyz;
+}
+
+// Centre relative to the camera along the world's axes.
+vec3 relative_integer(uint index) {
+    ivec3 place = ivec3(start(index) + frame.shift.xyz - frame.camera_place.xyz);
+    precise vec3 relative = vec3(place) * frame.units.xyz;
+    return relative;
+}
+
+struct Placed {
+    vec4 high; // centre in float32, radius
+    vec4 low;  // what float32 lost of the centre
+};
+
+vec3 relative_placed(Placed drop) {
+    precise vec3 relative =
+        (drop.high.xyz - frame.camera_high.xyz) + (drop.low.xyz - frame.camera_low.xyz);
+    return relative;
+}
+
+vec3 view_space(vec3 p) {
+    precise vec3 v = vec3(
+        (frame.right.x * p.x + frame.right.y * p.y) + frame.right.z * p.z,
+        (frame.up.x * p.x + frame.up.y * p.y) + frame.up.z * p.z,
+        (frame.back.x * p.x + frame.back.y * p.y) + frame.back.z * p.z);
+    return v;
+}
+
+const uint OUT_OF_VIEW = 0, VISIBLE = 1, CAMERA_INSIDE = 2, BESIDE_CAMERA = 3;
+
+// What becomes of a drop with its centre at `v` in view space; `distance2` is its square's length.
+uint sighting(vec3 v, float radius, out float distance2) {
+    precise float depth = -v.z;
+    precise float square = (v.x * v.x + v.y * v.y) + v.z * v.z;
+    precise float radius2 = radius * radius;
+    precise float beyond_x = abs(v.x) * frame.frustum.x - depth * frame.frustum.y;
+    precise float beyond_y = abs(v.y) * frame.frustum.z - depth * frame.frustum.w;
+    precise float near2 = frame.camera_high.w * frame.camera_high.w;
+    distance2 = square;
+    if (square <= radius2) return CAMERA_INSIDE;
+    bool in_frustum = beyond_x <= radius && beyond_y <= radius;
+    if (!in_frustum || square < near2 || depth <= -radius) return OUT_OF_VIEW;
+    return depth <= radius ? BESIDE_CAMERA : VISIBLE;
+}

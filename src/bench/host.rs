@@ -1,0 +1,37 @@
+//! The machine that a benchmark ran on.
+
+use serde::Serialize;
+
+/// CPU, cores, system and load.
+#[derive(Clone, Debug, Serialize)]
+pub struct Host {
+    /// Processor, as the system names it.
+    pub cpu: String,
+    /// Logical cores that this process may use.
+    pub cores: usize,
+    /// Operating system and architecture.
+    pub os: String,
+    /// Load average of the last minute when the benchmark began; absent where the system has none.
+    pub load: Option<f64>,
+}
+
+impl Host {
+    /// This machine, now.
+    pub fn now() -> Self {
+        let file = |path| std::fs::read_to_string(path).unwrap_or_default();
+        let cpu = file("/proc/cpuinfo")
+            .lines()
+            .find_map(|line| line.strip_prefix("model name")?.split_once(':'))
+            .map_or("unknown".into(), |(_, name)| name.trim().to_string());
+        let release = file("/etc/os-release")
+            .lines()
+            .find_map(|line| line.strip_prefix("PRETTY_NAME="))
+            .map_or(std::env::consts::OS.into(), |name| name.trim_matches('"').to_string());
+        Self {
+            cpu,
+            cores: std::thread::available_parallelism().map_or(1, Into::into),
+            os: format!("{release} {}", std::env::consts::ARCH),
+            load: file("/proc/loadavg").split(' ').next().and_then(|load| load.parse().ok()),
+        }
+    }
+}

@@ -1,0 +1,145 @@
+//! Frame times of several variants of one scene, in turn.
+//!
+//! Machines are noisy and clocks drift, so variants that are compared run alternately in short
+//! batches, and medians are reported. A sample is the wall-clock time between two frames that come
+//! out of a queue kept two frames deep: the throughput that a frame rate means. The first frame
+//! stands apart, because drivers compile late; the first two of a batch only fill the queue.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::time::Instant;
+
+use crate::Result;
+use crate::environment::Environment;
+use crate::gpu::Device;
+use crate::plan::FramePlan;
+use crate::renderer::{FrameReport, Renderer};
+use crate::scene::Scene;
+
+/// Frames that fill the queue at the start of a batch.
+const FILL: usize = 2;
+/// Seconds of scene time a frame: the rain falls while it is measured, as in the paper.
+const STEP_SECONDS: f64 = 1.0 / 60.0;
+
+/// How long to measure a variant.
+#[derive(Clone, Copy, Debug)]
+pub struct Effort {
+    /// Go on until so much time is measured …
+    pub seconds: f64,
+    /// … and at least so many frames.
+    pub frames: usize,
+}
+
+/// What is measured.
+#[derive(Clone, Debug)]
+pub struct Variant {
+    /// The scene at its first frame.
+    pub scene: Scene,
+    /// Its plan.
+    pub plan: FramePlan,
+}
+
+/// What was measured of a variant.
+#[derive(Clone, Debug, Default)]
+pub struct Measured {
+    /// Milliseconds to make the renderer: mask, environment, pipelines, buffers.
+    pub setup_ms: f64,
+    /// Milliseconds of the first frame.
+    pub first_frame_ms: f64,
+    /// The first frame's report.
+    pub first: FrameReport,
+    /// Wall-clock milliseconds a frame.
+    pub samples_ms: Vec<f64>,
+    /// GPU milliseconds of each pass, by name, in the order of the frame.
+    pub passes_ms: Vec<(&'static str, Vec<f64>)>,
+}
+
+struct Run {
+    renderer: Renderer,
+    scene: Scene,
+    measured: Measured,
+    passes: BTreeMap<&'static str, Vec<f64>>,
+}
+
+/// Measures every variant, in turn; `tick` is called with the share done, from 0 to 1.
+pub fn measure(
+    device: &Arc<Device>,
+    environment: &Environment,
+    variants: &[Variant],
+    effort: Effort,
+    tick: &dyn Fn(f64),
+) -> Result<Vec<Measured>> {
+    let mut runs = Vec::new();
+    for variant in variants {
+        runs.push(Run::start(device, environment, variant)?);
+    }
+    loop {
+        let share = |run: &Run| {
+            let spent: f64 = run.measured.samples_ms.iter().sum::<f64>() * 1e-3;
+            let frames = run.measured.samples_ms.len() as f64;
+            (spent / effort.seconds).min(frames / effort.frames as f64).min(1.0)
+        };
+        let done = runs.iter().map(share).sum::<f64>() / runs.len().max(1) as f64;
+        tick(done);
+        if done >= 1.0 {
+            break;
+        }
+        for run in &mut runs {
+            run.batch(effort)?;
+        }
+    }
+    Ok(runs.into_iter().map(Run::end).collect())
+}
+
+impl Run {
+    fn start(device: &Arc<Device>, environment: &Environment, variant: &Variant) -> Result<Self> {
+        let before = Instant::now();
+        let mut renderer = Renderer::new(device, &variant.scene, environment, &variant.plan)?;
+        let setup_ms = ms_since(before);
+        let before = Instant::now();
+        renderer.submit(&variant.scene)?;
+        let first = renderer.finish()?;
+        let first_frame_ms = ms_since(before);
+        let passes_ms = first.passes_ms.iter().map(|(name, _)| (*name, Vec::new())).collect();
+        let measured =
+            Measured { setup_ms, first_frame_ms, first, samples_ms: Vec::new(), passes_ms };
+        let scene = variant.scene.clone();
+        Ok(Self { renderer, scene, measured, passes: BTreeMap::new() })
+    }
+
+    /// A few frames, or a sixth of the effort where frames are short.
+    fn batch(&mut self, effort: Effort) -> Result<()> {
+        let start = Instant::now();
+        let mut last = start;
+        let mut taken = 0;
+        for number in 0.. {
+            self.scene.time += STEP_SECONDS;
+            let finished = self.renderer.submit(&self.scene)?;
+            let now = Instant::now();
+            if number >= FILL {
+                self.measured.samples_ms.push((now - last).as_secs_f64() * 1e3);
+                taken += 1;
+                for (name, ms) in finished.map(|report| report.passes_ms).unwrap_or_default() {
+                    self.passes.entry(name).or_default().push(ms);
+                }
+            }
+            last = now;
+            if taken >= 4 && start.elapsed().as_secs_f64() > effort.seconds / 6.0 {
+                break;
+            }
+        }
+        self.renderer.finish()?;
+        Ok(())
+    }
+
+    fn end(mut self) -> Measured {
+        for (name, samples) in &mut self.measured.passes_ms {
+            *samples = self.passes.remove(name).unwrap_or_default();
+        }
+        self.measured
+    }
+}
+
+fn ms_since(before: Instant) -> f64 {
+    before.elapsed().as_secs_f64() * 1e3
+}

@@ -1,0 +1,10 @@
+//! The benchmark: frames of one scene at several drop counts, with and without tone mapping.
+
+mod host;
+mod measure;
+mod report;
+pub mod statistics;
+
+pub use host::Host;
+pub use measure::{Effort, Variant, measure};
+pub use report::{Build, DeviceHead, PassMedians, Report, Row, SCHEMA, table};
