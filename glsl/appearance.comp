@@ -1,0 +1,69 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// The prefiltered picture of a far drop from every direction; one invocation a direction.
+// See src/passes/appearance.rs.
+#include "frame.glsl"
+#include "environment.glsl"
+#include "optics.glsl"
+#include "octahedron.glsl"
+#include "shared_exponent.glsl"
+
+layout(local_size_x = 8) in;
+layout(constant_id = 0) const uint INTERNAL_REFLECTIONS = 2;
+layout(constant_id = 1) const uint CONSERVE = 1;
+
+layout(set = 0, binding = 1) uniform sampler2D environment_map;
+layout(std430, set = 0, binding = 2) writeonly buffer Appearance { uint appearance[]; };
+
+#include "drop_light.glsl"
+#include "appearance.glsl"
+
+const uint FINEST = 16;  // texels an edge of the finest picture
+const uint SAMPLES = 2;  // an edge of a texel
+
+// The point (s, t) of the drop's disc seen along `n`; beyond the rim, the rim.
+vec3 light(vec2 st, vec3 n, mat3 axes) {
+    float far = length(st);
+    float b = min(far, 0.9999);
+    vec2 radial = far > 0.0 ? st / far : vec2(1.0, 0.0);
+    Encounter e = Encounter(vec3(0.0, 0.0, 1.0), vec3(radial, 0.0), b, sqrt(1.0 - b * b));
+    return drop_light(environment_map, e, axes, 2.0 / float(FINEST * SAMPLES));
+}
+
+void main() {
+    uint texel = gl_GlobalInvocationID.x;
+    if (texel >= DIRECTIONS * DIRECTIONS) return;
+    vec3 n = texel_direction(texel), u, v;
+    basis(n, u, v);
+    mat3 axes = mat3(u, v, n);
+
+    // Along the Morton curve every coarser texel is complete when its four are: one sum a level.
+    vec4 sums[4] = vec4[4](vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0));
+    for (uint morton = 0u; morton < FINEST * FINEST; ++morton) {
+        uvec2 at = uvec2(0u);
+        for (uint bit = 0u; bit < 4u; ++bit) {
+            at |= (uvec2(morton >> (2u * bit), morton >> (2u * bit + 1u)) & 1u) << bit;
+        }
+        vec4 sum = vec4(0.0);
+        for (uint sub = 0u; sub < SAMPLES * SAMPLES; ++sub) {
+            vec2 st = (vec2(at) + (vec2(sub % SAMPLES, sub / SAMPLES) + 0.5) / float(SAMPLES))
+                      * (2.0 / float(FINEST)) - 1.0;
+            // Samples beyond the rim only fill texels that have no other.
+            float weight = dot(st, st) <= 1.0 ? 1.0 : 1e-4;
+            sum += weight * vec4(light(st, n, axes), 1.0);
+        }
+        appearance[appearance_word(texel, FINEST, at)] = pack_radiance(sum.rgb / sum.a);
+        uint edge = FINEST;
+        for (uint level = 0u; level < 4u; ++level) {
+            edge >>= 1u;
+            at >>= 1u;
+            sums[level] += sum;
+            uint count = 4u << (2u * level);
+            if (morton % count == count - 1u) {
+                vec4 whole = sums[level];
+                appearance[appearance_word(texel, edge, at)] = pack_radiance(whole.rgb / whole.a);
+                sums[level] = vec4(0.0);
+            }
+        }
+    }
+}

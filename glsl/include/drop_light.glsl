@@ -1,0 +1,41 @@
+// Radiance that leaves a drop along a ray, by the closed form: reflection, refraction and internal
+// reflections with the exact Fresnel weights. Needs optics.glsl and environment.glsl.
+
+// How far directions fan out for a unit step of the impact parameter: the root of the product of
+// the radial and the tangential derivative of a deviation whose derivative is `rate`.
+float fan(float rate, float sine, float b) {
+    return sqrt(abs(rate * sine / max(b, 1e-3)));
+}
+
+// `rotation` takes the encounter's vectors to world space. `step`: the impact parameter's change
+// over one sample, the reciprocal of the drop's radius in samples.
+vec3 drop_light(sampler2D map, Encounter e, mat3 rotation, float step) {
+    float ci = e.cos_incidence, ct = cos_refraction(e), st = e.b / WATER;
+    float f = reflectance(e);
+    // Within a sample of the rim cos θi is held at its mean there, else the fan is infinite.
+    float held = sqrt(max(ci * ci, min(step, 1.0)));
+    float rate_in = 2.0 / held, rate_turn = 2.0 / (WATER * ct);
+    vec3 d = rotation * e.direction, o = rotation * e.offset;
+
+    // Outside: the fan of a mirror sphere is 2 everywhere.
+    vec3 sum = f * radiance(map, (1.0 - 2.0 * ci * ci) * d + 2.0 * e.b * ci * o, 2.0 * step);
+    // θi-θt, then the double angle: cos and sin of the deviation; each internal reflection turns by
+    // π-2θt more.
+    float c = ci * ct + e.b * st, s = e.b * ct - ci * st;
+    vec2 deviation = vec2(c * c - s * s, 2.0 * c * s);
+    vec2 turn = vec2(st * st - ct * ct, 2.0 * st * ct);
+    float rate = rate_in - rate_turn;
+    float weight = (1.0 - f) * (1.0 - f);
+    for (uint k = 0u; k <= INTERNAL_REFLECTIONS; ++k) {
+        // The last order takes what the omitted ones carry, so that no energy is lost:
+        // Σ_{j≥k} (1-F)² F^j = (1-F) F^k.
+        float share = k == INTERNAL_REFLECTIONS && CONSERVE != 0u ? weight / (1.0 - f) : weight;
+        vec3 out_direction = deviation.x * d - deviation.y * o;
+        sum += share * radiance(map, out_direction, fan(rate, deviation.y, e.b) * step);
+        deviation = vec2(deviation.x * turn.x - deviation.y * turn.y,
+                         deviation.y * turn.x + deviation.x * turn.y);
+        rate -= rate_turn;
+        weight *= f;
+    }
+    return sum;
+}

@@ -1,0 +1,19 @@
+// Radiance in one word: three 9-bit mantissas, one 5-bit exponent (as VK_FORMAT_E5B9G9R9). Error:
+// 2^-9 of the largest component at most. Range: 0 to 65,408, over that of the stored units.
+
+uint pack_radiance(vec3 c) {
+    c = clamp(c, 0.0, 65408.0);
+    float most = max(max(c.r, c.g), max(c.b, 1.0 / 32768.0));
+    // The exponent that leaves the largest mantissa under 512 after rounding.
+    int exponent = int(floor(log2(most))) + 1;
+    if (floor(most * exp2(float(9 - exponent)) + 0.5) >= 512.0) ++exponent;
+    exponent = clamp(exponent, -15, 16);
+    uvec3 m = uvec3(c * exp2(float(9 - exponent)) + 0.5);
+    return m.r | (m.g << 9) | (m.b << 18) | (uint(exponent + 15) << 27);
+}
+
+vec3 unpack_radiance(uint word) {
+    // 2^(e - 15 - 9) by its bits.
+    float scale = uintBitsToFloat(((word >> 27) + 103u) << 23);
+    return vec3(word & 511u, (word >> 9) & 511u, (word >> 18) & 511u) * scale;
+}
