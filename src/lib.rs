@@ -12,6 +12,7 @@ pub mod model;
 pub mod optics;
 pub mod picture;
 pub mod rain;
+pub mod reference;
 pub mod scene;
 
 pub use error::{Error, Result};
