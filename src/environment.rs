@@ -7,6 +7,10 @@ use std::f64::consts::{PI, TAU};
 
 use glam::{DVec3, Vec3};
 
+use crate::picture::Picture;
+use crate::scene::EnvironmentChoice;
+use crate::{Error, Result};
+
 /// Radiance from every direction, finite and nowhere negative.
 #[derive(Clone, Debug)]
 pub struct Environment {
@@ -19,6 +23,31 @@ impl Environment {
     /// The same radiance from everywhere: a white furnace.
     pub fn constant(radiance: Vec3) -> Self {
         Self { width: 4, height: 2, texels: vec![radiance; 8] }
+    }
+
+    /// A latitude-longitude image from memory; `name` stands for it in messages.
+    pub fn from_texels(name: &str, width: u32, height: u32, texels: Vec<Vec3>) -> Result<Self> {
+        let safe = texels.iter().all(|texel| texel.is_finite() && texel.min_element() >= 0.0);
+        if texels.is_empty() || texels.len() as u64 != u64::from(width) * u64::from(height) || !safe
+        {
+            return Err(Error::Environment {
+                path: name.into(),
+                problem: format!("its texels do not make {width} x {height} finite radiances"),
+            });
+        }
+        Ok(Self { width, height, texels })
+    }
+
+    /// The radiance that a scene chooses; grey where it leaves the choice open.
+    pub fn open(choice: &EnvironmentChoice) -> Result<Self> {
+        match (&choice.file, choice.radiance) {
+            (Some(path), _) => {
+                let picture = Picture::read(path)?;
+                let texels = picture.pixels.iter().map(|p| p.max(Vec3::ZERO)).collect();
+                Self::from_texels(&path.to_string_lossy(), picture.width, picture.height, texels)
+            }
+            (None, radiance) => Ok(Self::constant(radiance.unwrap_or(Vec3::splat(0.18)))),
+        }
     }
 
     /// Texels across.

@@ -14,5 +14,6 @@ pub mod picture;
 pub mod rain;
 pub mod reference;
 pub mod scene;
+pub mod tone_map;
 
 pub use error::{Error, Result};

@@ -261,6 +261,10 @@ impl<'a> Tracer<'a> {
                         encounter.after_internal_reflections(k),
                         &|| exit_normal(encounter, k),
                     );
+                    // Away from the rim F is a few percent: a dozen orders exhaust float64.
+                    if encounter.weight_beyond_internal_reflections(k) < f64::EPSILON {
+                        break;
+                    }
                 }
             }
         }
@@ -275,10 +279,8 @@ pub fn exit_normal(encounter: &Encounter, k: u32) -> DVec3 {
     let (turn_cosine, turn_sine) = (st * st - ct * ct, 2.0 * st * ct);
     let (mut along, mut across) = (-encounter.cos_incidence, encounter.impact_parameter);
     for _ in 0..=k {
-        (along, across) = (
-            along * turn_cosine + across * turn_sine,
-            across * turn_cosine - along * turn_sine,
-        );
+        (along, across) =
+            (along * turn_cosine + across * turn_sine, across * turn_cosine - along * turn_sine);
     }
     along * encounter.direction + across * encounter.offset
 }

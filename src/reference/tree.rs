@@ -116,8 +116,7 @@ impl Tree {
     /// Builds the tree on all cores; O(n log n).
     pub fn new(spheres: Vec<Sphere>) -> Self {
         let mut order: Vec<u32> = (0..spheres.len() as u32).collect();
-        let nodes =
-            if spheres.is_empty() { Vec::new() } else { build(&spheres, &mut order, 0) };
+        let nodes = if spheres.is_empty() { Vec::new() } else { build(&spheres, &mut order, 0) };
         Self { spheres, order, nodes }
     }
 
