@@ -53,7 +53,8 @@ fn closed_forms_agree_with_explicit_refractions() {
         let b = encounter.impact_parameter;
         // The explicit form subtracts squares of the distance (rounding of 1e-16 of them), and its
         // root amplifies that towards the rim by 1/√(1-b²).
-        let tolerance = 1e-15 * (center.length() / radius).powi(2) / (1.0 - b * b).sqrt().max(1e-7);
+        let tolerance =
+            1e-15 * (1.0 + (center.length() / radius).powi(2)) / (1.0 - b * b).sqrt().max(1e-7);
 
         let along = center.dot(direction);
         let distance = along - (along * along - center.length_squared() + radius * radius).sqrt();
@@ -64,12 +65,13 @@ fn closed_forms_agree_with_explicit_refractions() {
         let mut inside = refract(direction, normal, 1.0 / WATER);
         let mut at = normal;
         for k in 0..4 {
-            at -= 2.0 * inside.dot(at) * inside;
+            // Lengths drift by bounces; without this the drift, not the physics, is compared.
+            at = (at - 2.0 * inside.dot(at) * inside).normalize();
             let out = refract(inside, -at, WATER);
             let difference = (encounter.after_internal_reflections(k) - out).length();
-            assert!(difference < 200.0 * tolerance, "k {k} b {b}: {difference} {tolerance}");
-            assert!((exit_normal(&encounter, k) - at).length() < 200.0 * tolerance);
-            inside = reflect(inside, at);
+            assert!(difference < 20.0 * tolerance, "k {k} b {b}: {difference} {tolerance}");
+            assert!((exit_normal(&encounter, k) - at).length() < 20.0 * tolerance);
+            inside = reflect(inside, at).normalize();
         }
         assert_eq!(encounter.transmitted(), encounter.after_internal_reflections(0));
     }

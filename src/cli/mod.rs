@@ -3,14 +3,17 @@
 //! Exit status: 0 done, 1 the answer is "no" (a comparison above its bound, a check that fails),
 //! 2 an error, told in one line on stderr. Results go to stdout or to `-o`, progress to stderr.
 
+mod compare;
+mod reference;
+
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
 
+use crate::Result;
 use crate::model::{Operator, Optics, Preset, Simulation};
 use crate::scene::Scene;
-use crate::{Error, Result};
 
 /// Raindrops rendered as raindrops, at real-time rates, with the error known.
 #[derive(Parser)]
@@ -21,7 +24,12 @@ struct Cli {
 }
 
 #[derive(Subcommand)]
-enum Command {}
+enum Command {
+    /// The truth: the scene by a float64 ray tracer on the CPU
+    Reference(reference::ReferenceArgs),
+    /// How far picture B is from the truth A; with bounds, a check
+    Compare(compare::CompareArgs),
+}
 
 /// What a command answers when it did not fail.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,7 +43,10 @@ pub enum Answer {
 /// Parses the command line, runs the command and turns its outcome into the exit status.
 pub fn main() -> ExitCode {
     let cli = Cli::parse();
-    let outcome: anyhow::Result<Answer> = match cli.command {};
+    let outcome: anyhow::Result<Answer> = match cli.command {
+        Command::Reference(args) => reference::run(&args),
+        Command::Compare(args) => compare::run(&args),
+    };
     match outcome {
         Ok(Answer::Yes) => ExitCode::SUCCESS,
         Ok(Answer::No) => ExitCode::from(1),

@@ -1,6 +1,9 @@
 //! Pictures on disk: linear radiance as EXR, display colour as PNG. A file appears whole or not at
 //! all: it is written beside its place and renamed.
 
+pub mod flip;
+pub mod metrics;
+
 use std::fs::File;
 use std::io::{BufWriter, Read, Seek, Write};
 use std::path::Path;
