@@ -81,8 +81,8 @@ pub fn apply(exposure: Exposure, radiance: Vec3) -> Vec3 {
             DVec3::select(color.cmpeq(DVec3::INFINITY), DVec3::INFINITY, compressed)
         }
     };
-    // `max` passes over NaN, so that it becomes 0.
-    scaled.map(|channel| channel.max(0.0).min(1.0)).as_vec3()
+    // NaN is not over 0, so that it becomes 0.
+    scaled.map(|channel| if channel > 0.0 { channel.min(1.0) } else { 0.0 }).as_vec3()
 }
 
 /// Every pixel of a picture by [`apply`].

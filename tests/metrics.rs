@@ -18,7 +18,7 @@ fn bytes(width: u32, height: u32, seed: u32) -> Vec<u8> {
         .flat_map(|at| {
             let (x, y) = (at % width, at / width);
             let noise = (at ^ seed).wrapping_mul(2_654_435_761) >> 27;
-            let edge = if (x / 7 + y / 11 + seed) % 3 == 0 { 90 } else { 0 };
+            let edge = if (x / 7 + y / 11 + seed).is_multiple_of(3) { 90 } else { 0 };
             let gradient = x * 120 / width;
             [edge + noise + gradient, gradient + 2 * noise, 200 - gradient - noise]
                 .map(|value| value.min(255) as u8)
