@@ -62,30 +62,23 @@ pub fn flip(reference: &Picture, test: &Picture, pixels_per_degree: f64) -> Vec<
         .collect()
 }
 
-/// Linear sRGB to CIE XYZ, D65.
-fn to_xyz() -> DMat3 {
-    DMat3::from_cols(
-        DVec3::new(
-            10_135_552.0 / 24_577_794.0,
-            2_613_072.0 / 12_288_897.0,
-            1_425_312.0 / 73_733_382.0,
-        ),
-        DVec3::new(
-            8_788_810.0 / 24_577_794.0,
-            8_788_810.0 / 12_288_897.0,
-            8_788_810.0 / 73_733_382.0,
-        ),
-        DVec3::new(
-            4_435_075.0 / 24_577_794.0,
-            887_015.0 / 12_288_897.0,
-            70_074_185.0 / 73_733_382.0,
-        ),
-    )
-}
+/// Linear sRGB to CIE XYZ, D65 (the exact fractions that the primaries and white give).
+const TO_XYZ: DMat3 = DMat3::from_cols(
+    DVec3::new(10_135_552.0 / 24_577_794.0, 2_613_072.0 / 12_288_897.0, 1_425_312.0 / 73_733_382.0),
+    DVec3::new(8_788_810.0 / 24_577_794.0, 8_788_810.0 / 12_288_897.0, 8_788_810.0 / 73_733_382.0),
+    DVec3::new(4_435_075.0 / 24_577_794.0, 887_015.0 / 12_288_897.0, 70_074_185.0 / 73_733_382.0),
+);
+
+/// XYZ of white: the sums of the rows of [`TO_XYZ`].
+const WHITE: DVec3 = DVec3::new(
+    (10_135_552.0 + 8_788_810.0 + 4_435_075.0) / 24_577_794.0,
+    (2_613_072.0 + 8_788_810.0 + 887_015.0) / 12_288_897.0,
+    (1_425_312.0 + 8_788_810.0 + 70_074_185.0) / 73_733_382.0,
+);
 
 /// XYZ over that of white, from linear RGB.
 fn over_white(color: DVec3) -> DVec3 {
-    to_xyz() * color / (to_xyz() * DVec3::ONE)
+    TO_XYZ * color / WHITE
 }
 
 /// The linear opponent space YCxCz: achromatic, red-green, blue-yellow.
@@ -97,11 +90,10 @@ fn opponent(picture: &Picture) -> Vec<DVec3> {
     picture.pixels.par_iter().map(of).collect()
 }
 
-/// Linear RGB of an opponent colour.
+/// XYZ of an opponent colour.
 fn from_opponent(color: DVec3) -> DVec3 {
     let y = (color.x + 16.0) / 116.0;
-    let over_white = DVec3::new(y + color.y / 500.0, y, y - color.z / 200.0);
-    to_xyz().inverse() * (over_white * (to_xyz() * DVec3::ONE))
+    DVec3::new(y + color.y / 500.0, y, y - color.z / 200.0) * WHITE
 }
 
 /// CIELAB with chroma scaled by lightness (Hunt's effect: colours fade in the dark).
@@ -169,10 +161,12 @@ fn perceived(opponent: &[DVec3], width: usize, pixels_per_degree: f64) -> Vec<DV
     let weights = |i: usize, p: &[f64; 4]| [0, 1, 2, 3].map(|c| kernels[c][i] * p[c]);
     let blurred = convolve(&source, width, radius, Along::Rows, weights);
     let blurred = convolve(&blurred, width, radius, Along::Columns, weights);
+    let to_rgb = TO_XYZ.inverse();
     blurred
         .par_iter()
         .map(|&[y, x, wide, narrow]| {
-            let color = from_opponent(DVec3::new(y, x, share * wide + (1.0 - share) * narrow));
+            let color =
+                to_rgb * from_opponent(DVec3::new(y, x, share * wide + (1.0 - share) * narrow));
             hunt_lab(color.clamp(DVec3::ZERO, DVec3::ONE))
         })
         .collect()
@@ -229,11 +223,13 @@ fn convolve(
     };
     let mut result = vec![[0.0; 4]; source.len()];
     result.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
-        for (x, sum) in row.iter_mut().enumerate() {
-            for i in 0..=2 * radius {
+        // Neighbour by neighbour for the whole row: memory is read in sequence.
+        for i in 0..=2 * radius {
+            let above = &source[clamped(y, i, height) * width..][..width];
+            for (x, sum) in row.iter_mut().enumerate() {
                 let neighbour = match along {
                     Along::Rows => &source[y * width + clamped(x, i, width)],
-                    Along::Columns => &source[clamped(y, i, height) * width + x],
+                    Along::Columns => &above[x],
                 };
                 let weighed = weigh(i as usize, neighbour);
                 for (sum, weighed) in sum.iter_mut().zip(weighed) {
