@@ -7,7 +7,21 @@ use std::{env, fs};
 
 use shaderc::{CompileOptions, Compiler, EnvVersion, OptimizationLevel, ShaderKind, TargetEnv};
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// Shaders that are compiled a second time: file, suffix of the constant, macro that is defined.
+const VARIANTS: [(&str, &str, &str); 2] = [
+    ("log_luminance.comp", "_BUFFER", "RADIANCE_IN_BUFFER"),
+    ("tone_map.frag", "_BUFFER", "RADIANCE_IN_BUFFER"),
+];
+
+fn main() {
+    if let Err(error) = build() {
+        // As text: a compiler's message has lines.
+        eprintln!("{error}");
+        std::process::exit(1);
+    }
+}
+
+fn build() -> Result<(), Box<dyn std::error::Error>> {
     let out = PathBuf::from(env::var("OUT_DIR")?);
     println!("cargo:rerun-if-changed=glsl");
     println!("cargo:rerun-if-changed=glsl/include");
@@ -43,19 +57,25 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             path.file_name().and_then(|name| name.to_str()).ok_or("file name is not UTF-8")?;
         println!("cargo:rerun-if-changed=glsl/{name}");
         let source = fs::read_to_string(&path)?;
-        let binary = compiler.compile_into_spirv(
-            &source,
-            kind,
-            &path.to_string_lossy(),
-            "main",
-            Some(&options),
-        )?;
-        let words = binary.as_binary();
-        write!(
-            constants,
-            "/// `glsl/{name}`, compiled.\npub const {}: &Shader = &Shader {{ name: \"{name}\", words: &{words:?} }};\n",
-            name.replace('.', "_").to_uppercase()
-        )?;
+        let constant = name.replace('.', "_").to_uppercase();
+        let variants = VARIANTS.iter().filter(|(file, ..)| *file == name);
+        let variants = variants.map(|(_, suffix, define)| (*suffix, Some(*define)));
+        for (suffix, define) in std::iter::once(("", None)).chain(variants) {
+            let mut options = options.clone();
+            if let Some(define) = define {
+                options.add_macro_definition(define, None);
+            }
+            let path = path.to_string_lossy();
+            let binary =
+                compiler.compile_into_spirv(&source, kind, &path, "main", Some(&options))?;
+            let words = binary.as_binary();
+            writeln!(
+                constants,
+                "/// `glsl/{name}`, compiled.\n\
+                 pub const {constant}{suffix}: &Shader = \
+                 &Shader {{ name: \"{name}\", words: &{words:?} }};"
+            )?;
+        }
     }
     fs::write(out.join("shaders.rs"), constants)?;
     Ok(())

@@ -11,8 +11,8 @@ layout(constant_id = 1) const uint CELL_COUNT = 1; // all of them, and one for t
 void main() {
     uint cell = gl_GlobalInvocationID.x;
     if (cell >= CELL_COUNT) return;
-    uint first = cell_first[cell], length = cell_first[cell + 1u] - first;
-    if (length == 0u) return;
+    uint first = cell_first[cell], count = cell_first[cell + 1u] - first;
+    if (count == 0u) return;
     // The last cell holds the drops placed by hand, which can be anywhere.
     if (cell + 1u < CELL_COUNT) {
         uint mask = (1u << GRID_BITS) - 1u, shift = 32u - GRID_BITS;
@@ -37,7 +37,7 @@ void main() {
         }
     }
     uint slot = atomicAdd(totals.visible_cells, 1u);
-    uint record = atomicAdd(totals.records, length);
-    visible_cells[slot] = uvec4(first, length, record, 0u);
+    uint record = atomicAdd(totals.records, count);
+    visible_cells[slot] = uvec4(first, count, record, 0u);
     atomicMax(totals.gather_groups.x, slot / CELLS_A_GROUP + 1u);
 }

@@ -59,13 +59,13 @@ void main() {
     uint in_view = 0u;
     for (uint c = 0u; c < CELLS_A_GROUP; ++c) {
         uint slot = gl_WorkGroupID.x * CELLS_A_GROUP + c;
-        uint length = 0u;
+        uint count = 0u;
         uvec4 cell = uvec4(0u);
         if (slot < totals.visible_cells) {
             cell = visible_cells[slot];
-            length = cell.y;
+            count = cell.y;
         }
-        for (uint i = gl_LocalInvocationID.x; i < length; i += gl_WorkGroupSize.x) {
+        for (uint i = gl_LocalInvocationID.x; i < count; i += gl_WorkGroupSize.x) {
             uint index = drop_order[cell.x + i], at = cell.z + i;
             vec3 p;
             float radius;

@@ -3,11 +3,11 @@
 // Sums of log(delta + luminance) over the image: each invocation sums a stride of pixels, then of
 // sums. No shared memory: barriers cost a CPU driver five times the work itself.
 #include "frame.glsl"
+#include "radiance_source.glsl"
 
 layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint SUMS = 1; // number of sums of the first stage
 
-layout(set = 0, binding = 1) uniform sampler2D radiance_image;
 layout(std430, set = 0, binding = 2) buffer Sums { float sums[]; };
 layout(push_constant) uniform Push { uint stage; };
 
@@ -19,7 +19,7 @@ void main() {
     if (stage == 0u) {
         uvec2 size = uvec2(frame.image.xy);
         for (uint at = i; at < size.x * size.y; at += stride) {
-            vec3 radiance = texelFetch(radiance_image, ivec2(at % size.x, at / size.x), 0).rgb;
+            vec3 radiance = radiance_at(uvec2(at % size.x, at / size.x));
             sum += log(frame.tone.y + dot(radiance, LUMINANCE));
         }
         sums[i] = sum;

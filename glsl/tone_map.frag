@@ -2,17 +2,17 @@
 #extension GL_GOOGLE_include_directive : require
 // The global photographic operator (Reinhard et al. 2002): L = key / L̄ Lw, Ld = L / (1 + L).
 #include "frame.glsl"
+#include "radiance_source.glsl"
 
 layout(constant_id = 2) const uint PHOTOGRAPHIC = 1;
 
-layout(set = 0, binding = 1) uniform sampler2D radiance_image;
 layout(location = 0) flat in float exposure;
 layout(location = 0) out vec4 color;
 
 const vec3 LUMINANCE = vec3(0.2126, 0.7152, 0.0722); // Rec. 709
 
 void main() {
-    vec3 radiance = exposure * texelFetch(radiance_image, ivec2(gl_FragCoord.xy), 0).rgb;
+    vec3 radiance = exposure * radiance_at(uvec2(gl_FragCoord.xy));
     if (PHOTOGRAPHIC != 0u) radiance /= 1.0 + dot(radiance, LUMINANCE);
     color = vec4(radiance, 1.0); // the attachment encodes sRGB
 }

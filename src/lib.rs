@@ -6,6 +6,7 @@
 
 pub mod bench;
 pub mod camera;
+pub mod cells;
 pub mod cli;
 pub mod cull;
 pub mod environment;
@@ -17,8 +18,10 @@ pub mod passes;
 pub mod picture;
 pub mod plan;
 pub mod rain;
+pub mod reference;
 pub mod renderer;
 pub mod scene;
 pub mod sky;
+pub mod tone_map;
 
 pub use error::{Error, Result};

@@ -35,6 +35,10 @@ models! {
     Preset {
         /// The method as published in 2011, done well.
         Paper = "paper",
+        /// Least time at no more error: prefiltered pictures, exact outlines and order, by compute.
+        Fast = "fast",
+        /// Truest on the GPU: rays through every pixel, the closed form, exact order.
+        Exact = "exact",
     }
 }
 
@@ -46,6 +50,10 @@ models! {
         Mask = "mask",
         /// The same at float32.
         MaskF32 = "mask-f32",
+        /// The prefiltered picture of a far drop by view direction; larger drops by closed form.
+        Appearance = "appearance",
+        /// The closed form along rays through each pixel.
+        ClosedForm = "closed-form",
     }
 }
 
@@ -64,6 +72,8 @@ models! {
     Primitive {
         /// A point with `gl_PointSize`; drops over the device's point size as quads.
         Point = "point",
+        /// Its pixels, composited tile by tile in a compute pass.
+        Tile = "tile",
     }
 }
 
@@ -72,6 +82,8 @@ models! {
     Order {
         /// As they come, resolved by the depth test (the paper's).
         Unsorted = "unsorted",
+        /// Exactly front to back, by distance and index.
+        Sorted = "sorted",
     }
 }
 

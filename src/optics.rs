@@ -102,6 +102,13 @@ impl Encounter {
         let reflectance = self.reflectance();
         (1.0 - reflectance).powi(2) * reflectance.powi(k as i32)
     }
+
+    /// Share of the radiance that arrives by more than `k` internal reflections, all together:
+    /// `Σ (1-F)² F^j` over j > k, which is `(1-F) F^(k+1)`.
+    pub fn weight_beyond_internal_reflections(&self, k: u32) -> f64 {
+        let reflectance = self.reflectance();
+        (1.0 - reflectance) * reflectance.powi(k as i32 + 1)
+    }
 }
 
 /// Exact Fresnel reflectance of the water surface for unpolarised light, from the cosines of

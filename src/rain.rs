@@ -84,7 +84,8 @@ pub fn start(seed: u64, index: u32) -> [u32; 3] {
     [x, y, z]
 }
 
-fn pcg4d(v: [u32; 4]) -> [u32; 4] {
+/// The hash `pcg4d` of Jarzynski and Olano 2020: four well-mixed numbers from four.
+pub(crate) fn pcg4d(v: [u32; 4]) -> [u32; 4] {
     let mut v = v.map(|x| x.wrapping_mul(1_664_525).wrapping_add(1_013_904_223));
     let mix = |v: &mut [u32; 4]| {
         v[0] = v[0].wrapping_add(v[1].wrapping_mul(v[3]));

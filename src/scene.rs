@@ -112,6 +112,12 @@ pub struct ModelChoice {
     pub simulation: Option<Simulation>,
     /// Edge of the mask's finest level in texels, a power of two from 1 to 4096.
     pub mask_size: u32,
+    /// Rays a pixel where the model follows rays, 1 to 256.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub samples: Option<u32>,
+    /// Most reflections inside a drop that are followed, 0 to 8; the paper's mask follows none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub internal_reflections: Option<u32>,
 }
 
 /// From radiance to display colour.
@@ -166,6 +172,8 @@ impl Default for ModelChoice {
             order: None,
             simulation: None,
             mask_size: 1024,
+            samples: None,
+            internal_reflections: None,
         }
     }
 }
@@ -274,6 +282,12 @@ impl Scene {
         check(size.is_power_of_two() && size <= 4096, &|| {
             format!("model: mask_size = {size} is not a power of two from 1 to 4096")
         })?;
+        let samples = self.model.samples.unwrap_or(1);
+        check((1..=256).contains(&samples), &|| {
+            format!("model: samples = {samples} is not within 1 to 256")
+        })?;
+        let order = self.model.internal_reflections.unwrap_or(0);
+        check(order <= 8, &|| format!("model: internal_reflections = {order} is over 8"))?;
         check(positive(self.tone_map.key), &|| "tone_map: key must be finite and over 0".into())
     }
 

@@ -120,7 +120,7 @@ fn bench(
             scene.rain.get_or_insert_default().count = *count;
             scene.validate("command line")?;
             for output in [Output::Display, Output::Radiance] {
-                variants.push(Variant { plan: plan(&scene, output), scene: scene.clone() });
+                variants.push(Variant { plan: plan(&scene, output)?, scene: scene.clone() });
             }
         }
         let effort = Effort { seconds: args.seconds, frames: args.frames };

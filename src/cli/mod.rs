@@ -4,10 +4,12 @@
 //! 2 an error, told in one line on stderr. Results go to stdout or to `-o`, progress to stderr.
 
 mod bench;
+mod compare;
 mod devices;
 mod mask;
 mod options;
 mod plan;
+mod reference;
 mod render;
 mod sky;
 
@@ -39,6 +41,10 @@ enum Command {
     Plan(plan::PlanArgs),
     Devices(devices::DevicesArgs),
     Sky(sky::SkyArgs),
+    /// The truth: the scene by a float64 ray tracer on the CPU
+    Reference(reference::ReferenceArgs),
+    /// How far picture B is from the truth A; with bounds, a check
+    Compare(compare::CompareArgs),
 }
 
 /// What a command answers when it did not fail.
@@ -60,6 +66,8 @@ pub fn main() -> ExitCode {
         Command::Plan(args) => plan::run(&args),
         Command::Devices(args) => devices::run(&args),
         Command::Sky(args) => sky::run(&args),
+        Command::Reference(args) => reference::run(&args),
+        Command::Compare(args) => compare::run(&args),
     };
     match outcome {
         Ok(Answer::Yes) => ExitCode::SUCCESS,

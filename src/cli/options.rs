@@ -46,6 +46,9 @@ pub struct SceneValues {
     /// Edge of the mask's finest level in texels
     #[arg(long, value_name = "N")]
     mask_size: Option<u32>,
+    /// Rays a pixel, where the model follows rays
+    #[arg(long = "samples", id = "model_samples", value_name = "N")]
+    samples: Option<u32>,
     /// Tone mapping operator
     #[arg(long, value_enum, value_name = "NAME")]
     tone_map: Option<Operator>,
@@ -89,6 +92,7 @@ impl SceneValues {
         }
         scene.model.optics = self.optics.or(scene.model.optics);
         scene.model.simulation = self.simulation.or(scene.model.simulation);
+        scene.model.samples = self.samples.or(scene.model.samples);
         scene.model.mask_size = self.mask_size.unwrap_or(scene.model.mask_size);
         scene.tone_map.operator = self.tone_map.unwrap_or(scene.tone_map.operator);
         scene.validate("command line")?;

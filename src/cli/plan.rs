@@ -19,7 +19,7 @@ pub struct PlanArgs {
 pub fn run(args: &PlanArgs) -> anyhow::Result<Answer> {
     let mut scene = args.scene.load()?;
     scene.model.preset = args.preset.preset.unwrap_or(scene.model.preset);
-    let plan = plan(&scene, Output::Display);
+    let plan = plan(&scene, Output::Display)?;
     print(format_args!("preset      {}", plan.preset))?;
     print(format_args!("optics      {}, {} texels an edge", plan.optics, plan.mask_size))?;
     print(format_args!("primitive   {}", plan.primitive))?;

@@ -45,7 +45,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<Answer> {
     super::check_folder(&args.output)?;
     let environment = super::open_environment(&scene)?;
     let device = args.device.open()?;
-    let mut renderer = Renderer::new(&device, &scene, &environment, &plan(&scene, output))?;
+    let mut renderer = Renderer::new(&device, &scene, &environment, &plan(&scene, output)?)?;
 
     let start = scene.time;
     let bar = progress(u64::from(args.frames), "frames");

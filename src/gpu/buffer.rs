@@ -6,7 +6,7 @@ use ash::vk;
 use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
 
-use super::{Device, Named};
+use super::{Commands, Device, Named};
 use crate::{Error, Result};
 
 /// Where a buffer's memory is wanted.
@@ -83,6 +83,24 @@ impl Buffer {
         let mut buffer =
             Self::new(device, name, size_of_val(values) as u64, usage, Memory::Upload)?;
         buffer.write(0, values);
+        Ok(buffer)
+    }
+
+    /// A buffer on the device that holds `values`, copied there.
+    pub fn upload_device<T: bytemuck::Pod>(
+        device: &Arc<Device>,
+        name: &str,
+        values: &[T],
+        usage: vk::BufferUsageFlags,
+    ) -> Result<Self> {
+        let staging = Self::upload(device, name, values, vk::BufferUsageFlags::TRANSFER_SRC)?;
+        let usage = usage | vk::BufferUsageFlags::TRANSFER_DST;
+        let buffer = Self::new(device, name, staging.size, usage, Memory::Device)?;
+        Commands::once(device, name, |commands| {
+            let region = [vk::BufferCopy { src_offset: 0, dst_offset: 0, size: staging.size }];
+            // SAFETY: both buffers are that large; the copy is waited for.
+            unsafe { device.raw.cmd_copy_buffer(commands, staging.raw, buffer.raw, &region) };
+        })?;
         Ok(buffer)
     }
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::{Bindings, Device, Named};
+use super::{Bindings, Buffer, Device, Named};
 use crate::Result;
 
 const MAIN: &CStr = c"main";
@@ -126,6 +126,26 @@ impl ComputePipeline {
             self.device.raw.cmd_bind_pipeline(commands, bind_point, self.raw);
             push_constants(&self.device, commands, self.layout, push);
             self.device.raw.cmd_dispatch(commands, groups[0], groups[1], groups[2]);
+        }
+    }
+}
+
+impl ComputePipeline {
+    /// Dispatches as many workgroups as `arguments` holds at a byte offset, with set 0 of `bindings`.
+    pub fn dispatch_indirect(
+        &self,
+        commands: vk::CommandBuffer,
+        bindings: &Bindings,
+        arguments: &Buffer,
+        offset: u64,
+    ) {
+        let bind_point = vk::PipelineBindPoint::COMPUTE;
+        bindings.bind(commands, bind_point, self.layout, 0);
+        // SAFETY: the set matches the layout; the command buffer is recorded outside rendering; the
+        // buffer was made for indirect use.
+        unsafe {
+            self.device.raw.cmd_bind_pipeline(commands, bind_point, self.raw);
+            self.device.raw.cmd_dispatch_indirect(commands, arguments.raw, offset);
         }
     }
 }

@@ -45,8 +45,8 @@ impl Mask {
     /// Traces a mask whose finest level has `size` texels an edge.
     pub fn trace(device: &Arc<Device>, size: u32, optics: Optics) -> Result<Self> {
         let format = match optics {
-            Optics::Mask => vk::Format::R16G16B16A16_SFLOAT,
             Optics::MaskF32 => vk::Format::R32G32B32A32_SFLOAT,
+            _ => vk::Format::R16G16B16A16_SFLOAT,
         };
         let levels = size.ilog2() + 1;
         let image = Image::new(

@@ -1,12 +1,15 @@
 //! The passes of a frame and what is made once for them: each beside its shader in `glsl/`, by the
 //! same name. A pass owns what only it needs; barriers between passes stand in `renderer.rs`.
 
+pub mod appearance;
+pub mod composite;
 pub mod drops;
 pub mod environment;
 pub mod frame;
 pub mod mask;
 pub mod simulate;
 pub mod sky;
+pub mod tiles;
 pub mod tone_map;
 
 use ash::vk;

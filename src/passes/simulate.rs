@@ -21,7 +21,7 @@ use crate::gpu::{
 };
 use crate::model::Simulation;
 use crate::passes::frame::FrameBuffer;
-use crate::scene::Scene;
+use crate::scene::{PlacedDrop, Scene};
 
 /// Most drops drawn as quads because they are larger than a point may be; those beyond it are
 /// counted and reported, not drawn. Each covers over 65,000 pixels, so no frame gets near it.
@@ -36,14 +36,23 @@ const ORDER_GROUPS: u32 = 16;
 /// Words of the shader's `Counters`.
 const COUNTERS: usize = 68;
 
+/// The hand-placed drops as the shaders' `Placed`: centre in float32 and radius, what float32 lost.
+pub(super) fn placed_records(scene: &Scene) -> Vec<[f32; 4]> {
+    let record = |drop: &PlacedDrop| {
+        let [high, low] = split(drop.center);
+        [high.extend(drop.radius as f32).into(), low.extend(0.0).into()]
+    };
+    scene.drops.iter().flat_map(record).collect()
+}
+
 /// What the simulation counted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
     /// Drops in view.
     pub visible: u64,
-    /// Of those, larger than a point may be.
+    /// Of those, larger than a point or a tile's list may hold.
     pub large: u64,
-    /// Of those, beyond [`MAX_LARGE`] and not drawn.
+    /// Of those in view, without room in a list (such as [`MAX_LARGE`]) and not drawn.
     pub overflow: u64,
     /// Drops with the camera inside, not drawn.
     pub camera_inside: u64,
@@ -107,20 +116,8 @@ impl Simulate {
             storage | Usage::VERTEX_BUFFER,
         )?;
         let arguments = make("large drops' draw", 16, storage | Usage::INDIRECT_BUFFER)?;
-        let counters = make(
-            "counters",
-            4 * COUNTERS as u64,
-            storage | Usage::TRANSFER_SRC | Usage::TRANSFER_DST,
-        )?;
-        let placed: Vec<[f32; 4]> = scene
-            .drops
-            .iter()
-            .flat_map(|drop| {
-                let [high, low] = split(drop.center);
-                [high.extend(drop.radius as f32).into(), low.extend(0.0).into()]
-            })
-            .collect();
-        let placed = Buffer::upload(device, "placed drops", &placed, storage)?;
+        let counters = Self::counters(device)?;
+        let placed = Buffer::upload(device, "placed drops", &placed_records(scene), storage)?;
 
         let chunks = count.div_ceil(chunk).max(1);
         let slots = [
@@ -177,7 +174,7 @@ impl Simulate {
             shaders::ORDER_LARGE_COMP,
             &order_bindings,
             0,
-            &[MAX_LARGE],
+            &[MAX_LARGE, 0],
         )?;
         Ok(Self {
             drops,
@@ -227,6 +224,13 @@ impl Simulate {
         self.order_pipeline.dispatch(commands, &self.order_bindings, 0, &[], [ORDER_GROUPS, 1, 1]);
     }
 
+    /// A buffer for what is counted.
+    pub fn counters(device: &Arc<Device>) -> Result<Buffer> {
+        use vk::BufferUsageFlags as Usage;
+        let usage = Usage::STORAGE_BUFFER | Usage::TRANSFER_SRC | Usage::TRANSFER_DST;
+        Buffer::new(device, "counters", 4 * COUNTERS as u64, usage, Memory::Device)
+    }
+
     /// Words of the counters' buffer, for a read-back of them.
     pub const COUNTER_WORDS: usize = COUNTERS;
 
@@ -236,7 +240,7 @@ impl Simulate {
         Counts {
             visible: words[4..COUNTERS].iter().map(|n| u64::from(*n)).sum(),
             large,
-            overflow: large.saturating_sub(MAX_LARGE.into()),
+            overflow: large.saturating_sub(MAX_LARGE.into()) + u64::from(words[3]),
             camera_inside: words[1].into(),
             beside_camera: words[2].into(),
         }

@@ -33,6 +33,15 @@ const SUMS: u32 = 16_384;
 const FINAL_SUMS: u32 = 128;
 const GROUP: u32 = 64;
 
+/// Where the radiance is.
+#[derive(Clone, Copy)]
+pub enum Source<'a> {
+    /// In an image, read as a texture.
+    Image(&'a Image),
+    /// In a buffer, four halves a pixel.
+    Buffer(&'a Buffer),
+}
+
 /// The pass.
 pub struct ToneMap {
     bindings: Bindings,
@@ -44,11 +53,11 @@ pub struct ToneMap {
 }
 
 impl ToneMap {
-    /// Pipelines that read `radiance`.
+    /// Pipelines that read the radiance of `source`.
     pub fn new(
         device: &Arc<Device>,
         frame: &FrameBuffer,
-        radiance: &Image,
+        source: Source<'_>,
         operator: Operator,
     ) -> Result<Self> {
         let bytes = 4 * u64::from(SUMS + FINAL_SUMS);
@@ -56,20 +65,31 @@ impl ToneMap {
         let sums = Buffer::new(device, "luminance sums", bytes, usage, Memory::Device)?;
         let clamp = vk::SamplerAddressMode::CLAMP_TO_EDGE;
         let sampler = Sampler::linear(device, "radiance", clamp, clamp)?;
+        let (radiance, reduce_shader, apply_shader) = match source {
+            Source::Image(image) => (
+                (Binding::COMBINED_IMAGE_SAMPLER, Resource::Sampled(image, &sampler)),
+                shaders::LOG_LUMINANCE_COMP,
+                shaders::TONE_MAP_FRAG,
+            ),
+            Source::Buffer(buffer) => (
+                (Binding::STORAGE_BUFFER, Resource::Buffer(buffer)),
+                shaders::LOG_LUMINANCE_COMP_BUFFER,
+                shaders::TONE_MAP_FRAG_BUFFER,
+            ),
+        };
         let bindings = Bindings::of(
             device,
             "tone map",
             &[
                 (Binding::UNIFORM_BUFFER, Resource::Buffer(&frame.buffer)),
-                (Binding::COMBINED_IMAGE_SAMPLER, Resource::Sampled(radiance, &sampler)),
+                radiance,
                 (Binding::STORAGE_BUFFER, Resource::Buffer(&sums)),
             ],
         )?;
-        let reduce =
-            ComputePipeline::new(device, shaders::LOG_LUMINANCE_COMP, &bindings, 4, &[SUMS])?;
+        let reduce = ComputePipeline::new(device, reduce_shader, &bindings, 4, &[SUMS])?;
         let apply = GraphicsPipeline::new(
             device,
-            [shaders::TONE_MAP_VERT, shaders::TONE_MAP_FRAG],
+            [shaders::TONE_MAP_VERT, apply_shader],
             &bindings,
             0,
             &[SUMS, FINAL_SUMS, u32::from(operator == Operator::Photographic)],

@@ -1,8 +1,11 @@
 //! Pictures on disk: linear radiance as EXR, display colour as PNG. A file appears whole or not at
 //! all: it is written beside its place and renamed.
 
+pub mod flip;
+pub mod metrics;
+
 use std::fs::File;
-use std::io::{BufWriter, Seek, Write};
+use std::io::{BufWriter, Read, Seek, Write};
 use std::path::Path;
 
 use exr::prelude::{WritableImage, f16};
@@ -22,6 +25,27 @@ pub struct Picture {
 }
 
 impl Picture {
+    /// Reads a picture as linear RGB: an EXR as it is (its first layer with R, G and B), a PNG or
+    /// JPEG, told by their content, through the sRGB curve to 0 to 1, alpha ignored.
+    ///
+    /// Values are returned as they stand in the file: negative, infinite or NaN ones too.
+    pub fn read(path: &Path) -> Result<Self> {
+        let bytes = std::fs::read(path).map_err(|error| Error::read(path, error))?;
+        if bytes.starts_with(&EXR_MAGIC) {
+            read_exr(path, &bytes)
+        } else {
+            read_display(path, &bytes)
+        }
+    }
+
+    /// Whether the file at `path` holds display values (PNG, JPEG) rather than radiance (EXR), by
+    /// its first bytes.
+    pub fn is_display(path: &Path) -> Result<bool> {
+        let mut start = [0; 4];
+        let read = File::open(path).and_then(|mut file| file.read(&mut start));
+        read.map(|_| start != EXR_MAGIC).map_err(|error| Error::read(path, error))
+    }
+
     /// Writes linear radiance as float32 RGB.
     pub fn write_exr(&self, path: &Path) -> Result<()> {
         self.write_channels(path, |pixel| (pixel.x, pixel.y, pixel.z))
@@ -59,6 +83,46 @@ impl Picture {
     }
 }
 
+/// The first bytes of every OpenEXR file.
+const EXR_MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
+
+fn read_exr(path: &Path, bytes: &[u8]) -> Result<Picture> {
+    use exr::prelude::{ReadChannels, ReadLayers};
+    let image = exr::prelude::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .rgb_channels(
+            |size, _| (size.width(), vec![Vec3::ZERO; size.area()]),
+            |(width, pixels): &mut (usize, Vec<Vec3>), at, (r, g, b): (f32, f32, f32)| {
+                pixels[at.y() * *width + at.x()] = Vec3::new(r, g, b);
+            },
+        )
+        .first_valid_layer()
+        .all_attributes()
+        .from_buffered(std::io::Cursor::new(bytes))
+        .map_err(|error| Error::read(path, error))?;
+    let size = image.layer_data.size;
+    Ok(Picture {
+        width: size.width() as u32,
+        height: size.height() as u32,
+        pixels: image.layer_data.channel_data.pixels.1,
+    })
+}
+
+fn read_display(path: &Path, bytes: &[u8]) -> Result<Picture> {
+    use image::ImageFormat::{Jpeg, Png};
+    let format = image::guess_format(bytes).ok().filter(|format| [Png, Jpeg].contains(format));
+    let Some(format) = format else {
+        return Err(Error::read(path, "it is no EXR, PNG or JPEG picture"));
+    };
+    let image = image::load_from_memory_with_format(bytes, format)
+        .map_err(|error| Error::read(path, error))?
+        .into_rgb16();
+    let linear = |value: u16| linear_of_srgb(f32::from(value) / 65_535.0);
+    let pixels = image.pixels().map(|p| Vec3::from_array(p.0.map(linear))).collect();
+    Ok(Picture { width: image.width(), height: image.height(), pixels })
+}
+
 /// Writes 8-bit sRGB, `width * height` RGB triples row by row from the top, as PNG.
 pub fn write_png(path: &Path, width: u32, height: u32, srgb: &[u8]) -> Result<()> {
     write_whole(path, |file| {
@@ -76,10 +140,18 @@ pub fn write_png(path: &Path, width: u32, height: u32, srgb: &[u8]) -> Result<()
 
 /// Display value of a linear one in 0 to 1, by the sRGB curve (IEC 61966-2-1), rounded to 8 bits.
 pub fn srgb_byte(linear: f32) -> u8 {
+    (srgb_of_linear(linear) * 255.0).round() as u8
+}
+
+/// Display value, 0 to 1, of a linear one (clamped to 0 to 1), by the sRGB curve.
+pub fn srgb_of_linear(linear: f32) -> f32 {
     let linear = linear.clamp(0.0, 1.0);
-    let encoded =
-        if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 };
-    (encoded * 255.0).round() as u8
+    if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
+}
+
+/// Linear value of a display one in 0 to 1: the inverse of [`srgb_of_linear`].
+pub fn linear_of_srgb(encoded: f32) -> f32 {
+    if encoded <= 0.040_45 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
 }
 
 /// Writes a file beside `path` and renames it into place when `write` has succeeded.

@@ -1,0 +1,15 @@
+// The radiance that a display pass reads: an image, or a buffer of four halves a pixel.
+#ifdef RADIANCE_IN_BUFFER
+layout(std430, set = 0, binding = 1) readonly buffer Radiance { uvec2 radiance_in[]; };
+
+vec3 radiance_at(uvec2 at) {
+    uvec2 word = radiance_in[at.y * uint(frame.image.x) + at.x];
+    return vec3(unpackHalf2x16(word.x), unpackHalf2x16(word.y).x);
+}
+#else
+layout(set = 0, binding = 1) uniform sampler2D radiance_image;
+
+vec3 radiance_at(uvec2 at) {
+    return texelFetch(radiance_image, ivec2(at), 0).rgb;
+}
+#endif

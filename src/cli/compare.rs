@@ -1,0 +1,192 @@
+//! `raindrops compare`: how far a picture is from the truth, as figures or as a check.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use anyhow::bail;
+use clap::Args;
+use glam::Vec3;
+use serde_json::json;
+
+use super::Answer;
+use crate::model::Operator;
+use crate::picture::metrics::{Comparison, Metrics, compare};
+use crate::picture::{Picture, srgb_byte, write_png, write_whole};
+use crate::scene::ToneMap;
+use crate::tone_map::{Exposure, exposure_of};
+
+/// Options of `raindrops compare`.
+#[derive(Args)]
+pub struct CompareArgs {
+    /// The truth: EXR (linear radiance) or PNG (display values)
+    a: PathBuf,
+    /// The picture held against it, of the same kind and size
+    b: PathBuf,
+    /// Answer "no" (exit status 1) if the mean FLIP error is over this
+    #[arg(long, value_name = "X")]
+    max_flip: Option<f64>,
+    /// Answer "no" if relMSE is over this
+    #[arg(long, value_name = "X")]
+    max_rel_mse: Option<f64>,
+    /// Answer "no" if PSNR is under this, in decibels
+    #[arg(long, value_name = "X")]
+    min_psnr: Option<f64>,
+    /// Answer "no" if a channel of a pixel errs by more than this, in linear radiance
+    #[arg(long, value_name = "X")]
+    max_error: Option<f64>,
+    /// relMSE and largest error over the pixels that are over 0 in this picture (`reference
+    /// --coverage` writes one)
+    #[arg(long, value_name = "FILE")]
+    mask: Option<PathBuf>,
+    /// Tone mapping operator before PSNR and FLIP, for radiance
+    #[arg(long, value_enum, value_name = "NAME", default_value = "photographic")]
+    tone_map: Operator,
+    /// What the tone mapping makes of the truth's log-average luminance
+    #[arg(long, value_name = "X", default_value_t = ToneMap::default().key)]
+    key: f64,
+    /// Write the figures as JSON
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    /// Write the FLIP error of each pixel, false-coloured from black (none) to white (1)
+    #[arg(long, value_name = "FILE")]
+    difference: Option<PathBuf>,
+}
+
+/// Compares, prints, writes, and answers whether all bounds hold.
+pub fn run(args: &CompareArgs) -> anyhow::Result<Answer> {
+    if !(args.key.is_finite() && args.key > 0.0) {
+        bail!("--key {} is not a finite number over 0", args.key);
+    }
+    let shown = Picture::is_display(&args.a)?;
+    if Picture::is_display(&args.b)? != shown {
+        bail!(
+            "{} and {} cannot be compared: one holds radiance, the other display values",
+            args.a.display(),
+            args.b.display()
+        );
+    }
+    let a = Picture::read(&args.a)?;
+    let b = read_like(&args.b, &a, &args.a)?;
+    let mask = match &args.mask {
+        None => None,
+        Some(path) => {
+            let mask = read_like(path, &a, &args.a)?;
+            Some(mask.pixels.iter().map(|pixel| pixel.max_element()).collect::<Vec<f32>>())
+        }
+    };
+    // Display values have been tone mapped already.
+    let exposure = if shown { Exposure::None } else { exposure_of(args.tone_map, &a, args.key) };
+    let comparison = compare(&a, &b, mask.as_deref(), exposure);
+
+    print(&comparison)?;
+    if let Some(path) = &args.json {
+        write_json(&comparison, path)?;
+    }
+    if let Some(path) = &args.difference {
+        let srgb: Vec<u8> = comparison.flip_map.iter().flat_map(|&e| false_color(e)).collect();
+        write_png(path, a.width, a.height, &srgb)?;
+    }
+    Ok(if holds(args, &comparison.pixels) { Answer::Yes } else { Answer::No })
+}
+
+/// Reads a picture that must be as large as `a`, which stands in `a_path`.
+fn read_like(path: &Path, a: &Picture, a_path: &Path) -> anyhow::Result<Picture> {
+    let picture = Picture::read(path)?;
+    if (picture.width, picture.height) != (a.width, a.height) {
+        bail!(
+            "{} is {} x {}, but {} is {} x {}: sizes must agree",
+            path.display(),
+            picture.width,
+            picture.height,
+            a_path.display(),
+            a.width,
+            a.height
+        );
+    }
+    Ok(picture)
+}
+
+/// Whether all bounds hold; says on stderr which do not.
+fn holds(args: &CompareArgs, metrics: &Metrics) -> bool {
+    let mut all = true;
+    // Negated comparisons: a figure or a bound that is no number does not hold.
+    let mut check = |name: &str, value: f64, bound: Option<f64>, least: bool| {
+        if let Some(bound) = bound {
+            let holds = if least { value >= bound } else { value <= bound };
+            if !holds {
+                let side = if least { "under" } else { "over" };
+                eprintln!("raindrops: {name} is {value:.6}, {side} the bound {bound}");
+            }
+            all &= holds;
+        }
+    };
+    check("FLIP", metrics.flip, args.max_flip, false);
+    check("relMSE", metrics.rel_mse, args.max_rel_mse, false);
+    check("PSNR", metrics.psnr_db, args.min_psnr, true);
+    check("largest error", metrics.max_error, args.max_error, false);
+    all
+}
+
+fn print(comparison: &Comparison) -> anyhow::Result<()> {
+    let Comparison { pixels, boxes, mean_a, mean_b, .. } = comparison;
+    let mut out = std::io::stdout().lock();
+    let figures = [
+        ("relMSE", pixels.rel_mse, boxes.rel_mse),
+        ("PSNR (dB)", pixels.psnr_db, boxes.psnr_db),
+        ("FLIP mean", pixels.flip, boxes.flip),
+        ("FLIP 99 %", pixels.flip_p99, boxes.flip_p99),
+        ("largest error", pixels.max_error, boxes.max_error),
+    ];
+    let (x, y) = pixels.max_error_at;
+    let written = (|| {
+        for (name, pixel, boxed) in figures {
+            writeln!(out, "{name:<16}{pixel:>14.6}{boxed:>14.6}")?;
+        }
+        writeln!(out, "(left: pixel by pixel; right: after an 8 x 8 box filter)")?;
+        writeln!(out, "largest error at column {x}, row {y} from the upper left")?;
+        writeln!(out, "mean luminance  {mean_a:>14.6}{mean_b:>14.6}  (A, B)")
+    })();
+    match written {
+        // Whoever reads has seen enough: no error.
+        Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
+        written => Ok(written?),
+    }
+}
+
+fn write_json(comparison: &Comparison, path: &Path) -> crate::Result<()> {
+    let Comparison { pixels, boxes, mean_a, mean_b, .. } = comparison;
+    let value = json!({
+        "rel_mse": pixels.rel_mse,
+        "psnr_db": pixels.psnr_db,
+        "flip": pixels.flip,
+        "flip_p99": pixels.flip_p99,
+        "max_error": pixels.max_error,
+        "max_error_at": pixels.max_error_at,
+        "mean_a": mean_a,
+        "mean_b": mean_b,
+        "box_8x8": {
+            "rel_mse": boxes.rel_mse,
+            "psnr_db": boxes.psnr_db,
+            "flip": boxes.flip,
+            "flip_p99": boxes.flip_p99,
+            "max_error": boxes.max_error,
+        },
+    });
+    write_whole(path, |file| writeln!(file, "{value:#}").map_err(|error| error.to_string()))
+}
+
+/// sRGB bytes of an error 0 to 1: black, violet, red, yellow, white, evenly spaced, so that a
+/// greater error is always the lighter.
+fn false_color(error: f64) -> [u8; 3] {
+    const STOPS: [Vec3; 5] = [
+        Vec3::ZERO,
+        Vec3::new(0.12, 0.01, 0.35),
+        Vec3::new(0.75, 0.06, 0.12),
+        Vec3::new(1.0, 0.65, 0.1),
+        Vec3::ONE,
+    ];
+    let at = error.clamp(0.0, 1.0) as f32 * (STOPS.len() - 1) as f32;
+    let below = (at as usize).min(STOPS.len() - 2);
+    let color = STOPS[below].lerp(STOPS[below + 1], at - below as f32);
+    color.to_array().map(srgb_byte)
+}

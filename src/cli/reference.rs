@@ -1,0 +1,122 @@
+//! `raindrops reference`: the truth of a scene.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, bail};
+use clap::Args;
+use glam::Vec3;
+use indicatif::{ProgressBar, ProgressStyle};
+
+use super::Answer;
+use super::options::SceneArgs;
+use crate::picture::{Picture, srgb_byte, write_png};
+use crate::reference::{Tracer, Truth, Weights};
+use crate::scene::Scene;
+use crate::tone_map;
+
+/// Steps of the progress bar.
+const STEPS: f64 = 1000.0;
+
+/// Options of `raindrops reference`.
+#[derive(Args)]
+pub struct ReferenceArgs {
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// Picture to write: .exr linear radiance in float32, .png tone mapped
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    /// Samples a pixel
+    #[arg(long, value_name = "N", default_value_t = Truth::default().samples,
+          value_parser = clap::value_parser!(u32).range(1..=1 << 20))]
+    samples: u32,
+    /// Most reflections inside a drop that are followed
+    #[arg(long, value_name = "K", default_value_t = Truth::default().internal_reflections,
+          value_parser = clap::value_parser!(u32).range(0..=1000))]
+    internal_reflections: u32,
+    /// Physical: F and (1-F)² F^k; paper: F and 1-F, without internal reflections
+    #[arg(long, value_enum, value_name = "NAME", default_value = "physical")]
+    weights: Weights,
+    /// Leave out the light that drops reflect on the outside
+    #[arg(long)]
+    no_reflection: bool,
+    /// Let the light that leaves a drop go through this many further drops
+    #[arg(long, value_name = "N", default_value_t = 0,
+          value_parser = clap::value_parser!(u32).range(0..=16))]
+    drops_see_drops: u32,
+    /// Chooses the samples' places (the drops' is --seed)
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    sample_seed: u64,
+    /// Also write how far drops cover each pixel, as EXR; `compare --mask` takes it
+    #[arg(long, value_name = "FILE")]
+    coverage: Option<PathBuf>,
+}
+
+/// Traces the scene and writes the picture.
+pub fn run(args: &ReferenceArgs) -> anyhow::Result<Answer> {
+    // A long computation must not end in a name that cannot be written.
+    let format = Format::of(&args.output)?;
+    if let Some(path) = &args.coverage
+        && Format::of(path)? != Format::Exr
+    {
+        bail!("--coverage {}: write it as .exr", path.display());
+    }
+    let scene = args.scene.load()?;
+    let environment = super::open_environment(&scene)?;
+    let truth = Truth {
+        samples: args.samples,
+        seed: args.sample_seed,
+        internal_reflections: args.internal_reflections,
+        weights: args.weights,
+        reflection: !args.no_reflection,
+        drops_see_drops: args.drops_see_drops,
+    };
+    // Hidden by itself where stderr is no terminal.
+    let bar = ProgressBar::new(STEPS as u64)
+        .with_style(ProgressStyle::with_template("{msg} {wide_bar} {percent} % {eta}")?)
+        .with_message("reference");
+    let tracer = Tracer::new(&scene, &environment, truth);
+    let traced = tracer.trace(&|share| bar.set_position((share * STEPS) as u64));
+    bar.finish_and_clear();
+
+    match format {
+        Format::Exr => traced.picture.write_exr(&args.output)?,
+        Format::Png => write_display(&scene, &traced.picture, &args.output)?,
+    }
+    if let Some(path) = &args.coverage {
+        let pixels = traced.coverage.iter().map(|&share| Vec3::splat(share)).collect();
+        Picture { pixels, ..traced.picture }.write_exr(path)?;
+    }
+    Ok(Answer::Yes)
+}
+
+/// Writes the picture as the scene's operator shows it, with its own exposure.
+fn write_display(scene: &Scene, picture: &Picture, path: &Path) -> crate::Result<()> {
+    let exposure = tone_map::exposure_of(scene.tone_map.operator, picture, scene.tone_map.key);
+    let shown = tone_map::display(exposure, picture);
+    let srgb: Vec<u8> =
+        shown.pixels.iter().flat_map(|pixel| pixel.to_array().map(srgb_byte)).collect();
+    write_png(path, picture.width, picture.height, &srgb)
+}
+
+/// What a picture is written as.
+#[derive(Clone, Copy, PartialEq)]
+enum Format {
+    Exr,
+    Png,
+}
+
+impl Format {
+    /// By the file's extension; its folder must exist.
+    fn of(path: &Path) -> anyhow::Result<Self> {
+        let extension = path.extension().and_then(|extension| extension.to_str());
+        let format = match extension.map(str::to_ascii_lowercase).as_deref() {
+            Some("exr") => Self::Exr,
+            Some("png") => Self::Png,
+            _ => bail!("cannot write {}: name it .exr or .png", path.display()),
+        };
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+        let folder = folder.unwrap_or(Path::new("."));
+        std::fs::metadata(folder).with_context(|| format!("cannot write {}", path.display()))?;
+        Ok(format)
+    }
+}

@@ -1,0 +1,349 @@
+//! One frame, top to bottom. Every barrier between passes is here: in `points.rs` for the paper's
+//! frame, in `tiled.rs` for the fast one, and for what both share in [`Renderer::submit`].
+
+mod points;
+mod tiled;
+
+use std::sync::Arc;
+
+use ash::vk;
+use half::f16;
+
+use self::points::Points;
+use self::tiled::Tiled;
+use crate::environment::Environment;
+use crate::gpu::{
+    Buffer, Commands, Device, Image, ImageInfo, Memory, Timestamps, Use, image_barrier,
+    image_discard, memory_barrier,
+};
+use crate::model::Primitive;
+use crate::passes::drops::guard_band;
+use crate::passes::environment::EnvironmentMap;
+use crate::passes::frame::{Frame, FrameBuffer, Surroundings};
+use crate::passes::simulate::{Counts, Simulate};
+use crate::passes::tone_map::{DELTA, DISPLAY, Source, ToneMap};
+use crate::picture::Picture;
+use crate::plan::FramePlan;
+use crate::rain::{Tick, tick_of_seconds};
+use crate::scene::Scene;
+use crate::{Error, Result};
+
+/// Frames that may be under way at once: one is recorded while the other is drawn.
+const FLIGHTS: usize = 2;
+
+/// What a finished frame says of itself.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct FrameReport {
+    /// What the simulation counted.
+    pub counts: Counts,
+    /// GPU milliseconds of each pass, in order; empty where the device has no timestamps.
+    pub passes_ms: Vec<(&'static str, f64)>,
+}
+
+/// What a frame under way needs for itself.
+struct Flight {
+    commands: Commands,
+    timestamps: Timestamps,
+    counters: Buffer,
+}
+
+impl Flight {
+    fn new(device: &Arc<Device>) -> Result<Self> {
+        let bytes = 4 * Simulate::COUNTER_WORDS as u64;
+        let usage = vk::BufferUsageFlags::TRANSFER_DST;
+        Ok(Self {
+            commands: Commands::new(device, "frame")?,
+            timestamps: Timestamps::new(device)?,
+            counters: Buffer::new(device, "counters read back", bytes, usage, Memory::Readback)?,
+        })
+    }
+
+    /// What the last frame counted and took, once it is done; none before the first.
+    fn report(&self, has_counters: bool) -> Result<Option<FrameReport>> {
+        if !self.timestamps.is_used() {
+            return Ok(None);
+        }
+        let counts = if has_counters {
+            Simulate::counts(&self.counters.read(Simulate::COUNTER_WORDS))
+        } else {
+            Counts::default()
+        };
+        Ok(Some(FrameReport { counts, passes_ms: self.timestamps.read_ms()? }))
+    }
+}
+
+/// From a scene to its radiance.
+enum Drawing {
+    Points(Points),
+    Tiled(Tiled),
+}
+
+impl Drawing {
+    fn counters(&self) -> Option<&Buffer> {
+        match self {
+            Self::Points(points) => points.simulate().map(|simulate| &simulate.counters),
+            Self::Tiled(tiled) => Some(&tiled.tiles.counters),
+        }
+    }
+}
+
+/// The pass that turns radiance into display colour, and its target.
+struct Display {
+    tone_map: ToneMap,
+    image: Image,
+}
+
+/// Renders a scene by a frame plan.
+///
+/// Device, image size, drops, seed and models are fixed when it is made; camera, time and tone
+/// mapping key are taken from the scene of each frame.
+pub struct Renderer {
+    flights: [Flight; FLIGHTS],
+    next: usize,
+    frame: FrameBuffer,
+    surroundings: Surroundings,
+    size: (u32, u32),
+    drawing: Drawing,
+    display: Option<Display>,
+    stored_at: Option<Tick>,
+    // Sampled by the passes.
+    _environment: EnvironmentMap,
+    // Last: all of the above is freed before it.
+    device: Arc<Device>,
+}
+
+impl Renderer {
+    /// Makes everything that frames of `scene` by `plan` need.
+    pub fn new(
+        device: &Arc<Device>,
+        scene: &Scene,
+        environment: &Environment,
+        plan: &FramePlan,
+    ) -> Result<Self> {
+        let (width, height) = (scene.image.width, scene.image.height);
+        let frame = FrameBuffer::new(device)?;
+        let environment = EnvironmentMap::new(device, environment)?;
+        let scale = f64::from(environment.radiance_scale);
+        let delta = (DELTA * environment.mean_luminance / scale) as f32;
+        let (_, point_limit_px) = guard_band(device, width, height);
+        let surroundings = Surroundings {
+            point_limit_px,
+            texel_angle: environment.texel_angle,
+            radiance_scale: environment.radiance_scale,
+            // In an all-black environment any δ keeps the logarithm finite.
+            delta: delta.max(f32::MIN_POSITIVE),
+        };
+        let drawing = match plan.primitive {
+            Primitive::Point => {
+                Drawing::Points(Points::new(device, scene, &frame, &environment, plan)?)
+            }
+            Primitive::Tile => {
+                let constants = Frame::new(scene, &surroundings, None);
+                let tiled = Tiled::new(device, scene, &constants, &frame, &environment, plan)?;
+                Drawing::Tiled(tiled)
+            }
+        };
+        let display = match plan.tone_map {
+            Some(operator) => {
+                let source = match &drawing {
+                    Drawing::Points(points) => Source::Image(&points.radiance),
+                    Drawing::Tiled(tiled) => Source::Buffer(&tiled.composite.radiance),
+                };
+                let usage =
+                    vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::TRANSFER_SRC;
+                let (name, format) = ("display", DISPLAY);
+                let info = ImageInfo { name, width, height, levels: 1, layers: 1, format, usage };
+                let tone_map = ToneMap::new(device, &frame, source, operator)?;
+                Some(Display { tone_map, image: Image::new(device, &info)? })
+            }
+            None => None,
+        };
+        Ok(Self {
+            flights: [Flight::new(device)?, Flight::new(device)?],
+            next: 0,
+            frame,
+            surroundings,
+            size: (width, height),
+            drawing,
+            display,
+            stored_at: None,
+            _environment: environment,
+            device: device.clone(),
+        })
+    }
+
+    /// Records and submits a frame of `scene`, which may differ in camera, time and key from the one
+    /// that the renderer was made for. Waits for the frame before the last, and returns its report.
+    pub fn submit(&mut self, scene: &Scene) -> Result<Option<FrameReport>> {
+        let frame = Frame::new(scene, &self.surroundings, self.stored_at);
+        self.stored_at = Some(tick_of_seconds(scene.time));
+        let device = &*self.device;
+        let flight = &mut self.flights[self.next];
+        self.next = (self.next + 1) % FLIGHTS;
+        let commands = flight.commands.begin()?;
+        let counters = self.drawing.counters();
+        let finished = flight.report(counters.is_some())?;
+        let time = &mut flight.timestamps;
+        time.reset();
+
+        // The frame before may still be at work on what this one begins to write.
+        memory_barrier(
+            device,
+            commands,
+            &[
+                Use::Uniform,
+                Use::VertexInput,
+                Use::Indirect,
+                Use::ComputeWrite,
+                Use::ShaderRead,
+                Use::TransferRead,
+            ],
+            &[Use::TransferWrite, Use::ComputeWrite],
+        );
+        self.frame.record(device, commands, &frame);
+        match &self.drawing {
+            Drawing::Points(points) => {
+                points.record_reset(device, commands);
+                points.record(device, commands, time);
+            }
+            Drawing::Tiled(tiled) => {
+                tiled.record_reset(device, commands);
+                tiled.record(device, commands, time);
+            }
+        }
+
+        if let Some(display) = &self.display {
+            let tone_map = &display.tone_map;
+            match &self.drawing {
+                Drawing::Points(points) => points.record_display(device, commands),
+                Drawing::Tiled(tiled) => tiled.record_display(device, commands),
+            }
+            if tone_map.needs_log_average() {
+                time.time(commands, "log luminance", || {
+                    tone_map.record_log_luminance(device, commands);
+                });
+                memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::GraphicsRead]);
+            }
+            let before = [Use::TransferRead, Use::ColorAttachment];
+            image_discard(device, commands, &display.image, &before, Use::ColorAttachment);
+            time.time(commands, "tone map", || tone_map.record(device, commands, &display.image));
+        }
+
+        if let Some(counters) = counters {
+            let size = flight.counters.size;
+            let region = [vk::BufferCopy { src_offset: 0, dst_offset: 0, size }];
+            memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::TransferRead]);
+            // SAFETY: both buffers are that large, and the barrier above covers the read.
+            unsafe {
+                let (from, to) = (counters.raw(), flight.counters.raw());
+                device.raw().cmd_copy_buffer(commands, from, to, &region);
+            }
+            memory_barrier(device, commands, &[Use::TransferWrite], &[Use::HostRead]);
+        }
+        flight.commands.submit()?;
+        Ok(finished)
+    }
+
+    /// Waits for the last submitted frame and reports on it.
+    pub fn finish(&self) -> Result<FrameReport> {
+        let flight = &self.flights[(self.next + FLIGHTS - 1) % FLIGHTS];
+        flight.commands.wait()?;
+        Ok(flight.report(self.drawing.counters().is_some())?.unwrap_or_default())
+    }
+
+    /// Linear radiance of the last frame.
+    pub fn read_radiance(&self) -> Result<Picture> {
+        let halves: Vec<[f16; 4]> = match &self.drawing {
+            Drawing::Points(points) => {
+                let last =
+                    if self.display.is_some() { Use::ShaderRead } else { Use::ColorAttachment };
+                self.read_image(&points.radiance, last)?
+            }
+            Drawing::Tiled(tiled) => self.read_buffer(&tiled.composite.radiance)?,
+        };
+        let scale = self.surroundings.radiance_scale;
+        let (width, height) = self.size;
+        let pixels = halves[..width as usize * height as usize]
+            .iter()
+            .map(|p| glam::Vec3::new(p[0].to_f32(), p[1].to_f32(), p[2].to_f32()) * scale)
+            .collect();
+        Ok(Picture { width, height, pixels })
+    }
+
+    /// Display colour of the last frame: sRGB, three bytes a pixel, row by row from the top.
+    ///
+    /// # Errors
+    /// If the renderer was made for a radiance output.
+    pub fn read_display(&self) -> Result<Vec<u8>> {
+        let Some(display) = &self.display else {
+            return Err(Error::Scene {
+                place: "the frame plan".into(),
+                problem: "it has no display output to read".into(),
+            });
+        };
+        let pixels: Vec<[u8; 4]> = self.read_image(&display.image, Use::ColorAttachment)?;
+        Ok(pixels.iter().flat_map(|p| [p[0], p[1], p[2]]).collect())
+    }
+
+    /// Drop records of the last frame drawn as points: centre in view space and radius, by index;
+    /// radius 0 for those out of view or drawn as quads. Empty without such a frame.
+    pub fn read_drops(&self) -> Result<Vec<[f32; 4]>> {
+        match &self.drawing {
+            Drawing::Points(points) => points
+                .simulate()
+                .map_or(Ok(Vec::new()), |simulate| self.read_buffer(&simulate.drops)),
+            Drawing::Tiled(_) => Ok(Vec::new()),
+        }
+    }
+
+    /// Copies a buffer that compute wrote.
+    fn read_buffer<T: bytemuck::Pod>(&self, buffer: &Buffer) -> Result<Vec<T>> {
+        self.finish()?;
+        let device = &*self.device;
+        let usage = vk::BufferUsageFlags::TRANSFER_DST;
+        let staging = Buffer::new(&self.device, "read back", buffer.size, usage, Memory::Readback)?;
+        Commands::once(&self.device, "read back", |commands| {
+            memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::TransferRead]);
+            let region = [vk::BufferCopy { src_offset: 0, dst_offset: 0, size: buffer.size }];
+            // SAFETY: both buffers are that large, and the barrier above covers the read.
+            unsafe {
+                device.raw().cmd_copy_buffer(commands, buffer.raw(), staging.raw(), &region);
+            }
+            memory_barrier(device, commands, &[Use::TransferWrite], &[Use::HostRead]);
+        })?;
+        Ok(staging.read(buffer.size as usize / size_of::<T>()))
+    }
+
+    /// Copies an image that was last used as `last`, and leaves it so.
+    fn read_image<T: bytemuck::Pod>(&self, image: &Image, last: Use) -> Result<Vec<T>> {
+        self.finish()?;
+        let count = image.width as usize * image.height as usize;
+        let bytes = (count * size_of::<T>()) as u64;
+        let usage = vk::BufferUsageFlags::TRANSFER_DST;
+        let staging = Buffer::new(&self.device, "read back", bytes, usage, Memory::Readback)?;
+        let device = &*self.device;
+        Commands::once(&self.device, "read back", |commands| {
+            image_barrier(device, commands, image, last, Use::TransferRead);
+            // SAFETY: the buffer holds the image, which is in this layout.
+            unsafe {
+                device.raw().cmd_copy_image_to_buffer(
+                    commands,
+                    image.raw(),
+                    vk::ImageLayout::TRANSFER_SRC_OPTIMAL,
+                    staging.raw(),
+                    &[image.level_copy(0, 0)],
+                );
+            }
+            image_barrier(device, commands, image, Use::TransferRead, last);
+            memory_barrier(device, commands, &[Use::TransferWrite], &[Use::HostRead]);
+        })?;
+        Ok(staging.read(count))
+    }
+}
+
+impl Drop for Renderer {
+    fn drop(&mut self) {
+        // Frames under way use what is about to be freed; a lost device has none.
+        let _ = self.device.wait_idle();
+    }
+}

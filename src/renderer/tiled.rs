@@ -1,0 +1,78 @@
+//! The fast frame: whole cells culled, drops in tiles front to back, by compute alone.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use crate::Result;
+use crate::gpu::{Commands, Device, Timestamps, Use, memory_barrier};
+use crate::passes::appearance::Appearance;
+use crate::passes::composite::Composite;
+use crate::passes::environment::EnvironmentMap;
+use crate::passes::frame::{Frame, FrameBuffer};
+use crate::passes::tiles::Tiles;
+use crate::plan::FramePlan;
+use crate::scene::Scene;
+
+/// The passes of the frame, up to its radiance.
+pub(super) struct Tiled {
+    pub tiles: Tiles,
+    pub composite: Composite,
+    _appearance: Appearance,
+}
+
+impl Tiled {
+    pub fn new(
+        device: &Arc<Device>,
+        scene: &Scene,
+        constants: &Frame,
+        frame: &FrameBuffer,
+        environment: &EnvironmentMap,
+        plan: &FramePlan,
+    ) -> Result<Self> {
+        let appearance = Appearance::new(device, frame, environment, plan.internal_reflections)?;
+        if plan.appearance_px > 0.0 {
+            Commands::once(device, "appearance", |commands| {
+                frame.record(device, commands, constants);
+                memory_barrier(device, commands, &[Use::TransferWrite], &[Use::Uniform]);
+                appearance.record(commands);
+            })?;
+        }
+        let tiles = Tiles::new(device, frame, scene)?;
+        let size = (scene.image.width, scene.image.height);
+        let composite =
+            Composite::new(device, frame, environment, &appearance, &tiles, size, plan)?;
+        Ok(Self { tiles, composite, _appearance: appearance })
+    }
+
+    pub fn record_reset(&self, device: &Device, commands: vk::CommandBuffer) {
+        self.tiles.record_reset(device, commands);
+    }
+
+    /// From the frame's constants to the radiance buffer.
+    pub fn record(&self, device: &Device, commands: vk::CommandBuffer, time: &mut Timestamps) {
+        let barrier =
+            |before: &[Use], after: &[Use]| memory_barrier(device, commands, before, after);
+        time.time(commands, "cells", || {
+            barrier(&[Use::TransferWrite], &[Use::Uniform, Use::ComputeWrite]);
+            self.tiles.record_cells(commands);
+        });
+        time.time(commands, "gather", || {
+            barrier(&[Use::ComputeWrite], &[Use::ComputeWrite, Use::Indirect]);
+            self.tiles.record_gather(commands);
+        });
+        time.time(commands, "lists", || {
+            barrier(&[Use::ComputeWrite], &[Use::ComputeWrite]);
+            self.tiles.record_lists(device, commands);
+        });
+        time.time(commands, "composite", || {
+            barrier(&[Use::ComputeWrite], &[Use::ComputeWrite, Use::TransferRead]);
+            self.composite.record(commands);
+        });
+    }
+
+    /// Makes the radiance ready for the display pass.
+    pub fn record_display(&self, device: &Device, commands: vk::CommandBuffer) {
+        memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::ShaderRead]);
+    }
+}

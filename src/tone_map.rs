@@ -1,0 +1,92 @@
+//! From radiance to display in float64: the global photographic operator of Reinhard, Stark,
+//! Shirley and Ferwerda 2002 ("Photographic tone reproduction for digital images"). The twin of
+//! `glsl/tone_map.comp`.
+//!
+//! With luminance Lw (Rec. 709) and log-average L̄ = exp(mean(log(δ + Lw))):
+//! `L = key / L̄ · Lw`, `Ld = L / (1 + L)`, and the colour is scaled by Ld / Lw. (As printed, the
+//! paper's equation 1 divides outside of the exponential; the mean of the logarithms is meant.)
+//!
+//! δ keeps black pixels from pulling L̄ to zero. A fixed δ makes the picture depend on the unit of
+//! radiance, so it is [`DELTA`] times the mean luminance: twice the light gives the same picture.
+
+use glam::{DVec3, Vec3};
+
+use crate::model::Operator;
+use crate::picture::Picture;
+
+/// δ over the mean luminance. A black pixel then counts as four decades under the mean: with a
+/// tenth of the pixels black the log-average falls by a factor of 0.4, and no further however
+/// black they are.
+pub const DELTA: f64 = 1e-4;
+
+/// Luminance of linear RGB with Rec. 709 (sRGB) primaries.
+pub fn luminance(color: DVec3) -> f64 {
+    color.dot(DVec3::new(0.2126, 0.7152, 0.0722))
+}
+
+/// How radiance becomes display values, fixed before any pixel is mapped: the same for every
+/// picture that is compared.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Exposure {
+    /// The photographic operator with this scale, `key / L̄`.
+    Photographic(f64),
+    /// None: values over 1 clip.
+    None,
+}
+
+/// Log-average luminance of a picture, over its finite pixels; 0 for a black or an empty one.
+/// Negative luminance counts as 0.
+pub fn log_average(picture: &Picture) -> f64 {
+    let luminances = || {
+        let all = picture.pixels.iter().map(|pixel| luminance(pixel.as_dvec3()));
+        all.filter(|luminance| luminance.is_finite()).map(|luminance| luminance.max(0.0))
+    };
+    let count = luminances().count() as f64;
+    let delta = DELTA * luminances().sum::<f64>() / count;
+    // An empty picture's mean is 0/0, which fails the test as well.
+    if delta > 0.0 {
+        (luminances().map(|luminance| (delta + luminance).ln()).sum::<f64>() / count).exp()
+    } else {
+        0.0
+    }
+}
+
+/// Exposure that brings the picture's log-average luminance to `key` before compression. A black
+/// picture has no log-average: every exposure shows it black, and 0 is taken.
+pub fn exposure(picture: &Picture, key: f64) -> Exposure {
+    let average = log_average(picture);
+    Exposure::Photographic(if average > 0.0 { key / average } else { 0.0 })
+}
+
+/// As [`exposure`], for the operator of a scene.
+pub fn exposure_of(operator: Operator, picture: &Picture, key: f64) -> Exposure {
+    match operator {
+        Operator::Photographic => exposure(picture, key),
+        Operator::None => Exposure::None,
+    }
+}
+
+/// Linear display value, each channel 0 to 1, of a pixel's radiance.
+///
+/// A saturated colour's strongest channel can exceed 1 and clips, as on a display. An infinite
+/// channel is white at its limit, 1; negative and NaN ones are 0.
+pub fn apply(exposure: Exposure, radiance: Vec3) -> Vec3 {
+    let color = radiance.as_dvec3();
+    let scaled = match exposure {
+        Exposure::None => color,
+        Exposure::Photographic(scale) => {
+            // Ld/Lw = scale / (1 + scale Lw); written so, nothing is divided by a black pixel.
+            let finite = color.map(|channel| if channel.is_finite() { channel } else { 0.0 });
+            let compressed = finite * (scale / (1.0 + scale * luminance(finite).max(0.0)));
+            DVec3::select(color.cmpeq(DVec3::INFINITY), DVec3::INFINITY, compressed)
+        }
+    };
+    // NaN is not over 0, so that it becomes 0.
+    scaled.map(|channel| if channel > 0.0 { channel.min(1.0) } else { 0.0 }).as_vec3()
+}
+
+/// Every pixel of a picture by [`apply`].
+pub fn display(exposure: Exposure, picture: &Picture) -> Picture {
+    let pixels = picture.pixels.iter().map(|&pixel| apply(exposure, pixel)).collect();
+    Picture { pixels, ..*picture }
+}
