@@ -9,6 +9,7 @@ use glam::DVec3;
 use raindrops::gpu::Device;
 use raindrops::model::Optics;
 use raindrops::optics::{level_distance, level_half_angle, mask_encounter};
+use raindrops::paper_twin::texel_coverage;
 use raindrops::passes::mask::{Mask, MaskLevel};
 
 /// (s, t) of a texel's centre.
@@ -17,29 +18,10 @@ fn place(size: u32, x: u32, y: u32) -> (f64, f64) {
     ((f64::from(x) + 0.5) * texel - 1.0, 1.0 - (f64::from(y) + 0.5) * texel)
 }
 
-/// Share of a texel that the unit disc covers, exactly: the texel lies in one quadrant (or is the
-/// whole of a 1 x 1 level), where the area under the arc has a closed form.
-fn exact_coverage(size: u32, x: u32, y: u32) -> f64 {
-    if size == 1 {
-        return PI / 4.0;
-    }
-    let texel = 2.0 / f64::from(size);
-    let (s, t) = place(size, x, y);
-    let (left, right) = (s.abs() - 0.5 * texel, s.abs() + 0.5 * texel);
-    let (low, high) = (t.abs() - 0.5 * texel, t.abs() + 0.5 * texel);
-    // Where the arc leaves through the top and through the bottom of the texel's row.
-    let leaves = |height: f64| (1.0 - height * height).max(0.0).sqrt().clamp(left, right);
-    let (full, empty) = (leaves(high), leaves(low));
-    // Antiderivative of the arc.
-    let arc = |x: f64| 0.5 * (x * (1.0 - x * x).max(0.0).sqrt() + x.min(1.0).asin());
-    let area = (full - left) * texel + arc(empty) - arc(full) - (empty - full) * low;
-    area / (texel * texel)
-}
-
 #[test]
 fn exact_coverage_adds_up_to_the_disc() {
     for size in [1, 2, 4, 32, 1024] {
-        let sum: f64 = (0..size * size).map(|i| exact_coverage(size, i % size, i / size)).sum();
+        let sum: f64 = (0..size * size).map(|i| texel_coverage(size, i % size, i / size)).sum();
         let disc = PI / 4.0 * f64::from(size).powi(2);
         assert!((sum / disc - 1.0).abs() < 1e-10, "{size}: {sum} is not {disc}");
     }
@@ -95,7 +77,7 @@ fn deviation(level: &MaskLevel, half_angle: f64) -> Deviation {
             let reflectance = (f64::from(front[3]) - encounter.reflectance()).abs();
             worst.reflectance = worst.reflectance.max(reflectance);
             let coverage = f64::from(through[3]);
-            let error = (coverage - exact_coverage(size, x, y)).abs();
+            let error = (coverage - texel_coverage(size, x, y)).abs();
             worst.texel_coverage = worst.texel_coverage.max(error);
             sum += coverage;
         }
