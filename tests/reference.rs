@@ -25,8 +25,8 @@ fn rain(count: u32, edge: u32) -> Scene {
 
 /// Top white, bottom black, bilinear between: not the same from everywhere, and known.
 fn two_halves() -> Environment {
-    let texels = [vec![Vec3::ONE; 8], vec![Vec3::ZERO; 8]].concat();
-    Environment::from_texels("halves", 8, 2, texels).expect("a valid environment")
+    let texels = [vec![Vec3::ONE; 4], vec![Vec3::ZERO; 4]].concat();
+    Environment::from_texels("halves", 4, 2, texels).expect("a valid environment")
 }
 
 #[test]

@@ -46,20 +46,29 @@ pub struct SceneValues {
     /// Edge of the mask's finest level in texels
     #[arg(long, value_name = "N")]
     mask_size: Option<u32>,
-    /// Rays a pixel, where the model follows rays
-    #[arg(long = "samples", id = "model_samples", value_name = "N")]
-    samples: Option<u32>,
     /// Tone mapping operator
     #[arg(long, value_enum, value_name = "NAME")]
     tone_map: Option<Operator>,
 }
 
-/// `--preset`, for commands that take one.
+/// `--preset` and `--samples`, for commands that render one variant.
 #[derive(Args, Clone, Copy, Debug, Default)]
-pub struct PresetArg {
+pub struct ModelArgs {
     /// Models, all axes at once
     #[arg(long, value_enum, value_name = "NAME")]
-    pub preset: Option<Preset>,
+    preset: Option<Preset>,
+    /// Rays a pixel, where the model follows rays
+    #[arg(long, value_name = "N")]
+    samples: Option<u32>,
+}
+
+impl ModelArgs {
+    /// Sets the values that were given.
+    pub fn apply(&self, scene: &mut Scene) -> Result<()> {
+        scene.model.preset = self.preset.unwrap_or(scene.model.preset);
+        scene.model.samples = self.samples.or(scene.model.samples);
+        scene.validate("command line")
+    }
 }
 
 impl SceneArgs {
@@ -92,7 +101,6 @@ impl SceneValues {
         }
         scene.model.optics = self.optics.or(scene.model.optics);
         scene.model.simulation = self.simulation.or(scene.model.simulation);
-        scene.model.samples = self.samples.or(scene.model.samples);
         scene.model.mask_size = self.mask_size.unwrap_or(scene.model.mask_size);
         scene.tone_map.operator = self.tone_map.unwrap_or(scene.tone_map.operator);
         scene.validate("command line")?;

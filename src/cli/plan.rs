@@ -2,7 +2,7 @@
 
 use clap::Args;
 
-use super::options::{PresetArg, SceneArgs};
+use super::options::{ModelArgs, SceneArgs};
 use super::{Answer, print};
 use crate::plan::{Output, plan};
 
@@ -12,13 +12,13 @@ pub struct PlanArgs {
     #[command(flatten)]
     scene: SceneArgs,
     #[command(flatten)]
-    preset: PresetArg,
+    model: ModelArgs,
 }
 
 /// Runs the command.
 pub fn run(args: &PlanArgs) -> anyhow::Result<Answer> {
     let mut scene = args.scene.load()?;
-    scene.model.preset = args.preset.preset.unwrap_or(scene.model.preset);
+    args.model.apply(&mut scene)?;
     let plan = plan(&scene, Output::Display)?;
     print(format_args!("preset      {}", plan.preset))?;
     print(format_args!("optics      {}, {} texels an edge", plan.optics, plan.mask_size))?;

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::options::{DeviceArgs, PresetArg, SceneArgs};
+use super::options::{DeviceArgs, ModelArgs, SceneArgs};
 use super::{Answer, progress};
 use crate::picture::write_png;
 use crate::plan::{Output, plan};
@@ -16,7 +16,7 @@ pub struct RenderArgs {
     #[command(flatten)]
     scene: SceneArgs,
     #[command(flatten)]
-    preset: PresetArg,
+    model: ModelArgs,
     #[command(flatten)]
     device: DeviceArgs,
     /// Picture to write: .exr (linear radiance, float32) or .png (tone mapped, sRGB, 8 bit)
@@ -33,7 +33,7 @@ pub struct RenderArgs {
 /// Runs the command.
 pub fn run(args: &RenderArgs) -> anyhow::Result<Answer> {
     let mut scene = args.scene.load()?;
-    scene.model.preset = args.preset.preset.unwrap_or(scene.model.preset);
+    args.model.apply(&mut scene)?;
     let output = match args.output.extension().and_then(|e| e.to_str()) {
         Some("exr") => Output::Radiance,
         Some("png") => Output::Display,

@@ -1,0 +1,319 @@
+//! The command on bad input: one clear line on stderr, exit status 2, and nothing half written.
+
+mod common;
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+
+use glam::Vec3;
+use raindrops::Error;
+use raindrops::gpu::{Device, Instance, Validation};
+use raindrops::picture::Picture;
+use tempfile::TempDir;
+
+/// The command, run in `folder`.
+fn raindrops(folder: &Path, arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_raindrops"));
+    command.current_dir(folder).args(arguments);
+    command
+}
+
+fn folder() -> TempDir {
+    tempfile::tempdir().expect("a temporary folder")
+}
+
+fn run(command: &mut Command) -> Output {
+    command.output().expect("the command starts")
+}
+
+/// The one line of an error: not the lines that say which device was taken and what was mended.
+#[track_caller]
+fn error_line(output: &Output) -> String {
+    let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
+    let lines: Vec<_> = stderr
+        .lines()
+        .filter(|line| !line.starts_with("device: ") && !line.starts_with("environment "))
+        .collect();
+    let [line] = lines.as_slice() else { panic!("not one line: {stderr}") };
+    assert_eq!(output.status.code(), Some(2), "{stderr}");
+    assert!(output.stdout.is_empty(), "an error says nothing on stdout");
+    line.strip_prefix("raindrops: ").unwrap_or_else(|| panic!("{line}")).to_string()
+}
+
+/// Every file below a folder, with its size.
+fn files(folder: &Path) -> Vec<String> {
+    let mut names: Vec<_> = fs::read_dir(folder)
+        .expect("a folder")
+        .map(|entry| entry.expect("an entry"))
+        .map(|entry| {
+            let size = entry.metadata().expect("metadata").len();
+            format!("{} {size}", entry.file_name().to_string_lossy())
+        })
+        .collect();
+    names.sort();
+    names
+}
+
+/// A small picture that is quickly rendered if nothing is wrong.
+const SMALL: [&str; 5] = ["render", "--size", "32x32", "--drops", "100"];
+
+/// Runs `render` of a small picture with more arguments; it must fail with a line that holds all of
+/// `words`, and leave the folder as it was.
+#[track_caller]
+fn render_fails(folder: &Path, arguments: &[&str], words: &[&str]) {
+    let before = files(folder);
+    let line = error_line(&run(raindrops(folder, &SMALL).args(arguments)));
+    for word in words {
+        assert!(line.contains(word), "'{line}' does not say '{word}'");
+    }
+    assert_eq!(files(folder), before, "{line}");
+}
+
+#[test]
+fn a_sound_render_succeeds() {
+    let folder = folder();
+    for name in ["a.png", "a.exr"] {
+        let mut command = raindrops(folder.path(), &SMALL);
+        let output = run(command.args(["--validate", "-o", name]));
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert!(stderr.starts_with("device: "), "the device is named: {stderr}");
+        assert!(folder.path().join(name).exists());
+    }
+    assert_eq!(files(folder.path()).len(), 2, "and nothing else is left behind");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn no_loader() {
+    let folder = folder();
+    let library = folder.path().join("libvulkan.so.1");
+    fs::write(&library, "not a library").expect("a file");
+    let mut command = raindrops(folder.path(), &["devices"]);
+    let line = error_line(&run(command.env("LD_LIBRARY_PATH", folder.path())));
+    assert!(line.contains("no Vulkan loader") && line.contains("libvulkan1"), "{line}");
+}
+
+#[test]
+fn no_driver() {
+    let folder = folder();
+    for arguments in [&["devices"][..], &["render", "-o", "a.png"], &["mask", "-o", "masks"]] {
+        let mut command = raindrops(folder.path(), arguments);
+        command.env("VK_DRIVER_FILES", "/nonexistent").env("VK_ICD_FILENAMES", "/nonexistent");
+        let line = error_line(&run(&mut command));
+        assert!(line.contains("no Vulkan device") && line.contains("VK_DRIVER_FILES"), "{line}");
+    }
+    assert!(files(folder.path()).is_empty());
+}
+
+#[test]
+fn no_such_device() {
+    let folder = folder();
+    for wanted in ["no such device", "999"] {
+        let words = ["no Vulkan device matches", wanted, "there are: 0: "];
+        render_fails(folder.path(), &["-o", "a.png", "--device", wanted], &words);
+    }
+}
+
+/// A device that lacks features is refused by their names. None here does, so its report is changed.
+#[test]
+fn a_missing_feature_is_named() {
+    let instance = Instance::new(Validation::Off).expect("Vulkan");
+    let mut report = common::chosen(&instance);
+    report.missing = vec!["largePoints", "synchronization2"];
+    let name = report.name.clone();
+    let Err(error) = Device::open(&instance, report) else { panic!("it was opened") };
+    assert!(matches!(error, Error::DeviceLacks { .. }));
+    assert_eq!(error.to_string(), format!("{name} lacks largePoints, synchronization2"));
+}
+
+#[test]
+fn bad_environments() {
+    let folder = folder();
+    let at = |name: &str| folder.path().join(name);
+    let sky = include_bytes!("../assets/sky.exr");
+    fs::write(at("truncated.exr"), &sky[..sky.len() / 2]).expect("a file");
+    fs::write(at("empty.exr"), "").expect("a file");
+    fs::write(at("text.exr"), "not an image").expect("a file");
+    let picture = |width, height, value: f32| Picture {
+        width,
+        height,
+        pixels: vec![Vec3::splat(value); (width * height) as usize],
+    };
+    picture(3, 3, 1.0).write_exr(&at("square.exr")).expect("a file");
+    picture(4, 2, f32::NAN).write_exr(&at("nan.exr")).expect("a file");
+    fs::create_dir(at("folder.exr")).expect("a folder");
+    for (name, word) in [
+        ("missing.exr", "No such file"),
+        ("truncated.exr", "broken or cut off"),
+        ("empty.exr", "empty"),
+        ("text.exr", "not an OpenEXR"),
+        ("square.exr", "twice as wide"),
+        ("nan.exr", "no texel is finite"),
+        ("folder.exr", "folder"),
+    ] {
+        render_fails(folder.path(), &["-o", "a.png", "--environment", name], &[name, word]);
+    }
+}
+
+#[test]
+fn bad_scenes() {
+    let folder = folder();
+    let cases: [(&str, &[&str]); 21] = [
+        // Unknown names: file, line, the name and the nearest known one.
+        ("seed = 1\n[rain]\ncuont = 4", &["scene.toml:3", "`cuont`", "did you mean `count`"]),
+        ("[camra]\n", &["scene.toml:1", "`camra`", "did you mean `camera`"]),
+        (
+            "\n\n[[drop]]\ncentre = [0, 0, -3]",
+            &["scene.toml:4", "`centre`", "did you mean `center`"],
+        ),
+        ("[model]\noptics = 'masks'", &["scene.toml:2", "`masks`", "did you mean `mask`"]),
+        // Not TOML, not the type.
+        ("seed = ", &["scene.toml:1"]),
+        ("seed = 'one'", &["scene.toml:1", "invalid type"]),
+        ("[[drop]]\nradius = 1", &["scene.toml:1", "center"]),
+        // Values out of range.
+        ("time = nan", &["time = NaN"]),
+        ("time = inf", &["time = inf"]),
+        ("[camera]\nvertical_fov = 0", &["vertical_fov = 0", "0.01 to 175"]),
+        ("[camera]\nvertical_fov = 180", &["vertical_fov = 180"]),
+        ("[camera]\ntarget = [0, 0, 0]", &["the same point"]),
+        ("[camera]\nup = [0, 0, 0]", &["up"]),
+        ("[camera]\nnear = -1", &["near"]),
+        ("[image]\nwidth = 0", &["0 x 1024"]),
+        ("[environment]\nradiance = [1, -1, 1]", &["radiance"]),
+        ("[environment]\nradiance = [1, 1, 1]\nfile = 'a.exr'", &["not both"]),
+        ("[rain]\nradius = -1", &["radius"]),
+        ("[rain]\nhalf_extent = [1, 0, 1]", &["half_extent"]),
+        ("[[drop]]\ncenter = [0, 0, -3]\nradius = 0", &["drop 1", "radius"]),
+        ("[model]\nmask_size = 100", &["mask_size = 100", "power of two"]),
+    ];
+    for (text, words) in cases {
+        fs::write(folder.path().join("scene.toml"), text).expect("a file");
+        for arguments in [&["render", "scene.toml", "-o", "a.png"][..], &["plan", "scene.toml"]] {
+            let line = error_line(&run(&mut raindrops(folder.path(), arguments)));
+            for word in ["scene.toml"].iter().chain(words) {
+                assert!(line.contains(word), "{text:?}: '{line}' does not say '{word}'");
+            }
+        }
+    }
+    let line = error_line(&run(&mut raindrops(folder.path(), &["plan", "nowhere.toml"])));
+    assert!(line.contains("cannot read nowhere.toml"), "{line}");
+    assert_eq!(files(folder.path()).len(), 1, "nothing beside the scene");
+}
+
+#[test]
+fn bad_values_on_the_command_line() {
+    let folder = folder();
+    let output = ["-o", "a.png"];
+    for (arguments, word) in [
+        (["--size", "0x5"], "0 x 5"),
+        (["--drops", "4000000000"], "4000000000"),
+        (["--time", "nan"], "NaN"),
+        (["--fps", "0"], "--fps 0"),
+        (["--mask-size", "3"], "mask_size = 3"),
+    ] {
+        let mut all = vec!["render"];
+        all.extend(output.iter().chain(&arguments));
+        let line = error_line(&run(&mut raindrops(folder.path(), &all)));
+        assert!(line.contains(word), "{line}");
+    }
+    // What the parser refuses it explains at length, but first in one line.
+    for arguments in [&["render"][..], &["render", "--size", "12"], &["rendr"], &[]] {
+        let output = run(&mut raindrops(folder.path(), arguments));
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+        assert!(!output.stderr.is_empty());
+    }
+    assert!(files(folder.path()).is_empty());
+}
+
+#[test]
+fn bad_outputs() {
+    let folder = folder();
+    fs::write(folder.path().join("file"), "content").expect("a file");
+    fs::create_dir(folder.path().join("folder.png")).expect("a folder");
+    for (output, words) in [
+        ("nowhere/a.png", ["cannot write", "there is no folder nowhere"]),
+        ("file/a.exr", ["cannot write", "there is no folder file"]),
+        ("a.tga", ["a.tga", ".exr or .png"]),
+        ("a", ["a:", ".exr or .png"]),
+        ("folder.png", ["cannot write folder.png", "directory"]),
+    ] {
+        render_fails(folder.path(), &["-o", output], &words);
+    }
+    // A folder that takes no files; root is refused there too.
+    #[cfg(target_os = "linux")]
+    render_fails(folder.path(), &["-o", "/proc/a.png"], &["cannot write /proc/a.png"]);
+
+    let output = run(&mut raindrops(folder.path(), &["mask", "--mask-size", "4", "-o", "file"]));
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{stderr}");
+    assert!(stderr.contains("cannot write file"), "{stderr}");
+    assert_eq!(fs::read_to_string(folder.path().join("file")).expect("the file"), "content");
+}
+
+/// What a failed run would have replaced is still there, whole.
+#[test]
+fn a_failed_run_leaves_the_old_picture() {
+    let folder = folder();
+    let old = folder.path().join("a.png");
+    fs::write(&old, "the old picture").expect("a file");
+    render_fails(folder.path(), &["-o", "a.png", "--device", "none"], &["none"]);
+    render_fails(folder.path(), &["-o", "a.png", "--environment", "no.exr"], &["no.exr"]);
+    assert_eq!(fs::read_to_string(&old).expect("the file"), "the old picture");
+}
+
+/// Names of the commands, as `--help` lists them.
+fn commands() -> Vec<String> {
+    let output = run(&mut raindrops(Path::new("."), &["--help"]));
+    let help = String::from_utf8(output.stdout).expect("text");
+    help.lines()
+        .skip_while(|line| !line.starts_with("Commands:"))
+        .skip(1)
+        .take_while(|line| !line.is_empty())
+        .filter_map(|line| Some(line.split_whitespace().next()?.to_string()))
+        .filter(|name| name != "help")
+        .collect()
+}
+
+#[test]
+fn every_command_has_help() {
+    let commands = commands();
+    assert!(commands.len() >= 5 && commands.contains(&"render".into()), "{commands:?}");
+    for command in commands {
+        let output = run(&mut raindrops(Path::new("."), &[&command, "--help"]));
+        assert_eq!(output.status.code(), Some(0), "{command}");
+        let help = String::from_utf8_lossy(&output.stdout);
+        assert!(help.contains("Usage: raindrops"), "{command}: {help}");
+    }
+}
+
+/// A reader that goes away, as `head -1` does, is no error.
+#[test]
+fn a_closed_pipe_is_no_error() {
+    for arguments in [&["devices"][..], &["plan"]] {
+        let mut child = raindrops(Path::new("."), arguments)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("the command starts");
+        drop(child.stdout.take());
+        let output = child.wait_with_output().expect("the command ends");
+        assert_eq!(String::from_utf8_lossy(&output.stderr), "", "{arguments:?}");
+        assert_eq!(output.status.code(), Some(0), "{arguments:?}");
+    }
+}
+
+#[test]
+fn plan_prints_passes_with_reasons() {
+    let output = run(&mut raindrops(Path::new("."), &["plan"]));
+    assert_eq!(output.status.code(), Some(0));
+    let text = String::from_utf8_lossy(&output.stdout);
+    for word in ["paper", "mask", "simulate", "sky", "drops", "tone map", "1000000 drops move"] {
+        assert!(text.contains(word), "'{word}' is not in {text}");
+    }
+    let without = run(&mut raindrops(Path::new("."), &["plan", "--drops", "0"]));
+    let text = String::from_utf8_lossy(&without.stdout);
+    assert!(!text.contains("simulate"), "no drops, no simulation: {text}");
+}

@@ -1,0 +1,26 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// Copies every member of `Frame`, by name and in the order of its declaration, to a buffer; see
+// tests/frame_layout.rs.
+#include "frame.glsl"
+
+layout(local_size_x = 1) in;
+layout(std430, set = 0, binding = 1) writeonly buffer Copies { uvec4 copies[]; };
+
+void main() {
+    copies[0] = floatBitsToUint(frame.right);
+    copies[1] = floatBitsToUint(frame.up);
+    copies[2] = floatBitsToUint(frame.back);
+    copies[3] = floatBitsToUint(frame.units);
+    copies[4] = frame.camera_place;
+    copies[5] = frame.shift;
+    copies[6] = frame.seed;
+    copies[7] = floatBitsToUint(frame.motion);
+    copies[8] = floatBitsToUint(frame.camera_high);
+    copies[9] = floatBitsToUint(frame.camera_low);
+    copies[10] = floatBitsToUint(frame.extent);
+    copies[11] = floatBitsToUint(frame.image);
+    copies[12] = floatBitsToUint(frame.frustum);
+    copies[13] = floatBitsToUint(frame.environment);
+    copies[14] = floatBitsToUint(frame.tone);
+}

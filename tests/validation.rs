@@ -1,0 +1,115 @@
+//! The canary's canary: a mistake on purpose must make `expect_silence` fail. Without these, silence
+//! under validation could mean that nobody listens.
+
+mod common;
+
+use std::sync::Arc;
+
+use ash::vk;
+use raindrops::gpu::{
+    Binding, Bindings, Buffer, Commands, ComputePipeline, Device, Instance, Memory, Resource, Use,
+    memory_barrier, shaders,
+};
+
+/// Runs `mistake` on a device and returns what `expect_silence` says, or nothing if it is content.
+fn complaint(mistake: impl FnOnce(&Arc<Device>)) -> Option<String> {
+    let instance = common::validated_instance();
+    let device = open(&instance);
+    mistake(&device);
+    drop(device);
+    instance.expect_silence().err().map(|error| error.to_string())
+}
+
+fn open(instance: &Arc<Instance>) -> Arc<Device> {
+    Device::open(instance, common::chosen(instance)).expect("a device")
+}
+
+#[test]
+fn silence_is_silence() {
+    assert_eq!(complaint(|device| device.wait_idle().expect("an idle device")), None);
+}
+
+#[test]
+fn wrong_usage_is_named() {
+    let said = complaint(|device| {
+        let buffer = |usage| {
+            Buffer::new(device, "canary", 64, usage, Memory::Device).expect("a small buffer")
+        };
+        let from = buffer(vk::BufferUsageFlags::STORAGE_BUFFER); // not TRANSFER_SRC
+        let to = buffer(vk::BufferUsageFlags::TRANSFER_DST);
+        Commands::once(device, "canary", |commands| {
+            let region = [vk::BufferCopy { src_offset: 0, dst_offset: 0, size: 64 }];
+            // SAFETY: drivers copy between such buffers all the same; only the usage is undeclared.
+            unsafe { device.raw().cmd_copy_buffer(commands, from.raw(), to.raw(), &region) };
+        })
+        .expect("a copy");
+    });
+    let said = said.expect("a copy from a buffer that is no source must be told");
+    assert!(said.contains("VUID-vkCmdCopyBuffer-srcBuffer"), "{said}");
+    assert!(said.contains("canary"), "objects are named in messages: {said}");
+}
+
+/// Two fills of one buffer: a write after a write, with or without the barrier between them.
+fn two_fills(with_barrier: bool) -> Option<String> {
+    complaint(|device| {
+        let usage = vk::BufferUsageFlags::TRANSFER_DST;
+        let buffer = Buffer::new(device, "canary", 64, usage, Memory::Device).expect("a buffer");
+        Commands::once(device, "canary", |commands| {
+            for value in [1, 2] {
+                // SAFETY: the buffer is alive; the order of the fills matters to nobody.
+                unsafe {
+                    device.raw().cmd_fill_buffer(commands, buffer.raw(), 0, 64, value);
+                }
+                if with_barrier {
+                    let write = [Use::TransferWrite];
+                    memory_barrier(device, commands, &write, &write);
+                }
+            }
+        })
+        .expect("two fills");
+    })
+}
+
+#[test]
+fn missing_barrier_between_fills_is_a_hazard() {
+    let said = two_fills(false).expect("a write after a write must be told");
+    assert!(said.contains("SYNC-HAZARD-WRITE"), "{said}");
+    assert_eq!(two_fills(true), None, "with the barrier there is no hazard");
+}
+
+/// The same between shaders, through descriptors: what the first dispatch writes the second reads.
+/// (Of two dispatches that only *write* one buffer the layer of 2023 says nothing, by design.)
+fn two_dispatches(with_barrier: bool) -> Option<String> {
+    complaint(|device| {
+        let usage = vk::BufferUsageFlags::STORAGE_BUFFER;
+        let buffers: Vec<_> = (0..5)
+            .map(|_| Buffer::upload(device, "canary", &[0u32; 16], usage).expect("a buffer"))
+            .collect();
+        let bindings =
+            Bindings::new(device, "canary", &[Binding::STORAGE_BUFFER; 5], 2).expect("two sets");
+        // order_large.comp reads its slots 0 to 2 and writes 3 and 4.
+        for (set, order) in [[0, 1, 2, 3, 4], [3, 1, 2, 0, 4]].iter().enumerate() {
+            for (number, buffer) in (0..).zip(order) {
+                bindings.write(set, number, &Resource::Buffer(&buffers[*buffer]));
+            }
+        }
+        let pipeline = ComputePipeline::new(device, shaders::ORDER_LARGE_COMP, &bindings, 0, &[1])
+            .expect("a pipeline");
+        Commands::once(device, "canary", |commands| {
+            pipeline.dispatch(commands, &bindings, 0, &[], [1, 1, 1]);
+            if with_barrier {
+                let write = [Use::ComputeWrite];
+                memory_barrier(device, commands, &write, &write);
+            }
+            pipeline.dispatch(commands, &bindings, 1, &[], [1, 1, 1]);
+        })
+        .expect("two dispatches");
+    })
+}
+
+#[test]
+fn missing_barrier_between_dispatches_is_a_hazard() {
+    let said = two_dispatches(false).expect("a read after a write must be told");
+    assert!(said.contains("SYNC-HAZARD-READ-AFTER-WRITE"), "{said}");
+    assert_eq!(two_dispatches(true), None, "with the barrier there is no hazard");
+}
