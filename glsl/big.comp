@@ -5,14 +5,14 @@
 #include "frame.glsl"
 #include "tile_buffers.glsl"
 
-layout(local_size_x = 64) in;
+layout(local_size_x = 32) in;
 layout(constant_id = 0) const uint FILL = 0;
 layout(constant_id = 1) const uint MAX_ENTRIES = 1;
 layout(constant_id = 2) const uint MAX_BLOCKS = 1;
 layout(constant_id = 3) const uint SLABS = 1;
 layout(constant_id = 4) const float RAYS_PX = 8.0;
 
-#define COUNTERS_BINDING 15
+#define COUNTERS_BINDING 16
 #include "counters.glsl"
 #include "tile_entry.glsl"
 
@@ -28,7 +28,7 @@ bool meets(Record r, uvec2 tile) {
 
 void main() {
     uint record = bigs[gl_WorkGroupID.x];
-    uvec2 bin = bins[record];
+    uvec2 bin = uvec2(bins[record * BIN_WORDS], bins[record * BIN_WORDS + 1u]);
     uvec2 first = uvec2(bin.x & 0xffffu, bin.x >> 16);
     uvec2 count = uvec2(bin.y & 0xffffu, bin.y >> 16);
     Record r = records[record];
@@ -38,7 +38,7 @@ void main() {
         uvec2 at = first + uvec2(i % count.x, i / count.x);
         uint tile = at.y * tiles_across() + at.x, slot = tile * SLABS + slab;
         if (!meets(r, at)) continue;
-        if (FILL == 0u) atomicAdd(slabs[slot], 1u);
-        else enter(slot, tile, record, r.distance2, rays);
+        uint place = atomicAdd(big_slabs[slot], 1u);
+        if (FILL != 0u) enter(place, tile, record, r.distance2, rays);
     }
 }

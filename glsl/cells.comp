@@ -10,7 +10,7 @@ layout(constant_id = 0) const uint GRID_BITS = 1;  // the box has 2^GRID_BITS ce
 layout(constant_id = 1) const uint CELL_COUNT = 1; // all of them, and one for the placed drops
 layout(constant_id = 2) const uint MAX_RECORDS = 1;
 
-#define COUNTERS_BINDING 15
+#define COUNTERS_BINDING 16
 #include "counters.glsl"
 
 bool in_view(uint cell) {

@@ -13,10 +13,10 @@ layout(constant_id = 0) const uint TILE_COUNT = 1;
 layout(constant_id = 1) const uint MAX_ENTRIES = 1;
 layout(constant_id = 2) const uint MAX_BLOCKS = 1;
 
-layout(set = 0, binding = 14) uniform sampler2D environment_map;
-layout(std430, set = 0, binding = 15) readonly buffer Pictures { uint pictures[]; };
+layout(set = 0, binding = 15) uniform sampler2D environment_map;
+layout(std430, set = 0, binding = 16) readonly buffer Pictures { uint pictures[]; };
 // The result: four halves a pixel, row by row.
-layout(std430, set = 0, binding = 16) writeonly buffer Radiance { uvec2 radiance_out[]; };
+layout(std430, set = 0, binding = 17) writeonly buffer Radiance { uvec2 radiance_out[]; };
 
 void main() {
     uint tile = gl_GlobalInvocationID.x;
@@ -55,7 +55,6 @@ void main() {
             uvec2 texel = uvec2(clamp((0.5 * st + 0.5) * edge, 0.0, edge - 1.0));
             uint word = base + texel.y * uint(edge) + texel.x;
             if (is_block) word = BLOCKS_BASE + min(block, MAX_BLOCKS - 1u) * PIXELS + p;
-            uint color = pictures[word];
 
             // Part of the pixel's square that the drop covers. Under a pixel of radius: its box of
             // equal area against the square, which keeps the sum over all pixels exact at every
@@ -67,7 +66,9 @@ void main() {
             float edge_px = (1.0 - disc) * disc * inversesqrt(max(dot(slope, slope), 1e-20));
             float ramp = clamp(edge_px + 0.5 - 1.0 / (24.0 * radius), 0.0, 1.0);
             float alpha = radius < 1.0 ? overlap.x * overlap.y : disc < 1e-3 ? 1.0 : ramp;
-            alpha *= color == NO_COLOR ? 0.0 : fade;
+            alpha *= fade;
+            uint color = pictures[word];
+            if (color == NO_COLOR) alpha = 0.0;
             sum[p] += through[p] * alpha * unpack_radiance(color);
             through[p] *= 1.0 - alpha;
         }

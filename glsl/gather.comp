@@ -14,8 +14,8 @@ layout(constant_id = 2) const uint SLABS = 1;
 layout(constant_id = 3) const float RAYS_PX = 8.0; // radius from which a drop is drawn by rays
 layout(constant_id = 4) const uint HAS_PLACED = 0;
 
-layout(std430, set = 0, binding = 14) readonly buffer PlacedDrops { Placed placed[]; };
-#define COUNTERS_BINDING 15
+layout(std430, set = 0, binding = 15) readonly buffer PlacedDrops { Placed placed[]; };
+#define COUNTERS_BINDING 16
 #include "counters.glsl"
 
 void main() {
@@ -94,16 +94,26 @@ void main() {
         }
         atomicAdd(counters.large_count, 1u);
     }
-    bins[at] = uvec2(first.x | first.y << 16, shown ? count.x | count.y << 16 : 0u);
+    uint places[MOST_TILES / 2];
+    for (uint w = 0u; w < MOST_TILES / 2u; ++w) places[w] = 0u;
     if (shown && !big) {
         uint slot = (first.y * tiles_across() + first.x) * SLABS + slab_of(distance2, SLABS);
-        uint x = 0u, y = 0u;
+        uint x = 0u, y = 0u, i = 0u;
         do {
-            atomicAdd(slabs[slot + (y * tiles_across() + x) * SLABS], 1u);
+            uint place = atomicAdd(slabs[slot + (y * tiles_across() + x) * SLABS], 1u);
+            uint half_word = min(place, 0xffffu) << (16u * (i & 1u));
+            for (uint w = 0u; w < MOST_TILES / 2u; ++w) places[w] |= i / 2u == w ? half_word : 0u;
+            ++i;
             if (++x == count.x) {
                 x = 0u;
                 ++y;
             }
         } while (y < count.y);
+    }
+    uint bin = at * BIN_WORDS;
+    bins[bin] = first.x | first.y << 16;
+    bins[bin + 1u] = shown ? count.x | count.y << 16 : 0u;
+    if (shown && !big) {
+        for (uint w = 0u; w < MOST_TILES / 2u; ++w) bins[bin + 2u + w] = places[w];
     }
 }

@@ -15,9 +15,9 @@ layout(constant_id = 1) const uint SAMPLES = 4;
 layout(constant_id = 2) const uint INTERNAL_REFLECTIONS = 2;
 layout(constant_id = 3) const uint CONSERVE = 1;
 
-layout(set = 0, binding = 14) uniform sampler2D environment_map;
+layout(set = 0, binding = 15) uniform sampler2D environment_map;
 // After the pictures of all directions: colours of each block's pixels.
-layout(std430, set = 0, binding = 15) writeonly buffer Pictures { uint pictures[]; };
+layout(std430, set = 0, binding = 16) writeonly buffer Pictures { uint pictures[]; };
 
 #include "drop_light.glsl"
 

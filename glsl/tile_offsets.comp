@@ -12,13 +12,16 @@ void main() {
     uint tile = gl_GlobalInvocationID.x;
     if (tile >= TILE_COUNT) return;
     uint count = 0u;
-    for (uint slab = 0u; slab < SLABS; ++slab) count += slabs[tile * SLABS + slab];
+    for (uint slab = 0u; slab < SLABS; ++slab) {
+        count += slabs[tile * SLABS + slab] + big_slabs[tile * SLABS + slab];
+    }
     // Where a tile's entries lie does not matter, so no prefix sum is needed.
     uint first = atomicAdd(totals.entries, count);
     tiles[tile] = uvec2(first, count);
     for (uint slab = 0u; slab < SLABS; ++slab) {
-        uint size = slabs[tile * SLABS + slab];
-        slabs[tile * SLABS + slab] = first;
-        first += size;
+        uint at = tile * SLABS + slab, few = slabs[at], many = big_slabs[at];
+        slabs[at] = first;
+        big_slabs[at] = first + few;
+        first += few + many;
     }
 }

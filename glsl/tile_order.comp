@@ -11,7 +11,7 @@ layout(constant_id = 1) const uint MAX_ENTRIES = 1;
 layout(constant_id = 2) const uint MAX_BLOCKS = 1;
 layout(constant_id = 3) const uint SLABS = 1;
 
-const uint BLOCKS_A_GROUP = 32; // of rays.comp
+const uint BLOCKS_A_GROUP = 256u / PIXELS; // of rays.comp
 
 // Blocks are numbered as they come, so between equal distances their drop decides, as elsewhere.
 uint drop_of(uint what) {
@@ -32,9 +32,8 @@ void main() {
         totals.block_groups = uvec4((count + BLOCKS_A_GROUP - 1u) / BLOCKS_A_GROUP, 1u, 1u, 0u);
     }
     if (slot >= TILE_COUNT * SLABS) return;
-    uvec2 tile = tiles[slot / SLABS];
-    uint first = slot % SLABS == 0u ? tile.x : slabs[slot - 1u];
-    uint end = min(slabs[slot], MAX_ENTRIES), count = end > first ? end - first : 0u;
+    uint first = slabs[slot], end = min(big_slabs[slot], MAX_ENTRIES);
+    uint count = end > first ? end - first : 0u;
 
     uvec2 e[8];
     for (uint i = 0u; i < 8u; ++i) {

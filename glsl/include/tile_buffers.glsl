@@ -8,7 +8,8 @@
 const uvec2 TILE = uvec2(4, 2);
 const uint PIXELS = TILE.x * TILE.y;
 const uint IS_BLOCK = 0x80000000u;
-const uint MOST_TILES = 16; // of a drop that one invocation enters into lists
+const uint MOST_TILES = 12; // of a drop that one invocation enters into lists
+const uint BIN_WORDS = 2 + MOST_TILES / 2;
 
 // A drop in view as its pixels need it.
 struct Record {
@@ -38,10 +39,13 @@ layout(std430, set = 0, binding = 5) buffer Spheres { vec4 spheres[]; };
 layout(std430, set = 0, binding = 6) buffer RecordIndex { uint record_index[]; };
 // Record of each drop that has one.
 layout(std430, set = 0, binding = 7) buffer RecordOf { uint record_of[]; };
-// For each record: first tile, x and y in 16 bits each; tiles across and down likewise, 0: none.
-layout(std430, set = 0, binding = 8) buffer Bins { uvec2 bins[]; };
-// For each tile and slab of distance: number of drops; then where they begin; then where they end.
+// For each record BIN_WORDS words: first tile, x and y in 16 bits each; tiles across and down likewise,
+// 0: none; its place in the slab of each of them, 16 bits each.
+layout(std430, set = 0, binding = 8) buffer Bins { uint bins[]; };
+// For each tile and slab of distance: number of drops that touch few tiles; later, where they begin.
 layout(std430, set = 0, binding = 9) buffer Slabs { uint slabs[]; };
+// Likewise of drops that touch many; later, where they begin, then where they end.
+layout(std430, set = 0, binding = 14) buffer BigSlabs { uint big_slabs[]; };
 // For each tile: first entry, number of entries.
 layout(std430, set = 0, binding = 10) buffer Tiles { uvec2 tiles[]; };
 // Distance (as bits, which sort as the distance does) and drop index; or block with IS_BLOCK.

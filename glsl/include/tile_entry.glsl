@@ -1,8 +1,8 @@
-// Writes a drop into the list of a slab of a tile. Needs tile_buffers.glsl, counters.glsl and the
+// Writes a drop into a place of the list of a tile. Needs tile_buffers.glsl, counters.glsl and the
 // constants MAX_ENTRIES and MAX_BLOCKS.
 
-void enter(uint slot, uint tile, uint record, float distance2, bool rays) {
-    uint at = atomicAdd(slabs[slot], 1u), what = record_index[record];
+void enter(uint at, uint tile, uint record, float distance2, bool rays) {
+    uint what = record_index[record];
     if (rays) {
         uint block = atomicAdd(totals.blocks, 1u);
         what = IS_BLOCK | min(block, MAX_BLOCKS);

@@ -8,7 +8,7 @@
 //!    (`tile_fill`), and each slab is sorted by distance, then drop index (`tile_order`): a total
 //!    order, so that the picture is the same on every run.
 //!
-//! Drops that touch more than 16 tiles, a few in a thousand, are counted and entered by a
+//! Drops that touch more than 12 tiles, a few in a thousand, are counted and entered by a
 //! workgroup each (`big`).
 //!
 //! No pass uses shared memory or barriers within a workgroup, poison on CPU drivers; what must be
@@ -30,16 +30,18 @@ use crate::scene::Scene;
 
 /// A tile in pixels, as in `glsl/include/tile_buffers.glsl`.
 const TILE: (u32, u32) = (4, 2);
+/// Words of a drop's bin, as there.
+const BIN_WORDS: u64 = 8;
 /// Tiles that a drop at the paper's sizes touches.
-const TILES_A_DROP: f64 = 2.5;
+const TILES_A_DROP: f64 = 3.5;
 /// Part of all drops that is in view at the paper's 90°, at most.
 const SHARE_IN_VIEW: f64 = 0.18;
 /// Drops that a slab should hold: with twice as many it still sorts in registers.
-const DROPS_A_SLAB: f64 = 4.0;
+const DROPS_A_SLAB: f64 = 3.0;
 const MAX_SLABS: u32 = 16;
-/// Radius in pixels of the largest drop that can touch no more than the 16 tiles that one invocation
-/// enters: 16 tiles in a row.
-const MOST_PX_OF_FEW_TILES: f32 = 32.0;
+/// Radius in pixels of the largest drop that can touch no more than the 12 tiles that one invocation
+/// enters: 12 tiles in a row.
+const MOST_PX_OF_FEW_TILES: f32 = 24.0;
 /// Most drops that touch many tiles; those beyond it are counted and reported, not drawn.
 const MAX_BIGS: u32 = 262_144;
 /// List entries that are provided for each drop: four times what the paper's scene takes.
@@ -62,7 +64,7 @@ pub struct Tiles {
     /// What was counted (see [`Simulate::counts`]).
     pub counters: Buffer,
     /// What the shaders' `tile_buffers.glsl` declares, from binding 1 on.
-    pub(super) shared: [Buffer; 13],
+    pub(super) shared: [Buffer; 14],
     slabs: u32,
     cell_groups: u32,
     bindings: Bindings,
@@ -79,6 +81,7 @@ pub struct Tiles {
 /// Where in [`Tiles::shared`] the buffers are that are reset.
 const TOTALS: usize = 2;
 const SLABS: usize = 8;
+const BIG_SLABS: usize = 13;
 /// Byte offsets of the indirect arguments in the totals.
 const RECORD_GROUPS: u64 = 0;
 const BIG_GROUPS: u64 = 16;
@@ -127,12 +130,13 @@ impl Tiles {
             make("drop spheres", 16, max_records, storage)?,
             make("drop indices", 4, max_records, storage)?,
             make("records of drops", 4, drops, storage)?,
-            make("drop bins", 8, max_records, storage)?,
+            make("drop bins", 4 * BIN_WORDS, max_records, storage)?,
             make("slabs", 4, count * slabs, cleared)?,
             make("tiles", 8, count, storage)?,
             make("tile entries", 8, max_entries, storage)?,
             make("big drops", 4, max_bigs, storage)?,
             make("pixel blocks", 8, max_blocks, storage)?,
+            make("slabs of big drops", 4, count * slabs, cleared)?,
         ];
         let placed = Buffer::upload(device, "placed drops", &placed_records(scene), storage)?;
         let counters = Simulate::counters(device)?;
@@ -191,7 +195,7 @@ impl Tiles {
 
     /// Records the reset of what is counted; a barrier to compute must follow.
     pub fn record_reset(&self, device: &Device, commands: vk::CommandBuffer) {
-        for buffer in [&self.counters, &self.shared[SLABS]] {
+        for buffer in [&self.counters, &self.shared[SLABS], &self.shared[BIG_SLABS]] {
             // SAFETY: the command buffer is recorded outside of rendering.
             unsafe { device.raw().cmd_fill_buffer(commands, buffer.raw(), 0, vk::WHOLE_SIZE, 0) };
         }
@@ -215,14 +219,21 @@ impl Tiles {
         self.count_big.dispatch_indirect(commands, &self.bindings, self.totals(), BIG_GROUPS);
     }
 
-    /// Records the lists of the tiles, in order, after [`Tiles::record_gather`] and a barrier.
-    pub fn record_lists(&self, device: &Device, commands: vk::CommandBuffer) {
-        let groups = |invocations: u32| [invocations.div_ceil(64), 1, 1];
-        self.offsets.dispatch(commands, &self.bindings, 0, &[], groups(self.count));
-        memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::ComputeWrite]);
+    /// Records the room of the tiles' lists, after [`Tiles::record_gather`] and a barrier.
+    pub fn record_offsets(&self, commands: vk::CommandBuffer) {
+        let groups = [self.count.div_ceil(64), 1, 1];
+        self.offsets.dispatch(commands, &self.bindings, 0, &[], groups);
+    }
+
+    /// Records the drops' entry into the lists, after [`Tiles::record_offsets`] and a barrier.
+    pub fn record_fill(&self, commands: vk::CommandBuffer) {
         self.fill.dispatch_indirect(commands, &self.bindings, self.totals(), RECORD_GROUPS);
         self.fill_big.dispatch_indirect(commands, &self.bindings, self.totals(), BIG_GROUPS);
-        memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::ComputeWrite]);
-        self.order.dispatch(commands, &self.bindings, 0, &[], groups(self.count * self.slabs));
+    }
+
+    /// Records the sorting of the lists, after [`Tiles::record_fill`] and a barrier.
+    pub fn record_order(&self, commands: vk::CommandBuffer) {
+        let groups = [(self.count * self.slabs).div_ceil(64), 1, 1];
+        self.order.dispatch(commands, &self.bindings, 0, &[], groups);
     }
 }

@@ -63,9 +63,17 @@ impl Tiled {
             barrier(&[Use::ComputeWrite], &[Use::ComputeWrite, Use::Indirect]);
             self.tiles.record_gather(device, commands);
         });
-        time.time(commands, "lists", || {
+        time.time(commands, "offsets", || {
             barrier(&[Use::ComputeWrite], &[Use::ComputeWrite, Use::Indirect]);
-            self.tiles.record_lists(device, commands);
+            self.tiles.record_offsets(commands);
+        });
+        time.time(commands, "fill", || {
+            barrier(&[Use::ComputeWrite], &[Use::ComputeWrite]);
+            self.tiles.record_fill(commands);
+        });
+        time.time(commands, "order", || {
+            barrier(&[Use::ComputeWrite], &[Use::ComputeWrite]);
+            self.tiles.record_order(commands);
         });
         time.time(commands, "rays", || {
             barrier(&[Use::ComputeWrite], &[Use::ComputeWrite, Use::Indirect]);
