@@ -3,7 +3,7 @@
 # driver (lavapipe) where there is no other, the Khronos validation layer for the tests, and the
 # shader compiler's archives. Quiet when nothing is missing.
 #
-#   scripts/setup.sh                 what `make bench` and `make test` need
+#   scripts/setup.sh                 what scripts/bench.sh and scripts/test.sh need
 #   scripts/setup.sh --drivers       also SwiftShader and a newer lavapipe, for comparing drivers
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -19,6 +19,15 @@ as_root() {
   fi
 }
 
+quietly() { # command: its output only if it fails
+  local log status=0
+  log=$(mktemp)
+  "$@" >"$log" 2>&1 </dev/null || status=$?
+  [ $status = 0 ] || { cat "$log" >&2; say "failed: $*"; }
+  rm -f "$log"
+  return $status
+}
+
 installed() { # package: is it installed, as far as this package manager knows?
   case $manager in
     apt) dpkg-query -W -f '${Status}' "$1" 2>/dev/null | grep -q 'install ok installed' ;;
@@ -29,7 +38,7 @@ installed() { # package: is it installed, as far as this package manager knows?
 }
 
 apt_is_fresh() { [ -n "$(find /var/lib/apt/lists -maxdepth 1 -name '*_Packages*' -mtime -2 -print -quit 2>/dev/null)" ]; }
-apt_update() { apt_is_fresh || { say "updating the package lists"; as_root apt-get update -qq; }; }
+apt_update() { apt_is_fresh || { say "updating the package lists"; quietly as_root apt-get update -qq; }; }
 
 install() { # packages: install by name whichever are missing
   local missing=()
@@ -38,10 +47,11 @@ install() { # packages: install by name whichever are missing
   say "installing ${missing[*]}"
   case $manager in
     apt) apt_update
-         as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "${missing[@]}" >/dev/null ;;
-    dnf) as_root dnf install -y -q "${missing[@]}" ;;
-    pacman) as_root pacman -S --needed --noconfirm "${missing[@]}" ;;
-    brew) brew install "${missing[@]}" ;;
+         quietly as_root env DEBIAN_FRONTEND=noninteractive \
+           apt-get install -y -qq --no-install-recommends "${missing[@]}" ;;
+    dnf) quietly as_root dnf install -y -q "${missing[@]}" ;;
+    pacman) quietly as_root pacman -S --needed --noconfirm "${missing[@]}" ;;
+    brew) quietly brew install "${missing[@]}" ;;
   esac
 }
 

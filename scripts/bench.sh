@@ -1,0 +1,7 @@
+#!/usr/bin/env bash
+# Installs what is missing, builds, and measures: the paper's Table II on this machine.
+# Options go to `raindrops bench`, for example: scripts/bench.sh --preset paper,fast --json out.json
+set -euo pipefail
+here=$(dirname "$0")
+"$here/setup.sh"
+exec "$here/cargo.sh" run --release -- bench "$@"

@@ -1,0 +1,8 @@
+#!/usr/bin/env bash
+# Cargo, in the project's folder, where it finds .cargo/config.toml; found itself even where a shell
+# does not know of it yet, as right after the installation of Rust.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+PATH=$PATH:${CARGO_HOME:-$HOME/.cargo}/bin
+command -v cargo >/dev/null || { echo "cargo is missing: install Rust 1.88 or later (https://rustup.rs)" >&2; exit 1; }
+exec cargo "$@"
