@@ -10,7 +10,6 @@ layout(constant_id = 0) const uint FILL = 0;
 layout(constant_id = 1) const uint MAX_ENTRIES = 1;
 layout(constant_id = 2) const uint MAX_BLOCKS = 1;
 layout(constant_id = 3) const uint SLABS = 1;
-layout(constant_id = 4) const float RAYS_PX = 8.0;
 
 #define COUNTERS_BINDING 16
 #include "counters.glsl"
@@ -33,7 +32,7 @@ void main() {
     uvec2 count = uvec2(bin.y & 0xffffu, bin.y >> 16);
     Record r = records[record];
     uint slab = slab_of(r.distance2, SLABS);
-    bool rays = radius_of(r.to_disc) > RAYS_PX;
+    bool rays = (r.look & BY_RAYS) != 0u;
     for (uint i = gl_LocalInvocationID.x; i < count.x * count.y; i += gl_WorkGroupSize.x) {
         uvec2 at = first + uvec2(i % count.x, i / count.x);
         uint tile = at.y * tiles_across() + at.x, slot = tile * SLABS + slab;

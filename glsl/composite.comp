@@ -44,9 +44,12 @@ void main() {
         vec2 half_side = box * (0.8862269 * radius * inversesqrt(box.x * box.y));
         float fade = float(r.look >> 16) / 65535.0;
         if (block >= MAX_BLOCKS && is_block) fade = 0.0; // found no room, and was counted
-        // A picture whose texels are no larger than a pixel.
-        float edge = exp2(clamp(ceil(log2(2.0 * radius)), 0.0, 4.0));
-        uint base = picture_word(r.look & 0xffffu, uint(edge));
+        // A picture whose texels are about as large as a pixel: of small drops rather larger ones,
+        // which need no filter, of larger drops rather smaller ones, which keep their detail (by
+        // FLIP against the truth on 60,000 and 3,000 drops).
+        float finer = clamp(radius - 1.0, -0.5, 0.5);
+        float edge = exp2(clamp(ceil(log2(2.0 * radius) + finer), 0.0, 4.0));
+        uint base = picture_word(r.look & 0xfffu, uint(edge));
         vec2 from = vec2(corner) + 0.5 - r.center;
 
         for (uint p = 0u; p < PIXELS; ++p) {

@@ -13,6 +13,9 @@ layout(constant_id = 1) const uint MAX_RECORDS = 1;
 layout(constant_id = 2) const uint SLABS = 1;
 layout(constant_id = 3) const float RAYS_PX = 8.0; // radius from which a drop is drawn by rays
 layout(constant_id = 4) const uint HAS_PLACED = 0;
+layout(constant_id = 5) const uint MAY_RAY = 0; // 1: drops of few tiles may be drawn by rays
+
+const float NEAR_RADII = 32.0; // nearer than this a drop does not look like a far one: over 1.4°
 
 layout(std430, set = 0, binding = 15) readonly buffer PlacedDrops { Placed placed[]; };
 #define COUNTERS_BINDING 16
@@ -47,7 +50,8 @@ void main() {
     Record r;
     r.center = 0.5 * frame.image.xy + vec2(offset.x, -offset.y);
     r.distance2 = distance2;
-    bool rays = beside || sqrt(axes.x * axes.y) > RAYS_PX;
+    bool near_by = distance2 < NEAR_RADII * NEAR_RADII * radius2;
+    bool rays = beside || sqrt(axes.x * axes.y) > RAYS_PX || MAY_RAY != 0u && near_by;
 
     // Its picture: that of the nearest direction, turned as that direction's basis is.
     mat3 world = mat3(frame.right.xyz, frame.up.xyz, frame.back.xyz);
@@ -62,7 +66,7 @@ void main() {
     r.to_disc.zw = -(disc_r * (radial.y / axes.x) + disc_t * (across.y / axes.y));
     float near = frame.camera_high.w, fade = frame.camera_low.w;
     float opacity = fade > 0.0 ? smoothstep(near, near + fade, sqrt(distance2)) : 1.0;
-    r.look = texel | uint(opacity * 65535.0 + 0.5) << 16;
+    r.look = texel | (rays ? BY_RAYS : 0u) | uint(opacity * 65535.0 + 0.5) << 16;
 
     // Pixels whose squares the outline's box meets, smoothed over one pixel.
     vec2 box = half_box(r.to_disc);

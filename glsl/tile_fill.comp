@@ -9,8 +9,7 @@ layout(constant_id = 0) const uint MAX_ENTRIES = 1;
 layout(constant_id = 1) const uint MAX_BLOCKS = 1;
 layout(constant_id = 2) const uint MAX_RECORDS = 1;
 layout(constant_id = 3) const uint SLABS = 1;
-layout(constant_id = 4) const float RAYS_PX = 8.0;
-layout(constant_id = 5) const uint MAY_RAY = 0; // 1: so small a drop may be drawn by rays
+layout(constant_id = 4) const uint MAY_RAY = 0; // 1: so small a drop may be drawn by rays
 
 #define COUNTERS_BINDING 16
 #include "counters.glsl"
@@ -26,7 +25,7 @@ void main() {
     uint places[MOST_TILES / 2];
     for (uint w = 0u; w < MOST_TILES / 2u; ++w) places[w] = bins[bin + 2u + w];
     float distance2 = records[record].distance2;
-    bool rays = MAY_RAY != 0u && radius_of(records[record].to_disc) > RAYS_PX;
+    bool rays = MAY_RAY != 0u && (records[record].look & BY_RAYS) != 0u;
     uint slab = slab_of(distance2, SLABS), x = 0u, y = 0u, i = 0u;
     do {
         uint tile = (first.y + y) * tiles_across() + first.x + x, place = 0u;

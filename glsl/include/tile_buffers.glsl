@@ -8,6 +8,7 @@
 const uvec2 TILE = uvec2(4, 2);
 const uint PIXELS = TILE.x * TILE.y;
 const uint IS_BLOCK = 0x80000000u;
+const uint BY_RAYS = 0x8000u;
 const uint MOST_TILES = 12; // of a drop that one invocation enters into lists
 const uint BIN_WORDS = 2 + MOST_TILES / 2;
 
@@ -15,7 +16,7 @@ const uint BIN_WORDS = 2 + MOST_TILES / 2;
 struct Record {
     vec2 center;     // of its outline, pixels
     float distance2; // squared distance of its centre
-    uint look;       // number of its direction, 16 bits; opacity, 16 bits
+    uint look;       // number of its direction, 12 bits; BY_RAYS; opacity, upper 16 bits
     vec4 to_disc;    // columns of the matrix from pixel offsets to (s, t) of the unit disc
 };
 

@@ -40,8 +40,10 @@ const SHARE_IN_VIEW: f64 = 0.18;
 const DROPS_A_SLAB: f64 = 3.0;
 const MAX_SLABS: u32 = 16;
 /// Radius in pixels of the largest drop that can touch no more than the 12 tiles that one invocation
-/// enters: 12 tiles in a row.
-const MOST_PX_OF_FEW_TILES: f32 = 24.0;
+/// enters: 96 pixels.
+const MOST_PX_OF_FEW_TILES: f32 = 5.6;
+/// Distance in radii within which drops are drawn by rays, as in `glsl/gather.comp`.
+const NEAR_RADII: f32 = 32.0;
 /// Most drops that touch many tiles; those beyond it are counted and reported, not drawn.
 const MAX_BIGS: u32 = 262_144;
 /// List entries that are provided for each drop: four times what the paper's scene takes.
@@ -154,18 +156,22 @@ impl Tiles {
         let pipeline = |shader, constants: &[u32]| {
             ComputePipeline::new(device, shader, &bindings, 0, constants)
         };
-        let rays = rays_px.to_bits();
-        let big = |fill| pipeline(shaders::BIG_COMP, &[fill, max_entries, max_blocks, slabs, rays]);
+        // Drops so small are only drawn by rays if all are, or where a pixel is so wide that near
+        // drops are small; then the code for it is compiled in.
+        let near_px = scene.view().focal_px as f32 / NEAR_RADII;
+        let may_ray = u32::from(rays_px.min(near_px) < MOST_PX_OF_FEW_TILES);
+        let big = |fill| pipeline(shaders::BIG_COMP, &[fill, max_entries, max_blocks, slabs]);
         let cells = pipeline(shaders::CELLS_COMP, &[grid.bits, grid.count(), max_records])?;
         let has_placed = u32::from(!scene.drops.is_empty());
-        let gather =
-            pipeline(shaders::GATHER_COMP, &[max_bigs, max_records, slabs, rays, has_placed])?;
+        let gather = pipeline(
+            shaders::GATHER_COMP,
+            &[max_bigs, max_records, slabs, rays_px.to_bits(), has_placed, may_ray],
+        )?;
         let (count_big, fill_big) = (big(0)?, big(1)?);
         let offsets = pipeline(shaders::TILE_OFFSETS_COMP, &[count, slabs])?;
-        let may_ray = u32::from(rays_px < MOST_PX_OF_FEW_TILES);
         let fill = pipeline(
             shaders::TILE_FILL_COMP,
-            &[max_entries, max_blocks, max_records, slabs, rays, may_ray],
+            &[max_entries, max_blocks, max_records, slabs, may_ray],
         )?;
         let order = pipeline(shaders::TILE_ORDER_COMP, &[count, max_entries, max_blocks, slabs])?;
         Ok(Self {
