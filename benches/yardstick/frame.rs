@@ -1,9 +1,8 @@
 //! One frame: cells in view, drops in view, tiles, sky, tone map.
 
-use std::f32::consts::PI;
 use std::time::Instant;
 
-use glam::{Vec3, Vec4};
+use glam::Vec3;
 use raindrops::cells::Cells;
 use raindrops::cull::Sight;
 use raindrops::environment::Environment;
@@ -12,44 +11,14 @@ use raindrops::scene::Scene;
 use raindrops::tone_map::DELTA;
 use rayon::prelude::*;
 
-use crate::light::{EDGE, Pictures, Sky, drop_light, place};
+use crate::kernel::kernel;
+use crate::light::{Pictures, Sky};
+use crate::tile::{Outline, Scratch, composite, luminance};
 
 /// Edge of a tile in pixels.
-const TILE: usize = 32;
+pub const TILE: usize = 32;
 /// Drops that are culled at a time.
-const LANES: usize = 8;
-/// Transmittance under which a pixel is full.
-const FULL: f32 = 1.0 / 4096.0;
-/// Area in pixels under which a drop is one pixel's.
-const ONE_PIXEL: f32 = 1.0;
-/// Radius in pixels up to which a drop shows its mean colour, and its prefiltered picture.
-const MEAN_PX: f32 = 1.0;
-const PICTURE_PX: f32 = 4.0;
-
-/// Declares a function whose body is compiled a second time for AVX2, taken where the CPU has it.
-macro_rules! kernel {
-    ($(#[$meta:meta])* fn $name:ident($($argument:ident: $type:ty),* $(,)?) -> $result:ty $body:block) => {
-        $(#[$meta])*
-        #[allow(clippy::too_many_arguments, reason = "a kernel takes what its loop reads")]
-        fn $name($($argument: $type),*) -> $result {
-            #[inline(always)]
-            #[allow(clippy::too_many_arguments, reason = "as above")]
-            fn generic($($argument: $type),*) -> $result $body
-            #[cfg(target_arch = "x86_64")]
-            if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
-                #[target_feature(enable = "avx2,fma")]
-                #[allow(clippy::too_many_arguments, reason = "as above")]
-                fn avx2($($argument: $type),*) -> $result {
-                    generic($($argument),*)
-                }
-                // SAFETY: the CPU has what the function is compiled for.
-                return unsafe { avx2($($argument),*) };
-            }
-            generic($($argument),*)
-        }
-    };
-}
-
+pub const LANES: usize = 8;
 /// Where a frame's time went, and how many drops were in view.
 pub struct Stages {
     pub visible: u64,
@@ -60,11 +29,11 @@ pub struct Stages {
 
 /// A drop in view: its centre in view space, its index.
 #[derive(Clone, Copy, Default)]
-struct Seen {
-    x: f32,
-    y: f32,
-    z: f32,
-    index: u32,
+pub struct Seen {
+    pub x: f32,
+    pub y: f32,
+    pub z: f32,
+    pub index: u32,
 }
 
 /// The drops in the order of their cells: starting places, indices.
@@ -75,24 +44,24 @@ struct Drops {
 
 /// What the frame's loops read.
 #[derive(Clone, Copy)]
-struct Constants {
-    sight: Sight,
+pub struct Constants {
+    pub sight: Sight,
     /// What a starting place becomes relative to the camera by.
     shift: [u32; 3],
     units: Vec3,
-    radius: f32,
-    focal: f32,
-    width: usize,
-    height: usize,
+    pub radius: f32,
+    pub focal: f32,
+    pub width: usize,
+    pub height: usize,
 }
 
 /// A part of the cells in view, its drops, and those by tile.
 #[derive(Default)]
-struct Part {
+pub struct Part {
     seen: Vec<Seen>,
     tiles: Vec<[u16; 4]>,
-    first: Vec<u32>,
-    by_tile: Vec<Seen>,
+    pub first: Vec<u32>,
+    pub by_tile: Vec<Seen>,
 }
 
 /// The renderer.
@@ -169,8 +138,8 @@ impl Frame {
         let (parts, sky, pictures, delta) = (&self.parts, &self.sky, &self.pictures, self.delta);
         let tiles = self.radiance.par_chunks_exact_mut(3 * TILE * TILE).enumerate();
         let logs: f64 = tiles
-            .map_init(Vec::new, |order, (tile, out)| {
-                f64::from(composite(tile, parts, &constants, sky, pictures, delta, order, out))
+            .map_init(Scratch::default, |scratch, (tile, out)| {
+                f64::from(composite(tile, parts, &constants, sky, pictures, delta, scratch, out))
             })
             .sum();
         let composited = Instant::now();
@@ -285,215 +254,45 @@ fn cull(drops: &Drops, from: usize, to: usize, constants: &Constants, seen: &mut
 }
 }
 
-/// A drop's outline on the screen, in pixels.
-struct Outline {
-    x: f32,
-    y: f32,
-    half_x: f32,
-    half_y: f32,
-    area: f32,
-}
-
-impl Outline {
-    #[inline(always)]
-    fn new(drop: &Seen, c: &Constants) -> Self {
-        let (z, r2) = (-drop.z, c.radius * c.radius);
-        let (x2, y2, z2) = (drop.x * drop.x, drop.y * drop.y, z * z);
-        let flat = 1.0 / (z2 - r2);
-        let scale = z * flat * c.focal;
-        let size = c.focal * c.radius * flat;
-        Self {
-            x: 0.5 * c.width as f32 + drop.x * scale,
-            y: 0.5 * c.height as f32 - drop.y * scale,
-            half_x: size * (x2 + z2 - r2).sqrt(),
-            half_y: size * (y2 + z2 - r2).sqrt(),
-            area: PI * size * size * ((x2 + y2 + z2 - r2) * (z2 - r2)).sqrt(),
-        }
-    }
-
-    /// First and last pixel in each direction, before the image's edges: x, y.
-    #[inline(always)]
-    fn pixels(&self) -> [f32; 4] {
-        let (reach_x, reach_y) =
-            if self.area < ONE_PIXEL { (0.0, 0.0) } else { (self.half_x + 0.5, self.half_y + 0.5) };
-        [self.x - reach_x, self.x + reach_x, self.y - reach_y, self.y + reach_y]
-    }
-}
-
 kernel! {
 /// Sorts a part's drops by the tiles that they touch.
 fn bin(part: &mut Part, c: &Constants) -> () {
     let (columns, rows) = ((c.width / TILE) as f32, (c.height / TILE) as f32);
-    part.tiles.clear();
-    part.tiles.extend(part.seen.iter().map(|drop| {
+    part.tiles.resize(part.seen.len(), [0; 4]);
+    // A range that ends before it begins is off the image.
+    let edge = 1.0 / TILE as f32;
+    let first = |at: f32, count: f32| (at * edge).floor().clamp(0.0, count) as i32 as u16;
+    let last = |at: f32, count: f32| ((at * edge).floor() + 1.0).clamp(0.0, count) as i32 as u16;
+    for (range, drop) in part.tiles.iter_mut().zip(&part.seen) {
         let [left, right, top, bottom] = Outline::new(drop, c).pixels();
-        // A range that ends before it begins is off the image.
-        let first = |at: f32, count: f32| (at * (1.0 / TILE as f32)).floor().clamp(0.0, count) as u16;
-        let last = |at: f32, count: f32| ((at * (1.0 / TILE as f32)).floor() + 1.0).clamp(0.0, count) as u16;
-        [first(left, columns), last(right, columns), first(top, rows), last(bottom, rows)]
-    }));
+        *range = [first(left, columns), last(right, columns), first(top, rows), last(bottom, rows)];
+    }
     let columns = columns as usize;
     part.first.clear();
     part.first.resize(columns * rows as usize + 1, 0);
-    let each = |[left, right, top, bottom]: [u16; 4], visit: &mut dyn FnMut(usize)| {
-        for row in top..bottom {
-            for column in left..right {
-                visit(usize::from(row) * columns + usize::from(column));
+    for [left, right, top, bottom] in &part.tiles {
+        for row in *top..*bottom {
+            for column in *left..*right {
+                part.first[usize::from(row) * columns + usize::from(column) + 1] += 1;
             }
         }
-    };
-    for range in &part.tiles {
-        each(*range, &mut |tile| part.first[tile + 1] += 1);
     }
     for tile in 1..part.first.len() {
         part.first[tile] += part.first[tile - 1];
     }
     let total = part.first[part.first.len() - 1] as usize;
     part.by_tile.resize(total, Seen::default());
-    // Filled from the end of each tile's room, so that `first` ends where it should.
     let mut next: Vec<u32> = part.first[..part.first.len() - 1].to_vec();
-    for (drop, range) in part.seen.iter().zip(&part.tiles) {
-        each(*range, &mut |tile| {
-            part.by_tile[next[tile] as usize] = *drop;
-            next[tile] += 1;
-        });
-    }
-}
-}
-
-/// A tile's drops in order: (distance², index) as one number, drop.
-type InOrder = Vec<(u64, Seen)>;
-
-kernel! {
-/// A tile's drops front to back, the sky behind; the sum of its log luminances.
-fn composite(tile: usize, parts: &[Part], c: &Constants, sky: &Sky, pictures: &Pictures,
-             delta: f32, order: &mut InOrder, out: &mut [f32]) -> f32 {
-    let columns = c.width / TILE;
-    let corner = [tile % columns * TILE, tile / columns * TILE];
-    order.clear();
-    for part in parts {
-        let drops = &part.by_tile[part.first[tile] as usize..part.first[tile + 1] as usize];
-        order.extend(drops.iter().map(|drop| {
-            // Positive floats are in the order of their bits.
-            let distance2 = (drop.x * drop.x + drop.y * drop.y) + drop.z * drop.z;
-            (u64::from(distance2.to_bits()) << 32 | u64::from(drop.index), *drop)
-        }));
-    }
-    order.sort_unstable_by_key(|(key, _)| *key);
-
-    // Light so far, and in w what the pixel lets through.
-    let mut pixels = [Vec4::W; TILE * TILE];
-    let origin = Vec3::new(corner[0] as f32, corner[1] as f32, 0.0);
-    for (_, drop) in order.iter() {
-        splat(drop, origin, c, sky, pictures, &mut pixels);
-    }
-
-    let (red, rest) = out.split_at_mut(TILE * TILE);
-    let (green, blue) = rest.split_at_mut(TILE * TILE);
-    let [right, up, back] = c.sight.axes;
-    for row in 0..TILE {
-        let (mut us, mut vs) = ([0.0f32; TILE], [0.0f32; TILE]);
-        let y = 0.5 * c.height as f32 - (origin.y + row as f32 + 0.5);
-        let along = y * up - c.focal * back;
-        for column in 0..TILE {
-            let x = origin.x + column as f32 + 0.5 - 0.5 * c.width as f32;
-            [us[column], vs[column]] = place(x * right + along);
-        }
-        for column in 0..TILE {
-            let at = row * TILE + column;
-            let pixel = pixels[at] + sky.finest(us[column], vs[column]) * pixels[at].w;
-            (red[at], green[at], blue[at]) = (pixel.x, pixel.y, pixel.z);
-        }
-    }
-    let mut sums = [0.0f32; LANES];
-    for block in (0..TILE * TILE).step_by(LANES) {
-        for lane in 0..LANES {
-            let at = block + lane;
-            sums[lane] += log2(delta + luminance(red[at], green[at], blue[at]));
-        }
-    }
-    sums.iter().sum::<f32>() * std::f32::consts::LN_2
-}
-}
-
-/// Puts a drop behind what is in a tile already.
-#[inline(always)]
-fn splat(
-    drop: &Seen,
-    origin: Vec3,
-    c: &Constants,
-    sky: &Sky,
-    pictures: &Pictures,
-    pixels: &mut [Vec4; TILE * TILE],
-) {
-    let outline = Outline::new(drop, c);
-    let range = outline.pixels();
-    let clip = |at: f32| at.floor().clamp(0.0, TILE as f32 - 1.0) as usize;
-    let (left, right) = (clip(range[0] - origin.x), clip(range[1] - origin.x));
-    let (top, bottom) = (clip(range[2] - origin.y), clip(range[3] - origin.y));
-    let [axis_x, axis_y, axis_z] = c.sight.axes;
-    let center = drop.x * axis_x + drop.y * axis_y + drop.z * axis_z;
-    // What covers a pixel hides by that share of what it still lets through.
-    let behind = |pixel: &mut Vec4, color: Vec4, coverage: f32| {
-        *pixel += (color - Vec4::W) * (coverage * pixel.w);
-    };
-    if outline.area < ONE_PIXEL {
-        let pixel = &mut pixels[top * TILE + left];
-        if pixel.w > FULL {
-            behind(pixel, pictures.mean(center), outline.area);
-        }
-        return;
-    }
-    let radius_px = (outline.area / PI).sqrt();
-    let d = center.normalize();
-    let (picture, [u, v]) = pictures.picture(d);
-    let mean = if radius_px < MEAN_PX { pictures.mean(d) } else { Vec4::ZERO };
-    // From pixels to the disc's (s, t): a plane through the centre.
-    let scale = -drop.z / (c.focal * c.radius);
-    let across = [axis_x.dot(u) * scale, axis_x.dot(v) * scale];
-    let down = [-axis_y.dot(u) * scale, -axis_y.dot(v) * scale];
-    for row in top..=bottom {
-        for column in left..=right {
-            let pixel = &mut pixels[row * TILE + column];
-            if pixel.w <= FULL {
-                continue;
-            }
-            let (x, y) = (origin.x + column as f32 + 0.5, origin.y + row as f32 + 0.5);
-            let (dx, dy) = (x - outline.x, y - outline.y);
-            if radius_px < PICTURE_PX {
-                let (s, t) = (dx * across[0] + dy * down[0], dx * across[1] + dy * down[1]);
-                let coverage = ((1.0 - (s * s + t * t).sqrt()) * radius_px + 0.5).min(1.0);
-                if coverage > 0.0 {
-                    let color = if radius_px < MEAN_PX { mean } else { look_up(picture, s, t) };
-                    behind(pixel, color, coverage);
-                }
-            } else {
-                let (x, y) = (x - 0.5 * c.width as f32, 0.5 * c.height as f32 - y);
-                let ray = (x * axis_x + y * axis_y - c.focal * axis_z).normalize();
-                let offset = (center.dot(ray) * ray - center) / c.radius;
-                let b = offset.length();
-                let coverage = ((1.0 - b) * radius_px + 0.5).min(1.0);
-                if coverage > 0.0 {
-                    let offset = if b > 1.0 { offset / b } else { offset };
-                    behind(pixel, drop_light(sky, ray, offset, 1.0 / radius_px), coverage);
-                }
+    for (drop, [left, right, top, bottom]) in part.seen.iter().zip(&part.tiles) {
+        for row in *top..*bottom {
+            for column in *left..*right {
+                let next = &mut next[usize::from(row) * columns + usize::from(column)];
+                part.by_tile[*next as usize] = *drop;
+                *next += 1;
             }
         }
     }
 }
-
-/// Bilinear between the texels of a far drop's picture.
-#[inline(always)]
-fn look_up(picture: &[Vec4; EDGE * EDGE], s: f32, t: f32) -> Vec4 {
-    let at = |p: f32| ((0.5 * p + 0.5) * EDGE as f32 - 0.5).clamp(0.0, EDGE as f32 - 1.001);
-    let (x, y) = (at(s), at(t));
-    let (left, top) = (x as usize, y as usize);
-    let (fx, fy) = (x - left as f32, y - top as f32);
-    let first = (top * EDGE + left).min(EDGE * EDGE - EDGE - 2);
-    let (a, b, c, d) =
-        (picture[first], picture[first + 1], picture[first + EDGE], picture[first + EDGE + 1]);
-    let (upper, lower) = (a + (b - a) * fx, c + (d - c) * fx);
-    upper + (lower - upper) * fy
 }
 
 kernel! {
@@ -537,22 +336,4 @@ fn srgb_table() -> Vec<u8> {
         .map(|code| f32::from_bits((code << 16) + 0x8000 + SRGB_LEAST.to_bits()))
         .map(raindrops::picture::srgb_byte)
         .collect()
-}
-
-#[inline(always)]
-fn luminance(red: f32, green: f32, blue: f32) -> f32 {
-    0.2126 * red + 0.7152 * green + 0.0722 * blue
-}
-
-/// Within 2·10⁻⁵, for positive numbers; free of branches, so that a loop of it vectorises.
-#[inline(always)]
-fn log2(value: f32) -> f32 {
-    let bits = value.to_bits();
-    let exponent = (bits >> 23) as i32 - 127;
-    let mantissa = f32::from_bits(bits & 0x007f_ffff | 0x3f80_0000);
-    // ln m = 2 artanh((m-1) / (m+1)).
-    let s = (mantissa - 1.0) / (mantissa + 1.0);
-    let s2 = s * s;
-    let artanh = s * (1.0 + s2 * (1.0 / 3.0 + s2 * (1.0 / 5.0 + s2 / 7.0)));
-    exponent as f32 + 2.0 * std::f32::consts::LOG2_E * artanh
 }

@@ -1,7 +1,7 @@
 //! What a direction of the sky and a drop look like, in float32: the twin of
 //! `glsl/include/environment.glsl` and `drop_light.glsl`, and pictures of far drops by direction.
 
-use std::f32::consts::{FRAC_PI_2, PI, TAU};
+use std::f32::consts::{FRAC_PI_2, LOG2_E, PI, TAU};
 
 use glam::{Vec2, Vec3, Vec4};
 use raindrops::environment::Environment;
@@ -49,19 +49,23 @@ impl Sky {
         Self { levels: chain.iter().map(pad).collect(), texel_angle }
     }
 
-    /// Radiance at a place of the finest level, u and v in 0 to 1.
+    /// The finest level: its size in texels, its row's length in memory, its texels.
     #[inline(always)]
-    pub fn finest(&self, u: f32, v: f32) -> Vec4 {
-        self.levels[0].bilinear(u, v)
+    pub fn finest(&self) -> (Vec2, usize, &[Vec4]) {
+        (self.levels[0].size, self.levels[0].stride, &self.levels[0].texels)
     }
 
-    /// Radiance from a unit direction, averaged over about `spread` radians.
+    /// The level that averages over about `spread` radians.
     #[inline(always)]
-    pub fn radiance(&self, d: Vec3, spread: f32) -> Vec4 {
-        let [u, v] = place(d);
-        let level = (spread.max(1e-9) / self.texel_angle).log2();
-        let level = level.clamp(0.0, (self.levels.len() - 1) as f32);
-        let fine = level as usize;
+    pub fn level(&self, spread: f32) -> f32 {
+        let level = log2(spread.max(1e-9) / self.texel_angle);
+        level.clamp(0.0, (self.levels.len() - 1) as f32)
+    }
+
+    /// Radiance at a place, u and v in 0 to 1, of a fractional level.
+    #[inline(always)]
+    pub fn trilinear(&self, u: f32, v: f32, level: f32) -> Vec4 {
+        let fine = level as i32 as usize;
         let coarse = (fine + 1).min(self.levels.len() - 1);
         let (a, b) = (self.levels[fine].bilinear(u, v), self.levels[coarse].bilinear(u, v));
         a + (b - a) * (level - fine as f32)
@@ -73,13 +77,19 @@ impl Level {
     fn bilinear(&self, u: f32, v: f32) -> Vec4 {
         // The margin of a texel makes both at least 0.5.
         let (x, y) = (u * self.size.x + 0.5, v * self.size.y + 0.5);
-        let (left, top) = (x as usize, y as usize);
-        let (fx, fy) = (x - left as f32, y - top as f32);
-        let at = top * self.stride + left;
-        let (upper, lower) = (&self.texels[at..at + 2], &self.texels[at + self.stride..][..2]);
-        let (a, b) = (upper[0] + (upper[1] - upper[0]) * fx, lower[0] + (lower[1] - lower[0]) * fx);
-        a + (b - a) * fy
+        let (left, top) = (x as i32, y as i32);
+        let at = top as usize * self.stride + left as usize;
+        mix(&self.texels, at, self.stride, x - left as f32, y - top as f32)
     }
+}
+
+/// Bilinear between four of `texels`: the one at `at`, the next, and those a row on.
+#[inline(always)]
+pub fn mix(texels: &[Vec4], at: usize, stride: usize, fx: f32, fy: f32) -> Vec4 {
+    let block = &texels[at..at + stride + 2];
+    let upper = block[0] + (block[1] - block[0]) * fx;
+    let lower = block[stride] + (block[stride + 1] - block[stride]) * fx;
+    upper + (lower - upper) * fy
 }
 
 /// Where in a latitude-longitude image a unit direction lies.
@@ -105,32 +115,63 @@ fn arc_tangent(y: f32, x: f32) -> f32 {
     angle.copysign(y)
 }
 
-/// Radiance that leaves a drop along unit direction `d` at the place `offset` (over the radius,
-/// perpendicular to `d`); `step` is the impact parameter's change over one sample.
-pub fn drop_light(sky: &Sky, d: Vec3, offset: Vec3, step: f32) -> Vec4 {
+/// Within 2·10⁻⁵, for positive numbers; free of branches, so that a loop of it vectorises.
+#[inline(always)]
+pub fn log2(value: f32) -> f32 {
+    let bits = value.to_bits();
+    let exponent = (bits >> 23) as i32 - 127;
+    let mantissa = f32::from_bits(bits & 0x007f_ffff | 0x3f80_0000);
+    // ln m = 2 artanh((m-1) / (m+1)).
+    let s = (mantissa - 1.0) / (mantissa + 1.0);
+    let s2 = s * s;
+    let artanh = s * (1.0 + s2 * (1.0 / 3.0 + s2 * (1.0 / 5.0 + s2 / 7.0)));
+    exponent as f32 + 2.0 * LOG2_E * artanh
+}
+
+/// Reflection, refraction, internal reflections.
+pub const ORDERS: usize = 2 + INTERNAL_REFLECTIONS;
+
+/// Where the light comes from that leaves a drop along unit direction `d` at the place `offset`
+/// (over the radius, perpendicular to `d`, at most 1 long): direction, spread in radians and weight.
+/// `step` is the impact parameter's change over one sample. Free of branches.
+#[inline(always)]
+pub fn drop_rays(d: Vec3, offset: Vec3, step: f32) -> [(Vec3, f32, f32); ORDERS] {
     let b = offset.length().min(1.0);
-    let o = if b > 1e-6 { offset / b } else { d.any_orthonormal_vector() };
+    // At the middle all deviations are along `d`, and no perpendicular is needed.
+    let o = offset * (1.0 / b.max(1e-6));
     let (ci, st) = ((1.0 - b * b).max(0.0).sqrt(), b / WATER);
     let ct = (1.0 - st * st).sqrt();
     let (s, p) = ((ci - WATER * ct) / (ci + WATER * ct), (WATER * ci - ct) / (WATER * ci + ct));
     let f = 0.5 * (s * s + p * p);
     let held = (ci * ci).max(step.min(1.0)).sqrt();
     let (rate_in, rate_turn) = (2.0 / held, 2.0 / (WATER * ct));
-    let mut sum = f * sky.radiance((1.0 - 2.0 * ci * ci) * d + 2.0 * b * ci * o, 2.0 * step);
+    let outside = ((1.0 - 2.0 * ci * ci) * d + 2.0 * b * ci * o, 2.0 * step, f);
+    let mut rays = [outside; ORDERS];
     let (c, s) = (ci * ct + b * st, b * ct - ci * st);
-    let mut deviation = Vec2::new(c * c - s * s, 2.0 * c * s);
-    let turn = Vec2::new(st * st - ct * ct, 2.0 * st * ct);
+    let (mut cosine, mut sine) = (c * c - s * s, 2.0 * c * s);
+    let (turn_cosine, turn_sine) = (st * st - ct * ct, 2.0 * st * ct);
     let (mut rate, mut weight) = (rate_in - rate_turn, (1.0 - f) * (1.0 - f));
     for k in 0..=INTERNAL_REFLECTIONS {
         // The last order takes what those beyond it carry.
         let share = if k == INTERNAL_REFLECTIONS { weight / (1.0 - f).max(1e-6) } else { weight };
-        let spread = (rate * deviation.y / b.max(1e-3)).abs().sqrt() * step;
-        sum += share * sky.radiance(deviation.x * d - deviation.y * o, spread);
-        deviation = deviation.rotate(turn);
+        let spread = (rate * sine / b.max(1e-3)).abs().sqrt() * step;
+        rays[k + 1] = (cosine * d - sine * o, spread, share);
+        (cosine, sine) =
+            (cosine * turn_cosine - sine * turn_sine, sine * turn_cosine + cosine * turn_sine);
         rate -= rate_turn;
         weight *= f;
     }
-    sum
+    rays
+}
+
+/// The radiance of [`drop_rays`].
+fn drop_light(sky: &Sky, d: Vec3, offset: Vec3, step: f32) -> Vec4 {
+    let rays = drop_rays(d, offset, step).into_iter();
+    rays.map(|(d, spread, weight)| {
+        let [u, v] = place(d);
+        weight * sky.trilinear(u, v, sky.level(spread))
+    })
+    .sum()
 }
 
 /// Pictures of a far drop from each of 64 x 64 directions.
@@ -207,7 +248,7 @@ fn direction_texel(d: Vec3) -> usize {
     let folded = ((1.0 - y.abs()).copysign(x), (1.0 - x.abs()).copysign(y));
     let (x, y) = if d.z < 0.0 { folded } else { (x, y) };
     let at = |p: f32| ((0.5 * p + 0.5) * DIRECTIONS as f32).clamp(0.0, DIRECTIONS as f32 - 1.0);
-    at(y) as usize * DIRECTIONS + at(x) as usize
+    at(y) as i32 as usize * DIRECTIONS + at(x) as i32 as usize
 }
 
 /// Unit direction at the middle of a texel.

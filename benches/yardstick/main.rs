@@ -10,7 +10,9 @@
 //! `YARDSTICK_PNG=FILE` it also writes the picture of each count at time 0, numbered by it.
 
 mod frame;
+mod kernel;
 mod light;
+mod tile;
 
 use std::path::PathBuf;
 use std::time::Instant;
