@@ -7,7 +7,8 @@
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(set = 0, binding = 0) uniform writeonly image2DArray level_image;
 layout(push_constant) uniform Push {
-    float half_angle;
+    float sin_a; // of the level's half-angle
+    float cos_a;
 };
 
 // Columns that a rim texel is cut into: as many as the paper takes random subsamples, but in each
@@ -33,7 +34,7 @@ void main() {
     float texel = 2.0 / float(size.x);
     vec2 st = (vec2(at) + 0.5) * texel - 1.0;
     st.y = -st.y; // rows go down, t goes up
-    Encounter e = mask_encounter(st, half_angle);
+    Encounter e = mask_encounter(st, sin_a, cos_a);
     imageStore(level_image, ivec3(at, 0), vec4(reflected(e), reflectance(e)));
     imageStore(level_image, ivec3(at, 1), vec4(transmitted(e), coverage(st, texel)));
 }

@@ -39,10 +39,10 @@ float reflectance(Encounter e) {
     return 0.5 * (s * s + p * p);
 }
 
-// The mask's texel (s, t) of the level with this half-angle, in the pose of the preprocessing.
+// The mask's texel (s, t) of the level with this half-angle, in the pose of the preprocessing. Sine and
+// cosine come from the CPU: a driver's own may be off by 1e-4, which is 0.01° in a direction.
 // Beyond the unit disc the rim is continued, so that filtering finds no zeros there.
-Encounter mask_encounter(vec2 st, float half_angle) {
-    float sin_a = sin(half_angle), cos_a = cos(half_angle);
+Encounter mask_encounter(vec2 st, float sin_a, float cos_a) {
     float far = length(st);
     vec2 radial = far > 0.0 ? st / far : vec2(1.0, 0.0);
     float r = min(far, 1.0);

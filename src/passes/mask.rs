@@ -67,14 +67,15 @@ impl Mask {
         for level in 0..levels {
             bindings.write(level as usize, 0, &Resource::Storage(&image, level));
         }
-        let pipeline = ComputePipeline::new(device, shaders::MASK_COMP, &bindings, 4, &[])?;
+        let pipeline = ComputePipeline::new(device, shaders::MASK_COMP, &bindings, 8, &[])?;
         Commands::once(device, "mask", |commands| {
             image_barrier(device, commands, &image, Use::Nothing, Use::ComputeWrite);
             for level in 0..levels {
-                let half_angle = level_half_angle(level) as f32;
+                let (sine, cosine) = level_half_angle(level).sin_cos();
                 let groups = (size >> level).div_ceil(8);
-                let push = half_angle.to_ne_bytes();
-                pipeline.dispatch(commands, &bindings, level as usize, &push, [groups, groups, 1]);
+                let push = [sine as f32, cosine as f32];
+                let push = bytemuck::cast_slice(&push);
+                pipeline.dispatch(commands, &bindings, level as usize, push, [groups, groups, 1]);
             }
             image_barrier(device, commands, &image, Use::ComputeWrite, Use::GraphicsRead);
         })?;

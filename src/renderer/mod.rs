@@ -74,8 +74,8 @@ impl Flight {
 
 /// From a scene to its radiance.
 enum Drawing {
-    Points(Points),
-    Tiled(Tiled),
+    Points(Box<Points>),
+    Tiled(Box<Tiled>),
 }
 
 impl Drawing {
@@ -135,12 +135,12 @@ impl Renderer {
         };
         let drawing = match plan.primitive {
             Primitive::Point => {
-                Drawing::Points(Points::new(device, scene, &frame, &environment, plan)?)
+                Drawing::Points(Box::new(Points::new(device, scene, &frame, &environment, plan)?))
             }
             Primitive::Tile => {
                 let constants = Frame::new(scene, &surroundings, None);
                 let tiled = Tiled::new(device, scene, &constants, &frame, &environment, plan)?;
-                Drawing::Tiled(tiled)
+                Drawing::Tiled(Box::new(tiled))
             }
         };
         let display = match plan.tone_map {
