@@ -122,9 +122,9 @@ pub fn composite(tile: usize, parts: &[Part], c: &Constants, sky: &Sky, pictures
         }
         let [reds, greens, blues] = &behind;
         for block in 0..TILE / LANES {
-            for lane in 0..LANES {
+            for (lane, sum) in sums.iter_mut().enumerate() {
                 let at = block * LANES + lane;
-                sums[lane] += log2(delta + luminance(reds[at], greens[at], blues[at]));
+                *sum += log2(delta + luminance(reds[at], greens[at], blues[at]));
             }
         }
     }
