@@ -13,7 +13,7 @@ layout(constant_id = 0) const uint INTERNAL_REFLECTIONS = 2;
 layout(constant_id = 1) const uint CONSERVE = 1;
 
 layout(set = 0, binding = 1) uniform sampler2D environment_map;
-layout(std430, set = 0, binding = 2) writeonly buffer Appearance { uint appearance[]; };
+layout(std430, set = 0, binding = 2) writeonly buffer Pictures { uint pictures[]; };
 
 #include "drop_light.glsl"
 #include "appearance.glsl"
@@ -52,7 +52,7 @@ void main() {
             float weight = dot(st, st) <= 1.0 ? 1.0 : 1e-4;
             sum += weight * vec4(light(st, n, axes), 1.0);
         }
-        appearance[appearance_word(texel, FINEST, at)] = pack_radiance(sum.rgb / sum.a);
+        pictures[picture_word(texel, FINEST) + at.y * FINEST + at.x] = pack_radiance(sum.rgb / sum.a);
         uint edge = FINEST;
         for (uint level = 0u; level < 4u; ++level) {
             edge >>= 1u;
@@ -61,7 +61,8 @@ void main() {
             uint count = 4u << (2u * level);
             if (morton % count == count - 1u) {
                 vec4 whole = sums[level];
-                appearance[appearance_word(texel, edge, at)] = pack_radiance(whole.rgb / whole.a);
+                uint word = picture_word(texel, edge) + at.y * edge + at.x;
+                pictures[word] = pack_radiance(whole.rgb / whole.a);
                 sums[level] = vec4(0.0);
             }
         }

@@ -1,43 +1,55 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Which cells of the rain box are in view; one invocation a cell. See src/passes/tiles.rs.
+// Which cells of the rain box are in view, and the drops in them; one invocation a cell.
+// See src/passes/tiles.rs.
 #include "frame.glsl"
 #include "tile_buffers.glsl"
 
 layout(local_size_x = 64) in;
-layout(constant_id = 0) const uint GRID_BITS = 1; // the box has 2^GRID_BITS cells an edge
+layout(constant_id = 0) const uint GRID_BITS = 1;  // the box has 2^GRID_BITS cells an edge
 layout(constant_id = 1) const uint CELL_COUNT = 1; // all of them, and one for the placed drops
+layout(constant_id = 2) const uint MAX_RECORDS = 1;
+
+#define COUNTERS_BINDING 16
+#include "counters.glsl"
+
+bool in_view(uint cell) {
+    uint mask = (1u << GRID_BITS) - 1u, shift = 32u - GRID_BITS;
+    uvec3 at = uvec3(cell, cell >> GRID_BITS, cell >> (2u * GRID_BITS)) & mask;
+    uvec3 low = (at << shift) + frame.shift.xyz - frame.camera_place.xyz;
+    uvec3 high = low + ((1u << shift) - 1u);
+    // A cell that straddles the far side of the box has drops on both sides of the camera.
+    bvec3 straddles = lessThan(ivec3(high), ivec3(low));
+    vec3 from = mix(vec3(ivec3(low)), vec3(-2147483648.0), straddles) * frame.units.xyz;
+    vec3 to = mix(vec3(ivec3(high)), vec3(2147483648.0), straddles) * frame.units.xyz;
+    vec3 center = 0.5 * (from + to), half_size = 0.5 * (to - from);
+    // Rounding must not lose a drop that `sighting` would show.
+    float reach = frame.units.w * 1.001 + 1e-5 * length(frame.extent.xyz);
+    vec3 planes[5] = vec3[5](
+        frame.frustum.x * frame.right.xyz + frame.frustum.y * frame.back.xyz,
+        -frame.frustum.x * frame.right.xyz + frame.frustum.y * frame.back.xyz,
+        frame.frustum.z * frame.up.xyz + frame.frustum.w * frame.back.xyz,
+        -frame.frustum.z * frame.up.xyz + frame.frustum.w * frame.back.xyz,
+        frame.back.xyz);
+    bool result = true;
+    for (uint i = 0u; i < 5u; ++i) {
+        result = result && dot(planes[i], center) - dot(abs(planes[i]), half_size) <= reach;
+    }
+    return result;
+}
 
 void main() {
     uint cell = gl_GlobalInvocationID.x;
     if (cell >= CELL_COUNT) return;
     uint first = cell_first[cell], count = cell_first[cell + 1u] - first;
-    if (count == 0u) return;
     // The last cell holds the drops placed by hand, which can be anywhere.
-    if (cell + 1u < CELL_COUNT) {
-        uint mask = (1u << GRID_BITS) - 1u, shift = 32u - GRID_BITS;
-        uvec3 at = uvec3(cell, cell >> GRID_BITS, cell >> (2u * GRID_BITS)) & mask;
-        uvec3 low = (at << shift) + frame.shift.xyz - frame.camera_place.xyz;
-        uvec3 high = low + ((1u << shift) - 1u);
-        // A cell that straddles the far side of the box has drops on both sides of the camera.
-        bvec3 straddles = lessThan(ivec3(high), ivec3(low));
-        vec3 from = mix(vec3(ivec3(low)), vec3(-2147483648.0), straddles) * frame.units.xyz;
-        vec3 to = mix(vec3(ivec3(high)), vec3(2147483648.0), straddles) * frame.units.xyz;
-        vec3 center = 0.5 * (from + to), half_size = 0.5 * (to - from);
-        // Rounding must not lose a drop that `sighting` would show.
-        float reach = frame.units.w * 1.001 + 1e-5 * length(frame.extent.xyz);
-        vec3 planes[5] = vec3[5](
-            frame.frustum.x * frame.right.xyz + frame.frustum.y * frame.back.xyz,
-            -frame.frustum.x * frame.right.xyz + frame.frustum.y * frame.back.xyz,
-            frame.frustum.z * frame.up.xyz + frame.frustum.w * frame.back.xyz,
-            -frame.frustum.z * frame.up.xyz + frame.frustum.w * frame.back.xyz,
-            frame.back.xyz);
-        for (uint i = 0u; i < 5u; ++i) {
-            if (dot(planes[i], center) - dot(abs(planes[i]), half_size) > reach) return;
-        }
-    }
-    uint slot = atomicAdd(totals.visible_cells, 1u);
+    if (count == 0u || cell + 1u < CELL_COUNT && !in_view(cell)) return;
     uint record = atomicAdd(totals.records, count);
-    visible_cells[slot] = uvec4(first, count, record, 0u);
-    atomicMax(totals.gather_groups.x, slot / CELLS_A_GROUP + 1u);
+    uint room = MAX_RECORDS - min(record, MAX_RECORDS);
+    if (count > room) {
+        atomicAdd(counters.lost, count - room);
+        count = room;
+    }
+    atomicMax(totals.record_groups.x, (record + count + 255u) / 256u);
+    for (uint i = 0u; i < count; ++i) record_index[record + i] = drop_order[first + i];
 }

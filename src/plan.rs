@@ -4,9 +4,9 @@ use crate::model::{Operator, Optics, Order, Preset, Primitive, Simulation};
 use crate::scene::Scene;
 use crate::{Error, Result};
 
-/// Largest radius in pixels of a drop that is shown by its prefiltered picture; its finest one has 16
-/// texels an edge, and above this one sees them.
-const APPEARANCE_PX: f32 = 8.0;
+/// Radius in pixels from which a drop is drawn by rays rather than by its prefiltered picture: the
+/// finest has 16 texels an edge, and above this one sees them.
+const RAYS_PX: f32 = 8.0;
 
 /// What a frame is made for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,8 +32,8 @@ pub struct FramePlan {
     pub simulation: Simulation,
     /// Edge of the mask's finest level.
     pub mask_size: u32,
-    /// Largest radius in pixels of a drop shown by its prefiltered picture.
-    pub appearance_px: f32,
+    /// Radius in pixels from which a drop's pixels are computed apart, by rays.
+    pub rays_px: f32,
     /// Rays a pixel of drops that are followed by rays.
     pub samples: u32,
     /// Most reflections inside a drop that are followed.
@@ -92,7 +92,7 @@ pub fn plan(scene: &Scene, output: Output) -> Result<FramePlan> {
         order,
         simulation,
         mask_size: choice.mask_size,
-        appearance_px: if optics == Optics::Appearance { APPEARANCE_PX } else { 0.0 },
+        rays_px: if optics == Optics::Appearance { RAYS_PX } else { 0.0 },
         samples: choice.samples.unwrap_or(samples),
         internal_reflections,
         tone_map,

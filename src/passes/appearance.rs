@@ -5,7 +5,7 @@
 //! 64 x 64 directions of an octahedral map it is integrated once: a pyramid of pictures of 16 x 16
 //! down to 1 texel, reflection and all internal orders with their exact Fresnel weights, 1,024
 //! samples in all, each with its footprint in the environment. A drop of up to some 16 pixels is then
-//! four reads of a word a pixel, or none at all where the smallest pictures serve.
+//! one read of a word a pixel.
 //!
 //! The orders beyond the second internal reflection carry 0.1 % of the energy; it goes where the
 //! second goes, so that a white furnace stays white. Memory: 5.6 MB, a word a texel (9 bits a colour,
@@ -26,26 +26,30 @@ use crate::gpu::{Binding, Bindings, Buffer, ComputePipeline, Device, Memory, Res
 const DIRECTIONS: u32 = 64 * 64;
 /// Words of a direction's pyramid, as in `glsl/include/appearance.glsl`.
 const PYRAMID: u32 = 341;
+/// Pixels of a block, those of a tile.
+const BLOCK_PIXELS: u64 = 8;
 /// Invocations a workgroup.
 const GROUP: u32 = 8;
 
 /// The table and the pass that makes it.
 pub struct Appearance {
-    /// One word a texel, direction by direction.
+    /// One word a texel, direction by direction; then the blocks of drops drawn by rays.
     pub table: Buffer,
     bindings: Bindings,
     pipeline: ComputePipeline,
 }
 
 impl Appearance {
-    /// Makes an empty table; it follows `internal_reflections` orders.
+    /// Makes an empty table that follows `internal_reflections` orders, with room for the pixels of
+    /// `blocks` blocks behind it.
     pub fn new(
         device: &Arc<Device>,
         frame: &FrameBuffer,
         environment: &EnvironmentMap,
         internal_reflections: u32,
+        blocks: u32,
     ) -> Result<Self> {
-        let bytes = 4 * u64::from(DIRECTIONS * PYRAMID);
+        let bytes = 4 * (u64::from(DIRECTIONS * PYRAMID) + u64::from(blocks) * BLOCK_PIXELS);
         let usage = vk::BufferUsageFlags::STORAGE_BUFFER;
         let table = Buffer::new(device, "appearance", bytes, usage, Memory::Device)?;
         let map = Resource::Sampled(&environment.image, &environment.sampler);

@@ -6,6 +6,7 @@ use ash::vk;
 
 use crate::Result;
 use crate::gpu::{Commands, Device, Timestamps, Use, memory_barrier};
+use crate::model::Optics;
 use crate::passes::appearance::Appearance;
 use crate::passes::composite::Composite;
 use crate::passes::environment::EnvironmentMap;
@@ -30,15 +31,16 @@ impl Tiled {
         environment: &EnvironmentMap,
         plan: &FramePlan,
     ) -> Result<Self> {
-        let appearance = Appearance::new(device, frame, environment, plan.internal_reflections)?;
-        if plan.appearance_px > 0.0 {
+        let tiles = Tiles::new(device, frame, scene, plan.rays_px)?;
+        let orders = plan.internal_reflections;
+        let appearance = Appearance::new(device, frame, environment, orders, tiles.max_blocks)?;
+        if plan.optics == Optics::Appearance {
             Commands::once(device, "appearance", |commands| {
                 frame.record(device, commands, constants);
                 memory_barrier(device, commands, &[Use::TransferWrite], &[Use::Uniform]);
                 appearance.record(commands);
             })?;
         }
-        let tiles = Tiles::new(device, frame, scene)?;
         let size = (scene.image.width, scene.image.height);
         let composite =
             Composite::new(device, frame, environment, &appearance, &tiles, size, plan)?;
@@ -59,14 +61,26 @@ impl Tiled {
         });
         time.time(commands, "gather", || {
             barrier(&[Use::ComputeWrite], &[Use::ComputeWrite, Use::Indirect]);
-            self.tiles.record_gather(commands);
+            self.tiles.record_gather(device, commands);
         });
-        time.time(commands, "lists", || {
+        time.time(commands, "offsets", || {
+            barrier(&[Use::ComputeWrite], &[Use::ComputeWrite, Use::Indirect]);
+            self.tiles.record_offsets(commands);
+        });
+        time.time(commands, "fill", || {
             barrier(&[Use::ComputeWrite], &[Use::ComputeWrite]);
-            self.tiles.record_lists(device, commands);
+            self.tiles.record_fill(commands);
+        });
+        time.time(commands, "order", || {
+            barrier(&[Use::ComputeWrite], &[Use::ComputeWrite]);
+            self.tiles.record_order(commands);
+        });
+        time.time(commands, "rays", || {
+            barrier(&[Use::ComputeWrite], &[Use::ComputeWrite, Use::Indirect]);
+            self.composite.record_rays(commands, &self.tiles);
         });
         time.time(commands, "composite", || {
-            barrier(&[Use::ComputeWrite], &[Use::ComputeWrite, Use::TransferRead]);
+            barrier(&[Use::ComputeWrite], &[Use::ComputeWrite]);
             self.composite.record(commands);
         });
     }

@@ -1,0 +1,232 @@
+//! The fast and the exact preset: the same on every run, every drop counted, near the truth.
+
+mod common;
+
+use glam::{DVec3, Vec3};
+use raindrops::camera::Camera;
+use raindrops::cull::count_visible;
+use raindrops::environment::Environment;
+use raindrops::gpu::Device;
+use raindrops::model::{Operator, Preset};
+use raindrops::passes::simulate::Counts;
+use raindrops::picture::Picture;
+use raindrops::picture::metrics::{Comparison, compare};
+use raindrops::plan::{Output, plan};
+use raindrops::reference::{Tracer, Truth};
+use raindrops::renderer::Renderer;
+use raindrops::scene::{PlacedDrop, RainSettings, Scene};
+use raindrops::tone_map::exposure_of;
+
+use common::on_device;
+
+/// Radiance of a few low waves, in colour, over two decades: no texel that rules all errors, so that
+/// a truth of some samples is a truth.
+fn waves() -> Environment {
+    let (width, height) = (256u32, 128u32);
+    let texels = (0..height).flat_map(|y| {
+        (0..width).map(move |x| {
+            let u = std::f32::consts::TAU * (x as f32 + 0.5) / width as f32;
+            let v = std::f32::consts::PI * (y as f32 + 0.5) / height as f32;
+            let wave = |k: f32, phase: f32| (k * u + phase).cos() * v.sin() + (k * v).cos();
+            Vec3::new(wave(2.0, 0.3), wave(3.0, 1.1), wave(5.0, 2.2)).exp()
+        })
+    });
+    Environment::from_texels("waves", width, height, texels.collect()).expect("a valid environment")
+}
+
+fn rain(count: u32, half_extent: f64, edge: u32) -> Scene {
+    let mut scene = Scene::default();
+    let half_extent = DVec3::splat(half_extent);
+    scene.rain = Some(RainSettings { count, half_extent, ..RainSettings::default() });
+    (scene.image.width, scene.image.height) = (edge, edge);
+    scene
+}
+
+fn placed(drops: &[([f64; 3], f64)], edge: u32) -> Scene {
+    let mut scene = Scene { rain: None, ..Scene::default() };
+    let drop = |&(center, radius): &([f64; 3], f64)| PlacedDrop { center: center.into(), radius };
+    scene.drops = drops.iter().map(drop).collect();
+    (scene.image.width, scene.image.height) = (edge, edge);
+    scene
+}
+
+fn render(
+    device: &std::sync::Arc<Device>,
+    scene: &Scene,
+    environment: &Environment,
+    preset: Preset,
+) -> (Picture, Counts) {
+    let mut scene = scene.clone();
+    scene.model.preset = preset;
+    let plan = plan(&scene, Output::Radiance).expect("a plan");
+    let mut renderer = Renderer::new(device, &scene, environment, &plan).expect("a renderer");
+    renderer.submit(&scene).expect("a frame");
+    let report = renderer.finish().expect("a report");
+    (renderer.read_radiance().expect("a picture"), report.counts)
+}
+
+fn truth(scene: &Scene, environment: &Environment, samples: u32) -> Picture {
+    Tracer::new(scene, environment, Truth { samples, ..Truth::default() }).picture()
+}
+
+fn against(truth: &Picture, picture: &Picture) -> Comparison {
+    compare(truth, picture, None, exposure_of(Operator::Photographic, truth, 0.18))
+}
+
+#[test]
+fn two_runs_give_the_same_bytes() {
+    on_device(|device| {
+        // Dense: lists of many drops, slabs, big drops and rays all take part.
+        let (scene, sky) = (rain(60_000, 120.0, 256), waves());
+        for preset in [Preset::Fast, Preset::Exact] {
+            let first = render(device, &scene, &sky, preset).0;
+            for _ in 0..3 {
+                let again = render(device, &scene, &sky, preset).0;
+                assert!(again == first, "{preset}: another picture of the same scene");
+            }
+            let mut later = scene.clone();
+            later.time = 1.0;
+            let other = render(device, &later, &sky, preset).0;
+            assert!(other != first, "{preset}: the rain does not fall");
+        }
+    });
+}
+
+#[test]
+fn every_drop_in_view_is_counted_and_none_is_lost() {
+    on_device(|device| {
+        let sky = Environment::constant(Vec3::ONE);
+        let looking = |position: [f64; 3], target: [f64; 3], vertical_fov: f64| Camera {
+            position: position.into(),
+            target: target.into(),
+            vertical_fov,
+            ..Camera::default()
+        };
+        let cameras = [
+            Camera::default(),
+            looking([1e5, -3e4, 77.0], [1e5 + 1.0, -3e4 + 2.0, 76.0], 60.0),
+            looking([0.0, 0.0, 0.0], [0.0, 1.0, 0.0], 150.0),
+            looking([900.0, 10.0, -900.0], [0.0, 0.0, 0.0], 3.0),
+        ];
+        for (number, camera) in cameras.into_iter().enumerate() {
+            let mut scene = rain(300_000, 1025.0, 128);
+            scene.camera = camera;
+            scene.time = [0.0, 3.2e7, -1e4, 0.5][number];
+            scene.drops = vec![
+                PlacedDrop { center: camera.position + 40.0 * camera.forward(), radius: 2.0 },
+                PlacedDrop { center: camera.position - 40.0 * camera.forward(), radius: 2.0 },
+            ];
+            let (_, counts) = render(device, &scene, &sky, Preset::Fast);
+            assert_eq!(counts.visible, count_visible(&scene), "camera {number}");
+            assert_eq!(counts.overflow, 0, "camera {number}");
+        }
+    });
+}
+
+#[test]
+fn a_white_furnace_stays_white() {
+    on_device(|device| {
+        let white = Environment::constant(Vec3::ONE);
+        let mut scene = rain(50_000, 150.0, 128);
+        scene.drops = vec![PlacedDrop { center: DVec3::new(1.0, 0.5, -3.0), radius: 1.0 }];
+        for preset in [Preset::Fast, Preset::Exact] {
+            let (picture, _) = render(device, &scene, &white, preset);
+            let worst = picture
+                .pixels
+                .iter()
+                .map(|pixel| (*pixel - Vec3::ONE).abs().max_element())
+                .fold(0.0, f32::max);
+            println!("{preset}: off white by {worst}");
+            // A colour is a word of three 9-bit mantissas and the sum four halves.
+            assert!(worst < 3e-3, "{preset}: off white by {worst}");
+        }
+    });
+}
+
+/// Scenes of a few drops in which the outline, the order and the edges matter.
+fn few() -> Vec<(&'static str, Scene)> {
+    let mut up = placed(&[([0.3, 4.0, -0.2], 1.0), ([-3.0, 9.0, 2.0], 1.0)], 128);
+    up.camera.target = DVec3::Y;
+    vec![
+        ("one in the middle", placed(&[([0.2, -0.1, -3.0], 1.0)], 128)),
+        ("off the axis", placed(&[([6.0, 5.0, -7.0], 1.0), ([-9.0, -2.0, -9.5], 2.0)], 128)),
+        (
+            "over one another",
+            placed(
+                &[([0.0, 0.0, -4.0], 1.0), ([0.7, 0.3, -6.0], 1.5), ([-0.6, 0.5, -5.0], 0.8)],
+                128,
+            ),
+        ),
+        ("cut by the edge", placed(&[([3.0, 0.0, -3.1], 0.8), ([0.0, -5.0, -5.0], 1.0)], 128)),
+        ("straight up", up),
+    ]
+}
+
+#[test]
+fn exact_agrees_with_the_truth() {
+    on_device(|device| {
+        let sky = waves();
+        for (name, mut scene) in few() {
+            let truth = truth(&scene, &sky, 1024);
+            for (samples, bound) in [(16, 3e-3), (64, 1e-3)] {
+                scene.model.samples = Some(samples);
+                let (picture, _) = render(device, &scene, &sky, Preset::Exact);
+                let found = against(&truth, &picture);
+                println!(
+                    "{name}, {samples} samples: relMSE {:.2e}, FLIP {:.4}",
+                    found.pixels.rel_mse, found.pixels.flip
+                );
+                assert!(found.pixels.rel_mse < bound, "{name}: {}", found.pixels.rel_mse);
+            }
+            // The control: the paper's square must not pass where drops are off the axis.
+            if name == "off the axis" {
+                scene.model.samples = None;
+                let (square, _) = render(device, &scene, &sky, Preset::Paper);
+                assert!(against(&truth, &square).pixels.rel_mse > 3e-3, "the bound means nothing");
+            }
+        }
+    });
+}
+
+#[test]
+fn a_drop_beside_the_camera_is_drawn() {
+    on_device(|device| {
+        let sky = waves();
+        let scene = placed(&[([1.3, 0.2, -0.6], 1.0)], 128);
+        let truth = truth(&scene, &sky, 256);
+        let (picture, counts) = render(device, &scene, &sky, Preset::Exact);
+        let found = against(&truth, &picture);
+        println!("relMSE {:.2e}, FLIP {:.4}", found.pixels.rel_mse, found.pixels.flip);
+        assert_eq!((counts.overflow, counts.camera_inside), (0, 0));
+        assert!(found.pixels.rel_mse < 1e-2, "{}", found.pixels.rel_mse);
+        // The paper's billboard has no shape for it, and says so.
+        let (_, counts) = render(device, &scene, &sky, Preset::Paper);
+        assert_eq!(counts.beside_camera, 1);
+    });
+}
+
+#[test]
+fn fast_is_nearer_to_the_truth_than_paper() {
+    on_device(|device| {
+        let sky = waves();
+        // Small drops, and drops of some pixels.
+        for (count, half_extent) in [(60_000, 500.0), (3_000, 60.0)] {
+            let scene = rain(count, half_extent, 192);
+            let truth = truth(&scene, &sky, 256);
+            let [paper, fast, exact] = [Preset::Paper, Preset::Fast, Preset::Exact].map(|preset| {
+                let found = against(&truth, &render(device, &scene, &sky, preset).0);
+                println!(
+                    "{count} drops, {preset}: relMSE {:.2e}, FLIP {:.4}; boxes {:.2e}, {:.4}",
+                    found.pixels.rel_mse, found.pixels.flip, found.boxes.rel_mse, found.boxes.flip
+                );
+                found
+            });
+            for better in [&fast, &exact] {
+                assert!(better.pixels.rel_mse < 0.25 * paper.pixels.rel_mse);
+                assert!(better.pixels.flip < 0.75 * paper.pixels.flip);
+                assert!(better.boxes.rel_mse < 0.25 * paper.boxes.rel_mse);
+                assert!(better.boxes.flip < 0.75 * paper.boxes.flip);
+            }
+        }
+    });
+}
