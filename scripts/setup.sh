@@ -79,8 +79,8 @@ merge_shaderc() {
   local into=$setup/shaderc/libshaderc_combined.a libraries script
   [ -f "$into" ] && return 0
   libraries=$(dirname "$(dpkg -L libshaderc-dev 2>/dev/null | grep '/libshaderc_combined.a$' || echo /nowhere/x)")
-  if [ ! -f "$libraries/libglslang.a" ]; then
-    say "no static shaderc and glslang archives here: the shaderc crate uses a system library or builds" \
+  if [ ! -f "$libraries/libglslang.a" ] || [ ! -f "$libraries/libSPIRV-Tools.a" ]; then
+    say "no static archives of shaderc, glslang and SPIRV-Tools here: the shaderc crate uses a system library or builds" \
         "itself from source (needs cmake; over 8 minutes on 2 cores)"
     return 0
   fi

@@ -108,7 +108,7 @@ fn arc_tangent(y: f32, x: f32) -> f32 {
     let t = low / high.max(1e-30);
     let s = t * t;
     let p = -0.013_480_47 * s + 0.057_477_314;
-    let p = ((p * s - 0.121_239_071) * s + 0.195_635_925) * s - 0.332_994_597;
+    let p = ((p * s - 0.121_239_07) * s + 0.195_635_93) * s - 0.332_994_6;
     let angle = (p * s + 0.999_995_63) * t;
     let angle = if ay > ax { FRAC_PI_2 - angle } else { angle };
     let angle = if x < 0.0 { PI - angle } else { angle };

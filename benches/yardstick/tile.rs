@@ -109,17 +109,22 @@ pub fn composite(tile: usize, parts: &[Part], c: &Constants, sky: &Sky, pictures
             let color = mix(texels, at[column] as usize, stride, fx[column], fy[column]);
             (behind[0][column], behind[1][column], behind[2][column]) = (color.x, color.y, color.z);
         }
+        // From slices whose length is known to arrays, so that no index is checked within the loops.
         let transmittance = &planes[3][row * PITCH..][..TILE];
-        for (channel, to) in [&mut *red, &mut *green, &mut *blue].into_iter().enumerate() {
-            let (to, front) = (&mut to[row * TILE..][..TILE], &planes[channel][row * PITCH..][..TILE]);
+        for (channel, color) in behind.iter_mut().enumerate() {
+            let front = &planes[channel][row * PITCH..][..TILE];
             for column in 0..TILE {
-                to[column] = front[column] + behind[channel][column] * transmittance[column];
+                color[column] = front[column] + color[column] * transmittance[column];
             }
         }
-        for block in (row * TILE..(row + 1) * TILE).step_by(LANES) {
-            for lane in 0..LANES {
-                let at = block + lane;
-                sums[lane] += log2(delta + luminance(red[at], green[at], blue[at]));
+        for (to, color) in [&mut *red, &mut *green, &mut *blue].into_iter().zip(&behind) {
+            to[row * TILE..][..TILE].copy_from_slice(color);
+        }
+        let [reds, greens, blues] = &behind;
+        for block in 0..TILE / LANES {
+            for (lane, sum) in sums.iter_mut().enumerate() {
+                let at = block * LANES + lane;
+                *sum += log2(delta + luminance(reds[at], greens[at], blues[at]));
             }
         }
     }
@@ -209,10 +214,9 @@ fn splat_large(
     planes: &mut Planes,
 ) {
     let [axis_x, axis_y, axis_z] = c.sight.axes;
-    let mut coverage = [0.0f32; LANES];
-    let (mut u, mut v) = ([[0.0f32; LANES]; ORDERS], [[0.0f32; LANES]; ORDERS]);
-    let (mut level, mut weight) = ([[0.0f32; LANES]; ORDERS], [[0.0f32; LANES]; ORDERS]);
     let along = (0.5 * c.height as f32 - (top + 0.5)) * axis_y - c.focal * axis_z;
+    let (mut rays, mut offsets) = ([Vec3::ZERO; LANES], [Vec3::ZERO; LANES]);
+    let mut coverage = [0.0f32; LANES];
     for lane in 0..LANES {
         let x = left + lane as f32 + 0.5 - 0.5 * c.width as f32;
         let ray = x * axis_x + along;
@@ -221,7 +225,16 @@ fn splat_large(
         let b = offset.length();
         coverage[lane] = ((1.0 - b) * radius_px + 0.5).clamp(0.0, 1.0);
         // Beyond the rim: what the rim shows.
-        let rays = drop_rays(ray, offset * (1.0 / b.max(1.0)), 1.0 / radius_px);
+        (rays[lane], offsets[lane]) = (ray, offset * (1.0 / b.max(1.0)));
+    }
+    let open = &planes[3][at..at + LANES];
+    if (0..LANES).all(|lane| coverage[lane] <= 0.0 || open[lane] <= FULL) {
+        return;
+    }
+    let (mut u, mut v) = ([[0.0f32; LANES]; ORDERS], [[0.0f32; LANES]; ORDERS]);
+    let (mut level, mut weight) = ([[0.0f32; LANES]; ORDERS], [[0.0f32; LANES]; ORDERS]);
+    for lane in 0..LANES {
+        let rays = drop_rays(rays[lane], offsets[lane], 1.0 / radius_px);
         for (order, (direction, spread, share)) in rays.into_iter().enumerate() {
             [u[order][lane], v[order][lane]] = place(direction);
             level[order][lane] = sky.level(spread);
