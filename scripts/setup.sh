@@ -4,7 +4,7 @@
 # shader compiler's archives. Quiet when nothing is missing.
 #
 #   scripts/setup.sh                 what scripts/bench.sh and scripts/test.sh need
-#   scripts/setup.sh --drivers       also SwiftShader and a newer lavapipe, for comparing drivers
+#   scripts/setup.sh --drivers       also SwiftShader, for comparing drivers (Debian)
 set -euo pipefail
 cd "$(dirname "$0")/.."
 setup=.setup
@@ -116,8 +116,8 @@ if [ $manager = apt ]; then fetch_environments
 elif [ ! -d $environments ]; then say "HDR environments are fetched on Debian and Ubuntu only; the bundled sky will do"
 fi
 
-# A second and a third Vulkan driver without a GPU: SwiftShader out of Debian's Chromium, and the
-# lavapipe of the backports. Select one with VK_DRIVER_FILES.
+# A second Vulkan driver without a GPU: SwiftShader, out of Debian's Chromium. Select it with
+# VK_DRIVER_FILES.
 fetch_drivers() {
   local folder
   if [ ! -f $setup/swiftshader/vk_swiftshader_icd.json ]; then
