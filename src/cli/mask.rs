@@ -31,6 +31,9 @@ pub struct MaskArgs {
 
 /// Runs the command.
 pub fn run(args: &MaskArgs) -> anyhow::Result<Answer> {
+    if !matches!(args.optics, Optics::Mask | Optics::MaskF32) {
+        anyhow::bail!("--optics {}: a mask is stored as mask or mask-f32", args.optics);
+    }
     let device = args.device.open()?;
     let mask = Mask::trace(&device, args.mask_size, args.optics)?;
     std::fs::create_dir_all(&args.output).map_err(|error| Error::write(&args.output, error))?;
