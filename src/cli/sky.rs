@@ -5,9 +5,10 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::Answer;
+use crate::picture::{srgb_byte, write_png};
 use crate::sky::{BUNDLED_WIDTH, picture};
 
-/// Write the computed sky: a latitude-longitude EXR, float16
+/// Write the computed sky, latitude-longitude: .exr (float16) or .png (clipped at 1, 8 bit)
 #[derive(Args)]
 pub struct SkyArgs {
     /// File to write
@@ -21,7 +22,16 @@ pub struct SkyArgs {
 /// Runs the command.
 pub fn run(args: &SkyArgs) -> anyhow::Result<Answer> {
     let sky = picture(args.width);
-    sky.write_exr_f16(&args.output)?;
+    match args.output.extension().and_then(|extension| extension.to_str()) {
+        Some("exr") => sky.write_exr_f16(&args.output)?,
+        // Low dynamic range: radiance over 1 clips, as in a photograph.
+        Some("png") => {
+            let bytes: Vec<u8> =
+                sky.pixels.iter().flat_map(|p| p.to_array().map(srgb_byte)).collect();
+            write_png(&args.output, sky.width, sky.height, &bytes)?;
+        }
+        _ => anyhow::bail!("{}: name a picture .exr or .png", args.output.display()),
+    }
     eprintln!("wrote {} ({} x {})", args.output.display(), sky.width, sky.height);
     Ok(Answer::Yes)
 }
