@@ -10,7 +10,6 @@
 
 layout(local_size_x = 8) in;
 layout(constant_id = 0) const uint INTERNAL_REFLECTIONS = 2;
-layout(constant_id = 1) const uint CONSERVE = 1;
 
 layout(set = 0, binding = 1) uniform sampler2D environment_map;
 layout(std430, set = 0, binding = 2) writeonly buffer Pictures { uint pictures[]; };

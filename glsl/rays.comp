@@ -13,7 +13,6 @@ layout(local_size_x = 256) in;
 layout(constant_id = 0) const uint MAX_BLOCKS = 1;
 layout(constant_id = 1) const uint SAMPLES = 4;
 layout(constant_id = 2) const uint INTERNAL_REFLECTIONS = 2;
-layout(constant_id = 3) const uint CONSERVE = 1;
 
 layout(set = 0, binding = 15) uniform sampler2D environment_map;
 // After the pictures of all directions: colours of each block's pixels.

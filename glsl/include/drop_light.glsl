@@ -29,7 +29,7 @@ vec3 drop_light(sampler2D map, Encounter e, mat3 rotation, float step) {
     for (uint k = 0u; k <= INTERNAL_REFLECTIONS; ++k) {
         // The last order takes what the omitted ones carry, so that no energy is lost:
         // Σ_{j≥k} (1-F)² F^j = (1-F) F^k.
-        float share = k == INTERNAL_REFLECTIONS && CONSERVE != 0u ? weight / (1.0 - f) : weight;
+        float share = k == INTERNAL_REFLECTIONS ? weight / (1.0 - f) : weight;
         vec3 out_direction = deviation.x * d - deviation.y * o;
         sum += share * radiance(map, out_direction, fan(rate, deviation.y, e.b) * step);
         deviation = vec2(deviation.x * turn.x - deviation.y * turn.y,

@@ -46,8 +46,6 @@ impl DeviceReport {
 /// Optional features that were found and are enabled.
 #[derive(Clone, Copy, Debug)]
 pub struct Features {
-    /// A 32-bit float colour attachment can be blended.
-    pub blend_f32: bool,
     /// A 32-bit float image can be sampled with linear filtering.
     pub filter_f32: bool,
     /// Valid bits of a timestamp; 0 if the queue has none.
@@ -207,10 +205,6 @@ impl Device {
             properties.optimal_tiling_features.contains(feature)
         };
         let features = Features {
-            blend_f32: format_has(
-                vk::Format::R32G32B32A32_SFLOAT,
-                vk::FormatFeatureFlags::COLOR_ATTACHMENT_BLEND,
-            ),
             filter_f32: format_has(
                 vk::Format::R32G32B32A32_SFLOAT,
                 vk::FormatFeatureFlags::SAMPLED_IMAGE_FILTER_LINEAR,

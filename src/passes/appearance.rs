@@ -62,7 +62,7 @@ impl Appearance {
                 (Binding::STORAGE_BUFFER, Resource::Buffer(&table)),
             ],
         )?;
-        let constants = [internal_reflections, 1];
+        let constants = [internal_reflections];
         let pipeline =
             ComputePipeline::new(device, shaders::APPEARANCE_COMP, &bindings, 0, &constants)?;
         Ok(Self { table, bindings, pipeline })

@@ -63,7 +63,7 @@ impl Composite {
         let pipeline = |shader, constants: &[u32]| {
             ComputePipeline::new(device, shader, &bindings, 0, constants)
         };
-        let constants = [tiles.max_blocks, plan.samples, plan.internal_reflections, 1];
+        let constants = [tiles.max_blocks, plan.samples, plan.internal_reflections];
         let rays = pipeline(shaders::RAYS_COMP, &constants)?;
         let constants = [tiles.count, tiles.max_entries, tiles.max_blocks];
         let composite = pipeline(shaders::COMPOSITE_COMP, &constants)?;

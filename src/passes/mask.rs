@@ -15,13 +15,13 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use crate::Result;
 use crate::gpu::{
     Binding, Bindings, Buffer, Commands, ComputePipeline, Device, Image, ImageInfo, Memory,
     Resource, Sampler, Use, image_barrier, memory_barrier, shaders,
 };
 use crate::model::Optics;
 use crate::optics::level_half_angle;
+use crate::{Error, Result};
 
 /// The mask on the device, ready to be sampled.
 pub struct Mask {
@@ -48,6 +48,12 @@ impl Mask {
             Optics::MaskF32 => vk::Format::R32G32B32A32_SFLOAT,
             _ => vk::Format::R16G16B16A16_SFLOAT,
         };
+        if optics == Optics::MaskF32 && !device.features.filter_f32 {
+            return Err(Error::DeviceLacks {
+                device: device.report.name.clone(),
+                missing: "linear filtering of 32-bit float images, which mask-f32 needs".into(),
+            });
+        }
         let levels = size.ilog2() + 1;
         let image = Image::new(
             device,

@@ -174,7 +174,7 @@ impl Simulate {
             shaders::ORDER_LARGE_COMP,
             &order_bindings,
             0,
-            &[MAX_LARGE, 0],
+            &[MAX_LARGE],
         )?;
         Ok(Self {
             drops,
