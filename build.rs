@@ -8,7 +8,10 @@ use std::{env, fs};
 use shaderc::{CompileOptions, Compiler, EnvVersion, OptimizationLevel, ShaderKind, TargetEnv};
 
 /// Shaders that are compiled a second time: file, suffix of the constant, macro that is defined.
-const VARIANTS: [(&str, &str, &str); 2] = [
+const VARIANTS: [(&str, &str, &str); 5] = [
+    ("drops.frag", "_CLOSED_FORM", "BY_CLOSED_FORM"),
+    ("drops.frag", "_RADIAL", "DEVIATION_TABLE"),
+    ("drops.frag", "_PICTURE", "BY_PICTURE"),
     ("log_luminance.comp", "_BUFFER", "RADIANCE_IN_BUFFER"),
     ("tone_map.frag", "_BUFFER", "RADIANCE_IN_BUFFER"),
 ];

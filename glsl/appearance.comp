@@ -4,12 +4,12 @@
 // See src/passes/appearance.rs.
 #include "frame.glsl"
 #include "environment.glsl"
+#include "light_model.glsl"
 #include "optics.glsl"
 #include "octahedron.glsl"
 #include "shared_exponent.glsl"
 
 layout(local_size_x = 8) in;
-layout(constant_id = 0) const uint INTERNAL_REFLECTIONS = 2;
 
 layout(set = 0, binding = 1) uniform sampler2D environment_map;
 layout(std430, set = 0, binding = 2) writeonly buffer Pictures { uint pictures[]; };

@@ -1,41 +1,47 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// The paper's section 3.3, fragment half: what a pixel of a drop shows (equation 5).
+// The paper's section 3.3, fragment half: what a pixel of a drop shows. By the mask; compiled again
+// for each other optics, see build.rs.
 #include "frame.glsl"
 #include "environment.glsl"
+#include "light_model.glsl"
 
-layout(constant_id = 0) const uint IS_POINT = 1;
+layout(constant_id = 5) const uint IS_POINT = 1;
+layout(constant_id = 6) const uint SAMPLES = 1;
 
-layout(set = 0, binding = 1) uniform sampler2DArray mask;
-layout(set = 0, binding = 2) uniform sampler2D environment_map;
+layout(set = 0, binding = 1) uniform sampler2D environment_map;
 
-layout(location = 0) flat in mat3 rotation;
-layout(location = 3) flat in vec3 look;
+layout(location = 0) flat in mat3 rotation; // from the pose of the preprocessing to world space
+layout(location = 3) flat in vec3 look;     // mask level, opacity, radius in pixels
 layout(location = 4) in vec2 corner;
 layout(location = 0) out vec4 color;
 
-const float WATER = 1.33;
+// Part of a sample that the unit disc covers at `st`: a ramp of one sample across the edge. A drop of
+// one pixel has no edge; its disc takes π/4 of its square.
+float disc_coverage(vec2 st, float pixels) {
+    float ramp = clamp((1.0 - length(st)) * pixels + 0.5, 0.0, 1.0);
+    return mix(0.25 * PI, ramp, clamp(2.0 * pixels - 1.0, 0.0, 1.0));
+}
+
+#if defined(BY_CLOSED_FORM) || defined(DEVIATION_TABLE)
+#include "drop_by_ray.glsl"
+#elif defined(BY_PICTURE)
+#include "drop_by_picture.glsl"
+#else
+#include "drop_by_mask.glsl"
+#endif
 
 void main() {
     vec2 at = IS_POINT != 0u ? gl_PointCoord : corner;
-    vec4 transmission = textureLod(mask, vec3(at, 1.0), look.x);
-    float alpha = transmission.a * look.y;
+    float across = sqrt(float(SAMPLES)) * look.z;
+    vec4 sum = vec4(0.0);
+    for (uint i = 0u; i < SAMPLES; ++i) {
+        // The sequence R2 of Roberts 2018; its first place is the pixel's middle.
+        vec2 place = fract(0.5 + float(i) * vec2(0.7548776662, 0.5698402910)) - 0.5;
+        vec4 found = drop_at(at + place / (2.0 * look.z), across);
+        sum += vec4(found.rgb * found.a, found.a);
+    }
+    float alpha = sum.a / float(SAMPLES) * look.y;
     if (alpha <= 0.0) discard;
-    vec4 reflection = textureLod(mask, vec3(at, 0.0), look.x);
-    vec3 reflected = rotation * normalize(reflection.xyz);
-    vec3 transmitted = rotation * normalize(transmission.xyz);
-
-    // How far the directions fan out over one pixel: the root of the product of the radial and the
-    // tangential derivative. For the reflection that is 2 / R everywhere on the disc; for the
-    // refraction √(dδ/db · sin δ / b) / R. Within a pixel of the rim cos θi is held at its mean.
-    float pixels = look.z;
-    vec2 st = 2.0 * at - 1.0;
-    float b = clamp(length(st), 1e-3, 1.0), bn = b / WATER;
-    float ci = sqrt(max(1.0 - b * b, min(1.0 / pixels, 1.0))), ct = sqrt(1.0 - bn * bn);
-    float c = ci * ct + b * bn, s = b * ct - ci * bn;
-    float fan = 2.0 * (1.0 / ci - 1.0 / (WATER * ct)) * max(2.0 * c * s, 0.0) / b;
-
-    vec3 from_front = radiance(environment_map, reflected, 2.0 / pixels);
-    vec3 through = radiance(environment_map, transmitted, sqrt(max(fan, 0.0)) / pixels);
-    color = vec4(mix(through, from_front, reflection.a), alpha);
+    color = vec4(sum.rgb / sum.a, alpha);
 }

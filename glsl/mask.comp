@@ -2,6 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 // The paper's section 3.2: one level of the mask. Layer 0: reflected direction and reflectance;
 // layer 1: twice-refracted direction and coverage. See src/passes/mask.rs.
+#include "light_model.glsl"
 #include "optics.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;

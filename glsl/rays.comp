@@ -4,15 +4,15 @@
 // block, eight a block. See src/passes/composite.rs.
 #include "frame.glsl"
 #include "environment.glsl"
+#include "light_model.glsl"
 #include "optics.glsl"
 #include "tile_buffers.glsl"
 #include "shared_exponent.glsl"
 #include "appearance.glsl"
 
 layout(local_size_x = 256) in;
-layout(constant_id = 0) const uint MAX_BLOCKS = 1;
-layout(constant_id = 1) const uint SAMPLES = 4;
-layout(constant_id = 2) const uint INTERNAL_REFLECTIONS = 2;
+layout(constant_id = 5) const uint MAX_BLOCKS = 1;
+layout(constant_id = 6) const uint SAMPLES = 4;
 
 layout(set = 0, binding = 15) uniform sampler2D environment_map;
 // After the pictures of all directions: colours of each block's pixels.

@@ -50,10 +50,71 @@ models! {
         Mask = "mask",
         /// The same at float32.
         MaskF32 = "mask-f32",
+        /// The same at 16-bit signed normalised integers.
+        MaskSnorm16 = "mask-snorm16",
+        /// A mask whose every level is the drop seen from infinity (Rousseau et al. 2006).
+        SingleMask = "single-mask",
+        /// A table of deviation and reflectance over the impact parameter alone.
+        Radial = "radial",
+        /// The closed form along rays through each pixel: no table at all.
+        ClosedForm = "closed-form",
+        /// The mean colour of a far drop by view direction.
+        Far = "far",
         /// The prefiltered picture of a far drop by view direction; larger drops by closed form.
         Appearance = "appearance",
-        /// The closed form along rays through each pixel.
-        ClosedForm = "closed-form",
+    }
+}
+
+impl Optics {
+    /// Whether directions come from the paper's mask, in whatever storage.
+    pub fn is_mask(self) -> bool {
+        matches!(self, Self::Mask | Self::MaskF32 | Self::MaskSnorm16 | Self::SingleMask)
+    }
+
+    /// Whether a drop's light is integrated before the frame, so that a pixel looks it up once.
+    pub fn is_prefiltered(self) -> bool {
+        matches!(self, Self::Far | Self::Appearance)
+    }
+}
+
+models! {
+    /// What becomes of the light of those internal reflections that are not followed.
+    Weights {
+        /// The last order that is followed carries it: no energy is lost, but it leaves in a wrong
+        /// direction. With none followed these are the paper's weights, F and 1-F.
+        Conserving = "conserving",
+        /// It is left out: F and (1-F)² F^k, as physics has them.
+        Physical = "physical",
+    }
+}
+
+models! {
+    /// Reflectance of the water's surface.
+    Fresnel {
+        /// The exact formula for unpolarised light.
+        Exact = "exact",
+        /// Schlick's approximation (1994); off by up to 0.06, near 84°.
+        Schlick = "schlick",
+    }
+}
+
+models! {
+    /// The light that a drop reflects on its outside.
+    Reflection {
+        /// Shown.
+        On = "on",
+        /// Left out; nothing stands in.
+        Off = "off",
+    }
+}
+
+models! {
+    /// At which level of its prefilter the environment is read.
+    Lookup {
+        /// That of the footprint of a pixel's, or a sample's, ray.
+        Footprint = "footprint",
+        /// Always the finest.
+        Finest = "finest",
     }
 }
 
@@ -72,6 +133,8 @@ models! {
     Primitive {
         /// A point with `gl_PointSize`; drops over the device's point size as quads.
         Point = "point",
+        /// Four vertices of a strip an instance.
+        Quad = "quad",
         /// Its pixels, composited tile by tile in a compute pass.
         Tile = "tile",
     }
@@ -80,8 +143,11 @@ models! {
 models! {
     /// In which order drops are composited.
     Order {
-        /// As they come, resolved by the depth test (the paper's).
+        /// As they come, blended and resolved by the depth test (the paper's).
         Unsorted = "unsorted",
+        /// As they come, into four samples a pixel of which alpha says how many a drop takes; the
+        /// depth test resolves the order sample by sample.
+        AlphaToCoverage = "alpha-to-coverage",
         /// Exactly front to back, by distance and index.
         Sorted = "sorted",
     }

@@ -77,7 +77,7 @@ impl Encounter {
     }
 
     /// Cosine and sine of the total deviation after `k` internal reflections, without trigonometry.
-    fn deviation(&self, k: u32) -> (f64, f64) {
+    pub fn deviation(&self, k: u32) -> (f64, f64) {
         let (b, ci, ct) = (self.impact_parameter, self.cos_incidence, self.cos_refraction());
         let st = b / WATER;
         // Half of 2(θi-θt): cos and sin of θi-θt, then the double angle.
@@ -118,6 +118,12 @@ pub fn fresnel(cos_incidence: f64, cos_refraction: f64) -> f64 {
     let s = (ci - WATER * ct) / (ci + WATER * ct);
     let p = (WATER * ci - ct) / (WATER * ci + ct);
     0.5 * (s * s + p * p)
+}
+
+/// Schlick's approximation (1994) of [`fresnel`] from the cosine of incidence; off by 0.06 at most.
+pub fn schlick(cos_incidence: f64) -> f64 {
+    let normal = ((WATER - 1.0) / (WATER + 1.0)).powi(2);
+    normal + (1.0 - normal) * (1.0 - cos_incidence).powi(5)
 }
 
 /// Half-angle of the mask's level `i`, in radians: atan(2^-i) (Table I).

@@ -1,6 +1,8 @@
 //! The frame plan: which passes and models a scene requires, and why. A pure function of the scene.
 
-use crate::model::{Operator, Optics, Order, Preset, Primitive, Simulation};
+use crate::model::{
+    Fresnel, Lookup, Operator, Optics, Order, Preset, Primitive, Reflection, Simulation, Weights,
+};
 use crate::scene::Scene;
 use crate::{Error, Result};
 
@@ -34,14 +36,42 @@ pub struct FramePlan {
     pub mask_size: u32,
     /// Radius in pixels from which a drop's pixels are computed apart, by rays.
     pub rays_px: f32,
-    /// Rays a pixel of drops that are followed by rays.
+    /// Places in a pixel that a drop's light is the mean of; of tiles, where rays are followed.
     pub samples: u32,
-    /// Most reflections inside a drop that are followed.
-    pub internal_reflections: u32,
+    /// What a drop does to a ray of light.
+    pub light: Light,
     /// The display pass; none for a radiance output.
     pub tone_map: Option<Operator>,
     /// Every pass in the order of the frame, with its reason.
     pub passes: Vec<(&'static str, String)>,
+}
+
+/// What a drop does to a ray of light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Light {
+    /// Most reflections inside a drop that are followed.
+    pub internal_reflections: u32,
+    /// What becomes of the others' light.
+    pub weights: Weights,
+    /// Reflectance of the surface.
+    pub fresnel: Fresnel,
+    /// The reflection on the outside.
+    pub reflection: Reflection,
+    /// Level at which the environment is read.
+    pub lookup: Lookup,
+}
+
+impl Default for Light {
+    /// The paper's: no internal reflections, F and 1-F, the exact F.
+    fn default() -> Self {
+        Self {
+            internal_reflections: 0,
+            weights: Weights::Conserving,
+            fresnel: Fresnel::Exact,
+            reflection: Reflection::On,
+            lookup: Lookup::Footprint,
+        }
+    }
 }
 
 /// What `scene` requires for `output`.
@@ -50,41 +80,65 @@ pub struct FramePlan {
 /// [`Error::Scene`] for a combination of models that makes no sense, with the reason.
 pub fn plan(scene: &Scene, output: Output) -> Result<FramePlan> {
     let choice = &scene.model;
+    let refuse = |problem: String| Err(Error::Scene { place: "model".into(), problem });
     let (optics, samples) = match choice.preset {
         Preset::Paper => (Optics::Mask, 1),
         Preset::Fast => (Optics::Appearance, 4),
         Preset::Exact => (Optics::ClosedForm, 16),
     };
     let optics = choice.optics.unwrap_or(optics);
-    let is_mask = matches!(optics, Optics::Mask | Optics::MaskF32);
-    // The optics decide what a drop can be drawn as, and that in which order.
-    let (primitive, order) = if is_mask {
-        (Primitive::Point, Order::Unsorted)
-    } else {
-        (Primitive::Tile, Order::Sorted)
-    };
-    let refuse = |problem: String| Err(Error::Scene { place: "model".into(), problem });
-    if let Some(wanted) = choice.primitive.filter(|wanted| *wanted != primitive) {
-        return refuse(format!("optics {optics} is drawn as {primitive}, not as {wanted}"));
+
+    // The preset decides what a drop is drawn as where the optics leave a choice.
+    let on_tiles = matches!(optics, Optics::ClosedForm | Optics::Appearance);
+    let primitive = choice.primitive.unwrap_or(match choice.preset {
+        Preset::Fast | Preset::Exact if on_tiles => Primitive::Tile,
+        _ => Primitive::Point,
+    });
+    let is_tile = primitive == Primitive::Tile;
+    if is_tile && optics == Optics::Far {
+        return refuse(
+            "optics far is not drawn as tile: there, appearance takes one colour for drops under \
+             half a pixel, and better pictures for larger ones"
+                .into(),
+        );
     }
-    if let Some(wanted) = choice.order.filter(|wanted| *wanted != order) {
-        return refuse(format!("{primitive} drops are composited {order}, not {wanted}"));
+    if is_tile && !on_tiles {
+        return refuse(format!("optics {optics} is drawn as point or quad, not as tile"));
+    }
+    let order = choice.order.unwrap_or(if is_tile { Order::Sorted } else { Order::Unsorted });
+    if is_tile != (order == Order::Sorted) {
+        return refuse(if is_tile {
+            format!("tiles hold their drops in exact order: order must be sorted, not {order}")
+        } else {
+            format!("order sorted is that of tiles; a {primitive} is blended as it comes")
+        });
     }
     let simulation = choice.simulation.unwrap_or(Simulation::Integer);
-    if simulation == Simulation::Stored && !is_mask {
+    if simulation == Simulation::Stored && is_tile {
+        return refuse(
+            "stored positions belong to the paper's points; tiles keep drops in cells, which only \
+             exact positions do not leave"
+                .into(),
+        );
+    }
+    let samples = choice.samples.unwrap_or(if is_tile { samples } else { 1 });
+    if samples > 1 && optics.is_prefiltered() && !is_tile {
         return refuse(format!(
-            "stored positions belong to the paper's points; optics {optics} keeps drops in cells, \
-             which only exact positions do not leave"
+            "optics {optics} is integrated before the frame: samples must be 1"
         ));
     }
-    if is_mask && choice.samples.is_some_and(|samples| samples > 1) {
-        return refuse(format!("optics {optics} looks up one texel a pixel: samples must be 1"));
-    }
-    let internal_reflections = choice.internal_reflections.unwrap_or(if is_mask { 0 } else { 2 });
-    if is_mask && internal_reflections > 0 {
+    let orders = choice.internal_reflections;
+    if orders.is_some_and(|orders| orders > 0) && optics.is_mask() {
         return refuse(format!("optics {optics} holds no internal reflections"));
     }
-    let tone_map = (output == Output::Display).then_some(scene.tone_map.operator);
+    let papers = Light::default();
+    let light = Light {
+        internal_reflections: orders.unwrap_or(if is_tile { 2 } else { 0 }),
+        weights: choice.weights.unwrap_or(papers.weights),
+        fresnel: choice.fresnel.unwrap_or(papers.fresnel),
+        reflection: choice.reflection.unwrap_or(papers.reflection),
+        lookup: choice.lookup.unwrap_or(papers.lookup),
+    };
     let plan = FramePlan {
         preset: choice.preset,
         optics,
@@ -93,9 +147,9 @@ pub fn plan(scene: &Scene, output: Output) -> Result<FramePlan> {
         simulation,
         mask_size: choice.mask_size,
         rays_px: if optics == Optics::Appearance { RAYS_PX } else { 0.0 },
-        samples: choice.samples.unwrap_or(samples),
-        internal_reflections,
-        tone_map,
+        samples,
+        light,
+        tone_map: (output == Output::Display).then_some(scene.tone_map.operator),
         passes: Vec::new(),
     };
     Ok(FramePlan { passes: passes(scene, &plan), ..plan })
@@ -105,14 +159,16 @@ fn passes(scene: &Scene, plan: &FramePlan) -> Vec<(&'static str, String)> {
     let mut passes: Vec<(&'static str, String)> = Vec::new();
     let count = scene.drop_count();
     match plan.primitive {
-        Primitive::Point => {
+        Primitive::Point | Primitive::Quad => {
             if count > 0 {
                 passes.push(("simulate", format!("{count} drops move ({})", plan.simulation)));
             }
             passes.push(("sky", "the environment behind the drops".into()));
             if count > 0 {
-                let optics = plan.optics;
-                passes.push(("drops", format!("each drop in view as a point, optics by {optics}")));
+                let (primitive, optics, order) = (plan.primitive, plan.optics, plan.order);
+                let drawn =
+                    format!("each drop in view as a {primitive}, optics by {optics}, {order}");
+                passes.push(("drops", drawn));
             }
         }
         Primitive::Tile => {

@@ -8,7 +8,9 @@ use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
 use crate::camera::{Camera, View};
-use crate::model::{Operator, Optics, Order, Preset, Primitive, Simulation};
+use crate::model::{
+    Fresnel, Lookup, Operator, Optics, Order, Preset, Primitive, Reflection, Simulation, Weights,
+};
 use crate::rain::Rain;
 use crate::{Error, Result};
 
@@ -112,12 +114,20 @@ pub struct ModelChoice {
     pub simulation: Option<Simulation>,
     /// Edge of the mask's finest level in texels, a power of two from 1 to 4096.
     pub mask_size: u32,
-    /// Rays a pixel where the model follows rays, 1 to 256.
+    /// Places in a pixel that a drop's light is the mean of, 1 to 256.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub samples: Option<u32>,
     /// Most reflections inside a drop that are followed, 0 to 8; the paper's mask follows none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub internal_reflections: Option<u32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub weights: Option<Weights>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fresnel: Option<Fresnel>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reflection: Option<Reflection>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lookup: Option<Lookup>,
 }
 
 /// From radiance to display colour.
@@ -174,6 +184,10 @@ impl Default for ModelChoice {
             mask_size: 1024,
             samples: None,
             internal_reflections: None,
+            weights: None,
+            fresnel: None,
+            reflection: None,
+            lookup: None,
         }
     }
 }

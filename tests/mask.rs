@@ -11,6 +11,7 @@ use raindrops::model::Optics;
 use raindrops::optics::{level_distance, level_half_angle, mask_encounter};
 use raindrops::paper_twin::texel_coverage;
 use raindrops::passes::mask::{Mask, MaskLevel};
+use raindrops::plan::Light;
 
 /// (s, t) of a texel's centre.
 fn place(size: u32, x: u32, y: u32) -> (f64, f64) {
@@ -125,7 +126,7 @@ fn check(
     most_degrees: f64,
     most_reflectance: f64,
 ) {
-    let mask = Mask::trace(device, size, optics).expect("a mask");
+    let mask = Mask::trace(device, size, optics, &Light::default()).expect("a mask");
     for number in 0..=size.ilog2() {
         let level = mask.read(device, number).expect("a level");
         assert_eq!(level.size, size >> number);
@@ -207,7 +208,9 @@ fn float32_mask_is_the_optics() {
 #[test]
 fn memory_is_as_the_paper_has_it() {
     common::on_device(|device| {
-        let bytes = |optics| Mask::trace(device, 1024, optics).expect("a mask").texel_bytes();
+        let bytes = |optics| {
+            Mask::trace(device, 1024, optics, &Light::default()).expect("a mask").texel_bytes()
+        };
         // Two layers of 4/3 · 1024² texels of 8 or 16 bytes.
         assert_eq!(format!("{:.2} MB", bytes(Optics::Mask) as f64 / 1e6), "22.37 MB");
         assert_eq!(format!("{:.2} MB", bytes(Optics::MaskF32) as f64 / 1e6), "44.74 MB");

@@ -1,5 +1,6 @@
 // Radiance that leaves a drop along a ray, by the closed form: reflection, refraction and internal
-// reflections with the exact Fresnel weights. Needs optics.glsl and environment.glsl.
+// reflections with the Fresnel weights. Needs light_model.glsl, optics.glsl and environment.glsl.
+// Where DEVIATION_TABLE is defined, deviation and reflectance come from `tabulated` instead.
 
 // How far directions fan out for a unit step of the impact parameter: the root of the product of
 // the radial and the tangential derivative of a deviation whose derivative is `rate`.
@@ -11,25 +12,33 @@ float fan(float rate, float sine, float b) {
 // over one sample, the reciprocal of the drop's radius in samples.
 vec3 drop_light(sampler2D map, Encounter e, mat3 rotation, float step) {
     float ci = e.cos_incidence, ct = cos_refraction(e), st = e.b / WATER;
+#ifdef DEVIATION_TABLE
+    vec3 entry = tabulated(e);
+    vec2 deviation = entry.xy;
+    float f = entry.z;
+#else
+    vec2 deviation = deviation(e);
     float f = reflectance(e);
+#endif
+    if (FOOTPRINT == 0u) step = 0.0;
     // Within a sample of the rim cos θi is held at its mean there, else the fan is infinite.
     float held = sqrt(max(ci * ci, min(step, 1.0)));
     float rate_in = 2.0 / held, rate_turn = 2.0 / (WATER * ct);
     vec3 d = rotation * e.direction, o = rotation * e.offset;
 
+    vec3 sum = vec3(0.0);
     // Outside: the fan of a mirror sphere is 2 everywhere.
-    vec3 sum = f * radiance(map, (1.0 - 2.0 * ci * ci) * d + 2.0 * e.b * ci * o, 2.0 * step);
-    // θi-θt, then the double angle: cos and sin of the deviation; each internal reflection turns by
-    // π-2θt more.
-    float c = ci * ct + e.b * st, s = e.b * ct - ci * st;
-    vec2 deviation = vec2(c * c - s * s, 2.0 * c * s);
+    if (REFLECTION != 0u) {
+        sum = f * radiance(map, (1.0 - 2.0 * ci * ci) * d + 2.0 * e.b * ci * o, 2.0 * step);
+    }
+    // Each internal reflection turns by π-2θt more.
     vec2 turn = vec2(st * st - ct * ct, 2.0 * st * ct);
     float rate = rate_in - rate_turn;
     float weight = (1.0 - f) * (1.0 - f);
     for (uint k = 0u; k <= INTERNAL_REFLECTIONS; ++k) {
-        // The last order takes what the omitted ones carry, so that no energy is lost:
-        // Σ_{j≥k} (1-F)² F^j = (1-F) F^k.
-        float share = k == INTERNAL_REFLECTIONS ? weight / (1.0 - f) : weight;
+        // Σ_{j≥k} (1-F)² F^j = (1-F) F^k: what the omitted orders carry as well.
+        bool takes_rest = CONSERVING != 0u && k == INTERNAL_REFLECTIONS;
+        float share = takes_rest ? weight / (1.0 - f) : weight;
         vec3 out_direction = deviation.x * d - deviation.y * o;
         sum += share * radiance(map, out_direction, fan(rate, deviation.y, e.b) * step);
         deviation = vec2(deviation.x * turn.x - deviation.y * turn.y,

@@ -1,4 +1,4 @@
-// One drop in float32; the twin of src/optics.rs, which tells the physics.
+// One drop in float32; the twin of src/optics.rs, which tells the physics. Needs light_model.glsl.
 
 const float WATER = 1.33;
 
@@ -22,18 +22,27 @@ vec3 reflected(Encounter e) {
     return (1.0 - 2.0 * ci * ci) * e.direction + 2.0 * e.b * ci * e.offset;
 }
 
-// T = cos δ D - sin δ e with δ = 2(θi-θt): the closed form, without trigonometry. Two explicit
+// Cos and sin of the deviation δ = 2(θi-θt): the closed form, without trigonometry. Two explicit
 // refractions in float32 are 2,500 times less exact at the rim.
-vec3 transmitted(Encounter e) {
+vec2 deviation(Encounter e) {
     float ci = e.cos_incidence, ct = cos_refraction(e), st = e.b / WATER;
-    float c = ci * ct + e.b * st;
-    float s = e.b * ct - ci * st;
-    return (c * c - s * s) * e.direction - 2.0 * c * s * e.offset;
+    float c = ci * ct + e.b * st, s = e.b * ct - ci * st;
+    return vec2(c * c - s * s, 2.0 * c * s);
 }
 
-// Exact, for unpolarised light.
+// T = cos δ D - sin δ e
+vec3 transmitted(Encounter e) {
+    vec2 d = deviation(e);
+    return d.x * e.direction - d.y * e.offset;
+}
+
+// For unpolarised light; exact, or Schlick's approximation of 1994.
 float reflectance(Encounter e) {
     float ci = e.cos_incidence, ct = cos_refraction(e);
+    if (SCHLICK != 0u) {
+        float normal = (WATER - 1.0) / (WATER + 1.0), x = 1.0 - ci;
+        return normal * normal + (1.0 - normal * normal) * (x * x) * (x * x) * x;
+    }
     float s = (ci - WATER * ct) / (ci + WATER * ct);
     float p = (WATER * ci - ct) / (WATER * ci + ct);
     return 0.5 * (s * s + p * p);

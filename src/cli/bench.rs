@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use clap::Args;
 
-use super::options::{DeviceArgs, SceneValues};
+use super::options::{AxisArgs, DeviceArgs, SceneValues};
 use super::{Answer, print, progress, write_json};
 use crate::bench::{Build, DeviceHead, Effort, Host, Report, Row, SCHEMA, Variant, measure, table};
 use crate::cull::count_visible;
@@ -42,6 +42,8 @@ pub struct BenchArgs {
     json: Option<PathBuf>,
     #[command(flatten)]
     values: SceneValues,
+    #[command(flatten)]
+    axes: AxisArgs,
     /// `--device all` measures every device in turn
     #[command(flatten)]
     device: DeviceArgs,
@@ -50,6 +52,7 @@ pub struct BenchArgs {
 /// Runs the command.
 pub fn run(args: &BenchArgs) -> anyhow::Result<Answer> {
     let mut scene = args.values.load(args.scene.as_deref())?;
+    args.axes.apply(&mut scene)?;
     if let Some(json) = &args.json {
         super::check_folder(json)?;
     }

@@ -11,6 +11,7 @@ use crate::model::Optics;
 use crate::optics::{level_distance, level_half_angle};
 use crate::passes::mask::{Mask, MaskLevel};
 use crate::picture::{Picture, srgb_byte, write_png};
+use crate::plan::Light;
 use crate::{Error, Result};
 
 /// Write the mask's levels as EXR and false-colour PNG, and print the paper's Table I
@@ -31,11 +32,14 @@ pub struct MaskArgs {
 
 /// Runs the command.
 pub fn run(args: &MaskArgs) -> anyhow::Result<Answer> {
-    if !matches!(args.optics, Optics::Mask | Optics::MaskF32) {
-        anyhow::bail!("--optics {}: a mask is stored as mask or mask-f32", args.optics);
+    if !args.optics.is_mask() {
+        anyhow::bail!(
+            "--optics {}: has no mask; give mask, mask-f32, mask-snorm16 or single-mask",
+            args.optics
+        );
     }
     let device = args.device.open()?;
-    let mask = Mask::trace(&device, args.mask_size, args.optics)?;
+    let mask = Mask::trace(&device, args.mask_size, args.optics, &Light::default())?;
     std::fs::create_dir_all(&args.output).map_err(|error| Error::write(&args.output, error))?;
     print("level  texels  aperture angle  drop distance")?;
     let bar = progress(u64::from(mask.image.levels), "levels");

@@ -7,7 +7,9 @@ use clap::Args;
 
 use crate::Result;
 use crate::gpu::{Device, Instance, Validation};
-use crate::model::{Operator, Optics, Preset, Simulation};
+use crate::model::{
+    Fresnel, Lookup, Operator, Optics, Order, Preset, Primitive, Reflection, Simulation, Weights,
+};
 use crate::scene::Scene;
 
 /// A scene and the values that the command line sets in it.
@@ -37,37 +39,84 @@ pub struct SceneValues {
     /// Environment image: latitude-longitude EXR, HDR, PNG or JPEG
     #[arg(long, value_name = "FILE")]
     environment: Option<PathBuf>,
+    /// Tone mapping operator
+    #[arg(long, value_enum, value_name = "NAME")]
+    tone_map: Option<Operator>,
+}
+
+/// One model on each axis, over those of the preset.
+#[derive(Args, Clone, Copy, Debug, Default)]
+#[command(next_help_heading = "Models")]
+pub struct AxisArgs {
     /// How the light leaving a drop is found
     #[arg(long, value_enum, value_name = "NAME")]
     optics: Option<Optics>,
+    /// What a drop is drawn as
+    #[arg(long, value_enum, value_name = "NAME")]
+    primitive: Option<Primitive>,
+    /// In which order drops are composited
+    #[arg(long, value_enum, value_name = "NAME")]
+    order: Option<Order>,
     /// Where the drops' positions come from
     #[arg(long, value_enum, value_name = "NAME")]
     simulation: Option<Simulation>,
     /// Edge of the mask's finest level in texels
     #[arg(long, value_name = "N")]
     mask_size: Option<u32>,
-    /// Tone mapping operator
+    /// Places in a pixel that a drop's light is the mean of
+    #[arg(long, value_name = "N")]
+    samples: Option<u32>,
+    /// Most reflections inside a drop that are followed
+    #[arg(long, value_name = "K")]
+    internal_reflections: Option<u32>,
+    /// What becomes of the light of those that are not
     #[arg(long, value_enum, value_name = "NAME")]
-    tone_map: Option<Operator>,
+    weights: Option<Weights>,
+    /// Reflectance of the water's surface
+    #[arg(long, value_enum, value_name = "NAME")]
+    fresnel: Option<Fresnel>,
+    /// The light that a drop reflects on its outside
+    #[arg(long, value_enum, value_name = "NAME")]
+    reflection: Option<Reflection>,
+    /// At which level of its prefilter the environment is read
+    #[arg(long, value_enum, value_name = "NAME")]
+    lookup: Option<Lookup>,
 }
 
-/// `--preset` and `--samples`, for commands that render one variant.
+impl AxisArgs {
+    /// Sets the values that were given.
+    pub fn apply(&self, scene: &mut Scene) -> Result<()> {
+        let model = &mut scene.model;
+        model.optics = self.optics.or(model.optics);
+        model.primitive = self.primitive.or(model.primitive);
+        model.order = self.order.or(model.order);
+        model.simulation = self.simulation.or(model.simulation);
+        model.mask_size = self.mask_size.unwrap_or(model.mask_size);
+        model.samples = self.samples.or(model.samples);
+        model.internal_reflections = self.internal_reflections.or(model.internal_reflections);
+        model.weights = self.weights.or(model.weights);
+        model.fresnel = self.fresnel.or(model.fresnel);
+        model.reflection = self.reflection.or(model.reflection);
+        model.lookup = self.lookup.or(model.lookup);
+        scene.validate("command line")
+    }
+}
+
+/// `--preset` and the axes, for commands that render one variant.
 #[derive(Args, Clone, Copy, Debug, Default)]
 pub struct ModelArgs {
     /// Models, all axes at once
     #[arg(long, value_enum, value_name = "NAME")]
     preset: Option<Preset>,
-    /// Rays a pixel, where the model follows rays
-    #[arg(long, value_name = "N")]
-    samples: Option<u32>,
+    #[command(flatten)]
+    axes: AxisArgs,
 }
 
 impl ModelArgs {
     /// Sets the values that were given.
     pub fn apply(&self, scene: &mut Scene) -> Result<()> {
         scene.model.preset = self.preset.unwrap_or(scene.model.preset);
-        scene.model.samples = self.samples.or(scene.model.samples);
-        scene.validate("command line")
+        self.axes.apply(scene)
     }
 }
 
@@ -99,9 +148,6 @@ impl SceneValues {
             scene.environment.file = Some(file.clone());
             scene.environment.radiance = None;
         }
-        scene.model.optics = self.optics.or(scene.model.optics);
-        scene.model.simulation = self.simulation.or(scene.model.simulation);
-        scene.model.mask_size = self.mask_size.unwrap_or(scene.model.mask_size);
         scene.tone_map.operator = self.tone_map.unwrap_or(scene.tone_map.operator);
         scene.validate("command line")?;
         Ok(scene)

@@ -29,7 +29,8 @@ pub struct DeviceReport {
     /// The device's limits.
     pub limits: vk::PhysicalDeviceLimits,
     queue_family: Option<u32>,
-    timestamp_bits: u32,
+    /// Valid bits of a timestamp; 0 if the queue has none.
+    pub(super) timestamp_bits: u32,
     rank: u32,
 }
 
@@ -43,15 +44,6 @@ impl DeviceReport {
     }
 }
 
-/// Optional features that were found and are enabled.
-#[derive(Clone, Copy, Debug)]
-pub struct Features {
-    /// A 32-bit float image can be sampled with linear filtering.
-    pub filter_f32: bool,
-    /// Valid bits of a timestamp; 0 if the queue has none.
-    pub timestamp_bits: u32,
-}
-
 /// A logical device, its queue and its memory.
 pub struct Device {
     pub(super) raw: ash::Device,
@@ -61,8 +53,6 @@ pub struct Device {
     allocator: ManuallyDrop<Mutex<Allocator>>,
     /// What the device says of itself.
     pub report: DeviceReport,
-    /// Optional features.
-    pub features: Features,
     instance: Arc<Instance>,
 }
 
@@ -197,21 +187,6 @@ impl Device {
                 missing: report.missing.join(", "),
             });
         };
-        let format_has = |format, feature| {
-            // SAFETY: the physical device comes from this instance.
-            let properties = unsafe {
-                instance.raw.get_physical_device_format_properties(report.physical, format)
-            };
-            properties.optimal_tiling_features.contains(feature)
-        };
-        let features = Features {
-            filter_f32: format_has(
-                vk::Format::R32G32B32A32_SFLOAT,
-                vk::FormatFeatureFlags::SAMPLED_IMAGE_FILTER_LINEAR,
-            ),
-            timestamp_bits: report.timestamp_bits,
-        };
-
         let priorities = [1.0];
         let queues = [vk::DeviceQueueCreateInfo::default()
             .queue_family_index(queue_family)
@@ -265,9 +240,16 @@ impl Device {
             debug_utils,
             allocator: ManuallyDrop::new(Mutex::new(allocator)),
             report,
-            features,
             instance: instance.clone(),
         }))
+    }
+
+    /// What an image of this format with optimal tiling can be used for.
+    pub fn format_features(&self, format: vk::Format) -> vk::FormatFeatureFlags {
+        let physical = self.report.physical;
+        // SAFETY: the physical device comes from this instance.
+        unsafe { self.instance.raw.get_physical_device_format_properties(physical, format) }
+            .optimal_tiling_features
     }
 
     /// The instance that this device belongs to.

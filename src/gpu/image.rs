@@ -26,6 +26,27 @@ pub struct ImageInfo<'a> {
     pub format: vk::Format,
     /// What it is used for.
     pub usage: vk::ImageUsageFlags,
+    /// Samples a texel.
+    pub samples: Samples,
+}
+
+/// Samples a texel; all that the specification promises.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Samples {
+    /// One.
+    #[default]
+    One,
+    /// Four.
+    Four,
+}
+
+impl Samples {
+    pub(super) fn flags(self) -> vk::SampleCountFlags {
+        match self {
+            Self::One => vk::SampleCountFlags::TYPE_1,
+            Self::Four => vk::SampleCountFlags::TYPE_4,
+        }
+    }
 }
 
 /// A 2D image with its memory and its views; freed with it.
@@ -73,7 +94,7 @@ impl Image {
             .extent(vk::Extent3D { width: info.width, height: info.height, depth: 1 })
             .mip_levels(info.levels)
             .array_layers(info.layers)
-            .samples(vk::SampleCountFlags::TYPE_1)
+            .samples(info.samples.flags())
             .tiling(vk::ImageTiling::OPTIMAL)
             .usage(info.usage);
         // SAFETY: `create` is valid; the handle is owned by the value made here.

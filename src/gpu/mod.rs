@@ -14,10 +14,12 @@ pub use barrier::{Use, image_barrier, image_discard, memory_barrier};
 pub use bindings::{Binding, Bindings, Resource};
 pub use buffer::{Buffer, Memory};
 pub use commands::Commands;
-pub use device::{Device, DeviceReport, Features};
-pub use image::{Image, ImageInfo, Sampler};
+pub use device::{Device, DeviceReport};
+pub use image::{Image, ImageInfo, Sampler, Samples};
 pub use instance::{Instance, Validation};
-pub use pipeline::{ComputePipeline, GraphicsPipeline, GraphicsState, Shader, Specialization};
+pub use pipeline::{
+    Alpha, ComputePipeline, GraphicsPipeline, GraphicsState, Shader, Specialization,
+};
 pub use timestamps::Timestamps;
 
 /// The compiled shaders, one constant a file in `glsl/`.

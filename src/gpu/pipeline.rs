@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::{Bindings, Buffer, Device, Named};
+use super::{Bindings, Buffer, Device, Named, Samples};
 use crate::Result;
 
 const MAIN: &CStr = c"main";
@@ -174,6 +174,17 @@ impl Drop for ComputePipeline {
     }
 }
 
+/// What a fragment's alpha does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Alpha {
+    /// Nothing: the fragment overwrites.
+    Ignored,
+    /// "Over" blending.
+    Blended,
+    /// The share of the pixel's samples that it overwrites.
+    ToCoverage,
+}
+
 /// The fixed-function state of a graphics pipeline; all else has one value throughout.
 #[derive(Clone, Copy, Debug)]
 pub struct GraphicsState {
@@ -183,8 +194,10 @@ pub struct GraphicsState {
     pub attribute: Option<vk::VertexInputRate>,
     /// Format of the colour attachment.
     pub color: vk::Format,
-    /// "Over" blending with the fragment's alpha, or overwrite.
-    pub blend: bool,
+    /// What becomes of the fragment's alpha.
+    pub alpha: Alpha,
+    /// Samples a pixel of the attachments.
+    pub samples: Samples,
     /// Depth attachment of D32, tested with "greater" (reversed depth) and written.
     pub depth: bool,
 }
@@ -250,14 +263,15 @@ impl GraphicsPipeline {
             vk::PipelineViewportStateCreateInfo::default().viewport_count(1).scissor_count(1);
         let raster = vk::PipelineRasterizationStateCreateInfo::default().line_width(1.0);
         let samples = vk::PipelineMultisampleStateCreateInfo::default()
-            .rasterization_samples(vk::SampleCountFlags::TYPE_1);
+            .rasterization_samples(state.samples.flags())
+            .alpha_to_coverage_enable(state.alpha == Alpha::ToCoverage);
         let depth = vk::PipelineDepthStencilStateCreateInfo::default()
             .depth_test_enable(state.depth)
             .depth_write_enable(state.depth)
             .depth_compare_op(vk::CompareOp::GREATER);
         let attachment = [vk::PipelineColorBlendAttachmentState::default()
             .color_write_mask(vk::ColorComponentFlags::RGBA)
-            .blend_enable(state.blend)
+            .blend_enable(state.alpha == Alpha::Blended)
             .src_color_blend_factor(vk::BlendFactor::SRC_ALPHA)
             .dst_color_blend_factor(vk::BlendFactor::ONE_MINUS_SRC_ALPHA)
             .src_alpha_blend_factor(vk::BlendFactor::ONE)

@@ -53,7 +53,7 @@ impl Timestamps {
     }
 
     fn write(&self, commands: vk::CommandBuffer, index: u32) {
-        if self.device.features.timestamp_bits > 0 {
+        if self.device.report.timestamp_bits > 0 {
             let stage = vk::PipelineStageFlags2::ALL_COMMANDS;
             // SAFETY: the query was reset and is written once a frame.
             unsafe { self.device.raw.cmd_write_timestamp2(commands, stage, self.pool, index) };
@@ -68,7 +68,7 @@ impl Timestamps {
     /// Milliseconds of each region of the last frame, which must be done; empty where the queue
     /// has no timestamps.
     pub fn read_ms(&self) -> Result<Vec<(&'static str, f64)>> {
-        let bits = self.device.features.timestamp_bits;
+        let bits = self.device.report.timestamp_bits;
         if bits == 0 || self.regions.is_empty() {
             return Ok(Vec::new());
         }

@@ -18,9 +18,14 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::environment::EnvironmentMap;
-use super::frame::FrameBuffer;
+use super::frame::{Frame, FrameBuffer};
+use super::light_constants;
 use crate::Result;
-use crate::gpu::{Binding, Bindings, Buffer, ComputePipeline, Device, Memory, Resource, shaders};
+use crate::gpu::{
+    Binding, Bindings, Buffer, Commands, ComputePipeline, Device, Memory, Resource, Use,
+    memory_barrier, shaders,
+};
+use crate::plan::Light;
 
 /// Directions, as in `glsl/include/octahedron.glsl`.
 const DIRECTIONS: u32 = 64 * 64;
@@ -40,13 +45,15 @@ pub struct Appearance {
 }
 
 impl Appearance {
-    /// Makes an empty table that follows `internal_reflections` orders, with room for the pixels of
-    /// `blocks` blocks behind it.
+    /// Level of the finest picture, 16 texels an edge.
+    pub const FINEST: u32 = 4;
+
+    /// Makes an empty table, with room for the pixels of `blocks` blocks behind it.
     pub fn new(
         device: &Arc<Device>,
         frame: &FrameBuffer,
         environment: &EnvironmentMap,
-        internal_reflections: u32,
+        light: &Light,
         blocks: u32,
     ) -> Result<Self> {
         let bytes = 4 * (u64::from(DIRECTIONS * PYRAMID) + u64::from(blocks) * BLOCK_PIXELS);
@@ -62,15 +69,20 @@ impl Appearance {
                 (Binding::STORAGE_BUFFER, Resource::Buffer(&table)),
             ],
         )?;
-        let constants = [internal_reflections];
+        let constants = light_constants(light);
         let pipeline =
             ComputePipeline::new(device, shaders::APPEARANCE_COMP, &bindings, 0, &constants)?;
         Ok(Self { table, bindings, pipeline })
     }
 
-    /// Records the computation of the whole table; the frame's constants must be ready.
-    pub fn record(&self, commands: vk::CommandBuffer) {
-        let groups = [DIRECTIONS.div_ceil(GROUP), 1, 1];
-        self.pipeline.dispatch(commands, &self.bindings, 0, &[], groups);
+    /// Computes the whole table, and waits for it.
+    pub fn fill(&self, device: &Arc<Device>, frame: &FrameBuffer, constants: &Frame) -> Result<()> {
+        Commands::once(device, "appearance", |commands| {
+            frame.record(device, commands, constants);
+            memory_barrier(device, commands, &[Use::TransferWrite], &[Use::Uniform]);
+            let groups = [DIRECTIONS.div_ceil(GROUP), 1, 1];
+            self.pipeline.dispatch(commands, &self.bindings, 0, &[], groups);
+            memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::ShaderRead]);
+        })
     }
 }

@@ -18,6 +18,7 @@ use ash::vk;
 use super::appearance::Appearance;
 use super::environment::EnvironmentMap;
 use super::frame::FrameBuffer;
+use super::light_constants;
 use super::tiles::{BLOCK_GROUPS, Tiles};
 use crate::Result;
 use crate::gpu::{Binding, Bindings, Buffer, ComputePipeline, Device, Memory, Resource, shaders};
@@ -63,7 +64,8 @@ impl Composite {
         let pipeline = |shader, constants: &[u32]| {
             ComputePipeline::new(device, shader, &bindings, 0, constants)
         };
-        let constants = [tiles.max_blocks, plan.samples, plan.internal_reflections];
+        let [a, b, c, d, e] = light_constants(&plan.light);
+        let constants = [a, b, c, d, e, tiles.max_blocks, plan.samples];
         let rays = pipeline(shaders::RAYS_COMP, &constants)?;
         let constants = [tiles.count, tiles.max_entries, tiles.max_blocks];
         let composite = pipeline(shaders::COMPOSITE_COMP, &constants)?;

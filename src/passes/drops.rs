@@ -1,10 +1,12 @@
-//! The paper's section 3.3: every drop in view as a point, shaded from the mask
-//! (`glsl/drops_point.vert`, `drops.frag`); those larger than a point may be as quads, by the same
-//! fragment shader (`drops_quad.vert`).
+//! The paper's section 3.3: every drop in view as a point (`glsl/drops_point.vert`, `drops.frag`);
+//! those larger than a point may be as quads, by the same fragment shader (`drops_quad.vert`). Or
+//! all as quads.
 //!
-//! A drop's square has the area of its true, elliptic outline and stands where that ellipse stands;
-//! the mask level follows from the drop's distance. Alpha is coverage; fragments without any are
-//! discarded, the others blended, with the depth test resolving the order (drops are not sorted).
+//! A drop's square has the area of its true, elliptic outline and stands where that ellipse stands.
+//! Its light comes from the mask, at the level of its distance; or from another [`Table`], or from
+//! none, by the closed form. Alpha is coverage; fragments without any are discarded, the others
+//! blended, with the depth test resolving the order (drops are not sorted); or alpha decides how many
+//! of a pixel's four samples a drop takes.
 //!
 //! The viewport is wider than the image by half the largest point: drivers may clip a point whose
 //! centre is off the viewport, and with this guard band such a point cannot reach the image.
@@ -16,23 +18,94 @@ use std::sync::Arc;
 
 use ash::vk;
 
+use super::appearance::Appearance;
 use super::environment::EnvironmentMap;
-use super::frame::FrameBuffer;
+use super::frame::{Frame, FrameBuffer};
 use super::mask::Mask;
+use super::radial::{INTERVALS, Radial};
 use super::simulate::Simulate;
-use super::{attachment, rendering};
+use super::{light_constants, rendering};
 use crate::Result;
 use crate::gpu::{
-    Binding, Bindings, Device, GraphicsPipeline, GraphicsState, Image, Resource, shaders,
+    Alpha, Binding, Bindings, Device, GraphicsPipeline, GraphicsState, Image, Resource, Samples,
+    Shader, shaders,
 };
+use crate::model::{Optics, Primitive};
+use crate::plan::FramePlan;
+
+/// What the drops are drawn on.
+#[derive(Clone, Copy, Debug)]
+pub struct Target {
+    /// Of the colour attachment.
+    pub format: vk::Format,
+    /// Samples a pixel of the attachments.
+    pub samples: Samples,
+    /// What coverage does.
+    pub alpha: Alpha,
+    /// Guard band, see [`guard_band`].
+    pub guard_px: f32,
+}
+
+/// Where a fragment finds a drop's light.
+enum Table {
+    Mask(Mask),
+    Radial(Radial),
+    Pictures(Appearance),
+    /// The closed form needs none.
+    None,
+}
+
+impl Table {
+    fn new(
+        device: &Arc<Device>,
+        frame: &FrameBuffer,
+        constants: &Frame,
+        environment: &EnvironmentMap,
+        plan: &FramePlan,
+    ) -> Result<Self> {
+        let light = &plan.light;
+        Ok(match plan.optics {
+            Optics::Radial => Self::Radial(Radial::new(device, light.fresnel)?),
+            Optics::ClosedForm => Self::None,
+            Optics::Far | Optics::Appearance => {
+                let pictures = Appearance::new(device, frame, environment, light, 0)?;
+                pictures.fill(device, frame, constants)?;
+                Self::Pictures(pictures)
+            }
+            Optics::Mask | Optics::MaskF32 | Optics::MaskSnorm16 | Optics::SingleMask => {
+                Self::Mask(Mask::trace(device, plan.mask_size, plan.optics, light)?)
+            }
+        })
+    }
+
+    /// The fragment shader that reads it, what is bound for it, and its own constant.
+    fn reader(&self, optics: Optics) -> (&'static Shader, Option<(Binding, Resource<'_>)>, u32) {
+        let buffer = |buffer| Some((Binding::STORAGE_BUFFER, Resource::Buffer(buffer)));
+        match self {
+            Self::Mask(mask) => {
+                let image = Resource::Sampled(&mask.image, &mask.sampler);
+                (shaders::DROPS_FRAG, Some((Binding::COMBINED_IMAGE_SAMPLER, image)), 0)
+            }
+            Self::Radial(radial) => (shaders::DROPS_FRAG_RADIAL, buffer(&radial.table), INTERVALS),
+            Self::Pictures(pictures) => {
+                let finest = if optics == Optics::Far { 0 } else { Appearance::FINEST };
+                (shaders::DROPS_FRAG_PICTURE, buffer(&pictures.table), finest)
+            }
+            Self::None => (shaders::DROPS_FRAG_CLOSED_FORM, None, 0),
+        }
+    }
+}
 
 /// The pass.
 pub struct Drops {
     bindings: Bindings,
-    points: GraphicsPipeline,
+    /// None where all drops are quads.
+    points: Option<GraphicsPipeline>,
     quads: GraphicsPipeline,
     guard_px: f32,
     count: u32,
+    // Read by the fragments.
+    _table: Table,
 }
 
 /// Guard band in pixels on every side of an image, and the largest point that it allows: half a
@@ -49,84 +122,94 @@ pub fn guard_band(device: &Device, width: u32, height: u32) -> (f32, f32) {
 }
 
 impl Drops {
-    /// Pipelines for `count` drops on a colour target of `format` with a depth buffer.
+    /// Pipelines and table for `count` drops.
     pub fn new(
         device: &Arc<Device>,
         frame: &FrameBuffer,
+        constants: &Frame,
         environment: &EnvironmentMap,
-        mask: &Mask,
-        format: vk::Format,
+        plan: &FramePlan,
+        target: Target,
         count: u32,
-        guard_px: f32,
     ) -> Result<Self> {
+        let table = Table::new(device, frame, constants, environment, plan)?;
+        let (fragment, source, own_constant) = table.reader(plan.optics);
         let map = Resource::Sampled(&environment.image, &environment.sampler);
-        let sampled = Binding::COMBINED_IMAGE_SAMPLER;
-        let bindings = Bindings::of(
-            device,
-            "drops",
-            &[
-                (Binding::UNIFORM_BUFFER, Resource::Buffer(&frame.buffer)),
-                (sampled, Resource::Sampled(&mask.image, &mask.sampler)),
-                (sampled, map),
-            ],
-        )?;
+        let slots: Vec<_> = [
+            (Binding::UNIFORM_BUFFER, Resource::Buffer(&frame.buffer)),
+            (Binding::COMBINED_IMAGE_SAMPLER, map),
+        ]
+        .into_iter()
+        .chain(source)
+        .collect();
+        let bindings = Bindings::of(device, "drops", &slots)?;
         let pipeline = |vertex, topology, rate, is_point: u32| {
+            let mut specialization = light_constants(&plan.light).to_vec();
+            specialization.extend([is_point, plan.samples, own_constant]);
             GraphicsPipeline::new(
                 device,
-                [vertex, shaders::DROPS_FRAG],
+                [vertex, fragment],
                 &bindings,
                 8,
-                &[is_point],
+                &specialization,
                 &GraphicsState {
                     topology,
                     attribute: Some(rate),
-                    color: format,
-                    blend: true,
+                    color: target.format,
+                    alpha: target.alpha,
+                    samples: target.samples,
                     depth: true,
                 },
             )
         };
-        let points = pipeline(
-            shaders::DROPS_POINT_VERT,
-            vk::PrimitiveTopology::POINT_LIST,
-            vk::VertexInputRate::VERTEX,
-            1,
-        )?;
+        let points = match plan.primitive {
+            Primitive::Quad => None,
+            _ => Some(pipeline(
+                shaders::DROPS_POINT_VERT,
+                vk::PrimitiveTopology::POINT_LIST,
+                vk::VertexInputRate::VERTEX,
+                1,
+            )?),
+        };
         let quads = pipeline(
             shaders::DROPS_QUAD_VERT,
             vk::PrimitiveTopology::TRIANGLE_STRIP,
             vk::VertexInputRate::INSTANCE,
             0,
         )?;
-        Ok(Self { bindings, points, quads, guard_px, count })
+        Ok(Self { bindings, points, quads, guard_px: target.guard_px, count, _table: table })
     }
 
-    /// Records the pass over what `target` holds; `depth` is cleared.
+    /// Records the pass over what `color`, an attachment of that size, holds; `depth` is cleared.
     pub fn record(
         &self,
         device: &Device,
         commands: vk::CommandBuffer,
         simulate: &Simulate,
-        target: &Image,
+        color: vk::RenderingAttachmentInfo<'_>,
+        size: (u32, u32),
         depth: &Image,
     ) {
-        let color = attachment(target, vk::AttachmentLoadOp::LOAD);
         let depth = vk::RenderingAttachmentInfo::default()
             .image_view(depth.view())
             .image_layout(vk::ImageLayout::DEPTH_ATTACHMENT_OPTIMAL)
             .load_op(vk::AttachmentLoadOp::CLEAR)
             .store_op(vk::AttachmentStoreOp::DONT_CARE);
-        let size = (target.width, target.height);
         let scale = |edge: u32| edge as f32 / (edge as f32 + 2.0 * self.guard_px);
-        let push = [scale(target.width), scale(target.height)];
+        let push = [scale(size.0), scale(size.1)];
         let push: &[u8] = bytemuck::cast_slice(&push);
         rendering(device, commands, color, Some(&depth), size, self.guard_px, || {
             let raw = device.raw();
-            self.points.bind(commands, &self.bindings, 0, push);
+            let all = self.points.as_ref().unwrap_or(&self.quads);
+            let (vertices, instances) = match self.points {
+                Some(_) => (self.count, 1),
+                None => (4, self.count),
+            };
+            all.bind(commands, &self.bindings, 0, push);
             // SAFETY: within a rendering, with everything bound; the buffers hold what is drawn.
             unsafe {
                 raw.cmd_bind_vertex_buffers(commands, 0, &[simulate.drops.raw()], &[0]);
-                raw.cmd_draw(commands, self.count, 1, 0, 0);
+                raw.cmd_draw(commands, vertices, instances, 0, 0);
             }
             self.quads.bind(commands, &self.bindings, 0, push);
             // SAFETY: as above; the arguments were written by the simulation.

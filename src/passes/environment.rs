@@ -15,7 +15,9 @@ use half::f16;
 use crate::Result;
 use crate::environment::Environment;
 use crate::environment::levels::levels;
-use crate::gpu::{Buffer, Commands, Device, Image, ImageInfo, Memory, Sampler, Use, image_barrier};
+use crate::gpu::{
+    Buffer, Commands, Device, Image, ImageInfo, Memory, Sampler, Samples, Use, image_barrier,
+};
 
 /// Largest radiance that is stored: half of float16's largest, so that sums of a few fit.
 const MAX_STORED: f32 = 32_768.0;
@@ -52,6 +54,7 @@ impl EnvironmentMap {
                 layers: 1,
                 format: vk::Format::R16G16B16A16_SFLOAT,
                 usage: vk::ImageUsageFlags::SAMPLED | vk::ImageUsageFlags::TRANSFER_DST,
+                samples: Samples::One,
             },
         )?;
         let stored: Vec<[f16; 4]> = chain

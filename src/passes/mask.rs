@@ -7,6 +7,9 @@
 //! reflectance fall where it rises to 1. Coverage alone tells the edge: where the paper takes 32 random
 //! subsamples of a rim texel, 32 columns of it are each integrated exactly.
 //!
+//! A *single* mask has every level seen from infinity: what remains of the method without its
+//! hierarchy (Rousseau et al. 2006), up to 14° wrong at 4 radii.
+//!
 //! Cost: 11 dispatches, once. Memory at 1024: 22.4 MB at float16, 44.7 MB at float32. Error: float16
 //! directions are off by 0.022° at most; what counts is the bilinear reconstruction of small levels
 //! (`docs/method.md`).
@@ -15,12 +18,14 @@ use std::sync::Arc;
 
 use ash::vk;
 
+use super::light_constants;
 use crate::gpu::{
     Binding, Bindings, Buffer, Commands, ComputePipeline, Device, Image, ImageInfo, Memory,
-    Resource, Sampler, Use, image_barrier, memory_barrier, shaders,
+    Resource, Sampler, Samples, Use, image_barrier, memory_barrier, shaders,
 };
 use crate::model::Optics;
 use crate::optics::level_half_angle;
+use crate::plan::Light;
 use crate::{Error, Result};
 
 /// The mask on the device, ready to be sampled.
@@ -43,15 +48,18 @@ pub struct MaskLevel {
 
 impl Mask {
     /// Traces a mask whose finest level has `size` texels an edge.
-    pub fn trace(device: &Arc<Device>, size: u32, optics: Optics) -> Result<Self> {
+    pub fn trace(device: &Arc<Device>, size: u32, optics: Optics, light: &Light) -> Result<Self> {
         let format = match optics {
             Optics::MaskF32 => vk::Format::R32G32B32A32_SFLOAT,
+            Optics::MaskSnorm16 => vk::Format::R16G16B16A16_SNORM,
             _ => vk::Format::R16G16B16A16_SFLOAT,
         };
-        if optics == Optics::MaskF32 && !device.features.filter_f32 {
+        let needs = vk::FormatFeatureFlags::STORAGE_IMAGE
+            | vk::FormatFeatureFlags::SAMPLED_IMAGE_FILTER_LINEAR;
+        if !device.format_features(format).contains(needs) {
             return Err(Error::DeviceLacks {
                 device: device.report.name.clone(),
-                missing: "linear filtering of 32-bit float images, which mask-f32 needs".into(),
+                missing: format!("storing and filtering {format:?}, which {optics} needs"),
             });
         }
         let levels = size.ilog2() + 1;
@@ -67,17 +75,23 @@ impl Mask {
                 usage: vk::ImageUsageFlags::STORAGE
                     | vk::ImageUsageFlags::SAMPLED
                     | vk::ImageUsageFlags::TRANSFER_SRC,
+                samples: Samples::One,
             },
         )?;
         let bindings = Bindings::new(device, "mask", &[Binding::STORAGE_IMAGE], levels)?;
         for level in 0..levels {
             bindings.write(level as usize, 0, &Resource::Storage(&image, level));
         }
-        let pipeline = ComputePipeline::new(device, shaders::MASK_COMP, &bindings, 8, &[])?;
+        let constants = light_constants(light);
+        let pipeline = ComputePipeline::new(device, shaders::MASK_COMP, &bindings, 8, &constants)?;
         Commands::once(device, "mask", |commands| {
             image_barrier(device, commands, &image, Use::Nothing, Use::ComputeWrite);
             for level in 0..levels {
-                let (sine, cosine) = level_half_angle(level).sin_cos();
+                let half_angle = match optics {
+                    Optics::SingleMask => 0.0, // seen from infinity
+                    _ => level_half_angle(level),
+                };
+                let (sine, cosine) = half_angle.sin_cos();
                 let groups = (size >> level).div_ceil(8);
                 let push = [sine as f32, cosine as f32];
                 let push = bytemuck::cast_slice(&push);
@@ -94,8 +108,7 @@ impl Mask {
     pub fn read(&self, device: &Arc<Device>, level: u32) -> Result<MaskLevel> {
         let size = self.image.width >> level;
         let texels = 2 * size as usize * size as usize;
-        let is_f32 = self.image.format == vk::Format::R32G32B32A32_SFLOAT;
-        let bytes = texels as u64 * if is_f32 { 16 } else { 8 };
+        let bytes = texels as u64 * self.bytes_a_texel();
         let usage = vk::BufferUsageFlags::TRANSFER_DST;
         let staging = Buffer::new(device, "mask read back", bytes, usage, Memory::Readback)?;
         Commands::once(device, "read mask", |commands| {
@@ -113,11 +126,17 @@ impl Mask {
             image_barrier(device, commands, &self.image, Use::TransferRead, Use::GraphicsRead);
             memory_barrier(device, commands, &[Use::TransferWrite], &[Use::HostRead]);
         })?;
-        let mut reflection: Vec<[f32; 4]> = if is_f32 {
-            staging.read(texels)
-        } else {
-            let halves: Vec<[half::f16; 4]> = staging.read(texels);
-            halves.iter().map(|texel| texel.map(half::f16::to_f32)).collect()
+        let mut reflection: Vec<[f32; 4]> = match self.image.format {
+            vk::Format::R32G32B32A32_SFLOAT => staging.read(texels),
+            vk::Format::R16G16B16A16_SNORM => {
+                let words: Vec<[i16; 4]> = staging.read(texels);
+                let value = |word: i16| (f32::from(word) / 32_767.0).max(-1.0);
+                words.iter().map(|texel| texel.map(value)).collect()
+            }
+            _ => {
+                let halves: Vec<[half::f16; 4]> = staging.read(texels);
+                halves.iter().map(|texel| texel.map(half::f16::to_f32)).collect()
+            }
         };
         let transmission = reflection.split_off(texels / 2);
         Ok(MaskLevel { size, reflection, transmission })
@@ -125,9 +144,13 @@ impl Mask {
 
     /// Bytes of texels in all levels and layers.
     pub fn texel_bytes(&self) -> u64 {
-        let texel = if self.image.format == vk::Format::R32G32B32A32_SFLOAT { 16 } else { 8 };
+        let texel = self.bytes_a_texel();
         (0..self.image.levels)
             .map(|level| 2 * texel * u64::from(self.image.width >> level).pow(2))
             .sum()
+    }
+
+    fn bytes_a_texel(&self) -> u64 {
+        if self.image.format == vk::Format::R32G32B32A32_SFLOAT { 16 } else { 8 }
     }
 }

@@ -7,6 +7,7 @@ pub mod drops;
 pub mod environment;
 pub mod frame;
 pub mod mask;
+pub mod radial;
 pub mod simulate;
 pub mod sky;
 pub mod tiles;
@@ -15,6 +16,19 @@ pub mod tone_map;
 use ash::vk;
 
 use crate::gpu::{Device, Image};
+use crate::model::{Fresnel, Lookup, Reflection, Weights};
+use crate::plan::Light;
+
+/// Specialization constants 0 to 4 of the shaders that include `light_model.glsl`.
+pub(crate) fn light_constants(light: &Light) -> [u32; 5] {
+    [
+        light.internal_reflections,
+        (light.weights == Weights::Conserving).into(),
+        (light.fresnel == Fresnel::Schlick).into(),
+        (light.reflection == Reflection::On).into(),
+        (light.lookup == Lookup::Footprint).into(),
+    ]
+}
 
 /// A colour attachment of a rendering.
 pub(crate) fn attachment(

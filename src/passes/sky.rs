@@ -9,7 +9,8 @@ use super::frame::FrameBuffer;
 use super::{attachment, rendering};
 use crate::Result;
 use crate::gpu::{
-    Binding, Bindings, Device, GraphicsPipeline, GraphicsState, Image, Resource, shaders,
+    Alpha, Binding, Bindings, Device, GraphicsPipeline, GraphicsState, Image, Resource, Samples,
+    shaders,
 };
 
 /// The pass.
@@ -19,12 +20,13 @@ pub struct Sky {
 }
 
 impl Sky {
-    /// Pipeline for a colour target of `format`.
+    /// Pipeline for a colour target of `format` with so many samples a pixel.
     pub fn new(
         device: &Arc<Device>,
         frame: &FrameBuffer,
         environment: &EnvironmentMap,
         format: vk::Format,
+        samples: Samples,
     ) -> Result<Self> {
         let map = Resource::Sampled(&environment.image, &environment.sampler);
         let bindings = Bindings::of(
@@ -45,7 +47,8 @@ impl Sky {
                 topology: vk::PrimitiveTopology::TRIANGLE_LIST,
                 attribute: None,
                 color: format,
-                blend: false,
+                alpha: Alpha::Ignored,
+                samples,
                 depth: false,
             },
         )?;

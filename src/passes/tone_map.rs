@@ -17,8 +17,8 @@ use super::frame::FrameBuffer;
 use super::{attachment, rendering};
 use crate::Result;
 use crate::gpu::{
-    Binding, Bindings, Buffer, ComputePipeline, Device, GraphicsPipeline, GraphicsState, Image,
-    Memory, Resource, Sampler, Use, memory_barrier, shaders,
+    Alpha, Binding, Bindings, Buffer, ComputePipeline, Device, GraphicsPipeline, GraphicsState,
+    Image, Memory, Resource, Sampler, Samples, Use, memory_barrier, shaders,
 };
 use crate::model::Operator;
 
@@ -97,7 +97,8 @@ impl ToneMap {
                 topology: vk::PrimitiveTopology::TRIANGLE_LIST,
                 attribute: None,
                 color: DISPLAY,
-                blend: false,
+                alpha: Alpha::Ignored,
+                samples: Samples::One,
                 depth: false,
             },
         )?;

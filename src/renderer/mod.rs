@@ -13,7 +13,7 @@ use self::points::Points;
 use self::tiled::Tiled;
 use crate::environment::Environment;
 use crate::gpu::{
-    Buffer, Commands, Device, Image, ImageInfo, Memory, Timestamps, Use, image_barrier,
+    Buffer, Commands, Device, Image, ImageInfo, Memory, Samples, Timestamps, Use, image_barrier,
     image_discard, memory_barrier,
 };
 use crate::model::Primitive;
@@ -133,12 +133,13 @@ impl Renderer {
             // In an all-black environment any δ keeps the logarithm finite.
             delta: delta.max(f32::MIN_POSITIVE),
         };
+        let constants = Frame::new(scene, &surroundings, None);
         let drawing = match plan.primitive {
-            Primitive::Point => {
-                Drawing::Points(Box::new(Points::new(device, scene, &frame, &environment, plan)?))
+            Primitive::Point | Primitive::Quad => {
+                let points = Points::new(device, scene, &constants, &frame, &environment, plan)?;
+                Drawing::Points(Box::new(points))
             }
             Primitive::Tile => {
-                let constants = Frame::new(scene, &surroundings, None);
                 let tiled = Tiled::new(device, scene, &constants, &frame, &environment, plan)?;
                 Drawing::Tiled(Box::new(tiled))
             }
@@ -152,7 +153,9 @@ impl Renderer {
                 let usage =
                     vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::TRANSFER_SRC;
                 let (name, format) = ("display", DISPLAY);
-                let info = ImageInfo { name, width, height, levels: 1, layers: 1, format, usage };
+                let samples = Samples::One;
+                let info =
+                    ImageInfo { name, width, height, levels: 1, layers: 1, format, usage, samples };
                 let tone_map = ToneMap::new(device, &frame, source, operator)?;
                 Some(Display { tone_map, image: Image::new(device, &info)? })
             }

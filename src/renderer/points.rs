@@ -1,4 +1,4 @@
-//! The paper's frame: every drop a point, over the sky, in an image.
+//! The paper's frame: every drop a billboard, over the sky, in an image.
 
 use std::sync::Arc;
 
@@ -6,12 +6,14 @@ use ash::vk;
 
 use crate::Result;
 use crate::gpu::{
-    Device, Image, ImageInfo, Timestamps, Use, image_barrier, image_discard, memory_barrier,
+    Alpha, Device, Image, ImageInfo, Samples, Timestamps, Use, image_barrier, image_discard,
+    memory_barrier,
 };
-use crate::passes::drops::{Drops, guard_band};
+use crate::model::Order;
+use crate::passes::attachment;
+use crate::passes::drops::{Drops, Target, guard_band};
 use crate::passes::environment::EnvironmentMap;
-use crate::passes::frame::FrameBuffer;
-use crate::passes::mask::Mask;
+use crate::passes::frame::{Frame, FrameBuffer};
 use crate::passes::simulate::Simulate;
 use crate::passes::sky::Sky;
 use crate::plan::FramePlan;
@@ -27,13 +29,13 @@ struct Rain {
     simulate: Simulate,
     drops: Drops,
     depth: Image,
-    // Sampled by the drops.
-    _mask: Mask,
 }
 
 /// The passes of the frame, up to its radiance.
 pub(super) struct Points {
     pub radiance: Image,
+    /// Of several samples a pixel, where alpha goes to coverage: drawn in, resolved to `radiance`.
+    samples: Option<Image>,
     sky: Sky,
     rain: Option<Rain>,
 }
@@ -42,32 +44,52 @@ impl Points {
     pub fn new(
         device: &Arc<Device>,
         scene: &Scene,
+        constants: &Frame,
         frame: &FrameBuffer,
         environment: &EnvironmentMap,
         plan: &FramePlan,
     ) -> Result<Self> {
         use vk::ImageUsageFlags as Usage;
         let (width, height) = (scene.image.width, scene.image.height);
-        let target = |name, format, usage| {
-            let info = ImageInfo { name, width, height, levels: 1, layers: 1, format, usage };
+        let target = |name, format, usage, samples| {
+            let info =
+                ImageInfo { name, width, height, levels: 1, layers: 1, format, usage, samples };
             Image::new(device, &info)
         };
-        let usage = Usage::COLOR_ATTACHMENT | Usage::SAMPLED | Usage::TRANSFER_SRC;
-        let radiance = target("radiance", RADIANCE, usage)?;
         let count = scene.drop_count();
+        let (alpha, samples) = if count > 0 && plan.order == Order::AlphaToCoverage {
+            (Alpha::ToCoverage, Samples::Four)
+        } else {
+            (Alpha::Blended, Samples::One)
+        };
+        let usage = Usage::COLOR_ATTACHMENT | Usage::SAMPLED | Usage::TRANSFER_SRC;
+        let radiance = target("radiance", RADIANCE, usage, Samples::One)?;
+        let multisampled = match samples {
+            Samples::One => None,
+            _ => Some(target("radiance samples", RADIANCE, Usage::COLOR_ATTACHMENT, samples)?),
+        };
         let rain = if count > 0 {
             let (guard_px, _) = guard_band(device, width, height);
-            let mask = Mask::trace(device, plan.mask_size, plan.optics)?;
+            let target_state = Target { format: RADIANCE, samples, alpha, guard_px };
+            let usage = Usage::DEPTH_STENCIL_ATTACHMENT;
             Some(Rain {
                 simulate: Simulate::new(device, frame, scene, plan.simulation)?,
-                drops: Drops::new(device, frame, environment, &mask, RADIANCE, count, guard_px)?,
-                depth: target("depth", vk::Format::D32_SFLOAT, Usage::DEPTH_STENCIL_ATTACHMENT)?,
-                _mask: mask,
+                drops: Drops::new(
+                    device,
+                    frame,
+                    constants,
+                    environment,
+                    plan,
+                    target_state,
+                    count,
+                )?,
+                depth: target("depth", vk::Format::D32_SFLOAT, usage, samples)?,
             })
         } else {
             None
         };
-        Ok(Self { radiance, sky: Sky::new(device, frame, environment, RADIANCE)?, rain })
+        let sky = Sky::new(device, frame, environment, RADIANCE, samples)?;
+        Ok(Self { radiance, samples: multisampled, sky, rain })
     }
 
     pub fn simulate(&self) -> Option<&Simulate> {
@@ -94,16 +116,28 @@ impl Points {
         });
 
         let readers = [Use::ShaderRead, Use::TransferRead, Use::ColorAttachment];
-        image_discard(device, commands, &self.radiance, &readers, Use::ColorAttachment);
-        time.time(commands, "sky", || self.sky.record(device, commands, &self.radiance));
+        let drawn = Use::ColorAttachment;
+        image_discard(device, commands, &self.radiance, &readers, drawn);
+        if let Some(samples) = &self.samples {
+            image_discard(device, commands, samples, &[drawn], drawn);
+        }
+        let target = self.samples.as_ref().unwrap_or(&self.radiance);
+        time.time(commands, "sky", || self.sky.record(device, commands, target));
 
         if let Some(rain) = &self.rain {
             time.time(commands, "drops", || {
-                let drawn = Use::ColorAttachment;
-                image_barrier(device, commands, &self.radiance, drawn, drawn);
+                image_barrier(device, commands, target, drawn, drawn);
                 let depth = Use::DepthAttachment;
                 image_discard(device, commands, &rain.depth, &[depth], depth);
-                rain.drops.record(device, commands, &rain.simulate, &self.radiance, &rain.depth);
+                let mut color = attachment(target, vk::AttachmentLoadOp::LOAD);
+                if self.samples.is_some() {
+                    color = color
+                        .resolve_mode(vk::ResolveModeFlags::AVERAGE)
+                        .resolve_image_view(self.radiance.view())
+                        .resolve_image_layout(vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL);
+                }
+                let size = (self.radiance.width, self.radiance.height);
+                rain.drops.record(device, commands, &rain.simulate, color, size, &rain.depth);
             });
         }
     }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use ash::vk;
 
 use crate::Result;
-use crate::gpu::{Commands, Device, Timestamps, Use, memory_barrier};
+use crate::gpu::{Device, Timestamps, Use, memory_barrier};
 use crate::model::Optics;
 use crate::passes::appearance::Appearance;
 use crate::passes::composite::Composite;
@@ -32,14 +32,10 @@ impl Tiled {
         plan: &FramePlan,
     ) -> Result<Self> {
         let tiles = Tiles::new(device, frame, scene, plan.rays_px)?;
-        let orders = plan.internal_reflections;
-        let appearance = Appearance::new(device, frame, environment, orders, tiles.max_blocks)?;
+        let blocks = tiles.max_blocks;
+        let appearance = Appearance::new(device, frame, environment, &plan.light, blocks)?;
         if plan.optics == Optics::Appearance {
-            Commands::once(device, "appearance", |commands| {
-                frame.record(device, commands, constants);
-                memory_barrier(device, commands, &[Use::TransferWrite], &[Use::Uniform]);
-                appearance.record(commands);
-            })?;
+            appearance.fill(device, frame, constants)?;
         }
         let size = (scene.image.width, scene.image.height);
         let composite =

@@ -1,0 +1,24 @@
+// A drop's light from the prefiltered pictures of a far drop (src/passes/appearance.rs).
+#include "octahedron.glsl"
+#include "shared_exponent.glsl"
+#include "appearance.glsl"
+
+layout(constant_id = 7) const uint FINEST = 4; // level of the largest picture; 0: one colour
+
+layout(std430, set = 0, binding = 2) readonly buffer Pictures { uint pictures[]; };
+
+// Radiance and coverage at `at` of the sprite; `pixels`: its radius in samples.
+vec4 drop_at(vec2 at, float pixels) {
+    vec2 st = vec2(2.0 * at.x - 1.0, 1.0 - 2.0 * at.y);
+    // The picture of the nearest direction, turned as that direction's basis is.
+    uint texel = direction_texel(-rotation[2]);
+    vec3 n = texel_direction(texel), u, v;
+    basis(n, u, v);
+    vec3 place = rotation * vec3(st, 0.0);
+    vec2 turned = vec2(dot(place, u), dot(place, v));
+    float finer = clamp(pixels - 1.0, -0.5, 0.5); // as composite.comp has it
+    float edge = exp2(clamp(ceil(log2(2.0 * pixels) + finer), 0.0, float(FINEST)));
+    uvec2 at_picture = uvec2(clamp((0.5 * turned + 0.5) * edge, 0.0, edge - 1.0));
+    uint word = picture_word(texel, uint(edge)) + at_picture.y * uint(edge) + at_picture.x;
+    return vec4(unpack_radiance(pictures[word]), disc_coverage(st, pixels));
+}
