@@ -4,7 +4,8 @@
 # shader compiler's archives. Quiet when nothing is missing.
 #
 #   scripts/setup.sh                 what scripts/bench.sh and scripts/test.sh need
-#   scripts/setup.sh --drivers       also SwiftShader, for comparing drivers (Debian)
+#   scripts/setup.sh --drivers       also SwiftShader and a newer lavapipe, for comparing drivers; the
+#                                    last line says how to select all of them (Debian, Ubuntu)
 set -euo pipefail
 cd "$(dirname "$0")/.."
 setup=.setup
@@ -116,24 +117,65 @@ if [ $manager = apt ]; then fetch_environments
 elif [ ! -d $environments ]; then say "HDR environments are fetched on Debian and Ubuntu only; the bundled sky will do"
 fi
 
-# A second Vulkan driver without a GPU: SwiftShader, out of Debian's Chromium. Select it with
-# VK_DRIVER_FILES.
-fetch_drivers() {
-  local folder
-  if [ ! -f $setup/swiftshader/vk_swiftshader_icd.json ]; then
-    folder=$(mktemp -d)
-    if (cd "$folder" && apt-get download -qq chromium-common 2>/dev/null && dpkg-deb -x chromium-common_*.deb .); then
-      mkdir -p $setup/swiftshader
-      cp "$folder"/usr/lib/chromium/{libvk_swiftshader.so,vk_swiftshader_icd.json} $setup/swiftshader/
-      say "SwiftShader: VK_DRIVER_FILES=$PWD/$setup/swiftshader/vk_swiftshader_icd.json"
-    else
-      say "could not fetch SwiftShader (Debian's chromium-common)"
-    fi
-    rm -rf "$folder"
-  fi
+# More Vulkan drivers without a GPU, none of them installed system-wide.
+fetch_package() { # package, folder: unpack Debian's package there; with further options to apt-get
+  local package=$1 into=$2
+  shift 2
+  (cd "$into" && apt-get "$@" download -qq "$package" 2>/dev/null && dpkg-deb -x "${package%%/*}"_*.deb .)
 }
+
+# SwiftShader, out of Debian's Chromium.
+fetch_swiftshader() {
+  local into=$setup/swiftshader folder
+  [ -f $into/vk_swiftshader_icd.json ] && return 0
+  folder=$(mktemp -d)
+  if fetch_package chromium-common "$folder"; then
+    mkdir -p $into
+    cp "$folder"/usr/lib/chromium/{libvk_swiftshader.so,vk_swiftshader_icd.json} $into/
+    say "fetched SwiftShader"
+  else
+    say "could not fetch SwiftShader (Debian's chromium-common)"
+  fi
+  rm -rf "$folder"
+}
+
+# The lavapipe of Debian 12's backports, beside the system's older one. It needs the same LLVM 15,
+# which other releases do not have; those come with a newer Mesa themselves.
+fetch_newer_lavapipe() {
+  local into=$setup/lavapipe-backports folder
+  [ -f $into/lvp_icd.json ] && return 0
+  if ! grep -qs '^VERSION_CODENAME=bookworm' /etc/os-release; then
+    say "a newer lavapipe is fetched on Debian 12 only"
+    return 0
+  fi
+  folder=$(mktemp -d)
+  chmod 755 "$folder" # apt fetches as a user of its own
+  mkdir -p "$folder"/{lists,cache/archives}/partial
+  echo "deb http://deb.debian.org/debian bookworm-backports main" >"$folder/sources"
+  local only=(-o Dir::Etc::sourcelist="$folder/sources" -o Dir::Etc::sourceparts=/dev/null
+              -o Dir::State::lists="$folder/lists" -o Dir::Cache="$folder/cache")
+  if quietly as_root apt-get "${only[@]}" update -qq &&
+     fetch_package mesa-vulkan-drivers/bookworm-backports "$folder" "${only[@]}"; then
+    mkdir -p $into
+    cp "$folder"/usr/lib/*/libvulkan_lvp.so $into/
+    # Mesa's own file names the library without a folder, and the loader would take the system's.
+    echo '{"file_format_version": "1.0.0", "ICD": {"library_path": "./libvulkan_lvp.so", "api_version": "1.3.0"}}' \
+      >$into/lvp_icd.json
+    say "fetched the lavapipe of Debian's backports"
+  else
+    say "could not fetch the lavapipe of Debian's backports (mesa-vulkan-drivers)"
+  fi
+  rm -rf "$folder"
+}
+
 if [ "${1:-}" = --drivers ]; then
   [ $manager = apt ] || { say "--drivers works on Debian and Ubuntu only"; exit 1; }
   apt_update
-  fetch_drivers
+  fetch_swiftshader
+  fetch_newer_lavapipe
+  drivers=
+  for manifest in /usr/share/vulkan/icd.d/*lvp*.json "$PWD"/$setup/*/*_icd.json; do
+    [ -f "$manifest" ] && drivers+=${drivers:+:}$manifest
+  done
+  say "all of them at once: export VK_DRIVER_FILES=$drivers"
 fi

@@ -219,12 +219,22 @@ fn bad_values_on_the_command_line() {
         let line = error_line(&run(&mut raindrops(folder.path(), &all)));
         assert!(line.contains(word), "{line}");
     }
-    // What the parser refuses it explains at length, but first in one line.
-    for arguments in [&["render"][..], &["render", "--size", "12"], &["rendr"], &[]] {
-        let output = run(&mut raindrops(folder.path(), arguments));
-        assert_eq!(output.status.code(), Some(2), "{arguments:?}");
-        assert!(!output.stderr.is_empty());
+    // What the parser itself refuses.
+    for (arguments, words) in [
+        (&["render"][..], ["required", "--output <FILE>"]),
+        (&["render", "--size", "12"], ["'12' is not a size", "--size <WxH>"]),
+        (&["render", "--nonsense"], ["unexpected argument", "--nonsense"]),
+        (&["render", "--preset", "papr", "-o", "a.png"], ["papr", "'paper'"]),
+        (&["rendr"], ["unrecognized subcommand", "'render'"]),
+        (&["bench", "--drops", "1,x"], ["'x'", "--drops"]),
+    ] {
+        let line = error_line(&run(&mut raindrops(folder.path(), arguments)));
+        for word in words {
+            assert!(line.contains(word), "'{line}' does not say '{word}'");
+        }
     }
+    // Without a command, which: the list of them.
+    assert_eq!(run(&mut raindrops(folder.path(), &[])).status.code(), Some(2));
     assert!(files(folder.path()).is_empty());
 }
 

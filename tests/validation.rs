@@ -90,7 +90,7 @@ fn two_dispatches(with_barrier: bool) -> Option<String> {
         // order_large.comp reads its slots 0 to 2 and writes 3 and 4.
         for (set, order) in [[0, 1, 2, 3, 4], [3, 1, 2, 0, 4]].iter().enumerate() {
             for (number, buffer) in (0..).zip(order) {
-                bindings.write(set, number, &Resource::Buffer(&buffers[*buffer]));
+                bindings.write(set, number, &Resource::Buffer(&buffers[*buffer])).expect("a set");
             }
         }
         let pipeline = ComputePipeline::new(device, shaders::ORDER_LARGE_COMP, &bindings, 0, &[1])

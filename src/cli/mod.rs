@@ -58,7 +58,10 @@ pub enum Answer {
 
 /// Parses the command line, runs the command and turns its outcome into the exit status.
 pub fn main() -> ExitCode {
-    let cli = Cli::parse();
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => return refuse(&error),
+    };
     let outcome: anyhow::Result<Answer> = match cli.command {
         Command::Render(args) => render::run(&args),
         Command::Bench(args) => bench::run(&args),
@@ -80,6 +83,30 @@ pub fn main() -> ExitCode {
     }
 }
 
+/// What the parser says: help and version as they are, an error in one line. Nothing at all on the
+/// command line asks for help, but is an error too.
+fn refuse(error: &clap::Error) -> ExitCode {
+    use clap::error::ErrorKind;
+    if let ErrorKind::DisplayHelp
+    | ErrorKind::DisplayVersion
+    | ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand = error.kind()
+    {
+        // A reader that has gone away is no error.
+        let _ = error.print();
+        return ExitCode::from(error.exit_code() as u8);
+    }
+    let text = error.to_string();
+    let problem: Vec<_> = text
+        .lines()
+        .map(str::trim)
+        .take_while(|line| !line.starts_with("Usage:") && !line.starts_with("For more information"))
+        .filter(|line| !line.is_empty())
+        .collect();
+    let problem = problem.join(" ");
+    eprintln!("raindrops: {} (see --help)", problem.trim_start_matches("error: "));
+    ExitCode::from(2)
+}
+
 /// Opens the scene's environment and says on stderr what had to be mended in it.
 fn open_environment(scene: &Scene) -> Result<Environment> {
     let environment = Environment::open(&scene.environment)?;
@@ -96,7 +123,7 @@ fn say_undrawn(counts: &Counts) {
             eprintln!("warning: {count} drops not drawn: {why}");
         }
     };
-    say(counts.overflow, "more drops over the point size than fit into their list");
+    say(counts.overflow, "more than the lists of large drops or of a tile hold");
     say(counts.camera_inside, "the camera is inside them");
     say(counts.beside_camera, "they reach beside the camera, where a billboard has no shape");
 }

@@ -164,7 +164,7 @@ fn parse_size(text: &str) -> Result<(u32, u32), String> {
 /// Which device, and whether validation watches it.
 #[derive(Args, Clone, Debug, Default)]
 pub struct DeviceArgs {
-    /// Vulkan device: a part of its name, or its index in `raindrops devices`
+    /// Vulkan device: a part of its name or driver, or its index in `raindrops devices`
     #[arg(long, value_name = "NAME|INDEX")]
     pub device: Option<String>,
     /// Load the Khronos validation layer, with synchronization checks; any message is an error

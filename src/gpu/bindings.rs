@@ -8,7 +8,7 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::{Buffer, Device, Image, Named, Sampler};
-use crate::Result;
+use crate::{Error, Result};
 
 /// One slot of a set: the binding number is its index in the list.
 pub type Binding = vk::DescriptorType;
@@ -90,13 +90,16 @@ impl Bindings {
         let kinds: Vec<_> = slots.iter().map(|(kind, _)| *kind).collect();
         let bindings = Self::new(device, name, &kinds, 1)?;
         for (number, (_, resource)) in (0..).zip(slots) {
-            bindings.write(0, number, resource);
+            bindings.write(0, number, resource)?;
         }
         Ok(bindings)
     }
 
     /// Fills slot `number` of set `index`. The set must not be in use by the device.
-    pub fn write(&self, index: usize, number: u32, resource: &Resource<'_>) {
+    ///
+    /// # Errors
+    /// [`Error::Limit`] if a storage buffer is bound whole that is longer than a binding may be.
+    pub fn write(&self, index: usize, number: u32, resource: &Resource<'_>) -> Result<()> {
         let kind = self.kinds[number as usize];
         let write = vk::WriteDescriptorSet::default()
             .dst_set(self.sets[index])
@@ -114,6 +117,15 @@ impl Bindings {
         let images;
         let write = match *resource {
             Resource::Buffer(b) => {
+                let limit = self.device.report.limits.max_storage_buffer_range.into();
+                if kind == Binding::STORAGE_BUFFER && b.size > limit {
+                    return Err(Error::Limit {
+                        what: "the bytes of a storage buffer",
+                        wanted: b.size,
+                        limit,
+                        device: self.device.report.name.clone(),
+                    });
+                }
                 buffers = buffer(b, 0, vk::WHOLE_SIZE);
                 write.buffer_info(&buffers)
             }
@@ -136,6 +148,7 @@ impl Bindings {
         };
         // SAFETY: the resources are alive, and by contract the set is not in use.
         unsafe { self.device.raw.update_descriptor_sets(&[write], &[]) };
+        Ok(())
     }
 
     /// Binds set `index` at `bind_point`.

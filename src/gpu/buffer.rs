@@ -31,6 +31,9 @@ pub struct Buffer {
 
 impl Buffer {
     /// Creates a buffer of `size` bytes (at least 16, so that an empty list is still a buffer).
+    ///
+    /// # Errors
+    /// [`Error::Memory`] if the device cannot have or has no such memory.
     pub fn new(
         device: &Arc<Device>,
         name: &str,
@@ -39,6 +42,7 @@ impl Buffer {
         memory: Memory,
     ) -> Result<Self> {
         let size = size.max(16);
+        device.check_allocation(name, size)?;
         let info = vk::BufferCreateInfo::default().size(size).usage(usage);
         // SAFETY: `info` is valid; the handle is owned by the value made here.
         let raw = unsafe { device.raw.create_buffer(&info, None) }.named("vkCreateBuffer", name)?;

@@ -28,6 +28,9 @@ pub struct DeviceReport {
     pub missing: Vec<&'static str>,
     /// The device's limits.
     pub limits: vk::PhysicalDeviceLimits,
+    /// Bytes that a buffer or an image may take at most: by the limit of one allocation, of a buffer,
+    /// and by the largest heap.
+    pub max_allocation: u64,
     queue_family: Option<u32>,
     /// Valid bits of a timestamp; 0 if the queue has none.
     pub(super) timestamp_bits: u32,
@@ -72,13 +75,18 @@ impl Instance {
         // SAFETY: `physical` comes from this instance.
         let base = unsafe { self.raw.get_physical_device_properties(physical) };
         let mut driver = vk::PhysicalDeviceDriverProperties::default();
+        let mut properties11 = vk::PhysicalDeviceVulkan11Properties::default();
+        let mut properties13 = vk::PhysicalDeviceVulkan13Properties::default();
         let mut features11 = vk::PhysicalDeviceVulkan11Features::default();
         let mut features12 = vk::PhysicalDeviceVulkan12Features::default();
         let mut features13 = vk::PhysicalDeviceVulkan13Features::default();
         let mut features = vk::PhysicalDeviceFeatures2::default();
         let has_13 = base.api_version >= vk::API_VERSION_1_3;
         if has_13 {
-            let mut properties = vk::PhysicalDeviceProperties2::default().push_next(&mut driver);
+            let mut properties = vk::PhysicalDeviceProperties2::default()
+                .push_next(&mut driver)
+                .push_next(&mut properties11)
+                .push_next(&mut properties13);
             features = features
                 .push_next(&mut features11)
                 .push_next(&mut features12)
@@ -92,6 +100,14 @@ impl Instance {
         let features = features.features;
         // SAFETY: `physical` comes from this instance.
         let families = unsafe { self.raw.get_physical_device_queue_family_properties(physical) };
+        // SAFETY: as above.
+        let memory = unsafe { self.raw.get_physical_device_memory_properties(physical) };
+        let heap = memory.memory_heaps_as_slice().iter().map(|heap| heap.size).max().unwrap_or(0);
+        let max_allocation =
+            [properties11.max_memory_allocation_size, properties13.max_buffer_size]
+                .into_iter()
+                .filter(|limit| *limit > 0)
+                .fold(heap, u64::min);
         let both = vk::QueueFlags::GRAPHICS | vk::QueueFlags::COMPUTE;
         let family = families.iter().position(|family| family.queue_flags.contains(both));
         let needs = [
@@ -131,14 +147,15 @@ impl Instance {
             kind,
             missing: needs.iter().filter(|(has, _)| !has).map(|(_, name)| *name).collect(),
             limits: base.limits,
+            max_allocation,
             queue_family: family.map(|index| index as u32),
             timestamp_bits: family.map_or(0, |index| families[index].timestamp_valid_bits),
             rank,
         }
     }
 
-    /// The device that `wanted` means: an index in [`Instance::devices`], a part of a name in any
-    /// case, or without it the fittest.
+    /// The device that `wanted` means: an index in [`Instance::devices`], a part of its
+    /// [`DeviceReport::summary`] in any case, or without it the fittest.
     ///
     /// # Errors
     /// [`Error::NoDevice`], [`Error::DeviceNotFound`] or [`Error::DeviceLacks`].
@@ -152,13 +169,14 @@ impl Instance {
             Some(wanted) => match wanted.parse::<usize>() {
                 Ok(index) => devices.get(index),
                 Err(_) => {
-                    devices.iter().find(|d| d.name.to_lowercase().contains(&wanted.to_lowercase()))
+                    let wanted = wanted.to_lowercase();
+                    devices.iter().find(|d| d.summary().to_lowercase().contains(&wanted))
                 }
             },
         };
         let Some(chosen) = chosen else {
             let names: Vec<_> =
-                devices.iter().enumerate().map(|(i, d)| format!("{i}: {}", d.name)).collect();
+                devices.iter().enumerate().map(|(i, d)| format!("{i}: {}", d.summary())).collect();
             return Err(Error::DeviceNotFound {
                 wanted: wanted.unwrap_or_default().into(),
                 found: names.join(", "),
@@ -287,6 +305,27 @@ impl Device {
             // SAFETY: closes the region that `begin_label` opened.
             unsafe { debug_utils.cmd_end_debug_utils_label(commands) };
         }
+    }
+
+    /// Refuses what no allocation of this device can hold, before it is asked for.
+    ///
+    /// # Errors
+    /// [`Error::Memory`], with both figures.
+    pub(super) fn check_allocation(&self, object: &str, bytes: u64) -> Result<()> {
+        let most = self.report.max_allocation;
+        if bytes <= most {
+            return Ok(());
+        }
+        const MEBIBYTE: f64 = 1_048_576.0;
+        Err(Error::Memory {
+            object: object.into(),
+            mebibytes: bytes as f64 / MEBIBYTE,
+            reason: format!(
+                "{} gives {:.1} MiB at once at most; draw fewer drops or a smaller image",
+                self.report.name,
+                most as f64 / MEBIBYTE
+            ),
+        })
     }
 
     pub(super) fn allocator(&self) -> MutexGuard<'_, Allocator> {

@@ -116,6 +116,7 @@ impl Image {
             device: device.clone(),
         };
         device.name(raw, info.name);
+        device.check_allocation(info.name, requirements.size)?;
         let allocation = device
             .allocator()
             .allocate(&AllocationCreateDesc {

@@ -80,7 +80,7 @@ impl Mask {
         )?;
         let bindings = Bindings::new(device, "mask", &[Binding::STORAGE_IMAGE], levels)?;
         for level in 0..levels {
-            bindings.write(level as usize, 0, &Resource::Storage(&image, level));
+            bindings.write(level as usize, 0, &Resource::Storage(&image, level))?;
         }
         let constants = light_constants(light);
         let pipeline = ComputePipeline::new(device, shaders::MASK_COMP, &bindings, 8, &constants)?;

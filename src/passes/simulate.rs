@@ -146,7 +146,7 @@ impl Simulate {
                 Resource::Buffer(&counters),
             ];
             for (number, resource) in (0..).zip(&resources) {
-                bindings.write(index as usize, number, resource);
+                bindings.write(index as usize, number, resource)?;
             }
         }
         let is_stored = u32::from(simulation == Simulation::Stored);

@@ -20,13 +20,13 @@ use ash::vk;
 
 use super::frame::FrameBuffer;
 use super::simulate::{Simulate, placed_records};
-use crate::Result;
 use crate::cells::Cells;
 use crate::gpu::{
     Binding, Bindings, Buffer, ComputePipeline, Device, Memory, Resource, Use, memory_barrier,
     shaders,
 };
 use crate::scene::Scene;
+use crate::{Error, Result};
 
 /// A tile in pixels, as in `glsl/include/tile_buffers.glsl`.
 const TILE: (u32, u32) = (4, 2);
@@ -100,16 +100,28 @@ impl Tiles {
         rays_px: f32,
     ) -> Result<Self> {
         use vk::BufferUsageFlags as Usage;
-        let grid = Cells::new(scene.rain().as_ref(), scene.drops.len() as u32);
+        let limits = &device.report.limits;
+        let range = u64::from(limits.max_storage_buffer_range);
+        let groups = limits.max_compute_work_group_count[0];
+        let drops = scene.drop_count();
+        let within = |what, wanted: u64, limit: u64| {
+            let device = device.report.name.clone();
+            if wanted > limit { Err(Error::Limit { what, wanted, limit, device }) } else { Ok(()) }
+        };
+        // Their order, a word each, is one binding.
+        within("the number of drops in tiles", drops.into(), range / 4)?;
         let (across, down) =
             (scene.image.width.div_ceil(TILE.0), scene.image.height.div_ceil(TILE.1));
         let count = across * down;
-        let drops = scene.drop_count();
+        // One dispatch takes an invocation a slab of a tile; a tile's list, 8 bytes, is in one binding.
+        let most_slabs = (64 * u64::from(groups)).min(range / 8);
+        let pixels = u64::from(TILE.0 * TILE.1);
+        within("the image's pixels in tiles", pixels * u64::from(count), pixels * most_slabs)?;
         let a_tile = f64::from(drops) * SHARE_IN_VIEW * TILES_A_DROP / f64::from(count);
-        let slabs = ((a_tile / DROPS_A_SLAB).ceil() as u32).clamp(1, MAX_SLABS);
+        let most_slabs = (most_slabs / u64::from(count)).clamp(1, MAX_SLABS.into()) as u32;
+        let slabs = ((a_tile / DROPS_A_SLAB).ceil() as u32).clamp(1, most_slabs);
+        let grid = Cells::new(scene.rain().as_ref(), scene.drops.len() as u32);
 
-        let range = u64::from(device.report.limits.max_storage_buffer_range);
-        let groups = device.report.limits.max_compute_work_group_count[0];
         let max_records = u64::from(drops).min(range / 32) as u32;
         let entries = ENTRIES_A_DROP * u64::from(drops) + ENTRIES_A_TILE * u64::from(count);
         let max_entries = entries.min(range / 8) as u32;
