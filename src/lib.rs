@@ -18,6 +18,7 @@ pub mod paper_twin;
 pub mod passes;
 pub mod picture;
 pub mod plan;
+pub mod probe;
 pub mod rain;
 pub mod reference;
 pub mod renderer;

@@ -1,49 +1,129 @@
-//! `raindrops devices`: every Vulkan device, what it is and what it lacks.
+//! `raindrops devices`: every Vulkan device, what it is and what it lacks; with `--probe`, what it does.
+
+use std::path::PathBuf;
 
 use clap::Args;
+use serde_json::json;
 
-use super::{Answer, print};
+use super::{Answer, print, write_json};
 use crate::Error;
-use crate::gpu::{Instance, Validation};
+use crate::gpu::{Device, DeviceReport, Instance, Validation};
+use crate::probe::{Findings, Rounding};
 
-/// List the Vulkan devices: driver, limits, features that are missing
+/// List the Vulkan devices: driver, limits, features that are missing, what it really does
 #[derive(Args)]
-pub struct DevicesArgs {}
+pub struct DevicesArgs {
+    /// Find out by drawing what each device does with points, texture levels, float16 and timestamps
+    #[arg(long)]
+    probe: bool,
+    /// Write what was found as JSON
+    #[arg(long, value_name = "FILE", requires = "probe")]
+    json: Option<PathBuf>,
+}
 
 /// Runs the command.
-pub fn run(_: &DevicesArgs) -> anyhow::Result<Answer> {
-    let devices = Instance::new(Validation::Off)?.devices()?;
+pub fn run(args: &DevicesArgs) -> anyhow::Result<Answer> {
+    let instance = Instance::new(Validation::Off)?;
+    let devices = instance.devices()?;
     if devices.is_empty() {
         return Err(Error::NoDevice.into());
     }
-    for (index, device) in devices.iter().enumerate() {
-        let limits = &device.limits;
-        let fit = match device.missing.as_slice() {
-            [] => "yes".into(),
-            missing => format!("no, it lacks {}", missing.join(", ")),
-        };
-        print(format_args!(
-            "{index}: {} ({})
+    let mut probed = Vec::new();
+    for (index, report) in devices.into_iter().enumerate() {
+        print(describe(index, &report))?;
+        if args.probe && report.missing.is_empty() {
+            let findings = Findings::of(&Device::open(&instance, report.clone())?)?;
+            print(tell(&findings))?;
+            let (device, driver) = (&report.name, &report.driver);
+            let driver_info = &report.driver_info;
+            probed.push(json!({
+                "device": device, "driver": driver, "driver_info": driver_info, "found": findings,
+            }));
+        }
+    }
+    if let Some(path) = &args.json {
+        write_json(path, &probed)?;
+    }
+    Ok(Answer::Yes)
+}
+
+fn describe(index: usize, device: &DeviceReport) -> String {
+    let limits = &device.limits;
+    let fit = match device.missing.as_slice() {
+        [] => "yes".into(),
+        missing => format!("no, it lacks {}", missing.join(", ")),
+    };
+    format!(
+        "{index}: {} ({})
    driver          {} {}
    Vulkan          {}
    point size      {} to {} px, in steps of {}
    largest image   {} px
+   memory          {} MiB at once
    storage buffer  {} MiB a binding ({:.1} M drops; more go in chunks)
    timestamps      {} ns a tick
    fit             {fit}",
-            device.name,
-            device.kind,
-            device.driver,
-            device.driver_info,
-            device.api_version,
-            limits.point_size_range[0],
-            limits.point_size_range[1],
-            limits.point_size_granularity,
-            limits.max_image_dimension2_d,
-            limits.max_storage_buffer_range >> 20,
-            f64::from(limits.max_storage_buffer_range / 16) / 1e6,
-            limits.timestamp_period,
-        ))?;
-    }
-    Ok(Answer::Yes)
+        device.name,
+        device.kind,
+        device.driver,
+        device.driver_info,
+        device.api_version,
+        limits.point_size_range[0],
+        limits.point_size_range[1],
+        limits.point_size_granularity,
+        limits.max_image_dimension2_d,
+        device.max_allocation >> 20,
+        limits.max_storage_buffer_range >> 20,
+        f64::from(limits.max_storage_buffer_range / 16) / 1e6,
+        limits.timestamp_period,
+    )
+}
+
+/// What was found, in words.
+fn tell(findings: &Findings) -> String {
+    let Findings { points, sampling, halves, clock } = findings;
+    let drawn = |draws: bool| if draws { "drawn" } else { "clipped" };
+    let rounded = |rounding: Rounding| match rounding {
+        Rounding::Nearest => "to the nearest",
+        Rounding::TowardZero => "towards zero",
+        Rounding::Other => "by a rule of its own",
+    };
+    let [least, most] = points.sub_pixel;
+    let clock = match clock {
+        None => "none".into(),
+        Some(clock) => format!(
+            "{:.0} % of the CPU's time; {:.0} % of it on the pass that works: {}",
+            100.0 * clock.share_of_wall,
+            100.0 * clock.share_of_heavy,
+            if clock.is_sound() { "sound" } else { "not to be trusted pass by pass" }
+        ),
+    };
+    format!(
+        "   found by drawing:
+   points          to {} px at their size; asked for {} px: {} px wide
+   off screen      a point whose centre is off the viewport is {} (claimed: {})
+   sub-pixel       a point of 0.3 px is {least} to {most} pixels
+   coordinates     off by {:.4} px at most; {} places a pixel, {} sizes a pixel or more
+   texture levels  given: off by {:.4}, implied: by {:.4}; {} blends of two levels in 32 steps
+   texture filter  {} blends of two texels in 512 steps
+   float16         written {}, packed {}; 65,520 becomes {}; denormals {}; least alpha that shows 2^{}
+   timestamps      {clock}",
+        points.limit_px,
+        points.claimed_px[1] + 64.0,
+        points.beyond_limit_px,
+        drawn(points.draws_off_screen),
+        drawn(points.claims_to_draw_off_screen),
+        points.coordinate_error_px,
+        16 * points.places_a_sixteenth,
+        points.sizes_a_pixel,
+        sampling.explicit_level_error,
+        sampling.implicit_level_error,
+        sampling.blends_a_level,
+        sampling.blends_a_texel,
+        rounded(halves.written),
+        rounded(halves.packed),
+        halves.overflow,
+        if halves.keeps_denormals { "kept" } else { "lost" },
+        halves.least_alpha_log2,
+    )
 }

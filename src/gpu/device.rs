@@ -2,7 +2,7 @@
 
 use std::ffi::CStr;
 use std::mem::ManuallyDrop;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use ash::{ext, vk};
 use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
@@ -28,6 +28,9 @@ pub struct DeviceReport {
     pub missing: Vec<&'static str>,
     /// The device's limits.
     pub limits: vk::PhysicalDeviceLimits,
+    /// The device says that points whose centre is off the viewport are clipped (two of three drivers
+    /// say so and draw them).
+    pub claims_to_clip_points: bool,
     /// Bytes that a buffer or an image may take at most: by the limit of one allocation, of a buffer,
     /// and by the largest heap.
     pub max_allocation: u64,
@@ -47,6 +50,15 @@ impl DeviceReport {
     }
 }
 
+/// What a device really does with points (`probe::points`).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PointRules {
+    /// Largest point, in pixels, that is drawn at its size; 0: none.
+    pub limit_px: f32,
+    /// A point is drawn even where its centre is off the viewport.
+    pub draws_off_screen: bool,
+}
+
 /// A logical device, its queue and its memory.
 pub struct Device {
     pub(super) raw: ash::Device,
@@ -56,6 +68,8 @@ pub struct Device {
     allocator: ManuallyDrop<Mutex<Allocator>>,
     /// What the device says of itself.
     pub report: DeviceReport,
+    /// Filled by `probe::point_rules` when it is first asked.
+    pub point_rules: OnceLock<PointRules>,
     instance: Arc<Instance>,
 }
 
@@ -147,6 +161,8 @@ impl Instance {
             kind,
             missing: needs.iter().filter(|(has, _)| !has).map(|(_, name)| *name).collect(),
             limits: base.limits,
+            claims_to_clip_points: properties11.point_clipping_behavior
+                == vk::PointClippingBehavior::ALL_CLIP_PLANES,
             max_allocation,
             queue_family: family.map(|index| index as u32),
             timestamp_bits: family.map_or(0, |index| families[index].timestamp_valid_bits),
@@ -258,6 +274,7 @@ impl Device {
             debug_utils,
             allocator: ManuallyDrop::new(Mutex::new(allocator)),
             report,
+            point_rules: OnceLock::new(),
             instance: instance.clone(),
         }))
     }

@@ -8,18 +8,20 @@ mod device;
 mod image;
 mod instance;
 mod pipeline;
+mod rendering;
 mod timestamps;
 
 pub use barrier::{Use, image_barrier, image_discard, memory_barrier};
 pub use bindings::{Binding, Bindings, Resource};
 pub use buffer::{Buffer, Memory};
 pub use commands::Commands;
-pub use device::{Device, DeviceReport};
+pub use device::{Device, DeviceReport, PointRules};
 pub use image::{Image, ImageInfo, Sampler, Samples};
 pub use instance::{Instance, Validation};
 pub use pipeline::{
     Alpha, ComputePipeline, GraphicsPipeline, GraphicsState, Shader, Specialization,
 };
+pub(crate) use rendering::{attachment, rendering};
 pub use timestamps::Timestamps;
 
 /// The compiled shaders, one constant a file in `glsl/`.

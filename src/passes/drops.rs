@@ -8,8 +8,9 @@
 //! blended, with the depth test resolving the order (drops are not sorted); or alpha decides how many
 //! of a pixel's four samples a drop takes.
 //!
-//! The viewport is wider than the image by half the largest point: drivers may clip a point whose
-//! centre is off the viewport, and with this guard band such a point cannot reach the image.
+//! Drivers may clip a point whose centre is off the viewport. Where one is found to (`src/probe`), the
+//! viewport is wider than the image by half the largest point: with this guard band a point that is
+//! clipped cannot reach the image.
 //!
 //! Errors (`docs/method.md`): off the axis directions are wrong by 8° at 30° and more beyond, the
 //! ellipse's shape is lost, one sample a pixel aliases.
@@ -32,6 +33,7 @@ use crate::gpu::{
 };
 use crate::model::{Optics, Primitive};
 use crate::plan::FramePlan;
+use crate::probe::point_rules;
 
 /// What the drops are drawn on.
 #[derive(Clone, Copy, Debug)]
@@ -108,17 +110,22 @@ pub struct Drops {
     _table: Table,
 }
 
-/// Guard band in pixels on every side of an image, and the largest point that it allows: half a
-/// point off the image must still be inside the viewport.
-pub fn guard_band(device: &Device, width: u32, height: u32) -> (f32, f32) {
+/// Guard band in pixels on every side of an image, and the largest point that it allows. Without need
+/// of a band, the largest that the device draws; else half a point off the image must still be inside
+/// the viewport.
+pub fn guard_band(device: &Arc<Device>, width: u32, height: u32) -> Result<(f32, f32)> {
+    let rules = point_rules(device)?;
+    if rules.draws_off_screen {
+        return Ok((0.0, rules.limit_px));
+    }
     let limits = &device.report.limits;
     let room = |edge: u32, axis: usize| {
         let viewport = limits.max_viewport_dimensions[axis].saturating_sub(edge) / 2;
         (viewport as f32).min(-limits.viewport_bounds_range[0])
     };
-    let room = room(width, 0).min(room(height, 1));
-    let guard = (0.5 * limits.point_size_range[1]).ceil().min(room);
-    (guard, limits.point_size_range[1].min(2.0 * guard))
+    let room: f32 = room(width, 0).min(room(height, 1));
+    let guard: f32 = f32::ceil(0.5 * rules.limit_px).min(room);
+    Ok((guard, rules.limit_px.min(2.0 * guard)))
 }
 
 impl Drops {

@@ -125,7 +125,7 @@ impl Renderer {
         let environment = EnvironmentMap::new(device, environment)?;
         let scale = f64::from(environment.radiance_scale);
         let delta = (DELTA * environment.mean_luminance / scale) as f32;
-        let (_, point_limit_px) = guard_band(device, width, height);
+        let (_, point_limit_px) = guard_band(device, width, height)?;
         let surroundings = Surroundings {
             point_limit_px,
             texel_angle: environment.texel_angle,

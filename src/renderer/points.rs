@@ -69,7 +69,7 @@ impl Points {
             _ => Some(target("radiance samples", RADIANCE, Usage::COLOR_ATTACHMENT, samples)?),
         };
         let rain = if count > 0 {
-            let (guard_px, _) = guard_band(device, width, height);
+            let (guard_px, _) = guard_band(device, width, height)?;
             let target_state = Target { format: RADIANCE, samples, alpha, guard_px };
             let usage = Usage::DEPTH_STENCIL_ATTACHMENT;
             Some(Rain {

@@ -1,0 +1,75 @@
+//! A small image that a probe draws into and reads back.
+
+use std::sync::Arc;
+
+use ash::vk;
+use bytemuck::Pod;
+
+use crate::Result;
+use crate::gpu::{
+    Buffer, Commands, Device, Image, ImageInfo, Memory, Samples, Use, attachment, image_barrier,
+    memory_barrier, rendering,
+};
+
+/// A colour attachment, cleared to zeros before each drawing.
+pub(super) struct Canvas<'a> {
+    image: Image,
+    device: &'a Arc<Device>,
+}
+
+impl<'a> Canvas<'a> {
+    pub fn new(device: &'a Arc<Device>, size: (u32, u32), format: vk::Format) -> Result<Self> {
+        let usage = vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::TRANSFER_SRC;
+        let image = Image::new(
+            device,
+            &ImageInfo {
+                name: "probe",
+                width: size.0,
+                height: size.1,
+                levels: 1,
+                layers: 1,
+                format,
+                usage,
+                samples: Samples::One,
+            },
+        )?;
+        Ok(Self { image, device })
+    }
+
+    pub fn size(&self) -> (u32, u32) {
+        (self.image.width, self.image.height)
+    }
+
+    /// Records a rendering into the cleared image; viewport and scissor are the whole image.
+    pub fn record(&self, commands: vk::CommandBuffer, draw: impl FnOnce()) {
+        let device = &**self.device;
+        image_barrier(device, commands, &self.image, Use::Nothing, Use::ColorAttachment);
+        let color = attachment(&self.image, vk::AttachmentLoadOp::CLEAR);
+        rendering(device, commands, color, None, self.size(), 0.0, draw);
+    }
+
+    /// Draws, waits, and returns the pixels row by row from the top; `Pixel` as the format has it.
+    pub fn draw<Pixel: Pod>(&self, draw: impl FnOnce(vk::CommandBuffer)) -> Result<Vec<Pixel>> {
+        let device = &**self.device;
+        let count = self.image.width as usize * self.image.height as usize;
+        let bytes = (count * size_of::<Pixel>()) as u64;
+        let usage = vk::BufferUsageFlags::TRANSFER_DST;
+        let pixels = Buffer::new(self.device, "probe", bytes, usage, Memory::Readback)?;
+        Commands::once(self.device, "probe", |commands| {
+            self.record(commands, || draw(commands));
+            image_barrier(device, commands, &self.image, Use::ColorAttachment, Use::TransferRead);
+            // SAFETY: the buffer holds the image, which is in this layout.
+            unsafe {
+                device.raw().cmd_copy_image_to_buffer(
+                    commands,
+                    self.image.raw(),
+                    vk::ImageLayout::TRANSFER_SRC_OPTIMAL,
+                    pixels.raw(),
+                    &[self.image.level_copy(0, 0)],
+                );
+            }
+            memory_barrier(device, commands, &[Use::TransferWrite], &[Use::HostRead]);
+        })?;
+        Ok(pixels.read(count))
+    }
+}

@@ -1,0 +1,64 @@
+//! What a driver really does, found out by drawing. Properties and limits are a driver's word; where a
+//! picture depends on them, this is asked instead.
+//!
+//! [`point_rules`] is what the renderer takes: two submissions of a few small points, once a device
+//! (some 20 ms on a CPU driver). [`Findings`] is all of it, for `raindrops devices --probe`.
+
+mod canvas;
+mod clock;
+pub mod halves;
+pub mod points;
+mod sampling;
+
+use std::sync::Arc;
+
+use ash::vk;
+use serde::Serialize;
+
+use crate::Result;
+use crate::gpu::{Alpha, Device, GraphicsState, PointRules, Samples};
+
+pub use clock::Clock;
+pub use halves::{Halves, Rounding};
+pub use points::Points;
+pub use sampling::Sampling;
+
+/// Everything that was found out about a device.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Findings {
+    /// Points.
+    pub points: Points,
+    /// Texture levels and filters.
+    pub sampling: Sampling,
+    /// float16.
+    pub halves: Halves,
+    /// Timestamps; none if the queue has none.
+    pub clock: Option<Clock>,
+}
+
+impl Findings {
+    /// Probes a device.
+    pub fn of(device: &Arc<Device>) -> Result<Self> {
+        Ok(Self {
+            points: Points::of(device)?,
+            sampling: Sampling::of(device)?,
+            halves: Halves::of(device)?,
+            clock: Clock::of(device)?,
+        })
+    }
+}
+
+/// What the device does with points; found when first asked for.
+pub fn point_rules(device: &Arc<Device>) -> Result<PointRules> {
+    if let Some(rules) = device.point_rules.get() {
+        return Ok(*rules);
+    }
+    let rules = points::rules(device)?;
+    // Whoever was first has found the same.
+    Ok(*device.point_rules.get_or_init(|| rules))
+}
+
+/// Triangles or points without attributes, depth or samples.
+fn state(topology: vk::PrimitiveTopology, color: vk::Format, alpha: Alpha) -> GraphicsState {
+    GraphicsState { topology, attribute: None, color, alpha, samples: Samples::One, depth: false }
+}
