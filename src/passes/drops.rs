@@ -3,7 +3,7 @@
 //! all as quads.
 //!
 //! A drop's square has the area of its true, elliptic outline and stands where that ellipse stands.
-//! Its light comes from the mask, at the level of its distance; or from another [`Table`], or from
+//! Its light comes from the mask, at the level of its distance; or from another table, or from
 //! none, by the closed form. Alpha is coverage; fragments without any are discarded, the others
 //! blended, with the depth test resolving the order (drops are not sorted); or alpha decides how many
 //! of a pixel's four samples a drop takes.

@@ -8,7 +8,7 @@ use bytemuck::Pod;
 use crate::Result;
 use crate::gpu::{
     Buffer, Commands, Device, Image, ImageInfo, Memory, Samples, Use, attachment, image_barrier,
-    memory_barrier, rendering,
+    image_discard, memory_barrier, rendering,
 };
 
 /// A colour attachment, cleared to zeros before each drawing.
@@ -43,7 +43,7 @@ impl<'a> Canvas<'a> {
     /// Records a rendering into the cleared image; viewport and scissor are the whole image.
     pub fn record(&self, commands: vk::CommandBuffer, draw: impl FnOnce()) {
         let device = &**self.device;
-        image_barrier(device, commands, &self.image, Use::Nothing, Use::ColorAttachment);
+        image_discard(device, commands, &self.image, &[Use::TransferRead], Use::ColorAttachment);
         let color = attachment(&self.image, vk::AttachmentLoadOp::CLEAR);
         rendering(device, commands, color, None, self.size(), 0.0, draw);
     }
@@ -56,6 +56,9 @@ impl<'a> Canvas<'a> {
         let usage = vk::BufferUsageFlags::TRANSFER_DST;
         let pixels = Buffer::new(self.device, "probe", bytes, usage, Memory::Readback)?;
         Commands::once(self.device, "probe", |commands| {
+            // Image and buffer may lie where those of a drawing before did.
+            let copied = [Use::TransferRead, Use::TransferWrite];
+            memory_barrier(device, commands, &copied, &[Use::TransferWrite]);
             self.record(commands, || draw(commands));
             image_barrier(device, commands, &self.image, Use::ColorAttachment, Use::TransferRead);
             // SAFETY: the buffer holds the image, which is in this layout.
