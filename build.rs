@@ -5,7 +5,10 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::{env, fs};
 
-use shaderc::{CompileOptions, Compiler, EnvVersion, OptimizationLevel, ShaderKind, TargetEnv};
+use glsl::Glsl;
+
+#[path = "src/gpu/glsl.rs"]
+mod glsl;
 
 /// Shaders that are compiled a second time: file, suffix of the constant, macro that is defined.
 const VARIANTS: [(&str, &str, &str); 5] = [
@@ -38,57 +41,32 @@ fn build() -> Result<(), Box<dyn std::error::Error>> {
         println!("cargo:rerun-if-changed=.git/logs/HEAD");
     }
 
-    let compiler = Compiler::new()?;
-    let mut options = CompileOptions::new()?;
-    options.set_target_env(TargetEnv::Vulkan, EnvVersion::Vulkan1_3 as u32);
-    options.set_optimization_level(OptimizationLevel::Performance);
-    options.set_warnings_as_errors();
-    options.set_include_callback(|name, _, _, _| {
-        let path = format!("glsl/include/{name}");
-        println!("cargo:rerun-if-changed={path}");
-        let content = fs::read_to_string(&path).map_err(|error| format!("{path}: {error}"))?;
-        Ok(shaderc::ResolvedInclude { resolved_name: path, content })
-    });
-
+    let compiler = Glsl::new(Path::new("glsl"))?;
     let mut files: Vec<PathBuf> =
         fs::read_dir("glsl")?.map(|entry| entry.map(|e| e.path())).collect::<Result<_, _>>()?;
     files.sort();
-    let mut constants = String::new();
+    let (mut constants, mut all) = (String::new(), String::new());
     for path in files {
-        let Some(kind) = shader_kind(&path) else { continue };
+        if glsl::kind(&path).is_none() {
+            continue;
+        }
         let name =
             path.file_name().and_then(|name| name.to_str()).ok_or("file name is not UTF-8")?;
-        println!("cargo:rerun-if-changed=glsl/{name}");
-        let source = fs::read_to_string(&path)?;
         let constant = name.replace('.', "_").to_uppercase();
         let variants = VARIANTS.iter().filter(|(file, ..)| *file == name);
         let variants = variants.map(|(_, suffix, define)| (*suffix, Some(*define)));
         for (suffix, define) in std::iter::once(("", None)).chain(variants) {
-            let mut options = options.clone();
-            if let Some(define) = define {
-                options.add_macro_definition(define, None);
-            }
-            let path = path.to_string_lossy();
-            let binary =
-                compiler.compile_into_spirv(&source, kind, &path, "main", Some(&options))?;
-            let words = binary.as_binary();
+            let words = compiler.compile(name, define)?;
             writeln!(
                 constants,
                 "/// `glsl/{name}`, compiled.\n\
                  pub const {constant}{suffix}: &Shader = \
-                 &Shader {{ name: \"{name}\", words: &{words:?} }};"
+                 &Shader {{ name: \"{name}\", define: {define:?}, words: &{words:?} }};"
             )?;
+            write!(all, "{constant}{suffix}, ")?;
         }
     }
+    writeln!(constants, "/// Every shader.\npub const ALL: &[&Shader] = &[{all}];")?;
     fs::write(out.join("shaders.rs"), constants)?;
     Ok(())
-}
-
-fn shader_kind(path: &Path) -> Option<ShaderKind> {
-    match path.extension()?.to_str()? {
-        "comp" => Some(ShaderKind::Compute),
-        "vert" => Some(ShaderKind::Vertex),
-        "frag" => Some(ShaderKind::Fragment),
-        _ => None,
-    }
 }

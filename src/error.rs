@@ -74,6 +74,10 @@ pub enum Error {
         device: String,
     },
 
+    /// There is no display, or no window on it that Vulkan could draw in.
+    #[error("cannot open a window: {0}")]
+    Window(String),
+
     /// A scene file or a value given on the command line is wrong.
     #[error("{place}: {problem}")]
     Scene {

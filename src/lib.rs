@@ -25,5 +25,6 @@ pub mod renderer;
 pub mod scene;
 pub mod sky;
 pub mod tone_map;
+pub mod view;
 
 pub use error::{Error, Result};

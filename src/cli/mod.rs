@@ -12,6 +12,7 @@ mod plan;
 mod reference;
 mod render;
 mod sky;
+mod view;
 
 use std::io::{ErrorKind, Write as _};
 use std::path::Path;
@@ -36,6 +37,7 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     Render(render::RenderArgs),
+    View(view::ViewArgs),
     Bench(bench::BenchArgs),
     Mask(mask::MaskArgs),
     Plan(plan::PlanArgs),
@@ -64,6 +66,7 @@ pub fn main() -> ExitCode {
     };
     let outcome: anyhow::Result<Answer> = match cli.command {
         Command::Render(args) => render::run(&args),
+        Command::View(args) => view::run(&args),
         Command::Bench(args) => bench::run(&args),
         Command::Mask(args) => mask::run(&args),
         Command::Plan(args) => plan::run(&args),

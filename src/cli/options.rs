@@ -121,6 +121,12 @@ impl ModelArgs {
 }
 
 impl SceneArgs {
+    /// The scene file's name, or what stands in for it.
+    pub fn name(&self) -> String {
+        let file = self.scene.as_deref().and_then(std::path::Path::file_name);
+        file.map_or("the paper's scene".into(), |name| name.to_string_lossy().into_owned())
+    }
+
     /// The scene file with the command line's values set in it, validated.
     pub fn load(&self) -> Result<Scene> {
         let mut scene = self.values.load(self.scene.as_deref())?;

@@ -31,6 +31,8 @@ pub enum Use {
     ColorAttachment,
     /// A depth attachment, tested and written.
     DepthAttachment,
+    /// Shown in a window; its content reached the queue through a semaphore.
+    Present,
     /// Read by the CPU after the queue has signalled.
     HostRead,
 }
@@ -86,6 +88,7 @@ impl Use {
                 Access::DEPTH_STENCIL_ATTACHMENT_READ | Access::DEPTH_STENCIL_ATTACHMENT_WRITE,
                 Layout::DEPTH_ATTACHMENT_OPTIMAL,
             ),
+            Self::Present => (Stage::NONE, Access::NONE, Layout::PRESENT_SRC_KHR),
             Self::HostRead => (Stage::HOST, Access::HOST_READ, Layout::UNDEFINED),
         }
     }

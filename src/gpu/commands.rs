@@ -82,15 +82,30 @@ impl Commands {
 
     /// Ends recording and hands the work to the queue.
     pub fn submit(&mut self) -> Result<()> {
+        self.submit_between(None, None)
+    }
+
+    /// As [`Commands::submit`]; colour attachments wait for one semaphore, and another is signalled
+    /// when all is done.
+    pub(super) fn submit_between(
+        &mut self,
+        wait: Option<vk::Semaphore>,
+        signal: Option<vk::Semaphore>,
+    ) -> Result<()> {
         // SAFETY: recording was begun.
         unsafe { self.device.raw.end_command_buffer(self.raw) }
             .named("vkEndCommandBuffer", "the frame")?;
         let commands = [vk::CommandBufferSubmitInfo::default().command_buffer(self.raw)];
-        let signals = [vk::SemaphoreSubmitInfo::default()
-            .semaphore(self.timeline)
-            .value(self.submitted + 1)
-            .stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)];
+        let at = |semaphore, stage| {
+            vk::SemaphoreSubmitInfo::default().semaphore(semaphore).stage_mask(stage)
+        };
+        let output = vk::PipelineStageFlags2::COLOR_ATTACHMENT_OUTPUT;
+        let waits: Vec<_> = wait.into_iter().map(|semaphore| at(semaphore, output)).collect();
+        let all = vk::PipelineStageFlags2::ALL_COMMANDS;
+        let mut signals = vec![at(self.timeline, all).value(self.submitted + 1)];
+        signals.extend(signal.map(|semaphore| at(semaphore, all)));
         let info = [vk::SubmitInfo2::default()
+            .wait_semaphore_infos(&waits)
             .command_buffer_infos(&commands)
             .signal_semaphore_infos(&signals)];
         let queue = self.device.queue.lock().unwrap_or_else(PoisonError::into_inner);

@@ -1,13 +1,14 @@
 //! A Vulkan device with one queue for everything, chosen by name, index or fitness.
 
+use std::collections::HashMap;
 use std::ffi::CStr;
 use std::mem::ManuallyDrop;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
-use ash::{ext, vk};
+use ash::{ext, khr, vk};
 use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
 
-use super::{Instance, Named};
+use super::{Instance, Named, Shader};
 use crate::{Error, Result};
 
 /// What a device is and can do, as it says itself.
@@ -59,6 +60,9 @@ pub struct PointRules {
     pub draws_off_screen: bool,
 }
 
+/// SPIR-V by a shader's name and variant.
+pub type ReplacedShaders = HashMap<(&'static str, Option<&'static str>), Arc<[u32]>>;
+
 /// A logical device, its queue and its memory.
 pub struct Device {
     pub(super) raw: ash::Device,
@@ -66,6 +70,7 @@ pub struct Device {
     pub(super) queue_family: u32,
     debug_utils: Option<ext::debug_utils::Device>,
     allocator: ManuallyDrop<Mutex<Allocator>>,
+    replaced_shaders: Mutex<ReplacedShaders>,
     /// What the device says of itself.
     pub report: DeviceReport,
     /// Filled by `probe::point_rules` when it is first asked.
@@ -221,6 +226,19 @@ impl Device {
                 missing: report.missing.join(", "),
             });
         };
+        let mut extensions = Vec::new();
+        if instance.presents {
+            // SAFETY: the physical device comes from this instance.
+            let known =
+                unsafe { instance.raw.enumerate_device_extension_properties(report.physical) }
+                    .named("vkEnumerateDeviceExtensionProperties", &report.name)?;
+            let name = khr::swapchain::NAME;
+            if !known.iter().any(|e| e.extension_name_as_c_str() == Ok(name)) {
+                let missing = name.to_string_lossy().into_owned();
+                return Err(Error::DeviceLacks { device: report.name, missing });
+            }
+            extensions.push(name.as_ptr());
+        }
         let priorities = [1.0];
         let queues = [vk::DeviceQueueCreateInfo::default()
             .queue_family_index(queue_family)
@@ -238,6 +256,7 @@ impl Device {
         let info = vk::DeviceCreateInfo::default()
             .queue_create_infos(&queues)
             .enabled_features(&enabled)
+            .enabled_extension_names(&extensions)
             .push_next(&mut enabled12)
             .push_next(&mut enabled13);
         // SAFETY: `info` and all it points to outlive the call; the features were found above.
@@ -273,6 +292,7 @@ impl Device {
             queue_family,
             debug_utils,
             allocator: ManuallyDrop::new(Mutex::new(allocator)),
+            replaced_shaders: Mutex::default(),
             report,
             point_rules: OnceLock::new(),
             instance: instance.clone(),
@@ -290,6 +310,11 @@ impl Device {
     /// The instance that this device belongs to.
     pub fn instance(&self) -> &Arc<Instance> {
         &self.instance
+    }
+
+    /// Whether an instance with windows made it, so that it can present.
+    pub(super) fn presents(&self) -> bool {
+        self.instance.presents
     }
 
     /// The raw device, for recording commands.
@@ -347,6 +372,17 @@ impl Device {
 
     pub(super) fn allocator(&self) -> MutexGuard<'_, Allocator> {
         self.allocator.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Pipelines made from now on take these instead of the shaders of the same name and variant
+    /// that the program was built with.
+    pub fn replace_shaders(&self, shaders: ReplacedShaders) {
+        *self.replaced_shaders.lock().unwrap_or_else(PoisonError::into_inner) = shaders;
+    }
+
+    pub(super) fn replaced_shader(&self, shader: &Shader) -> Option<Arc<[u32]>> {
+        let replaced = self.replaced_shaders.lock().unwrap_or_else(PoisonError::into_inner);
+        replaced.get(&(shader.name, shader.define)).cloned()
     }
 
     /// Waits until the device has nothing left to do.

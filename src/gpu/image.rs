@@ -57,6 +57,8 @@ pub struct Image {
     /// One view a level, over all layers.
     level_views: Vec<vk::ImageView>,
     allocation: Option<Allocation>,
+    /// Whether the handle is to be destroyed; a swapchain's images are its own.
+    is_owned: bool,
     /// Texels across.
     pub width: u32,
     /// Texels down.
@@ -107,6 +109,7 @@ impl Image {
             view: vk::ImageView::null(),
             level_views: Vec::new(),
             allocation: None,
+            is_owned: true,
             width: info.width,
             height: info.height,
             levels: info.levels,
@@ -141,6 +144,33 @@ impl Image {
             let view = image.make_view(&format!("{} level {level}", info.name), level, 1)?;
             image.level_views.push(view);
         }
+        Ok(image)
+    }
+
+    /// An image of a swapchain, with one level; the swapchain frees it.
+    pub(super) fn of_swapchain(
+        device: &Arc<Device>,
+        name: &str,
+        raw: vk::Image,
+        (width, height): (u32, u32),
+        format: vk::Format,
+    ) -> Result<Self> {
+        let mut image = Self {
+            raw,
+            view: vk::ImageView::null(),
+            level_views: Vec::new(),
+            allocation: None,
+            is_owned: false,
+            width,
+            height,
+            levels: 1,
+            layers: 1,
+            format,
+            bytes: 0,
+            device: device.clone(),
+        };
+        device.name(raw, name);
+        image.view = image.make_view(name, 0, 1)?;
         Ok(image)
     }
 
@@ -218,7 +248,9 @@ impl Drop for Image {
                 self.device.raw.destroy_image_view(view, None);
             }
             self.device.raw.destroy_image_view(self.view, None);
-            self.device.raw.destroy_image(self.raw, None);
+            if self.is_owned {
+                self.device.raw.destroy_image(self.raw, None);
+            }
         }
         if let Some(allocation) = self.allocation.take() {
             // Freeing fails only for memory of another allocator.

@@ -1,9 +1,10 @@
 //! The Vulkan instance, and the validation layer's messages when it is asked for.
 
-use std::ffi::{CStr, c_void};
+use std::ffi::{CStr, c_char, c_void};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use ash::{ext, vk};
+use raw_window_handle::HasDisplayHandle;
 
 use super::Named;
 use crate::{Error, Result};
@@ -28,6 +29,8 @@ pub struct Instance {
     pub(super) raw: ash::Instance,
     pub(super) entry: ash::Entry,
     pub(super) debug_utils: bool,
+    /// Whether surfaces of windows can be made from it.
+    pub(super) presents: bool,
     messenger: Option<(ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
     messages: Box<Messages>,
 }
@@ -39,6 +42,24 @@ impl Instance {
     /// [`Error::NoLoader`]; [`Error::Validation`] if validation is asked for and not installed;
     /// [`Error::NoDevice`] if the loader finds no driver.
     pub fn new(validation: Validation) -> Result<Arc<Self>> {
+        Self::with_extensions(validation, &[])
+    }
+
+    /// As [`Instance::new`], with what surfaces on `display` need.
+    ///
+    /// # Errors
+    /// As [`Instance::new`]; [`Error::Window`] for a display that Vulkan does not know.
+    pub fn for_windows(
+        validation: Validation,
+        display: &impl HasDisplayHandle,
+    ) -> Result<Arc<Self>> {
+        let problem = |error: &dyn std::fmt::Display| Error::Window(error.to_string());
+        let display = display.display_handle().map_err(|error| problem(&error))?;
+        let names = ash_window::enumerate_required_extensions(display.as_raw());
+        Self::with_extensions(validation, names.map_err(|error| problem(&error))?)
+    }
+
+    fn with_extensions(validation: Validation, wanted: &[*const c_char]) -> Result<Arc<Self>> {
         // SAFETY: loading a library runs its initialisers; this is the system's Vulkan loader.
         let entry =
             unsafe { ash::Entry::load() }.map_err(|error| Error::NoLoader(error.to_string()))?;
@@ -55,7 +76,7 @@ impl Instance {
             .engine_name(c"raindrops")
             .api_version(vk::API_VERSION_1_3);
         let mut layer_names = Vec::new();
-        let mut extension_names = Vec::new();
+        let mut extension_names = wanted.to_vec();
         if debug_utils {
             extension_names.push(ext::debug_utils::NAME.as_ptr());
         }
@@ -84,11 +105,15 @@ impl Instance {
         // SAFETY: `info` and all it points to outlive the call.
         let raw = unsafe { entry.create_instance(&info, None) }.map_err(|result| match result {
             vk::Result::ERROR_INCOMPATIBLE_DRIVER => Error::NoDevice,
+            vk::Result::ERROR_EXTENSION_NOT_PRESENT if !wanted.is_empty() => Error::Window(
+                "the Vulkan loader knows no driver that draws in windows of this display".into(),
+            ),
             result => {
                 Error::Vulkan { call: "vkCreateInstance", object: "the instance".into(), result }
             }
         })?;
-        let mut instance = Self { raw, entry, debug_utils, messenger: None, messages };
+        let presents = !wanted.is_empty();
+        let mut instance = Self { raw, entry, debug_utils, presents, messenger: None, messages };
         if validation == Validation::On {
             let loader = ext::debug_utils::Instance::new(&instance.entry, &instance.raw);
             let info = self::messenger_info(&instance.messages);

@@ -5,23 +5,31 @@ mod bindings;
 mod buffer;
 mod commands;
 mod device;
+#[cfg(feature = "reload")]
+mod glsl;
 mod image;
 mod instance;
 mod pipeline;
 mod rendering;
+mod surface;
+mod swapchain;
 mod timestamps;
 
 pub use barrier::{Use, image_barrier, image_discard, memory_barrier};
 pub use bindings::{Binding, Bindings, Resource};
 pub use buffer::{Buffer, Memory};
 pub use commands::Commands;
-pub use device::{Device, DeviceReport, PointRules};
+pub use device::{Device, DeviceReport, PointRules, ReplacedShaders};
+#[cfg(feature = "reload")]
+pub use glsl::Glsl;
 pub use image::{Image, ImageInfo, Sampler, Samples};
 pub use instance::{Instance, Validation};
 pub use pipeline::{
     Alpha, ComputePipeline, GraphicsPipeline, GraphicsState, Shader, Specialization,
 };
 pub(crate) use rendering::{attachment, rendering};
+pub use surface::Surface;
+pub use swapchain::{Acquired, Swapchain};
 pub use timestamps::Timestamps;
 
 /// The compiled shaders, one constant a file in `glsl/`.

@@ -14,6 +14,8 @@ const MAIN: &CStr = c"main";
 pub struct Shader {
     /// File name in `glsl/`.
     pub name: &'static str,
+    /// The macro that tells variants of one file apart.
+    pub define: Option<&'static str>,
     /// SPIR-V.
     pub words: &'static [u32],
 }
@@ -29,7 +31,9 @@ struct Module<'a> {
 
 impl<'a> Module<'a> {
     fn new(device: &'a Device, shader: &Shader) -> Result<Self> {
-        let info = vk::ShaderModuleCreateInfo::default().code(shader.words);
+        let replaced = device.replaced_shader(shader);
+        let words = replaced.as_deref().unwrap_or(shader.words);
+        let info = vk::ShaderModuleCreateInfo::default().code(words);
         // SAFETY: the words are SPIR-V that shaderc made.
         let raw = unsafe { device.raw.create_shader_module(&info, None) }
             .named("vkCreateShaderModule", shader.name)?;
@@ -181,6 +185,8 @@ pub enum Alpha {
     Ignored,
     /// "Over" blending.
     Blended,
+    /// "Over" blending; the colour already holds its alpha.
+    Premultiplied,
     /// The share of the pixel's samples that it overwrites.
     ToCoverage,
 }
@@ -271,8 +277,11 @@ impl GraphicsPipeline {
             .depth_compare_op(vk::CompareOp::GREATER);
         let attachment = [vk::PipelineColorBlendAttachmentState::default()
             .color_write_mask(vk::ColorComponentFlags::RGBA)
-            .blend_enable(state.alpha == Alpha::Blended)
-            .src_color_blend_factor(vk::BlendFactor::SRC_ALPHA)
+            .blend_enable(matches!(state.alpha, Alpha::Blended | Alpha::Premultiplied))
+            .src_color_blend_factor(match state.alpha {
+                Alpha::Premultiplied => vk::BlendFactor::ONE,
+                _ => vk::BlendFactor::SRC_ALPHA,
+            })
             .dst_color_blend_factor(vk::BlendFactor::ONE_MINUS_SRC_ALPHA)
             .src_alpha_blend_factor(vk::BlendFactor::ONE)
             .dst_alpha_blend_factor(vk::BlendFactor::ONE_MINUS_SRC_ALPHA)];

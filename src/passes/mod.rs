@@ -7,6 +7,8 @@ pub mod drops;
 pub mod environment;
 pub mod frame;
 pub mod mask;
+pub mod overlay;
+pub mod present;
 pub mod radial;
 pub mod simulate;
 pub mod sky;

@@ -150,8 +150,9 @@ impl Renderer {
                     Drawing::Points(points) => Source::Image(&points.radiance),
                     Drawing::Tiled(tiled) => Source::Buffer(&tiled.composite.radiance),
                 };
-                let usage =
-                    vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::TRANSFER_SRC;
+                let usage = vk::ImageUsageFlags::COLOR_ATTACHMENT
+                    | vk::ImageUsageFlags::TRANSFER_SRC
+                    | vk::ImageUsageFlags::SAMPLED;
                 let (name, format) = ("display", DISPLAY);
                 let samples = Samples::One;
                 let info =
@@ -245,6 +246,13 @@ impl Renderer {
         }
         flight.commands.submit()?;
         Ok(finished)
+    }
+
+    /// The image that holds the display colour of the last submitted frame, as a colour attachment;
+    /// none if the renderer was made for a radiance output. Whoever samples it on the same queue
+    /// hands it back as a colour attachment.
+    pub fn display(&self) -> Option<&Image> {
+        self.display.as_ref().map(|display| &display.image)
     }
 
     /// Waits for the last submitted frame and reports on it.

@@ -1,0 +1,58 @@
+//! `raindrops view`: a window onto the rain.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::Answer;
+use super::options::{DeviceArgs, ModelArgs, SceneArgs};
+use crate::gpu::Validation;
+use crate::view::{Options, run as open_window};
+
+/// Open a window onto the rain: fly, stop time, change models and see what each costs
+///
+/// Keys: W A S D Q E fly, arrows or dragging look around, Space stops time, comma and full stop
+/// step, [ and ] slow down and speed up, R runs backwards, F flies up to a drop, 1 2 3 choose the
+/// preset, B puts a second model beside it, F12 keeps a screenshot, Ctrl S a scene file, H hides the
+/// panel, which lists them all, Esc closes. Drop an environment image or a scene file on it.
+#[derive(Args)]
+pub struct ViewArgs {
+    #[command(flatten)]
+    scene: SceneArgs,
+    #[command(flatten)]
+    model: ModelArgs,
+    #[command(flatten)]
+    device: DeviceArgs,
+    /// Begin with time standing still
+    #[arg(long)]
+    paused: bool,
+    /// Begin without the panel
+    #[arg(long)]
+    no_panel: bool,
+    /// Do not wait for the screen: as many frames as the device can draw
+    #[arg(long)]
+    no_vsync: bool,
+    /// Folder of screenshots and scene files
+    #[arg(short, long, value_name = "DIR", default_value = ".")]
+    output: PathBuf,
+}
+
+/// Runs the command.
+pub fn run(args: &ViewArgs) -> anyhow::Result<Answer> {
+    let mut scene = args.scene.load()?;
+    args.model.apply(&mut scene)?;
+    if !args.output.is_dir() {
+        anyhow::bail!("--output {}: there is no such folder", args.output.display());
+    }
+    open_window(Options {
+        scene,
+        name: args.scene.name(),
+        device: args.device.device.clone(),
+        validation: if args.device.validate { Validation::On } else { Validation::Off },
+        paused: args.paused,
+        panel: !args.no_panel,
+        vsync: !args.no_vsync,
+        keep_in: args.output.clone(),
+    })?;
+    Ok(Answer::Yes)
+}

@@ -1,0 +1,57 @@
+//! GLSL to SPIR-V, by the same options when the program is built (`build.rs`) and when its shaders
+//! are reloaded. Warnings are errors.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use shaderc::{CompileOptions, Compiler, EnvVersion, OptimizationLevel, ShaderKind, TargetEnv};
+
+/// Compiles the shaders of a folder, which may include what is in its `include/`.
+pub struct Glsl {
+    compiler: Compiler,
+    folder: PathBuf,
+}
+
+impl Glsl {
+    /// A compiler for the shaders of `folder`.
+    pub fn new(folder: &Path) -> Result<Self, String> {
+        let compiler = Compiler::new().map_err(|error| error.to_string())?;
+        Ok(Self { compiler, folder: folder.into() })
+    }
+
+    /// SPIR-V of file `name`, with macro `define` defined if there is one.
+    pub fn compile(&self, name: &str, define: Option<&str>) -> Result<Vec<u32>, String> {
+        let path = self.folder.join(name);
+        let kind = kind(&path).ok_or_else(|| format!("{name} is no .comp, .vert or .frag"))?;
+        let read = |path: &Path| {
+            fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))
+        };
+        let mut options = CompileOptions::new().map_err(|error| error.to_string())?;
+        options.set_target_env(TargetEnv::Vulkan, EnvVersion::Vulkan1_3 as u32);
+        options.set_optimization_level(OptimizationLevel::Performance);
+        options.set_warnings_as_errors();
+        options.set_include_callback(|name, _, _, _| {
+            let path = self.folder.join("include").join(name);
+            let content = read(&path)?;
+            let resolved_name = path.to_string_lossy().into_owned();
+            Ok(shaderc::ResolvedInclude { resolved_name, content })
+        });
+        if let Some(define) = define {
+            options.add_macro_definition(define, None);
+        }
+        let (source, shown) = (read(&path)?, path.to_string_lossy());
+        let compiled =
+            self.compiler.compile_into_spirv(&source, kind, &shown, "main", Some(&options));
+        compiled.map(|spirv| spirv.as_binary().to_vec()).map_err(|error| error.to_string())
+    }
+}
+
+/// What a file is by its extension; none if it is no shader.
+pub fn kind(path: &Path) -> Option<ShaderKind> {
+    match path.extension()?.to_str()? {
+        "comp" => Some(ShaderKind::Compute),
+        "vert" => Some(ShaderKind::Vertex),
+        "frag" => Some(ShaderKind::Fragment),
+        _ => None,
+    }
+}

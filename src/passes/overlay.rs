@@ -1,0 +1,232 @@
+//! egui's triangles over the picture (`glsl/overlay.{vert,frag}`).
+//!
+//! Shaders read vertices and indices from storage buffers, so the pass needs no vertex layout of its
+//! own. Colours are premultiplied and blended in linear light, as the attachment encodes sRGB.
+
+use std::sync::Arc;
+
+use ash::vk;
+use egui::epaint::{ClippedPrimitive, ImageDelta, Primitive, Vertex};
+use egui::{ImageData, TextureId, TexturesDelta};
+
+use crate::gpu::{attachment, rendering};
+use crate::Result;
+use crate::gpu::{
+    Alpha, Binding, Bindings, Buffer, Commands, Device, GraphicsPipeline, GraphicsState, Image,
+    ImageInfo, Memory, Resource, Sampler, Samples, Use, image_barrier, image_discard, shaders,
+};
+
+/// Words of a vertex in the buffer: x, y, u, v, colour.
+const VERTEX_WORDS: usize = 5;
+
+/// The buffers of one frame under way.
+struct Mesh {
+    indices: Buffer,
+    vertices: Buffer,
+}
+
+/// The pass.
+pub struct Overlay {
+    pipeline: GraphicsPipeline,
+    bindings: Bindings,
+    sampler: Sampler,
+    atlas: Image,
+    meshes: Vec<Mesh>,
+    device: Arc<Device>,
+}
+
+impl Overlay {
+    /// A pipeline into attachments of `format`, for `frames` frames under way.
+    pub fn new(device: &Arc<Device>, format: vk::Format, frames: usize) -> Result<Self> {
+        let slots =
+            [Binding::COMBINED_IMAGE_SAMPLER, Binding::STORAGE_BUFFER, Binding::STORAGE_BUFFER];
+        let bindings = Bindings::new(device, "overlay", &slots, frames as u32)?;
+        let state = GraphicsState {
+            topology: vk::PrimitiveTopology::TRIANGLE_LIST,
+            attribute: None,
+            color: format,
+            alpha: Alpha::Premultiplied,
+            samples: Samples::One,
+            depth: false,
+        };
+        let stages = [shaders::OVERLAY_VERT, shaders::OVERLAY_FRAG];
+        let push_bytes = size_of::<[f32; 2]>() as u32;
+        let pipeline = GraphicsPipeline::new(device, stages, &bindings, push_bytes, &[], &state)?;
+        let clamp = vk::SamplerAddressMode::CLAMP_TO_EDGE;
+        let mut overlay = Self {
+            pipeline,
+            bindings,
+            sampler: Sampler::linear(device, "font atlas", clamp, clamp)?,
+            atlas: make_atlas(device, [1, 1])?,
+            meshes: Vec::new(),
+            device: device.clone(),
+        };
+        for frame in 0..frames {
+            let mesh = Mesh {
+                indices: make_buffer(device, "overlay indices", 0)?,
+                vertices: make_buffer(device, "overlay vertices", 0)?,
+            };
+            overlay.bindings.write(frame, 1, &Resource::Buffer(&mesh.indices));
+            overlay.bindings.write(frame, 2, &Resource::Buffer(&mesh.vertices));
+            overlay.meshes.push(mesh);
+        }
+        Ok(overlay)
+    }
+
+    /// Takes over what egui changed in its font atlas, the only texture that the overlay uses.
+    pub fn update_atlas(&mut self, delta: &TexturesDelta) -> Result<()> {
+        for (id, change) in &delta.set {
+            if *id == TextureId::default() {
+                self.upload(change)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn upload(&mut self, change: &ImageDelta) -> Result<()> {
+        let ImageData::Color(image) = &change.image;
+        let device = &*self.device;
+        let [x, y] = change.pos.unwrap_or_default();
+        let (before, is_new) = match change.pos {
+            Some(_) => (Use::GraphicsRead, false),
+            None => {
+                // Frames under way read the old one.
+                device.wait_idle()?;
+                self.atlas = make_atlas(&self.device, image.size)?;
+                for frame in 0..self.meshes.len() {
+                    let atlas = Resource::Sampled(&self.atlas, &self.sampler);
+                    self.bindings.write(frame, 0, &atlas);
+                }
+                (Use::Nothing, true)
+            }
+        };
+        let texels: Vec<[u8; 4]> = image.pixels.iter().map(|texel| texel.to_array()).collect();
+        let usage = vk::BufferUsageFlags::TRANSFER_SRC;
+        let staging = Buffer::upload(&self.device, "font atlas", &texels, usage)?;
+        let region = [self
+            .atlas
+            .level_copy(0, 0)
+            .image_offset(vk::Offset3D { x: x as i32, y: y as i32, z: 0 })
+            .image_extent(vk::Extent3D {
+                width: image.size[0] as u32,
+                height: image.size[1] as u32,
+                depth: 1,
+            })];
+        Commands::once(&self.device, "font atlas", |commands| {
+            if is_new {
+                image_discard(device, commands, &self.atlas, &[before], Use::TransferWrite);
+            } else {
+                image_barrier(device, commands, &self.atlas, before, Use::TransferWrite);
+            }
+            // SAFETY: the region lies within the atlas, which is in this layout; the buffer holds it.
+            unsafe {
+                device.raw().cmd_copy_buffer_to_image(
+                    commands,
+                    staging.raw(),
+                    self.atlas.raw(),
+                    vk::ImageLayout::TRANSFER_DST_OPTIMAL,
+                    &region,
+                );
+            }
+            image_barrier(device, commands, &self.atlas, Use::TransferWrite, Use::GraphicsRead);
+        })
+    }
+
+    /// Records the pass over `target`, a colour attachment whose content is kept. The last use of
+    /// frame `frame` must be done; `points_px` is the size of a point in pixels.
+    pub fn record(
+        &mut self,
+        commands: vk::CommandBuffer,
+        frame: usize,
+        target: &Image,
+        primitives: &[ClippedPrimitive],
+        points_px: f32,
+    ) -> Result<()> {
+        let mut indices: Vec<u32> = Vec::new();
+        let mut vertices: Vec<[u32; VERTEX_WORDS]> = Vec::new();
+        let mut draws = Vec::new();
+        for ClippedPrimitive { clip_rect, primitive } in primitives {
+            // Nothing here asks for callbacks, the other kind of primitive.
+            let Primitive::Mesh(mesh) = primitive else { continue };
+            let scissor = scissor(*clip_rect, points_px, target);
+            let (first, base) = (indices.len() as u32, vertices.len() as u32);
+            indices.extend(mesh.indices.iter().map(|index| base + index));
+            vertices.extend(mesh.vertices.iter().map(words));
+            draws.push((scissor, first, mesh.indices.len() as u32));
+        }
+        self.reserve(frame, size_of_val(&indices[..]) as u64, size_of_val(&vertices[..]) as u64)?;
+        let mesh = &mut self.meshes[frame];
+        mesh.indices.write(0, &indices);
+        mesh.vertices.write(0, &vertices);
+
+        let device = &*self.device;
+        let color = attachment(target, vk::AttachmentLoadOp::LOAD);
+        let size = (target.width, target.height);
+        let push = [size.0 as f32 / points_px, size.1 as f32 / points_px];
+        rendering(device, commands, color, None, size, 0.0, || {
+            self.pipeline.bind(commands, &self.bindings, frame, bytemuck::cast_slice(&push));
+            for (scissor, first, count) in draws {
+                // SAFETY: within a rendering, with everything bound; the scissor is in the target.
+                unsafe {
+                    device.raw().cmd_set_scissor(commands, 0, &[scissor]);
+                    device.raw().cmd_draw(commands, count, 1, first, 0);
+                }
+            }
+        });
+        Ok(())
+    }
+
+    /// Larger buffers for a frame whose triangles do not fit.
+    fn reserve(&mut self, frame: usize, index_bytes: u64, vertex_bytes: u64) -> Result<()> {
+        let Mesh { indices, vertices } = &mut self.meshes[frame];
+        let needs = [
+            (indices, index_bytes, "overlay indices"),
+            (vertices, vertex_bytes, "overlay vertices"),
+        ];
+        for (slot, (buffer, bytes, name)) in (1..).zip(needs) {
+            if buffer.size < bytes {
+                *buffer = make_buffer(&self.device, name, bytes.next_power_of_two())?;
+                self.bindings.write(frame, slot, &Resource::Buffer(buffer));
+            }
+        }
+        Ok(())
+    }
+}
+
+fn words(vertex: &Vertex) -> [u32; VERTEX_WORDS] {
+    let Vertex { pos, uv, color } = vertex;
+    let color = u32::from_le_bytes(color.to_array());
+    [pos.x.to_bits(), pos.y.to_bits(), uv.x.to_bits(), uv.y.to_bits(), color]
+}
+
+fn scissor(clip: egui::Rect, points_px: f32, target: &Image) -> vk::Rect2D {
+    let within =
+        |points: f32, edge: u32| (points * points_px).round().clamp(0.0, edge as f32) as u32;
+    let (left, top) = (within(clip.min.x, target.width), within(clip.min.y, target.height));
+    let (right, bottom) = (within(clip.max.x, target.width), within(clip.max.y, target.height));
+    vk::Rect2D {
+        offset: vk::Offset2D { x: left as i32, y: top as i32 },
+        extent: vk::Extent2D {
+            width: right.saturating_sub(left),
+            height: bottom.saturating_sub(top),
+        },
+    }
+}
+
+fn make_atlas(device: &Arc<Device>, [width, height]: [usize; 2]) -> Result<Image> {
+    let info = ImageInfo {
+        name: "font atlas",
+        width: width as u32,
+        height: height as u32,
+        levels: 1,
+        layers: 1,
+        format: vk::Format::R8G8B8A8_UNORM,
+        usage: vk::ImageUsageFlags::SAMPLED | vk::ImageUsageFlags::TRANSFER_DST,
+        samples: Samples::One,
+    };
+    Image::new(device, &info)
+}
+
+fn make_buffer(device: &Arc<Device>, name: &str, bytes: u64) -> Result<Buffer> {
+    Buffer::new(device, name, bytes, vk::BufferUsageFlags::STORAGE_BUFFER, Memory::Upload)
+}

@@ -1,0 +1,82 @@
+//! A finished picture into a window, or two beside each other with their difference
+//! (`glsl/present.frag`). A picture of another size is scaled to the nearest pixel: while a window is
+//! being resized, the last picture has to do.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use crate::gpu::{attachment, rendering};
+use crate::Result;
+use crate::gpu::{
+    Alpha, Binding, Bindings, Device, GraphicsPipeline, GraphicsState, Image, Resource, Sampler,
+    shaders,
+};
+
+/// Panes of the split view: the first model, the second, their difference.
+pub const SPLIT_PANES: u32 = 3;
+
+/// What the difference of display values is multiplied by, so that 1/255 can be seen.
+pub const DIFFERENCE_GAIN: u32 = 8;
+
+/// The pass.
+pub struct Present {
+    one: GraphicsPipeline,
+    split: GraphicsPipeline,
+    bindings: Bindings,
+    sampler: Sampler,
+    is_split: bool,
+}
+
+impl Present {
+    /// A pipeline into attachments of `format`, showing `pictures`: one, or two to compare.
+    pub fn new(device: &Arc<Device>, format: vk::Format, pictures: &[&Image]) -> Result<Self> {
+        let slots = [Binding::COMBINED_IMAGE_SAMPLER; 2];
+        let clamp = vk::SamplerAddressMode::CLAMP_TO_EDGE;
+        let sampler = Sampler::linear(device, "pictures", clamp, clamp)?;
+        let bindings = Bindings::new(device, "present", &slots, 1)?;
+        let state = GraphicsState {
+            topology: vk::PrimitiveTopology::TRIANGLE_LIST,
+            attribute: None,
+            color: format,
+            alpha: Alpha::Ignored,
+            samples: Samples::One,
+            depth: false,
+        };
+        let stages = [shaders::FULLSCREEN_VERT, shaders::PRESENT_FRAG];
+        let push_bytes = size_of::<[f32; 2]>() as u32;
+        let pipeline = |panes: u32| {
+            let constants = [panes, DIFFERENCE_GAIN];
+            GraphicsPipeline::new(device, stages, &bindings, push_bytes, &constants, &state)
+        };
+        let (one, split) = (pipeline(1)?, pipeline(SPLIT_PANES)?);
+        let mut present = Self { one, split, bindings, sampler, is_split: false };
+        present.show(pictures);
+        Ok(present)
+    }
+
+    /// Shows other pictures from now on; the device must be done with the ones before.
+    ///
+    /// # Panics
+    /// Without a picture: a mistake of the caller.
+    pub fn show(&mut self, pictures: &[&Image]) {
+        let (first, second) = (pictures[0], pictures.get(1).copied());
+        self.is_split = second.is_some();
+        for (number, picture) in [first, second.unwrap_or(first)].into_iter().enumerate() {
+            self.bindings.write(0, number as u32, &Resource::Sampled(picture, &self.sampler));
+        }
+    }
+
+    /// Records the pass; `target` is a colour attachment whose content is overwritten.
+    pub fn record(&self, device: &Device, commands: vk::CommandBuffer, target: &Image) {
+        let color = attachment(target, vk::AttachmentLoadOp::DONT_CARE);
+        let size = (target.width, target.height);
+        let push = [size.0 as f32, size.1 as f32];
+        let pipeline = if self.is_split { &self.split } else { &self.one };
+        rendering(device, commands, color, None, size, 0.0, || {
+            pipeline.bind(commands, &self.bindings, 0, bytemuck::cast_slice(&push));
+            // SAFETY: within a rendering, with everything bound.
+            unsafe { device.raw().cmd_draw(commands, 3, 1, 0, 0) };
+        });
+    }
+}

@@ -1,0 +1,188 @@
+//! The window system's events, and the loop that hears them.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use winit::application::ApplicationHandler;
+use winit::dpi::PhysicalSize;
+use winit::event::{ElementState, MouseButton, MouseScrollDelta, WindowEvent};
+use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop};
+use winit::keyboard::{ModifiersState, PhysicalKey};
+use winit::window::{Window, WindowId};
+
+use super::Options;
+use super::flight::drag;
+use super::keys::action;
+use super::viewer::Viewer;
+use crate::gpu::{Device, Instance};
+use crate::{Error, Result};
+
+/// How often a window at rest looks whether something has changed, such as a shader's source.
+const REST: Duration = Duration::from_millis(250);
+
+/// Opens a window and returns when it is closed.
+///
+/// # Errors
+/// [`Error::Window`] without a display; those of the device and of the scene; a device that is lost;
+/// [`Error::Validation`] if the layer was asked for and said anything.
+pub fn run(options: Options) -> Result<()> {
+    let problem = |error: winit::error::EventLoopError| {
+        let reason = error.to_string();
+        let hint =
+            match ["WAYLAND_DISPLAY", "DISPLAY"].iter().any(|v| std::env::var_os(v).is_some()) {
+                true => "",
+                false => " (neither WAYLAND_DISPLAY nor DISPLAY is set)",
+            };
+        Error::Window(format!("{reason}{hint}"))
+    };
+    let events = EventLoop::new().map_err(problem)?;
+    let instance = Instance::for_windows(options.validation, &events.owned_display_handle())?;
+    let report = instance.choose(options.device.as_deref())?;
+    eprintln!("device: {}", report.summary());
+    let device = Device::open(&instance, report)?;
+    let mut app = App {
+        device,
+        options: Some(options),
+        viewer: None,
+        modifiers: ModifiersState::empty(),
+        pointer: (0.0, 0.0),
+        is_dragging: false,
+        outcome: Ok(()),
+    };
+    events.run_app(&mut app).map_err(problem)?;
+    let App { viewer, outcome, device, .. } = app;
+    drop(viewer);
+    drop(device);
+    outcome?;
+    instance.expect_silence()
+}
+
+/// What the event loop calls.
+struct App {
+    viewer: Option<Viewer>,
+    /// Until the window is open.
+    options: Option<Options>,
+    modifiers: ModifiersState,
+    pointer: (f64, f64),
+    is_dragging: bool,
+    outcome: Result<()>,
+    device: Arc<Device>,
+}
+
+impl App {
+    fn open(&mut self, events: &ActiveEventLoop) -> Result<()> {
+        let Some(options) = self.options.take() else { return Ok(()) };
+        let size = options.scene.image;
+        let attributes = Window::default_attributes()
+            .with_title("raindrops")
+            .with_inner_size(PhysicalSize::new(size.width, size.height));
+        let window =
+            events.create_window(attributes).map_err(|error| Error::Window(error.to_string()))?;
+        self.viewer = Some(Viewer::new(&self.device, Arc::new(window), options)?);
+        Ok(())
+    }
+
+    /// Ends the loop on an error, which [`run`] returns.
+    fn expect(&mut self, events: &ActiveEventLoop, outcome: Result<()>) {
+        if let Err(error) = outcome {
+            self.outcome = Err(error);
+            events.exit();
+        }
+    }
+
+    fn hear(&mut self, event: WindowEvent) -> Result<()> {
+        let Some(viewer) = &mut self.viewer else { return Ok(()) };
+        let response = viewer.input.on_window_event(&viewer.window, &event);
+        if response.repaint {
+            viewer.window.request_redraw();
+        }
+        let ctx = viewer.input.egui_ctx();
+        let (takes_keys, takes_pointer) = (ctx.wants_keyboard_input(), ctx.wants_pointer_input());
+        match event {
+            WindowEvent::CloseRequested => viewer.is_done = true,
+            WindowEvent::RedrawRequested => viewer.frame()?,
+            WindowEvent::Resized(_) | WindowEvent::ScaleFactorChanged { .. } => {
+                viewer.window.request_redraw();
+            }
+            WindowEvent::DroppedFile(path) => viewer.take_file(&path),
+            WindowEvent::ModifiersChanged(modifiers) => self.modifiers = modifiers.state(),
+            WindowEvent::Focused(false) => {
+                viewer.flight.release();
+                self.is_dragging = false;
+            }
+            WindowEvent::KeyboardInput { event, .. } => {
+                let PhysicalKey::Code(code) = event.physical_key else { return Ok(()) };
+                let is_down = event.state == ElementState::Pressed;
+                let (shift, control) = (self.modifiers.shift_key(), self.modifiers.control_key());
+                if !is_down {
+                    viewer.flight.key(code, false);
+                } else if !takes_keys {
+                    match action(code, shift, control) {
+                        Some(action) => viewer.act(action)?,
+                        None if !control => viewer.flight.key(code, true),
+                        None => {}
+                    }
+                }
+                viewer.window.request_redraw();
+            }
+            WindowEvent::MouseInput {
+                state,
+                button: MouseButton::Left | MouseButton::Right,
+                ..
+            } => {
+                self.is_dragging = state == ElementState::Pressed && !takes_pointer;
+            }
+            WindowEvent::CursorMoved { position, .. } => {
+                let (x, y) = (position.x, position.y);
+                if self.is_dragging {
+                    let moved = (x - self.pointer.0, y - self.pointer.1);
+                    drag(&mut viewer.scene.camera, moved);
+                    viewer.window.request_redraw();
+                }
+                self.pointer = (x, y);
+            }
+            WindowEvent::MouseWheel { delta, .. } if !takes_pointer => {
+                let notches = match delta {
+                    MouseScrollDelta::LineDelta(_, lines) => f64::from(lines),
+                    MouseScrollDelta::PixelDelta(px) => px.y / 50.0,
+                };
+                viewer.flight.speed *= 1.25f64.powf(notches);
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+}
+
+impl ApplicationHandler for App {
+    fn resumed(&mut self, events: &ActiveEventLoop) {
+        let outcome = self.open(events);
+        self.expect(events, outcome);
+    }
+
+    fn window_event(&mut self, events: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
+        let outcome = self.hear(event);
+        self.expect(events, outcome);
+        if self.viewer.as_ref().is_some_and(|viewer| viewer.is_done) {
+            events.exit();
+        }
+    }
+
+    fn about_to_wait(&mut self, events: &ActiveEventLoop) {
+        let Some(viewer) = &self.viewer else { return };
+        if viewer.is_moving() {
+            events.set_control_flow(ControlFlow::Poll);
+            viewer.window.request_redraw();
+        } else {
+            events.set_control_flow(ControlFlow::wait_duration(REST));
+        }
+    }
+
+    fn new_events(&mut self, _: &ActiveEventLoop, cause: winit::event::StartCause) {
+        if let (winit::event::StartCause::ResumeTimeReached { .. }, Some(viewer)) =
+            (cause, &self.viewer)
+        {
+            viewer.window.request_redraw();
+        }
+    }
+}

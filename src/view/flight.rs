@@ -1,0 +1,190 @@
+//! Flying: the camera moved by keys and turned by the mouse.
+
+use std::collections::HashSet;
+use std::time::Duration;
+
+use glam::{DQuat, DVec3};
+use winit::keyboard::KeyCode;
+
+use crate::camera::Camera;
+use crate::scene::Scene;
+
+/// Radians a pixel of mouse movement turns.
+const RADIANS_PER_PX: f64 = 0.004;
+
+/// Radians a second that arrow keys turn.
+const RADIANS_PER_SECOND: f64 = 1.0;
+
+/// The view stays this far from straight up and down, where turning left and right has no meaning.
+const POLE_RADIANS: f64 = 0.01;
+
+/// Drop radii between the eye and the middle of a drop that was flown to.
+pub const VISIT_RADII: f64 = 4.0;
+
+/// The keys that are held, and how fast they move the camera.
+#[derive(Debug)]
+pub struct Flight {
+    held: HashSet<KeyCode>,
+    /// Scene units a second.
+    pub speed: f64,
+}
+
+impl Flight {
+    /// At rest, with a speed that suits the scene: twenty radii of its smallest drop a second.
+    pub fn new(scene: &Scene) -> Self {
+        let radii = scene.drops.iter().map(|drop| drop.radius);
+        let least = radii.chain(scene.rain.map(|rain| rain.radius)).fold(f64::INFINITY, f64::min);
+        Self { held: HashSet::new(), speed: 20.0 * if least.is_finite() { least } else { 1.0 } }
+    }
+
+    /// A key went down or up.
+    pub fn key(&mut self, code: KeyCode, is_down: bool) {
+        if is_down {
+            self.held.insert(code);
+        } else {
+            self.held.remove(&code);
+        }
+    }
+
+    /// No key is held any more: the window has lost the keyboard, and will not hear of releases.
+    pub fn release(&mut self) {
+        self.held.clear();
+    }
+
+    /// Whether a key that moves is held.
+    pub fn is_moving(&self) -> bool {
+        self.wish() != DVec3::ZERO || self.turn() != (0.0, 0.0)
+    }
+
+    fn along(&self, positive: KeyCode, negative: KeyCode) -> f64 {
+        f64::from(self.held.contains(&positive)) - f64::from(self.held.contains(&negative))
+    }
+
+    /// Right, up, forward.
+    fn wish(&self) -> DVec3 {
+        DVec3::new(
+            self.along(KeyCode::KeyD, KeyCode::KeyA),
+            self.along(KeyCode::KeyE, KeyCode::KeyQ),
+            self.along(KeyCode::KeyW, KeyCode::KeyS),
+        )
+    }
+
+    fn turn(&self) -> (f64, f64) {
+        (
+            self.along(KeyCode::ArrowLeft, KeyCode::ArrowRight),
+            self.along(KeyCode::ArrowUp, KeyCode::ArrowDown),
+        )
+    }
+
+    /// Moves and turns by the keys held for `elapsed`.
+    pub fn fly(&self, camera: &mut Camera, elapsed: Duration) {
+        let seconds = elapsed.as_secs_f64();
+        let (wish, turn) = (self.wish(), self.turn());
+        if wish != DVec3::ZERO {
+            let fast = self.held.contains(&KeyCode::ShiftLeft);
+            let view = camera.view(1, 1);
+            let step = (wish.x * view.right + wish.y * view.up - wish.z * view.back)
+                * (self.speed * seconds * if fast { 10.0 } else { 1.0 });
+            camera.position += step;
+            camera.target += step;
+        }
+        if turn != (0.0, 0.0) {
+            let radians = RADIANS_PER_SECOND * seconds;
+            rotate(camera, radians * turn.0, radians * turn.1);
+        }
+    }
+}
+
+/// Turns by a movement of the mouse in pixels, as if the picture were dragged along.
+pub fn drag(camera: &mut Camera, (right, down): (f64, f64)) {
+    rotate(camera, RADIANS_PER_PX * right, RADIANS_PER_PX * down);
+}
+
+/// Turns to the left about `up`, then upwards.
+fn rotate(camera: &mut Camera, left: f64, up: f64) {
+    let axis = camera.up.normalize_or(DVec3::Y);
+    let (forward, distance) = (camera.forward(), camera.position.distance(camera.target));
+    let height = forward.angle_between(axis);
+    let up = height - (height - up).clamp(POLE_RADIANS, std::f64::consts::PI - POLE_RADIANS);
+    let right = camera.view(1, 1).right;
+    let turned = DQuat::from_axis_angle(axis, left) * DQuat::from_axis_angle(right, up) * forward;
+    camera.target = camera.position + distance * turned;
+}
+
+/// Flies up to the nearest drop within 30 degrees of the view's middle, and looks at it from
+/// [`VISIT_RADII`]. False if no drop is there.
+pub fn visit(scene: &mut Scene) -> bool {
+    let camera = scene.camera;
+    let forward = camera.forward();
+    // Centres are relative to the camera.
+    let nearer = |a: (DVec3, f64), b: (DVec3, f64)| if b.0.length() < a.0.length() { b } else { a };
+    let in_front = |(center, radius): (DVec3, f64)| {
+        center.dot(forward) > 0.866 * center.length() && center.length() > 1.5 * radius
+    };
+    let nowhere = (DVec3::INFINITY, 0.0);
+    let placed = scene.drops.iter().map(|drop| (drop.center - camera.position, drop.radius));
+    let mut nearest = placed.filter(|drop| in_front(*drop)).fold(nowhere, nearer);
+    if let Some(rain) = scene.rain() {
+        use rayon::iter::{IntoParallelIterator as _, ParallelIterator as _};
+        let shift = rain.shift(crate::rain::tick_of_seconds(scene.time));
+        let place = rain.camera_place(camera.position);
+        let falling = (0..rain.count)
+            .into_par_iter()
+            .map(|index| (rain.relative(rain.place(index, shift), place).as_dvec3(), rain.radius))
+            .filter(|drop| in_front(*drop))
+            .reduce(|| nowhere, nearer);
+        nearest = nearer(nearest, falling);
+    }
+    let (center, radius) = nearest;
+    if !center.is_finite() {
+        return false;
+    }
+    let target = camera.position + center;
+    scene.camera.target = target;
+    scene.camera.position = target - center.normalize() * (VISIT_RADII * radius);
+    // The near plane would cut away what was flown to.
+    scene.camera.near = scene.camera.near.min(radius);
+    scene.camera.near_fade = 0.0;
+    true
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::PlacedDrop;
+
+    #[test]
+    fn keys_move_along_the_view() {
+        let mut scene = Scene::default();
+        let mut flight = Flight::new(&scene);
+        flight.key(KeyCode::KeyW, true);
+        flight.fly(&mut scene.camera, Duration::from_millis(500));
+        assert!(scene.camera.position.distance(DVec3::new(0.0, 0.0, -10.0)) < 1e-12);
+        assert!(scene.camera.target.distance(DVec3::new(0.0, 0.0, -11.0)) < 1e-12);
+        flight.release();
+        assert!(!flight.is_moving());
+    }
+
+    #[test]
+    fn turning_stops_short_of_the_pole() {
+        let mut camera = Camera::default();
+        for _ in 0..1000 {
+            drag(&mut camera, (3.0, 100.0));
+        }
+        let up = camera.forward().y;
+        assert!((0.999..1.0).contains(&up), "{up}");
+        drag(&mut camera, (0.0, -1000.0));
+        assert!(camera.forward().y < 0.0, "and there is a way back");
+    }
+
+    #[test]
+    fn a_visit_ends_in_front_of_the_drop() {
+        let drop = PlacedDrop { center: DVec3::new(3.0, 0.0, -40.0), radius: 0.5 };
+        let mut scene = Scene { rain: None, drops: vec![drop], ..Scene::default() };
+        assert!(visit(&mut scene));
+        let distance = scene.camera.position.distance(drop.center);
+        assert!((distance - VISIT_RADII * drop.radius).abs() < 1e-9, "{distance}");
+        scene.camera = Camera { target: DVec3::Z, ..Camera::default() };
+        assert!(!visit(&mut scene), "it is behind");
+    }
+}

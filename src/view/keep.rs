@@ -1,0 +1,90 @@
+//! Screenshots and scene files of what one sees, under the next free number.
+
+use std::path::{Path, PathBuf};
+
+use crate::picture::{write_png, write_whole};
+use crate::scene::{RainSettings, Scene};
+use crate::{Error, Result};
+
+/// The folder that they go to.
+#[derive(Debug)]
+pub struct Keep {
+    folder: PathBuf,
+}
+
+impl Keep {
+    /// Keeps files in `folder`.
+    pub fn new(folder: PathBuf) -> Self {
+        Self { folder }
+    }
+
+    /// `raindrops-0001.png` or the first number after it that is free.
+    fn next(&self, extension: &str) -> Result<PathBuf> {
+        let path = |number: u32| self.folder.join(format!("raindrops-{number:04}.{extension}"));
+        let free = (1..=9999).map(path).find(|path| !path.exists());
+        free.ok_or_else(|| Error::write(&self.folder, "all numbers to 9999 are taken"))
+    }
+
+    /// Keeps a picture: sRGB, three bytes a pixel.
+    pub fn picture(&self, srgb: &[u8], (width, height): (u32, u32)) -> Result<PathBuf> {
+        let path = self.next("png")?;
+        write_png(&path, width, height, srgb)?;
+        Ok(path)
+    }
+
+    /// Keeps a scene.
+    pub fn scene(&self, scene: &Scene) -> Result<PathBuf> {
+        let path = self.next("toml")?;
+        write_scene(&path, scene)?;
+        Ok(path)
+    }
+}
+
+/// Writes a scene file that [`Scene::load`] reads back as the same scene.
+pub fn write_scene(path: &Path, scene: &Scene) -> Result<()> {
+    let mut scene = scene.clone();
+    if let Some(file) = &mut scene.environment.file {
+        // Relative to the new file it would be another one.
+        *file = std::path::absolute(&*file).map_err(|error| Error::write(path, error))?;
+    }
+    if scene.rain.is_none() && scene.drops.is_empty() {
+        // Left out, rain would be the default one.
+        scene.rain = Some(RainSettings { count: 0, ..RainSettings::default() });
+    }
+    let text = toml::to_string(&scene).map_err(|error| Error::write(path, error))?;
+    write_whole(path, |file| {
+        use std::io::Write as _;
+        file.write_all(text.as_bytes()).map_err(|error| error.to_string())
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::{Optics, Preset};
+    use crate::scene::{ModelChoice, PlacedDrop};
+
+    #[test]
+    fn a_scene_is_read_back_as_it_was() -> Result<()> {
+        let folder = tempfile::tempdir().map_err(|error| Error::write(Path::new("tmp"), error))?;
+        let keep = Keep::new(folder.path().into());
+        let drop = PlacedDrop { center: glam::DVec3::new(0.1, 1e-9, -3e20), radius: 1.0 / 3.0 };
+        let model = ModelChoice {
+            preset: Preset::Fast,
+            optics: Some(Optics::ClosedForm),
+            samples: Some(7),
+            ..ModelChoice::default()
+        };
+        let scenes = [
+            Scene::default(),
+            Scene { rain: None, drops: vec![drop; 2], ..Scene::default() },
+            Scene { drops: vec![drop], time: -0.1 - 1e-12, model, ..Scene::default() },
+        ];
+        for (number, scene) in scenes.iter().enumerate() {
+            let path = keep.scene(scene)?;
+            assert_eq!(path, folder.path().join(format!("raindrops-{:04}.toml", number + 1)));
+            assert_eq!(&Scene::load(&path)?, scene);
+        }
+        Ok(())
+    }
+}
