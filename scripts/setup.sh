@@ -4,6 +4,7 @@
 # shader compiler's archives. Quiet when nothing is missing.
 #
 #   scripts/setup.sh                 what scripts/bench.sh and scripts/test.sh need
+#   scripts/setup.sh --tests         also what tests of the window need: a virtual X server
 #   scripts/setup.sh --drivers       also SwiftShader and a newer lavapipe, for comparing drivers; the
 #                                    last line says how to select all of them (Debian, Ubuntu)
 set -euo pipefail
@@ -71,6 +72,18 @@ case $manager in
   none) say "no package manager that this script knows (apt, dnf, pacman, brew);" \
             "needed: a C++ compiler, cmake, git, python3, the Vulkan loader, a driver, the validation layer" ;;
 esac
+
+# A virtual X server, and the libraries that a program in an X window loads as it starts: a desktop
+# has them, a server may not.
+if [ "${1:-}" = --tests ]; then
+  case $manager in
+    apt) install xvfb xkb-data libx11-6 libx11-xcb1 libxcursor1 libxi6 libxkbcommon0 libxkbcommon-x11-0 ;;
+    dnf) install xorg-x11-server-Xvfb libX11 libX11-xcb libXcursor libXi libxkbcommon libxkbcommon-x11 ;;
+    pacman) install xorg-server-xvfb libx11 libxcursor libxi libxkbcommon libxkbcommon-x11 ;;
+    brew) ;; # there is no X on macOS
+    none) say "needed by the tests of the window: Xvfb" ;;
+  esac
+fi
 
 # Debian's shaderc comes in pieces that the shaderc crate cannot link: the combined archive lacks
 # glslang, the shared library lacks symbols. Merged into one archive it links in a second, where a

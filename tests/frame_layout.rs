@@ -105,7 +105,7 @@ fn every_member_arrives_under_its_name() {
             (Binding::STORAGE_BUFFER, Resource::Buffer(&copies)),
         ];
         let bindings = Bindings::of(device, "frame layout", &slots).expect("a set");
-        let shader = Shader { name: "frame_layout.comp", words: code };
+        let shader = Shader { name: "frame_layout.comp", define: None, words: code };
         let pipeline = ComputePipeline::new(device, &shader, &bindings, 0, &[]);
         let pipeline = pipeline.expect("a pipeline");
         Commands::once(device, "frame layout", |commands| {

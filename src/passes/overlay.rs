@@ -9,7 +9,7 @@ use ash::vk;
 use egui::epaint::{ClippedPrimitive, ImageDelta, Primitive, Vertex};
 use egui::{ImageData, TextureId, TexturesDelta};
 
-use crate::gpu::{attachment, rendering};
+use super::{attachment, rendering};
 use crate::Result;
 use crate::gpu::{
     Alpha, Binding, Bindings, Buffer, Commands, Device, GraphicsPipeline, GraphicsState, Image,
@@ -66,8 +66,8 @@ impl Overlay {
                 indices: make_buffer(device, "overlay indices", 0)?,
                 vertices: make_buffer(device, "overlay vertices", 0)?,
             };
-            overlay.bindings.write(frame, 1, &Resource::Buffer(&mesh.indices));
-            overlay.bindings.write(frame, 2, &Resource::Buffer(&mesh.vertices));
+            overlay.bindings.write(frame, 1, &Resource::Buffer(&mesh.indices))?;
+            overlay.bindings.write(frame, 2, &Resource::Buffer(&mesh.vertices))?;
             overlay.meshes.push(mesh);
         }
         Ok(overlay)
@@ -95,7 +95,7 @@ impl Overlay {
                 self.atlas = make_atlas(&self.device, image.size)?;
                 for frame in 0..self.meshes.len() {
                     let atlas = Resource::Sampled(&self.atlas, &self.sampler);
-                    self.bindings.write(frame, 0, &atlas);
+                    self.bindings.write(frame, 0, &atlas)?;
                 }
                 (Use::Nothing, true)
             }
@@ -186,7 +186,7 @@ impl Overlay {
         for (slot, (buffer, bytes, name)) in (1..).zip(needs) {
             if buffer.size < bytes {
                 *buffer = make_buffer(&self.device, name, bytes.next_power_of_two())?;
-                self.bindings.write(frame, slot, &Resource::Buffer(buffer));
+                self.bindings.write(frame, slot, &Resource::Buffer(buffer))?;
             }
         }
         Ok(())

@@ -6,11 +6,11 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use crate::gpu::{attachment, rendering};
+use super::{attachment, rendering};
 use crate::Result;
 use crate::gpu::{
     Alpha, Binding, Bindings, Device, GraphicsPipeline, GraphicsState, Image, Resource, Sampler,
-    shaders,
+    Samples, shaders,
 };
 
 /// Panes of the split view: the first model, the second, their difference.
@@ -51,7 +51,7 @@ impl Present {
         };
         let (one, split) = (pipeline(1)?, pipeline(SPLIT_PANES)?);
         let mut present = Self { one, split, bindings, sampler, is_split: false };
-        present.show(pictures);
+        present.show(pictures)?;
         Ok(present)
     }
 
@@ -59,12 +59,13 @@ impl Present {
     ///
     /// # Panics
     /// Without a picture: a mistake of the caller.
-    pub fn show(&mut self, pictures: &[&Image]) {
+    pub fn show(&mut self, pictures: &[&Image]) -> Result<()> {
         let (first, second) = (pictures[0], pictures.get(1).copied());
         self.is_split = second.is_some();
         for (number, picture) in [first, second.unwrap_or(first)].into_iter().enumerate() {
-            self.bindings.write(0, number as u32, &Resource::Sampled(picture, &self.sampler));
+            self.bindings.write(0, number as u32, &Resource::Sampled(picture, &self.sampler))?;
         }
+        Ok(())
     }
 
     /// Records the pass; `target` is a colour attachment whose content is overwritten.

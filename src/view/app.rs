@@ -118,7 +118,7 @@ impl App {
                     viewer.flight.key(code, false);
                 } else if !takes_keys {
                     match action(code, shift, control) {
-                        Some(action) => viewer.act(action)?,
+                        Some(action) => viewer.ask(action),
                         None if !control => viewer.flight.key(code, true),
                         None => {}
                     }

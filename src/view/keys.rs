@@ -58,6 +58,13 @@ pub enum Action {
     Quit,
 }
 
+impl Action {
+    /// Whether it is about the picture that this frame draws, and waits for it.
+    pub fn is_of_picture(self) -> bool {
+        matches!(self, Self::Screenshot { .. } | Self::SaveScene | Self::Measure)
+    }
+}
+
 /// A key, whether Shift and Control are held, and what it does.
 type Key = (KeyCode, [bool; 2], Action);
 

@@ -109,7 +109,7 @@ impl Screen {
     pub fn show(&mut self, pictures: &[&Image]) -> Result<()> {
         if let Some(passes) = &mut self.passes {
             self.device.wait_idle()?;
-            passes.present.show(pictures);
+            passes.present.show(pictures)?;
         }
         Ok(())
     }
@@ -161,12 +161,12 @@ impl Screen {
     }
 
     /// What the window shows, with or without the overlay: sRGB, three bytes a pixel, row by row
-    /// from the top, and its width and height. None before the first frame.
+    /// from the top, of [`Screen::size`]. None before the first frame.
     pub fn read(
         &mut self,
         pictures: &[&Image],
         shapes: Option<&Shapes>,
-    ) -> Result<Option<(Vec<u8>, (u32, u32))>> {
+    ) -> Result<Option<Vec<u8>>> {
         let (width, height) = self.size();
         let (Some(swapchain), Some(passes)) = (&self.swapchain, &mut self.passes) else {
             return Ok(None);
@@ -207,7 +207,7 @@ impl Screen {
         let pixels: Vec<[u8; 4]> = staging.read(count);
         let is_bgr = format == vk::Format::B8G8R8A8_SRGB;
         let rgb = |[a, b, c, _]: [u8; 4]| if is_bgr { [c, b, a] } else { [a, b, c] };
-        Ok(Some((pixels.into_iter().flat_map(rgb).collect(), (width, height))))
+        Ok(Some(pixels.into_iter().flat_map(rgb).collect()))
     }
 }
 

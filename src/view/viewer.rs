@@ -112,8 +112,13 @@ impl Viewer {
         self.message = Some((message, Instant::now()));
     }
 
-    /// Does what a key or a button asks for.
-    pub fn act(&mut self, action: Action) -> Result<()> {
+    /// What a key asks for is done with the next frame.
+    pub fn ask(&mut self, action: Action) {
+        self.actions.push(action);
+        self.window.request_redraw();
+    }
+
+    fn act(&mut self, action: Action) -> Result<()> {
         match action {
             Action::Pause => self.clock.paused = !self.clock.paused,
             Action::Reverse => {
@@ -156,8 +161,8 @@ impl Viewer {
             Action::Panel => self.has_panel = !self.has_panel,
             Action::Screenshot { panel } => {
                 let shapes = panel.then_some(&self.shapes);
-                if let Some((srgb, size)) = self.screen.read(&self.stage.pictures(), shapes)? {
-                    let kept = self.keep.picture(&srgb, size);
+                if let Some(srgb) = self.screen.read(&self.stage.pictures(), shapes)? {
+                    let kept = self.keep.picture(&srgb, self.screen.size());
                     self.say(kept.map_or_else(|error| error.to_string(), |path| said(&path)));
                 }
             }
@@ -180,7 +185,6 @@ impl Viewer {
             }
             Action::Quit => self.is_done = true,
         }
-        self.window.request_redraw();
         Ok(())
     }
 
@@ -217,7 +221,8 @@ impl Viewer {
     /// Whether pictures change by themselves, so that frame is to follow frame.
     pub fn is_moving(&self) -> bool {
         let is_settling = self.drawn_size != self.window_size();
-        !self.clock.paused || self.flight.is_moving() || is_settling || self.message.is_some()
+        let is_asked = !self.actions.is_empty() || self.message.is_some();
+        !self.clock.paused || self.flight.is_moving() || is_settling || is_asked
     }
 
     fn window_size(&self) -> (u32, u32) {
@@ -238,6 +243,11 @@ impl Viewer {
         if self.is_moving() {
             self.history.push(elapsed);
         }
+        let (of_picture, others): (Vec<_>, Vec<_>) =
+            std::mem::take(&mut self.actions).into_iter().partition(|a| a.is_of_picture());
+        for action in others {
+            self.act(action)?;
+        }
         if let Some(outcome) = self.reload.poll(&self.device, now) {
             self.reloaded(outcome);
         }
@@ -249,7 +259,7 @@ impl Viewer {
             self.resized = (now, size);
         }
         let is_first = self.drawn_size == (0, 0);
-        if is_first || now - self.resized.0 >= SETTLED {
+        if is_first || !of_picture.is_empty() || now - self.resized.0 >= SETTLED {
             self.drawn_size = size;
         }
         let known = self.stage.problem.clone();
@@ -264,7 +274,7 @@ impl Viewer {
             self.say(problem);
         }
         self.lay_out();
-        for action in std::mem::take(&mut self.actions) {
+        for action in of_picture {
             self.act(action)?;
         }
         let is_shown = self.screen.draw(size, &self.stage.pictures(), &self.shapes)?;
