@@ -23,6 +23,12 @@ float disc_coverage(vec2 st, float pixels) {
     return mix(0.25 * PI, ramp, clamp(2.0 * pixels - 1.0, 0.0, 1.0));
 }
 
+#ifdef STAGE
+// Which stage of the paper's model is shown instead of its colour: `Stage` in src/renderer/stages.rs.
+layout(constant_id = 8) const uint SHOWN = 0;
+vec3 transmitted_direction;
+#endif
+
 #if defined(BY_CLOSED_FORM) || defined(DEVIATION_TABLE)
 #include "drop_by_ray.glsl"
 #elif defined(BY_PICTURE)
@@ -44,4 +50,8 @@ void main() {
     float alpha = sum.a / float(SAMPLES) * look.y;
     if (alpha <= 0.0) discard;
     color = vec4(sum.rgb / sum.a, alpha);
+#ifdef STAGE
+    if (SHOWN == 0u) color.rgb = vec3(2.0 * look.z * (at - 0.5), look.x);
+    if (SHOWN == 1u) color.rgb = transmitted_direction;
+#endif
 }

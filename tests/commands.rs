@@ -299,6 +299,23 @@ fn every_command_has_help() {
     }
 }
 
+/// However many devices there are, each is compared with each.
+#[test]
+fn devices_are_compared() {
+    let folder = folder();
+    let arguments = ["compare-devices", "--drops", "50", "--size", "32x24", "--seconds", "0"];
+    let more = ["--frames", "1", "--mask-size", "64", "--json", "a.json", "--max-flip", "0.05"];
+    let output = run(raindrops(folder.path(), &arguments).args(more));
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{stderr}");
+    let json = fs::read_to_string(folder.path().join("a.json")).expect("figures");
+    let figures: serde_json::Value = serde_json::from_str(&json).expect("JSON");
+    let devices = figures["devices"].as_array().expect("devices").len();
+    assert!(devices >= 1);
+    assert_eq!(figures["pairs"].as_array().expect("pairs").len(), devices * (devices - 1) / 2);
+    assert_eq!(figures["devices"][0]["flip"][0], 0.0);
+}
+
 /// A reader that goes away, as `head -1` does, is no error.
 #[test]
 fn a_closed_pipe_is_no_error() {

@@ -10,6 +10,9 @@ vec4 drop_at(vec2 at, float pixels) {
     vec4 reflection = textureLod(mask, vec3(at, 0.0), look.x);
     vec3 reflected = rotation * normalize(reflection.xyz);
     vec3 transmitted = rotation * normalize(transmission.xyz);
+#ifdef STAGE
+    transmitted_direction = transmitted;
+#endif
 
     // How far the directions fan out over one pixel: the root of the product of the radial and the
     // tangential derivative. For the reflection that is 2 / R everywhere on the disc; for the

@@ -1,5 +1,6 @@
 //! The benchmark: frames of one scene at several drop counts, with and without tone mapping.
 
+pub mod drivers;
 mod host;
 mod measure;
 mod report;

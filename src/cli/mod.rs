@@ -5,6 +5,7 @@
 
 mod bench;
 mod compare;
+mod compare_devices;
 mod devices;
 mod mask;
 mod options;
@@ -47,6 +48,7 @@ enum Command {
     Reference(reference::ReferenceArgs),
     /// How far picture B is from the truth A; with bounds, a check
     Compare(compare::CompareArgs),
+    CompareDevices(compare_devices::CompareDevicesArgs),
 }
 
 /// What a command answers when it did not fail.
@@ -74,6 +76,7 @@ pub fn main() -> ExitCode {
         Command::Sky(args) => sky::run(&args),
         Command::Reference(args) => reference::run(&args),
         Command::Compare(args) => compare::run(&args),
+        Command::CompareDevices(args) => compare_devices::run(&args),
     };
     match outcome {
         Ok(Answer::Yes) => ExitCode::SUCCESS,

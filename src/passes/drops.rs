@@ -46,6 +46,8 @@ pub struct Target {
     pub alpha: Alpha,
     /// Guard band, see [`guard_band`].
     pub guard_px: f32,
+    /// Instead of the colour a stage on the way to it, where a mask is read.
+    pub stage: Option<u32>,
 }
 
 /// Where a fragment finds a drop's light.
@@ -141,6 +143,7 @@ impl Drops {
     ) -> Result<Self> {
         let table = Table::new(device, frame, constants, environment, plan)?;
         let (fragment, source, own_constant) = table.reader(plan.optics);
+        let fragment = if target.stage.is_some() { shaders::DROPS_FRAG_STAGE } else { fragment };
         let map = Resource::Sampled(&environment.image, &environment.sampler);
         let slots: Vec<_> = [
             (Binding::UNIFORM_BUFFER, Resource::Buffer(&frame.buffer)),
@@ -153,6 +156,7 @@ impl Drops {
         let pipeline = |vertex, topology, rate, is_point: u32| {
             let mut specialization = light_constants(&plan.light).to_vec();
             specialization.extend([is_point, plan.samples, own_constant]);
+            specialization.extend(target.stage);
             GraphicsPipeline::new(
                 device,
                 [vertex, fragment],

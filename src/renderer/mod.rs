@@ -2,6 +2,7 @@
 //! frame, in `tiled.rs` for the fast one, and for what both share in [`Renderer::submit`].
 
 mod points;
+pub mod stages;
 mod tiled;
 
 use std::sync::Arc;
@@ -112,6 +113,24 @@ pub struct Renderer {
     device: Arc<Device>,
 }
 
+/// What the device and the environment add to the constants of a frame.
+fn surroundings(
+    device: &Arc<Device>,
+    scene: &Scene,
+    environment: &EnvironmentMap,
+) -> Result<Surroundings> {
+    let (_, point_limit_px) = guard_band(device, scene.image.width, scene.image.height)?;
+    let scale = f64::from(environment.radiance_scale);
+    let delta = (DELTA * environment.mean_luminance / scale) as f32;
+    Ok(Surroundings {
+        point_limit_px,
+        texel_angle: environment.texel_angle,
+        radiance_scale: environment.radiance_scale,
+        // In an all-black environment any δ keeps the logarithm finite.
+        delta: delta.max(f32::MIN_POSITIVE),
+    })
+}
+
 impl Renderer {
     /// Makes everything that frames of `scene` by `plan` need.
     pub fn new(
@@ -123,16 +142,7 @@ impl Renderer {
         let (width, height) = (scene.image.width, scene.image.height);
         let frame = FrameBuffer::new(device)?;
         let environment = EnvironmentMap::new(device, environment)?;
-        let scale = f64::from(environment.radiance_scale);
-        let delta = (DELTA * environment.mean_luminance / scale) as f32;
-        let (_, point_limit_px) = guard_band(device, width, height)?;
-        let surroundings = Surroundings {
-            point_limit_px,
-            texel_angle: environment.texel_angle,
-            radiance_scale: environment.radiance_scale,
-            // In an all-black environment any δ keeps the logarithm finite.
-            delta: delta.max(f32::MIN_POSITIVE),
-        };
+        let surroundings = surroundings(device, scene, &environment)?;
         let constants = Frame::new(scene, &surroundings, None);
         let drawing = match plan.primitive {
             Primitive::Point | Primitive::Quad => {

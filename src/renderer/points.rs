@@ -70,7 +70,7 @@ impl Points {
         };
         let rain = if count > 0 {
             let (guard_px, _) = guard_band(device, width, height)?;
-            let target_state = Target { format: RADIANCE, samples, alpha, guard_px };
+            let target_state = Target { format: RADIANCE, samples, alpha, guard_px, stage: None };
             let usage = Usage::DEPTH_STENCIL_ATTACHMENT;
             Some(Rain {
                 simulate: Simulate::new(device, frame, scene, plan.simulation)?,

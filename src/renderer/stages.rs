@@ -1,0 +1,127 @@
+//! The paper's model stage by stage, in float32 and unblended, for the nearest drop of each pixel: where
+//! two drivers' pictures differ, the stage that differs first says why.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::surroundings;
+use crate::environment::Environment;
+use crate::gpu::{
+    Alpha, Buffer, Commands, Device, Image, ImageInfo, Memory, Samples, Use, attachment,
+    image_barrier, image_discard, memory_barrier,
+};
+use crate::model::Optics;
+use crate::passes::drops::{Drops, Target, guard_band};
+use crate::passes::environment::EnvironmentMap;
+use crate::passes::frame::{Frame, FrameBuffer};
+use crate::passes::simulate::Simulate;
+use crate::plan::FramePlan;
+use crate::scene::Scene;
+use crate::{Error, Result};
+
+const FORMAT: vk::Format = vk::Format::R32G32B32A32_SFLOAT;
+
+/// What a pixel can show on the way to its colour.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stage {
+    /// Where in the drop's square it is, in pixels from the centre; the mask's level.
+    Footprint,
+    /// The refracted direction, in world space.
+    Direction,
+    /// Radiance of the drop before blending.
+    Radiance,
+}
+
+/// Every stage of a frame.
+pub struct Stages {
+    /// Drop records: centre in view space and radius, by index; radius 0 for those not drawn as points.
+    pub drops: Vec<[f32; 4]>,
+    /// A picture a stage, in the order of [`Stage`]: three values and alpha; zeros where no drop is.
+    pub pictures: [Vec<[f32; 4]>; 3],
+}
+
+impl Stages {
+    /// Draws the drops of `scene` as far as each stage.
+    ///
+    /// # Errors
+    /// [`Error::Scene`] if the plan reads no mask; what the renderer fails with.
+    pub fn draw(
+        device: &Arc<Device>,
+        scene: &Scene,
+        environment: &Environment,
+        plan: &FramePlan,
+    ) -> Result<Self> {
+        if plan.optics != Optics::Mask {
+            return Err(Error::Scene {
+                place: "stages".into(),
+                problem: format!("they are the mask's, not those of optics {}", plan.optics),
+            });
+        }
+        let (width, height) = (scene.image.width, scene.image.height);
+        let frame = FrameBuffer::new(device)?;
+        let environment = EnvironmentMap::new(device, environment)?;
+        let constants = Frame::new(scene, &surroundings(device, scene, &environment)?, None);
+        let simulate = Simulate::new(device, &frame, scene, plan.simulation)?;
+        let (samples, alpha) = (Samples::One, Alpha::Ignored);
+        let image = |name, format, usage| {
+            let info =
+                ImageInfo { name, width, height, levels: 1, layers: 1, format, usage, samples };
+            Image::new(device, &info)
+        };
+        use vk::ImageUsageFlags as Usage;
+        let target = image("stage", FORMAT, Usage::COLOR_ATTACHMENT | Usage::TRANSFER_SRC)?;
+        let depth = image("depth", vk::Format::D32_SFLOAT, Usage::DEPTH_STENCIL_ATTACHMENT)?;
+        let (guard_px, _) = guard_band(device, width, height)?;
+        let read_back = |bytes| {
+            let usage = vk::BufferUsageFlags::TRANSFER_DST;
+            Buffer::new(device, "stage read back", bytes, usage, Memory::Readback)
+        };
+        let pixels = width as usize * height as usize;
+        let picture = read_back(16 * pixels as u64)?;
+        let records = read_back(simulate.drops.size)?;
+        let draw = |stage: Stage| {
+            let stage = Some(stage as u32);
+            let state = Target { format: FORMAT, samples, alpha, guard_px, stage };
+            let count = scene.drop_count();
+            let drops = Drops::new(device, &frame, &constants, &environment, plan, state, count)?;
+            Commands::once(device, "stage", |commands| {
+                let copied = [Use::TransferRead, Use::TransferWrite];
+                memory_barrier(device, commands, &copied, &copied);
+                simulate.record_reset(device, commands);
+                frame.record(device, commands, &constants);
+                let read = [Use::Uniform, Use::ComputeWrite];
+                memory_barrier(device, commands, &[Use::TransferWrite], &read);
+                simulate.record(device, commands);
+                let readers = [Use::VertexInput, Use::Indirect, Use::TransferRead];
+                memory_barrier(device, commands, &[Use::ComputeWrite], &readers);
+                let (color_use, depth_use) = (Use::ColorAttachment, Use::DepthAttachment);
+                image_discard(device, commands, &target, &[Use::TransferRead], color_use);
+                image_discard(device, commands, &depth, &[depth_use], depth_use);
+                let color = attachment(&target, vk::AttachmentLoadOp::CLEAR);
+                drops.record(device, commands, &simulate, color, (width, height), &depth);
+                image_barrier(device, commands, &target, color_use, Use::TransferRead);
+                let region =
+                    [vk::BufferCopy { src_offset: 0, dst_offset: 0, size: simulate.drops.size }];
+                let layout = vk::ImageLayout::TRANSFER_SRC_OPTIMAL;
+                let copy = [target.level_copy(0, 0)];
+                let raw = device.raw();
+                // SAFETY: the buffers hold what is copied into them, after the barriers above.
+                unsafe {
+                    raw.cmd_copy_buffer(commands, simulate.drops.raw(), records.raw(), &region);
+                    raw.cmd_copy_image_to_buffer(
+                        commands,
+                        target.raw(),
+                        layout,
+                        picture.raw(),
+                        &copy,
+                    );
+                }
+                memory_barrier(device, commands, &[Use::TransferWrite], &[Use::HostRead]);
+            })?;
+            Ok::<_, Error>(picture.read(pixels))
+        };
+        let pictures = [draw(Stage::Footprint)?, draw(Stage::Direction)?, draw(Stage::Radiance)?];
+        Ok(Self { drops: records.read(scene.drop_count() as usize), pictures })
+    }
+}
