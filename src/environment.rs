@@ -98,6 +98,16 @@ impl Environment {
             .map_err(|problem| Error::Environment { path: name.into(), problem })
     }
 
+    /// A hash of the texels (FNV-1a, 64 bits), by which other texels are told apart; not by whoever
+    /// means to deceive.
+    pub fn hash(&self) -> u64 {
+        let bytes: &[u8] = bytemuck::cast_slice(&self.texels);
+        let basis = 0xcbf2_9ce4_8422_2325 ^ u64::from(self.width);
+        bytes
+            .iter()
+            .fold(basis, |hash, byte| (hash ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3))
+    }
+
     /// The sky that comes with the program, made by `raindrops sky`.
     ///
     /// # Errors

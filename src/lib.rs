@@ -11,6 +11,7 @@ pub mod cli;
 pub mod cull;
 pub mod environment;
 mod error;
+pub mod film;
 pub mod gpu;
 pub mod model;
 pub mod optics;

@@ -8,6 +8,7 @@ use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
 use crate::camera::{Camera, View};
+use crate::film::Film;
 use crate::model::{
     Fresnel, Lookup, Operator, Optics, Order, Preset, Primitive, Reflection, Simulation, Weights,
 };
@@ -45,6 +46,9 @@ pub struct Scene {
     pub model: ModelChoice,
     /// From radiance to display.
     pub tone_map: ToneMap,
+    /// What changes from frame to frame of a film.
+    #[serde(skip_serializing_if = "Film::is_default")]
+    pub film: Film,
 }
 
 /// Size of the picture in pixels.
@@ -152,6 +156,7 @@ impl Default for Scene {
             drops: Vec::new(),
             model: ModelChoice::default(),
             tone_map: ToneMap::default(),
+            film: Film::default(),
         }
     }
 }
@@ -302,7 +307,8 @@ impl Scene {
         })?;
         let order = self.model.internal_reflections.unwrap_or(0);
         check(order <= 8, &|| format!("model: internal_reflections = {order} is over 8"))?;
-        check(positive(self.tone_map.key), &|| "tone_map: key must be finite and over 0".into())
+        check(positive(self.tone_map.key), &|| "tone_map: key must be finite and over 0".into())?;
+        self.film.validate().or_else(|problem| check(false, &|| problem.clone()))
     }
 
     /// The camera's frame for this scene's image.

@@ -211,7 +211,7 @@ fn bad_values_on_the_command_line() {
         (["--size", "0x5"], "0 x 5"),
         (["--drops", "4000000000"], "4000000000"),
         (["--time", "nan"], "NaN"),
-        (["--fps", "0"], "--fps 0"),
+        (["--fps", "0"], "fps = 0"),
         (["--mask-size", "3"], "mask_size = 3"),
     ] {
         let mut all = vec!["render"];

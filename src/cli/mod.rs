@@ -6,12 +6,14 @@
 mod bench;
 mod compare;
 mod compare_devices;
+mod completions;
 mod devices;
 mod mask;
 mod options;
 mod plan;
 mod reference;
 mod render;
+mod sequence;
 mod sky;
 mod view;
 
@@ -19,7 +21,7 @@ use std::io::{ErrorKind, Write as _};
 use std::path::Path;
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory as _, Parser, Subcommand};
 use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 
 use crate::environment::Environment;
@@ -49,6 +51,7 @@ enum Command {
     /// How far picture B is from the truth A; with bounds, a check
     Compare(compare::CompareArgs),
     CompareDevices(compare_devices::CompareDevicesArgs),
+    Completions(completions::CompletionsArgs),
 }
 
 /// What a command answers when it did not fail.
@@ -77,6 +80,7 @@ pub fn main() -> ExitCode {
         Command::Reference(args) => reference::run(&args),
         Command::Compare(args) => compare::run(&args),
         Command::CompareDevices(args) => compare_devices::run(&args),
+        Command::Completions(args) => completions::run(&args, &mut Cli::command()),
     };
     match outcome {
         Ok(Answer::Yes) => ExitCode::SUCCESS,

@@ -1,11 +1,13 @@
 //! `raindrops render`: one frame or a numbered sequence, as EXR or PNG.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
 
 use super::options::{DeviceArgs, ModelArgs, SceneArgs};
+use super::sequence::{Sequence, heed_interrupts, is_interrupted};
 use super::{Answer, progress};
+use crate::model::Simulation;
 use crate::picture::write_png;
 use crate::plan::{Output, plan};
 use crate::renderer::{FrameReport, Renderer};
@@ -22,40 +24,67 @@ pub struct RenderArgs {
     /// Picture to write: .exr (linear radiance, float32) or .png (tone mapped, sRGB, 8 bit)
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
-    /// Number of frames; over 1, files are numbered: rain.png becomes rain-0000.png …
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
-    frames: u32,
-    /// Frames a second of scene time; negative runs backwards
-    #[arg(long, value_name = "F", default_value_t = 30.0, allow_negative_numbers = true)]
-    fps: f64,
+    /// Number of frames; left out: as many as the scene's film has. Over 1, files are numbered:
+    /// rain.png becomes rain-0000.png …
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    frames: Option<u32>,
+    /// Frames a second; negative runs backwards [default: the film's, or 30]
+    #[arg(long, value_name = "F", allow_negative_numbers = true)]
+    fps: Option<f64>,
+    /// Keep the frames of this scene that are there, and render the others
+    #[arg(long)]
+    resume: bool,
 }
 
 /// Runs the command.
 pub fn run(args: &RenderArgs) -> anyhow::Result<Answer> {
     let mut scene = args.scene.load()?;
     args.model.apply(&mut scene)?;
+    if let Some(fps) = args.fps {
+        scene.film.fps = fps;
+        scene.validate("--fps")?;
+    }
     let output = match args.output.extension().and_then(|e| e.to_str()) {
         Some("exr") => Output::Radiance,
         Some("png") => Output::Display,
         _ => anyhow::bail!("{}: name a picture .exr or .png", args.output.display()),
     };
-    if !args.fps.is_finite() || args.fps == 0.0 {
-        anyhow::bail!("--fps {}: give a finite number that is not 0", args.fps);
-    }
     super::check_folder(&args.output)?;
+    let plan = plan(&scene, output)?;
+    if args.resume && plan.simulation == Simulation::Stored {
+        anyhow::bail!(
+            "--resume: stored positions come from the frame before; render from the beginning, or \
+             with --simulation integer"
+        );
+    }
     let environment = super::open_environment(&scene)?;
+    let frames = args.frames.unwrap_or_else(|| scene.film.frames());
+    let sequence = match frames {
+        1 => None,
+        _ => Some(Sequence::new(&args.output, &scene, &environment, args.resume)?),
+    };
+    let is_there = |number: u32| sequence.as_ref().is_some_and(|all| all.has(number));
+    let missing: Vec<u32> = (0..frames).filter(|number| !is_there(*number)).collect();
+    if missing.is_empty() {
+        eprintln!("all {frames} frames are there");
+        return Ok(Answer::Yes);
+    }
     let device = args.device.open()?;
-    let mut renderer = Renderer::new(&device, &scene, &environment, &plan(&scene, output)?)?;
+    let mut renderer = Renderer::new(&device, &scene, &environment, &plan)?;
+    if sequence.is_some() {
+        heed_interrupts()?;
+    }
 
-    let start = scene.time;
-    let bar = progress(u64::from(args.frames), "frames");
+    let bar = progress(missing.len() as u64, "frames");
     let mut report = FrameReport::default();
-    for number in 0..args.frames {
-        scene.time = start + f64::from(number) / args.fps;
-        renderer.submit(&scene)?;
+    for (done, number) in missing.iter().enumerate() {
+        if is_interrupted() {
+            let left = missing.len() - done;
+            anyhow::bail!("interrupted: {left} of {frames} frames are missing; --resume goes on");
+        }
+        renderer.submit(&scene.film.frame(&scene, *number))?;
         report = renderer.finish()?;
-        let path =
-            if args.frames > 1 { numbered(&args.output, number) } else { args.output.clone() };
+        let path = sequence.as_ref().map_or(args.output.clone(), |all| all.path(*number));
         match output {
             Output::Radiance => renderer.read_radiance()?.write_exr(&path)?,
             Output::Display => {
@@ -70,11 +99,4 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<Answer> {
     super::say_undrawn(&report.counts);
     device.instance().expect_silence()?;
     Ok(Answer::Yes)
-}
-
-/// `rain.png` and 7 to `rain-0007.png`.
-fn numbered(path: &Path, number: u32) -> PathBuf {
-    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-    let extension = path.extension().unwrap_or_default().to_string_lossy();
-    path.with_file_name(format!("{stem}-{number:04}.{extension}"))
 }

@@ -1,0 +1,127 @@
+//! The files of a numbered sequence: their names, what they are frames of, and which are there.
+//!
+//! Frames appear whole or not at all, so a sequence that was interrupted, in whatever way, goes on
+//! with the frames that are missing. A manifest beside them says what they are frames of; frames of
+//! another scene are not taken for this one's.
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use serde::Serialize;
+
+use crate::environment::Environment;
+use crate::picture::write_whole;
+use crate::scene::Scene;
+use crate::{Error, Result};
+
+/// Set by Ctrl-C and by SIGTERM; asked between frames.
+static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+
+/// A sequence of pictures beside each other.
+pub struct Sequence {
+    output: PathBuf,
+    resume: bool,
+}
+
+/// What every frame depends on, and its number alone does not tell.
+#[derive(Serialize)]
+struct Manifest<'a> {
+    /// What this file is, for whoever finds it.
+    about: &'static str,
+    version: &'static str,
+    /// Of the environment's texels.
+    environment_hash: String,
+    scene: &'a Scene,
+}
+
+impl Sequence {
+    /// The sequence of `scene` named after `output`. With `resume` it goes on where it ended.
+    ///
+    /// # Errors
+    /// With `resume`: frames that are there belong to something else, or nothing says to what.
+    pub fn new(
+        output: &Path,
+        scene: &Scene,
+        environment: &Environment,
+        resume: bool,
+    ) -> Result<Self> {
+        let sequence = Self { output: output.into(), resume };
+        let manifest = Manifest {
+            about: "the scene of the frames beside this file; `render --resume` compares it",
+            version: env!("CARGO_PKG_VERSION"),
+            environment_hash: format!("{:016x}", environment.hash()),
+            scene,
+        };
+        let path = sequence.manifest_path();
+        let text = toml::to_string(&manifest).map_err(|error| Error::write(&path, error))?;
+        if resume {
+            match std::fs::read_to_string(&path) {
+                Ok(there) if there == text => return Ok(sequence),
+                Ok(there) => return Err(other_scene(&path, &there, &text)),
+                Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
+                    if sequence.path(0).exists() {
+                        let problem = "it is not there, so nothing says what the frames beside it are \
+                                       of; render without --resume";
+                        return Err(Error::read(&path, problem));
+                    }
+                }
+                Err(error) => return Err(Error::read(&path, error)),
+            }
+        }
+        write_whole(&path, |file| {
+            std::io::Write::write_all(file, text.as_bytes()).map_err(|error| error.to_string())
+        })?;
+        Ok(sequence)
+    }
+
+    /// `rain.png` and 7 to `rain-0007.png`.
+    pub fn path(&self, number: u32) -> PathBuf {
+        let extension = self.output.extension().unwrap_or_default().to_string_lossy();
+        self.output.with_file_name(format!("{}-{number:04}.{extension}", self.stem()))
+    }
+
+    /// Whether a frame is there already and stays.
+    pub fn has(&self, number: u32) -> bool {
+        self.resume && self.path(number).exists()
+    }
+
+    fn manifest_path(&self) -> PathBuf {
+        self.output.with_file_name(format!("{}.frames.toml", self.stem()))
+    }
+
+    fn stem(&self) -> String {
+        self.output.file_stem().unwrap_or_default().to_string_lossy().into_owned()
+    }
+}
+
+/// Names the first line that differs.
+fn other_scene(path: &Path, there: &str, wanted: &str) -> Error {
+    let lines = there.lines().zip(wanted.lines());
+    let differs = lines.enumerate().find(|(_, (there, wanted))| there != wanted);
+    let (number, there, wanted) = match differs {
+        Some((number, (there, wanted))) => (number + 1, there, wanted),
+        None => (there.lines().count().min(wanted.lines().count()) + 1, "its end", "more or less"),
+    };
+    Error::Scene {
+        place: format!("{}:{number}", path.display()),
+        problem: format!(
+            "the frames are of another scene (`{there}`, not `{wanted}`); render without --resume, \
+             or under another name"
+        ),
+    }
+}
+
+/// From now on Ctrl-C ends the sequence after the frame that is being drawn; a second one at once.
+pub fn heed_interrupts() -> Result<()> {
+    ctrlc::set_handler(|| {
+        if INTERRUPTED.swap(true, Ordering::Relaxed) {
+            std::process::exit(2);
+        }
+    })
+    .map_err(|error| Error::write(Path::new("the signal handler"), error))
+}
+
+/// Whether it was asked to end.
+pub fn is_interrupted() -> bool {
+    INTERRUPTED.load(Ordering::Relaxed)
+}

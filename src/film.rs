@@ -1,0 +1,295 @@
+//! A film of a scene: where the camera is and how fast the rain falls at every moment of it.
+//!
+//! *Film time* is what the viewer's watch shows: frame n is at n / fps seconds. *Scene time* is the
+//! rain's; where `pace` is 0 the drops hang in the air while the camera goes on.
+
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+
+use crate::camera::Camera;
+use crate::scene::Scene;
+
+/// A film: camera keys and pace keys, in any number.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Film {
+    /// Frames a second of film time; negative runs backwards.
+    pub fps: f64,
+    /// Where the camera is; without keys it stands where the scene has it.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub camera: Vec<CameraKey>,
+    /// How fast the rain falls; without keys as in the world.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub pace: Vec<PaceKey>,
+}
+
+/// The camera at one moment.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct CameraKey {
+    /// Film time in seconds.
+    pub at: f64,
+    /// Where the eye is.
+    pub position: DVec3,
+    /// What it looks at.
+    pub target: DVec3,
+    /// Degrees; left out: as the key before, or as the scene.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub vertical_fov: Option<f64>,
+}
+
+/// The pace at one moment; between two it changes evenly.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct PaceKey {
+    /// Film time in seconds.
+    pub at: f64,
+    /// Scene seconds a second of film; 0 stands still, negative runs backwards.
+    pub rate: f64,
+}
+
+impl Default for Film {
+    fn default() -> Self {
+        Self { fps: 30.0, camera: Vec::new(), pace: Vec::new() }
+    }
+}
+
+impl Film {
+    /// Whether nothing was said of a film.
+    pub(crate) fn is_default(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// Checks every value; the problem is told in words.
+    pub(crate) fn validate(&self) -> Result<(), String> {
+        if !self.fps.is_finite() || self.fps == 0.0 {
+            return Err(format!("film: fps = {} is not a finite number other than 0", self.fps));
+        }
+        let camera = self.camera.iter().map(|key| key.at).collect();
+        let pace = self.pace.iter().map(|key| key.at).collect();
+        for (name, times) in [("camera", camera), ("pace", pace)] {
+            let times: Vec<f64> = times;
+            let rises = times.windows(2).all(|pair| pair[0] < pair[1]);
+            if !rises || times.iter().any(|at| !at.is_finite()) {
+                return Err(format!("film: each {name} key must be at a later time than the last"));
+            }
+        }
+        for key in &self.camera {
+            let fov = key.vertical_fov.unwrap_or(90.0);
+            if !key.position.is_finite() || !key.target.is_finite() || key.position == key.target {
+                return Err(format!(
+                    "film: camera key at {}: position and target must be finite and differ",
+                    key.at
+                ));
+            }
+            if !(0.01..=175.0).contains(&fov) {
+                return Err(format!(
+                    "film: camera key at {}: vertical_fov = {fov} is not within 0.01 to 175 degrees",
+                    key.at
+                ));
+            }
+        }
+        match self.pace.iter().find(|key| !key.rate.is_finite()) {
+            Some(key) => Err(format!("film: pace key at {}: rate must be finite", key.at)),
+            None => Ok(()),
+        }
+    }
+
+    /// Frames up to and with the last key; 1 without keys.
+    pub fn frames(&self) -> u32 {
+        let last = self.camera.last().map(|key| key.at).into_iter();
+        let last = last.chain(self.pace.last().map(|key| key.at)).fold(0.0, f64::max);
+        1 + (last * self.fps.abs()).ceil().min(f64::from(u32::MAX - 1)) as u32
+    }
+
+    /// `scene` as frame `number` shows it.
+    pub fn frame(&self, scene: &Scene, number: u32) -> Scene {
+        let at = f64::from(number) / self.fps;
+        Scene {
+            time: scene.time + self.scene_seconds(at),
+            camera: self.camera_at(&scene.camera, at),
+            ..scene.clone()
+        }
+    }
+
+    /// Scene time that goes by from film time 0 to `at`: the integral of the pace, in closed form (it
+    /// is linear between keys, constant before the first and after the last), so that every frame is
+    /// right by itself.
+    pub fn scene_seconds(&self, at: f64) -> f64 {
+        self.integral(at) - self.integral(0.0)
+    }
+
+    /// The integral of the pace from its first key to `at`.
+    fn integral(&self, at: f64) -> f64 {
+        let (Some(first), Some(last)) = (self.pace.first(), self.pace.last()) else { return at };
+        if at <= first.at {
+            return (at - first.at) * first.rate;
+        }
+        let mut sum = 0.0;
+        for pair in self.pace.windows(2) {
+            let (from, to) = (pair[0], pair[1]);
+            let span = to.at - from.at;
+            if at < to.at {
+                let part = at - from.at;
+                return sum + part * (from.rate + 0.5 * part * (to.rate - from.rate) / span);
+            }
+            sum += 0.5 * span * (from.rate + to.rate);
+        }
+        sum + (at - last.at) * last.rate
+    }
+
+    /// The camera at film time `at`: through every key at its time, with a velocity that does not
+    /// jump (cubic Hermite, Catmull-Rom's tangents for keys at uneven times). It starts and ends at
+    /// rest, and stands still between two keys that are alike.
+    pub fn camera_at(&self, scene: &Camera, at: f64) -> Camera {
+        let mut fov = scene.vertical_fov;
+        let keys: Vec<Key> = self
+            .camera
+            .iter()
+            .map(|key| {
+                fov = key.vertical_fov.unwrap_or(fov);
+                Key { at: key.at, value: [key.position, key.target, DVec3::splat(fov)] }
+            })
+            .collect();
+        let (Some(first), Some(last)) = (keys.first(), keys.last()) else { return *scene };
+        let next = keys.partition_point(|key| key.at <= at);
+        let [position, target, fov] = match next {
+            0 => first.value,
+            next if next == keys.len() => last.value,
+            next => hermite(&keys, next - 1, at),
+        };
+        Camera { position, target, vertical_fov: fov.x, ..*scene }
+    }
+}
+
+/// Position, target and (three times) the field of view.
+#[derive(Clone, Copy)]
+struct Key {
+    at: f64,
+    value: [DVec3; 3],
+}
+
+/// Between keys `number` and `number + 1`.
+fn hermite(keys: &[Key], number: usize, at: f64) -> [DVec3; 3] {
+    let (from, to) = (keys[number], keys[number + 1]);
+    let span = to.at - from.at;
+    let t = (at - from.at) / span;
+    let [m0, m1] = [number, number + 1].map(|number| tangents(keys, number));
+    std::array::from_fn(|i| {
+        let (t2, t3) = (t * t, t * t * t);
+        // In this form what is alike at both keys stays so to the bit.
+        from.value[i]
+            + (3.0 * t2 - 2.0 * t3) * (to.value[i] - from.value[i])
+            + span * ((t3 - 2.0 * t2 + t) * m0[i] + (t3 - t2) * m1[i])
+    })
+}
+
+/// Velocities at a key: those of the parabola through it and its neighbours; 0 at the ends, and where
+/// a neighbour is alike.
+fn tangents(keys: &[Key], number: usize) -> [DVec3; 3] {
+    let (Some(next), Some(last)) = (keys.get(number + 1), number.checked_sub(1)) else {
+        return [DVec3::ZERO; 3];
+    };
+    let (last, key) = (&keys[last], &keys[number]);
+    if last.value == key.value || next.value == key.value {
+        return [DVec3::ZERO; 3];
+    }
+    let (before, after) = (key.at - last.at, next.at - key.at);
+    std::array::from_fn(|i| {
+        let slopes =
+            [(key.value[i] - last.value[i]) / before, (next.value[i] - key.value[i]) / after];
+        (after * slopes[0] + before * slopes[1]) / (before + after)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn pace(keys: &[(f64, f64)]) -> Film {
+        let pace = keys.iter().map(|(at, rate)| PaceKey { at: *at, rate: *rate }).collect();
+        Film { pace, ..Film::default() }
+    }
+
+    fn path(keys: &[(f64, DVec3)]) -> Film {
+        let key = |(at, position): &(f64, DVec3)| CameraKey {
+            at: *at,
+            position: *position,
+            target: *position - DVec3::Z,
+            vertical_fov: None,
+        };
+        Film { camera: keys.iter().map(key).collect(), ..Film::default() }
+    }
+
+    /// Stops within 2 s, stands for 4, is back to speed within 2.
+    #[test]
+    fn rain_stops_to_the_bit_and_goes_on() {
+        let film = pace(&[(2.0, 1.0), (4.0, 0.0), (8.0, 0.0), (10.0, 1.0)]);
+        assert_eq!(film.frames(), 301);
+        assert_eq!(film.scene_seconds(0.0), 0.0);
+        assert_eq!(film.scene_seconds(1.5), 1.5);
+        assert_eq!(film.scene_seconds(3.0), 2.75);
+        for at in [4.0, 4.1, 5.7, 7.999, 8.0] {
+            assert_eq!(film.scene_seconds(at), 3.0, "at {at}");
+        }
+        assert_eq!(film.scene_seconds(11.0), 5.0);
+        assert_eq!(film.scene_seconds(-3.0), -3.0);
+        assert_eq!(Film::default().scene_seconds(0.7), 0.7);
+    }
+
+    /// Against the trapezoidal rule with steps that meet every key, which is exact here.
+    #[test]
+    fn scene_time_is_the_integral_of_the_pace() {
+        let film = pace(&[(-0.5, -1.0), (0.25, 2.0), (0.5, 2.0), (1.75, 0.125)]);
+        let rate = |at: f64| {
+            let after = film.pace.partition_point(|key| key.at <= at);
+            match (after.checked_sub(1).map(|i| film.pace[i]), film.pace.get(after)) {
+                (Some(a), Some(b)) => a.rate + (b.rate - a.rate) * (at - a.at) / (b.at - a.at),
+                (Some(only), None) => only.rate,
+                (None, only) => only.map_or(1.0, |key| key.rate),
+            }
+        };
+        let (mut sum, step) = (0.0, 1.0 / 64.0);
+        for number in 0..160 {
+            let at = f64::from(number) * step;
+            assert!((film.scene_seconds(at) - sum).abs() < 1e-12, "at {at}");
+            sum += 0.5 * step * (rate(at) + rate(at + step));
+        }
+    }
+
+    #[test]
+    fn camera_meets_its_keys_and_does_not_jerk() {
+        let keys = [
+            (0.0, DVec3::ZERO),
+            (1.0, DVec3::X),
+            (1.5, DVec3::ONE),
+            (4.0, DVec3::new(9.0, 0.0, 1.0)),
+        ];
+        let film = path(&keys);
+        let camera = Camera { vertical_fov: 50.0, ..Camera::default() };
+        let place = |at: f64| film.camera_at(&camera, at).position;
+        for (at, position) in keys {
+            assert!(place(at).distance(position) < 1e-12, "at {at}");
+        }
+        assert_eq!((place(-1.0), place(5.0)), (keys[0].1, keys[3].1));
+        assert_eq!(film.camera_at(&camera, 2.0).vertical_fov, 50.0);
+        let h = 1e-6;
+        let velocity = |at: f64| (place(at + h) - place(at)) / h;
+        for at in [1.0, 1.5] {
+            assert!(velocity(at - h).distance(velocity(at)) < 1e-4, "jerk at {at}");
+        }
+        for at in [0.0, 4.0 - h] {
+            assert!(velocity(at).length() < 1e-4, "not at rest at {at}");
+        }
+    }
+
+    #[test]
+    fn keys_alike_hold_the_camera_still() {
+        let held = DVec3::new(3.0, 2.0, 1.0);
+        let film = path(&[(0.0, DVec3::ZERO), (1.0, held), (2.0, held), (3.0, DVec3::ONE)]);
+        for at in [1.0, 1.2, 1.9] {
+            let place = film.camera_at(&Camera::default(), at).position;
+            assert!(place.distance(held) < 1e-12, "at {at}: {place}");
+        }
+    }
+}
