@@ -1,0 +1,118 @@
+//! Table II as a picture: frame rates by the number of drops, and the paper's three machines.
+
+use plotters::prelude::*;
+
+use super::report::{Report, Row};
+use crate::{Error, Result};
+
+/// Size in the plot's units.
+const SIZE: (u32, u32) = (820, 560);
+
+/// Height of the line below the plot.
+const FOOT: u32 = 34;
+
+/// The paper's Table II: frames a second with tone mapping, by drops.
+const PAPER: [(&str, [(u32, f64); 6]); 3] = [
+    ("GeForce GTX 280", by_drops([595.0, 430.0, 250.0, 140.0, 74.0, 43.0])),
+    ("GeForce 8600M GT", by_drops([99.0, 75.0, 50.0, 33.0, 21.0, 8.0])),
+    ("GeForce 7300 GT", by_drops([55.0, 45.0, 29.0, 20.0, 10.0, 5.0])),
+];
+
+const fn by_drops(fps: [f64; 6]) -> [(u32, f64); 6] {
+    let [a, b, c, d, e, f] = fps;
+    [(125_000, a), (250_000, b), (500_000, c), (1_000_000, d), (2_000_000, e), (4_000_000, f)]
+}
+
+/// Colours of the measured presets (Okabe and Ito 2008: told apart by everyone), in turn.
+const COLORS: [RGBColor; 4] =
+    [RGBColor(0, 114, 178), RGBColor(213, 94, 0), RGBColor(0, 158, 115), RGBColor(204, 121, 167)];
+
+/// Why nothing was drawn. The backend's errors borrow from it; words do not.
+struct Failed(String);
+
+impl<E: std::error::Error> From<E> for Failed {
+    fn from(error: E) -> Self {
+        Self(error.to_string())
+    }
+}
+
+/// The plot as SVG: frames a second with tone mapping.
+///
+/// # Errors
+/// [`Error::Plot`].
+pub fn plot(report: &Report) -> Result<String> {
+    let mut svg = String::new();
+    draw(report, &mut svg).map_err(|Failed(reason)| Error::Plot(reason))?;
+    Ok(svg)
+}
+
+fn draw(report: &Report, svg: &mut String) -> std::result::Result<(), Failed> {
+    let rows: Vec<&Row> = report.rows.iter().filter(|row| row.tone_map).collect();
+    let mut presets: Vec<&str> = rows.iter().map(|row| row.preset).collect();
+    presets.sort_unstable();
+    presets.dedup();
+    let place = |row: &&Row| (f64::from(row.drops.max(1)), row.fps);
+    let published = PAPER.iter().flat_map(|(_, points)| points.iter().copied());
+    let all = published.map(|(drops, fps)| (f64::from(drops), fps)).chain(rows.iter().map(place));
+    let all: Vec<(f64, f64)> = all.collect();
+    let range = |value: fn(&(f64, f64)) -> f64| {
+        let low = all.iter().map(value).fold(f64::INFINITY, f64::min);
+        0.8 * low..1.25 * all.iter().map(value).fold(0.0, f64::max)
+    };
+
+    let root = SVGBackend::with_string(svg, SIZE).into_drawing_area();
+    root.fill(&WHITE)?;
+    let (area, foot) = root.split_vertically(SIZE.1 - FOOT);
+    let mut chart = ChartBuilder::on(&area)
+        .caption("Frames a second by number of drops, tone mapped", ("sans-serif", 20))
+        .margin(12)
+        .x_label_area_size(36)
+        .y_label_area_size(52)
+        .build_cartesian_2d(range(|p| p.0).log_scale(), range(|p| p.1).log_scale())?;
+    chart
+        .configure_mesh()
+        .light_line_style(TRANSPARENT)
+        .x_desc("drops")
+        .y_desc("frames a second")
+        .x_label_formatter(&|drops| super::report::thousands(drops.round() as u64))
+        .label_style(("sans-serif", 13))
+        .axis_desc_style(("sans-serif", 14))
+        .draw()?;
+    for (number, (name, points)) in PAPER.iter().enumerate() {
+        let grey = RGBColor(110, 110, 110).mix(1.0 - 0.25 * number as f64);
+        let points = points.map(|(drops, fps)| (f64::from(drops), fps));
+        let circles = points.map(|point| Circle::new(point, 3, grey.stroke_width(1)));
+        chart
+            .draw_series(LineSeries::new(points, grey))?
+            .label(format!("{name}, 2011"))
+            .legend(move |(x, y)| PathElement::new([(x, y), (x + 16, y)], grey));
+        chart.draw_series(circles)?;
+    }
+    for (preset, color) in presets.into_iter().zip(COLORS.into_iter().cycle()) {
+        let of_preset = rows.iter().filter(|row| row.preset == preset);
+        let points: Vec<(f64, f64)> = of_preset.map(place).collect();
+        let circles: Vec<_> =
+            points.iter().map(|point| Circle::new(*point, 4, color.filled())).collect();
+        chart
+            .draw_series(LineSeries::new(points, color.stroke_width(2)))?
+            .label(preset)
+            .legend(move |(x, y)| PathElement::new([(x, y), (x + 16, y)], color.stroke_width(2)));
+        chart.draw_series(circles)?;
+    }
+    chart
+        .configure_series_labels()
+        .position(SeriesLabelPosition::UpperRight)
+        .background_style(WHITE.mix(0.8))
+        .label_font(("sans-serif", 13))
+        .draw()?;
+    let (device, host) = (&report.device, &report.host);
+    let (width, height) = rows.first().map_or((0, 0), |row| (row.width, row.height));
+    let load = host.load.map_or(String::new(), |load| format!(", load {load}"));
+    let line = format!(
+        "{}, {} {}; {width} x {height}; {} cores{load}",
+        device.name, device.driver, device.driver_info, host.cores
+    );
+    foot.draw(&Text::new(line, (16, 8), ("sans-serif", 13)))?;
+    root.present()?;
+    Ok(())
+}
