@@ -107,6 +107,10 @@ pub enum Error {
         reason: String,
     },
 
+    /// A plot that could not be drawn.
+    #[error("cannot plot: {0}")]
+    Plot(String),
+
     /// The validation layers complained, or are not there.
     #[error("Vulkan validation: {0}")]
     Validation(String),

@@ -1,8 +1,46 @@
 //! Raindrops rendered as raindrops, at real-time rates, with the error known.
 //!
-//! The data flow, one direction only: a [`scene::Scene`] and an [`environment::Environment`] go to
-//! a renderer, which records the passes of one frame; `reference` computes the same picture in
-//! float64. `gpu` knows nothing of rain; `optics`, `rain` and `scene` know nothing of Vulkan.
+//! # A frame
+//!
+//! Data flows one way. A [`scene::Scene`] says what to show, an [`environment::Environment`] what is
+//! around it; [`plan::plan`] turns the scene into a [`plan::FramePlan`], the passes and models that it
+//! requires, each with its reason; a [`renderer::Renderer`] draws by that plan.
+//!
+//! ```no_run
+//! use raindrops::environment::Environment;
+//! use raindrops::gpu::{Device, Instance, Validation};
+//! use raindrops::plan::{Output, plan};
+//! use raindrops::renderer::Renderer;
+//! use raindrops::scene::Scene;
+//!
+//! # fn main() -> raindrops::Result<()> {
+//! let scene = Scene::default(); // the paper's: a million drops
+//! let environment = Environment::bundled()?;
+//! let instance = Instance::new(Validation::Off)?;
+//! let device = Device::open(&instance, instance.choose(None)?)?;
+//! let plan = plan(&scene, Output::Display)?;
+//! let mut renderer = Renderer::new(&device, &scene, &environment, &plan)?;
+//! renderer.submit(&scene)?;
+//! println!("{} drops in view", renderer.finish()?.counts.visible);
+//! let srgb = renderer.read_display()?; // or `display()`, the image on the device
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! # Where to read on
+//!
+//! - The physics of one drop, in float64, without approximation: [`optics`]. What the models of it
+//!   leave out, by name: [`model`]; by formula, picture and error: `docs/method.md`.
+//! - Where a million drops are at any time, exactly, with nothing stored: [`rain`], and in cells that
+//!   fall with them: [`cells`]. Which of them are in view: [`cull`].
+//! - A frame from top to bottom, every barrier of it: [`renderer`]. Its passes, each beside its shader
+//!   of the same name in `glsl/`: [`passes`].
+//! - Vulkan itself, one object a file, knowing nothing of rain: [`gpu`].
+//! - How far a picture is from the truth: the ray tracer [`reference`], the metrics
+//!   [`picture::metrics`] and [`picture::flip`]. How fast it is: [`bench`].
+//! - A window: [`view`]. A film: [`film`].
+//!
+//! `examples/one_frame.rs` and `examples/your_frame.rs` run.
 
 pub mod bench;
 pub mod camera;

@@ -3,9 +3,12 @@
 pub mod drivers;
 mod host;
 mod measure;
+mod plot;
 mod report;
 pub mod statistics;
 
 pub use host::Host;
 pub use measure::{Effort, Variant, measure};
+pub use plot::plot;
+pub(crate) use report::thousands;
 pub use report::{Build, DeviceHead, PassMedians, Report, Row, SCHEMA, table};

@@ -74,7 +74,7 @@ fn draw(report: &Report, svg: &mut String) -> std::result::Result<(), Failed> {
         .light_line_style(TRANSPARENT)
         .x_desc("drops")
         .y_desc("frames a second")
-        .x_label_formatter(&|drops| super::report::thousands(drops.round() as u64))
+        .x_label_formatter(&|drops| super::thousands(drops.round() as u64))
         .label_style(("sans-serif", 13))
         .axis_desc_style(("sans-serif", 14))
         .draw()?;

@@ -217,7 +217,7 @@ fn rate(fps: f64) -> String {
 }
 
 /// 4000000 to `4 000 000`.
-fn thousands(number: u64) -> String {
+pub(crate) fn thousands(number: u64) -> String {
     let digits = number.to_string();
     let mut text = String::new();
     for (index, digit) in digits.chars().enumerate() {

@@ -7,7 +7,9 @@ use clap::Args;
 
 use super::options::{AxisArgs, DeviceArgs, SceneValues};
 use super::{Answer, print, progress, write_json};
-use crate::bench::{Build, DeviceHead, Effort, Host, Report, Row, SCHEMA, Variant, measure, table};
+use crate::bench::{
+    Build, DeviceHead, Effort, Host, Report, Row, SCHEMA, Variant, measure, plot, table,
+};
 use crate::cull::count_visible;
 use crate::environment::Environment;
 use crate::gpu::Device;
@@ -40,6 +42,9 @@ pub struct BenchArgs {
     /// Write the figures as JSON
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
+    /// Draw frames a second by drops, beside the paper's three machines, as SVG
+    #[arg(long, value_name = "FILE")]
+    svg: Option<PathBuf>,
     #[command(flatten)]
     values: SceneValues,
     #[command(flatten)]
@@ -53,8 +58,12 @@ pub struct BenchArgs {
 pub fn run(args: &BenchArgs) -> anyhow::Result<Answer> {
     let mut scene = args.values.load(args.scene.as_deref())?;
     args.axes.apply(&mut scene)?;
-    if let Some(json) = &args.json {
-        super::check_folder(json)?;
+    for file in [&args.json, &args.svg].into_iter().flatten() {
+        super::check_folder(file)?;
+    }
+    let is_all = args.device.device.as_deref() == Some("all");
+    if is_all && args.svg.is_some() {
+        anyhow::bail!("--svg draws one device; choose it by --device");
     }
     if scene.tone_map.operator == Operator::None {
         eprintln!("note: the tone-mapped rows clip instead of compressing (operator none)");
@@ -95,9 +104,15 @@ pub fn run(args: &BenchArgs) -> anyhow::Result<Answer> {
     }
     if let Some(path) = &args.json {
         match reports.as_slice() {
-            [one] if args.device.device.as_deref() != Some("all") => write_json(path, one)?,
+            [one] if !is_all => write_json(path, one)?,
             all => write_json(path, &all)?,
         }
+    }
+    if let (Some(path), [report]) = (&args.svg, reports.as_slice()) {
+        let svg = plot(report)?;
+        crate::picture::write_whole(path, |file| {
+            std::io::Write::write_all(file, svg.as_bytes()).map_err(|error| error.to_string())
+        })?;
     }
     instance.expect_silence()?;
     Ok(answer)

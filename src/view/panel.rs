@@ -7,6 +7,7 @@ use super::clock::Clock;
 use super::history::History;
 use super::keys::{Action, HELP};
 use super::stage::{Difference, Pane};
+use crate::bench::thousands;
 use crate::model::Preset;
 use crate::plan::FramePlan;
 use crate::scene::{EnvironmentChoice, MAX_DROPS, ModelChoice, Scene};
@@ -98,7 +99,7 @@ fn speed(ui: &mut Ui, facts: &Facts<'_>) {
     graph(ui, history);
     for pane in facts.panes {
         let counts = &pane.report.counts;
-        ui.label(format!("{}: {} drops in view", pane.plan.preset, grouped(counts.visible)));
+        ui.label(format!("{}: {} drops in view", pane.plan.preset, thousands(counts.visible)));
     }
     egui::Grid::new("passes").striped(true).show(ui, |ui| {
         let window = facts.window_ms.iter();
@@ -335,23 +336,4 @@ fn keys(ui: &mut Ui) {
 /// The preset of a number, as the keys 1, 2, 3 … choose it.
 pub fn preset(number: usize) -> Option<Preset> {
     Preset::value_variants().get(number).copied()
-}
-
-/// 1234567 as `1 234 567`.
-fn grouped(number: u64) -> String {
-    let digits = number.to_string();
-    let groups = digits.as_bytes().rchunks(3).rev();
-    let groups: Vec<_> = groups.map(|group| String::from_utf8_lossy(group)).collect();
-    groups.join(" ")
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn numbers_are_grouped_by_thousands() {
-        assert_eq!(grouped(0), "0");
-        assert_eq!(grouped(1_234_567), "1 234 567");
-    }
 }
