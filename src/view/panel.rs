@@ -13,12 +13,12 @@ use crate::plan::FramePlan;
 use crate::scene::{EnvironmentChoice, MAX_DROPS, ModelChoice, Scene};
 
 /// Width of the panel in points.
-const WIDTH: f32 = 286.0;
+const WIDTH: f32 = 316.0;
 
 /// Height of the history graph in points.
 const GRAPH_HEIGHT: f32 = 44.0;
 
-/// Colours of what is told: a warning, and the first and the second model.
+/// Colours of a warning and of the frame times.
 const WARNING: Color32 = Color32::from_rgb(255, 190, 90);
 const BARS: Color32 = Color32::from_rgb(110, 180, 255);
 
@@ -63,23 +63,27 @@ pub struct Facts<'a> {
 /// Lays out the panel.
 pub fn panel(ctx: &egui::Context, controls: &mut Controls<'_>, facts: &Facts<'_>) {
     let frame = egui::Frame::window(&ctx.style()).fill(Color32::from_black_alpha(215));
-    egui::Window::new("raindrops")
-        .frame(frame)
-        .default_pos([12.0, 12.0])
-        .default_size([WIDTH, 2000.0])
-        .resizable(false)
-        .vscroll(true)
-        .max_height(ctx.content_rect().height() - 24.0)
-        .show(ctx, |ui| {
+    // Below the title, above the window's edge.
+    let height = (ctx.content_rect().height() - 76.0).max(64.0);
+    egui::Window::new("raindrops").frame(frame).default_pos([12.0, 12.0]).resizable(false).show(
+        ctx,
+        |ui| {
             ui.set_width(WIDTH);
             ui.style_mut().spacing.slider_width = 140.0;
-            speed(ui, facts);
-            section(ui, "Time", true, |ui| time(ui, controls));
-            section(ui, "Rain and light", true, |ui| scene(ui, controls, facts));
-            section(ui, "Models", true, |ui| models(ui, controls, facts));
-            section(ui, "What each pass is for", false, |ui| reasons(ui, facts));
-            section(ui, "Keys", false, keys);
-        });
+            ui.style_mut().spacing.item_spacing.y = 2.0;
+            egui::ScrollArea::vertical().max_height(height).min_scrolled_height(height).show(
+                ui,
+                |ui| {
+                    speed(ui, facts);
+                    section(ui, "Time", true, |ui| time(ui, controls));
+                    section(ui, "Rain and light", true, |ui| scene(ui, controls, facts));
+                    section(ui, "Models", true, |ui| models(ui, controls, facts));
+                    section(ui, "What each pass is for", false, |ui| reasons(ui, facts));
+                    section(ui, "Keys", false, keys);
+                },
+            );
+        },
+    );
 }
 
 fn section(ui: &mut Ui, title: &str, open: bool, content: impl FnOnce(&mut Ui)) {
@@ -89,7 +93,7 @@ fn section(ui: &mut Ui, title: &str, open: bool, content: impl FnOnce(&mut Ui)) 
 /// Frame rate, history, passes.
 fn speed(ui: &mut Ui, facts: &Facts<'_>) {
     let Facts { history, size, .. } = facts;
-    ui.label(RichText::new(facts.device).small().weak());
+    ui.label(RichText::new(facts.device).small());
     ui.horizontal(|ui| {
         if let Some(ms) = history.median_ms() {
             ui.heading(format!("{:.0} FPS", 1e3 / ms));
@@ -97,20 +101,39 @@ fn speed(ui: &mut Ui, facts: &Facts<'_>) {
         }
     });
     graph(ui, history);
-    for pane in facts.panes {
-        let counts = &pane.report.counts;
-        ui.label(format!("{}: {} drops in view", pane.plan.preset, thousands(counts.visible)));
-    }
-    egui::Grid::new("passes").striped(true).show(ui, |ui| {
-        let window = facts.window_ms.iter();
-        for (name, ms) in facts.panes.iter().flat_map(|p| &p.report.passes_ms).chain(window) {
-            ui.label(*name);
-            ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-                ui.monospace(format!("{ms:7.2} ms"));
-            });
+    let panes = facts.panes;
+    egui::Grid::new("passes").striped(true).num_columns(1 + panes.len()).show(ui, |ui| {
+        ui.label("drops in view");
+        for pane in panes {
+            right(ui, thousands(pane.report.counts.visible));
+        }
+        ui.end_row();
+        // The second model may have passes that the first has not.
+        let mut names: Vec<&str> = Vec::new();
+        for (name, _) in panes.iter().flat_map(|pane| &pane.report.passes_ms) {
+            if !names.contains(name) {
+                names.push(name);
+            }
+        }
+        for name in names {
+            ui.label(name);
+            for pane in panes {
+                let ms = pane.report.passes_ms.iter().find(|(pass, _)| *pass == name);
+                right(ui, ms.map_or("-".into(), |(_, ms)| format!("{ms:.2} ms")));
+            }
+            ui.end_row();
+        }
+        for (name, ms) in facts.window_ms {
+            ui.label(format!("window: {name}"));
+            right(ui, format!("{ms:.2} ms"));
             ui.end_row();
         }
     });
+}
+
+/// A figure in a column of figures.
+fn right(ui: &mut Ui, text: String) {
+    ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| ui.monospace(text));
 }
 
 /// Frame times as bars, the newest to the right, with lines at 60 and 30 frames a second.
@@ -217,14 +240,53 @@ fn models(ui: &mut Ui, controls: &mut Controls<'_>, facts: &Facts<'_>) {
     if let Some(problem) = facts.problem {
         ui.colored_label(WARNING, problem);
     }
-    let plan = |number: usize| facts.panes.get(number).map(|pane| &pane.plan);
-    model(ui, "first", &mut controls.scene.model, plan(0));
-    let mut is_split = controls.second.is_some();
-    if ui.checkbox(&mut is_split, "beside it a second model, and the difference x 8").changed() {
+    let mut chosen: Vec<&mut ModelChoice> = vec![&mut controls.scene.model];
+    chosen.extend(controls.second.as_mut());
+    let mut columns: Vec<Column<'_>> = chosen
+        .into_iter()
+        .enumerate()
+        .map(|(number, model)| (model, facts.panes.get(number).map(|pane| &pane.plan)))
+        .collect();
+    egui::Grid::new("models").num_columns(1 + columns.len()).show(ui, |ui| {
+        ui.label("preset");
+        for (number, (model, _)) in columns.iter_mut().enumerate() {
+            let before = model.preset;
+            combo(ui, number, before.name(), |ui| {
+                for preset in Preset::value_variants() {
+                    ui.selectable_value(&mut model.preset, *preset, preset.name());
+                }
+            });
+            if model.preset != before {
+                // What was chosen for one preset rarely goes with another.
+                **model = ModelChoice { preset: model.preset, ..ModelChoice::default() };
+            }
+        }
+        ui.end_row();
+        let all = &mut columns;
+        axis(ui, "optics", all, |model| &mut model.optics, |plan| plan.optics);
+        axis(ui, "primitive", all, |model| &mut model.primitive, |plan| plan.primitive);
+        axis(ui, "order", all, |model| &mut model.order, |plan| plan.order);
+        axis(ui, "simulation", all, |model| &mut model.simulation, |plan| plan.simulation);
+        axis(ui, "weights", all, |model| &mut model.weights, |plan| plan.light.weights);
+        axis(ui, "Fresnel", all, |model| &mut model.fresnel, |plan| plan.light.fresnel);
+        axis(ui, "reflection", all, |model| &mut model.reflection, |plan| plan.light.reflection);
+        axis(ui, "lookup", all, |model| &mut model.lookup, |plan| plan.light.lookup);
+        number(ui, "samples", all, 1..=64, |model| &mut model.samples, |plan| plan.samples);
+        let orders = |plan: &FramePlan| plan.light.internal_reflections;
+        number(
+            ui,
+            "reflections inside",
+            all,
+            0..=8,
+            |model| &mut model.internal_reflections,
+            orders,
+        );
+    });
+    let mut is_split = columns.len() > 1;
+    if ui.checkbox(&mut is_split, "a second model, and the difference x 8").changed() {
         controls.actions.push(Action::Split);
     }
-    if let Some(second) = controls.second {
-        model(ui, "second", second, plan(1));
+    if is_split {
         ui.horizontal(|ui| {
             if ui.button("measure").clicked() {
                 controls.actions.push(Action::Measure);
@@ -236,28 +298,68 @@ fn models(ui: &mut Ui, controls: &mut Controls<'_>, facts: &Facts<'_>) {
     }
 }
 
-/// Every axis of the models. Left to the preset, an axis shows what the plan made of it.
-fn model(ui: &mut Ui, id: &str, model: &mut ModelChoice, plan: Option<&FramePlan>) {
-    ui.push_id(id, |ui| {
-        let before = model.preset;
-        choice(ui, "preset", &mut model.preset);
-        if model.preset != before {
-            // What was chosen for one preset rarely goes with another.
-            *model = ModelChoice { preset: model.preset, ..ModelChoice::default() };
-        }
-        axis(ui, "optics", &mut model.optics, plan.map(|plan| plan.optics));
-        axis(ui, "primitive", &mut model.primitive, plan.map(|plan| plan.primitive));
-        axis(ui, "order", &mut model.order, plan.map(|plan| plan.order));
-        axis(ui, "simulation", &mut model.simulation, plan.map(|plan| plan.simulation));
-        number(ui, "samples", &mut model.samples, plan.map(|plan| plan.samples), 1..=64);
-        let light = plan.map(|plan| plan.light);
-        let orders = light.map(|light| light.internal_reflections);
-        number(ui, "internal reflections", &mut model.internal_reflections, orders, 0..=8);
-        axis(ui, "weights", &mut model.weights, light.map(|light| light.weights));
-        axis(ui, "fresnel", &mut model.fresnel, light.map(|light| light.fresnel));
-        axis(ui, "reflection", &mut model.reflection, light.map(|light| light.reflection));
-        axis(ui, "lookup", &mut model.lookup, light.map(|light| light.lookup));
-    });
+/// A model that is chosen, and the plan that was made of it.
+type Column<'a> = (&'a mut ModelChoice, Option<&'a FramePlan>);
+
+/// A box that opens onto choices; `id` tells those of a row apart.
+fn combo(
+    ui: &mut Ui,
+    id: impl std::hash::Hash,
+    text: impl Into<egui::WidgetText>,
+    choices: impl FnOnce(&mut Ui),
+) {
+    egui::ComboBox::from_id_salt(id).width(96.0).selected_text(text).show_ui(ui, choices);
+}
+
+/// A row with one axis of every model. What is left to the preset is shown in grey, as planned.
+fn axis<T: ValueEnum + Copy + PartialEq + std::fmt::Display>(
+    ui: &mut Ui,
+    name: &str,
+    columns: &mut [Column<'_>],
+    value: impl Fn(&mut ModelChoice) -> &mut Option<T>,
+    planned: impl Fn(&FramePlan) -> T,
+) {
+    ui.label(name);
+    for (number, (model, plan)) in columns.iter_mut().enumerate() {
+        let value = value(model);
+        let text = match (*value, plan) {
+            (Some(value), _) => RichText::new(value.to_string()),
+            (None, Some(plan)) => RichText::new(planned(plan).to_string()).weak(),
+            (None, None) => RichText::new("by preset").weak(),
+        };
+        combo(ui, (name, number), text, |ui| {
+            ui.selectable_value(value, None, "by preset");
+            for variant in T::value_variants() {
+                ui.selectable_value(value, Some(*variant), variant.to_string());
+            }
+        });
+    }
+    ui.end_row();
+}
+
+/// The same for a number.
+fn number(
+    ui: &mut Ui,
+    name: &str,
+    columns: &mut [Column<'_>],
+    range: std::ops::RangeInclusive<u32>,
+    value: impl Fn(&mut ModelChoice) -> &mut Option<u32>,
+    planned: impl Fn(&FramePlan) -> u32,
+) {
+    ui.label(name);
+    for (model, plan) in columns {
+        let value = value(model);
+        ui.horizontal(|ui| {
+            let mut shown = value.or(plan.map(&planned)).unwrap_or(*range.start());
+            if ui.add(egui::DragValue::new(&mut shown).range(range.clone()).speed(0.1)).changed() {
+                *value = Some(shown);
+            }
+            if value.is_some() && ui.small_button("by preset").clicked() {
+                *value = None;
+            }
+        });
+    }
+    ui.end_row();
 }
 
 /// A choice of one of all models of an axis.
@@ -270,46 +372,6 @@ fn choice<T: ValueEnum + Copy + PartialEq + std::fmt::Display>(
         ui.label(name);
         for variant in T::value_variants() {
             ui.selectable_value(value, *variant, variant.to_string());
-        }
-    });
-}
-
-/// The same, with the preset's own among them.
-fn axis<T: ValueEnum + Copy + PartialEq + std::fmt::Display>(
-    ui: &mut Ui,
-    name: &str,
-    value: &mut Option<T>,
-    planned: Option<T>,
-) {
-    let by_preset = planned.map_or("by preset".into(), |planned| format!("{planned} (by preset)"));
-    ui.horizontal(|ui| {
-        ui.label(name);
-        let text = value.map_or(by_preset.clone(), |value| value.to_string());
-        egui::ComboBox::from_id_salt(name).selected_text(text).show_ui(ui, |ui| {
-            ui.selectable_value(value, None, "by preset");
-            for variant in T::value_variants() {
-                ui.selectable_value(value, Some(*variant), variant.to_string());
-            }
-        });
-    });
-}
-
-/// A number that the preset chooses unless it is moved.
-fn number(
-    ui: &mut Ui,
-    name: &str,
-    value: &mut Option<u32>,
-    planned: Option<u32>,
-    range: std::ops::RangeInclusive<u32>,
-) {
-    ui.horizontal(|ui| {
-        ui.label(name);
-        let mut shown = value.or(planned).unwrap_or(*range.start());
-        if ui.add(egui::DragValue::new(&mut shown).range(range).speed(0.1)).changed() {
-            *value = Some(shown);
-        }
-        if value.is_some() && ui.small_button("by preset").clicked() {
-            *value = None;
         }
     });
 }

@@ -171,6 +171,8 @@ impl Screen {
         let (Some(swapchain), Some(passes)) = (&self.swapchain, &mut self.passes) else {
             return Ok(None);
         };
+        // What was laid out for this picture may need letters that are not on the device yet.
+        passes.overlay.update_atlas(&std::mem::take(&mut self.textures))?;
         let format = swapchain.format;
         let usage = vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::TRANSFER_SRC;
         let (name, samples) = ("screenshot", Samples::One);
