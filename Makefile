@@ -1,6 +1,6 @@
 # Short names for scripts/; nothing here that they do not do. ARGS go to the command behind a target:
 #   make bench ARGS="--preset paper,fast"
-.PHONY: bench test check setup drivers
+.PHONY: bench test check setup drivers figures
 
 bench:
 	scripts/bench.sh $(ARGS)
@@ -12,3 +12,5 @@ setup:
 	scripts/setup.sh
 drivers:
 	scripts/setup.sh --drivers
+figures:
+	scripts/figures.sh

@@ -46,6 +46,16 @@ pub fn plot(report: &Report) -> Result<String> {
     Ok(svg)
 }
 
+/// A number on a logarithmic axis: 1, 2 and 5 and their tenfolds; the others have no room.
+fn label(value: f64) -> String {
+    let leading = value / 10f64.powf(value.log10().floor());
+    match leading.round() as u32 {
+        1 | 2 | 5 | 10 if value >= 1.0 => super::thousands(value.round() as u64),
+        1 | 2 | 5 | 10 => format!("{value:.1}"),
+        _ => String::new(),
+    }
+}
+
 fn draw(report: &Report, svg: &mut String) -> std::result::Result<(), Failed> {
     let rows: Vec<&Row> = report.rows.iter().filter(|row| row.tone_map).collect();
     let mut presets: Vec<&str> = rows.iter().map(|row| row.preset).collect();
@@ -74,7 +84,8 @@ fn draw(report: &Report, svg: &mut String) -> std::result::Result<(), Failed> {
         .light_line_style(TRANSPARENT)
         .x_desc("drops")
         .y_desc("frames a second")
-        .x_label_formatter(&|drops| super::thousands(drops.round() as u64))
+        .x_label_formatter(&|drops| label(*drops))
+        .y_label_formatter(&|fps| label(*fps))
         .label_style(("sans-serif", 13))
         .axis_desc_style(("sans-serif", 14))
         .draw()?;

@@ -324,8 +324,8 @@ fn axis<T: ValueEnum + Copy + PartialEq + std::fmt::Display>(
         let value = value(model);
         let text = match (*value, plan) {
             (Some(value), _) => RichText::new(value.to_string()),
-            (None, Some(plan)) => RichText::new(planned(plan).to_string()).weak(),
-            (None, None) => RichText::new("by preset").weak(),
+            (None, Some(plan)) => RichText::new(planned(plan).to_string()).color(Color32::GRAY),
+            (None, None) => RichText::new("by preset").color(Color32::GRAY),
         };
         combo(ui, (name, number), text, |ui| {
             ui.selectable_value(value, None, "by preset");
