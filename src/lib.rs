@@ -36,8 +36,8 @@
 //! - A frame from top to bottom, every barrier of it: [`renderer`]. Its passes, each beside its shader
 //!   of the same name in `glsl/`: [`passes`].
 //! - Vulkan itself, one object a file, knowing nothing of rain: [`gpu`].
-//! - How far a picture is from the truth: the ray tracer [`reference`], the metrics
-//!   [`picture::metrics`] and [`picture::flip`]. How fast it is: [`bench`].
+//! - How far a picture is from the truth: the ray tracer [`mod@reference`], the metrics
+//!   [`picture::metrics`] and [`picture::flip`]. How fast it is: [`mod@bench`].
 //! - A window: [`view`]. A film: [`film`].
 //!
 //! `examples/one_frame.rs` and `examples/your_frame.rs` run.
