@@ -30,7 +30,9 @@ fn main() -> raindrops::Result<()> {
     let mut renderer = Renderer::new(device, &scene, &environment, &plan)?;
 
     // Your own target, and a buffer to look at it with the CPU.
-    let usage = vk::ImageUsageFlags::TRANSFER_DST | vk::ImageUsageFlags::TRANSFER_SRC;
+    let usage = vk::ImageUsageFlags::TRANSFER_DST
+        | vk::ImageUsageFlags::TRANSFER_SRC
+        | vk::ImageUsageFlags::SAMPLED;
     let target = Image::new(
         device,
         &ImageInfo {
