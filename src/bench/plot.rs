@@ -67,7 +67,7 @@ fn draw(report: &Report, svg: &mut String) -> std::result::Result<(), Failed> {
     let all: Vec<(f64, f64)> = all.collect();
     let range = |value: fn(&(f64, f64)) -> f64| {
         let low = all.iter().map(value).fold(f64::INFINITY, f64::min);
-        0.8 * low..1.25 * all.iter().map(value).fold(0.0, f64::max)
+        0.8 * low..1.2 * all.iter().map(value).fold(0.0, f64::max)
     };
 
     let root = SVGBackend::with_string(svg, SIZE).into_drawing_area();
