@@ -11,12 +11,11 @@ use glsl::Glsl;
 mod glsl;
 
 /// Shaders that are compiled a second time: file, suffix of the constant, macro that is defined.
-const VARIANTS: [(&str, &str, &str); 6] = [
+const VARIANTS: [(&str, &str, &str); 5] = [
     ("drops.frag", "_CLOSED_FORM", "BY_CLOSED_FORM"),
     ("drops.frag", "_RADIAL", "DEVIATION_TABLE"),
     ("drops.frag", "_PICTURE", "BY_PICTURE"),
     ("drops.frag", "_STAGE", "STAGE"),
-    ("log_luminance.comp", "_BUFFER", "RADIANCE_IN_BUFFER"),
     ("tone_map.frag", "_BUFFER", "RADIANCE_IN_BUFFER"),
 ];
 

@@ -6,11 +6,10 @@
 #include "tile_buffers.glsl"
 
 layout(local_size_x = 64) in;
-layout(constant_id = 0) const uint GRID_BITS = 1;  // the box has 2^GRID_BITS cells an edge
-layout(constant_id = 1) const uint CELL_COUNT = 1; // all of them, and one for the placed drops
-layout(constant_id = 2) const uint MAX_RECORDS = 1;
+layout(constant_id = 15) const uint GRID_BITS = 1;  // the box has 2^GRID_BITS cells an edge
+layout(constant_id = 16) const uint CELL_COUNT = 1; // all of them, and one for the placed drops
 
-#define COUNTERS_BINDING 16
+#define COUNTERS_BINDING 13
 #include "counters.glsl"
 
 bool in_view(uint cell) {

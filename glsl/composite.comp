@@ -3,20 +3,23 @@
 // Every tile's drops over one another, front to back, the sky behind; one invocation a tile, its
 // pixels in registers. See src/passes/composite.rs.
 #include "frame.glsl"
-#include "environment.glsl"
 #include "tile_buffers.glsl"
+#include "tile_order.glsl"
+#include "splat.glsl"
 #include "shared_exponent.glsl"
 #include "appearance.glsl"
 
 layout(local_size_x = 64) in;
-layout(constant_id = 0) const uint TILE_COUNT = 1;
-layout(constant_id = 1) const uint MAX_ENTRIES = 1;
-layout(constant_id = 2) const uint MAX_BLOCKS = 1;
 
-layout(set = 0, binding = 15) uniform sampler2D environment_map;
-layout(std430, set = 0, binding = 16) readonly buffer Pictures { uint pictures[]; };
+layout(constant_id = 15) const uint LOG_SUMS = 0; // 1: the display needs the log average
 // The result: four halves a pixel, row by row.
-layout(std430, set = 0, binding = 17) writeonly buffer Radiance { uvec2 radiance_out[]; };
+layout(std430, set = 0, binding = 13) writeonly buffer Radiance { uvec2 radiance_out[]; };
+// The environment behind, pixel by pixel of a tile after the other.
+layout(std430, set = 0, binding = 14) readonly buffer Sky { uvec2 sky[]; };
+// For each tile the sum of its pixels' log(delta + luminance).
+layout(std430, set = 0, binding = 15) writeonly buffer LogSums { float log_sums[]; };
+
+const vec3 LUMINANCE = vec3(0.2126, 0.7152, 0.0722); // Rec. 709
 
 void main() {
     uint tile = gl_GlobalInvocationID.x;
@@ -30,64 +33,58 @@ void main() {
         sum[p] = vec3(0.0);
         through[p] = 1.0;
     }
-    uint first = tiles[tile].x, end = min(first + tiles[tile].y, MAX_ENTRIES);
-    for (uint i = first; i < end; ++i) {
-        uint what = entries[i].y;
-        bool is_block = (what & IS_BLOCK) != 0u;
-        uint block = what & ~IS_BLOCK;
-        uint record = is_block ? blocks[min(block, MAX_BLOCKS - 1u)].x : record_of[what];
-        Record r = records[record];
-        vec4 m = r.to_disc;
-        float radius = radius_of(m);
-        // Half sides of a box of the disc's area, in the shape of the box around it.
-        vec2 box = half_box(m);
-        vec2 half_side = box * (0.8862269 * radius * inversesqrt(box.x * box.y));
-        float fade = float(r.look >> 16) / 65535.0;
-        if (block >= MAX_BLOCKS && is_block) fade = 0.0; // found no room, and was counted
-        // A picture whose texels are about as large as a pixel: of small drops rather larger ones,
-        // which need no filter, of larger drops rather smaller ones, which keep their detail (by
-        // FLIP against the truth on 60,000 and 3,000 drops).
-        float finer = clamp(radius - 1.0, -0.5, 0.5);
-        float edge = exp2(clamp(ceil(log2(2.0 * radius) + finer), 0.0, 4.0));
-        uint base = picture_word(r.look & 0xfffu, uint(edge));
-        vec2 from = vec2(corner) + 0.5 - r.center;
-
-        for (uint p = 0u; p < PIXELS; ++p) {
-            vec2 offset = from + vec2(p % TILE.x, p / TILE.x);
-            vec2 st = m.xy * offset.x + m.zw * offset.y;
-            uvec2 texel = uvec2(clamp((0.5 * st + 0.5) * edge, 0.0, edge - 1.0));
-            uint word = base + texel.y * uint(edge) + texel.x;
-            if (is_block) word = BLOCKS_BASE + min(block, MAX_BLOCKS - 1u) * PIXELS + p;
-
-            // Part of the pixel's square that the drop covers. Under a pixel of radius: its box of
-            // equal area against the square, which keeps the sum over all pixels exact at every
-            // place. Above: a ramp of one pixel across the edge, 1/(24 R) inside it, which keeps
-            // the disc's area.
-            vec2 overlap = max(min(offset + 0.5, half_side) - max(offset - 0.5, -half_side), 0.0);
-            float disc = length(st);
-            vec2 slope = vec2(dot(m.xy, st), dot(m.zw, st));
-            float edge_px = (1.0 - disc) * disc * inversesqrt(max(dot(slope, slope), 1e-20));
-            float ramp = clamp(edge_px + 0.5 - 1.0 / (24.0 * radius), 0.0, 1.0);
-            float alpha = radius < 1.0 ? overlap.x * overlap.y : disc < 1e-3 ? 1.0 : ramp;
-            alpha *= fade;
-            uint color = pictures[word];
-            if (color == NO_COLOR) alpha = 0.0;
-            sum[p] += through[p] * alpha * unpack_radiance(color);
-            through[p] *= 1.0 - alpha;
+    // Drops alike look larger the nearer they are, so a tile's list is blocks, then splats; placed
+    // drops of other sizes may make it change more than once.
+    uint link = order_tile(tile);
+    do {
+        while (link != END && is_block(link)) {
+            uint pixels = (link / NODE - FIRST_BLOCK) * BLOCK;
+            vec2 pairs[PIXELS / 2u];
+            for (uint w = 0u; w < PIXELS / 2u; ++w) {
+                pairs[w] = unpackUnorm2x16(block_pixels[pixels + COVERAGE + w]);
+            }
+            for (uint p = 0u; p < PIXELS; ++p) {
+                uint color = block_pixels[pixels + p];
+                float alpha = color == NO_COLOR ? 0.0 : pairs[p / 2u][p % 2u];
+                sum[p] += through[p] * alpha * unpack_radiance(color);
+                through[p] *= 1.0 - alpha;
+            }
+            link = nodes[link];
         }
-    }
+        while (link != END && !is_block(link)) {
+            uint node = link & ~(NODE - 1u), which = link & 3u, look = nodes[node + 3u];
+            vec2 half_sides = unpack_half_sides(look);
+            vec3 color = unpack_radiance(pictures[picture_word(look & 0xfffu, 1u)]);
+            // From the centre to the tile's corner.
+            vec2 from = vec2(uvec2(which & 1u, which >> 1) * TILE) - unpack_center(nodes[node + 2u]);
+            // What each column and each row of pixels has of the box.
+            float columns[TILE.x], rows[TILE.y];
+            for (uint x = 0u; x < TILE.x; ++x) {
+                float at = from.x + float(x);
+                columns[x] = max(min(at + 1.0, half_sides.x) - max(at, -half_sides.x), 0.0);
+            }
+            for (uint y = 0u; y < TILE.y; ++y) {
+                float at = from.y + float(y);
+                rows[y] = max(min(at + 1.0, half_sides.y) - max(at, -half_sides.y), 0.0);
+            }
+            for (uint p = 0u; p < PIXELS; ++p) {
+                float share = through[p] * columns[p % TILE.x] * rows[p / TILE.x];
+                sum[p] += share * color;
+                through[p] -= share;
+            }
+            link = nodes[link];
+        }
+    } while (link != END);
 
-    mat3 world = mat3(frame.right.xyz, frame.up.xyz, frame.back.xyz);
-    float focal = frame.image.z;
+    float logs = 0.0;
     for (uint p = 0u; p < PIXELS; ++p) {
         uvec2 at = corner + uvec2(p % TILE.x, p / TILE.x);
-        vec2 offset = vec2(at) + 0.5 - 0.5 * frame.image.xy;
-        vec3 ray = vec3(offset.x, -offset.y, -focal);
-        float far = length(ray);
-        vec3 sky = radiance(environment_map, world * ray / far, sqrt(focal / far) / far);
-        vec3 c = sum[p] + through[p] * sky;
+        uvec2 behind = sky[tile * PIXELS + p];
+        vec3 c = sum[p] + through[p] * vec3(unpackHalf2x16(behind.x), unpackHalf2x16(behind.y).x);
         if (at.x < size.x && at.y < size.y) {
             radiance_out[at.y * size.x + at.x] = uvec2(packHalf2x16(c.rg), packHalf2x16(vec2(c.b, 1.0)));
+            if (LOG_SUMS != 0u) logs += log(frame.tone.y + dot(c, LUMINANCE));
         }
     }
+    if (LOG_SUMS != 0u) log_sums[tile] = logs;
 }

@@ -11,12 +11,8 @@
 #include "appearance.glsl"
 
 layout(local_size_x = 256) in;
-layout(constant_id = 5) const uint MAX_BLOCKS = 1;
-layout(constant_id = 6) const uint SAMPLES = 4;
 
-layout(set = 0, binding = 15) uniform sampler2D environment_map;
-// After the pictures of all directions: colours of each block's pixels.
-layout(std430, set = 0, binding = 16) writeonly buffer Pictures { uint pictures[]; };
+layout(set = 0, binding = 12) uniform sampler2D environment_map;
 
 #include "drop_light.glsl"
 
@@ -51,19 +47,21 @@ uint color(vec2 low, vec2 high, vec4 sphere, float pixels) {
 }
 
 void main() {
-    uint at = gl_GlobalInvocationID.x / PIXELS, pixel = gl_GlobalInvocationID.x % PIXELS;
-    if (at >= min(totals.blocks, MAX_BLOCKS)) return;
-    uvec2 block = blocks[at];
-    vec4 sphere = spheres[block.x];
-    uvec2 tile = uvec2(block.y % tiles_across(), block.y / tiles_across());
+    uint number = gl_GlobalInvocationID.x / PIXELS, pixel = gl_GlobalInvocationID.x % PIXELS;
+    if (number >= totals.ray_blocks) return;
+    uint at = ray_blocks[number];
+    Large r = larges[nodes[(FIRST_BLOCK + at) * NODE + 2u]];
+    uint place = at - r.first_block;
+    uvec2 tile = uvec2(r.first_tile & 0xffffu, r.first_tile >> 16)
+        + uvec2(place % r.across, place / r.across);
     vec2 corner = vec2(tile * TILE + uvec2(pixel % TILE.x, pixel / TILE.x));
-    Record r = records[block.x];
-    vec2 box = half_box(r.to_disc);
+    vec4 m = r.to_disc;
+    vec2 box = vec2(length(m.wz), length(m.yx)) / abs(m.x * m.w - m.y * m.z);
     vec2 low = clamp(r.center - box, corner, corner + 1.0);
     vec2 high = clamp(r.center + box, corner, corner + 1.0);
     // A pixel beside the box, which no more than the smoothed edge reaches: the nearest point.
     high = max(high, low + 1e-3);
-    float d2 = dot(sphere.xyz, sphere.xyz), r2 = sphere.w * sphere.w;
-    float pixels = frame.image.z * sphere.w * inversesqrt(max(d2 - r2, 1e-6 * r2));
-    pictures[BLOCKS_BASE + at * PIXELS + pixel] = color(low, high, sphere, pixels);
+    float d2 = dot(r.sphere.xyz, r.sphere.xyz), r2 = r.sphere.w * r.sphere.w;
+    float pixels = frame.image.z * r.sphere.w * inversesqrt(max(d2 - r2, 1e-6 * r2));
+    block_pixels[at * BLOCK + pixel] = color(low, high, r.sphere, pixels);
 }

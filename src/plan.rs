@@ -8,7 +8,9 @@ use crate::{Error, Result};
 
 /// Radius in pixels from which a drop is drawn by rays rather than by its prefiltered picture: the
 /// finest has 16 texels an edge, and above this one sees them.
-const RAYS_PX: f32 = 8.0;
+const RAYS_PX: f32 = 12.0;
+/// Radius in pixels under which a drop shows one colour, the mean of its picture.
+const SPLAT_PX: f32 = 1.5;
 
 /// What a frame is made for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,6 +36,8 @@ pub struct FramePlan {
     pub simulation: Simulation,
     /// Edge of the mask's finest level.
     pub mask_size: u32,
+    /// Radius in pixels under which a drop on tiles has one colour.
+    pub splat_px: f32,
     /// Radius in pixels from which a drop's pixels are computed apart, by rays.
     pub rays_px: f32,
     /// Places in a pixel that a drop's light is the mean of; of tiles, where rays are followed.
@@ -83,7 +87,7 @@ pub fn plan(scene: &Scene, output: Output) -> Result<FramePlan> {
     let refuse = |problem: String| Err(Error::Scene { place: "model".into(), problem });
     let (optics, samples) = match choice.preset {
         Preset::Paper => (Optics::Mask, 1),
-        Preset::Fast => (Optics::Appearance, 4),
+        Preset::Fast => (Optics::Appearance, 1),
         Preset::Exact => (Optics::ClosedForm, 16),
     };
     let optics = choice.optics.unwrap_or(optics);
@@ -146,6 +150,7 @@ pub fn plan(scene: &Scene, output: Output) -> Result<FramePlan> {
         order,
         simulation,
         mask_size: choice.mask_size,
+        splat_px: if optics == Optics::Appearance { SPLAT_PX } else { 0.0 },
         rays_px: if optics == Optics::Appearance { RAYS_PX } else { 0.0 },
         samples,
         light,
@@ -172,10 +177,21 @@ fn passes(scene: &Scene, plan: &FramePlan) -> Vec<(&'static str, String)> {
             }
         }
         Primitive::Tile => {
+            let (splat_px, rays_px, optics) = (plan.splat_px, plan.rays_px, plan.optics);
             passes.push(("cells", "whole cells of the rain out of view are passed over".into()));
-            passes.push(("gather", format!("of {count} drops those in the cells in view move")));
-            passes.push(("lists", "the drops of each tile, in exact order".into()));
-            let optics = plan.optics;
+            passes
+                .push(("sky", "the environment behind the drops, when the view has moved".into()));
+            let splats = if splat_px > 0.0 {
+                format!("; those under {splat_px} px of radius get one colour")
+            } else {
+                String::new()
+            };
+            passes.push((
+                "gather",
+                format!("of {count} drops those in the cells in view move{splats}"),
+            ));
+            passes.push(("large", "the others' coverage and pictures, tile by tile".into()));
+            passes.push(("rays", format!("radius over {rays_px} px, or near: closed form")));
             passes.push(("composite", format!("drops by {optics} over the sky, front to back")));
         }
     }

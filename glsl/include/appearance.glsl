@@ -1,8 +1,7 @@
 // Where the pictures of src/passes/appearance.rs lie: for each direction a pyramid of square
-// pictures of 1, 2, 4, 8 and 16 texels an edge, one word a texel; after them, the blocks of rays.comp.
+// pictures of 1, 2, 4, 8 and 16 texels an edge, one word a texel.
 
 const uint PYRAMID = 341; // 1 + 4 + 16 + 64 + 256
-const uint BLOCKS_BASE = 64 * 64 * PYRAMID;
 const uint NO_COLOR = 0xffffffffu; // a pixel of a block that its drop does not cover
 
 // First word of the picture with `edge` texels of a direction.

@@ -7,18 +7,20 @@
 
 const uvec2 TILE = uvec2(4, 2);
 const uint PIXELS = TILE.x * TILE.y;
-const uint IS_BLOCK = 0x80000000u;
-const uint BY_RAYS = 0x8000u;
-const uint MOST_TILES = 12; // of a drop that one invocation enters into lists
-const uint BIN_WORDS = 2 + MOST_TILES / 2;
+const uint MOST_TILES = 12; // of a drop whose blocks one invocation gives out
+const uint MOST_BIG_GROUPS = 4096; // workgroups that give the others theirs, each drop after drop
 
-// A drop in view as its pixels need it.
-struct Record {
-    vec2 center;     // of its outline, pixels
-    float distance2; // squared distance of its centre
-    uint look;       // number of its direction, 12 bits; BY_RAYS; opacity, upper 16 bits
-    vec4 to_disc;    // columns of the matrix from pixel offsets to (s, t) of the unit disc
-};
+// `Limits` in src/passes/tiles.rs, in its order; a pipeline has those of light_model.glsl before.
+layout(constant_id = 5) const uint TILE_COUNT = 1;
+layout(constant_id = 6) const uint SLABS = 1;        // lists a tile, by distance
+layout(constant_id = 7) const uint MAX_RECORDS = 1;  // drops in the cells in view
+layout(constant_id = 8) const uint FIRST_BLOCK = 1;  // nodes before it are splats'
+layout(constant_id = 9) const uint MAX_BLOCKS = 1;
+layout(constant_id = 10) const uint MAX_LARGES = 1;
+layout(constant_id = 11) const float SPLAT_PX = 0.5; // radius under which a drop is a splat
+layout(constant_id = 12) const float RAYS_PX = 8.0;  // radius from which it is drawn by rays
+layout(constant_id = 13) const uint HAS_PLACED = 0;  // 1: some drops are placed by hand
+layout(constant_id = 14) const uint SAMPLES = 4;     // rays a pixel
 
 // Drop indices, cell by cell; never changes.
 layout(std430, set = 0, binding = 1) readonly buffer DropOrder { uint drop_order[]; };
@@ -26,52 +28,73 @@ layout(std430, set = 0, binding = 1) readonly buffer DropOrder { uint drop_order
 layout(std430, set = 0, binding = 2) readonly buffer CellFirst { uint cell_first[]; };
 layout(std430, set = 0, binding = 3) buffer Totals {
     uvec4 record_groups; // of indirect dispatches: over the records,
-    uvec4 big_groups;    // over the big drops, one group each,
-    uvec4 block_groups;  // over the blocks
+    uvec4 large_groups;  // over the large drops,
+    uvec4 big_groups;    // over those of many tiles, one group each,
+    uvec4 block_groups;  // over the blocks,
+    uvec4 ray_groups;    // over the pixels of blocks drawn by rays
     uint records;
-    uint entries;
+    uint larges;
     uint bigs;
     uint blocks;
+    uint ray_blocks;
 } totals;
-layout(std430, set = 0, binding = 4) buffer Records { Record records[]; };
-// Centre in view space and radius of each record that is drawn by rays.
-layout(std430, set = 0, binding = 5) buffer Spheres { vec4 spheres[]; };
 // Index of each record's drop.
-layout(std430, set = 0, binding = 6) buffer RecordIndex { uint record_index[]; };
-// Record of each drop that has one.
-layout(std430, set = 0, binding = 7) buffer RecordOf { uint record_of[]; };
-// For each record BIN_WORDS words: first tile, x and y in 16 bits each; tiles across and down likewise,
-// 0: none; its place in the slab of each of them, 16 bits each.
-layout(std430, set = 0, binding = 8) buffer Bins { uint bins[]; };
-// For each tile and slab of distance: number of drops that touch few tiles; later, where they begin.
-layout(std430, set = 0, binding = 9) buffer Slabs { uint slabs[]; };
-// Likewise of drops that touch many; later, where they begin, then where they end.
-layout(std430, set = 0, binding = 14) buffer BigSlabs { uint big_slabs[]; };
-// For each tile: first entry, number of entries.
-layout(std430, set = 0, binding = 10) buffer Tiles { uvec2 tiles[]; };
-// Distance (as bits, which sort as the distance does) and drop index; or block with IS_BLOCK.
-layout(std430, set = 0, binding = 11) buffer Entries { uvec2 entries[]; };
-// Records of the drops that touch more than MOST_TILES tiles.
-layout(std430, set = 0, binding = 12) buffer Bigs { uint bigs[]; };
-// For each block, the pixels of a tile that a drop covers by rays: record, tile.
-layout(std430, set = 0, binding = 13) buffer Blocks { uvec2 blocks[]; };
+layout(std430, set = 0, binding = 4) buffer RecordIndex { uint record_index[]; };
+
+// Entries of the tiles' lists, eight words each. First one for each record, of use where its drop is a
+// splat: so small that it has one colour and touches no more than 2 x 2 tiles. Then one for each
+// block: a tile of a larger drop.
+//   0  squared distance of the drop's centre, as bits, which sort as it does
+//   1  index of the drop
+//   2  splat: its centre, from the corner of its first tile; block: number of the large drop
+//   3  splat: direction and half sides
+//   4  next in the list; of splats in that of the first tile, 5 of that to the right, 6 and 7 below
+// A link is the number of the word that holds the next one.
+layout(std430, set = 0, binding = 5) buffer Nodes { uint nodes[]; };
+const uint NODE = 8, LINKS = 4, END = 0xffffffffu;
+// For each tile, slab by slab of distance: the link of its list's first entry.
+layout(std430, set = 0, binding = 6) buffer Heads { uint heads[]; };
+
+// A drop of more than a splat as its pixels need it.
+struct Large {
+    vec4 to_disc;    // columns of the matrix from pixel offsets to (s, t) of the unit disc
+    vec4 sphere;     // centre in view space, radius
+    vec2 center;     // of its outline, pixels
+    uint look;       // number of its direction, 12 bits; BY_RAYS; opacity, upper 16 bits
+    uint index;      // of the drop
+    uint first_tile; // x and y, 16 bits each
+    uint across;     // tiles
+    uint first_block;
+    uint distance2;  // bits
+};
+const uint BY_RAYS = 0x8000u;
+layout(std430, set = 0, binding = 7) buffer Larges { Large larges[]; };
+// Those that touch more than MOST_TILES tiles: number, and how many tiles. As each has so many
+// blocks, there is room for all.
+layout(std430, set = 0, binding = 8) buffer Bigs { uvec2 bigs[]; };
+// Of each block: colours of its pixels, then what they cover, 16 bits each.
+layout(std430, set = 0, binding = 9) buffer BlockPixels { uint block_pixels[]; };
+const uint BLOCK = 12, COVERAGE = 8;
+// Blocks drawn by rays.
+layout(std430, set = 0, binding = 10) buffer RayBlocks { uint ray_blocks[]; };
+// The prefiltered pictures of a far drop (appearance.glsl).
+layout(std430, set = 0, binding = 11) readonly buffer Pictures { uint pictures[]; };
 
 uint tiles_across() {
     return (uint(frame.image.x) + TILE.x - 1u) / TILE.x;
 }
 
+bool is_block(uint link) {
+    return link >= FIRST_BLOCK * NODE;
+}
+
 // Slabs of equal volume: a tile sees about as many drops in each.
-uint slab_of(float distance2, uint slab_count) {
+uint slab_of(float distance2) {
     float far = distance2 * frame.tone.z;
-    return uint(min(far * sqrt(far), 0.999) * float(slab_count));
+    return uint(min(far * sqrt(far), 0.999) * float(SLABS));
 }
 
-// Half the sides of the box around the unit disc's preimage, in pixels.
-vec2 half_box(vec4 m) {
-    float det = m.x * m.w - m.y * m.z;
-    return vec2(length(vec2(m.w, m.z)), length(vec2(m.y, m.x))) / abs(det);
-}
-
-float radius_of(vec4 m) {
-    return inversesqrt(abs(m.x * m.w - m.y * m.z));
+// Half the sides of a box of a disc's area, in the shape of the box around its outline.
+vec2 box_of_equal_area(vec2 box, float radius) {
+    return box * (0.8862269 * radius * inversesqrt(box.x * box.y));
 }

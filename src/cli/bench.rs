@@ -92,6 +92,7 @@ pub fn run(args: &BenchArgs) -> anyhow::Result<Answer> {
         let report = bench(args, &device, &scene, &presets, &environment)?;
         print(format_args!("{}\n{}", device.report.summary(), table(&report.rows)))?;
         print(host_line(&report))?;
+        print(start_line(&report))?;
         if !report.rows.iter().all(Row::passes_add_up) {
             eprintln!(
                 "note: the driver's times of the passes do not add up to the frames; trust the frames"
@@ -171,6 +172,18 @@ fn host_line(report: &Report) -> String {
         report.build.commit,
         report.build.profile
     )
+}
+
+/// What each preset takes until its first picture, with the most drops that were measured.
+fn start_line(report: &Report) -> String {
+    let most = report.rows.iter().map(|row| row.drops).max().unwrap_or_default();
+    let starts: Vec<String> = report
+        .rows
+        .iter()
+        .filter(|row| row.tone_map && row.drops == most)
+        .map(|row| format!("{} {:.0} ms + {:.0} ms", row.preset, row.setup_ms, row.first_frame_ms))
+        .collect();
+    format!("set-up + first frame, {most} drops: {}", starts.join(", "))
 }
 
 /// The drops in view, counted by the GPU, against the CPU's count of the same.

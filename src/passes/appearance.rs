@@ -31,14 +31,12 @@ use crate::plan::Light;
 const DIRECTIONS: u32 = 64 * 64;
 /// Words of a direction's pyramid, as in `glsl/include/appearance.glsl`.
 const PYRAMID: u32 = 341;
-/// Pixels of a block, those of a tile.
-const BLOCK_PIXELS: u64 = 8;
 /// Invocations a workgroup.
 const GROUP: u32 = 8;
 
 /// The table and the pass that makes it.
 pub struct Appearance {
-    /// One word a texel, direction by direction; then the blocks of drops drawn by rays.
+    /// One word a texel, direction by direction.
     pub table: Buffer,
     bindings: Bindings,
     pipeline: ComputePipeline,
@@ -48,15 +46,14 @@ impl Appearance {
     /// Level of the finest picture, 16 texels an edge.
     pub const FINEST: u32 = 4;
 
-    /// Makes an empty table, with room for the pixels of `blocks` blocks behind it.
+    /// Makes an empty table.
     pub fn new(
         device: &Arc<Device>,
         frame: &FrameBuffer,
         environment: &EnvironmentMap,
         light: &Light,
-        blocks: u32,
     ) -> Result<Self> {
-        let bytes = 4 * (u64::from(DIRECTIONS * PYRAMID) + u64::from(blocks) * BLOCK_PIXELS);
+        let bytes = 4 * u64::from(DIRECTIONS * PYRAMID);
         let usage = vk::BufferUsageFlags::STORAGE_BUFFER;
         let table = Buffer::new(device, "appearance", bytes, usage, Memory::Device)?;
         let map = Resource::Sampled(&environment.image, &environment.sampler);

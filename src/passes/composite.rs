@@ -17,21 +17,41 @@ use ash::vk;
 
 use super::appearance::Appearance;
 use super::environment::EnvironmentMap;
-use super::frame::FrameBuffer;
-use super::light_constants;
-use super::tiles::{BLOCK_GROUPS, Tiles};
+use super::frame::{Frame, FrameBuffer};
+use super::tiles::{RAY_GROUPS, TILE_PIXELS, Tiles};
+use super::tone_map::{FINAL_SUMS, Source};
 use crate::Result;
 use crate::gpu::{Binding, Bindings, Buffer, ComputePipeline, Device, Memory, Resource, shaders};
+use crate::model::Operator;
 use crate::plan::FramePlan;
+
+/// Bytes a pixel, of the picture and of the sky.
+const PIXEL_BYTES: u64 = 8;
+/// Pixels of a workgroup of the sky's pass: whole tiles.
+const SKY_GROUP: (u32, u32) = (16, 4);
 
 /// The passes.
 pub struct Composite {
     /// The picture: four halves a pixel, row by row from the top, in stored units.
     pub radiance: Buffer,
+    /// A sum of log(delta + luminance) for each tile, then those of `tone_map.rs`.
+    log_sums: Buffer,
+    size: (u32, u32),
     tiles: u32,
+    /// What the sky was drawn for.
+    sky_of: Option<View>,
     bindings: Bindings,
+    sky_pass: ComputePipeline,
     rays: ComputePipeline,
     composite: ComputePipeline,
+    _sky: Buffer,
+}
+
+/// The part of the frame's constants that the sky depends on: axes, image.
+type View = [[f32; 4]; 4];
+
+fn view_of(frame: &Frame) -> View {
+    [frame.right, frame.up, frame.back, frame.image]
 }
 
 impl Composite {
@@ -45,36 +65,64 @@ impl Composite {
         (width, height): (u32, u32),
         plan: &FramePlan,
     ) -> Result<Self> {
-        let usage = vk::BufferUsageFlags::STORAGE_BUFFER | vk::BufferUsageFlags::TRANSFER_SRC;
-        let bytes = 8 * u64::from(width) * u64::from(height);
-        let radiance = Buffer::new(device, "radiance", bytes, usage, Memory::Device)?;
+        use vk::BufferUsageFlags as Usage;
+        let make = |name, bytes, usage| {
+            Buffer::new(device, name, bytes, Usage::STORAGE_BUFFER | usage, Memory::Device)
+        };
+        let pixels = u64::from(width) * u64::from(height);
+        let radiance = make("radiance", PIXEL_BYTES * pixels, Usage::TRANSFER_SRC)?;
+        let sky_bytes = PIXEL_BYTES * TILE_PIXELS * u64::from(tiles.count);
+        let sky = make("sky", sky_bytes, Usage::empty())?;
+        let sums = 4 * u64::from(tiles.count + FINAL_SUMS);
+        let log_sums = make("log luminance sums", sums, Usage::empty())?;
 
         let buffer = |buffer| (Binding::STORAGE_BUFFER, Resource::Buffer(buffer));
         let map = Resource::Sampled(&environment.image, &environment.sampler);
         let slots: Vec<_> =
             std::iter::once((Binding::UNIFORM_BUFFER, Resource::Buffer(&frame.buffer)))
-                .chain(tiles.shared.iter().map(buffer))
-                .chain([
-                    (Binding::COMBINED_IMAGE_SAMPLER, map),
-                    buffer(&appearance.table),
-                    buffer(&radiance),
-                ])
+                .chain(tiles.shared.iter().chain([&appearance.table]).map(buffer))
+                .chain([(Binding::COMBINED_IMAGE_SAMPLER, map)])
+                .chain([&radiance, &sky, &log_sums].map(buffer))
                 .collect();
         let bindings = Bindings::of(device, "composite", &slots)?;
-        let pipeline = |shader, constants: &[u32]| {
-            ComputePipeline::new(device, shader, &bindings, 0, constants)
-        };
-        let [a, b, c, d, e] = light_constants(&plan.light);
-        let constants = [a, b, c, d, e, tiles.max_blocks, plan.samples];
-        let rays = pipeline(shaders::RAYS_COMP, &constants)?;
-        let constants = [tiles.count, tiles.max_entries, tiles.max_blocks];
-        let composite = pipeline(shaders::COMPOSITE_COMP, &constants)?;
-        Ok(Self { radiance, tiles: tiles.count, bindings, rays, composite })
+        let needs_logs = plan.tone_map == Some(Operator::Photographic);
+        let constants: Vec<u32> =
+            tiles.constants.iter().copied().chain([u32::from(needs_logs)]).collect();
+        let pipeline = |shader| ComputePipeline::new(device, shader, &bindings, 0, &constants);
+        Ok(Self {
+            radiance,
+            log_sums,
+            size: (width, height),
+            tiles: tiles.count,
+            sky_of: None,
+            sky_pass: pipeline(shaders::SKY_COMP)?,
+            rays: pipeline(shaders::RAYS_COMP)?,
+            composite: pipeline(shaders::COMPOSITE_COMP)?,
+            bindings,
+            _sky: sky,
+        })
+    }
+
+    /// What the display passes read.
+    pub fn source(&self) -> Source<'_> {
+        Source::Tiles { radiance: &self.radiance, log_sums: &self.log_sums, count: self.tiles }
+    }
+
+    /// Whether the sky was last drawn for another view than that of `frame`; by its next use it must
+    /// be drawn for this one.
+    pub fn needs_sky(&mut self, frame: &Frame) -> bool {
+        self.sky_of.replace(view_of(frame)) != Some(view_of(frame))
+    }
+
+    /// Records the sky, when the frame's constants are ready.
+    pub fn record_sky(&self, commands: vk::CommandBuffer) {
+        let groups = [self.size.0.div_ceil(SKY_GROUP.0), self.size.1.div_ceil(SKY_GROUP.1), 1];
+        self.sky_pass.dispatch(commands, &self.bindings, 0, &[], groups);
     }
 
     /// Records the pixels of the large drops, after the tiles' lists and a barrier.
     pub fn record_rays(&self, commands: vk::CommandBuffer, tiles: &Tiles) {
-        self.rays.dispatch_indirect(commands, &self.bindings, tiles.totals(), BLOCK_GROUPS);
+        self.rays.dispatch_indirect(commands, &self.bindings, tiles.totals(), RAY_GROUPS);
     }
 
     /// Records the drops over one another and the sky behind, after [`Composite::record_rays`] and a

@@ -72,7 +72,7 @@ impl Table {
             Optics::Radial => Self::Radial(Radial::new(device, light.fresnel)?),
             Optics::ClosedForm => Self::None,
             Optics::Far | Optics::Appearance => {
-                let pictures = Appearance::new(device, frame, environment, light, 0)?;
+                let pictures = Appearance::new(device, frame, environment, light)?;
                 pictures.fill(device, frame, constants)?;
                 Self::Pictures(pictures)
             }

@@ -1,207 +1,224 @@
-//! Which drops fall on which tile of the image, front to back, without touching a drop that is out
-//! of view for long. Compute passes:
+//! Which drops fall on which tile of the image, without touching a drop that is out of view for
+//! long. Compute passes:
 //!
 //! 1. `cells`: whole cells of the rain box out of view are passed over (five of six drops);
-//! 2. `gather`: each drop of the other cells finds its place, its outline and its tiles of 4 x 2
-//!    pixels, and is counted in each, by slab of distance;
-//! 3. `lists`: the lists get their room (`tile_offsets`), the drops are written into them
-//!    (`tile_fill`), and each slab is sorted by distance, then drop index (`tile_order`): a total
-//!    order, so that the picture is the same on every run.
+//! 2. `gather`: each drop of the other cells finds its place and its outline. Nine of ten are splats:
+//!    so small that one colour will do. They become nodes of 32 bytes, hung into the lists of their
+//!    one to four tiles of 4 x 2 pixels, one list a slab of distance; the numbers of the others are
+//!    noted;
+//! 3. `large`: those get a block for each tile that they touch (`big`: where there are more than 12,
+//!    by a workgroup each), and each block finds its coverage and colours and is hung into the list
+//!    of its tile (`blocks`).
 //!
-//! Drops that touch more than 12 tiles, a few in a thousand, are counted and entered by a
-//! workgroup each (`big`).
+//! Linked lists, because they need one atomic exchange an entry, where lists in a row take one to
+//! count, one to fill, and a pass between. They come in any order: `glsl/include/tile_order.glsl`
+//! sorts each by distance, then index, a total order, so that the picture is the same on every run.
 //!
-//! No pass uses shared memory or barriers within a workgroup, poison on CPU drivers; what must be
-//! counted is counted by atomics on many addresses.
+//! No pass uses shared memory or barriers within a workgroup, poison on CPU drivers.
 
 use std::sync::Arc;
 
 use ash::vk;
 
+use super::appearance::Appearance;
 use super::frame::FrameBuffer;
+use super::light_constants;
 use super::simulate::{Simulate, placed_records};
 use crate::cells::Cells;
 use crate::gpu::{
     Binding, Bindings, Buffer, ComputePipeline, Device, Memory, Resource, Use, memory_barrier,
     shaders,
 };
+use crate::plan::FramePlan;
 use crate::scene::Scene;
 use crate::{Error, Result};
 
 /// A tile in pixels, as in `glsl/include/tile_buffers.glsl`.
 const TILE: (u32, u32) = (4, 2);
-/// Words of a drop's bin, as there.
-const BIN_WORDS: u64 = 8;
+pub(super) const TILE_PIXELS: u64 = 8;
+/// Words of a node and of a block's pixels, and bytes of a large drop, as there.
+const NODE_WORDS: u64 = 8;
+const BLOCK_WORDS: u64 = 12;
+const LARGE_BYTES: u64 = 64;
 /// Tiles that a drop at the paper's sizes touches.
-const TILES_A_DROP: f64 = 3.5;
+const TILES_A_DROP: f64 = 2.0;
 /// Part of all drops that is in view at the paper's 90°, at most.
 const SHARE_IN_VIEW: f64 = 0.18;
-/// Drops that a slab should hold: with twice as many it still sorts in registers.
-const DROPS_A_SLAB: f64 = 3.0;
-const MAX_SLABS: u32 = 16;
-/// Radius in pixels of the largest drop that can touch no more than the 12 tiles that one invocation
-/// enters: 96 pixels.
-const MOST_PX_OF_FEW_TILES: f32 = 5.6;
-/// Distance in radii within which drops are drawn by rays, as in `glsl/gather.comp`.
-const NEAR_RADII: f32 = 32.0;
-/// Most drops that touch many tiles; those beyond it are counted and reported, not drawn.
-const MAX_BIGS: u32 = 262_144;
-/// List entries that are provided for each drop: four times what the paper's scene takes.
-const ENTRIES_A_DROP: u64 = 2;
-/// Entries provided for each tile: so many layers of the whole image may be large drops.
-const ENTRIES_A_TILE: u64 = 8;
-/// Blocks provided for each tile, likewise, of drops drawn by rays …
-const BLOCKS_A_TILE: u32 = 6;
-/// … and for each drop, where all are.
-const BLOCKS_A_DROP: u32 = 1;
+/// Drops that a slab should hold: so few that sorting them by insertion costs little.
+const DROPS_A_SLAB: f64 = 4.0;
+const MAX_SLABS: u32 = 32;
+/// Least tiles of a drop whose blocks a workgroup gives out, as in the shaders.
+const TILES_OF_BIG: u64 = 13;
+/// Blocks provided for each tile: so many layers of the whole image may be large drops …
+const BLOCKS_A_TILE: u64 = 8;
+/// … and for every second drop, or for each where none is a splat.
+const DROPS_A_BLOCK: u64 = 2;
+
+/// What the shaders' `tile_buffers.glsl` has as constants, from number 5 on, after those of
+/// `light_model.glsl`.
+#[derive(Clone, Copy, Debug)]
+struct Limits {
+    tiles: u32,
+    slabs: u32,
+    records: u32,
+    first_block: u32,
+    blocks: u32,
+    larges: u32,
+    splat_px: f32,
+    rays_px: f32,
+    has_placed: bool,
+    samples: u32,
+}
+
+impl Limits {
+    fn words(&self) -> [u32; 10] {
+        [
+            self.tiles,
+            self.slabs,
+            self.records,
+            self.first_block,
+            self.blocks,
+            self.larges,
+            self.splat_px.to_bits(),
+            self.rays_px.to_bits(),
+            self.has_placed.into(),
+            self.samples,
+        ]
+    }
+}
 
 /// The passes and what they hand on.
 pub struct Tiles {
     /// Tiles in the image.
     pub count: u32,
-    /// Room for entries; the lists end there.
-    pub max_entries: u32,
-    /// Room for pixel blocks of drops drawn by rays.
-    pub max_blocks: u32,
     /// What was counted (see [`Simulate::counts`]).
     pub counters: Buffer,
-    /// What the shaders' `tile_buffers.glsl` declares, from binding 1 on.
-    pub(super) shared: [Buffer; 14],
-    slabs: u32,
+    /// What the shaders' `tile_buffers.glsl` declares, from binding 1 on, but for the pictures.
+    pub(super) shared: [Buffer; 10],
+    /// Values of its constants.
+    pub(super) constants: Vec<u32>,
     cell_groups: u32,
     bindings: Bindings,
     cells: ComputePipeline,
     gather: ComputePipeline,
-    count_big: ComputePipeline,
-    offsets: ComputePipeline,
-    fill: ComputePipeline,
-    fill_big: ComputePipeline,
-    order: ComputePipeline,
+    large: ComputePipeline,
+    big: ComputePipeline,
+    blocks: ComputePipeline,
     _placed: Buffer,
 }
 
 /// Where in [`Tiles::shared`] the buffers are that are reset.
 const TOTALS: usize = 2;
-const SLABS: usize = 8;
-const BIG_SLABS: usize = 13;
+const HEADS: usize = 5;
 /// Byte offsets of the indirect arguments in the totals.
 const RECORD_GROUPS: u64 = 0;
-const BIG_GROUPS: u64 = 16;
-/// … and of those of the blocks, which are drawn elsewhere.
-pub(super) const BLOCK_GROUPS: u64 = 32;
+const LARGE_GROUPS: u64 = 16;
+const BIG_GROUPS: u64 = 32;
+const BLOCK_GROUPS: u64 = 48;
+pub(super) const RAY_GROUPS: u64 = 64;
+/// End of a list, as in the shaders.
+const END: u32 = u32::MAX;
 
 impl Tiles {
-    /// Buffers and pipelines for the drops of `scene`; drops of over `rays_px` pixels of radius get
-    /// pixel blocks of their own.
+    /// Buffers and pipelines for the drops of `scene`.
     pub fn new(
         device: &Arc<Device>,
         frame: &FrameBuffer,
+        appearance: &Appearance,
         scene: &Scene,
-        rays_px: f32,
+        plan: &FramePlan,
     ) -> Result<Self> {
         use vk::BufferUsageFlags as Usage;
-        let limits = &device.report.limits;
-        let range = u64::from(limits.max_storage_buffer_range);
-        let groups = limits.max_compute_work_group_count[0];
-        let drops = scene.drop_count();
+        let device_limits = &device.report.limits;
+        let range = u64::from(device_limits.max_storage_buffer_range);
+        let groups = u64::from(device_limits.max_compute_work_group_count[0]);
+        let drops = u64::from(scene.drop_count());
         let within = |what, wanted: u64, limit: u64| {
             let device = device.report.name.clone();
             if wanted > limit { Err(Error::Limit { what, wanted, limit, device }) } else { Ok(()) }
         };
         // Their order, a word each, is one binding.
-        within("the number of drops in tiles", drops.into(), range / 4)?;
+        within("the number of drops in tiles", drops, range / 4)?;
         let (across, down) =
             (scene.image.width.div_ceil(TILE.0), scene.image.height.div_ceil(TILE.1));
         let count = across * down;
-        // One dispatch takes an invocation a slab of a tile; a tile's list, 8 bytes, is in one binding.
-        let most_slabs = (64 * u64::from(groups)).min(range / 8);
-        let pixels = u64::from(TILE.0 * TILE.1);
-        within("the image's pixels in tiles", pixels * u64::from(count), pixels * most_slabs)?;
-        let a_tile = f64::from(drops) * SHARE_IN_VIEW * TILES_A_DROP / f64::from(count);
-        let most_slabs = (most_slabs / u64::from(count)).clamp(1, MAX_SLABS.into()) as u32;
-        let slabs = ((a_tile / DROPS_A_SLAB).ceil() as u32).clamp(1, most_slabs);
+        // One dispatch takes an invocation a tile; their pixels, 8 bytes each, are one binding.
+        let most_pixels = (TILE_PIXELS * 64 * groups).min(range / 8);
+        within("the image's pixels in tiles", TILE_PIXELS * u64::from(count), most_pixels)?;
+        let a_tile = drops as f64 * SHARE_IN_VIEW * TILES_A_DROP / f64::from(count);
         let grid = Cells::new(scene.rain().as_ref(), scene.drops.len() as u32);
 
-        let max_records = u64::from(drops).min(range / 32) as u32;
-        let entries = ENTRIES_A_DROP * u64::from(drops) + ENTRIES_A_TILE * u64::from(count);
-        let max_entries = entries.min(range / 8) as u32;
-        let all_by_rays = if rays_px > 0.0 { 0 } else { BLOCKS_A_DROP * drops };
-        let blocks = u64::from(BLOCKS_A_TILE * count + all_by_rays);
-        // The blocks share a buffer with the pictures, which take 6 MB.
-        let max_blocks = blocks.min((range - (6 << 20)) / 32).min(32 * u64::from(groups)) as u32;
-        let max_bigs = drops.min(MAX_BIGS).min(groups);
+        let has_splats = plan.splat_px > 0.0;
+        // A quarter of the nodes for blocks at most, unless there are no splats.
+        let most_nodes = range / (4 * NODE_WORDS);
+        let wanted = BLOCKS_A_TILE * u64::from(count)
+            + if has_splats { drops / DROPS_A_BLOCK } else { drops };
+        let blocks = wanted
+            .min(if has_splats { most_nodes / 4 } else { most_nodes })
+            .min(range / (4 * BLOCK_WORDS))
+            .min(32 * groups);
+        let records = drops.min(256 * groups);
+        let records = if has_splats { records.min(most_nodes - blocks) } else { records };
+        let first_block = if has_splats { records } else { 0 };
+        let limits = Limits {
+            tiles: count,
+            slabs: ((a_tile / DROPS_A_SLAB).ceil() as u32).clamp(1, MAX_SLABS),
+            records: records as u32,
+            first_block: first_block as u32,
+            blocks: blocks as u32,
+            larges: drops.min(range / LARGE_BYTES).min(64 * groups) as u32,
+            splat_px: plan.splat_px,
+            rays_px: plan.rays_px,
+            has_placed: !scene.drops.is_empty(),
+            samples: plan.samples,
+        };
 
         let storage = Usage::STORAGE_BUFFER;
         let cleared = storage | Usage::TRANSFER_DST;
-        let make = |name, bytes: u64, count: u32, usage| {
-            Buffer::new(device, name, bytes * u64::from(count), usage, Memory::Device)
+        let make = |name, bytes: u64, count: u64, usage| {
+            Buffer::new(device, name, bytes * count, usage, Memory::Device)
         };
+        let heads = u64::from(count) * u64::from(limits.slabs);
         let shared = [
             Buffer::upload_device(device, "drop order", &grid.order, storage)?,
             Buffer::upload_device(device, "cells", &grid.first, storage)?,
-            make("totals", 64, 1, cleared | Usage::INDIRECT_BUFFER)?,
-            make("drop records", 32, max_records, storage)?,
-            make("drop spheres", 16, max_records, storage)?,
-            make("drop indices", 4, max_records, storage)?,
-            make("records of drops", 4, drops, storage)?,
-            make("drop bins", 4 * BIN_WORDS, max_records, storage)?,
-            make("slabs", 4, count * slabs, cleared)?,
-            make("tiles", 8, count, storage)?,
-            make("tile entries", 8, max_entries, storage)?,
-            make("big drops", 4, max_bigs, storage)?,
-            make("pixel blocks", 8, max_blocks, storage)?,
-            make("slabs of big drops", 4, count * slabs, cleared)?,
+            make("totals", 112, 1, cleared | Usage::INDIRECT_BUFFER)?,
+            make("drop indices", 4, records, storage)?,
+            make("nodes", 4 * NODE_WORDS, first_block + blocks, storage)?,
+            make("lists", 4, heads, cleared)?,
+            make("large drops", LARGE_BYTES, limits.larges.into(), storage)?,
+            make("big drops", 8, blocks / TILES_OF_BIG + 1, storage)?,
+            make("pixel blocks", 4 * BLOCK_WORDS, blocks, storage)?,
+            make("blocks of rays", 4, blocks, storage)?,
         ];
         let placed = Buffer::upload(device, "placed drops", &placed_records(scene), storage)?;
         let counters = Simulate::counters(device)?;
 
         let uniform = (Binding::UNIFORM_BUFFER, Resource::Buffer(&frame.buffer));
+        let buffer = |buffer| (Binding::STORAGE_BUFFER, Resource::Buffer(buffer));
         let slots: Vec<_> = std::iter::once(uniform)
-            .chain(
-                shared
-                    .iter()
-                    .chain([&placed, &counters])
-                    .map(|buffer| (Binding::STORAGE_BUFFER, Resource::Buffer(buffer))),
-            )
+            .chain(shared.iter().chain([&appearance.table, &placed, &counters]).map(buffer))
             .collect();
         let bindings = Bindings::of(device, "tiles", &slots)?;
+        let constants: Vec<u32> =
+            light_constants(&plan.light).into_iter().chain(limits.words()).collect();
         let pipeline = |shader, constants: &[u32]| {
             ComputePipeline::new(device, shader, &bindings, 0, constants)
         };
-        // Drops so small are only drawn by rays if all are, or where a pixel is so wide that near
-        // drops are small; then the code for it is compiled in.
-        let near_px = scene.view().focal_px as f32 / NEAR_RADII;
-        let may_ray = u32::from(rays_px.min(near_px) < MOST_PX_OF_FEW_TILES);
-        let big = |fill| pipeline(shaders::BIG_COMP, &[fill, max_entries, max_blocks, slabs]);
-        let cells = pipeline(shaders::CELLS_COMP, &[grid.bits, grid.count(), max_records])?;
-        let has_placed = u32::from(!scene.drops.is_empty());
-        let gather = pipeline(
-            shaders::GATHER_COMP,
-            &[max_bigs, max_records, slabs, rays_px.to_bits(), has_placed, may_ray],
-        )?;
-        let (count_big, fill_big) = (big(0)?, big(1)?);
-        let offsets = pipeline(shaders::TILE_OFFSETS_COMP, &[count, slabs])?;
-        let fill = pipeline(
-            shaders::TILE_FILL_COMP,
-            &[max_entries, max_blocks, max_records, slabs, may_ray],
-        )?;
-        let order = pipeline(shaders::TILE_ORDER_COMP, &[count, max_entries, max_blocks, slabs])?;
+        let of_cells: Vec<u32> =
+            constants.iter().copied().chain([grid.bits, grid.count()]).collect();
         Ok(Self {
             count,
-            max_entries,
-            max_blocks,
             counters,
-            shared,
-            slabs,
             cell_groups: grid.count().div_ceil(64),
+            cells: pipeline(shaders::CELLS_COMP, &of_cells)?,
+            gather: pipeline(shaders::GATHER_COMP, &constants)?,
+            large: pipeline(shaders::LARGE_COMP, &constants)?,
+            big: pipeline(shaders::BIG_COMP, &constants)?,
+            blocks: pipeline(shaders::BLOCKS_COMP, &constants)?,
+            shared,
+            constants,
             bindings,
-            cells,
-            gather,
-            count_big,
-            offsets,
-            fill,
-            fill_big,
-            order,
             _placed: placed,
         })
     }
@@ -211,14 +228,18 @@ impl Tiles {
         &self.shared[TOTALS]
     }
 
-    /// Records the reset of what is counted; a barrier to compute must follow.
+    /// Records the reset of what is counted and linked; a barrier to compute must follow.
     pub fn record_reset(&self, device: &Device, commands: vk::CommandBuffer) {
-        for buffer in [&self.counters, &self.shared[SLABS], &self.shared[BIG_SLABS]] {
+        for (buffer, value) in [(&self.counters, 0), (&self.shared[HEADS], END)] {
+            let raw = buffer.raw();
             // SAFETY: the command buffer is recorded outside of rendering.
-            unsafe { device.raw().cmd_fill_buffer(commands, buffer.raw(), 0, vk::WHOLE_SIZE, 0) };
+            unsafe { device.raw().cmd_fill_buffer(commands, raw, 0, vk::WHOLE_SIZE, value) };
         }
-        // Three times 0 x 1 x 1 workgroups, then the counts.
-        let totals: [u32; 16] = [0, 1, 1, 0, 0, 1, 1, 0, 0, 1, 1, 0, 0, 0, 0, 0];
+        // Five times 0 x 1 x 1 workgroups, then the counts.
+        let mut totals = [0u32; 28];
+        for groups in totals[..20].chunks_exact_mut(4) {
+            groups.copy_from_slice(&[0, 1, 1, 0]);
+        }
         let bytes = bytemuck::bytes_of(&totals);
         // SAFETY: as above; the data is copied now.
         unsafe { device.raw().cmd_update_buffer(commands, self.totals().raw(), 0, bytes) };
@@ -229,29 +250,22 @@ impl Tiles {
         self.cells.dispatch(commands, &self.bindings, 0, &[], [self.cell_groups, 1, 1]);
     }
 
-    /// Records the drops' places and tiles, after [`Tiles::record_cells`] and a barrier.
-    pub fn record_gather(&self, device: &Device, commands: vk::CommandBuffer) {
+    /// Records the drops' places and the small ones' entry into the lists, after
+    /// [`Tiles::record_cells`] and a barrier.
+    pub fn record_gather(&self, commands: vk::CommandBuffer) {
         self.gather.dispatch_indirect(commands, &self.bindings, self.totals(), RECORD_GROUPS);
+    }
+
+    /// Records the larger drops' entry into the lists, after [`Tiles::record_gather`] and a barrier.
+    pub fn record_large(&self, device: &Device, commands: vk::CommandBuffer) {
         let written = [Use::ComputeWrite, Use::Indirect];
-        memory_barrier(device, commands, &[Use::ComputeWrite], &written);
-        self.count_big.dispatch_indirect(commands, &self.bindings, self.totals(), BIG_GROUPS);
-    }
-
-    /// Records the room of the tiles' lists, after [`Tiles::record_gather`] and a barrier.
-    pub fn record_offsets(&self, commands: vk::CommandBuffer) {
-        let groups = [self.count.div_ceil(64), 1, 1];
-        self.offsets.dispatch(commands, &self.bindings, 0, &[], groups);
-    }
-
-    /// Records the drops' entry into the lists, after [`Tiles::record_offsets`] and a barrier.
-    pub fn record_fill(&self, commands: vk::CommandBuffer) {
-        self.fill.dispatch_indirect(commands, &self.bindings, self.totals(), RECORD_GROUPS);
-        self.fill_big.dispatch_indirect(commands, &self.bindings, self.totals(), BIG_GROUPS);
-    }
-
-    /// Records the sorting of the lists, after [`Tiles::record_fill`] and a barrier.
-    pub fn record_order(&self, commands: vk::CommandBuffer) {
-        let groups = [(self.count * self.slabs).div_ceil(64), 1, 1];
-        self.order.dispatch(commands, &self.bindings, 0, &[], groups);
+        let passes =
+            [(&self.large, LARGE_GROUPS), (&self.big, BIG_GROUPS), (&self.blocks, BLOCK_GROUPS)];
+        for (number, (pipeline, groups)) in passes.into_iter().enumerate() {
+            if number > 0 {
+                memory_barrier(device, commands, &[Use::ComputeWrite], &written);
+            }
+            pipeline.dispatch_indirect(commands, &self.bindings, self.totals(), groups);
+        }
     }
 }

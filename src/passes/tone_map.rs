@@ -1,12 +1,14 @@
 //! From radiance to display: the global photographic operator of Reinhard et al. 2002, with the
-//! log-average luminance reduced on the GPU (`glsl/log_luminance.comp`, `tone_map.{vert,frag}`).
+//! log-average luminance reduced on the GPU (`glsl/{log_luminance,sum_logs}.comp`,
+//! `tone_map.{vert,frag}`).
 //!
 //! L̄ = exp(Σ log(δ + L) / N); the paper's sum outside of the exponential is a misprint. δ is stated
 //! relative to the scene: a fraction of the environment's mean luminance, so that a picture does not
 //! change with the unit of its radiance.
 //!
-//! The sum runs in three steps without shared memory or barriers: 16,384 strided sums, 128 sums of
-//! those, and the rest in the vertex shader of the full-screen triangle. On CPU drivers a
+//! The sum runs in three steps without shared memory or barriers: 16,384 strided sums (or those of the
+//! tiles, which `composite.rs` leaves), 128 sums of those, and the rest in the vertex shader of the
+//! full-screen triangle. On CPU drivers a
 //! tree reduction with barriers takes five to eighty times as long; on GPUs the strides coalesce.
 
 use std::sync::Arc;
@@ -28,9 +30,10 @@ pub const DELTA: f64 = 1e-4;
 /// Format of the display image: the attachment encodes sRGB.
 pub const DISPLAY: vk::Format = vk::Format::R8G8B8A8_SRGB;
 
-/// Sums of the first and of the second step.
+/// Sums of the first step over an image.
 const SUMS: u32 = 16_384;
-const FINAL_SUMS: u32 = 128;
+/// Sums of the second step.
+pub(super) const FINAL_SUMS: u32 = 128;
 const GROUP: u32 = 64;
 
 /// Where the radiance is.
@@ -39,16 +42,25 @@ pub enum Source<'a> {
     /// In an image, read as a texture.
     Image(&'a Image),
     /// In a buffer, four halves a pixel.
-    Buffer(&'a Buffer),
+    Tiles {
+        /// Row by row.
+        radiance: &'a Buffer,
+        /// A sum of log(delta + luminance) for each tile, then room for [`FINAL_SUMS`] more.
+        log_sums: &'a Buffer,
+        /// Number of tiles.
+        count: u32,
+    },
 }
 
 /// The pass.
 pub struct ToneMap {
     bindings: Bindings,
-    reduce: ComputePipeline,
+    /// The first step; none where it is done before.
+    reduce: Option<ComputePipeline>,
+    sum_up: ComputePipeline,
     apply: GraphicsPipeline,
     operator: Operator,
-    _sums: Buffer,
+    _sums: Option<Buffer>,
     _sampler: Sampler,
 }
 
@@ -60,39 +72,47 @@ impl ToneMap {
         source: Source<'_>,
         operator: Operator,
     ) -> Result<Self> {
-        let bytes = 4 * u64::from(SUMS + FINAL_SUMS);
-        let usage = vk::BufferUsageFlags::STORAGE_BUFFER;
-        let sums = Buffer::new(device, "luminance sums", bytes, usage, Memory::Device)?;
         let clamp = vk::SamplerAddressMode::CLAMP_TO_EDGE;
         let sampler = Sampler::linear(device, "radiance", clamp, clamp)?;
-        let (radiance, reduce_shader, apply_shader) = match source {
+        let own_sums = match source {
+            Source::Image(_) => {
+                let bytes = 4 * u64::from(SUMS + FINAL_SUMS);
+                let usage = vk::BufferUsageFlags::STORAGE_BUFFER;
+                Some(Buffer::new(device, "luminance sums", bytes, usage, Memory::Device)?)
+            }
+            Source::Tiles { .. } => None,
+        };
+        let (radiance, sums, count, apply_shader) = match source {
             Source::Image(image) => (
                 (Binding::COMBINED_IMAGE_SAMPLER, Resource::Sampled(image, &sampler)),
-                shaders::LOG_LUMINANCE_COMP,
+                own_sums.as_ref(),
+                SUMS,
                 shaders::TONE_MAP_FRAG,
             ),
-            Source::Buffer(buffer) => (
-                (Binding::STORAGE_BUFFER, Resource::Buffer(buffer)),
-                shaders::LOG_LUMINANCE_COMP_BUFFER,
+            Source::Tiles { radiance, log_sums, count } => (
+                (Binding::STORAGE_BUFFER, Resource::Buffer(radiance)),
+                Some(log_sums),
+                count,
                 shaders::TONE_MAP_FRAG_BUFFER,
             ),
         };
-        let bindings = Bindings::of(
-            device,
-            "tone map",
-            &[
-                (Binding::UNIFORM_BUFFER, Resource::Buffer(&frame.buffer)),
-                radiance,
-                (Binding::STORAGE_BUFFER, Resource::Buffer(&sums)),
-            ],
-        )?;
-        let reduce = ComputePipeline::new(device, reduce_shader, &bindings, 4, &[SUMS])?;
+        let uniform = (Binding::UNIFORM_BUFFER, Resource::Buffer(&frame.buffer));
+        let sums = sums.map(|sums| (Binding::STORAGE_BUFFER, Resource::Buffer(sums)));
+        let slots: Vec<_> = [uniform, radiance].into_iter().chain(sums).collect();
+        let bindings = Bindings::of(device, "tone map", &slots)?;
+        let reduce = match source {
+            Source::Image(_) => {
+                Some(ComputePipeline::new(device, shaders::LOG_LUMINANCE_COMP, &bindings, 0, &[])?)
+            }
+            Source::Tiles { .. } => None,
+        };
+        let sum_up = ComputePipeline::new(device, shaders::SUM_LOGS_COMP, &bindings, 0, &[count])?;
         let apply = GraphicsPipeline::new(
             device,
             [shaders::TONE_MAP_VERT, apply_shader],
             &bindings,
             0,
-            &[SUMS, FINAL_SUMS, u32::from(operator == Operator::Photographic)],
+            &[count, FINAL_SUMS, u32::from(operator == Operator::Photographic)],
             &GraphicsState {
                 topology: vk::PrimitiveTopology::TRIANGLE_LIST,
                 attribute: None,
@@ -102,7 +122,7 @@ impl ToneMap {
                 depth: false,
             },
         )?;
-        Ok(Self { bindings, reduce, apply, operator, _sums: sums, _sampler: sampler })
+        Ok(Self { bindings, reduce, sum_up, apply, operator, _sums: own_sums, _sampler: sampler })
     }
 
     /// Whether the operator needs the log average.
@@ -110,15 +130,13 @@ impl ToneMap {
         self.operator == Operator::Photographic
     }
 
-    /// Records the reduction; the radiance must be ready to be read by compute.
+    /// Records the reduction; the radiance, or the tiles' sums, must be ready to be read by compute.
     pub fn record_log_luminance(&self, device: &Device, commands: vk::CommandBuffer) {
-        let stage = |number: u32, sums: u32| {
-            let push = number.to_ne_bytes();
-            self.reduce.dispatch(commands, &self.bindings, 0, &push, [sums / GROUP, 1, 1]);
-        };
-        stage(0, SUMS);
-        memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::ComputeWrite]);
-        stage(1, FINAL_SUMS);
+        if let Some(reduce) = &self.reduce {
+            reduce.dispatch(commands, &self.bindings, 0, &[], [SUMS / GROUP, 1, 1]);
+            memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::ComputeWrite]);
+        }
+        self.sum_up.dispatch(commands, &self.bindings, 0, &[], [FINAL_SUMS / GROUP, 1, 1]);
     }
 
     /// Records the operator; `display` is a colour attachment whose content is overwritten.

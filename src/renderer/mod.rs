@@ -158,7 +158,7 @@ impl Renderer {
             Some(operator) => {
                 let source = match &drawing {
                     Drawing::Points(points) => Source::Image(&points.radiance),
-                    Drawing::Tiled(tiled) => Source::Buffer(&tiled.composite.radiance),
+                    Drawing::Tiled(tiled) => tiled.composite.source(),
                 };
                 let usage = vk::ImageUsageFlags::COLOR_ATTACHMENT
                     | vk::ImageUsageFlags::TRANSFER_SRC
@@ -195,8 +195,7 @@ impl Renderer {
         let flight = &mut self.flights[self.next];
         self.next = (self.next + 1) % FLIGHTS;
         let commands = flight.commands.begin()?;
-        let counters = self.drawing.counters();
-        let finished = flight.report(counters.is_some())?;
+        let finished = flight.report(self.drawing.counters().is_some())?;
         let time = &mut flight.timestamps;
         time.reset();
 
@@ -215,14 +214,14 @@ impl Renderer {
             &[Use::TransferWrite, Use::ComputeWrite],
         );
         self.frame.record(device, commands, &frame);
-        match &self.drawing {
+        match &mut self.drawing {
             Drawing::Points(points) => {
                 points.record_reset(device, commands);
                 points.record(device, commands, time);
             }
             Drawing::Tiled(tiled) => {
                 tiled.record_reset(device, commands);
-                tiled.record(device, commands, time);
+                tiled.record(device, commands, time, &frame);
             }
         }
 
@@ -243,7 +242,7 @@ impl Renderer {
             time.time(commands, "tone map", || tone_map.record(device, commands, &display.image));
         }
 
-        if let Some(counters) = counters {
+        if let Some(counters) = self.drawing.counters() {
             let size = flight.counters.size;
             let region = [vk::BufferCopy { src_offset: 0, dst_offset: 0, size }];
             memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::TransferRead]);

@@ -31,12 +31,11 @@ impl Tiled {
         environment: &EnvironmentMap,
         plan: &FramePlan,
     ) -> Result<Self> {
-        let tiles = Tiles::new(device, frame, scene, plan.rays_px)?;
-        let blocks = tiles.max_blocks;
-        let appearance = Appearance::new(device, frame, environment, &plan.light, blocks)?;
+        let appearance = Appearance::new(device, frame, environment, &plan.light)?;
         if plan.optics == Optics::Appearance {
             appearance.fill(device, frame, constants)?;
         }
+        let tiles = Tiles::new(device, frame, &appearance, scene, plan)?;
         let size = (scene.image.width, scene.image.height);
         let composite =
             Composite::new(device, frame, environment, &appearance, &tiles, size, plan)?;
@@ -48,28 +47,31 @@ impl Tiled {
     }
 
     /// From the frame's constants to the radiance buffer.
-    pub fn record(&self, device: &Device, commands: vk::CommandBuffer, time: &mut Timestamps) {
+    pub fn record(
+        &mut self,
+        device: &Device,
+        commands: vk::CommandBuffer,
+        time: &mut Timestamps,
+        frame: &Frame,
+    ) {
         let barrier =
             |before: &[Use], after: &[Use]| memory_barrier(device, commands, before, after);
         time.time(commands, "cells", || {
             barrier(&[Use::TransferWrite], &[Use::Uniform, Use::ComputeWrite]);
             self.tiles.record_cells(commands);
         });
+        if self.composite.needs_sky(frame) {
+            time.time(commands, "sky", || {
+                self.composite.record_sky(commands);
+            });
+        }
         time.time(commands, "gather", || {
             barrier(&[Use::ComputeWrite], &[Use::ComputeWrite, Use::Indirect]);
-            self.tiles.record_gather(device, commands);
+            self.tiles.record_gather(commands);
         });
-        time.time(commands, "offsets", || {
+        time.time(commands, "large", || {
             barrier(&[Use::ComputeWrite], &[Use::ComputeWrite, Use::Indirect]);
-            self.tiles.record_offsets(commands);
-        });
-        time.time(commands, "fill", || {
-            barrier(&[Use::ComputeWrite], &[Use::ComputeWrite]);
-            self.tiles.record_fill(commands);
-        });
-        time.time(commands, "order", || {
-            barrier(&[Use::ComputeWrite], &[Use::ComputeWrite]);
-            self.tiles.record_order(commands);
+            self.tiles.record_large(device, commands);
         });
         time.time(commands, "rays", || {
             barrier(&[Use::ComputeWrite], &[Use::ComputeWrite, Use::Indirect]);

@@ -1,0 +1,55 @@
+// Where a drop stands and what it covers on the screen. Needs frame.glsl, rain.glsl, tile_buffers.glsl.
+
+const float NEAR_RADII = 32.0; // nearer than this a drop does not look like a far one: over 1.4°
+
+layout(std430, set = 0, binding = 12) readonly buffer PlacedDrops { Placed placed[]; };
+
+struct Drop {
+    vec3 relative; // centre, from the camera, along the world's axes
+    vec3 view;     // the same in view space
+    float radius;
+};
+
+Drop drop_of(uint index) {
+    Drop drop;
+    drop.relative = relative_integer(index);
+    drop.radius = frame.units.w;
+    if (HAS_PLACED != 0u && index >= frame.camera_place.w) {
+        Placed by_hand = placed[index - frame.camera_place.w];
+        drop.relative = relative_placed(by_hand);
+        drop.radius = by_hand.high.w;
+    }
+    drop.view = view_space(drop.relative);
+    return drop;
+}
+
+// The silhouette: an ellipse of semi-axes r √(d²-r²) / (z²-r²), away from the image's middle, and
+// r / √(z²-r²), in focal lengths; pixels.
+struct Outline {
+    vec2 center;
+    vec2 box;     // half the sides of the box around it
+    float radius; // of the disc of its area
+};
+
+Outline outline_of(Drop drop, float distance2) {
+    vec3 v = drop.view;
+    float radius2 = drop.radius * drop.radius, flat2 = v.z * v.z - radius2;
+    float size = frame.image.z * drop.radius / flat2;
+    Outline o;
+    o.center = 0.5 * frame.image.xy + vec2(v.x, -v.y) * (-v.z / flat2 * frame.image.z);
+    o.box = size * sqrt(v.xy * v.xy + flat2);
+    o.radius = size * sqrt(sqrt((distance2 - radius2) * flat2));
+    return o;
+}
+
+float opacity_at(float distance2) {
+    float near = frame.camera_high.w, fade = frame.camera_low.w;
+    return fade > 0.0 ? smoothstep(near, near + fade, sqrt(distance2)) : 1.0;
+}
+
+// The pixels whose squares a box meets, in the image: first and last; none if that is before.
+ivec4 pixels_in(vec2 center, vec2 box) {
+    ivec2 size = ivec2(frame.image.xy);
+    return ivec4(clamp(ivec2(floor(center - box)), ivec2(0), size),
+                 clamp(ivec2(ceil(center + box)) - 1, ivec2(-1), size - 1));
+}

@@ -1,0 +1,88 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_KHR_shader_subgroup_arithmetic : require
+#extension GL_KHR_shader_subgroup_ballot : require
+// The drops of more than a splat: outline, direction, opacity, and a block for each tile that the
+// outline's box meets; one invocation a drop. See src/passes/tiles.rs.
+#include "frame.glsl"
+#include "rain.glsl"
+#include "octahedron.glsl"
+#include "tile_buffers.glsl"
+#include "tile_drop.glsl"
+
+layout(local_size_x = 64) in;
+
+#define COUNTERS_BINDING 13
+#include "counters.glsl"
+
+void main() {
+    uint at = gl_GlobalInvocationID.x;
+    if (at >= min(totals.larges, MAX_LARGES)) return;
+    Large r;
+    r.index = larges[at].index;
+    Drop drop = drop_of(r.index);
+    vec3 v = drop.view;
+    float distance2;
+    bool beside = sighting(v, drop.radius, distance2) == BESIDE_CAMERA;
+    Outline o = outline_of(drop, distance2);
+    r.sphere = vec4(v, drop.radius);
+    r.center = o.center;
+    r.distance2 = floatBitsToUint(distance2);
+
+    // Its picture: that of the nearest direction, turned as that direction's basis is. `radial` and
+    // `across` are the outline's axes on the screen, `out_r` and `out_t` how they leave the ray.
+    float radius2 = drop.radius * drop.radius, flat2 = v.z * v.z - radius2;
+    float far = length(v.xy), distance_r = inversesqrt(distance2);
+    vec2 radial = far > 0.0 ? v.xy / far : vec2(1.0, 0.0), across = vec2(-radial.y, radial.x);
+    vec2 axes = frame.image.z * drop.radius * vec2(sqrt(distance2 - radius2) / flat2, inversesqrt(flat2));
+    mat3 world = mat3(frame.right.xyz, frame.up.xyz, frame.back.xyz);
+    uint texel = direction_texel(drop.relative * distance_r);
+    vec3 n = texel_direction(texel), u, w;
+    basis(n, u, w);
+    vec3 out_r = world * vec3(radial * (-v.z * distance_r), far * distance_r);
+    vec3 out_t = world * vec3(across, 0.0);
+    vec2 disc_r = vec2(dot(out_r, u), dot(out_r, w)), disc_t = vec2(dot(out_t, u), dot(out_t, w));
+    bool rays = beside || o.radius > RAYS_PX || distance2 < NEAR_RADII * NEAR_RADII * radius2;
+    if (rays) {
+        disc_r = vec2(1.0, 0.0);
+        disc_t = vec2(0.0, 1.0);
+    }
+    r.to_disc.xy = disc_r * (radial.x / axes.x) + disc_t * (across.x / axes.y);
+    r.to_disc.zw = -(disc_r * (radial.y / axes.x) + disc_t * (across.y / axes.y));
+    uint opacity = uint(opacity_at(distance2) * 65535.0 + 0.5);
+    r.look = texel | (rays ? BY_RAYS : 0u) | opacity << 16;
+
+    ivec4 pixels = pixels_in(o.center, o.box);
+    if (beside) {
+        // The outline is no ellipse: any pixel may see it, and its rays tell which.
+        r.center = 0.5 * frame.image.xy;
+        r.to_disc = vec4(1e-6, 0.0, 0.0, 1e-6);
+        pixels = ivec4(0, 0, ivec2(frame.image.xy) - 1);
+    }
+    uvec2 first = uvec2(pixels.xy) / TILE, count = uvec2(pixels.zw) / TILE - first + 1u;
+    uint tiles = count.x * count.y;
+    r.first_tile = first.x | first.y << 16;
+    r.across = count.x;
+
+    uint block = 0u, before = subgroupExclusiveAdd(tiles), all_here = subgroupAdd(tiles);
+    if (subgroupElect()) {
+        block = atomicAdd(totals.blocks, all_here);
+        atomicMax(totals.block_groups.x, (min(block + all_here, MAX_BLOCKS) + 63u) / 64u);
+    }
+    block = subgroupBroadcastFirst(block) + before;
+    uint room = MAX_BLOCKS - min(block, MAX_BLOCKS);
+    if (tiles > room) atomicAdd(counters.lost, tiles - room);
+    r.first_block = block;
+    larges[at] = r;
+
+    tiles = min(tiles, room);
+    bool big = tiles > MOST_TILES;
+    uint few = big ? 0u : tiles;
+    for (uint i = 0u; i < few; ++i) nodes[(FIRST_BLOCK + block + i) * NODE + 2u] = at;
+    if (big) {
+        atomicAdd(counters.large_count, 1u);
+        uint place = atomicAdd(totals.bigs, 1u);
+        bigs[place] = uvec2(at, tiles);
+        atomicMax(totals.big_groups.x, min(place + 1u, MOST_BIG_GROUPS));
+    }
+}
