@@ -119,6 +119,10 @@ impl Commands {
 
     /// Waits until the last submission is done.
     pub fn wait(&self) -> Result<()> {
+        // Nor may a semaphore be waited for that could not be made.
+        if self.submitted == 0 {
+            return Ok(());
+        }
         let (semaphores, values) = ([self.timeline], [self.submitted]);
         let info = vk::SemaphoreWaitInfo::default().semaphores(&semaphores).values(&values);
         // SAFETY: the semaphore is alive and will be signalled with this value.

@@ -18,6 +18,8 @@ pub enum Validation {
     Off,
     /// Loaded; any warning or error is collected (see [`Instance::messages`]).
     On,
+    /// The same, with the layer's advice on good practice.
+    BestPractices,
 }
 
 /// Messages of the validation layer, shared with its callback.
@@ -42,7 +44,15 @@ impl Instance {
     /// [`Error::NoLoader`]; [`Error::Validation`] if validation is asked for and not installed;
     /// [`Error::NoDevice`] if the loader finds no driver.
     pub fn new(validation: Validation) -> Result<Arc<Self>> {
-        Self::with_extensions(validation, &[])
+        Self::with_extensions(load()?, validation, &[])
+    }
+
+    /// As [`Instance::new`], by a Vulkan that the caller has loaded.
+    ///
+    /// # Errors
+    /// As [`Instance::new`].
+    pub fn with_entry(entry: ash::Entry, validation: Validation) -> Result<Arc<Self>> {
+        Self::with_extensions(entry, validation, &[])
     }
 
     /// As [`Instance::new`], with what surfaces on `display` need.
@@ -56,19 +66,21 @@ impl Instance {
         let problem = |error: &dyn std::fmt::Display| Error::Window(error.to_string());
         let display = display.display_handle().map_err(|error| problem(&error))?;
         let names = ash_window::enumerate_required_extensions(display.as_raw());
-        Self::with_extensions(validation, names.map_err(|error| problem(&error))?)
+        Self::with_extensions(load()?, validation, names.map_err(|error| problem(&error))?)
     }
 
-    fn with_extensions(validation: Validation, wanted: &[*const c_char]) -> Result<Arc<Self>> {
-        // SAFETY: loading a library runs its initialisers; this is the system's Vulkan loader.
-        let entry =
-            unsafe { ash::Entry::load() }.map_err(|error| Error::NoLoader(error.to_string()))?;
+    fn with_extensions(
+        entry: ash::Entry,
+        validation: Validation,
+        wanted: &[*const c_char],
+    ) -> Result<Arc<Self>> {
+        let is_watched = validation != Validation::Off;
         let messages = Box::new(Messages::default());
 
         // SAFETY: no preconditions beyond a loaded entry.
         let extensions = unsafe { entry.enumerate_instance_extension_properties(None) }
             .named("vkEnumerateInstanceExtensionProperties", "the loader")?;
-        let debug_utils = validation == Validation::On
+        let debug_utils = is_watched
             || extensions.iter().any(|e| e.extension_name_as_c_str() == Ok(ext::debug_utils::NAME));
 
         let application = vk::ApplicationInfo::default()
@@ -80,12 +92,16 @@ impl Instance {
         if debug_utils {
             extension_names.push(ext::debug_utils::NAME.as_ptr());
         }
-        let enabled = [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];
+        let enabled = [
+            vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION,
+            vk::ValidationFeatureEnableEXT::BEST_PRACTICES,
+        ];
+        let count = if validation == Validation::BestPractices { 2 } else { 1 };
         let mut features =
-            vk::ValidationFeaturesEXT::default().enabled_validation_features(&enabled);
+            vk::ValidationFeaturesEXT::default().enabled_validation_features(&enabled[..count]);
         let mut messenger_info = messenger_info(&messages);
         let mut info = vk::InstanceCreateInfo::default().application_info(&application);
-        if validation == Validation::On {
+        if is_watched {
             // SAFETY: no preconditions beyond a loaded entry.
             let layers = unsafe { entry.enumerate_instance_layer_properties() }
                 .named("vkEnumerateInstanceLayerProperties", "the loader")?;
@@ -114,7 +130,7 @@ impl Instance {
         })?;
         let presents = !wanted.is_empty();
         let mut instance = Self { raw, entry, debug_utils, presents, messenger: None, messages };
-        if validation == Validation::On {
+        if is_watched {
             let loader = ext::debug_utils::Instance::new(&instance.entry, &instance.raw);
             let info = self::messenger_info(&instance.messages);
             // SAFETY: the callback's user data is boxed and outlives the messenger (see `drop`).
@@ -139,6 +155,12 @@ impl Instance {
             }
         }
     }
+}
+
+/// The system's Vulkan loader.
+fn load() -> Result<ash::Entry> {
+    // SAFETY: loading a library runs its initialisers; this is the system's Vulkan loader.
+    unsafe { ash::Entry::load() }.map_err(|error| Error::NoLoader(error.to_string()))
 }
 
 fn messenger_info(messages: &Messages) -> vk::DebugUtilsMessengerCreateInfoEXT<'static> {

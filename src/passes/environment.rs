@@ -28,7 +28,7 @@ pub struct EnvironmentMap {
     pub image: Image,
     /// Trilinear, around the seam, clamped at the poles.
     pub sampler: Sampler,
-    /// Radiance of a stored 1: a power of two, 1 unless the environment is very bright.
+    /// Radiance of a stored 1: a power of two, 1 unless the environment is very bright or nowhere is 1.
     pub radiance_scale: f32,
     /// Angle of a texel of the finest level, in radians.
     pub texel_angle: f32,
@@ -42,7 +42,16 @@ impl EnvironmentMap {
         let chain = levels(environment);
         let brightest =
             environment.texels().iter().fold(0.0f32, |most, t| most.max(t.max_element()));
-        let radiance_scale = (brightest / MAX_STORED).log2().ceil().exp2().max(1.0);
+        // A power of two, so that texels keep their digits: 1, but for suns beyond float16, and for
+        // nights so dark that float16 would lose them.
+        let exponent = if brightest > MAX_STORED {
+            (brightest / MAX_STORED).log2().ceil()
+        } else if brightest > 0.0 && brightest < 1.0 {
+            brightest.log2().floor().max(f32::MIN_EXP as f32)
+        } else {
+            0.0
+        };
+        let radiance_scale = exponent.exp2();
 
         let image = Image::new(
             device,

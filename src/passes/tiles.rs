@@ -53,6 +53,8 @@ const TILES_OF_BIG: u64 = 13;
 const BLOCKS_A_TILE: u64 = 8;
 /// … and for every second drop, or for each where none is a splat.
 const DROPS_A_BLOCK: u64 = 2;
+/// Blocks provided in any case: on images of a few tiles many drops share one.
+const LEAST_BLOCKS: u64 = 16_384;
 
 /// What the shaders' `tile_buffers.glsl` has as constants, from number 5 on, after those of
 /// `light_model.glsl`.
@@ -154,6 +156,7 @@ impl Tiles {
         let wanted = BLOCKS_A_TILE * u64::from(count)
             + if has_splats { drops / DROPS_A_BLOCK } else { drops };
         let blocks = wanted
+            .max(LEAST_BLOCKS)
             .min(if has_splats { most_nodes / 4 } else { most_nodes })
             .min(range / (4 * BLOCK_WORDS))
             .min(32 * groups);

@@ -6,11 +6,13 @@ pub mod metrics;
 
 use std::fs::File;
 use std::io::{BufWriter, Read, Seek, Write};
+use std::panic::catch_unwind;
 use std::path::Path;
 
 use exr::prelude::{WritableImage, f16};
 use glam::Vec3;
 
+use crate::scene::MAX_IMAGE_EDGE;
 use crate::{Error, Result};
 
 /// A rectangle of linear radiance, row by row from the top.
@@ -29,13 +31,23 @@ impl Picture {
     /// JPEG, told by their content, through the sRGB curve to 0 to 1, alpha ignored.
     ///
     /// Values are returned as they stand in the file: negative, infinite or NaN ones too.
+    ///
+    /// # Errors
+    /// [`Error::File`] if it cannot be read, is broken, or claims more pixels than so many bytes can
+    /// hold.
     pub fn read(path: &Path) -> Result<Self> {
         let bytes = std::fs::read(path).map_err(|error| Error::read(path, error))?;
-        if bytes.starts_with(&EXR_MAGIC) {
-            read_exr(path, &bytes)
-        } else {
-            read_display(path, &bytes)
-        }
+        // Decoders are other people's code on other people's bytes; some panic on broken ones.
+        let outcome = catch_unwind(|| {
+            if bytes.starts_with(&EXR_MAGIC) { read_exr(&bytes) } else { read_display(&bytes) }
+        });
+        let problem = match outcome {
+            Ok(Ok(picture)) => return Ok(picture),
+            Ok(Err(problem)) => problem,
+            Err(_) => "it is broken: its decoder gave up".into(),
+        };
+        // Some decoders' messages have several lines.
+        Err(Error::read(path, problem.split_whitespace().collect::<Vec<_>>().join(" ")))
     }
 
     /// Whether the file at `path` holds display values (PNG, JPEG) rather than radiance (EXR), by
@@ -86,8 +98,25 @@ impl Picture {
 /// The first bytes of every OpenEXR file.
 const EXR_MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
 
-fn read_exr(path: &Path, bytes: &[u8]) -> Result<Picture> {
+/// Most pixels that a byte of a file can stand for: deflate packs 1032 to 1, a pixel is at least a bit.
+const MOST_PIXELS_A_BYTE: usize = 1032 * 8;
+
+/// Refuses a claim that the file cannot hold, before memory is taken for it.
+fn check_claim(width: usize, height: usize, bytes: &[u8]) -> Result<(), String> {
+    let most = MAX_IMAGE_EDGE as usize;
+    if width > most || height > most || width * height > MOST_PIXELS_A_BYTE * bytes.len() {
+        return Err(format!("it claims {width} x {height} pixels in {} bytes", bytes.len()));
+    }
+    Ok(())
+}
+
+fn read_exr(bytes: &[u8]) -> Result<Picture, String> {
     use exr::prelude::{ReadChannels, ReadLayers};
+    let meta = exr::meta::MetaData::read_from_buffered(std::io::Cursor::new(bytes), false)
+        .map_err(|error| error.to_string())?;
+    for header in &meta.headers {
+        check_claim(header.layer_size.width(), header.layer_size.height(), bytes)?;
+    }
     let image = exr::prelude::read()
         .no_deep_data()
         .largest_resolution_level()
@@ -100,7 +129,7 @@ fn read_exr(path: &Path, bytes: &[u8]) -> Result<Picture> {
         .first_valid_layer()
         .all_attributes()
         .from_buffered(std::io::Cursor::new(bytes))
-        .map_err(|error| Error::read(path, error))?;
+        .map_err(|error| error.to_string())?;
     let size = image.layer_data.size;
     Ok(Picture {
         width: size.width() as u32,
@@ -109,15 +138,16 @@ fn read_exr(path: &Path, bytes: &[u8]) -> Result<Picture> {
     })
 }
 
-fn read_display(path: &Path, bytes: &[u8]) -> Result<Picture> {
+fn read_display(bytes: &[u8]) -> Result<Picture, String> {
     use image::ImageFormat::{Jpeg, Png};
     let format = image::guess_format(bytes).ok().filter(|format| [Png, Jpeg].contains(format));
     let Some(format) = format else {
-        return Err(Error::read(path, "it is no EXR, PNG or JPEG picture"));
+        return Err("it is no EXR, PNG or JPEG picture".into());
     };
-    let image = image::load_from_memory_with_format(bytes, format)
-        .map_err(|error| Error::read(path, error))?
-        .into_rgb16();
+    let reader = || image::ImageReader::with_format(std::io::Cursor::new(bytes), format);
+    let (width, height) = reader().into_dimensions().map_err(|error| error.to_string())?;
+    check_claim(width as usize, height as usize, bytes)?;
+    let image = reader().decode().map_err(|error| error.to_string())?.into_rgb16();
     let linear = |value: u16| linear_of_srgb(f32::from(value) / 65_535.0);
     let pixels = image.pixels().map(|p| Vec3::from_array(p.0.map(linear))).collect();
     Ok(Picture { width: image.width(), height: image.height(), pixels })

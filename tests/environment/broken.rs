@@ -9,7 +9,13 @@ use raindrops::environment::Environment;
 use crate::files::{self, Folder, largest_allocation, refusal};
 
 /// Random changes to each file of each format.
-const MUTATIONS: usize = 2_000;
+pub const MUTATIONS: usize = 2_000;
+
+/// So many times `RAINDROPS_MUTANTS`, for a longer run.
+pub fn scaled(count: usize) -> usize {
+    let times = std::env::var("RAINDROPS_MUTANTS").ok().and_then(|times| times.parse().ok());
+    count * times.unwrap_or(1)
+}
 
 /// Random changes to a real DWAB file, which is half a million texels.
 const DWAB_MUTATIONS: usize = 60;
@@ -171,7 +177,7 @@ fn a_decoder_that_panics_does_not_take_the_program_down() {
 }
 
 /// A small generator (splitmix64), so that a failure can be run again.
-struct Random(u64);
+pub struct Random(pub u64);
 
 impl Random {
     fn below(&mut self, limit: usize) -> usize {
@@ -183,7 +189,7 @@ impl Random {
     }
 
     /// Changes some bytes, half of the time near the start, where the header is.
-    fn mutate(&mut self, bytes: &mut Vec<u8>) {
+    pub fn mutate(&mut self, bytes: &mut Vec<u8>) {
         for _ in 0..1 + self.below(4) {
             let reach = if self.below(2) == 0 { bytes.len() } else { bytes.len().min(400) };
             let at = self.below(reach.max(1)).min(bytes.len() - 1);
@@ -246,7 +252,7 @@ fn mutants_load_or_are_refused_and_never_panic() {
     for (seed, (name, bytes)) in files::all().into_iter().enumerate() {
         // The control: the file itself loads, and some of its mutants do not.
         assert_eq!(load_control(&name, &bytes), (1, 0), "{name}");
-        let (loaded, refused) = load_mutants(&name, &bytes, MUTATIONS, seed as u64);
+        let (loaded, refused) = load_mutants(&name, &bytes, scaled(MUTATIONS), seed as u64);
         assert!(refused > MUTATIONS / 10, "{name}: only {refused} refused: mutated too little?");
         assert!(loaded > 0, "{name}: none loaded: mutated too much?");
     }
@@ -261,7 +267,7 @@ fn mutants_of_a_dwab_file_load_or_are_refused() {
         return;
     };
     let bytes = std::fs::read(path).expect("a file");
-    load_mutants("dwab.exr", &bytes, DWAB_MUTATIONS, 99);
+    load_mutants("dwab.exr", &bytes, scaled(DWAB_MUTATIONS), 99);
 }
 
 /// The unchanged file through the same counting: loaded, refused.

@@ -2,5 +2,6 @@
 
 mod broken;
 mod files;
+mod scenes_and_pictures;
 mod sky;
 mod sound;

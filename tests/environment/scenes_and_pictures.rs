@@ -1,0 +1,109 @@
+//! Mutants of the other files that are read: scenes, and pictures to compare.
+
+use std::time::{Duration, Instant};
+
+use glam::Vec3;
+use raindrops::picture::{Picture, write_png};
+use raindrops::scene::Scene;
+
+use crate::broken::{MUTATIONS, Random, scaled};
+use crate::files::{Folder, largest_allocation};
+
+const SCENE: &str = r#"
+seed = 7
+time = -3.5e3
+[camera]
+position = [0.0, 2.0, 0.0]
+target = [0.0, 2.0, -1.0]
+vertical_fov = 60.0
+near_fade = 1
+[image]
+width = 640
+height = 480
+[environment]
+file = "sky.exr"
+[rain]
+count = 300_000
+half_extent = [300.0, 300.0, 300.0]
+velocity = [0.0, -9.0, 0.0]
+[[drop]]
+center = [0.0, 2.0, -4.0]
+radius = 1.0
+[model]
+preset = "fast"
+samples = 4
+[tone_map]
+key = 0.18
+"#;
+
+#[test]
+fn mutants_of_a_scene_are_parsed_or_refused_in_one_line() {
+    Scene::parse(SCENE, "scene.toml").expect("the control");
+    let mut random = Random(77);
+    let (mut parsed, mut refused, mut largest, mut slowest) = (0, 0, 0, Duration::ZERO);
+    for number in 0..scaled(MUTATIONS) {
+        let mut bytes = SCENE.as_bytes().to_vec();
+        random.mutate(&mut bytes);
+        let text = String::from_utf8_lossy(&bytes).into_owned();
+        let start = Instant::now();
+        let (outcome, allocated) = largest_allocation(|| Scene::parse(&text, "scene.toml"));
+        (slowest, largest) = (slowest.max(start.elapsed()), largest.max(allocated));
+        match outcome {
+            Ok(scene) => {
+                parsed += 1;
+                // What is accepted can be planned or is refused there, and its camera is sound.
+                let _ = raindrops::plan::plan(&scene, raindrops::plan::Output::Display);
+                assert!(scene.view().focal_px.is_finite(), "mutant {number}: {text}");
+            }
+            Err(error) => {
+                refused += 1;
+                let line = error.to_string();
+                assert!(!line.contains('\n') && line.contains("scene.toml"), "{number}: {line}");
+            }
+        }
+    }
+    println!(
+        "scenes: {parsed} parsed, {refused} refused, slowest {slowest:?}, largest {largest} bytes"
+    );
+    assert!(largest < 1 << 20 && slowest < Duration::from_secs(1));
+    assert!(parsed > 0 && refused > parsed / 10);
+}
+
+#[test]
+fn mutants_of_pictures_are_read_or_refused() {
+    let folder = Folder::new();
+    let picture =
+        Picture { width: 16, height: 8, pixels: (0..128).map(|n| Vec3::splat(n as f32)).collect() };
+    let (exr, png, mutant) = (folder.path("a.exr"), folder.path("a.png"), folder.path("mutant"));
+    picture.write_exr(&exr).expect("a picture");
+    write_png(&png, 16, 8, &[100; 384]).expect("a picture");
+    for path in [exr, png] {
+        let bytes = std::fs::read(&path).expect("a picture");
+        let mut random = Random(5);
+        let (mut read, mut refused, mut most, mut slowest) = (0, 0, 0, Duration::ZERO);
+        for _ in 0..scaled(MUTATIONS) {
+            let mut changed = bytes.clone();
+            random.mutate(&mut changed);
+            std::fs::write(&mutant, changed).expect("a file");
+            let start = Instant::now();
+            let (outcome, allocated) = largest_allocation(|| Picture::read(&mutant));
+            (slowest, most) = (slowest.max(start.elapsed()), most.max(allocated));
+            match outcome {
+                Ok(picture) => {
+                    read += 1;
+                    assert_eq!(picture.pixels.len() as u32, picture.width * picture.height);
+                }
+                Err(error) => {
+                    refused += 1;
+                    assert!(!error.to_string().contains('\n'), "{error}");
+                }
+            }
+        }
+        println!(
+            "{}: {read} read, {refused} refused, slowest {slowest:?}, largest {most} bytes",
+            path.display()
+        );
+        assert!(most < 1 << 30 && slowest < Duration::from_secs(5));
+        assert!(refused > 0);
+    }
+}

@@ -1,0 +1,290 @@
+//! Every Vulkan call that can fail, failing once: a clean error, everything freed, not a word from the
+//! validation layer. And a device that is lost.
+//!
+//! Functions are replaced where a program gets them, in `vkGetInstanceProcAddr` and
+//! `vkGetDeviceProcAddr`; a call that is to fail never reaches the layer, let alone the driver.
+
+mod common;
+
+use std::ffi::{CStr, c_char, c_void};
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering::SeqCst};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use ash::vk::{self, Handle as _};
+use glam::Vec3;
+use raindrops::environment::Environment;
+use raindrops::gpu::{Device, Instance, Validation};
+use raindrops::model::Preset;
+use raindrops::plan::{Output, plan};
+use raindrops::renderer::Renderer;
+use raindrops::scene::{ImageSize, Scene};
+
+/// Failures tried of each preset in an ordinary run; `RAINDROPS_FAULTS=all` tries every one.
+const TRIED: usize = 24;
+
+static CALLS: AtomicUsize = AtomicUsize::new(0);
+/// The number of the call that fails; 0: none.
+static FAILS: AtomicUsize = AtomicUsize::new(0);
+/// The call that fails loses the device: every one after it fails as well.
+static LOSES: AtomicBool = AtomicBool::new(false);
+static LAST: Mutex<&str> = Mutex::new("");
+/// One test at a time: the counters are the process's.
+static ALONE: Mutex<()> = Mutex::new(());
+
+/// Whether this call fails, and with what.
+fn fault(name: &'static str, waits: bool) -> Option<vk::Result> {
+    let number = CALLS.fetch_add(1, SeqCst) + 1;
+    let fails = FAILS.load(SeqCst);
+    if LOSES.load(SeqCst) {
+        // Only from what the specification lets a lost device return it.
+        let is_lost = waits && fails > 0 && number >= fails;
+        if is_lost {
+            idle();
+        }
+        return is_lost.then_some(vk::Result::ERROR_DEVICE_LOST);
+    }
+    if number != fails {
+        return None;
+    }
+    *LAST.lock().unwrap_or_else(PoisonError::into_inner) = name;
+    Some(vk::Result::ERROR_OUT_OF_DEVICE_MEMORY)
+}
+
+/// Declares a module a function: the real one, and one in its place that may fail before it. With a
+/// `null` the named result is cleared, as the specification has it.
+macro_rules! fallible {
+    ($($name:ident ($($arg:ident: $type:ty),*) $(waits $waits:literal)? $(null $null:ident[$count:ident])?;)*) => {
+        $(#[allow(non_snake_case)]
+        mod $name {
+            use super::*;
+            pub static REAL: AtomicUsize = AtomicUsize::new(0);
+            pub unsafe extern "system" fn hook($($arg: $type),*) -> vk::Result {
+                #[allow(unused_mut, unused_assignments)]
+                let mut waits = false;
+                $(waits = $waits;)?
+                if let Some(result) = fault(stringify!($name), waits) {
+                    $(
+                        // SAFETY: the caller has room for so many handles.
+                        unsafe { std::ptr::write_bytes($null.cast::<u64>(), 0, $count as usize) };
+                    )?
+                    return result;
+                }
+                // SAFETY: the driver's function of this name, which has this signature.
+                unsafe {
+                    let real: unsafe extern "system" fn($($type),*) -> vk::Result =
+                        std::mem::transmute(REAL.load(SeqCst));
+                    real($($arg),*)
+                }
+            }
+        })*
+
+        /// What stands in for a function, and where its real address belongs.
+        fn hook_of(name: &CStr) -> Option<(*const c_void, &'static AtomicUsize)> {
+            match name.to_str().ok()? {
+                $(stringify!($name) => Some(($name::hook as *const c_void, &$name::REAL)),)*
+                _ => None,
+            }
+        }
+    };
+}
+
+type In = *const c_void;
+type Out = *mut c_void;
+
+fallible! {
+    vkCreateDevice(a: vk::PhysicalDevice, b: In, c: In, d: Out);
+    vkAllocateMemory(a: vk::Device, b: In, c: In, d: Out);
+    vkMapMemory(a: vk::Device, b: u64, c: u64, d: u64, e: u32, f: Out);
+    vkBindBufferMemory(a: vk::Device, b: u64, c: u64, d: u64);
+    vkBindImageMemory(a: vk::Device, b: u64, c: u64, d: u64);
+    vkCreateBuffer(a: vk::Device, b: In, c: In, d: Out);
+    vkCreateImage(a: vk::Device, b: In, c: In, d: Out);
+    vkCreateImageView(a: vk::Device, b: In, c: In, d: Out);
+    vkCreateSampler(a: vk::Device, b: In, c: In, d: Out);
+    vkCreateDescriptorSetLayout(a: vk::Device, b: In, c: In, d: Out);
+    vkCreateDescriptorPool(a: vk::Device, b: In, c: In, d: Out);
+    vkCreatePipelineLayout(a: vk::Device, b: In, c: In, d: Out);
+    vkCreatePipelineCache(a: vk::Device, b: In, c: In, d: Out);
+    vkGetPipelineCacheData(a: vk::Device, b: u64, c: Out, d: Out);
+    vkCreateShaderModule(a: vk::Device, b: In, c: In, d: Out);
+    vkCreateCommandPool(a: vk::Device, b: In, c: In, d: Out);
+    vkCreateSemaphore(a: vk::Device, b: In, c: In, d: Out);
+    vkCreateQueryPool(a: vk::Device, b: In, c: In, d: Out);
+    vkAllocateDescriptorSets(a: vk::Device, b: In, c: Out);
+    vkAllocateCommandBuffers(a: vk::Device, b: In, c: Out);
+    vkCreateComputePipelines(a: vk::Device, b: u64, n: u32, d: In, e: In, f: Out) null f[n];
+    vkCreateGraphicsPipelines(a: vk::Device, b: u64, n: u32, d: In, e: In, f: Out) null f[n];
+    vkBeginCommandBuffer(a: vk::CommandBuffer, b: In);
+    vkEndCommandBuffer(a: vk::CommandBuffer);
+    vkResetCommandPool(a: vk::Device, b: u64, c: u32);
+    vkQueueSubmit2(a: vk::Queue, b: u32, c: In, d: u64) waits true;
+    vkWaitSemaphores(a: vk::Device, b: In, c: u64) waits true;
+    vkDeviceWaitIdle(a: vk::Device) waits true;
+    vkGetQueryPoolResults(a: vk::Device, b: u64, c: u32, d: u32, e: usize, f: Out, g: u64, h: u32) waits true;
+}
+
+/// Waits for the device, which is not truly lost, before anything is freed.
+fn idle() {
+    let real = vkDeviceWaitIdle::REAL.load(SeqCst);
+    // SAFETY: the driver's function, and the device whose functions were asked for last.
+    unsafe {
+        let wait: vk::PFN_vkDeviceWaitIdle = std::mem::transmute(real);
+        let _ = wait(vk::Device::from_raw(DEVICE.load(SeqCst)));
+    }
+}
+
+static DEVICE: AtomicU64 = AtomicU64::new(0);
+static REAL_INSTANCE_PROC: AtomicUsize = AtomicUsize::new(0);
+static REAL_DEVICE_PROC: AtomicUsize = AtomicUsize::new(0);
+
+type Function = unsafe extern "system" fn();
+
+/// Puts the stand-in where there is one.
+fn replace(name: &CStr, real: Option<Function>) -> Option<Function> {
+    let (Some(function), Some((hook, place))) = (real, hook_of(name)) else { return real };
+    place.store(function as usize, SeqCst);
+    // SAFETY: a function pointer, to be cast to its own signature by whoever asked for it.
+    Some(unsafe { std::mem::transmute::<*const c_void, Function>(hook) })
+}
+
+unsafe extern "system" fn device_proc(device: vk::Device, name: *const c_char) -> Option<Function> {
+    DEVICE.store(device.as_raw(), SeqCst);
+    // SAFETY: the loader's own function; the caller passes a device and a name.
+    unsafe {
+        let real: vk::PFN_vkGetDeviceProcAddr = std::mem::transmute(REAL_DEVICE_PROC.load(SeqCst));
+        replace(CStr::from_ptr(name), real(device, name))
+    }
+}
+
+unsafe extern "system" fn instance_proc(
+    instance: vk::Instance,
+    name: *const c_char,
+) -> Option<Function> {
+    // SAFETY: the loader's own function; the caller passes an instance and a name.
+    unsafe {
+        let real: vk::PFN_vkGetInstanceProcAddr =
+            std::mem::transmute(REAL_INSTANCE_PROC.load(SeqCst));
+        let found = real(instance, name);
+        match CStr::from_ptr(name).to_bytes() {
+            b"vkGetDeviceProcAddr" => {
+                let function = found?;
+                REAL_DEVICE_PROC.store(function as usize, SeqCst);
+                let hook: vk::PFN_vkGetDeviceProcAddr = device_proc;
+                Some(std::mem::transmute::<vk::PFN_vkGetDeviceProcAddr, Function>(hook))
+            }
+            b"vkCreateDevice" => replace(c"vkCreateDevice", found),
+            _ => found,
+        }
+    }
+}
+
+/// An instance under validation whose devices' functions can fail.
+fn instance() -> Arc<Instance> {
+    // SAFETY: the system's loader.
+    let real = unsafe { ash::Entry::load() }.expect("Vulkan");
+    REAL_INSTANCE_PROC.store(real.static_fn().get_instance_proc_addr as usize, SeqCst);
+    // Unloaded with the process: functions of it stand in statics.
+    std::mem::forget(real);
+    let functions = ash::StaticFn { get_instance_proc_addr: instance_proc };
+    // SAFETY: it forwards to the loader's function.
+    let entry = unsafe { ash::Entry::from_static_fn(functions) };
+    Instance::with_entry(entry, Validation::On).expect("an instance")
+}
+
+fn scene(preset: Preset) -> Scene {
+    let mut scene = Scene::default();
+    scene.model.preset = preset;
+    scene.model.mask_size = 4;
+    scene.rain.get_or_insert_default().count = 200;
+    scene.image = ImageSize { width: 16, height: 16 };
+    scene
+}
+
+/// All that a command does with a device, and everything freed again.
+fn work(instance: &Arc<Instance>, preset: Preset) -> raindrops::Result<()> {
+    let device = Device::open(instance, common::chosen(instance))?;
+    let outcome = frames(&device, preset);
+    assert_eq!(Arc::strong_count(&device), 1, "something outlives its owner");
+    outcome
+}
+
+fn frames(device: &Arc<Device>, preset: Preset) -> raindrops::Result<()> {
+    let scene = scene(preset);
+    let environment = Environment::constant(Vec3::ONE);
+    let plan = plan(&scene, Output::Display)?;
+    let mut renderer = Renderer::new(device, &scene, &environment, &plan)?;
+    for _ in 0..3 {
+        renderer.submit(&scene)?;
+    }
+    renderer.finish()?;
+    renderer.read_radiance()?;
+    renderer.read_display()?;
+    Ok(())
+}
+
+/// Runs the work with its `number`th fallible call failing.
+fn with_fault(instance: &Arc<Instance>, preset: Preset, number: usize) -> raindrops::Result<()> {
+    CALLS.store(0, SeqCst);
+    FAILS.store(number, SeqCst);
+    let outcome = work(instance, preset);
+    FAILS.store(0, SeqCst);
+    outcome
+}
+
+#[test]
+fn every_call_that_can_fail_fails_cleanly() {
+    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
+    LOSES.store(false, SeqCst);
+    let instance = instance();
+    let all = std::env::var("RAINDROPS_FAULTS").is_ok_and(|value| value == "all");
+    for preset in [Preset::Paper, Preset::Fast] {
+        with_fault(&instance, preset, 0).expect("without a fault all is well");
+        let calls = CALLS.load(SeqCst);
+        assert!(calls > 100, "only {calls} calls seen");
+        let step = if all { 1 } else { calls.div_ceil(TRIED) };
+        let (mut refused, mut survived) = (0, Vec::new());
+        for number in (1..=calls).step_by(step) {
+            let outcome = with_fault(&instance, preset, number);
+            let name = *LAST.lock().unwrap_or_else(PoisonError::into_inner);
+            match outcome {
+                Err(error) => {
+                    let line = error.to_string();
+                    assert!(!line.contains('\n') && line.len() < 300, "{name}: {line}");
+                    refused += 1;
+                }
+                // What may fail without harm: a wait while all is torn down, a cache.
+                Ok(()) => survived.push(name),
+            }
+            instance.expect_silence().unwrap_or_else(|e| panic!("{name}, call {number}: {e}"));
+        }
+        println!("{preset}: of {calls} calls {refused} failed cleanly, without harm: {survived:?}");
+        let harmless = [
+            "vkDeviceWaitIdle",
+            "vkWaitSemaphores",
+            "vkGetPipelineCacheData",
+            "vkCreatePipelineCache",
+        ];
+        assert!(survived.iter().all(|name| harmless.contains(name)), "{survived:?}");
+    }
+}
+
+#[test]
+fn a_lost_device_is_an_error_and_frees_everything() {
+    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
+    let instance = instance();
+    LOSES.store(false, SeqCst);
+    with_fault(&instance, Preset::Fast, 0).expect("without a fault all is well");
+    let calls = CALLS.load(SeqCst);
+    LOSES.store(true, SeqCst);
+    let step = calls.div_ceil(8);
+    for number in (1..calls).step_by(step) {
+        let Err(error) = with_fault(&instance, Preset::Fast, number) else {
+            panic!("call {number} of {calls} lost the device, and all went well")
+        };
+        let line = error.to_string();
+        println!("{line}");
+        assert!(line.contains("lost") && !line.contains('\n'), "{line}");
+    }
+    LOSES.store(false, SeqCst);
+    instance.expect_silence().expect("nothing was freed in use");
+}
