@@ -40,7 +40,7 @@ fn a_furnace_of_any_radiance() {
         let scene = scene();
         for preset in PRESETS {
             let reference = display(device, &scene, &Environment::constant(Vec3::ONE), preset);
-            for radiance in [1e-38f32, 1e-12, 6e-8, 1e-3, 0.5, 1.0, 65_504.0, 1e9, 1e30] {
+            for radiance in [1e-38f32, 6e-8, 1e9, 1e30] {
                 let furnace = Environment::constant(Vec3::splat(radiance));
                 let (picture, _) = draw(device, &scene, &furnace, preset);
                 let off = picture
