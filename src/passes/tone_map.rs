@@ -45,7 +45,7 @@ pub enum Source<'a> {
     Tiles {
         /// Row by row.
         radiance: &'a Buffer,
-        /// A sum of log(delta + luminance) for each tile, then room for [`FINAL_SUMS`] more.
+        /// A sum of log(delta + luminance) for each tile, then room for `FINAL_SUMS` more.
         log_sums: &'a Buffer,
         /// Number of tiles.
         count: u32,
