@@ -5,6 +5,7 @@
 #include "frame.glsl"
 #include "environment.glsl"
 #include "light_model.glsl"
+#include "places.glsl"
 
 layout(constant_id = 5) const uint IS_POINT = 1;
 layout(constant_id = 6) const uint SAMPLES = 1;
@@ -42,9 +43,7 @@ void main() {
     float across = sqrt(float(SAMPLES)) * look.z;
     vec4 sum = vec4(0.0);
     for (uint i = 0u; i < SAMPLES; ++i) {
-        // The sequence R2 of Roberts 2018; its first place is the pixel's middle.
-        vec2 place = fract(0.5 + float(i) * vec2(0.7548776662, 0.5698402910)) - 0.5;
-        vec4 found = drop_at(at + place / (2.0 * look.z), across);
+        vec4 found = drop_at(at + (place_of(i, SAMPLES) - 0.5) / (2.0 * look.z), across);
         sum += vec4(found.rgb * found.a, found.a);
     }
     float alpha = sum.a / float(SAMPLES) * look.y;

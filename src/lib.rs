@@ -64,6 +64,7 @@ pub mod renderer;
 pub mod scene;
 pub mod sky;
 pub mod tone_map;
+pub mod tradeoff;
 pub mod view;
 
 pub use error::{Error, Result};

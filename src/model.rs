@@ -39,6 +39,8 @@ models! {
         Fast = "fast",
         /// Truest on the GPU: rays through every pixel, the closed form, exact order.
         Exact = "exact",
+        /// What the scene requires: within the error that is accepted, or the paper's time.
+        Auto = "auto",
     }
 }
 

@@ -1,10 +1,22 @@
 //! The frame plan: which passes and models a scene requires, and why. A pure function of the scene.
 
+use crate::environment::Environment;
+mod auto;
+mod demand;
+mod errors;
+
+pub use demand::{Demand, SizeClass, contrast};
+pub use errors::{ERRORS, RADII_PX};
+
 use crate::model::{
     Fresnel, Lookup, Operator, Optics, Order, Preset, Primitive, Reflection, Simulation, Weights,
 };
 use crate::scene::Scene;
 use crate::{Error, Result};
+
+/// Nearer than so many radii a drop does not look as from afar: its directions are off by over 1.4°.
+/// As in `glsl/gather.comp`.
+const NEAR_RADII: f64 = 32.0;
 
 /// Radius in pixels from which a drop is drawn by rays rather than by its prefiltered picture: the
 /// finest has 16 texels an edge, and above this one sees them.
@@ -46,6 +58,8 @@ pub struct FramePlan {
     pub light: Light,
     /// The display pass; none for a radiance output.
     pub tone_map: Option<Operator>,
+    /// Why preset `auto` chose these models.
+    pub why: Option<String>,
     /// Every pass in the order of the frame, with its reason.
     pub passes: Vec<(&'static str, String)>,
 }
@@ -82,20 +96,23 @@ impl Default for Light {
 ///
 /// # Errors
 /// [`Error::Scene`] for a combination of models that makes no sense, with the reason.
-pub fn plan(scene: &Scene, output: Output) -> Result<FramePlan> {
+pub fn plan(scene: &Scene, environment: &Environment, output: Output) -> Result<FramePlan> {
     let choice = &scene.model;
     let refuse = |problem: String| Err(Error::Scene { place: "model".into(), problem });
-    let (optics, samples) = match choice.preset {
-        Preset::Paper => (Optics::Mask, 1),
-        Preset::Fast => (Optics::Appearance, 1),
-        Preset::Exact => (Optics::ClosedForm, 16),
+    let chosen = (choice.preset == Preset::Auto).then(|| auto::choose(scene, environment));
+    let (optics, samples) = match (choice.preset, &chosen) {
+        (_, Some(chosen)) => (chosen.optics, chosen.samples),
+        (Preset::Fast, _) => (Optics::Appearance, 1),
+        (Preset::Exact, _) => (Optics::ClosedForm, 16),
+        _ => (Optics::Mask, 1),
     };
     let optics = choice.optics.unwrap_or(optics);
 
     // The preset decides what a drop is drawn as where the optics leave a choice.
     let on_tiles = matches!(optics, Optics::ClosedForm | Optics::Appearance);
-    let primitive = choice.primitive.unwrap_or(match choice.preset {
-        Preset::Fast | Preset::Exact if on_tiles => Primitive::Tile,
+    let primitive = choice.primitive.unwrap_or(match (choice.preset, &chosen) {
+        (_, Some(chosen)) if choice.optics.is_none() => chosen.primitive,
+        (Preset::Fast | Preset::Exact | Preset::Auto, _) if on_tiles => Primitive::Tile,
         _ => Primitive::Point,
     });
     let is_tile = primitive == Primitive::Tile;
@@ -135,13 +152,16 @@ pub fn plan(scene: &Scene, output: Output) -> Result<FramePlan> {
     if orders.is_some_and(|orders| orders > 0) && optics.is_mask() {
         return refuse(format!("optics {optics} holds no internal reflections"));
     }
-    let papers = Light::default();
+    let usual = match &chosen {
+        Some(chosen) if !optics.is_mask() => chosen.light,
+        _ => Light { internal_reflections: if is_tile { 2 } else { 0 }, ..Light::default() },
+    };
     let light = Light {
-        internal_reflections: orders.unwrap_or(if is_tile { 2 } else { 0 }),
-        weights: choice.weights.unwrap_or(papers.weights),
-        fresnel: choice.fresnel.unwrap_or(papers.fresnel),
-        reflection: choice.reflection.unwrap_or(papers.reflection),
-        lookup: choice.lookup.unwrap_or(papers.lookup),
+        internal_reflections: orders.unwrap_or(usual.internal_reflections),
+        weights: choice.weights.unwrap_or(usual.weights),
+        fresnel: choice.fresnel.unwrap_or(usual.fresnel),
+        reflection: choice.reflection.unwrap_or(usual.reflection),
+        lookup: choice.lookup.unwrap_or(usual.lookup),
     };
     let plan = FramePlan {
         preset: choice.preset,
@@ -155,6 +175,7 @@ pub fn plan(scene: &Scene, output: Output) -> Result<FramePlan> {
         samples,
         light,
         tone_map: (output == Output::Display).then_some(scene.tone_map.operator),
+        why: chosen.map(|chosen| chosen.reason),
         passes: Vec::new(),
     };
     Ok(FramePlan { passes: passes(scene, &plan), ..plan })

@@ -108,6 +108,10 @@ fn unit_radius() -> f64 {
 #[allow(missing_docs, reason = "each field is the axis of the same name in `model`")]
 pub struct ModelChoice {
     pub preset: Preset,
+    /// The largest RMS error that preset `auto` may make, tone mapped, over 0 to 1. Without it, what
+    /// the paper's time allows.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub error: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub optics: Option<Optics>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -181,7 +185,8 @@ impl Default for RainSettings {
 impl Default for ModelChoice {
     fn default() -> Self {
         Self {
-            preset: Preset::Paper,
+            preset: Preset::Auto,
+            error: None,
             optics: None,
             primitive: None,
             order: None,
@@ -300,6 +305,13 @@ impl Scene {
         let size = self.model.mask_size;
         check(size.is_power_of_two() && size <= 4096, &|| {
             format!("model: mask_size = {size} is not a power of two from 1 to 4096")
+        })?;
+        let accepted = self.model.error;
+        check(accepted.is_none_or(|error| error > 0.0 && error <= 1.0), &|| {
+            format!("model: error = {} is not over 0 and up to 1", accepted.unwrap_or(0.0))
+        })?;
+        check(accepted.is_none() || self.model.preset == Preset::Auto, &|| {
+            format!("model: error is for preset auto, not for {}", self.model.preset)
         })?;
         let samples = self.model.samples.unwrap_or(1);
         check((1..=256).contains(&samples), &|| {

@@ -20,7 +20,7 @@ fn frames_in_flight_do_not_mix() {
             ..Scene::default()
         };
         let sky = Environment::bundled().expect("the sky");
-        let plan = plan(&scene, Output::Display).expect("a plan");
+        let plan = plan(&common::by_paper(&scene), &sky, Output::Display).expect("a plan");
         let mut renderer = Renderer::new(device, &scene, &sky, &plan).expect("a renderer");
         let mut picture = |in_flight: u32, time: f64| {
             for number in (0..=in_flight).rev() {
@@ -56,7 +56,7 @@ fn frames_without_waiting() {
         let white = Environment::constant(glam::Vec3::ONE);
         for simulation in [Simulation::Integer, Simulation::Stored] {
             scene.model.simulation = Some(simulation);
-            let plan = plan(&scene, Output::Display).expect("a plan");
+            let plan = plan(&common::by_paper(&scene), &white, Output::Display).expect("a plan");
             let mut renderer = Renderer::new(device, &scene, &white, &plan).expect("a renderer");
             for _ in 0..6 {
                 scene.time += 0.1;

@@ -22,7 +22,8 @@ fn scene(preset: Preset, drops: u32, edge: u32) -> Scene {
 }
 
 fn make(device: &Arc<Device>, scene: &Scene) -> raindrops::Result<Renderer> {
-    Renderer::new(device, scene, &Environment::constant(Vec3::ONE), &plan(scene, Output::Radiance)?)
+    let white = Environment::constant(Vec3::ONE);
+    Renderer::new(device, scene, &white, &plan(scene, &white, Output::Radiance)?)
 }
 
 /// On a device whose report was changed, making a renderer fails with a line that holds all of `words`.

@@ -59,7 +59,7 @@ fn scene(distance: f64, off_axis: bool) -> Scene {
 }
 
 fn render(device: &Arc<Device>, scene: &Scene, environment: &Environment) -> Picture {
-    let plan = plan(scene, Output::Radiance).expect("a plan");
+    let plan = plan(&common::by_paper(scene), environment, Output::Radiance).expect("a plan");
     let mut renderer = Renderer::new(device, scene, environment, &plan).expect("a renderer");
     renderer.submit(scene).expect("a frame");
     renderer.read_radiance().expect("radiance")

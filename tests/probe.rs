@@ -115,7 +115,7 @@ fn render(device: &Arc<Device>, scene: &Scene) -> Picture {
         (0..64 * 32).map(|index| Vec3::new(index as f32 / 2048.0, 0.3, (index % 64) as f32 / 32.0));
     let environment =
         Environment::from_texels("ramps", 64, 32, texels.collect()).expect("an image");
-    let plan = plan(scene, Output::Radiance).expect("a plan");
+    let plan = plan(&common::by_paper(scene), &environment, Output::Radiance).expect("a plan");
     let mut renderer = Renderer::new(device, scene, &environment, &plan).expect("a renderer");
     renderer.submit(scene).expect("a frame");
     assert_eq!(renderer.finish().expect("a report").counts.overflow, 0);

@@ -21,8 +21,13 @@ use raindrops::scene::{ImageSize, PlacedDrop, RainSettings, Scene};
 
 fn renderer(device: &Arc<Device>, scene: &Scene) -> Renderer {
     let environment = Environment::constant(glam::Vec3::ONE);
-    Renderer::new(device, scene, &environment, &plan(scene, Output::Display).expect("a plan"))
-        .expect("a renderer")
+    Renderer::new(
+        device,
+        scene,
+        &environment,
+        &plan(&common::by_paper(scene), &environment, Output::Display).expect("a plan"),
+    )
+    .expect("a renderer")
 }
 
 /// Rain of `count` drops seen in a tiny picture: the simulation is what is looked at.
@@ -314,9 +319,13 @@ fn a_moment_always_looks_the_same() {
         scene.drops = vec![PlacedDrop { center: DVec3::new(0.3, 0.2, -1.5), radius: 1.0 }; 2];
         // Not the furnace of the other tests, in which every moment looks the same.
         let sky = Environment::bundled().expect("the sky");
-        let mut rain =
-            Renderer::new(device, &scene, &sky, &plan(&scene, Output::Display).expect("a plan"))
-                .expect("a renderer");
+        let mut rain = Renderer::new(
+            device,
+            &scene,
+            &sky,
+            &plan(&common::by_paper(&scene), &sky, Output::Display).expect("a plan"),
+        )
+        .expect("a renderer");
         let mut picture = |time: f64| {
             scene.time = time;
             rain.submit(&scene).expect("a frame");

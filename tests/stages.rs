@@ -22,7 +22,7 @@ fn ramps(blue: f32) -> Environment {
 }
 
 fn frame(device: &Arc<Device>, scene: &Scene, environment: &Environment) -> (Stages, Picture) {
-    let plan = plan(scene, Output::Radiance).expect("a plan");
+    let plan = plan(&common::by_paper(scene), environment, Output::Radiance).expect("a plan");
     let stages = Stages::draw(device, scene, environment, &plan).expect("stages");
     let mut renderer = Renderer::new(device, scene, environment, &plan).expect("a renderer");
     renderer.submit(scene).expect("a frame");

@@ -58,7 +58,7 @@ fn render(
 ) -> (Picture, Counts) {
     let mut scene = scene.clone();
     scene.model.preset = preset;
-    let plan = plan(&scene, Output::Radiance).expect("a plan");
+    let plan = plan(&scene, environment, Output::Radiance).expect("a plan");
     let mut renderer = Renderer::new(device, &scene, environment, &plan).expect("a renderer");
     renderer.submit(&scene).expect("a frame");
     let report = renderer.finish().expect("a report");

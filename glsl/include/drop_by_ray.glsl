@@ -4,14 +4,14 @@
 
 #ifdef DEVIATION_TABLE
 layout(constant_id = 7) const uint INTERVALS = 1;
-// Cos and sin of the deviation, reflectance; evenly spaced in cos θi (src/passes/radial.rs).
+// Cos of the deviation, its sine over b, reflectance; evenly spaced in cos θi (src/passes/radial.rs).
 layout(std430, set = 0, binding = 2) readonly buffer Table { vec4 table[]; };
 
 vec3 tabulated(Encounter e) {
     float at = e.cos_incidence * float(INTERVALS);
     uint below = min(uint(at), INTERVALS - 1u);
     vec3 entry = mix(table[below].xyz, table[below + 1u].xyz, at - float(below));
-    return vec3(normalize(entry.xy), entry.z);
+    return vec3(normalize(vec2(entry.x, entry.y * e.b)), entry.z);
 }
 #endif
 #include "drop_light.glsl"

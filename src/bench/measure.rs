@@ -21,12 +21,15 @@ const FILL: usize = 2;
 /// Seconds of scene time a frame: the rain falls while it is measured, as in the paper.
 const STEP_SECONDS: f64 = 1.0 / 60.0;
 
+/// A variant whose frames take very long is left with fewer of them.
+const PATIENCE: f64 = 10.0;
+
 /// How long to measure a variant.
 #[derive(Clone, Copy, Debug)]
 pub struct Effort {
     /// Go on until so much time is measured …
     pub seconds: f64,
-    /// … and at least so many frames.
+    /// … and at least so many frames, but no longer than [`PATIENCE`] times the seconds.
     pub frames: usize,
 }
 
@@ -74,17 +77,18 @@ pub fn measure(
         runs.push(Run::start(device, environment, variant)?);
     }
     loop {
-        let share = |run: &Run| {
+        let share = |run: &Run| -> f64 {
             let spent: f64 = run.measured.samples_ms.iter().sum::<f64>() * 1e-3;
             let frames = run.measured.samples_ms.len() as f64;
-            (spent / effort.seconds).min(frames / effort.frames as f64).min(1.0)
+            let patience = spent / (PATIENCE * effort.seconds);
+            (spent / effort.seconds).min(frames / effort.frames as f64).max(patience).min(1.0)
         };
         let done = runs.iter().map(share).sum::<f64>() / runs.len().max(1) as f64;
         tick(done);
         if done >= 1.0 {
             break;
         }
-        for run in &mut runs {
+        for run in runs.iter_mut().filter(|run| share(run) < 1.0) {
             run.batch(effort)?;
         }
     }
@@ -124,7 +128,10 @@ impl Run {
                 }
             }
             last = now;
-            if taken >= 4 && start.elapsed().as_secs_f64() > effort.seconds / 6.0 {
+            let elapsed = start.elapsed().as_secs_f64();
+            if elapsed > effort.seconds / 6.0
+                && (taken >= 4 || taken >= 1 && elapsed > effort.seconds)
+            {
                 break;
             }
         }

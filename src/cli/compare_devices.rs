@@ -156,7 +156,7 @@ fn portray(
         bail!("--seconds {}: give a finite number of at least 0", args.seconds);
     }
     let draw = |scene: &Scene| -> anyhow::Result<_> {
-        let plan = plan(scene, Output::Radiance)?;
+        let plan = plan(scene, environment, Output::Radiance)?;
         let mut renderer = Renderer::new(device, scene, environment, &plan)?;
         renderer.submit(scene)?;
         let visible = renderer.finish()?.counts.visible;

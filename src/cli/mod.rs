@@ -8,6 +8,7 @@ mod compare;
 mod compare_devices;
 mod completions;
 mod devices;
+mod errors;
 mod mask;
 mod options;
 mod plan;
@@ -15,6 +16,7 @@ mod reference;
 mod render;
 mod sequence;
 mod sky;
+mod tradeoff;
 mod view;
 
 use std::io::{ErrorKind, Write as _};
@@ -52,6 +54,8 @@ enum Command {
     Compare(compare::CompareArgs),
     CompareDevices(compare_devices::CompareDevicesArgs),
     Completions(completions::CompletionsArgs),
+    Tradeoff(tradeoff::TradeoffArgs),
+    Errors(errors::ErrorsArgs),
 }
 
 /// What a command answers when it did not fail.
@@ -81,6 +85,8 @@ pub fn main() -> ExitCode {
         Command::Compare(args) => compare::run(&args),
         Command::CompareDevices(args) => compare_devices::run(&args),
         Command::Completions(args) => completions::run(&args, &mut Cli::command()),
+        Command::Tradeoff(args) => tradeoff::run(&args),
+        Command::Errors(args) => errors::run(&args),
     };
     match outcome {
         Ok(Answer::Yes) => ExitCode::SUCCESS,

@@ -13,7 +13,7 @@ use crate::model::{
 use crate::scene::Scene;
 
 /// A scene and the values that the command line sets in it.
-#[derive(Args, Clone, Debug, Default)]
+#[derive(Args, Clone, Debug, Default, PartialEq)]
 pub struct SceneArgs {
     /// Scene file (TOML); left out: the paper's benchmark scene
     scene: Option<PathBuf>,
@@ -25,7 +25,7 @@ pub struct SceneArgs {
 }
 
 /// Values of a scene that a command line can set, the drop count apart.
-#[derive(Args, Clone, Debug, Default)]
+#[derive(Args, Clone, Debug, Default, PartialEq)]
 pub struct SceneValues {
     /// Seed of the random drops
     #[arg(long, value_name = "N")]
@@ -108,6 +108,9 @@ pub struct ModelArgs {
     /// Models, all axes at once
     #[arg(long, value_enum, value_name = "NAME")]
     preset: Option<Preset>,
+    /// Largest RMS error that preset auto may make, tone mapped, over 0 to 1
+    #[arg(long, value_name = "E")]
+    error: Option<f64>,
     #[command(flatten)]
     axes: AxisArgs,
 }
@@ -116,6 +119,11 @@ impl ModelArgs {
     /// Sets the values that were given.
     pub fn apply(&self, scene: &mut Scene) -> Result<()> {
         scene.model.preset = self.preset.unwrap_or(scene.model.preset);
+        // Another preset on the command line takes the place of the file's `auto`, error and all.
+        if self.preset.is_some_and(|preset| preset != Preset::Auto) {
+            scene.model.error = None;
+        }
+        scene.model.error = self.error.or(scene.model.error);
         self.axes.apply(scene)
     }
 }
@@ -125,6 +133,11 @@ impl SceneArgs {
     pub fn name(&self) -> String {
         let file = self.scene.as_deref().and_then(std::path::Path::file_name);
         file.map_or("the paper's scene".into(), |name| name.to_string_lossy().into_owned())
+    }
+
+    /// Whether nothing was given.
+    pub fn is_default(&self) -> bool {
+        *self == Self::default()
     }
 
     /// The scene file with the command line's values set in it, validated.

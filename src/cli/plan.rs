@@ -19,12 +19,27 @@ pub struct PlanArgs {
 pub fn run(args: &PlanArgs) -> anyhow::Result<Answer> {
     let mut scene = args.scene.load()?;
     args.model.apply(&mut scene)?;
-    let plan = plan(&scene, Output::Display)?;
+    let environment = super::open_environment(&scene)?;
+    let plan = plan(&scene, &environment, Output::Display)?;
+    let light = &plan.light;
     print(format_args!("preset      {}", plan.preset))?;
-    print(format_args!("optics      {}, {} texels an edge", plan.optics, plan.mask_size))?;
+    if let Some(why) = &plan.why {
+        print(format_args!("            {why}"))?;
+    }
+    match plan.optics.is_mask() {
+        true => {
+            print(format_args!("optics      {}, {} texels an edge", plan.optics, plan.mask_size))?
+        }
+        false => print(format_args!("optics      {}", plan.optics))?,
+    }
     print(format_args!("primitive   {}", plan.primitive))?;
     print(format_args!("order       {}", plan.order))?;
     print(format_args!("simulation  {}", plan.simulation))?;
+    print(format_args!("samples     {} a pixel", plan.samples))?;
+    print(format_args!(
+        "light       {} internal reflections, weights {}, fresnel {}, reflection {}, lookup {}",
+        light.internal_reflections, light.weights, light.fresnel, light.reflection, light.lookup
+    ))?;
     print("passes")?;
     for (name, reason) in &plan.passes {
         print(format_args!("  {name:14} {reason}"))?;

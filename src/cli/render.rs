@@ -50,14 +50,14 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<Answer> {
         _ => anyhow::bail!("{}: name a picture .exr or .png", args.output.display()),
     };
     super::check_folder(&args.output)?;
-    let plan = plan(&scene, output)?;
+    let environment = super::open_environment(&scene)?;
+    let plan = plan(&scene, &environment, output)?;
     if args.resume && plan.simulation == Simulation::Stored {
         anyhow::bail!(
             "--resume: stored positions come from the frame before; render from the beginning, or \
              with --simulation integer"
         );
     }
-    let environment = super::open_environment(&scene)?;
     let frames = args.frames.unwrap_or_else(|| scene.film.frames());
     let sequence = match frames {
         1 => None,

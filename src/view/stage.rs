@@ -119,7 +119,7 @@ impl Stage {
             }
         }
         let pane = |scene: &Scene| {
-            let plan = plan(scene, Output::Display)?;
+            let plan = plan(scene, &self.environment, Output::Display)?;
             let renderer = Renderer::new(&self.device, scene, &self.environment, &plan)?;
             Ok(Pane { plan, report: FrameReport::default(), renderer })
         };

@@ -9,6 +9,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use raindrops::gpu::{Device, DeviceReport, Instance, Validation};
+use raindrops::model::Preset;
 use raindrops::scene::{PlacedDrop, Scene};
 
 /// Runs `test` on a device of its own under validation with synchronization checks, and fails if
@@ -76,4 +77,12 @@ impl Random {
         let r = (1.0 - z * z).sqrt();
         DVec3::new(r * angle.cos(), r * angle.sin(), z)
     }
+}
+
+/// The same scene by the paper's method.
+#[allow(dead_code, reason = "not every test draws by it")]
+pub fn by_paper(scene: &Scene) -> Scene {
+    let mut scene = scene.clone();
+    scene.model.preset = Preset::Paper;
+    scene
 }

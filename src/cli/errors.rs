@@ -1,0 +1,89 @@
+//! `raindrops errors`: each model's error by the drop's size.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
+
+use super::options::DeviceArgs;
+use super::{Answer, print, progress, write_json};
+use crate::environment::Environment;
+use crate::plan::contrast;
+use crate::tradeoff::{SizeRow, by_size, candidates};
+
+/// Each model's error by a drop's radius in pixels
+#[derive(Args)]
+pub struct ErrorsArgs {
+    /// Environment images; medians are taken over them. Left out: the bundled sky
+    environments: Vec<PathBuf>,
+    /// Radii in pixels, comma-separated
+    #[arg(long, value_name = "R,…", value_delimiter = ',',
+          default_values_t = [0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 64.0])]
+    radii: Vec<f64>,
+    /// Views of each environment
+    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=64))]
+    views: u32,
+    /// Write the rows as JSON
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    #[command(flatten)]
+    device: DeviceArgs,
+}
+
+/// Runs the command.
+pub fn run(args: &ErrorsArgs) -> anyhow::Result<Answer> {
+    if let Some(path) = &args.json {
+        super::check_folder(path)?;
+    }
+    if let Some(radius) = args.radii.iter().find(|radius| !(0.1..=1000.0).contains(*radius)) {
+        anyhow::bail!("--radii {radius}: give radii from 0.1 to 1000 pixels");
+    }
+    let mut environments = Vec::new();
+    for path in &args.environments {
+        environments.push(Environment::load(path)?);
+    }
+    if environments.is_empty() {
+        environments.push(Environment::bundled()?);
+    }
+    let device = args.device.open()?;
+    let candidates = candidates();
+    let bar = progress(1000, "");
+    let say = |share: f64| bar.set_position((1000.0 * share) as u64);
+    let rows = by_size(&device, &environments, &candidates, &args.radii, args.views, &say)?;
+    bar.finish_and_clear();
+    print(table(&rows, &args.radii))?;
+    print(
+        "RMS error in grey levels of 255 / mean FLIP, inside the drop; medians over environments",
+    )?;
+    for environment in &environments {
+        print(format_args!("contrast {:.3}  {}", contrast(environment), environment.name()))?;
+    }
+    if let Some(path) = &args.json {
+        write_json(path, &rows)?;
+    }
+    device.instance().expect_silence()?;
+    Ok(Answer::Yes)
+}
+
+/// A line a model, a column a radius.
+fn table(rows: &[SizeRow], radii: &[f64]) -> Table {
+    let mut table = Table::new();
+    table.load_style(presets::UTF8_HORIZONTAL_ONLY);
+    table.set_content_arrangement(ContentArrangement::Disabled);
+    let mut header = vec!["radius in pixels".to_string()];
+    header.extend(radii.iter().map(f64::to_string));
+    table.set_header(header);
+    let mut names: Vec<&str> = rows.iter().map(|row| row.model.as_str()).collect();
+    names.truncate(rows.len() / radii.len().max(1));
+    for name in names {
+        let mut line = vec![name.to_string()];
+        for row in rows.iter().filter(|row| row.model == name) {
+            line.push(format!("{:.1} / {:.3}", 255.0 * row.rms, row.flip));
+        }
+        table.add_row(line);
+    }
+    for column in table.column_iter_mut().skip(1) {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    table
+}

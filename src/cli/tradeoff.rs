@@ -1,0 +1,118 @@
+//! `raindrops tradeoff`: every model's time and error.
+
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+
+use super::options::{DeviceArgs, SceneArgs};
+use super::{Answer, print, progress, write_json};
+use crate::bench::{self, Build, DeviceHead, Host};
+use crate::picture::write_whole;
+use crate::tradeoff::{
+    Effort, Report, SCHEMA, csv, models, of_file, plot, standard_set, study, table,
+};
+
+/// Time every model and measure its error against the truth
+#[derive(Args)]
+pub struct TradeoffArgs {
+    /// Left out, and without values of a scene: a set of six scenes that ask different things
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// Samples a pixel of the truth
+    #[arg(long, value_name = "N", default_value_t = 256,
+          value_parser = clap::value_parser!(u32).range(1..=1 << 20))]
+    truth_samples: u32,
+    /// Only models whose name holds one of these; comma-separated
+    #[arg(long, value_name = "TEXT,…", value_delimiter = ',')]
+    models: Vec<String>,
+    /// Seconds to time a model …
+    #[arg(long, value_name = "S", default_value_t = 0.4)]
+    seconds: f64,
+    /// … and at least so many frames of it
+    #[arg(long, value_name = "N", default_value_t = 8)]
+    frames: usize,
+    /// Write the rows as JSON
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    /// Write the rows as comma-separated values
+    #[arg(long, value_name = "FILE")]
+    csv: Option<PathBuf>,
+    /// Plot error over time, with the Pareto front
+    #[arg(long, value_name = "FILE")]
+    svg: Option<PathBuf>,
+    #[command(flatten)]
+    device: DeviceArgs,
+}
+
+/// Runs the command.
+pub fn run(args: &TradeoffArgs) -> anyhow::Result<Answer> {
+    for path in [&args.json, &args.csv, &args.svg].into_iter().flatten() {
+        super::check_folder(path)?;
+    }
+    let scenes = if args.scene.is_default() {
+        standard_set()?
+    } else {
+        let scene = args.scene.load()?;
+        let environment = super::open_environment(&scene)?;
+        vec![of_file(&args.scene.name(), scene, environment)]
+    };
+    let wanted = |name: &str| {
+        args.models.is_empty() || args.models.iter().any(|text| name.contains(text.as_str()))
+    };
+    // The first is what the others' speed is told by.
+    let models: Vec<_> = models()
+        .into_iter()
+        .enumerate()
+        .filter(|(number, model)| *number == 0 || wanted(&model.name))
+        .map(|(_, model)| model)
+        .collect();
+    let device = args.device.open()?;
+    let host = Host::now();
+    let effort = Effort {
+        time: bench::Effort { seconds: args.seconds, frames: args.frames },
+        truth_samples: args.truth_samples,
+    };
+    let bar = progress(100 * scenes.len() as u64, "%");
+    let mut rows = Vec::new();
+    for (number, scene) in scenes.iter().enumerate() {
+        let say = |what: &str, share: f64| {
+            bar.set_message(format!("{}: {what}", scene.name));
+            bar.set_position(((number as f64 + share) * 100.0) as u64);
+        };
+        let found = study(&device, scene, &models, effort, &say)?;
+        let (width, height) = found.first().map_or((0, 0), |row| (row.width, row.height));
+        bar.suspend(|| {
+            print(format_args!("{}: {}, {width} x {height}", scene.name, scene.asks))?;
+            print(format_args!("{}\n", table(&found)))
+        })?;
+        rows.extend(found);
+    }
+    bar.finish_and_clear();
+    print("* no other model is both quicker and truer (by rms); speed: as a multiple of paper's")?;
+    let report = Report {
+        schema: SCHEMA,
+        device: DeviceHead::of(&device.report),
+        build: Build::this(),
+        host,
+        truth_samples: args.truth_samples,
+        rows,
+    };
+    if let Some(path) = &args.json {
+        write_json(path, &report)?;
+    }
+    if let Some(path) = &args.csv {
+        write_whole(path, |file| csv(&report.rows, file).map_err(|error| error.to_string()))?;
+    }
+    if let Some(path) = &args.svg {
+        write_plot(&report, path)?;
+    }
+    device.instance().expect_silence()?;
+    Ok(Answer::Yes)
+}
+
+fn write_plot(report: &Report, path: &Path) -> anyhow::Result<()> {
+    let svg = plot(report)?;
+    write_whole(path, |file| file.write_all(svg.as_bytes()).map_err(|error| error.to_string()))?;
+    Ok(())
+}

@@ -1,0 +1,205 @@
+//! Preset `auto`: the models that a scene requires, chosen by measured error and estimated time.
+//!
+//! With an accepted error, the quickest model that keeps it. Without one, the truest that takes no
+//! longer than the paper's method. Both come from what the scene shows ([`Demand`]), how much its
+//! environment varies, and the table of [`super::errors`].
+
+use super::demand::{Demand, SizeClass, contrast};
+use super::errors::{Error, Left, rms};
+use super::{Light, NEAR_RADII, RAYS_PX};
+use crate::environment::Environment;
+use crate::model::{Optics, Order, Primitive, Reflection, Simulation};
+use crate::scene::{ModelChoice, Scene};
+
+/// What was chosen, and why.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Choice {
+    /// How the light leaving a drop is found.
+    pub optics: Optics,
+    /// What a drop is drawn as.
+    pub primitive: Primitive,
+    /// Rays a pixel.
+    pub samples: u32,
+    /// What is left out of a drop's light.
+    pub light: Light,
+    /// In plain words.
+    pub reason: String,
+}
+
+/// Costs in nanoseconds on two cores without a GPU (llvmpipe, docs/performance.md). Only ratios
+/// matter, between ways that do the same work with the same units.
+mod cost {
+    /// The paper's: a drop, a drop in view, a pixel of a drop.
+    pub const PAPER: [f64; 3] = [46.0, 900.0, 30.0];
+    /// Tiles: a drop in view, a pixel of a drop from its prefiltered picture.
+    pub const TILE: [f64; 2] = [350.0, 10.0];
+    /// A fetch from the environment, with its share of a ray.
+    pub const FETCH: f64 = 8.0;
+    /// Pixels of the blocks that hold a drop's rays, over those that it covers.
+    pub const BLOCKS: f64 = 1.6;
+    /// A pixel of the picture: what tiles take for it beyond what the paper's passes do.
+    pub const TILE_PIXEL: f64 = 2.0;
+}
+
+/// Chooses for `scene`, whose drops look at `environment`.
+pub fn choose(scene: &Scene, environment: &Environment) -> Choice {
+    let demand = Demand::of(scene, NEAR_RADII);
+    if asks_for_billboards(&scene.model) {
+        return billboards("the scene's own choice of billboards");
+    }
+    let contrast = contrast(environment);
+    let papers_time = papers_time(&demand);
+    let candidates = candidates();
+    let judged = candidates.iter().map(|candidate| {
+        (candidate, expected_error(candidate, &demand, contrast), time(candidate, &demand))
+    });
+    if let Some(accepted) = scene.model.error {
+        let good = judged.clone().filter(|(_, error, _)| *error <= accepted);
+        let quickest = good.min_by(|(.., a), (.., b)| a.total_cmp(b));
+        let (chosen, error, time, how) = match quickest {
+            Some((chosen, error, time)) => (chosen, error, time, "the quickest within"),
+            None => {
+                let truest = judged.min_by(|(_, a, _), (_, b, _)| a.total_cmp(b));
+                let (chosen, error, time) = truest.expect("there are candidates");
+                (chosen, error, time, "no model is within reach of, the truest for")
+            }
+        };
+        let reason = format!(
+            "{how} an RMS error of {accepted} (expected: {error:.4}, {:.1} of the paper's time)",
+            time / papers_time.max(1.0)
+        );
+        return chosen.chosen(reason);
+    }
+    let affordable = judged.filter(|(.., time)| *time <= papers_time);
+    match affordable.min_by(|(_, a, s), (_, b, t)| a.total_cmp(b).then(s.total_cmp(t))) {
+        Some((chosen, error, time)) => {
+            let share = time / papers_time.max(1.0);
+            let reason = format!(
+                "the truest that takes no longer than the paper's method (about {share:.1} of its \
+                 time; expected RMS error {error:.4})"
+            );
+            chosen.chosen(reason)
+        }
+        None if demand.drops > 0.0 => billboards(
+            "few large drops: rays through each of their pixels would take longer than the paper's \
+             method; an accepted error buys them",
+        ),
+        None => billboards("no drops"),
+    }
+}
+
+/// Whether another axis leaves only billboards.
+fn asks_for_billboards(model: &ModelChoice) -> bool {
+    model.primitive.is_some_and(|primitive| primitive != Primitive::Tile)
+        || model.order.is_some_and(|order| order != Order::Sorted)
+        || model.simulation == Some(Simulation::Stored)
+}
+
+/// The paper's billboards by the closed form and one internal reflection: as quick as its mask, and a
+/// little truer. For few large drops, whose rays would take longer than their billboards.
+fn billboards(reason: &str) -> Choice {
+    Choice {
+        optics: Optics::ClosedForm,
+        primitive: Primitive::Point,
+        samples: 1,
+        light: Light { internal_reflections: 1, ..Light::default() },
+        reason: reason.into(),
+    }
+}
+
+/// One way to draw all drops on tiles.
+#[derive(Clone, Copy, Debug)]
+struct Candidate {
+    optics: Optics,
+    samples: u32,
+    reflection: Reflection,
+    internal_reflections: u32,
+}
+
+impl Candidate {
+    fn chosen(&self, reason: String) -> Choice {
+        Choice {
+            optics: self.optics,
+            primitive: Primitive::Tile,
+            samples: self.samples,
+            light: Light {
+                internal_reflections: self.internal_reflections,
+                reflection: self.reflection,
+                ..Light::default()
+            },
+            reason,
+        }
+    }
+
+    fn by_rays(&self, class: &SizeClass) -> bool {
+        self.optics == Optics::ClosedForm || class.is_near || class.radius_px > f64::from(RAYS_PX)
+    }
+
+    /// Fetches from the environment a ray.
+    fn fetches(&self) -> f64 {
+        let outside = if self.reflection == Reflection::On { 1.0 } else { 0.0 };
+        outside + f64::from(self.internal_reflections) + 1.0
+    }
+}
+
+/// Every combination that is worth a thought.
+fn candidates() -> Vec<Candidate> {
+    let mut all = Vec::new();
+    for (optics, samples) in [
+        (Optics::Appearance, 1),
+        (Optics::Appearance, 4),
+        (Optics::ClosedForm, 4),
+        (Optics::ClosedForm, 16),
+        (Optics::ClosedForm, 64),
+    ] {
+        for (reflection, internal_reflections) in
+            [(Reflection::Off, 0), (Reflection::On, 0), (Reflection::On, 1), (Reflection::On, 2)]
+        {
+            all.push(Candidate { optics, samples, reflection, internal_reflections });
+        }
+    }
+    all
+}
+
+/// RMS error over the picture: those of the sizes, weighted by how much of the picture shows them.
+fn expected_error(candidate: &Candidate, demand: &Demand, contrast: f64) -> f64 {
+    let square = |class: &SizeClass| {
+        let sampling = match (candidate.by_rays(class), candidate.samples) {
+            (false, _) => Error::Appearance,
+            (true, 1) => Error::Rays1,
+            (true, 4) => Error::Rays4,
+            (true, 16) => Error::Rays16,
+            (true, _) => Error::Rays64,
+        };
+        let left = match (candidate.reflection, candidate.internal_reflections) {
+            (Reflection::Off, _) => Left::Reflection,
+            (_, 0) => Left::AllInside,
+            (_, 1) => Left::AllButOneInside,
+            _ => Left::Nothing,
+        };
+        let error = rms(sampling, class.radius_px).hypot(left.rms(class.radius_px));
+        class.share.min(1.0) * error * error
+    };
+    contrast * demand.classes.iter().map(square).sum::<f64>().sqrt()
+}
+
+fn papers_time(demand: &Demand) -> f64 {
+    let pixels: f64 = demand.classes.iter().map(|class| class.pixels.max(0.0)).sum();
+    let [drop, visible, pixel] = cost::PAPER;
+    drop * demand.drops + visible * demand.visible + pixel * pixels
+}
+
+fn time(candidate: &Candidate, demand: &Demand) -> f64 {
+    let [visible, pixel] = cost::TILE;
+    let of_class = |class: &SizeClass| {
+        if candidate.by_rays(class) {
+            let ray = cost::FETCH * candidate.fetches();
+            class.pixels * (pixel + cost::BLOCKS * f64::from(candidate.samples) * ray)
+        } else {
+            class.pixels * pixel
+        }
+    };
+    cost::TILE_PIXEL * demand.pixels
+        + visible * demand.visible
+        + demand.classes.iter().map(of_class).sum::<f64>()
+}

@@ -1,0 +1,156 @@
+//! What a scene asks of a renderer: how many drops it shows, how large, and how much of the picture
+//! they take. Expected values, from the scene's numbers alone; no drop is looked at.
+//!
+//! Along a ray the rain is a Poisson process: with ρ drops a volume, each of radius r, the drops met
+//! per length are σ = ρπr², and the first is met between a and b with probability e^-σa - e^-σb.
+
+use glam::DVec3;
+
+use crate::camera::View;
+use crate::environment::Environment;
+use crate::model::Operator;
+use crate::picture::{Picture, srgb_of_linear};
+use crate::scene::Scene;
+use crate::tone_map::{display, exposure_of};
+
+/// Rays along an edge of the picture.
+const GRID: u32 = 8;
+
+/// Drops of about one size.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SizeClass {
+    /// Radius in pixels.
+    pub radius_px: f64,
+    /// Whether they are so near that they look otherwise than from afar.
+    pub is_near: bool,
+    /// Share of the picture in which they are what one sees.
+    pub share: f64,
+    /// Pixels that they cover, hidden ones counted.
+    pub pixels: f64,
+}
+
+/// What a scene asks.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Demand {
+    /// All drops.
+    pub drops: f64,
+    /// Drops in view.
+    pub visible: f64,
+    /// Pixels of the picture.
+    pub pixels: f64,
+    /// The drops in view by size.
+    pub classes: Vec<SizeClass>,
+}
+
+impl Demand {
+    /// What `scene` asks. Nearer than `near_radii` radii a drop counts as near.
+    pub fn of(scene: &Scene, near_radii: f64) -> Self {
+        let view = scene.view();
+        let mut demand = Self {
+            drops: scene.drop_count().into(),
+            pixels: f64::from(view.width) * f64::from(view.height),
+            ..Self::default()
+        };
+        demand.add_placed(scene, &view, near_radii);
+        demand.add_rain(scene, &view, near_radii);
+        demand
+    }
+
+    fn add_placed(&mut self, scene: &Scene, view: &View, near_radii: f64) {
+        for drop in &scene.drops {
+            let v = drop.center - view.position;
+            let (x, y, z) = (v.dot(view.right), v.dot(view.up), -v.dot(view.back));
+            let distance = v.length();
+            let reach = |edge: u32| 0.5 * f64::from(edge) / view.focal_px * z + 2.0 * drop.radius;
+            let is_seen = z > -drop.radius
+                && distance > drop.radius
+                && distance >= scene.camera.near
+                && x.abs() < reach(view.width)
+                && y.abs() < reach(view.height);
+            if is_seen {
+                let far = (distance * distance - drop.radius * drop.radius).sqrt();
+                let radius_px = view.focal_px * drop.radius / far;
+                let pixels = (std::f64::consts::PI * radius_px * radius_px).min(self.pixels);
+                self.visible += 1.0;
+                self.classes.push(SizeClass {
+                    radius_px,
+                    is_near: distance < near_radii * drop.radius,
+                    share: pixels / self.pixels,
+                    pixels,
+                });
+            }
+        }
+    }
+
+    fn add_rain(&mut self, scene: &Scene, view: &View, near_radii: f64) {
+        let Some(rain) = &scene.rain else { return };
+        let half = rain.half_extent;
+        let density = f64::from(rain.count) / (8.0 * half.x * half.y * half.z);
+        let met = density * std::f64::consts::PI * rain.radius * rain.radius;
+        let near = scene.camera.near.max(rain.radius);
+        let rays = f64::from(GRID * GRID);
+        // Classes an octave of radius apart, from what fills the picture to the box's far corner.
+        let largest = view.focal_px * rain.radius / near;
+        let smallest = view.focal_px * rain.radius / half.length();
+        let octaves = (largest / smallest).log2().ceil().max(1.0) as u32;
+        for octave in 0..octaves {
+            let radius = |number: u32| largest * 0.5f64.powi(number as i32);
+            let distance = |number: u32| view.focal_px * rain.radius / radius(number);
+            let (from, to) = (distance(octave), distance(octave + 1));
+            let (mut share, mut covered) = (0.0, 0.0);
+            for ray in rays_of(view) {
+                let end = exit(ray, half);
+                let (from, to) = (from.min(end), to.min(end));
+                share += ((near - from) * met).exp() - ((near - to) * met).exp();
+                covered += (to - from) * met;
+            }
+            if covered > 0.0 {
+                self.classes.push(SizeClass {
+                    radius_px: radius(octave) * 0.5f64.sqrt(),
+                    is_near: 0.5 * (from + to) < near_radii * rain.radius,
+                    share: share / rays,
+                    pixels: covered / rays * self.pixels,
+                });
+            }
+        }
+        // A pixel's solid angle is cos³ of its angle from the axis over the focal length squared.
+        let solid: f64 = rays_of(view)
+            .map(|ray| (-ray.dot(view.back)).powi(3) * exit(ray, half).powi(3) / 3.0)
+            .sum();
+        let volume = solid / rays * self.pixels / (view.focal_px * view.focal_px);
+        self.visible += density * volume;
+    }
+}
+
+fn rays_of(view: &View) -> impl Iterator<Item = DVec3> {
+    let place =
+        |number: u32, edge: u32| (f64::from(number) + 0.5) / f64::from(GRID) * f64::from(edge);
+    let view = *view;
+    (0..GRID * GRID)
+        .map(move |n| view.ray(place(n % GRID, view.width), place(n / GRID, view.height)))
+}
+
+/// How far a ray from the middle of the rain box runs in it.
+fn exit(ray: DVec3, half_extent: DVec3) -> f64 {
+    (half_extent / ray.abs().max(DVec3::splat(1e-12))).min_element()
+}
+
+/// How much tone-mapped radiance varies over the sphere: standard deviation of the sRGB luminance.
+/// Errors of a drop, which shows the whole sphere, grow with it.
+pub fn contrast(environment: &Environment) -> f64 {
+    let (width, height) = (environment.width(), environment.height());
+    let picture = Picture { width, height, pixels: environment.texels().to_vec() };
+    let shown = display(exposure_of(Operator::Photographic, &picture, 0.18), &picture);
+    let (mut sum, mut squares, mut total) = (0.0, 0.0, 0.0);
+    for (index, pixel) in shown.pixels.iter().enumerate() {
+        let row = (index / shown.width as usize) as f64;
+        let weight = (std::f64::consts::PI * (row + 0.5) / f64::from(shown.height)).sin();
+        for channel in pixel.to_array() {
+            let value = f64::from(srgb_of_linear(channel));
+            sum += weight * value;
+            squares += weight * value * value;
+            total += weight;
+        }
+    }
+    (squares / total - (sum / total).powi(2)).max(0.0).sqrt()
+}

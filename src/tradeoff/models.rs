@@ -1,0 +1,85 @@
+//! The models that are tried: the presets, and each axis varied alone from the preset to which
+//! it belongs.
+
+use crate::model::{
+    Fresnel, Lookup, Optics, Order, Preset, Primitive, Reflection, Simulation, Weights,
+};
+use crate::scene::ModelChoice;
+
+/// One model by name.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Model {
+    /// The preset and what differs from it, as on the command line.
+    pub name: String,
+    /// The same for a scene.
+    pub choice: ModelChoice,
+}
+
+/// Every model, `paper` first.
+pub fn models() -> Vec<Model> {
+    let preset = |preset: Preset| ModelChoice { preset, ..ModelChoice::default() };
+    let (paper, fast, exact) = (preset(Preset::Paper), preset(Preset::Fast), preset(Preset::Exact));
+    let mut all = Vec::new();
+    let mut add = |base: &ModelChoice, change: &str, choice: ModelChoice| {
+        all.push(Model { name: format!("{} {change}", base.preset).trim().into(), choice });
+    };
+
+    add(&paper, "", paper);
+    for optics in [
+        Optics::MaskF32,
+        Optics::MaskSnorm16,
+        Optics::SingleMask,
+        Optics::Radial,
+        Optics::ClosedForm,
+        Optics::Far,
+        Optics::Appearance,
+    ] {
+        add(&paper, optics.name(), ModelChoice { optics: Some(optics), ..paper });
+    }
+    for mask_size in [64, 256] {
+        add(&paper, &format!("mask-size {mask_size}"), ModelChoice { mask_size, ..paper });
+    }
+    let closed = ModelChoice { optics: Some(Optics::ClosedForm), ..paper };
+    for samples in [4, 16] {
+        let choice = ModelChoice { samples: Some(samples), ..closed };
+        add(&paper, &format!("closed-form samples {samples}"), choice);
+    }
+    let one_inside = ModelChoice { internal_reflections: Some(1), ..closed };
+    add(&paper, "closed-form internal-reflections 1", one_inside);
+    add(&paper, "weights physical", ModelChoice { weights: Some(Weights::Physical), ..paper });
+    add(&paper, "fresnel schlick", ModelChoice { fresnel: Some(Fresnel::Schlick), ..paper });
+    add(&paper, "reflection off", ModelChoice { reflection: Some(Reflection::Off), ..paper });
+    add(&paper, "lookup finest", ModelChoice { lookup: Some(Lookup::Finest), ..paper });
+    let covering = ModelChoice { order: Some(Order::AlphaToCoverage), ..paper };
+    add(&paper, "alpha-to-coverage", covering);
+    add(&paper, "quad", ModelChoice { primitive: Some(Primitive::Quad), ..paper });
+    add(&paper, "stored", ModelChoice { simulation: Some(Simulation::Stored), ..paper });
+
+    let auto = preset(Preset::Auto);
+    add(&auto, "", auto);
+    for error in [0.03, 0.01] {
+        add(&auto, &format!("error {error}"), ModelChoice { error: Some(error), ..auto });
+    }
+
+    add(&fast, "", fast);
+    for samples in [1, 16] {
+        let choice = ModelChoice { samples: Some(samples), ..fast };
+        add(&fast, &format!("samples {samples}"), choice);
+    }
+    for orders in [0, 1] {
+        let choice = ModelChoice { internal_reflections: Some(orders), ..fast };
+        add(&fast, &format!("internal-reflections {orders}"), choice);
+    }
+    add(&fast, "reflection off", ModelChoice { reflection: Some(Reflection::Off), ..fast });
+
+    add(&exact, "", exact);
+    for samples in [1, 4, 64] {
+        let choice = ModelChoice { samples: Some(samples), ..exact };
+        add(&exact, &format!("samples {samples}"), choice);
+    }
+    for orders in [0, 1] {
+        let choice = ModelChoice { internal_reflections: Some(orders), ..exact };
+        add(&exact, &format!("internal-reflections {orders}"), choice);
+    }
+    all
+}

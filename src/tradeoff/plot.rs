@@ -1,0 +1,111 @@
+//! The trade as a picture: a panel a scene, error over time, the front as a line.
+
+use plotters::prelude::*;
+
+use super::report::{Report, Row};
+use crate::{Error, Result};
+
+/// Size of a panel in the plot's units.
+const PANEL: (u32, u32) = (560, 420);
+const COLUMNS: usize = 2;
+/// Height of the line below the panels.
+const FOOT: u32 = 40;
+
+/// Colours of the presets that models start from (Okabe and Ito 2008: told apart by everyone).
+const FAMILIES: [(&str, RGBColor); 4] = [
+    ("paper", RGBColor(0, 114, 178)),
+    ("fast", RGBColor(213, 94, 0)),
+    ("exact", RGBColor(0, 158, 115)),
+    ("auto", RGBColor(0, 0, 0)),
+];
+
+/// Why nothing was drawn. The backend's errors borrow from it; words do not.
+struct Failed(String);
+
+impl<E: std::error::Error> From<E> for Failed {
+    fn from(error: E) -> Self {
+        Self(error.to_string())
+    }
+}
+
+/// The plot as SVG.
+pub fn plot(report: &Report) -> Result<String> {
+    let mut svg = String::new();
+    draw(report, &mut svg).map_err(|Failed(reason)| Error::Plot(reason))?;
+    Ok(svg)
+}
+
+fn draw(report: &Report, svg: &mut String) -> std::result::Result<(), Failed> {
+    let mut scenes: Vec<&str> = report.rows.iter().map(|row| row.scene.as_str()).collect();
+    scenes.dedup();
+    let (columns, lines) = (COLUMNS.min(scenes.len().max(1)), scenes.len().div_ceil(COLUMNS));
+    let size = (PANEL.0 * columns as u32, PANEL.1 * lines.max(1) as u32 + FOOT);
+    let root = SVGBackend::with_string(svg, size).into_drawing_area();
+    root.fill(&WHITE)?;
+    let (panels, foot) = root.split_vertically(size.1 - FOOT);
+    for (scene, area) in scenes.iter().zip(panels.split_evenly((lines.max(1), columns))) {
+        let rows: Vec<&Row> = report.rows.iter().filter(|row| row.scene == *scene).collect();
+        panel(scene, &rows, &area)?;
+    }
+    let device = &report.device;
+    let line = format!(
+        "{} ({} {}); truth: {} samples a pixel; line: the Pareto front",
+        device.name, device.driver, device.driver_info, report.truth_samples
+    );
+    foot.draw(&Text::new(line, (16, 12), ("sans-serif", 14)))?;
+    root.present()?;
+    Ok(())
+}
+
+type Area<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
+
+fn panel(scene: &str, rows: &[&Row], area: &Area<'_>) -> std::result::Result<(), Failed> {
+    // A model without error has no place on a logarithmic axis: a hundredth of a grey level stands in.
+    let place = |row: &Row| (row.median_ms, (255.0 * row.errors.rms).max(0.01));
+    let range = |values: Vec<f64>| {
+        let low = values.iter().copied().fold(f64::INFINITY, f64::min);
+        let high = values.iter().copied().fold(0.0, f64::max);
+        0.7 * low..1.6 * high
+    };
+    let times = range(rows.iter().map(|row| place(row).0).collect());
+    let errors = range(rows.iter().map(|row| place(row).1).collect());
+    let mut chart = ChartBuilder::on(area)
+        .caption(scene, ("sans-serif", 20))
+        .margin(12)
+        .x_label_area_size(36)
+        .y_label_area_size(52)
+        .build_cartesian_2d(times.log_scale(), errors.log_scale())?;
+    chart
+        .configure_mesh()
+        .light_line_style(TRANSPARENT)
+        .x_desc("ms a frame")
+        .y_desc("RMS error, grey levels of 255")
+        .label_style(("sans-serif", 13))
+        .axis_desc_style(("sans-serif", 14))
+        .draw()?;
+    let mut front: Vec<(f64, f64)> =
+        rows.iter().filter(|row| row.pareto).map(|row| place(row)).collect();
+    front.sort_by(|a, b| a.0.total_cmp(&b.0));
+    chart.draw_series(LineSeries::new(front, BLACK.mix(0.4)))?;
+    for (family, color) in FAMILIES {
+        let of_family = rows.iter().filter(|row| row.preset == family);
+        chart
+            .draw_series(of_family.map(|row| {
+                let style = if row.pareto { color.filled() } else { color.stroke_width(1) };
+                Circle::new(place(row), 4, style)
+            }))?
+            .label(family)
+            .legend(move |(x, y)| Circle::new((x + 8, y), 4, color.filled()));
+    }
+    let named = rows.iter().filter(|row| row.pareto || row.model == row.preset);
+    chart.draw_series(named.map(|row| {
+        EmptyElement::at(place(row))
+            + Text::new(row.model.clone(), (7, -5), ("sans-serif", 11).into_font())
+    }))?;
+    chart
+        .configure_series_labels()
+        .position(SeriesLabelPosition::UpperRight)
+        .label_font(("sans-serif", 13))
+        .draw()?;
+    Ok(())
+}

@@ -1,0 +1,194 @@
+//! What a study says: rows as JSON of the schema `raindrops-tradeoff/1`, as CSV, as a table.
+
+use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
+use serde::Serialize;
+
+use crate::bench::statistics::{median, quantile};
+use crate::bench::{Build, DeviceHead, Host, Measured, Variant};
+
+/// Name and version of the format.
+pub const SCHEMA: &str = "raindrops-tradeoff/1";
+
+/// Every model of every scene on one device.
+#[derive(Clone, Debug, Serialize)]
+pub struct Report {
+    /// [`SCHEMA`].
+    pub schema: &'static str,
+    /// The device.
+    pub device: DeviceHead,
+    /// The program.
+    pub build: Build,
+    /// The machine.
+    pub host: Host,
+    /// Samples a pixel of the truths.
+    pub truth_samples: u32,
+    /// One row a scene and model.
+    pub rows: Vec<Row>,
+}
+
+/// One model of one scene.
+#[derive(Clone, Debug, Serialize)]
+#[allow(missing_docs, reason = "the keys of the result file, see docs/architecture.md")]
+pub struct Row {
+    pub scene: String,
+    pub model: String,
+    pub preset: &'static str,
+    pub optics: &'static str,
+    pub primitive: &'static str,
+    pub order: &'static str,
+    pub simulation: &'static str,
+    pub samples: u32,
+    pub internal_reflections: u32,
+    pub weights: &'static str,
+    pub fresnel: &'static str,
+    pub reflection: &'static str,
+    pub lookup: &'static str,
+    pub mask_size: u32,
+    pub drops: u32,
+    pub visible: u64,
+    pub width: u32,
+    pub height: u32,
+    pub median_ms: f64,
+    pub p10_ms: f64,
+    pub p90_ms: f64,
+    /// Times as fast as the first model, which ran in turn with it.
+    pub speed: f64,
+    #[serde(flatten)]
+    pub errors: Errors,
+    pub pareto: bool,
+}
+
+/// How far a model is from the truth; means over frames.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub struct Errors {
+    /// Root of the mean squared error of sRGB values 0 to 1, tone mapped with the truth's exposure.
+    pub rms: f64,
+    /// Of linear radiance, over the pixels that drops touch.
+    pub rel_mse: f64,
+    /// Of the same as `rms`.
+    pub psnr_db: f64,
+    /// Mean FLIP error.
+    pub flip: f64,
+    /// Its 99th percentile.
+    pub flip_p99: f64,
+    /// Largest error of linear radiance over the pixels that drops touch.
+    pub max_error: f64,
+    /// `rel_mse` after an 8 x 8 box filter.
+    pub box_rel_mse: f64,
+    /// `flip` after an 8 x 8 box filter.
+    pub box_flip: f64,
+    /// In a movement: RMS of what the model changes between frames and the truth does not.
+    pub flicker: Option<f64>,
+}
+
+impl Row {
+    /// A row with its times; `base_ms` is the first model's median in the same run.
+    pub(super) fn timed(
+        scene: &str,
+        model: &str,
+        variant: &Variant,
+        measured: &Measured,
+        base_ms: f64,
+    ) -> Self {
+        let plan = &variant.plan;
+        let median_ms = median(&measured.samples_ms);
+        Self {
+            scene: scene.into(),
+            model: model.into(),
+            preset: plan.preset.name(),
+            optics: plan.optics.name(),
+            primitive: plan.primitive.name(),
+            order: plan.order.name(),
+            simulation: plan.simulation.name(),
+            samples: plan.samples,
+            internal_reflections: plan.light.internal_reflections,
+            weights: plan.light.weights.name(),
+            fresnel: plan.light.fresnel.name(),
+            reflection: plan.light.reflection.name(),
+            lookup: plan.light.lookup.name(),
+            mask_size: plan.mask_size,
+            drops: variant.scene.drop_count(),
+            visible: measured.first.counts.visible,
+            width: variant.scene.image.width,
+            height: variant.scene.image.height,
+            median_ms,
+            p10_ms: quantile(&measured.samples_ms, 0.1),
+            p90_ms: quantile(&measured.samples_ms, 0.9),
+            speed: base_ms / median_ms,
+            errors: Errors::default(),
+            pareto: false,
+        }
+    }
+}
+
+/// Marks the rows of one scene than which no other is both quicker and truer (by `rms`).
+pub(super) fn mark_front(rows: &mut [Row]) {
+    let places: Vec<(f64, f64)> = rows.iter().map(|row| (row.speed, row.errors.rms)).collect();
+    for (row, (speed, rms)) in rows.iter_mut().zip(&places) {
+        let beats = |(s, r): &(f64, f64)| s >= speed && r <= rms && (s > speed || r < rms);
+        row.pareto = !places.iter().any(beats);
+    }
+}
+
+/// The rows of a scene as a table, quickest first; the front is marked.
+pub fn table(rows: &[Row]) -> Table {
+    let mut sorted: Vec<&Row> = rows.iter().collect();
+    sorted.sort_by(|a, b| b.speed.total_cmp(&a.speed));
+    let mut table = Table::new();
+    table.load_style(presets::UTF8_HORIZONTAL_ONLY);
+    table.set_content_arrangement(ContentArrangement::Disabled);
+    let moves = rows.iter().any(|row| row.errors.flicker.is_some());
+    let mut header =
+        vec!["", "model", "speed", "ms", "rms x255", "relMSE", "FLIP", "FLIP 99 %", "FLIP boxes"];
+    if moves {
+        header.push("flicker x255");
+    }
+    table.set_header(header);
+    for row in sorted {
+        let errors = &row.errors;
+        let mut line = vec![
+            if row.pareto { "*" } else { "" }.to_string(),
+            row.model.clone(),
+            format!("{:.2}", row.speed),
+            format!("{:.2}", row.median_ms),
+            format!("{:.2}", 255.0 * errors.rms),
+            format!("{:.2e}", errors.rel_mse),
+            format!("{:.4}", errors.flip),
+            format!("{:.4}", errors.flip_p99),
+            format!("{:.4}", errors.box_flip),
+        ];
+        line.extend(errors.flicker.map(|flicker| format!("{:.2}", 255.0 * flicker)));
+        table.add_row(line);
+    }
+    for column in table.column_iter_mut().skip(2) {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    table
+}
+
+/// All rows as comma-separated values with a header; times in ms.
+///
+/// # Errors
+/// What the writer says.
+pub fn csv(rows: &[Row], to: &mut dyn std::io::Write) -> std::io::Result<()> {
+    writeln!(
+        to,
+        "scene,model,preset,optics,primitive,order,simulation,samples,internal_reflections,weights,\
+         fresnel,reflection,lookup,mask_size,drops,visible,width,height,median_ms,p10_ms,p90_ms,\
+         speed,rms,rel_mse,psnr_db,flip,flip_p99,max_error,box_rel_mse,box_flip,flicker,pareto"
+    )?;
+    for row in rows {
+        let e = &row.errors;
+        write!(to, "{},{},{},{},", row.scene, row.model, row.preset, row.optics)?;
+        write!(to, "{},{},{},{},", row.primitive, row.order, row.simulation, row.samples)?;
+        write!(to, "{},{},{},", row.internal_reflections, row.weights, row.fresnel)?;
+        write!(to, "{},{},{},{},", row.reflection, row.lookup, row.mask_size, row.drops)?;
+        write!(to, "{},{},{},{},", row.visible, row.width, row.height, row.median_ms)?;
+        write!(to, "{},{},{},{},", row.p10_ms, row.p90_ms, row.speed, e.rms)?;
+        write!(to, "{},{},{},{},", e.rel_mse, e.psnr_db, e.flip, e.flip_p99)?;
+        write!(to, "{},{},{},", e.max_error, e.box_rel_mse, e.box_flip)?;
+        let flicker = e.flicker.map_or(String::new(), |flicker| flicker.to_string());
+        writeln!(to, "{flicker},{}", row.pareto)?;
+    }
+    Ok(())
+}

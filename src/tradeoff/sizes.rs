@@ -1,0 +1,211 @@
+//! The error of each model by a drop's radius in pixels: one drop on the axis, seen from several
+//! directions of several environments. What `plan` chooses by is made of these figures.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+use serde::Serialize;
+
+use crate::Result;
+use crate::bench::statistics::median;
+use crate::environment::Environment;
+use crate::gpu::Device;
+use crate::model::{Lookup, Operator, Optics, Preset, Primitive};
+use crate::picture::flip::{PIXELS_PER_DEGREE, flip};
+use crate::picture::{Picture, srgb_of_linear};
+use crate::plan::{Output, contrast, plan};
+use crate::reference::{Traced, Tracer, Truth, Weights};
+use crate::renderer::Renderer;
+use crate::scene::{ModelChoice, PlacedDrop, Scene};
+use crate::tone_map::{Exposure, display, exposure_of};
+
+/// Distance of the drop in radii: far enough that it looks as from infinity (0.4°).
+const DISTANCE: f64 = 100.0;
+
+/// What is held against the truth.
+#[derive(Clone, Copy, Debug)]
+pub enum Candidate {
+    /// A model of the renderer.
+    Model(ModelChoice),
+    /// A physics with something left out, traced as finely as the truth itself.
+    Converged(Truth),
+}
+
+/// A model's error at one size: medians over environments of means over views.
+#[derive(Clone, Debug, Serialize)]
+pub struct SizeRow {
+    /// The model's name.
+    pub model: String,
+    /// Radius of the drop in pixels.
+    pub radius_px: f64,
+    /// RMS error of sRGB values, 0 to 1, weighted by how far the drop covers a pixel.
+    pub rms: f64,
+    /// Mean FLIP error, likewise.
+    pub flip: f64,
+    /// `rms` over the environment's [`contrast`].
+    pub rms_of_contrast: f64,
+}
+
+/// The models whose errors depend on a drop's size, by name.
+pub fn candidates() -> Vec<(String, Candidate)> {
+    let paper = ModelChoice { preset: Preset::Paper, ..ModelChoice::default() };
+    let fast = ModelChoice { preset: Preset::Fast, ..paper };
+    let finest = ModelChoice { lookup: Some(Lookup::Finest), ..paper };
+    let closed = |samples| ModelChoice {
+        optics: Some(Optics::ClosedForm),
+        primitive: Some(Primitive::Tile),
+        samples: Some(samples),
+        internal_reflections: Some(2),
+        ..paper
+    };
+    let mut all: Vec<(String, Candidate)> = vec![
+        ("mask, finest look-up".into(), Candidate::Model(finest)),
+        ("mask".into(), Candidate::Model(paper)),
+    ];
+    for samples in [1, 4, 16, 64] {
+        let name = format!("closed form, {samples} rays");
+        all.push((name, Candidate::Model(closed(samples))));
+    }
+    let far = ModelChoice { optics: Some(Optics::Far), internal_reflections: Some(2), ..paper };
+    all.push(("far: one colour".into(), Candidate::Model(far)));
+    all.push(("appearance (fast)".into(), Candidate::Model(fast)));
+    let whole = Truth::default();
+    for (name, truth) in [
+        ("paper's weights", Truth { weights: Weights::Paper, ..whole }),
+        ("no reflection", Truth { reflection: false, ..whole }),
+        ("no internal reflection", Truth { internal_reflections: 0, ..whole }),
+        ("one internal reflection", Truth { internal_reflections: 1, ..whole }),
+    ] {
+        all.push((format!("{name}, converged"), Candidate::Converged(truth)));
+    }
+    all
+}
+
+/// The environment's texels as a picture.
+fn of_environment(environment: &Environment) -> Picture {
+    let (width, height) = (environment.width(), environment.height());
+    Picture { width, height, pixels: environment.texels().to_vec() }
+}
+
+/// Views of drops of `radius_px` pixels: one in the middle of each, the others out of sight. All hold
+/// the same drops, so that one renderer serves for all.
+fn scenes(radius_px: f64, views: u32) -> Vec<Scene> {
+    let mut scene = Scene { rain: None, ..Scene::default() };
+    let edge = (2.0 * radius_px).ceil() as u32 + 8;
+    (scene.image.width, scene.image.height) = (edge, edge);
+    let focal = radius_px * (DISTANCE * DISTANCE - 1.0).sqrt();
+    scene.camera.vertical_fov = 2.0 * (0.5 * f64::from(edge) / focal).atan().to_degrees();
+    let mut cameras = Vec::new();
+    for number in 0..views {
+        // Directions a golden angle apart, near the horizon, where environments vary most; each drop
+        // at another place between pixels.
+        let angle = f64::from(number) * 2.4;
+        let forward = DVec3::new(angle.sin(), 0.25 * (1.7 * angle).sin(), -angle.cos()).normalize();
+        scene.camera.target = scene.camera.position + forward;
+        cameras.push(scene.camera);
+        let view = scene.view();
+        let phase = |step: f64| (f64::from(number + 1) * step).fract() - 0.5;
+        let (x, y) = (phase(0.754_877_666_2), phase(0.569_840_291));
+        let aside = (x * view.right + y * view.up) / focal;
+        let center = scene.camera.position + DISTANCE * (forward + aside).normalize();
+        scene.drops.push(PlacedDrop { center, radius: 1.0 });
+    }
+    cameras.into_iter().map(|camera| Scene { camera, ..scene.clone() }).collect()
+}
+
+/// Every candidate at every radius.
+pub fn by_size(
+    device: &Arc<Device>,
+    environments: &[Environment],
+    candidates: &[(String, Candidate)],
+    radii_px: &[f64],
+    views: u32,
+    say: &dyn Fn(f64),
+) -> Result<Vec<SizeRow>> {
+    let mut rows = Vec::new();
+    let steps = (radii_px.len() * environments.len()) as f64;
+    for (number, &radius_px) in radii_px.iter().enumerate() {
+        let mut found = vec![Vec::new(); candidates.len()];
+        for (index, environment) in environments.iter().enumerate() {
+            say((number * environments.len() + index) as f64 / steps);
+            // As many samples in a drop, whatever its size; 64 a pixel at least.
+            let samples = ((200_000.0 / (radius_px * radius_px)) as u32).clamp(64, 4096);
+            let picture = of_environment(environment);
+            let exposure = exposure_of(Operator::Photographic, &picture, 0.18);
+            let scenes = scenes(radius_px, views);
+            let trace = |truth: Truth| -> Vec<Traced> {
+                let truth = Truth { samples, ..truth };
+                let trace = |scene| Tracer::new(scene, environment, truth).trace(&|_| ());
+                scenes.iter().map(trace).collect()
+            };
+            let truths = trace(Truth::default());
+            let contrast = contrast(environment);
+            for ((_, candidate), found) in candidates.iter().zip(&mut found) {
+                let pictures = match candidate {
+                    Candidate::Model(choice) => render(device, environment, &scenes, *choice)?,
+                    Candidate::Converged(truth) => {
+                        trace(*truth).into_iter().map(|traced| traced.picture).collect()
+                    }
+                };
+                let errors: Vec<(f64, f64)> = truths
+                    .iter()
+                    .zip(&pictures)
+                    .map(|(truth, picture)| errors(truth, picture, exposure))
+                    .collect();
+                let mean = |pick: fn(&(f64, f64)) -> f64| {
+                    errors.iter().map(pick).sum::<f64>() / errors.len() as f64
+                };
+                let rms = mean(|error| error.0).sqrt();
+                found.push([rms, mean(|error| error.1), rms / contrast.max(1e-6)]);
+            }
+        }
+        rows.extend(candidates.iter().zip(found).map(|((model, _), found)| {
+            let pick = |which: usize| {
+                median(&found.iter().map(|figures| figures[which]).collect::<Vec<f64>>())
+            };
+            SizeRow {
+                model: model.clone(),
+                radius_px,
+                rms: pick(0),
+                flip: pick(1),
+                rms_of_contrast: pick(2),
+            }
+        }));
+    }
+    Ok(rows)
+}
+
+fn render(
+    device: &Arc<Device>,
+    environment: &Environment,
+    scenes: &[Scene],
+    choice: ModelChoice,
+) -> Result<Vec<Picture>> {
+    let with_model = |scene: &Scene| Scene { model: choice, ..scene.clone() };
+    let first = with_model(&scenes[0]);
+    let plan = plan(&first, environment, Output::Radiance)?;
+    let mut renderer = Renderer::new(device, &first, environment, &plan)?;
+    let mut frame = |scene: &Scene| {
+        renderer.submit(&with_model(scene))?;
+        renderer.read_radiance()
+    };
+    scenes.iter().map(&mut frame).collect()
+}
+
+/// Mean squared error and mean FLIP, weighted by the drop's coverage.
+fn errors(truth: &Traced, picture: &Picture, exposure: Exposure) -> (f64, f64) {
+    let (a, b) = (display(exposure, &truth.picture), display(exposure, picture));
+    let map = flip(&a, &b, PIXELS_PER_DEGREE);
+    let (mut square, mut perceived, mut total) = (0.0, 0.0, 0.0);
+    for (((a, b), flip), &coverage) in a.pixels.iter().zip(&b.pixels).zip(map).zip(&truth.coverage)
+    {
+        let weight = f64::from(coverage);
+        let channels = a.to_array().into_iter().zip(b.to_array());
+        let error: f64 =
+            channels.map(|(a, b)| f64::from(srgb_of_linear(a) - srgb_of_linear(b)).powi(2)).sum();
+        square += weight * error / 3.0;
+        perceived += weight * flip;
+        total += weight;
+    }
+    (square / total, perceived / total)
+}

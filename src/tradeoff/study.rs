@@ -1,0 +1,153 @@
+//! One scene with every model: truth, times, errors.
+
+use std::sync::Arc;
+
+use super::models::Model;
+use super::report::{Errors, Row};
+use super::scenes::StudyScene;
+use crate::Result;
+use crate::bench::statistics::median;
+use crate::bench::{self, Variant, measure};
+use crate::gpu::Device;
+use crate::picture::metrics::{Comparison, compare};
+use crate::picture::{Picture, srgb_of_linear};
+use crate::plan::{Output, plan};
+use crate::reference::{Traced, Tracer, Truth};
+use crate::renderer::Renderer;
+use crate::scene::Scene;
+use crate::tone_map::{Exposure, display, exposure_of};
+
+/// Models that are timed in turn with each other, the first of all among them.
+const GROUP: usize = 6;
+
+/// How long to measure, and how finely to trace.
+#[derive(Clone, Copy, Debug)]
+pub struct Effort {
+    /// Of each model's times.
+    pub time: bench::Effort,
+    /// Samples a pixel of the truth.
+    pub truth_samples: u32,
+}
+
+/// What is known of the truth of a frame.
+struct Known {
+    traced: Traced,
+    exposure: Exposure,
+}
+
+/// Tries `models` on a scene; `say` is called with a model's name, or why it is left out, and the share
+/// of the work that is done. The first model is the one that the others' speed is told by.
+pub fn study(
+    device: &Arc<Device>,
+    scene: &StudyScene,
+    models: &[Model],
+    effort: Effort,
+    say: &(dyn Fn(&str, f64) + Sync),
+) -> Result<Vec<Row>> {
+    // A third of the time goes into the truth, a third into times, a third into pictures: about.
+    let share_truth = |share: f64| say("truth", share / 3.0);
+    let count = scene.frames.len() as f64;
+    let mut truths = Vec::new();
+    for (number, frame) in scene.frames.iter().enumerate() {
+        let truth = Truth { samples: effort.truth_samples, ..Truth::default() };
+        let tracer = Tracer::new(frame, &scene.environment, truth);
+        let traced = tracer.trace(&|share| share_truth((number as f64 + share) / count));
+        let (operator, key) = (frame.tone_map.operator, frame.tone_map.key);
+        let exposure = exposure_of(operator, &traced.picture, key);
+        truths.push(Known { traced, exposure });
+    }
+
+    let mut variants = Vec::new();
+    for model in models {
+        let mut first = scene.frames[0].clone();
+        first.model = model.choice;
+        let plan = plan(&first, &scene.environment, Output::Display)?;
+        variants.push(Variant { scene: first, plan });
+    }
+    let Some((base, others)) = variants.split_first() else { return Ok(Vec::new()) };
+    let mut rows = Vec::new();
+    let groups = others.len().div_ceil(GROUP - 1).max(1);
+    for number in 0..groups {
+        let from = number * (GROUP - 1);
+        let group = &others[from..(from + GROUP - 1).min(others.len())];
+        let together: Vec<Variant> = std::iter::once(base).chain(group).cloned().collect();
+        let done = |share: f64| {
+            say("times", (1.0 + (number as f64 + share) / groups as f64) / 3.0);
+        };
+        let measured = measure(device, &scene.environment, &together, effort.time, &done)?;
+        let base_ms = median(&measured[0].samples_ms);
+        // The base is a row of the first group alone.
+        for (index, (variant, measured)) in together.iter().zip(&measured).enumerate() {
+            if index > 0 || number == 0 {
+                let name = &models[if index == 0 { 0 } else { from + index }].name;
+                rows.push(Row::timed(&scene.name, name, variant, measured, base_ms));
+            }
+        }
+    }
+    for (number, (row, variant)) in rows.iter_mut().zip(&variants).enumerate() {
+        say(&row.model, (2.0 + number as f64 / variants.len() as f64) / 3.0);
+        row.errors = errors(device, scene, variant, &truths)?;
+    }
+    super::report::mark_front(&mut rows);
+    Ok(rows)
+}
+
+/// The errors of a model over all frames: means, and the largest.
+fn errors(
+    device: &Arc<Device>,
+    scene: &StudyScene,
+    variant: &Variant,
+    truths: &[Known],
+) -> Result<Errors> {
+    let plan = plan(&variant.scene, &scene.environment, Output::Radiance)?;
+    let mut renderer = Renderer::new(device, &variant.scene, &scene.environment, &plan)?;
+    let mut comparisons = Vec::new();
+    let mut pictures = Vec::new();
+    for (frame, known) in scene.frames.iter().zip(truths) {
+        let frame = Scene { model: variant.scene.model, ..frame.clone() };
+        renderer.submit(&frame)?;
+        let picture = renderer.read_radiance()?;
+        let Traced { picture: truth, coverage } = &known.traced;
+        comparisons.push(compare(truth, &picture, Some(coverage), known.exposure));
+        pictures.push(picture);
+    }
+    let mean = |figure: &dyn Fn(&Comparison) -> f64| {
+        comparisons.iter().map(figure).sum::<f64>() / comparisons.len() as f64
+    };
+    let rms = mean(&|c| 10f64.powf(-c.pixels.psnr_db / 10.0)).sqrt();
+    Ok(Errors {
+        rms,
+        rel_mse: mean(&|c| c.pixels.rel_mse),
+        psnr_db: -20.0 * rms.log10(),
+        flip: mean(&|c| c.pixels.flip),
+        flip_p99: mean(&|c| c.pixels.flip_p99),
+        max_error: comparisons.iter().map(|c| c.pixels.max_error).fold(0.0, f64::max),
+        box_rel_mse: mean(&|c| c.boxes.rel_mse),
+        box_flip: mean(&|c| c.boxes.flip),
+        flicker: (pictures.len() > 1).then(|| flicker(truths, &pictures)),
+    })
+}
+
+/// RMS over pixels, channels and pairs of frames of what the model changes from one frame to the
+/// next and the truth does not, on sRGB values 0 to 1.
+fn flicker(truths: &[Known], pictures: &[Picture]) -> f64 {
+    let shown = |picture: &Picture, exposure| -> Vec<f32> {
+        let pixels = display(exposure, picture).pixels;
+        pixels.iter().flat_map(|pixel| pixel.to_array().map(srgb_of_linear)).collect()
+    };
+    // One exposure for all frames: it is no flicker of the drops.
+    let exposure = truths[0].exposure;
+    let errors: Vec<Vec<f32>> = truths
+        .iter()
+        .zip(pictures)
+        .map(|(known, picture)| {
+            let (truth, found) = (shown(&known.traced.picture, exposure), shown(picture, exposure));
+            found.iter().zip(&truth).map(|(a, b)| a - b).collect()
+        })
+        .collect();
+    let steps = errors.windows(2).flat_map(|pair| {
+        pair[0].iter().zip(&pair[1]).map(|(before, after)| f64::from(after - before).powi(2))
+    });
+    let (sum, count) = steps.fold((0.0, 0.0), |(sum, count), step| (sum + step, count + 1.0));
+    (sum / count).sqrt()
+}
