@@ -24,7 +24,7 @@ fn main() -> raindrops::Result<()> {
     let environment = Environment::open(&scene.environment)?;
 
     // What that requires: passes and models, each with its reason.
-    let plan = plan(&scene, Output::Display)?;
+    let plan = plan(&scene, &environment, Output::Display)?;
     for (pass, reason) in &plan.passes {
         println!("{pass}: {reason}");
     }

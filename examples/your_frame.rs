@@ -26,7 +26,7 @@ fn main() -> raindrops::Result<()> {
     let environment = Environment::open(&scene.environment)?;
     let instance = Instance::new(Validation::Off)?;
     let device = &Device::open(&instance, instance.choose(None)?)?;
-    let plan = plan(&scene, Output::Display)?;
+    let plan = plan(&scene, &environment, Output::Display)?;
     let mut renderer = Renderer::new(device, &scene, &environment, &plan)?;
 
     // Your own target, and a buffer to look at it with the CPU.

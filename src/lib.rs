@@ -18,7 +18,7 @@
 //! let environment = Environment::bundled()?;
 //! let instance = Instance::new(Validation::Off)?;
 //! let device = Device::open(&instance, instance.choose(None)?)?;
-//! let plan = plan(&scene, Output::Display)?;
+//! let plan = plan(&scene, &environment, Output::Display)?;
 //! let mut renderer = Renderer::new(&device, &scene, &environment, &plan)?;
 //! renderer.submit(&scene)?;
 //! println!("{} drops in view", renderer.finish()?.counts.visible);

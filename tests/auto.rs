@@ -37,7 +37,8 @@ fn the_error_table_is_what_is_measured() {
         let rows = by_size(device, &[sky], &wanted, &radii, 4, &|_| ()).expect("errors");
         let mut ratios: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
         for row in &rows {
-            let (name, figures) = ERRORS.iter().find(|(name, _)| *name == row.model).expect("a row");
+            let (name, figures) =
+                ERRORS.iter().find(|(name, _)| *name == row.model).expect("a row");
             let column = RADII_PX.iter().position(|radius| *radius == row.radius_px);
             let kept = figures[column.expect("a column")];
             println!(

@@ -8,7 +8,7 @@ mod report;
 pub mod statistics;
 
 pub use host::Host;
+pub use measure::{Effort, Measured, Variant, measure};
 pub use plot::plot;
 pub(crate) use report::thousands;
-pub use measure::{Effort, Measured, Variant, measure};
 pub use report::{Build, DeviceHead, PassMedians, Report, Row, SCHEMA, table};
