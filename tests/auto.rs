@@ -27,7 +27,7 @@ fn veiled() -> Environment {
 #[test]
 fn the_error_table_is_what_is_measured() {
     on_device(|device| {
-        let sky = veiled();
+        let sky = Environment::bundled().expect("the sky");
         let radii = [1.0, 4.0, 16.0];
         let wanted: Vec<_> = candidates()
             .into_iter()
@@ -113,8 +113,8 @@ fn a_scene_pays_only_for_what_it_shows() {
     let loose = chosen(&near, &sky, Some(0.1));
     let tight = chosen(&near, &sky, Some(0.005));
     assert!(loose.samples < tight.samples, "{} and {}", loose.samples, tight.samples);
-    assert!(loose.light.internal_reflections <= tight.light.internal_reflections);
-    // Without drops there is nothing on tiles; few large ones are left to billboards, unless asked.
+    assert!(loose.light.internal_reflections < tight.light.internal_reflections);
+    // Without drops there is nothing to put on tiles.
     let mut scene = Scene { rain: None, ..Scene::default() };
     assert_eq!(chosen(&scene, &sky, None).primitive, Primitive::Point);
     scene.rain = Some(RainSettings::default());
@@ -133,7 +133,7 @@ fn what_a_scene_asks_is_what_it_shows() {
     // The drops in view against the count of them, and the share of the picture that drops take
     // against rays of the truth.
     for (count, half_extent, fov) in
-        [(1_000_000, 1025.0, 90.0), (100_000, 100.0, 60.0), (3_000, 40.0, 40.0)]
+        [(1_000_000, 1025.0, 90.0), (100_000, 100.0, 60.0), (30_000, 60.0, 60.0)]
     {
         let half_extent = DVec3::splat(half_extent);
         scene.rain = Some(RainSettings { count, half_extent, ..RainSettings::default() });

@@ -364,13 +364,14 @@ fn a_closed_pipe_is_no_error() {
 
 #[test]
 fn plan_prints_passes_with_reasons() {
-    let output = run(&mut raindrops(Path::new("."), &["plan"]));
+    let output = run(&mut raindrops(Path::new("."), &["plan", "--preset", "paper"]));
     assert_eq!(output.status.code(), Some(0));
     let text = String::from_utf8_lossy(&output.stdout);
     for word in ["paper", "mask", "simulate", "sky", "drops", "tone map", "1000000 drops move"] {
         assert!(text.contains(word), "'{word}' is not in {text}");
     }
-    let without = run(&mut raindrops(Path::new("."), &["plan", "--drops", "0"]));
+    let without =
+        run(&mut raindrops(Path::new("."), &["plan", "--preset", "paper", "--drops", "0"]));
     let text = String::from_utf8_lossy(&without.stdout);
     assert!(!text.contains("simulate"), "no drops, no simulation: {text}");
 }

@@ -32,11 +32,9 @@ mod cost {
     /// The paper's: a drop, a drop in view, a pixel of a drop.
     pub const PAPER: [f64; 3] = [46.0, 900.0, 30.0];
     /// Tiles: a drop in view, a pixel of a drop from its prefiltered picture.
-    pub const TILE: [f64; 2] = [350.0, 10.0];
+    pub const TILE: [f64; 2] = [200.0, 8.0];
     /// A fetch from the environment, with its share of a ray.
     pub const FETCH: f64 = 8.0;
-    /// Pixels of the blocks that hold a drop's rays, over those that it covers.
-    pub const BLOCKS: f64 = 1.6;
     /// A pixel of the picture: what tiles take for it beyond what the paper's passes do.
     pub const TILE_PIXEL: f64 = 2.0;
 }
@@ -194,7 +192,7 @@ fn time(candidate: &Candidate, demand: &Demand) -> f64 {
     let of_class = |class: &SizeClass| {
         if candidate.by_rays(class) {
             let ray = cost::FETCH * candidate.fetches();
-            class.pixels * (pixel + cost::BLOCKS * f64::from(candidate.samples) * ray)
+            class.pixels * pixel + block_pixels(class) * f64::from(candidate.samples) * ray
         } else {
             class.pixels * pixel
         }
@@ -202,4 +200,10 @@ fn time(candidate: &Candidate, demand: &Demand) -> f64 {
     cost::TILE_PIXEL * demand.pixels
         + visible * demand.visible
         + demand.classes.iter().map(of_class).sum::<f64>()
+}
+
+/// Pixels of the tiles of 4 x 2 that the drops of a class meet: rays are followed in whole tiles.
+fn block_pixels(class: &SizeClass) -> f64 {
+    let r = class.radius_px;
+    class.pixels / (std::f64::consts::PI * r * r) * (2.0 * r + 4.0) * (2.0 * r + 2.0)
 }

@@ -62,7 +62,7 @@ pub fn models() -> Vec<Model> {
     }
 
     add(&fast, "", fast);
-    for samples in [1, 16] {
+    for samples in [4, 16] {
         let choice = ModelChoice { samples: Some(samples), ..fast };
         add(&fast, &format!("samples {samples}"), choice);
     }
