@@ -211,7 +211,7 @@ fn work(instance: &Arc<Instance>, preset: Preset) -> raindrops::Result<()> {
 fn frames(device: &Arc<Device>, preset: Preset) -> raindrops::Result<()> {
     let scene = scene(preset);
     let environment = Environment::constant(Vec3::ONE);
-    let plan = plan(&scene, Output::Display)?;
+    let plan = plan(&scene, &environment, Output::Display)?;
     let mut renderer = Renderer::new(device, &scene, &environment, &plan)?;
     for _ in 0..3 {
         renderer.submit(&scene)?;

@@ -28,8 +28,8 @@ fn frame(device: &Arc<Device>, preset: Preset, edge: u32) {
     scene.model.mask_size = 16;
     scene.rain.get_or_insert_default().count = 1000;
     scene.image = ImageSize { width: edge, height: edge / 2 };
-    let plan = plan(&scene, Output::Display).expect("a plan");
     let environment = Environment::constant(Vec3::ONE);
+    let plan = plan(&scene, &environment, Output::Display).expect("a plan");
     let mut renderer = Renderer::new(device, &scene, &environment, &plan).expect("a renderer");
     renderer.submit(&scene).expect("a frame");
     renderer.read_display().expect("display");

@@ -29,7 +29,7 @@ const PATIENCE: f64 = 10.0;
 pub struct Effort {
     /// Go on until so much time is measured …
     pub seconds: f64,
-    /// … and at least so many frames, but no longer than [`PATIENCE`] times the seconds.
+    /// … and at least so many frames, but no longer than ten times the seconds.
     pub frames: usize,
 }
 

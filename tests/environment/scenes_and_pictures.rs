@@ -52,7 +52,8 @@ fn mutants_of_a_scene_are_parsed_or_refused_in_one_line() {
             Ok(scene) => {
                 parsed += 1;
                 // What is accepted can be planned or is refused there, and its camera is sound.
-                let _ = raindrops::plan::plan(&scene, raindrops::plan::Output::Display);
+                let white = raindrops::environment::Environment::constant(glam::Vec3::ONE);
+                let _ = raindrops::plan::plan(&scene, &white, raindrops::plan::Output::Display);
                 assert!(scene.view().focal_px.is_finite(), "mutant {number}: {text}");
             }
             Err(error) => {

@@ -40,7 +40,7 @@ fn looking(target: DVec3, up: DVec3, vertical_fov: f64) -> Camera {
 
 /// A renderer of linear radiance by a preset.
 fn renderer(device: &Arc<Device>, scene: &Scene, environment: &Environment) -> Renderer {
-    let plan = plan(scene, Output::Radiance).expect("a plan");
+    let plan = plan(scene, environment, Output::Radiance).expect("a plan");
     Renderer::new(device, scene, environment, &plan).expect("a renderer")
 }
 

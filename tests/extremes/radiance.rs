@@ -27,7 +27,7 @@ fn display(
 ) -> Vec<u8> {
     let mut scene = scene.clone();
     scene.model.preset = preset;
-    let plan = plan(&scene, Output::Display).expect("a plan");
+    let plan = plan(&scene, environment, Output::Display).expect("a plan");
     let mut renderer = Renderer::new(device, &scene, environment, &plan).expect("a renderer");
     renderer.submit(&scene).expect("a frame");
     renderer.read_display().expect("display")
