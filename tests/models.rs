@@ -222,6 +222,8 @@ fn the_footprint_has_the_true_area_off_the_axis() {
                 let model = ModelChoice {
                     preset,
                     reflection: Some(Reflection::Off),
+                    // So many that what the rim lacks is not left to one place in a pixel.
+                    samples: Some(16),
                     ..ModelChoice::default()
                 };
                 let found = darkness(&picture(device, &scene, &white, model));

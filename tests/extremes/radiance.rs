@@ -146,7 +146,8 @@ fn many_thin_layers() {
             match preset {
                 // Blends in float16 and sees but the middle: the method as published, see stability.md.
                 Preset::Paper => assert!(found / expected < 1.5),
-                _ => assert!((found / expected - 1.0).abs() < 0.25, "{preset}: {found} {expected}"),
+                // Sixteen rays read the environment blurred by their spacing: white leaks into the dark.
+                _ => assert!((found / expected - 1.0).abs() < 0.35, "{preset}: {found} {expected}"),
             }
         }
     });
