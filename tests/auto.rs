@@ -163,3 +163,41 @@ fn what_a_scene_asks_is_what_it_shows() {
     scene.camera.target = DVec3::Z;
     assert_eq!(Demand::of(&scene, near).visible, 0.0);
 }
+
+/// The trade as it was measured (`raindrops tradeoff --json`), on one machine.
+const MEASURED: &str = include_str!("../docs/results/2026-11-tradeoff.json");
+
+#[test]
+fn what_auto_chooses_unasked_is_on_the_measured_front() {
+    let measured: serde_json::Value = serde_json::from_str(MEASURED).expect("JSON");
+    let rows = measured["rows"].as_array().expect("rows");
+    let figure = |row: &serde_json::Value, key: &str| row[key].as_f64().expect("a figure");
+    for study in standard_set().expect("the set") {
+        let of_scene: Vec<_> = rows.iter().filter(|row| row["scene"] == study.name).collect();
+        let auto = of_scene.iter().find(|row| row["model"] == "auto").expect("auto was measured");
+        // What was measured is what would be chosen now.
+        let plan = chosen(&study.frames[0], &study.environment, None);
+        assert_eq!(auto["optics"], plan.optics.name(), "{}", study.name);
+        assert_eq!(auto["primitive"], plan.primitive.name(), "{}", study.name);
+        assert_eq!(auto["samples"], plan.samples, "{}", study.name);
+        let orders = plan.light.internal_reflections;
+        assert_eq!(auto["internal_reflections"], orders, "{}", study.name);
+
+        let (speed, rms) = (figure(auto, "speed"), figure(auto, "rms"));
+        println!("{}: {speed:.2} of paper's speed, RMS error {rms:.4}", study.name);
+        assert!(speed > 0.9, "{}: slower than paper, {speed}", study.name);
+        // Rows of the same models differ by the noise of the clock alone.
+        const KEYS: [&str; 6] =
+            ["optics", "primitive", "samples", "internal_reflections", "reflection", "lookup"];
+        let is_other = |row: &&&serde_json::Value| KEYS.iter().any(|key| row[*key] != auto[*key]);
+        for row in of_scene.iter().filter(is_other) {
+            // By a tenth, beyond the noise of the errors' fourth digit.
+            let beats = figure(row, "speed") > 1.1 * speed && figure(row, "rms") < 0.99 * rms;
+            assert!(
+                !beats,
+                "{}: {} is over 10 % quicker and no less true",
+                study.name, row["model"]
+            );
+        }
+    }
+}

@@ -20,17 +20,17 @@ pub struct TradeoffArgs {
     #[command(flatten)]
     scene: SceneArgs,
     /// Samples a pixel of the truth
-    #[arg(long, value_name = "N", default_value_t = 256,
+    #[arg(long, value_name = "N", default_value_t = 128,
           value_parser = clap::value_parser!(u32).range(1..=1 << 20))]
     truth_samples: u32,
     /// Only models whose name holds one of these; comma-separated
     #[arg(long, value_name = "TEXT,…", value_delimiter = ',')]
     models: Vec<String>,
     /// Seconds to time a model …
-    #[arg(long, value_name = "S", default_value_t = 0.4)]
+    #[arg(long, value_name = "S", default_value_t = 0.3)]
     seconds: f64,
     /// … and at least so many frames of it
-    #[arg(long, value_name = "N", default_value_t = 8)]
+    #[arg(long, value_name = "N", default_value_t = 5)]
     frames: usize,
     /// Write the rows as JSON
     #[arg(long, value_name = "FILE")]

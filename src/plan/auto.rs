@@ -1,7 +1,7 @@
 //! Preset `auto`: the models that a scene requires, chosen by measured error and estimated time.
 //!
-//! With an accepted error, the quickest model that keeps it. Without one, the truest that takes no
-//! longer than the paper's method. Both come from what the scene shows ([`Demand`]), how much its
+//! With an accepted error, the quickest model that keeps it. Without one, prefiltered pictures with as
+//! much of a drop's light as takes no longer than the paper's method. Both come from what the scene shows ([`Demand`]), how much its
 //! environment varies, and the table of [`super::errors`].
 
 use super::demand::{Demand, SizeClass, contrast};
@@ -33,8 +33,10 @@ mod cost {
     pub const PAPER: [f64; 3] = [46.0, 900.0, 30.0];
     /// Tiles: a drop in view, a pixel of a drop from its prefiltered picture.
     pub const TILE: [f64; 2] = [200.0, 8.0];
+    /// What a drop whose rays are followed costs beyond those.
+    pub const BY_RAYS: f64 = 400.0;
     /// A fetch from the environment, with its share of a ray.
-    pub const FETCH: f64 = 8.0;
+    pub const FETCH: f64 = 3.5;
     /// A pixel of the picture: what tiles take for it beyond what the paper's passes do.
     pub const TILE_PIXEL: f64 = 2.0;
 }
@@ -68,13 +70,16 @@ pub fn choose(scene: &Scene, environment: &Environment) -> Choice {
         );
         return chosen.chosen(reason);
     }
-    let affordable = judged.filter(|(.., time)| *time <= papers_time);
+    // Unasked, the prefiltered pictures: what rays add to them is little for what they take.
+    let affordable = judged.filter(|(candidate, _, time)| {
+        (candidate.optics, candidate.samples) == (Optics::Appearance, 1) && *time <= papers_time
+    });
     match affordable.min_by(|(_, a, s), (_, b, t)| a.total_cmp(b).then(s.total_cmp(t))) {
         Some((chosen, error, time)) => {
             let share = time / papers_time.max(1.0);
             let reason = format!(
-                "the truest that takes no longer than the paper's method (about {share:.1} of its \
-                 time; expected RMS error {error:.4})"
+                "prefiltered pictures, with all light that takes no longer than the paper's method \
+                 (about {share:.1} of its time; expected RMS error {error:.4})"
             );
             chosen.chosen(reason)
         }
@@ -192,7 +197,9 @@ fn time(candidate: &Candidate, demand: &Demand) -> f64 {
     let of_class = |class: &SizeClass| {
         if candidate.by_rays(class) {
             let ray = cost::FETCH * candidate.fetches();
-            class.pixels * pixel + block_pixels(class) * f64::from(candidate.samples) * ray
+            let drops = class.pixels / (std::f64::consts::PI * class.radius_px.powi(2));
+            let rays = block_pixels(class.radius_px) * f64::from(candidate.samples) * ray;
+            class.pixels * pixel + drops * (cost::BY_RAYS + rays)
         } else {
             class.pixels * pixel
         }
@@ -202,8 +209,7 @@ fn time(candidate: &Candidate, demand: &Demand) -> f64 {
         + demand.classes.iter().map(of_class).sum::<f64>()
 }
 
-/// Pixels of the tiles of 4 x 2 that the drops of a class meet: rays are followed in whole tiles.
-fn block_pixels(class: &SizeClass) -> f64 {
-    let r = class.radius_px;
-    class.pixels / (std::f64::consts::PI * r * r) * (2.0 * r + 4.0) * (2.0 * r + 2.0)
+/// Pixels of the tiles of 4 x 2 that a drop of radius `r` pixels meets: rays are followed in whole tiles.
+fn block_pixels(r: f64) -> f64 {
+    (2.0 * r + 4.0) * (2.0 * r + 2.0)
 }
