@@ -70,9 +70,12 @@ pub fn choose(scene: &Scene, environment: &Environment) -> Choice {
         );
         return chosen.chosen(reason);
     }
-    // Unasked, the prefiltered pictures: what rays add to them is little for what they take.
+    // Unasked, the prefiltered pictures with one internal reflection at most: what more rays and the
+    // second reflection add is little for what they take.
     let affordable = judged.filter(|(candidate, _, time)| {
-        (candidate.optics, candidate.samples) == (Optics::Appearance, 1) && *time <= papers_time
+        (candidate.optics, candidate.samples) == (Optics::Appearance, 1)
+            && candidate.internal_reflections <= 1
+            && *time <= papers_time
     });
     match affordable.min_by(|(_, a, s), (_, b, t)| a.total_cmp(b).then(s.total_cmp(t))) {
         Some((chosen, error, time)) => {
