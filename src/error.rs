@@ -116,6 +116,21 @@ pub enum Error {
     Validation(String),
 }
 
+/// Why a plot was not drawn. The plotting backend's errors borrow from it; words do not.
+pub(crate) struct PlotFailed(String);
+
+impl<E: std::error::Error> From<E> for PlotFailed {
+    fn from(error: E) -> Self {
+        Self(error.to_string())
+    }
+}
+
+impl From<PlotFailed> for Error {
+    fn from(PlotFailed(reason): PlotFailed) -> Self {
+        Self::Plot(reason)
+    }
+}
+
 impl Error {
     /// A file that could not be read.
     pub fn read(path: &Path, reason: impl ToString) -> Self {

@@ -229,7 +229,7 @@ fn the_footprint_has_the_true_area_off_the_axis() {
                 let found = darkness(&picture(device, &scene, &white, model));
                 println!("{off_axis}°, {preset}: area {:.4} of the truth's", found / truth);
                 assert!(
-                    (found / truth - 1.0).abs() < 0.04,
+                    (found / truth - 1.0).abs() < 0.02,
                     "{off_axis}°, {preset}: {found}, {truth}"
                 );
             }

@@ -3,7 +3,8 @@
 use plotters::prelude::*;
 
 use super::report::{Report, Row};
-use crate::{Error, Result};
+use crate::Result;
+use crate::error::PlotFailed;
 
 /// Size in the plot's units.
 const SIZE: (u32, u32) = (820, 560);
@@ -27,22 +28,13 @@ const fn by_drops(fps: [f64; 6]) -> [(u32, f64); 6] {
 const COLORS: [RGBColor; 4] =
     [RGBColor(0, 114, 178), RGBColor(213, 94, 0), RGBColor(0, 158, 115), RGBColor(204, 121, 167)];
 
-/// Why nothing was drawn. The backend's errors borrow from it; words do not.
-struct Failed(String);
-
-impl<E: std::error::Error> From<E> for Failed {
-    fn from(error: E) -> Self {
-        Self(error.to_string())
-    }
-}
-
 /// The plot as SVG: frames a second with tone mapping.
 ///
 /// # Errors
-/// [`Error::Plot`].
+/// [`crate::Error::Plot`].
 pub fn plot(report: &Report) -> Result<String> {
     let mut svg = String::new();
-    draw(report, &mut svg).map_err(|Failed(reason)| Error::Plot(reason))?;
+    draw(report, &mut svg)?;
     Ok(svg)
 }
 
@@ -56,7 +48,7 @@ fn label(value: f64) -> String {
     }
 }
 
-fn draw(report: &Report, svg: &mut String) -> std::result::Result<(), Failed> {
+fn draw(report: &Report, svg: &mut String) -> std::result::Result<(), PlotFailed> {
     let rows: Vec<&Row> = report.rows.iter().filter(|row| row.tone_map).collect();
     let mut presets: Vec<&str> = rows.iter().map(|row| row.preset).collect();
     presets.sort_unstable();

@@ -3,7 +3,8 @@
 use plotters::prelude::*;
 
 use super::report::{Report, Row};
-use crate::{Error, Result};
+use crate::Result;
+use crate::error::PlotFailed;
 
 /// Size of a panel in the plot's units.
 const PANEL: (u32, u32) = (560, 420);
@@ -19,23 +20,14 @@ const FAMILIES: [(&str, RGBColor); 4] = [
     ("auto", RGBColor(0, 0, 0)),
 ];
 
-/// Why nothing was drawn. The backend's errors borrow from it; words do not.
-struct Failed(String);
-
-impl<E: std::error::Error> From<E> for Failed {
-    fn from(error: E) -> Self {
-        Self(error.to_string())
-    }
-}
-
 /// The plot as SVG.
 pub fn plot(report: &Report) -> Result<String> {
     let mut svg = String::new();
-    draw(report, &mut svg).map_err(|Failed(reason)| Error::Plot(reason))?;
+    draw(report, &mut svg)?;
     Ok(svg)
 }
 
-fn draw(report: &Report, svg: &mut String) -> std::result::Result<(), Failed> {
+fn draw(report: &Report, svg: &mut String) -> std::result::Result<(), PlotFailed> {
     let mut scenes: Vec<&str> = report.rows.iter().map(|row| row.scene.as_str()).collect();
     scenes.dedup();
     let (columns, lines) = (COLUMNS.min(scenes.len().max(1)), scenes.len().div_ceil(COLUMNS));
@@ -59,7 +51,7 @@ fn draw(report: &Report, svg: &mut String) -> std::result::Result<(), Failed> {
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
 
-fn panel(scene: &str, rows: &[&Row], area: &Area<'_>) -> std::result::Result<(), Failed> {
+fn panel(scene: &str, rows: &[&Row], area: &Area<'_>) -> std::result::Result<(), PlotFailed> {
     // A model without error has no place on a logarithmic axis: a hundredth of a grey level stands in.
     let place = |row: &Row| (row.median_ms, (255.0 * row.errors.rms).max(0.01));
     let range = |values: Vec<f64>| {
