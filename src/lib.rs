@@ -49,6 +49,7 @@ pub mod cli;
 pub mod cull;
 pub mod environment;
 mod error;
+pub mod files;
 pub mod film;
 pub mod gpu;
 pub mod model;

@@ -12,6 +12,7 @@ use crate::bench::{
 };
 use crate::cull::count_visible;
 use crate::environment::Environment;
+use crate::files::write_whole;
 use crate::gpu::Device;
 use crate::model::{Operator, Preset};
 use crate::plan::{Output, plan};
@@ -111,10 +112,7 @@ pub fn run(args: &BenchArgs) -> anyhow::Result<Answer> {
         }
     }
     if let (Some(path), [report]) = (&args.svg, reports.as_slice()) {
-        let svg = plot(report)?;
-        crate::picture::write_whole(path, |file| {
-            std::io::Write::write_all(file, svg.as_bytes()).map_err(|error| error.to_string())
-        })?;
+        write_whole(path, plot(report)?.as_bytes())?;
     }
     instance.expect_silence()?;
     Ok(answer)

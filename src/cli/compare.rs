@@ -9,9 +9,10 @@ use glam::Vec3;
 use serde_json::json;
 
 use super::Answer;
+use crate::files::write_whole;
 use crate::model::Operator;
 use crate::picture::metrics::{Comparison, Metrics, compare};
-use crate::picture::{Picture, srgb_byte, write_png, write_whole};
+use crate::picture::{Picture, srgb_byte, write_png};
 use crate::scene::ToneMap;
 use crate::tone_map::{Exposure, exposure_of};
 
@@ -172,7 +173,7 @@ fn write_json(comparison: &Comparison, path: &Path) -> crate::Result<()> {
             "max_error": boxes.max_error,
         },
     });
-    write_whole(path, |file| writeln!(file, "{value:#}").map_err(|error| error.to_string()))
+    write_whole(path, format!("{value:#}\n").as_bytes())
 }
 
 /// sRGB bytes of an error 0 to 1: black, violet, red, yellow, white, evenly spaced, so that a

@@ -27,6 +27,7 @@ use clap::{CommandFactory as _, Parser, Subcommand};
 use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 
 use crate::environment::Environment;
+use crate::files::write_whole;
 use crate::passes::simulate::Counts;
 use crate::scene::Scene;
 use crate::{Error, Result};
@@ -170,10 +171,10 @@ fn check_folder(path: &Path) -> Result<()> {
 
 /// Writes figures as JSON.
 fn write_json(path: &Path, value: &impl serde::Serialize) -> Result<()> {
-    crate::picture::write_whole(path, |file| {
-        serde_json::to_writer_pretty(&mut *file, value).map_err(|error| error.to_string())?;
-        file.write_all(b"\n").map_err(|error| error.to_string())
-    })
+    let mut text =
+        serde_json::to_string_pretty(value).map_err(|error| Error::write(path, error))?;
+    text.push('\n');
+    write_whole(path, text.as_bytes())
 }
 
 /// Prints a line to stdout. A reader that has gone away (`| head`) is no error.

@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use serde::Serialize;
 
 use crate::environment::Environment;
-use crate::picture::write_whole;
+use crate::files::{between_files, write_whole};
 use crate::scene::Scene;
 use crate::{Error, Result};
 
@@ -68,9 +68,7 @@ impl Sequence {
                 Err(error) => return Err(Error::read(&path, error)),
             }
         }
-        write_whole(&path, |file| {
-            std::io::Write::write_all(file, text.as_bytes()).map_err(|error| error.to_string())
-        })?;
+        write_whole(&path, text.as_bytes())?;
         Ok(sequence)
     }
 
@@ -115,6 +113,7 @@ fn other_scene(path: &Path, there: &str, wanted: &str) -> Error {
 pub fn heed_interrupts() -> Result<()> {
     ctrlc::set_handler(|| {
         if INTERRUPTED.swap(true, Ordering::Relaxed) {
+            let _held = between_files();
             std::process::exit(2);
         }
     })

@@ -1,14 +1,13 @@
 //! `raindrops tradeoff`: every model's time and error.
 
-use std::io::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
 
 use super::options::{DeviceArgs, SceneArgs};
 use super::{Answer, print, progress, write_json};
 use crate::bench::{self, Build, DeviceHead, Host};
-use crate::picture::write_whole;
+use crate::files::write_whole;
 use crate::tradeoff::{
     Effort, Report, SCHEMA, csv, models, of_file, plot, standard_set, study, table,
 };
@@ -102,17 +101,13 @@ pub fn run(args: &TradeoffArgs) -> anyhow::Result<Answer> {
         write_json(path, &report)?;
     }
     if let Some(path) = &args.csv {
-        write_whole(path, |file| csv(&report.rows, file).map_err(|error| error.to_string()))?;
+        let mut text = Vec::new();
+        csv(&report.rows, &mut text)?;
+        write_whole(path, &text)?;
     }
     if let Some(path) = &args.svg {
-        write_plot(&report, path)?;
+        write_whole(path, plot(&report)?.as_bytes())?;
     }
     device.instance().expect_silence()?;
     Ok(Answer::Yes)
-}
-
-fn write_plot(report: &Report, path: &Path) -> anyhow::Result<()> {
-    let svg = plot(report)?;
-    write_whole(path, |file| file.write_all(svg.as_bytes()).map_err(|error| error.to_string()))?;
-    Ok(())
 }

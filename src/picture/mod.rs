@@ -1,17 +1,17 @@
-//! Pictures on disk: linear radiance as EXR, display colour as PNG. A file appears whole or not at
-//! all: it is written beside its place and renamed.
+//! Pictures on disk: linear radiance as EXR, display colour as PNG.
 
 pub mod flip;
 pub mod metrics;
 
 use std::fs::File;
-use std::io::{BufWriter, Read, Seek, Write};
+use std::io::{Cursor, Read};
 use std::panic::catch_unwind;
 use std::path::Path;
 
 use exr::prelude::{WritableImage, f16};
 use glam::Vec3;
 
+use crate::files::write_whole;
 use crate::scene::MAX_IMAGE_EDGE;
 use crate::{Error, Result};
 
@@ -85,13 +85,13 @@ impl Picture {
                 channels(self.pixels[at.y() * width + at.x()])
             }),
         );
-        write_whole(path, |file| {
-            exr::prelude::Image::from_layer(layer)
-                .write()
-                .non_parallel()
-                .to_buffered(file)
-                .map_err(|error| error.to_string())
-        })
+        let mut bytes = Cursor::new(Vec::new());
+        exr::prelude::Image::from_layer(layer)
+            .write()
+            .non_parallel()
+            .to_buffered(&mut bytes)
+            .map_err(|error| Error::write(path, error))?;
+        write_whole(path, bytes.get_ref())
     }
 }
 
@@ -112,7 +112,7 @@ fn check_claim(width: usize, height: usize, bytes: &[u8]) -> Result<(), String> 
 
 fn read_exr(bytes: &[u8]) -> Result<Picture, String> {
     use exr::prelude::{ReadChannels, ReadLayers};
-    let meta = exr::meta::MetaData::read_from_buffered(std::io::Cursor::new(bytes), false)
+    let meta = exr::meta::MetaData::read_from_buffered(Cursor::new(bytes), false)
         .map_err(|error| error.to_string())?;
     for header in &meta.headers {
         check_claim(header.layer_size.width(), header.layer_size.height(), bytes)?;
@@ -128,7 +128,7 @@ fn read_exr(bytes: &[u8]) -> Result<Picture, String> {
         )
         .first_valid_layer()
         .all_attributes()
-        .from_buffered(std::io::Cursor::new(bytes))
+        .from_buffered(Cursor::new(bytes))
         .map_err(|error| error.to_string())?;
     let size = image.layer_data.size;
     Ok(Picture {
@@ -144,7 +144,7 @@ fn read_display(bytes: &[u8]) -> Result<Picture, String> {
     let Some(format) = format else {
         return Err("it is no EXR, PNG or JPEG picture".into());
     };
-    let reader = || image::ImageReader::with_format(std::io::Cursor::new(bytes), format);
+    let reader = || image::ImageReader::with_format(Cursor::new(bytes), format);
     let (width, height) = reader().into_dimensions().map_err(|error| error.to_string())?;
     check_claim(width as usize, height as usize, bytes)?;
     let image = reader().decode().map_err(|error| error.to_string())?.into_rgb16();
@@ -155,17 +155,12 @@ fn read_display(bytes: &[u8]) -> Result<Picture, String> {
 
 /// Writes 8-bit sRGB, `width * height` RGB triples row by row from the top, as PNG.
 pub fn write_png(path: &Path, width: u32, height: u32, srgb: &[u8]) -> Result<()> {
-    write_whole(path, |file| {
-        let encoder = image::codecs::png::PngEncoder::new(file);
-        image::ImageEncoder::write_image(
-            encoder,
-            srgb,
-            width,
-            height,
-            image::ColorType::Rgb8.into(),
-        )
-        .map_err(|error| error.to_string())
-    })
+    let mut bytes = Vec::new();
+    let encoder = image::codecs::png::PngEncoder::new(&mut bytes);
+    let color = image::ColorType::Rgb8.into();
+    image::ImageEncoder::write_image(encoder, srgb, width, height, color)
+        .map_err(|error| Error::write(path, error))?;
+    write_whole(path, &bytes)
 }
 
 /// Display value of a linear one in 0 to 1, by the sRGB curve (IEC 61966-2-1), rounded to 8 bits.
@@ -182,39 +177,4 @@ pub fn srgb_of_linear(linear: f32) -> f32 {
 /// Linear value of a display one in 0 to 1: the inverse of [`srgb_of_linear`].
 pub fn linear_of_srgb(encoded: f32) -> f32 {
     if encoded <= 0.040_45 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
-}
-
-/// Writes a file beside `path` and renames it into place when `write` has succeeded.
-pub fn write_whole(
-    path: &Path,
-    write: impl FnOnce(&mut BufWriter<File>) -> Result<(), String>,
-) -> Result<()> {
-    let folder = match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    };
-    if !folder.is_dir() {
-        return Err(Error::write(path, format!("there is no folder {}", folder.display())));
-    }
-    let aside =
-        tempfile::NamedTempFile::new_in(folder).map_err(|error| Error::write(path, error))?;
-    let mut buffered = BufWriter::new(aside.reopen().map_err(|error| Error::write(path, error))?);
-    write(&mut buffered).map_err(|reason| Error::write(path, reason))?;
-    buffered.flush().map_err(|error| Error::write(path, error))?;
-    debug_assert!(buffered.stream_position().is_ok_and(|length| length > 0), "empty {path:?}");
-    make_readable(aside.as_file());
-    aside.persist(path).map_err(|error| Error::write(path, error.error))?;
-    Ok(())
-}
-
-/// A temporary file is private to its owner; a result is not.
-fn make_readable(file: &File) {
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        // Best effort: a file system without modes keeps what it has.
-        let _ = file.set_permissions(std::fs::Permissions::from_mode(0o644));
-    }
-    #[cfg(not(unix))]
-    let _ = file;
 }

@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::picture::{write_png, write_whole};
+use crate::files::write_whole;
+use crate::picture::write_png;
 use crate::scene::{RainSettings, Scene};
 use crate::{Error, Result};
 
@@ -52,10 +53,7 @@ pub fn write_scene(path: &Path, scene: &Scene) -> Result<()> {
         scene.rain = Some(RainSettings { count: 0, ..RainSettings::default() });
     }
     let text = toml::to_string(&scene).map_err(|error| Error::write(path, error))?;
-    write_whole(path, |file| {
-        use std::io::Write as _;
-        file.write_all(text.as_bytes()).map_err(|error| error.to_string())
-    })
+    write_whole(path, text.as_bytes())
 }
 
 #[cfg(test)]
