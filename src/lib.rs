@@ -57,6 +57,7 @@ pub mod optics;
 pub mod paper_twin;
 pub mod passes;
 pub mod picture;
+pub mod pipelines;
 pub mod plan;
 pub mod probe;
 pub mod rain;

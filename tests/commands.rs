@@ -14,7 +14,7 @@ use tempfile::TempDir;
 
 /// The command, run in `folder`.
 fn raindrops(folder: &Path, arguments: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_raindrops"));
+    let mut command = common::raindrops();
     command.current_dir(folder).args(arguments);
     command
 }

@@ -15,6 +15,7 @@ use glam::Vec3;
 use raindrops::environment::Environment;
 use raindrops::gpu::{Device, Instance, Validation};
 use raindrops::model::Preset;
+use raindrops::pipelines::KeptDevice;
 use raindrops::plan::{Output, plan};
 use raindrops::renderer::Renderer;
 use raindrops::scene::{ImageSize, Scene};
@@ -202,7 +203,9 @@ fn scene(preset: Preset) -> Scene {
 
 /// All that a command does with a device, and everything freed again.
 fn work(instance: &Arc<Instance>, preset: Preset) -> raindrops::Result<()> {
-    let device = Device::open(instance, common::chosen(instance))?;
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = Some(folder.path().to_path_buf());
+    let device = KeptDevice::open(instance, common::chosen(instance), path, |_| ())?;
     let outcome = frames(&device, preset);
     assert_eq!(Arc::strong_count(&device), 1, "something outlives its owner");
     outcome

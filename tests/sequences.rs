@@ -1,5 +1,7 @@
 //! Sequences by the command: a film's frames, what an interrupt leaves, and going on after it.
 
+mod common;
+
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant, SystemTime};
@@ -18,7 +20,7 @@ pace = [{ at = 0.1, rate = 1.0 }, { at = 0.2, rate = 0.0 }, { at = 0.5, rate = 0
 ";
 
 fn render(scene: &Path, output: &Path, options: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_raindrops"));
+    let mut command = common::raindrops();
     command.arg("render").arg(scene).arg("-o").arg(output).args(options);
     if let Ok(device) = std::env::var("RAINDROPS_TEST_DEVICE") {
         command.args(["--device", &device]);

@@ -155,7 +155,7 @@ impl Sync for RustConnection {
 fn a_window_in_use() {
     let (_server, display) = x_server();
     let folder = tempfile::tempdir().expect("a folder");
-    let mut command = Command::new(env!("CARGO_BIN_EXE_raindrops"));
+    let mut command = common::raindrops();
     let size = format!("{}x{}", SIZE.0, SIZE.1);
     command
         .args(["view", "--paused", "--validate", "--preset", "fast", "--drops", "20000"])
@@ -181,7 +181,7 @@ fn a_window_in_use() {
     let scene = folder.path().join("raindrops-0001.toml");
     wait_for("a scene file", || scene.exists().then_some(()));
     let drawn = folder.path().join("drawn.png");
-    let mut render = Command::new(env!("CARGO_BIN_EXE_raindrops"));
+    let mut render = common::raindrops();
     render.arg("render").arg(&scene).arg("-o").arg(&drawn);
     if let Ok(device) = std::env::var("RAINDROPS_TEST_DEVICE") {
         render.args(["--device", &device]);
@@ -244,7 +244,7 @@ fn a_window_in_use() {
 /// Without a display: one line, exit status 2.
 #[test]
 fn no_display_is_told() {
-    let output = Command::new(env!("CARGO_BIN_EXE_raindrops"))
+    let output = common::raindrops()
         .arg("view")
         .env_remove("DISPLAY")
         .env_remove("WAYLAND_DISPLAY")

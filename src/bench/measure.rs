@@ -47,6 +47,8 @@ pub struct Variant {
 pub struct Measured {
     /// Milliseconds to make the renderer: mask, environment, pipelines, buffers.
     pub setup_ms: f64,
+    /// Those of its parts that are made once, such as the mask.
+    pub setup_parts: Vec<(&'static str, f64)>,
     /// Milliseconds of the first frame.
     pub first_frame_ms: f64,
     /// The first frame's report.
@@ -105,8 +107,14 @@ impl Run {
         let first = renderer.finish()?;
         let first_frame_ms = ms_since(before);
         let passes_ms = first.passes_ms.iter().map(|(name, _)| (*name, Vec::new())).collect();
-        let measured =
-            Measured { setup_ms, first_frame_ms, first, samples_ms: Vec::new(), passes_ms };
+        let measured = Measured {
+            setup_ms,
+            setup_parts: renderer.setup_ms(),
+            first_frame_ms,
+            first,
+            samples_ms: Vec::new(),
+            passes_ms,
+        };
         let scene = variant.scene.clone();
         Ok(Self { renderer, scene, measured, passes: BTreeMap::new() })
     }

@@ -11,4 +11,4 @@ pub use host::Host;
 pub use measure::{Effort, Measured, Variant, measure};
 pub use plot::plot;
 pub(crate) use report::thousands;
-pub use report::{Build, DeviceHead, PassMedians, Report, Row, SCHEMA, table};
+pub use report::{Build, DeviceHead, Parts, Report, Row, SCHEMA, table};

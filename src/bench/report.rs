@@ -34,6 +34,8 @@ pub struct Report {
     pub host: Host,
     /// The environment's name.
     pub environment: String,
+    /// Bytes of compiled pipelines that an earlier run had left; 0: none.
+    pub pipeline_cache_bytes: usize,
     /// One row a variant.
     pub rows: Vec<Row>,
 }
@@ -61,11 +63,11 @@ pub struct Build {
     pub profile: &'static str,
 }
 
-/// Median milliseconds of each pass, in the order of the frame; written as a JSON object.
+/// Milliseconds of each part, by name and in order; written as a JSON object.
 #[derive(Clone, Debug, Default)]
-pub struct PassMedians(pub Vec<(&'static str, f64)>);
+pub struct Parts(pub Vec<(&'static str, f64)>);
 
-impl Serialize for PassMedians {
+impl Serialize for Parts {
     fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.collect_map(self.0.iter().copied())
     }
@@ -86,13 +88,14 @@ pub struct Row {
     pub height: u32,
     pub tone_map: bool,
     pub setup_ms: f64,
+    pub setup: Parts,
     pub first_frame_ms: f64,
     pub samples_ms: Vec<f64>,
     pub median_ms: f64,
     pub p10_ms: f64,
     pub p90_ms: f64,
     pub fps: f64,
-    pub passes: PassMedians,
+    pub passes: Parts,
 }
 
 impl DeviceHead {
@@ -137,13 +140,14 @@ impl Row {
             height: scene.image.height,
             tone_map: plan.tone_map.is_some(),
             setup_ms: round(&measured.setup_ms),
+            setup: Parts(measured.setup_parts.iter().map(|(n, ms)| (*n, round(ms))).collect()),
             first_frame_ms: round(&measured.first_frame_ms),
             samples_ms: measured.samples_ms.iter().map(round).collect(),
             median_ms: round(&median_ms),
             p10_ms: round(&quantile(&measured.samples_ms, 0.1)),
             p90_ms: round(&quantile(&measured.samples_ms, 0.9)),
             fps: round(&(1e3 / median_ms)),
-            passes: PassMedians(
+            passes: Parts(
                 measured
                     .passes_ms
                     .iter()

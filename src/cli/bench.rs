@@ -1,11 +1,10 @@
 //! `raindrops bench`: the paper's Table II on this machine's Vulkan devices.
 
 use std::path::PathBuf;
-use std::sync::Arc;
 
 use clap::Args;
 
-use super::options::{AxisArgs, DeviceArgs, SceneValues};
+use super::options::{AxisArgs, DeviceArgs, SceneValues, open_device};
 use super::{Answer, print, progress, write_json};
 use crate::bench::{
     Build, DeviceHead, Effort, Host, Report, Row, SCHEMA, Variant, measure, plot, table,
@@ -13,8 +12,8 @@ use crate::bench::{
 use crate::cull::count_visible;
 use crate::environment::Environment;
 use crate::files::write_whole;
-use crate::gpu::Device;
 use crate::model::{Operator, Preset};
+use crate::pipelines::KeptDevice;
 use crate::plan::{Output, plan};
 use crate::scene::Scene;
 
@@ -89,8 +88,7 @@ pub fn run(args: &BenchArgs) -> anyhow::Result<Answer> {
             eprintln!("left out: {} lacks {}", device.name, device.missing.join(", "));
             continue;
         }
-        eprintln!("device: {}", device.summary());
-        let device = Device::open(&instance, device)?;
+        let device = open_device(&instance, device)?;
         let report = bench(args, &device, &scene, &presets, &environment)?;
         print(format_args!("{}\n{}", device.report.summary(), table(&report.rows)))?;
         print(host_line(&report))?;
@@ -121,7 +119,7 @@ pub fn run(args: &BenchArgs) -> anyhow::Result<Answer> {
 /// Every count with every preset, with and without tone mapping.
 fn bench(
     args: &BenchArgs,
-    device: &Arc<Device>,
+    device: &KeptDevice,
     scene: &Scene,
     presets: &[Preset],
     environment: &Environment,
@@ -156,6 +154,7 @@ fn bench(
         build: Build::this(),
         host,
         environment: environment.name().into(),
+        pipeline_cache_bytes: device.bytes_found(),
         rows,
     })
 }
@@ -183,9 +182,18 @@ fn start_line(report: &Report) -> String {
         .rows
         .iter()
         .filter(|row| row.tone_map && row.drops == most)
-        .map(|row| format!("{} {:.0} ms + {:.0} ms", row.preset, row.setup_ms, row.first_frame_ms))
+        .map(|row| {
+            let steps = row.setup.0.iter().map(|(name, ms)| format!("{name} {ms:.0}"));
+            let steps = steps.collect::<Vec<_>>().join(", ");
+            let (setup, first) = (row.setup_ms, row.first_frame_ms);
+            format!("{} {setup:.0} ms ({steps}) + {first:.0} ms", row.preset)
+        })
         .collect();
-    format!("set-up + first frame, {most} drops: {}", starts.join(", "))
+    let pipelines = match report.pipeline_cache_bytes {
+        0 => "no compiled pipelines kept".into(),
+        bytes => format!("{bytes} bytes of compiled pipelines"),
+    };
+    format!("set-up + first frame, {most} drops, {pipelines}: {}", starts.join("; "))
 }
 
 /// The drops in view, counted by the GPU, against the CPU's count of the same.

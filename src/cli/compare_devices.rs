@@ -9,7 +9,7 @@ use clap::Args;
 use comfy_table::{ContentArrangement, Table, presets};
 use serde_json::json;
 
-use super::options::{ModelArgs, SceneArgs};
+use super::options::{ModelArgs, SceneArgs, open_device};
 use super::{Answer, print, write_json};
 use crate::bench::drivers::{Apart, apart, difference};
 use crate::bench::statistics::median;
@@ -74,8 +74,7 @@ pub fn run(args: &CompareDevicesArgs) -> anyhow::Result<Answer> {
             eprintln!("left out: {} lacks {}", report.name, report.missing.join(", "));
             continue;
         }
-        eprintln!("device: {}", report.summary());
-        let device = Device::open(&instance, report)?;
+        let device = open_device(&instance, report)?;
         portraits.push(portray(args, &device, &scene, &environment)?);
     }
     let [first, ..] = portraits.as_slice() else { return Err(crate::Error::NoDevice.into()) };

@@ -6,10 +6,11 @@ use std::sync::Arc;
 use clap::Args;
 
 use crate::Result;
-use crate::gpu::{Device, Instance, Validation};
+use crate::gpu::{DeviceReport, Instance, Validation};
 use crate::model::{
     Fresnel, Lookup, Operator, Optics, Order, Preset, Primitive, Reflection, Simulation, Weights,
 };
+use crate::pipelines::{KeptDevice, user_folder};
 use crate::scene::Scene;
 
 /// A scene and the values that the command line sets in it.
@@ -198,10 +199,15 @@ impl DeviceArgs {
     }
 
     /// Opens the device and says on stderr which one.
-    pub fn open(&self) -> Result<Arc<Device>> {
+    pub fn open(&self) -> Result<KeptDevice> {
         let instance = self.instance()?;
         let report = instance.choose(self.device.as_deref())?;
-        eprintln!("device: {}", report.summary());
-        Device::open(&instance, report)
+        open_device(&instance, report)
     }
+}
+
+/// Opens a device, with the user's file of compiled pipelines, and says on stderr which one.
+pub fn open_device(instance: &Arc<Instance>, report: DeviceReport) -> Result<KeptDevice> {
+    eprintln!("device: {}", report.summary());
+    KeptDevice::open(instance, report, user_folder(), |line| eprintln!("{line}"))
 }

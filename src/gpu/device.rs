@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use ash::{ext, khr, vk};
 use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
 
-use super::{Instance, Named, Shader};
+use super::{Instance, Named, PipelineKey, Shader, pipeline_cache};
 use crate::{Error, Result};
 
 /// What a device is and can do, as it says itself.
@@ -36,6 +36,8 @@ pub struct DeviceReport {
     /// and by the largest heap.
     pub max_allocation: u64,
     queue_family: Option<u32>,
+    /// What compiled pipelines of this device belong to.
+    pub pipeline_key: PipelineKey,
     /// Valid bits of a timestamp; 0 if the queue has none.
     pub(super) timestamp_bits: u32,
     rank: u32,
@@ -70,6 +72,7 @@ pub struct Device {
     pub(super) queue_family: u32,
     debug_utils: Option<ext::debug_utils::Device>,
     allocator: ManuallyDrop<Mutex<Allocator>>,
+    pub(super) pipeline_cache: vk::PipelineCache,
     replaced_shaders: Mutex<ReplacedShaders>,
     /// What the device says of itself.
     pub report: DeviceReport,
@@ -170,6 +173,7 @@ impl Instance {
                 == vk::PointClippingBehavior::ALL_CLIP_PLANES,
             max_allocation,
             queue_family: family.map(|index| index as u32),
+            pipeline_key: PipelineKey::of(&base),
             timestamp_bits: family.map_or(0, |index| families[index].timestamp_valid_bits),
             rank,
         }
@@ -219,6 +223,16 @@ impl Device {
     /// # Errors
     /// [`Error::DeviceLacks`] if it misses a feature; [`Error::Vulkan`] if the driver refuses.
     pub fn open(instance: &Arc<Instance>, report: DeviceReport) -> Result<Arc<Self>> {
+        Self::open_with_pipelines(instance, report, &[])
+    }
+
+    /// As [`Device::open`], with pipelines that [`Device::pipelines`] gave in an earlier run: what is
+    /// among them need not be compiled again.
+    pub fn open_with_pipelines(
+        instance: &Arc<Instance>,
+        report: DeviceReport,
+        pipelines: &[u8],
+    ) -> Result<Arc<Self>> {
         let queue_family = report.queue_family.filter(|_| report.missing.is_empty());
         let Some(queue_family) = queue_family else {
             return Err(Error::DeviceLacks {
@@ -284,6 +298,15 @@ impl Device {
                 });
             }
         };
+        let pipeline_cache = match pipeline_cache::create(&raw, pipelines) {
+            Ok(cache) => cache,
+            Err(error) => {
+                drop(allocator);
+                // SAFETY: nothing that was made from the device is left.
+                unsafe { raw.destroy_device(None) };
+                return Err(error);
+            }
+        };
         let debug_utils =
             instance.debug_utils.then(|| ext::debug_utils::Device::new(&instance.raw, &raw));
         Ok(Arc::new(Self {
@@ -292,6 +315,7 @@ impl Device {
             queue_family,
             debug_utils,
             allocator: ManuallyDrop::new(Mutex::new(allocator)),
+            pipeline_cache,
             replaced_shaders: Mutex::default(),
             report,
             point_rules: OnceLock::new(),
@@ -400,6 +424,7 @@ impl Drop for Device {
             // A lost device cannot be waited for, and is destroyed all the same.
             let _ = self.raw.device_wait_idle();
             ManuallyDrop::drop(&mut self.allocator);
+            self.raw.destroy_pipeline_cache(self.pipeline_cache, None);
             self.raw.destroy_device(None);
         }
     }

@@ -10,6 +10,7 @@ mod glsl;
 mod image;
 mod instance;
 mod pipeline;
+mod pipeline_cache;
 mod rendering;
 mod surface;
 mod swapchain;
@@ -27,6 +28,7 @@ pub use instance::{Instance, Validation};
 pub use pipeline::{
     Alpha, ComputePipeline, GraphicsPipeline, GraphicsState, Shader, Specialization,
 };
+pub use pipeline_cache::PipelineKey;
 pub(crate) use rendering::{attachment, rendering};
 pub use surface::Surface;
 pub use swapchain::{Acquired, Swapchain};

@@ -107,7 +107,7 @@ impl ComputePipeline {
         let info = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(pipeline.layout)];
         // SAFETY: `info` and all it points to outlive the call.
         let made =
-            unsafe { device.raw.create_compute_pipelines(vk::PipelineCache::null(), &info, None) };
+            unsafe { device.raw.create_compute_pipelines(device.pipeline_cache, &info, None) };
         pipeline.raw =
             made.map_err(|(_, result)| result).named("vkCreateComputePipelines", shader.name)?[0];
         device.name(pipeline.raw, shader.name);
@@ -308,7 +308,7 @@ impl GraphicsPipeline {
             .push_next(&mut rendering)];
         // SAFETY: `info` and all it points to outlive the call.
         let made =
-            unsafe { device.raw.create_graphics_pipelines(vk::PipelineCache::null(), &info, None) };
+            unsafe { device.raw.create_graphics_pipelines(device.pipeline_cache, &info, None) };
         pipeline.raw =
             made.map_err(|(_, result)| result).named("vkCreateGraphicsPipelines", vertex.name)?[0];
         device.name(pipeline.raw, vertex.name);

@@ -16,6 +16,7 @@
 //! ellipse's shape is lost, one sample a pixel aliases.
 
 use std::sync::Arc;
+use std::time::Instant;
 
 use ash::vk;
 
@@ -82,6 +83,15 @@ impl Table {
         })
     }
 
+    fn name(&self) -> Option<&'static str> {
+        match self {
+            Self::Mask(_) => Some("mask"),
+            Self::Radial(_) => Some("radial"),
+            Self::Pictures(_) => Some("appearance"),
+            Self::None => None,
+        }
+    }
+
     /// The fragment shader that reads it, what is bound for it, and its own constant.
     fn reader(&self, optics: Optics) -> (&'static Shader, Option<(Binding, Resource<'_>)>, u32) {
         let buffer = |buffer| Some((Binding::STORAGE_BUFFER, Resource::Buffer(buffer)));
@@ -108,6 +118,8 @@ pub struct Drops {
     quads: GraphicsPipeline,
     guard_px: f32,
     count: u32,
+    /// What the table of a drop's light is, and the milliseconds that it took to make.
+    pub table_ms: Option<(&'static str, f64)>,
     // Read by the fragments.
     _table: Table,
 }
@@ -141,7 +153,9 @@ impl Drops {
         target: Target,
         count: u32,
     ) -> Result<Self> {
+        let before = Instant::now();
         let table = Table::new(device, frame, constants, environment, plan)?;
+        let table_ms = table.name().map(|name| (name, before.elapsed().as_secs_f64() * 1e3));
         let (fragment, source, own_constant) = table.reader(plan.optics);
         let fragment = if target.stage.is_some() { shaders::DROPS_FRAG_STAGE } else { fragment };
         let map = Resource::Sampled(&environment.image, &environment.sampler);
@@ -188,7 +202,8 @@ impl Drops {
             vk::VertexInputRate::INSTANCE,
             0,
         )?;
-        Ok(Self { bindings, points, quads, guard_px: target.guard_px, count, _table: table })
+        let guard_px = target.guard_px;
+        Ok(Self { bindings, points, quads, guard_px, count, table_ms, _table: table })
     }
 
     /// Records the pass over what `color`, an attachment of that size, holds; `depth` is cleared.

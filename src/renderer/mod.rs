@@ -6,6 +6,7 @@ pub mod stages;
 mod tiled;
 
 use std::sync::Arc;
+use std::time::Instant;
 
 use ash::vk;
 use half::f16;
@@ -107,6 +108,7 @@ pub struct Renderer {
     drawing: Drawing,
     display: Option<Display>,
     stored_at: Option<Tick>,
+    environment_ms: f64,
     // Sampled by the passes.
     _environment: EnvironmentMap,
     // Last: all of the above is freed before it.
@@ -141,7 +143,9 @@ impl Renderer {
     ) -> Result<Self> {
         let (width, height) = (scene.image.width, scene.image.height);
         let frame = FrameBuffer::new(device)?;
+        let before = Instant::now();
         let environment = EnvironmentMap::new(device, environment)?;
+        let environment_ms = before.elapsed().as_secs_f64() * 1e3;
         let surroundings = surroundings(device, scene, &environment)?;
         let constants = Frame::new(scene, &surroundings, None);
         let drawing = match plan.primitive {
@@ -181,9 +185,20 @@ impl Renderer {
             drawing,
             display,
             stored_at: None,
+            environment_ms,
             _environment: environment,
             device: device.clone(),
         })
+    }
+
+    /// Milliseconds that the tables took which are made once: the environment's levels, the mask or
+    /// another table of a drop's light.
+    pub fn setup_ms(&self) -> Vec<(&'static str, f64)> {
+        let table = match &self.drawing {
+            Drawing::Points(points) => points.table_ms(),
+            Drawing::Tiled(tiled) => tiled.table_ms,
+        };
+        [("environment levels", self.environment_ms)].into_iter().chain(table).collect()
     }
 
     /// Records and submits a frame of `scene`, which may differ in camera, time and key from the one

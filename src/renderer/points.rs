@@ -96,6 +96,11 @@ impl Points {
         self.rain.as_ref().map(|rain| &rain.simulate)
     }
 
+    /// What the drops' table is, and the milliseconds that it took.
+    pub fn table_ms(&self) -> Option<(&'static str, f64)> {
+        self.rain.as_ref().and_then(|rain| rain.drops.table_ms)
+    }
+
     pub fn record_reset(&self, device: &Device, commands: vk::CommandBuffer) {
         if let Some(rain) = &self.rain {
             rain.simulate.record_reset(device, commands);

@@ -1,6 +1,7 @@
 //! The fast frame: whole cells culled, drops in tiles front to back, by compute alone.
 
 use std::sync::Arc;
+use std::time::Instant;
 
 use ash::vk;
 
@@ -19,6 +20,8 @@ use crate::scene::Scene;
 pub(super) struct Tiled {
     pub tiles: Tiles,
     pub composite: Composite,
+    /// What the table of a drop's light is, and the milliseconds that it took.
+    pub table_ms: Option<(&'static str, f64)>,
     _appearance: Appearance,
 }
 
@@ -32,14 +35,18 @@ impl Tiled {
         plan: &FramePlan,
     ) -> Result<Self> {
         let appearance = Appearance::new(device, frame, environment, &plan.light)?;
-        if plan.optics == Optics::Appearance {
+        let table_ms = if plan.optics == Optics::Appearance {
+            let before = Instant::now();
             appearance.fill(device, frame, constants)?;
-        }
+            Some(("appearance", before.elapsed().as_secs_f64() * 1e3))
+        } else {
+            None
+        };
         let tiles = Tiles::new(device, frame, &appearance, scene, plan)?;
         let size = (scene.image.width, scene.image.height);
         let composite =
             Composite::new(device, frame, environment, &appearance, &tiles, size, plan)?;
-        Ok(Self { tiles, composite, _appearance: appearance })
+        Ok(Self { tiles, composite, table_ms, _appearance: appearance })
     }
 
     pub fn record_reset(&self, device: &Device, commands: vk::CommandBuffer) {

@@ -14,7 +14,8 @@ use super::Options;
 use super::flight::drag;
 use super::keys::action;
 use super::viewer::Viewer;
-use crate::gpu::{Device, Instance};
+use crate::gpu::Instance;
+use crate::pipelines::{KeptDevice, user_folder};
 use crate::{Error, Result};
 
 /// How often a window at rest looks whether something has changed, such as a shader's source.
@@ -39,7 +40,7 @@ pub fn run(options: Options) -> Result<()> {
     let instance = Instance::for_windows(options.validation, &events.owned_display_handle())?;
     let report = instance.choose(options.device.as_deref())?;
     eprintln!("device: {}", report.summary());
-    let device = Device::open(&instance, report)?;
+    let device = KeptDevice::open(&instance, report, user_folder(), |line| eprintln!("{line}"))?;
     let mut app = App {
         device,
         options: Some(options),
@@ -66,7 +67,7 @@ struct App {
     pointer: (f64, f64),
     is_dragging: bool,
     outcome: Result<()>,
-    device: Arc<Device>,
+    device: KeptDevice,
 }
 
 impl App {

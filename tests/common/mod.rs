@@ -5,12 +5,23 @@
 
 #![allow(dead_code, reason = "every test file is a crate of its own and uses a part of this")]
 
+use std::process::Command;
 use std::sync::Arc;
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
+use raindrops::environment::Environment;
 use raindrops::gpu::{Device, DeviceReport, Instance, Validation};
 use raindrops::model::Preset;
-use raindrops::scene::{PlacedDrop, Scene};
+use raindrops::plan::{Output, plan};
+use raindrops::renderer::Renderer;
+use raindrops::scene::{ImageSize, PlacedDrop, Scene};
+
+/// The command, which keeps compiled pipelines among the build's files instead of the user's cache.
+pub fn raindrops() -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_raindrops"));
+    command.env("XDG_CACHE_HOME", env!("CARGO_TARGET_TMPDIR"));
+    command
+}
 
 /// Runs `test` on a device of its own under validation with synchronization checks, and fails if
 /// the layer says anything by the time that everything is freed.
@@ -51,6 +62,19 @@ pub fn chosen(instance: &Instance) -> DeviceReport {
 /// A scene without rain, of one drop.
 pub fn one_drop(center: DVec3, radius: f64) -> Scene {
     Scene { rain: None, drops: vec![PlacedDrop { center, radius }], ..Scene::default() }
+}
+
+/// A small frame in white surroundings, as it is shown.
+pub fn frame(device: &Arc<Device>, preset: Preset) -> Vec<u8> {
+    let mut scene = Scene { image: ImageSize { width: 32, height: 24 }, ..Scene::default() };
+    scene.model.preset = preset;
+    scene.model.mask_size = 16;
+    scene.rain.get_or_insert_default().count = 1000;
+    let white = Environment::constant(Vec3::ONE);
+    let plan = plan(&scene, &white, Output::Display).expect("a plan");
+    let mut renderer = Renderer::new(device, &scene, &white, &plan).expect("a renderer");
+    renderer.submit(&scene).expect("a frame");
+    renderer.read_display().expect("a picture")
 }
 
 /// A small generator (splitmix64), so that "random" is the same on every run.

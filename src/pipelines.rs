@@ -1,0 +1,169 @@
+//! Compiled pipelines from one run to the next, in a file for each device and version of its driver.
+//!
+//! A driver trusts what it is given, so a file is given to it only if the checksum over every byte
+//! agrees and the data names this device and driver. Otherwise pipelines are compiled anew, and the
+//! file is written anew. It is a cache: whatever becomes of it, pictures are the same.
+
+use std::fs::File;
+use std::io::{ErrorKind, Read as _};
+use std::ops::Deref;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use crate::files::write_whole;
+use crate::gpu::{Device, DeviceReport, Instance, PipelineKey};
+use crate::{Error, Result};
+
+/// What a file begins with, before a CRC-32 and the data.
+const MAGIC: &[u8; 8] = b"drops-1\n";
+const HEAD: usize = MAGIC.len() + 4;
+
+/// A file over this is begun anew: each image size adds pipelines, and nothing takes any away.
+const MAX_BYTES: u64 = 64 << 20;
+
+/// The folder of the user's cache, by the rules of the system; none where it has no home.
+pub fn user_folder() -> Option<PathBuf> {
+    dirs::cache_dir().map(|folder| folder.join("raindrops"))
+}
+
+/// One device's pipelines on disk.
+#[derive(Clone, Debug)]
+pub struct PipelineFile {
+    path: PathBuf,
+    key: PipelineKey,
+    data: Vec<u8>,
+}
+
+impl PipelineFile {
+    /// The file for `key` in `folder`, read if it is there; and what is wrong with it, if anything.
+    pub fn read(folder: &Path, key: &PipelineKey) -> (Self, Option<Error>) {
+        let PipelineKey { vendor, device, driver_version, uuid } = key;
+        let uuid = u128::from_be_bytes(*uuid);
+        let name = format!("pipelines-{vendor:04x}-{device:04x}-{driver_version:08x}-{uuid:032x}");
+        let path = folder.join(name);
+        let (data, problem) = match read(&path, key) {
+            Ok(data) => (data, None),
+            Err(problem) => (Vec::new(), problem.map(|reason| Error::read(&path, reason))),
+        };
+        (Self { path, key: *key, data }, problem)
+    }
+
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// What was read: sound, of this device and driver; empty if there was no such thing.
+    pub fn data(&self) -> &[u8] {
+        &self.data
+    }
+
+    /// Writes `data` in place of what was read, if there is anything new in it.
+    ///
+    /// # Errors
+    /// [`Error::File`].
+    pub fn write(&self, data: &[u8]) -> Result<()> {
+        // SwiftShader puts a header before what it was opened with: that is nothing new either, and
+        // would grow by one from run to run.
+        if !self.data.is_empty() && data.ends_with(&self.data) {
+            return Ok(());
+        }
+        if let Some(folder) = self.path.parent() {
+            std::fs::create_dir_all(folder).map_err(|error| Error::write(&self.path, error))?;
+        }
+        write_whole(&self.path, &[&head_of(&self.key, data)[..], data].concat())
+    }
+}
+
+/// What stands before `data`: the checksum is over the driver's version too.
+fn head_of(key: &PipelineKey, data: &[u8]) -> [u8; HEAD] {
+    let mut sum = crc32fast::Hasher::new();
+    sum.update(&key.driver_version.to_le_bytes());
+    sum.update(data);
+    let mut head = [0; HEAD];
+    head[..MAGIC.len()].copy_from_slice(MAGIC);
+    head[MAGIC.len()..].copy_from_slice(&sum.finalize().to_le_bytes());
+    head
+}
+
+/// The data of a sound file of this device and driver, or what is wrong: nothing, if it is not there.
+fn read(path: &Path, key: &PipelineKey) -> Result<Vec<u8>, Option<String>> {
+    const ANEW: &str = "pipelines are compiled anew";
+    let failed = |error: std::io::Error| match error.kind() {
+        ErrorKind::NotFound => None,
+        _ => Some(format!("{error}; {ANEW}")),
+    };
+    let wrong = |what: &str| Err(Some(format!("{what}; {ANEW}")));
+    // Asked before it is opened: opening a pipe waits for its other end.
+    if !path.metadata().map_err(failed)?.is_file() {
+        return wrong("it is not a regular file");
+    }
+    let mut bytes = Vec::new();
+    let file = File::open(path).map_err(failed)?;
+    file.take(MAX_BYTES + 1).read_to_end(&mut bytes).map_err(failed)?;
+    if bytes.len() as u64 > MAX_BYTES {
+        return wrong("it is over 64 MiB");
+    }
+    let (head, data) = bytes.split_at(bytes.len().min(HEAD));
+    if head != head_of(key, data) {
+        return wrong("it is damaged, or of another version");
+    }
+    if !key.heads(data) {
+        return wrong("it is of another device or driver");
+    }
+    Ok(data.to_vec())
+}
+
+/// A device whose compiled pipelines are read when it is opened and written when this is dropped.
+pub struct KeptDevice {
+    device: Arc<Device>,
+    file: Option<PipelineFile>,
+    say: fn(&str),
+}
+
+impl KeptDevice {
+    /// Opens the device that `report` describes, with its pipelines in `folder`. Where there is none,
+    /// or something goes wrong with it, `say` is told in a line, and all else goes on.
+    ///
+    /// # Errors
+    /// Those of [`Device::open`].
+    pub fn open(
+        instance: &Arc<Instance>,
+        report: DeviceReport,
+        folder: Option<PathBuf>,
+        say: fn(&str),
+    ) -> Result<Self> {
+        let file = folder.map(|folder| PipelineFile::read(&folder, &report.pipeline_key));
+        let (file, problem) = match file {
+            Some((file, problem)) => (Some(file), problem.map(|problem| problem.to_string())),
+            None => (None, Some("compiled pipelines are not kept: there is no home folder".into())),
+        };
+        if let Some(problem) = problem {
+            say(&format!("note: {problem}"));
+        }
+        let data = file.as_ref().map_or(&[][..], PipelineFile::data);
+        Ok(Self { device: Device::open_with_pipelines(instance, report, data)?, file, say })
+    }
+
+    /// Bytes of compiled pipelines that the device was opened with.
+    pub fn bytes_found(&self) -> usize {
+        self.file.as_ref().map_or(0, |file| file.data().len())
+    }
+}
+
+impl Deref for KeptDevice {
+    type Target = Arc<Device>;
+
+    fn deref(&self) -> &Arc<Device> {
+        &self.device
+    }
+}
+
+impl Drop for KeptDevice {
+    fn drop(&mut self) {
+        let Some(file) = &self.file else { return };
+        if let Err(problem) = self.device.pipelines().and_then(|data| file.write(&data)) {
+            (self.say)(&format!("warning: compiled pipelines are not kept: {problem}"));
+        }
+    }
+}
