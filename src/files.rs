@@ -39,7 +39,8 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
         return Err(Error::write(path, format!("there is no folder {}", folder.display())));
     }
     let mut aside = tempfile::NamedTempFile::new_in(folder).map_err(failed)?;
-    aside.write_all(bytes).map_err(failed)?;
+    // To the file itself: errors of the wrapper name the temporary one.
+    aside.as_file_mut().write_all(bytes).map_err(failed)?;
     make_readable(aside.as_file());
     // Quotas and network file systems may say only now that there is no room; and a machine that
     // stops must not leave an empty file under the name of a finished one.

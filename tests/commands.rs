@@ -349,8 +349,10 @@ fn devices_are_compared() {
 /// A reader that goes away, as `head -1` does, is no error.
 #[test]
 fn a_closed_pipe_is_no_error() {
-    for arguments in [&["devices"][..], &["plan"]] {
-        let mut child = raindrops(Path::new("."), arguments)
+    let folder = folder();
+    let probe = ["devices", "--probe", "--json", "a.json"];
+    for arguments in [&["devices"][..], &["plan"], &probe] {
+        let mut child = raindrops(folder.path(), arguments)
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
             .spawn()
@@ -360,6 +362,10 @@ fn a_closed_pipe_is_no_error() {
         assert_eq!(String::from_utf8_lossy(&output.stderr), "", "{arguments:?}");
         assert_eq!(output.status.code(), Some(0), "{arguments:?}");
     }
+    assert!(
+        folder.path().join("a.json").exists(),
+        "what nobody reads kept the file from being written"
+    );
 }
 
 #[test]

@@ -73,42 +73,137 @@ fn a_film_is_rendered_and_resumed() {
     assert!(said.contains("rain.frames.toml") && said.contains("count = 500"), "{said}");
 }
 
+/// Frames of a sequence that does not get to its end.
+#[cfg(unix)]
+const FRAMES: u32 = 150;
+
+/// Renders a long sequence into a folder, `rain`, and as soon as three frames are there does `harm` to
+/// the process; what it said and how it ended. A limit on the size of files does not kill it.
+#[cfg(unix)]
+fn harmed(folder: &Path, harm: impl FnOnce(u32)) -> Output {
+    let (scene, rain) = (folder.join("scene.toml"), folder.join("rain"));
+    std::fs::write(&scene, SCENE).expect("a scene");
+    std::fs::create_dir_all(&rain).expect("a folder");
+    let program = render(&scene, &rain.join("rain.png"), &["--frames", &FRAMES.to_string()]);
+    let mut command = Command::new("sh");
+    command.args(["-c", "trap '' XFSZ; exec \"$@\"", "sh"]).arg(program.get_program());
+    command.args(program.get_args());
+    command.envs(program.get_envs().filter_map(|(name, value)| Some((name, value?))));
+    let running = command.stderr(Stdio::piped()).spawn().expect("the program starts");
+    let start = Instant::now();
+    while !frame(&rain, 2).exists() {
+        assert!(start.elapsed() < Duration::from_secs(60), "no frame after a minute");
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    harm(running.id());
+    running.wait_with_output().expect("it ends")
+}
+
+/// Asserts an error in one line that says `word`, and whole frames, some but not all, in the folder.
+#[cfg(unix)]
+#[track_caller]
+fn ended_whole(ended: &Output, word: &str, folder: &Path) {
+    let said = said(ended);
+    let errors: Vec<_> = said.lines().filter(|line| line.starts_with("raindrops: ")).collect();
+    assert_eq!(ended.status.code(), Some(2), "{said}");
+    assert!(errors.len() == 1 && errors[0].contains(word), "{said}");
+    let pictures = (0..FRAMES).filter(|number| frame(folder, *number).exists()).count();
+    assert!((3..FRAMES as usize).contains(&pictures), "{pictures} frames");
+    let files = folder.read_dir().expect("a folder").count();
+    assert_eq!(files, pictures + 1, "frames and manifest; nothing half written");
+    for number in 0..pictures as u32 {
+        raindrops::picture::Picture::read(&frame(folder, number)).expect("a whole frame");
+    }
+}
+
+/// All frames come by `--resume`, as they would have come in one go.
+#[cfg(unix)]
+#[track_caller]
+fn resumes(folder: &Path) {
+    let rain = folder.join("rain");
+    let output = rain.join("rain.png");
+    let options = ["--resume", "--frames", &FRAMES.to_string()];
+    let kept = changed(&frame(&rain, 1));
+    let done = run(&mut render(&folder.join("scene.toml"), &output, &options));
+    assert!(done.status.success(), "{}", said(&done));
+    assert!((0..FRAMES).all(|number| frame(&rain, number).exists()));
+    assert_eq!(changed(&frame(&rain, 1)), kept, "a frame that was there was rendered again");
+    // The rain stands still from the third frame on.
+    let read = |number| std::fs::read(frame(&rain, number)).expect("a frame");
+    assert!(read(2) == read(FRAMES - 1));
+}
+
+#[cfg(unix)]
+fn signal(name: &str, process: u32) {
+    let sent = Command::new("kill").args([name, &process.to_string()]).status();
+    assert!(sent.expect("kill").success());
+}
+
 /// An interrupt leaves whole frames and a status that says so; the rest comes by `--resume`.
 #[test]
 #[cfg(unix)]
 fn an_interrupt_leaves_whole_frames() {
-    const FRAMES: u32 = 150;
-    let folder = tempfile::tempdir().expect("a folder");
-    let (scene, output) = (folder.path().join("scene.toml"), folder.path().join("rain.png"));
-    std::fs::write(&scene, SCENE).expect("a scene");
-    let count = FRAMES.to_string();
-    let running = render(&scene, &output, &["--frames", &count])
-        .stderr(Stdio::piped())
-        .spawn()
-        .expect("the program starts");
-    let start = Instant::now();
-    while !frame(folder.path(), 2).exists() {
-        assert!(start.elapsed() < Duration::from_secs(60), "no frame after a minute");
-        std::thread::sleep(Duration::from_millis(1));
+    for name in ["-INT", "-TERM"] {
+        let folder = tempfile::tempdir().expect("a folder");
+        let ended = harmed(folder.path(), |process| signal(name, process));
+        ended_whole(&ended, "--resume goes on", &folder.path().join("rain"));
+        if name == "-INT" {
+            resumes(folder.path());
+        }
     }
-    let interrupt = Command::new("kill").args(["-INT", &running.id().to_string()]).status();
-    assert!(interrupt.expect("kill").success());
-    let ended = running.wait_with_output().expect("it ends");
-    assert_eq!(ended.status.code(), Some(2), "{}", said(&ended));
-    assert!(said(&ended).contains("--resume goes on"), "{}", said(&ended));
+}
 
-    let there =
-        |folder: &Path| (0..FRAMES).filter(|number| frame(folder, *number).exists()).count();
-    let pictures = there(folder.path());
-    assert!((3..FRAMES as usize).contains(&pictures), "{pictures} frames");
-    let files = folder.path().read_dir().expect("a folder").count();
-    assert_eq!(files, pictures + 2, "frames, scene and manifest; nothing half written");
-    for number in 0..pictures as u32 {
-        raindrops::picture::Picture::read(&frame(folder.path(), number)).expect("a whole frame");
+/// A second interrupt ends it at once, and yet leaves nothing half written.
+#[test]
+#[cfg(unix)]
+fn two_interrupts_leave_whole_frames() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let ended = harmed(folder.path(), |process| {
+        signal("-INT", process);
+        // It may have ended by the first one.
+        let _ = Command::new("kill").args(["-INT", &process.to_string()]).output();
+    });
+    assert_eq!(ended.status.code(), Some(2), "{}", said(&ended));
+    let files = folder.path().join("rain").read_dir().expect("a folder");
+    for path in files.map(|entry| entry.expect("an entry").path()) {
+        let name = path.file_name().expect("a name").to_string_lossy().into_owned();
+        assert!(name.starts_with("rain"), "{name} was left");
+        if name.ends_with("png") {
+            raindrops::picture::Picture::read(&path).expect("a whole frame");
+        }
     }
-    let done = run(&mut render(&scene, &output, &["--resume", "--frames", &count]));
-    assert!(done.status.success(), "{}", said(&done));
-    assert_eq!(there(folder.path()), FRAMES as usize);
+}
+
+/// The disk fills up: as a limit on the size of files, which the kernel reports alike.
+#[test]
+#[cfg(target_os = "linux")]
+fn a_disk_that_fills_up_leaves_whole_frames() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let ended = harmed(folder.path(), |process| {
+        let process = process.to_string();
+        let limited = Command::new("prlimit").args(["--fsize=64", "--pid", &process]).status();
+        assert!(limited.expect("prlimit").success());
+    });
+    ended_whole(&ended, "File too large", &folder.path().join("rain"));
+    resumes(folder.path());
+}
+
+/// The folder goes away, and so does one in whose place there is a file.
+#[test]
+#[cfg(unix)]
+fn a_folder_that_goes_away_keeps_whole_frames() {
+    for file_instead in [false, true] {
+        let folder = tempfile::tempdir().expect("a folder");
+        let (rain, away) = (folder.path().join("rain"), folder.path().join("away"));
+        let ended = harmed(folder.path(), |_| {
+            std::fs::rename(&rain, &away).expect("it is moved away");
+            if file_instead {
+                std::fs::write(&rain, "a file").expect("a file");
+            }
+        });
+        ended_whole(&ended, "there is no folder", &away);
+        assert_eq!(rain.exists(), file_instead, "the folder was made again");
+    }
 }
 
 #[test]

@@ -1,6 +1,5 @@
 //! `raindrops compare`: how far a picture is from the truth, as figures or as a check.
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use anyhow::bail;
@@ -8,7 +7,7 @@ use clap::Args;
 use glam::Vec3;
 use serde_json::json;
 
-use super::Answer;
+use super::{Answer, print};
 use crate::files::write_whole;
 use crate::model::Operator;
 use crate::picture::metrics::{Comparison, Metrics, compare};
@@ -79,7 +78,7 @@ pub fn run(args: &CompareArgs) -> anyhow::Result<Answer> {
     let exposure = if shown { Exposure::None } else { exposure_of(args.tone_map, &a, args.key) };
     let comparison = compare(&a, &b, mask.as_deref(), exposure);
 
-    print(&comparison)?;
+    tell(&comparison)?;
     if let Some(path) = &args.json {
         write_json(&comparison, path)?;
     }
@@ -128,9 +127,8 @@ fn holds(args: &CompareArgs, metrics: &Metrics) -> bool {
     all
 }
 
-fn print(comparison: &Comparison) -> anyhow::Result<()> {
+fn tell(comparison: &Comparison) -> crate::Result<()> {
     let Comparison { pixels, boxes, mean_a, mean_b, .. } = comparison;
-    let mut out = std::io::stdout().lock();
     let figures = [
         ("relMSE", pixels.rel_mse, boxes.rel_mse),
         ("PSNR (dB)", pixels.psnr_db, boxes.psnr_db),
@@ -138,20 +136,13 @@ fn print(comparison: &Comparison) -> anyhow::Result<()> {
         ("FLIP 99 %", pixels.flip_p99, boxes.flip_p99),
         ("largest error", pixels.max_error, boxes.max_error),
     ];
-    let (x, y) = pixels.max_error_at;
-    let written = (|| {
-        for (name, pixel, boxed) in figures {
-            writeln!(out, "{name:<16}{pixel:>14.6}{boxed:>14.6}")?;
-        }
-        writeln!(out, "(left: pixel by pixel; right: after an 8 x 8 box filter)")?;
-        writeln!(out, "largest error at column {x}, row {y} from the upper left")?;
-        writeln!(out, "mean luminance  {mean_a:>14.6}{mean_b:>14.6}  (A, B)")
-    })();
-    match written {
-        // Whoever reads has seen enough: no error.
-        Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
-        written => Ok(written?),
+    for (name, pixel, boxed) in figures {
+        print(format_args!("{name:<16}{pixel:>14.6}{boxed:>14.6}"))?;
     }
+    print("(left: pixel by pixel; right: after an 8 x 8 box filter)")?;
+    let (x, y) = pixels.max_error_at;
+    print(format_args!("largest error at column {x}, row {y} from the upper left"))?;
+    print(format_args!("mean luminance  {mean_a:>14.6}{mean_b:>14.6}  (A, B)"))
 }
 
 fn write_json(comparison: &Comparison, path: &Path) -> crate::Result<()> {

@@ -177,10 +177,11 @@ fn write_json(path: &Path, value: &impl serde::Serialize) -> Result<()> {
     write_whole(path, text.as_bytes())
 }
 
-/// Prints a line to stdout. A reader that has gone away (`| head`) is no error.
+/// Prints a line to stdout. A reader that has gone away (`| head`) is no error, and the command goes
+/// on: files are still to be written, and there is an answer to be given.
 fn print(line: impl std::fmt::Display) -> Result<()> {
     match writeln!(std::io::stdout(), "{line}") {
-        Err(error) if error.kind() == ErrorKind::BrokenPipe => std::process::exit(0),
+        Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
         other => other.map_err(|error| Error::write(Path::new("stdout"), error)),
     }
 }
