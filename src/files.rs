@@ -38,8 +38,9 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
     if !folder.is_dir() {
         return Err(Error::write(path, format!("there is no folder {}", folder.display())));
     }
-    let mut aside = tempfile::NamedTempFile::new_in(folder).map_err(failed)?;
-    // To the file itself: errors of the wrapper name the temporary one.
+    // The wrapper's errors name the temporary file, of which the user knows nothing.
+    let mut aside =
+        tempfile::NamedTempFile::new_in(folder).map_err(|error| failed(error.kind().into()))?;
     aside.as_file_mut().write_all(bytes).map_err(failed)?;
     make_readable(aside.as_file());
     // Quotas and network file systems may say only now that there is no room; and a machine that

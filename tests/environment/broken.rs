@@ -17,9 +17,6 @@ pub fn scaled(count: usize) -> usize {
     count * times.unwrap_or(1)
 }
 
-/// Random changes to a real DWAB file, which is half a million texels.
-const DWAB_MUTATIONS: usize = 60;
-
 #[test]
 fn a_missing_file_a_folder_and_a_device_are_refused() {
     let folder = Folder::new();
@@ -256,18 +253,6 @@ fn mutants_load_or_are_refused_and_never_panic() {
         assert!(refused > MUTATIONS / 10, "{name}: only {refused} refused: mutated too little?");
         assert!(loaded > 0, "{name}: none loaded: mutated too much?");
     }
-}
-
-#[test]
-fn mutants_of_a_dwab_file_load_or_are_refused() {
-    let Some(path) =
-        files::real_environments().into_iter().find(|path| path.ends_with("studio.exr"))
-    else {
-        eprintln!("SKIPPED: no DWAB file; scripts/setup.sh fetches assets/environments");
-        return;
-    };
-    let bytes = std::fs::read(path).expect("a file");
-    load_mutants("dwab.exr", &bytes, scaled(DWAB_MUTATIONS), 99);
 }
 
 /// The unchanged file through the same counting: loaded, refused.

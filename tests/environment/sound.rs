@@ -46,6 +46,17 @@ fn every_compression_loads() {
     }
 }
 
+/// The cosine compressions: OpenEXR's files, within what its quantisation leaves.
+#[test]
+fn dwa_files_load() {
+    for (name, bytes) in files::DWA {
+        let environment = Environment::from_bytes(name, bytes).expect("a sound file");
+        let error = largest_error(&environment);
+        println!("{name}: {error}");
+        assert!(error > 1e-4 && error < 0.1, "{name}: error {error}");
+    }
+}
+
 #[test]
 fn real_dwab_files_load() {
     let files = files::real_environments();
