@@ -47,6 +47,7 @@ pub mod camera;
 pub mod cells;
 pub mod cli;
 pub mod cull;
+mod dwa;
 pub mod environment;
 mod error;
 pub mod files;

@@ -30,6 +30,8 @@ pub(super) fn decode(mut reader: impl BufRead + Seek) -> Result<Image, String> {
     let (header, channels) = choose(&metadata.headers)?;
     let frame = Frame::new(header)?;
     reader.rewind().map_err(broken)?;
+    crate::dwa::check_claims(&mut reader).map_err(broken)?;
+    reader.rewind().map_err(broken)?;
 
     // The first layer with these channels is the one chosen: `choose` looks in the same order.
     // In one thread: the crate's thread pool aborts the process where a decoder panics.

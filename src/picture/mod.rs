@@ -37,9 +37,17 @@ impl Picture {
     /// hold.
     pub fn read(path: &Path) -> Result<Self> {
         let bytes = std::fs::read(path).map_err(|error| Error::read(path, error))?;
+        Self::from_bytes(path, &bytes)
+    }
+
+    /// As [`Picture::read`], from what stands in a file; `path` stands for it in messages.
+    ///
+    /// # Errors
+    /// Those of [`Picture::read`].
+    pub fn from_bytes(path: &Path, bytes: &[u8]) -> Result<Self> {
         // Decoders are other people's code on other people's bytes; some panic on broken ones.
         let outcome = catch_unwind(|| {
-            if bytes.starts_with(&EXR_MAGIC) { read_exr(&bytes) } else { read_display(&bytes) }
+            if bytes.starts_with(&EXR_MAGIC) { read_exr(bytes) } else { read_display(bytes) }
         });
         let problem = match outcome {
             Ok(Ok(picture)) => return Ok(picture),
@@ -117,6 +125,7 @@ fn read_exr(bytes: &[u8]) -> Result<Picture, String> {
     for header in &meta.headers {
         check_claim(header.layer_size.width(), header.layer_size.height(), bytes)?;
     }
+    crate::dwa::check_claims(Cursor::new(bytes))?;
     let image = exr::prelude::read()
         .no_deep_data()
         .largest_resolution_level()

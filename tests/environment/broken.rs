@@ -133,6 +133,22 @@ fn huge_claims_are_refused_before_memory_is_taken() {
     }
 }
 
+/// The counters of a DWA block, each claiming what would take all memory.
+#[test]
+fn huge_claims_of_a_dwa_block_are_refused() {
+    for (name, sound) in files::DWA {
+        // Version 2 begins a block, after its line and length.
+        let start = (300..sound.len()).find(|at| sound[*at..].starts_with(&2u64.to_le_bytes()));
+        let start = start.expect("a block");
+        for counter in 1..10 {
+            let mut bytes = sound.to_vec();
+            bytes[start + 8 * counter..][..8].copy_from_slice(&(1u64 << 52).to_le_bytes());
+            let (refused, largest) = largest_allocation(|| Environment::from_bytes(name, &bytes));
+            assert!(refused.is_err() && largest < 1 << 20, "{name}, {counter}: {largest} bytes");
+        }
+    }
+}
+
 #[test]
 fn files_cut_off_anywhere_are_refused() {
     let folder = Folder::new();

@@ -7,7 +7,7 @@ use raindrops::picture::{Picture, write_png};
 use raindrops::scene::Scene;
 
 use crate::broken::{MUTATIONS, Random, scaled};
-use crate::files::{Folder, largest_allocation};
+use crate::files::{DWA, Folder, largest_allocation};
 
 const SCENE: &str = r#"
 seed = 7
@@ -75,19 +75,20 @@ fn mutants_of_pictures_are_read_or_refused() {
     let folder = Folder::new();
     let picture =
         Picture { width: 16, height: 8, pixels: (0..128).map(|n| Vec3::splat(n as f32)).collect() };
-    let (exr, png, mutant) = (folder.path("a.exr"), folder.path("a.png"), folder.path("mutant"));
+    let (exr, png) = (folder.path("a.exr"), folder.path("a.png"));
     picture.write_exr(&exr).expect("a picture");
     write_png(&png, 16, 8, &[100; 384]).expect("a picture");
-    for path in [exr, png] {
+    let [_, dwab] = DWA.map(|(name, bytes)| folder.write(name, bytes));
+    for path in [exr, png, dwab] {
         let bytes = std::fs::read(&path).expect("a picture");
+        Picture::from_bytes(&path, &bytes).expect("the control");
         let mut random = Random(5);
         let (mut read, mut refused, mut most, mut slowest) = (0, 0, 0, Duration::ZERO);
         for _ in 0..scaled(MUTATIONS) {
             let mut changed = bytes.clone();
             random.mutate(&mut changed);
-            std::fs::write(&mutant, changed).expect("a file");
             let start = Instant::now();
-            let (outcome, allocated) = largest_allocation(|| Picture::read(&mutant));
+            let (outcome, allocated) = largest_allocation(|| Picture::from_bytes(&path, &changed));
             (slowest, most) = (slowest.max(start.elapsed()), most.max(allocated));
             match outcome {
                 Ok(picture) => {
