@@ -126,6 +126,7 @@ fn read_exr(bytes: &[u8]) -> Result<Picture, String> {
         check_claim(header.layer_size.width(), header.layer_size.height(), bytes)?;
     }
     crate::dwa::check_claims(Cursor::new(bytes))?;
+    // In one thread: the crate's thread pool aborts the process where a decoder panics.
     let image = exr::prelude::read()
         .no_deep_data()
         .largest_resolution_level()
@@ -137,6 +138,7 @@ fn read_exr(bytes: &[u8]) -> Result<Picture, String> {
         )
         .first_valid_layer()
         .all_attributes()
+        .non_parallel()
         .from_buffered(Cursor::new(bytes))
         .map_err(|error| error.to_string())?;
     let size = image.layer_data.size;

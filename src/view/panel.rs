@@ -154,7 +154,7 @@ fn graph(ui: &mut Ui, history: &History) {
         painter.rect_filled(bar, 0.0, BARS);
     }
     for fps in [60.0, 30.0] {
-        let line = egui::Stroke::new(1.0, Color32::from_white_alpha(70));
+        let line = egui::Stroke::new(1.0_f32, Color32::from_white_alpha(70));
         painter.hline(area.x_range(), height(1e3 / fps), line);
     }
     let most = format!("{most_ms:.0} ms");

@@ -7,7 +7,7 @@ use raindrops::picture::{Picture, write_png};
 use raindrops::scene::Scene;
 
 use crate::broken::{MUTATIONS, Random, scaled};
-use crate::files::{DWA, Folder, largest_allocation};
+use crate::files::{DWA, Folder, exr_half, largest_allocation};
 
 const SCENE: &str = r#"
 seed = 7
@@ -79,7 +79,9 @@ fn mutants_of_pictures_are_read_or_refused() {
     picture.write_exr(&exr).expect("a picture");
     write_png(&png, 16, 8, &[100; 384]).expect("a picture");
     let [_, dwab] = DWA.map(|(name, bytes)| folder.write(name, bytes));
-    for path in [exr, png, dwab] {
+    // Its decoder panics on some, where overflow is checked.
+    let b44 = folder.write("b44.exr", &exr_half(exr::prelude::Compression::B44));
+    for path in [exr, png, dwab, b44] {
         let bytes = std::fs::read(&path).expect("a picture");
         Picture::from_bytes(&path, &bytes).expect("the control");
         let mut random = Random(5);
@@ -107,5 +109,21 @@ fn mutants_of_pictures_are_read_or_refused() {
         );
         assert!(most < 1 << 30 && slowest < Duration::from_secs(5));
         assert!(refused > 0);
+    }
+}
+
+/// Sound files for the fuzzer to begin with, in the folders where it looks for them.
+#[test]
+#[ignore = "writes the seeds of the fuzz targets into fuzz/corpus"]
+fn seeds() {
+    let corpus = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus");
+    let mut files = vec![("scene", "scene.toml".to_string(), SCENE.as_bytes().to_vec())];
+    for (name, bytes) in crate::files::all() {
+        files.push(("environment", name.clone(), bytes.clone()));
+        files.push(("picture", name, bytes));
+    }
+    for (target, name, bytes) in files {
+        std::fs::create_dir_all(corpus.join(target)).expect("a folder");
+        std::fs::write(corpus.join(target).join(name), bytes).expect("a seed");
     }
 }
