@@ -1,6 +1,8 @@
 //! The window for real: in a virtual X server (Xvfb), under validation, with keys and resizes sent
 //! as a keyboard and a window manager send them.
 
+mod common;
+
 use std::io::{BufRead as _, BufReader, Read as _};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
