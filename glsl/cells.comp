@@ -1,5 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#extension GL_KHR_shader_subgroup_arithmetic : require
+#extension GL_KHR_shader_subgroup_ballot : require
 // Which cells of the rain box are in view, and the drops in them; one invocation a cell.
 // See src/passes/tiles.rs.
 #include "frame.glsl"
@@ -43,12 +45,17 @@ void main() {
     uint first = cell_first[cell], count = cell_first[cell + 1u] - first;
     // The last cell holds the drops placed by hand, which can be anywhere.
     if (count == 0u || cell + 1u < CELL_COUNT && !in_view(cell)) return;
-    uint record = atomicAdd(totals.records, count);
+    // One atomic a subgroup: all cells add to the same counter.
+    uint record = 0u, before = subgroupExclusiveAdd(count), all_here = subgroupAdd(count);
+    if (subgroupElect()) {
+        record = atomicAdd(totals.records, all_here);
+        atomicMax(totals.record_groups.x, (min(record + all_here, MAX_RECORDS) + 255u) / 256u);
+    }
+    record = subgroupBroadcastFirst(record) + before;
     uint room = MAX_RECORDS - min(record, MAX_RECORDS);
     if (count > room) {
         atomicAdd(counters.lost, count - room);
         count = room;
     }
-    atomicMax(totals.record_groups.x, (record + count + 255u) / 256u);
     for (uint i = 0u; i < count; ++i) record_index[record + i] = drop_order[first + i];
 }

@@ -19,6 +19,21 @@ layout(std430, set = 0, binding = 14) readonly buffer Sky { uvec2 sky[]; };
 // For each tile the sum of its pixels' log(delta + luminance).
 layout(std430, set = 0, binding = 15) writeonly buffer LogSums { float log_sums[]; };
 
+// Four words at once. CPU drivers charge for each word that a lane reads from a storage buffer, and no
+// more for the four of a texel than for one of those; but not every driver has texel buffers so large.
+#ifdef TEXELS
+layout(set = 0, binding = 16) uniform usamplerBuffer block_texels;
+layout(set = 0, binding = 17) uniform usamplerBuffer sky_texels;
+uvec4 four_of_blocks(uint word) { return texelFetch(block_texels, int(word / 4u)); }
+uvec4 four_of_sky(uint pixel) { return texelFetch(sky_texels, int(pixel / 2u)); }
+#else
+uvec4 four_of_blocks(uint word) {
+    return uvec4(block_pixels[word], block_pixels[word + 1u], block_pixels[word + 2u],
+                 block_pixels[word + 3u]);
+}
+uvec4 four_of_sky(uint pixel) { return uvec4(sky[pixel], sky[pixel + 1u]); }
+#endif
+
 const vec3 LUMINANCE = vec3(0.2126, 0.7152, 0.0722); // Rec. 709
 
 void main() {
@@ -39,13 +54,11 @@ void main() {
     do {
         while (link != END && is_block(link)) {
             uint pixels = (link / NODE - FIRST_BLOCK) * BLOCK;
-            vec2 pairs[PIXELS / 2u];
-            for (uint w = 0u; w < PIXELS / 2u; ++w) {
-                pairs[w] = unpackUnorm2x16(block_pixels[pixels + COVERAGE + w]);
-            }
+            uvec4 colors[2] = uvec4[2](four_of_blocks(pixels), four_of_blocks(pixels + 4u));
+            uvec4 coverage = four_of_blocks(pixels + COVERAGE);
             for (uint p = 0u; p < PIXELS; ++p) {
-                uint color = block_pixels[pixels + p];
-                float alpha = color == NO_COLOR ? 0.0 : pairs[p / 2u][p % 2u];
+                uint color = colors[p / 4u][p % 4u];
+                float alpha = color == NO_COLOR ? 0.0 : unpackUnorm2x16(coverage[p / 2u])[p % 2u];
                 sum[p] += through[p] * alpha * unpack_radiance(color);
                 through[p] *= 1.0 - alpha;
             }
@@ -77,9 +90,11 @@ void main() {
     } while (link != END);
 
     float logs = 0.0;
+    uvec4 skies[PIXELS / 2u];
+    for (uint p = 0u; p < PIXELS; p += 2u) skies[p / 2u] = four_of_sky(tile * PIXELS + p);
     for (uint p = 0u; p < PIXELS; ++p) {
         uvec2 at = corner + uvec2(p % TILE.x, p / TILE.x);
-        uvec2 behind = sky[tile * PIXELS + p];
+        uvec2 behind = p % 2u == 0u ? skies[p / 2u].xy : skies[p / 2u].zw;
         vec3 c = sum[p] + through[p] * vec3(unpackHalf2x16(behind.x), unpackHalf2x16(behind.y).x);
         if (at.x < size.x && at.y < size.y) {
             radiance_out[at.y * size.x + at.x] = uvec2(packHalf2x16(c.rg), packHalf2x16(vec2(c.b, 1.0)));

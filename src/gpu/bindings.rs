@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::{Buffer, Device, Image, Named, Sampler};
+use super::{Buffer, Device, Image, Named, Sampler, Texels};
 use crate::{Error, Result};
 
 /// One slot of a set: the binding number is its index in the list.
@@ -19,6 +19,8 @@ pub enum Resource<'a> {
     Buffer(&'a Buffer),
     /// A byte range of a storage buffer.
     Range(&'a Buffer, u64, u64),
+    /// A buffer read four words at once.
+    Texels(&'a Texels),
     /// One level of an image, for storage.
     Storage(&'a Image, u32),
     /// Every level of an image, with a sampler.
@@ -115,6 +117,7 @@ impl Bindings {
         let sampled = vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL;
         let buffers;
         let images;
+        let views;
         let write = match *resource {
             Resource::Buffer(b) => {
                 let limit = self.device.report.limits.max_storage_buffer_range.into();
@@ -132,6 +135,10 @@ impl Bindings {
             Resource::Range(b, offset, range) => {
                 buffers = buffer(b, offset, range);
                 write.buffer_info(&buffers)
+            }
+            Resource::Texels(texels) => {
+                views = [texels.view];
+                write.texel_buffer_view(&views)
             }
             Resource::Storage(i, level) => {
                 images = image(i.level_view(level), vk::ImageLayout::GENERAL, None);

@@ -14,6 +14,7 @@ mod pipeline_cache;
 mod rendering;
 mod surface;
 mod swapchain;
+mod texels;
 mod timestamps;
 
 pub use barrier::{Use, image_barrier, image_discard, memory_barrier};
@@ -32,6 +33,7 @@ pub use pipeline_cache::PipelineKey;
 pub(crate) use rendering::{attachment, rendering};
 pub use surface::Surface;
 pub use swapchain::{Acquired, Swapchain};
+pub use texels::Texels;
 pub use timestamps::Timestamps;
 
 /// The compiled shaders, one constant a file in `glsl/`.

@@ -18,10 +18,12 @@ use ash::vk;
 use super::appearance::Appearance;
 use super::environment::EnvironmentMap;
 use super::frame::{Frame, FrameBuffer};
-use super::tiles::{RAY_GROUPS, TILE_PIXELS, Tiles};
+use super::tiles::{BLOCK_PIXELS, RAY_GROUPS, TILE_PIXELS, Tiles};
 use super::tone_map::{FINAL_SUMS, Source};
 use crate::Result;
-use crate::gpu::{Binding, Bindings, Buffer, ComputePipeline, Device, Memory, Resource, shaders};
+use crate::gpu::{
+    Binding, Bindings, Buffer, ComputePipeline, Device, Memory, Resource, Texels, shaders,
+};
 use crate::model::Operator;
 use crate::plan::FramePlan;
 
@@ -44,6 +46,8 @@ pub struct Composite {
     sky_pass: ComputePipeline,
     rays: ComputePipeline,
     composite: ComputePipeline,
+    /// The blocks' pixels and the sky, where the device takes views so large.
+    _texels: Vec<Texels>,
     _sky: Buffer,
 }
 
@@ -72,9 +76,18 @@ impl Composite {
         let pixels = u64::from(width) * u64::from(height);
         let radiance = make("radiance", PIXEL_BYTES * pixels, Usage::TRANSFER_SRC)?;
         let sky_bytes = PIXEL_BYTES * TILE_PIXELS * u64::from(tiles.count);
-        let sky = make("sky", sky_bytes, Usage::empty())?;
+        let sky = make("sky", sky_bytes, Usage::UNIFORM_TEXEL_BUFFER)?;
         let sums = 4 * u64::from(tiles.count + FINAL_SUMS);
         let log_sums = make("log luminance sums", sums, Usage::empty())?;
+
+        let by_four =
+            [("texels of blocks", &tiles.shared[BLOCK_PIXELS]), ("texels of the sky", &sky)];
+        let fit = by_four.iter().all(|(_, buffer)| Texels::fit(device, buffer.size));
+        let texels: Vec<_> = by_four
+            .iter()
+            .filter(|_| fit)
+            .map(|(name, buffer)| Texels::new(device, name, buffer))
+            .collect::<Result<_>>()?;
 
         let buffer = |buffer| (Binding::STORAGE_BUFFER, Resource::Buffer(buffer));
         let map = Resource::Sampled(&environment.image, &environment.sampler);
@@ -83,6 +96,7 @@ impl Composite {
                 .chain(tiles.shared.iter().chain([&appearance.table]).map(buffer))
                 .chain([(Binding::COMBINED_IMAGE_SAMPLER, map)])
                 .chain([&radiance, &sky, &log_sums].map(buffer))
+                .chain(texels.iter().map(|t| (Binding::UNIFORM_TEXEL_BUFFER, Resource::Texels(t))))
                 .collect();
         let bindings = Bindings::of(device, "composite", &slots)?;
         let needs_logs = plan.tone_map == Some(Operator::Photographic);
@@ -97,8 +111,13 @@ impl Composite {
             sky_of: None,
             sky_pass: pipeline(shaders::SKY_COMP)?,
             rays: pipeline(shaders::RAYS_COMP)?,
-            composite: pipeline(shaders::COMPOSITE_COMP)?,
+            composite: pipeline(if fit {
+                shaders::COMPOSITE_COMP_TEXELS
+            } else {
+                shaders::COMPOSITE_COMP
+            })?,
             bindings,
+            _texels: texels,
             _sky: sky,
         })
     }

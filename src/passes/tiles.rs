@@ -112,6 +112,7 @@ pub struct Tiles {
 /// Where in [`Tiles::shared`] the buffers are that are reset.
 const TOTALS: usize = 2;
 const HEADS: usize = 5;
+pub(super) const BLOCK_PIXELS: usize = 8;
 /// Byte offsets of the indirect arguments in the totals.
 const RECORD_GROUPS: u64 = 0;
 const LARGE_GROUPS: u64 = 16;
@@ -191,7 +192,7 @@ impl Tiles {
             make("lists", 4, heads, cleared)?,
             make("large drops", LARGE_BYTES, limits.larges.into(), storage)?,
             make("big drops", 8, blocks / TILES_OF_BIG + 1, storage)?,
-            make("pixel blocks", 4 * BLOCK_WORDS, blocks, storage)?,
+            make("pixel blocks", 4 * BLOCK_WORDS, blocks, storage | Usage::UNIFORM_TEXEL_BUFFER)?,
             make("blocks of rays", 4, blocks, storage)?,
         ];
         let placed = Buffer::upload(device, "placed drops", &placed_records(scene), storage)?;

@@ -85,7 +85,7 @@ impl Tiled {
             self.composite.record_rays(commands, &self.tiles);
         });
         time.time(commands, "composite", || {
-            barrier(&[Use::ComputeWrite], &[Use::ComputeWrite]);
+            barrier(&[Use::ComputeWrite], &[Use::ComputeWrite, Use::ComputeRead]);
             self.composite.record(commands);
         });
     }
