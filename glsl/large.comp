@@ -27,11 +27,14 @@ void main() {
     Outline o = outline_of(drop, distance2);
     r.sphere = vec4(v, drop.radius);
     r.center = o.center;
-    r.distance2 = floatBitsToUint(distance2);
+    float radius2 = drop.radius * drop.radius, flat2 = v.z * v.z - radius2;
+    // Drops are ordered by their tangents' length: of two that do not touch, the one with the shorter is
+    // never behind the other. By their centres a small drop behind a large one's rim would be before it. (A
+    // splat's radius is nothing beside its distance.)
+    r.distance2 = floatBitsToUint(distance2 - radius2);
 
     // Its picture: that of the nearest direction, turned as that direction's basis is. `radial` and
     // `across` are the outline's axes on the screen, `out_r` and `out_t` how they leave the ray.
-    float radius2 = drop.radius * drop.radius, flat2 = v.z * v.z - radius2;
     float far = length(v.xy), distance_r = inversesqrt(distance2);
     vec2 radial = far > 0.0 ? v.xy / far : vec2(1.0, 0.0), across = vec2(-radial.y, radial.x);
     vec2 axes = frame.image.z * drop.radius * vec2(sqrt(distance2 - radius2) / flat2, inversesqrt(flat2));
