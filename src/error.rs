@@ -132,6 +132,16 @@ impl From<PlotFailed> for Error {
 }
 
 impl Error {
+    /// Whether the device, or a window's surface, is lost: nothing made from it is of use any more, but
+    /// another may be had.
+    pub fn is_lost(&self) -> bool {
+        use vk::Result as R;
+        matches!(
+            self,
+            Self::Vulkan { result: R::ERROR_DEVICE_LOST | R::ERROR_SURFACE_LOST_KHR, .. }
+        )
+    }
+
     /// A file that could not be read.
     pub fn read(path: &Path, reason: impl ToString) -> Self {
         Self::File { doing: "read", path: path.into(), reason: reason.to_string() }

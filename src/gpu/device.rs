@@ -404,6 +404,11 @@ impl Device {
         *self.replaced_shaders.lock().unwrap_or_else(PoisonError::into_inner) = shaders;
     }
 
+    /// What [`Device::replace_shaders`] was given, for a device that takes this one's place.
+    pub fn replaced_shaders(&self) -> ReplacedShaders {
+        self.replaced_shaders.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
     pub(super) fn replaced_shader(&self, shader: &Shader) -> Option<Arc<[u32]>> {
         let replaced = self.replaced_shaders.lock().unwrap_or_else(PoisonError::into_inner);
         replaced.get(&(shader.name, shader.define)).cloned()

@@ -1,7 +1,7 @@
 //! The window system's events, and the loop that hears them.
 
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;
@@ -14,17 +14,20 @@ use super::Options;
 use super::flight::drag;
 use super::keys::action;
 use super::viewer::Viewer;
-use crate::gpu::Instance;
+use crate::gpu::{DeviceReport, Instance};
 use crate::pipelines::{KeptDevice, user_folder};
 use crate::{Error, Result};
 
 /// How often a window at rest looks whether something has changed, such as a shader's source.
 const REST: Duration = Duration::from_millis(250);
 
+/// A device that is lost so soon after another is not replaced: the scene itself may be what it fails on.
+const AGAIN: Duration = Duration::from_secs(60);
+
 /// Opens a window and returns when it is closed.
 ///
 /// # Errors
-/// [`Error::Window`] without a display; those of the device and of the scene; a device that is lost;
+/// [`Error::Window`] without a display; those of the device and of the scene; a device that is lost twice;
 /// [`Error::Validation`] if the layer was asked for and said anything.
 pub fn run(options: Options) -> Result<()> {
     let problem = |error: winit::error::EventLoopError| {
@@ -40,7 +43,7 @@ pub fn run(options: Options) -> Result<()> {
     let instance = Instance::for_windows(options.validation, &events.owned_display_handle())?;
     let report = instance.choose(options.device.as_deref())?;
     eprintln!("device: {}", report.summary());
-    let device = KeptDevice::open(&instance, report, user_folder(), |line| eprintln!("{line}"))?;
+    let device = open(&instance, report)?;
     let mut app = App {
         device,
         options: Some(options),
@@ -48,6 +51,7 @@ pub fn run(options: Options) -> Result<()> {
         modifiers: ModifiersState::empty(),
         pointer: (0.0, 0.0),
         is_dragging: false,
+        renewed: None,
         outcome: Ok(()),
     };
     events.run_app(&mut app).map_err(problem)?;
@@ -58,6 +62,10 @@ pub fn run(options: Options) -> Result<()> {
     instance.expect_silence()
 }
 
+fn open(instance: &Arc<Instance>, report: DeviceReport) -> Result<KeptDevice> {
+    KeptDevice::open(instance, report, user_folder(), |line| eprintln!("{line}"))
+}
+
 /// What the event loop calls.
 struct App {
     viewer: Option<Viewer>,
@@ -66,6 +74,8 @@ struct App {
     modifiers: ModifiersState,
     pointer: (f64, f64),
     is_dragging: bool,
+    /// When a lost device was last replaced.
+    renewed: Option<Instant>,
     outcome: Result<()>,
     device: KeptDevice,
 }
@@ -83,16 +93,36 @@ impl App {
         Ok(())
     }
 
-    /// Ends the loop on an error, which [`run`] returns.
+    /// Ends the loop on an error, which [`run`] returns, unless it can go on after it.
     fn expect(&mut self, events: &ActiveEventLoop, outcome: Result<()>) {
-        if let Err(error) = outcome {
+        let is_lost = outcome.as_ref().is_err_and(Error::is_lost);
+        if let Err(error) = outcome.or_else(|error| self.renew(error)) {
+            // Not the user's doing; what is seen is not to be lost with it.
+            if let (true, Some(viewer)) = (is_lost, &mut self.viewer) {
+                viewer.keep_scene();
+            }
             self.outcome = Err(error);
             events.exit();
         }
     }
 
+    /// Opens the device again if it, or the window's surface, is lost; else the error stays.
+    fn renew(&mut self, error: Error) -> Result<()> {
+        let is_again = self.renewed.is_some_and(|before| before.elapsed() < AGAIN);
+        let Some(viewer) = self.viewer.as_mut().filter(|_| error.is_lost() && !is_again) else {
+            return Err(error);
+        };
+        let device = open(self.device.instance(), self.device.report.clone())?;
+        viewer.renew(&device)?;
+        self.device = device;
+        self.renewed = Some(Instant::now());
+        viewer.say(format!("{error}; the device was opened again"));
+        Ok(())
+    }
+
     fn hear(&mut self, event: WindowEvent) -> Result<()> {
-        let Some(viewer) = &mut self.viewer else { return Ok(()) };
+        // The loop may have more events for a window that is given up.
+        let (Some(viewer), Ok(())) = (&mut self.viewer, &self.outcome) else { return Ok(()) };
         let response = viewer.input.on_window_event(&viewer.window, &event);
         if response.repaint {
             viewer.window.request_redraw();

@@ -6,8 +6,7 @@
 
 use std::sync::Arc;
 
-use ash::vk;
-
+use crate::Result;
 use crate::camera::Camera;
 use crate::environment::Environment;
 use crate::gpu::{Device, Image};
@@ -16,7 +15,6 @@ use crate::picture::{Picture, linear_of_srgb};
 use crate::plan::{FramePlan, Output, plan};
 use crate::renderer::{FrameReport, Renderer};
 use crate::scene::{EnvironmentChoice, ImageSize, ModelChoice, Scene};
-use crate::{Error, Result};
 
 /// A renderer, its plan, and what its last finished frame told.
 pub struct Pane {
@@ -82,7 +80,7 @@ impl Stage {
         let mut scenes: Vec<Scene> = [Some(first), second].into_iter().flatten().collect();
 
         let fixed: Vec<Scene> = scenes.iter().map(fixed_part).collect();
-        let is_new = fixed != self.made_for;
+        let is_new = fixed != self.made_for || self.panes.is_empty();
         if is_new {
             self.made_for = fixed;
             match self.make(&scenes) {
@@ -91,7 +89,7 @@ impl Stage {
                     self.drawn.clear();
                     self.problem = None;
                 }
-                Err(error) if self.panes.is_empty() || is_fatal(&error) => return Err(error),
+                Err(error) if self.panes.is_empty() || error.is_lost() => return Err(error),
                 Err(error) => self.problem = Some(error.to_string()),
             }
         }
@@ -110,20 +108,36 @@ impl Stage {
         Ok(is_new && self.problem.is_none())
     }
 
-    fn make(&mut self, scenes: &[Scene]) -> Result<Vec<Pane>> {
-        for scene in scenes {
-            scene.validate("the window")?;
-            if scene.environment != self.environment_of {
-                self.environment = Environment::open(&scene.environment)?;
-                self.environment_of = scene.environment.clone();
-            }
+    /// Opens the environment that the scenes to come have. Where that cannot be, the one before stays.
+    pub fn open_environment(&mut self, choice: &EnvironmentChoice) -> Result<()> {
+        if *choice != self.environment_of {
+            self.environment = Environment::open(choice)?;
+            self.environment_of = choice.clone();
         }
+        Ok(())
+    }
+
+    fn make(&self, scenes: &[Scene]) -> Result<Vec<Pane>> {
         let pane = |scene: &Scene| {
+            scene.validate("the window")?;
             let plan = plan(scene, &self.environment, Output::Display)?;
             let renderer = Renderer::new(&self.device, scene, &self.environment, &plan)?;
             Ok(Pane { plan, report: FrameReport::default(), renderer })
         };
         scenes.iter().map(pane).collect()
+    }
+
+    /// Goes on with another device in place of one that is lost: what is on show is made anew, whatever
+    /// was wished for since.
+    pub fn renew(&mut self, device: &Arc<Device>) -> Result<()> {
+        // Freed before as much is asked for again.
+        self.panes.clear();
+        self.device = device.clone();
+        self.panes = self.make(&self.drawn)?;
+        for (pane, scene) in self.panes.iter_mut().zip(&self.drawn) {
+            pane.renderer.submit(scene)?;
+        }
+        Ok(())
     }
 
     /// Makes everything anew when it is next drawn, as after a change of shaders.
@@ -147,6 +161,11 @@ impl Stage {
     /// The pictures on show.
     pub fn pictures(&self) -> Vec<&Image> {
         self.panes.iter().filter_map(|pane| pane.renderer.display()).collect()
+    }
+
+    /// Which environment there is.
+    pub fn environment_choice(&self) -> &EnvironmentChoice {
+        &self.environment_of
     }
 
     /// The environment's name.
@@ -182,9 +201,4 @@ fn moved(scene: &Scene, other: &Scene) -> Scene {
     let mut moved = Scene { camera: other.camera, time: other.time, ..scene.clone() };
     moved.tone_map.key = other.tone_map.key;
     moved
-}
-
-/// Whether nothing can go on after an error.
-fn is_fatal(error: &Error) -> bool {
-    matches!(error, Error::Vulkan { result: vk::Result::ERROR_DEVICE_LOST, .. })
 }

@@ -72,14 +72,9 @@ impl Viewer {
         let surface = Surface::new(device.instance(), window.clone())?;
         let screen = Screen::new(device, surface, options.vsync)?;
         let scene = options.scene;
-        let ctx = egui::Context::default();
-        ctx.set_visuals(egui::Visuals::dark());
-        let viewport = ctx.viewport_id();
-        let most = device.report.limits.max_image_dimension2_d as usize;
-        let input = egui_winit::State::new(ctx, viewport, &window, None, None, Some(most));
         let now = Instant::now();
         Ok(Self {
-            input,
+            input: input(device, &window),
             flight: Flight::new(&scene),
             is_done: false,
             second: None,
@@ -106,8 +101,23 @@ impl Viewer {
         })
     }
 
+    /// Goes on with another device in place of one that is lost.
+    pub fn renew(&mut self, device: &Arc<Device>) -> Result<()> {
+        device.replace_shaders(self.device.replaced_shaders());
+        self.stage.renew(device)?;
+        let surface = Surface::new(device.instance(), self.window.clone())?;
+        self.screen = Screen::new(device, surface, self.screen.vsync())?;
+        // egui tells its font atlas only once, and it was on the device.
+        self.input = input(device, &self.window);
+        self.device = device.clone();
+        // What this took is not time that the scene has lived through.
+        self.last_frame = Instant::now();
+        self.window.request_redraw();
+        Ok(())
+    }
+
     /// Says something for a while, in the window and on the terminal.
-    fn say(&mut self, message: String) {
+    pub fn say(&mut self, message: String) {
         eprintln!("{message}");
         self.message = Some((message, Instant::now()));
     }
@@ -161,15 +171,16 @@ impl Viewer {
             Action::Panel => self.has_panel = !self.has_panel,
             Action::Screenshot { panel } => {
                 let shapes = panel.then_some(&self.shapes);
-                if let Some(srgb) = self.screen.read(&self.stage.pictures(), shapes)? {
-                    let kept = self.keep.picture(&srgb, self.screen.size());
-                    self.say(kept.map_or_else(|error| error.to_string(), |path| said(&path)));
+                match self.screen.read(&self.stage.pictures(), shapes)? {
+                    Some(srgb) => {
+                        let kept = self.keep.picture(&srgb, self.screen.size());
+                        self.say(kept.map_or_else(|error| error.to_string(), |path| said(&path)));
+                    }
+                    // Nothing has been shown yet: of the next frame, then.
+                    None => self.actions.push(action),
                 }
             }
-            Action::SaveScene => {
-                let kept = self.keep.scene(&self.scene);
-                self.say(kept.map_or_else(|error| error.to_string(), |path| said(&path)));
-            }
+            Action::SaveScene => self.keep_scene(),
             Action::Vsync => {
                 self.screen.set_vsync(!self.screen.vsync())?;
                 let waits = if self.screen.vsync() { "wait" } else { "do not wait" };
@@ -186,6 +197,12 @@ impl Viewer {
             Action::Quit => self.is_done = true,
         }
         Ok(())
+    }
+
+    /// Keeps a scene file of what one sees.
+    pub fn keep_scene(&mut self) {
+        let kept = self.keep.scene(&self.scene);
+        self.say(kept.map_or_else(|error| error.to_string(), |path| said(&path)));
     }
 
     fn reloaded(&mut self, outcome: std::result::Result<usize, String>) {
@@ -214,8 +231,17 @@ impl Viewer {
             let choice = EnvironmentChoice { file: Some(path.into()), radiance: None };
             self.scene.environment = choice;
         }
+        self.open_environment();
         self.environments = environments(&self.scene);
         self.window.request_redraw();
+    }
+
+    /// Opens the scene's environment if it is another; the last good one stays where that cannot be.
+    fn open_environment(&mut self) {
+        if let Err(error) = self.stage.open_environment(&self.scene.environment) {
+            self.scene.environment = self.stage.environment_choice().clone();
+            self.say(error.to_string());
+        }
     }
 
     /// Whether pictures change by themselves, so that frame is to follow frame.
@@ -262,6 +288,7 @@ impl Viewer {
         if is_first || !of_picture.is_empty() || now - self.resized.0 >= SETTLED {
             self.drawn_size = size;
         }
+        self.open_environment();
         let known = self.stage.problem.clone();
         if self.stage.draw(&self.scene, self.second, self.drawn_size)? {
             self.screen.show(&self.stage.pictures())?;
@@ -341,6 +368,15 @@ impl Viewer {
             self.window.set_title(&title);
         }
     }
+}
+
+/// egui for a window whose overlay the device draws.
+fn input(device: &Device, window: &Window) -> egui_winit::State {
+    let ctx = egui::Context::default();
+    ctx.set_visuals(egui::Visuals::dark());
+    let viewport = ctx.viewport_id();
+    let most = device.report.limits.max_image_dimension2_d as usize;
+    egui_winit::State::new(ctx, viewport, window, None, None, Some(most))
 }
 
 fn said(path: &Path) -> String {
