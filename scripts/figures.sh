@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Makes the pictures of docs/pictures: two for the README, the paper's figures 1, 3, 4, 5 and 7, its
-# Table II as a plot, and three frames of a film. Some three minutes on two cores, if nothing else runs.
+# Makes the pictures of docs/pictures: a million drops for the README, one drop, the paper's figures 1, 3,
+# 4, 5 and 7, its Table II as a plot, and three frames of a film. Some three minutes on two cores, if nothing else runs.
 # (window.png and split.png are screenshots of the window, kept by Shift F12 and F12.) Figure 7 needs the environments that scripts/setup.sh fetches.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -12,7 +12,7 @@ mkdir -p $out
 raindrops() { target/release/raindrops "$@" 2>>"$work/log" || { tail -n 3 "$work/log" >&2; exit 1; }; }
 step() { echo "figures: $*" >&2; }
 
-step "README: a million drops, one drop"
+step "a million drops (README), one drop"
 raindrops render $scenes/rain.toml -o $out/rain.png
 raindrops render $scenes/drop.toml -o $out/drop.png
 
