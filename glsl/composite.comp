@@ -4,7 +4,6 @@
 // pixels in registers. See src/passes/composite.rs.
 #include "frame.glsl"
 #include "tile_buffers.glsl"
-#include "tile_order.glsl"
 #include "splat.glsl"
 #include "shared_exponent.glsl"
 #include "appearance.glsl"
@@ -19,20 +18,8 @@ layout(std430, set = 0, binding = 14) readonly buffer Sky { uvec2 sky[]; };
 // For each tile the sum of its pixels' log(delta + luminance).
 layout(std430, set = 0, binding = 15) writeonly buffer LogSums { float log_sums[]; };
 
-// Four words at once. CPU drivers charge for each word that a lane reads from a storage buffer, and no
-// more for the four of a texel than for one of those; but not every driver has texel buffers so large.
-#ifdef TEXELS
-layout(set = 0, binding = 16) uniform usamplerBuffer block_texels;
-layout(set = 0, binding = 17) uniform usamplerBuffer sky_texels;
-uvec4 four_of_blocks(uint word) { return texelFetch(block_texels, int(word / 4u)); }
-uvec4 four_of_sky(uint pixel) { return texelFetch(sky_texels, int(pixel / 2u)); }
-#else
-uvec4 four_of_blocks(uint word) {
-    return uvec4(block_pixels[word], block_pixels[word + 1u], block_pixels[word + 2u],
-                 block_pixels[word + 3u]);
-}
-uvec4 four_of_sky(uint pixel) { return uvec4(sky[pixel], sky[pixel + 1u]); }
-#endif
+#include "by_four.glsl"
+#include "tile_order.glsl"
 
 const vec3 LUMINANCE = vec3(0.2126, 0.7152, 0.0722); // Rec. 709
 
@@ -91,7 +78,7 @@ void main() {
 
     float logs = 0.0;
     uvec4 skies[PIXELS / 2u];
-    for (uint p = 0u; p < PIXELS; p += 2u) skies[p / 2u] = four_of_sky(tile * PIXELS + p);
+    for (uint p = 0u; p < PIXELS; p += 2u) skies[p / 2u] = two_of_sky(tile * PIXELS + p);
     for (uint p = 0u; p < PIXELS; ++p) {
         uvec2 at = corner + uvec2(p % TILE.x, p / TILE.x);
         uvec2 behind = p % 2u == 0u ? skies[p / 2u].xy : skies[p / 2u].zw;

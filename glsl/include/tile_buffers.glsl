@@ -44,7 +44,8 @@ layout(std430, set = 0, binding = 4) buffer RecordIndex { uint record_index[]; }
 // Entries of the tiles' lists, eight words each. First one for each record, of use where its drop is a
 // splat: so small that it has one colour and touches no more than 2 x 2 tiles. Then one for each
 // block: a tile of a larger drop.
-//   0  squared distance of the drop's centre, as bits, which sort as it does
+//   0  squared distance of the drop's centre, of larger drops squared length of their tangents, as
+//      bits, which sort as it does
 //   1  index of the drop
 //   2  splat: its centre, from the corner of its first tile; block: number of the large drop
 //   3  splat: direction and half sides
@@ -65,7 +66,7 @@ struct Large {
     uint first_tile; // x and y, 16 bits each
     uint across;     // tiles
     uint first_block;
-    uint distance2;  // bits
+    uint distance2;  // less the squared radius; bits
 };
 const uint BY_RAYS = 0x8000u;
 layout(std430, set = 0, binding = 7) buffer Larges { Large larges[]; };

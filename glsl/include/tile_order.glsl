@@ -1,5 +1,5 @@
 // The order of a tile's drops: by distance, then by index, a total order, so that the picture is the
-// same on every run. Needs tile_buffers.glsl.
+// same on every run. Needs tile_buffers.glsl and by_four.glsl.
 
 const uint AT_ONCE = 8; // entries sorted in registers
 
@@ -16,7 +16,7 @@ uint order_tile(uint tile) {
             uint rest = END;
             do {
                 uint node = link & ~(NODE - 1u);
-                uvec3 entry = uvec3(nodes[node], nodes[node + 1u], link);
+                uvec3 entry = uvec3(key_of_node(node), link);
                 link = nodes[link];
                 for (uint k = 0u; k < AT_ONCE; ++k) {
                     uvec3 other = farthest[k];

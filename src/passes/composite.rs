@@ -18,7 +18,7 @@ use ash::vk;
 use super::appearance::Appearance;
 use super::environment::EnvironmentMap;
 use super::frame::{Frame, FrameBuffer};
-use super::tiles::{BLOCK_PIXELS, RAY_GROUPS, TILE_PIXELS, Tiles};
+use super::tiles::{BLOCK_PIXELS, NODES, RAY_GROUPS, TILE_PIXELS, Tiles};
 use super::tone_map::{FINAL_SUMS, Source};
 use crate::Result;
 use crate::gpu::{
@@ -46,7 +46,7 @@ pub struct Composite {
     sky_pass: ComputePipeline,
     rays: ComputePipeline,
     composite: ComputePipeline,
-    /// The blocks' pixels and the sky, where the device takes views so large.
+    /// What `glsl/include/by_four.glsl` reads, where the device takes views so large.
     _texels: Vec<Texels>,
     _sky: Buffer,
 }
@@ -80,8 +80,11 @@ impl Composite {
         let sums = 4 * u64::from(tiles.count + FINAL_SUMS);
         let log_sums = make("log luminance sums", sums, Usage::empty())?;
 
-        let by_four =
-            [("texels of blocks", &tiles.shared[BLOCK_PIXELS]), ("texels of the sky", &sky)];
+        let by_four = [
+            ("texels of nodes", &tiles.shared[NODES]),
+            ("texels of blocks", &tiles.shared[BLOCK_PIXELS]),
+            ("texels of the sky", &sky),
+        ];
         let fit = by_four.iter().all(|(_, buffer)| Texels::fit(device, buffer.size));
         let texels: Vec<_> = by_four
             .iter()

@@ -12,7 +12,8 @@
 //!
 //! Linked lists, because they need one atomic exchange an entry, where lists in a row take one to
 //! count, one to fill, and a pass between. They come in any order: `glsl/include/tile_order.glsl`
-//! sorts each by distance, then index, a total order, so that the picture is the same on every run.
+//! sorts each by distance (of larger drops: their tangents' length), then index, a total order, so
+//! that the picture is the same on every run.
 //!
 //! No pass uses shared memory or barriers within a workgroup, poison on CPU drivers.
 
@@ -44,8 +45,8 @@ const LARGE_BYTES: u64 = 64;
 const TILES_A_DROP: f64 = 2.0;
 /// Part of all drops that is in view at the paper's 90°, at most.
 const SHARE_IN_VIEW: f64 = 0.18;
-/// Drops that a slab should hold: so few that sorting them by insertion costs little.
-const DROPS_A_SLAB: f64 = 4.0;
+/// Drops that a slab should hold: rarely more than `tile_order.glsl` sorts at once.
+const DROPS_A_SLAB: f64 = 6.0;
 const MAX_SLABS: u32 = 32;
 /// Least tiles of a drop whose blocks a workgroup gives out, as in the shaders.
 const TILES_OF_BIG: u64 = 13;
@@ -112,6 +113,7 @@ pub struct Tiles {
 /// Where in [`Tiles::shared`] the buffers are that are reset.
 const TOTALS: usize = 2;
 const HEADS: usize = 5;
+pub(super) const NODES: usize = 4;
 pub(super) const BLOCK_PIXELS: usize = 8;
 /// Byte offsets of the indirect arguments in the totals.
 const RECORD_GROUPS: u64 = 0;
@@ -179,6 +181,7 @@ impl Tiles {
 
         let storage = Usage::STORAGE_BUFFER;
         let cleared = storage | Usage::TRANSFER_DST;
+        let by_four = storage | Usage::UNIFORM_TEXEL_BUFFER;
         let make = |name, bytes: u64, count: u64, usage| {
             Buffer::new(device, name, bytes * count, usage, Memory::Device)
         };
@@ -188,11 +191,11 @@ impl Tiles {
             Buffer::upload_device(device, "cells", &grid.first, storage)?,
             make("totals", 112, 1, cleared | Usage::INDIRECT_BUFFER)?,
             make("drop indices", 4, records, storage)?,
-            make("nodes", 4 * NODE_WORDS, first_block + blocks, storage)?,
+            make("nodes", 4 * NODE_WORDS, first_block + blocks, by_four)?,
             make("lists", 4, heads, cleared)?,
             make("large drops", LARGE_BYTES, limits.larges.into(), storage)?,
             make("big drops", 8, blocks / TILES_OF_BIG + 1, storage)?,
-            make("pixel blocks", 4 * BLOCK_WORDS, blocks, storage | Usage::UNIFORM_TEXEL_BUFFER)?,
+            make("pixel blocks", 4 * BLOCK_WORDS, blocks, by_four)?,
             make("blocks of rays", 4, blocks, storage)?,
         ];
         let placed = Buffer::upload(device, "placed drops", &placed_records(scene), storage)?;
