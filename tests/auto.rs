@@ -183,15 +183,17 @@ fn what_auto_chooses_unasked_is_on_the_measured_front() {
         let orders = plan.light.internal_reflections;
         assert_eq!(auto["internal_reflections"], orders, "{}", study.name);
 
-        let (speed, rms) = (figure(auto, "speed"), figure(auto, "rms"));
-        println!("{}: {speed:.2} of paper's speed, RMS error {rms:.4}", study.name);
-        // The same models had 0.79 and 1.06 in two runs of the near scene, whose frames take 7 ms.
-        assert!(speed > 0.75, "{}: slower than paper, {speed}", study.name);
-        // Rows of the same models differ by the noise of the clock alone.
+        // Rows of the same models differ by the noise of the clock alone: 0.94 and 1.06 in the near scene,
+        // whose frames take 7 ms. Their mean counts.
         const KEYS: [&str; 6] =
             ["optics", "primitive", "samples", "internal_reflections", "reflection", "lookup"];
-        let is_other = |row: &&&serde_json::Value| KEYS.iter().any(|key| row[*key] != auto[*key]);
-        for row in of_scene.iter().filter(is_other) {
+        let (same, others): (Vec<_>, Vec<_>) =
+            of_scene.iter().partition(|row| KEYS.iter().all(|key| row[*key] == auto[*key]));
+        let speed = same.iter().map(|row| figure(row, "speed")).sum::<f64>() / same.len() as f64;
+        let rms = figure(auto, "rms");
+        println!("{}: {speed:.2} of paper's speed, RMS error {rms:.4}", study.name);
+        assert!(speed > 0.95, "{}: slower than paper, {speed}", study.name);
+        for row in others {
             // By a tenth, beyond the noise of the errors' fourth digit.
             let beats = figure(row, "speed") > 1.1 * speed && figure(row, "rms") < 0.99 * rms;
             assert!(

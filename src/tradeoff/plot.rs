@@ -11,6 +11,9 @@ const PANEL: (u32, u32) = (560, 420);
 const COLUMNS: usize = 2;
 /// Height of the line below the panels.
 const FOOT: u32 = 40;
+/// What a panel's axes and margins leave for its points, and the height and width of a letter of a name.
+const PLOT: (f64, f64) = (484.0, 336.0);
+const LETTER: (f64, f64) = (5.5, 12.0);
 
 /// Colours of the presets that models start from (Okabe and Ito 2008: told apart by everyone).
 const FAMILIES: [(&str, RGBColor); 4] = [
@@ -41,7 +44,7 @@ fn draw(report: &Report, svg: &mut String) -> std::result::Result<(), PlotFailed
     }
     let device = &report.device;
     let line = format!(
-        "{} ({} {}); truth: {} samples a pixel; line: the Pareto front",
+        "{} ({} {}); truth: {} samples a pixel; line: the Pareto front; names where there is room",
         device.name, device.driver, device.driver_info, report.truth_samples
     );
     foot.draw(&Text::new(line, (16, 12), ("sans-serif", 14)))?;
@@ -66,10 +69,12 @@ fn panel(scene: &str, rows: &[&Row], area: &Area<'_>) -> std::result::Result<(),
         .margin(12)
         .x_label_area_size(36)
         .y_label_area_size(52)
-        .build_cartesian_2d(times.log_scale(), errors.log_scale())?;
+        .build_cartesian_2d(times.clone().log_scale(), errors.clone().log_scale())?;
     chart
         .configure_mesh()
         .light_line_style(TRANSPARENT)
+        .x_labels(6)
+        .y_labels(6)
         .x_desc("ms a frame")
         .y_desc("RMS error, grey levels of 255")
         .label_style(("sans-serif", 13))
@@ -89,11 +94,28 @@ fn panel(scene: &str, rows: &[&Row], area: &Area<'_>) -> std::result::Result<(),
             .label(family)
             .legend(move |(x, y)| Circle::new((x + 8, y), 4, color.filled()));
     }
-    let named = rows.iter().filter(|row| row.pareto || row.model == row.preset);
-    chart.draw_series(named.map(|row| {
-        EmptyElement::at(place(row))
-            + Text::new(row.model.clone(), (7, -5), ("sans-serif", 11).into_font())
-    }))?;
+    // Names from the presets' own on, each where it meets no other; at the right edge to the left of its point.
+    let mut named: Vec<&Row> =
+        rows.iter().copied().filter(|row| row.pareto || row.model == row.preset).collect();
+    named.sort_by_key(|row| row.model != row.preset);
+    let mut taken: Vec<(f64, f64, f64)> = Vec::new();
+    for row in named {
+        let (ms, error) = place(row);
+        let x = PLOT.0 * (ms / times.start).ln() / (times.end / times.start).ln();
+        let y = PLOT.1 * (error / errors.start).ln() / (errors.end / errors.start).ln();
+        let width = LETTER.0 * row.model.len() as f64;
+        let (from, shift) =
+            if x + 7.0 + width > PLOT.0 { (x - 7.0 - width, -7.0 - width) } else { (x + 7.0, 7.0) };
+        let is_free = taken.iter().all(|(left, right, height)| {
+            from > *right || from + width < *left || (y - height).abs() > LETTER.1
+        });
+        if is_free {
+            taken.push((from, from + width, y));
+            let name =
+                Text::new(row.model.clone(), (shift as i32, -5), ("sans-serif", 11).into_font());
+            chart.draw_series([EmptyElement::at((ms, error)) + name])?;
+        }
+    }
     chart
         .configure_series_labels()
         .position(SeriesLabelPosition::UpperRight)
