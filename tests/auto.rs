@@ -187,8 +187,10 @@ fn what_auto_chooses_unasked_is_on_the_measured_front() {
         // whose frames take 7 ms. Their mean counts.
         const KEYS: [&str; 6] =
             ["optics", "primitive", "samples", "internal_reflections", "reflection", "lookup"];
-        let (same, others): (Vec<_>, Vec<_>) =
-            of_scene.iter().partition(|row| KEYS.iter().all(|key| row[*key] == auto[*key]));
+        let (same, others): (Vec<_>, Vec<_>) = of_scene
+            .iter()
+            .copied()
+            .partition(|row| KEYS.iter().all(|key| row[*key] == auto[*key]));
         let speed = same.iter().map(|row| figure(row, "speed")).sum::<f64>() / same.len() as f64;
         let rms = figure(auto, "rms");
         println!("{}: {speed:.2} of paper's speed, RMS error {rms:.4}", study.name);
