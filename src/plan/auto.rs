@@ -53,16 +53,20 @@ pub fn choose(scene: &Scene, environment: &Environment) -> Choice {
     let judged = candidates.iter().map(|candidate| {
         (candidate, expected_error(candidate, &demand, contrast), time(candidate, &demand))
     });
-    if let Some(accepted) = scene.model.error {
-        let good = judged.clone().filter(|(_, error, _)| *error <= accepted);
-        let quickest = good.min_by(|(.., a), (.., b)| a.total_cmp(b));
-        let (chosen, error, time, how) = match quickest {
-            Some((chosen, error, time)) => (chosen, error, time, "the quickest within"),
-            None => {
-                let truest = judged.min_by(|(_, a, _), (_, b, _)| a.total_cmp(b));
-                let (chosen, error, time) = truest.expect("there are candidates");
-                (chosen, error, time, "no model is within reach of, the truest for")
-            }
+    // Those that keep the error by their time, before the others by their error.
+    let merit = |accepted: f64, error: f64, time: f64| {
+        if error <= accepted { (false, time) } else { (true, error) }
+    };
+    if let Some(accepted) = scene.model.error
+        && let Some((chosen, error, time)) = judged.clone().min_by(|(_, a, s), (_, b, t)| {
+            let (a, b) = (merit(accepted, *a, *s), merit(accepted, *b, *t));
+            a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
+        })
+    {
+        let how = if error <= accepted {
+            "the quickest within"
+        } else {
+            "no model is within reach of, the truest for"
         };
         let reason = format!(
             "{how} an RMS error of {accepted} (expected: {error:.4}, {:.1} of the paper's time)",

@@ -94,32 +94,46 @@ fn panel(scene: &str, rows: &[&Row], area: &Area<'_>) -> std::result::Result<(),
             .label(family)
             .legend(move |(x, y)| Circle::new((x + 8, y), 4, color.filled()));
     }
-    // Names from the presets' own on, each where it meets no other; at the right edge to the left of its point.
-    let mut named: Vec<&Row> =
-        rows.iter().copied().filter(|row| row.pareto || row.model == row.preset).collect();
-    named.sort_by_key(|row| row.model != row.preset);
-    let mut taken: Vec<(f64, f64, f64)> = Vec::new();
-    for row in named {
+    let on_panel = |row: &Row| {
         let (ms, error) = place(row);
-        let x = PLOT.0 * (ms / times.start).ln() / (times.end / times.start).ln();
-        let y = PLOT.1 * (error / errors.start).ln() / (errors.end / errors.start).ln();
-        let width = LETTER.0 * row.model.len() as f64;
-        let (from, shift) =
-            if x + 7.0 + width > PLOT.0 { (x - 7.0 - width, -7.0 - width) } else { (x + 7.0, 7.0) };
-        let is_free = taken.iter().all(|(left, right, height)| {
-            from > *right || from + width < *left || (y - height).abs() > LETTER.1
-        });
-        if is_free {
-            taken.push((from, from + width, y));
-            let name =
-                Text::new(row.model.clone(), (shift as i32, -5), ("sans-serif", 11).into_font());
-            chart.draw_series([EmptyElement::at((ms, error)) + name])?;
-        }
-    }
+        (
+            PLOT.0 * (ms / times.start).ln() / (times.end / times.start).ln(),
+            PLOT.1 * (error / errors.start).ln() / (errors.end / errors.start).ln(),
+        )
+    };
+    chart.draw_series(names(rows, on_panel).into_iter().map(|(row, shift)| {
+        let name = Text::new(row.model.clone(), (shift as i32, -5), ("sans-serif", 11).into_font());
+        EmptyElement::at(place(row)) + name
+    }))?;
     chart
         .configure_series_labels()
         .position(SeriesLabelPosition::UpperRight)
         .label_font(("sans-serif", 13))
         .draw()?;
     Ok(())
+}
+
+/// The models to name, and how far to the right of its point each name begins: the presets, then the
+/// front, each where it meets no other name; at the right edge to the left of its point.
+fn names<'a>(rows: &[&'a Row], on_panel: impl Fn(&Row) -> (f64, f64)) -> Vec<(&'a Row, f64)> {
+    const GAP: f64 = 7.0;
+    let is_preset = |row: &Row| row.model == row.preset;
+    let mut wanted: Vec<&Row> =
+        rows.iter().copied().filter(|row| row.pareto || is_preset(row)).collect();
+    wanted.sort_by_key(|row| !is_preset(row));
+    let (mut named, mut taken) = (Vec::new(), Vec::<(f64, f64, f64)>::new());
+    for row in wanted {
+        let (x, y) = on_panel(row);
+        let width = LETTER.0 * row.model.len() as f64;
+        let shift = if x + GAP + width > PLOT.0 { -GAP - width } else { GAP };
+        let (from, to) = (x + shift, x + shift + width);
+        let is_free = |(left, right, height): &(f64, f64, f64)| {
+            from > *right || to < *left || (y - height).abs() > LETTER.1
+        };
+        if taken.iter().all(is_free) {
+            taken.push((from, to, y));
+            named.push((row, shift));
+        }
+    }
+    named
 }
