@@ -9,6 +9,35 @@
 
 layout(local_size_x = 64) in;
 
+// Coverage of a row of a tile's pixels by a drop, whose centre is `from` before the first pixel's; and where
+// in its picture of `edge` texels an edge the pixels' colours stand.
+vec4 cover(vec2 from, vec4 to_disc, vec2 half_side, float radius, float edge, out uvec4 texels) {
+    vec4 x = from.x + vec4(0.0, 1.0, 2.0, 3.0);
+    vec4 s = to_disc.x * x + to_disc.z * from.y, t = to_disc.y * x + to_disc.w * from.y;
+    uvec4 column = uvec4(clamp((0.5 * s + 0.5) * edge, 0.0, edge - 1.0));
+    uvec4 row = uvec4(clamp((0.5 * t + 0.5) * edge, 0.0, edge - 1.0));
+    texels = row * uint(edge) + column;
+
+    // Part of the pixel's square that the drop covers. Under a pixel of radius: its box of
+    // equal area against the square, which keeps the sum over all pixels exact at every
+    // place. Above: a ramp of one pixel across the edge, 1/(24 R) inside it, which keeps
+    // the disc's area.
+    vec4 overlap = max(min(x + 0.5, half_side.x) - max(x - 0.5, -half_side.x), 0.0)
+        * max(min(from.y + 0.5, half_side.y) - max(from.y - 0.5, -half_side.y), 0.0);
+    vec4 disc = sqrt(s * s + t * t);
+    vec4 slope_x = to_disc.x * s + to_disc.y * t, slope_y = to_disc.z * s + to_disc.w * t;
+    vec4 edge_px = (1.0 - disc) * disc * inversesqrt(max(slope_x * slope_x + slope_y * slope_y, 1e-20));
+    vec4 ramp = clamp(edge_px + 0.5 - 1.0 / (24.0 * radius), 0.0, 1.0);
+    return radius < 1.0 ? overlap : mix(ramp, vec4(1.0), lessThan(disc, vec4(1e-3)));
+}
+
+void write_colors(uint at, uint picture, uvec4 texels) {
+    block_pixels[at] = pictures[picture + texels.x];
+    block_pixels[at + 1u] = pictures[picture + texels.y];
+    block_pixels[at + 2u] = pictures[picture + texels.z];
+    block_pixels[at + 3u] = pictures[picture + texels.w];
+}
+
 void main() {
     uint at = gl_GlobalInvocationID.x;
     if (at >= min(totals.blocks, MAX_BLOCKS)) return;
@@ -31,30 +60,19 @@ void main() {
     uint picture = picture_word(r.look & 0xfffu, uint(edge));
     vec2 from = vec2(at_tile * TILE) + 0.5 - r.center;
 
-    float alpha[PIXELS], most = 0.0;
-    for (uint p = 0u; p < PIXELS; ++p) {
-        vec2 offset = from + vec2(p % TILE.x, p / TILE.x);
-        vec2 st = m.xy * offset.x + m.zw * offset.y;
-
-        // Part of the pixel's square that the drop covers. Under a pixel of radius: its box of
-        // equal area against the square, which keeps the sum over all pixels exact at every
-        // place. Above: a ramp of one pixel across the edge, 1/(24 R) inside it, which keeps
-        // the disc's area.
-        vec2 overlap = max(min(offset + 0.5, half_side) - max(offset - 0.5, -half_side), 0.0);
-        float disc = length(st);
-        vec2 slope = vec2(dot(m.xy, st), dot(m.zw, st));
-        float edge_px = (1.0 - disc) * disc * inversesqrt(max(dot(slope, slope), 1e-20));
-        float ramp = clamp(edge_px + 0.5 - 1.0 / (24.0 * radius), 0.0, 1.0);
-        alpha[p] = fade * (radius < 1.0 ? overlap.x * overlap.y : disc < 1e-3 ? 1.0 : ramp);
-        most = max(most, alpha[p]);
-
-        uvec2 texel = uvec2(clamp((0.5 * st + 0.5) * edge, 0.0, edge - 1.0));
-        if (!rays) block_pixels[at * BLOCK + p] = pictures[picture + texel.y * uint(edge) + texel.x];
+    uvec4 texels_above, texels_below;
+    vec4 above = fade * cover(from, m, half_side, radius, edge, texels_above);
+    vec4 below = fade * cover(from + vec2(0.0, 1.0), m, half_side, radius, edge, texels_below);
+    if (!rays) {
+        write_colors(at * BLOCK, picture, texels_above);
+        write_colors(at * BLOCK + TILE.x, picture, texels_below);
     }
-    uint pairs[4] = uint[4](
-        packUnorm2x16(vec2(alpha[0], alpha[1])), packUnorm2x16(vec2(alpha[2], alpha[3])),
-        packUnorm2x16(vec2(alpha[4], alpha[5])), packUnorm2x16(vec2(alpha[6], alpha[7])));
-    for (uint w = 0u; w < 4u; ++w) block_pixels[at * BLOCK + COVERAGE + w] = pairs[w];
+    block_pixels[at * BLOCK + COVERAGE] = packUnorm2x16(above.xy);
+    block_pixels[at * BLOCK + COVERAGE + 1u] = packUnorm2x16(above.zw);
+    block_pixels[at * BLOCK + COVERAGE + 2u] = packUnorm2x16(below.xy);
+    block_pixels[at * BLOCK + COVERAGE + 3u] = packUnorm2x16(below.zw);
+    vec4 larger = max(above, below);
+    float most = max(max(larger.x, larger.y), max(larger.z, larger.w));
 
     // The outline's box has corners that the outline does not reach.
     if (most > 0.0) {

@@ -23,32 +23,64 @@ layout(std430, set = 0, binding = 15) writeonly buffer LogSums { float log_sums[
 
 const vec3 LUMINANCE = vec3(0.2126, 0.7152, 0.0722); // Rec. 709
 
+// A row of a tile's pixels: the light so far, and the share of what is behind that passes. Vectors, not
+// arrays: SwiftShader keeps an array that a loop indexes in memory.
+struct Row {
+    vec4 r, g, b, through;
+};
+
+void lay_behind(inout Row row, vec4 coverage, vec4 r, vec4 g, vec4 b) {
+    vec4 share = row.through * coverage;
+    row.r += share * r;
+    row.g += share * g;
+    row.b += share * b;
+    row.through -= share;
+}
+
+void lay_block_behind(inout Row row, uvec4 colors, uvec2 coverage) {
+    vec4 r, g, b, alpha = vec4(unpackUnorm2x16(coverage.x), unpackUnorm2x16(coverage.y));
+    unpack_radiances(colors, r, g, b);
+    lay_behind(row, mix(alpha, vec4(0.0), equal(colors, uvec4(NO_COLOR))), r, g, b);
+}
+
+void write_pixel(uint at, float r, float g, float b) {
+    radiance_out[at] = uvec2(packHalf2x16(vec2(r, g)), packHalf2x16(vec2(b, 1.0)));
+}
+
+// Lays the sky behind a row and writes it; returns the sum of its log(delta + luminance).
+float finish(Row row, uint behind, uvec2 first) {
+    uvec4 left = two_of_sky(behind), right = two_of_sky(behind + 2u);
+    vec4 rg_left = vec4(unpackHalf2x16(left.x), unpackHalf2x16(left.z));
+    vec4 rg_right = vec4(unpackHalf2x16(right.x), unpackHalf2x16(right.z));
+    vec4 b = vec4(unpackHalf2x16(left.y).x, unpackHalf2x16(left.w).x,
+                  unpackHalf2x16(right.y).x, unpackHalf2x16(right.w).x);
+    lay_behind(row, vec4(1.0), vec4(rg_left.xz, rg_right.xz), vec4(rg_left.yw, rg_right.yw), b);
+
+    uvec2 size = uvec2(frame.image.xy);
+    uint at = first.y * size.x + first.x, width = first.y < size.y ? size.x - first.x : 0u;
+    if (width > 0u) write_pixel(at, row.r.x, row.g.x, row.b.x);
+    if (width > 1u) write_pixel(at + 1u, row.r.y, row.g.y, row.b.y);
+    if (width > 2u) write_pixel(at + 2u, row.r.z, row.g.z, row.b.z);
+    if (width > 3u) write_pixel(at + 3u, row.r.w, row.g.w, row.b.w);
+    vec4 luminance = LUMINANCE.r * row.r + LUMINANCE.g * row.g + LUMINANCE.b * row.b;
+    vec4 logs = log(frame.tone.y + luminance);
+    return dot(logs, vec4(lessThan(uvec4(0, 1, 2, 3), uvec4(width))));
+}
+
 void main() {
     uint tile = gl_GlobalInvocationID.x;
     if (tile >= TILE_COUNT) return;
-    uvec2 size = uvec2(frame.image.xy);
-    uvec2 corner = uvec2(tile % tiles_across(), tile / tiles_across()) * TILE;
+    Row upper = Row(vec4(0.0), vec4(0.0), vec4(0.0), vec4(1.0)), lower = upper;
 
-    vec3 sum[PIXELS];
-    float through[PIXELS]; // transmittance
-    for (uint p = 0u; p < PIXELS; ++p) {
-        sum[p] = vec3(0.0);
-        through[p] = 1.0;
-    }
     // Drops alike look larger the nearer they are, so a tile's list is blocks, then splats; placed
     // drops of other sizes may make it change more than once.
     uint link = order_tile(tile);
     do {
         while (link != END && is_block(link)) {
             uint pixels = (link / NODE - FIRST_BLOCK) * BLOCK;
-            uvec4 colors[2] = uvec4[2](four_of_blocks(pixels), four_of_blocks(pixels + 4u));
             uvec4 coverage = four_of_blocks(pixels + COVERAGE);
-            for (uint p = 0u; p < PIXELS; ++p) {
-                uint color = colors[p / 4u][p % 4u];
-                float alpha = color == NO_COLOR ? 0.0 : unpackUnorm2x16(coverage[p / 2u])[p % 2u];
-                sum[p] += through[p] * alpha * unpack_radiance(color);
-                through[p] *= 1.0 - alpha;
-            }
+            lay_block_behind(upper, four_of_blocks(pixels), coverage.xy);
+            lay_block_behind(lower, four_of_blocks(pixels + TILE.x), coverage.zw);
             link = nodes[link];
         }
         while (link != END && !is_block(link)) {
@@ -58,35 +90,19 @@ void main() {
             // From the centre to the tile's corner.
             vec2 from = vec2(uvec2(which & 1u, which >> 1) * TILE) - unpack_center(nodes[node + 2u]);
             // What each column and each row of pixels has of the box.
-            float columns[TILE.x], rows[TILE.y];
-            for (uint x = 0u; x < TILE.x; ++x) {
-                float at = from.x + float(x);
-                columns[x] = max(min(at + 1.0, half_sides.x) - max(at, -half_sides.x), 0.0);
-            }
-            for (uint y = 0u; y < TILE.y; ++y) {
-                float at = from.y + float(y);
-                rows[y] = max(min(at + 1.0, half_sides.y) - max(at, -half_sides.y), 0.0);
-            }
-            for (uint p = 0u; p < PIXELS; ++p) {
-                float share = through[p] * columns[p % TILE.x] * rows[p / TILE.x];
-                sum[p] += share * color;
-                through[p] -= share;
-            }
+            vec4 x = from.x + vec4(0.0, 1.0, 2.0, 3.0);
+            vec2 y = from.y + vec2(0.0, 1.0);
+            vec4 columns = max(min(x + 1.0, half_sides.x) - max(x, -half_sides.x), 0.0);
+            vec2 rows = max(min(y + 1.0, half_sides.y) - max(y, -half_sides.y), 0.0);
+            vec4 r = vec4(color.r), g = vec4(color.g), b = vec4(color.b);
+            lay_behind(upper, columns * rows.x, r, g, b);
+            lay_behind(lower, columns * rows.y, r, g, b);
             link = nodes[link];
         }
     } while (link != END);
 
-    float logs = 0.0;
-    uvec4 skies[PIXELS / 2u];
-    for (uint p = 0u; p < PIXELS; p += 2u) skies[p / 2u] = two_of_sky(tile * PIXELS + p);
-    for (uint p = 0u; p < PIXELS; ++p) {
-        uvec2 at = corner + uvec2(p % TILE.x, p / TILE.x);
-        uvec2 behind = p % 2u == 0u ? skies[p / 2u].xy : skies[p / 2u].zw;
-        vec3 c = sum[p] + through[p] * vec3(unpackHalf2x16(behind.x), unpackHalf2x16(behind.y).x);
-        if (at.x < size.x && at.y < size.y) {
-            radiance_out[at.y * size.x + at.x] = uvec2(packHalf2x16(c.rg), packHalf2x16(vec2(c.b, 1.0)));
-            if (LOG_SUMS != 0u) logs += log(frame.tone.y + dot(c, LUMINANCE));
-        }
-    }
+    uvec2 corner = uvec2(tile % tiles_across(), tile / tiles_across()) * TILE;
+    float logs = finish(upper, tile * PIXELS, corner)
+        + finish(lower, tile * PIXELS + TILE.x, corner + uvec2(0, 1));
     if (LOG_SUMS != 0u) log_sums[tile] = logs;
 }

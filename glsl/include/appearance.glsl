@@ -1,10 +1,12 @@
-// Where the pictures of src/passes/appearance.rs lie: for each direction a pyramid of square
-// pictures of 1, 2, 4, 8 and 16 texels an edge, one word a texel.
+// Where the pictures of src/passes/appearance.rs lie, one word a texel: first those of one texel, of all
+// directions, which splats need by the hundred thousand and caches keep; then for each direction the square
+// pictures of 2, 4, 8 and 16 texels an edge.
 
-const uint PYRAMID = 341; // 1 + 4 + 16 + 64 + 256
+const uint SINGLE_TEXELS = 4096; // the directions of octahedron.glsl
+const uint PYRAMID = 340; // 4 + 16 + 64 + 256
 const uint NO_COLOR = 0xffffffffu; // a pixel of a block that its drop does not cover
 
 // First word of the picture with `edge` texels of a direction.
 uint picture_word(uint direction, uint edge) {
-    return direction * PYRAMID + (edge * edge - 1u) / 3u;
+    return edge == 1u ? direction : SINGLE_TEXELS + direction * PYRAMID + (edge * edge - 4u) / 3u;
 }

@@ -17,3 +17,11 @@ vec3 unpack_radiance(uint word) {
     float scale = uintBitsToFloat(((word >> 27) + 103u) << 23);
     return vec3(word & 511u, (word >> 9) & 511u, (word >> 18) & 511u) * scale;
 }
+
+// Of four words.
+void unpack_radiances(uvec4 words, out vec4 r, out vec4 g, out vec4 b) {
+    vec4 scale = uintBitsToFloat(((words >> 27) + 103u) << 23);
+    r = vec4(words & 511u) * scale;
+    g = vec4((words >> 9) & 511u) * scale;
+    b = vec4((words >> 18) & 511u) * scale;
+}
