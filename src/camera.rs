@@ -102,6 +102,18 @@ impl View {
         (right * self.right + up * self.up - self.focal_px * self.back).normalize()
     }
 
+    /// Column and row of the pixel that a direction in world space falls into; `None` beside the
+    /// picture and behind the camera.
+    pub fn pixel(&self, direction: DVec3) -> Option<(u32, u32)> {
+        let scale = self.focal_px / -direction.dot(self.back);
+        let x = 0.5 * f64::from(self.width) + scale * direction.dot(self.right);
+        let y = 0.5 * f64::from(self.height) - scale * direction.dot(self.up);
+        let is_seen = scale > 0.0
+            && (0.0..f64::from(self.width)).contains(&x)
+            && (0.0..f64::from(self.height)).contains(&y);
+        is_seen.then_some((x as u32, y as u32))
+    }
+
     /// Largest tangent of the half-angles of the picture, horizontal and vertical.
     pub fn tan_half_angles(&self) -> (f64, f64) {
         (0.5 * f64::from(self.width) / self.focal_px, 0.5 * f64::from(self.height) / self.focal_px)

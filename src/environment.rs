@@ -7,6 +7,7 @@
 //! that is negative or not finite: one such texel in a bilinear fetch or in a log-average makes a
 //! whole picture NaN.
 
+pub mod bright;
 pub mod levels;
 mod load;
 mod mend;

@@ -43,6 +43,9 @@ pub struct ReferenceArgs {
     #[arg(long, value_name = "N", default_value_t = 0,
           value_parser = clap::value_parser!(u32).range(0..=16))]
     drops_see_drops: u32,
+    /// Leave it to chance whether samples meet the sun in a drop, instead of looking for its images
+    #[arg(long)]
+    no_glints: bool,
     /// Chooses the samples' places (the drops' is --seed)
     #[arg(long, value_name = "N", default_value_t = 0)]
     sample_seed: u64,
@@ -69,6 +72,7 @@ pub fn run(args: &ReferenceArgs) -> anyhow::Result<Answer> {
         weights: args.weights,
         reflection: !args.no_reflection,
         drops_see_drops: args.drops_see_drops,
+        glints: !args.no_glints,
     };
     // Hidden by itself where stderr is no terminal.
     let bar = ProgressBar::new(STEPS as u64)

@@ -102,13 +102,25 @@ pub fn sample(chain: &[Level], direction: DVec3, level: f64) -> DVec3 {
 /// Radiance from a unit direction: bilinear between texel centres, around the seam, clamped at the
 /// poles.
 pub(super) fn bilinear(texels: &[Vec3], width: u32, height: u32, direction: DVec3) -> DVec3 {
+    interpolate(width, height, direction, |column, row| {
+        texels[row * width as usize + column].as_dvec3()
+    })
+}
+
+/// As [`bilinear`], of texels by column and row.
+pub(super) fn interpolate(
+    width: u32,
+    height: u32,
+    direction: DVec3,
+    texel: impl Fn(usize, usize) -> DVec3,
+) -> DVec3 {
     let u = 0.5 + direction.x.atan2(-direction.z) / TAU;
     let v = direction.y.clamp(-1.0, 1.0).acos() / PI;
     let (x, y) = (u * f64::from(width) - 0.5, v * f64::from(height) - 0.5);
     let texel = |column: f64, row: f64| {
         let column = (column as i64).rem_euclid(i64::from(width)) as usize;
         let row = (row as i64).clamp(0, i64::from(height) - 1) as usize;
-        texels[row * width as usize + column].as_dvec3()
+        texel(column, row)
     };
     let (left, top) = (x.floor(), y.floor());
     let upper = texel(left, top).lerp(texel(left + 1.0, top), x - left);

@@ -10,9 +10,13 @@
 //! Radiance of a ray that meets a drop with Fresnel reflectance F:
 //! `F E(R) + Σ (1-F)² F^k E(T_k)` over k = 0 … K internal reflections.
 //!
+//! What is small and very bright, as a bare sun, such rays meet in a drop by chance alone; it is taken
+//! out of what they find, and its images are looked for ([`Truth::glints`], `glints.rs`).
+//!
 //! The rays of 8 x 8 pixels share a pyramid; a tree gives the drops in it once, front to back.
 
 mod drops;
+mod glints;
 mod samples;
 mod tree;
 
@@ -22,9 +26,10 @@ pub use tree::{Hit, Pyramid, Tree};
 
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 use rayon::prelude::*;
 
+use self::glints::{Glints, MOST_REFLECTIONS};
 use crate::camera::View;
 use crate::environment::Environment;
 use crate::optics::{Encounter, WATER};
@@ -69,6 +74,10 @@ pub struct Truth {
     /// How many further drops the light leaving a drop may go through before the environment takes
     /// its place. 0: a drop sees only the environment (the paper's assumption).
     pub drops_see_drops: u32,
+    /// Whether the images of small bright sources in drops are looked for; without, or where drops
+    /// see drops, the pixels' samples meet them by chance. The same on the mean; an environment
+    /// without such sources ([`crate::environment::bright`]) is traced the same to the bit.
+    pub glints: bool,
 }
 
 impl Default for Truth {
@@ -80,6 +89,7 @@ impl Default for Truth {
             weights: Weights::Physical,
             reflection: true,
             drops_see_drops: 0,
+            glints: true,
         }
     }
 }
@@ -99,6 +109,7 @@ pub struct Tracer<'a> {
     truth: Truth,
     view: View,
     environment: &'a Environment,
+    glints: Option<Glints>,
     tree: Tree,
 }
 
@@ -115,7 +126,8 @@ impl<'a> Tracer<'a> {
         environment: &'a Environment,
         truth: Truth,
     ) -> Self {
-        Self { truth, view, environment, tree: Tree::new(spheres) }
+        let glints = Glints::new(environment, &truth);
+        Self { truth, view, environment, glints, tree: Tree::new(spheres) }
     }
 
     /// The drops, and which of them a ray meets.
@@ -126,7 +138,8 @@ impl<'a> Tracer<'a> {
     /// Radiance that arrives at the camera from a unit direction, in world space.
     pub fn radiance_along(&self, direction: DVec3) -> DVec3 {
         let next = |after| self.tree.first_hit(DVec3::ZERO, direction, after, None);
-        self.gather(DVec3::ZERO, direction, 1.0, self.truth.drops_see_drops, next).0
+        let depth = self.truth.drops_see_drops;
+        self.gather(DVec3::ZERO, direction, 1.0, depth, self.environment, next).0
     }
 
     /// The picture, on the threads of the current rayon pool; the same for any number of them.
@@ -147,15 +160,20 @@ impl<'a> Tracer<'a> {
             })
             .collect();
 
-        let mut pixels = vec![Vec3::ZERO; width as usize * height as usize];
+        let mut pixels = vec![DVec3::ZERO; width as usize * height as usize];
         let mut coverage = vec![0.0_f32; pixels.len()];
         for (tile, traced) in (0..).zip(tiles) {
             let (left, upper) = (tile % columns * TILE, tile / columns * TILE);
             for ((x, y), (radiance, covered)) in self.pixels_of(left, upper).zip(traced) {
                 let at = y as usize * width as usize + x as usize;
-                (pixels[at], coverage[at]) = (radiance.as_vec3(), covered as f32);
+                (pixels[at], coverage[at]) = (radiance, covered as f32);
             }
         }
+        let glints = self.glints.as_ref().map(|glints| glints.trace(self));
+        for (pixel, light) in glints.into_iter().flatten().flatten() {
+            pixels[pixel as usize] += light;
+        }
+        let pixels = pixels.iter().map(|pixel| pixel.as_vec3()).collect();
         Traced { picture: Picture { width, height, pixels }, coverage }
     }
 
@@ -188,6 +206,7 @@ impl<'a> Tracer<'a> {
             corner(left, lower),
         ]);
         self.tree.within(&pyramid, candidates);
+        let seen = self.glints.as_ref().map_or(self.environment, Glints::rest);
         self.pixels_of(left, upper)
             .map(|(x, y)| {
                 let (mut radiance, mut covered, mut count) = (DVec3::ZERO, 0.0, 0.0);
@@ -195,7 +214,8 @@ impl<'a> Tracer<'a> {
                     let direction = self.view.ray(f64::from(x) + right, f64::from(y) + down);
                     let next = |after| self.tree.first_hit_of(candidates, direction, after);
                     let depth = self.truth.drops_see_drops;
-                    let (light, opacity) = self.gather(DVec3::ZERO, direction, 1.0, depth, next);
+                    let (light, opacity) =
+                        self.gather(DVec3::ZERO, direction, 1.0, depth, seen, next);
                     radiance += light;
                     covered += opacity;
                     count += 1.0;
@@ -206,13 +226,15 @@ impl<'a> Tracer<'a> {
     }
 
     /// Radiance along a ray, and how far drops cover it, given its hits one after the other. A drop
-    /// that fades in lets the rest of the light through unbent.
+    /// that fades in lets the rest of the light through unbent. `seen` is what drops see where
+    /// their glints are found apart.
     fn gather(
         &self,
         origin: DVec3,
         direction: DVec3,
         share: f64,
         depth: u32,
+        seen: &Environment,
         next: impl Fn(Hit) -> Hit,
     ) -> (DVec3, f64) {
         let (mut sum, mut left) = (DVec3::ZERO, 1.0);
@@ -221,7 +243,9 @@ impl<'a> Tracer<'a> {
             let center = sphere.center - origin;
             if let Some(encounter) = Encounter::of_ray(direction, center, sphere.radius) {
                 let share = share * left * sphere.opacity;
-                sum += left * sphere.opacity * self.leaving(&encounter, hit.sphere, share, depth);
+                sum += left
+                    * sphere.opacity
+                    * self.leaving(&encounter, hit.sphere, share, depth, seen);
                 left *= 1.0 - sphere.opacity;
             }
             if left <= 0.0 {
@@ -233,30 +257,39 @@ impl<'a> Tracer<'a> {
     }
 
     /// Radiance that leaves a drop against the ray of the encounter.
-    fn leaving(&self, encounter: &Encounter, number: u32, share: f64, depth: u32) -> DVec3 {
+    fn leaving(
+        &self,
+        encounter: &Encounter,
+        number: u32,
+        share: f64,
+        depth: u32,
+        seen: &Environment,
+    ) -> DVec3 {
         let reflectance = encounter.reflectance();
-        let arriving = |weight: f64, direction: DVec3, exit: &dyn Fn() -> DVec3| {
+        let arriving = |seen: &Environment, weight, direction, exit: &dyn Fn() -> DVec3| {
             let share = weight * share;
             if depth == 0 || share < FAINT {
-                return weight * self.environment.radiance(direction);
+                return weight * seen.radiance(direction);
             }
             let sphere = &self.tree.spheres()[number as usize];
             let origin = sphere.center + sphere.radius * exit();
             let next = |after| self.tree.first_hit(origin, direction, after, Some(number));
-            weight * self.gather(origin, direction, share, depth - 1, next).0
+            weight * self.gather(origin, direction, share, depth - 1, seen, next).0
         };
         let mut sum = DVec3::ZERO;
         if self.truth.reflection {
-            sum += arriving(reflectance, encounter.reflected(), &|| encounter.normal());
+            sum += arriving(seen, reflectance, encounter.reflected(), &|| encounter.normal());
         }
         match self.truth.weights {
             Weights::Paper => {
                 let exit = || exit_normal(encounter, 0);
-                sum += arriving(1.0 - reflectance, encounter.transmitted(), &exit);
+                sum += arriving(seen, 1.0 - reflectance, encounter.transmitted(), &exit);
             }
             Weights::Physical => {
                 for k in 0..=self.truth.internal_reflections {
+                    let seen = if k <= MOST_REFLECTIONS { seen } else { self.environment };
                     sum += arriving(
+                        seen,
                         encounter.weight_of_internal_reflections(k),
                         encounter.after_internal_reflections(k),
                         &|| exit_normal(encounter, k),

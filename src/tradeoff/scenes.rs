@@ -27,7 +27,7 @@ pub fn of_file(name: &str, scene: Scene, environment: Environment) -> StudyScene
 /// at rest and in motion. Modest in size: with every model it takes minutes on two cores.
 pub fn standard_set() -> Result<Vec<StudyScene>> {
     let sky = Environment::bundled()?;
-    // The sun's disc brought down to a veil, so that 256 samples of it are a truth.
+    // The sun's disc brought down to a veil: glints are asked for in one scene, `sun`.
     let veiled = clipped(&sky, "veiled sky", 30.0 * sky.mean_luminance() as f32)?;
     let low = clipped(&sky, "low dynamic range sky", 1.0)?;
     let still = |name: &str, asks, scene: Scene, environment: &Environment| StudyScene {

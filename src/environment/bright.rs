@@ -1,0 +1,204 @@
+//! The small and very bright parts of an environment, apart from the rest: a bare sun, lamps.
+//!
+//! A drop shows the sun as a glint of some 10⁻⁵ of its disc, 10⁵ times as bright as what is around
+//! it: rays that are spread evenly over the disc meet it by chance. Who knows where the bright parts
+//! are can look for their images instead (`reference/glints.rs`).
+//!
+//! Each texel is split at a threshold, `texel = min(texel, threshold) + excess`, a component at a
+//! time. Interpolation is linear, so the two parts add up to the whole in every direction.
+
+use std::f64::consts::{PI, TAU};
+
+use glam::{DVec3, Vec3};
+
+use super::levels::interpolate;
+use super::{Environment, LUMINANCE};
+
+/// Mean luminances above which a texel has an excess. What stays below it adds a standard deviation
+/// of 30 √p means to a sample, p its share of the sphere: 0.1 for the sun's.
+const THRESHOLD: f64 = 30.0;
+
+/// Mean square of an excess over the sphere, over the square of the mean luminance, under which
+/// samples serve: this many samples a pixel bring the noise down to the mean itself.
+const WORTHWHILE: f64 = 1.0;
+
+/// Angular radius above which samples meet an excess often enough by themselves.
+const LARGEST: f64 = 15.0 * PI / 180.0;
+
+/// Most regions; those of the most noise. Each costs time in every drop.
+const MOST: usize = 16;
+
+/// An environment in two parts.
+#[derive(Clone, Debug)]
+pub struct Bright {
+    /// What is left without the excess.
+    pub rest: Environment,
+    /// Where the excess is.
+    pub regions: Vec<Region>,
+}
+
+impl Bright {
+    /// The light of the bright parts over that of the rest, both from all around.
+    pub fn strength(&self) -> f64 {
+        let light = |region: &Region| region.luminance * cap(region.radius);
+        let bright: f64 = self.regions.iter().map(light).sum();
+        bright / (4.0 * PI * self.rest.mean_luminance()).max(f64::MIN_POSITIVE)
+    }
+}
+
+/// Solid angle of a cap of this angular radius.
+fn cap(radius: f64) -> f64 {
+    TAU * (1.0 - radius.cos())
+}
+
+/// Texels with an excess that touch each other, within a cap.
+#[derive(Clone, Debug)]
+pub struct Region {
+    /// Unit vector to the middle of the cap.
+    pub direction: DVec3,
+    /// Angular radius of the cap, in radians; beyond it the excess is 0.
+    pub radius: f64,
+    /// Mean luminance of the excess over the cap.
+    pub luminance: f64,
+    /// Of the whole environment.
+    width: u32,
+    height: u32,
+    /// Leftmost column and uppermost row of the texels below; the columns go on around the seam.
+    left: i64,
+    top: i64,
+    columns: i64,
+    rows: i64,
+    excess: Vec<Vec3>,
+}
+
+impl Region {
+    /// The excess in a unit direction.
+    pub fn radiance(&self, direction: DVec3) -> DVec3 {
+        interpolate(self.width, self.height, direction, |column, row| {
+            let column = (column as i64 - self.left).rem_euclid(i64::from(self.width));
+            let row = row as i64 - self.top;
+            if column < self.columns && (0..self.rows).contains(&row) {
+                self.excess[(row * self.columns + column) as usize].as_dvec3()
+            } else {
+                DVec3::ZERO
+            }
+        })
+    }
+}
+
+/// The small bright parts apart from the rest; `None` where there are none.
+pub fn split(environment: &Environment) -> Option<Bright> {
+    let mean = environment.mean_luminance();
+    let threshold = Vec3::splat((THRESHOLD * mean) as f32);
+    let mut found: Vec<(f64, Region)> = connected(environment, threshold)
+        .into_iter()
+        .map(|texels| region(environment, &texels, threshold))
+        .map(|(mean_square, region)| (mean_square / (mean * mean), region))
+        .filter(|(noise, region)| *noise >= WORTHWHILE && region.radius <= LARGEST)
+        .collect();
+    found.sort_by(|(a, _), (b, _)| b.total_cmp(a));
+    found.truncate(MOST);
+    if found.is_empty() {
+        return None;
+    }
+    let regions: Vec<Region> = found.into_iter().map(|(_, region)| region).collect();
+    let mut rest = environment.clone();
+    for region in &regions {
+        for (index, excess) in (0..).zip(&region.excess) {
+            let column = (region.left + index % region.columns).rem_euclid(i64::from(rest.width));
+            let row = region.top + index / region.columns;
+            let texel = &mut rest.texels[(row * i64::from(rest.width) + column) as usize];
+            if *excess != Vec3::ZERO {
+                *texel = texel.min(threshold);
+            }
+        }
+    }
+    Some(Bright { rest, regions })
+}
+
+/// Columns and rows of the texels above the threshold, those together that touch, by a corner too.
+/// Columns go on beyond the seam instead of starting anew.
+fn connected(environment: &Environment, threshold: Vec3) -> Vec<Vec<(i64, i64)>> {
+    let (width, height) = (i64::from(environment.width), i64::from(environment.height));
+    let index = |column: i64, row: i64| (row * width + column.rem_euclid(width)) as usize;
+    let mut is_open: Vec<bool> =
+        environment.texels.iter().map(|texel| texel.cmpgt(threshold).any()).collect();
+    let mut all = Vec::new();
+    for start in 0..is_open.len() {
+        if !std::mem::take(&mut is_open[start]) {
+            continue;
+        }
+        let mut texels = vec![(start as i64 % width, start as i64 / width)];
+        let mut next = 0;
+        while let Some(&(column, row)) = texels.get(next) {
+            next += 1;
+            for y in (row - 1).max(0)..=(row + 1).min(height - 1) {
+                for x in column - 1..=column + 1 {
+                    if std::mem::take(&mut is_open[index(x, y)]) {
+                        texels.push((x, y));
+                    }
+                }
+            }
+        }
+        all.push(texels);
+    }
+    all
+}
+
+/// A region of these texels, and the mean square of its excess luminance over the sphere.
+fn region(environment: &Environment, texels: &[(i64, i64)], threshold: Vec3) -> (f64, Region) {
+    let (width, height) = (f64::from(environment.width), f64::from(environment.height));
+    // In texels from the left and the upper edge; beyond a pole there is the pole.
+    let direction = |x: f64, y: f64| {
+        let (azimuth, polar) = ((x / width - 0.5) * TAU, (y / height).clamp(0.0, 1.0) * PI);
+        DVec3::new(azimuth.sin() * polar.sin(), polar.cos(), -azimuth.cos() * polar.sin())
+    };
+    let center = |&(column, row): &(i64, i64)| (column as f64 + 0.5, row as f64 + 0.5);
+    let excess = |&(column, row): &(i64, i64)| {
+        let column = column.rem_euclid(i64::from(environment.width));
+        let texel = environment.texels[(row * i64::from(environment.width) + column) as usize];
+        texel - texel.min(threshold)
+    };
+    let (mut power, mut square, mut toward) = (0.0, 0.0, DVec3::ZERO);
+    for texel in texels {
+        let (x, y) = center(texel);
+        let solid_angle = TAU / width * (PI / height) * (PI * y / height).sin();
+        let luminance = excess(texel).as_dvec3().dot(LUMINANCE);
+        power += solid_angle * luminance;
+        square += solid_angle * luminance * luminance;
+        toward += solid_angle * luminance * direction(x, y);
+    }
+    let middle = toward.normalize_or(DVec3::Y);
+    // A texel's light fades to nothing at its neighbours' centres.
+    let reach = texels.iter().flat_map(|texel| {
+        let (x, y) = center(texel);
+        [-1.0, 0.0, 1.0].into_iter().flat_map(move |right| {
+            [-1.0, 0.0, 1.0].map(|down| direction(x + right, y + down).angle_between(middle))
+        })
+    });
+    let radius = reach.fold(0.0, f64::max);
+
+    let least = |of: fn(&(i64, i64)) -> i64| texels.iter().map(of).min().unwrap_or(0);
+    let most = |of: fn(&(i64, i64)) -> i64| texels.iter().map(of).max().unwrap_or(0);
+    let (left, top) = (least(|texel| texel.0), least(|texel| texel.1));
+    let columns = (most(|texel| texel.0) - left + 1).min(i64::from(environment.width));
+    let rows = most(|texel| texel.1) - top + 1;
+    let mut block = vec![Vec3::ZERO; (columns * rows) as usize];
+    for texel in texels {
+        let column = (texel.0 - left).rem_euclid(i64::from(environment.width));
+        block[((texel.1 - top) * columns + column) as usize] = excess(texel);
+    }
+    let region = Region {
+        direction: middle,
+        radius,
+        luminance: power / cap(radius),
+        width: environment.width,
+        height: environment.height,
+        left,
+        top,
+        columns,
+        rows,
+        excess: block,
+    };
+    (square / (4.0 * PI), region)
+}
