@@ -6,7 +6,7 @@ mod demand;
 mod errors;
 
 pub use demand::{Demand, SizeClass, contrast};
-pub use errors::{ERRORS, RADII_PX};
+pub use errors::{ERRORS, GLINT_RADII_PX, GLINTS, RADII_PX};
 
 use crate::model::{
     Fresnel, Lookup, Operator, Optics, Order, Preset, Primitive, Reflection, Simulation, Weights,

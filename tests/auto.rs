@@ -7,18 +7,21 @@ use std::collections::BTreeMap;
 
 use glam::{DVec3, Vec3};
 use raindrops::environment::Environment;
+use raindrops::environment::bright::split;
 use raindrops::model::{Optics, Preset, Primitive, Reflection};
 use raindrops::picture::metrics::psnr_db;
-use raindrops::plan::{Demand, ERRORS, FramePlan, Output, RADII_PX, contrast, plan};
+use raindrops::plan::{
+    Demand, ERRORS, FramePlan, GLINT_RADII_PX, GLINTS, Output, RADII_PX, contrast, plan,
+};
 use raindrops::reference::{Hit, Tracer, Truth, of_scene};
 use raindrops::renderer::Renderer;
 use raindrops::scene::{PlacedDrop, RainSettings, Scene};
 use raindrops::tone_map::{display, exposure_of};
-use raindrops::tradeoff::{by_size, candidates, standard_set};
+use raindrops::tradeoff::{by_size, candidates, glints_by_size, standard_set};
 
 use common::on_device;
 
-/// The bundled sky without its sun, which no truth of some hundred samples could hold.
+/// The bundled sky with its sun brought down to a veil.
 fn veiled() -> Environment {
     let set = standard_set().expect("the set");
     set.into_iter().find(|scene| scene.name == "near").expect("the scene").environment
@@ -34,15 +37,20 @@ fn the_error_table_is_what_is_measured() {
             .filter(|(name, _)| ERRORS.iter().any(|(known, _)| known == name))
             .collect();
         assert_eq!(wanted.len(), ERRORS.len(), "the table names models that nothing measures");
-        let rows = by_size(device, &[sky], &wanted, &radii, 4, &|_| ()).expect("errors");
+        let (contrast, bright) = (contrast(&sky), split(&sky).expect("a bare sun"));
+        let rows = by_size(device, &[sky], &wanted, &radii, 8, &|_| ()).expect("errors");
         let mut ratios: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
         for row in &rows {
-            let (name, figures) =
-                ERRORS.iter().find(|(name, _)| *name == row.model).expect("a row");
-            let column = RADII_PX.iter().position(|radius| *radius == row.radius_px);
-            let kept = figures[column.expect("a column")];
+            let number = ERRORS.iter().position(|(name, _)| *name == row.model).expect("a row");
+            let figure = |radii: &[f64], figures: &[f64]| {
+                let column = radii.iter().position(|radius| *radius == row.radius_px);
+                figures[column.expect("a column")]
+            };
+            let ((name, of_contrast), (_, of_glints)) = (&ERRORS[number], &GLINTS[number]);
+            let glints = bright.strength().sqrt() * figure(&GLINT_RADII_PX, of_glints) / contrast;
+            let kept = figure(&RADII_PX, of_contrast).hypot(glints);
             println!(
-                "{name}, {} px: {:.4} measured, {kept:.4} in the table",
+                "{name}, {} px: {:.4} measured, {kept:.4} by the tables",
                 row.radius_px, row.rms_of_contrast
             );
             ratios.entry(name).or_default().push(row.rms_of_contrast / kept);
@@ -52,6 +60,44 @@ fn the_error_table_is_what_is_measured() {
         for (name, ratios) in ratios {
             let mean = ratios.iter().map(|ratio| ratio.ln()).sum::<f64>() / ratios.len() as f64;
             let off = mean.exp();
+            println!("{name}: {off:.2} times the tables");
+            assert!((0.4..2.5).contains(&off), "{name}: {off} times the tables");
+        }
+    });
+}
+
+#[test]
+fn the_glints_table_is_what_is_measured() {
+    on_device(|device| {
+        let sky = Environment::bundled().expect("the sky");
+        let radii = [2.0];
+        let wanted: Vec<_> = candidates()
+            .into_iter()
+            .filter(|(name, _)| GLINTS.iter().any(|(known, _)| known == name))
+            .collect();
+        assert_eq!(wanted.len(), GLINTS.len(), "the table names models that nothing measures");
+        let rows = glints_by_size(device, &sky, &wanted, &radii, 6, &|_| ()).expect("errors");
+        for (row, kept) in GLINTS.iter().zip(&ERRORS) {
+            assert_eq!(row.0, kept.0, "the tables' rows are numbered alike");
+        }
+        let rows = rows.expect("a bare sun");
+        for (name, figures) in &GLINTS {
+            let ratios: Vec<f64> = rows
+                .iter()
+                .filter(|row| row.model == *name)
+                .map(|row| {
+                    let column = GLINT_RADII_PX.iter().position(|radius| *radius == row.radius_px);
+                    let kept = figures[column.expect("a column")];
+                    println!(
+                        "{name}, {} px: {:.4}, {kept:.4} in the table",
+                        row.radius_px, row.rms
+                    );
+                    row.rms / kept
+                })
+                .collect();
+            // The table holds means over 16 views, of which few have the sun where it shines through.
+            let mean_square = ratios.iter().map(|r| r * r).sum::<f64>() / ratios.len() as f64;
+            let off = mean_square.sqrt();
             println!("{name}: {off:.2} times the table");
             assert!((0.4..2.5).contains(&off), "{name}: {off} times the table");
         }
@@ -69,32 +115,36 @@ fn chosen(scene: &Scene, environment: &Environment, error: Option<f64>) -> Frame
 fn auto_keeps_the_error_that_it_is_given() {
     on_device(|device| {
         for study in standard_set().expect("the set") {
-            // The million at half the size; the bare sun has no truth of so few samples.
+            // The million at half the size.
             let mut scene = study.frames[0].clone();
-            if study.name == "sun" {
-                continue;
-            }
             (scene.image.width, scene.image.height) = (160, 160);
             let environment = &study.environment;
             let truth = Truth { samples: 256, ..Truth::default() };
             let truth = Tracer::new(&scene, environment, truth).picture();
             let exposure = exposure_of(scene.tone_map.operator, &truth, scene.tone_map.key);
             let shown = display(exposure, &truth);
-            for error in [0.05, 0.02] {
+            // The least under the sun, where it was long in doubt.
+            let least = (study.name == "sun").then_some(0.01);
+            for error in [0.05, 0.02].into_iter().chain(least) {
                 let plan = chosen(&scene, environment, Some(error));
                 let mut renderer =
                     Renderer::new(device, &scene, environment, &plan).expect("a renderer");
                 renderer.submit(&scene).expect("a frame");
                 let picture = renderer.read_radiance().expect("a picture");
                 let rms = 10f64.powf(-psnr_db(&shown, &display(exposure, &picture)) / 20.0);
+                let why = plan.why.as_deref().unwrap_or_default();
                 println!(
-                    "{}, {error} accepted: {rms:.4}; {} samples {}: {}",
-                    study.name,
-                    plan.optics,
-                    plan.samples,
-                    plan.why.as_deref().unwrap_or_default()
+                    "{}, {error} accepted: {rms:.4}; {} samples {}: {why}",
+                    study.name, plan.optics, plan.samples
                 );
-                assert!(rms <= error, "{}: {rms} over the accepted {error}", study.name);
+                // What is not promised is said.
+                let is_promised = !why.starts_with("no model is within reach");
+                assert!(
+                    rms <= error || !is_promised,
+                    "{}: {rms} over the accepted {error}",
+                    study.name
+                );
+                assert!(is_promised || error < 0.02, "{}: nothing promised", study.name);
             }
         }
     });

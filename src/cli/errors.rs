@@ -1,6 +1,7 @@
 //! `raindrops errors`: each model's error by the drop's size.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use clap::Args;
 use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
@@ -8,8 +9,10 @@ use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
 use super::options::DeviceArgs;
 use super::{Answer, print, progress, write_json};
 use crate::environment::Environment;
+use crate::environment::bright::split;
+use crate::gpu::Device;
 use crate::plan::contrast;
-use crate::tradeoff::{SizeRow, by_size, candidates};
+use crate::tradeoff::{by_size, candidates, glints_by_size};
 
 /// Each model's error by a drop's radius in pixels
 #[derive(Args)]
@@ -23,6 +26,9 @@ pub struct ErrorsArgs {
     /// Views of each environment
     #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=64))]
     views: u32,
+    /// Instead: what the glints of small bright sources, as a bare sun, add to each error
+    #[arg(long)]
+    glints: bool,
     /// Write the rows as JSON
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -47,11 +53,17 @@ pub fn run(args: &ErrorsArgs) -> anyhow::Result<Answer> {
     }
     let device = args.device.open()?;
     let candidates = candidates();
+    if args.glints {
+        return glints(args, &device, &environments);
+    }
     let bar = progress(1000, "");
     let say = |share: f64| bar.set_position((1000.0 * share) as u64);
     let rows = by_size(&device, &environments, &candidates, &args.radii, args.views, &say)?;
     bar.finish_and_clear();
-    print(table(&rows, &args.radii))?;
+    let cells = rows
+        .iter()
+        .map(|row| (row.model.as_str(), format!("{:.1} / {:.3}", 255.0 * row.rms, row.flip)));
+    print(table(cells.collect(), &args.radii))?;
     print(
         "RMS error in grey levels of 255 / mean FLIP, inside the drop; medians over environments",
     )?;
@@ -65,22 +77,54 @@ pub fn run(args: &ErrorsArgs) -> anyhow::Result<Answer> {
     Ok(Answer::Yes)
 }
 
-/// A line a model, a column a radius.
-fn table(rows: &[SizeRow], radii: &[f64]) -> Table {
+/// What small bright sources add, environment by environment.
+fn glints(
+    args: &ErrorsArgs,
+    device: &Arc<Device>,
+    environments: &[Environment],
+) -> anyhow::Result<Answer> {
+    let candidates = candidates();
+    let mut all = Vec::new();
+    for environment in environments {
+        let bar = progress(1000, "");
+        let say = |share: f64| bar.set_position((1000.0 * share) as u64);
+        let (radii, views) = (&args.radii, args.views);
+        let rows = glints_by_size(device, environment, &candidates, radii, views, &say)?;
+        bar.finish_and_clear();
+        let (Some(rows), Some(bright)) = (rows, split(environment)) else {
+            print(format_args!("no small bright sources in {}", environment.name()))?;
+            continue;
+        };
+        let cells = rows.iter().map(|row| (row.model.as_str(), format!("{:.3}", row.rms)));
+        print(table(cells.collect(), radii))?;
+        print(format_args!(
+            "RMS error, 0 to 1, over the area of the drop and the root of the sources' light, which is \
+             {:.3} of the rest's in {}",
+            bright.strength(),
+            environment.name()
+        ))?;
+        all.push(rows);
+    }
+    if let Some(path) = &args.json {
+        write_json(path, &all)?;
+    }
+    device.instance().expect_silence()?;
+    Ok(Answer::Yes)
+}
+
+/// A line a model, a column a radius, of cells radius by radius.
+fn table(cells: Vec<(&str, String)>, radii: &[f64]) -> Table {
     let mut table = Table::new();
     table.load_style(presets::UTF8_HORIZONTAL_ONLY);
     table.set_content_arrangement(ContentArrangement::Disabled);
     let mut header = vec!["radius in pixels".to_string()];
     header.extend(radii.iter().map(f64::to_string));
     table.set_header(header);
-    let mut names: Vec<&str> = rows.iter().map(|row| row.model.as_str()).collect();
-    names.truncate(rows.len() / radii.len().max(1));
-    for name in names {
-        let mut line = vec![name.to_string()];
-        for row in rows.iter().filter(|row| row.model == name) {
-            line.push(format!("{:.1} / {:.3}", 255.0 * row.rms, row.flip));
-        }
-        table.add_row(line);
+    let models = cells.len() / radii.len().max(1);
+    for (model, _) in cells.iter().take(models) {
+        let of_model = cells.iter().filter(|(name, _)| name == model);
+        let figures = of_model.map(|(_, figures)| figures.clone());
+        table.add_row(std::iter::once(model.to_string()).chain(figures));
     }
     for column in table.column_iter_mut().skip(1) {
         column.set_cell_alignment(CellAlignment::Right);

@@ -1,13 +1,15 @@
 //! Preset `auto`: the models that a scene requires, chosen by measured error and estimated time.
 //!
 //! With an accepted error, the quickest model that keeps it. Without one, prefiltered pictures with as
-//! much of a drop's light as takes no longer than the paper's method. Both come from what the scene shows ([`Demand`]), how much its
-//! environment varies, and the table of [`super::errors`].
+//! much of a drop's light as takes no longer than the paper's method. Both come from what the scene shows
+//! ([`Demand`]), how much its environment varies, how much of its light is from small bright sources, and
+//! the tables of [`super::errors`].
 
 use super::demand::{Demand, SizeClass, contrast};
-use super::errors::{Error, Left, rms};
+use super::errors::{Error, Left, expected};
 use super::{Light, NEAR_RADII, RAYS_PX};
 use crate::environment::Environment;
+use crate::environment::bright::split;
 use crate::model::{Optics, Order, Primitive, Reflection, Simulation};
 use crate::scene::{ModelChoice, Scene};
 
@@ -48,10 +50,11 @@ pub fn choose(scene: &Scene, environment: &Environment) -> Choice {
         return billboards("the scene's own choice of billboards");
     }
     let contrast = contrast(environment);
+    let glints = split(environment).map_or(0.0, |bright| bright.strength());
     let papers_time = papers_time(&demand);
     let candidates = candidates();
     let judged = candidates.iter().map(|candidate| {
-        (candidate, expected_error(candidate, &demand, contrast), time(candidate, &demand))
+        (candidate, expected_error(candidate, &demand, contrast, glints), time(candidate, &demand))
     });
     // Those that keep the error by their time, before the others by their error.
     let merit = |accepted: f64, error: f64, time: f64| {
@@ -172,7 +175,8 @@ fn candidates() -> Vec<Candidate> {
 }
 
 /// RMS error over the picture: those of the sizes, weighted by how much of the picture shows them.
-fn expected_error(candidate: &Candidate, demand: &Demand, contrast: f64) -> f64 {
+/// `glints` is the light of small bright sources over that of the rest.
+fn expected_error(candidate: &Candidate, demand: &Demand, contrast: f64, glints: f64) -> f64 {
     let square = |class: &SizeClass| {
         let sampling = match (candidate.by_rays(class), candidate.samples) {
             (false, _) => Error::Appearance,
@@ -187,10 +191,11 @@ fn expected_error(candidate: &Candidate, demand: &Demand, contrast: f64) -> f64 
             (_, 1) => Left::AllButOneInside,
             _ => Left::Nothing,
         };
-        let error = rms(sampling, class.radius_px).hypot(left.rms(class.radius_px));
-        class.share.min(1.0) * error * error
+        let error = expected(sampling, left, class.radius_px);
+        let square = (contrast * error.of_contrast).powi(2) + glints * error.of_glints.powi(2);
+        class.share.min(1.0) * square
     };
-    contrast * demand.classes.iter().map(square).sum::<f64>().sqrt()
+    demand.classes.iter().map(square).sum::<f64>().sqrt()
 }
 
 fn papers_time(demand: &Demand) -> f64 {

@@ -16,5 +16,5 @@ pub use models::{Model, models};
 pub use plot::plot;
 pub use report::{Report, Row, SCHEMA, csv, table};
 pub use scenes::{StudyScene, of_file, standard_set};
-pub use sizes::{Candidate, SizeRow, by_size, candidates};
+pub use sizes::{Candidate, GlintRow, SizeRow, by_size, candidates, glints_by_size};
 pub use study::{Effort, study};

@@ -9,6 +9,7 @@ use serde::Serialize;
 use crate::Result;
 use crate::bench::statistics::median;
 use crate::environment::Environment;
+use crate::environment::bright::split;
 use crate::gpu::Device;
 use crate::model::{Lookup, Operator, Optics, Preset, Primitive};
 use crate::picture::flip::{PIXELS_PER_DEGREE, flip};
@@ -21,6 +22,10 @@ use crate::tone_map::{Exposure, display, exposure_of};
 
 /// Distance of the drop in radii: far enough that it looks as from infinity (0.4°).
 const DISTANCE: f64 = 100.0;
+
+/// Least focal length in pixels; smaller drops stand farther away. With a wider view the background
+/// around them would vary within a pixel.
+const FOCAL_PX: f64 = 50.0;
 
 /// What is held against the truth.
 #[derive(Clone, Copy, Debug)]
@@ -44,6 +49,20 @@ pub struct SizeRow {
     pub flip: f64,
     /// `rms` over the environment's [`contrast`].
     pub rms_of_contrast: f64,
+    /// Root of the squared errors' sum over the whole of each pixel that the drop is in, over the pixels
+    /// that it covers: what its area adds to the error of a picture. Over `rms` for small drops.
+    pub rms_of_area: f64,
+}
+
+/// What small bright sources add to a model's error at one size.
+#[derive(Clone, Debug, Serialize)]
+pub struct GlintRow {
+    /// The model's name.
+    pub model: String,
+    /// Radius of the drop in pixels.
+    pub radius_px: f64,
+    /// RMS of sRGB values, 0 to 1, over the area of the drop and the root of the sources' light.
+    pub rms: f64,
 }
 
 /// The models whose errors depend on a drop's size, by name.
@@ -93,7 +112,8 @@ fn scenes(radius_px: f64, views: u32) -> Vec<Scene> {
     let mut scene = Scene { rain: None, ..Scene::default() };
     let edge = (2.0 * radius_px).ceil() as u32 + 8;
     (scene.image.width, scene.image.height) = (edge, edge);
-    let focal = radius_px * (DISTANCE * DISTANCE - 1.0).sqrt();
+    let distance = DISTANCE.max(FOCAL_PX / radius_px);
+    let focal = radius_px * (distance * distance - 1.0).sqrt();
     scene.camera.vertical_fov = 2.0 * (0.5 * f64::from(edge) / focal).atan().to_degrees();
     let mut cameras = Vec::new();
     for number in 0..views {
@@ -107,7 +127,7 @@ fn scenes(radius_px: f64, views: u32) -> Vec<Scene> {
         let phase = |step: f64| (f64::from(number + 1) * step).fract() - 0.5;
         let (x, y) = (phase(0.754_877_666_2), phase(0.569_840_291));
         let aside = (x * view.right + y * view.up) / focal;
-        let center = scene.camera.position + DISTANCE * (forward + aside).normalize();
+        let center = scene.camera.position + distance * (forward + aside).normalize();
         scene.drops.push(PlacedDrop { center, radius: 1.0 });
     }
     cameras.into_iter().map(|camera| Scene { camera, ..scene.clone() }).collect()
@@ -147,16 +167,16 @@ pub fn by_size(
                         trace(*truth).into_iter().map(|traced| traced.picture).collect()
                     }
                 };
-                let errors: Vec<(f64, f64)> = truths
+                let errors: Vec<[f64; 3]> = truths
                     .iter()
                     .zip(&pictures)
                     .map(|(truth, picture)| errors(truth, picture, exposure))
                     .collect();
-                let mean = |pick: fn(&(f64, f64)) -> f64| {
-                    errors.iter().map(pick).sum::<f64>() / errors.len() as f64
+                let mean = |which: usize| {
+                    errors.iter().map(|error| error[which]).sum::<f64>() / errors.len() as f64
                 };
-                let rms = mean(|error| error.0).sqrt();
-                found.push([rms, mean(|error| error.1), rms / contrast.max(1e-6)]);
+                let rms = mean(0).sqrt();
+                found.push([rms, mean(1), rms / contrast.max(1e-6), mean(2).sqrt()]);
             }
         }
         rows.extend(candidates.iter().zip(found).map(|((model, _), found)| {
@@ -169,10 +189,39 @@ pub fn by_size(
                 rms: pick(0),
                 flip: pick(1),
                 rms_of_contrast: pick(2),
+                rms_of_area: pick(3),
             }
         }));
     }
     Ok(rows)
+}
+
+/// What small bright sources add to each candidate's error: of an environment and of the same without
+/// them, the difference of the squared [`SizeRow::rms_of_area`], over the sources' light
+/// ([`Bright::strength`]); its root. `None` for an environment without such sources.
+///
+/// [`Bright::strength`]: crate::environment::bright::Bright::strength
+pub fn glints_by_size(
+    device: &Arc<Device>,
+    environment: &Environment,
+    candidates: &[(String, Candidate)],
+    radii_px: &[f64],
+    views: u32,
+    say: &dyn Fn(f64),
+) -> Result<Option<Vec<GlintRow>>> {
+    let Some(bright) = split(environment) else { return Ok(None) };
+    let rows = |environment: &Environment, from: f64| {
+        let say = |share: f64| say(from + 0.5 * share);
+        by_size(device, std::slice::from_ref(environment), candidates, radii_px, views, &say)
+    };
+    let (whole, rest) = (rows(environment, 0.0)?, rows(&bright.rest, 0.5)?);
+    let strength = bright.strength();
+    let row = |(whole, rest): (SizeRow, SizeRow)| {
+        let squares = whole.rms_of_area.powi(2) - rest.rms_of_area.powi(2);
+        let rms = (squares.max(0.0) / strength).sqrt();
+        GlintRow { model: whole.model, radius_px: whole.radius_px, rms }
+    };
+    Ok(Some(whole.into_iter().zip(rest).map(row).collect()))
 }
 
 fn render(
@@ -192,11 +241,12 @@ fn render(
     scenes.iter().map(&mut frame).collect()
 }
 
-/// Mean squared error and mean FLIP, weighted by the drop's coverage.
-fn errors(truth: &Traced, picture: &Picture, exposure: Exposure) -> (f64, f64) {
+/// Mean squared error and mean FLIP, weighted by the drop's coverage; and the squared error of the
+/// pixels that the drop is in over the pixels that it covers.
+fn errors(truth: &Traced, picture: &Picture, exposure: Exposure) -> [f64; 3] {
     let (a, b) = (display(exposure, &truth.picture), display(exposure, picture));
     let map = flip(&a, &b, PIXELS_PER_DEGREE);
-    let (mut square, mut perceived, mut total) = (0.0, 0.0, 0.0);
+    let (mut square, mut perceived, mut whole, mut total) = (0.0, 0.0, 0.0, 0.0);
     for (((a, b), flip), &coverage) in a.pixels.iter().zip(&b.pixels).zip(map).zip(&truth.coverage)
     {
         let weight = f64::from(coverage);
@@ -204,8 +254,9 @@ fn errors(truth: &Traced, picture: &Picture, exposure: Exposure) -> (f64, f64) {
         let error: f64 =
             channels.map(|(a, b)| f64::from(srgb_of_linear(a) - srgb_of_linear(b)).powi(2)).sum();
         square += weight * error / 3.0;
+        whole += if coverage > 0.0 { error / 3.0 } else { 0.0 };
         perceived += weight * flip;
         total += weight;
     }
-    (square / total, perceived / total)
+    [square / total, perceived / total, whole / total]
 }
