@@ -174,7 +174,7 @@ fn the_tree_finds_what_brute_force_finds() {
             corner(8.0, 8.0),
             corner(0.0, 8.0),
         ]);
-        tracer.tree().within(&pyramid, &mut candidates);
+        tracer.tree().within(&pyramid, f64::INFINITY, &mut candidates);
         for step in 0..400 {
             let direction = corner(f64::from(step % 20) * 0.421, f64::from(step / 20) * 0.421);
             let mut after = Hit::START;

@@ -21,6 +21,7 @@
 
 use std::collections::BTreeMap;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::sync::atomic::{AtomicU32, Ordering};
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -38,12 +39,15 @@ use crate::rain::pcg4d;
 /// the pixels' samples find what they may.
 pub(super) const MOST_REFLECTIONS: u32 = 8;
 
-/// Fewest samples of a patch.
-const FEWEST: f64 = 8.0;
+/// Drops between two words of progress.
+const TOLD_EACH: u32 = 64;
 
-/// How closely a patch's ends are found, in the source's radii: within 3 % of the patch of a low
-/// order, which is wider by as much.
-const END: f64 = 1.0 / 256.0;
+/// Fewest samples of a patch.
+const FEWEST: f64 = 4.0;
+
+/// How closely a patch's ends are found, in the source's radii. What a patch has too much of is sampled,
+/// and dark: under a tenth of its samples.
+const END: f64 = 1.0 / 64.0;
 
 /// How closely the crest is found, in radians. Where it is taken to be does not matter beyond: the
 /// patches on either side end at the same angle.
@@ -232,17 +236,27 @@ impl Glints {
         &self.bright.rest
     }
 
-    /// What the glints of each drop in view add to which pixels, in a fixed order.
-    pub(super) fn trace(&self, tracer: &Tracer) -> Vec<BTreeMap<u32, DVec3>> {
+    /// What the glints of each drop in view add to which pixels, in a fixed order. `progress` is called
+    /// from the pool's threads with the share that is done.
+    pub(super) fn trace(
+        &self,
+        tracer: &Tracer,
+        progress: &(dyn Fn(f64) + Sync),
+    ) -> Vec<BTreeMap<u32, DVec3>> {
         let view = &tracer.view;
         let (width, height) = (f64::from(view.width), f64::from(view.height));
         let corners = [(0.0, 0.0), (width, 0.0), (width, height), (0.0, height)];
         let pyramid = Pyramid::between(corners.map(|(x, y)| view.ray(x, y)));
         let mut in_view = Vec::new();
-        tracer.tree.within(&pyramid, &mut in_view);
+        tracer.tree.within(&pyramid, f64::INFINITY, &mut in_view);
+        let done = AtomicU32::new(0);
         in_view
             .par_iter()
             .map_init(Vec::new, |before, hit| {
+                let done = 1 + done.fetch_add(1, Ordering::Relaxed);
+                if done.is_multiple_of(TOLD_EACH) {
+                    progress(f64::from(done) / in_view.len() as f64);
+                }
                 Drop::new(tracer, hit.sphere, before).glints(&self.bright.regions, self.mean)
             })
             .collect()
@@ -283,8 +297,8 @@ impl<'a> Drop<'a> {
         let tangent = sine / (1.0 - sine * sine).sqrt();
         let (u, v) = axis.any_orthonormal_pair();
         let corners = [u + v, u - v, -u - v, v - u].map(|corner| axis + tangent * corner);
-        tracer.tree.within(&Pyramid::between(corners), before);
-        before.retain(|hit| hit.sphere != number && hit.distance < distance);
+        tracer.tree.within(&Pyramid::between(corners), distance, before);
+        before.retain(|hit| hit.sphere != number);
         Self { tracer, number, sphere, axis, distance, sine, before }
     }
 

@@ -148,6 +148,8 @@ impl<'a> Tracer<'a> {
         let (width, height) = (self.view.width, self.view.height);
         let strata = Strata::new(self.truth.samples, self.truth.seed);
         let (columns, rows) = (width.div_ceil(TILE), height.div_ceil(TILE));
+        // The glints' time is of the tiles' order, more or less by their number.
+        let of_tiles = if self.glints.is_some() { 0.5 } else { 1.0 };
         let done = AtomicU32::new(0);
         let tiles: Vec<Vec<(DVec3, f64)>> = (0..columns * rows)
             .into_par_iter()
@@ -155,7 +157,7 @@ impl<'a> Tracer<'a> {
                 let (left, upper) = (tile % columns * TILE, tile / columns * TILE);
                 let pixels = self.tile(left, upper, &strata, candidates);
                 let done = 1 + done.fetch_add(1, Ordering::Relaxed);
-                progress(f64::from(done) / f64::from(columns * rows));
+                progress(of_tiles * f64::from(done) / f64::from(columns * rows));
                 pixels
             })
             .collect();
@@ -169,7 +171,8 @@ impl<'a> Tracer<'a> {
                 (pixels[at], coverage[at]) = (radiance, covered as f32);
             }
         }
-        let glints = self.glints.as_ref().map(|glints| glints.trace(self));
+        let of_glints = |share: f64| progress(of_tiles + (1.0 - of_tiles) * share);
+        let glints = self.glints.as_ref().map(|glints| glints.trace(self, &of_glints));
         for (pixel, light) in glints.into_iter().flatten().flatten() {
             pixels[pixel as usize] += light;
         }
@@ -205,7 +208,7 @@ impl<'a> Tracer<'a> {
             corner(right, lower),
             corner(left, lower),
         ]);
-        self.tree.within(&pyramid, candidates);
+        self.tree.within(&pyramid, f64::INFINITY, candidates);
         let seen = self.glints.as_ref().map_or(self.environment, Glints::rest);
         self.pixels_of(left, upper)
             .map(|(x, y)| {

@@ -172,17 +172,19 @@ impl Tree {
         best
     }
 
-    /// Numbers of the spheres that rays of the pyramid (from the origin) can meet, nearest first,
-    /// each with the least distance at which it can be met.
-    pub fn within(&self, pyramid: &Pyramid, found: &mut Vec<Hit>) {
+    /// Numbers of the spheres that rays of the pyramid (from the origin) can meet before `reach`, nearest
+    /// first, each with the least distance at which it can be met.
+    pub fn within(&self, pyramid: &Pyramid, reach: f64, found: &mut Vec<Hit>) {
         found.clear();
+        let reach2 = reach * reach;
         let mut stack = [0_u32; MAX_DEPTH];
         let mut depth = usize::from(!self.nodes.is_empty());
         while depth > 0 {
             depth -= 1;
             let at = stack[depth];
             let node = &self.nodes[at as usize];
-            if pyramid.misses_box(node) {
+            let nearest = DVec3::ZERO.clamp(node.lower, node.upper);
+            if nearest.length_squared() > reach2 || pyramid.misses_box(node) {
                 continue;
             }
             if node.count > 0 {
@@ -193,7 +195,9 @@ impl Tree {
                         let length = sphere.center.length();
                         // Rounded down, so that it bounds the distance of every hit from below.
                         let distance = length - sphere.radius - SLACK * length;
-                        found.push(Hit { distance, sphere: number });
+                        if distance < reach {
+                            found.push(Hit { distance, sphere: number });
+                        }
                     }
                 }
             } else {
