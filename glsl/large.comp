@@ -15,6 +15,18 @@ layout(local_size_x = 64) in;
 #define COUNTERS_BINDING 13
 #include "counters.glsl"
 
+// Where a sphere is seen along one axis of the screen, in focal lengths from the middle: its shadow on the
+// plane of that axis and the view's is a disc, between two tangents from the camera. Those that point
+// sideways or back end nowhere. A hundredth of a radian more, for drivers' trigonometry.
+vec2 seen_along(float across, float depth, float radius) {
+    const float NOWHERE = 1e4, SIDEWAYS = 1.56;
+    float distance = sqrt(across * across + depth * depth);
+    float middle = atan(across, depth), half_angle = asin(min(radius / distance, 1.0)) + 0.01;
+    float low = middle - half_angle, high = middle + half_angle;
+    if (distance <= radius) return vec2(-NOWHERE, NOWHERE);
+    return vec2(low < -SIDEWAYS ? -NOWHERE : tan(low), high > SIDEWAYS ? NOWHERE : tan(high));
+}
+
 void main() {
     uint at = gl_GlobalInvocationID.x;
     if (at >= min(totals.larges, MAX_LARGES)) return;
@@ -57,12 +69,15 @@ void main() {
 
     ivec4 pixels = pixels_in(o.center, o.box);
     if (beside) {
-        // The outline is no ellipse: any pixel may see it, and its rays tell which.
+        // The outline is no ellipse: the rays of the pixels that may see it tell which do.
         r.center = 0.5 * frame.image.xy;
         r.to_disc = vec4(1e-6, 0.0, 0.0, 1e-6);
-        pixels = ivec4(0, 0, ivec2(frame.image.xy) - 1);
+        vec2 x = seen_along(v.x, -v.z, drop.radius), y = seen_along(-v.y, -v.z, drop.radius);
+        vec2 low = vec2(x.x, y.x), high = vec2(x.y, y.y);
+        pixels = pixels_in(r.center + frame.image.z * 0.5 * (low + high), frame.image.z * 0.5 * (high - low));
     }
     uvec2 first = uvec2(pixels.xy) / TILE, count = uvec2(pixels.zw) / TILE - first + 1u;
+    if (any(greaterThan(pixels.xy, pixels.zw))) count = uvec2(0u);
     uint tiles = count.x * count.y;
     r.first_tile = first.x | first.y << 16;
     r.across = count.x;
