@@ -35,9 +35,11 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
         _ => Path::new("."),
     };
-    if !folder.is_dir() {
-        return Err(Error::write(path, format!("there is no folder {}", folder.display())));
-    }
+    // It may go away at any moment from here on: then a call below finds nothing.
+    let failed = |error: io::Error| match folder.is_dir() {
+        true => failed(error),
+        false => Error::write(path, format!("there is no folder {}", folder.display())),
+    };
     // The wrapper's errors name the temporary file, of which the user knows nothing.
     let mut aside =
         tempfile::NamedTempFile::new_in(folder).map_err(|error| failed(error.kind().into()))?;
