@@ -43,13 +43,36 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
     // The wrapper's errors name the temporary file, of which the user knows nothing.
     let mut aside =
         tempfile::NamedTempFile::new_in(folder).map_err(|error| failed(error.kind().into()))?;
-    aside.as_file_mut().write_all(bytes).map_err(failed)?;
-    make_readable(aside.as_file());
+    match fill(aside.as_file_mut(), bytes) {
+        Ok(()) => aside.persist(&place).map(drop).map_err(|error| (error.error, error.file)),
+        Err(error) => Err((error, aside)),
+    }
+    .map_err(|(error, aside)| {
+        remove_where_it_is(aside.as_file());
+        failed(error)
+    })
+}
+
+fn fill(file: &mut File, bytes: &[u8]) -> io::Result<()> {
+    file.write_all(bytes)?;
+    make_readable(file);
     // Quotas and network file systems may say only now that there is no room; and a machine that
     // stops must not leave an empty file under the name of a finished one.
-    aside.as_file().sync_all().map_err(failed)?;
-    aside.persist(&place).map_err(|error| failed(error.error))?;
-    Ok(())
+    file.sync_all()
+}
+
+/// Removes a file by what its descriptor knows of its place: its folder may have been moved since it was
+/// made, and then its name leads nowhere. Where no system tells, it stays in that folder.
+fn remove_where_it_is(file: &File) {
+    #[cfg(target_os = "linux")]
+    {
+        use std::os::fd::AsRawFd;
+        let place = std::fs::read_link(format!("/proc/self/fd/{}", file.as_raw_fd()));
+        // Best effort: the error that led here is the one to tell.
+        let _ = place.and_then(std::fs::remove_file);
+    }
+    #[cfg(not(target_os = "linux"))]
+    let _ = file;
 }
 
 /// A temporary file is private to its owner; a result is not.
@@ -62,4 +85,21 @@ fn make_readable(file: &File) {
     }
     #[cfg(not(unix))]
     let _ = file;
+}
+
+#[cfg(all(test, target_os = "linux"))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_whose_folder_was_moved_is_removed() {
+        let outer = tempfile::tempdir().expect("a folder");
+        let (folder, away) = (outer.path().join("folder"), outer.path().join("away"));
+        std::fs::create_dir(&folder).expect("a folder");
+        let aside = tempfile::NamedTempFile::new_in(&folder).expect("a file");
+        std::fs::rename(&folder, &away).expect("it is moved away");
+        assert_eq!(away.read_dir().expect("a folder").count(), 1);
+        remove_where_it_is(aside.as_file());
+        assert_eq!(away.read_dir().expect("a folder").count(), 0);
+    }
 }

@@ -29,7 +29,7 @@ use crate::plan::Light;
 
 /// Directions, as in `glsl/include/octahedron.glsl`.
 const DIRECTIONS: u32 = 64 * 64;
-/// Words of a direction's pyramid, as in `glsl/include/appearance.glsl`.
+/// Words of all pictures of a direction, 1 + 4 + 16 + 64 + 256 texels, as `glsl/include/appearance.glsl` places them.
 const PYRAMID: u32 = 341;
 /// Invocations a workgroup.
 const GROUP: u32 = 8;
