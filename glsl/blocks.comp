@@ -76,11 +76,9 @@ void main() {
 
     // The outline's box has corners that the outline does not reach.
     if (most > 0.0) {
-        uint slot = (at_tile.y * tiles_across() + at_tile.x) * SLABS
-            + slab_of(uintBitsToFloat(r.distance2));
         nodes[node] = r.distance2;
         nodes[node + 1u] = r.index;
-        nodes[node + LINKS] = atomicExchange(heads[slot], node + LINKS);
+        nodes[node + LINKS] = atomicExchange(heads[at_tile.y * tiles_across() + at_tile.x], node + LINKS);
     }
     if (most > 0.0 && rays) {
         uint place = atomicAdd(totals.ray_blocks, 1u);

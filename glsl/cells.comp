@@ -2,23 +2,25 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_KHR_shader_subgroup_arithmetic : require
 #extension GL_KHR_shader_subgroup_ballot : require
-// Which cells of the rain box are in view, and the drops in them; one invocation a cell.
-// See src/passes/tiles.rs.
+// Which cells of the rain box are in view, and the drops in them; one invocation a cell, a dispatch a
+// band of distance, the farthest first. See src/passes/tiles.rs.
 #include "frame.glsl"
 #include "tile_buffers.glsl"
 
 layout(local_size_x = 64) in;
-layout(constant_id = 15) const uint GRID_BITS = 1;  // the box has 2^GRID_BITS cells an edge
-layout(constant_id = 16) const uint CELL_COUNT = 1; // all of them, and one for the placed drops
+layout(constant_id = 14) const uint GRID_BITS = 1;  // the box has 2^GRID_BITS cells an edge
+layout(constant_id = 15) const uint CELL_COUNT = 1; // all of them, and one for the placed drops
 
 #define COUNTERS_BINDING 13
 #include "counters.glsl"
+// Where cells stand as seen from the camera's, numbered as cells are; band by band.
+layout(std430, set = 0, binding = 14) readonly buffer FarToNear { uint far_to_near[]; };
 
-bool in_view(uint cell) {
-    uint mask = (1u << GRID_BITS) - 1u, shift = 32u - GRID_BITS;
-    uvec3 at = uvec3(cell, cell >> GRID_BITS, cell >> (2u * GRID_BITS)) & mask;
-    uvec3 low = (at << shift) + frame.shift.xyz - frame.camera_place.xyz;
-    uvec3 high = low + ((1u << shift) - 1u);
+layout(push_constant) uniform Push { uint band, first, end; } push;
+
+// Is any drop in view whose place from the camera is within a cell's edge above `low`?
+bool in_view(uvec3 low, uint edge) {
+    uvec3 high = low + (edge - 1u);
     // A cell that straddles the far side of the box has drops on both sides of the camera.
     bvec3 straddles = lessThan(ivec3(high), ivec3(low));
     vec3 from = mix(vec3(ivec3(low)), vec3(-2147483648.0), straddles) * frame.units.xyz;
@@ -40,16 +42,33 @@ bool in_view(uint cell) {
 }
 
 void main() {
-    uint cell = gl_GlobalInvocationID.x;
-    if (cell >= CELL_COUNT) return;
-    uint first = cell_first[cell], count = cell_first[cell + 1u] - first;
+    uint at = push.first + gl_GlobalInvocationID.x;
+    if (at >= push.end) return;
+    uint band_start = 0u;
+    if (push.band > 0u) band_start = totals.record_ends[push.band - 1u];
+    // Of a band without a drop as well.
+    if (at == push.first) atomicMax(totals.record_ends[push.band], band_start);
+
+    uint cell = far_to_near[at];
+    const uint SHIFT = 32u - GRID_BITS, MASK = (1u << GRID_BITS) - 1u;
+    uvec3 from_camera = uvec3(cell, cell >> GRID_BITS, cell >> (2u * GRID_BITS)) & MASK;
+    uvec3 origin = frame.shift.xyz - frame.camera_place.xyz;
     // The last cell holds the drops placed by hand, which can be anywhere.
-    if (count == 0u || cell + 1u < CELL_COUNT && !in_view(cell)) return;
+    bool shown = true;
+    if (cell + 1u < CELL_COUNT) {
+        shown = in_view((from_camera << SHIFT) + (origin & ((1u << SHIFT) - 1u)), 1u << SHIFT);
+        uvec3 place = (from_camera - (origin >> SHIFT)) & MASK;
+        cell = place.x | place.y << GRID_BITS | place.z << (2u * GRID_BITS);
+    }
+    uint first = cell_first[cell], count = cell_first[cell + 1u] - first;
+    if (count == 0u || !shown) return;
     // One atomic a subgroup: all cells add to the same counter.
     uint record = 0u, before = subgroupExclusiveAdd(count), all_here = subgroupAdd(count);
     if (subgroupElect()) {
         record = atomicAdd(totals.records, all_here);
-        atomicMax(totals.record_groups.x, (min(record + all_here, MAX_RECORDS) + 255u) / 256u);
+        uint end = min(record + all_here, MAX_RECORDS);
+        atomicMax(totals.record_ends[push.band], end);
+        atomicMax(totals.record_groups[push.band].x, (end - min(band_start, end) + 255u) / 256u);
     }
     record = subgroupBroadcastFirst(record) + before;
     uint room = MAX_RECORDS - min(record, MAX_RECORDS);

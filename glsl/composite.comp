@@ -1,7 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 // Every tile's drops over one another, front to back, the sky behind; one invocation a tile, its
-// pixels in registers. See src/passes/composite.rs.
+// pixels in registers. DISORDERED: of the tiles only that were found to need it, after their lists are
+// put in order. See src/passes/composite.rs.
 #include "frame.glsl"
 #include "tile_buffers.glsl"
 #include "splat.glsl"
@@ -10,15 +11,18 @@
 
 layout(local_size_x = 64) in;
 
-layout(constant_id = 15) const uint LOG_SUMS = 0; // 1: the display needs the log average
+layout(constant_id = 14) const uint LOG_SUMS = 0; // 1: the display needs the log average
 // The result: four halves a pixel, row by row.
 layout(std430, set = 0, binding = 13) writeonly buffer Radiance { uvec2 radiance_out[]; };
 // The environment behind, pixel by pixel of a tile after the other.
 layout(std430, set = 0, binding = 14) readonly buffer Sky { uvec2 sky[]; };
 // For each tile the sum of its pixels' log(delta + luminance).
 layout(std430, set = 0, binding = 15) writeonly buffer LogSums { float log_sums[]; };
+// Numbers of the tiles whose lists the window did not bring into order.
+layout(std430, set = 0, binding = 16) buffer Disordered { uint disordered_tiles[]; };
 
 #include "by_four.glsl"
+#include "tile_window.glsl"
 #include "tile_order.glsl"
 
 const vec3 LUMINANCE = vec3(0.2126, 0.7152, 0.0722); // Rec. 709
@@ -29,12 +33,12 @@ struct Row {
     vec4 r, g, b, through;
 };
 
+// Precise: a tile has the same colours whichever of the two pipelines draws it.
 void lay_behind(inout Row row, vec4 coverage, vec4 r, vec4 g, vec4 b) {
-    vec4 share = row.through * coverage;
-    row.r += share * r;
-    row.g += share * g;
-    row.b += share * b;
-    row.through -= share;
+    precise vec4 share = row.through * coverage;
+    precise vec4 sum_r = row.r + share * r, sum_g = row.g + share * g, sum_b = row.b + share * b;
+    precise vec4 through = row.through - share;
+    row = Row(sum_r, sum_g, sum_b, through);
 }
 
 void lay_block_behind(inout Row row, uvec4 colors, uvec2 coverage) {
@@ -67,40 +71,55 @@ float finish(Row row, uint behind, uvec2 first) {
     return dot(logs, vec4(lessThan(uvec4(0, 1, 2, 3), uvec4(width))));
 }
 
+void lay_splat_behind(inout Row upper, inout Row lower, Entry splat) {
+    vec2 half_sides = unpack_half_sides(splat.half_sides), from = -unpack_center(splat.place);
+    vec3 color = unpack_radiance(splat.color);
+    // What each column and each row of pixels has of the box.
+    vec4 x = from.x + vec4(0.0, 1.0, 2.0, 3.0);
+    vec2 y = from.y + vec2(0.0, 1.0);
+    vec4 columns = max(min(x + 1.0, half_sides.x) - max(x, -half_sides.x), 0.0);
+    vec2 rows = max(min(y + 1.0, half_sides.y) - max(y, -half_sides.y), 0.0);
+    vec4 r = vec4(color.r), g = vec4(color.g), b = vec4(color.b);
+    lay_behind(upper, columns * rows.x, r, g, b);
+    lay_behind(lower, columns * rows.y, r, g, b);
+}
+
 void main() {
-    uint tile = gl_GlobalInvocationID.x;
-    if (tile >= TILE_COUNT) return;
+    uint number = gl_GlobalInvocationID.x;
+#ifdef DISORDERED
+    if (number >= totals.disordered) return;
+    uint tile = disordered_tiles[number];
+    Window window = open_window(order_tile(tile));
+#else
+    if (number >= TILE_COUNT) return;
+    uint tile = number;
+    Window window = open_window(heads[tile]);
+#endif
     Row upper = Row(vec4(0.0), vec4(0.0), vec4(0.0), vec4(1.0)), lower = upper;
 
-    // Drops alike look larger the nearer they are, so a tile's list is blocks, then splats; placed
-    // drops of other sizes may make it change more than once.
-    uint link = order_tile(tile);
+    // Drops alike look larger the nearer they are, so a tile has blocks, then splats; placed drops of
+    // other sizes may make it change more than once.
     do {
-        while (link != END && is_block(link)) {
-            uint pixels = (link / NODE - FIRST_BLOCK) * BLOCK;
+        while (window.nearest.half_sides == IS_BLOCK) {
+            uint pixels = window.nearest.place;
             uvec4 coverage = four_of_blocks(pixels + COVERAGE);
             lay_block_behind(upper, four_of_blocks(pixels), coverage.xy);
             lay_block_behind(lower, four_of_blocks(pixels + TILE.x), coverage.zw);
-            link = nodes[link];
+            take_nearest(window);
         }
-        while (link != END && !is_block(link)) {
-            uint node = link & ~(NODE - 1u), which = link & 3u, look = nodes[node + 3u];
-            vec2 half_sides = unpack_half_sides(look);
-            vec3 color = unpack_radiance(pictures[picture_word(look & 0xfffu, 1u)]);
-            // From the centre to the tile's corner.
-            vec2 from = vec2(uvec2(which & 1u, which >> 1) * TILE) - unpack_center(nodes[node + 2u]);
-            // What each column and each row of pixels has of the box.
-            vec4 x = from.x + vec4(0.0, 1.0, 2.0, 3.0);
-            vec2 y = from.y + vec2(0.0, 1.0);
-            vec4 columns = max(min(x + 1.0, half_sides.x) - max(x, -half_sides.x), 0.0);
-            vec2 rows = max(min(y + 1.0, half_sides.y) - max(y, -half_sides.y), 0.0);
-            vec4 r = vec4(color.r), g = vec4(color.g), b = vec4(color.b);
-            lay_behind(upper, columns * rows.x, r, g, b);
-            lay_behind(lower, columns * rows.y, r, g, b);
-            link = nodes[link];
+        while (window.nearest.half_sides < NONE) {
+            lay_splat_behind(upper, lower, window.nearest);
+            take_nearest(window);
         }
-    } while (link != END);
+    } while (window.nearest.half_sides != NONE);
 
+#ifndef DISORDERED
+    if (window.disordered) {
+        uint place = atomicAdd(totals.disordered, 1u);
+        disordered_tiles[place] = tile;
+        atomicMax(totals.disordered_groups.x, place / 64u + 1u);
+    }
+#endif
     uvec2 corner = uvec2(tile % tiles_across(), tile / tiles_across()) * TILE;
     float logs = finish(upper, tile * PIXELS, corner)
         + finish(lower, tile * PIXELS + TILE.x, corner + uvec2(0, 1));

@@ -3,23 +3,27 @@
 #extension GL_KHR_shader_subgroup_arithmetic : require
 #extension GL_KHR_shader_subgroup_ballot : require
 // The drops of the cells in view: where each is, whether it is in view; the small ones are entered
-// into the lists of their tiles, the numbers of the others noted. One invocation a record. See
-// src/passes/tiles.rs.
+// into the lists of their tiles, the numbers of the others noted. One invocation a record, a dispatch a
+// band of distance, the farthest first. See src/passes/tiles.rs.
 #include "frame.glsl"
 #include "rain.glsl"
 #include "octahedron.glsl"
 #include "tile_buffers.glsl"
 #include "tile_drop.glsl"
 #include "splat.glsl"
+#include "appearance.glsl"
 
 layout(local_size_x = 256) in;
 
 #define COUNTERS_BINDING 13
 #include "counters.glsl"
 
+layout(push_constant) uniform Push { uint band; } push;
+
 void main() {
     uint at = gl_GlobalInvocationID.x;
-    if (at >= min(totals.records, MAX_RECORDS)) return;
+    if (push.band > 0u) at += totals.record_ends[push.band - 1u];
+    if (at >= totals.record_ends[push.band]) return;
     uint index = record_index[at];
     Drop drop = drop_of(index);
     float distance2;
@@ -39,16 +43,17 @@ void main() {
     if (splat) {
         uint node = at * NODE;
         nodes[node] = floatBitsToUint(distance2);
-        nodes[node + 1u] = index;
+        uint direction = direction_texel(drop.relative * inversesqrt(distance2));
+        nodes[node + 1u] = pictures[picture_word(direction, 1u)];
         nodes[node + 2u] = pack_center(o.center - vec2(first * TILE));
-        nodes[node + 3u] = pack_look(direction_texel(drop.relative * inversesqrt(distance2)), half_sides);
+        nodes[node + 3u] = pack_half_sides(half_sides);
     }
-    uint slot = (first.y * tiles_across() + first.x) * SLABS + slab_of(distance2);
+    uint tile = first.y * tiles_across() + first.x;
     for (uint i = 0u; i < 4u; ++i) {
         uvec2 step = uvec2(i & 1u, i >> 1);
         if (splat && all(lessThanEqual(first + step, last))) {
             uint link = at * NODE + LINKS + i;
-            nodes[link] = atomicExchange(heads[slot + (step.y * tiles_across() + step.x) * SLABS], link);
+            nodes[link] = atomicExchange(heads[tile + step.y * tiles_across() + step.x], link);
         }
     }
 

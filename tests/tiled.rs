@@ -79,7 +79,7 @@ fn against(truth: &Picture, picture: &Picture) -> Comparison {
 #[test]
 fn two_runs_give_the_same_bytes() {
     on_device(|device| {
-        // Dense: lists of many drops, slabs, big drops and rays all take part.
+        // Dense: lists of many drops, bands, big drops and rays all take part.
         let (scene, sky) = (rain(60_000, 120.0, 256), waves());
         for preset in [Preset::Fast, Preset::Exact] {
             let first = render(device, &scene, &sky, preset).0;
@@ -97,6 +97,38 @@ fn two_runs_give_the_same_bytes() {
         let first = render(device, &scene, &sky, Preset::Fast).0;
         let again = render(device, &scene, &sky, Preset::Fast).0;
         assert!(again == first, "500,000 drops: another picture of the same scene");
+    });
+}
+
+#[test]
+fn the_order_in_which_drops_come_does_not_show() {
+    on_device(|device| {
+        let sky = waves();
+        // Drops before one another on few tiles, as many in each as no window holds; by twos and threes
+        // larger ones. A drop that is moved and scaled from the eye covers the same pixels.
+        const COUNT: usize = 240;
+        let mut random = Random(11);
+        let mut pixels = || 0.05 * (random.unit() - 0.5);
+        let drops: Vec<([f64; 3], f64)> =
+            (0..COUNT).map(|i| ([pixels(), pixels(), -1.0], [0.004, 0.004, 0.04][i % 3])).collect();
+        let at = |place: usize, (center, radius): ([f64; 3], f64)| {
+            let distance = 300.0 + place as f64;
+            (center.map(|x| x * distance), radius * distance)
+        };
+        let picture = |drops: &[([f64; 3], f64)]| {
+            let mut scene = placed(drops, 128);
+            scene.camera.position = DVec3::ZERO;
+            scene.camera.target = DVec3::NEG_Z;
+            render(device, &scene, &sky, Preset::Fast).0
+        };
+        let near_first: Vec<_> = (0..COUNT).map(|i| at(i, drops[i])).collect();
+        let far_first: Vec<_> = near_first.iter().rev().copied().collect();
+        let mixed: Vec<_> = (0..COUNT).map(|i| near_first[i * 89 % COUNT]).collect();
+        let first = picture(&near_first);
+        assert!(picture(&far_first) == first, "far drops first: another picture");
+        assert!(picture(&mixed) == first, "drops in no order: another picture");
+        let turned: Vec<_> = (0..COUNT).map(|i| at(COUNT - 1 - i, drops[i])).collect();
+        assert!(picture(&turned) != first, "which drop is in front does not show");
     });
 }
 

@@ -15,5 +15,5 @@ layout(std140, set = 0, binding = 0) uniform Frame {
     vec4 image;         // width, height, focal length, all in pixels; w: largest point, pixels
     vec4 frustum;       // cos and sin of the half-angle horizontally, then vertically
     vec4 environment;   // x: angle of a texel, radians; y: radiance of a stored 1; zw: unused
-    vec4 tone;          // x: key; y: delta of the log average, stored units; z: 1 / far distance²
+    vec4 tone;          // x: key; y: delta of the log average, stored units; zw: unused
 } frame;

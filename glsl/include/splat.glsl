@@ -9,11 +9,11 @@ vec2 unpack_center(uint word) {
     return vec2(int(word << 16) >> 16, int(word) >> 16) * (1.0 / 2048.0);
 }
 
-uint pack_look(uint direction, vec2 half_sides) {
+uint pack_half_sides(vec2 half_sides) {
     uvec2 sides = uvec2(min(half_sides * 512.0 + 0.5, 1023.0));
-    return direction | sides.x << 12 | sides.y << 22;
+    return sides.x | sides.y << 10;
 }
 
 vec2 unpack_half_sides(uint word) {
-    return vec2((word >> 12) & 1023u, word >> 22) * (1.0 / 512.0);
+    return vec2(word & 1023u, word >> 10) * (1.0 / 512.0);
 }

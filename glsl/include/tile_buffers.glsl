@@ -9,36 +9,39 @@ const uvec2 TILE = uvec2(4, 2);
 const uint PIXELS = TILE.x * TILE.y;
 const uint MOST_TILES = 12; // of a drop whose blocks one invocation gives out
 const uint MOST_BIG_GROUPS = 4096; // workgroups that give the others theirs, each drop after drop
+const uint MAX_BANDS = 16; // of distance from the camera, in which cells are taken, farthest first
 
 // `Limits` in src/passes/tiles.rs, in its order; a pipeline has those of light_model.glsl before.
 layout(constant_id = 5) const uint TILE_COUNT = 1;
-layout(constant_id = 6) const uint SLABS = 1;        // lists a tile, by distance
-layout(constant_id = 7) const uint MAX_RECORDS = 1;  // drops in the cells in view
-layout(constant_id = 8) const uint FIRST_BLOCK = 1;  // nodes before it are splats'
-layout(constant_id = 9) const uint MAX_BLOCKS = 1;
-layout(constant_id = 10) const uint MAX_LARGES = 1;
-layout(constant_id = 11) const float SPLAT_PX = 0.5; // radius under which a drop is a splat
-layout(constant_id = 12) const float RAYS_PX = 8.0;  // radius from which it is drawn by rays
-layout(constant_id = 13) const uint HAS_PLACED = 0;  // 1: some drops are placed by hand
-layout(constant_id = 14) const uint SAMPLES = 4;     // rays a pixel
+layout(constant_id = 6) const uint MAX_RECORDS = 1;  // drops in the cells in view
+layout(constant_id = 7) const uint FIRST_BLOCK = 1;  // nodes before it are splats'
+layout(constant_id = 8) const uint MAX_BLOCKS = 1;
+layout(constant_id = 9) const uint MAX_LARGES = 1;
+layout(constant_id = 10) const float SPLAT_PX = 0.5; // radius under which a drop is a splat
+layout(constant_id = 11) const float RAYS_PX = 8.0;  // radius from which it is drawn by rays
+layout(constant_id = 12) const uint HAS_PLACED = 0;  // 1: some drops are placed by hand
+layout(constant_id = 13) const uint SAMPLES = 4;     // rays a pixel
 
 // Drop indices, cell by cell; never changes.
 layout(std430, set = 0, binding = 1) readonly buffer DropOrder { uint drop_order[]; };
 // First place in that of each cell.
 layout(std430, set = 0, binding = 2) readonly buffer CellFirst { uint cell_first[]; };
 layout(std430, set = 0, binding = 3) buffer Totals {
-    uvec4 record_groups; // of indirect dispatches: over the records,
-    uvec4 large_groups;  // over the large drops,
-    uvec4 big_groups;    // over those of many tiles, one group each,
-    uvec4 block_groups;  // over the blocks,
-    uvec4 ray_groups;    // over the pixels of blocks drawn by rays
+    uvec4 record_groups[MAX_BANDS]; // of indirect dispatches: over the records of a band,
+    uvec4 large_groups;             // over the large drops,
+    uvec4 big_groups;               // over those of many tiles, one group each,
+    uvec4 block_groups;             // over the blocks,
+    uvec4 ray_groups;               // over the pixels of blocks drawn by rays,
+    uvec4 disordered_groups;        // over the disordered tiles
+    uint record_ends[MAX_BANDS];    // the records of each band end where those of the next begin
     uint records;
     uint larges;
     uint bigs;
     uint blocks;
     uint ray_blocks;
+    uint disordered;
 } totals;
-// Index of each record's drop.
+// Index of each record's drop; band by band, the farthest first.
 layout(std430, set = 0, binding = 4) buffer RecordIndex { uint record_index[]; };
 
 // Entries of the tiles' lists, eight words each. First one for each record, of use where its drop is a
@@ -46,14 +49,14 @@ layout(std430, set = 0, binding = 4) buffer RecordIndex { uint record_index[]; }
 // block: a tile of a larger drop.
 //   0  squared distance of the drop's centre, of larger drops squared length of their tangents, as
 //      bits, which sort as it does
-//   1  index of the drop
+//   1  splat: its colour; block: index of the drop
 //   2  splat: its centre, from the corner of its first tile; block: number of the large drop
-//   3  splat: direction and half sides
+//   3  splat: half sides
 //   4  next in the list; of splats in that of the first tile, 5 of that to the right, 6 and 7 below
 // A link is the number of the word that holds the next one.
 layout(std430, set = 0, binding = 5) buffer Nodes { uint nodes[]; };
 const uint NODE = 8, LINKS = 4, END = 0xffffffffu;
-// For each tile, slab by slab of distance: the link of its list's first entry.
+// For each tile the link of its list's first entry, the one that came last.
 layout(std430, set = 0, binding = 6) buffer Heads { uint heads[]; };
 
 // A drop of more than a splat as its pixels need it.
@@ -87,12 +90,6 @@ uint tiles_across() {
 
 bool is_block(uint link) {
     return link >= FIRST_BLOCK * NODE;
-}
-
-// Slabs of equal volume: a tile sees about as many drops in each.
-uint slab_of(float distance2) {
-    float far = distance2 * frame.tone.z;
-    return uint(min(far * sqrt(far), 0.999) * float(SLABS));
 }
 
 // Half the sides of a box of a disc's area, in the shape of the box around its outline.

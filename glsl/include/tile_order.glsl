@@ -1,8 +1,7 @@
-// The order of a tile's drops: by distance, then by index, a total order, so that the picture is the
-// same on every run. Needs tile_buffers.glsl and by_four.glsl.
+// The order of a tile's drops, where the window of tile_window.glsl does not do: by distance, then by
+// index, a total order, so that the picture is the same on every run. Needs tile_buffers.glsl.
 
 // Of an entry and the one in `place` (squared distance, index, link) the farther stays, the other goes on.
-// Unsigned: with signed comparisons llvmpipe 22.3.6 loses entries.
 void keep_farther(inout uvec3 place, inout uvec3 entry) {
     uvec3 other = place;
     bool farther = entry.x > other.x || entry.x == other.x && entry.y >= other.y;
@@ -17,42 +16,41 @@ void put_before(inout uint sorted, uvec3 entry) {
     }
 }
 
-// Puts a tile's lists, as the drops came, into one sorted list; returns its first link. From the
-// farthest slab on, the eight farthest entries of what is left of its list are picked, in order, and
-// put before those that are sorted already. A slab rarely has more, so most lists are read once.
+// Puts a tile's list into order; returns its first link. The eight farthest entries of what is left are
+// picked, in order, and put before those that are sorted already. The loops test before each pass, not after
+// it: there llvmpipe 22.3.6 keeps no lane's values that has left before the others.
 uint order_tile(uint tile) {
-    uint sorted = END;
-    for (uint slab = SLABS; slab > 0u; --slab) {
-        uint link = heads[tile * SLABS + slab - 1u];
+    uint sorted = END, link = heads[tile];
+    while (link != END) {
+        const uvec3 NO_ENTRY = uvec3(0u, 0u, END);
+        // Named one by one: an array that a loop indexes leaves SwiftShader's registers.
+        uvec3 a = NO_ENTRY, b = NO_ENTRY, c = NO_ENTRY, d = NO_ENTRY;
+        uvec3 e = NO_ENTRY, f = NO_ENTRY, g = NO_ENTRY, h = NO_ENTRY;
+        uint rest = END;
         while (link != END) {
-            const uvec3 NONE = uvec3(0u, 0u, END);
-            // Named one by one: an array that a loop indexes leaves SwiftShader's registers.
-            uvec3 a = NONE, b = NONE, c = NONE, d = NONE, e = NONE, f = NONE, g = NONE, h = NONE;
-            uint rest = END;
-            do {
-                uint node = link & ~(NODE - 1u);
-                uvec3 entry = uvec3(key_of_node(node), link);
-                link = nodes[link];
-                keep_farther(a, entry);
-                keep_farther(b, entry);
-                keep_farther(c, entry);
-                keep_farther(d, entry);
-                keep_farther(e, entry);
-                keep_farther(f, entry);
-                keep_farther(g, entry);
-                keep_farther(h, entry);
-                put_before(rest, entry);
-            } while (link != END);
-            put_before(sorted, a);
-            put_before(sorted, b);
-            put_before(sorted, c);
-            put_before(sorted, d);
-            put_before(sorted, e);
-            put_before(sorted, f);
-            put_before(sorted, g);
-            put_before(sorted, h);
-            link = rest;
+            uint node = link & ~(NODE - 1u);
+            uint index = is_block(link) ? nodes[node + 1u] : record_index[node / NODE];
+            uvec3 entry = uvec3(nodes[node], index, link);
+            link = nodes[link];
+            keep_farther(a, entry);
+            keep_farther(b, entry);
+            keep_farther(c, entry);
+            keep_farther(d, entry);
+            keep_farther(e, entry);
+            keep_farther(f, entry);
+            keep_farther(g, entry);
+            keep_farther(h, entry);
+            put_before(rest, entry);
         }
+        put_before(sorted, a);
+        put_before(sorted, b);
+        put_before(sorted, c);
+        put_before(sorted, d);
+        put_before(sorted, e);
+        put_before(sorted, f);
+        put_before(sorted, g);
+        put_before(sorted, h);
+        link = rest;
     }
     return sorted;
 }

@@ -140,6 +140,7 @@ impl ComputePipeline {
         &self,
         commands: vk::CommandBuffer,
         bindings: &Bindings,
+        push: &[u8],
         arguments: &Buffer,
         offset: u64,
     ) {
@@ -149,6 +150,7 @@ impl ComputePipeline {
         // buffer was made for indirect use.
         unsafe {
             self.device.raw.cmd_bind_pipeline(commands, bind_point, self.raw);
+            push_constants(&self.device, commands, self.layout, push);
             self.device.raw.cmd_dispatch_indirect(commands, arguments.raw, offset);
         }
     }

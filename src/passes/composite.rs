@@ -6,6 +6,12 @@
 //! drop to the sky. With a lane a pixel, lanes would read the same drops over and over, most of them
 //! to find that they do not touch; on CPU drivers reading is what costs.
 //!
+//! The order is by distance (of larger drops: their tangents' length), then index, a total one, so that
+//! the picture is the same on every run. The lists come nearly in order (`tiles.rs`); each tile takes the
+//! nearest of the next six entries (`glsl/include/tile_window.glsl`) and knows afterwards whether that
+//! was right. The few tiles where it was not are done again by a second dispatch, their lists sorted
+//! (`tile_order.glsl`).
+//!
 //! A drop's outline is the true ellipse; the part of a pixel that it covers keeps the sum over all
 //! pixels equal to the outline's area. Up to some pixels of radius its colour comes from the
 //! prefiltered pictures (`appearance.rs`). Above, `glsl/rays.comp` has computed its pixels before:
@@ -18,11 +24,12 @@ use ash::vk;
 use super::appearance::Appearance;
 use super::environment::EnvironmentMap;
 use super::frame::{Frame, FrameBuffer};
-use super::tiles::{BLOCK_PIXELS, NODES, RAY_GROUPS, TILE_PIXELS, Tiles};
+use super::tiles::{BLOCK_PIXELS, DISORDERED_GROUPS, NODES, RAY_GROUPS, TILE_PIXELS, Tiles};
 use super::tone_map::{FINAL_SUMS, Source};
 use crate::Result;
 use crate::gpu::{
-    Binding, Bindings, Buffer, ComputePipeline, Device, Memory, Resource, Texels, shaders,
+    Binding, Bindings, Buffer, ComputePipeline, Device, Memory, Resource, Texels, Use,
+    memory_barrier, shaders,
 };
 use crate::model::Operator;
 use crate::plan::FramePlan;
@@ -46,9 +53,10 @@ pub struct Composite {
     sky_pass: ComputePipeline,
     rays: ComputePipeline,
     composite: ComputePipeline,
+    disordered: ComputePipeline,
     /// What `glsl/include/by_four.glsl` reads, where the device takes views so large.
     _texels: Vec<Texels>,
-    _sky: Buffer,
+    _held: [Buffer; 2],
 }
 
 /// The part of the frame's constants that the sky depends on: axes, image.
@@ -80,6 +88,8 @@ impl Composite {
         let sums = 4 * u64::from(tiles.count + FINAL_SUMS);
         let log_sums = make("log luminance sums", sums, Usage::empty())?;
 
+        let disordered = make("disordered tiles", 4 * u64::from(tiles.count), Usage::empty())?;
+
         let by_four = [
             ("texels of nodes", &tiles.shared[NODES]),
             ("texels of blocks", &tiles.shared[BLOCK_PIXELS]),
@@ -98,7 +108,7 @@ impl Composite {
             std::iter::once((Binding::UNIFORM_BUFFER, Resource::Buffer(&frame.buffer)))
                 .chain(tiles.shared.iter().chain([&appearance.table]).map(buffer))
                 .chain([(Binding::COMBINED_IMAGE_SAMPLER, map)])
-                .chain([&radiance, &sky, &log_sums].map(buffer))
+                .chain([&radiance, &sky, &log_sums, &disordered].map(buffer))
                 .chain(texels.iter().map(|t| (Binding::UNIFORM_TEXEL_BUFFER, Resource::Texels(t))))
                 .collect();
         let bindings = Bindings::of(device, "composite", &slots)?;
@@ -119,9 +129,10 @@ impl Composite {
             } else {
                 shaders::COMPOSITE_COMP
             })?,
+            disordered: pipeline(shaders::COMPOSITE_COMP_DISORDERED)?,
             bindings,
             _texels: texels,
-            _sky: sky,
+            _held: [sky, disordered],
         })
     }
 
@@ -144,12 +155,22 @@ impl Composite {
 
     /// Records the pixels of the large drops, after the tiles' lists and a barrier.
     pub fn record_rays(&self, commands: vk::CommandBuffer, tiles: &Tiles) {
-        self.rays.dispatch_indirect(commands, &self.bindings, tiles.totals(), RAY_GROUPS);
+        self.rays.dispatch_indirect(commands, &self.bindings, &[], tiles.totals(), RAY_GROUPS);
     }
 
     /// Records the drops over one another and the sky behind, after [`Composite::record_rays`] and a
     /// barrier.
-    pub fn record(&self, commands: vk::CommandBuffer) {
-        self.composite.dispatch(commands, &self.bindings, 0, &[], [self.tiles.div_ceil(64), 1, 1]);
+    pub fn record(&self, device: &Device, commands: vk::CommandBuffer, tiles: &Tiles) {
+        let (bindings, groups) = (&self.bindings, [self.tiles.div_ceil(64), 1, 1]);
+        self.composite.dispatch(commands, bindings, 0, &[], groups);
+        let after = [Use::ComputeWrite, Use::Indirect];
+        memory_barrier(device, commands, &[Use::ComputeWrite], &after);
+        self.disordered.dispatch_indirect(
+            commands,
+            bindings,
+            &[],
+            tiles.totals(),
+            DISORDERED_GROUPS,
+        );
     }
 }

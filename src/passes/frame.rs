@@ -12,7 +12,7 @@ use crate::Result;
 use crate::cull::Sight;
 use crate::gpu::{Buffer, Device, Memory};
 use crate::rain::{Tick, tick_of_seconds};
-use crate::scene::{PlacedDrop, Scene};
+use crate::scene::Scene;
 
 /// The uniform block `Frame`, member for member; see the comments there.
 #[repr(C)]
@@ -82,12 +82,7 @@ impl Frame {
             ],
             frustum: sight.frustum,
             environment: [around.texel_angle, around.radiance_scale, 0.0, 0.0],
-            tone: [
-                scene.tone_map.key as f32,
-                around.delta,
-                (1.0 / farthest(scene).powi(2)) as f32,
-                0.0,
-            ],
+            tone: [scene.tone_map.key as f32, around.delta, 0.0, 0.0],
             ..Self::default()
         };
         if let Some(rain) = scene.rain() {
@@ -104,13 +99,6 @@ impl Frame {
         }
         frame
     }
-}
-
-/// Distance of the farthest drop that there can be.
-fn farthest(scene: &Scene) -> f64 {
-    let corner = scene.rain.map_or(0.0, |rain| rain.half_extent.length());
-    let distance = |drop: &PlacedDrop| drop.center.distance(scene.camera.position);
-    scene.drops.iter().map(distance).fold(corner, f64::max).max(1e-6)
 }
 
 /// The uniform buffer that holds the [`Frame`].

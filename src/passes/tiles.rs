@@ -1,25 +1,26 @@
 //! Which drops fall on which tile of the image, without touching a drop that is out of view for
 //! long. Compute passes:
 //!
-//! 1. `cells`: whole cells of the rain box out of view are passed over (five of six drops);
-//! 2. `gather`: each drop of the other cells finds its place and its outline. Nine of ten are splats:
-//!    so small that one colour will do. They become nodes of 32 bytes, hung into the lists of their
-//!    one to four tiles of 4 x 2 pixels, one list a slab of distance; the numbers of the others are
+//! 1. `cells`: whole cells of the rain box out of view are passed over (five of six drops), the others'
+//!    drops noted, in bands of distance, the farthest first;
+//! 2. `gather`, band after band: each of these drops finds its place and its outline. Nine of ten are
+//!    splats: so small that one colour will do. They become nodes of 32 bytes, hung before what is
+//!    already in the lists of their one to four tiles of 4 x 2 pixels; the numbers of the others are
 //!    noted;
 //! 3. `large`: those get a block for each tile that they touch (`big`: where there are more than 12,
 //!    by a workgroup each), and each block finds its coverage and colours and is hung into the list
 //!    of its tile (`blocks`).
 //!
 //! Linked lists, because they need one atomic exchange an entry, where lists in a row take one to
-//! count, one to fill, and a pass between. They come in any order: `glsl/include/tile_order.glsl`
-//! sorts each by distance (of larger drops: their tangents' length), then index, a total order, so
-//! that the picture is the same on every run.
+//! count, one to fill, and a pass between. Thanks to the bands they are nearly in order, nearest first:
+//! what is left is for `composite.rs`.
 //!
 //! No pass uses shared memory or barriers within a workgroup, poison on CPU drivers.
 
 use std::sync::Arc;
 
 use ash::vk;
+use glam::DVec3;
 
 use super::appearance::Appearance;
 use super::frame::FrameBuffer;
@@ -45,9 +46,10 @@ const LARGE_BYTES: u64 = 64;
 const TILES_A_DROP: f64 = 2.0;
 /// Part of all drops that is in view at the paper's 90°, at most.
 const SHARE_IN_VIEW: f64 = 0.18;
-/// Drops that a slab should hold: rarely more than `tile_order.glsl` sorts at once.
-const DROPS_A_SLAB: f64 = 6.0;
-const MAX_SLABS: u32 = 32;
+/// Drops of a band that a tile should meet: so few that `tile_window.glsl` brings most lists into order.
+const DROPS_A_BAND: f64 = 1.5;
+/// Bands at most, as in the shaders.
+const MAX_BANDS: u32 = 16;
 /// Least tiles of a drop whose blocks a workgroup gives out, as in the shaders.
 const TILES_OF_BIG: u64 = 13;
 /// Blocks provided for each tile: so many layers of the whole image may be large drops …
@@ -62,7 +64,6 @@ const LEAST_BLOCKS: u64 = 16_384;
 #[derive(Clone, Copy, Debug)]
 struct Limits {
     tiles: u32,
-    slabs: u32,
     records: u32,
     first_block: u32,
     blocks: u32,
@@ -74,10 +75,9 @@ struct Limits {
 }
 
 impl Limits {
-    fn words(&self) -> [u32; 10] {
+    fn words(&self) -> [u32; 9] {
         [
             self.tiles,
-            self.slabs,
             self.records,
             self.first_block,
             self.blocks,
@@ -100,14 +100,15 @@ pub struct Tiles {
     pub(super) shared: [Buffer; 10],
     /// Values of its constants.
     pub(super) constants: Vec<u32>,
-    cell_groups: u32,
+    /// For each band its first place in the order of cells, then the end.
+    bands: Vec<u32>,
     bindings: Bindings,
     cells: ComputePipeline,
     gather: ComputePipeline,
     large: ComputePipeline,
     big: ComputePipeline,
     blocks: ComputePipeline,
-    _placed: Buffer,
+    _held: [Buffer; 2],
 }
 
 /// Where in [`Tiles::shared`] the buffers are that are reset.
@@ -116,11 +117,15 @@ const HEADS: usize = 5;
 pub(super) const NODES: usize = 4;
 pub(super) const BLOCK_PIXELS: usize = 8;
 /// Byte offsets of the indirect arguments in the totals.
-const RECORD_GROUPS: u64 = 0;
-const LARGE_GROUPS: u64 = 16;
-const BIG_GROUPS: u64 = 32;
-const BLOCK_GROUPS: u64 = 48;
-pub(super) const RAY_GROUPS: u64 = 64;
+const RECORD_GROUPS: u64 = 0; // of the first band
+const LARGE_GROUPS: u64 = 16 * MAX_BANDS as u64;
+const BIG_GROUPS: u64 = LARGE_GROUPS + 16;
+const BLOCK_GROUPS: u64 = BIG_GROUPS + 16;
+pub(super) const RAY_GROUPS: u64 = BLOCK_GROUPS + 16;
+pub(super) const DISORDERED_GROUPS: u64 = RAY_GROUPS + 16;
+/// Words of all arguments, and of the totals: an end for each band and six counts, in whole vectors.
+const GROUPS_WORDS: usize = DISORDERED_GROUPS as usize / 4 + 4;
+const TOTALS_WORDS: usize = (GROUPS_WORDS + MAX_BANDS as usize + 6).next_multiple_of(4);
 /// End of a list, as in the shaders.
 const END: u32 = u32::MAX;
 
@@ -151,7 +156,14 @@ impl Tiles {
         let most_pixels = (TILE_PIXELS * 64 * groups).min(range / 8);
         within("the image's pixels in tiles", TILE_PIXELS * u64::from(count), most_pixels)?;
         let a_tile = drops as f64 * SHARE_IN_VIEW * TILES_A_DROP / f64::from(count);
-        let grid = Cells::new(scene.rain().as_ref(), scene.drops.len() as u32);
+        let rain = scene.rain();
+        let grid = Cells::new(rain.as_ref(), scene.drops.len() as u32);
+        let bands = ((a_tile / DROPS_A_BAND).ceil() as u32).clamp(1, MAX_BANDS);
+        let half_extent = rain.map_or(DVec3::ONE, |rain| rain.half_extent);
+        let far_to_near = grid.far_to_near(half_extent, bands);
+        let cells = grid.count() - 1;
+        let mut bands: Vec<u32> = (0..cells).step_by(cells.div_ceil(bands) as usize).collect();
+        bands.push(grid.count());
 
         let has_splats = plan.splat_px > 0.0;
         // A quarter of the nodes for blocks at most, unless there are no splats.
@@ -168,7 +180,6 @@ impl Tiles {
         let first_block = if has_splats { records } else { 0 };
         let limits = Limits {
             tiles: count,
-            slabs: ((a_tile / DROPS_A_SLAB).ceil() as u32).clamp(1, MAX_SLABS),
             records: records as u32,
             first_block: first_block as u32,
             blocks: blocks as u32,
@@ -185,48 +196,53 @@ impl Tiles {
         let make = |name, bytes: u64, count: u64, usage| {
             Buffer::new(device, name, bytes * count, usage, Memory::Device)
         };
-        let heads = u64::from(count) * u64::from(limits.slabs);
         let shared = [
             Buffer::upload_device(device, "drop order", &grid.order, storage)?,
             Buffer::upload_device(device, "cells", &grid.first, storage)?,
-            make("totals", 112, 1, cleared | Usage::INDIRECT_BUFFER)?,
+            make("totals", 4, TOTALS_WORDS as u64, cleared | Usage::INDIRECT_BUFFER)?,
             make("drop indices", 4, records, storage)?,
             make("nodes", 4 * NODE_WORDS, first_block + blocks, by_four)?,
-            make("lists", 4, heads, cleared)?,
+            make("lists", 4, count.into(), cleared)?,
             make("large drops", LARGE_BYTES, limits.larges.into(), storage)?,
             make("big drops", 8, blocks / TILES_OF_BIG + 1, storage)?,
             make("pixel blocks", 4 * BLOCK_WORDS, blocks, by_four)?,
             make("blocks of rays", 4, blocks, storage)?,
         ];
         let placed = Buffer::upload(device, "placed drops", &placed_records(scene), storage)?;
+        let far_to_near = Buffer::upload_device(device, "far to near", &far_to_near, storage)?;
         let counters = Simulate::counters(device)?;
 
         let uniform = (Binding::UNIFORM_BUFFER, Resource::Buffer(&frame.buffer));
         let buffer = |buffer| (Binding::STORAGE_BUFFER, Resource::Buffer(buffer));
         let slots: Vec<_> = std::iter::once(uniform)
-            .chain(shared.iter().chain([&appearance.table, &placed, &counters]).map(buffer))
+            .chain(
+                shared
+                    .iter()
+                    .chain([&appearance.table, &placed, &counters, &far_to_near])
+                    .map(buffer),
+            )
             .collect();
         let bindings = Bindings::of(device, "tiles", &slots)?;
         let constants: Vec<u32> =
             light_constants(&plan.light).into_iter().chain(limits.words()).collect();
-        let pipeline = |shader, constants: &[u32]| {
-            ComputePipeline::new(device, shader, &bindings, 0, constants)
+        let pipeline = |shader, push_words: u32, constants: &[u32]| {
+            ComputePipeline::new(device, shader, &bindings, 4 * push_words, constants)
         };
         let of_cells: Vec<u32> =
             constants.iter().copied().chain([grid.bits, grid.count()]).collect();
         Ok(Self {
             count,
             counters,
-            cell_groups: grid.count().div_ceil(64),
-            cells: pipeline(shaders::CELLS_COMP, &of_cells)?,
-            gather: pipeline(shaders::GATHER_COMP, &constants)?,
-            large: pipeline(shaders::LARGE_COMP, &constants)?,
-            big: pipeline(shaders::BIG_COMP, &constants)?,
-            blocks: pipeline(shaders::BLOCKS_COMP, &constants)?,
+            bands,
+            cells: pipeline(shaders::CELLS_COMP, 3, &of_cells)?,
+            gather: pipeline(shaders::GATHER_COMP, 1, &constants)?,
+            large: pipeline(shaders::LARGE_COMP, 0, &constants)?,
+            big: pipeline(shaders::BIG_COMP, 0, &constants)?,
+            blocks: pipeline(shaders::BLOCKS_COMP, 0, &constants)?,
             shared,
             constants,
             bindings,
-            _placed: placed,
+            _held: [placed, far_to_near],
         })
     }
 
@@ -242,9 +258,9 @@ impl Tiles {
             // SAFETY: the command buffer is recorded outside of rendering.
             unsafe { device.raw().cmd_fill_buffer(commands, raw, 0, vk::WHOLE_SIZE, value) };
         }
-        // Five times 0 x 1 x 1 workgroups, then the counts.
-        let mut totals = [0u32; 28];
-        for groups in totals[..20].chunks_exact_mut(4) {
+        // 0 x 1 x 1 workgroups each, then the counts.
+        let mut totals = [0u32; TOTALS_WORDS];
+        for groups in totals[..GROUPS_WORDS].chunks_exact_mut(4) {
             groups.copy_from_slice(&[0, 1, 1, 0]);
         }
         let bytes = bytemuck::bytes_of(&totals);
@@ -253,14 +269,27 @@ impl Tiles {
     }
 
     /// Records which cells are in view.
-    pub fn record_cells(&self, commands: vk::CommandBuffer) {
-        self.cells.dispatch(commands, &self.bindings, 0, &[], [self.cell_groups, 1, 1]);
+    pub fn record_cells(&self, device: &Device, commands: vk::CommandBuffer) {
+        for (band, places) in (0u32..).zip(self.bands.windows(2)) {
+            if band > 0 {
+                memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::ComputeWrite]);
+            }
+            let push = [band, places[0], places[1]];
+            let groups = [(places[1] - places[0]).div_ceil(64), 1, 1];
+            self.cells.dispatch(commands, &self.bindings, 0, bytemuck::bytes_of(&push), groups);
+        }
     }
 
     /// Records the drops' places and the small ones' entry into the lists, after
     /// [`Tiles::record_cells`] and a barrier.
-    pub fn record_gather(&self, commands: vk::CommandBuffer) {
-        self.gather.dispatch_indirect(commands, &self.bindings, self.totals(), RECORD_GROUPS);
+    pub fn record_gather(&self, device: &Device, commands: vk::CommandBuffer) {
+        for band in 0..self.bands.len() as u32 - 1 {
+            if band > 0 {
+                memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::ComputeWrite]);
+            }
+            let (push, at) = (bytemuck::bytes_of(&band), RECORD_GROUPS + 16 * u64::from(band));
+            self.gather.dispatch_indirect(commands, &self.bindings, push, self.totals(), at);
+        }
     }
 
     /// Records the larger drops' entry into the lists, after [`Tiles::record_gather`] and a barrier.
@@ -272,7 +301,7 @@ impl Tiles {
             if number > 0 {
                 memory_barrier(device, commands, &[Use::ComputeWrite], &written);
             }
-            pipeline.dispatch_indirect(commands, &self.bindings, self.totals(), groups);
+            pipeline.dispatch_indirect(commands, &self.bindings, &[], self.totals(), groups);
         }
     }
 }

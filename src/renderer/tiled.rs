@@ -65,7 +65,7 @@ impl Tiled {
             |before: &[Use], after: &[Use]| memory_barrier(device, commands, before, after);
         time.time(commands, "cells", || {
             barrier(&[Use::TransferWrite], &[Use::Uniform, Use::ComputeWrite]);
-            self.tiles.record_cells(commands);
+            self.tiles.record_cells(device, commands);
         });
         if self.composite.needs_sky(frame) {
             time.time(commands, "sky", || {
@@ -74,7 +74,7 @@ impl Tiled {
         }
         time.time(commands, "gather", || {
             barrier(&[Use::ComputeWrite], &[Use::ComputeWrite, Use::Indirect]);
-            self.tiles.record_gather(commands);
+            self.tiles.record_gather(device, commands);
         });
         time.time(commands, "large", || {
             barrier(&[Use::ComputeWrite], &[Use::ComputeWrite, Use::Indirect]);
@@ -86,7 +86,7 @@ impl Tiled {
         });
         time.time(commands, "composite", || {
             barrier(&[Use::ComputeWrite], &[Use::ComputeWrite, Use::ComputeRead]);
-            self.composite.record(commands);
+            self.composite.record(device, commands, &self.tiles);
         });
     }
 
