@@ -21,6 +21,8 @@ layout(std430, set = 0, binding = 15) writeonly buffer LogSums { float log_sums[
 // Numbers of the tiles whose lists the window did not bring into order.
 layout(std430, set = 0, binding = 16) buffer Disordered { uint disordered_tiles[]; };
 
+#define COUNTERS_BINDING 17
+#include "counters.glsl"
 #include "by_four.glsl"
 #include "tile_window.glsl"
 #include "tile_order.glsl"
@@ -84,6 +86,9 @@ void lay_splat_behind(inout Row upper, inout Row lower, Entry splat) {
     lay_behind(lower, columns * rows.y, r, g, b);
 }
 
+// More than there can be; without it a compiler would take it for certain that a loop goes to its end.
+const uint MOST_TURNS = 0x7fffffffu;
+
 void main() {
     uint number = gl_GlobalInvocationID.x;
 #ifdef DISORDERED
@@ -99,6 +104,7 @@ void main() {
 
     // Drops alike look larger the nearer they are, so a tile has blocks, then splats; placed drops of
     // other sizes may make it change more than once.
+    uint turns = 0u;
     do {
         while (window.nearest.half_sides == IS_BLOCK) {
             uint pixels = window.nearest.place;
@@ -111,10 +117,14 @@ void main() {
             lay_splat_behind(upper, lower, window.nearest);
             take_nearest(window);
         }
-    } while (window.nearest.half_sides != NONE);
+    } while (window.nearest.half_sides != NONE && ++turns < MOST_TURNS);
 
-#ifndef DISORDERED
-    if (window.disordered) {
+    // llvmpipe stops an invocation's loops after some 65,000 passes: it may leave the longest of lists early.
+    bool cut = window.nearest.half_sides != NONE;
+#ifdef DISORDERED
+    if (cut) atomicAdd(counters.lost, 1u);
+#else
+    if (window.disordered || cut) {
         uint place = atomicAdd(totals.disordered, 1u);
         disordered_tiles[place] = tile;
         atomicMax(totals.disordered_groups.x, place / 64u + 1u);

@@ -1,10 +1,31 @@
 // The order of a tile's drops, where the window of tile_window.glsl does not do: by distance, then by
 // index, a total order, so that the picture is the same on every run. Needs tile_buffers.glsl.
+//
+// Loops test before each pass, not after it: there llvmpipe 22.3.6 keeps no lane's values that has left before
+// the others. And they are few: it stops an invocation's loops, without a word, at 65,535 passes together.
 
-// Of an entry and the one in `place` (squared distance, index, link) the farther stays, the other goes on.
+// An entry: squared distance, index, link.
+const uvec3 NO_ENTRY_AT = uvec3(0u, 0u, END);
+const uint MOST_RUNS = 20; // of 8, 16, 32 … entries
+
+uvec3 entry_at(uint link) {
+    uvec3 entry = NO_ENTRY_AT;
+    if (link != END) {
+        uint node = link & ~(NODE - 1u);
+        uint index = is_block(link) ? nodes[node + 1u] : record_index[node / NODE];
+        entry = uvec3(nodes[node], index, link);
+    }
+    return entry;
+}
+
+bool is_farther(uvec3 a, uvec3 b) {
+    return a.x > b.x || a.x == b.x && a.y >= b.y;
+}
+
+// Of an entry and the one in `place` the farther stays, the other goes on.
 void keep_farther(inout uvec3 place, inout uvec3 entry) {
     uvec3 other = place;
-    bool farther = entry.x > other.x || entry.x == other.x && entry.y >= other.y;
+    bool farther = is_farther(entry, other);
     place = farther ? entry : other;
     entry = farther ? other : entry;
 }
@@ -16,41 +37,66 @@ void put_before(inout uint sorted, uvec3 entry) {
     }
 }
 
-// Puts a tile's list into order; returns its first link. The eight farthest entries of what is left are
-// picked, in order, and put before those that are sorted already. The loops test before each pass, not after
-// it: there llvmpipe 22.3.6 keeps no lane's values that has left before the others.
-uint order_tile(uint tile) {
-    uint sorted = END, link = heads[tile];
-    while (link != END) {
-        const uvec3 NO_ENTRY = uvec3(0u, 0u, END);
-        // Named one by one: an array that a loop indexes leaves SwiftShader's registers.
-        uvec3 a = NO_ENTRY, b = NO_ENTRY, c = NO_ENTRY, d = NO_ENTRY;
-        uvec3 e = NO_ENTRY, f = NO_ENTRY, g = NO_ENTRY, h = NO_ENTRY;
-        uint rest = END;
-        while (link != END) {
-            uint node = link & ~(NODE - 1u);
-            uint index = is_block(link) ? nodes[node + 1u] : record_index[node / NODE];
-            uvec3 entry = uvec3(nodes[node], index, link);
-            link = nodes[link];
-            keep_farther(a, entry);
-            keep_farther(b, entry);
-            keep_farther(c, entry);
-            keep_farther(d, entry);
-            keep_farther(e, entry);
-            keep_farther(f, entry);
-            keep_farther(g, entry);
-            keep_farther(h, entry);
-            put_before(rest, entry);
-        }
-        put_before(sorted, a);
-        put_before(sorted, b);
-        put_before(sorted, c);
-        put_before(sorted, d);
-        put_before(sorted, e);
-        put_before(sorted, f);
-        put_before(sorted, g);
-        put_before(sorted, h);
-        link = rest;
+// The next eight entries of a list as a list in order.
+uint take_run(inout uint link) {
+    // Named one by one: an array that a loop indexes leaves SwiftShader's registers.
+    uvec3 a = NO_ENTRY_AT, b = a, c = a, d = a, e = a, f = a, g = a, h = a;
+    for (uint i = 0u; i < 8u; ++i) {
+        uvec3 entry = entry_at(link);
+        if (link != END) link = nodes[link];
+        keep_farther(a, entry);
+        keep_farther(b, entry);
+        keep_farther(c, entry);
+        keep_farther(d, entry);
+        keep_farther(e, entry);
+        keep_farther(f, entry);
+        keep_farther(g, entry);
+        keep_farther(h, entry);
     }
+    uint run = END;
+    put_before(run, a);
+    put_before(run, b);
+    put_before(run, c);
+    put_before(run, d);
+    put_before(run, e);
+    put_before(run, f);
+    put_before(run, g);
+    put_before(run, h);
+    return run;
+}
+
+// Two lists in order as one.
+uint merge(uint left, uint right) {
+    uint first = END, last = END;
+    uvec3 a = entry_at(left), b = entry_at(right);
+    while (a.z != END && b.z != END) {
+        bool from_right = is_farther(a, b);
+        uint next = from_right ? b.z : a.z;
+        if (last == END) first = next; else nodes[last] = next;
+        last = next;
+        uvec3 following = entry_at(nodes[next]);
+        a = from_right ? a : following;
+        b = from_right ? following : b;
+    }
+    uint rest = a.z != END ? a.z : b.z;
+    if (last == END) first = rest; else nodes[last] = rest;
+    return first;
+}
+
+// Puts a tile's list into order; returns its first link. Runs of eight are merged as they come, those of
+// equal length: n log n passes, so that lists of thousands end.
+uint order_tile(uint tile) {
+    uint runs[MOST_RUNS], link = heads[tile];
+    for (uint i = 0u; i < MOST_RUNS; ++i) runs[i] = END;
+    while (link != END) {
+        uint run = take_run(link), length = 0u;
+        while (length + 1u < MOST_RUNS && runs[length] != END) {
+            run = merge(runs[length], run);
+            runs[length++] = END;
+        }
+        runs[length] = merge(runs[length], run);
+    }
+    uint sorted = END;
+    for (uint i = 0u; i < MOST_RUNS; ++i) sorted = merge(runs[i], sorted);
     return sorted;
 }

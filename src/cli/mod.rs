@@ -140,7 +140,11 @@ fn say_undrawn(counts: &Counts) {
             eprintln!("warning: {count} drops not drawn: {why}");
         }
     };
-    say(counts.overflow, "more than the lists of large drops or of a tile hold");
+    say(
+        counts.overflow,
+        "more than the lists of large drops hold, or than the driver goes through in a tile's (of \
+         each such tile one is counted)",
+    );
     say(counts.camera_inside, "the camera is inside them");
     say(counts.beside_camera, "they reach beside the camera, where a billboard has no shape");
 }

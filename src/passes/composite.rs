@@ -108,7 +108,7 @@ impl Composite {
             std::iter::once((Binding::UNIFORM_BUFFER, Resource::Buffer(&frame.buffer)))
                 .chain(tiles.shared.iter().chain([&appearance.table]).map(buffer))
                 .chain([(Binding::COMBINED_IMAGE_SAMPLER, map)])
-                .chain([&radiance, &sky, &log_sums, &disordered].map(buffer))
+                .chain([&radiance, &sky, &log_sums, &disordered, &tiles.counters].map(buffer))
                 .chain(texels.iter().map(|t| (Binding::UNIFORM_TEXEL_BUFFER, Resource::Texels(t))))
                 .collect();
         let bindings = Bindings::of(device, "composite", &slots)?;
