@@ -59,18 +59,10 @@ Window open_window(uint link) {
     Window w;
     w.nearest = w.second = w.third = w.fourth = w.fifth = NO_ENTRY;
     w.disordered = false;
-    w.sixth = read_entry(link);
-    let_rise(w);
-    w.sixth = read_entry(link);
-    let_rise(w);
-    w.sixth = read_entry(link);
-    let_rise(w);
-    w.sixth = read_entry(link);
-    let_rise(w);
-    w.sixth = read_entry(link);
-    let_rise(w);
-    w.sixth = read_entry(link);
-    let_rise(w);
+    for (uint i = 0u; i < 6u; ++i) {
+        w.sixth = read_entry(link);
+        let_rise(w);
+    }
     w.link = link;
     return w;
 }
