@@ -18,8 +18,8 @@ layout(std430, set = 0, binding = 13) writeonly buffer Radiance { uvec2 radiance
 layout(std430, set = 0, binding = 14) readonly buffer Sky { uvec2 sky[]; };
 // For each tile the sum of its pixels' log(delta + luminance).
 layout(std430, set = 0, binding = 15) writeonly buffer LogSums { float log_sums[]; };
-// Numbers of the tiles whose lists the window did not bring into order.
-layout(std430, set = 0, binding = 16) buffer Disordered { uint disordered_tiles[]; };
+// The tiles whose lists the window did not bring into order: number, and entries.
+layout(std430, set = 0, binding = 16) buffer Disordered { uvec2 disordered_tiles[]; };
 
 #define COUNTERS_BINDING 17
 #include "counters.glsl"
@@ -93,7 +93,7 @@ void main() {
     uint number = gl_GlobalInvocationID.x;
 #ifdef DISORDERED
     if (number >= totals.disordered) return;
-    uint tile = disordered_tiles[number];
+    uint tile = disordered_tiles[number].x, entries = disordered_tiles[number].y;
     Window window = open_window(order_tile(tile));
 #else
     if (number >= TILE_COUNT) return;
@@ -119,14 +119,14 @@ void main() {
         }
     } while (window.nearest.half_sides != NONE && ++turns < MOST_TURNS);
 
-    // llvmpipe stops an invocation's loops after some 65,000 passes: it may leave the longest of lists early.
-    bool cut = window.nearest.half_sides != NONE;
+    // llvmpipe stops an invocation's loops after some 65,000 passes: it may leave the longest of lists early,
+    // here or while they are sorted.
 #ifdef DISORDERED
-    if (cut) atomicAdd(counters.lost, 1u);
+    if (window.taken < entries) atomicAdd(counters.lost, entries - window.taken);
 #else
-    if (window.disordered || cut) {
+    if (window.disordered || window.nearest.half_sides != NONE) {
         uint place = atomicAdd(totals.disordered, 1u);
-        disordered_tiles[place] = tile;
+        disordered_tiles[place] = uvec2(tile, window.taken);
         atomicMax(totals.disordered_groups.x, place / 64u + 1u);
     }
 #endif

@@ -43,6 +43,7 @@ void put_in_order(inout Entry a, inout Entry b) {
 struct Window {
     Entry nearest, second, third, fourth, fifth, sixth;
     uint link;       // the next of the list
+    uint taken;      // entries
     bool disordered; // an entry came too late
 };
 
@@ -59,6 +60,7 @@ Window open_window(uint link) {
     Window w;
     w.nearest = w.second = w.third = w.fourth = w.fifth = NO_ENTRY;
     w.disordered = false;
+    w.taken = 0u;
     for (uint i = 0u; i < 6u; ++i) {
         w.sixth = read_entry(link);
         let_rise(w);
@@ -68,7 +70,8 @@ Window open_window(uint link) {
 }
 
 void take_nearest(inout Window w) {
-    float taken = w.nearest.distance2;
+    float before = w.nearest.distance2;
+    ++w.taken;
     w.nearest = w.second;
     w.second = w.third;
     w.third = w.fourth;
@@ -76,5 +79,5 @@ void take_nearest(inout Window w) {
     w.fifth = w.sixth;
     w.sixth = read_entry(w.link);
     let_rise(w);
-    w.disordered = w.disordered || w.nearest.distance2 <= taken;
+    w.disordered = w.disordered || w.nearest.distance2 <= before;
 }

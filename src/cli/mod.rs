@@ -142,8 +142,7 @@ fn say_undrawn(counts: &Counts) {
     };
     say(
         counts.overflow,
-        "more than the lists of large drops hold, or than the driver goes through in a tile's (of \
-         each such tile one is counted)",
+        "more than the lists of large drops hold, or than the driver goes through in a tile's",
     );
     say(counts.camera_inside, "the camera is inside them");
     say(counts.beside_camera, "they reach beside the camera, where a billboard has no shape");

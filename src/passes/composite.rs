@@ -88,7 +88,7 @@ impl Composite {
         let sums = 4 * u64::from(tiles.count + FINAL_SUMS);
         let log_sums = make("log luminance sums", sums, Usage::empty())?;
 
-        let disordered = make("disordered tiles", 4 * u64::from(tiles.count), Usage::empty())?;
+        let disordered = make("disordered tiles", 8 * u64::from(tiles.count), Usage::empty())?;
 
         let by_four = [
             ("texels of nodes", &tiles.shared[NODES]),

@@ -145,7 +145,9 @@ fn a_list_that_is_cut_is_told() {
         let (picture, counts) = draw(device, &scene, &black, Preset::Fast);
         let share = sum(&picture) / sum(&truth(&scene, &black, 256));
         println!("{share:.3} of the light of 40,000 thin layers, {} told", counts.overflow);
-        assert!(counts.overflow > 0 || (share - 1.0).abs() < 0.35, "{share} of the light, untold");
+        // Half of them fall on each of two tiles.
+        let told = counts.overflow > 30_000;
+        assert!(told || (share - 1.0).abs() < 0.35, "{share} of the light, untold");
     });
 }
 
