@@ -120,9 +120,12 @@ void main() {
     } while (window.nearest.half_sides != NONE && ++turns < MOST_TURNS);
 
     // llvmpipe stops an invocation's loops after some 65,000 passes: it may leave the longest of lists early,
-    // here or while they are sorted.
+    // here or while they are sorted. Then what the first dispatch drew stays, which is nearly in order.
 #ifdef DISORDERED
-    if (window.taken < entries) atomicAdd(counters.lost, entries - window.taken);
+    if (window.taken < entries) {
+        atomicAdd(counters.lost, entries - window.taken);
+        return;
+    }
 #else
     if (window.disordered || window.nearest.half_sides != NONE) {
         uint place = atomicAdd(totals.disordered, 1u);

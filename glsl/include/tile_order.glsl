@@ -65,22 +65,35 @@ uint take_run(inout uint link) {
     return run;
 }
 
+// Two lists in order, and what they have become so far.
+struct Merge {
+    uvec3 a, b;       // their nearest entries; END where one has ended
+    uint first, last; // of the merged
+};
+
+void merge_nearest(inout Merge m) {
+    if (m.a.z == END || m.b.z == END) return;
+    bool from_b = is_farther(m.a, m.b);
+    uint next = from_b ? m.b.z : m.a.z;
+    if (m.last == END) m.first = next; else nodes[m.last] = next;
+    m.last = next;
+    uvec3 following = entry_at(nodes[next]);
+    if (from_b) m.b = following; else m.a = following;
+}
+
 // Two lists in order as one.
 uint merge(uint left, uint right) {
-    uint first = END, last = END;
-    uvec3 a = entry_at(left), b = entry_at(right);
-    while (a.z != END && b.z != END) {
-        bool from_right = is_farther(a, b);
-        uint next = from_right ? b.z : a.z;
-        if (last == END) first = next; else nodes[last] = next;
-        last = next;
-        uvec3 following = entry_at(nodes[next]);
-        a = from_right ? a : following;
-        b = from_right ? following : b;
+    Merge m = Merge(entry_at(left), entry_at(right), END, END);
+    while (m.a.z != END && m.b.z != END) {
+        // Four a pass: a list of thousands takes most of its passes here.
+        merge_nearest(m);
+        merge_nearest(m);
+        merge_nearest(m);
+        merge_nearest(m);
     }
-    uint rest = a.z != END ? a.z : b.z;
-    if (last == END) first = rest; else nodes[last] = rest;
-    return first;
+    uint rest = m.a.z != END ? m.a.z : m.b.z;
+    if (m.last == END) m.first = rest; else nodes[m.last] = rest;
+    return m.first;
 }
 
 // Puts a tile's list into order; returns its first link. Runs of eight are merged as they come, those of

@@ -135,17 +135,22 @@ fn open_environment(scene: &Scene) -> Result<Environment> {
 
 /// Says on stderr which drops were left out of a frame, and why.
 fn say_undrawn(counts: &Counts) {
-    let say = |count: u64, why: &str| {
+    let say = |count: u64, what: &str, why: &str| {
         if count > 0 {
-            eprintln!("warning: {count} drops not drawn: {why}");
+            eprintln!("warning: {count} drops {what}: {why}");
         }
     };
     say(
         counts.overflow,
-        "more than the lists of large drops hold, or than the driver goes through in a tile's",
+        "not drawn, or out of order",
+        "more than the list of large drops holds, or than the driver goes through in a tile's",
     );
-    say(counts.camera_inside, "the camera is inside them");
-    say(counts.beside_camera, "they reach beside the camera, where a billboard has no shape");
+    say(counts.camera_inside, "not drawn", "the camera is inside them");
+    say(
+        counts.beside_camera,
+        "not drawn",
+        "they reach beside the camera, where a billboard has no shape",
+    );
 }
 
 /// A progress bar on stderr; invisible where stderr is no terminal.

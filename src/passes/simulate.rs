@@ -52,7 +52,8 @@ pub struct Counts {
     pub visible: u64,
     /// Of those, larger than a point or a tile's list may hold.
     pub large: u64,
-    /// Of those in view, without room in a list (such as [`MAX_LARGE`]) and not drawn.
+    /// Of those in view, without room in the list of [`MAX_LARGE`] and not drawn, or in a tile's list that
+    /// the driver did not go through and perhaps drawn out of order (once for each tile).
     pub overflow: u64,
     /// Drops with the camera inside, not drawn.
     pub camera_inside: u64,

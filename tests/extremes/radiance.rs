@@ -137,17 +137,18 @@ fn thin_layers(count: usize) -> Scene {
     scene
 }
 
-/// A list so long that a driver that bounds loops leaves it early: its light is there, or it is told.
+/// A list so long that a driver that bounds loops leaves it early: its light is there all the same, and
+/// where the driver is known to do so it is told.
 #[test]
 fn a_list_that_is_cut_is_told() {
     on_device(|device| {
-        let (scene, black) = (thin_layers(40_000), black_ahead());
+        let (scene, black) = (thin_layers(80_000), black_ahead());
         let (picture, counts) = draw(device, &scene, &black, Preset::Fast);
         let share = sum(&picture) / sum(&truth(&scene, &black, 256));
-        println!("{share:.3} of the light of 40,000 thin layers, {} told", counts.overflow);
-        // Half of them fall on each of two tiles.
-        let told = counts.overflow > 30_000;
-        assert!(told || (share - 1.0).abs() < 0.35, "{share} of the light, untold");
+        println!("{share:.3} of the light of 80,000 thin layers, {} told", counts.overflow);
+        // The bound is that of `many_thin_layers`.
+        assert!((share - 1.0).abs() < 0.35, "{share} of the light");
+        assert!(counts.overflow > 0 || !device.report.driver.contains("llvmpipe"), "untold");
     });
 }
 
