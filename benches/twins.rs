@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use glam::DVec3;
-use raindrops::cells::Cells;
+use raindrops::clusters::Clusters;
 use raindrops::cull::count_visible;
 use raindrops::environment::Environment;
 use raindrops::environment::levels::{levels, sample};
@@ -30,7 +30,7 @@ fn rain(c: &mut Criterion) {
         b.iter(|| (0..rain.count).for_each(|index| _ = black_box(rain.place(index, shift))));
     });
     group.bench_function("count_visible", |b| b.iter(|| count_visible(black_box(&scene))));
-    group.bench_function("cells", |b| b.iter(|| Cells::new(black_box(Some(&rain)), 0)));
+    group.bench_function("clusters", |b| b.iter(|| Clusters::new(black_box(Some(&rain)), 0)));
     group.finish();
 }
 

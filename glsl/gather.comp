@@ -2,18 +2,19 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_KHR_shader_subgroup_arithmetic : require
 #extension GL_KHR_shader_subgroup_ballot : require
-// The drops of the cells in view: where each is, whether it is in view; the small ones are entered
-// into the lists of their tiles, the numbers of the others noted. One invocation a record, a dispatch a
-// band of distance, the farthest first. See src/passes/tiles.rs.
+// The drops of the clusters in view: where each is, whether it is in view; the small ones are entered
+// into the lists of their tiles, the numbers of the others noted. One invocation a drop, a dispatch a
+// band of depth, the farthest first. See src/passes/tiles.rs.
 #include "frame.glsl"
 #include "rain.glsl"
 #include "octahedron.glsl"
 #include "tile_buffers.glsl"
+#include "clusters.glsl"
 #include "tile_drop.glsl"
 #include "splat.glsl"
 #include "appearance.glsl"
 
-layout(local_size_x = 256) in;
+layout(local_size_x = GATHER_GROUP) in;
 
 #define COUNTERS_BINDING 13
 #include "counters.glsl"
@@ -21,13 +22,19 @@ layout(local_size_x = 256) in;
 layout(push_constant) uniform Push { uint band; } push;
 
 void main() {
-    uint at = gl_GlobalInvocationID.x;
-    if (push.band > 0u) at += totals.record_ends[push.band - 1u];
-    if (at >= totals.record_ends[push.band]) return;
-    uint index = record_index[at];
-    Drop drop = drop_of(index);
+    uvec2 clusters = min(totals.clusters[push.band], MAX_IN_VIEW);
+    uint group = gl_WorkGroupID.x, groups_above = (clusters.x + CLUSTERS_A_GROUP - 1u) / CLUSTERS_A_GROUP;
+    bool below = group >= groups_above;
+    if (below) group -= groups_above;
+    uint place = group * CLUSTERS_A_GROUP + gl_LocalInvocationID.x / CLUSTER;
+    if (place >= (below ? clusters.y : clusters.x)) return;
+    uint cluster = clusters_in_view[in_view_at(push.band, below, place)];
+    uint index = drop_order[cluster * CLUSTER + gl_LocalInvocationID.x % CLUSTER];
+    bool is_drop = index != NO_DROP;
+    Drop drop = drop_of(is_drop ? index : 0u);
     float distance2;
     uint what = sighting(drop.view, drop.radius, distance2);
+    if (!is_drop) what = OUT_OF_VIEW;
 
     Outline o = outline_of(drop, distance2);
     vec2 half_sides = box_of_equal_area(o.box, o.radius);
@@ -40,8 +47,32 @@ void main() {
     // A drop beside the camera has no outline: any pixel may see it.
     bool large = shown && !splat || what == BESIDE_CAMERA;
 
+    // One atomic a subgroup: a counter that every lane adds to is fought over.
+    uvec4 visible_here = subgroupBallot(what == VISIBLE);
+    uvec4 splats_here = subgroupBallot(splat), larges_here = subgroupBallot(large);
+    uint splat_count = subgroupBallotBitCount(splats_here);
+    uint large_count = subgroupBallotBitCount(larges_here);
+    uint number = 0u, at = 0u;
+    if (subgroupElect()) {
+        atomicAdd(counters.visible[gl_WorkGroupID.x & 63u], subgroupBallotBitCount(visible_here));
+        if (splat_count > 0u) number = atomicAdd(totals.splats[below ? LINE : 0u], splat_count);
+        if (large_count > 0u) at = atomicAdd(totals.larges, large_count);
+    }
+    number = subgroupBroadcastFirst(number) + subgroupBallotExclusiveBitCount(splats_here);
+    at = subgroupBroadcastFirst(at) + subgroupBallotExclusiveBitCount(larges_here);
+    if (what == CAMERA_INSIDE) atomicAdd(counters.camera_inside, 1u);
+    if (splat && number >= MAX_SPLATS || large && at >= MAX_LARGES) {
+        atomicAdd(counters.lost, 1u);
+        splat = large = false;
+    }
+    if (large) {
+        larges[at].index = index;
+        atomicMax(totals.large_groups.x, at / 64u + 1u);
+    }
+    if (below) number = FIRST_BLOCK - 1u - number;
+    uint node = number * NODE;
     if (splat) {
-        uint node = at * NODE;
+        splat_index[number] = index;
         nodes[node] = floatBitsToUint(distance2);
         uint direction = direction_texel(drop.relative * inversesqrt(distance2));
         nodes[node + 1u] = pictures[picture_word(direction, 1u)];
@@ -52,23 +83,8 @@ void main() {
     for (uint i = 0u; i < 4u; ++i) {
         uvec2 step = uvec2(i & 1u, i >> 1);
         if (splat && all(lessThanEqual(first + step, last))) {
-            uint link = at * NODE + LINKS + i;
+            uint link = node + LINKS + i;
             nodes[link] = atomicExchange(heads[tile + step.y * tiles_across() + step.x], link);
         }
     }
-
-    // One atomic a subgroup: a counter that every lane adds to is fought over.
-    uvec4 visible = subgroupBallot(what == VISIBLE), larges_here = subgroupBallot(large);
-    uint place = 0u;
-    if (subgroupElect()) {
-        atomicAdd(counters.visible[gl_WorkGroupID.x & 63u], subgroupBallotBitCount(visible));
-        place = atomicAdd(totals.larges, subgroupBallotBitCount(larges_here));
-    }
-    place = subgroupBroadcastFirst(place) + subgroupBallotExclusiveBitCount(larges_here);
-    if (what == CAMERA_INSIDE) atomicAdd(counters.camera_inside, 1u);
-    if (large && place < MAX_LARGES) {
-        larges[place].index = index;
-        atomicMax(totals.large_groups.x, place / 64u + 1u);
-    }
-    if (large && place >= MAX_LARGES) atomicAdd(counters.lost, 1u);
 }

@@ -31,8 +31,8 @@
 //!
 //! - The physics of one drop, in float64, without approximation: [`optics`]. What the models of it
 //!   leave out, by name: [`model`]; by formula, picture and error: `docs/method.md`.
-//! - Where a million drops are at any time, exactly, with nothing stored: [`rain`], and in cells that
-//!   fall with them: [`cells`]. Which of them are in view: [`cull`].
+//! - Where a million drops are at any time, exactly, with nothing stored: [`rain`], and in clusters that
+//!   fall with them: [`clusters`]. Which of them are in view: [`cull`].
 //! - A frame from top to bottom, every barrier of it: [`renderer`]. Its passes, each beside its shader
 //!   of the same name in `glsl/`: [`passes`].
 //! - Vulkan itself, one object a file, knowing nothing of rain: [`gpu`].
@@ -44,8 +44,8 @@
 
 pub mod bench;
 pub mod camera;
-pub mod cells;
 pub mod cli;
+pub mod clusters;
 pub mod cull;
 mod dwa;
 pub mod environment;

@@ -137,7 +137,7 @@ pub fn plan(scene: &Scene, environment: &Environment, output: Output) -> Result<
     let simulation = choice.simulation.unwrap_or(Simulation::Integer);
     if simulation == Simulation::Stored && is_tile {
         return refuse(
-            "stored positions belong to the paper's points; tiles keep drops in cells, which only \
+            "stored positions belong to the paper's points; tiles keep drops in clusters, which only \
              exact positions do not leave"
                 .into(),
         );
@@ -199,7 +199,7 @@ fn passes(scene: &Scene, plan: &FramePlan) -> Vec<(&'static str, String)> {
         }
         Primitive::Tile => {
             let (splat_px, rays_px, optics) = (plan.splat_px, plan.rays_px, plan.optics);
-            passes.push(("cells", "whole cells of the rain out of view are passed over".into()));
+            passes.push(("clusters", "whole clusters of drops out of view are passed over".into()));
             passes
                 .push(("sky", "the environment behind the drops, when the view has moved".into()));
             let splats = if splat_px > 0.0 {
@@ -209,7 +209,7 @@ fn passes(scene: &Scene, plan: &FramePlan) -> Vec<(&'static str, String)> {
             };
             passes.push((
                 "gather",
-                format!("of {count} drops those in the cells in view move{splats}"),
+                format!("of {count} drops those in the clusters in view move{splats}"),
             ));
             passes.push(("large", "the others' coverage and pictures, tile by tile".into()));
             passes.push(("rays", format!("radius over {rays_px} px, or near: closed form")));

@@ -295,7 +295,7 @@ fn combinations_without_sense_are_refused_with_a_reason() {
                 simulation: Some(Simulation::Stored),
                 ..ModelChoice::default()
             },
-            "cells",
+            "clusters",
         ),
         (
             ModelChoice { preset: Preset::Fast, order: Some(Order::Unsorted), ..paper },

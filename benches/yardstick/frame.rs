@@ -1,9 +1,9 @@
-//! One frame: cells in view, drops in view, tiles, sky, tone map.
+//! One frame: clusters in view, drops in view, tiles, sky, tone map.
 
 use std::time::Instant;
 
 use glam::Vec3;
-use raindrops::cells::Cells;
+use raindrops::clusters::{CLUSTER, ClusterBox, Clusters, NO_DROP};
 use raindrops::cull::Sight;
 use raindrops::environment::Environment;
 use raindrops::rain::{start, tick_of_seconds};
@@ -36,10 +36,10 @@ pub struct Seen {
     pub index: u32,
 }
 
-/// The drops in the order of their cells: starting places, indices.
+/// The drops cluster by cluster: starting places, indices.
 struct Drops {
     start: [Vec<u32>; 3],
-    cells: Cells,
+    clusters: Clusters,
 }
 
 /// What the frame's loops read.
@@ -55,7 +55,7 @@ pub struct Constants {
     pub height: usize,
 }
 
-/// A part of the cells in view, its drops, and those by tile.
+/// A part of the clusters in view, its drops, and those by tile.
 #[derive(Default)]
 pub struct Part {
     seen: Vec<Seen>,
@@ -83,15 +83,15 @@ impl Frame {
     /// Of a scene of rain alone, whose image is whole tiles.
     pub fn new(scene: &Scene, environment: &Environment) -> Self {
         let rain = scene.rain();
-        let cells = Cells::new(rain.as_ref(), 0);
+        let clusters = Clusters::new(rain.as_ref(), 0);
         let start = |axis: usize| {
-            cells.order.par_iter().map(|index| start(scene.seed, *index)[axis]).collect()
+            clusters.order.par_iter().map(|index| start(scene.seed, *index)[axis]).collect()
         };
         let sky = Sky::new(environment);
         let (width, height) = (scene.image.width as usize, scene.image.height as usize);
         assert!(width % TILE == 0 && height % TILE == 0, "the image is not whole tiles");
         Self {
-            drops: Drops { start: [start(0), start(1), start(2)], cells },
+            drops: Drops { start: [start(0), start(1), start(2)], clusters },
             pictures: Pictures::new(&sky),
             sky,
             delta: (DELTA * environment.mean_luminance()) as f32,
@@ -121,15 +121,13 @@ impl Frame {
             height: self.height,
         };
         let drops = &self.drops;
-        let cells = cells_in_view(drops, &constants);
-        let share = cells.len().div_ceil(self.parts.len()).max(1);
-        let ranges: Vec<&[u32]> = cells.chunks(share).collect();
+        let clusters = clusters_in_view(drops, &constants);
+        let share = clusters.len().div_ceil(self.parts.len()).max(1);
+        let ranges: Vec<&[usize]> = clusters.chunks(share).collect();
         self.parts.par_iter_mut().enumerate().for_each(|(number, part)| {
             part.seen.clear();
-            for cell in ranges.get(number).copied().unwrap_or_default() {
-                let first = &drops.cells.first;
-                let (from, to) = (first[*cell as usize], first[*cell as usize + 1]);
-                cull(drops, from as usize, to as usize, &constants, &mut part.seen);
+            for cluster in ranges.get(number).copied().unwrap_or_default() {
+                cull(drops, cluster * CLUSTER as usize, &constants, &mut part.seen);
             }
             bin(part, &constants);
         });
@@ -166,58 +164,39 @@ impl Frame {
     }
 }
 
-/// Cells that may hold a drop in view.
-fn cells_in_view(drops: &Drops, constants: &Constants) -> Vec<u32> {
-    let Constants { sight, units, radius, .. } = constants;
-    let bits = drops.cells.bits;
-    let edge = (1u32 << (32 - bits)) as f32;
-    let half = 0.5 * edge * *units;
-    let reach = half.length() + radius;
-    let middle = |coordinate: u32, axis: usize| {
-        let place = (coordinate << (32 - bits)).wrapping_add(1 << (31 - bits));
-        place.wrapping_add(constants.shift[axis]) as i32
-    };
-    // A cell that reaches over the box's end is on both sides of it.
-    let sides = |middle: i32| {
-        let other = if middle < 0 {
-            middle as f32 + 4_294_967_296.0
-        } else {
-            middle as f32 - 4_294_967_296.0
-        };
-        let both = (middle as f32).abs() + edge > 2_147_483_648.0;
-        (middle as f32, both.then_some(other))
-    };
-    let side = 1u32 << bits;
-    let seen = |x: f32, y: f32, z: f32| {
-        let v = sight.view_space(Vec3::new(x * units.x, y * units.y, z * units.z));
-        let depth = -v.z;
-        depth >= -reach
-            && v.x.abs() * sight.frustum[0] - depth * sight.frustum[1] <= reach
-            && v.y.abs() * sight.frustum[2] - depth * sight.frustum[3] <= reach
-    };
-    let planes = (0..side).into_par_iter().flat_map_iter(|z| {
-        let z_sides = sides(middle(z, 2));
-        (0..side).flat_map(move |y| {
-            let y_sides = sides(middle(y, 1));
-            (0..side).filter_map(move |x| {
-                let x_sides = sides(middle(x, 0));
-                let any = |(near, far): (f32, Option<f32>)| std::iter::once(near).chain(far);
-                let in_view =
-                    any(x_sides).any(|x| any(y_sides).any(|y| any(z_sides).any(|z| seen(x, y, z))));
-                in_view.then_some(x | y << bits | z << (2 * bits))
-            })
-        })
-    });
-    planes.collect()
+/// Clusters that may hold a drop in view.
+fn clusters_in_view(drops: &Drops, constants: &Constants) -> Vec<usize> {
+    let boxes = drops.clusters.boxes.par_iter().enumerate();
+    boxes.filter(|(_, around)| in_view(**around, constants)).map(|(number, _)| number).collect()
+}
+
+/// Whether a box reaches into the view; of one over the rain box's far side all along that axis.
+fn in_view([x, y, z, edges]: ClusterBox, constants: &Constants) -> bool {
+    let Constants { sight, shift, units, radius, .. } = constants;
+    let (mut middle, mut half) = (Vec3::ZERO, Vec3::splat(2_147_483_648.0));
+    for (axis, low) in [x, y, z].into_iter().enumerate() {
+        let low = low.wrapping_add(shift[axis]) as i32;
+        let edge = ((edges >> (10 * axis) & 1023) + 1) as f32 * 4_194_304.0;
+        if low as f32 + edge <= 2_147_483_648.0 {
+            (middle[axis], half[axis]) = (low as f32 + 0.5 * edge, 0.5 * edge);
+        }
+    }
+    let reach = (half * *units).length() + radius;
+    let v = sight.view_space(middle * *units);
+    let depth = -v.z;
+    depth >= -reach
+        && v.x.abs() * sight.frustum[0] - depth * sight.frustum[1] <= reach
+        && v.y.abs() * sight.frustum[2] - depth * sight.frustum[3] <= reach
 }
 
 kernel! {
-/// The drops in view among those from `from` to `to`: the twin of `Sight::sighting`.
-fn cull(drops: &Drops, from: usize, to: usize, constants: &Constants, seen: &mut Vec<Seen>) -> () {
+/// The drops in view of the cluster that begins at `from`: the twin of `Sight::sighting`.
+fn cull(drops: &Drops, from: usize, constants: &Constants, seen: &mut Vec<Seen>) -> () {
     let Constants { sight, shift, units, radius, .. } = *constants;
     let [right, up, back] = sight.axes;
+    let to = from + CLUSTER as usize;
     let [xs, ys, zs] = [0, 1, 2].map(|axis: usize| &drops.start[axis][from..to]);
-    let order = &drops.cells.order[from..to];
+    let order = &drops.clusters.order[from..to];
     for block in (0..order.len()).step_by(LANES) {
         let mut some = [Seen::default(); LANES];
         let mut visible = [false; LANES];
@@ -247,7 +226,7 @@ fn cull(drops: &Drops, from: usize, to: usize, constants: &Constants, seen: &mut
             let mut drop = some[lane];
             drop.index = order[block + lane];
             some[kept] = drop;
-            kept += usize::from(visible[lane]);
+            kept += usize::from(visible[lane] && drop.index != NO_DROP);
         }
         seen.extend_from_slice(&some[..kept]);
     }

@@ -1,7 +1,7 @@
 //! What this machine's CPU can do at the paper's benchmark scene, as a yardstick for Vulkan drivers
 //! that run on it: `cargo bench --bench yardstick`.
 //!
-//! A renderer in plain Rust on all cores, for this scene alone: drops in cells, culled eight at a
+//! A renderer in plain Rust on all cores, for this scene alone: drops in clusters, culled eight at a
 //! time, sorted into tiles and composited front to back by distance and index; the sky behind; the
 //! photographic operator. Drops under a pixel of area show the mean colour of a drop in their
 //! direction, those up to a radius of 4 pixels a prefiltered picture, those above the closed form.

@@ -9,11 +9,12 @@ const uvec2 TILE = uvec2(4, 2);
 const uint PIXELS = TILE.x * TILE.y;
 const uint MOST_TILES = 12; // of a drop whose blocks one invocation gives out
 const uint MOST_BIG_GROUPS = 4096; // workgroups that give the others theirs, each drop after drop
-const uint MAX_BANDS = 16; // of distance from the camera, in which cells are taken, farthest first
+const uint MAX_BANDS = 16; // of depth, in which clusters are taken, farthest first
+const uint LINE = 16; // words: what different threads of a CPU add to should not share a line
 
 // `Limits` in src/passes/tiles.rs, in its order; a pipeline has those of light_model.glsl before.
 layout(constant_id = 5) const uint TILE_COUNT = 1;
-layout(constant_id = 6) const uint MAX_RECORDS = 1;  // drops in the cells in view
+layout(constant_id = 6) const uint MAX_SPLATS = 1;   // of either half of the image
 layout(constant_id = 7) const uint FIRST_BLOCK = 1;  // nodes before it are splats'
 layout(constant_id = 8) const uint MAX_BLOCKS = 1;
 layout(constant_id = 9) const uint MAX_LARGES = 1;
@@ -22,31 +23,29 @@ layout(constant_id = 11) const float RAYS_PX = 8.0;  // radius from which it is 
 layout(constant_id = 12) const uint HAS_PLACED = 0;  // 1: some drops are placed by hand
 layout(constant_id = 13) const uint SAMPLES = 4;     // rays a pixel
 
-// Drop indices, cell by cell; never changes.
-layout(std430, set = 0, binding = 1) readonly buffer DropOrder { uint drop_order[]; };
-// First place in that of each cell.
-layout(std430, set = 0, binding = 2) readonly buffer CellFirst { uint cell_first[]; };
+// Bindings 1 and 2 are those of clusters.glsl.
 layout(std430, set = 0, binding = 3) buffer Totals {
-    uvec4 record_groups[MAX_BANDS]; // of indirect dispatches: over the records of a band,
+    uvec4 gather_groups[MAX_BANDS]; // of indirect dispatches: over the clusters of a band,
     uvec4 large_groups;             // over the large drops,
     uvec4 big_groups;               // over those of many tiles, one group each,
     uvec4 block_groups;             // over the blocks,
     uvec4 ray_groups;               // over the pixels of blocks drawn by rays,
     uvec4 disordered_groups;        // over the disordered tiles
-    uint record_ends[MAX_BANDS];    // the records of each band end where those of the next begin
-    uint records;
     uint larges;
     uint bigs;
     uint blocks;
     uint ray_blocks;
     uint disordered;
+    uint pad[7];
+    uvec2 clusters[MAX_BANDS];      // in view: above the image's middle, below
+    uint splats[2 * LINE];          // above; a cache line on, below
 } totals;
-// Index of each record's drop; band by band, the farthest first.
-layout(std430, set = 0, binding = 4) buffer RecordIndex { uint record_index[]; };
+// Index of each splat's drop.
+layout(std430, set = 0, binding = 4) buffer SplatIndex { uint splat_index[]; };
 
-// Entries of the tiles' lists, eight words each. First one for each record, of use where its drop is a
-// splat: so small that it has one colour and touches no more than 2 x 2 tiles. Then one for each
-// block: a tile of a larger drop.
+// Entries of the tiles' lists, eight words each. First those of splats, drops so small that they have one
+// colour and touch no more than 2 x 2 tiles: of clusters above the image's middle from the first on, of the
+// others from the last on. Then one for each block: a tile of a larger drop.
 //   0  squared distance of the drop's centre, of larger drops squared length of their tangents, as
 //      bits, which sort as it does
 //   1  splat: its colour; block: index of the drop

@@ -12,7 +12,7 @@ uvec3 entry_at(uint link) {
     uvec3 entry = NO_ENTRY_AT;
     if (link != END) {
         uint node = link & ~(NODE - 1u);
-        uint index = is_block(link) ? nodes[node + 1u] : record_index[node / NODE];
+        uint index = is_block(link) ? nodes[node + 1u] : splat_index[node / NODE];
         entry = uvec3(nodes[node], index, link);
     }
     return entry;

@@ -1,12 +1,12 @@
 //! Which drops fall on which tile of the image, without touching a drop that is out of view for
 //! long. Compute passes:
 //!
-//! 1. `cells`: whole cells of the rain box out of view are passed over (five of six drops), the others'
-//!    drops noted, in bands of distance, the farthest first;
-//! 2. `gather`, band after band: each of these drops finds its place and its outline. Nine of ten are
-//!    splats: so small that one colour will do. They become nodes of 32 bytes, hung before what is
-//!    already in the lists of their one to four tiles of 4 x 2 pixels; the numbers of the others are
-//!    noted;
+//! 1. `clusters`: whole clusters of the rain out of view are passed over (three of four), the others
+//!    noted, in bands of depth;
+//! 2. `gather`, band after band, the farthest first: each of their drops finds its place and its outline.
+//!    Nine of ten in view are splats: so small that one colour will do. They become nodes of 32 bytes, hung
+//!    before what is already in the lists of their one to four tiles of 4 x 2 pixels; the numbers of the
+//!    others are noted;
 //! 3. `large`: those get a block for each tile that they touch (`big`: where there are more than 12,
 //!    by a workgroup each), and each block finds its coverage and colours and is hung into the list
 //!    of its tile (`blocks`).
@@ -19,14 +19,11 @@
 
 use std::sync::Arc;
 
-use ash::vk;
-use glam::DVec3;
-
 use super::appearance::Appearance;
 use super::frame::FrameBuffer;
 use super::light_constants;
 use super::simulate::{Simulate, placed_records};
-use crate::cells::Cells;
+use crate::clusters::{CLUSTER, Clusters};
 use crate::gpu::{
     Binding, Bindings, Buffer, ComputePipeline, Device, Memory, Resource, Use, memory_barrier,
     shaders,
@@ -34,6 +31,7 @@ use crate::gpu::{
 use crate::plan::FramePlan;
 use crate::scene::Scene;
 use crate::{Error, Result};
+use ash::vk;
 
 /// A tile in pixels, as in `glsl/include/tile_buffers.glsl`.
 const TILE: (u32, u32) = (4, 2);
@@ -50,6 +48,10 @@ const SHARE_IN_VIEW: f64 = 0.18;
 const DROPS_A_BAND: f64 = 1.5;
 /// Bands at most, as in the shaders.
 const MAX_BANDS: u32 = 16;
+/// Clusters of a workgroup of `clusters` and of `gather`, and stretches of all clusters, as there.
+const CLUSTERS_GROUP: u32 = 64;
+const CLUSTERS_A_GROUP: u32 = 256 / CLUSTER;
+const STRETCHES: u32 = 64;
 /// Least tiles of a drop whose blocks a workgroup gives out, as in the shaders.
 const TILES_OF_BIG: u64 = 13;
 /// Blocks provided for each tile: so many layers of the whole image may be large drops …
@@ -64,7 +66,7 @@ const LEAST_BLOCKS: u64 = 16_384;
 #[derive(Clone, Copy, Debug)]
 struct Limits {
     tiles: u32,
-    records: u32,
+    splats: u32,
     first_block: u32,
     blocks: u32,
     larges: u32,
@@ -78,7 +80,7 @@ impl Limits {
     fn words(&self) -> [u32; 9] {
         [
             self.tiles,
-            self.records,
+            self.splats,
             self.first_block,
             self.blocks,
             self.larges,
@@ -96,14 +98,15 @@ pub struct Tiles {
     pub count: u32,
     /// What was counted (see [`Simulate::counts`]).
     pub counters: Buffer,
-    /// What the shaders' `tile_buffers.glsl` declares, from binding 1 on, but for the pictures.
+    /// What the shaders' `clusters.glsl` and `tile_buffers.glsl` declare, from binding 1 on, but for the
+    /// pictures.
     pub(super) shared: [Buffer; 10],
     /// Values of its constants.
     pub(super) constants: Vec<u32>,
-    /// For each band its first place in the order of cells, then the end.
-    bands: Vec<u32>,
+    clusters: u32,
+    bands: u32,
     bindings: Bindings,
-    cells: ComputePipeline,
+    clusters_pass: ComputePipeline,
     gather: ComputePipeline,
     large: ComputePipeline,
     big: ComputePipeline,
@@ -117,15 +120,16 @@ const HEADS: usize = 5;
 pub(super) const NODES: usize = 4;
 pub(super) const BLOCK_PIXELS: usize = 8;
 /// Byte offsets of the indirect arguments in the totals.
-const RECORD_GROUPS: u64 = 0; // of the first band
+const GATHER_GROUPS: u64 = 0; // of the first band
 const LARGE_GROUPS: u64 = 16 * MAX_BANDS as u64;
 const BIG_GROUPS: u64 = LARGE_GROUPS + 16;
 const BLOCK_GROUPS: u64 = BIG_GROUPS + 16;
 pub(super) const RAY_GROUPS: u64 = BLOCK_GROUPS + 16;
 pub(super) const DISORDERED_GROUPS: u64 = RAY_GROUPS + 16;
-/// Words of all arguments, and of the totals: an end for each band and six counts, in whole vectors.
+/// Words of all arguments, and of the totals: then five counts, in a vector's multiple and a cache line's,
+/// two for each band, and two in cache lines of their own.
 const GROUPS_WORDS: usize = DISORDERED_GROUPS as usize / 4 + 4;
-const TOTALS_WORDS: usize = (GROUPS_WORDS + MAX_BANDS as usize + 6).next_multiple_of(4);
+const TOTALS_WORDS: usize = GROUPS_WORDS + 12 + 2 * MAX_BANDS as usize + 2 * 16;
 /// End of a list, as in the shaders.
 const END: u32 = u32::MAX;
 
@@ -156,31 +160,28 @@ impl Tiles {
         let most_pixels = (TILE_PIXELS * 64 * groups).min(range / 8);
         within("the image's pixels in tiles", TILE_PIXELS * u64::from(count), most_pixels)?;
         let a_tile = drops as f64 * SHARE_IN_VIEW * TILES_A_DROP / f64::from(count);
-        let rain = scene.rain();
-        let grid = Cells::new(rain.as_ref(), scene.drops.len() as u32);
         let bands = ((a_tile / DROPS_A_BAND).ceil() as u32).clamp(1, MAX_BANDS);
-        let half_extent = rain.map_or(DVec3::ONE, |rain| rain.half_extent);
-        let far_to_near = grid.far_to_near(half_extent, bands);
-        let cells = grid.count() - 1;
-        let mut bands: Vec<u32> = (0..cells).step_by(cells.div_ceil(bands) as usize).collect();
-        bands.push(grid.count());
+        let clusters = Clusters::new(scene.rain().as_ref(), scene.drops.len() as u32);
+        let band_room = u64::from(clusters.count())
+            .min(range / (4 * u64::from(bands)))
+            .min(u64::from(CLUSTERS_A_GROUP) * (groups - 1));
 
         let has_splats = plan.splat_px > 0.0;
-        // A quarter of the nodes for blocks at most, unless there are no splats.
+        // A sixth of the nodes for blocks at most, unless there are no splats.
         let most_nodes = range / (4 * NODE_WORDS);
         let wanted = BLOCKS_A_TILE * u64::from(count)
             + if has_splats { drops / DROPS_A_BLOCK } else { drops };
         let blocks = wanted
             .max(LEAST_BLOCKS)
-            .min(if has_splats { most_nodes / 4 } else { most_nodes })
+            .min(if has_splats { most_nodes / 6 } else { most_nodes })
             .min(range / (4 * BLOCK_WORDS))
             .min(32 * groups);
-        let records = drops.min(256 * groups);
-        let records = if has_splats { records.min(most_nodes - blocks) } else { records };
-        let first_block = if has_splats { records } else { 0 };
+        let first_block = if has_splats { drops.min(most_nodes - blocks) } else { 0 };
+        // Two halves fill a room from both ends: if it does not hold all there are, each has its half.
+        let of_either = |room: u64, all: u64| if room < all { room / 2 } else { room } as u32;
         let limits = Limits {
             tiles: count,
-            records: records as u32,
+            splats: of_either(first_block, drops),
             first_block: first_block as u32,
             blocks: blocks as u32,
             larges: drops.min(range / LARGE_BYTES).min(64 * groups) as u32,
@@ -197,10 +198,10 @@ impl Tiles {
             Buffer::new(device, name, bytes * count, usage, Memory::Device)
         };
         let shared = [
-            Buffer::upload_device(device, "drop order", &grid.order, storage)?,
-            Buffer::upload_device(device, "cells", &grid.first, storage)?,
+            Buffer::upload_device(device, "drop order", &clusters.order, storage)?,
+            Buffer::upload_device(device, "clusters", &clusters.boxes, storage)?,
             make("totals", 4, TOTALS_WORDS as u64, cleared | Usage::INDIRECT_BUFFER)?,
-            make("drop indices", 4, records, storage)?,
+            make("splats", 4, first_block, storage)?,
             make("nodes", 4 * NODE_WORDS, first_block + blocks, by_four)?,
             make("lists", 4, count.into(), cleared)?,
             make("large drops", LARGE_BYTES, limits.larges.into(), storage)?,
@@ -209,17 +210,14 @@ impl Tiles {
             make("blocks of rays", 4, blocks, storage)?,
         ];
         let placed = Buffer::upload(device, "placed drops", &placed_records(scene), storage)?;
-        let far_to_near = Buffer::upload_device(device, "far to near", &far_to_near, storage)?;
+        let in_view = make("clusters in view", 4 * u64::from(bands), band_room, storage)?;
         let counters = Simulate::counters(device)?;
 
         let uniform = (Binding::UNIFORM_BUFFER, Resource::Buffer(&frame.buffer));
         let buffer = |buffer| (Binding::STORAGE_BUFFER, Resource::Buffer(buffer));
         let slots: Vec<_> = std::iter::once(uniform)
             .chain(
-                shared
-                    .iter()
-                    .chain([&appearance.table, &placed, &counters, &far_to_near])
-                    .map(buffer),
+                shared.iter().chain([&appearance.table, &placed, &counters, &in_view]).map(buffer),
             )
             .collect();
         let bindings = Bindings::of(device, "tiles", &slots)?;
@@ -228,21 +226,28 @@ impl Tiles {
         let pipeline = |shader, push_words: u32, constants: &[u32]| {
             ComputePipeline::new(device, shader, &bindings, 4 * push_words, constants)
         };
-        let of_cells: Vec<u32> =
-            constants.iter().copied().chain([grid.bits, grid.count()]).collect();
+        let of_clusters = [
+            clusters.count(),
+            clusters.boxes.len() as u32,
+            bands,
+            band_room as u32,
+            of_either(band_room, clusters.count().into()),
+        ];
+        let of_clusters: Vec<u32> = constants.iter().copied().chain(of_clusters).collect();
         Ok(Self {
             count,
             counters,
+            clusters: clusters.count(),
             bands,
-            cells: pipeline(shaders::CELLS_COMP, 3, &of_cells)?,
-            gather: pipeline(shaders::GATHER_COMP, 1, &constants)?,
+            clusters_pass: pipeline(shaders::CLUSTERS_COMP, 0, &of_clusters)?,
+            gather: pipeline(shaders::GATHER_COMP, 1, &of_clusters)?,
             large: pipeline(shaders::LARGE_COMP, 0, &constants)?,
             big: pipeline(shaders::BIG_COMP, 0, &constants)?,
             blocks: pipeline(shaders::BLOCKS_COMP, 0, &constants)?,
             shared,
             constants,
             bindings,
-            _held: [placed, far_to_near],
+            _held: [placed, in_view],
         })
     }
 
@@ -258,7 +263,7 @@ impl Tiles {
             // SAFETY: the command buffer is recorded outside of rendering.
             unsafe { device.raw().cmd_fill_buffer(commands, raw, 0, vk::WHOLE_SIZE, value) };
         }
-        // 0 x 1 x 1 workgroups each, then the counts.
+        // 0 x 1 x 1 workgroups each; all counts 0.
         let mut totals = [0u32; TOTALS_WORDS];
         for groups in totals[..GROUPS_WORDS].chunks_exact_mut(4) {
             groups.copy_from_slice(&[0, 1, 1, 0]);
@@ -268,26 +273,20 @@ impl Tiles {
         unsafe { device.raw().cmd_update_buffer(commands, self.totals().raw(), 0, bytes) };
     }
 
-    /// Records which cells are in view.
-    pub fn record_cells(&self, device: &Device, commands: vk::CommandBuffer) {
-        for (band, places) in (0u32..).zip(self.bands.windows(2)) {
-            if band > 0 {
-                memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::ComputeWrite]);
-            }
-            let push = [band, places[0], places[1]];
-            let groups = [(places[1] - places[0]).div_ceil(64), 1, 1];
-            self.cells.dispatch(commands, &self.bindings, 0, bytemuck::bytes_of(&push), groups);
-        }
+    /// Records which clusters are in view.
+    pub fn record_clusters(&self, commands: vk::CommandBuffer) {
+        let groups = self.clusters.div_ceil(CLUSTERS_GROUP).next_multiple_of(STRETCHES);
+        self.clusters_pass.dispatch(commands, &self.bindings, 0, &[], [groups, 1, 1]);
     }
 
     /// Records the drops' places and the small ones' entry into the lists, after
-    /// [`Tiles::record_cells`] and a barrier.
+    /// [`Tiles::record_clusters`] and a barrier.
     pub fn record_gather(&self, device: &Device, commands: vk::CommandBuffer) {
-        for band in 0..self.bands.len() as u32 - 1 {
+        for band in 0..self.bands {
             if band > 0 {
                 memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::ComputeWrite]);
             }
-            let (push, at) = (bytemuck::bytes_of(&band), RECORD_GROUPS + 16 * u64::from(band));
+            let (push, at) = (bytemuck::bytes_of(&band), GATHER_GROUPS + 16 * u64::from(band));
             self.gather.dispatch_indirect(commands, &self.bindings, push, self.totals(), at);
         }
     }

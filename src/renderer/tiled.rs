@@ -1,4 +1,4 @@
-//! The fast frame: whole cells culled, drops in tiles front to back, by compute alone.
+//! The fast frame: whole clusters culled, drops in tiles front to back, by compute alone.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -63,9 +63,9 @@ impl Tiled {
     ) {
         let barrier =
             |before: &[Use], after: &[Use]| memory_barrier(device, commands, before, after);
-        time.time(commands, "cells", || {
+        time.time(commands, "clusters", || {
             barrier(&[Use::TransferWrite], &[Use::Uniform, Use::ComputeWrite]);
-            self.tiles.record_cells(device, commands);
+            self.tiles.record_clusters(commands);
         });
         if self.composite.needs_sky(frame) {
             time.time(commands, "sky", || {

@@ -1,0 +1,151 @@
+//! The rain's drops in clusters: sixteen near one another, and the box around them.
+//!
+//! All drops fall alike, so which of them are neighbours never changes: the clusters fall with them. One
+//! sort when the scene is made lets every frame pass over whole clusters that are out of view.
+
+use rayon::prelude::*;
+
+use crate::rain::{Rain, start};
+
+/// Drops of a cluster, as in the shaders: enough that a cluster's test costs little a drop, few enough
+/// that clusters at the edge of the view do not drag in many drops out of it.
+pub const CLUSTER: u32 = 16;
+
+/// In the place of a drop's index: none, where drops do not fill their last cluster.
+pub const NO_DROP: u32 = u32::MAX;
+
+/// Drops that share a cell of the grid by which they are sorted, on average: fewer than make a cluster,
+/// whose box would else reach over two cells for a few drops of each.
+const DROPS_A_CELL: f64 = 2.0;
+
+/// Finest grid: 128 cells an edge.
+const MAX_BITS: u32 = 7;
+
+/// Binary digits of a box's edges.
+const EDGE_BITS: u32 = 10;
+
+/// Drop indices, cluster by cluster.
+pub struct Clusters {
+    /// Indices of the random drops, then of the drops placed by hand; [`CLUSTER`] for each cluster, those
+    /// that lack [`NO_DROP`].
+    pub order: Vec<u32>,
+    /// The box around each cluster of random drops.
+    pub boxes: Vec<ClusterBox>,
+}
+
+/// Of a cluster's drops at tick 0 the least places, in units of 2^-32 of the rain box; then the edges of the
+/// box to the greatest, ten bits each from the lowest on, in units of 2^-10, rounded up, less one.
+pub type ClusterBox = [u32; 4];
+
+impl Clusters {
+    /// Sorts the drops of `rain`, and appends `placed` drops in clusters of their own, which have no box.
+    pub fn new(rain: Option<&Rain>, placed: u32) -> Self {
+        let count = rain.map_or(0, |rain| rain.count);
+        let mut order = rain.map_or_else(Vec::new, in_order);
+        fill_last(&mut order);
+        let boxes = rain.map_or_else(Vec::new, |rain| {
+            order.par_chunks(CLUSTER as usize).map(|drops| box_around(rain.seed, drops)).collect()
+        });
+        order.extend(count..count + placed);
+        fill_last(&mut order);
+        Self { order, boxes }
+    }
+
+    /// Clusters in all, those of the placed drops included.
+    pub fn count(&self) -> u32 {
+        self.order.len() as u32 / CLUSTER
+    }
+}
+
+fn fill_last(order: &mut Vec<u32>) {
+    order.resize(order.len().next_multiple_of(CLUSTER as usize), NO_DROP);
+}
+
+/// Indices of the drops, cell by cell of a grid along a Z-order curve.
+fn in_order(rain: &Rain) -> Vec<u32> {
+    let bits = (f64::from(rain.count) / DROPS_A_CELL).max(1.0).log2() / 3.0;
+    let bits = (bits.round() as u32).clamp(1, MAX_BITS);
+    let cell_of: Vec<u32> = (0..rain.count)
+        .into_par_iter()
+        .map(|index| along_curve(start(rain.seed, index), bits))
+        .collect();
+    let mut next = vec![0u32; (1 << (3 * bits)) + 1];
+    for cell in &cell_of {
+        next[*cell as usize + 1] += 1;
+    }
+    for cell in 1..next.len() {
+        next[cell] += next[cell - 1];
+    }
+    let mut order = vec![0u32; rain.count as usize];
+    for (index, cell) in (0..).zip(&cell_of) {
+        let place = &mut next[*cell as usize];
+        order[*place as usize] = index;
+        *place += 1;
+    }
+    order
+}
+
+/// Number along the curve of the cell that holds a place: the coordinates' first bits, interleaved.
+fn along_curve(place: [u32; 3], bits: u32) -> u32 {
+    (32 - bits..32).rev().fold(0, |number, bit| {
+        let [x, y, z] = place.map(|coordinate| coordinate >> bit & 1);
+        number << 3 | z << 2 | y << 1 | x
+    })
+}
+
+fn box_around(seed: u64, drops: &[u32]) -> ClusterBox {
+    let places =
+        || drops.iter().filter(|index| **index != NO_DROP).map(|index| start(seed, *index));
+    let low =
+        places().fold([u32::MAX; 3], |low, place| [0, 1, 2].map(|i: usize| low[i].min(place[i])));
+    let high = places().fold([0; 3], |high, place| [0, 1, 2].map(|i: usize| high[i].max(place[i])));
+    let edge =
+        |axis: usize| ((high[axis] - low[axis]) >> (32 - EDGE_BITS)) << (EDGE_BITS * axis as u32);
+    [low[0], low[1], low[2], edge(0) | edge(1) | edge(2)]
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+
+    fn rain(count: u32) -> Rain {
+        Rain { seed: 5, count, half_extent: DVec3::ONE, radius: 1.0, velocity: DVec3::ZERO }
+    }
+
+    #[test]
+    fn every_drop_is_in_a_cluster_once() {
+        for (count, placed) in [(0, 0), (0, 3), (1, 0), (16, 16), (20_001, 3)] {
+            let clusters = Clusters::new(Some(&rain(count)), placed);
+            assert_eq!(clusters.boxes.len() as u32, count.div_ceil(CLUSTER));
+            assert_eq!(clusters.count(), count.div_ceil(CLUSTER) + placed.div_ceil(CLUSTER));
+            let (random, by_hand) =
+                clusters.order.split_at(clusters.boxes.len() * CLUSTER as usize);
+            let mut seen: Vec<u32> = random.iter().copied().filter(|i| *i != NO_DROP).collect();
+            seen.sort_unstable();
+            assert!(seen.into_iter().eq(0..count));
+            let placed_here = by_hand.iter().copied().filter(|index| *index != NO_DROP);
+            assert!(placed_here.eq(count..count + placed));
+        }
+    }
+
+    #[test]
+    fn boxes_hold_their_drops_and_are_small() {
+        let clusters = Clusters::new(Some(&rain(20_000)), 0);
+        let mut volume = 0.0;
+        for ([x, y, z, edges], drops) in clusters.boxes.iter().zip(clusters.order.chunks(16)) {
+            let edges = [0, 10, 20].map(|shift| (u64::from(edges >> shift & 1023) + 1) << 22);
+            volume += edges.map(|edge| edge as f64 / 4_294_967_296.0).iter().product::<f64>();
+            for index in drops {
+                let place = start(5, *index);
+                for (axis, low) in [x, y, z].into_iter().enumerate() {
+                    let above = place[axis].checked_sub(*low).expect("not below");
+                    assert!(u64::from(above) < edges[axis]);
+                }
+            }
+        }
+        // Some are cut in two by a step of the curve, and long. (Along a Hilbert curve 1.1: no faster.)
+        assert!(volume < 5.0, "boxes of {volume} times the space");
+    }
+}
