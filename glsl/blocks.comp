@@ -32,16 +32,16 @@ vec4 cover(vec2 from, vec4 to_disc, vec2 half_side, float radius, float edge, ou
 }
 
 void write_colors(uint at, uint picture, uvec4 texels) {
-    block_pixels[at] = pictures[picture + texels.x];
-    block_pixels[at + 1u] = pictures[picture + texels.y];
-    block_pixels[at + 2u] = pictures[picture + texels.z];
-    block_pixels[at + 3u] = pictures[picture + texels.w];
+    nodes[at] = pictures[picture + texels.x];
+    nodes[at + 1u] = pictures[picture + texels.y];
+    nodes[at + 2u] = pictures[picture + texels.z];
+    nodes[at + 3u] = pictures[picture + texels.w];
 }
 
 void main() {
     uint at = gl_GlobalInvocationID.x;
-    if (at >= min(totals.blocks, MAX_BLOCKS)) return;
-    uint node = (FIRST_BLOCK + at) * NODE, owner = nodes[node + 2u];
+    if (at >= min(totals.blocks, block_room())) return;
+    uint node = block_node(at), owner = nodes[node + 2u];
     Large r = larges[owner];
     uint number = at - r.first_block;
     uvec2 at_tile = uvec2(r.first_tile & 0xffffu, r.first_tile >> 16)
@@ -64,13 +64,13 @@ void main() {
     vec4 above = fade * cover(from, m, half_side, radius, edge, texels_above);
     vec4 below = fade * cover(from + vec2(0.0, 1.0), m, half_side, radius, edge, texels_below);
     if (!rays) {
-        write_colors(at * BLOCK, picture, texels_above);
-        write_colors(at * BLOCK + TILE.x, picture, texels_below);
+        write_colors(node + COLORS, picture, texels_above);
+        write_colors(node + COLORS + TILE.x, picture, texels_below);
     }
-    block_pixels[at * BLOCK + COVERAGE] = packUnorm2x16(above.xy);
-    block_pixels[at * BLOCK + COVERAGE + 1u] = packUnorm2x16(above.zw);
-    block_pixels[at * BLOCK + COVERAGE + 2u] = packUnorm2x16(below.xy);
-    block_pixels[at * BLOCK + COVERAGE + 3u] = packUnorm2x16(below.zw);
+    nodes[node + COVERAGE] = packUnorm2x16(above.xy);
+    nodes[node + COVERAGE + 1u] = packUnorm2x16(above.zw);
+    nodes[node + COVERAGE + 2u] = packUnorm2x16(below.xy);
+    nodes[node + COVERAGE + 3u] = packUnorm2x16(below.zw);
     vec4 larger = max(above, below);
     float most = max(max(larger.x, larger.y), max(larger.z, larger.w));
 
@@ -78,7 +78,8 @@ void main() {
     if (most > 0.0) {
         nodes[node] = r.distance2;
         nodes[node + 1u] = r.index;
-        nodes[node + LINKS] = atomicExchange(heads[at_tile.y * tiles_across() + at_tile.x], node + LINKS);
+        uint link = node + NEXT_OF_BLOCK, tile = at_tile.y * tiles_across() + at_tile.x;
+        nodes[link] = atomicExchange(heads[tile], link);
     }
     if (most > 0.0 && rays) {
         uint place = atomicAdd(totals.ray_blocks, 1u);

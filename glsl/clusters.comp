@@ -8,7 +8,7 @@
 
 layout(local_size_x = 64) in;
 
-#define COUNTERS_BINDING 13
+#define COUNTERS_BINDING 12
 #include "counters.glsl"
 
 // Is any drop in view whose place from the camera is in the box? `middle`: of the box, on the side of those
@@ -46,7 +46,7 @@ void main() {
 
     // Drops placed by hand can be anywhere.
     uint band = BANDS - 1u;
-    bool below = false;
+    bool below = cluster % 2u == 0u;
     if (cluster < RANDOM_CLUSTERS) {
         uvec4 around = cluster_boxes[cluster];
         uvec3 edges = ((uvec3(around.w, around.w >> 10, around.w >> 20) & 1023u) + 1u << 22) - 1u;

@@ -11,17 +11,17 @@
 
 layout(local_size_x = 64) in;
 
-layout(constant_id = 14) const uint LOG_SUMS = 0; // 1: the display needs the log average
+layout(constant_id = 13) const uint LOG_SUMS = 0; // 1: the display needs the log average
 // The result: four halves a pixel, row by row.
-layout(std430, set = 0, binding = 13) writeonly buffer Radiance { uvec2 radiance_out[]; };
+layout(std430, set = 0, binding = 12) writeonly buffer Radiance { uvec2 radiance_out[]; };
 // The environment behind, pixel by pixel of a tile after the other.
-layout(std430, set = 0, binding = 14) readonly buffer Sky { uvec2 sky[]; };
+layout(std430, set = 0, binding = 13) readonly buffer Sky { uvec2 sky[]; };
 // For each tile the sum of its pixels' log(delta + luminance).
-layout(std430, set = 0, binding = 15) writeonly buffer LogSums { float log_sums[]; };
+layout(std430, set = 0, binding = 14) writeonly buffer LogSums { float log_sums[]; };
 // The tiles whose lists the window did not bring into order: number, and entries.
-layout(std430, set = 0, binding = 16) buffer Disordered { uvec2 disordered_tiles[]; };
+layout(std430, set = 0, binding = 15) buffer Disordered { uvec2 disordered_tiles[]; };
 
-#define COUNTERS_BINDING 17
+#define COUNTERS_BINDING 16
 #include "counters.glsl"
 #include "by_four.glsl"
 #include "tile_window.glsl"
@@ -107,10 +107,10 @@ void main() {
     uint turns = 0u;
     do {
         while (window.nearest.half_sides == IS_BLOCK) {
-            uint pixels = window.nearest.place;
-            uvec4 coverage = four_of_blocks(pixels + COVERAGE);
-            lay_block_behind(upper, four_of_blocks(pixels), coverage.xy);
-            lay_block_behind(lower, four_of_blocks(pixels + TILE.x), coverage.zw);
+            uint node = window.nearest.place;
+            uvec4 coverage = four_of_nodes(node + COVERAGE);
+            lay_block_behind(upper, four_of_nodes(node + COLORS), coverage.xy);
+            lay_block_behind(lower, four_of_nodes(node + COLORS + TILE.x), coverage.zw);
             take_nearest(window);
         }
         while (window.nearest.half_sides < NONE) {

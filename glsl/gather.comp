@@ -16,7 +16,7 @@
 
 layout(local_size_x = GATHER_GROUP) in;
 
-#define COUNTERS_BINDING 13
+#define COUNTERS_BINDING 12
 #include "counters.glsl"
 
 layout(push_constant) uniform Push { uint band; } push;
@@ -61,7 +61,8 @@ void main() {
     number = subgroupBroadcastFirst(number) + subgroupBallotExclusiveBitCount(splats_here);
     at = subgroupBroadcastFirst(at) + subgroupBallotExclusiveBitCount(larges_here);
     if (what == CAMERA_INSIDE) atomicAdd(counters.camera_inside, 1u);
-    if (splat && number >= MAX_SPLATS || large && at >= MAX_LARGES) {
+    uint node = splat_node(below, number);
+    if (splat && node >= MAX_NODES * NODE || large && at >= MAX_LARGES) {
         atomicAdd(counters.lost, 1u);
         splat = large = false;
     }
@@ -69,10 +70,8 @@ void main() {
         larges[at].index = index;
         atomicMax(totals.large_groups.x, at / 64u + 1u);
     }
-    if (below) number = FIRST_BLOCK - 1u - number;
-    uint node = number * NODE;
     if (splat) {
-        splat_index[number] = index;
+        splat_index[node / NODE] = index;
         nodes[node] = floatBitsToUint(distance2);
         uint direction = direction_texel(drop.relative * inversesqrt(distance2));
         nodes[node + 1u] = pictures[picture_word(direction, 1u)];

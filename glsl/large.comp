@@ -12,19 +12,21 @@
 
 layout(local_size_x = 64) in;
 
-#define COUNTERS_BINDING 13
+#define COUNTERS_BINDING 12
 #include "counters.glsl"
 
-// Where a sphere is seen along one axis of the screen, in focal lengths from the middle: its shadow on the
-// plane of that axis and the view's is a disc, between two tangents from the camera. Those that point
-// sideways or back end nowhere. A hundredth of a radian more, for drivers' trigonometry.
+// Where a sphere beside the camera is seen along one axis of the screen, in focal lengths from the middle: its
+// shadow on the plane of that axis and the view's is a disc, of which the camera sees what one tangent
+// leaves; with the camera inside, all.
 vec2 seen_along(float across, float depth, float radius) {
-    const float NOWHERE = 1e4, SIDEWAYS = 1.56;
-    float distance = sqrt(across * across + depth * depth);
-    float middle = atan(across, depth), half_angle = asin(min(radius / distance, 1.0)) + 0.01;
-    float low = middle - half_angle, high = middle + half_angle;
-    if (distance <= radius) return vec2(-NOWHERE, NOWHERE);
-    return vec2(low < -SIDEWAYS ? -NOWHERE : tan(low), high > SIDEWAYS ? NOWHERE : tan(high));
+    const float NOWHERE = 1e4;
+    float tangent2 = across * across + depth * depth - radius * radius;
+    float low = (radius * sqrt(max(tangent2, 0.0)) - abs(across) * depth)
+        / max(radius * radius - depth * depth, 1e-6 * radius * radius);
+    // A little more, for rounding.
+    low -= 0.01 * (1.0 + low * low);
+    if (tangent2 <= 0.0) low = -NOWHERE;
+    return across > 0.0 ? vec2(low, NOWHERE) : vec2(-NOWHERE, -low);
 }
 
 void main() {
@@ -82,13 +84,14 @@ void main() {
     r.first_tile = first.x | first.y << 16;
     r.across = count.x;
 
+    uint most = block_room();
     uint block = 0u, before = subgroupExclusiveAdd(tiles), all_here = subgroupAdd(tiles);
     if (subgroupElect()) {
         block = atomicAdd(totals.blocks, all_here);
-        atomicMax(totals.block_groups.x, (min(block + all_here, MAX_BLOCKS) + 63u) / 64u);
+        atomicMax(totals.block_groups.x, (min(block + all_here, most) + 63u) / 64u);
     }
     block = subgroupBroadcastFirst(block) + before;
-    uint room = MAX_BLOCKS - min(block, MAX_BLOCKS);
+    uint room = most - min(block, most);
     if (tiles > room) atomicAdd(counters.lost, tiles - room);
     r.first_block = block;
     larges[at] = r;
@@ -96,7 +99,7 @@ void main() {
     tiles = min(tiles, room);
     bool big = tiles > MOST_TILES;
     uint few = big ? 0u : tiles;
-    for (uint i = 0u; i < few; ++i) nodes[(FIRST_BLOCK + block + i) * NODE + 2u] = at;
+    for (uint i = 0u; i < few; ++i) nodes[block_node(block + i) + 2u] = at;
     if (big) {
         atomicAdd(counters.large_count, 1u);
         uint place = atomicAdd(totals.bigs, 1u);

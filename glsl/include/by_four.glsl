@@ -2,19 +2,13 @@
 // a storage buffer, and hardly more for the four of a texel than for one of those; but not every driver
 // takes texel buffers so large. Needs tile_buffers.glsl, and `sky`.
 #ifdef TEXELS
-layout(set = 0, binding = 18) uniform usamplerBuffer node_texels;
-layout(set = 0, binding = 19) uniform usamplerBuffer block_texels;
-layout(set = 0, binding = 20) uniform usamplerBuffer sky_texels;
+layout(set = 0, binding = 17) uniform usamplerBuffer node_texels;
+layout(set = 0, binding = 18) uniform usamplerBuffer sky_texels;
 uvec4 four_of_nodes(uint word) { return texelFetch(node_texels, int(word / 4u)); }
-uvec4 four_of_blocks(uint word) { return texelFetch(block_texels, int(word / 4u)); }
 uvec4 two_of_sky(uint pixel) { return texelFetch(sky_texels, int(pixel / 2u)); }
 #else
 uvec4 four_of_nodes(uint word) {
     return uvec4(nodes[word], nodes[word + 1u], nodes[word + 2u], nodes[word + 3u]);
-}
-uvec4 four_of_blocks(uint word) {
-    return uvec4(block_pixels[word], block_pixels[word + 1u], block_pixels[word + 2u],
-                 block_pixels[word + 3u]);
 }
 uvec4 two_of_sky(uint pixel) { return uvec4(sky[pixel], sky[pixel + 1u]); }
 #endif

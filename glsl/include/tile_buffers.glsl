@@ -14,14 +14,13 @@ const uint LINE = 16; // words: what different threads of a CPU add to should no
 
 // `Limits` in src/passes/tiles.rs, in its order; a pipeline has those of light_model.glsl before.
 layout(constant_id = 5) const uint TILE_COUNT = 1;
-layout(constant_id = 6) const uint MAX_SPLATS = 1;   // of either half of the image
-layout(constant_id = 7) const uint FIRST_BLOCK = 1;  // nodes before it are splats'
-layout(constant_id = 8) const uint MAX_BLOCKS = 1;
-layout(constant_id = 9) const uint MAX_LARGES = 1;
-layout(constant_id = 10) const float SPLAT_PX = 0.5; // radius under which a drop is a splat
-layout(constant_id = 11) const float RAYS_PX = 8.0;  // radius from which it is drawn by rays
-layout(constant_id = 12) const uint HAS_PLACED = 0;  // 1: some drops are placed by hand
-layout(constant_id = 13) const uint SAMPLES = 4;     // rays a pixel
+layout(constant_id = 6) const uint MAX_NODES = 2;    // splats, or twice the blocks
+layout(constant_id = 7) const uint MAX_BLOCKS = 1;
+layout(constant_id = 8) const uint MAX_LARGES = 1;
+layout(constant_id = 9) const float SPLAT_PX = 0.5; // radius under which a drop is a splat
+layout(constant_id = 10) const float RAYS_PX = 8.0;  // radius from which it is drawn by rays
+layout(constant_id = 11) const uint HAS_PLACED = 0;  // 1: some drops are placed by hand
+layout(constant_id = 12) const uint SAMPLES = 4;     // rays a pixel
 
 // Bindings 1 and 2 are those of clusters.glsl.
 layout(std430, set = 0, binding = 3) buffer Totals {
@@ -43,18 +42,19 @@ layout(std430, set = 0, binding = 3) buffer Totals {
 // Index of each splat's drop.
 layout(std430, set = 0, binding = 4) buffer SplatIndex { uint splat_index[]; };
 
-// Entries of the tiles' lists, eight words each. First those of splats, drops so small that they have one
-// colour and touch no more than 2 x 2 tiles: of clusters above the image's middle from the first on, of the
-// others from the last on. Then one for each block: a tile of a larger drop.
+// Entries of the tiles' lists. From the first place on those of splats, drops so small that they have one
+// colour and touch no more than 2 x 2 tiles, eight words each; from the last place on those of blocks, each
+// a tile of a larger drop, sixteen words, a cache line.
 //   0  squared distance of the drop's centre, of larger drops squared length of their tangents, as
 //      bits, which sort as it does
 //   1  splat: its colour; block: index of the drop
 //   2  splat: its centre, from the corner of its first tile; block: number of the large drop
-//   3  splat: half sides
-//   4  next in the list; of splats in that of the first tile, 5 of that to the right, 6 and 7 below
+//   3  splat: half sides; block: next in the list
+//   4  splat: next in the list of the first tile, 5 of that to the right, 6 and 7 below
+//      block: colours of its pixels; 12 what they cover, 16 bits each
 // A link is the number of the word that holds the next one.
 layout(std430, set = 0, binding = 5) buffer Nodes { uint nodes[]; };
-const uint NODE = 8, LINKS = 4, END = 0xffffffffu;
+const uint NODE = 8, LINKS = 4, NEXT_OF_BLOCK = 3, COLORS = 4, COVERAGE = 12, END = 0xffffffffu;
 // For each tile the link of its list's first entry, the one that came last.
 layout(std430, set = 0, binding = 6) buffer Heads { uint heads[]; };
 
@@ -75,20 +75,34 @@ layout(std430, set = 0, binding = 7) buffer Larges { Large larges[]; };
 // Those that touch more than MOST_TILES tiles: number, and how many tiles. As each has so many
 // blocks, there is room for all.
 layout(std430, set = 0, binding = 8) buffer Bigs { uvec2 bigs[]; };
-// Of each block: colours of its pixels, then what they cover, 16 bits each.
-layout(std430, set = 0, binding = 9) buffer BlockPixels { uint block_pixels[]; };
-const uint BLOCK = 12, COVERAGE = 8;
 // Blocks drawn by rays.
-layout(std430, set = 0, binding = 10) buffer RayBlocks { uint ray_blocks[]; };
+layout(std430, set = 0, binding = 9) buffer RayBlocks { uint ray_blocks[]; };
 // The prefiltered pictures of a far drop (appearance.glsl).
-layout(std430, set = 0, binding = 11) readonly buffer Pictures { uint pictures[]; };
+layout(std430, set = 0, binding = 10) readonly buffer Pictures { uint pictures[]; };
 
 uint tiles_across() {
     return (uint(frame.image.x) + TILE.x - 1u) / TILE.x;
 }
 
 bool is_block(uint link) {
-    return link >= FIRST_BLOCK * NODE;
+    return link % NODE == NEXT_OF_BLOCK;
+}
+
+// First words of the nodes of a splat and of a block. Splats above the image's middle and below it take
+// turns by stretches: threads of a CPU that each draw one half do not share cache lines.
+uint splat_node(bool below, uint number) {
+    const uint STRETCH = 32;
+    return ((2u * (number / STRETCH) + uint(below)) * STRETCH + number % STRETCH) * NODE;
+}
+uint block_node(uint number) {
+    return (MAX_NODES - 2u * (number + 1u)) * NODE;
+}
+
+// Blocks that there is room for when the splats have theirs.
+uint block_room() {
+    uint most = max(totals.splats[0], totals.splats[LINE]);
+    uint taken = most > 0u ? splat_node(true, most - 1u) / NODE + 1u : 0u;
+    return min(MAX_BLOCKS, (MAX_NODES - min(taken, MAX_NODES)) / 2u);
 }
 
 // Half the sides of a box of a disc's area, in the shape of the box around its outline.

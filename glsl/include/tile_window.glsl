@@ -5,7 +5,7 @@
 
 struct Entry {
     float distance2;
-    uint place;      // of a splat its centre, from the tile's corner; of a block its pixels' first word
+    uint place;      // of a splat its centre, from the tile's corner; of a block its node
     uint half_sides; // of a splat; IS_BLOCK; NONE
     uint color;
 };
@@ -22,7 +22,7 @@ Entry read_entry(inout uint link) {
         uint y = (words.z & 0xffff0000u) - (which >> 1) * (TILE.y * 2048u << 16);
         bool block = is_block(link);
         entry.distance2 = uintBitsToFloat(words.x);
-        entry.place = block ? (link / NODE - FIRST_BLOCK) * BLOCK : x | y;
+        entry.place = block ? node : x | y;
         entry.half_sides = block ? IS_BLOCK : words.w;
         entry.color = words.y;
         link = nodes[link];

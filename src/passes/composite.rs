@@ -24,7 +24,7 @@ use ash::vk;
 use super::appearance::Appearance;
 use super::environment::EnvironmentMap;
 use super::frame::{Frame, FrameBuffer};
-use super::tiles::{BLOCK_PIXELS, DISORDERED_GROUPS, NODES, RAY_GROUPS, TILE_PIXELS, Tiles};
+use super::tiles::{DISORDERED_GROUPS, NODES, RAY_GROUPS, TILE_PIXELS, Tiles};
 use super::tone_map::{FINAL_SUMS, Source};
 use crate::Result;
 use crate::gpu::{
@@ -90,11 +90,7 @@ impl Composite {
 
         let disordered = make("disordered tiles", 8 * u64::from(tiles.count), Usage::empty())?;
 
-        let by_four = [
-            ("texels of nodes", &tiles.shared[NODES]),
-            ("texels of blocks", &tiles.shared[BLOCK_PIXELS]),
-            ("texels of the sky", &sky),
-        ];
+        let by_four = [("texels of nodes", &tiles.shared[NODES]), ("texels of the sky", &sky)];
         let fit = by_four.iter().all(|(_, buffer)| Texels::fit(device, buffer.size));
         let texels: Vec<_> = by_four
             .iter()

@@ -36,10 +36,11 @@ use ash::vk;
 /// A tile in pixels, as in `glsl/include/tile_buffers.glsl`.
 const TILE: (u32, u32) = (4, 2);
 pub(super) const TILE_PIXELS: u64 = 8;
-/// Words of a node and of a block's pixels, and bytes of a large drop, as there.
-const NODE_WORDS: u64 = 8;
-const BLOCK_WORDS: u64 = 12;
+/// Bytes of a splat's node, of which a block's takes two, and of a large drop, as there.
+const NODE_BYTES: u64 = 32;
 const LARGE_BYTES: u64 = 64;
+/// Nodes of the last, perhaps half filled stretches of splats.
+const STRETCHES_NODES: u64 = 64;
 /// Tiles that a drop at the paper's sizes touches.
 const TILES_A_DROP: f64 = 2.0;
 /// Part of all drops that is in view at the paper's 90°, at most.
@@ -66,8 +67,7 @@ const LEAST_BLOCKS: u64 = 16_384;
 #[derive(Clone, Copy, Debug)]
 struct Limits {
     tiles: u32,
-    splats: u32,
-    first_block: u32,
+    nodes: u32,
     blocks: u32,
     larges: u32,
     splat_px: f32,
@@ -77,11 +77,10 @@ struct Limits {
 }
 
 impl Limits {
-    fn words(&self) -> [u32; 9] {
+    fn words(&self) -> [u32; 8] {
         [
             self.tiles,
-            self.splats,
-            self.first_block,
+            self.nodes,
             self.blocks,
             self.larges,
             self.splat_px.to_bits(),
@@ -100,7 +99,7 @@ pub struct Tiles {
     pub counters: Buffer,
     /// What the shaders' `clusters.glsl` and `tile_buffers.glsl` declare, from binding 1 on, but for the
     /// pictures.
-    pub(super) shared: [Buffer; 10],
+    pub(super) shared: [Buffer; 9],
     /// Values of its constants.
     pub(super) constants: Vec<u32>,
     clusters: u32,
@@ -118,7 +117,6 @@ pub struct Tiles {
 const TOTALS: usize = 2;
 const HEADS: usize = 5;
 pub(super) const NODES: usize = 4;
-pub(super) const BLOCK_PIXELS: usize = 8;
 /// Byte offsets of the indirect arguments in the totals.
 const GATHER_GROUPS: u64 = 0; // of the first band
 const LARGE_GROUPS: u64 = 16 * MAX_BANDS as u64;
@@ -166,23 +164,17 @@ impl Tiles {
             .min(range / (4 * u64::from(bands)))
             .min(u64::from(CLUSTERS_A_GROUP) * (groups - 1));
 
-        let has_splats = plan.splat_px > 0.0;
-        // A sixth of the nodes for blocks at most, unless there are no splats.
-        let most_nodes = range / (4 * NODE_WORDS);
-        let wanted = BLOCKS_A_TILE * u64::from(count)
-            + if has_splats { drops / DROPS_A_BLOCK } else { drops };
-        let blocks = wanted
+        let (splats, drops_a_block) =
+            if plan.splat_px > 0.0 { (drops + STRETCHES_NODES, DROPS_A_BLOCK) } else { (0, 1) };
+        let blocks = (BLOCKS_A_TILE * u64::from(count) + drops / drops_a_block)
             .max(LEAST_BLOCKS)
-            .min(if has_splats { most_nodes / 6 } else { most_nodes })
-            .min(range / (4 * BLOCK_WORDS))
+            .min(range / (2 * NODE_BYTES))
             .min(32 * groups);
-        let first_block = if has_splats { drops.min(most_nodes - blocks) } else { 0 };
-        // Two halves fill a room from both ends: if it does not hold all there are, each has its half.
-        let of_either = |room: u64, all: u64| if room < all { room / 2 } else { room } as u32;
+        // Where that is less than both may take, splats leave to blocks what they do not need.
+        let nodes = (splats.next_multiple_of(2) + 2 * blocks).min(range / (2 * NODE_BYTES) * 2);
         let limits = Limits {
             tiles: count,
-            splats: of_either(first_block, drops),
-            first_block: first_block as u32,
+            nodes: nodes as u32,
             blocks: blocks as u32,
             larges: drops.min(range / LARGE_BYTES).min(64 * groups) as u32,
             splat_px: plan.splat_px,
@@ -201,12 +193,11 @@ impl Tiles {
             Buffer::upload_device(device, "drop order", &clusters.order, storage)?,
             Buffer::upload_device(device, "clusters", &clusters.boxes, storage)?,
             make("totals", 4, TOTALS_WORDS as u64, cleared | Usage::INDIRECT_BUFFER)?,
-            make("splats", 4, first_block, storage)?,
-            make("nodes", 4 * NODE_WORDS, first_block + blocks, by_four)?,
+            make("splats", 4, if splats > 0 { nodes } else { 0 }, storage)?,
+            make("nodes", NODE_BYTES, nodes, by_four)?,
             make("lists", 4, count.into(), cleared)?,
             make("large drops", LARGE_BYTES, limits.larges.into(), storage)?,
             make("big drops", 8, blocks / TILES_OF_BIG + 1, storage)?,
-            make("pixel blocks", 4 * BLOCK_WORDS, blocks, by_four)?,
             make("blocks of rays", 4, blocks, storage)?,
         ];
         let placed = Buffer::upload(device, "placed drops", &placed_records(scene), storage)?;
@@ -231,7 +222,8 @@ impl Tiles {
             clusters.boxes.len() as u32,
             bands,
             band_room as u32,
-            of_either(band_room, clusters.count().into()),
+            // Two halves fill a band's room from both ends: if it does not hold all, each has its half.
+            if band_room < u64::from(clusters.count()) { band_room / 2 } else { band_room } as u32,
         ];
         let of_clusters: Vec<u32> = constants.iter().copied().chain(of_clusters).collect();
         Ok(Self {
