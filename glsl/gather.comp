@@ -61,8 +61,8 @@ void main() {
     number = subgroupBroadcastFirst(number) + subgroupBallotExclusiveBitCount(splats_here);
     at = subgroupBroadcastFirst(at) + subgroupBallotExclusiveBitCount(larges_here);
     if (what == CAMERA_INSIDE) atomicAdd(counters.camera_inside, 1u);
-    uint node = splat_node(below, number);
-    if (splat && node >= MAX_NODES * NODE || large && at >= MAX_LARGES) {
+    number = splat_place(below, number);
+    if (splat && number >= MAX_SPLATS || large && at >= MAX_LARGES) {
         atomicAdd(counters.lost, 1u);
         splat = large = false;
     }
@@ -70,8 +70,9 @@ void main() {
         larges[at].index = index;
         atomicMax(totals.large_groups.x, at / 64u + 1u);
     }
+    uint node = number * NODE;
     if (splat) {
-        splat_index[node / NODE] = index;
+        splat_index[number] = index;
         nodes[node] = floatBitsToUint(distance2);
         uint direction = direction_texel(drop.relative * inversesqrt(distance2));
         nodes[node + 1u] = pictures[picture_word(direction, 1u)];

@@ -17,12 +17,14 @@ layout(local_size_x = 64) in;
 
 // Where a sphere beside the camera is seen along one axis of the screen, in focal lengths from the middle: its
 // shadow on the plane of that axis and the view's is a disc, of which the camera sees what one tangent
-// leaves; with the camera inside, all.
+// leaves; with the camera inside, all. The tangent's slope in the form that loses no digits.
 vec2 seen_along(float across, float depth, float radius) {
     const float NOWHERE = 1e4;
-    float tangent2 = across * across + depth * depth - radius * radius;
-    float low = (radius * sqrt(max(tangent2, 0.0)) - abs(across) * depth)
-        / max(radius * radius - depth * depth, 1e-6 * radius * radius);
+    float off = abs(across), tangent2 = off * off + depth * depth - radius * radius;
+    float tangent = radius * sqrt(max(tangent2, 0.0));
+    float low = depth > 0.0
+        ? (off - radius) * (off + radius) / (tangent + off * depth)
+        : (tangent - off * depth) / max(radius * radius - depth * depth, 1e-6 * radius * radius);
     // A little more, for rounding.
     low -= 0.01 * (1.0 + low * low);
     if (tangent2 <= 0.0) low = -NOWHERE;

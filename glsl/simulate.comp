@@ -74,6 +74,8 @@ void main() {
             if (at < MAX_LARGE) {
                 large[at] = vec4(v, radius);
                 large_index[at] = index;
+            } else {
+                atomicAdd(counters.lost, 1u);
             }
             visible = false;
         }

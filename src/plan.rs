@@ -15,7 +15,7 @@ use crate::scene::Scene;
 use crate::{Error, Result};
 
 /// Nearer than so many radii a drop does not look as from afar: its directions are off by over 1.4°.
-/// As in `glsl/gather.comp`.
+/// As in `glsl/include/tile_drop.glsl`.
 const NEAR_RADII: f64 = 32.0;
 
 /// Radius in pixels from which a drop is drawn by rays rather than by its prefiltered picture: the

@@ -53,7 +53,7 @@ fn memory_is_refused_with_a_figure() {
 #[test]
 fn more_drops_than_a_binding_holds() {
     let adjust = |report: &mut DeviceReport| report.limits.max_storage_buffer_range = 8 << 20;
-    let words = ["drops in tiles is 2100000", "2097152 at most"];
+    let words = ["drops in tiles is 2100000", "2097120 at most"];
     refused(adjust, &scene(Preset::Fast, 2_100_000, 32), &words);
     common::on_adjusted_device(adjust, |device| {
         let scene = scene(Preset::Paper, 2_100_000, 32);

@@ -248,20 +248,32 @@ fn exact_agrees_with_the_truth() {
     });
 }
 
+/// From every side, before the camera and behind it: none of its bounds cuts off what is seen of it.
 #[test]
 fn a_drop_beside_the_camera_is_drawn() {
     on_device(|device| {
         let sky = waves();
-        let scene = placed(&[([1.3, 0.2, -0.6], 1.0)], 128);
-        let truth = truth(&scene, &sky, 256);
-        let (picture, counts) = render(device, &scene, &sky, Preset::Exact);
-        let found = against(&truth, &picture);
-        println!("relMSE {:.2e}, FLIP {:.4}", found.pixels.rel_mse, found.pixels.flip);
-        assert_eq!((counts.overflow, counts.camera_inside), (0, 0));
-        assert!(found.pixels.rel_mse < 1e-2, "{}", found.pixels.rel_mse);
-        // The paper's billboard has no shape for it, and says so.
-        let (_, counts) = render(device, &scene, &sky, Preset::Paper);
-        assert_eq!(counts.beside_camera, 1);
+        for center in [
+            [1.3, 0.2, -0.6],
+            [-1.1, 0.3, -0.1],
+            [0.3, 1.2, -0.9],
+            [0.9, -0.9, 0.2],
+            [-0.2, 1.01, 0.0],
+            [-1.5, -1.2, -0.97],
+            [0.9, 0.8, 0.4],
+            [0.5, 0.0, -1.0],
+        ] {
+            let scene = placed(&[(center, 1.0)], 128);
+            let truth = truth(&scene, &sky, 64);
+            let (picture, counts) = render(device, &scene, &sky, Preset::Exact);
+            let found = against(&truth, &picture).pixels;
+            println!("{center:?}: relMSE {:.2e}, FLIP {:.4}", found.rel_mse, found.flip);
+            assert_eq!((counts.overflow, counts.camera_inside), (0, 0));
+            assert!(found.rel_mse < 1e-2, "{center:?}: {}", found.rel_mse);
+            // The paper's billboard has no shape for it, and says so.
+            let (_, counts) = render(device, &scene, &sky, Preset::Paper);
+            assert_eq!(counts.beside_camera, 1, "{center:?}");
+        }
     });
 }
 

@@ -10,17 +10,20 @@ const uint PIXELS = TILE.x * TILE.y;
 const uint MOST_TILES = 12; // of a drop whose blocks one invocation gives out
 const uint MOST_BIG_GROUPS = 4096; // workgroups that give the others theirs, each drop after drop
 const uint MAX_BANDS = 16; // of depth, in which clusters are taken, farthest first
-const uint LINE = 16; // words: what different threads of a CPU add to should not share a line
+const uint LINE = 16; // words of a cache line: what two threads of a CPU add to should not share one
 
 // `Limits` in src/passes/tiles.rs, in its order; a pipeline has those of light_model.glsl before.
 layout(constant_id = 5) const uint TILE_COUNT = 1;
-layout(constant_id = 6) const uint MAX_NODES = 2;    // splats, or twice the blocks
+layout(constant_id = 6) const uint MAX_NODES = 2;    // splats, and twice the blocks
 layout(constant_id = 7) const uint MAX_BLOCKS = 1;
 layout(constant_id = 8) const uint MAX_LARGES = 1;
 layout(constant_id = 9) const float SPLAT_PX = 0.5; // radius under which a drop is a splat
 layout(constant_id = 10) const float RAYS_PX = 8.0;  // radius from which it is drawn by rays
 layout(constant_id = 11) const uint HAS_PLACED = 0;  // 1: some drops are placed by hand
 layout(constant_id = 12) const uint SAMPLES = 4;     // rays a pixel
+
+// An eighth of the nodes is the blocks' in any case: they are the nearest drops.
+const uint MAX_SPLATS = MAX_NODES - MAX_NODES / 8u;
 
 // Bindings 1 and 2 are those of clusters.glsl.
 layout(std430, set = 0, binding = 3) buffer Totals {
@@ -35,9 +38,9 @@ layout(std430, set = 0, binding = 3) buffer Totals {
     uint blocks;
     uint ray_blocks;
     uint disordered;
-    uint pad[7];
+    uint pad[7];                    // to a line: `gather` reads what follows, and adds to what is before
     uvec2 clusters[MAX_BANDS];      // in view: above the image's middle, below
-    uint splats[2 * LINE];          // above; a cache line on, below
+    uint splats[2 * LINE];          // above; a line on, below
 } totals;
 // Index of each splat's drop.
 layout(std430, set = 0, binding = 4) buffer SplatIndex { uint splat_index[]; };
@@ -88,12 +91,14 @@ bool is_block(uint link) {
     return link % NODE == NEXT_OF_BLOCK;
 }
 
-// First words of the nodes of a splat and of a block. Splats above the image's middle and below it take
-// turns by stretches: threads of a CPU that each draw one half do not share cache lines.
-uint splat_node(bool below, uint number) {
+// A splat's place among the nodes. Those above the image's middle and those below it take turns by stretches:
+// threads of a CPU that each draw one half do not share cache lines.
+uint splat_place(bool below, uint number) {
     const uint STRETCH = 32;
-    return ((2u * (number / STRETCH) + uint(below)) * STRETCH + number % STRETCH) * NODE;
+    return (2u * (number / STRETCH) + uint(below)) * STRETCH + number % STRETCH;
 }
+
+// First word of a block's node.
 uint block_node(uint number) {
     return (MAX_NODES - 2u * (number + 1u)) * NODE;
 }
@@ -101,8 +106,8 @@ uint block_node(uint number) {
 // Blocks that there is room for when the splats have theirs.
 uint block_room() {
     uint most = max(totals.splats[0], totals.splats[LINE]);
-    uint taken = most > 0u ? splat_node(true, most - 1u) / NODE + 1u : 0u;
-    return min(MAX_BLOCKS, (MAX_NODES - min(taken, MAX_NODES)) / 2u);
+    uint taken = most > 0u ? splat_place(true, most - 1u) + 1u : 0u;
+    return min(MAX_BLOCKS, (MAX_NODES - min(taken, MAX_SPLATS)) / 2u);
 }
 
 // Half the sides of a box of a disc's area, in the shape of the box around its outline.

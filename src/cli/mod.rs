@@ -143,7 +143,7 @@ fn say_undrawn(counts: &Counts) {
     say(
         counts.overflow,
         "not drawn, or out of order",
-        "more than the list of large drops holds, or than the driver goes through in a tile's",
+        "more, tile by tile, than the lists hold or the driver goes through",
     );
     say(counts.camera_inside, "not drawn", "the camera is inside them");
     say(

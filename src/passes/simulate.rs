@@ -52,8 +52,8 @@ pub struct Counts {
     pub visible: u64,
     /// Of those, larger than a point or a tile's list may hold.
     pub large: u64,
-    /// Of those in view, without room in the list of [`MAX_LARGE`] and not drawn, or in a tile's list that
-    /// the driver did not go through and perhaps drawn out of order (once for each tile).
+    /// Without room in a list, such as that of [`MAX_LARGE`], and not drawn; or in a tile's list that the
+    /// driver did not go through, and perhaps drawn out of order. Larger drops once for each tile.
     pub overflow: u64,
     /// Drops with the camera inside, not drawn.
     pub camera_inside: u64,
@@ -237,11 +237,10 @@ impl Simulate {
 
     /// Reads what the counters say.
     pub fn counts(words: &[u32]) -> Counts {
-        let large = u64::from(words[0]);
         Counts {
             visible: words[4..COUNTERS].iter().map(|n| u64::from(*n)).sum(),
-            large,
-            overflow: large.saturating_sub(MAX_LARGE.into()) + u64::from(words[3]),
+            large: words[0].into(),
+            overflow: words[3].into(),
             camera_inside: words[1].into(),
             beside_camera: words[2].into(),
         }

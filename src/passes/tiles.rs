@@ -1,7 +1,7 @@
 //! Which drops fall on which tile of the image, without touching a drop that is out of view for
 //! long. Compute passes:
 //!
-//! 1. `clusters`: whole clusters of the rain out of view are passed over (three of four), the others
+//! 1. `clusters`: whole clusters of the rain out of view are passed over (four of five), the others
 //!    noted, in bands of depth;
 //! 2. `gather`, band after band, the farthest first: each of their drops finds its place and its outline.
 //!    Nine of ten in view are splats: so small that one colour will do. They become nodes of 32 bytes, hung
@@ -19,6 +19,8 @@
 
 use std::sync::Arc;
 
+use ash::vk;
+
 use super::appearance::Appearance;
 use super::frame::FrameBuffer;
 use super::light_constants;
@@ -31,7 +33,6 @@ use crate::gpu::{
 use crate::plan::FramePlan;
 use crate::scene::Scene;
 use crate::{Error, Result};
-use ash::vk;
 
 /// A tile in pixels, as in `glsl/include/tile_buffers.glsl`.
 const TILE: (u32, u32) = (4, 2);
@@ -149,8 +150,12 @@ impl Tiles {
             let device = device.report.name.clone();
             if wanted > limit { Err(Error::Limit { what, wanted, limit, device }) } else { Ok(()) }
         };
-        // Their order, a word each, is one binding.
-        within("the number of drops in tiles", drops, range / 4)?;
+        // Their order, a word each, is one binding, and one dispatch goes over their clusters, of which
+        // random and placed drops each fill up a last one.
+        let most_clusters = groups / u64::from(STRETCHES) * u64::from(STRETCHES * CLUSTERS_GROUP);
+        let most_drops =
+            (range / 4).min(most_clusters * u64::from(CLUSTER)) - 2 * u64::from(CLUSTER);
+        within("the number of drops in tiles", drops, most_drops)?;
         let (across, down) =
             (scene.image.width.div_ceil(TILE.0), scene.image.height.div_ceil(TILE.1));
         let count = across * down;
