@@ -14,9 +14,9 @@ pub const CLUSTER: u32 = 16;
 /// In the place of a drop's index: none, where drops do not fill their last cluster.
 pub const NO_DROP: u32 = u32::MAX;
 
-/// Drops that share a cell of the grid by which they are sorted, on average: fewer than make a cluster,
-/// whose box would else reach over two cells for a few drops of each.
-const DROPS_A_CELL: f64 = 2.0;
+/// Drops that share a cell of the grid by which they are sorted, on average. (With two, 4 million took
+/// 30 ms longer to sort, and no fewer drops out of view came along.)
+const DROPS_A_CELL: f64 = 8.0;
 
 /// Finest grid: 128 cells an edge.
 const MAX_BITS: u32 = 7;
