@@ -11,7 +11,8 @@ use glsl::Glsl;
 mod glsl;
 
 /// Shaders that are compiled a second time: file, suffix of the constant, macro that is defined.
-const VARIANTS: [(&str, &str, &str); 7] = [
+const VARIANTS: [(&str, &str, &str); 8] = [
+    ("blocks.comp", "_TEXELS", "TEXELS"),
     ("composite.comp", "_DISORDERED", "DISORDERED"),
     ("composite.comp", "_TEXELS", "TEXELS"),
     ("drops.frag", "_CLOSED_FORM", "BY_CLOSED_FORM"),

@@ -7,6 +7,22 @@
 #include "tile_buffers.glsl"
 #include "appearance.glsl"
 
+// What is only read, by texels where the device takes buffers of so many (see by_four.glsl).
+#ifdef TEXELS
+layout(set = 0, binding = 14) uniform usamplerBuffer large_texels;
+layout(set = 0, binding = 15) uniform usamplerBuffer picture_texels;
+Large large_at(uint number) {
+    int at = int(4u * number);
+    uvec4 c = texelFetch(large_texels, at + 2), d = texelFetch(large_texels, at + 3);
+    return Large(uintBitsToFloat(texelFetch(large_texels, at)), uintBitsToFloat(texelFetch(large_texels, at + 1)),
+                 uintBitsToFloat(c.xy), c.z, c.w, d.x, d.y, d.z, d.w);
+}
+uint picture_at(uint word) { return texelFetch(picture_texels, int(word)).x; }
+#else
+Large large_at(uint number) { return larges[number]; }
+uint picture_at(uint word) { return pictures[word]; }
+#endif
+
 layout(local_size_x = 64) in;
 
 // Coverage of a row of a tile's pixels by a drop, whose centre is `from` before the first pixel's; and where
@@ -32,17 +48,17 @@ vec4 cover(vec2 from, vec4 to_disc, vec2 half_side, float radius, float edge, ou
 }
 
 void write_colors(uint at, uint picture, uvec4 texels) {
-    nodes[at] = pictures[picture + texels.x];
-    nodes[at + 1u] = pictures[picture + texels.y];
-    nodes[at + 2u] = pictures[picture + texels.z];
-    nodes[at + 3u] = pictures[picture + texels.w];
+    nodes[at] = picture_at(picture + texels.x);
+    nodes[at + 1u] = picture_at(picture + texels.y);
+    nodes[at + 2u] = picture_at(picture + texels.z);
+    nodes[at + 3u] = picture_at(picture + texels.w);
 }
 
 void main() {
     uint at = gl_GlobalInvocationID.x;
     if (at >= min(totals.blocks, block_room())) return;
     uint node = block_node(at), owner = nodes[node + 2u];
-    Large r = larges[owner];
+    Large r = large_at(owner);
     uint number = at - r.first_block;
     uvec2 at_tile = uvec2(r.first_tile & 0xffffu, r.first_tile >> 16)
         + uvec2(number % r.across, number / r.across);

@@ -73,9 +73,13 @@ float finish(Row row, uint behind, uvec2 first) {
     return dot(logs, vec4(lessThan(uvec4(0, 1, 2, 3), uvec4(width))));
 }
 
-void lay_splat_behind(inout Row upper, inout Row lower, Entry splat) {
-    vec2 half_sides = unpack_half_sides(splat.half_sides), from = -unpack_center(splat.place);
-    vec3 color = unpack_radiance(splat.color);
+void lay_splat_behind(inout Row upper, inout Row lower, uint link) {
+    uvec4 words = four_of_nodes(node_of(link));
+    // The centre is told from the corner of the splat's first tile: 0, or 1 to the right, 2 and 3 below.
+    uint which = link & 3u;
+    vec2 half_sides = unpack_half_sides(words.w);
+    vec2 from = vec2(uvec2(which & 1u, which >> 1) * TILE) - unpack_center(words.z);
+    vec3 color = unpack_radiance(words.y);
     // What each column and each row of pixels has of the box.
     vec4 x = from.x + vec4(0.0, 1.0, 2.0, 3.0);
     vec2 y = from.y + vec2(0.0, 1.0);
@@ -106,18 +110,18 @@ void main() {
     // other sizes may make it change more than once.
     uint turns = 0u;
     do {
-        while (window.nearest.half_sides == IS_BLOCK) {
-            uint node = window.nearest.place;
+        while (window.nearest.link != END && is_block(window.nearest.link)) {
+            uint node = node_of(window.nearest.link);
             uvec4 coverage = four_of_nodes(node + COVERAGE);
             lay_block_behind(upper, four_of_nodes(node + COLORS), coverage.xy);
             lay_block_behind(lower, four_of_nodes(node + COLORS + TILE.x), coverage.zw);
             take_nearest(window);
         }
-        while (window.nearest.half_sides < NONE) {
-            lay_splat_behind(upper, lower, window.nearest);
+        while (window.nearest.link != END && !is_block(window.nearest.link)) {
+            lay_splat_behind(upper, lower, window.nearest.link);
             take_nearest(window);
         }
-    } while (window.nearest.half_sides != NONE && ++turns < MOST_TURNS);
+    } while (window.nearest.link != END && ++turns < MOST_TURNS);
 
     // llvmpipe stops an invocation's loops after some 65,000 passes: it may leave the longest of lists early,
     // here or while they are sorted. Then what the first dispatch drew stays, which is nearly in order.
@@ -127,7 +131,7 @@ void main() {
         return;
     }
 #else
-    if (window.disordered || window.nearest.half_sides != NONE) {
+    if (window.disordered || window.nearest.link != END) {
         uint place = atomicAdd(totals.disordered, 1u);
         disordered_tiles[place] = uvec2(tile, window.taken);
         atomicMax(totals.disordered_groups.x, place / 64u + 1u);

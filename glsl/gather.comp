@@ -54,7 +54,8 @@ void main() {
     uint large_count = subgroupBallotBitCount(larges_here);
     uint number = 0u, at = 0u;
     if (subgroupElect()) {
-        atomicAdd(counters.visible[gl_WorkGroupID.x & 63u], subgroupBallotBitCount(visible_here));
+        uint slot = (gl_WorkGroupID.x & 31u) + (below ? 32u : 0u);
+        atomicAdd(counters.visible[slot], subgroupBallotBitCount(visible_here));
         if (splat_count > 0u) number = atomicAdd(totals.splats[below ? LINE : 0u], splat_count);
         if (large_count > 0u) at = atomicAdd(totals.larges, large_count);
     }

@@ -5,10 +5,16 @@
 layout(set = 0, binding = 17) uniform usamplerBuffer node_texels;
 layout(set = 0, binding = 18) uniform usamplerBuffer sky_texels;
 uvec4 four_of_nodes(uint word) { return texelFetch(node_texels, int(word / 4u)); }
+uint one_of_nodes(uint word) {
+    uvec4 four = four_of_nodes(word);
+    uvec2 pair = (word & 2u) == 0u ? four.xy : four.zw;
+    return (word & 1u) == 0u ? pair.x : pair.y;
+}
 uvec4 two_of_sky(uint pixel) { return texelFetch(sky_texels, int(pixel / 2u)); }
 #else
 uvec4 four_of_nodes(uint word) {
     return uvec4(nodes[word], nodes[word + 1u], nodes[word + 2u], nodes[word + 3u]);
 }
+uint one_of_nodes(uint word) { return nodes[word]; }
 uvec4 two_of_sky(uint pixel) { return uvec4(sky[pixel], sky[pixel + 1u]); }
 #endif

@@ -87,6 +87,11 @@ uint tiles_across() {
     return (uint(frame.image.x) + TILE.x - 1u) / TILE.x;
 }
 
+// First word of the node that holds a link.
+uint node_of(uint link) {
+    return link & ~(NODE - 1u);
+}
+
 bool is_block(uint link) {
     return link % NODE == NEXT_OF_BLOCK;
 }

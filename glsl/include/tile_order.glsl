@@ -11,7 +11,7 @@ const uint MOST_RUNS = 20; // of 8, 16, 32 … entries
 uvec3 entry_at(uint link) {
     uvec3 entry = NO_ENTRY_AT;
     if (link != END) {
-        uint node = link & ~(NODE - 1u);
+        uint node = node_of(link);
         uint index = is_block(link) ? nodes[node + 1u] : splat_index[node / NODE];
         entry = uvec3(nodes[node], index, link);
     }

@@ -3,40 +3,30 @@
 // more than that is out of order, or two are equally far, it is known afterwards, and the tile is done again.
 // Needs by_four.glsl.
 
+// What the window holds of an entry is little: all of it takes part in each exchange. Its other words
+// are in the cache when its turn comes.
 struct Entry {
     float distance2;
-    uint place;      // of a splat its centre, from the tile's corner; of a block its node
-    uint half_sides; // of a splat; IS_BLOCK; NONE
-    uint color;
+    uint link; // END: none
 };
-const uint IS_BLOCK = 0xffffffffu, NONE = 0xfffffffeu;
-const Entry NO_ENTRY = Entry(3.4e38, 0u, NONE, 0u); // farther than all
+const Entry NO_ENTRY = Entry(3.4e38, END); // farther than all
 
+// The entry that a link leads to; the link becomes that to the next.
 Entry read_entry(inout uint link) {
-    Entry entry = NO_ENTRY;
-    if (link != END) {
-        uint node = link & ~(NODE - 1u), which = link & 3u;
-        uvec4 words = four_of_nodes(node);
-        // The centre from this tile's corner: x and y in halves of the word, in 1/2048 pixel.
-        uint x = (words.z - (which & 1u) * (TILE.x * 2048u)) & 0xffffu;
-        uint y = (words.z & 0xffff0000u) - (which >> 1) * (TILE.y * 2048u << 16);
-        bool block = is_block(link);
-        entry.distance2 = uintBitsToFloat(words.x);
-        entry.place = block ? node : x | y;
-        entry.half_sides = block ? IS_BLOCK : words.w;
-        entry.color = words.y;
-        link = nodes[link];
-    }
+    bool ended = link == END;
+    uint at = ended ? 0u : link;
+    float distance2 = uintBitsToFloat(four_of_nodes(node_of(at)).x);
+    uint next = one_of_nodes(at);
+    Entry entry = Entry(ended ? NO_ENTRY.distance2 : distance2, link);
+    link = ended ? END : next;
     return entry;
 }
 
 // Puts the nearer of two first. Word by word: a choice between structs leaves SwiftShader's registers.
 void put_in_order(inout Entry a, inout Entry b) {
     bool swap = a.distance2 > b.distance2;
-    Entry near = Entry(min(a.distance2, b.distance2), swap ? b.place : a.place,
-                       swap ? b.half_sides : a.half_sides, swap ? b.color : a.color);
-    b = Entry(max(a.distance2, b.distance2), swap ? a.place : b.place,
-              swap ? a.half_sides : b.half_sides, swap ? a.color : b.color);
+    Entry near = Entry(min(a.distance2, b.distance2), swap ? b.link : a.link);
+    b = Entry(max(a.distance2, b.distance2), swap ? a.link : b.link);
     a = near;
 }
 

@@ -1,4 +1,4 @@
-//! A buffer that shaders read four words at once.
+//! A buffer that shaders read a texel at a time: a word, or four words at once.
 
 use std::sync::Arc;
 
@@ -7,28 +7,56 @@ use ash::vk;
 use super::{Buffer, Device, Named};
 use crate::Result;
 
-/// Bytes of a texel: four words.
-const TEXEL_BYTES: u64 = 16;
+/// 32-bit words of a texel.
+#[derive(Clone, Copy, Debug)]
+pub enum TexelWords {
+    /// One.
+    One,
+    /// Four.
+    Four,
+}
 
-/// A view of a whole buffer of usage `UNIFORM_TEXEL_BUFFER` as texels of four 32-bit words (`usamplerBuffer`);
-/// the buffer must outlive it.
+impl TexelWords {
+    fn bytes(self) -> u64 {
+        match self {
+            Self::One => 4,
+            Self::Four => 16,
+        }
+    }
+
+    /// Every device has both for texel buffers.
+    fn format(self) -> vk::Format {
+        match self {
+            Self::One => vk::Format::R32_UINT,
+            Self::Four => vk::Format::R32G32B32A32_UINT,
+        }
+    }
+}
+
+/// A view of a whole buffer of usage `UNIFORM_TEXEL_BUFFER` as texels (`usamplerBuffer`); the buffer must
+/// outlive it.
 pub struct Texels {
     pub(super) view: vk::BufferView,
     device: Arc<Device>,
 }
 
 impl Texels {
-    /// Whether a buffer of so many bytes can be viewed: GPUs take 2^27 texels and more, SwiftShader 2^16.
-    pub fn fit(device: &Device, bytes: u64) -> bool {
-        bytes / TEXEL_BYTES <= device.report.limits.max_texel_buffer_elements.into()
+    /// Whether a buffer can be viewed: GPUs take 2^27 texels and more, SwiftShader 2^16.
+    pub fn fit(device: &Device, buffer: &Buffer, words: TexelWords) -> bool {
+        buffer.size / words.bytes() <= device.report.limits.max_texel_buffer_elements.into()
     }
 
     /// The view of a buffer for which [`Texels::fit`] holds.
-    pub fn new(device: &Arc<Device>, name: &str, buffer: &Buffer) -> Result<Self> {
+    pub fn new(
+        device: &Arc<Device>,
+        name: &str,
+        buffer: &Buffer,
+        words: TexelWords,
+    ) -> Result<Self> {
         let info = vk::BufferViewCreateInfo::default()
             .buffer(buffer.raw)
-            .format(vk::Format::R32G32B32A32_UINT)
-            .range(buffer.size / TEXEL_BYTES * TEXEL_BYTES);
+            .format(words.format())
+            .range(buffer.size / words.bytes() * words.bytes());
         // SAFETY: the buffer is alive and of that usage; every device has the format for it.
         let view = unsafe { device.raw.create_buffer_view(&info, None) }
             .named("vkCreateBufferView", name)?;

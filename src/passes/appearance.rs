@@ -54,7 +54,8 @@ impl Appearance {
         light: &Light,
     ) -> Result<Self> {
         let bytes = 4 * u64::from(DIRECTIONS * PYRAMID);
-        let usage = vk::BufferUsageFlags::STORAGE_BUFFER;
+        let usage =
+            vk::BufferUsageFlags::STORAGE_BUFFER | vk::BufferUsageFlags::UNIFORM_TEXEL_BUFFER;
         let table = Buffer::new(device, "appearance", bytes, usage, Memory::Device)?;
         let map = Resource::Sampled(&environment.image, &environment.sampler);
         let bindings = Bindings::of(

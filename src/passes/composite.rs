@@ -24,11 +24,11 @@ use ash::vk;
 use super::appearance::Appearance;
 use super::environment::EnvironmentMap;
 use super::frame::{Frame, FrameBuffer};
-use super::tiles::{DISORDERED_GROUPS, NODES, RAY_GROUPS, TILE_PIXELS, Tiles};
+use super::tiles::{DISORDERED_GROUPS, RAY_GROUPS, TILE_PIXELS, Tiles};
 use super::tone_map::{FINAL_SUMS, Source};
 use crate::Result;
 use crate::gpu::{
-    Binding, Bindings, Buffer, ComputePipeline, Device, Memory, Resource, Texels, Use,
+    Binding, Bindings, Buffer, ComputePipeline, Device, Memory, Resource, TexelWords, Texels, Use,
     memory_barrier, shaders,
 };
 use crate::model::Operator;
@@ -54,8 +54,7 @@ pub struct Composite {
     rays: ComputePipeline,
     composite: ComputePipeline,
     disordered: ComputePipeline,
-    /// What `glsl/include/by_four.glsl` reads, where the device takes views so large.
-    _texels: Vec<Texels>,
+    _sky_texels: Option<Texels>,
     _held: [Buffer; 2],
 }
 
@@ -90,13 +89,13 @@ impl Composite {
 
         let disordered = make("disordered tiles", 8 * u64::from(tiles.count), Usage::empty())?;
 
-        let by_four = [("texels of nodes", &tiles.shared[NODES]), ("texels of the sky", &sky)];
-        let fit = by_four.iter().all(|(_, buffer)| Texels::fit(device, buffer.size));
-        let texels: Vec<_> = by_four
-            .iter()
-            .filter(|_| fit)
-            .map(|(name, buffer)| Texels::new(device, name, buffer))
-            .collect::<Result<_>>()?;
+        // The sky is smaller than the nodes.
+        let sky_texels = tiles
+            .texels
+            .is_some()
+            .then(|| Texels::new(device, "texels of the sky", &sky, TexelWords::Four))
+            .transpose()?;
+        let views = tiles.texels.iter().map(|of_tiles| &of_tiles.nodes).chain(&sky_texels);
 
         let buffer = |buffer| (Binding::STORAGE_BUFFER, Resource::Buffer(buffer));
         let map = Resource::Sampled(&environment.image, &environment.sampler);
@@ -105,13 +104,18 @@ impl Composite {
                 .chain(tiles.shared.iter().chain([&appearance.table]).map(buffer))
                 .chain([(Binding::COMBINED_IMAGE_SAMPLER, map)])
                 .chain([&radiance, &sky, &log_sums, &disordered, &tiles.counters].map(buffer))
-                .chain(texels.iter().map(|t| (Binding::UNIFORM_TEXEL_BUFFER, Resource::Texels(t))))
+                .chain(views.map(|view| (Binding::UNIFORM_TEXEL_BUFFER, Resource::Texels(view))))
                 .collect();
         let bindings = Bindings::of(device, "composite", &slots)?;
         let needs_logs = plan.tone_map == Some(Operator::Photographic);
         let constants: Vec<u32> =
             tiles.constants.iter().copied().chain([u32::from(needs_logs)]).collect();
         let pipeline = |shader| ComputePipeline::new(device, shader, &bindings, 0, &constants);
+        let composite = if sky_texels.is_some() {
+            shaders::COMPOSITE_COMP_TEXELS
+        } else {
+            shaders::COMPOSITE_COMP
+        };
         Ok(Self {
             radiance,
             log_sums,
@@ -120,14 +124,10 @@ impl Composite {
             sky_of: None,
             sky_pass: pipeline(shaders::SKY_COMP)?,
             rays: pipeline(shaders::RAYS_COMP)?,
-            composite: pipeline(if fit {
-                shaders::COMPOSITE_COMP_TEXELS
-            } else {
-                shaders::COMPOSITE_COMP
-            })?,
+            composite: pipeline(composite)?,
             disordered: pipeline(shaders::COMPOSITE_COMP_DISORDERED)?,
             bindings,
-            _texels: texels,
+            _sky_texels: sky_texels,
             _held: [sky, disordered],
         })
     }

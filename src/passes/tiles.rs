@@ -27,8 +27,8 @@ use super::light_constants;
 use super::simulate::{Simulate, placed_records};
 use crate::clusters::{CLUSTER, Clusters};
 use crate::gpu::{
-    Binding, Bindings, Buffer, ComputePipeline, Device, Memory, Resource, Use, memory_barrier,
-    shaders,
+    Binding, Bindings, Buffer, ComputePipeline, Device, Memory, Resource, TexelWords, Texels, Use,
+    memory_barrier, shaders,
 };
 use crate::plan::FramePlan;
 use crate::scene::Scene;
@@ -103,6 +103,8 @@ pub struct Tiles {
     pub(super) shared: [Buffer; 9],
     /// Values of its constants.
     pub(super) constants: Vec<u32>,
+    /// What passes read a texel at a time, where the device takes texel buffers so large.
+    pub(super) texels: Option<TileTexels>,
     clusters: u32,
     bands: u32,
     bindings: Bindings,
@@ -114,10 +116,18 @@ pub struct Tiles {
     _held: [Buffer; 2],
 }
 
+/// Views of what passes read a texel at a time.
+pub(super) struct TileTexels {
+    pub nodes: Texels,
+    larges: Texels,
+    pictures: Texels,
+}
+
 /// Where in [`Tiles::shared`] the buffers are that are reset.
 const TOTALS: usize = 2;
 const HEADS: usize = 5;
-pub(super) const NODES: usize = 4;
+const NODES: usize = 4;
+const LARGES: usize = 6;
 /// Byte offsets of the indirect arguments in the totals.
 const GATHER_GROUPS: u64 = 0; // of the first band
 const LARGE_GROUPS: u64 = 16 * MAX_BANDS as u64;
@@ -201,7 +211,7 @@ impl Tiles {
             make("splats", 4, if splats > 0 { nodes } else { 0 }, storage)?,
             make("nodes", NODE_BYTES, nodes, by_four)?,
             make("lists", 4, count.into(), cleared)?,
-            make("large drops", LARGE_BYTES, limits.larges.into(), storage)?,
+            make("large drops", LARGE_BYTES, limits.larges.into(), by_four)?,
             make("big drops", 8, blocks / TILES_OF_BIG + 1, storage)?,
             make("blocks of rays", 4, blocks, storage)?,
         ];
@@ -209,12 +219,29 @@ impl Tiles {
         let in_view = make("clusters in view", 4 * u64::from(bands), band_room, storage)?;
         let counters = Simulate::counters(device)?;
 
+        let (nodes, larges, pictures) = (&shared[NODES], &shared[LARGES], &appearance.table);
+        let fit =
+            [(nodes, TexelWords::Four), (larges, TexelWords::Four), (pictures, TexelWords::One)]
+                .iter()
+                .all(|(buffer, words)| Texels::fit(device, buffer, *words));
+        let texels = if fit {
+            Some(TileTexels {
+                nodes: Texels::new(device, "texels of nodes", nodes, TexelWords::Four)?,
+                larges: Texels::new(device, "texels of large drops", larges, TexelWords::Four)?,
+                pictures: Texels::new(device, "texels of pictures", pictures, TexelWords::One)?,
+            })
+        } else {
+            None
+        };
+        let views = texels.iter().flat_map(|texels| [&texels.larges, &texels.pictures]);
+
         let uniform = (Binding::UNIFORM_BUFFER, Resource::Buffer(&frame.buffer));
         let buffer = |buffer| (Binding::STORAGE_BUFFER, Resource::Buffer(buffer));
         let slots: Vec<_> = std::iter::once(uniform)
             .chain(
                 shared.iter().chain([&appearance.table, &placed, &counters, &in_view]).map(buffer),
             )
+            .chain(views.map(|view| (Binding::UNIFORM_TEXEL_BUFFER, Resource::Texels(view))))
             .collect();
         let bindings = Bindings::of(device, "tiles", &slots)?;
         let constants: Vec<u32> =
@@ -231,6 +258,7 @@ impl Tiles {
             if band_room < u64::from(clusters.count()) { band_room / 2 } else { band_room } as u32,
         ];
         let of_clusters: Vec<u32> = constants.iter().copied().chain(of_clusters).collect();
+        let blocks = if fit { shaders::BLOCKS_COMP_TEXELS } else { shaders::BLOCKS_COMP };
         Ok(Self {
             count,
             counters,
@@ -240,9 +268,10 @@ impl Tiles {
             gather: pipeline(shaders::GATHER_COMP, 1, &of_clusters)?,
             large: pipeline(shaders::LARGE_COMP, 0, &constants)?,
             big: pipeline(shaders::BIG_COMP, 0, &constants)?,
-            blocks: pipeline(shaders::BLOCKS_COMP, 0, &constants)?,
+            blocks: pipeline(blocks, 0, &constants)?,
             shared,
             constants,
+            texels,
             bindings,
             _held: [placed, in_view],
         })
