@@ -9,8 +9,8 @@
 
 // What is only read, by texels where the device takes buffers of so many (see by_four.glsl).
 #ifdef TEXELS
-layout(set = 0, binding = 14) uniform usamplerBuffer large_texels;
-layout(set = 0, binding = 15) uniform usamplerBuffer picture_texels;
+layout(set = 0, binding = 13) uniform usamplerBuffer large_texels;
+layout(set = 0, binding = 14) uniform usamplerBuffer picture_texels;
 Large large_at(uint number) {
     int at = int(4u * number);
     uvec4 c = texelFetch(large_texels, at + 2), d = texelFetch(large_texels, at + 3);

@@ -8,7 +8,7 @@
 
 layout(local_size_x = 64) in;
 
-#define COUNTERS_BINDING 12
+#define COUNTERS_BINDING 11
 #include "counters.glsl"
 
 // Is any drop in view whose place from the camera is in the box? `middle`: of the box, on the side of those

@@ -13,15 +13,15 @@ layout(local_size_x = 64) in;
 
 layout(constant_id = 13) const uint LOG_SUMS = 0; // 1: the display needs the log average
 // The result: four halves a pixel, row by row.
-layout(std430, set = 0, binding = 12) writeonly buffer Radiance { uvec2 radiance_out[]; };
+layout(std430, set = 0, binding = 11) writeonly buffer Radiance { uvec2 radiance_out[]; };
 // The environment behind, pixel by pixel of a tile after the other.
-layout(std430, set = 0, binding = 13) readonly buffer Sky { uvec2 sky[]; };
+layout(std430, set = 0, binding = 12) readonly buffer Sky { uvec2 sky[]; };
 // For each tile the sum of its pixels' log(delta + luminance).
-layout(std430, set = 0, binding = 14) writeonly buffer LogSums { float log_sums[]; };
+layout(std430, set = 0, binding = 13) writeonly buffer LogSums { float log_sums[]; };
 // The tiles whose lists the window did not bring into order: number, and entries.
-layout(std430, set = 0, binding = 15) buffer Disordered { uvec2 disordered_tiles[]; };
+layout(std430, set = 0, binding = 14) buffer Disordered { uvec2 disordered_tiles[]; };
 
-#define COUNTERS_BINDING 16
+#define COUNTERS_BINDING 15
 #include "counters.glsl"
 #include "by_four.glsl"
 #include "tile_window.glsl"
@@ -79,7 +79,7 @@ void lay_splat_behind(inout Row upper, inout Row lower, uint link) {
     uint which = link & 3u;
     vec2 half_sides = unpack_half_sides(words.w);
     vec2 from = vec2(uvec2(which & 1u, which >> 1) * TILE) - unpack_center(words.z);
-    vec3 color = unpack_radiance(words.y);
+    vec3 color = unpack_radiance(color_of(words.w >> HALF_SIDES_BITS));
     // What each column and each row of pixels has of the box.
     vec4 x = from.x + vec4(0.0, 1.0, 2.0, 3.0);
     vec2 y = from.y + vec2(0.0, 1.0);

@@ -12,11 +12,10 @@
 #include "clusters.glsl"
 #include "tile_drop.glsl"
 #include "splat.glsl"
-#include "appearance.glsl"
 
 layout(local_size_x = GATHER_GROUP) in;
 
-#define COUNTERS_BINDING 12
+#define COUNTERS_BINDING 11
 #include "counters.glsl"
 
 layout(push_constant) uniform Push { uint band; } push;
@@ -73,12 +72,11 @@ void main() {
     }
     uint node = number * NODE;
     if (splat) {
-        splat_index[number] = index;
         nodes[node] = floatBitsToUint(distance2);
-        uint direction = direction_texel(drop.relative * inversesqrt(distance2));
-        nodes[node + 1u] = pictures[picture_word(direction, 1u)];
+        nodes[node + 1u] = index;
         nodes[node + 2u] = pack_center(o.center - vec2(first * TILE));
-        nodes[node + 3u] = pack_half_sides(half_sides);
+        uint direction = direction_texel(drop.relative * inversesqrt(distance2));
+        nodes[node + 3u] = pack_half_sides(half_sides) | direction << HALF_SIDES_BITS;
     }
     uint tile = first.y * tiles_across() + first.x;
     for (uint i = 0u; i < 4u; ++i) {

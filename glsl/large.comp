@@ -12,7 +12,7 @@
 
 layout(local_size_x = 64) in;
 
-#define COUNTERS_BINDING 12
+#define COUNTERS_BINDING 11
 #include "counters.glsl"
 
 // Where a sphere beside the camera is seen along one axis of the screen, in focal lengths from the middle: its

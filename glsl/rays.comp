@@ -13,7 +13,7 @@
 
 layout(local_size_x = 256) in;
 
-layout(set = 0, binding = 11) uniform sampler2D environment_map;
+layout(set = 0, binding = 10) uniform sampler2D environment_map;
 
 #include "drop_light.glsl"
 

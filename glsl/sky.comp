@@ -8,8 +8,8 @@
 
 layout(local_size_x = 16, local_size_y = 4) in;
 
-layout(set = 0, binding = 11) uniform sampler2D environment_map;
-layout(std430, set = 0, binding = 13) writeonly buffer Sky { uvec2 sky[]; };
+layout(set = 0, binding = 10) uniform sampler2D environment_map;
+layout(std430, set = 0, binding = 12) writeonly buffer Sky { uvec2 sky[]; };
 
 void main() {
     uvec2 place = gl_GlobalInvocationID.xy, in_tile = place % TILE;

@@ -2,8 +2,9 @@
 // a storage buffer, and hardly more for the four of a texel than for one of those; but not every driver
 // takes texel buffers so large. Needs tile_buffers.glsl, and `sky`.
 #ifdef TEXELS
-layout(set = 0, binding = 17) uniform usamplerBuffer node_texels;
-layout(set = 0, binding = 18) uniform usamplerBuffer sky_texels;
+layout(set = 0, binding = 16) uniform usamplerBuffer node_texels;
+layout(set = 0, binding = 17) uniform usamplerBuffer sky_texels;
+layout(set = 0, binding = 18) uniform usamplerBuffer picture_texels;
 uvec4 four_of_nodes(uint word) { return texelFetch(node_texels, int(word / 4u)); }
 uint one_of_nodes(uint word) {
     uvec4 four = four_of_nodes(word);
@@ -11,10 +12,12 @@ uint one_of_nodes(uint word) {
     return (word & 1u) == 0u ? pair.x : pair.y;
 }
 uvec4 two_of_sky(uint pixel) { return texelFetch(sky_texels, int(pixel / 2u)); }
+uint color_of(uint direction) { return texelFetch(picture_texels, int(picture_word(direction, 1u))).x; }
 #else
 uvec4 four_of_nodes(uint word) {
     return uvec4(nodes[word], nodes[word + 1u], nodes[word + 2u], nodes[word + 3u]);
 }
 uint one_of_nodes(uint word) { return nodes[word]; }
 uvec4 two_of_sky(uint pixel) { return uvec4(sky[pixel], sky[pixel + 1u]); }
+uint color_of(uint direction) { return pictures[picture_word(direction, 1u)]; }
 #endif

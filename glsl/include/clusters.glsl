@@ -16,7 +16,7 @@ layout(std430, set = 0, binding = 2) readonly buffer ClusterBoxes { uvec4 cluste
 // Numbers of the clusters in view, band by band: those above the image's middle from the band's first place
 // on, the others from its last. So the two halves of a dispatch over them, which CPU drivers give to
 // different threads, do not fight for the same lists.
-layout(std430, set = 0, binding = 13) buffer ClustersInView { uint clusters_in_view[]; };
+layout(std430, set = 0, binding = 12) buffer ClustersInView { uint clusters_in_view[]; };
 
 uint in_view_at(uint band, bool below, uint place) {
     return band * BAND_ROOM + (below ? BAND_ROOM - 1u - place : place);

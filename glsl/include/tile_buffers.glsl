@@ -42,24 +42,22 @@ layout(std430, set = 0, binding = 3) buffer Totals {
     uvec2 clusters[MAX_BANDS];      // in view: above the image's middle, below
     uint splats[2 * LINE];          // above; a line on, below
 } totals;
-// Index of each splat's drop.
-layout(std430, set = 0, binding = 4) buffer SplatIndex { uint splat_index[]; };
 
 // Entries of the tiles' lists. From the first place on those of splats, drops so small that they have one
 // colour and touch no more than 2 x 2 tiles, eight words each; from the last place on those of blocks, each
 // a tile of a larger drop, sixteen words, a cache line.
 //   0  squared distance of the drop's centre, of larger drops squared length of their tangents, as
 //      bits, which sort as it does
-//   1  splat: its colour; block: index of the drop
+//   1  index of the drop
 //   2  splat: its centre, from the corner of its first tile; block: number of the large drop
-//   3  splat: half sides; block: next in the list
+//   3  splat: half sides, 20 bits, and number of its direction; block: next in the list
 //   4  splat: next in the list of the first tile, 5 of that to the right, 6 and 7 below
 //      block: colours of its pixels; 12 what they cover, 16 bits each
 // A link is the number of the word that holds the next one.
-layout(std430, set = 0, binding = 5) buffer Nodes { uint nodes[]; };
+layout(std430, set = 0, binding = 4) buffer Nodes { uint nodes[]; };
 const uint NODE = 8, LINKS = 4, NEXT_OF_BLOCK = 3, COLORS = 4, COVERAGE = 12, END = 0xffffffffu;
 // For each tile the link of its list's first entry, the one that came last.
-layout(std430, set = 0, binding = 6) buffer Heads { uint heads[]; };
+layout(std430, set = 0, binding = 5) buffer Heads { uint heads[]; };
 
 // A drop of more than a splat as its pixels need it.
 struct Large {
@@ -74,14 +72,14 @@ struct Large {
     uint distance2;  // less the squared radius; bits
 };
 const uint BY_RAYS = 0x8000u;
-layout(std430, set = 0, binding = 7) buffer Larges { Large larges[]; };
+layout(std430, set = 0, binding = 6) buffer Larges { Large larges[]; };
 // Those that touch more than MOST_TILES tiles: number, and how many tiles. As each has so many
 // blocks, there is room for all.
-layout(std430, set = 0, binding = 8) buffer Bigs { uvec2 bigs[]; };
+layout(std430, set = 0, binding = 7) buffer Bigs { uvec2 bigs[]; };
 // Blocks drawn by rays.
-layout(std430, set = 0, binding = 9) buffer RayBlocks { uint ray_blocks[]; };
+layout(std430, set = 0, binding = 8) buffer RayBlocks { uint ray_blocks[]; };
 // The prefiltered pictures of a far drop (appearance.glsl).
-layout(std430, set = 0, binding = 10) readonly buffer Pictures { uint pictures[]; };
+layout(std430, set = 0, binding = 9) readonly buffer Pictures { uint pictures[]; };
 
 uint tiles_across() {
     return (uint(frame.image.x) + TILE.x - 1u) / TILE.x;

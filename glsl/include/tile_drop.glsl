@@ -2,7 +2,7 @@
 
 const float NEAR_RADII = 32.0; // nearer than this a drop does not look like a far one: over 1.4°
 
-layout(std430, set = 0, binding = 11) readonly buffer PlacedDrops { Placed placed[]; };
+layout(std430, set = 0, binding = 10) readonly buffer PlacedDrops { Placed placed[]; };
 
 struct Drop {
     vec3 relative; // centre, from the camera, along the world's axes

@@ -12,8 +12,7 @@ uvec3 entry_at(uint link) {
     uvec3 entry = NO_ENTRY_AT;
     if (link != END) {
         uint node = node_of(link);
-        uint index = is_block(link) ? nodes[node + 1u] : splat_index[node / NODE];
-        entry = uvec3(nodes[node], index, link);
+        entry = uvec3(nodes[node], nodes[node + 1u], link);
     }
     return entry;
 }

@@ -95,7 +95,8 @@ impl Composite {
             .is_some()
             .then(|| Texels::new(device, "texels of the sky", &sky, TexelWords::Four))
             .transpose()?;
-        let views = tiles.texels.iter().map(|of_tiles| &of_tiles.nodes).chain(&sky_texels);
+        let views = tiles.texels.iter().zip(&sky_texels);
+        let views = views.flat_map(|(of_tiles, sky)| [&of_tiles.nodes, sky, &of_tiles.pictures]);
 
         let buffer = |buffer| (Binding::STORAGE_BUFFER, Resource::Buffer(buffer));
         let map = Resource::Sampled(&environment.image, &environment.sampler);

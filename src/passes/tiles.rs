@@ -100,7 +100,7 @@ pub struct Tiles {
     pub counters: Buffer,
     /// What the shaders' `clusters.glsl` and `tile_buffers.glsl` declare, from binding 1 on, but for the
     /// pictures.
-    pub(super) shared: [Buffer; 9],
+    pub(super) shared: [Buffer; 8],
     /// Values of its constants.
     pub(super) constants: Vec<u32>,
     /// What passes read a texel at a time, where the device takes texel buffers so large.
@@ -119,15 +119,15 @@ pub struct Tiles {
 /// Views of what passes read a texel at a time.
 pub(super) struct TileTexels {
     pub nodes: Texels,
+    pub pictures: Texels,
     larges: Texels,
-    pictures: Texels,
 }
 
 /// Where in [`Tiles::shared`] the buffers are that are reset.
 const TOTALS: usize = 2;
-const HEADS: usize = 5;
-const NODES: usize = 4;
-const LARGES: usize = 6;
+const NODES: usize = 3;
+const HEADS: usize = 4;
+const LARGES: usize = 5;
 /// Byte offsets of the indirect arguments in the totals.
 const GATHER_GROUPS: u64 = 0; // of the first band
 const LARGE_GROUPS: u64 = 16 * MAX_BANDS as u64;
@@ -208,7 +208,6 @@ impl Tiles {
             Buffer::upload_device(device, "drop order", &clusters.order, storage)?,
             Buffer::upload_device(device, "clusters", &clusters.boxes, storage)?,
             make("totals", 4, TOTALS_WORDS as u64, cleared | Usage::INDIRECT_BUFFER)?,
-            make("splats", 4, if splats > 0 { nodes } else { 0 }, storage)?,
             make("nodes", NODE_BYTES, nodes, by_four)?,
             make("lists", 4, count.into(), cleared)?,
             make("large drops", LARGE_BYTES, limits.larges.into(), by_four)?,
