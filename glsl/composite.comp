@@ -110,7 +110,7 @@ void main() {
     // other sizes may make it change more than once.
     uint turns = 0u;
     do {
-        while (window.nearest.link != END && is_block(window.nearest.link)) {
+        while (is_block(window.nearest.link)) {
             uint node = node_of(window.nearest.link);
             uvec4 coverage = four_of_nodes(node + COVERAGE);
             lay_block_behind(upper, four_of_nodes(node + COLORS), coverage.xy);

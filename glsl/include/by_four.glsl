@@ -1,6 +1,6 @@
-// What composite.comp reads, four words at once. CPU drivers charge for each word that a lane reads from
+// What composite.comp reads, as texels, most of four words. CPU drivers charge for each word that a lane reads from
 // a storage buffer, and hardly more for the four of a texel than for one of those; but not every driver
-// takes texel buffers so large. Needs tile_buffers.glsl, and `sky`.
+// takes texel buffers so large. Needs tile_buffers.glsl, appearance.glsl, and `sky`.
 #ifdef TEXELS
 layout(set = 0, binding = 16) uniform usamplerBuffer node_texels;
 layout(set = 0, binding = 17) uniform usamplerBuffer sky_texels;

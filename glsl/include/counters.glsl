@@ -4,5 +4,5 @@ layout(std430, set = 0, binding = COUNTERS_BINDING) buffer Counters {
     uint camera_inside;
     uint beside_camera;
     uint lost;
-    uint visible[64]; // a slot a workgroup, modulo: one counter would be fought over
+    uint visible[64]; // slots that workgroups take in turn: one counter would be fought over
 } counters;

@@ -90,6 +90,7 @@ uint node_of(uint link) {
     return link & ~(NODE - 1u);
 }
 
+// END is no block's.
 bool is_block(uint link) {
     return link % NODE == NEXT_OF_BLOCK;
 }

@@ -19,7 +19,7 @@ pub enum Resource<'a> {
     Buffer(&'a Buffer),
     /// A byte range of a storage buffer.
     Range(&'a Buffer, u64, u64),
-    /// A buffer read four words at once.
+    /// A buffer read by texels.
     Texels(&'a Texels),
     /// One level of an image, for storage.
     Storage(&'a Image, u32),

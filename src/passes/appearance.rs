@@ -36,7 +36,7 @@ const GROUP: u32 = 8;
 
 /// The table and the pass that makes it.
 pub struct Appearance {
-    /// One word a texel, direction by direction.
+    /// One word a texel, as `glsl/include/appearance.glsl` places them.
     pub table: Buffer,
     bindings: Bindings,
     pipeline: ComputePipeline,

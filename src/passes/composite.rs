@@ -89,10 +89,8 @@ impl Composite {
 
         let disordered = make("disordered tiles", 8 * u64::from(tiles.count), Usage::empty())?;
 
-        // The sky is smaller than the nodes.
-        let sky_texels = tiles
-            .texels
-            .is_some()
+        let fit = tiles.texels.is_some() && Texels::fit(device, &sky, TexelWords::Four);
+        let sky_texels = fit
             .then(|| Texels::new(device, "texels of the sky", &sky, TexelWords::Four))
             .transpose()?;
         let views = tiles.texels.iter().zip(&sky_texels);
@@ -112,11 +110,7 @@ impl Composite {
         let constants: Vec<u32> =
             tiles.constants.iter().copied().chain([u32::from(needs_logs)]).collect();
         let pipeline = |shader| ComputePipeline::new(device, shader, &bindings, 0, &constants);
-        let composite = if sky_texels.is_some() {
-            shaders::COMPOSITE_COMP_TEXELS
-        } else {
-            shaders::COMPOSITE_COMP
-        };
+        let composite = if fit { shaders::COMPOSITE_COMP_TEXELS } else { shaders::COMPOSITE_COMP };
         Ok(Self {
             radiance,
             log_sums,

@@ -14,7 +14,7 @@ use crate::gpu::{Buffer, Device, Memory};
 use crate::rain::{Tick, tick_of_seconds};
 use crate::scene::Scene;
 
-/// The uniform block `Frame`, member for member; see the comments there.
+/// `Frame`, member for member; see the comments there.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[allow(missing_docs, reason = "documented where the shaders read them")]

@@ -98,13 +98,13 @@ pub struct Tiles {
     pub count: u32,
     /// What was counted (see [`Simulate::counts`]).
     pub counters: Buffer,
+    /// What passes read a texel at a time, where the device takes texel buffers so large.
+    pub(super) texels: Option<TileTexels>,
     /// What the shaders' `clusters.glsl` and `tile_buffers.glsl` declare, from binding 1 on, but for the
     /// pictures.
     pub(super) shared: [Buffer; 8],
     /// Values of its constants.
     pub(super) constants: Vec<u32>,
-    /// What passes read a texel at a time, where the device takes texel buffers so large.
-    pub(super) texels: Option<TileTexels>,
     clusters: u32,
     bands: u32,
     bindings: Bindings,
@@ -123,7 +123,7 @@ pub(super) struct TileTexels {
     larges: Texels,
 }
 
-/// Where in [`Tiles::shared`] the buffers are that are reset.
+/// Where in [`Tiles::shared`] the buffers are that are reset or read by texels.
 const TOTALS: usize = 2;
 const NODES: usize = 3;
 const HEADS: usize = 4;
@@ -318,7 +318,8 @@ impl Tiles {
 
     /// Records the larger drops' entry into the lists, after [`Tiles::record_gather`] and a barrier.
     pub fn record_large(&self, device: &Device, commands: vk::CommandBuffer) {
-        let written = [Use::ComputeWrite, Use::Indirect];
+        // `blocks` reads the large drops as texels.
+        let written = [Use::ComputeWrite, Use::ComputeRead, Use::Indirect];
         let passes =
             [(&self.large, LARGE_GROUPS), (&self.big, BIG_GROUPS), (&self.blocks, BLOCK_GROUPS)];
         for (number, (pipeline, groups)) in passes.into_iter().enumerate() {
