@@ -11,7 +11,7 @@ void main() {
         uvec2 big = bigs[b];
         uint first = larges[big.x].first_block;
         for (uint i = gl_LocalInvocationID.x; i < big.y; i += gl_WorkGroupSize.x) {
-            nodes[block_node(first + i) + 2u] = big.x;
+            blocks[first + i] = big.x;
         }
     }
 }

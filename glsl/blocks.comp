@@ -57,12 +57,13 @@ void write_colors(uint at, uint picture, uvec4 texels) {
 void main() {
     uint at = gl_GlobalInvocationID.x;
     if (at >= min(totals.blocks, block_room())) return;
-    uint node = block_node(at), owner = nodes[node + 2u];
-    Large r = large_at(owner);
+    uint node = block_node(at);
+    Large r = large_at(blocks[at]);
     uint number = at - r.first_block;
     uvec2 at_tile = uvec2(r.first_tile & 0xffffu, r.first_tile >> 16)
         + uvec2(number % r.across, number / r.across);
     bool rays = (r.look & BY_RAYS) != 0u;
+    if ((r.look & AS_SPLATS) != 0u) return;
 
     vec4 m = r.to_disc;
     float det = abs(m.x * m.w - m.y * m.z), radius = inversesqrt(det);
@@ -99,7 +100,7 @@ void main() {
     }
     if (most > 0.0 && rays) {
         uint place = atomicAdd(totals.ray_blocks, 1u);
-        ray_blocks[place] = at;
+        blocks[MAX_BLOCKS + place] = at;
         atomicMax(totals.ray_groups.x, place / (256u / PIXELS) + 1u);
     }
 }

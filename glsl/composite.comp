@@ -73,8 +73,11 @@ float finish(Row row, uint behind, uvec2 first) {
     return dot(logs, vec4(lessThan(uvec4(0, 1, 2, 3), uvec4(width))));
 }
 
+// An entry that is no splat covers nothing.
 void lay_splat_behind(inout Row upper, inout Row lower, uint link) {
-    uvec4 words = four_of_nodes(node_of(link));
+    bool splat = link != END && !is_block(link);
+    uvec4 words = four_of_nodes(splat ? node_of(link) : 0u);
+    if (!splat) words.w = 0u;
     // The centre is told from the corner of the splat's first tile: 0, or 1 to the right, 2 and 3 below.
     uint which = link & 3u;
     vec2 half_sides = unpack_half_sides(words.w);
@@ -89,6 +92,13 @@ void lay_splat_behind(inout Row upper, inout Row lower, uint link) {
     lay_behind(upper, columns * rows.x, r, g, b);
     lay_behind(lower, columns * rows.y, r, g, b);
 }
+
+// May blocks be behind splats? Drops alike look larger the nearer they are.
+#ifdef DISORDERED
+const bool MIXED = true;
+#else
+const bool MIXED = HAS_PLACED != 0u;
+#endif
 
 // More than there can be; without it a compiler would take it for certain that a loop goes to its end.
 const uint MOST_TURNS = 0x7fffffffu;
@@ -106,9 +116,8 @@ void main() {
 #endif
     Row upper = Row(vec4(0.0), vec4(0.0), vec4(0.0), vec4(1.0)), lower = upper;
 
-    // Drops alike look larger the nearer they are, so a tile has blocks, then splats; placed drops of
-    // other sizes may make it change more than once.
-    uint turns = 0u;
+    // Blocks, then splats, and that once where it can be: a loop around the two costs a tenth of all.
+    uint turns = 0u, splat_links = END;
     do {
         while (is_block(window.nearest.link)) {
             uint node = node_of(window.nearest.link);
@@ -117,11 +126,18 @@ void main() {
             lay_block_behind(lower, four_of_nodes(node + COLORS + TILE.x), coverage.zw);
             take_nearest(window);
         }
-        while (window.nearest.link != END && !is_block(window.nearest.link)) {
+        while (window.nearest.link != END && !(MIXED && is_block(window.nearest.link))) {
+            splat_links &= window.nearest.link;
             lay_splat_behind(upper, lower, window.nearest.link);
             take_nearest(window);
+            if (!MIXED) {
+                // Two a pass: CPU drivers write back all of a tile's pixels in each.
+                splat_links &= window.nearest.link;
+                lay_splat_behind(upper, lower, window.nearest.link);
+                take_nearest(window);
+            }
         }
-    } while (window.nearest.link != END && ++turns < MOST_TURNS);
+    } while (MIXED && window.nearest.link != END && ++turns < MOST_TURNS);
 
     // llvmpipe stops an invocation's loops after some 65,000 passes: it may leave the longest of lists early,
     // here or while they are sorted. Then what the first dispatch drew stays, which is nearly in order.
@@ -131,7 +147,9 @@ void main() {
         return;
     }
 #else
-    if (window.disordered || window.nearest.link != END) {
+    // Links of splats, and END, have this bit, those of blocks do not.
+    bool block_behind = (splat_links & LINKS) == 0u;
+    if (window.disordered || block_behind || window.nearest.link != END) {
         uint place = atomicAdd(totals.disordered, 1u);
         disordered_tiles[place] = uvec2(tile, window.taken);
         atomicMax(totals.disordered_groups.x, place / 64u + 1u);

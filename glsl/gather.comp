@@ -37,8 +37,7 @@ void main() {
 
     Outline o = outline_of(drop, distance2);
     vec2 half_sides = box_of_equal_area(o.box, o.radius);
-    bool near_by = distance2 < NEAR_RADII * NEAR_RADII * drop.radius * drop.radius;
-    bool small = what == VISIBLE && o.radius < SPLAT_PX && !near_by && opacity_at(distance2) == 1.0;
+    bool small = what == VISIBLE && is_small(drop, o, distance2);
     ivec4 pixels = pixels_in(o.center, small ? half_sides : o.box);
     bool shown = what == VISIBLE && all(lessThanEqual(pixels.xy, pixels.zw));
     uvec2 first = uvec2(pixels.xy) / TILE, last = uvec2(pixels.zw) / TILE;
@@ -72,18 +71,8 @@ void main() {
     }
     uint node = number * NODE;
     if (splat) {
-        nodes[node] = floatBitsToUint(distance2);
-        nodes[node + 1u] = index;
-        nodes[node + 2u] = pack_center(o.center - vec2(first * TILE));
         uint direction = direction_texel(drop.relative * inversesqrt(distance2));
-        nodes[node + 3u] = pack_half_sides(half_sides) | direction << HALF_SIDES_BITS;
+        write_splat(node, distance2, index, o.center, half_sides, direction, first);
     }
-    uint tile = first.y * tiles_across() + first.x;
-    for (uint i = 0u; i < 4u; ++i) {
-        uvec2 step = uvec2(i & 1u, i >> 1);
-        if (splat && all(lessThanEqual(first + step, last))) {
-            uint link = node + LINKS + i;
-            nodes[link] = atomicExchange(heads[tile + step.y * tiles_across() + step.x], link);
-        }
-    }
+    if (splat) hang_splat(node, first, last);
 }

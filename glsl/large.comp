@@ -3,12 +3,13 @@
 #extension GL_KHR_shader_subgroup_arithmetic : require
 #extension GL_KHR_shader_subgroup_ballot : require
 // The drops of more than a splat: outline, direction, opacity, and a block for each tile that the
-// outline's box meets; one invocation a drop. See src/passes/tiles.rs.
+// outline's box meets; those of two splats become these. One invocation a drop. See src/passes/tiles.rs.
 #include "frame.glsl"
 #include "rain.glsl"
 #include "octahedron.glsl"
 #include "tile_buffers.glsl"
 #include "tile_drop.glsl"
+#include "splat.glsl"
 
 layout(local_size_x = 64) in;
 
@@ -82,6 +83,15 @@ void main() {
     }
     uvec2 first = uvec2(pixels.xy) / TILE, count = uvec2(pixels.zw) / TILE - first + 1u;
     if (any(greaterThan(pixels.xy, pixels.zw))) count = uvec2(0u);
+
+    vec2 half_sides = box_of_equal_area(o.box, o.radius);
+    ivec4 of_splats = pixels_in(o.center, half_sides);
+    uvec2 upper = uvec2(of_splats.xy) / TILE, lower = upper + uvec2(0, 2), last = uvec2(of_splats.zw) / TILE;
+    bool splats = !beside && is_small(drop, o, distance2) && all(lessThanEqual(last - upper, uvec2(1, 3)));
+    if (splats) {
+        count = uvec2(1u);
+        r.look |= AS_SPLATS;
+    }
     uint tiles = count.x * count.y;
     r.first_tile = first.x | first.y << 16;
     r.across = count.x;
@@ -99,9 +109,17 @@ void main() {
     larges[at] = r;
 
     tiles = min(tiles, room);
+    if (splats && tiles > 0u) {
+        uint node = block_node(block);
+        write_splat(node, distance2, r.index, o.center, half_sides, texel, upper);
+        hang_splat(node, upper, last);
+        node += NODE;
+        write_splat(node, distance2, r.index, o.center, half_sides, texel, lower);
+        hang_splat(node, lower, last);
+    }
     bool big = tiles > MOST_TILES;
     uint few = big ? 0u : tiles;
-    for (uint i = 0u; i < few; ++i) nodes[block_node(block + i) + 2u] = at;
+    for (uint i = 0u; i < few; ++i) blocks[block + i] = at;
     if (big) {
         atomicAdd(counters.large_count, 1u);
         uint place = atomicAdd(totals.bigs, 1u);

@@ -51,8 +51,8 @@ uint color(vec2 low, vec2 high, vec4 sphere, float pixels, vec2 moved) {
 void main() {
     uint number = gl_GlobalInvocationID.x / PIXELS, pixel = gl_GlobalInvocationID.x % PIXELS;
     if (number >= totals.ray_blocks) return;
-    uint at = ray_blocks[number];
-    Large r = larges[nodes[block_node(at) + 2u]];
+    uint at = blocks[MAX_BLOCKS + number];
+    Large r = larges[blocks[at]];
     uint place = at - r.first_block;
     uvec2 tile = uvec2(r.first_tile & 0xffffu, r.first_tile >> 16)
         + uvec2(place % r.across, place / r.across);

@@ -1,5 +1,5 @@
-// A splat in two words: centre in 1/2048 pixel; half sides in 1/512 pixel, and above their bits the number of
-// its direction (octahedron.glsl), which tells its colour.
+// A splat: its node, in two words of which are its centre in 1/2048 pixel; its half sides in 1/512 pixel, and
+// above their bits the number of its direction (octahedron.glsl), which tells its colour. Needs tile_buffers.glsl.
 const uint HALF_SIDES_BITS = 20;
 
 uint pack_center(vec2 from_corner) {
@@ -18,4 +18,24 @@ uint pack_half_sides(vec2 half_sides) {
 
 vec2 unpack_half_sides(uint word) {
     return vec2(word & 1023u, word >> 10 & 1023u) * (1.0 / 512.0);
+}
+
+// A drop's box and colour, for the tiles from `first` on.
+void write_splat(uint node, float distance2, uint index, vec2 center, vec2 half_sides, uint direction, uvec2 first) {
+    nodes[node] = floatBitsToUint(distance2);
+    nodes[node + 1u] = index;
+    nodes[node + 2u] = pack_center(center - vec2(first * TILE));
+    nodes[node + 3u] = pack_half_sides(half_sides) | direction << HALF_SIDES_BITS;
+}
+
+// Hangs a splat into the lists of its tiles: 2 x 2 of them from `first` on, but none beyond `last`.
+void hang_splat(uint node, uvec2 first, uvec2 last) {
+    uint tile = first.y * tiles_across() + first.x;
+    for (uint i = 0u; i < 4u; ++i) {
+        uvec2 step = uvec2(i & 1u, i >> 1);
+        if (all(lessThanEqual(first + step, last))) {
+            uint link = node + LINKS + i;
+            nodes[link] = atomicExchange(heads[tile + step.y * tiles_across() + step.x], link);
+        }
+    }
 }

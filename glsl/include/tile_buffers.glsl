@@ -49,7 +49,7 @@ layout(std430, set = 0, binding = 3) buffer Totals {
 //   0  squared distance of the drop's centre, of larger drops squared length of their tangents, as
 //      bits, which sort as it does
 //   1  index of the drop
-//   2  splat: its centre, from the corner of its first tile; block: number of the large drop
+//   2  splat: its centre, from the corner of its first tile
 //   3  splat: half sides, 20 bits, and number of its direction; block: next in the list
 //   4  splat: next in the list of the first tile, 5 of that to the right, 6 and 7 below
 //      block: colours of its pixels; 12 what they cover, 16 bits each
@@ -64,7 +64,7 @@ struct Large {
     vec4 to_disc;    // columns of the matrix from pixel offsets to (s, t) of the unit disc
     vec4 sphere;     // centre in view space, radius
     vec2 center;     // of its outline, pixels
-    uint look;       // number of its direction, 12 bits; BY_RAYS; opacity, upper 16 bits
+    uint look;       // number of its direction, 12 bits; BY_RAYS, AS_SPLATS; opacity, upper 16 bits
     uint index;      // of the drop
     uint first_tile; // x and y, 16 bits each
     uint across;     // tiles
@@ -72,12 +72,14 @@ struct Large {
     uint distance2;  // less the squared radius; bits
 };
 const uint BY_RAYS = 0x8000u;
+// It is a splat's size, but meets three or four rows of tiles: its one block holds the nodes of two splats.
+const uint AS_SPLATS = 0x4000u;
 layout(std430, set = 0, binding = 6) buffer Larges { Large larges[]; };
 // Those that touch more than MOST_TILES tiles: number, and how many tiles. As each has so many
 // blocks, there is room for all.
 layout(std430, set = 0, binding = 7) buffer Bigs { uvec2 bigs[]; };
-// Blocks drawn by rays.
-layout(std430, set = 0, binding = 8) buffer RayBlocks { uint ray_blocks[]; };
+// Number of the large drop of each block; from MAX_BLOCKS on the blocks drawn by rays.
+layout(std430, set = 0, binding = 8) buffer Blocks { uint blocks[]; };
 // The prefiltered pictures of a far drop (appearance.glsl).
 layout(std430, set = 0, binding = 9) readonly buffer Pictures { uint pictures[]; };
 

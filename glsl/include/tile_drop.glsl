@@ -47,6 +47,12 @@ float opacity_at(float distance2) {
     return fade > 0.0 ? smoothstep(near, near + fade, sqrt(distance2)) : 1.0;
 }
 
+// Is it so small, far and opaque that one colour will do?
+bool is_small(Drop drop, Outline o, float distance2) {
+    return o.radius < SPLAT_PX && distance2 >= NEAR_RADII * NEAR_RADII * drop.radius * drop.radius
+        && opacity_at(distance2) == 1.0;
+}
+
 // The pixels whose squares a box meets, in the image: first and last; none if that is before.
 ivec4 pixels_in(vec2 center, vec2 box) {
     ivec2 size = ivec2(frame.image.xy);

@@ -61,7 +61,7 @@ Window open_window(uint link) {
 
 void take_nearest(inout Window w) {
     float before = w.nearest.distance2;
-    ++w.taken;
+    if (w.nearest.link != END) ++w.taken;
     w.nearest = w.second;
     w.second = w.third;
     w.third = w.fourth;
@@ -69,5 +69,5 @@ void take_nearest(inout Window w) {
     w.fifth = w.sixth;
     w.sixth = read_entry(w.link);
     let_rise(w);
-    w.disordered = w.disordered || w.nearest.distance2 <= before;
+    w.disordered = w.disordered || w.nearest.distance2 <= before && w.nearest.link != END;
 }

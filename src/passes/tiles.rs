@@ -212,7 +212,7 @@ impl Tiles {
             make("lists", 4, count.into(), cleared)?,
             make("large drops", LARGE_BYTES, limits.larges.into(), by_four)?,
             make("big drops", 8, blocks / TILES_OF_BIG + 1, storage)?,
-            make("blocks of rays", 4, blocks, storage)?,
+            make("blocks", 8, blocks, storage)?,
         ];
         let placed = Buffer::upload(device, "placed drops", &placed_records(scene), storage)?;
         let in_view = make("clusters in view", 4 * u64::from(bands), band_room, storage)?;
