@@ -1,15 +1,13 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Which clusters of drops are in view, in bands of depth, and which of them above the image's middle; one
-// invocation a cluster. See src/passes/tiles.rs.
+#extension GL_KHR_shader_subgroup_ballot : require
+// Which clusters of drops are in view, and in which bin: band of depth, and region of the image. One invocation a
+// cluster. See src/passes/tiles.rs.
 #include "frame.glsl"
 #include "tile_buffers.glsl"
 #include "clusters.glsl"
 
 layout(local_size_x = 64) in;
-
-#define COUNTERS_BINDING 11
-#include "counters.glsl"
 
 // Is any drop in view whose place from the camera is in the box? `middle`: of the box, on the side of those
 // drops.
@@ -36,6 +34,13 @@ bool in_view(uvec3 low, uvec3 edges, out vec3 middle) {
     return result;
 }
 
+// The region where a point is seen, or nearest to it.
+uint region_at(vec2 across, float depth) {
+    vec2 pixel = 0.5 * frame.image.xy + across * (frame.image.z / max(depth, frame.units.w));
+    uvec2 tile = uvec2(clamp(pixel, vec2(0.0), frame.image.xy - 1.0)) / TILE, region = tile / region_tiles();
+    return region.y * REGIONS_ACROSS + region.x;
+}
+
 void main() {
     // CPU drivers give each of their threads one part of the dispatch: each gets some of all parts of the
     // rain, of which only some are in view.
@@ -45,26 +50,26 @@ void main() {
     if (cluster >= CLUSTERS) return;
 
     // Drops placed by hand can be anywhere.
-    uint band = BANDS - 1u;
-    bool below = cluster % 2u == 0u;
+    uint band = BANDS - 1u, region = cluster % REGIONS;
+    bool seen = true;
     if (cluster < RANDOM_CLUSTERS) {
         uvec4 around = cluster_boxes[cluster];
         uvec3 edges = ((uvec3(around.w, around.w >> 10, around.w >> 20) & 1023u) + 1u << 22) - 1u;
         vec3 middle;
-        if (!in_view(around.xyz + frame.shift.xyz - frame.camera_place.xyz, edges, middle)) return;
+        seen = in_view(around.xyz + frame.shift.xyz - frame.camera_place.xyz, edges, middle);
+        float depth = -dot(frame.back.xyz, middle);
         // Bands have equal volumes in any pixel's view.
-        float depth = -dot(frame.back.xyz, middle) / dot(abs(frame.back.xyz), frame.extent.xyz);
-        band -= min(uint(pow(clamp(depth, 0.0, 1.0), 3.0) * float(BANDS)), BANDS - 1u);
-        below = dot(frame.up.xyz, middle) < 0.0;
+        float share = clamp(depth / dot(abs(frame.back.xyz), frame.extent.xyz), 0.0, 1.0);
+        band -= min(uint(pow(share, 3.0) * float(BANDS)), BANDS - 1u);
+        region = region_at(vec2(dot(frame.right.xyz, middle), -dot(frame.up.xyz, middle)), depth);
     }
-    uint place;
-    if (below) place = atomicAdd(totals.clusters[band].y, 1u);
-    else place = atomicAdd(totals.clusters[band].x, 1u);
-    if (place >= MAX_IN_VIEW) {
-        atomicAdd(counters.lost, CLUSTER);
-        return;
-    }
-    clusters_in_view[in_view_at(band, below, place)] = cluster;
-    // As many workgroups of `gather` as begin.
-    if (place % CLUSTERS_A_GROUP == 0u) atomicAdd(totals.gather_groups[band].x, 1u);
+    uvec4 seen_here = subgroupBallot(seen);
+    uint number = 0u;
+    if (subgroupElect()) number = atomicAdd(totals.in_view, subgroupBallotBitCount(seen_here));
+    number = subgroupBroadcastFirst(number) + subgroupBallotExclusiveBitCount(seen_here);
+    if (!seen) return;
+    uint bin = band * REGIONS + region, at = found_at(number);
+    clusters_in_view[at] = cluster;
+    clusters_in_view[at + 1u] = bin;
+    clusters_in_view[at + 2u] = atomicAdd(totals.bin_counts[bin], 1u);
 }

@@ -11,7 +11,8 @@
 
 layout(local_size_x = 64) in;
 
-layout(constant_id = 13) const uint LOG_SUMS = 0; // 1: the display needs the log average
+layout(constant_id = 17) const uint LOG_SUMS = 0; // 1: the display needs the log average
+layout(constant_id = 18) const uint TOUCH = 0;    // 1: see `touch`
 // The result: four halves a pixel, row by row.
 layout(std430, set = 0, binding = 11) writeonly buffer Radiance { uvec2 radiance_out[]; };
 // The environment behind, pixel by pixel of a tile after the other.
@@ -38,7 +39,7 @@ struct Row {
 // Precise: a tile has the same colours whichever of the two pipelines draws it.
 void lay_behind(inout Row row, vec4 coverage, vec4 r, vec4 g, vec4 b) {
     precise vec4 share = row.through * coverage;
-    precise vec4 sum_r = row.r + share * r, sum_g = row.g + share * g, sum_b = row.b + share * b;
+    precise vec4 sum_r = fma(share, r, row.r), sum_g = fma(share, g, row.g), sum_b = fma(share, b, row.b);
     precise vec4 through = row.through - share;
     row = Row(sum_r, sum_g, sum_b, through);
 }
@@ -86,8 +87,8 @@ void lay_splat_behind(inout Row upper, inout Row lower, uint link) {
     // What each column and each row of pixels has of the box.
     vec4 x = from.x + vec4(0.0, 1.0, 2.0, 3.0);
     vec2 y = from.y + vec2(0.0, 1.0);
-    vec4 columns = max(min(x + 1.0, half_sides.x) - max(x, -half_sides.x), 0.0);
-    vec2 rows = max(min(y + 1.0, half_sides.y) - max(y, -half_sides.y), 0.0);
+    vec4 columns = clamp(half_sides.x - x, 0.0, 1.0) - clamp(-half_sides.x - x, 0.0, 1.0);
+    vec2 rows = clamp(half_sides.y - y, 0.0, 1.0) - clamp(-half_sides.y - y, 0.0, 1.0);
     vec4 r = vec4(color.r), g = vec4(color.g), b = vec4(color.b);
     lay_behind(upper, columns * rows.x, r, g, b);
     lay_behind(lower, columns * rows.y, r, g, b);
@@ -100,6 +101,21 @@ const bool MIXED = true;
 const bool MIXED = HAS_PLACED != 0u;
 #endif
 
+// CPU drivers run the invocations of a dispatch one vector after the other, and wait for each node that is in no
+// cache. So the tiles of a region read what the next region's need, many at once and line after line: a
+// vector eight lines of a cluster, its invocations one each.
+void touch(uint region, uint place, uint in_region) {
+    uint vectors = in_region / 8u, band = place / 8u % BANDS, parts = vectors / BANDS;
+    uint part = place / 8u / BANDS, bin = band * REGIONS + region, sum = 0u;
+    if (region >= REGIONS || part >= parts) return;
+    uint end = min(totals.bin_starts[bin + 1u], MAX_SPLATS / CLUSTER);
+    for (uint i = totals.bin_starts[bin] + part; i < end; i += parts) {
+        sum |= four_of_nodes((i * CLUSTER + place % 8u * 2u) * NODE).x;
+    }
+    // Never so, but the compiler cannot know.
+    if (sum == END) atomicAdd(totals.disordered, 0u);
+}
+
 // More than there can be; without it a compiler would take it for certain that a loop goes to its end.
 const uint MOST_TURNS = 0x7fffffffu;
 
@@ -108,10 +124,16 @@ void main() {
 #ifdef DISORDERED
     if (number >= totals.disordered) return;
     uint tile = disordered_tiles[number].x, entries = disordered_tiles[number].y;
+    uvec2 at = uvec2(tile % tiles_across(), tile / tiles_across());
     Window window = open_window(order_tile(tile));
 #else
-    if (number >= TILE_COUNT) return;
-    uint tile = number;
+    uint in_region = region_tiles().x * region_tiles().y, region = number / in_region;
+    uint place = number % in_region;
+    uvec2 at = uvec2(region % REGIONS_ACROSS, region / REGIONS_ACROSS) * region_tiles()
+        + uvec2(place % region_tiles().x, place / region_tiles().x);
+    uint tile = at.y * tiles_across() + at.x;
+    if (at.x >= tiles_across() || tile >= TILE_COUNT) return;
+    if (TOUCH != 0u) touch(region + 1u, place, in_region);
     Window window = open_window(heads[tile]);
 #endif
     Row upper = Row(vec4(0.0), vec4(0.0), vec4(0.0), vec4(1.0)), lower = upper;
@@ -126,6 +148,9 @@ void main() {
             lay_block_behind(lower, four_of_nodes(node + COLORS + TILE.x), coverage.zw);
             take_nearest(window);
         }
+        vec4 through = max(upper.through, lower.through);
+        // Nothing is seen through its blocks.
+        if (!MIXED && max(max(through.x, through.y), max(through.z, through.w)) <= 0.0) window.nearest.link = END;
         while (window.nearest.link != END && !(MIXED && is_block(window.nearest.link))) {
             splat_links &= window.nearest.link;
             lay_splat_behind(upper, lower, window.nearest.link);
@@ -150,12 +175,12 @@ void main() {
     // Links of splats, and END, have this bit, those of blocks do not.
     bool block_behind = (splat_links & LINKS) == 0u;
     if (window.disordered || block_behind || window.nearest.link != END) {
-        uint place = atomicAdd(totals.disordered, 1u);
-        disordered_tiles[place] = uvec2(tile, window.taken);
-        atomicMax(totals.disordered_groups.x, place / 64u + 1u);
+        uint next = atomicAdd(totals.disordered, 1u);
+        disordered_tiles[next] = uvec2(tile, window.taken);
+        atomicMax(totals.disordered_groups.x, next / 64u + 1u);
     }
 #endif
-    uvec2 corner = uvec2(tile % tiles_across(), tile / tiles_across()) * TILE;
+    uvec2 corner = at * TILE;
     float logs = finish(upper, tile * PIXELS, corner)
         + finish(lower, tile * PIXELS + TILE.x, corner + uvec2(0, 1));
     if (LOG_SUMS != 0u) log_sums[tile] = logs;

@@ -21,14 +21,12 @@ layout(local_size_x = GATHER_GROUP) in;
 layout(push_constant) uniform Push { uint band; } push;
 
 void main() {
-    uvec2 clusters = min(totals.clusters[push.band], MAX_IN_VIEW);
-    uint group = gl_WorkGroupID.x, groups_above = (clusters.x + CLUSTERS_A_GROUP - 1u) / CLUSTERS_A_GROUP;
-    bool below = group >= groups_above;
-    if (below) group -= groups_above;
-    uint place = group * CLUSTERS_A_GROUP + gl_LocalInvocationID.x / CLUSTER;
-    if (place >= (below ? clusters.y : clusters.x)) return;
-    uint cluster = clusters_in_view[in_view_at(push.band, below, place)];
-    uint index = drop_order[cluster * CLUSTER + gl_LocalInvocationID.x % CLUSTER];
+    uint group = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x;
+    uint place = totals.bin_starts[push.band * REGIONS]
+        + group * CLUSTERS_A_GROUP + gl_LocalInvocationID.x / CLUSTER;
+    if (place >= totals.bin_starts[(push.band + 1u) * REGIONS]) return;
+    uint in_cluster = gl_LocalInvocationID.x % CLUSTER;
+    uint index = drop_order[clusters_in_view[place] * CLUSTER + in_cluster];
     bool is_drop = index != NO_DROP;
     Drop drop = drop_of(is_drop ? index : 0u);
     float distance2;
@@ -47,20 +45,18 @@ void main() {
 
     // One atomic a subgroup: a counter that every lane adds to is fought over.
     uvec4 visible_here = subgroupBallot(what == VISIBLE);
-    uvec4 splats_here = subgroupBallot(splat), larges_here = subgroupBallot(large);
-    uint splat_count = subgroupBallotBitCount(splats_here);
+    uvec4 larges_here = subgroupBallot(large);
     uint large_count = subgroupBallotBitCount(larges_here);
-    uint number = 0u, at = 0u;
+    uint at = 0u;
     if (subgroupElect()) {
-        uint slot = (gl_WorkGroupID.x & 31u) + (below ? 32u : 0u);
-        atomicAdd(counters.visible[slot], subgroupBallotBitCount(visible_here));
-        if (splat_count > 0u) number = atomicAdd(totals.splats[below ? LINE : 0u], splat_count);
+        // Threads of a CPU, each of which draws one half, add to lines of their own.
+        uint half_of_all = 2u * group >= gl_NumWorkGroups.x * gl_NumWorkGroups.y ? 32u : 0u;
+        atomicAdd(counters.visible[(group & 31u) + half_of_all], subgroupBallotBitCount(visible_here));
         if (large_count > 0u) at = atomicAdd(totals.larges, large_count);
     }
-    number = subgroupBroadcastFirst(number) + subgroupBallotExclusiveBitCount(splats_here);
     at = subgroupBroadcastFirst(at) + subgroupBallotExclusiveBitCount(larges_here);
     if (what == CAMERA_INSIDE) atomicAdd(counters.camera_inside, 1u);
-    number = splat_place(below, number);
+    uint number = place * CLUSTER + in_cluster;
     if (splat && number >= MAX_SPLATS || large && at >= MAX_LARGES) {
         atomicAdd(counters.lost, 1u);
         splat = large = false;

@@ -9,8 +9,10 @@ const uvec2 TILE = uvec2(4, 2);
 const uint PIXELS = TILE.x * TILE.y;
 const uint MOST_TILES = 12; // of a drop whose blocks one invocation gives out
 const uint MOST_BIG_GROUPS = 4096; // workgroups that give the others theirs, each drop after drop
+const uint CLUSTER = 16; // drops of a cluster, as in src/clusters.rs
 const uint MAX_BANDS = 16; // of depth, in which clusters are taken, farthest first
-const uint LINE = 16; // words of a cache line: what two threads of a CPU add to should not share one
+const uint MAX_REGIONS = 256; // of the image, which clusters are sorted by within their band
+const uint MAX_BINS = MAX_BANDS * MAX_REGIONS;
 
 // `Limits` in src/passes/tiles.rs, in its order; a pipeline has those of light_model.glsl before.
 layout(constant_id = 5) const uint TILE_COUNT = 1;
@@ -21,13 +23,18 @@ layout(constant_id = 9) const float SPLAT_PX = 0.5; // radius under which a drop
 layout(constant_id = 10) const float RAYS_PX = 8.0;  // radius from which it is drawn by rays
 layout(constant_id = 11) const uint HAS_PLACED = 0;  // 1: some drops are placed by hand
 layout(constant_id = 12) const uint SAMPLES = 4;     // rays a pixel
+layout(constant_id = 13) const uint BANDS = 1;
+layout(constant_id = 14) const uint REGION_SHIFT = 0; // a region has 32 << this by 16 << this tiles
+layout(constant_id = 15) const uint REGIONS_ACROSS = 1;
+layout(constant_id = 16) const uint REGIONS = 1;
 
-// An eighth of the nodes is the blocks' in any case: they are the nearest drops.
-const uint MAX_SPLATS = MAX_NODES - MAX_NODES / 8u;
+// Part of the nodes is the blocks' in any case: they are the nearest drops.
+const uint MAX_SPLATS = MAX_NODES - MAX_NODES / 32u;
 
 // Bindings 1 and 2 are those of clusters.glsl.
 layout(std430, set = 0, binding = 3) buffer Totals {
-    uvec4 gather_groups[MAX_BANDS]; // of indirect dispatches: over the clusters of a band,
+    uvec4 sort_groups;              // of indirect dispatches: over the clusters in view,
+    uvec4 gather_groups[MAX_BANDS]; // over those of a band,
     uvec4 large_groups;             // over the large drops,
     uvec4 big_groups;               // over those of many tiles, one group each,
     uvec4 block_groups;             // over the blocks,
@@ -38,13 +45,13 @@ layout(std430, set = 0, binding = 3) buffer Totals {
     uint blocks;
     uint ray_blocks;
     uint disordered;
-    uint pad[7];                    // to a line: `gather` reads what follows, and adds to what is before
-    uvec2 clusters[MAX_BANDS];      // in view: above the image's middle, below
-    uint splats[2 * LINE];          // above; a line on, below
+    uint in_view;                   // clusters
+    uint bin_counts[MAX_BINS];      // clusters in view of a band and region: bin band * REGIONS + region
+    uint bin_starts[MAX_BINS + 1u]; // their first place, when they are sorted
 } totals;
 
 // Entries of the tiles' lists. From the first place on those of splats, drops so small that they have one
-// colour and touch no more than 2 x 2 tiles, eight words each; from the last place on those of blocks, each
+// colour and touch no more than 2 x 2 tiles, eight words each, one for each drop of each cluster in view; from the last place on those of blocks, each
 // a tile of a larger drop, sixteen words, a cache line.
 //   0  squared distance of the drop's centre, of larger drops squared length of their tangents, as
 //      bits, which sort as it does
@@ -87,6 +94,10 @@ uint tiles_across() {
     return (uint(frame.image.x) + TILE.x - 1u) / TILE.x;
 }
 
+uvec2 region_tiles() {
+    return uvec2(32u, 16u) << REGION_SHIFT;
+}
+
 // First word of the node that holds a link.
 uint node_of(uint link) {
     return link & ~(NODE - 1u);
@@ -97,13 +108,6 @@ bool is_block(uint link) {
     return link % NODE == NEXT_OF_BLOCK;
 }
 
-// A splat's place among the nodes. Those above the image's middle and those below it take turns by stretches:
-// threads of a CPU that each draw one half do not share cache lines.
-uint splat_place(bool below, uint number) {
-    const uint STRETCH = 32;
-    return (2u * (number / STRETCH) + uint(below)) * STRETCH + number % STRETCH;
-}
-
 // First word of a block's node.
 uint block_node(uint number) {
     return (MAX_NODES - 2u * (number + 1u)) * NODE;
@@ -111,9 +115,8 @@ uint block_node(uint number) {
 
 // Blocks that there is room for when the splats have theirs.
 uint block_room() {
-    uint most = max(totals.splats[0], totals.splats[LINE]);
-    uint taken = most > 0u ? splat_place(true, most - 1u) + 1u : 0u;
-    return min(MAX_BLOCKS, (MAX_NODES - min(taken, MAX_SPLATS)) / 2u);
+    uint splats = SPLAT_PX > 0.0 ? min(totals.in_view * CLUSTER, MAX_SPLATS) : 0u;
+    return min(MAX_BLOCKS, (MAX_NODES - splats) / 2u);
 }
 
 // Half the sides of a box of a disc's area, in the shape of the box around its outline.

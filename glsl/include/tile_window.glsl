@@ -6,16 +6,16 @@
 // What the window holds of an entry is little: all of it takes part in each exchange. Its other words
 // are in the cache when its turn comes.
 struct Entry {
-    float distance2;
+    uint distance2; // bits
     uint link; // END: none
 };
-const Entry NO_ENTRY = Entry(3.4e38, END); // farther than all
+const Entry NO_ENTRY = Entry(0xffffffffu, END); // farther than all
 
 // The entry that a link leads to; the link becomes that to the next.
 Entry read_entry(inout uint link) {
     bool ended = link == END;
     uint at = ended ? 0u : link;
-    float distance2 = uintBitsToFloat(four_of_nodes(node_of(at)).x);
+    uint distance2 = four_of_nodes(node_of(at)).x;
     uint next = one_of_nodes(at);
     Entry entry = Entry(ended ? NO_ENTRY.distance2 : distance2, link);
     link = ended ? END : next;
@@ -60,7 +60,7 @@ Window open_window(uint link) {
 }
 
 void take_nearest(inout Window w) {
-    float before = w.nearest.distance2;
+    uint before = w.nearest.distance2;
     if (w.nearest.link != END) ++w.taken;
     w.nearest = w.second;
     w.second = w.third;

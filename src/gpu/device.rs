@@ -43,6 +43,9 @@ pub struct DeviceReport {
     rank: u32,
 }
 
+/// Kind of a device whose driver runs on the host.
+const CPU: &str = "CPU";
+
 impl DeviceReport {
     /// Device, driver and Vulkan version in one line.
     pub fn summary(&self) -> String {
@@ -50,6 +53,11 @@ impl DeviceReport {
             "{} ({}), {} {}, Vulkan {}",
             self.name, self.kind, self.driver, self.driver_info, self.api_version
         )
+    }
+
+    /// Does the driver run shaders on the host's processor?
+    pub fn is_cpu(&self) -> bool {
+        self.kind == CPU
     }
 }
 
@@ -151,7 +159,7 @@ impl Instance {
             vk::PhysicalDeviceType::DISCRETE_GPU => (0, "discrete GPU"),
             vk::PhysicalDeviceType::INTEGRATED_GPU => (1, "integrated GPU"),
             vk::PhysicalDeviceType::VIRTUAL_GPU => (2, "virtual GPU"),
-            vk::PhysicalDeviceType::CPU => (3, "CPU"),
+            vk::PhysicalDeviceType::CPU => (3, CPU),
             _ => (4, "other"),
         };
         let text = |name: Result<&CStr, _>| name.unwrap_or(c"?").to_string_lossy().into_owned();

@@ -47,6 +47,7 @@ pub struct Composite {
     log_sums: Buffer,
     size: (u32, u32),
     tiles: u32,
+    in_regions: u32,
     /// What the sky was drawn for.
     sky_of: Option<View>,
     bindings: Bindings,
@@ -107,8 +108,9 @@ impl Composite {
                 .collect();
         let bindings = Bindings::of(device, "composite", &slots)?;
         let needs_logs = plan.tone_map == Some(Operator::Photographic);
+        let constants = tiles.constants.iter().copied();
         let constants: Vec<u32> =
-            tiles.constants.iter().copied().chain([u32::from(needs_logs)]).collect();
+            constants.chain([needs_logs, tiles.touch].map(u32::from)).collect();
         let pipeline = |shader| ComputePipeline::new(device, shader, &bindings, 0, &constants);
         let composite = if fit { shaders::COMPOSITE_COMP_TEXELS } else { shaders::COMPOSITE_COMP };
         Ok(Self {
@@ -116,6 +118,7 @@ impl Composite {
             log_sums,
             size: (width, height),
             tiles: tiles.count,
+            in_regions: tiles.in_regions,
             sky_of: None,
             sky_pass: pipeline(shaders::SKY_COMP)?,
             rays: pipeline(shaders::RAYS_COMP)?,
@@ -152,7 +155,7 @@ impl Composite {
     /// Records the drops over one another and the sky behind, after [`Composite::record_rays`] and a
     /// barrier.
     pub fn record(&self, device: &Device, commands: vk::CommandBuffer, tiles: &Tiles) {
-        let (bindings, groups) = (&self.bindings, [self.tiles.div_ceil(64), 1, 1]);
+        let (bindings, groups) = (&self.bindings, [self.in_regions.div_ceil(64), 1, 1]);
         self.composite.dispatch(commands, bindings, 0, &[], groups);
         let after = [Use::ComputeWrite, Use::Indirect];
         memory_barrier(device, commands, &[Use::ComputeWrite], &after);

@@ -2,14 +2,14 @@
 //! long. Compute passes:
 //!
 //! 1. `clusters`: whole clusters of the rain out of view are passed over (four of five), the others
-//!    noted, in bands of depth;
+//!    sorted into bins, by band of depth and region of the image (`bin_starts`, `sort_clusters`);
 //! 2. `gather`, band after band, the farthest first: each of their drops finds its place and its outline.
 //!    Nine of ten in view are splats: so small that one colour will do. They become nodes of 32 bytes, hung
 //!    before what is already in the lists of their one to four tiles of 4 x 2 pixels; the numbers of the
 //!    others are noted;
 //! 3. `large`: those get a block for each tile that they touch (`big`: where there are more than 12,
 //!    by a workgroup each), and each block finds its coverage and colours and is hung into the list
-//!    of its tile (`blocks`).
+//!    of its tile (`blocks`). Those as small, but on three rows of tiles, are two splats.
 //!
 //! Linked lists, because they need one atomic exchange an entry, where lists in a row take one to
 //! count, one to fill, and a pass between. Thanks to the bands they are nearly in order, nearest first:
@@ -40,8 +40,6 @@ pub(super) const TILE_PIXELS: u64 = 8;
 /// Bytes of a splat's node, of which a block's takes two, and of a large drop, as there.
 const NODE_BYTES: u64 = 32;
 const LARGE_BYTES: u64 = 64;
-/// Nodes of the last, perhaps half filled stretches of splats.
-const STRETCHES_NODES: u64 = 64;
 /// Tiles that a drop at the paper's sizes touches.
 const TILES_A_DROP: f64 = 2.0;
 /// Part of all drops that is in view at the paper's 90°, at most.
@@ -50,9 +48,13 @@ const SHARE_IN_VIEW: f64 = 0.18;
 const DROPS_A_BAND: f64 = 1.5;
 /// Bands at most, as in the shaders.
 const MAX_BANDS: u32 = 16;
-/// Clusters of a workgroup of `clusters` and of `gather`, and stretches of all clusters, as there.
+/// Tiles of the smallest regions, by which clusters are sorted within their band and tiles are drawn, and
+/// regions at most, as there.
+const REGION: (u32, u32) = (32, 16);
+const MAX_REGIONS: u32 = 256;
+const MAX_BINS: usize = (MAX_BANDS * MAX_REGIONS) as usize;
+/// Clusters of a workgroup of `clusters`, and stretches of all clusters, as there.
 const CLUSTERS_GROUP: u32 = 64;
-const CLUSTERS_A_GROUP: u32 = 256 / CLUSTER;
 const STRETCHES: u32 = 64;
 /// Least tiles of a drop whose blocks a workgroup gives out, as in the shaders.
 const TILES_OF_BIG: u64 = 13;
@@ -75,10 +77,14 @@ struct Limits {
     rays_px: f32,
     has_placed: bool,
     samples: u32,
+    bands: u32,
+    region_shift: u32,
+    regions_across: u32,
+    regions: u32,
 }
 
 impl Limits {
-    fn words(&self) -> [u32; 8] {
+    fn words(&self) -> [u32; 12] {
         [
             self.tiles,
             self.nodes,
@@ -88,7 +94,37 @@ impl Limits {
             self.rays_px.to_bits(),
             self.has_placed.into(),
             self.samples,
+            self.bands,
+            self.region_shift,
+            self.regions_across,
+            self.regions,
         ]
+    }
+}
+
+/// The parts of an image by which clusters are sorted within their band, and tiles are drawn.
+struct Regions {
+    /// Each has [`REGION`] tiles, times 2^this along both axes.
+    shift: u32,
+    across: u32,
+    count: u32,
+    /// Tiles of all of them, those beyond the image's edges included.
+    tiles: u32,
+}
+
+impl Regions {
+    /// The smallest of which an image of so many tiles has [`MAX_REGIONS`] at most.
+    fn of(tiles_across: u32, tiles_down: u32) -> Self {
+        let mut shift = 0;
+        loop {
+            let across = tiles_across.div_ceil(REGION.0 << shift);
+            let count = across * tiles_down.div_ceil(REGION.1 << shift);
+            if count <= MAX_REGIONS {
+                let tiles = count * ((REGION.0 * REGION.1) << (2 * shift));
+                return Self { shift, across, count, tiles };
+            }
+            shift += 1;
+        }
     }
 }
 
@@ -96,6 +132,10 @@ impl Limits {
 pub struct Tiles {
     /// Tiles in the image.
     pub count: u32,
+    /// Invocations that draw them: all tiles of whole regions.
+    pub(super) in_regions: u32,
+    /// Whether they read ahead what their neighbours need: see `touch` in `composite.comp`.
+    pub(super) touch: bool,
     /// What was counted (see [`Simulate::counts`]).
     pub counters: Buffer,
     /// What passes read a texel at a time, where the device takes texel buffers so large.
@@ -109,6 +149,8 @@ pub struct Tiles {
     bands: u32,
     bindings: Bindings,
     clusters_pass: ComputePipeline,
+    bin_starts: ComputePipeline,
+    sort_clusters: ComputePipeline,
     gather: ComputePipeline,
     large: ComputePipeline,
     big: ComputePipeline,
@@ -129,16 +171,17 @@ const NODES: usize = 3;
 const HEADS: usize = 4;
 const LARGES: usize = 5;
 /// Byte offsets of the indirect arguments in the totals.
-const GATHER_GROUPS: u64 = 0; // of the first band
-const LARGE_GROUPS: u64 = 16 * MAX_BANDS as u64;
+const SORT_GROUPS: u64 = 0;
+const GATHER_GROUPS: u64 = 16; // of the first band
+const LARGE_GROUPS: u64 = GATHER_GROUPS + 16 * MAX_BANDS as u64;
 const BIG_GROUPS: u64 = LARGE_GROUPS + 16;
 const BLOCK_GROUPS: u64 = BIG_GROUPS + 16;
 pub(super) const RAY_GROUPS: u64 = BLOCK_GROUPS + 16;
 pub(super) const DISORDERED_GROUPS: u64 = RAY_GROUPS + 16;
-/// Words of all arguments, and of the totals: then five counts, in a vector's multiple and a cache line's,
-/// two for each band, and two in cache lines of their own.
+/// Words of all arguments, of these and the counts that follow, and of the totals, which end with the bins'.
 const GROUPS_WORDS: usize = DISORDERED_GROUPS as usize / 4 + 4;
-const TOTALS_WORDS: usize = GROUPS_WORDS + 12 + 2 * MAX_BANDS as usize + 2 * 16;
+const COUNTS_WORDS: usize = GROUPS_WORDS + 6;
+const TOTALS_WORDS: usize = COUNTS_WORDS + MAX_BINS + MAX_BINS + 1;
 /// End of a list, as in the shaders.
 const END: u32 = u32::MAX;
 
@@ -169,18 +212,19 @@ impl Tiles {
         let (across, down) =
             (scene.image.width.div_ceil(TILE.0), scene.image.height.div_ceil(TILE.1));
         let count = across * down;
+        let regions = Regions::of(across, down);
         // One dispatch takes an invocation a tile; their pixels, 8 bytes each, are one binding.
-        let most_pixels = (TILE_PIXELS * 64 * groups).min(range / 8);
-        within("the image's pixels in tiles", TILE_PIXELS * u64::from(count), most_pixels)?;
+        let pixels = |tiles: u32| TILE_PIXELS * u64::from(tiles);
+        within("the image's pixels in tiles", pixels(regions.tiles), TILE_PIXELS * 64 * groups)?;
+        within("the image's pixels in tiles", pixels(count), range / 8)?;
         let a_tile = drops as f64 * SHARE_IN_VIEW * TILES_A_DROP / f64::from(count);
         let bands = ((a_tile / DROPS_A_BAND).ceil() as u32).clamp(1, MAX_BANDS);
         let clusters = Clusters::new(scene.rain().as_ref(), scene.drops.len() as u32);
-        let band_room = u64::from(clusters.count())
-            .min(range / (4 * u64::from(bands)))
-            .min(u64::from(CLUSTERS_A_GROUP) * (groups - 1));
 
+        // A place for each drop of a cluster in view.
+        let of_clusters = u64::from(clusters.count()) * u64::from(CLUSTER);
         let (splats, drops_a_block) =
-            if plan.splat_px > 0.0 { (drops + STRETCHES_NODES, DROPS_A_BLOCK) } else { (0, 1) };
+            if plan.splat_px > 0.0 { (of_clusters, DROPS_A_BLOCK) } else { (0, 1) };
         let blocks = (BLOCKS_A_TILE * u64::from(count) + drops / drops_a_block)
             .max(LEAST_BLOCKS)
             .min(range / (2 * NODE_BYTES))
@@ -196,6 +240,10 @@ impl Tiles {
             rays_px: plan.rays_px,
             has_placed: !scene.drops.is_empty(),
             samples: plan.samples,
+            bands,
+            region_shift: regions.shift,
+            regions_across: regions.across,
+            regions: regions.count,
         };
 
         let storage = Usage::STORAGE_BUFFER;
@@ -215,7 +263,7 @@ impl Tiles {
             make("blocks", 8, blocks, storage)?,
         ];
         let placed = Buffer::upload(device, "placed drops", &placed_records(scene), storage)?;
-        let in_view = make("clusters in view", 4 * u64::from(bands), band_room, storage)?;
+        let in_view = make("clusters in view", 16, clusters.count().into(), storage)?;
         let counters = Simulate::counters(device)?;
 
         let (nodes, larges, pictures) = (&shared[NODES], &shared[LARGES], &appearance.table);
@@ -248,22 +296,20 @@ impl Tiles {
         let pipeline = |shader, push_words: u32, constants: &[u32]| {
             ComputePipeline::new(device, shader, &bindings, 4 * push_words, constants)
         };
-        let of_clusters = [
-            clusters.count(),
-            clusters.boxes.len() as u32,
-            bands,
-            band_room as u32,
-            // Two halves fill a band's room from both ends: if it does not hold all, each has its half.
-            if band_room < u64::from(clusters.count()) { band_room / 2 } else { band_room } as u32,
-        ];
+        let of_clusters = [clusters.count(), clusters.boxes.len() as u32];
         let of_clusters: Vec<u32> = constants.iter().copied().chain(of_clusters).collect();
         let blocks = if fit { shaders::BLOCKS_COMP_TEXELS } else { shaders::BLOCKS_COMP };
         Ok(Self {
             count,
+            in_regions: regions.tiles,
+            // Where lists are short, or each word read is dear, it costs more than it saves.
+            touch: device.report.is_cpu() && fit && splats > 0 && bands > 1,
             counters,
             clusters: clusters.count(),
             bands,
             clusters_pass: pipeline(shaders::CLUSTERS_COMP, 0, &of_clusters)?,
+            bin_starts: pipeline(shaders::BIN_STARTS_COMP, 0, &of_clusters)?,
+            sort_clusters: pipeline(shaders::SORT_CLUSTERS_COMP, 0, &of_clusters)?,
             gather: pipeline(shaders::GATHER_COMP, 1, &of_clusters)?,
             large: pipeline(shaders::LARGE_COMP, 0, &constants)?,
             big: pipeline(shaders::BIG_COMP, 0, &constants)?,
@@ -289,19 +335,28 @@ impl Tiles {
             unsafe { device.raw().cmd_fill_buffer(commands, raw, 0, vk::WHOLE_SIZE, value) };
         }
         // 0 x 1 x 1 workgroups each; all counts 0.
-        let mut totals = [0u32; TOTALS_WORDS];
+        let mut totals = [0u32; COUNTS_WORDS];
         for groups in totals[..GROUPS_WORDS].chunks_exact_mut(4) {
             groups.copy_from_slice(&[0, 1, 1, 0]);
         }
         let bytes = bytemuck::bytes_of(&totals);
         // SAFETY: as above; the data is copied now.
         unsafe { device.raw().cmd_update_buffer(commands, self.totals().raw(), 0, bytes) };
+        let (first, bins) = (4 * COUNTS_WORDS as u64, 4 * MAX_BINS as u64);
+        // SAFETY: as above; the bytes are within the buffer.
+        unsafe { device.raw().cmd_fill_buffer(commands, self.totals().raw(), first, bins, 0) };
     }
 
-    /// Records which clusters are in view.
-    pub fn record_clusters(&self, commands: vk::CommandBuffer) {
+    /// Records which clusters are in view, and their order.
+    pub fn record_clusters(&self, device: &Device, commands: vk::CommandBuffer) {
         let groups = self.clusters.div_ceil(CLUSTERS_GROUP).next_multiple_of(STRETCHES);
-        self.clusters_pass.dispatch(commands, &self.bindings, 0, &[], [groups, 1, 1]);
+        let (bindings, totals) = (&self.bindings, self.totals());
+        self.clusters_pass.dispatch(commands, bindings, 0, &[], [groups, 1, 1]);
+        memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::ComputeWrite]);
+        self.bin_starts.dispatch(commands, bindings, 0, &[], [1, 1, 1]);
+        let after = [Use::ComputeWrite, Use::Indirect];
+        memory_barrier(device, commands, &[Use::ComputeWrite], &after);
+        self.sort_clusters.dispatch_indirect(commands, bindings, &[], totals, SORT_GROUPS);
     }
 
     /// Records the drops' places and the small ones' entry into the lists, after

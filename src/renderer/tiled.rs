@@ -65,7 +65,7 @@ impl Tiled {
             |before: &[Use], after: &[Use]| memory_barrier(device, commands, before, after);
         time.time(commands, "clusters", || {
             barrier(&[Use::TransferWrite], &[Use::Uniform, Use::ComputeWrite]);
-            self.tiles.record_clusters(commands);
+            self.tiles.record_clusters(device, commands);
         });
         if self.composite.needs_sky(frame) {
             time.time(commands, "sky", || {
