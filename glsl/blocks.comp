@@ -59,11 +59,11 @@ void main() {
     if (at >= min(totals.blocks, block_room())) return;
     uint node = block_node(at);
     Large r = large_at(blocks[at]);
+    if ((r.look & AS_SPLATS) != 0u) return;
     uint number = at - r.first_block;
     uvec2 at_tile = uvec2(r.first_tile & 0xffffu, r.first_tile >> 16)
         + uvec2(number % r.across, number / r.across);
     bool rays = (r.look & BY_RAYS) != 0u;
-    if ((r.look & AS_SPLATS) != 0u) return;
 
     vec4 m = r.to_disc;
     float det = abs(m.x * m.w - m.y * m.z), radius = inversesqrt(det);

@@ -94,7 +94,8 @@ void lay_splat_behind(inout Row upper, inout Row lower, uint link) {
     lay_behind(lower, columns * rows.y, r, g, b);
 }
 
-// May blocks be behind splats? Drops alike look larger the nearer they are.
+// Are blocks behind splats drawn here? Drops alike look larger the nearer they are; where they are not alike,
+// and where it turned out so, yes.
 #ifdef DISORDERED
 const bool MIXED = true;
 #else
@@ -120,7 +121,7 @@ void touch(uint region, uint place, uint in_region) {
 const uint MOST_TURNS = 0x7fffffffu;
 
 void main() {
-    uint number = gl_GlobalInvocationID.x;
+    uint number = (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * 64u + gl_LocalInvocationID.x;
 #ifdef DISORDERED
     if (number >= totals.disordered) return;
     uint tile = disordered_tiles[number].x, entries = disordered_tiles[number].y;
@@ -132,8 +133,8 @@ void main() {
     uvec2 at = uvec2(region % REGIONS_ACROSS, region / REGIONS_ACROSS) * region_tiles()
         + uvec2(place % region_tiles().x, place / region_tiles().x);
     uint tile = at.y * tiles_across() + at.x;
-    if (at.x >= tiles_across() || tile >= TILE_COUNT) return;
     if (TOUCH != 0u) touch(region + 1u, place, in_region);
+    if (at.x >= tiles_across() || tile >= TILE_COUNT) return;
     Window window = open_window(heads[tile]);
 #endif
     Row upper = Row(vec4(0.0), vec4(0.0), vec4(0.0), vec4(1.0)), lower = upper;
@@ -148,9 +149,6 @@ void main() {
             lay_block_behind(lower, four_of_nodes(node + COLORS + TILE.x), coverage.zw);
             take_nearest(window);
         }
-        vec4 through = max(upper.through, lower.through);
-        // Nothing is seen through its blocks.
-        if (!MIXED && max(max(through.x, through.y), max(through.z, through.w)) <= 0.0) window.nearest.link = END;
         while (window.nearest.link != END && !(MIXED && is_block(window.nearest.link))) {
             splat_links &= window.nearest.link;
             lay_splat_behind(upper, lower, window.nearest.link);

@@ -10,8 +10,8 @@
 #include "octahedron.glsl"
 #include "tile_buffers.glsl"
 #include "clusters.glsl"
-#include "tile_drop.glsl"
 #include "splat.glsl"
+#include "tile_drop.glsl"
 
 layout(local_size_x = GATHER_GROUP) in;
 
@@ -35,7 +35,7 @@ void main() {
 
     Outline o = outline_of(drop, distance2);
     vec2 half_sides = box_of_equal_area(o.box, o.radius);
-    bool small = what == VISIBLE && is_small(drop, o, distance2);
+    bool small = what == VISIBLE && is_small(drop, o, half_sides, distance2);
     ivec4 pixels = pixels_in(o.center, small ? half_sides : o.box);
     bool shown = what == VISIBLE && all(lessThanEqual(pixels.xy, pixels.zw));
     uvec2 first = uvec2(pixels.xy) / TILE, last = uvec2(pixels.zw) / TILE;
@@ -69,6 +69,6 @@ void main() {
     if (splat) {
         uint direction = direction_texel(drop.relative * inversesqrt(distance2));
         write_splat(node, distance2, index, o.center, half_sides, direction, first);
+        hang_splat(node, first, last);
     }
-    if (splat) hang_splat(node, first, last);
 }

@@ -3,13 +3,14 @@
 #extension GL_KHR_shader_subgroup_arithmetic : require
 #extension GL_KHR_shader_subgroup_ballot : require
 // The drops of more than a splat: outline, direction, opacity, and a block for each tile that the
-// outline's box meets; those of two splats become these. One invocation a drop. See src/passes/tiles.rs.
+// outline's box meets; or two splats, if it is as small as one but meets more rows of tiles. One invocation a
+// drop. See src/passes/tiles.rs.
 #include "frame.glsl"
 #include "rain.glsl"
 #include "octahedron.glsl"
 #include "tile_buffers.glsl"
-#include "tile_drop.glsl"
 #include "splat.glsl"
+#include "tile_drop.glsl"
 
 layout(local_size_x = 64) in;
 
@@ -87,7 +88,7 @@ void main() {
     vec2 half_sides = box_of_equal_area(o.box, o.radius);
     ivec4 of_splats = pixels_in(o.center, half_sides);
     uvec2 upper = uvec2(of_splats.xy) / TILE, lower = upper + uvec2(0, 2), last = uvec2(of_splats.zw) / TILE;
-    bool splats = !beside && is_small(drop, o, distance2) && all(lessThanEqual(last - upper, uvec2(1, 3)));
+    bool splats = !beside && is_small(drop, o, half_sides, distance2) && all(lessThanEqual(last - upper, uvec2(1, 3)));
     if (splats) {
         count = uvec2(1u);
         r.look |= AS_SPLATS;

@@ -29,7 +29,7 @@ layout(constant_id = 15) const uint REGIONS_ACROSS = 1;
 layout(constant_id = 16) const uint REGIONS = 1;
 
 // Part of the nodes is the blocks' in any case: they are the nearest drops.
-const uint MAX_SPLATS = MAX_NODES - MAX_NODES / 32u;
+const uint MAX_SPLATS = MAX_NODES - MAX_NODES / 16u;
 
 // Bindings 1 and 2 are those of clusters.glsl.
 layout(std430, set = 0, binding = 3) buffer Totals {
@@ -51,8 +51,8 @@ layout(std430, set = 0, binding = 3) buffer Totals {
 } totals;
 
 // Entries of the tiles' lists. From the first place on those of splats, drops so small that they have one
-// colour and touch no more than 2 x 2 tiles, eight words each, one for each drop of each cluster in view; from the last place on those of blocks, each
-// a tile of a larger drop, sixteen words, a cache line.
+// colour and touch no more than 2 x 2 tiles, eight words each, with a place for each drop of each cluster in
+// view; from the last place on those of blocks, each a tile of a larger drop, sixteen words, a cache line.
 //   0  squared distance of the drop's centre, of larger drops squared length of their tangents, as
 //      bits, which sort as it does
 //   1  index of the drop
@@ -79,7 +79,7 @@ struct Large {
     uint distance2;  // less the squared radius; bits
 };
 const uint BY_RAYS = 0x8000u;
-// It is a splat's size, but meets three or four rows of tiles: its one block holds the nodes of two splats.
+// It is a splat's size, but meets three or four rows of tiles: its one block's place holds the nodes of two splats.
 const uint AS_SPLATS = 0x4000u;
 layout(std430, set = 0, binding = 6) buffer Larges { Large larges[]; };
 // Those that touch more than MOST_TILES tiles: number, and how many tiles. As each has so many

@@ -36,6 +36,8 @@ use crate::plan::FramePlan;
 
 /// Bytes a pixel, of the picture and of the sky.
 const PIXEL_BYTES: u64 = 8;
+/// Workgroups of a dispatch along an axis, on any device.
+const MOST_GROUPS: u32 = 65_535;
 /// Pixels of a workgroup of the sky's pass: whole tiles.
 const SKY_GROUP: (u32, u32) = (16, 4);
 
@@ -47,7 +49,7 @@ pub struct Composite {
     log_sums: Buffer,
     size: (u32, u32),
     tiles: u32,
-    in_regions: u32,
+    groups: [u32; 3],
     /// What the sky was drawn for.
     sky_of: Option<View>,
     bindings: Bindings,
@@ -107,6 +109,10 @@ impl Composite {
                 .chain(views.map(|view| (Binding::UNIFORM_TEXEL_BUFFER, Resource::Texels(view))))
                 .collect();
         let bindings = Bindings::of(device, "composite", &slots)?;
+        // All tiles of whole regions, in as many rows as a device with the least of limits needs.
+        let groups = tiles.in_regions.div_ceil(64);
+        let rows = groups.div_ceil(MOST_GROUPS);
+        let groups = [groups.div_ceil(rows), rows, 1];
         let needs_logs = plan.tone_map == Some(Operator::Photographic);
         let constants = tiles.constants.iter().copied();
         let constants: Vec<u32> =
@@ -118,7 +124,7 @@ impl Composite {
             log_sums,
             size: (width, height),
             tiles: tiles.count,
-            in_regions: tiles.in_regions,
+            groups,
             sky_of: None,
             sky_pass: pipeline(shaders::SKY_COMP)?,
             rays: pipeline(shaders::RAYS_COMP)?,
@@ -155,7 +161,7 @@ impl Composite {
     /// Records the drops over one another and the sky behind, after [`Composite::record_rays`] and a
     /// barrier.
     pub fn record(&self, device: &Device, commands: vk::CommandBuffer, tiles: &Tiles) {
-        let (bindings, groups) = (&self.bindings, [self.in_regions.div_ceil(64), 1, 1]);
+        let (bindings, groups) = (&self.bindings, self.groups);
         self.composite.dispatch(commands, bindings, 0, &[], groups);
         let after = [Use::ComputeWrite, Use::Indirect];
         memory_barrier(device, commands, &[Use::ComputeWrite], &after);

@@ -9,7 +9,7 @@
 //!    others are noted;
 //! 3. `large`: those get a block for each tile that they touch (`big`: where there are more than 12,
 //!    by a workgroup each), and each block finds its coverage and colours and is hung into the list
-//!    of its tile (`blocks`). Those as small, but on three rows of tiles, are two splats.
+//!    of its tile (`blocks`). Those as small as splats, but on three or four rows of tiles, are two of them.
 //!
 //! Linked lists, because they need one atomic exchange an entry, where lists in a row take one to
 //! count, one to fill, and a pass between. Thanks to the bands they are nearly in order, nearest first:
@@ -214,9 +214,8 @@ impl Tiles {
         let count = across * down;
         let regions = Regions::of(across, down);
         // One dispatch takes an invocation a tile; their pixels, 8 bytes each, are one binding.
-        let pixels = |tiles: u32| TILE_PIXELS * u64::from(tiles);
-        within("the image's pixels in tiles", pixels(regions.tiles), TILE_PIXELS * 64 * groups)?;
-        within("the image's pixels in tiles", pixels(count), range / 8)?;
+        let most_pixels = (TILE_PIXELS * 64 * groups).min(range / 8);
+        within("the image's pixels in tiles", TILE_PIXELS * u64::from(count), most_pixels)?;
         let a_tile = drops as f64 * SHARE_IN_VIEW * TILES_A_DROP / f64::from(count);
         let bands = ((a_tile / DROPS_A_BAND).ceil() as u32).clamp(1, MAX_BANDS);
         let clusters = Clusters::new(scene.rain().as_ref(), scene.drops.len() as u32);

@@ -1,6 +1,6 @@
 //! Sizes, distances, views, image shapes, and numbers of drops.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use raindrops::cull::count_visible;
 use raindrops::environment::Environment;
 use raindrops::model::Preset;
@@ -8,7 +8,7 @@ use raindrops::picture::metrics::rel_mse;
 use raindrops::scene::{RainSettings, Scene};
 
 use crate::common::on_device;
-use crate::{PRESETS, black_ahead, draw, looking, placed, smooth, sum, truth};
+use crate::{PRESETS, black_ahead, draw, looking, painted, placed, smooth, sum, truth};
 
 /// A drop of `pixels` across in the middle of an image of 48 x 48, by its distance or, beyond what
 /// that allows, by the field of view.
@@ -50,6 +50,27 @@ fn drops_of_a_thousandth_to_ten_thousand_pixels() {
                 println!("{preset}, {pixels} px: relMSE {off:.1e}");
                 assert!(off < if preset == Preset::Paper { 2e-2 } else { 2e-3 });
             }
+        }
+    });
+}
+
+/// Far off the axis a drop's outline is long: longer, at 77 degrees, than what a splat holds.
+#[test]
+fn a_small_drop_far_off_the_axis_keeps_its_light() {
+    on_device(|device| {
+        let towards = |degrees: f64| {
+            let (sine, cosine) = degrees.to_radians().sin_cos();
+            DVec3::new(0.0, sine, -cosine)
+        };
+        for (degrees, distance) in [(60.0, 120.0), (70.0, 200.0), (77.0, 270.0)] {
+            let mut scene = placed(&[(distance * towards(degrees), 1.0)], (64, 512));
+            scene.camera.vertical_fov = 165.0;
+            // Light from behind the camera alone: all that the image shows of it is in the drop.
+            let behind = painted(256, |d| Vec3::splat(1e3 * d.z.max(0.0) as f32));
+            let [fast, exact] = [Preset::Fast, Preset::Exact]
+                .map(|preset| sum(&draw(device, &scene, &behind, preset).0));
+            println!("{degrees} degrees: {fast:.1} for {exact:.1}");
+            assert!((fast / exact - 1.0).abs() < 0.12, "{degrees}: {fast} for {exact}");
         }
     });
 }
