@@ -141,15 +141,18 @@ impl App {
                 viewer.flight.release();
                 self.is_dragging = false;
             }
-            WindowEvent::KeyboardInput { event, .. } => {
+            WindowEvent::KeyboardInput { event, is_synthetic, .. } => {
                 let PhysicalKey::Code(code) = event.physical_key else { return Ok(()) };
                 let is_down = event.state == ElementState::Pressed;
                 let (shift, control) = (self.modifiers.shift_key(), self.modifiers.control_key());
                 if !is_down {
                     viewer.flight.key(code, false);
                 } else if !takes_keys {
+                    // A key that is held, or was when the window got the keyboard, asks for nothing anew.
+                    let is_pressed = !event.repeat && !is_synthetic;
                     match action(code, shift, control) {
-                        Some(action) => viewer.ask(action),
+                        Some(action) if is_pressed || action.goes_on() => viewer.ask(action),
+                        Some(_) => {}
                         None if !control => viewer.flight.key(code, true),
                         None => {}
                     }

@@ -63,6 +63,11 @@ impl Action {
     pub fn is_of_picture(self) -> bool {
         matches!(self, Self::Screenshot { .. } | Self::SaveScene | Self::Measure)
     }
+
+    /// Whether it goes on while its key is held.
+    pub fn goes_on(self) -> bool {
+        matches!(self, Self::Step { .. } | Self::Exposure { .. })
+    }
 }
 
 /// A key, whether Shift and Control are held, and what it does.

@@ -26,6 +26,11 @@ fn a_window_in_use() {
     assert!(first == seen.screenshot(&[key::F12]), "stopped, two screenshots differ");
     assert!(first != seen.screenshot(&[key::SHIFT, key::F12]), "the panel is not to be seen");
 
+    // A key that is held asks once: the next picture is that of the next key.
+    seen.hold(key::F12);
+    assert!(first == seen.next_screenshot());
+    assert!(first != seen.screenshot(&[key::SHIFT, key::F12]), "F12 was held, and asked again");
+
     // The scene file of what one sees gives the same picture.
     seen.press(&[key::CONTROL, key::S]);
     let scene = folder.path().join("raindrops-0001.toml");

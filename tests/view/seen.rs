@@ -135,11 +135,23 @@ impl Seen {
         self.wait_for_title(&shown, |title| title.contains(&shown));
     }
 
+    /// Holds a key for so long that the X server repeats it, after 0.66 seconds.
+    pub fn hold(&self, code: u8) {
+        self.key(code, true);
+        std::thread::sleep(Duration::from_millis(1000));
+        self.key(code, false);
+    }
+
     /// Takes a screenshot by the keys and waits for its file.
     pub fn screenshot(&mut self, keys: &[u8]) -> Vec<u8> {
+        self.press(keys);
+        self.next_screenshot()
+    }
+
+    /// Waits for the file of the next screenshot.
+    pub fn next_screenshot(&mut self) -> Vec<u8> {
         self.pictures += 1;
         let path = self.folder.join(format!("raindrops-{:04}.png", self.pictures));
-        self.press(keys);
         wait_for("a screenshot", || std::fs::read(&path).ok())
     }
 }
