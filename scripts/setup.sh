@@ -1,18 +1,29 @@
 #!/usr/bin/env bash
-# Installs what a fresh machine lacks to build, run and test raindrops: a Vulkan loader, a software
-# driver (lavapipe) where there is no other, the Khronos validation layer for the tests, and the
-# shader compiler's archives. Quiet when nothing is missing.
+# Installs what a fresh machine lacks to build, run and test raindrops: a Vulkan loader, the software
+# driver lavapipe beside whatever other drivers there are (on macOS MoltenVK), the Khronos validation
+# layer for the tests, and the shader compiler's library. Quiet when nothing is missing.
 #
-#   scripts/setup.sh                 what scripts/bench.sh and scripts/test.sh need
-#   scripts/setup.sh --tests         also what tests of the window need: a virtual X server
+#   scripts/setup.sh                 what scripts/bench.sh and check.sh need
+#   scripts/setup.sh --tests         also what scripts/test.sh needs for the window: a virtual X server
 #   scripts/setup.sh --drivers       also SwiftShader and a newer lavapipe, for comparing drivers; the
 #                                    last line says how to select all of them (Debian, Ubuntu)
+#   scripts/setup.sh --help          this text
 set -euo pipefail
 cd "$(dirname "$0")/.."
 setup=.setup
 environments=assets/environments
 
 say() { echo "setup: $*" >&2; }
+
+with_tests=no with_drivers=no
+for argument in "$@"; do
+  case $argument in
+    --tests) with_tests=yes ;;
+    --drivers) with_drivers=yes ;;
+    -h | --help) sed -n '2,/^set /s/^# \{0,1\}//p' scripts/setup.sh; exit 0 ;;
+    *) say "unknown argument '$argument'; usage: scripts/setup.sh [--tests] [--drivers]"; exit 2 ;;
+  esac
+done
 
 as_root() {
   if [ "$(id -u)" = 0 ]; then "$@"
@@ -75,7 +86,7 @@ esac
 
 # A virtual X server, and the libraries that a program in an X window loads as it starts: a desktop
 # has them, a server may not.
-if [ "${1:-}" = --tests ]; then
+if [ $with_tests = yes ]; then
   case $manager in
     apt) install xvfb xkb-data libx11-6 libx11-xcb1 libxcursor1 libxi6 libxkbcommon0 libxkbcommon-x11-0 ;;
     dnf) install xorg-x11-server-Xvfb libX11 libX11-xcb libXcursor libXi libxkbcommon libxkbcommon-x11 ;;
@@ -85,17 +96,20 @@ if [ "${1:-}" = --tests ]; then
   esac
 fi
 
-# Debian's shaderc comes in pieces that the shaderc crate cannot link: the combined archive lacks
-# glslang, the shared library lacks symbols. Merged into one archive it links in a second, where a
-# build from source takes eight minutes on two cores. .cargo/config.toml points at the result; where
-# it is absent the crate looks for a system library and else builds from source.
+# The shader compiler. .cargo/config.toml points the shaderc crate at .setup/shaderc, and then it looks
+# nowhere else: where no library lies there it builds itself from source.
+shaderc_from_source() {
+  say "$1: the shaderc crate builds itself from source (needs cmake, git, python3; over 8 minutes on 2 cores)"
+}
+
+# Debian's shaderc comes in pieces that the crate cannot link: the combined archive lacks glslang, the
+# shared library lacks symbols. Merged into one archive it links in a second.
 merge_shaderc() {
   local into=$setup/shaderc/libshaderc_combined.a libraries script
   [ -f "$into" ] && return 0
   libraries=$(dirname "$(dpkg -L libshaderc-dev 2>/dev/null | grep '/libshaderc_combined.a$' || echo /nowhere/x)")
   if [ ! -f "$libraries/libglslang.a" ] || [ ! -f "$libraries/libSPIRV-Tools.a" ]; then
-    say "no static archives of shaderc, glslang and SPIRV-Tools here: the shaderc crate uses a system library or builds" \
-        "itself from source (needs cmake; over 8 minutes on 2 cores)"
+    shaderc_from_source "no static archives of shaderc, glslang and SPIRV-Tools here"
     return 0
   fi
   mkdir -p "$(dirname "$into")"
@@ -108,7 +122,28 @@ merge_shaderc() {
   mv "$into.part" "$into"
   say "merged the shader compiler's archives into $into"
 }
-[ $manager = apt ] && merge_shaderc
+
+# Elsewhere the package's shared library is linked as it is, by one of the names that the crate knows.
+link_shaderc() {
+  local into=$setup/shaderc library name
+  for name in libshaderc_shared.so libshaderc_shared.dylib; do
+    [ -e "$into/$name" ] && return 0
+  done
+  case $manager in
+    dnf) library=$(rpm -ql libshaderc-devel | grep -m 1 '/libshaderc_shared\.so$' || true) ;;
+    pacman) library=$(pacman -Qlq shaderc | grep -m 1 '/libshaderc_shared\.so$' || true) ;;
+    brew) library=$(brew --prefix shaderc)/lib/libshaderc_shared.dylib ;;
+    none) library=$(ldconfig -p 2>/dev/null | sed -n 's|.* => \(/.*/libshaderc_shared\.so\)$|\1|p' | head -n 1 || true) ;;
+  esac
+  if [ ! -e "$library" ]; then
+    shaderc_from_source "no shared library of shaderc here"
+    return 0
+  fi
+  mkdir -p "$into"
+  ln -sf "$library" "$into/"
+  say "linked $library into $into"
+}
+if [ $manager = apt ]; then merge_shaderc; else link_shaderc; fi
 
 # Real HDR environments (CC0), from Debian's blender-data: 31 MB fetched, 8 files of 1 MB kept.
 # Without them everything works on the bundled sky.
@@ -181,7 +216,7 @@ fetch_newer_lavapipe() {
   rm -rf "$folder"
 }
 
-if [ "${1:-}" = --drivers ]; then
+if [ $with_drivers = yes ]; then
   [ $manager = apt ] || { say "--drivers works on Debian and Ubuntu only"; exit 1; }
   apt_update
   fetch_swiftshader
