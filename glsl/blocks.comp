@@ -1,5 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#extension GL_KHR_shader_subgroup_ballot : require
 // The blocks, each a tile of a large drop: what the drop covers of its pixels, its colours there from
 // the prefiltered pictures, and its entry into the tile's list; one invocation a block. See
 // src/passes/tiles.rs.
@@ -54,9 +55,23 @@ void write_colors(uint at, uint picture, uvec4 texels) {
     nodes[at + 3u] = picture_at(picture + texels.w);
 }
 
+// Its colours are found by rays, eight invocations of 256 a workgroup. One atomic a subgroup.
+void note_ray_block(uint at) {
+    uvec4 here = subgroupBallot(true);
+    uint first = 0u;
+    if (subgroupElect()) {
+        uint count = subgroupBallotBitCount(here);
+        first = atomicAdd(totals.ray_blocks, count);
+        uint groups = (first + count + 256u / PIXELS - 1u) / (256u / PIXELS);
+        atomicMax(totals.ray_groups.x, min(groups, ROW));
+        if (groups > ROW) atomicMax(totals.ray_groups.y, (groups + ROW - 1u) / ROW);
+    }
+    blocks[MAX_BLOCKS + subgroupBroadcastFirst(first) + subgroupBallotExclusiveBitCount(here)] = at;
+}
+
 void main() {
-    uint at = gl_GlobalInvocationID.x;
-    if (at >= min(totals.blocks, block_room())) return;
+    uint at = group_number() * gl_WorkGroupSize.x + gl_LocalInvocationID.x;
+    if (at >= totals.blocks) return;
     uint node = block_node(at);
     Large r = large_at(blocks[at]);
     if ((r.look & AS_SPLATS) != 0u) return;
@@ -98,9 +113,5 @@ void main() {
         uint link = node + NEXT_OF_BLOCK, tile = at_tile.y * tiles_across() + at_tile.x;
         nodes[link] = atomicExchange(heads[tile], link);
     }
-    if (most > 0.0 && rays) {
-        uint place = atomicAdd(totals.ray_blocks, 1u);
-        blocks[MAX_BLOCKS + place] = at;
-        atomicMax(totals.ray_groups.x, place / (256u / PIXELS) + 1u);
-    }
+    if (most > 0.0 && rays) note_ray_block(at);
 }

@@ -117,11 +117,12 @@ void touch(uint region, uint place, uint in_region) {
     if (sum == END) atomicAdd(totals.disordered, 0u);
 }
 
-// More than there can be; without it a compiler would take it for certain that a loop goes to its end.
+// More than there can be; without it a compiler would take it for certain that the loop around the two goes to
+// the list's end, and leave out the check whether it did.
 const uint MOST_TURNS = 0x7fffffffu;
 
 void main() {
-    uint number = (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * 64u + gl_LocalInvocationID.x;
+    uint number = group_number() * 64u + gl_LocalInvocationID.x;
 #ifdef DISORDERED
     if (number >= totals.disordered) return;
     uint tile = disordered_tiles[number].x, entries = disordered_tiles[number].y;

@@ -1,6 +1,5 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#extension GL_KHR_shader_subgroup_arithmetic : require
 #extension GL_KHR_shader_subgroup_ballot : require
 // The drops of the clusters in view: where each is, whether it is in view; the small ones are entered
 // into the lists of their tiles, the numbers of the others noted. One invocation a drop, a dispatch a
@@ -21,7 +20,7 @@ layout(local_size_x = GATHER_GROUP) in;
 layout(push_constant) uniform Push { uint band; } push;
 
 void main() {
-    uint group = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x;
+    uint group = group_number();
     uint place = totals.bin_starts[push.band * REGIONS]
         + group * CLUSTERS_A_GROUP + gl_LocalInvocationID.x / CLUSTER;
     if (place >= totals.bin_starts[(push.band + 1u) * REGIONS]) return;
@@ -35,13 +34,14 @@ void main() {
 
     Outline o = outline_of(drop, distance2);
     vec2 half_sides = box_of_equal_area(o.box, o.radius);
-    bool small = what == VISIBLE && is_small(drop, o, half_sides, distance2);
+    bool beside = what != OUT_OF_VIEW && what != CAMERA_INSIDE && is_beside(drop.view, drop.radius);
+    bool small = what == VISIBLE && !beside && is_small(drop, o, half_sides, distance2);
     ivec4 pixels = pixels_in(o.center, small ? half_sides : o.box);
     bool shown = what == VISIBLE && all(lessThanEqual(pixels.xy, pixels.zw));
     uvec2 first = uvec2(pixels.xy) / TILE, last = uvec2(pixels.zw) / TILE;
     bool splat = small && shown && all(lessThanEqual(last - first, uvec2(1u)));
     // A drop beside the camera has no outline: any pixel may see it.
-    bool large = shown && !splat || what == BESIDE_CAMERA;
+    bool large = shown && !splat || beside;
 
     // One atomic a subgroup: a counter that every lane adds to is fought over.
     uvec4 visible_here = subgroupBallot(what == VISIBLE);
@@ -52,7 +52,10 @@ void main() {
         // Threads of a CPU, each of which draws one half, add to lines of their own.
         uint half_of_all = 2u * group >= gl_NumWorkGroups.x * gl_NumWorkGroups.y ? 32u : 0u;
         atomicAdd(counters.visible[(group & 31u) + half_of_all], subgroupBallotBitCount(visible_here));
-        if (large_count > 0u) at = atomicAdd(totals.larges, large_count);
+        if (large_count > 0u) {
+            at = atomicAdd(totals.larges, large_count);
+            atomicMax(totals.large_groups.x, (min(at + large_count, MAX_LARGES) + 63u) / 64u);
+        }
     }
     at = subgroupBroadcastFirst(at) + subgroupBallotExclusiveBitCount(larges_here);
     if (what == CAMERA_INSIDE) atomicAdd(counters.camera_inside, 1u);
@@ -61,10 +64,7 @@ void main() {
         atomicAdd(counters.lost, 1u);
         splat = large = false;
     }
-    if (large) {
-        larges[at].index = index;
-        atomicMax(totals.large_groups.x, at / 64u + 1u);
-    }
+    if (large) larges[at].index = index;
     uint node = number * NODE;
     if (splat) {
         uint direction = direction_texel(drop.relative * inversesqrt(distance2));

@@ -3,7 +3,7 @@
 #extension GL_KHR_shader_subgroup_arithmetic : require
 #extension GL_KHR_shader_subgroup_ballot : require
 // The drops of more than a splat: outline, direction, opacity, and a block for each tile that the
-// outline's box meets; or two splats, if it is as small as one but meets more rows of tiles. One invocation a
+// outline's box meets; or two splats, if it is as small as one but meets three rows of tiles. One invocation a
 // drop. See src/passes/tiles.rs.
 #include "frame.glsl"
 #include "rain.glsl"
@@ -16,6 +16,20 @@ layout(local_size_x = 64) in;
 
 #define COUNTERS_BINDING 11
 #include "counters.glsl"
+
+// The first of `wanted` blocks for a subgroup, or of those that are left of `most`: what is given out is never more,
+// so that no scene makes the count wrap.
+uint take_blocks(uint wanted, uint most) {
+    uint was = END, first = totals.blocks;
+    while (first != was) {
+        was = first;
+        first = atomicCompSwap(totals.blocks, was, was + min(wanted, most - was));
+    }
+    uint groups = (first + min(wanted, most - first) + 63u) / 64u;
+    atomicMax(totals.block_groups.x, min(groups, ROW));
+    if (groups > ROW) atomicMax(totals.block_groups.y, (groups + ROW - 1u) / ROW);
+    return first;
+}
 
 // Where a sphere beside the camera is seen along one axis of the screen, in focal lengths from the middle: its
 // shadow on the plane of that axis and the view's is a disc, of which the camera sees what one tangent
@@ -41,7 +55,8 @@ void main() {
     Drop drop = drop_of(r.index);
     vec3 v = drop.view;
     float distance2;
-    bool beside = sighting(v, drop.radius, distance2) == BESIDE_CAMERA;
+    sighting(v, drop.radius, distance2);
+    bool beside = is_beside(v, drop.radius);
     Outline o = outline_of(drop, distance2);
     r.sphere = vec4(v, drop.radius);
     r.center = o.center;
@@ -88,24 +103,20 @@ void main() {
     vec2 half_sides = box_of_equal_area(o.box, o.radius);
     ivec4 of_splats = pixels_in(o.center, half_sides);
     uvec2 upper = uvec2(of_splats.xy) / TILE, lower = upper + uvec2(0, 2), last = uvec2(of_splats.zw) / TILE;
-    bool splats = !beside && is_small(drop, o, half_sides, distance2) && all(lessThanEqual(last - upper, uvec2(1, 3)));
+    bool splats = !beside && is_small(drop, o, half_sides, distance2) && all(lessThanEqual(last - upper, uvec2(1, 2)));
     if (splats) {
         count = uvec2(1u);
         r.look |= AS_SPLATS;
     }
-    uint tiles = count.x * count.y;
+    uint touched = count.x * count.y, most = block_room(), tiles = min(touched, most);
     r.first_tile = first.x | first.y << 16;
     r.across = count.x;
 
-    uint most = block_room();
     uint block = 0u, before = subgroupExclusiveAdd(tiles), all_here = subgroupAdd(tiles);
-    if (subgroupElect()) {
-        block = atomicAdd(totals.blocks, all_here);
-        atomicMax(totals.block_groups.x, (min(block + all_here, most) + 63u) / 64u);
-    }
+    if (subgroupElect()) block = take_blocks(all_here, most);
     block = subgroupBroadcastFirst(block) + before;
     uint room = most - min(block, most);
-    if (tiles > room) atomicAdd(counters.lost, tiles - room);
+    if (touched > room) atomicAdd(counters.lost, 1u);
     r.first_block = block;
     larges[at] = r;
 
@@ -122,7 +133,6 @@ void main() {
     uint few = big ? 0u : tiles;
     for (uint i = 0u; i < few; ++i) blocks[block + i] = at;
     if (big) {
-        atomicAdd(counters.large_count, 1u);
         uint place = atomicAdd(totals.bigs, 1u);
         bigs[place] = uvec2(at, tiles);
         atomicMax(totals.big_groups.x, min(place + 1u, MOST_BIG_GROUPS));

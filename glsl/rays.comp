@@ -44,12 +44,12 @@ uint color(vec2 low, vec2 high, vec4 sphere, float pixels, vec2 moved) {
         hits += weight;
     }
     // A drop beside the camera has no outline that would tell where it is: its rays do.
-    bool beside = -sphere.z <= sphere.w;
-    return beside && hits < 0.5 * float(SAMPLES) ? NO_COLOR : pack_radiance(sum / hits);
+    return is_beside(sphere.xyz, sphere.w) && hits < 0.5 * float(SAMPLES) ? NO_COLOR : pack_radiance(sum / hits);
 }
 
 void main() {
-    uint number = gl_GlobalInvocationID.x / PIXELS, pixel = gl_GlobalInvocationID.x % PIXELS;
+    uint invocation = group_number() * gl_WorkGroupSize.x + gl_LocalInvocationID.x;
+    uint number = invocation / PIXELS, pixel = invocation % PIXELS;
     if (number >= totals.ray_blocks) return;
     uint at = blocks[MAX_BLOCKS + number];
     Large r = larges[blocks[at]];

@@ -13,16 +13,17 @@ const uint CLUSTER = 16; // drops of a cluster, as in src/clusters.rs
 const uint MAX_BANDS = 16; // of depth, in which clusters are taken, farthest first
 const uint MAX_REGIONS = 256; // of the image, which clusters are sorted by within their band
 const uint MAX_BINS = MAX_BANDS * MAX_REGIONS;
+const uint ROW = 32768; // workgroups of a row, where there may be more than a device takes along an axis
 
 // `Limits` in src/passes/tiles.rs, in its order; a pipeline has those of light_model.glsl before.
 layout(constant_id = 5) const uint TILE_COUNT = 1;
 layout(constant_id = 6) const uint MAX_NODES = 2;    // splats, and twice the blocks
 layout(constant_id = 7) const uint MAX_BLOCKS = 1;
 layout(constant_id = 8) const uint MAX_LARGES = 1;
-layout(constant_id = 9) const float SPLAT_PX = 0.5; // radius under which a drop is a splat
-layout(constant_id = 10) const float RAYS_PX = 8.0;  // radius from which it is drawn by rays
+layout(constant_id = 9) const float SPLAT_PX = 1.5; // radius under which a drop is a splat
+layout(constant_id = 10) const float RAYS_PX = 12.0; // radius from which it is drawn by rays
 layout(constant_id = 11) const uint HAS_PLACED = 0;  // 1: some drops are placed by hand
-layout(constant_id = 12) const uint SAMPLES = 4;     // rays a pixel
+layout(constant_id = 12) const uint SAMPLES = 1;     // rays a pixel
 layout(constant_id = 13) const uint BANDS = 1;
 layout(constant_id = 14) const uint REGION_SHIFT = 0; // a region has 32 << this by 16 << this tiles
 layout(constant_id = 15) const uint REGIONS_ACROSS = 1;
@@ -53,8 +54,8 @@ layout(std430, set = 0, binding = 3) buffer Totals {
 // Entries of the tiles' lists. From the first place on those of splats, drops so small that they have one
 // colour and touch no more than 2 x 2 tiles, eight words each, with a place for each drop of each cluster in
 // view; from the last place on those of blocks, each a tile of a larger drop, sixteen words, a cache line.
-//   0  squared distance of the drop's centre, of larger drops squared length of their tangents, as
-//      bits, which sort as it does
+//   0  squared distance of the drop's centre, of blocks squared length of its tangents, as bits, which
+//      sort as it does
 //   1  index of the drop
 //   2  splat: its centre, from the corner of its first tile
 //   3  splat: half sides, 20 bits, and number of its direction; block: next in the list
@@ -79,16 +80,21 @@ struct Large {
     uint distance2;  // less the squared radius; bits
 };
 const uint BY_RAYS = 0x8000u;
-// It is a splat's size, but meets three or four rows of tiles: its one block's place holds the nodes of two splats.
+// It is a splat's size, but meets three rows of tiles: its one block's place holds the nodes of two splats.
 const uint AS_SPLATS = 0x4000u;
 layout(std430, set = 0, binding = 6) buffer Larges { Large larges[]; };
-// Those that touch more than MOST_TILES tiles: number, and how many tiles. As each has so many
-// blocks, there is room for all.
+// Those that have more than MOST_TILES blocks: number, and how many blocks. As each has so many,
+// there is room for all.
 layout(std430, set = 0, binding = 7) buffer Bigs { uvec2 bigs[]; };
 // Number of the large drop of each block; from MAX_BLOCKS on the blocks drawn by rays.
 layout(std430, set = 0, binding = 8) buffer Blocks { uint blocks[]; };
 // The prefiltered pictures of a far drop (appearance.glsl).
 layout(std430, set = 0, binding = 9) readonly buffer Pictures { uint pictures[]; };
+
+// Number of a workgroup of a dispatch in rows.
+uint group_number() {
+    return gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x;
+}
 
 uint tiles_across() {
     return (uint(frame.image.x) + TILE.x - 1u) / TILE.x;
@@ -117,6 +123,13 @@ uint block_node(uint number) {
 uint block_room() {
     uint splats = SPLAT_PX > 0.0 ? min(totals.in_view * CLUSTER, MAX_SPLATS) : 0u;
     return min(MAX_BLOCKS, (MAX_NODES - splats) / 2u);
+}
+
+// Has a drop's outline no ellipse, or one that float32 cannot tell? It reaches the camera's plane, or nearly: of
+// its centre and its axis, which grow beyond all bounds there, the near edge is the small difference (at 1.01 radii
+// by 0.01 pixels, at 1.00001 by eight).
+bool is_beside(vec3 view, float radius) {
+    return -view.z < 1.01 * radius;
 }
 
 // Half the sides of a box of a disc's area, in the shape of the box around its outline.

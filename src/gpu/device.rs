@@ -70,6 +70,17 @@ pub struct PointRules {
     pub draws_off_screen: bool,
 }
 
+/// What `gather.comp` and others ask of subgroups; Vulkan itself promises the first alone.
+const SUBGROUP_OPERATIONS: vk::SubgroupFeatureFlags = vk::SubgroupFeatureFlags::from_raw(
+    vk::SubgroupFeatureFlags::BASIC.as_raw()
+        | vk::SubgroupFeatureFlags::BALLOT.as_raw()
+        | vk::SubgroupFeatureFlags::ARITHMETIC.as_raw(),
+);
+/// Invocations of the largest workgroup, `gather.comp`'s and others'; 128 are promised.
+const LARGEST_GROUP: u32 = 256;
+/// Storage buffers of `composite.comp`; 4 are promised.
+const MOST_STORAGE_BUFFERS: u32 = 14;
+
 /// SPIR-V by a shader's name and variant.
 pub type ReplacedShaders = HashMap<(&'static str, Option<&'static str>), Arc<[u32]>>;
 
@@ -91,6 +102,9 @@ pub struct Device {
 
 impl Instance {
     /// Every Vulkan device that the loader knows, fittest first.
+    ///
+    /// # Errors
+    /// [`Error::Vulkan`] if a driver fails while devices are listed.
     pub fn devices(&self) -> Result<Vec<DeviceReport>> {
         // SAFETY: the instance is alive.
         let physical = unsafe { self.raw.enumerate_physical_devices() }
@@ -140,6 +154,13 @@ impl Instance {
                 .fold(heap, u64::min);
         let both = vk::QueueFlags::GRAPHICS | vk::QueueFlags::COMPUTE;
         let family = families.iter().position(|family| family.queue_flags.contains(both));
+        let (has_subgroups, in_compute) = (
+            properties11.subgroup_supported_operations.contains(SUBGROUP_OPERATIONS),
+            properties11.subgroup_supported_stages.contains(vk::ShaderStageFlags::COMPUTE),
+        );
+        let limits = &base.limits;
+        let group =
+            limits.max_compute_work_group_size[0].min(limits.max_compute_work_group_invocations);
         let needs = [
             (has_13, "Vulkan 1.3"),
             (family.is_some(), "a queue for graphics and compute"),
@@ -154,6 +175,12 @@ impl Instance {
             (features13.synchronization2 == vk::TRUE, "synchronization2"),
             // SPIR-V 1.6 gives workgroup sizes by LocalSizeId, which is part of it.
             (features13.maintenance4 == vk::TRUE, "maintenance4"),
+            (has_subgroups && in_compute, "subgroup ballots and sums in compute shaders"),
+            (group >= LARGEST_GROUP, "workgroups of 256 invocations"),
+            (
+                limits.max_per_stage_descriptor_storage_buffers >= MOST_STORAGE_BUFFERS,
+                "14 storage buffers a stage",
+            ),
         ];
         let (rank, kind) = match base.device_type {
             vk::PhysicalDeviceType::DISCRETE_GPU => (0, "discrete GPU"),

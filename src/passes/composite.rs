@@ -6,7 +6,7 @@
 //! drop to the sky. With a lane a pixel, lanes would read the same drops over and over, most of them
 //! to find that they do not touch; on CPU drivers reading is what costs.
 //!
-//! The order is by distance (of larger drops: their tangents' length), then index, a total one, so that
+//! The order is by distance (of blocks: their drops' tangents' length), then index, a total one, so that
 //! the picture is the same on every run. The lists come nearly in order (`tiles.rs`); each tile takes the
 //! nearest of the next six entries (`glsl/include/tile_window.glsl`) and knows afterwards whether that
 //! was right. The few tiles where it was not are done again by a second dispatch, their lists sorted

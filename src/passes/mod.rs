@@ -1,5 +1,5 @@
 //! The passes of a frame and what is made once for them: each beside its shader in `glsl/`, by the
-//! same name. A pass owns what only it needs; barriers between passes stand in `renderer.rs`.
+//! same name. A pass owns what only it needs; barriers between passes stand in `renderer/`.
 
 pub mod appearance;
 pub mod composite;

@@ -50,10 +50,10 @@ pub(super) fn placed_records(scene: &Scene) -> Vec<[f32; 4]> {
 pub struct Counts {
     /// Drops in view.
     pub visible: u64,
-    /// Of those, larger than a point or a tile's list may hold.
+    /// Of those, larger than a point may be; tiles count none.
     pub large: u64,
-    /// Without room in a list, such as that of [`MAX_LARGE`], and not drawn; or in a tile's list that the
-    /// driver did not go through, and perhaps drawn out of order. Larger drops once for each tile.
+    /// Without room in a list, such as that of [`MAX_LARGE`], and not drawn, or in part; and entries of tiles'
+    /// lists that the driver did not go through, perhaps drawn out of order.
     pub overflow: u64,
     /// Drops with the camera inside, not drawn.
     pub camera_inside: u64,

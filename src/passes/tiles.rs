@@ -4,12 +4,12 @@
 //! 1. `clusters`: whole clusters of the rain out of view are passed over (four of five), the others
 //!    sorted into bins, by band of depth and region of the image (`bin_starts`, `sort_clusters`);
 //! 2. `gather`, band after band, the farthest first: each of their drops finds its place and its outline.
-//!    Nine of ten in view are splats: so small that one colour will do. They become nodes of 32 bytes, hung
+//!    Nineteen of twenty in view are splats: so small that one colour will do. They become nodes of 32 bytes, hung
 //!    before what is already in the lists of their one to four tiles of 4 x 2 pixels; the numbers of the
 //!    others are noted;
 //! 3. `large`: those get a block for each tile that they touch (`big`: where there are more than 12,
 //!    by a workgroup each), and each block finds its coverage and colours and is hung into the list
-//!    of its tile (`blocks`). Those as small as splats, but on three or four rows of tiles, are two of them.
+//!    of its tile (`blocks`). Those as small as splats, but on three rows of tiles, are two of them.
 //!
 //! Linked lists, because they need one atomic exchange an entry, where lists in a row take one to
 //! count, one to fill, and a pass between. Thanks to the bands they are nearly in order, nearest first:
@@ -58,10 +58,14 @@ const CLUSTERS_GROUP: u32 = 64;
 const STRETCHES: u32 = 64;
 /// Least tiles of a drop whose blocks a workgroup gives out, as in the shaders.
 const TILES_OF_BIG: u64 = 13;
-/// Blocks provided for each tile: so many layers of the whole image may be large drops …
+/// Blocks provided for each tile, as far as the device has room: so many layers of the whole image may be
+/// large drops …
 const BLOCKS_A_TILE: u64 = 8;
 /// … and for every second drop, or for each where none is a splat.
 const DROPS_A_BLOCK: u64 = 2;
+/// Part of the largest allocation that they may take: a large image has many tiles, few of them full of large
+/// drops.
+const BLOCKS_SHARE: u64 = 8;
 /// Blocks provided in any case: on images of a few tiles many drops share one.
 const LEAST_BLOCKS: u64 = 16_384;
 
@@ -213,7 +217,8 @@ impl Tiles {
             (scene.image.width.div_ceil(TILE.0), scene.image.height.div_ceil(TILE.1));
         let count = across * down;
         let regions = Regions::of(across, down);
-        // One dispatch takes an invocation a tile; their pixels, 8 bytes each, are one binding.
+        // A row of workgroups takes an invocation for each disordered tile, of which there may be as many as
+        // tiles; pixels, 8 bytes each, are one binding.
         let most_pixels = (TILE_PIXELS * 64 * groups).min(range / 8);
         within("the image's pixels in tiles", TILE_PIXELS * u64::from(count), most_pixels)?;
         let a_tile = drops as f64 * SHARE_IN_VIEW * TILES_A_DROP / f64::from(count);
@@ -227,9 +232,9 @@ impl Tiles {
         let blocks = (BLOCKS_A_TILE * u64::from(count) + drops / drops_a_block)
             .max(LEAST_BLOCKS)
             .min(range / (2 * NODE_BYTES))
-            .min(32 * groups);
-        // Where that is less than both may take, splats leave to blocks what they do not need.
-        let nodes = (splats.next_multiple_of(2) + 2 * blocks).min(range / (2 * NODE_BYTES) * 2);
+            .min(device.report.max_allocation / (BLOCKS_SHARE * 2 * NODE_BYTES));
+        // Where that is less than both may take, blocks have the places of the clusters out of view.
+        let nodes = (splats + 2 * blocks).min(range / (2 * NODE_BYTES) * 2);
         let limits = Limits {
             tiles: count,
             nodes: nodes as u32,
