@@ -13,7 +13,7 @@ use crate::scene::Scene;
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Film {
-    /// Frames a second of film time; negative runs backwards.
+    /// Frames a second of film time; negative runs backwards, from the last key or without keys from 0.
     pub fps: f64,
     /// Where the camera is; without keys it stands where the scene has it.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -97,14 +97,19 @@ impl Film {
 
     /// Frames up to and with the last key; 1 without keys.
     pub fn frames(&self) -> u32 {
+        1 + (self.seconds() * self.fps.abs()).ceil().min(f64::from(u32::MAX - 1)) as u32
+    }
+
+    /// Film time of the last key, in seconds; 0 without keys.
+    fn seconds(&self) -> f64 {
         let last = self.camera.last().map(|key| key.at).into_iter();
-        let last = last.chain(self.pace.last().map(|key| key.at)).fold(0.0, f64::max);
-        1 + (last * self.fps.abs()).ceil().min(f64::from(u32::MAX - 1)) as u32
+        last.chain(self.pace.last().map(|key| key.at)).fold(0.0, f64::max)
     }
 
     /// `scene` as frame `number` shows it.
     pub fn frame(&self, scene: &Scene, number: u32) -> Scene {
-        let at = f64::from(number) / self.fps;
+        let first = if self.fps < 0.0 { self.seconds() } else { 0.0 };
+        let at = first + f64::from(number) / self.fps;
         Scene {
             time: scene.time + self.scene_seconds(at),
             camera: self.camera_at(&scene.camera, at),
@@ -281,6 +286,20 @@ mod tests {
         for at in [0.0, 4.0 - h] {
             assert!(velocity(at).length() < 1e-4, "not at rest at {at}");
         }
+    }
+
+    #[test]
+    fn backwards_it_is_the_same_film_from_its_end() {
+        let film = path(&[(0.0, DVec3::ZERO), (1.0, DVec3::X), (4.0, DVec3::ONE)]);
+        let film = Film { fps: 8.0, ..film };
+        let (back, scene) = (Film { fps: -8.0, ..film.clone() }, Scene::default());
+        let last = film.frames() - 1;
+        assert_eq!((last, back.frames()), (32, 33));
+        for number in 0..=last {
+            assert_eq!(back.frame(&scene, number), film.frame(&scene, last - number));
+        }
+        let endless = Film { fps: -8.0, ..Film::default() };
+        assert_eq!(endless.frame(&scene, 4).time, scene.time - 0.5);
     }
 
     #[test]
