@@ -31,7 +31,7 @@ pub enum Error {
     },
 
     /// The device lacks what the renderer needs.
-    #[error("{device} lacks {missing}")]
+    #[error("{device} lacks {missing}: update its driver, or take another by --device")]
     DeviceLacks {
         /// The device's name.
         device: String,

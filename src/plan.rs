@@ -11,7 +11,7 @@ pub use errors::{ERRORS, GLINT_RADII_PX, GLINTS, RADII_PX};
 use crate::model::{
     Fresnel, Lookup, Operator, Optics, Order, Preset, Primitive, Reflection, Simulation, Weights,
 };
-use crate::scene::Scene;
+use crate::scene::{ModelChoice, Scene};
 use crate::{Error, Result};
 
 /// Nearer than so many radii a drop does not look as from afar: its directions are off by over 1.4°.
@@ -60,6 +60,8 @@ pub struct FramePlan {
     pub tone_map: Option<Operator>,
     /// Why preset `auto` chose these models.
     pub why: Option<String>,
+    /// Why they may not keep the error that was accepted.
+    pub doubt: Option<String>,
     /// Every pass in the order of the frame, with its reason.
     pub passes: Vec<(&'static str, String)>,
 }
@@ -112,16 +114,16 @@ pub fn plan(scene: &Scene, environment: &Environment, output: Output) -> Result<
     let on_tiles = matches!(optics, Optics::ClosedForm | Optics::Appearance);
     let primitive = choice.primitive.unwrap_or(match (choice.preset, &chosen) {
         (_, Some(chosen)) if choice.optics.is_none() => chosen.primitive,
+        (Preset::Auto, _) if auto::asks_for_billboards(choice) => Primitive::Point,
         (Preset::Fast | Preset::Exact | Preset::Auto, _) if on_tiles => Primitive::Tile,
         _ => Primitive::Point,
     });
     let is_tile = primitive == Primitive::Tile;
     if is_tile && optics == Optics::Far {
-        return refuse(
+        return refuse(format!(
             "optics far is not drawn as tile: there, appearance takes one colour for drops under \
-             half a pixel, and better pictures for larger ones"
-                .into(),
-        );
+                 {SPLAT_PX} pixels of radius, and better pictures for larger ones"
+        ));
     }
     if is_tile && !on_tiles {
         return refuse(format!("optics {optics} is drawn as point or quad, not as tile"));
@@ -175,10 +177,24 @@ pub fn plan(scene: &Scene, environment: &Environment, output: Output) -> Result<
         samples,
         light,
         tone_map: (output == Output::Display).then_some(scene.tone_map.operator),
+        doubt: chosen.as_ref().and_then(|chosen| doubt(choice, chosen)),
         why: chosen.map(|chosen| chosen.reason),
         passes: Vec::new(),
     };
     Ok(FramePlan { passes: passes(scene, &plan), ..plan })
+}
+
+/// Why what `auto` chose may not keep the accepted error, if one was.
+fn doubt(choice: &ModelChoice, chosen: &auto::Choice) -> Option<String> {
+    let error = choice.error?;
+    let others = choice.overrides();
+    if !chosen.keeps {
+        Some(format!("error {error} is out of reach of every model that goes with this scene"))
+    } else if !others.is_empty() {
+        Some(format!("error {error} is not promised with one's own {}", others.join(", ")))
+    } else {
+        None
+    }
 }
 
 fn passes(scene: &Scene, plan: &FramePlan) -> Vec<(&'static str, String)> {

@@ -79,11 +79,11 @@ pub struct EnvironmentChoice {
 pub struct RainSettings {
     /// How many.
     pub count: u32,
-    /// Half the edges of the box that holds them, centred on the camera.
+    /// Half the edges of the box that holds them, centred on the camera, in scene units.
     pub half_extent: DVec3,
-    /// Their radius.
+    /// Their radius, in scene units.
     pub radius: f64,
-    /// Their velocity, in units a second.
+    /// Their velocity, in scene units a second.
     pub velocity: DVec3,
 }
 
@@ -91,9 +91,9 @@ pub struct RainSettings {
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct PlacedDrop {
-    /// Its centre.
+    /// Its centre, in scene units.
     pub center: DVec3,
-    /// Its radius.
+    /// Its radius, in scene units.
     #[serde(default = "unit_radius")]
     pub radius: f64,
 }
@@ -136,6 +136,31 @@ pub struct ModelChoice {
     pub reflection: Option<Reflection>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lookup: Option<Lookup>,
+}
+
+impl ModelChoice {
+    /// Takes another preset in place of its own. An accepted error is `auto`'s, and goes with it.
+    pub fn take_preset(&mut self, preset: Preset) {
+        self.preset = preset;
+        self.error = self.error.filter(|_| preset == Preset::Auto);
+    }
+
+    /// The keys of models that are given, not left to the preset.
+    pub(crate) fn overrides(&self) -> Vec<&'static str> {
+        let given = [
+            ("optics", self.optics.is_some()),
+            ("primitive", self.primitive.is_some()),
+            ("order", self.order.is_some()),
+            ("simulation", self.simulation.is_some()),
+            ("samples", self.samples.is_some()),
+            ("internal_reflections", self.internal_reflections.is_some()),
+            ("weights", self.weights.is_some()),
+            ("fresnel", self.fresnel.is_some()),
+            ("reflection", self.reflection.is_some()),
+            ("lookup", self.lookup.is_some()),
+        ];
+        given.into_iter().filter(|(_, is_given)| *is_given).map(|(name, _)| name).collect()
+    }
 }
 
 /// From radiance to display colour.
@@ -210,6 +235,9 @@ impl Default for ToneMap {
 
 impl Scene {
     /// Reads and validates a scene file. A relative environment path is resolved against its folder.
+    ///
+    /// # Errors
+    /// [`Error::File`] if the file cannot be read; [`Error::Scene`] as [`Scene::parse`].
     pub fn load(path: &Path) -> Result<Self> {
         let text = std::fs::read_to_string(path).map_err(|error| Error::read(path, error))?;
         let mut scene = Self::parse(&text, &path.display().to_string())?;
@@ -220,6 +248,10 @@ impl Scene {
     }
 
     /// Parses and validates the text of a scene file; `name` stands for it in messages.
+    ///
+    /// # Errors
+    /// [`Error::Scene`] with the line if it is no TOML, a key is unknown or a value is of another type;
+    /// and as [`Scene::validate`].
     pub fn parse(text: &str, name: &str) -> Result<Self> {
         let mut scene: Scene = toml::from_str(text).map_err(|error| {
             let line = error.span().map_or(1, |span| text[..span.start].matches('\n').count() + 1);
@@ -235,6 +267,9 @@ impl Scene {
     }
 
     /// Checks every value; `place` stands for the scene in messages.
+    ///
+    /// # Errors
+    /// [`Error::Scene`] for the first value that is out of its range, or does not go with another.
     pub fn validate(&self, place: &str) -> Result<()> {
         let check = |good: bool, problem: &dyn Fn() -> String| {
             if good {

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use glam::{DVec3, Vec3};
 use raindrops::environment::Environment;
 use raindrops::environment::bright::split;
-use raindrops::model::{Optics, Preset, Primitive, Reflection};
+use raindrops::model::{Optics, Order, Preset, Primitive, Reflection};
 use raindrops::picture::metrics::psnr_db;
 use raindrops::plan::{
     Demand, ERRORS, FramePlan, GLINT_RADII_PX, GLINTS, Output, RADII_PX, contrast, plan,
@@ -166,6 +166,10 @@ fn a_scene_pays_only_for_what_it_shows() {
     // Overrides stand.
     scene.model.samples = Some(2);
     assert_eq!(chosen(&scene, &sky, None).samples, 2);
+    scene.model.optics = Some(Optics::ClosedForm);
+    assert_eq!(chosen(&scene, &sky, None).primitive, Primitive::Tile);
+    scene.model.order = Some(Order::Unsorted);
+    assert_eq!(chosen(&scene, &sky, None).primitive, Primitive::Point);
     assert!(contrast(&sky) > 0.05);
 }
 

@@ -155,7 +155,8 @@ fn a_missing_feature_is_named() {
     let name = report.name.clone();
     let Err(error) = Device::open(&instance, report) else { panic!("it was opened") };
     assert!(matches!(error, Error::DeviceLacks { .. }));
-    assert_eq!(error.to_string(), format!("{name} lacks largePoints, synchronization2"));
+    let line = error.to_string();
+    assert!(line.starts_with(&format!("{name} lacks largePoints, synchronization2: ")), "{line}");
 }
 
 #[test]
@@ -257,6 +258,10 @@ fn bad_values_on_the_command_line() {
         (&["render", "--preset", "papr", "-o", "a.png"], ["papr", "'paper'"]),
         (&["rendr"], ["unrecognized subcommand", "'render'"]),
         (&["bench", "--drops", "1,x"], ["'x'", "--drops"]),
+        (&["bench", "--seconds", "inf"], ["'inf'", "--seconds"]),
+        (&["tradeoff", "--seconds=-1"], ["'-1'", "--seconds"]),
+        (&["tradeoff", "--models", "nonesuch"], ["nonesuch", "--models"]),
+        (&["compare", "a.exr", "b.exr", "--difference", "d.exr"], ["d.exr", "as .png"]),
     ] {
         let line = error_line(&run(&mut raindrops(folder.path(), arguments)));
         for word in words {
@@ -380,4 +385,30 @@ fn plan_prints_passes_with_reasons() {
         run(&mut raindrops(Path::new("."), &["plan", "--preset", "paper", "--drops", "0"]));
     let text = String::from_utf8_lossy(&without.stdout);
     assert!(!text.contains("simulate"), "no drops, no simulation: {text}");
+}
+
+/// What `auto` cannot promise is said, and an accepted error is `auto`'s alone.
+#[test]
+fn an_error_that_is_not_promised_is_said() {
+    let folder = folder();
+    fs::write(folder.path().join("a.toml"), "[model]\nerror = 0.1\n").expect("a file");
+    for (arguments, word) in [
+        (&[][..], None),
+        (&["--preset", "paper"], None),
+        (&["--samples", "1"], Some("samples")),
+        (&["--optics", "mask"], Some("optics")),
+        (&["--optics", "closed-form", "--simulation", "stored"], Some("out of reach")),
+        (&["--error", "0.0000001"], Some("out of reach")),
+    ] {
+        let all = [&["plan", "a.toml"], arguments].concat();
+        let output = run(&mut raindrops(folder.path(), &all));
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(0), "{arguments:?}: {said}");
+        match word {
+            Some(word) => {
+                assert!(said.contains("warning: error 0") && said.contains(word), "{said}")
+            }
+            None => assert_eq!(said, "", "{arguments:?}"),
+        }
+    }
 }

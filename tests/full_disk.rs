@@ -71,7 +71,8 @@ fn commands() -> Vec<(Vec<&'static str>, &'static str)> {
     let with = |parts: &[&[&'static str]]| parts.concat();
     let (all, few) = (&SCENE[..], &SCENE[..4]);
     let reference = ["reference", "--samples", "1"];
-    let tradeoff = ["tradeoff", "--truth-samples", "1", "--models", "none", "--json", "null.json"];
+    let tradeoff =
+        ["tradeoff", "--truth-samples", "1", "--models", "snorm16", "--json", "null.json"];
     vec![
         (with(&[&["render"], all, &["-o"]]), "a.png"),
         (with(&[&["render"], all, &["-o"]]), "a.exr"),

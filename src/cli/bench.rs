@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::options::{AxisArgs, DeviceArgs, SceneValues, open_device};
-use super::{Answer, print, progress, write_json};
+use super::{Answer, parse_seconds, print, progress, say_doubt, write_json};
 use crate::bench::{
     Build, DeviceHead, Effort, Host, Report, Row, SCHEMA, Variant, measure, plot, table,
 };
@@ -34,9 +34,9 @@ pub struct BenchArgs {
     #[arg(long, value_enum, value_name = "NAME,…", value_delimiter = ',')]
     preset: Vec<Preset>,
     /// Seconds to measure a row …
-    #[arg(long, value_name = "S", default_value_t = 2.0)]
+    #[arg(long, value_name = "S", default_value_t = 2.0, value_parser = parse_seconds)]
     seconds: f64,
-    /// … and at least so many frames of it
+    /// … and at least so many frames of it, but for no longer than ten times that
     #[arg(long, value_name = "N", default_value_t = 12)]
     frames: usize,
     /// Write the figures as JSON
@@ -103,6 +103,9 @@ pub fn run(args: &BenchArgs) -> anyhow::Result<Answer> {
         }
         reports.push(report);
     }
+    if reports.is_empty() {
+        anyhow::bail!("--device all: no device has all that is needed; see raindrops devices");
+    }
     if let Some(path) = &args.json {
         match reports.as_slice() {
             [one] if !is_all => write_json(path, one)?,
@@ -132,14 +135,15 @@ fn bench(
         let mut variants = Vec::new();
         for preset in presets {
             let mut scene = scene.clone();
-            scene.model.preset = *preset;
+            scene.model.take_preset(*preset);
             scene.rain.get_or_insert_default().count = *count;
             scene.validate("command line")?;
             for output in [Output::Display, Output::Radiance] {
-                variants.push(Variant {
-                    plan: plan(&scene, environment, output)?,
-                    scene: scene.clone(),
-                });
+                let plan = plan(&scene, environment, output)?;
+                if output == Output::Display {
+                    bar.suspend(|| say_doubt(&plan));
+                }
+                variants.push(Variant { plan, scene: scene.clone() });
             }
         }
         let effort = Effort { seconds: args.seconds, frames: args.frames };

@@ -7,7 +7,7 @@ use clap::Args;
 use glam::Vec3;
 use serde_json::json;
 
-use super::{Answer, print};
+use super::{Answer, Format, print};
 use crate::files::write_whole;
 use crate::model::Operator;
 use crate::picture::metrics::{Comparison, Metrics, compare};
@@ -47,7 +47,7 @@ pub struct CompareArgs {
     /// Write the figures as JSON
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
-    /// Write the FLIP error of each pixel, false-coloured from black (none) to white (1)
+    /// Write the FLIP error of each pixel as .png, false-coloured from black (none) to white (1)
     #[arg(long, value_name = "FILE")]
     difference: Option<PathBuf>,
 }
@@ -56,6 +56,14 @@ pub struct CompareArgs {
 pub fn run(args: &CompareArgs) -> anyhow::Result<Answer> {
     if !(args.key.is_finite() && args.key > 0.0) {
         bail!("--key {} is not a finite number over 0", args.key);
+    }
+    if let Some(path) = &args.json {
+        super::check_folder(path)?;
+    }
+    if let Some(path) = &args.difference
+        && Format::of(path)? != Format::Png
+    {
+        bail!("--difference {}: write it as .png", path.display());
     }
     let shown = Picture::is_display(&args.a)?;
     if Picture::is_display(&args.b)? != shown {

@@ -4,7 +4,6 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use anyhow::bail;
 use clap::Args;
 use comfy_table::{ContentArrangement, Table, presets};
 use serde_json::json;
@@ -36,9 +35,9 @@ pub struct CompareDevicesArgs {
     #[arg(long, value_name = "N")]
     truth: Option<u32>,
     /// Seconds to measure on each device …
-    #[arg(long, value_name = "S", default_value_t = 1.0)]
+    #[arg(long, value_name = "S", default_value_t = 1.0, value_parser = super::parse_seconds)]
     seconds: f64,
-    /// … and at least so many frames
+    /// … and at least so many frames, but for no longer than ten times that
     #[arg(long, value_name = "N", default_value_t = 8)]
     frames: usize,
     /// Answer "no" (exit status 1) if the mean FLIP of two drivers is over this
@@ -151,9 +150,6 @@ fn portray(
     scene: &Scene,
     environment: &Environment,
 ) -> anyhow::Result<Portrait> {
-    if !(args.seconds.is_finite() && args.seconds >= 0.0) {
-        bail!("--seconds {}: give a finite number of at least 0", args.seconds);
-    }
     let draw = |scene: &Scene| -> anyhow::Result<_> {
         let plan = plan(scene, environment, Output::Radiance)?;
         let mut renderer = Renderer::new(device, scene, environment, &plan)?;

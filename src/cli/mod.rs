@@ -29,6 +29,7 @@ use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 use crate::environment::Environment;
 use crate::files::write_whole;
 use crate::passes::simulate::Counts;
+use crate::plan::FramePlan;
 use crate::scene::Scene;
 use crate::{Error, Result};
 
@@ -165,6 +166,44 @@ fn progress(length: u64, unit: &str) -> ProgressBar {
         }
     });
     ProgressBar::new(length).with_style(style)
+}
+
+/// Says on stderr that a plan may not keep the error that was accepted.
+fn say_doubt(plan: &FramePlan) {
+    if let Some(doubt) = &plan.doubt {
+        eprintln!("warning: {doubt}");
+    }
+}
+
+/// Seconds that a measurement takes.
+fn parse_seconds(text: &str) -> std::result::Result<f64, String> {
+    match text.parse() {
+        Ok(seconds) if f64::is_finite(seconds) && seconds >= 0.0 => Ok(seconds),
+        _ => Err("not a finite number of at least 0".into()),
+    }
+}
+
+/// What a picture is written as.
+#[derive(Clone, Copy, PartialEq)]
+enum Format {
+    /// Linear radiance.
+    Exr,
+    /// Display values.
+    Png,
+}
+
+impl Format {
+    /// By the file's extension, before the work; its folder must exist.
+    fn of(path: &Path) -> anyhow::Result<Self> {
+        let extension = path.extension().and_then(|extension| extension.to_str());
+        let format = match extension.map(str::to_ascii_lowercase).as_deref() {
+            Some("exr") => Self::Exr,
+            Some("png") => Self::Png,
+            _ => anyhow::bail!("{}: name a picture .exr or .png", path.display()),
+        };
+        check_folder(path)?;
+        Ok(format)
+    }
 }
 
 /// Fails before the work, rather than after it, if the folder of a result is not there.

@@ -119,11 +119,7 @@ pub struct ModelArgs {
 impl ModelArgs {
     /// Sets the values that were given.
     pub fn apply(&self, scene: &mut Scene) -> Result<()> {
-        scene.model.preset = self.preset.unwrap_or(scene.model.preset);
-        // Another preset on the command line takes the place of the file's `auto`, error and all.
-        if self.preset.is_some_and(|preset| preset != Preset::Auto) {
-            scene.model.error = None;
-        }
+        scene.model.take_preset(self.preset.unwrap_or(scene.model.preset));
         scene.model.error = self.error.or(scene.model.error);
         self.axes.apply(scene)
     }

@@ -3,7 +3,7 @@
 use clap::Args;
 
 use super::options::{ModelArgs, SceneArgs};
-use super::{Answer, print};
+use super::{Answer, print, say_doubt};
 use crate::plan::{Output, plan};
 
 /// Say which passes and models the scene requires, and why
@@ -21,6 +21,7 @@ pub fn run(args: &PlanArgs) -> anyhow::Result<Answer> {
     args.model.apply(&mut scene)?;
     let environment = super::open_environment(&scene)?;
     let plan = plan(&scene, &environment, Output::Display)?;
+    say_doubt(&plan);
     let light = &plan.light;
     print(format_args!("preset      {}", plan.preset))?;
     if let Some(why) = &plan.why {

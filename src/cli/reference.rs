@@ -2,13 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, bail};
+use anyhow::bail;
 use clap::Args;
 use glam::Vec3;
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::Answer;
 use super::options::SceneArgs;
+use super::{Answer, Format};
 use crate::picture::{Picture, srgb_byte, write_png};
 use crate::reference::{Tracer, Truth, Weights};
 use crate::scene::Scene;
@@ -100,27 +100,4 @@ fn write_display(scene: &Scene, picture: &Picture, path: &Path) -> crate::Result
     let srgb: Vec<u8> =
         shown.pixels.iter().flat_map(|pixel| pixel.to_array().map(srgb_byte)).collect();
     write_png(path, picture.width, picture.height, &srgb)
-}
-
-/// What a picture is written as.
-#[derive(Clone, Copy, PartialEq)]
-enum Format {
-    Exr,
-    Png,
-}
-
-impl Format {
-    /// By the file's extension; its folder must exist.
-    fn of(path: &Path) -> anyhow::Result<Self> {
-        let extension = path.extension().and_then(|extension| extension.to_str());
-        let format = match extension.map(str::to_ascii_lowercase).as_deref() {
-            Some("exr") => Self::Exr,
-            Some("png") => Self::Png,
-            _ => bail!("cannot write {}: name it .exr or .png", path.display()),
-        };
-        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-        let folder = folder.unwrap_or(Path::new("."));
-        std::fs::metadata(folder).with_context(|| format!("cannot write {}", path.display()))?;
-        Ok(format)
-    }
 }

@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::options::{DeviceArgs, ModelArgs, SceneArgs};
 use super::sequence::{Sequence, heed_interrupts, is_interrupted};
-use super::{Answer, progress};
+use super::{Answer, Format, progress, say_doubt};
 use crate::model::Simulation;
 use crate::picture::write_png;
 use crate::plan::{Output, plan};
@@ -28,7 +28,7 @@ pub struct RenderArgs {
     /// rain.png becomes rain-0000.png …
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     frames: Option<u32>,
-    /// Frames a second; negative runs backwards [default: the film's, or 30]
+    /// Frames a second; negative runs backwards, from the last key if there are any [default: the film's, or 30]
     #[arg(long, value_name = "F", allow_negative_numbers = true)]
     fps: Option<f64>,
     /// Keep the frames of this scene that are there, and render the others
@@ -44,14 +44,13 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<Answer> {
         scene.film.fps = fps;
         scene.validate("--fps")?;
     }
-    let output = match args.output.extension().and_then(|e| e.to_str()) {
-        Some("exr") => Output::Radiance,
-        Some("png") => Output::Display,
-        _ => anyhow::bail!("{}: name a picture .exr or .png", args.output.display()),
+    let output = match Format::of(&args.output)? {
+        Format::Exr => Output::Radiance,
+        Format::Png => Output::Display,
     };
-    super::check_folder(&args.output)?;
     let environment = super::open_environment(&scene)?;
     let plan = plan(&scene, &environment, output)?;
+    say_doubt(&plan);
     if args.resume && plan.simulation == Simulation::Stored {
         anyhow::bail!(
             "--resume: stored positions come from the frame before; render from the beginning, or \

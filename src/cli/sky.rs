@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::Answer;
+use super::{Answer, Format};
 use crate::picture::{srgb_byte, write_png};
 use crate::sky::{BUNDLED_WIDTH, picture};
 
@@ -21,16 +21,16 @@ pub struct SkyArgs {
 
 /// Runs the command.
 pub fn run(args: &SkyArgs) -> anyhow::Result<Answer> {
+    let format = Format::of(&args.output)?;
     let sky = picture(args.width);
-    match args.output.extension().and_then(|extension| extension.to_str()) {
-        Some("exr") => sky.write_exr_f16(&args.output)?,
+    match format {
+        Format::Exr => sky.write_exr_f16(&args.output)?,
         // Low dynamic range: radiance over 1 clips, as in a photograph.
-        Some("png") => {
+        Format::Png => {
             let bytes: Vec<u8> =
                 sky.pixels.iter().flat_map(|p| p.to_array().map(srgb_byte)).collect();
             write_png(&args.output, sky.width, sky.height, &bytes)?;
         }
-        _ => anyhow::bail!("{}: name a picture .exr or .png", args.output.display()),
     }
     eprintln!("wrote {} ({} x {})", args.output.display(), sky.width, sky.height);
     Ok(Answer::Yes)

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::options::{DeviceArgs, SceneArgs};
-use super::{Answer, print, progress, write_json};
+use super::{Answer, parse_seconds, print, progress, write_json};
 use crate::bench::{self, Build, DeviceHead, Host};
 use crate::files::write_whole;
 use crate::tradeoff::{
@@ -22,13 +22,13 @@ pub struct TradeoffArgs {
     #[arg(long, value_name = "N", default_value_t = 128,
           value_parser = clap::value_parser!(u32).range(1..=1 << 20))]
     truth_samples: u32,
-    /// Only models whose name holds one of these; comma-separated
+    /// Only models whose name holds one of these, and paper; comma-separated
     #[arg(long, value_name = "TEXT,…", value_delimiter = ',')]
     models: Vec<String>,
     /// Seconds to time a model …
-    #[arg(long, value_name = "S", default_value_t = 0.3)]
+    #[arg(long, value_name = "S", default_value_t = 0.3, value_parser = parse_seconds)]
     seconds: f64,
-    /// … and at least so many frames of it
+    /// … and at least so many frames of it, but for no longer than ten times that
     #[arg(long, value_name = "N", default_value_t = 5)]
     frames: usize,
     /// Write the rows as JSON
@@ -56,11 +56,15 @@ pub fn run(args: &TradeoffArgs) -> anyhow::Result<Answer> {
         let environment = super::open_environment(&scene)?;
         vec![of_file(&args.scene.name(), scene, environment)]
     };
-    let wanted = |name: &str| {
-        args.models.is_empty() || args.models.iter().any(|text| name.contains(text.as_str()))
-    };
+    let all = models();
+    let holds = |name: &str, text: &String| name.contains(text.as_str());
+    if let Some(text) = args.models.iter().find(|text| !all.iter().any(|m| holds(&m.name, text))) {
+        anyhow::bail!("--models {text}: no model's name holds that; see docs/results");
+    }
+    let wanted =
+        |name: &str| args.models.is_empty() || args.models.iter().any(|text| holds(name, text));
     // The first is what the others' speed is told by.
-    let models: Vec<_> = models()
+    let models: Vec<_> = all
         .into_iter()
         .enumerate()
         .filter(|(number, model)| *number == 0 || wanted(&model.name))

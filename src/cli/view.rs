@@ -12,7 +12,7 @@ use crate::view::{Options, run as open_window};
 /// Open a window onto the rain: fly, stop time, change models and see what each costs
 ///
 /// Keys: W A S D Q E fly, arrows or dragging look around, Space stops time, comma and full stop
-/// step, [ and ] slow down and speed up, R runs backwards, F flies up to a drop, 1 2 3 choose the
+/// step, [ and ] slow down and speed up, R runs backwards, F flies up to a drop, 1 2 3 4 choose the
 /// preset, B puts a second model beside it, F12 keeps a screenshot, Ctrl S a scene file, H hides the
 /// panel, which lists them all, Esc closes. Drop an environment image or a scene file on it.
 #[derive(Args)]

@@ -26,6 +26,8 @@ pub struct Choice {
     pub light: Light,
     /// In plain words.
     pub reason: String,
+    /// Whether it is expected to keep the accepted error.
+    pub keeps: bool,
 }
 
 /// Costs in nanoseconds on two cores without a GPU (llvmpipe, docs/performance.md). Only ratios
@@ -66,7 +68,8 @@ pub fn choose(scene: &Scene, environment: &Environment) -> Choice {
             a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
         })
     {
-        let how = if error <= accepted {
+        let keeps = error <= accepted;
+        let how = if keeps {
             "the quickest within"
         } else {
             "no model is within reach of, the truest for"
@@ -75,7 +78,7 @@ pub fn choose(scene: &Scene, environment: &Environment) -> Choice {
             "{how} an RMS error of {accepted} (expected: {error:.4}, {:.1} of the paper's time)",
             time / papers_time.max(1.0)
         );
-        return chosen.chosen(reason);
+        return Choice { keeps, ..chosen.chosen(reason) };
     }
     // Unasked, the prefiltered pictures with one internal reflection at most: what more rays and the
     // second reflection add is little for what they take.
@@ -102,7 +105,7 @@ pub fn choose(scene: &Scene, environment: &Environment) -> Choice {
 }
 
 /// Whether another axis leaves only billboards.
-fn asks_for_billboards(model: &ModelChoice) -> bool {
+pub(super) fn asks_for_billboards(model: &ModelChoice) -> bool {
     model.primitive.is_some_and(|primitive| primitive != Primitive::Tile)
         || model.order.is_some_and(|order| order != Order::Sorted)
         || model.simulation == Some(Simulation::Stored)
@@ -117,6 +120,7 @@ fn billboards(reason: &str) -> Choice {
         samples: 1,
         light: Light { internal_reflections: 1, ..Light::default() },
         reason: reason.into(),
+        keeps: false,
     }
 }
 
@@ -141,6 +145,7 @@ impl Candidate {
                 ..Light::default()
             },
             reason,
+            keeps: true,
         }
     }
 

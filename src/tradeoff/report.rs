@@ -177,9 +177,12 @@ pub fn csv(rows: &[Row], to: &mut dyn std::io::Write) -> std::io::Result<()> {
          fresnel,reflection,lookup,mask_size,drops,visible,width,height,median_ms,p10_ms,p90_ms,\
          speed,rms,rel_mse,psnr_db,flip,flip_p99,max_error,box_rel_mse,box_flip,flicker,pareto"
     )?;
+    // A scene is named by its file, which may hold commas and quotes.
+    let quoted = |name: &str| format!("\"{}\"", name.replace('"', "\"\""));
     for row in rows {
         let e = &row.errors;
-        write!(to, "{},{},{},{},", row.scene, row.model, row.preset, row.optics)?;
+        write!(to, "{},{},", quoted(&row.scene), quoted(&row.model))?;
+        write!(to, "{},{},", row.preset, row.optics)?;
         write!(to, "{},{},{},{},", row.primitive, row.order, row.simulation, row.samples)?;
         write!(to, "{},{},{},", row.internal_reflections, row.weights, row.fresnel)?;
         write!(to, "{},{},{},{},", row.reflection, row.lookup, row.mask_size, row.drops)?;
