@@ -1,6 +1,6 @@
 //! From radiance to display in float64: the global photographic operator of Reinhard, Stark,
 //! Shirley and Ferwerda 2002 ("Photographic tone reproduction for digital images"). The twin of
-//! `glsl/tone_map.comp`.
+//! `glsl/tone_map.frag`.
 //!
 //! With luminance Lw (Rec. 709) and log-average L̄ = exp(mean(log(δ + Lw))):
 //! `L = key / L̄ · Lw`, `Ld = L / (1 + L)`, and the colour is scaled by Ld / Lw. (As printed, the

@@ -135,6 +135,11 @@ fn surroundings(
 
 impl Renderer {
     /// Makes everything that frames of `scene` by `plan` need.
+    ///
+    /// # Errors
+    /// [`Error::Limit`] if the image or the drops are more than the device takes; [`Error::Memory`] if it
+    /// has no room for them; [`Error::DeviceLacks`] if it cannot store and filter the mask's format;
+    /// [`Error::Vulkan`] if a call fails, a lost device among the reasons ([`Error::is_lost`]).
     pub fn new(
         device: &Arc<Device>,
         scene: &Scene,
@@ -203,6 +208,10 @@ impl Renderer {
 
     /// Records and submits a frame of `scene`, which may differ in camera, time and key from the one
     /// that the renderer was made for. Waits for the frame before the last, and returns its report.
+    ///
+    /// # Errors
+    /// [`Error::Vulkan`] if waiting, recording or submitting fails, a lost device among the reasons
+    /// ([`Error::is_lost`]).
     pub fn submit(&mut self, scene: &Scene) -> Result<Option<FrameReport>> {
         let frame = Frame::new(scene, &self.surroundings, self.stored_at);
         self.stored_at = Some(tick_of_seconds(scene.time));
@@ -280,13 +289,20 @@ impl Renderer {
     }
 
     /// Waits for the last submitted frame and reports on it.
+    ///
+    /// # Errors
+    /// [`Error::Vulkan`] if waiting fails, as for a lost device, or its timestamps cannot be read.
     pub fn finish(&self) -> Result<FrameReport> {
         let flight = &self.flights[(self.next + FLIGHTS - 1) % FLIGHTS];
         flight.commands.wait()?;
         Ok(flight.report(self.drawing.counters().is_some())?.unwrap_or_default())
     }
 
-    /// Linear radiance of the last frame.
+    /// Linear radiance of the last frame, which it waits for.
+    ///
+    /// # Errors
+    /// As [`Renderer::finish`]; [`Error::Memory`] if there is no room for the copy, [`Error::Vulkan`] if it
+    /// fails.
     pub fn read_radiance(&self) -> Result<Picture> {
         let halves: Vec<[f16; 4]> = match &self.drawing {
             Drawing::Points(points) => {
