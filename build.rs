@@ -11,7 +11,7 @@ use glsl::Glsl;
 mod glsl;
 
 /// Shaders that are compiled a second time: file, suffix of the constant, macro that is defined.
-const VARIANTS: [(&str, &str, &str); 8] = [
+const VARIANTS: [(&str, &str, &str); 9] = [
     ("blocks.comp", "_TEXELS", "TEXELS"),
     ("composite.comp", "_DISORDERED", "DISORDERED"),
     ("composite.comp", "_TEXELS", "TEXELS"),
@@ -20,6 +20,7 @@ const VARIANTS: [(&str, &str, &str); 8] = [
     ("drops.frag", "_PICTURE", "BY_PICTURE"),
     ("drops.frag", "_STAGE", "STAGE"),
     ("tone_map.frag", "_BUFFER", "RADIANCE_IN_BUFFER"),
+    ("tone_map.frag", "_TEXELS", "RADIANCE_IN_TEXELS"),
 ];
 
 fn main() {

@@ -1,5 +1,12 @@
-// The radiance that a display pass reads: an image, or a buffer of four halves a pixel.
-#ifdef RADIANCE_IN_BUFFER
+// The radiance that a display pass reads: an image, or a buffer of four halves a pixel, by texels where the device
+// takes so many (on CPU drivers each word of a buffer is a read a lane).
+#ifdef RADIANCE_IN_TEXELS
+layout(set = 0, binding = 1) uniform samplerBuffer radiance_texels;
+
+vec3 radiance_at(uvec2 at) {
+    return texelFetch(radiance_texels, int(at.y * uint(frame.image.x) + at.x)).rgb;
+}
+#elif defined(RADIANCE_IN_BUFFER)
 layout(std430, set = 0, binding = 1) readonly buffer Radiance { uvec2 radiance_in[]; };
 
 vec3 radiance_at(uvec2 at) {

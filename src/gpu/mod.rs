@@ -33,7 +33,7 @@ pub use pipeline_cache::PipelineKey;
 pub(crate) use rendering::{attachment, rendering};
 pub use surface::Surface;
 pub use swapchain::{Acquired, Swapchain};
-pub use texels::{TexelWords, Texels};
+pub use texels::{Texel, Texels};
 pub use timestamps::Timestamps;
 
 /// The compiled shaders, one constant a file in `glsl/`.

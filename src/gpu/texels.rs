@@ -1,4 +1,4 @@
-//! A buffer that shaders read a texel at a time: a word, or four words at once.
+//! A buffer that shaders read a texel at a time: a word, or several at once.
 
 use std::sync::Arc;
 
@@ -7,34 +7,38 @@ use ash::vk;
 use super::{Buffer, Device, Named};
 use crate::Result;
 
-/// 32-bit words of a texel.
+/// What a texel is.
 #[derive(Clone, Copy, Debug)]
-pub enum TexelWords {
-    /// One.
-    One,
-    /// Four.
-    Four,
+pub enum Texel {
+    /// A word of 32 bits.
+    Word,
+    /// Four words.
+    FourWords,
+    /// Four halves, read as floats.
+    FourHalves,
 }
 
-impl TexelWords {
+impl Texel {
     fn bytes(self) -> u64 {
         match self {
-            Self::One => 4,
-            Self::Four => 16,
+            Self::Word => 4,
+            Self::FourWords => 16,
+            Self::FourHalves => 8,
         }
     }
 
-    /// Every device has both for texel buffers.
+    /// Every device has these for texel buffers.
     fn format(self) -> vk::Format {
         match self {
-            Self::One => vk::Format::R32_UINT,
-            Self::Four => vk::Format::R32G32B32A32_UINT,
+            Self::Word => vk::Format::R32_UINT,
+            Self::FourWords => vk::Format::R32G32B32A32_UINT,
+            Self::FourHalves => vk::Format::R16G16B16A16_SFLOAT,
         }
     }
 }
 
-/// A view of a whole buffer of usage `UNIFORM_TEXEL_BUFFER` as texels (`usamplerBuffer`); the buffer must
-/// outlive it.
+/// A view of a whole buffer of usage `UNIFORM_TEXEL_BUFFER` as texels (`usamplerBuffer`, `samplerBuffer`);
+/// the buffer must outlive it.
 pub struct Texels {
     pub(super) view: vk::BufferView,
     device: Arc<Device>,
@@ -42,21 +46,16 @@ pub struct Texels {
 
 impl Texels {
     /// Whether a buffer can be viewed: GPUs take 2^27 texels and more, SwiftShader 2^16.
-    pub fn fit(device: &Device, buffer: &Buffer, words: TexelWords) -> bool {
-        buffer.size / words.bytes() <= device.report.limits.max_texel_buffer_elements.into()
+    pub fn fit(device: &Device, buffer: &Buffer, texel: Texel) -> bool {
+        buffer.size / texel.bytes() <= device.report.limits.max_texel_buffer_elements.into()
     }
 
     /// The view of a buffer for which [`Texels::fit`] holds.
-    pub fn new(
-        device: &Arc<Device>,
-        name: &str,
-        buffer: &Buffer,
-        words: TexelWords,
-    ) -> Result<Self> {
+    pub fn new(device: &Arc<Device>, name: &str, buffer: &Buffer, texel: Texel) -> Result<Self> {
         let info = vk::BufferViewCreateInfo::default()
             .buffer(buffer.raw)
-            .format(words.format())
-            .range(buffer.size / words.bytes() * words.bytes());
+            .format(texel.format())
+            .range(buffer.size / texel.bytes() * texel.bytes());
         // SAFETY: the buffer is alive and of that usage; every device has the format for it.
         let view = unsafe { device.raw.create_buffer_view(&info, None) }
             .named("vkCreateBufferView", name)?;

@@ -28,7 +28,7 @@ use super::tiles::{DISORDERED_GROUPS, RAY_GROUPS, TILE_PIXELS, Tiles};
 use super::tone_map::{FINAL_SUMS, Source};
 use crate::Result;
 use crate::gpu::{
-    Binding, Bindings, Buffer, ComputePipeline, Device, Memory, Resource, TexelWords, Texels, Use,
+    Binding, Bindings, Buffer, ComputePipeline, Device, Memory, Resource, Texel, Texels, Use,
     memory_barrier, shaders,
 };
 use crate::model::Operator;
@@ -84,7 +84,11 @@ impl Composite {
             Buffer::new(device, name, bytes, Usage::STORAGE_BUFFER | usage, Memory::Device)
         };
         let pixels = u64::from(width) * u64::from(height);
-        let radiance = make("radiance", PIXEL_BYTES * pixels, Usage::TRANSFER_SRC)?;
+        let radiance = make(
+            "radiance",
+            PIXEL_BYTES * pixels,
+            Usage::TRANSFER_SRC | Usage::UNIFORM_TEXEL_BUFFER,
+        )?;
         let sky_bytes = PIXEL_BYTES * TILE_PIXELS * u64::from(tiles.count);
         let sky = make("sky", sky_bytes, Usage::UNIFORM_TEXEL_BUFFER)?;
         let sums = 4 * u64::from(tiles.count + FINAL_SUMS);
@@ -92,9 +96,9 @@ impl Composite {
 
         let disordered = make("disordered tiles", 8 * u64::from(tiles.count), Usage::empty())?;
 
-        let fit = tiles.texels.is_some() && Texels::fit(device, &sky, TexelWords::Four);
+        let fit = tiles.texels.is_some() && Texels::fit(device, &sky, Texel::FourWords);
         let sky_texels = fit
-            .then(|| Texels::new(device, "texels of the sky", &sky, TexelWords::Four))
+            .then(|| Texels::new(device, "texels of the sky", &sky, Texel::FourWords))
             .transpose()?;
         let views = tiles.texels.iter().zip(&sky_texels);
         let views = views.flat_map(|(of_tiles, sky)| [&of_tiles.nodes, sky, &of_tiles.pictures]);

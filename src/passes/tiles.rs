@@ -27,7 +27,7 @@ use super::light_constants;
 use super::simulate::{Simulate, placed_records};
 use crate::clusters::{CLUSTER, Clusters};
 use crate::gpu::{
-    Binding, Bindings, Buffer, ComputePipeline, Device, Memory, Resource, TexelWords, Texels, Use,
+    Binding, Bindings, Buffer, ComputePipeline, Device, Memory, Resource, Texel, Texels, Use,
     memory_barrier, shaders,
 };
 use crate::plan::FramePlan;
@@ -271,15 +271,14 @@ impl Tiles {
         let counters = Simulate::counters(device)?;
 
         let (nodes, larges, pictures) = (&shared[NODES], &shared[LARGES], &appearance.table);
-        let fit =
-            [(nodes, TexelWords::Four), (larges, TexelWords::Four), (pictures, TexelWords::One)]
-                .iter()
-                .all(|(buffer, words)| Texels::fit(device, buffer, *words));
+        let fit = [(nodes, Texel::FourWords), (larges, Texel::FourWords), (pictures, Texel::Word)]
+            .iter()
+            .all(|(buffer, words)| Texels::fit(device, buffer, *words));
         let texels = if fit {
             Some(TileTexels {
-                nodes: Texels::new(device, "texels of nodes", nodes, TexelWords::Four)?,
-                larges: Texels::new(device, "texels of large drops", larges, TexelWords::Four)?,
-                pictures: Texels::new(device, "texels of pictures", pictures, TexelWords::One)?,
+                nodes: Texels::new(device, "texels of nodes", nodes, Texel::FourWords)?,
+                larges: Texels::new(device, "texels of large drops", larges, Texel::FourWords)?,
+                pictures: Texels::new(device, "texels of pictures", pictures, Texel::Word)?,
             })
         } else {
             None

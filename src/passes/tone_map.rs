@@ -20,7 +20,7 @@ use super::{attachment, rendering};
 use crate::Result;
 use crate::gpu::{
     Alpha, Binding, Bindings, Buffer, ComputePipeline, Device, GraphicsPipeline, GraphicsState,
-    Image, Memory, Resource, Sampler, Samples, Use, memory_barrier, shaders,
+    Image, Memory, Resource, Sampler, Samples, Texel, Texels, Use, memory_barrier, shaders,
 };
 use crate::model::Operator;
 
@@ -41,7 +41,7 @@ const GROUP: u32 = 64;
 pub enum Source<'a> {
     /// In an image, read as a texture.
     Image(&'a Image),
-    /// In a buffer, four halves a pixel.
+    /// In a buffer, four halves a pixel; read a texel at a time where the device takes texel buffers so large.
     Tiles {
         /// Row by row.
         radiance: &'a Buffer,
@@ -61,6 +61,7 @@ pub struct ToneMap {
     apply: GraphicsPipeline,
     operator: Operator,
     _sums: Option<Buffer>,
+    _texels: Option<Texels>,
     _sampler: Sampler,
 }
 
@@ -82,14 +83,26 @@ impl ToneMap {
             }
             Source::Tiles { .. } => None,
         };
-        let (radiance, sums, count, apply_shader) = match source {
-            Source::Image(image) => (
+        let texels = match source {
+            Source::Tiles { radiance, .. } if Texels::fit(device, radiance, Texel::FourHalves) => {
+                Some(Texels::new(device, "texels of radiance", radiance, Texel::FourHalves)?)
+            }
+            _ => None,
+        };
+        let (radiance, sums, count, apply_shader) = match (source, &texels) {
+            (Source::Image(image), _) => (
                 (Binding::COMBINED_IMAGE_SAMPLER, Resource::Sampled(image, &sampler)),
                 own_sums.as_ref(),
                 SUMS,
                 shaders::TONE_MAP_FRAG,
             ),
-            Source::Tiles { radiance, log_sums, count } => (
+            (Source::Tiles { log_sums, count, .. }, Some(texels)) => (
+                (Binding::UNIFORM_TEXEL_BUFFER, Resource::Texels(texels)),
+                Some(log_sums),
+                count,
+                shaders::TONE_MAP_FRAG_TEXELS,
+            ),
+            (Source::Tiles { radiance, log_sums, count }, None) => (
                 (Binding::STORAGE_BUFFER, Resource::Buffer(radiance)),
                 Some(log_sums),
                 count,
@@ -122,7 +135,16 @@ impl ToneMap {
                 depth: false,
             },
         )?;
-        Ok(Self { bindings, reduce, sum_up, apply, operator, _sums: own_sums, _sampler: sampler })
+        Ok(Self {
+            bindings,
+            reduce,
+            sum_up,
+            apply,
+            operator,
+            _sums: own_sums,
+            _texels: texels,
+            _sampler: sampler,
+        })
     }
 
     /// Whether the operator needs the log average.
