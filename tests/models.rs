@@ -285,7 +285,7 @@ fn combinations_without_sense_are_refused_with_a_reason() {
     let tile = ModelChoice { primitive: Some(Primitive::Tile), ..paper };
     let cases = [
         (tile, "mask"),
-        (ModelChoice { optics: Some(Optics::Far), ..tile }, "half a pixel"),
+        (ModelChoice { optics: Some(Optics::Far), ..tile }, "1.5 pixels"),
         (ModelChoice { order: Some(Order::Sorted), ..paper }, "tiles"),
         (ModelChoice { internal_reflections: Some(1), ..paper }, "no internal reflections"),
         (ModelChoice { optics: Some(Optics::Far), samples: Some(4), ..paper }, "samples must be 1"),

@@ -40,6 +40,9 @@ pub struct Bindings {
 
 impl Bindings {
     /// Makes `count` sets with the given slots, visible to all stages.
+    ///
+    /// # Errors
+    /// [`Error::Vulkan`] if the driver refuses.
     pub fn new(device: &Arc<Device>, name: &str, slots: &[Binding], count: u32) -> Result<Self> {
         let mut bindings = Self {
             layout: vk::DescriptorSetLayout::null(),
@@ -88,6 +91,9 @@ impl Bindings {
     }
 
     /// One set, filled with `resources` in the order of its slots.
+    ///
+    /// # Errors
+    /// [`Error::Vulkan`] if the driver refuses; those of [`Bindings::write`].
     pub fn of(device: &Arc<Device>, name: &str, slots: &[(Binding, Resource<'_>)]) -> Result<Self> {
         let kinds: Vec<_> = slots.iter().map(|(kind, _)| *kind).collect();
         let bindings = Self::new(device, name, &kinds, 1)?;

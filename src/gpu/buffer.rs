@@ -33,7 +33,8 @@ impl Buffer {
     /// Creates a buffer of `size` bytes (at least 16, so that an empty list is still a buffer).
     ///
     /// # Errors
-    /// [`Error::Memory`] if the device cannot have or has no such memory.
+    /// [`Error::Memory`] if the device cannot have or has no such memory; [`Error::Vulkan`] if the
+    /// driver refuses.
     pub fn new(
         device: &Arc<Device>,
         name: &str,
@@ -78,6 +79,9 @@ impl Buffer {
     }
 
     /// A host-visible buffer that holds `values`.
+    ///
+    /// # Errors
+    /// Those of [`Buffer::new`].
     pub fn upload<T: bytemuck::Pod>(
         device: &Arc<Device>,
         name: &str,
@@ -91,6 +95,9 @@ impl Buffer {
     }
 
     /// A buffer on the device that holds `values`, copied there.
+    ///
+    /// # Errors
+    /// Those of [`Buffer::new`] and [`Commands::once`].
     pub fn upload_device<T: bytemuck::Pod>(
         device: &Arc<Device>,
         name: &str,

@@ -18,6 +18,9 @@ pub struct Commands {
 
 impl Commands {
     /// An empty command buffer.
+    ///
+    /// # Errors
+    /// [`crate::Error::Vulkan`] if the driver refuses.
     pub fn new(device: &Arc<Device>, name: &str) -> Result<Self> {
         let mut commands = Self {
             pool: vk::CommandPool::null(),
@@ -50,6 +53,9 @@ impl Commands {
     }
 
     /// Records, submits and waits: for work that is done once.
+    ///
+    /// # Errors
+    /// [`crate::Error::Vulkan`] if making, recording, submitting or waiting fails, as for a lost device.
     pub fn once(
         device: &Arc<Device>,
         name: &str,
@@ -62,6 +68,9 @@ impl Commands {
     }
 
     /// Waits for the last submission and starts recording anew.
+    ///
+    /// # Errors
+    /// [`crate::Error::Vulkan`] if waiting fails, as for a lost device, or recording cannot begin.
     pub fn begin(&mut self) -> Result<vk::CommandBuffer> {
         self.wait()?;
         let info = vk::CommandBufferBeginInfo::default()
@@ -81,6 +90,9 @@ impl Commands {
     }
 
     /// Ends recording and hands the work to the queue.
+    ///
+    /// # Errors
+    /// [`crate::Error::Vulkan`] if recording cannot end or the queue refuses, as for a lost device.
     pub fn submit(&mut self) -> Result<()> {
         self.submit_between(None, None)
     }
@@ -118,6 +130,9 @@ impl Commands {
     }
 
     /// Waits until the last submission is done.
+    ///
+    /// # Errors
+    /// [`crate::Error::Vulkan`] if waiting fails, as for a lost device.
     pub fn wait(&self) -> Result<()> {
         // Nor may a semaphore be waited for that could not be made.
         if self.submitted == 0 {

@@ -218,7 +218,8 @@ impl Instance {
     /// [`DeviceReport::summary`] in any case, or without it the fittest.
     ///
     /// # Errors
-    /// [`Error::NoDevice`], [`Error::DeviceNotFound`] or [`Error::DeviceLacks`].
+    /// [`Error::NoDevice`], [`Error::DeviceNotFound`] or [`Error::DeviceLacks`]; those of
+    /// [`Instance::devices`].
     pub fn choose(&self, wanted: Option<&str>) -> Result<DeviceReport> {
         let devices = self.devices()?;
         if devices.is_empty() {
@@ -256,13 +257,17 @@ impl Device {
     /// Opens the device that `report` describes.
     ///
     /// # Errors
-    /// [`Error::DeviceLacks`] if it misses a feature; [`Error::Vulkan`] if the driver refuses.
+    /// Those of [`Device::open_with_pipelines`].
     pub fn open(instance: &Arc<Instance>, report: DeviceReport) -> Result<Arc<Self>> {
         Self::open_with_pipelines(instance, report, &[])
     }
 
     /// As [`Device::open`], with pipelines that [`Device::pipelines`] gave in an earlier run: what is
     /// among them need not be compiled again.
+    ///
+    /// # Errors
+    /// [`Error::DeviceLacks`] if it misses a feature or, under an instance for windows, the swapchain;
+    /// [`Error::Memory`] if no allocator can be made for it; [`Error::Vulkan`] if the driver refuses.
     pub fn open_with_pipelines(
         instance: &Arc<Instance>,
         report: DeviceReport,
@@ -450,6 +455,9 @@ impl Device {
     }
 
     /// Waits until the device has nothing left to do.
+    ///
+    /// # Errors
+    /// [`Error::Vulkan`] if waiting fails, as for a lost device.
     pub fn wait_idle(&self) -> Result<()> {
         // SAFETY: all use of the queue is on this thread or finished.
         unsafe { self.raw.device_wait_idle() }.named("vkDeviceWaitIdle", &self.report.name)

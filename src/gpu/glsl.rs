@@ -14,12 +14,19 @@ pub struct Glsl {
 
 impl Glsl {
     /// A compiler for the shaders of `folder`.
+    ///
+    /// # Errors
+    /// What the compiler says if it cannot start.
     pub fn new(folder: &Path) -> Result<Self, String> {
         let compiler = Compiler::new().map_err(|error| error.to_string())?;
         Ok(Self { compiler, folder: folder.into() })
     }
 
     /// SPIR-V of file `name`, with macro `define` defined if there is one.
+    ///
+    /// # Errors
+    /// If `name` is no shader by its extension, or cannot be read; else what the compiler says,
+    /// to which warnings are errors.
     pub fn compile(&self, name: &str, define: Option<&str>) -> Result<Vec<u32>, String> {
         let path = self.folder.join(name);
         let kind = kind(&path).ok_or_else(|| format!("{name} is no .comp, .vert or .frag"))?;

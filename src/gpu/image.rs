@@ -78,7 +78,8 @@ impl Image {
     /// Creates an image. With more than one layer its views are array views.
     ///
     /// # Errors
-    /// [`Error::Limit`] if an edge is over the device's limit; [`Error::Memory`].
+    /// [`Error::Limit`] if an edge is over the device's limit; [`Error::Memory`] or [`Error::Vulkan`]:
+    /// what the driver says.
     pub fn new(device: &Arc<Device>, info: &ImageInfo<'_>) -> Result<Self> {
         let limit = device.report.limits.max_image_dimension2_d;
         let edge = info.width.max(info.height);
@@ -267,6 +268,9 @@ pub struct Sampler {
 
 impl Sampler {
     /// Linear filtering with the given addressing along u and v.
+    ///
+    /// # Errors
+    /// [`Error::Vulkan`] if the driver refuses.
     pub fn linear(
         device: &Arc<Device>,
         name: &str,

@@ -42,7 +42,7 @@ impl Instance {
     ///
     /// # Errors
     /// [`Error::NoLoader`]; [`Error::Validation`] if validation is asked for and not installed;
-    /// [`Error::NoDevice`] if the loader finds no driver.
+    /// [`Error::NoDevice`] if the loader finds no driver; [`Error::Vulkan`] if one refuses.
     pub fn new(validation: Validation) -> Result<Arc<Self>> {
         Self::with_extensions(load()?, validation, &[])
     }
@@ -147,6 +147,9 @@ impl Instance {
     }
 
     /// Fails if the validation layer has said anything.
+    ///
+    /// # Errors
+    /// [`Error::Validation`] with the first message and the number of the others.
     pub fn expect_silence(&self) -> Result<()> {
         match self.messages().as_slice() {
             [] => Ok(()),

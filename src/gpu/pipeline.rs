@@ -82,6 +82,9 @@ pub struct ComputePipeline {
 impl ComputePipeline {
     /// Makes the pipeline of a compute shader whose set 0 is `bindings` and whose push constants
     /// take `push_bytes`.
+    ///
+    /// # Errors
+    /// [`crate::Error::Vulkan`] if the driver refuses.
     pub fn new(
         device: &Arc<Device>,
         shader: &Shader,
@@ -220,6 +223,9 @@ pub struct GraphicsPipeline {
 impl GraphicsPipeline {
     /// Makes the pipeline of a vertex and a fragment shader whose set 0 is `bindings`. Both get the
     /// same specialization constants.
+    ///
+    /// # Errors
+    /// [`crate::Error::Vulkan`] if the driver refuses.
     pub fn new(
         device: &Arc<Device>,
         [vertex, fragment]: [&Shader; 2],

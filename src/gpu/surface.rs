@@ -41,6 +41,9 @@ impl Surface {
     }
 
     /// Fails if the device cannot present to this surface.
+    ///
+    /// # Errors
+    /// [`Error::Window`] if it cannot; [`Error::Vulkan`] if the driver does not say.
     pub fn check(&self, device: &Device) -> Result<()> {
         // SAFETY: device and surface come from one instance.
         let supported = unsafe {

@@ -153,6 +153,9 @@ impl Swapchain {
 
     /// The next image for frame `frame` of those under way, whose last use must be done; none if the
     /// swapchain has become stale or no image came free.
+    ///
+    /// # Errors
+    /// [`Error::Vulkan`] if it fails for another reason, such as a lost device or surface.
     pub fn acquire(&mut self, frame: usize) -> Result<Option<Acquired>> {
         let ready = self.ready[frame];
         // SAFETY: nothing waits for the semaphore: the frame's last use is done.
@@ -179,6 +182,10 @@ impl Swapchain {
     }
 
     /// Submits what draws to the acquired image, leaving it ready to present, and presents it.
+    ///
+    /// # Errors
+    /// [`Error::Vulkan`] if submitting or presenting fails, as for a lost device or surface; a swapchain
+    /// that has become stale is no error.
     pub fn present(&mut self, acquired: Acquired, commands: &mut Commands) -> Result<()> {
         let drawn = [self.drawn[acquired.index as usize]];
         commands.submit_between(Some(acquired.ready), Some(drawn[0]))?;

@@ -51,6 +51,9 @@ impl Texels {
     }
 
     /// The view of a buffer for which [`Texels::fit`] holds.
+    ///
+    /// # Errors
+    /// [`crate::Error::Vulkan`] if the driver refuses.
     pub fn new(device: &Arc<Device>, name: &str, buffer: &Buffer, texel: Texel) -> Result<Self> {
         let info = vk::BufferViewCreateInfo::default()
             .buffer(buffer.raw)

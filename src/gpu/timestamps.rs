@@ -19,6 +19,9 @@ pub struct Timestamps {
 
 impl Timestamps {
     /// Room for the passes of one frame.
+    ///
+    /// # Errors
+    /// [`crate::Error::Vulkan`] if the driver refuses.
     pub fn new(device: &Arc<Device>) -> Result<Self> {
         let info = vk::QueryPoolCreateInfo::default()
             .query_type(vk::QueryType::TIMESTAMP)
@@ -67,6 +70,9 @@ impl Timestamps {
 
     /// Milliseconds of each region of the last frame, which must be done; empty where the queue
     /// has no timestamps.
+    ///
+    /// # Errors
+    /// [`crate::Error::Vulkan`] if they cannot be read, as for a lost device.
     pub fn read_ms(&self) -> Result<Vec<(&'static str, f64)>> {
         let bits = self.device.report.timestamp_bits;
         if bits == 0 || self.regions.is_empty() {

@@ -47,6 +47,10 @@ impl Appearance {
     pub const FINEST: u32 = 4;
 
     /// Makes an empty table.
+    ///
+    /// # Errors
+    /// [`crate::Error::Memory`] if the device has no room for it; [`crate::Error::Vulkan`] if the driver
+    /// refuses.
     pub fn new(
         device: &Arc<Device>,
         frame: &FrameBuffer,
@@ -74,6 +78,9 @@ impl Appearance {
     }
 
     /// Computes the whole table, and waits for it.
+    ///
+    /// # Errors
+    /// Those of [`Commands::once`].
     pub fn fill(&self, device: &Arc<Device>, frame: &FrameBuffer, constants: &Frame) -> Result<()> {
         Commands::once(device, "appearance", |commands| {
             frame.record(device, commands, constants);

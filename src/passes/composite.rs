@@ -70,6 +70,10 @@ fn view_of(frame: &Frame) -> View {
 
 impl Composite {
     /// The passes for an image of this size.
+    ///
+    /// # Errors
+    /// [`crate::Error::Limit`] if the image does not fit in one binding; [`crate::Error::Memory`] if the
+    /// device has no room for it; [`crate::Error::Vulkan`] if the driver refuses.
     pub fn new(
         device: &Arc<Device>,
         frame: &FrameBuffer,

@@ -127,6 +127,9 @@ pub struct Drops {
 /// Guard band in pixels on every side of an image, and the largest point that it allows. Without need
 /// of a band, the largest that the device draws; else half a point off the image must still be inside
 /// the viewport.
+///
+/// # Errors
+/// Those of [`point_rules`].
 pub fn guard_band(device: &Arc<Device>, width: u32, height: u32) -> Result<(f32, f32)> {
     let rules = point_rules(device)?;
     if rules.draws_off_screen {
@@ -144,6 +147,10 @@ pub fn guard_band(device: &Arc<Device>, width: u32, height: u32) -> Result<(f32,
 
 impl Drops {
     /// Pipelines and table for `count` drops.
+    ///
+    /// # Errors
+    /// Those of [`Mask::trace`] where the optics read a mask; [`crate::Error::Memory`] if the device has
+    /// no room for another table; [`crate::Error::Vulkan`] if the driver refuses.
     pub fn new(
         device: &Arc<Device>,
         frame: &FrameBuffer,

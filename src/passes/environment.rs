@@ -38,6 +38,10 @@ pub struct EnvironmentMap {
 
 impl EnvironmentMap {
     /// Prefilters and uploads.
+    ///
+    /// # Errors
+    /// [`crate::Error::Limit`] if an edge is over the device's limit for images; [`crate::Error::Memory`]
+    /// if the device has no room for it; [`crate::Error::Vulkan`] if the driver refuses.
     pub fn new(device: &Arc<Device>, environment: &Environment) -> Result<Self> {
         let chain = levels(environment);
         let brightest =

@@ -109,6 +109,9 @@ pub struct FrameBuffer {
 
 impl FrameBuffer {
     /// A buffer for one frame.
+    ///
+    /// # Errors
+    /// Those of [`Buffer::new`].
     pub fn new(device: &Arc<Device>) -> Result<Self> {
         let usage = vk::BufferUsageFlags::UNIFORM_BUFFER | vk::BufferUsageFlags::TRANSFER_DST;
         let size = size_of::<Frame>() as u64;

@@ -48,6 +48,11 @@ pub struct MaskLevel {
 
 impl Mask {
     /// Traces a mask whose finest level has `size` texels an edge.
+    ///
+    /// # Errors
+    /// [`Error::DeviceLacks`] if the device cannot store and filter the format that the optics need;
+    /// [`Error::Limit`] if `size` is over its limit for images; [`Error::Memory`] if it has no room for
+    /// the mask; [`Error::Vulkan`] if the driver refuses.
     pub fn trace(device: &Arc<Device>, size: u32, optics: Optics, light: &Light) -> Result<Self> {
         let format = match optics {
             Optics::MaskF32 => vk::Format::R32G32B32A32_SFLOAT,
@@ -105,6 +110,9 @@ impl Mask {
     }
 
     /// Reads a level back.
+    ///
+    /// # Errors
+    /// [`Error::Memory`] if there is no room for the copy; [`Error::Vulkan`] if it fails.
     pub fn read(&self, device: &Arc<Device>, level: u32) -> Result<MaskLevel> {
         let size = self.image.width >> level;
         let texels = 2 * size as usize * size as usize;

@@ -37,6 +37,9 @@ pub struct Overlay {
 
 impl Overlay {
     /// A pipeline into attachments of `format`, for `frames` frames under way.
+    ///
+    /// # Errors
+    /// [`crate::Error::Memory`] or [`crate::Error::Vulkan`]: what the driver says.
     pub fn new(device: &Arc<Device>, format: vk::Format, frames: usize) -> Result<Self> {
         let slots =
             [Binding::COMBINED_IMAGE_SAMPLER, Binding::STORAGE_BUFFER, Binding::STORAGE_BUFFER];
@@ -74,6 +77,11 @@ impl Overlay {
     }
 
     /// Takes over what egui changed in its font atlas, the only texture that the overlay uses.
+    ///
+    /// # Errors
+    /// [`crate::Error::Limit`] if the atlas is over the device's limit for images;
+    /// [`crate::Error::Memory`] if there is no room for it; [`crate::Error::Vulkan`] if a call fails, as
+    /// for a lost device.
     pub fn update_atlas(&mut self, delta: &TexturesDelta) -> Result<()> {
         for (id, change) in &delta.set {
             if *id == TextureId::default() {
@@ -134,6 +142,10 @@ impl Overlay {
 
     /// Records the pass over `target`, a colour attachment whose content is kept. The last use of
     /// frame `frame` must be done; `points_px` is the size of a point in pixels.
+    ///
+    /// # Errors
+    /// [`crate::Error::Limit`] if the triangles do not fit in one binding; [`crate::Error::Memory`] if
+    /// there is no room for them; [`crate::Error::Vulkan`] if the driver refuses.
     pub fn record(
         &mut self,
         commands: vk::CommandBuffer,

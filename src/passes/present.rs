@@ -30,6 +30,9 @@ pub struct Present {
 
 impl Present {
     /// A pipeline into attachments of `format`, showing `pictures`: one, or two to compare.
+    ///
+    /// # Errors
+    /// [`crate::Error::Vulkan`] if the driver refuses.
     pub fn new(device: &Arc<Device>, format: vk::Format, pictures: &[&Image]) -> Result<Self> {
         let slots = [Binding::COMBINED_IMAGE_SAMPLER; 2];
         let clamp = vk::SamplerAddressMode::CLAMP_TO_EDGE;
@@ -56,6 +59,9 @@ impl Present {
     }
 
     /// Shows other pictures from now on; the device must be done with the ones before.
+    ///
+    /// # Errors
+    /// Those of [`Bindings::write`], of which pictures meet none.
     ///
     /// # Panics
     /// Without a picture: a mistake of the caller.

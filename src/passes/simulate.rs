@@ -86,6 +86,10 @@ pub struct Simulate {
 
 impl Simulate {
     /// Buffers and pipelines for the drops of `scene`.
+    ///
+    /// # Errors
+    /// [`crate::Error::Limit`] if the placed drops do not fit in one binding; [`crate::Error::Memory`] if
+    /// the device has no room for the drops; [`crate::Error::Vulkan`] if the driver refuses.
     pub fn new(
         device: &Arc<Device>,
         frame: &FrameBuffer,
@@ -226,6 +230,9 @@ impl Simulate {
     }
 
     /// A buffer for what is counted.
+    ///
+    /// # Errors
+    /// Those of [`Buffer::new`].
     pub fn counters(device: &Arc<Device>) -> Result<Buffer> {
         use vk::BufferUsageFlags as Usage;
         let usage = Usage::STORAGE_BUFFER | Usage::TRANSFER_SRC | Usage::TRANSFER_DST;

@@ -21,6 +21,9 @@ pub struct Sky {
 
 impl Sky {
     /// Pipeline for a colour target of `format` with so many samples a pixel.
+    ///
+    /// # Errors
+    /// [`crate::Error::Vulkan`] if the driver refuses.
     pub fn new(
         device: &Arc<Device>,
         frame: &FrameBuffer,

@@ -191,6 +191,11 @@ const END: u32 = u32::MAX;
 
 impl Tiles {
     /// Buffers and pipelines for the drops of `scene`.
+    ///
+    /// # Errors
+    /// [`Error::Limit`] if the drops or the image's pixels are more than the device's bindings or
+    /// dispatches take; [`Error::Memory`] if it has no room for them; [`Error::Vulkan`] if the driver
+    /// refuses.
     pub fn new(
         device: &Arc<Device>,
         frame: &FrameBuffer,

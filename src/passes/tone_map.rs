@@ -67,6 +67,11 @@ pub struct ToneMap {
 
 impl ToneMap {
     /// Pipelines that read the radiance of `source`.
+    ///
+    /// # Errors
+    /// [`crate::Error::Limit`] if a buffer of `source` does not fit in one binding;
+    /// [`crate::Error::Memory`] if the device has no room for the sums; [`crate::Error::Vulkan`] if the
+    /// driver refuses.
     pub fn new(
         device: &Arc<Device>,
         frame: &FrameBuffer,

@@ -60,6 +60,9 @@ impl Picture {
 
     /// Whether the file at `path` holds display values (PNG, JPEG) rather than radiance (EXR), by
     /// its first bytes.
+    ///
+    /// # Errors
+    /// [`Error::File`] if it cannot be read.
     pub fn is_display(path: &Path) -> Result<bool> {
         let mut start = [0; 4];
         let read = File::open(path).and_then(|mut file| file.read(&mut start));
@@ -67,12 +70,18 @@ impl Picture {
     }
 
     /// Writes linear radiance as float32 RGB.
+    ///
+    /// # Errors
+    /// [`Error::File`] if it cannot be encoded or written.
     pub fn write_exr(&self, path: &Path) -> Result<()> {
         self.write_channels(path, |pixel| (pixel.x, pixel.y, pixel.z))
     }
 
     /// Writes linear radiance as float16 RGB: half the size, for pictures whose fourth digit does
     /// not matter.
+    ///
+    /// # Errors
+    /// Those of [`Picture::write_exr`].
     pub fn write_exr_f16(&self, path: &Path) -> Result<()> {
         let half = f16::from_f32;
         self.write_channels(path, |pixel| (half(pixel.x), half(pixel.y), half(pixel.z)))
@@ -165,6 +174,9 @@ fn read_display(bytes: &[u8]) -> Result<Picture, String> {
 }
 
 /// Writes 8-bit sRGB, `width * height` RGB triples row by row from the top, as PNG.
+///
+/// # Errors
+/// [`Error::File`] if it cannot be encoded or written.
 pub fn write_png(path: &Path, width: u32, height: u32, srgb: &[u8]) -> Result<()> {
     let mut bytes = Vec::new();
     let encoder = image::codecs::png::PngEncoder::new(&mut bytes);

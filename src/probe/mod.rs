@@ -38,6 +38,10 @@ pub struct Findings {
 
 impl Findings {
     /// Probes a device.
+    ///
+    /// # Errors
+    /// [`crate::Error::Limit`] if the device's images cannot hold the largest point that it claims;
+    /// [`crate::Error::Memory`] or [`crate::Error::Vulkan`]: what the driver says.
     pub fn of(device: &Arc<Device>) -> Result<Self> {
         Ok(Self {
             points: Points::of(device)?,
@@ -49,6 +53,10 @@ impl Findings {
 }
 
 /// What the device does with points; found when first asked for.
+///
+/// # Errors
+/// [`crate::Error::Limit`] if the device's images cannot hold the largest point that it claims;
+/// [`crate::Error::Memory`] or [`crate::Error::Vulkan`]: what the driver says.
 pub fn point_rules(device: &Arc<Device>) -> Result<PointRules> {
     if let Some(rules) = device.point_rules.get() {
         return Ok(*rules);

@@ -324,7 +324,8 @@ impl Renderer {
     /// Display colour of the last frame: sRGB, three bytes a pixel, row by row from the top.
     ///
     /// # Errors
-    /// If the renderer was made for a radiance output.
+    /// [`Error::Scene`] if the renderer was made for a radiance output; else those of
+    /// [`Renderer::read_radiance`].
     pub fn read_display(&self) -> Result<Vec<u8>> {
         let Some(display) = &self.display else {
             return Err(Error::Scene {
@@ -338,6 +339,9 @@ impl Renderer {
 
     /// Drop records of the last frame drawn as points: centre in view space and radius, by index;
     /// radius 0 for those out of view or drawn as quads. Empty without such a frame.
+    ///
+    /// # Errors
+    /// As [`Renderer::read_radiance`], where there are records to read.
     pub fn read_drops(&self) -> Result<Vec<[f32; 4]>> {
         match &self.drawing {
             Drawing::Points(points) => points

@@ -24,6 +24,9 @@ const FAMILIES: [(&str, RGBColor); 4] = [
 ];
 
 /// The plot as SVG.
+///
+/// # Errors
+/// [`crate::Error::Plot`] if it cannot be drawn, with the reason.
 pub fn plot(report: &Report) -> Result<String> {
     let mut svg = String::new();
     draw(report, &mut svg)?;

@@ -25,6 +25,9 @@ pub fn of_file(name: &str, scene: Scene, environment: Environment) -> StudyScene
 
 /// The default set: from one drop to a million, from a bare sun to a sky that a display could show,
 /// at rest and in motion. Modest in size: with every model it takes minutes on two cores.
+///
+/// # Errors
+/// As [`Environment::bundled`]: none for an intact program.
 pub fn standard_set() -> Result<Vec<StudyScene>> {
     let sky = Environment::bundled()?;
     // The sun's disc brought down to a veil: glints are asked for in one scene, `sun`.

@@ -134,6 +134,10 @@ fn scenes(radius_px: f64, views: u32) -> Vec<Scene> {
 }
 
 /// Every candidate at every radius.
+///
+/// # Errors
+/// Those of [`crate::plan::plan`], [`Renderer::new`], [`Renderer::submit`] and
+/// [`Renderer::read_radiance`], for the first model that fails.
 pub fn by_size(
     device: &Arc<Device>,
     environments: &[Environment],
@@ -199,6 +203,9 @@ pub fn by_size(
 /// What small bright sources add to each candidate's error: of an environment and of the same without
 /// them, the difference of the squared [`SizeRow::rms_of_area`], over the sources' light
 /// ([`Bright::strength`]); its root. `None` for an environment without such sources.
+///
+/// # Errors
+/// Those of [`by_size`].
 ///
 /// [`Bright::strength`]: crate::environment::bright::Bright::strength
 pub fn glints_by_size(

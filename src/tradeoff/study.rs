@@ -37,6 +37,10 @@ struct Known {
 
 /// Tries `models` on a scene; `say` is called with a model's name, or why it is left out, and the share
 /// of the work that is done. The first model is the one that the others' speed is told by.
+///
+/// # Errors
+/// Those of [`crate::plan::plan`], [`Renderer::new`], [`Renderer::submit`] and
+/// [`Renderer::read_radiance`], for the first model that fails.
 pub fn study(
     device: &Arc<Device>,
     scene: &StudyScene,
