@@ -105,8 +105,9 @@ pub struct Renderer {
     frame: FrameBuffer,
     surroundings: Surroundings,
     size: (u32, u32),
-    drawing: Drawing,
+    // Views what `drawing` holds, so it is freed first.
     display: Option<Display>,
+    drawing: Drawing,
     stored_at: Option<Tick>,
     environment_ms: f64,
     // Sampled by the passes.
