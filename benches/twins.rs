@@ -7,11 +7,11 @@ use std::time::Duration;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use glam::DVec3;
-use raindrops::clusters::Clusters;
-use raindrops::cull::count_visible;
 use raindrops::environment::Environment;
 use raindrops::environment::levels::{levels, sample};
 use raindrops::optics::{Encounter, level_half_angle, mask_encounter};
+use raindrops::rain::clusters::Clusters;
+use raindrops::rain::cull::count_visible;
 use raindrops::rain::tick_of_seconds;
 use raindrops::scene::Scene;
 

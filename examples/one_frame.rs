@@ -6,10 +6,10 @@ use std::path::Path;
 
 use raindrops::environment::Environment;
 use raindrops::gpu::{Device, Instance, Validation};
-use raindrops::model::Preset;
 use raindrops::picture::write_png;
 use raindrops::plan::{Output, plan};
 use raindrops::renderer::Renderer;
+use raindrops::scene::model::Preset;
 use raindrops::scene::{ImageSize, ModelChoice, RainSettings, Scene};
 
 fn main() -> raindrops::Result<()> {

@@ -1,5 +1,5 @@
 #version 460
-// Values for a float16 target, and what packHalf2x16 makes of them. See src/probe/halves.rs.
+// Values for a float16 target, and what packHalf2x16 makes of them. See src/gpu/probe/halves.rs.
 layout(constant_id = 0) const uint PACKED = 0;
 layout(std430, set = 0, binding = 0) readonly buffer Values { float values[]; };
 layout(push_constant) uniform Push { float alpha; float scale; };

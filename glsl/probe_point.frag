@@ -1,5 +1,5 @@
 #version 460
-// Where in the point a pixel is, and that it is in it. See src/probe/points.rs.
+// Where in the point a pixel is, and that it is in it. See src/gpu/probe/points.rs.
 layout(location = 0) out vec4 mark;
 
 void main() {

@@ -1,5 +1,5 @@
 #version 460
-// A point at a given place, of a given size. See src/probe/points.rs.
+// A point at a given place, of a given size. See src/gpu/probe/points.rs.
 layout(std430, set = 0, binding = 0) readonly buffer Points { vec4 points[]; }; // place in NDC, size
 
 void main() {

@@ -1,5 +1,5 @@
 #version 460
-// What a texture unit makes of levels and places. See src/probe/sampling.rs.
+// What a texture unit makes of levels and places. See src/gpu/probe/sampling.rs.
 layout(set = 0, binding = 0) uniform sampler2D levels; // every texel of a level holds its number
 layout(set = 0, binding = 1) uniform sampler2D edge;   // two texels, 0 and 1
 layout(push_constant) uniform Push { float scale; };   // of the implicit derivative

@@ -1,5 +1,5 @@
 #version 460
-// Work that takes a while, in steps. See src/probe/clock.rs.
+// Work that takes a while, in steps. See src/gpu/probe/clock.rs.
 layout(push_constant) uniform Push { uint steps; };
 layout(location = 0) out vec4 color;
 

@@ -30,44 +30,32 @@
 //! # Where to read on
 //!
 //! - The physics of one drop, in float64, without approximation: [`optics`]. What the models of it
-//!   leave out, by name: [`model`]; by formula, picture and error: `docs/method.md`.
+//!   leave out, by name: [`scene::model`]; by formula, picture and error: `docs/method.md`.
 //! - Where a million drops are at any time, exactly, with nothing stored: [`rain`], and in clusters that
-//!   fall with them: [`clusters`]. Which of them are in view: [`cull`].
+//!   fall with them: [`rain::clusters`]. Which of them are in view: [`rain::cull`].
 //! - A frame from top to bottom, every barrier of it: [`renderer`]. Its passes, each beside its shader
 //!   of the same name in `glsl/`: [`passes`].
 //! - Vulkan itself, one object a file, knowing nothing of rain: [`gpu`].
 //! - How far a picture is from the truth: the ray tracer [`mod@reference`], the metrics
-//!   [`picture::metrics`] and [`picture::flip`]. How fast it is: [`mod@bench`].
-//! - A window: [`view`]. A film: [`film`].
+//!   [`picture::metrics`] and [`picture::flip`]. How fast it is: [`measure`].
+//! - A window: [`view`]. A film: [`scene::film`].
 //!
 //! `examples/one_frame.rs` and `examples/your_frame.rs` run.
 
-pub mod bench;
-pub mod camera;
 pub mod cli;
-pub mod clusters;
-pub mod cull;
-mod dwa;
 pub mod environment;
 mod error;
 pub mod files;
-pub mod film;
 pub mod gpu;
-pub mod model;
+pub mod measure;
 pub mod optics;
-pub mod paper_twin;
 pub mod passes;
 pub mod picture;
-pub mod pipelines;
 pub mod plan;
-pub mod probe;
 pub mod rain;
 pub mod reference;
 pub mod renderer;
 pub mod scene;
-pub mod sky;
-pub mod tone_map;
-pub mod tradeoff;
 pub mod view;
 
 pub use error::{Error, Result};

@@ -8,16 +8,16 @@ use std::collections::BTreeMap;
 use glam::{DVec3, Vec3};
 use raindrops::environment::Environment;
 use raindrops::environment::bright::split;
-use raindrops::model::{Optics, Order, Preset, Primitive, Reflection};
+use raindrops::measure::tradeoff::{by_size, candidates, glints_by_size, standard_set};
 use raindrops::picture::metrics::psnr_db;
+use raindrops::picture::tone_map::{display, exposure_of};
 use raindrops::plan::{
     Demand, ERRORS, FramePlan, GLINT_RADII_PX, GLINTS, Output, RADII_PX, contrast, plan,
 };
 use raindrops::reference::{Hit, Tracer, Truth, of_scene};
 use raindrops::renderer::Renderer;
+use raindrops::scene::model::{Optics, Order, Preset, Primitive, Reflection};
 use raindrops::scene::{PlacedDrop, RainSettings, Scene};
-use raindrops::tone_map::{display, exposure_of};
-use raindrops::tradeoff::{by_size, candidates, glints_by_size, standard_set};
 
 use common::on_device;
 
@@ -186,7 +186,7 @@ fn what_a_scene_asks_is_what_it_shows() {
         scene.rain = Some(RainSettings { count, half_extent, ..RainSettings::default() });
         scene.camera.vertical_fov = fov;
         let demand = Demand::of(&scene, near);
-        let visible = raindrops::cull::count_visible(&scene) as f64;
+        let visible = raindrops::rain::cull::count_visible(&scene) as f64;
         let share: f64 = demand.classes.iter().map(|class| class.share).sum();
         let sky = Environment::constant(Vec3::ONE);
         let tracer = Tracer::of_spheres(scene.view(), of_scene(&scene), &sky, Truth::default());

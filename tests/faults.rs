@@ -13,11 +13,11 @@ use std::sync::{Arc, Mutex, PoisonError};
 use ash::vk::{self, Handle as _};
 use glam::Vec3;
 use raindrops::environment::Environment;
+use raindrops::gpu::disk_cache::KeptDevice;
 use raindrops::gpu::{Device, Instance, Validation};
-use raindrops::model::Preset;
-use raindrops::pipelines::KeptDevice;
 use raindrops::plan::{Output, plan};
 use raindrops::renderer::Renderer;
+use raindrops::scene::model::Preset;
 use raindrops::scene::{ImageSize, Scene};
 
 /// Failures tried of each preset in an ordinary run; `RAINDROPS_FAULTS=all` tries every one.

@@ -5,9 +5,9 @@ mod common;
 use std::process::Command;
 
 use raindrops::environment::Environment;
-use raindrops::model::Simulation;
 use raindrops::plan::{Output, plan};
 use raindrops::renderer::Renderer;
+use raindrops::scene::model::Simulation;
 use raindrops::scene::{ImageSize, RainSettings, Scene};
 
 /// Many frames are submitted as fast as the queue takes them; the last is the picture of its moment.

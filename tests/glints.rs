@@ -7,9 +7,9 @@ use raindrops::environment::Environment;
 use raindrops::environment::bright::split;
 use raindrops::picture::Picture;
 use raindrops::picture::metrics::{box_filter, psnr_db};
+use raindrops::picture::tone_map::{display, exposure_of};
 use raindrops::reference::{Tracer, Truth, Weights};
 use raindrops::scene::{PlacedDrop, RainSettings, Scene};
-use raindrops::tone_map::{display, exposure_of};
 
 use common::Random;
 

@@ -10,9 +10,9 @@ use std::sync::Arc;
 use glam::Vec3;
 use raindrops::environment::Environment;
 use raindrops::gpu::{Device, Instance, Validation};
-use raindrops::model::Preset;
 use raindrops::plan::{Output, plan};
 use raindrops::renderer::Renderer;
+use raindrops::scene::model::Preset;
 use raindrops::scene::{ImageSize, Scene};
 
 /// Resident memory of this process in MiB.

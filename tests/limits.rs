@@ -7,9 +7,9 @@ use std::sync::Arc;
 use glam::Vec3;
 use raindrops::environment::Environment;
 use raindrops::gpu::{Device, DeviceReport};
-use raindrops::model::Preset;
 use raindrops::plan::{Output, plan};
 use raindrops::renderer::Renderer;
+use raindrops::scene::model::Preset;
 use raindrops::scene::{ImageSize, Scene};
 
 fn scene(preset: Preset, drops: u32, edge: u32) -> Scene {
@@ -60,7 +60,7 @@ fn more_drops_than_a_binding_holds() {
         let mut renderer = make(device, &scene).expect("a renderer");
         renderer.submit(&scene).expect("a frame");
         let counts = renderer.finish().expect("a report").counts;
-        assert_eq!(counts.visible, raindrops::cull::count_visible(&scene));
+        assert_eq!(counts.visible, raindrops::rain::cull::count_visible(&scene));
     });
 }
 

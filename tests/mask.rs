@@ -7,11 +7,11 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use raindrops::gpu::Device;
-use raindrops::model::Optics;
 use raindrops::optics::{level_distance, level_half_angle, mask_encounter};
-use raindrops::paper_twin::texel_coverage;
 use raindrops::passes::mask::{Mask, MaskLevel};
 use raindrops::plan::Light;
+use raindrops::reference::paper::texel_coverage;
+use raindrops::scene::model::Optics;
 
 /// (s, t) of a texel's centre.
 fn place(size: u32, x: u32, y: u32) -> (f64, f64) {

@@ -5,8 +5,8 @@ use raindrops::picture::flip::{PIXELS_PER_DEGREE, flip};
 use raindrops::picture::metrics::{
     box_filter, compare, max_error, mean_luminance, percentile, psnr_db, rel_mse,
 };
+use raindrops::picture::tone_map::{DELTA, Exposure, exposure};
 use raindrops::picture::{Picture, linear_of_srgb, srgb_byte, srgb_of_linear};
-use raindrops::tone_map::{DELTA, Exposure, exposure};
 
 fn constant(width: u32, height: u32, color: Vec3) -> Picture {
     Picture { width, height, pixels: vec![color; (width * height) as usize] }

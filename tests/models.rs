@@ -4,21 +4,21 @@
 mod common;
 
 use glam::{DMat3, DVec2, DVec3, Vec3};
-use raindrops::camera::View;
 use raindrops::environment::Environment;
 use raindrops::gpu::{
     Binding, Bindings, Buffer, Commands, ComputePipeline, Device, Memory, Resource, Shader, Use,
     memory_barrier,
 };
-use raindrops::model::{
-    Fresnel, Lookup, Optics, Order, Preset, Primitive, Reflection, Simulation, Weights,
-};
 use raindrops::optics::{Encounter, mask_encounter};
-use raindrops::paper_twin::{Sprite, rotation};
 use raindrops::picture::Picture;
 use raindrops::plan::{Output, plan};
+use raindrops::reference::paper::{Sprite, rotation};
 use raindrops::reference::{Tracer, Truth};
 use raindrops::renderer::Renderer;
+use raindrops::scene::camera::View;
+use raindrops::scene::model::{
+    Fresnel, Lookup, Optics, Order, Preset, Primitive, Reflection, Simulation, Weights,
+};
 use raindrops::scene::{ImageSize, ModelChoice, Scene};
 
 use common::{on_device, one_drop};

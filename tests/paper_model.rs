@@ -8,13 +8,13 @@ use std::sync::Arc;
 use glam::{DMat3, DVec2, DVec3};
 use raindrops::environment::Environment;
 use raindrops::gpu::Device;
-use raindrops::model::Optics;
-use raindrops::paper_twin::{PaperTwin, Sprite};
+use raindrops::gpu::probe::Findings;
 use raindrops::passes::drops::guard_band;
 use raindrops::picture::Picture;
 use raindrops::plan::{Output, plan};
-use raindrops::probe::Findings;
+use raindrops::reference::paper::{PaperTwin, Sprite};
 use raindrops::renderer::Renderer;
+use raindrops::scene::model::Optics;
 use raindrops::scene::{ImageSize, Scene};
 use rayon::prelude::*;
 

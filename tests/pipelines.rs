@@ -7,9 +7,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Output;
 
+use raindrops::gpu::disk_cache::{KeptDevice, PipelineFile};
 use raindrops::gpu::{Instance, PipelineKey, Validation};
-use raindrops::model::Preset;
-use raindrops::pipelines::{KeptDevice, PipelineFile};
+use raindrops::scene::model::Preset;
 use tempfile::TempDir;
 
 /// A cache for a test of its own.

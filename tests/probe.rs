@@ -9,16 +9,16 @@ use std::time::Instant;
 use glam::{DVec3, Vec2, Vec3};
 use half::f16;
 use raindrops::environment::Environment;
+use raindrops::gpu::probe::points::{Mark, Shot, limit_of, limit_shots, off_screen_shots};
+use raindrops::gpu::probe::{Findings, Rounding, halves::rounding, point_rules};
 use raindrops::gpu::{Device, PointRules};
-use raindrops::model::Operator;
 use raindrops::picture::Picture;
 use raindrops::picture::metrics::compare;
+use raindrops::picture::tone_map::exposure_of;
 use raindrops::plan::{Output, plan};
-use raindrops::probe::points::{Mark, Shot, limit_of, limit_shots, off_screen_shots};
-use raindrops::probe::{Findings, Rounding, halves::rounding, point_rules};
 use raindrops::renderer::Renderer;
+use raindrops::scene::model::Operator;
 use raindrops::scene::{ImageSize, PlacedDrop, RainSettings, Scene};
-use raindrops::tone_map::exposure_of;
 
 use common::on_device;
 

@@ -6,7 +6,7 @@ mod common;
 use common::Random;
 use glam::{DMat3, DVec3, Mat3, Vec3};
 use raindrops::optics::{Encounter, mask_encounter};
-use raindrops::paper_twin::rotation;
+use raindrops::reference::paper::rotation;
 
 /// `rotation` with every operation rounded to float32, as in `glsl/include/sprite.glsl`.
 fn rotation_f32(center: Vec3) -> Mat3 {

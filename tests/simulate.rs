@@ -7,16 +7,16 @@ use std::sync::Arc;
 
 use common::Random;
 use glam::DVec3;
-use raindrops::camera::Camera;
-use raindrops::cull::{Sighting, sightings};
 use raindrops::environment::Environment;
 use raindrops::gpu::Device;
-use raindrops::model::Simulation;
 use raindrops::passes::drops::guard_band;
 use raindrops::passes::simulate::Counts;
 use raindrops::plan::{Output, plan};
 use raindrops::rain::TICKS_PER_SECOND;
+use raindrops::rain::cull::{Sighting, sightings};
 use raindrops::renderer::Renderer;
+use raindrops::scene::camera::Camera;
+use raindrops::scene::model::Simulation;
 use raindrops::scene::{ImageSize, PlacedDrop, RainSettings, Scene};
 
 fn renderer(device: &Arc<Device>, scene: &Scene) -> Renderer {

@@ -6,9 +6,9 @@ mod common;
 use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
-use raindrops::bench::drivers::{Apart, apart};
 use raindrops::environment::Environment;
 use raindrops::gpu::Device;
+use raindrops::measure::bench::drivers::{Apart, apart};
 use raindrops::picture::Picture;
 use raindrops::plan::{Output, plan};
 use raindrops::renderer::Renderer;

@@ -3,19 +3,19 @@
 mod common;
 
 use glam::{DVec3, Vec3};
-use raindrops::camera::Camera;
-use raindrops::cull::count_visible;
 use raindrops::environment::Environment;
 use raindrops::gpu::Device;
-use raindrops::model::{Operator, Preset};
 use raindrops::passes::simulate::Counts;
 use raindrops::picture::Picture;
 use raindrops::picture::metrics::{Comparison, compare, rel_mse};
+use raindrops::picture::tone_map::exposure_of;
 use raindrops::plan::{Output, plan};
+use raindrops::rain::cull::count_visible;
 use raindrops::reference::{Tracer, Truth};
 use raindrops::renderer::Renderer;
+use raindrops::scene::camera::Camera;
+use raindrops::scene::model::{Operator, Preset};
 use raindrops::scene::{PlacedDrop, RainSettings, Scene};
-use raindrops::tone_map::exposure_of;
 
 use common::{Random, on_device};
 

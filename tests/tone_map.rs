@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 use raindrops::picture::Picture;
-use raindrops::tone_map::{DELTA, Exposure, apply, display, exposure, log_average};
+use raindrops::picture::tone_map::{DELTA, Exposure, apply, display, exposure, log_average};
 
 fn picture(pixels: Vec<Vec3>) -> Picture {
     Picture { width: pixels.len() as u32, height: 1, pixels }

@@ -3,12 +3,12 @@
 use std::time::Instant;
 
 use glam::Vec3;
-use raindrops::clusters::{CLUSTER, ClusterBox, Clusters, NO_DROP};
-use raindrops::cull::Sight;
 use raindrops::environment::Environment;
+use raindrops::picture::tone_map::DELTA;
+use raindrops::rain::clusters::{CLUSTER, ClusterBox, Clusters, NO_DROP};
+use raindrops::rain::cull::Sight;
 use raindrops::rain::{start, tick_of_seconds};
 use raindrops::scene::Scene;
-use raindrops::tone_map::DELTA;
 use rayon::prelude::*;
 
 use crate::kernel::kernel;

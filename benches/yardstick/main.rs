@@ -17,10 +17,10 @@ mod tile;
 use std::path::PathBuf;
 use std::time::Instant;
 
-use raindrops::bench::statistics::{median, quantile};
-use raindrops::cull::count_visible;
 use raindrops::environment::Environment;
+use raindrops::measure::statistics::{median, quantile};
 use raindrops::picture::write_png;
+use raindrops::rain::cull::count_visible;
 use raindrops::scene::Scene;
 
 use crate::frame::{Frame, Stages};

@@ -1,6 +1,6 @@
 // Clusters of drops, and those in view, which clusters.comp finds, bin_starts.comp and sort_clusters.comp put in
 // order of their bins, and gather.comp draws. Needs tile_buffers.glsl.
-const uint NO_DROP = 0xffffffffu; // as in src/clusters.rs
+const uint NO_DROP = 0xffffffffu; // as in src/rain/clusters.rs
 const uint GATHER_GROUP = 256, CLUSTERS_A_GROUP = GATHER_GROUP / CLUSTER; // of gather.comp
 const uint STRETCHES = 64; // of all clusters, of which the workgroups of clusters.comp take parts in turn
 
@@ -9,7 +9,7 @@ layout(constant_id = 18) const uint RANDOM_CLUSTERS = 1; // the others' drops ar
 
 // Indices of each cluster's drops. Never changes.
 layout(std430, set = 0, binding = 1) readonly buffer DropOrder { uint drop_order[]; };
-// `ClusterBox` in src/clusters.rs of each cluster of random drops.
+// `ClusterBox` in src/rain/clusters.rs of each cluster of random drops.
 layout(std430, set = 0, binding = 2) readonly buffer ClusterBoxes { uvec4 cluster_boxes[]; };
 // Numbers of the clusters in view, sorted; from CLUSTERS on, three words each as they were found: number, bin, and
 // place in its bin.

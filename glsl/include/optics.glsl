@@ -1,4 +1,4 @@
-// One drop in float32; the twin of src/optics.rs, which tells the physics. Needs light_model.glsl.
+// One drop in float32; the twin of src/optics/mod.rs, which tells the physics. Needs light_model.glsl.
 
 const float WATER = 1.33;
 

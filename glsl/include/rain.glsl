@@ -1,4 +1,4 @@
-// Where a drop is and whether it is in view; the twin of src/rain.rs and src/cull.rs, bit for bit.
+// Where a drop is and whether it is in view; the twin of src/rain/mod.rs and src/rain/cull.rs, bit for bit.
 // `precise` keeps every product and sum apart, so that each rounds as the CPU's does.
 
 uvec3 start(uint index) {

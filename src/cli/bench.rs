@@ -6,16 +6,17 @@ use clap::Args;
 
 use super::options::{AxisArgs, DeviceArgs, SceneValues, open_device};
 use super::{Answer, parse_seconds, print, progress, say_doubt, write_json};
-use crate::bench::{
-    Build, DeviceHead, Effort, Host, Report, Row, SCHEMA, Variant, measure, plot, table,
-};
-use crate::cull::count_visible;
 use crate::environment::Environment;
 use crate::files::write_whole;
-use crate::model::{Operator, Preset};
-use crate::pipelines::KeptDevice;
+use crate::gpu::disk_cache::KeptDevice;
+use crate::measure::Host;
+use crate::measure::bench::{
+    Build, DeviceHead, Effort, Report, Row, SCHEMA, Variant, measure, plot, table,
+};
 use crate::plan::{Output, plan};
+use crate::rain::cull::count_visible;
 use crate::scene::Scene;
+use crate::scene::model::{Operator, Preset};
 
 /// Measure frame rates: the paper's Table II on this machine
 #[derive(Args)]

@@ -9,11 +9,11 @@ use serde_json::json;
 
 use super::{Answer, Format, print};
 use crate::files::write_whole;
-use crate::model::Operator;
 use crate::picture::metrics::{Comparison, Metrics, compare};
+use crate::picture::tone_map::{Exposure, exposure_of};
 use crate::picture::{Picture, srgb_byte, write_png};
 use crate::scene::ToneMap;
-use crate::tone_map::{Exposure, exposure_of};
+use crate::scene::model::Operator;
 
 /// Options of `raindrops compare`.
 #[derive(Args)]

@@ -10,19 +10,19 @@ use serde_json::json;
 
 use super::options::{ModelArgs, SceneArgs, open_device};
 use super::{Answer, print, write_json};
-use crate::bench::drivers::{Apart, apart, difference};
-use crate::bench::statistics::median;
-use crate::bench::{DeviceHead, Effort, Variant, measure};
 use crate::environment::Environment;
 use crate::gpu::{Device, DeviceReport, Instance, Validation};
-use crate::model::Preset;
+use crate::measure::bench::drivers::{Apart, apart, difference};
+use crate::measure::bench::{DeviceHead, Effort, Variant, measure};
+use crate::measure::statistics::median;
 use crate::picture::Picture;
+use crate::picture::tone_map::exposure_of;
 use crate::plan::{Output, plan};
 use crate::reference::{Tracer, Truth};
 use crate::renderer::Renderer;
 use crate::renderer::stages::Stages;
 use crate::scene::Scene;
-use crate::tone_map::exposure_of;
+use crate::scene::model::Preset;
 
 /// Compare the drivers of this machine on one scene: time, picture, first stage that differs
 #[derive(Args)]

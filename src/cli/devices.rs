@@ -7,8 +7,8 @@ use serde_json::json;
 
 use super::{Answer, print, write_json};
 use crate::Error;
+use crate::gpu::probe::{Findings, Rounding};
 use crate::gpu::{Device, DeviceReport, Instance, Validation};
-use crate::probe::{Findings, Rounding};
 
 /// List the Vulkan devices: driver, limits, features that are missing, what it really does
 #[derive(Args)]

@@ -11,8 +11,8 @@ use super::{Answer, print, progress, write_json};
 use crate::environment::Environment;
 use crate::environment::bright::split;
 use crate::gpu::Device;
+use crate::measure::tradeoff::{by_size, candidates, glints_by_size};
 use crate::plan::contrast;
-use crate::tradeoff::{by_size, candidates, glints_by_size};
 
 /// Each model's error by a drop's radius in pixels
 #[derive(Args)]

@@ -7,11 +7,11 @@ use glam::Vec3;
 
 use super::options::DeviceArgs;
 use super::{Answer, print, progress};
-use crate::model::Optics;
 use crate::optics::{level_distance, level_half_angle};
 use crate::passes::mask::{Mask, MaskLevel};
 use crate::picture::{Picture, srgb_byte, write_png};
 use crate::plan::Light;
+use crate::scene::model::Optics;
 use crate::{Error, Result};
 
 /// Write the mask's levels as EXR and false-colour PNG, and print the paper's Table I

@@ -6,12 +6,12 @@ use std::sync::Arc;
 use clap::Args;
 
 use crate::Result;
+use crate::gpu::disk_cache::{KeptDevice, user_folder};
 use crate::gpu::{DeviceReport, Instance, Validation};
-use crate::model::{
+use crate::scene::Scene;
+use crate::scene::model::{
     Fresnel, Lookup, Operator, Optics, Order, Preset, Primitive, Reflection, Simulation, Weights,
 };
-use crate::pipelines::{KeptDevice, user_folder};
-use crate::scene::Scene;
 
 /// A scene and the values that the command line sets in it.
 #[derive(Args, Clone, Debug, Default, PartialEq)]

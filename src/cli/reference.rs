@@ -9,10 +9,10 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::options::SceneArgs;
 use super::{Answer, Format};
+use crate::picture::tone_map;
 use crate::picture::{Picture, srgb_byte, write_png};
 use crate::reference::{Tracer, Truth, Weights};
 use crate::scene::Scene;
-use crate::tone_map;
 
 /// Steps of the progress bar.
 const STEPS: f64 = 1000.0;

@@ -7,10 +7,10 @@ use clap::Args;
 use super::options::{DeviceArgs, ModelArgs, SceneArgs};
 use super::sequence::{Sequence, heed_interrupts, is_interrupted};
 use super::{Answer, Format, progress, say_doubt};
-use crate::model::Simulation;
 use crate::picture::write_png;
 use crate::plan::{Output, plan};
 use crate::renderer::{FrameReport, Renderer};
+use crate::scene::model::Simulation;
 
 /// Render one frame, or a numbered sequence
 #[derive(Args)]

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::{Answer, Format};
+use crate::environment::sky::{BUNDLED_WIDTH, picture};
 use crate::picture::{srgb_byte, write_png};
-use crate::sky::{BUNDLED_WIDTH, picture};
 
 /// Write the computed sky, latitude-longitude: .exr (float16) or .png (clipped at 1, 8 bit)
 #[derive(Args)]

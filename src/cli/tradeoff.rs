@@ -6,9 +6,10 @@ use clap::Args;
 
 use super::options::{DeviceArgs, SceneArgs};
 use super::{Answer, parse_seconds, print, progress, write_json};
-use crate::bench::{self, Build, DeviceHead, Host};
 use crate::files::write_whole;
-use crate::tradeoff::{
+use crate::measure::Host;
+use crate::measure::bench::{self, Build, DeviceHead};
+use crate::measure::tradeoff::{
     Effort, Report, SCHEMA, csv, models, of_file, plot, standard_set, study, table,
 };
 

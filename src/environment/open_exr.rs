@@ -30,7 +30,7 @@ pub(super) fn decode(mut reader: impl BufRead + Seek) -> Result<Image, String> {
     let (header, channels) = choose(&metadata.headers)?;
     let frame = Frame::new(header)?;
     reader.rewind().map_err(broken)?;
-    crate::dwa::check_claims(&mut reader).map_err(broken)?;
+    crate::picture::dwa::check_claims(&mut reader).map_err(broken)?;
     reader.rewind().map_err(broken)?;
 
     // The first layer with these channels is the one chosen: `choose` looks in the same order.

@@ -5,12 +5,14 @@ mod bindings;
 mod buffer;
 mod commands;
 mod device;
+pub mod disk_cache;
 #[cfg(feature = "reload")]
 mod glsl;
 mod image;
 mod instance;
 mod pipeline;
 mod pipeline_cache;
+pub mod probe;
 mod rendering;
 mod surface;
 mod swapchain;

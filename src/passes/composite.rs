@@ -31,8 +31,8 @@ use crate::gpu::{
     Binding, Bindings, Buffer, ComputePipeline, Device, Memory, Resource, Texel, Texels, Use,
     memory_barrier, shaders,
 };
-use crate::model::Operator;
 use crate::plan::FramePlan;
+use crate::scene::model::Operator;
 
 /// Bytes a pixel, of the picture and of the sky.
 const PIXEL_BYTES: u64 = 8;

@@ -28,13 +28,13 @@ use super::radial::{INTERVALS, Radial};
 use super::simulate::Simulate;
 use super::{light_constants, rendering};
 use crate::Result;
+use crate::gpu::probe::point_rules;
 use crate::gpu::{
     Alpha, Binding, Bindings, Device, GraphicsPipeline, GraphicsState, Image, Resource, Samples,
     Shader, shaders,
 };
-use crate::model::{Optics, Primitive};
 use crate::plan::FramePlan;
-use crate::probe::point_rules;
+use crate::scene::model::{Optics, Primitive};
 
 /// What the drops are drawn on.
 #[derive(Clone, Copy, Debug)]

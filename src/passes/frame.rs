@@ -9,8 +9,8 @@ use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Vec3};
 
 use crate::Result;
-use crate::cull::Sight;
 use crate::gpu::{Buffer, Device, Memory};
+use crate::rain::cull::Sight;
 use crate::rain::{Tick, tick_of_seconds};
 use crate::scene::Scene;
 

@@ -23,9 +23,9 @@ use crate::gpu::{
     Binding, Bindings, Buffer, Commands, ComputePipeline, Device, Image, ImageInfo, Memory,
     Resource, Sampler, Samples, Use, image_barrier, memory_barrier, shaders,
 };
-use crate::model::Optics;
 use crate::optics::level_half_angle;
 use crate::plan::Light;
+use crate::scene::model::Optics;
 use crate::{Error, Result};
 
 /// The mask on the device, ready to be sampled.

@@ -16,8 +16,8 @@ pub mod tiles;
 pub mod tone_map;
 
 pub(crate) use crate::gpu::{attachment, rendering};
-use crate::model::{Fresnel, Lookup, Reflection, Weights};
 use crate::plan::Light;
+use crate::scene::model::{Fresnel, Lookup, Reflection, Weights};
 
 /// Specialization constants 0 to 4 of the shaders that include `light_model.glsl`.
 pub(crate) fn light_constants(light: &Light) -> [u32; 5] {

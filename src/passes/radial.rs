@@ -10,8 +10,8 @@ use ash::vk;
 
 use crate::Result;
 use crate::gpu::{Buffer, Device};
-use crate::model::Fresnel;
 use crate::optics::{Encounter, schlick};
+use crate::scene::model::Fresnel;
 
 /// Intervals between the table's rows, which are one more.
 pub const INTERVALS: u32 = 256;
@@ -53,7 +53,7 @@ fn row_at(cos_incidence: f64, fresnel: Fresnel) -> [f32; 4] {
 #[cfg(test)]
 mod tests {
     use super::{INTERVALS, row_at};
-    use crate::model::Fresnel;
+    use crate::scene::model::Fresnel;
 
     #[test]
     fn rows_are_close_enough_to_interpolate() {

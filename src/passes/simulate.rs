@@ -3,7 +3,7 @@
 //! (`glsl/order_large.comp`).
 //!
 //! Each drop becomes a record of 16 bytes, centre in view space and radius, which the draw reads as
-//! a vertex. Positions come from a hash and exact integers (`src/rain.rs`), or, as the paper has it,
+//! a vertex. Positions come from a hash and exact integers (`src/rain/mod.rs`), or, as the paper has it,
 //! from a stored buffer that each frame moves on; that one costs 16 bytes more a drop, read and
 //! written, and drifts.
 //!
@@ -14,13 +14,13 @@ use std::sync::Arc;
 use ash::vk;
 
 use crate::Result;
-use crate::cull::split;
 use crate::gpu::{
     Binding, Bindings, Buffer, ComputePipeline, Device, Memory, Resource, Use, memory_barrier,
     shaders,
 };
-use crate::model::Simulation;
 use crate::passes::frame::FrameBuffer;
+use crate::rain::cull::split;
+use crate::scene::model::Simulation;
 use crate::scene::{PlacedDrop, Scene};
 
 /// Most drops drawn as quads because they are larger than a point may be; those beyond it are

@@ -25,12 +25,12 @@ use super::appearance::Appearance;
 use super::frame::FrameBuffer;
 use super::light_constants;
 use super::simulate::{Simulate, placed_records};
-use crate::clusters::{CLUSTER, Clusters};
 use crate::gpu::{
     Binding, Bindings, Buffer, ComputePipeline, Device, Memory, Resource, Texel, Texels, Use,
     memory_barrier, shaders,
 };
 use crate::plan::FramePlan;
+use crate::rain::clusters::{CLUSTER, Clusters};
 use crate::scene::Scene;
 use crate::{Error, Result};
 

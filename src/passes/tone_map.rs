@@ -22,7 +22,7 @@ use crate::gpu::{
     Alpha, Binding, Bindings, Buffer, ComputePipeline, Device, GraphicsPipeline, GraphicsState,
     Image, Memory, Resource, Sampler, Samples, Texel, Texels, Use, memory_barrier, shaders,
 };
-use crate::model::Operator;
+use crate::scene::model::Operator;
 
 /// δ of the log average over the environment's mean luminance.
 pub const DELTA: f64 = 1e-4;

@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use super::flip::{PIXELS_PER_DEGREE, flip};
 use super::{Picture, srgb_of_linear};
-use crate::tone_map::{Exposure, display, log_average};
+use crate::picture::tone_map::{Exposure, display, log_average};
 
 /// Edge of the box filter in pixels.
 pub const BOX: u32 = 8;
@@ -158,7 +158,7 @@ pub fn psnr_db(a: &Picture, b: &Picture) -> f64 {
 
 /// Mean Rec. 709 luminance.
 pub fn mean_luminance(picture: &Picture) -> f64 {
-    mean(picture.pixels.iter().map(|pixel| crate::tone_map::luminance(pixel.as_dvec3())))
+    mean(picture.pixels.iter().map(|pixel| crate::picture::tone_map::luminance(pixel.as_dvec3())))
 }
 
 /// Mean of the numbers; 0 if there are none.

@@ -1,7 +1,9 @@
 //! Pictures on disk: linear radiance as EXR, display colour as PNG.
 
+pub(crate) mod dwa;
 pub mod flip;
 pub mod metrics;
+pub mod tone_map;
 
 use std::fs::File;
 use std::io::{Cursor, Read};
@@ -134,7 +136,7 @@ fn read_exr(bytes: &[u8]) -> Result<Picture, String> {
     for header in &meta.headers {
         check_claim(header.layer_size.width(), header.layer_size.height(), bytes)?;
     }
-    crate::dwa::check_claims(Cursor::new(bytes))?;
+    crate::picture::dwa::check_claims(Cursor::new(bytes))?;
     // In one thread: the crate's thread pool aborts the process where a decoder panics.
     let image = exr::prelude::read()
         .no_deep_data()

@@ -10,7 +10,7 @@ use super::errors::{Error, Left, expected};
 use super::{Light, NEAR_RADII, RAYS_PX};
 use crate::environment::Environment;
 use crate::environment::bright::split;
-use crate::model::{Optics, Order, Primitive, Reflection, Simulation};
+use crate::scene::model::{Optics, Order, Primitive, Reflection, Simulation};
 use crate::scene::{ModelChoice, Scene};
 
 /// What was chosen, and why.

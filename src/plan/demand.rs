@@ -6,12 +6,12 @@
 
 use glam::DVec3;
 
-use crate::camera::View;
 use crate::environment::Environment;
-use crate::model::Operator;
+use crate::picture::tone_map::{display, exposure_of};
 use crate::picture::{Picture, srgb_of_linear};
 use crate::scene::Scene;
-use crate::tone_map::{display, exposure_of};
+use crate::scene::camera::View;
+use crate::scene::model::Operator;
 
 /// Rays along an edge of the picture.
 const GRID: u32 = 8;

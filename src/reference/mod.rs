@@ -17,6 +17,7 @@
 
 mod drops;
 mod glints;
+pub mod paper;
 mod samples;
 mod tree;
 
@@ -30,11 +31,11 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use self::glints::{Glints, MOST_REFLECTIONS};
-use crate::camera::View;
 use crate::environment::Environment;
 use crate::optics::{Encounter, WATER};
 use crate::picture::Picture;
 use crate::scene::Scene;
+use crate::scene::camera::View;
 
 /// Edge of a tile in pixels. Of the rain's million drops a tile of 8 x 8 holds about ten: few
 /// enough for every ray to try them all, and the tree is asked 64 times less often.

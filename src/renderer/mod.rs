@@ -18,7 +18,6 @@ use crate::gpu::{
     Buffer, Commands, Device, Image, ImageInfo, Memory, Samples, Timestamps, Use, image_barrier,
     image_discard, memory_barrier,
 };
-use crate::model::Primitive;
 use crate::passes::drops::guard_band;
 use crate::passes::environment::EnvironmentMap;
 use crate::passes::frame::{Frame, FrameBuffer, Surroundings};
@@ -28,6 +27,7 @@ use crate::picture::Picture;
 use crate::plan::FramePlan;
 use crate::rain::{Tick, tick_of_seconds};
 use crate::scene::Scene;
+use crate::scene::model::Primitive;
 use crate::{Error, Result};
 
 /// Frames that may be under way at once: one is recorded while the other is drawn.

@@ -9,7 +9,6 @@ use crate::gpu::{
     Alpha, Device, Image, ImageInfo, Samples, Timestamps, Use, image_barrier, image_discard,
     memory_barrier,
 };
-use crate::model::Order;
 use crate::passes::attachment;
 use crate::passes::drops::{Drops, Target, guard_band};
 use crate::passes::environment::EnvironmentMap;
@@ -18,6 +17,7 @@ use crate::passes::simulate::Simulate;
 use crate::passes::sky::Sky;
 use crate::plan::FramePlan;
 use crate::scene::Scene;
+use crate::scene::model::Order;
 
 /// Format of the radiance image. Colour is blended in it; the alpha of a drop that is smaller than a
 /// pixel is its area, well over float16's resolution in every scene with less than 10⁴ drops behind

@@ -11,13 +11,13 @@ use crate::gpu::{
     Alpha, Buffer, Commands, Device, Image, ImageInfo, Memory, Samples, Use, attachment,
     image_barrier, image_discard, memory_barrier,
 };
-use crate::model::Optics;
 use crate::passes::drops::{Drops, Target, guard_band};
 use crate::passes::environment::EnvironmentMap;
 use crate::passes::frame::{Frame, FrameBuffer};
 use crate::passes::simulate::Simulate;
 use crate::plan::FramePlan;
 use crate::scene::Scene;
+use crate::scene::model::Optics;
 use crate::{Error, Result};
 
 const FORMAT: vk::Format = vk::Format::R32G32B32A32_SFLOAT;

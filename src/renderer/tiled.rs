@@ -7,7 +7,6 @@ use ash::vk;
 
 use crate::Result;
 use crate::gpu::{Device, Timestamps, Use, memory_barrier};
-use crate::model::Optics;
 use crate::passes::appearance::Appearance;
 use crate::passes::composite::Composite;
 use crate::passes::environment::EnvironmentMap;
@@ -15,6 +14,7 @@ use crate::passes::frame::{Frame, FrameBuffer};
 use crate::passes::tiles::Tiles;
 use crate::plan::FramePlan;
 use crate::scene::Scene;
+use crate::scene::model::Optics;
 
 /// The passes of the frame, up to its radiance.
 pub(super) struct Tiled {

@@ -14,8 +14,8 @@ use super::Options;
 use super::flight::drag;
 use super::keys::action;
 use super::viewer::Viewer;
+use crate::gpu::disk_cache::{KeptDevice, user_folder};
 use crate::gpu::{DeviceReport, Instance};
-use crate::pipelines::{KeptDevice, user_folder};
 use crate::{Error, Result};
 
 /// How often a window at rest looks whether something has changed, such as a shader's source.

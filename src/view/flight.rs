@@ -6,8 +6,8 @@ use std::time::Duration;
 use glam::{DQuat, DVec3};
 use winit::keyboard::KeyCode;
 
-use crate::camera::Camera;
 use crate::scene::Scene;
+use crate::scene::camera::Camera;
 
 /// Radians a pixel of mouse movement turns.
 const RADIANS_PER_PX: f64 = 0.004;

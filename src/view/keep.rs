@@ -59,7 +59,7 @@ pub fn write_scene(path: &Path, scene: &Scene) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::{Optics, Preset};
+    use crate::scene::model::{Optics, Preset};
     use crate::scene::{ModelChoice, PlacedDrop};
 
     #[test]

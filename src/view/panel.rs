@@ -7,9 +7,9 @@ use super::clock::Clock;
 use super::history::History;
 use super::keys::{Action, HELP};
 use super::stage::{Difference, Pane};
-use crate::bench::thousands;
-use crate::model::Preset;
+use crate::measure::bench::thousands;
 use crate::plan::FramePlan;
+use crate::scene::model::Preset;
 use crate::scene::{EnvironmentChoice, MAX_DROPS, ModelChoice, Scene};
 
 /// Width of the panel in points.

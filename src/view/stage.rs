@@ -7,13 +7,13 @@
 use std::sync::Arc;
 
 use crate::Result;
-use crate::camera::Camera;
 use crate::environment::Environment;
 use crate::gpu::{Device, Image};
 use crate::picture::flip::{PIXELS_PER_DEGREE, flip};
 use crate::picture::{Picture, linear_of_srgb};
 use crate::plan::{FramePlan, Output, plan};
 use crate::renderer::{FrameReport, Renderer};
+use crate::scene::camera::Camera;
 use crate::scene::{EnvironmentChoice, ImageSize, ModelChoice, Scene};
 
 /// A renderer, its plan, and what its last finished frame told.

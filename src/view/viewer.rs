@@ -18,7 +18,7 @@ use super::stage::{Difference, Stage};
 use super::{Options, environments};
 use crate::Result;
 use crate::gpu::{Device, Surface};
-use crate::model::Preset;
+use crate::scene::model::Preset;
 use crate::scene::{EnvironmentChoice, MAX_DROPS, ModelChoice, RainSettings, Scene};
 
 /// A window whose size has changed keeps its old picture, scaled, until it has been still this long:

@@ -11,9 +11,9 @@ use std::sync::Arc;
 use glam::{DVec3, Vec3};
 use raindrops::environment::Environment;
 use raindrops::gpu::{Device, DeviceReport, Instance, Validation};
-use raindrops::model::Preset;
 use raindrops::plan::{Output, plan};
 use raindrops::renderer::Renderer;
+use raindrops::scene::model::Preset;
 use raindrops::scene::{ImageSize, PlacedDrop, Scene};
 
 /// The command, which keeps compiled pipelines among the build's files instead of the user's cache.

@@ -6,7 +6,7 @@ use std::process::Command;
 
 use glam::DVec3;
 use raindrops::environment::Environment;
-use raindrops::sky;
+use raindrops::environment::sky;
 
 use crate::files::Folder;
 

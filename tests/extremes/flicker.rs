@@ -3,11 +3,11 @@
 use std::sync::Arc;
 
 use glam::DVec3;
-use raindrops::camera::Camera;
 use raindrops::environment::Environment;
 use raindrops::gpu::{Device, PointRules};
-use raindrops::model::Preset;
 use raindrops::scene::Scene;
+use raindrops::scene::camera::Camera;
+use raindrops::scene::model::Preset;
 
 use crate::common::{on_adjusted_device, on_device};
 use crate::{PRESETS, black_ahead, placed, renderer, smooth, sum};

@@ -1,10 +1,10 @@
 //! Sizes, distances, views, image shapes, and numbers of drops.
 
 use glam::{DVec3, Vec3};
-use raindrops::cull::count_visible;
 use raindrops::environment::Environment;
-use raindrops::model::Preset;
 use raindrops::picture::metrics::rel_mse;
+use raindrops::rain::cull::count_visible;
+use raindrops::scene::model::Preset;
 use raindrops::scene::{RainSettings, Scene};
 
 use crate::common::on_device;

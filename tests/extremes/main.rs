@@ -12,15 +12,15 @@ mod surface;
 use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
-use raindrops::camera::Camera;
 use raindrops::environment::Environment;
 use raindrops::gpu::Device;
-use raindrops::model::Preset;
 use raindrops::passes::simulate::Counts;
 use raindrops::picture::Picture;
 use raindrops::plan::{Output, plan};
 use raindrops::reference::{Tracer, Truth};
 use raindrops::renderer::Renderer;
+use raindrops::scene::camera::Camera;
+use raindrops::scene::model::Preset;
 use raindrops::scene::{ImageSize, PlacedDrop, Scene};
 
 const PRESETS: [Preset; 3] = [Preset::Paper, Preset::Fast, Preset::Exact];

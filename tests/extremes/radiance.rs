@@ -2,10 +2,10 @@
 
 use glam::{DVec3, Vec3};
 use raindrops::environment::Environment;
-use raindrops::model::Preset;
 use raindrops::picture::metrics::rel_mse;
 use raindrops::plan::{Output, plan};
 use raindrops::renderer::Renderer;
+use raindrops::scene::model::Preset;
 use raindrops::scene::{RainSettings, Scene};
 
 use crate::common::on_device;

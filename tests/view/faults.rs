@@ -5,8 +5,8 @@ use std::path::Path;
 use std::process::Command;
 
 use ash::vk::Result as R;
-use raindrops::model::Preset;
 use raindrops::scene::Scene;
+use raindrops::scene::model::Preset;
 
 use crate::seen::{Opened, SIZE, key, wait_for};
 

@@ -3,10 +3,10 @@
 use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
 use serde::Serialize;
 
-use super::Host;
 use super::measure::{Measured, Variant};
-use super::statistics::{median, quantile};
 use crate::gpu::DeviceReport;
+use crate::measure::Host;
+use crate::measure::statistics::{median, quantile};
 
 /// Name and version of the format.
 pub const SCHEMA: &str = "raindrops-bench/1";

@@ -7,18 +7,18 @@ use glam::DVec3;
 use serde::Serialize;
 
 use crate::Result;
-use crate::bench::statistics::median;
 use crate::environment::Environment;
 use crate::environment::bright::split;
 use crate::gpu::Device;
-use crate::model::{Lookup, Operator, Optics, Preset, Primitive};
+use crate::measure::statistics::median;
 use crate::picture::flip::{PIXELS_PER_DEGREE, flip};
+use crate::picture::tone_map::{Exposure, display, exposure_of};
 use crate::picture::{Picture, srgb_of_linear};
 use crate::plan::{Output, contrast, plan};
 use crate::reference::{Traced, Tracer, Truth, Weights};
 use crate::renderer::Renderer;
+use crate::scene::model::{Lookup, Operator, Optics, Preset, Primitive};
 use crate::scene::{ModelChoice, PlacedDrop, Scene};
-use crate::tone_map::{Exposure, display, exposure_of};
 
 /// Distance of the drop in radii: far enough that it looks as from infinity (0.4°).
 const DISTANCE: f64 = 100.0;

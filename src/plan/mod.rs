@@ -8,7 +8,7 @@ mod errors;
 pub use demand::{Demand, SizeClass, contrast};
 pub use errors::{ERRORS, GLINT_RADII_PX, GLINTS, RADII_PX};
 
-use crate::model::{
+use crate::scene::model::{
     Fresnel, Lookup, Operator, Optics, Order, Preset, Primitive, Reflection, Simulation, Weights,
 };
 use crate::scene::{ModelChoice, Scene};

@@ -2,17 +2,21 @@
 //!
 //! An empty file is the paper's benchmark scene: a million drops of radius 1 in a box of ±1025.
 
+pub mod camera;
+pub mod film;
+pub mod model;
+
 use std::path::{Path, PathBuf};
 
 use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
-use crate::camera::{Camera, View};
-use crate::film::Film;
-use crate::model::{
+use crate::rain::Rain;
+use crate::scene::camera::{Camera, View};
+use crate::scene::film::Film;
+use crate::scene::model::{
     Fresnel, Lookup, Operator, Optics, Order, Preset, Primitive, Reflection, Simulation, Weights,
 };
-use crate::rain::Rain;
 use crate::{Error, Result};
 
 /// Largest image edge; beyond it float32 pixel coordinates lose their subpixel bits and no device

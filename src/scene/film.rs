@@ -6,8 +6,8 @@
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-use crate::camera::Camera;
 use crate::scene::Scene;
+use crate::scene::camera::Camera;
 
 /// A film: camera keys and pace keys, in any number.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]

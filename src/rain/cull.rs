@@ -5,8 +5,8 @@
 
 use glam::{DVec3, Vec3};
 
-use crate::camera::View;
 use crate::scene::Scene;
+use crate::scene::camera::View;
 
 /// What became of a drop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -12,6 +12,7 @@ pub mod levels;
 mod load;
 mod mend;
 mod open_exr;
+pub mod sky;
 
 use std::f64::consts::PI;
 use std::path::Path;
@@ -30,7 +31,7 @@ pub const MAX_WIDTH: u32 = 16_384;
 pub const MAX_HEIGHT: u32 = 8_192;
 
 /// The sky that `raindrops sky` computes, 512 x 256, float16.
-const BUNDLED_SKY: &[u8] = include_bytes!("../assets/sky.exr");
+const BUNDLED_SKY: &[u8] = include_bytes!("../../assets/sky.exr");
 
 /// Luminance of linear Rec. 709 colour.
 pub const LUMINANCE: DVec3 = DVec3::new(0.2126, 0.7152, 0.0722);

@@ -1,10 +1,10 @@
 //! The models that are tried: the presets, and each axis varied alone from the preset to which
 //! it belongs.
 
-use crate::model::{
+use crate::scene::ModelChoice;
+use crate::scene::model::{
     Fresnel, Lookup, Optics, Order, Preset, Primitive, Reflection, Simulation, Weights,
 };
-use crate::scene::ModelChoice;
 
 /// One model by name.
 #[derive(Clone, Debug, PartialEq)]

@@ -6,6 +6,9 @@
 //! fractions of the box: exact for any time, forwards or backwards, the same on every driver, and
 //! free of the drift that float32 accumulates (hundreds of radii in a day of slow motion).
 
+pub mod clusters;
+pub mod cull;
+
 use glam::{DVec3, Vec3};
 
 /// Ticks a second. Scene time is an integer count of ticks; at 2^-32 s a tick, slow motion down to

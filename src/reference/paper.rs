@@ -9,12 +9,12 @@
 
 use glam::{DMat3, DVec2, DVec3, DVec4};
 
-use crate::camera::{Camera, View};
-use crate::cull::{Sighting, sightings};
 use crate::environment::Environment;
 use crate::environment::levels::{Level, levels, sample};
 use crate::optics::{WATER, level_half_angle, mask_encounter};
+use crate::rain::cull::{Sighting, sightings};
 use crate::scene::Scene;
+use crate::scene::camera::{Camera, View};
 
 /// A drop's square on the screen: the twin of `glsl/include/sprite.glsl`.
 #[derive(Clone, Copy, Debug)]

@@ -1,13 +1,10 @@
 //! The benchmark: frames of one scene at several drop counts, with and without tone mapping.
 
 pub mod drivers;
-mod host;
 mod measure;
 mod plot;
 mod report;
-pub mod statistics;
 
-pub use host::Host;
 pub use measure::{Effort, Measured, Variant, measure};
 pub use plot::plot;
 pub(crate) use report::thousands;

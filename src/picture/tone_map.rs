@@ -11,8 +11,8 @@
 
 use glam::{DVec3, Vec3};
 
-use crate::model::Operator;
 use crate::picture::Picture;
+use crate::scene::model::Operator;
 
 /// δ over the mean luminance. A black pixel then counts as four decades under the mean: with a
 /// tenth of the pixels black the log-average falls by a factor of 0.4, and no further however

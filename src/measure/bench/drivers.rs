@@ -4,8 +4,8 @@ use serde::Serialize;
 
 use crate::picture::Picture;
 use crate::picture::metrics::compare;
+use crate::picture::tone_map::Exposure;
 use crate::renderer::stages::Stages;
-use crate::tone_map::Exposure;
 
 /// Part of the pixels that may be off by more than rounding before a stage is said to differ: points
 /// that fall between two pixels may go either way.

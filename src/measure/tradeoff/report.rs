@@ -3,8 +3,9 @@
 use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
 use serde::Serialize;
 
-use crate::bench::statistics::{median, quantile};
-use crate::bench::{Build, DeviceHead, Host, Measured, Variant};
+use crate::measure::Host;
+use crate::measure::bench::{Build, DeviceHead, Measured, Variant};
+use crate::measure::statistics::{median, quantile};
 
 /// Name and version of the format.
 pub const SCHEMA: &str = "raindrops-tradeoff/1";

@@ -6,16 +6,16 @@ use super::models::Model;
 use super::report::{Errors, Row};
 use super::scenes::StudyScene;
 use crate::Result;
-use crate::bench::statistics::median;
-use crate::bench::{self, Variant, measure};
 use crate::gpu::Device;
+use crate::measure::bench::{self, Variant, measure};
+use crate::measure::statistics::median;
 use crate::picture::metrics::{Comparison, compare};
+use crate::picture::tone_map::{Exposure, display, exposure_of};
 use crate::picture::{Picture, srgb_of_linear};
 use crate::plan::{Output, plan};
 use crate::reference::{Traced, Tracer, Truth};
 use crate::renderer::Renderer;
 use crate::scene::Scene;
-use crate::tone_map::{Exposure, display, exposure_of};
 
 /// Models that are timed in turn with each other, the first of all among them.
 const GROUP: usize = 6;

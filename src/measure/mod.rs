@@ -1,0 +1,8 @@
+//! How fast, and how true: the benchmark, the trade-off, and what their figures stand on.
+
+pub mod bench;
+mod host;
+pub mod statistics;
+pub mod tradeoff;
+
+pub use host::Host;
