@@ -8,6 +8,7 @@
 
 pub mod clusters;
 pub mod cull;
+pub mod shape;
 
 use glam::{DVec3, Vec3};
 
