@@ -1,6 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// The global photographic operator (Reinhard et al. 2002): L = key / L̄ Lw, Ld = L / (1 + L).
+// The global photographic operator (Reinhard et al. 2002): L = key / L̄ Lw, or a fixed factor
+// times Lw; Ld = L / (1 + L).
 #include "frame.glsl"
 #include "radiance_source.glsl"
 

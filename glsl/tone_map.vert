@@ -1,11 +1,11 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// One triangle over the whole image; sums up the log average on the way, three times in all.
+// One triangle over the whole image; where the exposure is not fixed, it sums up the log average on the way,
+// three times in all.
 #include "frame.glsl"
 
 layout(constant_id = 0) const uint SUMS = 1;        // number of sums of the first stage
 layout(constant_id = 1) const uint FINAL_SUMS = 1;  // number of sums of the second
-layout(constant_id = 2) const uint PHOTOGRAPHIC = 1;
 
 layout(std430, set = 0, binding = 2) readonly buffer Sums { float sums[]; };
 layout(location = 0) flat out float exposure;
@@ -13,8 +13,8 @@ layout(location = 0) flat out float exposure;
 void main() {
     vec2 place = vec2((gl_VertexIndex << 1) & 2, gl_VertexIndex & 2);
     gl_Position = vec4(2.0 * place - 1.0, 0.0, 1.0);
-    exposure = frame.environment.y;
-    if (PHOTOGRAPHIC != 0u) {
+    exposure = frame.tone.z;
+    if (exposure == 0.0) {
         float sum = 0.0;
         for (uint at = 0u; at < FINAL_SUMS; ++at) sum += sums[SUMS + at];
         exposure = frame.tone.x / exp(sum / (frame.image.x * frame.image.y));

@@ -121,7 +121,7 @@ fn auto_keeps_the_error_that_it_is_given() {
             let environment = &study.environment;
             let truth = Truth { samples: 256, ..Truth::default() };
             let truth = Tracer::new(&scene, environment, truth).picture();
-            let exposure = exposure_of(scene.tone_map.operator, &truth, scene.tone_map.key);
+            let exposure = exposure_of(&scene.tone_map, &truth);
             let shown = display(exposure, &truth);
             // The least under the sun, where it was long in doubt.
             let least = (study.name == "sun").then_some(0.01);

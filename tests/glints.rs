@@ -137,7 +137,7 @@ fn under_a_bare_sun_the_truth_converges() {
     let met: Vec<Picture> = (0..8).map(|seed| with(seed, false)).collect();
     let without = [0, 1].map(|seed| traced(&scene, &rest, Truth { seed, ..truth }));
 
-    let exposure = exposure_of(scene.tone_map.operator, &found[0], scene.tone_map.key);
+    let exposure = exposure_of(&scene.tone_map, &found[0]);
     let shown = |picture: &Picture| display(exposure, picture);
     let differ = |of: &[Picture]| 10f64.powf(-psnr_db(&shown(&of[0]), &shown(&of[1])) / 20.0);
     let [of_found, of_met, of_rest] = [&found[..], &met, &without].map(differ);

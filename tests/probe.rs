@@ -17,8 +17,7 @@ use raindrops::picture::metrics::compare;
 use raindrops::picture::tone_map::exposure_of;
 use raindrops::plan::{Output, plan};
 use raindrops::renderer::Renderer;
-use raindrops::scene::model::Operator;
-use raindrops::scene::{ImageSize, PlacedDrop, RainSettings, Scene};
+use raindrops::scene::{ImageSize, PlacedDrop, RainSettings, Scene, ToneMap};
 
 use common::on_device;
 
@@ -154,9 +153,8 @@ fn the_picture_does_not_depend_on_the_rules() {
         });
         picture.expect("a picture")
     };
-    let against = |a: &Picture, b: &Picture| {
-        compare(a, b, None, exposure_of(Operator::Photographic, a, 0.18)).pixels
-    };
+    let against =
+        |a: &Picture, b: &Picture| compare(a, b, None, exposure_of(&ToneMap::default(), a)).pixels;
     let found = with(None);
     let rules = |limit_px, draws_off_screen| Some(PointRules { limit_px, draws_off_screen });
     for (what, rules) in [

@@ -14,8 +14,8 @@ use raindrops::rain::cull::count_visible;
 use raindrops::reference::{Tracer, Truth};
 use raindrops::renderer::Renderer;
 use raindrops::scene::camera::Camera;
-use raindrops::scene::model::{Operator, Preset};
-use raindrops::scene::{PlacedDrop, RainSettings, Scene};
+use raindrops::scene::model::Preset;
+use raindrops::scene::{PlacedDrop, RainSettings, Scene, ToneMap};
 
 use common::{Random, on_device};
 
@@ -73,7 +73,7 @@ fn truth(scene: &Scene, environment: &Environment, samples: u32) -> Picture {
 }
 
 fn against(truth: &Picture, picture: &Picture) -> Comparison {
-    compare(truth, picture, None, exposure_of(Operator::Photographic, truth, 0.18))
+    compare(truth, picture, None, exposure_of(&ToneMap::default(), truth))
 }
 
 #[test]

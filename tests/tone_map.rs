@@ -58,7 +58,10 @@ fn black_stays_black_and_infinity_becomes_white() {
     assert!(shown.pixels[1].x > 0.0 && shown.pixels[1].x < 1.0);
     // Finite but huge: arbitrarily near to white, never over.
     assert!(apply(exposure, Vec3::splat(f32::MAX)).x > 0.9999);
-    assert_eq!(apply(Exposure::None, Vec3::new(0.5, 2.0, f32::NAN)), Vec3::new(0.5, 1.0, 0.0));
+    assert_eq!(
+        apply(Exposure::Clipped(1.0), Vec3::new(0.5, 2.0, f32::NAN)),
+        Vec3::new(0.5, 1.0, 0.0)
+    );
 }
 
 #[test]

@@ -15,7 +15,8 @@ struct Frame {
     vec4 image;         // width, height, focal length, all in pixels; w: largest point, pixels
     vec4 frustum;       // cos and sin of the half-angle horizontally, then vertically
     vec4 environment;   // x: angle of a texel, radians; y: radiance of a stored 1; zw: unused
-    vec4 tone;          // x: key; y: delta of the log average, stored units; zw: unused
+    vec4 tone;          // x: key; y: delta of the log average, stored units; z: fixed factor on stored
+                        // units, 0 to derive it; w: unused
 };
 layout(std140, set = 0, binding = 0) uniform Constants { Frame constants; };
 // Read at the very start of a shader: behind a branch llvmpipe, which sees that lanes may have left, fetches a

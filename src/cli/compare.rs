@@ -12,8 +12,8 @@ use crate::files::write_whole;
 use crate::picture::metrics::{Comparison, Metrics, compare};
 use crate::picture::tone_map::{Exposure, exposure_of};
 use crate::picture::{Picture, srgb_byte, write_png};
-use crate::scene::ToneMap;
 use crate::scene::model::Operator;
+use crate::scene::{Scene, ToneMap};
 
 /// Options of `raindrops compare`.
 #[derive(Args)]
@@ -44,6 +44,9 @@ pub struct CompareArgs {
     /// What the tone mapping makes of the truth's log-average luminance
     #[arg(long, value_name = "X", default_value_t = ToneMap::default().key)]
     key: f64,
+    /// Fixed factor on linear radiance before the curve, instead of the key over the reference's log-average
+    #[arg(long, value_name = "X", allow_negative_numbers = true, conflicts_with = "key")]
+    exposure: Option<f64>,
     /// Write the figures as JSON
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -54,9 +57,8 @@ pub struct CompareArgs {
 
 /// Compares, prints, writes, and answers whether all bounds hold.
 pub fn run(args: &CompareArgs) -> anyhow::Result<Answer> {
-    if !(args.key.is_finite() && args.key > 0.0) {
-        bail!("--key {} is not a finite number over 0", args.key);
-    }
+    let tone_map = ToneMap { operator: args.tone_map, key: args.key, exposure: args.exposure };
+    Scene { tone_map, ..Scene::default() }.validate("command line")?;
     if let Some(path) = &args.json {
         super::check_folder(path)?;
     }
@@ -83,7 +85,7 @@ pub fn run(args: &CompareArgs) -> anyhow::Result<Answer> {
         }
     };
     // Display values have been tone mapped already.
-    let exposure = if shown { Exposure::None } else { exposure_of(args.tone_map, &a, args.key) };
+    let exposure = if shown { Exposure::Clipped(1.0) } else { exposure_of(&tone_map, &a) };
     let comparison = compare(&a, &b, mask.as_deref(), exposure);
 
     tell(&comparison)?;

@@ -82,7 +82,7 @@ pub fn run(args: &CompareDevicesArgs) -> anyhow::Result<Answer> {
             "note: there is only one device; scripts/setup.sh --drivers fetches more, VK_DRIVER_FILES selects"
         );
     }
-    let exposure = exposure_of(scene.tone_map.operator, &first.picture, scene.tone_map.key);
+    let exposure = exposure_of(&scene.tone_map, &first.picture);
 
     let truth = args.truth.map(|samples| {
         let truth = Truth { samples, ..Truth::default() };

@@ -43,6 +43,9 @@ pub struct SceneValues {
     /// Tone mapping operator
     #[arg(long, value_enum, value_name = "NAME")]
     tone_map: Option<Operator>,
+    /// Fixed factor on linear radiance before the curve, not stops [default: derived from each picture]
+    #[arg(long, value_name = "X", allow_negative_numbers = true)]
+    exposure: Option<f64>,
 }
 
 /// One model on each axis, over those of the preset.
@@ -165,6 +168,7 @@ impl SceneValues {
             scene.environment.radiance = None;
         }
         scene.tone_map.operator = self.tone_map.unwrap_or(scene.tone_map.operator);
+        scene.tone_map.exposure = self.exposure.or(scene.tone_map.exposure);
         scene.validate("command line")?;
         Ok(scene)
     }

@@ -93,9 +93,9 @@ pub fn run(args: &ReferenceArgs) -> anyhow::Result<Answer> {
     Ok(Answer::Yes)
 }
 
-/// Writes the picture as the scene's operator shows it, with its own exposure.
+/// Writes the picture as the scene's operator shows it, with the scene's exposure or its own.
 fn write_display(scene: &Scene, picture: &Picture, path: &Path) -> crate::Result<()> {
-    let exposure = tone_map::exposure_of(scene.tone_map.operator, picture, scene.tone_map.key);
+    let exposure = tone_map::exposure_of(&scene.tone_map, picture);
     let shown = tone_map::display(exposure, picture);
     let srgb: Vec<u8> =
         shown.pixels.iter().flat_map(|pixel| pixel.to_array().map(srgb_byte)).collect();

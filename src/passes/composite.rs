@@ -32,7 +32,6 @@ use crate::gpu::{
     memory_barrier, shaders,
 };
 use crate::plan::FramePlan;
-use crate::scene::model::Operator;
 
 /// Bytes a pixel, of the picture and of the sky.
 const PIXEL_BYTES: u64 = 8;
@@ -121,10 +120,9 @@ impl Composite {
         let groups = tiles.in_regions.div_ceil(64);
         let rows = groups.div_ceil(MOST_GROUPS);
         let groups = [groups.div_ceil(rows), rows, 1];
-        let needs_logs = plan.tone_map == Some(Operator::Photographic);
         let constants = tiles.constants.iter().copied();
         let constants: Vec<u32> =
-            constants.chain([needs_logs, tiles.touch].map(u32::from)).collect();
+            constants.chain([plan.log_average, tiles.touch].map(u32::from)).collect();
         let pipeline = |shader| ComputePipeline::new(device, shader, &bindings, 0, &constants);
         let composite = if fit { shaders::COMPOSITE_COMP_TEXELS } else { shaders::COMPOSITE_COMP };
         Ok(Self {

@@ -82,7 +82,7 @@ impl Frame {
             ],
             frustum: sight.frustum,
             environment: [around.texel_angle, around.radiance_scale, 0.0, 0.0],
-            tone: [scene.tone_map.key as f32, around.delta, 0.0, 0.0],
+            tone: [scene.tone_map.key as f32, around.delta, stored_exposure(scene, around), 0.0],
             ..Self::default()
         };
         if let Some(rain) = scene.rain() {
@@ -99,6 +99,16 @@ impl Frame {
         }
         frame
     }
+}
+
+/// Factor on stored units before the curve; 0 where it is derived from the picture. The bounds change no
+/// picture: beyond them every stored value but 0 is white, or every one is black.
+fn stored_exposure(scene: &Scene, around: &Surroundings) -> f32 {
+    if scene.tone_map.derives_exposure() {
+        return 0.0;
+    }
+    let factor = scene.tone_map.exposure.unwrap_or(1.0) * f64::from(around.radiance_scale);
+    factor.clamp(f64::from(f32::MIN_POSITIVE), 1e32) as f32
 }
 
 /// The uniform buffer that holds the [`Frame`].

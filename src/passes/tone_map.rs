@@ -2,6 +2,7 @@
 //! log-average luminance reduced on the GPU (`glsl/{log_luminance,sum_logs}.comp`,
 //! `tone_map.{vert,frag}`).
 //!
+//! With a fixed exposure nothing is summed. Else
 //! L̄ = exp(Σ log(δ + L) / N); the paper's sum outside of the exponential is a misprint. δ is stated
 //! relative to the scene: a fraction of the environment's mean luminance, so that a picture does not
 //! change with the unit of its radiance.
@@ -59,7 +60,6 @@ pub struct ToneMap {
     reduce: Option<ComputePipeline>,
     sum_up: ComputePipeline,
     apply: GraphicsPipeline,
-    operator: Operator,
     _sums: Option<Buffer>,
     _texels: Option<Texels>,
     _sampler: Sampler,
@@ -145,16 +145,10 @@ impl ToneMap {
             reduce,
             sum_up,
             apply,
-            operator,
             _sums: own_sums,
             _texels: texels,
             _sampler: sampler,
         })
-    }
-
-    /// Whether the operator needs the log average.
-    pub fn needs_log_average(&self) -> bool {
-        self.operator == Operator::Photographic
     }
 
     /// Records the reduction; the radiance, or the tiles' sums, must be ready to be read by compute.

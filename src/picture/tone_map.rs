@@ -6,12 +6,16 @@
 //! `L = key / L̄ · Lw`, `Ld = L / (1 + L)`, and the colour is scaled by Ld / Lw. (As printed, the
 //! paper's equation 1 divides outside of the exponential; the mean of the logarithms is meant.)
 //!
+//! A fixed exposure ([`ToneMap::exposure`]) stands in for key / L̄, so that pictures of a sequence, or parts
+//! of one picture, share it.
+//!
 //! δ keeps black pixels from pulling L̄ to zero. A fixed δ makes the picture depend on the unit of
 //! radiance, so it is [`DELTA`] times the mean luminance: twice the light gives the same picture.
 
 use glam::{DVec3, Vec3};
 
 use crate::picture::Picture;
+use crate::scene::ToneMap;
 use crate::scene::model::Operator;
 
 /// δ over the mean luminance. A black pixel then counts as four decades under the mean: with a
@@ -28,10 +32,10 @@ pub fn luminance(color: DVec3) -> f64 {
 /// picture that is compared.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Exposure {
-    /// The photographic operator with this scale, `key / L̄`.
+    /// The photographic operator with this scale, `key / L̄` or a fixed one.
     Photographic(f64),
-    /// None: values over 1 clip.
-    None,
+    /// No curve after this scale: values over 1 clip.
+    Clipped(f64),
 }
 
 /// Log-average luminance of a picture, over its finite pixels; 0 for a black or an empty one.
@@ -58,11 +62,12 @@ pub fn exposure(picture: &Picture, key: f64) -> Exposure {
     Exposure::Photographic(if average > 0.0 { key / average } else { 0.0 })
 }
 
-/// As [`exposure`], for the operator of a scene.
-pub fn exposure_of(operator: Operator, picture: &Picture, key: f64) -> Exposure {
-    match operator {
-        Operator::Photographic => exposure(picture, key),
-        Operator::None => Exposure::None,
+/// The exposure of a scene's picture: its fixed one, or as its operator derives it.
+pub fn exposure_of(tone_map: &ToneMap, picture: &Picture) -> Exposure {
+    match (tone_map.operator, tone_map.exposure) {
+        (Operator::Photographic, Some(fixed)) => Exposure::Photographic(fixed),
+        (Operator::Photographic, None) => exposure(picture, tone_map.key),
+        (Operator::None, fixed) => Exposure::Clipped(fixed.unwrap_or(1.0)),
     }
 }
 
@@ -73,7 +78,7 @@ pub fn exposure_of(operator: Operator, picture: &Picture, key: f64) -> Exposure 
 pub fn apply(exposure: Exposure, radiance: Vec3) -> Vec3 {
     let color = radiance.as_dvec3();
     let scaled = match exposure {
-        Exposure::None => color,
+        Exposure::Clipped(scale) => scale * color,
         Exposure::Photographic(scale) => {
             // Ld/Lw = scale / (1 + scale Lw); written so, nothing is divided by a black pixel.
             let finite = color.map(|channel| if channel.is_finite() { channel } else { 0.0 });

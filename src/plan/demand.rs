@@ -9,9 +9,8 @@ use glam::DVec3;
 use crate::environment::Environment;
 use crate::picture::tone_map::{display, exposure_of};
 use crate::picture::{Picture, srgb_of_linear};
-use crate::scene::Scene;
 use crate::scene::camera::View;
-use crate::scene::model::Operator;
+use crate::scene::{Scene, ToneMap};
 
 /// Rays along an edge of the picture.
 const GRID: u32 = 8;
@@ -140,7 +139,7 @@ fn exit(ray: DVec3, half_extent: DVec3) -> f64 {
 pub fn contrast(environment: &Environment) -> f64 {
     let (width, height) = (environment.width(), environment.height());
     let picture = Picture { width, height, pixels: environment.texels().to_vec() };
-    let shown = display(exposure_of(Operator::Photographic, &picture, 0.18), &picture);
+    let shown = display(exposure_of(&ToneMap::default(), &picture), &picture);
     let (mut sum, mut squares, mut total) = (0.0, 0.0, 0.0);
     for (index, pixel) in shown.pixels.iter().enumerate() {
         let row = (index / shown.width as usize) as f64;

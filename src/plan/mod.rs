@@ -58,6 +58,8 @@ pub struct FramePlan {
     pub light: Light,
     /// The display pass; none for a radiance output.
     pub tone_map: Option<Operator>,
+    /// Whether the display pass derives its exposure from the picture's log-average luminance.
+    pub log_average: bool,
     /// Why preset `auto` chose these models.
     pub why: Option<String>,
     /// Why they may not keep the error that was accepted.
@@ -177,6 +179,7 @@ pub fn plan(scene: &Scene, environment: &Environment, output: Output) -> Result<
         samples,
         light,
         tone_map: (output == Output::Display).then_some(scene.tone_map.operator),
+        log_average: output == Output::Display && scene.tone_map.derives_exposure(),
         doubt: chosen.as_ref().and_then(|chosen| doubt(choice, chosen)),
         why: chosen.map(|chosen| chosen.reason),
         passes: Vec::new(),
@@ -232,13 +235,16 @@ fn passes(scene: &Scene, plan: &FramePlan) -> Vec<(&'static str, String)> {
             passes.push(("composite", format!("drops by {optics} over the sky, front to back")));
         }
     }
-    match plan.tone_map {
-        Some(Operator::Photographic) => {
-            passes.push(("log luminance", "the photographic operator's exposure".into()));
-            passes.push(("tone map", "a display output, photographic operator".into()));
-        }
-        Some(Operator::None) => passes.push(("tone map", "a display output, clipped".into())),
-        None => {}
+    if plan.log_average {
+        passes.push(("log luminance", "the photographic operator's exposure".into()));
     }
+    let curve = plan.tone_map.map(|operator| match operator {
+        Operator::Photographic => "photographic operator",
+        Operator::None => "clipped",
+    });
+    let fixed = scene.tone_map.exposure.map(|factor| format!(", fixed exposure {factor}"));
+    passes.extend(curve.map(|curve| {
+        ("tone map", format!("a display output, {curve}{}", fixed.unwrap_or_default()))
+    }));
     passes
 }

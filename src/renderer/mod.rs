@@ -93,6 +93,8 @@ impl Drawing {
 struct Display {
     tone_map: ToneMap,
     image: Image,
+    /// Whether the frame sums up the logarithms that a derived exposure needs.
+    log_average: bool,
 }
 
 /// Renders a scene by a frame plan.
@@ -178,7 +180,8 @@ impl Renderer {
                 let info =
                     ImageInfo { name, width, height, levels: 1, layers: 1, format, usage, samples };
                 let tone_map = ToneMap::new(device, &frame, source, operator)?;
-                Some(Display { tone_map, image: Image::new(device, &info)? })
+                let log_average = plan.log_average;
+                Some(Display { tone_map, image: Image::new(device, &info)?, log_average })
             }
             None => None,
         };
@@ -207,13 +210,19 @@ impl Renderer {
         [("environment levels", self.environment_ms)].into_iter().chain(table).collect()
     }
 
-    /// Records and submits a frame of `scene`, which may differ in camera, time and key from the one
-    /// that the renderer was made for. Waits for the frame before the last, and returns its report.
+    /// Records and submits a frame of `scene`, which may differ in camera, time, key and fixed exposure from the
+    /// one that the renderer was made for. Waits for the frame before the last, and returns its report.
     ///
     /// # Errors
-    /// [`Error::Vulkan`] if waiting, recording or submitting fails, a lost device among the reasons
-    /// ([`Error::is_lost`]).
+    /// [`Error::Scene`] if the frame's exposure is to be derived from the picture and the renderer was made for
+    /// a fixed one; [`Error::Vulkan`] if waiting, recording or submitting fails, a lost device among the
+    /// reasons ([`Error::is_lost`]).
     pub fn submit(&mut self, scene: &Scene) -> Result<Option<FrameReport>> {
+        let derives_exposure = scene.tone_map.derives_exposure();
+        if derives_exposure && self.display.as_ref().is_some_and(|display| !display.log_average) {
+            let problem = "tone_map: the renderer was made for a fixed exposure".into();
+            return Err(Error::Scene { place: "the frame".into(), problem });
+        }
         let frame = Frame::new(scene, &self.surroundings, self.stored_at);
         self.stored_at = Some(tick_of_seconds(scene.time));
         let device = &*self.device;
@@ -256,7 +265,7 @@ impl Renderer {
                 Drawing::Points(points) => points.record_display(device, commands),
                 Drawing::Tiled(tiled) => tiled.record_display(device, commands),
             }
-            if tone_map.needs_log_average() {
+            if derives_exposure {
                 time.time(commands, "log luminance", || {
                     tone_map.record_log_luminance(device, commands);
                 });

@@ -6,6 +6,7 @@ pub mod camera;
 pub mod film;
 pub mod model;
 
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
 use glam::{DVec3, Vec3};
@@ -22,6 +23,9 @@ use crate::{Error, Result};
 /// Largest image edge; beyond it float32 pixel coordinates lose their subpixel bits and no device
 /// takes the image anyway.
 pub const MAX_IMAGE_EDGE: u32 = 32_768;
+
+/// Fixed exposures: within these no product with a radiance leaves float64's range.
+pub const EXPOSURES: RangeInclusive<f64> = 1e-30..=1e30;
 
 /// Most drops: an index is a `u32` and the paper's benchmark ends at 4 million.
 pub const MAX_DROPS: u32 = 1 << 30;
@@ -175,6 +179,17 @@ pub struct ToneMap {
     pub operator: Operator,
     /// What the log-average luminance is mapped to before compression ("key" of the scene).
     pub key: f64,
+    /// A fixed factor on linear radiance before the curve, within [`EXPOSURES`]. Without it the photographic
+    /// operator takes `key` over the log-average of each picture, and `none` takes 1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub exposure: Option<f64>,
+}
+
+impl ToneMap {
+    /// Whether the exposure depends on the picture.
+    pub fn derives_exposure(&self) -> bool {
+        self.operator == Operator::Photographic && self.exposure.is_none()
+    }
 }
 
 impl Default for Scene {
@@ -233,7 +248,7 @@ impl Default for ModelChoice {
 
 impl Default for ToneMap {
     fn default() -> Self {
-        Self { operator: Operator::Photographic, key: 0.18 }
+        Self { operator: Operator::Photographic, key: 0.18, exposure: None }
     }
 }
 
@@ -359,6 +374,14 @@ impl Scene {
         let order = self.model.internal_reflections.unwrap_or(0);
         check(order <= 8, &|| format!("model: internal_reflections = {order} is over 8"))?;
         check(positive(self.tone_map.key), &|| "tone_map: key must be finite and over 0".into())?;
+        let exposure = self.tone_map.exposure.unwrap_or(1.0);
+        check(EXPOSURES.contains(&exposure), &|| {
+            let (least, most) = (EXPOSURES.start(), EXPOSURES.end());
+            format!(
+                "tone_map: exposure = {exposure} is not within {least:e} to {most:e}; it is a factor on \
+                 radiance, not stops"
+            )
+        })?;
         self.film.validate().or_else(|problem| check(false, &|| problem.clone()))
     }
 

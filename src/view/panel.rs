@@ -205,9 +205,13 @@ fn scene(ui: &mut Ui, controls: &mut Controls<'_>, facts: &Facts<'_>) {
         });
     }
     ui.horizontal(|ui| {
-        ui.label("exposure (key)");
-        let key = &mut scene.tone_map.key;
-        ui.add(egui::Slider::new(key, 0.01..=4.0).logarithmic(true));
+        let tone_map = &mut scene.tone_map;
+        let (name, value, range) = match &mut tone_map.exposure {
+            Some(fixed) => ("exposure (fixed)", fixed, 1e-6..=1e6),
+            None => ("exposure (key)", &mut tone_map.key, 0.01..=4.0),
+        };
+        ui.label(name);
+        ui.add(egui::Slider::new(value, range).logarithmic(true));
     });
     choice(ui, "operator", &mut scene.tone_map.operator);
     ui.horizontal(|ui| {

@@ -193,12 +193,15 @@ impl Stage {
 
 /// The scene without what a renderer takes anew with every frame.
 fn fixed_part(scene: &Scene) -> Scene {
-    moved(scene, &Scene { camera: Camera::default(), time: 0.0, ..Scene::default() })
+    let mut other = Scene { camera: Camera::default(), time: 0.0, ..Scene::default() };
+    other.tone_map.exposure = Some(1.0);
+    moved(scene, &other)
 }
 
-/// `scene` with the camera, the time and the key of another.
+/// `scene` with the camera, the time, the key and, if both have one, the fixed exposure of another.
 fn moved(scene: &Scene, other: &Scene) -> Scene {
     let mut moved = Scene { camera: other.camera, time: other.time, ..scene.clone() };
     moved.tone_map.key = other.tone_map.key;
+    moved.tone_map.exposure = scene.tone_map.exposure.and(other.tone_map.exposure);
     moved
 }

@@ -150,7 +150,9 @@ impl Viewer {
                 rain.count = count.min(MAX_DROPS);
             }
             Action::Exposure { brighter } => {
-                self.scene.tone_map.key *= if brighter { 1.25 } else { 0.8 };
+                let tone_map = &mut self.scene.tone_map;
+                *tone_map.exposure.as_mut().unwrap_or(&mut tone_map.key) *=
+                    if brighter { 1.25 } else { 0.8 };
             }
             Action::Visit => {
                 if !visit(&mut self.scene) {

@@ -17,8 +17,8 @@ use crate::picture::{Picture, srgb_of_linear};
 use crate::plan::{Output, contrast, plan};
 use crate::reference::{Traced, Tracer, Truth, Weights};
 use crate::renderer::Renderer;
-use crate::scene::model::{Lookup, Operator, Optics, Preset, Primitive};
-use crate::scene::{ModelChoice, PlacedDrop, Scene};
+use crate::scene::model::{Lookup, Optics, Preset, Primitive};
+use crate::scene::{ModelChoice, PlacedDrop, Scene, ToneMap};
 
 /// Distance of the drop in radii: far enough that it looks as from infinity (0.4°).
 const DISTANCE: f64 = 100.0;
@@ -155,7 +155,7 @@ pub fn by_size(
             // As many samples in a drop, whatever its size; 64 a pixel at least.
             let samples = ((200_000.0 / (radius_px * radius_px)) as u32).clamp(64, 4096);
             let picture = of_environment(environment);
-            let exposure = exposure_of(Operator::Photographic, &picture, 0.18);
+            let exposure = exposure_of(&ToneMap::default(), &picture);
             let scenes = scenes(radius_px, views);
             let trace = |truth: Truth| -> Vec<Traced> {
                 let truth = Truth { samples, ..truth };

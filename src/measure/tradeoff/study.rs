@@ -56,8 +56,7 @@ pub fn study(
         let truth = Truth { samples: effort.truth_samples, ..Truth::default() };
         let tracer = Tracer::new(frame, &scene.environment, truth);
         let traced = tracer.trace(&|share| share_truth((number as f64 + share) / count));
-        let (operator, key) = (frame.tone_map.operator, frame.tone_map.key);
-        let exposure = exposure_of(operator, &traced.picture, key);
+        let exposure = exposure_of(&frame.tone_map, &traced.picture);
         truths.push(Known { traced, exposure });
     }
 
