@@ -29,6 +29,24 @@ fn silence_is_silence() {
     assert_eq!(complaint(|device| device.wait_idle().expect("an idle device")), None);
 }
 
+/// While renderers are prepared on one thread, another draws and waits for the device.
+#[test]
+fn threads_share_the_queue() {
+    let said = complaint(|device| {
+        let (idle, submitting) = (device.clone(), device.clone());
+        let threads = [
+            std::thread::spawn(move || (0..2000).try_for_each(|_| idle.wait_idle())),
+            std::thread::spawn(move || {
+                (0..2000).try_for_each(|_| Commands::once(&submitting, "canary", |_| {}))
+            }),
+        ];
+        for thread in threads {
+            thread.join().expect("no panic").expect("both go on");
+        }
+    });
+    assert_eq!(said, None);
+}
+
 #[test]
 fn wrong_usage_is_named() {
     let said = complaint(|device| {

@@ -63,6 +63,7 @@ impl Commands {
     ) -> Result<()> {
         let mut commands = Self::new(device, name)?;
         record(commands.begin()?);
+        let _long_job = device.long_job();
         commands.submit()?;
         commands.wait()
     }

@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 use std::ffi::CStr;
 use std::mem::ManuallyDrop;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use ash::{ext, khr, vk};
@@ -93,6 +94,7 @@ pub struct Device {
     allocator: ManuallyDrop<Mutex<Allocator>>,
     pub(super) pipeline_cache: vk::PipelineCache,
     replaced_shaders: Mutex<ReplacedShaders>,
+    long_jobs: AtomicUsize,
     /// What the device says of itself.
     pub report: DeviceReport,
     /// Filled by `probe::point_rules` when it is first asked.
@@ -357,6 +359,7 @@ impl Device {
             allocator: ManuallyDrop::new(Mutex::new(allocator)),
             pipeline_cache,
             replaced_shaders: Mutex::default(),
+            long_jobs: AtomicUsize::new(0),
             report,
             point_rules: OnceLock::new(),
             instance: instance.clone(),
@@ -454,13 +457,35 @@ impl Device {
         replaced.get(&(shader.name, shader.define)).cloned()
     }
 
-    /// Waits until the device has nothing left to do.
+    /// Announces work that is done once and may keep the queue for long, until the result is dropped.
+    pub fn long_job(&self) -> LongJob<'_> {
+        self.long_jobs.fetch_add(1, Ordering::Relaxed);
+        LongJob(self)
+    }
+
+    /// Whether long work is announced. A frame submitted now would wait behind it, and so would the
+    /// thread that presents the frame.
+    pub fn has_long_job(&self) -> bool {
+        self.long_jobs.load(Ordering::Relaxed) > 0
+    }
+
+    /// Waits until the device has nothing left to do. Other threads cannot submit meanwhile.
     ///
     /// # Errors
     /// [`Error::Vulkan`] if waiting fails, as for a lost device.
     pub fn wait_idle(&self) -> Result<()> {
-        // SAFETY: all use of the queue is on this thread or finished.
+        let _queue = self.queue.lock().unwrap_or_else(PoisonError::into_inner);
+        // SAFETY: the device has one queue, and the lock keeps other threads from it.
         unsafe { self.raw.device_wait_idle() }.named("vkDeviceWaitIdle", &self.report.name)
+    }
+}
+
+/// What [`Device::long_job`] announced, as long as it lives.
+pub struct LongJob<'a>(&'a Device);
+
+impl Drop for LongJob<'_> {
+    fn drop(&mut self) {
+        self.0.long_jobs.fetch_sub(1, Ordering::Relaxed);
     }
 }
 

@@ -25,11 +25,12 @@ pub struct Present {
     split: GraphicsPipeline,
     bindings: Bindings,
     sampler: Sampler,
-    is_split: bool,
+    /// How many pictures are shown.
+    shown: usize,
 }
 
 impl Present {
-    /// A pipeline into attachments of `format`, showing `pictures`: one, or two to compare.
+    /// A pipeline into attachments of `format`, showing `pictures`; see [`Present::show`].
     ///
     /// # Errors
     /// [`crate::Error::Vulkan`] if the driver refuses.
@@ -53,22 +54,21 @@ impl Present {
             GraphicsPipeline::new(device, stages, &bindings, push_bytes, &constants, &state)
         };
         let (one, split) = (pipeline(1)?, pipeline(SPLIT_PANES)?);
-        let mut present = Self { one, split, bindings, sampler, is_split: false };
+        let mut present = Self { one, split, bindings, sampler, shown: 0 };
         present.show(pictures)?;
         Ok(present)
     }
 
-    /// Shows other pictures from now on; the device must be done with the ones before.
+    /// Shows other pictures from now on: none (black), one, or two to compare. The device must be done
+    /// with the ones before.
     ///
     /// # Errors
     /// Those of [`Bindings::write`], of which pictures meet none.
-    ///
-    /// # Panics
-    /// Without a picture: a mistake of the caller.
     pub fn show(&mut self, pictures: &[&Image]) -> Result<()> {
-        let (first, second) = (pictures[0], pictures.get(1).copied());
-        self.is_split = second.is_some();
-        for (number, picture) in [first, second.unwrap_or(first)].into_iter().enumerate() {
+        self.shown = pictures.len();
+        let [first, ..] = *pictures else { return Ok(()) };
+        let second = pictures.get(1).copied().unwrap_or(first);
+        for (number, picture) in [first, second].into_iter().enumerate() {
             self.bindings.write(0, number as u32, &Resource::Sampled(picture, &self.sampler))?;
         }
         Ok(())
@@ -76,11 +76,18 @@ impl Present {
 
     /// Records the pass; `target` is a colour attachment whose content is overwritten.
     pub fn record(&self, device: &Device, commands: vk::CommandBuffer, target: &Image) {
-        let color = attachment(target, vk::AttachmentLoadOp::DONT_CARE);
+        let load = match self.shown {
+            0 => vk::AttachmentLoadOp::CLEAR,
+            _ => vk::AttachmentLoadOp::DONT_CARE,
+        };
+        let color = attachment(target, load);
         let size = (target.width, target.height);
         let push = [size.0 as f32, size.1 as f32];
-        let pipeline = if self.is_split { &self.split } else { &self.one };
+        let pipeline = if self.shown > 1 { &self.split } else { &self.one };
         rendering(device, commands, color, None, size, 0.0, || {
+            if self.shown == 0 {
+                return;
+            }
             pipeline.bind(commands, &self.bindings, 0, bytemuck::cast_slice(&push));
             // SAFETY: within a rendering, with everything bound.
             unsafe { device.raw().cmd_draw(commands, 3, 1, 0, 0) };

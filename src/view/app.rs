@@ -18,9 +18,6 @@ use crate::gpu::disk_cache::{KeptDevice, user_folder};
 use crate::gpu::{DeviceReport, Instance};
 use crate::{Error, Result};
 
-/// How often a window at rest looks whether something has changed, such as a shader's source.
-const REST: Duration = Duration::from_millis(250);
-
 /// A device that is lost so soon after another is not replaced: the scene itself may be what it fails on.
 const AGAIN: Duration = Duration::from_secs(60);
 
@@ -197,18 +194,21 @@ impl ApplicationHandler for App {
     fn window_event(&mut self, events: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
         let outcome = self.hear(event);
         self.expect(events, outcome);
-        if self.viewer.as_ref().is_some_and(|viewer| viewer.is_done) {
+        if let Some(viewer) = self.viewer.as_ref().filter(|viewer| viewer.is_done) {
+            // What is being prepared ends with its step: nobody should see the window wait for that.
+            viewer.window.set_visible(false);
             events.exit();
         }
     }
 
     fn about_to_wait(&mut self, events: &ActiveEventLoop) {
         let Some(viewer) = &self.viewer else { return };
-        if viewer.is_moving() {
-            events.set_control_flow(ControlFlow::Poll);
-            viewer.window.request_redraw();
-        } else {
-            events.set_control_flow(ControlFlow::wait_duration(REST));
+        match viewer.rest() {
+            Some(duration) => events.set_control_flow(ControlFlow::wait_duration(duration)),
+            None => {
+                events.set_control_flow(ControlFlow::Poll);
+                viewer.window.request_redraw();
+            }
         }
     }
 

@@ -11,6 +11,7 @@ mod history;
 mod keep;
 pub mod keys;
 mod panel;
+mod prepare;
 mod reload;
 mod screen;
 mod stage;

@@ -1,42 +1,46 @@
 //! What is drawn in the window: one renderer, or one for each side of the split view.
 //!
-//! A renderer is fixed in size, drops and models. When these change it is made anew, and the one
-//! before stays on show until the new one stands; where a wish cannot be granted (models that do not
-//! go together, memory) it stays for good, and the reason is told.
+//! A renderer is fixed in size, drops and models. If these change, new renderers are prepared on
+//! another thread (`prepare`), and the ones before go on drawing until the new ones stand. If a request
+//! cannot be granted (models that do not go together, memory), they stay, and the reason is told.
 
 use std::sync::Arc;
+use std::time::Duration;
 
-use crate::Result;
+use super::prepare::{Pane, Prepared, Preparing, Request, draw_first};
 use crate::environment::Environment;
 use crate::gpu::{Device, Image};
 use crate::picture::flip::{PIXELS_PER_DEGREE, flip};
 use crate::picture::{Picture, linear_of_srgb};
-use crate::plan::{FramePlan, Output, plan};
-use crate::renderer::{FrameReport, Renderer};
 use crate::scene::camera::Camera;
 use crate::scene::{EnvironmentChoice, ImageSize, ModelChoice, Scene};
-
-/// A renderer, its plan, and what its last finished frame told.
-pub struct Pane {
-    /// Models and passes.
-    pub plan: FramePlan,
-    /// Of the last finished frame.
-    pub report: FrameReport,
-    renderer: Renderer,
-}
+use crate::{Error, Result};
 
 /// The renderers of the window.
 pub struct Stage {
-    device: Arc<Device>,
-    environment: Environment,
-    environment_of: EnvironmentChoice,
+    // Dropped first: its thread uses the device.
+    preparing: Option<Preparing>,
     panes: Vec<Pane>,
-    /// What the panes were last asked to be made for, granted or not.
-    made_for: Vec<Scene>,
-    /// What they last drew.
+    /// What the panes were made for; none while there are none.
+    made_for: Option<Request>,
+    /// The last request that could not be granted, and why.
+    refused: Option<(Request, Error)>,
+    /// What the panes last drew.
     drawn: Vec<Scene>,
-    /// Why the last wish could not be granted.
-    pub problem: Option<String>,
+    environment: Option<Arc<Environment>>,
+    environment_of: EnvironmentChoice,
+    /// Counts the changes of shaders.
+    generation: u32,
+    device: Arc<Device>,
+}
+
+/// What came of drawing.
+#[derive(Debug, Default)]
+pub struct Drawn {
+    /// The pictures are others than before: new renderers stand.
+    pub is_new: bool,
+    /// A request was refused just now.
+    pub refused: Option<String>,
 }
 
 /// What the split view's models differ by.
@@ -49,108 +53,135 @@ pub struct Difference {
 }
 
 impl Stage {
-    /// A stage for `scene`, with its environment.
-    pub fn new(device: &Arc<Device>, scene: &Scene) -> Result<Self> {
-        Ok(Self {
-            device: device.clone(),
-            environment: Environment::open(&scene.environment)?,
-            environment_of: scene.environment.clone(),
+    /// An empty stage. What `environment` names is read with the first request.
+    pub fn new(device: &Arc<Device>, environment: EnvironmentChoice) -> Self {
+        Self {
+            preparing: None,
             panes: Vec::new(),
-            made_for: Vec::new(),
+            made_for: None,
+            refused: None,
             drawn: Vec::new(),
-            problem: None,
-        })
+            environment: None,
+            environment_of: environment,
+            generation: 0,
+            device: device.clone(),
+        }
     }
 
-    /// Draws `scene` at a size in pixels, with the second model beside it if there is one. True if
-    /// the pictures are others than before: renderers were made anew.
+    /// Draws `scene` at a size in pixels, with the second model beside it if there is one. Until
+    /// renderers for them stand, those before draw, where the camera and the clock are now.
     ///
     /// # Errors
-    /// Only those after which nothing can go on, and the first scene's.
+    /// Only those after which nothing can go on, and the first request's.
     pub fn draw(
         &mut self,
         scene: &Scene,
         second: Option<ModelChoice>,
         size: (u32, u32),
-    ) -> Result<bool> {
+    ) -> Result<Drawn> {
         let panes = if second.is_some() { crate::passes::present::SPLIT_PANES } else { 1 };
         let image = ImageSize { width: size.0.div_ceil(panes), height: size.1 };
         let first = Scene { image, ..scene.clone() };
         let second = second.map(|model| Scene { model, ..first.clone() });
-        let mut scenes: Vec<Scene> = [Some(first), second].into_iter().flatten().collect();
+        let scenes: Vec<Scene> = [Some(first), second].into_iter().flatten().collect();
+        let fixed = scenes.iter().map(fixed_part).collect();
+        let request = Request { fixed, generation: self.generation };
 
-        let fixed: Vec<Scene> = scenes.iter().map(fixed_part).collect();
-        let is_new = fixed != self.made_for || self.panes.is_empty();
-        if is_new {
-            self.made_for = fixed;
-            match self.make(&scenes) {
-                Ok(panes) => {
-                    self.panes = panes;
-                    self.drawn.clear();
-                    self.problem = None;
-                }
-                Err(error) if self.panes.is_empty() || error.is_lost() => return Err(error),
-                Err(error) => self.problem = Some(error.to_string()),
-            }
+        let drawn = self.take_prepared(&request)?;
+        if self.made_for.as_ref() == Some(&request) {
+            self.refused = None;
+        } else if self.preparing.is_none() && !self.is_refused(&request) {
+            let known = self.environment.clone().map(|known| (self.environment_of.clone(), known));
+            self.preparing = Some(Preparing::start(&self.device, request, scenes, known)?);
         }
-        if self.problem.is_some() {
-            // What is on show goes on, where the camera and the clock are now.
-            scenes = self.drawn.iter().map(|old| moved(old, scene)).collect();
-        }
+        let shown = self.made_for.iter().flat_map(|made| &made.fixed);
+        let scenes: Vec<Scene> = shown.map(|fixed| moved(fixed, scene)).collect();
         if scenes != self.drawn {
             for (pane, scene) in self.panes.iter_mut().zip(&scenes) {
-                if let Some(report) = pane.renderer.submit(scene)? {
-                    pane.report = report;
-                }
+                pane.submit(scene)?;
             }
             self.drawn = scenes;
         }
-        Ok(is_new && self.problem.is_none())
+        Ok(drawn)
     }
 
-    /// Opens the environment that the scenes to come have. Where that cannot be, the one before stays.
-    pub fn open_environment(&mut self, choice: &EnvironmentChoice) -> Result<()> {
-        if *choice != self.environment_of {
-            self.environment = Environment::open(choice)?;
-            self.environment_of = choice.clone();
-        }
-        Ok(())
-    }
-
-    fn make(&self, scenes: &[Scene]) -> Result<Vec<Pane>> {
-        let pane = |scene: &Scene| {
-            scene.validate("the window")?;
-            let plan = plan(scene, &self.environment, Output::Display)?;
-            let renderer = Renderer::new(&self.device, scene, &self.environment, &plan)?;
-            Ok(Pane { plan, report: FrameReport::default(), renderer })
+    /// Takes what has been prepared, if it is what is still asked for, or if there is nothing to show.
+    fn take_prepared(&mut self, request: &Request) -> Result<Drawn> {
+        let Some(preparing) = self.preparing.take_if(|preparing| preparing.is_done()) else {
+            return Ok(Drawn::default());
         };
-        scenes.iter().map(pane).collect()
+        let (of, outcome) = preparing.take();
+        let is_asked_for = of == *request;
+        match outcome {
+            Ok(Some(Prepared { environment, panes })) if is_asked_for || self.panes.is_empty() => {
+                if let Some(first) = of.fixed.first() {
+                    self.environment_of = first.environment.clone();
+                }
+                self.environment = Some(environment);
+                self.panes = panes;
+                self.made_for = Some(of);
+                self.drawn.clear();
+                Ok(Drawn { is_new: true, refused: None })
+            }
+            Err(error) if error.is_lost() || (is_asked_for && self.panes.is_empty()) => Err(error),
+            Err(error) if is_asked_for => {
+                let refused = Some(error.to_string());
+                self.refused = Some((of, error));
+                Ok(Drawn { is_new: false, refused })
+            }
+            // Asked for no longer.
+            Ok(_) | Err(_) => Ok(Drawn::default()),
+        }
+    }
+
+    fn is_refused(&self, request: &Request) -> bool {
+        self.refused.as_ref().is_some_and(|(refused, _)| refused == request)
+    }
+
+    /// What is being prepared, step by step, and for how long; none if nothing is.
+    pub fn waits_for(&self) -> Option<(String, Duration)> {
+        self.preparing.as_ref().map(Preparing::step)
+    }
+
+    /// Why the last request was refused.
+    pub fn problem(&self) -> Option<String> {
+        self.refused.as_ref().map(|(_, error)| error.to_string())
+    }
+
+    /// The environment of the last good request, if the one that was refused has another, which
+    /// could not be read.
+    pub fn environment_instead(&self) -> Option<&EnvironmentChoice> {
+        let (_, error) = self.refused.as_ref()?;
+        let is_its = matches!(error, Error::Environment { .. } | Error::File { .. });
+        (is_its && self.environment.is_some()).then_some(&self.environment_of)
     }
 
     /// Goes on with another device in place of one that is lost: what is on show is made anew, whatever
-    /// was wished for since.
+    /// was asked for since.
     pub fn renew(&mut self, device: &Arc<Device>) -> Result<()> {
         // Freed before as much is asked for again.
+        self.preparing = None;
         self.panes.clear();
         self.device = device.clone();
-        self.panes = self.make(&self.drawn)?;
-        for (pane, scene) in self.panes.iter_mut().zip(&self.drawn) {
-            pane.renderer.submit(scene)?;
+        match &self.environment {
+            Some(environment) if !self.drawn.is_empty() => {
+                for scene in &self.drawn {
+                    self.panes.push(draw_first(device, environment, scene)?);
+                }
+            }
+            _ => self.made_for = None,
         }
         Ok(())
     }
 
     /// Makes everything anew when it is next drawn, as after a change of shaders.
     pub fn invalidate(&mut self) {
-        self.made_for.clear();
+        self.generation += 1;
     }
 
     /// Waits for the frames under way, so that the reports are those of what is on show.
     pub fn finish(&mut self) -> Result<()> {
-        for pane in &mut self.panes {
-            pane.report = pane.renderer.finish()?;
-        }
-        Ok(())
+        self.panes.iter_mut().try_for_each(Pane::finish)
     }
 
     /// The renderers: one, or two side by side.
@@ -160,23 +191,18 @@ impl Stage {
 
     /// The pictures on show.
     pub fn pictures(&self) -> Vec<&Image> {
-        self.panes.iter().filter_map(|pane| pane.renderer.display()).collect()
+        self.panes.iter().filter_map(Pane::picture).collect()
     }
 
-    /// Which environment there is.
-    pub fn environment_choice(&self) -> &EnvironmentChoice {
-        &self.environment_of
-    }
-
-    /// The environment's name.
+    /// The environment's name; empty until it is read.
     pub fn environment_name(&self) -> &str {
-        self.environment.name()
+        self.environment.as_ref().map_or("", |environment| environment.name())
     }
 
     /// How the pictures of the split view differ; none without it.
     pub fn difference(&self) -> Result<Option<Difference>> {
         let [first, second] = self.panes.as_slice() else { return Ok(None) };
-        let [a, b] = [first.renderer.read_display()?, second.renderer.read_display()?];
+        let [a, b] = [first.read()?, second.read()?];
         let size = self.drawn[0].image;
         let linear = |byte: u8| linear_of_srgb(f32::from(byte) / 255.0);
         let picture = |bytes: &[u8]| Picture {

@@ -25,6 +25,14 @@ use crate::scene::{EnvironmentChoice, MAX_DROPS, ModelChoice, RainSettings, Scen
 /// whoever drags its edge does not wait for renderers.
 const SETTLED: Duration = Duration::from_millis(120);
 
+/// How often a window that waits for renderers shows that it does, and how often it looks whether the
+/// queue is free for that.
+const WAITING: Duration = Duration::from_millis(40);
+const QUEUED: Duration = Duration::from_millis(5);
+
+/// How often a window at rest looks whether something has changed, such as a shader's source.
+const REST: Duration = Duration::from_millis(250);
+
 /// How long a message stays.
 const MESSAGE: Duration = Duration::from_secs(6);
 
@@ -94,7 +102,7 @@ impl Viewer {
             keep: Keep::new(options.keep_in),
             reload: Reload::new(),
             screen,
-            stage: Stage::new(device, &scene)?,
+            stage: Stage::new(device, scene.environment.clone()),
             scene,
             window,
             device: device.clone(),
@@ -122,8 +130,9 @@ impl Viewer {
         self.message = Some((message, Instant::now()));
     }
 
-    /// What a key asks for is done with the next frame.
+    /// What a key asks for is done with the next frame, but the window closes at once.
     pub fn ask(&mut self, action: Action) {
+        self.is_done |= action == Action::Quit;
         self.actions.push(action);
         self.window.request_redraw();
     }
@@ -178,8 +187,7 @@ impl Viewer {
                         let kept = self.keep.picture(&srgb, self.screen.size());
                         self.say(kept.map_or_else(|error| error.to_string(), |path| said(&path)));
                     }
-                    // Nothing has been shown yet: of the next frame, then.
-                    None => self.actions.push(action),
+                    None => self.say("there is no picture to keep yet".into()),
                 }
             }
             Action::SaveScene => self.keep_scene(),
@@ -233,24 +241,29 @@ impl Viewer {
             let choice = EnvironmentChoice { file: Some(path.into()), radiance: None };
             self.scene.environment = choice;
         }
-        self.open_environment();
         self.environments = environments(&self.scene);
         self.window.request_redraw();
     }
 
-    /// Opens the scene's environment if it is another; the last good one stays where that cannot be.
-    fn open_environment(&mut self) {
-        if let Err(error) = self.stage.open_environment(&self.scene.environment) {
-            self.scene.environment = self.stage.environment_choice().clone();
-            self.say(error.to_string());
+    /// How long until the next frame, if nothing is heard before; none if it is to follow at once.
+    pub fn rest(&self) -> Option<Duration> {
+        let waits = self.stage.waits_for().is_some();
+        if waits && self.device.has_long_job() {
+            Some(QUEUED)
+        } else if self.is_moving() {
+            None
+        } else {
+            Some(if waits { WAITING } else { REST })
         }
     }
 
     /// Whether pictures change by themselves, so that frame is to follow frame.
-    pub fn is_moving(&self) -> bool {
+    fn is_moving(&self) -> bool {
         let is_settling = self.drawn_size != self.window_size();
-        let is_asked = !self.actions.is_empty() || self.message.is_some();
-        !self.clock.paused || self.flight.is_moving() || is_settling || is_asked
+        // Actions that are left wait for renderers, and have nothing done for them until these stand.
+        let is_asked = !self.actions.is_empty() && self.stage.waits_for().is_none();
+        let is_timed = is_settling || is_asked || self.message.is_some();
+        !self.clock.paused || self.flight.is_moving() || is_timed
     }
 
     fn window_size(&self) -> (u32, u32) {
@@ -259,7 +272,14 @@ impl Viewer {
     }
 
     /// One frame: time goes by, the camera flies, the rain is drawn, and the panel over it.
+    ///
+    /// Keys are obeyed in their order. What a key asks of a picture waits until that picture is drawn,
+    /// and so do the keys after it.
     pub fn frame(&mut self) -> Result<()> {
+        if self.stage.waits_for().is_some() && self.device.has_long_job() {
+            // Presenting would wait, and no event would be heard until it is over.
+            return Ok(());
+        }
         let now = Instant::now();
         let elapsed = now - self.last_frame;
         self.last_frame = now;
@@ -271,11 +291,7 @@ impl Viewer {
         if self.is_moving() {
             self.history.push(elapsed);
         }
-        let (of_picture, others): (Vec<_>, Vec<_>) =
-            std::mem::take(&mut self.actions).into_iter().partition(|a| a.is_of_picture());
-        for action in others {
-            self.act(action)?;
-        }
+        self.act_while(|action| !action.is_of_picture())?;
         if let Some(outcome) = self.reload.poll(&self.device, now) {
             self.reloaded(outcome);
         }
@@ -287,28 +303,44 @@ impl Viewer {
             self.resized = (now, size);
         }
         let is_first = self.drawn_size == (0, 0);
-        if is_first || !of_picture.is_empty() || now - self.resized.0 >= SETTLED {
+        if is_first || !self.actions.is_empty() || now - self.resized.0 >= SETTLED {
             self.drawn_size = size;
         }
-        self.open_environment();
-        let known = self.stage.problem.clone();
-        if self.stage.draw(&self.scene, self.second, self.drawn_size)? {
+        let drawn = self.stage.draw(&self.scene, self.second, self.drawn_size)?;
+        if drawn.is_new {
             self.screen.show(&self.stage.pictures())?;
             self.difference = None;
         }
         if self.clock.paused {
             self.stage.finish()?;
         }
-        if let Some(problem) = self.stage.problem.clone().filter(|p| known.as_ref() != Some(p)) {
+        let mut is_asked_for = self.stage.waits_for().is_none();
+        if let Some(problem) = drawn.refused {
+            if let Some(environment) = self.stage.environment_instead() {
+                self.scene.environment = environment.clone();
+                self.environments = environments(&self.scene);
+                is_asked_for = false;
+            }
             self.say(problem);
         }
         self.lay_out();
-        for action in of_picture {
-            self.act(action)?;
+        // Minimised, or before the first frame, there is nothing to keep.
+        if is_asked_for && self.screen.size() != (0, 0) {
+            self.act_while(Action::is_of_picture)?;
         }
         let is_shown = self.screen.draw(size, &self.stage.pictures(), &self.shapes)?;
         if is_shown {
             self.name_window();
+        }
+        Ok(())
+    }
+
+    /// Does what is asked for as long as the next action is of a kind.
+    fn act_while(&mut self, is_of_kind: impl Fn(Action) -> bool) -> Result<()> {
+        while let Some(action) = self.actions.first().copied().filter(|action| is_of_kind(*action))
+        {
+            self.actions.remove(0);
+            self.act(action)?;
         }
         Ok(())
     }
@@ -321,6 +353,7 @@ impl Viewer {
         }
         let raw = self.input.take_egui_input(&self.window);
         let ctx = self.input.egui_ctx().clone();
+        let problem = self.stage.problem();
         let facts = Facts {
             device: &self.device.report.summary(),
             size: self.screen.size(),
@@ -330,7 +363,7 @@ impl Viewer {
             environment: self.stage.environment_name(),
             environments: &self.environments,
             difference: self.difference,
-            problem: self.stage.problem.as_deref(),
+            problem: problem.as_deref(),
         };
         let mut controls = Controls {
             scene: &mut self.scene,
@@ -341,15 +374,17 @@ impl Viewer {
             actions: &mut self.actions,
         };
         let message = self.message.as_ref().map(|(text, _)| text.as_str());
+        let waits_for = self.stage.waits_for();
         let output = ctx.run(raw, |ctx| {
             if self.has_panel {
                 panel(ctx, &mut controls, &facts);
             }
-            if let Some(message) = message {
+            if message.is_some() || waits_for.is_some() {
                 egui::Area::new("message".into())
                     .anchor(egui::Align2::CENTER_BOTTOM, [0.0, -16.0])
                     .show(ctx, |ui| {
-                        egui::Frame::popup(ui.style()).show(ui, |ui| ui.label(message));
+                        let frame = egui::Frame::popup(ui.style());
+                        frame.show(ui, |ui| tell(ui, message, waits_for.as_ref()));
                     });
             }
         });
@@ -379,6 +414,19 @@ fn input(device: &Device, window: &Window) -> egui_winit::State {
     let viewport = ctx.viewport_id();
     let most = device.report.limits.max_image_dimension2_d as usize;
     egui_winit::State::new(ctx, viewport, window, None, None, Some(most))
+}
+
+/// The lines at the window's lower edge: what is waited for, and a message.
+fn tell(ui: &mut egui::Ui, message: Option<&str>, waits_for: Option<&(String, Duration)>) {
+    if let Some((step, since)) = waits_for {
+        ui.horizontal(|ui| {
+            ui.spinner();
+            ui.label(format!("{step}, {:.0} s", since.as_secs_f32().floor()));
+        });
+    }
+    if let Some(message) = message {
+        ui.label(message);
+    }
 }
 
 fn said(path: &Path) -> String {

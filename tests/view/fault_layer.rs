@@ -1,14 +1,17 @@
 //! A Vulkan layer between the program and its driver that makes a call fail when told to: the file
 //! that `RAINDROPS_FAULT` names holds a function and what it is to return, and is gone once it has.
 //! A call that fails never reaches what is below. After the device is lost all of it is lost, until
-//! another is made. For surface capabilities, 0 is a surface without an area.
+//! another is made. For surface capabilities, 0 is a surface without an area. If the file holds `hold` and
+//! a function, calls of it wait until the file is gone, and a file with the ending `held` says that one does.
 //!
 //! A shared library for the loader, compiled by `faults.rs`. It is unsafe throughout: what it is given
 //! is the loader's, whose word on it is taken, and every function has the signature of its name.
 
 use std::ffi::{CStr, c_char, c_void};
 use std::mem::transmute;
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering::SeqCst};
+use std::time::Duration;
 
 type Pointer = *mut c_void;
 type Function = Option<unsafe extern "system" fn()>;
@@ -58,6 +61,21 @@ fn fault(name: &str) -> Option<i32> {
     let result = told.strip_prefix(name)?.trim().parse().ok()?;
     std::fs::remove_file(path).ok()?;
     Some(result)
+}
+
+/// Keeps this call waiting as long as it is told to.
+fn hold(name: &str) {
+    let Some(path) = std::env::var_os("RAINDROPS_FAULT").map(PathBuf::from) else { return };
+    let is_told = || {
+        let told = std::fs::read_to_string(&path);
+        told.is_ok_and(|told| told.strip_prefix("hold ").is_some_and(|held| held.trim() == name))
+    };
+    if is_told() {
+        let _ = std::fs::write(path.with_extension("held"), "");
+        while is_told() {
+            std::thread::sleep(Duration::from_millis(2));
+        }
+    }
 }
 
 /// As [`fault`], of the device.
@@ -125,8 +143,10 @@ unsafe extern "system" fn create_device(
         let real: unsafe extern "system" fn(Pointer, Pointer, Pointer, *mut Pointer) -> i32 =
             transmute(next(&INSTANCE_FUNCTION, instance, c"vkCreateDevice"));
         let result = real(physical, info, memory, out);
-        DEVICE.store(*out as usize, SeqCst);
-        LOST.store(false, SeqCst);
+        // Only one can be lost: the first, and after it the one that takes its place.
+        if DEVICE.load(SeqCst) == 0 || LOST.swap(false, SeqCst) {
+            DEVICE.store(*out as usize, SeqCst);
+        }
         result
     }
 }
@@ -160,6 +180,7 @@ macro_rules! fallible {
             use super::*;
             pub static REAL: AtomicUsize = AtomicUsize::new(0);
             pub unsafe extern "system" fn hook($($arg: $type),*) -> i32 {
+                hold(stringify!($name));
                 if let Some(result) = device_fault(stringify!($name)) {
                     return result;
                 }
@@ -193,6 +214,7 @@ fallible! {
     vkAcquireNextImageKHR(a: Pointer, b: u64, c: u64, d: u64, e: u64, f: Pointer);
     vkWaitSemaphores(a: Pointer, b: Pointer, c: u64);
     vkDeviceWaitIdle(a: Pointer);
+    vkCreateComputePipelines(a: Pointer, b: u64, c: u32, d: Pointer, e: Pointer, f: Pointer);
 }
 
 unsafe extern "system" fn instance_function(instance: Pointer, name: *const c_char) -> Function {

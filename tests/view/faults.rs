@@ -26,28 +26,53 @@ fn compile_layer(folder: &Path) {
     std::fs::write(folder.join("fault.json"), manifest.to_string()).expect("a manifest");
 }
 
-/// A window whose driver fails on demand.
-struct Failing {
-    opened: Opened,
+/// A window whose driver fails, or keeps the program waiting, on demand.
+pub struct Failing {
+    pub opened: Opened,
     layer: tempfile::TempDir,
 }
 
 impl Failing {
     fn open() -> Self {
+        Self::open_told("")
+    }
+
+    /// Opens the window with a driver that has been told something already.
+    pub fn open_told(told: &str) -> Self {
         let layer = tempfile::tempdir().expect("a folder");
         compile_layer(layer.path());
+        let fault = layer.path().join("fault");
+        if !told.is_empty() {
+            std::fs::write(&fault, told).expect("a file");
+        }
         let opened = Opened::new(|command| {
             command.env("VK_ADD_LAYER_PATH", layer.path()).env("VK_INSTANCE_LAYERS", LAYER);
-            command.env("RAINDROPS_FAULT", layer.path().join("fault"));
+            command.env("RAINDROPS_FAULT", fault);
         });
         Self { opened, layer }
     }
 
+    /// Tells the driver something.
+    pub fn tell(&self, told: &str) {
+        let [aside, place] = ["aside", "fault"].map(|name| self.layer.path().join(name));
+        std::fs::write(&aside, told).expect("a file");
+        std::fs::rename(aside, place).expect("a file");
+    }
+
+    /// Waits until a call waits, as the driver was told.
+    pub fn wait_until_held(&self) {
+        let held = self.layer.path().join("fault.held");
+        wait_for("a call is held", || std::fs::remove_file(&held).ok());
+    }
+
+    /// Lets the call that waits go on.
+    pub fn release(&self) {
+        std::fs::remove_file(self.layer.path().join("fault")).expect("a call was held");
+    }
+
     /// Lets the next call of a function return this.
     fn arm(&self, function: &str, result: R) {
-        let [aside, place] = ["aside", "fault"].map(|name| self.layer.path().join(name));
-        std::fs::write(&aside, format!("{function} {}", result.as_raw())).expect("a file");
-        std::fs::rename(aside, place).expect("a file");
+        self.tell(&format!("{function} {}", result.as_raw()));
     }
 
     /// Waits until the call has failed.

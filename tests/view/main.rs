@@ -1,5 +1,6 @@
 //! The window for real: in a virtual X server (Xvfb), under validation, with keys, resizes and dropped
-//! files sent as a keyboard, a window manager and a file manager send them, and with a driver that fails.
+//! files sent as a keyboard, a window manager and a file manager send them, and with a driver that fails
+//! or is slow.
 
 #[path = "../common/mod.rs"]
 mod common;
@@ -7,6 +8,7 @@ mod common;
 mod dropped;
 mod faults;
 mod seen;
+mod waits;
 
 use x11rb::protocol::xproto::{AtomEnum, ConnectionExt as _, InputFocus, PropMode};
 use x11rb::wrapper::ConnectionExt as _;

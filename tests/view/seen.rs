@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use tempfile::TempDir;
 use x11rb::connection::Connection as _;
 use x11rb::protocol::xproto::{
-    AtomEnum, ConfigureWindowAux, ConnectionExt as _, InputFocus, Window,
+    AtomEnum, ConfigureWindowAux, ConnectionExt as _, ImageFormat, InputFocus, MapState, Window,
 };
 use x11rb::protocol::xtest::ConnectionExt as _;
 use x11rb::rust_connection::RustConnection;
@@ -30,6 +30,7 @@ pub mod key {
     pub const TWO: u8 = 11;
     pub const R: u8 = 27;
     pub const W: u8 = 25;
+    pub const H: u8 = 43;
     pub const CONTROL: u8 = 37;
     pub const S: u8 = 39;
     pub const SHIFT: u8 = 50;
@@ -127,6 +128,20 @@ impl Seen {
         codes.iter().rev().for_each(|code| self.key(*code, false));
     }
 
+    /// The upper rows of what the screen shows of the window, where the panel is hidden: no line of the
+    /// overlay is there.
+    pub fn upper_rows(&self) -> Vec<u8> {
+        let (width, height) = (SIZE.0 as u16, SIZE.1 as u16 / 3);
+        let image = self.x.get_image(ImageFormat::Z_PIXMAP, self.window, 0, 0, width, height, !0);
+        image.expect("an image").reply().expect("the window is shown").data
+    }
+
+    /// Whether the window is on the screen.
+    pub fn is_shown(&self) -> bool {
+        let attributes = self.x.get_window_attributes(self.window).expect("attributes").reply();
+        attributes.is_ok_and(|attributes| attributes.map_state == MapState::VIEWABLE)
+    }
+
     pub fn resize(&self, (width, height): (u32, u32)) {
         let size = ConfigureWindowAux::new().width(width).height(height);
         self.x.configure_window(self.window, &size).expect("a resize");
@@ -197,6 +212,11 @@ impl Opened {
     /// Waits until the program has said something.
     pub fn hear(&self, what: &str) {
         wait_for(what, || self.said().contains(what).then_some(()));
+    }
+
+    /// Whether the program is still at work.
+    pub fn is_running(&mut self) -> bool {
+        self.viewer.0.try_wait().expect("a status").is_none()
     }
 
     /// Waits for the program's end.

@@ -1,0 +1,208 @@
+//! Renderers made on another thread, while the window goes on hearing events and drawing.
+//!
+//! Reading an environment, compiling pipelines and filling tables take seconds where nothing is cached.
+//! Drivers may compile when a pipeline is first used, so a first frame is drawn here as well. It shares
+//! the device's only queue with the window: [`Device::has_long_job`] tells the window when a frame of its
+//! own would wait.
+//!
+//! Drivers that run on the CPU compile on the queue itself, for seconds. With them each renderer is first
+//! made and drawn on a device of this thread's own, whose compiled code the driver keeps on disk: a
+//! *rehearsal*, after which the first frame on the window's device takes no longer than the second.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use crate::environment::Environment;
+use crate::gpu::{Device, Image};
+use crate::plan::{FramePlan, Output, plan};
+use crate::renderer::{FrameReport, Renderer};
+use crate::scene::{EnvironmentChoice, Scene};
+use crate::{Error, Result};
+
+/// A renderer, its plan, and what its last finished frame told.
+pub struct Pane {
+    /// Models and passes.
+    pub plan: FramePlan,
+    /// Of the last finished frame.
+    pub report: FrameReport,
+    renderer: Renderer,
+}
+
+impl Pane {
+    /// Draws a frame; its report is of one before.
+    pub fn submit(&mut self, scene: &Scene) -> Result<()> {
+        if let Some(report) = self.renderer.submit(scene)? {
+            self.report = report;
+        }
+        Ok(())
+    }
+
+    /// Waits for the last frame.
+    pub fn finish(&mut self) -> Result<()> {
+        self.report = self.renderer.finish()?;
+        Ok(())
+    }
+
+    /// The picture on the device.
+    pub fn picture(&self) -> Option<&Image> {
+        self.renderer.display()
+    }
+
+    /// The picture: sRGB, three bytes a pixel.
+    pub fn read(&self) -> Result<Vec<u8>> {
+        self.renderer.read_display()
+    }
+}
+
+/// What renderers are asked for: the scenes without what may change from frame to frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Request {
+    /// One scene a pane; all have the same environment.
+    pub fixed: Vec<Scene>,
+    /// Counts the changes of shaders.
+    pub generation: u32,
+}
+
+/// What a request comes to.
+pub struct Prepared {
+    /// The environment of its scenes.
+    pub environment: Arc<Environment>,
+    /// One for each scene, which has drawn its first frame.
+    pub panes: Vec<Pane>,
+}
+
+/// What the thread and the window share.
+struct Progress {
+    step: Mutex<String>,
+    is_cancelled: AtomicBool,
+}
+
+impl Progress {
+    /// Begins a step; false if no one waits for it any more.
+    fn begin(&self, step: String) -> bool {
+        *self.step.lock().unwrap_or_else(PoisonError::into_inner) = step;
+        !self.is_cancelled.load(Ordering::Relaxed)
+    }
+}
+
+/// A request under way. Dropped, it waits for the thread, which ends with the step that it is at.
+pub struct Preparing {
+    request: Request,
+    progress: Arc<Progress>,
+    since: Instant,
+    /// None once it is taken; the outcome is none if the request was cancelled.
+    thread: Option<JoinHandle<Result<Option<Prepared>>>>,
+}
+
+impl Preparing {
+    /// Begins to prepare renderers of `scenes`; `known` is an environment that is read already.
+    ///
+    /// # Errors
+    /// [`Error::Window`] if there can be no further thread.
+    pub fn start(
+        device: &Arc<Device>,
+        request: Request,
+        scenes: Vec<Scene>,
+        known: Option<(EnvironmentChoice, Arc<Environment>)>,
+    ) -> Result<Self> {
+        let step = Mutex::new("preparing".into());
+        let progress = Arc::new(Progress { step, is_cancelled: AtomicBool::new(false) });
+        let (device, of_thread) = (device.clone(), progress.clone());
+        let thread = std::thread::Builder::new()
+            .name("prepare".into())
+            .spawn(move || prepare(&device, &scenes, known, &of_thread))
+            .map_err(|error| Error::Window(format!("no further thread: {error}")))?;
+        Ok(Self { request, progress, since: Instant::now(), thread: Some(thread) })
+    }
+
+    /// Whether it has come to an end, so that [`Preparing::take`] does not wait.
+    pub fn is_done(&self) -> bool {
+        self.thread.as_ref().is_none_or(JoinHandle::is_finished)
+    }
+
+    /// What it is at, and for how long it has been at work.
+    pub fn step(&self) -> (String, Duration) {
+        let step = self.progress.step.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        (step, self.since.elapsed())
+    }
+
+    /// The request and what came of it.
+    pub fn take(mut self) -> (Request, Result<Option<Prepared>>) {
+        let request = self.request.clone();
+        (request, self.join())
+    }
+
+    fn join(&mut self) -> Result<Option<Prepared>> {
+        match self.thread.take().map(JoinHandle::join) {
+            Some(Ok(outcome)) => outcome,
+            Some(Err(panic)) => std::panic::resume_unwind(panic),
+            None => Ok(None),
+        }
+    }
+}
+
+impl Drop for Preparing {
+    fn drop(&mut self) {
+        self.progress.is_cancelled.store(true, Ordering::Relaxed);
+        if let Some(thread) = self.thread.take() {
+            // No one asks any more; a panic has been reported by its hook.
+            let _ = thread.join();
+        }
+    }
+}
+
+/// What the thread does.
+fn prepare(
+    device: &Arc<Device>,
+    scenes: &[Scene],
+    known: Option<(EnvironmentChoice, Arc<Environment>)>,
+    progress: &Progress,
+) -> Result<Option<Prepared>> {
+    let choice = scenes.first().map(|scene| scene.environment.clone()).unwrap_or_default();
+    let environment = match known {
+        Some((of, environment)) if of == choice => environment,
+        _ => {
+            let file = choice.file.as_ref().and_then(|path| path.file_name());
+            let name = file.map_or("the sky".into(), |name| name.to_string_lossy());
+            if !progress.begin(format!("reading {name}")) {
+                return Ok(None);
+            }
+            Arc::new(Environment::open(&choice)?)
+        }
+    };
+    let rehearsal = match device.report.is_cpu() {
+        true => Device::open(device.instance(), device.report.clone()).ok(),
+        false => None,
+    };
+    let mut panes = Vec::new();
+    for (number, scene) in scenes.iter().enumerate() {
+        let which = match scenes.len() {
+            1 => String::new(),
+            count => format!(" ({} of {count})", number + 1),
+        };
+        if !progress.begin(format!("preparing {}{which}", scene.model.preset)) {
+            return Ok(None);
+        }
+        if let Some(rehearsal) = &rehearsal {
+            rehearsal.replace_shaders(device.replaced_shaders());
+            // It saves time and decides nothing: what fails here fails, and is told, below.
+            let _ = draw_first(rehearsal, &environment, scene);
+        }
+        panes.push(draw_first(device, &environment, scene)?);
+    }
+    Ok(Some(Prepared { environment, panes }))
+}
+
+/// A renderer that has drawn `scene`.
+pub fn draw_first(device: &Arc<Device>, environment: &Environment, scene: &Scene) -> Result<Pane> {
+    scene.validate("the window")?;
+    let plan = plan(scene, environment, Output::Display)?;
+    let renderer = Renderer::new(device, scene, environment, &plan)?;
+    let mut pane = Pane { plan, report: FrameReport::default(), renderer };
+    let _long_job = device.long_job();
+    pane.submit(scene)?;
+    pane.finish()?;
+    Ok(pane)
+}
