@@ -6,9 +6,14 @@
 //! fractions of the box: exact for any time, forwards or backwards, the same on every driver, and
 //! free of the drift that float32 accumulates (hundreds of radii in a day of slow motion).
 
+pub mod classes;
 pub mod clusters;
 pub mod cull;
+pub mod fall;
+pub mod law;
+pub mod medium;
 pub mod shape;
+pub mod visibility;
 
 use glam::{DVec3, Vec3};
 

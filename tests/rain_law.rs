@@ -1,0 +1,327 @@
+//! The rain's laws against published figures, and against sums over fine steps of the diameter that share no
+//! code with them.
+
+use std::f64::consts::PI;
+
+use raindrops::rain::classes::{CLASSES, classes};
+use raindrops::rain::fall::{density_factor, terminal_speed};
+use raindrops::rain::law::{Law, marshall_palmer_slope};
+use raindrops::rain::medium::{
+    cutoff_of_budget, optical_depth, starts, visibility as visibility_of,
+};
+use raindrops::rain::visibility::{
+    Frustum, depth_of_radius, radius_px, streak_opacity, streak_px, streak_share,
+};
+
+/// Within a relative tolerance.
+fn close(value: f64, expected: f64, tolerance: f64) {
+    assert!((value / expected - 1.0).abs() <= tolerance, "{value}, expected {expected}");
+}
+
+/// Marshall and Palmer's law with its own N0.
+fn marshall_palmer(rate: f64, from: f64, to: f64) -> Law {
+    Law { intercept: 8000.0, mu: 0.0, slope: marshall_palmer_slope(rate), from, to }
+}
+
+/// Some laws of every kind, the narrow and the steep included.
+fn laws() -> Vec<Law> {
+    let mut laws = Vec::new();
+    for rate in [0.001, 1.0, 25.0, 100.0, 2000.0] {
+        for (from, to) in [(0.25, 6.0), (0.1, 8.0), (2.0, 2.01), (5.0, 10.0)] {
+            for mu in [-0.9, 0.0, 3.0, 7.5] {
+                let law = Law { mu, ..marshall_palmer(rate, from, to) };
+                laws.push(law.normalised(rate, 1.2));
+            }
+            laws.push(Law { slope: 0.0, mu: 0.0, ..laws[0] }.normalised(rate, 1.2));
+        }
+    }
+    laws
+}
+
+/// ∫ N f dD by Simpson's rule over 4096 steps in log D.
+fn integral(law: &Law, from: f64, to: f64, f: impl Fn(f64) -> f64) -> f64 {
+    let steps = 4096;
+    let step = (to / from).ln() / f64::from(steps);
+    let at = |i: i32| {
+        let d = from * (f64::from(i) * step).exp();
+        d * law.intercept * d.powf(law.mu) * (-law.slope * d).exp() * f(d)
+    };
+    let inner: f64 = (1..steps).map(|i| if i % 2 == 1 { 4.0 * at(i) } else { 2.0 * at(i) }).sum();
+    step / 3.0 * (at(0) + inner + at(steps))
+}
+
+#[test]
+fn marshall_and_palmers_law_has_its_published_moments() {
+    let law = marshall_palmer(10.0, 0.25, 6.0);
+    close(law.slope, 2.528040, 1e-6);
+    close(law.number(), 1682.006, 1e-6);
+    close(law.mean_diameter(), 0.645561, 1e-6);
+    close(law.median_volume_diameter(), 1.45616, 1e-5);
+    close(law.water(), 0.612731, 1e-6);
+    close(law.extinction(), 7.572264e-4, 1e-6);
+    close(law.rate(1.2), 11.6343, 1e-4);
+    close(visibility_of(law.extinction()), 3956.2, 1e-4);
+    for (u, d) in [(0.0, 0.25), (0.5, 0.524183), (0.99, 2.071618)] {
+        close(law.quantile(0.0, u), d, 1e-6);
+    }
+    // Without the half of the light that diffraction takes out: Q = 1, not 2.
+    assert!(law.extinction() < 1.5 * 7.572264e-4);
+}
+
+#[test]
+fn moments_are_those_of_the_table_at_every_rate() {
+    // Rate; N from 0.1, 0.25, 0.5 mm on; D0, W and extinction from 0.25 mm on; falls over label.
+    let table = [
+        (1.0, [1294.9, 700.1, 251.2], 0.9076, 0.08711, 1.6684e-4, 1.1787),
+        (5.0, [2042.2, 1317.1, 634.0], 1.2612, 0.34144, 4.8347e-4, 1.1785),
+        (25.0, [3113.9, 2277.4, 1352.1], 1.7613, 1.32379, 1.3626e-3, 1.1283),
+        (50.0, [3704.9, 2826.9, 1801.1], 2.0308, 2.36189, 2.1175e-3, 1.0873),
+        (100.0, [4391.0, 3475.4, 2353.6], 2.3316, 4.18369, 3.2778e-3, 1.0298),
+    ];
+    for (rate, numbers, d0, water, extinction, excess) in table {
+        for (from, number) in [0.1, 0.25, 0.5].into_iter().zip(numbers) {
+            close(marshall_palmer(rate, from, 6.0).number(), number, 2e-4);
+        }
+        let law = marshall_palmer(rate, 0.25, 6.0);
+        close(law.median_volume_diameter(), d0, 1e-4);
+        close(law.water(), water, 1e-4);
+        close(law.extinction(), extinction, 1e-4);
+        close(law.rate(1.2) / rate, excess, 1e-4);
+    }
+}
+
+#[test]
+fn a_normalised_law_rains_what_was_asked_and_keeps_its_median() {
+    let law = marshall_palmer(10.0, 0.25, 6.0);
+    let normalised = law.normalised(10.0, 1.2);
+    close(normalised.rate(1.2), 10.0, 1e-12);
+    close(normalised.intercept, 6876.2, 1e-4);
+    for (of, with) in [
+        (law.number(), normalised.number()),
+        (law.water(), normalised.water()),
+        (law.extinction(), normalised.extinction()),
+    ] {
+        close(with / of, 0.859525, 2e-6);
+    }
+    close(normalised.median_volume_diameter(), law.median_volume_diameter(), 1e-12);
+    // In thin air drops fall faster, and fewer of them make the rate.
+    close(law.normalised(10.0, 1.0).intercept * density_factor(1.0), normalised.intercept, 1e-12);
+}
+
+#[test]
+fn gamma_laws_have_their_published_moments() {
+    let table = [
+        (8000.0, 1.2, [641.2, 1.1434, 0.20357, 2.969e-4, 3.262]),
+        (8000.0, 1.7, [910.3, 1.6198, 0.81997, 8.441e-4, 16.72]),
+        (3000.0, 2.2, [442.0, 2.0962, 0.86242, 6.860e-4, 20.47]),
+    ];
+    for (n_w, d_m, expected) in table {
+        // Ulbrich's normalised form; Γ(7) = 720.
+        let f = 6.0 / 256.0 * 7.0_f64.powi(7) / 720.0;
+        let intercept = n_w * f / f64::powi(d_m, 3);
+        let law = Law { intercept, mu: 3.0, slope: 7.0 / d_m, from: 0.1, to: 8.0 };
+        let found = [
+            law.number(),
+            law.median_volume_diameter(),
+            law.water(),
+            law.extinction(),
+            law.rate(1.2),
+        ];
+        for (found, expected) in found.into_iter().zip(expected) {
+            close(found, expected, 3e-4);
+        }
+    }
+}
+
+#[test]
+fn closed_forms_are_the_integrals_for_every_law() {
+    for law in laws() {
+        for k in 0..=4 {
+            let expected = integral(&law, law.from, law.to, |d| d.powi(k));
+            close(law.moment(f64::from(k)), expected, 1e-8);
+        }
+        let middle = (law.from * law.to).sqrt();
+        let upper = integral(&law, middle, law.to, |d| d.powi(2));
+        close(law.moment_between(2.0, middle, law.to), upper, 1e-8);
+        // The speed's table has corners, which cost the sum its order.
+        let falls = integral(&law, law.from, law.to, |d| d.powi(3) * terminal_speed(d, 1.2));
+        close(law.rate(1.2), 6.0 * PI * 1e-4 * falls, 1e-5);
+        for u in [0.01, 0.5, 0.99] {
+            let below = integral(&law, law.from, law.quantile(0.0, u), |_| 1.0);
+            close(below / law.number(), u, 1e-7);
+        }
+    }
+}
+
+#[test]
+fn speeds_are_those_of_gunn_and_kinzer() {
+    for (d, v) in [(0.25, 0.94500), (1.1, 4.33500), (3.3, 8.35000), (0.05, 0.135), (9.0, 9.17)] {
+        close(terminal_speed(d, 1.2), v, 1e-9);
+    }
+    close(density_factor(1.0), 1.075654, 1e-6);
+    close(terminal_speed(2.0, 1.0), 6.49 * 1.075654, 1e-6);
+    // A power law that is in use is half as fast again for drops of half a millimetre.
+    let power = |d: f64| 3.778 * d.powf(0.67);
+    assert!(power(0.5) / terminal_speed(0.5, 1.2) > 1.15);
+}
+
+#[test]
+fn classes_share_out_the_law() {
+    let edges = [
+        0.25, 0.307, 0.364, 0.422, 0.480, 0.542, 0.604, 0.669, 0.733, 0.797, 0.861, 0.928, 1.000,
+        1.084, 1.168, 1.261, 1.358, 1.460, 1.567, 1.681, 1.798, 1.926, 2.054, 2.179, 2.316, 2.467,
+        2.646, 2.854, 3.082, 3.354, 3.693, 4.184, 6.0,
+    ];
+    let all = classes(&marshall_palmer(25.0, 0.25, 6.0), 1.2);
+    assert_eq!(all.len() as u32, CLASSES);
+    for (class, edges) in all.iter().zip(edges.windows(2)) {
+        assert!((class.from - edges[0]).abs() < 1e-3 && (class.to - edges[1]).abs() < 1e-3);
+    }
+    for law in laws() {
+        let classes = classes(&law, 1.0);
+        let sum = |k| classes.iter().map(|c| law.moment_between(k, c.from, c.to)).sum::<f64>();
+        close(classes.iter().map(|class| class.number).sum(), law.number(), 1e-9);
+        for k in [0.0, 2.0, 3.0] {
+            close(sum(k), law.moment(k), 1e-9);
+        }
+        let falls: f64 = classes
+            .iter()
+            .map(|class| class.speed * law.moment_between(3.0, class.from, class.to))
+            .sum();
+        close(6.0 * PI * 1e-4 * falls, law.rate(1.0), 1e-9);
+        for pair in classes.windows(2) {
+            assert!(pair[0].to == pair[1].from && pair[0].speed < pair[1].speed);
+        }
+    }
+}
+
+#[test]
+fn classes_fall_nearly_as_fast_as_their_drops() {
+    for (rate, rms) in [(5.0, 0.027), (25.0, 0.022), (100.0, 0.018)] {
+        let law = marshall_palmer(rate, 0.25, 6.0);
+        let squares: f64 = classes(&law, 1.2)
+            .iter()
+            .map(|class| {
+                integral(&law, class.from, class.to, |d| {
+                    (d * (class.speed / terminal_speed(d, 1.2) - 1.0)).powi(2)
+                })
+            })
+            .sum();
+        close((squares / law.moment(2.0)).sqrt(), rms, 0.03);
+    }
+}
+
+const FOCAL: f64 = 886.810_01;
+
+fn square(extent: f64) -> Frustum {
+    Frustum { focal_px: FOCAL, width: 1024.0, height: 1024.0, extent }
+}
+
+#[test]
+fn single_drops_have_the_size_and_the_streak_of_their_depth() {
+    let cases = [
+        (1.0, 2.0, 1.0 / 60.0, 0.221703, 29.782036, 0.014888),
+        (3.0, 10.0, 1.0 / 250.0, 0.133022, 2.859075, 0.093052),
+        (0.5, 1.0, 1.0 / 1000.0, 0.221703, 1.826829, 0.242718),
+    ];
+    for (d, z, shutter, radius, streak, opacity) in cases {
+        let speed = terminal_speed(d, 1.2);
+        close(radius_px(FOCAL, d, z), radius, 5e-6);
+        close(streak_px(FOCAL, speed, shutter, z), streak, 1e-6);
+        close(streak_opacity(d, speed, shutter), opacity, 4e-5);
+        close(depth_of_radius(FOCAL, d, radius_px(FOCAL, d, z)), z, 1e-12);
+    }
+    assert_eq!(streak_opacity(5.0, 9.0, 1e-4), 1.0);
+    close(streak_share(0.5), 0.833333, 1e-6);
+    close(streak_share(3.0), 0.296296, 1e-5);
+}
+
+#[test]
+fn the_drops_in_view_are_counted() {
+    let law = marshall_palmer(10.0, 0.25, 6.0);
+    for (radius, count) in [(1.0, 45.341), (0.1, 45341.0), (0.05, 3.6273e5)] {
+        close(square(f64::INFINITY).drops_above(&law, radius), count, 2e-5);
+    }
+    let law = marshall_palmer(25.0, 0.25, 6.0);
+    close(square(f64::INFINITY).drops_above(&law, 0.02), 1.224e7, 1e-3);
+    // Cut at 0.05 px by the budget that this cut-off needs.
+    let budget = square(f64::INFINITY).drops_above(&law, 0.05);
+    close(cutoff_of_budget(&law, &square(30.0), budget), 0.05, 1e-12);
+    close(starts(&law, FOCAL, 0.05), 53.21, 1e-4);
+}
+
+/// Counts of drops placed at random, by depth and distance: no integral in common with the closed form.
+#[test]
+fn a_near_end_of_the_rain_cuts_the_count() {
+    let law = marshall_palmer(25.0, 0.25, 6.0);
+    for extent in [2.0, 10.0, 40.0, 57.0] {
+        let mut random = 1_u64;
+        let mut uniform = move || {
+            random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            ((random >> 11) as f64 + 0.5) / (1_u64 << 53) as f64
+        };
+        // Directions uniform over the image plane, depths up to the extent; weights z² / f².
+        let (trials, half_tan) = (400_000, 512.0 / FOCAL);
+        let mut sum = 0.0;
+        for _ in 0..trials {
+            let (x, y) = (2.0 * uniform() - 1.0, 2.0 * uniform() - 1.0);
+            let depth = extent * uniform();
+            let distance = depth * (1.0 + half_tan * half_tan * (x * x + y * y)).sqrt();
+            let least = 2e3 * 0.05 * depth / FOCAL;
+            if distance < extent && least < law.to {
+                let from = law.from.max(least);
+                let drops = ((-law.slope * from).exp() - (-law.slope * law.to).exp()) / law.slope;
+                sum += 8000.0 * drops * depth * depth;
+            }
+        }
+        let expected = sum / f64::from(trials) * extent * (2.0 * half_tan).powi(2);
+        close(square(extent).drops_above(&law, 0.05), expected, 0.01);
+    }
+}
+
+#[test]
+fn the_medium_holds_what_is_not_drawn() {
+    let law = marshall_palmer(25.0, 0.25, 6.0);
+    for (depth, tau) in [(10.0, 0.001866), (30.0, 0.02347), (100.0, 0.11865)] {
+        close(optical_depth(&law, FOCAL, 0.05, depth), tau, 4e-4);
+    }
+    assert_eq!(optical_depth(&law, FOCAL, 0.05, 1.0), 0.0);
+    let law = marshall_palmer(10.0, 0.25, 6.0);
+    // With a huge cut-off everything is medium.
+    let all = optical_depth(&law, FOCAL, 1e6, 50.0);
+    close(all, 0.037861, 1e-4);
+    close((-all).exp(), 0.962846, 1e-6);
+}
+
+/// The plain formulae are upper bounds: they leave out the drop's own size and the light's loss.
+#[test]
+fn a_pixel_flickers_as_much_as_single_drops_make_it() {
+    let law = marshall_palmer(10.0, 0.25, 6.0);
+    let bound = (PI * PI / 8.0 * FOCAL * 0.05 * 1e-9 * law.moment(3.0)).sqrt();
+    close(bound, 0.008001, 1e-4);
+    let m4 = 1e-12 * law.moment(4.0);
+    close((PI * PI / 16.0 * FOCAL * FOCAL * m4 / 10.0).sqrt(), 0.009492, 1e-4);
+
+    // Rate, nearest and farthest depth, shutter; the standard deviation of pixels into which every drop was
+    // drawn, at random, good to 2 or 3 %.
+    let by_depth = [
+        (25.0, 10.0, 40.0, 0.0, 0.0121),
+        (25.0, 3.0, 10.0, 0.0, 0.0198),
+        (25.0, 10.0, 40.0, 1.0 / 60.0, 0.00538),
+        (100.0, 10.0, 30.0, 1.0 / 250.0, 0.0161),
+    ];
+    for (rate, near, far, shutter, expected) in by_depth {
+        let law = marshall_palmer(rate, 0.25, 6.0);
+        let noise = square(far).noise_beyond(&law, 1.2, |_| near, shutter);
+        // There was no rain before the nearest depth, and it took no light.
+        close(noise * (law.extinction() * near).exp(), expected, 0.02);
+    }
+    let law = marshall_palmer(25.0, 0.25, 6.0);
+    for (radius, shutter, expected) in
+        [(0.1, 0.0, 0.01405), (0.05, 0.0, 0.00922), (0.1, 1.0 / 60.0, 0.00634)]
+    {
+        let noise = square(60.0).noise(&law, 1.2, radius, shutter);
+        let drawn = law.extinction() * 60.0 - optical_depth(&law, FOCAL, radius, 60.0);
+        close(noise * drawn.exp(), expected, 0.03);
+    }
+}
