@@ -6,6 +6,7 @@
 //! fractions of the box: exact for any time, forwards or backwards, the same on every driver, and
 //! free of the drift that float32 accumulates (hundreds of radii in a day of slow motion).
 
+pub mod cells;
 pub mod classes;
 pub mod clusters;
 pub mod cull;
