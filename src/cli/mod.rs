@@ -12,6 +12,7 @@ mod errors;
 mod mask;
 mod options;
 mod plan;
+mod rain;
 mod reference;
 mod render;
 mod sequence;
@@ -48,6 +49,7 @@ enum Command {
     Bench(bench::BenchArgs),
     Mask(mask::MaskArgs),
     Plan(plan::PlanArgs),
+    Rain(rain::RainArgs),
     Devices(devices::DevicesArgs),
     Sky(sky::SkyArgs),
     /// The truth: the scene by a float64 ray tracer on the CPU
@@ -81,6 +83,7 @@ pub fn main() -> ExitCode {
         Command::Bench(args) => bench::run(&args),
         Command::Mask(args) => mask::run(&args),
         Command::Plan(args) => plan::run(&args),
+        Command::Rain(args) => rain::run(&args),
         Command::Devices(args) => devices::run(&args),
         Command::Sky(args) => sky::run(&args),
         Command::Reference(args) => reference::run(&args),

@@ -4,14 +4,16 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use clap::Args;
+use glam::DVec3;
 
-use crate::Result;
 use crate::gpu::disk_cache::{KeptDevice, user_folder};
 use crate::gpu::{DeviceReport, Instance, Validation};
-use crate::scene::Scene;
 use crate::scene::model::{
-    Fresnel, Lookup, Operator, Optics, Order, Preset, Primitive, Reflection, Simulation, Weights,
+    DropShape, FarRain, Fresnel, Lookup, Operator, Optics, Order, Preset, Primitive, Reflection,
+    Simulation, Sizes, Weights,
 };
+use crate::scene::{RainSettings, Scene};
+use crate::{Error, Result};
 
 /// A scene and the values that the command line sets in it.
 #[derive(Args, Clone, Debug, Default, PartialEq)]
@@ -22,7 +24,92 @@ pub struct SceneArgs {
     #[arg(long, value_name = "N")]
     drops: Option<u32>,
     #[command(flatten)]
+    rain: RainValues,
+    #[command(flatten)]
     values: SceneValues,
+}
+
+/// Values of real rain that a command line can set.
+#[derive(Args, Clone, Debug, Default, PartialEq)]
+#[command(next_help_heading = "Real rain")]
+pub struct RainValues {
+    /// Rain rate in mm/h, instead of a number of equal drops
+    #[arg(long, value_name = "MM/H", allow_negative_numbers = true)]
+    rate: Option<f64>,
+    /// Law of the drops' sizes
+    #[arg(long, value_enum, value_name = "NAME")]
+    sizes: Option<Sizes>,
+    /// Least and largest diameter in mm
+    #[arg(
+        long,
+        value_name = "A,B",
+        value_delimiter = ',',
+        num_args = 1,
+        allow_negative_numbers = true
+    )]
+    diameters: Option<Vec<f64>>,
+    /// Exponent of the gamma law
+    #[arg(long, value_name = "MU", allow_negative_numbers = true)]
+    mu: Option<f64>,
+    /// Air density in kg/m³
+    #[arg(long, value_name = "KG/M³", allow_negative_numbers = true)]
+    air_density: Option<f64>,
+    /// Wind in m/s
+    #[arg(
+        long,
+        value_name = "X,Y,Z",
+        value_delimiter = ',',
+        num_args = 1,
+        allow_hyphen_values = true
+    )]
+    wind: Option<Vec<f64>>,
+    /// Shape of the drops
+    #[arg(long, value_enum, value_name = "NAME")]
+    drop_shape: Option<DropShape>,
+    /// Distance from the camera to the rain's end in metres; inf is allowed
+    #[arg(long, value_name = "M", allow_negative_numbers = true)]
+    extent: Option<f64>,
+}
+
+impl RainValues {
+    /// Sets the values that were given. `is_chosen`: whether the scene's rain is of a file.
+    fn apply(&self, scene: &mut Scene, is_chosen: bool) -> Result<()> {
+        let refuse = |problem: String| Err(Error::Scene { place: "command line".into(), problem });
+        if *self == Self::default() {
+            return Ok(());
+        }
+        let boxed = scene.rain.filter(|rain| rain.real.is_none() && is_chosen);
+        if let (Some(rate), Some(rain)) = (self.rate, boxed) {
+            let count = rain.count;
+            return refuse(format!("--rate {rate}: the scene has {count} drops in a box already"));
+        }
+        let Some(rate) = self.rate.or(scene.real_rain().map(|rain| rain.rate)) else {
+            return refuse("the scene has no rain by its rate: give --rate 25".into());
+        };
+        let array = |values: &[f64]| DVec3::from_slice(values);
+        let mut rain = scene.real_rain().unwrap_or_default();
+        rain.rate = rate;
+        rain.sizes = self.sizes.unwrap_or(rain.sizes);
+        if self.mu.is_some() && rain.sizes != Sizes::Gamma {
+            return refuse(format!("--mu is for --sizes gamma, not for {}", rain.sizes));
+        }
+        rain.mu = self.mu.unwrap_or(rain.mu);
+        rain.air_density = self.air_density.unwrap_or(rain.air_density);
+        rain.shape = self.drop_shape.unwrap_or(rain.shape);
+        rain.extent = self.extent.unwrap_or(rain.extent);
+        match self.diameters.as_deref() {
+            None => {}
+            Some(&[from, to]) => rain.diameters = [from, to],
+            Some(_) => return refuse("--diameters: give two, like 0.25,6".into()),
+        }
+        match self.wind.as_deref() {
+            None => {}
+            Some(wind) if wind.len() == 3 => rain.wind = array(wind),
+            Some(_) => return refuse("--wind: give three numbers, like 2,0,0".into()),
+        }
+        scene.rain = Some(RainSettings::of(rain));
+        scene.validate("command line")
+    }
 }
 
 /// Values of a scene that a command line can set, the drop count apart.
@@ -85,6 +172,12 @@ pub struct AxisArgs {
     /// At which level of its prefilter the environment is read
     #[arg(long, value_enum, value_name = "NAME")]
     lookup: Option<Lookup>,
+    /// What becomes of drops of real rain under the cut-off
+    #[arg(long, value_enum, value_name = "NAME")]
+    far_rain: Option<FarRain>,
+    /// Radius in pixels under which a drop of real rain is not drawn by itself
+    #[arg(long, value_name = "PX", allow_negative_numbers = true)]
+    cutoff_px: Option<f64>,
 }
 
 impl AxisArgs {
@@ -102,6 +195,8 @@ impl AxisArgs {
         model.fresnel = self.fresnel.or(model.fresnel);
         model.reflection = self.reflection.or(model.reflection);
         model.lookup = self.lookup.or(model.lookup);
+        model.far_rain = self.far_rain.or(model.far_rain);
+        model.cutoff_px = self.cutoff_px.or(model.cutoff_px);
         scene.validate("command line")
     }
 }
@@ -143,6 +238,7 @@ impl SceneArgs {
     /// The scene file with the command line's values set in it, validated.
     pub fn load(&self) -> Result<Scene> {
         let mut scene = self.values.load(self.scene.as_deref())?;
+        self.rain.apply(&mut scene, self.scene.is_some())?;
         if let Some(count) = self.drops {
             scene.rain.get_or_insert_default().count = count;
             scene.validate("command line")?;

@@ -64,6 +64,9 @@ pub fn run(args: &ReferenceArgs) -> anyhow::Result<Answer> {
         bail!("--coverage {}: write it as .exr", path.display());
     }
     let scene = args.scene.load()?;
+    if scene.real_rain().is_some() {
+        bail!("rain: real rain is not traced yet; `raindrops rain` has its figures");
+    }
     let environment = super::open_environment(&scene)?;
     let truth = Truth {
         samples: args.samples,

@@ -2,6 +2,7 @@
 
 pub mod bench;
 mod host;
+pub mod rain_plot;
 pub mod statistics;
 pub mod tradeoff;
 

@@ -101,6 +101,15 @@ impl Default for Light {
 /// # Errors
 /// [`Error::Scene`] for a combination of models that makes no sense, with the reason.
 pub fn plan(scene: &Scene, environment: &Environment, output: Output) -> Result<FramePlan> {
+    if let Some(rain) = scene.real_rain() {
+        return Err(Error::Scene {
+            place: "rain".into(),
+            problem: format!(
+                "rate = {}: real rain is not drawn yet; `raindrops rain` has its figures",
+                rain.rate
+            ),
+        });
+    }
     let choice = &scene.model;
     let refuse = |problem: String| Err(Error::Scene { place: "model".into(), problem });
     let chosen = (choice.preset == Preset::Auto).then(|| auto::choose(scene, environment));

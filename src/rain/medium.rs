@@ -7,6 +7,8 @@
 
 use crate::rain::law::{Law, extinction};
 use crate::rain::visibility::{Frustum, depth_of_radius};
+use crate::scene::ModelChoice;
+use crate::scene::model::FarRain;
 
 /// Cut-off in pixels where none is given. A single drop under it changes a pixel by less than 1/255 at a
 /// contrast of 0.5.
@@ -32,6 +34,21 @@ pub fn starts(law: &Law, focal_px: f64, cutoff_px: f64) -> f64 {
 /// Distance in metres at which a black object has 5 % contrast against the horizon's sky.
 pub fn visibility(extinction: f64) -> f64 {
     20.0_f64.ln() / extinction
+}
+
+/// The cut-off in pixels for a picture, and why. 0: every drop is drawn.
+pub fn cutoff(law: &Law, frustum: &Frustum, model: &ModelChoice) -> (f64, String) {
+    if model.far_rain == Some(FarRain::Drops) {
+        return (0.0, "far_rain = \"drops\"".into());
+    }
+    if let Some(cutoff_px) = model.cutoff_px {
+        return (cutoff_px, "as the scene says".into());
+    }
+    if frustum.drops_above(law, CUTOFF_PX) <= MOST_DROPS {
+        return (CUTOFF_PX, "no smaller drop shows by 1/255 at half the contrast".into());
+    }
+    let cutoff_px = cutoff_of_budget(law, frustum, MOST_DROPS);
+    (cutoff_px, format!("{:.0} million drops are drawn at most", MOST_DROPS * 1e-6))
 }
 
 /// Largest cut-off at which a picture holds `drops` drops, if the rain has no end.

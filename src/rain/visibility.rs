@@ -56,8 +56,11 @@ impl Frustum {
         let near = |end: f64| {
             // Drops over this diameter are above the radius as far as the rain goes.
             let all = 2e3 * radius_px * end / self.focal_px;
-            let deep = depth_of_radius(self.focal_px, 1.0, radius_px).powi(3)
-                * law.moment_between(3.0, law.from, all);
+            let deep = match law.moment_between(3.0, law.from, all) {
+                // The depth of a drop without radius is infinite.
+                0.0 => 0.0,
+                m3 => depth_of_radius(self.focal_px, 1.0, radius_px).powi(3) * m3,
+            };
             let far = law.moment_between(0.0, all, law.to);
             cone * (deep + if far > 0.0 { end.powi(3) * far } else { 0.0 })
         };

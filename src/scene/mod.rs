@@ -5,6 +5,7 @@
 pub mod camera;
 pub mod film;
 pub mod model;
+pub mod real_rain;
 
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
@@ -16,8 +17,10 @@ use crate::rain::Rain;
 use crate::scene::camera::{Camera, View};
 use crate::scene::film::Film;
 use crate::scene::model::{
-    Fresnel, Lookup, Operator, Optics, Order, Preset, Primitive, Reflection, Simulation, Weights,
+    FarRain, Fresnel, Lookup, Operator, Optics, Order, Preset, Primitive, Reflection, Simulation,
+    Weights,
 };
+use crate::scene::real_rain::{RainTable, RealRain};
 use crate::{Error, Result};
 
 /// Largest image edge; beyond it float32 pixel coordinates lose their subpixel bits and no device
@@ -38,6 +41,8 @@ pub struct Scene {
     pub seed: u64,
     /// Scene time in seconds; may be negative, may be huge.
     pub time: f64,
+    /// Length of one scene unit in metres, for what physics needs.
+    pub metres: f64,
     /// The eye.
     pub camera: Camera,
     /// The picture's size.
@@ -81,11 +86,11 @@ pub struct EnvironmentChoice {
     pub radiance: Option<Vec3>,
 }
 
-/// The random drops of a scene file.
+/// The random drops of a scene file: equal ones in a box, or real rain.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
-#[serde(deny_unknown_fields, default)]
+#[serde(try_from = "RainTable", into = "RainTable")]
 pub struct RainSettings {
-    /// How many.
+    /// How many; 0 for real rain.
     pub count: u32,
     /// Half the edges of the box that holds them, centred on the camera, in scene units.
     pub half_extent: DVec3,
@@ -93,6 +98,15 @@ pub struct RainSettings {
     pub radius: f64,
     /// Their velocity, in scene units a second.
     pub velocity: DVec3,
+    /// Real rain instead of drops in a box.
+    pub real: Option<RealRain>,
+}
+
+impl RainSettings {
+    /// Real rain.
+    pub fn of(rain: RealRain) -> Self {
+        Self { count: 0, real: Some(rain), ..Self::default() }
+    }
 }
 
 /// A drop placed by hand.
@@ -144,6 +158,12 @@ pub struct ModelChoice {
     pub reflection: Option<Reflection>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lookup: Option<Lookup>,
+    /// What becomes of the drops of real rain that are too small in the picture to be drawn one by one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub far_rain: Option<FarRain>,
+    /// Radius in pixels under which a drop of real rain is too small for that, 0.001 to 1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cutoff_px: Option<f64>,
 }
 
 impl ModelChoice {
@@ -151,6 +171,29 @@ impl ModelChoice {
     pub fn take_preset(&mut self, preset: Preset) {
         self.preset = preset;
         self.error = self.error.filter(|_| preset == Preset::Auto);
+    }
+
+    fn validate_far_rain(&self, rain: Option<&RealRain>) -> std::result::Result<(), String> {
+        let Some(rain) = rain else {
+            let key = if self.far_rain.is_some() { "far_rain" } else { "cutoff_px" };
+            return match self.far_rain.is_some() || self.cutoff_px.is_some() {
+                true => Err(format!("model: {key} is for real rain; give rain.rate")),
+                false => Ok(()),
+            };
+        };
+        let cutoff = self.cutoff_px.unwrap_or(1.0);
+        if !(0.001..=1.0).contains(&cutoff) {
+            return Err(format!("model: cutoff_px = {cutoff} is not within 0.001 to 1 pixel"));
+        }
+        if self.far_rain == Some(FarRain::Drops) && self.cutoff_px.is_some() {
+            return Err("model: far_rain = \"drops\" draws every drop; leave out cutoff_px".into());
+        }
+        if self.far_rain == Some(FarRain::Drops) && rain.extent.is_infinite() {
+            return Err(
+                "model: far_rain = \"drops\" needs an end of the rain; give rain.extent".into()
+            );
+        }
+        Ok(())
     }
 
     /// The keys of models that are given, not left to the preset.
@@ -166,6 +209,8 @@ impl ModelChoice {
             ("fresnel", self.fresnel.is_some()),
             ("reflection", self.reflection.is_some()),
             ("lookup", self.lookup.is_some()),
+            ("far_rain", self.far_rain.is_some()),
+            ("cutoff_px", self.cutoff_px.is_some()),
         ];
         given.into_iter().filter(|(_, is_given)| *is_given).map(|(name, _)| name).collect()
     }
@@ -197,6 +242,7 @@ impl Default for Scene {
         Self {
             seed: 1,
             time: 0.0,
+            metres: 1.0,
             camera: Camera::default(),
             image: ImageSize::default(),
             environment: EnvironmentChoice::default(),
@@ -222,6 +268,7 @@ impl Default for RainSettings {
             half_extent: DVec3::splat(1025.0),
             radius: 1.0,
             velocity: DVec3::new(0.0, -9.0, 0.0),
+            real: None,
         }
     }
 }
@@ -242,6 +289,8 @@ impl Default for ModelChoice {
             fresnel: None,
             reflection: None,
             lookup: None,
+            far_rain: None,
+            cutoff_px: None,
         }
     }
 }
@@ -338,6 +387,21 @@ impl Scene {
                 "environment: radiance must be finite and at least 0".into()
             })?;
         }
+        check(positive(self.metres), &|| {
+            format!("metres = {} must be finite and over 0", self.metres)
+        })?;
+        let told = |result: Result<(), String>| {
+            result.or_else(|problem| check(false, &|| problem.clone()))
+        };
+        if let Some(rain) = &self.real_rain() {
+            let count = self.rain.map_or(0, |rain| rain.count);
+            check(count == 0, &|| {
+                format!("rain: rate = {} and count = {count} do not go together", rain.rate)
+            })?;
+            told(rain.validate())?;
+            told(RealRain::validate_camera(self.camera.position * self.metres))?;
+        }
+        told(self.model.validate_far_rain(self.real_rain().as_ref()))?;
         if let Some(rain) = &self.rain {
             check(rain.count <= MAX_DROPS, &|| {
                 format!("rain: count = {} is over {MAX_DROPS}", rain.count)
@@ -390,9 +454,9 @@ impl Scene {
         self.camera.view(self.image.width, self.image.height)
     }
 
-    /// The random drops; none if the scene names only drops placed by hand.
+    /// The random drops in a box; none if the scene has real rain, or names only drops placed by hand.
     pub fn rain(&self) -> Option<Rain> {
-        self.rain.map(|rain| Rain {
+        self.rain.filter(|rain| rain.real.is_none()).map(|rain| Rain {
             seed: self.seed,
             count: rain.count,
             half_extent: rain.half_extent,
@@ -401,7 +465,12 @@ impl Scene {
         })
     }
 
-    /// Number of drops, random and placed by hand.
+    /// Real rain; none if the scene has none.
+    pub fn real_rain(&self) -> Option<RealRain> {
+        self.rain.and_then(|rain| rain.real)
+    }
+
+    /// Number of drops, random and placed by hand; those of real rain have no number.
     pub fn drop_count(&self) -> u32 {
         self.rain.map_or(0, |rain| rain.count) + self.drops.len() as u32
     }

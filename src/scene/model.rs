@@ -156,6 +156,40 @@ models! {
 }
 
 models! {
+    /// The law of the sizes of real rain's drops.
+    Sizes {
+        /// Marshall and Palmer 1948: exponential.
+        MarshallPalmer = "marshall-palmer",
+        /// Ulbrich 1983: a power times an exponential.
+        Gamma = "gamma",
+        /// As many of every diameter.
+        Uniform = "uniform",
+    }
+}
+
+models! {
+    /// The shape of real rain's drops.
+    DropShape {
+        /// Flattened by the air, by their size.
+        Equilibrium = "equilibrium",
+        /// Spheres.
+        Sphere = "sphere",
+    }
+}
+
+models! {
+    /// What becomes of drops of real rain whose radius is under the cut-off in pixels.
+    FarRain {
+        /// All are drawn, one by one.
+        Drops = "drops",
+        /// They are a medium that takes out and puts in the light that they would.
+        Medium = "medium",
+        /// They are left out: the picture is too clear and too dark.
+        None = "none",
+    }
+}
+
+models! {
     /// How radiance becomes display colour.
     Operator {
         /// The global photographic operator of Reinhard et al. 2002.

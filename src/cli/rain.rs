@@ -1,0 +1,223 @@
+//! `raindrops rain`: what rain a scene has.
+
+use std::path::PathBuf;
+
+use anyhow::bail;
+use clap::Args;
+use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
+use serde::Serialize;
+
+use super::options::SceneArgs;
+use super::{Answer, print, write_json};
+use crate::files::write_whole;
+use crate::measure::rain_plot;
+use crate::rain::visibility::Frustum;
+use crate::rain::{fall, medium, shape};
+use crate::scene::Scene;
+use crate::scene::model::FarRain;
+use crate::scene::real_rain::RealRain;
+
+/// Drops that `--svg` counts.
+const SAMPLED: f64 = 1e6;
+
+/// What rain the scene has, and what of it is drawn: sizes, speeds, water, visibility
+#[derive(Args)]
+pub struct RainArgs {
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// Radius in pixels under which a drop is part of the medium
+    #[arg(long, value_name = "PX")]
+    cutoff_px: Option<f64>,
+    /// What becomes of the drops under it
+    #[arg(long, value_enum, value_name = "NAME")]
+    far_rain: Option<FarRain>,
+    /// Write the figures as JSON; - is stdout, instead of the table
+    #[arg(long, value_name = "FILE|-")]
+    json: Option<PathBuf>,
+    /// Plot the law and the drops of a million
+    #[arg(long, value_name = "FILE")]
+    svg: Option<PathBuf>,
+}
+
+/// Schema `raindrops-rain/1`.
+#[derive(Serialize)]
+struct Report {
+    schema: &'static str,
+    scene: String,
+    rate_mm_h: f64,
+    rate_that_falls_mm_h: f64,
+    drops_per_m3: f64,
+    mean_diameter_mm: f64,
+    median_volume_diameter_mm: f64,
+    water_g_m3: f64,
+    extinction_per_m: f64,
+    visibility_5_percent_m: f64,
+    far_rain: FarRain,
+    /// 0 where every drop is drawn.
+    cutoff_px: f64,
+    cutoff_reason: String,
+    drops_in_view: f64,
+    /// Depth from which on all rain is medium; none without a medium, or where the rain ends before.
+    medium_from_m: Option<f64>,
+    /// Standard deviation of a pixel's opacity by the drops that are not drawn.
+    noise: f64,
+    classes: Vec<ClassReport>,
+}
+
+#[derive(Serialize)]
+struct ClassReport {
+    diameter_from_mm: f64,
+    diameter_to_mm: f64,
+    drops_per_m3: f64,
+    speed_m_s: f64,
+    axis_ratio: f64,
+}
+
+/// Runs the command.
+pub fn run(args: &RainArgs) -> anyhow::Result<Answer> {
+    let mut scene = args.scene.load()?;
+    scene.model.cutoff_px = args.cutoff_px.or(scene.model.cutoff_px);
+    scene.model.far_rain = args.far_rain.or(scene.model.far_rain);
+    let Some(rain) = scene.real_rain() else {
+        bail!(
+            "{} has no rain by its rate: give rain.rate in the scene, or --rate 25",
+            args.scene.name()
+        );
+    };
+    scene.validate("command line")?;
+    for file in [&args.json, &args.svg].into_iter().flatten() {
+        super::check_folder(file)?;
+    }
+    let report = report(args.scene.name(), &scene, &rain);
+    for note in notes(&rain) {
+        eprintln!("note: {note}");
+    }
+    match &args.json {
+        Some(path) if path.as_os_str() == "-" => print(serde_json::to_string_pretty(&report)?)?,
+        Some(path) => write_json(path, &report)?,
+        None => {}
+    }
+    if args.json.as_ref().is_none_or(|path| path.as_os_str() != "-") {
+        show(&report)?;
+    }
+    if let Some(path) = &args.svg {
+        write_whole(path, rain_plot::svg(&rain, scene.seed, SAMPLED)?.as_bytes())?;
+    }
+    Ok(Answer::Yes)
+}
+
+fn report(name: String, scene: &Scene, rain: &RealRain) -> Report {
+    let law = rain.law();
+    let view = scene.view();
+    let frustum = Frustum {
+        focal_px: view.focal_px,
+        width: f64::from(view.width),
+        height: f64::from(view.height),
+        extent: rain.extent,
+    };
+    let far_rain = scene.model.far_rain.unwrap_or(FarRain::Medium);
+    let (cutoff_px, cutoff_reason) = medium::cutoff(&law, &frustum, &scene.model);
+    let starts = medium::starts(&law, frustum.focal_px, cutoff_px);
+    let noise = match far_rain {
+        FarRain::Drops => 0.0,
+        _ => frustum.noise(&law, rain.air_density, cutoff_px, 0.0),
+    };
+    Report {
+        schema: "raindrops-rain/1",
+        scene: name,
+        rate_mm_h: rain.rate,
+        rate_that_falls_mm_h: rain.rate_that_falls(),
+        drops_per_m3: law.number(),
+        mean_diameter_mm: law.mean_diameter(),
+        median_volume_diameter_mm: law.median_volume_diameter(),
+        water_g_m3: law.water(),
+        extinction_per_m: law.extinction(),
+        visibility_5_percent_m: medium::visibility(law.extinction()),
+        far_rain,
+        cutoff_px,
+        cutoff_reason,
+        drops_in_view: frustum.drops_above(&law, cutoff_px),
+        medium_from_m: (far_rain == FarRain::Medium && starts < rain.extent).then_some(starts),
+        noise,
+        classes: rain
+            .classes()
+            .iter()
+            .map(|class| ClassReport {
+                diameter_from_mm: class.from,
+                diameter_to_mm: class.to,
+                drops_per_m3: class.number,
+                speed_m_s: class.speed,
+                axis_ratio: class.axis_ratio,
+            })
+            .collect(),
+    }
+}
+
+/// What is taken as constant because no measurement goes on.
+fn notes(rain: &RealRain) -> Vec<String> {
+    let mut notes = Vec::new();
+    let largest = rain.diameters[1];
+    if largest > fall::FASTEST {
+        notes.push(format!("above {} mm drops fall as fast as those of it", fall::FASTEST));
+    }
+    if largest > shape::LARGEST {
+        notes.push(format!("above {} mm drops have the shape of those of it", shape::LARGEST));
+    }
+    if rain.wind.y != 0.0 {
+        notes.push("wind up or down changes the rate that falls, not the number of drops".into());
+    }
+    notes
+}
+
+fn show(report: &Report) -> anyhow::Result<()> {
+    let line = |name: &str, value: f64, unit: &str| {
+        print(format_args!("{name:24} {:>12} {unit}", significant(value)))
+    };
+    line("rate", report.rate_mm_h, "mm/h")?;
+    line("rate that falls", report.rate_that_falls_mm_h, "mm/h")?;
+    line("drops", report.drops_per_m3, "per m³")?;
+    line("mean diameter", report.mean_diameter_mm, "mm")?;
+    line("median-volume diameter", report.median_volume_diameter_mm, "mm")?;
+    line("water", report.water_g_m3, "g/m³")?;
+    line("extinction", report.extinction_per_m, "per m")?;
+    line("visibility (5 %)", report.visibility_5_percent_m, "m")?;
+    line("cut-off", report.cutoff_px, &format!("px: {}", report.cutoff_reason))?;
+    line("drops in view", report.drops_in_view, "drawn one by one")?;
+    match (report.far_rain, report.medium_from_m) {
+        (FarRain::Medium, Some(from)) => line("all rain is medium from", from, "m on")?,
+        (FarRain::Medium, None) => print("all rain is medium from    nowhere: it ends before")?,
+        (FarRain::Drops, _) => print("every drop is drawn")?,
+        (FarRain::None, _) => print("drops under the cut-off are left out")?,
+    }
+    line("flicker of the others", report.noise, "of a pixel's opacity, at an instant")?;
+    let mut table = Table::new();
+    table.load_style(presets::UTF8_HORIZONTAL_ONLY);
+    table.set_content_arrangement(ContentArrangement::Disabled).set_header([
+        "from mm",
+        "to mm",
+        "drops per m³",
+        "speed m/s",
+        "axis ratio",
+    ]);
+    for class in &report.classes {
+        table.add_row([
+            format!("{:.3}", class.diameter_from_mm),
+            format!("{:.3}", class.diameter_to_mm),
+            significant(class.drops_per_m3),
+            format!("{:.3}", class.speed_m_s),
+            format!("{:.4}", class.axis_ratio),
+        ]);
+    }
+    table.column_iter_mut().for_each(|column| column.set_cell_alignment(CellAlignment::Right));
+    print(table)?;
+    Ok(())
+}
+
+/// Four significant digits.
+fn significant(value: f64) -> String {
+    if value != 0.0 && !(1e-3..1e7).contains(&value.abs()) {
+        return format!("{value:.3e}");
+    }
+    let digits = if value == 0.0 { 0 } else { (3 - value.abs().log10().floor() as i32).max(0) };
+    format!("{value:.*}", digits as usize)
+}

@@ -1,0 +1,255 @@
+//! Rain as weather has it: `[rain] rate = 25` and what goes with it in a scene file.
+//!
+//! A `[rain]` table is either a number of equal drops in a box (the paper's) or a rate in mm/h. Keys of both
+//! in one table are refused: one of them would be ignored.
+
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+
+use super::RainSettings;
+use super::model::{DropShape, Sizes};
+use crate::rain::cells::{FARTHEST, Lattice, lattices};
+use crate::rain::classes::{Class, classes};
+use crate::rain::law::{Law, marshall_palmer_slope};
+
+/// Rates in mm/h: from a trace to the heaviest minute on record.
+const RATES: std::ops::RangeInclusive<f64> = 0.001..=2000.0;
+
+/// Diameters in mm: under the least it is fog, over the largest a drop breaks up.
+const DIAMETERS: std::ops::RangeInclusive<f64> = 0.01..=10.0;
+
+/// Largest μ; a law beyond it is a spike, and `uniform` between narrow cut-offs says it better.
+const MOST_MU: f64 = 50.0;
+
+/// Fastest wind in m/s, over that of any storm on record.
+const FASTEST_WIND: f64 = 150.0;
+
+/// Real rain: how much falls, as drops of which sizes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RealRain {
+    /// Rain that falls in still air, mm/h.
+    pub rate: f64,
+    /// The law of the drops' sizes.
+    pub sizes: Sizes,
+    /// Least and largest diameter, mm.
+    pub diameters: [f64; 2],
+    /// Exponent μ of the gamma law.
+    pub mu: f64,
+    /// Air density, kg/m³: drops fall faster in thin air.
+    pub air_density: f64,
+    /// Added to the velocity at which each size falls, m/s.
+    pub wind: DVec3,
+    /// The shape of the drops.
+    pub shape: DropShape,
+    /// Distance from the camera to the rain's end, m; may be infinite.
+    pub extent: f64,
+}
+
+impl Default for RealRain {
+    fn default() -> Self {
+        Self {
+            rate: 25.0,
+            sizes: Sizes::MarshallPalmer,
+            diameters: [0.25, 6.0],
+            mu: 3.0,
+            air_density: 1.20,
+            wind: DVec3::ZERO,
+            shape: DropShape::Equilibrium,
+            extent: 300.0,
+        }
+    }
+}
+
+impl RealRain {
+    /// The law of sizes, with as many drops as make the rate.
+    pub fn law(&self) -> Law {
+        let [from, to] = self.diameters;
+        let slope = marshall_palmer_slope(self.rate);
+        let law = match self.sizes {
+            Sizes::MarshallPalmer => Law { intercept: 1.0, mu: 0.0, slope, from, to },
+            Sizes::Gamma => Law { intercept: 1.0, mu: self.mu, slope, from, to },
+            Sizes::Uniform => Law { intercept: 1.0, mu: 0.0, slope: 0.0, from, to },
+        };
+        law.normalised(self.rate, self.air_density)
+    }
+
+    /// The drops by the speed at which they fall.
+    pub fn classes(&self) -> Vec<Class> {
+        let mut classes = classes(&self.law(), self.air_density);
+        if self.shape == DropShape::Sphere {
+            classes.iter_mut().for_each(|class| class.axis_ratio = 1.0);
+        }
+        classes
+    }
+
+    /// The cells of every class.
+    pub fn lattices(&self, seed: u64) -> Vec<Lattice> {
+        lattices(seed, &self.law(), &self.classes(), self.wind)
+    }
+
+    /// Rain that falls through a level plane, mm/h: the rate, less what an updraught holds up.
+    pub fn rate_that_falls(&self) -> f64 {
+        let law = self.law();
+        // g/m³ times m/s is 3.6 mm/h.
+        law.rate(self.air_density) - 3.6 * law.water() * self.wind.y
+    }
+
+    /// Says what is wrong with a value, and what would be right.
+    pub(super) fn validate(&self) -> Result<(), String> {
+        let Self { rate, diameters: [from, to], mu, air_density, wind, extent, .. } = *self;
+        let within = |range: std::ops::RangeInclusive<f64>, value: f64, what: &str, unit: &str| {
+            if range.contains(&value) {
+                return Ok(());
+            }
+            let (least, most) = (range.start(), range.end());
+            Err(format!("rain: {what} = {value} is not within {least} to {most} {unit}"))
+        };
+        within(RATES, rate, "rate", "mm/h")?;
+        within(DIAMETERS, from, "the first of diameters", "mm")?;
+        within(DIAMETERS, to, "the second of diameters", "mm")?;
+        // A narrower law has fewer than a hundred steps of a drop's diameter.
+        if to - from < 1e-4 {
+            return Err(format!(
+                "rain: diameters = [{from}, {to}] must ascend by 0.0001 mm at least: the least, then the largest"
+            ));
+        }
+        if mu.is_nan() || mu <= -1.0 || mu > MOST_MU {
+            return Err(format!(
+                "rain: mu = {mu} is not over -1 (at -1 the number of drops diverges) and up to {MOST_MU}"
+            ));
+        }
+        within(0.1..=10.0, air_density, "air_density", "kg/m³")?;
+        if !wind.is_finite() || wind.length() > FASTEST_WIND {
+            return Err(format!(
+                "rain: wind = [{}, {}, {}] is over {FASTEST_WIND} m/s; give metres a second",
+                wind.x, wind.y, wind.z
+            ));
+        }
+        if extent.is_nan() || extent <= 0.0 {
+            return Err(format!("rain: extent = {extent} is not over 0 m (inf is allowed)"));
+        }
+        Ok(())
+    }
+
+    /// Says what is wrong with a camera for this rain.
+    pub(super) fn validate_camera(position_m: DVec3) -> Result<(), String> {
+        if position_m.abs().max_element() <= FARTHEST {
+            return Ok(());
+        }
+        Err(format!("camera: position is over {FARTHEST:e} m from the origin, where rain ends"))
+    }
+}
+
+/// The `[rain]` table as it is written.
+#[derive(Clone, Default, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct RainTable {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    count: Option<u32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    half_extent: Option<DVec3>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    radius: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    velocity: Option<DVec3>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    rate: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    sizes: Option<Sizes>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    diameters: Option<[f64; 2]>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    mu: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    air_density: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    wind: Option<DVec3>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    shape: Option<DropShape>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    extent: Option<f64>,
+}
+
+impl TryFrom<RainTable> for RainSettings {
+    type Error = String;
+
+    fn try_from(table: RainTable) -> Result<Self, String> {
+        let first = |keys: &[(&'static str, bool)]| {
+            keys.iter().find(|(_, is_given)| *is_given).map(|(key, _)| *key)
+        };
+        let of_box = first(&[
+            ("count", table.count.is_some()),
+            ("half_extent", table.half_extent.is_some()),
+            ("radius", table.radius.is_some()),
+            ("velocity", table.velocity.is_some()),
+        ]);
+        let of_rate = first(&[
+            ("sizes", table.sizes.is_some()),
+            ("diameters", table.diameters.is_some()),
+            ("mu", table.mu.is_some()),
+            ("air_density", table.air_density.is_some()),
+            ("wind", table.wind.is_some()),
+            ("shape", table.shape.is_some()),
+            ("extent", table.extent.is_some()),
+        ]);
+        let Some(rate) = table.rate else {
+            if let Some(key) = of_rate {
+                return Err(format!("rain: {key} is for rain by its rate; add rate = 25.0 (mm/h)"));
+            }
+            let default = Self::default();
+            return Ok(Self {
+                count: table.count.unwrap_or(default.count),
+                half_extent: table.half_extent.unwrap_or(default.half_extent),
+                radius: table.radius.unwrap_or(default.radius),
+                velocity: table.velocity.unwrap_or(default.velocity),
+                real: None,
+            });
+        };
+        if let Some(key) = of_box {
+            return Err(format!(
+                "rain: rate and {key} do not go together: give rate for real rain, or {key} for equal \
+                 drops in a box"
+            ));
+        }
+        let sizes = table.sizes.unwrap_or(Sizes::MarshallPalmer);
+        if table.mu.is_some() && sizes != Sizes::Gamma {
+            return Err(format!("rain: mu is for sizes = \"gamma\", not for \"{sizes}\""));
+        }
+        let default = RealRain::default();
+        Ok(Self::of(RealRain {
+            rate,
+            sizes,
+            diameters: table.diameters.unwrap_or(default.diameters),
+            mu: table.mu.unwrap_or(default.mu),
+            air_density: table.air_density.unwrap_or(default.air_density),
+            wind: table.wind.unwrap_or(default.wind),
+            shape: table.shape.unwrap_or(default.shape),
+            extent: table.extent.unwrap_or(default.extent),
+        }))
+    }
+}
+
+impl From<RainSettings> for RainTable {
+    fn from(settings: RainSettings) -> Self {
+        match settings.real {
+            None => Self {
+                count: Some(settings.count),
+                half_extent: Some(settings.half_extent),
+                radius: Some(settings.radius),
+                velocity: Some(settings.velocity),
+                ..Self::default()
+            },
+            Some(rain) => Self {
+                rate: Some(rain.rate),
+                sizes: Some(rain.sizes),
+                diameters: Some(rain.diameters),
+                mu: (rain.sizes == Sizes::Gamma).then_some(rain.mu),
+                air_density: Some(rain.air_density),
+                wind: Some(rain.wind),
+                shape: Some(rain.shape),
+                extent: Some(rain.extent),
+                ..Self::default()
+            },
+        }
+    }
+}
