@@ -8,6 +8,10 @@ float fan(float rate, float sine, float b) {
     return sqrt(abs(rate * sine / max(b, 1e-3)));
 }
 
+// Where all further orders together carry less than this share of the light, they are not followed: in the middle of a
+// drop that is after two or three, at the rim after eight or more. See docs/method.md, "How many orders".
+const float LEAST_REST = 1e-4;
+
 // `rotation` takes the encounter's vectors to world space. `step`: the impact parameter's change
 // over one sample, the reciprocal of the drop's radius in samples.
 vec3 drop_light(sampler2D map, Encounter e, mat3 rotation, float step) {
@@ -37,14 +41,15 @@ vec3 drop_light(sampler2D map, Encounter e, mat3 rotation, float step) {
     float weight = (1.0 - f) * (1.0 - f);
     for (uint k = 0u; k <= INTERNAL_REFLECTIONS; ++k) {
         // Σ_{j≥k} (1-F)² F^j = (1-F) F^k: what the omitted orders carry as well.
-        bool takes_rest = CONSERVING != 0u && k == INTERNAL_REFLECTIONS;
-        float share = takes_rest ? weight / (1.0 - f) : weight;
+        bool last = k == INTERNAL_REFLECTIONS || weight * f < LEAST_REST * (1.0 - f);
+        float share = CONSERVING != 0u && last ? weight / (1.0 - f) : weight;
         vec3 out_direction = deviation.x * d - deviation.y * o;
         sum += share * radiance(map, out_direction, fan(rate, deviation.y, e.b) * step);
         deviation = vec2(deviation.x * turn.x - deviation.y * turn.y,
                          deviation.y * turn.x + deviation.x * turn.y);
         rate -= rate_turn;
         weight *= f;
+        if (last) break;
     }
     return sum;
 }
