@@ -21,6 +21,7 @@ use std::time::Instant;
 use ash::vk;
 
 use super::appearance::Appearance;
+use super::compact::Compact;
 use super::environment::EnvironmentMap;
 use super::frame::{Frame, FrameBuffer};
 use super::mask::Mask;
@@ -213,12 +214,13 @@ impl Drops {
         Ok(Self { bindings, points, quads, guard_px, count, table_ms, _table: table })
     }
 
-    /// Records the pass over what `color`, an attachment of that size, holds; `depth` is cleared.
+    /// Records the pass over what `color`, an attachment of that size, holds; `depth` is cleared. The records come
+    /// from `compact` where there is one.
     pub fn record(
         &self,
         device: &Device,
         commands: vk::CommandBuffer,
-        simulate: &Simulate,
+        (simulate, compact): (&Simulate, Option<&Compact>),
         color: vk::RenderingAttachmentInfo<'_>,
         size: (u32, u32),
         depth: &Image,
@@ -239,10 +241,20 @@ impl Drops {
                 None => (4, self.count),
             };
             all.bind(commands, &self.bindings, 0, push);
-            // SAFETY: within a rendering, with everything bound; the buffers hold what is drawn.
+            // SAFETY: within a rendering, with everything bound; the buffers hold what is drawn, and the arguments
+            // were written by the compaction.
             unsafe {
-                raw.cmd_bind_vertex_buffers(commands, 0, &[simulate.drops.raw()], &[0]);
-                raw.cmd_draw(commands, vertices, instances, 0, 0);
+                if let Some(compact) = compact {
+                    for (records, arguments) in compact.draws() {
+                        let drops = compact.drops.raw();
+                        raw.cmd_bind_vertex_buffers(commands, 0, &[drops], &[records]);
+                        let draws = compact.arguments.raw();
+                        raw.cmd_draw_indirect(commands, draws, arguments, 1, 16);
+                    }
+                } else {
+                    raw.cmd_bind_vertex_buffers(commands, 0, &[simulate.drops.raw()], &[0]);
+                    raw.cmd_draw(commands, vertices, instances, 0, 0);
+                }
             }
             self.quads.bind(commands, &self.bindings, 0, push);
             // SAFETY: as above; the arguments were written by the simulation.

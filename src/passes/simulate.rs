@@ -28,7 +28,7 @@ use crate::scene::{PlacedDrop, Scene};
 pub const MAX_LARGE: u32 = 65_536;
 
 /// Bytes of a drop record: centre in view space, radius.
-const RECORD: u64 = 16;
+pub(super) const RECORD: u64 = 16;
 /// Invocations a workgroup, as in the shader.
 const GROUP: u32 = 256;
 /// Workgroups that put the large drops in order; each invocation takes every 1024th.
@@ -199,6 +199,17 @@ impl Simulate {
         })
     }
 
+    /// Number of drops that each chunk but the last has.
+    pub(super) fn chunk(&self) -> u32 {
+        self.chunk
+    }
+
+    /// Number of drops of each chunk, in order: what one binding holds of the records.
+    pub(super) fn chunks(&self) -> Vec<u32> {
+        let firsts = (0..self.count).step_by(self.chunk as usize);
+        firsts.map(|first| self.chunk.min(self.count - first)).collect()
+    }
+
     /// Records the counters' reset; a barrier to compute must follow.
     pub fn record_reset(&self, device: &Device, commands: vk::CommandBuffer) {
         // SAFETY: the command buffer is recorded outside of rendering.
@@ -209,11 +220,8 @@ impl Simulate {
 
     /// Records the simulation and the ordering of the large drops.
     pub fn record(&self, device: &Device, commands: vk::CommandBuffer) {
-        let mut first = 0;
-        let mut index = 0;
-        while first < self.count {
-            let length = self.chunk.min(self.count - first);
-            let push = [first, length];
+        for (index, length) in self.chunks().into_iter().enumerate() {
+            let push = [index as u32 * self.chunk, length];
             let groups = [length.div_ceil(GROUP), 1, 1];
             self.pipeline.dispatch(
                 commands,
@@ -222,8 +230,6 @@ impl Simulate {
                 bytemuck::cast_slice(&push),
                 groups,
             );
-            first += length;
-            index += 1;
         }
         memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::ComputeWrite]);
         self.order_pipeline.dispatch(commands, &self.order_bindings, 0, &[], [ORDER_GROUPS, 1, 1]);

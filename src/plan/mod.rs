@@ -46,6 +46,8 @@ pub struct FramePlan {
     pub order: Order,
     /// Where positions come from.
     pub simulation: Simulation,
+    /// Whether points and quads are drawn for the drops in view alone, not for every drop.
+    pub compacts: bool,
     /// Edge of the mask's finest level.
     pub mask_size: u32,
     /// Radius in pixels under which a drop on tiles has one colour.
@@ -130,6 +132,10 @@ pub fn plan(scene: &Scene, environment: &Environment, output: Output) -> Result<
         _ => Primitive::Point,
     });
     let is_tile = primitive == Primitive::Tile;
+    let compacts = choice.preset == Preset::PaperCompact;
+    if is_tile && compacts {
+        return refuse("preset paper-compact draws points or quads; tiles cull by clusters".into());
+    }
     if is_tile && optics == Optics::Far {
         return refuse(format!(
             "optics far is not drawn as tile: there, appearance takes one colour for drops under \
@@ -167,7 +173,11 @@ pub fn plan(scene: &Scene, environment: &Environment, output: Output) -> Result<
     }
     let usual = match &chosen {
         Some(chosen) if !optics.is_mask() => chosen.light,
-        _ => Light { internal_reflections: if is_tile { 2 } else { 0 }, ..Light::default() },
+        _ => {
+            // A ray follows no more orders than matter to it, so `exact` bounds them last.
+            let orders = if choice.preset == Preset::Exact { 8 } else { 2 };
+            Light { internal_reflections: if is_tile { orders } else { 0 }, ..Light::default() }
+        }
     };
     let light = Light {
         internal_reflections: orders.unwrap_or(usual.internal_reflections),
@@ -182,6 +192,7 @@ pub fn plan(scene: &Scene, environment: &Environment, output: Output) -> Result<
         primitive,
         order,
         simulation,
+        compacts,
         mask_size: choice.mask_size,
         splat_px: if optics == Optics::Appearance { SPLAT_PX } else { 0.0 },
         rays_px: if optics == Optics::Appearance { RAYS_PX } else { 0.0 },
@@ -216,6 +227,10 @@ fn passes(scene: &Scene, plan: &FramePlan) -> Vec<(&'static str, String)> {
         Primitive::Point | Primitive::Quad => {
             if count > 0 {
                 passes.push(("simulate", format!("{count} drops move ({})", plan.simulation)));
+            }
+            if count > 0 && plan.compacts {
+                let order = "those in view are drawn, in the order of their index".into();
+                passes.push(("compact", order));
             }
             passes.push(("sky", "the environment behind the drops".into()));
             if count > 0 {

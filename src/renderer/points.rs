@@ -10,6 +10,7 @@ use crate::gpu::{
     memory_barrier,
 };
 use crate::passes::attachment;
+use crate::passes::compact::Compact;
 use crate::passes::drops::{Drops, Target, guard_band};
 use crate::passes::environment::EnvironmentMap;
 use crate::passes::frame::{Frame, FrameBuffer};
@@ -27,6 +28,7 @@ const RADIANCE: vk::Format = vk::Format::R16G16B16A16_SFLOAT;
 /// The passes that show drops; none in a scene without.
 struct Rain {
     simulate: Simulate,
+    compact: Option<Compact>,
     drops: Drops,
     depth: Image,
 }
@@ -72,8 +74,14 @@ impl Points {
             let (guard_px, _) = guard_band(device, width, height)?;
             let target_state = Target { format: RADIANCE, samples, alpha, guard_px, stage: None };
             let usage = Usage::DEPTH_STENCIL_ATTACHMENT;
+            let simulate = Simulate::new(device, frame, scene, plan.simulation)?;
+            let compact = plan
+                .compacts
+                .then(|| Compact::new(device, &simulate, plan.primitive))
+                .transpose()?;
             Some(Rain {
-                simulate: Simulate::new(device, frame, scene, plan.simulation)?,
+                simulate,
+                compact,
                 drops: Drops::new(
                     device,
                     frame,
@@ -115,10 +123,18 @@ impl Points {
             memory_barrier(device, commands, &[Use::TransferWrite], &written);
             if let Some(rain) = &self.rain {
                 rain.simulate.record(device, commands);
-                let readers = [Use::VertexInput, Use::Indirect, Use::TransferRead];
+                let readers =
+                    [Use::ComputeWrite, Use::VertexInput, Use::Indirect, Use::TransferRead];
                 memory_barrier(device, commands, &[Use::ComputeWrite], &readers);
             }
         });
+        if let Some(compact) = self.rain.as_ref().and_then(|rain| rain.compact.as_ref()) {
+            time.time(commands, "compact", || {
+                compact.record(device, commands);
+                let readers = [Use::VertexInput, Use::Indirect];
+                memory_barrier(device, commands, &[Use::ComputeWrite], &readers);
+            });
+        }
 
         let readers = [Use::ShaderRead, Use::TransferRead, Use::ColorAttachment];
         let drawn = Use::ColorAttachment;
@@ -142,7 +158,8 @@ impl Points {
                         .resolve_image_layout(vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL);
                 }
                 let size = (self.radiance.width, self.radiance.height);
-                rain.drops.record(device, commands, &rain.simulate, color, size, &rain.depth);
+                let records = (&rain.simulate, rain.compact.as_ref());
+                rain.drops.record(device, commands, records, color, size, &rain.depth);
             });
         }
     }

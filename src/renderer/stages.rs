@@ -99,7 +99,7 @@ impl Stages {
                 image_discard(device, commands, &target, &[Use::TransferRead], color_use);
                 image_discard(device, commands, &depth, &[depth_use], depth_use);
                 let color = attachment(&target, vk::AttachmentLoadOp::CLEAR);
-                drops.record(device, commands, &simulate, color, (width, height), &depth);
+                drops.record(device, commands, (&simulate, None), color, (width, height), &depth);
                 image_barrier(device, commands, &target, color_use, Use::TransferRead);
                 let region =
                     [vk::BufferCopy { src_offset: 0, dst_offset: 0, size: simulate.drops.size }];

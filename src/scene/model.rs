@@ -41,6 +41,8 @@ models! {
         Exact = "exact",
         /// What the scene requires: within the error that is accepted, or the paper's time.
         Auto = "auto",
+        /// `paper`, but only the drops in view are drawn: the same pictures without a vertex for each of the others.
+        PaperCompact = "paper-compact",
     }
 }
 

@@ -1,7 +1,7 @@
 //! Every model of a scene, timed and held against the truth: what a user chooses from.
 //!
 //! Two things are compared in one run or not at all: models are timed in groups, in turn, each group
-//! with the `paper` preset in it, and a model's speed is told as a ratio to that. Errors are those of
+//! with the presets `paper` and `paper-compact` in it, and a model's speed is told as a ratio to each. Errors are those of
 //! [`crate::picture::metrics`] against [`crate::reference`]. A model is worth using if no other is both
 //! quicker and truer: those form the Pareto front.
 
@@ -12,7 +12,7 @@ mod scenes;
 mod sizes;
 mod study;
 
-pub use models::{Model, models};
+pub use models::{BASES, Model, models};
 pub use plot::plot;
 pub use report::{Report, Row, SCHEMA, csv, table};
 pub use scenes::{StudyScene, of_file, standard_set};

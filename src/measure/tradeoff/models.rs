@@ -15,7 +15,10 @@ pub struct Model {
     pub choice: ModelChoice,
 }
 
-/// Every model, `paper` first.
+/// How many of the first of [`models`] the others' speed is told by.
+pub const BASES: usize = 2;
+
+/// Every model, `paper` first, then `paper-compact`.
 pub fn models() -> Vec<Model> {
     let preset = |preset: Preset| ModelChoice { preset, ..ModelChoice::default() };
     let (paper, fast, exact) = (preset(Preset::Paper), preset(Preset::Fast), preset(Preset::Exact));
@@ -25,6 +28,8 @@ pub fn models() -> Vec<Model> {
     };
 
     add(&paper, "", paper);
+    let compact = preset(Preset::PaperCompact);
+    add(&compact, "", compact);
     for optics in [
         Optics::MaskF32,
         Optics::MaskSnorm16,

@@ -3,6 +3,7 @@
 use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
 use serde::Serialize;
 
+use super::models::BASES;
 use crate::measure::Host;
 use crate::measure::bench::{Build, DeviceHead, Measured, Variant};
 use crate::measure::statistics::{median, quantile};
@@ -54,6 +55,8 @@ pub struct Row {
     pub p90_ms: f64,
     /// Times as fast as the first model, which ran in turn with it.
     pub speed: f64,
+    /// The same of `paper-compact`, which draws the drops in view alone.
+    pub speed_over_compact: f64,
     #[serde(flatten)]
     pub errors: Errors,
     pub pareto: bool,
@@ -83,13 +86,13 @@ pub struct Errors {
 }
 
 impl Row {
-    /// A row with its times; `base_ms` is the first model's median in the same run.
+    /// A row with its times; `base_ms`: the medians of `paper` and of `paper-compact` in the same run.
     pub(super) fn timed(
         scene: &str,
         model: &str,
         variant: &Variant,
         measured: &Measured,
-        base_ms: f64,
+        base_ms: [f64; BASES],
     ) -> Self {
         let plan = &variant.plan;
         let median_ms = median(&measured.samples_ms);
@@ -115,7 +118,8 @@ impl Row {
             median_ms,
             p10_ms: quantile(&measured.samples_ms, 0.1),
             p90_ms: quantile(&measured.samples_ms, 0.9),
-            speed: base_ms / median_ms,
+            speed: base_ms[0] / median_ms,
+            speed_over_compact: base_ms[1] / median_ms,
             errors: Errors::default(),
             pareto: false,
         }
@@ -139,8 +143,18 @@ pub fn table(rows: &[Row]) -> Table {
     table.load_style(presets::UTF8_HORIZONTAL_ONLY);
     table.set_content_arrangement(ContentArrangement::Disabled);
     let moves = rows.iter().any(|row| row.errors.flicker.is_some());
-    let mut header =
-        vec!["", "model", "speed", "ms", "rms x255", "relMSE", "FLIP", "FLIP 99 %", "FLIP boxes"];
+    let mut header = vec![
+        "",
+        "model",
+        "speed",
+        "of compact",
+        "ms",
+        "rms x255",
+        "relMSE",
+        "FLIP",
+        "FLIP 99 %",
+        "FLIP boxes",
+    ];
     if moves {
         header.push("flicker x255");
     }
@@ -151,6 +165,7 @@ pub fn table(rows: &[Row]) -> Table {
             if row.pareto { "*" } else { "" }.to_string(),
             row.model.clone(),
             format!("{:.2}", row.speed),
+            format!("{:.2}", row.speed_over_compact),
             format!("{:.2}", row.median_ms),
             format!("{:.2}", 255.0 * errors.rms),
             format!("{:.2e}", errors.rel_mse),
@@ -176,7 +191,7 @@ pub fn csv(rows: &[Row], to: &mut dyn std::io::Write) -> std::io::Result<()> {
         to,
         "scene,model,preset,optics,primitive,order,simulation,samples,internal_reflections,weights,\
          fresnel,reflection,lookup,mask_size,drops,visible,width,height,median_ms,p10_ms,p90_ms,\
-         speed,rms,rel_mse,psnr_db,flip,flip_p99,max_error,box_rel_mse,box_flip,flicker,pareto"
+         speed,speed_over_compact,rms,rel_mse,psnr_db,flip,flip_p99,max_error,box_rel_mse,box_flip,flicker,pareto"
     )?;
     // A scene is named by its file, which may hold commas and quotes.
     let quoted = |name: &str| format!("\"{}\"", name.replace('"', "\"\""));
@@ -188,7 +203,8 @@ pub fn csv(rows: &[Row], to: &mut dyn std::io::Write) -> std::io::Result<()> {
         write!(to, "{},{},{},", row.internal_reflections, row.weights, row.fresnel)?;
         write!(to, "{},{},{},{},", row.reflection, row.lookup, row.mask_size, row.drops)?;
         write!(to, "{},{},{},{},", row.visible, row.width, row.height, row.median_ms)?;
-        write!(to, "{},{},{},{},", row.p10_ms, row.p90_ms, row.speed, e.rms)?;
+        write!(to, "{},{},{},", row.p10_ms, row.p90_ms, row.speed)?;
+        write!(to, "{},{},", row.speed_over_compact, e.rms)?;
         write!(to, "{},{},{},{},", e.rel_mse, e.psnr_db, e.flip, e.flip_p99)?;
         write!(to, "{},{},{},", e.max_error, e.box_rel_mse, e.box_flip)?;
         let flicker = e.flicker.map_or(String::new(), |flicker| flicker.to_string());

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::models::Model;
+use super::models::{BASES, Model};
 use super::report::{Errors, Row};
 use super::scenes::StudyScene;
 use crate::Result;
@@ -17,7 +17,7 @@ use crate::reference::{Traced, Tracer, Truth};
 use crate::renderer::Renderer;
 use crate::scene::Scene;
 
-/// Models that are timed in turn with each other, the first of all among them.
+/// Models that are timed in turn with each other, the bases among them.
 const GROUP: usize = 6;
 
 /// How long to measure, and how finely to trace.
@@ -36,7 +36,7 @@ struct Known {
 }
 
 /// Tries `models` on a scene; `say` is called with a model's name, or why it is left out, and the share
-/// of the work that is done. The first model is the one that the others' speed is told by.
+/// of the work that is done. The others' speed is told by the first [`BASES`] models.
 ///
 /// # Errors
 /// Those of [`crate::plan::plan`], [`Renderer::new`], [`Renderer::submit`] and
@@ -67,22 +67,22 @@ pub fn study(
         let plan = plan(&first, &scene.environment, Output::Display)?;
         variants.push(Variant { scene: first, plan });
     }
-    let Some((base, others)) = variants.split_first() else { return Ok(Vec::new()) };
+    let Some((bases, others)) = variants.split_at_checked(BASES) else { return Ok(Vec::new()) };
     let mut rows = Vec::new();
-    let groups = others.len().div_ceil(GROUP - 1).max(1);
+    let groups = others.len().div_ceil(GROUP - BASES).max(1);
     for number in 0..groups {
-        let from = number * (GROUP - 1);
-        let group = &others[from..(from + GROUP - 1).min(others.len())];
-        let together: Vec<Variant> = std::iter::once(base).chain(group).cloned().collect();
+        let from = number * (GROUP - BASES);
+        let group = &others[from..(from + GROUP - BASES).min(others.len())];
+        let together: Vec<Variant> = bases.iter().chain(group).cloned().collect();
         let done = |share: f64| {
             say("times", (1.0 + (number as f64 + share) / groups as f64) / 3.0);
         };
         let measured = measure(device, &scene.environment, &together, effort.time, &done)?;
-        let base_ms = median(&measured[0].samples_ms);
-        // The base is a row of the first group alone.
+        let base_ms = std::array::from_fn(|base| median(&measured[base].samples_ms));
+        // The bases are rows of the first group alone.
         for (index, (variant, measured)) in together.iter().zip(&measured).enumerate() {
-            if index > 0 || number == 0 {
-                let name = &models[if index == 0 { 0 } else { from + index }].name;
+            if index >= BASES || number == 0 {
+                let name = &models[if index < BASES { index } else { from + index }].name;
                 rows.push(Row::timed(&scene.name, name, variant, measured, base_ms));
             }
         }

@@ -1,0 +1,30 @@
+// The drops in view moved up, block by block, each by one subgroup: what both passes of
+// src/passes/compact.rs share. A subgroup alone needs no shared memory, and its loop over a block keeps the order.
+layout(local_size_x = 64) in;
+
+layout(push_constant) uniform Push {
+    uint chunk;  // which part of the records is bound
+    uint length; // drops in it
+    uint block;  // drops of a block
+};
+
+const uint BLOCKS = 1024; // of a chunk, as in src/passes/compact.rs
+
+// Records of the simulation: centre in view space, radius; radius 0: nothing to draw.
+layout(std430, set = 0, binding = 0) readonly buffer Drops { vec4 drops[]; };
+// Drops in view of each block, chunk by chunk.
+layout(std430, set = 0, binding = 1) buffer Counts { uint counts[]; };
+
+// Number of the subgroup's block; there may be more subgroups than blocks.
+uint own_block() {
+    return gl_WorkGroupID.x * gl_NumSubgroups + gl_SubgroupID;
+}
+
+// The subgroup's invocations and this one's place among them. Not gl_SubgroupSize, which may be over 64.
+uint lanes() {
+    return subgroupBallotBitCount(subgroupBallot(true));
+}
+
+uint lane() {
+    return subgroupBallotExclusiveBitCount(subgroupBallot(true));
+}
