@@ -1,20 +1,19 @@
 //! Every Vulkan call that can fail, failing once: a clean error, everything freed, not a word from the
 //! validation layer. And a device that is lost.
 //!
-//! Functions are replaced where a program gets them, in `vkGetInstanceProcAddr` and
-//! `vkGetDeviceProcAddr`; a call that is to fail never reaches the layer, let alone the driver.
+//! A call that is to fail never reaches the layer, let alone the driver.
 
 mod common;
 
-use std::ffi::{CStr, c_char, c_void};
-use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering::SeqCst};
+use std::ffi::{CStr, c_void};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering::SeqCst};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use ash::vk::{self, Handle as _};
 use glam::Vec3;
 use raindrops::environment::Environment;
 use raindrops::gpu::disk_cache::KeptDevice;
-use raindrops::gpu::{Device, Instance, Validation};
+use raindrops::gpu::{Device, Instance};
 use raindrops::plan::{Output, plan};
 use raindrops::renderer::Renderer;
 use raindrops::scene::model::Preset;
@@ -130,66 +129,13 @@ fn idle() {
     // SAFETY: the driver's function, and the device whose functions were asked for last.
     unsafe {
         let wait: vk::PFN_vkDeviceWaitIdle = std::mem::transmute(real);
-        let _ = wait(vk::Device::from_raw(DEVICE.load(SeqCst)));
-    }
-}
-
-static DEVICE: AtomicU64 = AtomicU64::new(0);
-static REAL_INSTANCE_PROC: AtomicUsize = AtomicUsize::new(0);
-static REAL_DEVICE_PROC: AtomicUsize = AtomicUsize::new(0);
-
-type Function = unsafe extern "system" fn();
-
-/// Puts the stand-in where there is one.
-fn replace(name: &CStr, real: Option<Function>) -> Option<Function> {
-    let (Some(function), Some((hook, place))) = (real, hook_of(name)) else { return real };
-    place.store(function as usize, SeqCst);
-    // SAFETY: a function pointer, to be cast to its own signature by whoever asked for it.
-    Some(unsafe { std::mem::transmute::<*const c_void, Function>(hook) })
-}
-
-unsafe extern "system" fn device_proc(device: vk::Device, name: *const c_char) -> Option<Function> {
-    DEVICE.store(device.as_raw(), SeqCst);
-    // SAFETY: the loader's own function; the caller passes a device and a name.
-    unsafe {
-        let real: vk::PFN_vkGetDeviceProcAddr = std::mem::transmute(REAL_DEVICE_PROC.load(SeqCst));
-        replace(CStr::from_ptr(name), real(device, name))
-    }
-}
-
-unsafe extern "system" fn instance_proc(
-    instance: vk::Instance,
-    name: *const c_char,
-) -> Option<Function> {
-    // SAFETY: the loader's own function; the caller passes an instance and a name.
-    unsafe {
-        let real: vk::PFN_vkGetInstanceProcAddr =
-            std::mem::transmute(REAL_INSTANCE_PROC.load(SeqCst));
-        let found = real(instance, name);
-        match CStr::from_ptr(name).to_bytes() {
-            b"vkGetDeviceProcAddr" => {
-                let function = found?;
-                REAL_DEVICE_PROC.store(function as usize, SeqCst);
-                let hook: vk::PFN_vkGetDeviceProcAddr = device_proc;
-                Some(std::mem::transmute::<vk::PFN_vkGetDeviceProcAddr, Function>(hook))
-            }
-            b"vkCreateDevice" => replace(c"vkCreateDevice", found),
-            _ => found,
-        }
+        let _ = wait(vk::Device::from_raw(common::hooks::DEVICE.load(SeqCst)));
     }
 }
 
 /// An instance under validation whose devices' functions can fail.
 fn instance() -> Arc<Instance> {
-    // SAFETY: the system's loader.
-    let real = unsafe { ash::Entry::load() }.expect("Vulkan");
-    REAL_INSTANCE_PROC.store(real.static_fn().get_instance_proc_addr as usize, SeqCst);
-    // Unloaded with the process: functions of it stand in statics.
-    std::mem::forget(real);
-    let functions = ash::StaticFn { get_instance_proc_addr: instance_proc };
-    // SAFETY: it forwards to the loader's function.
-    let entry = unsafe { ash::Entry::from_static_fn(functions) };
-    Instance::with_entry(entry, Validation::On).expect("an instance")
+    common::hooks::instance(hook_of)
 }
 
 fn scene(preset: Preset) -> Scene {

@@ -2,42 +2,12 @@
 //! that reads them by name. The shader is the test's own, so it is compiled here and not shipped.
 
 mod common;
+#[path = "common/shader.rs"]
+mod shader;
 
 use std::mem::offset_of;
 
-use ash::vk;
-use raindrops::gpu::{
-    Binding, Bindings, Buffer, Commands, ComputePipeline, Memory, Resource, Shader, Use,
-    memory_barrier,
-};
-use raindrops::passes::frame::{Frame, FrameBuffer};
-
-/// Words of `tests/glsl/frame_layout.comp`, which includes the shaders' own `frame.glsl`.
-fn compile() -> Vec<u32> {
-    use shaderc::{CompileOptions, Compiler, EnvVersion, ResolvedInclude, ShaderKind, TargetEnv};
-    let source = include_str!("glsl/frame_layout.comp");
-    let mut options = CompileOptions::new().expect("shaderc");
-    options.set_target_env(TargetEnv::Vulkan, EnvVersion::Vulkan1_3 as u32);
-    options.set_include_callback(|name, _, _, _| match name {
-        "frame.glsl" => Ok(ResolvedInclude {
-            resolved_name: name.into(),
-            content: include_str!("../glsl/include/frame.glsl").into(),
-        }),
-        _ => Err(format!("{name} is not for this test")),
-    });
-    let compiler = Compiler::new().expect("shaderc");
-    compiler
-        .compile_into_spirv(
-            source,
-            ShaderKind::Compute,
-            "frame_layout.comp",
-            "main",
-            Some(&options),
-        )
-        .unwrap_or_else(|error| panic!("{error}"))
-        .as_binary()
-        .to_vec()
-}
+use raindrops::passes::frame::Frame;
 
 /// The members in the order of their declaration, each four words, every word different.
 fn markers() -> ([[u32; 4]; 15], Frame) {
@@ -93,29 +63,9 @@ fn offsets_are_those_of_std140() {
 #[test]
 fn every_member_arrives_under_its_name() {
     let (words, markers) = markers();
-    let code: &'static [u32] = compile().leak();
     common::on_device(|device| {
-        let frame = FrameBuffer::new(device).expect("a uniform buffer");
-        let bytes = size_of_val(&words) as u64;
-        let usage = vk::BufferUsageFlags::STORAGE_BUFFER;
-        let copies = Buffer::new(device, "copies", bytes, usage, Memory::Readback);
-        let copies = copies.expect("a buffer");
-        let slots = [
-            (Binding::UNIFORM_BUFFER, Resource::Buffer(&frame.buffer)),
-            (Binding::STORAGE_BUFFER, Resource::Buffer(&copies)),
-        ];
-        let bindings = Bindings::of(device, "frame layout", &slots).expect("a set");
-        let shader = Shader { name: "frame_layout.comp", define: None, words: code };
-        let pipeline = ComputePipeline::new(device, &shader, &bindings, 0, &[]);
-        let pipeline = pipeline.expect("a pipeline");
-        Commands::once(device, "frame layout", |commands| {
-            frame.record(device, commands, &markers);
-            memory_barrier(device, commands, &[Use::TransferWrite], &[Use::Uniform]);
-            pipeline.dispatch(commands, &bindings, 0, &[], [1, 1, 1]);
-            memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::HostRead]);
-        })
-        .expect("a dispatch");
-        let arrived: Vec<[u32; 4]> = copies.read(words.len());
+        let arrived = shader::run(device, "frame_layout.comp", &markers, &[[0.0; 4]], words.len());
+        let arrived: Vec<_> = arrived.iter().map(|vector| vector.map(f32::to_bits)).collect();
         assert_eq!(arrived, words);
     });
 }

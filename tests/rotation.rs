@@ -1,22 +1,35 @@
-//! The rotation of the mask (equations 1 to 4), in the float64 twin and in float32 as the GPU has
-//! it: an identity where it should be, orthonormal everywhere, and turned the way (s, t) is.
+//! The rotation of the mask (equations 1 to 4), in float64 and by the shader itself on the GPU: an identity where
+//! it should be, orthonormal everywhere, and turned the way (s, t) is.
 
 mod common;
+#[path = "common/shader.rs"]
+mod shader;
 
 use common::Random;
-use glam::{DMat3, DVec3, Mat3, Vec3};
+use glam::{DMat3, DVec3};
 use raindrops::optics::{Encounter, mask_encounter};
+use raindrops::passes::frame::Frame;
 use raindrops::reference::paper::rotation;
 
-/// `rotation` with every operation rounded to float32, as in `glsl/include/sprite.glsl`.
-fn rotation_f32(center: Vec3) -> Mat3 {
-    let n = -center / center.dot(center).sqrt();
-    let a = 1.0 / (1.0 + n.z);
-    Mat3::from_cols(
-        Vec3::new(1.0 - n.x * n.x * a, -n.x * n.y * a, -n.x),
-        Vec3::new(-n.x * n.y * a, 1.0 - n.y * n.y * a, -n.y),
-        n,
-    )
+/// The rotations of `glsl/include/sprite.glsl` for drops of radius 1 at these centres, the camera's axes those of
+/// the world.
+fn rotations_on_the_gpu(centers: &[DVec3]) -> Vec<DMat3> {
+    let frame = Frame {
+        right: [1.0, 0.0, 0.0, 0.0],
+        up: [0.0, 1.0, 0.0, 0.0],
+        back: [0.0, 0.0, 1.0, 0.0],
+        image: [1.0, 1.0, 1.0, 1.0],
+        ..Frame::default()
+    };
+    let input: Vec<[f32; 4]> =
+        centers.iter().map(|center| center.as_vec3().extend(1.0).to_array()).collect();
+    let mut columns = Vec::new();
+    common::on_device(|device| columns = shader::run(device, "sprite.comp", &frame, &input, 3));
+    let axis = |v: &[f32; 4]| DVec3::new(v[0].into(), v[1].into(), v[2].into());
+    columns
+        .chunks_exact(3)
+        .map(|v| DMat3::from_cols(axis(&v[0]), axis(&v[1]), axis(&v[2])))
+        .collect()
 }
 
 /// Largest element of MᵀM - 1.
@@ -27,9 +40,14 @@ fn skew(m: DMat3) -> f64 {
 
 #[test]
 fn identity_in_the_pose_of_the_preprocessing() {
-    for distance in [1.001, 1.5, 3.0, 1e3, 1e9] {
-        assert_eq!(rotation(DVec3::new(0.0, 0.0, -distance)), DMat3::IDENTITY);
-        assert_eq!(rotation_f32(Vec3::new(0.0, 0.0, -distance as f32)), Mat3::IDENTITY);
+    let centers = [1.001, 1.5, 3.0, 1e3, 1e9].map(|distance| DVec3::new(0.0, 0.0, -distance));
+    for center in centers {
+        assert_eq!(rotation(center), DMat3::IDENTITY);
+    }
+    for (center, found) in centers.iter().zip(rotations_on_the_gpu(&centers)) {
+        let off = (found - DMat3::IDENTITY).to_cols_array();
+        // Square roots and quotients of float32.
+        assert!(off.iter().all(|x| x.abs() < 1e-6), "{center}: {found}");
     }
 }
 
@@ -50,7 +68,7 @@ fn directions() -> Vec<DVec3> {
 
 #[test]
 fn orthonormal_for_every_direction() {
-    let (mut worst, mut worst_f32, mut worst_axis) = (0f64, 0f64, 0f64);
+    let (mut worst, mut worst_axis) = (0f64, 0f64);
     for direction in directions() {
         for distance in [1.0001, 7.0, 1e6] {
             let center = distance * direction;
@@ -59,12 +77,23 @@ fn orthonormal_for_every_direction() {
             worst = worst.max(skew(exact)).max((exact.determinant() - 1.0).abs());
             // n points from the drop to the eye.
             worst_axis = worst_axis.max((exact * DVec3::Z + direction.normalize()).length());
-            worst_f32 = worst_f32.max(skew(rotation_f32(center.as_vec3()).as_dmat3()));
         }
     }
-    println!("off orthonormal: {worst:.1e} in float64, {worst_f32:.1e} in float32");
+    println!("off orthonormal in float64: {worst:.1e}");
     assert!(worst < 1e-14 && worst_axis < 1e-14, "{worst}, {worst_axis}");
-    assert!(worst_f32 < 1e-6, "{worst_f32}");
+}
+
+#[test]
+fn the_shader_turns_as_float64_does() {
+    let centers: Vec<DVec3> = directions().into_iter().map(|direction| 7.0 * direction).collect();
+    let (mut worst, mut apart) = (0f64, 0f64);
+    for (center, found) in centers.iter().zip(rotations_on_the_gpu(&centers)) {
+        worst = worst.max(skew(found));
+        let off = (found - rotation(*center)).to_cols_array();
+        apart = off.iter().fold(apart, |most, x| most.max(x.abs()));
+    }
+    println!("off orthonormal on the GPU: {worst:.1e}; off float64: {apart:.1e}");
+    assert!(worst < 2e-6 && apart < 2e-6, "{worst}, {apart}");
 }
 
 /// The basis as the paper prints it, u = V x n not normalised: the control.

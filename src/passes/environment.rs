@@ -100,7 +100,7 @@ impl EnvironmentMap {
                     &copies,
                 );
             }
-            image_barrier(device, commands, &image, Use::TransferWrite, Use::GraphicsRead);
+            image_barrier(device, commands, &image, Use::TransferWrite, Use::ShaderRead);
         })?;
         let sampler = Sampler::linear(
             device,

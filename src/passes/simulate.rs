@@ -23,8 +23,9 @@ use crate::rain::cull::split;
 use crate::scene::model::Simulation;
 use crate::scene::{PlacedDrop, Scene};
 
-/// Most drops drawn as quads because they are larger than a point may be; those beyond it are
-/// counted and reported, not drawn. Each covers over 65,000 pixels, so no frame gets near it.
+/// Most drops drawn as quads because they are larger than a point may be, fewer where a binding holds
+/// fewer; those beyond it are counted and reported, not drawn. Each covers over 65,000 pixels, so no frame
+/// gets near it.
 pub const MAX_LARGE: u32 = 65_536;
 
 /// Bytes of a drop record: centre in view space, radius.
@@ -103,6 +104,7 @@ impl Simulate {
         let groups = device.report.limits.max_compute_work_group_count[0];
         let most = limit.min(u64::from(groups) * u64::from(GROUP)) / u64::from(GROUP);
         let chunk = (most * u64::from(GROUP)).min(1 << 31) as u32;
+        let max_large = MAX_LARGE.min(limit as u32);
 
         let storage = Usage::STORAGE_BUFFER;
         let make = |name, bytes, usage| Buffer::new(device, name, bytes, usage, Memory::Device);
@@ -113,11 +115,11 @@ impl Simulate {
         )?;
         let stored_count = if simulation == Simulation::Stored { random } else { 0 };
         let stored = make("stored positions", RECORD * u64::from(stored_count), storage)?;
-        let large = make("large drops", RECORD * u64::from(MAX_LARGE), storage)?;
-        let large_index = make("large drops' indices", 4 * u64::from(MAX_LARGE), storage)?;
+        let large = make("large drops", RECORD * u64::from(max_large), storage)?;
+        let large_index = make("large drops' indices", 4 * u64::from(max_large), storage)?;
         let ordered = make(
             "large drops in order",
-            RECORD * u64::from(MAX_LARGE),
+            RECORD * u64::from(max_large),
             storage | Usage::VERTEX_BUFFER,
         )?;
         let arguments = make("large drops' draw", 16, storage | Usage::INDIRECT_BUFFER)?;
@@ -160,7 +162,7 @@ impl Simulate {
             shaders::SIMULATE_COMP,
             &bindings,
             8,
-            &[is_stored, MAX_LARGE],
+            &[is_stored, max_large],
         )?;
         let buffer = Binding::STORAGE_BUFFER;
         let order_bindings = Bindings::of(
@@ -179,7 +181,7 @@ impl Simulate {
             shaders::ORDER_LARGE_COMP,
             &order_bindings,
             0,
-            &[MAX_LARGE],
+            &[max_large],
         )?;
         Ok(Self {
             drops,

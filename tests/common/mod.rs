@@ -2,15 +2,21 @@
 //!
 //! `RAINDROPS_TEST_DEVICE`, a part of a device's name, chooses the device. Where there is none, or
 //! no validation layer, the tests fail: a test that skips itself proves nothing and looks the same.
+//!
+//! `RAINDROPS_TEST_GLSL`, a folder of shaders' sources and of what they were compiled to, replaces the shaders
+//! that the program was built with: `tests/mutants.rs` tries faults in them without a build for each.
 
 #![allow(dead_code, reason = "every test file is a crate of its own and uses a part of this")]
 
+pub mod hooks;
+
+use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
 use raindrops::environment::Environment;
-use raindrops::gpu::{Device, DeviceReport, Instance, Validation};
+use raindrops::gpu::{Device, DeviceReport, Instance, ReplacedShaders, Validation, shaders};
 use raindrops::plan::{Output, plan};
 use raindrops::renderer::Renderer;
 use raindrops::scene::model::Preset;
@@ -38,10 +44,54 @@ pub fn on_adjusted_device(adjust: impl FnOnce(&mut DeviceReport), test: impl FnO
     let name = report.name.clone();
     let device = Device::open(&instance, report)
         .unwrap_or_else(|error| panic!("the device does not open: {error}"));
+    device.replace_shaders(replaced_shaders());
     test(&device);
     assert_eq!(Arc::strong_count(&device), 1, "something made on {name} outlives its test");
     drop(device);
     instance.expect_silence().unwrap_or_else(|error| panic!("on {name}: {error}"));
+}
+
+/// Where the shaders' sources are.
+pub fn glsl() -> PathBuf {
+    let own = Path::new(env!("CARGO_MANIFEST_DIR")).join("glsl");
+    std::env::var_os("RAINDROPS_TEST_GLSL").map_or(own, PathBuf::from)
+}
+
+/// The SPIR-V in the folder that `RAINDROPS_TEST_GLSL` names, by shader and variant.
+fn replaced_shaders() -> ReplacedShaders {
+    let Some(folder) = std::env::var_os("RAINDROPS_TEST_GLSL").map(PathBuf::from) else {
+        return ReplacedShaders::default();
+    };
+    let read = |shader: &&raindrops::gpu::Shader| {
+        let bytes = std::fs::read(folder.join(shader_file(shader.name, shader.define))).ok()?;
+        let words = bytes.chunks_exact(4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]));
+        Some(((shader.name, shader.define), words.collect()))
+    };
+    shaders::ALL.iter().filter_map(read).collect()
+}
+
+/// Name of the file that holds a shader's variant, compiled.
+pub fn shader_file(name: &str, define: Option<&str>) -> String {
+    format!("{name}.{}.spv", define.unwrap_or_default())
+}
+
+/// The path of a photograph among `assets/environments`; none where the tester has said that there are none.
+///
+/// # Panics
+/// Where it is missing and nobody has said so.
+pub fn photograph(name: &str) -> Option<PathBuf> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/environments").join(name);
+    if path.exists() {
+        return Some(path);
+    }
+    let without = std::env::var_os("RAINDROPS_TEST_WITHOUT_PHOTOGRAPHS").is_some();
+    assert!(
+        without,
+        "there is no {}; scripts/setup.sh fetches it on Debian and Ubuntu, elsewhere \
+         RAINDROPS_TEST_WITHOUT_PHOTOGRAPHS=1 leaves the tests out that need it",
+        path.display()
+    );
+    None
 }
 
 /// An instance that validation watches.
@@ -109,4 +159,24 @@ pub fn by_paper(scene: &Scene) -> Scene {
     let mut scene = scene.clone();
     scene.model.preset = Preset::Paper;
     scene
+}
+
+/// An environment whose texel at a direction is `radiance` of it.
+pub fn painted(width: u32, radiance: impl Fn(DVec3) -> Vec3) -> Environment {
+    use std::f64::consts::{PI, TAU};
+    let height = width / 2;
+    let texels = (0..width * height).map(|index| {
+        let longitude = TAU * ((f64::from(index % width) + 0.5) / f64::from(width) - 0.5);
+        let polar = PI * (f64::from(index / width) + 0.5) / f64::from(height);
+        let (sine, cosine) = polar.sin_cos();
+        radiance(DVec3::new(sine * longitude.sin(), cosine, -sine * longitude.cos()))
+    });
+    Environment::from_texels("painted", width, height, texels.collect()).expect("an image")
+}
+
+/// White but for a dark hole about -z of this half-angle in degrees: a picture of less shows drops alone, and they
+/// are white but for the little that comes through their middle.
+pub fn hole(half_angle: f64, white: Vec3) -> Environment {
+    let inside = half_angle.to_radians().cos();
+    painted(1024, move |d| if -d.z > inside { Vec3::ZERO } else { white })
 }

@@ -4,10 +4,11 @@
 // tests/frame_layout.rs.
 #include "frame.glsl"
 
-layout(local_size_x = 1) in;
-layout(std430, set = 0, binding = 1) writeonly buffer Copies { uvec4 copies[]; };
+layout(local_size_x = 64) in;
+layout(std430, set = 0, binding = 2) writeonly buffer Copies { uvec4 copies[]; };
 
 void main() {
+    if (gl_GlobalInvocationID.x > 0u) return;
     copies[0] = floatBitsToUint(frame.right);
     copies[1] = floatBitsToUint(frame.up);
     copies[2] = floatBitsToUint(frame.back);

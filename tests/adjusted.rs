@@ -1,0 +1,183 @@
+//! Devices that take less than the one at hand, tried by changing what it reports: what finds no room is
+//! counted, drop by drop, and the paths that other devices take draw the same bytes.
+
+mod common;
+
+use std::sync::Arc;
+
+use glam::{DVec3, Vec3};
+use raindrops::environment::Environment;
+use raindrops::gpu::{Device, DeviceReport, PointRules};
+use raindrops::passes::simulate::Counts;
+use raindrops::picture::Picture;
+use raindrops::plan::{Output, plan};
+use raindrops::rain::cull::count_visible;
+use raindrops::renderer::Renderer;
+use raindrops::scene::model::Preset;
+use raindrops::scene::{ImageSize, PlacedDrop, RainSettings, Scene};
+
+use common::{on_adjusted_device, on_device, painted};
+
+/// What a frame counts.
+fn counts(device: &Arc<Device>, scene: &Scene) -> Counts {
+    let white = Environment::constant(Vec3::ONE);
+    let plan = plan(scene, &white, Output::Radiance).expect("a plan");
+    let mut renderer = Renderer::new(device, scene, &white, &plan).expect("a renderer");
+    renderer.submit(scene).expect("a frame");
+    renderer.finish().expect("a report").counts
+}
+
+/// Drops of `radius` pixels about the middles of the image's tiles of 4 x 2 pixels, or `aside` of them, tile
+/// after tile and layer behind layer; seen along -z through 90 degrees.
+fn on_tiles(count: u32, image: ImageSize, radius: f64, aside: (f64, f64), preset: Preset) -> Scene {
+    let mut scene = Scene { rain: None, image, ..Scene::default() };
+    scene.model.preset = preset;
+    let focal = 0.5 * f64::from(image.height);
+    let (across, down) = (image.width / 4, image.height / 2);
+    scene.drops = (0..count)
+        .map(|number| {
+            let (tile, layer) = (number % (across * down), number / (across * down));
+            let x = f64::from(4 * (tile % across)) + 2.0 + aside.0 - 0.5 * f64::from(image.width);
+            let y = f64::from(2 * (tile / across)) + 1.0 + aside.1 - 0.5 * f64::from(image.height);
+            let depth = 1000.0 + f64::from(layer);
+            let center = DVec3::new(x / focal, -y / focal, -1.0) * depth;
+            PlacedDrop { center, radius: radius * depth / focal }
+        })
+        .collect();
+    scene
+}
+
+/// So many drops are lost on an adjusted device, none on the device as it is.
+#[track_caller]
+fn loses(adjust: impl FnOnce(&mut DeviceReport), scene: &Scene, lost: u64) {
+    let visible = scene.drops.len() as u64;
+    on_device(|device| {
+        let found = counts(device, scene);
+        assert_eq!((found.visible, found.overflow), (visible, 0), "the control: {found:?}");
+    });
+    on_adjusted_device(adjust, |device| {
+        let found = counts(device, scene);
+        assert_eq!((found.visible, found.overflow), (visible, lost), "{found:?}");
+    });
+}
+
+/// The paper's drops that are larger than a point: here all, as this device draws no point.
+#[test]
+fn quads_without_room_are_counted() {
+    let mut scene = common::by_paper(&Scene {
+        rain: Some(RainSettings { count: 30_000, ..RainSettings::default() }),
+        image: ImageSize { width: 32, height: 32 },
+        ..Scene::default()
+    });
+    scene.model.mask_size = 16;
+    let visible = count_visible(&scene);
+    let adjust = |report: &mut DeviceReport| report.limits.max_storage_buffer_range = 32 << 10;
+    on_adjusted_device(adjust, |device| {
+        let rules = PointRules { limit_px: 0.0, draws_off_screen: true };
+        device.point_rules.set(rules).expect("not yet probed");
+        let found = counts(device, &scene);
+        // Records of 16 bytes.
+        assert_eq!(
+            (found.visible, found.large, found.overflow),
+            (visible, visible, visible - 2048),
+            "{found:?}"
+        );
+    });
+}
+
+/// Splats, one a drop: fifteen of sixteen nodes of 32 bytes that a binding holds are theirs.
+#[test]
+fn splats_without_room_are_counted() {
+    let image = ImageSize { width: 256, height: 128 };
+    // Whole clusters: each has places for 16 drops.
+    let scene = on_tiles(250_000, image, 0.3, (0.0, 0.0), Preset::Fast);
+    let adjust = |report: &mut DeviceReport| report.limits.max_storage_buffer_range = 8 << 20;
+    loses(adjust, &scene, 250_000 - 262_144 / 16 * 15);
+}
+
+/// Drops that are no splats: as many as 64 workgroups of 64 invocations take.
+#[test]
+fn larger_drops_without_room_are_counted() {
+    let image = ImageSize { width: 128, height: 64 };
+    let scene = on_tiles(5000, image, 0.3, (0.0, 0.0), Preset::Exact);
+    let adjust = |report: &mut DeviceReport| report.limits.max_compute_work_group_count[0] = 64;
+    loses(adjust, &scene, 5000 - 4096);
+}
+
+/// Blocks, one for each tile of a larger drop: an eighth of an allocation holds 12,288 pairs of nodes.
+#[test]
+fn blocks_without_room_are_counted() {
+    let adjust = |report: &mut DeviceReport| report.max_allocation = 6 << 20;
+    let image = ImageSize { width: 128, height: 64 };
+    // About the corner that four tiles share, but for the last column and row.
+    let mut scene = on_tiles(3400, image, 0.3, (2.0, 1.0), Preset::Exact);
+    scene.drops.retain(|drop| {
+        let place = drop.center / -drop.center.z * 32.0;
+        place.x < 63.0 && place.y > -31.0
+    });
+    loses(adjust, &scene, scene.drops.len() as u64 - 12_288 / 4);
+
+    // One behind the other in the middle, of 16 x 16 pixels: a workgroup gives out the blocks of each.
+    scene.drops = (0..400)
+        .map(|layer| {
+            let (slope, depth) = (7.9f64 / 32.0, 500.0 + f64::from(layer));
+            let radius = depth * slope / (1.0 + slope * slope).sqrt();
+            PlacedDrop { center: DVec3::new(0.0, 0.0, -depth), radius }
+        })
+        .collect();
+    loses(adjust, &scene, 400 - 12_288 / 32);
+}
+
+/// Drops of every kind and size: splats, blocks and rays, in order and not, before one another.
+fn every_kind() -> Scene {
+    let half_extent = DVec3::splat(120.0);
+    let mut scene = Scene {
+        rain: Some(RainSettings { count: 60_000, half_extent, ..RainSettings::default() }),
+        drops: vec![PlacedDrop { center: DVec3::new(0.5, 0.3, -3.0), radius: 0.8 }],
+        image: ImageSize { width: 250, height: 131 },
+        ..Scene::default()
+    };
+    scene.model.preset = Preset::Fast;
+    scene
+}
+
+type Frame = (Counts, Picture, Vec<u8>);
+
+fn frame(device: &Arc<Device>, scene: &Scene) -> Frame {
+    let colourful = painted(256, |d| (3.0 * d).as_vec3().exp());
+    let plan = plan(scene, &colourful, Output::Display).expect("a plan");
+    let mut renderer = Renderer::new(device, scene, &colourful, &plan).expect("a renderer");
+    renderer.submit(scene).expect("a frame");
+    let counts = renderer.finish().expect("a report").counts;
+    (counts, renderer.read_radiance().expect("radiance"), renderer.read_display().expect("display"))
+}
+
+/// Texel buffers and reading ahead are how CPU drivers are fed; a GPU, and a device of short texel buffers, have
+/// passes without.
+#[test]
+fn what_a_device_takes_does_not_show() {
+    let placed = every_kind();
+    // All of one size, for which the passes leave a loop out.
+    let random = Scene { drops: Vec::new(), ..placed.clone() };
+    for scene in [placed, random] {
+        let mut as_it_is = None;
+        on_device(|device| as_it_is = Some(frame(device, &scene)));
+        let (expected, radiance, display) = as_it_is.expect("a frame");
+        assert!(expected.visible > 5000 && expected.overflow == 0, "{expected:?}");
+        let same = |what: &str, adjust: &dyn Fn(&mut DeviceReport)| {
+            on_adjusted_device(adjust, |device| {
+                let found = frame(device, &scene);
+                assert_eq!(found.0, expected, "{what}");
+                assert!(found.1 == radiance, "{what}: another radiance");
+                assert!(found.2 == display, "{what}: other colours");
+            });
+        };
+        same("no texel buffer", &|report| report.limits.max_texel_buffer_elements = 4096);
+        same("short texel buffers", &|report| report.limits.max_texel_buffer_elements = 65_536);
+        same("a GPU", &|report| report.kind = "discrete GPU");
+        // The control: another moment is told apart.
+        let mut later = scene.clone();
+        later.time = 0.1;
+        on_device(|device| assert!(frame(device, &later).1 != radiance));
+    }
+}
