@@ -2,7 +2,6 @@
 
 mod common;
 
-use std::io::Write as _;
 use std::sync::Arc;
 
 use glam::{DMat3, DVec2, DVec3};
@@ -35,13 +34,8 @@ fn gradient() -> Environment {
 }
 
 fn courtyard() -> Option<Environment> {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/environments/courtyard.exr");
-    if !std::path::Path::new(path).exists() {
-        // Past the harness, which keeps what a passing test prints to itself.
-        let _ = writeln!(std::io::stderr(), "SKIPPED a_courtyard: there is no {path}");
-        return None;
-    }
-    Some(Environment::load(path.as_ref()).expect("a sound image"))
+    let path = common::photograph("courtyard.exr")?;
+    Some(Environment::load(&path).expect("a sound image"))
 }
 
 /// A drop of radius 1 at a distance, on the axis or 30° off it in a slanted direction.

@@ -59,12 +59,7 @@ fn dwa_files_load() {
 
 #[test]
 fn real_dwab_files_load() {
-    let files = files::real_environments();
-    if files.is_empty() {
-        eprintln!("SKIPPED: no DWAB files; scripts/setup.sh fetches assets/environments");
-        return;
-    }
-    for path in files {
+    for path in files::real_environments() {
         let environment = Environment::load(&path).expect("a real environment");
         println!("{}: {}", environment.name(), environment.mended());
         assert_eq!((environment.width(), environment.height()), (1024, 512));

@@ -9,8 +9,8 @@ use raindrops::scene::Scene;
 use raindrops::scene::camera::Camera;
 use raindrops::scene::model::Preset;
 
-use crate::common::{on_adjusted_device, on_device};
-use crate::{PRESETS, black_ahead, placed, renderer, smooth, sum};
+use crate::common::{hole, on_adjusted_device, on_device};
+use crate::{PRESETS, placed, renderer, smooth, sum};
 
 /// Largest change of the mean radiance from one frame to the next while `camera` moves from 0 to 1 in
 /// `steps`, and the largest change of any frame.
@@ -110,39 +110,55 @@ fn nearer_and_nearer() {
     );
 }
 
-/// A drop smaller than a pixel moves through 64 places between pixels: the light of the picture stays.
+/// A small drop moves through 64 places between pixels: the light of the picture stays, and is that of its area.
+/// By the paper's one look-up a pixel some places see the hole in the reflection at the rim: the figures are
+/// measured. Half a splat's sides are stored in steps of 1/512 pixel.
 #[test]
 fn small_drops_keep_their_light() {
     on_device(|device| {
-        let black = black_ahead();
-        for pixels in [0.2, 0.5, 0.9, 1.5, 3.0] {
-            let distance = 32.0 / pixels;
-            let scene = placed(&[(DVec3::new(0.0, 0.0, -distance), 1.0)], (32, 32));
-            for preset in [Preset::Paper, Preset::Fast] {
+        let hole = hole(1.5, glam::Vec3::ONE);
+        let mut wrong = Vec::new();
+        // Across: the paper's mean over all places, and how far any place may be off, of it and of `fast`.
+        for (pixels, by_paper, off_paper, off_fast) in [
+            (0.2, 0.585, 1.0, 0.025),
+            (0.5, 0.585, 1.0, 0.012),
+            (0.9, 0.585, 1.0, 0.008),
+            (1.5, 0.611, 1.0, 0.008),
+            (3.0, 0.981, 0.05, 0.025),
+        ] {
+            let mut scene = placed(&[], (32, 32));
+            scene.camera.vertical_fov = 1.0;
+            let focal = scene.view().focal_px;
+            let distance = 2.0 * focal / pixels;
+            scene = placed(&[(DVec3::new(0.0, 0.0, -distance), 1.0)], (32, 32));
+            scene.camera.vertical_fov = 1.0;
+            for (preset, expected, bound) in
+                [(Preset::Paper, by_paper, off_paper), (Preset::Fast, 1.0, off_fast)]
+            {
                 let mut scene = scene.clone();
                 scene.model.preset = preset;
-                let mut renderer = renderer(device, &scene, &black);
+                let mut renderer = renderer(device, &scene, &hole);
                 let lights: Vec<f64> = (0..64)
                     .map(|phase| {
-                        // A pixel is distance / 16 wide there.
                         let place =
                             DVec3::new(f64::from(phase % 8), f64::from(phase / 8), 0.0) / 8.0;
-                        let aside = place * distance / 16.0;
+                        let aside = place * distance / focal;
                         scene.camera.position = aside;
                         scene.camera.target = aside - DVec3::Z;
                         renderer.submit(&scene).expect("a frame");
                         sum(&renderer.read_radiance().expect("radiance"))
                     })
                     .collect();
-                let mean = lights.iter().sum::<f64>() / 64.0;
-                let most =
-                    lights.iter().map(|light| (light / mean - 1.0).abs()).fold(0.0, f64::max);
-                println!("{preset}, {pixels} px: light within {:.2} %", 100.0 * most);
-                // Single look-ups, the paper's and from a pixel up those of pictures of few texels,
-                // see white or black as they fall: figures in `docs/stability.md`.
-                let is_bound = preset == Preset::Fast && pixels < 1.0;
-                assert!(most < 0.03 || !is_bound, "{preset}, {pixels} px: {most}");
+                let area = 0.25 * std::f64::consts::PI * pixels * pixels;
+                let off = |light: &f64| (light / area - 1.0).abs();
+                let most = lights.iter().map(off).fold(0.0, f64::max);
+                let mean = lights.iter().sum::<f64>() / 64.0 / area;
+                println!("{preset}, {pixels} px: {mean:.4} of its light, within {most:.4}");
+                if most > bound || (mean - expected).abs() > 0.025 {
+                    wrong.push(format!("{preset}, {pixels} px: {mean}, within {most}"));
+                }
             }
         }
+        assert!(wrong.is_empty(), "{wrong:#?}");
     });
 }

@@ -7,8 +7,8 @@ use raindrops::rain::cull::count_visible;
 use raindrops::scene::model::Preset;
 use raindrops::scene::{RainSettings, Scene};
 
-use crate::common::on_device;
-use crate::{PRESETS, black_ahead, draw, looking, painted, placed, smooth, sum, truth};
+use crate::common::{on_device, painted};
+use crate::{PRESETS, black_ahead, draw, looking, placed, smooth, sum, truth};
 
 /// A drop of `pixels` across in the middle of an image of 48 x 48, by its distance or, beyond what
 /// that allows, by the field of view.

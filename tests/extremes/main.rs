@@ -23,6 +23,8 @@ use raindrops::scene::camera::Camera;
 use raindrops::scene::model::Preset;
 use raindrops::scene::{ImageSize, PlacedDrop, Scene};
 
+use common::painted;
+
 const PRESETS: [Preset; 3] = [Preset::Paper, Preset::Fast, Preset::Exact];
 
 /// A scene of drops placed by hand.
@@ -62,19 +64,6 @@ fn draw(
 
 fn truth(scene: &Scene, environment: &Environment, samples: u32) -> Picture {
     Tracer::new(scene, environment, Truth { samples, ..Truth::default() }).picture()
-}
-
-/// An environment whose texel at a direction is `radiance` of it.
-fn painted(width: u32, radiance: impl Fn(DVec3) -> Vec3) -> Environment {
-    let height = width / 2;
-    let texels = (0..width * height).map(|index| {
-        let longitude =
-            std::f64::consts::TAU * ((f64::from(index % width) + 0.5) / f64::from(width) - 0.5);
-        let polar = std::f64::consts::PI * (f64::from(index / width) + 0.5) / f64::from(height);
-        let (sine, cosine) = polar.sin_cos();
-        radiance(DVec3::new(sine * longitude.sin(), cosine, -sine * longitude.cos()))
-    });
-    Environment::from_texels("painted", width, height, texels.collect()).expect("an image")
 }
 
 /// Smooth in every direction, without an edge.

@@ -8,8 +8,8 @@ use raindrops::renderer::Renderer;
 use raindrops::scene::model::Preset;
 use raindrops::scene::{RainSettings, Scene};
 
-use crate::common::on_device;
-use crate::{PRESETS, black_ahead, draw, placed, smooth, sum, truth};
+use crate::common::{hole, on_device};
+use crate::{PRESETS, draw, placed, smooth, sum, truth};
 
 /// A few drops of all sizes.
 fn scene() -> Scene {
@@ -122,33 +122,34 @@ fn one_bright_texel() {
     });
 }
 
-/// Drops of 0.04 px, all behind the same 4 x 4 pixels.
+/// Drops of 0.04 px, all behind the same 4 x 4 pixels of a picture of one degree.
 fn thin_layers(count: usize) -> Scene {
     let mut random = crate::common::Random(3);
+    let mut scene = placed(&[], (16, 16));
+    scene.camera.vertical_fov = 1.0;
+    let focal = scene.view().focal_px;
     let drops: Vec<(DVec3, f64)> = (0..count)
         .map(|_| {
             let at = DVec3::new(random.unit() - 0.5, random.unit() - 0.5, 0.0);
-            let distance = 400.0 + 50.0 * random.unit();
-            (DVec3::new(0.5 * at.x * distance, 0.5 * at.y * distance, -distance), 1.0)
+            let distance = focal / 0.02 * (1.0 + 0.1 * random.unit());
+            (4.0 / focal * distance * at - DVec3::Z * distance, 1.0)
         })
         .collect();
-    let mut scene = placed(&drops, (16, 16));
-    scene.camera.vertical_fov = 90.0;
-    scene
+    Scene { camera: scene.camera, ..placed(&drops, (16, 16)) }
 }
 
 /// A list so long that a driver that bounds loops leaves it early: its light is there all the same, and
-/// where the driver is known to do so it is told.
+/// where the driver is known to do so it is reported.
 #[test]
 fn a_list_that_is_cut_is_told() {
     on_device(|device| {
-        let (scene, black) = (thin_layers(80_000), black_ahead());
-        let (picture, counts) = draw(device, &scene, &black, Preset::Fast);
-        let share = sum(&picture) / sum(&truth(&scene, &black, 256));
-        println!("{share:.3} of the light of 80,000 thin layers, {} told", counts.overflow);
-        // The bound is that of `many_thin_layers`.
-        assert!((share - 1.0).abs() < 0.35, "{share} of the light");
-        assert!(counts.overflow > 0 || !device.report.driver.contains("llvmpipe"), "untold");
+        let (scene, hole) = (thin_layers(80_000), hole(1.5, Vec3::ONE));
+        let (picture, counts) = draw(device, &scene, &hole, Preset::Fast);
+        let share = sum(&picture) / sum(&truth(&scene, &hole, 256));
+        println!("{share:.4} of the light of 80,000 thin layers, {} told", counts.overflow);
+        assert!((share - 1.0).abs() < 0.03, "{share} of the light");
+        let is_cut = device.report.driver.contains("llvmpipe");
+        assert_eq!(counts.overflow > 0, is_cut, "{} told", counts.overflow);
     });
 }
 
@@ -156,19 +157,24 @@ fn a_list_that_is_cut_is_told() {
 #[test]
 fn many_thin_layers() {
     on_device(|device| {
-        let black = black_ahead();
+        let hole = hole(1.5, Vec3::ONE);
         const COUNT: usize = 6000;
         let scene = thin_layers(COUNT);
-        let expected = sum(&truth(&scene, &black, 1024));
-        for preset in PRESETS {
-            let found = sum(&draw(device, &scene, &black, preset).0);
-            println!("{preset}: {:.3} of the light of {COUNT} thin layers", found / expected);
-            match preset {
-                // Blends in float16 and sees but the middle: the method as published, see stability.md.
-                Preset::Paper => assert!(found / expected < 1.5),
-                // Sixteen rays read the environment blurred by their spacing: white leaks into the dark.
-                _ => assert!((found / expected - 1.0).abs() < 0.35, "{preset}: {found} {expected}"),
-            }
+        let expected = sum(&truth(&scene, &hole, 1024));
+        for preset in [Preset::Fast, Preset::Exact] {
+            let found = sum(&draw(device, &scene, &hole, preset).0) / expected;
+            println!("{preset}: {found:.4} of the light of {COUNT} thin layers");
+            assert!((found - 1.0).abs() < 0.025, "{preset}: {found}");
         }
+        // The depth test lets a layer through if no nearer one was drawn before: of the n of a pixel, in no
+        // order, 1 + 1/2 + … + 1/n. Of a drop that small a look-up shows six tenths (`small_drops_keep_their_light`).
+        let n = COUNT / 16;
+        let through = (1..=n).map(|layer| 1.0 / layer as f64).sum::<f64>() / n as f64;
+        let found = sum(&draw(device, &scene, &hole, Preset::Paper).0) / expected;
+        println!(
+            "paper: {found:.4} of the light of {COUNT} thin layers, {through:.4} pass the test"
+        );
+        let share = found / through;
+        assert!((0.35..0.9).contains(&share), "paper: {share} of what passes the depth test");
     });
 }
