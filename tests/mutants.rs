@@ -1,0 +1,337 @@
+//! Would the tests notice? `mutants.toml` lists faults, each a text in the program and what is put in its place,
+//! with the test that must fail.
+//!
+//! `scripts/mutants.sh` tries them all: the sources are copied to `target/mutants/tree`, faults in Rust are built
+//! in all at once, each behind a number that the environment chooses, and faults in shaders are compiled here and
+//! handed to the tests. So that is one build, and then a run of one test for each.
+
+mod common;
+#[path = "../src/gpu/glsl.rs"]
+mod glsl;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use raindrops::gpu::shaders;
+use serde::Deserialize;
+
+/// A test that does not end by then has noticed.
+const LIMIT: Duration = Duration::from_secs(300);
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct List {
+    mutant: Vec<Mutant>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Mutant {
+    /// What is wrong.
+    name: String,
+    file: PathBuf,
+    /// Stands in the file exactly once. In Rust an expression, evaluated when the program runs, unless `put` has
+    /// `MUTANT`.
+    text: String,
+    /// What stands there instead. In Rust `MUTANT` is whether the fault is chosen.
+    put: String,
+    /// The test that must fail: its binary, and its path there.
+    test: String,
+    case: String,
+}
+
+impl Mutant {
+    fn is_shader(&self) -> bool {
+        self.file.starts_with("glsl")
+    }
+
+    /// What stands in the source that is built, for mutant `number`.
+    fn switched(&self, number: usize) -> String {
+        let chosen = format!("crate::mutant({number})");
+        if self.put.contains("MUTANT") {
+            self.put.replace("MUTANT", &chosen)
+        } else {
+            format!("(if {chosen} {{ {} }} else {{ {} }})", self.put, self.text)
+        }
+    }
+}
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn mutants() -> Vec<Mutant> {
+    let text = fs::read_to_string(root().join("tests/mutants.toml")).expect("the list");
+    toml::from_str::<List>(&text).unwrap_or_else(|error| panic!("{error}")).mutant
+}
+
+/// Where a mutant's text is in its file, or what is wrong with it.
+fn place(mutant: &Mutant, source: &str) -> Result<usize, String> {
+    let mut places = source.match_indices(&mutant.text).map(|(at, _)| at);
+    let (file, name) = (mutant.file.display(), &mutant.name);
+    match (places.next(), places.next()) {
+        (Some(at), None) => Ok(at),
+        (None, _) => Err(format!("{file} no longer has the text of '{name}'")),
+        _ => Err(format!("{file} has the text of '{name}' more than once")),
+    }
+}
+
+#[test]
+fn each_mutant_has_its_place_and_its_test() {
+    let mut wrong = Vec::new();
+    let mut names = BTreeSet::new();
+    for mutant in mutants() {
+        let source = fs::read_to_string(root().join(&mutant.file));
+        wrong.extend(match source {
+            Ok(source) => place(&mutant, &source).err(),
+            Err(error) => Some(format!("{}: {error}", mutant.file.display())),
+        });
+        let mut modules: Vec<&str> = mutant.case.split("::").collect();
+        let case = modules.pop().unwrap_or_default();
+        let file = match modules.first() {
+            Some(module) => format!("tests/{}/{module}.rs", mutant.test),
+            None => format!("tests/{}.rs", mutant.test),
+        };
+        let test = fs::read_to_string(root().join(&file)).unwrap_or_default();
+        if !test.contains(&format!("fn {case}()")) {
+            wrong.push(format!("'{}': {file} has no test {case}", mutant.name));
+        }
+        if mutant.put == mutant.text || !names.insert(mutant.name.clone()) {
+            wrong.push(format!("'{}' changes nothing, or stands there twice", mutant.name));
+        }
+    }
+    assert!(wrong.is_empty(), "tests/mutants.toml:\n{}", wrong.join("\n"));
+    assert!(names.len() >= 30, "{} mutants", names.len());
+}
+
+/// Writes a file unless it has that content already, so that what has not changed is not built again.
+fn write(path: &Path, content: &[u8]) {
+    if fs::read(path).is_ok_and(|there| there == content) {
+        return;
+    }
+    fs::create_dir_all(path.parent().expect("a folder")).expect("a folder");
+    fs::write(path, content).expect("a file");
+}
+
+/// Copies the sources to `tree`, the faults in Rust among them, and removes what is there no longer.
+fn copy_sources(tree: &Path, mutants: &[Mutant]) {
+    let listed = Command::new("git")
+        .args(["ls-files", "-z", "--cached", "--others", "--exclude-standard"])
+        .current_dir(root())
+        .output()
+        .expect("git");
+    let files: BTreeSet<PathBuf> = String::from_utf8(listed.stdout)
+        .expect("names in UTF-8")
+        .split_terminator('\0')
+        .map(PathBuf::from)
+        .filter(|file| root().join(file).is_file())
+        .collect();
+    assert!(files.contains(Path::new("src/lib.rs")), "git lists {} files", files.len());
+    for file in &files {
+        let mut content = fs::read(root().join(file)).expect("a source");
+        let mut here: Vec<_> = (1..)
+            .zip(mutants)
+            .filter(|(_, mutant)| !mutant.is_shader() && mutant.file == *file)
+            .map(|(number, mutant)| {
+                let source = std::str::from_utf8(&content).expect("a source");
+                let at = place(mutant, source).unwrap_or_else(|error| panic!("{error}"));
+                (at, mutant.text.len(), mutant.switched(number))
+            })
+            .collect();
+        here.sort();
+        for pair in here.windows(2) {
+            assert!(pair[0].0 + pair[0].1 <= pair[1].0, "mutants overlap in {}", file.display());
+        }
+        for (at, length, switched) in here.into_iter().rev() {
+            content.splice(at..at + length, switched.into_bytes());
+        }
+        if file == Path::new("src/lib.rs") {
+            let allowed = b"#![allow(unused_parens, missing_docs)]\n".iter().copied();
+            content.splice(0..0, allowed);
+            content.extend_from_slice(SWITCH.as_bytes());
+        }
+        write(&tree.join(file), &content);
+    }
+    remove_others(tree, tree, &files);
+    for linked in [".setup", "assets/environments"] {
+        let (from, to) = (root().join(linked), tree.join(linked));
+        if from.exists() && !to.exists() {
+            std::os::unix::fs::symlink(from, to).expect("a link");
+        }
+    }
+}
+
+/// Which fault is chosen, in the copied library.
+const SWITCH: &str = r#"
+
+pub(crate) fn mutant(number: u32) -> bool {
+    static CHOSEN: std::sync::LazyLock<Option<u32>> =
+        std::sync::LazyLock::new(|| std::env::var("RAINDROPS_MUTANT").ok()?.parse().ok());
+    *CHOSEN == Some(number)
+}
+"#;
+
+fn remove_others(tree: &Path, folder: &Path, files: &BTreeSet<PathBuf>) {
+    for entry in fs::read_dir(folder).expect("a folder") {
+        let path = entry.expect("an entry").path();
+        if path.is_symlink() {
+            continue;
+        }
+        if path.is_dir() {
+            remove_others(tree, &path, files);
+        } else if !files.contains(path.strip_prefix(tree).expect("below the tree")) {
+            fs::remove_file(path).expect("removed");
+        }
+    }
+}
+
+/// Builds test binaries in the tree; each one's path.
+fn build(tree: &Path, tests: &BTreeSet<&str>) -> BTreeMap<String, PathBuf> {
+    let mut command = Command::new(env!("CARGO"));
+    command.args(["test", "--no-run", "--message-format=json-render-diagnostics"]);
+    for test in tests {
+        command.args(["--test", test]);
+    }
+    // What the crate depends on is built there already.
+    let target = root().join("target");
+    let built = command
+        .current_dir(tree)
+        .env("CARGO_TARGET_DIR", target)
+        .stderr(Stdio::inherit())
+        .output()
+        .expect("cargo");
+    assert!(built.status.success(), "the mutants do not build");
+    String::from_utf8_lossy(&built.stdout)
+        .lines()
+        .filter_map(|line| serde_json::from_str::<serde_json::Value>(line).ok())
+        .filter_map(|message| {
+            let executable = message["executable"].as_str()?;
+            Some((message["target"]["name"].as_str()?.to_string(), executable.into()))
+        })
+        .collect()
+}
+
+/// The tree's shaders with a fault, as sources and compiled, in `folder`.
+fn compile(tree: &Path, folder: &Path, mutant: &Mutant) {
+    let _ = fs::remove_dir_all(folder);
+    for part in ["glsl", "glsl/include"] {
+        for entry in fs::read_dir(tree.join(part)).expect("shaders") {
+            let path = entry.expect("an entry").path();
+            if path.is_file() {
+                let file = path.strip_prefix(tree).expect("below the tree");
+                let mut source = fs::read_to_string(&path).expect("a shader");
+                if file == mutant.file {
+                    let at = place(mutant, &source).unwrap_or_else(|error| panic!("{error}"));
+                    source.replace_range(at..at + mutant.text.len(), &mutant.put);
+                }
+                write(
+                    &folder.join(file.strip_prefix("glsl").expect("a shader")),
+                    source.as_bytes(),
+                );
+            }
+        }
+    }
+    let compiler = glsl::Glsl::new(folder).expect("shaderc");
+    let mut changed = 0;
+    for shader in shaders::ALL {
+        let words = compiler
+            .compile(shader.name, shader.define)
+            .unwrap_or_else(|error| panic!("'{}': {error}", mutant.name));
+        if words != shader.words {
+            let file = common::shader_file(shader.name, shader.define);
+            let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
+            fs::write(folder.join(file), bytes).expect("SPIR-V");
+            changed += 1;
+        }
+    }
+    assert!(changed > 0, "'{}' changes no shader", mutant.name);
+}
+
+/// Whether a test passes; none if it does not end.
+fn passes(executable: &Path, tree: &Path, case: &str, variables: &[(&str, &str)]) -> Option<bool> {
+    let log = fs::File::create(tree.with_file_name("last.log")).expect("a log");
+    let mut running: Child = Command::new(executable)
+        .args(["--exact", case, "--nocapture"])
+        .current_dir(tree)
+        .envs(variables.iter().copied())
+        .stdout(log.try_clone().expect("a log"))
+        .stderr(log)
+        .spawn()
+        .expect("the test starts");
+    let start = Instant::now();
+    loop {
+        if let Some(status) = running.try_wait().expect("a status") {
+            return Some(status.success());
+        }
+        if start.elapsed() > LIMIT {
+            running.kill().expect("killed");
+            running.wait().expect("ended");
+            return None;
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
+
+/// The line of a failed test that says why.
+fn reason(tree: &Path) -> String {
+    let log = fs::read(tree.with_file_name("last.log")).unwrap_or_default();
+    let log = String::from_utf8_lossy(&log).into_owned();
+    let after = log.lines().skip_while(|line| !line.contains("panicked at")).nth(1);
+    after.unwrap_or("it did not end well").chars().take(120).collect()
+}
+
+/// Tries each mutant, or those in whose names `RAINDROPS_MUTANTS` is.
+#[test]
+#[ignore = "run by scripts/mutants.sh; minutes"]
+fn every_mutant_is_killed() {
+    let wanted = std::env::var("RAINDROPS_MUTANTS").unwrap_or_default();
+    let all = mutants();
+    let chosen: Vec<(usize, &Mutant)> =
+        (1..).zip(&all).filter(|(_, mutant)| mutant.name.contains(&wanted)).collect();
+    let folder = root().join("target/mutants");
+    let tree = folder.join("tree");
+    copy_sources(&tree, &all);
+    let tests: BTreeSet<&str> = chosen.iter().map(|(_, mutant)| mutant.test.as_str()).collect();
+    let executables = build(&tree, &tests);
+
+    let cases: BTreeSet<(&str, &str)> =
+        chosen.iter().map(|(_, mutant)| (mutant.test.as_str(), mutant.case.as_str())).collect();
+    for (test, case) in cases {
+        let passed = passes(&executables[test], &tree, case, &[]);
+        assert_eq!(passed, Some(true), "{test}, {case}, without a fault: {}", reason(&tree));
+        let log = fs::read_to_string(tree.with_file_name("last.log")).expect("a log");
+        assert!(log.contains("1 passed"), "{test} has no {case}");
+    }
+
+    let mut survivors = Vec::new();
+    for (number, mutant) in &chosen {
+        let start = Instant::now();
+        let executable = &executables[&mutant.test];
+        let outcome = if mutant.is_shader() {
+            let shaders = folder.join("glsl");
+            compile(&tree, &shaders, mutant);
+            let shaders = shaders.to_str().expect("a path in UTF-8");
+            passes(executable, &tree, &mutant.case, &[("RAINDROPS_TEST_GLSL", shaders)])
+        } else {
+            let number = number.to_string();
+            passes(executable, &tree, &mutant.case, &[("RAINDROPS_MUTANT", &number)])
+        };
+        let seconds = start.elapsed().as_secs_f64();
+        match outcome {
+            Some(true) => {
+                survivors.push(mutant.name.as_str());
+                println!(
+                    "SURVIVED {seconds:5.1} s  {} ({}, {})",
+                    mutant.name, mutant.test, mutant.case
+                );
+            }
+            Some(false) => println!("killed   {seconds:5.1} s  {}: {}", mutant.name, reason(&tree)),
+            None => println!("killed   {seconds:5.1} s  {}: it does not end", mutant.name),
+        }
+    }
+    println!("{} of {} killed", chosen.len() - survivors.len(), chosen.len());
+    assert!(survivors.is_empty(), "survived: {survivors:#?}");
+}
