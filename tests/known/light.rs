@@ -94,19 +94,13 @@ fn a_white_drop_is_as_bright_as_its_ellipse_is_large() {
             assert!(off.abs() < bound, "fast, {radius} px: light off by {off}");
             assert!(middle.length() < 0.02, "fast, {radius} px: {middle} pixels aside");
         }
-        for (preset, radius, bound) in [
-            (Preset::Fast, 14.0, 0.002),
-            (Preset::Fast, 25.0, 0.002),
-            (Preset::Exact, 9.0, 0.002),
-            (Preset::Paper, 14.0, 0.01),
-            (Preset::Paper, 25.0, 0.01),
-        ] {
+        for (preset, radius) in [(Preset::Fast, 14.0), (Preset::Fast, 25.0), (Preset::Exact, 9.0)] {
             let (scene, light) = rows(radius, 64, 192);
             let picture = draw(device, &scene, &hole, preset);
             let off = sum(&picture) / light - 1.0;
             let middle = middle(&picture) - middle_of(&scene);
             println!("{preset}, {radius} px: light {off:+.5}, middle {middle:+.4}");
-            assert!(off.abs() < bound, "{preset}, {radius} px: light off by {off}");
+            assert!(off.abs() < 0.002, "{preset}, {radius} px: light off by {off}");
             assert!(middle.length() < 0.05, "{preset}, {radius} px: {middle} pixels aside");
         }
     });
