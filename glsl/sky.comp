@@ -11,15 +11,29 @@ layout(local_size_x = 16, local_size_y = 4) in;
 layout(set = 0, binding = 10) uniform sampler2D environment_map;
 layout(std430, set = 0, binding = 12) writeonly buffer Sky { uvec2 sky[]; };
 
+// Samples along an edge of a pixel: a third of a texel apart, so that their mean is that of the pixel's square and
+// not of a blurred neighbourhood; four at most, between which the levels do the rest. Powers of two, so that
+// equal radiances keep their last bit. src/plan/background.rs tells the error of the same.
+uint samples_along(float focal) {
+    float thirds = 3.0 / (focal * frame.environment.x);
+    return thirds <= 1.0 ? 1u : thirds <= 2.0 ? 2u : 4u;
+}
+
 void main() {
     uvec2 place = gl_GlobalInvocationID.xy, in_tile = place % TILE;
     uint tile = place.y / TILE.y * tiles_across() + place.x / TILE.x;
     if (place.x >= tiles_across() * TILE.x || tile >= TILE_COUNT) return;
-    vec2 offset = vec2(place) + 0.5 - 0.5 * frame.image.xy;
     float focal = frame.image.z;
-    vec3 ray = vec3(offset.x, -offset.y, -focal);
-    float far = length(ray);
     mat3 world = mat3(frame.right.xyz, frame.up.xyz, frame.back.xyz);
-    vec3 c = radiance(environment_map, world * ray / far, sqrt(focal / far) / far);
+    uint edge = samples_along(focal);
+    float share = 1.0 / float(edge);
+    vec3 c = vec3(0.0);
+    for (uint i = 0u; i < edge * edge; ++i) {
+        vec2 offset = vec2(place) + share * (vec2(i % edge, i / edge) + 0.5) - 0.5 * frame.image.xy;
+        vec3 ray = vec3(offset.x, -offset.y, -focal);
+        float far = length(ray);
+        c += radiance(environment_map, world * ray / far, share * sqrt(focal / far) / far);
+    }
+    c *= share * share;
     sky[tile * PIXELS + in_tile.y * TILE.x + in_tile.x] = uvec2(packHalf2x16(c.rg), packHalf2x16(vec2(c.b, 0.0)));
 }

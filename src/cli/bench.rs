@@ -4,7 +4,9 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::options::{AxisArgs, DeviceArgs, SceneValues, open_device};
+use super::options::{
+    AxisArgs, DeviceArgs, SceneValues, choose_device, devices, open_device, resolve,
+};
 use super::{Answer, parse_seconds, print, progress, say_doubt, write_json};
 use crate::environment::Environment;
 use crate::files::write_whole;
@@ -13,7 +15,7 @@ use crate::measure::Host;
 use crate::measure::bench::{
     Build, DeviceHead, Effort, Report, Row, SCHEMA, Variant, measure, plot, table,
 };
-use crate::plan::{Output, plan};
+use crate::plan::{Output, plan_by};
 use crate::rain::cull::count_visible;
 use crate::scene::Scene;
 use crate::scene::model::{Operator, Preset};
@@ -78,13 +80,13 @@ pub fn run(args: &BenchArgs) -> anyhow::Result<Answer> {
     let environment = super::open_environment(&scene)?;
 
     let instance = args.device.instance()?;
-    let devices = match args.device.device.as_deref() {
-        Some("all") => instance.devices()?,
-        wanted => vec![instance.choose(wanted)?],
+    let chosen = match args.device.device.as_deref() {
+        Some("all") => devices(&instance)?,
+        wanted => vec![choose_device(&instance, wanted)?],
     };
     let mut reports = Vec::new();
     let mut answer = Answer::Yes;
-    for device in devices {
+    for device in chosen {
         if !device.missing.is_empty() {
             eprintln!("left out: {} lacks {}", device.name, device.missing.join(", "));
             continue;
@@ -139,8 +141,9 @@ fn bench(
             scene.model.take_preset(*preset);
             scene.rain.get_or_insert_default().count = *count;
             scene.validate("command line")?;
+            let choice = bar.suspend(|| resolve(device, &scene, environment))?;
             for output in [Output::Display, Output::Radiance] {
-                let plan = plan(&scene, environment, output)?;
+                let plan = plan_by(&scene, choice.as_ref(), output)?;
                 if output == Output::Display {
                     bar.suspend(|| say_doubt(&plan));
                 }

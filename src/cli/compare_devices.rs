@@ -8,7 +8,7 @@ use clap::Args;
 use comfy_table::{ContentArrangement, Table, presets};
 use serde_json::json;
 
-use super::options::{ModelArgs, SceneArgs, open_device};
+use super::options::{ModelArgs, SceneArgs, devices, open_device};
 use super::{Answer, print, write_json};
 use crate::environment::Environment;
 use crate::gpu::{Device, DeviceReport, Instance, Validation};
@@ -68,7 +68,7 @@ pub fn run(args: &CompareDevicesArgs) -> anyhow::Result<Answer> {
     let environment = super::open_environment(&scene)?;
     let instance = Instance::new(Validation::Off)?;
     let mut portraits = Vec::new();
-    for report in instance.devices()? {
+    for report in devices(&instance)? {
         if !report.missing.is_empty() {
             eprintln!("left out: {} lacks {}", report.name, report.missing.join(", "));
             continue;

@@ -5,10 +5,13 @@ use std::path::PathBuf;
 use clap::Args;
 use serde_json::json;
 
+use super::options::say;
 use super::{Answer, print, write_json};
 use crate::Error;
+use crate::gpu::disk_cache::user_folder;
 use crate::gpu::probe::{Findings, Rounding};
 use crate::gpu::{Device, DeviceReport, Instance, Validation};
+use crate::measure::costs::{Ranked, ranked};
 
 /// List the Vulkan devices: driver, limits, features that are missing, what it really does
 #[derive(Args)]
@@ -24,13 +27,13 @@ pub struct DevicesArgs {
 /// Runs the command.
 pub fn run(args: &DevicesArgs) -> anyhow::Result<Answer> {
     let instance = Instance::new(Validation::Off)?;
-    let devices = instance.devices()?;
+    let devices = ranked(&instance, user_folder().as_deref(), say)?;
     if devices.is_empty() {
         return Err(Error::NoDevice.into());
     }
     let mut probed = Vec::new();
-    for (index, report) in devices.into_iter().enumerate() {
-        print(describe(index, &report))?;
+    for (index, Ranked { report, frame_ms }) in devices.into_iter().enumerate() {
+        print(describe(index, &report, frame_ms))?;
         if args.probe && report.missing.is_empty() {
             let findings = Findings::of(&Device::open(&instance, report.clone())?)?;
             print(tell(&findings))?;
@@ -47,12 +50,15 @@ pub fn run(args: &DevicesArgs) -> anyhow::Result<Answer> {
     Ok(Answer::Yes)
 }
 
-fn describe(index: usize, device: &DeviceReport) -> String {
+fn describe(index: usize, device: &DeviceReport, frame_ms: Option<f64>) -> String {
     let limits = &device.limits;
     let fit = match device.missing.as_slice() {
         [] => "yes".into(),
         missing => format!("no, it lacks {}", missing.join(", ")),
     };
+    let speed = frame_ms.map_or(String::new(), |ms| {
+        format!("\n   speed           about {ms:.0} ms for a frame of the paper's scene (measured, kept)")
+    });
     format!(
         "{index}: {} ({})
    driver          {} {}
@@ -62,7 +68,7 @@ fn describe(index: usize, device: &DeviceReport) -> String {
    memory          {} MiB at once
    storage buffer  {} MiB a binding ({:.1} M drops; more go in chunks)
    timestamps      {} ns a tick
-   fit             {fit}",
+   fit             {fit}{speed}",
         device.name,
         device.kind,
         device.driver,

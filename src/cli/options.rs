@@ -6,8 +6,12 @@ use std::sync::Arc;
 use clap::Args;
 use glam::DVec3;
 
+use crate::environment::Environment;
 use crate::gpu::disk_cache::{KeptDevice, user_folder};
-use crate::gpu::{DeviceReport, Instance, Validation};
+use crate::gpu::{Device, DeviceReport, Instance, Validation, choose_among};
+use crate::measure;
+use crate::measure::costs::{costs, ranked};
+use crate::plan::Choice;
 use crate::scene::model::{
     DropShape, FarRain, Fresnel, Lookup, Operator, Optics, Order, Preset, Primitive, Reflection,
     Simulation, Sizes, Weights,
@@ -210,6 +214,9 @@ pub struct ModelArgs {
     /// Largest RMS error that preset auto may make, tone mapped, over 0 to 1
     #[arg(long, value_name = "E")]
     error: Option<f64>,
+    /// Milliseconds that preset auto may take for a frame on this device
+    #[arg(long, value_name = "MS")]
+    budget_ms: Option<f64>,
     #[command(flatten)]
     axes: AxisArgs,
 }
@@ -219,6 +226,7 @@ impl ModelArgs {
     pub fn apply(&self, scene: &mut Scene) -> Result<()> {
         scene.model.take_preset(self.preset.unwrap_or(scene.model.preset));
         scene.model.error = self.error.or(scene.model.error);
+        scene.model.budget_ms = self.budget_ms.or(scene.model.budget_ms);
         self.axes.apply(scene)
     }
 }
@@ -297,13 +305,57 @@ impl DeviceArgs {
     /// Opens the device and says on stderr which one.
     pub fn open(&self) -> Result<KeptDevice> {
         let instance = self.instance()?;
-        let report = instance.choose(self.device.as_deref())?;
+        let report = choose_device(&instance, self.device.as_deref())?;
         open_device(&instance, report)
     }
+}
+
+/// Says a line on stderr.
+pub fn say(line: &str) {
+    eprintln!("{line}");
+}
+
+/// The devices in the order of `raindrops devices`.
+pub fn devices(instance: &Arc<Instance>) -> Result<Vec<DeviceReport>> {
+    let ranked = ranked(instance, user_folder().as_deref(), say)?;
+    Ok(ranked.into_iter().map(|device| device.report).collect())
+}
+
+/// The device that `wanted` means; without it, and among several of the same kind, the quickest, and says so.
+pub fn choose_device(instance: &Arc<Instance>, wanted: Option<&str>) -> Result<DeviceReport> {
+    let ranked = ranked(instance, user_folder().as_deref(), say)?;
+    let times: Vec<String> =
+        ranked.iter().filter_map(|d| Some(format!("{:.0}", d.frame_ms?))).collect();
+    if wanted.is_none() && times.len() > 1 {
+        eprintln!(
+            "note: the quickest of {} devices of its kind; a frame of the paper's scene takes about {} ms",
+            times.len(),
+            times.join(", ")
+        );
+    }
+    let reports: Vec<DeviceReport> = ranked.into_iter().map(|device| device.report).collect();
+    choose_among(&reports, wanted)
 }
 
 /// Opens a device, with the user's file of compiled pipelines, and says on stderr which one.
 pub fn open_device(instance: &Arc<Instance>, report: DeviceReport) -> Result<KeptDevice> {
     eprintln!("device: {}", report.summary());
-    KeptDevice::open(instance, report, user_folder(), |line| eprintln!("{line}"))
+    KeptDevice::open(instance, report, user_folder(), say)
+}
+
+/// What preset `auto` takes for `scene` on `device`, said on stderr; `None` for another preset.
+pub fn resolve(
+    device: &Arc<Device>,
+    scene: &Scene,
+    environment: &Environment,
+) -> Result<Option<Choice>> {
+    if scene.model.preset != Preset::Auto {
+        return Ok(None);
+    }
+    let costs = costs(device, user_folder().as_deref(), say)?;
+    let choice = measure::resolve(device, scene, environment, &costs)?;
+    if let Some(choice) = &choice {
+        eprintln!("auto: {}", choice.summary());
+    }
+    Ok(choice)
 }

@@ -4,11 +4,11 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::options::{DeviceArgs, ModelArgs, SceneArgs};
+use super::options::{DeviceArgs, ModelArgs, SceneArgs, resolve};
 use super::sequence::{Sequence, heed_interrupts, is_interrupted};
 use super::{Answer, Format, progress, say_doubt};
 use crate::picture::write_png;
-use crate::plan::{Output, plan};
+use crate::plan::{Output, plan_by};
 use crate::renderer::{FrameReport, Renderer};
 use crate::scene::model::Simulation;
 
@@ -49,18 +49,12 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<Answer> {
         Format::Png => Output::Display,
     };
     let environment = super::open_environment(&scene)?;
-    let plan = plan(&scene, &environment, output)?;
-    say_doubt(&plan);
-    if args.resume && plan.simulation == Simulation::Stored {
-        anyhow::bail!(
-            "--resume: stored positions come from the frame before; render from the beginning, or \
-             with --simulation integer"
-        );
-    }
     let frames = args.frames.unwrap_or_else(|| scene.film.frames());
-    let sequence = match frames {
-        1 => None,
-        _ => Some(Sequence::new(&args.output, &scene, &environment, args.resume)?),
+    let mut sequence = (frames > 1).then(|| Sequence::new(&args.output, args.resume));
+    // What is there was made by these models, and goes on by them.
+    let kept = match &mut sequence {
+        Some(sequence) => sequence.resume(&scene, &environment)?,
+        None => None,
     };
     let is_there = |number: u32| sequence.as_ref().is_some_and(|all| all.has(number));
     let missing: Vec<u32> = (0..frames).filter(|number| !is_there(*number)).collect();
@@ -69,7 +63,22 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<Answer> {
         return Ok(Answer::Yes);
     }
     let device = args.device.open()?;
+    let choice = match kept {
+        Some(kept) => kept,
+        None => resolve(&device, &scene.film.frame(&scene, 0), &environment)?,
+    };
+    let plan = plan_by(&scene, choice.as_ref(), output)?;
+    say_doubt(&plan);
+    if args.resume && plan.simulation == Simulation::Stored {
+        anyhow::bail!(
+            "--resume: stored positions come from the frame before; render from the beginning, or \
+             with --simulation integer"
+        );
+    }
     let mut renderer = Renderer::new(&device, &scene, &environment, &plan)?;
+    if let Some(sequence) = &sequence {
+        sequence.begin(&scene, &environment, choice.as_ref())?;
+    }
     if sequence.is_some() {
         heed_interrupts()?;
     }

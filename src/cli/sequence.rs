@@ -7,10 +7,11 @@
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::environment::Environment;
 use crate::files::{between_files, write_whole};
+use crate::plan::Choice;
 use crate::scene::Scene;
 use crate::{Error, Result};
 
@@ -21,6 +22,8 @@ static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 pub struct Sequence {
     output: PathBuf,
     resume: bool,
+    /// Its manifest is there, and of the same scene.
+    goes_on: bool,
 }
 
 /// What every frame depends on, and its number alone does not tell.
@@ -32,44 +35,90 @@ struct Manifest<'a> {
     /// Of the environment's texels.
     environment_hash: String,
     scene: &'a Scene,
+    /// What preset `auto` took, so that no frame is made by other models than the rest.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    auto: Option<&'a Choice>,
+}
+
+/// The part of it that is read back.
+#[derive(Deserialize)]
+struct Kept {
+    auto: Option<Choice>,
+}
+
+/// The manifest's text.
+fn text_of(
+    path: &Path,
+    scene: &Scene,
+    environment: &Environment,
+    auto: Option<&Choice>,
+) -> Result<String> {
+    let manifest = Manifest {
+        about: "the scene of the frames beside this file; `render --resume` compares it",
+        version: env!("CARGO_PKG_VERSION"),
+        environment_hash: format!("{:016x}", environment.hash()),
+        scene,
+        auto,
+    };
+    toml::to_string(&manifest).map_err(|error| Error::write(path, error))
 }
 
 impl Sequence {
-    /// The sequence of `scene` named after `output`. With `resume` it goes on where it ended.
+    /// The sequence named after `output`; with `resume` what is there stays.
+    pub fn new(output: &Path, resume: bool) -> Self {
+        Self { output: output.into(), resume, goes_on: false }
+    }
+
+    /// Where it goes on, what preset `auto` took for the frames that are there (`None` inside for another
+    /// preset); else `None`.
     ///
     /// # Errors
     /// With `resume`: frames that are there belong to something else, or nothing says to what.
-    pub fn new(
-        output: &Path,
+    pub fn resume(
+        &mut self,
         scene: &Scene,
         environment: &Environment,
-        resume: bool,
-    ) -> Result<Self> {
-        let sequence = Self { output: output.into(), resume };
-        let manifest = Manifest {
-            about: "the scene of the frames beside this file; `render --resume` compares it",
-            version: env!("CARGO_PKG_VERSION"),
-            environment_hash: format!("{:016x}", environment.hash()),
-            scene,
-        };
-        let path = sequence.manifest_path();
-        let text = toml::to_string(&manifest).map_err(|error| Error::write(&path, error))?;
-        if resume {
-            match std::fs::read_to_string(&path) {
-                Ok(there) if there == text => return Ok(sequence),
-                Ok(there) => return Err(other_scene(&path, &there, &text)),
-                Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
-                    if sequence.path(0).exists() {
-                        let problem = "it is not there, so nothing says what the frames beside it are \
-                                       of; render without --resume";
-                        return Err(Error::read(&path, problem));
-                    }
-                }
-                Err(error) => return Err(Error::read(&path, error)),
-            }
+    ) -> Result<Option<Option<Choice>>> {
+        if !self.resume {
+            return Ok(None);
         }
-        write_whole(&path, text.as_bytes())?;
-        Ok(sequence)
+        let path = self.manifest_path();
+        let there = match std::fs::read_to_string(&path) {
+            Ok(there) => there,
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
+                if self.path(0).exists() {
+                    let problem = "it is not there, so nothing says what the frames beside it are of; \
+                                   render without --resume";
+                    return Err(Error::read(&path, problem));
+                }
+                return Ok(None);
+            }
+            Err(error) => return Err(Error::read(&path, error)),
+        };
+        let kept = toml::from_str(&there).map_or(None, |kept: Kept| kept.auto);
+        let wanted = text_of(&path, scene, environment, kept.as_ref())?;
+        if there != wanted {
+            return Err(other_scene(&path, &there, &wanted));
+        }
+        self.goes_on = true;
+        Ok(Some(kept))
+    }
+
+    /// Writes what its frames are of, unless it goes on.
+    ///
+    /// # Errors
+    /// [`Error::File`].
+    pub fn begin(
+        &self,
+        scene: &Scene,
+        environment: &Environment,
+        auto: Option<&Choice>,
+    ) -> Result<()> {
+        if self.goes_on {
+            return Ok(());
+        }
+        let path = self.manifest_path();
+        write_whole(&path, text_of(&path, scene, environment, auto)?.as_bytes())
     }
 
     /// `rain.png` and 7 to `rain-0007.png`.

@@ -56,6 +56,11 @@ impl DeviceReport {
         )
     }
 
+    /// Whether it will do as well as `other` by all that the two say of themselves.
+    pub fn is_as_fit_as(&self, other: &Self) -> bool {
+        (self.missing.is_empty(), self.rank) == (other.missing.is_empty(), other.rank)
+    }
+
     /// Does the driver run shaders on the host's processor?
     pub fn is_cpu(&self) -> bool {
         self.kind == CPU
@@ -103,7 +108,8 @@ pub struct Device {
 }
 
 impl Instance {
-    /// Every Vulkan device that the loader knows, fittest first.
+    /// Every Vulkan device that the loader knows: those that will do first, and of these by their kind. Which
+    /// of one kind is the quickest is found by measuring (`measure::costs::ranked`).
     ///
     /// # Errors
     /// [`Error::Vulkan`] if a driver fails while devices are listed.
@@ -216,43 +222,49 @@ impl Instance {
         }
     }
 
-    /// The device that `wanted` means: an index in [`Instance::devices`], a part of its
-    /// [`DeviceReport::summary`] in any case, or without it the fittest.
+    /// The device that `wanted` means among [`Instance::devices`], as [`choose_among`] says.
     ///
     /// # Errors
-    /// [`Error::NoDevice`], [`Error::DeviceNotFound`] or [`Error::DeviceLacks`]; those of
-    /// [`Instance::devices`].
+    /// Those of [`choose_among`] and of [`Instance::devices`].
     pub fn choose(&self, wanted: Option<&str>) -> Result<DeviceReport> {
-        let devices = self.devices()?;
-        if devices.is_empty() {
-            return Err(Error::NoDevice);
-        }
-        let chosen = match wanted {
-            None => devices.first(),
-            Some(wanted) => match wanted.parse::<usize>() {
-                Ok(index) => devices.get(index),
-                Err(_) => {
-                    let wanted = wanted.to_lowercase();
-                    devices.iter().find(|d| d.summary().to_lowercase().contains(&wanted))
-                }
-            },
-        };
-        let Some(chosen) = chosen else {
-            let names: Vec<_> =
-                devices.iter().enumerate().map(|(i, d)| format!("{i}: {}", d.summary())).collect();
-            return Err(Error::DeviceNotFound {
-                wanted: wanted.unwrap_or_default().into(),
-                found: names.join(", "),
-            });
-        };
-        if !chosen.missing.is_empty() {
-            return Err(Error::DeviceLacks {
-                device: chosen.name.clone(),
-                missing: chosen.missing.join(", "),
-            });
-        }
-        Ok(chosen.clone())
+        choose_among(&self.devices()?, wanted)
     }
+}
+
+/// The device that `wanted` means: an index, a part of its [`DeviceReport::summary`] in any case, or
+/// without it the first.
+///
+/// # Errors
+/// [`Error::NoDevice`], [`Error::DeviceNotFound`] or [`Error::DeviceLacks`].
+pub fn choose_among(devices: &[DeviceReport], wanted: Option<&str>) -> Result<DeviceReport> {
+    if devices.is_empty() {
+        return Err(Error::NoDevice);
+    }
+    let chosen = match wanted {
+        None => devices.first(),
+        Some(wanted) => match wanted.parse::<usize>() {
+            Ok(index) => devices.get(index),
+            Err(_) => {
+                let wanted = wanted.to_lowercase();
+                devices.iter().find(|d| d.summary().to_lowercase().contains(&wanted))
+            }
+        },
+    };
+    let Some(chosen) = chosen else {
+        let names: Vec<_> =
+            devices.iter().enumerate().map(|(i, d)| format!("{i}: {}", d.summary())).collect();
+        return Err(Error::DeviceNotFound {
+            wanted: wanted.unwrap_or_default().into(),
+            found: names.join(", "),
+        });
+    };
+    if !chosen.missing.is_empty() {
+        return Err(Error::DeviceLacks {
+            device: chosen.name.clone(),
+            missing: chosen.missing.join(", "),
+        });
+    }
+    Ok(chosen.clone())
 }
 
 impl Device {

@@ -1,8 +1,9 @@
-//! Compiled pipelines from one run to the next, in a file for each device and version of its driver.
+//! What is kept from one run to the next, in files for each device and version of its driver: compiled
+//! pipelines, and figures that were measured on it.
 //!
 //! A driver trusts what it is given, so a file is given to it only if the checksum over every byte
 //! agrees and the data names this device and driver. Otherwise pipelines are compiled anew, and the
-//! file is written anew. It is a cache: whatever becomes of it, pictures are the same.
+//! file is written anew. Figures are checked likewise, and measured anew. It is a cache.
 
 use std::fs::File;
 use std::io::{ErrorKind, Read as _};
@@ -37,13 +38,14 @@ pub struct PipelineFile {
 impl PipelineFile {
     /// The file for `key` in `folder`, read if it is there; and what is wrong with it, if anything.
     pub fn read(folder: &Path, key: &PipelineKey) -> (Self, Option<Error>) {
-        let PipelineKey { vendor, device, driver_version, uuid } = key;
-        let uuid = u128::from_be_bytes(*uuid);
-        let name = format!("pipelines-{vendor:04x}-{device:04x}-{driver_version:08x}-{uuid:032x}");
-        let path = folder.join(name);
-        let (data, problem) = match read(&path, key) {
+        let path = path_of(folder, "pipelines", key);
+        let (data, problem) = match read_pipelines(&path, key) {
             Ok(data) => (data, None),
-            Err(problem) => (Vec::new(), problem.map(|reason| Error::read(&path, reason))),
+            Err(problem) => {
+                let anew =
+                    |reason| Error::read(&path, format!("{reason}; pipelines are compiled anew"));
+                (Vec::new(), problem.map(anew))
+            }
         };
         (Self { path, key: *key, data }, problem)
     }
@@ -86,14 +88,29 @@ fn head_of(key: &PipelineKey, data: &[u8]) -> [u8; HEAD] {
     head
 }
 
+/// The file of this kind for `key`.
+fn path_of(folder: &Path, kind: &str, key: &PipelineKey) -> PathBuf {
+    let PipelineKey { vendor, device, driver_version, uuid } = key;
+    let uuid = u128::from_be_bytes(*uuid);
+    folder.join(format!("{kind}-{vendor:04x}-{device:04x}-{driver_version:08x}-{uuid:032x}"))
+}
+
 /// The data of a sound file of this device and driver, or what is wrong: nothing, if it is not there.
+fn read_pipelines(path: &Path, key: &PipelineKey) -> Result<Vec<u8>, Option<String>> {
+    let data = read(path, key)?;
+    match key.heads(&data) {
+        true => Ok(data),
+        false => Err(Some("it is of another device or driver".into())),
+    }
+}
+
+/// The data of a sound file, whatever they are.
 fn read(path: &Path, key: &PipelineKey) -> Result<Vec<u8>, Option<String>> {
-    const ANEW: &str = "pipelines are compiled anew";
     let failed = |error: std::io::Error| match error.kind() {
         ErrorKind::NotFound => None,
-        _ => Some(format!("{error}; {ANEW}")),
+        _ => Some(error.to_string()),
     };
-    let wrong = |what: &str| Err(Some(format!("{what}; {ANEW}")));
+    let wrong = |what: &str| Err(Some(what.into()));
     // Asked before it is opened: opening a pipe waits for its other end.
     if !path.metadata().map_err(failed)?.is_file() {
         return wrong("it is not a regular file");
@@ -108,10 +125,53 @@ fn read(path: &Path, key: &PipelineKey) -> Result<Vec<u8>, Option<String>> {
     if head != head_of(key, data) {
         return wrong("it is damaged, or of another version");
     }
-    if !key.heads(data) {
-        return wrong("it is of another device or driver");
-    }
     Ok(data.to_vec())
+}
+
+/// Figures that were measured on a device, as text, kept beside its pipelines.
+#[derive(Clone, Debug)]
+pub struct FiguresFile {
+    path: PathBuf,
+    key: PipelineKey,
+}
+
+impl FiguresFile {
+    /// The file for `key` in `folder`.
+    pub fn new(folder: &Path, key: &PipelineKey) -> Self {
+        Self { path: path_of(folder, "figures", key), key: *key }
+    }
+
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// What it holds, if it is there and sound.
+    ///
+    /// # Errors
+    /// [`Error::File`] for what is there and is not sound.
+    pub fn read(&self) -> Result<Option<String>> {
+        let problem =
+            |reason| Error::read(&self.path, format!("{reason}; the device is measured anew"));
+        match read(&self.path, &self.key) {
+            Ok(data) => {
+                String::from_utf8(data).map(Some).map_err(|error| problem(error.to_string()))
+            }
+            Err(reason) => reason.map_or(Ok(None), |reason| Err(problem(reason))),
+        }
+    }
+
+    /// Writes `text` in its place.
+    ///
+    /// # Errors
+    /// [`Error::File`].
+    pub fn write(&self, text: &str) -> Result<()> {
+        if let Some(folder) = self.path.parent() {
+            std::fs::create_dir_all(folder).map_err(|error| Error::write(&self.path, error))?;
+        }
+        let head = head_of(&self.key, text.as_bytes());
+        write_whole(&self.path, &[&head[..], text.as_bytes()].concat())
+    }
 }
 
 /// A device whose compiled pipelines are read when it is opened and written when this is dropped.

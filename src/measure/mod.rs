@@ -1,9 +1,12 @@
 //! How fast, and how true: the benchmark, the trade-off, and what their figures stand on.
 
 pub mod bench;
+pub mod costs;
 mod host;
 pub mod rain_plot;
+mod resolve;
 pub mod statistics;
 pub mod tradeoff;
 
 pub use host::Host;
+pub use resolve::resolve;

@@ -1,20 +1,29 @@
-//! Preset `auto`: the models that a scene requires, chosen by measured error and estimated time.
+//! Preset `auto`: what the scene shows → candidates → expected error and time of each → a choice, with its
+//! reason.
 //!
-//! With an accepted error, the quickest model that keeps it. Without one, prefiltered pictures with as
-//! much of a drop's light as takes no longer than the paper's method. Both come from what the scene shows
-//! ([`Demand`]), how much its environment varies, how much of its light is from small bright sources, and
-//! the tables of [`super::errors`].
+//! With an accepted error it is the quickest that keeps it. Without one it is the truest that a frame's time
+//! affords on the device, and never less than preset `fast`, unless the scene names a budget that `fast`
+//! is over. What is expected comes from what the scene shows ([`Demand`]), its sky ([`Background`]), the tables
+//! of [`super::errors`] and the device's [`Costs`]. Whoever has a device measures what was chosen
+//! (`measure::resolve`).
 
-use super::demand::{Demand, SizeClass, contrast};
+use serde::{Deserialize, Serialize};
+
+use super::background::Background;
+use super::costs::{Costs, Rays};
+use super::demand::{Demand, SizeClass, contrast_at};
 use super::errors::{Error, Left, expected};
 use super::{Light, NEAR_RADII, RAYS_PX};
 use crate::environment::Environment;
 use crate::environment::bright::split;
-use crate::scene::model::{Optics, Order, Primitive, Reflection, Simulation};
+use crate::scene::model::{Optics, Order, Preset, Primitive, Reflection, Simulation};
 use crate::scene::{ModelChoice, Scene};
 
-/// What was chosen, and why.
-#[derive(Clone, Debug, PartialEq)]
+/// Milliseconds of a frame where the scene names neither an error nor a budget.
+const FRAME_MS: f64 = 1000.0 / 60.0;
+
+/// What was chosen, and why. Kept beside a sequence, so that all its frames have the same models.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Choice {
     /// How the light leaving a drop is found.
     pub optics: Optics,
@@ -22,86 +31,133 @@ pub struct Choice {
     pub primitive: Primitive,
     /// Rays a pixel.
     pub samples: u32,
-    /// What is left out of a drop's light.
-    pub light: Light,
     /// In plain words.
     pub reason: String,
-    /// Whether it is expected to keep the accepted error.
-    pub keeps: bool,
+    /// What was asked for and may not be kept.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub doubt: Option<String>,
+    /// What is left out of a drop's light.
+    pub light: Light,
 }
 
-/// Costs in nanoseconds on two cores without a GPU (llvmpipe, docs/performance.md). Only ratios
-/// matter, between ways that do the same work with the same units.
-mod cost {
-    /// The paper's: a drop, a drop in view, a pixel of a drop.
-    pub const PAPER: [f64; 3] = [46.0, 900.0, 30.0];
-    /// Tiles: a drop in view, a pixel of a drop from its prefiltered picture.
-    pub const TILE: [f64; 2] = [200.0, 8.0];
-    /// What a drop whose rays are followed costs beyond those.
-    pub const BY_RAYS: f64 = 400.0;
-    /// A fetch from the environment, with its share of a ray.
-    pub const FETCH: f64 = 3.5;
-    /// A pixel of the picture: what tiles take for it beyond what the paper's passes do.
-    pub const TILE_PIXEL: f64 = 2.0;
+/// One way to draw all drops on tiles.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Candidate {
+    optics: Optics,
+    samples: u32,
+    reflection: Reflection,
+    internal_reflections: u32,
 }
 
-/// Chooses for `scene`, whose drops look at `environment`.
-pub fn choose(scene: &Scene, environment: &Environment) -> Choice {
-    let demand = Demand::of(scene, NEAR_RADII);
-    if asks_for_billboards(&scene.model) {
-        return billboards("the scene's own choice of billboards");
+/// A candidate, with what it is expected to do.
+#[derive(Clone, Copy, Debug)]
+pub struct Prospect {
+    candidate: Candidate,
+    /// RMS error of sRGB values, 0 to 1.
+    pub error: f64,
+    /// Milliseconds a frame.
+    pub ms: f64,
+}
+
+impl Prospect {
+    /// The same with an error that is better known.
+    pub fn with_error(self, error: f64) -> Self {
+        Self { error, ..self }
     }
-    let contrast = contrast(environment);
-    let glints = split(environment).map_or(0.0, |bright| bright.strength());
-    let papers_time = papers_time(&demand);
-    let candidates = candidates();
-    let judged = candidates.iter().map(|candidate| {
-        (candidate, expected_error(candidate, &demand, contrast, glints), time(candidate, &demand))
-    });
-    // Those that keep the error by their time, before the others by their error.
-    let merit = |accepted: f64, error: f64, time: f64| {
-        if error <= accepted { (false, time) } else { (true, error) }
-    };
-    if let Some(accepted) = scene.model.error
-        && let Some((chosen, error, time)) = judged.clone().min_by(|(_, a, s), (_, b, t)| {
-            let (a, b) = (merit(accepted, *a, *s), merit(accepted, *b, *t));
-            a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
-        })
-    {
-        let keeps = error <= accepted;
-        let how = if keeps {
-            "the quickest within"
-        } else {
-            "no model is within reach of, the truest for"
-        };
-        let reason = format!(
-            "{how} an RMS error of {accepted} (expected: {error:.4}, {:.1} of the paper's time)",
-            time / papers_time.max(1.0)
-        );
-        return Choice { keeps, ..chosen.chosen(reason) };
+}
+
+/// What `auto` takes for `scene`, as expected; `None` for another preset.
+pub fn choose(scene: &Scene, environment: &Environment, costs: &Costs) -> Option<Choice> {
+    let model = &scene.model;
+    if model.preset != Preset::Auto {
+        return None;
     }
-    // Unasked, the prefiltered pictures with one internal reflection at most: what more rays and the
-    // second reflection add is little for what they take.
-    let affordable = judged.filter(|(candidate, _, time)| {
-        (candidate.optics, candidate.samples) == (Optics::Appearance, 1)
-            && candidate.internal_reflections <= 1
-            && *time <= papers_time
-    });
-    match affordable.min_by(|(_, a, s), (_, b, t)| a.total_cmp(b).then(s.total_cmp(t))) {
-        Some((chosen, error, time)) => {
-            let share = time / papers_time.max(1.0);
-            let reason = format!(
-                "prefiltered pictures, with all light that takes no longer than the paper's method \
-                 (about {share:.1} of its time; expected RMS error {error:.4})"
-            );
-            chosen.chosen(reason)
+    let choice = if asks_for_billboards(model) {
+        let doubt = model.error.map(|error| {
+            format!("error {error} is out of reach of the billboards that the scene asks for")
+        });
+        Choice { doubt, ..billboards("the scene's own choice of billboards") }
+    } else {
+        let prospects = prospects(scene, environment, costs);
+        match model.error {
+            Some(accepted) => keep(accepted, model.budget_ms, &prospects, "expected"),
+            None => afford(model.budget_ms, &prospects),
         }
-        None if demand.drops > 0.0 => billboards(
-            "few large drops: rays through each of their pixels would take longer than the paper's \
-             method; an accepted error buys them",
-        ),
-        None => billboards("no drops"),
+    };
+    let reason = format!("{} (times of {})", choice.reason, costs.of);
+    Some(Choice { reason, ..choice }.doubted(model))
+}
+
+/// Every candidate for `scene`, quickest first.
+pub fn prospects(scene: &Scene, environment: &Environment, costs: &Costs) -> Vec<Prospect> {
+    let demand = Demand::of(scene, NEAR_RADII);
+    let background = Background::of(scene, environment);
+    let contrast = contrast_at(environment, background.exposure);
+    let glints = split(environment).map_or(0.0, |bright| bright.strength());
+    let prospect = |candidate: Candidate| Prospect {
+        candidate,
+        error: candidate.error(&demand, contrast, glints).hypot(background.error),
+        ms: costs.frame_ms(&demand, |class| candidate.rays(class)),
+    };
+    let mut all: Vec<Prospect> = candidates().into_iter().map(prospect).collect();
+    all.sort_by(|a, b| a.ms.total_cmp(&b.ms));
+    all
+}
+
+/// The quickest whose error is within `accepted`, the truest where there is none. `how` says where the
+/// errors come from.
+pub fn keep(accepted: f64, budget_ms: Option<f64>, prospects: &[Prospect], how: &str) -> Choice {
+    let truest = || prospects.iter().min_by(|a, b| a.error.total_cmp(&b.error));
+    let within = prospects.iter().find(|prospect| prospect.error <= accepted);
+    let Some(chosen) = within.or_else(truest) else { return billboards("no candidates") };
+    let (error, ms) = (chosen.error, chosen.ms);
+    let (what, doubt) = if within.is_none() {
+        let doubt = format!(
+            "error {accepted} is out of reach of every model that goes with this scene: \
+                             the truest is at {error:.4}"
+        );
+        ("the truest, as no model reaches", Some(doubt))
+    } else if budget_ms.is_some_and(|budget| budget < ms) {
+        let doubt = format!("error {accepted} takes about {ms:.1} ms a frame, over budget_ms");
+        ("the quickest within", Some(doubt))
+    } else {
+        ("the quickest within", None)
+    };
+    let reason =
+        format!("{what} an RMS error of {accepted}: {error:.4} {how}, about {ms:.1} ms a frame");
+    chosen.candidate.chosen(reason, doubt)
+}
+
+/// The truest that `budget_ms` affords, or a frame of 1/60 s; without a budget never under `fast`.
+fn afford(budget_ms: Option<f64>, prospects: &[Prospect]) -> Choice {
+    let limit = budget_ms.unwrap_or(FRAME_MS);
+    let rung = |candidate: Candidate| LADDER.iter().position(|rung| *rung == candidate);
+    let on_ladder = prospects.iter().filter_map(|p| Some((rung(p.candidate)?, p)));
+    let affordable = on_ladder.clone().filter(|(_, prospect)| prospect.ms <= limit);
+    let words = |prospect: &Prospect, what: &str| {
+        let (error, ms) = (prospect.error, prospect.ms);
+        format!("{what} of {limit:.1} ms a frame: about {ms:.1} ms, expected RMS error {error:.4}")
+    };
+    if let Some((_, prospect)) = affordable.max_by_key(|(rung, _)| *rung) {
+        return prospect.candidate.chosen(words(prospect, "the truest within a budget"), None);
     }
+    if budget_ms.is_none()
+        && let Some((_, fast)) = on_ladder.min_by_key(|(rung, _)| *rung)
+    {
+        return fast.candidate.chosen(words(fast, "preset fast, beyond a budget"), None);
+    }
+    // Told to save: less light than `fast`.
+    let saving = prospects.iter().filter(|prospect| prospect.ms <= limit);
+    if let Some(prospect) = saving.min_by(|a, b| a.error.total_cmp(&b.error)) {
+        let reason = words(prospect, "less than fast, the truest within a budget");
+        return prospect.candidate.chosen(reason, None);
+    }
+    let Some(quickest) = prospects.first() else { return billboards("no candidates") };
+    let doubt = format!(
+        "budget_ms {limit} is out of reach: the quickest takes about {:.1} ms a frame",
+        quickest.ms
+    );
+    quickest.candidate.chosen(words(quickest, "the quickest, beyond a budget"), Some(doubt))
 }
 
 /// Whether another axis leaves only billboards.
@@ -112,7 +168,7 @@ pub(super) fn asks_for_billboards(model: &ModelChoice) -> bool {
 }
 
 /// The paper's billboards by the closed form and one internal reflection: as quick as its mask, and a
-/// little truer. For few large drops, whose rays would take longer than their billboards.
+/// little truer.
 fn billboards(reason: &str) -> Choice {
     Choice {
         optics: Optics::ClosedForm,
@@ -120,21 +176,50 @@ fn billboards(reason: &str) -> Choice {
         samples: 1,
         light: Light { internal_reflections: 1, ..Light::default() },
         reason: reason.into(),
-        keeps: false,
+        doubt: None,
     }
 }
 
-/// One way to draw all drops on tiles.
-#[derive(Clone, Copy, Debug)]
-struct Candidate {
-    optics: Optics,
-    samples: u32,
-    reflection: Reflection,
-    internal_reflections: u32,
+impl Choice {
+    /// The models and the reason in a line.
+    pub fn summary(&self) -> String {
+        let Light { internal_reflections, reflection, .. } = self.light;
+        format!(
+            "{} on {}, {} rays a pixel, {internal_reflections} internal reflections, reflection {reflection}: {}",
+            self.optics, self.primitive, self.samples, self.reason
+        )
+    }
+
+    /// Models that were chosen by hand take the place of its own, and its promise.
+    fn doubted(mut self, model: &ModelChoice) -> Self {
+        let others = model.overrides();
+        if let Some(error) = model.error
+            && self.doubt.is_none()
+            && !others.is_empty()
+        {
+            self.doubt =
+                Some(format!("error {error} is not promised with one's own {}", others.join(", ")));
+        }
+        self
+    }
 }
 
+/// What `auto` goes up by where no error is given: each step takes longer than the one before, and leaves
+/// no drop less true. The first is preset `fast`.
+const LADDER: [Candidate; 4] = [
+    Candidate::up_to(2, Optics::Appearance, 1),
+    Candidate::up_to(8, Optics::Appearance, 4),
+    Candidate::up_to(8, Optics::ClosedForm, 16),
+    Candidate::up_to(8, Optics::ClosedForm, 64),
+];
+
 impl Candidate {
-    fn chosen(&self, reason: String) -> Choice {
+    /// With all of a drop's light, but what is reflected within it more often.
+    const fn up_to(internal_reflections: u32, optics: Optics, samples: u32) -> Self {
+        Self { optics, samples, reflection: Reflection::On, internal_reflections }
+    }
+
+    fn chosen(&self, reason: String, doubt: Option<String>) -> Choice {
         Choice {
             optics: self.optics,
             primitive: Primitive::Tile,
@@ -145,18 +230,49 @@ impl Candidate {
                 ..Light::default()
             },
             reason,
-            keeps: true,
+            doubt,
         }
     }
 
-    fn by_rays(&self, class: &SizeClass) -> bool {
-        self.optics == Optics::ClosedForm || class.is_near || class.radius_px > f64::from(RAYS_PX)
+    /// What is followed through the pixels of such drops; none where their prefiltered pictures do.
+    fn rays(&self, class: &SizeClass) -> Option<Rays> {
+        let by_rays = self.optics == Optics::ClosedForm
+            || class.is_near
+            || class.radius_px > f64::from(RAYS_PX);
+        let outside = if self.reflection == Reflection::On { 1 } else { 0 };
+        // A ray follows no more orders than matter to it: of eight, three on the mean at most.
+        let fetches = outside + self.internal_reflections.min(3) + 1;
+        by_rays.then_some(Rays { samples: self.samples, fetches })
     }
 
-    /// Fetches from the environment a ray.
-    fn fetches(&self) -> f64 {
-        let outside = if self.reflection == Reflection::On { 1.0 } else { 0.0 };
-        outside + f64::from(self.internal_reflections) + 1.0
+    /// RMS error over the picture. What each drop has for itself adds up by squares; light that is left
+    /// out of all drops adds up as it is, where many are over one another. `glints` is the light of small
+    /// bright sources over that of the rest.
+    fn error(&self, demand: &Demand, contrast: f64, glints: f64) -> f64 {
+        let left = match (self.reflection, self.internal_reflections) {
+            (Reflection::Off, _) => Left::Reflection,
+            (_, 0) => Left::AllInside,
+            (_, 1) => Left::AllButOneInside,
+            _ => Left::Nothing,
+        };
+        let of_class = |class: &SizeClass| {
+            let sampling = match (self.rays(class).is_some(), self.samples) {
+                (false, _) => Error::Appearance,
+                (true, 1) => Error::Rays1,
+                (true, 4) => Error::Rays4,
+                (true, 16) => Error::Rays16,
+                (true, _) => Error::Rays64,
+            };
+            let error = expected(sampling, left, class.radius_px);
+            let square = (contrast * error.of_contrast).powi(2) + glints * error.of_glints.powi(2);
+            class.weight.min(1.0) * square
+        };
+        let each: f64 = demand.classes.iter().map(of_class).sum();
+        // Of drops under a pixel the table has a part that goes with their size; many fill a pixel.
+        let of_all =
+            |class: &SizeClass| class.share * contrast * left.of_contrast(class.radius_px.max(1.0));
+        let all: f64 = demand.classes.iter().map(of_all).sum();
+        each.max(all * all).sqrt()
     }
 }
 
@@ -170,63 +286,11 @@ fn candidates() -> Vec<Candidate> {
         (Optics::ClosedForm, 16),
         (Optics::ClosedForm, 64),
     ] {
-        for (reflection, internal_reflections) in
-            [(Reflection::Off, 0), (Reflection::On, 0), (Reflection::On, 1), (Reflection::On, 2)]
-        {
-            all.push(Candidate { optics, samples, reflection, internal_reflections });
+        let reflection = Reflection::Off;
+        all.push(Candidate { optics, samples, reflection, internal_reflections: 0 });
+        for internal_reflections in [0, 1, 2, 8] {
+            all.push(Candidate::up_to(internal_reflections, optics, samples));
         }
     }
     all
-}
-
-/// RMS error over the picture: those of the sizes, weighted by how much of the picture shows them.
-/// `glints` is the light of small bright sources over that of the rest.
-fn expected_error(candidate: &Candidate, demand: &Demand, contrast: f64, glints: f64) -> f64 {
-    let square = |class: &SizeClass| {
-        let sampling = match (candidate.by_rays(class), candidate.samples) {
-            (false, _) => Error::Appearance,
-            (true, 1) => Error::Rays1,
-            (true, 4) => Error::Rays4,
-            (true, 16) => Error::Rays16,
-            (true, _) => Error::Rays64,
-        };
-        let left = match (candidate.reflection, candidate.internal_reflections) {
-            (Reflection::Off, _) => Left::Reflection,
-            (_, 0) => Left::AllInside,
-            (_, 1) => Left::AllButOneInside,
-            _ => Left::Nothing,
-        };
-        let error = expected(sampling, left, class.radius_px);
-        let square = (contrast * error.of_contrast).powi(2) + glints * error.of_glints.powi(2);
-        class.share.min(1.0) * square
-    };
-    demand.classes.iter().map(square).sum::<f64>().sqrt()
-}
-
-fn papers_time(demand: &Demand) -> f64 {
-    let pixels: f64 = demand.classes.iter().map(|class| class.pixels.max(0.0)).sum();
-    let [drop, visible, pixel] = cost::PAPER;
-    drop * demand.drops + visible * demand.visible + pixel * pixels
-}
-
-fn time(candidate: &Candidate, demand: &Demand) -> f64 {
-    let [visible, pixel] = cost::TILE;
-    let of_class = |class: &SizeClass| {
-        if candidate.by_rays(class) {
-            let ray = cost::FETCH * candidate.fetches();
-            let drops = class.pixels / (std::f64::consts::PI * class.radius_px.powi(2));
-            let rays = block_pixels(class.radius_px) * f64::from(candidate.samples) * ray;
-            class.pixels * pixel + drops * (cost::BY_RAYS + rays)
-        } else {
-            class.pixels * pixel
-        }
-    };
-    cost::TILE_PIXEL * demand.pixels
-        + visible * demand.visible
-        + demand.classes.iter().map(of_class).sum::<f64>()
-}
-
-/// Pixels of the tiles of 4 x 2 that a drop of radius `r` pixels meets: rays are followed in whole tiles.
-fn block_pixels(r: f64) -> f64 {
-    (2.0 * r + 4.0) * (2.0 * r + 2.0)
 }

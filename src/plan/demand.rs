@@ -7,7 +7,7 @@
 use glam::DVec3;
 
 use crate::environment::Environment;
-use crate::picture::tone_map::{display, exposure_of};
+use crate::picture::tone_map::{Exposure, display, exposure_of};
 use crate::picture::{Picture, srgb_of_linear};
 use crate::scene::camera::View;
 use crate::scene::{Scene, ToneMap};
@@ -24,6 +24,9 @@ pub struct SizeClass {
     pub is_near: bool,
     /// Share of the picture in which they are what one sees.
     pub share: f64,
+    /// The same for the square of what each of them adds: under drops smaller than a pixel, which let a part
+    /// through, less is left of a square.
+    pub weight: f64,
     /// Pixels that they cover, hidden ones counted.
     pub pixels: f64,
 }
@@ -75,6 +78,7 @@ impl Demand {
                     radius_px,
                     is_near: distance < near_radii * drop.radius,
                     share: pixels / self.pixels,
+                    weight: pixels / self.pixels,
                     pixels,
                 });
             }
@@ -92,22 +96,30 @@ impl Demand {
         let largest = view.focal_px * rain.radius / near;
         let smallest = view.focal_px * rain.radius / half.length();
         let octaves = (largest / smallest).log2().ceil().max(1.0) as u32;
+        // How far drops before hide a square, along each ray.
+        let mut hidden = vec![0.0_f64; (GRID * GRID) as usize];
         for octave in 0..octaves {
             let radius = |number: u32| largest * 0.5f64.powi(number as i32);
             let distance = |number: u32| view.focal_px * rain.radius / radius(number);
             let (from, to) = (distance(octave), distance(octave + 1));
-            let (mut share, mut covered) = (0.0, 0.0);
-            for ray in rays_of(view) {
+            let radius_px = radius(octave) * 0.5f64.sqrt();
+            let squared = 2.0 - filled(radius_px);
+            let (mut share, mut weight, mut covered) = (0.0, 0.0, 0.0);
+            for (ray, hidden) in rays_of(view).zip(&mut hidden) {
                 let end = exit(ray, half);
                 let (from, to) = (from.min(end), to.min(end));
+                let depth = (to - from) * met;
                 share += ((near - from) * met).exp() - ((near - to) * met).exp();
-                covered += (to - from) * met;
+                weight += (-*hidden).exp() * (1.0 - (-squared * depth).exp()) / squared;
+                *hidden += squared * depth;
+                covered += depth;
             }
             if covered > 0.0 {
                 self.classes.push(SizeClass {
-                    radius_px: radius(octave) * 0.5f64.sqrt(),
+                    radius_px,
                     is_near: 0.5 * (from + to) < near_radii * rain.radius,
                     share: share / rays,
+                    weight: weight / rays,
                     pixels: covered / rays * self.pixels,
                 });
             }
@@ -119,6 +131,12 @@ impl Demand {
         let volume = solid / rays * self.pixels / (view.focal_px * view.focal_px);
         self.visible += density * volume;
     }
+}
+
+/// How much of a pixel a drop takes where it takes any, on the mean over what it takes.
+fn filled(radius_px: f64) -> f64 {
+    let area = std::f64::consts::PI * radius_px * radius_px;
+    area / (1.0 + area)
 }
 
 fn rays_of(view: &View) -> impl Iterator<Item = DVec3> {
@@ -137,9 +155,17 @@ fn exit(ray: DVec3, half_extent: DVec3) -> f64 {
 /// How much tone-mapped radiance varies over the sphere: standard deviation of the sRGB luminance.
 /// Errors of a drop, which shows the whole sphere, grow with it.
 pub fn contrast(environment: &Environment) -> f64 {
+    contrast_at(environment, exposure_of(&ToneMap::default(), &of_environment(environment)))
+}
+
+fn of_environment(environment: &Environment) -> Picture {
     let (width, height) = (environment.width(), environment.height());
-    let picture = Picture { width, height, pixels: environment.texels().to_vec() };
-    let shown = display(exposure_of(&ToneMap::default(), &picture), &picture);
+    Picture { width, height, pixels: environment.texels().to_vec() }
+}
+
+/// The same for a picture's exposure.
+pub fn contrast_at(environment: &Environment, exposure: Exposure) -> f64 {
+    let shown = display(exposure, &of_environment(environment));
     let (mut sum, mut squares, mut total) = (0.0, 0.0, 0.0);
     for (index, pixel) in shown.pixels.iter().enumerate() {
         let row = (index / shown.width as usize) as f64;

@@ -84,16 +84,23 @@ pub struct Expected {
     pub of_glints: f64,
 }
 
-/// Both errors of finding light coarsely and leaving some out, at a radius.
+/// Both errors of finding light coarsely and leaving some out, at a radius. Below the first column of the
+/// first table errors fall with the radius: the square over a drop's pixels goes with its share of them.
 pub fn expected(error: Error, left: Left, radius_px: f64) -> Expected {
     let both = |at: &dyn Fn(usize) -> f64| at(error as usize).hypot(left.row().map_or(0.0, at));
+    let small = (radius_px / RADII_PX[0]).min(1.0);
     Expected {
-        of_contrast: both(&|row| between(&RADII_PX, &ERRORS[row].1, radius_px)),
+        of_contrast: small * both(&|row| between(&RADII_PX, &ERRORS[row].1, radius_px)),
         of_glints: both(&|row| between(&GLINT_RADII_PX, &GLINTS[row].1, radius_px)),
     }
 }
 
 impl Left {
+    /// Error by what is left out alone, over contrast.
+    pub fn of_contrast(self, radius_px: f64) -> f64 {
+        self.row().map_or(0.0, |row| between(&RADII_PX, &ERRORS[row].1, radius_px))
+    }
+
     /// The tables' row; none where nothing is left out.
     fn row(self) -> Option<usize> {
         match self {

@@ -1,17 +1,23 @@
 //! The frame plan: which passes and models a scene requires, and why. A pure function of the scene.
 
-use crate::environment::Environment;
 mod auto;
+mod background;
+mod costs;
 mod demand;
 mod errors;
 
+pub use auto::{Choice, Prospect, choose, keep, prospects};
+pub use costs::Costs;
 pub use demand::{Demand, SizeClass, contrast};
 pub use errors::{ERRORS, GLINT_RADII_PX, GLINTS, RADII_PX};
 
+use serde::{Deserialize, Serialize};
+
+use crate::environment::Environment;
+use crate::scene::Scene;
 use crate::scene::model::{
     Fresnel, Lookup, Operator, Optics, Order, Preset, Primitive, Reflection, Simulation, Weights,
 };
-use crate::scene::{ModelChoice, Scene};
 use crate::{Error, Result};
 
 /// Nearer than so many radii a drop does not look as from afar: its directions are off by over 1.4°.
@@ -71,7 +77,7 @@ pub struct FramePlan {
 }
 
 /// What a drop does to a ray of light.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Light {
     /// Most reflections inside a drop that are followed.
     pub internal_reflections: u32,
@@ -98,11 +104,21 @@ impl Default for Light {
     }
 }
 
-/// What `scene` requires for `output`.
+/// What `scene` requires for `output`; by preset `auto` what is expected to do, at stated costs of no device
+/// in particular ([`Costs::default`]).
 ///
 /// # Errors
 /// [`Error::Scene`] for a combination of models that makes no sense, with the reason.
 pub fn plan(scene: &Scene, environment: &Environment, output: Output) -> Result<FramePlan> {
+    let chosen = choose(scene, environment, &Costs::default());
+    plan_by(scene, chosen.as_ref(), output)
+}
+
+/// As [`plan`], with the choice of preset `auto` made; `None` for another preset.
+///
+/// # Errors
+/// As [`plan`].
+pub fn plan_by(scene: &Scene, chosen: Option<&Choice>, output: Output) -> Result<FramePlan> {
     if let Some(rain) = scene.real_rain() {
         return Err(Error::Scene {
             place: "rain".into(),
@@ -114,8 +130,7 @@ pub fn plan(scene: &Scene, environment: &Environment, output: Output) -> Result<
     }
     let choice = &scene.model;
     let refuse = |problem: String| Err(Error::Scene { place: "model".into(), problem });
-    let chosen = (choice.preset == Preset::Auto).then(|| auto::choose(scene, environment));
-    let (optics, samples) = match (choice.preset, &chosen) {
+    let (optics, samples) = match (choice.preset, chosen) {
         (_, Some(chosen)) => (chosen.optics, chosen.samples),
         (Preset::Fast, _) => (Optics::Appearance, 1),
         (Preset::Exact, _) => (Optics::ClosedForm, 16),
@@ -125,7 +140,7 @@ pub fn plan(scene: &Scene, environment: &Environment, output: Output) -> Result<
 
     // The preset decides what a drop is drawn as where the optics leave a choice.
     let on_tiles = matches!(optics, Optics::ClosedForm | Optics::Appearance);
-    let primitive = choice.primitive.unwrap_or(match (choice.preset, &chosen) {
+    let primitive = choice.primitive.unwrap_or(match (choice.preset, chosen) {
         (_, Some(chosen)) if choice.optics.is_none() => chosen.primitive,
         (Preset::Auto, _) if auto::asks_for_billboards(choice) => Primitive::Point,
         (Preset::Fast | Preset::Exact | Preset::Auto, _) if on_tiles => Primitive::Tile,
@@ -171,7 +186,7 @@ pub fn plan(scene: &Scene, environment: &Environment, output: Output) -> Result<
     if orders.is_some_and(|orders| orders > 0) && optics.is_mask() {
         return refuse(format!("optics {optics} holds no internal reflections"));
     }
-    let usual = match &chosen {
+    let usual = match chosen {
         Some(chosen) if !optics.is_mask() => chosen.light,
         _ => {
             // A ray follows no more orders than matter to it, so `exact` bounds them last.
@@ -200,24 +215,11 @@ pub fn plan(scene: &Scene, environment: &Environment, output: Output) -> Result<
         light,
         tone_map: (output == Output::Display).then_some(scene.tone_map.operator),
         log_average: output == Output::Display && scene.tone_map.derives_exposure(),
-        doubt: chosen.as_ref().and_then(|chosen| doubt(choice, chosen)),
-        why: chosen.map(|chosen| chosen.reason),
+        doubt: chosen.and_then(|chosen| chosen.doubt.clone()),
+        why: chosen.map(|chosen| chosen.reason.clone()),
         passes: Vec::new(),
     };
     Ok(FramePlan { passes: passes(scene, &plan), ..plan })
-}
-
-/// Why what `auto` chose may not keep the accepted error, if one was.
-fn doubt(choice: &ModelChoice, chosen: &auto::Choice) -> Option<String> {
-    let error = choice.error?;
-    let others = choice.overrides();
-    if !chosen.keeps {
-        Some(format!("error {error} is out of reach of every model that goes with this scene"))
-    } else if !others.is_empty() {
-        Some(format!("error {error} is not promised with one's own {}", others.join(", ")))
-    } else {
-        None
-    }
 }
 
 fn passes(scene: &Scene, plan: &FramePlan) -> Vec<(&'static str, String)> {

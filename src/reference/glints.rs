@@ -247,8 +247,22 @@ impl Glints {
         let (width, height) = (f64::from(view.width), f64::from(view.height));
         let corners = [(0.0, 0.0), (width, 0.0), (width, height), (0.0, height)];
         let pyramid = Pyramid::between(corners.map(|(x, y)| view.ray(x, y)));
+        self.of_drops(tracer, &pyramid, progress)
+    }
+
+    /// What the glints of each drop within a part of the view add, there and beside it.
+    pub(super) fn within(&self, tracer: &Tracer, pyramid: &Pyramid) -> Vec<BTreeMap<u32, DVec3>> {
+        self.of_drops(tracer, pyramid, &|_| ())
+    }
+
+    fn of_drops(
+        &self,
+        tracer: &Tracer,
+        pyramid: &Pyramid,
+        progress: &(dyn Fn(f64) + Sync),
+    ) -> Vec<BTreeMap<u32, DVec3>> {
         let mut in_view = Vec::new();
-        tracer.tree.within(&pyramid, f64::INFINITY, &mut in_view);
+        tracer.tree.within(pyramid, f64::INFINITY, &mut in_view);
         let done = AtomicU32::new(0);
         in_view
             .par_iter()

@@ -148,17 +148,17 @@ impl<'a> Tracer<'a> {
     pub fn trace(&self, progress: &(dyn Fn(f64) + Sync)) -> Traced {
         let (width, height) = (self.view.width, self.view.height);
         let strata = Strata::new(self.truth.samples, self.truth.seed);
-        let (columns, rows) = (width.div_ceil(TILE), height.div_ceil(TILE));
+        let count = self.tiles();
         // The glints' time is of the tiles' order, more or less by their number.
         let of_tiles = if self.glints.is_some() { 0.5 } else { 1.0 };
         let done = AtomicU32::new(0);
-        let tiles: Vec<Vec<(DVec3, f64)>> = (0..columns * rows)
+        let tiles: Vec<Vec<(DVec3, f64)>> = (0..count)
             .into_par_iter()
             .map_init(Vec::new, |candidates, tile| {
-                let (left, upper) = (tile % columns * TILE, tile / columns * TILE);
+                let (left, upper) = self.corner_of(tile);
                 let pixels = self.tile(left, upper, &strata, candidates);
                 let done = 1 + done.fetch_add(1, Ordering::Relaxed);
-                progress(of_tiles * f64::from(done) / f64::from(columns * rows));
+                progress(of_tiles * f64::from(done) / f64::from(count));
                 pixels
             })
             .collect();
@@ -166,7 +166,7 @@ impl<'a> Tracer<'a> {
         let mut pixels = vec![DVec3::ZERO; width as usize * height as usize];
         let mut coverage = vec![0.0_f32; pixels.len()];
         for (tile, traced) in (0..).zip(tiles) {
-            let (left, upper) = (tile % columns * TILE, tile / columns * TILE);
+            let (left, upper) = self.corner_of(tile);
             for ((x, y), (radiance, covered)) in self.pixels_of(left, upper).zip(traced) {
                 let at = y as usize * width as usize + x as usize;
                 (pixels[at], coverage[at]) = (radiance, covered as f32);
@@ -186,6 +186,52 @@ impl<'a> Tracer<'a> {
         self.trace(&|_| ()).picture
     }
 
+    /// Tiles of 8 x 8 pixels that the picture is traced by, row by row.
+    pub fn tiles(&self) -> u32 {
+        self.view.width.div_ceil(TILE) * self.view.height.div_ceil(TILE)
+    }
+
+    /// Whether a drop may be seen in a tile.
+    pub fn shows_drops(&self, tile: u32) -> bool {
+        let mut found = Vec::new();
+        let (left, upper) = self.corner_of(tile);
+        self.tree.within(&self.pyramid_of(left, upper), f64::INFINITY, &mut found);
+        !found.is_empty()
+    }
+
+    /// A tile's pixels, each with its number row by row in the picture: as [`Tracer::trace`] has them, but
+    /// for the last digits, for a part of a picture.
+    pub fn trace_tile(&self, tile: u32) -> Vec<(u32, DVec3)> {
+        let strata = Strata::new(self.truth.samples, self.truth.seed);
+        let (left, upper) = self.corner_of(tile);
+        let traced = self.tile(left, upper, &strata, &mut Vec::new());
+        let numbers = self.pixels_of(left, upper).map(|(x, y)| y * self.view.width + x);
+        let mut pixels: Vec<(u32, DVec3)> =
+            numbers.zip(traced).map(|(number, (radiance, _))| (number, radiance)).collect();
+        let pyramid = self.pyramid_of(left, upper);
+        for (number, light) in
+            self.glints.iter().flat_map(|glints| glints.within(self, &pyramid)).flatten()
+        {
+            if let Some((_, radiance)) = pixels.iter_mut().find(|(pixel, _)| *pixel == number) {
+                *radiance += light;
+            }
+        }
+        pixels
+    }
+
+    /// Column and row of a tile's first pixel.
+    fn corner_of(&self, tile: u32) -> (u32, u32) {
+        let columns = self.view.width.div_ceil(TILE);
+        (tile % columns * TILE, tile / columns * TILE)
+    }
+
+    /// The rays through a tile.
+    fn pyramid_of(&self, left: u32, upper: u32) -> Pyramid {
+        let (right, lower) = (left + TILE, upper + TILE);
+        let corners = [(left, upper), (right, upper), (right, lower), (left, lower)];
+        Pyramid::between(corners.map(|(x, y)| self.view.ray(f64::from(x), f64::from(y))))
+    }
+
     /// The pixels of a tile, row by row; a tile at the right or lower edge may be narrower.
     fn pixels_of(&self, left: u32, upper: u32) -> impl Iterator<Item = (u32, u32)> + use<> {
         let right = (left + TILE).min(self.view.width);
@@ -201,15 +247,7 @@ impl<'a> Tracer<'a> {
         strata: &Strata,
         candidates: &mut Vec<Hit>,
     ) -> Vec<(DVec3, f64)> {
-        let corner = |x: u32, y: u32| self.view.ray(f64::from(x), f64::from(y));
-        let (right, lower) = (left + TILE, upper + TILE);
-        let pyramid = Pyramid::between([
-            corner(left, upper),
-            corner(right, upper),
-            corner(right, lower),
-            corner(left, lower),
-        ]);
-        self.tree.within(&pyramid, f64::INFINITY, candidates);
+        self.tree.within(&self.pyramid_of(left, upper), f64::INFINITY, candidates);
         let seen = self.glints.as_ref().map_or(self.environment, Glints::rest);
         self.pixels_of(left, upper)
             .map(|(x, y)| {

@@ -130,10 +130,13 @@ fn unit_radius() -> f64 {
 #[allow(missing_docs, reason = "each field is the axis of the same name in `model`")]
 pub struct ModelChoice {
     pub preset: Preset,
-    /// The largest RMS error that preset `auto` may make, tone mapped, over 0 to 1. Without it, what
-    /// the paper's time allows.
+    /// The largest RMS error that preset `auto` may make, tone mapped, over 0 to 1. Without it, the truest
+    /// that `budget_ms` or a frame of 1/60 s affords.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<f64>,
+    /// Milliseconds that preset `auto` may take for a frame on the device at hand.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub budget_ms: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub optics: Option<Optics>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -167,10 +170,11 @@ pub struct ModelChoice {
 }
 
 impl ModelChoice {
-    /// Takes another preset in place of its own. An accepted error is `auto`'s, and goes with it.
+    /// Takes another preset in place of its own. An accepted error and a budget are `auto`'s, and go with it.
     pub fn take_preset(&mut self, preset: Preset) {
         self.preset = preset;
         self.error = self.error.filter(|_| preset == Preset::Auto);
+        self.budget_ms = self.budget_ms.filter(|_| preset == Preset::Auto);
     }
 
     fn validate_far_rain(&self, rain: Option<&RealRain>) -> std::result::Result<(), String> {
@@ -278,6 +282,7 @@ impl Default for ModelChoice {
         Self {
             preset: Preset::Auto,
             error: None,
+            budget_ms: None,
             optics: None,
             primitive: None,
             order: None,
@@ -430,6 +435,13 @@ impl Scene {
         })?;
         check(accepted.is_none() || self.model.preset == Preset::Auto, &|| {
             format!("model: error is for preset auto, not for {}", self.model.preset)
+        })?;
+        let budget = self.model.budget_ms;
+        check(budget.is_none_or(positive), &|| {
+            format!("model: budget_ms = {} is not finite and over 0", budget.unwrap_or(0.0))
+        })?;
+        check(budget.is_none() || self.model.preset == Preset::Auto, &|| {
+            format!("model: budget_ms is for preset auto, not for {}", self.model.preset)
         })?;
         let samples = self.model.samples.unwrap_or(1);
         check((1..=256).contains(&samples), &|| {

@@ -15,7 +15,8 @@ use super::flight::drag;
 use super::keys::action;
 use super::viewer::Viewer;
 use crate::gpu::disk_cache::{KeptDevice, user_folder};
-use crate::gpu::{DeviceReport, Instance};
+use crate::gpu::{DeviceReport, Instance, choose_among};
+use crate::measure::costs::ranked;
 use crate::{Error, Result};
 
 /// A device that is lost so soon after another is not replaced: the scene itself may be what it fails on.
@@ -38,7 +39,9 @@ pub fn run(options: Options) -> Result<()> {
     };
     let events = EventLoop::new().map_err(problem)?;
     let instance = Instance::for_windows(options.validation, &events.owned_display_handle())?;
-    let report = instance.choose(options.device.as_deref())?;
+    let ranked = ranked(&instance, user_folder().as_deref(), say)?;
+    let reports: Vec<DeviceReport> = ranked.into_iter().map(|device| device.report).collect();
+    let report = choose_among(&reports, options.device.as_deref())?;
     eprintln!("device: {}", report.summary());
     let device = open(&instance, report)?;
     let mut app = App {
@@ -60,7 +63,11 @@ pub fn run(options: Options) -> Result<()> {
 }
 
 fn open(instance: &Arc<Instance>, report: DeviceReport) -> Result<KeptDevice> {
-    KeptDevice::open(instance, report, user_folder(), |line| eprintln!("{line}"))
+    KeptDevice::open(instance, report, user_folder(), say)
+}
+
+fn say(line: &str) {
+    eprintln!("{line}");
 }
 
 /// What the event loop calls.

@@ -15,8 +15,10 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use crate::environment::Environment;
+use crate::gpu::disk_cache::user_folder;
 use crate::gpu::{Device, Image};
-use crate::plan::{FramePlan, Output, plan};
+use crate::measure::costs::kept;
+use crate::plan::{FramePlan, Output, choose, plan_by};
 use crate::renderer::{FrameReport, Renderer};
 use crate::scene::{EnvironmentChoice, Scene};
 use crate::{Error, Result};
@@ -198,7 +200,10 @@ fn prepare(
 /// A renderer that has drawn `scene`.
 pub fn draw_first(device: &Arc<Device>, environment: &Environment, scene: &Scene) -> Result<Pane> {
     scene.validate("the window")?;
-    let plan = plan(scene, environment, Output::Display)?;
+    // What is expected, by the times that are kept of the device: nothing is measured beside the window.
+    let costs = kept(&device.report, user_folder().as_deref(), |_| ());
+    let choice = choose(scene, environment, &costs.unwrap_or_default());
+    let plan = plan_by(scene, choice.as_ref(), Output::Display)?;
     let renderer = Renderer::new(device, scene, environment, &plan)?;
     let mut pane = Pane { plan, report: FrameReport::default(), renderer };
     let _long_job = device.long_job();

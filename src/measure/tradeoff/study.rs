@@ -9,13 +9,15 @@ use crate::Result;
 use crate::gpu::Device;
 use crate::measure::bench::{self, Variant, measure};
 use crate::measure::statistics::median;
+use crate::measure::{costs, resolve};
 use crate::picture::metrics::{Comparison, compare};
 use crate::picture::tone_map::{Exposure, display, exposure_of};
 use crate::picture::{Picture, srgb_of_linear};
-use crate::plan::{Output, plan};
+use crate::plan::{Choice, Output, plan_by};
 use crate::reference::{Traced, Tracer, Truth};
 use crate::renderer::Renderer;
 use crate::scene::Scene;
+use crate::scene::model::Preset;
 
 /// Models that are timed in turn with each other, the bases among them.
 const GROUP: usize = 6;
@@ -60,11 +62,22 @@ pub fn study(
         truths.push(Known { traced, exposure });
     }
 
-    let mut variants = Vec::new();
+    let (mut variants, mut choices, mut costs) = (Vec::new(), Vec::new(), None);
     for model in models {
         let mut first = scene.frames[0].clone();
         first.model = model.choice;
-        let plan = plan(&first, &scene.environment, Output::Display)?;
+        let choice = match first.model.preset {
+            Preset::Auto => {
+                let known = match costs.take() {
+                    Some(known) => known,
+                    None => costs::measure(device)?,
+                };
+                resolve(device, &first, &scene.environment, costs.insert(known))?
+            }
+            _ => None,
+        };
+        let plan = plan_by(&first, choice.as_ref(), Output::Display)?;
+        choices.push(choice);
         variants.push(Variant { scene: first, plan });
     }
     let Some((bases, others)) = variants.split_at_checked(BASES) else { return Ok(Vec::new()) };
@@ -88,8 +101,9 @@ pub fn study(
         }
     }
     for (number, (row, variant)) in rows.iter_mut().zip(&variants).enumerate() {
+        let choice = choices[number].as_ref();
         say(&row.model, (2.0 + number as f64 / variants.len() as f64) / 3.0);
-        row.errors = errors(device, scene, variant, &truths)?;
+        row.errors = errors(device, scene, variant, choice, &truths)?;
     }
     super::report::mark_front(&mut rows);
     Ok(rows)
@@ -100,9 +114,10 @@ fn errors(
     device: &Arc<Device>,
     scene: &StudyScene,
     variant: &Variant,
+    choice: Option<&Choice>,
     truths: &[Known],
 ) -> Result<Errors> {
-    let plan = plan(&variant.scene, &scene.environment, Output::Radiance)?;
+    let plan = plan_by(&variant.scene, choice, Output::Radiance)?;
     let mut renderer = Renderer::new(device, &variant.scene, &scene.environment, &plan)?;
     let mut comparisons = Vec::new();
     let mut pictures = Vec::new();
