@@ -112,6 +112,35 @@ fn the_glints_table_is_what_is_measured() {
     });
 }
 
+/// Cells of the row of docs/method.md that begins with `name`, in the table whose header begins with `header`.
+fn published(header: &str, name: &str) -> Vec<f64> {
+    let text = include_str!("../docs/method.md");
+    let table = &text[text.find(header).expect("a table")..];
+    let row = table.lines().find(|line| line.starts_with(&format!("| {name} |"))).expect("a row");
+    let cells = row.trim_matches('|').split('|').skip(1);
+    cells
+        .map(|cell| cell.split('/').next().expect("a cell").trim().parse().expect("a figure"))
+        .collect()
+}
+
+/// Every single entry: the glints' are those of the documents, and the others are the documents' grey levels
+/// over one contrast, which both tables' medians over the photographs share within 16 %.
+#[test]
+fn each_entry_is_what_was_published() {
+    const GREY_LEVELS: f64 = 60.0;
+    for ((name, errors), (_, glints)) in ERRORS.iter().zip(&GLINTS) {
+        let grey = published("| radius in pixels | 0.5 |", name);
+        assert_eq!(grey.len(), errors.len(), "{name}");
+        for ((error, grey), radius) in errors.iter().zip(grey).zip(RADII_PX) {
+            let off = GREY_LEVELS * error / grey;
+            // The documents' figures have one decimal.
+            let digits = 0.05 / grey;
+            assert!((off - 1.0).abs() < 0.16 + digits, "{name}, {radius} px: {off} times");
+        }
+        assert_eq!(published("| radius in pixels | 0.125 |", name), glints, "{name}");
+    }
+}
+
 /// `scene` by preset `auto`.
 fn asked(scene: &Scene, error: Option<f64>) -> Scene {
     let mut scene = scene.clone();

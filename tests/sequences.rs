@@ -73,6 +73,35 @@ fn a_film_is_rendered_and_resumed() {
     assert!(said.contains("rain.frames.toml") && said.contains("count = 500"), "{said}");
 }
 
+/// What `auto` took for a sequence stands beside it, and a frame that is missing is made by that, whatever
+/// would be taken now.
+#[test]
+fn a_sequence_keeps_its_models() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (scene, output) = (folder.path().join("scene.toml"), folder.path().join("rain.png"));
+    fs_write(&scene, &SCENE.replace("'fast'", "'auto'"));
+    let done = run(&mut render(&scene, &output, &[]));
+    assert!(done.status.success() && said(&done).contains("auto: "), "{}", said(&done));
+    let first = std::fs::read(frame(folder.path(), 1)).expect("a frame");
+    let manifest = folder.path().join("rain.frames.toml");
+    let text = std::fs::read_to_string(&manifest).expect("a manifest");
+    assert!(text.contains("[auto]") && text.contains("reflection = \"on\""), "{text}");
+
+    let again = |text: &str| {
+        fs_write(&manifest, text);
+        std::fs::remove_file(frame(folder.path(), 1)).expect("removed");
+        let done = run(&mut render(&scene, &output, &["--resume"]));
+        assert!(done.status.success() && !said(&done).contains("auto: "), "{}", said(&done));
+        std::fs::read(frame(folder.path(), 1)).expect("a frame")
+    };
+    assert!(again(&text) == first);
+    assert!(again(&text.replace("reflection = \"on\"", "reflection = \"off\"")) != first);
+}
+
+fn fs_write(path: &Path, text: &str) {
+    std::fs::write(path, text).expect("written");
+}
+
 /// Frames of a sequence that does not get to its end.
 #[cfg(unix)]
 const FRAMES: u32 = 150;

@@ -11,7 +11,7 @@ use crate::environment::Environment;
 use crate::gpu::Device;
 use crate::picture::tone_map::{Exposure, apply, exposure_of};
 use crate::picture::{Picture, srgb_of_linear};
-use crate::plan::{Choice, Costs, Output, Prospect, choose, keep, plan_by, prospects};
+use crate::plan::{Choice, Costs, Output, Prospect, choose, keep, pick, plan_by, prospects};
 use crate::rain::pcg4d;
 use crate::reference::{Tracer, Truth};
 use crate::renderer::Renderer;
@@ -21,7 +21,7 @@ use crate::scene::model::{Preset, Primitive};
 /// Tiles of 8 x 8 pixels that are asked whether they show drops, at most.
 const ASKED: u32 = 4096;
 /// Tiles with drops that are traced, at most, and tiles without.
-const WITH_DROPS: usize = 384;
+const WITH_DROPS: usize = 512;
 const WITHOUT: usize = 64;
 /// Samples a pixel of each of the two halves of the reference.
 const SAMPLES: u32 = 32;
@@ -59,7 +59,7 @@ pub fn resolve(
             .zip(&measured)
             .map(|(prospect, known)| prospect.with_error(known.unwrap_or(scale * prospect.error)))
             .collect();
-        let Some(next) = position(accepted, &known) else { break };
+        let Some(next) = pick(accepted, &known) else { break };
         if measured[next].is_some() {
             break;
         }
@@ -76,12 +76,6 @@ pub fn resolve(
     let chosen = keep(accepted, model.budget_ms, &known, "measured");
     let reason = format!("{} (times of {})", chosen.reason, costs.of);
     Ok(Some(Choice { reason, ..chosen }))
-}
-
-/// The quickest that keeps the error, or the truest; prospects come quickest first.
-fn position(accepted: f64, known: &[Prospect]) -> Option<usize> {
-    let truest = || (0..known.len()).min_by(|a, b| known[*a].error.total_cmp(&known[*b].error));
-    known.iter().position(|prospect| prospect.error <= accepted).or_else(truest)
 }
 
 fn picture(
@@ -116,11 +110,9 @@ type Traced = Vec<(u32, [DVec3; 2])>;
 
 impl<'a> Pilot<'a> {
     fn new(scene: &'a Scene, environment: &Environment) -> Self {
-        let tracer = |seed| {
-            let truth = Truth { samples: SAMPLES, seed, ..Truth::default() };
-            Tracer::new(scene, environment, truth)
-        };
-        let halves = [tracer(1), tracer(2)];
+        let truth = Truth { samples: SAMPLES, ..Truth::default() };
+        let first = Tracer::new(scene, environment, truth);
+        let halves = [first.with_seed(1), first];
         let count = halves[0].tiles();
         // One tile of each run of as many, so that they are spread over the picture.
         let asked = count.min(ASKED);

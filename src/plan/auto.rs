@@ -22,6 +22,9 @@ use crate::scene::{ModelChoice, Scene};
 /// Milliseconds of a frame where the scene names neither an error nor a budget.
 const FRAME_MS: f64 = 1000.0 / 60.0;
 
+/// A model that takes no more than this share of another's time takes as long as that.
+const HARDLY: f64 = 1.03;
+
 /// What was chosen, and why. Kept beside a sequence, so that all its frames have the same models.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Choice {
@@ -104,14 +107,23 @@ pub fn prospects(scene: &Scene, environment: &Environment, costs: &Costs) -> Vec
     all
 }
 
-/// The quickest whose error is within `accepted`, the truest where there is none. `how` says where the
-/// errors come from.
+/// The one of `prospects`, quickest first, that keeps an error: the quickest, or what is truer and takes hardly
+/// longer. Where none does, the truest. `None` of none.
+pub fn pick(accepted: f64, prospects: &[Prospect]) -> Option<usize> {
+    let truest = |most_ms: f64| {
+        let affordable = (0..prospects.len()).filter(|n| prospects[*n].ms <= most_ms);
+        affordable.min_by(|a, b| prospects[*a].error.total_cmp(&prospects[*b].error))
+    };
+    let quickest = prospects.iter().find(|prospect| prospect.error <= accepted);
+    truest(quickest.map_or(f64::INFINITY, |quickest| HARDLY * quickest.ms))
+}
+
+/// What [`pick`] takes of `prospects`, quickest first. `how` says where their errors come from.
 pub fn keep(accepted: f64, budget_ms: Option<f64>, prospects: &[Prospect], how: &str) -> Choice {
-    let truest = || prospects.iter().min_by(|a, b| a.error.total_cmp(&b.error));
-    let within = prospects.iter().find(|prospect| prospect.error <= accepted);
-    let Some(chosen) = within.or_else(truest) else { return billboards("no candidates") };
+    let Some(number) = pick(accepted, prospects) else { return billboards("no candidates") };
+    let chosen = &prospects[number];
     let (error, ms) = (chosen.error, chosen.ms);
-    let (what, doubt) = if within.is_none() {
+    let (what, doubt) = if error > accepted {
         let doubt = format!(
             "error {accepted} is out of reach of every model that goes with this scene: \
                              the truest is at {error:.4}"

@@ -33,7 +33,7 @@ impl Default for Costs {
             visible: 190.0,
             covered: 8.0,
             large: 400.0,
-            fetch: 3.5,
+            fetch: 8.0,
         }
     }
 }

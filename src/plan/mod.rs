@@ -6,7 +6,7 @@ mod costs;
 mod demand;
 mod errors;
 
-pub use auto::{Choice, Prospect, choose, keep, prospects};
+pub use auto::{Choice, Prospect, choose, keep, pick, prospects};
 pub use costs::Costs;
 pub use demand::{Demand, SizeClass, contrast};
 pub use errors::{ERRORS, GLINT_RADII_PX, GLINTS, RADII_PX};

@@ -186,6 +186,11 @@ impl<'a> Tracer<'a> {
         self.trace(&|_| ()).picture
     }
 
+    /// The same with other places for its samples.
+    pub fn with_seed(&self, seed: u64) -> Self {
+        Self { truth: Truth { seed, ..self.truth }, ..self.clone() }
+    }
+
     /// Tiles of 8 x 8 pixels that the picture is traced by, row by row.
     pub fn tiles(&self) -> u32 {
         self.view.width.div_ceil(TILE) * self.view.height.div_ceil(TILE)
