@@ -27,13 +27,15 @@ fn run(command: &mut Command) -> Output {
     command.output().expect("the command starts")
 }
 
-/// The one line of an error: not the lines that say which device was taken and what was mended.
+/// The one line of an error: not the lines that say which device and models were taken and what was mended.
 #[track_caller]
 fn error_line(output: &Output) -> String {
     let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
     let lines: Vec<_> = stderr
         .lines()
-        .filter(|line| !line.starts_with("device: ") && !line.starts_with("environment "))
+        .filter(|line| {
+            !["device: ", "auto: ", "environment "].iter().any(|said| line.starts_with(said))
+        })
         .collect();
     let [line] = lines.as_slice() else { panic!("not one line: {stderr}") };
     assert_eq!(output.status.code(), Some(2), "{stderr}");

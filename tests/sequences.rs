@@ -9,6 +9,7 @@ use std::time::{Duration, Instant, SystemTime};
 const SCENE: &str = "
 [rain]
 count = 500
+half_extent = [60, 60, 60]
 [image]
 width = 32
 height = 24
