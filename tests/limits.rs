@@ -76,3 +76,29 @@ fn a_larger_image_than_the_device_takes() {
     let adjust = |report: &mut DeviceReport| report.limits.max_image_dimension2_d = 1000;
     refused(adjust, &scene(Preset::Paper, 0, 1001), &["1001", "1000 at most"]);
 }
+
+/// An environment that is uploaded in several strips is whole: every row where it belongs.
+#[test]
+fn a_large_environment_is_uploaded_whole() {
+    let (width, height) = (4096, 2048);
+    let row = |y: u32| Vec3::new(1.0, (y + 1) as f32, 1.0) / height as f32;
+    let texels = (0..height).flat_map(|y| std::iter::repeat_n(row(y), width as usize)).collect();
+    let ramp = Environment::from_texels("ramp", width, height, texels).expect("an environment");
+    let mut scene = Scene { rain: None, ..Scene::default() };
+    scene.image = ImageSize { width: 64, height: 512 };
+    scene.camera.vertical_fov = 170.0;
+    common::on_device(|device| {
+        let plan = plan(&scene, &ramp, Output::Radiance).expect("a plan");
+        let mut renderer = Renderer::new(device, &scene, &ramp, &plan).expect("a renderer");
+        renderer.submit(&scene).expect("a frame");
+        let picture = renderer.read_radiance().expect("radiance");
+        let view = scene.camera.view(scene.image.width, scene.image.height);
+        for (y, pixels) in picture.pixels.chunks_exact(64).enumerate() {
+            let seen = pixels[32].y;
+            let there = ramp.radiance(view.ray(32.5, y as f64 + 0.5)).y as f32;
+            // Two texels, and float16.
+            let bound = 2.0 / height as f32 + there / 1024.0;
+            assert!((seen - there).abs() < bound, "row {y}: {seen}, not {there}");
+        }
+    });
+}

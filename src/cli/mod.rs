@@ -23,6 +23,8 @@ mod view;
 use std::io::{ErrorKind, Write as _};
 use std::path::Path;
 use std::process::ExitCode;
+use std::sync::mpsc::RecvTimeoutError;
+use std::time::{Duration, Instant};
 
 use clap::{CommandFactory as _, Parser, Subcommand};
 use indicatif::{ProgressBar, ProgressState, ProgressStyle};
@@ -130,18 +132,25 @@ fn refuse(error: &clap::Error) -> ExitCode {
 
 /// Opens the scene's environment and says on stderr what had to be mended in it.
 fn open_environment(scene: &Scene) -> Result<Environment> {
-    let environment = Environment::open(&scene.environment)?;
+    let file = scene.environment.file.as_deref().unwrap_or(Path::new("the sky"));
+    let environment =
+        waiting(&format!("reading {}", file.display()), || Environment::open(&scene.environment))?;
     if !environment.mended().is_nothing() {
         eprintln!("environment {}: {}", environment.name(), environment.mended());
     }
     Ok(environment)
 }
 
+/// `1 drop`, `2 drops`.
+fn drops(count: u64) -> String {
+    format!("{count} drop{}", if count == 1 { "" } else { "s" })
+}
+
 /// Says on stderr which drops were left out of a frame, and why.
 fn say_undrawn(counts: &Counts) {
     let say = |count: u64, what: &str, why: &str| {
         if count > 0 {
-            eprintln!("warning: {count} drops {what}: {why}");
+            eprintln!("warning: {} {what}: {why}", drops(count));
         }
     };
     say(
@@ -169,6 +178,24 @@ fn progress(length: u64, unit: &str) -> ProgressBar {
         }
     });
     ProgressBar::new(length).with_style(style)
+}
+
+/// Does some work; if it takes long, says on stderr what it is, then how long it has been at it.
+fn waiting<T>(what: &str, work: impl FnOnce() -> T) -> T {
+    let (done, is_done) = std::sync::mpsc::channel::<()>();
+    std::thread::scope(|scope| {
+        scope.spawn(move || {
+            let since = Instant::now();
+            let mut patience = Duration::from_secs(1);
+            while is_done.recv_timeout(patience) == Err(RecvTimeoutError::Timeout) {
+                eprintln!("{what}: {:.0} s", since.elapsed().as_secs_f64());
+                patience = Duration::from_secs(10);
+            }
+        });
+        let outcome = work();
+        drop(done);
+        outcome
+    })
 }
 
 /// Says on stderr that a plan may not keep the error that was accepted.

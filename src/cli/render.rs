@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::options::{DeviceArgs, ModelArgs, SceneArgs, resolve};
 use super::sequence::{Sequence, heed_interrupts, is_interrupted};
-use super::{Answer, Format, progress, say_doubt};
+use super::{Answer, Format, drops, progress, say_doubt, waiting};
 use crate::picture::write_png;
 use crate::plan::{Output, plan_by};
 use crate::renderer::{FrameReport, Renderer};
@@ -75,7 +75,8 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<Answer> {
              with --simulation integer"
         );
     }
-    let mut renderer = Renderer::new(&device, &scene, &environment, &plan)?;
+    let mut renderer =
+        waiting("preparing the renderer", || Renderer::new(&device, &scene, &environment, &plan))?;
     if let Some(sequence) = &sequence {
         sequence.begin(&scene, &environment, choice.as_ref())?;
     }
@@ -103,7 +104,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<Answer> {
         bar.inc(1);
     }
     bar.finish_and_clear();
-    eprintln!("{} drops, {} in view", scene.drop_count(), report.counts.visible);
+    eprintln!("{}, {} in view", drops(scene.drop_count().into()), report.counts.visible);
     super::say_undrawn(&report.counts);
     device.instance().expect_silence()?;
     Ok(Answer::Yes)

@@ -25,62 +25,86 @@ pub struct Level {
 
 /// Every level, from the image itself to a single row.
 pub fn levels(environment: &Environment) -> Vec<Level> {
-    let mut chain = vec![Level {
-        width: environment.width(),
-        height: environment.height(),
-        texels: environment.texels().to_vec(),
-    }];
-    for level in 1..=environment.height().ilog2() {
-        let width = (environment.width() >> level).max(1);
-        let height = (environment.height() >> level).max(1);
-        let next = coarser(&chain[chain.len() - 1], width, height);
-        chain.push(next);
-    }
+    let mut chain = Vec::new();
+    for_each_level(environment, |width, height, texels| {
+        chain.push(Level { width, height, texels: texels.to_vec() });
+        Ok::<_, std::convert::Infallible>(())
+    })
+    .unwrap_or_else(|never| match never {});
     chain
 }
 
-fn coarser(fine: &Level, width: u32, height: u32) -> Level {
-    let rows_a_row = f64::from(fine.height) / f64::from(height);
-    let columns_a_column = f64::from(fine.width) / f64::from(width);
-    let texels = (0..height)
-        .into_par_iter()
-        .flat_map_iter(|y| {
-            let sine = (PI * (f64::from(y) + 0.5) / f64::from(height)).sin();
-            // Columns to average: the level's own, widened by 1/sin θ, all around at most.
-            let reach = (columns_a_column / sine).min(f64::from(fine.width));
-            let rows = overlaps(f64::from(y) * rows_a_row, rows_a_row);
-            let columns_mean = column_means(fine, &rows);
-            (0..width).map(move |x| {
-                let center = (f64::from(x) + 0.5) * columns_a_column;
-                let mut sum = DVec3::ZERO;
-                for (column, share) in overlaps(center - 0.5 * reach, reach) {
-                    sum += share * columns_mean[column.rem_euclid(fine.width as i64) as usize];
-                }
-                (sum / reach).as_vec3()
-            })
-        })
-        .collect();
-    Level { width, height, texels }
+/// Gives width, height and texels of every level to `visit`, from the image itself to a single row.
+/// Two levels at most are in memory beside the image, so that this takes under 4 bytes a texel.
+///
+/// # Errors
+/// The first of `visit`.
+pub fn for_each_level<E>(
+    environment: &Environment,
+    mut visit: impl FnMut(u32, u32, &[Vec3]) -> Result<(), E>,
+) -> Result<(), E> {
+    let (mut width, mut height) = (environment.width(), environment.height());
+    visit(width, height, environment.texels())?;
+    let mut finer: Option<Vec<Vec3>> = None;
+    for level in 1..=environment.height().ilog2() {
+        let to = (environment.width() >> level, environment.height() >> level);
+        let to = (to.0.max(1), to.1.max(1));
+        let fine = finer.as_deref().unwrap_or(environment.texels());
+        let texels = coarser(fine, (width, height), to);
+        (width, height) = to;
+        visit(width, height, &texels)?;
+        finer = Some(texels);
+    }
+    Ok(())
+}
+
+/// The level of the size `to` from the next finer one.
+fn coarser(fine: &[Vec3], of: (u32, u32), to: (u32, u32)) -> Vec<Vec3> {
+    let rows_a_row = f64::from(of.1) / f64::from(to.1);
+    let columns_a_column = f64::from(of.0) / f64::from(to.0);
+    let mut texels = vec![Vec3::ZERO; to.0 as usize * to.1 as usize];
+    texels.par_chunks_exact_mut(to.0 as usize).enumerate().for_each(|(y, row)| {
+        let sine = (PI * (y as f64 + 0.5) / f64::from(to.1)).sin();
+        // Columns to average: the level's own, widened by 1/sin θ, all around at most.
+        let reach = (columns_a_column / sine).min(f64::from(of.0));
+        let rows = overlaps(y as f64 * rows_a_row, rows_a_row);
+        // Around the seam, as far as a texel beside it reaches.
+        let margin = (0.5 * reach).ceil() as usize + 1;
+        let means = column_means(fine, of, rows);
+        let around = [&means[means.len() - margin..], &means[..], &means[..margin]].concat();
+        for (x, texel) in row.iter_mut().enumerate() {
+            let center = (x as f64 + 0.5) * columns_a_column;
+            let mut sum = DVec3::ZERO;
+            for (column, share) in overlaps(center - 0.5 * reach, reach) {
+                sum += share * around[(column + margin as i64) as usize];
+            }
+            *texel = (sum / reach).as_vec3();
+        }
+    });
+    texels
 }
 
 /// The cells that the interval [start, start + length] overlaps, each with the length in it.
-fn overlaps(start: f64, length: f64) -> Vec<(i64, f64)> {
+fn overlaps(start: f64, length: f64) -> impl Iterator<Item = (i64, f64)> {
     let end = start + length;
     (start.floor() as i64..end.ceil() as i64)
-        .map(|cell| (cell, end.min(cell as f64 + 1.0) - start.max(cell as f64)))
+        .map(move |cell| (cell, end.min(cell as f64 + 1.0) - start.max(cell as f64)))
         .filter(|(_, share)| *share > 1e-9)
-        .collect()
 }
 
 /// Mean of each column over some rows, weighted by solid angle.
-fn column_means(fine: &Level, rows: &[(i64, f64)]) -> Vec<DVec3> {
-    let mut means = vec![DVec3::ZERO; fine.width as usize];
+fn column_means(
+    fine: &[Vec3],
+    (width, height): (u32, u32),
+    rows: impl Iterator<Item = (i64, f64)>,
+) -> Vec<DVec3> {
+    let mut means = vec![DVec3::ZERO; width as usize];
     let mut total = 0.0;
     for (row, share) in rows {
-        let row = (*row).clamp(0, i64::from(fine.height) - 1) as usize;
-        let weight = share * (PI * (row as f64 + 0.5) / f64::from(fine.height)).sin();
+        let row = row.clamp(0, i64::from(height) - 1) as usize;
+        let weight = share * (PI * (row as f64 + 0.5) / f64::from(height)).sin();
         total += weight;
-        let texels = &fine.texels[row * fine.width as usize..][..fine.width as usize];
+        let texels = &fine[row * width as usize..][..width as usize];
         for (mean, texel) in means.iter_mut().zip(texels) {
             *mean += weight * texel.as_dvec3();
         }

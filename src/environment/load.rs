@@ -105,9 +105,8 @@ fn decode_radiance(reader: impl BufRead) -> Result<Image, String> {
     let decoder = HdrDecoder::new_nonstrict(reader).map_err(broken)?;
     let (width, height) = decoder.dimensions();
     check_size(u64::from(width), u64::from(height))?;
-    let mut components = vec![0_f32; 3 * width as usize * height as usize];
-    decoder.read_image(bytemuck::cast_slice_mut(&mut components)).map_err(broken)?;
-    let texels = components.chunks_exact(3).map(Vec3::from_slice).collect();
+    let mut texels = vec![Vec3::ZERO; width as usize * height as usize];
+    decoder.read_image(bytemuck::cast_slice_mut(&mut texels)).map_err(broken)?;
     Ok(Image { width, height, texels, missing: 0, low_dynamic_range: false })
 }
 

@@ -10,6 +10,7 @@ use glam::Vec3;
 
 use super::load::{broken, check_size};
 use super::{Image, MAX_HEIGHT, MAX_WIDTH};
+use crate::picture::{DEEP, is_deep};
 
 /// Most bytes of one block of lines, all channels: 64 channels of float32 in the widest image with
 /// the tallest block (256 lines). A header that claims more is refused before the decoder takes
@@ -26,6 +27,12 @@ enum Channels {
 
 /// Decodes an OpenEXR image.
 pub(super) fn decode(mut reader: impl BufRead + Seek) -> Result<Image, String> {
+    let mut start = [0; 8];
+    reader.read_exact(&mut start).map_err(broken)?;
+    reader.rewind().map_err(broken)?;
+    if is_deep(start) {
+        return Err(DEEP.into());
+    }
     let metadata = MetaData::read_from_buffered(&mut reader, false).map_err(broken)?;
     let (header, channels) = choose(&metadata.headers)?;
     let frame = Frame::new(header)?;

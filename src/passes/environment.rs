@@ -10,17 +10,22 @@
 use std::sync::Arc;
 
 use ash::vk;
+use glam::Vec3;
 use half::f16;
+use rayon::prelude::*;
 
 use crate::Result;
 use crate::environment::Environment;
-use crate::environment::levels::levels;
+use crate::environment::levels::for_each_level;
 use crate::gpu::{
     Buffer, Commands, Device, Image, ImageInfo, Memory, Sampler, Samples, Use, image_barrier,
 };
 
 /// Largest radiance that is stored: half of float16's largest, so that sums of a few fit.
 const MAX_STORED: f32 = 32_768.0;
+
+/// Bytes that are converted and copied at once, so that the upload's memory does not grow with the image.
+const STRIP_BYTES: usize = 32 << 20;
 
 /// The environment, ready to be sampled.
 pub struct EnvironmentMap {
@@ -43,7 +48,6 @@ impl EnvironmentMap {
     /// [`crate::Error::Limit`] if an edge is over the device's limit for images; [`crate::Error::Memory`]
     /// if the device has no room for it; [`crate::Error::Vulkan`] if the driver refuses.
     pub fn new(device: &Arc<Device>, environment: &Environment) -> Result<Self> {
-        let chain = levels(environment);
         let brightest =
             environment.texels().iter().fold(0.0f32, |most, t| most.max(t.max_element()));
         // A power of two, so that texels keep their digits: 1, but for suns beyond float16, and for
@@ -63,45 +67,17 @@ impl EnvironmentMap {
                 name: "environment",
                 width: environment.width(),
                 height: environment.height(),
-                levels: chain.len() as u32,
+                levels: environment.height().ilog2() + 1,
                 layers: 1,
                 format: vk::Format::R16G16B16A16_SFLOAT,
                 usage: vk::ImageUsageFlags::SAMPLED | vk::ImageUsageFlags::TRANSFER_DST,
                 samples: Samples::One,
             },
         )?;
-        let stored: Vec<[f16; 4]> = chain
-            .iter()
-            .flat_map(|level| &level.texels)
-            .map(|texel| (*texel / radiance_scale).extend(1.0).to_array().map(f16::from_f32))
-            .collect();
-        let bytes = size_of_val(stored.as_slice()) as u64;
-        let usage = vk::BufferUsageFlags::TRANSFER_SRC;
-        let mut staging = Buffer::new(device, "environment upload", bytes, usage, Memory::Upload)?;
-        staging.write(0, &stored);
-        let mut offset = 0;
-        let copies: Vec<_> = (0..image.levels)
-            .map(|level| {
-                let copy = image.level_copy(level, offset);
-                let (width, height) = image.level_size(level);
-                offset += 8 * u64::from(width) * u64::from(height);
-                copy
-            })
-            .collect();
-        Commands::once(device, "environment upload", |commands| {
-            image_barrier(device, commands, &image, Use::Nothing, Use::TransferWrite);
-            // SAFETY: the copies lie within the buffer and the image, which is in this layout.
-            unsafe {
-                device.raw().cmd_copy_buffer_to_image(
-                    commands,
-                    staging.raw(),
-                    image.raw(),
-                    vk::ImageLayout::TRANSFER_DST_OPTIMAL,
-                    &copies,
-                );
-            }
-            image_barrier(device, commands, &image, Use::TransferWrite, Use::ShaderRead);
-        })?;
+        let stored = |texel: &Vec3| -> [f16; 4] {
+            (*texel / radiance_scale).extend(1.0).to_array().map(f16::from_f32)
+        };
+        upload(device, environment, &image, stored)?;
         let sampler = Sampler::linear(
             device,
             "environment",
@@ -116,4 +92,52 @@ impl EnvironmentMap {
             mean_luminance: environment.mean_luminance(),
         })
     }
+}
+
+/// Fills every level of `image`, in strips of rows, and leaves it ready to be sampled.
+fn upload(
+    device: &Arc<Device>,
+    environment: &Environment,
+    image: &Image,
+    stored: impl Fn(&Vec3) -> [f16; 4] + Sync,
+) -> Result<()> {
+    const TEXEL_BYTES: usize = size_of::<[f16; 4]>();
+    let name = "environment upload";
+    let change = |before, after| {
+        Commands::once(device, name, |commands| {
+            image_barrier(device, commands, image, before, after);
+        })
+    };
+    let strip = |width: u32| (STRIP_BYTES / TEXEL_BYTES / width as usize).max(1) * width as usize;
+    let bytes = TEXEL_BYTES * environment.texels().len().min(strip(environment.width()));
+    let usage = vk::BufferUsageFlags::TRANSFER_SRC;
+    let mut staging = Buffer::new(device, name, bytes as u64, usage, Memory::Upload)?;
+    change(Use::Nothing, Use::TransferWrite)?;
+    let mut level = 0;
+    for_each_level(environment, |width, _, texels| {
+        for (number, texels) in texels.chunks(strip(width)).enumerate() {
+            staging.write(0, &texels.par_iter().map(&stored).collect::<Vec<_>>());
+            let rows = |count: usize| (count / width as usize) as u32;
+            let top = rows(number * strip(width)) as i32;
+            let copy = image
+                .level_copy(level, 0)
+                .image_offset(vk::Offset3D { x: 0, y: top, z: 0 })
+                .image_extent(vk::Extent3D { width, height: rows(texels.len()), depth: 1 });
+            Commands::once(device, name, |commands| {
+                // SAFETY: the copy lies within the buffer and the image, which is in this layout.
+                unsafe {
+                    device.raw().cmd_copy_buffer_to_image(
+                        commands,
+                        staging.raw(),
+                        image.raw(),
+                        vk::ImageLayout::TRANSFER_DST_OPTIMAL,
+                        &[copy],
+                    );
+                }
+            })?;
+        }
+        level += 1;
+        Ok::<_, crate::Error>(())
+    })?;
+    change(Use::TransferWrite, Use::ShaderRead)
 }

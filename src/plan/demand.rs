@@ -152,15 +152,23 @@ fn exit(ray: DVec3, half_extent: DVec3) -> f64 {
     (half_extent / ray.abs().max(DVec3::splat(1e-12))).min_element()
 }
 
+/// Texels across of which [`contrast`] takes all.
+const MOST_ACROSS: u32 = 4096;
+
 /// How much tone-mapped radiance varies over the sphere: standard deviation of the sRGB luminance.
 /// Errors of a drop, which shows the whole sphere, grow with it.
 pub fn contrast(environment: &Environment) -> f64 {
     contrast_at(environment, exposure_of(&ToneMap::default(), &of_environment(environment)))
 }
 
+/// Of a large image every so many texels: further pictures of it would take 12 bytes for each.
 fn of_environment(environment: &Environment) -> Picture {
-    let (width, height) = (environment.width(), environment.height());
-    Picture { width, height, pixels: environment.texels().to_vec() }
+    let step = environment.width().div_ceil(MOST_ACROSS);
+    let (width, height) = (environment.width() / step, environment.height() / step);
+    let texel =
+        |x: u32, y: u32| environment.texels()[(y * step * environment.width() + x * step) as usize];
+    let pixels = (0..height).flat_map(|y| (0..width).map(move |x| texel(x, y))).collect();
+    Picture { width, height, pixels }
 }
 
 /// The same for a picture's exposure.
