@@ -193,10 +193,12 @@ fn bad_environments() {
 #[test]
 fn bad_scenes() {
     let folder = folder();
-    let cases: [(&str, &[&str]); 21] = [
+    let cases: [(&str, &[&str]); 25] = [
         // Unknown names: file, line, the name and the nearest known one.
         ("seed = 1\n[rain]\ncuont = 4", &["scene.toml:3", "`cuont`", "did you mean `count`"]),
         ("[camra]\n", &["scene.toml:1", "`camra`", "did you mean `camera`"]),
+        // None is near.
+        ("[rain]\nwibble = 4", &["scene.toml:2", "`wibble`, expected one of `count`"]),
         (
             "\n\n[[drop]]\ncentre = [0, 0, -3]",
             &["scene.toml:4", "`centre`", "did you mean `center`"],
@@ -204,7 +206,10 @@ fn bad_scenes() {
         ("[model]\noptics = 'masks'", &["scene.toml:2", "`masks`", "did you mean `mask`"]),
         // Not TOML, not the type.
         ("seed = ", &["scene.toml:1"]),
-        ("seed = 'one'", &["scene.toml:1", "invalid type"]),
+        ("seed = 'one'", &["scene.toml:1", "seed: invalid type"]),
+        ("[rain]\nradius = [1, 2]", &["scene.toml:2", "radius: invalid type"]),
+        ("[[drop]]\nradius = 1\ncenter = [0, 'x', 1]", &["scene.toml:3", "center: invalid type"]),
+        ("[film]\npace = [{ at = 1.0, rate = 'x' }]", &["scene.toml:2", "rate: invalid type"]),
         ("[[drop]]\nradius = 1", &["scene.toml:1", "center"]),
         // Values out of range.
         ("time = nan", &["time = NaN"]),
@@ -229,6 +234,7 @@ fn bad_scenes() {
             for word in ["scene.toml"].iter().chain(words) {
                 assert!(line.contains(word), "{text:?}: '{line}' does not say '{word}'");
             }
+            assert!(!line.contains("wibble") || !line.contains("did you mean"), "{line}");
         }
     }
     let line = error_line(&run(&mut raindrops(folder.path(), &["plan", "nowhere.toml"])));

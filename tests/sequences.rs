@@ -262,3 +262,28 @@ fn mistakes_in_a_film_are_told() {
     assert_eq!(refused.status.code(), Some(2));
     assert!(said(&refused).contains("stored positions"), "{}", said(&refused));
 }
+
+/// A frame that was cut off from outside, as by a full disk under a copy, is drawn again, and said.
+#[test]
+fn a_frame_that_is_cut_off_is_drawn_again() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let scene = folder.path().join("scene.toml");
+    std::fs::write(&scene, SCENE).expect("a scene");
+    for extension in ["png", "exr"] {
+        let output = folder.path().join(format!("rain.{extension}"));
+        let done = run(&mut render(&scene, &output, &["--frames", "3"]));
+        assert!(done.status.success(), "{}", said(&done));
+        let frame = |number| folder.path().join(format!("rain-{number:04}.{extension}"));
+        let whole = std::fs::read(frame(1)).expect("a frame");
+        let untouched = changed(&frame(2));
+        for left in [whole.len() - 1, whole.len() / 2, 3, 0] {
+            std::fs::write(frame(1), &whole[..left]).expect("it is cut");
+            let resumed = run(&mut render(&scene, &output, &["--frames", "3", "--resume"]));
+            assert!(resumed.status.success(), "{}", said(&resumed));
+            let name = format!("rain-0001.{extension} is cut off");
+            assert!(said(&resumed).contains(&name), "{left} bytes: {}", said(&resumed));
+            assert!(std::fs::read(frame(1)).expect("a frame") == whole, "{left} bytes stay");
+            assert_eq!(changed(&frame(2)), untouched, "a whole frame is drawn again");
+        }
+    }
+}

@@ -1,7 +1,7 @@
 //! The files of a numbered sequence: their names, what they are frames of, and which are there.
 //!
 //! Frames appear whole or not at all, so a sequence that was interrupted, in whatever way, goes on
-//! with the frames that are missing. A manifest beside them says what they are frames of; frames of
+//! with the frames that are missing, or that something else has cut off. A manifest beside them says what they are frames of; frames of
 //! another scene are not taken for this one's.
 
 use std::path::{Path, PathBuf};
@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::environment::Environment;
 use crate::files::{between_files, write_whole};
+use crate::picture::Picture;
 use crate::plan::Choice;
 use crate::scene::Scene;
 use crate::{Error, Result};
@@ -127,9 +128,14 @@ impl Sequence {
         self.output.with_file_name(format!("{}-{number:04}.{extension}", self.stem()))
     }
 
-    /// Whether a frame is there already and stays.
+    /// Whether a frame is there already, whole, and stays. One that something else has cut off is told.
     pub fn has(&self, number: u32) -> bool {
-        self.resume && self.path(number).exists()
+        let path = self.path(number);
+        let is_whole = self.resume && Picture::is_whole(&path);
+        if self.resume && !is_whole && path.exists() {
+            eprintln!("{} is cut off or broken, and is drawn again", path.display());
+        }
+        is_whole
     }
 
     fn manifest_path(&self) -> PathBuf {

@@ -6,8 +6,8 @@ pub mod metrics;
 pub mod tone_map;
 
 use std::fs::File;
-use std::io::{Cursor, Read};
-use std::panic::catch_unwind;
+use std::io::{BufReader, Cursor, Read, Seek as _, SeekFrom};
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
 use exr::prelude::{WritableImage, f16};
@@ -16,6 +16,18 @@ use glam::Vec3;
 use crate::files::write_whole;
 use crate::scene::MAX_IMAGE_EDGE;
 use crate::{Error, Result};
+
+/// What is wrong with an EXR for which [`is_deep`] holds.
+pub(crate) const DEEP: &str = "holds deep data (several samples a pixel), which is not read; flatten it to one sample a pixel";
+
+/// Whether the EXR that begins with these bytes, a magic number and the version with its flags, holds a deep
+/// layer. The decoder reads none of the others then either.
+pub(crate) fn is_deep([.., flags, _, _]: [u8; 8]) -> bool {
+    flags & 0x08 != 0
+}
+
+/// The last chunk of a PNG: without data, `IEND`, and the sum of that.
+const PNG_END: [u8; 12] = *b"\0\0\0\0IEND\xae\x42\x60\x82";
 
 /// A rectangle of linear radiance, row by row from the top.
 #[derive(Clone, Debug, PartialEq)]
@@ -69,6 +81,27 @@ impl Picture {
         let mut start = [0; 4];
         let read = File::open(path).and_then(|mut file| file.read(&mut start));
         read.map(|_| start != EXR_MAGIC).map_err(|error| Error::read(path, error))
+    }
+
+    /// Whether the file at `path` ends where a PNG or an EXR does, by its last chunk or its blocks, none of
+    /// which is decoded. One that was cut off does not.
+    pub fn is_whole(path: &Path) -> bool {
+        let Ok(file) = File::open(path) else { return false };
+        let mut file = BufReader::new(file);
+        let mut start = [0; 4];
+        if file.read_exact(&mut start).and_then(|()| file.rewind()).is_err() {
+            return false;
+        }
+        if start == EXR_MAGIC {
+            let blocks = catch_unwind(AssertUnwindSafe(|| {
+                let reader = exr::block::read(file, false).ok()?;
+                reader.filter_chunks(true, |_, _, _| true).ok()
+            }));
+            return blocks.is_ok_and(|blocks| blocks.is_some_and(|mut all| all.all(|b| b.is_ok())));
+        }
+        let mut end = [0; PNG_END.len()];
+        let read = file.seek(SeekFrom::End(-(PNG_END.len() as i64)));
+        read.and_then(|_| file.read_exact(&mut end)).is_ok_and(|()| end == PNG_END)
     }
 
     /// Writes linear radiance as float32 RGB.
@@ -131,6 +164,9 @@ fn check_claim(width: usize, height: usize, bytes: &[u8]) -> Result<(), String> 
 
 fn read_exr(bytes: &[u8]) -> Result<Picture, String> {
     use exr::prelude::{ReadChannels, ReadLayers};
+    if bytes.first_chunk().is_some_and(|start| is_deep(*start)) {
+        return Err(DEEP.into());
+    }
     let meta = exr::meta::MetaData::read_from_buffered(Cursor::new(bytes), false)
         .map_err(|error| error.to_string())?;
     for header in &meta.headers {

@@ -327,8 +327,15 @@ impl Scene {
     /// and as [`Scene::validate`].
     pub fn parse(text: &str, name: &str) -> Result<Self> {
         let mut scene: Scene = toml::from_str(text).map_err(|error| {
-            let line = error.span().map_or(1, |span| text[..span.start].matches('\n').count() + 1);
-            Error::Scene { place: format!("{name}:{line}"), problem: mend(error.message()) }
+            let start = error.span().map_or(0, |span| span.start);
+            let line = text[..start].matches('\n').count() + 1;
+            let problem = match (mend(error.message()), key_before(&text[..start])) {
+                (problem, Some(key)) if problem.starts_with("invalid ") => {
+                    format!("{key}: {problem}")
+                }
+                (problem, _) => problem,
+            };
+            Error::Scene { place: format!("{name}:{line}"), problem }
         })?;
         // The default scene's rain is for files that name no drops at all.
         let names_rain = text.parse::<toml::Table>().is_ok_and(|table| table.contains_key("rain"));
@@ -488,14 +495,25 @@ impl Scene {
     }
 }
 
-/// Adds the nearest known name to serde's message about an unknown one.
+/// The key whose value begins after `text`, on the same line.
+fn key_before(text: &str) -> Option<&str> {
+    let line = text.rsplit('\n').next()?;
+    let (before, _) = line.rsplit_once('=')?;
+    let key = before.rsplit(['{', ',']).next()?.trim();
+    (!key.is_empty()).then_some(key)
+}
+
+/// Adds the nearest known name to serde's message about an unknown one, if one is near: a slip of the
+/// hand changes a third of a name at most.
 fn mend(message: &str) -> String {
     let line = message.lines().next().unwrap_or(message);
     let mut names = line.split('`').skip(1).step_by(2);
     let Some(unknown) = names.next().filter(|_| line.starts_with("unknown ")) else {
         return line.into();
     };
-    match names.min_by_key(|name| strsim::damerau_levenshtein(name, unknown)) {
+    let far = |name: &str| strsim::damerau_levenshtein(name, unknown);
+    let most = unknown.len().div_ceil(3);
+    match names.min_by_key(|name| far(name)).filter(|name| far(name) <= most) {
         Some(nearest) => format!("{line}; did you mean `{nearest}`?"),
         None => line.into(),
     }

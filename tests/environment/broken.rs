@@ -57,6 +57,20 @@ fn other_shapes_are_refused_with_the_mend() {
 }
 
 #[test]
+fn deep_data_are_told() {
+    let folder = Folder::new();
+    let one = |_: usize, _: usize| 1.0;
+    let channels: [files::NamedChannel<f32>; 3] = [("R", &one), ("G", &one), ("B", &one)];
+    let mut bytes = files::exr((4, 2), Compression::ZIP16, Blocks::ScanLines, &channels);
+    // Bit 11 of the version field: "this file contains deep data".
+    bytes[5] |= 0x08;
+    let line = folder.refusal("deep.exr", &bytes);
+    assert!(line.contains("deep data") && !line.contains("broken"), "{line}");
+    let read = raindrops::picture::Picture::from_bytes("deep.exr".as_ref(), &bytes);
+    assert!(read.expect_err("a deep picture").to_string().contains("deep data"));
+}
+
+#[test]
 fn images_that_hold_no_colour_are_refused() {
     let folder = Folder::new();
     let load = |channels: &[files::NamedChannel<f32>]| {

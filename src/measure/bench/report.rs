@@ -167,8 +167,8 @@ impl Row {
 }
 
 /// The rows as the paper's Table II has them: a line a count and preset, frame rates with (-T) and
-/// without tone mapping, then milliseconds.
-pub fn table(rows: &[Row]) -> Table {
+/// without tone mapping, then milliseconds. If the scene is the paper's, its own figures stand beside them.
+pub fn table(rows: &[Row], is_papers: bool) -> Table {
     let mut table = Table::new();
     table.load_style(presets::UTF8_HORIZONTAL_ONLY);
     table.set_content_arrangement(ContentArrangement::Disabled);
@@ -182,7 +182,7 @@ pub fn table(rows: &[Row]) -> Table {
         .to_vec();
     header.push("ms".into());
     header.extend(passes.iter().map(|name| (*name).to_string()));
-    header.push("GTX 280, 2011".into());
+    header.extend(is_papers.then(|| "GTX 280, 2011".into()));
     table.set_header(header);
     for row in rows.iter().filter(|row| row.tone_map) {
         let without = rows.iter().find(|other| {
@@ -202,10 +202,8 @@ pub fn table(rows: &[Row]) -> Table {
             let ms = row.passes.0.iter().find(|(pass, _)| pass == name);
             line.push(ms.map_or("-".into(), |(_, ms)| format!("{ms:.2}")));
         }
-        let published = GTX_280.iter().find(|(drops, ..)| *drops == row.drops);
-        line.push(
-            published.map_or(String::new(), |(_, mapped, plain)| format!("{mapped} / {plain}")),
-        );
+        let published = GTX_280.iter().find(|(drops, ..)| is_papers && *drops == row.drops);
+        line.extend(published.map(|(_, mapped, plain)| format!("{mapped} / {plain}")));
         table.add_row(line);
     }
     for (index, column) in table.column_iter_mut().enumerate() {
