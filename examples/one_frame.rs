@@ -4,8 +4,8 @@
 
 use std::path::Path;
 
+use raindrops::device::{Device, Instance, Validation};
 use raindrops::environment::Environment;
-use raindrops::gpu::{Device, Instance, Validation};
 use raindrops::picture::write_png;
 use raindrops::plan::{Output, plan};
 use raindrops::renderer::Renderer;

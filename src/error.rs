@@ -7,31 +7,29 @@ use ash::vk;
 /// The result of everything in this library that can fail.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
-/// What can go wrong. Each message is one line for the user of the command.
+/// What can go wrong. Each message is one line.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum Error {
     /// The machine has no Vulkan loader.
-    #[error("no Vulkan loader ({0}): install libvulkan1 (Debian, Ubuntu: scripts/setup.sh does)")]
+    #[error("no Vulkan loader: {0}")]
     NoLoader(String),
 
     /// The loader knows no device.
-    #[error(
-        "no Vulkan device: install a driver (mesa-vulkan-drivers has lavapipe, which needs no GPU; \
-         scripts/setup.sh does), or check VK_DRIVER_FILES"
-    )]
+    #[error("no Vulkan device: install a driver, or check VK_DRIVER_FILES")]
     NoDevice,
 
     /// No device goes by the name or index that was asked for.
     #[error("no Vulkan device matches '{wanted}'; there are: {found}")]
     DeviceNotFound {
-        /// What `--device` said.
+        /// What was asked for.
         wanted: String,
         /// The devices that exist.
         found: String,
     },
 
     /// The device lacks what the renderer needs.
-    #[error("{device} lacks {missing}: update its driver, or take another by --device")]
+    #[error("{device} lacks {missing}: update its driver, or take another device")]
     DeviceLacks {
         /// The device's name.
         device: String,
@@ -108,6 +106,7 @@ pub enum Error {
     },
 
     /// A plot that could not be drawn.
+    #[cfg(feature = "cli")]
     #[error("cannot plot: {0}")]
     Plot(String),
 
@@ -116,15 +115,18 @@ pub enum Error {
     Validation(String),
 }
 
+#[cfg(feature = "cli")]
 /// Why a plot was not drawn. The plotting backend's errors borrow from it; words do not.
 pub(crate) struct PlotFailed(String);
 
+#[cfg(feature = "cli")]
 impl<E: std::error::Error> From<E> for PlotFailed {
     fn from(error: E) -> Self {
         Self(error.to_string())
     }
 }
 
+#[cfg(feature = "cli")]
 impl From<PlotFailed> for Error {
     fn from(PlotFailed(reason): PlotFailed) -> Self {
         Self::Plot(reason)

@@ -8,7 +8,7 @@
 //!
 //! ```no_run
 //! use raindrops::environment::Environment;
-//! use raindrops::gpu::{Device, Instance, Validation};
+//! use raindrops::device::{Device, Instance, Validation};
 //! use raindrops::plan::{Output, plan};
 //! use raindrops::renderer::Renderer;
 //! use raindrops::scene::Scene;
@@ -34,21 +34,30 @@
 //! - Where a million drops are at any time, exactly, with nothing stored: [`rain`], and in clusters that
 //!   fall with them: [`rain::clusters`]. Which of them are in view: [`rain::cull`].
 //! - A frame from top to bottom, every barrier of it: [`renderer`]. Its passes, each beside its shader
-//!   of the same name in `glsl/`: [`passes`].
-//! - Vulkan itself, one object a file, knowing nothing of rain: [`gpu`].
+//!   of the same name in `glsl/`: `src/passes`. Vulkan itself, one object a file, knowing nothing of
+//!   rain: `src/gpu`. Both are for this package's own tests; what a user needs of them is in [`device`].
 //! - How far a picture is from the truth: the ray tracer [`mod@reference`], the metrics
 //!   [`picture::metrics`] and [`picture::flip`]. How fast it is: [`measure`].
-//! - A window: [`view`]. A film: [`scene::film`].
+//! - A window: `view`, with the feature of that name. A film: [`scene::film`].
+//!
+//! # Features
+//!
+//! `cli` (the command `raindrops`, tables and plots) and `view` (the window) are on by default. Whoever
+//! embeds the renderer sets `default-features = false` and has neither their code nor their dependencies.
 //!
 //! `examples/one_frame.rs` and `examples/your_frame.rs` run.
 
+#[cfg(feature = "cli")]
 pub mod cli;
+pub mod device;
 pub mod environment;
 mod error;
 pub mod files;
+#[doc(hidden)]
 pub mod gpu;
 pub mod measure;
 pub mod optics;
+#[doc(hidden)]
 pub mod passes;
 pub mod picture;
 pub mod plan;
@@ -56,6 +65,7 @@ pub mod rain;
 pub mod reference;
 pub mod renderer;
 pub mod scene;
+#[cfg(feature = "view")]
 pub mod view;
 
 pub use error::{Error, Result};

@@ -80,7 +80,7 @@ pub fn run(args: &BenchArgs) -> anyhow::Result<Answer> {
     // The published rates stand beside the scene that they are of.
     let is_papers = {
         let (mut plain, mut papers) = (scene.clone(), Scene::default());
-        plain.model = papers.model.clone();
+        plain.model = papers.model;
         (plain.rain, papers.rain) = (plain.rain.map(uncounted), papers.rain.map(uncounted));
         plain == papers
     };

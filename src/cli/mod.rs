@@ -18,6 +18,7 @@ mod render;
 mod sequence;
 mod sky;
 mod tradeoff;
+#[cfg(feature = "view")]
 mod view;
 
 use std::io::{ErrorKind, Write as _};
@@ -47,6 +48,7 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     Render(render::RenderArgs),
+    #[cfg(feature = "view")]
     View(view::ViewArgs),
     Bench(bench::BenchArgs),
     Mask(mask::MaskArgs),
@@ -81,6 +83,7 @@ pub fn main() -> ExitCode {
     };
     let outcome: anyhow::Result<Answer> = match cli.command {
         Command::Render(args) => render::run(&args),
+        #[cfg(feature = "view")]
         Command::View(args) => view::run(&args),
         Command::Bench(args) => bench::run(&args),
         Command::Mask(args) => mask::run(&args),
@@ -100,9 +103,25 @@ pub fn main() -> ExitCode {
         Ok(Answer::No) => ExitCode::from(1),
         Err(error) => {
             // `{:#}` puts the chain of causes on one line.
-            eprintln!("raindrops: {}", format!("{error:#}").replace('\n', " "));
+            let hint = error.downcast_ref().map_or("", hint);
+            eprintln!("raindrops: {}{hint}", format!("{error:#}").replace('\n', " "));
             ExitCode::from(2)
         }
+    }
+}
+
+/// What the user of the command can do about an error of the library: by which package or option.
+fn hint(error: &Error) -> &'static str {
+    match error {
+        Error::NoLoader(_) => "; install libvulkan1 (Debian, Ubuntu: scripts/setup.sh does)",
+        Error::NoDevice => {
+            "; mesa-vulkan-drivers (Debian, Ubuntu) has lavapipe, which needs no GPU: scripts/setup.sh installs it"
+        }
+        Error::DeviceLacks { .. } => "; --device chooses, raindrops devices lists them",
+        Error::Validation(problem) if problem.contains("not installed") => {
+            " (Debian, Ubuntu: vulkan-validationlayers)"
+        }
+        _ => "",
     }
 }
 

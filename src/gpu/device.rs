@@ -392,6 +392,7 @@ impl Device {
     }
 
     /// Whether an instance with windows made it, so that it can present.
+    #[cfg(feature = "view")]
     pub(super) fn presents(&self) -> bool {
         self.instance.presents
     }

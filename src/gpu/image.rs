@@ -149,6 +149,7 @@ impl Image {
     }
 
     /// An image of a swapchain, with one level; the swapchain frees it.
+    #[cfg(feature = "view")]
     pub(super) fn of_swapchain(
         device: &Arc<Device>,
         name: &str,

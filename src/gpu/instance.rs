@@ -4,6 +4,7 @@ use std::ffi::{CStr, c_char, c_void};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use ash::{ext, vk};
+#[cfg(feature = "view")]
 use raw_window_handle::HasDisplayHandle;
 
 use super::Named;
@@ -59,6 +60,7 @@ impl Instance {
     ///
     /// # Errors
     /// As [`Instance::new`]; [`Error::Window`] for a display that Vulkan does not know.
+    #[cfg(feature = "view")]
     pub fn for_windows(
         validation: Validation,
         display: &impl HasDisplayHandle,
@@ -107,9 +109,7 @@ impl Instance {
                 .named("vkEnumerateInstanceLayerProperties", "the loader")?;
             if !layers.iter().any(|l| l.layer_name_as_c_str() == Ok(VALIDATION_LAYER)) {
                 return Err(Error::Validation(
-                    "the layer VK_LAYER_KHRONOS_validation is not installed \
-                     (Debian, Ubuntu: vulkan-validationlayers)"
-                        .into(),
+                    "the layer VK_LAYER_KHRONOS_validation is not installed".into(),
                 ));
             }
             layer_names.push(VALIDATION_LAYER.as_ptr());

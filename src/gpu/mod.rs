@@ -1,4 +1,7 @@
 //! Vulkan, one object a file. Nothing here knows of rain.
+//!
+//! Not part of the public interface, which is [`crate::device`]: this may change with any version, and much of
+//! it is sound only as the passes use it.
 
 mod barrier;
 mod bindings;
@@ -14,7 +17,9 @@ mod pipeline;
 mod pipeline_cache;
 pub mod probe;
 mod rendering;
+#[cfg(feature = "view")]
 mod surface;
+#[cfg(feature = "view")]
 mod swapchain;
 mod texels;
 mod timestamps;
@@ -33,7 +38,9 @@ pub use pipeline::{
 };
 pub use pipeline_cache::PipelineKey;
 pub(crate) use rendering::{attachment, rendering};
+#[cfg(feature = "view")]
 pub use surface::Surface;
+#[cfg(feature = "view")]
 pub use swapchain::{Acquired, Swapchain};
 pub use texels::{Texel, Texels};
 pub use timestamps::Timestamps;

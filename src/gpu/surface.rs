@@ -56,7 +56,7 @@ impl Surface {
         match supported.named("vkGetPhysicalDeviceSurfaceSupportKHR", "the window")? {
             true => Ok(()),
             false => Err(Error::Window(format!(
-                "{} cannot draw in windows of this display; choose another with --device",
+                "{} cannot draw in windows of this display; take another device",
                 device.report.name
             ))),
         }

@@ -3,6 +3,7 @@
 pub mod bench;
 pub mod costs;
 mod host;
+#[cfg(feature = "cli")]
 pub mod rain_plot;
 mod resolve;
 pub mod statistics;

@@ -8,7 +8,9 @@ pub mod drops;
 pub mod environment;
 pub mod frame;
 pub mod mask;
+#[cfg(feature = "view")]
 pub mod overlay;
+#[cfg(feature = "view")]
 pub mod present;
 pub mod radial;
 pub mod simulate;

@@ -47,7 +47,8 @@ const TILE: u32 = 8;
 const FAINT: f64 = 1e-3;
 
 /// How a drop's reflected and transmitted light are weighted.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum Weights {
     /// F for the reflection, (1-F)² F^k after k internal reflections: what a sphere does.
     #[default]

@@ -2,7 +2,6 @@
 //!
 //! What each computes, costs and gets wrong stands in `docs/method.md`.
 
-use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 
 /// Declares an enum of models whose names are the same in scene files, on the command line and in
@@ -10,9 +9,12 @@ use serde::{Deserialize, Serialize};
 macro_rules! models {
     ($(#[$meta:meta])* $name:ident { $($(#[$variant_meta:meta])* $variant:ident = $text:literal,)+ }) => {
         $(#[$meta])*
-        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Deserialize, Serialize, ValueEnum)]
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Deserialize, Serialize)]
+        #[cfg_attr(any(feature = "cli", feature = "view"), derive(clap::ValueEnum))]
         pub enum $name {
-            $($(#[$variant_meta])* #[serde(rename = $text)] #[value(name = $text)] $variant,)+
+            $($(#[$variant_meta])* #[serde(rename = $text)]
+            #[cfg_attr(any(feature = "cli", feature = "view"), value(name = $text))]
+            $variant,)+
         }
 
         impl $name {

@@ -1,5 +1,6 @@
 //! What a benchmark says: the JSON of the schema `raindrops-bench/1`, and a table.
 
+#[cfg(feature = "cli")]
 use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
 use serde::Serialize;
 
@@ -12,6 +13,7 @@ use crate::measure::statistics::{median, quantile};
 pub const SCHEMA: &str = "raindrops-bench/1";
 
 /// The paper's Table II, GeForce GTX 280: drops, frames a second with and without tone mapping.
+#[cfg(feature = "cli")]
 const GTX_280: [(u32, u32, u32); 6] = [
     (125_000, 595, 794),
     (250_000, 430, 540),
@@ -168,6 +170,7 @@ impl Row {
 
 /// The rows as the paper's Table II has them: a line a count and preset, frame rates with (-T) and
 /// without tone mapping, then milliseconds. If the scene is the paper's, its own figures stand beside them.
+#[cfg(feature = "cli")]
 pub fn table(rows: &[Row], is_papers: bool) -> Table {
     let mut table = Table::new();
     table.load_style(presets::UTF8_HORIZONTAL_ONLY);
@@ -214,11 +217,13 @@ pub fn table(rows: &[Row], is_papers: bool) -> Table {
     table
 }
 
+#[cfg(feature = "cli")]
 fn rate(fps: f64) -> String {
     if fps < 100.0 { format!("{fps:.1}") } else { format!("{fps:.0}") }
 }
 
 /// 4000000 to `4 000 000`.
+#[cfg(any(feature = "cli", feature = "view"))]
 pub(crate) fn thousands(number: u64) -> String {
     let digits = number.to_string();
     let mut text = String::new();

@@ -6,6 +6,7 @@
 //! quicker and truer: those form the Pareto front.
 
 mod models;
+#[cfg(feature = "cli")]
 mod plot;
 mod report;
 mod scenes;
@@ -13,8 +14,11 @@ mod sizes;
 mod study;
 
 pub use models::{BASES, Model, models};
+#[cfg(feature = "cli")]
 pub use plot::plot;
-pub use report::{Report, Row, SCHEMA, csv, table};
+#[cfg(feature = "cli")]
+pub use report::table;
+pub use report::{Report, Row, SCHEMA, csv};
 pub use scenes::{StudyScene, of_file, standard_set};
 pub use sizes::{Candidate, GlintRow, SizeRow, by_size, candidates, glints_by_size};
 pub use study::{Effort, study};

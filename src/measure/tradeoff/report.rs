@@ -1,5 +1,6 @@
 //! What a study says: rows as JSON of the schema `raindrops-tradeoff/1`, as CSV, as a table.
 
+#[cfg(feature = "cli")]
 use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
 use serde::Serialize;
 
@@ -136,6 +137,7 @@ pub(super) fn mark_front(rows: &mut [Row]) {
 }
 
 /// The rows of a scene as a table, quickest first; the front is marked.
+#[cfg(feature = "cli")]
 pub fn table(rows: &[Row]) -> Table {
     let mut sorted: Vec<&Row> = rows.iter().collect();
     sorted.sort_by(|a, b| b.speed.total_cmp(&a.speed));
