@@ -3,7 +3,8 @@
 //!
 //! `scripts/mutants.sh` tries them all: the sources are copied to `target/mutants/tree`, faults in Rust are built
 //! in all at once, each behind a number that the environment chooses, and faults in shaders are compiled here and
-//! handed to the tests. So that is one build, and then a run of one test for each.
+//! handed to the tests. So that is one build, and then a run of one test for each; but for faults in constants,
+//! which no number can choose.
 
 mod common;
 #[path = "../src/gpu/glsl.rs"]
@@ -41,6 +42,9 @@ struct Mutant {
     /// The test that must fail: its binary, and its path there.
     test: String,
     case: String,
+    /// In Rust: the text is a constant's, or no expression; the fault is built by itself, last.
+    #[serde(default)]
+    alone: bool,
 }
 
 impl Mutant {
@@ -134,7 +138,7 @@ fn copy_sources(tree: &Path, mutants: &[Mutant]) {
         let mut content = fs::read(root().join(file)).expect("a source");
         let mut here: Vec<_> = (1..)
             .zip(mutants)
-            .filter(|(_, mutant)| !mutant.is_shader() && mutant.file == *file)
+            .filter(|(_, mutant)| !mutant.is_shader() && !mutant.alone && mutant.file == *file)
             .map(|(number, mutant)| {
                 let source = std::str::from_utf8(&content).expect("a source");
                 let at = place(mutant, source).unwrap_or_else(|error| panic!("{error}"));
@@ -307,17 +311,28 @@ fn every_mutant_is_killed() {
     }
 
     let mut survivors = Vec::new();
-    for (number, mutant) in &chosen {
+    let (alone, together): (Vec<_>, Vec<_>) = chosen.iter().partition(|(_, mutant)| mutant.alone);
+    for (number, mutant) in together.into_iter().chain(alone) {
         let start = Instant::now();
         let executable = &executables[&mutant.test];
+        let run = |variable: (&str, &str)| passes(executable, &tree, &mutant.case, &[variable]);
         let outcome = if mutant.is_shader() {
             let shaders = folder.join("glsl");
             compile(&tree, &shaders, mutant);
-            let shaders = shaders.to_str().expect("a path in UTF-8");
-            passes(executable, &tree, &mutant.case, &[("RAINDROPS_TEST_GLSL", shaders)])
+            run(("RAINDROPS_TEST_GLSL", shaders.to_str().expect("a path in UTF-8")))
+        } else if mutant.alone {
+            let path = tree.join(&mutant.file);
+            let whole = fs::read_to_string(&path).expect("a source");
+            let at = place(mutant, &whole).unwrap_or_else(|error| panic!("{error}"));
+            let mut changed = whole.clone();
+            changed.replace_range(at..at + mutant.text.len(), &mutant.put);
+            write(&path, changed.as_bytes());
+            let built = build(&tree, &BTreeSet::from([mutant.test.as_str()]));
+            let outcome = passes(&built[&mutant.test], &tree, &mutant.case, &[]);
+            write(&path, whole.as_bytes());
+            outcome
         } else {
-            let number = number.to_string();
-            passes(executable, &tree, &mutant.case, &[("RAINDROPS_MUTANT", &number)])
+            run(("RAINDROPS_MUTANT", &number.to_string()))
         };
         let seconds = start.elapsed().as_secs_f64();
         match outcome {
