@@ -39,6 +39,8 @@ pub struct DeviceReport {
     queue_family: Option<u32>,
     /// What compiled pipelines of this device belong to.
     pub pipeline_key: PipelineKey,
+    /// The build of the driver, in 16 bytes of its own; all 0 before Vulkan 1.3.
+    pub driver_uuid: [u8; vk::UUID_SIZE],
     /// Valid bits of a timestamp; 0 if the queue has none.
     pub(super) timestamp_bits: u32,
     rank: u32,
@@ -217,6 +219,7 @@ impl Instance {
             max_allocation,
             queue_family: family.map(|index| index as u32),
             pipeline_key: PipelineKey::of(&base),
+            driver_uuid: properties11.driver_uuid,
             timestamp_bits: family.map_or(0, |index| families[index].timestamp_valid_bits),
             rank,
         }
@@ -448,6 +451,11 @@ impl Device {
                 most as f64 / MEBIBYTE
             ),
         })
+    }
+
+    /// Bytes of memory that everything made from the device takes now.
+    pub fn allocated_bytes(&self) -> u64 {
+        self.allocator().generate_report().total_allocated_bytes
     }
 
     pub(super) fn allocator(&self) -> MutexGuard<'_, Allocator> {

@@ -186,8 +186,39 @@ pub(super) const DISORDERED_GROUPS: u64 = RAY_GROUPS + 16;
 const GROUPS_WORDS: usize = DISORDERED_GROUPS as usize / 4 + 4;
 const COUNTS_WORDS: usize = GROUPS_WORDS + 6;
 const TOTALS_WORDS: usize = COUNTS_WORDS + MAX_BINS + MAX_BINS + 1;
+/// Where the counts stand in the totals, in bytes, and how many words of them there are.
+pub(crate) const COUNTS: (u64, usize) = (4 * GROUPS_WORDS as u64, COUNTS_WORDS - GROUPS_WORDS);
 /// End of a list, as in the shaders.
 const END: u32 = u32::MAX;
+
+/// What a frame by tiles came to.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct TileCounts {
+    /// Clusters of drops in view.
+    pub clusters: u64,
+    /// Drops in view that are larger than a splat.
+    pub large: u64,
+    /// Tile fragments of those: one for each tile that one of them touches.
+    pub fragments: u64,
+    /// Of those, drawn by rays.
+    pub ray_fragments: u64,
+    /// Tiles drawn a second time, their lists sorted.
+    pub tiles_again: u64,
+}
+
+impl TileCounts {
+    /// Reads what [`COUNTS`] holds: the shaders' `Totals` from `larges` on.
+    pub(crate) fn of(words: &[u32]) -> Self {
+        let word = |at: usize| u64::from(words[at]);
+        Self {
+            large: word(0),
+            fragments: word(2),
+            ray_fragments: word(3),
+            tiles_again: word(4),
+            clusters: word(5),
+        }
+    }
+}
 
 impl Tiles {
     /// Buffers and pipelines for the drops of `scene`.
@@ -264,7 +295,12 @@ impl Tiles {
         let shared = [
             Buffer::upload_device(device, "drop order", &clusters.order, storage)?,
             Buffer::upload_device(device, "clusters", &clusters.boxes, storage)?,
-            make("totals", 4, TOTALS_WORDS as u64, cleared | Usage::INDIRECT_BUFFER)?,
+            make(
+                "totals",
+                4,
+                TOTALS_WORDS as u64,
+                cleared | Usage::INDIRECT_BUFFER | Usage::TRANSFER_SRC,
+            )?,
             make("nodes", NODE_BYTES, nodes, by_four)?,
             make("lists", 4, count.into(), cleared)?,
             make("large drops", LARGE_BYTES, limits.larges.into(), by_four)?,
@@ -331,7 +367,7 @@ impl Tiles {
     }
 
     /// Numbers of workgroups that the passes leave for indirect dispatches.
-    pub(super) fn totals(&self) -> &Buffer {
+    pub(crate) fn totals(&self) -> &Buffer {
         &self.shared[TOTALS]
     }
 

@@ -22,6 +22,7 @@ use crate::passes::drops::guard_band;
 use crate::passes::environment::EnvironmentMap;
 use crate::passes::frame::{Frame, FrameBuffer, Surroundings};
 use crate::passes::simulate::{Counts, Simulate};
+use crate::passes::tiles::{self, TileCounts};
 use crate::passes::tone_map::{DELTA, DISPLAY, Source, ToneMap};
 use crate::picture::Picture;
 use crate::plan::FramePlan;
@@ -38,6 +39,8 @@ const FLIGHTS: usize = 2;
 pub struct FrameReport {
     /// What the simulation counted.
     pub counts: Counts,
+    /// What the tiles came to; none for a frame without them.
+    pub tiles: Option<TileCounts>,
     /// GPU milliseconds of each pass, in order; empty where the device has no timestamps.
     pub passes_ms: Vec<(&'static str, f64)>,
 }
@@ -51,7 +54,7 @@ struct Flight {
 
 impl Flight {
     fn new(device: &Arc<Device>) -> Result<Self> {
-        let bytes = 4 * Simulate::COUNTER_WORDS as u64;
+        let bytes = 4 * (Simulate::COUNTER_WORDS + tiles::COUNTS.1) as u64;
         let usage = vk::BufferUsageFlags::TRANSFER_DST;
         Ok(Self {
             commands: Commands::new(device, "frame")?,
@@ -61,16 +64,15 @@ impl Flight {
     }
 
     /// What the last frame counted and took, once it is done; none before the first.
-    fn report(&self, has_counters: bool) -> Result<Option<FrameReport>> {
+    fn report(&self, drawing: &Drawing) -> Result<Option<FrameReport>> {
         if !self.timestamps.is_used() {
             return Ok(None);
         }
-        let counts = if has_counters {
-            Simulate::counts(&self.counters.read(Simulate::COUNTER_WORDS))
-        } else {
-            Counts::default()
-        };
-        Ok(Some(FrameReport { counts, passes_ms: self.timestamps.read_ms()? }))
+        let words: Vec<u32> = self.counters.read(Simulate::COUNTER_WORDS + tiles::COUNTS.1);
+        let (of_drops, of_tiles) = words.split_at(Simulate::COUNTER_WORDS);
+        let counts = drawing.counters().map(|_| Simulate::counts(of_drops)).unwrap_or_default();
+        let tiles = drawing.totals().map(|_| TileCounts::of(of_tiles));
+        Ok(Some(FrameReport { counts, tiles, passes_ms: self.timestamps.read_ms()? }))
     }
 }
 
@@ -85,6 +87,14 @@ impl Drawing {
         match self {
             Self::Points(points) => points.simulate().map(|simulate| &simulate.counters),
             Self::Tiled(tiled) => Some(&tiled.tiles.counters),
+        }
+    }
+
+    /// What the tiles' passes hand to each other, counts among it.
+    fn totals(&self) -> Option<&Buffer> {
+        match self {
+            Self::Points(_) => None,
+            Self::Tiled(tiled) => Some(tiled.tiles.totals()),
         }
     }
 }
@@ -229,7 +239,7 @@ impl Renderer {
         let flight = &mut self.flights[self.next];
         self.next = (self.next + 1) % FLIGHTS;
         let commands = flight.commands.begin()?;
-        let finished = flight.report(self.drawing.counters().is_some())?;
+        let finished = flight.report(&self.drawing)?;
         let time = &mut flight.timestamps;
         time.reset();
 
@@ -276,14 +286,16 @@ impl Renderer {
             time.time(commands, "tone map", || tone_map.record(device, commands, &display.image));
         }
 
-        if let Some(counters) = self.drawing.counters() {
-            let size = flight.counters.size;
-            let region = [vk::BufferCopy { src_offset: 0, dst_offset: 0, size }];
+        let of_drops = self.drawing.counters().map(|from| (from, 0, 0, Simulate::COUNTER_WORDS));
+        let after = 4 * Simulate::COUNTER_WORDS as u64;
+        let of_tiles = self.drawing.totals().map(|from| (from, tiles::COUNTS.0, after, tiles::COUNTS.1));
+        if of_drops.is_some() {
             memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::TransferRead]);
-            // SAFETY: both buffers are that large, and the barrier above covers the read.
-            unsafe {
-                let (from, to) = (counters.raw(), flight.counters.raw());
-                device.raw().cmd_copy_buffer(commands, from, to, &region);
+            for (from, src_offset, dst_offset, words) in of_drops.into_iter().chain(of_tiles) {
+                let region = [vk::BufferCopy { src_offset, dst_offset, size: 4 * words as u64 }];
+                let to = flight.counters.raw();
+                // SAFETY: both buffers hold that many words there, and the barrier above covers the read.
+                unsafe { device.raw().cmd_copy_buffer(commands, from.raw(), to, &region) };
             }
             memory_barrier(device, commands, &[Use::TransferWrite], &[Use::HostRead]);
         }
@@ -305,7 +317,7 @@ impl Renderer {
     pub fn finish(&self) -> Result<FrameReport> {
         let flight = &self.flights[(self.next + FLIGHTS - 1) % FLIGHTS];
         flight.commands.wait()?;
-        Ok(flight.report(self.drawing.counters().is_some())?.unwrap_or_default())
+        Ok(flight.report(&self.drawing)?.unwrap_or_default())
     }
 
     /// Linear radiance of the last frame, which it waits for.
