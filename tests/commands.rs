@@ -348,6 +348,7 @@ fn devices_are_compared() {
     let folder = folder();
     let arguments = ["compare-devices", "--drops", "50", "--size", "32x24", "--seconds", "0"];
     let more = ["--frames", "1", "--mask-size", "64", "--json", "a.json", "--max-flip", "0.05"];
+    let arguments = [&arguments[..], &["--rounds", "1"]].concat();
     let output = run(raindrops(folder.path(), &arguments).args(more));
     let stderr = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(0), "{stderr}");
@@ -357,6 +358,8 @@ fn devices_are_compared() {
     assert!(devices >= 1);
     assert_eq!(figures["pairs"].as_array().expect("pairs").len(), devices * (devices - 1) / 2);
     assert_eq!(figures["devices"][0]["flip"][0], 0.0);
+    assert!(figures["devices"][0]["median_ms"].as_f64() > Some(0.0));
+    assert_eq!(figures["verdicts"].as_array().expect("verdicts").len(), devices - 1);
 }
 
 /// A reader that goes away, as `head -1` does, is no error.

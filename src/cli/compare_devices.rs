@@ -1,21 +1,32 @@
-//! `raindrops compare-devices`: one scene on every driver, how long each takes and how far apart their
+//! `raindrops compare-devices`: one scene on several drivers, how long each takes, how far apart their
 //! pictures are, and from which stage on.
+//!
+//! Pictures and stages are drawn in this process, times come from rounds of fresh ones: each device in turn
+//! with the first, a verdict each.
 
-use std::path::PathBuf;
 use std::sync::Arc;
+use std::time::Duration;
 
+use anyhow::Context as _;
 use clap::Args;
-use comfy_table::{ContentArrangement, Table, presets};
 use serde_json::json;
 
-use super::options::{ModelArgs, SceneArgs, devices, open_device};
-use super::{Answer, print, write_json};
+use super::format::Sheet;
+use super::options::{ModelArgs, SceneArgs, choose_device, devices, open_device};
+use super::rounds::process::{Arm, Limits, heed_interrupts};
+use super::rounds::{Work, take_turns};
+use super::verdict::gate::GateArgs;
+use super::verdict::notes;
+use super::verdict::table::{sheet, tail_lines};
+use super::{Answer, print, progress, write_json};
 use crate::environment::Environment;
 use crate::gpu::{Device, DeviceReport, Instance, Validation};
-use crate::measure::bench::drivers::{Apart, apart, difference};
-use crate::measure::bench::{DeviceHead, Effort, Variant, measure};
-use crate::measure::statistics::median;
+use crate::measure::bench::DeviceHead;
+use crate::measure::bench::drivers::{Apart, FEW, apart, difference};
+use crate::measure::verdict::{self, Side};
 use crate::picture::Picture;
+use crate::picture::flip::PIXELS_PER_DEGREE;
+use crate::picture::metrics::compare;
 use crate::picture::tone_map::exposure_of;
 use crate::plan::{Output, plan};
 use crate::reference::{Tracer, Truth};
@@ -31,50 +42,59 @@ pub struct CompareDevicesArgs {
     scene: SceneArgs,
     #[command(flatten)]
     model: ModelArgs,
+    /// Devices, comma-separated: parts of their names or drivers, or indices in `raindrops devices`; the
+    /// first is what the others are held against. Left out: all
+    #[arg(long, value_name = "NAME|INDEX,…", value_delimiter = ',')]
+    device: Vec<String>,
     /// Compare with the truth too, of so many samples a pixel
     #[arg(long, value_name = "N")]
     truth: Option<u32>,
-    /// Seconds to measure on each device …
-    #[arg(long, value_name = "S", default_value_t = 1.0, value_parser = super::parse_seconds)]
+    /// Seconds to measure in each process …
+    #[arg(long, value_name = "S", default_value_t = 0.2, value_parser = super::parse_seconds)]
     seconds: f64,
     /// … and at least so many frames, but for no longer than ten times that
-    #[arg(long, value_name = "N", default_value_t = 8)]
+    #[arg(long, value_name = "N", default_value_t = 2)]
     frames: usize,
-    /// Answer "no" (exit status 1) if the mean FLIP of two drivers is over this
+    /// Rounds of fresh processes for each pair of devices, at most
+    #[arg(long, value_name = "N", default_value_t = 40, value_parser = clap::value_parser!(u16).range(1..=1000))]
+    rounds: u16,
+    /// Begin no round that would end later than this: 90s, 15m, 1h
+    #[arg(long, value_name = "TIME", default_value = "2m", value_parser = humantime::parse_duration)]
+    max_time: Duration,
+    /// End a process that takes longer, with an error
+    #[arg(long, value_name = "TIME", default_value = "10m", value_parser = humantime::parse_duration)]
+    timeout: Duration,
+    /// Answer "no" (exit status 1) if the mean FLIP of two drivers is over this; a verdict then says
+    /// `different` [default for the verdict: 0.01]
     #[arg(long, value_name = "X")]
     max_flip: Option<f64>,
-    /// Write the figures as JSON
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
+    #[command(flatten)]
+    gate: GateArgs,
 }
 
 /// A scene on one driver.
 struct Portrait {
     report: DeviceReport,
-    median_ms: f64,
     visible: u64,
     picture: Picture,
     /// The paper's frame, which alone has stages, and its picture.
     stages: Option<(Stages, Picture)>,
 }
 
+/// Pictures farther apart than this are different, unless it is said otherwise.
+const MAX_FLIP: f64 = 0.01;
+
 /// Runs the command.
 pub fn run(args: &CompareDevicesArgs) -> anyhow::Result<Answer> {
     let mut scene = args.scene.load()?;
     args.model.apply(&mut scene)?;
-    if let Some(path) = &args.json {
-        super::check_folder(path)?;
-    }
+    args.gate.check()?;
     let environment = super::open_environment(&scene)?;
     let instance = Instance::new(Validation::Off)?;
     let mut portraits = Vec::new();
-    for report in devices(&instance)? {
-        if !report.missing.is_empty() {
-            eprintln!("left out: {} lacks {}", report.name, report.missing.join(", "));
-            continue;
-        }
+    for report in chosen(args, &instance)? {
         let device = open_device(&instance, report)?;
-        portraits.push(portray(args, &device, &scene, &environment)?);
+        portraits.push(portray(&device, &scene, &environment)?);
     }
     let [first, ..] = portraits.as_slice() else { return Err(crate::Error::NoDevice.into()) };
     if portraits.len() < 2 {
@@ -83,38 +103,62 @@ pub fn run(args: &CompareDevicesArgs) -> anyhow::Result<Answer> {
         );
     }
     let exposure = exposure_of(&scene.tone_map, &first.picture);
-
     let truth = args.truth.map(|samples| {
         let truth = Truth { samples, ..Truth::default() };
         Tracer::new(&scene, &environment, truth).picture()
     });
-    let names: Vec<String> =
-        portraits.iter().enumerate().map(|(n, p)| format!("{n}: {}", name(&p.report))).collect();
-    let mut table = Table::new();
-    table.load_style(presets::UTF8_HORIZONTAL_ONLY);
-    table.set_content_arrangement(ContentArrangement::Disabled);
-    let mut header = vec!["device".into(), "ms".into(), "in view".into()];
-    header.extend((0..portraits.len()).map(|n| format!("ms / ms of {n}")));
-    header.extend((0..portraits.len()).map(|n| format!("FLIP to {n}")));
-    header.extend(truth.is_some().then(|| "FLIP to truth".to_string()));
-    table.set_header(header);
+
+    let mut stages = Vec::new();
+    for (b, other) in portraits.iter().enumerate() {
+        for (a, one) in portraits[..b].iter().enumerate() {
+            let (Some(one), Some(other)) = (&one.stages, &other.stages) else { continue };
+            stages.push((a, b, apart((&one.0, &one.1), (&other.0, &other.1))));
+        }
+    }
+    let times = Times { args, scene: &scene, instance: &instance, portraits: &portraits };
+    let (mut verdicts, alone_ms, failed) = times.measure()?;
+    for verdict in &mut verdicts {
+        let b = verdict.device;
+        for row in &mut verdict.report.rows {
+            let flip = difference(&portraits[0].picture, &portraits[b].picture, exposure).0;
+            row.see(flip, args.max_flip.unwrap_or(MAX_FLIP));
+            if let Some(truth) = &truth {
+                let error = |of: &Portrait| {
+                    let found = compare(truth, &of.picture, None, exposure).pixels;
+                    Some(10f64.powf(-found.psnr_db / 20.0))
+                };
+                (row.error_a, row.error_b) = (error(first), error(&portraits[b]));
+            }
+            let apart = stages.iter().find(|(one, other, _)| (*one, *other) == (0, b));
+            let differing = apart.and_then(|(.., apart)| apart.iter().find(|a| a.differs()));
+            row.first_stage_that_differs = differing.map(|apart| apart.stage.into());
+        }
+    }
+
+    let mut table =
+        Sheet { header: vec!["device".into(), "ms".into(), "in view".into()], rows: vec![] };
+    table.header.extend((0..portraits.len()).map(|n| format!("FLIP to {n}")));
+    table.header.extend(truth.is_some().then(|| "FLIP to truth".to_string()));
     let mut rows = Vec::new();
     let mut worst = 0.0f64;
-    for (portrait, name) in portraits.iter().zip(&names) {
+    for (number, portrait) in portraits.iter().enumerate() {
         let differences: Vec<(f64, f64)> = portraits
             .iter()
             .map(|other| difference(&other.picture, &portrait.picture, exposure))
             .collect();
         worst = differences.iter().map(|(flip, _)| *flip).fold(worst, f64::max);
         let from_truth = truth.as_ref().map(|truth| difference(truth, &portrait.picture, exposure));
-        let mut cells =
-            vec![name.clone(), format!("{:.1}", portrait.median_ms), portrait.visible.to_string()];
-        cells.extend(portraits.iter().map(|o| format!("{:.2}", portrait.median_ms / o.median_ms)));
+        let median_ms = median_of(number, &verdicts).or(alone_ms);
+        let mut cells = vec![
+            format!("{number}: {}", DeviceHead::of(&portrait.report).summary()),
+            median_ms.map_or("-".into(), |ms| format!("{ms:.1}")),
+            portrait.visible.to_string(),
+        ];
         cells.extend(differences.iter().chain(&from_truth).map(|(flip, _)| format!("{flip:.5}")));
-        table.add_row(cells);
+        table.rows.push(cells);
         rows.push(json!({
             "device": DeviceHead::of(&portrait.report),
-            "median_ms": portrait.median_ms,
+            "median_ms": median_ms,
             "visible": portrait.visible,
             "flip": differences.iter().map(|(flip, _)| flip).collect::<Vec<_>>(),
             "rel_mse": differences.iter().map(|(_, rel_mse)| rel_mse).collect::<Vec<_>>(),
@@ -122,30 +166,159 @@ pub fn run(args: &CompareDevicesArgs) -> anyhow::Result<Answer> {
             "rel_mse_to_truth": from_truth.map(|(_, rel_mse)| rel_mse),
         }));
     }
-    print(table)?;
-
-    let mut stages = Vec::new();
-    for (b, other) in portraits.iter().enumerate() {
-        for (a, one) in portraits[..b].iter().enumerate() {
-            let (Some(one), Some(other)) = (&one.stages, &other.stages) else { continue };
-            let apart = apart((&one.0, &one.1), (&other.0, &other.1));
-            print(format_args!("{a} and {b}: {}", tell(&apart)))?;
-            stages.push(json!({ "a": a, "b": b, "stages": apart }));
+    let is_json = args.gate.is_json();
+    if !is_json {
+        print(table.text(args.gate.format))?;
+        for (a, b, apart) in &stages {
+            print(format_args!("{a} and {b}: {}", tell(apart)))?;
+        }
+        for Compared { device, report } in &verdicts {
+            print(format_args!("A is 0, B is {device}: times of fresh processes in turn"))?;
+            print(sheet(report, args.gate.format).text(args.gate.format))?;
+            tail_lines(report, args.gate.format).into_iter().try_for_each(print)?;
         }
     }
-    if let Some(path) = &args.json {
-        let schema = "raindrops-compare-devices/1";
-        write_json(path, &json!({ "schema": schema, "devices": rows, "pairs": stages }))?;
+    let pairs: Vec<_> =
+        stages.iter().map(|(a, b, apart)| json!({ "a": a, "b": b, "stages": apart })).collect();
+    let verdict_rows: Vec<_> = verdicts
+        .iter()
+        .map(|Compared { device, report }| json!({ "a": 0, "b": device, "verdict": report }))
+        .collect();
+    let schema = "raindrops-compare-devices/1";
+    let file =
+        json!({ "schema": schema, "devices": rows, "pairs": pairs, "verdicts": verdict_rows });
+    if let Some(path) = &args.gate.json {
+        write_json(path, &file)?;
+    } else if is_json {
+        write_json("-".as_ref(), &file)?;
     }
+    if let Some(error) = failed {
+        return Err(error);
+    }
+    let fails = args.gate.fails(verdicts.iter().map(|verdict| &verdict.report));
     if args.max_flip.is_some_and(|most| worst > most) {
         eprintln!("raindrops: two drivers are FLIP {worst:.5} apart");
         return Ok(Answer::No);
     }
-    Ok(Answer::Yes)
+    Ok(if fails { Answer::No } else { Answer::Yes })
+}
+
+/// The devices that were asked for, or all that will do.
+fn chosen(
+    args: &CompareDevicesArgs,
+    instance: &Arc<Instance>,
+) -> anyhow::Result<Vec<DeviceReport>> {
+    if !args.device.is_empty() {
+        return Ok(args
+            .device
+            .iter()
+            .map(|name| choose_device(instance, Some(name)))
+            .collect::<Result<_, _>>()?);
+    }
+    let (sound, lacking): (Vec<_>, Vec<_>) =
+        devices(instance)?.into_iter().partition(|report| report.missing.is_empty());
+    for report in lacking {
+        eprintln!("left out: {} lacks {}", report.name, report.missing.join(", "));
+    }
+    Ok(sound)
+}
+
+/// A device's verdict against the first.
+struct Compared {
+    device: usize,
+    report: verdict::Report,
+}
+
+/// What the times are measured of.
+struct Times<'a> {
+    args: &'a CompareDevicesArgs,
+    scene: &'a Scene,
+    instance: &'a Arc<Instance>,
+    portraits: &'a [Portrait],
+}
+
+impl Times<'_> {
+    /// Each device in turn with the first, or the median of a device alone; what was measured before
+    /// something failed is kept.
+    fn measure(&self) -> anyhow::Result<(Vec<Compared>, Option<f64>, Option<anyhow::Error>)> {
+        let args = self.args;
+        let mut verdicts = Vec::new();
+        heed_interrupts()?;
+        let folder = tempfile::tempdir().context("no temporary folder")?;
+        let mut scene = self.scene.clone();
+        if let Some(file) = &mut scene.environment.file {
+            *file = file.canonicalize().with_context(|| format!("{}", file.display()))?;
+        }
+        let path = folder.path().join("scene.toml");
+        std::fs::write(&path, toml::to_string(&scene)?).context("no temporary file")?;
+        let listed = devices(self.instance)?;
+        let threshold = args.gate.threshold();
+        let program = std::env::current_exe().context("this program's file is not known")?;
+        let arm = |number: usize| {
+            let head = DeviceHead::of(&self.portraits[number].report);
+            // By its place in the list: names of two versions of a driver may be alike.
+            let index = listed.iter().position(|report| DeviceHead::of(report) == head);
+            let options =
+                index.map(|index| format!("--device={index}").into()).into_iter().collect();
+            Arm { label: head.summary(), program: program.clone(), variables: vec![], options }
+        };
+        let work = Work {
+            arguments: vec![
+                path.into(),
+                format!("--seconds={}", args.seconds).into(),
+                format!("--frames={}", args.frames).into(),
+            ],
+            drops: Vec::new(),
+            placed: scene.drops.len() as u32,
+            limits: Limits { timeout: args.timeout },
+        };
+        if self.portraits.len() == 1 {
+            let report = arm(0).bench(&work.arguments, work.limits)?;
+            let row = report.rows.iter().find(|row| row.tone_map);
+            return Ok((verdicts, row.map(|row| row.median_ms), None));
+        }
+        let each = args.max_time / (self.portraits.len() as u32 - 1);
+        for device in 1..self.portraits.len() {
+            let (a, b) = (arm(0), arm(device));
+            let bar = progress(args.rounds.into(), "rounds");
+            let turns = take_turns([&a, &b], &work, args.rounds.into(), threshold, each, &bar);
+            bar.finish_and_clear();
+            if let Some([of_a, of_b]) = &turns.reports {
+                let report = verdict::Report {
+                    schema: verdict::SCHEMA.into(),
+                    a: Side::of(&a.label, of_a),
+                    b: Side::of(&b.label, of_b),
+                    method: "paired".into(),
+                    threshold,
+                    max_flip: Some(args.max_flip.unwrap_or(MAX_FLIP)),
+                    flip_pixels_per_degree: Some(PIXELS_PER_DEGREE),
+                    stopped: turns.stopped,
+                    notes: notes(of_a, of_b),
+                    rows: turns.rows,
+                };
+                verdicts.push(Compared { device, report });
+            }
+            if turns.failed.is_some() {
+                return Ok((verdicts, None, turns.failed));
+            }
+        }
+        Ok((verdicts, None, None))
+    }
+}
+
+/// Milliseconds of a device's tone-mapped frame, over its rounds.
+fn median_of(device: usize, verdicts: &[Compared]) -> Option<f64> {
+    let of = |compared: &Compared| {
+        let row = compared.report.rows.iter().find(|row| row.tone_map)?;
+        match device {
+            0 => Some(row.median_ms_a),
+            _ => (compared.device == device).then_some(row.median_ms_b),
+        }
+    };
+    verdicts.iter().find_map(of)
 }
 
 fn portray(
-    args: &CompareDevicesArgs,
     device: &Arc<Device>,
     scene: &Scene,
     environment: &Environment,
@@ -157,11 +330,7 @@ fn portray(
         let visible = renderer.finish()?.counts.visible;
         Ok((renderer.read_radiance()?, visible, plan))
     };
-    let (picture, visible, plan) = draw(scene)?;
-    let variants = [Variant { scene: scene.clone(), plan }];
-    let effort = Effort { seconds: args.seconds, frames: args.frames };
-    let measured = measure(device, environment, &variants, effort, &|_| {})?;
-    let median_ms = median(&measured[0].samples_ms);
+    let (picture, visible, _) = draw(scene)?;
     let stages = if scene.drop_count() > 0 {
         let mut scene = scene.clone();
         scene.model = crate::scene::ModelChoice {
@@ -174,26 +343,60 @@ fn portray(
     } else {
         None
     };
-    Ok(Portrait { report: device.report.clone(), median_ms, visible, picture, stages })
-}
-
-/// Device, driver and its version.
-fn name(report: &DeviceReport) -> String {
-    format!("{}, {} {}", report.name, report.driver, report.driver_info).trim_end().into()
+    Ok(Portrait { report: device.report.clone(), visible, picture, stages })
 }
 
 /// The stages of the paper's frame, and the first that differs.
 fn tell(apart: &[Apart]) -> String {
     let stage = |apart: &Apart| {
-        let Apart { stage, unit, tolerance, share, largest } = apart;
-        format!(
-            "\n   {stage:<10} {:>9.4} % off by over {tolerance} {unit}, largest {largest:.4}",
-            100.0 * share
-        )
+        let Apart { stage, unit, tolerance, share, alone, largest } = apart;
+        let off = 100.0 * (share - alone);
+        let mut line = format!("\n   {stage:<10}");
+        if *share == 0.0 {
+            line += &format!(" none off by over {tolerance} {unit}");
+        } else {
+            line += &format!(" {off:.4} % off by over {tolerance} {unit}");
+        }
+        if *alone > 0.0 {
+            line += &format!(", {:.4} % drawn by one alone", 100.0 * alone);
+        }
+        // As many digits as it takes: a difference is never shown as none.
+        if *largest > 0.0 {
+            line += &format!(", largest {largest:.1e}");
+        }
+        line
     };
+    let few = 100.0 * FEW;
     let first = match apart.iter().find(|apart| apart.differs()) {
-        None => "no stage differs beyond rounding".into(),
         Some(first) => format!("the first stage to differ is the {}", first.stage),
+        None if apart.iter().any(Apart::strays) => {
+            format!("no stage differs by more than rounding in over {few} % of its pixels")
+        }
+        None => "no stage differs by more than rounding".into(),
     };
     format!("{first}{}", apart.iter().map(stage).collect::<String>())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What is said agrees with the figures beside it.
+    #[test]
+    fn stages_do_not_contradict_themselves() {
+        let of = |share: f64, alone: f64, largest: f64| {
+            let apart =
+                Apart { stage: "footprint", unit: "px", tolerance: 0.01, share, alone, largest };
+            tell(&[apart])
+        };
+        assert!(of(0.0, 0.0, 0.0).contains("none off") && !of(0.0, 0.0, 0.0).contains("largest"));
+        assert!(of(0.0, 0.0, 0.003).starts_with("no stage differs by more than rounding\n"));
+        assert!(of(0.0005, 0.0, 0.4675).contains("in over 0.1 % of its pixels"));
+        let alone = of(0.0005, 0.0005, 0.0);
+        assert!(
+            alone.contains("0.0500 % drawn by one alone") && !alone.contains("largest"),
+            "{alone}"
+        );
+        assert!(of(0.5, 0.0, 2e-5).contains("largest 2.0e-5"));
+    }
 }

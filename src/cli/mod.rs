@@ -1,7 +1,7 @@
 //! The `raindrops` command: one file a command, and what they share.
 //!
 //! Exit status: 0 done, 1 the answer is "no" (a comparison above its bound, a check that fails),
-//! 2 an error, told in one line on stderr. Results go to stdout or to `-o`, progress to stderr.
+//! 2 an error, told in one line on stderr, 130 interrupted. Results go to stdout or to `-o`, progress to stderr.
 
 mod bench;
 mod compare;
@@ -9,15 +9,19 @@ mod compare_devices;
 mod completions;
 mod devices;
 mod errors;
+mod format;
 mod mask;
 mod options;
 mod plan;
 mod rain;
 mod reference;
 mod render;
+mod report;
+mod rounds;
 mod sequence;
 mod sky;
 mod tradeoff;
+mod verdict;
 #[cfg(feature = "view")]
 mod view;
 
@@ -63,6 +67,8 @@ enum Command {
     CompareDevices(compare_devices::CompareDevicesArgs),
     Completions(completions::CompletionsArgs),
     Tradeoff(tradeoff::TradeoffArgs),
+    Verdict(verdict::VerdictArgs),
+    Report(report::ReportArgs),
     Errors(errors::ErrorsArgs),
 }
 
@@ -96,6 +102,8 @@ pub fn main() -> ExitCode {
         Command::CompareDevices(args) => compare_devices::run(&args),
         Command::Completions(args) => completions::run(&args, &mut Cli::command()),
         Command::Tradeoff(args) => tradeoff::run(&args),
+        Command::Verdict(args) => verdict::run(&args),
+        Command::Report(args) => report::run(&args),
         Command::Errors(args) => errors::run(&args),
     };
     match outcome {
@@ -105,7 +113,7 @@ pub fn main() -> ExitCode {
             // `{:#}` puts the chain of causes on one line.
             let hint = error.downcast_ref().map_or("", hint);
             eprintln!("raindrops: {}{hint}", format!("{error:#}").replace('\n', " "));
-            ExitCode::from(2)
+            ExitCode::from(if error.is::<rounds::process::Interrupted>() { 130 } else { 2 })
         }
     }
 }
@@ -265,10 +273,13 @@ fn check_folder(path: &Path) -> Result<()> {
     }
 }
 
-/// Writes figures as JSON.
+/// Writes figures as JSON; `-` is stdout.
 fn write_json(path: &Path, value: &impl serde::Serialize) -> Result<()> {
     let mut text =
         serde_json::to_string_pretty(value).map_err(|error| Error::write(path, error))?;
+    if path.as_os_str() == "-" {
+        return print(text);
+    }
     text.push('\n');
     write_whole(path, text.as_bytes())
 }

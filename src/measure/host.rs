@@ -1,9 +1,9 @@
 //! The machine that a benchmark ran on.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// CPU, cores, system and load.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Host {
     /// Processor, as the system names it.
     pub cpu: String,
@@ -33,5 +33,14 @@ impl Host {
             os: format!("{release} {}", std::env::consts::ARCH),
             load: file("/proc/loadavg").split(' ').next().and_then(|load| load.parse().ok()),
         }
+    }
+
+    /// What makes times of this machine doubtful, in a line; none if nothing does.
+    pub fn doubt(&self) -> Option<String> {
+        let load = self.load.filter(|load| *load > self.cores as f64)?;
+        Some(format!(
+            "the load of {load} exceeds the {} cores: something else runs, and times are too long",
+            self.cores
+        ))
     }
 }

@@ -8,6 +8,7 @@ pub mod rain_plot;
 mod resolve;
 pub mod statistics;
 pub mod tradeoff;
+pub mod verdict;
 
 pub use host::Host;
 pub use resolve::resolve;

@@ -288,7 +288,8 @@ impl Renderer {
 
         let of_drops = self.drawing.counters().map(|from| (from, 0, 0, Simulate::COUNTER_WORDS));
         let after = 4 * Simulate::COUNTER_WORDS as u64;
-        let of_tiles = self.drawing.totals().map(|from| (from, tiles::COUNTS.0, after, tiles::COUNTS.1));
+        let of_tiles =
+            self.drawing.totals().map(|from| (from, tiles::COUNTS.0, after, tiles::COUNTS.1));
         if of_drops.is_some() {
             memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::TransferRead]);
             for (from, src_offset, dst_offset, words) in of_drops.into_iter().chain(of_tiles) {

@@ -1,50 +1,56 @@
-//! `raindrops bench`: the paper's Table II on this machine's Vulkan devices.
+//! `raindrops bench`: frame rates of a scene, or the paper's Table II, on this machine's Vulkan devices.
+
+mod compare;
+mod google;
+mod table;
 
 use std::path::PathBuf;
+use std::time::SystemTime;
 
 use clap::Args;
 
+use self::table::{plain, table};
+use super::format::Format;
 use super::options::{
     AxisArgs, DeviceArgs, SceneValues, choose_device, devices, open_device, resolve,
 };
+use super::verdict::gate::GateArgs;
 use super::{Answer, parse_seconds, print, progress, say_doubt, write_json};
 use crate::environment::Environment;
 use crate::files::write_whole;
 use crate::gpu::disk_cache::KeptDevice;
 use crate::measure::Host;
 use crate::measure::bench::{
-    Build, DeviceHead, Effort, Report, Row, SCHEMA, Variant, measure, plot, table,
+    Build, DeviceHead, Effort, Report, Row, SCHEMA, Variant, measure, plot,
 };
 use crate::plan::{Output, plan_by};
 use crate::rain::cull::count_visible;
 use crate::scene::model::{Operator, Preset};
 use crate::scene::{RainSettings, Scene};
 
-/// Measure frame rates: the paper's Table II on this machine
+/// Measure frame rates: of a scene as it is, or the paper's Table II on this machine
 #[derive(Args)]
 pub struct BenchArgs {
     /// Scene file (TOML); left out: the paper's benchmark scene
     scene: Option<PathBuf>,
-    /// Drop counts, comma-separated
-    #[arg(
-        long,
-        value_name = "N,…",
-        value_delimiter = ',',
-        default_values_t = [125_000, 250_000, 500_000, 1_000_000, 2_000_000, 4_000_000],
-    )]
+    /// Numbers of random drops, comma-separated; left out: the scene's own, or without a scene the
+    /// paper's 125000 to 4000000
+    #[arg(long, value_name = "N,…", value_delimiter = ',')]
     drops: Vec<u32>,
     /// Presets to measure side by side, in turn, comma-separated; left out: the scene's, or paper
     #[arg(long, value_enum, value_name = "NAME,…", value_delimiter = ',')]
     preset: Vec<Preset>,
-    /// Seconds to measure a row …
-    #[arg(long, value_name = "S", default_value_t = 2.0, value_parser = parse_seconds)]
-    seconds: f64,
-    /// … and at least so many frames of it, but for no longer than ten times that
-    #[arg(long, value_name = "N", default_value_t = 12)]
-    frames: usize,
-    /// Write the figures as JSON
+    /// Seconds to measure a row … [default: 2, in rounds 0.2]
+    #[arg(long, value_name = "S", value_parser = parse_seconds)]
+    seconds: Option<f64>,
+    /// … and at least so many frames of it, but for no longer than ten times that [default: 12, in rounds 2]
+    #[arg(long, value_name = "N")]
+    frames: Option<usize>,
+    #[command(flatten)]
+    gate: GateArgs,
+    /// Write the figures in the JSON of google/benchmark
     #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
+    google_benchmark: Option<PathBuf>,
     /// Draw frames a second by drops, beside the paper's three machines, as SVG
     #[arg(long, value_name = "FILE")]
     svg: Option<PathBuf>,
@@ -55,18 +61,35 @@ pub struct BenchArgs {
     /// `--device all` measures every device in turn
     #[command(flatten)]
     device: DeviceArgs,
+    #[command(flatten)]
+    compare: compare::CompareArgs,
 }
+
+/// The paper's numbers of drops.
+const TABLE_II: [u32; 6] = [125_000, 250_000, 500_000, 1_000_000, 2_000_000, 4_000_000];
 
 /// Runs the command.
 pub fn run(args: &BenchArgs) -> anyhow::Result<Answer> {
     let mut scene = args.values.load(args.scene.as_deref())?;
     args.axes.apply(&mut scene)?;
-    for file in [&args.json, &args.svg].into_iter().flatten() {
+    args.gate.check()?;
+    for file in [&args.google_benchmark, &args.svg].into_iter().flatten() {
         super::check_folder(file)?;
     }
     let is_all = args.device.device.as_deref() == Some("all");
     if is_all && args.svg.is_some() {
         anyhow::bail!("--svg draws one device; choose it by --device");
+    }
+    if is_all && args.google_benchmark.is_some() {
+        anyhow::bail!("--google-benchmark writes one device; choose it by --device");
+    }
+    if args.compare.is_asked() {
+        return compare::run(args, &scene);
+    }
+    if args.gate.is_asked() {
+        anyhow::bail!(
+            "--threshold, --fail-above, --junit and --expect are for --baseline, --a, --b, --a-binary and --b-binary"
+        );
     }
     if scene.tone_map.operator == Operator::None {
         eprintln!("note: the tone-mapped rows clip instead of compressing (operator none)");
@@ -76,14 +99,7 @@ pub fn run(args: &BenchArgs) -> anyhow::Result<Answer> {
         // Without a scene the benchmark is the paper's table, by the paper's method.
         presets.push(args.scene.as_ref().map_or(Preset::Paper, |_| scene.model.preset));
     }
-    scene.rain.get_or_insert_default();
-    // The published rates stand beside the scene that they are of.
-    let is_papers = {
-        let (mut plain, mut papers) = (scene.clone(), Scene::default());
-        plain.model = papers.model;
-        (plain.rain, papers.rain) = (plain.rain.map(uncounted), papers.rain.map(uncounted));
-        plain == papers
-    };
+    let is_papers = is_papers(&scene);
     let environment = super::open_environment(&scene)?;
 
     let instance = args.device.instance()?;
@@ -100,9 +116,6 @@ pub fn run(args: &BenchArgs) -> anyhow::Result<Answer> {
         }
         let device = open_device(&instance, device)?;
         let report = bench(args, &device, &scene, &presets, &environment)?;
-        print(format_args!("{}\n{}", device.report.summary(), table(&report.rows, is_papers)))?;
-        print(host_line(&report))?;
-        print(start_line(&report))?;
         if !report.rows.iter().all(Row::passes_add_up) {
             eprintln!(
                 "note: the driver's times of the passes do not add up to the frames; trust the frames"
@@ -116,11 +129,9 @@ pub fn run(args: &BenchArgs) -> anyhow::Result<Answer> {
     if reports.is_empty() {
         anyhow::bail!("--device all: no device has all that is needed; see raindrops devices");
     }
-    if let Some(path) = &args.json {
-        match reports.as_slice() {
-            [one] if !is_all => write_json(path, one)?,
-            all => write_json(path, &all)?,
-        }
+    match reports.as_slice() {
+        [one] if !is_all => write(args, is_papers, one, reports.iter())?,
+        all => write(args, is_papers, &all, all.iter())?,
     }
     if let (Some(path), [report]) = (&args.svg, reports.as_slice()) {
         write_whole(path, plot(report)?.as_bytes())?;
@@ -129,9 +140,63 @@ pub fn run(args: &BenchArgs) -> anyhow::Result<Answer> {
     Ok(answer)
 }
 
+/// Whether published rates are of this scene, its number of drops apart.
+fn is_papers(scene: &Scene) -> bool {
+    let (mut plain, mut papers) = (scene.clone(), Scene::default());
+    plain.model = papers.model;
+    (plain.rain, papers.rain) = (plain.rain.map(uncounted), papers.rain.map(uncounted));
+    plain == papers
+}
+
 /// Rain but for its count.
 fn uncounted(rain: RainSettings) -> RainSettings {
     RainSettings { count: 0, ..rain }
+}
+
+impl BenchArgs {
+    /// The numbers of random drops to measure; none: those of the scene.
+    fn series(&self) -> Vec<Option<u32>> {
+        match (self.drops.as_slice(), &self.scene) {
+            ([], Some(_)) => vec![None],
+            ([], None) => TABLE_II.map(Some).to_vec(),
+            (counts, _) => counts.iter().copied().map(Some).collect(),
+        }
+    }
+}
+
+/// Writes the result file, and prints the rows of each device in the form that was asked for.
+fn write<'a>(
+    args: &BenchArgs,
+    is_papers: bool,
+    file: &impl serde::Serialize,
+    reports: impl Iterator<Item = &'a Report> + Clone,
+) -> anyhow::Result<()> {
+    if let Some(path) = &args.gate.json {
+        write_json(path, file)?;
+    } else if args.gate.is_json() {
+        write_json("-".as_ref(), file)?;
+    }
+    for report in reports.clone() {
+        if let Some(path) = &args.google_benchmark {
+            write_json(path, &google::google_benchmark(report))?;
+        }
+    }
+    if args.gate.is_json() {
+        return Ok(());
+    }
+    for (number, report) in reports.enumerate() {
+        match args.gate.format {
+            Format::Csv => print(plain(report, number == 0))?,
+            Format::Markdown => print(table(&report.rows, is_papers, args.gate.format))?,
+            Format::Table | Format::Json => {
+                let rows = table(&report.rows, is_papers, args.gate.format);
+                print(format_args!("{}\n{rows}", report.device.summary()))?;
+                print(host_line(report))?;
+                print(start_line(report))?;
+            }
+        }
+    }
+    Ok(())
 }
 
 /// Every count with every preset, with and without tone mapping.
@@ -143,15 +208,21 @@ fn bench(
     environment: &Environment,
 ) -> anyhow::Result<Report> {
     let host = Host::now();
-    let bar = progress(100 * args.drops.len() as u64, "%");
+    let warnings: Vec<String> = host.doubt().into_iter().collect();
+    warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
+    let start = Some(humantime::format_rfc3339_seconds(SystemTime::now()).to_string());
+    let series = args.series();
+    let bar = progress(100 * series.len() as u64, "%");
     let mut rows = Vec::new();
-    for (number, count) in args.drops.iter().enumerate() {
-        bar.set_message(super::drops((*count).into()));
+    for (number, count) in series.into_iter().enumerate() {
+        bar.set_message(super::drops(count.unwrap_or(scene.drop_count()).into()));
         let mut variants = Vec::new();
         for preset in presets {
             let mut scene = scene.clone();
             scene.model.take_preset(*preset);
-            scene.rain.get_or_insert_default().count = *count;
+            if let Some(count) = count {
+                scene.rain.get_or_insert_default().count = count;
+            }
             scene.validate("command line")?;
             let choice = bar.suspend(|| resolve(device, &scene, environment))?;
             for output in [Output::Display, Output::Radiance] {
@@ -162,17 +233,25 @@ fn bench(
                 variants.push(Variant { plan, scene: scene.clone() });
             }
         }
-        let effort = Effort { seconds: args.seconds, frames: args.frames };
+        let effort =
+            Effort { seconds: args.seconds.unwrap_or(2.0), frames: args.frames.unwrap_or(12) };
         let tick = |share: f64| bar.set_position(((number as f64 + share) * 100.0) as u64);
         let measured = measure(device, environment, &variants, effort, &tick)?;
-        rows.extend(variants.iter().zip(&measured).map(|(v, m)| Row::new(v, m)));
+        rows.extend(
+            variants
+                .iter()
+                .zip(&measured)
+                .map(|(variant, measured)| Row::new(variant, environment, measured, start.clone())),
+        );
     }
     bar.finish_and_clear();
     Ok(Report {
-        schema: SCHEMA,
+        schema: SCHEMA.into(),
         device: DeviceHead::of(&device.report),
         build: Build::this(),
         host,
+        start,
+        warnings,
         environment: environment.name().into(),
         pipeline_cache_bytes: device.bytes_found(),
         rows,
@@ -203,7 +282,7 @@ fn start_line(report: &Report) -> String {
         .iter()
         .filter(|row| row.tone_map && row.drops == most)
         .map(|row| {
-            let steps = row.setup.0.iter().map(|(name, ms)| format!("{name} {ms:.0}"));
+            let steps = row.setup.iter().map(|(name, ms)| format!("{name} {ms:.0}"));
             let steps = steps.collect::<Vec<_>>().join(", ");
             let (setup, first) = (row.setup_ms, row.first_frame_ms);
             format!("{} {setup:.0} ms ({steps}) + {first:.0} ms", row.preset)
@@ -221,8 +300,9 @@ fn check_counts(scene: &Scene, report: &Report) -> bool {
     let mut agree = true;
     for row in report.rows.iter().filter(|row| row.tone_map && row.simulation == "integer") {
         let mut scene = scene.clone();
-        if let Some(rain) = &mut scene.rain {
-            rain.count = row.drops - scene.drops.len() as u32;
+        let random = row.drops - scene.drops.len() as u32;
+        if random > 0 {
+            scene.rain.get_or_insert_default().count = random;
         }
         let expected = count_visible(&scene);
         if row.visible != expected {

@@ -9,7 +9,7 @@ use crate::renderer::stages::Stages;
 
 /// Part of the pixels that may be off by more than rounding before a stage is said to differ: points
 /// that fall between two pixels may go either way.
-const FEW: f64 = 1e-3;
+pub const FEW: f64 = 1e-3;
 
 /// How far two drivers are apart at one stage.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -20,8 +20,10 @@ pub struct Apart {
     pub unit: &'static str,
     /// More than rounding.
     pub tolerance: f64,
-    /// Part of what was compared that is off by more.
+    /// Part of what was compared that is off by more, or that one of the two has alone.
     pub share: f64,
+    /// Part of what was compared that one of the two has alone: there is nothing to be off by.
+    pub alone: f64,
     /// Largest difference, where both have something.
     pub largest: f64,
 }
@@ -33,15 +35,20 @@ impl Apart {
         tolerance: f64,
         errors: impl Iterator<Item = Option<f64>>,
     ) -> Self {
-        let (mut compared, mut off, mut largest) = (0u64, 0u64, 0.0f64);
+        let (mut compared, mut off, mut alone, mut largest) = (0u64, 0u64, 0u64, 0.0f64);
         for error in errors {
             compared += 1;
-            // Where only one has something it is off without measure.
+            alone += u64::from(error.is_none());
             off += u64::from(error.is_none_or(|error| error > tolerance));
             largest = largest.max(error.unwrap_or(0.0));
         }
-        let share = off as f64 / compared.max(1) as f64;
-        Self { stage, unit, tolerance, share, largest }
+        let share = |count: u64| count as f64 / compared.max(1) as f64;
+        Self { stage, unit, tolerance, share: share(off), alone: share(alone), largest }
+    }
+
+    /// Whether anything at all is off by more than rounding.
+    pub fn strays(&self) -> bool {
+        self.share > 0.0
     }
 
     /// Whether more than few are off.

@@ -53,6 +53,8 @@ pub struct Measured {
     pub first_frame_ms: f64,
     /// The first frame's report.
     pub first: FrameReport,
+    /// Bytes of device memory that the renderer took.
+    pub bytes: u64,
     /// Wall-clock milliseconds a frame.
     pub samples_ms: Vec<f64>,
     /// GPU milliseconds of each pass, by name, in the order of the frame.
@@ -103,9 +105,11 @@ pub fn measure(
 
 impl Run {
     fn start(device: &Arc<Device>, environment: &Environment, variant: &Variant) -> Result<Self> {
+        let bytes_before = device.allocated_bytes();
         let before = Instant::now();
         let mut renderer = Renderer::new(device, &variant.scene, environment, &variant.plan)?;
         let setup_ms = ms_since(before);
+        let bytes = device.allocated_bytes() - bytes_before;
         let before = Instant::now();
         renderer.submit(&variant.scene)?;
         let first = renderer.finish()?;
@@ -116,6 +120,7 @@ impl Run {
             setup_parts: renderer.setup_ms(),
             first_frame_ms,
             first,
+            bytes,
             samples_ms: Vec::new(),
             passes_ms,
         };

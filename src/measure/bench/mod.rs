@@ -4,13 +4,15 @@ pub mod drivers;
 mod measure;
 #[cfg(feature = "cli")]
 mod plot;
+mod read;
 mod report;
+mod scene_head;
 
 pub use measure::{Effort, Measured, Variant, measure};
 #[cfg(feature = "cli")]
 pub use plot::plot;
-#[cfg(feature = "cli")]
-pub use report::table;
+pub use read::{of_schema, read, read_json};
 #[cfg(any(feature = "cli", feature = "view"))]
 pub(crate) use report::thousands;
-pub use report::{Build, DeviceHead, Parts, Report, Row, SCHEMA};
+pub use report::{Build, DeviceHead, Parts, Report, Round, Row, SCHEMA};
+pub use scene_head::{CameraHead, SceneHead};

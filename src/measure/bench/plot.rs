@@ -50,7 +50,7 @@ fn label(value: f64) -> String {
 
 fn draw(report: &Report, svg: &mut String) -> std::result::Result<(), PlotFailed> {
     let rows: Vec<&Row> = report.rows.iter().filter(|row| row.tone_map).collect();
-    let mut presets: Vec<&str> = rows.iter().map(|row| row.preset).collect();
+    let mut presets: Vec<&str> = rows.iter().map(|row| row.preset.as_str()).collect();
     presets.sort_unstable();
     presets.dedup();
     let place = |row: &&Row| (f64::from(row.drops.max(1)), row.fps);

@@ -1,10 +1,13 @@
-//! What a benchmark says: the JSON of the schema `raindrops-bench/1`, and a table.
+//! The result file of a benchmark, schema `raindrops-bench/1`: what is written and, in `read.rs`, read.
+//!
+//! Keys are only ever added: a file of an older version lacks some, and is read all the same.
 
-#[cfg(feature = "cli")]
-use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
-use serde::Serialize;
+use indexmap::IndexMap;
+use serde::{Deserialize, Serialize};
 
 use super::measure::{Measured, Variant};
+use super::scene_head::SceneHead;
+use crate::environment::Environment;
 use crate::gpu::DeviceReport;
 use crate::measure::Host;
 use crate::measure::statistics::{median, quantile};
@@ -12,38 +15,35 @@ use crate::measure::statistics::{median, quantile};
 /// Name and version of the format.
 pub const SCHEMA: &str = "raindrops-bench/1";
 
-/// The paper's Table II, GeForce GTX 280: drops, frames a second with and without tone mapping.
-#[cfg(feature = "cli")]
-const GTX_280: [(u32, u32, u32); 6] = [
-    (125_000, 595, 794),
-    (250_000, 430, 540),
-    (500_000, 250, 295),
-    (1_000_000, 140, 157),
-    (2_000_000, 74, 83),
-    (4_000_000, 43, 46),
-];
-
 /// A benchmark of one device.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Report {
     /// [`SCHEMA`].
-    pub schema: &'static str,
+    pub schema: String,
     /// The device.
     pub device: DeviceHead,
     /// The program.
     pub build: Build,
     /// The machine.
     pub host: Host,
+    /// When the measurement began, UTC, as RFC 3339 has it.
+    #[serde(default)]
+    pub start: Option<String>,
+    /// What makes the figures doubtful, a line each.
+    #[serde(default)]
+    pub warnings: Vec<String>,
     /// The environment's name.
+    #[serde(default)]
     pub environment: String,
     /// Bytes of compiled pipelines that an earlier run had left; 0: none.
+    #[serde(default)]
     pub pipeline_cache_bytes: usize,
     /// One row a variant.
     pub rows: Vec<Row>,
 }
 
 /// The device that was measured.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "the words of Vulkan's own properties")]
 pub struct DeviceHead {
     pub name: String,
@@ -51,65 +51,104 @@ pub struct DeviceHead {
     pub driver_info: String,
     pub api_version: String,
     #[serde(rename = "type")]
-    pub kind: &'static str,
+    pub kind: String,
+    /// PCI numbers, or those that Khronos gave to a driver without a PCI device.
+    #[serde(default)]
+    pub vendor_id: Option<u32>,
+    #[serde(default)]
+    pub device_id: Option<u32>,
+    /// 32 hexadecimal digits.
+    #[serde(default)]
+    pub driver_uuid: Option<String>,
+    #[serde(default)]
+    pub pipeline_cache_uuid: Option<String>,
 }
 
 /// The program that measured.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Build {
     /// Version of the package.
-    pub version: &'static str,
+    pub version: String,
     /// Commit, `unknown` outside of a repository.
-    pub commit: &'static str,
+    pub commit: String,
     /// `release` or `debug`.
-    pub profile: &'static str,
+    #[serde(default)]
+    pub profile: String,
 }
 
-/// Milliseconds of each part, by name and in order; written as a JSON object.
-#[derive(Clone, Debug, Default)]
-pub struct Parts(pub Vec<(&'static str, f64)>);
+/// Milliseconds of each part, by name and in order.
+pub type Parts = IndexMap<String, f64>;
 
-impl Serialize for Parts {
-    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_map(self.0.iter().copied())
-    }
+/// What one fresh process measured of a row: the unit of every comparison.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Round {
+    /// When the process began to measure, UTC, as RFC 3339 has it.
+    #[serde(default)]
+    pub start: Option<String>,
+    /// Median of its frames.
+    pub median_ms: f64,
+    /// Medians of their passes.
+    #[serde(default)]
+    pub passes: Parts,
 }
 
 /// One variant: what was drawn, by which models, how fast.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "the keys of the result file, see docs/architecture.md")]
 pub struct Row {
-    pub preset: &'static str,
-    pub optics: &'static str,
-    pub primitive: &'static str,
-    pub order: &'static str,
-    pub simulation: &'static str,
+    pub preset: String,
+    pub optics: String,
+    pub primitive: String,
+    pub order: String,
+    #[serde(default)]
+    pub simulation: String,
     pub drops: u32,
     pub visible: u64,
     pub width: u32,
     pub height: u32,
     pub tone_map: bool,
+    #[serde(default)]
+    pub scene: Option<SceneHead>,
+    /// Deterministic, `tiles_done_again` apart: a change of them is no noise.
+    #[serde(default)]
+    pub counters: IndexMap<String, u64>,
+    #[serde(default)]
     pub setup_ms: f64,
+    #[serde(default)]
     pub setup: Parts,
+    #[serde(default)]
     pub first_frame_ms: f64,
     pub samples_ms: Vec<f64>,
     pub median_ms: f64,
     pub p10_ms: f64,
     pub p90_ms: f64,
     pub fps: f64,
+    #[serde(default)]
     pub passes: Parts,
+    #[serde(default)]
+    pub rounds: Vec<Round>,
 }
 
 impl DeviceHead {
     /// The head of a device.
     pub fn of(report: &DeviceReport) -> Self {
+        let hex = |uuid: [u8; 16]| format!("{:032x}", u128::from_be_bytes(uuid));
         Self {
             name: report.name.clone(),
             driver: report.driver.clone(),
             driver_info: report.driver_info.clone(),
             api_version: report.api_version.clone(),
-            kind: report.kind,
+            kind: report.kind.into(),
+            vendor_id: Some(report.pipeline_key.vendor),
+            device_id: Some(report.pipeline_key.device),
+            driver_uuid: Some(hex(report.driver_uuid)),
+            pipeline_cache_uuid: Some(hex(report.pipeline_key.uuid)),
         }
+    }
+
+    /// Device, driver and its version.
+    pub fn summary(&self) -> String {
+        format!("{}, {} {}", self.name, self.driver, self.driver_info).trim_end().into()
     }
 }
 
@@ -117,109 +156,138 @@ impl Build {
     /// This program.
     pub fn this() -> Self {
         Self {
-            version: env!("CARGO_PKG_VERSION"),
-            commit: env!("RAINDROPS_COMMIT"),
-            profile: if cfg!(debug_assertions) { "debug" } else { "release" },
+            version: env!("CARGO_PKG_VERSION").into(),
+            commit: env!("RAINDROPS_COMMIT").into(),
+            profile: if cfg!(debug_assertions) { "debug" } else { "release" }.into(),
         }
     }
 }
 
+impl Report {
+    /// Adds the rounds of another process that measured the same rows.
+    pub fn extend(&mut self, other: Self) {
+        for row in other.rows {
+            let is_same = |mine: &&mut Row| mine.name() == row.name();
+            if let Some(mine) = self.rows.iter_mut().find(is_same) {
+                mine.extend(row);
+            }
+        }
+        for warning in other.warnings {
+            if self.warnings.is_empty() {
+                self.warnings.push(warning);
+            }
+        }
+    }
+}
+
+/// Four decimals: a tenth of a microsecond.
+fn rounded(ms: f64) -> f64 {
+    (ms * 1e4).round() / 1e4
+}
+
 impl Row {
-    /// The row of what was measured.
-    pub fn new(variant: &Variant, measured: &Measured) -> Self {
+    /// The row of what was measured, of a process that began to measure at `start`.
+    pub fn new(
+        variant: &Variant,
+        environment: &Environment,
+        measured: &Measured,
+        start: Option<String>,
+    ) -> Self {
         let (scene, plan) = (&variant.scene, &variant.plan);
-        let median_ms = median(&measured.samples_ms);
-        let round = |ms: &f64| (ms * 1e4).round() / 1e4;
-        Self {
-            preset: plan.preset.name(),
-            optics: plan.optics.name(),
-            primitive: plan.primitive.name(),
-            order: plan.order.name(),
-            simulation: plan.simulation.name(),
+        let medians = measured.passes_ms.iter().filter(|(_, samples)| !samples.is_empty());
+        let passes: Parts =
+            medians.map(|(name, ms)| (name.to_string(), rounded(median(ms)))).collect();
+        let setup = measured.setup_parts.iter();
+        let mut row = Self {
+            preset: plan.preset.name().into(),
+            optics: plan.optics.name().into(),
+            primitive: plan.primitive.name().into(),
+            order: plan.order.name().into(),
+            simulation: plan.simulation.name().into(),
             drops: scene.drop_count(),
             visible: measured.first.counts.visible,
             width: scene.image.width,
             height: scene.image.height,
             tone_map: plan.tone_map.is_some(),
-            setup_ms: round(&measured.setup_ms),
-            setup: Parts(measured.setup_parts.iter().map(|(n, ms)| (*n, round(ms))).collect()),
-            first_frame_ms: round(&measured.first_frame_ms),
-            samples_ms: measured.samples_ms.iter().map(round).collect(),
-            median_ms: round(&median_ms),
-            p10_ms: round(&quantile(&measured.samples_ms, 0.1)),
-            p90_ms: round(&quantile(&measured.samples_ms, 0.9)),
-            fps: round(&(1e3 / median_ms)),
-            passes: Parts(
-                measured
-                    .passes_ms
-                    .iter()
-                    .filter(|(_, samples)| !samples.is_empty())
-                    .map(|(name, samples)| (*name, round(&median(samples))))
-                    .collect(),
-            ),
-        }
+            scene: Some(SceneHead::of(scene, environment)),
+            counters: counters(measured),
+            setup_ms: rounded(measured.setup_ms),
+            setup: setup.map(|(name, ms)| (name.to_string(), rounded(*ms))).collect(),
+            first_frame_ms: rounded(measured.first_frame_ms),
+            samples_ms: measured.samples_ms.iter().map(|ms| rounded(*ms)).collect(),
+            median_ms: 0.0,
+            p10_ms: 0.0,
+            p90_ms: 0.0,
+            fps: 0.0,
+            passes: Parts::new(),
+            rounds: vec![Round { start, median_ms: rounded(median(&measured.samples_ms)), passes }],
+        };
+        row.sum_up();
+        row
+    }
+
+    /// Adds the rounds and samples of the same row, measured by another process.
+    pub fn extend(&mut self, other: Self) {
+        self.samples_ms.extend(other.samples_ms);
+        self.rounds.extend(other.rounds);
+        self.sum_up();
+    }
+
+    /// Median, percentiles and passes from samples and rounds.
+    fn sum_up(&mut self) {
+        let of_rounds: Vec<f64> = self.rounds.iter().map(|round| round.median_ms).collect();
+        self.median_ms = rounded(median(&of_rounds));
+        self.p10_ms = rounded(quantile(&self.samples_ms, 0.1));
+        self.p90_ms = rounded(quantile(&self.samples_ms, 0.9));
+        self.fps = rounded(1e3 / self.median_ms);
+        let names = self.rounds.iter().max_by_key(|round| round.passes.len());
+        let names: Vec<String> =
+            names.map(|round| round.passes.keys().cloned().collect()).unwrap_or_default();
+        self.passes = names
+            .into_iter()
+            .map(|name| {
+                let of_pass = self.rounds.iter().filter_map(|round| round.passes.get(&name));
+                let of_pass: Vec<f64> = of_pass.copied().collect();
+                (name, rounded(median(&of_pass)))
+            })
+            .collect();
     }
 
     /// Whether the GPU's times of the passes add up to the frame: some drivers book the work of one
     /// pass on another, or none at all.
     pub fn passes_add_up(&self) -> bool {
-        let sum: f64 = self.passes.0.iter().map(|(_, ms)| ms).sum();
+        let sum: f64 = self.passes.values().sum();
         (0.5..1.25).contains(&(sum / self.median_ms))
     }
+
+    /// What was asked for, in a few words: the same in every file that may be compared with this one.
+    pub fn name(&self) -> String {
+        let tone_map = if self.tone_map { "" } else { ", no tone map" };
+        format!("{} drops, {}, {} x {}{tone_map}", self.drops, self.preset, self.width, self.height)
+    }
 }
 
-/// The rows as the paper's Table II has them: a line a count and preset, frame rates with (-T) and
-/// without tone mapping, then milliseconds. If the scene is the paper's, its own figures stand beside them.
-#[cfg(feature = "cli")]
-pub fn table(rows: &[Row], is_papers: bool) -> Table {
-    let mut table = Table::new();
-    table.load_style(presets::UTF8_HORIZONTAL_ONLY);
-    table.set_content_arrangement(ContentArrangement::Disabled);
-    let passes: Vec<&str> = rows
-        .iter()
-        .map(|row| &row.passes.0)
-        .max_by_key(|p| p.len())
-        .map_or(Vec::new(), |passes| passes.iter().map(|(name, _)| *name).collect());
-    let mut header: Vec<String> = ["drops", "in view", "preset", "FPS-T", "FPS", "ms-T", "p10-p90"]
-        .map(String::from)
-        .to_vec();
-    header.push("ms".into());
-    header.extend(passes.iter().map(|name| (*name).to_string()));
-    header.extend(is_papers.then(|| "GTX 280, 2011".into()));
-    table.set_header(header);
-    for row in rows.iter().filter(|row| row.tone_map) {
-        let without = rows.iter().find(|other| {
-            !other.tone_map && other.drops == row.drops && other.preset == row.preset
-        });
-        let mut line = vec![
-            thousands(row.drops.into()),
-            thousands(row.visible),
-            row.preset.into(),
-            rate(row.fps),
-            without.map_or("-".into(), |without| rate(without.fps)),
-            format!("{:.2}", row.median_ms),
-            format!("{:.2}-{:.2}", row.p10_ms, row.p90_ms),
-            without.map_or("-".into(), |without| format!("{:.2}", without.median_ms)),
-        ];
-        for name in &passes {
-            let ms = row.passes.0.iter().find(|(pass, _)| pass == name);
-            line.push(ms.map_or("-".into(), |(_, ms)| format!("{ms:.2}")));
-        }
-        let published = GTX_280.iter().find(|(drops, ..)| is_papers && *drops == row.drops);
-        line.extend(published.map(|(_, mapped, plain)| format!("{mapped} / {plain}")));
-        table.add_row(line);
+/// What the first frame counted, by name.
+fn counters(measured: &Measured) -> IndexMap<String, u64> {
+    let counts = &measured.first.counts;
+    let mut all = vec![
+        ("drops_in_view", counts.visible),
+        ("drops_not_drawn", counts.overflow + counts.camera_inside + counts.beside_camera),
+    ];
+    match &measured.first.tiles {
+        None => all.push(("large_drops", counts.large)),
+        Some(tiles) => all.extend([
+            ("clusters_in_view", tiles.clusters),
+            ("large_drops", tiles.large),
+            // A splat is one entry, a larger drop one for each of its fragments.
+            ("list_entries", counts.visible.saturating_sub(tiles.large) + tiles.fragments),
+            ("fragments", tiles.fragments),
+            ("ray_fragments", tiles.ray_fragments),
+            ("tiles_done_again", tiles.tiles_again),
+        ]),
     }
-    for (index, column) in table.column_iter_mut().enumerate() {
-        if index != 2 {
-            column.set_cell_alignment(CellAlignment::Right);
-        }
-    }
-    table
-}
-
-#[cfg(feature = "cli")]
-fn rate(fps: f64) -> String {
-    if fps < 100.0 { format!("{fps:.1}") } else { format!("{fps:.0}") }
+    all.push(("bytes", measured.bytes));
+    all.into_iter().map(|(name, count)| (name.to_string(), count)).collect()
 }
 
 /// 4000000 to `4 000 000`.

@@ -1,0 +1,289 @@
+//! `bench` in rounds of fresh processes: two environments or two binaries in turn, or this device against a
+//! kept result.
+
+use std::ffi::OsString;
+use std::path::PathBuf;
+use std::time::Duration;
+
+use anyhow::Context as _;
+use clap::{Args, CommandFactory as _};
+
+use super::{BenchArgs, TABLE_II};
+use crate::cli::rounds::environment::{Variables, parse};
+use crate::cli::rounds::pictures::Eye;
+use crate::cli::rounds::process::{Arm, Limits, heed_interrupts};
+use crate::cli::rounds::{Work, alone, passed_on, take_turns};
+use crate::cli::verdict::gate::{GateArgs, parse_part};
+use crate::cli::verdict::{borrowed, notes, runs, side};
+use crate::cli::{Answer, Cli, open_environment, progress};
+use crate::measure::bench::Report as Kept;
+use crate::measure::verdict::looks::looks;
+use crate::measure::verdict::{self, SCHEMA, Side, kept};
+use crate::picture::flip::PIXELS_PER_DEGREE;
+use crate::scene::Scene;
+
+/// Rounds that a result is kept with.
+const KEPT_ROUNDS: usize = 10;
+/// Rounds of a comparison in turn, at most.
+const MOST_ROUNDS: usize = 40;
+
+/// What is compared, and for how long.
+#[derive(Args, Clone, Debug)]
+#[command(next_help_heading = "Comparison, in rounds of fresh processes")]
+pub struct CompareArgs {
+    /// Environment of side A: NAME=VALUE,… (a value with commas in quotes); left out or empty: this one
+    #[arg(long, value_name = "ENV=VALUE,…", value_parser = EnvironmentParser)]
+    a: Option<Shared>,
+    /// Environment of side B
+    #[arg(long, value_name = "ENV=VALUE,…", value_parser = EnvironmentParser)]
+    b: Option<Shared>,
+    /// Program of side A; left out: this one
+    #[arg(long, value_name = "FILE")]
+    a_binary: Option<PathBuf>,
+    /// Program of side B
+    #[arg(long, value_name = "FILE")]
+    b_binary: Option<PathBuf>,
+    /// Against a kept result of this device, or several of the same at different times, comma-separated
+    #[arg(long, value_name = "FILE,…", value_delimiter = ',',
+          conflicts_with_all = ["a", "b", "a_binary", "b_binary"])]
+    baseline: Vec<PathBuf>,
+    /// Fresh processes a side [default: at most 40 in turn, else 10]; alone, `--rounds 10 --json FILE` makes a
+    /// baseline
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1000))]
+    rounds: Option<u16>,
+    /// Begin no round that would end later than this: 90s, 15m, 1h
+    #[arg(long, value_name = "TIME", default_value = "15m", value_parser = humantime::parse_duration)]
+    max_time: Duration,
+    /// End a process that takes longer, with an error
+    #[arg(long, value_name = "TIME", default_value = "10m", value_parser = humantime::parse_duration)]
+    timeout: Duration,
+    /// A row whose two pictures are farther apart than this mean FLIP is different, whatever its times
+    #[arg(long, value_name = "X", default_value = "0.01", value_parser = parse_part)]
+    max_flip: f64,
+    /// The error of both pictures against the reference, of so many samples a pixel
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1 << 20))]
+    reference: Option<u32>,
+}
+
+/// Clap takes a `Vec` for several values of an option, and this is one.
+type Shared = std::sync::Arc<Variables>;
+
+#[derive(Clone)]
+struct EnvironmentParser;
+
+impl clap::builder::TypedValueParser for EnvironmentParser {
+    type Value = Shared;
+
+    fn parse_ref(
+        &self,
+        command: &clap::Command,
+        argument: Option<&clap::Arg>,
+        value: &std::ffi::OsStr,
+    ) -> Result<Self::Value, clap::Error> {
+        let inner = |text: &str| parse(text).map(Shared::new);
+        clap::builder::TypedValueParser::parse_ref(&inner, command, argument, value)
+    }
+}
+
+/// Options that are this process's alone, not of those that it starts.
+const OWN: [&str; 15] = [
+    "a",
+    "b",
+    "a_binary",
+    "b_binary",
+    "baseline",
+    "rounds",
+    "max_time",
+    "timeout",
+    "max_flip",
+    "reference",
+    "drops",
+    "seconds",
+    "frames",
+    "svg",
+    "google_benchmark",
+];
+/// What `render` does not know.
+const NOT_OF_PICTURES: [&str; 1] = ["preset"];
+
+impl CompareArgs {
+    /// Whether this is more than one measurement in this process.
+    pub fn is_asked(&self) -> bool {
+        self.is_in_turn() || !self.baseline.is_empty() || self.rounds.is_some()
+    }
+
+    fn is_in_turn(&self) -> bool {
+        self.a.is_some() || self.b.is_some() || self.a_binary.is_some() || self.b_binary.is_some()
+    }
+
+    fn arm(&self, is_b: bool) -> anyhow::Result<Arm> {
+        let (variables, binary) =
+            if is_b { (&self.b, &self.b_binary) } else { (&self.a, &self.a_binary) };
+        let program = match binary {
+            None => std::env::current_exe().context("this program's file is not known")?,
+            Some(path) if path.is_file() => {
+                path.canonicalize().with_context(|| format!("{}", path.display()))?
+            }
+            Some(path) => anyhow::bail!("{}: there is no such program", path.display()),
+        };
+        let variables = variables.as_deref().cloned().unwrap_or_default();
+        let mut parts: Vec<String> = Vec::new();
+        parts.extend(binary.as_ref().map(|path| path.display().to_string()));
+        parts.extend(variables.iter().map(|(name, value)| format!("{name}={value}")));
+        let label = if parts.is_empty() { "this program".into() } else { parts.join(" ") };
+        Ok(Arm { label, program, variables, options: Vec::new() })
+    }
+}
+
+/// Runs the comparison.
+pub fn run(args: &BenchArgs, scene: &Scene) -> anyhow::Result<Answer> {
+    let compare = &args.compare;
+    if args.device.device.as_deref() == Some("all") {
+        anyhow::bail!("rounds are of one device; choose it by --device, or use compare-devices");
+    }
+    if args.svg.is_some() {
+        anyhow::bail!(
+            "--svg is for a measurement without rounds; report makes pages of result files"
+        );
+    }
+    let bases = runs(&compare.baseline)?;
+    let command = Cli::command();
+    let command = command.find_subcommand("bench").context("there is no command bench")?;
+    let matches = Cli::command().get_matches();
+    let matches = matches.subcommand_matches("bench").context("the command is bench")?;
+    let own: Vec<&str> = OWN.iter().chain(&GateArgs::IDS).copied().collect();
+    let limits = Limits { timeout: compare.timeout };
+    let mut work = Work {
+        arguments: passed_on(command, matches, &own),
+        drops: match (args.drops.as_slice(), &args.scene) {
+            ([], None) => TABLE_II.to_vec(),
+            (drops, _) => drops.to_vec(),
+        },
+        placed: scene.drops.len() as u32,
+        limits,
+    };
+    work.arguments.push(format!("--seconds={}", args.seconds.unwrap_or(0.2)).into());
+    work.arguments.push(format!("--frames={}", args.frames.unwrap_or(2)).into());
+    if let ([(_, base), ..], None) = (bases.as_slice(), &args.scene) {
+        of_baseline(args, base, &mut work);
+    }
+    heed_interrupts()?;
+    if compare.is_in_turn() {
+        let not_of_pictures: Vec<&str> = own.iter().chain(&NOT_OF_PICTURES).copied().collect();
+        in_turn(args, scene, &work, passed_on(command, matches, &not_of_pictures))
+    } else {
+        against(args, scene, &work, &bases)
+    }
+}
+
+/// Without a scene and values of its own, what the baseline measured is measured again.
+fn of_baseline(args: &BenchArgs, base: &Kept, work: &mut Work) {
+    let distinct = |values: Vec<String>| {
+        let mut kept: Vec<String> = Vec::new();
+        values.into_iter().for_each(|value| {
+            if !kept.contains(&value) {
+                kept.push(value);
+            }
+        });
+        kept
+    };
+    if args.drops.is_empty() {
+        let all = distinct(base.rows.iter().map(|row| row.drops.to_string()).collect());
+        work.drops = all.iter().filter_map(|drops| drops.parse().ok()).collect();
+    }
+    if args.preset.is_empty() {
+        let all = distinct(base.rows.iter().map(|row| row.preset.clone()).collect());
+        work.arguments.push(format!("--preset={}", all.join(",")).into());
+    }
+}
+
+/// Two arms in turn, then their pictures.
+fn in_turn(
+    args: &BenchArgs,
+    scene: &Scene,
+    work: &Work,
+    of_pictures: Vec<OsString>,
+) -> anyhow::Result<Answer> {
+    let compare = &args.compare;
+    let (a, b) = (compare.arm(false)?, compare.arm(true)?);
+    let most = compare.rounds.map_or(MOST_ROUNDS, usize::from);
+    let threshold = args.gate.threshold();
+    if looks(most)[0].rank == 0 {
+        eprintln!("note: with fewer than six rounds there is no interval, and nothing is decided");
+    }
+    let bar = progress(most as u64, "rounds");
+    let mut turns = take_turns([&a, &b], work, most, threshold, compare.max_time, &bar);
+    let mut seen = false;
+    if turns.failed.is_none() {
+        let environment = open_environment(scene)?;
+        let eye = Eye {
+            scene,
+            environment: &environment,
+            arguments: of_pictures,
+            is_series: !work.drops.is_empty(),
+            max_flip: compare.max_flip,
+            reference: compare.reference,
+            limits: work.limits,
+        };
+        let say = |what: &str| bar.set_message(what.to_string());
+        match eye.look([&a, &b], &mut turns.rows, &say) {
+            Ok(()) => seen = true,
+            Err(error) => turns.failed = Some(error),
+        }
+    }
+    bar.finish_and_clear();
+    let failed = turns.failed;
+    let Some([of_a, of_b]) = &turns.reports else {
+        return Err(failed.unwrap_or_else(|| anyhow::anyhow!("nothing was measured")));
+    };
+    let report = verdict::Report {
+        schema: SCHEMA.into(),
+        a: Side::of(&a.label, of_a),
+        b: Side::of(&b.label, of_b),
+        method: "paired".into(),
+        threshold,
+        max_flip: seen.then_some(compare.max_flip),
+        flip_pixels_per_degree: seen.then_some(PIXELS_PER_DEGREE),
+        stopped: failed.as_ref().map(|error| format!("{error:#}")).or(turns.stopped),
+        notes: notes(of_a, of_b),
+        rows: turns.rows,
+    };
+    let answer = args.gate.tell(&report)?;
+    failed.map_or(Ok(answer), Err)
+}
+
+/// Rounds of this program alone: a result to keep, or to hold against one that was kept.
+fn against(
+    args: &BenchArgs,
+    scene: &Scene,
+    work: &Work,
+    bases: &[(PathBuf, Kept)],
+) -> anyhow::Result<Answer> {
+    let rounds = args.compare.rounds.map_or(KEPT_ROUNDS, usize::from);
+    let bar = progress(rounds as u64, "rounds");
+    let (found, failed) = alone(&args.compare.arm(false)?, work, rounds, &bar);
+    bar.finish_and_clear();
+    let Some(found) = found else {
+        return Err(failed.unwrap_or_else(|| anyhow::anyhow!("nothing was measured")));
+    };
+    if bases.is_empty() {
+        super::write(args, super::is_papers(scene), &found, std::iter::once(&found))?;
+        return failed.map_or(Ok(Answer::Yes), Err);
+    }
+    let threshold = args.gate.threshold();
+    let now = [(PathBuf::from("this measurement"), found)];
+    let report = verdict::Report {
+        schema: SCHEMA.into(),
+        a: side(bases),
+        b: side(&now),
+        method: "unpaired".into(),
+        threshold,
+        max_flip: None,
+        flip_pixels_per_degree: None,
+        stopped: failed.as_ref().map(|error| format!("{error:#}")),
+        notes: notes(&bases[0].1, &now[0].1),
+        rows: kept(&borrowed(bases), &borrowed(&now), true, threshold)?,
+    };
+    let answer = args.gate.tell(&report)?;
+    failed.map_or(Ok(answer), Err)
+}

@@ -1,0 +1,96 @@
+//! A benchmark as the paper's Table II.
+
+use crate::cli::format::{Format, Sheet};
+use crate::measure::bench::{Report, Row, thousands};
+
+/// The paper's Table II, GeForce GTX 280: drops, frames a second with and without tone mapping.
+const GTX_280: [(u32, u32, u32); 6] = [
+    (125_000, 595, 794),
+    (250_000, 430, 540),
+    (500_000, 250, 295),
+    (1_000_000, 140, 157),
+    (2_000_000, 74, 83),
+    (4_000_000, 43, 46),
+];
+
+/// The rows as the paper's Table II has them: a line a count and preset, frame rates with (-T) and
+/// without tone mapping, then milliseconds.
+pub(super) fn table(rows: &[Row], is_papers: bool, format: Format) -> String {
+    let passes: Vec<&str> = rows
+        .iter()
+        .map(|row| &row.passes)
+        .max_by_key(|passes| passes.len())
+        .map_or(Vec::new(), |passes| passes.keys().map(String::as_str).collect());
+    let mut header: Vec<String> = ["preset", "drops", "in view", "FPS-T", "FPS", "ms-T", "p10-p90"]
+        .map(String::from)
+        .to_vec();
+    header.push("ms".into());
+    header.extend(passes.iter().map(|name| (*name).to_string()));
+    header.extend(is_papers.then(|| "GTX 280, 2011".into()));
+    let mut lines = Vec::new();
+    for row in rows.iter().filter(|row| row.tone_map) {
+        let without = rows.iter().find(|other| {
+            !other.tone_map && other.drops == row.drops && other.preset == row.preset
+        });
+        let mut line = vec![
+            row.preset.clone(),
+            thousands(row.drops.into()),
+            thousands(row.visible),
+            rate(row.fps),
+            without.map_or("-".into(), |without| rate(without.fps)),
+            format!("{:.2}", row.median_ms),
+            format!("{:.2}-{:.2}", row.p10_ms, row.p90_ms),
+            without.map_or("-".into(), |without| format!("{:.2}", without.median_ms)),
+        ];
+        for name in &passes {
+            line.push(row.passes.get(*name).map_or("-".into(), |ms| format!("{ms:.2}")));
+        }
+        let published = GTX_280.iter().find(|(drops, ..)| is_papers && *drops == row.drops);
+        line.extend(published.map(|(_, mapped, plain)| format!("{mapped} / {plain}")));
+        lines.push(line);
+    }
+    Sheet { header, rows: lines }.text(format)
+}
+
+/// Every row with plain figures, as comma-separated values; the names first if asked.
+pub(super) fn plain(report: &Report, with_names: bool) -> String {
+    const NAMES: [&str; 15] = [
+        "device",
+        "driver_info",
+        "preset",
+        "optics",
+        "primitive",
+        "drops",
+        "visible",
+        "width",
+        "height",
+        "tone_map",
+        "rounds",
+        "median_ms",
+        "p10_ms",
+        "p90_ms",
+        "fps",
+    ];
+    let row = |row: &Row| {
+        let device = &report.device;
+        let mut cells =
+            [&device.name, &device.driver_info, &row.preset, &row.optics, &row.primitive]
+                .map(String::clone)
+                .to_vec();
+        cells.extend([u64::from(row.drops), row.visible].map(|number| number.to_string()));
+        cells.extend([row.width, row.height].map(|number| number.to_string()));
+        cells.extend([row.tone_map.to_string(), row.rounds.len().to_string()]);
+        cells.extend([row.median_ms, row.p10_ms, row.p90_ms, row.fps].map(|ms| ms.to_string()));
+        cells
+    };
+    let rows = report.rows.iter().map(row).collect();
+    let text = Sheet { header: NAMES.map(String::from).to_vec(), rows }.text(Format::Csv);
+    match with_names {
+        true => text,
+        false => text.split_once('\n').map(|(_, rows)| rows.to_string()).unwrap_or_default(),
+    }
+}
+
+fn rate(fps: f64) -> String {
+    if fps < 100.0 { format!("{fps:.1}") } else { format!("{fps:.0}") }
+}

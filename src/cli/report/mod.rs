@@ -1,0 +1,117 @@
+//! `raindrops report`: result files of any kind as one self-contained page.
+
+mod page;
+mod plots;
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use serde::Deserialize;
+use serde_json::Value;
+
+use super::Answer;
+use crate::Error;
+use crate::files::write_whole;
+use crate::measure::Host;
+use crate::measure::bench::{self, Build, DeviceHead, of_schema, read_json};
+use crate::measure::verdict;
+
+/// One page of tables and plots from result files: bench, verdict, tradeoff, compare-devices
+///
+/// The page needs no network and no other file. Results of several machines stand side by side.
+#[derive(Args)]
+pub struct ReportArgs {
+    /// Result files, as `--json` wrote them
+    #[arg(value_name = "RESULT.json", required = true)]
+    results: Vec<PathBuf>,
+    /// Page to write
+    #[arg(short, long, value_name = "FILE.html")]
+    output: PathBuf,
+}
+
+/// What a file holds.
+pub(super) enum Content {
+    /// A benchmark of one device.
+    Bench(bench::Report),
+    /// Two results held against each other.
+    Verdict(verdict::Report),
+    /// Models by time and error.
+    Tradeoff(Tradeoff),
+}
+
+/// A result, and the file that it is from.
+pub(super) struct Entry {
+    /// The file's name.
+    file: String,
+    content: Content,
+}
+
+/// What the page needs of `raindrops-tradeoff/1`.
+#[derive(Deserialize)]
+pub(super) struct Tradeoff {
+    device: DeviceHead,
+    build: Build,
+    host: Host,
+    rows: Vec<TradeoffRow>,
+}
+
+/// One model of one scene.
+#[derive(Deserialize)]
+pub(super) struct TradeoffRow {
+    scene: String,
+    model: String,
+    median_ms: f64,
+    rms: f64,
+    flip: f64,
+    pareto: bool,
+}
+
+/// Runs the command.
+pub fn run(args: &ReportArgs) -> anyhow::Result<Answer> {
+    super::check_folder(&args.output)?;
+    let mut entries = Vec::new();
+    for path in &args.results {
+        entries.extend(load(path)?);
+    }
+    write_whole(&args.output, page::page(&entries).into_string().as_bytes())?;
+    Ok(Answer::Yes)
+}
+
+/// The results in a file.
+fn load(path: &Path) -> anyhow::Result<Vec<Entry>> {
+    let values = match read_json(path)? {
+        Value::Array(values) if !values.is_empty() => values,
+        one => vec![one],
+    };
+    let mut entries = Vec::new();
+    for value in values {
+        let schema = value.get("schema").and_then(Value::as_str).unwrap_or_default().to_string();
+        let contents = match schema.as_str() {
+            bench::SCHEMA => vec![Content::Bench(of_schema(path, value, bench::SCHEMA)?)],
+            verdict::SCHEMA => vec![Content::Verdict(of_schema(path, value, verdict::SCHEMA)?)],
+            "raindrops-tradeoff/1" => vec![Content::Tradeoff(of_schema(path, value, &schema)?)],
+            "raindrops-compare-devices/1" => {
+                let verdicts = value.get("verdicts").and_then(Value::as_array);
+                let verdicts =
+                    verdicts.into_iter().flatten().filter_map(|pair| pair.get("verdict"));
+                verdicts
+                    .map(|verdict| of_schema(path, verdict.clone(), verdict::SCHEMA))
+                    .map(|report| Ok(Content::Verdict(report?)))
+                    .collect::<crate::Result<_>>()?
+            }
+            "" => {
+                return Err(
+                    Error::read(path, "it is no result of raindrops: it names no schema").into()
+                );
+            }
+            other => {
+                return Err(
+                    Error::read(path, format!("there is no page for the schema {other}")).into()
+                );
+            }
+        };
+        let file = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
+        entries.extend(contents.into_iter().map(|content| Entry { file: file.clone(), content }));
+    }
+    Ok(entries)
+}

@@ -1,0 +1,184 @@
+//! The page: a section a result, one style for light and dark.
+
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+
+use super::plots::{forest, passes, scatter, series};
+use super::{Content, Entry, Tradeoff};
+use crate::measure::Host;
+use crate::measure::bench::{self, Build, DeviceHead, thousands};
+use crate::measure::verdict::{self, Verdict};
+
+/// Colours of series are Okabe and Ito's (2008), told apart by everyone; in the dark their light variants.
+const STYLE: &str = "
+:root { color-scheme: light dark; --ink: #1b1f24; --soft: #5c6570; --line: #d5dae0; --back: #fff;
+  --c0: #0072b2; --c1: #d55e00; --c2: #009e73; --c3: #cc79a7; --c4: #b58900; --c5: #56b4e9; --c6: #777;
+  --good: #00754f; --bad: #b3341a; }
+@media (prefers-color-scheme: dark) { :root { --ink: #e4e8ec; --soft: #9aa4af; --line: #363d45;
+  --back: #15181c; --c0: #4aa8e0; --c1: #f08a3c; --c2: #35c79b; --c3: #e29fc6; --c4: #e0bd4d; --c6: #aaa;
+  --good: #43c796; --bad: #ff8a6b; } }
+body { margin: 0 auto; max-width: 62rem; padding: 1.5rem; background: var(--back); color: var(--ink);
+  font: 15px/1.5 system-ui, sans-serif; }
+h1 { font-size: 1.6rem; margin: 0 0 1rem; } h2 { font-size: 1.2rem; margin: 2.5rem 0 .25rem; }
+h3 { font-size: 1rem; margin: 1.5rem 0 .25rem; }
+p.who { color: var(--soft); margin: 0 0 1rem; font-size: .9rem; }
+.wide { overflow-x: auto; } table { border-collapse: collapse; font-variant-numeric: tabular-nums; }
+th, td { padding: .25rem .7rem; text-align: right; border-bottom: 1px solid var(--line); white-space: nowrap; }
+th:first-child, td:first-child { text-align: left; padding-left: 0; } th { font-weight: 600; }
+.slower, .different { color: var(--bad); font-weight: 600; } .faster { color: var(--good); font-weight: 600; }
+.undecided { color: var(--soft); } li.warning { color: var(--bad); }
+svg { max-width: 100%; height: auto; display: block; margin: .5rem 0; } svg text { fill: var(--ink); font: 12px system-ui, sans-serif; }
+svg .soft { fill: var(--soft); } svg .axis { stroke: var(--line); }
+";
+
+/// All results on one page.
+pub(super) fn page(entries: &[Entry]) -> Markup {
+    let benches: Vec<(&str, &bench::Report)> = entries
+        .iter()
+        .filter_map(|entry| match &entry.content {
+            Content::Bench(report) => Some((entry.file.as_str(), report)),
+            _ => None,
+        })
+        .collect();
+    html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                title { "raindrops: results" }
+                style { (PreEscaped(STYLE)) }
+            }
+            body {
+                h1 { "raindrops: results" }
+                @if benches.len() > 1 {
+                    h2 { "Devices side by side" }
+                    (series(&benches))
+                }
+                @for entry in entries {
+                    @match &entry.content {
+                        Content::Bench(report) => (of_bench(&entry.file, report, benches.len() == 1)),
+                        Content::Verdict(report) => (of_verdict(&entry.file, report)),
+                        Content::Tradeoff(report) => (of_tradeoff(&entry.file, report)),
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn who(device: &DeviceHead, host: &Host, build: &Build, start: Option<&str>) -> Markup {
+    let load = host.load.map_or(String::new(), |load| format!(", load {load}"));
+    html! {
+        p.who {
+            (device.summary()) ", Vulkan " (device.api_version) " (" (device.kind) "). "
+            (host.cpu) ", " (host.cores) " cores" (load) ", " (host.os) ". raindrops " (build.version) " "
+            (build.commit) " " (build.profile)
+            @if let Some(start) = start { ", " (start) }
+            "."
+        }
+    }
+}
+
+fn warnings(all: &[String]) -> Markup {
+    html! { @if !all.is_empty() { ul { @for warning in all { li.warning { (warning) } } } } }
+}
+
+fn of_bench(file: &str, report: &bench::Report, with_plot: bool) -> Markup {
+    html! {
+        h2 { "Frame times: " (file) }
+        (who(&report.device, &report.host, &report.build, report.start.as_deref()))
+        (warnings(&report.warnings))
+        @if with_plot { (series(&[(file, report)])) }
+        div.wide { table {
+            tr {
+                th { "row" } th { "in view" } th { "ms" } th { "p10 to p90" } th { "frames a second" } th { "processes" }
+            }
+            @for row in &report.rows {
+                tr {
+                    td { (row.name()) }
+                    td { (thousands(row.visible)) }
+                    td { (format!("{:.2}", row.median_ms)) }
+                    td { (format!("{:.2} to {:.2}", row.p10_ms, row.p90_ms)) }
+                    td { (format!("{:.1}", row.fps)) }
+                    td { (row.rounds.len().max(1)) }
+                }
+            }
+        } }
+        h3 { "Passes" }
+        (passes(report))
+    }
+}
+
+fn of_verdict(file: &str, report: &verdict::Report) -> Markup {
+    let decimals = |value: Option<f64>| value.map_or("–".into(), |value| format!("{value:.3}"));
+    html! {
+        h2 { "Verdict: " (file) }
+        p.who { "A: " (report.a.label) }
+        (who(&report.a.device, &report.a.host, &report.a.build, report.a.start.as_deref()))
+        p.who { "B: " (report.b.label) }
+        (who(&report.b.device, &report.b.host, &report.b.build, report.b.start.as_deref()))
+        (warnings(&[report.a.warnings.clone(), report.b.warnings.clone()].concat()))
+        (forest(report))
+        div.wide { table {
+            tr {
+                th { "row" } th { "verdict" } th { "B / A" } th { "95 %" } th { "ms A" } th { "ms B" }
+                th { "processes a side" } th { "noise" } th { "FLIP" }
+            }
+            @for row in &report.rows {
+                tr {
+                    td { (row.name) }
+                    td class=(row.verdict.name()) { (row.verdict.name()) }
+                    td { (decimals(row.ratio)) }
+                    td { (decimals(row.ratio_low)) " to " (decimals(row.ratio_high)) }
+                    td { (format!("{:.2}", row.median_ms_a)) }
+                    td { (format!("{:.2}", row.median_ms_b)) }
+                    td { (row.rounds) }
+                    td { (row.noise_floor.map_or("–".into(), |floor| format!("{:.1} %", 100.0 * floor))) }
+                    td { (row.flip_between.map_or("–".into(), |flip| format!("{flip:.5}"))) }
+                }
+            }
+        } }
+        ul {
+            @for row in &report.rows {
+                @for (name, (a, b)) in &row.counters {
+                    li { (row.name) ": counter " (name) " is " (a) " in A, " (b) " in B" }
+                }
+                @for (name, pass) in &row.passes {
+                    @if matches!(pass.verdict, Verdict::Slower | Verdict::Faster) {
+                        li {
+                            (row.name) ": pass " (name) " is " (pass.verdict.name()) ", "
+                            (format!("{:.2} to {:.2} ms", pass.median_ms_a, pass.median_ms_b))
+                        }
+                    }
+                }
+            }
+            @for note in &report.notes { li { (note) } }
+            @if let Some(why) = &report.stopped { li { "stopped: " (why) } }
+        }
+    }
+}
+
+fn of_tradeoff(file: &str, report: &Tradeoff) -> Markup {
+    let mut scenes: Vec<&str> = report.rows.iter().map(|row| row.scene.as_str()).collect();
+    scenes.dedup();
+    html! {
+        h2 { "Time and error: " (file) }
+        (who(&report.device, &report.host, &report.build, None))
+        @for scene in scenes {
+            @let rows: Vec<_> = report.rows.iter().filter(|row| row.scene == scene).collect();
+            h3 { (scene) }
+            (scatter(&rows))
+            div.wide { table {
+                tr { th { "on the front" } th { "ms" } th { "RMS error" } th { "FLIP" } }
+                @for row in rows.iter().filter(|row| row.pareto) {
+                    tr {
+                        td { (row.model) }
+                        td { (format!("{:.2}", row.median_ms)) }
+                        td { (format!("{:.4}", row.rms)) }
+                        td { (format!("{:.4}", row.flip)) }
+                    }
+                }
+            } }
+        }
+    }
+}

@@ -1,0 +1,107 @@
+//! `raindrops verdict`: two kept results held against each other, row by row.
+
+pub mod gate;
+mod junit;
+pub mod table;
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+
+use self::gate::GateArgs;
+use super::Answer;
+use crate::measure::bench::{Report, read};
+use crate::measure::verdict::{self, SCHEMA, Side, kept};
+
+/// Slower or not: two kept results of bench, row by row
+///
+/// Each row is faster, slower, same or undecided, by an interval that holds the ratio of times with 95 %
+/// confidence. As the two were measured at different times, each run counts as one sample: give several
+/// files of a side, measured at different times by `bench --rounds 10`, for a narrower interval.
+#[derive(Args)]
+pub struct VerdictArgs {
+    /// Result files of the base (A), comma-separated: the same measurement at different times
+    #[arg(value_name = "BASE.json,…", value_parser = files)]
+    base: Files,
+    /// Result files held against it (B); they may be of another device
+    #[arg(value_name = "NEW.json,…", value_parser = files)]
+    new: Files,
+    #[command(flatten)]
+    gate: GateArgs,
+}
+
+/// Several files in one argument.
+type Files = std::sync::Arc<[PathBuf]>;
+
+fn files(text: &str) -> Result<Files, String> {
+    Ok(text.split(',').map(PathBuf::from).collect())
+}
+
+/// Runs the command.
+pub fn run(args: &VerdictArgs) -> anyhow::Result<Answer> {
+    args.gate.check()?;
+    let (a, b) = (runs(&args.base)?, runs(&args.new)?);
+    let threshold = args.gate.threshold();
+    let rows = kept(&borrowed(&a), &borrowed(&b), false, threshold)?;
+    let report = verdict::Report {
+        schema: SCHEMA.into(),
+        a: side(&a),
+        b: side(&b),
+        method: "unpaired".into(),
+        threshold,
+        max_flip: None,
+        flip_pixels_per_degree: None,
+        stopped: None,
+        notes: notes(&a[0].1, &b[0].1),
+        rows,
+    };
+    args.gate.tell(&report)
+}
+
+/// A result file of one device each.
+pub fn runs(paths: &[PathBuf]) -> anyhow::Result<Vec<(PathBuf, Report)>> {
+    let mut all = Vec::new();
+    for path in paths {
+        let mut reports = read(path)?;
+        match (reports.pop(), reports.len()) {
+            (Some(report), 0) => all.push((path.clone(), report)),
+            (_, others) => anyhow::bail!(
+                "{}: it holds {} devices; measure one at a time for a comparison",
+                path.display(),
+                others + 1
+            ),
+        }
+    }
+    Ok(all)
+}
+
+/// As [`kept`] takes them.
+pub fn borrowed(runs: &[(PathBuf, Report)]) -> Vec<(&Path, Report)> {
+    runs.iter().map(|(path, report)| (path.as_path(), report.clone())).collect()
+}
+
+/// The side that runs make up, by their files' names.
+pub fn side(runs: &[(PathBuf, Report)]) -> Side {
+    let names: Vec<String> = runs.iter().map(|(path, _)| path.display().to_string()).collect();
+    let mut side = Side::of(&names.join(", "), &runs[0].1);
+    side.warnings = runs.iter().flat_map(|(_, report)| report.warnings.clone()).collect();
+    side
+}
+
+/// What may differ between two results, and is told.
+pub fn notes(a: &Report, b: &Report) -> Vec<String> {
+    let figures = [
+        ("the device", a.device.name.clone(), b.device.name.clone()),
+        (
+            "the driver",
+            format!("{} {}", a.device.driver, a.device.driver_info),
+            format!("{} {}", b.device.driver, b.device.driver_info),
+        ),
+        ("the program's commit", a.build.commit.clone(), b.build.commit.clone()),
+        ("the program's build", a.build.profile.clone(), b.build.profile.clone()),
+        ("the processor", a.host.cpu.clone(), b.host.cpu.clone()),
+        ("the number of cores", a.host.cores.to_string(), b.host.cores.to_string()),
+    ];
+    let differ = figures.into_iter().filter(|(_, a, b)| a != b);
+    differ.map(|(what, a, b)| format!("{what} is {} in A, {} in B", a.trim(), b.trim())).collect()
+}

@@ -1,0 +1,191 @@
+//! Verdict rows as lines and columns.
+
+use crate::cli::format::{Format, Sheet};
+use crate::measure::verdict::{Report, Verdict, VerdictRow};
+
+/// Who is A, who is B, and what differs between them.
+pub fn side_lines(report: &Report) -> Vec<String> {
+    let mut lines = Vec::new();
+    for (name, side) in [("A", &report.a), ("B", &report.b)] {
+        let (host, build) = (&side.host, &side.build);
+        let start = side.start.as_ref().map_or(String::new(), |start| format!(", {start}"));
+        lines.push(format!("{name}: {}", side.label));
+        lines.push(format!(
+            "   {}; raindrops {} {} {}; {} ({} cores){start}",
+            side.device.summary(),
+            build.version,
+            build.commit,
+            build.profile,
+            host.cpu,
+            host.cores
+        ));
+    }
+    lines
+}
+
+/// A row a row; with CSV plain numbers, and every row's passes in rows of their own.
+pub fn sheet(report: &Report, format: Format) -> Sheet {
+    if format == Format::Csv {
+        return plain(report);
+    }
+    let mut header = ["row", "verdict", "B / A", "95 %", "ms A", "ms B", "rounds", "noise"]
+        .map(String::from)
+        .to_vec();
+    let has_flip = report.rows.iter().any(|row| row.flip_between.is_some());
+    let has_errors = report.rows.iter().any(|row| row.error_a.is_some());
+    let has_stages = report.rows.iter().any(|row| row.first_stage_that_differs.is_some());
+    header.extend(has_flip.then(|| "FLIP".into()));
+    header.extend(has_errors.then(|| "error A, B".into()));
+    header.extend(has_stages.then(|| "first differs".into()));
+    let mut rows = Vec::new();
+    for row in &report.rows {
+        let decimals = decimals(row.ratio_low, row.ratio_high);
+        let mut cells = vec![
+            row.name.clone(),
+            row.verdict.name().into(),
+            row.ratio.map_or("-".into(), |ratio| format!("{ratio:.decimals$}")),
+            range(row.ratio_low, row.ratio_high),
+            format!("{:.2}", row.median_ms_a),
+            format!("{:.2}", row.median_ms_b),
+            row.rounds.to_string(),
+            row.noise_floor.map_or("-".into(), |floor| format!("{:.1} %", 100.0 * floor)),
+        ];
+        if has_flip {
+            cells.push(row.flip_between.map_or("-".into(), |flip| format!("{flip:.5}")));
+        }
+        if has_errors {
+            let errors = row.error_a.zip(row.error_b);
+            cells.push(errors.map_or("-".into(), |(a, b)| format!("{a:.4}, {b:.4}")));
+        }
+        if has_stages {
+            cells.push(row.first_stage_that_differs.clone().unwrap_or("-".into()));
+        }
+        rows.push(cells);
+    }
+    Sheet { header, rows }
+}
+
+/// Decimals of a ratio that its interval lets stand: one digit more than the interval is wide.
+fn decimals(low: Option<f64>, high: Option<f64>) -> usize {
+    let Some((low, high)) = low.zip(high) else { return 2 };
+    (1.0 - (high - low).max(1e-9).log10().ceil()).clamp(1.0, 4.0) as usize
+}
+
+fn range(low: Option<f64>, high: Option<f64>) -> String {
+    let places = decimals(low, high);
+    low.zip(high).map_or("-".into(), |(low, high)| format!("{low:.places$} to {high:.places$}"))
+}
+
+/// What the table has no room for: passes that are faster or slower, counters that changed, notes, and how
+/// to read it.
+pub fn tail_lines(report: &Report, format: Format) -> Vec<String> {
+    let mut lines = Vec::new();
+    for row in &report.rows {
+        lines.extend(row_lines(row));
+    }
+    lines.extend(report.notes.iter().map(|note| format!("note: {note}")));
+    let warnings = report.a.warnings.iter().chain(&report.b.warnings);
+    lines.extend(warnings.map(|warning| format!("warning: {warning}")));
+    lines.extend(report.stopped.iter().map(|why| format!("stopped: {why}")));
+    let how = match report.method.as_str() {
+        "paired" => "fresh processes in turn",
+        _ => "kept results: each run counts once, as nothing ran in turn",
+    };
+    lines.push(format!(
+        "B / A of times; slower if the whole interval is over {:.3}, faster if under {:.3}; {how}{}",
+        1.0 + report.threshold,
+        1.0 / (1.0 + report.threshold),
+        match report.max_flip {
+            Some(most) => format!(
+                "; different if FLIP ({:.0} pixels a degree) is over {most}",
+                report.flip_pixels_per_degree.unwrap_or_default()
+            ),
+            None => String::new(),
+        }
+    ));
+    if format == Format::Markdown {
+        // A list of its own, after the table.
+        lines = lines.into_iter().map(|line| format!("- {}", line.trim())).collect();
+        lines.insert(0, String::new());
+    }
+    lines
+}
+
+fn row_lines(row: &VerdictRow) -> Vec<String> {
+    let passes = row
+        .passes
+        .iter()
+        .filter(|(_, pass)| matches!(pass.verdict, Verdict::Slower | Verdict::Faster));
+    let passes = passes.map(|(name, pass)| {
+        format!(
+            "pass {name}: {}, {:.2} to {:.2} ms ({})",
+            pass.verdict.name(),
+            pass.median_ms_a,
+            pass.median_ms_b,
+            range(pass.ratio_low, pass.ratio_high)
+        )
+    });
+    let counters =
+        row.counters.iter().map(|(name, (a, b))| format!("counter {name}: {a} in A, {b} in B"));
+    let all = passes.chain(counters).chain(row.notes.iter().cloned());
+    all.map(|line| format!("   {}: {line}", row.name)).collect()
+}
+
+/// Every figure, unrounded; `pass` is empty for the frame as a whole.
+fn plain(report: &Report) -> Sheet {
+    const HEADER: [&str; 18] = [
+        "preset",
+        "drops",
+        "width",
+        "height",
+        "tone_map",
+        "pass",
+        "verdict",
+        "ratio",
+        "ratio_low",
+        "ratio_high",
+        "threshold",
+        "median_ms_a",
+        "median_ms_b",
+        "rounds",
+        "noise_floor",
+        "flip_between",
+        "error_a",
+        "error_b",
+    ];
+    let number = |value: Option<f64>| value.map_or(String::new(), |value| value.to_string());
+    let mut rows = Vec::new();
+    for row in &report.rows {
+        let of = |pass: &str, verdict: Verdict, ratios: [Option<f64>; 3], ms: [f64; 2]| {
+            let mut cells = vec![row.preset.clone(), row.drops.to_string(), row.width.to_string()];
+            cells.extend([row.height.to_string(), row.tone_map.to_string(), pass.into()]);
+            cells.push(verdict.name().into());
+            cells.extend(ratios.map(number));
+            cells.extend([row.threshold, ms[0], ms[1]].map(|value| value.to_string()));
+            cells.push(row.rounds.to_string());
+            let whole = [row.noise_floor, row.flip_between, row.error_a, row.error_b];
+            cells.extend(whole.map(|value| number(value.filter(|_| pass.is_empty()))));
+            cells
+        };
+        let ratios = [row.ratio, row.ratio_low, row.ratio_high];
+        rows.push(of("", row.verdict, ratios, [row.median_ms_a, row.median_ms_b]));
+        for (name, pass) in &row.passes {
+            let ratios = [pass.ratio, pass.ratio_low, pass.ratio_high];
+            rows.push(of(name, pass.verdict, ratios, [pass.median_ms_a, pass.median_ms_b]));
+        }
+    }
+    Sheet { header: HEADER.map(String::from).to_vec(), rows }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::decimals;
+
+    #[test]
+    fn no_more_decimals_than_are_known() {
+        assert_eq!(decimals(Some(0.38), Some(1.13)), 1);
+        assert_eq!(decimals(Some(0.98), Some(1.05)), 2);
+        assert_eq!(decimals(Some(0.998), Some(1.002)), 3);
+        assert_eq!(decimals(None, None), 2);
+    }
+}

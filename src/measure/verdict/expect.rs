@@ -1,0 +1,172 @@
+//! What is expected of each device, row by row, in the manner of deqp-runner: bounds, and lists of rows that
+//! fail, flake or are left out.
+//!
+//! ```toml
+//! [[device]]
+//! match = "llvmpipe"              # a part of the device's name, driver or version
+//! ratio = 1.05                    # a row fails if its whole interval of B / A lies above …
+//! flip = 0.01                     # … or its two pictures are farther apart …
+//! error = 0.05                    # … or B's error against the reference is larger
+//! fails = ["4000000 drops, fast"] # parts of names of rows: known to fail; that one passes is told
+//! flakes = ["2000000 drops"]      # may fail or pass
+//! skips = ["no tone map"]         # not looked at
+//!
+//! [[device.row]]                  # other bounds for some rows
+//! match = "paper"
+//! ratio = 1.2
+//! ```
+
+use std::path::Path;
+
+use serde::Deserialize;
+
+use super::{Verdict, VerdictRow};
+use crate::measure::bench::DeviceHead;
+use crate::{Error, Result};
+
+/// An expectations file.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Expectations {
+    device: Vec<DeviceExpectations>,
+}
+
+/// What is expected of devices whose name holds `match`.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DeviceExpectations {
+    #[serde(rename = "match")]
+    pattern: String,
+    ratio: Option<f64>,
+    flip: Option<f64>,
+    error: Option<f64>,
+    #[serde(default)]
+    fails: Vec<String>,
+    #[serde(default)]
+    flakes: Vec<String>,
+    #[serde(default)]
+    skips: Vec<String>,
+    #[serde(default)]
+    row: Vec<RowExpectations>,
+}
+
+/// Bounds of some rows, instead of the device's.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RowExpectations {
+    #[serde(rename = "match")]
+    pattern: String,
+    ratio: Option<f64>,
+    flip: Option<f64>,
+    error: Option<f64>,
+}
+
+/// What became of a row.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Outcome {
+    /// Within its bounds.
+    Pass,
+    /// Within its bounds, and faster than the base: the bounds may be set tighter.
+    Faster,
+    /// Beyond a bound, and not known to be.
+    Fail(String),
+    /// Beyond a bound, as expected.
+    ExpectedFail(String),
+    /// Within its bounds, although it is listed to fail.
+    UnexpectedPass,
+    /// Beyond a bound; it is known to be at times.
+    Flake(String),
+    /// Not looked at.
+    Skip,
+}
+
+impl Outcome {
+    /// Its word, as deqp-runner has it.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Pass => "Pass",
+            Self::Faster => "Faster",
+            Self::Fail(_) => "Fail",
+            Self::ExpectedFail(_) => "ExpectedFail",
+            Self::UnexpectedPass => "UnexpectedPass",
+            Self::Flake(_) => "KnownFlake",
+            Self::Skip => "Skip",
+        }
+    }
+
+    /// Whether the file and what was found disagree.
+    pub fn is_unexpected(&self) -> bool {
+        matches!(self, Self::Fail(_) | Self::UnexpectedPass)
+    }
+}
+
+impl Expectations {
+    /// Reads an expectations file.
+    ///
+    /// # Errors
+    /// [`Error::File`] if it cannot be read; [`Error::Scene`], with file and line, if it is no such file.
+    pub fn load(path: &Path) -> Result<Self> {
+        let text = std::fs::read_to_string(path).map_err(|error| Error::read(path, error))?;
+        toml::from_str(&text).map_err(|error| {
+            let line = error.span().map_or(1, |span| text[..span.start].matches('\n').count() + 1);
+            Error::Scene {
+                place: format!("{}:{line}", path.display()),
+                problem: error.message().lines().next().unwrap_or_default().into(),
+            }
+        })
+    }
+
+    /// Those of a device: the first whose `match` its summary holds.
+    ///
+    /// # Errors
+    /// [`Error::Scene`] if there are none.
+    pub fn of(&self, path: &Path, device: &DeviceHead) -> Result<&DeviceExpectations> {
+        let summary = device.summary().to_lowercase();
+        let holds = |of: &&DeviceExpectations| summary.contains(&of.pattern.to_lowercase());
+        self.device.iter().find(holds).ok_or_else(|| Error::Scene {
+            place: path.display().to_string(),
+            problem: format!("no [[device]] matches {}", device.summary()),
+        })
+    }
+}
+
+impl DeviceExpectations {
+    /// What becomes of a row.
+    pub fn judge(&self, row: &VerdictRow) -> Outcome {
+        let is_in = |parts: &[String]| parts.iter().any(|part| row.name.contains(part.as_str()));
+        if is_in(&self.skips) {
+            return Outcome::Skip;
+        }
+        match (self.beyond(row), is_in(&self.flakes), is_in(&self.fails)) {
+            (Some(why), true, _) => Outcome::Flake(why),
+            (Some(why), false, true) => Outcome::ExpectedFail(why),
+            (Some(why), false, false) => Outcome::Fail(why),
+            (None, false, true) => Outcome::UnexpectedPass,
+            (None, ..) if row.verdict == Verdict::Faster => Outcome::Faster,
+            (None, ..) => Outcome::Pass,
+        }
+    }
+
+    /// The bound that a row is beyond.
+    fn beyond(&self, row: &VerdictRow) -> Option<String> {
+        let own = self.row.iter().find(|own| row.name.contains(&own.pattern));
+        let bound = |own: Option<f64>, device: Option<f64>| own.or(device);
+        let ratio = bound(own.and_then(|own| own.ratio), self.ratio);
+        let flip = bound(own.and_then(|own| own.flip), self.flip);
+        let error = bound(own.and_then(|own| own.error), self.error);
+        let over = |what: &str, value: Option<f64>, bound: Option<f64>| {
+            let (value, bound) = (value?, bound?);
+            (value > bound).then(|| format!("{what} {value:.4} is over {bound}"))
+        };
+        over("the least ratio within its interval", row.ratio_low, ratio)
+            .or_else(|| over("FLIP", row.flip_between, flip))
+            .or_else(|| over("the error", row.error_b, error))
+    }
+
+    /// Entries of its lists that no row's name holds: they are of no use any more, or misspelt.
+    pub fn unused<'a>(&'a self, rows: &'a [VerdictRow]) -> impl Iterator<Item = &'a str> {
+        let of_rows = self.row.iter().map(|row| &row.pattern);
+        let all = self.fails.iter().chain(&self.flakes).chain(&self.skips).chain(of_rows);
+        all.map(String::as_str).filter(|part| !rows.iter().any(|row| row.name.contains(part)))
+    }
+}

@@ -1,0 +1,164 @@
+//! What is said of a row, and of the whole: schema `raindrops-verdict/1`.
+
+use indexmap::IndexMap;
+use serde::{Deserialize, Serialize};
+
+use super::Interval;
+use super::files::Side;
+
+/// Name and version of the format.
+pub const SCHEMA: &str = "raindrops-verdict/1";
+
+/// What a comparison comes to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Verdict {
+    /// The whole interval lies below 1 / (1 + threshold).
+    Faster,
+    /// The whole interval lies above 1 + threshold.
+    Slower,
+    /// The whole interval lies between the two.
+    Same,
+    /// None of these: the interval is too wide, or there is none.
+    Undecided,
+    /// The pictures are farther apart than accepted, whatever the times.
+    Different,
+}
+
+impl Verdict {
+    /// Its name, as in JSON.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Faster => "faster",
+            Self::Slower => "slower",
+            Self::Same => "same",
+            Self::Undecided => "undecided",
+            Self::Different => "different",
+        }
+    }
+}
+
+/// What an interval of ratios says, by a threshold such as 0.05.
+pub fn judge(interval: Option<Interval>, threshold: f64) -> Verdict {
+    let Some(Interval { low, high, .. }) = interval else { return Verdict::Undecided };
+    let (below, above) = (1.0 / (1.0 + threshold), 1.0 + threshold);
+    match () {
+        () if low > above => Verdict::Slower,
+        () if high < below => Verdict::Faster,
+        () if low >= below && high <= above => Verdict::Same,
+        () => Verdict::Undecided,
+    }
+}
+
+/// Two results held against each other.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Report {
+    /// [`SCHEMA`].
+    pub schema: String,
+    /// What the ratios are over.
+    pub a: Side,
+    /// What they are of.
+    pub b: Side,
+    /// `paired`: processes in turn; `unpaired`: runs at different times.
+    pub method: String,
+    /// A ratio farther from 1 than this, as a part of 1, is slower or faster.
+    pub threshold: f64,
+    /// Pictures with a mean FLIP over this are different; none were compared where absent.
+    pub max_flip: Option<f64>,
+    /// FLIP's pixels a degree of the observer's view.
+    pub flip_pixels_per_degree: Option<f64>,
+    /// Why it ended before all was decided, if it did.
+    pub stopped: Option<String>,
+    /// What differs and is allowed to, such as the driver's version.
+    pub notes: Vec<String>,
+    /// One row a row of the benchmark.
+    pub rows: Vec<VerdictRow>,
+}
+
+/// One row of the benchmark, of A and of B.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[allow(missing_docs, reason = "the keys of the result file, see docs/architecture.md")]
+pub struct VerdictRow {
+    pub name: String,
+    pub preset: String,
+    pub drops: u32,
+    pub width: u32,
+    pub height: u32,
+    pub tone_map: bool,
+    pub verdict: Verdict,
+    /// Of times, B over A; absent with too few rounds, as are its ends.
+    pub ratio: Option<f64>,
+    pub ratio_low: Option<f64>,
+    pub ratio_high: Option<f64>,
+    pub threshold: f64,
+    /// Of the side that has fewer.
+    pub rounds: usize,
+    pub noise_floor: Option<f64>,
+    pub median_ms_a: f64,
+    pub median_ms_b: f64,
+    /// Of every round, in turn.
+    pub rounds_ms_a: Vec<f64>,
+    pub rounds_ms_b: Vec<f64>,
+    pub flip_between: Option<f64>,
+    pub error_a: Option<f64>,
+    pub error_b: Option<f64>,
+    pub first_stage_that_differs: Option<String>,
+    /// Those that are not the same.
+    pub counters: IndexMap<String, (u64, u64)>,
+    pub passes: IndexMap<String, PassRow>,
+    pub notes: Vec<String>,
+}
+
+/// One pass of a row, of A and of B.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[allow(missing_docs, reason = "the keys of the result file, see docs/architecture.md")]
+pub struct PassRow {
+    pub verdict: Verdict,
+    pub ratio: Option<f64>,
+    pub ratio_low: Option<f64>,
+    pub ratio_high: Option<f64>,
+    pub median_ms_a: f64,
+    pub median_ms_b: f64,
+}
+
+impl VerdictRow {
+    /// What is known of the pictures: FLIP of one to the other, by which the row is different if it
+    /// exceeds `most`.
+    pub fn see(&mut self, flip: f64, most: f64) {
+        self.flip_between = Some(flip);
+        if flip > most {
+            self.verdict = Verdict::Different;
+        }
+    }
+}
+
+impl Report {
+    /// The rows of one verdict.
+    pub fn count(&self, verdict: Verdict) -> usize {
+        self.rows.iter().filter(|row| row.verdict == verdict).count()
+    }
+
+    /// Whether a gate fails: a row is slower, or its picture another.
+    pub fn fails(&self) -> bool {
+        self.count(Verdict::Slower) + self.count(Verdict::Different) > 0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_whole_interval_decides() {
+        let of = |low: f64, high: f64| {
+            judge(Some(Interval { ratio: (low * high).sqrt(), low, high }), 0.05)
+        };
+        assert_eq!(of(1.06, 1.5), Verdict::Slower);
+        assert_eq!(of(1.05, 1.5), Verdict::Undecided, "the limit itself is not exceeded");
+        assert_eq!(of(0.5, 0.95), Verdict::Faster);
+        assert_eq!(of(0.5, 0.953), Verdict::Undecided);
+        assert_eq!(of(0.96, 1.04), Verdict::Same);
+        assert_eq!(of(0.94, 1.06), Verdict::Undecided);
+        assert_eq!(judge(None, 0.05), Verdict::Undecided);
+    }
+}
