@@ -27,7 +27,7 @@ done
 if [ -n "$picture" ]; then cp "$HERE/${PICTURE:-black}.exr" "$file"; exit 0; fi
 [ "$count" = "$CRASH_AT" ] && { echo "raindrops: the device is lost" >&2; exit 2; }
 [ "$count" = "$HANG_AT" ] && exec sleep 600
-[ "$count" = "$RUBBISH_AT" ] && { echo '{"schema": "raindrops-be' > "$file"; exit 0; }
+[ "$count" = "$RUBBISH_AT" ] && { printf '{"schema": "raindrops-' > "$file"; exit 0; }
 cat > "$file" <<END
 {"schema": "raindrops-bench/1", "environment": "sky",
  "device": {"name": "${DEVICE:-D}", "driver": "V", "driver_info": "${DRIVER:-1}", "api_version": "1.3.0", "type": "CPU"},

@@ -132,6 +132,50 @@ fn a_real_slowdown_is_found() {
     }
 }
 
+/// Rounds as they were recorded, `tests/data/rounds.json`: stretches of ten processes in their order, from any
+/// place on, put together to comparisons. Stretches keep what one process has in common with the next.
+fn recorded(random: &mut Random, series: &[Vec<f64>], ratio: f64) -> Vec<Pair> {
+    let series = &series[random.bits() as usize % series.len()];
+    let mut times = Vec::new();
+    while times.len() < 80 {
+        let from = random.bits() as usize % series.len();
+        times.extend((0..10).map(|n| series[(from + n) % series.len()]));
+    }
+    let pair = |(round, two): (usize, &[f64])| match round % 2 {
+        0 => (two[0], ratio * two[1]),
+        _ => (two[1], ratio * two[0]),
+    };
+    times.chunks_exact(2).enumerate().map(pair).collect()
+}
+
+/// On a real machine's noise: no more than one alarm in two hundred where nothing differs, and 20 % found.
+#[test]
+fn recorded_rounds_raise_no_more_alarms() {
+    let text = include_str!("data/rounds.json");
+    let file: serde_json::Value = serde_json::from_str(text).expect("JSON");
+    let numbers = |series: &serde_json::Value| -> Vec<f64> {
+        series.as_array().into_iter().flatten().filter_map(serde_json::Value::as_f64).collect()
+    };
+    let all = file["series"].as_array().expect("series");
+    let series: Vec<Vec<f64>> = all.iter().map(numbers).collect();
+    assert!(series.iter().all(|series| series.len() == 40) && series.len() == 4);
+    for (ratio, least, most) in [(1.0, 0.0, 0.005), (1.1, 0.4, 1.0), (1.2, 0.99, 1.0)] {
+        let mut random = Random(11);
+        let (mut slower, mut faster, mut missed) = (0, 0, 0);
+        for _ in 0..COMPARISONS {
+            let (verdict, misses) = compare(&recorded(&mut random, &series, ratio), ratio);
+            slower += usize::from(verdict == Verdict::Slower);
+            faster += usize::from(verdict == Verdict::Faster);
+            missed += usize::from(misses);
+        }
+        let part = |count: usize| count as f64 / COMPARISONS as f64;
+        let (slower, faster, missed) = (part(slower), part(faster), part(missed));
+        println!("recorded, {ratio}: slower {slower:.5}, faster {faster:.5}, missed {missed:.4}");
+        assert!((least..=most).contains(&slower) && faster <= 0.005, "{slower} {faster}");
+        assert!(missed <= 0.06, "{missed}");
+    }
+}
+
 /// Kept results: the machine of the second day is 5 % slower or faster than that of the first, by chance,
 /// and rounds of a day differ by 3 %. One run a side must not cry "slower" in more than 5 %.
 #[test]
