@@ -7,7 +7,7 @@ use std::path::Path;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
-use super::report::{Report, SCHEMA};
+use super::report::{Report, Round, SCHEMA};
 use crate::{Error, Result};
 
 /// A file over this is no result of ours.
@@ -27,10 +27,15 @@ pub fn read(path: &Path) -> Result<Vec<Report>> {
         Value::Array(values) => values,
         one => vec![one],
     };
-    let reports: Vec<Report> =
+    let mut reports: Vec<Report> =
         values.into_iter().map(|value| of_schema(path, value, SCHEMA)).collect::<Result<_>>()?;
-    for report in &reports {
+    for report in &mut reports {
         check(report).map_err(|problem| Error::read(path, problem))?;
+        // Files of the first version have no rounds: each was one process.
+        for row in report.rows.iter_mut().filter(|row| row.rounds.is_empty()) {
+            let (start, passes) = (report.start.clone(), row.passes.clone());
+            row.rounds.push(Round { start, median_ms: row.median_ms, passes });
+        }
     }
     Ok(reports)
 }
@@ -126,6 +131,7 @@ mod tests {
     fn the_oldest_file_is_read() {
         let reports = tried(SOUND).expect("a result");
         assert_eq!(reports[0].rows[0].median_ms, 1.0);
+        assert_eq!(reports[0].rows[0].rounds.len(), 1, "it was one process");
         assert_eq!(tried(&format!("[{SOUND},{SOUND}]")).expect("two").len(), 2);
     }
 

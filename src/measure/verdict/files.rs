@@ -171,12 +171,9 @@ fn same_rows(a: (&str, &Report), b: (&str, &Report)) -> Result<()> {
     Ok(())
 }
 
-/// Rounds of a row; a file of the first version has none, but was one process.
+/// Times of a row's rounds.
 fn rounds(row: &Row) -> Vec<f64> {
-    match row.rounds.as_slice() {
-        [] => vec![row.median_ms],
-        rounds => rounds.iter().map(|round| round.median_ms).collect(),
-    }
+    row.rounds.iter().map(|round| round.median_ms).collect()
 }
 
 /// One row, of all runs of A and of B.
