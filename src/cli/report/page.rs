@@ -26,7 +26,7 @@ th, td { padding: .25rem .7rem; text-align: right; border-bottom: 1px solid var(
 th:first-child, td:first-child { text-align: left; padding-left: 0; } th { font-weight: 600; }
 .slower, .different { color: var(--bad); font-weight: 600; } .faster { color: var(--good); font-weight: 600; }
 .undecided { color: var(--soft); } li.warning { color: var(--bad); }
-svg { max-width: 100%; height: auto; display: block; margin: .5rem 0; } svg text { fill: var(--ink); font: 12px system-ui, sans-serif; }
+svg { min-width: 40rem; max-width: 100%; height: auto; display: block; margin: .5rem 0; } svg text { fill: var(--ink); font: 12px system-ui, sans-serif; }
 svg .soft { fill: var(--soft); } svg .axis { stroke: var(--line); }
 ";
 
@@ -52,7 +52,7 @@ pub(super) fn page(entries: &[Entry]) -> Markup {
                 h1 { "raindrops: results" }
                 @if benches.len() > 1 {
                     h2 { "Devices side by side" }
-                    (series(&benches))
+                    div.wide { (series(&benches)) }
                 }
                 @for entry in entries {
                     @match &entry.content {
@@ -88,7 +88,7 @@ fn of_bench(file: &str, report: &bench::Report, with_plot: bool) -> Markup {
         h2 { "Frame times: " (file) }
         (who(&report.device, &report.host, &report.build, report.start.as_deref()))
         (warnings(&report.warnings))
-        @if with_plot { (series(&[(file, report)])) }
+        @if with_plot { div.wide { (series(&[(file, report)])) } }
         div.wide { table {
             tr {
                 th { "row" } th { "in view" } th { "ms" } th { "p10 to p90" } th { "frames a second" } th { "processes" }
@@ -105,7 +105,7 @@ fn of_bench(file: &str, report: &bench::Report, with_plot: bool) -> Markup {
             }
         } }
         h3 { "Passes" }
-        (passes(report))
+        div.wide { (passes(report)) }
     }
 }
 
@@ -118,7 +118,7 @@ fn of_verdict(file: &str, report: &verdict::Report) -> Markup {
         p.who { "B: " (report.b.label) }
         (who(&report.b.device, &report.b.host, &report.b.build, report.b.start.as_deref()))
         (warnings(&[report.a.warnings.clone(), report.b.warnings.clone()].concat()))
-        (forest(report))
+        div.wide { (forest(report)) }
         div.wide { table {
             tr {
                 th { "row" } th { "verdict" } th { "B / A" } th { "95 %" } th { "ms A" } th { "ms B" }
@@ -167,7 +167,7 @@ fn of_tradeoff(file: &str, report: &Tradeoff) -> Markup {
         @for scene in scenes {
             @let rows: Vec<_> = report.rows.iter().filter(|row| row.scene == scene).collect();
             h3 { (scene) }
-            (scatter(&rows))
+            div.wide { (scatter(&rows)) }
             div.wide { table {
                 tr { th { "on the front" } th { "ms" } th { "RMS error" } th { "FLIP" } }
                 @for row in rows.iter().filter(|row| row.pareto) {

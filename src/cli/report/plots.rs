@@ -178,7 +178,10 @@ pub(super) fn forest(report: &verdict::Report) -> Markup {
                 }
             }
             @for bound in [bounds[0], 1.0, bounds[1]] {
-                text.soft x=(x.at(bound)) y=(height - 6.0) text-anchor="middle" { (format!("{bound:.2}")) }
+                // Where the intervals are wide, the labels would stand on one another.
+                @if bound == 1.0 || (x.at(bound) - x.at(1.0)).abs() > 30.0 {
+                    text.soft x=(x.at(bound)) y=(height - 6.0) text-anchor="middle" { (format!("{bound:.2}")) }
+                }
             }
             text.soft x=(NAMES - 8.0) y=(height - 6.0) text-anchor="end" { "B / A of times, 95 %" }
         }
