@@ -34,7 +34,7 @@ pub(super) enum Content {
     /// A benchmark of one device.
     Bench(bench::Report),
     /// Two results held against each other.
-    Verdict(verdict::Report),
+    Verdict(Box<verdict::Report>),
     /// Models by time and error.
     Tradeoff(Tradeoff),
 }
@@ -88,7 +88,9 @@ fn load(path: &Path) -> anyhow::Result<Vec<Entry>> {
         let schema = value.get("schema").and_then(Value::as_str).unwrap_or_default().to_string();
         let contents = match schema.as_str() {
             bench::SCHEMA => vec![Content::Bench(of_schema(path, value, bench::SCHEMA)?)],
-            verdict::SCHEMA => vec![Content::Verdict(of_schema(path, value, verdict::SCHEMA)?)],
+            verdict::SCHEMA => {
+                vec![Content::Verdict(Box::new(of_schema(path, value, verdict::SCHEMA)?))]
+            }
             "raindrops-tradeoff/1" => vec![Content::Tradeoff(of_schema(path, value, &schema)?)],
             "raindrops-compare-devices/1" => {
                 let verdicts = value.get("verdicts").and_then(Value::as_array);
@@ -96,7 +98,7 @@ fn load(path: &Path) -> anyhow::Result<Vec<Entry>> {
                     verdicts.into_iter().flatten().filter_map(|pair| pair.get("verdict"));
                 verdicts
                     .map(|verdict| of_schema(path, verdict.clone(), verdict::SCHEMA))
-                    .map(|report| Ok(Content::Verdict(report?)))
+                    .map(|report| Ok(Content::Verdict(Box::new(report?))))
                     .collect::<crate::Result<_>>()?
             }
             "" => {

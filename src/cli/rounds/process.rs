@@ -147,7 +147,7 @@ fn last_words(said: &mut File) -> String {
     let text = String::from_utf8_lossy(&bytes);
     let lines = || text.lines().map(str::trim).filter(|line| !line.is_empty());
     let error = lines().rfind(|line| line.starts_with("raindrops: "));
-    error.or_else(|| lines().last()).unwrap_or("it said nothing").chars().take(300).collect()
+    error.or_else(|| lines().next_back()).unwrap_or("it said nothing").chars().take(300).collect()
 }
 
 /// A process and all that it started, ended when this goes.
