@@ -106,7 +106,7 @@ fn one_look_misses_as_often_as_coins_say() {
     let outside = (0..1u32 << 10).filter(|ways| {
         // The 2nd smallest is over the median if fewer than two lie under it.
         let under = ways.count_ones();
-        under < 2 || under > 8
+        !(2..=8).contains(&under)
     });
     assert_eq!(outside.count() as f64 / 1024.0, misses(10, 2));
 }
