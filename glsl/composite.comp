@@ -13,6 +13,7 @@ layout(local_size_x = 64) in;
 
 layout(constant_id = 17) const uint LOG_SUMS = 0; // 1: the display needs the log average
 layout(constant_id = 18) const uint TOUCH = 0;    // 1: see `touch`
+layout(constant_id = 19) const uint GLINTS = 0;   // 1: splats have glints (src/passes/glints.rs)
 // The result: four halves a pixel, row by row.
 layout(std430, set = 0, binding = 11) writeonly buffer Radiance { uvec2 radiance_out[]; };
 // The environment behind, pixel by pixel of a tile after the other.
@@ -22,12 +23,17 @@ layout(std430, set = 0, binding = 13) writeonly buffer LogSums { float log_sums[
 // The tiles whose lists the window did not bring into order: number, and entries.
 layout(std430, set = 0, binding = 14) buffer Disordered { uvec2 disordered_tiles[]; };
 
+// What splats show, by direction: a color, places of two glints, and their light for a radius of a pixel.
+layout(std430, set = 0, binding = 16) readonly buffer SplatTable { uvec4 splat_table[]; };
+
 #define COUNTERS_BINDING 15
 #include "counters.glsl"
+#include "far_glints.glsl"
 #include "by_four.glsl"
 #include "tile_window.glsl"
 #include "tile_order.glsl"
 
+const vec4 MOST_HALF = vec4(65504.0);
 const vec3 LUMINANCE = vec3(0.2126, 0.7152, 0.0722); // Rec. 709
 
 // A row of a tile's pixels: the light so far, and the share of what is behind that passes. Vectors, not
@@ -42,6 +48,22 @@ void lay_behind(inout Row row, vec4 coverage, vec4 r, vec4 g, vec4 b) {
     precise vec4 sum_r = fma(share, r, row.r), sum_g = fma(share, g, row.g), sum_b = fma(share, b, row.b);
     precise vec4 through = row.through - share;
     row = Row(sum_r, sum_g, sum_b, through);
+}
+
+// Adds light to pixels that `hit` marks, as far as the drops before let it pass.
+void add_light(inout Row row, vec4 hit, vec3 light) {
+    precise vec4 share = row.through * hit;
+    precise vec4 r = fma(share, vec4(light.r), row.r), g = fma(share, vec4(light.g), row.g);
+    precise vec4 b = fma(share, vec4(light.b), row.b);
+    row = Row(r, g, b, row.through);
+}
+
+// A point of light `at` pixels from the first pixel's corner.
+void add_glint(inout Row upper, inout Row lower, vec2 at, vec3 light) {
+    vec2 pixel = floor(at);
+    vec4 column = vec4(equal(vec4(pixel.x), vec4(0.0, 1.0, 2.0, 3.0)));
+    add_light(upper, pixel.y == 0.0 ? column : vec4(0.0), light);
+    add_light(lower, pixel.y == 1.0 ? column : vec4(0.0), light);
 }
 
 void lay_block_behind(inout Row row, uvec4 colors, uvec2 coverage) {
@@ -62,6 +84,10 @@ float finish(Row row, uint behind, uvec2 first) {
     vec4 b = vec4(unpackHalf2x16(left.y).x, unpackHalf2x16(left.w).x,
                   unpackHalf2x16(right.y).x, unpackHalf2x16(right.w).x);
     lay_behind(row, vec4(1.0), vec4(rg_left.xz, rg_right.xz), vec4(rg_left.yw, rg_right.yw), b);
+    // Glints may lie in one pixel until it is beyond what a half holds.
+    row.r = min(row.r, MOST_HALF);
+    row.g = min(row.g, MOST_HALF);
+    row.b = min(row.b, MOST_HALF);
 
     uvec2 size = uvec2(frame.image.xy);
     uint at = first.y * size.x + first.x, width = first.y < size.y ? size.x - first.x : 0u;
@@ -83,7 +109,20 @@ void lay_splat_behind(inout Row upper, inout Row lower, uint link) {
     uint which = link & 3u;
     vec2 half_sides = unpack_half_sides(words.w);
     vec2 from = vec2(uvec2(which & 1u, which >> 1) * TILE) - unpack_center(words.z);
-    vec3 color = unpack_radiance(color_of(words.w >> HALF_SIDES_BITS));
+    uint direction = words.w >> HALF_SIDES_BITS;
+    uint word;
+    if (GLINTS != 0u) {
+        uvec4 shown = splat_of(direction);
+        word = shown.x;
+        // The disc's area is the box's.
+        float squared = half_sides.x * half_sides.y / 0.78539816, radius = sqrt(squared);
+        vec4 at = unpackSnorm4x8(shown.y) * (LONGEST_OFFSET * radius);
+        add_glint(upper, lower, at.xy - from, squared * unpack_radiance(shown.z));
+        add_glint(upper, lower, at.zw - from, squared * unpack_radiance(shown.w));
+    } else {
+        word = color_of(direction);
+    }
+    vec3 color = unpack_radiance(word);
     // What each column and each row of pixels has of the box.
     vec4 x = from.x + vec4(0.0, 1.0, 2.0, 3.0);
     vec2 y = from.y + vec2(0.0, 1.0);

@@ -8,7 +8,7 @@
 
 layout(local_size_x = 16, local_size_y = 4) in;
 
-layout(set = 0, binding = 10) uniform sampler2D environment_map;
+layout(set = 0, binding = 18) uniform sampler2D environment_map;
 layout(std430, set = 0, binding = 12) writeonly buffer Sky { uvec2 sky[]; };
 
 // Samples along an edge of a pixel: a third of a texel apart, so that their mean is that of the pixel's square and

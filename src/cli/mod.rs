@@ -36,6 +36,7 @@ use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 
 use crate::environment::Environment;
 use crate::files::write_whole;
+use crate::passes::environment::lost_light;
 use crate::passes::simulate::Counts;
 use crate::plan::FramePlan;
 use crate::scene::Scene;
@@ -164,6 +165,15 @@ fn open_environment(scene: &Scene) -> Result<Environment> {
         waiting(&format!("reading {}", file.display()), || Environment::open(&scene.environment))?;
     if !environment.mended().is_nothing() {
         eprintln!("environment {}: {}", environment.name(), environment.mended());
+    }
+    let lost = lost_light(&environment);
+    if lost > 0.0 {
+        eprintln!(
+            "warning: environment {}: texels over 10⁹ times the mean of the others are stored as that much; the sky and \
+             drops drawn as points lose {:.3} % of its light",
+            environment.name(),
+            100.0 * lost
+        );
     }
     Ok(environment)
 }

@@ -25,8 +25,12 @@ const WORTHWHILE: f64 = 1.0;
 /// Angular radius above which samples meet an excess often enough by themselves.
 const LARGEST: f64 = 15.0 * PI / 180.0;
 
-/// Most regions; those of the most noise. Each costs time in every drop.
+/// Most regions that the reference looks for; those of the most noise. Each costs time in every drop.
 const MOST: usize = 16;
+
+/// Times that the threshold is found anew without what is above it; a texel a million times as bright as all
+/// others together needs six.
+const MOST_ROUNDS: usize = 32;
 
 /// An environment in two parts.
 #[derive(Clone, Debug)]
@@ -71,7 +75,39 @@ pub struct Region {
     excess: Vec<Vec3>,
 }
 
+/// An even disc with the light, the middle and the breadth of a region.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Source {
+    /// Unit vector to its middle.
+    pub direction: DVec3,
+    /// Angular radius in radians: that of the disc with the region's mean square distance from the middle.
+    pub radius: f64,
+    /// Radiance times solid angle.
+    pub light: DVec3,
+}
+
 impl Region {
+    /// The disc that stands for the region.
+    pub fn source(&self) -> Source {
+        let (width, height) = (f64::from(self.width), f64::from(self.height));
+        let texel = PI / height;
+        let (mut light, mut square, mut all) = (DVec3::ZERO, 0.0, 0.0);
+        for (index, excess) in (0..).zip(&self.excess) {
+            let (x, y) = (self.left + index % self.columns, self.top + index / self.columns);
+            let (x, y) = (x as f64 + 0.5, y as f64 + 0.5);
+            let solid_angle = TAU / width * texel * (PI * y / height).sin();
+            let luminance = excess.as_dvec3().dot(LUMINANCE) * solid_angle;
+            light += excess.as_dvec3() * solid_angle;
+            square += luminance
+                * direction_of(x / width, y / height).angle_between(self.direction).powi(2);
+            all += luminance;
+        }
+        // A texel's own light is spread as interpolation does it, by a sixth of its square along each axis. The mean
+        // square distance in a disc is half of its radius'.
+        let mean_square = square / all.max(f64::MIN_POSITIVE) + texel * texel / 3.0;
+        Source { direction: self.direction, radius: (2.0 * mean_square).sqrt(), light }
+    }
+
     /// The excess in a unit direction.
     pub fn radiance(&self, direction: DVec3) -> DVec3 {
         interpolate(self.width, self.height, direction, |column, row| {
@@ -88,16 +124,23 @@ impl Region {
 
 /// The small bright parts apart from the rest; `None` where there are none.
 pub fn split(environment: &Environment) -> Option<Bright> {
-    let mean = environment.mean_luminance();
+    split_off(environment, MOST, LARGEST)
+}
+
+/// As [`split`], but `most` regions at most, and none whose [`Region::source`] has a larger radius; further ones stay
+/// in the rest.
+pub fn split_off(environment: &Environment, most: usize, largest: f64) -> Option<Bright> {
+    let mean = mean_of_rest(environment);
     let threshold = Vec3::splat((THRESHOLD * mean) as f32);
     let mut found: Vec<(f64, Region)> = connected(environment, threshold)
         .into_iter()
         .map(|texels| region(environment, &texels, threshold))
         .map(|(mean_square, region)| (mean_square / (mean * mean), region))
         .filter(|(noise, region)| *noise >= WORTHWHILE && region.radius <= LARGEST)
+        .filter(|(_, region)| region.source().radius <= largest)
         .collect();
     found.sort_by(|(a, _), (b, _)| b.total_cmp(a));
-    found.truncate(MOST);
+    found.truncate(most);
     if found.is_empty() {
         return None;
     }
@@ -114,6 +157,21 @@ pub fn split(environment: &Environment) -> Option<Bright> {
         }
     }
     Some(Bright { rest, regions })
+}
+
+/// Mean luminance without what is above the threshold that it sets: a source may be brighter than all the rest, and
+/// then the mean says nothing of what is beside it.
+fn mean_of_rest(environment: &Environment) -> f64 {
+    let mut mean = environment.mean_luminance();
+    for _ in 0..MOST_ROUNDS {
+        let threshold = Vec3::splat((THRESHOLD * mean) as f32);
+        let lower = environment.mean_luminance_of(|texel| texel.min(threshold));
+        if lower > 0.99 * mean {
+            break;
+        }
+        mean = lower;
+    }
+    mean
 }
 
 /// Columns and rows of the texels above the threshold, those together that touch, by a corner too.
@@ -145,14 +203,17 @@ fn connected(environment: &Environment, threshold: Vec3) -> Vec<Vec<(i64, i64)>>
     all
 }
 
+/// Unit vector to a place in the image, 0 to 1 from the left and the upper edge; beyond a pole there is the pole.
+fn direction_of(u: f64, v: f64) -> DVec3 {
+    let (azimuth, polar) = ((u - 0.5) * TAU, v.clamp(0.0, 1.0) * PI);
+    DVec3::new(azimuth.sin() * polar.sin(), polar.cos(), -azimuth.cos() * polar.sin())
+}
+
 /// A region of these texels, and the mean square of its excess luminance over the sphere.
 fn region(environment: &Environment, texels: &[(i64, i64)], threshold: Vec3) -> (f64, Region) {
     let (width, height) = (f64::from(environment.width), f64::from(environment.height));
-    // In texels from the left and the upper edge; beyond a pole there is the pole.
-    let direction = |x: f64, y: f64| {
-        let (azimuth, polar) = ((x / width - 0.5) * TAU, (y / height).clamp(0.0, 1.0) * PI);
-        DVec3::new(azimuth.sin() * polar.sin(), polar.cos(), -azimuth.cos() * polar.sin())
-    };
+    // In texels from the left and the upper edge.
+    let direction = |x: f64, y: f64| direction_of(x / width, y / height);
     let center = |&(column, row): &(i64, i64)| (column as f64 + 0.5, row as f64 + 0.5);
     let excess = |&(column, row): &(i64, i64)| {
         let column = column.rem_euclid(i64::from(environment.width));

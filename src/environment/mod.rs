@@ -205,11 +205,16 @@ impl Environment {
 
     /// Mean luminance over the sphere of directions.
     pub fn mean_luminance(&self) -> f64 {
+        self.mean_luminance_of(|texel| texel)
+    }
+
+    /// Mean luminance over the sphere of what each texel is taken for.
+    pub(crate) fn mean_luminance_of(&self, seen: impl Fn(Vec3) -> Vec3) -> f64 {
         let (mut sum, mut weights) = (0.0, 0.0);
         for (row, texels) in self.texels.chunks_exact(self.width as usize).enumerate() {
             let weight = (PI * (row as f64 + 0.5) / f64::from(self.height)).sin();
             weights += weight * texels.len() as f64;
-            sum += weight * texels.iter().map(|t| t.as_dvec3().dot(LUMINANCE)).sum::<f64>();
+            sum += weight * texels.iter().map(|t| seen(*t).as_dvec3().dot(LUMINANCE)).sum::<f64>();
         }
         sum / weights
     }

@@ -28,7 +28,7 @@ use crate::gpu::{
 use crate::plan::Light;
 
 /// Directions, as in `glsl/include/octahedron.glsl`.
-const DIRECTIONS: u32 = 64 * 64;
+pub(super) const DIRECTIONS: u32 = 64 * 64;
 /// Words of all pictures of a direction, 1 + 4 + 16 + 64 + 256 texels, as `glsl/include/appearance.glsl` places them.
 const PYRAMID: u32 = 341;
 /// Invocations a workgroup.

@@ -24,7 +24,8 @@ use ash::vk;
 use super::appearance::Appearance;
 use super::environment::EnvironmentMap;
 use super::frame::{Frame, FrameBuffer};
-use super::tiles::{DISORDERED_GROUPS, RAY_GROUPS, TILE_PIXELS, Tiles};
+use super::glints::Glints;
+use super::tiles::{DISORDERED_GROUPS, LARGE_GROUPS, RAY_GROUPS, TILE_PIXELS, Tiles};
 use super::tone_map::{FINAL_SUMS, Source};
 use crate::Result;
 use crate::gpu::{
@@ -54,9 +55,11 @@ pub struct Composite {
     bindings: Bindings,
     sky_pass: ComputePipeline,
     rays: ComputePipeline,
+    /// Adds the images of bright sources to large drops; none where there are no sources.
+    glints: Option<ComputePipeline>,
     composite: ComputePipeline,
     disordered: ComputePipeline,
-    _sky_texels: Option<Texels>,
+    _texels: Option<[Texels; 2]>,
     _held: [Buffer; 2],
 }
 
@@ -73,11 +76,14 @@ impl Composite {
     /// # Errors
     /// [`crate::Error::Limit`] if the image does not fit in one binding; [`crate::Error::Memory`] if the
     /// device has no room for it; [`crate::Error::Vulkan`] if the driver refuses.
+    #[expect(clippy::too_many_arguments, reason = "it draws what all of them prepare")]
     pub fn new(
         device: &Arc<Device>,
         frame: &FrameBuffer,
         environment: &EnvironmentMap,
+        seen_by_drops: &EnvironmentMap,
         appearance: &Appearance,
+        glints: &Glints,
         tiles: &Tiles,
         (width, height): (u32, u32),
         plan: &FramePlan,
@@ -99,20 +105,34 @@ impl Composite {
 
         let disordered = make("disordered tiles", 8 * u64::from(tiles.count), Usage::empty())?;
 
+        let splats = &glints.splat_table;
         let fit = tiles.texels.is_some() && Texels::fit(device, &sky, Texel::FourWords);
-        let sky_texels = fit
-            .then(|| Texels::new(device, "texels of the sky", &sky, Texel::FourWords))
-            .transpose()?;
-        let views = tiles.texels.iter().zip(&sky_texels);
-        let views = views.flat_map(|(of_tiles, sky)| [&of_tiles.nodes, sky, &of_tiles.pictures]);
+        let four_words = |name, buffer| Texels::new(device, name, buffer, Texel::FourWords);
+        let texels = match &tiles.texels {
+            Some(of_tiles) if fit => {
+                let own = [
+                    four_words("texels of the sky", &sky)?,
+                    four_words("texels of splats", splats)?,
+                ];
+                Some((of_tiles, own))
+            }
+            _ => None,
+        };
+        let views = texels.iter().flat_map(|(of_tiles, [sky, splats])| {
+            [&of_tiles.nodes, sky, &of_tiles.pictures, splats]
+        });
 
         let buffer = |buffer| (Binding::STORAGE_BUFFER, Resource::Buffer(buffer));
-        let map = Resource::Sampled(&environment.image, &environment.sampler);
+        let [seen, sky_map] = [seen_by_drops, environment].map(|map| {
+            (Binding::COMBINED_IMAGE_SAMPLER, Resource::Sampled(&map.image, &map.sampler))
+        });
         let slots: Vec<_> =
             std::iter::once((Binding::UNIFORM_BUFFER, Resource::Buffer(&frame.buffer)))
                 .chain(tiles.shared.iter().chain([&appearance.table]).map(buffer))
-                .chain([(Binding::COMBINED_IMAGE_SAMPLER, map)])
+                .chain([seen])
                 .chain([&radiance, &sky, &log_sums, &disordered, &tiles.counters].map(buffer))
+                .chain([splats, &glints.sources].map(buffer))
+                .chain([sky_map])
                 .chain(views.map(|view| (Binding::UNIFORM_TEXEL_BUFFER, Resource::Texels(view))))
                 .collect();
         let bindings = Bindings::of(device, "composite", &slots)?;
@@ -121,8 +141,9 @@ impl Composite {
         let rows = groups.div_ceil(MOST_GROUPS);
         let groups = [groups.div_ceil(rows), rows, 1];
         let constants = tiles.constants.iter().copied();
-        let constants: Vec<u32> =
-            constants.chain([plan.log_average, tiles.touch].map(u32::from)).collect();
+        let constants: Vec<u32> = constants
+            .chain([plan.log_average, tiles.touch, glints.count > 0].map(u32::from))
+            .collect();
         let pipeline = |shader| ComputePipeline::new(device, shader, &bindings, 0, &constants);
         let composite = if fit { shaders::COMPOSITE_COMP_TEXELS } else { shaders::COMPOSITE_COMP };
         Ok(Self {
@@ -134,10 +155,11 @@ impl Composite {
             sky_of: None,
             sky_pass: pipeline(shaders::SKY_COMP)?,
             rays: pipeline(shaders::RAYS_COMP)?,
+            glints: (glints.count > 0).then(|| pipeline(shaders::GLINTS_COMP)).transpose()?,
             composite: pipeline(composite)?,
             disordered: pipeline(shaders::COMPOSITE_COMP_DISORDERED)?,
             bindings,
-            _sky_texels: sky_texels,
+            _texels: texels.map(|(_, own)| own),
             _held: [sky, disordered],
         })
     }
@@ -164,8 +186,16 @@ impl Composite {
         self.rays.dispatch_indirect(commands, &self.bindings, &[], tiles.totals(), RAY_GROUPS);
     }
 
-    /// Records the drops over one another and the sky behind, after [`Composite::record_rays`] and a
-    /// barrier.
+    /// Records the images of bright sources in the large drops, after [`Composite::record_rays`] and a barrier, if
+    /// there are sources.
+    pub fn record_glints(&self, commands: vk::CommandBuffer, tiles: &Tiles) {
+        if let Some(glints) = &self.glints {
+            glints.dispatch_indirect(commands, &self.bindings, &[], tiles.totals(), LARGE_GROUPS);
+        }
+    }
+
+    /// Records the drops over one another and the sky behind, after [`Composite::record_glints`]
+    /// and a barrier.
     pub fn record(&self, device: &Device, commands: vk::CommandBuffer, tiles: &Tiles) {
         let (bindings, groups) = (&self.bindings, self.groups);
         self.composite.dispatch(commands, bindings, 0, &[], groups);

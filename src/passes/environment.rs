@@ -4,8 +4,10 @@
 //! the truth interpolates, and a fetch costs a third less on CPU drivers. What a flat map lacks, equal
 //! footprints up to the poles, its prefilter supplies (`src/environment/levels.rs`).
 //!
-//! Texels are float16 times a power of two that brings the brightest under float16's largest value:
-//! a sun of 10⁹ survives, where an overflow to infinity would spread as NaN. Error: 2^-11 relative.
+//! Texels are float16 times a power of two that brings the brightest under float16's largest value, where an
+//! overflow to infinity would spread as NaN. Error: 2^-11 relative. But the power is bounded, so that a bright source
+//! never takes the digits of what is around it: a texel beyond 10⁹ times the mean of the rest is stored as that
+//! much, and [`lost_light`] tells what that leaves out.
 
 use std::sync::Arc;
 
@@ -16,6 +18,7 @@ use rayon::prelude::*;
 
 use crate::Result;
 use crate::environment::Environment;
+use crate::environment::bright::split;
 use crate::environment::levels::for_each_level;
 use crate::gpu::{
     Buffer, Commands, Device, Image, ImageInfo, Memory, Sampler, Samples, Use, image_barrier,
@@ -27,40 +30,64 @@ const MAX_STORED: f32 = 32_768.0;
 /// Bytes that are converted and copied at once, so that the upload's memory does not grow with the image.
 const STRIP_BYTES: usize = 32 << 20;
 
+/// Least mean that is stored, of all but small bright sources: float16 steps by 2^-24 there, a thousandth of it.
+const LEAST_MEAN: f64 = 1.0 / 32_768.0;
+
+/// Mean of the rest over the brightest texel under which the rest is black.
+const LEAST_REST: f64 = 1e-16;
+
+/// Radiance of a stored 1: a power of two, so that texels keep their digits. 1, but for suns beyond float16, and for
+/// nights so dark that float16 would lose them. `mean` is the luminance without small bright sources.
+pub fn stored_scale(environment: &Environment, mean: f64) -> f32 {
+    let brightest = environment.max_radiance();
+    let exponent = if brightest > MAX_STORED {
+        let whole = (brightest / MAX_STORED).log2().ceil();
+        let bound = (mean / LEAST_MEAN).log2().floor() as f32;
+        // Beside a rest that is black there is nothing to keep.
+        if mean > LEAST_REST * f64::from(brightest) { whole.min(bound) } else { whole }
+    } else if brightest > 0.0 && brightest < 1.0 {
+        brightest.log2().floor().max(f32::MIN_EXP as f32)
+    } else {
+        0.0
+    };
+    exponent.exp2()
+}
+
+/// The part of an environment's light that its texture leaves out, 0 to 1: that of texels too bright to be stored beside
+/// the rest. Drops on tiles show it all the same; the sky behind them is white there.
+pub fn lost_light(environment: &Environment) -> f64 {
+    let mean = split(environment)
+        .map_or_else(|| environment.mean_luminance(), |bright| bright.rest.mean_luminance());
+    let most = Vec3::splat(stored_scale(environment, mean) * MAX_STORED);
+    if environment.max_radiance() <= most.x {
+        return 0.0;
+    }
+    1.0 - environment.mean_luminance_of(|texel| texel.min(most)) / environment.mean_luminance()
+}
+
 /// The environment, ready to be sampled.
 pub struct EnvironmentMap {
     /// Radiance over [`EnvironmentMap::radiance_scale`], every level.
     pub image: Image,
     /// Trilinear, around the seam, clamped at the poles.
     pub sampler: Sampler,
-    /// Radiance of a stored 1: a power of two, 1 unless the environment is very bright or nowhere is 1.
+    /// Radiance of a stored 1, by [`stored_scale`].
     pub radiance_scale: f32,
     /// Angle of a texel of the finest level, in radians.
     pub texel_angle: f32,
-    /// Mean luminance over the sphere, in radiance units.
-    pub mean_luminance: f64,
 }
 
 impl EnvironmentMap {
-    /// Prefilters and uploads.
+    /// Prefilters and uploads, divided by `radiance_scale`.
     ///
     /// # Errors
     /// [`crate::Error::Limit`] if an edge is over the device's limit for images; [`crate::Error::Memory`]
     /// if the device has no room for it; [`crate::Error::Vulkan`] if the driver refuses.
-    pub fn new(device: &Arc<Device>, environment: &Environment) -> Result<Self> {
-        let brightest =
-            environment.texels().iter().fold(0.0f32, |most, t| most.max(t.max_element()));
-        // A power of two, so that texels keep their digits: 1, but for suns beyond float16, and for
-        // nights so dark that float16 would lose them.
-        let exponent = if brightest > MAX_STORED {
-            (brightest / MAX_STORED).log2().ceil()
-        } else if brightest > 0.0 && brightest < 1.0 {
-            brightest.log2().floor().max(f32::MIN_EXP as f32)
-        } else {
-            0.0
-        };
-        let radiance_scale = exponent.exp2();
-
+    pub fn new(
+        device: &Arc<Device>,
+        environment: &Environment,
+        radiance_scale: f32,
+    ) -> Result<Self> {
         let image = Image::new(
             device,
             &ImageInfo {
@@ -75,7 +102,11 @@ impl EnvironmentMap {
             },
         )?;
         let stored = |texel: &Vec3| -> [f16; 4] {
-            (*texel / radiance_scale).extend(1.0).to_array().map(f16::from_f32)
+            (*texel / radiance_scale)
+                .min(Vec3::splat(MAX_STORED))
+                .extend(1.0)
+                .to_array()
+                .map(f16::from_f32)
         };
         upload(device, environment, &image, stored)?;
         let sampler = Sampler::linear(
@@ -89,7 +120,6 @@ impl EnvironmentMap {
             sampler,
             radiance_scale,
             texel_angle: std::f32::consts::PI / environment.height() as f32,
-            mean_luminance: environment.mean_luminance(),
         })
     }
 }

@@ -7,6 +7,7 @@ pub mod composite;
 pub mod drops;
 pub mod environment;
 pub mod frame;
+pub mod glints;
 pub mod mask;
 #[cfg(feature = "view")]
 pub mod overlay;

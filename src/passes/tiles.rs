@@ -177,7 +177,7 @@ const LARGES: usize = 5;
 /// Byte offsets of the indirect arguments in the totals.
 const SORT_GROUPS: u64 = 0;
 const GATHER_GROUPS: u64 = 16; // of the first band
-const LARGE_GROUPS: u64 = GATHER_GROUPS + 16 * MAX_BANDS as u64;
+pub(super) const LARGE_GROUPS: u64 = GATHER_GROUPS + 16 * MAX_BANDS as u64;
 const BIG_GROUPS: u64 = LARGE_GROUPS + 16;
 const BLOCK_GROUPS: u64 = BIG_GROUPS + 16;
 pub(super) const RAY_GROUPS: u64 = BLOCK_GROUPS + 16;

@@ -19,8 +19,9 @@ use crate::gpu::{
     image_discard, memory_barrier,
 };
 use crate::passes::drops::guard_band;
-use crate::passes::environment::EnvironmentMap;
+use crate::passes::environment::{EnvironmentMap, stored_scale};
 use crate::passes::frame::{Frame, FrameBuffer, Surroundings};
+use crate::passes::glints::bright_parts;
 use crate::passes::simulate::{Counts, Simulate};
 use crate::passes::tiles::{self, TileCounts};
 use crate::passes::tone_map::{DELTA, DISPLAY, Source, ToneMap};
@@ -128,15 +129,17 @@ pub struct Renderer {
     device: Arc<Device>,
 }
 
-/// What the device and the environment add to the constants of a frame.
+/// What the device and the environment add to the constants of a frame. `mean_luminance` is that of the environment
+/// without small bright sources, of which one may outshine all the rest.
 fn surroundings(
     device: &Arc<Device>,
     scene: &Scene,
     environment: &EnvironmentMap,
+    mean_luminance: f64,
 ) -> Result<Surroundings> {
     let (_, point_limit_px) = guard_band(device, scene.image.width, scene.image.height)?;
     let scale = f64::from(environment.radiance_scale);
-    let delta = (DELTA * environment.mean_luminance / scale) as f32;
+    let delta = (DELTA * mean_luminance / scale) as f32;
     Ok(Surroundings {
         point_limit_px,
         texel_angle: environment.texel_angle,
@@ -162,9 +165,13 @@ impl Renderer {
         let (width, height) = (scene.image.width, scene.image.height);
         let frame = FrameBuffer::new(device)?;
         let before = Instant::now();
-        let environment = EnvironmentMap::new(device, environment)?;
+        let bright = bright_parts(environment);
+        let rest = bright.as_ref().map_or(environment, |bright| &bright.rest);
+        let mean = rest.mean_luminance();
+        let environment =
+            EnvironmentMap::new(device, environment, stored_scale(environment, mean))?;
         let environment_ms = before.elapsed().as_secs_f64() * 1e3;
-        let surroundings = surroundings(device, scene, &environment)?;
+        let surroundings = surroundings(device, scene, &environment, mean)?;
         let constants = Frame::new(scene, &surroundings, None);
         let drawing = match plan.primitive {
             Primitive::Point | Primitive::Quad => {
@@ -172,7 +179,9 @@ impl Renderer {
                 Drawing::Points(Box::new(points))
             }
             Primitive::Tile => {
-                let tiled = Tiled::new(device, scene, &constants, &frame, &environment, plan)?;
+                let bright = bright.as_ref();
+                let tiled =
+                    Tiled::new(device, scene, &constants, &frame, &environment, bright, plan)?;
                 Drawing::Tiled(Box::new(tiled))
             }
         };

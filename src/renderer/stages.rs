@@ -12,7 +12,7 @@ use crate::gpu::{
     image_barrier, image_discard, memory_barrier,
 };
 use crate::passes::drops::{Drops, Target, guard_band};
-use crate::passes::environment::EnvironmentMap;
+use crate::passes::environment::{EnvironmentMap, stored_scale};
 use crate::passes::frame::{Frame, FrameBuffer};
 use crate::passes::simulate::Simulate;
 use crate::plan::FramePlan;
@@ -60,8 +60,10 @@ impl Stages {
         }
         let (width, height) = (scene.image.width, scene.image.height);
         let frame = FrameBuffer::new(device)?;
-        let environment = EnvironmentMap::new(device, environment)?;
-        let constants = Frame::new(scene, &surroundings(device, scene, &environment)?, None);
+        let mean = environment.mean_luminance();
+        let environment =
+            EnvironmentMap::new(device, environment, stored_scale(environment, mean))?;
+        let constants = Frame::new(scene, &surroundings(device, scene, &environment, mean)?, None);
         let simulate = Simulate::new(device, &frame, scene, plan.simulation)?;
         let (samples, alpha) = (Samples::One, Alpha::Ignored);
         let image = |name, format, usage| {

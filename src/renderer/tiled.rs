@@ -6,11 +6,13 @@ use std::time::Instant;
 use ash::vk;
 
 use crate::Result;
+use crate::environment::bright::Bright;
 use crate::gpu::{Device, Timestamps, Use, memory_barrier};
 use crate::passes::appearance::Appearance;
 use crate::passes::composite::Composite;
 use crate::passes::environment::EnvironmentMap;
 use crate::passes::frame::{Frame, FrameBuffer};
+use crate::passes::glints::Glints;
 use crate::passes::tiles::Tiles;
 use crate::plan::FramePlan;
 use crate::scene::Scene;
@@ -22,7 +24,10 @@ pub(super) struct Tiled {
     pub composite: Composite,
     /// What the table of a drop's light is, and the milliseconds that it took.
     pub table_ms: Option<(&'static str, f64)>,
+    glints: Glints,
     _appearance: Appearance,
+    /// The environment without what [`Glints`] shows of it; none where that is all.
+    _seen_by_drops: Option<EnvironmentMap>,
 }
 
 impl Tiled {
@@ -32,21 +37,44 @@ impl Tiled {
         constants: &Frame,
         frame: &FrameBuffer,
         environment: &EnvironmentMap,
+        bright: Option<&Bright>,
         plan: &FramePlan,
     ) -> Result<Self> {
-        let appearance = Appearance::new(device, frame, environment, &plan.light)?;
+        let scale = environment.radiance_scale;
+        let rest =
+            bright.map(|bright| EnvironmentMap::new(device, &bright.rest, scale)).transpose()?;
+        let seen_by_drops = rest.as_ref().unwrap_or(environment);
+        let appearance = Appearance::new(device, frame, seen_by_drops, &plan.light)?;
+        let glints = Glints::new(device, frame, &appearance, bright, scale, &plan.light)?;
         let table_ms = if plan.optics == Optics::Appearance {
             let before = Instant::now();
             appearance.fill(device, frame, constants)?;
+            glints.fill(device)?;
             Some(("appearance", before.elapsed().as_secs_f64() * 1e3))
         } else {
             None
         };
         let tiles = Tiles::new(device, frame, &appearance, scene, plan)?;
         let size = (scene.image.width, scene.image.height);
-        let composite =
-            Composite::new(device, frame, environment, &appearance, &tiles, size, plan)?;
-        Ok(Self { tiles, composite, table_ms, _appearance: appearance })
+        let composite = Composite::new(
+            device,
+            frame,
+            environment,
+            seen_by_drops,
+            &appearance,
+            &glints,
+            &tiles,
+            size,
+            plan,
+        )?;
+        Ok(Self {
+            tiles,
+            composite,
+            table_ms,
+            glints,
+            _appearance: appearance,
+            _seen_by_drops: rest,
+        })
     }
 
     pub fn record_reset(&self, device: &Device, commands: vk::CommandBuffer) {
@@ -70,6 +98,7 @@ impl Tiled {
         if self.composite.needs_sky(frame) {
             time.time(commands, "sky", || {
                 self.composite.record_sky(commands);
+                self.glints.record_table(commands);
             });
         }
         time.time(commands, "gather", || {
@@ -84,6 +113,15 @@ impl Tiled {
             barrier(&[Use::ComputeWrite], &[Use::ComputeWrite, Use::Indirect]);
             self.composite.record_rays(commands, &self.tiles);
         });
+        if self.glints.count > 0 {
+            time.time(commands, "glints", || {
+                barrier(
+                    &[Use::ComputeWrite],
+                    &[Use::ComputeWrite, Use::ComputeRead, Use::Indirect],
+                );
+                self.composite.record_glints(commands, &self.tiles);
+            });
+        }
         time.time(commands, "composite", || {
             barrier(&[Use::ComputeWrite], &[Use::ComputeWrite, Use::ComputeRead]);
             self.composite.record(device, commands, &self.tiles);

@@ -1,0 +1,84 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// Adds the images of the bright sources to the pixels of the large drops' tile fragments, after their colours are
+// there; one invocation a drop. See src/passes/glints.rs.
+#include "frame.glsl"
+#include "light_model.glsl"
+#include "optics.glsl"
+#include "tile_buffers.glsl"
+#include "shared_exponent.glsl"
+#include "appearance.glsl"
+
+layout(local_size_x = 64) in;
+
+#define SOURCES_BINDING 17
+#include "glints.glsl"
+
+// Parts of a source at most: more than a pixel's worth for images of up to 16 pixels across. Larger ones, of the sun
+// in drops of over 900 pixels of radius, are mottled.
+const uint MOST_PARTS = 256;
+
+// Part of a pixel that a fragment must cover to take light: a colour counts as much as its pixel is covered, so that
+// a little part would have to be brighter than a colour can be.
+const float LEAST_COVER = 1.0 / 32.0;
+
+// Adds light to the pixel at a place on the screen, if a tile fragment of the drop is there; whether it is.
+bool add_light(uint drop, Large r, vec2 at, vec3 light) {
+    if (any(lessThan(at, vec2(0.0))) || any(greaterThanEqual(at, frame.image.xy))) return false;
+    uvec2 pixel = uvec2(at), tile = pixel / TILE, first = uvec2(r.first_tile & 0xffffu, r.first_tile >> 16);
+    if (any(lessThan(tile, first)) || tile.x - first.x >= r.across) return false;
+    uint block = r.first_block + (tile.y - first.y) * r.across + tile.x - first.x;
+    if (block >= min(totals.blocks, MAX_BLOCKS) || blocks[block] != drop) return false;
+    uint node = block_node(block), in_tile = pixel.y % TILE.y * TILE.x + pixel.x % TILE.x;
+    uint covered = nodes[node + COVERAGE + in_tile / 2u] >> 16u * (in_tile & 1u) & 0xffffu;
+    uint color = nodes[node + COLORS + in_tile];
+    float share = float(covered) / float(r.look >> 16);
+    if (share < LEAST_COVER || color == NO_COLOR) return false;
+    nodes[node + COLORS + in_tile] = pack_radiance(unpack_radiance(color) + light / share);
+    return true;
+}
+
+vec3 to_view(vec3 world) {
+    return vec3(dot(frame.right.xyz, world), dot(frame.up.xyz, world), dot(frame.back.xyz, world));
+}
+
+void main() {
+    uint drop = gl_GlobalInvocationID.x;
+    if (drop >= min(totals.larges, MAX_LARGES)) return;
+    Large r = larges[drop];
+    if ((r.look & AS_SPLATS) != 0u || r.look >> 16 == 0u) return;
+    float far = length(r.sphere.xyz), sine = min(r.sphere.w / far, 0.99999);
+    vec3 axis = r.sphere.xyz / far;
+    float focal = frame.image.z, pixels = focal * sine;
+    for (uint i = 0u; i < source_count.x; ++i) {
+        vec4 source = sources[i].toward;
+        vec3 toward = to_view(source.xyz), u = aside_of(toward, axis), v = cross(toward, u);
+        // An image is four times as wide as the source is in the drop's radii, at most but for rainbows: about five
+        // parts a pixel. Each part is a disc of its share of the solid angle.
+        float wide = 8.0 * pixels * source.w;
+        uint parts = uint(clamp(wide * wide, 1.0, float(MOST_PARTS)));
+        float part = inversesqrt(float(parts)), radius = max(source.w * part, 1e-3);
+        vec3 light = sources[i].light.rgb * (part * part * pixels * pixels);
+        for (uint j = 0u; j < parts; ++j) {
+            // Evenly over the disc: turns by the golden angle.
+            float out_by = parts > 1u ? source.w * part * sqrt(float(j) + 0.5) : 0.0, turn = 2.39996323 * float(j);
+            vec3 s = normalize(toward + out_by * (cos(turn) * u + sin(turn) * v)), aside = aside_of(axis, s);
+            float off = angle_between(axis, s);
+            for (uint ways = ways_of(off, radius, sine); ways != 0u; ways &= ways - 1u) {
+                vec2 image = image_of(uint(findLSB(ways)), off, radius, sine);
+                // At its place; where the fragments cover nothing of that pixel, a quarter of a pixel farther in.
+                float inner = clamp(image.x, -max(1.0 - 0.25 / pixels, 0.75), max(1.0 - 0.25 / pixels, 0.75));
+                bool done = image.y <= 0.0;
+                for (uint attempt = 0u; !done && attempt < 2u; ++attempt) {
+                    float sin_a = sine * (attempt == 0u ? image.x : inner), cos_a = sqrt(1.0 - sin_a * sin_a);
+                    vec3 ray = cos_a * axis + sin_a * aside;
+                    float depth = max(-ray.z, 0.01);
+                    // Pixels for each unit of solid angle grow with depth^-3.
+                    vec2 at = 0.5 * frame.image.xy + vec2(ray.x, -ray.y) * (focal / depth);
+                    done = -ray.z < 0.01
+                        || add_light(drop, r, at, light * (image.y / (cos_a * depth * depth * depth)));
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,134 @@
+// The images of small bright sources in a drop, found instead of met by rays: the float32 version of
+// src/reference/glints.rs, which derives it. Needs light_model.glsl and optics.glsl.
+//
+// All happens in the plane of the drop's axis (from the camera to its centre) and the source. A ray that leaves
+// the axis by α meets the drop at the angle of incidence θ, sin α = (r/d) sin θ, and comes from ψ off the axis:
+//   reflected outside               ψ = α - 2θ + π
+//   after k internal reflections    ψ = α - 2θ + 2(k+1)θt - kπ
+// ψ is concave in θ, so it has one crest (the rainbow's ray, or θ = 0) and is monotone on either side of it. A
+// source Φ off the axis is seen where ψ = Φ, or on the other side of the drop where ψ = -Φ, up to whole turns.
+
+const float HALF_TURN = 3.14159265358979;
+
+// Light of a source, as if all of it came from a disc of an even radiance.
+struct Source {
+    vec4 toward; // unit vector in world space; w: the disc's angular radius, radians
+    vec4 light;  // radiance times solid angle, stored units
+};
+
+layout(std430, set = 0, binding = SOURCES_BINDING) readonly buffer Sources {
+    uvec4 source_count; // x
+    Source sources[];
+};
+
+// The ways of light that have images: 0 by the reflection outside; after k = 0, 1, 2 internal reflections between
+// crest and rim 1, 3, 5, between the middle and the crest 2, 4 (k = 1, 2). A drop nearer than 2 radii is a lens that
+// also shows upright what is behind it: 6 between middle and crest, 7 between crest and rim.
+const uint LENS_WAYS = 6; // from here on
+const uint MOST_ORDERS = 2; // internal reflections; after more of them 0.1 % of the light
+const float LENS = 0.49;    // sine of the angular radius beyond which the ways of a lens have images
+
+// ψ and its slope. `turns`: 2(k+1), 0 outside; `start`: ψ of the ray through the middle.
+vec2 angle_at(float incidence, float turns, float start, float sine) {
+    float b = sin(incidence), c = cos(incidence), inside = b / WATER, seen = sine * b;
+    return vec2(asin(seen) - 2.0 * incidence + turns * asin(inside) + start,
+                sine * c * inversesqrt(1.0 - seen * seen) - 2.0
+                    + turns * c / WATER * inversesqrt(1.0 - inside * inside));
+}
+
+// The angle of incidence at the crest. A fixed point that each pass brings four times nearer, from that of a far drop.
+float crest_of(float turns, float sine) {
+    if (sine + turns / WATER <= 2.0) return 0.0;
+    float n2 = WATER * WATER, c = turns > 2.0 ? sqrt((n2 - 1.0) / (0.25 * turns * turns - 1.0)) : 1.0;
+    for (uint i = 0u; i < 6u; ++i) {
+        c = min(1.0, 2.0 / (sine * inversesqrt(1.0 - sine * sine * (1.0 - c * c))
+                            + turns * inversesqrt(n2 - 1.0 + c * c)));
+    }
+    return acos(c);
+}
+
+// The rays of a way: from its crest over `reach` towards the rim (away = 1) or the middle (-1).
+struct Branch {
+    float turns, start, sine;
+    float crest, reach, away;
+    float top, bottom; // ψ at the crest and at the other end
+    float steepness;   // of ψ at the crest: 0 but for a crest in the middle
+};
+
+// How far from the crest ψ has a value between top and bottom: steps of Newton's from the parabola through both ends.
+float newton(Branch w, float from_crest, float value) {
+    vec2 at = angle_at(w.crest + w.away * from_crest, w.turns, w.start, w.sine);
+    return clamp(from_crest - (at.x - value) / min(w.away * at.y, -1e-3), 0.0, w.reach);
+}
+
+float incidence_of(Branch w, float value) {
+    float drop = w.top - value;
+    float bend = max(2.0 * (w.top - w.bottom - w.steepness * w.reach) / (w.reach * w.reach), 0.0);
+    float u = 2.0 * drop / (w.steepness + sqrt(max(w.steepness * w.steepness + 2.0 * bend * drop, 1e-12)));
+    // b within 6e-5 farther than 30 radii; by a third step within 1e-6 farther than 5, within 4e-4 for any drop.
+    u = newton(w, clamp(u, 0.0, w.reach), value);
+    u = newton(w, u, value);
+    for (uint i = 0u; w.sine > 1.0 / 30.0 && i < 1u; ++i) u = newton(w, u, value);
+    return w.crest + w.away * u;
+}
+
+// The ways that may have images, a bit each, so that most of them need no look. Of k = 2 the rainbow alone: farther off
+// its image has a thirtieth of the light of that outside.
+uint ways_of(float off, float radius, float sine) {
+    float low = off - radius, high = off + radius, seen = 1.6 * sine;
+    return 1u | (low < 1.45 ? 2u : 0u) | (high > 2.39 - seen ? 4u : 0u) | (high > 2.39 - seen && low < 2.89 + seen ? 8u : 0u)
+        | (high > 1.9 && low < 2.28 + seen ? 48u : 0u) | (sine > LENS && low < 0.7 ? 192u : 0u);
+}
+
+// The image by a way of a disc `off` the axis with an angular `radius`. x: its impact parameter, negative on the side
+// away from the source; y: its light over the source's light and the drop's squared radius, 0 if there is none.
+// The mean over the disc's breadth, so that a rainbow's image, which has no bound, has one.
+vec2 image_of(uint way, float off, float radius, float sine) {
+    bool outside = way == 0u, lens = way >= LENS_WAYS;
+    uint order = outside || lens ? 0u : way / 2u;
+    if (outside ? REFLECTION == 0u : order > INTERNAL_REFLECTIONS) return vec2(0.0);
+    Branch w;
+    w.turns = outside ? 0.0 : float(2u * order + 2u);
+    w.start = outside ? HALF_TURN : -HALF_TURN * float(order);
+    w.sine = sine;
+    w.crest = crest_of(w.turns, sine);
+    w.away = (way & 1u) == 0u && !outside ? -1.0 : 1.0;
+    w.reach = w.away < 0.0 ? w.crest : 0.5 * HALF_TURN - w.crest;
+    vec2 top = angle_at(w.crest, w.turns, w.start, sine);
+    w.top = top.x;
+    w.steepness = max(-w.away * top.y, 0.0);
+    w.bottom = angle_at(w.crest + w.away * w.reach, w.turns, w.start, sine).x;
+
+    bool same_side = outside || order == 2u || lens;
+    vec2 range = vec2(max(off - radius, 0.0), min(off + radius, HALF_TURN));
+    vec2 values = same_side ? range - (order == 2u ? 2.0 * HALF_TURN : 0.0) : -range.yx;
+    float low = max(values.x, w.bottom), high = min(values.y, w.top);
+    if (low >= high || w.reach < 1e-3) return vec2(0.0);
+
+    float first = incidence_of(w, low), last = incidence_of(w, high);
+    // Differences of squared sines and of cosines as products, which keep their digits.
+    float squares = abs(sin(first + last) * sin(first - last));
+    float annulus = 2.0 * sin(0.5 * (range.x + range.y)) * sin(0.5 * (range.y - range.x));
+    float b = min(sqrt(0.5 * (sin(first) * sin(first) + sin(last) * sin(last))), 0.99999);
+
+    float f = reflectance(Encounter(vec3(0.0), vec3(0.0), b, sqrt((1.0 - b) * (1.0 + b))));
+    float share = f;
+    if (!outside) {
+        share = (1.0 - f) * (1.0 - f) * (order > 0u ? f : 1.0) * (order > 1u ? f : 1.0);
+        // What the orders after the second carry is left out.
+        bool takes_rest = CONSERVING != 0u && order == INTERNAL_REFLECTIONS && order < MOST_ORDERS;
+        if (takes_rest) share /= 1.0 - f;
+    }
+    return vec2(same_side ? b : -b, share * 0.5 * squares / annulus);
+}
+
+// Unit vector perpendicular to `axis` in the plane of `axis` and `toward`; any where they are parallel.
+vec3 aside_of(vec3 axis, vec3 toward) {
+    vec3 aside = toward - axis * dot(axis, toward);
+    if (dot(aside, aside) < 1e-12) aside = abs(axis.x) < 0.5 ? vec3(1.0, 0.0, 0.0) : vec3(0.0, 1.0, 0.0);
+    return normalize(aside - axis * dot(axis, aside));
+}
+
+float angle_between(vec3 a, vec3 b) {
+    return atan(length(cross(a, b)), dot(a, b));
+}

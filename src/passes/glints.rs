@@ -1,0 +1,165 @@
+//! The images of small bright sources in drops, found instead of met by chance.
+//!
+//! A drop shows a bare sun on some 10⁻⁵ of its disc. A few rays miss it or make a whole pixel of it, and a mean over the
+//! disc makes snow of rain: each of the drop's pixels is white, where one should be. So drops see the
+//! environment without its few brightest small parts (`src/environment/bright.rs`), and each of those, taken for a
+//! disc, is drawn as a point of light where its image is (`glsl/include/glints.glsl`; the derivation stands in
+//! `src/reference/glints.rs`): by the reflection outside and after 0, 1 and 2 internal reflections, which
+//! carry all of the light but 0.1 %. That is left out.
+//!
+//! - **Splats**: a far drop's images depend on its direction alone. Once an environment, `far_glints` finds the two
+//!   brightest from each of the 64 x 64 directions of the prefiltered pictures; the others' light is spread
+//!   over the drop. When the view turns, `splat_table` projects them. `composite` then reads a
+//!   splat's colour and its two glints at once, 16 bytes. An image's place is that of the nearest direction: off by a
+//!   twentieth of the radius at most.
+//! - **Tile fragments**: `glints` adds the images to the pixels of each large drop, with the drop's true distance,
+//!   after their colours are known. A source whose image is wide is cut into parts.
+//!
+//! The light of an image is that of its source's mean magnification, so that a rainbow's has a bound. It goes to
+//! one pixel, whole: the box filter of a point. Error: a place is off by up to 0.001 of the radius (of splats see
+//! above); a source's shape is a disc.
+
+use std::sync::Arc;
+
+use ash::vk;
+use bytemuck::{Pod, Zeroable};
+
+use super::appearance::{Appearance, DIRECTIONS};
+use super::frame::FrameBuffer;
+use super::light_constants;
+use crate::Result;
+use crate::environment::Environment;
+use crate::environment::bright::{Bright, split_off};
+use crate::gpu::{
+    Binding, Bindings, Buffer, Commands, ComputePipeline, Device, Memory, Resource, Use,
+    memory_barrier, shaders,
+};
+use crate::plan::Light;
+
+/// Most sources; each costs every large drop a microsecond on one CPU core. Further ones stay in the environment that
+/// drops see: they are filtered as all of it is.
+pub const MOST_SOURCES: usize = 4;
+
+/// Largest angular radius of a source, in radians (2°). Of larger ones the shape is seen in large drops, and they are
+/// wide enough for the environment's levels.
+const LARGEST_SOURCE: f64 = 0.035;
+
+/// Bytes a direction of what `far_glints` finds, and of the splats' table.
+const FAR_GLINTS_BYTES: u64 = 64;
+const SPLAT_BYTES: u64 = 16;
+/// Invocations a workgroup.
+const FAR_GROUP: u32 = 8;
+const TABLE_GROUP: u32 = 64;
+
+/// The environment without its bright sources, where it has any that drops on tiles show apart.
+pub fn bright_parts(environment: &Environment) -> Option<Bright> {
+    split_off(environment, MOST_SOURCES, LARGEST_SOURCE)
+}
+
+/// `Source` of `glsl/include/glints.glsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+struct SourceRecord {
+    toward: [f32; 4],
+    light: [f32; 4],
+}
+
+/// The sources, and what splats show of them.
+pub struct Glints {
+    /// How many sources there are.
+    pub count: u32,
+    /// Their number and they themselves, as `Sources` of `glsl/include/glints.glsl` has them.
+    pub(super) sources: Buffer,
+    /// A splat's colour and glints by direction, four words each.
+    pub(super) splat_table: Buffer,
+    bindings: Bindings,
+    far: ComputePipeline,
+    table: ComputePipeline,
+    _far_glints: Buffer,
+}
+
+impl Glints {
+    /// The sources of `bright`; none where that is none. `radiance_scale`: radiance of a stored 1.
+    ///
+    /// # Errors
+    /// [`crate::Error::Memory`] if the device has no room for the tables; [`crate::Error::Vulkan`] if the
+    /// driver refuses.
+    pub fn new(
+        device: &Arc<Device>,
+        frame: &FrameBuffer,
+        appearance: &Appearance,
+        bright: Option<&Bright>,
+        radiance_scale: f32,
+        light: &Light,
+    ) -> Result<Self> {
+        use vk::BufferUsageFlags as Usage;
+        let regions = bright.map_or(&[][..], |bright| &bright.regions);
+        let mut records = vec![SourceRecord::zeroed(); 1 + regions.len()];
+        for (record, region) in records[1..].iter_mut().zip(regions) {
+            let source = region.source();
+            let light = (source.light / f64::from(radiance_scale)).as_vec3();
+            record.toward = source.direction.as_vec3().extend(source.radius as f32).to_array();
+            record.light = light.extend(0.0).to_array();
+        }
+        let mut words: Vec<u32> = bytemuck::cast_slice(&records)[4..].to_vec();
+        words[..4].copy_from_slice(&[regions.len() as u32, 0, 0, 0]);
+        let storage = Usage::STORAGE_BUFFER;
+        let sources = Buffer::upload_device(device, "bright sources", &words, storage)?;
+        // Without sources nothing reads them.
+        let directions = if regions.is_empty() { 1 } else { u64::from(DIRECTIONS) };
+        let far_glints = Buffer::new(
+            device,
+            "far glints",
+            FAR_GLINTS_BYTES * directions,
+            storage,
+            Memory::Device,
+        )?;
+        let usage = storage | Usage::UNIFORM_TEXEL_BUFFER;
+        let splat_table =
+            Buffer::new(device, "splat table", SPLAT_BYTES * directions, usage, Memory::Device)?;
+        let buffer = |buffer| (Binding::STORAGE_BUFFER, Resource::Buffer(buffer));
+        let bindings = Bindings::of(
+            device,
+            "glints",
+            &[
+                (Binding::UNIFORM_BUFFER, Resource::Buffer(&frame.buffer)),
+                buffer(&sources),
+                buffer(&far_glints),
+                buffer(&appearance.table),
+                buffer(&splat_table),
+            ],
+        )?;
+        let constants = light_constants(light);
+        let pipeline = |shader| ComputePipeline::new(device, shader, &bindings, 0, &constants);
+        Ok(Self {
+            count: regions.len() as u32,
+            sources,
+            splat_table,
+            far: pipeline(shaders::FAR_GLINTS_COMP)?,
+            table: pipeline(shaders::SPLAT_TABLE_COMP)?,
+            bindings,
+            _far_glints: far_glints,
+        })
+    }
+
+    /// Finds the images in far drops, and waits for it.
+    ///
+    /// # Errors
+    /// Those of [`Commands::once`].
+    pub fn fill(&self, device: &Arc<Device>) -> Result<()> {
+        if self.count == 0 {
+            return Ok(());
+        }
+        Commands::once(device, "far glints", |commands| {
+            self.far.dispatch(commands, &self.bindings, 0, &[], [DIRECTIONS / FAR_GROUP, 1, 1]);
+            memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::ShaderRead]);
+        })
+    }
+
+    /// Records the splats' table for the view of the frame's constants, after [`Glints::fill`] and the appearance.
+    pub fn record_table(&self, commands: vk::CommandBuffer) {
+        if self.count > 0 {
+            self.table.dispatch(commands, &self.bindings, 0, &[], [DIRECTIONS / TABLE_GROUP, 1, 1]);
+        }
+    }
+}
