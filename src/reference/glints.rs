@@ -396,6 +396,7 @@ impl<'a> Drop<'a> {
             offset: cos_alpha * aside - sin_alpha * self.axis,
             impact_parameter,
             cos_incidence: (1.0 - square).sqrt(),
+            index: WATER,
         };
         (encounter, cos_alpha)
     }
