@@ -38,10 +38,10 @@ fn scenes() -> Vec<(&'static str, Option<&'static str>, Scene)> {
     };
     let placed =
         |drops: Vec<PlacedDrop>, edge, fov| Scene { rain: None, drops, ..rain(0, 9.0, edge, fov) };
-    let one = vec![PlacedDrop { center: DVec3::new(2.0, 1.0, -4.0), radius: 1.0 }];
-    let forty = (0..40).map(|n| f64::from(n) * 2.4).map(|angle| PlacedDrop {
-        center: DVec3::new(angle * angle.cos(), 0.6 * angle * angle.sin(), -90.0 - angle),
-        radius: 1.0 + (7.0 * angle).sin().abs(),
+    let one = vec![PlacedDrop::sphere(DVec3::new(2.0, 1.0, -4.0), 1.0)];
+    let forty = (0..40).map(|n| f64::from(n) * 2.4).map(|angle| {
+        let center = DVec3::new(angle * angle.cos(), 0.6 * angle * angle.sin(), -90.0 - angle);
+        PlacedDrop::sphere(center, 1.0 + (7.0 * angle).sin().abs())
     });
     let mut upward = rain(20_000, 150.0, 192, 75.0);
     upward.camera.target = DVec3::new(0.3, 0.8, -0.5);

@@ -41,7 +41,7 @@ fn on_tiles(count: u32, image: ImageSize, radius: f64, aside: (f64, f64), preset
             let y = f64::from(2 * (tile / across)) + 1.0 + aside.1 - 0.5 * f64::from(image.height);
             let depth = 1000.0 + f64::from(layer);
             let center = DVec3::new(x / focal, -y / focal, -1.0) * depth;
-            PlacedDrop { center, radius: radius * depth / focal }
+            PlacedDrop::sphere(center, radius * depth / focal)
         })
         .collect();
     scene
@@ -122,7 +122,7 @@ fn blocks_without_room_are_counted() {
         .map(|layer| {
             let (slope, depth) = (7.9f64 / 32.0, 500.0 + f64::from(layer));
             let radius = depth * slope / (1.0 + slope * slope).sqrt();
-            PlacedDrop { center: DVec3::new(0.0, 0.0, -depth), radius }
+            PlacedDrop::sphere(DVec3::new(0.0, 0.0, -depth), radius)
         })
         .collect();
     loses(adjust, &scene, 400 - 12_288 / 32);
@@ -133,7 +133,7 @@ fn every_kind() -> Scene {
     let half_extent = DVec3::splat(120.0);
     let mut scene = Scene {
         rain: Some(RainSettings { count: 60_000, half_extent, ..RainSettings::default() }),
-        drops: vec![PlacedDrop { center: DVec3::new(0.5, 0.3, -3.0), radius: 0.8 }],
+        drops: vec![PlacedDrop::sphere(DVec3::new(0.5, 0.3, -3.0), 0.8)],
         image: ImageSize { width: 250, height: 131 },
         ..Scene::default()
     };

@@ -22,7 +22,7 @@ use raindrops::plan::{
     Choice, Costs, Demand, ERRORS, FramePlan, GLINT_RADII_PX, GLINTS, Output, RADII_PX, choose,
     contrast, plan, plan_by,
 };
-use raindrops::reference::{Hit, Tracer, Truth, of_scene};
+use raindrops::reference::{Eye, Hit, Ray, Tracer, Truth, of_scene};
 use raindrops::renderer::Renderer;
 use raindrops::scene::model::{Optics, Order, Preset, Primitive, Reflection};
 use raindrops::scene::{ModelChoice, PlacedDrop, RainSettings, Scene};
@@ -287,11 +287,12 @@ fn what_a_scene_asks_is_what_it_shows() {
         let visible = raindrops::rain::cull::count_visible(&scene) as f64;
         let share: f64 = demand.classes.iter().map(|class| class.share).sum();
         let sky = Environment::constant(Vec3::ONE);
-        let tracer = Tracer::of_spheres(scene.view(), of_scene(&scene), &sky, Truth::default());
+        let tracer =
+            Tracer::of_drops(Eye::of_scene(&scene), of_scene(&scene), &sky, Truth::default());
         let met = (0..4096u32).filter(|number| {
             let place = |n: u32| f64::from(n) * 16.0 + 8.0;
             let ray = scene.view().ray(place(number % 64), place(number / 64));
-            tracer.tree().first_hit(DVec3::ZERO, ray, Hit::START, None) != Hit::NONE
+            tracer.tree().first_hit(&Ray::along(ray), Hit::START, None) != Hit::NONE
         });
         let met = met.count() as f64 / 4096.0;
         println!("{count}: {:.0} in view, {visible}; {share:.3} covered, {met:.3}", demand.visible);
@@ -300,7 +301,7 @@ fn what_a_scene_asks_is_what_it_shows() {
     }
     // A drop placed by hand: an eighth of the picture.
     let mut scene = Scene { rain: None, ..Scene::default() };
-    scene.drops = vec![PlacedDrop { center: DVec3::new(0.0, 0.0, -5.0), radius: 1.0 }];
+    scene.drops = vec![PlacedDrop::sphere(DVec3::new(0.0, 0.0, -5.0), 1.0)];
     let demand = Demand::of(&scene, near);
     let radius_px = 512.0 / 24f64.sqrt();
     assert!((demand.classes[0].radius_px - radius_px).abs() < 0.5);

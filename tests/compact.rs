@@ -22,9 +22,9 @@ fn scene(count: u32) -> Scene {
     rain.half_extent = DVec3::splat(40.0);
     // Placed drops come last, and blend over the others where they come to lie.
     scene.drops = vec![
-        PlacedDrop { center: DVec3::new(0.5, 0.0, -6.0), radius: 1.0 },
-        PlacedDrop { center: DVec3::new(0.0, 0.0, 9.0), radius: 1.0 },
-        PlacedDrop { center: DVec3::new(-0.4, 0.3, -5.0), radius: 0.5 },
+        PlacedDrop::sphere(DVec3::new(0.5, 0.0, -6.0), 1.0),
+        PlacedDrop::sphere(DVec3::new(0.0, 0.0, 9.0), 1.0),
+        PlacedDrop::sphere(DVec3::new(-0.4, 0.3, -5.0), 0.5),
     ];
     scene
 }

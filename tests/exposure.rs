@@ -30,7 +30,7 @@ fn bright_above() -> Environment {
 fn scene(preset: Preset, radius: f64) -> Scene {
     let mut scene = Scene {
         rain: None,
-        drops: vec![PlacedDrop { center: DVec3::new(-2.0, 0.0, -4.0), radius }],
+        drops: vec![PlacedDrop::sphere(DVec3::new(-2.0, 0.0, -4.0), radius)],
         image: ImageSize { width: EDGE, height: EDGE },
         ..Scene::default()
     };

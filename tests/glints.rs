@@ -38,7 +38,7 @@ fn drops() -> Scene {
     (scene.image.width, scene.image.height) = (64, 64);
     scene.camera.vertical_fov = 60.0;
     (scene.camera.near, scene.camera.near_fade) = (2.0, 4.0);
-    let placed = |x, y, z, radius| PlacedDrop { center: DVec3::new(x, y, z), radius };
+    let placed = |x, y, z, radius| PlacedDrop::sphere(DVec3::new(x, y, z), radius);
     scene.drops = vec![
         placed(-1.2, 0.9, -3.5, 0.7),
         placed(1.5, 0.4, -6.5, 0.8),
@@ -49,7 +49,7 @@ fn drops() -> Scene {
     for _ in 0..60 {
         let mut at = |scale: f64| scale * (2.0 * random.unit() - 1.0);
         let center = DVec3::new(at(12.0), at(12.0), -24.0 + at(6.0));
-        scene.drops.push(PlacedDrop { center, radius: 0.1 });
+        scene.drops.push(PlacedDrop::sphere(center, 0.1));
     }
     scene
 }

@@ -75,7 +75,8 @@ const RADII_PX: [f64; 4] = [0.4, 1.3, 5.0, 20.0];
 fn square_to_the_sun_a_drop_is_a_mirror_ball() {
     on_device(|device| {
         let sine = 0.5_f64.sqrt() / 1.33;
-        let reflectance = fresnel(0.5_f64.sqrt(), (1.0 - sine * sine).sqrt());
+        let reflectance =
+            fresnel(0.5_f64.sqrt(), (1.0 - sine * sine).sqrt(), raindrops::optics::WATER);
         for pixels in &RADII_PX[..3] {
             let (mut scene, toward) = a_drop(*pixels);
             let sun = with_sun(toward.cross(DVec3::Y).normalize(), 0.0, 1e4);

@@ -223,10 +223,8 @@ fn drops_over_drops() {
     common::on_device(|device| {
         let edge_px = edge_px(device);
         let mut scene = scene(10.0, false);
-        let drop = |x: f64, y: f64, z: f64| raindrops::scene::PlacedDrop {
-            center: DVec3::new(x, y, z),
-            radius: 1.0,
-        };
+        let drop =
+            |x: f64, y: f64, z: f64| raindrops::scene::PlacedDrop::sphere(DVec3::new(x, y, z), 1.0);
         scene.drops = vec![
             drop(0.31, 0.2, -6.0),
             drop(0.9, -0.4, -9.0),

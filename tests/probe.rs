@@ -135,7 +135,7 @@ fn edges() -> Scene {
     scene.model.mask_size = 128;
     for (x, y) in [(-1.0, 0.2), (1.0, -0.1), (0.1, 1.0), (-0.2, -1.0), (1.0, 1.0), (-1.0, -1.0)] {
         let center = DVec3::new(x * 11.0, y * 6.9, -6.4);
-        scene.drops.push(PlacedDrop { center, radius: 2.0 });
+        scene.drops.push(PlacedDrop::sphere(center, 2.0));
     }
     scene
 }

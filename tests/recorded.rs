@@ -278,7 +278,7 @@ fn every_pass_waits_for_those_before_it() {
             half_extent: DVec3::splat(100.0),
             ..RainSettings::default()
         }),
-        drops: vec![PlacedDrop { center: DVec3::new(0.0, 0.0, -3.0), radius: 1.0 }],
+        drops: vec![PlacedDrop::sphere(DVec3::new(0.0, 0.0, -3.0), 1.0)],
         image: ImageSize { width: 64, height: 64 },
         ..Scene::default()
     };

@@ -4,12 +4,13 @@ use std::f64::consts::PI;
 
 use glam::{DVec3, Vec3};
 use raindrops::environment::Environment;
-use raindrops::reference::{Hit, Strata, Tracer, Truth, Weights, fade, of_scene};
+use raindrops::reference::{Hit, Ray, Strata, Tracer, Truth, Weights, fade, of_scene};
 use raindrops::scene::{PlacedDrop, RainSettings, Scene};
 
 fn scene_of(drops: &[(DVec3, f64)], edge: u32) -> Scene {
     let mut scene = Scene { rain: None, ..Scene::default() };
-    scene.drops = drops.iter().map(|&(center, radius)| PlacedDrop { center, radius }).collect();
+    scene.drops =
+        drops.iter().map(|&(center, radius)| PlacedDrop::sphere(center, radius)).collect();
     (scene.image.width, scene.image.height) = (edge, edge);
     scene
 }
@@ -156,12 +157,12 @@ fn the_tree_finds_what_brute_force_finds() {
     let mut scene = rain(3_000, 40);
     // A ray in nine meets one of these; overlapping, huge, tiny, and two exactly alike.
     for center in [DVec3::new(0.0, 3.0, -9.0), DVec3::new(0.5, 3.0, -9.0), DVec3::X * 50.0] {
-        scene.drops.push(PlacedDrop { center, radius: 2.0 });
-        scene.drops.push(PlacedDrop { center, radius: 2.0 });
-        scene.drops.push(PlacedDrop { center: center * 0.5, radius: 1e-3 });
+        scene.drops.push(PlacedDrop::sphere(center, 2.0));
+        scene.drops.push(PlacedDrop::sphere(center, 2.0));
+        scene.drops.push(PlacedDrop::sphere(center * 0.5, 1e-3));
     }
     let tracer = Tracer::new(&scene, &environment, Truth { samples: 1, ..Truth::default() });
-    let spheres = of_scene(&scene);
+    let drops = of_scene(&scene).all;
     let view = scene.view();
     let mut candidates = Vec::new();
     let mut met = 0;
@@ -179,20 +180,21 @@ fn the_tree_finds_what_brute_force_finds() {
             let direction = corner(f64::from(step % 20) * 0.421, f64::from(step / 20) * 0.421);
             let mut after = Hit::START;
             for _ in 0..3 {
-                let brute = spheres
+                let brute = drops
                     .iter()
                     .zip(0..)
-                    .filter_map(|(sphere, number)| {
-                        let along = sphere.center.dot(direction);
-                        let beside2 = sphere.center.cross(direction).length_squared();
-                        let depth2 = sphere.radius.powi(2) - beside2;
+                    .filter_map(|(drop, number)| {
+                        let along = drop.center.dot(direction);
+                        let beside2 = drop.center.cross(direction).length_squared();
+                        let depth2 = drop.radius.powi(2) - beside2;
                         (along > 0.0 && depth2 >= 0.0)
-                            .then(|| Hit { distance: along - depth2.sqrt(), sphere: number })
+                            .then(|| Hit { distance: along - depth2.sqrt(), drop: number })
                     })
                     .filter(|hit| hit.distance > after.distance + 1e-9 || after == Hit::START)
                     .fold(Hit::NONE, |a, b| if b < a { b } else { a });
-                let found = tracer.tree().first_hit(DVec3::ZERO, direction, after, None);
-                let in_tile = tracer.tree().first_hit_of(&candidates, direction, after);
+                let found = tracer.tree().first_hit(&Ray::along(direction), after, None);
+                let in_tile =
+                    tracer.tree().first_hit_of(&candidates, &Ray::along(direction), after);
                 assert_eq!(found, in_tile);
                 assert!(
                     found == brute || (found.distance - brute.distance).abs() < 1e-6,
@@ -203,7 +205,7 @@ fn the_tree_finds_what_brute_force_finds() {
                 }
                 met += 1;
                 // Past every twin at the same place, as the brute force does.
-                after = Hit { distance: found.distance, sphere: u32::MAX };
+                after = Hit { distance: found.distance, drop: u32::MAX };
             }
         }
     }

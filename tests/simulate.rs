@@ -228,9 +228,9 @@ fn counts_are_the_twins() {
         // Placed drops far from the origin, where float32 alone would lose them.
         let place = DVec3::new(1e7, 2e7, -3e7);
         let mut random = Random(5);
-        let drops = (0..1000).map(|_| PlacedDrop {
-            center: place + 20.0 * random.unit() * random.direction(),
-            radius: 0.01 + 2.0 * random.unit(),
+        let drops = (0..1000).map(|_| {
+            let center = place + 20.0 * random.unit() * random.direction();
+            PlacedDrop::sphere(center, 0.01 + 2.0 * random.unit())
         });
         let camera = Camera { position: place, target: place + DVec3::new(1.0, 1.0, 0.3), ..wide };
         let placed =
@@ -316,7 +316,7 @@ fn a_moment_always_looks_the_same() {
     common::on_device(|device| {
         let mut scene = Scene { rain: small(100_000).rain, ..Scene::default() };
         scene.image = ImageSize { width: 256, height: 256 };
-        scene.drops = vec![PlacedDrop { center: DVec3::new(0.3, 0.2, -1.5), radius: 1.0 }; 2];
+        scene.drops = vec![PlacedDrop::sphere(DVec3::new(0.3, 0.2, -1.5), 1.0); 2];
         // Not the furnace of the other tests, in which every moment looks the same.
         let sky = Environment::bundled().expect("the sky");
         let mut rain = Renderer::new(
@@ -347,7 +347,7 @@ fn chunks_change_nothing() {
     scene.image = ImageSize { width: 64, height: 64 };
     let mut random = Random(9);
     scene.drops = (0..3000)
-        .map(|_| PlacedDrop { center: 40.0 * random.direction() * random.unit(), radius: 0.3 })
+        .map(|_| PlacedDrop::sphere(40.0 * random.direction() * random.unit(), 0.3))
         .collect();
     for simulation in [Simulation::Integer, Simulation::Stored] {
         scene.model.simulation = Some(simulation);

@@ -47,7 +47,7 @@ fn rain(count: u32, half_extent: f64, edge: u32) -> Scene {
 
 fn placed(drops: &[([f64; 3], f64)], edge: u32) -> Scene {
     let mut scene = Scene { rain: None, ..Scene::default() };
-    let drop = |&(center, radius): &([f64; 3], f64)| PlacedDrop { center: center.into(), radius };
+    let drop = |&(center, radius): &([f64; 3], f64)| PlacedDrop::sphere(center.into(), radius);
     scene.drops = drops.iter().map(drop).collect();
     (scene.image.width, scene.image.height) = (edge, edge);
     scene
@@ -153,8 +153,8 @@ fn every_drop_in_view_is_counted_and_none_is_lost() {
             scene.camera = camera;
             scene.time = [0.0, 3.2e7, -1e4, 0.5][number];
             scene.drops = vec![
-                PlacedDrop { center: camera.position + 40.0 * camera.forward(), radius: 2.0 },
-                PlacedDrop { center: camera.position - 40.0 * camera.forward(), radius: 2.0 },
+                PlacedDrop::sphere(camera.position + 40.0 * camera.forward(), 2.0),
+                PlacedDrop::sphere(camera.position - 40.0 * camera.forward(), 2.0),
             ];
             let (_, counts) = render(device, &scene, &sky, Preset::Fast);
             assert_eq!(counts.visible, count_visible(&scene), "camera {number}");
@@ -168,7 +168,7 @@ fn a_white_furnace_stays_white() {
     on_device(|device| {
         let white = Environment::constant(Vec3::ONE);
         let mut scene = rain(50_000, 150.0, 128);
-        scene.drops = vec![PlacedDrop { center: DVec3::new(1.0, 0.5, -3.0), radius: 1.0 }];
+        scene.drops = vec![PlacedDrop::sphere(DVec3::new(1.0, 0.5, -3.0), 1.0)];
         for preset in [Preset::Fast, Preset::Exact] {
             let (picture, _) = render(device, &scene, &white, preset);
             let worst = picture

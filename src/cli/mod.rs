@@ -61,7 +61,7 @@ enum Command {
     Rain(rain::RainArgs),
     Devices(devices::DevicesArgs),
     Sky(sky::SkyArgs),
-    /// The truth: the scene by a float64 ray tracer on the CPU
+    /// The reference: the scene by a float64 ray tracer on the CPU
     Reference(reference::ReferenceArgs),
     /// How far picture B is from the truth A; with bounds, a check
     Compare(compare::CompareArgs),

@@ -12,6 +12,7 @@ use crate::gpu::{Device, DeviceReport, Instance, Validation, choose_among};
 use crate::measure;
 use crate::measure::costs::{costs, ranked};
 use crate::plan::Choice;
+use crate::scene::background::DepthKind;
 use crate::scene::model::{
     DropShape, FarRain, Fresnel, Lookup, Operator, Optics, Order, Preset, Primitive, Reflection,
     Simulation, Sizes, Weights,
@@ -137,6 +138,41 @@ pub struct SceneValues {
     /// Fixed factor on linear radiance before the curve, not stops [default: derived from each picture]
     #[arg(long, value_name = "X", allow_negative_numbers = true)]
     exposure: Option<f64>,
+}
+
+/// What is behind the drops, over the scene's.
+#[derive(Args, Clone, Debug, Default)]
+#[command(next_help_heading = "Background")]
+pub struct BackgroundArgs {
+    /// Picture behind the drops instead of the sky: linear EXR, or PNG, of the picture's size
+    #[arg(long, value_name = "FILE")]
+    background: Option<PathBuf>,
+    /// Depth behind the drops: channel Z of an EXR, or a 16-bit PNG with --depth-scale
+    #[arg(long, value_name = "FILE")]
+    depth: Option<PathBuf>,
+    /// Whether depth is along the view axis or along the ray
+    #[arg(long, value_enum, value_name = "KIND")]
+    depth_kind: Option<DepthKind>,
+    /// Scene units a stored unit of depth
+    #[arg(long, value_name = "S")]
+    depth_scale: Option<f64>,
+}
+
+impl BackgroundArgs {
+    /// Sets the values that were given.
+    pub fn apply(&self, scene: &mut Scene) -> Result<()> {
+        let background = &mut scene.background;
+        let instead = |given: &Option<PathBuf>, own: &mut Option<PathBuf>| {
+            if given.is_some() {
+                own.clone_from(given);
+            }
+        };
+        instead(&self.background, &mut background.color);
+        instead(&self.depth, &mut background.depth);
+        background.depth_kind = self.depth_kind.unwrap_or(background.depth_kind);
+        background.depth_scale = self.depth_scale.or(background.depth_scale);
+        scene.validate("command line")
+    }
 }
 
 /// One model on each axis, over those of the preset.

@@ -1,4 +1,4 @@
-//! `raindrops reference`: the truth of a scene.
+//! `raindrops reference`: a scene by the float64 ray tracer.
 
 use std::path::{Path, PathBuf};
 
@@ -7,8 +7,9 @@ use clap::Args;
 use glam::Vec3;
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::options::SceneArgs;
+use super::options::{BackgroundArgs, SceneArgs};
 use super::{Answer, Format};
+use crate::picture::plate::Plate;
 use crate::picture::tone_map;
 use crate::picture::{Picture, srgb_byte, write_png};
 use crate::reference::{Tracer, Truth, Weights};
@@ -22,6 +23,11 @@ const STEPS: f64 = 1000.0;
 pub struct ReferenceArgs {
     #[command(flatten)]
     scene: SceneArgs,
+    #[command(flatten)]
+    background: BackgroundArgs,
+    /// Frame of the scene's film, from 0 on; left out: the scene at its time
+    #[arg(long, value_name = "N")]
+    frame: Option<u32>,
     /// Picture to write: .exr linear radiance in float32, .png tone mapped
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
@@ -33,7 +39,8 @@ pub struct ReferenceArgs {
     #[arg(long, value_name = "K", default_value_t = Truth::default().internal_reflections,
           value_parser = clap::value_parser!(u32).range(0..=1000))]
     internal_reflections: u32,
-    /// Physical: F and (1-F)² F^k; paper: F and 1-F, without internal reflections
+    /// Physical: F and (1-F)² F^k; conserving: the last order carries the others' light; paper: F and 1-F,
+    /// without internal reflections
     #[arg(long, value_enum, value_name = "NAME", default_value = "physical")]
     weights: Weights,
     /// Leave out the light that drops reflect on the outside
@@ -63,10 +70,15 @@ pub fn run(args: &ReferenceArgs) -> anyhow::Result<Answer> {
     {
         bail!("--coverage {}: write it as .exr", path.display());
     }
-    let scene = args.scene.load()?;
+    let mut scene = args.scene.load()?;
+    args.background.apply(&mut scene)?;
     if scene.real_rain().is_some() {
         bail!("rain: real rain is not traced yet; `raindrops rain` has its figures");
     }
+    if let Some(number) = args.frame {
+        scene = scene.film.frame(&scene, number);
+    }
+    let plate = Plate::open(&scene.background, scene.image.width, scene.image.height)?;
     let environment = super::open_environment(&scene)?;
     let truth = Truth {
         samples: args.samples,
@@ -81,7 +93,7 @@ pub fn run(args: &ReferenceArgs) -> anyhow::Result<Answer> {
     let bar = ProgressBar::new(STEPS as u64)
         .with_style(ProgressStyle::with_template("{msg} {wide_bar} {percent} % {eta}")?)
         .with_message("reference");
-    let tracer = Tracer::new(&scene, &environment, truth);
+    let tracer = Tracer::new(&scene, &environment, truth).before(plate);
     let traced = tracer.trace(&|share| bar.set_position((share * STEPS) as u64));
     bar.finish_and_clear();
 

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::options::{DeviceArgs, ModelArgs, SceneArgs, resolve};
+use super::options::{BackgroundArgs, DeviceArgs, ModelArgs, SceneArgs, resolve};
 use super::sequence::{Sequence, heed_interrupts, is_interrupted};
 use super::{Answer, Format, drops, progress, say_doubt, waiting};
 use crate::picture::write_png;
@@ -19,6 +19,8 @@ pub struct RenderArgs {
     scene: SceneArgs,
     #[command(flatten)]
     model: ModelArgs,
+    #[command(flatten)]
+    background: BackgroundArgs,
     #[command(flatten)]
     device: DeviceArgs,
     /// Picture to write: .exr (linear radiance, float32) or .png (tone mapped, sRGB, 8 bit)
@@ -40,6 +42,7 @@ pub struct RenderArgs {
 pub fn run(args: &RenderArgs) -> anyhow::Result<Answer> {
     let mut scene = args.scene.load()?;
     args.model.apply(&mut scene)?;
+    args.background.apply(&mut scene)?;
     if let Some(fps) = args.fps {
         scene.film.fps = fps;
         scene.validate("--fps")?;

@@ -50,7 +50,7 @@ struct Kept {
 /// The scene of all looks, which differ by the camera's near plane alone.
 fn scene() -> Scene {
     let mut scene = Scene {
-        drops: vec![PlacedDrop { center: DVec3::new(0.0, 0.0, -BEYOND), radius: 0.2 * BEYOND }],
+        drops: vec![PlacedDrop::sphere(DVec3::new(0.0, 0.0, -BEYOND), 0.2 * BEYOND)],
         ..Scene::default()
     };
     let half_extent = DVec3::splat(EXTENT);

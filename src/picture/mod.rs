@@ -3,6 +3,7 @@
 pub(crate) mod dwa;
 pub mod flip;
 pub mod metrics;
+pub mod plate;
 pub mod tone_map;
 
 use std::fs::File;

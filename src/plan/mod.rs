@@ -5,6 +5,7 @@ mod background;
 mod costs;
 mod demand;
 mod errors;
+mod undrawn;
 
 pub use auto::{Choice, Prospect, choose, keep, pick, prospects};
 pub use costs::Costs;
@@ -108,7 +109,8 @@ impl Default for Light {
 /// in particular ([`Costs::default`]).
 ///
 /// # Errors
-/// [`Error::Scene`] for a combination of models that makes no sense, with the reason.
+/// [`Error::Scene`] for a combination of models that makes no sense, with the reason; for a key of the scene
+/// that no preset draws.
 pub fn plan(scene: &Scene, environment: &Environment, output: Output) -> Result<FramePlan> {
     let chosen = choose(scene, environment, &Costs::default());
     plan_by(scene, chosen.as_ref(), output)
@@ -126,6 +128,12 @@ pub fn plan_by(scene: &Scene, chosen: Option<&Choice>, output: Output) -> Result
                 "rate = {}: real rain is not drawn yet; `raindrops rain` has its figures",
                 rain.rate
             ),
+        });
+    }
+    if let Some((key, what)) = undrawn::undrawn(scene) {
+        return Err(Error::Scene {
+            place: key,
+            problem: format!("no preset draws {what}; `raindrops reference` does"),
         });
     }
     let choice = &scene.model;

@@ -1,56 +1,139 @@
-//! The drops of a scene as the ray tracer takes them: float64 spheres around the camera.
+//! The drops of a scene as the ray tracer takes them: float64 bodies around the camera, that move while
+//! the shutter is open.
 
 use glam::DVec3;
 use rayon::prelude::*;
 
+use crate::optics::Shape;
+use crate::rain::shape::Halves;
 use crate::rain::tick_of_seconds;
-use crate::scene::Scene;
+use crate::scene::model::DropShape;
+use crate::scene::{PlacedDrop, Scene};
 
 /// One drop, seen from the camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sphere {
-    /// Centre relative to the camera, in scene units along the world's axes.
+pub struct Drop {
+    /// Centre relative to the camera as the shutter opens, in scene units along the world's axes.
     pub center: DVec3,
-    /// Radius, in scene units.
+    /// Radius of the sphere of equal volume, in scene units.
     pub radius: f64,
-    /// 1, less where the drop fades in behind the near plane; over 0.
-    pub opacity: f64,
+    /// Number of its population.
+    pub population: u32,
 }
 
-/// Every drop of the scene that is drawn, random ones first, in the order of their indices.
+/// What many drops share.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Population {
+    /// The surface, in radii.
+    pub shape: Shape,
+    /// The way of a centre while the shutter is open, in scene units.
+    pub motion: DVec3,
+    /// Half the edges of a box around the camera beyond which a drop is not seen: it is its image at
+    /// the opposite wall that is.
+    pub half_extent: Option<DVec3>,
+}
+
+/// Drops and what they share.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Drops {
+    /// Every drop; one that crosses a wall of its box stands here once for each image.
+    pub all: Vec<Drop>,
+    /// Their populations.
+    pub populations: Vec<Population>,
+}
+
+impl Drops {
+    /// The population of a drop.
+    pub fn population(&self, drop: &Drop) -> &Population {
+        &self.populations[drop.population as usize]
+    }
+
+    /// Centre of a drop when a share `moment` of the exposure has gone by.
+    pub fn center(&self, drop: &Drop, moment: f64) -> DVec3 {
+        drop.center + moment * self.population(drop).motion
+    }
+}
+
+/// Every drop of the scene, random ones first, in the order of their indices.
 ///
-/// Positions are those of [`crate::rain::Rain::relative`], float32 as the GPU has them, so that a
-/// difference between the two pictures is never one of place. Of a random drop only the image
+/// Positions at the scene's time are those of [`crate::rain::Rain::relative`], float32 as the GPU has them,
+/// so that a difference between the two pictures is never one of place. Of a random drop only the image
 /// nearest the camera exists, as on the GPU: a drop that reaches through a wall of the box does not
-/// reappear at the opposite one.
+/// reappear at the opposite one, and one whose centre crosses it while the shutter is open does.
 ///
-/// Left out: a drop whose centre is nearer than `camera.near`, and a drop that the camera is in
-/// (what a camera under water sees is another picture than the paper's).
-pub fn of_scene(scene: &Scene) -> Vec<Sphere> {
+/// A drop at rest whose centre is nearer than `camera.near` is left out here.
+pub fn of_scene(scene: &Scene) -> Drops {
     let camera = &scene.camera;
-    let drawn = |center: DVec3, radius: f64| {
-        let distance = center.length();
-        let opacity = fade(distance, camera.near, camera.near_fade);
-        (distance > radius && opacity > 0.0).then_some(Sphere { center, radius, opacity })
+    let exposed = scene.exposed();
+    let mut drops = Drops::default();
+    let is_drawn = |center: DVec3, motion: DVec3| {
+        motion != DVec3::ZERO || fade(center.length(), camera.near, camera.near_fade) > 0.0
     };
-    let mut spheres: Vec<Sphere> = match scene.rain() {
-        None => Vec::new(),
-        Some(rain) => {
-            let shift = rain.shift(tick_of_seconds(scene.time));
-            let eye = rain.camera_place(camera.position);
-            (0..rain.count)
-                .into_par_iter()
-                .filter_map(|index| {
-                    let center = rain.relative(rain.place(index, shift), eye).as_dvec3();
-                    drawn(center, rain.radius)
-                })
-                .collect()
+    if let Some(rain) = scene.rain() {
+        let motion = rain.velocity * exposed;
+        let half_extent = (motion != DVec3::ZERO).then_some(rain.half_extent);
+        drops.populations.push(Population { shape: Shape::Sphere, motion, half_extent });
+        let shift = rain.shift(tick_of_seconds(scene.time));
+        let eye = rain.camera_place(camera.position);
+        drops.all = (0..rain.count)
+            .into_par_iter()
+            .map(|index| rain.relative(rain.place(index, shift), eye).as_dvec3())
+            .filter(|center| is_drawn(*center, motion))
+            .flat_map_iter(|center| images(center, motion, half_extent))
+            .map(|center| Drop { center, radius: rain.radius, population: 0 })
+            .collect();
+    }
+    for placed in &scene.drops {
+        let motion = placed.velocity * exposed;
+        let center = placed.center - camera.position + placed.velocity * scene.time;
+        let shape = shape_of(placed, scene);
+        let population = Population { shape, motion, half_extent: None };
+        if drops.populations.last() != Some(&population) {
+            drops.populations.push(population);
         }
-    };
-    spheres.extend(
-        scene.drops.iter().filter_map(|drop| drawn(drop.center - camera.position, drop.radius)),
-    );
-    spheres
+        if is_drawn(center, motion) {
+            let population = drops.populations.len() as u32 - 1;
+            drops.all.push(Drop { center, radius: placed.radius, population });
+        }
+    }
+    drops
+}
+
+/// The surface of a drop placed by hand.
+fn shape_of(placed: &PlacedDrop, scene: &Scene) -> Shape {
+    match placed.shape {
+        Some(DropShape::Equilibrium) => {
+            let diameter_mm = 2.0 * placed.radius * scene.metres * 1000.0;
+            let Halves { joint, equatorial, top, bottom } = Halves::of_diameter(diameter_mm);
+            match top == bottom && top == equatorial {
+                true => Shape::Sphere,
+                false => Shape::Halves { equatorial, top, bottom, joint },
+            }
+        }
+        Some(DropShape::Sphere) => Shape::Sphere,
+        None => Shape::of_axis_ratio(placed.axis_ratio.unwrap_or(1.0)),
+    }
+}
+
+/// Centres, as the shutter opens, of the images by which a drop is seen one after the other: wherever it
+/// leaves the box, another comes in at the opposite wall.
+fn images(center: DVec3, motion: DVec3, half_extent: Option<DVec3>) -> Vec<DVec3> {
+    let mut images = vec![center];
+    let Some(half_extent) = half_extent else { return images };
+    let mut image = center;
+    loop {
+        // When the current image meets its next wall, as a share of the exposure.
+        let walls = half_extent * motion.signum();
+        let meets = (walls - image) / motion;
+        let next = (0..3)
+            .filter(|&axis| motion[axis] != 0.0)
+            .min_by(|&a, &b| meets[a].total_cmp(&meets[b]));
+        match next {
+            Some(axis) if meets[axis] < 1.0 => image[axis] -= 2.0 * walls[axis],
+            _ => return images,
+        }
+        images.push(image);
+    }
 }
 
 /// Opacity of a drop whose centre is `distance` away: 0 nearer than `near`, 1 from `near + width`

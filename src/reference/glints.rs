@@ -26,13 +26,13 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::drops::Sphere;
+use super::light::Way;
 use super::samples::Strata;
-use super::tree::{Hit, Pyramid, meet};
-use super::{Tracer, Truth, Weights};
+use super::tree::{Hit, Pyramid};
+use super::{Drop, Population, Ray, Tracer, Truth, Weights};
 use crate::environment::Environment;
 use crate::environment::bright::{Bright, Region, split};
-use crate::optics::{Encounter, WATER};
+use crate::optics::{Encounter, Shape};
 use crate::rain::pcg4d;
 
 /// Most internal reflections whose glints are looked for; of light that takes more, 0.02 % of all,
@@ -53,21 +53,14 @@ const END: f64 = 1.0 / 64.0;
 /// patches on either side end at the same angle.
 const CREST: f64 = 1e-7;
 
-/// Light on its way through a drop.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Path {
-    /// Reflected on the outside.
-    Outside,
-    /// Refracted in and out, with so many reflections between.
-    Inside(u32),
-}
-
-impl Path {
+impl Way {
     /// The ways whose glints are found.
-    fn of(truth: &Truth) -> impl Iterator<Item = Self> {
+    fn all(truth: &Truth) -> impl Iterator<Item = Self> {
         let most = match truth.weights {
             Weights::Paper => 0,
-            Weights::Physical => truth.internal_reflections.min(MOST_REFLECTIONS),
+            Weights::Physical | Weights::Conserving => {
+                truth.internal_reflections.min(MOST_REFLECTIONS)
+            }
         };
         truth.reflection.then_some(Self::Outside).into_iter().chain((0..=most).map(Self::Inside))
     }
@@ -81,11 +74,15 @@ impl Path {
     }
 
     /// Share of the radiance that arrives this way.
-    fn weight(self, encounter: &Encounter, weights: Weights) -> f64 {
-        match (self, weights) {
+    fn weight(self, encounter: &Encounter, truth: &Truth) -> f64 {
+        match (self, truth.weights) {
             (Self::Outside, _) => encounter.reflectance(),
             (Self::Inside(_), Weights::Paper) => 1.0 - encounter.reflectance(),
-            (Self::Inside(k), Weights::Physical) => encounter.weight_of_internal_reflections(k),
+            (Self::Inside(k), Weights::Conserving) if k == truth.internal_reflections => {
+                let reflectance = encounter.reflectance();
+                (1.0 - reflectance) * reflectance.powi(k as i32)
+            }
+            (Self::Inside(k), _) => encounter.weight_of_internal_reflections(k),
         }
     }
 
@@ -98,9 +95,9 @@ impl Path {
     }
 
     /// ψ at an angle of incidence, with r/d the sine of the drop's angular radius.
-    fn angle(self, incidence: f64, sine: f64) -> f64 {
+    fn angle(self, incidence: f64, sine: f64, index: f64) -> f64 {
         let b = incidence.sin();
-        let (alpha, refraction) = ((sine * b).asin(), (b / WATER).asin());
+        let (alpha, refraction) = ((sine * b).asin(), (b / index).asin());
         match self {
             Self::Outside => alpha + PI - 2.0 * incidence,
             Self::Inside(k) => {
@@ -110,10 +107,10 @@ impl Path {
     }
 
     /// The slope of ψ.
-    fn slope(self, incidence: f64, sine: f64) -> f64 {
+    fn slope(self, incidence: f64, sine: f64, index: f64) -> f64 {
         let (b, cosine) = incidence.sin_cos();
         let of_alpha = sine * cosine / (1.0 - (sine * b).powi(2)).sqrt();
-        let of_refraction = cosine / (WATER * WATER - b * b).sqrt();
+        let of_refraction = cosine / (index * index - b * b).sqrt();
         match self {
             Self::Outside => of_alpha - 2.0,
             Self::Inside(k) => of_alpha - 2.0 + 2.0 * f64::from(k + 1) * of_refraction,
@@ -121,11 +118,11 @@ impl Path {
     }
 
     /// Where ψ is greatest: 0 where it only falls.
-    fn crest(self, sine: f64) -> f64 {
-        if self.slope(0.0, sine) <= 0.0 {
+    fn crest(self, sine: f64, index: f64) -> f64 {
+        if self.slope(0.0, sine, index) <= 0.0 {
             return 0.0;
         }
-        bisect((0.0, FRAC_PI_2), CREST, |incidence| self.slope(incidence, sine) > 0.0).0
+        bisect((0.0, FRAC_PI_2), CREST, |incidence| self.slope(incidence, sine, index) > 0.0).0
     }
 }
 
@@ -170,9 +167,10 @@ fn bisect(interval: (f64, f64), width: f64, is_before: impl Fn(f64) -> bool) -> 
     (from, to)
 }
 
-/// Every patch on which a drop (`sine` of its angular radius) shows by `path` what is within `radius`
+/// Every patch on which a drop (`sine` of its angular radius) shows by a way what is within `radius`
 /// of a direction that is `off` the axis.
-fn patches(path: Path, sine: f64, crest: f64, off: f64, radius: f64) -> Vec<Patch> {
+fn patches(way: Way, index: f64, sine: f64, crest: f64, off: f64, radius: f64) -> Vec<Patch> {
+    let angle = |incidence: f64| way.angle(incidence, sine, index);
     let (low, high) = (off - radius, off + radius);
     let all_around = (-PI, PI);
     // Ranges of ψ, and the azimuths that go with them.
@@ -191,11 +189,10 @@ fn patches(path: Path, sine: f64, crest: f64, off: f64, radius: f64) -> Vec<Patc
         if branch.0 >= branch.1 {
             continue;
         }
-        let (start, end) = (path.angle(branch.0, sine), path.angle(branch.1, sine));
+        let (start, end) = (angle(branch.0), angle(branch.1));
         let (least, most) = (start.min(end), start.max(end));
         // Where ψ passes a value: an interval, so that an end of a patch can be taken on its outside.
-        let passes =
-            |value: f64| bisect(branch, END * radius, |x| (path.angle(x, sine) < value) == rises);
+        let passes = |value: f64| bisect(branch, END * radius, |x| (angle(x) < value) == rises);
         for &((low, high), azimuth) in &ranges {
             let turns = ((least - high) / TAU).ceil() as i64..=((most - low) / TAU).floor() as i64;
             for turn in turns {
@@ -243,7 +240,7 @@ impl Glints {
         tracer: &Tracer,
         progress: &(dyn Fn(f64) + Sync),
     ) -> Vec<BTreeMap<u32, DVec3>> {
-        let view = &tracer.view;
+        let view = &tracer.eye.view;
         let (width, height) = (f64::from(view.width), f64::from(view.height));
         let corners = [(0.0, 0.0), (width, 0.0), (width, height), (0.0, height)];
         let pyramid = Pyramid::between(corners.map(|(x, y)| view.ray(x, y)));
@@ -263,6 +260,12 @@ impl Glints {
     ) -> Vec<BTreeMap<u32, DVec3>> {
         let mut in_view = Vec::new();
         tracer.tree.within(pyramid, f64::INFINITY, &mut in_view);
+        in_view.retain(|hit| {
+            let drops = tracer.tree.drops();
+            let drop = &drops.all[hit.drop as usize];
+            // Whoever is within a drop does not see it.
+            tracer.finds_glints_of(drops.population(drop)) && drop.center.length() > drop.radius
+        });
         let done = AtomicU32::new(0);
         in_view
             .par_iter()
@@ -271,7 +274,7 @@ impl Glints {
                 if done.is_multiple_of(TOLD_EACH) {
                     progress(f64::from(done) / in_view.len() as f64);
                 }
-                Drop::new(tracer, hit.sphere, before).glints(&self.bright.regions, self.mean)
+                Mirror::new(tracer, hit.drop, before).glints(&self.bright.regions, self.mean)
             })
             .collect()
     }
@@ -279,18 +282,32 @@ impl Glints {
 
 /// What a drop shows of a source one way: one image, or the half of one that a rainbow doubles.
 struct Glint<'a> {
-    path: Path,
+    way: Way,
+    /// Of the drop, and the colours that it is for.
+    index: f64,
+    colors: DVec3,
     region: &'a Region,
     /// Unit vectors across the drop's axis: towards the source, and aside.
     frame: (DVec3, DVec3),
     patch: Patch,
 }
 
+impl Tracer<'_> {
+    /// Whether the glints of a population are found rather than met by chance: of spheres at rest, seen by a
+    /// pinhole, of a denser substance than what they are in.
+    pub(super) fn finds_glints_of(&self, population: &Population) -> bool {
+        population.shape == Shape::Sphere
+            && population.motion == DVec3::ZERO
+            && self.eye.lens == 0.0
+            && self.indices.iter().all(|(index, _)| *index > 1.0)
+    }
+}
+
 /// A drop and what is before it.
-struct Drop<'a> {
+struct Mirror<'a> {
     tracer: &'a Tracer<'a>,
     number: u32,
-    sphere: &'a Sphere,
+    drop: &'a Drop,
     /// Unit vector from the camera to the centre.
     axis: DVec3,
     /// From the camera to the centre, in scene units.
@@ -301,27 +318,30 @@ struct Drop<'a> {
     before: &'a [Hit],
 }
 
-impl<'a> Drop<'a> {
+impl<'a> Mirror<'a> {
     /// The drop of this number. `before` is filled with what may hide it.
     fn new(tracer: &'a Tracer<'a>, number: u32, before: &'a mut Vec<Hit>) -> Self {
-        let sphere = &tracer.tree.spheres()[number as usize];
-        let distance = sphere.center.length();
-        let (axis, sine) = (sphere.center / distance, sphere.radius / distance);
+        let drop = &tracer.tree.drops().all[number as usize];
+        let distance = drop.center.length();
+        let (axis, sine) = (drop.center / distance, drop.radius / distance);
         // The square around its outline, at depth 1.
         let tangent = sine / (1.0 - sine * sine).sqrt();
         let (u, v) = axis.any_orthonormal_pair();
         let corners = [u + v, u - v, -u - v, v - u].map(|corner| axis + tangent * corner);
         tracer.tree.within(&Pyramid::between(corners), distance, before);
-        before.retain(|hit| hit.sphere != number);
-        Self { tracer, number, sphere, axis, distance, sine, before }
+        before.retain(|hit| hit.drop != number);
+        Self { tracer, number, drop, axis, distance, sine, before }
     }
 
     /// The light of every glint, by pixel. `mean` is the luminance that a glint is weighed against.
     fn glints(&self, regions: &[Region], mean: f64) -> BTreeMap<u32, DVec3> {
         let truth = &self.tracer.truth;
         let mut pixels = BTreeMap::new();
-        for path in Path::of(truth) {
-            let crest = path.crest(self.sine);
+        let indices = self.tracer.indices.iter().zip(0_u32..);
+        for (way, (&(index, colors), of_index)) in
+            Way::all(truth).flat_map(|way| indices.clone().map(move |index| (way, index)))
+        {
+            let crest = way.crest(self.sine, index);
             for (region, source) in regions.iter().zip(0_u32..) {
                 let off = self.axis.angle_between(region.direction);
                 let aside = region.direction.reject_from_normalized(self.axis);
@@ -329,13 +349,13 @@ impl<'a> Drop<'a> {
                 let frame = (aside, self.axis.cross(aside));
                 // A function of the drop, the way and the source, so that the noise of one way is the
                 // same whether another is left out or not.
-                let salt = path.number() << 16 | source;
+                let salt = of_index << 28 | way.number() << 16 | source;
                 let [low, high, ..] =
                     pcg4d([self.number, salt, truth.seed as u32, (truth.seed >> 32) as u32]);
                 let seed = u64::from(low) | u64::from(high) << 32;
-                let found = patches(path, self.sine, crest, off, region.radius);
+                let found = patches(way, index, self.sine, crest, off, region.radius);
                 for (patch, number) in found.into_iter().zip(0..) {
-                    let glint = Glint { path, region, frame, patch };
+                    let glint = Glint { way, index, colors, region, frame, patch };
                     self.sample(&glint, self.samples(&glint, mean), seed, number, &mut pixels);
                 }
             }
@@ -345,15 +365,15 @@ impl<'a> Drop<'a> {
 
     /// As many samples as its pixels get, fewer where it is less bright than the environment's `mean`.
     fn samples(&self, glint: &Glint, mean: f64) -> u32 {
-        let Truth { samples, weights, .. } = self.tracer.truth;
-        let (encounter, cos_alpha) = self.ray(glint.patch.at(0.5, 0.5), glint.frame);
-        let view = &self.tracer.view;
+        let truth = &self.tracer.truth;
+        let (encounter, cos_alpha) = self.ray(glint, (0.5, 0.5));
+        let view = &self.tracer.eye.view;
         let picture = f64::from(view.width) * f64::from(view.height);
         // A drop that reaches out of view may have its middle there: no farther out than 78 degrees.
         let cos_gamma = -encounter.direction.dot(view.back).min(-0.2);
         let pixels = (glint.patch.area() * self.density(cos_alpha, cos_gamma)).min(picture);
-        let light = glint.path.weight(&encounter, weights) * glint.region.luminance * pixels;
-        (f64::from(samples) * pixels.max(1.0).min(light / mean)).max(FEWEST) as u32
+        let light = glint.way.weight(&encounter, truth) * glint.region.luminance * pixels;
+        (f64::from(truth.samples) * pixels.max(1.0).min(light / mean)).max(FEWEST) as u32
     }
 
     /// Adds the light of one glint, the drop's `number`th of its way and source.
@@ -365,27 +385,32 @@ impl<'a> Drop<'a> {
         number: u32,
         pixels: &mut BTreeMap<u32, DVec3>,
     ) {
-        let view = &self.tracer.view;
+        let view = &self.tracer.eye.view;
+        let opacity = self.tracer.eye.opacity(self.drop.center);
         let share = glint.patch.area() / f64::from(samples);
-        for (x, y) in Strata::new(samples, seed).places(number) {
-            let (encounter, cos_alpha) = self.ray(glint.patch.at(x, y), glint.frame);
+        for ((x, y), sample) in Strata::new(samples, seed).places(number).zip(0_u32..) {
+            let (encounter, cos_alpha) = self.ray(glint, (x, y));
             let Some((column, row)) = view.pixel(encounter.direction) else { continue };
-            let light = glint.region.radiance(glint.path.direction(&encounter));
+            let light = glint.region.radiance(glint.way.direction(&encounter));
             if light == DVec3::ZERO {
                 continue;
             }
             let area = share * self.density(cos_alpha, -encounter.direction.dot(view.back));
+            // Only drops that move ask for it: independent of the place in the patch.
+            let moment = [number, sample, seed as u32, !(seed >> 32) as u32];
+            let moment = f64::from(pcg4d(moment)[0]) / 4_294_967_296.0;
             let weight = area
-                * glint.path.weight(&encounter, self.tracer.truth.weights)
-                * self.sphere.opacity
-                * self.unhidden(&encounter, cos_alpha);
-            *pixels.entry(row * view.width + column).or_default() += weight * light;
+                * glint.way.weight(&encounter, &self.tracer.truth)
+                * opacity
+                * self.unhidden(&encounter, cos_alpha, row * view.width + column, moment);
+            *pixels.entry(row * view.width + column).or_default() += weight * light * glint.colors;
         }
     }
 
-    /// The encounter of the ray that meets the drop at a squared impact parameter and an azimuth from
-    /// the frame's first vector, and cos α.
-    fn ray(&self, (square, azimuth): (f64, f64), frame: (DVec3, DVec3)) -> (Encounter, f64) {
+    /// The encounter of the ray that meets the drop at a place of a glint's patch, and cos α.
+    fn ray(&self, glint: &Glint, place: (f64, f64)) -> (Encounter, f64) {
+        let (square, azimuth) = glint.patch.at(place.0, place.1);
+        let frame = glint.frame;
         let impact_parameter = square.sqrt();
         let sin_alpha = self.sine * impact_parameter;
         let cos_alpha = (1.0 - sin_alpha * sin_alpha).sqrt();
@@ -396,31 +421,37 @@ impl<'a> Drop<'a> {
             offset: cos_alpha * aside - sin_alpha * self.axis,
             impact_parameter,
             cos_incidence: (1.0 - square).sqrt(),
-            index: WATER,
+            index: glint.index,
         };
         (encounter, cos_alpha)
     }
 
     /// Pixels for each unit of b² and azimuth.
     fn density(&self, cos_alpha: f64, cos_gamma: f64) -> f64 {
-        let focal = self.tracer.view.focal_px;
+        let focal = self.tracer.eye.view.focal_px;
         self.sine * self.sine / (2.0 * cos_alpha) * focal * focal / cos_gamma.powi(3)
     }
 
-    /// What the drops before this one let through.
-    fn unhidden(&self, encounter: &Encounter, cos_alpha: f64) -> f64 {
-        let distance = self.distance * cos_alpha - self.sphere.radius * encounter.cos_incidence;
-        let own = Hit { distance, sphere: self.number };
+    /// What the background and the drops before this one let through, at a moment: drops that move may be
+    /// before it for a part of the exposure.
+    fn unhidden(&self, encounter: &Encounter, cos_alpha: f64, pixel: u32, moment: f64) -> f64 {
+        let distance = self.distance * cos_alpha - self.drop.radius * encounter.cos_incidence;
+        let Tracer { eye, plate, tree, .. } = self.tracer;
+        if distance >= plate.reach(pixel, -encounter.direction.dot(eye.view.back)) {
+            return 0.0;
+        }
+        let own = Hit { distance, drop: self.number };
+        let ray = Ray { moment, ..Ray::along(encounter.direction) };
         let mut left = 1.0;
         for candidate in self.before {
             if candidate.distance > distance {
                 break;
             }
-            let sphere = &self.tracer.tree.spheres()[candidate.sphere as usize];
-            if let Some(distance) = meet(sphere, DVec3::ZERO, encounter.direction)
-                && (Hit { distance, sphere: candidate.sphere }) < own
+            if let Some(distance) = tree.meet(candidate.drop, &ray)
+                && (Hit { distance, drop: candidate.drop }) < own
             {
-                left *= 1.0 - sphere.opacity;
+                let hiding = &tree.drops().all[candidate.drop as usize];
+                left *= 1.0 - eye.opacity(tree.drops().center(hiding, moment));
             }
         }
         left

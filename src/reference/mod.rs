@@ -1,28 +1,37 @@
-//! The truth: the picture that every model is held against, by a float64 ray tracer on the CPU.
+//! The reference: the picture that every model is held against, by a float64 ray tracer on the CPU.
 //!
-//! Nothing here is quick on purpose, and nothing approximates: rays meet spheres in true
-//! perspective, the optics are those of [`crate::optics`], a pixel is the mean over its square (a
-//! box filter) by stratified samples. A drop covers what is behind it wholly, for it shows the
-//! environment *through* itself; so a ray ends at the first drop that it meets, and what a pixel
-//! sees of a drop's edge comes from its samples. As the paper assumes, a drop sees only the
-//! environment, unless [`Truth::drops_see_drops`] asks for more.
+//! Nothing here is quick on purpose, and nothing approximates: rays meet drops in true perspective, the
+//! optics are those of [`crate::optics`], a pixel is the mean over its square (a box filter), over the
+//! exposure and over the lens, by samples that are stratified together. A drop covers what is behind it
+//! wholly, for it shows the environment *through* itself; so a ray ends at the first drop that it meets,
+//! and what a pixel sees of a drop's edge comes from its samples. As the paper assumes, a drop sees only
+//! the environment, unless [`Truth::drops_see_drops`] asks for more. What is behind the drops is the
+//! environment or a [`Plate`]; a drop farther away than the plate's depth is hidden.
 //!
-//! Radiance of a ray that meets a drop with Fresnel reflectance F:
-//! `F E(R) + Σ (1-F)² F^k E(T_k)` over k = 0 … K internal reflections.
+//! Radiance of a ray that meets a sphere with Fresnel reflectance F:
+//! `F E(R) + Σ (1-F)² F^k E(T_k)` over k = 0 … K internal reflections. Of other shapes each interface has
+//! its own F, and weights are products along the path.
 //!
-//! What is small and very bright, as a bare sun, such rays meet in a drop by chance alone; it is taken
-//! out of what they find, and its images are looked for ([`Truth::glints`], `glints.rs`).
+//! What is small and very bright, as a bare sun, such rays meet in a drop by chance alone; in spheres at
+//! rest seen by a pinhole it is taken out of what they find, and its images are looked for
+//! ([`Truth::glints`], `glints.rs`). In others it is left to chance: as true on the mean, but noisy.
 //!
 //! The rays of 8 x 8 pixels share a pyramid; a tree gives the drops in it once, front to back.
 
 mod drops;
+mod eye;
 mod glints;
+mod light;
 pub mod paper;
 mod samples;
+mod sobol;
 mod tree;
 
-pub use drops::{Sphere, fade, of_scene};
-pub use samples::Strata;
+pub use drops::{Drop, Drops, Population, fade, of_scene};
+pub use eye::{Eye, Ray};
+pub use light::exit_normal;
+pub use samples::{Sample, Samples, Strata};
+pub use sobol::Sobol;
 pub use tree::{Hit, Pyramid, Tree};
 
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -30,21 +39,17 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use glam::DVec3;
 use rayon::prelude::*;
 
-use self::glints::{Glints, MOST_REFLECTIONS};
+use self::glints::Glints;
 use crate::environment::Environment;
-use crate::optics::{Encounter, WATER};
+use crate::optics::WATER;
 use crate::picture::Picture;
+use crate::picture::plate::Plate;
 use crate::scene::Scene;
 use crate::scene::camera::View;
 
 /// Edge of a tile in pixels. Of the rain's million drops a tile of 8 x 8 holds about ten: few
 /// enough for every ray to try them all, and the tree is asked 64 times less often.
 const TILE: u32 = 8;
-
-/// A ray that carries less than this share of its pixel meets no further drops and takes the
-/// environment instead. Bounds the fan of rays that [`Truth::drops_see_drops`] opens (an error of
-/// a thousandth of the difference between the environment and a drop, at most, per such ray).
-const FAINT: f64 = 1e-3;
 
 /// How a drop's reflected and transmitted light are weighted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -53,6 +58,8 @@ pub enum Weights {
     /// F for the reflection, (1-F)² F^k after k internal reflections: what a sphere does.
     #[default]
     Physical,
+    /// The same, but the last order that is followed carries all that is left: no light is lost.
+    Conserving,
     /// F for the reflection, 1-F for the twice refracted ray, no internal reflections (the paper's
     /// equation 5).
     Paper,
@@ -66,7 +73,7 @@ pub struct Truth {
     /// Chooses the samples' places within their strata.
     pub seed: u64,
     /// Most internal reflections K. What is left out is a share (1-F) F^(K+1) of a ray's light
-    /// ([`Encounter::weight_beyond_internal_reflections`]): over a far drop's disc 5 % for K = 0,
+    /// ([`crate::optics::Encounter::weight_beyond_internal_reflections`]): over a far drop's disc 5 % for K = 0,
     /// 0.8 % for K = 1, under 0.02 % for K = 8.
     pub internal_reflections: u32,
     /// Physical weights or the paper's.
@@ -109,27 +116,34 @@ pub struct Traced {
 #[derive(Clone, Debug)]
 pub struct Tracer<'a> {
     truth: Truth,
-    view: View,
+    eye: Eye,
     environment: &'a Environment,
+    plate: Plate,
+    /// Index inside drops over that outside, with the colours that it is for.
+    indices: Vec<(f64, DVec3)>,
     glints: Option<Glints>,
     tree: Tree,
 }
 
 impl<'a> Tracer<'a> {
-    /// The drops of a validated scene. The scene's models are ignored: the truth has none.
+    /// The drops of a validated scene. The scene's models are ignored: the reference has none.
     pub fn new(scene: &Scene, environment: &'a Environment, truth: Truth) -> Self {
-        Self::of_spheres(scene.view(), of_scene(scene), environment, truth)
+        let drops = of_scene(scene);
+        let tracer = Self::of_drops(Eye::of_scene(scene), drops, environment, truth);
+        Self { indices: by_color(scene.indices()), ..tracer }
     }
 
-    /// Any spheres, relative to the camera; each must have the camera outside of it.
-    pub fn of_spheres(
-        view: View,
-        spheres: Vec<Sphere>,
-        environment: &'a Environment,
-        truth: Truth,
-    ) -> Self {
+    /// Any drops of water.
+    pub fn of_drops(eye: Eye, drops: Drops, environment: &'a Environment, truth: Truth) -> Self {
         let glints = Glints::new(environment, &truth);
-        Self { truth, view, environment, glints, tree: Tree::new(spheres) }
+        let indices = vec![(WATER, DVec3::ONE)];
+        let tree = Tree::new(drops);
+        Self { truth, eye, environment, plate: Plate::default(), indices, glints, tree }
+    }
+
+    /// The same drops before a background of the picture's size.
+    pub fn before(self, plate: Plate) -> Self {
+        Self { plate, ..self }
     }
 
     /// The drops, and which of them a ray meets.
@@ -137,27 +151,30 @@ impl<'a> Tracer<'a> {
         &self.tree
     }
 
-    /// Radiance that arrives at the camera from a unit direction, in world space.
+    /// Radiance that arrives from a unit direction, in world space, as the shutter opens; without plate and
+    /// lens.
     pub fn radiance_along(&self, direction: DVec3) -> DVec3 {
-        let next = |after| self.tree.first_hit(DVec3::ZERO, direction, after, None);
+        let ray = Ray::along(direction);
         let depth = self.truth.drops_see_drops;
-        self.gather(DVec3::ZERO, direction, 1.0, depth, self.environment, next).0
+        let next = |after| self.tree.first_hit(&ray, after, None);
+        let (light, left) = self.gather(&ray, 1.0, depth, false, f64::INFINITY, next);
+        light + left * self.environment.radiance(direction)
     }
 
     /// The picture, on the threads of the current rayon pool; the same for any number of them.
     /// `progress` is called from these threads with the share that is done, 0 to 1.
     pub fn trace(&self, progress: &(dyn Fn(f64) + Sync)) -> Traced {
-        let (width, height) = (self.view.width, self.view.height);
-        let strata = Strata::new(self.truth.samples, self.truth.seed);
+        let View { width, height, .. } = self.eye.view;
+        let samples = Samples::new(self.truth.samples, self.truth.seed, self.is_exposed());
         let count = self.tiles();
         // The glints' time is of the tiles' order, more or less by their number.
         let of_tiles = if self.glints.is_some() { 0.5 } else { 1.0 };
         let done = AtomicU32::new(0);
         let tiles: Vec<Vec<(DVec3, f64)>> = (0..count)
             .into_par_iter()
-            .map_init(Vec::new, |candidates, tile| {
+            .map_init(Scratch::default, |scratch, tile| {
                 let (left, upper) = self.corner_of(tile);
-                let pixels = self.tile(left, upper, &strata, candidates);
+                let pixels = self.tile(left, upper, &samples, scratch);
                 let done = 1 + done.fetch_add(1, Ordering::Relaxed);
                 progress(of_tiles * f64::from(done) / f64::from(count));
                 pixels
@@ -194,7 +211,7 @@ impl<'a> Tracer<'a> {
 
     /// Tiles of 8 x 8 pixels that the picture is traced by, row by row.
     pub fn tiles(&self) -> u32 {
-        self.view.width.div_ceil(TILE) * self.view.height.div_ceil(TILE)
+        self.eye.view.width.div_ceil(TILE) * self.eye.view.height.div_ceil(TILE)
     }
 
     /// Whether a drop may be seen in a tile.
@@ -208,10 +225,10 @@ impl<'a> Tracer<'a> {
     /// A tile's pixels, each with its number row by row in the picture: as [`Tracer::trace`] has them, but
     /// for the last digits, for a part of a picture.
     pub fn trace_tile(&self, tile: u32) -> Vec<(u32, DVec3)> {
-        let strata = Strata::new(self.truth.samples, self.truth.seed);
+        let samples = Samples::new(self.truth.samples, self.truth.seed, self.is_exposed());
         let (left, upper) = self.corner_of(tile);
-        let traced = self.tile(left, upper, &strata, &mut Vec::new());
-        let numbers = self.pixels_of(left, upper).map(|(x, y)| y * self.view.width + x);
+        let traced = self.tile(left, upper, &samples, &mut Scratch::default());
+        let numbers = self.pixels_of(left, upper).map(|(x, y)| y * self.eye.view.width + x);
         let mut pixels: Vec<(u32, DVec3)> =
             numbers.zip(traced).map(|(number, (radiance, _))| (number, radiance)).collect();
         let pyramid = self.pyramid_of(left, upper);
@@ -227,7 +244,7 @@ impl<'a> Tracer<'a> {
 
     /// Column and row of a tile's first pixel.
     fn corner_of(&self, tile: u32) -> (u32, u32) {
-        let columns = self.view.width.div_ceil(TILE);
+        let columns = self.eye.view.width.div_ceil(TILE);
         (tile % columns * TILE, tile / columns * TILE)
     }
 
@@ -235,133 +252,107 @@ impl<'a> Tracer<'a> {
     fn pyramid_of(&self, left: u32, upper: u32) -> Pyramid {
         let (right, lower) = (left + TILE, upper + TILE);
         let corners = [(left, upper), (right, upper), (right, lower), (left, lower)];
-        Pyramid::between(corners.map(|(x, y)| self.view.ray(f64::from(x), f64::from(y))))
+        let corners = corners.map(|(x, y)| self.eye.view.ray(f64::from(x), f64::from(y)));
+        Pyramid::between(corners).through(&self.eye)
+    }
+
+    /// Whether it matters when a ray is, or where on the lens it begins.
+    fn is_exposed(&self) -> bool {
+        let populations = &self.tree.drops().populations;
+        self.eye.lens > 0.0 || populations.iter().any(|all| all.motion != DVec3::ZERO)
     }
 
     /// The pixels of a tile, row by row; a tile at the right or lower edge may be narrower.
     fn pixels_of(&self, left: u32, upper: u32) -> impl Iterator<Item = (u32, u32)> + use<> {
-        let right = (left + TILE).min(self.view.width);
-        let lower = (upper + TILE).min(self.view.height);
+        let right = (left + TILE).min(self.eye.view.width);
+        let lower = (upper + TILE).min(self.eye.view.height);
         (upper..lower).flat_map(move |y| (left..right).map(move |x| (x, y)))
     }
 
-    /// Mean radiance and coverage of a tile's pixels. `candidates` is scratch space.
+    /// Mean radiance and coverage of a tile's pixels.
     fn tile(
         &self,
         left: u32,
         upper: u32,
-        strata: &Strata,
-        candidates: &mut Vec<Hit>,
+        samples: &Samples,
+        scratch: &mut Scratch,
     ) -> Vec<(DVec3, f64)> {
+        let Scratch { candidates, samples: places } = scratch;
+        let view = &self.eye.view;
         self.tree.within(&self.pyramid_of(left, upper), f64::INFINITY, candidates);
-        let seen = self.glints.as_ref().map_or(self.environment, Glints::rest);
         self.pixels_of(left, upper)
             .map(|(x, y)| {
-                let (mut radiance, mut covered, mut count) = (DVec3::ZERO, 0.0, 0.0);
-                for (right, down) in strata.places(y * self.view.width + x) {
-                    let direction = self.view.ray(f64::from(x) + right, f64::from(y) + down);
-                    let next = |after| self.tree.first_hit_of(candidates, direction, after);
+                let pixel = y * view.width + x;
+                let (mut radiance, mut covered) = (DVec3::ZERO, 0.0);
+                samples.of_pixel(pixel, places);
+                for sample in places.iter() {
+                    let ray = self.eye.ray(x, y, sample);
+                    let reach = self.plate.reach(pixel, -ray.direction.dot(view.back));
+                    let next = |after| self.tree.first_hit_of(candidates, &ray, after);
                     let depth = self.truth.drops_see_drops;
-                    let (light, opacity) =
-                        self.gather(DVec3::ZERO, direction, 1.0, depth, seen, next);
+                    let (light, left) = self.gather(&ray, 1.0, depth, true, reach, next);
                     radiance += light;
-                    covered += opacity;
-                    count += 1.0;
+                    if left > 0.0 {
+                        let behind = self.plate.radiance(pixel);
+                        let behind =
+                            behind.unwrap_or_else(|| self.environment.radiance(ray.direction));
+                        radiance += left * behind;
+                    }
+                    covered += 1.0 - left;
                 }
+                let count = places.len() as f64;
                 (radiance / count, covered / count)
             })
             .collect()
     }
 
-    /// Radiance along a ray, and how far drops cover it, given its hits one after the other. A drop
-    /// that fades in lets the rest of the light through unbent. `seen` is what drops see where
-    /// their glints are found apart.
+    /// Radiance of the drops along a ray that are nearer than `reach`, and what they let through of what
+    /// is behind them, given the ray's hits one after the other. A drop that fades in lets the rest of the
+    /// light through unbent. `apart`: where glints are found apart, drops do not show them here.
     fn gather(
         &self,
-        origin: DVec3,
-        direction: DVec3,
+        ray: &Ray,
         share: f64,
         depth: u32,
-        seen: &Environment,
+        apart: bool,
+        reach: f64,
         next: impl Fn(Hit) -> Hit,
     ) -> (DVec3, f64) {
         let (mut sum, mut left) = (DVec3::ZERO, 1.0);
         let mut hit = next(Hit::START);
-        while let Some(sphere) = self.tree.spheres().get(hit.sphere as usize) {
-            let center = sphere.center - origin;
-            if let Some(encounter) = Encounter::of_ray(direction, center, sphere.radius) {
-                let share = share * left * sphere.opacity;
-                sum += left
-                    * sphere.opacity
-                    * self.leaving(&encounter, hit.sphere, share, depth, seen);
-                left *= 1.0 - sphere.opacity;
+        while hit.drop != Hit::NONE.drop && hit.distance < reach {
+            let drops = self.tree.drops();
+            let center = drops.center(&drops.all[hit.drop as usize], ray.moment);
+            let opacity = self.eye.opacity(center);
+            if opacity > 0.0 {
+                let share = share * left * opacity;
+                sum += left * opacity * self.leaving(ray, hit.drop, share, depth, apart);
+                left *= 1.0 - opacity;
             }
             if left <= 0.0 {
-                return (sum, 1.0);
+                break;
             }
             hit = next(hit);
         }
-        (sum + left * self.environment.radiance(direction), 1.0 - left)
-    }
-
-    /// Radiance that leaves a drop against the ray of the encounter.
-    fn leaving(
-        &self,
-        encounter: &Encounter,
-        number: u32,
-        share: f64,
-        depth: u32,
-        seen: &Environment,
-    ) -> DVec3 {
-        let reflectance = encounter.reflectance();
-        let arriving = |seen: &Environment, weight, direction, exit: &dyn Fn() -> DVec3| {
-            let share = weight * share;
-            if depth == 0 || share < FAINT {
-                return weight * seen.radiance(direction);
-            }
-            let sphere = &self.tree.spheres()[number as usize];
-            let origin = sphere.center + sphere.radius * exit();
-            let next = |after| self.tree.first_hit(origin, direction, after, Some(number));
-            weight * self.gather(origin, direction, share, depth - 1, seen, next).0
-        };
-        let mut sum = DVec3::ZERO;
-        if self.truth.reflection {
-            sum += arriving(seen, reflectance, encounter.reflected(), &|| encounter.normal());
-        }
-        match self.truth.weights {
-            Weights::Paper => {
-                let exit = || exit_normal(encounter, 0);
-                sum += arriving(seen, 1.0 - reflectance, encounter.transmitted(), &exit);
-            }
-            Weights::Physical => {
-                for k in 0..=self.truth.internal_reflections {
-                    let seen = if k <= MOST_REFLECTIONS { seen } else { self.environment };
-                    sum += arriving(
-                        seen,
-                        encounter.weight_of_internal_reflections(k),
-                        encounter.after_internal_reflections(k),
-                        &|| exit_normal(encounter, k),
-                    );
-                    // Away from the rim F is a few percent: a dozen orders exhaust float64.
-                    if encounter.weight_beyond_internal_reflections(k) < f64::EPSILON {
-                        break;
-                    }
-                }
-            }
-        }
-        sum
+        (sum, left)
     }
 }
 
-/// Outward normal where the light leaves the drop after `k` internal reflections: each of the k + 1
-/// chords turns the normal by π-2θt, in the plane of the ray, towards and past the centre.
-pub fn exit_normal(encounter: &Encounter, k: u32) -> DVec3 {
-    let (st, ct) = (encounter.impact_parameter / WATER, encounter.cos_refraction());
-    let (turn_cosine, turn_sine) = (st * st - ct * ct, 2.0 * st * ct);
-    let (mut along, mut across) = (-encounter.cos_incidence, encounter.impact_parameter);
-    for _ in 0..=k {
-        (along, across) =
-            (along * turn_cosine + across * turn_sine, across * turn_cosine - along * turn_sine);
+/// What a thread keeps from tile to tile.
+#[derive(Default)]
+struct Scratch {
+    candidates: Vec<Hit>,
+    samples: Vec<Sample>,
+}
+
+/// Each index once, with the colours that it is for.
+fn by_color(indices: [f64; 3]) -> Vec<(f64, DVec3)> {
+    let mut found: Vec<(f64, DVec3)> = Vec::with_capacity(3);
+    for (index, color) in indices.into_iter().zip(DVec3::AXES) {
+        match found.iter_mut().find(|(known, _)| *known == index) {
+            Some((_, colors)) => *colors += color,
+            None => found.push((index, color)),
+        }
     }
-    along * encounter.direction + across * encounter.offset
+    found
 }

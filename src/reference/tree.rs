@@ -1,70 +1,55 @@
-//! A bounding-volume tree over spheres: which drop does a ray meet first, and which drops can the
-//! rays of a tile meet at all.
+//! A bounding-volume tree over drops: which one does a ray meet first, and which ones can the rays of a
+//! tile meet at all.
 //!
-//! Boxes are split at the median of their longest axis. The rain is uniform, so a costlier split
+//! A drop that moves while the shutter is open is bounded by the way that it sweeps. Boxes are split at
+//! the median of their longest axis. The rain is uniform, so a costlier split
 //! (surface area heuristic) finds nothing better, and the median bounds the depth.
 
 use glam::DVec3;
 
-use super::drops::Sphere;
+use super::drops::{Drop, Drops};
+use super::eye::{Eye, Ray};
+use crate::optics::Shape;
 
-/// Most spheres in a leaf. Testing a sphere costs about as much as testing a box.
+/// Most drops in a leaf. Testing a drop costs about as much as testing a box.
 const LEAF: usize = 4;
 
-/// Fewest spheres that are worth a task of their own while building.
+/// Fewest drops that are worth a task of their own while building.
 const PARALLEL: usize = 8192;
 
-/// A depth of 2^64 spheres; the median split halves, so this cannot overflow.
+/// A depth of 2^64 drops; the median split halves, so this cannot overflow.
 const MAX_DEPTH: usize = 64;
 
-/// Rounding that the culling forgives, relative to the distance: a sphere that grazes a plane is
+/// Rounding that the culling forgives, relative to the distance: a drop that grazes a plane is
 /// kept, and the exact test decides.
 const SLACK: f64 = 1e-12;
 
-/// Where along a ray a sphere is met. Orders hits by distance, and equal distances by the sphere's
+/// Where along a ray a drop is met. Orders hits by distance, and equal distances by the drop's
 /// number, so that the answer does not depend on the order of traversal.
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
 pub struct Hit {
     /// Distance from the ray's origin, in scene units.
     pub distance: f64,
-    /// The sphere's number.
-    pub sphere: u32,
+    /// The drop's number.
+    pub drop: u32,
 }
 
 impl Hit {
     /// Before every hit.
-    pub const START: Self = Self { distance: f64::NEG_INFINITY, sphere: 0 };
+    pub const START: Self = Self { distance: f64::NEG_INFINITY, drop: 0 };
     /// After every hit: nothing was met.
-    pub const NONE: Self = Self { distance: f64::INFINITY, sphere: u32::MAX };
+    pub const NONE: Self = Self { distance: f64::INFINITY, drop: u32::MAX };
 }
 
-/// Where a ray meets a sphere that its origin is outside of; `None` if it misses it, the sphere is
-/// behind, or the origin is within.
-///
-/// The same decision at the rim as [`crate::optics::Encounter::of_ray`]: distance² - along² cancels
-/// there, so it only rejects what is surely outside, and the cross product decides the rest.
-pub fn meet(sphere: &Sphere, origin: DVec3, direction: DVec3) -> Option<f64> {
-    let center = sphere.center - origin;
-    let along = center.dot(direction);
-    let distance2 = center.length_squared();
-    let radius2 = sphere.radius * sphere.radius;
-    if along <= 0.0
-        || distance2 - along * along > radius2 + SLACK * distance2
-        || distance2 <= radius2
-    {
-        return None;
-    }
-    let to_ray = direction.cross(center).cross(direction) / -sphere.radius;
-    let impact_parameter = to_ray.length();
-    (impact_parameter <= 1.0)
-        .then(|| along - sphere.radius * (1.0 - impact_parameter * impact_parameter).sqrt())
-}
-
-/// A pyramid of rays from the origin, by four planes through it.
+/// The rays of a rectangle of the picture: a pyramid from the origin by four planes through it, wider by
+/// what the lens blurs.
 #[derive(Clone, Copy, Debug)]
 pub struct Pyramid {
     /// Unit normals, pointing inwards.
     normals: [DVec3; 4],
+    lens: f64,
+    focus: f64,
+    forward: DVec3,
 }
 
 impl Pyramid {
@@ -75,85 +60,136 @@ impl Pyramid {
             let normal = corners[i].cross(corners[(i + 1) % 4]).normalize_or_zero();
             if normal.dot(middle) < 0.0 { -normal } else { normal }
         });
-        Self { normals }
+        Self { normals, lens: 0.0, focus: f64::INFINITY, forward: DVec3::ZERO }
+    }
+
+    /// The rays from all of the eye's lens that meet those of the pyramid in the plane of focus.
+    pub fn through(self, eye: &Eye) -> Self {
+        Self { lens: eye.lens, focus: eye.focus, forward: -eye.view.back, ..self }
+    }
+
+    /// How far a ray may be outside of a plane between two depths: the lens seen through the plane of
+    /// focus. (A ray from o on the lens is at o (1-u) + p u where its depth is u times the focus, with p
+    /// in the pyramid.)
+    fn blur(&self, depths: [f64; 2]) -> f64 {
+        if self.lens == 0.0 {
+            return 0.0;
+        }
+        let [a, b] = depths.map(|depth| (1.0 - depth / self.focus).abs());
+        self.lens * a.max(b)
     }
 
     fn misses_box(&self, node: &Node) -> bool {
+        let (middle, half) = (0.5 * (node.lower + node.upper), 0.5 * (node.upper - node.lower));
+        let (depth, reach) = (middle.dot(self.forward), half.dot(self.forward.abs()));
+        let blur = self.blur([depth - reach, depth + reach]);
         self.normals.iter().any(|normal| {
             // The corner that reaches farthest inwards.
             let far = DVec3::select(normal.cmpge(DVec3::ZERO), node.upper, node.lower);
-            normal.dot(far) < -SLACK * far.length()
+            normal.dot(far) < -SLACK * far.length() - blur
         })
     }
 
-    fn misses_sphere(&self, sphere: &Sphere) -> bool {
-        let slack = SLACK * sphere.center.length();
-        self.normals.iter().any(|normal| normal.dot(sphere.center) < -sphere.radius - slack)
+    /// Whether it misses a sphere of this `reach` on its whole way between two centres.
+    fn misses_sphere(&self, ends: [DVec3; 2], reach: f64) -> bool {
+        let slack = SLACK * ends[0].length().max(ends[1].length());
+        let depths = ends.map(|center| center.dot(self.forward));
+        let (nearest, farthest) = (depths[0].min(depths[1]), depths[0].max(depths[1]));
+        let blur = self.blur([nearest - reach, farthest + reach]);
+        self.normals
+            .iter()
+            .any(|normal| normal.dot(ends[0]).max(normal.dot(ends[1])) < -reach - slack - blur)
     }
 }
 
-/// A node: a box, and either the range of its spheres or its two children.
+/// A node: a box, and either the range of its drops or its two children.
 #[derive(Clone, Copy, Debug)]
 struct Node {
     lower: DVec3,
     upper: DVec3,
-    /// Leaf: first of its spheres in `order`. Otherwise: its second child; the first follows it.
+    /// Leaf: first of its drops in `order`. Otherwise: its second child; the first follows it.
     link: u32,
-    /// Number of spheres; 0 for an inner node.
+    /// Number of drops; 0 for an inner node.
     count: u32,
 }
 
-/// The tree. Spheres keep their numbers: the place in the list that it was built from.
+/// The tree. Drops keep their numbers: the place in the list that it was built from.
 #[derive(Clone, Debug, Default)]
 pub struct Tree {
-    spheres: Vec<Sphere>,
-    /// The spheres' numbers, leaf by leaf.
+    drops: Drops,
+    /// The drops' numbers, leaf by leaf.
     order: Vec<u32>,
     nodes: Vec<Node>,
 }
 
 impl Tree {
     /// Builds the tree on all cores; O(n log n).
-    pub fn new(spheres: Vec<Sphere>) -> Self {
-        let mut order: Vec<u32> = (0..spheres.len() as u32).collect();
-        let nodes = if spheres.is_empty() { Vec::new() } else { build(&spheres, &mut order, 0) };
-        Self { spheres, order, nodes }
+    pub fn new(drops: Drops) -> Self {
+        let mut order: Vec<u32> = (0..drops.all.len() as u32).collect();
+        let nodes = if order.is_empty() { Vec::new() } else { build(&drops, &mut order, 0) };
+        Self { drops, order, nodes }
     }
 
-    /// The spheres, by number.
-    pub fn spheres(&self) -> &[Sphere] {
-        &self.spheres
+    /// The drops, by number, and what they share.
+    pub fn drops(&self) -> &Drops {
+        &self.drops
     }
 
-    /// The first hit of the ray that comes after `after`, leaving out the sphere numbered `except`;
-    /// [`Hit::NONE`] if there is none. `direction` must be of unit length.
-    pub fn first_hit(
-        &self,
-        origin: DVec3,
-        direction: DVec3,
-        after: Hit,
-        except: Option<u32>,
-    ) -> Hit {
+    /// Where a ray meets the drop of this number from outside; `None` if it misses it, the drop is behind,
+    /// or the ray begins within.
+    ///
+    /// The same decision at a sphere's rim as [`crate::optics::Encounter::of_ray`]: distance² - along²
+    /// cancels there, so it only rejects what is surely outside, and the cross product decides the rest.
+    pub fn meet(&self, number: u32, ray: &Ray) -> Option<f64> {
+        let drop = &self.drops.all[number as usize];
+        let population = self.drops.population(drop);
+        let center = drop.center + ray.moment * population.motion;
+        if let Some(half_extent) = population.half_extent
+            && (center.cmplt(-half_extent).any() || center.cmpge(half_extent).any())
+        {
+            return None;
+        }
+        let (center, direction) = (center - ray.origin, ray.direction);
+        let along = center.dot(direction);
+        let distance2 = center.length_squared();
+        let reach = drop.radius * population.shape.reach();
+        if distance2 - along * along > reach * reach + SLACK * distance2 {
+            return None;
+        }
+        let to_ray = direction.cross(center).cross(direction) / -drop.radius;
+        if population.shape == Shape::Sphere {
+            let impact_parameter = to_ray.length();
+            let is_met = along > 0.0 && distance2 > reach * reach && impact_parameter <= 1.0;
+            return is_met
+                .then(|| along - drop.radius * (1.0 - impact_parameter * impact_parameter).sqrt());
+        }
+        let (near, _) = population.shape.cross(to_ray, direction)?;
+        let distance = along + drop.radius * near;
+        (distance > 0.0).then_some(distance)
+    }
+
+    /// The first hit of the ray that comes after `after`, leaving out the drop numbered `except`;
+    /// [`Hit::NONE`] if there is none.
+    pub fn first_hit(&self, ray: &Ray, after: Hit, except: Option<u32>) -> Hit {
         let mut best = Hit::NONE;
-        let inverse = direction.recip();
+        let inverse = ray.direction.recip();
         let mut stack = [0_u32; MAX_DEPTH];
         let mut depth = usize::from(!self.nodes.is_empty());
         while depth > 0 {
             depth -= 1;
             let at = stack[depth];
             let node = &self.nodes[at as usize];
-            match enter(node, origin, inverse) {
+            match enter(node, ray.origin, inverse) {
                 Some(entry) if entry <= best.distance => {}
                 _ => continue,
             }
             if node.count > 0 {
                 let first = node.link as usize;
                 for &number in &self.order[first..first + node.count as usize] {
-                    let sphere = &self.spheres[number as usize];
                     if Some(number) != except
-                        && let Some(distance) = meet(sphere, origin, direction)
+                        && let Some(distance) = self.meet(number, ray)
                     {
-                        best = earlier(best, Hit { distance, sphere: number }, after);
+                        best = earlier(best, Hit { distance, drop: number }, after);
                     }
                 }
             } else {
@@ -161,7 +197,7 @@ impl Tree {
                 let (first, second) = (at + 1, node.link);
                 let near = |child: u32| {
                     let child = &self.nodes[child as usize];
-                    (0.5 * (child.lower + child.upper) - origin).dot(direction)
+                    (0.5 * (child.lower + child.upper) - ray.origin).dot(ray.direction)
                 };
                 let ordered =
                     if near(first) <= near(second) { [second, first] } else { [first, second] };
@@ -172,11 +208,12 @@ impl Tree {
         best
     }
 
-    /// Numbers of the spheres that rays of the pyramid (from the origin) can meet before `reach`, nearest
-    /// first, each with the least distance at which it can be met.
+    /// Numbers of the drops that rays of the pyramid can meet before `reach` at any moment, nearest first,
+    /// each with a bound of the least distance at which it can be met.
     pub fn within(&self, pyramid: &Pyramid, reach: f64, found: &mut Vec<Hit>) {
         found.clear();
-        let reach2 = reach * reach;
+        // A ray may begin anywhere on the lens.
+        let reach2 = (reach + pyramid.lens).powi(2);
         let mut stack = [0_u32; MAX_DEPTH];
         let mut depth = usize::from(!self.nodes.is_empty());
         while depth > 0 {
@@ -190,13 +227,16 @@ impl Tree {
             if node.count > 0 {
                 let first = node.link as usize;
                 for &number in &self.order[first..first + node.count as usize] {
-                    let sphere = &self.spheres[number as usize];
-                    if !pyramid.misses_sphere(sphere) {
-                        let length = sphere.center.length();
+                    let drop = &self.drops.all[number as usize];
+                    let population = self.drops.population(drop);
+                    let ends = [drop.center, drop.center + population.motion];
+                    let radius = drop.radius * population.shape.reach();
+                    if !pyramid.misses_sphere(ends, radius) {
+                        let length = nearest_between(ends);
                         // Rounded down, so that it bounds the distance of every hit from below.
-                        let distance = length - sphere.radius - SLACK * length;
+                        let distance = length - radius - SLACK * length - pyramid.lens;
                         if distance < reach {
-                            found.push(Hit { distance, sphere: number });
+                            found.push(Hit { distance, drop: number });
                         }
                     }
                 }
@@ -205,26 +245,33 @@ impl Tree {
                 depth += 2;
             }
         }
-        found.sort_unstable_by(|a, b| {
-            a.distance.total_cmp(&b.distance).then(a.sphere.cmp(&b.sphere))
-        });
+        found.sort_unstable_by(|a, b| a.distance.total_cmp(&b.distance).then(a.drop.cmp(&b.drop)));
     }
 
-    /// As [`Tree::first_hit`] for a ray from the origin, of the candidates that
-    /// [`Tree::within`] found for a pyramid that holds the ray.
-    pub fn first_hit_of(&self, candidates: &[Hit], direction: DVec3, after: Hit) -> Hit {
+    /// As [`Tree::first_hit`] for a ray of the camera, of the candidates that [`Tree::within`] found for a
+    /// pyramid that holds the ray.
+    pub fn first_hit_of(&self, candidates: &[Hit], ray: &Ray, after: Hit) -> Hit {
         let mut best = Hit::NONE;
         for candidate in candidates {
             if candidate.distance > best.distance {
                 break;
             }
-            let sphere = &self.spheres[candidate.sphere as usize];
-            if let Some(distance) = meet(sphere, DVec3::ZERO, direction) {
-                best = earlier(best, Hit { distance, sphere: candidate.sphere }, after);
+            if let Some(distance) = self.meet(candidate.drop, ray) {
+                best = earlier(best, Hit { distance, drop: candidate.drop }, after);
             }
         }
         best
     }
+}
+
+/// Least distance from the origin to the way between two points.
+fn nearest_between([from, to]: [DVec3; 2]) -> f64 {
+    let way = to - from;
+    if way == DVec3::ZERO {
+        return from.length();
+    }
+    let share = (-from.dot(way) / way.length_squared()).clamp(0.0, 1.0);
+    (from + share * way).length()
 }
 
 /// The earlier of two hits, of those that come after `after`.
@@ -245,16 +292,15 @@ fn enter(node: &Node, origin: DVec3, inverse: DVec3) -> Option<f64> {
     (near <= far * (1.0 + 4.0 * f64::EPSILON)).then_some(near * (1.0 - 4.0 * f64::EPSILON))
 }
 
-/// Nodes of the tree over `order`, whose first sphere stands at `offset` in the whole order; links
+/// Nodes of the tree over `order`, whose first drop stands at `offset` in the whole order; links
 /// of inner nodes count from the front of the returned list.
-fn build(spheres: &[Sphere], order: &mut [u32], offset: u32) -> Vec<Node> {
+fn build(drops: &Drops, order: &mut [u32], offset: u32) -> Vec<Node> {
     let (mut lower, mut upper) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     let (mut least, mut most) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     for &number in order.iter() {
-        let Sphere { center, radius, .. } = spheres[number as usize];
-        // A little more than the radius: the sphere's own test rounds, too.
-        let reach = DVec3::splat(radius) + SLACK * (center.abs() + radius);
-        (lower, upper) = (lower.min(center - reach), upper.max(center + reach));
+        let (from, to) = swept(drops, number);
+        (lower, upper) = (lower.min(from), upper.max(to));
+        let center = 0.5 * (from + to);
         (least, most) = (least.min(center), most.max(center));
     }
     let count = order.len();
@@ -263,14 +309,17 @@ fn build(spheres: &[Sphere], order: &mut [u32], offset: u32) -> Vec<Node> {
     }
     let axis = (most - least).max_position();
     let half = count / 2;
-    let key = |number: &u32| spheres[*number as usize].center[axis];
+    let key = |number: &u32| {
+        let (from, to) = swept(drops, *number);
+        from[axis] + to[axis]
+    };
     order.select_nth_unstable_by(half, |a, b| key(a).total_cmp(&key(b)).then(a.cmp(b)));
     let (left, right) = order.split_at_mut(half);
     let right_offset = offset + half as u32;
     let (left, right) = if count >= PARALLEL {
-        rayon::join(|| build(spheres, left, offset), || build(spheres, right, right_offset))
+        rayon::join(|| build(drops, left, offset), || build(drops, right, right_offset))
     } else {
-        (build(spheres, left, offset), build(spheres, right, right_offset))
+        (build(drops, left, offset), build(drops, right, right_offset))
     };
     let mut nodes = Vec::with_capacity(1 + left.len() + right.len());
     nodes.push(Node { lower, upper, link: 1 + left.len() as u32, count: 0 });
@@ -281,4 +330,19 @@ fn build(spheres: &[Sphere], order: &mut [u32], offset: u32) -> Vec<Node> {
     let by = nodes.len() as u32;
     nodes.extend(right.iter().copied().map(moved(by)));
     nodes
+}
+
+/// The box that a drop sweeps while the shutter is open.
+fn swept(drops: &Drops, number: u32) -> (DVec3, DVec3) {
+    let drop: &Drop = &drops.all[number as usize];
+    let population = drops.population(drop);
+    let (from, to) = (drop.center, drop.center + population.motion);
+    let (mut lower, mut upper) = (from.min(to), from.max(to));
+    if let Some(half_extent) = population.half_extent {
+        (lower, upper) = (lower.max(-half_extent), upper.min(half_extent));
+    }
+    // A little more than the radius: the drop's own test rounds, too.
+    let radius = drop.radius * population.shape.reach();
+    let reach = DVec3::splat(radius) + SLACK * (from.abs().max(to.abs()) + radius);
+    (lower - reach, upper + reach)
 }

@@ -3,7 +3,8 @@
 use glam::{DMat3, DVec3};
 use serde::{Deserialize, Serialize};
 
-/// A pinhole camera, as the scene file gives it. Right-handed, y up.
+/// A camera with a thin lens and a shutter, as the scene file gives it; a pinhole and an instant where
+/// nothing is said of them. Right-handed, y up.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Camera {
@@ -19,6 +20,15 @@ pub struct Camera {
     pub near: f64,
     /// Over this distance beyond `near` drops fade in, in scene units (the paper's section 5).
     pub near_fade: f64,
+    /// For how long the shutter is open from `time` on, in the camera's seconds; 0: an instant.
+    pub shutter: f64,
+    /// The same as a share of a film's frame, in degrees: shutter = angle / 360 / fps.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shutter_angle: Option<f64>,
+    /// The lens's diameter, in scene units; 0: a pinhole.
+    pub aperture: f64,
+    /// Distance along the view axis of the plane in focus, in scene units; may be infinite.
+    pub focus: f64,
 }
 
 impl Default for Camera {
@@ -30,6 +40,10 @@ impl Default for Camera {
             vertical_fov: 90.0,
             near: 0.0,
             near_fade: 0.0,
+            shutter: 0.0,
+            shutter_angle: None,
+            aperture: 0.0,
+            focus: 5.0,
         }
     }
 }
@@ -55,6 +69,34 @@ pub struct View {
 }
 
 impl Camera {
+    /// Checks shutter and lens; the problem is told in words.
+    pub(crate) fn validate_exposure(&self) -> Result<(), String> {
+        let at_least_0 = |name: &str, value: f64| match value.is_finite() && value >= 0.0 {
+            true => Ok(()),
+            false => Err(format!("camera: {name} = {value} is not finite and at least 0")),
+        };
+        at_least_0("shutter", self.shutter)?;
+        at_least_0("aperture", self.aperture)?;
+        if let Some(angle) = self.shutter_angle {
+            if !(0.0..=360.0).contains(&angle) {
+                return Err(format!(
+                    "camera: shutter_angle = {angle} is not within 0 to 360 degrees"
+                ));
+            }
+            if self.shutter != 0.0 {
+                return Err("camera: give shutter or shutter_angle, not both".into());
+            }
+        }
+        // Infinity is a focus.
+        if self.focus.is_nan() || self.focus <= 0.0 {
+            return Err(format!(
+                "camera: focus = {} is not before the camera; it is a distance over 0, or inf",
+                self.focus
+            ));
+        }
+        Ok(())
+    }
+
     /// Unit vector of the view direction.
     pub fn forward(&self) -> DVec3 {
         (self.target - self.position).normalize_or(DVec3::NEG_Z)

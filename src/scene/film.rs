@@ -112,9 +112,25 @@ impl Film {
         let at = first + f64::from(number) / self.fps;
         Scene {
             time: scene.time + self.scene_seconds(at),
+            pace: self.pace_at(at),
             camera: self.camera_at(&scene.camera, at),
             ..scene.clone()
         }
+    }
+
+    /// Scene seconds a second of film at film time `at`.
+    pub fn pace_at(&self, at: f64) -> f64 {
+        let (Some(first), Some(last)) = (self.pace.first(), self.pace.last()) else { return 1.0 };
+        if at <= first.at {
+            return first.rate;
+        }
+        for pair in self.pace.windows(2) {
+            let (from, to) = (pair[0], pair[1]);
+            if at < to.at {
+                return from.rate + (to.rate - from.rate) * (at - from.at) / (to.at - from.at);
+            }
+        }
+        last.rate
     }
 
     /// Scene time that goes by from film time 0 to `at`: the integral of the pace, in closed form (it

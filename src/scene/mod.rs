@@ -2,10 +2,12 @@
 //!
 //! An empty file is the paper's benchmark scene: a million drops of radius 1 in a box of ±1025.
 
+pub mod background;
 pub mod camera;
 pub mod film;
 pub mod model;
 pub mod real_rain;
+pub mod water;
 
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
@@ -13,14 +15,17 @@ use std::path::{Path, PathBuf};
 use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
+use crate::optics::{WATER, WATER_RGB};
 use crate::rain::Rain;
+use crate::scene::background::Background;
 use crate::scene::camera::{Camera, View};
 use crate::scene::film::Film;
 use crate::scene::model::{
-    FarRain, Fresnel, Lookup, Operator, Optics, Order, Preset, Primitive, Reflection, Simulation,
-    Weights,
+    DropShape, FarRain, Fresnel, Lookup, Operator, Optics, Order, Preset, Primitive, Reflection,
+    Simulation, Weights,
 };
 use crate::scene::real_rain::{RainTable, RealRain};
+use crate::scene::water::Water;
 use crate::{Error, Result};
 
 /// Largest image edge; beyond it float32 pixel coordinates lose their subpixel bits and no device
@@ -30,8 +35,15 @@ pub const MAX_IMAGE_EDGE: u32 = 32_768;
 /// Fixed exposures: within these no product with a radiance leaves float64's range.
 pub const EXPOSURES: RangeInclusive<f64> = 1e-30..=1e30;
 
+/// Axis ratios of spheroids: beyond them float64 runs short in the optics.
+pub const AXIS_RATIOS: RangeInclusive<f64> = 0.05..=20.0;
+
 /// Most drops: an index is a `u32` and the paper's benchmark ends at 4 million.
 pub const MAX_DROPS: u32 = 1 << 30;
+
+/// Most times that the rain may cross its box while the shutter is open. Each crossing is one more drop to
+/// trace, and a drop that comes by so often is a blur anyway.
+pub const MAX_CROSSINGS: f64 = 16.0;
 
 /// Everything that makes a picture.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
@@ -52,9 +64,14 @@ pub struct Scene {
     /// Random drops.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rain: Option<RainSettings>,
-    /// Drops placed by hand; they do not move.
+    /// Drops placed by hand.
     #[serde(rename = "drop", skip_serializing_if = "Vec::is_empty")]
     pub drops: Vec<PlacedDrop>,
+    /// What drops are made of.
+    pub water: Water,
+    /// What is behind the drops instead of the sky.
+    #[serde(skip_serializing_if = "Background::is_none")]
+    pub background: Background,
     /// Which models compute it.
     pub model: ModelChoice,
     /// From radiance to display.
@@ -62,6 +79,9 @@ pub struct Scene {
     /// What changes from frame to frame of a film.
     #[serde(skip_serializing_if = "Film::is_default")]
     pub film: Film,
+    /// Scene seconds a camera second: of a film's frame its pace, else 1.
+    #[serde(skip)]
+    pub pace: f64,
 }
 
 /// Size of the picture in pixels.
@@ -115,13 +135,46 @@ impl RainSettings {
 pub struct PlacedDrop {
     /// Its centre, in scene units.
     pub center: DVec3,
-    /// Its radius, in scene units.
+    /// Radius of the sphere of equal volume, in scene units.
     #[serde(default = "unit_radius")]
     pub radius: f64,
+    /// Of a spheroid about +y: its height over its width.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub axis_ratio: Option<f64>,
+    /// Instead of an axis ratio.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shape: Option<DropShape>,
+    /// In scene units a second: at time t the centre is `center + velocity t`.
+    #[serde(default, skip_serializing_if = "is_at_rest")]
+    pub velocity: DVec3,
+}
+
+impl PlacedDrop {
+    /// A sphere at rest.
+    pub fn sphere(center: DVec3, radius: f64) -> Self {
+        Self { center, radius, ..Self::default() }
+    }
+}
+
+impl Default for PlacedDrop {
+    /// At rest at the origin, of radius 1.
+    fn default() -> Self {
+        Self {
+            center: DVec3::ZERO,
+            radius: unit_radius(),
+            axis_ratio: None,
+            shape: None,
+            velocity: DVec3::ZERO,
+        }
+    }
 }
 
 fn unit_radius() -> f64 {
     1.0
+}
+
+fn is_at_rest(velocity: &DVec3) -> bool {
+    *velocity == DVec3::ZERO
 }
 
 /// A preset and what overrides it.
@@ -252,9 +305,12 @@ impl Default for Scene {
             environment: EnvironmentChoice::default(),
             rain: Some(RainSettings::default()),
             drops: Vec::new(),
+            water: Water::default(),
+            background: Background::default(),
             model: ModelChoice::default(),
             tone_map: ToneMap::default(),
             film: Film::default(),
+            pace: 1.0,
         }
     }
 }
@@ -314,8 +370,11 @@ impl Scene {
     pub fn load(path: &Path) -> Result<Self> {
         let text = std::fs::read_to_string(path).map_err(|error| Error::read(path, error))?;
         let mut scene = Self::parse(&text, &path.display().to_string())?;
-        if let (Some(file), Some(folder)) = (&mut scene.environment.file, path.parent()) {
-            *file = folder.join(&*file);
+        if let Some(folder) = path.parent() {
+            if let Some(file) = &mut scene.environment.file {
+                *file = folder.join(&*file);
+            }
+            scene.background.resolve(folder);
         }
         Ok(scene)
     }
@@ -405,6 +464,7 @@ impl Scene {
         let told = |result: Result<(), String>| {
             result.or_else(|problem| check(false, &|| problem.clone()))
         };
+        told(camera.validate_exposure())?;
         if let Some(rain) = &self.real_rain() {
             let count = self.rain.map_or(0, |rain| rain.count);
             check(count == 0, &|| {
@@ -431,7 +491,24 @@ impl Scene {
             check(drop.center.is_finite() && positive(drop.radius), &|| {
                 format!("drop {}: center must be finite, radius finite and over 0", number + 1)
             })?;
+            check(drop.axis_ratio.is_none_or(|ratio| AXIS_RATIOS.contains(&ratio)), &|| {
+                format!(
+                    "drop {}: axis_ratio = {} is not within {} to {}",
+                    number + 1,
+                    drop.axis_ratio.unwrap_or(1.0),
+                    AXIS_RATIOS.start(),
+                    AXIS_RATIOS.end()
+                )
+            })?;
+            check(drop.axis_ratio.is_none() || drop.shape.is_none(), &|| {
+                format!("drop {}: give an axis_ratio or a shape, not both", number + 1)
+            })?;
+            check(drop.velocity.is_finite(), &|| {
+                format!("drop {}: velocity must be finite", number + 1)
+            })?;
         }
+        told(self.water.validate())?;
+        told(self.background.validate())?;
         let size = self.model.mask_size;
         check(size.is_power_of_two() && size <= 4096, &|| {
             format!("model: mask_size = {size} is not a power of two from 1 to 4096")
@@ -465,7 +542,41 @@ impl Scene {
                  radiance, not stops"
             )
         })?;
-        self.film.validate().or_else(|problem| check(false, &|| problem.clone()))
+        told(self.film.validate())?;
+        let fastest =
+            self.film.pace.iter().map(|key| key.rate.abs()).fold(self.pace.abs(), f64::max);
+        let seconds = self.shutter() * fastest;
+        let rain = self.rain.unwrap_or_default();
+        let crossings = (rain.velocity * seconds / (2.0 * rain.half_extent)).abs().max_element();
+        check(self.rain.is_none() || crossings <= MAX_CROSSINGS, &|| {
+            format!(
+                "camera: while the shutter is open for {seconds} s of the scene's time, the rain crosses its \
+                 box {crossings:.1} times, over {MAX_CROSSINGS}; shorten the shutter, or enlarge half_extent"
+            )
+        })?;
+        check(self.drops.iter().all(|drop| (drop.velocity * seconds).is_finite()), &|| {
+            format!("camera: in {seconds} s of the scene's time a drop moves beyond all numbers")
+        })
+    }
+
+    /// Refractive index inside drops over that outside, for red, green and blue. Where nothing is said, that
+    /// of the paper; of real rain those of water at the sRGB primaries.
+    pub fn indices(&self) -> [f64; 3] {
+        let is_real = self.real_rain().is_some();
+        self.water.relative(if is_real { WATER_RGB } else { [WATER; 3] })
+    }
+
+    /// For how long the shutter is open, in the camera's seconds.
+    pub fn shutter(&self) -> f64 {
+        match self.camera.shutter_angle {
+            Some(angle) => angle / 360.0 / self.film.fps.abs(),
+            None => self.camera.shutter,
+        }
+    }
+
+    /// The scene's time that is exposed from `time` on, in seconds; negative where the pace is.
+    pub fn exposed(&self) -> f64 {
+        self.shutter() * self.pace
     }
 
     /// The camera's frame for this scene's image.

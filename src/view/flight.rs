@@ -179,7 +179,7 @@ mod tests {
 
     #[test]
     fn a_visit_ends_in_front_of_the_drop() {
-        let drop = PlacedDrop { center: DVec3::new(3.0, 0.0, -40.0), radius: 0.5 };
+        let drop = PlacedDrop::sphere(DVec3::new(3.0, 0.0, -40.0), 0.5);
         let mut scene = Scene { rain: None, drops: vec![drop], ..Scene::default() };
         assert!(visit(&mut scene));
         let distance = scene.camera.position.distance(drop.center);

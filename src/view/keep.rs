@@ -66,7 +66,7 @@ mod tests {
     fn a_scene_is_read_back_as_it_was() -> Result<()> {
         let folder = tempfile::tempdir().map_err(|error| Error::write(Path::new("tmp"), error))?;
         let keep = Keep::new(folder.path().into());
-        let drop = PlacedDrop { center: glam::DVec3::new(0.1, 1e-9, -3e20), radius: 1.0 / 3.0 };
+        let drop = PlacedDrop::sphere(glam::DVec3::new(0.1, 1e-9, -3e20), 1.0 / 3.0);
         let model = ModelChoice {
             preset: Preset::Fast,
             optics: Some(Optics::ClosedForm),

@@ -111,7 +111,7 @@ pub fn chosen(instance: &Instance) -> DeviceReport {
 
 /// A scene without rain, of one drop.
 pub fn one_drop(center: DVec3, radius: f64) -> Scene {
-    Scene { rain: None, drops: vec![PlacedDrop { center, radius }], ..Scene::default() }
+    Scene { rain: None, drops: vec![PlacedDrop::sphere(center, radius)], ..Scene::default() }
 }
 
 /// A small frame in white surroundings, as it is shown.

@@ -29,7 +29,7 @@ const PRESETS: [Preset; 3] = [Preset::Paper, Preset::Fast, Preset::Exact];
 
 /// A scene of drops placed by hand.
 fn placed(drops: &[(DVec3, f64)], (width, height): (u32, u32)) -> Scene {
-    let drops = drops.iter().map(|&(center, radius)| PlacedDrop { center, radius }).collect();
+    let drops = drops.iter().map(|&(center, radius)| PlacedDrop::sphere(center, radius)).collect();
     let mut scene = Scene { rain: None, drops, ..Scene::default() };
     scene.image = ImageSize { width, height };
     scene.model.mask_size = 256;

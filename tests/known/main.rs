@@ -23,7 +23,7 @@ use raindrops::scene::{ImageSize, PlacedDrop, Scene};
 
 /// A scene of drops placed by hand, in an image as wide as it is high.
 fn placed(drops: impl IntoIterator<Item = (DVec3, f64)>, edge: u32) -> Scene {
-    let place = |(center, radius)| PlacedDrop { center, radius };
+    let place = |(center, radius)| PlacedDrop::sphere(center, radius);
     let mut scene = Scene { rain: None, ..Scene::default() };
     scene.drops = drops.into_iter().map(place).collect();
     scene.image = ImageSize { width: edge, height: edge };

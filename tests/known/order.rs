@@ -77,7 +77,7 @@ fn a_drop_out_of_view_changes_nothing() {
         };
         scene.camera.vertical_fov = 100.0;
         let alone = draw(device, &scene, &sky, Preset::Fast);
-        scene.drops = vec![PlacedDrop { center: DVec3::new(0.0, 0.0, 50.0), radius: 3.0 }];
+        scene.drops = vec![PlacedDrop::sphere(DVec3::new(0.0, 0.0, 50.0), 3.0)];
         assert!(draw(device, &scene, &sky, Preset::Fast) == alone, "another picture");
         scene.drops[0].center.z = -50.0;
         assert!(draw(device, &scene, &sky, Preset::Fast) != alone, "the control");

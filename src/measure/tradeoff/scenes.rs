@@ -68,7 +68,7 @@ fn square(edge: u32) -> Scene {
 fn close_up(edge: u32) -> Scene {
     let mut scene = Scene { rain: None, ..square(edge) };
     scene.camera.vertical_fov = 40.0;
-    scene.drops = vec![PlacedDrop { center: DVec3::new(0.2, 0.1, -3.5), radius: 1.0 }];
+    scene.drops = vec![PlacedDrop::sphere(DVec3::new(0.2, 0.1, -3.5), 1.0)];
     scene
 }
 

@@ -128,7 +128,7 @@ fn scenes(radius_px: f64, views: u32) -> Vec<Scene> {
         let (x, y) = (phase(0.754_877_666_2), phase(0.569_840_291));
         let aside = (x * view.right + y * view.up) / focal;
         let center = scene.camera.position + distance * (forward + aside).normalize();
-        scene.drops.push(PlacedDrop { center, radius: 1.0 });
+        scene.drops.push(PlacedDrop::sphere(center, 1.0));
     }
     cameras.into_iter().map(|camera| Scene { camera, ..scene.clone() }).collect()
 }

@@ -1,0 +1,32 @@
+//! What a scene may ask for and no preset draws: said, never left out in silence.
+
+use crate::scene::Scene;
+use crate::scene::model::DropShape;
+
+/// The first key that the renderer cannot follow, and what it would have to draw.
+pub(super) fn undrawn(scene: &Scene) -> Option<(String, &'static str)> {
+    let camera = &scene.camera;
+    let of_drop = scene.drops.iter().zip(1..).find_map(|(drop, number)| {
+        let key = |key: &str| format!("drop {number}: {key}");
+        if drop.axis_ratio.is_some_and(|ratio| ratio != 1.0) {
+            Some((key("axis_ratio"), "a drop that is no sphere"))
+        } else if drop.shape.is_some_and(|shape| shape != DropShape::Sphere) {
+            Some((key("shape"), "a drop that is no sphere"))
+        } else if drop.velocity != glam::DVec3::ZERO {
+            Some((key("velocity"), "a placed drop in motion"))
+        } else {
+            None
+        }
+    });
+    if of_drop.is_some() {
+        return of_drop;
+    }
+    let keys = [
+        (scene.shutter() > 0.0, "camera: shutter", "an exposure"),
+        (camera.aperture > 0.0, "camera: aperture", "a lens"),
+        (!scene.background.is_none(), "background", "drops before a picture"),
+        (!scene.water.is_usual(), "water", "refraction by an index other than 1.33"),
+    ];
+    let found = keys.into_iter().find(|(is_asked, ..)| *is_asked);
+    found.map(|(_, key, what)| (key.to_string(), what))
+}

@@ -1,0 +1,155 @@
+//! The light that leaves a drop towards a ray, followed back to where it comes from.
+
+use glam::DVec3;
+
+use super::glints::MOST_REFLECTIONS;
+use super::{Ray, Tracer, Weights};
+use crate::optics::{Encounter, Exit, Shape, Walk};
+
+/// A ray that carries less than this share of its pixel meets no further drops and takes the
+/// environment instead. Bounds the fan of rays that [`super::Truth::drops_see_drops`] opens (an error of
+/// a thousandth of the difference between the environment and a drop, at most, per such ray).
+const FAINT: f64 = 1e-3;
+
+/// A way of light through a drop.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Way {
+    /// Reflected on the outside.
+    Outside,
+    /// Refracted in and out, with so many reflections between.
+    Inside(u32),
+}
+
+impl Tracer<'_> {
+    /// Radiance that leaves the drop of this number against a ray that meets it. `apart` as for
+    /// [`Tracer::gather`].
+    pub(super) fn leaving(
+        &self,
+        ray: &Ray,
+        number: u32,
+        share: f64,
+        depth: u32,
+        apart: bool,
+    ) -> DVec3 {
+        let drops = self.tree.drops();
+        let drop = &drops.all[number as usize];
+        let population = drops.population(drop);
+        let center = drops.center(drop, ray.moment);
+        let rest = self.glints.as_ref().filter(|_| apart && self.finds_glints_of(population));
+        let mut sum = DVec3::ZERO;
+        for &(index, colors) in &self.indices {
+            let mut of_index = DVec3::ZERO;
+            let arriving = |way: Way, weight: f64, direction: DVec3, exit: &dyn Fn() -> DVec3| {
+                let share = weight * share;
+                of_index += weight
+                    * if depth == 0 || share < FAINT {
+                        let is_found = !matches!(way, Way::Inside(k) if k > MOST_REFLECTIONS);
+                        let rest = rest.filter(|_| is_found);
+                        rest.map_or(self.environment, |glints| glints.rest()).radiance(direction)
+                    } else {
+                        let origin = center + drop.radius * exit();
+                        let ray = Ray { origin, direction, moment: ray.moment };
+                        let next = |after| self.tree.first_hit(&ray, after, Some(number));
+                        let reach = f64::INFINITY;
+                        let (light, left) = self.gather(&ray, share, depth - 1, apart, reach, next);
+                        light + left * self.environment.radiance(direction)
+                    };
+            };
+            let seen = center - ray.origin;
+            match population.shape {
+                Shape::Sphere => {
+                    if let Some(met) = Encounter::of_ray(ray.direction, seen, drop.radius) {
+                        self.of_sphere(&met.with_index(index), arriving);
+                    }
+                }
+                shape => {
+                    let to_ray = ray.direction.cross(seen).cross(ray.direction) / -drop.radius;
+                    if let Some((near, _)) = shape.cross(to_ray, ray.direction) {
+                        let point = to_ray + near * ray.direction;
+                        self.of_shape(shape, point, ray.direction, index, arriving);
+                    }
+                }
+            }
+            sum += colors * of_index;
+        }
+        sum
+    }
+
+    /// Every way through a sphere, with its weight, where its light comes from, and where on the unit
+    /// sphere that leaves.
+    fn of_sphere(
+        &self,
+        encounter: &Encounter,
+        mut arriving: impl FnMut(Way, f64, DVec3, &dyn Fn() -> DVec3),
+    ) {
+        let reflectance = encounter.reflectance();
+        if self.truth.reflection {
+            let direction = encounter.reflected();
+            arriving(Way::Outside, reflectance, direction, &|| encounter.normal());
+        }
+        let last = self.last_order();
+        for k in 0..=last {
+            let weight = match self.truth.weights {
+                Weights::Paper => 1.0 - reflectance,
+                Weights::Conserving if k == last => {
+                    (1.0 - reflectance) * reflectance.powi(k as i32)
+                }
+                _ => encounter.weight_of_internal_reflections(k),
+            };
+            let direction = encounter.after_internal_reflections(k);
+            arriving(Way::Inside(k), weight, direction, &|| exit_normal(encounter, k));
+            // Away from the rim F is a few percent: a dozen orders exhaust float64.
+            if encounter.weight_beyond_internal_reflections(k) < f64::EPSILON {
+                break;
+            }
+        }
+    }
+
+    /// The same through another shape that is entered at `point`, in radii from its centre.
+    fn of_shape(
+        &self,
+        shape: Shape,
+        point: DVec3,
+        direction: DVec3,
+        index: f64,
+        mut arriving: impl FnMut(Way, f64, DVec3, &dyn Fn() -> DVec3),
+    ) {
+        let (entry, inside) = Walk::enter(shape, point, direction, index);
+        if self.truth.reflection {
+            arriving(Way::Outside, entry.reflectance, entry.reflected, &|| point);
+        }
+        let Some(mut walk) = inside else { return };
+        let last = self.last_order();
+        for k in 0..=last {
+            let is_rest = k == last && self.truth.weights != Weights::Physical;
+            let exit = if is_rest { Some(walk.rest()) } else { walk.next().flatten() };
+            if let Some(Exit { point, direction, weight }) = exit {
+                arriving(Way::Inside(k), weight, direction, &|| point);
+            }
+            if walk.left() < f64::EPSILON {
+                break;
+            }
+        }
+    }
+
+    /// Most internal reflections.
+    fn last_order(&self) -> u32 {
+        match self.truth.weights {
+            Weights::Paper => 0,
+            Weights::Physical | Weights::Conserving => self.truth.internal_reflections,
+        }
+    }
+}
+
+/// Outward normal where the light leaves a sphere after `k` internal reflections: each of the k + 1
+/// chords turns the normal by π-2θt, in the plane of the ray, towards and past the centre.
+pub fn exit_normal(encounter: &Encounter, k: u32) -> DVec3 {
+    let (st, ct) = (encounter.impact_parameter / encounter.index, encounter.cos_refraction());
+    let (turn_cosine, turn_sine) = (st * st - ct * ct, 2.0 * st * ct);
+    let (mut along, mut across) = (-encounter.cos_incidence, encounter.impact_parameter);
+    for _ in 0..=k {
+        (along, across) =
+            (along * turn_cosine + across * turn_sine, across * turn_cosine - along * turn_sine);
+    }
+    along * encounter.direction + across * encounter.offset
+}

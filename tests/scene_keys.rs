@@ -1,0 +1,227 @@
+//! What scenes may say of drops' shapes and motion, of water, exposure, lens and background: what is refused,
+//! and what no preset draws.
+
+use glam::Vec3;
+use raindrops::environment::Environment;
+use raindrops::plan::{Output, plan};
+use raindrops::reference::{Tracer, Truth, Weights};
+use raindrops::scene::{PlacedDrop, Scene};
+
+fn parse(text: &str) -> raindrops::Result<Scene> {
+    Scene::parse(text, "test.toml")
+}
+
+#[test]
+fn bad_values_are_refused_with_their_key() {
+    for (text, told) in [
+        ("metres = 0.0", "metres = 0"),
+        ("[camera]\nshutter = -0.1", "shutter = -0.1"),
+        ("[camera]\nshutter = nan", "shutter = NaN"),
+        ("[camera]\nshutter = inf", "shutter = inf"),
+        ("[camera]\nshutter_angle = 361.0", "shutter_angle = 361"),
+        ("[camera]\nshutter_angle = -1.0", "shutter_angle = -1"),
+        ("[camera]\nshutter_angle = 180.0\nshutter = 0.1", "not both"),
+        ("[camera]\naperture = -1.0", "aperture = -1"),
+        ("[camera]\naperture = inf", "aperture = inf"),
+        ("[camera]\nfocus = 0.0", "focus = 0 is not before"),
+        ("[camera]\nfocus = -2.0", "focus = -2 is not before"),
+        ("[camera]\nfocus = nan", "focus = NaN"),
+        // The default rain falls 9 units a second through 2050.
+        ("[camera]\nshutter = 7200.0", "crosses its box 31.6 times"),
+        ("[camera]\nshutter = 1.0\n[rain]\nvelocity = [1e6, 0, 0]", "crosses its box 487.8 times"),
+        ("[camera]\nshutter = 4.0\n[[film.pace]]\nat = 0.0\nrate = -1e5", "crosses its box"),
+        (
+            "[camera]\nshutter = 1e200\n[[drop]]\ncenter = [0, 0, -5]\nvelocity = [1e200, 0, 0]",
+            "beyond all numbers",
+        ),
+        ("[[drop]]\ncenter = [0, 0, -5]\naxis_ratio = 0.0", "drop 1: axis_ratio = 0"),
+        ("[[drop]]\ncenter = [0, 0, -5]\naxis_ratio = nan", "drop 1: axis_ratio = NaN"),
+        ("[[drop]]\ncenter = [0, 0, -5]\naxis_ratio = -0.5", "axis_ratio = -0.5"),
+        ("[[drop]]\ncenter = [0, 0, -5]\naxis_ratio = 0.9\nshape = \"equilibrium\"", "not both"),
+        ("[[drop]]\ncenter = [0, 0, -5]\nshape = \"egg\"", "equilibrium"),
+        ("[[drop]]\ncenter = [0, 0, -5]\nvelocity = [0, inf, 0]", "velocity must be finite"),
+        ("[water]\nindex = 0.5", "index = 0.5"),
+        ("[water]\nindex = nan", "index = NaN"),
+        ("[water]\nindex = [1.33, 1.33, 9.0]", "index = 9"),
+        ("[water]\nindex = [1.33, 1.33]", "a number, or three"),
+        ("[water]\noutside = 0.0", "outside = 0"),
+        ("[background]\ndepth = \"d.exr\"\ndepth_kind = \"round\"", "planar"),
+        ("[background]\ndepth = \"d.exr\"\ndepth_scale = -1.0", "depth_scale = -1"),
+        ("[background]\ndepth_scale = 1.0", "but no depth"),
+    ] {
+        let problem = match parse(text) {
+            Ok(_) => panic!("{text} is taken"),
+            Err(error) => error.to_string(),
+        };
+        assert!(problem.contains(told), "{text}: {problem}");
+        assert_eq!(problem.lines().count(), 1, "{problem}");
+    }
+    // Near the borders of what is refused.
+    for text in [
+        "[camera]\nshutter = 3600.0\nfocus = inf\naperture = 2.0",
+        "[camera]\nshutter_angle = 360.0",
+        "[water]\nindex = 1\noutside = 1.33",
+        "[water]\nindex = [1.33, 1.34, 1.35]",
+        "[[drop]]\ncenter = [0, 0, -5]\naxis_ratio = 20\nvelocity = [1e6, 0, 0]",
+    ] {
+        let scene = parse(text).unwrap_or_else(|error| panic!("{text}: {error}"));
+        // What is written is read again.
+        let written = toml::to_string(&scene).expect("text");
+        assert_eq!(parse(&written).expect("a scene"), scene);
+    }
+}
+
+#[test]
+fn the_shutter_follows_the_films_pace() {
+    let scene = parse(
+        "[camera]\nshutter_angle = 180.0\n[film]\nfps = 24.0\n\
+         [[film.pace]]\nat = 0.0\nrate = 1.0\n[[film.pace]]\nat = 2.0\nrate = -1.0",
+    )
+    .expect("a scene");
+    assert_eq!(scene.shutter(), 1.0 / 48.0);
+    let exposed = |number| scene.film.frame(&scene, number).exposed();
+    assert_eq!(exposed(0), 1.0 / 48.0);
+    assert!((exposed(12) - 0.5 / 48.0).abs() < 1e-15);
+    assert_eq!(exposed(24), 0.0);
+    assert_eq!(exposed(48), -1.0 / 48.0);
+    assert_eq!(exposed(100), -1.0 / 48.0);
+}
+
+#[test]
+fn what_no_preset_draws_is_said_with_the_command_that_does() {
+    let sky = Environment::constant(Vec3::ONE);
+    let drop = "[[drop]]\ncenter = [0, 0, -5]\n";
+    for (text, key) in [
+        (format!("{drop}axis_ratio = 0.9"), "drop 1: axis_ratio"),
+        (format!("{drop}shape = \"equilibrium\""), "drop 1: shape"),
+        (format!("{drop}velocity = [0, -9, 0]"), "drop 1: velocity"),
+        ("[camera]\nshutter = 0.01".into(), "camera: shutter"),
+        ("[camera]\nshutter_angle = 90.0".into(), "camera: shutter"),
+        ("[camera]\naperture = 0.01".into(), "camera: aperture"),
+        ("[background]\ncolor = \"plate.exr\"".into(), "background"),
+        ("[water]\nindex = 1.34".into(), "water"),
+        ("[water]\nindex = 1.0\noutside = 1.33".into(), "water"),
+    ] {
+        let scene = parse(&text).unwrap_or_else(|error| panic!("{text}: {error}"));
+        let problem = match plan(&scene, &sky, Output::Display) {
+            Ok(_) => panic!("{text} is drawn"),
+            Err(error) => error.to_string(),
+        };
+        assert!(problem.starts_with(key) && problem.contains("raindrops reference"), "{problem}");
+    }
+    // And what comes to the usual is drawn.
+    for text in [
+        format!("{drop}axis_ratio = 1\nvelocity = [0, 0, 0]"),
+        format!("{drop}shape = \"sphere\""),
+        "[camera]\nshutter = 0.0\naperture = 0.0\nfocus = 2.0".into(),
+        "[water]\nindex = [1.33, 1.33, 1.33]\noutside = 1".into(),
+    ] {
+        let scene = parse(&text).unwrap_or_else(|error| panic!("{text}: {error}"));
+        plan(&scene, &sky, Output::Display).unwrap_or_else(|error| panic!("{text}: {error}"));
+    }
+}
+
+fn picture(scene: &Scene, environment: &Environment, truth: Truth) -> Vec<Vec3> {
+    Tracer::new(scene, environment, truth).picture().pixels
+}
+
+fn one_drop(axis_ratio: f64) -> Scene {
+    let mut scene = Scene { rain: None, ..Scene::default() };
+    (scene.image.width, scene.image.height) = (24, 24);
+    let sphere = PlacedDrop::sphere(glam::DVec3::new(0.3, -0.8, -2.2), 1.0);
+    scene.drops = vec![PlacedDrop { axis_ratio: Some(axis_ratio), ..sphere }];
+    scene
+}
+
+#[test]
+fn a_furnace_of_any_shape_stays_white() {
+    let white = Environment::constant(Vec3::ONE);
+    let truth = |internal_reflections, weights| Truth {
+        samples: 16,
+        internal_reflections,
+        weights,
+        ..Truth::default()
+    };
+    for ratio in [0.3, 0.7, 0.9, 1.0, 1.4] {
+        let mut scene = one_drop(ratio);
+        for index in [1.33, 1.0] {
+            scene.water.index = Some(raindrops::scene::water::Index::One(index));
+            scene.water.outside = if index == 1.0 { 1.33 } else { 1.0 };
+            for truth in [
+                truth(8, Weights::Conserving),
+                truth(2, Weights::Conserving),
+                truth(8, Weights::Paper),
+            ] {
+                for pixel in picture(&scene, &white, truth) {
+                    assert!((pixel - Vec3::ONE).abs().max_element() < 1e-6, "{ratio}: {pixel}");
+                }
+            }
+        }
+        // The control: what is left out of eight orders is missing, and no more than that. Along the
+        // surface of a flat drop light stays longer.
+        scene.water = Default::default();
+        let least = picture(&scene, &white, truth(8, Weights::Physical))
+            .into_iter()
+            .map(|pixel| pixel.x)
+            .fold(1.0, f32::min);
+        assert!(least < 1.0 - 1e-6 && least > 0.4, "{ratio}: {least}");
+    }
+}
+
+#[test]
+fn each_colour_has_the_light_of_its_own_index() {
+    let texels = (0..128 * 64).map(|i| Vec3::new((i % 7) as f32, (i % 5) as f32, (i % 11) as f32));
+    let noise = Environment::from_texels("noise", 128, 64, texels.collect()).expect("valid");
+    let truth = Truth { samples: 2, ..Truth::default() };
+    for ratio in [1.0, 0.8] {
+        let scene = |index: &str| Scene {
+            drops: one_drop(ratio).drops,
+            rain: None,
+            ..parse(&format!("[image]\nwidth = 24\nheight = 24\n[water]\nindex = {index}"))
+                .expect("a scene")
+        };
+        let all = picture(&scene("[1.3, 1.34, 1.4]"), &noise, truth);
+        let single = ["1.3", "1.34", "1.4"].map(|index| picture(&scene(index), &noise, truth));
+        assert_ne!(single[0], single[1]);
+        for (pixel, color) in all.iter().enumerate() {
+            for axis in 0..3 {
+                assert_eq!(color[axis], single[axis][pixel][axis]);
+            }
+        }
+    }
+}
+
+/// A drop of 3 mm in the equilibrium shape, in metres and in millimetres, against a ray that was followed
+/// elsewhere.
+#[test]
+fn the_equilibrium_shape_is_that_of_the_diameter() {
+    let direction = glam::DVec3::new(0.465625, 0.806021, 0.365408);
+    // White in a cap around where the outside reflects this ray to, else black.
+    let texels = (0..512 * 256).map(|index: u32| {
+        let (u, v) = (f64::from(index % 512) + 0.5, f64::from(index / 512) + 0.5);
+        let (azimuth, polar) =
+            ((u / 512.0 - 0.5) * std::f64::consts::TAU, v / 256.0 * std::f64::consts::PI);
+        let toward = glam::DVec3::new(
+            azimuth.sin() * polar.sin(),
+            polar.cos(),
+            -azimuth.cos() * polar.sin(),
+        );
+        Vec3::splat(f32::from(u8::from(toward.angle_between(direction) < 0.02)))
+    });
+    let cap = Environment::from_texels("cap", 512, 256, texels.collect()).expect("valid");
+    let seen = |shape: &str, metres: f64| {
+        let scene = parse(&format!(
+            "metres = {metres}\n[camera]\nposition = [0.3, 0.4, 10]\ntarget = [0.3, 0.4, 0]\n\
+             [[drop]]\ncenter = [0, 0, 0]\n{shape}"
+        ))
+        .expect("a scene");
+        let truth = Truth { internal_reflections: 0, glints: false, ..Truth::default() };
+        Tracer::new(&scene, &cap, truth).radiance_along(glam::DVec3::NEG_Z).x
+    };
+    let equilibrium = "shape = \"equilibrium\"";
+    assert!((seen(equilibrium, 0.0015) - 0.022006).abs() < 1e-5);
+    // The controls: another diameter is another shape; a sphere is none.
+    assert_eq!(seen(equilibrium, 0.0025), 0.0);
+    assert_eq!(seen("shape = \"sphere\"", 0.0015), 0.0);
+    assert_eq!(seen(equilibrium, 0.0004), seen("shape = \"sphere\"", 1.0));
+}
