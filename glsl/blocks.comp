@@ -110,7 +110,7 @@ void main() {
     if (most > 0.0) {
         nodes[node] = r.distance2;
         nodes[node + 1u] = r.index;
-        uint link = node + NEXT_OF_BLOCK, tile = at_tile.y * tiles_across() + at_tile.x;
+        uint link = node + NEXT_OF_BLOCK, tile = tile_number(at_tile);
         nodes[link] = atomicExchange(heads[tile], link);
     }
     if (most > 0.0 && rays) note_ray_block(at);

@@ -4,6 +4,7 @@
 // Which clusters of drops are in view, and in which bin: band of depth, and region of the image. One invocation a
 // cluster. See src/passes/tiles.rs.
 #include "frame.glsl"
+#include "projection.glsl"
 #include "tile_buffers.glsl"
 #include "clusters.glsl"
 
@@ -21,10 +22,10 @@ bool in_view(uvec3 low, uvec3 edges, out vec3 middle) {
     // Rounding must not lose a drop that `sighting` would show.
     float reach = frame.units.w * 1.001 + 1e-5 * length(frame.extent.xyz);
     vec3 planes[5] = vec3[5](
-        frame.frustum.x * frame.right.xyz + frame.frustum.y * frame.back.xyz,
-        -frame.frustum.x * frame.right.xyz + frame.frustum.y * frame.back.xyz,
-        frame.frustum.z * frame.up.xyz + frame.frustum.w * frame.back.xyz,
-        -frame.frustum.z * frame.up.xyz + frame.frustum.w * frame.back.xyz,
+        frame.frustum_x.z * frame.right.xyz + frame.frustum_x.w * frame.back.xyz,
+        -frame.frustum_x.x * frame.right.xyz + frame.frustum_x.y * frame.back.xyz,
+        frame.frustum_y.x * frame.up.xyz + frame.frustum_y.y * frame.back.xyz,
+        -frame.frustum_y.z * frame.up.xyz + frame.frustum_y.w * frame.back.xyz,
         frame.back.xyz);
     bool result = true;
     for (uint i = 0u; i < 5u; ++i) {
@@ -36,8 +37,9 @@ bool in_view(uvec3 low, uvec3 edges, out vec3 middle) {
 
 // The region where a point is seen, or nearest to it.
 uint region_at(vec2 across, float depth) {
-    vec2 pixel = 0.5 * frame.image.xy + across * (frame.image.z / max(depth, frame.units.w));
-    uvec2 tile = uvec2(clamp(pixel, vec2(0.0), frame.image.xy - 1.0)) / TILE, region = tile / region_tiles();
+    vec2 pixel = pixel_of(across * (frame.image.z / max(depth, frame.units.w)));
+    vec2 first = vec2(frame.window.xy), last = vec2(frame.window.xy + frame.window.zw - 1u);
+    uvec2 tile = uvec2(clamp(pixel, first, last)) / TILE, region = (tile - first_tile()) / region_tiles();
     return region.y * REGIONS_ACROSS + region.x;
 }
 

@@ -76,7 +76,8 @@ void write_pixel(uint at, float r, float g, float b) {
     radiance_out[at] = uvec2(packHalf2x16(vec2(r, g)), packHalf2x16(vec2(b, 1.0)));
 }
 
-// Lays the sky behind a row and writes it; returns the sum of its log(delta + luminance).
+// Lays the sky behind a row and writes what of it is drawn; returns the sum of its log(delta + luminance). `first`:
+// from the first pixel that is drawn, modulo 2^32, so that pixels before it are beyond the size.
 float finish(Row row, uint behind, uvec2 first) {
     uvec4 left = two_of_sky(behind), right = two_of_sky(behind + 2u);
     vec4 rg_left = vec4(unpackHalf2x16(left.x), unpackHalf2x16(left.z));
@@ -89,15 +90,16 @@ float finish(Row row, uint behind, uvec2 first) {
     row.g = min(row.g, MOST_HALF);
     row.b = min(row.b, MOST_HALF);
 
-    uvec2 size = uvec2(frame.image.xy);
-    uint at = first.y * size.x + first.x, width = first.y < size.y ? size.x - first.x : 0u;
-    if (width > 0u) write_pixel(at, row.r.x, row.g.x, row.b.x);
-    if (width > 1u) write_pixel(at + 1u, row.r.y, row.g.y, row.b.y);
-    if (width > 2u) write_pixel(at + 2u, row.r.z, row.g.z, row.b.z);
-    if (width > 3u) write_pixel(at + 3u, row.r.w, row.g.w, row.b.w);
+    uvec2 size = frame.window.zw;
+    uint at = first.y * size.x + first.x;
+    bvec4 drawn = lessThan(first.x + uvec4(0, 1, 2, 3), uvec4(first.y < size.y ? size.x : 0u));
+    if (drawn.x) write_pixel(at, row.r.x, row.g.x, row.b.x);
+    if (drawn.y) write_pixel(at + 1u, row.r.y, row.g.y, row.b.y);
+    if (drawn.z) write_pixel(at + 2u, row.r.z, row.g.z, row.b.z);
+    if (drawn.w) write_pixel(at + 3u, row.r.w, row.g.w, row.b.w);
     vec4 luminance = LUMINANCE.r * row.r + LUMINANCE.g * row.g + LUMINANCE.b * row.b;
     vec4 logs = log(frame.tone.y + luminance);
-    return dot(logs, vec4(lessThan(uvec4(0, 1, 2, 3), uvec4(width))));
+    return dot(logs, vec4(drawn));
 }
 
 // An entry that is no splat covers nothing.
@@ -218,7 +220,7 @@ void main() {
         atomicMax(totals.disordered_groups.x, next / 64u + 1u);
     }
 #endif
-    uvec2 corner = at * TILE;
+    uvec2 corner = (at + first_tile()) * TILE - frame.window.xy;
     float logs = finish(upper, tile * PIXELS, corner)
         + finish(lower, tile * PIXELS + TILE.x, corner + uvec2(0, 1));
     if (LOG_SUMS != 0u) log_sums[tile] = logs;

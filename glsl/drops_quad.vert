@@ -23,7 +23,7 @@ void main() {
     Sprite s = sprite(drop.xyz, drop.w);
     corner = vec2(gl_VertexIndex & 1, gl_VertexIndex >> 1);
     float diameter = max(s.diameter, 1.0); // a smaller one would miss the pixels' middles
-    vec2 place = s.center + (2.0 * corner - 1.0) * diameter / frame.image.xy;
+    vec2 place = s.center + (2.0 * corner - 1.0) * diameter / vec2(frame.window.zw);
     gl_Position = vec4(place * viewport_scale, s.depth, 1.0);
     rotation = s.rotation;
     look = vec3(s.level, s.opacity, 0.5 * diameter);

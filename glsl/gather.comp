@@ -39,6 +39,8 @@ void main() {
     ivec4 pixels = pixels_in(o.center, small ? half_sides : o.box);
     bool shown = what == VISIBLE && all(lessThanEqual(pixels.xy, pixels.zw));
     uvec2 first = uvec2(pixels.xy) / TILE, last = uvec2(pixels.zw) / TILE;
+    // Of the drops in the whole picture those that the part shows.
+    shown = shown && all(lessThan(first, end_tile())) && all(greaterThanEqual(last, first_tile()));
     bool splat = small && shown && all(lessThanEqual(last - first, uvec2(1u)));
     // A drop beside the camera has no outline: any pixel may see it.
     bool large = shown && !splat || beside;

@@ -3,6 +3,7 @@
 // Adds the images of the bright sources to the pixels of the large drops' tile fragments, after their colours are
 // there; one invocation a drop. See src/passes/glints.rs.
 #include "frame.glsl"
+#include "projection.glsl"
 #include "light_model.glsl"
 #include "optics.glsl"
 #include "tile_buffers.glsl"
@@ -74,7 +75,7 @@ void main() {
                     vec3 ray = cos_a * axis + sin_a * aside;
                     float depth = max(-ray.z, 0.01);
                     // Pixels for each unit of solid angle grow with depth^-3.
-                    vec2 at = 0.5 * frame.image.xy + vec2(ray.x, -ray.y) * (focal / depth);
+                    vec2 at = pixel_of(vec2(ray.x, -ray.y) * (focal / depth));
                     done = -ray.z < 0.01
                         || add_light(drop, r, at, light * (image.y / (cos_a * depth * depth * depth)));
                 }

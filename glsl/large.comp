@@ -91,14 +91,15 @@ void main() {
     ivec4 pixels = pixels_in(o.center, o.box);
     if (beside) {
         // The outline is no ellipse: the rays of the pixels that may see it tell which do.
-        r.center = 0.5 * frame.image.xy;
+        r.center = pixel_of(vec2(0.0));
         r.to_disc = vec4(1e-6, 0.0, 0.0, 1e-6);
         vec2 x = seen_along(v.x, -v.z, drop.radius), y = seen_along(-v.y, -v.z, drop.radius);
         vec2 low = vec2(x.x, y.x), high = vec2(x.y, y.y);
         pixels = pixels_in(r.center + frame.image.z * 0.5 * (low + high), frame.image.z * 0.5 * (high - low));
     }
-    uvec2 first = uvec2(pixels.xy) / TILE, count = uvec2(pixels.zw) / TILE - first + 1u;
-    if (any(greaterThan(pixels.xy, pixels.zw))) count = uvec2(0u);
+    uvec2 first = max(uvec2(pixels.xy) / TILE, first_tile()), end = min(uvec2(pixels.zw) / TILE + 1u, end_tile());
+    bool nowhere = any(greaterThan(pixels.xy, pixels.zw)) || any(greaterThanEqual(first, end));
+    uvec2 count = nowhere ? uvec2(0u) : end - first;
 
     vec2 half_sides = box_of_equal_area(o.box, o.radius);
     ivec4 of_splats = pixels_in(o.center, half_sides);

@@ -13,7 +13,7 @@ const vec3 LUMINANCE = vec3(0.2126, 0.7152, 0.0722); // Rec. 709
 
 void main() {
     uint i = gl_GlobalInvocationID.x, stride = gl_NumWorkGroups.x * gl_WorkGroupSize.x;
-    uvec2 size = uvec2(frame.image.xy);
+    uvec2 size = frame.window.zw;
     float sum = 0.0;
     for (uint at = i; at < size.x * size.y; at += stride) {
         vec3 radiance = texelFetch(radiance_image, ivec2(at % size.x, at / size.x), 0).rgb;

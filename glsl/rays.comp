@@ -3,6 +3,7 @@
 // The colours of drops too large for their prefiltered pictures, by rays; one invocation a pixel of a
 // block, eight a block. See src/passes/composite.rs.
 #include "frame.glsl"
+#include "projection.glsl"
 #include "environment.glsl"
 #include "light_model.glsl"
 #include "optics.glsl"
@@ -31,8 +32,7 @@ uint color(vec2 low, vec2 high, vec4 sphere, float pixels, vec2 moved) {
     float spacing = clamp(0.25 * pixels, 0.5, 1.0);
     float step = spacing * sqrt(extent.x * extent.y / float(SAMPLES)) / pixels;
     for (uint i = 0u; i < SAMPLES; ++i) {
-        vec2 offset = low + fract(place_of(i, SAMPLES) + moved) * extent - 0.5 * frame.image.xy;
-        vec3 d = normalize(vec3(offset.x, -offset.y, -frame.image.z));
+        vec3 d = normalize(ray_through(low + fract(place_of(i, SAMPLES) + moved) * extent));
         // From the centre to the ray; the cross product keeps its digits at the rim.
         vec3 to_ray = cross(cross(d, sphere.xyz), d) / -sphere.w;
         float b = length(to_ray);

@@ -3,6 +3,7 @@
 // The environment behind the drops of tiles; one invocation a pixel. See
 // src/passes/composite.rs.
 #include "frame.glsl"
+#include "projection.glsl"
 #include "environment.glsl"
 #include "tile_buffers.glsl"
 
@@ -29,8 +30,7 @@ void main() {
     float share = 1.0 / float(edge);
     vec3 c = vec3(0.0);
     for (uint i = 0u; i < edge * edge; ++i) {
-        vec2 offset = vec2(place) + share * (vec2(i % edge, i / edge) + 0.5) - 0.5 * frame.image.xy;
-        vec3 ray = vec3(offset.x, -offset.y, -focal);
+        vec3 ray = ray_through(vec2(place + first_tile() * TILE) + share * (vec2(i % edge, i / edge) + 0.5));
         float far = length(ray);
         c += radiance(environment_map, world * ray / far, share * sqrt(focal / far) / far);
     }

@@ -17,6 +17,6 @@ void main() {
     if (exposure == 0.0) {
         float sum = 0.0;
         for (uint at = 0u; at < FINAL_SUMS; ++at) sum += sums[SUMS + at];
-        exposure = frame.tone.x / exp(sum / (frame.image.x * frame.image.y));
+        exposure = frame.tone.x / exp(sum / frame.tone.w);
     }
 }

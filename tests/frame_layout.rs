@@ -10,7 +10,7 @@ use std::mem::offset_of;
 use raindrops::passes::frame::Frame;
 
 /// The members in the order of their declaration, each four words, every word different.
-fn markers() -> ([[u32; 4]; 15], Frame) {
+fn markers() -> ([[u32; 4]; 18], Frame) {
     // Floats above 1, so that no driver takes a marker for a denormal or a NaN and changes it.
     let word = |member: usize, lane: usize| 0x3f80_0000 + (member * 16 + lane) as u32;
     let words = std::array::from_fn(|member| std::array::from_fn(|lane| word(member, lane)));
@@ -28,9 +28,12 @@ fn markers() -> ([[u32; 4]; 15], Frame) {
         camera_low: float(9),
         extent: float(10),
         image: float(11),
-        frustum: float(12),
-        environment: float(13),
-        tone: float(14),
+        window: words[12],
+        principal: float(13),
+        frustum_x: float(14),
+        frustum_y: float(15),
+        environment: float(16),
+        tone: float(17),
     };
     (words, frame)
 }
@@ -50,7 +53,10 @@ fn offsets_are_those_of_std140() {
         offset_of!(Frame, camera_low),
         offset_of!(Frame, extent),
         offset_of!(Frame, image),
-        offset_of!(Frame, frustum),
+        offset_of!(Frame, window),
+        offset_of!(Frame, principal),
+        offset_of!(Frame, frustum_x),
+        offset_of!(Frame, frustum_y),
         offset_of!(Frame, environment),
         offset_of!(Frame, tone),
     ];

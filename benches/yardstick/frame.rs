@@ -185,8 +185,8 @@ fn in_view([x, y, z, edges]: ClusterBox, constants: &Constants) -> bool {
     let v = sight.view_space(middle * *units);
     let depth = -v.z;
     depth >= -reach
-        && v.x.abs() * sight.frustum[0] - depth * sight.frustum[1] <= reach
-        && v.y.abs() * sight.frustum[2] - depth * sight.frustum[3] <= reach
+        && v.x.abs() * sight.frustum_x[0] - depth * sight.frustum_x[1] <= reach
+        && v.y.abs() * sight.frustum_y[0] - depth * sight.frustum_y[1] <= reach
 }
 
 kernel! {
@@ -215,8 +215,8 @@ fn cull(drops: &Drops, from: usize, constants: &Constants, seen: &mut Vec<Seen>)
             let z = (back.x * px + back.y * py) + back.z * pz;
             let depth = -z;
             let distance2 = (x * x + y * y) + z * z;
-            let beyond_x = x.abs() * sight.frustum[0] - depth * sight.frustum[1];
-            let beyond_y = y.abs() * sight.frustum[2] - depth * sight.frustum[3];
+            let beyond_x = x.abs() * sight.frustum_x[0] - depth * sight.frustum_x[1];
+            let beyond_y = y.abs() * sight.frustum_y[0] - depth * sight.frustum_y[1];
             visible[lane] = (beyond_x <= radius) & (beyond_y <= radius) & (depth > radius)
                 & (distance2 > radius * radius) & (distance2 >= sight.near * sight.near);
             some[lane] = Seen { x, y, z, index: 0 };

@@ -12,11 +12,14 @@ struct Frame {
     vec4 camera_high;   // xyz: camera position, float32 part; w: near
     vec4 camera_low;    // xyz: what float32 lost of it; w: near fade
     vec4 extent;        // xyz: half extent of the rain box; w: depth reference, the least radius
-    vec4 image;         // width, height, focal length, all in pixels; w: largest point, pixels
-    vec4 frustum;       // cos and sin of the half-angle horizontally, then vertically
+    vec4 image;         // of the whole picture: width, height, focal length, all in pixels; w: largest point, pixels
+    uvec4 window;       // the part that is drawn: xy: its first pixel in the whole picture; zw: its size
+    vec4 principal;     // where the view axis meets the picture: xy: pixels of the whole; zw: device coordinates
+    vec4 frustum_x;     // cos and sin of the angle from the view axis to the left edge, then to the right one
+    vec4 frustum_y;     // the same of the upper and the lower edge
     vec4 environment;   // x: angle of a texel, radians; y: radiance of a stored 1; zw: unused
     vec4 tone;          // x: key; y: delta of the log average, stored units; z: fixed factor on stored
-                        // units, 0 to derive it; w: unused
+                        // units, 0 to derive it; w: pixels that the log average is of
 };
 layout(std140, set = 0, binding = 0) uniform Constants { Frame constants; };
 // Read at the very start of a shader: behind a branch llvmpipe, which sees that lanes may have left, fetches a

@@ -4,13 +4,13 @@
 layout(set = 0, binding = 1) uniform samplerBuffer radiance_texels;
 
 vec3 radiance_at(uvec2 at) {
-    return texelFetch(radiance_texels, int(at.y * uint(frame.image.x) + at.x)).rgb;
+    return texelFetch(radiance_texels, int(at.y * frame.window.z + at.x)).rgb;
 }
 #elif defined(RADIANCE_IN_BUFFER)
 layout(std430, set = 0, binding = 1) readonly buffer Radiance { uvec2 radiance_in[]; };
 
 vec3 radiance_at(uvec2 at) {
-    uvec2 word = radiance_in[at.y * uint(frame.image.x) + at.x];
+    uvec2 word = radiance_in[at.y * frame.window.z + at.x];
     return vec3(unpackHalf2x16(word.x), unpackHalf2x16(word.y).x);
 }
 #else

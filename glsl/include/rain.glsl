@@ -43,12 +43,14 @@ uint sighting(vec3 v, float radius, out float distance2) {
     precise float depth = -v.z;
     precise float square = (v.x * v.x + v.y * v.y) + v.z * v.z;
     precise float radius2 = radius * radius;
-    precise float beyond_x = abs(v.x) * frame.frustum.x - depth * frame.frustum.y;
-    precise float beyond_y = abs(v.y) * frame.frustum.z - depth * frame.frustum.w;
+    precise float beyond_left = -v.x * frame.frustum_x.x - depth * frame.frustum_x.y;
+    precise float beyond_right = v.x * frame.frustum_x.z - depth * frame.frustum_x.w;
+    precise float beyond_top = v.y * frame.frustum_y.x - depth * frame.frustum_y.y;
+    precise float beyond_bottom = -v.y * frame.frustum_y.z - depth * frame.frustum_y.w;
     precise float near2 = frame.camera_high.w * frame.camera_high.w;
     distance2 = square;
     if (square <= radius2) return CAMERA_INSIDE;
-    bool in_frustum = beyond_x <= radius && beyond_y <= radius;
+    bool in_frustum = max(beyond_left, beyond_right) <= radius && max(beyond_top, beyond_bottom) <= radius;
     if (!in_frustum || square < near2 || depth <= -radius) return OUT_OF_VIEW;
     return depth <= radius ? BESIDE_CAMERA : VISIBLE;
 }

@@ -29,14 +29,14 @@ void write_splat(uint node, float distance2, uint index, vec2 center, vec2 half_
     nodes[node + 3u] = pack_half_sides(half_sides) | direction << HALF_SIDES_BITS;
 }
 
-// Hangs a splat into the lists of its tiles: 2 x 2 of them from `first` on, but none beyond `last`.
+// Hangs a splat into the lists of its tiles that are drawn: 2 x 2 of them from `first` on, but none beyond `last`.
 void hang_splat(uint node, uvec2 first, uvec2 last) {
-    uint tile = first.y * tiles_across() + first.x;
+    uvec2 low = first_tile(), end = min(last + 1u, end_tile());
     for (uint i = 0u; i < 4u; ++i) {
-        uvec2 step = uvec2(i & 1u, i >> 1);
-        if (all(lessThanEqual(first + step, last))) {
+        uvec2 tile = first + uvec2(i & 1u, i >> 1);
+        if (all(greaterThanEqual(tile, low)) && all(lessThan(tile, end))) {
             uint link = node + LINKS + i;
-            nodes[link] = atomicExchange(heads[tile + step.y * tiles_across() + step.x], link);
+            nodes[link] = atomicExchange(heads[tile_number(tile)], link);
         }
     }
 }

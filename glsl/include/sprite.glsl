@@ -1,8 +1,10 @@
 // The paper's section 3.3, vertex half: where a drop's square stands, how large it is, which mask
 // level it reads and how the mask is turned. Shared by drops_point.vert and drops_quad.vert.
 
+#include "projection.glsl"
+
 struct Sprite {
-    vec2 center;    // normalised device coordinates of the image
+    vec2 center;    // normalised device coordinates of the part that is drawn
     float diameter; // pixels
     float depth;    // reversed: 1 at the nearest, 0 far away
     float level;    // of the mask
@@ -18,8 +20,7 @@ Sprite sprite(vec3 center, float radius) {
     // The sphere's silhouette is an ellipse of semi-axes r √(d²-r²) / (z²-r²) and r / √(z²-r²)
     // focal lengths about this point. The square takes the side that keeps the ellipse's area; on
     // the axis that is the paper's tangent cone.
-    s.center = center.xy * z / flat2 * frame.image.z / (0.5 * frame.image.xy);
-    s.center.y = -s.center.y;
+    s.center = device_of(vec2(center.x, -center.y) * z / flat2 * frame.image.z);
     float root = sqrt(flat2);
     s.diameter = 2.0 * frame.image.z * radius * sqrt(sqrt(d2 - r2)) / (root * sqrt(root));
     s.depth = frame.extent.w / z;

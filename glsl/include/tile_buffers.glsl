@@ -96,8 +96,24 @@ uint group_number() {
     return gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x;
 }
 
+// Tiles are told in the whole picture, whichever part of it is drawn: that has those from the first on, and none from
+// the end on. Within the whole one more around its own, whose fragments glints.comp asks for their coverage.
+uvec2 first_tile() {
+    return max(frame.window.xy / TILE, 1u) - 1u;
+}
+
+uvec2 end_tile() {
+    return min((frame.window.xy + frame.window.zw + TILE - 1u) / TILE + 1u, (uvec2(frame.image.xy) + TILE - 1u) / TILE);
+}
+
 uint tiles_across() {
-    return (uint(frame.image.x) + TILE.x - 1u) / TILE.x;
+    return end_tile().x - first_tile().x;
+}
+
+// Number of a tile of the part that is drawn.
+uint tile_number(uvec2 tile) {
+    uvec2 at = tile - first_tile();
+    return at.y * tiles_across() + at.x;
 }
 
 uvec2 region_tiles() {

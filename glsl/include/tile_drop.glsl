@@ -1,5 +1,7 @@
 // Where a drop stands and what it covers on the screen. Needs frame.glsl, rain.glsl, tile_buffers.glsl.
 
+#include "projection.glsl"
+
 const float NEAR_RADII = 32.0; // nearer than this a drop does not look like a far one: over 1.4°
 
 layout(std430, set = 0, binding = 10) readonly buffer PlacedDrops { Placed placed[]; };
@@ -36,7 +38,7 @@ Outline outline_of(Drop drop, float distance2) {
     float radius2 = drop.radius * drop.radius, flat2 = v.z * v.z - radius2;
     float size = frame.image.z * drop.radius / flat2;
     Outline o;
-    o.center = 0.5 * frame.image.xy + vec2(v.x, -v.y) * (-v.z / flat2 * frame.image.z);
+    o.center = pixel_of(vec2(v.x, -v.y) * (-v.z / flat2 * frame.image.z));
     o.box = size * sqrt(v.xy * v.xy + flat2);
     o.radius = size * sqrt(sqrt((distance2 - radius2) * flat2));
     return o;
@@ -54,7 +56,8 @@ bool is_small(Drop drop, Outline o, vec2 half_sides, float distance2) {
         && opacity_at(distance2) == 1.0;
 }
 
-// The pixels whose squares a box meets, in the image: first and last; none if that is before.
+// The pixels whose squares a box meets, in the whole picture, so that a drop is drawn alike in every part of it:
+// first and last; none if that is before.
 ivec4 pixels_in(vec2 center, vec2 box) {
     ivec2 size = ivec2(frame.image.xy);
     return ivec4(clamp(ivec2(floor(center - box)), ivec2(0), size),

@@ -14,6 +14,7 @@ use crate::picture::tone_map;
 use crate::picture::{Picture, srgb_byte, write_png};
 use crate::reference::{Tracer, Truth, Weights};
 use crate::scene::Scene;
+use crate::scene::camera::WHOLE;
 
 /// Steps of the progress bar.
 const STEPS: f64 = 1000.0;
@@ -79,6 +80,13 @@ pub fn run(args: &ReferenceArgs) -> anyhow::Result<Answer> {
         scene = scene.film.frame(&scene, number);
     }
     let plate = Plate::open(&scene.background, scene.image.width, scene.image.height)?;
+    if format == Format::Png && scene.camera.window != WHOLE && scene.tone_map.derives_exposure() {
+        bail!(
+            "{}: the exposure of a window is the whole picture's, which is not traced; give --exposure, or \
+             write .exr",
+            args.output.display()
+        );
+    }
     let environment = super::open_environment(&scene)?;
     let truth = Truth {
         samples: args.samples,

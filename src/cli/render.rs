@@ -1,15 +1,17 @@
 //! `raindrops render`: one frame or a numbered sequence, as EXR or PNG.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 
 use super::options::{BackgroundArgs, DeviceArgs, ModelArgs, SceneArgs, resolve};
 use super::sequence::{Sequence, heed_interrupts, is_interrupted};
 use super::{Answer, Format, drops, progress, say_doubt, waiting};
-use crate::picture::write_png;
+use crate::picture::{Picture, write_png};
 use crate::plan::{Output, plan_by};
+use crate::renderer::parts::{Grid, Parts, empty_picture, place};
 use crate::renderer::{FrameReport, Renderer};
+use crate::scene::Scene;
 use crate::scene::model::Simulation;
 
 /// Render one frame, or a numbered sequence
@@ -33,6 +35,9 @@ pub struct RenderArgs {
     /// Frames a second; negative runs backwards, from the last key if there are any [default: the film's, or 30]
     #[arg(long, value_name = "F", allow_negative_numbers = true)]
     fps: Option<f64>,
+    /// Draw the picture in so many parts, equal to the whole: for pictures larger than the device's images
+    #[arg(long, value_name = "CxR", value_parser = parse_grid)]
+    tiles: Option<Grid>,
     /// Keep the frames of this scene that are there, and render the others
     #[arg(long)]
     resume: bool,
@@ -68,7 +73,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<Answer> {
     let device = args.device.open()?;
     let choice = match kept {
         Some(kept) => kept,
-        None => resolve(&device, &scene.film.frame(&scene, 0), &environment)?,
+        None => resolve(&device, &scene.film.frame(&scene, 0).whole(), &environment)?,
     };
     let plan = plan_by(&scene, choice.as_ref(), output)?;
     say_doubt(&plan);
@@ -78,8 +83,10 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<Answer> {
              with --simulation integer"
         );
     }
-    let mut renderer =
-        waiting("preparing the renderer", || Renderer::new(&device, &scene, &environment, &plan))?;
+    let mut parts = Parts::new(&device, &environment, &plan);
+    if args.tiles.is_none() {
+        waiting("preparing the renderer", || parts.prepare(&scene))?;
+    }
     if let Some(sequence) = &sequence {
         sequence.begin(&scene, &environment, choice.as_ref())?;
     }
@@ -94,16 +101,16 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<Answer> {
             let left = missing.len() - done;
             anyhow::bail!("interrupted: {left} of {frames} frames are missing; --resume goes on");
         }
-        renderer.submit(&scene.film.frame(&scene, *number))?;
-        report = renderer.finish()?;
+        let frame = scene.film.frame(&scene, *number);
         let path = sequence.as_ref().map_or(args.output.clone(), |all| all.path(*number));
-        match output {
-            Output::Radiance => renderer.read_radiance()?.write_exr(&path)?,
-            Output::Display => {
-                let size = scene.image;
-                write_png(&path, size.width, size.height, &renderer.read_display()?)?;
+        report = match args.tiles {
+            Some(grid) => draw_parts(&mut parts, &frame, grid, output, &path)?,
+            None => {
+                let (renderer, report) = parts.draw_window(&frame)?;
+                write(renderer, &frame, output, &path)?;
+                report
             }
-        }
+        };
         bar.inc(1);
     }
     bar.finish_and_clear();
@@ -111,4 +118,61 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<Answer> {
     super::say_undrawn(&report.counts);
     device.instance().expect_silence()?;
     Ok(Answer::Yes)
+}
+
+/// `2x2` to a grid of parts.
+fn parse_grid(text: &str) -> Result<Grid, String> {
+    let number = |text: &str| text.parse().ok().filter(|number: &u32| *number > 0);
+    text.split_once(['x', 'X'])
+        .and_then(|(columns, rows)| Some(Grid { columns: number(columns)?, rows: number(rows)? }))
+        .ok_or_else(|| format!("'{text}' is not a number of parts like 2x2"))
+}
+
+/// Writes what a renderer has drawn.
+fn write(renderer: &Renderer, scene: &Scene, output: Output, path: &Path) -> crate::Result<()> {
+    match output {
+        Output::Radiance => renderer.read_radiance()?.write_exr(path),
+        Output::Display => {
+            let (width, height) = scene.picture_size();
+            write_png(path, width, height, &renderer.read_display()?)
+        }
+    }
+}
+
+/// Draws a picture part by part and writes it whole.
+fn draw_parts(
+    parts: &mut Parts<'_>,
+    scene: &Scene,
+    grid: Grid,
+    output: Output,
+    path: &Path,
+) -> crate::Result<FrameReport> {
+    let (width, height) = (scene.image.width, scene.image.height);
+    let mut all = FrameReport::default();
+    let mut radiance = Picture { width: 0, height: 0, pixels: Vec::new() };
+    let mut shown: Vec<[u8; 3]> = Vec::new();
+    match output {
+        Output::Radiance => radiance = empty_picture(scene.image),
+        Output::Display => shown = vec![[0; 3]; width as usize * height as usize],
+    }
+    parts.draw_all(scene, grid, &mut |origin, renderer, report| {
+        all.counts.add(&report.counts);
+        match output {
+            Output::Radiance => {
+                let part = renderer.read_radiance()?;
+                place(&mut radiance.pixels, width, origin, &part.pixels, part.width);
+            }
+            Output::Display => {
+                let bytes = renderer.read_display()?;
+                let pixels: &[[u8; 3]] = bytemuck::cast_slice(&bytes);
+                place(&mut shown, width, origin, pixels, renderer.size().0);
+            }
+        }
+        Ok(())
+    })?;
+    match output {
+        Output::Radiance => radiance.write_exr(path)?,
+        Output::Display => write_png(path, width, height, bytemuck::cast_slice(&shown))?,
+    }
+    Ok(all)
 }

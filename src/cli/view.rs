@@ -7,6 +7,7 @@ use clap::Args;
 use super::Answer;
 use super::options::{DeviceArgs, ModelArgs, SceneArgs};
 use crate::gpu::Validation;
+use crate::scene::camera::WHOLE;
 use crate::view::{Options, run as open_window};
 
 /// Open a window onto the rain: fly, stop time, change models and see what each costs
@@ -41,6 +42,10 @@ pub struct ViewArgs {
 pub fn run(args: &ViewArgs) -> anyhow::Result<Answer> {
     let mut scene = args.scene.load()?;
     args.model.apply(&mut scene)?;
+    if scene.camera.window != WHOLE {
+        eprintln!("note: the window shows the whole picture, not the scene's camera.window");
+        scene = scene.whole();
+    }
     if !args.output.is_dir() {
         anyhow::bail!("--output {}: there is no such folder", args.output.display());
     }

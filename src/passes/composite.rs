@@ -46,8 +46,9 @@ pub struct Composite {
     /// The picture: four halves a pixel, row by row from the top, in stored units.
     pub radiance: Buffer,
     /// A sum of log(delta + luminance) for each tile, then those of `tone_map.rs`.
-    log_sums: Buffer,
-    size: (u32, u32),
+    pub log_sums: Buffer,
+    /// Pixels of the tiles, across and down.
+    in_tiles: (u32, u32),
     tiles: u32,
     groups: [u32; 3],
     /// What the sky was drawn for.
@@ -63,11 +64,11 @@ pub struct Composite {
     _held: [Buffer; 2],
 }
 
-/// The part of the frame's constants that the sky depends on: axes, image.
-type View = [[f32; 4]; 4];
+/// The part of the frame's constants that the sky depends on: axes, image, and what of it is drawn.
+type View = ([[f32; 4]; 5], [u32; 4]);
 
 fn view_of(frame: &Frame) -> View {
-    [frame.right, frame.up, frame.back, frame.image]
+    ([frame.right, frame.up, frame.back, frame.image, frame.principal], frame.window)
 }
 
 impl Composite {
@@ -101,7 +102,8 @@ impl Composite {
         let sky_bytes = PIXEL_BYTES * TILE_PIXELS * u64::from(tiles.count);
         let sky = make("sky", sky_bytes, Usage::UNIFORM_TEXEL_BUFFER)?;
         let sums = 4 * u64::from(tiles.count + FINAL_SUMS);
-        let log_sums = make("log luminance sums", sums, Usage::empty())?;
+        let moved = Usage::TRANSFER_SRC | Usage::TRANSFER_DST;
+        let log_sums = make("log luminance sums", sums, moved)?;
 
         let disordered = make("disordered tiles", 8 * u64::from(tiles.count), Usage::empty())?;
 
@@ -149,7 +151,7 @@ impl Composite {
         Ok(Self {
             radiance,
             log_sums,
-            size: (width, height),
+            in_tiles: tiles.in_pixels,
             tiles: tiles.count,
             groups,
             sky_of: None,
@@ -177,7 +179,8 @@ impl Composite {
 
     /// Records the sky, when the frame's constants are ready.
     pub fn record_sky(&self, commands: vk::CommandBuffer) {
-        let groups = [self.size.0.div_ceil(SKY_GROUP.0), self.size.1.div_ceil(SKY_GROUP.1), 1];
+        let (across, down) = self.in_tiles;
+        let groups = [across.div_ceil(SKY_GROUP.0), down.div_ceil(SKY_GROUP.1), 1];
         self.sky_pass.dispatch(commands, &self.bindings, 0, &[], groups);
     }
 

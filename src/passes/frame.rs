@@ -6,13 +6,14 @@ use std::sync::Arc;
 
 use ash::vk;
 use bytemuck::{Pod, Zeroable};
-use glam::{DVec3, Vec3};
+use glam::{DVec2, DVec3, Vec3};
 
 use crate::Result;
 use crate::gpu::{Buffer, Device, Memory};
 use crate::rain::cull::Sight;
 use crate::rain::{Tick, tick_of_seconds};
 use crate::scene::Scene;
+use crate::scene::projection::View;
 
 /// `Frame`, member for member; see the comments there.
 #[repr(C)]
@@ -31,12 +32,15 @@ pub struct Frame {
     pub camera_low: [f32; 4],
     pub extent: [f32; 4],
     pub image: [f32; 4],
-    pub frustum: [f32; 4],
+    pub window: [u32; 4],
+    pub principal: [f32; 4],
+    pub frustum_x: [f32; 4],
+    pub frustum_y: [f32; 4],
     pub environment: [f32; 4],
     pub tone: [f32; 4],
 }
 
-const _: () = assert!(size_of::<Frame>() == 15 * 16);
+const _: () = assert!(size_of::<Frame>() == 18 * 16);
 
 /// What the device and the environment add to a scene.
 #[derive(Clone, Copy, Debug)]
@@ -75,14 +79,22 @@ impl Frame {
             camera_low: with(sight.position[1], scene.camera.near_fade as f32),
             extent: [0.0, 0.0, 0.0, least_radius as f32],
             image: [
-                view.width as f32,
-                view.height as f32,
+                view.whole[0] as f32,
+                view.whole[1] as f32,
                 view.focal_px as f32,
                 around.point_limit_px,
             ],
-            frustum: sight.frustum,
+            window: [view.origin[0], view.origin[1], view.width, view.height],
+            principal: principal(&view),
+            frustum_x: sight.frustum_x,
+            frustum_y: sight.frustum_y,
             environment: [around.texel_angle, around.radiance_scale, 0.0, 0.0],
-            tone: [scene.tone_map.key as f32, around.delta, stored_exposure(scene, around), 0.0],
+            tone: [
+                scene.tone_map.key as f32,
+                around.delta,
+                stored_exposure(scene, around),
+                view.width as f32 * view.height as f32,
+            ],
             ..Self::default()
         };
         if let Some(rain) = scene.rain() {
@@ -99,6 +111,15 @@ impl Frame {
         }
         frame
     }
+}
+
+/// Where the view axis meets the picture, in pixels of the whole and in device coordinates of what is drawn.
+fn principal(view: &View) -> [f32; 4] {
+    let size = DVec2::new(view.width.into(), view.height.into());
+    let [column, row] = view.origin.map(f64::from);
+    let (whole, device) =
+        (view.principal + DVec2::new(column, row), 2.0 * view.principal / size - 1.0);
+    [whole.x as f32, whole.y as f32, device.x as f32, device.y as f32]
 }
 
 /// Factor on stored units before the curve; 0 where it is derived from the picture. The bounds change no

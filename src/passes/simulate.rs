@@ -62,6 +62,17 @@ pub struct Counts {
     pub beside_camera: u64,
 }
 
+impl Counts {
+    /// Adds what another frame, or another part of the picture, counted.
+    pub fn add(&mut self, other: &Self) {
+        self.visible += other.visible;
+        self.large += other.large;
+        self.overflow += other.overflow;
+        self.camera_inside += other.camera_inside;
+        self.beside_camera += other.beside_camera;
+    }
+}
+
 /// The pass and its buffers.
 pub struct Simulate {
     /// One record a drop; radius 0: nothing to draw.

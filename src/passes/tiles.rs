@@ -32,10 +32,11 @@ use crate::gpu::{
 use crate::plan::FramePlan;
 use crate::rain::clusters::{CLUSTER, Clusters};
 use crate::scene::Scene;
+use crate::scene::projection::View;
 use crate::{Error, Result};
 
 /// A tile in pixels, as in `glsl/include/tile_buffers.glsl`.
-const TILE: (u32, u32) = (4, 2);
+pub(crate) const TILE: (u32, u32) = (4, 2);
 pub(super) const TILE_PIXELS: u64 = 8;
 /// Bytes of a splat's node, of which a block's takes two, and of a large drop, as there.
 const NODE_BYTES: u64 = 32;
@@ -132,10 +133,24 @@ impl Regions {
     }
 }
 
+/// The first tile of what a view draws, and the one after the last, as `tile_buffers.glsl` has them: those that its
+/// pixels are in and, within the whole picture, one more around them, whose fragments glints ask for their coverage.
+pub(crate) fn of_view(view: &View) -> ([u32; 2], [u32; 2]) {
+    let (edges, sizes) = ([TILE.0, TILE.1], [view.width, view.height]);
+    let first = |axis: usize| (view.origin[axis] / edges[axis]).saturating_sub(1);
+    let end = |axis: usize| {
+        let last = (view.origin[axis] + sizes[axis]).div_ceil(edges[axis]) + 1;
+        last.min(view.whole[axis].div_ceil(edges[axis]))
+    };
+    ([first(0), first(1)], [end(0), end(1)])
+}
+
 /// The passes and what they hand on.
 pub struct Tiles {
     /// Tiles in the image.
     pub count: u32,
+    /// Their pixels, across and down.
+    pub(super) in_pixels: (u32, u32),
     /// Invocations that draw them: all tiles of whole regions.
     pub(super) in_regions: u32,
     /// Whether they read ahead what their neighbours need: see `touch` in `composite.comp`.
@@ -249,8 +264,9 @@ impl Tiles {
         let most_drops =
             (range / 4).min(most_clusters * u64::from(CLUSTER)) - 2 * u64::from(CLUSTER);
         within("the number of drops in tiles", drops, most_drops)?;
-        let (across, down) =
-            (scene.image.width.div_ceil(TILE.0), scene.image.height.div_ceil(TILE.1));
+        let view = scene.view();
+        let (first, end) = of_view(&view);
+        let (across, down) = (end[0] - first[0], end[1] - first[1]);
         let count = across * down;
         let regions = Regions::of(across, down);
         // A row of workgroups takes an invocation for each disordered tile, of which there may be as many as
@@ -345,6 +361,7 @@ impl Tiles {
         let blocks = if fit { shaders::BLOCKS_COMP_TEXELS } else { shaders::BLOCKS_COMP };
         Ok(Self {
             count,
+            in_pixels: (across * TILE.0, down * TILE.1),
             in_regions: regions.tiles,
             // Where lists are short, or each word read is dear, it costs more than it saves.
             touch: device.report.is_cpu() && fit && splats > 0 && bands > 1,

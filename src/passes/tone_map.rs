@@ -37,6 +37,17 @@ const SUMS: u32 = 16_384;
 pub(super) const FINAL_SUMS: u32 = 128;
 const GROUP: u32 = 64;
 
+/// What the second step leaves.
+pub type FinalSums = [f32; FINAL_SUMS as usize];
+
+/// The second step on the CPU, to the bit: over the sums of a picture that was drawn in parts.
+pub fn final_sums(sums: &[f32]) -> FinalSums {
+    let of = |first| {
+        sums.iter().skip(first).step_by(FINAL_SUMS as usize).fold(0.0, |sum, log| sum + log)
+    };
+    std::array::from_fn(of)
+}
+
 /// Where the radiance is.
 #[derive(Clone, Copy)]
 pub enum Source<'a> {
@@ -60,7 +71,11 @@ pub struct ToneMap {
     reduce: Option<ComputePipeline>,
     sum_up: ComputePipeline,
     apply: GraphicsPipeline,
-    _sums: Option<Buffer>,
+    /// The sums of the first step, then those of the second.
+    sums: vk::Buffer,
+    /// Number of sums of the first step.
+    count: u32,
+    own_sums: Option<Buffer>,
     _texels: Option<Texels>,
     _sampler: Sampler,
 }
@@ -83,7 +98,9 @@ impl ToneMap {
         let own_sums = match source {
             Source::Image(_) => {
                 let bytes = 4 * u64::from(SUMS + FINAL_SUMS);
-                let usage = vk::BufferUsageFlags::STORAGE_BUFFER;
+                let usage = vk::BufferUsageFlags::STORAGE_BUFFER
+                    | vk::BufferUsageFlags::TRANSFER_SRC
+                    | vk::BufferUsageFlags::TRANSFER_DST;
                 Some(Buffer::new(device, "luminance sums", bytes, usage, Memory::Device)?)
             }
             Source::Tiles { .. } => None,
@@ -115,6 +132,7 @@ impl ToneMap {
             ),
         };
         let uniform = (Binding::UNIFORM_BUFFER, Resource::Buffer(&frame.buffer));
+        let sums_raw = sums.map_or(vk::Buffer::null(), Buffer::raw);
         let sums = sums.map(|sums| (Binding::STORAGE_BUFFER, Resource::Buffer(sums)));
         let slots: Vec<_> = [uniform, radiance].into_iter().chain(sums).collect();
         let bindings = Bindings::of(device, "tone map", &slots)?;
@@ -145,7 +163,9 @@ impl ToneMap {
             reduce,
             sum_up,
             apply,
-            _sums: own_sums,
+            sums: sums_raw,
+            count,
+            own_sums,
             _texels: texels,
             _sampler: sampler,
         })
@@ -158,6 +178,19 @@ impl ToneMap {
             memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::ComputeWrite]);
         }
         self.sum_up.dispatch(commands, &self.bindings, 0, &[], [FINAL_SUMS / GROUP, 1, 1]);
+    }
+
+    /// Records the sums of another picture in place of this one's: those of the whole, where this is a part of it.
+    pub fn record_sums(&self, device: &Device, commands: vk::CommandBuffer, sums: &FinalSums) {
+        let bytes = bytemuck::bytes_of(sums);
+        let offset = 4 * u64::from(self.count);
+        // SAFETY: outside of rendering; the buffer ends with so many sums, and the data is copied now.
+        unsafe { device.raw().cmd_update_buffer(commands, self.sums, offset, bytes) };
+    }
+
+    /// Sums of the first step over an image; none where the tiles' are.
+    pub fn own_sums(&self) -> Option<&Buffer> {
+        self.own_sums.as_ref()
     }
 
     /// Records the operator; `display` is a colour attachment whose content is overwritten.

@@ -27,8 +27,10 @@ pub enum Sighting {
 pub struct Sight {
     /// The camera's axes in world space: right, up, back.
     pub axes: [Vec3; 3],
-    /// Cosine and sine of the view's half-angle horizontally, then vertically.
-    pub frustum: [f32; 4],
+    /// Cosine and sine of the angle from the view axis to the left edge, then to the right one.
+    pub frustum_x: [f32; 4],
+    /// The same of the upper and the lower edge.
+    pub frustum_y: [f32; 4],
     /// Near plane: least distance of a drop's centre.
     pub near: f32,
     /// The camera's position, and what float32 lost of it.
@@ -38,12 +40,14 @@ pub struct Sight {
 impl Sight {
     /// The constants of a view and a near plane.
     pub fn new(view: &View, near: f64) -> Self {
-        let (horizontal, vertical) = view.tan_half_angles();
-        let (sin_x, cos_x) = horizontal.atan().sin_cos();
-        let (sin_y, cos_y) = vertical.atan().sin_cos();
+        let [left, top, right, bottom] = view.tan_edges().map(|tangent| {
+            let (sine, cosine) = tangent.atan().sin_cos();
+            [cosine as f32, sine as f32]
+        });
         Self {
             axes: [view.right.as_vec3(), view.up.as_vec3(), view.back.as_vec3()],
-            frustum: [cos_x as f32, sin_x as f32, cos_y as f32, sin_y as f32],
+            frustum_x: [left[0], left[1], right[0], right[1]],
+            frustum_y: [top[0], top[1], bottom[0], bottom[1]],
             near: near as f32,
             position: split(view.position),
         }
@@ -66,9 +70,11 @@ impl Sight {
     pub fn sighting(&self, v: Vec3, radius: f32) -> Sighting {
         let depth = -v.z;
         let distance2 = (v.x * v.x + v.y * v.y) + v.z * v.z;
-        let beyond_x = v.x.abs() * self.frustum[0] - depth * self.frustum[1];
-        let beyond_y = v.y.abs() * self.frustum[2] - depth * self.frustum[3];
-        let in_frustum = beyond_x <= radius && beyond_y <= radius;
+        let beyond = |low: f32, high: f32, edges: [f32; 4]| {
+            (low * edges[0] - depth * edges[1]).max(high * edges[2] - depth * edges[3])
+        };
+        let in_frustum = beyond(-v.x, v.x, self.frustum_x) <= radius
+            && beyond(v.y, -v.y, self.frustum_y) <= radius;
         if distance2 <= radius * radius {
             Sighting::CameraInside
         } else if !in_frustum || distance2 < self.near * self.near || depth <= -radius {

@@ -368,7 +368,7 @@ impl<'a> Mirror<'a> {
         let truth = &self.tracer.truth;
         let (encounter, cos_alpha) = self.ray(glint, (0.5, 0.5));
         let view = &self.tracer.eye.view;
-        let picture = f64::from(view.width) * f64::from(view.height);
+        let picture = f64::from(view.whole[0]) * f64::from(view.whole[1]);
         // A drop that reaches out of view may have its middle there: no farther out than 78 degrees.
         let cos_gamma = -encounter.direction.dot(view.back).min(-0.2);
         let pixels = (glint.patch.area() * self.density(cos_alpha, cos_gamma)).min(picture);
@@ -402,7 +402,7 @@ impl<'a> Mirror<'a> {
             let weight = area
                 * glint.way.weight(&encounter, &self.tracer.truth)
                 * opacity
-                * self.unhidden(&encounter, cos_alpha, row * view.width + column, moment);
+                * self.unhidden(&encounter, cos_alpha, view.number_in_whole(column, row), moment);
             *pixels.entry(row * view.width + column).or_default() += weight * light * glint.colors;
         }
     }

@@ -282,7 +282,7 @@ impl<'a> Tracer<'a> {
         self.tree.within(&self.pyramid_of(left, upper), f64::INFINITY, candidates);
         self.pixels_of(left, upper)
             .map(|(x, y)| {
-                let pixel = y * view.width + x;
+                let pixel = view.number_in_whole(x, y);
                 let (mut radiance, mut covered) = (DVec3::ZERO, 0.0);
                 samples.of_pixel(pixel, places);
                 for sample in places.iter() {

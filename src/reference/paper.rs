@@ -40,7 +40,6 @@ impl Sprite {
     pub fn new(view: &View, camera: &Camera, center: DVec3, radius: f64) -> Self {
         let (z, d2, r2) = (-center.z, center.length_squared(), radius * radius);
         let flat2 = z * z - r2;
-        let middle = 0.5 * DVec2::new(view.width.into(), view.height.into());
         let offset = DVec2::new(center.x, -center.y) * z / flat2 * view.focal_px;
         let diameter = 2.0 * view.focal_px * radius * (d2 - r2).powf(0.25) / flat2.powf(0.75);
         let shrink = diameter.min(1.0);
@@ -52,7 +51,7 @@ impl Sprite {
             1.0
         };
         Self {
-            center: middle + offset,
+            center: view.principal + offset,
             diameter,
             nearness: 1.0 / z,
             distance,
@@ -178,8 +177,7 @@ impl PaperTwin {
 
     /// Radiance behind the drops at an image point.
     pub fn sky(&self, point: DVec2) -> DVec3 {
-        let middle = 0.5 * DVec2::new(self.view.width.into(), self.view.height.into());
-        let far = (point - middle).length().hypot(self.view.focal_px);
+        let far = (point - self.view.principal).length().hypot(self.view.focal_px);
         let spread = (self.view.focal_px / far).sqrt() / far;
         self.radiance(self.view.ray(point.x, point.y), spread)
     }

@@ -1,6 +1,7 @@
 //! One frame, top to bottom. Every barrier between passes is here: in `points.rs` for the paper's
 //! frame, in `tiled.rs` for the fast one, and for what both share in [`Renderer::submit`].
 
+pub mod parts;
 mod points;
 pub mod stages;
 mod tiled;
@@ -24,7 +25,7 @@ use crate::passes::frame::{Frame, FrameBuffer, Surroundings};
 use crate::passes::glints::bright_parts;
 use crate::passes::simulate::{Counts, Simulate};
 use crate::passes::tiles::{self, TileCounts};
-use crate::passes::tone_map::{DELTA, DISPLAY, Source, ToneMap};
+use crate::passes::tone_map::{DELTA, DISPLAY, FinalSums, Source, ToneMap};
 use crate::picture::Picture;
 use crate::plan::FramePlan;
 use crate::rain::{Tick, tick_of_seconds};
@@ -118,6 +119,10 @@ pub struct Renderer {
     frame: FrameBuffer,
     surroundings: Surroundings,
     size: (u32, u32),
+    /// Tiles across and down.
+    lattice: [u32; 2],
+    /// In place of the frame's own: the sums of the whole picture that it is a part of, and that one's pixels.
+    whole_sums: Option<(FinalSums, f32)>,
     // Views what `drawing` holds, so it is freed first.
     display: Option<Display>,
     drawing: Drawing,
@@ -137,7 +142,8 @@ fn surroundings(
     environment: &EnvironmentMap,
     mean_luminance: f64,
 ) -> Result<Surroundings> {
-    let (_, point_limit_px) = guard_band(device, scene.image.width, scene.image.height)?;
+    let (width, height) = scene.picture_size();
+    let (_, point_limit_px) = guard_band(device, width, height)?;
     let scale = f64::from(environment.radiance_scale);
     let delta = (DELTA * mean_luminance / scale) as f32;
     Ok(Surroundings {
@@ -147,6 +153,12 @@ fn surroundings(
         // In an all-black environment any δ keeps the logarithm finite.
         delta: delta.max(f32::MIN_POSITIVE),
     })
+}
+
+/// Tiles of a scene's picture, across and down; those of the whole, so that their number is not told by its size.
+fn lattice_of(scene: &Scene) -> [u32; 2] {
+    let (first, end) = tiles::of_view(&scene.view());
+    [end[0] - first[0], end[1] - first[1]]
 }
 
 impl Renderer {
@@ -162,7 +174,7 @@ impl Renderer {
         environment: &Environment,
         plan: &FramePlan,
     ) -> Result<Self> {
-        let (width, height) = (scene.image.width, scene.image.height);
+        let (width, height) = scene.picture_size();
         let frame = FrameBuffer::new(device)?;
         let before = Instant::now();
         let bright = bright_parts(environment);
@@ -210,6 +222,8 @@ impl Renderer {
             frame,
             surroundings,
             size: (width, height),
+            lattice: lattice_of(scene),
+            whole_sums: None,
             drawing,
             display,
             stored_at: None,
@@ -242,7 +256,17 @@ impl Renderer {
             let problem = "tone_map: the renderer was made for a fixed exposure".into();
             return Err(Error::Scene { place: "the frame".into(), problem });
         }
-        let frame = Frame::new(scene, &self.surroundings, self.stored_at);
+        if scene.picture_size() != self.size || lattice_of(scene) != self.lattice {
+            let (width, height) = self.size;
+            let problem = format!(
+                "the renderer was made for {width} x {height} pixels, or for others of a larger picture"
+            );
+            return Err(Error::Scene { place: "the frame".into(), problem });
+        }
+        let mut frame = Frame::new(scene, &self.surroundings, self.stored_at);
+        if let Some((_, pixels)) = &self.whole_sums {
+            frame.tone[3] = *pixels;
+        }
         self.stored_at = Some(tick_of_seconds(scene.time));
         let device = &*self.device;
         let flight = &mut self.flights[self.next];
@@ -284,7 +308,11 @@ impl Renderer {
                 Drawing::Points(points) => points.record_display(device, commands),
                 Drawing::Tiled(tiled) => tiled.record_display(device, commands),
             }
-            if derives_exposure {
+            if let (true, Some((sums, _))) = (derives_exposure, &self.whole_sums) {
+                memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::TransferWrite]);
+                tone_map.record_sums(device, commands, sums);
+                memory_barrier(device, commands, &[Use::TransferWrite], &[Use::GraphicsRead]);
+            } else if derives_exposure {
                 time.time(commands, "log luminance", || {
                     tone_map.record_log_luminance(device, commands);
                 });
@@ -311,6 +339,24 @@ impl Renderer {
         }
         flight.commands.submit()?;
         Ok(finished)
+    }
+
+    /// Width and height in pixels of what is drawn.
+    pub fn size(&self) -> (u32, u32) {
+        self.size
+    }
+
+    /// The last frame's sums of log(delta + luminance): of the paper's frame in no order, of others tile by tile.
+    fn read_log_sums(&self) -> Result<Vec<f32>> {
+        let tiled = match &self.drawing {
+            Drawing::Tiled(tiled) => Some(&tiled.composite.log_sums),
+            Drawing::Points(_) => None,
+        };
+        let own = || self.display.as_ref().and_then(|display| display.tone_map.own_sums());
+        let Some(sums) = tiled.or_else(own) else { return Ok(Vec::new()) };
+        let mut all: Vec<f32> = self.read_buffer(sums)?;
+        all.truncate(all.len() - size_of::<FinalSums>() / 4);
+        Ok(all)
     }
 
     /// The image that holds the display colour of the last submitted frame, as a colour attachment;

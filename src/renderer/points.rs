@@ -52,7 +52,7 @@ impl Points {
         plan: &FramePlan,
     ) -> Result<Self> {
         use vk::ImageUsageFlags as Usage;
-        let (width, height) = (scene.image.width, scene.image.height);
+        let (width, height) = scene.picture_size();
         let target = |name, format, usage, samples| {
             let info =
                 ImageInfo { name, width, height, levels: 1, layers: 1, format, usage, samples };

@@ -58,7 +58,7 @@ impl Stages {
                 problem: format!("they are the mask's, not those of optics {}", plan.optics),
             });
         }
-        let (width, height) = (scene.image.width, scene.image.height);
+        let (width, height) = scene.picture_size();
         let frame = FrameBuffer::new(device)?;
         let mean = environment.mean_luminance();
         let environment =

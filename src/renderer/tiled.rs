@@ -55,7 +55,7 @@ impl Tiled {
             None
         };
         let tiles = Tiles::new(device, frame, &appearance, scene, plan)?;
-        let size = (scene.image.width, scene.image.height);
+        let size = scene.picture_size();
         let composite = Composite::new(
             device,
             frame,

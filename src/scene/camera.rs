@@ -1,7 +1,9 @@
 //! The eye: where it is, what it sees, and what a pixel's ray is.
 
-use glam::{DMat3, DVec3};
+use glam::{DVec2, DVec3};
 use serde::{Deserialize, Serialize};
+
+pub use super::projection::View;
 
 /// A camera with a thin lens and a shutter, as the scene file gives it; a pinhole and an instant where
 /// nothing is said of them. Right-handed, y up.
@@ -29,6 +31,16 @@ pub struct Camera {
     pub aperture: f64,
     /// Distance along the view axis of the plane in focus, in scene units; may be infinite.
     pub focus: f64,
+    /// Left, top, right and bottom edge of what is drawn, as parts of the whole picture; they fall on pixels.
+    #[serde(skip_serializing_if = "is_whole")]
+    pub window: [f64; 4],
+}
+
+/// The window of the whole picture.
+pub const WHOLE: [f64; 4] = [0.0, 0.0, 1.0, 1.0];
+
+fn is_whole(window: &[f64; 4]) -> bool {
+    *window == WHOLE
 }
 
 impl Default for Camera {
@@ -44,28 +56,9 @@ impl Default for Camera {
             shutter_angle: None,
             aperture: 0.0,
             focus: 5.0,
+            window: WHOLE,
         }
     }
-}
-
-/// A camera and an image size, resolved: an orthonormal frame and the scale of the image plane.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct View {
-    /// Where the eye is, in scene units.
-    pub position: DVec3,
-    /// Unit vector to the right of the picture.
-    pub right: DVec3,
-    /// Unit vector to the top of the picture.
-    pub up: DVec3,
-    /// Unit vector towards the viewer, against the view direction.
-    pub back: DVec3,
-    /// Image width in pixels.
-    pub width: u32,
-    /// Image height in pixels.
-    pub height: u32,
-    /// Distance of the image plane in pixels: half the height times cot(fov/2). A length of 1 at
-    /// depth 1 covers this many pixels.
-    pub focal_px: f64,
 }
 
 impl Camera {
@@ -102,7 +95,8 @@ impl Camera {
         (self.target - self.position).normalize_or(DVec3::NEG_Z)
     }
 
-    /// The camera's frame for an image of this size.
+    /// The camera's frame for the window of a whole picture of this size. Edges of the window that fall on no pixels'
+    /// edges are taken to the nearest, which [`crate::scene::Scene::validate`] sees to be the same.
     ///
     /// Looking straight along `up` leaves the roll open; the axis least along the view then stands
     /// in for `up` (z before x before y), so that the picture is defined for every direction.
@@ -118,46 +112,21 @@ impl Camera {
             .try_normalize()
             .filter(|_| forward.cross(self.up.normalize_or(DVec3::Y)).length() > 1e-8)
             .unwrap_or_else(|| forward.cross(stand_in).normalize());
+        let edge = |part: f64, pixels: u32| (part * f64::from(pixels)).round() as u32;
+        let [left, top] = [edge(self.window[0], width), edge(self.window[1], height)];
+        let [right_edge, bottom] = [edge(self.window[2], width), edge(self.window[3], height)];
+        let whole = DVec2::new(width.into(), height.into());
         View {
             position: self.position,
             right,
             up: right.cross(forward),
             back: -forward,
-            width,
-            height,
-            focal_px: 0.5 * f64::from(height) / (0.5 * self.vertical_fov.to_radians()).tan(),
+            whole: [width, height],
+            origin: [left, top],
+            width: right_edge.saturating_sub(left).max(1),
+            height: bottom.saturating_sub(top).max(1),
+            principal: 0.5 * whole - DVec2::new(left.into(), top.into()),
+            focal_px: 0.5 * whole.y / (0.5 * self.vertical_fov.to_radians()).tan(),
         }
-    }
-}
-
-impl View {
-    /// Columns right, up, back: view space to world space.
-    pub fn to_world(&self) -> DMat3 {
-        DMat3::from_cols(self.right, self.up, self.back)
-    }
-
-    /// Unit direction in world space of the ray through image point (x, y), in pixels from the
-    /// upper left corner; the middle of the first pixel is (0.5, 0.5).
-    pub fn ray(&self, x: f64, y: f64) -> DVec3 {
-        let right = x - 0.5 * f64::from(self.width);
-        let up = 0.5 * f64::from(self.height) - y;
-        (right * self.right + up * self.up - self.focal_px * self.back).normalize()
-    }
-
-    /// Column and row of the pixel that a direction in world space falls into; `None` beside the
-    /// picture and behind the camera.
-    pub fn pixel(&self, direction: DVec3) -> Option<(u32, u32)> {
-        let scale = self.focal_px / -direction.dot(self.back);
-        let x = 0.5 * f64::from(self.width) + scale * direction.dot(self.right);
-        let y = 0.5 * f64::from(self.height) - scale * direction.dot(self.up);
-        let is_seen = scale > 0.0
-            && (0.0..f64::from(self.width)).contains(&x)
-            && (0.0..f64::from(self.height)).contains(&y);
-        is_seen.then_some((x as u32, y as u32))
-    }
-
-    /// Largest tangent of the half-angles of the picture, horizontal and vertical.
-    pub fn tan_half_angles(&self) -> (f64, f64) {
-        (0.5 * f64::from(self.width) / self.focal_px, 0.5 * f64::from(self.height) / self.focal_px)
     }
 }

@@ -6,6 +6,7 @@ pub mod background;
 pub mod camera;
 pub mod film;
 pub mod model;
+pub mod projection;
 pub mod real_rain;
 pub mod water;
 
@@ -450,6 +451,26 @@ impl Scene {
                 self.image.width, self.image.height
             )
         })?;
+        let [left, top, right, bottom] = camera.window;
+        for (name, low, high, pixels) in [
+            ("left to right", left, right, self.image.width),
+            ("top to bottom", top, bottom, self.image.height),
+        ] {
+            check((0.0..1.0).contains(&low) && high > low && high <= 1.0, &|| {
+                format!("camera: window from {name} is {low} to {high}, not a part of 0 to 1")
+            })?;
+            for edge in [low, high] {
+                let at = edge * f64::from(pixels);
+                check((at - at.round()).abs() < 0.01, &|| {
+                    let near = at.round() / f64::from(pixels);
+                    format!(
+                        "camera: window: {edge} of {pixels} pixels is {at}, not a pixel's edge; {near} is one"
+                    )
+                })?;
+            }
+            let drawn = (high * f64::from(pixels)).round() - (low * f64::from(pixels)).round();
+            check(drawn >= 1.0, &|| format!("camera: window from {name} holds no pixel"))?;
+        }
         if let Some(radiance) = self.environment.radiance {
             check(self.environment.file.is_none(), &|| {
                 "environment: give a file or a radiance, not both".into()
@@ -579,7 +600,19 @@ impl Scene {
         self.shutter() * self.pace
     }
 
-    /// The camera's frame for this scene's image.
+    /// Width and height in pixels of the picture that is drawn: the image, or the camera's window of it.
+    pub fn picture_size(&self) -> (u32, u32) {
+        let view = self.view();
+        (view.width, view.height)
+    }
+
+    /// The scene with the whole picture in the camera's window.
+    pub fn whole(&self) -> Self {
+        let camera = Camera { window: camera::WHOLE, ..self.camera };
+        Self { camera, ..self.clone() }
+    }
+
+    /// The camera's frame for this scene's image, or its window of it.
     pub fn view(&self) -> View {
         self.camera.view(self.image.width, self.image.height)
     }

@@ -21,7 +21,10 @@ void main() {
     copies[9] = floatBitsToUint(frame.camera_low);
     copies[10] = floatBitsToUint(frame.extent);
     copies[11] = floatBitsToUint(frame.image);
-    copies[12] = floatBitsToUint(frame.frustum);
-    copies[13] = floatBitsToUint(frame.environment);
-    copies[14] = floatBitsToUint(frame.tone);
+    copies[12] = frame.window;
+    copies[13] = floatBitsToUint(frame.principal);
+    copies[14] = floatBitsToUint(frame.frustum_x);
+    copies[15] = floatBitsToUint(frame.frustum_y);
+    copies[16] = floatBitsToUint(frame.environment);
+    copies[17] = floatBitsToUint(frame.tone);
 }

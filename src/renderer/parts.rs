@@ -1,0 +1,223 @@
+//! A picture drawn part by part, by off-centre projection: equal to the whole to the byte (of tiles), and as large as no
+//! image of the device need be.
+//!
+//! An exposure that is derived is the whole's: first every part's sums of log luminance are found, then each part is
+//! drawn with the sums of all of them, added up in the order in which the whole's would be.
+
+use std::sync::Arc;
+
+use super::{FrameReport, Renderer, lattice_of};
+use crate::environment::Environment;
+use crate::gpu::Device;
+use crate::passes::tiles::{self, TILE};
+use crate::passes::tone_map::final_sums;
+use crate::picture::Picture;
+use crate::plan::FramePlan;
+use crate::scene::camera::WHOLE;
+use crate::scene::model::{Primitive, Simulation};
+use crate::scene::{ImageSize, Scene};
+use crate::{Error, Result};
+
+/// Edges of parts are multiples of this many pixels, so that no tile is in two of them.
+const STEP: u32 = 8;
+
+/// A number of parts across and down.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Grid {
+    /// Parts across.
+    pub columns: u32,
+    /// Parts down.
+    pub rows: u32,
+}
+
+impl Grid {
+    /// The windows of the parts of a whole picture, row by row.
+    ///
+    /// # Errors
+    /// [`Error::Scene`] if a part would be smaller than 8 x 8 pixels.
+    pub fn windows(self, image: ImageSize) -> Result<Vec<[f64; 4]>> {
+        if self.columns > image.width.div_ceil(STEP) || self.rows > image.height.div_ceil(STEP) {
+            let Self { columns, rows } = self;
+            let ImageSize { width, height } = image;
+            return Err(Error::Scene {
+                place: "tiles".into(),
+                problem: format!(
+                    "{columns} x {rows} parts of {width} x {height} pixels are under {STEP} pixels"
+                ),
+            });
+        }
+        let edge = |number: u32, parts: u32, pixels: u32| {
+            let steps = u64::from(pixels.div_ceil(STEP)) * u64::from(number) / u64::from(parts);
+            f64::from((steps as u32 * STEP).min(pixels)) / f64::from(pixels)
+        };
+        let across = |number| edge(number, self.columns, image.width);
+        let down = |number| edge(number, self.rows, image.height);
+        let columns = 0..self.columns;
+        Ok((0..self.rows)
+            .flat_map(|row| columns.clone().map(move |column| (column, row)))
+            .map(|(column, row)| [across(column), down(row), across(column + 1), down(row + 1)])
+            .collect())
+    }
+
+    /// Parts of about the size of a window.
+    fn like(window: [f64; 4]) -> Self {
+        let number = |low: f64, high: f64| (1.0 / (high - low)).round().max(1.0) as u32;
+        Self { columns: number(window[0], window[2]), rows: number(window[1], window[3]) }
+    }
+}
+
+/// Draws parts of pictures, all by one plan.
+pub struct Parts<'a> {
+    device: &'a Arc<Device>,
+    environment: &'a Environment,
+    plan: &'a FramePlan,
+    /// That of the last part, and what it is made for: the picture's size and its place among the tiles.
+    renderer: Option<(PartSize, Renderer)>,
+}
+
+type PartSize = ((u32, u32), [u32; 2]);
+
+impl<'a> Parts<'a> {
+    /// Draws nothing yet.
+    pub fn new(device: &'a Arc<Device>, environment: &'a Environment, plan: &'a FramePlan) -> Self {
+        Self { device, environment, plan, renderer: None }
+    }
+
+    /// Draws the picture of `scene`, whose window is the whole, by the parts of `grid`; `take` is called with the place
+    /// of each part's first pixel, a renderer that has drawn it, and its report.
+    ///
+    /// # Errors
+    /// [`Error::Scene`] if the scene has a window of its own, or if the plan's positions come from the frame before;
+    /// those of [`Grid::windows`], [`Renderer::new`], [`Renderer::submit`], and of `take`.
+    pub fn draw_all(
+        &mut self,
+        scene: &Scene,
+        grid: Grid,
+        take: &mut dyn FnMut([u32; 2], &Renderer, FrameReport) -> Result<()>,
+    ) -> Result<()> {
+        let refuse =
+            |problem: &str| Err(Error::Scene { place: "tiles".into(), problem: problem.into() });
+        if scene.camera.window != WHOLE {
+            return refuse("camera.window is a part already; leave out one of the two");
+        }
+        if self.plan.simulation == Simulation::Stored {
+            return refuse("stored positions go on with every part; take simulation integer");
+        }
+        let windows = grid.windows(scene.image)?;
+        let exposure = self.exposure(scene, &windows)?;
+        for window in windows {
+            let part = part(scene, window);
+            let (renderer, report) = self.draw(&part, exposure.as_ref())?;
+            take(part.view().origin, renderer, report)?;
+        }
+        Ok(())
+    }
+
+    /// Draws the window of `scene`, exposed as the whole.
+    ///
+    /// # Errors
+    /// As [`Parts::draw_all`].
+    pub fn draw_window(&mut self, scene: &Scene) -> Result<(&Renderer, FrameReport)> {
+        let exposure = if scene.camera.window == WHOLE {
+            None
+        } else {
+            let windows = Grid::like(scene.camera.window).windows(scene.image)?;
+            self.exposure(scene, &windows)?
+        };
+        let (renderer, report) = self.draw(scene, exposure.as_ref())?;
+        Ok((renderer, report))
+    }
+
+    /// The sums of log luminance of the whole picture, in the whole's order, if an exposure is to be derived.
+    fn exposure(&mut self, scene: &Scene, windows: &[[f64; 4]]) -> Result<Option<Vec<f32>>> {
+        if !self.plan.log_average || windows.len() < 2 {
+            return Ok(None);
+        }
+        let tiles_of = |size: u32, edge: u32| size.div_ceil(edge) as usize;
+        let whole_across = tiles_of(scene.image.width, TILE.0);
+        let mut sums = match self.plan.primitive {
+            Primitive::Tile => vec![0.0; whole_across * tiles_of(scene.image.height, TILE.1)],
+            _ => Vec::new(),
+        };
+        for window in windows {
+            let part = part(scene, *window);
+            let view = part.view();
+            let (renderer, _) = self.draw(&part, None)?;
+            let found = renderer.read_log_sums()?;
+            if self.plan.primitive != Primitive::Tile {
+                sums.extend(found);
+                continue;
+            }
+            // Of the tiles around the part's own no pixel is drawn: they add 0.
+            let (first, end) = tiles::of_view(&view);
+            let [column, row] = first.map(|tile| tile as usize);
+            for (number, found) in found.chunks_exact((end[0] - first[0]) as usize).enumerate() {
+                let at = (row + number) * whole_across + column;
+                sums[at..at + found.len()].iter_mut().zip(found).for_each(|(sum, log)| *sum += log);
+            }
+        }
+        Ok(Some(sums))
+    }
+
+    /// Makes the renderer that draws the window of `scene`, so that its first picture need not wait for it.
+    ///
+    /// # Errors
+    /// Those of [`Renderer::new`].
+    pub fn prepare(&mut self, scene: &Scene) -> Result<()> {
+        let made = self.take_renderer(scene)?;
+        self.renderer = Some(made);
+        Ok(())
+    }
+
+    fn take_renderer(&mut self, scene: &Scene) -> Result<(PartSize, Renderer)> {
+        let size = (scene.picture_size(), lattice_of(scene));
+        // One at a time: two might not fit beside each other.
+        let kept = self.renderer.take().filter(|(kept, _)| *kept == size);
+        Ok(match kept {
+            Some(kept) => kept,
+            None => (size, Renderer::new(self.device, scene, self.environment, self.plan)?),
+        })
+    }
+
+    fn draw(
+        &mut self,
+        scene: &Scene,
+        exposure: Option<&Vec<f32>>,
+    ) -> Result<(&Renderer, FrameReport)> {
+        let (size, mut renderer) = self.take_renderer(scene)?;
+        let pixels = scene.image.width as f32 * scene.image.height as f32;
+        renderer.whole_sums = exposure.map(|sums| (final_sums(sums), pixels));
+        renderer.submit(scene)?;
+        let report = renderer.finish()?;
+        let (_, renderer) = self.renderer.insert((size, renderer));
+        Ok((renderer, report))
+    }
+}
+
+/// The scene with another window.
+fn part(scene: &Scene, window: [f64; 4]) -> Scene {
+    let mut part = scene.clone();
+    part.camera.window = window;
+    part
+}
+
+/// Copies a part's pixels, rows of `width` of them, to their place in the whole picture.
+pub fn place<T: Copy>(
+    whole: &mut [T],
+    whole_width: u32,
+    [column, row]: [u32; 2],
+    part: &[T],
+    width: u32,
+) {
+    for (number, pixels) in part.chunks_exact(width as usize).enumerate() {
+        let at = (row as usize + number) * whole_width as usize + column as usize;
+        whole[at..at + pixels.len()].copy_from_slice(pixels);
+    }
+}
+
+/// A picture of this size to put parts into.
+pub fn empty_picture(image: ImageSize) -> Picture {
+    let ImageSize { width, height } = image;
+    let pixels = vec![glam::Vec3::ZERO; width as usize * height as usize];
+    Picture { width, height, pixels }
+}
