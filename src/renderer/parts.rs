@@ -75,6 +75,9 @@ pub struct Parts<'a> {
     renderer: Option<(PartSize, Renderer)>,
 }
 
+/// Called with the place of a part's first pixel, a renderer that has drawn it, and its report.
+pub type Take<'t> = dyn FnMut([u32; 2], &Renderer, FrameReport) -> Result<()> + 't;
+
 type PartSize = ((u32, u32), [u32; 2]);
 
 impl<'a> Parts<'a> {
@@ -89,12 +92,7 @@ impl<'a> Parts<'a> {
     /// # Errors
     /// [`Error::Scene`] if the scene has a window of its own, or if the plan's positions come from the frame before;
     /// those of [`Grid::windows`], [`Renderer::new`], [`Renderer::submit`], and of `take`.
-    pub fn draw_all(
-        &mut self,
-        scene: &Scene,
-        grid: Grid,
-        take: &mut dyn FnMut([u32; 2], &Renderer, FrameReport) -> Result<()>,
-    ) -> Result<()> {
+    pub fn draw_all(&mut self, scene: &Scene, grid: Grid, take: &mut Take<'_>) -> Result<()> {
         let refuse =
             |problem: &str| Err(Error::Scene { place: "tiles".into(), problem: problem.into() });
         if scene.camera.window != WHOLE {
