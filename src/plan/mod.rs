@@ -112,7 +112,7 @@ impl Default for Light {
 /// [`Error::Scene`] for a combination of models that makes no sense, with the reason; for a key of the scene
 /// that no preset draws.
 pub fn plan(scene: &Scene, environment: &Environment, output: Output) -> Result<FramePlan> {
-    let chosen = choose(scene, environment, &Costs::default());
+    let chosen = choose(&scene.whole(), environment, &Costs::default());
     plan_by(scene, chosen.as_ref(), output)
 }
 
