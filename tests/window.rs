@@ -29,7 +29,7 @@ fn scene(preset: Preset) -> Scene {
     rain.count = 30_000;
     rain.half_extent = DVec3::splat(60.0);
     rain.radius = 0.4;
-    let at = |x, y, z, radius| PlacedDrop { center: DVec3::new(x, y, z), radius };
+    let at = |x, y, z, radius| PlacedDrop::sphere(DVec3::new(x, y, z), radius);
     scene.drops = vec![at(0.7, -0.3, -4.0, 1.0), at(-0.6, 0.9, -3.0, 0.3), at(1.2, 0.2, -0.6, 0.7)];
     scene
 }
