@@ -255,7 +255,8 @@ fn hazard(commands: &[Command]) -> Option<String> {
 /// A barrier behind each copy lets the host see it.
 fn copies_reach_the_host(commands: &[Command]) -> bool {
     let copies = commands.iter().enumerate().filter(|(_, command)| **command == Command::Copy);
-    copies.map(|(at, _)| commands.get(at + 1)).all(|next| {
+    let after = |at: usize| commands[at..].iter().find(|command| **command != Command::Copy);
+    copies.map(|(at, _)| after(at)).all(|next| {
         matches!(next, Some(Command::Barrier((_, from), (stage, to)))
             if from.contains(Access::TRANSFER_WRITE)
                 && stage.contains(Stage::HOST)
