@@ -54,7 +54,8 @@ fn files(folder: &Path) -> Vec<(String, Vec<u8>)> {
 #[track_caller]
 fn error_line(output: &Output) -> String {
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
-    let no_error = ["device: ", "environment ", "warning: compiled pipelines", "note: "];
+    let no_error =
+        ["device: ", "environment ", "warning: compiled pipelines", "warning: the load", "note: "];
     let is_error = |line: &&str| !no_error.iter().any(|start| line.starts_with(start));
     let [line] = said.lines().filter(is_error).collect::<Vec<_>>()[..] else {
         panic!("not one line: {said}")

@@ -250,7 +250,7 @@ impl Times<'_> {
             *file = file.canonicalize().with_context(|| format!("{}", file.display()))?;
         }
         let path = folder.path().join("scene.toml");
-        std::fs::write(&path, toml::to_string(&scene)?).context("no temporary file")?;
+        crate::files::write_whole(&path, toml::to_string(&scene)?.as_bytes())?;
         let listed = devices(self.instance)?;
         let threshold = args.gate.threshold();
         let program = std::env::current_exe().context("this program's file is not known")?;

@@ -122,7 +122,7 @@ mod tests {
     fn tried(text: &str) -> Result<Vec<Report>> {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("result.json");
-        std::fs::write(&path, text).expect("a file");
+        crate::files::write_whole(&path, text.as_bytes()).expect("a file");
         read(&path)
     }
 
