@@ -2,7 +2,7 @@
 //! (`glsl/{compact_counts,compact}.comp`): what preset `paper-compact` adds to the paper's frame. The paper draws
 //! every drop, and five in six of a uniform rain are out of view.
 //!
-//! Order-preserving: the drops are counted in up to [`BLOCKS`] blocks, then each block's are written from the sum
+//! Order-preserving: the drops are counted in up to `BLOCKS` blocks, then each block's are written from the sum
 //! of the counts before it. So blending meets them as it meets the paper's, and the picture is the same to the
 //! byte where a device blends in the order of vertices. An append by atomics would save the first reading and
 //! would make every picture another one.
