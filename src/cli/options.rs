@@ -11,7 +11,7 @@ use crate::gpu::disk_cache::{KeptDevice, user_folder};
 use crate::gpu::{Device, DeviceReport, Instance, Validation, choose_among};
 use crate::measure;
 use crate::measure::costs::{costs, ranked};
-use crate::plan::Choice;
+use crate::plan::{Choice, check_drawable};
 use crate::scene::background::DepthKind;
 use crate::scene::model::{
     DropShape, FarRain, Fresnel, Lookup, Operator, Optics, Order, Preset, Primitive, Reflection,
@@ -388,6 +388,7 @@ pub fn resolve(
     if scene.model.preset != Preset::Auto {
         return Ok(None);
     }
+    check_drawable(scene)?;
     let costs = costs(device, user_folder().as_deref(), say)?;
     let choice = measure::resolve(device, scene, environment, &costs)?;
     if let Some(choice) = &choice {

@@ -11,6 +11,7 @@ pub use auto::{Choice, Prospect, choose, keep, pick, prospects};
 pub use costs::Costs;
 pub use demand::{Demand, SizeClass, contrast};
 pub use errors::{ERRORS, GLINT_RADII_PX, GLINTS, RADII_PX};
+pub use undrawn::check_drawable;
 
 use serde::{Deserialize, Serialize};
 
@@ -121,21 +122,7 @@ pub fn plan(scene: &Scene, environment: &Environment, output: Output) -> Result<
 /// # Errors
 /// As [`plan`].
 pub fn plan_by(scene: &Scene, chosen: Option<&Choice>, output: Output) -> Result<FramePlan> {
-    if let Some(rain) = scene.real_rain() {
-        return Err(Error::Scene {
-            place: "rain".into(),
-            problem: format!(
-                "rate = {}: real rain is not drawn yet; `raindrops rain` has its figures",
-                rain.rate
-            ),
-        });
-    }
-    if let Some((key, what)) = undrawn::undrawn(scene) {
-        return Err(Error::Scene {
-            place: key,
-            problem: format!("no preset draws {what}; `raindrops reference` does"),
-        });
-    }
+    check_drawable(scene)?;
     let choice = &scene.model;
     let refuse = |problem: String| Err(Error::Scene { place: "model".into(), problem });
     let (optics, samples) = match (choice.preset, chosen) {

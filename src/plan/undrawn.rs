@@ -2,9 +2,28 @@
 
 use crate::scene::Scene;
 use crate::scene::model::DropShape;
+use crate::{Error, Result};
+
+/// Whether the renderer can follow every key of `scene`.
+///
+/// # Errors
+/// [`Error::Scene`] with the first key that no preset draws, and the command that can.
+pub fn check_drawable(scene: &Scene) -> Result<()> {
+    let refuse = |place: String, problem: String| Err(Error::Scene { place, problem });
+    if let Some(rain) = scene.real_rain() {
+        let problem = "real rain is not drawn yet; `raindrops rain` has its figures";
+        return refuse("rain".into(), format!("rate = {}: {problem}", rain.rate));
+    }
+    match undrawn(scene) {
+        Some((key, what)) => {
+            refuse(key, format!("no preset draws {what}; `raindrops reference` does"))
+        }
+        None => Ok(()),
+    }
+}
 
 /// The first key that the renderer cannot follow, and what it would have to draw.
-pub(super) fn undrawn(scene: &Scene) -> Option<(String, &'static str)> {
+fn undrawn(scene: &Scene) -> Option<(String, &'static str)> {
     let camera = &scene.camera;
     let of_drop = scene.drops.iter().zip(1..).find_map(|(drop, number)| {
         let key = |key: &str| format!("drop {number}: {key}");

@@ -41,7 +41,7 @@ models! {
         Fast = "fast",
         /// Truest on the GPU: rays through every pixel, the closed form, exact order.
         Exact = "exact",
-        /// What the scene requires: within the error that is accepted, or the paper's time.
+        /// What the scene requires: within the error that is accepted, or within a frame's time and never less true than `fast`.
         Auto = "auto",
         /// `paper`, but only the drops in view are drawn: the same pictures without a vertex for each of the others.
         PaperCompact = "paper-compact",
