@@ -94,7 +94,6 @@ fn what_no_preset_draws_is_said_with_the_command_that_does() {
     for (text, key) in [
         (format!("{drop}axis_ratio = 0.9"), "drop 1: axis_ratio"),
         (format!("{drop}shape = \"equilibrium\""), "drop 1: shape"),
-        (format!("{drop}velocity = [0, -9, 0]"), "drop 1: velocity"),
         ("[camera]\nshutter = 0.01".into(), "camera: shutter"),
         ("[camera]\nshutter_angle = 90.0".into(), "camera: shutter"),
         ("[camera]\naperture = 0.01".into(), "camera: aperture"),
@@ -111,7 +110,7 @@ fn what_no_preset_draws_is_said_with_the_command_that_does() {
     }
     // And what comes to the usual is drawn.
     for text in [
-        format!("{drop}axis_ratio = 1\nvelocity = [0, 0, 0]"),
+        format!("{drop}axis_ratio = 1\nvelocity = [0, -9, 0]"),
         format!("{drop}shape = \"sphere\""),
         "[camera]\nshutter = 0.0\naperture = 0.0\nfocus = 2.0".into(),
         "[water]\nindex = [1.33, 1.33, 1.33]\noutside = 1".into(),

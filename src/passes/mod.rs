@@ -11,6 +11,7 @@ pub mod glints;
 pub mod mask;
 #[cfg(feature = "view")]
 pub mod overlay;
+mod placed;
 #[cfg(feature = "view")]
 pub mod present;
 pub mod radial;

@@ -19,9 +19,9 @@ use crate::gpu::{
     shaders,
 };
 use crate::passes::frame::FrameBuffer;
-use crate::rain::cull::split;
+use crate::passes::placed::PlacedDrops;
+use crate::scene::Scene;
 use crate::scene::model::Simulation;
-use crate::scene::{PlacedDrop, Scene};
 
 /// Most drops drawn as quads because they are larger than a point may be, fewer where a binding holds
 /// fewer; those beyond it are counted and reported, not drawn. Each covers over 65,000 pixels, so no frame
@@ -36,15 +36,6 @@ const GROUP: u32 = 256;
 const ORDER_GROUPS: u32 = 16;
 /// Words of the shader's `Counters`.
 const COUNTERS: usize = 68;
-
-/// The hand-placed drops as the shaders' `Placed`: centre in float32 and radius, what float32 lost.
-pub(super) fn placed_records(scene: &Scene) -> Vec<[f32; 4]> {
-    let record = |drop: &PlacedDrop| {
-        let [high, low] = split(drop.center);
-        [high.extend(drop.radius as f32).into(), low.extend(0.0).into()]
-    };
-    scene.drops.iter().flat_map(record).collect()
-}
 
 /// What the simulation counted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -89,8 +80,8 @@ pub struct Simulate {
     pipeline: ComputePipeline,
     order_bindings: Bindings,
     order_pipeline: ComputePipeline,
+    placed: PlacedDrops,
     // Bound, never touched from here.
-    _placed: Buffer,
     _stored: Buffer,
     _large: Buffer,
     _large_index: Buffer,
@@ -135,7 +126,7 @@ impl Simulate {
         )?;
         let arguments = make("large drops' draw", 16, storage | Usage::INDIRECT_BUFFER)?;
         let counters = Self::counters(device)?;
-        let placed = Buffer::upload(device, "placed drops", &placed_records(scene), storage)?;
+        let placed = PlacedDrops::new(device, scene)?;
 
         let chunks = count.div_ceil(chunk).max(1);
         let slots = [
@@ -157,7 +148,7 @@ impl Simulate {
             let resources = [
                 Resource::Buffer(&frame.buffer),
                 Resource::Range(&drops, offset, part(&drops)),
-                Resource::Buffer(&placed),
+                Resource::Buffer(&placed.buffer),
                 Resource::Range(&stored, stored_offset, stored_range),
                 Resource::Buffer(&large),
                 Resource::Buffer(&large_index),
@@ -205,7 +196,7 @@ impl Simulate {
             pipeline,
             order_bindings,
             order_pipeline,
-            _placed: placed,
+            placed,
             _stored: stored,
             _large: large,
             _large_index: large_index,
@@ -223,8 +214,9 @@ impl Simulate {
         firsts.map(|first| self.chunk.min(self.count - first)).collect()
     }
 
-    /// Records the counters' reset; a barrier to compute must follow.
-    pub fn record_reset(&self, device: &Device, commands: vk::CommandBuffer) {
+    /// Records the counters' reset and the placed drops' places; a barrier to compute must follow.
+    pub fn record_reset(&self, device: &Device, commands: vk::CommandBuffer, scene: &Scene) {
+        self.placed.record(device, commands, scene);
         // SAFETY: the command buffer is recorded outside of rendering.
         unsafe {
             device.raw().cmd_fill_buffer(commands, self.counters.raw(), 0, vk::WHOLE_SIZE, 0);

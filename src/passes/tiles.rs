@@ -24,7 +24,8 @@ use ash::vk;
 use super::appearance::Appearance;
 use super::frame::FrameBuffer;
 use super::light_constants;
-use super::simulate::{Simulate, placed_records};
+use super::placed::PlacedDrops;
+use super::simulate::Simulate;
 use crate::gpu::{
     Binding, Bindings, Buffer, ComputePipeline, Device, Memory, Resource, Texel, Texels, Use,
     memory_barrier, shaders,
@@ -174,7 +175,8 @@ pub struct Tiles {
     large: ComputePipeline,
     big: ComputePipeline,
     blocks: ComputePipeline,
-    _held: [Buffer; 2],
+    placed: PlacedDrops,
+    _held: Buffer,
 }
 
 /// Views of what passes read a texel at a time.
@@ -323,7 +325,7 @@ impl Tiles {
             make("big drops", 8, blocks / TILES_OF_BIG + 1, storage)?,
             make("blocks", 8, blocks, storage)?,
         ];
-        let placed = Buffer::upload(device, "placed drops", &placed_records(scene), storage)?;
+        let placed = PlacedDrops::new(device, scene)?;
         let in_view = make("clusters in view", 16, clusters.count().into(), storage)?;
         let counters = Simulate::counters(device)?;
 
@@ -346,7 +348,10 @@ impl Tiles {
         let buffer = |buffer| (Binding::STORAGE_BUFFER, Resource::Buffer(buffer));
         let slots: Vec<_> = std::iter::once(uniform)
             .chain(
-                shared.iter().chain([&appearance.table, &placed, &counters, &in_view]).map(buffer),
+                shared
+                    .iter()
+                    .chain([&appearance.table, &placed.buffer, &counters, &in_view])
+                    .map(buffer),
             )
             .chain(views.map(|view| (Binding::UNIFORM_TEXEL_BUFFER, Resource::Texels(view))))
             .collect();
@@ -379,7 +384,8 @@ impl Tiles {
             constants,
             texels,
             bindings,
-            _held: [placed, in_view],
+            placed,
+            _held: in_view,
         })
     }
 
@@ -388,8 +394,10 @@ impl Tiles {
         &self.shared[TOTALS]
     }
 
-    /// Records the reset of what is counted and linked; a barrier to compute must follow.
-    pub fn record_reset(&self, device: &Device, commands: vk::CommandBuffer) {
+    /// Records the reset of what is counted and linked, and the placed drops' places; a barrier to compute must
+    /// follow.
+    pub fn record_reset(&self, device: &Device, commands: vk::CommandBuffer, scene: &Scene) {
+        self.placed.record(device, commands, scene);
         for (buffer, value) in [(&self.counters, 0), (&self.shared[HEADS], END)] {
             let raw = buffer.raw();
             // SAFETY: the command buffer is recorded outside of rendering.

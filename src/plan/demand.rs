@@ -60,7 +60,7 @@ impl Demand {
 
     fn add_placed(&mut self, scene: &Scene, view: &View, near_radii: f64) {
         for drop in &scene.drops {
-            let v = drop.center - view.position;
+            let v = drop.center_at(scene.time) - view.position;
             let (x, y, z) = (v.dot(view.right), v.dot(view.up), -v.dot(view.back));
             let distance = v.length();
             let reach = |edge: u32| 0.5 * f64::from(edge) / view.focal_px * z + 2.0 * drop.radius;

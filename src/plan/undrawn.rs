@@ -31,8 +31,6 @@ fn undrawn(scene: &Scene) -> Option<(String, &'static str)> {
             Some((key("axis_ratio"), "a drop that is no sphere"))
         } else if drop.shape.is_some_and(|shape| shape != DropShape::Sphere) {
             Some((key("shape"), "a drop that is no sphere"))
-        } else if drop.velocity != glam::DVec3::ZERO {
-            Some((key("velocity"), "a placed drop in motion"))
         } else {
             None
         }

@@ -106,7 +106,7 @@ pub fn sightings(scene: &Scene) -> impl Iterator<Item = (Vec3, f32, Sighting)> {
     let placed = scene
         .drops
         .iter()
-        .map(move |drop| (sight.relative_placed(drop.center), drop.radius as f32));
+        .map(move |drop| (sight.relative_placed(drop.center_at(scene.time)), drop.radius as f32));
     random.chain(placed).map(move |(relative, radius)| {
         let center = sight.view_space(relative);
         (center, radius, sight.sighting(center, radius))

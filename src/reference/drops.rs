@@ -85,7 +85,7 @@ pub fn of_scene(scene: &Scene) -> Drops {
     }
     for placed in &scene.drops {
         let motion = placed.velocity * exposed;
-        let center = placed.center - camera.position + placed.velocity * scene.time;
+        let center = placed.center_at(scene.time) - camera.position;
         let shape = shape_of(placed, scene);
         let population = Population { shape, motion, half_extent: None };
         if drops.populations.last() != Some(&population) {

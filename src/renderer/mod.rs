@@ -293,11 +293,11 @@ impl Renderer {
         self.frame.record(device, commands, &frame);
         match &mut self.drawing {
             Drawing::Points(points) => {
-                points.record_reset(device, commands);
+                points.record_reset(device, commands, scene);
                 points.record(device, commands, time);
             }
             Drawing::Tiled(tiled) => {
-                tiled.record_reset(device, commands);
+                tiled.record_reset(device, commands, scene);
                 tiled.record(device, commands, time, &frame);
             }
         }

@@ -109,9 +109,9 @@ impl Points {
         self.rain.as_ref().and_then(|rain| rain.drops.table_ms)
     }
 
-    pub fn record_reset(&self, device: &Device, commands: vk::CommandBuffer) {
+    pub fn record_reset(&self, device: &Device, commands: vk::CommandBuffer, scene: &Scene) {
         if let Some(rain) = &self.rain {
-            rain.simulate.record_reset(device, commands);
+            rain.simulate.record_reset(device, commands, scene);
         }
     }
 

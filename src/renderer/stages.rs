@@ -90,7 +90,7 @@ impl Stages {
             Commands::once(device, "stage", |commands| {
                 let copied = [Use::TransferRead, Use::TransferWrite];
                 memory_barrier(device, commands, &copied, &copied);
-                simulate.record_reset(device, commands);
+                simulate.record_reset(device, commands, scene);
                 frame.record(device, commands, &constants);
                 let read = [Use::Uniform, Use::ComputeWrite];
                 memory_barrier(device, commands, &[Use::TransferWrite], &read);

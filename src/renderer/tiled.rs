@@ -77,8 +77,8 @@ impl Tiled {
         })
     }
 
-    pub fn record_reset(&self, device: &Device, commands: vk::CommandBuffer) {
-        self.tiles.record_reset(device, commands);
+    pub fn record_reset(&self, device: &Device, commands: vk::CommandBuffer, scene: &Scene) {
+        self.tiles.record_reset(device, commands, scene);
     }
 
     /// From the frame's constants to the radiance buffer.

@@ -156,6 +156,11 @@ impl PlacedDrop {
     pub fn sphere(center: DVec3, radius: f64) -> Self {
         Self { center, radius, ..Self::default() }
     }
+
+    /// Its centre at a time in seconds.
+    pub fn center_at(&self, time: f64) -> DVec3 {
+        self.center + self.velocity * time
+    }
 }
 
 impl Default for PlacedDrop {

@@ -168,6 +168,9 @@ fn drops(scene: &Scene) -> Result<(), String> {
         check(drop.velocity.is_finite(), || {
             format!("drop {}: velocity must be finite", number + 1)
         })?;
+        check(drop.center_at(scene.time).is_finite(), || {
+            format!("drop {}: at time {} it is beyond all numbers", number + 1, scene.time)
+        })?;
     }
     Ok(())
 }

@@ -122,7 +122,8 @@ pub fn visit(scene: &mut Scene) -> bool {
         center.dot(forward) > 0.866 * center.length() && center.length() > 1.5 * radius
     };
     let nowhere = (DVec3::INFINITY, 0.0);
-    let placed = scene.drops.iter().map(|drop| (drop.center - camera.position, drop.radius));
+    let placed =
+        scene.drops.iter().map(|drop| (drop.center_at(scene.time) - camera.position, drop.radius));
     let mut nearest = placed.filter(|drop| in_front(*drop)).fold(nowhere, nearer);
     if let Some(rain) = scene.rain() {
         use rayon::iter::{IntoParallelIterator as _, ParallelIterator as _};
