@@ -2,7 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_KHR_shader_subgroup_arithmetic : require
 // Where the clusters of each bin begin when they are sorted: sums of the counts before; one subgroup, an
-// invocation a bin. See src/passes/tiles.rs.
+// invocation a bin. CELLS: drops were counted, and fill up clusters. See src/passes/tiles.rs.
 #include "frame.glsl"
 #include "tile_buffers.glsl"
 #include "clusters.glsl"
@@ -14,12 +14,21 @@ void main() {
     uint together = subgroupAdd(1u), mine = subgroupExclusiveAdd(1u), bins = BANDS * REGIONS, sum = 0u;
     for (uint first = 0u; first < bins; first += together) {
         uint bin = first + mine, count = bin < bins ? totals.bin_counts[bin] : 0u;
+#ifdef CELLS
+        count = (count + CLUSTER - 1u) / CLUSTER;
+#endif
         uint start = sum + subgroupExclusiveAdd(count);
         if (bin < bins) totals.bin_starts[bin] = start;
         sum += subgroupAdd(count);
     }
     if (subgroupElect()) {
-        totals.bin_starts[bins] = totals.in_view;
-        totals.sort_groups.x = max((totals.in_view + 63u) / 64u, 1u);
+        uint found = totals.in_view;
+#ifdef CELLS
+        // One invocation a cell, and one a bin, which may be more.
+        found = max(min(totals.cells_in_view, MOST_CELLS), bins);
+        totals.in_view = min(sum, CLUSTERS);
+#endif
+        totals.bin_starts[bins] = sum;
+        totals.sort_groups.x = max((found + 63u) / 64u, 1u);
     }
 }

@@ -7,6 +7,7 @@
 #include "projection.glsl"
 #include "tile_buffers.glsl"
 #include "clusters.glsl"
+#include "view_volume.glsl"
 
 layout(local_size_x = 64) in;
 
@@ -21,26 +22,9 @@ bool in_view(uvec3 low, uvec3 edges, out vec3 middle) {
     vec3 center = 0.5 * (from + to), half_size = 0.5 * (to - from);
     // Rounding must not lose a drop that `sighting` would show.
     float reach = frame.units.w * 1.001 + 1e-5 * length(frame.extent.xyz);
-    vec3 planes[5] = vec3[5](
-        frame.frustum_x.z * frame.right.xyz + frame.frustum_x.w * frame.back.xyz,
-        -frame.frustum_x.x * frame.right.xyz + frame.frustum_x.y * frame.back.xyz,
-        frame.frustum_y.x * frame.up.xyz + frame.frustum_y.y * frame.back.xyz,
-        -frame.frustum_y.z * frame.up.xyz + frame.frustum_y.w * frame.back.xyz,
-        frame.back.xyz);
-    bool result = true;
-    for (uint i = 0u; i < 5u; ++i) {
-        result = result && dot(planes[i], center) - dot(abs(planes[i]), half_size) <= reach;
-    }
+    bool result = meets_view(center, half_size, reach);
     middle = mix(center, -sign(frame.back.xyz) * half_size, straddles);
     return result;
-}
-
-// The region where a point is seen, or nearest to it.
-uint region_at(vec2 across, float depth) {
-    vec2 pixel = pixel_of(across * (frame.image.z / max(depth, frame.units.w)));
-    vec2 first = vec2(frame.window.xy), last = vec2(frame.window.xy + frame.window.zw - 1u);
-    uvec2 tile = uvec2(clamp(pixel, first, last)) / TILE, region = (tile - first_tile()) / region_tiles();
-    return region.y * REGIONS_ACROSS + region.x;
 }
 
 void main() {
@@ -63,7 +47,7 @@ void main() {
         // Bands have equal volumes in any pixel's view.
         float share = clamp(depth / dot(abs(frame.back.xyz), frame.extent.xyz), 0.0, 1.0);
         band -= min(uint(pow(share, 3.0) * float(BANDS)), BANDS - 1u);
-        region = region_at(vec2(dot(frame.right.xyz, middle), -dot(frame.up.xyz, middle)), depth);
+        region = region_at(middle, depth, frame.units.w);
     }
     uvec4 seen_here = subgroupBallot(seen);
     uint number = 0u;

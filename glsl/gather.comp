@@ -25,12 +25,17 @@ void main() {
         + group * CLUSTERS_A_GROUP + gl_LocalInvocationID.x / CLUSTER;
     if (place >= totals.bin_starts[(push.band + 1u) * REGIONS]) return;
     uint in_cluster = gl_LocalInvocationID.x % CLUSTER;
+#ifdef CELLS
+    if (place >= CLUSTERS) return;
+    uint index = drop_order[place * CLUSTER + in_cluster];
+#else
     uint index = drop_order[clusters_in_view[place] * CLUSTER + in_cluster];
+#endif
     bool is_drop = index != NO_DROP;
     Drop drop = drop_of(is_drop ? index : 0u);
     float distance2;
     uint what = sighting(drop.view, drop.radius, distance2);
-    if (!is_drop) what = OUT_OF_VIEW;
+    if (!is_drop || !is_shown(index, drop, distance2)) what = OUT_OF_VIEW;
 
     Outline o = outline_of(drop, distance2);
     vec2 half_sides = box_of_equal_area(o.box, o.radius);

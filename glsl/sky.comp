@@ -1,11 +1,28 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// The environment behind the drops of tiles; one invocation a pixel. See
+// The environment behind the drops of tiles, CELLS: through far rain; one invocation a pixel. See
 // src/passes/composite.rs.
 #include "frame.glsl"
 #include "projection.glsl"
 #include "environment.glsl"
 #include "tile_buffers.glsl"
+#ifdef CELLS
+#include "octahedron.glsl"
+#include "shared_exponent.glsl"
+#include "appearance.glsl"
+#include "rain_field.glsl"
+
+layout(constant_id = 19) const uint GLINTS = 0; // as in composite.comp
+layout(std430, set = 0, binding = 16) readonly buffer SplatTable { uvec4 splat_table[]; };
+
+// Mean light of a far drop, its glints included: those of a disc of one pixel's radius, over its area.
+vec3 far_light_of(uint texel) {
+    if (GLINTS == 0u) return unpack_radiance(pictures[picture_word(texel, 1u)]);
+    uvec4 splat = splat_table[texel];
+    return unpack_radiance(splat.x) + (unpack_radiance(splat.z) + unpack_radiance(splat.w)) / 3.14159265;
+}
+#include "medium.glsl"
+#endif
 
 layout(local_size_x = 16, local_size_y = 4) in;
 
@@ -32,7 +49,11 @@ void main() {
     for (uint i = 0u; i < edge * edge; ++i) {
         vec3 ray = ray_through(vec2(place + first_tile() * TILE) + share * (vec2(i % edge, i / edge) + 0.5));
         float far = length(ray);
-        c += radiance(environment_map, world * ray / far, share * sqrt(focal / far) / far);
+        vec3 behind = radiance(environment_map, world * ray / far, share * sqrt(focal / far) / far);
+#ifdef CELLS
+        if (field.medium.w > 0.0) behind = through_medium(behind, ray / far, world * ray / far, field.medium.z);
+#endif
+        c += behind;
     }
     c *= share * share;
     sky[tile * PIXELS + in_tile.y * TILE.x + in_tile.x] = uvec2(packHalf2x16(c.rg), packHalf2x16(vec2(c.b, 0.0)));

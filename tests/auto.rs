@@ -284,7 +284,7 @@ fn what_a_scene_asks_is_what_it_shows() {
         scene.rain = Some(RainSettings { count, half_extent, ..RainSettings::default() });
         scene.camera.vertical_fov = fov;
         let demand = Demand::of(&scene, near);
-        let visible = raindrops::rain::cull::count_visible(&scene) as f64;
+        let visible = raindrops::rain::cull::count_visible(&scene).expect("a count") as f64;
         let share: f64 = demand.classes.iter().map(|class| class.share).sum();
         let sky = Environment::constant(Vec3::ONE);
         let tracer =

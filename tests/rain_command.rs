@@ -164,7 +164,7 @@ fn the_command_line_refuses_in_one_line() {
         (&["rain", "--rate", "5", "--diameters", "3"], "give two"),
         (&["rain", "--rate", "5", "--drops", "7"], "do not go together"),
         (&["rain", "--rate", "5", "--cutoff-px", "9"], "not within 0.001 to 1 pixel"),
-        (&["render", "--rate", "5", "-o", picture], "not drawn yet"),
+        (&["render", "--rate", "5", "--preset", "paper", "-o", picture], "take preset fast"),
     ];
     for (arguments, expected) in cases {
         let output = raindrops(arguments);

@@ -2,10 +2,16 @@
 
 const uint DIRECTIONS = 64; // an edge of the map: 2.8° a texel
 
-// Number of the texel that holds unit direction `d`.
-uint direction_texel(vec3 d) {
+// Where a direction is on the map, from -1 to 1.
+vec2 octahedral(vec3 d) {
     vec2 p = d.xy / (abs(d.x) + abs(d.y) + abs(d.z));
     if (d.z < 0.0) p = (1.0 - abs(p.yx)) * vec2(p.x >= 0.0 ? 1.0 : -1.0, p.y >= 0.0 ? 1.0 : -1.0);
+    return p;
+}
+
+// Number of the texel that holds unit direction `d`.
+uint direction_texel(vec3 d) {
+    vec2 p = octahedral(d);
     uvec2 at = uvec2(clamp((0.5 * p + 0.5) * float(DIRECTIONS), 0.0, float(DIRECTIONS) - 1.0));
     return at.y * DIRECTIONS + at.x;
 }

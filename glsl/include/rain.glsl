@@ -1,13 +1,10 @@
 // Where a drop is and whether it is in view; the twin of src/rain/mod.rs and src/rain/cull.rs, bit for bit.
 // `precise` keeps every product and sum apart, so that each rounds as the CPU's does.
 
+#include "pcg4d.glsl"
+
 uvec3 start(uint index) {
-    // pcg4d, Jarzynski and Olano 2020.
-    uvec4 v = uvec4(index, frame.seed.xy, 0x7261696eu) * 1664525u + 1013904223u;
-    v.x += v.y * v.w; v.y += v.z * v.x; v.z += v.x * v.y; v.w += v.y * v.z;
-    v ^= v >> 16u;
-    v.x += v.y * v.w; v.y += v.z * v.x; v.z += v.x * v.y; v.w += v.y * v.z;
-    return v.xyz;
+    return pcg4d(uvec4(index, frame.seed.xy, 0x7261696eu)).xyz;
 }
 
 // Centre relative to the camera along the world's axes.

@@ -22,7 +22,7 @@ layout(constant_id = 7) const uint MAX_BLOCKS = 1;
 layout(constant_id = 8) const uint MAX_LARGES = 1;
 layout(constant_id = 9) const float SPLAT_PX = 1.5; // radius under which a drop is a splat
 layout(constant_id = 10) const float RAYS_PX = 12.0; // radius from which it is drawn by rays
-layout(constant_id = 11) const uint HAS_PLACED = 0;  // 1: some drops are placed by hand
+layout(constant_id = 11) const uint HAS_PLACED = 0;  // 1: some drops are placed by hand; CELLS: 1, drops differ
 layout(constant_id = 12) const uint SAMPLES = 1;     // rays a pixel
 layout(constant_id = 13) const uint BANDS = 1;
 layout(constant_id = 14) const uint REGION_SHIFT = 0; // a region has 32 << this by 16 << this tiles
@@ -47,6 +47,7 @@ layout(std430, set = 0, binding = 3) buffer Totals {
     uint ray_blocks;
     uint disordered;
     uint in_view;                   // clusters
+    uint cells_in_view;
     uint bin_counts[MAX_BINS];      // clusters in view of a band and region: bin band * REGIONS + region
     uint bin_starts[MAX_BINS + 1u]; // their first place, when they are sorted
 } totals;

@@ -12,12 +12,49 @@ struct Drop {
     float radius;
 };
 
+#ifdef CELLS
+#include "cells.glsl"
+
+Drop random_drop(uint index) {
+    Slab slab = field.slabs[field.group_slabs[min(index / (64u * CELLS_GROUP), field.groups.x - 1u)]];
+    ivec3 cell = cell_of(slab, index / 64u - slab.first_group * CELLS_GROUP);
+    vec4 at = drop_in_cell(slab.kind, cell, index % 64u);
+    return Drop(at.xyz, vec3(0.0), at.w);
+}
+
+bool is_by_hand(uint index) {
+    return index >= IS_PLACED;
+}
+
+uint by_hand_number(uint index) {
+    return index & ~IS_PLACED;
+}
+
+bool is_shown(uint index, Drop drop, float distance2) {
+    return is_by_hand(index) || shown_alone(drop.view, drop.radius, distance2);
+}
+#else
+Drop random_drop(uint index) {
+    return Drop(relative_integer(index), vec3(0.0), frame.units.w);
+}
+
+bool is_by_hand(uint index) {
+    return HAS_PLACED != 0u && index >= frame.camera_place.w;
+}
+
+uint by_hand_number(uint index) {
+    return index - frame.camera_place.w;
+}
+
+bool is_shown(uint index, Drop drop, float distance2) {
+    return true;
+}
+#endif
+
 Drop drop_of(uint index) {
-    Drop drop;
-    drop.relative = relative_integer(index);
-    drop.radius = frame.units.w;
-    if (HAS_PLACED != 0u && index >= frame.camera_place.w) {
-        Placed by_hand = placed[index - frame.camera_place.w];
+    Drop drop = random_drop(index);
+    if (is_by_hand(index)) {
+        Placed by_hand = placed[by_hand_number(index)];
         drop.relative = relative_placed(by_hand);
         drop.radius = by_hand.high.w;
     }

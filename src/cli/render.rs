@@ -114,7 +114,11 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<Answer> {
         bar.inc(1);
     }
     bar.finish_and_clear();
-    eprintln!("{}, {} in view", drops(scene.drop_count().into()), report.counts.visible);
+    let all = match scene.real_rain() {
+        Some(rain) => format!("rain of {} mm/h", rain.rate),
+        None => drops(scene.drop_count().into()),
+    };
+    eprintln!("{all}, {} in view", report.counts.visible);
     super::say_undrawn(&report.counts);
     device.instance().expect_silence()?;
     Ok(Answer::Yes)

@@ -147,6 +147,8 @@ impl Composite {
             .chain([plan.log_average, tiles.touch, glints.count > 0].map(u32::from))
             .collect();
         let pipeline = |shader| ComputePipeline::new(device, shader, &bindings, 0, &constants);
+        let sky_shader =
+            if tiles.has_cells() { shaders::SKY_COMP_CELLS } else { shaders::SKY_COMP };
         let composite = if fit { shaders::COMPOSITE_COMP_TEXELS } else { shaders::COMPOSITE_COMP };
         Ok(Self {
             radiance,
@@ -155,7 +157,7 @@ impl Composite {
             tiles: tiles.count,
             groups,
             sky_of: None,
-            sky_pass: pipeline(shaders::SKY_COMP)?,
+            sky_pass: pipeline(sky_shader)?,
             rays: pipeline(shaders::RAYS_COMP)?,
             glints: (glints.count > 0).then(|| pipeline(shaders::GLINTS_COMP)).transpose()?,
             composite: pipeline(composite)?,

@@ -22,6 +22,7 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::appearance::Appearance;
+use super::cells::Cells;
 use super::frame::FrameBuffer;
 use super::light_constants;
 use super::placed::PlacedDrops;
@@ -32,6 +33,7 @@ use crate::gpu::{
 };
 use crate::plan::FramePlan;
 use crate::rain::clusters::{CLUSTER, Clusters};
+use crate::rain::field::Seen;
 use crate::scene::Scene;
 use crate::scene::projection::View;
 use crate::{Error, Result};
@@ -54,6 +56,8 @@ const MAX_BANDS: u32 = 16;
 /// regions at most, as there.
 const REGION: (u32, u32) = (32, 16);
 const MAX_REGIONS: u32 = 256;
+/// Workgroups of a dispatch along an axis, on any device.
+const MOST_GROUPS: u32 = 65_535;
 const MAX_BINS: usize = (MAX_BANDS * MAX_REGIONS) as usize;
 /// Clusters of a workgroup of `clusters`, and stretches of all clusters, as there.
 const CLUSTERS_GROUP: u32 = 64;
@@ -165,7 +169,7 @@ pub struct Tiles {
     pub(super) shared: [Buffer; 8],
     /// Values of its constants.
     pub(super) constants: Vec<u32>,
-    clusters: u32,
+    source: Source,
     bands: u32,
     bindings: Bindings,
     clusters_pass: ComputePipeline,
@@ -179,6 +183,14 @@ pub struct Tiles {
     _held: Buffer,
 }
 
+/// Where drops come from.
+enum Source {
+    /// Drops in a box and placed ones, in so many clusters that never change.
+    Clusters(u32),
+    /// Real rain's cells, and placed drops.
+    Cells(Box<Cells>),
+}
+
 /// Views of what passes read a texel at a time.
 pub(super) struct TileTexels {
     pub nodes: Texels,
@@ -187,6 +199,7 @@ pub(super) struct TileTexels {
 }
 
 /// Where in [`Tiles::shared`] the buffers are that are reset or read by texels.
+const FIELD: usize = 1;
 const TOTALS: usize = 2;
 const NODES: usize = 3;
 const HEADS: usize = 4;
@@ -201,7 +214,7 @@ pub(super) const RAY_GROUPS: u64 = BLOCK_GROUPS + 16;
 pub(super) const DISORDERED_GROUPS: u64 = RAY_GROUPS + 16;
 /// Words of all arguments, of these and the counts that follow, and of the totals, which end with the bins'.
 const GROUPS_WORDS: usize = DISORDERED_GROUPS as usize / 4 + 4;
-const COUNTS_WORDS: usize = GROUPS_WORDS + 6;
+const COUNTS_WORDS: usize = GROUPS_WORDS + 7;
 const TOTALS_WORDS: usize = COUNTS_WORDS + MAX_BINS + MAX_BINS + 1;
 /// Where the counts stand in the totals, in bytes, and how many words of them there are.
 pub(crate) const COUNTS: (u64, usize) = (4 * GROUPS_WORDS as u64, COUNTS_WORDS - GROUPS_WORDS);
@@ -252,10 +265,12 @@ impl Tiles {
         plan: &FramePlan,
     ) -> Result<Self> {
         use vk::BufferUsageFlags as Usage;
+        let storage = Usage::STORAGE_BUFFER;
         let device_limits = &device.report.limits;
         let range = u64::from(device_limits.max_storage_buffer_range);
         let groups = u64::from(device_limits.max_compute_work_group_count[0]);
-        let drops = u64::from(scene.drop_count());
+        let cells = Cells::new(device, scene)?;
+        let drops = cells.as_ref().map_or(scene.drop_count(), |(cells, _)| cells.room[1]).into();
         let within = |what, wanted: u64, limit: u64| {
             let device = device.report.name.clone();
             if wanted > limit { Err(Error::Limit { what, wanted, limit, device }) } else { Ok(()) }
@@ -275,12 +290,28 @@ impl Tiles {
         // tiles; pixels, 8 bytes each, are one binding.
         let most_pixels = (TILE_PIXELS * 64 * groups).min(range / 8);
         within("the image's pixels in tiles", TILE_PIXELS * u64::from(count), most_pixels)?;
-        let a_tile = drops as f64 * SHARE_IN_VIEW * TILES_A_DROP / f64::from(count);
+        let in_view = cells.as_ref().map_or(drops as f64 * SHARE_IN_VIEW, |(cells, _)| cells.drops);
+        let a_tile = in_view * TILES_A_DROP / f64::from(count);
         let bands = ((a_tile / DROPS_A_BAND).ceil() as u32).clamp(1, MAX_BANDS);
-        let clusters = Clusters::new(scene.rain().as_ref(), scene.drops.len() as u32);
+        let has_cells = cells.is_some();
+        let ([clusters, others], sorted, found, source) = match cells {
+            Some((cells, field)) => {
+                let order = 4 * u64::from(CLUSTER) * u64::from(cells.room[0]);
+                let order = Buffer::new(device, "drop order", order, storage, Memory::Device)?;
+                let found = 16 * u64::from(cells.room[1]);
+                (cells.room, [order, field], found, Source::Cells(Box::new(cells)))
+            }
+            None => {
+                let clusters = Clusters::new(scene.rain().as_ref(), scene.drops.len() as u32);
+                let order = Buffer::upload_device(device, "drop order", &clusters.order, storage)?;
+                let boxes = Buffer::upload_device(device, "clusters", &clusters.boxes, storage)?;
+                let (all, random) = (clusters.count(), clusters.boxes.len() as u32);
+                ([all, random], [order, boxes], 16 * u64::from(all), Source::Clusters(all))
+            }
+        };
 
         // A place for each drop of a cluster in view.
-        let of_clusters = u64::from(clusters.count()) * u64::from(CLUSTER);
+        let of_clusters = u64::from(clusters) * u64::from(CLUSTER);
         let (splats, drops_a_block) =
             if plan.splat_px > 0.0 { (of_clusters, DROPS_A_BLOCK) } else { (0, 1) };
         let blocks = (BLOCKS_A_TILE * u64::from(count) + drops / drops_a_block)
@@ -296,7 +327,7 @@ impl Tiles {
             larges: drops.min(range / LARGE_BYTES).min(64 * groups) as u32,
             splat_px: plan.splat_px,
             rays_px: plan.rays_px,
-            has_placed: !scene.drops.is_empty(),
+            has_placed: has_cells || !scene.drops.is_empty(),
             samples: plan.samples,
             bands,
             region_shift: regions.shift,
@@ -304,15 +335,15 @@ impl Tiles {
             regions: regions.count,
         };
 
-        let storage = Usage::STORAGE_BUFFER;
         let cleared = storage | Usage::TRANSFER_DST;
         let by_four = storage | Usage::UNIFORM_TEXEL_BUFFER;
         let make = |name, bytes: u64, count: u64, usage| {
             Buffer::new(device, name, bytes * count, usage, Memory::Device)
         };
+        let [order, boxes] = sorted;
         let shared = [
-            Buffer::upload_device(device, "drop order", &clusters.order, storage)?,
-            Buffer::upload_device(device, "clusters", &clusters.boxes, storage)?,
+            order,
+            boxes,
             make(
                 "totals",
                 4,
@@ -326,7 +357,7 @@ impl Tiles {
             make("blocks", 8, blocks, storage)?,
         ];
         let placed = PlacedDrops::new(device, scene)?;
-        let in_view = make("clusters in view", 16, clusters.count().into(), storage)?;
+        let found = make("clusters in view", 1, found, storage)?;
         let counters = Simulate::counters(device)?;
 
         let (nodes, larges, pictures) = (&shared[NODES], &shared[LARGES], &appearance.table);
@@ -350,7 +381,7 @@ impl Tiles {
             .chain(
                 shared
                     .iter()
-                    .chain([&appearance.table, &placed.buffer, &counters, &in_view])
+                    .chain([&appearance.table, &placed.buffer, &counters, &found])
                     .map(buffer),
             )
             .chain(views.map(|view| (Binding::UNIFORM_TEXEL_BUFFER, Resource::Texels(view))))
@@ -361,8 +392,13 @@ impl Tiles {
         let pipeline = |shader, push_words: u32, constants: &[u32]| {
             ComputePipeline::new(device, shader, &bindings, 4 * push_words, constants)
         };
-        let of_clusters = [clusters.count(), clusters.boxes.len() as u32];
-        let of_clusters: Vec<u32> = constants.iter().copied().chain(of_clusters).collect();
+        let of_clusters: Vec<u32> = constants.iter().copied().chain([clusters, others]).collect();
+        let by = |of_cells, of_clusters| if has_cells { of_cells } else { of_clusters };
+        let find = by(shaders::CELLS_COMP, shaders::CLUSTERS_COMP);
+        let starts = by(shaders::BIN_STARTS_COMP_CELLS, shaders::BIN_STARTS_COMP);
+        let sort = by(shaders::SORT_CLUSTERS_COMP_CELLS, shaders::SORT_CLUSTERS_COMP);
+        let gather = by(shaders::GATHER_COMP_CELLS, shaders::GATHER_COMP);
+        let large = by(shaders::LARGE_COMP_CELLS, shaders::LARGE_COMP);
         let blocks = if fit { shaders::BLOCKS_COMP_TEXELS } else { shaders::BLOCKS_COMP };
         Ok(Self {
             count,
@@ -371,13 +407,13 @@ impl Tiles {
             // Where lists are short, or each word read is dear, it costs more than it saves.
             touch: device.report.is_cpu() && fit && splats > 0 && bands > 1,
             counters,
-            clusters: clusters.count(),
+            source,
             bands,
-            clusters_pass: pipeline(shaders::CLUSTERS_COMP, 0, &of_clusters)?,
-            bin_starts: pipeline(shaders::BIN_STARTS_COMP, 0, &of_clusters)?,
-            sort_clusters: pipeline(shaders::SORT_CLUSTERS_COMP, 0, &of_clusters)?,
-            gather: pipeline(shaders::GATHER_COMP, 1, &of_clusters)?,
-            large: pipeline(shaders::LARGE_COMP, 0, &constants)?,
+            clusters_pass: pipeline(find, 0, &of_clusters)?,
+            bin_starts: pipeline(starts, 0, &of_clusters)?,
+            sort_clusters: pipeline(sort, 0, &of_clusters)?,
+            gather: pipeline(gather, 1, &of_clusters)?,
+            large: pipeline(large, 0, &constants)?,
             big: pipeline(shaders::BIG_COMP, 0, &constants)?,
             blocks: pipeline(blocks, 0, &constants)?,
             shared,
@@ -385,8 +421,13 @@ impl Tiles {
             texels,
             bindings,
             placed,
-            _held: in_view,
+            _held: found,
         })
+    }
+
+    /// Whether drops come from the cells of real rain.
+    pub(super) fn has_cells(&self) -> bool {
+        matches!(self.source, Source::Cells(_))
     }
 
     /// Numbers of workgroups that the passes leave for indirect dispatches.
@@ -394,10 +435,19 @@ impl Tiles {
         &self.shared[TOTALS]
     }
 
-    /// Records the reset of what is counted and linked, and the placed drops' places; a barrier to compute must
-    /// follow.
-    pub fn record_reset(&self, device: &Device, commands: vk::CommandBuffer, scene: &Scene) {
+    /// Records the reset of what is counted and linked, the placed drops' places, and what is `seen` of real rain
+    /// ([`Tiles::seen`]); a barrier to compute must follow.
+    pub fn record_reset(
+        &self,
+        device: &Device,
+        commands: vk::CommandBuffer,
+        scene: &Scene,
+        seen: Option<&Seen>,
+    ) {
         self.placed.record(device, commands, scene);
+        if let (Source::Cells(cells), Some(seen)) = (&self.source, seen) {
+            cells.record(device, commands, &self.shared[FIELD], seen);
+        }
         for (buffer, value) in [(&self.counters, 0), (&self.shared[HEADS], END)] {
             let raw = buffer.raw();
             // SAFETY: the command buffer is recorded outside of rendering.
@@ -416,11 +466,38 @@ impl Tiles {
         unsafe { device.raw().cmd_fill_buffer(commands, self.totals().raw(), first, bins, 0) };
     }
 
-    /// Records which clusters are in view, and their order.
-    pub fn record_clusters(&self, device: &Device, commands: vk::CommandBuffer) {
-        let groups = self.clusters.div_ceil(CLUSTERS_GROUP).next_multiple_of(STRETCHES);
+    /// What of real rain a frame of `scene` shows; none without.
+    ///
+    /// # Errors
+    /// Those of [`Cells::seen`].
+    pub fn seen(&self, scene: &Scene) -> Result<Option<Seen>> {
+        match &self.source {
+            Source::Cells(cells) => Ok(Some(cells.seen(scene)?)),
+            Source::Clusters(_) => Ok(None),
+        }
+    }
+
+    /// Records which clusters are in view, and their order. `seen`: what [`Tiles::seen`] said of the frame.
+    pub fn record_clusters(
+        &self,
+        device: &Device,
+        commands: vk::CommandBuffer,
+        seen: Option<&Seen>,
+    ) {
+        let groups = match (&self.source, seen) {
+            (Source::Cells(cells), Some(seen)) => {
+                // In as many rows as a device with the least of limits needs.
+                let groups = cells.groups(seen);
+                let rows = groups.div_ceil(MOST_GROUPS).max(1);
+                [groups.div_ceil(rows), rows, 1]
+            }
+            (Source::Clusters(clusters), _) => {
+                [clusters.div_ceil(CLUSTERS_GROUP).next_multiple_of(STRETCHES), 1, 1]
+            }
+            (Source::Cells(_), None) => [0; 3],
+        };
         let (bindings, totals) = (&self.bindings, self.totals());
-        self.clusters_pass.dispatch(commands, bindings, 0, &[], [groups, 1, 1]);
+        self.clusters_pass.dispatch(commands, bindings, 0, &[], groups);
         memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::ComputeWrite]);
         self.bin_starts.dispatch(commands, bindings, 0, &[], [1, 1, 1]);
         let after = [Use::ComputeWrite, Use::Indirect];

@@ -9,8 +9,15 @@ use glam::DVec3;
 use crate::environment::Environment;
 use crate::picture::tone_map::{Exposure, display, exposure_of};
 use crate::picture::{Picture, srgb_of_linear};
+use crate::rain::field::frustum_of;
+use crate::rain::medium;
 use crate::scene::camera::View;
+use crate::scene::real_rain::RealRain;
 use crate::scene::{Scene, ToneMap};
+
+/// Of real rain: the smallest drops in pixels that are told apart by size, and how few drops are none.
+const LEAST_RADIUS_PX: f64 = 1e-3;
+const FEWEST: f64 = 0.01;
 
 /// Rays along an edge of the picture.
 const GRID: u32 = 8;
@@ -86,6 +93,9 @@ impl Demand {
     }
 
     fn add_rain(&mut self, scene: &Scene, view: &View, near_radii: f64) {
+        if let Some(rain) = scene.real_rain() {
+            return self.add_real_rain(&rain, scene, view);
+        }
         let Some(rain) = &scene.rain else { return };
         let half = rain.half_extent;
         let density = f64::from(rain.count) / (8.0 * half.x * half.y * half.z);
@@ -130,6 +140,35 @@ impl Demand {
             .sum();
         let volume = solid / rays * self.pixels / (view.focal_px * view.focal_px);
         self.visible += density * volume;
+    }
+}
+
+impl Demand {
+    /// Real rain's drops that are shown by themselves, an octave of radius after the other. They take so little
+    /// of the picture that none hides another.
+    fn add_real_rain(&mut self, rain: &RealRain, scene: &Scene, view: &View) {
+        let (law, frustum) = (rain.law(), frustum_of(view, rain.extent));
+        let (cutoff_px, _) = medium::cutoff(&law, &frustum, &scene.model);
+        let part = self.pixels / (frustum.width * frustum.height);
+        let above = |radius_px: f64| part * frustum.drops_above(&law, radius_px);
+        self.visible += above(cutoff_px);
+        // As many again come along in the cells.
+        self.drops += 2.0 * above(cutoff_px);
+        let mut from = cutoff_px.max(LEAST_RADIUS_PX);
+        while above(from) > FEWEST {
+            let drops = above(from) - above(2.0 * from);
+            let radius_px = std::f64::consts::SQRT_2 * from;
+            let pixels = drops * std::f64::consts::PI * radius_px * radius_px;
+            let share = pixels / self.pixels;
+            self.classes.push(SizeClass {
+                radius_px,
+                is_near: false,
+                share,
+                weight: share,
+                pixels,
+            });
+            from *= 2.0;
+        }
     }
 }
 

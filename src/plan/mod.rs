@@ -16,10 +16,14 @@ pub use undrawn::check_drawable;
 use serde::{Deserialize, Serialize};
 
 use crate::environment::Environment;
+use crate::rain::field::frustum_of;
+use crate::rain::medium;
 use crate::scene::Scene;
 use crate::scene::model::{
-    Fresnel, Lookup, Operator, Optics, Order, Preset, Primitive, Reflection, Simulation, Weights,
+    FarRain, Fresnel, Lookup, Operator, Optics, Order, Preset, Primitive, Reflection, Simulation,
+    Weights,
 };
+use crate::scene::real_rain::RealRain;
 use crate::{Error, Result};
 
 /// Nearer than so many radii a drop does not look as from afar: its directions are off by over 1.4°.
@@ -155,6 +159,13 @@ pub fn plan_by(scene: &Scene, chosen: Option<&Choice>, output: Output) -> Result
     if is_tile && !on_tiles {
         return refuse(format!("optics {optics} is drawn as point or quad, not as tile"));
     }
+    if let (false, Some(rain)) = (is_tile, scene.real_rain()) {
+        return refuse(format!(
+            "rain.rate = {} makes drops of many sizes, which are drawn as tile, not as {primitive}; take preset \
+             fast, exact or auto",
+            rain.rate
+        ));
+    }
     let order = choice.order.unwrap_or(if is_tile { Order::Sorted } else { Order::Unsorted });
     if is_tile != (order == Order::Sorted) {
         return refuse(if is_tile {
@@ -217,6 +228,24 @@ pub fn plan_by(scene: &Scene, chosen: Option<&Choice>, output: Output) -> Result
     Ok(FramePlan { passes: passes(scene, &plan), ..plan })
 }
 
+/// What is passed over, what stands behind, and how many drops there are.
+fn of_real_rain(scene: &Scene, rain: &RealRain) -> (String, String, String) {
+    let (law, frustum) = (rain.law(), frustum_of(&scene.view(), rain.extent));
+    let (cutoff_px, why) = medium::cutoff(&law, &frustum, &scene.model);
+    let drops = format!("some {:.0} drops", frustum.drops_above(&law, cutoff_px));
+    let skipped = "cells of the rain out of view, or too far for any of their drops to be seen, are passed over";
+    let alone = format!("drops of over {cutoff_px:.3} px of radius are shown one by one ({why})");
+    let far = match scene.model.far_rain {
+        Some(FarRain::None) => "the others are left out".to_string(),
+        _ if cutoff_px == 0.0 => "none is left".to_string(),
+        _ => {
+            let from = medium::starts(&law, frustum.focal_px, cutoff_px);
+            format!("the others are a medium, from {from:.0} m on all")
+        }
+    };
+    (format!("{skipped}: {alone}"), format!("the environment behind the drops: {far}"), drops)
+}
+
 fn passes(scene: &Scene, plan: &FramePlan) -> Vec<(&'static str, String)> {
     let mut passes: Vec<(&'static str, String)> = Vec::new();
     let count = scene.drop_count();
@@ -239,18 +268,23 @@ fn passes(scene: &Scene, plan: &FramePlan) -> Vec<(&'static str, String)> {
         }
         Primitive::Tile => {
             let (splat_px, rays_px, optics) = (plan.splat_px, plan.rays_px, plan.optics);
-            passes.push(("clusters", "whole clusters of drops out of view are passed over".into()));
-            passes
-                .push(("sky", "the environment behind the drops, when the view has moved".into()));
+            let (skipped, behind, drops) = match scene.real_rain() {
+                Some(rain) => of_real_rain(scene, &rain),
+                None => (
+                    "whole clusters of drops out of view are passed over".into(),
+                    "the environment behind the drops, when the view has moved".into(),
+                    format!("{count} drops"),
+                ),
+            };
+            passes.push(("clusters", skipped));
+            passes.push(("sky", behind));
             let splats = if splat_px > 0.0 {
                 format!("; those under {splat_px} px of radius get one colour")
             } else {
                 String::new()
             };
-            passes.push((
-                "gather",
-                format!("of {count} drops those in the clusters in view move{splats}"),
-            ));
+            passes
+                .push(("gather", format!("of {drops} those in the clusters in view move{splats}")));
             passes.push(("large", "the others' coverage and pictures, tile by tile".into()));
             passes.push(("rays", format!("radius over {rays_px} px, or near: closed form")));
             passes.push(("composite", format!("drops by {optics} over the sky, front to back")));

@@ -10,10 +10,6 @@ use crate::{Error, Result};
 /// [`Error::Scene`] with the first key that no preset draws, and the command that can.
 pub fn check_drawable(scene: &Scene) -> Result<()> {
     let refuse = |place: String, problem: String| Err(Error::Scene { place, problem });
-    if let Some(rain) = scene.real_rain() {
-        let problem = "real rain is not drawn yet; `raindrops rain` has its figures";
-        return refuse("rain".into(), format!("rate = {}: {problem}", rain.rate));
-    }
     match undrawn(scene) {
         Some((key, what)) => {
             refuse(key, format!("no preset draws {what}; `raindrops reference` does"))

@@ -45,6 +45,8 @@ pub struct Lattice {
     pub salt: [u32; 2],
     /// The cell's edge is 2 to this power, in metres.
     pub log2_edge: i32,
+    /// Drops of a cell, on average.
+    pub mean: f64,
     /// A cell holds as many drops as there are thresholds that its random bits reach.
     pub thresholds: Vec<u32>,
     /// Quantiles of the diameter, in units of 2⁻²⁰ mm.
@@ -105,10 +107,12 @@ impl Lattice {
             let diameter = law.quantile_between(0.0, i as f64 / segments, class.from, class.to);
             (diameter / DIAMETER_UNIT).round() as u32
         };
+        let mean = class.number * f64::from(3 * log2_edge).exp2();
         Self {
             salt,
             log2_edge,
-            thresholds: poisson(class.number * f64::from(3 * log2_edge).exp2()),
+            mean,
+            thresholds: poisson(mean),
             quantiles: std::array::from_fn(quantile),
             radius: 0.5e-3 * class.to,
             velocity,

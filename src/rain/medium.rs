@@ -36,19 +36,28 @@ pub fn visibility(extinction: f64) -> f64 {
     20.0_f64.ln() / extinction
 }
 
+/// Most drops that a picture draws one by one where the scene asks for them.
+pub const MOST_ASKED: f64 = 8e6;
+
 /// The cut-off in pixels for a picture, and why. 0: every drop is drawn.
 pub fn cutoff(law: &Law, frustum: &Frustum, model: &ModelChoice) -> (f64, String) {
-    if model.far_rain == Some(FarRain::Drops) {
-        return (0.0, "far_rain = \"drops\"".into());
+    let (wanted, why, most) = match (model.far_rain, model.cutoff_px) {
+        (Some(FarRain::Drops), _) => (0.0, "far_rain = \"drops\"", MOST_ASKED),
+        (_, Some(cutoff_px)) => (cutoff_px, "as the scene says", MOST_ASKED),
+        _ => (CUTOFF_PX, "no smaller drop shows by 1/255 at half the contrast", MOST_DROPS),
+    };
+    let drops = frustum.drops_above(law, wanted);
+    if drops <= most {
+        return (wanted, why.into());
     }
-    if let Some(cutoff_px) = model.cutoff_px {
-        return (cutoff_px, "as the scene says".into());
-    }
-    if frustum.drops_above(law, CUTOFF_PX) <= MOST_DROPS {
-        return (CUTOFF_PX, "no smaller drop shows by 1/255 at half the contrast".into());
-    }
-    let cutoff_px = cutoff_of_budget(law, frustum, MOST_DROPS);
-    (cutoff_px, format!("{:.0} million drops are drawn at most", MOST_DROPS * 1e-6))
+    let cutoff_px = cutoff_of_budget(law, frustum, most);
+    let (most, drops) = (most * 1e-6, drops * 1e-6);
+    (
+        cutoff_px,
+        format!(
+            "{most:.0} million drops are drawn at most, and {drops:.3e} million are over {wanted} px"
+        ),
+    )
 }
 
 /// Largest cut-off at which a picture holds `drops` drops, if the rain has no end.

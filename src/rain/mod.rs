@@ -11,6 +11,7 @@ pub mod classes;
 pub mod clusters;
 pub mod cull;
 pub mod fall;
+pub mod field;
 pub mod law;
 pub mod medium;
 pub mod shape;

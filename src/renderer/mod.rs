@@ -263,6 +263,10 @@ impl Renderer {
             );
             return Err(Error::Scene { place: "the frame".into(), problem });
         }
+        let seen = match &self.drawing {
+            Drawing::Tiled(tiled) => tiled.tiles.seen(scene)?,
+            Drawing::Points(_) => None,
+        };
         let mut frame = Frame::new(scene, &self.surroundings, self.stored_at);
         if let Some((_, pixels)) = &self.whole_sums {
             frame.tone[3] = *pixels;
@@ -297,8 +301,8 @@ impl Renderer {
                 points.record(device, commands, time);
             }
             Drawing::Tiled(tiled) => {
-                tiled.record_reset(device, commands, scene);
-                tiled.record(device, commands, time, &frame);
+                tiled.record_reset(device, commands, scene, seen.as_ref());
+                tiled.record(device, commands, time, &frame, seen.as_ref());
             }
         }
 

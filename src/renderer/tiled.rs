@@ -15,6 +15,7 @@ use crate::passes::frame::{Frame, FrameBuffer};
 use crate::passes::glints::Glints;
 use crate::passes::tiles::Tiles;
 use crate::plan::FramePlan;
+use crate::rain::field::Seen;
 use crate::scene::Scene;
 use crate::scene::model::Optics;
 
@@ -46,7 +47,7 @@ impl Tiled {
         let seen_by_drops = rest.as_ref().unwrap_or(environment);
         let appearance = Appearance::new(device, frame, seen_by_drops, &plan.light)?;
         let glints = Glints::new(device, frame, &appearance, bright, scale, &plan.light)?;
-        let table_ms = if plan.optics == Optics::Appearance {
+        let table_ms = if plan.optics == Optics::Appearance || scene.real_rain().is_some() {
             let before = Instant::now();
             appearance.fill(device, frame, constants)?;
             glints.fill(device)?;
@@ -77,8 +78,14 @@ impl Tiled {
         })
     }
 
-    pub fn record_reset(&self, device: &Device, commands: vk::CommandBuffer, scene: &Scene) {
-        self.tiles.record_reset(device, commands, scene);
+    pub fn record_reset(
+        &self,
+        device: &Device,
+        commands: vk::CommandBuffer,
+        scene: &Scene,
+        seen: Option<&Seen>,
+    ) {
+        self.tiles.record_reset(device, commands, scene, seen);
     }
 
     /// From the frame's constants to the radiance buffer.
@@ -88,17 +95,20 @@ impl Tiled {
         commands: vk::CommandBuffer,
         time: &mut Timestamps,
         frame: &Frame,
+        seen: Option<&Seen>,
     ) {
         let barrier =
             |before: &[Use], after: &[Use]| memory_barrier(device, commands, before, after);
         time.time(commands, "clusters", || {
             barrier(&[Use::TransferWrite], &[Use::Uniform, Use::ComputeWrite]);
-            self.tiles.record_clusters(device, commands);
+            self.tiles.record_clusters(device, commands, seen);
         });
         if self.composite.needs_sky(frame) {
             time.time(commands, "sky", || {
-                self.composite.record_sky(commands);
                 self.glints.record_table(commands);
+                // Far rain shows what is in the table.
+                barrier(&[Use::ComputeWrite], &[Use::ComputeWrite]);
+                self.composite.record_sky(commands);
             });
         }
         time.time(commands, "gather", || {

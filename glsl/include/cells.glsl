@@ -1,0 +1,53 @@
+// Real rain: each class of drops has cells that fall with it, and a cell's drops come from a hash of its number; the
+// twin of src/rain/cells.rs and src/rain/field.rs, bit for bit. Needs frame.glsl and rain.glsl.
+#include "rain_field.glsl"
+
+// A drop's number: that of its cell among all that are looked into, times 64, and its own in the cell; or with this bit
+// that of a drop placed by hand.
+const uint IS_PLACED = 0x80000000u;
+
+// The cell of a slab, relative to the camera's.
+ivec3 cell_of(Slab slab, uint number) {
+    uint layer = slab.across.x * slab.across.y, in_layer = number % layer;
+    return slab.first + ivec3(in_layer % slab.across.x, in_layer / slab.across.x, number / layer);
+}
+
+// Four random words of a cell.
+uvec4 key_of(uint kind, ivec3 cell) {
+    uvec3 base = field.classes[kind].cell_low.xyz, carry;
+    uvec3 low = uaddCarry(base, uvec3(cell), carry);
+    // The offset's own high word: all ones below 0.
+    uvec3 high = field.classes[kind].cell_high.xyz + uvec3(cell >> 31) + carry;
+    uvec4 v = pcg4d(uvec4(low, field.classes[kind].cell_low.w));
+    return pcg4d(v ^ uvec4(high, field.classes[kind].cell_high.w));
+}
+
+uint drops_in(uint kind, uvec4 key) {
+    uint thresholds = field.classes[kind].fraction.w, count = 0u;
+    while (count < thresholds && field.laws[kind * LAW_WORDS + QUANTILES + count] <= key.w) ++count;
+    return count;
+}
+
+// Diameter for 32 random bits: the first six choose a segment of the quantiles, the others a place in it.
+uint diameter_of(uint kind, uint bits) {
+    uint at = kind * LAW_WORDS + (bits >> 26), from = field.laws[at], above, below;
+    umulExtended(field.laws[at + 1u] - from, bits << 6, above, below);
+    return from + above;
+}
+
+// Where a drop of a cell is relative to the camera, along the world's axes, and its radius; scene units.
+vec4 drop_in_cell(uint kind, ivec3 cell, uint number) {
+    uvec4 key = key_of(kind, cell);
+    uvec4 words = pcg4d(uvec4(key.xyz, key.w + 1u + number));
+    uvec3 from = field.classes[kind].fraction.xyz;
+    ivec3 cells = cell - ivec3(lessThan(words.xyz, from));
+    precise vec3 relative = (vec3(cells) + vec3(words.xyz - from) * (1.0 / 4294967296.0)) * field.classes[kind].moved.w;
+    precise float radius = float(diameter_of(kind, words.w)) * field.shown.y;
+    return vec4(relative, radius);
+}
+
+// Is a drop shown by itself, or part of the medium?
+bool shown_alone(vec3 v, float radius, float distance2) {
+    precise float size = radius * frame.image.z, least = field.shown.x * -v.z;
+    return size >= least && distance2 <= field.shown.z;
+}

@@ -1,0 +1,128 @@
+//! Real rain on the device: which cells are looked into, told anew for each frame (`src/rain/field.rs`).
+//!
+//! `cells` finds those in view and counts their drops; `sort_clusters` puts the drops' numbers in order of their
+//! bins, in clusters of sixteen. From there on a drop is found by its number (`glsl/include/cells.glsl`), as drops in
+//! a box are by theirs. No drop is stored but for one frame, and nothing is made that grows with the rain.
+
+use std::sync::Arc;
+
+use ash::vk;
+use bytemuck::{Pod, Zeroable};
+
+use crate::Result;
+use crate::gpu::{Buffer, Device};
+use crate::rain::cells::Lattice;
+use crate::rain::clusters::CLUSTER;
+use crate::rain::field::{
+    ClassRecord, Field, GROUP, MOST_BANDS, MOST_GROUPS, MOST_SLABS, MediumRecord, Seen, Slab,
+};
+use crate::scene::Scene;
+
+/// Most classes, and words of each one's law, as in `glsl/include/cells.glsl`.
+const MOST_CLASSES: usize = 32;
+const LAW_WORDS: usize = 128;
+/// Room for more drops than the first frame's cells hold: the next frames' hold others.
+const SPARE: f64 = 1.5;
+const LEAST_ROOM: u32 = 1 << 16;
+/// Most bytes that a command buffer takes at once.
+const UPDATE: usize = 65_536;
+
+/// `RainField` of `glsl/include/rain_field.glsl`, as far as it is written anew for each frame.
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+struct Head {
+    shown: [f32; 4],
+    groups: [u32; 4],
+    band_depths: [f32; MOST_BANDS],
+    medium: MediumRecord,
+    classes: [ClassRecord; MOST_CLASSES],
+}
+
+const LAWS: usize = size_of::<Head>();
+const SLABS: usize = LAWS + 4 * MOST_CLASSES * LAW_WORDS;
+const GROUP_SLABS: usize = SLABS + MOST_SLABS * size_of::<Slab>();
+
+/// The cells of a scene's rain.
+pub struct Cells {
+    /// Clusters that there is room for, and cells in view.
+    pub room: [u32; 2],
+    /// Drops that the first frame shows, on average.
+    pub drops: f64,
+    rain: Field,
+    placed: u32,
+}
+
+impl Cells {
+    /// The cells of the real rain of `scene`, and its `RainField`; none if it has none.
+    ///
+    /// # Errors
+    /// Those of [`Field::seen`] and of [`Buffer::new`].
+    pub fn new(device: &Arc<Device>, scene: &Scene) -> Result<Option<(Self, Buffer)>> {
+        use vk::BufferUsageFlags as Usage;
+        let Some(rain) = Field::of(scene) else { return Ok(None) };
+        let seen = rain.seen(scene)?;
+        let placed = scene.drops.len() as u32;
+        let drops = (SPARE * seen.drops_in_cells) as u32 + LEAST_ROOM + placed;
+        let mut bytes = vec![0u8; GROUP_SLABS + 4 * MOST_GROUPS];
+        for (class, lattice) in rain.lattices().iter().enumerate() {
+            let at = LAWS + 4 * LAW_WORDS * class;
+            let words = law_words(lattice);
+            bytes[at..at + 4 * words.len()].copy_from_slice(bytemuck::cast_slice(&words));
+        }
+        let usage = Usage::STORAGE_BUFFER | Usage::TRANSFER_DST;
+        let field = Buffer::upload_device(device, "rain field", &bytes, usage)?;
+        let room = [drops.div_ceil(CLUSTER), drops];
+        Ok(Some((Self { room, drops: seen.drops, rain, placed }, field)))
+    }
+
+    /// What `scene` shows of the rain.
+    ///
+    /// # Errors
+    /// Those of [`Field::seen`].
+    pub fn seen(&self, scene: &Scene) -> Result<Seen> {
+        self.rain.seen(scene)
+    }
+
+    /// Workgroups that look into the cells of a frame and at the placed drops.
+    pub fn groups(&self, seen: &Seen) -> u32 {
+        seen.groups() + self.placed.div_ceil(GROUP)
+    }
+
+    /// Records what the frame sees; a barrier to compute must follow.
+    pub fn record(
+        &self,
+        device: &Device,
+        commands: vk::CommandBuffer,
+        field: &Buffer,
+        seen: &Seen,
+    ) {
+        let mut head = Head {
+            shown: [seen.cutoff_px, seen.radius_unit, seen.extent2, 0.0],
+            groups: [seen.groups(), self.placed, 0, 0],
+            band_depths: seen.band_depths,
+            medium: seen.medium.unwrap_or_else(MediumRecord::zeroed),
+            ..Head::zeroed()
+        };
+        head.classes[..seen.classes.len()].copy_from_slice(&seen.classes);
+        let group_slabs = seen.group_slabs();
+        let parts: [(usize, &[u8]); 3] = [
+            (0, bytemuck::bytes_of(&head)),
+            (SLABS, bytemuck::cast_slice(&seen.slabs)),
+            (GROUP_SLABS, bytemuck::cast_slice(&group_slabs)),
+        ];
+        for (first, bytes) in parts {
+            for (number, part) in bytes.chunks(UPDATE).enumerate() {
+                let at = (first + number * UPDATE) as u64;
+                // SAFETY: the command buffer is recorded outside of rendering; the bytes are within the buffer.
+                unsafe { device.raw().cmd_update_buffer(commands, field.raw(), at, part) };
+            }
+        }
+    }
+}
+
+/// A class's law: quantiles, then thresholds.
+fn law_words(lattice: &Lattice) -> Vec<u32> {
+    let words: Vec<u32> = lattice.quantiles.iter().chain(&lattice.thresholds).copied().collect();
+    assert!(words.len() <= LAW_WORDS, "a cell of {} drops on average", lattice.mean);
+    words
+}

@@ -1,0 +1,398 @@
+//! Real rain as one picture sees it: where the camera is among each class's cells, and which cells may hold a
+//! drop that the picture shows by itself. The GPU looks into each of them; nothing is kept from frame to frame.
+//!
+//! A drop is shown by itself if its radius is at least the cut-off in pixels, so each class is seen to a depth
+//! of its own. What is seen of a class is a pyramid; its cells are told layer by layer across the axis that is
+//! nearest to the view's, each a rectangle around the pyramid's section: [`Slab`]. So the work on the CPU grows
+//! with the layers, some thousand, and not with the cells.
+
+use bytemuck::{Pod, Zeroable};
+use glam::{DVec3, Vec3};
+
+use crate::rain::cells::{CellDrop, DIAMETER_UNIT, Lattice, Place};
+use crate::rain::cull::{Sight, Sighting};
+use crate::rain::law::Law;
+use crate::rain::visibility::{Frustum, depth_of_radius};
+use crate::rain::{medium, tick_of_seconds};
+use crate::scene::Scene;
+use crate::scene::model::FarRain;
+use crate::scene::projection::View;
+use crate::{Error, Result};
+
+/// Cells that one workgroup looks into, all of one slab, as in `glsl/include/cells.glsl`.
+pub const GROUP: u32 = 64;
+/// Most slabs of a picture, as there. At the default cut-off there are some thousand.
+pub const MOST_SLABS: usize = 8192;
+/// Most groups: a cell's number among all and a drop's in it are 31 bits together.
+pub const MOST_GROUPS: usize = (1 << 25) / GROUP as usize;
+/// Bands of depth, as in `glsl/include/tile_buffers.glsl`.
+pub const MOST_BANDS: usize = 16;
+
+/// `RainClass` of `glsl/include/cells.glsl`: a class's cells, seen from the camera.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct ClassRecord {
+    /// Low words of the number of the camera's cell; first word of the class's salt.
+    pub cell_low: [u32; 4],
+    /// High words; second word of the salt.
+    pub cell_high: [u32; 4],
+    /// The camera's place in its cell in units of 2⁻³² of its edge; number of thresholds.
+    pub fraction: [u32; 4],
+    /// How far drops move while the shutter is open, in scene units; a cell's edge.
+    pub moved: [f32; 4],
+    /// Largest radius, and the depth to which drops are shown one by one, in scene units.
+    pub limits: [f32; 4],
+}
+
+/// A layer of cells of one class, as `glsl/include/cells.glsl` has it.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+pub struct Slab {
+    /// Its first cell, relative to the camera's.
+    pub first: [i32; 3],
+    /// Number of the class.
+    pub class: u32,
+    /// Cells along x and y.
+    pub across: [u32; 2],
+    /// Cells in all.
+    pub cells: u32,
+    /// Number of its first group.
+    pub first_group: u32,
+}
+
+/// Depths at which a medium's optical depth is tabulated, as in `glsl/include/rain_field.glsl`.
+const DEPTHS: usize = 64;
+
+/// The medium of a frame, as `RainField` of `glsl/include/rain_field.glsl` has it.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct MediumRecord {
+    /// Depth from which on all rain is medium; extinction a scene unit; distance of the rain's end; 1.
+    pub range: [f32; 4],
+    /// Optical depth along the view axis at depths up to the first of these, equally far apart.
+    pub optical_depths: [f32; DEPTHS],
+}
+
+impl MediumRecord {
+    fn new(law: &Law, focal_px: f64, cutoff_px: f64, extent: f64, metres: f64) -> Self {
+        let starts = medium::starts(law, focal_px, cutoff_px);
+        let depth_of = |i: usize| starts * i as f64 / (DEPTHS - 1) as f64;
+        let optical = |i| medium::optical_depth(law, focal_px, cutoff_px, depth_of(i)) as f32;
+        let extinction = law.extinction() * metres;
+        let end = (extent / metres).min(f64::from(f32::MAX));
+        Self {
+            range: [(starts / metres) as f32, extinction as f32, end as f32, 1.0],
+            optical_depths: std::array::from_fn(optical),
+        }
+    }
+}
+
+/// The rain of a scene, whatever camera and time.
+#[derive(Clone, Debug)]
+pub struct Field {
+    lattices: Vec<Lattice>,
+    law: Law,
+    extent: f64,
+}
+
+/// The rain of one picture.
+#[derive(Clone, Debug)]
+pub struct Seen {
+    /// A class each, those that have drops.
+    pub classes: Vec<ClassRecord>,
+    /// Layers of cells.
+    pub slabs: Vec<Slab>,
+    /// Least radius of a drop that is shown by itself, in pixels, at its depth on the view axis; 0: all are.
+    pub cutoff_px: f32,
+    /// Radius of a drop for each unit of its diameter, in scene units.
+    pub radius_unit: f32,
+    /// Squared distance to the rain's end, in scene units.
+    pub extent2: f32,
+    /// Depths that part the drops into bands of equal number, nearest first, in scene units.
+    pub band_depths: [f32; MOST_BANDS],
+    /// Far rain as a medium; none where it is left out, or all drops are shown.
+    pub medium: Option<MediumRecord>,
+    /// Drops that are shown by themselves, on average.
+    pub drops: f64,
+    /// Drops of the cells that are looked into, on average.
+    pub drops_in_cells: f64,
+    // For the CPU's own look at the drops.
+    places: Vec<Place>,
+}
+
+impl Seen {
+    /// Groups of cells.
+    pub fn groups(&self) -> u32 {
+        self.slabs.last().map_or(0, |slab| slab.first_group + slab.cells.div_ceil(GROUP))
+    }
+
+    /// For each group the number of its slab.
+    pub fn group_slabs(&self) -> Vec<u32> {
+        let of_slab = |(number, slab): (u32, &Slab)| {
+            std::iter::repeat_n(number, slab.cells.div_ceil(GROUP) as usize)
+        };
+        (0..).zip(&self.slabs).flat_map(of_slab).collect()
+    }
+}
+
+/// What a picture shows of a scene's rain, as a whole.
+pub fn frustum_of(view: &View, extent: f64) -> Frustum {
+    let [width, height] = view.whole.map(f64::from);
+    Frustum { focal_px: view.focal_px, width, height, extent }
+}
+
+impl Field {
+    /// The real rain of `scene`; none if it has none.
+    pub fn of(scene: &Scene) -> Option<Self> {
+        let rain = scene.real_rain()?;
+        let (lattices, law) = (rain.lattices(scene.seed), rain.law());
+        Some(Self { lattices, law, extent: rain.extent })
+    }
+
+    /// Thresholds and quantiles of each class, as [`Lattice`] has them.
+    pub fn lattices(&self) -> &[Lattice] {
+        &self.lattices
+    }
+
+    /// What `scene`'s camera sees at the scene's time.
+    ///
+    /// # Errors
+    /// [`Error::Scene`] if more cells than can be numbered would have to be looked into.
+    pub fn seen(&self, scene: &Scene) -> Result<Seen> {
+        let (view, metres) = (scene.view(), scene.metres);
+        let frustum = frustum_of(&view, self.extent);
+        let (cutoff_px, _) = medium::cutoff(&self.law, &frustum, &scene.model);
+        let tick = tick_of_seconds(scene.time);
+        let exposed = scene.exposed();
+        let pyramid = Pyramid::of(&view);
+        let mut seen = Seen {
+            classes: Vec::new(),
+            slabs: Vec::new(),
+            cutoff_px: cutoff_px as f32,
+            radius_unit: (0.5e-3 * DIAMETER_UNIT / metres) as f32,
+            extent2: (self.extent / metres).powi(2).min(f64::from(f32::MAX)) as f32,
+            band_depths: [0.0; MOST_BANDS],
+            medium: (cutoff_px > 0.0 && scene.model.far_rain != Some(FarRain::None)).then(|| {
+                MediumRecord::new(&self.law, view.focal_px, cutoff_px, self.extent, metres)
+            }),
+            drops: frustum.drops_above(&self.law, cutoff_px),
+            drops_in_cells: 0.0,
+            places: Vec::new(),
+        };
+        let mut first_group = 0;
+        for (class, lattice) in (0..).zip(&self.lattices) {
+            // A drop's own depth decides; the largest of the class is seen farthest.
+            let depth = match cutoff_px {
+                0.0 => self.extent,
+                _ => depth_of_radius(view.focal_px, 2e3 * lattice.radius, cutoff_px),
+            };
+            let depth = depth.min(self.extent);
+            let place = lattice.place(scene.camera.position * metres, tick);
+            let moved = lattice.velocity * exposed;
+            for slab in pyramid.slabs(lattice, &place, depth, moved) {
+                seen.drops_in_cells += f64::from(slab.cells) * lattice.mean;
+                seen.slabs.push(Slab { class, first_group, ..slab });
+                first_group += slab.cells.div_ceil(GROUP);
+                if seen.slabs.len() > MOST_SLABS || first_group as usize > MOST_GROUPS {
+                    let problem = format!(
+                        "a cut-off of {cutoff_px} pixels shows more drops one by one than can be \
+                         numbered; give a larger model.cutoff_px, or a nearer rain.extent"
+                    );
+                    return Err(Error::Scene { place: "rain".into(), problem });
+                }
+            }
+            seen.classes.push(lattice.record(&place, moved, depth, metres));
+            seen.places.push(place);
+        }
+        seen.band_depths = band_depths(&self.lattices, &seen.classes);
+        Ok(seen)
+    }
+
+    /// Every drop that `scene` shows by itself, with what became of it, as every driver must find them: centre in
+    /// view space, and radius, in scene units.
+    ///
+    /// # Errors
+    /// As [`Field::seen`].
+    pub fn sightings(&self, scene: &Scene) -> Result<Vec<(Vec3, f32, Sighting)>> {
+        let seen = self.seen(scene)?;
+        let view = scene.view();
+        let sight = Sight::new(&view, scene.camera.near);
+        let mut found = Vec::new();
+        for slab in &seen.slabs {
+            let class = slab.class as usize;
+            let (lattice, place) = (&self.lattices[class], &seen.places[class]);
+            let edge = seen.classes[class].moved[3];
+            for number in 0..slab.cells {
+                let cell = slab.cell(number, place);
+                for drop in lattice.drops(cell) {
+                    let radius = drop.diameter as f32 * seen.radius_unit;
+                    let relative = relative(&drop, place, edge);
+                    let center = sight.view_space(relative);
+                    if seen.shows(center, radius, view.focal_px as f32) {
+                        found.push((center, radius, sight.sighting(center, radius)));
+                    }
+                }
+            }
+        }
+        Ok(found)
+    }
+}
+
+impl Seen {
+    /// Whether a drop is shown by itself: `shown_alone` of `glsl/include/cells.glsl`.
+    fn shows(&self, center: Vec3, radius: f32, focal_px: f32) -> bool {
+        let distance2 = (center.x * center.x + center.y * center.y) + center.z * center.z;
+        radius * focal_px >= self.cutoff_px * -center.z && distance2 <= self.extent2
+    }
+}
+
+impl Slab {
+    /// The absolute number of cell `number` of the slab.
+    fn cell(&self, number: u32, camera: &Place) -> [i64; 3] {
+        let [x, y] = self.across;
+        let within = [number % x, number / x % y, number / (x * y)];
+        [0, 1, 2].map(|axis: usize| {
+            let offset = i64::from(self.first[axis]) + i64::from(within[axis]);
+            camera.cell[axis].wrapping_add(offset)
+        })
+    }
+}
+
+/// Centre of a drop relative to the camera along the world's axes, in units of which a cell's edge has `edge`; bit
+/// for bit what the GPU computes.
+fn relative(drop: &CellDrop, camera: &Place, edge: f32) -> Vec3 {
+    let along = |axis: usize| {
+        let (at, from) = (drop.place.fraction[axis], camera.fraction[axis]);
+        let cells = drop.place.cell[axis].wrapping_sub(camera.cell[axis]) - i64::from(at < from);
+        (cells as f32 + at.wrapping_sub(from) as f32 * (1.0 / 4_294_967_296.0)) * edge
+    };
+    Vec3::new(along(0), along(1), along(2))
+}
+
+impl Lattice {
+    fn record(&self, place: &Place, moved: DVec3, depth: f64, metres: f64) -> ClassRecord {
+        let with = |[x, y, z]: [u32; 3], w: u32| [x, y, z, w];
+        let [x, y, z] = (moved / metres).as_vec3().to_array();
+        ClassRecord {
+            cell_low: with(place.cell.map(|cell| cell as u32), self.salt[0]),
+            cell_high: with(place.cell.map(|cell| (cell >> 32) as u32), self.salt[1]),
+            fraction: with(place.fraction, self.thresholds.len() as u32),
+            moved: [x, y, z, (self.edge() / metres) as f32],
+            limits: [(self.radius / metres) as f32, (depth / metres) as f32, 0.0, 0.0],
+        }
+    }
+}
+
+/// Depths that part what is seen of all classes into bands of equal number of drops, in scene units.
+fn band_depths(lattices: &[Lattice], classes: &[ClassRecord]) -> [f32; MOST_BANDS] {
+    let depth_of = |class: &ClassRecord| f64::from(class.limits[1]);
+    // Of a class that reaches to depth z, as many as in a pyramid.
+    let until = |depth: f64| {
+        let of_class = |(lattice, class): (&Lattice, &ClassRecord)| {
+            lattice.mean * (depth.min(depth_of(class)) / f64::from(class.moved[3])).powi(3)
+        };
+        lattices.iter().zip(classes).map(of_class).sum::<f64>()
+    };
+    let farthest = classes.iter().map(depth_of).fold(0.0, f64::max);
+    let all = until(farthest);
+    std::array::from_fn(|band| {
+        let wanted = all * (band + 1) as f64 / MOST_BANDS as f64;
+        let (mut low, mut high) = (0.0, farthest);
+        for _ in 0..40 {
+            let middle = 0.5 * (low + high);
+            if until(middle) < wanted { low = middle } else { high = middle }
+        }
+        high as f32
+    })
+}
+
+/// What a camera sees: a pyramid with its tip in the camera.
+struct Pyramid {
+    /// From the tip to the corners of its section at depth 1.
+    corners: [DVec3; 4],
+    /// The axis that is nearest to the view's.
+    axis: usize,
+}
+
+impl Pyramid {
+    fn of(view: &View) -> Self {
+        let [left, top, right, bottom] = view.tan_edges();
+        let corner = |x: f64, y: f64| x * view.right + y * view.up - view.back;
+        let steep = view.back.abs().to_array();
+        Self {
+            corners: [
+                corner(-left, top),
+                corner(right, top),
+                corner(right, -bottom),
+                corner(-left, -bottom),
+            ],
+            axis: (0..3).max_by(|a, b| steep[*a].total_cmp(&steep[*b])).unwrap_or(2),
+        }
+    }
+
+    /// The layers of a lattice's cells whose drops may be in the pyramid, up to a depth in metres, while they move
+    /// by `moved`. Class and group are left 0.
+    fn slabs(
+        &self,
+        lattice: &Lattice,
+        camera: &Place,
+        depth: f64,
+        moved: DVec3,
+    ) -> impl Iterator<Item = Slab> {
+        let edge = lattice.edge();
+        let tip = DVec3::ZERO;
+        let far = self.corners.map(|corner| depth * corner);
+        let mut edges: Vec<[DVec3; 2]> = far.iter().map(|corner| [tip, *corner]).collect();
+        edges.extend((0..4).map(|i| [far[i], far[(i + 1) % 4]]));
+        // Drops reach over their cell by their radius; a little more, for rounding on the GPU.
+        let reach = 1.001 * lattice.radius + 1e-5 * depth;
+        let before = reach + moved.max(DVec3::ZERO);
+        let after = reach - moved.min(DVec3::ZERO);
+        let fraction = DVec3::from_array(camera.fraction.map(f64::from)) / 4_294_967_296.0;
+        let cell = move |metres: f64, axis: usize| (metres / edge + fraction[axis]).floor() as i32;
+
+        let axis = self.axis;
+        let ends = |f: fn(f64, f64) -> f64| far.iter().map(|p| p[axis]).fold(0.0, f);
+        let (lowest, highest) = (ends(f64::min) - before[axis], ends(f64::max) + after[axis]);
+        (cell(lowest, axis)..=cell(highest, axis)).filter_map(move |layer| {
+            let from = (f64::from(layer) - fraction[axis]) * edge - after[axis];
+            let to = (f64::from(layer + 1) - fraction[axis]) * edge + before[axis];
+            let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+            for [a, b] in &edges {
+                if let Some(part) = between(*a, *b, axis, from, to) {
+                    for point in part {
+                        (low, high) = (low.min(point), high.max(point));
+                    }
+                }
+            }
+            if low.x > high.x {
+                return None;
+            }
+            let mut first = [0; 3];
+            let mut counts = [1; 3];
+            for along in 0..3 {
+                let start = cell(low[along] - before[along], along);
+                first[along] = start;
+                counts[along] = (cell(high[along] + after[along], along) - start + 1) as u32;
+            }
+            (first[axis], counts[axis]) = (layer, 1);
+            let [x, y, z] = counts;
+            let cells = x.saturating_mul(y).saturating_mul(z);
+            Some(Slab { first, class: 0, across: [x, y], cells, first_group: 0 })
+        })
+    }
+}
+
+/// The ends of what of an edge lies between two planes across an axis.
+fn between(a: DVec3, b: DVec3, axis: usize, from: f64, to: f64) -> Option<[DVec3; 2]> {
+    let (low, high) = if a[axis] <= b[axis] { (a, b) } else { (b, a) };
+    if low[axis] > to || high[axis] < from {
+        return None;
+    }
+    let run = high[axis] - low[axis];
+    let at = |height: f64| match run {
+        0.0 => 0.0,
+        _ => ((height - low[axis]) / run).clamp(0.0, 1.0),
+    };
+    Some([low.lerp(high, at(from)), low.lerp(high, at(to))])
+}

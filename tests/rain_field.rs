@@ -1,0 +1,191 @@
+//! Real rain as a picture sees it: on the CPU against the law and against every cell near the camera, on the device
+//! against the CPU.
+
+mod common;
+
+use std::sync::Arc;
+
+use common::{hole, on_device};
+use glam::{DVec3, Vec3};
+use raindrops::environment::Environment;
+use raindrops::gpu::Device;
+use raindrops::picture::Picture;
+use raindrops::plan::{Output, plan};
+use raindrops::rain::cull::{Sight, Sighting};
+use raindrops::rain::field::Field;
+use raindrops::rain::tick_of_seconds;
+use raindrops::renderer::Renderer;
+use raindrops::scene::model::{FarRain, Preset, Weights};
+use raindrops::scene::real_rain::RealRain;
+use raindrops::scene::{ImageSize, RainSettings, Scene};
+
+/// Rain before a camera that looks aslant, with drops of over 0.2 pixels.
+fn aslant(rate: f64) -> Scene {
+    let mut scene = Scene {
+        seed: 7,
+        time: 12.345,
+        rain: Some(RainSettings::of(RealRain { rate, extent: 60.0, ..RealRain::default() })),
+        image: ImageSize { width: 320, height: 200 },
+        ..Scene::default()
+    };
+    scene.camera.position = DVec3::new(3.3, 1.6, -7.7);
+    scene.camera.target = DVec3::new(5.0, 2.5, -10.0);
+    scene.camera.vertical_fov = 50.0;
+    scene.model.preset = Preset::Fast;
+    scene.model.cutoff_px = Some(0.2);
+    scene
+}
+
+fn in_view(scene: &Scene) -> u64 {
+    let field = Field::of(scene).expect("rain");
+    let drops = field.sightings(scene).expect("seen");
+    drops.iter().filter(|(.., sighting)| *sighting == Sighting::Visible).count() as u64
+}
+
+#[test]
+fn as_many_drops_are_in_view_as_the_law_has() {
+    // Many pictures of other rain, so that the error is small.
+    let mut scene = aslant(50.0);
+    let pictures = 40;
+    let mut found = 0;
+    for seed in 0..pictures {
+        scene.seed = seed;
+        found += in_view(&scene);
+    }
+    let seen = Field::of(&scene).expect("rain").seen(&scene).expect("seen");
+    let expected = pictures as f64 * seen.drops;
+    // Drops whose centre is just beyond the picture's edge count as in view: a pixel more all around.
+    let off = found as f64 - expected;
+    assert!(off > -4.0 * expected.sqrt() && off < 0.02 * expected, "{found}, not {expected}");
+}
+
+/// Each drop near the camera, found by looking into all cells around it.
+fn brute_force(scene: &Scene) -> Vec<[u32; 3]> {
+    let rain = scene.real_rain().expect("rain");
+    let view = scene.view();
+    let sight = Sight::new(&view, 0.0);
+    let mut found = Vec::new();
+    for lattice in rain.lattices(scene.seed) {
+        let camera = lattice.place(scene.camera.position, tick_of_seconds(scene.time));
+        let far = view.focal_px * lattice.radius / 0.2 * 1.3 + 2.0 * lattice.edge();
+        let cells = (far / lattice.edge()).ceil() as i64;
+        for number in 0..(2 * cells + 1).pow(3) {
+            let along = |n: i64| n % (2 * cells + 1) - cells;
+            let edge = 2 * cells + 1;
+            let offset = [along(number), along(number / edge), along(number / edge / edge)];
+            let cell = [0, 1, 2].map(|axis: usize| camera.cell[axis].wrapping_add(offset[axis]));
+            for drop in lattice.drops(cell) {
+                let at = lattice.between(&camera, &drop.place);
+                let depth = -at.dot(view.back);
+                let radius = 0.5e-3 * drop.diameter_mm();
+                let seen = sight.sighting(sight.view_space(at.as_vec3()), radius as f32);
+                if seen == Sighting::Visible && radius * view.focal_px >= 0.2 * depth {
+                    found.push((at * 1e4).round().as_ivec3().to_array().map(|x| x as u32));
+                }
+            }
+        }
+    }
+    found.sort_unstable();
+    found
+}
+
+#[test]
+fn the_cells_in_view_hold_every_drop_in_view() {
+    let mut scene = aslant(100.0);
+    scene.image = ImageSize { width: 160, height: 100 };
+    for (target, up) in [
+        (DVec3::new(5.0, 2.5, -10.0), DVec3::Y),
+        (DVec3::new(3.3, 9.0, -7.7), DVec3::Z),
+        (DVec3::new(-3.0, 0.0, -7.6), DVec3::Y),
+    ] {
+        scene.camera.target = target;
+        scene.camera.up = up;
+        assert_eq!(in_view(&scene), brute_force(&scene).len() as u64, "towards {target}");
+    }
+}
+
+#[test]
+fn the_device_finds_the_drops_that_the_cpu_finds() {
+    on_device(|device| {
+        for (rate, time, cutoff) in [(25.0, 12.345, 0.2), (100.0, -1e9, 0.08), (1.0, 0.0, 0.1)] {
+            let mut scene = aslant(rate);
+            scene.time = time;
+            scene.model.cutoff_px = Some(cutoff);
+            scene.camera.position += DVec3::new(1e9, 0.0, -1e9);
+            scene.camera.target += DVec3::new(1e9, 0.0, -1e9);
+            let white = Environment::constant(Vec3::ONE);
+            let plan = plan(&scene, &white, Output::Radiance).expect("a plan");
+            let mut renderer = Renderer::new(device, &scene, &white, &plan).expect("a renderer");
+            renderer.submit(&scene).expect("a frame");
+            let report = renderer.finish().expect("a report");
+            assert_eq!(report.counts.visible, in_view(&scene), "{rate} mm/h at {time} s");
+            assert_eq!(report.counts.overflow, 0);
+        }
+    });
+}
+
+/// The picture of `scene` in an environment, linear.
+fn picture(device: &Arc<Device>, scene: &Scene, environment: &Environment) -> Picture {
+    let plan = plan(scene, environment, Output::Radiance).expect("a plan");
+    let mut renderer = Renderer::new(device, scene, environment, &plan).expect("a renderer");
+    renderer.submit(scene).expect("a frame");
+    let report = renderer.finish().expect("a report");
+    assert_eq!(report.counts.overflow, 0);
+    renderer.read_radiance().expect("a picture")
+}
+
+#[test]
+fn rain_and_medium_in_white_are_white() {
+    on_device(|device| {
+        let mut scene = aslant(100.0);
+        scene.rain.get_or_insert_default().real.as_mut().expect("rain").extent = f64::INFINITY;
+        scene.model.weights = Some(Weights::Conserving);
+        for preset in [Preset::Fast, Preset::Exact] {
+            scene.model.preset = preset;
+            let picture = picture(device, &scene, &Environment::constant(Vec3::ONE));
+            for (number, pixel) in picture.pixels.iter().enumerate() {
+                assert!((*pixel - 1.0).abs().max_element() < 8e-3, "{preset}: {number} is {pixel}");
+            }
+        }
+    });
+}
+
+/// Drops are white before black, so a pixel is their opacity, nearly. Mean of a picture, and its standard deviation.
+fn opacity(device: &Arc<Device>, scene: &Scene, environment: &Environment) -> (f64, f64) {
+    let picture = picture(device, scene, environment);
+    let opacities: Vec<f64> = picture.pixels.iter().map(|pixel| f64::from(pixel.y)).collect();
+    let mean = opacities.iter().sum::<f64>() / opacities.len() as f64;
+    let squares = opacities.iter().map(|opacity| (opacity - mean).powi(2)).sum::<f64>();
+    (mean, (squares / opacities.len() as f64).sqrt())
+}
+
+#[test]
+fn a_medium_is_as_opaque_as_its_drops() {
+    on_device(|device| {
+        let black = hole(20.0, Vec3::ONE);
+        for (rate, fov) in [(5.0, 2.0), (25.0, 4.0), (100.0, 3.0)] {
+            let mut scene = aslant(rate);
+            scene.rain.get_or_insert_default().real.as_mut().expect("rain").extent = 40.0;
+            scene.image = ImageSize { width: 64, height: 64 };
+            scene.camera.target = scene.camera.position - DVec3::Z;
+            scene.camera.vertical_fov = fov;
+            let pictures = 8;
+            let mut means = [0.0; 2];
+            let mut errors = [0.0; 2];
+            for (kind, far_rain) in [FarRain::Medium, FarRain::Drops].into_iter().enumerate() {
+                scene.model.far_rain = Some(far_rain);
+                scene.model.cutoff_px = (far_rain == FarRain::Medium).then_some(0.5);
+                for seed in 0..pictures {
+                    scene.seed = seed;
+                    let (mean, deviation) = opacity(device, &scene, &black);
+                    means[kind] += mean / pictures as f64;
+                    errors[kind] += (deviation / 64.0 / pictures as f64).powi(2);
+                }
+            }
+            let error = (errors[0] + errors[1]).sqrt();
+            let off = (means[0] - means[1]).abs();
+            println!("{rate} mm/h, {fov}°: {means:?}, error {error}");
+            assert!(off < 4.0 * error, "{rate} mm/h, {fov}°: {means:?}, error {error}");
+        }
+    });
+}
