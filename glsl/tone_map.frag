@@ -5,7 +5,7 @@
 #include "frame.glsl"
 #include "radiance_source.glsl"
 
-layout(constant_id = 2) const uint PHOTOGRAPHIC = 1;
+layout(constant_id = 1) const uint PHOTOGRAPHIC = 1;
 
 layout(location = 0) flat in float exposure;
 layout(location = 0) out vec4 color;

@@ -4,8 +4,7 @@
 // three times in all.
 #include "frame.glsl"
 
-layout(constant_id = 0) const uint SUMS = 1;        // number of sums of the first stage
-layout(constant_id = 1) const uint FINAL_SUMS = 1;  // number of sums of the second
+layout(constant_id = 0) const uint FINAL_SUMS = 1; // sums of the second stage, after those of the first
 
 layout(std430, set = 0, binding = 2) readonly buffer Sums { float sums[]; };
 layout(location = 0) flat out float exposure;
@@ -16,7 +15,7 @@ void main() {
     exposure = frame.tone.z;
     if (exposure == 0.0) {
         float sum = 0.0;
-        for (uint at = 0u; at < FINAL_SUMS; ++at) sum += sums[SUMS + at];
+        for (uint at = 0u; at < FINAL_SUMS; ++at) sum += sums[frame.tiles.x + at];
         exposure = frame.tone.x / exp(sum / frame.tone.w);
     }
 }

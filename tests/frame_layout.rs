@@ -10,7 +10,7 @@ use std::mem::offset_of;
 use raindrops::passes::frame::Frame;
 
 /// The members in the order of their declaration, each four words, every word different.
-fn markers() -> ([[u32; 4]; 18], Frame) {
+fn markers() -> ([[u32; 4]; 21], Frame) {
     // Floats above 1, so that no driver takes a marker for a denormal or a NaN and changes it.
     let word = |member: usize, lane: usize| 0x3f80_0000 + (member * 16 + lane) as u32;
     let words = std::array::from_fn(|member| std::array::from_fn(|lane| word(member, lane)));
@@ -34,6 +34,9 @@ fn markers() -> ([[u32; 4]; 18], Frame) {
         frustum_y: float(15),
         environment: float(16),
         tone: float(17),
+        tiles: words[18],
+        room: words[19],
+        clusters: words[20],
     };
     (words, frame)
 }
@@ -59,6 +62,9 @@ fn offsets_are_those_of_std140() {
         offset_of!(Frame, frustum_y),
         offset_of!(Frame, environment),
         offset_of!(Frame, tone),
+        offset_of!(Frame, tiles),
+        offset_of!(Frame, room),
+        offset_of!(Frame, clusters),
     ];
     for (member, offset) in offsets.into_iter().enumerate() {
         assert_eq!(offset, 16 * member);

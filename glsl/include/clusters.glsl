@@ -4,16 +4,16 @@ const uint NO_DROP = 0xffffffffu; // as in src/rain/clusters.rs
 const uint GATHER_GROUP = 256, CLUSTERS_A_GROUP = GATHER_GROUP / CLUSTER; // of gather.comp
 const uint STRETCHES = 64; // of all clusters, of which the workgroups of clusters.comp take parts in turn
 
-layout(constant_id = 17) const uint CLUSTERS = 1; // all of them; CELLS: room for so many
+#define CLUSTERS frame.clusters.x // all of them; CELLS: room for so many
 
 #ifdef CELLS
-layout(constant_id = 18) const uint MOST_CELLS = 1; // room for so many in view
+#define MOST_CELLS frame.clusters.y // room for so many in view
 // Numbers (cells.glsl) of the drops of the cells in view, bin after bin, of which each begins with a cluster.
 layout(std430, set = 0, binding = 1) buffer DropOrder { uint drop_order[]; };
 // Cells in view as they were found: number of the first drop, bin, its place in its bin, and drops.
 layout(std430, set = 0, binding = 12) buffer CellsInView { uvec4 cells_in_view[]; };
 #else
-layout(constant_id = 18) const uint RANDOM_CLUSTERS = 1; // the others' drops are placed by hand
+#define RANDOM_CLUSTERS frame.clusters.y // the others' drops are placed by hand
 // Indices of each cluster's drops. Never changes.
 layout(std430, set = 0, binding = 1) readonly buffer DropOrder { uint drop_order[]; };
 // `ClusterBox` in src/rain/clusters.rs of each cluster of random drops.

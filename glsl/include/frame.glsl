@@ -20,6 +20,9 @@ struct Frame {
     vec4 environment;   // x: angle of a texel, radians; y: radiance of a stored 1; zw: unused
     vec4 tone;          // x: key; y: delta of the log average, stored units; z: fixed factor on stored
                         // units, 0 to derive it; w: pixels that the log average is of
+    uvec4 tiles;        // of the part that is drawn: tiles, or sums of log luminance; regions, how many times 2 along both axes, across, in all
+    uvec4 room;         // of the tiles' lists: nodes, blocks, large drops; w: bands of depth
+    uvec4 clusters;     // x: clusters of drops, or room for those in view; y: clusters of random drops, or room for cells
 };
 layout(std140, set = 0, binding = 0) uniform Constants { Frame constants; };
 // Read at the very start of a shader: behind a branch llvmpipe, which sees that lanes may have left, fetches a

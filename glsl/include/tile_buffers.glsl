@@ -15,22 +15,24 @@ const uint MAX_REGIONS = 256; // of the image, which clusters are sorted by with
 const uint MAX_BINS = MAX_BANDS * MAX_REGIONS;
 const uint ROW = 32768; // workgroups of a row, where there may be more than a device takes along an axis
 
-// `Limits` in src/passes/tiles.rs, in its order; a pipeline has those of light_model.glsl before.
-layout(constant_id = 5) const uint TILE_COUNT = 1;
-layout(constant_id = 6) const uint MAX_NODES = 2;    // splats, and twice the blocks
-layout(constant_id = 7) const uint MAX_BLOCKS = 1;
-layout(constant_id = 8) const uint MAX_LARGES = 1;
+// `constants` in src/passes/tiles.rs; a pipeline has those of light_model.glsl before.
 layout(constant_id = 9) const float SPLAT_PX = 1.5; // radius under which a drop is a splat
 layout(constant_id = 10) const float RAYS_PX = 12.0; // radius from which it is drawn by rays
 layout(constant_id = 11) const uint HAS_PLACED = 0;  // 1: some drops are placed by hand; CELLS: 1, drops differ
 layout(constant_id = 12) const uint SAMPLES = 1;     // rays a pixel
-layout(constant_id = 13) const uint BANDS = 1;
-layout(constant_id = 14) const uint REGION_SHIFT = 0; // a region has 32 << this by 16 << this tiles
-layout(constant_id = 15) const uint REGIONS_ACROSS = 1;
-layout(constant_id = 16) const uint REGIONS = 1;
+
+// What depends on the picture's size is no constant, so that pictures of all sizes have the same pipelines.
+#define TILE_COUNT frame.tiles.x
+#define REGION_SHIFT frame.tiles.y // a region has 32 << this by 16 << this tiles
+#define REGIONS_ACROSS frame.tiles.z
+#define REGIONS frame.tiles.w
+#define MAX_NODES frame.room.x     // splats, and twice the blocks
+#define MAX_BLOCKS frame.room.y
+#define MAX_LARGES frame.room.z
+#define BANDS frame.room.w
 
 // Part of the nodes is the blocks' in any case: they are the nearest drops.
-const uint MAX_SPLATS = MAX_NODES - MAX_NODES / 16u;
+#define MAX_SPLATS (MAX_NODES - MAX_NODES / 16u)
 
 // Bindings 1 and 2 are those of clusters.glsl.
 layout(std430, set = 0, binding = 3) buffer Totals {

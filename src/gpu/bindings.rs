@@ -34,7 +34,7 @@ pub struct Bindings {
     pub(super) layout: vk::DescriptorSetLayout,
     pool: vk::DescriptorPool,
     sets: Vec<vk::DescriptorSet>,
-    kinds: Vec<Binding>,
+    pub(super) kinds: Vec<Binding>,
     device: Arc<Device>,
 }
 

@@ -9,6 +9,7 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use ash::{ext, khr, vk};
 use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
 
+use super::pipeline::Pipelines;
 use super::{Instance, Named, PipelineKey, Shader, pipeline_cache};
 use crate::{Error, Result};
 
@@ -92,7 +93,20 @@ const MOST_STORAGE_BUFFERS: u32 = 14;
 /// SPIR-V by a shader's name and variant.
 pub type ReplacedShaders = HashMap<(&'static str, Option<&'static str>), Arc<[u32]>>;
 
-/// A logical device, its queue and its memory.
+/// What was made on a device so far, of all that need not be made for each picture.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct MadeCounts {
+    /// Pipelines.
+    pub pipelines: u32,
+    /// Uploads of an environment, or of a part of one.
+    pub environments: u32,
+    /// Tables of a drop's light.
+    pub tables: u32,
+    /// Sorts of the rain's drops into clusters.
+    pub sorts: u32,
+}
+
+/// A logical device, its queue, its memory and its pipelines.
 pub struct Device {
     pub(super) raw: ash::Device,
     pub(super) queue: Mutex<vk::Queue>,
@@ -100,6 +114,8 @@ pub struct Device {
     debug_utils: Option<ext::debug_utils::Device>,
     allocator: ManuallyDrop<Mutex<Allocator>>,
     pub(super) pipeline_cache: vk::PipelineCache,
+    pipelines_made: Mutex<Pipelines>,
+    made: Mutex<MadeCounts>,
     replaced_shaders: Mutex<ReplacedShaders>,
     long_jobs: AtomicUsize,
     /// What the device says of itself.
@@ -373,12 +389,29 @@ impl Device {
             debug_utils,
             allocator: ManuallyDrop::new(Mutex::new(allocator)),
             pipeline_cache,
+            pipelines_made: Mutex::default(),
+            made: Mutex::default(),
             replaced_shaders: Mutex::default(),
             long_jobs: AtomicUsize::new(0),
             report,
             point_rules: OnceLock::new(),
             instance: instance.clone(),
         }))
+    }
+
+    pub(super) fn pipelines_made(&self) -> MutexGuard<'_, Pipelines> {
+        self.pipelines_made.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// What was made on it so far.
+    #[doc(hidden)]
+    pub fn made(&self) -> MadeCounts {
+        *self.made.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Counts one more of what [`Device::made`] tells.
+    pub(crate) fn count(&self, which: impl FnOnce(&mut MadeCounts) -> &mut u32) {
+        *which(&mut self.made.lock().unwrap_or_else(PoisonError::into_inner)) += 1;
     }
 
     /// What an image of this format with optimal tiling can be used for.
@@ -518,6 +551,7 @@ impl Drop for Device {
             // A lost device cannot be waited for, and is destroyed all the same.
             let _ = self.raw.device_wait_idle();
             ManuallyDrop::drop(&mut self.allocator);
+            self.pipelines_made().destroy(&self.raw);
             self.raw.destroy_pipeline_cache(self.pipeline_cache, None);
             self.raw.destroy_device(None);
         }

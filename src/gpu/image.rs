@@ -31,7 +31,7 @@ pub struct ImageInfo<'a> {
 }
 
 /// Samples a texel; all that the specification promises.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Samples {
     /// One.
     #[default]

@@ -28,7 +28,7 @@ pub use barrier::{Use, image_barrier, image_discard, memory_barrier};
 pub use bindings::{Binding, Bindings, Resource};
 pub use buffer::{Buffer, Memory};
 pub use commands::Commands;
-pub use device::{Device, DeviceReport, PointRules, ReplacedShaders, choose_among};
+pub use device::{Device, DeviceReport, MadeCounts, PointRules, ReplacedShaders, choose_among};
 #[cfg(feature = "reload")]
 pub use glsl::Glsl;
 pub use image::{Image, ImageInfo, Sampler, Samples};

@@ -1,14 +1,115 @@
 //! Compute and graphics pipelines, each with the layout of its one descriptor set.
 
+use std::collections::HashMap;
 use std::ffi::CStr;
 use std::sync::Arc;
 
 use ash::vk;
 
-use super::{Bindings, Buffer, Device, Named, Samples};
+use super::{Binding, Bindings, Buffer, Device, Named, Samples};
 use crate::Result;
 
 const MAIN: &CStr = c"main";
+
+/// What tells one pipeline of a device from the others.
+#[derive(PartialEq, Eq, Hash)]
+pub(super) struct PipelineOf {
+    shaders: Vec<Code>,
+    slots: Vec<Binding>,
+    push_bytes: u32,
+    constants: Vec<u32>,
+    state: Option<GraphicsState>,
+}
+
+/// A shader's SPIR-V: as it was built in, or what replaced that.
+#[derive(PartialEq, Eq, Hash)]
+struct Code {
+    name: &'static str,
+    built_in: &'static [u32],
+    replaced: Option<Arc<[u32]>>,
+}
+
+impl Code {
+    fn of(device: &Device, shader: &Shader) -> Self {
+        let replaced = device.replaced_shader(shader);
+        Self { name: shader.name, built_in: shader.words, replaced }
+    }
+
+    fn words(&self) -> &[u32] {
+        self.replaced.as_deref().unwrap_or(self.built_in)
+    }
+}
+
+/// A pipeline and its layout, which live as long as their device.
+#[derive(Clone, Copy)]
+pub(super) struct Made {
+    raw: vk::Pipeline,
+    layout: vk::PipelineLayout,
+}
+
+/// The pipelines of a device: each is made once, whoever asks for it.
+#[derive(Default)]
+pub(super) struct Pipelines {
+    made: HashMap<PipelineOf, Made>,
+    /// Made by two threads at once.
+    twice: Vec<Made>,
+}
+
+impl Pipelines {
+    /// # Safety
+    /// Nothing uses any of them any more, the device's queue included.
+    pub(super) unsafe fn destroy(&mut self, device: &ash::Device) {
+        for made in self.made.drain().map(|(_, made)| made).chain(self.twice.drain(..)) {
+            // SAFETY: by contract.
+            unsafe { made.destroy(device) };
+        }
+    }
+}
+
+impl Made {
+    /// # Safety
+    /// Nothing uses it.
+    unsafe fn destroy(self, device: &ash::Device) {
+        // SAFETY: by contract; null is ignored.
+        unsafe {
+            device.destroy_pipeline(self.raw, None);
+            device.destroy_pipeline_layout(self.layout, None);
+        }
+    }
+}
+
+impl Device {
+    /// The pipeline that `of` describes, made by `make` with a layout for `bindings` if there is none yet.
+    fn pipeline(
+        &self,
+        name: &str,
+        bindings: &Bindings,
+        of: PipelineOf,
+        make: impl FnOnce(&[Code], vk::PipelineLayout) -> Result<vk::Pipeline>,
+    ) -> Result<Made> {
+        if let Some(made) = self.pipelines_made().made.get(&of) {
+            return Ok(*made);
+        }
+        // Not under the lock: drivers compile for seconds.
+        let layout = make_layout(self, name, bindings, of.push_bytes)?;
+        let raw = make(&of.shaders, layout);
+        let made = Made { raw: *raw.as_ref().unwrap_or(&vk::Pipeline::null()), layout };
+        if let Err(error) = raw {
+            // SAFETY: just made, and not used.
+            unsafe { made.destroy(&self.raw) };
+            return Err(error);
+        }
+        self.name(made.raw, name);
+        self.count(|counts| &mut counts.pipelines);
+        let mut pipelines = self.pipelines_made();
+        if let Some(first) = pipelines.made.get(&of).copied() {
+            pipelines.twice.push(made);
+            return Ok(first);
+        }
+        pipelines.made.insert(of, made);
+        Ok(made)
+    }
+}
 
 /// A compiled shader.
 pub struct Shader {
@@ -30,13 +131,11 @@ struct Module<'a> {
 }
 
 impl<'a> Module<'a> {
-    fn new(device: &'a Device, shader: &Shader) -> Result<Self> {
-        let replaced = device.replaced_shader(shader);
-        let words = replaced.as_deref().unwrap_or(shader.words);
-        let info = vk::ShaderModuleCreateInfo::default().code(words);
+    fn new(device: &'a Device, code: &Code) -> Result<Self> {
+        let info = vk::ShaderModuleCreateInfo::default().code(code.words());
         // SAFETY: the words are SPIR-V that shaderc made.
         let raw = unsafe { device.raw.create_shader_module(&info, None) }
-            .named("vkCreateShaderModule", shader.name)?;
+            .named("vkCreateShaderModule", code.name)?;
         Ok(Self { raw, device })
     }
 }
@@ -72,7 +171,7 @@ fn make_layout(
     unsafe { device.raw.create_pipeline_layout(&info, None) }.named("vkCreatePipelineLayout", name)
 }
 
-/// A compute pipeline.
+/// A compute pipeline; it lives as long as its device.
 pub struct ComputePipeline {
     raw: vk::Pipeline,
     layout: vk::PipelineLayout,
@@ -92,29 +191,33 @@ impl ComputePipeline {
         push_bytes: u32,
         specialization: Specialization<'_>,
     ) -> Result<Self> {
-        let module = Module::new(device, shader)?;
-        let mut pipeline = Self {
-            raw: vk::Pipeline::null(),
-            layout: make_layout(device, shader.name, bindings, push_bytes)?,
-            device: device.clone(),
+        let of = PipelineOf {
+            shaders: vec![Code::of(device, shader)],
+            slots: bindings.kinds.clone(),
+            push_bytes,
+            constants: specialization.to_vec(),
+            state: None,
         };
-        let entries = specialization_entries(specialization.len());
-        let constants = vk::SpecializationInfo::default()
-            .map_entries(&entries)
-            .data(bytemuck::cast_slice(specialization));
-        let stage = vk::PipelineShaderStageCreateInfo::default()
-            .stage(vk::ShaderStageFlags::COMPUTE)
-            .module(module.raw)
-            .name(MAIN)
-            .specialization_info(&constants);
-        let info = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(pipeline.layout)];
-        // SAFETY: `info` and all it points to outlive the call.
-        let made =
-            unsafe { device.raw.create_compute_pipelines(device.pipeline_cache, &info, None) };
-        pipeline.raw =
-            made.map_err(|(_, result)| result).named("vkCreateComputePipelines", shader.name)?[0];
-        device.name(pipeline.raw, shader.name);
-        Ok(pipeline)
+        let make = |code: &[Code], layout| {
+            let module = Module::new(device, &code[0])?;
+            let entries = specialization_entries(specialization.len());
+            let constants = vk::SpecializationInfo::default()
+                .map_entries(&entries)
+                .data(bytemuck::cast_slice(specialization));
+            let stage = vk::PipelineShaderStageCreateInfo::default()
+                .stage(vk::ShaderStageFlags::COMPUTE)
+                .module(module.raw)
+                .name(MAIN)
+                .specialization_info(&constants);
+            let info = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(layout)];
+            // SAFETY: `info` and all it points to outlive the call.
+            let made =
+                unsafe { device.raw.create_compute_pipelines(device.pipeline_cache, &info, None) };
+            Ok(made.map_err(|(_, result)| result).named("vkCreateComputePipelines", shader.name)?
+                [0])
+        };
+        let Made { raw, layout } = device.pipeline(shader.name, bindings, of, make)?;
+        Ok(Self { raw, layout, device: device.clone() })
     }
 
     /// Dispatches `groups` workgroups along x, y and z with set `index` of `bindings`.
@@ -173,18 +276,8 @@ unsafe fn push_constants(
     }
 }
 
-impl Drop for ComputePipeline {
-    fn drop(&mut self) {
-        // SAFETY: owners wait for the device before they drop what it uses; null is ignored.
-        unsafe {
-            self.device.raw.destroy_pipeline(self.raw, None);
-            self.device.raw.destroy_pipeline_layout(self.layout, None);
-        }
-    }
-}
-
 /// What a fragment's alpha does.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Alpha {
     /// Nothing: the fragment overwrites.
     Ignored,
@@ -197,7 +290,7 @@ pub enum Alpha {
 }
 
 /// The fixed-function state of a graphics pipeline; all else has one value throughout.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct GraphicsState {
     /// Points, strips, …
     pub topology: vk::PrimitiveTopology,
@@ -213,7 +306,7 @@ pub struct GraphicsState {
     pub depth: bool,
 }
 
-/// A graphics pipeline with dynamic viewport and scissor.
+/// A graphics pipeline with dynamic viewport and scissor; it lives as long as its device.
 pub struct GraphicsPipeline {
     raw: vk::Pipeline,
     layout: vk::PipelineLayout,
@@ -234,12 +327,26 @@ impl GraphicsPipeline {
         specialization: Specialization<'_>,
         state: &GraphicsState,
     ) -> Result<Self> {
-        let modules = [Module::new(device, vertex)?, Module::new(device, fragment)?];
-        let mut pipeline = Self {
-            raw: vk::Pipeline::null(),
-            layout: make_layout(device, vertex.name, bindings, push_bytes)?,
-            device: device.clone(),
+        let of = PipelineOf {
+            shaders: [vertex, fragment].map(|shader| Code::of(device, shader)).into(),
+            slots: bindings.kinds.clone(),
+            push_bytes,
+            constants: specialization.to_vec(),
+            state: Some(*state),
         };
+        let make = |code: &[Code], layout| Self::make(device, code, layout, specialization, state);
+        let Made { raw, layout } = device.pipeline(vertex.name, bindings, of, make)?;
+        Ok(Self { raw, layout, device: device.clone() })
+    }
+
+    fn make(
+        device: &Device,
+        code: &[Code],
+        layout: vk::PipelineLayout,
+        specialization: Specialization<'_>,
+        state: &GraphicsState,
+    ) -> Result<vk::Pipeline> {
+        let modules = [Module::new(device, &code[0])?, Module::new(device, &code[1])?];
         let entries = specialization_entries(specialization.len());
         let constants = vk::SpecializationInfo::default()
             .map_entries(&entries)
@@ -312,15 +419,12 @@ impl GraphicsPipeline {
             .depth_stencil_state(&depth)
             .color_blend_state(&blend)
             .dynamic_state(&dynamic)
-            .layout(pipeline.layout)
+            .layout(layout)
             .push_next(&mut rendering)];
         // SAFETY: `info` and all it points to outlive the call.
         let made =
             unsafe { device.raw.create_graphics_pipelines(device.pipeline_cache, &info, None) };
-        pipeline.raw =
-            made.map_err(|(_, result)| result).named("vkCreateGraphicsPipelines", vertex.name)?[0];
-        device.name(pipeline.raw, vertex.name);
-        Ok(pipeline)
+        Ok(made.map_err(|(_, result)| result).named("vkCreateGraphicsPipelines", code[0].name)?[0])
     }
 
     /// Binds the pipeline with set `index` of `bindings` and its push constants.
@@ -337,16 +441,6 @@ impl GraphicsPipeline {
         unsafe {
             self.device.raw.cmd_bind_pipeline(commands, bind_point, self.raw);
             push_constants(&self.device, commands, self.layout, push);
-        }
-    }
-}
-
-impl Drop for GraphicsPipeline {
-    fn drop(&mut self) {
-        // SAFETY: owners wait for the device before they drop what it uses; null is ignored.
-        unsafe {
-            self.device.raw.destroy_pipeline(self.raw, None);
-            self.device.raw.destroy_pipeline_layout(self.layout, None);
         }
     }
 }

@@ -19,6 +19,7 @@ use ash::vk;
 
 use super::environment::EnvironmentMap;
 use super::frame::{Frame, FrameBuffer};
+use super::glints::Glints;
 use super::light_constants;
 use crate::Result;
 use crate::gpu::{
@@ -40,6 +41,16 @@ pub struct Appearance {
     pub table: Buffer,
     bindings: Bindings,
     pipeline: ComputePipeline,
+}
+
+/// A far drop from every direction, for one model of light.
+pub(crate) struct FarDrop {
+    /// The map that was integrated.
+    pub seen: Arc<EnvironmentMap>,
+    pub appearance: Appearance,
+    pub glints: Glints,
+    /// Milliseconds that the tables took; none where they are empty.
+    pub ms: Option<f64>,
 }
 
 impl Appearance {
@@ -77,11 +88,12 @@ impl Appearance {
         Ok(Self { table, bindings, pipeline })
     }
 
-    /// Computes the whole table, and waits for it.
+    /// Computes the whole table, and waits for it; of `constants` it reads those of the environment.
     ///
     /// # Errors
     /// Those of [`Commands::once`].
     pub fn fill(&self, device: &Arc<Device>, frame: &FrameBuffer, constants: &Frame) -> Result<()> {
+        device.count(|made| &mut made.tables);
         Commands::once(device, "appearance", |commands| {
             frame.record(device, commands, constants);
             memory_barrier(device, commands, &[Use::TransferWrite], &[Use::Uniform]);

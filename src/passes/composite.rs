@@ -24,7 +24,7 @@ use ash::vk;
 use super::appearance::Appearance;
 use super::environment::EnvironmentMap;
 use super::frame::{Frame, FrameBuffer};
-use super::glints::Glints;
+use super::glints::{Glints, SplatTable};
 use super::tiles::{DISORDERED_GROUPS, LARGE_GROUPS, RAY_GROUPS, TILE_PIXELS, Tiles};
 use super::tone_map::{FINAL_SUMS, Source};
 use crate::Result;
@@ -85,6 +85,7 @@ impl Composite {
         seen_by_drops: &EnvironmentMap,
         appearance: &Appearance,
         glints: &Glints,
+        splats: &SplatTable,
         tiles: &Tiles,
         (width, height): (u32, u32),
         plan: &FramePlan,
@@ -107,7 +108,7 @@ impl Composite {
 
         let disordered = make("disordered tiles", 8 * u64::from(tiles.count), Usage::empty())?;
 
-        let splats = &glints.splat_table;
+        let splats = &splats.table;
         let fit = tiles.texels.is_some() && Texels::fit(device, &sky, Texel::FourWords);
         let four_words = |name, buffer| Texels::new(device, name, buffer, Texel::FourWords);
         let texels = match &tiles.texels {
@@ -130,7 +131,7 @@ impl Composite {
         });
         let slots: Vec<_> =
             std::iter::once((Binding::UNIFORM_BUFFER, Resource::Buffer(&frame.buffer)))
-                .chain(tiles.shared.iter().chain([&appearance.table]).map(buffer))
+                .chain(tiles.shared().chain([&appearance.table]).map(buffer))
                 .chain([seen])
                 .chain([&radiance, &sky, &log_sums, &disordered, &tiles.counters].map(buffer))
                 .chain([splats, &glints.sources].map(buffer))

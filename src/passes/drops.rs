@@ -20,10 +20,10 @@ use std::time::Instant;
 
 use ash::vk;
 
-use super::appearance::Appearance;
+use super::appearance::{Appearance, FarDrop};
 use super::compact::Compact;
 use super::environment::EnvironmentMap;
-use super::frame::{Frame, FrameBuffer};
+use super::frame::FrameBuffer;
 use super::mask::Mask;
 use super::radial::{INTERVALS, Radial};
 use super::simulate::Simulate;
@@ -53,42 +53,33 @@ pub struct Target {
 }
 
 /// Where a fragment finds a drop's light.
-enum Table {
-    Mask(Mask),
-    Radial(Radial),
-    Pictures(Appearance),
+pub(crate) enum Table {
+    /// The name of either, and the milliseconds that it took.
+    Mask(Mask, f64),
+    Radial(Radial, f64),
+    Pictures(Arc<FarDrop>),
     /// The closed form needs none.
     None,
 }
 
 impl Table {
-    fn new(
-        device: &Arc<Device>,
-        frame: &FrameBuffer,
-        constants: &Frame,
-        environment: &EnvironmentMap,
-        plan: &FramePlan,
-    ) -> Result<Self> {
-        let light = &plan.light;
-        Ok(match plan.optics {
-            Optics::Radial => Self::Radial(Radial::new(device, light.fresnel)?),
-            Optics::ClosedForm => Self::None,
-            Optics::Far | Optics::Appearance => {
-                let pictures = Appearance::new(device, frame, environment, light)?;
-                pictures.fill(device, frame, constants)?;
-                Self::Pictures(pictures)
-            }
-            Optics::Mask | Optics::MaskF32 | Optics::MaskSnorm16 | Optics::SingleMask => {
-                Self::Mask(Mask::trace(device, plan.mask_size, plan.optics, light)?)
-            }
+    /// The mask, or the table over the impact parameter, whichever the plan's optics read.
+    pub fn new(device: &Arc<Device>, plan: &FramePlan) -> Result<Self> {
+        let (light, before) = (&plan.light, Instant::now());
+        let ms = || before.elapsed().as_secs_f64() * 1e3;
+        Ok(if plan.optics == Optics::Radial {
+            Self::Radial(Radial::new(device, light.fresnel)?, ms())
+        } else {
+            Self::Mask(Mask::trace(device, plan.mask_size, plan.optics, light)?, ms())
         })
     }
 
-    fn name(&self) -> Option<&'static str> {
+    /// What it is, and the milliseconds that it took to make.
+    pub fn ms(&self) -> Option<(&'static str, f64)> {
         match self {
-            Self::Mask(_) => Some("mask"),
-            Self::Radial(_) => Some("radial"),
-            Self::Pictures(_) => Some("appearance"),
+            Self::Mask(_, ms) => Some(("mask", *ms)),
+            Self::Radial(_, ms) => Some(("radial", *ms)),
+            Self::Pictures(pictures) => pictures.ms.map(|ms| ("appearance", ms)),
             Self::None => None,
         }
     }
@@ -97,14 +88,16 @@ impl Table {
     fn reader(&self, optics: Optics) -> (&'static Shader, Option<(Binding, Resource<'_>)>, u32) {
         let buffer = |buffer| Some((Binding::STORAGE_BUFFER, Resource::Buffer(buffer)));
         match self {
-            Self::Mask(mask) => {
+            Self::Mask(mask, _) => {
                 let image = Resource::Sampled(&mask.image, &mask.sampler);
                 (shaders::DROPS_FRAG, Some((Binding::COMBINED_IMAGE_SAMPLER, image)), 0)
             }
-            Self::Radial(radial) => (shaders::DROPS_FRAG_RADIAL, buffer(&radial.table), INTERVALS),
+            Self::Radial(radial, _) => {
+                (shaders::DROPS_FRAG_RADIAL, buffer(&radial.table), INTERVALS)
+            }
             Self::Pictures(pictures) => {
                 let finest = if optics == Optics::Far { 0 } else { Appearance::FINEST };
-                (shaders::DROPS_FRAG_PICTURE, buffer(&pictures.table), finest)
+                (shaders::DROPS_FRAG_PICTURE, buffer(&pictures.appearance.table), finest)
             }
             Self::None => (shaders::DROPS_FRAG_CLOSED_FORM, None, 0),
         }
@@ -119,10 +112,8 @@ pub struct Drops {
     quads: GraphicsPipeline,
     guard_px: f32,
     count: u32,
-    /// What the table of a drop's light is, and the milliseconds that it took to make.
-    pub table_ms: Option<(&'static str, f64)>,
-    // Read by the fragments.
-    _table: Table,
+    /// Read by the fragments.
+    pub(crate) table: Arc<Table>,
 }
 
 /// Guard band in pixels on every side of an image, and the largest point that it allows. Without need
@@ -147,23 +138,19 @@ pub fn guard_band(device: &Arc<Device>, width: u32, height: u32) -> Result<(f32,
 }
 
 impl Drops {
-    /// Pipelines and table for `count` drops.
+    /// Pipelines for `count` drops.
     ///
     /// # Errors
-    /// Those of [`Mask::trace`] where the optics read a mask; [`crate::Error::Memory`] if the device has
-    /// no room for another table; [`crate::Error::Vulkan`] if the driver refuses.
-    pub fn new(
+    /// [`crate::Error::Vulkan`] if the driver refuses.
+    pub(crate) fn new(
         device: &Arc<Device>,
         frame: &FrameBuffer,
-        constants: &Frame,
         environment: &EnvironmentMap,
+        table: Arc<Table>,
         plan: &FramePlan,
         target: Target,
         count: u32,
     ) -> Result<Self> {
-        let before = Instant::now();
-        let table = Table::new(device, frame, constants, environment, plan)?;
-        let table_ms = table.name().map(|name| (name, before.elapsed().as_secs_f64() * 1e3));
         let (fragment, source, own_constant) = table.reader(plan.optics);
         let fragment = if target.stage.is_some() { shaders::DROPS_FRAG_STAGE } else { fragment };
         let map = Resource::Sampled(&environment.image, &environment.sampler);
@@ -211,7 +198,7 @@ impl Drops {
             0,
         )?;
         let guard_px = target.guard_px;
-        Ok(Self { bindings, points, quads, guard_px, count, table_ms, _table: table })
+        Ok(Self { bindings, points, quads, guard_px, count, table })
     }
 
     /// Records the pass over what `color`, an attachment of that size, holds; `depth` is cleared. The records come

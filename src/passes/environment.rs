@@ -108,6 +108,7 @@ impl EnvironmentMap {
                 .to_array()
                 .map(f16::from_f32)
         };
+        device.count(|made| &mut made.environments);
         upload(device, environment, &image, stored)?;
         let sampler = Sampler::linear(
             device,

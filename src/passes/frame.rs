@@ -38,9 +38,12 @@ pub struct Frame {
     pub frustum_y: [f32; 4],
     pub environment: [f32; 4],
     pub tone: [f32; 4],
+    pub tiles: [u32; 4],
+    pub room: [u32; 4],
+    pub clusters: [u32; 4],
 }
 
-const _: () = assert!(size_of::<Frame>() == 18 * 16);
+const _: () = assert!(size_of::<Frame>() == 21 * 16);
 
 /// What the device and the environment add to a scene.
 #[derive(Clone, Copy, Debug)]

@@ -64,18 +64,30 @@ struct SourceRecord {
     light: [f32; 4],
 }
 
-/// The sources, and what splats show of them.
+/// The sources, and their images in far drops.
 pub struct Glints {
     /// How many sources there are.
     pub count: u32,
     /// Their number and they themselves, as `Sources` of `glsl/include/glints.glsl` has them.
     pub(super) sources: Buffer,
-    /// A splat's colour and glints by direction, four words each.
-    pub(super) splat_table: Buffer,
+    /// A far drop's images, by direction.
+    far_glints: Buffer,
     bindings: Bindings,
     far: ComputePipeline,
-    table: ComputePipeline,
-    _far_glints: Buffer,
+}
+
+/// What splats show of the sources in one view.
+pub struct SplatTable {
+    /// A splat's colour and glints by direction, four words each.
+    pub(super) table: Buffer,
+    is_empty: bool,
+    bindings: Bindings,
+    pipeline: ComputePipeline,
+}
+
+/// Directions of the tables. Without sources nothing reads them.
+fn directions(sources: u32) -> u64 {
+    if sources == 0 { 1 } else { u64::from(DIRECTIONS) }
 }
 
 impl Glints {
@@ -87,7 +99,6 @@ impl Glints {
     pub fn new(
         device: &Arc<Device>,
         frame: &FrameBuffer,
-        appearance: &Appearance,
         bright: Option<&Bright>,
         radiance_scale: f32,
         light: &Light,
@@ -105,41 +116,16 @@ impl Glints {
         words[..4].copy_from_slice(&[regions.len() as u32, 0, 0, 0]);
         let storage = Usage::STORAGE_BUFFER;
         let sources = Buffer::upload_device(device, "bright sources", &words, storage)?;
-        // Without sources nothing reads them.
-        let directions = if regions.is_empty() { 1 } else { u64::from(DIRECTIONS) };
-        let far_glints = Buffer::new(
-            device,
-            "far glints",
-            FAR_GLINTS_BYTES * directions,
-            storage,
-            Memory::Device,
-        )?;
-        let usage = storage | Usage::UNIFORM_TEXEL_BUFFER;
-        let splat_table =
-            Buffer::new(device, "splat table", SPLAT_BYTES * directions, usage, Memory::Device)?;
+        let count = regions.len() as u32;
+        let bytes = FAR_GLINTS_BYTES * directions(count);
+        let far_glints = Buffer::new(device, "far glints", bytes, storage, Memory::Device)?;
         let buffer = |buffer| (Binding::STORAGE_BUFFER, Resource::Buffer(buffer));
-        let bindings = Bindings::of(
-            device,
-            "glints",
-            &[
-                (Binding::UNIFORM_BUFFER, Resource::Buffer(&frame.buffer)),
-                buffer(&sources),
-                buffer(&far_glints),
-                buffer(&appearance.table),
-                buffer(&splat_table),
-            ],
-        )?;
+        let uniform = (Binding::UNIFORM_BUFFER, Resource::Buffer(&frame.buffer));
+        let slots = [uniform, buffer(&sources), buffer(&far_glints)];
+        let bindings = Bindings::of(device, "glints", &slots)?;
         let constants = light_constants(light);
-        let pipeline = |shader| ComputePipeline::new(device, shader, &bindings, 0, &constants);
-        Ok(Self {
-            count: regions.len() as u32,
-            sources,
-            splat_table,
-            far: pipeline(shaders::FAR_GLINTS_COMP)?,
-            table: pipeline(shaders::SPLAT_TABLE_COMP)?,
-            bindings,
-            _far_glints: far_glints,
-        })
+        let far = ComputePipeline::new(device, shaders::FAR_GLINTS_COMP, &bindings, 0, &constants)?;
+        Ok(Self { count, sources, far_glints, bindings, far })
     }
 
     /// Finds the images in far drops, and waits for it.
@@ -155,11 +141,37 @@ impl Glints {
             memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::ShaderRead]);
         })
     }
+}
 
-    /// Records the splats' table for the view of the frame's constants, after [`Glints::fill`] and the appearance.
-    pub fn record_table(&self, commands: vk::CommandBuffer) {
-        if self.count > 0 {
-            self.table.dispatch(commands, &self.bindings, 0, &[], [DIRECTIONS / TABLE_GROUP, 1, 1]);
+impl SplatTable {
+    /// A table of the images of `glints` and the pictures of `appearance`.
+    ///
+    /// # Errors
+    /// As [`Glints::new`].
+    pub fn new(
+        device: &Arc<Device>,
+        frame: &FrameBuffer,
+        appearance: &Appearance,
+        glints: &Glints,
+    ) -> Result<Self> {
+        let usage =
+            vk::BufferUsageFlags::STORAGE_BUFFER | vk::BufferUsageFlags::UNIFORM_TEXEL_BUFFER;
+        let bytes = SPLAT_BYTES * directions(glints.count);
+        let table = Buffer::new(device, "splat table", bytes, usage, Memory::Device)?;
+        let buffer = |buffer| (Binding::STORAGE_BUFFER, Resource::Buffer(buffer));
+        let uniform = (Binding::UNIFORM_BUFFER, Resource::Buffer(&frame.buffer));
+        let shared = [&glints.sources, &glints.far_glints, &appearance.table].map(buffer);
+        let slots: Vec<_> = [uniform].into_iter().chain(shared).chain([buffer(&table)]).collect();
+        let bindings = Bindings::of(device, "splat table", &slots)?;
+        let pipeline = ComputePipeline::new(device, shaders::SPLAT_TABLE_COMP, &bindings, 0, &[])?;
+        Ok(Self { table, is_empty: glints.count == 0, bindings, pipeline })
+    }
+
+    /// Records the table for the view of the frame's constants, after [`Glints::fill`] and the appearance.
+    pub fn record(&self, commands: vk::CommandBuffer) {
+        if !self.is_empty {
+            let groups = [DIRECTIONS / TABLE_GROUP, 1, 1];
+            self.pipeline.dispatch(commands, &self.bindings, 0, &[], groups);
         }
     }
 }

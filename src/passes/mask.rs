@@ -89,6 +89,7 @@ impl Mask {
         }
         let constants = light_constants(light);
         let pipeline = ComputePipeline::new(device, shaders::MASK_COMP, &bindings, 8, &constants)?;
+        device.count(|made| &mut made.tables);
         Commands::once(device, "mask", |commands| {
             image_barrier(device, commands, &image, Use::Nothing, Use::ComputeWrite);
             for level in 0..levels {

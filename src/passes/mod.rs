@@ -16,6 +16,7 @@ mod placed;
 #[cfg(feature = "view")]
 pub mod present;
 pub mod radial;
+pub mod rain_field;
 pub mod simulate;
 pub mod sky;
 pub mod tiles;

@@ -32,6 +32,7 @@ impl Radial {
             .map(|row| row_at(f64::from(row) / f64::from(INTERVALS), fresnel))
             .collect();
         let usage = vk::BufferUsageFlags::STORAGE_BUFFER;
+        device.count(|made| &mut made.tables);
         Ok(Self { table: Buffer::upload_device(device, "radial", &rows, usage)? })
     }
 }

@@ -23,16 +23,17 @@ use ash::vk;
 
 use super::appearance::Appearance;
 use super::cells::Cells;
-use super::frame::FrameBuffer;
+use super::frame::{Frame, FrameBuffer};
 use super::light_constants;
 use super::placed::PlacedDrops;
+use super::rain_field::{RainField, SortedDrops};
 use super::simulate::Simulate;
 use crate::gpu::{
     Binding, Bindings, Buffer, ComputePipeline, Device, Memory, Resource, Texel, Texels, Use,
     memory_barrier, shaders,
 };
 use crate::plan::FramePlan;
-use crate::rain::clusters::{CLUSTER, Clusters};
+use crate::rain::clusters::CLUSTER;
 use crate::rain::field::Seen;
 use crate::scene::Scene;
 use crate::scene::projection::View;
@@ -74,43 +75,6 @@ const DROPS_A_BLOCK: u64 = 2;
 const BLOCKS_SHARE: u64 = 8;
 /// Blocks provided in any case: on images of a few tiles many drops share one.
 const LEAST_BLOCKS: u64 = 16_384;
-
-/// What the shaders' `tile_buffers.glsl` has as constants, from number 5 on, after those of
-/// `light_model.glsl`.
-#[derive(Clone, Copy, Debug)]
-struct Limits {
-    tiles: u32,
-    nodes: u32,
-    blocks: u32,
-    larges: u32,
-    splat_px: f32,
-    rays_px: f32,
-    has_placed: bool,
-    samples: u32,
-    bands: u32,
-    region_shift: u32,
-    regions_across: u32,
-    regions: u32,
-}
-
-impl Limits {
-    fn words(&self) -> [u32; 12] {
-        [
-            self.tiles,
-            self.nodes,
-            self.blocks,
-            self.larges,
-            self.splat_px.to_bits(),
-            self.rays_px.to_bits(),
-            self.has_placed.into(),
-            self.samples,
-            self.bands,
-            self.region_shift,
-            self.regions_across,
-            self.regions,
-        ]
-    }
-}
 
 /// The parts of an image by which clusters are sorted within their band, and tiles are drawn.
 struct Regions {
@@ -164,13 +128,13 @@ pub struct Tiles {
     pub counters: Buffer,
     /// What passes read a texel at a time, where the device takes texel buffers so large.
     pub(super) texels: Option<TileTexels>,
-    /// What the shaders' `clusters.glsl` and `tile_buffers.glsl` declare, from binding 1 on, but for the
-    /// pictures.
-    pub(super) shared: [Buffer; 8],
     /// Values of its constants.
     pub(super) constants: Vec<u32>,
     source: Source,
-    bands: u32,
+    /// What `tile_buffers.glsl` declares, from binding 3 on, but for the pictures.
+    buffers: [Buffer; 6],
+    /// What frames say of the tiles, of the room in their lists, and of clusters.
+    in_frame: [[u32; 4]; 3],
     bindings: Bindings,
     clusters_pass: ComputePipeline,
     bin_starts: ComputePipeline,
@@ -180,15 +144,25 @@ pub struct Tiles {
     big: ComputePipeline,
     blocks: ComputePipeline,
     placed: PlacedDrops,
-    _held: Buffer,
+    _found: Buffer,
 }
 
 /// Where drops come from.
 enum Source {
-    /// Drops in a box and placed ones, in so many clusters that never change.
-    Clusters(u32),
-    /// Real rain's cells, and placed drops.
-    Cells(Box<Cells>),
+    /// Drops in a box and placed ones, in clusters that never change.
+    Clusters(Arc<SortedDrops>),
+    /// Real rain's cells, and placed drops; the drops' order, and the `RainField`.
+    Cells(Box<Cells>, [Buffer; 2]),
+}
+
+impl Source {
+    /// What is bound for `clusters.glsl`, or `cells.glsl`.
+    fn buffers(&self) -> [&Buffer; 2] {
+        match self {
+            Self::Clusters(sorted) => [&sorted.order, &sorted.boxes],
+            Self::Cells(_, [order, field]) => [order, field],
+        }
+    }
 }
 
 /// Views of what passes read a texel at a time.
@@ -198,12 +172,11 @@ pub(super) struct TileTexels {
     larges: Texels,
 }
 
-/// Where in [`Tiles::shared`] the buffers are that are reset or read by texels.
-const FIELD: usize = 1;
-const TOTALS: usize = 2;
-const NODES: usize = 3;
-const HEADS: usize = 4;
-const LARGES: usize = 5;
+/// Where in [`Tiles::buffers`] those are that are reset or read by texels.
+const TOTALS: usize = 0;
+const NODES: usize = 1;
+const HEADS: usize = 2;
+const LARGES: usize = 3;
 /// Byte offsets of the indirect arguments in the totals.
 const SORT_GROUPS: u64 = 0;
 const GATHER_GROUPS: u64 = 16; // of the first band
@@ -251,7 +224,7 @@ impl TileCounts {
 }
 
 impl Tiles {
-    /// Buffers and pipelines for the drops of `scene`.
+    /// Buffers and pipelines for pictures of the size of `scene`'s.
     ///
     /// # Errors
     /// [`Error::Limit`] if the drops or the image's pixels are more than the device's bindings or
@@ -261,6 +234,7 @@ impl Tiles {
         device: &Arc<Device>,
         frame: &FrameBuffer,
         appearance: &Appearance,
+        rain: &RainField,
         scene: &Scene,
         plan: &FramePlan,
     ) -> Result<Self> {
@@ -294,19 +268,16 @@ impl Tiles {
         let a_tile = in_view * TILES_A_DROP / f64::from(count);
         let bands = ((a_tile / DROPS_A_BAND).ceil() as u32).clamp(1, MAX_BANDS);
         let has_cells = cells.is_some();
-        let ([clusters, others], sorted, found, source) = match cells {
+        let ([clusters, others], found_bytes, source) = match cells {
             Some((cells, field)) => {
                 let order = 4 * u64::from(CLUSTER) * u64::from(cells.room[0]);
                 let order = Buffer::new(device, "drop order", order, storage, Memory::Device)?;
                 let found = 16 * u64::from(cells.room[1]);
-                (cells.room, [order, field], found, Source::Cells(Box::new(cells)))
+                (cells.room, found, Source::Cells(Box::new(cells), [order, field]))
             }
             None => {
-                let clusters = Clusters::new(scene.rain().as_ref(), scene.drops.len() as u32);
-                let order = Buffer::upload_device(device, "drop order", &clusters.order, storage)?;
-                let boxes = Buffer::upload_device(device, "clusters", &clusters.boxes, storage)?;
-                let (all, random) = (clusters.count(), clusters.boxes.len() as u32);
-                ([all, random], [order, boxes], 16 * u64::from(all), Source::Clusters(all))
+                let sorted = rain.sorted(scene)?;
+                (sorted.counts, 16 * u64::from(sorted.counts[0]), Source::Clusters(sorted))
             }
         };
 
@@ -320,30 +291,19 @@ impl Tiles {
             .min(device.report.max_allocation / (BLOCKS_SHARE * 2 * NODE_BYTES));
         // Where that is less than both may take, blocks have the places of the clusters out of view.
         let nodes = (splats + 2 * blocks).min(range / (2 * NODE_BYTES) * 2);
-        let limits = Limits {
-            tiles: count,
-            nodes: nodes as u32,
-            blocks: blocks as u32,
-            larges: drops.min(range / LARGE_BYTES).min(64 * groups) as u32,
-            splat_px: plan.splat_px,
-            rays_px: plan.rays_px,
-            has_placed: has_cells || !scene.drops.is_empty(),
-            samples: plan.samples,
-            bands,
-            region_shift: regions.shift,
-            regions_across: regions.across,
-            regions: regions.count,
-        };
+        let larges = drops.min(range / LARGE_BYTES).min(64 * groups);
+        let in_frame = [
+            [count, regions.shift, regions.across, regions.count],
+            [nodes as u32, blocks as u32, larges as u32, bands],
+            [clusters, others, 0, 0],
+        ];
 
         let cleared = storage | Usage::TRANSFER_DST;
         let by_four = storage | Usage::UNIFORM_TEXEL_BUFFER;
         let make = |name, bytes: u64, count: u64, usage| {
             Buffer::new(device, name, bytes * count, usage, Memory::Device)
         };
-        let [order, boxes] = sorted;
-        let shared = [
-            order,
-            boxes,
+        let buffers = [
             make(
                 "totals",
                 4,
@@ -352,15 +312,15 @@ impl Tiles {
             )?,
             make("nodes", NODE_BYTES, nodes, by_four)?,
             make("lists", 4, count.into(), cleared)?,
-            make("large drops", LARGE_BYTES, limits.larges.into(), by_four)?,
+            make("large drops", LARGE_BYTES, larges, by_four)?,
             make("big drops", 8, blocks / TILES_OF_BIG + 1, storage)?,
             make("blocks", 8, blocks, storage)?,
         ];
         let placed = PlacedDrops::new(device, scene)?;
-        let found = make("clusters in view", 1, found, storage)?;
+        let found = make("clusters in view", 1, found_bytes, storage)?;
         let counters = Simulate::counters(device)?;
 
-        let (nodes, larges, pictures) = (&shared[NODES], &shared[LARGES], &appearance.table);
+        let (nodes, larges, pictures) = (&buffers[NODES], &buffers[LARGES], &appearance.table);
         let fit = [(nodes, Texel::FourWords), (larges, Texel::FourWords), (pictures, Texel::Word)]
             .iter()
             .all(|(buffer, words)| Texels::fit(device, buffer, *words));
@@ -373,26 +333,28 @@ impl Tiles {
         } else {
             None
         };
+        let has_placed = has_cells || !scene.drops.is_empty();
         let views = texels.iter().flat_map(|texels| [&texels.larges, &texels.pictures]);
 
         let uniform = (Binding::UNIFORM_BUFFER, Resource::Buffer(&frame.buffer));
         let buffer = |buffer| (Binding::STORAGE_BUFFER, Resource::Buffer(buffer));
         let slots: Vec<_> = std::iter::once(uniform)
-            .chain(
-                shared
-                    .iter()
-                    .chain([&appearance.table, &placed.buffer, &counters, &found])
-                    .map(buffer),
-            )
+            .chain(source.buffers().into_iter().chain(&buffers).map(buffer))
+            .chain([&appearance.table, &placed.buffer, &counters, &found].map(buffer))
             .chain(views.map(|view| (Binding::UNIFORM_TEXEL_BUFFER, Resource::Texels(view))))
             .collect();
         let bindings = Bindings::of(device, "tiles", &slots)?;
-        let constants: Vec<u32> =
-            light_constants(&plan.light).into_iter().chain(limits.words()).collect();
-        let pipeline = |shader, push_words: u32, constants: &[u32]| {
-            ComputePipeline::new(device, shader, &bindings, 4 * push_words, constants)
+        let own =
+            [plan.splat_px.to_bits(), plan.rays_px.to_bits(), has_placed.into(), plan.samples];
+        let constants: Vec<u32> = light_constants(&plan.light)
+            .into_iter()
+            .chain([0; 4]) // no shader has these
+            .chain(own)
+            .chain([0; 4])
+            .collect();
+        let pipeline = |shader, push_words: u32| {
+            ComputePipeline::new(device, shader, &bindings, 4 * push_words, &constants)
         };
-        let of_clusters: Vec<u32> = constants.iter().copied().chain([clusters, others]).collect();
         let by = |of_cells, of_clusters| if has_cells { of_cells } else { of_clusters };
         let find = by(shaders::CELLS_COMP, shaders::CLUSTERS_COMP);
         let starts = by(shaders::BIN_STARTS_COMP_CELLS, shaders::BIN_STARTS_COMP);
@@ -408,31 +370,41 @@ impl Tiles {
             touch: device.report.is_cpu() && fit && splats > 0 && bands > 1,
             counters,
             source,
-            bands,
-            clusters_pass: pipeline(find, 0, &of_clusters)?,
-            bin_starts: pipeline(starts, 0, &of_clusters)?,
-            sort_clusters: pipeline(sort, 0, &of_clusters)?,
-            gather: pipeline(gather, 1, &of_clusters)?,
-            large: pipeline(large, 0, &constants)?,
-            big: pipeline(shaders::BIG_COMP, 0, &constants)?,
-            blocks: pipeline(blocks, 0, &constants)?,
-            shared,
+            in_frame,
+            clusters_pass: pipeline(find, 0)?,
+            bin_starts: pipeline(starts, 0)?,
+            sort_clusters: pipeline(sort, 0)?,
+            gather: pipeline(gather, 1)?,
+            large: pipeline(large, 0)?,
+            big: pipeline(shaders::BIG_COMP, 0)?,
+            blocks: pipeline(blocks, 0)?,
+            buffers,
             constants,
             texels,
             bindings,
             placed,
-            _held: found,
+            _found: found,
         })
     }
 
     /// Whether drops come from the cells of real rain.
     pub(super) fn has_cells(&self) -> bool {
-        matches!(self.source, Source::Cells(_))
+        matches!(self.source, Source::Cells(..))
     }
 
     /// Numbers of workgroups that the passes leave for indirect dispatches.
     pub(crate) fn totals(&self) -> &Buffer {
-        &self.shared[TOTALS]
+        &self.buffers[TOTALS]
+    }
+
+    /// What the shaders' `clusters.glsl` and `tile_buffers.glsl` declare, from binding 1 on, but for the pictures.
+    pub(super) fn shared(&self) -> impl Iterator<Item = &Buffer> {
+        self.source.buffers().into_iter().chain(&self.buffers)
+    }
+
+    /// Completes a frame's constants.
+    pub fn complete(&self, frame: &mut Frame) {
+        [frame.tiles, frame.room, frame.clusters] = self.in_frame;
     }
 
     /// Records the reset of what is counted and linked, the placed drops' places, and what is `seen` of real rain
@@ -445,10 +417,10 @@ impl Tiles {
         seen: Option<&Seen>,
     ) {
         self.placed.record(device, commands, scene);
-        if let (Source::Cells(cells), Some(seen)) = (&self.source, seen) {
-            cells.record(device, commands, &self.shared[FIELD], seen);
+        if let (Source::Cells(cells, [_, field]), Some(seen)) = (&self.source, seen) {
+            cells.record(device, commands, field, seen);
         }
-        for (buffer, value) in [(&self.counters, 0), (&self.shared[HEADS], END)] {
+        for (buffer, value) in [(&self.counters, 0), (&self.buffers[HEADS], END)] {
             let raw = buffer.raw();
             // SAFETY: the command buffer is recorded outside of rendering.
             unsafe { device.raw().cmd_fill_buffer(commands, raw, 0, vk::WHOLE_SIZE, value) };
@@ -472,7 +444,7 @@ impl Tiles {
     /// Those of [`Cells::seen`].
     pub fn seen(&self, scene: &Scene) -> Result<Option<Seen>> {
         match &self.source {
-            Source::Cells(cells) => Ok(Some(cells.seen(scene)?)),
+            Source::Cells(cells, _) => Ok(Some(cells.seen(scene)?)),
             Source::Clusters(_) => Ok(None),
         }
     }
@@ -485,16 +457,17 @@ impl Tiles {
         seen: Option<&Seen>,
     ) {
         let groups = match (&self.source, seen) {
-            (Source::Cells(cells), Some(seen)) => {
+            (Source::Cells(cells, _), Some(seen)) => {
                 // In as many rows as a device with the least of limits needs.
                 let groups = cells.groups(seen);
                 let rows = groups.div_ceil(MOST_GROUPS).max(1);
                 [groups.div_ceil(rows), rows, 1]
             }
-            (Source::Clusters(clusters), _) => {
-                [clusters.div_ceil(CLUSTERS_GROUP).next_multiple_of(STRETCHES), 1, 1]
+            (Source::Clusters(sorted), _) => {
+                let groups = sorted.counts[0].div_ceil(CLUSTERS_GROUP);
+                [groups.next_multiple_of(STRETCHES), 1, 1]
             }
-            (Source::Cells(_), None) => [0; 3],
+            (Source::Cells(..), None) => [0; 3],
         };
         let (bindings, totals) = (&self.bindings, self.totals());
         self.clusters_pass.dispatch(commands, bindings, 0, &[], groups);
@@ -508,7 +481,7 @@ impl Tiles {
     /// Records the drops' places and the small ones' entry into the lists, after
     /// [`Tiles::record_clusters`] and a barrier.
     pub fn record_gather(&self, device: &Device, commands: vk::CommandBuffer) {
-        for band in 0..self.bands {
+        for band in 0..self.in_frame[1][3] {
             if band > 0 {
                 memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::ComputeWrite]);
             }

@@ -74,7 +74,7 @@ pub struct ToneMap {
     /// The sums of the first step, then those of the second.
     sums: vk::Buffer,
     /// Number of sums of the first step.
-    count: u32,
+    pub count: u32,
     own_sums: Option<Buffer>,
     _texels: Option<Texels>,
     _sampler: Sampler,
@@ -142,13 +142,13 @@ impl ToneMap {
             }
             Source::Tiles { .. } => None,
         };
-        let sum_up = ComputePipeline::new(device, shaders::SUM_LOGS_COMP, &bindings, 0, &[count])?;
+        let sum_up = ComputePipeline::new(device, shaders::SUM_LOGS_COMP, &bindings, 0, &[])?;
         let apply = GraphicsPipeline::new(
             device,
             [shaders::TONE_MAP_VERT, apply_shader],
             &bindings,
             0,
-            &[count, FINAL_SUMS, u32::from(operator == Operator::Photographic)],
+            &[FINAL_SUMS, u32::from(operator == Operator::Photographic)],
             &GraphicsState {
                 topology: vk::PrimitiveTopology::TRIANGLE_LIST,
                 attribute: None,

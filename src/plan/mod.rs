@@ -110,6 +110,15 @@ impl Default for Light {
     }
 }
 
+impl FramePlan {
+    /// Whether both draw by the same models, and so by the same pipelines and tables.
+    pub fn has_models_of(&self, other: &Self) -> bool {
+        let models =
+            |plan: &Self| Self { why: None, doubt: None, passes: Vec::new(), ..plan.clone() };
+        models(self) == models(other)
+    }
+}
+
 /// What `scene` requires for `output`; by preset `auto` what is expected to do, at stated costs of no device
 /// in particular ([`Costs::default`]).
 ///

@@ -1,36 +1,35 @@
 //! One frame, top to bottom. Every barrier between passes is here: in `points.rs` for the paper's
-//! frame, in `tiled.rs` for the fast one, and for what both share in [`Renderer::submit`].
+//! frame, in `tiled.rs` for the fast one, and for what both share in `view.rs` and [`Renderer::submit`].
+//!
+//! Four things, none remade when only one after it changes: the [`Device`] with its pipelines; the light
+//! ([`Lighting`]); the drops ([`RainField`]); and the view, which has the size of a picture.
 
+mod lighting;
 pub mod parts;
 mod points;
 pub mod stages;
 mod tiled;
+mod view;
 
 use std::sync::Arc;
-use std::time::Instant;
 
 use ash::vk;
 use half::f16;
 
-use self::points::Points;
-use self::tiled::Tiled;
+pub use self::lighting::Lighting;
+use self::view::{Drawing, View, lattice_of};
 use crate::environment::Environment;
 use crate::gpu::{
-    Buffer, Commands, Device, Image, ImageInfo, Memory, Samples, Timestamps, Use, image_barrier,
-    image_discard, memory_barrier,
+    Buffer, Commands, Device, Image, Memory, Timestamps, Use, image_barrier, memory_barrier,
 };
-use crate::passes::drops::guard_band;
-use crate::passes::environment::{EnvironmentMap, stored_scale};
-use crate::passes::frame::{Frame, FrameBuffer, Surroundings};
-use crate::passes::glints::bright_parts;
+pub use crate::passes::rain_field::RainField;
 use crate::passes::simulate::{Counts, Simulate};
 use crate::passes::tiles::{self, TileCounts};
-use crate::passes::tone_map::{DELTA, DISPLAY, FinalSums, Source, ToneMap};
+use crate::passes::tone_map::FinalSums;
 use crate::picture::Picture;
 use crate::plan::FramePlan;
 use crate::rain::{Tick, tick_of_seconds};
 use crate::scene::Scene;
-use crate::scene::model::Primitive;
 use crate::{Error, Result};
 
 /// Frames that may be under way at once: one is recorded while the other is drawn.
@@ -78,196 +77,107 @@ impl Flight {
     }
 }
 
-/// From a scene to its radiance.
-enum Drawing {
-    Points(Box<Points>),
-    Tiled(Box<Tiled>),
-}
-
-impl Drawing {
-    fn counters(&self) -> Option<&Buffer> {
-        match self {
-            Self::Points(points) => points.simulate().map(|simulate| &simulate.counters),
-            Self::Tiled(tiled) => Some(&tiled.tiles.counters),
-        }
-    }
-
-    /// What the tiles' passes hand to each other, counts among it.
-    fn totals(&self) -> Option<&Buffer> {
-        match self {
-            Self::Points(_) => None,
-            Self::Tiled(tiled) => Some(tiled.tiles.totals()),
-        }
-    }
-}
-
-/// The pass that turns radiance into display colour, and its target.
-struct Display {
-    tone_map: ToneMap,
-    image: Image,
-    /// Whether the frame sums up the logarithms that a derived exposure needs.
-    log_average: bool,
-}
-
-/// Renders a scene by a frame plan.
+/// Renders a scene by a frame plan: one view of some drops in some light, of which other renderers may show the same.
 ///
-/// Device, image size, drops, seed and models are fixed when it is made; camera, time and tone
+/// Device, image size, drops, seed, environment and models are fixed when it is made; camera, time and tone
 /// mapping key are taken from the scene of each frame.
 pub struct Renderer {
     flights: [Flight; FLIGHTS],
     next: usize,
-    frame: FrameBuffer,
-    surroundings: Surroundings,
-    size: (u32, u32),
-    /// Tiles across and down.
-    lattice: [u32; 2],
+    view: View,
+    made_for: Scene,
     /// In place of the frame's own: the sums of the whole picture that it is a part of, and that one's pixels.
     whole_sums: Option<(FinalSums, f32)>,
-    // Views what `drawing` holds, so it is freed first.
-    display: Option<Display>,
-    drawing: Drawing,
     stored_at: Option<Tick>,
-    environment_ms: f64,
-    // Sampled by the passes.
-    _environment: EnvironmentMap,
+    lighting: Arc<Lighting>,
+    rain: Arc<RainField>,
     // Last: all of the above is freed before it.
     device: Arc<Device>,
 }
 
-/// What the device and the environment add to the constants of a frame. `mean_luminance` is that of the environment
-/// without small bright sources, of which one may outshine all the rest.
-fn surroundings(
-    device: &Arc<Device>,
-    scene: &Scene,
-    environment: &EnvironmentMap,
-    mean_luminance: f64,
-) -> Result<Surroundings> {
-    let (width, height) = scene.picture_size();
-    let (_, point_limit_px) = guard_band(device, width, height)?;
-    let scale = f64::from(environment.radiance_scale);
-    let delta = (DELTA * mean_luminance / scale) as f32;
-    Ok(Surroundings {
-        point_limit_px,
-        texel_angle: environment.texel_angle,
-        radiance_scale: environment.radiance_scale,
-        // In an all-black environment any δ keeps the logarithm finite.
-        delta: delta.max(f32::MIN_POSITIVE),
-    })
-}
-
-/// Tiles of a scene's picture, across and down; those of the whole, so that their number is not told by its size.
-fn lattice_of(scene: &Scene) -> [u32; 2] {
-    let (first, end) = tiles::of_view(&scene.view());
-    [end[0] - first[0], end[1] - first[1]]
+/// What a frame is refused for.
+fn refuse<T>(problem: &str) -> Result<T> {
+    Err(Error::Scene { place: "the frame".into(), problem: problem.into() })
 }
 
 impl Renderer {
     /// Makes everything that frames of `scene` by `plan` need.
     ///
     /// # Errors
-    /// [`Error::Limit`] if the image or the drops are more than the device takes; [`Error::Memory`] if it
-    /// has no room for them; [`Error::DeviceLacks`] if it cannot store and filter the mask's format;
-    /// [`Error::Vulkan`] if a call fails, a lost device among the reasons ([`Error::is_lost`]).
+    /// Those of [`Lighting::new`] and [`Renderer::of`].
     pub fn new(
         device: &Arc<Device>,
         scene: &Scene,
         environment: &Environment,
         plan: &FramePlan,
     ) -> Result<Self> {
-        let (width, height) = scene.picture_size();
-        let frame = FrameBuffer::new(device)?;
-        let before = Instant::now();
-        let bright = bright_parts(environment);
-        let rest = bright.as_ref().map_or(environment, |bright| &bright.rest);
-        let mean = rest.mean_luminance();
-        let environment =
-            EnvironmentMap::new(device, environment, stored_scale(environment, mean))?;
-        let environment_ms = before.elapsed().as_secs_f64() * 1e3;
-        let surroundings = surroundings(device, scene, &environment, mean)?;
-        let constants = Frame::new(scene, &surroundings, None);
-        let drawing = match plan.primitive {
-            Primitive::Point | Primitive::Quad => {
-                let points = Points::new(device, scene, &constants, &frame, &environment, plan)?;
-                Drawing::Points(Box::new(points))
-            }
-            Primitive::Tile => {
-                let bright = bright.as_ref();
-                let tiled =
-                    Tiled::new(device, scene, &constants, &frame, &environment, bright, plan)?;
-                Drawing::Tiled(Box::new(tiled))
-            }
-        };
-        let display = match plan.tone_map {
-            Some(operator) => {
-                let source = match &drawing {
-                    Drawing::Points(points) => Source::Image(&points.radiance),
-                    Drawing::Tiled(tiled) => tiled.composite.source(),
-                };
-                let usage = vk::ImageUsageFlags::COLOR_ATTACHMENT
-                    | vk::ImageUsageFlags::TRANSFER_SRC
-                    | vk::ImageUsageFlags::SAMPLED;
-                let (name, format) = ("display", DISPLAY);
-                let samples = Samples::One;
-                let info =
-                    ImageInfo { name, width, height, levels: 1, layers: 1, format, usage, samples };
-                let tone_map = ToneMap::new(device, &frame, source, operator)?;
-                let log_average = plan.log_average;
-                Some(Display { tone_map, image: Image::new(device, &info)?, log_average })
-            }
-            None => None,
-        };
+        let lighting = Arc::new(Lighting::new(device, environment)?);
+        Self::of(&lighting, &Arc::new(RainField::new(device, scene)), scene, plan)
+    }
+
+    /// Makes what frames of `scene` by `plan` need beside light and rain that other renderers may show too: what has
+    /// the picture's size, and pipelines and tables that no picture on the device has asked for yet.
+    ///
+    /// # Errors
+    /// [`Error::Scene`] if the rain is not the scene's, or on another device than the light; [`Error::Limit`] if the
+    /// image or the drops are more than the device takes; [`Error::Memory`] if it
+    /// has no room for them; [`Error::DeviceLacks`] if it cannot store and filter the mask's format;
+    /// [`Error::Vulkan`] if a call fails, a lost device among the reasons ([`Error::is_lost`]).
+    pub fn of(
+        lighting: &Arc<Lighting>,
+        rain: &Arc<RainField>,
+        scene: &Scene,
+        plan: &FramePlan,
+    ) -> Result<Self> {
+        let device = lighting.device();
+        if !Arc::ptr_eq(device, rain.device()) || !rain.is_of(scene) {
+            return refuse("the rain is of another scene or on another device");
+        }
         Ok(Self {
             flights: [Flight::new(device)?, Flight::new(device)?],
             next: 0,
-            frame,
-            surroundings,
-            size: (width, height),
-            lattice: lattice_of(scene),
+            view: View::new(lighting, rain, scene, plan)?,
+            made_for: scene.clone(),
             whole_sums: None,
-            drawing,
-            display,
             stored_at: None,
-            environment_ms,
-            _environment: environment,
+            lighting: lighting.clone(),
+            rain: rain.clone(),
             device: device.clone(),
         })
+    }
+
+    /// The light, for another renderer.
+    pub fn lighting(&self) -> &Arc<Lighting> {
+        &self.lighting
+    }
+
+    /// The drops, for another renderer.
+    pub fn rain(&self) -> &Arc<RainField> {
+        &self.rain
     }
 
     /// Milliseconds that the tables took which are made once: the environment's levels, the mask or
     /// another table of a drop's light.
     pub fn setup_ms(&self) -> Vec<(&'static str, f64)> {
-        let table = match &self.drawing {
-            Drawing::Points(points) => points.table_ms(),
-            Drawing::Tiled(tiled) => tiled.table_ms,
-        };
-        [("environment levels", self.environment_ms)].into_iter().chain(table).collect()
+        let table = self.view.drawing.table_ms();
+        [("environment levels", self.lighting.environment_ms)].into_iter().chain(table).collect()
     }
 
     /// Records and submits a frame of `scene`, which may differ in camera, time, key and fixed exposure from the
     /// one that the renderer was made for. Waits for the frame before the last, and returns its report.
     ///
     /// # Errors
-    /// [`Error::Scene`] if the frame's exposure is to be derived from the picture and the renderer was made for
-    /// a fixed one; [`Error::Vulkan`] if waiting, recording or submitting fails, a lost device among the
+    /// [`Error::Scene`] if the scene's size, drops, seed, environment or models are not those that the renderer was
+    /// made for, or if the frame's exposure is to be derived from the picture and the renderer was made for a fixed
+    /// one; [`Error::Vulkan`] if waiting, recording or submitting fails, a lost device among the
     /// reasons ([`Error::is_lost`]).
     pub fn submit(&mut self, scene: &Scene) -> Result<Option<FrameReport>> {
-        let derives_exposure = scene.tone_map.derives_exposure();
-        if derives_exposure && self.display.as_ref().is_some_and(|display| !display.log_average) {
-            let problem = "tone_map: the renderer was made for a fixed exposure".into();
-            return Err(Error::Scene { place: "the frame".into(), problem });
-        }
-        if scene.picture_size() != self.size || lattice_of(scene) != self.lattice {
-            let (width, height) = self.size;
-            let problem = format!(
-                "the renderer was made for {width} x {height} pixels, or for others of a larger picture"
-            );
-            return Err(Error::Scene { place: "the frame".into(), problem });
-        }
-        let seen = match &self.drawing {
+        self.check(scene)?;
+        let seen = match &self.view.drawing {
             Drawing::Tiled(tiled) => tiled.tiles.seen(scene)?,
             Drawing::Points(_) => None,
         };
-        let mut frame = Frame::new(scene, &self.surroundings, self.stored_at);
+        let mut frame = self.view.frame_of(scene, self.stored_at);
         if let Some((_, pixels)) = &self.whole_sums {
             frame.tone[3] = *pixels;
         }
@@ -276,7 +186,7 @@ impl Renderer {
         let flight = &mut self.flights[self.next];
         self.next = (self.next + 1) % FLIGHTS;
         let commands = flight.commands.begin()?;
-        let finished = flight.report(&self.drawing)?;
+        let finished = flight.report(&self.view.drawing)?;
         let time = &mut flight.timestamps;
         time.reset();
 
@@ -294,43 +204,14 @@ impl Renderer {
             ],
             &[Use::TransferWrite, Use::ComputeWrite],
         );
-        self.frame.record(device, commands, &frame);
-        match &mut self.drawing {
-            Drawing::Points(points) => {
-                points.record_reset(device, commands, scene);
-                points.record(device, commands, time);
-            }
-            Drawing::Tiled(tiled) => {
-                tiled.record_reset(device, commands, scene, seen.as_ref());
-                tiled.record(device, commands, time, &frame, seen.as_ref());
-            }
-        }
+        let sums = self.whole_sums.as_ref().map(|(sums, _)| sums);
+        self.view.record(device, commands, time, (scene, &frame, seen.as_ref()), sums);
 
-        if let Some(display) = &self.display {
-            let tone_map = &display.tone_map;
-            match &self.drawing {
-                Drawing::Points(points) => points.record_display(device, commands),
-                Drawing::Tiled(tiled) => tiled.record_display(device, commands),
-            }
-            if let (true, Some((sums, _))) = (derives_exposure, &self.whole_sums) {
-                memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::TransferWrite]);
-                tone_map.record_sums(device, commands, sums);
-                memory_barrier(device, commands, &[Use::TransferWrite], &[Use::GraphicsRead]);
-            } else if derives_exposure {
-                time.time(commands, "log luminance", || {
-                    tone_map.record_log_luminance(device, commands);
-                });
-                memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::GraphicsRead]);
-            }
-            let before = [Use::TransferRead, Use::ColorAttachment];
-            image_discard(device, commands, &display.image, &before, Use::ColorAttachment);
-            time.time(commands, "tone map", || tone_map.record(device, commands, &display.image));
-        }
-
-        let of_drops = self.drawing.counters().map(|from| (from, 0, 0, Simulate::COUNTER_WORDS));
+        let of_drops =
+            self.view.drawing.counters().map(|from| (from, 0, 0, Simulate::COUNTER_WORDS));
         let after = 4 * Simulate::COUNTER_WORDS as u64;
         let of_tiles =
-            self.drawing.totals().map(|from| (from, tiles::COUNTS.0, after, tiles::COUNTS.1));
+            self.view.drawing.totals().map(|from| (from, tiles::COUNTS.0, after, tiles::COUNTS.1));
         if of_drops.is_some() {
             memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::TransferRead]);
             for (from, src_offset, dst_offset, words) in of_drops.into_iter().chain(of_tiles) {
@@ -345,18 +226,43 @@ impl Renderer {
         Ok(finished)
     }
 
+    /// Fails if `scene` is not what the renderer was made for, but for what may differ from frame to frame.
+    fn check(&self, scene: &Scene) -> Result<()> {
+        let (made, view) = (&self.made_for, &self.view);
+        if scene.picture_size() != view.size || lattice_of(scene) != view.lattice {
+            let (width, height) = view.size;
+            return refuse(&format!(
+                "the renderer was made for {width} x {height} pixels, or for others of a larger picture"
+            ));
+        }
+        if !self.rain.is_of(scene) {
+            return refuse("the renderer was made for other drops, or another seed");
+        }
+        if scene.environment != made.environment {
+            return refuse("the renderer was made for another environment");
+        }
+        if scene.model != made.model {
+            return refuse("the renderer was made for other models");
+        }
+        let sums_up = view.display.as_ref().is_none_or(|display| display.log_average);
+        if scene.tone_map.derives_exposure() && !sums_up {
+            return refuse("tone_map: the renderer was made for a fixed exposure");
+        }
+        Ok(())
+    }
+
     /// Width and height in pixels of what is drawn.
     pub fn size(&self) -> (u32, u32) {
-        self.size
+        self.view.size
     }
 
     /// The last frame's sums of log(delta + luminance): of the paper's frame in no order, of others tile by tile.
     fn read_log_sums(&self) -> Result<Vec<f32>> {
-        let tiled = match &self.drawing {
+        let tiled = match &self.view.drawing {
             Drawing::Tiled(tiled) => Some(&tiled.composite.log_sums),
             Drawing::Points(_) => None,
         };
-        let own = || self.display.as_ref().and_then(|display| display.tone_map.own_sums());
+        let own = || self.view.display.as_ref().and_then(|display| display.tone_map.own_sums());
         let Some(sums) = tiled.or_else(own) else { return Ok(Vec::new()) };
         let mut all: Vec<f32> = self.read_buffer(sums)?;
         all.truncate(all.len() - size_of::<FinalSums>() / 4);
@@ -367,7 +273,7 @@ impl Renderer {
     /// none if the renderer was made for a radiance output. Whoever samples it on the same queue
     /// hands it back as a colour attachment.
     pub fn display(&self) -> Option<&Image> {
-        self.display.as_ref().map(|display| &display.image)
+        self.view.display.as_ref().map(|display| &display.image)
     }
 
     /// Waits for the last submitted frame and reports on it.
@@ -377,7 +283,7 @@ impl Renderer {
     pub fn finish(&self) -> Result<FrameReport> {
         let flight = &self.flights[(self.next + FLIGHTS - 1) % FLIGHTS];
         flight.commands.wait()?;
-        Ok(flight.report(&self.drawing)?.unwrap_or_default())
+        Ok(flight.report(&self.view.drawing)?.unwrap_or_default())
     }
 
     /// Linear radiance of the last frame, which it waits for.
@@ -386,16 +292,19 @@ impl Renderer {
     /// As [`Renderer::finish`]; [`Error::Memory`] if there is no room for the copy, [`Error::Vulkan`] if it
     /// fails.
     pub fn read_radiance(&self) -> Result<Picture> {
-        let halves: Vec<[f16; 4]> = match &self.drawing {
+        let halves: Vec<[f16; 4]> = match &self.view.drawing {
             Drawing::Points(points) => {
-                let last =
-                    if self.display.is_some() { Use::ShaderRead } else { Use::ColorAttachment };
+                let last = if self.view.display.is_some() {
+                    Use::ShaderRead
+                } else {
+                    Use::ColorAttachment
+                };
                 self.read_image(&points.radiance, last)?
             }
             Drawing::Tiled(tiled) => self.read_buffer(&tiled.composite.radiance)?,
         };
-        let scale = self.surroundings.radiance_scale;
-        let (width, height) = self.size;
+        let scale = self.view.surroundings.radiance_scale;
+        let (width, height) = self.view.size;
         let pixels = halves[..width as usize * height as usize]
             .iter()
             .map(|p| glam::Vec3::new(p[0].to_f32(), p[1].to_f32(), p[2].to_f32()) * scale)
@@ -409,7 +318,7 @@ impl Renderer {
     /// [`Error::Scene`] if the renderer was made for a radiance output; else those of
     /// [`Renderer::read_radiance`].
     pub fn read_display(&self) -> Result<Vec<u8>> {
-        let Some(display) = &self.display else {
+        let Some(display) = &self.view.display else {
             return Err(Error::Scene {
                 place: "the frame plan".into(),
                 problem: "it has no display output to read".into(),
@@ -425,7 +334,7 @@ impl Renderer {
     /// # Errors
     /// As [`Renderer::read_radiance`], where there are records to read.
     pub fn read_drops(&self) -> Result<Vec<[f32; 4]>> {
-        match &self.drawing {
+        match &self.view.drawing {
             Drawing::Points(points) => points
                 .simulate()
                 .map_or(Ok(Vec::new()), |simulate| self.read_buffer(&simulate.drops)),

@@ -6,7 +6,7 @@
 
 use std::sync::Arc;
 
-use super::{FrameReport, Renderer, lattice_of};
+use super::{FrameReport, Lighting, RainField, Renderer, lattice_of};
 use crate::environment::Environment;
 use crate::gpu::Device;
 use crate::passes::tiles::{self, TILE};
@@ -71,6 +71,8 @@ pub struct Parts<'a> {
     device: &'a Arc<Device>,
     environment: &'a Environment,
     plan: &'a FramePlan,
+    /// What parts of all sizes show.
+    shown: Option<(Arc<Lighting>, Arc<RainField>)>,
     /// That of the last part, and what it is made for: the picture's size and its place among the tiles.
     renderer: Option<(PartSize, Renderer)>,
 }
@@ -83,7 +85,7 @@ type PartSize = ((u32, u32), [u32; 2]);
 impl<'a> Parts<'a> {
     /// Draws nothing yet.
     pub fn new(device: &'a Arc<Device>, environment: &'a Environment, plan: &'a FramePlan) -> Self {
-        Self { device, environment, plan, renderer: None }
+        Self { device, environment, plan, shown: None, renderer: None }
     }
 
     /// Draws the picture of `scene`, whose window is the whole, by the parts of `grid`; `take` is called with the place
@@ -170,11 +172,20 @@ impl<'a> Parts<'a> {
     fn take_renderer(&mut self, scene: &Scene) -> Result<(PartSize, Renderer)> {
         let size = (scene.picture_size(), lattice_of(scene));
         // One at a time: two might not fit beside each other.
-        let kept = self.renderer.take().filter(|(kept, _)| *kept == size);
-        Ok(match kept {
-            Some(kept) => kept,
-            None => (size, Renderer::new(self.device, scene, self.environment, self.plan)?),
-        })
+        let kept = self.renderer.take();
+        let kept = kept.filter(|(kept, of)| *kept == size && of.rain().is_of(scene));
+        if let Some(kept) = kept {
+            return Ok(kept);
+        }
+        if self.shown.as_ref().is_none_or(|(_, rain)| !rain.is_of(scene)) {
+            let lighting = match self.shown.take() {
+                Some((lighting, _)) => lighting,
+                None => Arc::new(Lighting::new(self.device, self.environment)?),
+            };
+            self.shown = Some((lighting, Arc::new(RainField::new(self.device, scene))));
+        }
+        let (lighting, rain) = self.shown.as_ref().expect("just made");
+        Ok((size, Renderer::of(lighting, rain, scene, self.plan)?))
     }
 
     fn draw(

@@ -1,9 +1,8 @@
 //! The paper's frame: every drop a billboard, over the sky, in an image.
 
-use std::sync::Arc;
-
 use ash::vk;
 
+use super::lighting::Lighting;
 use crate::Result;
 use crate::gpu::{
     Alpha, Device, Image, ImageInfo, Samples, Timestamps, Use, image_barrier, image_discard,
@@ -12,8 +11,7 @@ use crate::gpu::{
 use crate::passes::attachment;
 use crate::passes::compact::Compact;
 use crate::passes::drops::{Drops, Target, guard_band};
-use crate::passes::environment::EnvironmentMap;
-use crate::passes::frame::{Frame, FrameBuffer};
+use crate::passes::frame::FrameBuffer;
 use crate::passes::simulate::Simulate;
 use crate::passes::sky::Sky;
 use crate::plan::FramePlan;
@@ -44,13 +42,12 @@ pub(super) struct Points {
 
 impl Points {
     pub fn new(
-        device: &Arc<Device>,
-        scene: &Scene,
-        constants: &Frame,
+        lighting: &Lighting,
         frame: &FrameBuffer,
-        environment: &EnvironmentMap,
+        scene: &Scene,
         plan: &FramePlan,
     ) -> Result<Self> {
+        let (device, environment) = (lighting.device(), &lighting.environment);
         use vk::ImageUsageFlags as Usage;
         let (width, height) = scene.picture_size();
         let target = |name, format, usage, samples| {
@@ -85,8 +82,8 @@ impl Points {
                 drops: Drops::new(
                     device,
                     frame,
-                    constants,
                     environment,
+                    lighting.table(plan)?,
                     plan,
                     target_state,
                     count,
@@ -106,7 +103,7 @@ impl Points {
 
     /// What the drops' table is, and the milliseconds that it took.
     pub fn table_ms(&self) -> Option<(&'static str, f64)> {
-        self.rain.as_ref().and_then(|rain| rain.drops.table_ms)
+        self.rain.as_ref().and_then(|rain| rain.drops.table.ms())
     }
 
     pub fn record_reset(&self, device: &Device, commands: vk::CommandBuffer, scene: &Scene) {

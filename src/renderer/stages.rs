@@ -5,14 +5,14 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::surroundings;
+use super::lighting::Lighting;
+use super::view::surroundings;
 use crate::environment::Environment;
 use crate::gpu::{
     Alpha, Buffer, Commands, Device, Image, ImageInfo, Memory, Samples, Use, attachment,
     image_barrier, image_discard, memory_barrier,
 };
 use crate::passes::drops::{Drops, Target, guard_band};
-use crate::passes::environment::{EnvironmentMap, stored_scale};
 use crate::passes::frame::{Frame, FrameBuffer};
 use crate::passes::simulate::Simulate;
 use crate::plan::FramePlan;
@@ -60,10 +60,8 @@ impl Stages {
         }
         let (width, height) = scene.picture_size();
         let frame = FrameBuffer::new(device)?;
-        let mean = environment.mean_luminance();
-        let environment =
-            EnvironmentMap::new(device, environment, stored_scale(environment, mean))?;
-        let constants = Frame::new(scene, &surroundings(device, scene, &environment, mean)?, None);
+        let lighting = Lighting::new(device, environment)?;
+        let constants = Frame::new(scene, &surroundings(&lighting, scene, plan)?, None);
         let simulate = Simulate::new(device, &frame, scene, plan.simulation)?;
         let (samples, alpha) = (Samples::One, Alpha::Ignored);
         let image = |name, format, usage| {
@@ -86,7 +84,8 @@ impl Stages {
             let stage = Some(stage as u32);
             let state = Target { format: FORMAT, samples, alpha, guard_px, stage };
             let count = scene.drop_count();
-            let drops = Drops::new(device, &frame, &constants, &environment, plan, state, count)?;
+            let (map, table) = (&lighting.environment, lighting.table(plan)?);
+            let drops = Drops::new(device, &frame, map, table, plan, state, count)?;
             Commands::once(device, "stage", |commands| {
                 let copied = [Use::TransferRead, Use::TransferWrite];
                 memory_barrier(device, commands, &copied, &copied);

@@ -1,18 +1,17 @@
 //! The fast frame: whole clusters culled, drops in tiles front to back, by compute alone.
 
 use std::sync::Arc;
-use std::time::Instant;
 
 use ash::vk;
 
+use super::lighting::Lighting;
 use crate::Result;
-use crate::environment::bright::Bright;
 use crate::gpu::{Device, Timestamps, Use, memory_barrier};
-use crate::passes::appearance::Appearance;
+use crate::passes::appearance::FarDrop;
 use crate::passes::composite::Composite;
-use crate::passes::environment::EnvironmentMap;
 use crate::passes::frame::{Frame, FrameBuffer};
-use crate::passes::glints::Glints;
+use crate::passes::glints::SplatTable;
+use crate::passes::rain_field::RainField;
 use crate::passes::tiles::Tiles;
 use crate::plan::FramePlan;
 use crate::rain::field::Seen;
@@ -23,59 +22,40 @@ use crate::scene::model::Optics;
 pub(super) struct Tiled {
     pub tiles: Tiles,
     pub composite: Composite,
-    /// What the table of a drop's light is, and the milliseconds that it took.
-    pub table_ms: Option<(&'static str, f64)>,
-    glints: Glints,
-    _appearance: Appearance,
-    /// The environment without what [`Glints`] shows of it; none where that is all.
-    _seen_by_drops: Option<EnvironmentMap>,
+    /// What drops show, far ones from a table.
+    pub far: Arc<FarDrop>,
+    splats: SplatTable,
 }
 
 impl Tiled {
     pub fn new(
-        device: &Arc<Device>,
-        scene: &Scene,
-        constants: &Frame,
+        lighting: &Lighting,
+        rain: &RainField,
         frame: &FrameBuffer,
-        environment: &EnvironmentMap,
-        bright: Option<&Bright>,
+        scene: &Scene,
         plan: &FramePlan,
     ) -> Result<Self> {
-        let scale = environment.radiance_scale;
-        let rest =
-            bright.map(|bright| EnvironmentMap::new(device, &bright.rest, scale)).transpose()?;
-        let seen_by_drops = rest.as_ref().unwrap_or(environment);
-        let appearance = Appearance::new(device, frame, seen_by_drops, &plan.light)?;
-        let glints = Glints::new(device, frame, &appearance, bright, scale, &plan.light)?;
-        let table_ms = if plan.optics == Optics::Appearance || scene.real_rain().is_some() {
-            let before = Instant::now();
-            appearance.fill(device, frame, constants)?;
-            glints.fill(device)?;
-            Some(("appearance", before.elapsed().as_secs_f64() * 1e3))
-        } else {
-            None
-        };
-        let tiles = Tiles::new(device, frame, &appearance, scene, plan)?;
+        let device = lighting.device();
+        // Far rain shows what is in the table.
+        let filled = plan.optics == Optics::Appearance || scene.real_rain().is_some();
+        let far = lighting.far_drop(&plan.light, true, filled)?;
+        let FarDrop { seen, appearance, glints, .. } = &*far;
+        let splats = SplatTable::new(device, frame, appearance, glints)?;
+        let tiles = Tiles::new(device, frame, appearance, rain, scene, plan)?;
         let size = scene.picture_size();
         let composite = Composite::new(
             device,
             frame,
-            environment,
-            seen_by_drops,
-            &appearance,
-            &glints,
+            &lighting.environment,
+            seen,
+            appearance,
+            glints,
+            &splats,
             &tiles,
             size,
             plan,
         )?;
-        Ok(Self {
-            tiles,
-            composite,
-            table_ms,
-            glints,
-            _appearance: appearance,
-            _seen_by_drops: rest,
-        })
+        Ok(Self { tiles, composite, splats, far })
     }
 
     pub fn record_reset(
@@ -105,7 +85,7 @@ impl Tiled {
         });
         if self.composite.needs_sky(frame) {
             time.time(commands, "sky", || {
-                self.glints.record_table(commands);
+                self.splats.record(commands);
                 // Far rain shows what is in the table.
                 barrier(&[Use::ComputeWrite], &[Use::ComputeWrite]);
                 self.composite.record_sky(commands);
@@ -123,7 +103,7 @@ impl Tiled {
             barrier(&[Use::ComputeWrite], &[Use::ComputeWrite, Use::Indirect]);
             self.composite.record_rays(commands, &self.tiles);
         });
-        if self.glints.count > 0 {
+        if self.far.glints.count > 0 {
             time.time(commands, "glints", || {
                 barrier(
                     &[Use::ComputeWrite],

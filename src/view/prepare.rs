@@ -5,9 +5,12 @@
 //! the device's only queue with the window: [`Device::has_long_job`] tells the window when a frame of its
 //! own would wait.
 //!
-//! Drivers that run on the CPU compile on the queue itself, for seconds. With them each renderer is first
-//! made and drawn on a device of this thread's own, whose compiled code the driver keeps on disk: a
-//! *rehearsal*, after which the first frame on the window's device takes no longer than the second.
+//! Drivers that run on the CPU compile on the queue itself, for seconds. With them each renderer of models that are
+//! not on show yet is first made and drawn on a device of this thread's own, whose compiled code the driver keeps
+//! on disk: a *rehearsal*, after which the first frame on the window's device takes no longer than the second.
+//!
+//! Light and rain that are on show already are taken over: another size, or a second pane, makes only what has the
+//! picture's size.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -19,7 +22,7 @@ use crate::gpu::disk_cache::user_folder;
 use crate::gpu::{Device, Image};
 use crate::measure::costs::kept;
 use crate::plan::{FramePlan, Output, choose, plan_by};
-use crate::renderer::{FrameReport, Renderer};
+use crate::renderer::{FrameReport, Lighting, RainField, Renderer};
 use crate::scene::{EnvironmentChoice, Scene};
 use crate::{Error, Result};
 
@@ -47,6 +50,11 @@ impl Pane {
         Ok(())
     }
 
+    /// The light and the rain that it shows.
+    pub fn shown(&self) -> Shown {
+        (self.renderer.lighting().clone(), self.renderer.rain().clone())
+    }
+
     /// The picture on the device.
     pub fn picture(&self) -> Option<&Image> {
         self.renderer.display()
@@ -56,6 +64,20 @@ impl Pane {
     pub fn read(&self) -> Result<Vec<u8>> {
         self.renderer.read_display()
     }
+}
+
+/// What panes share.
+pub type Shown = (Arc<Lighting>, Arc<RainField>);
+
+/// What is on show already, and may stay.
+#[derive(Clone)]
+pub struct Known {
+    /// The environment's choice, and it itself.
+    pub environment: (EnvironmentChoice, Arc<Environment>),
+    /// Its light, and the rain; none after a change of shaders.
+    pub shown: Option<Shown>,
+    /// The plans by which it is drawn.
+    pub plans: Vec<FramePlan>,
 }
 
 /// What renderers are asked for: the scenes without what may change from frame to frame.
@@ -99,7 +121,7 @@ pub struct Preparing {
 }
 
 impl Preparing {
-    /// Begins to prepare renderers of `scenes`; `known` is an environment that is read already.
+    /// Begins to prepare renderers of `scenes`.
     ///
     /// # Errors
     /// [`Error::Window`] if there can be no further thread.
@@ -107,7 +129,7 @@ impl Preparing {
         device: &Arc<Device>,
         request: Request,
         scenes: Vec<Scene>,
-        known: Option<(EnvironmentChoice, Arc<Environment>)>,
+        known: Option<Known>,
     ) -> Result<Self> {
         let step = Mutex::new("preparing".into());
         let progress = Arc::new(Progress { step, is_cancelled: AtomicBool::new(false) });
@@ -159,13 +181,14 @@ impl Drop for Preparing {
 fn prepare(
     device: &Arc<Device>,
     scenes: &[Scene],
-    known: Option<(EnvironmentChoice, Arc<Environment>)>,
+    known: Option<Known>,
     progress: &Progress,
 ) -> Result<Option<Prepared>> {
     let choice = scenes.first().map(|scene| scene.environment.clone()).unwrap_or_default();
-    let environment = match known {
-        Some((of, environment)) if of == choice => environment,
-        _ => {
+    let known = known.filter(|known| known.environment.0 == choice);
+    let environment = match &known {
+        Some(known) => known.environment.1.clone(),
+        None => {
             let file = choice.file.as_ref().and_then(|path| path.file_name());
             let name = file.map_or("the sky".into(), |name| name.to_string_lossy());
             if !progress.begin(format!("reading {name}")) {
@@ -178,6 +201,8 @@ fn prepare(
         true => Device::open(device.instance(), device.report.clone()).ok(),
         false => None,
     };
+    let (plans, mut shown) = known.map(|known| (known.plans, known.shown)).unwrap_or_default();
+    let mut shown_in_rehearsal = None;
     let mut panes = Vec::new();
     for (number, scene) in scenes.iter().enumerate() {
         let which = match scenes.len() {
@@ -187,24 +212,46 @@ fn prepare(
         if !progress.begin(format!("preparing {}{which}", scene.model.preset)) {
             return Ok(None);
         }
-        if let Some(rehearsal) = &rehearsal {
+        let plan = plan_of(device, &environment, scene)?;
+        let is_of = |(_, rain): &Shown| rain.is_of(scene);
+        let is_on_show = shown.as_ref().is_some_and(is_of)
+            && plans.iter().any(|other| other.has_models_of(&plan));
+        if let Some(rehearsal) = rehearsal.as_ref().filter(|_| !is_on_show) {
             rehearsal.replace_shaders(device.replaced_shaders());
             // It saves time and decides nothing: what fails here fails, and is told, below.
-            let _ = draw_first(rehearsal, &environment, scene);
+            let shown = &mut shown_in_rehearsal;
+            let _ = draw_first(rehearsal, &environment, scene, plan.clone(), shown);
         }
-        panes.push(draw_first(device, &environment, scene)?);
+        panes.push(draw_first(device, &environment, scene, plan, &mut shown)?);
     }
     Ok(Some(Prepared { environment, panes }))
 }
 
-/// A renderer that has drawn `scene`.
-pub fn draw_first(device: &Arc<Device>, environment: &Environment, scene: &Scene) -> Result<Pane> {
+/// What `scene` requires on this device.
+pub fn plan_of(device: &Device, environment: &Environment, scene: &Scene) -> Result<FramePlan> {
     scene.validate("the window")?;
     // What is expected, by the times that are kept of the device: nothing is measured beside the window.
     let costs = kept(&device.report, user_folder().as_deref(), |_| ());
     let choice = choose(scene, environment, &costs.unwrap_or_default());
-    let plan = plan_by(scene, choice.as_ref(), Output::Display)?;
-    let renderer = Renderer::new(device, scene, environment, &plan)?;
+    plan_by(scene, choice.as_ref(), Output::Display)
+}
+
+/// A renderer that has drawn `scene`. It shows what is `shown` already, where that is the scene's; else the next may
+/// show what this one does.
+pub fn draw_first(
+    device: &Arc<Device>,
+    environment: &Environment,
+    scene: &Scene,
+    plan: FramePlan,
+    shown: &mut Option<Shown>,
+) -> Result<Pane> {
+    let (lighting, rain) = match shown.take() {
+        Some((lighting, rain)) => (lighting, Some(rain).filter(|rain| rain.is_of(scene))),
+        None => (Arc::new(Lighting::new(device, environment)?), None),
+    };
+    let rain = rain.unwrap_or_else(|| Arc::new(RainField::new(device, scene)));
+    let renderer = Renderer::of(&lighting, &rain, scene, &plan)?;
+    *shown = Some((lighting, rain));
     let mut pane = Pane { plan, report: FrameReport::default(), renderer };
     let _long_job = device.long_job();
     pane.submit(scene)?;

@@ -7,7 +7,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use super::prepare::{Pane, Prepared, Preparing, Request, draw_first};
+use super::prepare::{Known, Pane, Prepared, Preparing, Request, draw_first, plan_of};
 use crate::environment::Environment;
 use crate::gpu::{Device, Image};
 use crate::picture::flip::{PIXELS_PER_DEGREE, flip};
@@ -91,7 +91,7 @@ impl Stage {
         if self.made_for.as_ref() == Some(&request) {
             self.refused = None;
         } else if self.preparing.is_none() && !self.is_refused(&request) {
-            let known = self.environment.clone().map(|known| (self.environment_of.clone(), known));
+            let known = self.known(request.generation);
             self.preparing = Some(Preparing::start(&self.device, request, scenes, known)?);
         }
         let shown = self.made_for.iter().flat_map(|made| &made.fixed);
@@ -103,6 +103,17 @@ impl Stage {
             self.drawn = scenes;
         }
         Ok(drawn)
+    }
+
+    /// What is on show and may stay. Other shaders may make other tables.
+    fn known(&self, generation: u32) -> Option<Known> {
+        let is_current = self.made_for.as_ref().is_some_and(|made| made.generation == generation);
+        let panes = if is_current { &self.panes[..] } else { &[] };
+        Some(Known {
+            environment: (self.environment_of.clone(), self.environment.clone()?),
+            shown: panes.first().map(Pane::shown),
+            plans: panes.iter().map(|pane| pane.plan.clone()).collect(),
+        })
     }
 
     /// Takes what has been prepared, if it is what is still asked for, or if there is nothing to show.
@@ -165,8 +176,10 @@ impl Stage {
         self.device = device.clone();
         match &self.environment {
             Some(environment) if !self.drawn.is_empty() => {
+                let mut shown = None;
                 for scene in &self.drawn {
-                    self.panes.push(draw_first(device, environment, scene)?);
+                    let plan = plan_of(device, environment, scene)?;
+                    self.panes.push(draw_first(device, environment, scene, plan, &mut shown)?);
                 }
             }
             _ => self.made_for = None,

@@ -27,4 +27,7 @@ void main() {
     copies[15] = floatBitsToUint(frame.frustum_y);
     copies[16] = floatBitsToUint(frame.environment);
     copies[17] = floatBitsToUint(frame.tone);
+    copies[18] = frame.tiles;
+    copies[19] = frame.room;
+    copies[20] = frame.clusters;
 }

@@ -1,0 +1,70 @@
+//! A scene's drops on the device, as no camera and no picture changes them: shared by every view of them.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use ash::vk;
+
+use crate::Result;
+use crate::gpu::{Buffer, Device};
+use crate::rain::clusters::Clusters;
+use crate::scene::real_rain::RealRain;
+use crate::scene::{PlacedDrop, Scene};
+
+/// The drops of a scene.
+pub struct RainField {
+    random: Random,
+    placed: Vec<PlacedDrop>,
+    clusters: Mutex<Option<Arc<SortedDrops>>>,
+    device: Arc<Device>,
+}
+
+/// Drops in clusters, as the shaders' `clusters.glsl` has them.
+pub(crate) struct SortedDrops {
+    pub order: Buffer,
+    pub boxes: Buffer,
+    /// Clusters, and those among them of random drops.
+    pub counts: [u32; 2],
+}
+
+/// Seed and number of the random drops, and real rain.
+type Random = (u64, u32, Option<RealRain>);
+
+fn random_of(scene: &Scene) -> Random {
+    let rain = scene.rain;
+    (scene.seed, rain.map_or(0, |rain| rain.count), rain.and_then(|rain| rain.real))
+}
+
+impl RainField {
+    /// The drops of `scene`; what pictures need of them is made when the first asks.
+    pub fn new(device: &Arc<Device>, scene: &Scene) -> Self {
+        let (clusters, device) = (Mutex::default(), device.clone());
+        Self { random: random_of(scene), placed: scene.drops.clone(), clusters, device }
+    }
+
+    /// Whether these are the drops of `scene`. Their size, box and velocity are taken from each frame's scene.
+    pub fn is_of(&self, scene: &Scene) -> bool {
+        self.random == random_of(scene) && self.placed == scene.drops
+    }
+
+    /// The device that it is on.
+    pub fn device(&self) -> &Arc<Device> {
+        &self.device
+    }
+
+    /// The drops in clusters; sorted when first asked for.
+    pub(crate) fn sorted(&self, scene: &Scene) -> Result<Arc<SortedDrops>> {
+        let mut sorted = self.clusters.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(sorted) = &*sorted {
+            return Ok(sorted.clone());
+        }
+        let storage = vk::BufferUsageFlags::STORAGE_BUFFER;
+        let clusters = Clusters::new(scene.rain().as_ref(), scene.drops.len() as u32);
+        self.device.count(|made| &mut made.sorts);
+        let made = SortedDrops {
+            order: Buffer::upload_device(&self.device, "drop order", &clusters.order, storage)?,
+            boxes: Buffer::upload_device(&self.device, "clusters", &clusters.boxes, storage)?,
+            counts: [clusters.count(), clusters.boxes.len() as u32],
+        };
+        Ok(sorted.insert(Arc::new(made)).clone())
+    }
+}

@@ -1,0 +1,140 @@
+//! An environment prepared on the device, and what drops show of it: made once, shared by every view of it.
+
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Instant;
+
+use crate::Result;
+use crate::environment::Environment;
+use crate::environment::bright::Bright;
+use crate::gpu::Device;
+use crate::passes::appearance::{Appearance, FarDrop};
+use crate::passes::drops::Table;
+use crate::passes::environment::{EnvironmentMap, stored_scale};
+use crate::passes::frame::{Frame, FrameBuffer};
+use crate::passes::glints::{Glints, bright_parts};
+use crate::plan::{FramePlan, Light};
+use crate::scene::model::{Fresnel, Optics};
+
+/// The environment on the device, and the tables of a drop's light that pictures have asked for so far.
+pub struct Lighting {
+    pub(super) environment: Arc<EnvironmentMap>,
+    /// Milliseconds that its levels took.
+    pub(super) environment_ms: f64,
+    /// Mean luminance without small bright sources, of which one may outshine all the rest.
+    pub(super) mean_luminance: f64,
+    bright: Option<Bright>,
+    /// What the tables are computed with: of the constants only the environment's.
+    frame: FrameBuffer,
+    constants: Frame,
+    made: Mutex<Made>,
+    device: Arc<Device>,
+}
+
+/// What was asked for so far.
+#[derive(Default)]
+struct Made {
+    /// The environment without what [`Glints`] show of it; none where that is all.
+    rest: Option<Arc<EnvironmentMap>>,
+    far_drops: Vec<((Light, bool, bool), Arc<FarDrop>)>,
+    tables: Vec<(TableOf, Arc<Table>)>,
+}
+
+/// What a table of a drop's light depends on, the environment apart.
+#[derive(Clone, Copy, PartialEq)]
+enum TableOf {
+    Mask(Optics, u32, Light),
+    Radial(Fresnel),
+}
+
+impl Lighting {
+    /// Prefilters and uploads.
+    ///
+    /// # Errors
+    /// [`crate::Error::Limit`] if an edge is over the device's limit for images; [`crate::Error::Memory`]
+    /// if the device has no room for it; [`crate::Error::Vulkan`] if the driver refuses.
+    pub fn new(device: &Arc<Device>, environment: &Environment) -> Result<Self> {
+        let before = Instant::now();
+        let bright = bright_parts(environment);
+        let rest = bright.as_ref().map_or(environment, |bright| &bright.rest);
+        let mean_luminance = rest.mean_luminance();
+        let scale = stored_scale(environment, mean_luminance);
+        let environment = Arc::new(EnvironmentMap::new(device, environment, scale)?);
+        let environment_ms = before.elapsed().as_secs_f64() * 1e3;
+        let constants = Frame {
+            environment: [environment.texel_angle, environment.radiance_scale, 0.0, 0.0],
+            ..Frame::default()
+        };
+        Ok(Self {
+            environment,
+            environment_ms,
+            mean_luminance,
+            bright,
+            frame: FrameBuffer::new(device)?,
+            constants,
+            made: Mutex::default(),
+            device: device.clone(),
+        })
+    }
+
+    /// The device that it is on.
+    pub fn device(&self) -> &Arc<Device> {
+        &self.device
+    }
+
+    /// A far drop by this model of light. `apart`: its bright sources are drawn as points of light, and it shows the
+    /// rest. Without `filled` the tables are empty: there is something to bind, and nothing reads it.
+    pub(super) fn far_drop(
+        &self,
+        light: &Light,
+        apart: bool,
+        filled: bool,
+    ) -> Result<Arc<FarDrop>> {
+        let bright = self.bright.as_ref().filter(|_| apart);
+        let of = (*light, bright.is_some(), filled);
+        let mut made = self.made.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((_, far)) = made.far_drops.iter().find(|(other, _)| *other == of) {
+            return Ok(far.clone());
+        }
+        let (device, frame) = (&self.device, &self.frame);
+        let scale = self.environment.radiance_scale;
+        let seen = match (bright, &made.rest) {
+            (None, _) => self.environment.clone(),
+            (Some(_), Some(rest)) => rest.clone(),
+            (Some(bright), None) => {
+                let rest = Arc::new(EnvironmentMap::new(device, &bright.rest, scale)?);
+                made.rest.insert(rest).clone()
+            }
+        };
+        let appearance = Appearance::new(device, frame, &seen, light)?;
+        let glints = Glints::new(device, frame, bright, scale, light)?;
+        let before = Instant::now();
+        if filled {
+            appearance.fill(device, frame, &self.constants)?;
+            glints.fill(device)?;
+        }
+        let ms = filled.then(|| before.elapsed().as_secs_f64() * 1e3);
+        let far = Arc::new(FarDrop { seen, appearance, glints, ms });
+        made.far_drops.push((of, far.clone()));
+        Ok(far)
+    }
+
+    /// Where the fragments of points and quads find a drop's light.
+    pub(super) fn table(&self, plan: &FramePlan) -> Result<Arc<Table>> {
+        let light = &plan.light;
+        let of = match plan.optics {
+            Optics::ClosedForm => return Ok(Arc::new(Table::None)),
+            Optics::Far | Optics::Appearance => {
+                return Ok(Arc::new(Table::Pictures(self.far_drop(light, false, true)?)));
+            }
+            Optics::Radial => TableOf::Radial(light.fresnel),
+            _ => TableOf::Mask(plan.optics, plan.mask_size, *light),
+        };
+        let mut made = self.made.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((_, table)) = made.tables.iter().find(|(other, _)| *other == of) {
+            return Ok(table.clone());
+        }
+        let table = Arc::new(Table::new(&self.device, plan)?);
+        made.tables.push((of, table.clone()));
+        Ok(table)
+    }
+}
