@@ -175,7 +175,8 @@ void main() {
     uvec2 at = uvec2(region % REGIONS_ACROSS, region / REGIONS_ACROSS) * region_tiles()
         + uvec2(place % region_tiles().x, place / region_tiles().x);
     uint tile = at.y * tiles_across() + at.x;
-    if (TOUCH != 0u) touch(region + 1u, place, in_region);
+    // Where lists are short, it costs more than it saves.
+    if (TOUCH != 0u && BANDS > 1u) touch(region + 1u, place, in_region);
     if (at.x >= tiles_across() || tile >= TILE_COUNT) return;
     Window window = open_window(heads[tile]);
 #endif

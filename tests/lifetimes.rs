@@ -15,6 +15,9 @@ use raindrops::renderer::{Lighting, RainField, Renderer};
 use raindrops::scene::model::Preset;
 use raindrops::scene::{ImageSize, PlacedDrop, Scene};
 
+/// Another scene.
+type Change = fn(&mut Scene);
+
 /// Drops of both kinds, in light that has a bright source.
 fn scene(preset: Preset) -> Scene {
     let mut scene = Scene::default();
@@ -64,7 +67,7 @@ fn only_what_is_new_is_made() {
         let before = device.made();
         let lighting = Arc::new(Lighting::new(device, &environment).expect("light"));
         let fast = scene(Preset::Fast);
-        let rain = Arc::new(RainField::new(device, &fast)));
+        let rain = Arc::new(RainField::new(device, &fast));
         let (first, picture) = drawn(&lighting, &rain, &environment, &fast);
         let [environments, tables, sorts, pipelines] = since(device, before);
         // The whole sky, and the one without its sun for the drops.
@@ -148,7 +151,7 @@ fn a_frame_of_something_else_is_refused() {
         let made_for = scene(Preset::Fast);
         let plan = plan(&made_for, &white, Output::Display).expect("a plan");
         let mut renderer = Renderer::new(device, &made_for, &white, &plan).expect("a renderer");
-        let changes: [(&str, fn(&mut Scene)); 7] = [
+        let changes: [(&str, Change); 7] = [
             ("64 x 48 pixels", |scene| scene.image.width = 128),
             ("drops", |scene| scene.rain.get_or_insert_default().count += 1),
             ("drops", |scene| scene.rain = None),
@@ -166,7 +169,7 @@ fn a_frame_of_something_else_is_refused() {
         // Nor is the rain of another scene taken, or one of another device.
         let mut other = made_for.clone();
         other.seed += 1;
-        let rain = Arc::new(RainField::new(device, &other)));
+        let rain = Arc::new(RainField::new(device, &other));
         let refused = Renderer::of(renderer.lighting(), &rain, &made_for, &plan).map(|_| ());
         assert!(refused.expect_err("refused").to_string().contains("rain"));
         // The control: what may differ does.

@@ -366,8 +366,8 @@ impl Tiles {
             count,
             in_pixels: (across * TILE.0, down * TILE.1),
             in_regions: regions.tiles,
-            // Where lists are short, or each word read is dear, it costs more than it saves.
-            touch: device.report.is_cpu() && fit && splats > 0 && bands > 1,
+            // Where each word read is dear, it costs more than it saves.
+            touch: device.report.is_cpu() && fit && splats > 0,
             counters,
             source,
             in_frame,
