@@ -61,12 +61,14 @@ fn picture(renderer: &mut Renderer, scene: &Scene) -> Picture {
 fn a_moving_drop_is_where_it_should_be() {
     on_device(|device| {
         for preset in [Preset::Fast, Preset::Exact, Preset::Paper] {
-            let scene = moving(0.0, preset);
-            let mut moved = renderer(device, &scene);
             for time in [0.0, 0.125, -7.0, 3.0e6] {
                 // 3e6 s: 27,000 km of fall, to the last bit of float64.
                 let scene = moving(time, preset);
                 let rest = at_rest(&scene);
+                // The frame before shows another time.
+                let before = Scene { time: time - 0.5, ..scene.clone() };
+                let mut moved = renderer(device, &before);
+                moved.submit(&before).expect("a frame");
                 assert_eq!(
                     picture(&mut moved, &scene),
                     picture(&mut renderer(device, &rest), &rest),

@@ -14,7 +14,7 @@ use raindrops::passes::simulate::Counts;
 use raindrops::plan::{Output, plan};
 use raindrops::rain::TICKS_PER_SECOND;
 use raindrops::rain::cull::{Sighting, sightings};
-use raindrops::renderer::Renderer;
+use raindrops::renderer::{RainField, Renderer};
 use raindrops::scene::camera::Camera;
 use raindrops::scene::model::Simulation;
 use raindrops::scene::{ImageSize, PlacedDrop, RainSettings, Scene};
@@ -89,6 +89,8 @@ fn places_are_the_twins_bit_for_bit() {
         let mut scene = small(65_536);
         let limit = point_limit_px(device, &scene);
         let mut rain = renderer(device, &scene);
+        let white = Environment::constant(glam::Vec3::ONE);
+        let plan = plan(&common::by_paper(&scene), &white, Output::Display).expect("a plan");
         let powers = |exponent: i32| 2f64.powi(exponent);
         // The edges of every integer on the way: 2^31, 2^32, 2^63, 2^64 ticks and far beyond.
         let mut ticks = vec![0.0, 1.0, -1.0];
@@ -103,6 +105,8 @@ fn places_are_the_twins_bit_for_bit() {
         for tick in ticks {
             scene.seed = random.bits();
             scene.time = tick / TICKS_PER_SECOND;
+            let drops = Arc::new(RainField::new(device, &scene));
+            rain = Renderer::of(rain.lighting(), &drops, &scene, &plan).expect("a renderer");
             compared += compare_records(&mut rain, &scene, limit);
         }
         drop(rain);
