@@ -152,7 +152,7 @@ enum Source {
     /// Drops in a box and placed ones, in clusters that never change.
     Clusters(Arc<SortedDrops>),
     /// Real rain's cells, and placed drops; the drops' order, and the `RainField`.
-    Cells(Box<Cells>, [Buffer; 2]),
+    Cells(Box<(Cells, [Buffer; 2])>),
 }
 
 impl Source {
@@ -160,7 +160,7 @@ impl Source {
     fn buffers(&self) -> [&Buffer; 2] {
         match self {
             Self::Clusters(sorted) => [&sorted.order, &sorted.boxes],
-            Self::Cells(_, [order, field]) => [order, field],
+            Self::Cells(cells) => cells.1.each_ref(),
         }
     }
 }
@@ -273,7 +273,7 @@ impl Tiles {
                 let order = 4 * u64::from(CLUSTER) * u64::from(cells.room[0]);
                 let order = Buffer::new(device, "drop order", order, storage, Memory::Device)?;
                 let found = 16 * u64::from(cells.room[1]);
-                (cells.room, found, Source::Cells(Box::new(cells), [order, field]))
+                (cells.room, found, Source::Cells(Box::new((cells, [order, field]))))
             }
             None => {
                 let sorted = rain.sorted(scene)?;
@@ -417,7 +417,8 @@ impl Tiles {
         seen: Option<&Seen>,
     ) {
         self.placed.record(device, commands, scene);
-        if let (Source::Cells(cells, [_, field]), Some(seen)) = (&self.source, seen) {
+        if let (Source::Cells(cells), Some(seen)) = (&self.source, seen) {
+            let (cells, [_, field]) = &**cells;
             cells.record(device, commands, field, seen);
         }
         for (buffer, value) in [(&self.counters, 0), (&self.buffers[HEADS], END)] {
@@ -444,7 +445,7 @@ impl Tiles {
     /// Those of [`Cells::seen`].
     pub fn seen(&self, scene: &Scene) -> Result<Option<Seen>> {
         match &self.source {
-            Source::Cells(cells, _) => Ok(Some(cells.seen(scene)?)),
+            Source::Cells(cells) => Ok(Some(cells.0.seen(scene)?)),
             Source::Clusters(_) => Ok(None),
         }
     }
@@ -457,9 +458,9 @@ impl Tiles {
         seen: Option<&Seen>,
     ) {
         let groups = match (&self.source, seen) {
-            (Source::Cells(cells, _), Some(seen)) => {
+            (Source::Cells(cells), Some(seen)) => {
                 // In as many rows as a device with the least of limits needs.
-                let groups = cells.groups(seen);
+                let groups = cells.0.groups(seen);
                 let rows = groups.div_ceil(MOST_GROUPS).max(1);
                 [groups.div_ceil(rows), rows, 1]
             }
