@@ -60,6 +60,15 @@ impl Halves {
         Self { joint, equatorial, top, bottom }
     }
 
+    /// Area of the outline over that of the sphere, seen along a direction whose sine of elevation is given.
+    ///
+    /// Each half's outline is half an ellipse: the surface is vertical at the joint all around.
+    pub fn outline_area(&self, sine: f64) -> f64 {
+        let cosine = (1.0 - sine * sine).max(0.0).sqrt();
+        let height = |half: f64| (half * cosine).hypot(self.equatorial * sine);
+        0.5 * self.equatorial * (height(self.top) + height(self.bottom))
+    }
+
     /// Volume over that of the sphere.
     pub fn volume(&self) -> f64 {
         0.5 * self.equatorial * self.equatorial * (self.top + self.bottom)

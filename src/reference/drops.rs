@@ -54,7 +54,7 @@ impl Drops {
     }
 }
 
-/// Every drop of the scene, random ones first, in the order of their indices.
+/// Every drop of the scene but those of real rain, random ones first, in the order of their indices.
 ///
 /// Positions at the scene's time are those of [`crate::rain::Rain::relative`], float32 as the GPU has them,
 /// so that a difference between the two pictures is never one of place. Of a random drop only the image
@@ -99,16 +99,20 @@ pub fn of_scene(scene: &Scene) -> Drops {
     drops
 }
 
+impl From<Halves> for Shape {
+    fn from(Halves { joint, equatorial, top, bottom }: Halves) -> Self {
+        match top == bottom && top == equatorial {
+            true => Self::Sphere,
+            false => Self::Halves { equatorial, top, bottom, joint },
+        }
+    }
+}
+
 /// The surface of a drop placed by hand.
 fn shape_of(placed: &PlacedDrop, scene: &Scene) -> Shape {
     match placed.shape {
         Some(DropShape::Equilibrium) => {
-            let diameter_mm = 2.0 * placed.radius * scene.metres * 1000.0;
-            let Halves { joint, equatorial, top, bottom } = Halves::of_diameter(diameter_mm);
-            match top == bottom && top == equatorial {
-                true => Shape::Sphere,
-                false => Shape::Halves { equatorial, top, bottom, joint },
-            }
+            Halves::of_diameter(2.0 * placed.radius * scene.metres * 1000.0).into()
         }
         Some(DropShape::Sphere) => Shape::Sphere,
         None => Shape::of_axis_ratio(placed.axis_ratio.unwrap_or(1.0)),

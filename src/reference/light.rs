@@ -2,8 +2,9 @@
 
 use glam::DVec3;
 
-use super::glints::MOST_REFLECTIONS;
-use super::{Ray, Tracer, Weights};
+use super::far::SMALL_PX;
+use super::glints::{Glints, MOST_REFLECTIONS};
+use super::{Around, Drop, Ray, Tracer, Truth, Weights};
 use crate::optics::{Encounter, Exit, Shape, Walk};
 
 /// A ray that carries less than this share of its pixel meets no further drops and takes the
@@ -21,22 +22,25 @@ pub(super) enum Way {
 }
 
 impl Tracer<'_> {
-    /// Radiance that leaves the drop of this number against a ray that meets it. `apart` as for
-    /// [`Tracer::gather`].
+    /// Radiance that leaves the drop of this number against a ray that meets it.
     pub(super) fn leaving(
         &self,
+        around: &Around,
         ray: &Ray,
         number: u32,
         share: f64,
         depth: u32,
-        apart: bool,
     ) -> DVec3 {
-        let drops = self.tree.drops();
+        let drops = around.tree.drops();
         let drop = &drops.all[number as usize];
         let population = drops.population(drop);
         let center = drops.center(drop, ray.moment);
-        let rest = self.glints.as_ref().filter(|_| apart && self.finds_glints_of(population));
-        let mut sum = DVec3::ZERO;
+        let glints = self.glints.as_ref();
+        let glints = glints.filter(|_| around.glints && self.finds_glints_of(population));
+        let is_small = || population.shape == Shape::Sphere && self.radius_px(drop) < SMALL_PX;
+        let suns = around.suns.filter(|_| is_small());
+        let rest = glints.map(Glints::rest).or(suns.map(|(rest, _)| rest));
+        let mut sum = suns.map_or(DVec3::ZERO, |(_, light)| light);
         for &(index, colors) in &self.indices {
             let mut of_index = DVec3::ZERO;
             let arriving = |way: Way, weight: f64, direction: DVec3, exit: &dyn Fn() -> DVec3| {
@@ -44,14 +48,15 @@ impl Tracer<'_> {
                 of_index += weight
                     * if depth == 0 || share < FAINT {
                         let is_found = !matches!(way, Way::Inside(k) if k > MOST_REFLECTIONS);
-                        let rest = rest.filter(|_| is_found);
-                        rest.map_or(self.environment, |glints| glints.rest()).radiance(direction)
+                        let rest = rest.filter(|_| is_found || suns.is_some());
+                        rest.unwrap_or(self.environment).radiance(direction)
                     } else {
                         let origin = center + drop.radius * exit();
                         let ray = Ray { origin, direction, moment: ray.moment };
-                        let next = |after| self.tree.first_hit(&ray, after, Some(number));
+                        let next = |after| around.tree.first_hit(&ray, after, Some(number));
                         let reach = f64::INFINITY;
-                        let (light, left) = self.gather(&ray, share, depth - 1, apart, reach, next);
+                        let (light, left) =
+                            self.gather(around, &ray, share, depth - 1, reach, next);
                         light + left * self.environment.radiance(direction)
                     };
             };
@@ -59,14 +64,14 @@ impl Tracer<'_> {
             match population.shape {
                 Shape::Sphere => {
                     if let Some(met) = Encounter::of_ray(ray.direction, seen, drop.radius) {
-                        self.of_sphere(&met.with_index(index), arriving);
+                        self.truth.of_sphere(&met.with_index(index), arriving);
                     }
                 }
                 shape => {
                     let to_ray = ray.direction.cross(seen).cross(ray.direction) / -drop.radius;
                     if let Some((near, _)) = shape.cross(to_ray, ray.direction) {
                         let point = to_ray + near * ray.direction;
-                        self.of_shape(shape, point, ray.direction, index, arriving);
+                        self.truth.of_shape(shape, point, ray.direction, index, arriving);
                     }
                 }
             }
@@ -75,21 +80,28 @@ impl Tracer<'_> {
         sum
     }
 
+    /// Radius in pixels of a drop, on the view axis.
+    fn radius_px(&self, drop: &Drop) -> f64 {
+        self.eye.view.focal_px * drop.radius / drop.center.length()
+    }
+}
+
+impl Truth {
     /// Every way through a sphere, with its weight, where its light comes from, and where on the unit
     /// sphere that leaves.
-    fn of_sphere(
+    pub(super) fn of_sphere(
         &self,
         encounter: &Encounter,
         mut arriving: impl FnMut(Way, f64, DVec3, &dyn Fn() -> DVec3),
     ) {
         let reflectance = encounter.reflectance();
-        if self.truth.reflection {
+        if self.reflection {
             let direction = encounter.reflected();
             arriving(Way::Outside, reflectance, direction, &|| encounter.normal());
         }
         let last = self.last_order();
         for k in 0..=last {
-            let weight = match self.truth.weights {
+            let weight = match self.weights {
                 Weights::Paper => 1.0 - reflectance,
                 Weights::Conserving if k == last => {
                     (1.0 - reflectance) * reflectance.powi(k as i32)
@@ -106,7 +118,7 @@ impl Tracer<'_> {
     }
 
     /// The same through another shape that is entered at `point`, in radii from its centre.
-    fn of_shape(
+    pub(super) fn of_shape(
         &self,
         shape: Shape,
         point: DVec3,
@@ -115,13 +127,13 @@ impl Tracer<'_> {
         mut arriving: impl FnMut(Way, f64, DVec3, &dyn Fn() -> DVec3),
     ) {
         let (entry, inside) = Walk::enter(shape, point, direction, index);
-        if self.truth.reflection {
+        if self.reflection {
             arriving(Way::Outside, entry.reflectance, entry.reflected, &|| point);
         }
         let Some(mut walk) = inside else { return };
         let last = self.last_order();
         for k in 0..=last {
-            let is_rest = k == last && self.truth.weights != Weights::Physical;
+            let is_rest = k == last && self.weights != Weights::Physical;
             let exit = if is_rest { Some(walk.rest()) } else { walk.next().flatten() };
             if let Some(Exit { point, direction, weight }) = exit {
                 arriving(Way::Inside(k), weight, direction, &|| point);
@@ -134,9 +146,9 @@ impl Tracer<'_> {
 
     /// Most internal reflections.
     fn last_order(&self) -> u32 {
-        match self.truth.weights {
+        match self.weights {
             Weights::Paper => 0,
-            Weights::Physical | Weights::Conserving => self.truth.internal_reflections,
+            Weights::Physical | Weights::Conserving => self.internal_reflections,
         }
     }
 }

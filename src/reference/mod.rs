@@ -17,19 +17,26 @@
 //! ([`Truth::glints`], `glints.rs`). In others it is left to chance: as true on the mean, but noisy.
 //!
 //! The rays of 8 x 8 pixels share a pyramid; a tree gives the drops in it once, front to back.
+//!
+//! Real rain is not stored: out to a bound ([`Truth::rain_to`]) each tile finds its own drops in the rain's
+//! cells (`weather.rs`, `rain.rs`); beyond it is a medium (`far.rs`).
 
 mod drops;
 mod eye;
+mod far;
 mod glints;
 mod light;
 pub mod paper;
+mod rain;
 mod samples;
 mod sobol;
 mod tree;
+mod weather;
 
 pub use drops::{Drop, Drops, Population, fade, of_scene};
 pub use eye::{Eye, Ray};
 pub use light::exit_normal;
+pub use rain::{MOST_TRACED, usual_bound};
 pub use samples::{Sample, Samples, Strata};
 pub use sobol::Sobol;
 pub use tree::{Hit, Pyramid, Tree};
@@ -39,7 +46,10 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use glam::DVec3;
 use rayon::prelude::*;
 
+use self::far::FarRain;
 use self::glints::Glints;
+use self::rain::NearRain;
+use self::weather::Weather;
 use crate::environment::Environment;
 use crate::optics::WATER;
 use crate::picture::Picture;
@@ -81,12 +91,16 @@ pub struct Truth {
     /// Whether the outside reflects; without, the term F E(R) is left out and nothing stands in.
     pub reflection: bool,
     /// How many further drops the light leaving a drop may go through before the environment takes
-    /// its place. 0: a drop sees only the environment (the paper's assumption).
+    /// its place. 0: a drop sees only the environment (the paper's assumption), as in real rain it always does.
     pub drops_see_drops: u32,
     /// Whether the images of small bright sources in drops are looked for; without, or where drops
     /// see drops, the pixels' samples meet them by chance. The same on the mean; an environment
-    /// without such sources ([`crate::environment::bright`]) is traced the same to the bit.
+    /// without such sources ([`crate::environment::bright`]) is traced the same to the bit. In a scene with
+    /// real rain, spheres under half a pixel of radius show them spread over their disc, and others by chance.
     pub glints: bool,
+    /// Distance in metres to which real rain is traced drop by drop; beyond it is a medium. `None`:
+    /// [`usual_bound`].
+    pub rain_to: Option<f64>,
 }
 
 impl Default for Truth {
@@ -99,6 +113,7 @@ impl Default for Truth {
             reflection: true,
             drops_see_drops: 0,
             glints: true,
+            rain_to: None,
         }
     }
 }
@@ -123,6 +138,16 @@ pub struct Tracer<'a> {
     indices: Vec<(f64, DVec3)>,
     glints: Option<Glints>,
     tree: Tree,
+    rain: Option<Box<Weather>>,
+}
+
+/// What the rays of a tile may meet.
+struct Around<'a> {
+    tree: &'a Tree,
+    /// Whether glints are found apart, so that drops do not show them here.
+    glints: bool,
+    /// The environment without its bright parts, and their light in a small drop.
+    suns: Option<(&'a Environment, DVec3)>,
 }
 
 impl<'a> Tracer<'a> {
@@ -130,7 +155,16 @@ impl<'a> Tracer<'a> {
     pub fn new(scene: &Scene, environment: &'a Environment, truth: Truth) -> Self {
         let drops = of_scene(scene);
         let tracer = Self::of_drops(Eye::of_scene(scene), drops, environment, truth);
-        Self { indices: by_color(scene.indices()), ..tracer }
+        let indices = by_color(scene.indices());
+        let Some((rain, bound)) = scene.real_rain().zip(usual_bound(scene)) else {
+            return Self { indices, ..tracer };
+        };
+        let bound = truth.rain_to.unwrap_or(bound).min(rain.extent);
+        let rain = Weather {
+            near: NearRain::new(scene, &rain, bound),
+            far: FarRain::new(scene, &rain, bound, environment, &truth, &indices),
+        };
+        Self { indices, glints: None, rain: Some(Box::new(rain)), ..tracer }
     }
 
     /// Any drops of water.
@@ -138,7 +172,8 @@ impl<'a> Tracer<'a> {
         let glints = Glints::new(environment, &truth);
         let indices = vec![(WATER, DVec3::ONE)];
         let tree = Tree::new(drops);
-        Self { truth, eye, environment, plate: Plate::default(), indices, glints, tree }
+        let plate = Plate::default();
+        Self { truth, eye, environment, plate, indices, glints, tree, rain: None }
     }
 
     /// The same drops before a background of the picture's size.
@@ -151,13 +186,14 @@ impl<'a> Tracer<'a> {
         &self.tree
     }
 
-    /// Radiance that arrives from a unit direction, in world space, as the shutter opens; without plate and
-    /// lens.
+    /// Radiance that arrives from a unit direction, in world space, as the shutter opens; without plate,
+    /// lens and real rain.
     pub fn radiance_along(&self, direction: DVec3) -> DVec3 {
         let ray = Ray::along(direction);
         let depth = self.truth.drops_see_drops;
         let next = |after| self.tree.first_hit(&ray, after, None);
-        let (light, left) = self.gather(&ray, 1.0, depth, false, f64::INFINITY, next);
+        let around = Around { tree: &self.tree, glints: false, suns: None };
+        let (light, left) = self.gather(&around, &ray, 1.0, depth, f64::INFINITY, next);
         light + left * self.environment.radiance(direction)
     }
 
@@ -214,8 +250,11 @@ impl<'a> Tracer<'a> {
         self.eye.view.width.div_ceil(TILE) * self.eye.view.height.div_ceil(TILE)
     }
 
-    /// Whether a drop may be seen in a tile.
+    /// Whether a drop may be seen in a tile. Of real rain one always may.
     pub fn shows_drops(&self, tile: u32) -> bool {
+        if self.rain.is_some() {
+            return true;
+        }
         let mut found = Vec::new();
         let (left, upper) = self.corner_of(tile);
         self.tree.within(&self.pyramid_of(left, upper), f64::INFINITY, &mut found);
@@ -250,7 +289,11 @@ impl<'a> Tracer<'a> {
 
     /// The rays through a tile.
     fn pyramid_of(&self, left: u32, upper: u32) -> Pyramid {
-        let (right, lower) = (left + TILE, upper + TILE);
+        self.pyramid_between((left, upper), (left + TILE, upper + TILE))
+    }
+
+    /// The rays through a rectangle of the picture, from a column and row to others.
+    fn pyramid_between(&self, (left, upper): (u32, u32), (right, lower): (u32, u32)) -> Pyramid {
         let corners = [(left, upper), (right, upper), (right, lower), (left, lower)];
         let corners = corners.map(|(x, y)| self.eye.view.ray(f64::from(x), f64::from(y)));
         Pyramid::between(corners).through(&self.eye)
@@ -259,7 +302,8 @@ impl<'a> Tracer<'a> {
     /// Whether it matters when a ray is, or where on the lens it begins.
     fn is_exposed(&self) -> bool {
         let populations = &self.tree.drops().populations;
-        self.eye.lens > 0.0 || populations.iter().any(|all| all.motion != DVec3::ZERO)
+        let rain_moves = self.rain.as_ref().is_some_and(|rain| rain.near.moves());
+        rain_moves || self.eye.lens > 0.0 || populations.iter().any(|all| all.motion != DVec3::ZERO)
     }
 
     /// The pixels of a tile, row by row; a tile at the right or lower edge may be narrower.
@@ -277,26 +321,26 @@ impl<'a> Tracer<'a> {
         samples: &Samples,
         scratch: &mut Scratch,
     ) -> Vec<(DVec3, f64)> {
+        if let Some(rain) = &self.rain {
+            return self.tile_of_rain(rain, (left, upper), samples, scratch);
+        }
         let Scratch { candidates, samples: places } = scratch;
-        let view = &self.eye.view;
+        let around = Around { tree: &self.tree, glints: true, suns: None };
         self.tree.within(&self.pyramid_of(left, upper), f64::INFINITY, candidates);
         self.pixels_of(left, upper)
             .map(|(x, y)| {
-                let pixel = view.number_in_whole(x, y);
+                let pixel = self.eye.view.number_in_whole(x, y);
                 let (mut radiance, mut covered) = (DVec3::ZERO, 0.0);
                 samples.of_pixel(pixel, places);
                 for sample in places.iter() {
                     let ray = self.eye.ray(x, y, sample);
-                    let reach = self.plate.reach(pixel, -ray.direction.dot(view.back));
+                    let reach = self.reach(pixel, &ray);
                     let next = |after| self.tree.first_hit_of(candidates, &ray, after);
                     let depth = self.truth.drops_see_drops;
-                    let (light, left) = self.gather(&ray, 1.0, depth, true, reach, next);
+                    let (light, left) = self.gather(&around, &ray, 1.0, depth, reach, next);
                     radiance += light;
                     if left > 0.0 {
-                        let behind = self.plate.radiance(pixel);
-                        let behind =
-                            behind.unwrap_or_else(|| self.environment.radiance(ray.direction));
-                        radiance += left * behind;
+                        radiance += left * self.behind(pixel, &ray);
                     }
                     covered += 1.0 - left;
                 }
@@ -306,27 +350,38 @@ impl<'a> Tracer<'a> {
             .collect()
     }
 
+    /// Where a ray comes to what is behind the drops.
+    fn reach(&self, pixel: u32, ray: &Ray) -> f64 {
+        self.plate.reach(pixel, -ray.direction.dot(self.eye.view.back))
+    }
+
+    /// Radiance of what is behind the drops.
+    fn behind(&self, pixel: u32, ray: &Ray) -> DVec3 {
+        let plate = self.plate.radiance(pixel);
+        plate.unwrap_or_else(|| self.environment.radiance(ray.direction))
+    }
+
     /// Radiance of the drops along a ray that are nearer than `reach`, and what they let through of what
     /// is behind them, given the ray's hits one after the other. A drop that fades in lets the rest of the
-    /// light through unbent. `apart`: where glints are found apart, drops do not show them here.
+    /// light through unbent.
     fn gather(
         &self,
+        around: &Around,
         ray: &Ray,
         share: f64,
         depth: u32,
-        apart: bool,
         reach: f64,
         next: impl Fn(Hit) -> Hit,
     ) -> (DVec3, f64) {
         let (mut sum, mut left) = (DVec3::ZERO, 1.0);
         let mut hit = next(Hit::START);
         while hit.drop != Hit::NONE.drop && hit.distance < reach {
-            let drops = self.tree.drops();
+            let drops = around.tree.drops();
             let center = drops.center(&drops.all[hit.drop as usize], ray.moment);
             let opacity = self.eye.opacity(center);
             if opacity > 0.0 {
                 let share = share * left * opacity;
-                sum += left * opacity * self.leaving(ray, hit.drop, share, depth, apart);
+                sum += left * opacity * self.leaving(around, ray, hit.drop, share, depth);
                 left *= 1.0 - opacity;
             }
             if left <= 0.0 {

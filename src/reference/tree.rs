@@ -47,7 +47,8 @@ impl Hit {
 pub struct Pyramid {
     /// Unit normals, pointing inwards.
     normals: [DVec3; 4],
-    lens: f64,
+    /// Radius of the lens.
+    pub(super) lens: f64,
     focus: f64,
     forward: DVec3,
 }
@@ -79,19 +80,20 @@ impl Pyramid {
         self.lens * a.max(b)
     }
 
-    fn misses_box(&self, node: &Node) -> bool {
-        let (middle, half) = (0.5 * (node.lower + node.upper), 0.5 * (node.upper - node.lower));
+    /// Whether it misses all between two corners.
+    pub(super) fn misses_box(&self, lower: DVec3, upper: DVec3) -> bool {
+        let (middle, half) = (0.5 * (lower + upper), 0.5 * (upper - lower));
         let (depth, reach) = (middle.dot(self.forward), half.dot(self.forward.abs()));
         let blur = self.blur([depth - reach, depth + reach]);
         self.normals.iter().any(|normal| {
             // The corner that reaches farthest inwards.
-            let far = DVec3::select(normal.cmpge(DVec3::ZERO), node.upper, node.lower);
+            let far = DVec3::select(normal.cmpge(DVec3::ZERO), upper, lower);
             normal.dot(far) < -SLACK * far.length() - blur
         })
     }
 
     /// Whether it misses a sphere of this `reach` on its whole way between two centres.
-    fn misses_sphere(&self, ends: [DVec3; 2], reach: f64) -> bool {
+    pub(super) fn misses_sphere(&self, ends: [DVec3; 2], reach: f64) -> bool {
         let slack = SLACK * ends[0].length().max(ends[1].length());
         let depths = ends.map(|center| center.dot(self.forward));
         let (nearest, farthest) = (depths[0].min(depths[1]), depths[0].max(depths[1]));
@@ -221,7 +223,7 @@ impl Tree {
             let at = stack[depth];
             let node = &self.nodes[at as usize];
             let nearest = DVec3::ZERO.clamp(node.lower, node.upper);
-            if nearest.length_squared() > reach2 || pyramid.misses_box(node) {
+            if nearest.length_squared() > reach2 || pyramid.misses_box(node.lower, node.upper) {
                 continue;
             }
             if node.count > 0 {
@@ -265,7 +267,7 @@ impl Tree {
 }
 
 /// Least distance from the origin to the way between two points.
-fn nearest_between([from, to]: [DVec3; 2]) -> f64 {
+pub(super) fn nearest_between([from, to]: [DVec3; 2]) -> f64 {
     let way = to - from;
     if way == DVec3::ZERO {
         return from.length();

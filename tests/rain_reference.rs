@@ -1,0 +1,557 @@
+//! The reference of real rain: against drops that are found here by walking through every cell, against the
+//! optical depth and the noise that the laws say, against itself where two ways must agree. What is expected is
+//! written out here; of the program it shares what *is* the rain: which drops a cell holds.
+
+mod common;
+
+use std::f64::consts::PI;
+
+use glam::{DVec3, Vec3};
+use raindrops::environment::Environment;
+use raindrops::environment::bright::split;
+use raindrops::optics::Shape;
+use raindrops::picture::Picture;
+use raindrops::picture::plate::{Depth, Plate};
+use raindrops::rain::law::Law;
+use raindrops::rain::shape::Halves;
+use raindrops::reference::{
+    Drop, Drops, Eye, Population, Traced, Tracer, Truth, Weights, usual_bound,
+};
+use raindrops::scene::background::DepthKind;
+use raindrops::scene::camera::Camera;
+use raindrops::scene::model::{DropShape, Sizes};
+use raindrops::scene::real_rain::RealRain;
+use raindrops::scene::water::Index;
+use raindrops::scene::{ImageSize, PlacedDrop, RainSettings, Scene};
+
+/// Extinction a metre at 5, 25 and 100 mm/h of the sizes from 0.25 to 6 mm, so many drops as make the rate.
+const EXTINCTIONS: [(f64, f64); 3] = [(5.0, 4.102e-4), (25.0, 1.208e-3), (100.0, 3.183e-3)];
+
+/// Spheres of real rain to `extent` metres, seen level.
+fn raining(rate: f64, extent: f64, edge: u32, vertical_fov: f64) -> Scene {
+    let rain = RealRain { rate, extent, shape: DropShape::Sphere, ..RealRain::default() };
+    Scene {
+        rain: Some(RainSettings::of(rain)),
+        image: ImageSize { width: edge, height: edge },
+        camera: Camera { vertical_fov, ..Camera::default() },
+        ..Scene::default()
+    }
+}
+
+fn with_rain(mut scene: Scene, change: impl FnOnce(&mut RealRain)) -> Scene {
+    let mut rain = scene.real_rain().expect("real rain");
+    change(&mut rain);
+    scene.rain = Some(RainSettings::of(rain));
+    scene
+}
+
+fn traced(scene: &Scene, environment: &Environment, truth: Truth) -> Traced {
+    scene.validate("test").expect("a valid scene");
+    Tracer::new(scene, environment, truth).trace(&|_| ())
+}
+
+fn covered(scene: &Scene, samples: u32, rain_to: Option<f64>, seed: u64) -> Vec<f64> {
+    let truth = Truth { samples, rain_to, seed, internal_reflections: 0, ..Truth::default() };
+    let white = Environment::constant(Vec3::ONE);
+    traced(scene, &white, truth).coverage.iter().map(|&share| f64::from(share)).collect()
+}
+
+/// Mean and its standard error, of values that do not depend on each other.
+fn mean(values: impl IntoIterator<Item = f64>) -> (f64, f64) {
+    let values: Vec<f64> = values.into_iter().collect();
+    let count = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    let square = values.iter().map(|value| (value - mean).powi(2)).sum::<f64>();
+    (mean, (square / count / (count - 1.0)).sqrt())
+}
+
+/// Means over columns of pixels: streaks along the columns leave those independent.
+fn columns(values: &[f64], edge: usize) -> Vec<f64> {
+    let column = |x: usize| values.iter().skip(x).step_by(edge).sum::<f64>() / edge as f64;
+    (0..edge).map(column).collect()
+}
+
+/// A drop that every cell was looked through for.
+struct Found {
+    center: DVec3,
+    diameter_mm: f64,
+    velocity: DVec3,
+}
+
+/// Every drop whose centre is nearer than `reach` metres to the camera at the scene's time.
+fn walk(scene: &Scene, reach: f64) -> Vec<Found> {
+    let rain = scene.real_rain().expect("real rain");
+    let camera = scene.camera.position * scene.metres;
+    let mut found = Vec::new();
+    for lattice in rain.lattices(scene.seed) {
+        let edge = lattice.edge();
+        let moved = lattice.velocity * scene.time;
+        let cells = (reach / edge).ceil() as i64 + 1;
+        let middle = ((camera - moved) / edge).floor().to_array().map(|cell| cell as i64);
+        for n in 0..(2 * cells + 1).pow(3) {
+            let wide = 2 * cells + 1;
+            let offset = [n % wide - cells, n / wide % wide - cells, n / wide / wide - cells];
+            let cell = [0, 1, 2].map(|axis: usize| middle[axis] + offset[axis]);
+            for drop in lattice.drops(cell) {
+                let at = |axis: usize| {
+                    let fraction = f64::from(drop.place.fraction[axis]) / 4_294_967_296.0;
+                    (cell[axis] as f64 + fraction) * edge
+                };
+                let center = DVec3::new(at(0), at(1), at(2)) + moved - camera;
+                if center.length() < reach {
+                    let diameter_mm = f64::from(drop.diameter) / 1_048_576.0;
+                    found.push(Found { center, diameter_mm, velocity: lattice.velocity });
+                }
+            }
+        }
+    }
+    found
+}
+
+/// The same rain as a list of drops in scene units, each with a population of its own.
+fn as_list(scene: &Scene, reach: f64, is_flat: bool) -> Drops {
+    let mut drops = Drops::default();
+    let forward = (scene.camera.target - scene.camera.position).normalize();
+    let may_be_seen =
+        |center: DVec3| center.length() < 1.0 || center.dot(forward) > 0.5 * center.length();
+    for found in walk(scene, reach).into_iter().filter(|found| may_be_seen(found.center)) {
+        let motion = found.velocity * scene.camera.shutter / scene.metres;
+        let shape = match Halves::of_diameter(found.diameter_mm) {
+            Halves { joint, equatorial, top, bottom } if is_flat && found.diameter_mm >= 1.0 => {
+                Shape::Halves { equatorial, top, bottom, joint }
+            }
+            _ => Shape::Sphere,
+        };
+        let population = drops.populations.len() as u32;
+        drops.populations.push(Population { shape, motion, half_extent: None });
+        let radius = 0.5e-3 * found.diameter_mm / scene.metres;
+        drops.all.push(Drop { center: found.center / scene.metres, radius, population });
+    }
+    drops
+}
+
+/// A camera that has moved, at a time that is not 0, in rain that the wind drives, in units of 2 m.
+fn weathered(edge: u32) -> Scene {
+    let mut scene = raining(25.0, 6.0, edge, 60.0);
+    scene = with_rain(scene, |rain| rain.wind = DVec3::new(3.0, 0.5, -2.0));
+    scene.water.index = Some(Index::One(1.33));
+    (scene.metres, scene.time) = (2.0, 3.25);
+    scene.camera.position = DVec3::new(20.0, -7.0, 300.0);
+    scene.camera.target = DVec3::new(21.0, -6.7, 298.0);
+    scene
+}
+
+fn slope() -> Environment {
+    common::painted(64, |d| Vec3::splat(1.0 + 0.5 * d.y as f32) + Vec3::X * (0.3 * d.x as f32))
+}
+
+/// Sample for sample the picture of the drops in a list. A tile of 8 x 8 pixels holds more drops than are kept
+/// in memory at a time.
+#[test]
+fn no_drop_of_the_cells_is_missed_or_misplaced() {
+    let environment = slope();
+    let truth = Truth { samples: 40, glints: false, ..Truth::default() };
+    let instant = weathered(8);
+    let mut streaks = weathered(8);
+    streaks.camera.shutter = 0.02;
+    let mut lens = weathered(24);
+    (lens.camera.aperture, lens.camera.focus, lens.camera.shutter) = (0.01, 1.0, 0.004);
+    let mut flat = with_rain(weathered(24), |rain| rain.shape = DropShape::Equilibrium);
+    flat.camera.near = 0.1;
+    for (scene, is_flat) in [(instant, false), (streaks, false), (lens, false), (flat, true)] {
+        let expected = Tracer::of_drops(
+            Eye::of_scene(&scene),
+            as_list(&scene, 6.0, is_flat),
+            &environment,
+            truth,
+        );
+        let expected = expected.trace(&|_| ());
+        let found = traced(&scene, &environment, truth);
+        let sum: f32 = found.coverage.iter().sum();
+        assert!(sum > 0.1, "nothing was seen: {sum}");
+        // A sample on the very rim of a drop may fall to either side.
+        let off = found.coverage.iter().zip(&expected.coverage).filter(|(a, b)| a != b).count();
+        assert!(off <= 1, "{off} pixels are covered otherwise");
+        let pixels = found.picture.pixels.iter().zip(&expected.picture.pixels);
+        let worst = pixels.map(|(a, b)| (*a - *b).abs().max_element()).fold(0.0, f32::max);
+        assert!(off == 1 || worst < 1e-4, "{worst}");
+    }
+}
+
+/// The nearest drops are where their cell says, as large as it says, and what is covered is theirs.
+#[test]
+fn a_drop_is_seen_at_its_pixel() {
+    let mut scene = raining(10.0, 1.5, 512, 40.0);
+    scene.time = -12.75;
+    scene.camera.position = DVec3::new(0.3, 100.0, 0.0);
+    scene.camera.target = DVec3::new(0.3, 100.0, -1.0);
+    let focal = 256.0 / 20_f64.to_radians().tan();
+    let covered = covered(&scene, 16, None, 0);
+    let (mut least, mut most) = (0.0, 0.0);
+    let mut explained = vec![false; covered.len()];
+    let mut seen = 0;
+    for drop in walk(&scene, 1.5) {
+        let depth = -drop.center.z;
+        let (x, y) = (256.0 + focal * drop.center.x / depth, 256.0 - focal * drop.center.y / depth);
+        let radius = focal * 0.5e-3 * drop.diameter_mm / depth;
+        let is_inside = |at: f64| (-radius..512.0 + radius).contains(&at);
+        if depth <= 0.0 || !is_inside(x) || !is_inside(y) {
+            continue;
+        }
+        for row in (y - radius - 1.0).max(0.0) as usize..=(y + radius + 1.0).min(511.0) as usize {
+            for column in
+                (x - radius - 1.0).max(0.0) as usize..=(x + radius + 1.0).min(511.0) as usize
+            {
+                explained[row * 512 + column] = true;
+            }
+        }
+        let is_within = |at: f64| (radius..512.0 - radius).contains(&at);
+        // Off the axis a sphere's outline is an ellipse.
+        let area = PI * radius * radius * drop.center.length() / depth;
+        most += area;
+        if is_within(x) && is_within(y) {
+            least += area;
+            // Of a pixel whose corner it is around, a drop of 0.75 pixels covers 0.44.
+            if radius > 0.75 {
+                assert!(covered[y as usize * 512 + x as usize] > 0.3, "at {x}, {y}: {radius}");
+                seen += 1;
+            }
+        }
+    }
+    assert!(seen >= 10, "{seen} drops");
+    assert!(
+        covered.iter().zip(&explained).all(|(covered, explained)| *covered == 0.0 || *explained)
+    );
+    let all: f64 = covered.iter().sum();
+    // The picture's edge cuts some.
+    let expected = 0.97 * least..1.03 * most;
+    assert!(
+        expected.contains(&all) && most < 1.6 * least,
+        "{all} pixels are covered, not {expected:?}"
+    );
+}
+
+/// The rain takes away what its optical depth says, at any rate and field of view, by drops or as a medium.
+#[test]
+fn the_mean_opacity_is_that_of_the_optical_depth() {
+    let [black, white] = [Vec3::ZERO, Vec3::ONE].map(Environment::constant);
+    for (rate, extinction) in EXTINCTIONS {
+        for fov in [8.0, 40.0, 100.0] {
+            // In a wide view fewer metres hold as many drops.
+            let extent = if fov < 90.0 { 30.0 } else { 14.0 };
+            let scene = raining(rate, extent, 64, fov);
+            let expected = 1.0 - (-extinction * extent).exp();
+            for rain_to in [extent, 0.4 * extent] {
+                let truth = Truth { samples: 16, rain_to: Some(rain_to), ..Truth::default() };
+                let plate = Picture { width: 64, height: 64, pixels: vec![Vec3::ONE; 64 * 64] };
+                let tracer = Tracer::new(&scene, &black, truth);
+                let picture = tracer.before(Plate::new(Some(plate), None)).picture();
+                let (opacity, error) = mean(picture.pixels.iter().map(|p| 1.0 - f64::from(p.x)));
+                assert!(
+                    (opacity - expected).abs() < 4.0 * error,
+                    "{rate} mm/h, {fov} degrees, drops to {rain_to} m: {opacity} ± {error}, not {expected}"
+                );
+                assert!(error < 0.08 * expected, "{error}: nothing is told");
+            }
+            // Without a drop there is no noise: to the digits of the table.
+            let medium = covered(&scene, 1, Some(0.0), 0);
+            assert!(medium.iter().all(|share| (share / expected - 1.0).abs() < 4e-4), "{rate}");
+        }
+    }
+    // White before black: what is taken away comes back as the drops' light.
+    let scene = raining(25.0, 30.0, 64, 8.0);
+    let truth = Truth { samples: 16, rain_to: Some(12.0), ..Truth::default() };
+    let plate = Picture { width: 64, height: 64, pixels: vec![Vec3::ZERO; 64 * 64] };
+    let picture =
+        Tracer::new(&scene, &white, truth).before(Plate::new(Some(plate), None)).picture();
+    let (light, error) = mean(picture.pixels.iter().map(|p| f64::from(p.x)));
+    assert!((light - 0.03559).abs() < 4.0 * error, "{light} ± {error}");
+}
+
+#[test]
+fn nothing_shows_in_a_white_furnace() {
+    let white = Environment::constant(Vec3::ONE);
+    let mut scene = with_rain(raining(100.0, 200.0, 24, 60.0), |rain| {
+        rain.shape = DropShape::Equilibrium;
+    });
+    scene.camera.shutter = 1.0 / 250.0;
+    let truth =
+        Truth { samples: 64, rain_to: Some(6.0), weights: Weights::Conserving, ..Truth::default() };
+    let found = traced(&scene, &white, truth);
+    let worst = |traced: &Traced| {
+        let pixels = traced.picture.pixels.iter();
+        pixels.map(|pixel| (*pixel - Vec3::ONE).abs().max_element()).fold(0.0, f32::max)
+    };
+    let drops = covered(&with_rain(scene.clone(), |rain| rain.extent = 6.0), 64, None, 0);
+    assert!(found.coverage.iter().all(|share| *share > 0.3) && drops.iter().any(|d| *d > 0.0));
+    assert!(worst(&found) < 1e-6, "{}", worst(&found));
+    // The control: what leaves after more than no internal reflections is missed.
+    let physical = Truth { weights: Weights::Physical, internal_reflections: 0, ..truth };
+    assert!(worst(&traced(&scene, &white, physical)) > 0.01);
+}
+
+/// Number of drops of an equal share of the law, by a sum: Marshall and Palmer's N(D) at 25 mm/h.
+fn over_sizes(of_diameter: impl Fn(f64) -> f64) -> f64 {
+    let (slope, steps) = (4.1 * 25_f64.powf(-0.21), 2000);
+    let intercept = 8000.0 * 0.886_302;
+    let width = (6.0 - 0.25) / f64::from(steps);
+    (0..steps)
+        .map(|step| 0.25 + (f64::from(step) + 0.5) * width)
+        .map(|d| intercept * (-slope * d).exp() * of_diameter(d) * width)
+        .sum()
+}
+
+/// Of a pixel's opacity; the two pictures of other seeds share the rain, but no sample.
+#[test]
+fn a_pixel_is_as_noisy_as_its_drops_make_it() {
+    const EDGE: u32 = 128;
+    let focal = 886.81;
+    let fov = 2.0 * (0.5 * f64::from(EDGE) / focal).atan().to_degrees();
+    let (near, far) = (10.0, 40.0);
+    // By size and depth: g for the streak, the last factors for the drop's own width and height.
+    let formula = |shutter: f64| {
+        let variance = over_sizes(|d| {
+            let speed = raindrops::rain::fall::terminal_speed(d, 1.2);
+            let steps = 400;
+            let width = (far - near) / f64::from(steps);
+            (0..steps)
+                .map(|step| {
+                    let z = near + (f64::from(step) + 0.5) * width;
+                    let (r, streak) = (focal * 0.5e-3 * d / z, focal * speed * shutter / z);
+                    let g = if streak <= 1.0 {
+                        1.0 - streak / 3.0
+                    } else {
+                        1.0 / streak - 1.0 / (3.0 * streak * streak)
+                    };
+                    let size = PI.sqrt() * r / 3.0;
+                    let share = PI * r * r;
+                    let volume = (z / focal).powi(2) * width;
+                    share * share * g * (1.0 - size) * (1.0 - size / streak.max(1.0)) * volume
+                })
+                .sum()
+        });
+        variance.sqrt() * (-1.208e-3 * far).exp()
+    };
+    for shutter in [0.0, 1.0 / 60.0] {
+        let mut scene = raining(25.0, far, EDGE, fov);
+        (scene.camera.near, scene.camera.shutter) = (near, shutter);
+        let (mut product, mut sum, mut count) = (0.0, 0.0, 0.0);
+        for rain in 0..2 {
+            let scene = Scene { seed: 11 + rain, ..scene.clone() };
+            let [a, b] = [0, 1].map(|seed| covered(&scene, 64, None, seed));
+            product += a.iter().zip(&b).map(|(a, b)| a * b).sum::<f64>();
+            sum += a.iter().chain(&b).sum::<f64>() / 2.0;
+            count += a.len() as f64;
+        }
+        let found = (product / count - (sum / count).powi(2)).sqrt();
+        let expected = formula(shutter);
+        println!("shutter {shutter}: {found}, by the formula {expected}");
+        assert!((found / expected - 1.0).abs() < 0.05, "{found}, not {expected}");
+    }
+}
+
+/// Drops to 10 m and the medium from there show on the mean what drops to 30 m show.
+#[test]
+fn the_medium_stands_for_the_drops() {
+    // Behind the rain it is darker than what drops gather.
+    let environment = common::painted(64, |d| Vec3::splat(1.0 + 0.9 * d.z as f32));
+    let mut scene = with_rain(raining(100.0, 30.0, 96, 25.0), |rain| {
+        rain.shape = DropShape::Equilibrium;
+    });
+    for target in [DVec3::NEG_Z, DVec3::new(0.0, 0.7, -0.7)] {
+        scene.camera.target = target;
+        let picture = |scene: &Scene, rain_to: f64| {
+            let truth = Truth { samples: 64, rain_to: Some(rain_to), ..Truth::default() };
+            traced(scene, &environment, truth).picture
+        };
+        let [by_drops, by_medium] = [30.0, 10.0].map(|bound| picture(&scene, bound));
+        let nearer = picture(&with_rain(scene.clone(), |rain| rain.extent = 10.0), 10.0);
+        // Two thirds of the rain against none, and how far the pictures are apart by chance.
+        let difference = |a: &Picture, b: &Picture| {
+            let values = a.pixels.iter().zip(&b.pixels).map(|(a, b)| f64::from((*a - *b).y));
+            mean(columns(&values.collect::<Vec<_>>(), 96))
+        };
+        let (off, error) = difference(&by_medium, &by_drops);
+        assert!(off.abs() < 4.0 * error, "{off} ± {error}");
+        let (missing, _) = difference(&nearer, &by_drops);
+        assert!(missing.abs() > 12.0 * error, "{missing} against {error}: nothing is told");
+    }
+}
+
+/// The medium's outline against one that is counted in rays, and its optical depth against a sum over sizes.
+#[test]
+fn flat_drops_block_what_they_cover() {
+    let outline = |diameter: f64, toward: DVec3| {
+        let Halves { joint, equatorial, top, bottom } = Halves::of_diameter(diameter);
+        let shape = Shape::Halves { equatorial, top, bottom, joint };
+        let (u, v) = toward.any_orthonormal_pair();
+        let steps = 300;
+        let at = |step: i32| 1.5 * (2.0 * (f64::from(step) + 0.5) / f64::from(steps) - 1.0);
+        let met = (0..steps * steps)
+            .filter(|n| shape.cross(at(n % steps) * u + at(n / steps) * v, toward).is_some())
+            .count();
+        9.0 * met as f64 / f64::from(steps * steps) / PI
+    };
+    for sine in [0.0_f64, 0.5, -0.9, 1.0] {
+        let toward = DVec3::new((1.0 - sine * sine).sqrt(), sine, 0.0);
+        for diameter in [1.5, 3.0, 5.5] {
+            let found = Halves::of_diameter(diameter).outline_area(sine);
+            let expected = outline(diameter, toward);
+            assert!((found / expected - 1.0).abs() < 2e-3, "{diameter} {sine}: {found} {expected}");
+        }
+    }
+    for target in [DVec3::NEG_Z, DVec3::Y, DVec3::new(0.0, -0.7, -0.7)] {
+        let mut scene = with_rain(raining(25.0, 100.0, 1, 0.1), |rain| {
+            rain.shape = DropShape::Equilibrium;
+        });
+        scene.camera.target = target;
+        let found = -(1.0 - covered(&scene, 1, Some(0.0), 0)[0]).ln() / 100.0;
+        let toward = target.normalize();
+        let rows: Vec<f64> =
+            (0..24).map(|d| outline(0.25 * f64::from(d) + 0.125, toward)).collect();
+        let expected = over_sizes(|d| {
+            0.25e-6 * PI * d * d * if d < 1.0 { 1.0 } else { rows[(4.0 * d) as usize] }
+        });
+        assert!((found / expected - 1.0).abs() < 3e-3, "{target}: {found}, not {expected}");
+    }
+}
+
+/// A background ends the rain before it: drops and medium.
+#[test]
+fn a_plate_ends_the_rain_at_its_depth() {
+    let white = Environment::constant(Vec3::ONE);
+    let scene = raining(25.0, 100.0, 64, 40.0);
+    for (kind, rain_to) in
+        [(DepthKind::Radial, 40.0), (DepthKind::Radial, 8.0), (DepthKind::Planar, 8.0)]
+    {
+        let plate = Plate::new(None, Some(Depth { values: vec![20.0; 64 * 64], kind }));
+        let truth = Truth { samples: 16, rain_to: Some(rain_to), ..Truth::default() };
+        let found = Tracer::new(&scene, &white, truth).before(plate).trace(&|_| ());
+        let (opacity, error) = mean(found.coverage.iter().map(|&share| f64::from(share)));
+        let expected = match kind {
+            DepthKind::Radial => 1.0 - (-1.208e-3 * 20.0_f64).exp(),
+            // The mean of 20 / cos over the picture's pixels.
+            DepthKind::Planar => {
+                let edge = |n: i32| (f64::from(n) + 0.5 - 32.0) / 32.0 * 20_f64.to_radians().tan();
+                let pixel = |n: i32| (1.0 + edge(n % 64).powi(2) + edge(n / 64).powi(2)).sqrt();
+                let sum: f64 = (0..4096).map(|n| 1.0 - (-1.208e-3 * 20.0 * pixel(n)).exp()).sum();
+                sum / 4096.0
+            }
+        };
+        assert!((opacity - expected).abs() < 4.0 * error, "{opacity} ± {error}, not {expected}");
+        assert!(error < 0.05 * expected);
+    }
+}
+
+/// D / (v T), whatever the distance: drops of 9 mm, 9.17 m/s.
+#[test]
+fn a_streak_is_as_opaque_as_its_drop_is_long_there() {
+    let shutter = 1.0 / 250.0;
+    let (mut seen, mut found, mut expected) = (0, 0.0, 0.0);
+    for seed in 0..6 {
+        let mut scene = with_rain(raining(20.0, 2.0, 256, 40.0), |rain| {
+            (rain.sizes, rain.diameters) = (Sizes::Uniform, [9.0, 9.001]);
+        });
+        (scene.seed, scene.camera.shutter) = (seed, shutter);
+        let focal = 128.0 / 20_f64.to_radians().tan();
+        let covered = covered(&scene, 256, None, 0);
+        for drop in walk(&scene, 2.0) {
+            let middle = drop.center + 0.5 * shutter * drop.velocity;
+            let depth = -middle.z;
+            let (x, y) = (128.0 + focal * middle.x / depth, 128.0 - focal * middle.y / depth);
+            let radius = focal * 4.5e-3 / depth;
+            if depth <= 0.0
+                || !(3.0..253.0).contains(&x)
+                || !(3.0..253.0).contains(&y)
+                || radius < 0.8
+            {
+                continue;
+            }
+            // Across the streak all columns together hold its area: 2 r/ℓ times π r/2.
+            let row = y as usize * 256;
+            let around = (x - radius - 1.0) as usize..=(x + radius + 1.0) as usize;
+            let sum: f64 = around.map(|column| covered[row + column]).sum();
+            found += sum;
+            expected += 0.5 * PI * radius * 9e-3 / (9.17 * shutter);
+            seen += 1;
+        }
+    }
+    assert!((found / expected - 1.0).abs() < 0.06, "{found}, not {expected}");
+    assert!(seen >= 4, "{seen} streaks");
+}
+
+/// Bright parts spread over small drops and over the medium are as much light as samples meet by chance.
+#[test]
+fn a_sun_shines_as_much_as_by_chance() {
+    let toward = DVec3::new(0.3, 0.5, 0.8).normalize();
+    let environment = common::painted(256, |d| {
+        let disc = if d.angle_between(toward) < 4_f64.to_radians() { 300.0 } else { 0.0 };
+        Vec3::new(disc, 0.8 * disc, 0.5 * disc) + Vec3::splat(1.0 + 0.5 * d.y as f32)
+    });
+    assert!(split(&environment).is_some());
+    let mut scene = raining(25.0, 2000.0, 48, 90.0);
+    scene.camera.target = DVec3::new(0.0, -0.3, -1.0);
+    for (rain_to, extent) in [(0.0, 2000.0), (5.0, 5.0)] {
+        let scene = with_rain(scene.clone(), |rain| rain.extent = extent);
+        let picture = |glints: bool, samples: u32, seed: u64| {
+            let truth = Truth { glints, samples, seed, rain_to: Some(rain_to), ..Truth::default() };
+            traced(&scene, &environment, truth).picture
+        };
+        let [sure, chance] = [picture(true, 64, 0), picture(false, 1024, 1)];
+        // By quarters of the picture, so that light in a wrong place would be seen.
+        for quarter in 0..4 {
+            let of = |picture: &Picture| {
+                let pixels = picture.pixels.iter().enumerate();
+                let own = pixels.filter(|(n, _)| n / 48 / 24 * 2 + n % 48 / 24 == quarter);
+                mean(own.map(|(_, pixel)| f64::from(pixel.x)))
+            };
+            let ((a, of_a), (b, of_b)) = (of(&sure), of(&chance));
+            println!("to {rain_to} m: {a} ± {of_a}, by chance {b} ± {of_b}");
+            let difference = sure.pixels.iter().zip(&chance.pixels).enumerate();
+            let own = difference.filter(|(n, _)| n / 48 / 24 * 2 + n % 48 / 24 == quarter);
+            let (off, error) = mean(own.map(|(_, (a, b))| f64::from(a.x - b.x)));
+            assert!(off.abs() < 4.0 * error, "quarter {quarter}: {off} ± {error}");
+        }
+    }
+}
+
+/// Drops placed by hand are in the rain, and the rain is before and behind them.
+#[test]
+fn placed_drops_stand_in_the_rain() {
+    let white = Environment::constant(Vec3::ONE);
+    let mut scene = raining(100.0, 12.0, 32, 40.0);
+    scene.drops = vec![PlacedDrop::sphere(DVec3::new(0.0, 0.0, -6.0), 0.8)];
+    let found = traced(&scene, &white, Truth { samples: 16, ..Truth::default() });
+    assert_eq!(found.coverage[16 * 32 + 16], 1.0);
+    assert!(found.coverage[33] < 0.5);
+    // The drop without its internal reflections is darker; the rain before it is darker again by its share.
+    let truth =
+        Truth { samples: 16, internal_reflections: 0, reflection: false, ..Truth::default() };
+    let dark =
+        |scene: &Scene| f64::from(traced(scene, &white, truth).picture.pixels[16 * 32 + 16].x);
+    let alone = Scene { rain: None, ..scene.clone() };
+    assert!((dark(&scene) - dark(&alone)).abs() < 0.05);
+}
+
+/// Where no bound is given the picture holds thirty million drops, at any field of view.
+#[test]
+fn the_usual_bound_holds_so_many_drops() {
+    let law: Law = raining(25.0, 1e3, 8, 60.0).real_rain().expect("rain").law();
+    // Of 60 degrees, square: the integral of 1/(1 + x² + y²)^(3/2).
+    let solid_angle = |tan: f64| {
+        let steps = 1000;
+        let at = |n: i32| tan * (2.0 * (f64::from(n) + 0.5) / f64::from(steps) - 1.0);
+        let cell = (2.0 * tan / f64::from(steps)).powi(2);
+        let of = |n: i32| (1.0 + at(n % steps).powi(2) + at(n / steps).powi(2)).powf(-1.5) * cell;
+        (0..steps * steps).map(of).sum::<f64>()
+    };
+    for fov in [10.0, 60.0, 150.0] {
+        let scene = raining(25.0, 1e3, 256, fov);
+        let bound = usual_bound(&scene).expect("rain");
+        let drops =
+            law.number() * solid_angle((0.5 * fov).to_radians().tan()) * bound.powi(3) / 3.0;
+        assert!((drops / 3e7 - 1.0).abs() < 0.01, "{fov}: {drops}");
+    }
+    assert_eq!(usual_bound(&raining(25.0, 7.0, 256, 60.0)), Some(7.0));
+    assert_eq!(usual_bound(&Scene::default()), None);
+}
