@@ -7,8 +7,8 @@
 #include "light_model.glsl"
 #include "places.glsl"
 
-layout(constant_id = 5) const uint IS_POINT = 1;
-layout(constant_id = 6) const uint SAMPLES = 1;
+layout(constant_id = 8) const uint IS_POINT = 1;
+layout(constant_id = 9) const uint SAMPLES = 1;
 
 layout(set = 0, binding = 1) uniform sampler2D environment_map;
 
@@ -26,7 +26,7 @@ float disc_coverage(vec2 st, float pixels) {
 
 #ifdef STAGE
 // Which stage of the paper's model is shown instead of its colour: `Stage` in src/renderer/stages.rs.
-layout(constant_id = 8) const uint SHOWN = 0;
+layout(constant_id = 11) const uint SHOWN = 0;
 vec3 transmitted_direction;
 #endif
 

@@ -28,8 +28,16 @@ void main() {
         float off = angle_between(axis, toward), radius = max(sources[i].toward.w, HALF_TEXEL);
         for (uint ways = ways_of(off, radius, 0.0); ways != 0u; ways &= ways - 1u) {
             uint way = uint(findLSB(ways));
-            vec2 image = image_of(way, off, radius, 0.0);
-            vec3 at = image.x * aside, light = image.y * sources[i].light.rgb;
+            // Where the colours are not at one place, the greatest of them is.
+            vec2 image = vec2(0.0);
+            vec3 light = vec3(0.0);
+            for (uint j = 0u; j < INDICES; ++j) {
+                vec3 color = take_index(j);
+                vec2 of_color = image_of(way, off, radius, 0.0);
+                if (of_color.y > image.y) image = of_color;
+                light += of_color.y * color * sources[i].light.rgb;
+            }
+            vec3 at = image.x * aside;
             if (dot(light, LUMINANCE) > dot(first, LUMINANCE)) {
                 vec3 was_at = first_at, was = first;
                 first_at = at;

@@ -66,18 +66,21 @@ void main() {
             vec3 s = normalize(toward + out_by * (cos(turn) * u + sin(turn) * v)), aside = aside_of(axis, s);
             float off = angle_between(axis, s);
             for (uint ways = ways_of(off, radius, sine); ways != 0u; ways &= ways - 1u) {
-                vec2 image = image_of(uint(findLSB(ways)), off, radius, sine);
-                // At its place; where the fragments cover nothing of that pixel, a quarter of a pixel farther in.
-                float inner = clamp(image.x, -max(1.0 - 0.25 / pixels, 0.75), max(1.0 - 0.25 / pixels, 0.75));
-                bool done = image.y <= 0.0;
-                for (uint attempt = 0u; !done && attempt < 2u; ++attempt) {
-                    float sin_a = sine * (attempt == 0u ? image.x : inner), cos_a = sqrt(1.0 - sin_a * sin_a);
-                    vec3 ray = cos_a * axis + sin_a * aside;
-                    float depth = max(-ray.z, 0.01);
-                    // Pixels for each unit of solid angle grow with depth^-3.
-                    vec2 at = pixel_of(vec2(ray.x, -ray.y) * (focal / depth));
-                    done = -ray.z < 0.01
-                        || add_light(drop, r, at, light * (image.y / (cos_a * depth * depth * depth)));
+                for (uint k = 0u; k < INDICES; ++k) {
+                    vec3 color = take_index(k);
+                    vec2 image = image_of(uint(findLSB(ways)), off, radius, sine);
+                    // At its place; where the fragments cover nothing of that pixel, a quarter of a pixel farther in.
+                    float inner = clamp(image.x, -max(1.0 - 0.25 / pixels, 0.75), max(1.0 - 0.25 / pixels, 0.75));
+                    bool done = image.y <= 0.0;
+                    for (uint attempt = 0u; !done && attempt < 2u; ++attempt) {
+                        float sin_a = sine * (attempt == 0u ? image.x : inner), cos_a = sqrt(1.0 - sin_a * sin_a);
+                        vec3 ray = cos_a * axis + sin_a * aside;
+                        float depth = max(-ray.z, 0.01);
+                        // Pixels for each unit of solid angle grow with depth^-3.
+                        vec2 at = pixel_of(vec2(ray.x, -ray.y) * (focal / depth));
+                        done = -ray.z < 0.01
+                            || add_light(drop, r, at, color * light * (image.y / (cos_a * depth * depth * depth)));
+                    }
                 }
             }
         }

@@ -7,20 +7,15 @@
 #include "environment.glsl"
 #include "tile_buffers.glsl"
 #ifdef CELLS
+#define SOURCES_BINDING 17
 #include "octahedron.glsl"
 #include "shared_exponent.glsl"
 #include "appearance.glsl"
 #include "rain_field.glsl"
 
-layout(constant_id = 19) const uint GLINTS = 0; // as in composite.comp
-layout(std430, set = 0, binding = 16) readonly buffer SplatTable { uvec4 splat_table[]; };
-
-// Mean light of a far drop, its glints included: those of a disc of one pixel's radius, over its area.
-vec3 far_light_of(uint texel) {
-    if (GLINTS == 0u) return unpack_radiance(pictures[picture_word(texel, 1u)]);
-    uvec4 splat = splat_table[texel];
-    return unpack_radiance(splat.x) + (unpack_radiance(splat.z) + unpack_radiance(splat.w)) / 3.14159265;
-}
+#include "sources.glsl"
+#include "bow.glsl"
+layout(std430, set = 0, binding = 19) readonly buffer Bow { vec4 bow[]; };
 #include "medium.glsl"
 #endif
 

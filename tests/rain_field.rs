@@ -5,7 +5,7 @@ mod common;
 
 use std::sync::Arc;
 
-use common::{hole, on_device};
+use common::{hole, on_device, painted};
 use glam::{DVec3, Vec3};
 use raindrops::environment::Environment;
 use raindrops::gpu::Device;
@@ -17,6 +17,7 @@ use raindrops::rain::tick_of_seconds;
 use raindrops::renderer::Renderer;
 use raindrops::scene::model::{FarRain, Preset, Weights};
 use raindrops::scene::real_rain::RealRain;
+use raindrops::scene::water::Index;
 use raindrops::scene::{ImageSize, RainSettings, Scene};
 
 /// Rain before a camera that looks aslant, with drops of over 0.2 pixels.
@@ -169,7 +170,7 @@ fn a_medium_is_as_opaque_as_its_drops() {
             scene.image = ImageSize { width: 64, height: 64 };
             scene.camera.target = scene.camera.position - DVec3::Z;
             scene.camera.vertical_fov = fov;
-            let pictures = 8;
+            let pictures = 5;
             let mut means = [0.0; 2];
             let mut errors = [0.0; 2];
             for (kind, far_rain) in [FarRain::Medium, FarRain::Drops].into_iter().enumerate() {
@@ -187,5 +188,67 @@ fn a_medium_is_as_opaque_as_its_drops() {
             println!("{rate} mm/h, {fov}°: {means:?}, error {error}");
             assert!(off < 4.0 * error, "{rate} mm/h, {fov}°: {means:?}, error {error}");
         }
+    });
+}
+
+/// Angle from the antisolar point in degrees at which a far drop sends most light of a sun back, after one internal
+/// reflection: rays by the thousand, their light a solid angle, averaged over the sun's disc.
+fn brightest_angle(index: f64, sun_degrees: f64) -> f64 {
+    const BINS_A_DEGREE: f64 = 200.0;
+    let mut light = vec![0.0; (60.0 * BINS_A_DEGREE) as usize];
+    let rays = 4_000_000;
+    for ray in 0..rays {
+        let b = (f64::from(ray) + 0.5) / f64::from(rays);
+        let (incidence, inside) = (b.asin(), (b / index).asin());
+        let angle = (4.0 * inside - 2.0 * incidence).to_degrees();
+        let (s, p) = (
+            ((incidence - inside).sin() / (incidence + inside).sin()).powi(2),
+            ((incidence - inside).tan() / (incidence + inside).tan()).powi(2),
+        );
+        let reflectance = 0.5 * (s + p);
+        let share = (1.0 - reflectance).powi(2) * reflectance;
+        light[(angle * BINS_A_DEGREE) as usize] += share * b / angle.to_radians().sin();
+    }
+    let reach = (sun_degrees * BINS_A_DEGREE) as i64;
+    let chord = |step: i64| (1.0 - (step as f64 / reach as f64).powi(2)).sqrt();
+    let mean = |bin: usize| -> f64 {
+        (-reach..=reach).map(|step| chord(step) * light[(bin as i64 + step) as usize]).sum()
+    };
+    let bins = (30.0 * BINS_A_DEGREE) as usize..(50.0 * BINS_A_DEGREE) as usize;
+    let brightest = bins.max_by(|a, b| mean(*a).total_cmp(&mean(*b))).expect("bins");
+    (brightest as f64 + 0.5) / BINS_A_DEGREE
+}
+
+#[test]
+fn the_bow_stands_where_it_should() {
+    let (sun, index, radius) = (DVec3::new(0.0, 0.3, 1.0).normalize(), 1.3343, 0.27f64);
+    let sky = |d: DVec3| {
+        let is_sun = d.dot(sun) > radius.to_radians().cos();
+        Vec3::splat(if is_sun { 1e5 } else { 0.1 })
+    };
+    let environment = painted(4096, sky);
+    on_device(|device| {
+        let mut scene = aslant(25.0);
+        scene.rain.get_or_insert_default().real.as_mut().expect("rain").extent = 3000.0;
+        scene.water.index = Some(Index::One(index));
+        scene.image = ImageSize { width: 16, height: 1200 };
+        // The middle of the picture is 42° over the antisolar point.
+        let up = DVec3::Y.reject_from(sun).normalize();
+        let (sine, cosine) = 42f64.to_radians().sin_cos();
+        scene.camera.target = scene.camera.position - 10.0 * (cosine * sun - sine * up);
+        scene.camera.vertical_fov = 10.0;
+        scene.model.cutoff_px = Some(1.0);
+        let picture = picture(device, &scene, &environment);
+        let view = scene.view();
+        let of_row = |row: usize| -> f32 {
+            let mut row: Vec<f32> = (0..16).map(|x| picture.pixels[16 * row + x].y).collect();
+            // No drop: the median.
+            row.sort_by(f32::total_cmp);
+            row[8]
+        };
+        let brightest = (0..1200).max_by(|a, b| of_row(*a).total_cmp(&of_row(*b))).expect("rows");
+        let found = view.ray(8.0, brightest as f64 + 0.5).dot(-sun).acos().to_degrees();
+        let expected = brightest_angle(index, radius);
+        assert!((found - expected).abs() < 0.1, "{found}°, not {expected}°");
     });
 }

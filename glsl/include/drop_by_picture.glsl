@@ -3,7 +3,7 @@
 #include "shared_exponent.glsl"
 #include "appearance.glsl"
 
-layout(constant_id = 7) const uint FINEST = 4; // level of the largest picture; 0: one colour
+layout(constant_id = 10) const uint FINEST = 4; // level of the largest picture; 0: one colour
 
 layout(std430, set = 0, binding = 2) readonly buffer Pictures { uint pictures[]; };
 

@@ -3,7 +3,7 @@
 #include "optics.glsl"
 
 #ifdef DEVIATION_TABLE
-layout(constant_id = 7) const uint INTERVALS = 1;
+layout(constant_id = 10) const uint INTERVALS = 1;
 // Cos of the deviation, its sine over b, reflectance; evenly spaced in cos θi (src/passes/radial.rs).
 layout(std430, set = 0, binding = 2) readonly buffer Table { vec4 table[]; };
 

@@ -14,8 +14,8 @@ const float LEAST_REST = 1e-4;
 
 // `rotation` takes the encounter's vectors to world space. `step`: the impact parameter's change
 // over one sample, the reciprocal of the drop's radius in samples.
-vec3 drop_light(sampler2D map, Encounter e, mat3 rotation, float step) {
-    float ci = e.cos_incidence, ct = cos_refraction(e), st = e.b / WATER;
+vec3 drop_light_by_index(sampler2D map, Encounter e, mat3 rotation, float step) {
+    float ci = e.cos_incidence, ct = cos_refraction(e), st = sin_refraction(e);
 #ifdef DEVIATION_TABLE
     vec3 entry = tabulated(e);
     vec2 deviation = entry.xy;
@@ -27,7 +27,7 @@ vec3 drop_light(sampler2D map, Encounter e, mat3 rotation, float step) {
     if (FOOTPRINT == 0u) step = 0.0;
     // Within a sample of the rim cos θi is held at its mean there, else the fan is infinite.
     float held = sqrt(max(ci * ci, min(step, 1.0)));
-    float rate_in = 2.0 / held, rate_turn = 2.0 / (WATER * ct);
+    float rate_in = 2.0 / held, rate_turn = 2.0 / (WATER * max(ct, 1e-3));
     vec3 d = rotation * e.direction, o = rotation * e.offset;
 
     vec3 sum = vec3(0.0);
@@ -42,7 +42,7 @@ vec3 drop_light(sampler2D map, Encounter e, mat3 rotation, float step) {
     for (uint k = 0u; k <= INTERNAL_REFLECTIONS; ++k) {
         // Σ_{j≥k} (1-F)² F^j = (1-F) F^k: what the omitted orders carry as well.
         bool last = k == INTERNAL_REFLECTIONS || weight * f < LEAST_REST * (1.0 - f);
-        float share = CONSERVING != 0u && last ? weight / (1.0 - f) : weight;
+        float share = CONSERVING != 0u && last ? weight / max(1.0 - f, 1e-9) : weight;
         vec3 out_direction = deviation.x * d - deviation.y * o;
         sum += share * radiance(map, out_direction, fan(rate, deviation.y, e.b) * step);
         deviation = vec2(deviation.x * turn.x - deviation.y * turn.y,
@@ -51,5 +51,12 @@ vec3 drop_light(sampler2D map, Encounter e, mat3 rotation, float step) {
         weight *= f;
         if (last) break;
     }
+    return sum;
+}
+
+// The same for each colour by its own index.
+vec3 drop_light(sampler2D map, Encounter e, mat3 rotation, float step) {
+    vec3 sum = vec3(0.0);
+    for (uint i = 0u; i < INDICES; ++i) sum += take_index(i) * drop_light_by_index(map, e, rotation, step);
     return sum;
 }

@@ -10,16 +10,7 @@
 
 const float HALF_TURN = 3.14159265358979;
 
-// Light of a source, as if all of it came from a disc of an even radiance.
-struct Source {
-    vec4 toward; // unit vector in world space; w: the disc's angular radius, radians
-    vec4 light;  // radiance times solid angle, stored units
-};
-
-layout(std430, set = 0, binding = SOURCES_BINDING) readonly buffer Sources {
-    uvec4 source_count; // x
-    Source sources[];
-};
+#include "sources.glsl"
 
 // The ways of light that have images: 0 by the reflection outside; after k = 0, 1, 2 internal reflections between
 // crest and rim 1, 3, 5, between the middle and the crest 2, 4 (k = 1, 2). A drop nearer than 2 radii is a lens that

@@ -5,3 +5,8 @@ layout(constant_id = 1) const uint CONSERVING = 1; // 1: the last order takes wh
 layout(constant_id = 2) const uint SCHLICK = 0;
 layout(constant_id = 3) const uint REFLECTION = 1;
 layout(constant_id = 4) const uint FOOTPRINT = 1; // 0: the environment's finest level always
+// Refractive index of the drops over that of what they are in, for red, green and blue light: the bits of floats, which
+// the compiler can compare.
+layout(constant_id = 5) const uint INDEX_RED = 0x3faa3d71u; // 1.33
+layout(constant_id = 6) const uint INDEX_GREEN = 0x3faa3d71u;
+layout(constant_id = 7) const uint INDEX_BLUE = 0x3faa3d71u;

@@ -1,6 +1,6 @@
 // Far rain as a medium (src/rain/medium.rs): it takes light out of a ray and puts in that of a far drop. Drops that are
 // shown by themselves have the same mean light, so all of the medium may stand behind them. Needs projection.glsl,
-// octahedron.glsl, appearance.glsl, rain_field.glsl, and `far_light_of(texel)`.
+// octahedron.glsl, appearance.glsl, rain_field.glsl, sources.glsl and the table `bow`.
 
 // Optical depth from the camera along the view axis.
 float optical_depth(float depth) {
@@ -18,14 +18,22 @@ uint wrapped_texel(ivec2 at) {
     return uint(at.y) * DIRECTIONS + uint(at.x);
 }
 
-// Mean light of a far drop in a direction, between those of the four nearest texels.
+// Mean light of a far drop in a direction: of the environment without its bright sources between those of the four
+// nearest texels; of each source by its angle.
 vec3 far_light(vec3 d) {
     vec2 at = (0.5 * octahedral(d) + 0.5) * float(DIRECTIONS) - 0.5, from = floor(at), share = at - from;
     vec3 sum = vec3(0.0);
     for (int i = 0; i < 4; ++i) {
         ivec2 step = ivec2(i & 1, i >> 1);
         vec2 weights = mix(1.0 - share, share, vec2(step));
-        sum += weights.x * weights.y * far_light_of(wrapped_texel(ivec2(from) + step));
+        uint texel = wrapped_texel(ivec2(from) + step);
+        sum += weights.x * weights.y * unpack_radiance(pictures[picture_word(texel, 1u)]);
+    }
+    for (uint i = 0u; i < source_count.x; ++i) {
+        vec3 toward = sources[i].toward.xyz;
+        float turn = atan(length(cross(d, toward)), dot(d, toward)) / 3.14159265 * float(BOW_ANGLES - 1u);
+        uint below = min(uint(turn), BOW_ANGLES - 2u), entry = i * BOW_ANGLES + below;
+        sum += mix(bow[entry].rgb, bow[entry + 1u].rgb, turn - float(below));
     }
     return sum;
 }

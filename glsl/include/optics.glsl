@@ -1,6 +1,17 @@
 // One drop in float32; the twin of src/optics/mod.rs, which tells the physics. Needs light_model.glsl.
 
-const float WATER = 1.33;
+const bool DISPERSES = INDEX_RED != INDEX_GREEN || INDEX_BLUE != INDEX_GREEN;
+const uint INDICES = DISPERSES ? 3u : 1u;
+
+// The index that all below is for.
+float WATER = uintBitsToFloat(INDEX_GREEN);
+
+// Takes one of the INDICES, and tells the colours that it is for.
+vec3 take_index(uint number) {
+    if (!DISPERSES) return vec3(1.0);
+    WATER = uintBitsToFloat(number == 0u ? INDEX_RED : number == 1u ? INDEX_GREEN : INDEX_BLUE);
+    return vec3(equal(uvec3(number), uvec3(0u, 1u, 2u)));
+}
 
 // A ray that meets a drop: unit direction, unit vector from the drop's centre to the ray
 // (perpendicular to it), impact parameter b and cos of the incidence angle.
@@ -11,8 +22,13 @@ struct Encounter {
     float cos_incidence;
 };
 
+// 1 where all light is reflected, as at the rim of a bubble.
+float sin_refraction(Encounter e) {
+    return min(e.b / WATER, 1.0);
+}
+
 float cos_refraction(Encounter e) {
-    float s = e.b / WATER;
+    float s = sin_refraction(e);
     return sqrt(1.0 - s * s);
 }
 
@@ -25,7 +41,7 @@ vec3 reflected(Encounter e) {
 // Cos and sin of the deviation δ = 2(θi-θt): the closed form, without trigonometry. Two explicit
 // refractions in float32 are 2,500 times less exact at the rim.
 vec2 deviation(Encounter e) {
-    float ci = e.cos_incidence, ct = cos_refraction(e), st = e.b / WATER;
+    float ci = e.cos_incidence, ct = cos_refraction(e), st = sin_refraction(e);
     float c = ci * ct + e.b * st, s = e.b * ct - ci * st;
     return vec2(c * c - s * s, 2.0 * c * s);
 }

@@ -136,6 +136,7 @@ impl Composite {
                 .chain([&radiance, &sky, &log_sums, &disordered, &tiles.counters].map(buffer))
                 .chain([splats, &glints.sources].map(buffer))
                 .chain([sky_map])
+                .chain([buffer(&glints.bow)])
                 .chain(views.map(|view| (Binding::UNIFORM_TEXEL_BUFFER, Resource::Texels(view))))
                 .collect();
         let bindings = Bindings::of(device, "composite", &slots)?;

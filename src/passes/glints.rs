@@ -15,6 +15,9 @@
 //! - **Tile fragments**: `glints` adds the images to the pixels of each large drop, with the drop's true distance,
 //!   after their colours are known. A source whose image is wide is cut into parts.
 //!
+//! - **Far rain** as a medium shows all images of a source as one mean, by the angle between source and drop (`bow`):
+//!   there the bows are, finer than any table of directions.
+//!
 //! The light of an image is that of its source's mean magnification, so that a rainbow's has a bound. It goes to
 //! one pixel, whole: the box filter of a point. Error: a place is off by up to 0.001 of the radius (of splats see
 //! above); a source's shape is a disc.
@@ -44,16 +47,28 @@ pub const MOST_SOURCES: usize = 4;
 /// wide enough for the environment's levels.
 const LARGEST_SOURCE: f64 = 0.035;
 
+/// Indices for which the shader knows which ways have images. Other drops show sources as all of the environment.
+const INDICES: std::ops::RangeInclusive<f64> = 1.325..=1.345;
+
 /// Bytes a direction of what `far_glints` finds, and of the splats' table.
 const FAR_GLINTS_BYTES: u64 = 64;
 const SPLAT_BYTES: u64 = 16;
 /// Invocations a workgroup.
 const FAR_GROUP: u32 = 8;
 const TABLE_GROUP: u32 = 64;
+/// Angles of the table of bows, as in `glsl/include/bow.glsl`, bytes of each, and invocations a workgroup.
+const BOW_ANGLES: u32 = 2048;
+const BOW_BYTES: u64 = 16;
+const BOW_GROUP: u32 = 64;
 
 /// The environment without its bright sources, where it has any that drops on tiles show apart.
 pub fn bright_parts(environment: &Environment) -> Option<Bright> {
     split_off(environment, MOST_SOURCES, LARGEST_SOURCE)
+}
+
+/// Whether drops by this model show bright sources apart.
+pub fn shows_apart(light: &Light) -> bool {
+    light.indices.iter().all(|index| INDICES.contains(index))
 }
 
 /// `Source` of `glsl/include/glints.glsl`.
@@ -72,7 +87,10 @@ pub struct Glints {
     pub(super) sources: Buffer,
     /// A far drop's images, by direction.
     far_glints: Buffer,
+    /// A far drop's mean light from each source by angle, four floats each.
+    pub(super) bow: Buffer,
     bindings: Bindings,
+    bow_pass: ComputePipeline,
     far: ComputePipeline,
 }
 
@@ -119,13 +137,16 @@ impl Glints {
         let count = regions.len() as u32;
         let bytes = FAR_GLINTS_BYTES * directions(count);
         let far_glints = Buffer::new(device, "far glints", bytes, storage, Memory::Device)?;
+        let bytes = BOW_BYTES * u64::from(BOW_ANGLES * count.max(1));
+        let bow = Buffer::new(device, "bow", bytes, storage, Memory::Device)?;
         let buffer = |buffer| (Binding::STORAGE_BUFFER, Resource::Buffer(buffer));
         let uniform = (Binding::UNIFORM_BUFFER, Resource::Buffer(&frame.buffer));
-        let slots = [uniform, buffer(&sources), buffer(&far_glints)];
+        let slots = [uniform, buffer(&sources), buffer(&far_glints), buffer(&bow)];
         let bindings = Bindings::of(device, "glints", &slots)?;
         let constants = light_constants(light);
-        let far = ComputePipeline::new(device, shaders::FAR_GLINTS_COMP, &bindings, 0, &constants)?;
-        Ok(Self { count, sources, far_glints, bindings, far })
+        let pipeline = |shader| ComputePipeline::new(device, shader, &bindings, 0, &constants);
+        let (far, bow_pass) = (pipeline(shaders::FAR_GLINTS_COMP)?, pipeline(shaders::BOW_COMP)?);
+        Ok(Self { count, sources, far_glints, bow, bindings, bow_pass, far })
     }
 
     /// Finds the images in far drops, and waits for it.
@@ -138,6 +159,14 @@ impl Glints {
         }
         Commands::once(device, "far glints", |commands| {
             self.far.dispatch(commands, &self.bindings, 0, &[], [DIRECTIONS / FAR_GROUP, 1, 1]);
+            let angles = BOW_ANGLES * self.count;
+            self.bow_pass.dispatch(
+                commands,
+                &self.bindings,
+                0,
+                &[],
+                [angles.div_ceil(BOW_GROUP), 1, 1],
+            );
             memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::ShaderRead]);
         })
     }

@@ -26,13 +26,17 @@ pub(crate) use crate::gpu::{attachment, rendering};
 use crate::plan::Light;
 use crate::scene::model::{Fresnel, Lookup, Reflection, Weights};
 
-/// Specialization constants 0 to 4 of the shaders that include `light_model.glsl`.
-pub(crate) fn light_constants(light: &Light) -> [u32; 5] {
+/// Specialization constants 0 to 7 of the shaders that include `light_model.glsl`.
+pub(crate) fn light_constants(light: &Light) -> [u32; 8] {
+    let index = light.indices.map(|index| (index as f32).to_bits());
     [
         light.internal_reflections,
         (light.weights == Weights::Conserving).into(),
         (light.fresnel == Fresnel::Schlick).into(),
         (light.reflection == Reflection::On).into(),
         (light.lookup == Lookup::Footprint).into(),
+        index[0],
+        index[1],
+        index[2],
     ]
 }

@@ -348,7 +348,7 @@ impl Tiles {
             [plan.splat_px.to_bits(), plan.rays_px.to_bits(), has_placed.into(), plan.samples];
         let constants: Vec<u32> = light_constants(&plan.light)
             .into_iter()
-            .chain([0; 4]) // no shader has these
+            .chain([0]) // no shader has this one
             .chain(own)
             .chain([0; 4])
             .collect();

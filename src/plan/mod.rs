@@ -16,6 +16,7 @@ pub use undrawn::check_drawable;
 use serde::{Deserialize, Serialize};
 
 use crate::environment::Environment;
+use crate::optics::WATER;
 use crate::rain::field::frustum_of;
 use crate::rain::medium;
 use crate::scene::Scene;
@@ -83,7 +84,7 @@ pub struct FramePlan {
 }
 
 /// What a drop does to a ray of light.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Light {
     /// Most reflections inside a drop that are followed.
     pub internal_reflections: u32,
@@ -95,6 +96,13 @@ pub struct Light {
     pub reflection: Reflection,
     /// Level at which the environment is read.
     pub lookup: Lookup,
+    /// Refractive index of the drops over that of what they are in, for red, green and blue.
+    #[serde(default = "of_water")]
+    pub indices: [f64; 3],
+}
+
+fn of_water() -> [f64; 3] {
+    [WATER; 3]
 }
 
 impl Default for Light {
@@ -106,6 +114,7 @@ impl Default for Light {
             fresnel: Fresnel::Exact,
             reflection: Reflection::On,
             lookup: Lookup::Footprint,
+            indices: of_water(),
         }
     }
 }
@@ -168,6 +177,11 @@ pub fn plan_by(scene: &Scene, chosen: Option<&Choice>, output: Output) -> Result
     if is_tile && !on_tiles {
         return refuse(format!("optics {optics} is drawn as point or quad, not as tile"));
     }
+    if !on_tiles && scene.indices() != of_water() {
+        return refuse(format!(
+            "optics {optics} has water's index {WATER} alone; take preset fast, exact or auto"
+        ));
+    }
     if let (false, Some(rain)) = (is_tile, scene.real_rain()) {
         return refuse(format!(
             "rain.rate = {} makes drops of many sizes, which are drawn as tile, not as {primitive}; take preset \
@@ -215,6 +229,7 @@ pub fn plan_by(scene: &Scene, chosen: Option<&Choice>, output: Output) -> Result
         fresnel: choice.fresnel.unwrap_or(usual.fresnel),
         reflection: choice.reflection.unwrap_or(usual.reflection),
         lookup: choice.lookup.unwrap_or(usual.lookup),
+        indices: scene.indices(),
     };
     let plan = FramePlan {
         preset: choice.preset,

@@ -11,7 +11,7 @@ use crate::passes::appearance::{Appearance, FarDrop};
 use crate::passes::drops::Table;
 use crate::passes::environment::{EnvironmentMap, stored_scale};
 use crate::passes::frame::{Frame, FrameBuffer};
-use crate::passes::glints::{Glints, bright_parts};
+use crate::passes::glints::{Glints, bright_parts, shows_apart};
 use crate::plan::{FramePlan, Light};
 use crate::scene::model::{Fresnel, Optics};
 
@@ -89,7 +89,7 @@ impl Lighting {
         apart: bool,
         filled: bool,
     ) -> Result<Arc<FarDrop>> {
-        let bright = self.bright.as_ref().filter(|_| apart);
+        let bright = self.bright.as_ref().filter(|_| apart && shows_apart(light));
         let of = (*light, bright.is_some(), filled);
         let mut made = self.made.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some((_, far)) = made.far_drops.iter().find(|(other, _)| *other == of) {

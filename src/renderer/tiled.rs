@@ -86,8 +86,6 @@ impl Tiled {
         if self.composite.needs_sky(frame) {
             time.time(commands, "sky", || {
                 self.splats.record(commands);
-                // Far rain shows what is in the table.
-                barrier(&[Use::ComputeWrite], &[Use::ComputeWrite]);
                 self.composite.record_sky(commands);
             });
         }

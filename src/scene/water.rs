@@ -46,11 +46,6 @@ impl Water {
         index.map(|index| index / self.outside)
     }
 
-    /// Whether it is the paper's water in air, as every model has it.
-    pub fn is_usual(&self) -> bool {
-        self.relative([WATER; 3]) == [WATER; 3]
-    }
-
     /// Checks every value; the problem is told in words.
     pub(crate) fn validate(&self) -> Result<(), String> {
         let indices = match self.index {
