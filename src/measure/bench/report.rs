@@ -94,7 +94,7 @@ pub struct Round {
 
 /// One variant: what was drawn, by which models, how fast.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-#[allow(missing_docs, reason = "the keys of the result file, see docs/architecture.md")]
+#[allow(missing_docs, reason = "the keys of the result file, see docs/result-files.md")]
 pub struct Row {
     pub preset: String,
     pub optics: String,

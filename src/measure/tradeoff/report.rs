@@ -31,7 +31,7 @@ pub struct Report {
 
 /// One model of one scene.
 #[derive(Clone, Debug, Serialize)]
-#[allow(missing_docs, reason = "the keys of the result file, see docs/architecture.md")]
+#[allow(missing_docs, reason = "the keys of the result file, see docs/result-files.md")]
 pub struct Row {
     pub scene: String,
     pub model: String,

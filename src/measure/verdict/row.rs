@@ -77,7 +77,7 @@ pub struct Report {
 
 /// One row of the benchmark, of A and of B.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-#[allow(missing_docs, reason = "the keys of the result file, see docs/architecture.md")]
+#[allow(missing_docs, reason = "the keys of the result file, see docs/result-files.md")]
 pub struct VerdictRow {
     pub name: String,
     pub preset: String,
@@ -111,7 +111,7 @@ pub struct VerdictRow {
 
 /// One pass of a row, of A and of B.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-#[allow(missing_docs, reason = "the keys of the result file, see docs/architecture.md")]
+#[allow(missing_docs, reason = "the keys of the result file, see docs/result-files.md")]
 pub struct PassRow {
     pub verdict: Verdict,
     pub ratio: Option<f64>,
