@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
-# Makes the pictures of docs/pictures: a million drops for the README, one drop, the paper's figures 1, 3,
+# Makes the pictures of docs/pictures: the README's rainbows, a million drops, one drop, the paper's figures 1, 3,
 # 4, 5 and 7, its Table II as a plot, and three frames of a film. Some three minutes on two cores, if nothing else runs.
-# (window.png and split.png are screenshots of the window, kept by Shift F12 and F12.) Figure 7 needs the environments that scripts/setup.sh fetches.
+# Not made here: window.png and split.png, screenshots of the window (Shift F12 and F12), and tradeoff.svg
+# (`raindrops tradeoff --svg`). Figure 7 needs the environments that scripts/setup.sh fetches.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 scripts/setup.sh
@@ -12,7 +13,26 @@ mkdir -p $out
 raindrops() { target/release/raindrops "$@" 2>>"$work/log" || { tail -n 3 "$work/log" >&2; exit 1; }; }
 step() { echo "figures: $*" >&2; }
 
-step "a million drops (README), one drop"
+step "rainbows (README): rain of 20 mm/h, the bundled sky's sun behind the camera"
+cat >"$work/rainbow.toml" <<'SCENE'
+[camera]
+position = [0.0, 1.7, 0.0]
+target = [-8.83, 2.6, 4.69]
+vertical_fov = 75.0
+[image]
+width = 900
+height = 520
+[rain]
+rate = 20.0
+extent = 2000.0
+[tone_map]
+key = 0.36
+[model]
+preset = "fast"
+SCENE
+raindrops render "$work/rainbow.toml" -o $out/rainbow.png
+
+step "a million drops, one drop"
 raindrops render $scenes/rain.toml -o $out/rain.png
 raindrops render $scenes/drop.toml -o $out/drop.png
 
