@@ -378,6 +378,23 @@ fn the_medium_stands_for_the_drops() {
     }
 }
 
+/// The medium's light goes on evenly from one pixel to the next, within a tile and across its edges.
+#[test]
+fn a_narrow_tile_has_the_light_of_its_pixels() {
+    let environment = common::painted(64, |d| Vec3::splat(1.0 + 0.9 * d.x as f32));
+    let scene = raining(25.0, 1e5, 64, 6.0);
+    let truth = Truth { samples: 64, rain_to: Some(0.0), ..Truth::default() };
+    let picture = traced(&scene, &environment, truth).picture;
+    let light: Vec<f64> = picture.pixels.iter().map(|pixel| f64::from(pixel.x)).collect();
+    let columns = columns(&light, 64);
+    let step = |from: usize| (columns[from + 7] - columns[from]) / 7.0;
+    let within = (0..8).map(|tile| step(8 * tile)).sum::<f64>() / 8.0;
+    let tile = |number: usize| columns[8 * number..8 * number + 8].iter().sum::<f64>() / 8.0;
+    let from_tile_to_tile = (tile(7) - tile(0)) / 56.0;
+    assert!(from_tile_to_tile > 2e-4, "{from_tile_to_tile}");
+    assert!((within / from_tile_to_tile - 1.0).abs() < 0.3, "{within} {from_tile_to_tile}");
+}
+
 /// The medium's outline against one that is counted in rays, and its optical depth against a sum over sizes.
 #[test]
 fn flat_drops_block_what_they_cover() {

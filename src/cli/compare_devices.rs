@@ -268,7 +268,7 @@ impl Times<'_> {
                 format!("--seconds={}", args.seconds).into(),
                 format!("--frames={}", args.frames).into(),
             ],
-            drops: Vec::new(),
+            series: Vec::new(),
             placed: scene.drops.len() as u32,
             limits: Limits { timeout: args.timeout },
         };

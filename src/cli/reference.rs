@@ -56,7 +56,7 @@ pub struct ReferenceArgs {
     no_glints: bool,
     /// Distance to which real rain is traced drop by drop, beyond it a medium [default: as far as the picture
     /// holds 30 million drops: 32 m of 25 mm/h at 60 degrees]
-    #[arg(long, value_name = "METRES", value_parser = parse_distance)]
+    #[arg(long, value_name = "METRES", allow_negative_numbers = true, value_parser = parse_distance)]
     rain_to: Option<f64>,
     /// Chooses the samples' places (the drops' is --seed)
     #[arg(long, value_name = "N", default_value_t = 0)]

@@ -10,20 +10,21 @@ use crate::files::write_whole;
 use crate::measure::Host;
 use crate::measure::bench::{self, Build, DeviceHead};
 use crate::measure::tradeoff::{
-    BASES, Effort, Report, SCHEMA, csv, models, of_file, plot, standard_set, study, table,
+    BASES, Effort, Report, SCHEMA, StudyScene, csv, models, models_of, models_of_rain, of_file,
+    plot, standard_set, study, table, weather,
 };
 
 /// Time every model and measure its error against the truth
 #[derive(Args)]
 pub struct TradeoffArgs {
-    /// Left out, and without values of a scene: a set of six scenes that ask different things
+    /// Left out, and without values of a scene: a set of seven scenes that ask different things
     #[command(flatten)]
     scene: SceneArgs,
     /// Samples a pixel of the truth
     #[arg(long, value_name = "N", default_value_t = 128,
           value_parser = clap::value_parser!(u32).range(1..=1 << 20))]
     truth_samples: u32,
-    /// Only models whose name holds one of these, paper and paper-compact; comma-separated
+    /// Only models whose name holds one of these, and the two that the others are compared with; comma-separated
     #[arg(long, value_name = "TEXT,…", value_delimiter = ',')]
     models: Vec<String>,
     /// Seconds to time a model …
@@ -51,13 +52,15 @@ pub fn run(args: &TradeoffArgs) -> anyhow::Result<Answer> {
         super::check_folder(path)?;
     }
     let scenes = if args.scene.is_default() {
-        standard_set()?
+        let mut set = standard_set()?;
+        set.push(weather()?);
+        set
     } else {
         let scene = args.scene.load()?;
         let environment = super::open_environment(&scene)?;
         vec![of_file(&args.scene.name(), scene, environment)]
     };
-    let all = models();
+    let all: Vec<_> = models().into_iter().chain(models_of_rain()).collect();
     let holds = |name: &str, text: &String| name.contains(text.as_str());
     if let Some(text) = args.models.iter().find(|text| !all.iter().any(|m| holds(&m.name, text))) {
         anyhow::bail!("--models {text}: no model's name holds that; see docs/results");
@@ -65,12 +68,12 @@ pub fn run(args: &TradeoffArgs) -> anyhow::Result<Answer> {
     let wanted =
         |name: &str| args.models.is_empty() || args.models.iter().any(|text| holds(name, text));
     // The first two are what the others' speed is told by.
-    let models: Vec<_> = all
-        .into_iter()
-        .enumerate()
-        .filter(|(number, model)| *number < BASES || wanted(&model.name))
-        .map(|(_, model)| model)
-        .collect();
+    let of_scene = |scene: &StudyScene| -> Vec<_> {
+        let all = models_of(&scene.frames[0]).into_iter().enumerate();
+        all.filter(|(number, model)| *number < BASES || wanted(&model.name))
+            .map(|(_, model)| model)
+            .collect()
+    };
     let device = args.device.open()?;
     let host = Host::now();
     let effort = Effort {
@@ -84,7 +87,7 @@ pub fn run(args: &TradeoffArgs) -> anyhow::Result<Answer> {
             bar.set_message(format!("{}: {what}", scene.name));
             bar.set_position(((number as f64 + share) * 100.0) as u64);
         };
-        let found = study(&device, scene, &models, effort, &say)?;
+        let found = study(&device, scene, &of_scene(scene), effort, &say)?;
         let (width, height) = found.first().map_or((0, 0), |row| (row.width, row.height));
         bar.suspend(|| {
             print(format_args!("{}: {}, {width} x {height}", scene.name, scene.asks))?;
@@ -94,7 +97,8 @@ pub fn run(args: &TradeoffArgs) -> anyhow::Result<Answer> {
     }
     bar.finish_and_clear();
     print(
-        "* no other model is both quicker and truer (by rms); speed: as a multiple of paper's, and of paper-compact's",
+        "* no other model is both quicker and truer (by rms); speed: as a multiple of paper's, and of paper-compact's; \
+         with real rain of fast's, and of exact's",
     )?;
     let report = Report {
         schema: SCHEMA,

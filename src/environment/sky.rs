@@ -18,18 +18,28 @@ use crate::picture::Picture;
 /// Texels across of the bundled sky.
 pub const BUNDLED_WIDTH: u32 = 512;
 
-/// The sun's height above the horizon in degrees.
-const SUN_ELEVATION_DEGREES: f64 = 35.0;
+/// Where the sun stands, in degrees.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sun {
+    /// Height above the horizon.
+    pub elevation: f64,
+    /// From -z to the right.
+    pub azimuth: f64,
+}
 
-/// From -z to the right, in degrees: just outside a 90° view along -z, so that it does not blow
-/// the picture out and yet sparkles in the drops.
-const SUN_AZIMUTH_DEGREES: f64 = 62.0;
+/// Heights of the sun that the sky's model knows, in degrees; a lower sun is no disc.
+pub const ELEVATIONS: std::ops::RangeInclusive<f64> = 1.0..=90.0;
 
 /// The sun's angular radius in degrees, as seen from the earth.
 const SUN_RADIUS_DEGREES: f64 = 0.2665;
 
-/// Radiance of the sun's disc: close below float16's 65 504. It sets the scale of everything else.
+/// Radiance of the disc of the bundled sky's sun: close below float16's 65 504. It sets the scale of everything
+/// else.
 const SUN_RADIANCE: DVec3 = DVec3::new(60_000.0, 54_000.0, 45_000.0);
+
+/// Optical depth of the air straight up for red, green and blue: Rayleigh's for 611, 549 and 464 nm, and haze as
+/// 0.05 λ^-1.3 with λ in µm. It reddens a sun that is lower than the bundled sky's.
+const AIR: DVec3 = DVec3::new(0.157, 0.206, 0.324);
 
 /// Irradiance by the sun on a surface that faces it, over that by the sky on level ground: about
 /// 800 to 120 W/m² on a clear day with the sun at this height.
@@ -57,10 +67,10 @@ const SUN_SAMPLES: u32 = 32;
 /// The sky as a latitude-longitude picture, `width` x `width / 2`, linear radiance: clear sky and
 /// ground are around 0.05 to 0.5, clouds around 1, the sun's disc up to 60 000. The sun's
 /// irradiance is the same at every width, however few texels it has.
-pub fn picture(width: u32) -> Picture {
+pub fn picture(width: u32, sun: Sun) -> Picture {
     let height = width / 2;
-    let scenery = Scenery::new();
-    let sun = sun_texels(width, height);
+    let scenery = Scenery::new(sun);
+    let texels = sun_texels(width, height, sun);
     let mut pixels: Vec<_> = (0..width * height)
         .into_par_iter()
         .map(|index| {
@@ -74,22 +84,44 @@ pub fn picture(width: u32) -> Picture {
             sum / f64::from(SAMPLES * SAMPLES)
         })
         .collect();
-    for (index, coverage) in sun {
-        pixels[index] += SUN_RADIANCE * coverage;
+    for (index, coverage) in texels {
+        pixels[index] += sun.radiance() * coverage;
     }
     Picture { width, height, pixels: pixels.iter().map(|pixel| pixel.as_vec3()).collect() }
 }
 
-/// The unit vector towards the sun.
-pub fn sun_direction() -> DVec3 {
-    let (elevation, azimuth) =
-        (SUN_ELEVATION_DEGREES.to_radians(), SUN_AZIMUTH_DEGREES.to_radians());
-    DVec3::new(azimuth.sin() * elevation.cos(), elevation.sin(), -azimuth.cos() * elevation.cos())
+impl Default for Sun {
+    /// The bundled sky's: just outside a 90° view along -z, so that it does not blow the picture out and yet
+    /// sparkles in the drops.
+    fn default() -> Self {
+        Self { elevation: 35.0, azimuth: 62.0 }
+    }
 }
 
-/// The sun's irradiance on a surface that faces it.
-pub fn sun_irradiance() -> DVec3 {
-    SUN_RADIANCE * sun_solid_angle()
+impl Sun {
+    /// The unit vector towards it.
+    pub fn direction(&self) -> DVec3 {
+        let (elevation, azimuth) = (self.elevation.to_radians(), self.azimuth.to_radians());
+        let level = elevation.cos();
+        DVec3::new(azimuth.sin() * level, elevation.sin(), -azimuth.cos() * level)
+    }
+
+    /// Radiance of its disc.
+    fn radiance(&self) -> DVec3 {
+        let more = (self.air_mass() - Self::default().air_mass()) * AIR;
+        SUN_RADIANCE * (-more.max(DVec3::ZERO)).exp()
+    }
+
+    /// Air that its light comes through, over that straight up (Kasten and Young 1989).
+    fn air_mass(&self) -> f64 {
+        let elevation = self.elevation;
+        (elevation.to_radians().sin() + 0.50572 * (elevation + 6.07995).powf(-1.6364)).recip()
+    }
+
+    /// Its irradiance on a surface that faces it.
+    pub fn irradiance(&self) -> DVec3 {
+        self.radiance() * sun_solid_angle()
+    }
 }
 
 /// The solid angle of the sun's disc in steradians.
@@ -105,8 +137,8 @@ fn direction(u: f64, v: f64) -> DVec3 {
 
 /// The texels that the sun touches and the part of each that it covers. Sampling finds the shape;
 /// the sum is then scaled so that it holds the disc's solid angle exactly.
-fn sun_texels(width: u32, height: u32) -> Vec<(usize, f64)> {
-    let sun = sun_direction();
+fn sun_texels(width: u32, height: u32, sun: Sun) -> Vec<(usize, f64)> {
+    let sun = sun.direction();
     let nearest = (SUN_RADIUS_DEGREES.to_radians()).cos();
     let texel_angle = 2.0 * PI / f64::from(width);
     let reach = (SUN_RADIUS_DEGREES.to_radians() + texel_angle).cos();
@@ -148,6 +180,8 @@ fn texel_solid_angle(width: u32, height: u32, row: u32) -> f64 {
 struct Scenery {
     sky: SkyState,
     sun: DVec3,
+    /// Of the sun on a surface that faces it.
+    sun_irradiance: DVec3,
     /// From the model's units to ours.
     scale: f64,
     /// Irradiance by the sky alone on level ground.
@@ -157,16 +191,17 @@ struct Scenery {
 }
 
 impl Scenery {
-    fn new() -> Self {
+    fn new(sun: Sun) -> Self {
         let sky = SkyState::new(&SkyParams {
-            elevation: SUN_ELEVATION_DEGREES.to_radians() as f32,
+            elevation: sun.elevation.to_radians() as f32,
             turbidity: TURBIDITY as f32,
             albedo: GROUND_ALBEDO.as_vec3().to_array(),
         })
         .expect("the constants are within the model's range");
         let mut scenery = Self {
             sky,
-            sun: sun_direction(),
+            sun: sun.direction(),
+            sun_irradiance: sun.irradiance(),
             scale: 1.0,
             sky_irradiance: DVec3::ZERO,
             ground_irradiance: DVec3::ZERO,
@@ -184,9 +219,9 @@ impl Scenery {
                 irradiance += scenery.clear_sky(toward) * toward.y * solid_angle;
             }
         }
-        scenery.scale = luminance(sun_irradiance()) / SUN_TO_SKY / luminance(irradiance);
+        scenery.scale = luminance(scenery.sun_irradiance) / SUN_TO_SKY / luminance(irradiance);
         scenery.sky_irradiance = irradiance * scenery.scale;
-        scenery.ground_irradiance = scenery.sky_irradiance + sun_irradiance() * scenery.sun.y;
+        scenery.ground_irradiance = scenery.sky_irradiance + scenery.sun_irradiance * scenery.sun.y;
         scenery
     }
 
@@ -238,7 +273,7 @@ impl Scenery {
         // What lies between this place and the sun shades it.
         let sunward = DVec2::new(self.sun.x, self.sun.z);
         let shade = 0.6 * cloud(place + 0.35 * sunward) + 0.4 * cloud(place + 0.8 * sunward);
-        let direct = sun_irradiance() * (-2.2 * shade).exp();
+        let direct = self.sun_irradiance * (-2.2 * shade).exp();
         // Water scatters forwards: edges near the sun shine.
         let silver = 1.0 + 1.5 * ahead.powi(12) * (-1.5 * thickness).exp();
         let lit = (direct * 1.1 * silver + self.sky_irradiance) / PI;

@@ -1,12 +1,12 @@
 //! Rays through real rain. A tile's drops are found once for all of its samples, and traced shell by shell from
 //! the camera out, so that no rain takes more memory than another. Then comes the medium.
 
-use glam::DVec3;
+use glam::{DMat2, DVec2, DVec3};
 
 use super::drops::{Drop, Drops};
 use super::far::{Chance, FarRain};
 use super::rain::{NearRain, Shell};
-use super::{Around, Hit, Pyramid, Ray, Samples, Scratch, Strata, Tracer, Tree};
+use super::{Around, Hit, Pyramid, Ray, Samples, Scratch, Strata, TILE, Tracer, Tree};
 use crate::rain::pcg4d;
 
 /// Most drops of real rain that a tile has in memory: some 200 bytes each, for every thread.
@@ -14,6 +14,10 @@ const MOST_HELD: usize = 1 << 17;
 
 /// Rays that are followed together, if a pixel has not more: some 150 bytes each, for every thread.
 const PATHS: usize = 1 << 16;
+
+/// Angle of a tile in radians under which a far drop's light is a plane over it: it changes by a few thousandths
+/// a degree, most of that evenly.
+const NARROW: f64 = 0.04;
 
 /// The rain of a scene.
 #[derive(Clone, Debug)]
@@ -42,6 +46,25 @@ struct Pixel {
     paths: Vec<Path>,
 }
 
+/// Light that samples met, and where they are in the picture.
+#[derive(Clone, Copy, Default)]
+struct Mean {
+    place: DVec2,
+    sum: DVec3,
+    count: f64,
+}
+
+impl Mean {
+    fn light(&self) -> DVec3 {
+        self.sum / self.count.max(1.0)
+    }
+}
+
+/// Middle of a pixel.
+fn place_of(pixel: &Pixel) -> DVec2 {
+    DVec2::new(f64::from(pixel.at.0), f64::from(pixel.at.1)) + 0.5
+}
+
 impl Tracer<'_> {
     /// As [`Tracer::tile`], of a scene with real rain.
     pub(super) fn tile_of_rain(
@@ -58,7 +81,10 @@ impl Tracer<'_> {
             let pixel = |at: &(u32, u32)| self.begin(rain, *at, samples, scratch);
             let mut pixels: Vec<Pixel> = part.iter().map(pixel).collect();
             self.follow(rain, &pyramid, &mut pixels, &mut scratch.candidates);
-            pixels.into_iter().map(|pixel| self.end(rain, &pixel)).collect::<Vec<_>>()
+            let lights = self.lights_of_medium(rain, &pixels);
+            let ended =
+                pixels.iter().zip(lights).map(|(pixel, light)| self.end(rain, pixel, light));
+            ended.collect::<Vec<_>>()
         });
         parts.collect()
     }
@@ -140,19 +166,63 @@ impl Tracer<'_> {
         drops
     }
 
-    /// Radiance and coverage of a pixel: behind the drops the medium, behind that the background.
-    fn end(&self, rain: &Weather, pixel: &Pixel) -> (DVec3, f64) {
+    /// Light of the medium at each pixel: the mean of its samples' drops, or where a tile is narrow the plane
+    /// through those of all its pixels, which has a twentieth of the variance.
+    fn lights_of_medium(&self, rain: &Weather, pixels: &[Pixel]) -> Vec<DVec3> {
+        let means: Vec<Mean> =
+            pixels.iter().map(|pixel| self.mean_of_medium(rain, pixel)).collect();
+        if f64::from(TILE) > NARROW * self.eye.view.focal_px {
+            return means.iter().map(Mean::light).collect();
+        }
+        let all = means.iter().fold(Mean::default(), |all, mean| Mean {
+            place: all.place + mean.place,
+            sum: all.sum + mean.sum,
+            count: all.count + mean.count,
+        });
+        let (middle, light) = (all.place / all.count.max(1.0), all.light());
+        let (mut squares, mut across, mut down) = (DMat2::ZERO, DVec3::ZERO, DVec3::ZERO);
+        for mean in &means {
+            let offset = mean.place / mean.count.max(1.0) - middle;
+            squares += mean.count * DMat2::from_cols(offset.x * offset, offset.y * offset);
+            across += offset.x * mean.sum;
+            down += offset.y * mean.sum;
+        }
+        // Pixels in one line, or one alone, have no plane.
+        let slopes = match squares.determinant() > 1e-6 * squares.col(0).x * squares.col(1).y {
+            true => squares.inverse(),
+            false => DMat2::ZERO,
+        };
+        let plane = |pixel: &Pixel| {
+            let offset = slopes * (place_of(pixel) - middle);
+            (light + offset.x * across + offset.y * down).max(DVec3::ZERO)
+        };
+        pixels.iter().map(plane).collect()
+    }
+
+    /// The drops that a pixel's samples meet in the medium.
+    fn mean_of_medium(&self, rain: &Weather, pixel: &Pixel) -> Mean {
+        let mut mean = Mean::default();
+        for path in pixel.paths.iter().filter(|path| path.left > 0.0) {
+            let direction = path.ray.direction;
+            if rain.far.transmittance(direction, path.reach) < 1.0 {
+                let (indices, all) = (&self.indices, self.environment);
+                mean.sum += rain.far.of_drop(&self.truth, indices, all, direction, path.chance);
+                mean.place += place_of(pixel);
+                mean.count += 1.0;
+            }
+        }
+        mean
+    }
+
+    /// Radiance and coverage of a pixel: behind the drops the medium of a far drop's `light`, behind that the
+    /// background.
+    fn end(&self, rain: &Weather, pixel: &Pixel, light: DVec3) -> (DVec3, f64) {
         let number = self.eye.view.number_in_whole(pixel.at.0, pixel.at.1);
         let (mut radiance, mut covered) = (DVec3::ZERO, 0.0);
         for path in &pixel.paths {
-            let direction = path.ray.direction;
-            let through = rain.far.transmittance(direction, path.reach);
+            let through = rain.far.transmittance(path.ray.direction, path.reach);
             radiance += path.light;
-            if path.left > 0.0 && through < 1.0 {
-                let (indices, all) = (&self.indices, self.environment);
-                let of_drop = rain.far.of_drop(&self.truth, indices, all, direction, path.chance);
-                radiance += path.left * (1.0 - through) * (of_drop + pixel.sun);
-            }
+            radiance += path.left * (1.0 - through) * (light + pixel.sun);
             let left = path.left * through;
             if left > 0.0 {
                 radiance += left * self.behind(number, &path.ray);

@@ -24,7 +24,7 @@ fn the_committed_sky_is_the_computed_one() {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/sky.exr");
     assert!(std::fs::metadata(&file).expect("the file").len() < MAX_BYTES);
     let bundled = Environment::bundled().expect("the bundled sky");
-    let computed = sky::picture(sky::BUNDLED_WIDTH);
+    let computed = sky::picture(sky::BUNDLED_WIDTH, sky::Sun::default());
     assert_eq!((bundled.width(), bundled.height()), (computed.width, computed.height));
     assert!(bundled.mended().is_nothing());
     // Half a step of float16 (2^-11), and as much again where sin and cos differ by platform.
@@ -37,7 +37,7 @@ fn the_committed_sky_is_the_computed_one() {
 #[test]
 fn the_sun_is_brightest_and_its_irradiance_does_not_depend_on_the_width() {
     for width in [64, 250, 512, 700] {
-        let picture = sky::picture(width);
+        let picture = sky::picture(width, sky::Sun::default());
         assert!(picture.pixels.iter().all(|p| p.is_finite() && p.min_element() >= 0.0));
         // Fits into float16.
         assert!(picture.pixels.iter().all(|p| p.max_element() < 65_504.0), "width {width}");
@@ -54,15 +54,15 @@ fn the_sun_is_brightest_and_its_irradiance_does_not_depend_on_the_width() {
             if pixel.x > brightest.0 {
                 brightest = (pixel.x, at);
             }
-            if direction(at).dot(sky::sun_direction()) > reach {
+            if direction(at).dot(sky::Sun::default().direction()) > reach {
                 irradiance += pixel.as_dvec3() * solid_angle(width, at / width);
             }
         }
-        let error = (irradiance / sky::sun_irradiance() - 1.0).abs().max_element();
+        let error = (irradiance / sky::Sun::default().irradiance() - 1.0).abs().max_element();
         // The sky around the sun adds its part, up to 0.4 times the few coarse texels it is.
         let bound = 0.005 + 0.4 * PI * (2.0 * 2.0 * PI / f64::from(width)).powi(2);
         assert!(error < bound, "width {width}: {error} over {bound}");
-        let angle = direction(brightest.1).dot(sky::sun_direction()).acos();
+        let angle = direction(brightest.1).dot(sky::Sun::default().direction()).acos();
         // A texel's diagonal, or half of it and the sun's radius.
         assert!(angle < 2.0 * PI / f64::from(width) + 0.005, "width {width}: {angle} off the sun");
     }

@@ -8,7 +8,7 @@ use std::time::Duration;
 use anyhow::Context as _;
 use clap::{Args, CommandFactory as _};
 
-use super::{BenchArgs, TABLE_II};
+use super::BenchArgs;
 use crate::cli::rounds::environment::{Variables, parse};
 use crate::cli::rounds::pictures::Eye;
 use crate::cli::rounds::process::{Arm, Limits, heed_interrupts};
@@ -16,7 +16,7 @@ use crate::cli::rounds::{Work, alone, passed_on, take_turns};
 use crate::cli::verdict::gate::{GateArgs, parse_part};
 use crate::cli::verdict::{borrowed, notes, runs, side};
 use crate::cli::{Answer, Cli, open_environment, progress};
-use crate::measure::bench::Report as Kept;
+use crate::measure::bench::{Amount, Report as Kept};
 use crate::measure::verdict::looks::looks;
 use crate::measure::verdict::{self, SCHEMA, Side, kept};
 use crate::picture::flip::PIXELS_PER_DEGREE;
@@ -86,7 +86,7 @@ impl clap::builder::TypedValueParser for EnvironmentParser {
 }
 
 /// Options that are this process's alone, not of those that it starts.
-const OWN: [&str; 15] = [
+const OWN: [&str; 16] = [
     "a",
     "b",
     "a_binary",
@@ -98,6 +98,7 @@ const OWN: [&str; 15] = [
     "max_flip",
     "reference",
     "drops",
+    "rain",
     "seconds",
     "frames",
     "svg",
@@ -155,10 +156,7 @@ pub fn run(args: &BenchArgs, scene: &Scene) -> anyhow::Result<Answer> {
     let limits = Limits { timeout: compare.timeout };
     let mut work = Work {
         arguments: passed_on(command, matches, &own),
-        drops: match (args.drops.as_slice(), &args.scene) {
-            ([], None) => TABLE_II.to_vec(),
-            (drops, _) => drops.to_vec(),
-        },
+        series: args.series().into_iter().flatten().collect(),
         placed: scene.drops.len() as u32,
         limits,
     };
@@ -187,9 +185,14 @@ fn of_baseline(args: &BenchArgs, base: &Kept, work: &mut Work) {
         });
         kept
     };
-    if args.drops.is_empty() {
-        let all = distinct(base.rows.iter().map(|row| row.drops.to_string()).collect());
-        work.drops = all.iter().filter_map(|drops| drops.parse().ok()).collect();
+    if args.drops.is_empty() && args.rain.is_empty() {
+        work.series.clear();
+        for row in &base.rows {
+            let amount = Amount::of_row(row.drops, row.rate_mm_h, 0);
+            if !work.series.contains(&amount) {
+                work.series.push(amount);
+            }
+        }
     }
     if args.preset.is_empty() {
         let all = distinct(base.rows.iter().map(|row| row.preset.clone()).collect());
@@ -220,7 +223,7 @@ fn in_turn(
             scene,
             environment: &environment,
             arguments: of_pictures,
-            is_series: !work.drops.is_empty(),
+            is_series: !work.series.is_empty(),
             max_flip: compare.max_flip,
             reference: compare.reference,
             limits: work.limits,

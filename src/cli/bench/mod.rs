@@ -21,7 +21,7 @@ use crate::files::write_whole;
 use crate::gpu::disk_cache::KeptDevice;
 use crate::measure::Host;
 use crate::measure::bench::{
-    Build, DeviceHead, Effort, Report, Row, SCHEMA, Variant, measure, plot,
+    Amount, Build, DeviceHead, Effort, Report, Row, SCHEMA, Variant, measure, plot,
 };
 use crate::plan::{Output, plan_by};
 use crate::rain::cull::count_visible;
@@ -37,6 +37,15 @@ pub struct BenchArgs {
     /// paper's 125000 to 4000000
     #[arg(long, value_name = "N,…", value_delimiter = ',')]
     drops: Vec<u32>,
+    /// Rates of real rain to measure instead, mm/h, comma-separated
+    #[arg(
+        long,
+        value_name = "MM_H,…",
+        value_delimiter = ',',
+        allow_negative_numbers = true,
+        conflicts_with = "drops"
+    )]
+    rain: Vec<f64>,
     /// Presets to measure side by side, in turn, comma-separated; left out: the scene's, or paper
     #[arg(long, value_enum, value_name = "NAME,…", value_delimiter = ',')]
     preset: Vec<Preset>,
@@ -72,6 +81,11 @@ const TABLE_II: [u32; 6] = [125_000, 250_000, 500_000, 1_000_000, 2_000_000, 4_0
 pub fn run(args: &BenchArgs) -> anyhow::Result<Answer> {
     let mut scene = args.values.load(args.scene.as_deref())?;
     args.axes.apply(&mut scene)?;
+    for amount in args.series().into_iter().flatten() {
+        let mut scene = scene.clone();
+        amount.apply(&mut scene);
+        scene.validate("command line")?;
+    }
     args.gate.check()?;
     for file in [&args.google_benchmark, &args.svg].into_iter().flatten() {
         super::check_folder(file)?;
@@ -97,7 +111,9 @@ pub fn run(args: &BenchArgs) -> anyhow::Result<Answer> {
     let mut presets = args.preset.clone();
     if presets.is_empty() {
         // Without a scene the benchmark is the paper's table, by the paper's method.
-        presets.push(args.scene.as_ref().map_or(Preset::Paper, |_| scene.model.preset));
+        // It has no real rain.
+        let usual = if args.rain.is_empty() { Preset::Paper } else { Preset::Fast };
+        presets.push(args.scene.as_ref().map_or(usual, |_| scene.model.preset));
     }
     let is_papers = is_papers(&scene);
     let environment = super::open_environment(&scene)?;
@@ -154,12 +170,14 @@ fn uncounted(rain: RainSettings) -> RainSettings {
 }
 
 impl BenchArgs {
-    /// The numbers of random drops to measure; none: those of the scene.
-    fn series(&self) -> Vec<Option<u32>> {
-        match (self.drops.as_slice(), &self.scene) {
-            ([], Some(_)) => vec![None],
-            ([], None) => TABLE_II.map(Some).to_vec(),
-            (counts, _) => counts.iter().copied().map(Some).collect(),
+    /// How much rain to measure; none: that of the scene.
+    fn series(&self) -> Vec<Option<Amount>> {
+        let drops = |counts: &[u32]| counts.iter().map(|n| Some(Amount::Drops(*n))).collect();
+        match (self.rain.as_slice(), self.drops.as_slice(), &self.scene) {
+            ([], [], Some(_)) => vec![None],
+            ([], [], None) => drops(&TABLE_II),
+            ([], counts, _) => drops(counts),
+            (rates, ..) => rates.iter().map(|rate| Some(Amount::Rate(*rate))).collect(),
         }
     }
 }
@@ -214,14 +232,18 @@ fn bench(
     let series = args.series();
     let bar = progress(100 * series.len() as u64, "%");
     let mut rows = Vec::new();
-    for (number, count) in series.into_iter().enumerate() {
-        bar.set_message(super::drops(count.unwrap_or(scene.drop_count()).into()));
+    for (number, amount) in series.into_iter().enumerate() {
+        bar.set_message(match amount {
+            Some(Amount::Rate(rate)) => format!("{rate} mm/h"),
+            Some(Amount::Drops(count)) => super::drops(count.into()),
+            None => super::drops(scene.drop_count().into()),
+        });
         let mut variants = Vec::new();
         for preset in presets {
             let mut scene = scene.clone();
             scene.model.take_preset(*preset);
-            if let Some(count) = count {
-                scene.rain.get_or_insert_default().count = count;
+            if let Some(amount) = amount {
+                amount.apply(&mut scene);
             }
             scene.validate("command line")?;
             let choice = bar.suspend(|| resolve(device, &scene, environment))?;
@@ -276,11 +298,12 @@ fn host_line(report: &Report) -> String {
 
 /// What each preset takes until its first picture, with the most drops that were measured.
 fn start_line(report: &Report) -> String {
-    let most = report.rows.iter().map(|row| row.drops).max().unwrap_or_default();
+    let most = report.rows.iter().max_by(|a, b| a.along().total_cmp(&b.along()));
+    let Some(most) = most else { return String::new() };
     let starts: Vec<String> = report
         .rows
         .iter()
-        .filter(|row| row.tone_map && row.drops == most)
+        .filter(|row| row.tone_map && row.along() == most.along())
         .map(|row| {
             let steps = row.setup.iter().map(|(name, ms)| format!("{name} {ms:.0}"));
             let steps = steps.collect::<Vec<_>>().join(", ");
@@ -292,7 +315,8 @@ fn start_line(report: &Report) -> String {
         0 => "no compiled pipelines kept".into(),
         bytes => format!("{bytes} bytes of compiled pipelines"),
     };
-    format!("set-up + first frame, {most} drops, {pipelines}: {}", starts.join("; "))
+    let drops = if most.rate_mm_h.is_some() { "" } else { " drops" };
+    format!("set-up + first frame, {}{drops}, {pipelines}: {}", most.amount(), starts.join("; "))
 }
 
 /// The drops in view, counted by the GPU, against the CPU's count of the same.
@@ -300,9 +324,10 @@ fn check_counts(scene: &Scene, report: &Report) -> bool {
     let mut agree = true;
     for row in report.rows.iter().filter(|row| row.tone_map && row.simulation == "integer") {
         let mut scene = scene.clone();
-        let random = row.drops - scene.drops.len() as u32;
-        if random > 0 && scene.real_rain().is_none() {
-            scene.rain.get_or_insert_default().count = random;
+        let placed = scene.drops.len() as u32;
+        // Of a scene without random drops none are to be added.
+        if row.rate_mm_h.is_some() || row.drops > placed {
+            Amount::of_row(row.drops, row.rate_mm_h, placed).apply(&mut scene);
         }
         let expected = match count_visible(&scene) {
             Ok(expected) => expected,

@@ -21,20 +21,31 @@ pub(super) fn table(rows: &[Row], is_papers: bool, format: Format) -> String {
         .map(|row| &row.passes)
         .max_by_key(|passes| passes.len())
         .map_or(Vec::new(), |passes| passes.keys().map(String::as_str).collect());
-    let mut header: Vec<String> = ["preset", "drops", "in view", "FPS-T", "FPS", "ms-T", "p10-p90"]
-        .map(String::from)
-        .to_vec();
+    let is_rate = rows.iter().all(|row| row.rate_mm_h.is_some());
+    let mut header: Vec<String> = [
+        "preset",
+        if is_rate { "rain" } else { "drops" },
+        "in view",
+        "FPS-T",
+        "FPS",
+        "ms-T",
+        "p10-p90",
+    ]
+    .map(String::from)
+    .to_vec();
     header.push("ms".into());
     header.extend(passes.iter().map(|name| (*name).to_string()));
     header.extend(is_papers.then(|| "GTX 280, 2011".into()));
     let mut lines = Vec::new();
     for row in rows.iter().filter(|row| row.tone_map) {
         let without = rows.iter().find(|other| {
-            !other.tone_map && other.drops == row.drops && other.preset == row.preset
+            !other.tone_map
+                && (other.drops, other.rate_mm_h) == (row.drops, row.rate_mm_h)
+                && other.preset == row.preset
         });
         let mut line = vec![
             row.preset.clone(),
-            thousands(row.drops.into()),
+            row.amount(),
             thousands(row.visible),
             rate(row.fps),
             without.map_or("-".into(), |without| rate(without.fps)),
@@ -54,7 +65,7 @@ pub(super) fn table(rows: &[Row], is_papers: bool, format: Format) -> String {
 
 /// Every row with plain figures, as comma-separated values; the names first if asked.
 pub(super) fn plain(report: &Report, with_names: bool) -> String {
-    const NAMES: [&str; 15] = [
+    const NAMES: [&str; 16] = [
         "device",
         "driver_info",
         "preset",
@@ -70,6 +81,7 @@ pub(super) fn plain(report: &Report, with_names: bool) -> String {
         "p10_ms",
         "p90_ms",
         "fps",
+        "rate_mm_h",
     ];
     let row = |row: &Row| {
         let device = &report.device;
@@ -81,6 +93,7 @@ pub(super) fn plain(report: &Report, with_names: bool) -> String {
         cells.extend([row.width, row.height].map(|number| number.to_string()));
         cells.extend([row.tone_map.to_string(), row.rounds.len().to_string()]);
         cells.extend([row.median_ms, row.p10_ms, row.p90_ms, row.fps].map(|ms| ms.to_string()));
+        cells.push(row.rate_mm_h.map_or(String::new(), |rate| rate.to_string()));
         cells
     };
     let rows = report.rows.iter().map(row).collect();

@@ -90,18 +90,20 @@ pub(super) fn series(reports: &[(&str, &bench::Report)]) -> Markup {
         }
     }
     let all = || lines.iter().flat_map(|(_, rows)| rows.iter().copied());
-    let x = Axis::of(all().map(|row| f64::from(row.drops)), LEFT, WIDTH - 20.0);
+    let x = Axis::of(all().map(Row::along), LEFT, WIDTH - 20.0);
     let y = Axis::of(all().flat_map(|row| [row.p10_ms, row.p90_ms]), 330.0, 30.0);
     let height = 375.0 + 18.0 * lines.len() as f64;
+    let is_rate = all().all(|row| row.rate_mm_h.is_some());
+    let along = if is_rate { "rain in mm/h" } else { "drops" };
     html! {
-        svg viewBox=(format!("0 0 {WIDTH} {height}")) role="img" aria-label="milliseconds a frame by drops" {
-            (grid(&x, &y, ("drops", "ms a frame, tone mapped")))
+        svg viewBox=(format!("0 0 {WIDTH} {height}")) role="img" aria-label=(format!("milliseconds a frame by {along}")) {
+            (grid(&x, &y, (along, "ms a frame, tone mapped")))
             @for (number, (name, rows)) in lines.iter().enumerate() {
                 @let points: Vec<String> = rows.iter()
-                    .map(|row| format!("{:.1},{:.1}", x.at(row.drops.into()), y.at(row.median_ms))).collect();
+                    .map(|row| format!("{:.1},{:.1}", x.at(row.along()), y.at(row.median_ms))).collect();
                 polyline points=(points.join(" ")) fill="none" stroke=(color(number)) stroke-width="2" {}
                 @for row in rows {
-                    @let at = x.at(row.drops.into());
+                    @let at = x.at(row.along());
                     line x1=(at) x2=(at) y1=(y.at(row.p10_ms)) y2=(y.at(row.p90_ms)) stroke=(color(number)) {}
                     circle cx=(at) cy=(y.at(row.median_ms)) r="3.5" fill=(color(number)) {
                         title { (row.name()) ": " (row.median_ms) " ms" }

@@ -11,17 +11,17 @@ use clap::ArgMatches;
 use indicatif::ProgressBar;
 
 use self::process::{Arm, Interrupted, Limits, is_interrupted};
-use crate::measure::bench::Report;
+use crate::measure::bench::{Amount, Report};
 use crate::measure::verdict::looks::{Look, looks};
 use crate::measure::verdict::{Verdict, VerdictRow, in_turn};
 
 /// What the processes are to measure.
 pub struct Work {
-    /// Arguments of `bench`, drop counts apart.
+    /// Arguments of `bench`, the series apart.
     pub arguments: Vec<OsString>,
-    /// Numbers of random drops, each of which can be left out once it is decided; empty: as the scene or the
-    /// arguments have it.
-    pub drops: Vec<u32>,
+    /// Numbers of random drops or rates, each of which can be left out once it is decided; empty: as the scene or
+    /// the arguments have it.
+    pub series: Vec<Amount>,
     /// Drops placed by hand, which count among a row's.
     pub placed: u32,
     /// What holds each process back.
@@ -29,12 +29,13 @@ pub struct Work {
 }
 
 impl Work {
-    /// The arguments for those numbers of drops.
-    fn arguments(&self, drops: &[u32]) -> Vec<OsString> {
+    /// The arguments for a part of the series.
+    fn arguments(&self, series: &[Amount]) -> Vec<OsString> {
         let mut arguments = self.arguments.clone();
-        if !drops.is_empty() {
-            let list: Vec<String> = drops.iter().map(u32::to_string).collect();
-            arguments.extend(["--drops".into(), list.join(",").into()]);
+        let options: Vec<(&str, String)> = series.iter().map(|amount| amount.option()).collect();
+        if let Some((name, _)) = options.first() {
+            let values: Vec<&str> = options.iter().map(|(_, value)| value.as_str()).collect();
+            arguments.push(format!("{name}={}", values.join(",")).into());
         }
         arguments
     }
@@ -64,12 +65,12 @@ pub fn take_turns(
 ) -> Turns {
     let start = Instant::now();
     let mut turns = Turns { reports: None, rows: Vec::new(), stopped: None, failed: None };
-    let mut open = work.drops.clone();
+    let mut open = work.series.clone();
     let mut rounds = 0;
     let looks = looks(most);
     for (number, look) in looks.iter().enumerate() {
         // Time of a round as it was so far; fewer rows make it shorter.
-        let share = if work.drops.is_empty() { 1.0 } else { left(&open, &work.drops) };
+        let share = if open.is_empty() { 1.0 } else { left(&open, &work.series) };
         let a_round = start.elapsed().as_secs_f64() / f64::from(rounds.max(1) as u32);
         let needed = share * a_round * (look.rounds - rounds) as f64;
         if rounds > 0 && start.elapsed().as_secs_f64() + needed > time.as_secs_f64() {
@@ -129,8 +130,8 @@ pub fn take_turns(
             return turns;
         }
         let undecided = |row: &&VerdictRow| row.verdict == Verdict::Undecided;
-        let still: Vec<u32> =
-            turns.rows.iter().filter(undecided).map(|row| row.drops - work.placed).collect();
+        let amount = |row: &VerdictRow| Amount::of_row(row.drops, row.rate_mm_h, work.placed);
+        let still: Vec<Amount> = turns.rows.iter().filter(undecided).map(amount).collect();
         bar.suspend(|| {
             eprintln!(
                 "after {rounds} rounds, {:.0} s: {} of {} rows undecided{}",
@@ -140,7 +141,7 @@ pub fn take_turns(
                 doubtful(&turns.rows)
             );
         });
-        open.retain(|drops| still.contains(drops));
+        open.retain(|amount| still.contains(amount));
         if still.is_empty() {
             break;
         }
@@ -174,9 +175,9 @@ impl Turns {
     }
 }
 
-/// Part of the work that is left, by the number of drops.
-fn left(open: &[u32], all: &[u32]) -> f64 {
-    let sum = |drops: &[u32]| drops.iter().map(|drops| f64::from(*drops) + 1e5).sum::<f64>();
+/// Part of the work that is left.
+fn left(open: &[Amount], all: &[Amount]) -> f64 {
+    let sum = |series: &[Amount]| series.iter().map(|amount| amount.effort()).sum::<f64>();
     sum(open) / sum(all)
 }
 
@@ -215,7 +216,7 @@ pub fn alone(
     let mut all: Option<Report> = None;
     for round in 0..rounds {
         bar.set_position(round as u64);
-        let found = arm.bench(&work.arguments(&work.drops), work.limits);
+        let found = arm.bench(&work.arguments(&work.series), work.limits);
         let found = if is_interrupted() { Err(Interrupted.into()) } else { found };
         match (found, &mut all) {
             (Err(error), _) => return (all, Some(error)),

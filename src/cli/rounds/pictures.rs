@@ -6,6 +6,7 @@ use anyhow::Context as _;
 
 use super::process::{Arm, Limits};
 use crate::environment::Environment;
+use crate::measure::bench::Amount;
 use crate::measure::verdict::VerdictRow;
 use crate::picture::Picture;
 use crate::picture::metrics::compare;
@@ -15,13 +16,13 @@ use crate::scene::Scene;
 
 /// What to compare pictures by.
 pub struct Eye<'a> {
-    /// The scene, drop count and preset apart, for the reference and the exposure.
+    /// The scene, amount of rain and preset apart, for the reference and the exposure.
     pub scene: &'a Scene,
     /// Around it.
     pub environment: &'a Environment,
-    /// Arguments of `render`, drop count and preset apart.
+    /// Arguments of `render`, amount of rain and preset apart.
     pub arguments: Vec<OsString>,
-    /// Whether rows are a series of drop counts, or the scene's own.
+    /// Whether rows are a series of drop counts or rates, or the scene's own.
     pub is_series: bool,
     /// Pictures with a mean FLIP over this are different.
     pub max_flip: f64,
@@ -40,17 +41,18 @@ impl Eye<'_> {
         say: &dyn Fn(&str),
     ) -> anyhow::Result<()> {
         let folder = tempfile::tempdir().context("no temporary folder")?;
-        let mut seen: Vec<(String, u32, f64, Option<[f64; 2]>)> = Vec::new();
+        let mut seen: Vec<(String, Amount, f64, Option<[f64; 2]>)> = Vec::new();
         for row in rows {
-            let same = |(preset, drops, ..): &&(String, u32, f64, Option<[f64; 2]>)| {
-                (preset, *drops) == (&row.preset, row.drops)
+            let amount = Amount::of_row(row.drops, row.rate_mm_h, self.placed());
+            let same = |(preset, other, ..): &&(String, Amount, f64, Option<[f64; 2]>)| {
+                (preset, *other) == (&row.preset, amount)
             };
             let (flip, errors) = match seen.iter().find(same) {
                 Some((_, _, flip, errors)) => (*flip, *errors),
                 None => {
                     say(&format!("pictures of {}", row.name));
                     let (flip, errors) = self.compare(arms, row, folder.path())?;
-                    seen.push((row.preset.clone(), row.drops, flip, errors));
+                    seen.push((row.preset.clone(), amount, flip, errors));
                     (flip, errors)
                 }
             };
@@ -59,6 +61,11 @@ impl Eye<'_> {
             row.error_b = errors.map(|errors| errors[1]);
         }
         Ok(())
+    }
+
+    /// Drops placed by hand.
+    fn placed(&self) -> u32 {
+        self.scene.drops.len() as u32
     }
 
     /// FLIP between the two, and the RMS error of each against the reference.
@@ -70,9 +77,12 @@ impl Eye<'_> {
     ) -> anyhow::Result<(f64, Option<[f64; 2]>)> {
         let mut arguments = self.arguments.clone();
         arguments.push(format!("--preset={}", row.preset).into());
-        let random = row.drops - self.scene.drops.len() as u32;
+        let amount = Amount::of_row(row.drops, row.rate_mm_h, self.placed());
         if self.is_series {
-            arguments.push(format!("--drops={random}").into());
+            arguments.push(match amount {
+                Amount::Drops(count) => format!("--drops={count}").into(),
+                Amount::Rate(rate) => format!("--rate={rate}").into(),
+            });
         }
         let draw = |arm: &Arm, name: &str| -> anyhow::Result<Picture> {
             let path = folder.join(name);
@@ -89,7 +99,7 @@ impl Eye<'_> {
         let errors = self.reference.map(|samples| {
             let mut scene = self.scene.clone();
             if self.is_series {
-                scene.rain.get_or_insert_default().count = random;
+                amount.apply(&mut scene);
             }
             let truth = Truth { samples, ..Truth::default() };
             let reference = Tracer::new(&scene, self.environment, truth).picture();

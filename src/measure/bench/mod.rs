@@ -1,5 +1,7 @@
-//! The benchmark: frames of one scene at several drop counts, with and without tone mapping.
+//! The benchmark: frames of one scene at several drop counts or rain rates, with and without tone mapping.
 
+#[cfg(feature = "cli")]
+mod amount;
 pub mod drivers;
 mod measure;
 #[cfg(feature = "cli")]
@@ -8,6 +10,8 @@ mod read;
 mod report;
 mod scene_head;
 
+#[cfg(feature = "cli")]
+pub use amount::Amount;
 pub use measure::{Effort, Measured, Variant, measure};
 #[cfg(feature = "cli")]
 pub use plot::plot;

@@ -28,6 +28,9 @@ const fn by_drops(fps: [f64; 6]) -> [(u32, f64); 6] {
 const COLORS: [RGBColor; 4] =
     [RGBColor(0, 114, 178), RGBColor(213, 94, 0), RGBColor(0, 158, 115), RGBColor(204, 121, 167)];
 
+const BY_DROPS: &str = "Frames a second by number of drops, tone mapped";
+const BY_RATE: &str = "Frames a second by rain rate, tone mapped";
+
 /// The plot as SVG: frames a second with tone mapping.
 ///
 /// # Errors
@@ -53,8 +56,11 @@ fn draw(report: &Report, svg: &mut String) -> std::result::Result<(), PlotFailed
     let mut presets: Vec<&str> = rows.iter().map(|row| row.preset.as_str()).collect();
     presets.sort_unstable();
     presets.dedup();
-    let place = |row: &&Row| (f64::from(row.drops.max(1)), row.fps);
-    let published = PAPER.iter().flat_map(|(_, points)| points.iter().copied());
+    let place = |row: &&Row| (row.along(), row.fps);
+    // The paper has no real rain.
+    let is_rate = rows.iter().any(|row| row.rate_mm_h.is_some());
+    let papers: &[(&str, [(u32, f64); 6])] = if is_rate { &[] } else { &PAPER };
+    let published = papers.iter().flat_map(|(_, points)| points.iter().copied());
     let all = published.map(|(drops, fps)| (f64::from(drops), fps)).chain(rows.iter().map(place));
     let all: Vec<(f64, f64)> = all.collect();
     let range = |value: fn(&(f64, f64)) -> f64| {
@@ -66,7 +72,7 @@ fn draw(report: &Report, svg: &mut String) -> std::result::Result<(), PlotFailed
     root.fill(&WHITE)?;
     let (area, foot) = root.split_vertically(SIZE.1 - FOOT);
     let mut chart = ChartBuilder::on(&area)
-        .caption("Frames a second by number of drops, tone mapped", ("sans-serif", 20))
+        .caption(if is_rate { BY_RATE } else { BY_DROPS }, ("sans-serif", 20))
         .margin(12)
         .x_label_area_size(36)
         .y_label_area_size(52)
@@ -74,14 +80,14 @@ fn draw(report: &Report, svg: &mut String) -> std::result::Result<(), PlotFailed
     chart
         .configure_mesh()
         .light_line_style(TRANSPARENT)
-        .x_desc("drops")
+        .x_desc(if is_rate { "rain in mm/h" } else { "drops" })
         .y_desc("frames a second")
         .x_label_formatter(&|drops| label(*drops))
         .y_label_formatter(&|fps| label(*fps))
         .label_style(("sans-serif", 13))
         .axis_desc_style(("sans-serif", 14))
         .draw()?;
-    for (number, (name, points)) in PAPER.iter().enumerate() {
+    for (number, (name, points)) in papers.iter().enumerate() {
         let grey = RGBColor(110, 110, 110).mix(1.0 - 0.25 * number as f64);
         let points = points.map(|(drops, fps)| (f64::from(drops), fps));
         let circles = points.map(|point| Circle::new(point, 3, grey.stroke_width(1)));

@@ -102,7 +102,11 @@ pub struct Row {
     pub order: String,
     #[serde(default)]
     pub simulation: String,
+    /// Those that have a number: not those of real rain.
     pub drops: u32,
+    /// Of real rain, mm/h.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rate_mm_h: Option<f64>,
     pub visible: u64,
     pub width: u32,
     pub height: u32,
@@ -205,6 +209,7 @@ impl Row {
             order: plan.order.name().into(),
             simulation: plan.simulation.name().into(),
             drops: scene.drop_count(),
+            rate_mm_h: scene.real_rain().map(|rain| rain.rate),
             visible: measured.first.counts.visible,
             width: scene.picture_size().0,
             height: scene.picture_size().1,
@@ -263,7 +268,11 @@ impl Row {
     /// What was asked for, in a few words: the same in every file that may be compared with this one.
     pub fn name(&self) -> String {
         let tone_map = if self.tone_map { "" } else { ", no tone map" };
-        format!("{} drops, {}, {} x {}{tone_map}", self.drops, self.preset, self.width, self.height)
+        let amount = match self.rate_mm_h {
+            Some(rate) => format!("rain of {rate} mm/h"),
+            None => format!("{} drops", self.drops),
+        };
+        format!("{amount}, {}, {} x {}{tone_map}", self.preset, self.width, self.height)
     }
 }
 

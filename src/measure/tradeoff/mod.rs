@@ -1,7 +1,8 @@
 //! Every model of a scene, timed and held against the truth: what a user chooses from.
 //!
 //! Two things are compared in one run or not at all: models are timed in groups, in turn, each group
-//! with the presets `paper` and `paper-compact` in it, and a model's speed is told as a ratio to each. Errors are those of
+//! with the presets `paper` and `paper-compact` in it, and a model's speed is told as a ratio to each; of real rain, which
+//! these do not draw, with `fast` and `exact`. Errors are those of
 //! [`crate::picture::metrics`] against [`crate::reference`]. A model is worth using if no other is both
 //! quicker and truer: those form the Pareto front.
 
@@ -13,12 +14,12 @@ mod scenes;
 mod sizes;
 mod study;
 
-pub use models::{BASES, Model, models};
+pub use models::{BASES, Model, models, models_of, models_of_rain};
 #[cfg(feature = "cli")]
 pub use plot::plot;
 #[cfg(feature = "cli")]
 pub use report::table;
 pub use report::{Report, Row, SCHEMA, csv};
-pub use scenes::{StudyScene, of_file, standard_set};
+pub use scenes::{StudyScene, of_file, standard_set, weather};
 pub use sizes::{Candidate, GlintRow, SizeRow, by_size, candidates, glints_by_size};
 pub use study::{Effort, study};

@@ -1,10 +1,10 @@
 //! The models that are tried: the presets, and each axis varied alone from the preset to which
 //! it belongs.
 
-use crate::scene::ModelChoice;
 use crate::scene::model::{
-    Fresnel, Lookup, Optics, Order, Preset, Primitive, Reflection, Simulation, Weights,
+    FarRain, Fresnel, Lookup, Optics, Order, Preset, Primitive, Reflection, Simulation, Weights,
 };
+use crate::scene::{ModelChoice, Scene};
 
 /// One model by name.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,6 +17,33 @@ pub struct Model {
 
 /// How many of the first of [`models`] the others' speed is told by.
 pub const BASES: usize = 2;
+
+/// Every model that draws a scene: of real rain [`models_of_rain`].
+pub fn models_of(scene: &Scene) -> Vec<Model> {
+    if scene.real_rain().is_some() { models_of_rain() } else { models() }
+}
+
+/// The models of real rain, `fast` first, then `exact`: what is drawn one by one, and what becomes of the rest.
+pub fn models_of_rain() -> Vec<Model> {
+    let preset = |preset: Preset| ModelChoice { preset, ..ModelChoice::default() };
+    let mut all = Vec::new();
+    for base in [Preset::Fast, Preset::Exact] {
+        all.push(Model { name: base.name().into(), choice: preset(base) });
+    }
+    let fast = preset(Preset::Fast);
+    for cutoff_px in [0.02, 0.1, 0.2, 0.5, 1.0] {
+        let choice = ModelChoice { cutoff_px: Some(cutoff_px), ..fast };
+        all.push(Model { name: format!("fast cutoff-px {cutoff_px}"), choice });
+    }
+    for far_rain in [FarRain::Drops, FarRain::None] {
+        let choice = ModelChoice { far_rain: Some(far_rain), ..fast };
+        all.push(Model { name: format!("fast far-rain {far_rain}"), choice });
+    }
+    let cutoff_px = Some(0.2);
+    let none = ModelChoice { far_rain: Some(FarRain::None), cutoff_px, ..fast };
+    all.push(Model { name: "fast far-rain none cutoff-px 0.2".into(), choice: none });
+    all
+}
 
 /// Every model, `paper` first, then `paper-compact`.
 pub fn models() -> Vec<Model> {

@@ -8,6 +8,7 @@ use super::models::BASES;
 use crate::measure::Host;
 use crate::measure::bench::{Build, DeviceHead, Measured, Variant};
 use crate::measure::statistics::{median, quantile};
+use crate::scene::model::FarRain;
 
 /// Name and version of the format.
 pub const SCHEMA: &str = "raindrops-tradeoff/1";
@@ -56,11 +57,15 @@ pub struct Row {
     pub p90_ms: f64,
     /// Times as fast as the first model, which ran in turn with it.
     pub speed: f64,
-    /// The same of `paper-compact`, which draws the drops in view alone.
+    /// The same of the second: `paper-compact`, which draws the drops in view alone; with real rain `exact`.
     pub speed_over_compact: f64,
     #[serde(flatten)]
     pub errors: Errors,
     pub pareto: bool,
+    /// Of real rain, mm/h; with its models.
+    pub rate_mm_h: Option<f64>,
+    pub cutoff_px: Option<f64>,
+    pub far_rain: Option<&'static str>,
 }
 
 /// How far a model is from the truth; means over frames.
@@ -113,6 +118,9 @@ impl Row {
             lookup: plan.light.lookup.name(),
             mask_size: plan.mask_size,
             drops: variant.scene.drop_count(),
+            rate_mm_h: variant.scene.real_rain().map(|rain| rain.rate),
+            cutoff_px: variant.scene.model.cutoff_px,
+            far_rain: variant.scene.model.far_rain.map(FarRain::name),
             visible: measured.first.counts.visible,
             width: variant.scene.picture_size().0,
             height: variant.scene.picture_size().1,
@@ -145,11 +153,12 @@ pub fn table(rows: &[Row]) -> Table {
     table.load_style(presets::UTF8_HORIZONTAL_ONLY);
     table.set_content_arrangement(ContentArrangement::Disabled);
     let moves = rows.iter().any(|row| row.errors.flicker.is_some());
+    let is_rain = rows.iter().any(|row| row.rate_mm_h.is_some());
     let mut header = vec![
         "",
         "model",
         "speed",
-        "of compact",
+        if is_rain { "of exact" } else { "of compact" },
         "ms",
         "rms x255",
         "relMSE",
@@ -193,7 +202,8 @@ pub fn csv(rows: &[Row], to: &mut dyn std::io::Write) -> std::io::Result<()> {
         to,
         "scene,model,preset,optics,primitive,order,simulation,samples,internal_reflections,weights,\
          fresnel,reflection,lookup,mask_size,drops,visible,width,height,median_ms,p10_ms,p90_ms,\
-         speed,speed_over_compact,rms,rel_mse,psnr_db,flip,flip_p99,max_error,box_rel_mse,box_flip,flicker,pareto"
+         speed,speed_over_compact,rms,rel_mse,psnr_db,flip,flip_p99,max_error,box_rel_mse,box_flip,flicker,pareto,rate_mm_h,\
+         cutoff_px,far_rain"
     )?;
     // A scene is named by its file, which may hold commas and quotes.
     let quoted = |name: &str| format!("\"{}\"", name.replace('"', "\"\""));
@@ -210,7 +220,9 @@ pub fn csv(rows: &[Row], to: &mut dyn std::io::Write) -> std::io::Result<()> {
         write!(to, "{},{},{},{},", e.rel_mse, e.psnr_db, e.flip, e.flip_p99)?;
         write!(to, "{},{},{},", e.max_error, e.box_rel_mse, e.box_flip)?;
         let flicker = e.flicker.map_or(String::new(), |flicker| flicker.to_string());
-        writeln!(to, "{flicker},{}", row.pareto)?;
+        let number = |value: Option<f64>| value.map_or(String::new(), |value| value.to_string());
+        let [rate, cutoff] = [row.rate_mm_h, row.cutoff_px].map(number);
+        writeln!(to, "{flicker},{},{rate},{cutoff},{}", row.pareto, row.far_rain.unwrap_or(""))?;
     }
     Ok(())
 }

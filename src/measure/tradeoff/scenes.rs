@@ -4,6 +4,8 @@ use glam::{DVec3, Vec3};
 
 use crate::Result;
 use crate::environment::Environment;
+use crate::scene::model::DropShape;
+use crate::scene::real_rain::RealRain;
 use crate::scene::{PlacedDrop, RainSettings, Scene};
 
 /// A scene to try models on.
@@ -52,6 +54,25 @@ pub fn standard_set() -> Result<Vec<StudyScene>> {
             environment: veiled,
         },
     ])
+}
+
+/// Real rain: 25 mm/h, ended where every drop in view can still be drawn one by one.
+///
+/// # Errors
+/// As [`standard_set`].
+pub fn weather() -> Result<StudyScene> {
+    let sky = Environment::bundled()?;
+    let veiled = clipped(&sky, "veiled sky", 30.0 * sky.mean_luminance() as f32)?;
+    let rain = RealRain { extent: 40.0, shape: DropShape::Sphere, ..RealRain::default() };
+    let mut scene = Scene { rain: Some(RainSettings::of(rain)), ..square(320) };
+    scene.camera.vertical_fov = 20.0;
+    scene.camera.target = DVec3::new(0.0, 0.1, -1.0);
+    Ok(StudyScene {
+        name: "weather".into(),
+        asks: "real rain of 25 mm/h, five million drops",
+        frames: vec![scene],
+        environment: veiled,
+    })
 }
 
 fn clipped(environment: &Environment, name: &str, most: f32) -> Result<Environment> {

@@ -113,7 +113,8 @@ pub fn kept(
 
 /// Whether two rows were asked for alike. What preset `auto` made of it may differ.
 fn is_same(a: &Row, b: &Row) -> bool {
-    (&a.preset, a.drops, a.tone_map) == (&b.preset, b.drops, b.tone_map)
+    let asked = |row: &Row| (row.preset.clone(), row.drops, row.rate_mm_h, row.tone_map);
+    asked(a) == asked(b)
 }
 
 fn matched<'a>(a: &'a Report, b: &'a Report) -> Vec<(&'a Row, &'a Row)> {
@@ -201,6 +202,7 @@ fn row(a: &[&Row], b: &[&Row], method: Method, threshold: f64) -> VerdictRow {
         name: new.name(),
         preset: new.preset.clone(),
         drops: new.drops,
+        rate_mm_h: new.rate_mm_h,
         width: new.width,
         height: new.height,
         tone_map: new.tone_map,

@@ -82,6 +82,9 @@ pub struct VerdictRow {
     pub name: String,
     pub preset: String,
     pub drops: u32,
+    /// Of real rain, mm/h.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rate_mm_h: Option<f64>,
     pub width: u32,
     pub height: u32,
     pub tone_map: bool,

@@ -1,0 +1,109 @@
+//! `bench` of real rain: rows by rate, and what may not be asked.
+
+mod common;
+
+use std::fs;
+use std::process::Output;
+
+use serde_json::{Value, json};
+
+fn raindrops(arguments: &[&str]) -> Output {
+    common::raindrops().args(arguments).output().expect("the command starts")
+}
+
+fn bench(arguments: &[&str]) -> Value {
+    let quick = ["--size", "96x96", "--seconds", "0.02", "--frames", "1", "--json", "-"];
+    let output = raindrops(&[&["bench"], arguments, &quick].concat());
+    // Status 1 would be another count of drops by the CPU.
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    serde_json::from_slice(&output.stdout).expect("JSON and nothing else")
+}
+
+#[test]
+fn a_series_of_rates_has_a_row_each() {
+    let report = bench(&["--rain", "1,25"]);
+    assert_eq!(report["schema"], "raindrops-bench/1");
+    let rows: Vec<&Value> = report["rows"].as_array().expect("rows").iter().collect();
+    let rates: Vec<f64> = rows.iter().filter_map(|row| row["rate_mm_h"].as_f64()).collect();
+    assert_eq!(rates, [1.0, 1.0, 25.0, 25.0]);
+    assert!(
+        rows.iter().all(|row| row["preset"] == "fast" && row["median_ms"].as_f64() > Some(0.0))
+    );
+    let seen = |row: usize| rows[row]["visible"].as_u64().expect("a number");
+    // At one density of a pixel's drops the number goes as M3: 12.5 times as many in heavy rain.
+    assert!(seen(0) > 0 && seen(2) > 5 * seen(0), "{} {}", seen(0), seen(2));
+    let hash = |row: usize| rows[row]["scene"]["hash"].clone();
+    assert!(hash(0) == hash(1) && hash(0) != hash(2));
+}
+
+/// A scene is measured as it is; a series keeps what else it says of its rain.
+#[test]
+fn a_scene_of_real_rain_is_measured() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("rain.toml");
+    fs::write(&path, "[rain]\nrate = 5.0\nextent = 2.0\n[model]\npreset = \"fast\"\n")
+        .expect("written");
+    let path = path.to_str().expect("UTF-8");
+    let own = bench(&[path]);
+    assert_eq!(own["rows"][0]["rate_mm_h"], 5.0);
+    let series = bench(&[path, "--rain", "5"]);
+    assert_eq!(own["rows"][0]["visible"], series["rows"][0]["visible"]);
+    assert_eq!(own["rows"][0]["scene"]["hash"], series["rows"][0]["scene"]["hash"]);
+    // The paper's drops have no rate.
+    let papers = bench(&["--drops", "1000"]);
+    assert!(papers["rows"][0].get("rate_mm_h").is_none());
+}
+
+#[test]
+fn what_cannot_be_measured_is_refused_in_one_line() {
+    let cases: [(&[&str], &str); 5] = [
+        (&["--rain", "0"], "rate = 0 is not within 0.001 to 2000 mm/h"),
+        (&["--rain", "5,-1"], "rate = -1 is not within"),
+        (&["--rain", "1e6"], "rate = 1000000 is not within"),
+        (&["--rain", "5", "--drops", "7"], "cannot be used with"),
+        (&["--rain", "5", "--preset", "paper"], "take preset fast, exact or auto"),
+    ];
+    for (arguments, expected) in cases {
+        let output = raindrops(&[&["bench"], arguments].concat());
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{stderr}");
+        assert!(stderr.contains(expected), "{arguments:?}: {stderr}");
+        assert!(output.stdout.is_empty());
+    }
+}
+
+/// Rows of one preset are told apart by their rate.
+#[test]
+fn a_verdict_is_of_rows_of_one_rate() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |name: &str, rows: &[(f64, f64)]| {
+        let row = |(rate, ms): &(f64, f64)| {
+            json!({
+                "preset": "fast", "optics": "appearance", "primitive": "tile", "order": "sorted", "drops": 0,
+                "rate_mm_h": rate, "visible": 1, "width": 4, "height": 4, "tone_map": true, "samples_ms": [ms],
+                "median_ms": ms, "p10_ms": ms, "p90_ms": ms, "fps": 1000.0 / ms,
+                "rounds": vec![json!({ "median_ms": ms }); 10],
+            })
+        };
+        let file = json!({
+            "schema": "raindrops-bench/1",
+            "device": { "name": "D", "driver": "V", "driver_info": "1", "api_version": "1.3.0", "type": "CPU" },
+            "build": { "version": "0.1.0", "commit": "unknown" },
+            "host": { "cpu": "C", "cores": 2, "os": "O" },
+            "rows": rows.iter().map(row).collect::<Vec<_>>(),
+        });
+        let path = folder.path().join(name);
+        fs::write(&path, file.to_string()).expect("written");
+        path.to_str().expect("UTF-8").to_string()
+    };
+    let (a, b) =
+        (write("a.json", &[(1.0, 2.0), (25.0, 8.0)]), write("b.json", &[(25.0, 8.0), (1.0, 4.0)]));
+    let output = raindrops(&["verdict", &a, &b, "--json", "-"]);
+    let report: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let ratio = |rate: f64| {
+        let rows = report["rows"].as_array().expect("rows");
+        let row = rows.iter().find(|row| row["rate_mm_h"] == rate).expect("a row of the rate");
+        row["median_ms_b"].as_f64().expect("ms") / row["median_ms_a"].as_f64().expect("ms")
+    };
+    assert_eq!([ratio(1.0), ratio(25.0)], [2.0, 1.0]);
+}
