@@ -7,7 +7,7 @@ use raindrops::rain::classes::{CLASSES, classes};
 use raindrops::rain::fall::{density_factor, terminal_speed};
 use raindrops::rain::law::{Law, marshall_palmer_slope};
 use raindrops::rain::medium::{
-    cutoff_of_budget, optical_depth, starts, visibility as visibility_of,
+    cutoff_of_budget, optical_depth, starts, unseen_radius, visibility as visibility_of,
 };
 use raindrops::rain::visibility::{
     Frustum, depth_of_radius, radius_px, streak_opacity, streak_px, streak_share,
@@ -324,4 +324,17 @@ fn a_pixel_flickers_as_much_as_single_drops_make_it() {
         let drawn = law.extinction() * 60.0 - optical_depth(&law, FOCAL, radius, 60.0);
         close(noise * drawn.exp(), expected, 0.03);
     }
+}
+
+#[test]
+fn what_is_left_to_the_medium_shows_no_single_drop() {
+    let law = marshall_palmer(25.0, 0.25, 6.0);
+    let seen = 1.0 / 255.0;
+    // A drop at rest: 0.035 pixels over the root of the contrast (two digits are kept).
+    close(unseen_radius(&law, 1.2, 0.5, seen, 0.0), 0.05, 1e-12);
+    close(unseen_radius(&law, 1.2, 0.1, seen, 0.0), 0.11, 1e-12);
+    // A drop of 6 mm at 9.17 m/s is 25.5 times its own size long in 1/60 s; opacity 0.0393.
+    let opacity = 6e-3 / (9.17 / 60.0);
+    let expected = 2.0 / 255.0 / (std::f64::consts::PI * 0.5) / opacity;
+    close(unseen_radius(&law, 1.2, 0.5, seen, -1.0 / 60.0), expected, 0.04);
 }

@@ -108,19 +108,13 @@ pub fn run(args: &RainArgs) -> anyhow::Result<Answer> {
 
 fn report(name: String, scene: &Scene, rain: &RealRain) -> Report {
     let law = rain.law();
-    let view = scene.view();
-    let frustum = Frustum {
-        focal_px: view.focal_px,
-        width: f64::from(view.width),
-        height: f64::from(view.height),
-        extent: rain.extent,
-    };
+    let frustum = Frustum::of(&scene.view(), rain.extent);
     let far_rain = scene.model.far_rain.unwrap_or(FarRain::Medium);
-    let (cutoff_px, cutoff_reason) = medium::cutoff(&law, &frustum, &scene.model);
+    let (cutoff_px, cutoff_reason) = medium::cutoff(scene, rain, medium::CONTRAST);
     let starts = medium::starts(&law, frustum.focal_px, cutoff_px);
     let noise = match far_rain {
         FarRain::Drops => 0.0,
-        _ => frustum.noise(&law, rain.air_density, cutoff_px, 0.0),
+        _ => frustum.noise(&law, rain.air_density, cutoff_px, scene.exposed().abs()),
     };
     Report {
         schema: "raindrops-rain/1",

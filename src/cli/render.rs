@@ -8,7 +8,7 @@ use super::options::{BackgroundArgs, DeviceArgs, ModelArgs, SceneArgs, resolve};
 use super::sequence::{Sequence, heed_interrupts, is_interrupted};
 use super::{Answer, Format, drops, progress, say_doubt, waiting};
 use crate::picture::{Picture, write_png};
-use crate::plan::{Output, plan_by};
+use crate::plan::{Output, plan_by, settle_cutoff};
 use crate::renderer::parts::{Grid, Parts, empty_picture, place};
 use crate::renderer::{FrameReport, Renderer};
 use crate::scene::Scene;
@@ -57,6 +57,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<Answer> {
         Format::Png => Output::Display,
     };
     let environment = super::open_environment(&scene)?;
+    settle_cutoff(&mut scene, &environment);
     let frames = args.frames.unwrap_or_else(|| scene.film.frames());
     let mut sequence = (frames > 1).then(|| Sequence::new(&args.output, args.resume));
     // What is there was made by these models, and goes on by them.

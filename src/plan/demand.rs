@@ -9,8 +9,8 @@ use glam::DVec3;
 use crate::environment::Environment;
 use crate::picture::tone_map::{Exposure, display, exposure_of};
 use crate::picture::{Picture, srgb_of_linear};
-use crate::rain::field::frustum_of;
 use crate::rain::medium;
+use crate::rain::visibility::Frustum;
 use crate::scene::camera::View;
 use crate::scene::real_rain::RealRain;
 use crate::scene::{Scene, ToneMap};
@@ -147,8 +147,8 @@ impl Demand {
     /// Real rain's drops that are shown by themselves, an octave of radius after the other. They take so little
     /// of the picture that none hides another.
     fn add_real_rain(&mut self, rain: &RealRain, scene: &Scene, view: &View) {
-        let (law, frustum) = (rain.law(), frustum_of(view, rain.extent));
-        let (cutoff_px, _) = medium::cutoff(&law, &frustum, &scene.model);
+        let (law, frustum) = (rain.law(), Frustum::of(view, rain.extent));
+        let (cutoff_px, _) = medium::cutoff(scene, rain, medium::CONTRAST);
         let part = self.pixels / (frustum.width * frustum.height);
         let above = |radius_px: f64| part * frustum.drops_above(&law, radius_px);
         self.visible += above(cutoff_px);

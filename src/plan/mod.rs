@@ -17,8 +17,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::environment::Environment;
 use crate::optics::WATER;
-use crate::rain::field::frustum_of;
 use crate::rain::medium;
+use crate::rain::visibility::Frustum;
 use crate::scene::Scene;
 use crate::scene::model::{
     FarRain, Fresnel, Lookup, Operator, Optics, Order, Preset, Primitive, Reflection, Simulation,
@@ -36,6 +36,9 @@ const NEAR_RADII: f64 = 32.0;
 const RAYS_PX: f32 = 12.0;
 /// Radius in pixels under which a drop shows one colour, the mean of its picture.
 const SPLAT_PX: f32 = 1.5;
+
+/// Least contrast between drops and what is behind them that is reckoned with: there is no even sky.
+const LEAST_CONTRAST: f64 = 0.1;
 
 /// What a frame is made for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -252,10 +255,23 @@ pub fn plan_by(scene: &Scene, chosen: Option<&Choice>, output: Output) -> Result
     Ok(FramePlan { passes: passes(scene, &plan), ..plan })
 }
 
+/// Takes the cut-off of `scene`'s real rain from the contrast of its environment, where the scene names none; why. The
+/// scene names it from then on, so that all that is drawn of it is the same.
+pub fn settle_cutoff(scene: &mut Scene, environment: &Environment) -> Option<String> {
+    let rain = scene.real_rain()?;
+    if scene.model.cutoff_px.is_some() || scene.model.far_rain == Some(FarRain::Drops) {
+        return None;
+    }
+    let contrast = contrast(environment).clamp(LEAST_CONTRAST, 1.0);
+    let (cutoff_px, why) = medium::cutoff(scene, &rain, contrast);
+    scene.model.cutoff_px = Some(cutoff_px);
+    Some(why)
+}
+
 /// What is passed over, what stands behind, and how many drops there are.
 fn of_real_rain(scene: &Scene, rain: &RealRain) -> (String, String, String) {
-    let (law, frustum) = (rain.law(), frustum_of(&scene.view(), rain.extent));
-    let (cutoff_px, why) = medium::cutoff(&law, &frustum, &scene.model);
+    let (law, frustum) = (rain.law(), Frustum::of(&scene.view(), rain.extent));
+    let (cutoff_px, why) = medium::cutoff(scene, rain, medium::CONTRAST);
     let drops = format!("some {:.0} drops", frustum.drops_above(&law, cutoff_px));
     let skipped = "cells of the rain out of view, or too far for any of their drops to be seen, are passed over";
     let alone = format!("drops of over {cutoff_px:.3} px of radius are shown one by one ({why})");

@@ -17,6 +17,7 @@ use crate::rain::{medium, tick_of_seconds};
 use crate::scene::Scene;
 use crate::scene::model::FarRain;
 use crate::scene::projection::View;
+use crate::scene::real_rain::RealRain;
 use crate::{Error, Result};
 
 /// Cells that one workgroup looks into, all of one slab, as in `glsl/include/cells.glsl`.
@@ -92,7 +93,7 @@ impl MediumRecord {
 pub struct Field {
     lattices: Vec<Lattice>,
     law: Law,
-    extent: f64,
+    rain: RealRain,
 }
 
 /// The rain of one picture.
@@ -135,18 +136,11 @@ impl Seen {
     }
 }
 
-/// What a picture shows of a scene's rain, as a whole.
-pub fn frustum_of(view: &View, extent: f64) -> Frustum {
-    let [width, height] = view.whole.map(f64::from);
-    Frustum { focal_px: view.focal_px, width, height, extent }
-}
-
 impl Field {
     /// The real rain of `scene`; none if it has none.
     pub fn of(scene: &Scene) -> Option<Self> {
         let rain = scene.real_rain()?;
-        let (lattices, law) = (rain.lattices(scene.seed), rain.law());
-        Some(Self { lattices, law, extent: rain.extent })
+        Some(Self { lattices: rain.lattices(scene.seed), law: rain.law(), rain })
     }
 
     /// Thresholds and quantiles of each class, as [`Lattice`] has them.
@@ -160,8 +154,8 @@ impl Field {
     /// [`Error::Scene`] if more cells than can be numbered would have to be looked into.
     pub fn seen(&self, scene: &Scene) -> Result<Seen> {
         let (view, metres) = (scene.view(), scene.metres);
-        let frustum = frustum_of(&view, self.extent);
-        let (cutoff_px, _) = medium::cutoff(&self.law, &frustum, &scene.model);
+        let frustum = Frustum::of(&view, self.rain.extent);
+        let (cutoff_px, _) = medium::cutoff(scene, &self.rain, medium::CONTRAST);
         let tick = tick_of_seconds(scene.time);
         let exposed = scene.exposed();
         let pyramid = Pyramid::of(&view);
@@ -170,10 +164,10 @@ impl Field {
             slabs: Vec::new(),
             cutoff_px: cutoff_px as f32,
             radius_unit: (0.5e-3 * DIAMETER_UNIT / metres) as f32,
-            extent2: (self.extent / metres).powi(2).min(f64::from(f32::MAX)) as f32,
+            extent2: (self.rain.extent / metres).powi(2).min(f64::from(f32::MAX)) as f32,
             band_depths: [0.0; MOST_BANDS],
             medium: (cutoff_px > 0.0 && scene.model.far_rain != Some(FarRain::None)).then(|| {
-                MediumRecord::new(&self.law, view.focal_px, cutoff_px, self.extent, metres)
+                MediumRecord::new(&self.law, view.focal_px, cutoff_px, self.rain.extent, metres)
             }),
             drops: frustum.drops_above(&self.law, cutoff_px),
             drops_in_cells: 0.0,
@@ -183,10 +177,10 @@ impl Field {
         for (class, lattice) in (0..).zip(&self.lattices) {
             // A drop's own depth decides; the largest of the class is seen farthest.
             let depth = match cutoff_px {
-                0.0 => self.extent,
+                0.0 => self.rain.extent,
                 _ => depth_of_radius(view.focal_px, 2e3 * lattice.radius, cutoff_px),
             };
-            let depth = depth.min(self.extent);
+            let depth = depth.min(self.rain.extent);
             let place = lattice.place(scene.camera.position * metres, tick);
             let moved = lattice.velocity * exposed;
             for slab in pyramid.slabs(lattice, &place, depth, moved) {

@@ -6,13 +6,36 @@
 //! one pixel radius all count alike. A cut by distance draws 4 to 7 times as many.
 
 use crate::rain::law::{Law, extinction};
-use crate::rain::visibility::{Frustum, depth_of_radius};
-use crate::scene::ModelChoice;
-use crate::scene::model::FarRain;
+use std::f64::consts::PI;
 
-/// Cut-off in pixels where none is given. A single drop under it changes a pixel by less than 1/255 at a
-/// contrast of 0.5.
-pub const CUTOFF_PX: f64 = 0.05;
+use crate::rain::fall;
+use crate::rain::visibility::{Frustum, depth_of_radius};
+use crate::scene::Scene;
+use crate::scene::model::FarRain;
+use crate::scene::real_rain::RealRain;
+
+/// The contrast between drops and what is behind them where the environment is not known: between those of two
+/// photographs.
+pub const CONTRAST: f64 = 0.5;
+
+/// By how much a drop that is left to the medium may change a pixel, where no error is accepted: a grey level.
+pub const LEAST_SEEN: f64 = 1.0 / 255.0;
+
+/// Largest radius in pixels under which no single drop changes a pixel by `seen`, at a contrast between drops and
+/// what is behind them; `exposed`: for how long each is seen, in seconds of the rain. Never over the largest cut-off
+/// that a scene may name.
+pub fn unseen_radius(law: &Law, air_density: f64, contrast: f64, seen: f64, exposed: f64) -> f64 {
+    // At rest a drop takes π r² of its pixel.
+    let at_rest = (seen / (PI * contrast)).sqrt();
+    // A streak's opacity is its diameter over the way that it goes, whatever the distance, greatest for large drops.
+    let speed =
+        fall::density_factor(air_density) * fall::terminal_speed(law.to, fall::TABLE_AIR_DENSITY);
+    let as_streak = 2.0 * seen / (PI * contrast) * speed * exposed.abs() / (1e-3 * law.to);
+    // Two digits, so that the drops do not change with a texel.
+    let radius = at_rest.max(as_streak).clamp(0.001, 1.0);
+    let unit = 10f64.powf(radius.log10().floor() - 1.0);
+    (radius / unit).round() * unit
+}
 
 /// Most drops that a picture draws one by one where no cut-off is given: the paper's largest scene. What is
 /// over it goes into the medium.
@@ -39,18 +62,28 @@ pub fn visibility(extinction: f64) -> f64 {
 /// Most drops that a picture draws one by one where the scene asks for them.
 pub const MOST_ASKED: f64 = 8e6;
 
-/// The cut-off in pixels for a picture, and why. 0: every drop is drawn.
-pub fn cutoff(law: &Law, frustum: &Frustum, model: &ModelChoice) -> (f64, String) {
+/// The cut-off in pixels for a scene's real rain, and why. 0: every drop is drawn.
+pub fn cutoff(scene: &Scene, rain: &RealRain, contrast: f64) -> (f64, String) {
+    let (law, frustum, model) = (rain.law(), Frustum::of(&scene.view(), rain.extent), &scene.model);
+    let seen = model.error.unwrap_or(LEAST_SEEN);
+    // A film may slow down until its drops stand still.
+    let exposed = if scene.film.is_default() { scene.exposed() } else { 0.0 };
+    let unseen = unseen_radius(&law, rain.air_density, contrast, seen, exposed);
     let (wanted, why, most) = match (model.far_rain, model.cutoff_px) {
-        (Some(FarRain::Drops), _) => (0.0, "far_rain = \"drops\"", MOST_ASKED),
-        (_, Some(cutoff_px)) => (cutoff_px, "as the scene says", MOST_ASKED),
-        _ => (CUTOFF_PX, "no smaller drop shows by 1/255 at half the contrast", MOST_DROPS),
+        (Some(FarRain::Drops), _) => (0.0, "far_rain = \"drops\"".into(), MOST_ASKED),
+        (_, Some(cutoff_px)) => (cutoff_px, "as the scene says".into(), MOST_ASKED),
+        _ => {
+            let levels = 255.0 * seen;
+            let why =
+                format!("no smaller drop shows by {levels:.2}/255 at a contrast of {contrast:.2}");
+            (unseen, why, MOST_DROPS)
+        }
     };
-    let drops = frustum.drops_above(law, wanted);
+    let drops = frustum.drops_above(&law, wanted);
     if drops <= most {
-        return (wanted, why.into());
+        return (wanted, why);
     }
-    let cutoff_px = cutoff_of_budget(law, frustum, most);
+    let cutoff_px = cutoff_of_budget(&law, &frustum, most);
     let (most, drops) = (most * 1e-6, drops * 1e-6);
     (
         cutoff_px,

@@ -9,6 +9,7 @@ use std::f64::consts::PI;
 
 use crate::rain::fall;
 use crate::rain::law::Law;
+use crate::scene::projection::View;
 
 /// A drop's radius in pixels.
 pub fn radius_px(focal_px: f64, diameter: f64, depth: f64) -> f64 {
@@ -41,6 +42,14 @@ pub struct Frustum {
     pub height: f64,
     /// Distance from the camera to the rain's end; may be infinite.
     pub extent: f64,
+}
+
+impl Frustum {
+    /// Of the whole picture that a view is of, or a part of.
+    pub fn of(view: &View, extent: f64) -> Self {
+        let [width, height] = view.whole.map(f64::from);
+        Self { focal_px: view.focal_px, width, height, extent }
+    }
 }
 
 /// Points along each edge of the picture at which the rain's end is taken. It is a sphere around the camera,
