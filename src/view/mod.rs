@@ -16,6 +16,7 @@ mod reload;
 mod screen;
 mod stage;
 mod viewer;
+mod weather;
 
 use std::path::{Path, PathBuf};
 

@@ -8,6 +8,7 @@ use super::history::History;
 use super::keys::{Action, HELP};
 use super::prepare::Pane;
 use super::stage::Difference;
+use super::weather::weather;
 use crate::measure::bench::thousands;
 use crate::plan::FramePlan;
 use crate::scene::model::Preset;
@@ -191,7 +192,8 @@ fn time(ui: &mut Ui, controls: &mut Controls<'_>) {
 
 fn scene(ui: &mut Ui, controls: &mut Controls<'_>, facts: &Facts<'_>) {
     let scene = &mut *controls.scene;
-    if let Some(rain) = &mut scene.rain {
+    weather(ui, scene);
+    if let Some(rain) = scene.rain.as_mut().filter(|rain| rain.real.is_none()) {
         ui.horizontal(|ui| {
             ui.label("drops");
             let mut count = controls.drops.unwrap_or(rain.count);
