@@ -32,6 +32,27 @@ preset = "fast"
 SCENE
 raindrops render "$work/rainbow.toml" -o $out/rainbow.png
 
+if [ -f assets/environments/sunset.exr ]; then
+  step "real rain of 100 mm/h at sunset"
+  cat >"$work/real-rain.toml" <<SCENE
+[camera]
+position = [0.0, 1.7, 0.0]
+target = [0.3, 1.9, -1.0]
+vertical_fov = 50.0
+[image]
+width = 900
+height = 600
+[environment]
+file = "$PWD/assets/environments/sunset.exr"
+[rain]
+rate = 100.0
+extent = 300.0
+[model]
+preset = "fast"
+SCENE
+  raindrops render "$work/real-rain.toml" -o $out/real-rain.png
+fi
+
 step "a million drops, one drop"
 raindrops render $scenes/rain.toml -o $out/rain.png
 raindrops render $scenes/drop.toml -o $out/drop.png
