@@ -21,8 +21,8 @@ use crate::rain::medium;
 use crate::rain::visibility::Frustum;
 use crate::scene::Scene;
 use crate::scene::model::{
-    FarRain, Fresnel, Lookup, Operator, Optics, Order, Preset, Primitive, Reflection, Simulation,
-    Weights,
+    DropShape, FarRain, Fresnel, Lookup, Operator, Optics, Order, Preset, Primitive, Reflection,
+    Simulation, Weights,
 };
 use crate::scene::real_rain::RealRain;
 use crate::{Error, Result};
@@ -248,7 +248,7 @@ pub fn plan_by(scene: &Scene, chosen: Option<&Choice>, output: Output) -> Result
         light,
         tone_map: (output == Output::Display).then_some(scene.tone_map.operator),
         log_average: output == Output::Display && scene.tone_map.derives_exposure(),
-        doubt: chosen.and_then(|chosen| chosen.doubt.clone()),
+        doubt: chosen.and_then(|chosen| chosen.doubt.clone()).or_else(|| shape_left_out(scene)),
         why: chosen.map(|chosen| chosen.reason.clone()),
         passes: Vec::new(),
     };
@@ -266,6 +266,16 @@ pub fn settle_cutoff(scene: &mut Scene, environment: &Environment) -> Option<Str
     let (cutoff_px, why) = medium::cutoff(scene, &rain, contrast);
     scene.model.cutoff_px = Some(cutoff_px);
     Some(why)
+}
+
+/// What is said where drops of real rain would not be spheres.
+fn shape_left_out(scene: &Scene) -> Option<String> {
+    let rain = scene.real_rain().filter(|rain| rain.shape != DropShape::Sphere)?;
+    let shape = rain.shape;
+    Some(format!(
+        "drops are drawn as spheres, though rain.shape = \"{shape}\": over 1 mm they are flattened, which shows in drops \
+         of some pixels at rest"
+    ))
 }
 
 /// What is passed over, what stands behind, and how many drops there are.
