@@ -35,7 +35,7 @@ cat > "$file" <<END
  "rows": [{"preset": "paper", "optics": "mask", "primitive": "point", "order": "unsorted", "drops": 1000,
    "visible": ${VISIBLE:-200}, "width": ${WIDTH:-64}, "height": 64, "tone_map": true, "samples_ms": [${MS:-10}],
    "median_ms": ${MS:-10}, "p10_ms": 1, "p90_ms": 1, "fps": 1, "passes": {"drops": ${MS:-10}},
-   "counters": {"drops_in_view": ${VISIBLE:-200}},
+   "counters": {"drops_in_view": ${VISIBLE:-200}, "tiles_done_again": $$},
    "rounds": [{"median_ms": ${MS:-10}, "passes": {"drops": ${MS:-10}, "sky": 1}}]}]}
 END
 "#;
@@ -128,6 +128,10 @@ fn another_picture_is_different_and_a_counter_is_told() {
     let text = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(text.contains("| different |"), "{text}");
     assert!(text.contains("counter drops_in_view: 200 in A, 199 in B"), "{text}");
+    // Threads decide it: other in each process, and no change.
+    assert!(!text.contains("tiles_done_again"), "{text}");
+    let line = |side: &str| text.lines().any(|line| line.starts_with(&format!("- {side}: ")));
+    assert!(line("A") && line("B"), "a comment says what was compared: {text}");
     let failed = bench.run(&["--b", "PICTURE=white", "--fail-above", "5%", "--json", "-"]);
     assert!(error_line(&failed, 1).contains("(different)"));
     let report: Value = serde_json::from_slice(&failed.stdout).expect("nothing but JSON");
@@ -169,6 +173,8 @@ fn what_is_no_benchmark_is_told() {
     assert!(run(&["--rounds", "0"]).contains("--rounds"));
     assert!(run(&["--baseline", "missing.json"]).contains("missing.json"));
     assert!(run(&["--fail-above", "5%"]).contains("--baseline"));
+    let line = run(&["--a", "", "--google-benchmark", "g.json"]);
+    assert!(line.contains("--google-benchmark writes one measurement"), "{line}");
 }
 
 #[test]

@@ -147,6 +147,11 @@ pub fn run(args: &BenchArgs, scene: &Scene) -> anyhow::Result<Answer> {
             "--svg is for a measurement without rounds; report makes pages of result files"
         );
     }
+    if args.google_benchmark.is_some() && (compare.is_in_turn() || !compare.baseline.is_empty()) {
+        anyhow::bail!(
+            "--google-benchmark writes one measurement: give it with --rounds, then compare by raindrops verdict"
+        );
+    }
     let bases = runs(&compare.baseline)?;
     let command = Cli::command();
     let command = command.find_subcommand("bench").context("there is no command bench")?;

@@ -74,8 +74,8 @@ impl GateArgs {
             write_json("-".as_ref(), report)?;
         }
         if !self.is_json() {
-            if self.format == Format::Table {
-                side_lines(report).into_iter().try_for_each(print)?;
+            if self.format != Format::Csv {
+                side_lines(report, self.format).into_iter().try_for_each(print)?;
             }
             print(sheet(report, self.format).text(self.format))?;
             if self.format != Format::Csv {

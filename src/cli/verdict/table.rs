@@ -4,7 +4,7 @@ use crate::cli::format::{Format, Sheet};
 use crate::measure::verdict::{Report, Verdict, VerdictRow};
 
 /// Who is A, who is B, and what differs between them.
-pub fn side_lines(report: &Report) -> Vec<String> {
+pub fn side_lines(report: &Report, format: Format) -> Vec<String> {
     let mut lines = Vec::new();
     for (name, side) in [("A", &report.a), ("B", &report.b)] {
         let (host, build) = (&side.host, &side.build);
@@ -19,6 +19,11 @@ pub fn side_lines(report: &Report) -> Vec<String> {
             host.cpu,
             host.cores
         ));
+    }
+    if format == Format::Markdown {
+        // An item a side; the table begins after an empty line.
+        let sides = lines.chunks(2).map(|side| format!("- {}  \n  {}", side[0], side[1].trim()));
+        lines = sides.chain([String::new()]).collect();
     }
     lines
 }

@@ -1,0 +1,208 @@
+//! The scripts and recipes for continuous integration, with a program that takes the times it is told to.
+
+#![cfg(target_os = "linux")]
+
+mod common;
+
+use std::fs;
+use std::os::unix::fs::PermissionsExt as _;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use raindrops::picture::Picture;
+use tempfile::TempDir;
+
+/// `bench` of one side writes a round of MS milliseconds, with `--rounds` ten; `render` a black picture; all else is the
+/// real program's.
+const PROGRAM: &str = r#"#!/bin/bash
+[[ "$1" = bench && "$*" != *--a-binary* || "$1" = render ]] || exec "$REAL" "$@"
+command=$1 all=$*
+while [ $# -gt 0 ]; do
+  case "$1" in --json|-o) file=$2;; --google-benchmark) echo '{}' > "$2";; esac
+  shift
+done
+[ $command = render ] && exec cp "$HERE/black.exr" "$file"
+ms=@MS@
+rounds=
+[[ "$all" = *--rounds* ]] && rounds=$(for n in 1 2 3 4 5 6 7 8 9; do printf '{"median_ms": %s.%s},' "$ms" "$n"; done)
+cat > "$file" <<END
+{"schema": "raindrops-bench/1", "environment": "sky",
+ "device": {"name": "D", "driver": "V", "driver_info": "1", "api_version": "1.3.0", "type": "CPU"},
+ "build": {"version": "0.1.0", "commit": "unknown"}, "host": {"cpu": "C", "cores": 2, "os": "O"},
+ "rows": [{"preset": "paper", "optics": "mask", "primitive": "point", "order": "unsorted", "drops": 1000,
+   "visible": 200, "width": 64, "height": 64, "tone_map": true, "samples_ms": [$ms], "median_ms": $ms,
+   "p10_ms": 1, "p90_ms": 1, "fps": 1, "rounds": [$rounds {"median_ms": $ms.5}]}]}
+END
+"#;
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn write_program(path: &Path, text: &str) {
+    fs::write(path, text).expect("a program");
+    fs::set_permissions(path, fs::Permissions::from_mode(0o755)).expect("its mode");
+}
+
+/// A folder with a black picture.
+fn folder() -> TempDir {
+    let folder = tempfile::tempdir().expect("a folder");
+    let pixels = vec![glam::Vec3::splat(0.1); 64 * 64];
+    let picture = Picture { width: 64, height: 64, pixels };
+    picture.write_exr(&folder.path().join("black.exr")).expect("a picture");
+    folder
+}
+
+fn run(command: &mut Command, folder: &Path) -> (Option<i32>, String) {
+    command.current_dir(folder).env("HERE", folder).env("REAL", env!("CARGO_BIN_EXE_raindrops"));
+    let Output { status, stdout, stderr } = command.output().expect("it starts");
+    let text = [stdout, stderr].map(|bytes| String::from_utf8_lossy(&bytes).into_owned()).concat();
+    (status.code(), text)
+}
+
+#[test]
+fn a_baseline_is_made_and_kept_and_a_slower_run_fails() {
+    let folder = folder();
+    let against = |ms: &str| {
+        write_program(&folder.path().join("program"), &PROGRAM.replace("@MS@", ms));
+        let mut command = Command::new(root().join("scripts/against-baseline.sh"));
+        command.args(["kept", "--drops", "1000"]).env("RAINDROPS", "./program");
+        run(command.env("BASELINE_RUNS", "2"), folder.path())
+    };
+    let kept = |name: &str| fs::read_to_string(folder.path().join("kept").join(name));
+    for number in [1, 2] {
+        let (status, text) = against("100");
+        assert_eq!(status, Some(0), "{text}");
+        assert!(text.contains(&format!("kept as kept/base-{number}.json")), "{text}");
+        assert!(kept("verdict.md").is_err());
+    }
+    let base = kept("base-1.json").expect("a baseline");
+    let (status, text) = against("100");
+    assert_eq!(status, Some(0), "{text}");
+    assert!(kept("verdict.md").expect("a verdict").contains(" same |"), "{text}");
+    let (status, text) = against("130");
+    assert_eq!(status, Some(1), "{text}");
+    let table = kept("verdict.md").expect("a verdict");
+    assert!(
+        table.contains(" slower |") && table.starts_with("- A: kept/base-1.json, kept/base-2.json"),
+        "{table}"
+    );
+    assert!(kept("verdict.xml").is_ok_and(|xml| xml.contains("failures=\"1\"")));
+    assert_eq!(kept("base-1.json").expect("a baseline"), base, "it changes no more");
+    // An error is no verdict: a program that cannot measure.
+    let (status, text) = against("nothing");
+    assert_eq!(status, Some(2), "{text}");
+    assert!(kept("verdict.md").is_err(), "the verdict of an earlier run is left");
+}
+
+#[test]
+fn two_commits_are_built_and_compared() {
+    let folder = folder();
+    let path = folder.path();
+    fs::create_dir_all(path.join("tree/scripts")).expect("a folder");
+    fs::create_dir(path.join("tools")).expect("a folder");
+    // A build writes the program with the time that the tree has in a file.
+    let cargo = "#!/bin/sh\n[ -f ms ] || exit 101\nmkdir -p \"$CARGO_TARGET_DIR/release\"\n\
+        sed \"s/@MS@/$(cat ms)/\" \"$HERE/template\" > \"$CARGO_TARGET_DIR/release/raindrops\"\n\
+        chmod +x \"$CARGO_TARGET_DIR/release/raindrops\"\n";
+    write_program(&path.join("tools/cargo"), cargo);
+    fs::write(path.join("template"), PROGRAM).expect("a file");
+    let tree = path.join("tree");
+    write_program(&tree.join("scripts/setup.sh"), "#!/bin/sh\n");
+    fs::copy(root().join("scripts/verdict.sh"), tree.join("scripts/verdict.sh")).expect("a script");
+    let git = |arguments: &[&str]| {
+        let mut command = Command::new("git");
+        command.args(["-c", "user.name=n", "-c", "user.email=e@example.org"]).args(arguments);
+        let (status, text) = run(&mut command, &tree);
+        assert_eq!(status, Some(0), "{text}");
+    };
+    git(&["init", "-q"]);
+    fs::write(tree.join(".gitignore"), "/target\n/out\n").expect("a file");
+    git(&["add", "."]);
+    git(&["commit", "-qm", "nothing to build"]);
+    for ms in ["100", "130"] {
+        fs::write(tree.join("ms"), ms).expect("a file");
+        git(&["add", "."]);
+        git(&["commit", "-qm", ms]);
+    }
+    let tools =
+        format!("{}:{}", path.join("tools").display(), std::env::var("PATH").expect("a path"));
+    let verdict = |arguments: &[&str]| {
+        let mut command = Command::new("../tree/scripts/verdict.sh");
+        command.args(arguments).env("PATH", &tools);
+        let found = run(&mut command, &tree);
+        assert!(!tree.join("target/verdict/base").exists(), "its tree is left: {}", found.1);
+        found
+    };
+    // `HERE` is the folder above the tree.
+    std::os::unix::fs::symlink(path.join("black.exr"), tree.join("black.exr")).expect("a link");
+    std::os::unix::fs::symlink(path.join("template"), tree.join("template")).expect("a link");
+    let (status, text) = verdict(&["HEAD~1", "--drops", "1000", "--fail-above", "10%"]);
+    assert_eq!(status, Some(1), "{text}");
+    for (name, words) in [
+        ("md", " slower |"),
+        ("json", "\"slower\""),
+        ("xml", "failures=\"1\""),
+        ("html", "</html>"),
+    ] {
+        let file = tree.join("out/verdict/verdict").with_extension(name);
+        let found = fs::read_to_string(file).expect("a result");
+        assert!(found.contains(words), "{name}: {found}");
+    }
+    let (status, text) = verdict(&["HEAD", "--drops", "1000", "--fail-above", "10%"]);
+    assert_eq!(status, Some(0), "{text}");
+    let (status, text) = verdict(&["HEAD~2"]);
+    assert!(status == Some(2) && text.contains("base does not build"), "{text}");
+    let (status, text) = verdict(&["nowhere"]);
+    assert!(status == Some(2) && text.contains("no commit 'nowhere' here"), "{text}");
+    let (status, text) = verdict(&[]);
+    assert!(status == Some(2) && text.contains("scripts/verdict.sh origin/main"), "{text}");
+}
+
+/// What a recipe runs is there, and takes the options that it gives.
+#[test]
+fn recipes_name_what_there_is() {
+    let help = Command::new(env!("CARGO_BIN_EXE_raindrops")).args(["bench", "--help"]).output();
+    let help = String::from_utf8(help.expect("it starts").stdout).expect("text");
+    let (mut recipes, mut checked): (Vec<PathBuf>, usize) = (vec![root().join("Containerfile")], 0);
+    for folder in [".github/workflows", "docs/ci"] {
+        let entries = fs::read_dir(root().join(folder)).expect(folder);
+        recipes.extend(entries.map(|entry| entry.expect("an entry").path()));
+    }
+    for path in recipes {
+        let text = fs::read_to_string(&path).expect("a recipe");
+        let place = path.display();
+        let words: Vec<&str> = text.split_whitespace().collect();
+        for word in words.iter().filter(|word| word.starts_with("scripts/") || **word == ".ci/run")
+        {
+            let mode = fs::metadata(root().join(word)).map(|found| found.permissions().mode());
+            assert!(
+                mode.is_ok_and(|mode| mode & 0o111 != 0),
+                "{place}: there is no program {word}"
+            );
+            checked += 1;
+        }
+        // From the command to the end of its lines.
+        for command in ["scripts/verdict.sh ", "--entrypoint against-baseline ", "raindrops bench "]
+        {
+            for (at, _) in text.match_indices(command) {
+                let indent = |line: &str| line.len() - line.trim_start().len();
+                let first = text[..at].rfind('\n').map_or(0, |end| end + 1);
+                let mut lines = text[first..].lines();
+                let depth = lines.next().map(indent).expect("a line");
+                let rest =
+                    lines.take_while(|line| indent(line) == depth && line.trim().starts_with("--"));
+                let own = text[at + command.len()..].lines().next().expect("a line");
+                for option in std::iter::once(own)
+                    .chain(rest.skip_while(|line| line.contains(command)))
+                    .flat_map(str::split_whitespace)
+                    .filter(|word| word.starts_with("--"))
+                {
+                    assert!(help.contains(&format!("{option} ")), "{place}: bench has no {option}");
+                    checked += 1;
+                }
+            }
+        }
+    }
+    assert!(checked >= 15, "only {checked} words were looked at");
+}
