@@ -64,12 +64,12 @@ pub fn weather() -> Result<StudyScene> {
     let sky = Environment::bundled()?;
     let veiled = clipped(&sky, "veiled sky", 30.0 * sky.mean_luminance() as f32)?;
     let rain = RealRain { extent: 40.0, shape: DropShape::Sphere, ..RealRain::default() };
-    let mut scene = Scene { rain: Some(RainSettings::of(rain)), ..square(320) };
-    scene.camera.vertical_fov = 20.0;
+    let mut scene = Scene { rain: Some(RainSettings::of(rain)), ..square(192) };
+    scene.camera.vertical_fov = 12.0;
     scene.camera.target = DVec3::new(0.0, 0.1, -1.0);
     Ok(StudyScene {
         name: "weather".into(),
-        asks: "real rain of 25 mm/h, five million drops",
+        asks: "real rain of 25 mm/h, two million drops",
         frames: vec![scene],
         environment: veiled,
     })
