@@ -70,7 +70,8 @@ fn build() -> Result<(), Box<dyn std::error::Error>> {
                 constants,
                 "/// `glsl/{name}`, compiled.\n\
                  pub const {constant}{suffix}: &Shader = \
-                 &Shader {{ name: \"{name}\", define: {define:?}, words: &{words:?} }};"
+                 // SAFETY: the compiler's.\n\
+                 &unsafe {{ Shader::new(\"{name}\", {define:?}, &{words:?}) }};"
             )?;
             write!(all, "{constant}{suffix}, ")?;
         }

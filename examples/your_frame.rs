@@ -81,10 +81,16 @@ fn main() -> raindrops::Result<()> {
             (vk::ImageLayout::TRANSFER_SRC_OPTIMAL, vk::ImageLayout::TRANSFER_DST_OPTIMAL);
         // SAFETY: both images are in these layouts, and the regions lie within them.
         unsafe {
-            device.raw().cmd_clear_color_image(commands, target.raw(), destination, &grey, &whole);
+            device.raw().cmd_clear_color_image(
+                commands.raw(),
+                target.raw(),
+                destination,
+                &grey,
+                &whole,
+            );
             image_barrier(device, commands, &target, to, to);
             device.raw().cmd_blit_image(
-                commands,
+                commands.raw(),
                 rain.raw(),
                 source,
                 target.raw(),
@@ -99,7 +105,7 @@ fn main() -> raindrops::Result<()> {
         // SAFETY: the buffer holds the image, which is in this layout.
         unsafe {
             device.raw().cmd_copy_image_to_buffer(
-                commands,
+                commands.raw(),
                 target.raw(),
                 source,
                 read.raw(),

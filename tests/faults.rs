@@ -28,11 +28,19 @@ static FAILS: AtomicUsize = AtomicUsize::new(0);
 /// The call that fails loses the device: every one after it fails as well.
 static LOSES: AtomicBool = AtomicBool::new(false);
 static LAST: Mutex<&str> = Mutex::new("");
+/// A function whose next call fails; empty: none.
+static NEXT: Mutex<&str> = Mutex::new("");
 /// One test at a time: the counters are the process's.
 static ALONE: Mutex<()> = Mutex::new(());
 
 /// Whether this call fails, and with what.
 fn fault(name: &'static str, waits: bool) -> Option<vk::Result> {
+    let mut next = NEXT.lock().unwrap_or_else(PoisonError::into_inner);
+    if *next == name {
+        *next = "";
+        return Some(vk::Result::ERROR_OUT_OF_HOST_MEMORY);
+    }
+    drop(next);
     let number = CALLS.fetch_add(1, SeqCst) + 1;
     let fails = FAILS.load(SeqCst);
     if LOSES.load(SeqCst) {
@@ -236,4 +244,41 @@ fn a_lost_device_is_an_error_and_frees_everything() {
     }
     LOSES.store(false, SeqCst);
     instance.expect_silence().expect("nothing was freed in use");
+}
+
+/// Commands that are recorded and thrown away leave nothing behind: no sky of a view that was never drawn, no
+/// timestamps that are waited for, no report.
+#[test]
+fn a_frame_that_is_not_submitted_changes_nothing() {
+    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
+    LOSES.store(false, SeqCst);
+    let instance = instance();
+    let device = Device::open(&instance, common::chosen(&instance)).expect("a device");
+    let environment = common::painted(64, |d| (2.0 * d).as_vec3().exp());
+    for preset in [Preset::Fast, Preset::Paper] {
+        let first = scene(preset);
+        let mut turned = first.clone();
+        turned.camera.target = glam::DVec3::new(1.0, 0.3, -0.5);
+        let plan = plan(&first, &environment, Output::Display).expect("a plan");
+        let make = || Renderer::new(&device, &first, &environment, &plan).expect("a renderer");
+        let mut fresh = make();
+        fresh.submit(&turned).expect("a frame");
+        let expected = fresh.read_radiance().expect("radiance");
+        let mut renderer = make();
+        for _ in 0..2 {
+            renderer.submit(&first).expect("a frame");
+            let report = renderer.finish().expect("a report");
+            *NEXT.lock().unwrap_or_else(PoisonError::into_inner) = "vkQueueSubmit2";
+            assert!(renderer.submit(&turned).is_err(), "{preset}: it was submitted");
+            let again = renderer.finish().expect("a report");
+            assert_eq!(again.counts, report.counts, "{preset}: the last frame's report stays");
+            renderer.submit(&turned).expect("a frame");
+            assert!(renderer.read_radiance().expect("radiance") == expected, "{preset}");
+        }
+        // The control.
+        renderer.submit(&first).expect("a frame");
+        assert!(renderer.read_radiance().expect("radiance") != expected);
+    }
+    drop(device);
+    instance.expect_silence().expect("silence");
 }

@@ -63,8 +63,8 @@ fn directions_on_gpu(device: &std::sync::Arc<Device>, sphere: [f32; 4]) -> Vec<[
              outs[2u * at + 1u] = vec4(transmitted(e), b);
          }}"
     ));
-    let shader =
-        Shader { name: "directions", define: None, words: Box::leak(words.into_boxed_slice()) };
+    // SAFETY: the compiler made it, for these bindings.
+    let shader = unsafe { Shader::new("directions", None, Box::leak(words.into_boxed_slice())) };
     let count = (EDGE * EDGE) as usize;
     let usage = ash::vk::BufferUsageFlags::STORAGE_BUFFER;
     let out = Buffer::new(device, "directions", 32 * count as u64, usage, Memory::Readback)

@@ -244,7 +244,7 @@ fn compile(tree: &Path, folder: &Path, mutant: &Mutant) {
         let words = compiler
             .compile(shader.name, shader.define)
             .unwrap_or_else(|error| panic!("'{}': {error}", mutant.name));
-        if words != shader.words {
+        if words != shader.words() {
             let file = common::shader_file(shader.name, shader.define);
             let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
             fs::write(folder.join(file), bytes).expect("SPIR-V");

@@ -58,7 +58,7 @@ fn wrong_usage_is_named() {
         Commands::once(device, "canary", |commands| {
             let region = [vk::BufferCopy { src_offset: 0, dst_offset: 0, size: 64 }];
             // SAFETY: drivers copy between such buffers all the same; only the usage is undeclared.
-            unsafe { device.raw().cmd_copy_buffer(commands, from.raw(), to.raw(), &region) };
+            unsafe { device.raw().cmd_copy_buffer(commands.raw(), from.raw(), to.raw(), &region) };
         })
         .expect("a copy");
     });
@@ -76,7 +76,7 @@ fn two_fills(with_barrier: bool) -> Option<String> {
             for value in [1, 2] {
                 // SAFETY: the buffer is alive; the order of the fills matters to nobody.
                 unsafe {
-                    device.raw().cmd_fill_buffer(commands, buffer.raw(), 0, 64, value);
+                    device.raw().cmd_fill_buffer(commands.raw(), buffer.raw(), 0, 64, value);
                 }
                 if with_barrier {
                     let write = [Use::TransferWrite];
@@ -108,7 +108,9 @@ fn two_dispatches(with_barrier: bool) -> Option<String> {
         // order_large.comp reads its slots 0 to 2 and writes 3 and 4.
         for (set, order) in [[0, 1, 2, 3, 4], [3, 1, 2, 0, 4]].iter().enumerate() {
             for (number, buffer) in (0..).zip(order) {
-                bindings.write(set, number, &Resource::Buffer(&buffers[*buffer])).expect("a set");
+                // SAFETY: no commands have it yet.
+                unsafe { bindings.write(set, number, &Resource::Buffer(&buffers[*buffer])) }
+                    .expect("a set");
             }
         }
         let pipeline = ComputePipeline::new(device, shaders::ORDER_LARGE_COMP, &bindings, 0, &[1])
@@ -130,4 +132,65 @@ fn missing_barrier_between_dispatches_is_a_hazard() {
     let said = two_dispatches(false).expect("a read after a write must be told");
     assert!(said.contains("SYNC-HAZARD-READ-AFTER-WRITE"), "{said}");
     assert_eq!(two_dispatches(true), None, "with the barrier there is no hazard");
+}
+
+/// Whoever drops something need not wait: neither for commands that are yet to be submitted, nor for the queue.
+#[test]
+fn what_is_dropped_in_use_is_freed_later() {
+    let said = complaint(|device| {
+        use vk::BufferUsageFlags as Usage;
+        let before = device.allocated_bytes();
+        let mut commands = Commands::new(device, "canary").expect("commands");
+        let recorder = commands.begin().expect("a recording");
+        let usage = Usage::TRANSFER_DST | Usage::STORAGE_BUFFER;
+        let buffer = Buffer::new(device, "canary", 1 << 20, usage, Memory::Device).expect("room");
+        // SAFETY: the buffer has that usage.
+        unsafe { device.raw().cmd_fill_buffer(recorder.raw(), buffer.raw(), 0, 1 << 20, 1) };
+        memory_barrier(device, recorder, &[Use::TransferWrite], &[Use::ComputeWrite]);
+        // A set keeps what it holds, and a pipeline stays with its device.
+        let slots: Vec<_> =
+            [&buffer; 5].map(|b| (Binding::STORAGE_BUFFER, Resource::Buffer(b))).into();
+        let bindings = Bindings::of(device, "canary", &slots).expect("a set");
+        drop(buffer);
+        let pipeline = ComputePipeline::new(device, shaders::ORDER_LARGE_COMP, &bindings, 0, &[1]);
+        pipeline.expect("a pipeline").dispatch(recorder, &bindings, 0, &[], [1, 1, 1]);
+        drop(bindings);
+        assert!(device.allocated_bytes() > before, "it is in use");
+        commands.submit().expect("submitted");
+        commands.wait().expect("done");
+        assert_eq!(device.allocated_bytes(), before, "it is freed");
+
+        // Nor does a recording that is thrown away hold anything for good.
+        commands.begin().expect("a recording");
+        drop(Buffer::new(device, "canary", 1 << 20, usage, Memory::Device).expect("room"));
+        assert!(device.allocated_bytes() > before);
+        commands.begin().expect("another");
+        assert_eq!(device.allocated_bytes(), before);
+
+        // Frames under way, of a renderer that is gone.
+        common::frame(device, raindrops::scene::model::Preset::Fast);
+        drop(commands);
+        assert_eq!(device.allocated_bytes(), before);
+    });
+    assert_eq!(said, None);
+}
+
+/// A report only says which device is meant: what is changed in it, or of another instance, is not believed.
+#[test]
+fn a_report_is_not_believed() {
+    let (instance, other) = (common::validated_instance(), common::validated_instance());
+    let honest = common::chosen(&instance);
+    let mut forged = honest.clone();
+    forged.limits.max_image_dimension2_d = u32::MAX;
+    forged.max_allocation = u64::MAX;
+    forged.missing = vec!["everything"];
+    let device = Device::open(&instance, forged).expect("the device as it is");
+    assert_eq!(device.report.limits.max_image_dimension2_d, honest.limits.max_image_dimension2_d);
+    assert_eq!(device.report.max_allocation, honest.max_allocation);
+    let Err(error) = Device::open(&other, honest) else { panic!("it is of another instance") };
+    assert!(error.to_string().contains("another instance"), "{error}");
+    drop(device);
+    for instance in [instance, other] {
+        instance.expect_silence().expect("silence");
+    }
 }

@@ -2,7 +2,7 @@
 
 use ash::vk::{self, AccessFlags2 as Access, ImageLayout as Layout, PipelineStageFlags2 as Stage};
 
-use super::{Device, Image};
+use super::{Device, Image, Recorder};
 
 /// What a resource is used for: its stages, accesses and, for an image, its layout.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -102,7 +102,7 @@ fn join(uses: &[Use]) -> (Stage, Access) {
 }
 
 /// Makes every buffer that was used as any of `before` ready for any use in `after`.
-pub fn memory_barrier(device: &Device, commands: vk::CommandBuffer, before: &[Use], after: &[Use]) {
+pub fn memory_barrier(device: &Device, commands: Recorder<'_>, before: &[Use], after: &[Use]) {
     let ((src_stage, src_access), (dst_stage, dst_access)) = (join(before), join(after));
     let barrier = [vk::MemoryBarrier2::default()
         .src_stage_mask(src_stage)
@@ -111,14 +111,14 @@ pub fn memory_barrier(device: &Device, commands: vk::CommandBuffer, before: &[Us
         .dst_access_mask(dst_access)];
     let info = vk::DependencyInfo::default().memory_barriers(&barrier);
     // SAFETY: the command buffer is being recorded, outside of any rendering.
-    unsafe { device.raw.cmd_pipeline_barrier2(commands, &info) };
+    unsafe { device.raw.cmd_pipeline_barrier2(commands.raw(), &info) };
 }
 
 /// Makes every level and layer of an image that was used as `before` ready for `after`, in the
 /// layout that it needs there.
 pub fn image_barrier(
     device: &Device,
-    commands: vk::CommandBuffer,
+    commands: Recorder<'_>,
     image: &Image,
     before: Use,
     after: Use,
@@ -129,7 +129,7 @@ pub fn image_barrier(
 /// As [`image_barrier`], after any of several uses, whose content is lost.
 pub fn image_discard(
     device: &Device,
-    commands: vk::CommandBuffer,
+    commands: Recorder<'_>,
     image: &Image,
     before: &[Use],
     after: Use,
@@ -139,7 +139,7 @@ pub fn image_discard(
 
 fn transition(
     device: &Device,
-    commands: vk::CommandBuffer,
+    commands: Recorder<'_>,
     image: &Image,
     before: &[Use],
     old: Layout,
@@ -163,5 +163,5 @@ fn transition(
         )];
     let info = vk::DependencyInfo::default().image_memory_barriers(&barrier);
     // SAFETY: the command buffer is being recorded, outside of any rendering.
-    unsafe { device.raw.cmd_pipeline_barrier2(commands, &info) };
+    unsafe { device.raw.cmd_pipeline_barrier2(commands.raw(), &info) };
 }

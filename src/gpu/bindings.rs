@@ -3,11 +3,13 @@
 //! Plain sets rather than push descriptors: SwiftShader has none, and nothing here is rebound
 //! within a frame.
 
-use std::sync::Arc;
+use std::any::Any;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use ash::vk;
 
-use super::{Buffer, Device, Image, Named, Sampler, Texels};
+use super::retired::Object;
+use super::{Buffer, Device, Image, Named, Recorder, Sampler, Texels};
 use crate::{Error, Result};
 
 /// One slot of a set: the binding number is its index in the list.
@@ -29,12 +31,31 @@ pub enum Resource<'a> {
     SampledLevel(&'a Image, u32, &'a Sampler),
 }
 
-/// A layout and one or more sets of it.
+/// Keeps something of the device.
+type Held = Arc<dyn Any + Send + Sync>;
+
+impl Resource<'_> {
+    /// What must live as long as a set with it.
+    fn held(&self) -> [Option<Held>; 2] {
+        match *self {
+            Self::Buffer(buffer) | Self::Range(buffer, ..) => [Some(buffer.held.clone()), None],
+            Self::Texels(texels) => [Some(texels.held.clone()), None],
+            Self::Storage(image, _) => [Some(image.held.clone()), None],
+            Self::Sampled(image, sampler) | Self::SampledLevel(image, _, sampler) => {
+                [Some(image.held.clone()), Some(sampler.held.clone())]
+            }
+        }
+    }
+}
+
+/// A layout and one or more sets of it, which keep what they hold.
 pub struct Bindings {
     pub(super) layout: vk::DescriptorSetLayout,
     pool: vk::DescriptorPool,
     sets: Vec<vk::DescriptorSet>,
     pub(super) kinds: Vec<Binding>,
+    /// What each slot of each set holds.
+    held: Mutex<Vec<[Option<Held>; 2]>>,
     device: Arc<Device>,
 }
 
@@ -49,6 +70,7 @@ impl Bindings {
             pool: vk::DescriptorPool::null(),
             sets: Vec::new(),
             kinds: slots.to_vec(),
+            held: Mutex::new(vec![[None, None]; slots.len() * count as usize]),
             device: device.clone(),
         };
         let layout_bindings: Vec<_> = (0u32..)
@@ -98,16 +120,20 @@ impl Bindings {
         let kinds: Vec<_> = slots.iter().map(|(kind, _)| *kind).collect();
         let bindings = Self::new(device, name, &kinds, 1)?;
         for (number, (_, resource)) in (0..).zip(slots) {
-            bindings.write(0, number, resource)?;
+            // SAFETY: no commands have it yet.
+            unsafe { bindings.write(0, number, resource)? };
         }
         Ok(bindings)
     }
 
-    /// Fills slot `number` of set `index`. The set must not be in use by the device.
+    /// Fills slot `number` of set `index`.
     ///
     /// # Errors
     /// [`Error::Limit`] if a storage buffer is bound whole that is longer than a binding may be.
-    pub fn write(&self, index: usize, number: u32, resource: &Resource<'_>) -> Result<()> {
+    ///
+    /// # Safety
+    /// The set must not be in use: neither by the device, nor by commands that are yet to be submitted.
+    pub unsafe fn write(&self, index: usize, number: u32, resource: &Resource<'_>) -> Result<()> {
         let kind = self.kinds[number as usize];
         let write = vk::WriteDescriptorSet::default()
             .dst_set(self.sets[index])
@@ -161,13 +187,15 @@ impl Bindings {
         };
         // SAFETY: the resources are alive, and by contract the set is not in use.
         unsafe { self.device.raw.update_descriptor_sets(&[write], &[]) };
+        let slot = index * self.kinds.len() + number as usize;
+        self.held.lock().unwrap_or_else(PoisonError::into_inner)[slot] = resource.held();
         Ok(())
     }
 
     /// Binds set `index` at `bind_point`.
     pub(super) fn bind(
         &self,
-        commands: vk::CommandBuffer,
+        commands: Recorder<'_>,
         bind_point: vk::PipelineBindPoint,
         layout: vk::PipelineLayout,
         index: usize,
@@ -175,7 +203,7 @@ impl Bindings {
         // SAFETY: the layout was made from this set's layout; the command buffer is recorded.
         unsafe {
             self.device.raw.cmd_bind_descriptor_sets(
-                commands,
+                commands.raw(),
                 bind_point,
                 layout,
                 0,
@@ -188,10 +216,7 @@ impl Bindings {
 
 impl Drop for Bindings {
     fn drop(&mut self) {
-        // SAFETY: owners wait for the device before they drop what it uses; null is ignored.
-        unsafe {
-            self.device.raw.destroy_descriptor_pool(self.pool, None);
-            self.device.raw.destroy_descriptor_set_layout(self.layout, None);
-        }
+        let layout = Object::DescriptorSetLayout(self.layout);
+        self.device.retire([Object::DescriptorPool(self.pool), layout]);
     }
 }

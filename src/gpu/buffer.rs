@@ -6,6 +6,7 @@ use ash::vk;
 use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
 
+use super::retired::Object;
 use super::{Commands, Device, Named};
 use crate::{Error, Result};
 
@@ -20,11 +21,17 @@ pub enum Memory {
     Readback,
 }
 
-/// A buffer with its memory; freed with it.
+/// A buffer with its memory. Both are freed when neither this, nor a set or view of it, nor commands need them.
 pub struct Buffer {
     pub(super) raw: vk::Buffer,
     /// Size in bytes.
     pub size: u64,
+    pub(super) held: Arc<BufferMemory>,
+}
+
+/// What is freed with a buffer.
+pub(super) struct BufferMemory {
+    raw: vk::Buffer,
     allocation: Option<Allocation>,
     device: Arc<Device>,
 }
@@ -47,7 +54,7 @@ impl Buffer {
         let info = vk::BufferCreateInfo::default().size(size).usage(usage);
         // SAFETY: `info` is valid; the handle is owned by the value made here.
         let raw = unsafe { device.raw.create_buffer(&info, None) }.named("vkCreateBuffer", name)?;
-        let mut buffer = Self { raw, size, allocation: None, device: device.clone() };
+        let mut held = BufferMemory { raw, allocation: None, device: device.clone() };
         device.name(raw, name);
         // SAFETY: the buffer was just made.
         let requirements = unsafe { device.raw.get_buffer_memory_requirements(raw) };
@@ -73,9 +80,9 @@ impl Buffer {
         // SAFETY: memory of the buffer's own requirements, bound once.
         let bound =
             unsafe { device.raw.bind_buffer_memory(raw, allocation.memory(), allocation.offset()) };
-        buffer.allocation = Some(allocation);
+        held.allocation = Some(allocation);
         bound.named("vkBindBufferMemory", name)?;
-        Ok(buffer)
+        Ok(Self { raw, size, held: Arc::new(held) })
     }
 
     /// A host-visible buffer that holds `values`.
@@ -110,7 +117,7 @@ impl Buffer {
         Commands::once(device, name, |commands| {
             let region = [vk::BufferCopy { src_offset: 0, dst_offset: 0, size: staging.size }];
             // SAFETY: both buffers are that large; the copy is waited for.
-            unsafe { device.raw.cmd_copy_buffer(commands, staging.raw, buffer.raw, &region) };
+            unsafe { device.raw.cmd_copy_buffer(commands.raw(), staging.raw, buffer.raw, &region) };
         })?;
         Ok(buffer)
     }
@@ -126,9 +133,15 @@ impl Buffer {
     /// If the buffer is not host-visible or too small: a mistake of the caller.
     pub fn write<T: bytemuck::Pod>(&mut self, offset: usize, values: &[T]) {
         let bytes: &[u8] = bytemuck::cast_slice(values);
-        let mapped = self.allocation.as_mut().and_then(Allocation::mapped_slice_mut);
-        mapped.expect("the buffer is host-visible")[offset..offset + bytes.len()]
-            .copy_from_slice(bytes);
+        let allocation = self.held.allocation.as_ref().expect("it has memory");
+        let end = offset.checked_add(bytes.len()).expect("within memory");
+        assert!(end as u64 <= self.size, "the buffer has room");
+        let mapped = allocation.mapped_ptr().expect("the buffer is host-visible").as_ptr();
+        // SAFETY: the memory is mapped, the bytes are within it, and `self` alone writes it from here.
+        unsafe {
+            let to = mapped.cast::<u8>().add(offset);
+            std::ptr::copy_nonoverlapping(bytes.as_ptr(), to, bytes.len());
+        }
     }
 
     /// The first `count` values of a host-visible buffer.
@@ -136,19 +149,15 @@ impl Buffer {
     /// # Panics
     /// If the buffer is not host-visible or too small: a mistake of the caller.
     pub fn read<T: bytemuck::Pod>(&self, count: usize) -> Vec<T> {
-        let mapped = self.allocation.as_ref().and_then(Allocation::mapped_slice);
+        let mapped = self.held.allocation.as_ref().and_then(Allocation::mapped_slice);
         let bytes = &mapped.expect("the buffer is host-visible")[..count * size_of::<T>()];
         bytemuck::pod_collect_to_vec(bytes)
     }
 }
 
-impl Drop for Buffer {
+impl Drop for BufferMemory {
     fn drop(&mut self) {
-        // SAFETY: owners wait for the device before they drop what it uses.
-        unsafe { self.device.raw.destroy_buffer(self.raw, None) };
-        if let Some(allocation) = self.allocation.take() {
-            // Freeing fails only for memory of another allocator.
-            let _ = self.device.allocator().free(allocation);
-        }
+        let memory = self.allocation.take().map(Object::Memory);
+        self.device.retire([Object::Buffer(self.raw)].into_iter().chain(memory));
     }
 }

@@ -1,5 +1,7 @@
 //! One command buffer that is recorded, submitted and waited for, over and over.
 
+use std::marker::PhantomData;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, PoisonError};
 
 use ash::vk;
@@ -13,7 +15,24 @@ pub struct Commands {
     raw: vk::CommandBuffer,
     timeline: vk::Semaphore,
     submitted: u64,
+    /// Ticket of what is being recorded (`retired.rs`), and of what is submitted; 0: none.
+    recording: u64,
+    pending: AtomicU64,
     device: Arc<Device>,
+}
+
+/// Commands that are being recorded, as long as they may be.
+#[derive(Clone, Copy)]
+pub struct Recorder<'a> {
+    raw: vk::CommandBuffer,
+    of: PhantomData<&'a mut Commands>,
+}
+
+impl Recorder<'_> {
+    /// The raw handle.
+    pub fn raw(self) -> vk::CommandBuffer {
+        self.raw
+    }
 }
 
 impl Commands {
@@ -27,6 +46,8 @@ impl Commands {
             raw: vk::CommandBuffer::null(),
             timeline: vk::Semaphore::null(),
             submitted: 0,
+            recording: 0,
+            pending: AtomicU64::new(0),
             device: device.clone(),
         };
         let info = vk::CommandPoolCreateInfo::default()
@@ -56,11 +77,7 @@ impl Commands {
     ///
     /// # Errors
     /// [`crate::Error::Vulkan`] if making, recording, submitting or waiting fails, as for a lost device.
-    pub fn once(
-        device: &Arc<Device>,
-        name: &str,
-        record: impl FnOnce(vk::CommandBuffer),
-    ) -> Result<()> {
+    pub fn once(device: &Arc<Device>, name: &str, record: impl FnOnce(Recorder<'_>)) -> Result<()> {
         let mut commands = Self::new(device, name)?;
         record(commands.begin()?);
         let _long_job = device.long_job();
@@ -72,8 +89,10 @@ impl Commands {
     ///
     /// # Errors
     /// [`crate::Error::Vulkan`] if waiting fails, as for a lost device, or recording cannot begin.
-    pub fn begin(&mut self) -> Result<vk::CommandBuffer> {
+    pub fn begin(&mut self) -> Result<Recorder<'_>> {
         self.wait()?;
+        // What was recorded and never submitted is thrown away.
+        self.device.close_ticket(std::mem::replace(&mut self.recording, self.device.open_ticket()));
         let info = vk::CommandBufferBeginInfo::default()
             .flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
         // SAFETY: the buffer is not in use: its last submission was waited for.
@@ -87,7 +106,7 @@ impl Commands {
                 .begin_command_buffer(self.raw, &info)
                 .named("vkBeginCommandBuffer", "the frame")?;
         }
-        Ok(self.raw)
+        Ok(Recorder { raw: self.raw, of: PhantomData })
     }
 
     /// Ends recording and hands the work to the queue.
@@ -127,6 +146,7 @@ impl Commands {
             .named("vkQueueSubmit2", &self.device.report.name)?;
         drop(queue);
         self.submitted += 1;
+        self.pending.store(std::mem::take(&mut self.recording), Ordering::Relaxed);
         Ok(())
     }
 
@@ -143,18 +163,25 @@ impl Commands {
         let info = vk::SemaphoreWaitInfo::default().semaphores(&semaphores).values(&values);
         // SAFETY: the semaphore is alive and will be signalled with this value.
         unsafe { self.device.raw.wait_semaphores(&info, u64::MAX) }
-            .named("vkWaitSemaphores", &self.device.report.name)
+            .named("vkWaitSemaphores", &self.device.report.name)?;
+        self.device.close_ticket(self.pending.swap(0, Ordering::Relaxed));
+        Ok(())
     }
 }
 
 impl Drop for Commands {
     fn drop(&mut self) {
         // A lost device cannot be waited for; its objects are destroyed all the same.
-        let _ = self.wait();
+        if self.wait().is_err() {
+            let _ = self.device.wait_idle();
+        }
         // SAFETY: the last submission is done (or the device lost).
         unsafe {
             self.device.raw.destroy_semaphore(self.timeline, None);
             self.device.raw.destroy_command_pool(self.pool, None);
+        }
+        for ticket in [self.recording, self.pending.load(Ordering::Relaxed)] {
+            self.device.close_ticket(ticket);
         }
     }
 }

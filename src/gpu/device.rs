@@ -10,13 +10,16 @@ use ash::{ext, khr, vk};
 use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
 
 use super::pipeline::Pipelines;
-use super::{Instance, Named, PipelineKey, Shader, pipeline_cache};
+use super::retired::Retired;
+use super::{Instance, Named, PipelineKey, Recorder, Shader, pipeline_cache};
 use crate::{Error, Result};
 
 /// What a device is and can do, as it says itself.
 #[derive(Clone, Debug)]
 pub struct DeviceReport {
     pub(super) physical: vk::PhysicalDevice,
+    /// Number of the instance that it is of.
+    instance: u64,
     /// Device name.
     pub name: String,
     /// Driver name, such as `llvmpipe` or `NVIDIA`.
@@ -116,6 +119,7 @@ pub struct Device {
     pub(super) pipeline_cache: vk::PipelineCache,
     pipelines_made: Mutex<Pipelines>,
     made: Mutex<MadeCounts>,
+    pub(super) retired: Mutex<Retired>,
     replaced_shaders: Mutex<ReplacedShaders>,
     long_jobs: AtomicUsize,
     /// What the device says of itself.
@@ -218,6 +222,7 @@ impl Instance {
         let text = |name: Result<&CStr, _>| name.unwrap_or(c"?").to_string_lossy().into_owned();
         DeviceReport {
             physical,
+            instance: self.number,
             name: text(base.device_name_as_c_str()),
             driver: text(driver.driver_name_as_c_str()),
             driver_info: text(driver.driver_info_as_c_str()),
@@ -290,18 +295,49 @@ impl Device {
     /// Opens the device that `report` describes.
     ///
     /// # Errors
-    /// Those of [`Device::open_with_pipelines`].
+    /// [`Error::DeviceNotFound`] if the report is of another instance; [`Error::DeviceLacks`] if it misses a feature
+    /// or, under an instance for windows, the swapchain; [`Error::Memory`] if no allocator can be made for it;
+    /// [`Error::Vulkan`] if the driver refuses.
     pub fn open(instance: &Arc<Instance>, report: DeviceReport) -> Result<Arc<Self>> {
-        Self::open_with_pipelines(instance, report, &[])
+        // SAFETY: nothing is given.
+        unsafe { Self::open_with_pipelines(instance, report, &[]) }
     }
 
     /// As [`Device::open`], with pipelines that [`Device::pipelines`] gave in an earlier run: what is
     /// among them need not be compiled again.
     ///
     /// # Errors
-    /// [`Error::DeviceLacks`] if it misses a feature or, under an instance for windows, the swapchain;
-    /// [`Error::Memory`] if no allocator can be made for it; [`Error::Vulkan`] if the driver refuses.
-    pub fn open_with_pipelines(
+    /// Those of [`Device::open`].
+    ///
+    /// # Safety
+    /// Drivers trust the pipelines: they must come from this device and its driver, unchanged.
+    pub unsafe fn open_with_pipelines(
+        instance: &Arc<Instance>,
+        report: DeviceReport,
+        pipelines: &[u8],
+    ) -> Result<Arc<Self>> {
+        if report.instance != instance.number {
+            return Err(Error::DeviceNotFound {
+                wanted: report.name,
+                found: "those of another instance".into(),
+            });
+        }
+        // What was changed in the report says nothing of the device.
+        let report = instance.report(report.physical);
+        // SAFETY: by contract; the report is the instance's own.
+        unsafe { Self::open_as(instance, report, pipelines) }
+    }
+
+    /// As [`Device::open_with_pipelines`], and takes the device for what the report says.
+    ///
+    /// # Errors
+    /// Those of [`Device::open`].
+    ///
+    /// # Safety
+    /// That of [`Device::open_with_pipelines`]. The report is of this instance, and says of the device no more than it
+    /// takes.
+    #[doc(hidden)]
+    pub unsafe fn open_as(
         instance: &Arc<Instance>,
         report: DeviceReport,
         pipelines: &[u8],
@@ -391,6 +427,7 @@ impl Device {
             pipeline_cache,
             pipelines_made: Mutex::default(),
             made: Mutex::default(),
+            retired: Mutex::default(),
             replaced_shaders: Mutex::default(),
             long_jobs: AtomicUsize::new(0),
             report,
@@ -450,18 +487,18 @@ impl Device {
     }
 
     /// Opens or closes a named region in the command buffer, for captures.
-    pub(super) fn begin_label(&self, commands: vk::CommandBuffer, name: &str) {
+    pub(super) fn begin_label(&self, commands: Recorder<'_>, name: &str) {
         let Some(debug_utils) = &self.debug_utils else { return };
         let Ok(name) = std::ffi::CString::new(name) else { return };
         let label = vk::DebugUtilsLabelEXT::default().label_name(&name);
         // SAFETY: the command buffer is being recorded; the name outlives the call.
-        unsafe { debug_utils.cmd_begin_debug_utils_label(commands, &label) };
+        unsafe { debug_utils.cmd_begin_debug_utils_label(commands.raw(), &label) };
     }
 
-    pub(super) fn end_label(&self, commands: vk::CommandBuffer) {
+    pub(super) fn end_label(&self, commands: Recorder<'_>) {
         if let Some(debug_utils) = &self.debug_utils {
             // SAFETY: closes the region that `begin_label` opened.
-            unsafe { debug_utils.cmd_end_debug_utils_label(commands) };
+            unsafe { debug_utils.cmd_end_debug_utils_label(commands.raw()) };
         }
     }
 
@@ -497,7 +534,10 @@ impl Device {
 
     /// Pipelines made from now on take these instead of the shaders of the same name and variant
     /// that the program was built with.
-    pub fn replace_shaders(&self, shaders: ReplacedShaders) {
+    ///
+    /// # Safety
+    /// Each is valid SPIR-V, with the interface of the shader that it replaces.
+    pub unsafe fn replace_shaders(&self, shaders: ReplacedShaders) {
         *self.replaced_shaders.lock().unwrap_or_else(PoisonError::into_inner) = shaders;
     }
 

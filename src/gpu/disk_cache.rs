@@ -202,7 +202,9 @@ impl KeptDevice {
             say(&format!("note: {problem}"));
         }
         let data = file.as_ref().map_or(&[][..], PipelineFile::data);
-        Ok(Self { device: Device::open_with_pipelines(instance, report, data)?, file, say })
+        // SAFETY: they are of this device and driver by their head, and as they were written by their sum.
+        let device = unsafe { Device::open_with_pipelines(instance, report, data)? };
+        Ok(Self { device, file, say })
     }
 
     /// Bytes of compiled pipelines that the device was opened with.

@@ -6,6 +6,7 @@ use ash::vk;
 use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
 
+use super::retired::Object;
 use super::{Device, Named};
 use crate::{Error, Result};
 
@@ -49,16 +50,10 @@ impl Samples {
     }
 }
 
-/// A 2D image with its memory and its views; freed with it.
+/// A 2D image with its memory and its views. All are freed when neither this, nor a set of it, nor commands need them.
 pub struct Image {
     pub(super) raw: vk::Image,
-    /// Every level and layer.
-    view: vk::ImageView,
-    /// One view a level, over all layers.
-    level_views: Vec<vk::ImageView>,
-    allocation: Option<Allocation>,
-    /// Whether the handle is to be destroyed; a swapchain's images are its own.
-    is_owned: bool,
+    pub(super) held: Arc<ImageMemory>,
     /// Texels across.
     pub width: u32,
     /// Texels down.
@@ -71,6 +66,16 @@ pub struct Image {
     pub format: vk::Format,
     /// Bytes of memory that it takes.
     pub bytes: u64,
+}
+
+/// What is freed with an image.
+pub(super) struct ImageMemory {
+    raw: vk::Image,
+    /// Of every level and layer; then one a level, over all layers.
+    views: Vec<vk::ImageView>,
+    allocation: Option<Allocation>,
+    /// Whether the handle is to be destroyed; a swapchain's images are its own.
+    is_owned: bool,
     device: Arc<Device>,
 }
 
@@ -105,20 +110,7 @@ impl Image {
             unsafe { device.raw.create_image(&create, None) }.named("vkCreateImage", info.name)?;
         // SAFETY: the image was just made.
         let requirements = unsafe { device.raw.get_image_memory_requirements(raw) };
-        let mut image = Self {
-            raw,
-            view: vk::ImageView::null(),
-            level_views: Vec::new(),
-            allocation: None,
-            is_owned: true,
-            width: info.width,
-            height: info.height,
-            levels: info.levels,
-            layers: info.layers,
-            format: info.format,
-            bytes: requirements.size,
-            device: device.clone(),
-        };
+        let mut held = ImageMemory::new(device, raw, true);
         device.name(raw, info.name);
         device.check_allocation(info.name, requirements.size)?;
         let allocation = device
@@ -138,14 +130,13 @@ impl Image {
         // SAFETY: memory of the image's own requirements, bound once.
         let bound =
             unsafe { device.raw.bind_image_memory(raw, allocation.memory(), allocation.offset()) };
-        image.allocation = Some(allocation);
+        held.allocation = Some(allocation);
         bound.named("vkBindImageMemory", info.name)?;
-        image.view = image.make_view(info.name, 0, info.levels)?;
+        held.make_view(info.name, info, 0, info.levels)?;
         for level in 0..info.levels {
-            let view = image.make_view(&format!("{} level {level}", info.name), level, 1)?;
-            image.level_views.push(view);
+            held.make_view(&format!("{} level {level}", info.name), info, level, 1)?;
         }
-        Ok(image)
+        Ok(Self::of(held, info, requirements.size))
     }
 
     /// An image of a swapchain, with one level; the swapchain frees it.
@@ -157,54 +148,21 @@ impl Image {
         (width, height): (u32, u32),
         format: vk::Format,
     ) -> Result<Self> {
-        let mut image = Self {
-            raw,
-            view: vk::ImageView::null(),
-            level_views: Vec::new(),
-            allocation: None,
-            is_owned: false,
-            width,
-            height,
-            levels: 1,
-            layers: 1,
-            format,
-            bytes: 0,
-            device: device.clone(),
-        };
+        let (usage, samples) = (vk::ImageUsageFlags::COLOR_ATTACHMENT, Samples::One);
+        let info = ImageInfo { name, width, height, levels: 1, layers: 1, format, usage, samples };
+        let mut held = ImageMemory::new(device, raw, false);
         device.name(raw, name);
-        image.view = image.make_view(name, 0, 1)?;
-        Ok(image)
+        held.make_view(name, &info, 0, 1)?;
+        Ok(Self::of(held, &info, 0))
     }
 
-    fn make_view(&self, name: &str, first: u32, count: u32) -> Result<vk::ImageView> {
-        let range = vk::ImageSubresourceRange::default()
-            .aspect_mask(self.aspect())
-            .base_mip_level(first)
-            .level_count(count)
-            .layer_count(self.layers);
-        let kind = if self.layers > 1 {
-            vk::ImageViewType::TYPE_2D_ARRAY
-        } else {
-            vk::ImageViewType::TYPE_2D
-        };
-        let info = vk::ImageViewCreateInfo::default()
-            .image(self.raw)
-            .view_type(kind)
-            .format(self.format)
-            .subresource_range(range);
-        // SAFETY: the range lies within the image.
-        let view = unsafe { self.device.raw.create_image_view(&info, None) }
-            .named("vkCreateImageView", name)?;
-        self.device.name(view, name);
-        Ok(view)
+    fn of(held: ImageMemory, info: &ImageInfo<'_>, bytes: u64) -> Self {
+        let ImageInfo { width, height, levels, layers, format, .. } = *info;
+        Self { raw: held.raw, held: Arc::new(held), width, height, levels, layers, format, bytes }
     }
 
     pub(super) fn aspect(&self) -> vk::ImageAspectFlags {
-        if self.format == vk::Format::D32_SFLOAT {
-            vk::ImageAspectFlags::DEPTH
-        } else {
-            vk::ImageAspectFlags::COLOR
-        }
+        aspect_of(self.format)
     }
 
     /// The raw handle, for recording commands.
@@ -214,12 +172,12 @@ impl Image {
 
     /// View of every level and layer.
     pub fn view(&self) -> vk::ImageView {
-        self.view
+        self.held.views[0]
     }
 
     /// View of one level, all layers.
     pub fn level_view(&self, level: u32) -> vk::ImageView {
-        self.level_views[level as usize]
+        self.held.views[1 + level as usize]
     }
 
     /// Width and height of a level.
@@ -242,28 +200,68 @@ impl Image {
     }
 }
 
-impl Drop for Image {
+fn aspect_of(format: vk::Format) -> vk::ImageAspectFlags {
+    match format {
+        vk::Format::D32_SFLOAT => vk::ImageAspectFlags::DEPTH,
+        _ => vk::ImageAspectFlags::COLOR,
+    }
+}
+
+impl ImageMemory {
+    fn new(device: &Arc<Device>, raw: vk::Image, is_owned: bool) -> Self {
+        Self { raw, views: Vec::new(), allocation: None, is_owned, device: device.clone() }
+    }
+
+    /// Adds a view of some levels, all layers.
+    fn make_view(
+        &mut self,
+        name: &str,
+        image: &ImageInfo<'_>,
+        first: u32,
+        count: u32,
+    ) -> Result<()> {
+        let range = vk::ImageSubresourceRange::default()
+            .aspect_mask(aspect_of(image.format))
+            .base_mip_level(first)
+            .level_count(count)
+            .layer_count(image.layers);
+        let kind = if image.layers > 1 {
+            vk::ImageViewType::TYPE_2D_ARRAY
+        } else {
+            vk::ImageViewType::TYPE_2D
+        };
+        let info = vk::ImageViewCreateInfo::default()
+            .image(self.raw)
+            .view_type(kind)
+            .format(image.format)
+            .subresource_range(range);
+        // SAFETY: the range lies within the image.
+        let view = unsafe { self.device.raw.create_image_view(&info, None) }
+            .named("vkCreateImageView", name)?;
+        self.device.name(view, name);
+        self.views.push(view);
+        Ok(())
+    }
+}
+
+impl Drop for ImageMemory {
     fn drop(&mut self) {
-        // SAFETY: owners wait for the device before they drop what it uses; null views are ignored.
-        unsafe {
-            for view in self.level_views.drain(..) {
-                self.device.raw.destroy_image_view(view, None);
-            }
-            self.device.raw.destroy_image_view(self.view, None);
-            if self.is_owned {
-                self.device.raw.destroy_image(self.raw, None);
-            }
-        }
-        if let Some(allocation) = self.allocation.take() {
-            // Freeing fails only for memory of another allocator.
-            let _ = self.device.allocator().free(allocation);
-        }
+        let views = self.views.drain(..).map(Object::ImageView);
+        let image = self.is_owned.then_some(Object::Image(self.raw));
+        let memory = self.allocation.take().map(Object::Memory);
+        self.device.retire(views.chain(image).chain(memory));
     }
 }
 
 /// A sampler: linear within and between levels.
 pub struct Sampler {
     pub(super) raw: vk::Sampler,
+    pub(super) held: Arc<SamplerOf>,
+}
+
+/// What is freed with a sampler.
+pub(super) struct SamplerOf {
+    raw: vk::Sampler,
     device: Arc<Device>,
 }
 
@@ -290,13 +288,12 @@ impl Sampler {
         let raw =
             unsafe { device.raw.create_sampler(&info, None) }.named("vkCreateSampler", name)?;
         device.name(raw, name);
-        Ok(Self { raw, device: device.clone() })
+        Ok(Self { raw, held: Arc::new(SamplerOf { raw, device: device.clone() }) })
     }
 }
 
-impl Drop for Sampler {
+impl Drop for SamplerOf {
     fn drop(&mut self) {
-        // SAFETY: owners wait for the device before they drop what it uses.
-        unsafe { self.device.raw.destroy_sampler(self.raw, None) };
+        self.device.retire([Object::Sampler(self.raw)]);
     }
 }

@@ -1,6 +1,7 @@
 //! The Vulkan instance, and the validation layer's messages when it is asked for.
 
 use std::ffi::{CStr, c_char, c_void};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use ash::{ext, vk};
@@ -34,6 +35,8 @@ pub struct Instance {
     pub(super) debug_utils: bool,
     /// Whether surfaces of windows can be made from it.
     pub(super) presents: bool,
+    /// Tells it from the others of this process.
+    pub(super) number: u64,
     messenger: Option<(ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
     messages: Box<Messages>,
 }
@@ -129,7 +132,10 @@ impl Instance {
             }
         })?;
         let presents = !wanted.is_empty();
-        let mut instance = Self { raw, entry, debug_utils, presents, messenger: None, messages };
+        static INSTANCES: AtomicU64 = AtomicU64::new(0);
+        let number = INSTANCES.fetch_add(1, Ordering::Relaxed);
+        let mut instance =
+            Self { raw, entry, debug_utils, presents, number, messenger: None, messages };
         if is_watched {
             let loader = ext::debug_utils::Instance::new(&instance.entry, &instance.raw);
             let info = self::messenger_info(&instance.messages);

@@ -17,6 +17,7 @@ mod pipeline;
 mod pipeline_cache;
 pub mod probe;
 mod rendering;
+mod retired;
 #[cfg(feature = "view")]
 mod surface;
 #[cfg(feature = "view")]
@@ -27,7 +28,7 @@ mod timestamps;
 pub use barrier::{Use, image_barrier, image_discard, memory_barrier};
 pub use bindings::{Binding, Bindings, Resource};
 pub use buffer::{Buffer, Memory};
-pub use commands::Commands;
+pub use commands::{Commands, Recorder};
 pub use device::{Device, DeviceReport, MadeCounts, PointRules, ReplacedShaders, choose_among};
 #[cfg(feature = "reload")]
 pub use glsl::Glsl;

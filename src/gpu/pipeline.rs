@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::{Binding, Bindings, Buffer, Device, Named, Samples};
+use super::{Binding, Bindings, Buffer, Device, Named, Recorder, Samples};
 use crate::Result;
 
 const MAIN: &CStr = c"main";
@@ -118,7 +118,26 @@ pub struct Shader {
     /// The macro that tells variants of one file apart.
     pub define: Option<&'static str>,
     /// SPIR-V.
-    pub words: &'static [u32],
+    words: &'static [u32],
+}
+
+impl Shader {
+    /// A shader of the caller's.
+    ///
+    /// # Safety
+    /// The words are valid SPIR-V of a shader for the pipelines, sets and push constants that it is used with.
+    pub const unsafe fn new(
+        name: &'static str,
+        define: Option<&'static str>,
+        words: &'static [u32],
+    ) -> Self {
+        Self { name, define, words }
+    }
+
+    /// The SPIR-V.
+    pub fn words(&self) -> &'static [u32] {
+        self.words
+    }
 }
 
 /// Values of the specialization constants 0, 1, 2 …, 32 bits each.
@@ -133,7 +152,7 @@ struct Module<'a> {
 impl<'a> Module<'a> {
     fn new(device: &'a Device, code: &Code) -> Result<Self> {
         let info = vk::ShaderModuleCreateInfo::default().code(code.words());
-        // SAFETY: the words are SPIR-V that shaderc made.
+        // SAFETY: the words are SPIR-V, as whoever made the shader or replaced it has promised.
         let raw = unsafe { device.raw.create_shader_module(&info, None) }
             .named("vkCreateShaderModule", code.name)?;
         Ok(Self { raw, device })
@@ -223,7 +242,7 @@ impl ComputePipeline {
     /// Dispatches `groups` workgroups along x, y and z with set `index` of `bindings`.
     pub fn dispatch(
         &self,
-        commands: vk::CommandBuffer,
+        commands: Recorder<'_>,
         bindings: &Bindings,
         index: usize,
         push: &[u8],
@@ -233,9 +252,9 @@ impl ComputePipeline {
         bindings.bind(commands, bind_point, self.layout, index);
         // SAFETY: the set matches the layout; the command buffer is recorded outside rendering.
         unsafe {
-            self.device.raw.cmd_bind_pipeline(commands, bind_point, self.raw);
+            self.device.raw.cmd_bind_pipeline(commands.raw(), bind_point, self.raw);
             push_constants(&self.device, commands, self.layout, push);
-            self.device.raw.cmd_dispatch(commands, groups[0], groups[1], groups[2]);
+            self.device.raw.cmd_dispatch(commands.raw(), groups[0], groups[1], groups[2]);
         }
     }
 }
@@ -244,7 +263,7 @@ impl ComputePipeline {
     /// Dispatches as many workgroups as `arguments` holds at a byte offset, with set 0 of `bindings`.
     pub fn dispatch_indirect(
         &self,
-        commands: vk::CommandBuffer,
+        commands: Recorder<'_>,
         bindings: &Bindings,
         push: &[u8],
         arguments: &Buffer,
@@ -255,9 +274,9 @@ impl ComputePipeline {
         // SAFETY: the set matches the layout; the command buffer is recorded outside rendering; the
         // buffer was made for indirect use.
         unsafe {
-            self.device.raw.cmd_bind_pipeline(commands, bind_point, self.raw);
+            self.device.raw.cmd_bind_pipeline(commands.raw(), bind_point, self.raw);
             push_constants(&self.device, commands, self.layout, push);
-            self.device.raw.cmd_dispatch_indirect(commands, arguments.raw, offset);
+            self.device.raw.cmd_dispatch_indirect(commands.raw(), arguments.raw, offset);
         }
     }
 }
@@ -265,14 +284,14 @@ impl ComputePipeline {
 /// SAFETY: the command buffer must be recorded, and `layout` must have room for `push`.
 unsafe fn push_constants(
     device: &Device,
-    commands: vk::CommandBuffer,
+    commands: Recorder<'_>,
     layout: vk::PipelineLayout,
     push: &[u8],
 ) {
     if !push.is_empty() {
         let stages = vk::ShaderStageFlags::ALL;
         // SAFETY: by contract.
-        unsafe { device.raw.cmd_push_constants(commands, layout, stages, 0, push) };
+        unsafe { device.raw.cmd_push_constants(commands.raw(), layout, stages, 0, push) };
     }
 }
 
@@ -428,18 +447,12 @@ impl GraphicsPipeline {
     }
 
     /// Binds the pipeline with set `index` of `bindings` and its push constants.
-    pub fn bind(
-        &self,
-        commands: vk::CommandBuffer,
-        bindings: &Bindings,
-        index: usize,
-        push: &[u8],
-    ) {
+    pub fn bind(&self, commands: Recorder<'_>, bindings: &Bindings, index: usize, push: &[u8]) {
         let bind_point = vk::PipelineBindPoint::GRAPHICS;
         bindings.bind(commands, bind_point, self.layout, index);
         // SAFETY: the set matches the layout; the command buffer is recorded.
         unsafe {
-            self.device.raw.cmd_bind_pipeline(commands, bind_point, self.raw);
+            self.device.raw.cmd_bind_pipeline(commands.raw(), bind_point, self.raw);
             push_constants(&self.device, commands, self.layout, push);
         }
     }

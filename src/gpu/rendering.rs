@@ -2,7 +2,7 @@
 
 use ash::vk;
 
-use super::{Device, Image};
+use super::{Device, Image, Recorder};
 
 /// A colour attachment of a rendering.
 pub(crate) fn attachment(
@@ -20,7 +20,7 @@ pub(crate) fn attachment(
 /// and viewport set to the image, the viewport widened by `guard` pixels on every side.
 pub(crate) fn rendering(
     device: &Device,
-    commands: vk::CommandBuffer,
+    commands: Recorder<'_>,
     color: vk::RenderingAttachmentInfo<'_>,
     depth: Option<&vk::RenderingAttachmentInfo<'_>>,
     (width, height): (u32, u32),
@@ -44,11 +44,11 @@ pub(crate) fn rendering(
     };
     // SAFETY: the command buffer is being recorded; the attachments are in the layouts given.
     unsafe {
-        device.raw().cmd_begin_rendering(commands, &info);
-        device.raw().cmd_set_viewport(commands, 0, &[viewport]);
-        device.raw().cmd_set_scissor(commands, 0, &[area]);
+        device.raw().cmd_begin_rendering(commands.raw(), &info);
+        device.raw().cmd_set_viewport(commands.raw(), 0, &[viewport]);
+        device.raw().cmd_set_scissor(commands.raw(), 0, &[area]);
     }
     draw();
     // SAFETY: ends what was begun above.
-    unsafe { device.raw().cmd_end_rendering(commands) };
+    unsafe { device.raw().cmd_end_rendering(commands.raw()) };
 }

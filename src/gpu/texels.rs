@@ -4,6 +4,8 @@ use std::sync::Arc;
 
 use ash::vk;
 
+use super::buffer::BufferMemory;
+use super::retired::Object;
 use super::{Buffer, Device, Named};
 use crate::Result;
 
@@ -37,11 +39,17 @@ impl Texel {
     }
 }
 
-/// A view of a whole buffer of usage `UNIFORM_TEXEL_BUFFER` as texels (`usamplerBuffer`, `samplerBuffer`);
-/// the buffer must outlive it.
+/// A view of a whole buffer of usage `UNIFORM_TEXEL_BUFFER` as texels (`usamplerBuffer`, `samplerBuffer`).
 pub struct Texels {
     pub(super) view: vk::BufferView,
+    pub(super) held: Arc<TexelsOf>,
+}
+
+/// What is freed with a view.
+pub(super) struct TexelsOf {
+    view: vk::BufferView,
     device: Arc<Device>,
+    _buffer: Arc<BufferMemory>,
 }
 
 impl Texels {
@@ -63,13 +71,13 @@ impl Texels {
         let view = unsafe { device.raw.create_buffer_view(&info, None) }
             .named("vkCreateBufferView", name)?;
         device.name(view, name);
-        Ok(Self { view, device: device.clone() })
+        let held = TexelsOf { view, device: device.clone(), _buffer: buffer.held.clone() };
+        Ok(Self { view, held: Arc::new(held) })
     }
 }
 
-impl Drop for Texels {
+impl Drop for TexelsOf {
     fn drop(&mut self) {
-        // SAFETY: owners wait for the device before they drop what it uses.
-        unsafe { self.device.raw.destroy_buffer_view(self.view, None) };
+        self.device.retire([Object::BufferView(self.view)]);
     }
 }

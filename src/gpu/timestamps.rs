@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::{Device, Named};
+use super::retired::Object;
+use super::{Device, Named, Recorder};
 use crate::Result;
 
 /// Most passes that one frame can time.
@@ -44,7 +45,7 @@ impl Timestamps {
     ///
     /// # Panics
     /// With more regions a frame than there is room for: a mistake of the caller.
-    pub fn time(&mut self, commands: vk::CommandBuffer, name: &'static str, record: impl FnOnce()) {
+    pub fn time(&mut self, commands: Recorder<'_>, name: &'static str, record: impl FnOnce()) {
         let index = 2 * self.regions.len() as u32;
         assert!(index < 2 * MAX_REGIONS, "more than {MAX_REGIONS} timed passes");
         self.regions.push(name);
@@ -55,11 +56,13 @@ impl Timestamps {
         self.device.end_label(commands);
     }
 
-    fn write(&self, commands: vk::CommandBuffer, index: u32) {
+    fn write(&self, commands: Recorder<'_>, index: u32) {
         if self.device.report.timestamp_bits > 0 {
             let stage = vk::PipelineStageFlags2::ALL_COMMANDS;
             // SAFETY: the query was reset and is written once a frame.
-            unsafe { self.device.raw.cmd_write_timestamp2(commands, stage, self.pool, index) };
+            unsafe {
+                self.device.raw.cmd_write_timestamp2(commands.raw(), stage, self.pool, index)
+            };
         }
     }
 
@@ -98,7 +101,6 @@ impl Timestamps {
 
 impl Drop for Timestamps {
     fn drop(&mut self) {
-        // SAFETY: owners wait for the device before they drop what it uses.
-        unsafe { self.device.raw.destroy_query_pool(self.pool, None) };
+        self.device.retire([Object::QueryPool(self.pool)]);
     }
 }

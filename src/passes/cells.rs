@@ -10,7 +10,7 @@ use ash::vk;
 use bytemuck::{Pod, Zeroable};
 
 use crate::Result;
-use crate::gpu::{Buffer, Device};
+use crate::gpu::{Buffer, Device, Recorder};
 use crate::rain::cells::Lattice;
 use crate::rain::clusters::CLUSTER;
 use crate::rain::field::{
@@ -89,13 +89,7 @@ impl Cells {
     }
 
     /// Records what the frame sees; a barrier to compute must follow.
-    pub fn record(
-        &self,
-        device: &Device,
-        commands: vk::CommandBuffer,
-        field: &Buffer,
-        seen: &Seen,
-    ) {
+    pub fn record(&self, device: &Device, commands: Recorder<'_>, field: &Buffer, seen: &Seen) {
         let mut head = Head {
             shown: [seen.cutoff_px, seen.radius_unit, seen.extent2, 0.0],
             groups: [seen.groups(), self.placed, 0, 0],
@@ -114,7 +108,7 @@ impl Cells {
             for (number, part) in bytes.chunks(UPDATE).enumerate() {
                 let at = (first + number * UPDATE) as u64;
                 // SAFETY: the command buffer is recorded outside of rendering; the bytes are within the buffer.
-                unsafe { device.raw().cmd_update_buffer(commands, field.raw(), at, part) };
+                unsafe { device.raw().cmd_update_buffer(commands.raw(), field.raw(), at, part) };
             }
         }
     }

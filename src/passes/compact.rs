@@ -14,8 +14,8 @@ use ash::vk;
 use super::simulate::{RECORD, Simulate};
 use crate::Result;
 use crate::gpu::{
-    Binding, Bindings, Buffer, ComputePipeline, Device, Memory, Resource, Use, memory_barrier,
-    shaders,
+    Binding, Bindings, Buffer, ComputePipeline, Device, Memory, Recorder, Resource, Use,
+    memory_barrier, shaders,
 };
 use crate::scene::model::Primitive;
 
@@ -69,7 +69,8 @@ impl Compact {
                 Resource::Buffer(&arguments),
             ];
             for (number, resource) in (0..).zip(&resources) {
-                bindings.write(index, number, resource)?;
+                // SAFETY: no commands have it yet.
+                unsafe { bindings.write(index, number, resource)? };
             }
         }
         let is_quad = u32::from(primitive == Primitive::Quad);
@@ -79,7 +80,7 @@ impl Compact {
     }
 
     /// Records the pass, after the simulation and a barrier.
-    pub fn record(&self, device: &Device, commands: vk::CommandBuffer) {
+    pub fn record(&self, device: &Device, commands: Recorder<'_>) {
         for pipeline in [&self.count, &self.write] {
             for (index, length) in self.lengths.iter().enumerate() {
                 let push = [index as u32, *length, length.div_ceil(BLOCKS)];

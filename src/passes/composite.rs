@@ -29,8 +29,8 @@ use super::tiles::{DISORDERED_GROUPS, LARGE_GROUPS, RAY_GROUPS, TILE_PIXELS, Til
 use super::tone_map::{FINAL_SUMS, Source};
 use crate::Result;
 use crate::gpu::{
-    Binding, Bindings, Buffer, ComputePipeline, Device, Memory, Resource, Texel, Texels, Use,
-    memory_barrier, shaders,
+    Binding, Bindings, Buffer, ComputePipeline, Device, Memory, Recorder, Resource, Texel, Texels,
+    Use, memory_barrier, shaders,
 };
 use crate::plan::FramePlan;
 
@@ -51,8 +51,9 @@ pub struct Composite {
     in_tiles: (u32, u32),
     tiles: u32,
     groups: [u32; 3],
-    /// What the sky was drawn for.
+    /// What the sky was drawn for, and what it is drawn for by the commands that were recorded last.
     sky_of: Option<View>,
+    sky_recorded: Option<View>,
     bindings: Bindings,
     sky_pass: ComputePipeline,
     rays: ComputePipeline,
@@ -159,6 +160,7 @@ impl Composite {
             tiles: tiles.count,
             groups,
             sky_of: None,
+            sky_recorded: None,
             sky_pass: pipeline(sky_shader)?,
             rays: pipeline(shaders::RAYS_COMP)?,
             glints: (glints.count > 0).then(|| pipeline(shaders::GLINTS_COMP)).transpose()?,
@@ -175,27 +177,33 @@ impl Composite {
         Source::Tiles { radiance: &self.radiance, log_sums: &self.log_sums, count: self.tiles }
     }
 
-    /// Whether the sky was last drawn for another view than that of `frame`; by its next use it must
-    /// be drawn for this one.
+    /// Whether the sky was last drawn for another view than that of `frame`. Then the commands that are being recorded
+    /// must draw it for this one, and [`Composite::submitted`] says that they will be.
     pub fn needs_sky(&mut self, frame: &Frame) -> bool {
-        self.sky_of.replace(view_of(frame)) != Some(view_of(frame))
+        self.sky_recorded = Some(view_of(frame));
+        self.sky_of != Some(view_of(frame))
+    }
+
+    /// The commands that were recorded last are on the queue. Others never leave a sky.
+    pub fn submitted(&mut self) {
+        self.sky_of = self.sky_recorded;
     }
 
     /// Records the sky, when the frame's constants are ready.
-    pub fn record_sky(&self, commands: vk::CommandBuffer) {
+    pub fn record_sky(&self, commands: Recorder<'_>) {
         let (across, down) = self.in_tiles;
         let groups = [across.div_ceil(SKY_GROUP.0), down.div_ceil(SKY_GROUP.1), 1];
         self.sky_pass.dispatch(commands, &self.bindings, 0, &[], groups);
     }
 
     /// Records the pixels of the large drops, after the tiles' lists and a barrier.
-    pub fn record_rays(&self, commands: vk::CommandBuffer, tiles: &Tiles) {
+    pub fn record_rays(&self, commands: Recorder<'_>, tiles: &Tiles) {
         self.rays.dispatch_indirect(commands, &self.bindings, &[], tiles.totals(), RAY_GROUPS);
     }
 
     /// Records the images of bright sources in the large drops, after [`Composite::record_rays`] and a barrier, if
     /// there are sources.
-    pub fn record_glints(&self, commands: vk::CommandBuffer, tiles: &Tiles) {
+    pub fn record_glints(&self, commands: Recorder<'_>, tiles: &Tiles) {
         if let Some(glints) = &self.glints {
             glints.dispatch_indirect(commands, &self.bindings, &[], tiles.totals(), LARGE_GROUPS);
         }
@@ -203,7 +211,7 @@ impl Composite {
 
     /// Records the drops over one another and the sky behind, after [`Composite::record_glints`]
     /// and a barrier.
-    pub fn record(&self, device: &Device, commands: vk::CommandBuffer, tiles: &Tiles) {
+    pub fn record(&self, device: &Device, commands: Recorder<'_>, tiles: &Tiles) {
         let (bindings, groups) = (&self.bindings, self.groups);
         self.composite.dispatch(commands, bindings, 0, &[], groups);
         let after = [Use::ComputeWrite, Use::Indirect];

@@ -31,8 +31,8 @@ use super::{light_constants, rendering};
 use crate::Result;
 use crate::gpu::probe::point_rules;
 use crate::gpu::{
-    Alpha, Binding, Bindings, Device, GraphicsPipeline, GraphicsState, Image, Resource, Samples,
-    Shader, shaders,
+    Alpha, Binding, Bindings, Device, GraphicsPipeline, GraphicsState, Image, Recorder, Resource,
+    Samples, Shader, shaders,
 };
 use crate::plan::FramePlan;
 use crate::scene::model::{Optics, Primitive};
@@ -206,7 +206,7 @@ impl Drops {
     pub fn record(
         &self,
         device: &Device,
-        commands: vk::CommandBuffer,
+        commands: Recorder<'_>,
         (simulate, compact): (&Simulate, Option<&Compact>),
         color: vk::RenderingAttachmentInfo<'_>,
         size: (u32, u32),
@@ -234,20 +234,20 @@ impl Drops {
                 if let Some(compact) = compact {
                     for (records, arguments) in compact.draws() {
                         let drops = compact.drops.raw();
-                        raw.cmd_bind_vertex_buffers(commands, 0, &[drops], &[records]);
+                        raw.cmd_bind_vertex_buffers(commands.raw(), 0, &[drops], &[records]);
                         let draws = compact.arguments.raw();
-                        raw.cmd_draw_indirect(commands, draws, arguments, 1, 16);
+                        raw.cmd_draw_indirect(commands.raw(), draws, arguments, 1, 16);
                     }
                 } else {
-                    raw.cmd_bind_vertex_buffers(commands, 0, &[simulate.drops.raw()], &[0]);
-                    raw.cmd_draw(commands, vertices, instances, 0, 0);
+                    raw.cmd_bind_vertex_buffers(commands.raw(), 0, &[simulate.drops.raw()], &[0]);
+                    raw.cmd_draw(commands.raw(), vertices, instances, 0, 0);
                 }
             }
             self.quads.bind(commands, &self.bindings, 0, push);
             // SAFETY: as above; the arguments were written by the simulation.
             unsafe {
-                raw.cmd_bind_vertex_buffers(commands, 0, &[simulate.ordered.raw()], &[0]);
-                raw.cmd_draw_indirect(commands, simulate.arguments.raw(), 0, 1, 16);
+                raw.cmd_bind_vertex_buffers(commands.raw(), 0, &[simulate.ordered.raw()], &[0]);
+                raw.cmd_draw_indirect(commands.raw(), simulate.arguments.raw(), 0, 1, 16);
             }
         });
     }

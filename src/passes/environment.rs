@@ -158,7 +158,7 @@ fn upload(
                 // SAFETY: the copy lies within the buffer and the image, which is in this layout.
                 unsafe {
                     device.raw().cmd_copy_buffer_to_image(
-                        commands,
+                        commands.raw(),
                         staging.raw(),
                         image.raw(),
                         vk::ImageLayout::TRANSFER_DST_OPTIMAL,

@@ -9,7 +9,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, DVec3, Vec3};
 
 use crate::Result;
-use crate::gpu::{Buffer, Device, Memory};
+use crate::gpu::{Buffer, Device, Memory, Recorder};
 use crate::rain::cull::Sight;
 use crate::rain::{Tick, tick_of_seconds};
 use crate::scene::Scene;
@@ -153,9 +153,9 @@ impl FrameBuffer {
     }
 
     /// Records the update.
-    pub fn record(&self, device: &Device, commands: vk::CommandBuffer, frame: &Frame) {
+    pub fn record(&self, device: &Device, commands: Recorder<'_>, frame: &Frame) {
         let bytes = bytemuck::bytes_of(frame);
         // SAFETY: the command buffer is recorded outside of rendering; the data is copied now.
-        unsafe { device.raw().cmd_update_buffer(commands, self.buffer.raw(), 0, bytes) };
+        unsafe { device.raw().cmd_update_buffer(commands.raw(), self.buffer.raw(), 0, bytes) };
     }
 }

@@ -34,7 +34,7 @@ use crate::Result;
 use crate::environment::Environment;
 use crate::environment::bright::{Bright, split_off};
 use crate::gpu::{
-    Binding, Bindings, Buffer, Commands, ComputePipeline, Device, Memory, Resource, Use,
+    Binding, Bindings, Buffer, Commands, ComputePipeline, Device, Memory, Recorder, Resource, Use,
     memory_barrier, shaders,
 };
 use crate::plan::Light;
@@ -197,7 +197,7 @@ impl SplatTable {
     }
 
     /// Records the table for the view of the frame's constants, after [`Glints::fill`] and the appearance.
-    pub fn record(&self, commands: vk::CommandBuffer) {
+    pub fn record(&self, commands: Recorder<'_>) {
         if !self.is_empty {
             let groups = [DIRECTIONS / TABLE_GROUP, 1, 1];
             self.pipeline.dispatch(commands, &self.bindings, 0, &[], groups);

@@ -85,7 +85,8 @@ impl Mask {
         )?;
         let bindings = Bindings::new(device, "mask", &[Binding::STORAGE_IMAGE], levels)?;
         for level in 0..levels {
-            bindings.write(level as usize, 0, &Resource::Storage(&image, level))?;
+            // SAFETY: no commands have it yet.
+            unsafe { bindings.write(level as usize, 0, &Resource::Storage(&image, level))? };
         }
         let constants = light_constants(light);
         let pipeline = ComputePipeline::new(device, shaders::MASK_COMP, &bindings, 8, &constants)?;
@@ -125,7 +126,7 @@ impl Mask {
             // SAFETY: the buffer holds the level, which is in this layout.
             unsafe {
                 device.raw().cmd_copy_image_to_buffer(
-                    commands,
+                    commands.raw(),
                     self.image.raw(),
                     vk::ImageLayout::TRANSFER_SRC_OPTIMAL,
                     staging.raw(),

@@ -13,22 +13,46 @@ use super::{attachment, rendering};
 use crate::Result;
 use crate::gpu::{
     Alpha, Binding, Bindings, Buffer, Commands, Device, GraphicsPipeline, GraphicsState, Image,
-    ImageInfo, Memory, Resource, Sampler, Samples, Use, image_barrier, image_discard, shaders,
+    ImageInfo, Memory, Recorder, Resource, Sampler, Samples, Use, image_barrier, image_discard,
+    shaders,
 };
 
 /// Words of a vertex in the buffer: x, y, u, v, colour.
 const VERTEX_WORDS: usize = 5;
 
-/// The buffers of one frame under way.
+/// The buffers of one frame under way, and the set with them.
 struct Mesh {
     indices: Buffer,
     vertices: Buffer,
+    bindings: Bindings,
+}
+
+impl Mesh {
+    /// With room for so many bytes of each.
+    fn new(device: &Arc<Device>, atlas: Resource<'_>, bytes: [u64; 2]) -> Result<Self> {
+        let make = |name, bytes: u64| {
+            let usage = vk::BufferUsageFlags::STORAGE_BUFFER;
+            Buffer::new(device, name, bytes.next_power_of_two(), usage, Memory::Upload)
+        };
+        let (indices, vertices) =
+            (make("overlay indices", bytes[0])?, make("overlay vertices", bytes[1])?);
+        let slots = [
+            (Binding::COMBINED_IMAGE_SAMPLER, atlas),
+            (Binding::STORAGE_BUFFER, Resource::Buffer(&indices)),
+            (Binding::STORAGE_BUFFER, Resource::Buffer(&vertices)),
+        ];
+        let bindings = Bindings::of(device, "overlay", &slots)?;
+        Ok(Self { indices, vertices, bindings })
+    }
+
+    fn size(&self) -> [u64; 2] {
+        [self.indices.size, self.vertices.size]
+    }
 }
 
 /// The pass.
 pub struct Overlay {
     pipeline: GraphicsPipeline,
-    bindings: Bindings,
     sampler: Sampler,
     atlas: Image,
     meshes: Vec<Mesh>,
@@ -36,14 +60,16 @@ pub struct Overlay {
 }
 
 impl Overlay {
-    /// A pipeline into attachments of `format`, for `frames` frames under way.
+    /// A pipeline into attachments of `format`, for `frames` frames under way, one at least.
     ///
     /// # Errors
     /// [`crate::Error::Memory`] or [`crate::Error::Vulkan`]: what the driver says.
     pub fn new(device: &Arc<Device>, format: vk::Format, frames: usize) -> Result<Self> {
-        let slots =
-            [Binding::COMBINED_IMAGE_SAMPLER, Binding::STORAGE_BUFFER, Binding::STORAGE_BUFFER];
-        let bindings = Bindings::new(device, "overlay", &slots, frames as u32)?;
+        let clamp = vk::SamplerAddressMode::CLAMP_TO_EDGE;
+        let sampler = Sampler::linear(device, "font atlas", clamp, clamp)?;
+        let atlas = make_atlas(device, [1, 1])?;
+        let mesh = |_| Mesh::new(device, Resource::Sampled(&atlas, &sampler), [0; 2]);
+        let meshes: Vec<_> = (0..frames).map(mesh).collect::<Result<_>>()?;
         let state = GraphicsState {
             topology: vk::PrimitiveTopology::TRIANGLE_LIST,
             attribute: None,
@@ -54,26 +80,9 @@ impl Overlay {
         };
         let stages = [shaders::OVERLAY_VERT, shaders::OVERLAY_FRAG];
         let push_bytes = size_of::<[f32; 2]>() as u32;
-        let pipeline = GraphicsPipeline::new(device, stages, &bindings, push_bytes, &[], &state)?;
-        let clamp = vk::SamplerAddressMode::CLAMP_TO_EDGE;
-        let mut overlay = Self {
-            pipeline,
-            bindings,
-            sampler: Sampler::linear(device, "font atlas", clamp, clamp)?,
-            atlas: make_atlas(device, [1, 1])?,
-            meshes: Vec::new(),
-            device: device.clone(),
-        };
-        for frame in 0..frames {
-            let mesh = Mesh {
-                indices: make_buffer(device, "overlay indices", 0)?,
-                vertices: make_buffer(device, "overlay vertices", 0)?,
-            };
-            overlay.bindings.write(frame, 1, &Resource::Buffer(&mesh.indices))?;
-            overlay.bindings.write(frame, 2, &Resource::Buffer(&mesh.vertices))?;
-            overlay.meshes.push(mesh);
-        }
-        Ok(overlay)
+        let bindings = &meshes[0].bindings;
+        let pipeline = GraphicsPipeline::new(device, stages, bindings, push_bytes, &[], &state)?;
+        Ok(Self { pipeline, sampler, atlas, meshes, device: device.clone() })
     }
 
     /// Takes over what egui changed in its font atlas, the only texture that the overlay uses.
@@ -98,12 +107,11 @@ impl Overlay {
         let (before, is_new) = match change.pos {
             Some(_) => (Use::GraphicsRead, false),
             None => {
-                // Frames under way read the old one.
-                device.wait_idle()?;
+                // Frames under way go on with the old one.
                 self.atlas = make_atlas(&self.device, image.size)?;
-                for frame in 0..self.meshes.len() {
+                for mesh in &mut self.meshes {
                     let atlas = Resource::Sampled(&self.atlas, &self.sampler);
-                    self.bindings.write(frame, 0, &atlas)?;
+                    *mesh = Mesh::new(&self.device, atlas, mesh.size())?;
                 }
                 (Use::Nothing, true)
             }
@@ -129,7 +137,7 @@ impl Overlay {
             // SAFETY: the region lies within the atlas, which is in this layout; the buffer holds it.
             unsafe {
                 device.raw().cmd_copy_buffer_to_image(
-                    commands,
+                    commands.raw(),
                     staging.raw(),
                     self.atlas.raw(),
                     vk::ImageLayout::TRANSFER_DST_OPTIMAL,
@@ -148,7 +156,7 @@ impl Overlay {
     /// there is no room for them; [`crate::Error::Vulkan`] if the driver refuses.
     pub fn record(
         &mut self,
-        commands: vk::CommandBuffer,
+        commands: Recorder<'_>,
         frame: usize,
         target: &Image,
         primitives: &[ClippedPrimitive],
@@ -166,8 +174,12 @@ impl Overlay {
             vertices.extend(mesh.vertices.iter().map(words));
             draws.push((scissor, first, mesh.indices.len() as u32));
         }
-        self.reserve(frame, size_of_val(&indices[..]) as u64, size_of_val(&vertices[..]) as u64)?;
+        let bytes = [size_of_val(&indices[..]) as u64, size_of_val(&vertices[..]) as u64];
         let mesh = &mut self.meshes[frame];
+        if mesh.indices.size < bytes[0] || mesh.vertices.size < bytes[1] {
+            let atlas = Resource::Sampled(&self.atlas, &self.sampler);
+            *mesh = Mesh::new(&self.device, atlas, bytes)?;
+        }
         mesh.indices.write(0, &indices);
         mesh.vertices.write(0, &vertices);
 
@@ -176,31 +188,15 @@ impl Overlay {
         let size = (target.width, target.height);
         let push = [size.0 as f32 / points_px, size.1 as f32 / points_px];
         rendering(device, commands, color, None, size, 0.0, || {
-            self.pipeline.bind(commands, &self.bindings, frame, bytemuck::cast_slice(&push));
+            self.pipeline.bind(commands, &mesh.bindings, 0, bytemuck::cast_slice(&push));
             for (scissor, first, count) in draws {
                 // SAFETY: within a rendering, with everything bound; the scissor is in the target.
                 unsafe {
-                    device.raw().cmd_set_scissor(commands, 0, &[scissor]);
-                    device.raw().cmd_draw(commands, count, 1, first, 0);
+                    device.raw().cmd_set_scissor(commands.raw(), 0, &[scissor]);
+                    device.raw().cmd_draw(commands.raw(), count, 1, first, 0);
                 }
             }
         });
-        Ok(())
-    }
-
-    /// Larger buffers for a frame whose triangles do not fit.
-    fn reserve(&mut self, frame: usize, index_bytes: u64, vertex_bytes: u64) -> Result<()> {
-        let Mesh { indices, vertices } = &mut self.meshes[frame];
-        let needs = [
-            (indices, index_bytes, "overlay indices"),
-            (vertices, vertex_bytes, "overlay vertices"),
-        ];
-        for (slot, (buffer, bytes, name)) in (1..).zip(needs) {
-            if buffer.size < bytes {
-                *buffer = make_buffer(&self.device, name, bytes.next_power_of_two())?;
-                self.bindings.write(frame, slot, &Resource::Buffer(buffer))?;
-            }
-        }
         Ok(())
     }
 }
@@ -237,8 +233,4 @@ fn make_atlas(device: &Arc<Device>, [width, height]: [usize; 2]) -> Result<Image
         samples: Samples::One,
     };
     Image::new(device, &info)
-}
-
-fn make_buffer(device: &Arc<Device>, name: &str, bytes: u64) -> Result<Buffer> {
-    Buffer::new(device, name, bytes, vk::BufferUsageFlags::STORAGE_BUFFER, Memory::Upload)
 }

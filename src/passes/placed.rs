@@ -9,7 +9,7 @@ use ash::vk;
 use glam::Vec3;
 
 use crate::Result;
-use crate::gpu::{Buffer, Device, Memory};
+use crate::gpu::{Buffer, Device, Memory, Recorder};
 use crate::rain::cull::split;
 use crate::scene::{PlacedDrop, Scene};
 
@@ -45,7 +45,7 @@ impl PlacedDrops {
     }
 
     /// Records the places in this frame, where they change; a barrier to compute must follow.
-    pub fn record(&self, device: &Device, commands: vk::CommandBuffer, scene: &Scene) {
+    pub fn record(&self, device: &Device, commands: Recorder<'_>, scene: &Scene) {
         if !self.moves {
             return;
         }
@@ -54,7 +54,7 @@ impl PlacedDrops {
         for (part, at) in bytes.chunks(MOST_AT_ONCE).zip((0..).step_by(MOST_AT_ONCE)) {
             let raw = self.buffer.raw();
             // SAFETY: recorded outside of rendering; the buffer holds the bytes, which are copied now.
-            unsafe { device.raw().cmd_update_buffer(commands, raw, at, part) };
+            unsafe { device.raw().cmd_update_buffer(commands.raw(), raw, at, part) };
         }
     }
 }

@@ -9,8 +9,8 @@ use ash::vk;
 use super::{attachment, rendering};
 use crate::Result;
 use crate::gpu::{
-    Alpha, Binding, Bindings, Device, GraphicsPipeline, GraphicsState, Image, Resource, Sampler,
-    Samples, shaders,
+    Alpha, Binding, Bindings, Device, GraphicsPipeline, GraphicsState, Image, Recorder, Resource,
+    Sampler, Samples, shaders,
 };
 
 /// Panes of the split view: the first model, the second, their difference.
@@ -27,6 +27,7 @@ pub struct Present {
     sampler: Sampler,
     /// How many pictures are shown.
     shown: usize,
+    device: Arc<Device>,
 }
 
 impl Present {
@@ -38,6 +39,7 @@ impl Present {
         let slots = [Binding::COMBINED_IMAGE_SAMPLER; 2];
         let clamp = vk::SamplerAddressMode::CLAMP_TO_EDGE;
         let sampler = Sampler::linear(device, "pictures", clamp, clamp)?;
+        // Black, as long as nothing is to be shown.
         let bindings = Bindings::new(device, "present", &slots, 1)?;
         let state = GraphicsState {
             topology: vk::PrimitiveTopology::TRIANGLE_LIST,
@@ -54,28 +56,29 @@ impl Present {
             GraphicsPipeline::new(device, stages, &bindings, push_bytes, &constants, &state)
         };
         let (one, split) = (pipeline(1)?, pipeline(SPLIT_PANES)?);
-        let mut present = Self { one, split, bindings, sampler, shown: 0 };
+        let (shown, device) = (0, device.clone());
+        let mut present = Self { one, split, bindings, sampler, shown, device };
         present.show(pictures)?;
         Ok(present)
     }
 
-    /// Shows other pictures from now on: none (black), one, or two to compare. The device must be done
-    /// with the ones before.
+    /// Shows other pictures from now on: none (black), one, or two to compare.
+    /// Frames under way go on with the ones before.
     ///
     /// # Errors
-    /// Those of [`Bindings::write`], of which pictures meet none.
+    /// [`crate::Error::Vulkan`] if the driver refuses.
     pub fn show(&mut self, pictures: &[&Image]) -> Result<()> {
         self.shown = pictures.len();
         let [first, ..] = *pictures else { return Ok(()) };
         let second = pictures.get(1).copied().unwrap_or(first);
-        for (number, picture) in [first, second].into_iter().enumerate() {
-            self.bindings.write(0, number as u32, &Resource::Sampled(picture, &self.sampler))?;
-        }
+        let slot =
+            |picture| (Binding::COMBINED_IMAGE_SAMPLER, Resource::Sampled(picture, &self.sampler));
+        self.bindings = Bindings::of(&self.device, "present", &[first, second].map(slot))?;
         Ok(())
     }
 
     /// Records the pass; `target` is a colour attachment whose content is overwritten.
-    pub fn record(&self, device: &Device, commands: vk::CommandBuffer, target: &Image) {
+    pub fn record(&self, device: &Device, commands: Recorder<'_>, target: &Image) {
         let load = match self.shown {
             0 => vk::AttachmentLoadOp::CLEAR,
             _ => vk::AttachmentLoadOp::DONT_CARE,
@@ -90,7 +93,7 @@ impl Present {
             }
             pipeline.bind(commands, &self.bindings, 0, bytemuck::cast_slice(&push));
             // SAFETY: within a rendering, with everything bound.
-            unsafe { device.raw().cmd_draw(commands, 3, 1, 0, 0) };
+            unsafe { device.raw().cmd_draw(commands.raw(), 3, 1, 0, 0) };
         });
     }
 }

@@ -15,8 +15,8 @@ use ash::vk;
 
 use crate::Result;
 use crate::gpu::{
-    Binding, Bindings, Buffer, ComputePipeline, Device, Memory, Resource, Use, memory_barrier,
-    shaders,
+    Binding, Bindings, Buffer, ComputePipeline, Device, Memory, Recorder, Resource, Use,
+    memory_barrier, shaders,
 };
 use crate::passes::frame::FrameBuffer;
 use crate::passes::placed::PlacedDrops;
@@ -155,7 +155,8 @@ impl Simulate {
                 Resource::Buffer(&counters),
             ];
             for (number, resource) in (0..).zip(&resources) {
-                bindings.write(index as usize, number, resource)?;
+                // SAFETY: no commands have it yet.
+                unsafe { bindings.write(index as usize, number, resource)? };
             }
         }
         let is_stored = u32::from(simulation == Simulation::Stored);
@@ -215,16 +216,16 @@ impl Simulate {
     }
 
     /// Records the counters' reset and the placed drops' places; a barrier to compute must follow.
-    pub fn record_reset(&self, device: &Device, commands: vk::CommandBuffer, scene: &Scene) {
+    pub fn record_reset(&self, device: &Device, commands: Recorder<'_>, scene: &Scene) {
         self.placed.record(device, commands, scene);
         // SAFETY: the command buffer is recorded outside of rendering.
         unsafe {
-            device.raw().cmd_fill_buffer(commands, self.counters.raw(), 0, vk::WHOLE_SIZE, 0);
+            device.raw().cmd_fill_buffer(commands.raw(), self.counters.raw(), 0, vk::WHOLE_SIZE, 0);
         }
     }
 
     /// Records the simulation and the ordering of the large drops.
-    pub fn record(&self, device: &Device, commands: vk::CommandBuffer) {
+    pub fn record(&self, device: &Device, commands: Recorder<'_>) {
         for (index, length) in self.chunks().into_iter().enumerate() {
             let push = [index as u32 * self.chunk, length];
             let groups = [length.div_ceil(GROUP), 1, 1];

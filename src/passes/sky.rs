@@ -9,8 +9,8 @@ use super::frame::FrameBuffer;
 use super::{attachment, rendering};
 use crate::Result;
 use crate::gpu::{
-    Alpha, Binding, Bindings, Device, GraphicsPipeline, GraphicsState, Image, Resource, Samples,
-    shaders,
+    Alpha, Binding, Bindings, Device, GraphicsPipeline, GraphicsState, Image, Recorder, Resource,
+    Samples, shaders,
 };
 
 /// The pass.
@@ -59,13 +59,13 @@ impl Sky {
     }
 
     /// Records the pass; `target` is a colour attachment whose content is overwritten.
-    pub fn record(&self, device: &Device, commands: vk::CommandBuffer, target: &Image) {
+    pub fn record(&self, device: &Device, commands: Recorder<'_>, target: &Image) {
         let color = attachment(target, vk::AttachmentLoadOp::DONT_CARE);
         let size = (target.width, target.height);
         rendering(device, commands, color, None, size, 0.0, || {
             self.pipeline.bind(commands, &self.bindings, 0, &[]);
             // SAFETY: within a rendering, with everything bound.
-            unsafe { device.raw().cmd_draw(commands, 3, 1, 0, 0) };
+            unsafe { device.raw().cmd_draw(commands.raw(), 3, 1, 0, 0) };
         });
     }
 }

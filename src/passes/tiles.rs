@@ -29,8 +29,8 @@ use super::placed::PlacedDrops;
 use super::rain_field::{RainField, SortedDrops};
 use super::simulate::Simulate;
 use crate::gpu::{
-    Binding, Bindings, Buffer, ComputePipeline, Device, Memory, Resource, Texel, Texels, Use,
-    memory_barrier, shaders,
+    Binding, Bindings, Buffer, ComputePipeline, Device, Memory, Recorder, Resource, Texel, Texels,
+    Use, memory_barrier, shaders,
 };
 use crate::plan::FramePlan;
 use crate::rain::clusters::CLUSTER;
@@ -412,7 +412,7 @@ impl Tiles {
     pub fn record_reset(
         &self,
         device: &Device,
-        commands: vk::CommandBuffer,
+        commands: Recorder<'_>,
         scene: &Scene,
         seen: Option<&Seen>,
     ) {
@@ -424,7 +424,7 @@ impl Tiles {
         for (buffer, value) in [(&self.counters, 0), (&self.buffers[HEADS], END)] {
             let raw = buffer.raw();
             // SAFETY: the command buffer is recorded outside of rendering.
-            unsafe { device.raw().cmd_fill_buffer(commands, raw, 0, vk::WHOLE_SIZE, value) };
+            unsafe { device.raw().cmd_fill_buffer(commands.raw(), raw, 0, vk::WHOLE_SIZE, value) };
         }
         // 0 x 1 x 1 workgroups each; all counts 0.
         let mut totals = [0u32; COUNTS_WORDS];
@@ -433,10 +433,12 @@ impl Tiles {
         }
         let bytes = bytemuck::bytes_of(&totals);
         // SAFETY: as above; the data is copied now.
-        unsafe { device.raw().cmd_update_buffer(commands, self.totals().raw(), 0, bytes) };
+        unsafe { device.raw().cmd_update_buffer(commands.raw(), self.totals().raw(), 0, bytes) };
         let (first, bins) = (4 * COUNTS_WORDS as u64, 4 * MAX_BINS as u64);
         // SAFETY: as above; the bytes are within the buffer.
-        unsafe { device.raw().cmd_fill_buffer(commands, self.totals().raw(), first, bins, 0) };
+        unsafe {
+            device.raw().cmd_fill_buffer(commands.raw(), self.totals().raw(), first, bins, 0)
+        };
     }
 
     /// What of real rain a frame of `scene` shows; none without.
@@ -451,12 +453,7 @@ impl Tiles {
     }
 
     /// Records which clusters are in view, and their order. `seen`: what [`Tiles::seen`] said of the frame.
-    pub fn record_clusters(
-        &self,
-        device: &Device,
-        commands: vk::CommandBuffer,
-        seen: Option<&Seen>,
-    ) {
+    pub fn record_clusters(&self, device: &Device, commands: Recorder<'_>, seen: Option<&Seen>) {
         let groups = match (&self.source, seen) {
             (Source::Cells(cells), Some(seen)) => {
                 // In as many rows as a device with the least of limits needs.
@@ -481,7 +478,7 @@ impl Tiles {
 
     /// Records the drops' places and the small ones' entry into the lists, after
     /// [`Tiles::record_clusters`] and a barrier.
-    pub fn record_gather(&self, device: &Device, commands: vk::CommandBuffer) {
+    pub fn record_gather(&self, device: &Device, commands: Recorder<'_>) {
         for band in 0..self.in_frame[1][3] {
             if band > 0 {
                 memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::ComputeWrite]);
@@ -492,7 +489,7 @@ impl Tiles {
     }
 
     /// Records the larger drops' entry into the lists, after [`Tiles::record_gather`] and a barrier.
-    pub fn record_large(&self, device: &Device, commands: vk::CommandBuffer) {
+    pub fn record_large(&self, device: &Device, commands: Recorder<'_>) {
         // `blocks` reads the large drops as texels.
         let written = [Use::ComputeWrite, Use::ComputeRead, Use::Indirect];
         let passes =

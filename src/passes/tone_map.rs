@@ -21,7 +21,8 @@ use super::{attachment, rendering};
 use crate::Result;
 use crate::gpu::{
     Alpha, Binding, Bindings, Buffer, ComputePipeline, Device, GraphicsPipeline, GraphicsState,
-    Image, Memory, Resource, Sampler, Samples, Texel, Texels, Use, memory_barrier, shaders,
+    Image, Memory, Recorder, Resource, Sampler, Samples, Texel, Texels, Use, memory_barrier,
+    shaders,
 };
 use crate::scene::model::Operator;
 
@@ -172,7 +173,7 @@ impl ToneMap {
     }
 
     /// Records the reduction; the radiance, or the tiles' sums, must be ready to be read by compute.
-    pub fn record_log_luminance(&self, device: &Device, commands: vk::CommandBuffer) {
+    pub fn record_log_luminance(&self, device: &Device, commands: Recorder<'_>) {
         if let Some(reduce) = &self.reduce {
             reduce.dispatch(commands, &self.bindings, 0, &[], [SUMS / GROUP, 1, 1]);
             memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::ComputeWrite]);
@@ -181,11 +182,11 @@ impl ToneMap {
     }
 
     /// Records the sums of another picture in place of this one's: those of the whole, where this is a part of it.
-    pub fn record_sums(&self, device: &Device, commands: vk::CommandBuffer, sums: &FinalSums) {
+    pub fn record_sums(&self, device: &Device, commands: Recorder<'_>, sums: &FinalSums) {
         let bytes = bytemuck::bytes_of(sums);
         let offset = 4 * u64::from(self.count);
         // SAFETY: outside of rendering; the buffer ends with so many sums, and the data is copied now.
-        unsafe { device.raw().cmd_update_buffer(commands, self.sums, offset, bytes) };
+        unsafe { device.raw().cmd_update_buffer(commands.raw(), self.sums, offset, bytes) };
     }
 
     /// Sums of the first step over an image; none where the tiles' are.
@@ -194,13 +195,13 @@ impl ToneMap {
     }
 
     /// Records the operator; `display` is a colour attachment whose content is overwritten.
-    pub fn record(&self, device: &Device, commands: vk::CommandBuffer, display: &Image) {
+    pub fn record(&self, device: &Device, commands: Recorder<'_>, display: &Image) {
         let color = attachment(display, vk::AttachmentLoadOp::DONT_CARE);
         let size = (display.width, display.height);
         rendering(device, commands, color, None, size, 0.0, || {
             self.apply.bind(commands, &self.bindings, 0, &[]);
             // SAFETY: within a rendering, with everything bound.
-            unsafe { device.raw().cmd_draw(commands, 3, 1, 0, 0) };
+            unsafe { device.raw().cmd_draw(commands.raw(), 3, 1, 0, 0) };
         });
     }
 }

@@ -51,6 +51,8 @@ struct Flight {
     commands: Commands,
     timestamps: Timestamps,
     counters: Buffer,
+    /// Whether its commands were submitted.
+    is_used: bool,
 }
 
 impl Flight {
@@ -61,12 +63,13 @@ impl Flight {
             commands: Commands::new(device, "frame")?,
             timestamps: Timestamps::new(device)?,
             counters: Buffer::new(device, "counters read back", bytes, usage, Memory::Readback)?,
+            is_used: false,
         })
     }
 
     /// What the last frame counted and took, once it is done; none before the first.
     fn report(&self, drawing: &Drawing) -> Result<Option<FrameReport>> {
-        if !self.timestamps.is_used() {
+        if !self.is_used {
             return Ok(None);
         }
         let words: Vec<u32> = self.counters.read(Simulate::COUNTER_WORDS + tiles::COUNTS.1);
@@ -181,12 +184,12 @@ impl Renderer {
         if let Some((_, pixels)) = &self.whole_sums {
             frame.tone[3] = *pixels;
         }
-        self.stored_at = Some(tick_of_seconds(scene.time));
         let device = &*self.device;
         let flight = &mut self.flights[self.next];
-        self.next = (self.next + 1) % FLIGHTS;
-        let commands = flight.commands.begin()?;
+        flight.commands.wait()?;
         let finished = flight.report(&self.view.drawing)?;
+        flight.is_used = false;
+        let commands = flight.commands.begin()?;
         let time = &mut flight.timestamps;
         time.reset();
 
@@ -218,11 +221,16 @@ impl Renderer {
                 let region = [vk::BufferCopy { src_offset, dst_offset, size: 4 * words as u64 }];
                 let to = flight.counters.raw();
                 // SAFETY: both buffers hold that many words there, and the barrier above covers the read.
-                unsafe { device.raw().cmd_copy_buffer(commands, from.raw(), to, &region) };
+                unsafe { device.raw().cmd_copy_buffer(commands.raw(), from.raw(), to, &region) };
             }
             memory_barrier(device, commands, &[Use::TransferWrite], &[Use::HostRead]);
         }
         flight.commands.submit()?;
+        // Only now: a frame that could not be submitted has changed nothing.
+        flight.is_used = true;
+        self.view.submitted();
+        self.stored_at = Some(tick_of_seconds(scene.time));
+        self.next = (self.next + 1) % FLIGHTS;
         Ok(finished)
     }
 
@@ -353,7 +361,7 @@ impl Renderer {
             let region = [vk::BufferCopy { src_offset: 0, dst_offset: 0, size: buffer.size }];
             // SAFETY: both buffers are that large, and the barrier above covers the read.
             unsafe {
-                device.raw().cmd_copy_buffer(commands, buffer.raw(), staging.raw(), &region);
+                device.raw().cmd_copy_buffer(commands.raw(), buffer.raw(), staging.raw(), &region);
             }
             memory_barrier(device, commands, &[Use::TransferWrite], &[Use::HostRead]);
         })?;
@@ -373,7 +381,7 @@ impl Renderer {
             // SAFETY: the buffer holds the image, which is in this layout.
             unsafe {
                 device.raw().cmd_copy_image_to_buffer(
-                    commands,
+                    commands.raw(),
                     image.raw(),
                     vk::ImageLayout::TRANSFER_SRC_OPTIMAL,
                     staging.raw(),
@@ -384,12 +392,5 @@ impl Renderer {
             memory_barrier(device, commands, &[Use::TransferWrite], &[Use::HostRead]);
         })?;
         Ok(staging.read(count))
-    }
-}
-
-impl Drop for Renderer {
-    fn drop(&mut self) {
-        // Frames under way use what is about to be freed; a lost device has none.
-        let _ = self.device.wait_idle();
     }
 }

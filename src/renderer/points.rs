@@ -5,8 +5,8 @@ use ash::vk;
 use super::lighting::Lighting;
 use crate::Result;
 use crate::gpu::{
-    Alpha, Device, Image, ImageInfo, Samples, Timestamps, Use, image_barrier, image_discard,
-    memory_barrier,
+    Alpha, Device, Image, ImageInfo, Recorder, Samples, Timestamps, Use, image_barrier,
+    image_discard, memory_barrier,
 };
 use crate::passes::attachment;
 use crate::passes::compact::Compact;
@@ -106,7 +106,7 @@ impl Points {
         self.rain.as_ref().and_then(|rain| rain.drops.table.ms())
     }
 
-    pub fn record_reset(&self, device: &Device, commands: vk::CommandBuffer, scene: &Scene) {
+    pub fn record_reset(&self, device: &Device, commands: Recorder<'_>, scene: &Scene) {
         if let Some(rain) = &self.rain {
             rain.simulate.record_reset(device, commands, scene);
         }
@@ -114,7 +114,7 @@ impl Points {
 
     /// From the frame's constants to the radiance image, left as a colour attachment. A pass's time
     /// includes the wait for its input: drivers that defer drawing do it there.
-    pub fn record(&self, device: &Device, commands: vk::CommandBuffer, time: &mut Timestamps) {
+    pub fn record(&self, device: &Device, commands: Recorder<'_>, time: &mut Timestamps) {
         time.time(commands, "simulate", || {
             let written = [Use::Uniform, Use::ComputeWrite];
             memory_barrier(device, commands, &[Use::TransferWrite], &written);
@@ -162,7 +162,7 @@ impl Points {
     }
 
     /// Makes the radiance ready for the display pass.
-    pub fn record_display(&self, device: &Device, commands: vk::CommandBuffer) {
+    pub fn record_display(&self, device: &Device, commands: Recorder<'_>) {
         let (before, after) = (Use::ColorAttachment, Use::ShaderRead);
         image_barrier(device, commands, &self.radiance, before, after);
     }

@@ -109,9 +109,14 @@ impl Stages {
                 let raw = device.raw();
                 // SAFETY: the buffers hold what is copied into them, after the barriers above.
                 unsafe {
-                    raw.cmd_copy_buffer(commands, simulate.drops.raw(), records.raw(), &region);
+                    raw.cmd_copy_buffer(
+                        commands.raw(),
+                        simulate.drops.raw(),
+                        records.raw(),
+                        &region,
+                    );
                     raw.cmd_copy_image_to_buffer(
-                        commands,
+                        commands.raw(),
                         target.raw(),
                         layout,
                         picture.raw(),

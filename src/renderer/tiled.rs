@@ -2,11 +2,9 @@
 
 use std::sync::Arc;
 
-use ash::vk;
-
 use super::lighting::Lighting;
 use crate::Result;
-use crate::gpu::{Device, Timestamps, Use, memory_barrier};
+use crate::gpu::{Device, Recorder, Timestamps, Use, memory_barrier};
 use crate::passes::appearance::FarDrop;
 use crate::passes::composite::Composite;
 use crate::passes::frame::{Frame, FrameBuffer};
@@ -61,7 +59,7 @@ impl Tiled {
     pub fn record_reset(
         &self,
         device: &Device,
-        commands: vk::CommandBuffer,
+        commands: Recorder<'_>,
         scene: &Scene,
         seen: Option<&Seen>,
     ) {
@@ -72,7 +70,7 @@ impl Tiled {
     pub fn record(
         &mut self,
         device: &Device,
-        commands: vk::CommandBuffer,
+        commands: Recorder<'_>,
         time: &mut Timestamps,
         frame: &Frame,
         seen: Option<&Seen>,
@@ -117,7 +115,7 @@ impl Tiled {
     }
 
     /// Makes the radiance ready for the display pass.
-    pub fn record_display(&self, device: &Device, commands: vk::CommandBuffer) {
+    pub fn record_display(&self, device: &Device, commands: Recorder<'_>) {
         memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::ShaderRead]);
     }
 }

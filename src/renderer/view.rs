@@ -9,7 +9,8 @@ use super::points::Points;
 use super::tiled::Tiled;
 use crate::Result;
 use crate::gpu::{
-    Buffer, Device, Image, ImageInfo, Samples, Timestamps, Use, image_discard, memory_barrier,
+    Buffer, Device, Image, ImageInfo, Recorder, Samples, Timestamps, Use, image_discard,
+    memory_barrier,
 };
 use crate::passes::drops::guard_band;
 use crate::passes::frame::{Frame, FrameBuffer, Surroundings};
@@ -157,11 +158,18 @@ impl View {
         frame
     }
 
+    /// The commands that were recorded last are on the queue.
+    pub fn submitted(&mut self) {
+        if let Drawing::Tiled(tiled) = &mut self.drawing {
+            tiled.composite.submitted();
+        }
+    }
+
     /// Records a frame of a scene, from its constants to the display image. `whole`: sums of log luminance in place of its own.
     pub fn record(
         &mut self,
         device: &Device,
-        commands: vk::CommandBuffer,
+        commands: Recorder<'_>,
         time: &mut Timestamps,
         (scene, frame, seen): (&Scene, &Frame, Option<&Seen>),
         whole: Option<&FinalSums>,

@@ -217,7 +217,8 @@ fn prepare(
         let is_on_show = shown.as_ref().is_some_and(is_of)
             && plans.iter().any(|other| other.has_models_of(&plan));
         if let Some(rehearsal) = rehearsal.as_ref().filter(|_| !is_on_show) {
-            rehearsal.replace_shaders(device.replaced_shaders());
+            // SAFETY: the same as on the device that they come from.
+            unsafe { rehearsal.replace_shaders(device.replaced_shaders()) };
             // It saves time and decides nothing: what fails here fails, and is told, below.
             let shown = &mut shown_in_rehearsal;
             let _ = draw_first(rehearsal, &environment, scene, plan.clone(), shown);

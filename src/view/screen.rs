@@ -8,8 +8,8 @@ use egui::epaint::ClippedPrimitive;
 
 use crate::Result;
 use crate::gpu::{
-    Buffer, Commands, Device, Image, ImageInfo, Memory, Samples, Surface, Swapchain, Timestamps,
-    Use, image_barrier, image_discard, memory_barrier,
+    Buffer, Commands, Device, Image, ImageInfo, Memory, Recorder, Samples, Surface, Swapchain,
+    Timestamps, Use, image_barrier, image_discard, memory_barrier,
 };
 use crate::passes::overlay::Overlay;
 use crate::passes::present::Present;
@@ -108,7 +108,6 @@ impl Screen {
     /// Shows `pictures` from now on: one, or two to compare.
     pub fn show(&mut self, pictures: &[&Image]) -> Result<()> {
         if let Some(passes) = &mut self.passes {
-            self.device.wait_idle()?;
             passes.present.show(pictures)?;
         }
         Ok(())
@@ -196,7 +195,7 @@ impl Screen {
         // SAFETY: the buffer holds the image, which is in this layout.
         unsafe {
             device.raw().cmd_copy_image_to_buffer(
-                commands,
+                commands.raw(),
                 image.raw(),
                 vk::ImageLayout::TRANSFER_SRC_OPTIMAL,
                 staging.raw(),
@@ -217,7 +216,7 @@ impl Screen {
 #[expect(clippy::too_many_arguments, reason = "borrowed from both sides of `Screen`")]
 fn record(
     device: &Device,
-    commands: vk::CommandBuffer,
+    commands: Recorder<'_>,
     time: &mut Timestamps,
     passes: &mut Passes,
     frame: usize,

@@ -111,7 +111,8 @@ impl Viewer {
 
     /// Goes on with another device in place of one that is lost.
     pub fn renew(&mut self, device: &Arc<Device>) -> Result<()> {
-        device.replace_shaders(self.device.replaced_shaders());
+        // SAFETY: the same as on the device that they come from.
+        unsafe { device.replace_shaders(self.device.replaced_shaders()) };
         self.stage.renew(device)?;
         let surface = Surface::new(device.instance(), self.window.clone())?;
         self.screen = Screen::new(device, surface, self.screen.vsync())?;

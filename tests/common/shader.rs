@@ -42,7 +42,8 @@ pub fn run(
     input: &[[f32; 4]],
     outputs: usize,
 ) -> Vec<[f32; 4]> {
-    let shader = Shader { name, define: None, words: compile(name).leak() };
+    // SAFETY: the compiler made it, for these bindings.
+    let shader = unsafe { Shader::new(name, None, compile(name).leak()) };
     let usage = vk::BufferUsageFlags::STORAGE_BUFFER;
     let frame = FrameBuffer::new(device).expect("a uniform buffer");
     let given = Buffer::upload(device, "input", input, usage).expect("a buffer");

@@ -7,8 +7,8 @@ use bytemuck::Pod;
 
 use crate::Result;
 use crate::gpu::{
-    Buffer, Commands, Device, Image, ImageInfo, Memory, Samples, Use, attachment, image_barrier,
-    image_discard, memory_barrier, rendering,
+    Buffer, Commands, Device, Image, ImageInfo, Memory, Recorder, Samples, Use, attachment,
+    image_barrier, image_discard, memory_barrier, rendering,
 };
 
 /// A colour attachment, cleared to zeros before each drawing.
@@ -41,7 +41,7 @@ impl<'a> Canvas<'a> {
     }
 
     /// Records a rendering into the cleared image; viewport and scissor are the whole image.
-    pub fn record(&self, commands: vk::CommandBuffer, draw: impl FnOnce()) {
+    pub fn record(&self, commands: Recorder<'_>, draw: impl FnOnce()) {
         let device = &**self.device;
         image_discard(device, commands, &self.image, &[Use::TransferRead], Use::ColorAttachment);
         let color = attachment(&self.image, vk::AttachmentLoadOp::CLEAR);
@@ -49,7 +49,7 @@ impl<'a> Canvas<'a> {
     }
 
     /// Draws, waits, and returns the pixels row by row from the top; `Pixel` as the format has it.
-    pub fn draw<Pixel: Pod>(&self, draw: impl FnOnce(vk::CommandBuffer)) -> Result<Vec<Pixel>> {
+    pub fn draw<Pixel: Pod>(&self, draw: impl FnOnce(Recorder<'_>)) -> Result<Vec<Pixel>> {
         let device = &**self.device;
         let count = self.image.width as usize * self.image.height as usize;
         let bytes = (count * size_of::<Pixel>()) as u64;
@@ -64,7 +64,7 @@ impl<'a> Canvas<'a> {
             // SAFETY: the buffer holds the image, which is in this layout.
             unsafe {
                 device.raw().cmd_copy_image_to_buffer(
-                    commands,
+                    commands.raw(),
                     self.image.raw(),
                     vk::ImageLayout::TRANSFER_SRC_OPTIMAL,
                     pixels.raw(),

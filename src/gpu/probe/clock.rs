@@ -55,7 +55,7 @@ impl Clock {
                     canvas.record(recorded, || {
                         pipeline.bind(recorded, &bindings, 0, bytemuck::bytes_of(&steps));
                         // SAFETY: within a rendering, with everything bound.
-                        unsafe { device.raw().cmd_draw(recorded, 3, 1, 0, 0) };
+                        unsafe { device.raw().cmd_draw(recorded.raw(), 3, 1, 0, 0) };
                     });
                 });
             }

@@ -9,7 +9,9 @@ use serde::Serialize;
 use super::canvas::Canvas;
 use super::state;
 use crate::Result;
-use crate::gpu::{Alpha, Binding, Bindings, Buffer, Device, GraphicsPipeline, Resource, shaders};
+use crate::gpu::{
+    Alpha, Binding, Bindings, Buffer, Device, GraphicsPipeline, Recorder, Resource, shaders,
+};
 
 const HALF: vk::Format = vk::Format::R16G16B16A16_SFLOAT;
 
@@ -89,11 +91,12 @@ impl Halves {
             GraphicsPipeline::new(device, stages, &bindings, 8, &[packed], &state)
         };
         let size = (values.len() as u32, 1);
-        let draw = |commands, pipeline: &GraphicsPipeline, alpha_and_scale: [f32; 2]| {
-            pipeline.bind(commands, &bindings, 0, bytemuck::bytes_of(&alpha_and_scale));
-            // SAFETY: within a rendering, with everything bound.
-            unsafe { device.raw().cmd_draw(commands, 3, 1, 0, 0) };
-        };
+        let draw =
+            |commands: Recorder<'_>, pipeline: &GraphicsPipeline, alpha_and_scale: [f32; 2]| {
+                pipeline.bind(commands, &bindings, 0, bytemuck::bytes_of(&alpha_and_scale));
+                // SAFETY: within a rendering, with everything bound.
+                unsafe { device.raw().cmd_draw(commands.raw(), 3, 1, 0, 0) };
+            };
 
         let overwrite = pipeline(HALF, Alpha::Ignored, 0)?;
         let canvas = Canvas::new(device, size, HALF)?;

@@ -113,9 +113,9 @@ impl<'a> Shooter<'a> {
                 let viewport = vk::Viewport { x, y, width, height, min_depth, max_depth };
                 // SAFETY: within a rendering, with everything bound.
                 unsafe {
-                    raw.cmd_set_viewport(commands, 0, &[viewport]);
-                    raw.cmd_set_scissor(commands, 0, &[scissor]);
-                    raw.cmd_draw(commands, 1, 1, number, 0);
+                    raw.cmd_set_viewport(commands.raw(), 0, &[viewport]);
+                    raw.cmd_set_scissor(commands.raw(), 0, &[scissor]);
+                    raw.cmd_draw(commands.raw(), 1, 1, number, 0);
                 }
             }
         })?;

@@ -73,7 +73,13 @@ fn texture(device: &Arc<Device>, size: (u32, u32), levels: &[Vec<f16>]) -> Resul
         // SAFETY: the copies lie within the buffer and the image, which is in this layout.
         unsafe {
             let raw = device.raw();
-            raw.cmd_copy_buffer_to_image(commands, staging.raw(), image.raw(), layout, &copies);
+            raw.cmd_copy_buffer_to_image(
+                commands.raw(),
+                staging.raw(),
+                image.raw(),
+                layout,
+                &copies,
+            );
         }
         image_barrier(device, commands, &image, Use::TransferWrite, Use::GraphicsRead);
     })?;
@@ -117,8 +123,8 @@ impl Sampling {
                 pipeline.bind(commands, &bindings, 0, bytemuck::bytes_of(&level.exp2()));
                 // SAFETY: within a rendering, with everything bound.
                 unsafe {
-                    raw.cmd_set_scissor(commands, 0, &[scissor]);
-                    raw.cmd_draw(commands, 3, 1, 0, 0);
+                    raw.cmd_set_scissor(commands.raw(), 0, &[scissor]);
+                    raw.cmd_draw(commands.raw(), 3, 1, 0, 0);
                 }
             }
         })?;
