@@ -17,7 +17,6 @@ vec3 relative_integer(uint index) {
 struct Placed {
     vec4 high; // centre in float32, radius
     vec4 low;  // what float32 lost of the centre
-    vec4 moved; // xyz: its way while the shutter is open
 };
 
 vec3 relative_placed(Placed drop) {

@@ -6,7 +6,6 @@
 use std::sync::Arc;
 
 use ash::vk;
-use glam::Vec3;
 
 use crate::Result;
 use crate::gpu::{Buffer, Device, Memory, Recorder};
@@ -16,8 +15,8 @@ use crate::scene::{PlacedDrop, Scene};
 /// Bytes that one `vkCmdUpdateBuffer` takes.
 const MOST_AT_ONCE: usize = 65_536;
 
-/// Centre in float32 and radius; what float32 lost of the centre; the way while the shutter is open.
-type Record = [[f32; 4]; 3];
+/// Centre in float32 and radius; what float32 lost of the centre.
+type Record = [[f32; 4]; 2];
 
 /// The buffer, and whether it changes from frame to frame.
 pub(super) struct PlacedDrops {
@@ -60,11 +59,9 @@ impl PlacedDrops {
 }
 
 fn records(scene: &Scene) -> Vec<Record> {
-    let exposed = scene.exposed();
     let record = |drop: &PlacedDrop| {
         let [high, low] = split(drop.center_at(scene.time));
-        let moved: Vec3 = (drop.velocity * exposed).as_vec3();
-        [high.extend(drop.radius as f32), low.extend(0.0), moved.extend(0.0)].map(Into::into)
+        [high.extend(drop.radius as f32), low.extend(0.0)].map(Into::into)
     };
     scene.drops.iter().map(record).collect()
 }
