@@ -1,5 +1,5 @@
 //! How preset `auto` keeps its word: twelve scenes at four accepted errors, each against every model that it
-//! chooses from. `cargo run --release --example auto`, minutes on two cores.
+//! chooses from. `cargo run --release --example auto`, minutes on two cores. `RAINDROPS_DEVICE` names a device, as `--device` does.
 //!
 //! For each: what is chosen, its error over all pixels against the reference, and its time over that of the
 //! quickest model that keeps the error. Kept, told to be out of reach, told although a model reaches it, or
@@ -74,7 +74,8 @@ fn picture(
 fn main() -> anyhow::Result<()> {
     let wanted: Vec<String> = std::env::args().skip(1).collect();
     let instance = Instance::new(Validation::Off)?;
-    let device = &Device::open(&instance, instance.choose(None)?)?;
+    let wanted_device = std::env::var("RAINDROPS_DEVICE").ok();
+    let device = &Device::open(&instance, instance.choose(wanted_device.as_deref())?)?;
     let costs = costs::measure(device)?;
     println!("{}: {costs:?}", device.report.summary());
     let (mut kept, mut told, mut over_told, mut missed, mut slow) = (0, 0, 0, 0, 0);
