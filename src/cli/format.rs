@@ -1,7 +1,8 @@
 //! A table of results on stdout, in the form that was asked for.
 
 use clap::ValueEnum;
-use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
+use comfy_table::{CellAlignment, ContentArrangement, Table, TableStyle, presets};
+use console::Term;
 
 /// What results are printed as.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -26,13 +27,57 @@ pub struct Sheet {
 }
 
 impl Sheet {
-    /// The sheet as text, without a line break at its end; JSON is no sheet's.
+    /// The sheet as text, without a line break at its end; JSON is no sheet's. On a terminal that is too narrow for
+    /// its columns it is several tables under each other, each with the first column.
     pub fn text(&self, format: Format) -> String {
-        let preset = match format {
-            Format::Csv => return self.csv(),
-            Format::Markdown => presets::ASCII_MARKDOWN,
-            Format::Table | Format::Json => presets::UTF8_HORIZONTAL_ONLY,
+        let terminal = Term::stdout();
+        let size = terminal.is_term().then(|| terminal.size_checked()).flatten();
+        self.text_within(format, size.map_or(usize::MAX, |(_, columns)| columns.into()))
+    }
+
+    fn text_within(&self, format: Format, most: usize) -> String {
+        match format {
+            Format::Csv => self.csv(),
+            Format::Markdown => self.table(format, presets::ASCII_MARKDOWN),
+            Format::Table | Format::Json => {
+                let parts = self.parts(most);
+                let texts =
+                    parts.iter().map(|part| part.table(format, presets::UTF8_HORIZONTAL_ONLY));
+                texts.collect::<Vec<_>>().join("\n")
+            }
+        }
+    }
+
+    /// The first column with as many of the others as go into `most` characters, then with the next, and so on.
+    fn parts(&self, most: usize) -> Vec<Self> {
+        // With the spaces before, behind and between.
+        let width = |column: usize| {
+            let cells = self.rows.iter().chain([&self.header]).filter_map(|row| row.get(column));
+            3 + cells.map(|cell| cell.chars().count()).max().unwrap_or(0)
         };
+        let mut parts = vec![vec![0]];
+        let mut taken = width(0);
+        for column in 1..self.header.len() {
+            if taken + width(column) > most && parts.last().is_some_and(|part| part.len() > 1) {
+                parts.push(vec![0]);
+                taken = width(0);
+            }
+            taken = taken.saturating_add(width(column));
+            if let Some(part) = parts.last_mut() {
+                part.push(column);
+            }
+        }
+        let pick = |row: &Vec<String>, part: &[usize]| -> Vec<String> {
+            part.iter().filter_map(|column| row.get(*column).cloned()).collect()
+        };
+        let sheet = |part: &Vec<usize>| Self {
+            header: pick(&self.header, part),
+            rows: self.rows.iter().map(|row| pick(row, part)).collect(),
+        };
+        parts.iter().map(sheet).collect()
+    }
+
+    fn table(&self, format: Format, preset: TableStyle) -> String {
         let mut table = Table::new();
         table.load_style(preset);
         table.set_content_arrangement(ContentArrangement::Disabled);
@@ -76,5 +121,21 @@ mod tests {
         };
         assert_eq!(sheet.text(Format::Csv), "a,b\n\"1 drop, fast\",\"say \"\"no\"\"\"");
         assert!(sheet.text(Format::Markdown).contains("| 1 drop, fast |"));
+    }
+
+    #[test]
+    fn tables_fit_the_terminal() {
+        let figures = |n: usize| (0..20).map(move |c| (1000 * c + n).to_string());
+        let row = |n: usize| std::iter::once(format!("row {n}")).chain(figures(n)).collect();
+        let header = std::iter::once(String::new()).chain((0..20).map(|c| format!("column {c}")));
+        let sheet = Sheet { header: header.collect(), rows: (0..3).map(row).collect() };
+        for most in [40, 80, 170] {
+            let text = sheet.text_within(Format::Table, most);
+            assert!(text.lines().all(|line| line.chars().count() <= most), "{most}:\n{text}");
+            assert!((0..20).all(|c| text.contains(&format!("column {c} "))), "{most}:\n{text}");
+            // Each part tells what its rows are.
+            let parts = text.lines().filter(|line| line.contains("column")).count();
+            assert_eq!(text.matches("row 2").count(), parts, "{most}:\n{text}");
+        }
     }
 }
