@@ -23,7 +23,7 @@ layout(std430, set = 0, binding = 13) writeonly buffer LogSums { float log_sums[
 // The tiles whose lists the window did not bring into order: number, and entries.
 layout(std430, set = 0, binding = 14) buffer Disordered { uvec2 disordered_tiles[]; };
 
-// What splats show, by direction: a color, places of two glints, and their light for a radius of a pixel.
+// What splats show, two by direction (splat_table.comp).
 layout(std430, set = 0, binding = 16) readonly buffer SplatTable { uvec4 splat_table[]; };
 
 #define COUNTERS_BINDING 15
@@ -47,6 +47,15 @@ void lay_behind(inout Row row, vec4 coverage, vec4 r, vec4 g, vec4 b) {
     precise vec4 share = row.through * coverage;
     precise vec4 sum_r = fma(share, r, row.r), sum_g = fma(share, g, row.g), sum_b = fma(share, b, row.b);
     precise vec4 through = row.through - share;
+    row = Row(sum_r, sum_g, sum_b, through);
+}
+
+// The part of a splat in a row of pixels: what it has of each column, and of the row; its light in a column it fills.
+void lay_part_behind(inout Row row, vec4 columns, float height, vec3 light) {
+    precise vec4 share = row.through * columns;
+    precise vec4 sum_r = fma(share, vec4(light.r), row.r), sum_g = fma(share, vec4(light.g), row.g);
+    precise vec4 sum_b = fma(share, vec4(light.b), row.b);
+    precise vec4 through = row.through - share * height;
     row = Row(sum_r, sum_g, sum_b, through);
 }
 
@@ -112,27 +121,25 @@ void lay_splat_behind(inout Row upper, inout Row lower, uint link) {
     vec2 half_sides = unpack_half_sides(words.w);
     vec2 from = vec2(uvec2(which & 1u, which >> 1) * TILE) - unpack_center(words.z);
     uint direction = words.w >> HALF_SIDES_BITS;
-    uint word;
+    uvec4 shown = splat_of(direction, 0u);
     if (GLINTS != 0u) {
-        uvec4 shown = splat_of(direction);
-        word = shown.x;
         // The disc's area is the box's.
         float squared = half_sides.x * half_sides.y / 0.78539816, radius = sqrt(squared);
-        vec4 at = unpackSnorm4x8(shown.y) * (LONGEST_OFFSET * radius);
-        add_glint(upper, lower, at.xy - from, squared * unpack_radiance(shown.z));
-        add_glint(upper, lower, at.zw - from, squared * unpack_radiance(shown.w));
-    } else {
-        word = color_of(direction);
+        vec4 at = unpackSnorm4x8(shown.z) * (LONGEST_OFFSET * radius);
+        add_glint(upper, lower, at.xy - from, squared * unpack_radiance(shown.w));
+        add_glint(upper, lower, at.zw - from, squared * unpack_radiance(splat_of(direction, 1u).x));
     }
-    vec3 color = unpack_radiance(word);
-    // What each column and each row of pixels has of the box.
+    // What each column of pixels has of the box, and each row of its upper and its lower half.
     vec4 x = from.x + vec4(0.0, 1.0, 2.0, 3.0);
-    vec2 y = from.y + vec2(0.0, 1.0);
     vec4 columns = clamp(half_sides.x - x, 0.0, 1.0) - clamp(-half_sides.x - x, 0.0, 1.0);
-    vec2 rows = clamp(half_sides.y - y, 0.0, 1.0) - clamp(-half_sides.y - y, 0.0, 1.0);
-    vec4 r = vec4(color.r), g = vec4(color.g), b = vec4(color.b);
-    lay_behind(upper, columns * rows.x, r, g, b);
-    lay_behind(lower, columns * rows.y, r, g, b);
+    vec2 y = from.y + vec2(0.0, 1.0), middle = clamp(-y, 0.0, 1.0);
+    vec2 above = middle - clamp(-half_sides.y - y, 0.0, 1.0), below = clamp(half_sides.y - y, 0.0, 1.0) - middle;
+    vec3 upper_color = unpack_radiance(shown.x), lower_color = unpack_radiance(shown.y);
+    precise vec3 first = fma(lower_color, vec3(below.x), upper_color * above.x);
+    precise vec3 second = fma(lower_color, vec3(below.y), upper_color * above.y);
+    precise vec2 rows = above + below;
+    lay_part_behind(upper, columns, rows.x, first);
+    lay_part_behind(lower, columns, rows.y, second);
 }
 
 // Are blocks behind splats drawn here? Drops alike look larger the nearer they are; where they are not alike,

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 // Adds the images of the bright sources to the pixels of the large drops' tile fragments, after their colours are
-// there; one invocation a drop. See src/passes/glints.rs.
+// there; one invocation eight drops. See src/passes/glints.rs.
 #include "frame.glsl"
 #include "projection.glsl"
 #include "light_model.glsl"
@@ -10,10 +10,19 @@
 #include "shared_exponent.glsl"
 #include "appearance.glsl"
 
-layout(local_size_x = 64) in;
+// CPU drivers run a vector of eight invocations as long as one of them has an image to solve for, so each takes as
+// many drops as there are in a vector, and solves for those alone that need it: one in twenty.
+const uint WIDE = 8;
+layout(local_size_x = WIDE) in;
 
+// What far drops show (splat_table.comp).
+layout(std430, set = 0, binding = 16) readonly buffer SplatTable { uvec4 splat_table[]; };
 #define SOURCES_BINDING 17
 #include "glints.glsl"
+#include "far_glints.glsl"
+
+// Radius in pixels under which a far drop has the images of the nearest direction: a fifth of a pixel off at most.
+const float TABLE_PX = 4.0;
 
 // Parts of a source at most: more than a pixel's worth for images of up to 16 pixels across. Larger ones, of the sun
 // in drops of over 900 pixels of radius, are mottled.
@@ -43,11 +52,25 @@ vec3 to_view(vec3 world) {
     return vec3(dot(frame.right.xyz, world), dot(frame.up.xyz, world), dot(frame.back.xyz, world));
 }
 
-void main() {
-    uint drop = gl_GlobalInvocationID.x;
-    if (drop >= min(totals.larges, MAX_LARGES)) return;
+// Draws the images that a far drop of some pixels shows as splats do; whether it is one.
+bool add_by_table(uint drop, Large r) {
+    vec4 m = r.to_disc;
+    float squared = 1.0 / abs(m.x * m.w - m.y * m.z), radius = sqrt(squared);
+    if (SPLAT_PX == 0.0 || (r.look & BY_RAYS) != 0u || radius > TABLE_PX) return false;
+    uint direction = r.look & 0xfffu;
+    uvec4 shown = splat_table[2u * direction];
+    vec4 at = unpackSnorm4x8(shown.z) * (LONGEST_OFFSET * radius);
+    vec3 first = squared * unpack_radiance(shown.w);
+    vec3 others = squared * unpack_radiance(splat_table[2u * direction + 1u].y);
+    // A quarter of a pixel farther in where nothing is covered.
+    float inner = 1.0 - 0.25 / radius;
+    if (!add_light(drop, r, r.center + at.xy, first)) add_light(drop, r, r.center + inner * at.xy, first);
+    if (!add_light(drop, r, r.center + at.zw, others)) add_light(drop, r, r.center + inner * at.zw, others);
+    return true;
+}
+
+void solve(uint drop) {
     Large r = larges[drop];
-    if ((r.look & AS_SPLATS) != 0u || r.look >> 16 == 0u) return;
     float far = length(r.sphere.xyz), sine = min(r.sphere.w / far, 0.99999);
     vec3 axis = r.sphere.xyz / far;
     float focal = frame.image.z, pixels = focal * sine;
@@ -85,4 +108,15 @@ void main() {
             }
         }
     }
+}
+
+void main() {
+    uint first = gl_WorkGroupID.x * (WIDE * WIDE) + gl_LocalInvocationID.x, todo = 0u;
+    uint end = min(totals.larges, MAX_LARGES);
+    for (uint i = 0u; i < WIDE && first + i * WIDE < end; ++i) {
+        Large r = larges[first + i * WIDE];
+        bool shown = (r.look & AS_SPLATS) == 0u && r.look >> 16 != 0u;
+        if (shown && !add_by_table(first + i * WIDE, r)) todo |= 1u << i;
+    }
+    for (; todo != 0u; todo &= todo - 1u) solve(first + uint(findLSB(todo)) * WIDE);
 }

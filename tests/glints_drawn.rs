@@ -133,6 +133,35 @@ fn glints_have_their_light_in_their_pixel() {
     });
 }
 
+/// A splat shows the ground above and the sky below, as a lens does, however the camera is turned.
+#[test]
+fn a_splat_shows_the_world_upside_down() {
+    let texels = (0..64 * 32).map(|n| Vec3::splat(if n < 64 * 16 { 1.0 } else { 0.1 })).collect();
+    let halves = Environment::from_texels("halves", 64, 32, texels).expect("an image");
+    on_device(|device| {
+        for up in [DVec3::Y, DVec3::NEG_Y, DVec3::new(0.6, 0.8, 0.0)] {
+            let (mut scene, toward) = a_drop(1.4);
+            (scene.camera.target, scene.camera.up) = (toward, up);
+            scene.model.preset = Preset::Fast;
+            // Four rows over the drop's middle, and four under it.
+            let light = |picture: &Picture| {
+                [28, 32].map(|first| {
+                    let pixels =
+                        (0..32).map(|n| picture.pixels[(first + n / 8) * 64 + 28 + n % 8].x);
+                    pixels.map(f64::from).sum::<f64>()
+                })
+            };
+            let (expected, found) =
+                (light(&reference(&scene, &halves, 256)), light(&draw(device, &scene, &halves)));
+            println!("{up}: {found:.3?}, {expected:.3?} by the reference");
+            let apart = (expected[0] - expected[1]).abs();
+            for (found, expected) in found.into_iter().zip(expected) {
+                assert!((found - expected).abs() < 0.1 * apart.max(1.0), "{up}");
+            }
+        }
+    });
+}
+
 /// Rain against a bare sun, which stands in the picture, tone mapped.
 fn rain_in_the_sun() -> (Scene, Environment) {
     let sky = Environment::bundled().expect("the sky");

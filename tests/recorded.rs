@@ -128,8 +128,12 @@ fn note_dispatch(indirect: bool) {
     recording.commands.push(Command::Dispatch { pipeline, name, indirect });
 }
 
-/// What is drawn while the first pass is still at work: neither touches what the other does.
-const INDEPENDENT: [(&str, &str); 1] = [("sort_clusters.comp", "sky.comp")];
+/// What is done while the first pass is still at work: neither touches what the other does.
+const INDEPENDENT: [(&str, &str); 3] = [
+    ("sort_clusters.comp", "sky.comp"),
+    ("sort_clusters.comp", "splat_table.comp"),
+    ("splat_table.comp", "sky.comp"),
+];
 
 /// Does it read buffers through texels? The second dispatch of `composite.comp`, an indirect one, does not.
 fn reads_texels(name: &str, indirect: bool) -> bool {

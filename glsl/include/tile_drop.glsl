@@ -86,7 +86,7 @@ float opacity_at(float distance2) {
     return fade > 0.0 ? smoothstep(near, near + fade, sqrt(distance2)) : 1.0;
 }
 
-// Is it so small, far and opaque that one colour will do? `half_sides`: of its box as a splat. Needs splat.glsl.
+// Is it so small, far and opaque that two colours will do? `half_sides`: of its box as a splat. Needs splat.glsl.
 bool is_small(Drop drop, Outline o, vec2 half_sides, float distance2) {
     return o.radius < SPLAT_PX && all(lessThan(half_sides, vec2(LONGEST_HALF_SIDE)))
         && distance2 >= NEAR_RADII * NEAR_RADII * drop.radius * drop.radius

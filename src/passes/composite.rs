@@ -122,9 +122,8 @@ impl Composite {
             }
             _ => None,
         };
-        let views = texels.iter().flat_map(|(of_tiles, [sky, splats])| {
-            [&of_tiles.nodes, sky, &of_tiles.pictures, splats]
-        });
+        let views =
+            texels.iter().flat_map(|(of_tiles, [sky, splats])| [&of_tiles.nodes, sky, splats]);
 
         let buffer = |buffer| (Binding::STORAGE_BUFFER, Resource::Buffer(buffer));
         let [seen, sky_map] = [seen_by_drops, environment].map(|map| {

@@ -9,11 +9,12 @@
 //!
 //! - **Splats**: a far drop's images depend on its direction alone. Once an environment, `far_glints` finds the two
 //!   brightest from each of the 64 x 64 directions of the prefiltered pictures; the others' light is spread
-//!   over the drop. When the view turns, `splat_table` projects them. `composite` then reads a
-//!   splat's colour and its two glints at once, 16 bytes. An image's place is that of the nearest direction: off by a
-//!   twentieth of the radius at most.
-//! - **Tile fragments**: `glints` adds the images to the pixels of each large drop, with the drop's true distance,
-//!   after their colours are known. A source whose image is wide is cut into parts.
+//!   over the drop. When the view turns, `splat_table` projects them, beside the colours of the drop's upper and lower
+//!   half on the screen. `composite` then reads a splat's colours and glints, 32 bytes. An image's place is that of the
+//!   nearest direction: off by a twentieth of the radius at most.
+//! - **Tile fragments**: `glints` adds the images to the pixels of each large drop after their colours are known. Far
+//!   drops under four pixels of radius, nineteen of twenty, have those of the table; for the others they are solved,
+//!   with the drop's true distance. A source whose image is wide is cut into parts.
 //!
 //! - **Far rain** as a medium shows all images of a source as one mean, by the angle between source and drop (`bow`):
 //!   there the bows are, finer than any table of directions.
@@ -52,7 +53,7 @@ const INDICES: std::ops::RangeInclusive<f64> = 1.325..=1.345;
 
 /// Bytes a direction of what `far_glints` finds, and of the splats' table.
 const FAR_GLINTS_BYTES: u64 = 64;
-const SPLAT_BYTES: u64 = 16;
+const SPLAT_BYTES: u64 = 32;
 /// Invocations a workgroup.
 const FAR_GROUP: u32 = 8;
 const TABLE_GROUP: u32 = 64;
@@ -94,18 +95,12 @@ pub struct Glints {
     far: ComputePipeline,
 }
 
-/// What splats show of the sources in one view.
+/// What splats show in one view.
 pub struct SplatTable {
-    /// A splat's colour and glints by direction, four words each.
+    /// A splat's colours and glints by direction, eight words each (`glsl/splat_table.comp`).
     pub(super) table: Buffer,
-    is_empty: bool,
     bindings: Bindings,
     pipeline: ComputePipeline,
-}
-
-/// Directions of the tables. Without sources nothing reads them.
-fn directions(sources: u32) -> u64 {
-    if sources == 0 { 1 } else { u64::from(DIRECTIONS) }
 }
 
 impl Glints {
@@ -135,7 +130,7 @@ impl Glints {
         let storage = Usage::STORAGE_BUFFER;
         let sources = Buffer::upload_device(device, "bright sources", &words, storage)?;
         let count = regions.len() as u32;
-        let bytes = FAR_GLINTS_BYTES * directions(count);
+        let bytes = FAR_GLINTS_BYTES * u64::from(DIRECTIONS);
         let far_glints = Buffer::new(device, "far glints", bytes, storage, Memory::Device)?;
         let bytes = BOW_BYTES * u64::from(BOW_ANGLES * count.max(1));
         let bow = Buffer::new(device, "bow", bytes, storage, Memory::Device)?;
@@ -154,9 +149,6 @@ impl Glints {
     /// # Errors
     /// Those of [`Commands::once`].
     pub fn fill(&self, device: &Arc<Device>) -> Result<()> {
-        if self.count == 0 {
-            return Ok(());
-        }
         Commands::once(device, "far glints", |commands| {
             self.far.dispatch(commands, &self.bindings, 0, &[], [DIRECTIONS / FAR_GROUP, 1, 1]);
             let angles = BOW_ANGLES * self.count;
@@ -185,7 +177,7 @@ impl SplatTable {
     ) -> Result<Self> {
         let usage =
             vk::BufferUsageFlags::STORAGE_BUFFER | vk::BufferUsageFlags::UNIFORM_TEXEL_BUFFER;
-        let bytes = SPLAT_BYTES * directions(glints.count);
+        let bytes = SPLAT_BYTES * u64::from(DIRECTIONS);
         let table = Buffer::new(device, "splat table", bytes, usage, Memory::Device)?;
         let buffer = |buffer| (Binding::STORAGE_BUFFER, Resource::Buffer(buffer));
         let uniform = (Binding::UNIFORM_BUFFER, Resource::Buffer(&frame.buffer));
@@ -193,14 +185,12 @@ impl SplatTable {
         let slots: Vec<_> = [uniform].into_iter().chain(shared).chain([buffer(&table)]).collect();
         let bindings = Bindings::of(device, "splat table", &slots)?;
         let pipeline = ComputePipeline::new(device, shaders::SPLAT_TABLE_COMP, &bindings, 0, &[])?;
-        Ok(Self { table, is_empty: glints.count == 0, bindings, pipeline })
+        Ok(Self { table, bindings, pipeline })
     }
 
     /// Records the table for the view of the frame's constants, after [`Glints::fill`] and the appearance.
     pub fn record(&self, commands: Recorder<'_>) {
-        if !self.is_empty {
-            let groups = [DIRECTIONS / TABLE_GROUP, 1, 1];
-            self.pipeline.dispatch(commands, &self.bindings, 0, &[], groups);
-        }
+        let groups = [DIRECTIONS / TABLE_GROUP, 1, 1];
+        self.pipeline.dispatch(commands, &self.bindings, 0, &[], groups);
     }
 }

@@ -4,7 +4,7 @@
 //! 1. `clusters`: whole clusters of the rain out of view are passed over (four of five), the others
 //!    sorted into bins, by band of depth and region of the image (`bin_starts`, `sort_clusters`);
 //! 2. `gather`, band after band, the farthest first: each of their drops finds its place and its outline.
-//!    Nineteen of twenty in view are splats: so small that one colour will do. They become nodes of 32 bytes, hung
+//!    Nineteen of twenty in view are splats: so small that two colours will do. They become nodes of 32 bytes, hung
 //!    before what is already in the lists of their one to four tiles of 4 x 2 pixels; the numbers of the
 //!    others are noted;
 //! 3. `large`: those get a block for each tile that they touch (`big`: where there are more than 12,

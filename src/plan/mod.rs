@@ -34,7 +34,7 @@ const NEAR_RADII: f64 = 32.0;
 /// Radius in pixels from which a drop is drawn by rays rather than by its prefiltered picture: the
 /// finest has 16 texels an edge, and above this one sees them.
 const RAYS_PX: f32 = 12.0;
-/// Radius in pixels under which a drop shows one colour, the mean of its picture.
+/// Radius in pixels under which a drop shows two colours, the means of its upper and its lower half.
 const SPLAT_PX: f32 = 1.5;
 
 /// Least contrast between drops and what is behind them that is reckoned with: there is no even sky.
@@ -66,7 +66,7 @@ pub struct FramePlan {
     pub compacts: bool,
     /// Edge of the mask's finest level.
     pub mask_size: u32,
-    /// Radius in pixels under which a drop on tiles has one colour.
+    /// Radius in pixels under which a drop on tiles has two colours.
     pub splat_px: f32,
     /// Radius in pixels from which a drop's pixels are computed apart, by rays.
     pub rays_px: f32,
@@ -173,7 +173,7 @@ pub fn plan_by(scene: &Scene, chosen: Option<&Choice>, output: Output) -> Result
     }
     if is_tile && optics == Optics::Far {
         return refuse(format!(
-            "optics far is not drawn as tile: there, appearance takes one colour for drops under \
+            "optics far is not drawn as tile: there, appearance takes two colours for drops under \
                  {SPLAT_PX} pixels of radius, and better pictures for larger ones"
         ));
     }
@@ -329,7 +329,7 @@ fn passes(scene: &Scene, plan: &FramePlan) -> Vec<(&'static str, String)> {
             passes.push(("clusters", skipped));
             passes.push(("sky", behind));
             let splats = if splat_px > 0.0 {
-                format!("; those under {splat_px} px of radius get one colour")
+                format!("; those under {splat_px} px of radius get two colours")
             } else {
                 String::new()
             };
@@ -337,6 +337,11 @@ fn passes(scene: &Scene, plan: &FramePlan) -> Vec<(&'static str, String)> {
                 .push(("gather", format!("of {drops} those in the clusters in view move{splats}")));
             passes.push(("large", "the others' coverage and pictures, tile by tile".into()));
             passes.push(("rays", format!("radius over {rays_px} px, or near: closed form")));
+            passes.push((
+                "glints",
+                "images of small bright sources in the larger drops, if the environment has any"
+                    .into(),
+            ));
             passes.push(("composite", format!("drops by {optics} over the sky, front to back")));
         }
     }

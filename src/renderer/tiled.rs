@@ -23,6 +23,7 @@ pub(super) struct Tiled {
     /// What drops show, far ones from a table.
     pub far: Arc<FarDrop>,
     splats: SplatTable,
+    draws_splats: bool,
 }
 
 impl Tiled {
@@ -53,7 +54,7 @@ impl Tiled {
             size,
             plan,
         )?;
-        Ok(Self { tiles, composite, splats, far })
+        Ok(Self { tiles, composite, splats, draws_splats: plan.splat_px > 0.0, far })
     }
 
     pub fn record_reset(
@@ -83,7 +84,9 @@ impl Tiled {
         });
         if self.composite.needs_sky(frame) {
             time.time(commands, "sky", || {
-                self.splats.record(commands);
+                if self.draws_splats {
+                    self.splats.record(commands);
+                }
                 self.composite.record_sky(commands);
             });
         }
