@@ -142,17 +142,17 @@ void lay_splat_behind(inout Row upper, inout Row lower, uint link) {
     lay_part_behind(lower, columns, rows.y, second);
 }
 
-// Are blocks behind splats drawn here? Drops alike look larger the nearer they are; where they are not alike,
-// and where it turned out so, yes.
+// Whether blocks behind splats are drawn here. Drops of one size look larger the nearer they are, so a block is in
+// front of all splats. That does not hold if sizes differ, nor in tiles that the first dispatch found in disorder.
 #ifdef DISORDERED
 const bool MIXED = true;
 #else
 const bool MIXED = HAS_PLACED != 0u;
 #endif
 
-// CPU drivers run the invocations of a dispatch one vector after the other, and wait for each node that is in no
-// cache. So the tiles of a region read what the next region's need, many at once and line after line: a
-// vector eight lines of a cluster, its invocations one each.
+// CPU drivers run the invocations of a dispatch one vector after the other, and wait for each node that is not in a
+// cache. So the tiles of a region prefetch the nodes of the next region, line after line: a vector reads the eight
+// lines of a cluster, each of its invocations one line.
 void touch(uint region, uint place, uint in_region) {
     uint vectors = in_region / 8u, band = place / 8u % BANDS, parts = vectors / BANDS;
     uint part = place / 8u / BANDS, bin = band * REGIONS + region, sum = 0u;
@@ -161,12 +161,12 @@ void touch(uint region, uint place, uint in_region) {
     for (uint i = totals.bin_starts[bin] + part; i < end; i += parts) {
         sum |= four_of_nodes((i * CLUSTER + place % 8u * 2u) * NODE).x;
     }
-    // Never so, but the compiler cannot know.
+    // Never true, but the compiler cannot know: without a use the reads would be removed.
     if (sum == END) atomicAdd(totals.disordered, 0u);
 }
 
-// More than there can be; without it a compiler would take it for certain that the loop around the two goes to
-// the list's end, and leave out the check whether it did.
+// Never reached. Without this bound a compiler assumes that the loop around the two reaches the list's end, and removes
+// the check after it.
 const uint MOST_TURNS = 0x7fffffffu;
 
 void main() {

@@ -223,7 +223,7 @@ fn expectations_hold_both_ways() {
         ("skips = ['paper']", &slow, 0, "Skip: "),
         ("[[device.row]]\nmatch = 'paper'\nratio = 1.3", &slow, 0, ""),
         ("", &["--b", "MS=5"], 0, "Faster: "),
-        ("fails = ['no such row']", &[], 0, "no row's name holds 'no such row'"),
+        ("fails = ['no such row']", &[], 0, "no row's name contains 'no such row'"),
         ("typo = 1", &[], 2, "e.toml:5: unknown field `typo`"),
     ] {
         let (code, stderr) = expect(lists, more);

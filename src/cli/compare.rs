@@ -19,32 +19,34 @@ use crate::scene::{Scene, ToneMap};
 #[derive(Args)]
 pub struct CompareArgs {
     /// The truth: EXR (linear radiance) or PNG (display values)
+    #[arg(value_name = "TRUTH")]
     a: PathBuf,
-    /// The picture held against it, of the same kind and size
+    /// The picture to compare with it, of the same kind and size
+    #[arg(value_name = "PICTURE")]
     b: PathBuf,
-    /// Answer "no" (exit status 1) if the mean FLIP error is over this
+    /// Exit with status 1 if the mean FLIP error is over this
     #[arg(long, value_name = "X")]
     max_flip: Option<f64>,
-    /// Answer "no" if relMSE is over this
+    /// Exit with status 1 if relMSE is over this
     #[arg(long, value_name = "X")]
     max_rel_mse: Option<f64>,
-    /// Answer "no" if PSNR is under this, in decibels
+    /// Exit with status 1 if PSNR is under this, in decibels
     #[arg(long, value_name = "X")]
     min_psnr: Option<f64>,
-    /// Answer "no" if a channel of a pixel errs by more than this, in linear radiance
+    /// Exit with status 1 if a channel of a pixel errs by more than this, in linear radiance
     #[arg(long, value_name = "X")]
     max_error: Option<f64>,
-    /// relMSE and largest error over the pixels that are over 0 in this picture (`reference
-    /// --coverage` writes one)
+    /// Take relMSE and the largest error only over the pixels that are over 0 in this picture
+    /// (`reference --coverage` writes one)
     #[arg(long, value_name = "FILE")]
     mask: Option<PathBuf>,
     /// Tone mapping operator before PSNR and FLIP, for radiance
     #[arg(long, value_enum, value_name = "NAME", default_value = "photographic")]
     tone_map: Operator,
-    /// What the tone mapping makes of the truth's log-average luminance
+    /// Luminance to which the truth's log-average is scaled before the curve
     #[arg(long, value_name = "X", default_value_t = ToneMap::default().key)]
     key: f64,
-    /// Fixed factor on linear radiance before the curve, instead of the key over the reference's log-average
+    /// Fixed factor on linear radiance before the curve, instead of the exposure derived from the truth
     #[arg(long, value_name = "X", allow_negative_numbers = true, conflicts_with = "key")]
     exposure: Option<f64>,
     /// Write the figures as JSON

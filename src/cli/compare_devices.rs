@@ -49,10 +49,10 @@ pub struct CompareDevicesArgs {
     /// Compare with the truth too, of so many samples a pixel
     #[arg(long, value_name = "N")]
     truth: Option<u32>,
-    /// Seconds to measure in each process …
+    /// Seconds to measure in each process; longer if --frames needs it
     #[arg(long, value_name = "S", default_value_t = 0.2, value_parser = super::parse_seconds)]
     seconds: f64,
-    /// … and at least so many frames, but for no longer than ten times that
+    /// Frames to measure at least, for at most ten times --seconds
     #[arg(long, value_name = "N", default_value_t = 2)]
     frames: usize,
     /// Rounds of fresh processes for each pair of devices, at most
@@ -64,8 +64,8 @@ pub struct CompareDevicesArgs {
     /// End a process that takes longer, with an error
     #[arg(long, value_name = "TIME", default_value = "10m", value_parser = humantime::parse_duration)]
     timeout: Duration,
-    /// Answer "no" (exit status 1) if the mean FLIP of two drivers is over this; a verdict then says
-    /// `different` [default for the verdict: 0.01]
+    /// Exit with status 1 if the mean FLIP of two drivers is over this; their verdict is then `different`
+    /// [default for the verdict: 0.01]
     #[arg(long, value_name = "X")]
     max_flip: Option<f64>,
     #[command(flatten)]

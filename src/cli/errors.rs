@@ -26,7 +26,7 @@ pub struct ErrorsArgs {
     /// Views of each environment
     #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=64))]
     views: u32,
-    /// Instead: what the glints of small bright sources, as a bare sun, add to each error
+    /// Measure instead what the glints of small bright sources, such as a bare sun, add to each error
     #[arg(long)]
     glints: bool,
     /// Write the rows as JSON

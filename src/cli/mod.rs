@@ -1,7 +1,7 @@
 //! The `raindrops` command: one file a command, and what they share.
 //!
-//! Exit status: 0 done, 1 the answer is "no" (a comparison above its bound, a check that fails),
-//! 2 an error, told in one line on stderr, 130 interrupted. Results go to stdout or to `-o`, progress to stderr.
+//! Exit status: 0 done, 1 a check that was asked for fails (a bound is exceeded),
+//! 2 an error, in one line on stderr, 130 interrupted. Results go to stdout or to `-o`, progress to stderr.
 
 mod bench;
 mod compare;
@@ -42,9 +42,13 @@ use crate::plan::FramePlan;
 use crate::scene::Scene;
 use crate::{Error, Result};
 
+/// What the help ends with.
+const STATUS: &str = "Exit status: 0 done, 1 a check fails, 2 an error, 130 interrupted.
+To begin with: raindrops view assets/scenes/rain.toml --drops 200000";
+
 /// Raindrops rendered as raindrops, at real-time rates, with the error known.
 #[derive(Parser)]
-#[command(name = "raindrops", version, max_term_width = 100)]
+#[command(name = "raindrops", version, max_term_width = 100, after_help = STATUS)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -52,25 +56,29 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
-    Render(render::RenderArgs),
+    // Look.
     #[cfg(feature = "view")]
     View(view::ViewArgs),
-    Bench(bench::BenchArgs),
+    Render(render::RenderArgs),
+    Sky(sky::SkyArgs),
     Mask(mask::MaskArgs),
+    // Ask.
     Plan(plan::PlanArgs),
     Rain(rain::RainArgs),
     Devices(devices::DevicesArgs),
-    Sky(sky::SkyArgs),
-    /// The reference: the scene by a float64 ray tracer on the CPU
+    // Measure truth.
+    /// Render the reference: the scene by a float64 ray tracer on the CPU
     Reference(reference::ReferenceArgs),
-    /// How far picture B is from the truth A; with bounds, a check
+    /// Measure how far a picture is from the truth; with bounds, a check
     Compare(compare::CompareArgs),
-    CompareDevices(compare_devices::CompareDevicesArgs),
-    Completions(completions::CompletionsArgs),
+    Errors(errors::ErrorsArgs),
+    // Measure time.
+    Bench(bench::BenchArgs),
     Tradeoff(tradeoff::TradeoffArgs),
+    CompareDevices(compare_devices::CompareDevicesArgs),
     Verdict(verdict::VerdictArgs),
     Report(report::ReportArgs),
-    Errors(errors::ErrorsArgs),
+    Completions(completions::CompletionsArgs),
 }
 
 /// What a command answers when it did not fail.

@@ -152,7 +152,7 @@ fn notes(rain: &RealRain) -> Vec<String> {
     let mut notes = Vec::new();
     let largest = rain.diameters[1];
     if largest > fall::FASTEST {
-        notes.push(format!("above {} mm drops fall as fast as those of it", fall::FASTEST));
+        notes.push(format!("drops above {0} mm fall as fast as drops of {0} mm", fall::FASTEST));
     }
     if largest > shape::LARGEST {
         notes.push(format!("above {} mm drops have the shape of those of it", shape::LARGEST));

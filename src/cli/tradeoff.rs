@@ -16,21 +16,25 @@ use crate::measure::tradeoff::{
 
 /// Time every model and measure its error against the truth
 #[derive(Args)]
+#[command(
+    mut_arg("scene", |arg| arg.help("Scene file (TOML); left out, and without values of a scene: seven scenes, see below")),
+    after_help = "The seven scenes: close-up (one drop), near (hundreds), far (a million), sun, low range, pan (flicker), weather (real rain).\n\
+                  They take ten minutes or more on two CPU cores; --models and --drops 20000 --size 256x256 take less."
+)]
 pub struct TradeoffArgs {
-    /// Left out, and without values of a scene: a set of seven scenes that ask different things
     #[command(flatten)]
     scene: SceneArgs,
     /// Samples a pixel of the truth
     #[arg(long, value_name = "N", default_value_t = 128,
           value_parser = clap::value_parser!(u32).range(1..=1 << 20))]
     truth_samples: u32,
-    /// Only models whose name holds one of these, and the two that the others are compared with; comma-separated
+    /// Only models whose name contains one of these, and the two that the others are compared with; comma-separated
     #[arg(long, value_name = "TEXT,…", value_delimiter = ',')]
     models: Vec<String>,
-    /// Seconds to time a model …
+    /// Seconds to time a model; longer if --frames needs it
     #[arg(long, value_name = "S", default_value_t = 0.3, value_parser = parse_seconds)]
     seconds: f64,
-    /// … and at least so many frames of it, but for no longer than ten times that
+    /// Frames of a model to time at least, for at most ten times --seconds
     #[arg(long, value_name = "N", default_value_t = 5)]
     frames: usize,
     /// Write the rows as JSON
@@ -63,11 +67,11 @@ pub fn run(args: &TradeoffArgs) -> anyhow::Result<Answer> {
     let all: Vec<_> = models().into_iter().chain(models_of_rain()).collect();
     let holds = |name: &str, text: &String| name.contains(text.as_str());
     if let Some(text) = args.models.iter().find(|text| !all.iter().any(|m| holds(&m.name, text))) {
-        anyhow::bail!("--models {text}: no model's name holds that; see docs/results");
+        anyhow::bail!("--models {text}: no model's name contains that; docs/results lists them");
     }
     let wanted =
         |name: &str| args.models.is_empty() || args.models.iter().any(|text| holds(name, text));
-    // The first two are what the others' speed is told by.
+    // The speed of every other model is relative to the first two.
     let of_scene = |scene: &StudyScene| -> Vec<_> {
         let all = models_of(&scene.frames[0]).into_iter().enumerate();
         all.filter(|(number, model)| *number < BASES || wanted(&model.name))

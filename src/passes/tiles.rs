@@ -4,11 +4,11 @@
 //! 1. `clusters`: whole clusters of the rain out of view are passed over (four of five), the others
 //!    sorted into bins, by band of depth and region of the image (`bin_starts`, `sort_clusters`);
 //! 2. `gather`, band after band, the farthest first: each of their drops finds its place and its outline.
-//!    Nineteen of twenty in view are splats: so small that two colours will do. They become nodes of 32 bytes, hung
-//!    before what is already in the lists of their one to four tiles of 4 x 2 pixels; the numbers of the
+//!    Nineteen of twenty in view are splats: so small that two colours will do. They become nodes of 32 bytes, pushed
+//!    to the front of the lists of their one to four tiles of 4 x 2 pixels; the numbers of the
 //!    others are noted;
 //! 3. `large`: those get a block for each tile that they touch (`big`: where there are more than 12,
-//!    by a workgroup each), and each block finds its coverage and colours and is hung into the list
+//!    by a workgroup each), and each block finds its coverage and colours and is pushed to the list
 //!    of its tile (`blocks`). Those as small as splats, but on three rows of tiles, are two of them.
 //!
 //! Linked lists, because they need one atomic exchange an entry, where lists in a row take one to
@@ -49,7 +49,8 @@ const LARGE_BYTES: u64 = 64;
 const TILES_A_DROP: f64 = 2.0;
 /// Part of all drops that is in view at the paper's 90°, at most.
 const SHARE_IN_VIEW: f64 = 0.18;
-/// Drops of a band that a tile should meet: so few that `tile_window.glsl` brings most lists into order.
+/// Drops of one band that fall on a tile on the mean. A list is in order except within a band, and `tile_window.glsl`
+/// reorders six entries at a time; with more drops a band, more tiles would need the second dispatch.
 const DROPS_A_BAND: f64 = 1.5;
 /// Bands at most, as in the shaders.
 const MAX_BANDS: u32 = 16;

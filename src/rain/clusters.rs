@@ -33,8 +33,8 @@ pub struct Clusters {
     pub boxes: Vec<ClusterBox>,
 }
 
-/// Of a cluster's drops at tick 0 the least places, in units of 2^-32 of the rain box; then the edges of the
-/// box to the greatest, ten bits each from the lowest on, in units of 2^-10, rounded up, less one.
+/// The box around a cluster's drops at tick 0. Three words: its smallest coordinates, in units of 2^-32 of the rain
+/// box. The fourth: its three edges minus one, x in the lowest bits, ten bits each, in units of 2^-10, rounded up.
 pub type ClusterBox = [u32; 4];
 
 impl Clusters {

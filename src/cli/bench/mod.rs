@@ -30,6 +30,13 @@ use crate::scene::{RainSettings, Scene};
 
 /// Measure frame rates: of a scene as it is, or the paper's Table II on this machine
 #[derive(Args)]
+#[command(
+    mut_arg("device", |arg| arg.help(
+        "Vulkan device: a part of its name or driver, or its index in `raindrops devices`; `all`: every device in turn"
+    )),
+    after_help = "Table II with two presets takes some four minutes on two CPU cores; --drops 125000 takes seconds.\n\
+                  --a, --b, --baseline and what goes with them: docs/drivers.md."
+)]
 pub struct BenchArgs {
     /// Scene file (TOML); left out: the paper's benchmark scene
     scene: Option<PathBuf>,
@@ -49,10 +56,10 @@ pub struct BenchArgs {
     /// Presets to measure side by side, in turn, comma-separated; left out: the scene's, or paper
     #[arg(long, value_enum, value_name = "NAME,…", value_delimiter = ',')]
     preset: Vec<Preset>,
-    /// Seconds to measure a row … [default: 2, in rounds 0.2]
+    /// Seconds to measure a row; longer if --frames needs it [default: 2, in rounds 0.2]
     #[arg(long, value_name = "S", value_parser = parse_seconds)]
     seconds: Option<f64>,
-    /// … and at least so many frames of it, but for no longer than ten times that [default: 12, in rounds 2]
+    /// Frames of a row to measure at least, for at most ten times --seconds [default: 12, in rounds 2]
     #[arg(long, value_name = "N")]
     frames: Option<usize>,
     #[command(flatten)]
@@ -67,7 +74,6 @@ pub struct BenchArgs {
     values: SceneValues,
     #[command(flatten)]
     axes: AxisArgs,
-    /// `--device all` measures every device in turn
     #[command(flatten)]
     device: DeviceArgs,
     #[command(flatten)]

@@ -20,7 +20,7 @@ pub fn parse(text: &str) -> Result<Variables, String> {
         };
         let name = name.trim();
         if name.is_empty() || name.contains(char::is_whitespace) {
-            return Err(format!("'{name}' is no name of a variable"));
+            return Err(format!("'{name}' is not the name of a variable"));
         }
         if DRIVER_FILES.contains(&name) {
             let missing = value.split(':').find(|file| !Path::new(file).exists());

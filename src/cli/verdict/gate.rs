@@ -18,7 +18,7 @@ pub struct GateArgs {
     /// A ratio of times farther from 1 than this is faster or slower: 5% or 0.05 [default: 5%]
     #[arg(long, value_name = "X", value_parser = parse_part)]
     threshold: Option<f64>,
-    /// The same, and answer "no" (exit status 1) if a row is slower, or its picture is different
+    /// Set --threshold to this, and exit with status 1 if a row is slower or its picture is different
     #[arg(long, value_name = "X", value_parser = parse_part, conflicts_with = "threshold")]
     fail_above: Option<f64>,
     /// What the rows are printed as
@@ -30,8 +30,8 @@ pub struct GateArgs {
     /// Write the verdicts as JUnit XML, for a page of continuous integration
     #[arg(long, value_name = "FILE")]
     junit: Option<PathBuf>,
-    /// Bounds, and rows known to fail, to flake or to be left out, by device: answer "no" if a row fails that is
-    /// not listed, or passes that is
+    /// Bounds by device, and rows that are known to fail, to flake or to be left out; exit with status 1 if
+    /// an unlisted row fails or one that is known to fail passes
     #[arg(long, value_name = "FILE.toml")]
     expect: Option<PathBuf>,
 }
@@ -126,7 +126,7 @@ fn expected(path: &Path, report: &Report) -> anyhow::Result<usize> {
         eprintln!("{}: {}: {why}", outcome.name(), row.name);
     }
     for part in expectations.unused(&report.rows) {
-        eprintln!("note: {}: no row's name holds '{part}'", path.display());
+        eprintln!("note: {}: no row's name contains '{part}'", path.display());
     }
     Ok(unexpected)
 }
@@ -138,8 +138,9 @@ pub fn parse_part(text: &str) -> Result<f64, String> {
         Some(percent) => number(percent).map(|percent| percent / 100.0),
         None => number(text),
     };
-    part.filter(|part| *part > 0.0 && *part <= 10.0)
-        .ok_or_else(|| format!("'{text}' is no part like 5% or 0.05, over 0 and up to 1000%"))
+    part.filter(|part| *part > 0.0 && *part <= 10.0).ok_or_else(|| {
+        format!("'{text}' is not a fraction like 5% or 0.05, over 0 and up to 1000%")
+    })
 }
 
 #[cfg(test)]

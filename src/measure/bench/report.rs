@@ -299,14 +299,14 @@ fn counters(measured: &Measured) -> IndexMap<String, u64> {
     all.into_iter().map(|(name, count)| (name.to_string(), count)).collect()
 }
 
-/// 4000000 to `4 000 000`.
+/// 4000000 to `4,000,000`.
 #[cfg(any(feature = "cli", feature = "view"))]
 pub(crate) fn thousands(number: u64) -> String {
     let digits = number.to_string();
     let mut text = String::new();
     for (index, digit) in digits.chars().enumerate() {
         if index > 0 && (digits.len() - index).is_multiple_of(3) {
-            text.push(' ');
+            text.push(',');
         }
         text.push(digit);
     }
