@@ -18,6 +18,7 @@ use serde::{Deserialize, Serialize};
 use crate::environment::Environment;
 use crate::optics::WATER;
 use crate::rain::medium;
+use crate::rain::shape::SMALLEST_FLATTENED;
 use crate::rain::visibility::Frustum;
 use crate::scene::Scene;
 use crate::scene::model::{
@@ -270,7 +271,9 @@ pub fn settle_cutoff(scene: &mut Scene, environment: &Environment) -> Option<Str
 
 /// What is said where drops of real rain would not be spheres.
 fn shape_left_out(scene: &Scene) -> Option<String> {
-    let rain = scene.real_rain().filter(|rain| rain.shape != DropShape::Sphere)?;
+    let rain = scene
+        .real_rain()
+        .filter(|rain| rain.shape != DropShape::Sphere && rain.diameters[1] > SMALLEST_FLATTENED)?;
     let shape = rain.shape;
     Some(format!(
         "drops are drawn as spheres, though rain.shape = \"{shape}\": over 1 mm they are flattened, which shows in drops \

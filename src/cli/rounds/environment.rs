@@ -98,8 +98,8 @@ mod tests {
     fn mistakes_are_named() {
         let cases = [
             ("A", "'A' is not NAME=VALUE"),
-            ("=1", "no name"),
-            ("A B=1", "no name"),
+            ("=1", "not the name"),
+            ("A B=1", "not the name"),
             ("A='x", "' is not closed"),
             ("A=1,A=2", "A is given twice"),
             ("A=\\", "backslash"),
