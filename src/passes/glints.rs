@@ -151,14 +151,10 @@ impl Glints {
     pub fn fill(&self, device: &Arc<Device>) -> Result<()> {
         Commands::once(device, "far glints", |commands| {
             self.far.dispatch(commands, &self.bindings, 0, &[], [DIRECTIONS / FAR_GROUP, 1, 1]);
-            let angles = BOW_ANGLES * self.count;
-            self.bow_pass.dispatch(
-                commands,
-                &self.bindings,
-                0,
-                &[],
-                [angles.div_ceil(BOW_GROUP), 1, 1],
-            );
+            if self.count > 0 {
+                let groups = [(BOW_ANGLES * self.count).div_ceil(BOW_GROUP), 1, 1];
+                self.bow_pass.dispatch(commands, &self.bindings, 0, &[], groups);
+            }
             memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::ShaderRead]);
         })
     }
