@@ -108,7 +108,7 @@ fn the_cells_in_view_hold_every_drop_in_view() {
 #[test]
 fn the_device_finds_the_drops_that_the_cpu_finds() {
     on_device(|device| {
-        for (rate, time, cutoff) in [(25.0, 12.345, 0.2), (100.0, -1e9, 0.08), (1.0, 0.0, 0.1)] {
+        for (rate, time, cutoff) in [(25.0, 12.345, 0.2), (100.0, -1e9, 0.05), (1.0, 0.0, 0.1)] {
             let mut scene = aslant(rate);
             scene.time = time;
             scene.model.cutoff_px = Some(cutoff);
