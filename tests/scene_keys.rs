@@ -5,6 +5,7 @@ use glam::Vec3;
 use raindrops::environment::Environment;
 use raindrops::plan::{Output, plan};
 use raindrops::reference::{Tracer, Truth, Weights};
+use raindrops::scene::model::Preset;
 use raindrops::scene::{PlacedDrop, Scene};
 
 fn parse(text: &str) -> raindrops::Result<Scene> {
@@ -98,8 +99,6 @@ fn what_no_preset_draws_is_said_with_the_command_that_does() {
         ("[camera]\nshutter_angle = 90.0".into(), "camera: shutter"),
         ("[camera]\naperture = 0.01".into(), "camera: aperture"),
         ("[background]\ncolor = \"plate.exr\"".into(), "background"),
-        ("[water]\nindex = 1.34".into(), "water"),
-        ("[water]\nindex = 1.0\noutside = 1.33".into(), "water"),
     ] {
         let scene = parse(&text).unwrap_or_else(|error| panic!("{text}: {error}"));
         let problem = match plan(&scene, &sky, Output::Display) {
@@ -107,6 +106,14 @@ fn what_no_preset_draws_is_said_with_the_command_that_does() {
             Err(error) => error.to_string(),
         };
         assert!(problem.starts_with(key) && problem.contains("raindrops reference"), "{problem}");
+    }
+    // The paper's mask is of water in air.
+    for text in ["[water]\nindex = 1.34", "[water]\nindex = 1.0\noutside = 1.33"] {
+        let mut scene = parse(text).expect("a scene");
+        assert!(plan(&scene, &sky, Output::Display).is_ok(), "{text}");
+        scene.model.take_preset(Preset::Paper);
+        let problem = plan(&scene, &sky, Output::Display).expect_err(text).to_string();
+        assert!(problem.contains("1.33 alone; take preset fast"), "{problem}");
     }
     // And what comes to the usual is drawn.
     for text in [
