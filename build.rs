@@ -11,12 +11,14 @@ use glsl::Glsl;
 mod glsl;
 
 /// Shaders that are compiled a second time: file, suffix of the constant, macro that is defined.
-const VARIANTS: [(&str, &str, &str); 14] = [
+const VARIANTS: [(&str, &str, &str); 16] = [
     ("blocks.comp", "_TEXELS", "TEXELS"),
     ("bin_starts.comp", "_CELLS", "CELLS"),
     ("sort_clusters.comp", "_CELLS", "CELLS"),
     ("gather.comp", "_CELLS", "CELLS"),
     ("sky.comp", "_CELLS", "CELLS"),
+    ("sky.comp", "_BEFORE", "BEFORE"),
+    ("sky.comp", "_CELLS_BEFORE", "CELLS_BEFORE"),
     ("large.comp", "_CELLS", "CELLS"),
     ("composite.comp", "_DISORDERED", "DISORDERED"),
     ("composite.comp", "_TEXELS", "TEXELS"),

@@ -7,11 +7,14 @@
 #include "frame.glsl"
 #include "tile_buffers.glsl"
 #include "appearance.glsl"
+#include "projection.glsl"
+#define REACH_BINDING 13
+#include "reach.glsl"
 
 // What is only read, by texels where the device takes buffers of so many (see by_four.glsl).
 #ifdef TEXELS
-layout(set = 0, binding = 13) uniform usamplerBuffer large_texels;
-layout(set = 0, binding = 14) uniform usamplerBuffer picture_texels;
+layout(set = 0, binding = 14) uniform usamplerBuffer large_texels;
+layout(set = 0, binding = 15) uniform usamplerBuffer picture_texels;
 Large large_at(uint number) {
     int at = int(4u * number);
     uvec4 c = texelFetch(large_texels, at + 2), d = texelFetch(large_texels, at + 3);
@@ -95,6 +98,12 @@ void main() {
     uvec4 texels_above, texels_below;
     vec4 above = fade * cover(from, m, half_side, radius, edge, texels_above);
     vec4 below = fade * cover(from + vec2(0.0, 1.0), m, half_side, radius, edge, texels_below);
+    if (HAS_DEPTH != 0u) {
+        vec2 first = vec2(at_tile * TILE) + 0.5;
+        uint behind = tile_number(at_tile);
+        above *= row_before(r.sphere, first, reach_of_row(behind, 0u));
+        below *= row_before(r.sphere, first + vec2(0.0, 1.0), reach_of_row(behind, 1u));
+    }
     if (!rays) {
         write_colors(node + COLORS, picture, texels_above);
         write_colors(node + COLORS + TILE.x, picture, texels_below);

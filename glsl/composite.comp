@@ -30,6 +30,9 @@ layout(std430, set = 0, binding = 16) readonly buffer SplatTable { uvec4 splat_t
 #include "counters.glsl"
 #include "far_glints.glsl"
 #include "by_four.glsl"
+#include "projection.glsl"
+#define REACH_BINDING 20
+#include "reach.glsl"
 #include "tile_window.glsl"
 #include "tile_order.glsl"
 
@@ -68,11 +71,16 @@ void add_light(inout Row row, vec4 hit, vec3 light) {
 }
 
 // A point of light `at` pixels from the first pixel's corner.
-void add_glint(inout Row upper, inout Row lower, vec2 at, vec3 light) {
+void add_glint(inout Row upper, inout Row lower, vec2 at, vec3 light, bvec4 upper_hidden, bvec4 lower_hidden) {
     vec2 pixel = floor(at);
     vec4 column = vec4(equal(vec4(pixel.x), vec4(0.0, 1.0, 2.0, 3.0)));
-    add_light(upper, pixel.y == 0.0 ? column : vec4(0.0), light);
-    add_light(lower, pixel.y == 1.0 ? column : vec4(0.0), light);
+    vec4 above = pixel.y == 0.0 ? column : vec4(0.0), below = pixel.y == 1.0 ? column : vec4(0.0);
+    if (HAS_DEPTH != 0u) {
+        above = mix(above, vec4(0.0), upper_hidden);
+        below = mix(below, vec4(0.0), lower_hidden);
+    }
+    add_light(upper, above, light);
+    add_light(lower, below, light);
 }
 
 void lay_block_behind(inout Row row, uvec4 colors, uvec2 coverage) {
@@ -111,6 +119,9 @@ float finish(Row row, uint behind, uvec2 first) {
     return dot(logs, vec4(drawn));
 }
 
+// Squared distances of what is behind a tile's pixels.
+vec4 upper_reach2, lower_reach2;
+
 // An entry that is no splat covers nothing.
 void lay_splat_behind(inout Row upper, inout Row lower, uint link) {
     bool splat = link != END && !is_block(link);
@@ -122,12 +133,18 @@ void lay_splat_behind(inout Row upper, inout Row lower, uint link) {
     vec2 from = vec2(uvec2(which & 1u, which >> 1) * TILE) - unpack_center(words.z);
     uint direction = words.w >> HALF_SIDES_BITS;
     uvec4 shown = splat_of(direction, 0u);
+    // A splat is hidden where its centre is farther than what is behind.
+    float distance2 = uintBitsToFloat(words.x);
+    bvec4 upper_hidden = lessThanEqual(upper_reach2, vec4(distance2));
+    bvec4 lower_hidden = lessThanEqual(lower_reach2, vec4(distance2));
     if (GLINTS != 0u) {
         // The disc's area is the box's.
         float squared = half_sides.x * half_sides.y / 0.78539816, radius = sqrt(squared);
         vec4 at = unpackSnorm4x8(shown.z) * (LONGEST_OFFSET * radius);
-        add_glint(upper, lower, at.xy - from, squared * unpack_radiance(shown.w));
-        add_glint(upper, lower, at.zw - from, squared * unpack_radiance(splat_of(direction, 1u).x));
+        vec3 first = squared * unpack_radiance(shown.w);
+        vec3 others = squared * unpack_radiance(splat_of(direction, 1u).x);
+        add_glint(upper, lower, at.xy - from, first, upper_hidden, lower_hidden);
+        add_glint(upper, lower, at.zw - from, others, upper_hidden, lower_hidden);
     }
     // What each column of pixels has of the box, and each row of its upper and its lower half.
     vec4 x = from.x + vec4(0.0, 1.0, 2.0, 3.0);
@@ -138,8 +155,13 @@ void lay_splat_behind(inout Row upper, inout Row lower, uint link) {
     precise vec3 first = fma(lower_color, vec3(below.x), upper_color * above.x);
     precise vec3 second = fma(lower_color, vec3(below.y), upper_color * above.y);
     precise vec2 rows = above + below;
-    lay_part_behind(upper, columns, rows.x, first);
-    lay_part_behind(lower, columns, rows.y, second);
+    vec4 above_columns = columns, below_columns = columns;
+    if (HAS_DEPTH != 0u) {
+        above_columns = mix(columns, vec4(0.0), upper_hidden);
+        below_columns = mix(columns, vec4(0.0), lower_hidden);
+    }
+    lay_part_behind(upper, above_columns, rows.x, first);
+    lay_part_behind(lower, below_columns, rows.y, second);
 }
 
 // Whether blocks behind splats are drawn here. Drops of one size look larger the nearer they are, so a block is in
@@ -188,6 +210,11 @@ void main() {
     Window window = open_window(heads[tile]);
 #endif
     Row upper = Row(vec4(0.0), vec4(0.0), vec4(0.0), vec4(1.0)), lower = upper;
+    if (HAS_DEPTH != 0u) {
+        vec4 upper_reach = reach_of_row(tile, 0u), lower_reach = reach_of_row(tile, 1u);
+        upper_reach2 = upper_reach * upper_reach;
+        lower_reach2 = lower_reach * lower_reach;
+    }
 
     // Blocks, then splats, and that once where it can be: a loop around the two costs a tenth of all.
     uint turns = 0u, splat_links = END;

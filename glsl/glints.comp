@@ -9,6 +9,8 @@
 #include "tile_buffers.glsl"
 #include "shared_exponent.glsl"
 #include "appearance.glsl"
+#define REACH_BINDING 20
+#include "reach.glsl"
 
 // CPU drivers run a vector of eight invocations as long as one of them has an image to solve for, so each takes as
 // many drops as there are in a vector, and solves for those alone that need it: one in twenty.
@@ -40,10 +42,18 @@ bool add_light(uint drop, Large r, vec2 at, vec3 light) {
     uint block = r.first_block + (tile.y - first.y) * r.across + tile.x - first.x;
     if (block >= min(totals.blocks, MAX_BLOCKS) || blocks[block] != drop) return false;
     uint node = block_node(block), in_tile = pixel.y % TILE.y * TILE.x + pixel.x % TILE.x;
+    float before = 1.0;
+    if (HAS_DEPTH != 0u) {
+        float behind = reach[tile_number(tile) * PIXELS + in_tile];
+        before = share_before(r.sphere, vec2(pixel) + 0.5, behind);
+        if (share_before(r.sphere, at, behind) < 0.5 || before == 0.0) return true;
+    }
     uint covered = nodes[node + COVERAGE + in_tile / 2u] >> 16u * (in_tile & 1u) & 0xffffu;
     uint color = nodes[node + COLORS + in_tile];
     float share = float(covered) / float(r.look >> 16);
-    if (share < LEAST_COVER || color == NO_COLOR) return false;
+    // Of what the drop covers of the pixel, the hidden part is no reason to draw the image elsewhere.
+    if (share < LEAST_COVER * before || color == NO_COLOR) return false;
+    if (share < LEAST_COVER) return HAS_DEPTH != 0u;
     nodes[node + COLORS + in_tile] = pack_radiance(unpack_radiance(color) + light / share);
     return true;
 }

@@ -18,12 +18,16 @@ layout(set = 0, binding = 10) uniform sampler2D environment_map;
 
 #include "drop_light.glsl"
 
+#define REACH_BINDING 20
+#include "reach.glsl"
+
 // The mean over those of SAMPLES places where the ray hits the drop,
 // by the closed form. The places fill the part of the pixel that the box around the outline leaves,
-// from `low` to `high`: a drop far smaller than the pixel gets all of them. `pixels`: its radius.
-uint color(vec2 low, vec2 high, vec4 sphere, float pixels, vec2 moved) {
+// from `low` to `high`: a drop far smaller than the pixel gets all of them. `pixels`: its radius. Places where the drop is
+// farther than `behind` count as if they missed it.
+uint color(vec2 low, vec2 high, vec4 sphere, float pixels, vec2 moved, float behind) {
     vec3 sum = vec3(0.0);
-    float hits = 0.0;
+    float hits = 0.0, weights = 0.0;
     mat3 world = mat3(frame.right.xyz, frame.up.xyz, frame.back.xyz);
     vec2 extent = high - low;
     // The samples' spacing; half of it for drops under two pixels, whose coarse levels are blurred as
@@ -39,12 +43,14 @@ uint color(vec2 low, vec2 high, vec4 sphere, float pixels, vec2 moved) {
         bool hit = b < 1.0 && dot(d, sphere.xyz) > 0.0;
         // Beyond the rim, the rim, for pixels that no sample hits but the outline touches.
         float held = min(b, 0.99999), weight = hit ? 1.0 : 1e-4;
+        hits += weight;
+        if (HAS_DEPTH != 0u && dot(d, sphere.xyz) - sphere.w * sqrt((1.0 - held) * (1.0 + held)) >= behind) weight = 1e-4;
         Encounter e = Encounter(d, to_ray / max(b, 1e-9), held, sqrt((1.0 - held) * (1.0 + held)));
         sum += weight * drop_light(environment_map, e, world, step);
-        hits += weight;
+        weights += weight;
     }
     // A drop beside the camera has no outline that would tell where it is: its rays do.
-    return is_beside(sphere.xyz, sphere.w) && hits < 0.5 * float(SAMPLES) ? NO_COLOR : pack_radiance(sum / hits);
+    return is_beside(sphere.xyz, sphere.w) && hits < 0.5 * float(SAMPLES) ? NO_COLOR : pack_radiance(sum / weights);
 }
 
 void main() {
@@ -69,5 +75,6 @@ void main() {
     // all are not wrong in the same way. (Forest, 250,000 drops, 16 rays: FLIP of 8 x 8 boxes 0.039 to
     // 0.029.)
     vec2 moved = SAMPLES > 1u && pixels < 2.0 ? place_moved(r.index) : vec2(0.0);
-    nodes[block_node(at) + COLORS + pixel] = color(low, high, r.sphere, pixels, moved);
+    float behind = HAS_DEPTH != 0u ? reach[tile_number(tile) * PIXELS + pixel] : 0.0;
+    nodes[block_node(at) + COLORS + pixel] = color(low, high, r.sphere, pixels, moved, behind);
 }

@@ -1,13 +1,30 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// The environment behind the drops of tiles, CELLS: through far rain; one invocation a pixel. See
-// src/passes/composite.rs.
+// What is behind the drops of tiles, CELLS: through far rain; one invocation a pixel. The environment, or BEFORE: a
+// picture, and how far it is at each pixel. See src/passes/background.rs.
+#ifdef CELLS_BEFORE
+#define CELLS
+#define BEFORE
+#endif
 #include "frame.glsl"
 #include "projection.glsl"
 #include "environment.glsl"
 #include "tile_buffers.glsl"
-#ifdef CELLS
+
+// BEFORE has a descriptor set of its own, in which the pictures are those of a host perhaps.
+#ifdef BEFORE
+#define SKY_BINDING 5
+#define ENVIRONMENT_BINDING 6
+#define SOURCES_BINDING 7
+#define BOW_BINDING 8
+#else
+#define SKY_BINDING 12
+#define ENVIRONMENT_BINDING 18
 #define SOURCES_BINDING 17
+#define BOW_BINDING 19
+#endif
+
+#ifdef CELLS
 #include "octahedron.glsl"
 #include "shared_exponent.glsl"
 #include "appearance.glsl"
@@ -15,14 +32,37 @@
 
 #include "sources.glsl"
 #include "bow.glsl"
-layout(std430, set = 0, binding = 19) readonly buffer Bow { vec4 bow[]; };
+layout(std430, set = 0, binding = BOW_BINDING) readonly buffer Bow { vec4 bow[]; };
 #include "medium.glsl"
 #endif
 
 layout(local_size_x = 16, local_size_y = 4) in;
 
-layout(set = 0, binding = 18) uniform sampler2D environment_map;
-layout(std430, set = 0, binding = 12) writeonly buffer Sky { uvec2 sky[]; };
+layout(set = 0, binding = ENVIRONMENT_BINDING) uniform sampler2D environment_map;
+layout(std430, set = 0, binding = SKY_BINDING) writeonly buffer Sky { uvec2 sky[]; };
+
+#ifdef BEFORE
+// Of the whole picture, a texel a pixel.
+layout(set = 0, binding = 1) uniform sampler2D color_image;
+layout(set = 0, binding = 3) uniform sampler2D depth_image;
+layout(std430, set = 0, binding = 4) writeonly buffer Reach { float reach[]; };
+// `Convention` in src/passes/background.rs.
+layout(push_constant) uniform Push {
+    vec4 depth;        // a, b, c, d: a stored s is at (a s + b) / (c s + d) scene units; where c s + d is not over 0, nothing is
+    float color_scale; // stored unit of light a unit of the image; 0: there is no image
+    uint depth_kind;   // 0: there is none, 1: along the view axis, 2: along the ray
+} push;
+// Farther than all; its square is a float.
+const float FARTHEST = 1e18;
+
+float reach_of(ivec2 pixel, vec3 ray) {
+    if (push.depth_kind == 0u) return FARTHEST;
+    float stored = texelFetch(depth_image, min(pixel, textureSize(depth_image, 0) - 1), 0).r;
+    float below = push.depth.z * stored + push.depth.w;
+    float depth = below > 0.0 ? (push.depth.x * stored + push.depth.y) / below : FARTHEST;
+    return min(push.depth_kind == 1u ? depth * length(ray) / -ray.z : depth, FARTHEST);
+}
+#endif
 
 // Samples along an edge of a pixel: a third of a texel apart, so that their mean is that of the pixel's square and
 // not of a blurred neighbourhood; four at most, between which the levels do the rest. Powers of two, so that
@@ -36,20 +76,40 @@ void main() {
     uvec2 place = gl_GlobalInvocationID.xy, in_tile = place % TILE;
     uint tile = place.y / TILE.y * tiles_across() + place.x / TILE.x;
     if (place.x >= tiles_across() * TILE.x || tile >= TILE_COUNT) return;
+    uint at = tile * PIXELS + in_tile.y * TILE.x + in_tile.x;
     float focal = frame.image.z;
     mat3 world = mat3(frame.right.xyz, frame.up.xyz, frame.back.xyz);
     uint edge = samples_along(focal);
+#ifdef BEFORE
+    ivec2 pixel = ivec2(place + first_tile() * TILE);
+    float farthest = reach_of(pixel, ray_through(vec2(pixel) + 0.5));
+    reach[at] = farthest;
+    bool has_color = push.color_scale > 0.0;
+    if (has_color) edge = 1u;
+#elif defined(CELLS)
+    float farthest = field.medium.z;
+#endif
     float share = 1.0 / float(edge);
     vec3 c = vec3(0.0);
     for (uint i = 0u; i < edge * edge; ++i) {
         vec3 ray = ray_through(vec2(place + first_tile() * TILE) + share * (vec2(i % edge, i / edge) + 0.5));
         float far = length(ray);
+#ifdef BEFORE
+        vec3 behind = has_color
+            ? push.color_scale * texelFetch(color_image, min(pixel, textureSize(color_image, 0) - 1), 0).rgb
+            : radiance(environment_map, world * ray / far, share * sqrt(focal / far) / far);
+#else
         vec3 behind = radiance(environment_map, world * ray / far, share * sqrt(focal / far) / far);
+#endif
 #ifdef CELLS
-        if (field.medium.w > 0.0) behind = through_medium(behind, ray / far, world * ray / far, field.medium.z);
+        if (field.medium.w > 0.0) behind = through_medium(behind, ray / far, world * ray / far, farthest);
 #endif
         c += behind;
     }
     c *= share * share;
-    sky[tile * PIXELS + in_tile.y * TILE.x + in_tile.x] = uvec2(packHalf2x16(c.rg), packHalf2x16(vec2(c.b, 0.0)));
+    // A picture's colours may be more than a half holds.
+#ifdef BEFORE
+    c = min(c, 65504.0);
+#endif
+    sky[at] = uvec2(packHalf2x16(c.rg), packHalf2x16(vec2(c.b, 0.0)));
 }

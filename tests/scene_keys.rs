@@ -98,7 +98,6 @@ fn what_no_preset_draws_is_said_with_the_command_that_does() {
         ("[camera]\nshutter = 0.01".into(), "camera: shutter"),
         ("[camera]\nshutter_angle = 90.0".into(), "camera: shutter"),
         ("[camera]\naperture = 0.01".into(), "camera: aperture"),
-        ("[background]\ncolor = \"plate.exr\"".into(), "background"),
     ] {
         let scene = parse(&text).unwrap_or_else(|error| panic!("{text}: {error}"));
         let problem = match plan(&scene, &sky, Output::Display) {
@@ -115,6 +114,12 @@ fn what_no_preset_draws_is_said_with_the_command_that_does() {
         let problem = plan(&scene, &sky, Output::Display).expect_err(text).to_string();
         assert!(problem.contains("1.33 alone; take preset fast"), "{problem}");
     }
+    // Points and quads know no depth.
+    let mut scene = parse("[background]\ncolor = \"plate.exr\"").expect("a scene");
+    assert!(plan(&scene, &sky, Output::Display).is_ok());
+    scene.model.take_preset(Preset::Paper);
+    let problem = plan(&scene, &sky, Output::Display).expect_err("points").to_string();
+    assert!(problem.contains("background") && problem.contains("take preset fast"), "{problem}");
     // And what comes to the usual is drawn.
     for text in [
         format!("{drop}axis_ratio = 1\nvelocity = [0, -9, 0]"),

@@ -20,6 +20,7 @@ layout(constant_id = 9) const float SPLAT_PX = 1.5; // radius under which a drop
 layout(constant_id = 10) const float RAYS_PX = 12.0; // radius from which it is drawn by rays
 layout(constant_id = 11) const uint HAS_PLACED = 0;  // 1: some drops are placed by hand; CELLS: 1, drops differ
 layout(constant_id = 12) const uint SAMPLES = 1;     // rays a pixel
+layout(constant_id = 13) const uint HAS_DEPTH = 0;   // 1: what is behind hides drops that are farther (reach.glsl)
 
 // What depends on the picture's size is no constant, so that pictures of all sizes have the same pipelines.
 #define TILE_COUNT frame.tiles.x

@@ -27,6 +27,7 @@ use crate::measure::verdict::{self, Side};
 use crate::picture::Picture;
 use crate::picture::flip::PIXELS_PER_DEGREE;
 use crate::picture::metrics::compare;
+use crate::picture::plate::Plate;
 use crate::picture::tone_map::exposure_of;
 use crate::plan::{Output, plan};
 use crate::reference::{Tracer, Truth};
@@ -103,9 +104,10 @@ pub fn run(args: &CompareDevicesArgs) -> anyhow::Result<Answer> {
         );
     }
     let exposure = exposure_of(&scene.tone_map, &first.picture);
+    let plate = Plate::of(&scene)?;
     let truth = args.truth.map(|samples| {
         let truth = Truth { samples, ..Truth::default() };
-        Tracer::new(&scene, &environment, truth).picture()
+        Tracer::new(&scene, &environment, truth).before(plate.clone()).picture()
     });
 
     let mut stages = Vec::new();

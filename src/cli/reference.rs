@@ -80,7 +80,7 @@ pub fn run(args: &ReferenceArgs) -> anyhow::Result<Answer> {
     if let Some(number) = args.frame {
         scene = scene.film.frame(&scene, number);
     }
-    let plate = Plate::open(&scene.background, scene.image.width, scene.image.height)?;
+    let plate = Plate::of(&scene)?;
     if format == Format::Png && scene.camera.window != WHOLE && scene.tone_map.derives_exposure() {
         bail!(
             "{}: the exposure of a window is the whole picture's, which is not traced; give --exposure, or \

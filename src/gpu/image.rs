@@ -284,9 +284,26 @@ impl Sampler {
             .address_mode_v(v)
             .address_mode_w(vk::SamplerAddressMode::CLAMP_TO_EDGE)
             .max_lod(vk::LOD_CLAMP_NONE);
+        Self::new(device, name, &info)
+    }
+
+    /// For images whose texels are read one by one.
+    ///
+    /// # Errors
+    /// [`Error::Vulkan`] if the driver refuses.
+    pub fn nearest(device: &Arc<Device>, name: &str) -> Result<Self> {
+        let edge = vk::SamplerAddressMode::CLAMP_TO_EDGE;
+        let info = vk::SamplerCreateInfo::default()
+            .address_mode_u(edge)
+            .address_mode_v(edge)
+            .address_mode_w(edge);
+        Self::new(device, name, &info)
+    }
+
+    fn new(device: &Arc<Device>, name: &str, info: &vk::SamplerCreateInfo<'_>) -> Result<Self> {
         // SAFETY: `info` is valid; the handle is owned by the value made here.
         let raw =
-            unsafe { device.raw.create_sampler(&info, None) }.named("vkCreateSampler", name)?;
+            unsafe { device.raw.create_sampler(info, None) }.named("vkCreateSampler", name)?;
         device.name(raw, name);
         Ok(Self { raw, held: Arc::new(SamplerOf { raw, device: device.clone() }) })
     }

@@ -16,6 +16,7 @@ use crate::rain::pcg4d;
 use crate::reference::{Tracer, Truth};
 use crate::renderer::Renderer;
 use crate::scene::Scene;
+use crate::scene::background::Background;
 use crate::scene::model::{Preset, Primitive};
 
 /// Tiles of 8 x 8 pixels that are asked whether they show drops, at most.
@@ -48,6 +49,8 @@ pub fn resolve(
     if chosen.primitive != Primitive::Tile || !model.overrides().is_empty() {
         return Ok(expected);
     }
+    // The drops' error is the same before the environment.
+    let scene = &Scene { background: Background::default(), ..scene.clone() };
     let pilot = Pilot::new(scene, environment);
     let prospects = prospects(scene, environment, costs);
     let mut measured: Vec<Option<f64>> = vec![None; prospects.len()];

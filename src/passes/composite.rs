@@ -22,6 +22,7 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::appearance::Appearance;
+use super::background::{Background, BackgroundImages};
 use super::environment::EnvironmentMap;
 use super::frame::{Frame, FrameBuffer};
 use super::glints::{Glints, SplatTable};
@@ -55,7 +56,7 @@ pub struct Composite {
     sky_of: Option<View>,
     sky_recorded: Option<View>,
     bindings: Bindings,
-    sky_pass: ComputePipeline,
+    sky_pass: SkyPass,
     rays: ComputePipeline,
     /// Adds the images of bright sources to large drops; none where there are no sources.
     glints: Option<ComputePipeline>,
@@ -63,6 +64,12 @@ pub struct Composite {
     disordered: ComputePipeline,
     _texels: Option<[Texels; 2]>,
     _held: [Buffer; 2],
+}
+
+/// What fills in what is behind the drops.
+enum SkyPass {
+    Environment(ComputePipeline),
+    Background(Box<Background>),
 }
 
 /// The part of the frame's constants that the sky depends on: axes, image, and what of it is drawn.
@@ -90,6 +97,7 @@ impl Composite {
         tiles: &Tiles,
         (width, height): (u32, u32),
         plan: &FramePlan,
+        background: Option<&Arc<BackgroundImages>>,
     ) -> Result<Self> {
         use vk::BufferUsageFlags as Usage;
         let make = |name, bytes, usage| {
@@ -137,6 +145,8 @@ impl Composite {
                 .chain([splats, &glints.sources].map(buffer))
                 .chain([sky_map])
                 .chain([buffer(&glints.bow)])
+                // Without a depth no shader reads it.
+                .chain([buffer(tiles.reach.as_ref().unwrap_or(&sky))])
                 .chain(views.map(|view| (Binding::UNIFORM_TEXEL_BUFFER, Resource::Texels(view))))
                 .collect();
         let bindings = Bindings::of(device, "composite", &slots)?;
@@ -149,8 +159,23 @@ impl Composite {
             .chain([plan.log_average, tiles.touch, glints.count > 0].map(u32::from))
             .collect();
         let pipeline = |shader| ComputePipeline::new(device, shader, &bindings, 0, &constants);
-        let sky_shader =
-            if tiles.has_cells() { shaders::SKY_COMP_CELLS } else { shaders::SKY_COMP };
+        let sky_pass = match background {
+            None => {
+                let by_cells = tiles.has_cells();
+                let shader = if by_cells { shaders::SKY_COMP_CELLS } else { shaders::SKY_COMP };
+                SkyPass::Environment(pipeline(shader)?)
+            }
+            Some(images) => SkyPass::Background(Box::new(Background::new(
+                device,
+                frame,
+                environment,
+                appearance,
+                glints,
+                tiles,
+                &sky,
+                images.clone(),
+            )?)),
+        };
         let composite = if fit { shaders::COMPOSITE_COMP_TEXELS } else { shaders::COMPOSITE_COMP };
         Ok(Self {
             radiance,
@@ -160,7 +185,7 @@ impl Composite {
             groups,
             sky_of: None,
             sky_recorded: None,
-            sky_pass: pipeline(sky_shader)?,
+            sky_pass,
             rays: pipeline(shaders::RAYS_COMP)?,
             glints: (glints.count > 0).then(|| pipeline(shaders::GLINTS_COMP)).transpose()?,
             composite: pipeline(composite)?,
@@ -192,7 +217,10 @@ impl Composite {
     pub fn record_sky(&self, commands: Recorder<'_>) {
         let (across, down) = self.in_tiles;
         let groups = [across.div_ceil(SKY_GROUP.0), down.div_ceil(SKY_GROUP.1), 1];
-        self.sky_pass.dispatch(commands, &self.bindings, 0, &[], groups);
+        match &self.sky_pass {
+            SkyPass::Environment(pass) => pass.dispatch(commands, &self.bindings, 0, &[], groups),
+            SkyPass::Background(pass) => pass.record(commands, groups),
+        }
     }
 
     /// Records the pixels of the large drops, after the tiles' lists and a barrier.

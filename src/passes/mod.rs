@@ -2,6 +2,7 @@
 //! same name. A pass owns what only it needs; barriers between passes stand in `renderer/`.
 
 pub mod appearance;
+pub mod background;
 pub mod cells;
 pub mod compact;
 pub mod composite;

@@ -131,6 +131,8 @@ pub struct Tiles {
     pub(super) texels: Option<TileTexels>,
     /// Values of its constants.
     pub(super) constants: Vec<u32>,
+    /// How far what is behind the drops is (`glsl/include/reach.glsl`), where it has a depth.
+    pub(super) reach: Option<Buffer>,
     source: Source,
     /// What `tile_buffers.glsl` declares, from binding 3 on, but for the pictures.
     buffers: [Buffer; 6],
@@ -225,7 +227,8 @@ impl TileCounts {
 }
 
 impl Tiles {
-    /// Buffers and pipelines for pictures of the size of `scene`'s.
+    /// Buffers and pipelines for pictures of the size of `scene`'s. `has_depth`: what is behind the drops hides those that
+    /// are farther.
     ///
     /// # Errors
     /// [`Error::Limit`] if the drops or the image's pixels are more than the device's bindings or
@@ -238,6 +241,7 @@ impl Tiles {
         rain: &RainField,
         scene: &Scene,
         plan: &FramePlan,
+        has_depth: bool,
     ) -> Result<Self> {
         use vk::BufferUsageFlags as Usage;
         let storage = Usage::STORAGE_BUFFER;
@@ -317,6 +321,10 @@ impl Tiles {
             make("big drops", 8, blocks / TILES_OF_BIG + 1, storage)?,
             make("blocks", 8, blocks, storage)?,
         ];
+        let reach = match has_depth {
+            true => Some(make("reach", 4, TILE_PIXELS * u64::from(count), storage)?),
+            false => None,
+        };
         let placed = PlacedDrops::new(device, scene)?;
         let found = make("clusters in view", 1, found_bytes, storage)?;
         let counters = Simulate::counters(device)?;
@@ -342,16 +350,23 @@ impl Tiles {
         let slots: Vec<_> = std::iter::once(uniform)
             .chain(source.buffers().into_iter().chain(&buffers).map(buffer))
             .chain([&appearance.table, &placed.buffer, &counters, &found].map(buffer))
+            // Without a depth no shader reads it.
+            .chain([buffer(reach.as_ref().unwrap_or(&found))])
             .chain(views.map(|view| (Binding::UNIFORM_TEXEL_BUFFER, Resource::Texels(view))))
             .collect();
         let bindings = Bindings::of(device, "tiles", &slots)?;
-        let own =
-            [plan.splat_px.to_bits(), plan.rays_px.to_bits(), has_placed.into(), plan.samples];
+        let own = [
+            plan.splat_px.to_bits(),
+            plan.rays_px.to_bits(),
+            has_placed.into(),
+            plan.samples,
+            has_depth.into(),
+        ];
         let constants: Vec<u32> = light_constants(&plan.light)
             .into_iter()
             .chain([0]) // no shader has this one
             .chain(own)
-            .chain([0; 4])
+            .chain([0; 3])
             .collect();
         let pipeline = |shader, push_words: u32| {
             ComputePipeline::new(device, shader, &bindings, 4 * push_words, &constants)
@@ -370,6 +385,7 @@ impl Tiles {
             // Where each word read is dear, it costs more than it saves.
             touch: device.report.is_cpu() && fit && splats > 0,
             counters,
+            reach,
             source,
             in_frame,
             clusters_pass: pipeline(find, 0)?,
@@ -391,6 +407,14 @@ impl Tiles {
     /// Whether drops come from the cells of real rain.
     pub(super) fn has_cells(&self) -> bool {
         matches!(self.source, Source::Cells(..))
+    }
+
+    /// The `RainField` of real rain, or what is to be bound in its place.
+    pub(super) fn field_or<'a>(&'a self, other: &'a Buffer) -> &'a Buffer {
+        match &self.source {
+            Source::Cells(cells) => &cells.1[1],
+            Source::Clusters(_) => other,
+        }
     }
 
     /// Numbers of workgroups that the passes leave for indirect dispatches.

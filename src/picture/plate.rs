@@ -5,6 +5,7 @@ use std::panic::catch_unwind;
 use std::path::Path;
 
 use super::{EXR_MAGIC, Picture, check_claim};
+use crate::scene::Scene;
 use crate::scene::background::{Background, DepthKind};
 use crate::{Error, Result};
 
@@ -30,7 +31,15 @@ impl Plate {
         Self { color, depth }
     }
 
-    /// Reads a scene's background for a picture of this size.
+    /// Reads the background of a scene; empty if it has none.
+    ///
+    /// # Errors
+    /// Those of [`Plate::open`].
+    pub fn of(scene: &Scene) -> Result<Self> {
+        Self::open(&scene.background, scene.image.width, scene.image.height)
+    }
+
+    /// Reads a background for a picture of this size.
     ///
     /// # Errors
     /// [`Error::File`], one line, for a file that cannot be read or is of another size, a colour that is
@@ -49,6 +58,16 @@ impl Plate {
                 .map_err(|problem| Error::read(path, problem))
         });
         Ok(Self { color: color.transpose()?, depth: depth.transpose()? })
+    }
+
+    /// Radiance, if there is any.
+    pub fn color(&self) -> Option<&Picture> {
+        self.color.as_ref()
+    }
+
+    /// Depth, if there is any.
+    pub fn depth(&self) -> Option<&Depth> {
+        self.depth.as_ref()
     }
 
     /// Radiance behind the drops at a pixel, by its number row by row; `None`: the environment's.

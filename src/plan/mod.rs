@@ -193,6 +193,11 @@ pub fn plan_by(scene: &Scene, chosen: Option<&Choice>, output: Output) -> Result
             rain.rate
         ));
     }
+    if !is_tile && !scene.background.is_none() {
+        return refuse(format!(
+            "a background is drawn behind tiles, not behind a {primitive}; take preset fast, exact or auto"
+        ));
+    }
     let order = choice.order.unwrap_or(if is_tile { Order::Sorted } else { Order::Unsorted });
     if is_tile != (order == Order::Sorted) {
         return refuse(if is_tile {
@@ -299,6 +304,19 @@ fn of_real_rain(scene: &Scene, rain: &RealRain) -> (String, String, String) {
     (format!("{skipped}: {alone}"), format!("the environment behind the drops: {far}"), drops)
 }
 
+/// What stands behind the drops, where that is not the environment.
+fn behind_of(scene: &Scene, environment: String) -> String {
+    let background = &scene.background;
+    let depth =
+        if background.depth.is_some() { "; its depth hides drops that are farther" } else { "" };
+    match &background.color {
+        Some(file) => {
+            format!("{} in place of {environment}{depth}", file.display())
+        }
+        None => format!("{environment}{depth}"),
+    }
+}
+
 fn passes(scene: &Scene, plan: &FramePlan) -> Vec<(&'static str, String)> {
     let mut passes: Vec<(&'static str, String)> = Vec::new();
     let count = scene.drop_count();
@@ -330,7 +348,7 @@ fn passes(scene: &Scene, plan: &FramePlan) -> Vec<(&'static str, String)> {
                 ),
             };
             passes.push(("clusters", skipped));
-            passes.push(("sky", behind));
+            passes.push(("sky", behind_of(scene, behind)));
             let splats = if splat_px > 0.0 {
                 format!("; those under {splat_px} px of radius get two colours")
             } else {

@@ -37,7 +37,6 @@ fn undrawn(scene: &Scene) -> Option<(String, &'static str)> {
     let keys = [
         (scene.shutter() > 0.0, "camera: shutter", "an exposure"),
         (camera.aperture > 0.0, "camera: aperture", "a lens"),
-        (!scene.background.is_none(), "background", "drops before a picture"),
     ];
     let found = keys.into_iter().find(|(is_asked, ..)| *is_asked);
     found.map(|(_, key, what)| (key.to_string(), what))

@@ -208,10 +208,21 @@ impl Field {
     /// # Errors
     /// As [`Field::seen`].
     pub fn sightings(&self, scene: &Scene) -> Result<Vec<(Vec3, f32, Sighting)>> {
+        let mut found = Vec::new();
+        self.for_each_shown(scene, &mut |drop| {
+            found.push((drop.view, drop.radius, drop.sighting))
+        })?;
+        Ok(found)
+    }
+
+    /// Calls `visit` for each of those drops.
+    ///
+    /// # Errors
+    /// As [`Field::seen`].
+    pub fn for_each_shown(&self, scene: &Scene, visit: &mut dyn FnMut(ShownDrop)) -> Result<()> {
         let seen = self.seen(scene)?;
         let view = scene.view();
         let sight = Sight::new(&view, scene.camera.near);
-        let mut found = Vec::new();
         for slab in &seen.slabs {
             let class = slab.class as usize;
             let (lattice, place) = (&self.lattices[class], &seen.places[class]);
@@ -223,13 +234,46 @@ impl Field {
                     let relative = relative(&drop, place, edge);
                     let center = sight.view_space(relative);
                     if seen.shows(center, radius, view.focal_px as f32) {
-                        found.push((center, radius, sight.sighting(center, radius)));
+                        visit(ShownDrop {
+                            number: drop_number(slab.class, cell, drop.number),
+                            view: center,
+                            from_camera: lattice.between(place, &drop.place) / scene.metres,
+                            radius,
+                            velocity: lattice.velocity / scene.metres,
+                            sighting: sight.sighting(center, radius),
+                        });
                     }
                 }
             }
         }
-        Ok(found)
+        Ok(())
     }
+}
+
+/// A drop of real rain that a picture shows by itself; lengths in scene units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ShownDrop {
+    /// Its number, the same at all times and from every eye ([`drop_number`]).
+    pub number: u64,
+    /// Centre in view space.
+    pub view: Vec3,
+    /// Centre from the camera, along the world's axes.
+    pub from_camera: DVec3,
+    /// Radius.
+    pub radius: f32,
+    /// Scene units a second.
+    pub velocity: DVec3,
+    /// What becomes of it in the picture.
+    pub sighting: Sighting,
+}
+
+/// Number of a drop of real rain, from its class, its cell and its number in the cell: `number_of` in `glsl/layers.comp`.
+///
+/// Of a cell's number along each axis it has 17 bits, so drops that are 131,072 cells apart, of the smallest cells eight
+/// kilometres, may have the same. It is never 0, nor is its low or its high half.
+pub fn drop_number(class: u32, cell: [i64; 3], in_cell: u32) -> u64 {
+    let [x, y, z] = cell.map(|number| number as u64 & 0x1_ffff);
+    u64::from(in_cell + 1) | x << 7 | y << 24 | z << 41 | u64::from(class + 1) << 58
 }
 
 impl Seen {

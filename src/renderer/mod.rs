@@ -22,11 +22,13 @@ use crate::environment::Environment;
 use crate::gpu::{
     Buffer, Commands, Device, Image, Memory, Timestamps, Use, image_barrier, memory_barrier,
 };
+use crate::passes::background::BackgroundImages;
 pub use crate::passes::rain_field::RainField;
 use crate::passes::simulate::{Counts, Simulate};
 use crate::passes::tiles::{self, TileCounts};
 use crate::passes::tone_map::FinalSums;
 use crate::picture::Picture;
+use crate::picture::plate::Plate;
 use crate::plan::FramePlan;
 use crate::rain::{Tick, tick_of_seconds};
 use crate::scene::Scene;
@@ -34,6 +36,21 @@ use crate::{Error, Result};
 
 /// Frames that may be under way at once: one is recorded while the other is drawn.
 const FLIGHTS: usize = 2;
+
+/// The background of a scene, read and on the device; none if it has none.
+///
+/// # Errors
+/// Those of [`Plate::open`] and of [`BackgroundImages::of_plate`].
+pub(crate) fn background_of(
+    device: &Arc<Device>,
+    scene: &Scene,
+) -> Result<Option<Arc<BackgroundImages>>> {
+    if scene.background.is_none() {
+        return Ok(None);
+    }
+    let size = (scene.image.width, scene.image.height);
+    Ok(Some(Arc::new(BackgroundImages::of_plate(device, &Plate::of(scene)?, size)?)))
+}
 
 /// What a finished frame says of itself.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -122,13 +139,28 @@ impl Renderer {
     /// the picture's size, and pipelines and tables that no picture on the device has asked for yet.
     ///
     /// # Errors
-    /// [`Error::Scene`] if the rain is not the scene's, or on another device than the light; [`Error::Limit`] if the
+    /// Those of [`Plate::open`]; [`Error::Scene`] if the rain is not the scene's, or on another device than the light; [`Error::Limit`] if the
     /// image or the drops are more than the device takes; [`Error::Memory`] if it
     /// has no room for them; [`Error::DeviceLacks`] if it cannot store and filter the mask's format;
     /// [`Error::Vulkan`] if a call fails, a lost device among the reasons ([`Error::is_lost`]).
     pub fn of(
         lighting: &Arc<Lighting>,
         rain: &Arc<RainField>,
+        scene: &Scene,
+        plan: &FramePlan,
+    ) -> Result<Self> {
+        let background = background_of(lighting.device(), scene)?;
+        Self::before(lighting, rain, background.as_ref(), scene, plan)
+    }
+
+    /// As [`Renderer::of`], with what is behind the drops on the device already; none: the environment.
+    ///
+    /// # Errors
+    /// As [`Renderer::of`], but for the background's files.
+    pub(crate) fn before(
+        lighting: &Arc<Lighting>,
+        rain: &Arc<RainField>,
+        background: Option<&Arc<BackgroundImages>>,
         scene: &Scene,
         plan: &FramePlan,
     ) -> Result<Self> {
@@ -139,7 +171,7 @@ impl Renderer {
         Ok(Self {
             flights: [Flight::new(device)?, Flight::new(device)?],
             next: 0,
-            view: View::new(lighting, rain, scene, plan)?,
+            view: View::new(lighting, rain, scene, plan, background)?,
             made_for: scene.clone(),
             whole_sums: None,
             stored_at: None,
@@ -170,7 +202,7 @@ impl Renderer {
     /// one that the renderer was made for. Waits for the frame before the last, and returns its report.
     ///
     /// # Errors
-    /// [`Error::Scene`] if the scene's size, drops, seed, environment or models are not those that the renderer was
+    /// [`Error::Scene`] if the scene's size, drops, seed, environment, background or models are not those that the renderer was
     /// made for, or if the frame's exposure is to be derived from the picture and the renderer was made for a fixed
     /// one; [`Error::Vulkan`] if waiting, recording or submitting fails, a lost device among the
     /// reasons ([`Error::is_lost`]).
@@ -248,6 +280,9 @@ impl Renderer {
         }
         if scene.environment != made.environment {
             return refuse("the renderer was made for another environment");
+        }
+        if scene.background != made.background {
+            return refuse("the renderer was made for another background");
         }
         if scene.model != made.model {
             return refuse("the renderer was made for other models");

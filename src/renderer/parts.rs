@@ -6,16 +6,17 @@
 
 use std::sync::Arc;
 
-use super::{FrameReport, Lighting, RainField, Renderer, lattice_of};
+use super::{FrameReport, Lighting, RainField, Renderer, background_of, lattice_of};
 use crate::environment::Environment;
 use crate::gpu::Device;
+use crate::passes::background::BackgroundImages;
 use crate::passes::tiles::{self, TILE};
 use crate::passes::tone_map::final_sums;
 use crate::picture::Picture;
 use crate::plan::FramePlan;
 use crate::scene::camera::WHOLE;
 use crate::scene::model::{Primitive, Simulation};
-use crate::scene::{ImageSize, Scene};
+use crate::scene::{self, ImageSize, Scene};
 use crate::{Error, Result};
 
 /// Edges of parts are multiples of this many pixels, so that no tile is in two of them.
@@ -73,6 +74,8 @@ pub struct Parts<'a> {
     plan: &'a FramePlan,
     /// What parts of all sizes show.
     shown: Option<(Arc<Lighting>, Arc<RainField>)>,
+    /// What is behind the drops, and of which scene's files.
+    background: Option<(scene::background::Background, Option<Arc<BackgroundImages>>)>,
     /// That of the last part, and what it is made for: the picture's size and its place among the tiles.
     renderer: Option<(PartSize, Renderer)>,
 }
@@ -85,7 +88,7 @@ type PartSize = ((u32, u32), [u32; 2]);
 impl<'a> Parts<'a> {
     /// Draws nothing yet.
     pub fn new(device: &'a Arc<Device>, environment: &'a Environment, plan: &'a FramePlan) -> Self {
-        Self { device, environment, plan, shown: None, renderer: None }
+        Self { device, environment, plan, shown: None, background: None, renderer: None }
     }
 
     /// Draws the picture of `scene`, whose window is the whole, by the parts of `grid`; `take` is called with the place
@@ -184,8 +187,13 @@ impl<'a> Parts<'a> {
             };
             self.shown = Some((lighting, Arc::new(RainField::new(self.device, scene))));
         }
+        if self.background.as_ref().is_none_or(|(of, _)| *of != scene.background) {
+            let images = background_of(self.device, scene)?;
+            self.background = Some((scene.background.clone(), images));
+        }
         let (lighting, rain) = self.shown.as_ref().expect("just made");
-        Ok((size, Renderer::of(lighting, rain, scene, self.plan)?))
+        let (_, background) = self.background.as_ref().expect("just read");
+        Ok((size, Renderer::before(lighting, rain, background.as_ref(), scene, self.plan)?))
     }
 
     fn draw(

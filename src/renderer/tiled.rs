@@ -6,6 +6,7 @@ use super::lighting::Lighting;
 use crate::Result;
 use crate::gpu::{Device, Recorder, Timestamps, Use, memory_barrier};
 use crate::passes::appearance::FarDrop;
+use crate::passes::background::BackgroundImages;
 use crate::passes::composite::Composite;
 use crate::passes::frame::{Frame, FrameBuffer};
 use crate::passes::glints::SplatTable;
@@ -33,6 +34,7 @@ impl Tiled {
         frame: &FrameBuffer,
         scene: &Scene,
         plan: &FramePlan,
+        background: Option<&Arc<BackgroundImages>>,
     ) -> Result<Self> {
         let device = lighting.device();
         // Far rain shows what is in the table.
@@ -40,7 +42,8 @@ impl Tiled {
         let far = lighting.far_drop(&plan.light, true, filled)?;
         let FarDrop { seen, appearance, glints, .. } = &*far;
         let splats = SplatTable::new(device, frame, appearance, glints)?;
-        let tiles = Tiles::new(device, frame, appearance, rain, scene, plan)?;
+        let has_depth = background.is_some_and(|images| images.convention.depth.is_some());
+        let tiles = Tiles::new(device, frame, appearance, rain, scene, plan, has_depth)?;
         let size = scene.picture_size();
         let composite = Composite::new(
             device,
@@ -53,6 +56,7 @@ impl Tiled {
             &tiles,
             size,
             plan,
+            background,
         )?;
         Ok(Self { tiles, composite, splats, draws_splats: plan.splat_px > 0.0, far })
     }

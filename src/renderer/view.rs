@@ -12,6 +12,7 @@ use crate::gpu::{
     Buffer, Device, Image, ImageInfo, Recorder, Samples, Timestamps, Use, image_discard,
     memory_barrier,
 };
+use crate::passes::background::BackgroundImages;
 use crate::passes::drops::guard_band;
 use crate::passes::frame::{Frame, FrameBuffer, Surroundings};
 use crate::passes::rain_field::RainField;
@@ -110,6 +111,7 @@ impl View {
         rain: &Arc<RainField>,
         scene: &Scene,
         plan: &FramePlan,
+        background: Option<&Arc<BackgroundImages>>,
     ) -> Result<Self> {
         let device = lighting.device();
         let (width, height) = scene.picture_size();
@@ -120,7 +122,8 @@ impl View {
                 Drawing::Points(Box::new(Points::new(lighting, &frame, scene, plan)?))
             }
             Primitive::Tile => {
-                Drawing::Tiled(Box::new(Tiled::new(lighting, rain, &frame, scene, plan)?))
+                let tiled = Tiled::new(lighting, rain, &frame, scene, plan, background)?;
+                Drawing::Tiled(Box::new(tiled))
             }
         };
         let display = match plan.tone_map {

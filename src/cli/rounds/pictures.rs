@@ -10,6 +10,7 @@ use crate::measure::bench::Amount;
 use crate::measure::verdict::VerdictRow;
 use crate::picture::Picture;
 use crate::picture::metrics::compare;
+use crate::picture::plate::Plate;
 use crate::picture::tone_map::exposure_of;
 use crate::reference::{Tracer, Truth};
 use crate::scene::Scene;
@@ -96,13 +97,15 @@ impl Eye<'_> {
         let tone_map = &self.scene.tone_map;
         let exposure = exposure_of(tone_map, &a);
         let flip = compare(&a, &b, None, exposure).pixels.flip;
+        let plate = Plate::of(self.scene)?;
         let errors = self.reference.map(|samples| {
             let mut scene = self.scene.clone();
             if self.is_series {
                 amount.apply(&mut scene);
             }
             let truth = Truth { samples, ..Truth::default() };
-            let reference = Tracer::new(&scene, self.environment, truth).picture();
+            let tracer = Tracer::new(&scene, self.environment, truth);
+            let reference = tracer.before(plate.clone()).picture();
             let exposure = exposure_of(tone_map, &reference);
             [&a, &b].map(|picture| {
                 let psnr = compare(&reference, picture, None, exposure).pixels.psnr_db;

@@ -11,6 +11,7 @@ use crate::measure::bench::{self, Variant, measure};
 use crate::measure::statistics::median;
 use crate::measure::{costs, resolve};
 use crate::picture::metrics::{Comparison, compare};
+use crate::picture::plate::Plate;
 use crate::picture::tone_map::{Exposure, display, exposure_of};
 use crate::picture::{Picture, srgb_of_linear};
 use crate::plan::{Choice, Output, plan_by};
@@ -56,7 +57,7 @@ pub fn study(
     let mut truths = Vec::new();
     for (number, frame) in scene.frames.iter().enumerate() {
         let truth = Truth { samples: effort.truth_samples, ..Truth::default() };
-        let tracer = Tracer::new(frame, &scene.environment, truth);
+        let tracer = Tracer::new(frame, &scene.environment, truth).before(Plate::of(frame)?);
         let traced = tracer.trace(&|share| share_truth((number as f64 + share) / count));
         let exposure = exposure_of(&frame.tone_map, &traced.picture);
         truths.push(Known { traced, exposure });

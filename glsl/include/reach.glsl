@@ -1,0 +1,29 @@
+// How far what is behind the drops is, along the ray through the middle of each pixel: a float a pixel of each tile, which
+// sky.comp writes where the background has a depth. REACH_BINDING: its binding. Needs tile_buffers.glsl, projection.glsl.
+layout(std430, set = 0, binding = REACH_BINDING) readonly buffer Reach { float reach[]; };
+
+// Those of a row of a tile's pixels.
+vec4 reach_of_row(uint tile, uint row) {
+    uint at = tile * PIXELS + row * TILE.x;
+    return vec4(reach[at], reach[at + 1u], reach[at + 2u], reach[at + 3u]);
+}
+
+// Share of what a sphere covers around a point of the image that is nearer than `far`. The sphere's front within half a
+// pixel runs from its distance that much nearer its middle to that nearer its rim, and is taken to rise evenly.
+float share_before(vec4 sphere, vec2 pixel, float far) {
+    vec3 ray = ray_through(pixel);
+    float length2 = dot(ray, ray), inverse = inversesqrt(length2);
+    vec3 d = ray * inverse;
+    float along = dot(d, sphere.xyz), b = length(cross(d, sphere.xyz)) / sphere.w;
+    float half_pixel = 0.5 * abs(along) * inverse / sphere.w;
+    float inner = clamp(b - half_pixel, 0.0, 1.0), outer = clamp(b + half_pixel, 0.0, 1.0);
+    float nearest = along - sphere.w * sqrt((1.0 - inner) * (1.0 + inner));
+    float farthest = along - sphere.w * sqrt((1.0 - outer) * (1.0 + outer));
+    return clamp((far - nearest) / max(farthest - nearest, 1e-6 * abs(along)), 0.0, 1.0);
+}
+
+// The same of a row of pixels, from the middle of the first on.
+vec4 row_before(vec4 sphere, vec2 first, vec4 far) {
+    return vec4(share_before(sphere, first, far.x), share_before(sphere, first + vec2(1.0, 0.0), far.y),
+                share_before(sphere, first + vec2(2.0, 0.0), far.z), share_before(sphere, first + vec2(3.0, 0.0), far.w));
+}

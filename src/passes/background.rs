@@ -1,0 +1,255 @@
+//! What is behind the drops instead of the environment: a picture, and how far away it is at each pixel
+//! (`glsl/sky.comp`, `BEFORE`).
+//!
+//! Both are sampled images of the whole picture, a texel a pixel, whoever made them: a plate's files, uploaded here, or
+//! what an engine has drawn. A [`Convention`] says what they hold. One pass turns them into what the other passes read,
+//! pixel by pixel of a tile after the other: light in stored units, seen through the medium of far rain up to where the
+//! pixel is, and the distance along the ray through the pixel's middle (`glsl/include/reach.glsl`).
+//!
+//! A drop is hidden where its ray meets it farther away: tile fragments pixel by pixel, glints each by its own ray, splats
+//! (under 1.5 pixels of radius) by their centre. A drop that cuts a surface has a smooth edge there: of the pixel's part
+//! of it that is covered which is nearer than the pixel's distance. Error: the distance is one a pixel, so a surface
+//! that is steep within a pixel cuts by its middle.
+//!
+//! Without a background nothing of this is made: no buffer, no pass, and the other shaders are compiled without it.
+
+use std::sync::Arc;
+
+use ash::vk;
+use bytemuck::{Pod, Zeroable};
+use glam::Vec3;
+
+use super::appearance::Appearance;
+use super::environment::EnvironmentMap;
+use super::frame::FrameBuffer;
+use super::glints::Glints;
+use super::tiles::Tiles;
+use crate::Result;
+use crate::gpu::{
+    Binding, Bindings, Buffer, Commands, ComputePipeline, Device, Image, ImageInfo, Memory,
+    Recorder, Resource, Sampler, Samples, Use, image_barrier, shaders,
+};
+use crate::picture::plate::Plate;
+use crate::scene::background::DepthKind;
+
+/// Largest value of a half, which is what stored light is clipped to.
+const MOST_STORED: f32 = 65_504.0;
+/// Bytes that are copied at once, so that the upload's memory does not grow with the picture.
+const STRIP_BYTES: usize = 32 << 20;
+
+/// What the images of a background hold.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Convention {
+    /// Radiance of a 1 in the colour image; none: there is no colour image, and the environment is behind.
+    pub color: Option<f32>,
+    /// What the depth image holds; none: there is none, and nothing hides a drop.
+    pub depth: Option<DepthConvention>,
+}
+
+/// What a depth image holds: a stored `s` is at (a s + b) / (c s + d) scene units, and where c s + d is not over 0 nothing is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DepthConvention {
+    /// a, b, c, d.
+    pub map: [f32; 4],
+    /// Along the view axis or along the ray.
+    pub kind: DepthKind,
+}
+
+impl DepthConvention {
+    /// Depth in proportion to what is stored.
+    pub fn linear(scene_units: f32, kind: DepthKind) -> Self {
+        Self { map: [scene_units, 0.0, 0.0, 1.0], kind }
+    }
+
+    /// Depth as a perspective projection leaves it in a depth attachment of the whole range 0 to 1, reversed or not, the
+    /// far plane at infinity or not: `scale` and `offset` are what the matrix makes of a view-space z (of which the camera
+    /// looks along -z): depth = (scale · z + offset) / -z.
+    pub fn projected(scale: f32, offset: f32) -> Self {
+        Self { map: [0.0, offset, 1.0, scale], kind: DepthKind::Planar }
+    }
+}
+
+/// The images, and what they hold. Either may be missing.
+pub struct BackgroundImages {
+    /// Light.
+    pub color: Option<Image>,
+    /// Depth.
+    pub depth: Option<Image>,
+    /// What they hold.
+    pub convention: Convention,
+}
+
+impl BackgroundImages {
+    /// A plate on the device, ready to be sampled.
+    ///
+    /// # Errors
+    /// [`crate::Error::Limit`] if an edge is over the device's limit for images; [`crate::Error::Memory`]
+    /// if the device has no room for it; [`crate::Error::Vulkan`] if the driver refuses.
+    pub fn of_plate(
+        device: &Arc<Device>,
+        plate: &Plate,
+        (width, height): (u32, u32),
+    ) -> Result<Self> {
+        let image = |name, format| {
+            let usage = vk::ImageUsageFlags::SAMPLED | vk::ImageUsageFlags::TRANSFER_DST;
+            let samples = Samples::One;
+            let (levels, layers) = (1, 1);
+            Image::new(
+                device,
+                &ImageInfo { name, width, height, levels, layers, format, usage, samples },
+            )
+        };
+        let color = match plate.color() {
+            None => None,
+            Some(picture) => {
+                let image = image("background colour", vk::Format::R32G32B32A32_SFLOAT)?;
+                let texel = |pixel: &Vec3| pixel.extend(1.0).to_array();
+                upload(device, &image, &picture.pixels, texel)?;
+                Some(image)
+            }
+        };
+        let depth = match plate.depth() {
+            None => None,
+            Some(depth) => {
+                let image = image("background depth", vk::Format::R32_SFLOAT)?;
+                upload(device, &image, &depth.values, |depth: &f64| [*depth as f32])?;
+                Some(image)
+            }
+        };
+        let convention = Convention {
+            color: color.as_ref().map(|_| 1.0),
+            depth: plate.depth().map(|depth| DepthConvention::linear(1.0, depth.kind)),
+        };
+        Ok(Self { color, depth, convention })
+    }
+}
+
+/// Fills an image, row by row from the top, and leaves it ready to be sampled.
+fn upload<T, U: Pod>(
+    device: &Arc<Device>,
+    image: &Image,
+    values: &[T],
+    texel: impl Fn(&T) -> U,
+) -> Result<()> {
+    let name = "background upload";
+    let width = image.width as usize;
+    let strip = (STRIP_BYTES / size_of::<U>() / width).max(1) * width;
+    let bytes = (size_of::<U>() * strip.min(values.len())) as u64;
+    let usage = vk::BufferUsageFlags::TRANSFER_SRC;
+    let mut staging = Buffer::new(device, name, bytes, usage, Memory::Upload)?;
+    Commands::once(device, name, |commands| {
+        image_barrier(device, commands, image, Use::Nothing, Use::TransferWrite);
+    })?;
+    for (number, values) in values.chunks(strip).enumerate() {
+        staging.write(0, &values.iter().map(&texel).collect::<Vec<_>>());
+        let top = (number * strip / width) as i32;
+        let height = (values.len() / width) as u32;
+        let copy = image
+            .level_copy(0, 0)
+            .image_offset(vk::Offset3D { x: 0, y: top, z: 0 })
+            .image_extent(vk::Extent3D { width: image.width, height, depth: 1 });
+        Commands::once(device, name, |commands| {
+            // SAFETY: the copy lies within the buffer and the image, which is in this layout.
+            unsafe {
+                device.raw().cmd_copy_buffer_to_image(
+                    commands.raw(),
+                    staging.raw(),
+                    image.raw(),
+                    vk::ImageLayout::TRANSFER_DST_OPTIMAL,
+                    &[copy],
+                );
+            }
+        })?;
+    }
+    Commands::once(device, name, |commands| {
+        image_barrier(device, commands, image, Use::TransferWrite, Use::ShaderRead);
+    })
+}
+
+/// Pixels of `plate` that are brighter than the device stores, where a stored 1 is `radiance_scale`: they are clipped.
+pub fn clipped(plate: &Plate, radiance_scale: f32) -> usize {
+    let most = MOST_STORED * radiance_scale;
+    plate.color().map_or(0, |picture| {
+        picture.pixels.iter().filter(|pixel| pixel.max_element() > most).count()
+    })
+}
+
+/// The shader's push constants.
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+struct Push {
+    depth: [f32; 4],
+    color_scale: f32,
+    depth_kind: u32,
+}
+
+/// The pass.
+pub struct Background {
+    images: Arc<BackgroundImages>,
+    radiance_scale: f32,
+    bindings: Bindings,
+    pass: ComputePipeline,
+}
+
+impl Background {
+    /// The pass that reads `images`, and writes `sky` and the distances of `tiles`, which must have been made for them.
+    ///
+    /// # Errors
+    /// [`crate::Error::Vulkan`] if the driver refuses.
+    #[expect(clippy::too_many_arguments, reason = "it draws what all of them prepare")]
+    pub(super) fn new(
+        device: &Arc<Device>,
+        frame: &FrameBuffer,
+        environment: &EnvironmentMap,
+        appearance: &Appearance,
+        glints: &Glints,
+        tiles: &Tiles,
+        sky: &Buffer,
+        images: Arc<BackgroundImages>,
+    ) -> Result<Self> {
+        let nearest = Sampler::nearest(device, "background")?;
+        let sampled = |image| (Binding::COMBINED_IMAGE_SAMPLER, image);
+        let [color, depth] = [&images.color, &images.depth].map(|image| match image {
+            Some(image) => Resource::Sampled(image, &nearest),
+            // The shader does not read it.
+            None => Resource::Sampled(&environment.image, &environment.sampler),
+        });
+        let behind = Resource::Sampled(&environment.image, &environment.sampler);
+        let buffer = |buffer| (Binding::STORAGE_BUFFER, Resource::Buffer(buffer));
+        let slots = [
+            (Binding::UNIFORM_BUFFER, Resource::Buffer(&frame.buffer)),
+            sampled(color),
+            buffer(tiles.field_or(sky)),
+            sampled(depth),
+            buffer(tiles.reach.as_ref().unwrap_or(sky)),
+            buffer(sky),
+            sampled(behind),
+            buffer(&glints.sources),
+            buffer(&glints.bow),
+            buffer(&appearance.table),
+        ];
+        let bindings = Bindings::of(device, "background", &slots)?;
+        let by_cells = tiles.has_cells();
+        let shader =
+            if by_cells { shaders::SKY_COMP_CELLS_BEFORE } else { shaders::SKY_COMP_BEFORE };
+        let push = size_of::<Push>() as u32;
+        let pass = ComputePipeline::new(device, shader, &bindings, push, &tiles.constants)?;
+        let radiance_scale = environment.radiance_scale;
+        Ok(Self { images, radiance_scale, bindings, pass })
+    }
+
+    /// Records it for so many workgroups, when the frame's constants are ready.
+    pub(super) fn record(&self, commands: Recorder<'_>, groups: [u32; 3]) {
+        let Convention { color, depth } = self.images.convention;
+        let push = Push {
+            depth: depth.map_or([0.0; 4], |depth| depth.map),
+            color_scale: color.map_or(0.0, |unit| unit / self.radiance_scale),
+            depth_kind: match depth.map(|depth| depth.kind) {
+                None => 0,
+                Some(DepthKind::Planar) => 1,
+                Some(DepthKind::Radial) => 2,
+            },
+        };
+        self.pass.dispatch(commands, &self.bindings, 0, bytemuck::bytes_of(&push), groups);
+    }
+}
