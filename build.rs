@@ -11,7 +11,7 @@ use glsl::Glsl;
 mod glsl;
 
 /// Shaders that are compiled a second time: file, suffix of the constant, macro that is defined.
-const VARIANTS: [(&str, &str, &str); 16] = [
+const VARIANTS: &[(&str, &str, &str)] = &[
     ("blocks.comp", "_TEXELS", "TEXELS"),
     ("bin_starts.comp", "_CELLS", "CELLS"),
     ("sort_clusters.comp", "_CELLS", "CELLS"),
@@ -26,6 +26,8 @@ const VARIANTS: [(&str, &str, &str); 16] = [
     ("drops.frag", "_RADIAL", "DEVIATION_TABLE"),
     ("drops.frag", "_PICTURE", "BY_PICTURE"),
     ("drops.frag", "_STAGE", "STAGE"),
+    ("output.frag", "_BUFFER", "RADIANCE_IN_BUFFER"),
+    ("output.frag", "_TEXELS", "RADIANCE_IN_TEXELS"),
     ("tone_map.frag", "_BUFFER", "RADIANCE_IN_BUFFER"),
     ("tone_map.frag", "_TEXELS", "RADIANCE_IN_TEXELS"),
 ];

@@ -69,3 +69,5 @@ pub mod scene;
 pub mod view;
 
 pub use error::{Error, Result};
+// Types of theirs stand in the interface for hosts.
+pub use {ash, gpu_allocator};

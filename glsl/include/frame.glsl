@@ -7,7 +7,7 @@ struct Frame {
     vec4 units;         // xyz: scene units a unit of place; w: radius of the rain's drops
     uvec4 camera_place; // xyz: the camera's place in the rain box; w: number of random drops
     uvec4 shift;        // xyz: how far the rain has moved; w: number of all drops
-    uvec4 seed;         // xy: low and high half; z: 1 to restart the stored positions
+    uvec4 seed;         // xy: low and high half; z: 1 to restart the stored positions; w: number of the recording, for the CPU
     vec4 motion;        // xyz: stored positions: displacement since the last frame, scene units
     vec4 camera_high;   // xyz: camera position, float32 part; w: near
     vec4 camera_low;    // xyz: what float32 lost of it; w: near fade

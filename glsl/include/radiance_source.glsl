@@ -3,20 +3,24 @@
 #ifdef RADIANCE_IN_TEXELS
 layout(set = 0, binding = 1) uniform samplerBuffer radiance_texels;
 
-vec3 radiance_at(uvec2 at) {
-    return texelFetch(radiance_texels, int(at.y * frame.window.z + at.x)).rgb;
+vec4 pixel_at(uvec2 at) {
+    return texelFetch(radiance_texels, int(at.y * frame.window.z + at.x));
 }
 #elif defined(RADIANCE_IN_BUFFER)
 layout(std430, set = 0, binding = 1) readonly buffer Radiance { uvec2 radiance_in[]; };
 
-vec3 radiance_at(uvec2 at) {
+vec4 pixel_at(uvec2 at) {
     uvec2 word = radiance_in[at.y * frame.window.z + at.x];
-    return vec3(unpackHalf2x16(word.x), unpackHalf2x16(word.y).x);
+    return vec4(unpackHalf2x16(word.x), unpackHalf2x16(word.y));
 }
 #else
 layout(set = 0, binding = 1) uniform sampler2D radiance_image;
 
-vec3 radiance_at(uvec2 at) {
-    return texelFetch(radiance_image, ivec2(at), 0).rgb;
+vec4 pixel_at(uvec2 at) {
+    return texelFetch(radiance_image, ivec2(at), 0);
 }
 #endif
+
+vec3 radiance_at(uvec2 at) {
+    return pixel_at(at).rgb;
+}

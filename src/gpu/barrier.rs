@@ -38,7 +38,7 @@ pub enum Use {
 }
 
 impl Use {
-    fn scope(self) -> (Stage, Access, Layout) {
+    pub(super) fn scope(self) -> (Stage, Access, Layout) {
         match self {
             Self::Nothing => (Stage::NONE, Access::NONE, Layout::UNDEFINED),
             Self::TransferWrite => {

@@ -29,6 +29,8 @@ pub enum Resource<'a> {
     Sampled(&'a Image, &'a Sampler),
     /// One level of an image, with a sampler.
     SampledLevel(&'a Image, u32, &'a Sampler),
+    /// A view of a host's image, which the set does not keep, with a sampler.
+    SampledView(vk::ImageView, &'a Sampler),
 }
 
 /// Keeps something of the device.
@@ -44,6 +46,7 @@ impl Resource<'_> {
             Self::Sampled(image, sampler) | Self::SampledLevel(image, _, sampler) => {
                 [Some(image.held.clone()), Some(sampler.held.clone())]
             }
+            Self::SampledView(_, sampler) => [Some(sampler.held.clone()), None],
         }
     }
 }
@@ -117,11 +120,26 @@ impl Bindings {
     /// # Errors
     /// [`Error::Vulkan`] if the driver refuses; those of [`Bindings::write`].
     pub fn of(device: &Arc<Device>, name: &str, slots: &[(Binding, Resource<'_>)]) -> Result<Self> {
+        Self::all(device, name, slots, 1)
+    }
+
+    /// As [`Bindings::of`], `count` sets that are alike.
+    ///
+    /// # Errors
+    /// Those of [`Bindings::of`].
+    pub fn all(
+        device: &Arc<Device>,
+        name: &str,
+        slots: &[(Binding, Resource<'_>)],
+        count: u32,
+    ) -> Result<Self> {
         let kinds: Vec<_> = slots.iter().map(|(kind, _)| *kind).collect();
-        let bindings = Self::new(device, name, &kinds, 1)?;
-        for (number, (_, resource)) in (0..).zip(slots) {
-            // SAFETY: no commands have it yet.
-            unsafe { bindings.write(0, number, resource)? };
+        let bindings = Self::new(device, name, &kinds, count)?;
+        for index in 0..count as usize {
+            for (number, (_, resource)) in (0..).zip(slots) {
+                // SAFETY: no commands have it yet.
+                unsafe { bindings.write(index, number, resource)? };
+            }
         }
         Ok(bindings)
     }
@@ -178,6 +196,10 @@ impl Bindings {
             }
             Resource::Sampled(i, sampler) => {
                 images = image(i.view(), sampled, Some(sampler));
+                write.image_info(&images)
+            }
+            Resource::SampledView(view, sampler) => {
+                images = image(view, sampled, Some(sampler));
                 write.image_info(&images)
             }
             Resource::SampledLevel(i, level, sampler) => {

@@ -1,8 +1,8 @@
 //! One command buffer that is recorded, submitted and waited for, over and over.
 
 use std::marker::PhantomData;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, PoisonError};
 
 use ash::vk;
 
@@ -29,6 +29,14 @@ pub struct Recorder<'a> {
 }
 
 impl Recorder<'_> {
+    /// A host's command buffer.
+    ///
+    /// # Safety
+    /// It is being recorded, outside of any rendering, as long as this or a copy of it is used.
+    pub(crate) unsafe fn of_host(raw: vk::CommandBuffer) -> Self {
+        Self { raw, of: PhantomData }
+    }
+
     /// The raw handle.
     pub fn raw(self) -> vk::CommandBuffer {
         self.raw
@@ -140,11 +148,13 @@ impl Commands {
             .wait_semaphore_infos(&waits)
             .command_buffer_infos(&commands)
             .signal_semaphore_infos(&signals)];
-        let queue = self.device.queue.lock().unwrap_or_else(PoisonError::into_inner);
-        // SAFETY: the command buffer is executable; the lock keeps the queue to one thread.
-        unsafe { self.device.raw.queue_submit2(*queue, &info, vk::Fence::null()) }
+        let raw = &self.device.raw;
+        self.device
+            .with_queue(|queue| {
+                // SAFETY: the command buffer is executable; nobody else uses the queue.
+                unsafe { raw.queue_submit2(queue, &info, vk::Fence::null()) }
+            })
             .named("vkQueueSubmit2", &self.device.report.name)?;
-        drop(queue);
         self.submitted += 1;
         self.pending.store(std::mem::take(&mut self.recording), Ordering::Relaxed);
         Ok(())

@@ -9,7 +9,9 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use ash::{ext, khr, vk};
 use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
 
+use super::host::OfHost;
 use super::pipeline::Pipelines;
+use super::requirements::{Capabilities, Features, Requirements};
 use super::retired::Retired;
 use super::{Instance, Named, PipelineKey, Recorder, Shader, pipeline_cache};
 use crate::{Error, Result};
@@ -32,6 +34,8 @@ pub struct DeviceReport {
     pub kind: &'static str,
     /// What the renderer needs and the device lacks, by its Vulkan names; empty if it will do.
     pub missing: Vec<&'static str>,
+    /// Of the features that the renderer knows, those that the device has; of one that is open, those that are enabled.
+    pub features: Features,
     /// The device's limits.
     pub limits: vk::PhysicalDeviceLimits,
     /// The device says that points whose centre is off the viewport are clipped (two of three drivers
@@ -40,7 +44,7 @@ pub struct DeviceReport {
     /// Bytes that a buffer or an image may take at most: by the limit of one allocation, of a buffer,
     /// and by the largest heap.
     pub max_allocation: u64,
-    queue_family: Option<u32>,
+    pub(super) queue_family: Option<u32>,
     /// What compiled pipelines of this device belong to.
     pub pipeline_key: PipelineKey,
     /// The build of the driver, in 16 bytes of its own; all 0 before Vulkan 1.3.
@@ -82,16 +86,10 @@ pub struct PointRules {
     pub draws_off_screen: bool,
 }
 
-/// What `gather.comp` and others ask of subgroups; Vulkan itself promises the first alone.
-const SUBGROUP_OPERATIONS: vk::SubgroupFeatureFlags = vk::SubgroupFeatureFlags::from_raw(
-    vk::SubgroupFeatureFlags::BASIC.as_raw()
-        | vk::SubgroupFeatureFlags::BALLOT.as_raw()
-        | vk::SubgroupFeatureFlags::ARITHMETIC.as_raw(),
-);
-/// Invocations of the largest workgroup, `gather.comp`'s and others'; 128 are promised.
-const LARGEST_GROUP: u32 = 256;
-/// Storage buffers of `composite.comp`; 4 are promised.
-const MOST_STORAGE_BUFFERS: u32 = 14;
+/// What our own devices must have: enough for every preset, of which a device may draw any.
+fn every_preset() -> Requirements {
+    Requirements::new(true, true)
+}
 
 /// SPIR-V by a shader's name and variant.
 pub type ReplacedShaders = HashMap<(&'static str, Option<&'static str>), Arc<[u32]>>;
@@ -112,10 +110,12 @@ pub struct MadeCounts {
 /// A logical device, its queue, its memory and its pipelines.
 pub struct Device {
     pub(super) raw: ash::Device,
-    pub(super) queue: Mutex<vk::Queue>,
+    queue: Mutex<vk::Queue>,
+    /// What is of a host: the device itself, and the lock of the queue.
+    pub(super) host: Option<OfHost>,
     pub(super) queue_family: u32,
     debug_utils: Option<ext::debug_utils::Device>,
-    allocator: ManuallyDrop<Mutex<Allocator>>,
+    allocator: ManuallyDrop<Arc<Mutex<Allocator>>>,
     pub(super) pipeline_cache: vk::PipelineCache,
     pipelines_made: Mutex<Pipelines>,
     made: Mutex<MadeCounts>,
@@ -146,6 +146,18 @@ impl Instance {
     }
 
     fn report(&self, physical: vk::PhysicalDevice) -> DeviceReport {
+        self.report_of(physical, None, None, &every_preset())
+    }
+
+    /// What a device says of itself, and what it lacks of what is required. `family`: of a queue that was chosen for it;
+    /// `enabled`: features with which it was made.
+    pub(super) fn report_of(
+        &self,
+        physical: vk::PhysicalDevice,
+        family: Option<u32>,
+        enabled: Option<Features>,
+        required: &Requirements,
+    ) -> DeviceReport {
         // SAFETY: `physical` comes from this instance.
         let base = unsafe { self.raw.get_physical_device_properties(physical) };
         let mut driver = vk::PhysicalDeviceDriverProperties::default();
@@ -155,7 +167,8 @@ impl Instance {
         let mut features12 = vk::PhysicalDeviceVulkan12Features::default();
         let mut features13 = vk::PhysicalDeviceVulkan13Features::default();
         let mut features = vk::PhysicalDeviceFeatures2::default();
-        let has_13 = base.api_version >= vk::API_VERSION_1_3;
+        let api_version = base.api_version.min(self.api_version);
+        let has_13 = api_version >= vk::API_VERSION_1_3;
         if has_13 {
             let mut properties = vk::PhysicalDeviceProperties2::default()
                 .push_next(&mut driver)
@@ -172,6 +185,7 @@ impl Instance {
             }
         }
         let features = features.features;
+        let features = Features::of(&features, &features12, &features13);
         // SAFETY: `physical` comes from this instance.
         let families = unsafe { self.raw.get_physical_device_queue_family_properties(physical) };
         // SAFETY: as above.
@@ -182,36 +196,29 @@ impl Instance {
                 .into_iter()
                 .filter(|limit| *limit > 0)
                 .fold(heap, u64::min);
-        let both = vk::QueueFlags::GRAPHICS | vk::QueueFlags::COMPUTE;
-        let family = families.iter().position(|family| family.queue_flags.contains(both));
-        let (has_subgroups, in_compute) = (
-            properties11.subgroup_supported_operations.contains(SUBGROUP_OPERATIONS),
-            properties11.subgroup_supported_stages.contains(vk::ShaderStageFlags::COMPUTE),
-        );
+        let chosen = |family: &u32| families.get(*family as usize).is_some();
+        let takes_all =
+            |family: &vk::QueueFamilyProperties| family.queue_flags.contains(required.queue_flags);
+        let family = family
+            .filter(chosen)
+            .or_else(|| families.iter().position(takes_all).map(|index| index as u32));
+        let properties = family.map(|index| families[index as usize]).unwrap_or_default();
+        let in_compute =
+            properties11.subgroup_supported_stages.contains(vk::ShaderStageFlags::COMPUTE);
         let limits = &base.limits;
-        let group =
-            limits.max_compute_work_group_size[0].min(limits.max_compute_work_group_invocations);
-        let needs = [
-            (has_13, "Vulkan 1.3"),
-            (family.is_some(), "a queue for graphics and compute"),
-            (features.large_points == vk::TRUE, "largePoints"),
-            (
-                features.shader_storage_image_write_without_format == vk::TRUE,
-                "shaderStorageImageWriteWithoutFormat",
-            ),
-            (features12.timeline_semaphore == vk::TRUE, "timelineSemaphore"),
-            (features12.host_query_reset == vk::TRUE, "hostQueryReset"),
-            (features13.dynamic_rendering == vk::TRUE, "dynamicRendering"),
-            (features13.synchronization2 == vk::TRUE, "synchronization2"),
-            // SPIR-V 1.6 gives workgroup sizes by LocalSizeId, which is part of it.
-            (features13.maintenance4 == vk::TRUE, "maintenance4"),
-            (has_subgroups && in_compute, "subgroup ballots and sums in compute shaders"),
-            (group >= LARGEST_GROUP, "workgroups of 256 invocations"),
-            (
-                limits.max_per_stage_descriptor_storage_buffers >= MOST_STORAGE_BUFFERS,
-                "14 storage buffers a stage",
-            ),
-        ];
+        let has = Capabilities {
+            api_version,
+            features: enabled.unwrap_or(features),
+            queue_flags: properties.queue_flags,
+            subgroup_operations: if in_compute {
+                properties11.subgroup_supported_operations
+            } else {
+                vk::SubgroupFeatureFlags::empty()
+            },
+            workgroup_invocations: limits.max_compute_work_group_size[0]
+                .min(limits.max_compute_work_group_invocations),
+            storage_buffers_per_stage: limits.max_per_stage_descriptor_storage_buffers,
+        };
         let (rank, kind) = match base.device_type {
             vk::PhysicalDeviceType::DISCRETE_GPU => (0, "discrete GPU"),
             vk::PhysicalDeviceType::INTEGRATED_GPU => (1, "integrated GPU"),
@@ -233,15 +240,16 @@ impl Instance {
                 vk::api_version_patch(base.api_version)
             ),
             kind,
-            missing: needs.iter().filter(|(has, _)| !has).map(|(_, name)| *name).collect(),
+            missing: required.missing(&has),
+            features: has.features,
             limits: base.limits,
             claims_to_clip_points: properties11.point_clipping_behavior
                 == vk::PointClippingBehavior::ALL_CLIP_PLANES,
             max_allocation,
-            queue_family: family.map(|index| index as u32),
+            queue_family: family,
             pipeline_key: PipelineKey::of(&base),
             driver_uuid: properties11.driver_uuid,
-            timestamp_bits: family.map_or(0, |index| families[index].timestamp_valid_bits),
+            timestamp_bits: properties.timestamp_valid_bits,
             rank,
         }
     }
@@ -366,16 +374,10 @@ impl Device {
         let queues = [vk::DeviceQueueCreateInfo::default()
             .queue_family_index(queue_family)
             .queue_priorities(&priorities)];
-        let enabled = vk::PhysicalDeviceFeatures::default()
-            .large_points(true)
-            .shader_storage_image_write_without_format(true);
-        let mut enabled12 = vk::PhysicalDeviceVulkan12Features::default()
-            .timeline_semaphore(true)
-            .host_query_reset(true);
-        let mut enabled13 = vk::PhysicalDeviceVulkan13Features::default()
-            .dynamic_rendering(true)
-            .synchronization2(true)
-            .maintenance4(true);
+        let mut enabled = vk::PhysicalDeviceFeatures::default();
+        let mut enabled12 = vk::PhysicalDeviceVulkan12Features::default();
+        let mut enabled13 = vk::PhysicalDeviceVulkan13Features::default();
+        every_preset().features.enable(&mut enabled, &mut enabled12, &mut enabled13);
         let info = vk::DeviceCreateInfo::default()
             .queue_create_infos(&queues)
             .enabled_features(&enabled)
@@ -387,24 +389,12 @@ impl Device {
             .named("vkCreateDevice", &report.name)?;
         // SAFETY: the family was asked for one queue.
         let queue = unsafe { raw.get_device_queue(queue_family, 0) };
-        let allocator = Allocator::new(&AllocatorCreateDesc {
-            instance: instance.raw.clone(),
-            device: raw.clone(),
-            physical_device: report.physical,
-            debug_settings: Default::default(),
-            buffer_device_address: false,
-            allocation_sizes: Default::default(),
-        });
-        let allocator = match allocator {
-            Ok(allocator) => allocator,
+        let allocator = match new_allocator(&instance.raw, &raw, report.physical) {
+            Ok(allocator) => Arc::new(Mutex::new(allocator)),
             Err(error) => {
                 // SAFETY: nothing was made from the device yet.
                 unsafe { raw.destroy_device(None) };
-                return Err(Error::Memory {
-                    object: "the allocator".into(),
-                    mebibytes: 0.0,
-                    reason: error.to_string(),
-                });
+                return Err(error);
             }
         };
         let pipeline_cache = match pipeline_cache::create(&raw, pipelines) {
@@ -416,14 +406,40 @@ impl Device {
                 return Err(error);
             }
         };
+        let features = every_preset().features;
+        let report = DeviceReport { features, ..report };
+        Ok(Self::of_parts(
+            instance,
+            raw,
+            queue,
+            report,
+            queue_family,
+            allocator,
+            pipeline_cache,
+            None,
+        ))
+    }
+
+    #[expect(clippy::too_many_arguments, reason = "each is a part of its own")]
+    pub(super) fn of_parts(
+        instance: &Arc<Instance>,
+        raw: ash::Device,
+        queue: vk::Queue,
+        report: DeviceReport,
+        queue_family: u32,
+        allocator: Arc<Mutex<Allocator>>,
+        pipeline_cache: vk::PipelineCache,
+        host: Option<OfHost>,
+    ) -> Arc<Self> {
         let debug_utils =
             instance.debug_utils.then(|| ext::debug_utils::Device::new(&instance.raw, &raw));
-        Ok(Arc::new(Self {
+        Arc::new(Self {
             raw,
             queue: Mutex::new(queue),
+            host,
             queue_family,
             debug_utils,
-            allocator: ManuallyDrop::new(Mutex::new(allocator)),
+            allocator: ManuallyDrop::new(allocator),
             pipeline_cache,
             pipelines_made: Mutex::default(),
             made: Mutex::default(),
@@ -433,11 +449,39 @@ impl Device {
             report,
             point_rules: OnceLock::new(),
             instance: instance.clone(),
-        }))
+        })
+    }
+
+    /// Calls `work` with the queue, which nobody else uses meanwhile.
+    pub(super) fn with_queue<T>(&self, work: impl FnOnce(vk::Queue) -> T) -> T {
+        let queue = self.queue.lock().unwrap_or_else(PoisonError::into_inner);
+        let Some(lock) = self.host.as_ref().and_then(|host| host.queue_lock.as_ref()) else {
+            return work(*queue);
+        };
+        let (mut work, mut done) = (Some(work), None);
+        lock(&mut || done = work.take().map(|work| work(*queue)));
+        done.expect("the host's lock calls what it is given")
     }
 
     pub(super) fn pipelines_made(&self) -> MutexGuard<'_, Pipelines> {
         self.pipelines_made.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Fails if a feature is not enabled that a plan needs; the rest of what is required holds for all plans.
+    ///
+    /// # Errors
+    /// [`Error::DeviceLacks`] with the features.
+    pub(crate) fn require(&self, required: &Requirements) -> Result<()> {
+        let enabled = self.report.features.named();
+        let pairs = required.features.named().into_iter().zip(enabled);
+        let missing: Vec<_> = pairs
+            .filter(|((_, wanted), (_, is))| *wanted && !is)
+            .map(|((name, _), _)| name)
+            .collect();
+        if missing.is_empty() {
+            return Ok(());
+        }
+        Err(Error::DeviceLacks { device: self.report.name.clone(), missing: missing.join(", ") })
     }
 
     /// What was made on it so far.
@@ -523,7 +567,7 @@ impl Device {
         })
     }
 
-    /// Bytes of memory that everything made from the device takes now.
+    /// Bytes of memory that everything made from the device takes now; of a host's allocator, all that it gave.
     pub fn allocated_bytes(&self) -> u64 {
         self.allocator().generate_report().total_allocated_bytes
     }
@@ -563,14 +607,19 @@ impl Device {
         self.long_jobs.load(Ordering::Relaxed) > 0
     }
 
-    /// Waits until the device has nothing left to do. Other threads cannot submit meanwhile.
+    /// Waits until the device has nothing left to do. Other threads cannot submit meanwhile. A host's device is not
+    /// waited for.
     ///
     /// # Errors
     /// [`Error::Vulkan`] if waiting fails, as for a lost device.
     pub fn wait_idle(&self) -> Result<()> {
-        let _queue = self.queue.lock().unwrap_or_else(PoisonError::into_inner);
-        // SAFETY: the device has one queue, and the lock keeps other threads from it.
-        unsafe { self.raw.device_wait_idle() }.named("vkDeviceWaitIdle", &self.report.name)
+        if self.host.is_some() {
+            return Ok(());
+        }
+        self.with_queue(|_| {
+            // SAFETY: the device has one queue, and the lock keeps other threads from it.
+            unsafe { self.raw.device_wait_idle() }.named("vkDeviceWaitIdle", &self.report.name)
+        })
     }
 }
 
@@ -585,15 +634,40 @@ impl Drop for LongJob<'_> {
 
 impl Drop for Device {
     fn drop(&mut self) {
-        // SAFETY: every object made from the device holds an `Arc` of it, so none is left; the
-        // allocator goes before the device whose memory it frees, and is not used again.
+        // A lost device cannot be waited for, and is destroyed all the same.
+        let _ = self.wait_idle();
+        self.free_all();
+        // SAFETY: every object made from the device holds an `Arc` of it, so none is left, and no commands use one: the
+        // device is idle, or its host has promised so. The allocator goes before the device whose memory it frees, and
+        // is not used again.
         unsafe {
-            // A lost device cannot be waited for, and is destroyed all the same.
-            let _ = self.raw.device_wait_idle();
             ManuallyDrop::drop(&mut self.allocator);
             self.pipelines_made().destroy(&self.raw);
             self.raw.destroy_pipeline_cache(self.pipeline_cache, None);
-            self.raw.destroy_device(None);
+            if self.host.is_none() {
+                self.raw.destroy_device(None);
+            }
         }
     }
+}
+
+/// An allocator of memory of a device.
+pub(super) fn new_allocator(
+    instance: &ash::Instance,
+    device: &ash::Device,
+    physical_device: vk::PhysicalDevice,
+) -> Result<Allocator> {
+    Allocator::new(&AllocatorCreateDesc {
+        instance: instance.clone(),
+        device: device.clone(),
+        physical_device,
+        debug_settings: Default::default(),
+        buffer_device_address: false,
+        allocation_sizes: Default::default(),
+    })
+    .map_err(|error| Error::Memory {
+        object: "the allocator".into(),
+        mebibytes: 0.0,
+        reason: error.to_string(),
+    })
 }

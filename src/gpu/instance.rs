@@ -33,6 +33,10 @@ pub struct Instance {
     pub(super) raw: ash::Instance,
     pub(super) entry: ash::Entry,
     pub(super) debug_utils: bool,
+    /// Version that it was made for.
+    pub(super) api_version: u32,
+    /// Whether it is destroyed with this; a host's is not.
+    is_owned: bool,
     /// Whether surfaces of windows can be made from it.
     pub(super) presents: bool,
     /// Tells it from the others of this process.
@@ -132,10 +136,17 @@ impl Instance {
             }
         })?;
         let presents = !wanted.is_empty();
-        static INSTANCES: AtomicU64 = AtomicU64::new(0);
-        let number = INSTANCES.fetch_add(1, Ordering::Relaxed);
-        let mut instance =
-            Self { raw, entry, debug_utils, presents, number, messenger: None, messages };
+        let mut instance = Self {
+            raw,
+            entry,
+            debug_utils,
+            api_version: vk::API_VERSION_1_3,
+            is_owned: true,
+            presents,
+            number: next_number(),
+            messenger: None,
+            messages,
+        };
         if is_watched {
             let loader = ext::debug_utils::Instance::new(&instance.entry, &instance.raw);
             let info = self::messenger_info(&instance.messages);
@@ -145,6 +156,30 @@ impl Instance {
             instance.messenger = Some((loader, messenger));
         }
         Ok(Arc::new(instance))
+    }
+
+    /// A host's instance, of an API version, with or without `VK_EXT_debug_utils`; it is never destroyed.
+    ///
+    /// # Safety
+    /// Entry and instance stay alive until this and all that is made from it is dropped. The version and the extension
+    /// are those that the instance was made with.
+    pub(super) unsafe fn of_host(
+        entry: ash::Entry,
+        raw: ash::Instance,
+        api_version: u32,
+        debug_utils: bool,
+    ) -> Arc<Self> {
+        Arc::new(Self {
+            raw,
+            entry,
+            debug_utils,
+            api_version,
+            is_owned: false,
+            presents: false,
+            number: next_number(),
+            messenger: None,
+            messages: Box::default(),
+        })
     }
 
     /// Every warning and error of the validation layer so far, oldest first.
@@ -164,6 +199,12 @@ impl Instance {
             }
         }
     }
+}
+
+/// Tells an instance from the others of this process.
+fn next_number() -> u64 {
+    static INSTANCES: AtomicU64 = AtomicU64::new(0);
+    INSTANCES.fetch_add(1, Ordering::Relaxed)
 }
 
 /// The system's Vulkan loader.
@@ -208,7 +249,9 @@ impl Drop for Instance {
             if let Some((loader, messenger)) = &self.messenger {
                 loader.destroy_debug_utils_messenger(*messenger, None);
             }
-            self.raw.destroy_instance(None);
+            if self.is_owned {
+                self.raw.destroy_instance(None);
+            }
         }
     }
 }

@@ -11,12 +11,15 @@ mod device;
 pub mod disk_cache;
 #[cfg(feature = "reload")]
 mod glsl;
+mod host;
+mod host_image;
 mod image;
 mod instance;
 mod pipeline;
 mod pipeline_cache;
 pub mod probe;
 mod rendering;
+mod requirements;
 mod retired;
 #[cfg(feature = "view")]
 mod surface;
@@ -32,13 +35,16 @@ pub use commands::{Commands, Recorder};
 pub use device::{Device, DeviceReport, MadeCounts, PointRules, ReplacedShaders, choose_among};
 #[cfg(feature = "reload")]
 pub use glsl::Glsl;
+pub use host::{HostDevice, QueueLock};
+pub use host_image::{HostImage, ImageState};
 pub use image::{Image, ImageInfo, Sampler, Samples};
 pub use instance::{Instance, Validation};
 pub use pipeline::{
     Alpha, ComputePipeline, GraphicsPipeline, GraphicsState, Shader, Specialization,
 };
 pub use pipeline_cache::PipelineKey;
-pub(crate) use rendering::{attachment, rendering};
+pub(crate) use rendering::{attachment, attachment_of, rendering};
+pub use requirements::{Features, Requirements};
 #[cfg(feature = "view")]
 pub use surface::Surface;
 #[cfg(feature = "view")]

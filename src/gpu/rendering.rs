@@ -9,8 +9,16 @@ pub(crate) fn attachment(
     image: &Image,
     load: vk::AttachmentLoadOp,
 ) -> vk::RenderingAttachmentInfo<'static> {
+    attachment_of(image.view(), load)
+}
+
+/// As [`attachment`], of a view.
+pub(crate) fn attachment_of(
+    view: vk::ImageView,
+    load: vk::AttachmentLoadOp,
+) -> vk::RenderingAttachmentInfo<'static> {
     vk::RenderingAttachmentInfo::default()
-        .image_view(image.view())
+        .image_view(view)
         .image_layout(vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL)
         .load_op(load)
         .store_op(vk::AttachmentStoreOp::STORE)

@@ -45,7 +45,7 @@ impl Retired {
 
 impl Device {
     /// A ticket for commands that begin to be recorded.
-    pub(super) fn open_ticket(&self) -> u64 {
+    pub(crate) fn open_ticket(&self) -> u64 {
         let mut retired = self.retired.lock().unwrap_or_else(PoisonError::into_inner);
         retired.tickets += 1;
         let ticket = retired.tickets;
@@ -54,7 +54,7 @@ impl Device {
     }
 
     /// The commands of a ticket are done, or will never be submitted.
-    pub(super) fn close_ticket(&self, ticket: u64) {
+    pub(crate) fn close_ticket(&self, ticket: u64) {
         let mut retired = self.retired.lock().unwrap_or_else(PoisonError::into_inner);
         retired.open.remove(&ticket);
         let freed = retired.freed();
@@ -70,6 +70,14 @@ impl Device {
         let freed = retired.freed();
         drop(retired);
         self.free(freed);
+    }
+
+    /// Frees all that waits. No commands are left that use it.
+    pub(super) fn free_all(&self) {
+        let mut retired = self.retired.lock().unwrap_or_else(PoisonError::into_inner);
+        let waiting = std::mem::take(&mut retired.waiting);
+        drop(retired);
+        self.free(waiting.into_iter().map(|(_, object)| object).collect());
     }
 
     fn free(&self, objects: Vec<Object>) {

@@ -3,7 +3,7 @@
 //! An image is acquired, drawn to and presented. A surface that changes its size makes the swapchain
 //! *stale*: it can no longer, or not well, be presented, and is made anew from the old one.
 
-use std::sync::{Arc, PoisonError};
+use std::sync::Arc;
 
 use ash::{khr, vk};
 
@@ -194,10 +194,10 @@ impl Swapchain {
             .wait_semaphores(&drawn)
             .swapchains(&swapchains)
             .image_indices(&indices);
-        let queue = self.device.queue.lock().unwrap_or_else(PoisonError::into_inner);
-        // SAFETY: the image was acquired; the lock keeps the queue to one thread.
-        let presented = unsafe { self.loader.queue_present(*queue, &info) };
-        drop(queue);
+        let presented = self.device.with_queue(|queue| {
+            // SAFETY: the image was acquired; nobody else uses the queue.
+            unsafe { self.loader.queue_present(queue, &info) }
+        });
         match presented {
             Ok(is_suboptimal) => self.is_stale |= is_suboptimal,
             Err(vk::Result::ERROR_OUT_OF_DATE_KHR) => self.is_stale = true,

@@ -26,19 +26,22 @@ use super::glints::Glints;
 use super::tiles::Tiles;
 use crate::Result;
 use crate::gpu::{
-    Binding, Bindings, Buffer, Commands, ComputePipeline, Device, Image, ImageInfo, Memory,
-    Recorder, Resource, Sampler, Samples, Use, image_barrier, shaders,
+    Binding, Bindings, Buffer, Commands, ComputePipeline, Device, HostImage, Image, ImageInfo,
+    Memory, Recorder, Resource, Sampler, Samples, Use, image_barrier, shaders,
 };
 use crate::picture::plate::Plate;
 use crate::scene::background::DepthKind;
 
 /// Largest value of a half, which is what stored light is clipped to.
 const MOST_STORED: f32 = 65_504.0;
+/// Where the shader has the two images.
+const COLOR_BINDING: u32 = 1;
+const DEPTH_BINDING: u32 = 3;
 /// Bytes that are copied at once, so that the upload's memory does not grow with the picture.
 const STRIP_BYTES: usize = 32 << 20;
 
 /// What the images of a background hold.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Convention {
     /// Radiance of a 1 in the colour image; none: there is no colour image, and the environment is behind.
     pub color: Option<f32>,
@@ -124,6 +127,58 @@ impl BackgroundImages {
     }
 }
 
+/// Whose images are behind the drops.
+#[derive(Clone)]
+pub enum Behind {
+    /// Ours, which stay.
+    Plate(Arc<BackgroundImages>),
+    /// A host's, which it names with each frame; of so many frames that may be under way at once.
+    Host {
+        /// Whether there is a colour image.
+        color: bool,
+        /// Whether there is a depth image.
+        depth: bool,
+        /// How many frames.
+        frames: u32,
+    },
+}
+
+impl Behind {
+    /// Whether there is a depth that hides drops.
+    pub fn has_depth(&self) -> bool {
+        match self {
+            Self::Plate(images) => images.convention.depth.is_some(),
+            Self::Host { depth, .. } => *depth,
+        }
+    }
+}
+
+/// What a host has behind the drops of a frame.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct HostBackground {
+    /// Light, and the radiance of a 1.
+    pub color: Option<(HostImage, f32)>,
+    /// Depth, and what it holds.
+    pub depth: Option<(HostImage, DepthConvention)>,
+}
+
+impl HostBackground {
+    fn images(&self) -> impl Iterator<Item = &HostImage> {
+        let color = self.color.iter().map(|(image, _)| image);
+        color.chain(self.depth.iter().map(|(image, _)| image))
+    }
+
+    /// Makes the images ready to be read.
+    pub(crate) fn take(&self, device: &Device, commands: Recorder<'_>) {
+        self.images().for_each(|image| image.take(device, commands, Use::ComputeRead));
+    }
+
+    /// Hands them back.
+    pub(crate) fn give_back(&self, device: &Device, commands: Recorder<'_>) {
+        self.images().for_each(|image| image.give_back(device, commands, Use::ComputeRead));
+    }
+}
+
 /// Fills an image, row by row from the top, and leaves it ready to be sampled.
 fn upload<T, U: Pod>(
     device: &Arc<Device>,
@@ -185,7 +240,14 @@ struct Push {
 
 /// The pass.
 pub struct Background {
-    images: Arc<BackgroundImages>,
+    /// Kept for the descriptor set.
+    _images: Option<Arc<BackgroundImages>>,
+    /// Whether a host names the images with each frame.
+    is_hosts: bool,
+    /// What the frame's images hold, and which descriptor set has them.
+    convention: Convention,
+    set: usize,
+    nearest: Sampler,
     radiance_scale: f32,
     bindings: Bindings,
     pass: ComputePipeline,
@@ -205,16 +267,25 @@ impl Background {
         glints: &Glints,
         tiles: &Tiles,
         sky: &Buffer,
-        images: Arc<BackgroundImages>,
+        behind: &Behind,
     ) -> Result<Self> {
         let nearest = Sampler::nearest(device, "background")?;
         let sampled = |image| (Binding::COMBINED_IMAGE_SAMPLER, image);
-        let [color, depth] = [&images.color, &images.depth].map(|image| match image {
+        let (images, sets) = match behind {
+            Behind::Plate(images) => (Some(images.clone()), 1),
+            Behind::Host { frames, .. } => (None, *frames),
+        };
+        let convention = images.as_ref().map_or(Convention::default(), |images| images.convention);
+        let [color, depth] = match &images {
+            Some(images) => [images.color.as_ref(), images.depth.as_ref()],
+            None => [None, None],
+        }
+        .map(|image| match image {
             Some(image) => Resource::Sampled(image, &nearest),
-            // The shader does not read it.
+            // The shader does not read it, or a host's takes its place.
             None => Resource::Sampled(&environment.image, &environment.sampler),
         });
-        let behind = Resource::Sampled(&environment.image, &environment.sampler);
+        let around = Resource::Sampled(&environment.image, &environment.sampler);
         let buffer = |buffer| (Binding::STORAGE_BUFFER, Resource::Buffer(buffer));
         let slots = [
             (Binding::UNIFORM_BUFFER, Resource::Buffer(&frame.buffer)),
@@ -223,24 +294,62 @@ impl Background {
             sampled(depth),
             buffer(tiles.reach.as_ref().unwrap_or(sky)),
             buffer(sky),
-            sampled(behind),
+            sampled(around),
             buffer(&glints.sources),
             buffer(&glints.bow),
             buffer(&appearance.table),
         ];
-        let bindings = Bindings::of(device, "background", &slots)?;
+        let bindings = Bindings::all(device, "background", &slots, sets)?;
         let by_cells = tiles.has_cells();
         let shader =
             if by_cells { shaders::SKY_COMP_CELLS_BEFORE } else { shaders::SKY_COMP_BEFORE };
         let push = size_of::<Push>() as u32;
         let pass = ComputePipeline::new(device, shader, &bindings, push, &tiles.constants)?;
         let radiance_scale = environment.radiance_scale;
-        Ok(Self { images, radiance_scale, bindings, pass })
+        Ok(Self {
+            _images: images,
+            is_hosts: matches!(behind, Behind::Host { .. }),
+            convention,
+            set: 0,
+            nearest,
+            radiance_scale,
+            bindings,
+            pass,
+        })
+    }
+
+    /// Whether other images may be behind with every frame.
+    pub(super) fn is_hosts(&self) -> bool {
+        self.is_hosts
+    }
+
+    /// Takes a host's images for the frame that is to be recorded, in a descriptor set of its own.
+    ///
+    /// # Errors
+    /// Those of [`Bindings::write`].
+    ///
+    /// # Safety
+    /// The set is not in use, and the images stay until it is not again.
+    pub(super) unsafe fn set_images(&mut self, set: usize, images: &HostBackground) -> Result<()> {
+        let views =
+            [images.color.map(|(image, _)| image.view), images.depth.map(|(image, _)| image.view)];
+        for (view, number) in views.into_iter().zip([COLOR_BINDING, DEPTH_BINDING]) {
+            let Some(view) = view else { continue };
+            let resource = Resource::SampledView(view, &self.nearest);
+            // SAFETY: by contract.
+            unsafe { self.bindings.write(set, number, &resource)? };
+        }
+        self.set = set;
+        self.convention = Convention {
+            color: images.color.map(|(_, unit)| unit),
+            depth: images.depth.map(|(_, convention)| convention),
+        };
+        Ok(())
     }
 
     /// Records it for so many workgroups, when the frame's constants are ready.
     pub(super) fn record(&self, commands: Recorder<'_>, groups: [u32; 3]) {
-        let Convention { color, depth } = self.images.convention;
+        let Convention { color, depth } = self.convention;
         let push = Push {
             depth: depth.map_or([0.0; 4], |depth| depth.map),
             color_scale: color.map_or(0.0, |unit| unit / self.radiance_scale),
@@ -250,6 +359,6 @@ impl Background {
                 Some(DepthKind::Radial) => 2,
             },
         };
-        self.pass.dispatch(commands, &self.bindings, 0, bytemuck::bytes_of(&push), groups);
+        self.pass.dispatch(commands, &self.bindings, self.set, bytemuck::bytes_of(&push), groups);
     }
 }

@@ -53,16 +53,17 @@ pub struct Cells {
 }
 
 impl Cells {
-    /// The cells of the real rain of `scene`, and its `RainField`; none if it has none.
+    /// The cells of the real rain of `scene`, and its `RainField`; none if it has none. `factor`: on the room for drops.
     ///
     /// # Errors
     /// Those of [`Field::seen`] and of [`Buffer::new`].
-    pub fn new(device: &Arc<Device>, scene: &Scene) -> Result<Option<(Self, Buffer)>> {
+    pub fn new(device: &Arc<Device>, scene: &Scene, factor: u32) -> Result<Option<(Self, Buffer)>> {
         use vk::BufferUsageFlags as Usage;
         let Some(rain) = Field::of(scene) else { return Ok(None) };
         let seen = rain.seen(scene)?;
         let placed = scene.drops.len() as u32;
-        let drops = (SPARE * seen.drops_in_cells) as u32 + LEAST_ROOM + placed;
+        let drops = (SPARE * seen.drops_in_cells) as u32 + LEAST_ROOM;
+        let drops = drops.saturating_mul(factor).saturating_add(placed);
         let mut bytes = vec![0u8; GROUP_SLABS + 4 * MOST_GROUPS];
         for (class, lattice) in rain.lattices().iter().enumerate() {
             let at = LAWS + 4 * LAW_WORDS * class;

@@ -22,7 +22,7 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::appearance::Appearance;
-use super::background::{Background, BackgroundImages};
+use super::background::{Background, Behind, HostBackground};
 use super::environment::EnvironmentMap;
 use super::frame::{Frame, FrameBuffer};
 use super::glints::{Glints, SplatTable};
@@ -52,9 +52,10 @@ pub struct Composite {
     in_tiles: (u32, u32),
     tiles: u32,
     groups: [u32; 3],
-    /// What the sky was drawn for, and what it is drawn for by the commands that were recorded last.
+    /// What the sky is drawn for by all that was recorded since a number, and whether one of these was executed.
     sky_of: Option<View>,
-    sky_recorded: Option<View>,
+    sky_since: u32,
+    sky_is_there: bool,
     bindings: Bindings,
     sky_pass: SkyPass,
     rays: ComputePipeline,
@@ -97,7 +98,7 @@ impl Composite {
         tiles: &Tiles,
         (width, height): (u32, u32),
         plan: &FramePlan,
-        background: Option<&Arc<BackgroundImages>>,
+        behind: Option<&Behind>,
     ) -> Result<Self> {
         use vk::BufferUsageFlags as Usage;
         let make = |name, bytes, usage| {
@@ -159,13 +160,13 @@ impl Composite {
             .chain([plan.log_average, tiles.touch, glints.count > 0].map(u32::from))
             .collect();
         let pipeline = |shader| ComputePipeline::new(device, shader, &bindings, 0, &constants);
-        let sky_pass = match background {
+        let sky_pass = match behind {
             None => {
                 let by_cells = tiles.has_cells();
                 let shader = if by_cells { shaders::SKY_COMP_CELLS } else { shaders::SKY_COMP };
                 SkyPass::Environment(pipeline(shader)?)
             }
-            Some(images) => SkyPass::Background(Box::new(Background::new(
+            Some(behind) => SkyPass::Background(Box::new(Background::new(
                 device,
                 frame,
                 environment,
@@ -173,7 +174,7 @@ impl Composite {
                 glints,
                 tiles,
                 &sky,
-                images.clone(),
+                behind,
             )?)),
         };
         let composite = if fit { shaders::COMPOSITE_COMP_TEXELS } else { shaders::COMPOSITE_COMP };
@@ -184,7 +185,8 @@ impl Composite {
             tiles: tiles.count,
             groups,
             sky_of: None,
-            sky_recorded: None,
+            sky_since: 0,
+            sky_is_there: false,
             sky_pass,
             rays: pipeline(shaders::RAYS_COMP)?,
             glints: (glints.count > 0).then(|| pipeline(shaders::GLINTS_COMP)).transpose()?,
@@ -201,16 +203,37 @@ impl Composite {
         Source::Tiles { radiance: &self.radiance, log_sums: &self.log_sums, count: self.tiles }
     }
 
-    /// Whether the sky was last drawn for another view than that of `frame`. Then the commands that are being recorded
-    /// must draw it for this one, and [`Composite::submitted`] says that they will be.
-    pub fn needs_sky(&mut self, frame: &Frame) -> bool {
-        self.sky_recorded = Some(view_of(frame));
-        self.sky_of != Some(view_of(frame))
+    /// Whether the commands of this number, which are being recorded, must draw the sky of `frame`: it is kept as long
+    /// as the view stands still, once one of the recordings that draw it was executed ([`Composite::executed`]).
+    pub fn needs_sky(&mut self, frame: &Frame, recording: u32) -> bool {
+        if self.sky_of != Some(view_of(frame)) {
+            self.sky_of = Some(view_of(frame));
+            (self.sky_since, self.sky_is_there) = (recording, false);
+        }
+        // A host draws another picture with every frame.
+        !self.sky_is_there || matches!(&self.sky_pass, SkyPass::Background(pass) if pass.is_hosts())
     }
 
-    /// The commands that were recorded last are on the queue. Others never leave a sky.
-    pub fn submitted(&mut self) {
-        self.sky_of = self.sky_recorded;
+    /// Takes a host's images for the frame that is to be recorded.
+    ///
+    /// # Errors
+    /// Those of [`Background::set_images`].
+    ///
+    /// # Safety
+    /// That of [`Background::set_images`].
+    pub unsafe fn set_images(&mut self, set: usize, images: &HostBackground) -> Result<()> {
+        match &mut self.sky_pass {
+            SkyPass::Environment(_) => Ok(()),
+            // SAFETY: by contract.
+            SkyPass::Background(pass) => unsafe { pass.set_images(set, images) },
+        }
+    }
+
+    /// Recording `recording` was executed, or will be, before any that is yet to be recorded. (What was recorded and
+    /// never executed leaves no sky.)
+    pub fn executed(&mut self, recording: u32) {
+        // Numbers are modulo 2^32.
+        self.sky_is_there |= recording.wrapping_sub(self.sky_since) < u32::MAX / 2;
     }
 
     /// Records the sky, when the frame's constants are ready.

@@ -59,6 +59,9 @@ pub struct Surroundings {
 }
 
 impl Frame {
+    /// Where the number of the recording stands, in bytes.
+    pub(crate) const RECORDING: u64 = std::mem::offset_of!(Frame, seed) as u64 + 12;
+
     /// The constants of `scene`. `last_tick` is the time of the stored positions, if there are any.
     pub fn new(scene: &Scene, around: &Surroundings, last_tick: Option<Tick>) -> Self {
         let view = scene.view();
@@ -147,7 +150,9 @@ impl FrameBuffer {
     /// # Errors
     /// Those of [`Buffer::new`].
     pub fn new(device: &Arc<Device>) -> Result<Self> {
-        let usage = vk::BufferUsageFlags::UNIFORM_BUFFER | vk::BufferUsageFlags::TRANSFER_DST;
+        let usage = vk::BufferUsageFlags::UNIFORM_BUFFER
+            | vk::BufferUsageFlags::TRANSFER_DST
+            | vk::BufferUsageFlags::TRANSFER_SRC;
         let size = size_of::<Frame>() as u64;
         Ok(Self { buffer: Buffer::new(device, "frame", size, usage, Memory::Device)? })
     }

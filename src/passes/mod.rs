@@ -11,6 +11,7 @@ pub mod environment;
 pub mod frame;
 pub mod glints;
 pub mod mask;
+pub mod output;
 #[cfg(feature = "view")]
 pub mod overlay;
 mod placed;

@@ -248,7 +248,7 @@ impl Tiles {
         let device_limits = &device.report.limits;
         let range = u64::from(device_limits.max_storage_buffer_range);
         let groups = u64::from(device_limits.max_compute_work_group_count[0]);
-        let cells = Cells::new(device, scene)?;
+        let cells = Cells::new(device, scene, plan.room)?;
         let drops = cells.as_ref().map_or(scene.drop_count(), |(cells, _)| cells.room[1]).into();
         let within = |what, wanted: u64, limit: u64| {
             let device = device.report.name.clone();
@@ -292,6 +292,7 @@ impl Tiles {
             if plan.splat_px > 0.0 { (of_clusters, DROPS_A_BLOCK) } else { (0, 1) };
         let blocks = (BLOCKS_A_TILE * u64::from(count) + drops / drops_a_block)
             .max(LEAST_BLOCKS)
+            .saturating_mul(plan.room.into())
             .min(range / (2 * NODE_BYTES))
             .min(device.report.max_allocation / (BLOCKS_SHARE * 2 * NODE_BYTES));
         // Where that is less than both may take, blocks have the places of the clusters out of view.

@@ -5,12 +5,14 @@ mod background;
 mod costs;
 mod demand;
 mod errors;
+mod requirements;
 mod undrawn;
 
 pub use auto::{Choice, Prospect, choose, keep, pick, prospects};
 pub use costs::Costs;
 pub use demand::{Demand, SizeClass, contrast};
 pub use errors::{ERRORS, GLINT_RADII_PX, GLINTS, RADII_PX};
+pub use requirements::requirements;
 pub use undrawn::check_drawable;
 
 use serde::{Deserialize, Serialize};
@@ -75,6 +77,8 @@ pub struct FramePlan {
     pub samples: u32,
     /// What a drop does to a ray of light.
     pub light: Light,
+    /// Factor on the room for drops in view and for their tile fragments; 1 but where a host's view has grown.
+    pub room: u32,
     /// The display pass; none for a radiance output.
     pub tone_map: Option<Operator>,
     /// Whether the display pass derives its exposure from the picture's log-average luminance.
@@ -252,6 +256,7 @@ pub fn plan_by(scene: &Scene, chosen: Option<&Choice>, output: Output) -> Result
         rays_px: if optics == Optics::Appearance { RAYS_PX } else { 0.0 },
         samples,
         light,
+        room: 1,
         tone_map: (output == Output::Display).then_some(scene.tone_map.operator),
         log_average: output == Output::Display && scene.tone_map.derives_exposure(),
         doubt: chosen.and_then(|chosen| chosen.doubt.clone()).or_else(|| shape_left_out(scene)),

@@ -4,9 +4,11 @@
 //! Four things, none remade when only one after it changes: the [`Device`] with its pipelines; the light
 //! ([`Lighting`]); the drops ([`RainField`]); and the view, which has the size of a picture.
 
+mod embed;
 mod lighting;
 pub mod parts;
 mod points;
+mod slot;
 pub mod stages;
 mod tiled;
 mod view;
@@ -16,21 +18,21 @@ use std::sync::Arc;
 use ash::vk;
 use half::f16;
 
+pub use self::embed::{Blend, FrameInput, ViewInfo};
 pub use self::lighting::Lighting;
-use self::view::{Drawing, View, lattice_of};
+pub use self::view::View;
+use self::view::{Drawing, lattice_of};
 use crate::environment::Environment;
-use crate::gpu::{
-    Buffer, Commands, Device, Image, Memory, Timestamps, Use, image_barrier, memory_barrier,
-};
-use crate::passes::background::BackgroundImages;
+use crate::gpu::{Buffer, Commands, Device, Image, Memory, Use, image_barrier, memory_barrier};
+use crate::passes::background::{BackgroundImages, Behind};
+pub use crate::passes::background::{DepthConvention, HostBackground};
 pub use crate::passes::rain_field::RainField;
-use crate::passes::simulate::{Counts, Simulate};
-use crate::passes::tiles::{self, TileCounts};
+use crate::passes::simulate::Counts;
+use crate::passes::tiles::TileCounts;
 use crate::passes::tone_map::FinalSums;
 use crate::picture::Picture;
 use crate::picture::plate::Plate;
 use crate::plan::FramePlan;
-use crate::rain::{Tick, tick_of_seconds};
 use crate::scene::Scene;
 use crate::{Error, Result};
 
@@ -63,61 +65,19 @@ pub struct FrameReport {
     pub passes_ms: Vec<(&'static str, f64)>,
 }
 
-/// What a frame under way needs for itself.
-struct Flight {
-    commands: Commands,
-    timestamps: Timestamps,
-    counters: Buffer,
-    /// Whether its commands were submitted.
-    is_used: bool,
-}
-
-impl Flight {
-    fn new(device: &Arc<Device>) -> Result<Self> {
-        let bytes = 4 * (Simulate::COUNTER_WORDS + tiles::COUNTS.1) as u64;
-        let usage = vk::BufferUsageFlags::TRANSFER_DST;
-        Ok(Self {
-            commands: Commands::new(device, "frame")?,
-            timestamps: Timestamps::new(device)?,
-            counters: Buffer::new(device, "counters read back", bytes, usage, Memory::Readback)?,
-            is_used: false,
-        })
-    }
-
-    /// What the last frame counted and took, once it is done; none before the first.
-    fn report(&self, drawing: &Drawing) -> Result<Option<FrameReport>> {
-        if !self.is_used {
-            return Ok(None);
-        }
-        let words: Vec<u32> = self.counters.read(Simulate::COUNTER_WORDS + tiles::COUNTS.1);
-        let (of_drops, of_tiles) = words.split_at(Simulate::COUNTER_WORDS);
-        let counts = drawing.counters().map(|_| Simulate::counts(of_drops)).unwrap_or_default();
-        let tiles = drawing.totals().map(|_| TileCounts::of(of_tiles));
-        Ok(Some(FrameReport { counts, tiles, passes_ms: self.timestamps.read_ms()? }))
-    }
-}
-
 /// Renders a scene by a frame plan: one view of some drops in some light, of which other renderers may show the same.
 ///
 /// Device, image size, drops, seed, environment and models are fixed when it is made; camera, time and tone
 /// mapping key are taken from the scene of each frame.
 pub struct Renderer {
-    flights: [Flight; FLIGHTS],
+    /// One for each of the view's slots.
+    flights: [Commands; FLIGHTS],
     next: usize,
     view: View,
-    made_for: Scene,
     /// In place of the frame's own: the sums of the whole picture that it is a part of, and that one's pixels.
     whole_sums: Option<(FinalSums, f32)>,
-    stored_at: Option<Tick>,
-    lighting: Arc<Lighting>,
-    rain: Arc<RainField>,
     // Last: all of the above is freed before it.
     device: Arc<Device>,
-}
-
-/// What a frame is refused for.
-fn refuse<T>(problem: &str) -> Result<T> {
-    Err(Error::Scene { place: "the frame".into(), problem: problem.into() })
 }
 
 impl Renderer {
@@ -165,37 +125,34 @@ impl Renderer {
         plan: &FramePlan,
     ) -> Result<Self> {
         let device = lighting.device();
-        if !Arc::ptr_eq(device, rain.device()) || !rain.is_of(scene) {
-            return refuse("the rain is of another scene or on another device");
-        }
+        let behind = background.map(|images| Behind::Plate(images.clone()));
         Ok(Self {
-            flights: [Flight::new(device)?, Flight::new(device)?],
+            flights: [Commands::new(device, "frame")?, Commands::new(device, "frame")?],
             next: 0,
-            view: View::new(lighting, rain, scene, plan, background)?,
-            made_for: scene.clone(),
+            view: View::of(lighting, rain, scene, plan, FLIGHTS, behind)?,
             whole_sums: None,
-            stored_at: None,
-            lighting: lighting.clone(),
-            rain: rain.clone(),
             device: device.clone(),
         })
     }
 
     /// The light, for another renderer.
     pub fn lighting(&self) -> &Arc<Lighting> {
-        &self.lighting
+        &self.view.lighting
     }
 
     /// The drops, for another renderer.
     pub fn rain(&self) -> &Arc<RainField> {
-        &self.rain
+        &self.view.rain
     }
 
     /// Milliseconds that the tables took which are made once: the environment's levels, the mask or
     /// another table of a drop's light.
     pub fn setup_ms(&self) -> Vec<(&'static str, f64)> {
         let table = self.view.drawing.table_ms();
-        [("environment levels", self.lighting.environment_ms)].into_iter().chain(table).collect()
+        [("environment levels", self.view.lighting.environment_ms)]
+            .into_iter()
+            .chain(table)
+            .collect()
     }
 
     /// Records and submits a frame of `scene`, which may differ in camera, time, key and fixed exposure from the
@@ -207,91 +164,18 @@ impl Renderer {
     /// one; [`Error::Vulkan`] if waiting, recording or submitting fails, a lost device among the
     /// reasons ([`Error::is_lost`]).
     pub fn submit(&mut self, scene: &Scene) -> Result<Option<FrameReport>> {
-        self.check(scene)?;
-        let seen = match &self.view.drawing {
-            Drawing::Tiled(tiled) => tiled.tiles.seen(scene)?,
-            Drawing::Points(_) => None,
-        };
-        let mut frame = self.view.frame_of(scene, self.stored_at);
-        if let Some((_, pixels)) = &self.whole_sums {
-            frame.tone[3] = *pixels;
-        }
-        let device = &*self.device;
-        let flight = &mut self.flights[self.next];
-        flight.commands.wait()?;
-        let finished = flight.report(&self.view.drawing)?;
-        flight.is_used = false;
-        let commands = flight.commands.begin()?;
-        let time = &mut flight.timestamps;
-        time.reset();
-
-        // The frame before may still be at work on what this one begins to write.
-        memory_barrier(
-            device,
-            commands,
-            &[
-                Use::Uniform,
-                Use::VertexInput,
-                Use::Indirect,
-                Use::ComputeWrite,
-                Use::ShaderRead,
-                Use::TransferRead,
-            ],
-            &[Use::TransferWrite, Use::ComputeWrite],
-        );
-        let sums = self.whole_sums.as_ref().map(|(sums, _)| sums);
-        self.view.record(device, commands, time, (scene, &frame, seen.as_ref()), sums);
-
-        let of_drops =
-            self.view.drawing.counters().map(|from| (from, 0, 0, Simulate::COUNTER_WORDS));
-        let after = 4 * Simulate::COUNTER_WORDS as u64;
-        let of_tiles =
-            self.view.drawing.totals().map(|from| (from, tiles::COUNTS.0, after, tiles::COUNTS.1));
-        if of_drops.is_some() {
-            memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::TransferRead]);
-            for (from, src_offset, dst_offset, words) in of_drops.into_iter().chain(of_tiles) {
-                let region = [vk::BufferCopy { src_offset, dst_offset, size: 4 * words as u64 }];
-                let to = flight.counters.raw();
-                // SAFETY: both buffers hold that many words there, and the barrier above covers the read.
-                unsafe { device.raw().cmd_copy_buffer(commands.raw(), from.raw(), to, &region) };
-            }
-            memory_barrier(device, commands, &[Use::TransferWrite], &[Use::HostRead]);
-        }
-        flight.commands.submit()?;
+        let whole = self.whole_sums.as_ref().map(|(sums, pixels)| (sums, *pixels));
+        let mut frame = self.view.frame(scene, whole)?;
+        let commands = &mut self.flights[self.next];
+        commands.wait()?;
+        let finished = self.view.report(self.next)?;
+        let recorder = commands.begin()?;
+        self.view.record_frame(recorder, self.next, &mut frame, None);
+        commands.submit()?;
         // Only now: a frame that could not be submitted has changed nothing.
-        flight.is_used = true;
-        self.view.submitted();
-        self.stored_at = Some(tick_of_seconds(scene.time));
+        self.view.submitted(self.next, scene);
         self.next = (self.next + 1) % FLIGHTS;
         Ok(finished)
-    }
-
-    /// Fails if `scene` is not what the renderer was made for, but for what may differ from frame to frame.
-    fn check(&self, scene: &Scene) -> Result<()> {
-        let (made, view) = (&self.made_for, &self.view);
-        if scene.picture_size() != view.size || lattice_of(scene) != view.lattice {
-            let (width, height) = view.size;
-            return refuse(&format!(
-                "the renderer was made for {width} x {height} pixels, or for others of a larger picture"
-            ));
-        }
-        if !self.rain.is_of(scene) {
-            return refuse("the renderer was made for other drops, or another seed");
-        }
-        if scene.environment != made.environment {
-            return refuse("the renderer was made for another environment");
-        }
-        if scene.background != made.background {
-            return refuse("the renderer was made for another background");
-        }
-        if scene.model != made.model {
-            return refuse("the renderer was made for other models");
-        }
-        let sums_up = view.display.as_ref().is_none_or(|display| display.log_average);
-        if scene.tone_map.derives_exposure() && !sums_up {
-            return refuse("tone_map: the renderer was made for a fixed exposure");
-        }
-        Ok(())
     }
 
     /// Width and height in pixels of what is drawn.
@@ -324,9 +208,9 @@ impl Renderer {
     /// # Errors
     /// [`Error::Vulkan`] if waiting fails, as for a lost device, or its timestamps cannot be read.
     pub fn finish(&self) -> Result<FrameReport> {
-        let flight = &self.flights[(self.next + FLIGHTS - 1) % FLIGHTS];
-        flight.commands.wait()?;
-        Ok(flight.report(&self.view.drawing)?.unwrap_or_default())
+        let last = (self.next + FLIGHTS - 1) % FLIGHTS;
+        self.flights[last].wait()?;
+        Ok(self.view.report(last)?.unwrap_or_default())
     }
 
     /// Linear radiance of the last frame, which it waits for.

@@ -6,7 +6,7 @@ use super::lighting::Lighting;
 use crate::Result;
 use crate::gpu::{Device, Recorder, Timestamps, Use, memory_barrier};
 use crate::passes::appearance::FarDrop;
-use crate::passes::background::BackgroundImages;
+use crate::passes::background::Behind;
 use crate::passes::composite::Composite;
 use crate::passes::frame::{Frame, FrameBuffer};
 use crate::passes::glints::SplatTable;
@@ -34,7 +34,7 @@ impl Tiled {
         frame: &FrameBuffer,
         scene: &Scene,
         plan: &FramePlan,
-        background: Option<&Arc<BackgroundImages>>,
+        behind: Option<&Behind>,
     ) -> Result<Self> {
         let device = lighting.device();
         // Far rain shows what is in the table.
@@ -42,7 +42,7 @@ impl Tiled {
         let far = lighting.far_drop(&plan.light, true, filled)?;
         let FarDrop { seen, appearance, glints, .. } = &*far;
         let splats = SplatTable::new(device, frame, appearance, glints)?;
-        let has_depth = background.is_some_and(|images| images.convention.depth.is_some());
+        let has_depth = behind.is_some_and(Behind::has_depth);
         let tiles = Tiles::new(device, frame, appearance, rain, scene, plan, has_depth)?;
         let size = scene.picture_size();
         let composite = Composite::new(
@@ -56,7 +56,7 @@ impl Tiled {
             &tiles,
             size,
             plan,
-            background,
+            behind,
         )?;
         Ok(Self { tiles, composite, splats, draws_splats: plan.splat_px > 0.0, far })
     }
@@ -71,12 +71,13 @@ impl Tiled {
         self.tiles.record_reset(device, commands, scene, seen);
     }
 
-    /// From the frame's constants to the radiance buffer.
+    /// From the frame's constants to the radiance buffer. `recording`: number of what is recorded.
     pub fn record(
         &mut self,
         device: &Device,
         commands: Recorder<'_>,
         time: &mut Timestamps,
+        recording: u32,
         frame: &Frame,
         seen: Option<&Seen>,
     ) {
@@ -86,7 +87,7 @@ impl Tiled {
             barrier(&[Use::TransferWrite], &[Use::Uniform, Use::ComputeWrite]);
             self.tiles.record_clusters(device, commands, seen);
         });
-        if self.composite.needs_sky(frame) {
+        if self.composite.needs_sky(frame, recording) {
             time.time(commands, "sky", || {
                 if self.draws_splats {
                     self.splats.record(commands);

@@ -6,23 +6,26 @@ use ash::vk;
 
 use super::lighting::Lighting;
 use super::points::Points;
+use super::slot::Slot;
 use super::tiled::Tiled;
-use crate::Result;
+use super::{FrameReport, ViewInfo};
 use crate::gpu::{
-    Buffer, Device, Image, ImageInfo, Recorder, Samples, Timestamps, Use, image_discard,
+    Buffer, Device, HostImage, Image, ImageInfo, Recorder, Samples, Timestamps, Use, image_discard,
     memory_barrier,
 };
-use crate::passes::background::BackgroundImages;
+use crate::passes::background::{Behind, HostBackground};
 use crate::passes::drops::guard_band;
 use crate::passes::frame::{Frame, FrameBuffer, Surroundings};
+use crate::passes::output::Output;
 use crate::passes::rain_field::RainField;
 use crate::passes::tiles;
 use crate::passes::tone_map::{DELTA, DISPLAY, FinalSums, Source, ToneMap};
 use crate::plan::FramePlan;
-use crate::rain::Tick;
 use crate::rain::field::Seen;
+use crate::rain::{Tick, tick_of_seconds};
 use crate::scene::Scene;
 use crate::scene::model::Primitive;
+use crate::{Error, Result};
 
 /// From a scene to its radiance.
 pub(super) enum Drawing {
@@ -46,6 +49,22 @@ impl Drawing {
         }
     }
 
+    /// What the passes after it read.
+    pub fn source(&self) -> Source<'_> {
+        match self {
+            Self::Points(points) => Source::Image(&points.radiance),
+            Self::Tiled(tiled) => tiled.composite.source(),
+        }
+    }
+
+    /// Makes the radiance ready to be read by a fragment shader.
+    fn record_display(&self, device: &Device, commands: Recorder<'_>) {
+        match self {
+            Self::Points(points) => points.record_display(device, commands),
+            Self::Tiled(tiled) => tiled.record_display(device, commands),
+        }
+    }
+
     /// What the table of a drop's light is, and the milliseconds that it took.
     pub fn table_ms(&self) -> Option<(&'static str, f64)> {
         match self {
@@ -63,16 +82,38 @@ pub(super) struct Display {
     pub log_average: bool,
 }
 
-/// The passes of a picture and their targets.
-pub(super) struct View {
-    frame: FrameBuffer,
-    pub surroundings: Surroundings,
-    pub size: (u32, u32),
+/// The passes of a picture and their targets. It records and does nothing else: no submission, no wait.
+pub struct View {
+    pub(super) frame_buffer: FrameBuffer,
+    pub(super) surroundings: Surroundings,
+    pub(super) size: (u32, u32),
     /// Tiles across and down.
-    pub lattice: [u32; 2],
+    pub(super) lattice: [u32; 2],
+    pub(super) slots: Vec<Slot>,
+    /// Recordings so far, modulo 2^32 without 0.
+    pub(super) recordings: u32,
+    /// Time of the stored positions, if there are any.
+    stored_at: Option<Tick>,
+    pub(super) made_for: Scene,
+    pub(super) plan: FramePlan,
+    pub(super) lighting: Arc<Lighting>,
+    pub(super) rain: Arc<RainField>,
     // Views what `drawing` holds, so it is freed first.
-    pub display: Option<Display>,
-    pub drawing: Drawing,
+    pub(super) display: Option<Display>,
+    pub(super) drawing: Drawing,
+    /// The pass into a host's image; none of a renderer's.
+    pub(super) output: Option<Output>,
+    pub(super) info: Option<ViewInfo>,
+    pub(super) device: Arc<Device>,
+}
+
+/// A frame to be recorded: its scene, its constants, what it shows of real rain, and sums of log luminance in place of
+/// its own.
+pub(super) struct ViewFrame<'a> {
+    scene: &'a Scene,
+    constants: Frame,
+    seen: Option<Seen>,
+    sums: Option<&'a FinalSums>,
 }
 
 /// What the device and the environment add to the constants of a frame.
@@ -105,15 +146,26 @@ pub(super) fn lattice_of(scene: &Scene) -> [u32; 2] {
     [end[0] - first[0], end[1] - first[1]]
 }
 
+/// What a frame is refused for.
+pub(super) fn refuse<T>(problem: &str) -> Result<T> {
+    Err(Error::Scene { place: "the frame".into(), problem: problem.into() })
+}
+
 impl View {
-    pub fn new(
+    /// With so many slots, each for a frame that may be under way beside the others.
+    pub(super) fn of(
         lighting: &Arc<Lighting>,
         rain: &Arc<RainField>,
         scene: &Scene,
         plan: &FramePlan,
-        background: Option<&Arc<BackgroundImages>>,
+        slots: usize,
+        behind: Option<Behind>,
     ) -> Result<Self> {
         let device = lighting.device();
+        if !Arc::ptr_eq(device, rain.device()) || !rain.is_of(scene) {
+            return refuse("the rain is of another scene or on another device");
+        }
+        device.require(&plan.requirements())?;
         let (width, height) = scene.picture_size();
         let frame = FrameBuffer::new(device)?;
         let surroundings = surroundings(lighting, scene, plan)?;
@@ -122,16 +174,13 @@ impl View {
                 Drawing::Points(Box::new(Points::new(lighting, &frame, scene, plan)?))
             }
             Primitive::Tile => {
-                let tiled = Tiled::new(lighting, rain, &frame, scene, plan, background)?;
+                let tiled = Tiled::new(lighting, rain, &frame, scene, plan, behind.as_ref())?;
                 Drawing::Tiled(Box::new(tiled))
             }
         };
         let display = match plan.tone_map {
             Some(operator) => {
-                let source = match &drawing {
-                    Drawing::Points(points) => Source::Image(&points.radiance),
-                    Drawing::Tiled(tiled) => tiled.composite.source(),
-                };
+                let source = drawing.source();
                 let usage = vk::ImageUsageFlags::COLOR_ATTACHMENT
                     | vk::ImageUsageFlags::TRANSFER_SRC
                     | vk::ImageUsageFlags::SAMPLED;
@@ -146,57 +195,176 @@ impl View {
             None => None,
         };
         let (size, lattice) = ((width, height), lattice_of(scene));
-        Ok(Self { frame, surroundings, size, lattice, display, drawing })
+        let slots = (0..slots).map(|_| Slot::new(device)).collect::<Result<_>>()?;
+        Ok(Self {
+            frame_buffer: frame,
+            surroundings,
+            size,
+            lattice,
+            slots,
+            recordings: 0,
+            stored_at: None,
+            made_for: scene.clone(),
+            plan: plan.clone(),
+            lighting: lighting.clone(),
+            rain: rain.clone(),
+            display,
+            drawing,
+            output: None,
+            info: None,
+            device: device.clone(),
+        })
     }
 
-    /// The constants of a frame of `scene`; `last_tick` is the time of the stored positions, if there are any.
-    pub fn frame_of(&self, scene: &Scene, last_tick: Option<Tick>) -> Frame {
-        let mut frame = Frame::new(scene, &self.surroundings, last_tick);
-        match &self.drawing {
-            Drawing::Tiled(tiled) => tiled.tiles.complete(&mut frame),
-            Drawing::Points(_) => {
-                frame.tiles[0] = self.display.as_ref().map_or(0, |display| display.tone_map.count);
+    /// What a frame of `scene` needs to be recorded. `whole`: sums of the picture that it is a part of, and that one's
+    /// pixels.
+    ///
+    /// # Errors
+    /// [`Error::Scene`] if the view was made for something else; those of [`crate::passes::tiles::Tiles::seen`].
+    pub(super) fn frame<'a>(
+        &self,
+        scene: &'a Scene,
+        whole: Option<(&'a FinalSums, f32)>,
+    ) -> Result<ViewFrame<'a>> {
+        self.check(scene)?;
+        let mut constants = Frame::new(scene, &self.surroundings, self.stored_at);
+        let seen = match &self.drawing {
+            Drawing::Tiled(tiled) => {
+                tiled.tiles.complete(&mut constants);
+                tiled.tiles.seen(scene)?
             }
+            Drawing::Points(_) => {
+                let display = self.display.as_ref();
+                constants.tiles[0] = display.map_or(0, |display| display.tone_map.count);
+                None
+            }
+        };
+        if let Some((_, pixels)) = whole {
+            constants.tone[3] = pixels;
         }
-        frame
+        Ok(ViewFrame { scene, constants, seen, sums: whole.map(|(sums, _)| sums) })
     }
 
-    /// The commands that were recorded last are on the queue.
-    pub fn submitted(&mut self) {
+    /// Fails if `scene` is not what the view was made for, but for what may differ from frame to frame.
+    fn check(&self, scene: &Scene) -> Result<()> {
+        let made = &self.made_for;
+        if scene.picture_size() != self.size || lattice_of(scene) != self.lattice {
+            let (width, height) = self.size;
+            return refuse(&format!(
+                "the renderer was made for {width} x {height} pixels, or for others of a larger picture"
+            ));
+        }
+        if !self.rain.is_of(scene) {
+            return refuse("the renderer was made for other drops, or another seed");
+        }
+        if scene.environment != made.environment {
+            return refuse("the renderer was made for another environment");
+        }
+        if scene.background != made.background {
+            return refuse("the renderer was made for another background");
+        }
+        if scene.model != made.model {
+            return refuse("the renderer was made for other models");
+        }
+        let sums_up = self.display.as_ref().is_none_or(|display| display.log_average);
+        if scene.tone_map.derives_exposure() && !sums_up {
+            return refuse("tone_map: the renderer was made for a fixed exposure");
+        }
+        Ok(())
+    }
+
+    /// The commands that were recorded last into a slot are on the queue, or have been executed.
+    pub(super) fn submitted(&mut self, slot: usize, scene: &Scene) {
+        self.executed(slot);
+        self.stored_at = Some(tick_of_seconds(scene.time));
+    }
+
+    /// What is kept from frame to frame is as the slot's last recording left it, or a later one.
+    pub(super) fn executed(&mut self, slot: usize) {
         if let Drawing::Tiled(tiled) = &mut self.drawing {
-            tiled.composite.submitted();
+            tiled.composite.executed(self.slots[slot].recording);
         }
     }
 
-    /// Records a frame of a scene, from its constants to the display image. `whole`: sums of log luminance in place of its own.
-    pub fn record(
+    /// What the slot's last frame counted and took; none if its commands were never executed. They must not be under way.
+    ///
+    /// # Errors
+    /// [`crate::Error::Vulkan`] if its timestamps cannot be read, as for a lost device.
+    pub(super) fn report(&self, slot: usize) -> Result<Option<FrameReport>> {
+        self.slots[slot].report(&self.drawing)
+    }
+
+    /// Records a frame into a slot whose last commands are done, or will never be submitted.
+    pub(super) fn record_frame(
         &mut self,
-        device: &Device,
         commands: Recorder<'_>,
-        time: &mut Timestamps,
-        (scene, frame, seen): (&Scene, &Frame, Option<&Seen>),
-        whole: Option<&FinalSums>,
+        slot: usize,
+        frame: &mut ViewFrame<'_>,
+        host: Option<(&HostImage, &HostBackground)>,
     ) {
-        self.frame.record(device, commands, frame);
+        self.recordings = self.recordings.checked_add(1).unwrap_or(1);
+        let slot = &mut self.slots[slot];
+        slot.recording = self.recordings;
+        frame.constants.seed[3] = slot.recording;
+        slot.timestamps.reset();
+        let device = &*self.device;
+        // The frame before may still be at work on what this one begins to write.
+        memory_barrier(
+            device,
+            commands,
+            &[
+                Use::Uniform,
+                Use::VertexInput,
+                Use::Indirect,
+                Use::ComputeWrite,
+                Use::ShaderRead,
+                Use::TransferRead,
+            ],
+            &[Use::TransferWrite, Use::ComputeWrite],
+        );
+        if let Some((_, background)) = host {
+            background.take(device, commands);
+        }
+        let time = &mut slot.timestamps;
+        let ViewFrame { scene, constants, seen, sums } = frame;
+        self.frame_buffer.record(device, commands, constants);
         match &mut self.drawing {
             Drawing::Points(points) => {
                 points.record_reset(device, commands, scene);
                 points.record(device, commands, time);
             }
             Drawing::Tiled(tiled) => {
-                tiled.record_reset(device, commands, scene, seen);
-                tiled.record(device, commands, time, frame, seen);
+                tiled.record_reset(device, commands, scene, seen.as_ref());
+                tiled.record(device, commands, time, slot.recording, constants, seen.as_ref());
             }
         }
-        let Some(display) = &self.display else { return };
-        let tone_map = &display.tone_map;
-        match &self.drawing {
-            Drawing::Points(points) => points.record_display(device, commands),
-            Drawing::Tiled(tiled) => tiled.record_display(device, commands),
+        if let Some(display) = &self.display {
+            // A factor of 0: to be derived from the picture.
+            let derives_exposure = constants.tone[2] == 0.0;
+            self.drawing.record_display(device, commands);
+            display.record(device, commands, time, derives_exposure, *sums);
         }
-        // A factor of 0: to be derived from the picture.
-        let derives_exposure = frame.tone[2] == 0.0;
-        if let (true, Some(sums)) = (derives_exposure, whole) {
+        if let (Some(pass), Some((image, background))) = (&self.output, host) {
+            background.give_back(device, commands);
+            self.drawing.record_display(device, commands);
+            time.time(commands, "output", || pass.record(device, commands, image));
+        }
+        slot.record_counts(device, commands, &self.drawing, &self.frame_buffer);
+    }
+}
+
+impl Display {
+    /// Records the display image. `sums`: of log luminance, in place of the picture's own.
+    fn record(
+        &self,
+        device: &Device,
+        commands: Recorder<'_>,
+        time: &mut Timestamps,
+        derives_exposure: bool,
+        sums: Option<&FinalSums>,
+    ) {
+        let tone_map = &self.tone_map;
+        if let (true, Some(sums)) = (derives_exposure, sums) {
             memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::TransferWrite]);
             tone_map.record_sums(device, commands, sums);
             memory_barrier(device, commands, &[Use::TransferWrite], &[Use::GraphicsRead]);
@@ -207,7 +375,7 @@ impl View {
             memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::GraphicsRead]);
         }
         let before = [Use::TransferRead, Use::ColorAttachment];
-        image_discard(device, commands, &display.image, &before, Use::ColorAttachment);
-        time.time(commands, "tone map", || tone_map.record(device, commands, &display.image));
+        image_discard(device, commands, &self.image, &before, Use::ColorAttachment);
+        time.time(commands, "tone map", || tone_map.record(device, commands, &self.image));
     }
 }

@@ -34,6 +34,17 @@ pub struct Camera {
     /// Left, top, right and bottom edge of what is drawn, as parts of the whole picture; they fall on pixels.
     #[serde(skip_serializing_if = "is_whole")]
     pub window: [f64; 4],
+    /// Where the view axis meets the whole picture, as parts of its width and height from the upper left corner: beside
+    /// the middle for an off-centre or a jittered projection, which keeps the angle's focal length.
+    #[serde(skip_serializing_if = "is_centered")]
+    pub principal: [f64; 2],
+}
+
+/// The principal point in the middle of the picture.
+const CENTERED: [f64; 2] = [0.5, 0.5];
+
+fn is_centered(principal: &[f64; 2]) -> bool {
+    *principal == CENTERED
 }
 
 /// The window of the whole picture.
@@ -57,6 +68,7 @@ impl Default for Camera {
             aperture: 0.0,
             focus: 5.0,
             window: WHOLE,
+            principal: CENTERED,
         }
     }
 }
@@ -125,7 +137,7 @@ impl Camera {
             origin: [left, top],
             width: right_edge.saturating_sub(left).max(1),
             height: bottom.saturating_sub(top).max(1),
-            principal: 0.5 * whole - DVec2::new(left.into(), top.into()),
+            principal: DVec2::from(self.principal) * whole - DVec2::new(left.into(), top.into()),
             focal_px: 0.5 * whole.y / (0.5 * self.vertical_fov.to_radians()).tan(),
         }
     }

@@ -5,6 +5,7 @@
 pub mod background;
 pub mod camera;
 pub mod film;
+pub mod matrices;
 pub mod model;
 pub mod projection;
 pub mod real_rain;

@@ -20,6 +20,7 @@ fn problem(scene: &Scene) -> Result<(), String> {
     check(scene.time.is_finite(), || format!("time = {} is not a finite number", scene.time))?;
     camera(scene)?;
     window(scene)?;
+    principal(scene)?;
     environment(scene)?;
     check(positive(scene.metres), || {
         format!("metres = {} must be finite and over 0", scene.metres)
@@ -75,6 +76,14 @@ fn camera(scene: &Scene) -> Result<(), String> {
         )
     })?;
     Ok(())
+}
+
+/// Where the view axis meets the picture.
+fn principal(scene: &Scene) -> Result<(), String> {
+    let principal = scene.camera.principal;
+    check(principal.iter().all(|part| (-10.0..=10.0).contains(part)), || {
+        format!("camera: principal = {principal:?} is not within -10 to 10")
+    })
 }
 
 /// The part of the picture that is drawn.

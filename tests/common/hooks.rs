@@ -59,8 +59,8 @@ unsafe extern "system" fn instance_proc(
     }
 }
 
-/// An instance under validation whose devices have the stand-ins; one set of them a process.
-pub fn instance(stand_in: StandIn) -> Arc<Instance> {
+/// A Vulkan whose devices have the stand-ins; one set of them a process.
+pub fn entry(stand_in: StandIn) -> ash::Entry {
     STAND_IN.get_or_init(|| stand_in);
     // SAFETY: the system's loader.
     let real = unsafe { ash::Entry::load() }.expect("Vulkan");
@@ -69,6 +69,10 @@ pub fn instance(stand_in: StandIn) -> Arc<Instance> {
     std::mem::forget(real);
     let functions = ash::StaticFn { get_instance_proc_addr: instance_proc };
     // SAFETY: it forwards to the loader's function.
-    let entry = unsafe { ash::Entry::from_static_fn(functions) };
-    Instance::with_entry(entry, Validation::On).expect("an instance")
+    unsafe { ash::Entry::from_static_fn(functions) }
+}
+
+/// An instance under validation of that Vulkan.
+pub fn instance(stand_in: StandIn) -> Arc<Instance> {
+    Instance::with_entry(entry(stand_in), Validation::On).expect("an instance")
 }

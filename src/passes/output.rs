@@ -1,0 +1,156 @@
+//! The picture into an image of a host's (`glsl/output.frag`): radiance in the scene's unit, premultiplied, in the
+//! format that the host has chosen. It reads each pixel once and writes it once.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::frame::FrameBuffer;
+use super::rendering;
+use super::tone_map::Source;
+use crate::gpu::{
+    Alpha, Binding, Bindings, Device, GraphicsPipeline, GraphicsState, HostImage, Recorder,
+    Resource, Sampler, Samples, Texel, Texels, Use, attachment_of, shaders,
+};
+use crate::{Error, Result};
+
+/// What becomes of what an output image holds.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Blend {
+    /// It is overwritten: by the picture, or by premultiplied rain for a compositor.
+    #[default]
+    Replace,
+    /// The rain is laid over it.
+    Over,
+}
+
+/// Formats that a picture may be written in.
+pub(crate) const FORMATS: [vk::Format; 10] = [
+    vk::Format::R16G16B16A16_SFLOAT,
+    vk::Format::R32G32B32A32_SFLOAT,
+    vk::Format::B10G11R11_UFLOAT_PACK32,
+    vk::Format::A2B10G10R10_UNORM_PACK32,
+    vk::Format::A2R10G10B10_UNORM_PACK32,
+    vk::Format::R16G16B16A16_UNORM,
+    vk::Format::R8G8B8A8_UNORM,
+    vk::Format::B8G8R8A8_UNORM,
+    vk::Format::R8G8B8A8_SRGB,
+    vk::Format::B8G8R8A8_SRGB,
+];
+
+/// The pass.
+pub struct Output {
+    format: vk::Format,
+    blend: Blend,
+    bindings: Bindings,
+    pipeline: GraphicsPipeline,
+    _texels: Option<Texels>,
+    _sampler: Option<Sampler>,
+}
+
+impl Output {
+    /// A pass that reads `source` and writes images of `format`.
+    ///
+    /// # Errors
+    /// [`Error::Scene`] for a format that cannot hold the picture; [`Error::DeviceLacks`] if the device cannot draw into
+    /// images of it; [`Error::Vulkan`] if the driver refuses.
+    pub fn new(
+        device: &Arc<Device>,
+        frame: &FrameBuffer,
+        source: Source<'_>,
+        format: vk::Format,
+        blend: Blend,
+    ) -> Result<Self> {
+        if !FORMATS.contains(&format) {
+            let known = FORMATS.map(|format| format!("{format:?}"));
+            return Err(Error::Scene {
+                place: "the output's format".into(),
+                problem: format!("{format:?} is none of {}", known.join(", ")),
+            });
+        }
+        let mut needs = vk::FormatFeatureFlags::COLOR_ATTACHMENT;
+        if blend == Blend::Over {
+            needs |= vk::FormatFeatureFlags::COLOR_ATTACHMENT_BLEND;
+        }
+        if !device.format_features(format).contains(needs) {
+            return Err(Error::DeviceLacks {
+                device: device.report.name.clone(),
+                missing: format!("drawing into {format:?} with {blend:?}"),
+            });
+        }
+        let texels = match source {
+            Source::Tiles { radiance, .. } if Texels::fit(device, radiance, Texel::FourHalves) => {
+                Some(Texels::new(device, "texels of radiance", radiance, Texel::FourHalves)?)
+            }
+            _ => None,
+        };
+        let clamp = vk::SamplerAddressMode::CLAMP_TO_EDGE;
+        let sampler = match source {
+            Source::Image(_) => Some(Sampler::linear(device, "radiance", clamp, clamp)?),
+            Source::Tiles { .. } => None,
+        };
+        let (radiance, shader) = match (source, &texels, &sampler) {
+            (Source::Image(image), _, Some(sampler)) => (
+                (Binding::COMBINED_IMAGE_SAMPLER, Resource::Sampled(image, sampler)),
+                shaders::OUTPUT_FRAG,
+            ),
+            (Source::Tiles { .. }, Some(texels), _) => (
+                (Binding::UNIFORM_TEXEL_BUFFER, Resource::Texels(texels)),
+                shaders::OUTPUT_FRAG_TEXELS,
+            ),
+            (Source::Tiles { radiance, .. }, ..) => {
+                ((Binding::STORAGE_BUFFER, Resource::Buffer(radiance)), shaders::OUTPUT_FRAG_BUFFER)
+            }
+            (Source::Image(_), _, None) => unreachable!("an image has its sampler"),
+        };
+        let uniform = (Binding::UNIFORM_BUFFER, Resource::Buffer(&frame.buffer));
+        let bindings = Bindings::of(device, "output", &[uniform, radiance])?;
+        let state = GraphicsState {
+            topology: vk::PrimitiveTopology::TRIANGLE_LIST,
+            attribute: None,
+            color: format,
+            alpha: match blend {
+                Blend::Replace => Alpha::Ignored,
+                Blend::Over => Alpha::Premultiplied,
+            },
+            samples: Samples::One,
+            depth: false,
+        };
+        let vertex = shaders::FULLSCREEN_VERT;
+        let pipeline = GraphicsPipeline::new(device, [vertex, shader], &bindings, 0, &[], &state)?;
+        Ok(Self { format, blend, bindings, pipeline, _texels: texels, _sampler: sampler })
+    }
+
+    /// Refuses an image that it cannot write.
+    ///
+    /// # Errors
+    /// [`Error::Scene`] with what is wrong.
+    pub fn check(&self, image: &HostImage, size: (u32, u32)) -> Result<()> {
+        if image.format != self.format {
+            return Err(Error::Scene {
+                place: "the output".into(),
+                problem: format!(
+                    "its format is {:?}; the view was made for {:?}",
+                    image.format, self.format
+                ),
+            });
+        }
+        image.check("the output", size, self.blend == Blend::Over)
+    }
+
+    /// Records the picture into an image that [`Output::check`] lets pass, when the radiance is ready to be read.
+    pub fn record(&self, device: &Device, commands: Recorder<'_>, image: &HostImage) {
+        image.take(device, commands, Use::ColorAttachment);
+        let load = match self.blend {
+            Blend::Replace => vk::AttachmentLoadOp::DONT_CARE,
+            Blend::Over => vk::AttachmentLoadOp::LOAD,
+        };
+        let color = attachment_of(image.view, load);
+        rendering(device, commands, color, None, image.size, 0.0, || {
+            self.pipeline.bind(commands, &self.bindings, 0, &[]);
+            // SAFETY: within a rendering, with everything bound.
+            unsafe { device.raw().cmd_draw(commands.raw(), 3, 1, 0, 0) };
+        });
+        image.give_back(device, commands, Use::ColorAttachment);
+    }
+}

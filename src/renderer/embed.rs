@@ -1,0 +1,276 @@
+//! A view in a host's frame: recorded into the host's commands, drawn into the host's image.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::view::{Drawing, View, refuse};
+use super::{DepthConvention, FrameReport, HostBackground, Lighting, RainField};
+use crate::gpu::{HostImage, Recorder};
+use crate::passes::background::Behind;
+pub use crate::passes::output::Blend;
+use crate::passes::output::{FORMATS, Output};
+use crate::plan::FramePlan;
+use crate::scene::Scene;
+use crate::scene::model::{Primitive, Simulation};
+use crate::{Error, Result};
+
+/// What a view is made for, beside what it shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ViewInfo {
+    /// Frames that the host may have under way at once: the slots of [`View::record`] are 0 up to this, without it.
+    pub frames_in_flight: usize,
+    /// Format of the images that it is drawn into.
+    pub format: vk::Format,
+    /// What becomes of what they hold.
+    pub blend: Blend,
+    /// Whether a picture of the host's is behind the drops, instead of the environment.
+    pub has_color: bool,
+    /// Whether a depth of the host's hides drops.
+    pub has_depth: bool,
+}
+
+impl Default for ViewInfo {
+    /// Two frames, in float16, which overwrite; the environment is behind.
+    fn default() -> Self {
+        let (format, blend) = (vk::Format::R16G16B16A16_SFLOAT, Blend::Replace);
+        Self { frames_in_flight: 2, format, blend, has_color: false, has_depth: false }
+    }
+}
+
+/// What changes from frame to frame.
+#[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
+pub struct FrameInput<'a> {
+    /// The view's scene, with the camera and the time of this frame.
+    pub scene: &'a Scene,
+    /// Where it is drawn.
+    pub output: HostImage,
+    /// What is behind the drops, as far as [`ViewInfo`] says that there is.
+    pub background: HostBackground,
+}
+
+impl<'a> FrameInput<'a> {
+    /// A frame of a scene, into an image.
+    pub fn new(scene: &'a Scene, output: HostImage) -> Self {
+        Self { scene, output, background: HostBackground::default() }
+    }
+
+    /// With a picture behind the drops, and the radiance of a 1 in it. It must be another image than the output.
+    #[must_use]
+    pub fn before(mut self, color: HostImage, radiance: f32) -> Self {
+        self.background.color = Some((color, radiance));
+        self
+    }
+
+    /// With a depth that hides drops, and what it holds.
+    #[must_use]
+    pub fn hidden_by(mut self, depth: HostImage, convention: DepthConvention) -> Self {
+        self.background.depth = Some((depth, convention));
+        self
+    }
+}
+
+impl View {
+    /// Makes everything that frames of `scene` by `plan` need: all memory, pipelines and descriptor sets. What must be
+    /// computed or uploaded once is done on the device's queue, under its lock, and waited for.
+    ///
+    /// # Errors
+    /// [`Error::Scene`] if the rain is not the scene's, for a plan with a display pass or with positions that go on from
+    /// frame to frame, or for a format that cannot hold the picture; [`Error::DeviceLacks`] if the device was made
+    /// without a feature that the plan needs; else those of [`super::Renderer::of`].
+    pub fn new(
+        lighting: &Arc<Lighting>,
+        rain: &Arc<RainField>,
+        scene: &Scene,
+        plan: &FramePlan,
+        info: &ViewInfo,
+    ) -> Result<Self> {
+        if plan.tone_map.is_some() {
+            return refuse("a host maps tones itself; plan for Output::Radiance");
+        }
+        if plan.simulation == Simulation::Stored {
+            return refuse(
+                "stored positions go on with every frame that is recorded, submitted or not; take simulation integer",
+            );
+        }
+        if info.frames_in_flight == 0 {
+            return refuse("a host has one frame in flight at least");
+        }
+        let ViewInfo { has_color: color, has_depth: depth, frames_in_flight, .. } = *info;
+        if (color || depth) && plan.primitive != Primitive::Tile {
+            return refuse("a background is behind tiles; take preset fast, exact or auto");
+        }
+        let frames = frames_in_flight as u32;
+        let behind = (color || depth).then_some(Behind::Host { color, depth, frames });
+        let mut view = Self::of(lighting, rain, scene, plan, frames_in_flight, behind)?;
+        view.info = Some(*info);
+        let source = view.drawing.source();
+        let (device, frame) = (&view.device, &view.frame_buffer);
+        view.output = Some(Output::new(device, frame, source, info.format, info.blend)?);
+        Ok(view)
+    }
+
+    /// Records a frame into a host's command buffer, and does nothing else: no submission, no wait, no allocation, no
+    /// other queue. `slot` is a free one of the view's; it is taken until [`View::retired`] frees it.
+    ///
+    /// The commands wait for those of the view that were recorded before them, and for nothing else of the host's than
+    /// what the states of its images say. They leave pipelines, descriptor sets, push constants and dynamic state of the
+    /// command buffer changed.
+    ///
+    /// # Errors
+    /// [`Error::Scene`], before anything is recorded: if the slot does not exist or is taken, if the scene is not the
+    /// view's but for camera, time and tone mapping key, or if an image does not fit.
+    ///
+    /// # Safety
+    /// - `commands` is a primary command buffer of the device's queue family, being recorded outside of any rendering or
+    ///   render pass.
+    /// - It is submitted to the device's queue at most once, or never; those that are submitted are submitted in the order
+    ///   in which the view recorded them.
+    /// - The images are the host's device's, and as `input` describes them when the commands are executed: of this size,
+    ///   format and number of samples, in this layout, used before by no other stages and accesses than stated. They and
+    ///   their views live until the slot has retired. The output has usage `COLOR_ATTACHMENT`.
+    pub unsafe fn record(
+        &mut self,
+        commands: vk::CommandBuffer,
+        slot: usize,
+        input: &FrameInput<'_>,
+    ) -> Result<()> {
+        let state = self.slot(slot)?;
+        if state.ticket.is_some() {
+            return refuse(&format!(
+                "slot {slot} is taken by a frame that has not retired; call retired({slot}) when its commands are \
+                 executed or thrown away"
+            ));
+        }
+        let (Some(output), Some(info)) = (&self.output, self.info) else {
+            return refuse("the view was made for no host");
+        };
+        output.check(&input.output, self.size)?;
+        check_background(&input.background, &info, input.scene, &input.output)?;
+        let mut frame = self.frame(input.scene, None)?;
+        // SAFETY: by contract.
+        let recorder = unsafe { Recorder::of_host(commands) };
+        if let Drawing::Tiled(tiled) = &mut self.drawing {
+            // SAFETY: the slot is free, so its set is not in use; the host keeps the images until it is free again.
+            unsafe { tiled.composite.set_images(slot, &input.background)? };
+        }
+        self.slots[slot].ticket = Some(self.device.open_ticket());
+        self.record_frame(recorder, slot, &mut frame, Some((&input.output, &input.background)));
+        Ok(())
+    }
+
+    /// The host says that a slot's commands have been executed, or will never be submitted, and gets what the frame
+    /// counted: none if it was never executed. `overflow` among the counts are drops that there was no room for, which
+    /// [`View::grow`] makes. The slot is free from then on.
+    ///
+    /// # Errors
+    /// [`Error::Scene`] if the view has no such slot; [`Error::Vulkan`] if its timestamps cannot be read, as for a lost
+    /// device.
+    ///
+    /// # Safety
+    /// The slot's commands are not on the queue, and will not be.
+    pub unsafe fn retired(&mut self, slot: usize) -> Result<Option<FrameReport>> {
+        let Some(ticket) = self.slot(slot)?.ticket else { return Ok(None) };
+        let report = self.report(slot)?;
+        if report.is_some() {
+            self.executed(slot);
+        }
+        self.slots[slot].ticket = None;
+        self.device.close_ticket(ticket);
+        Ok(report)
+    }
+
+    fn slot(&self, slot: usize) -> Result<&super::slot::Slot> {
+        let Some(state) = self.slots.get(slot) else {
+            return refuse(&format!("there is no slot {slot}: the view has {}", self.slots.len()));
+        };
+        Ok(state)
+    }
+
+    /// Makes room for twice as many drops in view and tile fragments, by the host's own decision: outside of recording,
+    /// since it allocates and waits. Frames that are under way are not disturbed; what they use is freed when their slots
+    /// retire.
+    ///
+    /// # Errors
+    /// Those of [`View::new`].
+    pub fn grow(&mut self) -> Result<()> {
+        let Some(info) = self.info else {
+            return refuse("the view was made for no host");
+        };
+        let plan = FramePlan { room: 2 * self.plan.room, ..self.plan.clone() };
+        let grown = Self::new(&self.lighting, &self.rain, &self.made_for, &plan, &info)?;
+        let before = std::mem::replace(self, grown);
+        // Numbers of recordings go on, so that none of before is taken for one of now.
+        self.recordings = before.recordings;
+        // So do the slots of frames under way.
+        for (slot, before) in self.slots.iter_mut().zip(before.slots) {
+            if before.ticket.is_some() {
+                *slot = before;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Formats that a depth may be in; of those with stencil the view is of depth alone.
+const DEPTH_FORMATS: [vk::Format; 8] = [
+    vk::Format::D16_UNORM,
+    vk::Format::X8_D24_UNORM_PACK32,
+    vk::Format::D32_SFLOAT,
+    vk::Format::D16_UNORM_S8_UINT,
+    vk::Format::D24_UNORM_S8_UINT,
+    vk::Format::D32_SFLOAT_S8_UINT,
+    vk::Format::R16_SFLOAT,
+    vk::Format::R32_SFLOAT,
+];
+
+/// Refuses a background that is not what the view was made for, or cannot be read.
+fn check_background(
+    background: &HostBackground,
+    info: &ViewInfo,
+    scene: &Scene,
+    output: &HostImage,
+) -> Result<()> {
+    let whole = (scene.image.width, scene.image.height);
+    let fits = |name: &str, is: bool, wanted: bool| match (is, wanted) {
+        (true, false) => refuse(&format!("the view was made for no background {name}")),
+        (false, true) => refuse(&format!("the view was made for a background {name}; name one")),
+        _ => Ok(()),
+    };
+    fits("colour", background.color.is_some(), info.has_color)?;
+    fits("depth", background.depth.is_some(), info.has_depth)?;
+    let refuse_image =
+        |name: &str, problem: String| Err(Error::Scene { place: name.into(), problem });
+    if let Some((image, radiance)) = &background.color {
+        let name = "the background colour";
+        if !FORMATS.contains(&image.format) {
+            return refuse_image(name, format!("its format is {:?}, no colour", image.format));
+        }
+        if !(radiance.is_finite() && *radiance > 0.0) {
+            return refuse_image(
+                name,
+                format!("the radiance of a 1 is {radiance}, not finite and over 0"),
+            );
+        }
+        image.check(name, whole, true)?;
+    }
+    if let Some((image, convention)) = &background.depth {
+        let name = "the background depth";
+        if !DEPTH_FORMATS.contains(&image.format) {
+            return refuse_image(name, format!("its format is {:?}, no depth", image.format));
+        }
+        if convention.map.iter().any(|number| !number.is_finite()) {
+            return refuse_image(
+                name,
+                format!("its convention is {:?}, not finite", convention.map),
+            );
+        }
+        image.check(name, whole, true)?;
+    }
+    let images = [background.color.map(|(i, _)| i.image), background.depth.map(|(i, _)| i.image)];
+    if images.contains(&Some(output.image)) {
+        return refuse("the output is a background's image too; draw into another");
+    }
+    Ok(())
+}

@@ -1,0 +1,76 @@
+//! What a frame under way has for itself, beside its command buffer: timestamps, and counts for the CPU to read.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::FrameReport;
+use super::view::Drawing;
+use crate::Result;
+use crate::gpu::{Buffer, Device, Memory, Recorder, Timestamps, Use, memory_barrier};
+use crate::passes::frame::{Frame, FrameBuffer};
+use crate::passes::simulate::Simulate;
+use crate::passes::tiles::{self, TileCounts};
+
+/// Words of the drops' counts, of the tiles', and the number of the recording that wrote them.
+const WORDS: usize = Simulate::COUNTER_WORDS + tiles::COUNTS.1 + 1;
+
+/// One of the frames that may be under way at once.
+pub(super) struct Slot {
+    pub timestamps: Timestamps,
+    counters: Buffer,
+    /// Number of what was recorded last; 0: nothing yet.
+    pub recording: u32,
+    /// Of a host's commands, until it says that the slot has retired.
+    pub ticket: Option<u64>,
+}
+
+impl Slot {
+    pub fn new(device: &Arc<Device>) -> Result<Self> {
+        let usage = vk::BufferUsageFlags::TRANSFER_DST;
+        let bytes = 4 * WORDS as u64;
+        let mut counters =
+            Buffer::new(device, "counters read back", bytes, usage, Memory::Readback)?;
+        counters.write(0, &[0u32; WORDS]);
+        Ok(Self { timestamps: Timestamps::new(device)?, counters, recording: 0, ticket: None })
+    }
+
+    /// Records the copies of what the passes have counted, after all of them.
+    pub fn record_counts(
+        &self,
+        device: &Device,
+        commands: Recorder<'_>,
+        drawing: &Drawing,
+        frame: &FrameBuffer,
+    ) {
+        let to = self.counters.raw();
+        memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::TransferRead]);
+        // It tells whether the commands were ever executed.
+        let number = [(&frame.buffer, Frame::RECORDING, 4 * (WORDS - 1) as u64, 1)];
+        let of_drops = drawing.counters().map(|from| (from, 0, 0, Simulate::COUNTER_WORDS));
+        let after_drops = 4 * Simulate::COUNTER_WORDS as u64;
+        let of_tiles =
+            drawing.totals().map(|from| (from, tiles::COUNTS.0, after_drops, tiles::COUNTS.1));
+        for (from, src_offset, dst_offset, words) in
+            of_drops.into_iter().chain(of_tiles).chain(number)
+        {
+            let region = [vk::BufferCopy { src_offset, dst_offset, size: 4 * words as u64 }];
+            // SAFETY: both buffers hold that many words there, and the barrier above covers the read.
+            unsafe { device.raw().cmd_copy_buffer(commands.raw(), from.raw(), to, &region) };
+        }
+        memory_barrier(device, commands, &[Use::TransferWrite], &[Use::HostRead]);
+    }
+
+    /// What the frame that was recorded last counted and took; none if its commands were never executed. They must not
+    /// be under way.
+    pub fn report(&self, drawing: &Drawing) -> Result<Option<FrameReport>> {
+        let words: Vec<u32> = self.counters.read(WORDS);
+        if self.recording == 0 || words[WORDS - 1] != self.recording {
+            return Ok(None);
+        }
+        let (of_drops, of_tiles) = words.split_at(Simulate::COUNTER_WORDS);
+        let counts = drawing.counters().map(|_| Simulate::counts(of_drops)).unwrap_or_default();
+        let tiles = drawing.totals().map(|_| TileCounts::of(of_tiles));
+        Ok(Some(FrameReport { counts, tiles, passes_ms: self.timestamps.read_ms()? }))
+    }
+}
