@@ -93,7 +93,7 @@ fn main() -> anyhow::Result<()> {
         let exposure = exposure_of(&scene.tone_map, &reference);
         let shown = display(exposure, &reference);
         let variant = |scene: &Scene, choice: &Choice| -> anyhow::Result<Variant> {
-            let plan = plan_by(scene, Some(choice), Output::Radiance)?;
+            let plan = plan_by(scene, &environment, Some(choice), Output::Radiance)?;
             Ok(Variant { scene: scene.clone(), plan })
         };
         let rms = |variant: &Variant| -> anyhow::Result<f64> {

@@ -168,7 +168,7 @@ fn rms_of(
     choice: &Choice,
     reference: &Picture,
 ) -> f64 {
-    let plan = plan_by(scene, Some(choice), Output::Radiance).expect("a plan");
+    let plan = plan_by(scene, environment, Some(choice), Output::Radiance).expect("a plan");
     let mut renderer = Renderer::new(device, scene, environment, &plan).expect("a renderer");
     renderer.submit(scene).expect("a frame");
     let picture = renderer.read_radiance().expect("a picture");
@@ -284,7 +284,7 @@ fn what_a_scene_asks_is_what_it_shows() {
         scene.rain = Some(RainSettings { count, half_extent, ..RainSettings::default() });
         scene.camera.vertical_fov = fov;
         let demand = Demand::of(&scene, near);
-        let visible = raindrops::rain::cull::count_visible(&scene).expect("a count") as f64;
+        let visible = raindrops::rain::cull::count_visible(&scene) as f64;
         let share: f64 = demand.classes.iter().map(|class| class.share).sum();
         let sky = Environment::constant(Vec3::ONE);
         let tracer =
@@ -335,7 +335,8 @@ fn unasked_it_is_never_less_than_fast() {
         let of_fast = plan(&of_fast, &study.environment, Output::Radiance).expect("a plan");
         // However slow the device: fast, to the last model.
         let least = by(&endless, None);
-        let plan = plan_by(&scene, Some(&least), Output::Radiance).expect("a plan");
+        let plan =
+            plan_by(&scene, &study.environment, Some(&least), Output::Radiance).expect("a plan");
         let same = FramePlan { preset: Preset::Fast, why: None, doubt: None, ..plan };
         assert_eq!(same, of_fast, "{}", study.name);
         assert_eq!(least.doubt, None);

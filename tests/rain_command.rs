@@ -65,7 +65,7 @@ fn the_cut_off_says_what_is_drawn_and_where_the_medium_begins() {
     let path = folder.path().join("rain.toml");
     fs::write(&path, "[camera]\nvertical_fov = 60.0\n[rain]\nrate = 25.0\n").expect("written");
     let path = path.to_str().expect("UTF-8");
-    let report = rain(&[path]);
+    let report = rain(&[path, "--cutoff-px", "0.05"]);
     close(&report["cutoff_px"], 0.05, 0.0);
     // 784 thousand by Marshall and Palmer's own N0, times the factor on it.
     close(&report["drops_in_view"], 7.837e5 * 0.8863, 3e-4);
@@ -73,6 +73,7 @@ fn the_cut_off_says_what_is_drawn_and_where_the_medium_begins() {
     close(&rain(&[path, "--cutoff-px", "0.1"])["drops_in_view"], 9.796e4 * 0.8863, 3e-4);
     // From 1 km to a million, and without end, nothing that is counted changes.
     let far = |extent| rain(&[path, "--extent", extent])["drops_in_view"].clone();
+    assert!(far("1e3").as_f64() > Some(1e5));
     assert_eq!(far("1e3"), far("1e6"));
     assert_eq!(far("1e3"), far("inf"));
     // What does not fit moves into the medium, and that is said.
@@ -84,6 +85,32 @@ fn the_cut_off_says_what_is_drawn_and_where_the_medium_begins() {
     let ball = 0.336_9 * 27.0 * all["drops_per_m3"].as_f64().expect("number");
     close(&all["drops_in_view"], ball, 1e-3);
     assert!(all["medium_from_m"].is_null());
+}
+
+/// The cut-off of a scene that names none is one number for all commands.
+#[test]
+fn all_commands_have_the_same_cut_off() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("rain.toml");
+    fs::write(&path, "[rain]\nrate = 5.0\nextent = 9.0\n[model]\npreset = \"fast\"\n")
+        .expect("written");
+    let path = path.to_str().expect("UTF-8");
+    let cutoff = rain(&[path, "--size", "64x64"])["cutoff_px"].clone();
+    let said = |arguments: &[&str]| {
+        let output = common::raindrops().args(arguments).output().expect("the command starts");
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8(output.stdout).expect("UTF-8")
+    };
+    let plan = said(&["plan", path, "--size", "64x64"]);
+    assert!(
+        plan.contains(&format!("cut-off     {cutoff} px of radius: no smaller drop shows")),
+        "{plan}"
+    );
+    // Bench counts its drops again on the CPU, over this cut-off.
+    let quick = ["--size", "64x64", "--seconds", "0.02", "--frames", "1", "--json", "-"];
+    let bench = said(&[&["bench", path], &quick[..]].concat());
+    let bench: serde_json::Value = serde_json::from_str(&bench).expect("JSON");
+    assert_eq!(bench["rows"][0]["cutoff_px"], cutoff);
 }
 
 #[test]

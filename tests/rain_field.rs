@@ -10,12 +10,14 @@ use glam::{DVec3, Vec3};
 use raindrops::environment::Environment;
 use raindrops::gpu::Device;
 use raindrops::picture::Picture;
-use raindrops::plan::{Output, plan};
+use raindrops::plan::{Cutoff, Output, plan};
 use raindrops::rain::cull::{Sight, Sighting};
-use raindrops::rain::field::Field;
+use raindrops::rain::field::{Field, MOST_GROUPS, MOST_SLABS};
 use raindrops::rain::tick_of_seconds;
+use raindrops::rain::visibility::Frustum;
+use raindrops::reference::{Tracer, Truth};
 use raindrops::renderer::Renderer;
-use raindrops::scene::model::{FarRain, Preset, Weights};
+use raindrops::scene::model::{DropShape, FarRain, Preset, Weights};
 use raindrops::scene::real_rain::RealRain;
 use raindrops::scene::water::Index;
 use raindrops::scene::{ImageSize, RainSettings, Scene};
@@ -38,9 +40,8 @@ fn aslant(rate: f64) -> Scene {
 }
 
 fn in_view(scene: &Scene) -> u64 {
-    let field = Field::of(scene).expect("rain");
-    let drops = field.sightings(scene).expect("seen");
-    drops.iter().filter(|(.., sighting)| *sighting == Sighting::Visible).count() as u64
+    let cutoff_px = scene.model.cutoff_px.expect("a cut-off");
+    Field::of(scene).expect("rain").count_visible(scene, cutoff_px)
 }
 
 #[test]
@@ -53,8 +54,9 @@ fn as_many_drops_are_in_view_as_the_law_has() {
         scene.seed = seed;
         found += in_view(&scene);
     }
-    let seen = Field::of(&scene).expect("rain").seen(&scene).expect("seen");
-    let expected = pictures as f64 * seen.drops;
+    let rain = scene.real_rain().expect("rain");
+    let frustum = Frustum::of(&scene.view(), rain.extent);
+    let expected = pictures as f64 * frustum.drops_above(&rain.law(), 0.2);
     // Drops whose centre is just beyond the picture's edge count as in view: a pixel more all around.
     let off = found as f64 - expected;
     assert!(off > -4.0 * expected.sqrt() && off < 0.02 * expected, "{found}, not {expected}");
@@ -108,8 +110,15 @@ fn the_cells_in_view_hold_every_drop_in_view() {
 #[test]
 fn the_device_finds_the_drops_that_the_cpu_finds() {
     on_device(|device| {
-        for (rate, time, cutoff) in [(25.0, 12.345, 0.2), (100.0, -1e9, 0.05), (1.0, 0.0, 0.1)] {
+        // The last: drops end where the rain ends.
+        for (rate, time, cutoff, extent) in [
+            (25.0, 12.345, 0.2, 60.0),
+            (100.0, -1e9, 0.05, 60.0),
+            (1.0, 0.0, 0.1, 60.0),
+            (25.0, 3.0, 0.02, 3.0),
+        ] {
             let mut scene = aslant(rate);
+            scene.rain.get_or_insert_default().real.as_mut().expect("rain").extent = extent;
             scene.time = time;
             scene.model.cutoff_px = Some(cutoff);
             scene.camera.position += DVec3::new(1e9, 0.0, -1e9);
@@ -123,6 +132,27 @@ fn the_device_finds_the_drops_that_the_cpu_finds() {
             assert_eq!(report.counts.overflow, 0);
         }
     });
+}
+
+/// A lens of 0.2° sees so deep that the cells in view are too many: the drops over a larger cut-off are drawn.
+#[test]
+fn cells_that_cannot_be_numbered_move_into_the_medium() {
+    let mut scene = aslant(25.0);
+    scene.rain.get_or_insert_default().real.as_mut().expect("rain").extent = f64::INFINITY;
+    scene.image = ImageSize { width: 1024, height: 1024 };
+    scene.camera.vertical_fov = 0.2;
+    scene.model.cutoff_px = Some(0.02);
+    let seen = Field::of(&scene).expect("rain").seen(&scene, 0.02);
+    assert!(seen.cutoff_px > 0.02 && seen.medium.is_some(), "{}", seen.cutoff_px);
+    assert!(seen.slabs.len() <= MOST_SLABS && seen.groups() as usize <= MOST_GROUPS);
+    let white = Environment::constant(Vec3::ONE);
+    let cutoff = plan(&scene, &white, Output::Radiance).expect("a plan").cutoff.expect("a cut-off");
+    let planned = Field::of(&scene).expect("rain").seen(&scene, cutoff.px);
+    assert_eq!(cutoff.px as f32, planned.cutoff_px);
+    assert!(cutoff.why.contains("more cells of the rain than can be numbered"), "{}", cutoff.why);
+    // A usual lens sees what was asked for.
+    scene.camera.vertical_fov = 60.0;
+    assert_eq!(Field::of(&scene).expect("rain").seen(&scene, 0.05).cutoff_px, 0.05);
 }
 
 /// The picture of `scene` in an environment, linear.
@@ -164,9 +194,11 @@ fn opacity(device: &Arc<Device>, scene: &Scene, environment: &Environment) -> (f
 fn a_medium_is_as_opaque_as_its_drops() {
     on_device(|device| {
         let black = hole(20.0, Vec3::ONE);
-        for (rate, fov) in [(5.0, 2.0), (25.0, 4.0), (100.0, 3.0)] {
+        for (rate, fov, extent) in
+            [(5.0, 2.0, 40.0), (25.0, 4.0, 40.0), (100.0, 3.0, 40.0), (100.0, 90.0, 5.0)]
+        {
             let mut scene = aslant(rate);
-            scene.rain.get_or_insert_default().real.as_mut().expect("rain").extent = 40.0;
+            scene.rain.get_or_insert_default().real.as_mut().expect("rain").extent = extent;
             scene.image = ImageSize { width: 64, height: 64 };
             scene.camera.target = scene.camera.position - DVec3::Z;
             scene.camera.vertical_fov = fov;
@@ -189,6 +221,52 @@ fn a_medium_is_as_opaque_as_its_drops() {
             assert!(off < 4.0 * error, "{rate} mm/h, {fov}°: {means:?}, error {error}");
         }
     });
+}
+
+/// Rain so dense that nothing behind it shows, as the reference has its light.
+#[test]
+fn far_rain_has_the_light_of_far_drops() {
+    let sky = painted(256, |d| Vec3::new(1.0 + 0.9 * d.y as f32, 1.0 - 0.9 * d.x as f32, 1.0));
+    let mut scene = aslant(2000.0);
+    let rain = scene.rain.get_or_insert_default().real.as_mut().expect("rain");
+    (rain.extent, rain.shape) = (1e5, DropShape::Sphere);
+    scene.image = ImageSize { width: 24, height: 16 };
+    scene.model.cutoff_px = Some(1.0);
+    // Nearer than this are the drops that would be shown by themselves.
+    scene.camera.near = 0.2;
+    let truth = Truth { samples: 600, rain_to: Some(0.01), ..Truth::default() };
+    let expected = Tracer::new(&scene, &sky, truth).picture();
+    on_device(|device| {
+        let found = picture(device, &scene, &sky);
+        for (number, (found, expected)) in found.pixels.iter().zip(&expected.pixels).enumerate() {
+            let off = (*found - *expected).abs().max_element() / expected.max_element();
+            assert!(off < 0.03, "{number}: {found}, not {expected}");
+        }
+    });
+}
+
+#[test]
+fn the_cut_off_follows_contrast_error_and_exposure() {
+    let cutoff = |scene: &Scene, sky: &Environment| {
+        Cutoff::of(scene, &scene.real_rain().expect("rain"), sky).px
+    };
+    let mut scene = aslant(25.0);
+    scene.model.cutoff_px = None;
+    // Black and white have the most contrast that there is, half.
+    let sky = painted(256, |d| if d.y > 0.0 { Vec3::splat(1e6) } else { Vec3::ZERO });
+    let is = |found: f64, covered: f64| {
+        let radius = (covered / std::f64::consts::PI).sqrt();
+        assert!((found / radius - 1.0).abs() < 0.05, "{found}, not {radius}");
+    };
+    is(cutoff(&scene, &sky), 2.0 / 255.0);
+    is(cutoff(&scene, &Environment::constant(Vec3::ONE)), 10.0 / 255.0);
+    scene.model.error = Some(0.05);
+    is(cutoff(&scene, &sky), 2.0 * 0.05);
+    scene.model.error = None;
+    // A drop of 6 mm falls 9.1 m/s; so long a streak that it hides 2/255 of its pixels at this radius.
+    scene.camera.shutter = 0.02;
+    let hidden = std::f64::consts::PI * cutoff(&scene, &sky) * 0.006 / (2.0 * 9.1 * 0.02);
+    assert!((hidden / (2.0 / 255.0) - 1.0).abs() < 0.08, "{hidden}");
 }
 
 /// Angle from the antisolar point in degrees at which a far drop sends most light of a sun back, after one internal

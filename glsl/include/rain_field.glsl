@@ -1,6 +1,6 @@
 // What a frame sees of real rain: `RainField`, written by src/passes/cells.rs.
 const uint CELLS_GROUP = 64; // cells that a workgroup of cells.comp looks into, as in src/rain/field.rs
-const uint MOST_CLASSES = 32, MOST_SLABS = 8192, LAW_WORDS = 128, QUANTILES = 65;
+const uint MOST_CLASSES = 32, MOST_SLABS = 32768, LAW_WORDS = 128, QUANTILES = 65;
 
 struct RainClass {
     uvec4 cell_low;  // low words of the number of the camera's cell; w: of the salt

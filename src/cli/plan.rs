@@ -4,7 +4,7 @@ use clap::Args;
 
 use super::options::{ModelArgs, SceneArgs};
 use super::{Answer, print, say_doubt};
-use crate::plan::{Output, plan, settle_cutoff};
+use crate::plan::{Output, plan};
 
 /// Say which passes and models the scene requires, and why
 #[derive(Args)]
@@ -20,7 +20,6 @@ pub fn run(args: &PlanArgs) -> anyhow::Result<Answer> {
     let mut scene = args.scene.load()?;
     args.model.apply(&mut scene)?;
     let environment = super::open_environment(&scene)?;
-    let cutoff = settle_cutoff(&mut scene, &environment);
     let plan = plan(&scene, &environment, Output::Display)?;
     say_doubt(&plan);
     let light = &plan.light;
@@ -34,8 +33,8 @@ pub fn run(args: &PlanArgs) -> anyhow::Result<Answer> {
         }
         false => print(format_args!("optics      {}", plan.optics))?,
     }
-    if let (Some(cutoff_px), Some(why)) = (scene.model.cutoff_px, cutoff) {
-        print(format_args!("cut-off     {cutoff_px} px of radius: {why}"))?;
+    if let Some(cutoff) = &plan.cutoff {
+        print(format_args!("cut-off     {} px of radius: {}", cutoff.px, cutoff.why))?;
     }
     print(format_args!("primitive   {}", plan.primitive))?;
     print(format_args!("order       {}", plan.order))?;

@@ -11,6 +11,7 @@ use super::options::SceneArgs;
 use super::{Answer, print, write_json};
 use crate::files::write_whole;
 use crate::measure::rain_plot;
+use crate::plan::Cutoff;
 use crate::rain::visibility::Frustum;
 use crate::rain::{fall, medium, shape};
 use crate::scene::Scene;
@@ -88,7 +89,8 @@ pub fn run(args: &RainArgs) -> anyhow::Result<Answer> {
     for file in [&args.json, &args.svg].into_iter().flatten() {
         super::check_folder(file)?;
     }
-    let report = report(args.scene.name(), &scene, &rain);
+    let cutoff = Cutoff::of(&scene, &rain, &super::open_environment(&scene)?);
+    let report = report(args.scene.name(), &scene, &rain, cutoff);
     for note in notes(&rain) {
         eprintln!("note: {note}");
     }
@@ -106,11 +108,11 @@ pub fn run(args: &RainArgs) -> anyhow::Result<Answer> {
     Ok(Answer::Yes)
 }
 
-fn report(name: String, scene: &Scene, rain: &RealRain) -> Report {
+fn report(name: String, scene: &Scene, rain: &RealRain, cutoff: Cutoff) -> Report {
     let law = rain.law();
     let frustum = Frustum::of(&scene.view(), rain.extent);
     let far_rain = scene.model.far_rain.unwrap_or(FarRain::Medium);
-    let (cutoff_px, cutoff_reason) = medium::cutoff(scene, rain, medium::CONTRAST);
+    let Cutoff { px: cutoff_px, why: cutoff_reason } = cutoff;
     let starts = medium::starts(&law, frustum.focal_px, cutoff_px);
     let noise = match far_rain {
         FarRain::Drops => 0.0,

@@ -8,7 +8,7 @@ use super::options::{BackgroundArgs, DeviceArgs, ModelArgs, SceneArgs, resolve};
 use super::sequence::{Sequence, heed_interrupts, is_interrupted};
 use super::{Answer, Format, drops, progress, say_doubt, waiting};
 use crate::picture::{Picture, write_png};
-use crate::plan::{Output, plan_by, settle_cutoff};
+use crate::plan::{Output, plan_by};
 use crate::renderer::parts::{Grid, Parts, empty_picture, place};
 use crate::renderer::{FrameReport, Renderer};
 use crate::scene::Scene;
@@ -57,7 +57,6 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<Answer> {
         Format::Png => Output::Display,
     };
     let environment = super::open_environment(&scene)?;
-    settle_cutoff(&mut scene, &environment);
     let frames = args.frames.unwrap_or_else(|| scene.film.frames());
     let mut sequence = (frames > 1).then(|| Sequence::new(&args.output, args.resume));
     // What is there was made by these models, and goes on by them.
@@ -76,7 +75,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<Answer> {
         Some(kept) => kept,
         None => resolve(&device, &scene.film.frame(&scene, 0).whole(), &environment)?,
     };
-    let plan = plan_by(&scene, choice.as_ref(), output)?;
+    let plan = plan_by(&scene, &environment, choice.as_ref(), output)?;
     say_doubt(&plan);
     if args.resume && plan.simulation == Simulation::Stored {
         anyhow::bail!(
@@ -97,6 +96,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<Answer> {
 
     let bar = progress(missing.len() as u64, "frames");
     let mut report = FrameReport::default();
+    let mut largest_cutoff = 0.0_f32;
     for (done, number) in missing.iter().enumerate() {
         if is_interrupted() {
             let left = missing.len() - done;
@@ -112,6 +112,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<Answer> {
                 report
             }
         };
+        largest_cutoff = largest_cutoff.max(report.cutoff_px.unwrap_or(0.0));
         bar.inc(1);
     }
     bar.finish_and_clear();
@@ -121,6 +122,13 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<Answer> {
     };
     eprintln!("{all}, {} in view", report.counts.visible);
     super::say_undrawn(&report.counts);
+    let planned = plan.cutoff.as_ref().map_or(0.0, |cutoff| cutoff.px as f32);
+    if largest_cutoff > planned {
+        eprintln!(
+            "note: drops under {largest_cutoff} px of radius are part of the medium, not only those under {planned} px: \
+             more cells of the rain than can be numbered"
+        );
+    }
     device.instance().expect_silence()?;
     Ok(Answer::Yes)
 }
@@ -162,6 +170,7 @@ fn draw_parts(
     }
     parts.draw_all(scene, grid, &mut |origin, renderer, report| {
         all.counts.add(&report.counts);
+        all.cutoff_px = report.cutoff_px;
         match output {
             Output::Radiance => {
                 let part = renderer.read_radiance()?;

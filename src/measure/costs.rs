@@ -101,7 +101,7 @@ pub fn measure(device: &Arc<Device>) -> Result<Costs> {
     let [nothing, large, all] = least;
     let mut seen = small;
     seen.camera.near = near;
-    let visible = count_visible(&seen)? as f64;
+    let visible = count_visible(&seen) as f64;
     let rays = Demand::of(&Scene { rain: None, ..scene.clone() }, 0.0);
     let covered: f64 = rays.classes.iter().map(|class| class.pixels).sum();
 

@@ -87,7 +87,7 @@ fn picture(
     environment: &Environment,
     choice: &Choice,
 ) -> Result<Picture> {
-    let plan = plan_by(scene, Some(choice), Output::Radiance)?;
+    let plan = plan_by(scene, environment, Some(choice), Output::Radiance)?;
     let mut renderer = Renderer::new(device, scene, environment, &plan)?;
     renderer.submit(scene)?;
     renderer.read_radiance()

@@ -44,26 +44,36 @@ const GROUP_SLABS: usize = SLABS + MOST_SLABS * size_of::<Slab>();
 
 /// The cells of a scene's rain.
 pub struct Cells {
-    /// Clusters that there is room for, and cells in view.
+    /// Clusters that there is room for, and cells in view that hold drops.
     pub room: [u32; 2],
-    /// Drops that the first frame shows, on average.
+    /// Drops that the first frame shows by themselves, on average.
     pub drops: f64,
     rain: Field,
+    cutoff_px: f64,
     placed: u32,
 }
 
 impl Cells {
-    /// The cells of the real rain of `scene`, and its `RainField`; none if it has none. `factor`: on the room for drops.
+    /// The cells of the real rain of `scene`, whose drops over a cut-off in pixels are drawn one by one, and its
+    /// `RainField`; none if it has none. `factor`: on the room for drops.
     ///
     /// # Errors
-    /// Those of [`Field::seen`] and of [`Buffer::new`].
-    pub fn new(device: &Arc<Device>, scene: &Scene, factor: u32) -> Result<Option<(Self, Buffer)>> {
+    /// Those of [`Buffer::new`].
+    pub fn new(
+        device: &Arc<Device>,
+        scene: &Scene,
+        cutoff_px: f64,
+        factor: u32,
+    ) -> Result<Option<(Self, Buffer)>> {
         use vk::BufferUsageFlags as Usage;
         let Some(rain) = Field::of(scene) else { return Ok(None) };
-        let seen = rain.seen(scene)?;
+        let seen = rain.seen(scene, cutoff_px);
         let placed = scene.drops.len() as u32;
-        let drops = (SPARE * seen.drops_in_cells) as u32 + LEAST_ROOM;
-        let drops = drops.saturating_mul(factor).saturating_add(placed);
+        let room_for = |expected: f64| {
+            let usual = (SPARE * expected) as u32 + LEAST_ROOM;
+            usual.saturating_mul(factor).saturating_add(placed)
+        };
+        let clusters = room_for(seen.drops_in_cells).div_ceil(CLUSTER);
         let mut bytes = vec![0u8; GROUP_SLABS + 4 * MOST_GROUPS];
         for (class, lattice) in rain.lattices().iter().enumerate() {
             let at = LAWS + 4 * LAW_WORDS * class;
@@ -72,16 +82,14 @@ impl Cells {
         }
         let usage = Usage::STORAGE_BUFFER | Usage::TRANSFER_DST;
         let field = Buffer::upload_device(device, "rain field", &bytes, usage)?;
-        let room = [drops.div_ceil(CLUSTER), drops];
-        Ok(Some((Self { room, drops: seen.drops, rain, placed }, field)))
+        let room = [clusters, room_for(seen.cells_with_drops)];
+        let drops = rain.drops_above(&scene.view(), f64::from(seen.cutoff_px));
+        Ok(Some((Self { room, drops, rain, cutoff_px, placed }, field)))
     }
 
     /// What `scene` shows of the rain.
-    ///
-    /// # Errors
-    /// Those of [`Field::seen`].
-    pub fn seen(&self, scene: &Scene) -> Result<Seen> {
-        self.rain.seen(scene)
+    pub fn seen(&self, scene: &Scene) -> Seen {
+        self.rain.seen(scene, self.cutoff_px)
     }
 
     /// Workgroups that look into the cells of a frame and at the placed drops.

@@ -248,8 +248,12 @@ impl Tiles {
         let device_limits = &device.report.limits;
         let range = u64::from(device_limits.max_storage_buffer_range);
         let groups = u64::from(device_limits.max_compute_work_group_count[0]);
-        let cells = Cells::new(device, scene, plan.room)?;
-        let drops = cells.as_ref().map_or(scene.drop_count(), |(cells, _)| cells.room[1]).into();
+        let cutoff_px = plan.cutoff.as_ref().map_or(0.0, |cutoff| cutoff.px);
+        let cells = Cells::new(device, scene, cutoff_px, plan.room)?;
+        let drops = match &cells {
+            Some((cells, _)) => u64::from(cells.room[0]) * u64::from(CLUSTER),
+            None => scene.drop_count().into(),
+        };
         let within = |what, wanted: u64, limit: u64| {
             let device = device.report.name.clone();
             if wanted > limit { Err(Error::Limit { what, wanted, limit, device }) } else { Ok(()) }
@@ -468,13 +472,10 @@ impl Tiles {
     }
 
     /// What of real rain a frame of `scene` shows; none without.
-    ///
-    /// # Errors
-    /// Those of [`Cells::seen`].
-    pub fn seen(&self, scene: &Scene) -> Result<Option<Seen>> {
+    pub fn seen(&self, scene: &Scene) -> Option<Seen> {
         match &self.source {
-            Source::Cells(cells) => Ok(Some(cells.0.seen(scene)?)),
-            Source::Clusters(_) => Ok(None),
+            Source::Cells(cells) => Some(cells.0.seen(scene)),
+            Source::Clusters(_) => None,
         }
     }
 

@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use super::background::Background;
 use super::costs::{Costs, Rays};
+use super::cutoff::Cutoff;
 use super::demand::{Demand, SizeClass, contrast_at};
 use super::errors::{Error, Left, expected};
 use super::{Light, NEAR_RADII, RAYS_PX};
@@ -93,7 +94,11 @@ pub fn choose(scene: &Scene, environment: &Environment, costs: &Costs) -> Option
 
 /// Every candidate for `scene`, quickest first.
 pub fn prospects(scene: &Scene, environment: &Environment, costs: &Costs) -> Vec<Prospect> {
-    let demand = Demand::of(scene, NEAR_RADII);
+    let mut demand = Demand::of(scene, NEAR_RADII);
+    if let Some(rain) = scene.real_rain() {
+        let cutoff = Cutoff::of(scene, &rain, environment);
+        demand.add_real_rain(&rain, cutoff.px, &scene.view());
+    }
     let background = Background::of(scene, environment);
     let contrast = contrast_at(environment, background.exposure);
     let glints = split(environment).map_or(0.0, |bright| bright.strength());

@@ -9,7 +9,6 @@ use glam::DVec3;
 use crate::environment::Environment;
 use crate::picture::tone_map::{Exposure, display, exposure_of};
 use crate::picture::{Picture, srgb_of_linear};
-use crate::rain::medium;
 use crate::rain::visibility::Frustum;
 use crate::scene::camera::View;
 use crate::scene::real_rain::RealRain;
@@ -52,7 +51,7 @@ pub struct Demand {
 }
 
 impl Demand {
-    /// What `scene` asks. Nearer than `near_radii` radii a drop counts as near.
+    /// What `scene` asks, its real rain apart ([`Demand::add_real_rain`]). Nearer than `near_radii` radii a drop counts as near.
     pub fn of(scene: &Scene, near_radii: f64) -> Self {
         let view = scene.view();
         let mut demand = Self {
@@ -93,10 +92,7 @@ impl Demand {
     }
 
     fn add_rain(&mut self, scene: &Scene, view: &View, near_radii: f64) {
-        if let Some(rain) = scene.real_rain() {
-            return self.add_real_rain(&rain, scene, view);
-        }
-        let Some(rain) = &scene.rain else { return };
+        let Some(rain) = scene.rain() else { return };
         let half = rain.half_extent;
         let density = f64::from(rain.count) / (8.0 * half.x * half.y * half.z);
         let met = density * std::f64::consts::PI * rain.radius * rain.radius;
@@ -144,11 +140,10 @@ impl Demand {
 }
 
 impl Demand {
-    /// Real rain's drops that are shown by themselves, an octave of radius after the other. They take so little
-    /// of the picture that none hides another.
-    fn add_real_rain(&mut self, rain: &RealRain, scene: &Scene, view: &View) {
+    /// Adds the drops of real rain that are shown by themselves, those over a cut-off in pixels, an octave of radius
+    /// after the other. They take so little of the picture that none hides another.
+    pub(super) fn add_real_rain(&mut self, rain: &RealRain, cutoff_px: f64, view: &View) {
         let (law, frustum) = (rain.law(), Frustum::of(view, rain.extent));
-        let (cutoff_px, _) = medium::cutoff(scene, rain, medium::CONTRAST);
         let part = self.pixels / (frustum.width * frustum.height);
         let above = |radius_px: f64| part * frustum.drops_above(&law, radius_px);
         self.visible += above(cutoff_px);

@@ -3,6 +3,7 @@
 mod auto;
 mod background;
 mod costs;
+mod cutoff;
 mod demand;
 mod errors;
 mod requirements;
@@ -10,6 +11,7 @@ mod undrawn;
 
 pub use auto::{Choice, Prospect, choose, keep, pick, prospects};
 pub use costs::Costs;
+pub use cutoff::Cutoff;
 pub use demand::{Demand, SizeClass, contrast};
 pub use errors::{ERRORS, GLINT_RADII_PX, GLINTS, RADII_PX};
 pub use requirements::requirements;
@@ -39,9 +41,6 @@ const NEAR_RADII: f64 = 32.0;
 const RAYS_PX: f32 = 12.0;
 /// Radius in pixels under which a drop shows two colours, the means of its upper and its lower half.
 const SPLAT_PX: f32 = 1.5;
-
-/// Least contrast between drops and what is behind them that is reckoned with: there is no even sky.
-const LEAST_CONTRAST: f64 = 0.1;
 
 /// What a frame is made for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -79,6 +78,8 @@ pub struct FramePlan {
     pub light: Light,
     /// Factor on the room for drops in view and for their tile fragments; 1 but where a host's view has grown.
     pub room: u32,
+    /// From which size on drops of real rain are drawn one by one; none without real rain.
+    pub cutoff: Option<Cutoff>,
     /// The display pass; none for a radiance output.
     pub tone_map: Option<Operator>,
     /// Whether the display pass derives its exposure from the picture's log-average luminance.
@@ -130,8 +131,13 @@ impl Default for Light {
 impl FramePlan {
     /// Whether both draw by the same models, and so by the same pipelines and tables.
     pub fn has_models_of(&self, other: &Self) -> bool {
-        let models =
-            |plan: &Self| Self { why: None, doubt: None, passes: Vec::new(), ..plan.clone() };
+        let models = |plan: &Self| Self {
+            cutoff: None,
+            why: None,
+            doubt: None,
+            passes: Vec::new(),
+            ..plan.clone()
+        };
         models(self) == models(other)
     }
 }
@@ -144,14 +150,19 @@ impl FramePlan {
 /// that no preset draws.
 pub fn plan(scene: &Scene, environment: &Environment, output: Output) -> Result<FramePlan> {
     let chosen = choose(&scene.whole(), environment, &Costs::default());
-    plan_by(scene, chosen.as_ref(), output)
+    plan_by(scene, environment, chosen.as_ref(), output)
 }
 
 /// As [`plan`], with the choice of preset `auto` made; `None` for another preset.
 ///
 /// # Errors
 /// As [`plan`].
-pub fn plan_by(scene: &Scene, chosen: Option<&Choice>, output: Output) -> Result<FramePlan> {
+pub fn plan_by(
+    scene: &Scene,
+    environment: &Environment,
+    chosen: Option<&Choice>,
+    output: Output,
+) -> Result<FramePlan> {
     check_drawable(scene)?;
     let choice = &scene.model;
     let refuse = |problem: String| Err(Error::Scene { place: "model".into(), problem });
@@ -257,6 +268,7 @@ pub fn plan_by(scene: &Scene, chosen: Option<&Choice>, output: Output) -> Result
         samples,
         light,
         room: 1,
+        cutoff: scene.real_rain().map(|rain| Cutoff::of(scene, &rain, environment)),
         tone_map: (output == Output::Display).then_some(scene.tone_map.operator),
         log_average: output == Output::Display && scene.tone_map.derives_exposure(),
         doubt: chosen.and_then(|chosen| chosen.doubt.clone()).or_else(|| shape_left_out(scene)),
@@ -264,19 +276,6 @@ pub fn plan_by(scene: &Scene, chosen: Option<&Choice>, output: Output) -> Result
         passes: Vec::new(),
     };
     Ok(FramePlan { passes: passes(scene, &plan), ..plan })
-}
-
-/// Takes the cut-off of `scene`'s real rain from the contrast of its environment, where the scene names none; why. The
-/// scene names it from then on, so that all that is drawn of it is the same.
-pub fn settle_cutoff(scene: &mut Scene, environment: &Environment) -> Option<String> {
-    let rain = scene.real_rain()?;
-    if scene.model.cutoff_px.is_some() || scene.model.far_rain == Some(FarRain::Drops) {
-        return None;
-    }
-    let contrast = contrast(environment).clamp(LEAST_CONTRAST, 1.0);
-    let (cutoff_px, why) = medium::cutoff(scene, &rain, contrast);
-    scene.model.cutoff_px = Some(cutoff_px);
-    Some(why)
 }
 
 /// What is said where drops of real rain would not be spheres.
@@ -292,17 +291,17 @@ fn shape_left_out(scene: &Scene) -> Option<String> {
 }
 
 /// What is passed over, what stands behind, and how many drops there are.
-fn of_real_rain(scene: &Scene, rain: &RealRain) -> (String, String, String) {
+fn of_real_rain(scene: &Scene, rain: &RealRain, cutoff: &Cutoff) -> (String, String, String) {
     let (law, frustum) = (rain.law(), Frustum::of(&scene.view(), rain.extent));
-    let (cutoff_px, why) = medium::cutoff(scene, rain, medium::CONTRAST);
-    let drops = format!("some {:.0} drops", frustum.drops_above(&law, cutoff_px));
+    let Cutoff { px: cutoff_px, why } = cutoff;
+    let drops = format!("some {:.0} drops", frustum.drops_above(&law, *cutoff_px));
     let skipped = "cells of the rain out of view, or too far for any of their drops to be seen, are passed over";
     let alone = format!("drops of over {cutoff_px:.3} px of radius are shown one by one ({why})");
     let far = match scene.model.far_rain {
         Some(FarRain::None) => "the others are left out".to_string(),
-        _ if cutoff_px == 0.0 => "none is left".to_string(),
+        _ if *cutoff_px == 0.0 => "none is left".to_string(),
         _ => {
-            let from = medium::starts(&law, frustum.focal_px, cutoff_px);
+            let from = medium::starts(&law, frustum.focal_px, *cutoff_px);
             format!("the others are a medium, from {from:.0} m on all")
         }
     };
@@ -344,9 +343,9 @@ fn passes(scene: &Scene, plan: &FramePlan) -> Vec<(&'static str, String)> {
         }
         Primitive::Tile => {
             let (splat_px, rays_px, optics) = (plan.splat_px, plan.rays_px, plan.optics);
-            let (skipped, behind, drops) = match scene.real_rain() {
-                Some(rain) => of_real_rain(scene, &rain),
-                None => (
+            let (skipped, behind, drops) = match (scene.real_rain(), &plan.cutoff) {
+                (Some(rain), Some(cutoff)) => of_real_rain(scene, &rain, cutoff),
+                _ => (
                     "whole clusters of drops out of view are passed over".into(),
                     "the environment behind the drops, when the view has moved".into(),
                     format!("{count} drops"),

@@ -5,7 +5,6 @@
 
 use glam::{DVec3, Vec3};
 
-use crate::rain::field::Field;
 use crate::scene::Scene;
 use crate::scene::camera::View;
 
@@ -95,7 +94,7 @@ pub fn split(v: DVec3) -> [Vec3; 2] {
 }
 
 /// Every drop of a scene in view space at its time, with what became of it; by index, the random
-/// drops in a box before the placed ones. Those of real rain have no index: [`count_visible`].
+/// drops in a box before the placed ones. Those of real rain have no index: [`crate::rain::field::Field::sightings`].
 pub fn sightings(scene: &Scene) -> impl Iterator<Item = (Vec3, f32, Sighting)> {
     let sight = Sight::new(&scene.view(), scene.camera.near);
     let random = scene.rain().into_iter().flat_map(move |rain| {
@@ -114,16 +113,9 @@ pub fn sightings(scene: &Scene) -> impl Iterator<Item = (Vec3, f32, Sighting)> {
     })
 }
 
-/// Number of drops in view that are shown by themselves, as every driver must count them.
-///
-/// # Errors
-/// [`crate::Error::Scene`] if more cells of real rain than can be numbered would have to be looked into.
-pub fn count_visible(scene: &Scene) -> crate::Result<u64> {
+/// Number of drops in view, as every driver must count them; without those of real rain
+/// ([`crate::rain::field::Field::count_visible`]).
+pub fn count_visible(scene: &Scene) -> u64 {
     let is_visible = |(_, _, sighting): &(Vec3, f32, Sighting)| *sighting == Sighting::Visible;
-    let of_rain = match Field::of(scene) {
-        Some(field) => field.sightings(scene)?,
-        None => Vec::new(),
-    };
-    let indexed = sightings(scene).filter(is_visible).count();
-    Ok((indexed + of_rain.iter().filter(|drop| is_visible(drop)).count()) as u64)
+    sightings(scene).filter(is_visible).count() as u64
 }

@@ -18,14 +18,17 @@ use crate::scene::Scene;
 use crate::scene::model::FarRain;
 use crate::scene::projection::View;
 use crate::scene::real_rain::RealRain;
-use crate::{Error, Result};
 
 /// Cells that one workgroup looks into, all of one slab, as in `glsl/include/cells.glsl`.
 pub const GROUP: u32 = 64;
-/// Most slabs of a picture, as there. At the default cut-off there are some thousand.
-pub const MOST_SLABS: usize = 8192;
+/// Most slabs of a picture, as there. At the default cut-off and 60 degrees there are some thousand.
+pub const MOST_SLABS: usize = 32_768;
 /// Most groups: a cell's number among all and a drop's in it are 31 bits together.
 pub const MOST_GROUPS: usize = (1 << 25) / GROUP as usize;
+/// Factor by which a cut-off rises until its cells can be numbered, and where it begins to if every drop was to be
+/// shown.
+const RAISED: f64 = 1.25;
+const LEAST_RAISED_PX: f64 = 0.001;
 /// Bands of depth, as in `glsl/include/tile_buffers.glsl`.
 pub const MOST_BANDS: usize = 16;
 
@@ -113,10 +116,10 @@ pub struct Seen {
     pub band_depths: [f32; MOST_BANDS],
     /// Far rain as a medium; none where it is left out, or all drops are shown.
     pub medium: Option<MediumRecord>,
-    /// Drops that are shown by themselves, on average.
-    pub drops: f64,
     /// Drops of the cells that are looked into, on average.
     pub drops_in_cells: f64,
+    /// Of those cells the ones that hold a drop, on average.
+    pub cells_with_drops: f64,
     // For the CPU's own look at the drops.
     places: Vec<Place>,
 }
@@ -148,14 +151,22 @@ impl Field {
         &self.lattices
     }
 
-    /// What `scene`'s camera sees at the scene's time.
-    ///
-    /// # Errors
-    /// [`Error::Scene`] if more cells than can be numbered would have to be looked into.
-    pub fn seen(&self, scene: &Scene) -> Result<Seen> {
+    /// What `scene`'s camera sees at the scene's time, where drops of over `cutoff_px` pixels of radius are shown by
+    /// themselves; 0: all. Over a larger cut-off ([`Seen::cutoff_px`]) where more cells than can be numbered would
+    /// have to be looked into.
+    pub fn seen(&self, scene: &Scene, cutoff_px: f64) -> Seen {
+        let mut cutoff_px = cutoff_px;
+        loop {
+            match self.seen_over(scene, cutoff_px) {
+                Some(seen) => return seen,
+                None => cutoff_px = (RAISED * cutoff_px).max(LEAST_RAISED_PX),
+            }
+        }
+    }
+
+    /// The same; none if the cells cannot be numbered.
+    fn seen_over(&self, scene: &Scene, cutoff_px: f64) -> Option<Seen> {
         let (view, metres) = (scene.view(), scene.metres);
-        let frustum = Frustum::of(&view, self.rain.extent);
-        let (cutoff_px, _) = medium::cutoff(scene, &self.rain, medium::CONTRAST);
         let tick = tick_of_seconds(scene.time);
         let exposed = scene.exposed();
         let pyramid = Pyramid::of(&view);
@@ -169,8 +180,8 @@ impl Field {
             medium: (cutoff_px > 0.0 && scene.model.far_rain != Some(FarRain::None)).then(|| {
                 MediumRecord::new(&self.law, view.focal_px, cutoff_px, self.rain.extent, metres)
             }),
-            drops: frustum.drops_above(&self.law, cutoff_px),
             drops_in_cells: 0.0,
+            cells_with_drops: 0.0,
             places: Vec::new(),
         };
         let mut first_group = 0;
@@ -184,43 +195,35 @@ impl Field {
             let place = lattice.place(scene.camera.position * metres, tick);
             let moved = lattice.velocity * exposed;
             for slab in pyramid.slabs(lattice, &place, depth, moved) {
-                seen.drops_in_cells += f64::from(slab.cells) * lattice.mean;
+                let cells = f64::from(slab.cells);
+                seen.drops_in_cells += cells * lattice.mean;
+                seen.cells_with_drops -= cells * (-lattice.mean).exp_m1();
                 seen.slabs.push(Slab { class, first_group, ..slab });
                 first_group += slab.cells.div_ceil(GROUP);
                 if seen.slabs.len() > MOST_SLABS || first_group as usize > MOST_GROUPS {
-                    let problem = format!(
-                        "a cut-off of {cutoff_px} pixels shows more drops one by one than can be \
-                         numbered; give a larger model.cutoff_px, or a nearer rain.extent"
-                    );
-                    return Err(Error::Scene { place: "rain".into(), problem });
+                    return None;
                 }
             }
             seen.classes.push(lattice.record(&place, moved, depth, metres));
             seen.places.push(place);
         }
         seen.band_depths = band_depths(&self.lattices, &seen.classes);
-        Ok(seen)
+        Some(seen)
     }
 
-    /// Every drop that `scene` shows by itself, with what became of it, as every driver must find them: centre in
-    /// view space, and radius, in scene units.
-    ///
-    /// # Errors
-    /// As [`Field::seen`].
-    pub fn sightings(&self, scene: &Scene) -> Result<Vec<(Vec3, f32, Sighting)>> {
+    /// Every drop that `scene` shows by itself over a cut-off ([`Field::seen`]), with what became of it, as every
+    /// driver must find them: centre in view space, and radius, in scene units.
+    pub fn sightings(&self, scene: &Scene, cutoff_px: f64) -> Vec<(Vec3, f32, Sighting)> {
         let mut found = Vec::new();
-        self.for_each_shown(scene, &mut |drop| {
-            found.push((drop.view, drop.radius, drop.sighting))
-        })?;
-        Ok(found)
+        self.for_each_shown(scene, cutoff_px, &mut |drop| {
+            found.push((drop.view, drop.radius, drop.sighting));
+        });
+        found
     }
 
     /// Calls `visit` for each of those drops.
-    ///
-    /// # Errors
-    /// As [`Field::seen`].
-    pub fn for_each_shown(&self, scene: &Scene, visit: &mut dyn FnMut(ShownDrop)) -> Result<()> {
-        let seen = self.seen(scene)?;
+    pub fn for_each_shown(&self, scene: &Scene, cutoff_px: f64, visit: &mut dyn FnMut(ShownDrop)) {
+        let seen = self.seen(scene, cutoff_px);
         let view = scene.view();
         let sight = Sight::new(&view, scene.camera.near);
         for slab in &seen.slabs {
@@ -246,7 +249,20 @@ impl Field {
                 }
             }
         }
-        Ok(())
+    }
+
+    /// Number of drops in a view whose radius is over a cut-off in pixels, on average.
+    pub fn drops_above(&self, view: &View, cutoff_px: f64) -> f64 {
+        Frustum::of(view, self.rain.extent).drops_above(&self.law, cutoff_px)
+    }
+
+    /// Number of drops in view that `scene` shows by themselves, as every driver must count them.
+    pub fn count_visible(&self, scene: &Scene, cutoff_px: f64) -> u64 {
+        let mut visible = 0;
+        self.for_each_shown(scene, cutoff_px, &mut |drop| {
+            visible += u64::from(drop.sighting == Sighting::Visible);
+        });
+        visible
     }
 }
 

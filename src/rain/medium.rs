@@ -10,16 +10,6 @@ use std::f64::consts::PI;
 
 use crate::rain::fall;
 use crate::rain::visibility::{Frustum, depth_of_radius};
-use crate::scene::Scene;
-use crate::scene::model::FarRain;
-use crate::scene::real_rain::RealRain;
-
-/// The contrast between drops and what is behind them where the environment is not known: between those of two
-/// photographs.
-pub const CONTRAST: f64 = 0.5;
-
-/// By how much a drop that is left to the medium may change a pixel, where no error is accepted: a grey level.
-pub const LEAST_SEEN: f64 = 1.0 / 255.0;
 
 /// Largest radius in pixels under which no single drop changes a pixel by `seen`, at a contrast between drops and
 /// what is behind them; `exposed`: for how long each is seen, in seconds of the rain. Never over the largest cut-off
@@ -37,10 +27,6 @@ pub fn unseen_radius(law: &Law, air_density: f64, contrast: f64, seen: f64, expo
     (radius / unit).round() * unit
 }
 
-/// Most drops that a picture draws one by one where no cut-off is given: the paper's largest scene. What is
-/// over it goes into the medium.
-pub const MOST_DROPS: f64 = 4e6;
-
 /// Optical depth of the medium from the camera to `depth` metres.
 pub fn optical_depth(law: &Law, focal_px: f64, cutoff_px: f64, depth: f64) -> f64 {
     let largest = 2e3 * cutoff_px * depth / focal_px;
@@ -57,40 +43,6 @@ pub fn starts(law: &Law, focal_px: f64, cutoff_px: f64) -> f64 {
 /// Distance in metres at which a black object has 5 % contrast against the horizon's sky.
 pub fn visibility(extinction: f64) -> f64 {
     20.0_f64.ln() / extinction
-}
-
-/// Most drops that a picture draws one by one where the scene asks for them.
-pub const MOST_ASKED: f64 = 8e6;
-
-/// The cut-off in pixels for a scene's real rain, and why. 0: every drop is drawn.
-pub fn cutoff(scene: &Scene, rain: &RealRain, contrast: f64) -> (f64, String) {
-    let (law, frustum, model) = (rain.law(), Frustum::of(&scene.view(), rain.extent), &scene.model);
-    let seen = model.error.unwrap_or(LEAST_SEEN);
-    // A film may slow down until its drops stand still.
-    let exposed = if scene.film.is_default() { scene.exposed() } else { 0.0 };
-    let unseen = unseen_radius(&law, rain.air_density, contrast, seen, exposed);
-    let (wanted, why, most) = match (model.far_rain, model.cutoff_px) {
-        (Some(FarRain::Drops), _) => (0.0, "far_rain = \"drops\"".into(), MOST_ASKED),
-        (_, Some(cutoff_px)) => (cutoff_px, "as the scene says".into(), MOST_ASKED),
-        _ => {
-            let levels = 255.0 * seen;
-            let why =
-                format!("no smaller drop shows by {levels:.2}/255 at a contrast of {contrast:.2}");
-            (unseen, why, MOST_DROPS)
-        }
-    };
-    let drops = frustum.drops_above(&law, wanted);
-    if drops <= most {
-        return (wanted, why);
-    }
-    let cutoff_px = cutoff_of_budget(&law, &frustum, most);
-    let (most, drops) = (most * 1e-6, drops * 1e-6);
-    (
-        cutoff_px,
-        format!(
-            "{most:.0} million drops are drawn at most, and {drops:.3e} million are over {wanted} px"
-        ),
-    )
 }
 
 /// Largest cut-off at which a picture holds `drops` drops, if the rain has no end.

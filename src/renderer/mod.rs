@@ -61,6 +61,9 @@ pub struct FrameReport {
     pub counts: Counts,
     /// What the tiles came to; none for a frame without them.
     pub tiles: Option<TileCounts>,
+    /// Least radius in pixels of a drop of real rain that was drawn by itself; none without real rain. Over the
+    /// plan's where the frame's cells would have been more than can be numbered.
+    pub cutoff_px: Option<f32>,
     /// GPU milliseconds of each pass, in order; empty where the device has no timestamps.
     pub passes_ms: Vec<(&'static str, f64)>,
 }

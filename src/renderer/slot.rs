@@ -21,6 +21,8 @@ pub(super) struct Slot {
     counters: Buffer,
     /// Number of what was recorded last; 0: nothing yet.
     pub recording: u32,
+    /// Least radius in pixels of a drop of real rain that was drawn by itself, by what was recorded last.
+    pub cutoff_px: Option<f32>,
     /// Of a host's commands, until it says that the slot has retired.
     pub ticket: Option<u64>,
 }
@@ -32,7 +34,8 @@ impl Slot {
         let mut counters =
             Buffer::new(device, "counters read back", bytes, usage, Memory::Readback)?;
         counters.write(0, &[0u32; WORDS]);
-        Ok(Self { timestamps: Timestamps::new(device)?, counters, recording: 0, ticket: None })
+        let timestamps = Timestamps::new(device)?;
+        Ok(Self { timestamps, counters, recording: 0, cutoff_px: None, ticket: None })
     }
 
     /// Records the copies of what the passes have counted, after all of them.
@@ -71,6 +74,7 @@ impl Slot {
         let (of_drops, of_tiles) = words.split_at(Simulate::COUNTER_WORDS);
         let counts = drawing.counters().map(|_| Simulate::counts(of_drops)).unwrap_or_default();
         let tiles = drawing.totals().map(|_| TileCounts::of(of_tiles));
-        Ok(Some(FrameReport { counts, tiles, passes_ms: self.timestamps.read_ms()? }))
+        let (cutoff_px, passes_ms) = (self.cutoff_px, self.timestamps.read_ms()?);
+        Ok(Some(FrameReport { counts, tiles, cutoff_px, passes_ms }))
     }
 }

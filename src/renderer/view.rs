@@ -220,7 +220,7 @@ impl View {
     /// pixels.
     ///
     /// # Errors
-    /// [`Error::Scene`] if the view was made for something else; those of [`crate::passes::tiles::Tiles::seen`].
+    /// [`Error::Scene`] if the view was made for something else.
     pub(super) fn frame<'a>(
         &self,
         scene: &'a Scene,
@@ -231,7 +231,7 @@ impl View {
         let seen = match &self.drawing {
             Drawing::Tiled(tiled) => {
                 tiled.tiles.complete(&mut constants);
-                tiled.tiles.seen(scene)?
+                tiled.tiles.seen(scene)
             }
             Drawing::Points(_) => {
                 let display = self.display.as_ref();
@@ -305,6 +305,7 @@ impl View {
         self.recordings = self.recordings.checked_add(1).unwrap_or(1);
         let slot = &mut self.slots[slot];
         slot.recording = self.recordings;
+        slot.cutoff_px = frame.seen.as_ref().map(|seen| seen.cutoff_px);
         frame.constants.seed[3] = slot.recording;
         slot.timestamps.reset();
         let device = &*self.device;

@@ -25,6 +25,7 @@ use crate::measure::bench::{
 };
 use crate::plan::{Output, plan_by};
 use crate::rain::cull::count_visible;
+use crate::rain::field::Field;
 use crate::scene::model::{Operator, Preset};
 use crate::scene::{RainSettings, Scene};
 
@@ -254,7 +255,7 @@ fn bench(
             scene.validate("command line")?;
             let choice = bar.suspend(|| resolve(device, &scene, environment))?;
             for output in [Output::Display, Output::Radiance] {
-                let plan = plan_by(&scene, choice.as_ref(), output)?;
+                let plan = plan_by(&scene, environment, choice.as_ref(), output)?;
                 if output == Output::Display {
                     bar.suspend(|| say_doubt(&plan));
                 }
@@ -335,13 +336,9 @@ fn check_counts(scene: &Scene, report: &Report) -> bool {
         if row.rate_mm_h.is_some() || row.drops > placed {
             Amount::of_row(row.drops, row.rate_mm_h, placed).apply(&mut scene);
         }
-        let expected = match count_visible(&scene) {
-            Ok(expected) => expected,
-            Err(error) => {
-                eprintln!("error: {error}");
-                return false;
-            }
-        };
+        let of_rain = Field::of(&scene).zip(row.cutoff_px);
+        let expected = count_visible(&scene)
+            + of_rain.map_or(0, |(field, cutoff_px)| field.count_visible(&scene, cutoff_px));
         if row.visible != expected {
             eprintln!(
                 "error: {} of {} drops in view on the GPU, {expected} by the CPU's count",

@@ -107,6 +107,9 @@ pub struct Row {
     /// Of real rain, mm/h.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rate_mm_h: Option<f64>,
+    /// Of real rain: least radius of a drop that is drawn by itself, pixels.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cutoff_px: Option<f64>,
     pub visible: u64,
     pub width: u32,
     pub height: u32,
@@ -210,6 +213,7 @@ impl Row {
             simulation: plan.simulation.name().into(),
             drops: scene.drop_count(),
             rate_mm_h: scene.real_rain().map(|rain| rain.rate),
+            cutoff_px: plan.cutoff.as_ref().map(|cutoff| cutoff.px),
             visible: measured.first.counts.visible,
             width: scene.picture_size().0,
             height: scene.picture_size().1,

@@ -119,7 +119,7 @@ impl Row {
             mask_size: plan.mask_size,
             drops: variant.scene.drop_count(),
             rate_mm_h: variant.scene.real_rain().map(|rain| rain.rate),
-            cutoff_px: variant.scene.model.cutoff_px,
+            cutoff_px: variant.plan.cutoff.as_ref().map(|cutoff| cutoff.px),
             far_rain: variant.scene.model.far_rain.map(FarRain::name),
             visible: measured.first.counts.visible,
             width: variant.scene.picture_size().0,

@@ -77,7 +77,7 @@ pub fn study(
             }
             _ => None,
         };
-        let plan = plan_by(&first, choice.as_ref(), Output::Display)?;
+        let plan = plan_by(&first, &scene.environment, choice.as_ref(), Output::Display)?;
         choices.push(choice);
         variants.push(Variant { scene: first, plan });
     }
@@ -118,7 +118,7 @@ fn errors(
     choice: Option<&Choice>,
     truths: &[Known],
 ) -> Result<Errors> {
-    let plan = plan_by(&variant.scene, choice, Output::Radiance)?;
+    let plan = plan_by(&variant.scene, &scene.environment, choice, Output::Radiance)?;
     let mut renderer = Renderer::new(device, &variant.scene, &scene.environment, &plan)?;
     let mut comparisons = Vec::new();
     let mut pictures = Vec::new();
