@@ -28,6 +28,7 @@ const VARIANTS: &[(&str, &str, &str)] = &[
     ("drops.frag", "_STAGE", "STAGE"),
     ("output.frag", "_BUFFER", "RADIANCE_IN_BUFFER"),
     ("output.frag", "_TEXELS", "RADIANCE_IN_TEXELS"),
+    ("renew_map.comp", "_CUBE", "CUBE"),
     ("tone_map.frag", "_BUFFER", "RADIANCE_IN_BUFFER"),
     ("tone_map.frag", "_TEXELS", "RADIANCE_IN_TEXELS"),
 ];

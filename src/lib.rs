@@ -45,7 +45,9 @@
 //! `cli` (the command `raindrops`, tables and plots) and `view` (the window) are on by default. Whoever
 //! embeds the renderer sets `default-features = false` and has neither their code nor their dependencies.
 //!
-//! `examples/one_frame.rs` and `examples/your_frame.rs` run.
+//! Rain in somebody else's frame: [`renderer::View`], on a device of theirs, [`device::HostDevice`]; `docs/embedding.md` is
+//! the page to begin with, `examples/host_ash` and `examples/host_wgpu` run. So do `examples/one_frame.rs` and
+//! `examples/your_frame.rs`, on devices of ours.
 
 #[cfg(feature = "cli")]
 pub mod cli;

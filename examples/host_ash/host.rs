@@ -310,6 +310,67 @@ impl Host {
         }
     }
 
+    /// Fills a one-layer image, and leaves it to be sampled.
+    pub fn write(&self, texture: &Texture, bytes: &[u8]) {
+        use vk::MemoryPropertyFlags as Memory;
+        let usage = vk::BufferUsageFlags::TRANSFER_SRC;
+        let info = vk::BufferCreateInfo::default().size(bytes.len() as u64).usage(usage);
+        let layers =
+            vk::ImageSubresourceLayers::default().aspect_mask(texture.aspect).layer_count(1);
+        let range = vk::ImageSubresourceRange::default()
+            .aspect_mask(texture.aspect)
+            .level_count(1)
+            .layer_count(1);
+        let (width, height) = texture.size;
+        let region = [vk::BufferImageCopy::default()
+            .image_subresource(layers)
+            .image_extent(vk::Extent3D { width, height, depth: 1 })];
+        use vk::{AccessFlags2 as Access, ImageLayout as Layout, PipelineStageFlags2 as Stage};
+        let change = |commands, (stage, access, old), (next_stage, next_access, new)| {
+            let barrier = [vk::ImageMemoryBarrier2::default()
+                .src_stage_mask(stage)
+                .src_access_mask(access)
+                .dst_stage_mask(next_stage)
+                .dst_access_mask(next_access)
+                .old_layout(old)
+                .new_layout(new)
+                .image(texture.image)
+                .subresource_range(range)];
+            let info = vk::DependencyInfo::default().image_memory_barriers(&barrier);
+            // SAFETY: the command buffer is being recorded.
+            unsafe { self.device.cmd_pipeline_barrier2(commands, &info) };
+        };
+        let before = (Stage::ALL_COMMANDS, Access::NONE, Layout::UNDEFINED);
+        let copied = (Stage::COPY, Access::TRANSFER_WRITE, Layout::TRANSFER_DST_OPTIMAL);
+        let after =
+            (Stage::COMPUTE_SHADER, Access::SHADER_SAMPLED_READ, Layout::SHADER_READ_ONLY_OPTIMAL);
+        // SAFETY: valid infos; the buffer holds the image, and is freed when the queue is done.
+        unsafe {
+            let buffer = self.device.create_buffer(&info, None).expect("a buffer");
+            let needs = self.device.get_buffer_memory_requirements(buffer);
+            let memory = self.memory(needs, Memory::HOST_VISIBLE | Memory::HOST_COHERENT);
+            self.device.bind_buffer_memory(buffer, memory, 0).expect("memory");
+            let mapped =
+                self.device.map_memory(memory, 0, vk::WHOLE_SIZE, vk::MemoryMapFlags::empty());
+            let to = mapped.expect("a mapping").cast::<u8>();
+            std::ptr::copy_nonoverlapping(bytes.as_ptr(), to, bytes.len());
+            self.once(|commands| {
+                change(commands, before, copied);
+                let layout = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
+                self.device.cmd_copy_buffer_to_image(
+                    commands,
+                    buffer,
+                    texture.image,
+                    layout,
+                    &region,
+                );
+                change(commands, copied, after);
+            });
+            self.device.destroy_buffer(buffer, None);
+            self.device.free_memory(memory, None);
+        }
+    }
+
     /// The bytes of a one-layer image that was left as a source of copies.
     pub fn read(&self, texture: &Texture, bytes: u64) -> Vec<u8> {
         let usage = vk::BufferUsageFlags::TRANSFER_DST;

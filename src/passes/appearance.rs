@@ -23,7 +23,7 @@ use super::glints::Glints;
 use super::light_constants;
 use crate::Result;
 use crate::gpu::{
-    Binding, Bindings, Buffer, Commands, ComputePipeline, Device, Memory, Resource, Use,
+    Binding, Bindings, Buffer, Commands, ComputePipeline, Device, Memory, Recorder, Resource, Use,
     memory_barrier, shaders,
 };
 use crate::plan::Light;
@@ -97,9 +97,14 @@ impl Appearance {
         Commands::once(device, "appearance", |commands| {
             frame.record(device, commands, constants);
             memory_barrier(device, commands, &[Use::TransferWrite], &[Use::Uniform]);
-            let groups = [DIRECTIONS.div_ceil(GROUP), 1, 1];
-            self.pipeline.dispatch(commands, &self.bindings, 0, &[], groups);
+            self.record(commands);
             memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::ShaderRead]);
         })
+    }
+
+    /// Records the whole table, from constants that [`Appearance::fill`] has left.
+    pub fn record(&self, commands: Recorder<'_>) {
+        let groups = [DIRECTIONS.div_ceil(GROUP), 1, 1];
+        self.pipeline.dispatch(commands, &self.bindings, 0, &[], groups);
     }
 }

@@ -31,6 +31,7 @@ use crate::gpu::{
 };
 use crate::picture::plate::Plate;
 use crate::scene::background::DepthKind;
+use crate::scene::matrices::ProjectedDepth;
 
 /// Largest value of a half, which is what stored light is clipped to.
 const MOST_STORED: f32 = 65_504.0;
@@ -69,6 +70,12 @@ impl DepthConvention {
     /// looks along -z): depth = (scale · z + offset) / -z.
     pub fn projected(scale: f32, offset: f32) -> Self {
         Self { map: [0.0, offset, 1.0, scale], kind: DepthKind::Planar }
+    }
+}
+
+impl From<ProjectedDepth> for DepthConvention {
+    fn from(depth: ProjectedDepth) -> Self {
+        Self::projected(-depth.a as f32, depth.b as f32)
     }
 }
 

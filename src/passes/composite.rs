@@ -143,7 +143,7 @@ impl Composite {
                 .chain(tiles.shared().chain([&appearance.table]).map(buffer))
                 .chain([seen])
                 .chain([&radiance, &sky, &log_sums, &disordered, &tiles.counters].map(buffer))
-                .chain([splats, &glints.sources].map(buffer))
+                .chain([splats, &*glints.sources].map(buffer))
                 .chain([sky_map])
                 .chain([buffer(&glints.bow)])
                 // Without a depth no shader reads it.

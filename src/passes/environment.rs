@@ -78,6 +78,43 @@ pub struct EnvironmentMap {
 }
 
 impl EnvironmentMap {
+    /// A black one of so many rows, which shaders can write.
+    ///
+    /// # Errors
+    /// [`crate::Error::Memory`] if the device has no room for it; [`crate::Error::Vulkan`] if the driver refuses.
+    pub fn black(device: &Arc<Device>, height: u32, radiance_scale: f32) -> Result<Self> {
+        use vk::ImageUsageFlags as Usage;
+        let usage = Usage::SAMPLED | Usage::STORAGE | Usage::TRANSFER_DST;
+        let image = environment_image(device, (2 * height, height), usage)?;
+        Commands::once(device, "black environment", |commands| {
+            image_barrier(device, commands, &image, Use::Nothing, Use::TransferWrite);
+            let range = [vk::ImageSubresourceRange::default()
+                .aspect_mask(vk::ImageAspectFlags::COLOR)
+                .level_count(image.levels)
+                .layer_count(1)];
+            let (layout, black) =
+                (vk::ImageLayout::TRANSFER_DST_OPTIMAL, vk::ClearColorValue::default());
+            let raw = image.raw();
+            // SAFETY: the image is in this layout, and has these levels.
+            unsafe {
+                device.raw().cmd_clear_color_image(commands.raw(), raw, layout, &black, &range);
+            }
+            image_barrier(device, commands, &image, Use::TransferWrite, Use::ShaderRead);
+        })?;
+        Self::of(device, image, radiance_scale)
+    }
+
+    fn of(device: &Arc<Device>, image: Image, radiance_scale: f32) -> Result<Self> {
+        let sampler = Sampler::linear(
+            device,
+            "environment",
+            vk::SamplerAddressMode::REPEAT,
+            vk::SamplerAddressMode::CLAMP_TO_EDGE,
+        )?;
+        let texel_angle = std::f32::consts::PI / image.height as f32;
+        Ok(Self { image, sampler, radiance_scale, texel_angle })
+    }
+
     /// Prefilters and uploads, divided by `radiance_scale`.
     ///
     /// # Errors
@@ -88,19 +125,9 @@ impl EnvironmentMap {
         environment: &Environment,
         radiance_scale: f32,
     ) -> Result<Self> {
-        let image = Image::new(
-            device,
-            &ImageInfo {
-                name: "environment",
-                width: environment.width(),
-                height: environment.height(),
-                levels: environment.height().ilog2() + 1,
-                layers: 1,
-                format: vk::Format::R16G16B16A16_SFLOAT,
-                usage: vk::ImageUsageFlags::SAMPLED | vk::ImageUsageFlags::TRANSFER_DST,
-                samples: Samples::One,
-            },
-        )?;
+        let usage = vk::ImageUsageFlags::SAMPLED | vk::ImageUsageFlags::TRANSFER_DST;
+        let size = (environment.width(), environment.height());
+        let image = environment_image(device, size, usage)?;
         let stored = |texel: &Vec3| -> [f16; 4] {
             (*texel / radiance_scale)
                 .min(Vec3::splat(MAX_STORED))
@@ -110,19 +137,22 @@ impl EnvironmentMap {
         };
         device.count(|made| &mut made.environments);
         upload(device, environment, &image, stored)?;
-        let sampler = Sampler::linear(
-            device,
-            "environment",
-            vk::SamplerAddressMode::REPEAT,
-            vk::SamplerAddressMode::CLAMP_TO_EDGE,
-        )?;
-        Ok(Self {
-            image,
-            sampler,
-            radiance_scale,
-            texel_angle: std::f32::consts::PI / environment.height() as f32,
-        })
+        Self::of(device, image, radiance_scale)
     }
+}
+
+/// An image with all levels of an environment.
+fn environment_image(
+    device: &Arc<Device>,
+    (width, height): (u32, u32),
+    usage: vk::ImageUsageFlags,
+) -> Result<Image> {
+    let (name, levels, samples) = ("environment", height.ilog2() + 1, Samples::One);
+    let format = vk::Format::R16G16B16A16_SFLOAT;
+    Image::new(
+        device,
+        &ImageInfo { name, width, height, levels, layers: 1, format, usage, samples },
+    )
 }
 
 /// Fills every level of `image`, in strips of rows, and leaves it ready to be sampled.

@@ -85,7 +85,7 @@ pub struct Glints {
     /// How many sources there are.
     pub count: u32,
     /// Their number and they themselves, as `Sources` of `glsl/include/glints.glsl` has them.
-    pub(super) sources: Buffer,
+    pub(super) sources: Arc<Buffer>,
     /// A far drop's images, by direction.
     far_glints: Buffer,
     /// A far drop's mean light from each source by angle, four floats each.
@@ -116,7 +116,6 @@ impl Glints {
         radiance_scale: f32,
         light: &Light,
     ) -> Result<Self> {
-        use vk::BufferUsageFlags as Usage;
         let regions = bright.map_or(&[][..], |bright| &bright.regions);
         let mut records = vec![SourceRecord::zeroed(); 1 + regions.len()];
         for (record, region) in records[1..].iter_mut().zip(regions) {
@@ -127,9 +126,23 @@ impl Glints {
         }
         let mut words: Vec<u32> = bytemuck::cast_slice(&records)[4..].to_vec();
         words[..4].copy_from_slice(&[regions.len() as u32, 0, 0, 0]);
-        let storage = Usage::STORAGE_BUFFER;
+        let storage = vk::BufferUsageFlags::STORAGE_BUFFER;
         let sources = Buffer::upload_device(device, "bright sources", &words, storage)?;
-        let count = regions.len() as u32;
+        Self::of(device, frame, Arc::new(sources), regions.len() as u32, light)
+    }
+
+    /// Of sources that are written on the device: `most` of them, or fewer.
+    ///
+    /// # Errors
+    /// As [`Glints::new`].
+    pub fn of(
+        device: &Arc<Device>,
+        frame: &FrameBuffer,
+        sources: Arc<Buffer>,
+        most: u32,
+        light: &Light,
+    ) -> Result<Self> {
+        let (count, storage) = (most, vk::BufferUsageFlags::STORAGE_BUFFER);
         let bytes = FAR_GLINTS_BYTES * u64::from(DIRECTIONS);
         let far_glints = Buffer::new(device, "far glints", bytes, storage, Memory::Device)?;
         let bytes = BOW_BYTES * u64::from(BOW_ANGLES * count.max(1));
@@ -150,13 +163,20 @@ impl Glints {
     /// Those of [`Commands::once`].
     pub fn fill(&self, device: &Arc<Device>) -> Result<()> {
         Commands::once(device, "far glints", |commands| {
-            self.far.dispatch(commands, &self.bindings, 0, &[], [DIRECTIONS / FAR_GROUP, 1, 1]);
-            if self.count > 0 {
-                let groups = [(BOW_ANGLES * self.count).div_ceil(BOW_GROUP), 1, 1];
-                self.bow_pass.dispatch(commands, &self.bindings, 0, &[], groups);
-            }
+            self.record(commands);
             memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::ShaderRead]);
         })
+    }
+}
+
+impl Glints {
+    /// Records the images in far drops.
+    pub fn record(&self, commands: Recorder<'_>) {
+        self.far.dispatch(commands, &self.bindings, 0, &[], [DIRECTIONS / FAR_GROUP, 1, 1]);
+        if self.count > 0 {
+            let groups = [(BOW_ANGLES * self.count).div_ceil(BOW_GROUP), 1, 1];
+            self.bow_pass.dispatch(commands, &self.bindings, 0, &[], groups);
+        }
     }
 }
 
@@ -177,7 +197,7 @@ impl SplatTable {
         let table = Buffer::new(device, "splat table", bytes, usage, Memory::Device)?;
         let buffer = |buffer| (Binding::STORAGE_BUFFER, Resource::Buffer(buffer));
         let uniform = (Binding::UNIFORM_BUFFER, Resource::Buffer(&frame.buffer));
-        let shared = [&glints.sources, &glints.far_glints, &appearance.table].map(buffer);
+        let shared = [&*glints.sources, &glints.far_glints, &appearance.table].map(buffer);
         let slots: Vec<_> = [uniform].into_iter().chain(shared).chain([buffer(&table)]).collect();
         let bindings = Bindings::of(device, "splat table", &slots)?;
         let pipeline = ComputePipeline::new(device, shaders::SPLAT_TABLE_COMP, &bindings, 0, &[])?;

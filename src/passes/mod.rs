@@ -19,6 +19,7 @@ mod placed;
 pub mod present;
 pub mod radial;
 pub mod rain_field;
+pub mod renewal;
 pub mod simulate;
 pub mod sky;
 pub mod tiles;

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::view::{Drawing, View, refuse};
-use super::{DepthConvention, FrameReport, HostBackground, Lighting, RainField};
+use super::{DepthConvention, FrameReport, HostBackground, HostEnvironment, Lighting, RainField};
 use crate::gpu::{HostImage, Recorder};
 use crate::passes::background::Behind;
 pub use crate::passes::output::Blend;
@@ -48,18 +48,28 @@ pub struct FrameInput<'a> {
     pub output: HostImage,
     /// What is behind the drops, as far as [`ViewInfo`] says that there is.
     pub background: HostBackground,
+    /// What is around the rain from this frame on, for light that is renewed ([`Lighting::live`]).
+    pub environment: Option<HostEnvironment>,
 }
 
 impl<'a> FrameInput<'a> {
     /// A frame of a scene, into an image.
     pub fn new(scene: &'a Scene, output: HostImage) -> Self {
-        Self { scene, output, background: HostBackground::default() }
+        Self { scene, output, background: HostBackground::default(), environment: None }
     }
 
     /// With a picture behind the drops, and the radiance of a 1 in it. It must be another image than the output.
     #[must_use]
     pub fn before(mut self, color: HostImage, radiance: f32) -> Self {
         self.background.color = Some((color, radiance));
+        self
+    }
+
+    /// With another environment from this frame on, of which drops show what is near in this very frame. Of several views of
+    /// the same light one names it.
+    #[must_use]
+    pub fn around(mut self, environment: HostEnvironment) -> Self {
+        self.environment = Some(environment);
         self
     }
 
@@ -101,6 +111,10 @@ impl View {
         if (color || depth) && plan.primitive != Primitive::Tile {
             return refuse("a background is behind tiles; take preset fast, exact or auto");
         }
+        let of_light = lighting.renewal.as_ref().map(|renewal| renewal.info.frames_in_flight);
+        if of_light.is_some_and(|frames| frames < frames_in_flight) {
+            return refuse("the light was made for fewer frames in flight");
+        }
         let frames = frames_in_flight as u32;
         let behind = (color || depth).then_some(Behind::Host { color, depth, frames });
         let mut view = Self::of(lighting, rain, scene, plan, frames_in_flight, behind)?;
@@ -129,7 +143,8 @@ impl View {
     ///   in which the view recorded them.
     /// - The images are the host's device's, and as `input` describes them when the commands are executed: of this size,
     ///   format and number of samples, in this layout, used before by no other stages and accesses than stated. They and
-    ///   their views live until the slot has retired. The output has usage `COLOR_ATTACHMENT`.
+    ///   their views live until the slot has retired. The output has usage `COLOR_ATTACHMENT`, the others `SAMPLED`.
+    /// - The view is dropped when the queue is done with all that it has recorded.
     pub unsafe fn record(
         &mut self,
         commands: vk::CommandBuffer,
@@ -148,6 +163,14 @@ impl View {
         };
         output.check(&input.output, self.size)?;
         check_background(&input.background, &info, input.scene, &input.output)?;
+        if let Some(environment) = &input.environment {
+            let Some(renewal) = &self.lighting.renewal else {
+                return refuse("the light is not one that is renewed; make it by Lighting::live");
+            };
+            environment.check(&renewal.info)?;
+            // SAFETY: the slot is free, so its set is not in use; the host keeps the image until it is free again.
+            unsafe { renewal.set_image(slot, environment)? };
+        }
         let mut frame = self.frame(input.scene, None)?;
         // SAFETY: by contract.
         let recorder = unsafe { Recorder::of_host(commands) };
@@ -156,7 +179,7 @@ impl View {
             unsafe { tiled.composite.set_images(slot, &input.background)? };
         }
         self.slots[slot].ticket = Some(self.device.open_ticket());
-        self.record_frame(recorder, slot, &mut frame, Some((&input.output, &input.background)));
+        self.record_frame(recorder, slot, &mut frame, Some(input));
         Ok(())
     }
 
@@ -200,16 +223,24 @@ impl View {
         };
         let plan = FramePlan { room: 2 * self.plan.room, ..self.plan.clone() };
         let grown = Self::new(&self.lighting, &self.rain, &self.made_for, &plan, &info)?;
-        let before = std::mem::replace(self, grown);
+        let mut before = std::mem::replace(self, grown);
         // Numbers of recordings go on, so that none of before is taken for one of now.
         self.recordings = before.recordings;
         // So do the slots of frames under way.
-        for (slot, before) in self.slots.iter_mut().zip(before.slots) {
+        for (slot, before) in self.slots.iter_mut().zip(std::mem::take(&mut before.slots)) {
             if before.ticket.is_some() {
                 *slot = before;
             }
         }
         Ok(())
+    }
+}
+
+impl Drop for View {
+    fn drop(&mut self) {
+        // By contract their commands are done, or will never be submitted.
+        let tickets = self.slots.iter().filter_map(|slot| slot.ticket);
+        tickets.for_each(|ticket| self.device.close_ticket(ticket));
     }
 }
 

@@ -6,12 +6,13 @@ use std::time::Instant;
 use crate::Result;
 use crate::environment::Environment;
 use crate::environment::bright::Bright;
-use crate::gpu::Device;
+use crate::gpu::{Device, Recorder, Use, memory_barrier};
 use crate::passes::appearance::{Appearance, FarDrop};
 use crate::passes::drops::Table;
 use crate::passes::environment::{EnvironmentMap, stored_scale};
 use crate::passes::frame::{Frame, FrameBuffer};
-use crate::passes::glints::{Glints, bright_parts, shows_apart};
+use crate::passes::glints::{Glints, MOST_SOURCES, bright_parts, shows_apart};
+use crate::passes::renewal::{HostEnvironment, LiveInfo, Renewal};
 use crate::plan::{FramePlan, Light};
 use crate::scene::model::{Fresnel, Optics};
 
@@ -23,6 +24,8 @@ pub struct Lighting {
     /// Mean luminance without small bright sources, of which one may outshine all the rest.
     pub(super) mean_luminance: f64,
     bright: Option<Bright>,
+    /// What renews it in a host's frames.
+    pub(super) renewal: Option<Renewal>,
     /// What the tables are computed with: of the constants only the environment's.
     frame: FrameBuffer,
     constants: Frame,
@@ -69,11 +72,52 @@ impl Lighting {
             environment_ms,
             mean_luminance,
             bright,
+            renewal: None,
             frame: FrameBuffer::new(device)?,
             constants,
             made: Mutex::default(),
             device: device.clone(),
         })
+    }
+
+    /// An environment that a host renews in its frames ([`super::FrameInput::around`]); black until it does.
+    ///
+    /// # Errors
+    /// Those of [`Renewal::new`].
+    pub fn live(device: &Arc<Device>, info: LiveInfo) -> Result<Self> {
+        let renewal = Renewal::new(device, info)?;
+        let environment = renewal.whole.clone();
+        let angles = [environment.texel_angle, environment.radiance_scale, 0.0, 0.0];
+        Ok(Self {
+            environment,
+            environment_ms: 0.0,
+            mean_luminance: f64::from(info.radiance_scale),
+            bright: None,
+            renewal: Some(renewal),
+            frame: FrameBuffer::new(device)?,
+            constants: Frame { environment: angles, ..Frame::default() },
+            made: Mutex::default(),
+            device: device.clone(),
+        })
+    }
+
+    /// Records the environment from a host's image, in a descriptor set of [`Renewal::set_image`]. Nothing if it is not
+    /// one that is renewed.
+    pub(super) fn record(&self, commands: Recorder<'_>, set: usize, environment: &HostEnvironment) {
+        if let Some(renewal) = &self.renewal {
+            renewal.record(&self.device, commands, set, environment);
+        }
+    }
+
+    /// Records the tables of a drop's light that depend on the environment, after [`Lighting::record`].
+    pub(super) fn record_tables(&self, commands: Recorder<'_>) {
+        let made = self.made.lock().unwrap_or_else(PoisonError::into_inner);
+        for (_, far) in made.far_drops.iter().filter(|((.., filled), _)| *filled) {
+            far.appearance.record(commands);
+            far.glints.record(commands);
+        }
+        let after = [Use::ComputeWrite, Use::ComputeRead, Use::ShaderRead];
+        memory_barrier(&self.device, commands, &[Use::ComputeWrite], &after);
     }
 
     /// The device that it is on.
@@ -90,23 +134,30 @@ impl Lighting {
         filled: bool,
     ) -> Result<Arc<FarDrop>> {
         let bright = self.bright.as_ref().filter(|_| apart && shows_apart(light));
-        let of = (*light, bright.is_some(), filled);
+        let renewed = self.renewal.as_ref().filter(|_| apart && shows_apart(light));
+        let of = (*light, bright.is_some() || renewed.is_some(), filled);
         let mut made = self.made.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some((_, far)) = made.far_drops.iter().find(|(other, _)| *other == of) {
             return Ok(far.clone());
         }
         let (device, frame) = (&self.device, &self.frame);
         let scale = self.environment.radiance_scale;
-        let seen = match (bright, &made.rest) {
-            (None, _) => self.environment.clone(),
-            (Some(_), Some(rest)) => rest.clone(),
-            (Some(bright), None) => {
+        let seen = match (bright, &made.rest, renewed) {
+            (_, _, Some(renewed)) => renewed.rest.clone(),
+            (None, _, None) => self.environment.clone(),
+            (Some(_), Some(rest), _) => rest.clone(),
+            (Some(bright), None, _) => {
                 let rest = Arc::new(EnvironmentMap::new(device, &bright.rest, scale)?);
                 made.rest.insert(rest).clone()
             }
         };
         let appearance = Appearance::new(device, frame, &seen, light)?;
-        let glints = Glints::new(device, frame, bright, scale, light)?;
+        let glints = match renewed {
+            Some(renewal) => {
+                Glints::of(device, frame, renewal.sources.clone(), MOST_SOURCES as u32, light)?
+            }
+            None => Glints::new(device, frame, bright, scale, light)?,
+        };
         let before = Instant::now();
         if filled {
             appearance.fill(device, frame, &self.constants)?;

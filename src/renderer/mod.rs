@@ -27,6 +27,7 @@ use crate::gpu::{Buffer, Commands, Device, Image, Memory, Use, image_barrier, me
 use crate::passes::background::{BackgroundImages, Behind};
 pub use crate::passes::background::{DepthConvention, HostBackground};
 pub use crate::passes::rain_field::RainField;
+pub use crate::passes::renewal::{HostEnvironment, LiveInfo};
 use crate::passes::simulate::Counts;
 use crate::passes::tiles::TileCounts;
 use crate::passes::tone_map::FinalSums;

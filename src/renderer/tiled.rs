@@ -25,6 +25,8 @@ pub(super) struct Tiled {
     pub far: Arc<FarDrop>,
     splats: SplatTable,
     draws_splats: bool,
+    /// Whether the environment may be another with every frame.
+    is_renewed: bool,
 }
 
 impl Tiled {
@@ -58,7 +60,14 @@ impl Tiled {
             plan,
             behind,
         )?;
-        Ok(Self { tiles, composite, splats, draws_splats: plan.splat_px > 0.0, far })
+        Ok(Self {
+            tiles,
+            composite,
+            splats,
+            draws_splats: plan.splat_px > 0.0,
+            far,
+            is_renewed: lighting.renewal.is_some(),
+        })
     }
 
     pub fn record_reset(
@@ -87,7 +96,7 @@ impl Tiled {
             barrier(&[Use::TransferWrite], &[Use::Uniform, Use::ComputeWrite]);
             self.tiles.record_clusters(device, commands, seen);
         });
-        if self.composite.needs_sky(frame, recording) {
+        if self.composite.needs_sky(frame, recording) || self.is_renewed {
             time.time(commands, "sky", || {
                 if self.draws_splats {
                     self.splats.record(commands);

@@ -8,12 +8,12 @@ use super::lighting::Lighting;
 use super::points::Points;
 use super::slot::Slot;
 use super::tiled::Tiled;
-use super::{FrameReport, ViewInfo};
+use super::{FrameInput, FrameReport, ViewInfo};
 use crate::gpu::{
-    Buffer, Device, HostImage, Image, ImageInfo, Recorder, Samples, Timestamps, Use, image_discard,
+    Buffer, Device, Image, ImageInfo, Recorder, Samples, Timestamps, Use, image_discard,
     memory_barrier,
 };
-use crate::passes::background::{Behind, HostBackground};
+use crate::passes::background::Behind;
 use crate::passes::drops::guard_band;
 use crate::passes::frame::{Frame, FrameBuffer, Surroundings};
 use crate::passes::output::Output;
@@ -82,7 +82,45 @@ pub(super) struct Display {
     pub log_average: bool,
 }
 
-/// The passes of a picture and their targets. It records and does nothing else: no submission, no wait.
+/// What has the size of one picture: passes, targets, lists of tiles. A host records it into its own frames, each with a
+/// camera and images of the host's; views of any number share light and rain.
+///
+/// ```no_run
+/// use std::sync::Arc;
+///
+/// use raindrops::ash::vk;
+/// use raindrops::device::{Device, HostImage};
+/// use raindrops::environment::Environment;
+/// use raindrops::plan::{Output, plan};
+/// use raindrops::renderer::{FrameInput, Lighting, RainField, View, ViewInfo};
+/// use raindrops::scene::Scene;
+///
+/// /// Once.
+/// fn set_up(device: &Arc<Device>, scene: &Scene) -> raindrops::Result<View> {
+///     let environment = Environment::bundled()?;
+///     let plan = plan(scene, &environment, Output::Radiance)?;
+///     let lighting = Arc::new(Lighting::new(device, &environment)?);
+///     let rain = Arc::new(RainField::new(device, scene));
+///     View::new(&lighting, &rain, scene, &plan, &ViewInfo::default())
+/// }
+///
+/// /// In each frame.
+/// fn draw(
+///     view: &mut View,
+///     scene: &mut Scene,
+///     seconds: f64,
+///     (commands, slot): (vk::CommandBuffer, usize),
+///     output: HostImage,
+/// ) -> raindrops::Result<()> {
+///     scene.time = seconds;
+///     // SAFETY: the host keeps what `View::record` and `View::retired` ask for: the slot's fence was signalled, the
+///     // commands are being recorded, and the image is as it is described.
+///     unsafe {
+///         view.retired(slot)?;
+///         view.record(commands, slot, &FrameInput::new(scene, output))
+///     }
+/// }
+/// ```
 pub struct View {
     pub(super) frame_buffer: FrameBuffer,
     pub(super) surroundings: Surroundings,
@@ -300,10 +338,10 @@ impl View {
         commands: Recorder<'_>,
         slot: usize,
         frame: &mut ViewFrame<'_>,
-        host: Option<(&HostImage, &HostBackground)>,
+        host: Option<&FrameInput<'_>>,
     ) {
         self.recordings = self.recordings.checked_add(1).unwrap_or(1);
-        let slot = &mut self.slots[slot];
+        let (number, slot) = (slot, &mut self.slots[slot]);
         slot.recording = self.recordings;
         slot.cutoff_px = frame.seen.as_ref().map(|seen| seen.cutoff_px);
         frame.constants.seed[3] = slot.recording;
@@ -323,10 +361,16 @@ impl View {
             ],
             &[Use::TransferWrite, Use::ComputeWrite],
         );
-        if let Some((_, background)) = host {
-            background.take(device, commands);
+        if let Some(input) = host {
+            input.background.take(device, commands);
         }
         let time = &mut slot.timestamps;
+        if let Some(environment) = host.and_then(|input| input.environment.as_ref()) {
+            time.time(commands, "environment", || {
+                self.lighting.record(commands, number, environment);
+            });
+            time.time(commands, "appearance", || self.lighting.record_tables(commands));
+        }
         let ViewFrame { scene, constants, seen, sums } = frame;
         self.frame_buffer.record(device, commands, constants);
         match &mut self.drawing {
@@ -345,8 +389,9 @@ impl View {
             self.drawing.record_display(device, commands);
             display.record(device, commands, time, derives_exposure, *sums);
         }
-        if let (Some(pass), Some((image, background))) = (&self.output, host) {
-            background.give_back(device, commands);
+        if let (Some(pass), Some(input)) = (&self.output, host) {
+            input.background.give_back(device, commands);
+            let image = &input.output;
             self.drawing.record_display(device, commands);
             time.time(commands, "output", || pass.record(device, commands, image));
         }

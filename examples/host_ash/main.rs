@@ -1,0 +1,47 @@
+//! Rain in a frame of somebody else's: a small Vulkan program of its own (`host.rs`), with a scene of its own
+//! (`ground.rs`), records rain into its command buffers (`frame.rs`), under validation with synchronization checks.
+//!
+//! `cargo run --release --example host_ash` writes `host_ash.png`. `RAINDROPS_DEVICE`: a part of a device's name.
+
+mod frame;
+mod ground;
+mod host;
+
+use std::path::Path;
+use std::process::ExitCode;
+
+use glam::Vec3;
+use raindrops::picture::{srgb_byte, write_png};
+
+const SIZE: (u32, u32) = (960, 540);
+
+fn main() -> ExitCode {
+    let wanted = std::env::var("RAINDROPS_DEVICE").ok();
+    let outcome = frame::run(SIZE, 8, true, frame::Around::Scene, wanted.as_deref());
+    let report = &outcome.report;
+    println!(
+        "{} drops in view, {} that had no room",
+        report.counts.visible, report.counts.overflow
+    );
+    for (pass, ms) in &report.passes_ms {
+        println!("{pass:>12} {ms:8.3} ms");
+    }
+    println!("{} messages of the validation layer", outcome.messages.len());
+    outcome.messages.iter().for_each(|message| println!("{message}"));
+
+    // The host's own tone mapping.
+    let display = |pixel: &[half::f16; 4]| {
+        let light = Vec3::new(pixel[0].to_f32(), pixel[1].to_f32(), pixel[2].to_f32());
+        (light / (1.0 + light)).to_array().map(srgb_byte)
+    };
+    let srgb: Vec<u8> = outcome.picture.iter().flat_map(display).collect();
+    let written = write_png(Path::new("host_ash.png"), SIZE.0, SIZE.1, &srgb);
+    if let Err(error) = &written {
+        println!("{error}");
+    }
+    if outcome.messages.is_empty() && written.is_ok() {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::FAILURE
+    }
+}

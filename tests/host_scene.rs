@@ -1,0 +1,77 @@
+//! The example of a host with a scene of its own: silent under validation, rain before and behind its boxes as the
+//! reference has it with the same colour and depth.
+
+#[path = "../examples/host_ash/frame.rs"]
+mod frame;
+#[path = "../examples/host_ash/ground.rs"]
+mod ground;
+#[path = "../examples/host_ash/host.rs"]
+mod host;
+
+use frame::Around;
+use glam::Vec3;
+use half::f16;
+use raindrops::picture::Picture;
+use raindrops::picture::metrics::{box_filter, rel_mse};
+use raindrops::picture::plate::{Depth, Plate};
+use raindrops::reference::{Tracer, Truth};
+use raindrops::scene::background::DepthKind;
+
+const SIZE: (u32, u32) = (240, 136);
+
+fn picture(pixels: &[[f16; 4]]) -> Picture {
+    let light = |p: &[f16; 4]| Vec3::new(p[0].to_f32(), p[1].to_f32(), p[2].to_f32());
+    Picture { width: SIZE.0, height: SIZE.1, pixels: pixels.iter().map(light).collect() }
+}
+
+#[test]
+fn rain_among_a_hosts_boxes_is_the_references() {
+    let wanted = std::env::var("RAINDROPS_TEST_DEVICE").ok();
+    let outcome = frame::run(SIZE, 5, true, Around::Painted, wanted.as_deref());
+    assert_eq!(outcome.messages, Vec::<String>::new());
+    assert_eq!(outcome.report.counts.overflow, 0);
+
+    let drawn = picture(&outcome.picture);
+    let without = picture(&outcome.color);
+    let distance = |stored: &f32| ground::NEAR / f64::from(*stored);
+    let depth = |all: fn(f64) -> f64| Depth {
+        values: outcome.depth.iter().map(distance).map(all).collect(),
+        kind: DepthKind::Planar,
+    };
+    let reference = |depth| {
+        let truth = Truth { samples: 64, ..Truth::default() };
+        let tracer = Tracer::new(&outcome.scene, &outcome.environment, truth);
+        tracer.before(Plate::new(Some(without.clone()), Some(depth))).picture()
+    };
+    let blurred = |picture: &Picture| box_filter(picture);
+    let truth = blurred(&reference(depth(|distance| distance)));
+    let error = rel_mse(&truth, &blurred(&drawn), None);
+    // The controls: without rain, and with rain that nothing hides, the error is several times as large.
+    let no_rain = rel_mse(&truth, &blurred(&without), None);
+    let unhidden = rel_mse(&truth, &blurred(&reference(depth(|_| f64::INFINITY))), None);
+    println!(
+        "relMSE of 8 x 8 boxes: {error:.5}; without rain {no_rain:.5}; with nothing hidden {unhidden:.5}"
+    );
+    assert!(error < 0.2 * no_rain && error < 0.2 * unhidden);
+}
+
+/// Drops show what the host has drawn into its cube map in the same frame: its sky as if it had been computed, and boxes.
+#[test]
+fn drops_show_what_is_around_them() {
+    let wanted = std::env::var("RAINDROPS_TEST_DEVICE").ok();
+    let shown = |around| {
+        let outcome = frame::run(SIZE, 3, false, around, wanted.as_deref());
+        assert_eq!(outcome.messages, Vec::<String>::new());
+        println!("{:?}", &outcome.report.passes_ms[..2]);
+        picture(&outcome.picture)
+    };
+    let (painted, sky) = (shown(Around::Painted), shown(Around::Sky));
+    let scene = shown(Around::Scene);
+    let error = |picture| rel_mse(&box_filter(&painted), &box_filter(picture), None);
+    println!(
+        "relMSE of 8 x 8 boxes: the sky's cube map {:.6}, the scene's {:.6}",
+        error(&sky),
+        error(&scene)
+    );
+    assert!(error(&sky) < 0.1 * error(&scene));
+}
