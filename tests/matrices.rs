@@ -101,8 +101,9 @@ fn what_is_no_perspective_of_square_pixels_is_refused() {
     let good = frustum([-aspect, 1.0, aspect, -1.0], 0.0, 0.1);
     let view = DMat4::IDENTITY;
     let refused = |view, projection, words: &str| {
-        let line =
-            Camera::from_matrices(view, projection, SIZE, ClipSpace::YDown).expect_err("a refusal");
+        let line = Camera::from_matrices(view, projection, SIZE, ClipSpace::YDown)
+            .expect_err("a refusal")
+            .to_string();
         println!("{line}");
         assert!(line.contains(words), "'{line}' says not '{words}'");
     };

@@ -3,6 +3,7 @@
 use glam::{DMat4, DVec2, DVec3};
 
 use super::camera::Camera;
+use crate::{Error, Result};
 
 /// Where clip space has its upper edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,27 +40,29 @@ impl Camera {
     /// What the matrices do not say is as in [`Camera::default`]: an instant, a pinhole, no near plane for drops.
     ///
     /// # Errors
-    /// Words for what is no perspective of square pixels: an orthographic or sheared one, a mirrored or scaled view,
-    /// a picture upside down.
+    /// [`Error::Scene`] for what is no perspective of square pixels: an orthographic or sheared one, a mirrored or scaled
+    /// view, a picture upside down.
     pub fn from_matrices(
         view: DMat4,
         projection: DMat4,
         size: (u32, u32),
         clip_space: ClipSpace,
-    ) -> Result<(Self, ProjectedDepth), String> {
+    ) -> Result<(Self, ProjectedDepth)> {
+        let refuse =
+            |problem: String| Err(Error::Scene { place: "the camera's matrices".into(), problem });
         if !view.is_finite() || !projection.is_finite() {
-            return Err("the matrices hold a number that is not finite".into());
+            return refuse("the matrices hold a number that is not finite".into());
         }
         let m = projection.transpose().to_cols_array_2d(); // by row
         let [.., w] = m;
         let forward_sign = w[2];
         if w[0] != 0.0 || w[1] != 0.0 || w[3] != 0.0 || forward_sign.abs() != 1.0 {
-            return Err(format!(
+            return refuse(format!(
                 "the projection is no perspective: its last row is {w:?}, not 0, 0, ±1, 0"
             ));
         }
         if m[0][1] != 0.0 || m[1][0] != 0.0 || m[0][3] != 0.0 || m[1][3] != 0.0 {
-            return Err("the projection is sheared or rotated".into());
+            return refuse("the projection is sheared or rotated".into());
         }
         let down = match clip_space {
             ClipSpace::YDown => 1.0,
@@ -68,10 +71,12 @@ impl Camera {
         let half = 0.5 * DVec2::new(size.0.into(), size.1.into());
         let (focal_x, focal_y) = (m[0][0] * half.x, -down * m[1][1] * half.y);
         if focal_x <= 0.0 || focal_y <= 0.0 {
-            return Err("the picture is mirrored or upside down: take the other clip space".into());
+            return refuse(
+                "the picture is mirrored or upside down: take the other clip space".into(),
+            );
         }
         if (focal_x / focal_y - 1.0).abs() > SQUARE {
-            return Err(format!(
+            return refuse(format!(
                 "pixels are not square: the projection has {focal_x:.3} pixels across for {focal_y:.3} down"
             ));
         }
@@ -82,8 +87,8 @@ impl Camera {
         let is_unit = |v: DVec3| (v.length() - 1.0).abs() < 1e-5;
         if ![right, up, along].into_iter().all(is_unit) || (right.cross(along) - up).length() > 1e-5
         {
-            return Err(
-                "the view is scaled, sheared or mirrored; the world must be right-handed".into()
+            return refuse(
+                "the view is scaled, sheared or mirrored; the world must be right-handed".into(),
             );
         }
         let position = view.inverse().transform_point3(DVec3::ZERO);
@@ -98,7 +103,7 @@ impl Camera {
         // Clip z over clip w, at a distance d: (m22 s d + m23) / d.
         let depth = ProjectedDepth { a: m[2][2] * forward_sign, b: m[2][3] };
         if depth.b == 0.0 {
-            return Err("the projection maps every distance to one depth".into());
+            return refuse("the projection maps every distance to one depth".into());
         }
         Ok((camera, depth))
     }
