@@ -22,6 +22,7 @@ const VARIANTS: &[(&str, &str, &str)] = &[
     ("large.comp", "_CELLS", "CELLS"),
     ("composite.comp", "_DISORDERED", "DISORDERED"),
     ("composite.comp", "_TEXELS", "TEXELS"),
+    ("layers.comp", "_CELLS", "LAYERS_CELLS"),
     ("drops.frag", "_CLOSED_FORM", "BY_CLOSED_FORM"),
     ("drops.frag", "_RADIAL", "DEVIATION_TABLE"),
     ("drops.frag", "_PICTURE", "BY_PICTURE"),

@@ -14,6 +14,7 @@ layout(local_size_x = 64) in;
 layout(constant_id = 17) const uint LOG_SUMS = 0; // 1: the display needs the log average
 layout(constant_id = 18) const uint TOUCH = 0;    // 1: see `touch`
 layout(constant_id = 19) const uint GLINTS = 0;   // 1: splats have glints (src/passes/glints.rs)
+layout(constant_id = 20) const uint LAYERS = 0;   // 1: premultiplied light over nothing, and its opacity
 // The result: four halves a pixel, row by row.
 layout(std430, set = 0, binding = 11) writeonly buffer Radiance { uvec2 radiance_out[]; };
 // The environment behind, pixel by pixel of a tile after the other.
@@ -89,8 +90,8 @@ void lay_block_behind(inout Row row, uvec4 colors, uvec2 coverage) {
     lay_behind(row, mix(alpha, vec4(0.0), equal(colors, uvec4(NO_COLOR))), r, g, b);
 }
 
-void write_pixel(uint at, float r, float g, float b) {
-    radiance_out[at] = uvec2(packHalf2x16(vec2(r, g)), packHalf2x16(vec2(b, 1.0)));
+void write_pixel(uint at, float r, float g, float b, float alpha) {
+    radiance_out[at] = uvec2(packHalf2x16(vec2(r, g)), packHalf2x16(vec2(b, alpha)));
 }
 
 // Lays the sky behind a row and writes what of it is drawn; returns the sum of its log(delta + luminance). `first`:
@@ -101,6 +102,12 @@ float finish(Row row, uint behind, uvec2 first) {
     vec4 rg_right = vec4(unpackHalf2x16(right.x), unpackHalf2x16(right.z));
     vec4 b = vec4(unpackHalf2x16(left.y).x, unpackHalf2x16(left.w).x,
                   unpackHalf2x16(right.y).x, unpackHalf2x16(right.w).x);
+    vec4 alpha = vec4(1.0);
+    if (LAYERS != 0u) {
+        vec4 hidden = vec4(unpackHalf2x16(left.y).y, unpackHalf2x16(left.w).y,
+                           unpackHalf2x16(right.y).y, unpackHalf2x16(right.w).y);
+        alpha = 1.0 - row.through * (1.0 - hidden);
+    }
     lay_behind(row, vec4(1.0), vec4(rg_left.xz, rg_right.xz), vec4(rg_left.yw, rg_right.yw), b);
     // Glints may lie in one pixel until it is beyond what a half holds.
     row.r = min(row.r, MOST_HALF);
@@ -110,10 +117,10 @@ float finish(Row row, uint behind, uvec2 first) {
     uvec2 size = frame.window.zw;
     uint at = first.y * size.x + first.x;
     bvec4 drawn = lessThan(first.x + uvec4(0, 1, 2, 3), uvec4(first.y < size.y ? size.x : 0u));
-    if (drawn.x) write_pixel(at, row.r.x, row.g.x, row.b.x);
-    if (drawn.y) write_pixel(at + 1u, row.r.y, row.g.y, row.b.y);
-    if (drawn.z) write_pixel(at + 2u, row.r.z, row.g.z, row.b.z);
-    if (drawn.w) write_pixel(at + 3u, row.r.w, row.g.w, row.b.w);
+    if (drawn.x) write_pixel(at, row.r.x, row.g.x, row.b.x, alpha.x);
+    if (drawn.y) write_pixel(at + 1u, row.r.y, row.g.y, row.b.y, alpha.y);
+    if (drawn.z) write_pixel(at + 2u, row.r.z, row.g.z, row.b.z, alpha.z);
+    if (drawn.w) write_pixel(at + 3u, row.r.w, row.g.w, row.b.w, alpha.w);
     vec4 luminance = LUMINANCE.r * row.r + LUMINANCE.g * row.g + LUMINANCE.b * row.b;
     vec4 logs = log(frame.tone.y + luminance);
     return dot(logs, vec4(drawn));

@@ -51,6 +51,7 @@ layout(push_constant) uniform Push {
     vec4 depth;        // a, b, c, d: a stored s is at (a s + b) / (c s + d) scene units; where c s + d is not over 0, nothing is
     float color_scale; // stored unit of light a unit of the image; 0: there is no image
     uint depth_kind;   // 0: there is none, 1: along the view axis, 2: along the ray
+    uint layers;       // 1: nothing is behind; what the medium hides of it stands in the fourth half
 } push;
 // Farther than all; its square is a float.
 const float FARTHEST = 1e18;
@@ -83,9 +84,11 @@ void main() {
 #ifdef BEFORE
     ivec2 pixel = ivec2(place + first_tile() * TILE);
     float farthest = reach_of(pixel, ray_through(vec2(pixel) + 0.5));
-    reach[at] = farthest;
+    // Without a depth there is no buffer of distances, and the binding is the sky itself.
+    if (push.depth_kind != 0u) reach[at] = farthest;
     bool has_color = push.color_scale > 0.0;
-    if (has_color) edge = 1u;
+    if (has_color || push.layers != 0u) edge = 1u;
+    float hidden = 0.0;
 #elif defined(CELLS)
     float farthest = field.medium.z;
 #endif
@@ -98,10 +101,14 @@ void main() {
         vec3 behind = has_color
             ? push.color_scale * texelFetch(color_image, min(pixel, textureSize(color_image, 0) - 1), 0).rgb
             : radiance(environment_map, world * ray / far, share * sqrt(focal / far) / far);
+        if (push.layers != 0u) behind = vec3(0.0);
 #else
         vec3 behind = radiance(environment_map, world * ray / far, share * sqrt(focal / far) / far);
 #endif
 #ifdef CELLS
+#ifdef BEFORE
+        if (field.medium.w > 0.0) hidden = 1.0 - medium_passes(ray / far, farthest);
+#endif
         if (field.medium.w > 0.0) behind = through_medium(behind, ray / far, world * ray / far, farthest);
 #endif
         c += behind;
@@ -110,6 +117,8 @@ void main() {
     // A picture's colours may be more than a half holds.
 #ifdef BEFORE
     c = min(c, 65504.0);
-#endif
+    sky[at] = uvec2(packHalf2x16(c.rg), packHalf2x16(vec2(c.b, hidden)));
+#else
     sky[at] = uvec2(packHalf2x16(c.rg), packHalf2x16(vec2(c.b, 0.0)));
+#endif
 }

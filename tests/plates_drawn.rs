@@ -180,8 +180,13 @@ fn colour_is_behind_the_drops_in_every_part() {
         Picture::read(scene.background.color.as_deref().expect("named")).expect("a picture");
     let plan = plan(&scene, &sky, Output::Radiance).expect("a plan");
     on_device(|device| {
-        let empty = Scene { drops: Vec::new(), ..scene.clone() };
+        let mut empty = Scene { drops: Vec::new(), ..scene.clone() };
         let behind = draw(device, &empty, &sky, Preset::Fast);
+        empty.background.depth = None;
+        assert!(
+            draw(device, &empty, &sky, Preset::Fast) == behind,
+            "colour without a depth is another"
+        );
         for (drawn, plate) in behind.pixels.iter().zip(&plate.pixels) {
             assert!(
                 (*drawn - *plate).abs().cmple(plate.abs() / 2048.0).all(),

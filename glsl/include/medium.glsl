@@ -38,9 +38,14 @@ vec3 far_light(vec3 d) {
     return sum;
 }
 
+// The share of light that passes the medium along a unit direction in view space, up to a distance.
+float medium_passes(vec3 view, float distance) {
+    float cosine = max(-view.z, 1e-6);
+    return exp(-optical_depth(min(distance, field.medium.z) * cosine) / cosine);
+}
+
 // What is seen of `behind` through the medium along a unit direction in view space, up to a distance.
 vec3 through_medium(vec3 behind, vec3 view, vec3 world, float distance) {
-    float cosine = max(-view.z, 1e-6);
-    float passes = exp(-optical_depth(min(distance, field.medium.z) * cosine) / cosine);
+    float passes = medium_passes(view, distance);
     return passes * behind + (1.0 - passes) * far_light(world);
 }

@@ -7,6 +7,7 @@ mod bench;
 mod compare;
 mod compare_devices;
 mod completions;
+mod dataset;
 mod devices;
 mod errors;
 mod format;
@@ -35,6 +36,7 @@ use clap::{CommandFactory as _, Parser, Subcommand};
 use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 
 use crate::environment::Environment;
+use crate::environment::guess::is_guessed;
 use crate::files::write_whole;
 use crate::passes::environment::lost_light;
 use crate::passes::simulate::Counts;
@@ -60,6 +62,7 @@ enum Command {
     #[cfg(feature = "view")]
     View(view::ViewArgs),
     Render(render::RenderArgs),
+    Dataset(dataset::DatasetArgs),
     Sky(sky::SkyArgs),
     Mask(mask::MaskArgs),
     // Ask.
@@ -98,6 +101,7 @@ pub fn main() -> ExitCode {
     };
     let outcome: anyhow::Result<Answer> = match cli.command {
         Command::Render(args) => render::run(&args),
+        Command::Dataset(args) => dataset::run(&args),
         #[cfg(feature = "view")]
         Command::View(args) => view::run(&args),
         Command::Bench(args) => bench::run(&args),
@@ -168,9 +172,19 @@ fn refuse(error: &clap::Error) -> ExitCode {
 
 /// Opens the scene's environment and says on stderr what had to be mended in it.
 fn open_environment(scene: &Scene) -> Result<Environment> {
-    let file = scene.environment.file.as_deref().unwrap_or(Path::new("the sky"));
-    let environment =
-        waiting(&format!("reading {}", file.display()), || Environment::open(&scene.environment))?;
+    let is_guessed = is_guessed(scene);
+    let file = match &scene.background.color {
+        Some(plate) if is_guessed => plate,
+        _ => scene.environment.file.as_deref().unwrap_or(Path::new("the sky")),
+    };
+    let environment = waiting(&format!("reading {}", file.display()), || Environment::of(scene))?;
+    if is_guessed {
+        eprintln!(
+            "note: no environment is given: what the drops show is guessed from {}, continued around the camera; a sun or \
+             lamp that is not in it is missing (--environment gives a panorama)",
+            file.display()
+        );
+    }
     if !environment.mended().is_nothing() {
         eprintln!("environment {}: {}", environment.name(), environment.mended());
     }

@@ -7,6 +7,8 @@ use clap::Args;
 use super::options::{BackgroundArgs, DeviceArgs, ModelArgs, SceneArgs, resolve};
 use super::sequence::{Sequence, heed_interrupts, is_interrupted};
 use super::{Answer, Format, drops, progress, say_doubt, waiting};
+use crate::picture::layers::Layers;
+use crate::picture::sidecar::Sidecar;
 use crate::picture::{Picture, write_png};
 use crate::plan::{Output, plan_by};
 use crate::renderer::parts::{Grid, Parts, empty_picture, place};
@@ -38,6 +40,10 @@ pub struct RenderArgs {
     /// Draw the picture in so many parts, equal to the whole: for pictures larger than the device's images
     #[arg(long, value_name = "CxR", value_parser = parse_grid)]
     tiles: Option<Grid>,
+    /// Write the rain as layers for a compositor: premultiplied rain over nothing, with depth, motion, number and count of
+    /// drops at each pixel; beside it a .json with camera and drops
+    #[arg(long)]
+    layers: bool,
     /// Keep the frames of this scene that are there, and render the others
     #[arg(long)]
     resume: bool,
@@ -52,13 +58,17 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<Answer> {
         scene.film.fps = fps;
         scene.validate("--fps")?;
     }
-    let output = match Format::of(&args.output)? {
-        Format::Exr => Output::Radiance,
-        Format::Png => Output::Display,
+    let output = match (Format::of(&args.output)?, args.layers) {
+        (Format::Exr, false) => Output::Radiance,
+        (Format::Exr, true) => Output::Layers,
+        (Format::Png, false) => Output::Display,
+        (Format::Png, true) => {
+            anyhow::bail!("{}: layers are written as .exr", args.output.display())
+        }
     };
     let environment = super::open_environment(&scene)?;
     let frames = args.frames.unwrap_or_else(|| scene.film.frames());
-    let mut sequence = (frames > 1).then(|| Sequence::new(&args.output, args.resume));
+    let mut sequence = (frames > 1).then(|| Sequence::new(&args.output, args.resume, args.layers));
     // What is there was made by these models, and goes on by them.
     let kept = match &mut sequence {
         Some(sequence) => sequence.resume(&scene, &environment)?,
@@ -103,16 +113,24 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<Answer> {
             anyhow::bail!("interrupted: {left} of {frames} frames are missing; --resume goes on");
         }
         let frame = scene.film.frame(&scene, *number);
+        let until_frame = motion_end(&scene, &frame, *number);
+        let until = (until_frame.time, plan.cutoff.as_ref().map_or(0.0, |cutoff| cutoff.px));
+        parts.move_until(until_frame);
         let path = sequence.as_ref().map_or(args.output.clone(), |all| all.path(*number));
         report = match args.tiles {
-            Some(grid) => draw_parts(&mut parts, &frame, grid, output, &path)?,
+            Some(grid) => draw_parts(&mut parts, &frame, until, grid, output, &path)?,
             None => {
                 let (renderer, report) = parts.draw_window(&frame)?;
-                write(renderer, &frame, output, &path)?;
+                write(renderer, &frame, until, output, &path)?;
                 report
             }
         };
         largest_cutoff = largest_cutoff.max(report.cutoff_px.unwrap_or(0.0));
+        if let (0, Some(most)) = (done, parts.clips_background()) {
+            eprintln!(
+                "warning: the background is brighter than {most}, which is clipped: it is stored as the environment is"
+            );
+        }
         bar.inc(1);
     }
     bar.finish_and_clear();
@@ -141,9 +159,37 @@ fn parse_grid(text: &str) -> Result<Grid, String> {
         .ok_or_else(|| format!("'{text}' is not a number of parts like 2x2"))
 }
 
+/// Where the motion of a frame ends: with its exposure, or, of an instant, with the next frame.
+pub(super) fn motion_end(scene: &Scene, frame: &Scene, number: u32) -> Scene {
+    if frame.shutter() > 0.0 {
+        return Scene { time: frame.time + frame.exposed(), ..frame.clone() };
+    }
+    scene.film.frame(scene, number.saturating_add(1))
+}
+
+/// Writes layers, and before them what stands beside them: where layers are, all of it is.
+pub(super) fn write_layers(
+    layers: &Layers,
+    scene: &Scene,
+    (until, cutoff_px): (f64, f64),
+    path: &Path,
+) -> crate::Result<usize> {
+    let beside = Sidecar::of(scene, until, cutoff_px);
+    beside.write(&path.with_extension("json"))?;
+    layers.write_exr(path)?;
+    Ok(beside.drops.len())
+}
+
 /// Writes what a renderer has drawn.
-fn write(renderer: &Renderer, scene: &Scene, output: Output, path: &Path) -> crate::Result<()> {
+fn write(
+    renderer: &Renderer,
+    scene: &Scene,
+    until: (f64, f64),
+    output: Output,
+    path: &Path,
+) -> crate::Result<()> {
     match output {
+        Output::Layers => write_layers(&renderer.read_layers()?, scene, until, path).map(|_| ()),
         Output::Radiance => renderer.read_radiance()?.write_exr(path),
         Output::Display => {
             let (width, height) = scene.picture_size();
@@ -156,6 +202,7 @@ fn write(renderer: &Renderer, scene: &Scene, output: Output, path: &Path) -> cra
 fn draw_parts(
     parts: &mut Parts<'_>,
     scene: &Scene,
+    until: (f64, f64),
     grid: Grid,
     output: Output,
     path: &Path,
@@ -164,7 +211,9 @@ fn draw_parts(
     let mut all = FrameReport::default();
     let mut radiance = Picture { width: 0, height: 0, pixels: Vec::new() };
     let mut shown: Vec<[u8; 3]> = Vec::new();
+    let mut layers = Layers::default();
     match output {
+        Output::Layers => layers = Layers::empty(width, height),
         Output::Radiance => radiance = empty_picture(scene.image),
         Output::Display => shown = vec![[0; 3]; width as usize * height as usize],
     }
@@ -172,6 +221,7 @@ fn draw_parts(
         all.counts.add(&report.counts);
         all.cutoff_px = report.cutoff_px;
         match output {
+            Output::Layers => layers.place(origin, &renderer.read_layers()?),
             Output::Radiance => {
                 let part = renderer.read_radiance()?;
                 place(&mut radiance.pixels, width, origin, &part.pixels, part.width);
@@ -185,6 +235,9 @@ fn draw_parts(
         Ok(())
     })?;
     match output {
+        Output::Layers => {
+            write_layers(&layers, scene, until, path)?;
+        }
         Output::Radiance => radiance.write_exr(path)?,
         Output::Display => write_png(path, width, height, bytemuck::cast_slice(&shown))?,
     }

@@ -23,6 +23,8 @@ static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 pub struct Sequence {
     output: PathBuf,
     resume: bool,
+    /// Its frames are layers.
+    layers: bool,
     /// Its manifest is there, and of the same scene.
     goes_on: bool,
 }
@@ -35,6 +37,9 @@ struct Manifest<'a> {
     version: &'static str,
     /// Of the environment's texels.
     environment_hash: String,
+    /// Whether frames are layers; left out where they are pictures.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    layers: bool,
     scene: &'a Scene,
     /// What preset `auto` took, so that no frame is made by other models than the rest.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -52,12 +57,14 @@ fn text_of(
     path: &Path,
     scene: &Scene,
     environment: &Environment,
+    layers: bool,
     auto: Option<&Choice>,
 ) -> Result<String> {
     let manifest = Manifest {
         about: "the scene of the frames beside this file; `render --resume` compares it",
         version: env!("CARGO_PKG_VERSION"),
         environment_hash: format!("{:016x}", environment.hash()),
+        layers,
         scene,
         auto,
     };
@@ -66,8 +73,8 @@ fn text_of(
 
 impl Sequence {
     /// The sequence named after `output`; with `resume` what is there stays.
-    pub fn new(output: &Path, resume: bool) -> Self {
-        Self { output: output.into(), resume, goes_on: false }
+    pub fn new(output: &Path, resume: bool, layers: bool) -> Self {
+        Self { output: output.into(), resume, layers, goes_on: false }
     }
 
     /// Where it goes on, what preset `auto` took for the frames that are there (`None` inside for another
@@ -97,7 +104,7 @@ impl Sequence {
             Err(error) => return Err(Error::read(&path, error)),
         };
         let kept = toml::from_str(&there).map_or(None, |kept: Kept| kept.auto);
-        let wanted = text_of(&path, scene, environment, kept.as_ref())?;
+        let wanted = text_of(&path, scene, environment, self.layers, kept.as_ref())?;
         if there != wanted {
             return Err(other_scene(&path, &there, &wanted));
         }
@@ -119,7 +126,7 @@ impl Sequence {
             return Ok(());
         }
         let path = self.manifest_path();
-        write_whole(&path, text_of(&path, scene, environment, auto)?.as_bytes())
+        write_whole(&path, text_of(&path, scene, environment, self.layers, auto)?.as_bytes())
     }
 
     /// `rain.png` and 7 to `rain-0007.png`.

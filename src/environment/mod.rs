@@ -8,6 +8,7 @@
 //! whole picture NaN.
 
 pub mod bright;
+pub mod guess;
 pub mod levels;
 mod load;
 mod mend;

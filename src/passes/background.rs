@@ -87,9 +87,21 @@ pub struct BackgroundImages {
     pub depth: Option<Image>,
     /// What they hold.
     pub convention: Convention,
+    /// The largest value of the colour image, where that is known; else 0.
+    pub brightest: f32,
 }
 
 impl BackgroundImages {
+    /// Neither colour nor depth.
+    pub fn none() -> Self {
+        Self {
+            color: None,
+            depth: None,
+            convention: Convention { color: None, depth: None },
+            brightest: 0.0,
+        }
+    }
+
     /// A plate on the device, ready to be sampled.
     ///
     /// # Errors
@@ -130,7 +142,10 @@ impl BackgroundImages {
             color: color.as_ref().map(|_| 1.0),
             depth: plate.depth().map(|depth| DepthConvention::linear(1.0, depth.kind)),
         };
-        Ok(Self { color, depth, convention })
+        let brightest = plate.color().map_or(0.0, |picture| {
+            picture.pixels.iter().fold(0.0, |most, pixel| pixel.max_element().max(most))
+        });
+        Ok(Self { color, depth, convention, brightest })
     }
 }
 
@@ -228,12 +243,9 @@ fn upload<T, U: Pod>(
     })
 }
 
-/// Pixels of `plate` that are brighter than the device stores, where a stored 1 is `radiance_scale`: they are clipped.
-pub fn clipped(plate: &Plate, radiance_scale: f32) -> usize {
-    let most = MOST_STORED * radiance_scale;
-    plate.color().map_or(0, |picture| {
-        picture.pixels.iter().filter(|pixel| pixel.max_element() > most).count()
-    })
+/// The largest radiance behind the drops that is stored, where a stored 1 is `radiance_scale`; what is brighter is clipped.
+pub fn most_stored(radiance_scale: f32) -> f32 {
+    MOST_STORED * radiance_scale
 }
 
 /// The shader's push constants.
@@ -243,6 +255,7 @@ struct Push {
     depth: [f32; 4],
     color_scale: f32,
     depth_kind: u32,
+    layers: u32,
 }
 
 /// The pass.
@@ -256,6 +269,8 @@ pub struct Background {
     set: usize,
     nearest: Sampler,
     radiance_scale: f32,
+    /// Whether nothing is behind the drops but the medium.
+    layers: bool,
     bindings: Bindings,
     pass: ComputePipeline,
 }
@@ -275,6 +290,7 @@ impl Background {
         tiles: &Tiles,
         sky: &Buffer,
         behind: &Behind,
+        layers: bool,
     ) -> Result<Self> {
         let nearest = Sampler::nearest(device, "background")?;
         let sampled = |image| (Binding::COMBINED_IMAGE_SAMPLER, image);
@@ -320,6 +336,7 @@ impl Background {
             set: 0,
             nearest,
             radiance_scale,
+            layers,
             bindings,
             pass,
         })
@@ -365,6 +382,7 @@ impl Background {
                 Some(DepthKind::Planar) => 1,
                 Some(DepthKind::Radial) => 2,
             },
+            layers: self.layers.into(),
         };
         self.pass.dispatch(commands, &self.bindings, self.set, bytemuck::bytes_of(&push), groups);
     }

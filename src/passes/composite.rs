@@ -157,7 +157,7 @@ impl Composite {
         let groups = [groups.div_ceil(rows), rows, 1];
         let constants = tiles.constants.iter().copied();
         let constants: Vec<u32> = constants
-            .chain([plan.log_average, tiles.touch, glints.count > 0].map(u32::from))
+            .chain([plan.log_average, tiles.touch, glints.count > 0, plan.layers].map(u32::from))
             .collect();
         let pipeline = |shader| ComputePipeline::new(device, shader, &bindings, 0, &constants);
         let sky_pass = match behind {
@@ -175,6 +175,7 @@ impl Composite {
                 tiles,
                 &sky,
                 behind,
+                plan.layers,
             )?)),
         };
         let composite = if fit { shaders::COMPOSITE_COMP_TEXELS } else { shaders::COMPOSITE_COMP };

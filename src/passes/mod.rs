@@ -10,6 +10,7 @@ pub mod drops;
 pub mod environment;
 pub mod frame;
 pub mod glints;
+pub mod layers;
 pub mod mask;
 pub mod output;
 #[cfg(feature = "view")]

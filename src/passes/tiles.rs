@@ -414,6 +414,11 @@ impl Tiles {
         matches!(self.source, Source::Cells(..))
     }
 
+    /// The drops placed by hand.
+    pub(super) fn placed(&self) -> &Buffer {
+        &self.placed.buffer
+    }
+
     /// The `RainField` of real rain, or what is to be bound in its place.
     pub(super) fn field_or<'a>(&'a self, other: &'a Buffer) -> &'a Buffer {
         match &self.source {

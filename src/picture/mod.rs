@@ -2,8 +2,10 @@
 
 pub(crate) mod dwa;
 pub mod flip;
+pub mod layers;
 pub mod metrics;
 pub mod plate;
+pub mod sidecar;
 pub mod tone_map;
 
 use std::fs::File;
@@ -145,6 +147,20 @@ impl Picture {
             .to_buffered(&mut bytes)
             .map_err(|error| Error::write(path, error))?;
         write_whole(path, bytes.get_ref())
+    }
+}
+
+/// Copies a part's pixels, rows of `width` of them, to their place in the whole picture.
+pub fn place<T: Copy>(
+    whole: &mut [T],
+    whole_width: u32,
+    [column, row]: [u32; 2],
+    part: &[T],
+    width: u32,
+) {
+    for (number, pixels) in part.chunks_exact(width as usize).enumerate() {
+        let at = (row as usize + number) * whole_width as usize + column as usize;
+        whole[at..at + pixels.len()].copy_from_slice(pixels);
     }
 }
 

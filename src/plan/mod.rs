@@ -49,6 +49,8 @@ pub enum Output {
     Radiance,
     /// Display colour.
     Display,
+    /// Premultiplied rain over nothing, and what each pixel's nearest drop is.
+    Layers,
 }
 
 /// One model on every axis, and the passes that follow from them.
@@ -84,6 +86,8 @@ pub struct FramePlan {
     pub tone_map: Option<Operator>,
     /// Whether the display pass derives its exposure from the picture's log-average luminance.
     pub log_average: bool,
+    /// Whether the rain is drawn over nothing, with what each pixel's nearest drop is.
+    pub layers: bool,
     /// Why preset `auto` chose these models.
     pub why: Option<String>,
     /// Why they may not keep the error that was accepted.
@@ -213,6 +217,12 @@ pub fn plan_by(
             "a background is drawn behind tiles, not behind a {primitive}; take preset fast, exact or auto"
         ));
     }
+    let layers = output == Output::Layers;
+    if layers && !is_tile {
+        return refuse(format!(
+            "layers are made of tiles, not of drops drawn as {primitive}; take preset fast, exact or auto"
+        ));
+    }
     let order = choice.order.unwrap_or(if is_tile { Order::Sorted } else { Order::Unsorted });
     if is_tile != (order == Order::Sorted) {
         return refuse(if is_tile {
@@ -271,6 +281,7 @@ pub fn plan_by(
         cutoff: scene.real_rain().map(|rain| Cutoff::of(scene, &rain, environment)),
         tone_map: (output == Output::Display).then_some(scene.tone_map.operator),
         log_average: output == Output::Display && scene.tone_map.derives_exposure(),
+        layers,
         doubt: chosen.and_then(|chosen| chosen.doubt.clone()).or_else(|| shape_left_out(scene)),
         why: chosen.map(|chosen| chosen.reason.clone()),
         passes: Vec::new(),
@@ -367,6 +378,9 @@ fn passes(scene: &Scene, plan: &FramePlan) -> Vec<(&'static str, String)> {
                 "images of small bright sources in the larger drops, if the environment has any"
                     .into(),
             ));
+            if plan.layers {
+                passes.push(("layers", "each pixel's nearest drop, and how many cover it".into()));
+            }
             passes.push(("composite", format!("drops by {optics} over the sky, front to back")));
         }
     }

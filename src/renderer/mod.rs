@@ -21,7 +21,7 @@ use half::f16;
 pub use self::embed::{Blend, FrameInput, ViewInfo};
 pub use self::lighting::Lighting;
 pub use self::view::View;
-use self::view::{Drawing, lattice_of};
+use self::view::{Drawing, lattice_of, refuse};
 use crate::environment::Environment;
 use crate::gpu::{Buffer, Commands, Device, Image, Memory, Use, image_barrier, memory_barrier};
 use crate::passes::background::{BackgroundImages, Behind};
@@ -32,10 +32,16 @@ use crate::passes::simulate::Counts;
 use crate::passes::tiles::TileCounts;
 use crate::passes::tone_map::FinalSums;
 use crate::picture::Picture;
+use crate::picture::layers::Layers;
 use crate::picture::plate::Plate;
 use crate::plan::FramePlan;
 use crate::scene::Scene;
 use crate::{Error, Result};
+
+/// What a renderer that was made for another output has none of.
+const NO_LAYERS: &str = "the renderer was not made for layers";
+/// Largest value of a half.
+const MOST_HALF: f32 = 65_504.0;
 
 /// Frames that may be under way at once: one is recorded while the other is drawn.
 const FLIGHTS: usize = 2;
@@ -168,8 +174,17 @@ impl Renderer {
     /// one; [`Error::Vulkan`] if waiting, recording or submitting fails, a lost device among the
     /// reasons ([`Error::is_lost`]).
     pub fn submit(&mut self, scene: &Scene) -> Result<Option<FrameReport>> {
+        self.submit_until(scene, scene)
+    }
+
+    /// As [`Renderer::submit`], of a plan for layers: motion is that from `scene` to `until`, which differs from it in
+    /// camera and time alone.
+    ///
+    /// # Errors
+    /// Those of [`Renderer::submit`].
+    pub fn submit_until(&mut self, scene: &Scene, until: &Scene) -> Result<Option<FrameReport>> {
         let whole = self.whole_sums.as_ref().map(|(sums, pixels)| (sums, *pixels));
-        let mut frame = self.view.frame(scene, whole)?;
+        let mut frame = self.view.frame(scene, whole)?.until(until);
         let commands = &mut self.flights[self.next];
         commands.wait()?;
         let finished = self.view.report(self.next)?;
@@ -241,6 +256,41 @@ impl Renderer {
             .map(|p| glam::Vec3::new(p[0].to_f32(), p[1].to_f32(), p[2].to_f32()) * scale)
             .collect();
         Ok(Picture { width, height, pixels })
+    }
+
+    /// The layers of the last frame, which it waits for.
+    ///
+    /// # Errors
+    /// [`Error::Scene`] if the renderer was made for another output; else those of [`Renderer::read_radiance`].
+    pub fn read_layers(&self) -> Result<Layers> {
+        let Drawing::Tiled(tiled) = &self.view.drawing else { return refuse(NO_LAYERS) };
+        let Some(of_drops) = &tiled.layers else { return refuse(NO_LAYERS) };
+        let (width, height) = self.view.size;
+        let pixels = width as usize * height as usize;
+        let mut color: Vec<[f16; 4]> = self.read_buffer(&tiled.composite.radiance)?;
+        color.truncate(pixels);
+        let scale = self.view.surroundings.radiance_scale;
+        if scale != 1.0 {
+            let scaled = |light: f16| f16::from_f32((light.to_f32() * scale).min(MOST_HALF));
+            for [r, g, b, _] in &mut color {
+                [*r, *g, *b] = [*r, *g, *b].map(scaled);
+            }
+        }
+        let nearest: Vec<[u32; 4]> = self.read_buffer(&of_drops.nearest)?;
+        let halves = |word: u32| [word as u16, (word >> 16) as u16].map(f16::from_bits);
+        Ok(Layers {
+            width,
+            height,
+            color,
+            depth: nearest.iter().map(|words| f32::from_bits(words[0])).collect(),
+            motion: nearest.iter().map(|words| halves(words[1])).collect(),
+            count: self.read_buffer(&of_drops.counts)?,
+            id: nearest
+                .iter()
+                .map(|words| u64::from(words[2]) | u64::from(words[3]) << 32)
+                .collect(),
+            has_wide_ids: self.view.made_for.real_rain().is_some(),
+        })
     }
 
     /// Display colour of the last frame: sRGB, three bytes a pixel, row by row from the top.

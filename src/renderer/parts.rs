@@ -9,10 +9,11 @@ use std::sync::Arc;
 use super::{FrameReport, Lighting, RainField, Renderer, background_of, lattice_of};
 use crate::environment::Environment;
 use crate::gpu::Device;
-use crate::passes::background::BackgroundImages;
+use crate::passes::background::{BackgroundImages, most_stored};
 use crate::passes::tiles::{self, TILE};
 use crate::passes::tone_map::final_sums;
 use crate::picture::Picture;
+pub use crate::picture::place;
 use crate::plan::FramePlan;
 use crate::scene::camera::WHOLE;
 use crate::scene::model::{Primitive, Simulation};
@@ -76,6 +77,8 @@ pub struct Parts<'a> {
     shown: Option<(Arc<Lighting>, Arc<RainField>)>,
     /// What is behind the drops, and of which scene's files.
     background: Option<(scene::background::Background, Option<Arc<BackgroundImages>>)>,
+    /// Where motion ends, of a plan for layers.
+    until: Option<Scene>,
     /// That of the last part, and what it is made for: the picture's size and its place among the tiles.
     renderer: Option<(PartSize, Renderer)>,
 }
@@ -88,7 +91,15 @@ type PartSize = ((u32, u32), [u32; 2]);
 impl<'a> Parts<'a> {
     /// Draws nothing yet.
     pub fn new(device: &'a Arc<Device>, environment: &'a Environment, plan: &'a FramePlan) -> Self {
-        Self { device, environment, plan, shown: None, background: None, renderer: None }
+        Self {
+            device,
+            environment,
+            plan,
+            shown: None,
+            background: None,
+            until: None,
+            renderer: None,
+        }
     }
 
     /// Draws the picture of `scene`, whose window is the whole, by the parts of `grid`; `take` is called with the place
@@ -114,6 +125,19 @@ impl<'a> Parts<'a> {
             take(part.view().origin, renderer, report)?;
         }
         Ok(())
+    }
+
+    /// From now on motion is that to `until`, which differs from what is drawn in camera and time alone.
+    pub fn move_until(&mut self, until: Scene) {
+        self.until = Some(until);
+    }
+
+    /// The radiance that what is behind the drops is clipped to, if it is brighter; known once something is drawn.
+    pub fn clips_background(&self) -> Option<f32> {
+        let brightest = self.background.as_ref()?.1.as_ref()?.brightest;
+        let (_, renderer) = self.renderer.as_ref()?;
+        let most = most_stored(renderer.view.surroundings.radiance_scale);
+        (brightest > most).then_some(most)
     }
 
     /// Draws the window of `scene`, exposed as the whole.
@@ -204,7 +228,14 @@ impl<'a> Parts<'a> {
         let (size, mut renderer) = self.take_renderer(scene)?;
         let pixels = scene.image.width as f32 * scene.image.height as f32;
         renderer.whole_sums = exposure.map(|sums| (final_sums(sums), pixels));
-        renderer.submit(scene)?;
+        match &self.until {
+            Some(until) => {
+                let mut until = until.clone();
+                until.camera.window = scene.camera.window;
+                renderer.submit_until(scene, &until)?
+            }
+            None => renderer.submit(scene)?,
+        };
         let report = renderer.finish()?;
         let (_, renderer) = self.renderer.insert((size, renderer));
         Ok((renderer, report))
@@ -216,20 +247,6 @@ fn part(scene: &Scene, window: [f64; 4]) -> Scene {
     let mut part = scene.clone();
     part.camera.window = window;
     part
-}
-
-/// Copies a part's pixels, rows of `width` of them, to their place in the whole picture.
-pub fn place<T: Copy>(
-    whole: &mut [T],
-    whole_width: u32,
-    [column, row]: [u32; 2],
-    part: &[T],
-    width: u32,
-) {
-    for (number, pixels) in part.chunks_exact(width as usize).enumerate() {
-        let at = (row as usize + number) * whole_width as usize + column as usize;
-        whole[at..at + pixels.len()].copy_from_slice(pixels);
-    }
 }
 
 /// A picture of this size to put parts into.

@@ -6,10 +6,11 @@ use super::lighting::Lighting;
 use crate::Result;
 use crate::gpu::{Device, Recorder, Timestamps, Use, memory_barrier};
 use crate::passes::appearance::FarDrop;
-use crate::passes::background::Behind;
+use crate::passes::background::{BackgroundImages, Behind};
 use crate::passes::composite::Composite;
 use crate::passes::frame::{Frame, FrameBuffer};
 use crate::passes::glints::SplatTable;
+use crate::passes::layers::LayersPass;
 use crate::passes::rain_field::RainField;
 use crate::passes::tiles::Tiles;
 use crate::plan::FramePlan;
@@ -27,6 +28,8 @@ pub(super) struct Tiled {
     draws_splats: bool,
     /// Whether the environment may be another with every frame.
     is_renewed: bool,
+    /// What each pixel's nearest drop is, where that is asked for.
+    pub layers: Option<LayersPass>,
 }
 
 impl Tiled {
@@ -44,6 +47,8 @@ impl Tiled {
         let far = lighting.far_drop(&plan.light, true, filled)?;
         let FarDrop { seen, appearance, glints, .. } = &*far;
         let splats = SplatTable::new(device, frame, appearance, glints)?;
+        let nothing = plan.layers.then(|| Behind::Plate(Arc::new(BackgroundImages::none())));
+        let behind = behind.or(nothing.as_ref());
         let has_depth = behind.is_some_and(Behind::has_depth);
         let tiles = Tiles::new(device, frame, appearance, rain, scene, plan, has_depth)?;
         let size = scene.picture_size();
@@ -60,12 +65,17 @@ impl Tiled {
             plan,
             behind,
         )?;
+        let layers = match plan.layers {
+            true => Some(LayersPass::new(device, frame, &tiles, size, scene)?),
+            false => None,
+        };
         Ok(Self {
             tiles,
             composite,
             splats,
             draws_splats: plan.splat_px > 0.0,
             far,
+            layers,
             is_renewed: lighting.renewal.is_some(),
         })
     }
@@ -75,9 +85,13 @@ impl Tiled {
         device: &Device,
         commands: Recorder<'_>,
         scene: &Scene,
+        until: &Scene,
         seen: Option<&Seen>,
     ) {
         self.tiles.record_reset(device, commands, scene, seen);
+        if let Some(layers) = &self.layers {
+            layers.record_motion(device, commands, scene, until);
+        }
     }
 
     /// From the frame's constants to the radiance buffer. `recording`: number of what is recorded.
@@ -123,6 +137,12 @@ impl Tiled {
                     &[Use::ComputeWrite, Use::ComputeRead, Use::Indirect],
                 );
                 self.composite.record_glints(commands, &self.tiles);
+            });
+        }
+        if let Some(layers) = &self.layers {
+            time.time(commands, "layers", || {
+                barrier(&[Use::ComputeWrite], &[Use::ComputeWrite]);
+                layers.record(commands);
             });
         }
         time.time(commands, "composite", || {

@@ -149,9 +149,18 @@ pub struct View {
 /// its own.
 pub(super) struct ViewFrame<'a> {
     scene: &'a Scene,
+    /// Where motion ends.
+    until: &'a Scene,
     constants: Frame,
     seen: Option<Seen>,
     sums: Option<&'a FinalSums>,
+}
+
+impl<'a> ViewFrame<'a> {
+    /// With motion to another camera and time.
+    pub fn until(self, until: &'a Scene) -> Self {
+        Self { until, ..self }
+    }
 }
 
 /// What the device and the environment add to the constants of a frame.
@@ -280,7 +289,7 @@ impl View {
         if let Some((_, pixels)) = whole {
             constants.tone[3] = pixels;
         }
-        Ok(ViewFrame { scene, constants, seen, sums: whole.map(|(sums, _)| sums) })
+        Ok(ViewFrame { scene, until: scene, constants, seen, sums: whole.map(|(sums, _)| sums) })
     }
 
     /// Fails if `scene` is not what the view was made for, but for what may differ from frame to frame.
@@ -371,7 +380,7 @@ impl View {
             });
             time.time(commands, "appearance", || self.lighting.record_tables(commands));
         }
-        let ViewFrame { scene, constants, seen, sums } = frame;
+        let ViewFrame { scene, until, constants, seen, sums } = frame;
         self.frame_buffer.record(device, commands, constants);
         match &mut self.drawing {
             Drawing::Points(points) => {
@@ -379,7 +388,7 @@ impl View {
                 points.record(device, commands, time);
             }
             Drawing::Tiled(tiled) => {
-                tiled.record_reset(device, commands, scene, seen.as_ref());
+                tiled.record_reset(device, commands, scene, until, seen.as_ref());
                 tiled.record(device, commands, time, slot.recording, constants, seen.as_ref());
             }
         }

@@ -18,6 +18,7 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use crate::environment::Environment;
+use crate::environment::guess::is_guessed;
 use crate::gpu::disk_cache::user_folder;
 use crate::gpu::{Device, Image};
 use crate::measure::costs::kept;
@@ -185,7 +186,9 @@ fn prepare(
     progress: &Progress,
 ) -> Result<Option<Prepared>> {
     let choice = scenes.first().map(|scene| scene.environment.clone()).unwrap_or_default();
-    let known = known.filter(|known| known.environment.0 == choice);
+    // A guess is the plate's, which the choice does not name.
+    let is_guess = scenes.first().is_some_and(is_guessed);
+    let known = known.filter(|known| known.environment.0 == choice && !is_guess);
     let environment = match &known {
         Some(known) => known.environment.1.clone(),
         None => {
@@ -194,7 +197,10 @@ fn prepare(
             if !progress.begin(format!("reading {name}")) {
                 return Ok(None);
             }
-            Arc::new(Environment::open(&choice)?)
+            match scenes.first() {
+                Some(scene) => Arc::new(Environment::of(scene)?),
+                None => Arc::new(Environment::open(&choice)?),
+            }
         }
     };
     let rehearsal = match device.report.is_cpu() {

@@ -1,0 +1,149 @@
+//! What a compositor needs beside the light of the rain (`glsl/layers.comp`): for each pixel the nearest drop that covers
+//! a part of it, with its depth, its motion and its number, and how many drops do.
+//!
+//! The tiles' lists hold each drop once a tile, so one walk along a list tells both; order does not matter. It is
+//! recorded before `composite`, which puts some lists in order and thereby takes them from their heads. A drop's place
+//! is found again from its index, as `gather` found it: nothing is kept for it.
+//!
+//! Motion is that of a drop's centre, from the frame's time to another that the caller gives, each seen by its own camera:
+//! so it holds for drops that fall and for a camera that moves. It is told by velocity and not by a second look
+//! at the cells, so a drop that leaves its box, or is shown no longer by then, has one too.
+//! Error: float16, 2⁻¹¹ of itself.
+
+use std::sync::Arc;
+
+use ash::vk;
+use bytemuck::{Pod, Zeroable};
+use glam::DVec3;
+
+use super::frame::FrameBuffer;
+use super::tiles::Tiles;
+use crate::Result;
+use crate::gpu::{
+    Binding, Bindings, Buffer, ComputePipeline, Device, Memory, Recorder, Resource, shaders,
+};
+use crate::scene::Scene;
+
+/// Most classes of real rain, as in `glsl/include/rain_field.glsl`.
+const MOST_CLASSES: usize = 32;
+/// Bytes that one `vkCmdUpdateBuffer` takes.
+const MOST_AT_ONCE: usize = 65_536;
+/// Workgroups of a dispatch along an axis, on any device.
+const MOST_GROUPS: u32 = 65_535;
+
+/// `Motion` of the shader, up to the placed drops.
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+struct Motion {
+    right: [f32; 4],
+    up: [f32; 4],
+    back: [f32; 4],
+    shift: [f32; 4],
+    principal: [f32; 4],
+    rain: [f32; 4],
+    classes: [[f32; 4]; MOST_CLASSES],
+}
+
+/// The pass and what it writes.
+pub struct LayersPass {
+    /// Four words a pixel: planar depth as bits, infinite where no drop is; motion as two halves; the number's low and
+    /// high word.
+    pub nearest: Buffer,
+    /// A word a pixel: drops that cover a part of it.
+    pub counts: Buffer,
+    motion: Buffer,
+    groups: [u32; 3],
+    bindings: Bindings,
+    pass: ComputePipeline,
+}
+
+impl LayersPass {
+    /// The pass over `tiles`, for a picture of this size.
+    ///
+    /// # Errors
+    /// [`crate::Error::Limit`] if the picture does not fit in one binding; [`crate::Error::Memory`] if the device has no
+    /// room for it; [`crate::Error::Vulkan`] if the driver refuses.
+    pub fn new(
+        device: &Arc<Device>,
+        frame: &FrameBuffer,
+        tiles: &Tiles,
+        (width, height): (u32, u32),
+        scene: &Scene,
+    ) -> Result<Self> {
+        use vk::BufferUsageFlags as Usage;
+        let pixels = u64::from(width) * u64::from(height);
+        let make = |name, bytes, usage| {
+            Buffer::new(device, name, bytes, Usage::STORAGE_BUFFER | usage, Memory::Device)
+        };
+        let nearest = make("nearest drops", 16 * pixels, Usage::TRANSFER_SRC)?;
+        let counts = make("drops a pixel", 4 * pixels, Usage::TRANSFER_SRC)?;
+        let moved = size_of::<Motion>() + 16 * scene.drops.len().max(1);
+        let motion = make("motion", moved as u64, Usage::TRANSFER_DST)?;
+        let buffer = |buffer| (Binding::STORAGE_BUFFER, Resource::Buffer(buffer));
+        let slots: Vec<_> =
+            std::iter::once((Binding::UNIFORM_BUFFER, Resource::Buffer(&frame.buffer)))
+                .chain(tiles.shared().map(buffer))
+                // The pictures of far drops have a place in the lists' declarations.
+                .chain([&counts, tiles.placed()].map(buffer))
+                .chain([buffer(tiles.reach.as_ref().unwrap_or(&counts))])
+                .chain([&nearest, &counts, &motion].map(buffer))
+                .collect();
+        let bindings = Bindings::of(device, "layers", &slots)?;
+        let shader = match tiles.has_cells() {
+            true => shaders::LAYERS_COMP_CELLS,
+            false => shaders::LAYERS_COMP,
+        };
+        let pass = ComputePipeline::new(device, shader, &bindings, 0, &tiles.constants)?;
+        let groups = tiles.count.div_ceil(64);
+        let rows = groups.div_ceil(MOST_GROUPS);
+        let groups = [groups.div_ceil(rows), rows, 1];
+        Ok(Self { nearest, counts, motion, groups, bindings, pass })
+    }
+
+    /// Records the motion from `scene` to `until`; a barrier to compute must follow.
+    pub fn record_motion(
+        &self,
+        device: &Device,
+        commands: Recorder<'_>,
+        scene: &Scene,
+        until: &Scene,
+    ) {
+        let (now, then) = (scene.camera.position, until.view());
+        let seconds = until.time - scene.time;
+        let with = |v: DVec3, w: f64| v.as_vec3().extend(w as f32).to_array();
+        let mut motion = Motion {
+            right: with(then.right, 0.0),
+            up: with(then.up, 0.0),
+            back: with(then.back, 0.0),
+            shift: with(now - then.position, then.focal_px),
+            ..Motion::zeroed()
+        };
+        let [column, row] = then.origin.map(f64::from);
+        motion.principal = with(then.principal.extend(0.0) + DVec3::new(column, row, 0.0), 0.0);
+        if let Some(rain) = scene.rain() {
+            motion.rain = with(rain.velocity * seconds, 0.0);
+        }
+        if let Some(rain) = scene.real_rain() {
+            let lattices = rain.lattices(scene.seed);
+            for (moved, lattice) in motion.classes.iter_mut().zip(&lattices) {
+                *moved = with(lattice.velocity * (seconds / scene.metres), 0.0);
+            }
+        }
+        let of_drop = |velocity: DVec3| -> [f32; 4] { with(velocity * seconds, 0.0) };
+        let placed: Vec<_> = scene.drops.iter().map(|drop| of_drop(drop.velocity)).collect();
+        let parts = [bytemuck::bytes_of(&motion), bytemuck::cast_slice(&placed)];
+        for (first, bytes) in [0, size_of::<Motion>()].into_iter().zip(parts) {
+            for (number, part) in bytes.chunks(MOST_AT_ONCE).enumerate() {
+                let at = (first + number * MOST_AT_ONCE) as u64;
+                let raw = self.motion.raw();
+                // SAFETY: recorded outside of rendering; the buffer holds the bytes, which are copied now.
+                unsafe { device.raw().cmd_update_buffer(commands.raw(), raw, at, part) };
+            }
+        }
+    }
+
+    /// Records it, when the lists are whole and a barrier has followed.
+    pub fn record(&self, commands: Recorder<'_>) {
+        self.pass.dispatch(commands, &self.bindings, 0, &[], self.groups);
+    }
+}

@@ -1,0 +1,183 @@
+//! What stands beside rain as layers: camera, time, seed, and each drop in view.
+
+use std::path::Path;
+
+use glam::DVec3;
+use serde::Serialize;
+
+use crate::Result;
+use crate::rain::cull::{Sighting, sightings};
+use crate::rain::field::Field;
+use crate::rain::tick_of_seconds;
+use crate::scene::Scene;
+use crate::scene::projection::View;
+
+/// Format of the file.
+const FORMAT: &str = "raindrops-layers/1";
+
+/// The file's content; lengths in scene units, times in the scene's seconds.
+#[derive(Debug, Serialize)]
+pub struct Sidecar {
+    format: &'static str,
+    seed: u64,
+    time: f64,
+    /// When the motion ends.
+    until: f64,
+    metres: f64,
+    camera: CameraRecord,
+    /// Every drop in view.
+    pub drops: Vec<DropRecord>,
+}
+
+/// A camera as a file tells it.
+#[derive(Clone, Debug, Serialize)]
+pub struct CameraRecord {
+    position: DVec3,
+    /// Unit vectors: to the right and the top of the picture, and against the view direction.
+    right: DVec3,
+    up: DVec3,
+    back: DVec3,
+    vertical_fov: f64,
+    /// Pixels: a length of 1 at depth 1, and where the view axis meets the picture.
+    focal_px: f64,
+    principal_px: [f64; 2],
+    /// Of the whole picture, and of what is drawn the first pixel and the size.
+    whole: [u32; 2],
+    origin: [u32; 2],
+    size: [u32; 2],
+}
+
+impl CameraRecord {
+    /// That of `scene`.
+    pub fn of(scene: &Scene) -> Self {
+        let view = scene.view();
+        Self {
+            position: view.position,
+            right: view.right,
+            up: view.up,
+            back: view.back,
+            vertical_fov: scene.camera.vertical_fov,
+            focal_px: view.focal_px,
+            principal_px: view.principal.to_array(),
+            whole: view.whole,
+            origin: view.origin,
+            size: [view.width, view.height],
+        }
+    }
+}
+
+/// A drop in view.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct DropRecord {
+    /// What stands in `id` (and `id_high`).
+    pub number: u64,
+    /// At the file's time.
+    pub center: DVec3,
+    /// Of the sphere.
+    pub radius: f64,
+    /// Scene units a second.
+    pub velocity: DVec3,
+    /// Left, top, right, bottom: the pixels of what is drawn that its outline meets, the last ones not included.
+    #[serde(rename = "box")]
+    pub pixels: [u32; 4],
+}
+
+impl Sidecar {
+    /// What `scene` shows, moving until another time; of real rain drops of over `cutoff_px` pixels of radius.
+    pub fn of(scene: &Scene, until: f64, cutoff_px: f64) -> Self {
+        Self {
+            format: FORMAT,
+            seed: scene.seed,
+            time: scene.time,
+            until,
+            metres: scene.metres,
+            camera: CameraRecord::of(scene),
+            drops: drops_in_view(scene, cutoff_px),
+        }
+    }
+
+    /// Writes it as JSON, a drop a line.
+    ///
+    /// # Errors
+    /// [`crate::Error::File`].
+    pub fn write(&self, path: &Path) -> Result<()> {
+        let problem = |error| crate::Error::write(path, error);
+        let mut head = serde_json::to_value(self).map_err(problem)?;
+        let _ = head.as_object_mut().map(|head| head.remove("drops"));
+        let head = serde_json::to_string_pretty(&head).map_err(problem)?;
+        let mut text = head.trim_end_matches(['}', '\n']).to_string();
+        text.push_str(",\n  \"drops\": [");
+        for (number, drop) in self.drops.iter().enumerate() {
+            text.push_str(if number == 0 { "\n    " } else { ",\n    " });
+            text.push_str(&serde_json::to_string(drop).map_err(problem)?);
+        }
+        text.push_str("\n  ]\n}\n");
+        crate::files::write_whole(path, text.as_bytes())
+    }
+}
+
+/// Every drop that a picture of `scene` shows by itself, in view and with a pixel of its own; of real rain those of over
+/// `cutoff_px` pixels of radius.
+pub fn drops_in_view(scene: &Scene, cutoff_px: f64) -> Vec<DropRecord> {
+    let view = scene.view();
+    let mut found = Vec::new();
+    let mut add = |number: u64, from_camera: DVec3, radius: f64, velocity, sighting| {
+        let is_seen = matches!(sighting, Sighting::Visible | Sighting::BesideCamera);
+        if let (true, Some(pixels)) = (is_seen, pixels_of(&view, from_camera, radius)) {
+            let center = view.position + from_camera;
+            found.push(DropRecord { number, center, radius, velocity, pixels });
+        }
+    };
+    if let Some(field) = Field::of(scene) {
+        field.for_each_shown(scene, cutoff_px, &mut |drop| {
+            add(drop.number, drop.from_camera, drop.radius.into(), drop.velocity, drop.sighting);
+        });
+    }
+    let random = scene.rain();
+    let count = random.as_ref().map_or(0, |rain| rain.count);
+    let shift = random.as_ref().map(|rain| rain.shift(tick_of_seconds(scene.time)));
+    let camera = random.as_ref().map(|rain| rain.camera_place(scene.camera.position));
+    for (index, (_, radius, sighting)) in (0..).zip(sightings(scene)) {
+        if matches!(sighting, Sighting::OutOfView) {
+            continue;
+        }
+        if index < count
+            && let (Some(rain), Some(shift), Some(camera)) = (&random, shift, camera)
+        {
+            let from_camera = rain.relative(rain.place(index, shift), camera).as_dvec3();
+            add(u64::from(index) + 1, from_camera, radius.into(), rain.velocity, sighting);
+        } else {
+            let drop = &scene.drops[(index - count) as usize];
+            let from_camera = drop.center_at(scene.time) - view.position;
+            // Of real rain, where random drops have no index, placed ones begin with 1 too.
+            add(u64::from(index) + 1, from_camera, drop.radius, drop.velocity, sighting);
+        }
+    }
+    found
+}
+
+/// The pixels that the outline of a sphere meets: left, top, right, bottom, the last ones not included; none if it is
+/// beside what is drawn.
+fn pixels_of(view: &View, from_camera: DVec3, radius: f64) -> Option<[u32; 4]> {
+    let [x, y, z] = [view.right, view.up, view.back].map(|axis| from_camera.dot(axis));
+    let size = [view.width, view.height];
+    if -z < 1.01 * radius {
+        // It reaches the camera's plane: its outline is no ellipse.
+        return Some([0, 0, size[0], size[1]]);
+    }
+    let flat2 = z * z - radius * radius;
+    let mut pixels = [0; 4];
+    for (axis, (along, principal)) in
+        [(x, view.principal.x), (-y, view.principal.y)].into_iter().enumerate()
+    {
+        let center = principal + view.focal_px * along * -z / flat2;
+        let half = view.focal_px * radius * (along * along + flat2).sqrt() / flat2;
+        let (low, high) = ((center - half).floor(), (center + half).ceil());
+        let most = f64::from(size[axis]);
+        if low >= most || high <= 0.0 {
+            return None;
+        }
+        (pixels[axis], pixels[axis + 2]) = (low.max(0.0) as u32, high.min(most) as u32);
+    }
+    Some(pixels)
+}

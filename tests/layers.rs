@@ -1,0 +1,444 @@
+//! Rain as layers: over a plate they are the picture that is drawn before it; numbers, depths and motions are those of
+//! the drops as the CPU finds them, from frame to frame and from eye to eye.
+
+mod common;
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use exr::prelude::{ReadChannels as _, ReadLayers as _};
+use glam::{DVec2, DVec3, Vec3};
+use raindrops::environment::Environment;
+use raindrops::gpu::Device;
+use raindrops::picture::Picture;
+use raindrops::picture::layers::Layers;
+use raindrops::picture::sidecar::{DropRecord, drops_in_view};
+use raindrops::plan::{Output, plan};
+use raindrops::renderer::Renderer;
+use raindrops::renderer::parts::{Grid, Parts};
+use raindrops::scene::model::Preset;
+use raindrops::scene::real_rain::RealRain;
+use raindrops::scene::{PlacedDrop, RainSettings, Scene};
+
+use common::{on_device, raindrops};
+
+const EDGE: u32 = 128;
+
+fn folder(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("layers").join(name);
+    let _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(&folder).expect("a folder");
+    folder
+}
+
+fn sky() -> Environment {
+    let texel = |at: u32| {
+        let (u, v) = ((at % 128) as f32 / 20.4, (at / 128) as f32 / 20.4);
+        Vec3::new((2.0 * u).cos() * v.sin(), (3.0 * u + v).sin(), (2.0 * v).cos()).exp()
+    };
+    Environment::from_texels("waves", 128, 64, (0..128 * 64).map(texel).collect())
+        .expect("an image")
+}
+
+fn base(preset: Preset) -> Scene {
+    let mut scene = Scene { rain: None, time: 0.7, ..Scene::default() };
+    (scene.image.width, scene.image.height) = (EDGE, EDGE);
+    scene.model.take_preset(preset);
+    scene
+}
+
+/// Small drops in a box that falls, and large ones by hand, one of which moves.
+fn in_a_box(preset: Preset) -> Scene {
+    let mut scene = base(preset);
+    let half_extent = DVec3::splat(100.0);
+    scene.rain = Some(RainSettings { count: 20_000, half_extent, ..RainSettings::default() });
+    let moving = PlacedDrop {
+        velocity: DVec3::new(9.0, 3.0, -4.0),
+        ..PlacedDrop::sphere(DVec3::new(0.5, 0.2, -9.0), 1.0)
+    };
+    scene.drops = vec![moving, PlacedDrop::sphere(DVec3::new(-3.0, 1.0, -8.0), 2.0)];
+    scene
+}
+
+/// Real rain, with the wind.
+fn real(preset: Preset) -> Scene {
+    let mut scene = base(preset);
+    scene.camera.vertical_fov = 40.0;
+    let wind = DVec3::new(3.0, 0.0, 1.0);
+    let rain = RealRain { rate: 100.0, extent: 200.0, wind, ..RealRain::default() };
+    scene.rain = Some(RainSettings::of(rain));
+    scene.drops = vec![PlacedDrop::sphere(DVec3::new(0.02, 0.0, -0.5), 0.02)];
+    scene
+}
+
+fn layers(device: &Arc<Device>, scene: &Scene, until: &Scene) -> Layers {
+    let sky = sky();
+    let plan = plan(scene, &sky, Output::Layers).expect("a plan");
+    let mut renderer = Renderer::new(device, scene, &sky, &plan).expect("a renderer");
+    renderer.submit_until(scene, until).expect("a frame");
+    renderer.read_layers().expect("layers")
+}
+
+fn plate(scene: &mut Scene, name: &str) -> Picture {
+    let folder = folder(name);
+    let pixel = |at: u32| Vec3::new((at % 7) as f32, (at / EDGE % 5) as f32, 2.0);
+    let pixels = (0..EDGE * EDGE).map(pixel).collect();
+    let picture = Picture { width: EDGE, height: EDGE, pixels };
+    picture.write_exr(&folder.join("plate.exr")).expect("a plate");
+    scene.background.color = Some(folder.join("plate.exr"));
+    let mut depth = Layers::empty(EDGE, EDGE);
+    let far = |at: usize| if at % EDGE as usize > 60 { 1e6 } else { 8.5 };
+    depth.depth.iter_mut().enumerate().for_each(|(at, depth)| *depth = far(at));
+    depth.write_depth(&folder.join("depth.exr")).expect("a depth");
+    scene.background.depth = Some(folder.join("depth.exr"));
+    picture
+}
+
+#[test]
+fn over_a_plate_they_are_the_picture_before_it() {
+    on_device(|device| {
+        for (name, mut scene) in [
+            ("fast", in_a_box(Preset::Fast)),
+            ("exact", in_a_box(Preset::Exact)),
+            ("real", real(Preset::Fast)),
+        ] {
+            let behind = plate(&mut scene, name);
+            let sky = sky();
+            let whole = plan(&scene, &sky, Output::Radiance).expect("a plan");
+            let mut renderer = Renderer::new(device, &scene, &sky, &whole).expect("a renderer");
+            renderer.submit(&scene).expect("a frame");
+            let drawn = renderer.read_radiance().expect("a picture");
+            drop(renderer);
+            let rain = layers(device, &scene, &scene);
+            let over = rain.over(&behind);
+            let mut covered = 0;
+            let all = over.pixels.iter().zip(&drawn.pixels).zip(&behind.pixels).zip(&rain.color);
+            for (((over, drawn), plate), [.., alpha]) in all {
+                // Three roundings to float16: light, opacity, picture.
+                let allowed = (*plate + drawn.abs() + 0.1) / 1024.0;
+                assert!((*over - *drawn).abs().cmple(allowed).all(), "{name}: {over}, not {drawn}");
+                covered += u32::from(alpha.to_f32() > 0.5);
+            }
+            assert!(covered > 200, "{name}: {covered}");
+            // The control: without its plate the rain is another picture.
+            assert!(
+                rain.over(&Picture { pixels: vec![Vec3::ZERO; behind.pixels.len()], ..behind })
+                    != drawn
+            );
+        }
+    });
+}
+
+fn by_number(scene: &Scene) -> HashMap<u64, DropRecord> {
+    let plan = plan(scene, &sky(), Output::Layers).expect("a plan");
+    let drops = drops_in_view(scene, plan.cutoff.map_or(0.0, |cutoff| cutoff.px));
+    let count = drops.len();
+    let map: HashMap<_, _> = drops.into_iter().map(|drop| (drop.number, drop)).collect();
+    assert_eq!(map.len(), count, "two drops have one number");
+    map
+}
+
+/// Holds every pixel's number, depth and motion against the drops on the CPU, at both times and from another eye.
+fn hold_against_the_cpu(device: &Arc<Device>, name: &str, scene: &Scene) {
+    let mut until = Scene { time: scene.time + 1.0 / 30.0, ..scene.clone() };
+    until.camera.position += DVec3::new(0.02, 0.01, -0.03);
+    let mut right = scene.clone();
+    right.camera.position.x += 0.065;
+    right.camera.target.x += 0.065;
+    let found = layers(device, scene, &until);
+    let other_eye = layers(device, &right, &right);
+    let (now, then, from_right) = (by_number(scene), by_number(&until), by_number(&right));
+    let (view, view_then) = (scene.view(), until.view());
+    let (mut drops, mut moved) = (std::collections::HashSet::new(), 0);
+    for at in 0..(EDGE * EDGE) as usize {
+        let (id, depth, [x, y]) =
+            (found.id[at], found.depth[at], found.motion[at].map(|m| m.to_f64()));
+        assert_eq!(id == 0, found.count[at] == 0);
+        if id == 0 {
+            assert!(depth.is_infinite() && x == 0.0 && y == 0.0);
+            continue;
+        }
+        let drop = now.get(&id).unwrap_or_else(|| panic!("{name}: no drop has number {id:#x}"));
+        let [left, top, end_x, end_y] = drop.pixels;
+        let (column, row) = (at as u32 % EDGE, at as u32 / EDGE);
+        // A splat's box of equal area may reach a pixel farther than the outline.
+        let is_within = column + 1 >= left && column <= end_x && row + 1 >= top && row <= end_y;
+        assert!(is_within, "{name}: {column}, {row} is not in {:?}", drop.pixels);
+        let planar = -(drop.center - view.position).dot(view.back);
+        assert!((f64::from(depth) - planar).abs() < 1e-4 * planar, "{name}: {depth}, not {planar}");
+        drops.insert(id);
+        if let Some(then) = then.get(&id) {
+            let place = |view: &raindrops::scene::projection::View, center: DVec3| {
+                view.point(center - view.position).0
+            };
+            let expected: DVec2 = place(&view_then, then.center) - place(&view, drop.center);
+            let error = (DVec2::new(x, y) - expected).length();
+            assert!(
+                error < 2e-3 + expected.length() / 1024.0,
+                "{name}: ({x}, {y}), not {expected}"
+            );
+            moved += u32::from(expected.length() > 0.2);
+        }
+    }
+    // From the right eye the same drops are elsewhere, but where they are in the world.
+    let seen: std::collections::HashSet<u64> =
+        other_eye.id.iter().copied().filter(|id| *id != 0).collect();
+    let mut both = 0;
+    for id in &seen {
+        let drop =
+            from_right.get(id).unwrap_or_else(|| panic!("{name}: no drop has number {id:#x}"));
+        if let Some(same) = now.get(id) {
+            let apart = drop.center.distance(same.center);
+            assert!(apart < 1e-4 * drop.center.length().max(1.0), "{name}: {apart} apart");
+            both += u32::from(drops.contains(id));
+        }
+    }
+    println!("{name}: {} drops, {moved} pixels in motion, {both} drops in both eyes", drops.len());
+    assert!(drops.len() > 100 && moved > 100 && both > 60, "{name}");
+}
+
+#[test]
+fn numbers_depths_and_motions_are_those_of_the_drops() {
+    on_device(|device| {
+        hold_against_the_cpu(device, "box, fast", &in_a_box(Preset::Fast));
+        hold_against_the_cpu(device, "box, exact", &in_a_box(Preset::Exact));
+        hold_against_the_cpu(device, "real", &real(Preset::Fast));
+        // Beyond 2^32 cells of the smallest from where the cells begin to count.
+        let mut far = real(Preset::Fast);
+        let away = DVec3::new(3e8, 40.0, -7e8);
+        far.camera.position += away;
+        far.camera.target += away;
+        far.drops.clear();
+        hold_against_the_cpu(device, "real, far away", &far);
+    });
+}
+
+#[test]
+fn every_drop_over_a_pixel_is_counted() {
+    let mut scene = base(Preset::Fast);
+    let row = [(-1.2, -4.0), (0.0, -4.0), (0.0, -6.0), (1.4, -4.0), (1.4, -5.0), (1.4, -7.0)];
+    scene.drops =
+        row.map(|(x, z)| PlacedDrop::sphere(DVec3::new(x * -z / 4.0, 0.0, z), 0.3)).to_vec();
+    on_device(|device| {
+        let found = layers(device, &scene, &scene);
+        let view = scene.view();
+        let at = |x: f64| {
+            let place = view.point(DVec3::new(x, 0.0, -4.0)).0;
+            (place.y as u32 * EDGE + place.x as u32) as usize
+        };
+        // The nearest of each stack, by its place in the scene.
+        for (x, count, number) in [(-1.2, 1, 1), (0.0, 2, 2), (1.4, 3, 4), (0.7, 0, 0)] {
+            assert_eq!((found.count[at(x)], found.id[at(x)]), (count, number), "at {x}");
+        }
+        // Before the whole but the first of each stack.
+        scene.background.depth = Some(folder("count").join("depth.exr"));
+        let mut depth = Layers::empty(EDGE, EDGE);
+        depth.depth.fill(4.5);
+        depth.write_depth(scene.background.depth.as_deref().expect("named")).expect("a depth");
+        let found = layers(device, &scene, &scene);
+        for (x, count) in [(-1.2, 1), (0.0, 1), (1.4, 1)] {
+            assert_eq!(found.count[at(x)], count, "at {x}");
+        }
+    });
+}
+
+#[test]
+fn parts_are_the_whole() {
+    let scene = in_a_box(Preset::Fast);
+    let sky = sky();
+    let plan = plan(&scene, &sky, Output::Layers).expect("a plan");
+    on_device(|device| {
+        let until = Scene { time: scene.time + 0.04, ..scene.clone() };
+        let whole = layers(device, &scene, &until);
+        let mut parts = Parts::new(device, &sky, &plan);
+        parts.move_until(until);
+        let mut together = Layers::empty(EDGE, EDGE);
+        parts
+            .draw_all(&scene, Grid { columns: 2, rows: 3 }, &mut |origin, renderer, _| {
+                together.place(origin, &renderer.read_layers()?);
+                Ok(())
+            })
+            .expect("parts");
+        assert!(together == whole, "the parts are not the whole");
+    });
+}
+
+fn write_scene(folder: &Path) -> PathBuf {
+    let path = folder.join("scene.toml");
+    let toml = "seed = 3\n[image]\nwidth = 48\nheight = 32\n[rain]\nrate = 25.0\nextent = 60.0\n[model]\npreset = \"fast\"\n";
+    std::fs::write(&path, toml).expect("a scene");
+    path
+}
+
+/// Runs a command; whether it is done, and what it says.
+fn run(folder: &Path, arguments: &[&str]) -> (bool, String) {
+    let ran = raindrops().current_dir(folder).args(arguments).output().expect("it runs");
+    (ran.status.success(), String::from_utf8_lossy(&ran.stderr).into_owned())
+}
+
+#[test]
+fn a_file_has_the_channels_that_compositors_read() {
+    let folder = folder("file");
+    write_scene(&folder);
+    let (is_done, said) =
+        run(&folder, &["render", "scene.toml", "--layers", "--frames", "2", "-o", "rain.exr"]);
+    assert!(is_done, "{said}");
+    let image = exr::prelude::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels()
+        .first_valid_layer()
+        .all_attributes()
+        .from_file(folder.join("rain-0000.exr"))
+        .expect("an EXR");
+    let list = &image.layer_data.channel_data.list;
+    let names: Vec<String> = list.iter().map(|channel| channel.name.to_string()).collect();
+    let expected = ["A", "B", "G", "R", "Z", "count", "id", "id_high", "motion.X", "motion.Y"];
+    assert_eq!(names, expected);
+    let text = std::fs::read_to_string(folder.join("rain-0001.json")).expect("beside it");
+    let beside: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    assert_eq!(beside["format"], "raindrops-layers/1");
+    assert!(beside["drops"].as_array().is_some_and(|drops| !drops.is_empty()));
+    assert!((beside["time"].as_f64().expect("a time") - 1.0 / 30.0).abs() < 1e-9);
+    assert!((beside["until"].as_f64().expect("a time") - 2.0 / 30.0).abs() < 1e-9);
+    // A sequence of layers is not one of pictures.
+    let (is_done, said) =
+        run(&folder, &["render", "scene.toml", "--resume", "--frames", "2", "-o", "rain.exr"]);
+    assert!(!is_done && said.contains("layers"), "{said}");
+    for (arguments, told) in [
+        (vec!["--layers", "-o", "rain.png"], "layers are written as .exr"),
+        (vec!["--layers", "--preset", "fast", "--depth", "none.exr", "-o", "x.exr"], "none.exr"),
+        (vec!["--layers", "--primitive", "point", "-o", "x.exr"], "tile"),
+    ] {
+        let (is_done, said) =
+            run(&folder, &[&["render", "scene.toml"], arguments.as_slice()].concat());
+        assert!(!is_done && said.contains(told), "{arguments:?}: {said}");
+        assert!(!folder.join("x.exr").exists() && !folder.join("x.json").exists());
+    }
+}
+
+/// Every file of a folder, by its path within it.
+fn files(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
+    let mut found = Vec::new();
+    let mut folders = vec![folder.to_path_buf()];
+    while let Some(next) = folders.pop() {
+        for entry in std::fs::read_dir(next).expect("a folder") {
+            let path = entry.expect("an entry").path();
+            if path.is_dir() {
+                folders.push(path);
+            } else {
+                let name = path.strip_prefix(folder).expect("within").to_path_buf();
+                found.push((name, std::fs::read(&path).expect("a file")));
+            }
+        }
+    }
+    found.sort();
+    found
+}
+
+#[test]
+fn shards_together_are_the_data_set() {
+    let folder = folder("shards");
+    write_scene(&folder);
+    let make = |output: &str, shard: &str| {
+        let views = ["--views", "3", "--rates", "5,50", "--shard", shard, "-o", output];
+        let (is_done, said) =
+            run(&folder, &[&["dataset", "scene.toml"], views.as_slice()].concat());
+        assert!(is_done, "{said}");
+    };
+    make("whole", "1/1");
+    make("parts", "2/2");
+    assert!(!folder.join("parts/manifest.jsonl").exists());
+    make("parts", "1/2");
+    let whole = files(&folder.join("whole"));
+    assert_eq!(whole.len(), 2 + 3 * 5);
+    assert!(whole == files(&folder.join("parts")), "the shards are not the whole");
+    // What is missing is made again.
+    std::fs::remove_dir_all(folder.join("parts/00001")).expect("removed");
+    make("parts", "1/1");
+    assert!(whole == files(&folder.join("parts")));
+    let manifest =
+        std::fs::read_to_string(folder.join("whole/manifest.jsonl")).expect("a manifest");
+    let rates: Vec<f64> = manifest
+        .lines()
+        .map(|line| {
+            let record: serde_json::Value = serde_json::from_str(line).expect("JSON");
+            let file = record["files"]["rainy"].as_str().expect("a file");
+            assert!(folder.join("whole").join(file).exists());
+            record["rate_mm_h"].as_f64().expect("a rate")
+        })
+        .collect();
+    assert!(rates.len() == 3 && rates.iter().all(|rate| (5.0..=50.0).contains(rate)), "{rates:?}");
+    assert!(rates[0] != rates[1]);
+    for (arguments, told) in [
+        (vec!["--shard", "0/2"], "shard"),
+        (vec!["--shard", "3/2"], "shard"),
+        (vec!["--rates", "9,3"], "two rates"),
+        (vec!["--turn", "400"], "0 to 180"),
+        (vec!["--views", "0"], "--views"),
+        (vec!["--depth", "none.exr"], "none.exr"),
+        (vec!["--turn", "9", "--depth", "none.exr"], "leave it out"),
+        (vec!["--preset", "paper"], "take preset fast"),
+    ] {
+        let all = [&["dataset", "scene.toml", "-o", "bad"], arguments.as_slice()].concat();
+        let (is_done, said) = run(&folder, &all);
+        assert!(!is_done && said.contains(told), "{arguments:?}: {said}");
+        let problems = said.lines().filter(|line| line.starts_with("raindrops:")).count();
+        assert!(problems == 1 && !folder.join("bad").exists(), "{said}");
+    }
+    let (is_done, said) = run(&folder, &["dataset", "scene.toml", "--views", "4", "-o", "whole"]);
+    assert!(!is_done && said.contains("something else"), "{said}");
+}
+
+/// Prints what layers and a depth cost, frames of each in turn; `cargo test --release --test layers -- --ignored --nocapture`.
+#[test]
+#[ignore = "it measures; run it alone"]
+fn what_layers_and_a_depth_cost() {
+    let sky = sky();
+    for (name, mut scene) in [("box", in_a_box(Preset::Fast)), ("real", real(Preset::Fast))] {
+        (scene.image.width, scene.image.height) = (960, 540);
+        if let Some(rain) = scene.rain.as_mut().filter(|rain| rain.real.is_none()) {
+            (rain.count, rain.half_extent) = (250_000, DVec3::splat(600.0));
+        }
+        let (width, height) = (960, 540);
+        let mut deep = scene.clone();
+        let folder = folder("cost");
+        let mut depth = Layers::empty(width, height);
+        depth.depth.fill(1e6);
+        depth.write_depth(&folder.join("depth.exr")).expect("a depth");
+        deep.background.depth = Some(folder.join("depth.exr"));
+        on_device(|device| {
+            let of = |scene: &Scene, output| {
+                let plan = plan(scene, &sky, output).expect("a plan");
+                Renderer::new(device, scene, &sky, &plan).expect("a renderer")
+            };
+            let mut arms = [
+                (&scene, of(&scene, Output::Radiance), Vec::new()),
+                (&scene, of(&scene, Output::Layers), Vec::new()),
+                (&deep, of(&deep, Output::Radiance), Vec::new()),
+            ];
+            for round in 0..24 {
+                for (scene, renderer, times) in &mut arms {
+                    let mut scene = scene.clone();
+                    scene.time += f64::from(round) / 30.0;
+                    renderer.submit(&scene).expect("a frame");
+                    let report = renderer.finish().expect("a report");
+                    // The first frames have the sky to draw.
+                    if round >= 4 {
+                        times.push(report.passes_ms.iter().map(|(_, ms)| ms).sum::<f64>());
+                    }
+                }
+            }
+            let median = |times: &mut Vec<f64>| {
+                times.sort_by(f64::total_cmp);
+                times[times.len() / 2]
+            };
+            let [plain, layers, deep] = arms.map(|(.., mut times)| median(&mut times));
+            let (of_layers, of_depth) = (layers / plain, deep / plain);
+            println!(
+                "{name}: {plain:.1} ms, layers {layers:.1} ({of_layers:.2}), with a depth {deep:.1} ({of_depth:.2})"
+            );
+        });
+    }
+}
