@@ -10,11 +10,15 @@
 #include "projection.glsl"
 #define REACH_BINDING 13
 #include "reach.glsl"
+#include "shared_exponent.glsl"
+#include "streak.glsl"
+
+layout(std430, set = 0, binding = 16) readonly buffer Moves { vec4 moves[]; };
 
 // What is only read, by texels where the device takes buffers of so many (see by_four.glsl).
 #ifdef TEXELS
-layout(set = 0, binding = 14) uniform usamplerBuffer large_texels;
-layout(set = 0, binding = 15) uniform usamplerBuffer picture_texels;
+layout(set = 0, binding = 17) uniform usamplerBuffer large_texels;
+layout(set = 0, binding = 18) uniform usamplerBuffer picture_texels;
 Large large_at(uint number) {
     int at = int(4u * number);
     uvec4 c = texelFetch(large_texels, at + 2), d = texelFetch(large_texels, at + 3);
@@ -49,6 +53,46 @@ vec4 cover(vec2 from, vec4 to_disc, vec2 half_side, float radius, float edge, ou
     vec4 edge_px = (1.0 - disc) * disc * inversesqrt(max(slope_x * slope_x + slope_y * slope_y, 1e-20));
     vec4 ramp = clamp(edge_px + 0.5 - 1.0 / (24.0 * radius), 0.0, 1.0);
     return radius < 1.0 ? overlap : mix(ramp, vec4(1.0), lessThan(disc, vec4(1e-3)));
+}
+
+#include "moving_cover.glsl"
+
+// As `cover`, of a drop that moves.
+vec4 cover_moving(vec2 from, vec4 to_disc, vec2 half_side, float radius, float edge, vec2 way) {
+    float length = length(way);
+    uvec4 texels;
+    if (radius < 1.0 && length > max(1.0, 1.5 * radius)) {
+        // The squared half width of the outline's box at right angles to the way.
+        vec2 n = vec2(-way.y, way.x) / length, box = half_side / 0.8862269;
+        return streak_coverage(streak_of(vec2(0.0), way, 3.14159265 * radius * radius, dot(n * box, n * box)), from);
+    }
+    if (radius < 1.0) {
+        vec2 wide = sqrt(half_side * half_side + 0.25 * way * way);
+        return cover(from, to_disc, wide, radius, edge, texels) * (half_side.x * half_side.y / (wide.x * wide.y));
+    }
+    if (length > STEPS_PX) return cover_by_chords(from, to_disc, way, radius);
+    vec4 sum = vec4(0.0);
+    for (uint i = 0u; i < STEPS; ++i) {
+        vec2 at = from - way * ((float(i) + 0.5) / float(STEPS) - 0.5);
+        sum += cover(at, to_disc, half_side, radius, edge, texels);
+    }
+    return sum / float(STEPS);
+}
+
+// The colours of a row of pixels: of each the mean along the chord of its picture that moves over it.
+void write_moving_colors(uint at, uint picture, vec2 from, vec4 to_disc, float edge, vec2 way) {
+    vec2 moved = vec2(to_disc.x * way.x + to_disc.z * way.y, to_disc.y * way.x + to_disc.w * way.y);
+    for (uint pixel = 0u; pixel < TILE.x; ++pixel) {
+        vec2 p = vec2(from.x + float(pixel), from.y);
+        vec2 on_disc = vec2(to_disc.x * p.x + to_disc.z * p.y, to_disc.y * p.x + to_disc.w * p.y);
+        vec3 sum = vec3(0.0);
+        for (uint i = 0u; i < STEPS; ++i) {
+            vec2 place = place_on_disc(on_disc, moved, (float(i) + 0.5) / float(STEPS));
+            uvec2 texel = uvec2(clamp((0.5 * place + 0.5) * edge, 0.0, edge - 1.0));
+            sum += unpack_radiance(picture_at(picture + texel.y * uint(edge) + texel.x));
+        }
+        nodes[at + pixel] = pack_radiance(sum / float(STEPS));
+    }
 }
 
 void write_colors(uint at, uint picture, uvec4 texels) {
@@ -98,20 +142,37 @@ void main() {
     uvec4 texels_above, texels_below;
     vec4 above = fade * cover(from, m, half_side, radius, edge, texels_above);
     vec4 below = fade * cover(from + vec2(0.0, 1.0), m, half_side, radius, edge, texels_below);
+    bool moves_over = false, covered_by_rays = false;
+    if (is_exposed()) {
+        vec2 way = moves[2u * blocks[at] + 1u].xy;
+        covered_by_rays = (r.look & COVER_BY_RAYS) != 0u;
+        moves_over = way != vec2(0.0) && !covered_by_rays;
+        if (moves_over) {
+            above = fade * cover_moving(from, m, half_side, radius, edge, way);
+            below = fade * cover_moving(from + vec2(0.0, 1.0), m, half_side, radius, edge, way);
+            if (!rays) {
+                write_moving_colors(node + COLORS, picture, from, m, edge, way);
+                write_moving_colors(node + COLORS + TILE.x, picture, from + vec2(0.0, 1.0), m, edge, way);
+            }
+        }
+        if (covered_by_rays) above = below = vec4(1.0);
+    }
     if (HAS_DEPTH != 0u) {
         vec2 first = vec2(at_tile * TILE) + 0.5;
         uint behind = tile_number(at_tile);
         above *= row_before(r.sphere, first, reach_of_row(behind, 0u));
         below *= row_before(r.sphere, first + vec2(0.0, 1.0), reach_of_row(behind, 1u));
     }
-    if (!rays) {
+    if (!rays && !moves_over) {
         write_colors(node + COLORS, picture, texels_above);
         write_colors(node + COLORS + TILE.x, picture, texels_below);
     }
-    nodes[node + COVERAGE] = packUnorm2x16(above.xy);
-    nodes[node + COVERAGE + 1u] = packUnorm2x16(above.zw);
-    nodes[node + COVERAGE + 2u] = packUnorm2x16(below.xy);
-    nodes[node + COVERAGE + 3u] = packUnorm2x16(below.zw);
+    // Rays add what they find to nothing.
+    float known = covered_by_rays ? 0.0 : 1.0;
+    nodes[node + COVERAGE] = packUnorm2x16(known * above.xy);
+    nodes[node + COVERAGE + 1u] = packUnorm2x16(known * above.zw);
+    nodes[node + COVERAGE + 2u] = packUnorm2x16(known * below.xy);
+    nodes[node + COVERAGE + 3u] = packUnorm2x16(known * below.zw);
     vec4 larger = max(above, below);
     float most = max(max(larger.x, larger.y), max(larger.z, larger.w));
 

@@ -36,7 +36,7 @@ void main() {
         float edge = field.classes[slab.kind].moved.w;
         vec3 moved = field.classes[slab.kind].moved.xyz;
         vec3 corner = (vec3(cell) - vec3(field.classes[slab.kind].fraction.xyz) * (1.0 / 4294967296.0)) * edge;
-        vec3 center = corner + 0.5 * (edge + moved), half_size = 0.5 * (edge + abs(moved));
+        vec3 center = corner + 0.5 * edge, half_size = 0.5 * (edge + abs(moved));
         vec2 limits = field.classes[slab.kind].limits.xy;
         // Rounding must not lose a drop that `sighting` would show.
         float reach = limits.x * 1.001 + 1e-5 * limits.y;

@@ -20,6 +20,7 @@ bool in_view(uvec3 low, uvec3 edges, out vec3 middle) {
     vec3 from = mix(vec3(ivec3(low)), vec3(-2147483648.0), straddles) * frame.units.xyz;
     vec3 to = mix(vec3(ivec3(high)), vec3(2147483648.0), straddles) * frame.units.xyz;
     vec3 center = 0.5 * (from + to), half_size = 0.5 * (to - from);
+    half_size += 0.5 * abs(frame.moved.xyz);
     // Rounding must not lose a drop that `sighting` would show.
     float reach = frame.units.w * 1.001 + 1e-5 * length(frame.extent.xyz);
     bool result = meets_view(center, half_size, reach);

@@ -36,6 +36,10 @@ layout(std430, set = 0, binding = 16) readonly buffer SplatTable { uvec4 splat_t
 #include "reach.glsl"
 #include "tile_window.glsl"
 #include "tile_order.glsl"
+#include "streak.glsl"
+#define VEIL_BINDING 21
+#define VEIL_READ_ONLY
+#include "veil.glsl"
 
 const vec4 MOST_HALF = vec4(65504.0);
 const vec3 LUMINANCE = vec3(0.2126, 0.7152, 0.0722); // Rec. 709
@@ -128,6 +132,7 @@ float finish(Row row, uint behind, uvec2 first) {
 
 // Squared distances of what is behind a tile's pixels.
 vec4 upper_reach2, lower_reach2;
+#include "veil_behind.glsl"
 
 // An entry that is no splat covers nothing.
 void lay_splat_behind(inout Row upper, inout Row lower, uint link) {
@@ -137,7 +142,9 @@ void lay_splat_behind(inout Row upper, inout Row lower, uint link) {
     // The centre is told from the corner of the splat's first tile: 0, or 1 to the right, 2 and 3 below.
     uint which = link & 3u;
     vec2 half_sides = unpack_half_sides(words.w);
-    vec2 from = vec2(uvec2(which & 1u, which >> 1) * TILE) - unpack_center(words.z);
+    bool exposed = is_exposed();
+    vec2 center = exposed ? unpack_center_of_moving(words.z) : unpack_center(words.z);
+    vec2 from = vec2(uvec2(which & 1u, which >> 1) * TILE) - center;
     uint direction = words.w >> HALF_SIDES_BITS;
     uvec4 shown = splat_of(direction, 0u);
     // A splat is hidden where its centre is farther than what is behind.
@@ -146,7 +153,9 @@ void lay_splat_behind(inout Row upper, inout Row lower, uint link) {
     bvec4 lower_hidden = lessThanEqual(lower_reach2, vec4(distance2));
     if (GLINTS != 0u) {
         // The disc's area is the box's.
-        float squared = half_sides.x * half_sides.y / 0.78539816, radius = sqrt(squared);
+        float squared = half_sides.x * half_sides.y / 0.78539816;
+        if (exposed) squared *= unpack_opacity(words.z);
+        float radius = sqrt(squared);
         vec4 at = unpackSnorm4x8(shown.z) * (LONGEST_OFFSET * radius);
         vec3 first = squared * unpack_radiance(shown.w);
         vec3 others = squared * unpack_radiance(splat_of(direction, 1u).x);
@@ -156,6 +165,7 @@ void lay_splat_behind(inout Row upper, inout Row lower, uint link) {
     // What each column of pixels has of the box, and each row of its upper and its lower half.
     vec4 x = from.x + vec4(0.0, 1.0, 2.0, 3.0);
     vec4 columns = clamp(half_sides.x - x, 0.0, 1.0) - clamp(-half_sides.x - x, 0.0, 1.0);
+    if (exposed) columns *= unpack_opacity(words.z);
     vec2 y = from.y + vec2(0.0, 1.0), middle = clamp(-y, 0.0, 1.0);
     vec2 above = middle - clamp(-half_sides.y - y, 0.0, 1.0), below = clamp(half_sides.y - y, 0.0, 1.0) - middle;
     vec3 upper_color = unpack_radiance(shown.x), lower_color = unpack_radiance(shown.y);
@@ -169,6 +179,15 @@ void lay_splat_behind(inout Row upper, inout Row lower, uint link) {
     }
     lay_part_behind(upper, above_columns, rows.x, first);
     lay_part_behind(lower, below_columns, rows.y, second);
+}
+
+// Lays what of the veil is from a squared distance to another, as bits, behind a tile's pixels.
+void lay_veil_behind(inout Row upper, inout Row lower, uint tile, uvec2 in_pixels, uint from, uint to) {
+    vec4 above, below;
+    veil_cover(in_pixels, from, to, above, below);
+    vec3 light = vec3(unpackHalf2x16(veil_light[tile].x), unpackHalf2x16(veil_light[tile].y).x);
+    lay_behind(upper, above, vec4(light.r), vec4(light.g), vec4(light.b));
+    lay_behind(lower, below, vec4(light.r), vec4(light.g), vec4(light.b));
 }
 
 // Whether blocks behind splats are drawn here. Drops of one size look larger the nearer they are, so a block is in
@@ -210,6 +229,11 @@ void main() {
     uint place = number % in_region;
     uvec2 at = uvec2(region % REGIONS_ACROSS, region / REGIONS_ACROSS) * region_tiles()
         + uvec2(place % region_tiles().x, place / region_tiles().x);
+    // Lanes under each other share the veil's columns.
+    if (is_veiled()) {
+        at = uvec2(region % REGIONS_ACROSS, region / REGIONS_ACROSS) * region_tiles()
+            + uvec2(place / region_tiles().y, place % region_tiles().y);
+    }
     uint tile = at.y * tiles_across() + at.x;
     // Where lists are short, it costs more than it saves.
     if (TOUCH != 0u && BANDS > 1u) touch(region + 1u, place, in_region);
@@ -224,10 +248,15 @@ void main() {
     }
 
     // Blocks, then splats, and that once where it can be: a loop around the two costs a tenth of all.
-    uint turns = 0u, splat_links = END;
+    uint turns = 0u, splat_links = END, veil_from = 0u;
     do {
         while (is_block(window.nearest.link)) {
             uint node = node_of(window.nearest.link);
+            if (is_veiled()) {
+                uint to = max(window.nearest.distance2, veil_from);
+                lay_veil_behind(upper, lower, tile, at * TILE, veil_from, to);
+                veil_from = to;
+            }
             uvec4 coverage = four_of_nodes(node + COVERAGE);
             lay_block_behind(upper, four_of_nodes(node + COLORS), coverage.xy);
             lay_block_behind(lower, four_of_nodes(node + COLORS + TILE.x), coverage.zw);
@@ -245,6 +274,8 @@ void main() {
             }
         }
     } while (MIXED && window.nearest.link != END && ++turns < MOST_TURNS);
+
+    if (is_veiled()) lay_veil_behind(upper, lower, tile, at * TILE, veil_from, END);
 
     // llvmpipe stops an invocation's loops after some 65,000 passes: it may leave the longest of lists early,
     // here or while they are sorted. Then what the first dispatch drew stays, which is nearly in order.

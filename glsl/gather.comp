@@ -1,5 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#extension GL_KHR_shader_subgroup_arithmetic : require
 #extension GL_KHR_shader_subgroup_ballot : require
 // The drops of the clusters in view: where each is, whether it is in view; the small ones are entered
 // into the lists of their tiles, the numbers of the others noted. One invocation a drop, a dispatch a
@@ -11,6 +12,11 @@
 #include "clusters.glsl"
 #include "splat.glsl"
 #include "tile_drop.glsl"
+#include "motion.glsl"
+#include "streak.glsl"
+#define VEIL_BINDING 15
+#include "veil.glsl"
+#include "veil_links.glsl"
 
 layout(local_size_x = GATHER_GROUP) in;
 
@@ -35,14 +41,28 @@ void main() {
     Drop drop = drop_of(is_drop ? index : 0u);
     float distance2;
     uint what = sighting(drop.view, drop.radius, distance2);
+    bool exposed = is_exposed();
+    Path path = path_at_rest();
+    if (exposed) {
+        path = path_of(drop.view, drop.radius, motion_of(is_drop ? index : 0u));
+        if (path.moved != vec3(0.0)) what = sighting_moving(drop.view, path.moved, drop.radius);
+    }
     if (!is_drop || !is_shown(index, drop, distance2)) what = OUT_OF_VIEW;
 
     Outline o = outline_of(drop, distance2);
     vec2 half_sides = box_of_equal_area(o.box, o.radius);
-    bool beside = what != OUT_OF_VIEW && what != CAMERA_INSIDE && is_beside(drop.view, drop.radius);
-    bool small = what == VISIBLE && !beside && is_small(drop, o, half_sides, distance2);
-    ivec4 pixels = pixels_in(o.center, small ? half_sides : o.box);
-    bool shown = what == VISIBLE && all(lessThanEqual(pixels.xy, pixels.zw));
+    bool beside = what != OUT_OF_VIEW && what != CAMERA_INSIDE && (is_beside(drop.view, drop.radius) || !path.even);
+    bool streak = exposed && what == VISIBLE && !beside && is_streak(drop, o, path, distance2);
+    float opacity = 1.0;
+    if (exposed) half_sides = blurred(half_sides, path, opacity);
+    bool small = what == VISIBLE && !beside && !streak && is_small(drop, o, half_sides, distance2) && is_short(o, path);
+    vec2 box = small ? half_sides : o.box;
+    if (exposed) {
+        o.center += path.aside;
+        box += small ? vec2(0.0) : reach_of(path);
+    }
+    ivec4 pixels = pixels_in(o.center, box);
+    bool shown = what == VISIBLE && !streak && all(lessThanEqual(pixels.xy, pixels.zw));
     uvec2 first = uvec2(pixels.xy) / TILE, last = uvec2(pixels.zw) / TILE;
     // Of the drops in the whole picture those that the part shows.
     shown = shown && all(lessThan(first, end_tile())) && all(greaterThanEqual(last, first_tile()));
@@ -67,15 +87,29 @@ void main() {
     at = subgroupBroadcastFirst(at) + subgroupBallotExclusiveBitCount(larges_here);
     if (what == CAMERA_INSIDE) atomicAdd(counters.camera_inside, 1u);
     uint number = place * CLUSTER + in_cluster;
-    if (splat && number >= MAX_SPLATS || large && at >= MAX_LARGES) {
+    if ((splat || streak) && number >= MAX_SPLATS || large && at >= MAX_LARGES) {
         atomicAdd(counters.lost, 1u);
-        splat = large = false;
+        splat = streak = large = false;
     }
     if (large) larges[at].index = index;
     uint node = number * NODE;
     if (splat) {
         uint direction = direction_texel(drop.relative * inversesqrt(distance2));
-        write_splat(node, distance2, index, o.center, half_sides, direction, first);
+        write_splat(node, distance2, index, o.center, half_sides, opacity, direction, first);
         hang_splat(node, first, last);
+    }
+    if (!exposed) return;
+
+    Streak s = streak_of_drop(drop, o, path, distance2);
+    VeilCells cells = cells_met(s);
+    uint wanted = streak ? cells.rows * cells.across : 0u, all_here = subgroupAdd(wanted), link = 0u;
+    if (all_here == 0u) return;
+    if (subgroupElect()) link = atomicAdd(totals.veil_links, all_here);
+    link = subgroupBroadcastFirst(link) + subgroupExclusiveAdd(wanted);
+    if (wanted > 0u && (link > VEIL_LINKS || link + wanted > VEIL_LINKS)) {
+        atomicAdd(counters.lost, min(wanted, 1u));
+    } else if (wanted > 0u) {
+        write_streak(node, distance2, s);
+        enter_streak(node, s, cells, link);
     }
 }

@@ -17,6 +17,7 @@
 const uint WIDE = 8;
 layout(local_size_x = WIDE) in;
 
+layout(std430, set = 0, binding = 23) readonly buffer Moves { vec4 moves[]; };
 // What far drops show (splat_table.comp).
 layout(std430, set = 0, binding = 16) readonly buffer SplatTable { uvec4 splat_table[]; };
 #define SOURCES_BINDING 17
@@ -30,12 +31,15 @@ const float TABLE_PX = 4.0;
 // in drops of over 900 pixels of radius, are mottled.
 const uint MOST_PARTS = 256;
 
+// Most places of an image on a drop's way.
+const float MOST_STEPS = 64.0;
+
 // Part of a pixel that a fragment must cover to take light: a colour counts as much as its pixel is covered, so that
 // a little part would have to be brighter than a colour can be.
 const float LEAST_COVER = 1.0 / 32.0;
 
 // Adds light to the pixel at a place on the screen, if a tile fragment of the drop is there; whether it is.
-bool add_light(uint drop, Large r, vec2 at, vec3 light) {
+bool add_light_at(uint drop, Large r, vec2 at, vec3 light) {
     if (any(lessThan(at, vec2(0.0))) || any(greaterThanEqual(at, frame.image.xy))) return false;
     uvec2 pixel = uvec2(at), tile = pixel / TILE, first = uvec2(r.first_tile & 0xffffu, r.first_tile >> 16);
     if (any(lessThan(tile, first)) || tile.x - first.x >= r.across) return false;
@@ -56,6 +60,19 @@ bool add_light(uint drop, Large r, vec2 at, vec3 light) {
     if (share < LEAST_COVER) return HAS_DEPTH != 0u;
     nodes[node + COLORS + in_tile] = pack_radiance(unpack_radiance(color) + light / share);
     return true;
+}
+
+// The same of a drop that may move while the shutter is open: along its way.
+bool add_light(uint drop, Large r, vec2 at, vec3 light) {
+    if (!is_exposed()) return add_light_at(drop, r, at, light);
+    vec2 way = moves[2u * drop + 1u].xy;
+    uint steps = uint(clamp(ceil(max(abs(way.x), abs(way.y))), 1.0, MOST_STEPS));
+    bool done = false;
+    for (uint i = 0u; i < steps; ++i) {
+        vec2 place = at + way * ((float(i) + 0.5) / float(steps) - 0.5);
+        done = add_light_at(drop, r, place, light / float(steps)) || done;
+    }
+    return done;
 }
 
 vec3 to_view(vec3 world) {

@@ -11,8 +11,12 @@
 #include "tile_buffers.glsl"
 #include "splat.glsl"
 #include "tile_drop.glsl"
+#include "motion.glsl"
 
 layout(local_size_x = 64) in;
+
+// How large drops move: in view space, and on the screen.
+layout(std430, set = 0, binding = 16) writeonly buffer Moves { vec4 moves[]; };
 
 #define COUNTERS_BINDING 11
 #include "counters.glsl"
@@ -47,6 +51,15 @@ vec2 seen_along(float across, float depth, float radius) {
     return across > 0.0 ? vec2(low, NOWHERE) : vec2(-NOWHERE, -low);
 }
 
+// The same of one that moves between two places, each across and depth: all, where it comes over the camera or its plane.
+vec2 passes_along(vec2 from, vec2 to, float radius) {
+    const float NOWHERE = 1e4;
+    vec2 a = seen_along(from.x, from.y, radius), b = seen_along(to.x, to.y, radius), way = to - from;
+    vec2 nearest = from + way * clamp(-dot(from, way) / max(dot(way, way), 1e-30), 0.0, 1.0);
+    bool over = dot(nearest, nearest) <= radius * radius || from != to && from.y * to.y <= 0.0;
+    return over ? vec2(-NOWHERE, NOWHERE) : vec2(min(a.x, b.x), max(a.y, b.y));
+}
+
 void main() {
     uint at = gl_GlobalInvocationID.x;
     if (at >= min(totals.larges, MAX_LARGES)) return;
@@ -56,9 +69,19 @@ void main() {
     vec3 v = drop.view;
     float distance2;
     sighting(v, drop.radius, distance2);
-    bool beside = is_beside(v, drop.radius);
+    bool exposed = is_exposed(), beside = is_beside(v, drop.radius);
+    Path path = path_at_rest();
+    if (exposed) path = path_of(v, drop.radius, motion_of(r.index));
     Outline o = outline_of(drop, distance2);
     r.sphere = vec4(v, drop.radius);
+    vec2 half_sides = box_of_equal_area(o.box, o.radius);
+    float blur = 1.0;
+    if (exposed) {
+        half_sides = blurred(half_sides, path, blur);
+        o.center += path.aside;
+        moves[2u * at] = vec4(path.moved, 0.0);
+        moves[2u * at + 1u] = vec4(path.way, 0.0, 0.0);
+    }
     r.center = o.center;
     float radius2 = drop.radius * drop.radius, flat2 = v.z * v.z - radius2;
     // Drops are ordered by their tangents' length: of two that do not touch, the one with the shorter is
@@ -78,7 +101,7 @@ void main() {
     vec3 out_r = world * vec3(radial * (-v.z * distance_r), far * distance_r);
     vec3 out_t = world * vec3(across, 0.0);
     vec2 disc_r = vec2(dot(out_r, u), dot(out_r, w)), disc_t = vec2(dot(out_t, u), dot(out_t, w));
-    bool rays = beside || o.radius > RAYS_PX || distance2 < NEAR_RADII * NEAR_RADII * radius2;
+    bool rays = beside || !path.even || o.radius > RAYS_PX || distance2 < NEAR_RADII * NEAR_RADII * radius2;
     if (rays) {
         disc_r = vec2(1.0, 0.0);
         disc_t = vec2(0.0, 1.0);
@@ -88,12 +111,23 @@ void main() {
     uint opacity = uint(opacity_at(distance2) * 65535.0 + 0.5);
     r.look = texel | (rays ? BY_RAYS : 0u) | opacity << 16;
 
-    ivec4 pixels = pixels_in(o.center, o.box);
-    if (beside) {
+    ivec4 pixels = pixels_in(o.center, o.box + reach_of(path));
+    if (!path.even) r.look |= COVER_BY_RAYS;
+    if (!path.even && !path.near) {
+        // Around the outlines at both ends.
+        vec3 ends[2] = vec3[2](v - 0.5 * path.moved, v + 0.5 * path.moved);
+        Outline a = outline_of(Drop(vec3(0.0), ends[0], drop.radius), dot(ends[0], ends[0]));
+        Outline b = outline_of(Drop(vec3(0.0), ends[1], drop.radius), dot(ends[1], ends[1]));
+        vec2 low = min(a.center - a.box, b.center - b.box), high = max(a.center + a.box, b.center + b.box);
+        pixels = pixels_in(0.5 * (low + high), 0.5 * (high - low));
+        r.to_disc = vec4(1e-6, 0.0, 0.0, 1e-6);
+    } else if (beside || path.near) {
         // The outline is no ellipse: the rays of the pixels that may see it tell which do.
         r.center = pixel_of(vec2(0.0));
         r.to_disc = vec4(1e-6, 0.0, 0.0, 1e-6);
-        vec2 x = seen_along(v.x, -v.z, drop.radius), y = seen_along(-v.y, -v.z, drop.radius);
+        vec3 from = v - 0.5 * path.moved, to = v + 0.5 * path.moved;
+        vec2 x = passes_along(vec2(from.x, -from.z), vec2(to.x, -to.z), drop.radius);
+        vec2 y = passes_along(vec2(-from.y, -from.z), vec2(-to.y, -to.z), drop.radius);
         vec2 low = vec2(x.x, y.x), high = vec2(x.y, y.y);
         pixels = pixels_in(r.center + frame.image.z * 0.5 * (low + high), frame.image.z * 0.5 * (high - low));
     }
@@ -101,10 +135,9 @@ void main() {
     bool nowhere = any(greaterThan(pixels.xy, pixels.zw)) || any(greaterThanEqual(first, end));
     uvec2 count = nowhere ? uvec2(0u) : end - first;
 
-    vec2 half_sides = box_of_equal_area(o.box, o.radius);
     ivec4 of_splats = pixels_in(o.center, half_sides);
     uvec2 upper = uvec2(of_splats.xy) / TILE, lower = upper + uvec2(0, 2), last = uvec2(of_splats.zw) / TILE;
-    bool splats = !beside && is_small(drop, o, half_sides, distance2) && all(lessThanEqual(last - upper, uvec2(1, 2)));
+    bool splats = !beside && path.even && is_small(drop, o, half_sides, distance2) && is_short(o, path) && all(lessThanEqual(last - upper, uvec2(1, 2)));
     if (splats) {
         count = uvec2(1u);
         r.look |= AS_SPLATS;
@@ -124,10 +157,10 @@ void main() {
     tiles = min(tiles, room);
     if (splats && tiles > 0u) {
         uint node = block_node(block);
-        write_splat(node, distance2, r.index, o.center, half_sides, texel, upper);
+        write_splat(node, distance2, r.index, o.center, half_sides, blur, texel, upper);
         hang_splat(node, upper, last);
         node += NODE;
-        write_splat(node, distance2, r.index, o.center, half_sides, texel, lower);
+        write_splat(node, distance2, r.index, o.center, half_sides, blur, texel, lower);
         hang_splat(node, lower, last);
     }
     bool big = tiles > MOST_TILES;

@@ -14,6 +14,7 @@
 
 layout(local_size_x = 256) in;
 
+layout(std430, set = 0, binding = 23) readonly buffer Moves { vec4 moves[]; };
 layout(set = 0, binding = 10) uniform sampler2D environment_map;
 
 #include "drop_light.glsl"
@@ -53,6 +54,8 @@ uint color(vec2 low, vec2 high, vec4 sphere, float pixels, vec2 moved, float beh
     return is_beside(sphere.xyz, sphere.w) && hits < 0.5 * float(SAMPLES) ? NO_COLOR : pack_radiance(sum / weights);
 }
 
+#include "moving_rays.glsl"
+
 void main() {
     uint invocation = group_number() * gl_WorkGroupSize.x + gl_LocalInvocationID.x;
     uint number = invocation / PIXELS, pixel = invocation % PIXELS;
@@ -76,5 +79,20 @@ void main() {
     // 0.029.)
     vec2 moved = SAMPLES > 1u && pixels < 2.0 ? place_moved(r.index) : vec2(0.0);
     float behind = HAS_DEPTH != 0u ? reach[tile_number(tile) * PIXELS + pixel] : 0.0;
-    nodes[block_node(at) + COLORS + pixel] = color(low, high, r.sphere, pixels, moved, behind);
+    uint node = block_node(at);
+    vec3 motion = vec3(0.0);
+    if (is_exposed()) motion = moves[2u * blocks[at]].xyz;
+    if (motion == vec3(0.0)) {
+        nodes[node + COLORS + pixel] = color(low, high, r.sphere, pixels, moved, behind);
+        return;
+    }
+    vec2 wide = box + 0.5 * abs(moves[2u * blocks[at] + 1u].xy);
+    low = clamp(r.center - wide, corner, corner + 1.0);
+    high = max(clamp(r.center + wide, corner, corner + 1.0), low + 1e-3);
+    float covered;
+    nodes[node + COLORS + pixel] = moving_color(low, high, r.sphere, motion, pixels, place_moved(r.index), behind, covered);
+    if ((r.look & COVER_BY_RAYS) != 0u) {
+        covered *= float(r.look >> 16);
+        atomicOr(nodes[node + COVERAGE + pixel / 2u], uint(covered + 0.5) << 16u * (pixel & 1u));
+    }
 }

@@ -5,7 +5,7 @@ use glam::Vec3;
 use raindrops::environment::Environment;
 use raindrops::plan::{Output, plan};
 use raindrops::reference::{Tracer, Truth, Weights};
-use raindrops::scene::model::Preset;
+use raindrops::scene::model::{Motion, Preset};
 use raindrops::scene::{PlacedDrop, Scene};
 
 fn parse(text: &str) -> raindrops::Result<Scene> {
@@ -95,8 +95,8 @@ fn what_no_preset_draws_is_said_with_the_command_that_does() {
     for (text, key) in [
         (format!("{drop}axis_ratio = 0.9"), "drop 1: axis_ratio"),
         (format!("{drop}shape = \"equilibrium\""), "drop 1: shape"),
-        ("[camera]\nshutter = 0.01".into(), "camera: shutter"),
-        ("[camera]\nshutter_angle = 90.0".into(), "camera: shutter"),
+        // Through more of its box than is drawn.
+        ("[camera]\nshutter = 60.0".into(), "camera: shutter"),
         ("[camera]\naperture = 0.01".into(), "camera: aperture"),
     ] {
         let scene = parse(&text).unwrap_or_else(|error| panic!("{text}: {error}"));
@@ -114,6 +114,19 @@ fn what_no_preset_draws_is_said_with_the_command_that_does() {
         let problem = plan(&scene, &sky, Output::Display).expect_err(text).to_string();
         assert!(problem.contains("1.33 alone; take preset fast"), "{problem}");
     }
+    // Points and quads know no exposure, and each model of motion goes with its optics.
+    for (text, told) in [
+        ("[model]\npreset = \"paper\"", "a point is drawn at an instant; take preset fast"),
+        ("[model]\npreset = \"exact\"\nmotion = \"streak\"", "optics must be appearance"),
+        ("[model]\npreset = \"fast\"\nmotion = \"sampled\"", "optics must be closed-form"),
+    ] {
+        let scene = parse(&format!("[camera]\nshutter_angle = 90.0\n{text}")).expect("a scene");
+        let problem = plan(&scene, &sky, Output::Display).expect_err(text).to_string();
+        assert!(problem.contains(told), "{problem}");
+        let mut instant = scene.clone();
+        instant.model.motion = Some(Motion::Instant);
+        assert_eq!(plan(&instant, &sky, Output::Display).expect(text).motion, Motion::Instant);
+    }
     // Points and quads know no depth.
     let mut scene = parse("[background]\ncolor = \"plate.exr\"").expect("a scene");
     assert!(plan(&scene, &sky, Output::Display).is_ok());
@@ -125,6 +138,8 @@ fn what_no_preset_draws_is_said_with_the_command_that_does() {
         format!("{drop}axis_ratio = 1\nvelocity = [0, -9, 0]"),
         format!("{drop}shape = \"sphere\""),
         "[camera]\nshutter = 0.0\naperture = 0.0\nfocus = 2.0".into(),
+        "[camera]\nshutter = 0.01".into(),
+        "[camera]\nshutter_angle = 90.0".into(),
         "[water]\nindex = [1.33, 1.33, 1.33]\noutside = 1".into(),
     ] {
         let scene = parse(&text).unwrap_or_else(|error| panic!("{text}: {error}"));

@@ -23,6 +23,9 @@ struct Frame {
     uvec4 tiles;        // of the part that is drawn: tiles, or sums of log luminance; regions, how many times 2 along both axes, across, in all
     uvec4 room;         // of the tiles' lists: nodes, blocks, large drops; w: bands of depth
     uvec4 clusters;     // x: clusters of drops, or room for those in view; y: clusters of random drops, or room for cells
+    vec4 moved;         // xyz: how far drops of the rain's box move while the shutter is open; w: for how long, scene's
+                        // seconds
+    uvec4 veil;         // words of its first links, and room for links (veil.glsl); zw: unused
 };
 layout(std140, set = 0, binding = 0) uniform Constants { Frame constants; };
 // Read at the very start of a shader: behind a branch llvmpipe, which sees that lanes may have left, fetches a

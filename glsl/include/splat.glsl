@@ -21,11 +21,27 @@ vec2 unpack_half_sides(uint word) {
     return vec2(word & 1023u, word >> 10 & 1023u) * (1.0 / 512.0);
 }
 
+// Where drops move, a splat's centre in 1/128 pixel and its opacity in eight bits.
+uint pack_center_and_opacity(vec2 from_corner, float opacity) {
+    uvec2 at = uvec2(ivec2(round(clamp(from_corner, -15.9, 15.9) * 128.0))) & 0xfffu;
+    return at.x | at.y << 12 | uint(opacity * 255.0 + 0.5) << 24;
+}
+
+vec2 unpack_center_of_moving(uint word) {
+    return vec2(int(word << 20) >> 20, int(word << 8) >> 20) * (1.0 / 128.0);
+}
+
+float unpack_opacity(uint word) {
+    return float(word >> 24) * (1.0 / 255.0);
+}
+
 // A drop's box and colour, for the tiles from `first` on.
-void write_splat(uint node, float distance2, uint index, vec2 center, vec2 half_sides, uint direction, uvec2 first) {
+void write_splat(uint node, float distance2, uint index, vec2 center, vec2 half_sides, float opacity, uint direction,
+                 uvec2 first) {
     nodes[node] = floatBitsToUint(distance2);
     nodes[node + 1u] = index;
-    nodes[node + 2u] = pack_center(center - vec2(first * TILE));
+    vec2 at = center - vec2(first * TILE);
+    nodes[node + 2u] = is_exposed() ? pack_center_and_opacity(at, opacity) : pack_center(at);
     nodes[node + 3u] = pack_half_sides(half_sides) | direction << HALF_SIDES_BITS;
 }
 

@@ -21,6 +21,7 @@ layout(constant_id = 10) const float RAYS_PX = 12.0; // radius from which it is 
 layout(constant_id = 11) const uint HAS_PLACED = 0;  // 1: some drops are placed by hand; CELLS: 1, drops differ
 layout(constant_id = 12) const uint SAMPLES = 1;     // rays a pixel
 layout(constant_id = 13) const uint HAS_DEPTH = 0;   // 1: what is behind hides drops that are farther (reach.glsl)
+layout(constant_id = 14) const uint MOTION = 0;      // 1: the shutter may be open for a time
 
 // What depends on the picture's size is no constant, so that pictures of all sizes have the same pipelines.
 #define TILE_COUNT frame.tiles.x
@@ -51,6 +52,7 @@ layout(std430, set = 0, binding = 3) buffer Totals {
     uint disordered;
     uint in_view;                   // clusters
     uint cells_in_view;
+    uint veil_links;                // of the veil's cells
     uint bin_counts[MAX_BINS];      // clusters in view of a band and region: bin band * REGIONS + region
     uint bin_starts[MAX_BINS + 1u]; // their first place, when they are sorted
 } totals;
@@ -86,6 +88,8 @@ struct Large {
 const uint BY_RAYS = 0x8000u;
 // It is a splat's size, but meets three rows of tiles: its one block's place holds the nodes of two splats.
 const uint AS_SPLATS = 0x4000u;
+// What it covers is found by its rays, too: it comes so near while the shutter is open that it is no outline.
+const uint COVER_BY_RAYS = 0x2000u;
 layout(std430, set = 0, binding = 6) buffer Larges { Large larges[]; };
 // Those that have more than MOST_TILES blocks: number, and how many blocks. As each has so many,
 // there is room for all.
@@ -94,6 +98,11 @@ layout(std430, set = 0, binding = 7) buffer Bigs { uvec2 bigs[]; };
 layout(std430, set = 0, binding = 8) buffer Blocks { uint blocks[]; };
 // The prefiltered pictures of a far drop (appearance.glsl).
 layout(std430, set = 0, binding = 9) readonly buffer Pictures { uint pictures[]; };
+
+// Whether drops move in this frame.
+bool is_exposed() {
+    return MOTION != 0u && frame.moved.w != 0.0;
+}
 
 // Number of a workgroup of a dispatch in rows.
 uint group_number() {

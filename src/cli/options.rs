@@ -14,8 +14,8 @@ use crate::measure::costs::{costs, ranked};
 use crate::plan::{Choice, check_drawable};
 use crate::scene::background::DepthKind;
 use crate::scene::model::{
-    DropShape, FarRain, Fresnel, Lookup, Operator, Optics, Order, Preset, Primitive, Reflection,
-    Simulation, Sizes, Weights,
+    DropShape, FarRain, Fresnel, Lookup, Motion, Operator, Optics, Order, Preset, Primitive,
+    Reflection, Simulation, Sizes, Weights,
 };
 use crate::scene::{RainSettings, Scene};
 use crate::{Error, Result};
@@ -218,6 +218,9 @@ pub struct AxisArgs {
     /// Radius in pixels under which a drop of real rain is not drawn by itself
     #[arg(long, value_name = "PX", allow_negative_numbers = true)]
     cutoff_px: Option<f64>,
+    /// How drops are shown that move while the shutter is open
+    #[arg(long, value_enum, value_name = "NAME")]
+    motion: Option<Motion>,
 }
 
 impl AxisArgs {
@@ -237,6 +240,7 @@ impl AxisArgs {
         model.lookup = self.lookup.or(model.lookup);
         model.far_rain = self.far_rain.or(model.far_rain);
         model.cutoff_px = self.cutoff_px.or(model.cutoff_px);
+        model.motion = self.motion.or(model.motion);
         scene.validate("command line")
     }
 }

@@ -58,13 +58,15 @@ pub struct Composite {
     sky_is_there: bool,
     bindings: Bindings,
     sky_pass: SkyPass,
+    /// What streaks of one colour show; none where there are none.
+    veil_light: Option<ComputePipeline>,
     rays: ComputePipeline,
     /// Adds the images of bright sources to large drops; none where there are no sources.
     glints: Option<ComputePipeline>,
     composite: ComputePipeline,
     disordered: ComputePipeline,
     _texels: Option<[Texels; 2]>,
-    _held: [Buffer; 2],
+    _held: [Buffer; 3],
 }
 
 /// What fills in what is behind the drops.
@@ -118,6 +120,11 @@ impl Composite {
 
         let disordered = make("disordered tiles", 8 * u64::from(tiles.count), Usage::empty())?;
 
+        // Eight bytes a tile.
+        let lit = if tiles.has_veil() { 8 * u64::from(tiles.count) } else { 16 };
+        let veil_light = make("veil light", lit, Usage::empty())?;
+        let [veil, moves] = tiles.of_motion();
+
         let splats = &splats.table;
         let fit = tiles.texels.is_some() && Texels::fit(device, &sky, Texel::FourWords);
         let four_words = |name, buffer| Texels::new(device, name, buffer, Texel::FourWords);
@@ -148,6 +155,7 @@ impl Composite {
                 .chain([buffer(&glints.bow)])
                 // Without a depth no shader reads it.
                 .chain([buffer(tiles.reach.as_ref().unwrap_or(&sky))])
+                .chain([veil, &veil_light, moves].map(buffer))
                 .chain(views.map(|view| (Binding::UNIFORM_TEXEL_BUFFER, Resource::Texels(view))))
                 .collect();
         let bindings = Bindings::of(device, "composite", &slots)?;
@@ -189,13 +197,14 @@ impl Composite {
             sky_since: 0,
             sky_is_there: false,
             sky_pass,
+            veil_light: tiles.has_veil().then(|| pipeline(shaders::VEIL_LIGHT_COMP)).transpose()?,
             rays: pipeline(shaders::RAYS_COMP)?,
             glints: (glints.count > 0).then(|| pipeline(shaders::GLINTS_COMP)).transpose()?,
             composite: pipeline(composite)?,
             disordered: pipeline(shaders::COMPOSITE_COMP_DISORDERED)?,
             bindings,
             _texels: texels.map(|(_, own)| own),
-            _held: [sky, disordered],
+            _held: [sky, disordered, veil_light],
         })
     }
 
@@ -244,6 +253,11 @@ impl Composite {
         match &self.sky_pass {
             SkyPass::Environment(pass) => pass.dispatch(commands, &self.bindings, 0, &[], groups),
             SkyPass::Background(pass) => pass.record(commands, groups),
+        }
+        if let Some(veil_light) = &self.veil_light {
+            let groups = self.tiles.div_ceil(64);
+            let rows = groups.div_ceil(MOST_GROUPS);
+            veil_light.dispatch(commands, &self.bindings, 0, &[], [groups.div_ceil(rows), rows, 1]);
         }
     }
 

@@ -41,9 +41,11 @@ pub struct Frame {
     pub tiles: [u32; 4],
     pub room: [u32; 4],
     pub clusters: [u32; 4],
+    pub moved: [f32; 4],
+    pub veil: [u32; 4],
 }
 
-const _: () = assert!(size_of::<Frame>() == 21 * 16);
+const _: () = assert!(size_of::<Frame>() == 23 * 16);
 
 /// What the device and the environment add to a scene.
 #[derive(Clone, Copy, Debug)]
@@ -68,7 +70,8 @@ impl Frame {
         let sight = Sight::new(&view, scene.camera.near);
         let with = |v: Vec3, w: f32| [v.x, v.y, v.z, w];
         let with_int = |v: [u32; 3], w: u32| [v[0], v[1], v[2], w];
-        let tick = tick_of_seconds(scene.time);
+        let tick = tick_of_seconds(scene.drawn_time());
+        let exposed = scene.drawn_exposure();
         let least_radius = scene
             .rain
             .map(|rain| rain.radius)
@@ -101,6 +104,7 @@ impl Frame {
                 stored_exposure(scene, around),
                 view.width as f32 * view.height as f32,
             ],
+            moved: [0.0, 0.0, 0.0, exposed as f32],
             ..Self::default()
         };
         if let Some(rain) = scene.rain() {
@@ -114,6 +118,7 @@ impl Frame {
             let boxes = rain.velocity * seconds / (2.0 * rain.half_extent);
             let step: DVec3 = (boxes - boxes.round()) * 2.0 * rain.half_extent;
             frame.motion = with(step.as_vec3(), 0.0);
+            frame.moved = with((rain.velocity * exposed).as_vec3(), exposed as f32);
         }
         frame
     }

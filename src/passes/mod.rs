@@ -25,6 +25,7 @@ pub mod simulate;
 pub mod sky;
 pub mod tiles;
 pub mod tone_map;
+mod veil;
 
 pub(crate) use crate::gpu::{attachment, rendering};
 use crate::plan::Light;

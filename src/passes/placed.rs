@@ -18,10 +18,13 @@ const MOST_AT_ONCE: usize = 65_536;
 /// Centre in float32 and radius; what float32 lost of the centre.
 type Record = [[f32; 4]; 2];
 
-/// The buffer, and whether it changes from frame to frame.
+/// The buffers, and whether they change from frame to frame.
 pub(super) struct PlacedDrops {
     pub buffer: Buffer,
+    /// How far each moves while the shutter is open; of no use where none does.
+    pub motions: Buffer,
     moves: bool,
+    is_exposed: bool,
 }
 
 impl PlacedDrops {
@@ -29,7 +32,7 @@ impl PlacedDrops {
     ///
     /// # Errors
     /// Those of [`Buffer::new`].
-    pub fn new(device: &Arc<Device>, scene: &Scene) -> Result<Self> {
+    pub fn new(device: &Arc<Device>, scene: &Scene, is_exposed: bool) -> Result<Self> {
         use vk::BufferUsageFlags as Usage;
         let moves = scene.drops.iter().any(|drop| drop.velocity != glam::DVec3::ZERO);
         let usage = Usage::STORAGE_BUFFER;
@@ -40,27 +43,38 @@ impl PlacedDrops {
         } else {
             Buffer::upload(device, "placed drops", &records(scene), usage)?
         };
-        Ok(Self { buffer, moves })
+        let count = if is_exposed { scene.drops.len().max(1) } else { 1 };
+        let bytes = (size_of::<[f32; 4]>() * count) as u64;
+        let usage = Usage::STORAGE_BUFFER | Usage::TRANSFER_DST;
+        let motions = Buffer::new(device, "motions of placed drops", bytes, usage, Memory::Device)?;
+        Ok(Self { buffer, motions, moves, is_exposed })
     }
 
     /// Records the places in this frame, where they change; a barrier to compute must follow.
     pub fn record(&self, device: &Device, commands: Recorder<'_>, scene: &Scene) {
-        if !self.moves {
-            return;
+        let update = |buffer: &Buffer, bytes: &[u8]| {
+            for (part, at) in bytes.chunks(MOST_AT_ONCE).zip((0..).step_by(MOST_AT_ONCE)) {
+                let raw = buffer.raw();
+                // SAFETY: recorded outside of rendering; the buffer holds the bytes, which are copied now.
+                unsafe { device.raw().cmd_update_buffer(commands.raw(), raw, at, part) };
+            }
+        };
+        if self.moves {
+            update(&self.buffer, bytemuck::cast_slice(&records(scene)));
         }
-        let records = records(scene);
-        let bytes: &[u8] = bytemuck::cast_slice(&records);
-        for (part, at) in bytes.chunks(MOST_AT_ONCE).zip((0..).step_by(MOST_AT_ONCE)) {
-            let raw = self.buffer.raw();
-            // SAFETY: recorded outside of rendering; the buffer holds the bytes, which are copied now.
-            unsafe { device.raw().cmd_update_buffer(commands.raw(), raw, at, part) };
+        if self.is_exposed && !scene.drops.is_empty() {
+            let exposed = scene.drawn_exposure();
+            let motion =
+                |drop: &PlacedDrop| (drop.velocity * exposed).as_vec3().extend(0.0).to_array();
+            let motions: Vec<[f32; 4]> = scene.drops.iter().map(motion).collect();
+            update(&self.motions, bytemuck::cast_slice(&motions));
         }
     }
 }
 
 fn records(scene: &Scene) -> Vec<Record> {
     let record = |drop: &PlacedDrop| {
-        let [high, low] = split(drop.center_at(scene.time));
+        let [high, low] = split(drop.center_at(scene.drawn_time()));
         [high.extend(drop.radius as f32), low.extend(0.0)].map(Into::into)
     };
     scene.drops.iter().map(record).collect()

@@ -126,7 +126,7 @@ impl Simulate {
         )?;
         let arguments = make("large drops' draw", 16, storage | Usage::INDIRECT_BUFFER)?;
         let counters = Self::counters(device)?;
-        let placed = PlacedDrops::new(device, scene)?;
+        let placed = PlacedDrops::new(device, scene, false)?;
 
         let chunks = count.div_ceil(chunk).max(1);
         let slots = [

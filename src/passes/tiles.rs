@@ -28,6 +28,7 @@ use super::light_constants;
 use super::placed::PlacedDrops;
 use super::rain_field::{RainField, SortedDrops};
 use super::simulate::Simulate;
+use super::veil::Veil;
 use crate::gpu::{
     Binding, Bindings, Buffer, ComputePipeline, Device, Memory, Recorder, Resource, Texel, Texels,
     Use, memory_barrier, shaders,
@@ -36,6 +37,7 @@ use crate::plan::FramePlan;
 use crate::rain::clusters::CLUSTER;
 use crate::rain::field::Seen;
 use crate::scene::Scene;
+use crate::scene::model::Motion;
 use crate::scene::projection::View;
 use crate::{Error, Result};
 
@@ -147,6 +149,9 @@ pub struct Tiles {
     big: ComputePipeline,
     blocks: ComputePipeline,
     placed: PlacedDrops,
+    veil: Veil,
+    /// How large drops move.
+    moves: Buffer,
     _found: Buffer,
 }
 
@@ -190,7 +195,7 @@ pub(super) const RAY_GROUPS: u64 = BLOCK_GROUPS + 16;
 pub(super) const DISORDERED_GROUPS: u64 = RAY_GROUPS + 16;
 /// Words of all arguments, of these and the counts that follow, and of the totals, which end with the bins'.
 const GROUPS_WORDS: usize = DISORDERED_GROUPS as usize / 4 + 4;
-const COUNTS_WORDS: usize = GROUPS_WORDS + 7;
+const COUNTS_WORDS: usize = GROUPS_WORDS + 8;
 const TOTALS_WORDS: usize = COUNTS_WORDS + MAX_BINS + MAX_BINS + 1;
 /// Where the counts stand in the totals, in bytes, and how many words of them there are.
 pub(crate) const COUNTS: (u64, usize) = (4 * GROUPS_WORDS as u64, COUNTS_WORDS - GROUPS_WORDS);
@@ -330,7 +335,13 @@ impl Tiles {
             true => Some(make("reach", 4, TILE_PIXELS * u64::from(count), storage)?),
             false => None,
         };
-        let placed = PlacedDrops::new(device, scene)?;
+        let moves = plan.motion != Motion::Instant;
+        let placed = PlacedDrops::new(device, scene, moves)?;
+        let tiles_px = (across * TILE.0, down * TILE.1);
+        let veil =
+            Veil::new(device, tiles_px, in_view * f64::from(plan.room), moves && splats > 0)?;
+        let large_moves =
+            make("motions of large drops", 32, if moves { larges } else { 1 }, storage)?;
         let found = make("clusters in view", 1, found_bytes, storage)?;
         let counters = Simulate::counters(device)?;
 
@@ -357,6 +368,7 @@ impl Tiles {
             .chain([&appearance.table, &placed.buffer, &counters, &found].map(buffer))
             // Without a depth no shader reads it.
             .chain([buffer(reach.as_ref().unwrap_or(&found))])
+            .chain([&placed.motions, &veil.buffer, &large_moves].map(buffer))
             .chain(views.map(|view| (Binding::UNIFORM_TEXEL_BUFFER, Resource::Texels(view))))
             .collect();
         let bindings = Bindings::of(device, "tiles", &slots)?;
@@ -371,7 +383,8 @@ impl Tiles {
             .into_iter()
             .chain([0]) // no shader has this one
             .chain(own)
-            .chain([0; 3])
+            .chain([moves.into()])
+            .chain([0; 2])
             .collect();
         let pipeline = |shader, push_words: u32| {
             ComputePipeline::new(device, shader, &bindings, 4 * push_words, &constants)
@@ -405,6 +418,8 @@ impl Tiles {
             texels,
             bindings,
             placed,
+            veil,
+            moves: large_moves,
             _found: found,
         })
     }
@@ -437,9 +452,20 @@ impl Tiles {
         self.source.buffers().into_iter().chain(&self.buffers)
     }
 
+    /// The lists of the veil, and how large drops move.
+    pub(super) fn of_motion(&self) -> [&Buffer; 2] {
+        [&self.veil.buffer, &self.moves]
+    }
+
+    /// Whether there may be streaks of one colour.
+    pub(super) fn has_veil(&self) -> bool {
+        self.veil.reset > 0
+    }
+
     /// Completes a frame's constants.
     pub fn complete(&self, frame: &mut Frame) {
         [frame.tiles, frame.room, frame.clusters] = self.in_frame;
+        frame.veil = self.veil.in_frame;
     }
 
     /// Records the reset of what is counted and linked, the placed drops' places, and what is `seen` of real rain
@@ -460,6 +486,11 @@ impl Tiles {
             let raw = buffer.raw();
             // SAFETY: the command buffer is recorded outside of rendering.
             unsafe { device.raw().cmd_fill_buffer(commands.raw(), raw, 0, vk::WHOLE_SIZE, value) };
+        }
+        if self.veil.reset > 0 {
+            let (raw, bytes) = (self.veil.buffer.raw(), self.veil.reset);
+            // SAFETY: as above; the bytes are within the buffer.
+            unsafe { device.raw().cmd_fill_buffer(commands.raw(), raw, 0, bytes, END) };
         }
         // 0 x 1 x 1 workgroups each; all counts 0.
         let mut totals = [0u32; COUNTS_WORDS];

@@ -67,7 +67,7 @@ impl Cutoff {
         let seen = scene.model.error.unwrap_or(LEAST_SEEN);
         let contrast = contrast(environment).clamp(LEAST_CONTRAST, 1.0);
         // A film may slow down until its drops stand still.
-        let exposed = if scene.film.is_default() { scene.exposed() } else { 0.0 };
+        let exposed = if scene.film.is_default() { scene.drawn_exposure() } else { 0.0 };
         let levels = 255.0 * seen;
         Self {
             px: unseen_radius(&rain.law(), rain.air_density, contrast, seen, exposed),

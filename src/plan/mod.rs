@@ -6,6 +6,7 @@ mod costs;
 mod cutoff;
 mod demand;
 mod errors;
+mod motion;
 mod requirements;
 mod undrawn;
 
@@ -26,8 +27,8 @@ use crate::rain::shape::SMALLEST_FLATTENED;
 use crate::rain::visibility::Frustum;
 use crate::scene::Scene;
 use crate::scene::model::{
-    DropShape, FarRain, Fresnel, Lookup, Operator, Optics, Order, Preset, Primitive, Reflection,
-    Simulation, Weights,
+    DropShape, FarRain, Fresnel, Lookup, Motion, Operator, Optics, Order, Preset, Primitive,
+    Reflection, Simulation, Weights,
 };
 use crate::scene::real_rain::RealRain;
 use crate::{Error, Result};
@@ -76,6 +77,8 @@ pub struct FramePlan {
     pub rays_px: f32,
     /// Places in a pixel that a drop's light is the mean of; of tiles, where rays are followed.
     pub samples: u32,
+    /// How drops are shown that move while the shutter is open.
+    pub motion: Motion,
     /// What a drop does to a ray of light.
     pub light: Light,
     /// Factor on the room for drops in view and for their tile fragments; 1 but where a host's view has grown.
@@ -265,6 +268,7 @@ pub fn plan_by(
         lookup: choice.lookup.unwrap_or(usual.lookup),
         indices: scene.indices(),
     };
+    let motion = motion::motion_of(scene, primitive, optics)?;
     let plan = FramePlan {
         preset: choice.preset,
         optics,
@@ -276,6 +280,7 @@ pub fn plan_by(
         splat_px: if optics == Optics::Appearance { SPLAT_PX } else { 0.0 },
         rays_px: if optics == Optics::Appearance { RAYS_PX } else { 0.0 },
         samples,
+        motion,
         light,
         room: 1,
         cutoff: scene.real_rain().map(|rain| Cutoff::of(scene, &rain, environment)),
@@ -364,14 +369,20 @@ fn passes(scene: &Scene, plan: &FramePlan) -> Vec<(&'static str, String)> {
             };
             passes.push(("clusters", skipped));
             passes.push(("sky", behind_of(scene, behind)));
+            let (small, others) = motion::in_words(plan.motion);
             let splats = if splat_px > 0.0 {
                 format!("; those under {splat_px} px of radius get two colours")
             } else {
                 String::new()
             };
-            passes
-                .push(("gather", format!("of {drops} those in the clusters in view move{splats}")));
-            passes.push(("large", "the others' coverage and pictures, tile by tile".into()));
+            passes.push((
+                "gather",
+                format!("of {drops} those in the clusters in view move{splats}{small}"),
+            ));
+            passes.push((
+                "large",
+                format!("the others' coverage and pictures, tile by tile{others}"),
+            ));
             passes.push(("rays", format!("radius over {rays_px} px, or near: closed form")));
             passes.push((
                 "glints",

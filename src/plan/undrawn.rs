@@ -34,10 +34,7 @@ fn undrawn(scene: &Scene) -> Option<(String, &'static str)> {
     if of_drop.is_some() {
         return of_drop;
     }
-    let keys = [
-        (scene.shutter() > 0.0, "camera: shutter", "an exposure"),
-        (camera.aperture > 0.0, "camera: aperture", "a lens"),
-    ];
+    let keys = [(camera.aperture > 0.0, "camera: aperture", "a lens")];
     let found = keys.into_iter().find(|(is_asked, ..)| *is_asked);
     found.map(|(_, key, what)| (key.to_string(), what))
 }

@@ -66,15 +66,42 @@ impl Sight {
         Vec3::new(along(self.axes[0]), along(self.axes[1]), along(self.axes[2]))
     }
 
+    /// How far beyond the left, the right, the upper and the lower edge of the view a place is.
+    fn beyond(&self, v: Vec3) -> [f32; 4] {
+        let (depth, x, y) = (-v.z, self.frustum_x, self.frustum_y);
+        [
+            -v.x * x[0] - depth * x[1],
+            v.x * x[2] - depth * x[3],
+            v.y * y[0] - depth * y[1],
+            -v.y * y[2] - depth * y[3],
+        ]
+    }
+
+    /// What becomes of a drop that moves so far, both in view space, around this centre: whether it may be in view at
+    /// any time.
+    pub fn sighting_moving(&self, v: Vec3, moved: Vec3, radius: f32) -> Sighting {
+        if moved == Vec3::ZERO {
+            return self.sighting(v, radius);
+        }
+        let half_way = 0.5 * moved;
+        let (from, to) = (v - half_way, v + half_way);
+        let square = (v.x * v.x + v.y * v.y) + v.z * v.z;
+        let (a, b) = (self.beyond(from), self.beyond(to));
+        let in_frustum = a.into_iter().zip(b).all(|(a, b)| a.min(b) <= radius);
+        if !in_frustum || square < self.near * self.near || (-from.z).max(-to.z) <= -radius {
+            Sighting::OutOfView
+        } else if (-from.z).min(-to.z) <= radius {
+            Sighting::BesideCamera
+        } else {
+            Sighting::Visible
+        }
+    }
+
     /// What becomes of a drop with this centre in view space.
     pub fn sighting(&self, v: Vec3, radius: f32) -> Sighting {
         let depth = -v.z;
         let distance2 = (v.x * v.x + v.y * v.y) + v.z * v.z;
-        let beyond = |low: f32, high: f32, edges: [f32; 4]| {
-            (low * edges[0] - depth * edges[1]).max(high * edges[2] - depth * edges[3])
-        };
-        let in_frustum = beyond(-v.x, v.x, self.frustum_x) <= radius
-            && beyond(v.y, -v.y, self.frustum_y) <= radius;
+        let in_frustum = self.beyond(v).into_iter().all(|beyond| beyond <= radius);
         if distance2 <= radius * radius {
             Sighting::CameraInside
         } else if !in_frustum || distance2 < self.near * self.near || depth <= -radius {
@@ -93,23 +120,25 @@ pub fn split(v: DVec3) -> [Vec3; 2] {
     [high, (v - high.as_dvec3()).as_vec3()]
 }
 
-/// Every drop of a scene in view space at its time, with what became of it; by index, the random
+/// Every drop of a scene in view space in the middle of what is exposed, with what became of it; by index, the random
 /// drops in a box before the placed ones. Those of real rain have no index: [`crate::rain::field::Field::sightings`].
 pub fn sightings(scene: &Scene) -> impl Iterator<Item = (Vec3, f32, Sighting)> {
     let sight = Sight::new(&scene.view(), scene.camera.near);
     let random = scene.rain().into_iter().flat_map(move |rain| {
-        let shift = rain.shift(crate::rain::tick_of_seconds(scene.time));
+        let shift = rain.shift(crate::rain::tick_of_seconds(scene.drawn_time()));
         let camera = rain.camera_place(scene.camera.position);
-        (0..rain.count)
-            .map(move |index| (rain.relative(rain.place(index, shift), camera), rain.radius as f32))
+        let moved = (rain.velocity * scene.drawn_exposure()).as_vec3();
+        (0..rain.count).map(move |index| {
+            (rain.relative(rain.place(index, shift), camera), moved, rain.radius as f32)
+        })
     });
-    let placed = scene
-        .drops
-        .iter()
-        .map(move |drop| (sight.relative_placed(drop.center_at(scene.time)), drop.radius as f32));
-    random.chain(placed).map(move |(relative, radius)| {
+    let placed = scene.drops.iter().map(move |drop| {
+        let moved = (drop.velocity * scene.drawn_exposure()).as_vec3();
+        (sight.relative_placed(drop.center_at(scene.drawn_time())), moved, drop.radius as f32)
+    });
+    random.chain(placed).map(move |(relative, moved, radius)| {
         let center = sight.view_space(relative);
-        (center, radius, sight.sighting(center, radius))
+        (center, radius, sight.sighting_moving(center, sight.view_space(moved), radius))
     })
 }
 

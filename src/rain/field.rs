@@ -167,8 +167,8 @@ impl Field {
     /// The same; none if the cells cannot be numbered.
     fn seen_over(&self, scene: &Scene, cutoff_px: f64) -> Option<Seen> {
         let (view, metres) = (scene.view(), scene.metres);
-        let tick = tick_of_seconds(scene.time);
-        let exposed = scene.exposed();
+        let tick = tick_of_seconds(scene.drawn_time());
+        let exposed = scene.drawn_exposure();
         let pyramid = Pyramid::of(&view);
         let mut seen = Seen {
             classes: Vec::new(),
@@ -229,7 +229,8 @@ impl Field {
         for slab in &seen.slabs {
             let class = slab.class as usize;
             let (lattice, place) = (&self.lattices[class], &seen.places[class]);
-            let edge = seen.classes[class].moved[3];
+            let [x, y, z, edge] = seen.classes[class].moved;
+            let moved = sight.view_space(Vec3::new(x, y, z));
             for number in 0..slab.cells {
                 let cell = slab.cell(number, place);
                 for drop in lattice.drops(cell) {
@@ -243,7 +244,7 @@ impl Field {
                             from_camera: lattice.between(place, &drop.place) / scene.metres,
                             radius,
                             velocity: lattice.velocity / scene.metres,
-                            sighting: sight.sighting(center, radius),
+                            sighting: sight.sighting_moving(center, moved, radius),
                         });
                     }
                 }
@@ -400,8 +401,9 @@ impl Pyramid {
         edges.extend((0..4).map(|i| [far[i], far[(i + 1) % 4]]));
         // Drops reach over their cell by their radius; a little more, for rounding on the GPU.
         let reach = 1.001 * lattice.radius + 1e-5 * depth;
-        let before = reach + moved.max(DVec3::ZERO);
-        let after = reach - moved.min(DVec3::ZERO);
+        // Drops move by as much before the middle of the exposure as after it.
+        let before = reach + 0.5 * moved.abs();
+        let after = before;
         let fraction = DVec3::from_array(camera.fraction.map(f64::from)) / 4_294_967_296.0;
         let cell = move |metres: f64, axis: usize| (metres / edge + fraction[axis]).floor() as i32;
 

@@ -313,6 +313,9 @@ impl View {
         if scene.model != made.model {
             return refuse("the renderer was made for other models");
         }
+        if scene.drawn_exposure() != 0.0 && made.shutter() == 0.0 {
+            return refuse("camera: shutter: the renderer was made for an instant");
+        }
         let sums_up = self.display.as_ref().is_none_or(|display| display.log_average);
         if scene.tone_map.derives_exposure() && !sums_up {
             return refuse("tone_map: the renderer was made for a fixed exposure");

@@ -24,8 +24,8 @@ use crate::scene::background::Background;
 use crate::scene::camera::{Camera, View};
 use crate::scene::film::Film;
 use crate::scene::model::{
-    DropShape, FarRain, Fresnel, Lookup, Operator, Optics, Order, Preset, Primitive, Reflection,
-    Simulation, Weights,
+    DropShape, FarRain, Fresnel, Lookup, Motion, Operator, Optics, Order, Preset, Primitive,
+    Reflection, Simulation, Weights,
 };
 use crate::scene::real_rain::{RainTable, RealRain};
 use crate::scene::water::Water;
@@ -228,6 +228,9 @@ pub struct ModelChoice {
     /// Radius in pixels under which a drop of real rain is too small for that, 0.001 to 1.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cutoff_px: Option<f64>,
+    /// How drops are shown that move while the shutter is open.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub motion: Option<Motion>,
 }
 
 impl ModelChoice {
@@ -276,6 +279,7 @@ impl ModelChoice {
             ("lookup", self.lookup.is_some()),
             ("far_rain", self.far_rain.is_some()),
             ("cutoff_px", self.cutoff_px.is_some()),
+            ("motion", self.motion.is_some()),
         ];
         given.into_iter().filter(|(_, is_given)| *is_given).map(|(name, _)| name).collect()
     }
@@ -360,6 +364,7 @@ impl Default for ModelChoice {
             lookup: None,
             far_rain: None,
             cutoff_px: None,
+            motion: None,
         }
     }
 }
@@ -431,6 +436,17 @@ impl Scene {
     /// The scene's time that is exposed from `time` on, in seconds; negative where the pace is.
     pub fn exposed(&self) -> f64 {
         self.shutter() * self.pace
+    }
+
+    /// The scene's time that drops move for in what is drawn, in seconds: that which is exposed, but none where an
+    /// instant is asked for.
+    pub fn drawn_exposure(&self) -> f64 {
+        if self.model.motion == Some(Motion::Instant) { 0.0 } else { self.exposed() }
+    }
+
+    /// The time of the drops' places in what is drawn: the middle of the exposure.
+    pub fn drawn_time(&self) -> f64 {
+        self.time + 0.5 * self.drawn_exposure()
     }
 
     /// Width and height in pixels of the picture that is drawn: the image, or the camera's window of it.

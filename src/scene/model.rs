@@ -194,6 +194,18 @@ models! {
 }
 
 models! {
+    /// How drops are shown that move while the shutter is open.
+    Motion {
+        /// Where they are when it opens.
+        Instant = "instant",
+        /// Their outline's mean over the exposure, in closed form; small and faint ones of one colour.
+        Streak = "streak",
+        /// Rays that have a time each, for every drop.
+        Sampled = "sampled",
+    }
+}
+
+models! {
     /// How radiance becomes display colour.
     Operator {
         /// The global photographic operator of Reinhard et al. 2002.

@@ -8,7 +8,7 @@ use super::history::History;
 use super::keys::{Action, HELP};
 use super::prepare::Pane;
 use super::stage::Difference;
-use super::weather::weather;
+use super::weather::{shutter, weather};
 use crate::measure::bench::thousands;
 use crate::plan::FramePlan;
 use crate::scene::model::Preset;
@@ -193,6 +193,7 @@ fn time(ui: &mut Ui, controls: &mut Controls<'_>) {
 fn scene(ui: &mut Ui, controls: &mut Controls<'_>, facts: &Facts<'_>) {
     let scene = &mut *controls.scene;
     weather(ui, scene);
+    shutter(ui, scene);
     if let Some(rain) = scene.rain.as_mut().filter(|rain| rain.real.is_none()) {
         ui.horizontal(|ui| {
             ui.label("drops");

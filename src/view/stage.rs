@@ -234,12 +234,18 @@ impl Stage {
 fn fixed_part(scene: &Scene) -> Scene {
     let mut other = Scene { camera: Camera::default(), time: 0.0, ..Scene::default() };
     other.tone_map.exposure = Some(1.0);
+    // Whether there is an exposure is a matter of models; how long it is, of frames.
+    other.camera.shutter = if scene.shutter() > 0.0 { 1.0 } else { 0.0 };
     moved(scene, &other)
 }
 
-/// `scene` with the camera, the time, the key and, if both have one, the fixed exposure of another.
+/// `scene` with the camera (but no exposure where it has none), the time, its pace, the key and, if both have one, the fixed exposure of another.
 fn moved(scene: &Scene, other: &Scene) -> Scene {
-    let mut moved = Scene { camera: other.camera, time: other.time, ..scene.clone() };
+    let (time, pace) = (other.time, other.pace);
+    let mut moved = Scene { camera: other.camera, time, pace, ..scene.clone() };
+    if scene.shutter() == 0.0 {
+        (moved.camera.shutter, moved.camera.shutter_angle) = (0.0, None);
+    }
     moved.tone_map.key = other.tone_map.key;
     moved.tone_map.exposure = scene.tone_map.exposure.and(other.tone_map.exposure);
     moved

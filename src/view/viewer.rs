@@ -299,6 +299,8 @@ impl Viewer {
         self.clock.advance(elapsed);
         self.flight.fly(&mut self.scene.camera, elapsed.min(LONGEST_STEP));
         self.scene.time = self.clock.seconds();
+        // Where time is stopped the picture stays as it was.
+        self.scene.pace = if self.clock.backwards { -self.clock.rate() } else { self.clock.rate() };
 
         if self.resized.1 != size {
             self.resized = (now, size);

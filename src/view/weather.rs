@@ -1,4 +1,5 @@
-//! The panel's controls of real rain: how much falls, drops of which sizes, the wind, and what is left to the medium.
+//! The panel's controls of real rain: how much falls, drops of which sizes, the wind, and what is left to the medium;
+//! and of the shutter.
 
 use egui::Ui;
 
@@ -37,6 +38,19 @@ pub(super) fn weather(ui: &mut Ui, scene: &mut Scene) {
     if cutoff != was {
         scene.model.cutoff_px = Some(cutoff);
     }
+}
+
+/// For how long the shutter is open. Slow motion shortens what it shows.
+pub(super) fn shutter(ui: &mut Ui, scene: &mut Scene) {
+    ui.horizontal(|ui| {
+        ui.label("shutter");
+        let mut seconds = scene.shutter();
+        let slider = egui::Slider::new(&mut seconds, 0.0..=0.1).logarithmic(true);
+        let slider = slider.smallest_positive(1e-5).suffix(" s");
+        if ui.add(slider).on_hover_text("0: an instant").changed() {
+            (scene.camera.shutter, scene.camera.shutter_angle) = (seconds, None);
+        }
+    });
 }
 
 /// A slider whose value is taken when it is let go.

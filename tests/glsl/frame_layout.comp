@@ -30,4 +30,6 @@ void main() {
     copies[18] = frame.tiles;
     copies[19] = frame.room;
     copies[20] = frame.clusters;
+    copies[21] = floatBitsToUint(frame.moved);
+    copies[22] = frame.veil;
 }

@@ -2,7 +2,8 @@
 //! it belongs.
 
 use crate::scene::model::{
-    FarRain, Fresnel, Lookup, Optics, Order, Preset, Primitive, Reflection, Simulation, Weights,
+    FarRain, Fresnel, Lookup, Motion, Optics, Order, Preset, Primitive, Reflection, Simulation,
+    Weights,
 };
 use crate::scene::{ModelChoice, Scene};
 
@@ -38,6 +39,10 @@ pub fn models_of_rain() -> Vec<Model> {
     for far_rain in [FarRain::Drops, FarRain::None] {
         let choice = ModelChoice { far_rain: Some(far_rain), ..fast };
         all.push(Model { name: format!("fast far-rain {far_rain}"), choice });
+    }
+    for base in [Preset::Fast, Preset::Exact] {
+        let choice = ModelChoice { motion: Some(Motion::Instant), ..preset(base) };
+        all.push(Model { name: format!("{base} motion instant"), choice });
     }
     let cutoff_px = Some(0.2);
     let none = ModelChoice { far_rain: Some(FarRain::None), cutoff_px, ..fast };

@@ -67,9 +67,10 @@ pub fn weather() -> Result<StudyScene> {
     let mut scene = Scene { rain: Some(RainSettings::of(rain)), ..square(192) };
     scene.camera.vertical_fov = 12.0;
     scene.camera.target = DVec3::new(0.0, 0.1, -1.0);
+    scene.camera.shutter = 1e-3;
     Ok(StudyScene {
         name: "weather".into(),
-        asks: "real rain of 25 mm/h, two million drops",
+        asks: "real rain of 25 mm/h, two million drops, exposed for 1/1000 s",
         frames: vec![scene],
         environment: veiled,
     })

@@ -1,0 +1,29 @@
+// The mean light of a far drop by its direction. Needs octahedron.glsl, appearance.glsl, sources.glsl and the table `bow`.
+
+// Number of the texel at a place of the octahedral map, of which one beyond an edge is another within.
+uint wrapped_texel(ivec2 at) {
+    const int LAST = int(DIRECTIONS) - 1;
+    if (at.x < 0 || at.x > LAST) at = ivec2(clamp(at.x, 0, LAST), LAST - at.y);
+    if (at.y < 0 || at.y > LAST) at = ivec2(LAST - at.x, clamp(at.y, 0, LAST));
+    return uint(at.y) * DIRECTIONS + uint(at.x);
+}
+
+// Mean light of a far drop in a direction: of the environment without its bright sources between those of the four
+// nearest texels; of each source by its angle.
+vec3 far_light(vec3 d) {
+    vec2 at = (0.5 * octahedral(d) + 0.5) * float(DIRECTIONS) - 0.5, from = floor(at), share = at - from;
+    vec3 sum = vec3(0.0);
+    for (int i = 0; i < 4; ++i) {
+        ivec2 step = ivec2(i & 1, i >> 1);
+        vec2 weights = mix(1.0 - share, share, vec2(step));
+        uint texel = wrapped_texel(ivec2(from) + step);
+        sum += weights.x * weights.y * unpack_radiance(pictures[picture_word(texel, 1u)]);
+    }
+    for (uint i = 0u; i < source_count.x; ++i) {
+        vec3 toward = sources[i].toward.xyz;
+        float turn = atan(length(cross(d, toward)), dot(d, toward)) / 3.14159265 * float(BOW_ANGLES - 1u);
+        uint below = min(uint(turn), BOW_ANGLES - 2u), entry = i * BOW_ANGLES + below;
+        sum += mix(bow[entry].rgb, bow[entry + 1u].rgb, turn - float(below));
+    }
+    return sum;
+}

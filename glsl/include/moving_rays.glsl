@@ -1,0 +1,54 @@
+// The light of a drop that moves, by rays: each meets it for a part of the exposure, in closed form, and follows what it
+// shows at one moment of that. Needs what rays.comp includes.
+
+// Fewest rays of a pixel, so that the picture is a mean over time.
+const uint LEAST_RAYS = 4;
+
+// When a ray meets the sphere, as parts of the exposure from its middle on; empty: none. `nearest`: when it is nearest.
+vec2 times_met(vec3 d, vec3 center, vec3 motion, float radius, out float nearest) {
+    vec3 c = cross(cross(d, center), d), m = cross(cross(d, motion), d);
+    float m2 = dot(m, m), r2 = radius * radius;
+    vec3 twist = cross(c, m);
+    float reach2 = m2 * r2 - dot(twist, twist);
+    // Before the camera.
+    float start = dot(d, center), slope = dot(d, motion);
+    vec2 before = vec2(-0.5, 0.5);
+    if (slope > 0.0) before.x = max(before.x, -start / slope);
+    if (slope < 0.0) before.y = min(before.y, -start / slope);
+    if (slope == 0.0 && start <= 0.0) before = vec2(1.0, 0.0);
+    nearest = clamp(m2 > 1e-12 * r2 ? -dot(c, m) / m2 : 0.0, before.x, max(before.x, before.y));
+    if (m2 <= 1e-12 * r2) return dot(c, c) < r2 ? before : vec2(1.0, 0.0);
+    if (reach2 <= 0.0) return vec2(1.0, 0.0);
+    float middle = -dot(c, m) / m2, reach = sqrt(reach2) / m2;
+    return vec2(max(middle - reach, before.x), min(middle + reach, before.y));
+}
+
+// As `color`; `covered`: part of the time, on the mean over the rays.
+uint moving_color(vec2 low, vec2 high, vec4 sphere, vec3 motion, float pixels, vec2 moved, float behind, out float covered) {
+    vec3 sum = vec3(0.0);
+    float weights = 0.0;
+    mat3 world = mat3(frame.right.xyz, frame.up.xyz, frame.back.xyz);
+    vec2 extent = high - low;
+    uint rays = max(SAMPLES, LEAST_RAYS);
+    float step = clamp(0.25 * pixels, 0.5, 1.0) * sqrt(extent.x * extent.y / float(rays)) / pixels;
+    covered = 0.0;
+    for (uint i = 0u; i < rays; ++i) {
+        vec3 d = normalize(ray_through(low + fract(place_of(i, rays) + moved) * extent));
+        float nearest;
+        vec2 times = times_met(d, sphere.xyz, motion, sphere.w, nearest);
+        float share = max(times.y - times.x, 0.0);
+        // Evenly over the time, in another order than over the pixel: by the golden ratio.
+        float moment = share > 0.0 ? mix(times.x, times.y, fract(0.61803399 * float(i) + moved.x)) : nearest;
+        vec3 center = sphere.xyz + moment * motion;
+        vec3 to_ray = cross(cross(d, center), d) / -sphere.w;
+        float b = length(to_ray), held = min(b, 0.99999);
+        if (HAS_DEPTH != 0u && dot(d, center) - sphere.w * sqrt((1.0 - held) * (1.0 + held)) >= behind) share = 0.0;
+        float weight = max(share, 1e-6);
+        Encounter e = Encounter(d, to_ray / max(b, 1e-9), held, sqrt((1.0 - held) * (1.0 + held)));
+        sum += weight * drop_light(environment_map, e, world, step);
+        weights += weight;
+        covered += share;
+    }
+    covered /= float(rays);
+    return pack_radiance(sum / weights);
+}

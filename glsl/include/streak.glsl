@@ -1,0 +1,80 @@
+// How much a small drop covers of each pixel that it passes over, at rest on the mean. See docs/method.md.
+//
+// Seen along the longer axis of its way the drop is a column that leans: across, in a row of pixels, a parabola of the
+// outline's variance and of what the row leans by; along, a box whose ends fall over a whole number of pixels. Each has
+// the same sum over pixels wherever it lies, so that a streak has the drop's light at every size, length and angle.
+
+struct Streak {
+    vec2 center;   // pixels
+    float area;    // of the drop, times its opacity, pixels
+    bool upright;  // longer along y
+    float slope;   // pixels across for one along
+    float inverse; // of half its width
+    float full;    // length at half its height
+    float ends;    // over so many pixels each of its ends falls off
+};
+
+// `across2`: squared half width of the outline at right angles to its way.
+Streak streak_of(vec2 center, vec2 way, float area, float across2) {
+    Streak s;
+    s.center = center;
+    s.area = area;
+    s.upright = abs(way.y) >= abs(way.x);
+    vec2 turned = s.upright ? way.yx : way;
+    s.slope = turned.y / turned.x;
+    float stretch2 = 1.0 + s.slope * s.slope, along = abs(turned.x);
+    // Variances: a quarter of the squared half width or length of an ellipse, a twelfth of a box's squared length, a
+    // fifth of a parabola's.
+    s.inverse = min(inversesqrt(1.25 * across2 * stretch2 + (5.0 / 12.0) * s.slope * s.slope), 6e4);
+    float along2 = area * area / (9.8696044 * across2 * stretch2), all2 = along * along + 3.0 * along2;
+    s.ends = max(floor(min(sqrt(1.0 + 3.0 * along2) + 0.5, sqrt(0.5 * (all2 + 1.0)))), 1.0);
+    s.full = min(sqrt(max(all2 + 1.0 - s.ends * s.ends, s.ends * s.ends)), 6e4);
+    return s;
+}
+
+// As six words.
+void pack_streak(Streak s, out uvec2 at, out uvec4 rest) {
+    at = floatBitsToUint(s.center);
+    rest = uvec4(packHalf2x16(vec2(s.slope, s.inverse)), packHalf2x16(vec2(s.full, s.ends)),
+                 floatBitsToUint(s.upright ? s.area : -s.area), 0u);
+}
+
+Streak unpack_streak(uvec2 at, uvec4 rest) {
+    vec2 across = unpackHalf2x16(rest.x), along = unpackHalf2x16(rest.y);
+    float area = uintBitsToFloat(rest.z);
+    return Streak(uintBitsToFloat(at), abs(area), area > 0.0, across.x, across.y, along.x, along.y);
+}
+
+// The integral across of a streak's width, from -0.5 to 0.5.
+vec4 width_to(vec4 off) {
+    vec4 t = clamp(off, -1.0, 1.0);
+    return t * (0.75 - 0.25 * t * t);
+}
+
+float width_to(float off) {
+    float t = clamp(off, -1.0, 1.0);
+    return t * (0.75 - 0.25 * t * t);
+}
+
+// Coverage of a row of four pixels, of which the first's middle is `from`, relative to the streak's.
+vec4 streak_coverage(Streak s, vec2 from) {
+    vec4 x = from.x + vec4(0.0, 1.0, 2.0, 3.0), y = vec4(from.y);
+    vec4 across = s.upright ? x : y, along = s.upright ? y : x;
+    precise vec4 off = (across - s.slope * along) * s.inverse;
+    precise vec4 width = width_to(off + 0.5 * s.inverse) - width_to(off - 0.5 * s.inverse);
+    precise vec4 length = clamp((0.5 * s.full - abs(along)) / s.ends + 0.5, 0.0, min(s.full / s.ends, 1.0));
+    precise vec4 covered = width * length * (s.area / s.full);
+    return min(covered, vec4(1.0));
+}
+
+// The same of one that is upright: neighbouring pixels share an edge.
+vec4 upright_coverage(Streak s, vec2 from) {
+    precise float first = (from.x - 0.5 - s.slope * from.y) * s.inverse;
+    precise vec4 off = first + s.inverse * vec4(0.0, 1.0, 2.0, 3.0);
+    vec4 edges = width_to(off);
+    precise vec4 width = vec4(edges.yzw, width_to(first + 4.0 * s.inverse)) - edges;
+    precise float length = clamp((0.5 * s.full - abs(from.y)) / s.ends + 0.5, 0.0, min(s.full / s.ends, 1.0));
+    precise float share = length * (s.area / s.full);
+    precise vec4 covered = width * share;
+    return min(covered, vec4(1.0));
+}

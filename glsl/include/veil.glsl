@@ -1,0 +1,44 @@
+// Streaks of one colour, all of them together: a veil. A far drop's mean colour depends on its direction alone, so all
+// that is behind one another has the colour of its pixel, and only how much passes between them all is needed: a sum
+// of optical depths, in no order. Needs tile_buffers.glsl, streak.glsl.
+//
+// They are in lists by cells of the picture larger than tiles, of four kinds: squares for slanting streaks and short
+// level ones, columns and short columns for upright ones, rows for level ones. A tile reads the lists of its four cells.
+// So a streak has few entries, and each pixel meets few that pass it by.
+const uint CELL_KINDS = 4, SQUARES = 0, COLUMNS = 1, ROWS = 2, SHORT_COLUMNS = 3;
+const uvec2 CELLS_PX[CELL_KINDS] = uvec2[CELL_KINDS](uvec2(8, 8), uvec2(4, 32), uvec2(32, 4), uvec2(4, 8));
+const float SHORT_STREAK = 12.0; // pixels
+const float SLANT = 0.25;        // pixels across for one along
+
+// The first link of each cell; then links: record, a word of `nodes`, and next.
+#ifndef VEIL_READ_ONLY
+layout(std430, set = 0, binding = VEIL_BINDING) buffer Veil { uint veil[]; };
+#else
+layout(std430, set = 0, binding = VEIL_BINDING) readonly buffer Veil { uint veil[]; };
+#endif
+#define VEIL_HEADS frame.veil.x // words
+#define VEIL_LINKS frame.veil.y // room for so many
+
+// Whether there may be streaks of one colour in this frame.
+bool is_veiled() {
+    return is_exposed() && VEIL_LINKS != 0u;
+}
+
+// Pixels of the tiles, across and down.
+uvec2 veil_size() {
+    return (end_tile() - first_tile()) * TILE;
+}
+
+uvec2 cells_of(uint kind) {
+    return (veil_size() + CELLS_PX[kind] - 1u) / CELLS_PX[kind];
+}
+
+// Number of the first cell of a kind.
+uint first_cell(uint kind) {
+    uint sum = 0u;
+    for (uint before = 0u; before < CELL_KINDS; ++before) {
+        uvec2 cells = cells_of(before);
+        if (before < kind) sum += cells.x * cells.y;
+    }
+    return sum;
+}

@@ -1,0 +1,72 @@
+// What of the veil is between two distances, over a tile's pixels. Needs veil.glsl, by_four.glsl, counters.glsl.
+
+// Its colour in each tile, four halves.
+layout(std430, set = 0, binding = 22) readonly buffer VeilLight { uvec2 veil_light[]; };
+
+// Optical depths are summed up in whole units, so that no order of the streaks changes a bit.
+const float DEPTH_UNITS = 16777216.0;
+const ivec4 MOST_DEPTH = ivec4(0x40000000);
+
+// -log(1 - x) within 1.5 % of what passes, and for x to 1: of twice the root of what passes, by a Padé approximant.
+ivec4 optical_depth(vec4 x) {
+    precise vec4 b = 1.0 - sqrt(1.0 - x);
+    precise vec4 depth = (12.0 * b - 6.0 * b * b) / (6.0 - 6.0 * b + b * b);
+    return ivec4(depth * DEPTH_UNITS + 0.5);
+}
+
+// The same within 3e-4 for x under 0.35: long streaks cover no more.
+ivec4 thin_optical_depth(vec4 x) {
+    precise vec4 depth = x * (1.0 + x * (0.5 + x * (0.3333333 + 0.33 * x)));
+    return ivec4(depth * DEPTH_UNITS + 0.5);
+}
+
+struct Depths {
+    ivec4 upper, lower;
+};
+
+// Adds the streaks of a cell whose squared distances, as bits, are from `from` on and under `to`.
+void add_cell(inout Depths depths, const uint kind, uvec2 in_pixels, vec2 corner, uint from, uint to) {
+    uvec2 cell = in_pixels / CELLS_PX[kind];
+    uint links = VEIL_HEADS, link = veil[first_cell(kind) + cell.y * cells_of(kind).x + cell.x];
+    while (link != END) {
+        uint record = veil[links + 2u * link];
+        link = veil[links + 2u * link + 1u];
+        uvec4 first = four_of_nodes(record);
+        Streak s = unpack_streak(first.zw, four_of_nodes(record + 4u));
+        if (first.x < from || first.x >= to) s.area = 0.0;
+        vec2 upper = corner + 0.5 - s.center, lower = upper + vec2(0.0, 1.0);
+        ivec4 above, below;
+        if (kind == SHORT_COLUMNS) {
+            above = optical_depth(upright_coverage(s, upper));
+            below = optical_depth(upright_coverage(s, lower));
+        } else if (kind == SQUARES) {
+            above = optical_depth(streak_coverage(s, upper));
+            below = optical_depth(streak_coverage(s, lower));
+        } else if (kind == COLUMNS) {
+            above = thin_optical_depth(upright_coverage(s, upper));
+            below = thin_optical_depth(upright_coverage(s, lower));
+        } else {
+            s.upright = false;
+            above = thin_optical_depth(streak_coverage(s, upper));
+            below = thin_optical_depth(streak_coverage(s, lower));
+        }
+        if (HAS_DEPTH != 0u) {
+            above = mix(above, ivec4(0), lessThanEqual(upper_reach2, vec4(uintBitsToFloat(first.x))));
+            below = mix(below, ivec4(0), lessThanEqual(lower_reach2, vec4(uintBitsToFloat(first.x))));
+        }
+        depths.upper = min(depths.upper + above, MOST_DEPTH);
+        depths.lower = min(depths.lower + below, MOST_DEPTH);
+    }
+}
+
+// What of the veil covers a tile's pixels; `in_pixels`: its corner from that of the first tile.
+void veil_cover(uvec2 in_pixels, uint from, uint to, out vec4 upper, out vec4 lower) {
+    Depths depths = Depths(ivec4(0), ivec4(0));
+    vec2 corner = vec2(in_pixels + first_tile() * TILE);
+    add_cell(depths, SQUARES, in_pixels, corner, from, to);
+    add_cell(depths, COLUMNS, in_pixels, corner, from, to);
+    add_cell(depths, ROWS, in_pixels, corner, from, to);
+    add_cell(depths, SHORT_COLUMNS, in_pixels, corner, from, to);
+    upper = 1.0 - exp(vec4(depths.upper) * (-1.0 / DEPTH_UNITS));
+    lower = 1.0 - exp(vec4(depths.lower) * (-1.0 / DEPTH_UNITS));
+}

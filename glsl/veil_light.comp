@@ -1,0 +1,28 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// What the streaks of the veil show, the mean light of a far drop, at the middle of each tile; one invocation a tile,
+// when the view turns. See src/passes/composite.rs.
+#include "frame.glsl"
+#include "projection.glsl"
+#include "tile_buffers.glsl"
+#include "octahedron.glsl"
+#include "shared_exponent.glsl"
+#include "appearance.glsl"
+#define SOURCES_BINDING 17
+#include "sources.glsl"
+#include "bow.glsl"
+layout(std430, set = 0, binding = 19) readonly buffer Bow { vec4 bow[]; };
+#include "far_light.glsl"
+
+layout(local_size_x = 64) in;
+
+layout(std430, set = 0, binding = 22) writeonly buffer VeilLight { uvec2 veil_light[]; };
+
+void main() {
+    uint tile = group_number() * gl_WorkGroupSize.x + gl_LocalInvocationID.x;
+    if (tile >= TILE_COUNT) return;
+    uvec2 at = first_tile() + uvec2(tile % tiles_across(), tile / tiles_across());
+    mat3 world = mat3(frame.right.xyz, frame.up.xyz, frame.back.xyz);
+    vec3 c = far_light(world * normalize(ray_through((vec2(at) + 0.5) * vec2(TILE))));
+    veil_light[tile] = uvec2(packHalf2x16(c.rg), packHalf2x16(vec2(c.b, 0.0)));
+}

@@ -1,0 +1,60 @@
+//! Streaks of one colour, which need no order: the lists that `glsl/include/veil.glsl` has of them.
+//!
+//! While the shutter is open a small drop becomes a streak, thin and long: it meets many tiles, and covers little of
+//! each. Most of rain is of this kind. A far drop's mean light depends on its direction alone, so streaks over one
+//! another have one colour, and what is over what does not matter: of all of them a pixel needs only how much passes.
+//! So `gather` enters them into lists by cells of the picture larger than tiles (a few for a streak, whatever its
+//! length), and `composite` adds up their optical depths in whole units, whose sum is the same in any order. In front
+//! of each larger drop it lays those that are nearer.
+//!
+//! Coverage is a closed form (`streak.glsl`) whose sum over pixels is the drop's area at every size, length and angle.
+//! Error: the colour is that of the pixel's direction, not of the drop's own; a drop's upper and lower half have one.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use crate::Result;
+use crate::gpu::{Buffer, Device, Memory};
+
+/// Cells of the kinds in pixels, as in the shader.
+const CELLS_PX: [(u32, u32); 4] = [(8, 8), (4, 32), (32, 4), (4, 8)];
+/// Links for each drop in view: one that becomes a streak of a hundred pixels has some six.
+const LINKS_A_DROP: f64 = 8.0;
+/// Links in any case.
+const LEAST_LINKS: u64 = 1 << 18;
+const LINK_BYTES: u64 = 8;
+
+/// The lists of the cells.
+pub(super) struct Veil {
+    pub buffer: Buffer,
+    /// Bytes of the cells' first links, which are reset for each frame.
+    pub reset: u64,
+    /// Words of those, and room for links.
+    pub in_frame: [u32; 4],
+}
+
+impl Veil {
+    /// Lists for tiles of so many pixels and drops in view; for no drop that moves, something to bind.
+    ///
+    /// # Errors
+    /// Those of [`Buffer::new`].
+    pub fn new(
+        device: &Arc<Device>,
+        (width, height): (u32, u32),
+        drops: f64,
+        is_used: bool,
+    ) -> Result<Self> {
+        let cells = |(x, y): (u32, u32)| width.div_ceil(x) * height.div_ceil(y);
+        let heads = if is_used { CELLS_PX.into_iter().map(cells).sum() } else { 0 };
+        let reset = 4 * u64::from(heads);
+        let range = u64::from(device.report.limits.max_storage_buffer_range);
+        let wanted = ((LINKS_A_DROP * drops) as u64).max(LEAST_LINKS);
+        let room = if is_used { wanted.min(range.saturating_sub(reset) / LINK_BYTES) } else { 0 };
+        let room = room.min(1 << 29);
+        let bytes = (reset + LINK_BYTES * room).max(16);
+        let usage = vk::BufferUsageFlags::STORAGE_BUFFER | vk::BufferUsageFlags::TRANSFER_DST;
+        let buffer = Buffer::new(device, "veil", bytes, usage, Memory::Device)?;
+        Ok(Self { buffer, reset, in_frame: [heads, room as u32, 0, 0] })
+    }
+}

@@ -1,0 +1,212 @@
+//! Exposures drawn by the GPU: light, coverage and order of drops that move while the shutter is open, against closed
+//! forms and the reference.
+
+mod common;
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use glam::{DVec3, Vec3};
+use raindrops::environment::Environment;
+use raindrops::gpu::Device;
+use raindrops::passes::simulate::Counts;
+use raindrops::picture::Picture;
+use raindrops::picture::metrics::{Metrics, compare};
+use raindrops::picture::tone_map::exposure_of;
+use raindrops::plan::{Output, plan};
+use raindrops::rain::cull::count_visible;
+use raindrops::reference::{Tracer, Truth};
+use raindrops::renderer::Renderer;
+use raindrops::scene::model::{Motion, Preset};
+use raindrops::scene::{PlacedDrop, RainSettings, Scene, ToneMap};
+
+use common::on_device;
+
+fn square(edge: u32) -> Scene {
+    let mut scene = Scene { rain: None, ..Scene::default() };
+    (scene.image.width, scene.image.height) = (edge, edge);
+    scene.model.preset = Preset::Fast;
+    scene
+}
+
+/// Radiance of a few low waves over a decade.
+fn waves() -> Environment {
+    let texel = |at: u32| {
+        let (u, v) = ((at % 128) as f32 / 20.4, (at / 128) as f32 / 20.4);
+        Vec3::new((2.0 * u).cos() * v.sin(), (3.0 * u + v).sin(), (2.0 * v).cos()).exp()
+    };
+    Environment::from_texels("waves", 128, 64, (0..128 * 64).map(texel).collect())
+        .expect("an image")
+}
+
+fn renderer(device: &Arc<Device>, scene: &Scene, environment: &Environment) -> Renderer {
+    let plan = plan(scene, environment, Output::Radiance).expect("a plan");
+    Renderer::new(device, scene, environment, &plan).expect("a renderer")
+}
+
+fn draw(renderer: &mut Renderer, scene: &Scene) -> (Picture, Counts) {
+    renderer.submit(scene).expect("a frame");
+    let counts = renderer.finish().expect("a report").counts;
+    assert_eq!(counts.overflow, 0);
+    (renderer.read_radiance().expect("a picture"), counts)
+}
+
+fn truth(scene: &Scene, environment: &Environment, samples: u32) -> Picture {
+    Tracer::new(scene, environment, Truth { samples, ..Truth::default() }).picture()
+}
+
+/// Of display values from 0 to 1.
+fn mean_square(metrics: &Metrics) -> f64 {
+    10f64.powf(-0.1 * metrics.psnr_db)
+}
+
+fn sum(picture: &Picture) -> f64 {
+    picture.pixels.iter().map(|pixel| f64::from(pixel.y)).sum()
+}
+
+/// A black picture of `edge` pixels an edge.
+fn black(edge: u32) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("streaks");
+    std::fs::create_dir_all(&folder).expect("a folder");
+    let path = folder.join(format!("black-{edge}.exr"));
+    let pixels = vec![Vec3::ZERO; (edge * edge) as usize];
+    Picture { width: edge, height: edge, pixels }.write_exr(&path).expect("a file");
+    path
+}
+
+/// A white drop before black, of some pixels of radius, that moves by up to 300 pixels.
+#[test]
+fn a_streak_has_the_light_of_the_drop_at_rest() {
+    const EDGE: u32 = 384;
+    let white = Environment::constant(Vec3::ONE);
+    let plate = black(EDGE);
+    on_device(|device| {
+        let mut worst = 0.0_f64;
+        for preset in [Preset::Fast, Preset::Exact] {
+            for radius in [0.05, 0.3, 0.9, 1.4, 1.6, 3.0, 8.0, 14.0, 30.0] {
+                // Exact draws an entry a tile: fewer.
+                if preset == Preset::Exact && ![0.3, 1.6, 14.0].contains(&radius) {
+                    continue;
+                }
+                let mut scene = square(EDGE);
+                scene.model.preset = preset;
+                scene.background.color = Some(plate.clone());
+                scene.camera.vertical_fov = 10.0;
+                scene.camera.shutter = 1.0;
+                let pixel = 1.0 / scene.view().focal_px;
+                let turn = 0.7_f64 + radius;
+                let direction = DVec3::new(turn.sin(), turn.cos(), 0.0);
+                scene.drops = vec![PlacedDrop {
+                    velocity: direction * pixel,
+                    ..PlacedDrop::sphere(DVec3::new(3.3 * pixel, 1.8 * pixel, -1.0), radius * pixel)
+                }];
+                let mut renderer = renderer(device, &scene, &white);
+                let mut of_way = |way: f64| {
+                    let mut frame = scene.clone();
+                    frame.camera.shutter = way;
+                    frame.time = -0.5 * way;
+                    sum(&draw(&mut renderer, &frame).0)
+                };
+                // A splat's sides are told in 1/512 pixel: of the smallest that is some of their light.
+                let disc = std::f64::consts::PI * radius * radius;
+                let at_rest = of_way(0.0) / disc;
+                assert!(
+                    (at_rest - 1.0).abs() < if radius < 0.2 { 0.04 } else { 0.01 },
+                    "{at_rest}"
+                );
+                for way in
+                    [0.02, 0.1, 0.4, 0.9, 1.1, 1.7, 2.5, 3.9, 4.1, 7.0, 13.0, 30.0, 80.0, 300.0]
+                {
+                    if radius < 0.2 && way < 1.0 {
+                        continue;
+                    }
+                    let ratio = of_way(way) / disc;
+                    worst = worst.max((ratio - 1.0).abs());
+                    assert!(
+                        (ratio - 1.0).abs() < 0.01,
+                        "{preset}: radius {radius}, way {way}: {ratio} of the light"
+                    );
+                }
+            }
+        }
+        println!("off by {worst:.5} at most");
+    });
+}
+
+/// Light rain in a small box, and placed drops on all kinds of ways: over the edges of the screen, towards the camera,
+/// through its plane, close by; some at rest.
+fn busy() -> Scene {
+    let mut scene = square(64);
+    scene.camera.vertical_fov = 70.0;
+    scene.rain = Some(RainSettings {
+        count: 4000,
+        half_extent: DVec3::splat(30.0),
+        radius: 0.12,
+        velocity: DVec3::new(3.0, -9.0, 1.0),
+        ..RainSettings::default()
+    });
+    let moving = |center: [f64; 3], velocity: [f64; 3], radius: f64| PlacedDrop {
+        velocity: velocity.into(),
+        ..PlacedDrop::sphere(center.into(), radius)
+    };
+    scene.drops = vec![
+        moving([-4.0, 1.0, -6.0], [3.0, -2.0, 0.0], 0.5),
+        moving([0.4, 3.2, -9.0], [0.0, 0.5, 6.0], 0.4),
+        moving([1.5, -0.5, -4.0], [-1.0, 1.0, 6.0], 0.2),
+        moving([0.5, -1.0, -1.0], [0.1, 0.3, 4.0], 0.3),
+        moving([-0.3, -1.5, -0.2], [0.0, 4.0, 0.0], 0.1),
+        moving([2.0, 2.0, -5.0], [0.0, 0.0, 0.0], 0.8),
+    ];
+    scene
+}
+
+#[test]
+fn moving_drops_are_near_the_reference() {
+    let environment = waves();
+    on_device(|device| {
+        for shutter in [0.05, 0.4] {
+            let mut exposed = busy();
+            exposed.camera.shutter = shutter;
+            let truth = truth(&exposed, &environment, 64);
+            for (preset, bound) in [(Preset::Fast, 0.003), (Preset::Exact, 0.002)] {
+                let mut scene = exposed.clone();
+                scene.model.preset = preset;
+                let exposure = exposure_of(&ToneMap::default(), &truth);
+                let (picture, counts) = draw(&mut renderer(device, &scene, &environment), &scene);
+                assert_eq!(counts.visible, count_visible(&scene));
+                let error = mean_square(&compare(&truth, &picture, None, exposure).boxes).sqrt();
+                // The control: the instant.
+                scene.model.motion = Some(Motion::Instant);
+                let (instant, _) = draw(&mut renderer(device, &scene, &environment), &scene);
+                let control = mean_square(&compare(&truth, &instant, None, exposure).boxes).sqrt();
+                let light = sum(&picture) / sum(&truth);
+                println!("{preset} {shutter}: {error:.4}, instant {control:.4}, light {light:.4}");
+                assert!(error < bound && error < 0.4 * control && (light - 1.0).abs() < 0.01);
+            }
+        }
+    });
+}
+
+#[test]
+fn without_time_a_frame_is_the_instants_to_the_byte() {
+    let environment = waves();
+    on_device(|device| {
+        for preset in [Preset::Fast, Preset::Exact] {
+            let mut scene = busy();
+            scene.model.preset = preset;
+            let instant = draw(&mut renderer(device, &scene, &environment), &scene).0;
+            let mut exposed = scene.clone();
+            exposed.camera.shutter = 0.1;
+            let mut renderer = renderer(device, &exposed, &environment);
+            let streaks = draw(&mut renderer, &exposed).0;
+            assert!(streaks != instant, "the control: {preset} draws no exposure");
+            assert!(
+                draw(&mut renderer, &exposed).0 == streaks,
+                "{preset}: another picture of the same scene"
+            );
+            // The rain stands; the shutter does not open.
+            assert!(draw(&mut renderer, &Scene { pace: 0.0, ..exposed.clone() }).0 == instant);
+            assert!(draw(&mut renderer, &scene).0 == instant, "{preset}: shutter 0");
+        }
+    });
+}
