@@ -6,7 +6,7 @@
 //! out, because both ends of a chord have the same angle; total reflection exists on the outside alone,
 //! where the index is under 1 (a bubble).
 //!
-//! Closed forms checked in `tests/optics.rs` against two explicit refractions.
+//! Closed forms checked in `tests/physics/optics.rs` against two explicit refractions.
 
 use glam::DVec3;
 

@@ -2,7 +2,7 @@
 //!
 //! The rows are evenly spaced in cos θi, not in b: over b the deviation has an infinite slope at the
 //! rim. Over cos θi it has one in the middle, its sine over b has none anywhere. Cost: 4 KiB, computed on the CPU. Error of a linear interpolation between them: directions
-//! 0.002°, reflectance 3e-4 (`tests/models.rs`).
+//! 0.002°, reflectance 3e-4 (`tests/drawn/models.rs`).
 
 use std::sync::Arc;
 

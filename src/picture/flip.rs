@@ -2,7 +2,7 @@
 //! (Andersson et al. 2020, "FLIP: A Difference Evaluator for Alternating Images").
 //!
 //! Written from the paper in float64, for display values that were never rounded to 8 bits;
-//! `tests/metrics.rs` holds it against the authors' own code. Filters are applied row by row and
+//! `tests/physics/metrics.rs` holds it against the authors' own code. Filters are applied row by row and
 //! then column by column: a Gaussian and its derivatives separate, and the one channel whose filter
 //! is a sum of two Gaussians is filtered twice.
 //!

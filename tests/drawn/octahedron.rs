@@ -1,11 +1,7 @@
 //! The octahedral map of directions (`glsl/include/octahedron.glsl`), run on the GPU, against its definition in
 //! float64 and against what it is for: every direction is near that of its texel, across all seams.
 
-mod common;
-#[path = "common/shader.rs"]
-mod shader;
-
-use common::Random;
+use crate::common::Random;
 use glam::DVec3;
 use raindrops::passes::frame::Frame;
 
@@ -30,8 +26,8 @@ fn found(directions: &[DVec3]) -> Vec<(u32, [DVec3; 3])> {
     let input: Vec<[f32; 4]> =
         directions.iter().map(|d| d.as_vec3().extend(0.0).to_array()).collect();
     let mut output = Vec::new();
-    common::on_device(|device| {
-        output = shader::run(device, "octahedron.comp", &Frame::default(), &input, 3);
+    crate::common::on_device(|device| {
+        output = crate::shader::run(device, "octahedron.comp", &Frame::default(), &input, 3);
     });
     let axis = |v: &[f32; 4]| DVec3::new(v[0].into(), v[1].into(), v[2].into());
     output.chunks_exact(3).map(|v| (v[0][3] as u32, [&v[0], &v[1], &v[2]].map(axis))).collect()

@@ -1,11 +1,9 @@
 //! Real rain as a picture sees it: on the CPU against the law and against every cell near the camera, on the device
 //! against the CPU.
 
-mod common;
-
 use std::sync::Arc;
 
-use common::{hole, on_device, painted};
+use crate::common::{hole, on_device, painted};
 use glam::{DVec3, Vec3};
 use raindrops::environment::Environment;
 use raindrops::gpu::Device;

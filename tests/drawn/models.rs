@@ -1,8 +1,6 @@
 //! Single models against what they approximate: directions in float32, the footprint off the axis,
 //! billboards, white furnaces, and which combinations are refused.
 
-mod common;
-
 use glam::{DMat3, DVec2, DVec3, Vec3};
 use raindrops::environment::Environment;
 use raindrops::gpu::{
@@ -21,7 +19,7 @@ use raindrops::scene::model::{
 };
 use raindrops::scene::{ImageSize, ModelChoice, Scene};
 
-use common::{on_device, one_drop};
+use crate::common::{on_device, one_drop};
 
 /// Compiles a compute shader against the project's own includes.
 fn compile(source: &str) -> Vec<u32> {

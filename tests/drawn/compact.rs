@@ -1,10 +1,8 @@
 //! Preset `paper-compact` draws what `paper` draws, without a vertex for the drops out of view.
 
-mod common;
-
 use std::sync::Arc;
 
-use common::on_adjusted_device;
+use crate::common::on_adjusted_device;
 use glam::{DVec3, Vec3};
 use raindrops::environment::Environment;
 use raindrops::gpu::Device;

@@ -1,8 +1,6 @@
 //! Devices that take less than the one at hand, tried by changing what it reports: what finds no room is
 //! counted, drop by drop, and the paths that other devices take draw the same bytes.
 
-mod common;
-
 use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
@@ -16,7 +14,7 @@ use raindrops::renderer::Renderer;
 use raindrops::scene::model::Preset;
 use raindrops::scene::{ImageSize, PlacedDrop, RainSettings, Scene};
 
-use common::{on_adjusted_device, on_device, painted};
+use crate::common::{on_adjusted_device, on_device, painted};
 
 /// What a frame counts.
 fn counts(device: &Arc<Device>, scene: &Scene) -> Counts {
@@ -64,7 +62,7 @@ fn loses(adjust: impl FnOnce(&mut DeviceReport), scene: &Scene, lost: u64) {
 /// The paper's drops that are larger than a point: here all, as this device draws no point.
 #[test]
 fn quads_without_room_are_counted() {
-    let mut scene = common::by_paper(&Scene {
+    let mut scene = crate::common::by_paper(&Scene {
         rain: Some(RainSettings { count: 30_000, ..RainSettings::default() }),
         image: ImageSize { width: 32, height: 32 },
         ..Scene::default()

@@ -1,8 +1,6 @@
 //! The bow in real rain: where its ring is brightest, against Descartes' and Fresnel's formulas and the sun's disc,
 //! written out here.
 
-mod common;
-
 use glam::{DVec3, Vec3};
 use raindrops::reference::{Tracer, Truth};
 use raindrops::scene::model::DropShape;
@@ -67,7 +65,7 @@ fn the_bow_stands_where_descartes_says() {
     assert!((0.1..0.3).contains(&(41.89 - expected)), "{expected}");
 
     let sun = DVec3::new(0.0, 10_f64.to_radians().sin(), 10_f64.to_radians().cos());
-    let environment = common::painted(3072, |d| {
+    let environment = crate::common::painted(3072, |d| {
         let disc = if d.angle_between(sun) < DISC.to_radians() { 20_000.0 } else { 0.0 };
         Vec3::splat(0.2 + disc)
     });

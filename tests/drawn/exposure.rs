@@ -1,11 +1,9 @@
 //! A fixed exposure: the same radiance gives the same byte in every frame, on the GPU as in
 //! `src/picture/tone_map.rs`.
 
-mod common;
-
 use std::sync::Arc;
 
-use common::on_device;
+use crate::common::on_device;
 use glam::{DVec3, Vec3};
 use raindrops::environment::Environment;
 use raindrops::gpu::Device;

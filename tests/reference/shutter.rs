@@ -1,8 +1,6 @@
 //! Exposure and lens of the reference: against closed forms, against sums that are written out here, and
 //! against the mean of many instants.
 
-mod common;
-
 use std::f64::consts::PI;
 
 use glam::{DVec3, Vec3};
@@ -10,7 +8,7 @@ use raindrops::environment::Environment;
 use raindrops::reference::{Eye, Hit, Pyramid, Sample, Sobol, Traced, Tracer, Truth, of_scene};
 use raindrops::scene::{PlacedDrop, RainSettings, Scene};
 
-use common::Random;
+use crate::common::Random;
 
 /// Focal length in pixels and depth of the drops below: a tenth of a degree of view, where a sphere is a
 /// disc.

@@ -1,11 +1,9 @@
 //! The simulation on the GPU against its CPU twin: places bit for bit, counts exactly, and what time
 //! does to them.
 
-mod common;
-
 use std::sync::Arc;
 
-use common::Random;
+use crate::common::Random;
 use glam::DVec3;
 use raindrops::environment::Environment;
 use raindrops::gpu::Device;
@@ -25,7 +23,7 @@ fn renderer(device: &Arc<Device>, scene: &Scene) -> Renderer {
         device,
         scene,
         &environment,
-        &plan(&common::by_paper(scene), &environment, Output::Display).expect("a plan"),
+        &plan(&crate::common::by_paper(scene), &environment, Output::Display).expect("a plan"),
     )
     .expect("a renderer")
 }
@@ -83,14 +81,14 @@ fn point_limit_px(device: &std::sync::Arc<Device>, scene: &Scene) -> f64 {
 
 #[test]
 fn places_are_the_twins_bit_for_bit() {
-    common::on_device(|device| {
+    crate::common::on_device(|device| {
         let mut random = Random(2011);
         let mut compared = 0;
         let mut scene = small(65_536);
         let limit = point_limit_px(device, &scene);
         let mut rain = renderer(device, &scene);
         let white = Environment::constant(glam::Vec3::ONE);
-        let plan = plan(&common::by_paper(&scene), &white, Output::Display).expect("a plan");
+        let plan = plan(&crate::common::by_paper(&scene), &white, Output::Display).expect("a plan");
         let powers = |exponent: i32| 2f64.powi(exponent);
         // The edges of every integer on the way: 2^31, 2^32, 2^63, 2^64 ticks and far beyond.
         let mut ticks = vec![0.0, 1.0, -1.0];
@@ -184,7 +182,7 @@ fn check_counts(device: &Arc<Device>, name: &str, scene: &Scene) -> Counts {
 #[test]
 fn counts_are_the_twins() {
     const YEAR: f64 = 365.25 * 86_400.0;
-    common::on_device(|device| {
+    crate::common::on_device(|device| {
         let image = ImageSize { width: 64, height: 64 };
         let million = Scene { image, ..Scene::default() };
         let found = check_counts(device, "the benchmark", &million);
@@ -262,7 +260,7 @@ fn drift(renderer: &Renderer, scene: &Scene) -> f64 {
 
 #[test]
 fn stored_positions_move_and_drift() {
-    common::on_device(|device| {
+    crate::common::on_device(|device| {
         let mut scene = small(256);
         scene.image = ImageSize { width: 1, height: 1 };
         scene.model.simulation = Some(Simulation::Stored);
@@ -302,7 +300,7 @@ fn stored_positions_move_and_drift() {
 
 #[test]
 fn integer_positions_do_not_drift() {
-    common::on_device(|device| {
+    crate::common::on_device(|device| {
         let mut scene = small(256);
         scene.image = ImageSize { width: 1, height: 1 };
         let limit = point_limit_px(device, &scene);
@@ -317,7 +315,7 @@ fn integer_positions_do_not_drift() {
 
 #[test]
 fn a_moment_always_looks_the_same() {
-    common::on_device(|device| {
+    crate::common::on_device(|device| {
         let mut scene = Scene { rain: small(100_000).rain, ..Scene::default() };
         scene.image = ImageSize { width: 256, height: 256 };
         scene.drops = vec![PlacedDrop::sphere(DVec3::new(0.3, 0.2, -1.5), 1.0); 2];
@@ -327,7 +325,7 @@ fn a_moment_always_looks_the_same() {
             device,
             &scene,
             &sky,
-            &plan(&common::by_paper(&scene), &sky, Output::Display).expect("a plan"),
+            &plan(&crate::common::by_paper(&scene), &sky, Output::Display).expect("a plan"),
         )
         .expect("a renderer");
         let mut picture = |time: f64| {
@@ -369,12 +367,12 @@ fn chunks_change_nothing() {
             })
         };
         let (mut whole, mut chunked) = (None, None);
-        common::on_device(|device| whole = Some(frames(device)));
+        crate::common::on_device(|device| whole = Some(frames(device)));
         // 3 workgroups a chunk: 17 chunks, the last of a part, one of both kinds of drops.
         let three_groups = |report: &mut raindrops::gpu::DeviceReport| {
             report.limits.max_compute_work_group_count[0] = 3;
         };
-        common::on_adjusted_device(three_groups, |device| chunked = Some(frames(device)));
+        crate::common::on_adjusted_device(three_groups, |device| chunked = Some(frames(device)));
         assert!(whole == chunked, "{simulation}: chunks change the picture");
     }
 }

@@ -1,7 +1,5 @@
 //! What a device cannot hold is refused before it is asked for, with both figures.
 
-mod common;
-
 use std::sync::Arc;
 
 use glam::Vec3;
@@ -29,7 +27,7 @@ fn make(device: &Arc<Device>, scene: &Scene) -> raindrops::Result<Renderer> {
 /// On a device whose report was changed, making a renderer fails with a line that holds all of `words`.
 #[track_caller]
 fn refused(adjust: impl FnOnce(&mut DeviceReport), scene: &Scene, words: &[&str]) {
-    common::on_adjusted_device(adjust, |device| {
+    crate::common::on_adjusted_device(adjust, |device| {
         let Err(error) = make(device, scene) else { panic!("{words:?}: it was made") };
         let line = error.to_string();
         println!("{line}");
@@ -55,7 +53,7 @@ fn more_drops_than_a_binding_holds() {
     let adjust = |report: &mut DeviceReport| report.limits.max_storage_buffer_range = 8 << 20;
     let words = ["drops in tiles is 2100000", "2097120 at most"];
     refused(adjust, &scene(Preset::Fast, 2_100_000, 32), &words);
-    common::on_adjusted_device(adjust, |device| {
+    crate::common::on_adjusted_device(adjust, |device| {
         let scene = scene(Preset::Paper, 2_100_000, 32);
         let mut renderer = make(device, &scene).expect("a renderer");
         renderer.submit(&scene).expect("a frame");
@@ -87,7 +85,7 @@ fn a_large_environment_is_uploaded_whole() {
     let mut scene = Scene { rain: None, ..Scene::default() };
     scene.image = ImageSize { width: 64, height: 512 };
     scene.camera.vertical_fov = 170.0;
-    common::on_device(|device| {
+    crate::common::on_device(|device| {
         let plan = plan(&scene, &ramp, Output::Radiance).expect("a plan");
         let mut renderer = Renderer::new(device, &scene, &ramp, &plan).expect("a renderer");
         renderer.submit(&scene).expect("a frame");

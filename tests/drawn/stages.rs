@@ -1,8 +1,6 @@
 //! The stage at which two frames first differ: none between two runs, and the right one where something
 //! is changed on purpose.
 
-mod common;
-
 use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
@@ -22,7 +20,8 @@ fn ramps(blue: f32) -> Environment {
 }
 
 fn frame(device: &Arc<Device>, scene: &Scene, environment: &Environment) -> (Stages, Picture) {
-    let plan = plan(&common::by_paper(scene), environment, Output::Radiance).expect("a plan");
+    let plan =
+        plan(&crate::common::by_paper(scene), environment, Output::Radiance).expect("a plan");
     let stages = Stages::draw(device, scene, environment, &plan).expect("stages");
     let mut renderer = Renderer::new(device, scene, environment, &plan).expect("a renderer");
     renderer.submit(scene).expect("a frame");
@@ -31,7 +30,7 @@ fn frame(device: &Arc<Device>, scene: &Scene, environment: &Environment) -> (Sta
 
 #[test]
 fn the_stage_that_differs_is_named() {
-    common::on_device(|device| {
+    crate::common::on_device(|device| {
         let mut scene = Scene {
             image: ImageSize { width: 96, height: 64 },
             rain: Some(RainSettings {

@@ -1,7 +1,5 @@
 //! Backgrounds of the reference: colour and depth behind the drops, and the files that they are read from.
 
-mod common;
-
 use std::path::{Path, PathBuf};
 
 use exr::prelude::*;
@@ -155,7 +153,7 @@ fn reference(arguments: &[&str]) -> (bool, String, PathBuf) {
     let toml = "[image]\nwidth = 8\nheight = 8\n[[drop]]\ncenter = [0, 0, -3]\n";
     std::fs::write(&file, toml).expect("a file");
     let output = folder.join(format!("{:x}.exr", arguments.join(" ").len()));
-    let ran = common::raindrops()
+    let ran = crate::common::raindrops()
         .arg("reference")
         .arg(&file)
         .args(["--samples", "4", "--coverage"])

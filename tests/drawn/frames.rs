@@ -1,8 +1,6 @@
 //! From frame to frame nothing is carried over: a frame is that of a renderer which has drawn no other,
 //! whether those before it are waited for or still in flight.
 
-mod common;
-
 use std::process::Command;
 use std::sync::Arc;
 
@@ -62,7 +60,7 @@ fn frame(renderer: &mut Renderer, scene: &Scene) -> (Counts, Picture, Vec<u8>) {
 /// sums, nor, where frames are submitted without waiting, a frame that is still under way.
 #[test]
 fn a_frame_is_that_of_a_fresh_renderer() {
-    common::on_device(|device| {
+    crate::common::on_device(|device| {
         let sky = Environment::bundled().expect("the sky");
         for preset in [Preset::Paper, Preset::Fast] {
             let mut base = rain();
@@ -113,7 +111,7 @@ const ACROSS_SUBMISSIONS: (&str, &str) =
 #[test]
 #[ignore = "run by `no_hazard_between_frames`, in an environment of its own"]
 fn frames_without_waiting() {
-    common::on_device(|device| {
+    crate::common::on_device(|device| {
         let mut scene = Scene {
             rain: Some(RainSettings { count: 1000, ..RainSettings::default() }),
             image: ImageSize { width: 64, height: 64 },

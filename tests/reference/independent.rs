@@ -2,8 +2,6 @@
 //! equation in the world's space, Snell and Fresnel as vectors and angles, every sample by chance. It shares
 //! nothing with the reference but the environment's pixels and the camera's frame.
 
-mod common;
-
 use glam::{DVec3, Vec3};
 use raindrops::environment::Environment;
 use raindrops::picture::Picture;
@@ -11,7 +9,7 @@ use raindrops::picture::metrics::rel_mse;
 use raindrops::reference::{Tracer, Truth};
 use raindrops::scene::{PlacedDrop, Scene};
 
-use common::Random;
+use crate::common::Random;
 
 const INDEX: f64 = 1.33;
 

@@ -1,7 +1,5 @@
 //! Glints that are found against glints that are met by chance.
 
-mod common;
-
 use glam::{DVec3, Vec3};
 use raindrops::environment::Environment;
 use raindrops::environment::bright::split;
@@ -11,7 +9,7 @@ use raindrops::picture::tone_map::{display, exposure_of};
 use raindrops::reference::{Tracer, Truth, Weights};
 use raindrops::scene::{PlacedDrop, RainSettings, Scene};
 
-use common::Random;
+use crate::common::Random;
 
 /// A grey slope with a disc of 4° of radius, 200 times as bright, so large that samples meet it.
 fn with_disc(toward: DVec3) -> Environment {

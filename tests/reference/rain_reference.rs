@@ -2,8 +2,6 @@
 //! optical depth and the noise that the laws say, against itself where two ways must agree. What is expected is
 //! written out here; of the program it shares what *is* the rain: which drops a cell holds.
 
-mod common;
-
 use std::f64::consts::PI;
 
 use glam::{DVec3, Vec3};
@@ -139,7 +137,9 @@ fn weathered(edge: u32, extent: f64) -> Scene {
 }
 
 fn slope() -> Environment {
-    common::painted(64, |d| Vec3::splat(1.0 + 0.5 * d.y as f32) + Vec3::X * (0.3 * d.x as f32))
+    crate::common::painted(64, |d| {
+        Vec3::splat(1.0 + 0.5 * d.y as f32) + Vec3::X * (0.3 * d.x as f32)
+    })
 }
 
 /// Sample for sample the picture of the drops in a list. A tile of 8 x 8 pixels holds more drops than are kept
@@ -354,7 +354,7 @@ fn a_pixel_is_as_noisy_as_its_drops_make_it() {
 #[test]
 fn the_medium_stands_for_the_drops() {
     // Behind the rain it is darker than what drops gather.
-    let environment = common::painted(64, |d| Vec3::splat(1.0 + 0.9 * d.z as f32));
+    let environment = crate::common::painted(64, |d| Vec3::splat(1.0 + 0.9 * d.z as f32));
     let mut scene = with_rain(raining(100.0, 30.0, 96, 25.0), |rain| {
         rain.shape = DropShape::Equilibrium;
     });
@@ -381,7 +381,7 @@ fn the_medium_stands_for_the_drops() {
 /// The medium's light goes on evenly from one pixel to the next, within a tile and across its edges.
 #[test]
 fn a_narrow_tile_has_the_light_of_its_pixels() {
-    let environment = common::painted(64, |d| Vec3::splat(1.0 + 0.9 * d.x as f32));
+    let environment = crate::common::painted(64, |d| Vec3::splat(1.0 + 0.9 * d.x as f32));
     let scene = raining(25.0, 1e5, 64, 6.0);
     let truth = Truth { samples: 64, rain_to: Some(0.0), ..Truth::default() };
     let picture = traced(&scene, &environment, truth).picture;
@@ -501,7 +501,7 @@ fn a_streak_is_as_opaque_as_its_drop_is_long_there() {
 #[test]
 fn a_sun_shines_as_much_as_by_chance() {
     let toward = DVec3::new(0.3, 0.5, 0.8).normalize();
-    let environment = common::painted(256, |d| {
+    let environment = crate::common::painted(256, |d| {
         let disc = if d.angle_between(toward) < 4_f64.to_radians() { 300.0 } else { 0.0 };
         Vec3::new(disc, 0.8 * disc, 0.5 * disc) + Vec3::splat(1.0 + 0.5 * d.y as f32)
     });

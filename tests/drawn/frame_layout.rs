@@ -1,10 +1,6 @@
 //! `Frame` in Rust and in GLSL are the same, member for member: marker values go through a shader
 //! that reads them by name. The shader is the test's own, so it is compiled here and not shipped.
 
-mod common;
-#[path = "common/shader.rs"]
-mod shader;
-
 use std::mem::offset_of;
 
 use raindrops::passes::frame::Frame;
@@ -79,8 +75,9 @@ fn offsets_are_those_of_std140() {
 #[test]
 fn every_member_arrives_under_its_name() {
     let (words, markers) = markers();
-    common::on_device(|device| {
-        let arrived = shader::run(device, "frame_layout.comp", &markers, &[[0.0; 4]], words.len());
+    crate::common::on_device(|device| {
+        let arrived =
+            crate::shader::run(device, "frame_layout.comp", &markers, &[[0.0; 4]], words.len());
         let arrived: Vec<_> = arrived.iter().map(|vector| vector.map(f32::to_bits)).collect();
         assert_eq!(arrived, words);
     });

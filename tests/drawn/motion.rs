@@ -1,7 +1,5 @@
 //! Placed drops in motion: at every instant what a drop at rest there would be.
 
-mod common;
-
 use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
@@ -13,7 +11,7 @@ use raindrops::renderer::Renderer;
 use raindrops::scene::model::Preset;
 use raindrops::scene::{PlacedDrop, Scene};
 
-use common::on_device;
+use crate::common::on_device;
 
 /// Brighter to the right and above, so that a drop's picture tells how it stands.
 fn slope() -> Environment {

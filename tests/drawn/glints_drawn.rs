@@ -1,8 +1,6 @@
 //! The images of small bright sources in the drops that the GPU draws: as bright as they should be, where they should
 //! be, and rain in the sun no snow.
 
-mod common;
-
 use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
@@ -20,7 +18,7 @@ use raindrops::renderer::Renderer;
 use raindrops::scene::model::Preset;
 use raindrops::scene::{ImageSize, RainSettings, Scene};
 
-use common::{on_adjusted_device, on_device, one_drop};
+use crate::common::{on_adjusted_device, on_device, one_drop};
 
 /// Grey, with a disc of 1.2° of radius.
 fn with_sun(toward: DVec3, grey: f32, radiance: f32) -> Environment {

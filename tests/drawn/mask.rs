@@ -1,7 +1,5 @@
 //! The mask that the GPU traces against the float64 optics, texel by texel, and against exact areas.
 
-mod common;
-
 use std::f64::consts::PI;
 use std::sync::Arc;
 
@@ -189,7 +187,7 @@ fn table_one() {
 /// unit vector.
 #[test]
 fn float16_mask_is_the_optics() {
-    common::on_device(|device| {
+    crate::common::on_device(|device| {
         for size in [1024, 256, 1] {
             check(device, size, Optics::Mask, 0.03, 5e-4);
         }
@@ -198,7 +196,7 @@ fn float16_mask_is_the_optics() {
 
 #[test]
 fn float32_mask_is_the_optics() {
-    common::on_device(|device| {
+    crate::common::on_device(|device| {
         for size in [1024, 256, 1] {
             check(device, size, Optics::MaskF32, 1e-3, 1e-5);
         }
@@ -207,7 +205,7 @@ fn float32_mask_is_the_optics() {
 
 #[test]
 fn memory_is_as_the_paper_has_it() {
-    common::on_device(|device| {
+    crate::common::on_device(|device| {
         let bytes = |optics| {
             Mask::trace(device, 1024, optics, &Light::default()).expect("a mask").texel_bytes()
         };

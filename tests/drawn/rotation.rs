@@ -1,11 +1,7 @@
 //! The rotation of the mask (equations 1 to 4), in float64 and by the shader itself on the GPU: an identity where
 //! it should be, orthonormal everywhere, and turned the way (s, t) is.
 
-mod common;
-#[path = "common/shader.rs"]
-mod shader;
-
-use common::Random;
+use crate::common::Random;
 use glam::{DMat3, DVec3};
 use raindrops::optics::{Encounter, mask_encounter};
 use raindrops::passes::frame::Frame;
@@ -24,7 +20,9 @@ fn rotations_on_the_gpu(centers: &[DVec3]) -> Vec<DMat3> {
     let input: Vec<[f32; 4]> =
         centers.iter().map(|center| center.as_vec3().extend(1.0).to_array()).collect();
     let mut columns = Vec::new();
-    common::on_device(|device| columns = shader::run(device, "sprite.comp", &frame, &input, 3));
+    crate::common::on_device(|device| {
+        columns = crate::shader::run(device, "sprite.comp", &frame, &input, 3)
+    });
     let axis = |v: &[f32; 4]| DVec3::new(v[0].into(), v[1].into(), v[2].into());
     columns
         .chunks_exact(3)

@@ -1,12 +1,10 @@
 //! Flattened drops and bubbles against numbers that were computed elsewhere, against the sphere's
 //! closed form, and against what energy and geometry ask for.
 
-mod common;
-
 use glam::DVec3;
 use raindrops::optics::{Encounter, Interface, Shape, WATER, Walk};
 
-use common::Random;
+use crate::common::Random;
 
 /// Where a ray from outside enters a shape around the origin.
 fn entry(shape: Shape, through: DVec3, direction: DVec3) -> DVec3 {

@@ -1,7 +1,5 @@
 //! The picture of single drops on the GPU against the paper's model in float64.
 
-mod common;
-
 use std::sync::Arc;
 
 use glam::{DMat3, DVec2, DVec3};
@@ -34,7 +32,7 @@ fn gradient() -> Environment {
 }
 
 fn courtyard() -> Option<Environment> {
-    let path = common::photograph("courtyard.exr")?;
+    let path = crate::common::photograph("courtyard.exr")?;
     Some(Environment::load(&path).expect("a sound image"))
 }
 
@@ -47,13 +45,14 @@ fn scene(distance: f64, off_axis: bool) -> Scene {
     } else {
         DVec3::new(0.0013, -0.0007, -1.0).normalize()
     };
-    let mut scene = common::one_drop(distance * direction, 1.0);
+    let mut scene = crate::common::one_drop(distance * direction, 1.0);
     scene.image = ImageSize { width: SIZE, height: SIZE };
     scene
 }
 
 fn render(device: &Arc<Device>, scene: &Scene, environment: &Environment) -> Picture {
-    let plan = plan(&common::by_paper(scene), environment, Output::Radiance).expect("a plan");
+    let plan =
+        plan(&crate::common::by_paper(scene), environment, Output::Radiance).expect("a plan");
     let mut renderer = Renderer::new(device, scene, environment, &plan).expect("a renderer");
     renderer.submit(scene).expect("a frame");
     renderer.read_radiance().expect("radiance")
@@ -161,7 +160,7 @@ fn point_limit(device: &Arc<Device>) -> f64 {
 const DISTANCES: [f64; 5] = [1.6, 3.0, 10.0, 60.0, 400.0];
 
 fn check(environment: &Environment, optics: Optics, bound: &Bound) {
-    common::on_device(|device| {
+    crate::common::on_device(|device| {
         let edge_px = edge_px(device);
         for off_axis in [false, true] {
             for distance in DISTANCES {
@@ -220,7 +219,7 @@ fn a_courtyard() {
 /// come last.
 #[test]
 fn drops_over_drops() {
-    common::on_device(|device| {
+    crate::common::on_device(|device| {
         let edge_px = edge_px(device);
         let mut scene = scene(10.0, false);
         let drop =
@@ -249,7 +248,7 @@ fn drops_over_drops() {
 /// Twins that are wrong on purpose must fail the loosest of the bounds that they stand under.
 #[test]
 fn a_wrong_twin_is_found_out() {
-    common::on_device(|device| {
+    crate::common::on_device(|device| {
         let edge_px = edge_px(device);
         let environment = gradient();
         for distance in [1.6, 3.0, 10.0, 60.0] {

@@ -1,10 +1,8 @@
 //! `exact` follows as many internal reflections as matter: its pictures are not bounded by the order at which it ends.
 
-mod common;
-
 use std::sync::Arc;
 
-use common::{on_device, one_drop};
+use crate::common::{on_device, one_drop};
 use glam::{DVec3, Vec3};
 use raindrops::environment::Environment;
 use raindrops::gpu::Device;

@@ -1,7 +1,5 @@
 //! The fast and the exact preset: the same on every run, every drop counted, near the truth.
 
-mod common;
-
 use glam::{DVec3, Vec3};
 use raindrops::environment::Environment;
 use raindrops::gpu::Device;
@@ -17,7 +15,7 @@ use raindrops::scene::camera::Camera;
 use raindrops::scene::model::Preset;
 use raindrops::scene::{PlacedDrop, RainSettings, Scene, ToneMap};
 
-use common::{Random, on_device};
+use crate::common::{Random, on_device};
 
 /// Samples a pixel of the truth that `exact` is held against.
 const TRUTH_SAMPLES: u32 = 256;

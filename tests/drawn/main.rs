@@ -1,0 +1,25 @@
+//! Frames of a device: against the reference, the CPU and each other.
+
+#[path = "../common/mod.rs"]
+mod common;
+#[path = "../common/shader.rs"]
+mod shader;
+
+mod adjusted;
+mod compact;
+mod exposure;
+mod frame_layout;
+mod frames;
+mod glints_drawn;
+mod limits;
+mod mask;
+mod models;
+mod motion;
+mod octahedron;
+mod orders;
+mod paper_model;
+mod rain_field;
+mod rotation;
+mod simulate;
+mod stages;
+mod tiled;

@@ -1,0 +1,12 @@
+//! The reference: against closed forms, other ray tracers and itself.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod glints;
+mod independent;
+mod plates;
+mod rain_reference;
+mod rainbow;
+mod reference;
+mod shutter;
