@@ -51,7 +51,7 @@ pub struct Demand {
 }
 
 impl Demand {
-    /// What `scene` asks, its real rain apart ([`Demand::add_real_rain`]). Nearer than `near_radii` radii a drop counts as near.
+    /// What `scene` asks, its real rain apart. Nearer than `near_radii` radii a drop counts as near.
     pub fn of(scene: &Scene, near_radii: f64) -> Self {
         let view = scene.view();
         let mut demand = Self {
