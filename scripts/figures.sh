@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Makes the pictures of docs/pictures: the README's rainbows, a million drops, one drop, the paper's figures 1, 3,
+# Makes the pictures of docs/pictures: the README's streaks, rainbows, a million drops, one drop, the paper's figures 1, 3,
 # 4, 5 and 7, its Table II as a plot, and three frames of a film. Some three minutes on two cores, if nothing else runs.
 # Not made here: window.png and split.png, screenshots of the window (Shift F12 and F12), and tradeoff.svg
 # (`raindrops tradeoff --svg`). Figure 7 needs the environments that scripts/setup.sh fetches.
@@ -13,7 +13,10 @@ mkdir -p $out
 raindrops() { target/release/raindrops "$@" 2>>"$work/log" || { tail -n 3 "$work/log" >&2; exit 1; }; }
 step() { echo "figures: $*" >&2; }
 
-step "rainbows (README): rain of 20 mm/h, the bundled sky's sun behind the camera"
+step "streaks at dusk (README)"
+raindrops render assets/scenes/dusk.toml -o $out/dusk.png
+
+step "rainbows (guide): rain of 20 mm/h, the bundled sky's sun behind the camera"
 cat >"$work/rainbow.toml" <<'SCENE'
 [camera]
 position = [0.0, 1.7, 0.0]

@@ -35,6 +35,13 @@ fn veiled() -> Environment {
     set.into_iter().find(|scene| scene.name == "near").expect("the scene").environment
 }
 
+/// Least share of the tables' error. What is drawn by pictures or rays has its glints found: what is left depends on
+/// whether a view has the sun behind the drop, and few have.
+fn least_of(model: &str) -> f64 {
+    let finds_glints = model.starts_with("appearance") || model.starts_with("closed form");
+    if finds_glints { 0.0 } else { 0.4 }
+}
+
 #[test]
 fn the_error_table_is_what_is_measured() {
     on_device(|device| {
@@ -69,7 +76,7 @@ fn the_error_table_is_what_is_measured() {
             let mean = ratios.iter().map(|ratio| ratio.ln()).sum::<f64>() / ratios.len() as f64;
             let off = mean.exp();
             println!("{name}: {off:.2} times the tables");
-            assert!((0.4..2.5).contains(&off), "{name}: {off} times the tables");
+            assert!((least_of(name)..2.5).contains(&off), "{name}: {off} times the tables");
         }
     });
 }
@@ -107,7 +114,7 @@ fn the_glints_table_is_what_is_measured() {
             let mean_square = ratios.iter().map(|r| r * r).sum::<f64>() / ratios.len() as f64;
             let off = mean_square.sqrt();
             println!("{name}: {off:.2} times the table");
-            assert!((0.4..2.5).contains(&off), "{name}: {off} times the table");
+            assert!((least_of(name)..2.5).contains(&off), "{name}: {off} times the table");
         }
     });
 }

@@ -136,7 +136,7 @@ fn frames_without_waiting() {
 fn no_hazard_between_frames() {
     let (name, value) = ACROSS_SUBMISSIONS;
     let output = Command::new(std::env::current_exe().expect("this test"))
-        .args(["--ignored", "--exact", "frames_without_waiting"])
+        .args(["--ignored", "--exact", "frames::frames_without_waiting"])
         .env(name, value)
         .output()
         .expect("this test starts");
