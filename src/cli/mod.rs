@@ -42,6 +42,7 @@ use crate::passes::environment::lost_light;
 use crate::passes::simulate::Counts;
 use crate::plan::FramePlan;
 use crate::scene::Scene;
+use crate::scene::model::Motion;
 use crate::{Error, Result};
 
 /// What the help ends with.
@@ -261,6 +262,12 @@ fn waiting<T>(what: &str, work: impl FnOnce() -> T) -> T {
 fn say_doubt(plan: &FramePlan) {
     if let Some(doubt) = &plan.doubt {
         eprintln!("warning: {doubt}");
+    }
+    if plan.layers && plan.motion == Motion::Streak {
+        eprintln!(
+            "warning: streaks of one colour are in R, G, B and A, but not in Z, motion, count and id; these have every drop with \
+             shutter = 0, or preset exact"
+        );
     }
 }
 
