@@ -11,7 +11,8 @@ use wgpu::hal::api::Vulkan;
 pub fn adapter(wanted: Option<&str>) -> wgpu::Adapter {
     let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
     descriptor.backends = wgpu::Backends::VULKAN;
-    descriptor.flags = wgpu::InstanceFlags::DEBUG | wgpu::InstanceFlags::VALIDATION;
+    // Without DEBUG: wgpu would write the language of its shaders into them, which layers of 2022 do not know.
+    descriptor.flags = wgpu::InstanceFlags::VALIDATION;
     let instance = wgpu::Instance::new(descriptor);
     let adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::VULKAN));
     let wanted = wanted.unwrap_or_default().to_lowercase();

@@ -255,6 +255,19 @@ fn draw(adapter: &wgpu::Adapter) -> Vec<f16> {
         let poll = wgpu::PollType::Wait { submission_index: Some(submission), timeout: None };
         device.poll(poll).expect("the queue");
     };
+    // wgpu clears what it has never seen written, when it is first read; it does not see what the rain writes.
+    let mut first = device.create_command_encoder(&Default::default());
+    drop(first.begin_render_pass(&wgpu::RenderPassDescriptor {
+        color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+            view: &output_view,
+            depth_slice: None,
+            resolve_target: None,
+            ops: wgpu::Operations::default(),
+        })],
+        ..Default::default()
+    }));
+    queue.submit([first.finish()]);
+
     let mut submissions: [Option<wgpu::SubmissionIndex>; 2] = [None, None];
     for number in 0..FRAMES {
         let slot = number % 2;
