@@ -34,7 +34,9 @@ fn error_line(output: &Output) -> String {
     let lines: Vec<_> = stderr
         .lines()
         .filter(|line| {
-            !["device: ", "auto: ", "environment ", "preparing "].iter().any(|said| line.starts_with(said))
+            !["device: ", "auto: ", "environment ", "preparing "]
+                .iter()
+                .any(|said| line.starts_with(said))
         })
         .collect();
     let [line] = lines.as_slice() else { panic!("not one line: {stderr}") };

@@ -5,7 +5,7 @@
 
 mod common;
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use glam::Vec3;
 use raindrops::environment::Environment;
@@ -53,7 +53,11 @@ fn growth(count: u32, mut once: impl FnMut(u32)) -> f64 {
     median(3 * quarter) - median(quarter)
 }
 
+/// Memory is the whole process's: one test at a time.
+static ALONE: Mutex<()> = Mutex::new(());
+
 fn check(count: u32, bound_mib: f64) {
+    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
     // Without validation: the layer keeps a record of what was.
     let instance = Instance::new(Validation::Off).expect("Vulkan");
     let report = common::chosen(&instance);
@@ -93,6 +97,7 @@ fn a_thousand_times_over() {
 /// What the layer advises: nothing but what is argued in `docs/stability.md`.
 #[test]
 fn good_practice() {
+    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
     let instance = Instance::new(Validation::BestPractices).expect("Vulkan with validation");
     let device = Device::open(&instance, common::chosen(&instance)).expect("a device");
     for preset in [Preset::Paper, Preset::Fast] {
