@@ -118,7 +118,7 @@ void note_ray_block(uint at) {
 
 void main() {
     uint at = group_number() * gl_WorkGroupSize.x + gl_LocalInvocationID.x;
-    if (at >= totals.blocks) return;
+    if (at >= min(totals.blocks, block_room())) return;
     uint node = block_node(at);
     Large r = large_at(blocks[at]);
     if ((r.look & AS_SPLATS) != 0u) return;

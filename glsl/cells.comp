@@ -60,6 +60,7 @@ void main() {
     if (drops == 0u) return;
     if (number >= MOST_CELLS) {
         atomicAdd(counters.lost, drops);
+        atomicOr(totals.lacks_room, 1u);
         return;
     }
     cells_in_view[number] = uvec4(first, bin, atomicAdd(totals.bin_counts[bin], drops), drops);

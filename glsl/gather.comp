@@ -89,6 +89,7 @@ void main() {
     uint number = place * CLUSTER + in_cluster;
     if ((splat || streak) && number >= MAX_SPLATS || large && at >= MAX_LARGES) {
         atomicAdd(counters.lost, 1u);
+        atomicOr(totals.lacks_room, 1u);
         splat = streak = large = false;
     }
     if (large) larges[at].index = index;
@@ -107,7 +108,8 @@ void main() {
     if (subgroupElect()) link = atomicAdd(totals.veil_links, all_here);
     link = subgroupBroadcastFirst(link) + subgroupExclusiveAdd(wanted);
     if (wanted > 0u && (link > VEIL_LINKS || link + wanted > VEIL_LINKS)) {
-        atomicAdd(counters.lost, min(wanted, 1u));
+        atomicAdd(counters.lost, 1u);
+        atomicOr(totals.lacks_room, 1u);
     } else if (wanted > 0u) {
         write_streak(node, distance2, s);
         enter_streak(node, s, cells, link);

@@ -21,15 +21,12 @@ layout(std430, set = 0, binding = 16) writeonly buffer Moves { vec4 moves[]; };
 #define COUNTERS_BINDING 11
 #include "counters.glsl"
 
-// The first of `wanted` blocks for a subgroup, or of those that are left of `most`: what is given out is never more,
-// so that no scene makes the count wrap.
+// The first of `wanted` blocks for a subgroup; from `most` on there is no room.
 uint take_blocks(uint wanted, uint most) {
-    uint was = END, first = totals.blocks;
-    while (first != was) {
-        was = first;
-        first = atomicCompSwap(totals.blocks, was, was + min(wanted, most - was));
-    }
-    uint groups = (first + min(wanted, most - first) + 63u) / 64u;
+    // Once there is no room nobody asks for more, so that the count does not wrap.
+    if (totals.blocks >= most) return most;
+    uint first = atomicAdd(totals.blocks, wanted);
+    uint groups = (min(first + wanted, most) + 63u) / 64u;
     atomicMax(totals.block_groups.x, min(groups, ROW));
     if (groups > ROW) atomicMax(totals.block_groups.y, (groups + ROW - 1u) / ROW);
     return first;
@@ -150,7 +147,10 @@ void main() {
     if (subgroupElect()) block = take_blocks(all_here, most);
     block = subgroupBroadcastFirst(block) + before;
     uint room = most - min(block, most);
-    if (touched > room) atomicAdd(counters.lost, 1u);
+    if (touched > room) {
+        atomicAdd(counters.lost, 1u);
+        atomicOr(totals.lacks_room, 1u);
+    }
     r.first_block = block;
     larges[at] = r;
 

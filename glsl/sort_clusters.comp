@@ -31,7 +31,10 @@ void main() {
     uvec4 cell = cells_in_view[number];
     uint at = totals.bin_starts[cell.y] * CLUSTER + cell.z, room = min(cell.w, ROOM - min(at, ROOM));
     for (uint i = 0u; i < room; ++i) drop_order[at + i] = cell.x + i;
-    if (room < cell.w) atomicAdd(counters.lost, cell.w - room);
+    if (room < cell.w) {
+        atomicAdd(counters.lost, cell.w - room);
+        atomicOr(totals.lacks_room, 1u);
+    }
 #else
     if (number >= totals.in_view) return;
     uint at = found_at(number), bin = clusters_in_view[at + 1u];

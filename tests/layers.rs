@@ -9,7 +9,6 @@ use std::sync::Arc;
 
 use exr::prelude::{ReadChannels as _, ReadLayers as _};
 use glam::{DVec2, DVec3, Vec3};
-use raindrops::environment::Environment;
 use raindrops::gpu::Device;
 use raindrops::picture::Picture;
 use raindrops::picture::layers::Layers;
@@ -21,7 +20,7 @@ use raindrops::scene::model::Preset;
 use raindrops::scene::real_rain::RealRain;
 use raindrops::scene::{PlacedDrop, RainSettings, Scene};
 
-use common::{on_device, raindrops};
+use common::{on_device, raindrops, waves};
 
 const EDGE: u32 = 128;
 
@@ -30,15 +29,6 @@ fn folder(name: &str) -> PathBuf {
     let _ = std::fs::remove_dir_all(&folder);
     std::fs::create_dir_all(&folder).expect("a folder");
     folder
-}
-
-fn sky() -> Environment {
-    let texel = |at: u32| {
-        let (u, v) = ((at % 128) as f32 / 20.4, (at / 128) as f32 / 20.4);
-        Vec3::new((2.0 * u).cos() * v.sin(), (3.0 * u + v).sin(), (2.0 * v).cos()).exp()
-    };
-    Environment::from_texels("waves", 128, 64, (0..128 * 64).map(texel).collect())
-        .expect("an image")
 }
 
 fn base(preset: Preset) -> Scene {
@@ -73,7 +63,7 @@ fn real(preset: Preset) -> Scene {
 }
 
 fn layers(device: &Arc<Device>, scene: &Scene, until: &Scene) -> Layers {
-    let sky = sky();
+    let sky = waves();
     let plan = plan(scene, &sky, Output::Layers).expect("a plan");
     let mut renderer = Renderer::new(device, scene, &sky, &plan).expect("a renderer");
     renderer.submit_until(scene, until).expect("a frame");
@@ -104,7 +94,7 @@ fn over_a_plate_they_are_the_picture_before_it() {
             ("real", real(Preset::Fast)),
         ] {
             let behind = plate(&mut scene, name);
-            let sky = sky();
+            let sky = waves();
             let whole = plan(&scene, &sky, Output::Radiance).expect("a plan");
             let mut renderer = Renderer::new(device, &scene, &sky, &whole).expect("a renderer");
             renderer.submit(&scene).expect("a frame");
@@ -131,7 +121,7 @@ fn over_a_plate_they_are_the_picture_before_it() {
 }
 
 fn by_number(scene: &Scene) -> HashMap<u64, DropRecord> {
-    let plan = plan(scene, &sky(), Output::Layers).expect("a plan");
+    let plan = plan(scene, &waves(), Output::Layers).expect("a plan");
     let drops = drops_in_view(scene, plan.cutoff.map_or(0.0, |cutoff| cutoff.px));
     let count = drops.len();
     let map: HashMap<_, _> = drops.into_iter().map(|drop| (drop.number, drop)).collect();
@@ -246,7 +236,7 @@ fn every_drop_over_a_pixel_is_counted() {
 #[test]
 fn parts_are_the_whole() {
     let scene = in_a_box(Preset::Fast);
-    let sky = sky();
+    let sky = waves();
     let plan = plan(&scene, &sky, Output::Layers).expect("a plan");
     on_device(|device| {
         let until = Scene { time: scene.time + 0.04, ..scene.clone() };
@@ -389,56 +379,4 @@ fn shards_together_are_the_data_set() {
     }
     let (is_done, said) = run(&folder, &["dataset", "scene.toml", "--views", "4", "-o", "whole"]);
     assert!(!is_done && said.contains("something else"), "{said}");
-}
-
-/// Prints what layers and a depth cost, frames of each in turn; `cargo test --release --test layers -- --ignored --nocapture`.
-#[test]
-#[ignore = "it measures; run it alone"]
-fn what_layers_and_a_depth_cost() {
-    let sky = sky();
-    for (name, mut scene) in [("box", in_a_box(Preset::Fast)), ("real", real(Preset::Fast))] {
-        (scene.image.width, scene.image.height) = (960, 540);
-        if let Some(rain) = scene.rain.as_mut().filter(|rain| rain.real.is_none()) {
-            (rain.count, rain.half_extent) = (250_000, DVec3::splat(600.0));
-        }
-        let (width, height) = (960, 540);
-        let mut deep = scene.clone();
-        let folder = folder("cost");
-        let mut depth = Layers::empty(width, height);
-        depth.depth.fill(1e6);
-        depth.write_depth(&folder.join("depth.exr")).expect("a depth");
-        deep.background.depth = Some(folder.join("depth.exr"));
-        on_device(|device| {
-            let of = |scene: &Scene, output| {
-                let plan = plan(scene, &sky, output).expect("a plan");
-                Renderer::new(device, scene, &sky, &plan).expect("a renderer")
-            };
-            let mut arms = [
-                (&scene, of(&scene, Output::Radiance), Vec::new()),
-                (&scene, of(&scene, Output::Layers), Vec::new()),
-                (&deep, of(&deep, Output::Radiance), Vec::new()),
-            ];
-            for round in 0..24 {
-                for (scene, renderer, times) in &mut arms {
-                    let mut scene = scene.clone();
-                    scene.time += f64::from(round) / 30.0;
-                    renderer.submit(&scene).expect("a frame");
-                    let report = renderer.finish().expect("a report");
-                    // The first frames have the sky to draw.
-                    if round >= 4 {
-                        times.push(report.passes_ms.iter().map(|(_, ms)| ms).sum::<f64>());
-                    }
-                }
-            }
-            let median = |times: &mut Vec<f64>| {
-                times.sort_by(f64::total_cmp);
-                times[times.len() / 2]
-            };
-            let [plain, layers, deep] = arms.map(|(.., mut times)| median(&mut times));
-            let (of_layers, of_depth) = (layers / plain, deep / plain);
-            println!(
-                "{name}: {plain:.1} ms, layers {layers:.1} ({of_layers:.2}), with a depth {deep:.1} ({of_depth:.2})"
-            );
-        });
-    }
 }

@@ -22,7 +22,7 @@ use raindrops::scene::model::Preset;
 use raindrops::scene::real_rain::RealRain;
 use raindrops::scene::{PlacedDrop, RainSettings, Scene, ToneMap};
 
-use common::{Random, on_device};
+use common::{Random, on_device, waves};
 
 const EDGE: u32 = 96;
 
@@ -55,15 +55,6 @@ fn color_file(name: &str) -> PathBuf {
     let path = file(name);
     picture.write_exr(&path).expect("a file");
     path
-}
-
-fn waves() -> Environment {
-    let texel = |at: u32| {
-        let (u, v) = ((at % 128) as f32 / 20.4, (at / 128) as f32 / 20.4);
-        Vec3::new((2.0 * u).cos() * v.sin(), (3.0 * u + v).sin(), (2.0 * v).cos()).exp()
-    };
-    Environment::from_texels("waves", 128, 64, (0..128 * 64).map(texel).collect())
-        .expect("an image")
 }
 
 /// Drops of all sizes, from half a pixel of radius to fifteen, between depth 2 and 10, none within another.

@@ -20,23 +20,13 @@ use raindrops::renderer::Renderer;
 use raindrops::scene::model::{Motion, Preset};
 use raindrops::scene::{PlacedDrop, RainSettings, Scene, ToneMap};
 
-use common::on_device;
+use common::{on_device, waves};
 
 fn square(edge: u32) -> Scene {
     let mut scene = Scene { rain: None, ..Scene::default() };
     (scene.image.width, scene.image.height) = (edge, edge);
     scene.model.preset = Preset::Fast;
     scene
-}
-
-/// Radiance of a few low waves over a decade.
-fn waves() -> Environment {
-    let texel = |at: u32| {
-        let (u, v) = ((at % 128) as f32 / 20.4, (at / 128) as f32 / 20.4);
-        Vec3::new((2.0 * u).cos() * v.sin(), (3.0 * u + v).sin(), (2.0 * v).cos()).exp()
-    };
-    Environment::from_texels("waves", 128, 64, (0..128 * 64).map(texel).collect())
-        .expect("an image")
 }
 
 fn renderer(device: &Arc<Device>, scene: &Scene, environment: &Environment) -> Renderer {

@@ -53,6 +53,7 @@ layout(std430, set = 0, binding = 3) buffer Totals {
     uint in_view;                   // clusters
     uint cells_in_view;
     uint veil_links;                // of the veil's cells
+    uint lacks_room;                // 1: something was lost for which more room can be made
     uint bin_counts[MAX_BINS];      // clusters in view of a band and region: bin band * REGIONS + region
     uint bin_starts[MAX_BINS + 1u]; // their first place, when they are sorted
 } totals;

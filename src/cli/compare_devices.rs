@@ -328,8 +328,7 @@ fn portray(
     let draw = |scene: &Scene| -> anyhow::Result<_> {
         let plan = plan(scene, environment, Output::Radiance)?;
         let mut renderer = Renderer::new(device, scene, environment, &plan)?;
-        renderer.submit(scene)?;
-        let visible = renderer.finish()?.counts.visible;
+        let visible = renderer.draw(scene)?.counts.visible;
         Ok((renderer.read_radiance()?, visible, plan))
     };
     let (picture, visible, _) = draw(scene)?;

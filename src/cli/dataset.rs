@@ -340,7 +340,7 @@ impl Maker<'_> {
         let mut parts = Parts::new(self.device, &self.set.environment, self.plan);
         parts.move_until(until);
         let (renderer, report) = parts.draw_window(scene)?;
-        super::say_undrawn(&report.counts);
+        super::say_undrawn(&report.counts, report.room);
         renderer.read_layers()
     }
 

@@ -206,8 +206,14 @@ fn drops(count: u64) -> String {
     format!("{count} drop{}", if count == 1 { "" } else { "s" })
 }
 
-/// Says on stderr which drops were left out of a frame, and why.
-fn say_undrawn(counts: &Counts) {
+/// Says on stderr which drops were left out of frames, and why; and whether their lists had to be larger than usual, by
+/// a factor of `room`.
+fn say_undrawn(counts: &Counts, room: u32) {
+    if room > 1 {
+        eprintln!(
+            "note: more drops in view than was provided for: drawn again with {room} times the room"
+        );
+    }
     let say = |count: u64, what: &str, why: &str| {
         if count > 0 {
             eprintln!("warning: {} {what}: {why}", drops(count));

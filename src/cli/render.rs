@@ -7,6 +7,7 @@ use clap::Args;
 use super::options::{BackgroundArgs, DeviceArgs, ModelArgs, SceneArgs, resolve};
 use super::sequence::{Sequence, heed_interrupts, is_interrupted};
 use super::{Answer, Format, drops, progress, say_doubt, waiting};
+use crate::passes::simulate::Counts;
 use crate::picture::layers::Layers;
 use crate::picture::sidecar::Sidecar;
 use crate::picture::{Picture, write_png};
@@ -105,7 +106,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<Answer> {
     }
 
     let bar = progress(missing.len() as u64, "frames");
-    let mut report = FrameReport::default();
+    let (mut report, mut undrawn, mut room) = (FrameReport::default(), Counts::default(), 1);
     let mut largest_cutoff = 0.0_f32;
     for (done, number) in missing.iter().enumerate() {
         if is_interrupted() {
@@ -126,6 +127,8 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<Answer> {
             }
         };
         largest_cutoff = largest_cutoff.max(report.cutoff_px.unwrap_or(0.0));
+        undrawn.add(&report.counts);
+        room = room.max(report.room);
         if let (0, Some(most)) = (done, parts.clips_background()) {
             eprintln!(
                 "warning: the background is brighter than {most}, which is clipped: it is stored as the environment is"
@@ -139,7 +142,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<Answer> {
         None => drops(scene.drop_count().into()),
     };
     eprintln!("{all}, {} in view", report.counts.visible);
-    super::say_undrawn(&report.counts);
+    super::say_undrawn(&undrawn, room);
     let planned = plan.cutoff.as_ref().map_or(0.0, |cutoff| cutoff.px as f32);
     if largest_cutoff > planned {
         eprintln!(
@@ -220,6 +223,7 @@ fn draw_parts(
     parts.draw_all(scene, grid, &mut |origin, renderer, report| {
         all.counts.add(&report.counts);
         all.cutoff_px = report.cutoff_px;
+        all.room = all.room.max(report.room);
         match output {
             Output::Layers => layers.place(origin, &renderer.read_layers()?),
             Output::Radiance => {

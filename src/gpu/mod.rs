@@ -7,6 +7,7 @@ mod barrier;
 mod bindings;
 mod buffer;
 mod commands;
+mod copies;
 mod device;
 pub mod disk_cache;
 #[cfg(feature = "reload")]
@@ -19,6 +20,7 @@ mod pipeline;
 mod pipeline_cache;
 pub mod probe;
 mod rendering;
+mod report;
 mod requirements;
 mod retired;
 #[cfg(feature = "view")]
@@ -32,7 +34,8 @@ pub use barrier::{Use, image_barrier, image_discard, memory_barrier};
 pub use bindings::{Binding, Bindings, Resource};
 pub use buffer::{Buffer, Memory};
 pub use commands::{Commands, Recorder};
-pub use device::{Device, DeviceReport, MadeCounts, PointRules, ReplacedShaders, choose_among};
+pub use copies::{copy_rows, copy_to_buffer, copy_to_image};
+pub use device::{Device, MadeCounts, PointRules, ReplacedShaders};
 #[cfg(feature = "reload")]
 pub use glsl::Glsl;
 pub use host::{HostDevice, QueueLock};
@@ -44,6 +47,7 @@ pub use pipeline::{
 };
 pub use pipeline_cache::PipelineKey;
 pub(crate) use rendering::{attachment, attachment_of, rendering};
+pub use report::{DeviceReport, choose_among};
 pub use requirements::{Features, Requirements};
 #[cfg(feature = "view")]
 pub use surface::Surface;

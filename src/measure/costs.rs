@@ -76,8 +76,7 @@ pub fn measure(device: &Arc<Device>) -> Result<Costs> {
         let mut scene = scene.clone();
         scene.camera.near = near;
         let before = Instant::now();
-        renderer.submit(&scene)?;
-        renderer.finish()?;
+        renderer.draw(&scene)?;
         Ok(before.elapsed().as_secs_f64() * 1e9)
     };
     // Nothing; the large drop alone; all but the nearest drops, which would be large.

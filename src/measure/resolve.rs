@@ -89,7 +89,7 @@ fn picture(
 ) -> Result<Picture> {
     let plan = plan_by(scene, environment, Some(choice), Output::Radiance)?;
     let mut renderer = Renderer::new(device, scene, environment, &plan)?;
-    renderer.submit(scene)?;
+    renderer.draw(scene)?;
     renderer.read_radiance()
 }
 

@@ -27,7 +27,8 @@ use super::tiles::Tiles;
 use crate::Result;
 use crate::gpu::{
     Binding, Bindings, Buffer, Commands, ComputePipeline, Device, HostImage, Image, ImageInfo,
-    Memory, Recorder, Resource, Sampler, Samples, Use, image_barrier, shaders,
+    Memory, Recorder, Resource, Sampler, Samples, Use, copy_rows, copy_to_image, image_barrier,
+    shaders,
 };
 use crate::picture::plate::Plate;
 use crate::scene::background::DepthKind;
@@ -219,23 +220,10 @@ fn upload<T, U: Pod>(
     })?;
     for (number, values) in values.chunks(strip).enumerate() {
         staging.write(0, &values.iter().map(&texel).collect::<Vec<_>>());
-        let top = (number * strip / width) as i32;
-        let height = (values.len() / width) as u32;
-        let copy = image
-            .level_copy(0, 0)
-            .image_offset(vk::Offset3D { x: 0, y: top, z: 0 })
-            .image_extent(vk::Extent3D { width: image.width, height, depth: 1 });
+        let (top, height) = (number * strip / width, values.len() / width);
+        let part = copy_rows(image, 0, top as u32, height as u32);
         Commands::once(device, name, |commands| {
-            // SAFETY: the copy lies within the buffer and the image, which is in this layout.
-            unsafe {
-                device.raw().cmd_copy_buffer_to_image(
-                    commands.raw(),
-                    staging.raw(),
-                    image.raw(),
-                    vk::ImageLayout::TRANSFER_DST_OPTIMAL,
-                    &[copy],
-                );
-            }
+            copy_to_image(device, commands, &staging, image, &[part]);
         })?;
     }
     Commands::once(device, name, |commands| {

@@ -21,7 +21,8 @@ use crate::environment::Environment;
 use crate::environment::bright::split;
 use crate::environment::levels::for_each_level;
 use crate::gpu::{
-    Buffer, Commands, Device, Image, ImageInfo, Memory, Sampler, Samples, Use, image_barrier,
+    Buffer, Commands, Device, Image, ImageInfo, Memory, Sampler, Samples, Use, copy_rows,
+    copy_to_image, image_barrier,
 };
 
 /// Largest radiance that is stored: half of float16's largest, so that sums of a few fit.
@@ -179,22 +180,10 @@ fn upload(
         for (number, texels) in texels.chunks(strip(width)).enumerate() {
             staging.write(0, &texels.par_iter().map(&stored).collect::<Vec<_>>());
             let rows = |count: usize| (count / width as usize) as u32;
-            let top = rows(number * strip(width)) as i32;
-            let copy = image
-                .level_copy(level, 0)
-                .image_offset(vk::Offset3D { x: 0, y: top, z: 0 })
-                .image_extent(vk::Extent3D { width, height: rows(texels.len()), depth: 1 });
+            let top = rows(number * strip(width));
+            let part = copy_rows(image, level, top, rows(texels.len()));
             Commands::once(device, name, |commands| {
-                // SAFETY: the copy lies within the buffer and the image, which is in this layout.
-                unsafe {
-                    device.raw().cmd_copy_buffer_to_image(
-                        commands.raw(),
-                        staging.raw(),
-                        image.raw(),
-                        vk::ImageLayout::TRANSFER_DST_OPTIMAL,
-                        &[copy],
-                    );
-                }
+                copy_to_image(device, commands, &staging, image, &[part]);
             })?;
         }
         level += 1;

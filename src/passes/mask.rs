@@ -21,7 +21,7 @@ use ash::vk;
 use super::light_constants;
 use crate::gpu::{
     Binding, Bindings, Buffer, Commands, ComputePipeline, Device, Image, ImageInfo, Memory,
-    Resource, Sampler, Samples, Use, image_barrier, memory_barrier, shaders,
+    Resource, Sampler, Samples, Use, copy_to_buffer, image_barrier, memory_barrier, shaders,
 };
 use crate::optics::level_half_angle;
 use crate::plan::Light;
@@ -123,16 +123,7 @@ impl Mask {
         let staging = Buffer::new(device, "mask read back", bytes, usage, Memory::Readback)?;
         Commands::once(device, "read mask", |commands| {
             image_barrier(device, commands, &self.image, Use::GraphicsRead, Use::TransferRead);
-            // SAFETY: the buffer holds the level, which is in this layout.
-            unsafe {
-                device.raw().cmd_copy_image_to_buffer(
-                    commands.raw(),
-                    self.image.raw(),
-                    vk::ImageLayout::TRANSFER_SRC_OPTIMAL,
-                    staging.raw(),
-                    &[self.image.level_copy(level, 0)],
-                );
-            }
+            copy_to_buffer(device, commands, &self.image, level, &staging);
             image_barrier(device, commands, &self.image, Use::TransferRead, Use::GraphicsRead);
             memory_barrier(device, commands, &[Use::TransferWrite], &[Use::HostRead]);
         })?;

@@ -13,8 +13,8 @@ use super::{attachment, rendering};
 use crate::Result;
 use crate::gpu::{
     Alpha, Binding, Bindings, Buffer, Commands, Device, GraphicsPipeline, GraphicsState, Image,
-    ImageInfo, Memory, Recorder, Resource, Sampler, Samples, Use, image_barrier, image_discard,
-    shaders,
+    ImageInfo, Memory, Recorder, Resource, Sampler, Samples, Use, copy_to_image, image_barrier,
+    image_discard, shaders,
 };
 
 /// Words of a vertex in the buffer: x, y, u, v, colour.
@@ -134,16 +134,7 @@ impl Overlay {
             } else {
                 image_barrier(device, commands, &self.atlas, before, Use::TransferWrite);
             }
-            // SAFETY: the region lies within the atlas, which is in this layout; the buffer holds it.
-            unsafe {
-                device.raw().cmd_copy_buffer_to_image(
-                    commands.raw(),
-                    staging.raw(),
-                    self.atlas.raw(),
-                    vk::ImageLayout::TRANSFER_DST_OPTIMAL,
-                    &region,
-                );
-            }
+            copy_to_image(device, commands, &staging, &self.atlas, &region);
             image_barrier(device, commands, &self.atlas, Use::TransferWrite, Use::GraphicsRead);
         })
     }

@@ -27,6 +27,7 @@ use super::frame::{Frame, FrameBuffer};
 use super::light_constants;
 use super::placed::PlacedDrops;
 use super::rain_field::{RainField, SortedDrops};
+use super::room::Room;
 use super::simulate::Simulate;
 use super::veil::Veil;
 use crate::gpu::{
@@ -45,8 +46,8 @@ use crate::{Error, Result};
 pub(crate) const TILE: (u32, u32) = (4, 2);
 pub(super) const TILE_PIXELS: u64 = 8;
 /// Bytes of a splat's node, of which a block's takes two, and of a large drop, as there.
-const NODE_BYTES: u64 = 32;
-const LARGE_BYTES: u64 = 64;
+pub(super) const NODE_BYTES: u64 = 32;
+pub(super) const LARGE_BYTES: u64 = 64;
 /// Tiles that a drop at the paper's sizes touches.
 const TILES_A_DROP: f64 = 2.0;
 /// Part of all drops that is in view at the paper's 90°, at most.
@@ -68,17 +69,6 @@ const CLUSTERS_GROUP: u32 = 64;
 const STRETCHES: u32 = 64;
 /// Least tiles of a drop whose blocks a workgroup gives out, as in the shaders.
 const TILES_OF_BIG: u64 = 13;
-/// Blocks provided for each tile, as far as the device has room: so many layers of the whole image may be
-/// large drops …
-const BLOCKS_A_TILE: u64 = 8;
-/// … and for every second drop, or for each where none is a splat.
-const DROPS_A_BLOCK: u64 = 2;
-/// Part of the largest allocation that they may take: a large image has many tiles, few of them full of large
-/// drops.
-const BLOCKS_SHARE: u64 = 8;
-/// Blocks provided in any case: on images of a few tiles many drops share one.
-const LEAST_BLOCKS: u64 = 16_384;
-
 /// The parts of an image by which clusters are sorted within their band, and tiles are drawn.
 struct Regions {
     /// Each has [`REGION`] tiles, times 2^this along both axes.
@@ -195,7 +185,7 @@ pub(super) const RAY_GROUPS: u64 = BLOCK_GROUPS + 16;
 pub(super) const DISORDERED_GROUPS: u64 = RAY_GROUPS + 16;
 /// Words of all arguments, of these and the counts that follow, and of the totals, which end with the bins'.
 const GROUPS_WORDS: usize = DISORDERED_GROUPS as usize / 4 + 4;
-const COUNTS_WORDS: usize = GROUPS_WORDS + 8;
+const COUNTS_WORDS: usize = GROUPS_WORDS + 9;
 const TOTALS_WORDS: usize = COUNTS_WORDS + MAX_BINS + MAX_BINS + 1;
 /// Where the counts stand in the totals, in bytes, and how many words of them there are.
 pub(crate) const COUNTS: (u64, usize) = (4 * GROUPS_WORDS as u64, COUNTS_WORDS - GROUPS_WORDS);
@@ -215,6 +205,8 @@ pub struct TileCounts {
     pub ray_fragments: u64,
     /// Tiles drawn a second time, their lists sorted.
     pub tiles_again: u64,
+    /// Whether something was lost for which more room can be made.
+    pub lacks_room: bool,
 }
 
 impl TileCounts {
@@ -227,6 +219,7 @@ impl TileCounts {
             ray_fragments: word(3),
             tiles_again: word(4),
             clusters: word(5),
+            lacks_room: word(8) != 0,
         }
     }
 }
@@ -295,18 +288,8 @@ impl Tiles {
             }
         };
 
-        // A place for each drop of a cluster in view.
-        let of_clusters = u64::from(clusters) * u64::from(CLUSTER);
-        let (splats, drops_a_block) =
-            if plan.splat_px > 0.0 { (of_clusters, DROPS_A_BLOCK) } else { (0, 1) };
-        let blocks = (BLOCKS_A_TILE * u64::from(count) + drops / drops_a_block)
-            .max(LEAST_BLOCKS)
-            .saturating_mul(plan.room.into())
-            .min(range / (2 * NODE_BYTES))
-            .min(device.report.max_allocation / (BLOCKS_SHARE * 2 * NODE_BYTES));
-        // Where that is less than both may take, blocks have the places of the clusters out of view.
-        let nodes = (splats + 2 * blocks).min(range / (2 * NODE_BYTES) * 2);
-        let larges = drops.min(range / LARGE_BYTES).min(64 * groups);
+        let Room { nodes, blocks, larges } =
+            Room::of(&device.report, plan, count, (drops, clusters), has_cells);
         let in_frame = [
             [count, regions.shift, regions.across, regions.count],
             [nodes as u32, blocks as u32, larges as u32, bands],
@@ -338,8 +321,12 @@ impl Tiles {
         let moves = plan.motion != Motion::Instant;
         let placed = PlacedDrops::new(device, scene, moves)?;
         let tiles_px = (across * TILE.0, down * TILE.1);
-        let veil =
-            Veil::new(device, tiles_px, in_view * f64::from(plan.room), moves && splats > 0)?;
+        let veil = Veil::new(
+            device,
+            tiles_px,
+            in_view * f64::from(plan.room),
+            moves && plan.splat_px > 0.0,
+        )?;
         let large_moves =
             make("motions of large drops", 32, if moves { larges } else { 1 }, storage)?;
         let found = make("clusters in view", 1, found_bytes, storage)?;
@@ -401,7 +388,7 @@ impl Tiles {
             in_pixels: (across * TILE.0, down * TILE.1),
             in_regions: regions.tiles,
             // Where each word read is dear, it costs more than it saves.
-            touch: device.report.is_cpu() && fit && splats > 0,
+            touch: device.report.is_cpu() && fit && plan.splat_px > 0.0,
             counters,
             reach,
             source,
@@ -505,6 +492,12 @@ impl Tiles {
         unsafe {
             device.raw().cmd_fill_buffer(commands.raw(), self.totals().raw(), first, bins, 0)
         };
+    }
+
+    /// Whether a view of the same with the other's room has more.
+    pub fn has_more_room_than(&self, other: &Self) -> bool {
+        let room = |tiles: &Self| (tiles.in_frame, tiles.veil.in_frame);
+        room(self) != room(other)
     }
 
     /// What of real rain a frame of `scene` shows; none without.

@@ -23,7 +23,9 @@ pub use self::lighting::Lighting;
 pub use self::view::View;
 use self::view::{Drawing, lattice_of, refuse};
 use crate::environment::Environment;
-use crate::gpu::{Buffer, Commands, Device, Image, Memory, Use, image_barrier, memory_barrier};
+use crate::gpu::{
+    Buffer, Commands, Device, Image, Memory, Use, copy_to_buffer, image_barrier, memory_barrier,
+};
 use crate::passes::background::{BackgroundImages, Behind};
 pub use crate::passes::background::{DepthConvention, HostBackground};
 pub use crate::passes::rain_field::RainField;
@@ -71,8 +73,18 @@ pub struct FrameReport {
     /// Least radius in pixels of a drop of real rain that was drawn by itself; none without real rain. Over the
     /// plan's where the frame's cells would have been more than can be numbered.
     pub cutoff_px: Option<f32>,
+    /// Factor on the room for drops in view and their tile fragments with which it was drawn: 1, or what
+    /// [`Renderer::grow`] has made of it.
+    pub room: u32,
     /// GPU milliseconds of each pass, in order; empty where the device has no timestamps.
     pub passes_ms: Vec<(&'static str, f64)>,
+}
+
+impl FrameReport {
+    /// Whether something was lost for which more room can be made.
+    fn lacks_room(&self) -> bool {
+        self.tiles.is_some_and(|tiles| tiles.lacks_room)
+    }
 }
 
 /// Renders a scene by a frame plan: one view of some drops in some light, of which other renderers may show the same.
@@ -84,6 +96,9 @@ pub struct Renderer {
     flights: [Commands; FLIGHTS],
     next: usize,
     view: View,
+    background: Option<Arc<BackgroundImages>>,
+    /// There is no more room to be had.
+    is_full: bool,
     /// In place of the frame's own: the sums of the whole picture that it is a part of, and that one's pixels.
     whole_sums: Option<(FinalSums, f32)>,
     // Last: all of the above is freed before it.
@@ -140,9 +155,63 @@ impl Renderer {
             flights: [Commands::new(device, "frame")?, Commands::new(device, "frame")?],
             next: 0,
             view: View::of(lighting, rain, scene, plan, FLIGHTS, behind)?,
+            background: background.cloned(),
+            is_full: false,
             whole_sums: None,
             device: device.clone(),
         })
+    }
+
+    /// Makes room for twice as many drops in view and tile fragments; whether there was more to be had. The last frame
+    /// is gone, but for [`Renderer::display`].
+    fn grow(&mut self) -> Result<bool> {
+        if self.is_full {
+            return Ok(false);
+        }
+        self.finish()?;
+        let plan =
+            FramePlan { room: self.view.plan.room.saturating_mul(2), ..self.view.plan.clone() };
+        let behind = self.background.as_ref().map(|images| Behind::Plate(images.clone()));
+        let view = &self.view;
+        let grown = View::of(&view.lighting, &view.rain, &view.made_for, &plan, FLIGHTS, behind);
+        let mut grown = match grown {
+            Ok(grown) if grown.drawing.has_more_room_than(&view.drawing) => grown,
+            // What is lost is counted in each frame's report.
+            Ok(_) | Err(Error::Memory { .. } | Error::Limit { .. }) => {
+                self.is_full = true;
+                return Ok(false);
+            }
+            Err(error) => return Err(error),
+        };
+        // Who shows the picture goes on showing the same image.
+        if let (Some(new), Some(old)) = (&mut grown.display, &mut self.view.display) {
+            std::mem::swap(&mut new.image, &mut old.image);
+        }
+        grown.recordings = self.view.recordings;
+        self.view = grown;
+        Ok(true)
+    }
+
+    /// Draws a frame as [`Renderer::submit`] records it, with as much room as it takes, and waits for it.
+    ///
+    /// # Errors
+    /// Those of [`Renderer::submit`] and [`Renderer::finish`].
+    pub fn draw(&mut self, scene: &Scene) -> Result<FrameReport> {
+        self.draw_until(scene, scene)
+    }
+
+    /// As [`Renderer::draw`], with the motion of [`Renderer::submit_until`].
+    ///
+    /// # Errors
+    /// Those of [`Renderer::draw`].
+    pub fn draw_until(&mut self, scene: &Scene, until: &Scene) -> Result<FrameReport> {
+        loop {
+            self.submit_until(scene, until)?;
+            let report = self.finish()?;
+            if !report.lacks_room() || !self.grow()? {
+                return Ok(report);
+            }
+        }
     }
 
     /// The light, for another renderer.
@@ -166,7 +235,8 @@ impl Renderer {
     }
 
     /// Records and submits a frame of `scene`, which may differ in camera, time, key and fixed exposure from the
-    /// one that the renderer was made for. Waits for the frame before the last, and returns its report.
+    /// one that the renderer was made for. Waits for the frame before the last, and returns its report; where that one
+    /// lacked room, there is more from this frame on.
     ///
     /// # Errors
     /// [`Error::Scene`] if the scene's size, drops, seed, environment, background or models are not those that the renderer was
@@ -183,11 +253,15 @@ impl Renderer {
     /// # Errors
     /// Those of [`Renderer::submit`].
     pub fn submit_until(&mut self, scene: &Scene, until: &Scene) -> Result<Option<FrameReport>> {
+        self.view.check(scene)?;
+        self.flights[self.next].wait()?;
+        let finished = self.view.report(self.next)?;
+        if finished.as_ref().is_some_and(FrameReport::lacks_room) {
+            self.grow()?;
+        }
         let whole = self.whole_sums.as_ref().map(|(sums, pixels)| (sums, *pixels));
         let mut frame = self.view.frame(scene, whole)?.until(until);
         let commands = &mut self.flights[self.next];
-        commands.wait()?;
-        let finished = self.view.report(self.next)?;
         let recorder = commands.begin()?;
         self.view.record_frame(recorder, self.next, &mut frame, None);
         commands.submit()?;
@@ -351,16 +425,7 @@ impl Renderer {
         let device = &*self.device;
         Commands::once(&self.device, "read back", |commands| {
             image_barrier(device, commands, image, last, Use::TransferRead);
-            // SAFETY: the buffer holds the image, which is in this layout.
-            unsafe {
-                device.raw().cmd_copy_image_to_buffer(
-                    commands.raw(),
-                    image.raw(),
-                    vk::ImageLayout::TRANSFER_SRC_OPTIMAL,
-                    staging.raw(),
-                    &[image.level_copy(0, 0)],
-                );
-            }
+            copy_to_buffer(device, commands, image, 0, &staging);
             image_barrier(device, commands, image, Use::TransferRead, last);
             memory_barrier(device, commands, &[Use::TransferWrite], &[Use::HostRead]);
         })?;

@@ -228,15 +228,14 @@ impl<'a> Parts<'a> {
         let (size, mut renderer) = self.take_renderer(scene)?;
         let pixels = scene.image.width as f32 * scene.image.height as f32;
         renderer.whole_sums = exposure.map(|sums| (final_sums(sums), pixels));
-        match &self.until {
+        let report = match &self.until {
             Some(until) => {
                 let mut until = until.clone();
                 until.camera.window = scene.camera.window;
-                renderer.submit_until(scene, &until)?
+                renderer.draw_until(scene, &until)?
             }
-            None => renderer.submit(scene)?,
+            None => renderer.draw(scene)?,
         };
-        let report = renderer.finish()?;
         let (_, renderer) = self.renderer.insert((size, renderer));
         Ok((renderer, report))
     }

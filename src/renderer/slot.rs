@@ -65,8 +65,8 @@ impl Slot {
     }
 
     /// What the frame that was recorded last counted and took; none if its commands were never executed. They must not
-    /// be under way.
-    pub fn report(&self, drawing: &Drawing) -> Result<Option<FrameReport>> {
+    /// be under way. `room`: of the view ([`FrameReport::room`]).
+    pub fn report(&self, drawing: &Drawing, room: u32) -> Result<Option<FrameReport>> {
         let words: Vec<u32> = self.counters.read(WORDS);
         if self.recording == 0 || words[WORDS - 1] != self.recording {
             return Ok(None);
@@ -75,6 +75,6 @@ impl Slot {
         let counts = drawing.counters().map(|_| Simulate::counts(of_drops)).unwrap_or_default();
         let tiles = drawing.totals().map(|_| TileCounts::of(of_tiles));
         let (cutoff_px, passes_ms) = (self.cutoff_px, self.timestamps.read_ms()?);
-        Ok(Some(FrameReport { counts, tiles, cutoff_px, passes_ms }))
+        Ok(Some(FrameReport { counts, tiles, cutoff_px, room, passes_ms }))
     }
 }

@@ -10,7 +10,7 @@ use super::view::surroundings;
 use crate::environment::Environment;
 use crate::gpu::{
     Alpha, Buffer, Commands, Device, Image, ImageInfo, Memory, Samples, Use, attachment,
-    image_barrier, image_discard, memory_barrier,
+    copy_to_buffer, image_barrier, image_discard, memory_barrier,
 };
 use crate::passes::drops::{Drops, Target, guard_band};
 use crate::passes::frame::{Frame, FrameBuffer};
@@ -104,25 +104,10 @@ impl Stages {
                 image_barrier(device, commands, &target, color_use, Use::TransferRead);
                 let region =
                     [vk::BufferCopy { src_offset: 0, dst_offset: 0, size: simulate.drops.size }];
-                let layout = vk::ImageLayout::TRANSFER_SRC_OPTIMAL;
-                let copy = [target.level_copy(0, 0)];
-                let raw = device.raw();
-                // SAFETY: the buffers hold what is copied into them, after the barriers above.
-                unsafe {
-                    raw.cmd_copy_buffer(
-                        commands.raw(),
-                        simulate.drops.raw(),
-                        records.raw(),
-                        &region,
-                    );
-                    raw.cmd_copy_image_to_buffer(
-                        commands.raw(),
-                        target.raw(),
-                        layout,
-                        picture.raw(),
-                        &copy,
-                    );
-                }
+                let (from, to) = (simulate.drops.raw(), records.raw());
+                // SAFETY: the buffer holds what is copied into it, after the barriers above.
+                unsafe { device.raw().cmd_copy_buffer(commands.raw(), from, to, &region) };
+                copy_to_buffer(device, commands, &target, 0, &picture);
                 memory_barrier(device, commands, &[Use::TransferWrite], &[Use::HostRead]);
             })?;
             Ok::<_, Error>(picture.read(pixels))

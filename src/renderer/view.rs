@@ -65,6 +65,16 @@ impl Drawing {
         }
     }
 
+    /// Whether it has lists with more room than the other's.
+    pub fn has_more_room_than(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Tiled(tiled), Self::Tiled(other)) => {
+                tiled.tiles.has_more_room_than(&other.tiles)
+            }
+            _ => false,
+        }
+    }
+
     /// What the table of a drop's light is, and the milliseconds that it took.
     pub fn table_ms(&self) -> Option<(&'static str, f64)> {
         match self {
@@ -293,7 +303,7 @@ impl View {
     }
 
     /// Fails if `scene` is not what the view was made for, but for what may differ from frame to frame.
-    fn check(&self, scene: &Scene) -> Result<()> {
+    pub(super) fn check(&self, scene: &Scene) -> Result<()> {
         let made = &self.made_for;
         if scene.picture_size() != self.size || lattice_of(scene) != self.lattice {
             let (width, height) = self.size;
@@ -341,7 +351,7 @@ impl View {
     /// # Errors
     /// [`crate::Error::Vulkan`] if its timestamps cannot be read, as for a lost device.
     pub(super) fn report(&self, slot: usize) -> Result<Option<FrameReport>> {
-        self.slots[slot].report(&self.drawing)
+        self.slots[slot].report(&self.drawing, self.plan.room)
     }
 
     /// Records a frame into a slot whose last commands are done, or will never be submitted.

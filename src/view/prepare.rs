@@ -45,6 +45,12 @@ impl Pane {
         Ok(())
     }
 
+    /// Draws a frame, and waits for it.
+    pub fn draw(&mut self, scene: &Scene) -> Result<()> {
+        self.report = self.renderer.draw(scene)?;
+        Ok(())
+    }
+
     /// Waits for the last frame.
     pub fn finish(&mut self) -> Result<()> {
         self.report = self.renderer.finish()?;
@@ -261,7 +267,6 @@ pub fn draw_first(
     *shown = Some((lighting, rain));
     let mut pane = Pane { plan, report: FrameReport::default(), renderer };
     let _long_job = device.long_job();
-    pane.submit(scene)?;
-    pane.finish()?;
+    pane.draw(scene)?;
     Ok(pane)
 }

@@ -9,7 +9,7 @@ use egui::epaint::ClippedPrimitive;
 use crate::Result;
 use crate::gpu::{
     Buffer, Commands, Device, Image, ImageInfo, Memory, Recorder, Samples, Surface, Swapchain,
-    Timestamps, Use, image_barrier, image_discard, memory_barrier,
+    Timestamps, Use, copy_to_buffer, image_barrier, image_discard, memory_barrier,
 };
 use crate::passes::overlay::Overlay;
 use crate::passes::present::Present;
@@ -192,16 +192,7 @@ impl Screen {
         image_discard(device, commands, &image, &[Use::Nothing], attachment);
         record(device, commands, &mut frame.timestamps, passes, 0, &image, pictures, shapes)?;
         image_barrier(device, commands, &image, attachment, Use::TransferRead);
-        // SAFETY: the buffer holds the image, which is in this layout.
-        unsafe {
-            device.raw().cmd_copy_image_to_buffer(
-                commands.raw(),
-                image.raw(),
-                vk::ImageLayout::TRANSFER_SRC_OPTIMAL,
-                staging.raw(),
-                &[image.level_copy(0, 0)],
-            );
-        }
+        copy_to_buffer(device, commands, &image, 0, &staging);
         memory_barrier(device, commands, &[Use::TransferWrite], &[Use::HostRead]);
         frame.commands.submit()?;
         frame.commands.wait()?;

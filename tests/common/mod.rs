@@ -176,6 +176,16 @@ pub fn painted(width: u32, radiance: impl Fn(DVec3) -> Vec3) -> Environment {
     Environment::from_texels("painted", width, height, texels.collect()).expect("an image")
 }
 
+/// Radiance of a few low waves over a decade.
+pub fn waves() -> Environment {
+    let texel = |at: u32| {
+        let (u, v) = ((at % 128) as f32 / 20.4, (at / 128) as f32 / 20.4);
+        Vec3::new((2.0 * u).cos() * v.sin(), (3.0 * u + v).sin(), (2.0 * v).cos()).exp()
+    };
+    Environment::from_texels("waves", 128, 64, (0..128 * 64).map(texel).collect())
+        .expect("an image")
+}
+
 /// White but for a dark hole about -z of this half-angle in degrees: a picture of less shows drops alone, and they
 /// are white but for the little that comes through their middle.
 pub fn hole(half_angle: f64, white: Vec3) -> Environment {

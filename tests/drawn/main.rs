@@ -19,6 +19,7 @@ mod octahedron;
 mod orders;
 mod paper_model;
 mod rain_field;
+mod room;
 mod rotation;
 mod simulate;
 mod stages;

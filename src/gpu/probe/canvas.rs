@@ -8,7 +8,7 @@ use bytemuck::Pod;
 use crate::Result;
 use crate::gpu::{
     Buffer, Commands, Device, Image, ImageInfo, Memory, Recorder, Samples, Use, attachment,
-    image_barrier, image_discard, memory_barrier, rendering,
+    copy_to_buffer, image_barrier, image_discard, memory_barrier, rendering,
 };
 
 /// A colour attachment, cleared to zeros before each drawing.
@@ -61,16 +61,7 @@ impl<'a> Canvas<'a> {
             memory_barrier(device, commands, &copied, &[Use::TransferWrite]);
             self.record(commands, || draw(commands));
             image_barrier(device, commands, &self.image, Use::ColorAttachment, Use::TransferRead);
-            // SAFETY: the buffer holds the image, which is in this layout.
-            unsafe {
-                device.raw().cmd_copy_image_to_buffer(
-                    commands.raw(),
-                    self.image.raw(),
-                    vk::ImageLayout::TRANSFER_SRC_OPTIMAL,
-                    pixels.raw(),
-                    &[self.image.level_copy(0, 0)],
-                );
-            }
+            copy_to_buffer(device, commands, &self.image, 0, &pixels);
             memory_barrier(device, commands, &[Use::TransferWrite], &[Use::HostRead]);
         })?;
         Ok(pixels.read(count))

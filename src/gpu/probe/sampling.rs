@@ -12,7 +12,7 @@ use super::state;
 use crate::Result;
 use crate::gpu::{
     Alpha, Binding, Bindings, Buffer, Commands, Device, GraphicsPipeline, Image, ImageInfo, Memory,
-    Resource, Sampler, Samples, Use, image_barrier, shaders,
+    Resource, Sampler, Samples, Use, copy_to_image, image_barrier, shaders,
 };
 
 const FORMAT: vk::Format = vk::Format::R32G32B32A32_SFLOAT;
@@ -69,18 +69,7 @@ fn texture(device: &Arc<Device>, size: (u32, u32), levels: &[Vec<f16>]) -> Resul
     let copies: Vec<_> = copies.collect();
     Commands::once(device, "probe texture", |commands| {
         image_barrier(device, commands, &image, Use::Nothing, Use::TransferWrite);
-        let layout = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
-        // SAFETY: the copies lie within the buffer and the image, which is in this layout.
-        unsafe {
-            let raw = device.raw();
-            raw.cmd_copy_buffer_to_image(
-                commands.raw(),
-                staging.raw(),
-                image.raw(),
-                layout,
-                &copies,
-            );
-        }
+        copy_to_image(device, commands, &staging, &image, &copies);
         image_barrier(device, commands, &image, Use::TransferWrite, Use::GraphicsRead);
     })?;
     Ok(image)

@@ -109,11 +109,10 @@ impl Run {
         let before = Instant::now();
         let mut renderer = Renderer::new(device, &variant.scene, environment, &variant.plan)?;
         let setup_ms = ms_since(before);
-        let bytes = device.allocated_bytes() - bytes_before;
         let before = Instant::now();
-        renderer.submit(&variant.scene)?;
-        let first = renderer.finish()?;
+        let first = renderer.draw(&variant.scene)?;
         let first_frame_ms = ms_since(before);
+        let bytes = device.allocated_bytes() - bytes_before;
         let passes_ms = first.passes_ms.iter().map(|(name, _)| (*name, Vec::new())).collect();
         let measured = Measured {
             setup_ms,

@@ -242,7 +242,7 @@ fn render(
     let plan = plan(&first, environment, Output::Radiance)?;
     let mut renderer = Renderer::new(device, &first, environment, &plan)?;
     let mut frame = |scene: &Scene| {
-        renderer.submit(&with_model(scene))?;
+        renderer.draw(&with_model(scene))?;
         renderer.read_radiance()
     };
     scenes.iter().map(&mut frame).collect()

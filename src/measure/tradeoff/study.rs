@@ -124,7 +124,7 @@ fn errors(
     let mut pictures = Vec::new();
     for (frame, known) in scene.frames.iter().zip(truths) {
         let frame = Scene { model: variant.scene.model, ..frame.clone() };
-        renderer.submit(&frame)?;
+        renderer.draw(&frame)?;
         let picture = renderer.read_radiance()?;
         let Traced { picture: truth, coverage } = &known.traced;
         comparisons.push(compare(truth, &picture, Some(coverage), known.exposure));

@@ -1,0 +1,69 @@
+//! How much room a view's lists have: bounded when it is made, by what may be in view and not by how many drops there
+//! are. What does not fit is counted, and told once the frame has retired; whoever owns the view may then make one with
+//! more ([`crate::renderer::Renderer::grow`], [`crate::renderer::View::grow`]).
+
+use super::tiles::{LARGE_BYTES, NODE_BYTES};
+use crate::gpu::DeviceReport;
+use crate::plan::FramePlan;
+use crate::rain::clusters::CLUSTER;
+
+/// Drops that are all given a place, wherever the camera stands; and the share of more of them that is: at the paper's
+/// 90° some 0.18 are in view, in 0.25 of the clusters.
+const LEAST_DROPS: u64 = 1 << 20;
+const SHARE: f64 = 0.28;
+/// Of every so many drops that may be in view one is larger than a splat, and has a block, where splats are drawn.
+const DROPS_A_LARGE: u64 = 4;
+/// Blocks for each tile besides: so many layers of the whole image may be large drops.
+const BLOCKS_A_TILE: u64 = 4;
+/// Part of the largest allocation that blocks may take: a large image has many tiles, few of them full of large drops.
+const BLOCKS_SHARE: u64 = 8;
+/// Blocks in any case: on images of a few tiles many drops share one.
+const LEAST_BLOCKS: u64 = 16_384;
+
+/// Numbers of records.
+pub(super) struct Room {
+    /// Splats, and twice the blocks.
+    pub nodes: u64,
+    /// Tiles of larger drops.
+    pub blocks: u64,
+    /// Larger drops.
+    pub larges: u64,
+}
+
+impl Room {
+    /// That of a view of so many `tiles`, on a device and by a plan, whose `room` is a factor. `drops` are those that
+    /// there are in so many `clusters`; `are_near`: but for a few, all are in view.
+    pub fn of(
+        device: &DeviceReport,
+        plan: &FramePlan,
+        tiles: u32,
+        (drops, clusters): (u64, u32),
+        are_near: bool,
+    ) -> Self {
+        let range = u64::from(device.limits.max_storage_buffer_range);
+        let groups = u64::from(device.limits.max_compute_work_group_count[0]);
+        let factor = u64::from(plan.room);
+        let in_view = |all: u64| match are_near {
+            true => all,
+            false => all.min(LEAST_DROPS.max((SHARE * all as f64) as u64)),
+        };
+        let drops_a_large = if plan.splat_px > 0.0 { DROPS_A_LARGE } else { 1 };
+        let larges = (in_view(drops) / drops_a_large).max(LEAST_DROPS / DROPS_A_LARGE);
+        // A place for each drop of a cluster in view.
+        let places = u64::from(clusters) * u64::from(CLUSTER);
+        let splats = match plan.splat_px > 0.0 {
+            true => in_view(places).saturating_mul(factor).min(places),
+            false => 0,
+        };
+        let blocks = (BLOCKS_A_TILE * u64::from(tiles) + larges.min(drops))
+            .max(LEAST_BLOCKS)
+            .saturating_mul(factor)
+            .min(range / (2 * NODE_BYTES))
+            .min(device.max_allocation / (BLOCKS_SHARE * 2 * NODE_BYTES));
+        // Where that is less than both may take, blocks have the places of the clusters out of view.
+        let nodes = (splats + 2 * blocks).min(range / (2 * NODE_BYTES) * 2);
+        let larges =
+            larges.saturating_mul(factor).min(drops).min(range / LARGE_BYTES).min(64 * groups);
+        Self { nodes, blocks, larges }
+    }
+}
