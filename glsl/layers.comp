@@ -2,8 +2,11 @@
 #extension GL_GOOGLE_include_directive : require
 // For each pixel the nearest drop that covers a part of it, and how many do: depth, motion, number, count; one
 // invocation a tile, after composite.comp. See src/passes/layers.rs.
-#ifdef LAYERS_CELLS
+#if defined(OF_CELLS) || defined(OF_CELLS_BY_TEXELS)
 #define CELLS
+#endif
+#if defined(BY_TEXELS) || defined(OF_CELLS_BY_TEXELS)
+#define TEXELS
 #endif
 #include "frame.glsl"
 #include "rain.glsl"
@@ -17,7 +20,8 @@
 
 layout(local_size_x = 64) in;
 
-// A pixel each, row by row: planar depth as bits; motion in pixels, two halves; the drop's number, low and high word.
+// A pixel each, row by row: planar depth as bits; motion in pixels, two halves; the drop's number, low and high word. Both
+// are all 0 before.
 layout(std430, set = 0, binding = 12) writeonly buffer Nearest { uvec4 nearest_out[]; };
 // Drops that cover a part of the pixel.
 layout(std430, set = 0, binding = 13) writeonly buffer Counts { uint counts_out[]; };
@@ -33,6 +37,9 @@ layout(std430, set = 0, binding = 14) readonly buffer Motion {
     vec4 placed_drops[]; // xyz: how far each placed drop moves
 } motion;
 
+#define NODES_BINDING 15
+#include "nodes_by_four.glsl"
+
 const float FARTHEST_MOTION = 65504.0; // a half's largest
 
 // Squared distance and number of the nearest drop so far, pixel by pixel of a row, and how many there are.
@@ -47,10 +54,6 @@ void take(inout Row row, bvec4 covered, uint distance2, uint index) {
     bvec4 first = bvec4(uvec4(covered) & (uvec4(nearer) | uvec4(as_near) & uvec4(before)));
     row.distance2 = mix(row.distance2, uvec4(distance2), first);
     row.index = mix(row.index, uvec4(index), first);
-}
-
-uvec4 words_at(uint word) {
-    return uvec4(nodes[word], nodes[word + 1u], nodes[word + 2u], nodes[word + 3u]);
 }
 
 // Which pixels of a row of a block have a part of the drop: it is covered, and has a colour.
@@ -81,12 +84,8 @@ vec3 moved_by(uint index) {
 #endif
 }
 
-void write_pixel(uint at, uint index, uint count) {
-    counts_out[at] = count;
-    if (count == 0u) {
-        nearest_out[at] = uvec4(0x7f800000u, 0u, 0u, 0u);
-        return;
-    }
+// Depth, motion and number of a drop, as a pixel has them.
+uvec4 told_of(uint index) {
     Drop drop = drop_of(index);
     vec3 now = drop.view, from = drop.relative + moved_by(index) + motion.shift.xyz;
     vec3 then = vec3(dot(motion.right.xyz, from), dot(motion.up.xyz, from), dot(motion.back.xyz, from));
@@ -94,17 +93,43 @@ void write_pixel(uint at, uint index, uint count) {
     vec2 there = motion.principal.xy + vec2(then.x, -then.y) * (motion.shift.w / -then.z);
     // A drop whose centre is beside or behind the camera has no place in the picture.
     vec2 moves = now.z < 0.0 && then.z < 0.0 ? clamp(there - here, -FARTHEST_MOTION, FARTHEST_MOTION) : vec2(0.0);
-    nearest_out[at] = uvec4(floatBitsToUint(-now.z), packHalf2x16(moves), number_of(index));
+    return uvec4(floatBitsToUint(-now.z), packHalf2x16(moves), number_of(index));
 }
 
-void write_row(Row row, uvec2 first) {
+void write_pixel(uint at, uint count, uvec4 told) {
+    counts_out[at] = count;
+    nearest_out[at] = told;
+}
+
+// What is told of a row's pixels, pixel by pixel of each word.
+struct Told {
+    uvec4 depth, motion, low, high;
+};
+const Told NOTHING = Told(uvec4(0u), uvec4(0u), uvec4(0u), uvec4(0u));
+
+void tell(inout Told row, uvec4 nearest, uint index, uvec4 told) {
+    bvec4 its = equal(nearest, uvec4(index));
+    row.depth = mix(row.depth, uvec4(told.x), its);
+    row.motion = mix(row.motion, uvec4(told.y), its);
+    row.low = mix(row.low, uvec4(told.z), its);
+    row.high = mix(row.high, uvec4(told.w), its);
+}
+
+void write_row(uvec4 count, Told row, uvec2 first) {
     uvec2 size = frame.window.zw;
     uint at = first.y * size.x + first.x;
     bvec4 drawn = lessThan(first.x + uvec4(0, 1, 2, 3), uvec4(first.y < size.y ? size.x : 0u));
-    if (drawn.x) write_pixel(at, row.index.x, row.count.x);
-    if (drawn.y) write_pixel(at + 1u, row.index.y, row.count.y);
-    if (drawn.z) write_pixel(at + 2u, row.index.z, row.count.z);
-    if (drawn.w) write_pixel(at + 3u, row.index.w, row.count.w);
+    drawn = bvec4(uvec4(drawn) & uvec4(notEqual(count, uvec4(0u))));
+    if (drawn.x) write_pixel(at, count.x, uvec4(row.depth.x, row.motion.x, row.low.x, row.high.x));
+    if (drawn.y) write_pixel(at + 1u, count.y, uvec4(row.depth.y, row.motion.y, row.low.y, row.high.y));
+    if (drawn.z) write_pixel(at + 2u, count.z, uvec4(row.depth.z, row.motion.z, row.low.z, row.high.z));
+    if (drawn.w) write_pixel(at + 3u, count.w, uvec4(row.depth.w, row.motion.w, row.low.w, row.high.w));
+}
+
+// The least of numbers that are not told of yet: all below `from` are.
+uint next_from(uvec4 upper, uvec4 lower, uint from) {
+    uvec4 least = min(mix(upper, uvec4(END), lessThan(upper, uvec4(from))), mix(lower, uvec4(END), lessThan(lower, uvec4(from))));
+    return min(min(least.x, least.y), min(least.z, least.w));
 }
 
 void main() {
@@ -121,17 +146,18 @@ void main() {
     uint link = heads[tile];
     while (link != END) {
         uint node = node_of(link);
-        uvec4 words = words_at(node);
+        uvec4 words = four_of_nodes(node);
         bvec4 above, below;
         if (is_block(link)) {
-            uvec4 coverage = words_at(node + COVERAGE);
-            above = covered_by_block(coverage.xy, words_at(node + COLORS));
-            below = covered_by_block(coverage.zw, words_at(node + COLORS + TILE.x));
+            uvec4 coverage = four_of_nodes(node + COVERAGE);
+            above = covered_by_block(coverage.xy, four_of_nodes(node + COLORS));
+            below = covered_by_block(coverage.zw, four_of_nodes(node + COLORS + TILE.x));
         } else {
             // As composite.comp covers pixels with it.
             uint which = link & 3u;
             vec2 half_sides = unpack_half_sides(words.w);
-            vec2 from = vec2(uvec2(which & 1u, which >> 1) * TILE) - unpack_center(words.z);
+            vec2 center = is_exposed() ? unpack_center_of_moving(words.z) : unpack_center(words.z);
+            vec2 from = vec2(uvec2(which & 1u, which >> 1) * TILE) - center;
             vec4 x = from.x + vec4(0.0, 1.0, 2.0, 3.0);
             bvec4 columns = lessThan(clamp(-half_sides.x - x, 0.0, 1.0), clamp(half_sides.x - x, 0.0, 1.0));
             vec2 y = from.y + vec2(0.0, 1.0);
@@ -146,9 +172,18 @@ void main() {
         }
         take(upper, above, words.x, words.y);
         take(lower, below, words.x, words.y);
-        link = nodes[link];
+        link = one_of_nodes(link);
     }
     uvec2 corner = (at + first_tile()) * TILE - frame.window.xy;
-    write_row(upper, corner);
-    write_row(lower, corner + uvec2(0, 1));
+    // A drop is told of once, whatever it has of the tile's pixels.
+    Told above = NOTHING, below = NOTHING;
+    uint index = next_from(upper.index, lower.index, 0u);
+    while (index != END) {
+        uvec4 told = told_of(index);
+        tell(above, upper.index, index, told);
+        tell(below, lower.index, index, told);
+        index = next_from(upper.index, lower.index, index + 1u);
+    }
+    write_row(upper.count, above, corner);
+    write_row(lower.count, below, corner + uvec2(0, 1));
 }

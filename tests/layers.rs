@@ -204,6 +204,27 @@ fn numbers_depths_and_motions_are_those_of_the_drops() {
     });
 }
 
+/// A way of half a pixel: no streak, but a splat that tells its place otherwise than one at rest.
+#[test]
+fn drops_that_move_a_little_have_layers_where_they_are_seen() {
+    let mut scene = in_a_box(Preset::Fast);
+    scene.drops.clear();
+    scene.camera.shutter = 0.001;
+    on_device(|device| {
+        let until = Scene { time: scene.time + scene.camera.shutter, ..scene.clone() };
+        let found = layers(device, &scene, &until);
+        let mut covered = 0;
+        for (count, [.., alpha]) in found.count.iter().zip(&found.color) {
+            let is_seen = alpha.to_f32() > 0.004;
+            assert!(!is_seen || *count > 0, "opacity {alpha}, and no drop");
+            covered += u32::from(is_seen);
+        }
+        let told = found.count.iter().filter(|count| **count > 0).count();
+        println!("{covered} pixels of {told} with drops are covered");
+        assert!(covered > 500 && told < covered as usize * 3 / 2, "{covered} of {told}");
+    });
+}
+
 #[test]
 fn every_drop_over_a_pixel_is_counted() {
     let mut scene = base(Preset::Fast);

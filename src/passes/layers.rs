@@ -46,8 +46,8 @@ struct Motion {
 
 /// The pass and what it writes.
 pub struct LayersPass {
-    /// Four words a pixel: planar depth as bits, infinite where no drop is; motion as two halves; the number's low and
-    /// high word.
+    /// Four words a pixel, all 0 where no drop is: planar depth as bits; motion as two halves; the number's low and high
+    /// word.
     pub nearest: Buffer,
     /// A word a pixel: drops that cover a part of it.
     pub counts: Buffer,
@@ -75,10 +75,12 @@ impl LayersPass {
         let make = |name, bytes, usage| {
             Buffer::new(device, name, bytes, Usage::STORAGE_BUFFER | usage, Memory::Device)
         };
-        let nearest = make("nearest drops", 16 * pixels, Usage::TRANSFER_SRC)?;
-        let counts = make("drops a pixel", 4 * pixels, Usage::TRANSFER_SRC)?;
+        let read = Usage::TRANSFER_SRC | Usage::TRANSFER_DST;
+        let nearest = make("nearest drops", 16 * pixels, read)?;
+        let counts = make("drops a pixel", 4 * pixels, read)?;
         let moved = size_of::<Motion>() + 16 * scene.drops.len().max(1);
         let motion = make("motion", moved as u64, Usage::TRANSFER_DST)?;
+        let nodes = tiles.texels.as_ref().map(|texels| &texels.nodes);
         let buffer = |buffer| (Binding::STORAGE_BUFFER, Resource::Buffer(buffer));
         let slots: Vec<_> =
             std::iter::once((Binding::UNIFORM_BUFFER, Resource::Buffer(&frame.buffer)))
@@ -87,11 +89,14 @@ impl LayersPass {
                 .chain([&counts, tiles.placed()].map(buffer))
                 .chain([buffer(tiles.reach.as_ref().unwrap_or(&counts))])
                 .chain([&nearest, &counts, &motion].map(buffer))
+                .chain(nodes.map(|nodes| (Binding::UNIFORM_TEXEL_BUFFER, Resource::Texels(nodes))))
                 .collect();
         let bindings = Bindings::of(device, "layers", &slots)?;
-        let shader = match tiles.has_cells() {
-            true => shaders::LAYERS_COMP_CELLS,
-            false => shaders::LAYERS_COMP,
+        let shader = match (tiles.has_cells(), nodes.is_some()) {
+            (true, true) => shaders::LAYERS_COMP_CELLS_TEXELS,
+            (true, false) => shaders::LAYERS_COMP_CELLS,
+            (false, true) => shaders::LAYERS_COMP_TEXELS,
+            (false, false) => shaders::LAYERS_COMP,
         };
         let pass = ComputePipeline::new(device, shader, &bindings, 0, &tiles.constants)?;
         let groups = tiles.count.div_ceil(64);
@@ -100,7 +105,7 @@ impl LayersPass {
         Ok(Self { nearest, counts, motion, groups, bindings, pass })
     }
 
-    /// Records the motion from `scene` to `until`; a barrier to compute must follow.
+    /// Records the motion from `scene` to `until`, and that there is nothing yet; a barrier to compute must follow.
     pub fn record_motion(
         &self,
         device: &Device,
@@ -108,6 +113,13 @@ impl LayersPass {
         scene: &Scene,
         until: &Scene,
     ) {
+        // Most pixels have no drop, and CPU drivers take their time to write each word.
+        for empty in [&self.nearest, &self.counts] {
+            // SAFETY: recorded outside of rendering.
+            unsafe {
+                device.raw().cmd_fill_buffer(commands.raw(), empty.raw(), 0, vk::WHOLE_SIZE, 0);
+            }
+        }
         let (now, then) = (scene.camera.position, until.view());
         let seconds = until.time - scene.time;
         let with = |v: DVec3, w: f64| v.as_vec3().extend(w as f32).to_array();

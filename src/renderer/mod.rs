@@ -351,12 +351,13 @@ impl Renderer {
             }
         }
         let nearest: Vec<[u32; 4]> = self.read_buffer(&of_drops.nearest)?;
+        let depth_of = |bits| if bits == 0 { f32::INFINITY } else { f32::from_bits(bits) };
         let halves = |word: u32| [word as u16, (word >> 16) as u16].map(f16::from_bits);
         Ok(Layers {
             width,
             height,
             color,
-            depth: nearest.iter().map(|words| f32::from_bits(words[0])).collect(),
+            depth: nearest.iter().map(|[depth, ..]| depth_of(*depth)).collect(),
             motion: nearest.iter().map(|words| halves(words[1])).collect(),
             count: self.read_buffer(&of_drops.counts)?,
             id: nearest

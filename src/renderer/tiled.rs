@@ -141,7 +141,7 @@ impl Tiled {
         }
         if let Some(layers) = &self.layers {
             time.time(commands, "layers", || {
-                barrier(&[Use::ComputeWrite], &[Use::ComputeWrite]);
+                barrier(&[Use::ComputeWrite], &[Use::ComputeWrite, Use::ComputeRead]);
                 layers.record(commands);
             });
         }
