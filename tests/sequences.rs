@@ -74,6 +74,35 @@ fn a_film_is_rendered_and_resumed() {
     assert!(said.contains("rain.frames.toml") && said.contains("count = 500"), "{said}");
 }
 
+/// A sequence does not go on before another plate of the same name.
+#[test]
+fn a_sequence_keeps_its_background() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (scene, output) = (folder.path().join("scene.toml"), folder.path().join("rain.png"));
+    fs_write(&scene, SCENE);
+    // Of a colour the environment would be guessed, and have another hash itself.
+    let plate = folder.path().join("plate.exr");
+    let paint = |far: f32| {
+        let mut depth = raindrops::picture::layers::Layers::empty(32, 24);
+        depth.depth.fill(far);
+        depth.write_depth(&plate).expect("a plate");
+    };
+    let of = |options: &[&str]| {
+        let mut all = vec!["--depth", plate.to_str().expect("a name")];
+        all.extend_from_slice(options);
+        run(&mut render(&scene, &output, &all))
+    };
+    paint(50.0);
+    let done = of(&["--frames", "2"]);
+    assert!(done.status.success(), "{}", said(&done));
+    let done = of(&["--frames", "2", "--resume"]);
+    assert!(done.status.success(), "{}", said(&done));
+    paint(60.0);
+    let refused = of(&["--frames", "2", "--resume"]);
+    let said = said(&refused);
+    assert!(refused.status.code() == Some(2) && said.contains("background_hash"), "{said}");
+}
+
 /// What `auto` took for a sequence stands beside it, and a frame that is missing is made by that, whatever
 /// would be taken now.
 #[test]
@@ -129,13 +158,13 @@ fn harmed(folder: &Path, harm: impl FnOnce(u32)) -> Output {
     running.wait_with_output().expect("it ends")
 }
 
-/// Asserts an error in one line that says `word`, and whole frames, some but not all, in the folder.
+/// Asserts a status, an error in one line that says `word`, and whole frames, some but not all, in the folder.
 #[cfg(unix)]
 #[track_caller]
-fn ended_whole(ended: &Output, word: &str, folder: &Path) {
+fn ended_whole(ended: &Output, status: i32, word: &str, folder: &Path) {
     let said = said(ended);
     let errors: Vec<_> = said.lines().filter(|line| line.starts_with("raindrops: ")).collect();
-    assert_eq!(ended.status.code(), Some(2), "{said}");
+    assert_eq!(ended.status.code(), Some(status), "{said}");
     assert!(errors.len() == 1 && errors[0].contains(word), "{said}");
     let pictures = (0..FRAMES).filter(|number| frame(folder, *number).exists()).count();
     assert!((3..FRAMES as usize).contains(&pictures), "{pictures} frames");
@@ -176,7 +205,7 @@ fn an_interrupt_leaves_whole_frames() {
     for name in ["-INT", "-TERM"] {
         let folder = tempfile::tempdir().expect("a folder");
         let ended = harmed(folder.path(), |process| signal(name, process));
-        ended_whole(&ended, "--resume goes on", &folder.path().join("rain"));
+        ended_whole(&ended, 130, "--resume goes on", &folder.path().join("rain"));
         if name == "-INT" {
             resumes(folder.path());
         }
@@ -193,7 +222,7 @@ fn two_interrupts_leave_whole_frames() {
         // It may have ended by the first one.
         let _ = Command::new("kill").args(["-INT", &process.to_string()]).output();
     });
-    assert_eq!(ended.status.code(), Some(2), "{}", said(&ended));
+    assert_eq!(ended.status.code(), Some(130), "{}", said(&ended));
     let files = folder.path().join("rain").read_dir().expect("a folder");
     for path in files.map(|entry| entry.expect("an entry").path()) {
         let name = path.file_name().expect("a name").to_string_lossy().into_owned();
@@ -214,7 +243,7 @@ fn a_disk_that_fills_up_leaves_whole_frames() {
         let limited = Command::new("prlimit").args(["--fsize=64", "--pid", &process]).status();
         assert!(limited.expect("prlimit").success());
     });
-    ended_whole(&ended, "File too large", &folder.path().join("rain"));
+    ended_whole(&ended, 2, "File too large", &folder.path().join("rain"));
     resumes(folder.path());
 }
 
@@ -231,7 +260,7 @@ fn a_folder_that_goes_away_keeps_whole_frames() {
                 std::fs::write(&rain, "a file").expect("a file");
             }
         });
-        ended_whole(&ended, "there is no folder", &away);
+        ended_whole(&ended, 2, "there is no folder", &away);
         assert_eq!(rain.exists(), file_instead, "the folder was made again");
     }
 }

@@ -12,8 +12,9 @@ use clap::Args;
 use serde_json::json;
 
 use super::format::Sheet;
+use super::interrupt::heed_interrupts;
 use super::options::{ModelArgs, SceneArgs, choose_device, devices, open_device};
-use super::rounds::process::{Arm, Limits, heed_interrupts};
+use super::rounds::process::{Arm, Limits};
 use super::rounds::{Work, take_turns};
 use super::verdict::gate::GateArgs;
 use super::verdict::notes;

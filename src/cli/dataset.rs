@@ -7,13 +7,14 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use anyhow::Context as _;
 use clap::Args;
 use glam::{DQuat, DVec3};
 use serde::Serialize;
 
+use super::interrupt::{Interrupted, heed_interrupts, is_interrupted};
 use super::options::{BackgroundArgs, DeviceArgs, ModelArgs, SceneArgs};
 use super::render::{motion_end, write_layers};
-use super::sequence::{heed_interrupts, is_interrupted};
 use super::{Answer, progress, say_doubt};
 use crate::environment::Environment;
 use crate::files::write_whole;
@@ -74,6 +75,8 @@ struct Head<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     rates_mm_h: Option<[f64; 2]>,
     environment_hash: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    background_hash: Option<String>,
     scene: &'a Scene,
 }
 
@@ -130,10 +133,9 @@ pub fn run(args: &DatasetArgs) -> anyhow::Result<Answer> {
         let mut made = Maker { set: &set, device: &device, plan: &plan, clean, kept: None };
         for (done, view) in mine.iter().enumerate() {
             if is_interrupted() {
-                anyhow::bail!(
-                    "interrupted: {} views are missing; the same command goes on",
-                    mine.len() - done
-                );
+                let left = mine.len() - done;
+                let left = format!("{left} views are missing; the same command goes on");
+                return Err(Interrupted).context(left);
             }
             made.view(*view)?;
             bar.inc(1);
@@ -161,6 +163,8 @@ pub fn run(args: &DatasetArgs) -> anyhow::Result<Answer> {
 struct Set {
     scene: Scene,
     environment: Environment,
+    /// Of the plate, if there is one.
+    background_hash: Option<u32>,
     folder: PathBuf,
     views: u32,
     turn: f64,
@@ -186,13 +190,14 @@ impl Set {
         }
         let environment = super::open_environment(&scene)?;
         // Before anything is written, and before a device is opened.
-        Plate::of(&scene)?;
+        let background_hash = Plate::of(&scene)?.hash();
         let views = args.views.unwrap_or(match scene.film.frames() {
             1 => 100,
             frames => frames,
         });
         let folder = args.output.clone();
-        Ok(Self { scene, environment, folder, views, turn, rates: args.rates })
+        let rates = args.rates;
+        Ok(Self { scene, environment, background_hash, folder, views, turn, rates })
     }
 
     /// Makes the folder, or finds that it is this one's.
@@ -205,6 +210,7 @@ impl Set {
             turn_degrees: self.turn,
             rates_mm_h: self.rates,
             environment_hash: format!("{:016x}", self.environment.hash()),
+            background_hash: self.background_hash.map(|hash| format!("{hash:08x}")),
             scene: &self.scene,
         };
         let text = toml::to_string(&head).map_err(|error| Error::write(&path, error))?;

@@ -11,6 +11,7 @@ mod dataset;
 mod devices;
 mod errors;
 mod format;
+mod interrupt;
 mod mask;
 mod options;
 mod plan;
@@ -35,6 +36,7 @@ use std::time::{Duration, Instant};
 use clap::{CommandFactory as _, Parser, Subcommand};
 use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 
+use self::interrupt::Interrupted;
 use crate::environment::Environment;
 use crate::environment::guess::is_guessed;
 use crate::files::write_whole;
@@ -127,7 +129,7 @@ pub fn main() -> ExitCode {
             // `{:#}` puts the chain of causes on one line.
             let hint = error.downcast_ref().map_or("", hint);
             eprintln!("raindrops: {}{hint}", format!("{error:#}").replace('\n', " "));
-            ExitCode::from(if error.is::<rounds::process::Interrupted>() { 130 } else { 2 })
+            ExitCode::from(if error.is::<Interrupted>() { Interrupted::STATUS } else { 2 })
         }
     }
 }

@@ -2,10 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
+use anyhow::Context as _;
 use clap::Args;
 
+use super::interrupt::{Interrupted, heed_interrupts, is_interrupted};
 use super::options::{BackgroundArgs, DeviceArgs, ModelArgs, SceneArgs, resolve};
-use super::sequence::{Sequence, heed_interrupts, is_interrupted};
+use super::sequence::Sequence;
 use super::{Answer, Format, drops, progress, say_doubt, waiting};
 use crate::passes::simulate::Counts;
 use crate::picture::layers::Layers;
@@ -111,7 +113,8 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<Answer> {
     for (done, number) in missing.iter().enumerate() {
         if is_interrupted() {
             let left = missing.len() - done;
-            anyhow::bail!("interrupted: {left} of {frames} frames are missing; --resume goes on");
+            let left = format!("{left} of {frames} frames are missing; --resume goes on");
+            return Err(Interrupted).context(left);
         }
         let frame = scene.film.frame(&scene, *number);
         let until_frame = motion_end(&scene, &frame, *number);

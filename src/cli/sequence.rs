@@ -5,19 +5,16 @@
 //! another scene are not taken for this one's.
 
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use serde::{Deserialize, Serialize};
 
 use crate::environment::Environment;
-use crate::files::{between_files, write_whole};
+use crate::files::write_whole;
 use crate::picture::Picture;
+use crate::picture::plate::Plate;
 use crate::plan::Choice;
 use crate::scene::Scene;
 use crate::{Error, Result};
-
-/// Set by Ctrl-C and by SIGTERM; asked between frames.
-static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
 /// A sequence of pictures beside each other.
 pub struct Sequence {
@@ -37,6 +34,9 @@ struct Manifest<'a> {
     version: &'static str,
     /// Of the environment's texels.
     environment_hash: String,
+    /// Of what is behind the drops.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    background_hash: Option<String>,
     /// Whether frames are layers; left out where they are pictures.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     layers: bool,
@@ -64,6 +64,7 @@ fn text_of(
         about: "the scene of the frames beside this file; `render --resume` compares it",
         version: env!("CARGO_PKG_VERSION"),
         environment_hash: format!("{:016x}", environment.hash()),
+        background_hash: Plate::of(scene)?.hash().map(|hash| format!("{hash:08x}")),
         layers,
         scene,
         auto,
@@ -169,20 +170,4 @@ fn other_scene(path: &Path, there: &str, wanted: &str) -> Error {
              or under another name"
         ),
     }
-}
-
-/// From now on Ctrl-C ends the sequence after the frame that is being drawn; a second one at once.
-pub fn heed_interrupts() -> Result<()> {
-    ctrlc::set_handler(|| {
-        if INTERRUPTED.swap(true, Ordering::Relaxed) {
-            let _held = between_files();
-            std::process::exit(2);
-        }
-    })
-    .map_err(|error| Error::write(Path::new("the signal handler"), error))
-}
-
-/// Whether it was asked to end.
-pub fn is_interrupted() -> bool {
-    INTERRUPTED.load(Ordering::Relaxed)
 }

@@ -60,6 +60,19 @@ impl Plate {
         Ok(Self { color: color.transpose()?, depth: depth.transpose()? })
     }
 
+    /// A checksum of all that it holds (CRC-32), by which other files under the same names are told apart; none of an
+    /// empty one.
+    pub fn hash(&self) -> Option<u32> {
+        let mut sum = crc32fast::Hasher::new();
+        if let Some(color) = &self.color {
+            sum.update(bytemuck::cast_slice(&color.pixels));
+        }
+        if let Some(depth) = &self.depth {
+            sum.update(bytemuck::cast_slice(&depth.values));
+        }
+        (self.color.is_some() || self.depth.is_some()).then(|| sum.finalize())
+    }
+
     /// Radiance, if there is any.
     pub fn color(&self) -> Option<&Picture> {
         self.color.as_ref()

@@ -9,9 +9,10 @@ use anyhow::Context as _;
 use clap::{Args, CommandFactory as _};
 
 use super::BenchArgs;
+use crate::cli::interrupt::heed_interrupts;
 use crate::cli::rounds::environment::{Variables, parse};
 use crate::cli::rounds::pictures::Eye;
-use crate::cli::rounds::process::{Arm, Limits, heed_interrupts};
+use crate::cli::rounds::process::{Arm, Limits};
 use crate::cli::rounds::{Work, alone, passed_on, take_turns};
 use crate::cli::verdict::gate::{GateArgs, parse_part};
 use crate::cli::verdict::{borrowed, notes, runs, side};

@@ -10,7 +10,8 @@ use std::time::{Duration, Instant};
 use clap::ArgMatches;
 use indicatif::ProgressBar;
 
-use self::process::{Arm, Interrupted, Limits, is_interrupted};
+use self::process::{Arm, Limits};
+use super::interrupt::{Interrupted, is_interrupted};
 use crate::measure::bench::{Amount, Report};
 use crate::measure::verdict::looks::{Look, looks};
 use crate::measure::verdict::{Verdict, VerdictRow, in_turn};

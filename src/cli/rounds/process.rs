@@ -5,40 +5,18 @@ use std::fs::File;
 use std::io::{Read as _, Seek as _, SeekFrom};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, bail};
 
 use super::environment::Variables;
-use crate::files::between_files;
+use crate::cli::interrupt::{Interrupted, is_interrupted, set_at_work};
 use crate::measure::bench::{Report, read};
 
 /// How often a process that runs is asked whether it has ended.
 const PATIENCE: Duration = Duration::from_millis(10);
 /// Bytes of what a process said last that are looked through for its error.
 const LAST_WORDS: u64 = 4096;
-
-static INTERRUPTED: AtomicBool = AtomicBool::new(false);
-/// A process is under way, which must be ended before this one.
-static AT_WORK: AtomicBool = AtomicBool::new(false);
-
-/// From now on an interrupt ends the process under way, and is told by [`is_interrupted`]; one that comes
-/// when there is none, or a second one, ends this one.
-pub fn heed_interrupts() -> anyhow::Result<()> {
-    ctrlc::set_handler(|| {
-        if INTERRUPTED.swap(true, Ordering::SeqCst) && !AT_WORK.load(Ordering::SeqCst) {
-            let _held = between_files();
-            std::process::exit(130);
-        }
-    })
-    .context("no handler of interrupts")
-}
-
-/// Whether it was asked to end.
-pub fn is_interrupted() -> bool {
-    INTERRUPTED.load(Ordering::SeqCst)
-}
 
 /// A program with its arguments and its own environment.
 #[derive(Clone, Debug)]
@@ -174,9 +152,9 @@ impl Running {
                 command.pre_exec(|| Ok(nix::sys::prctl::set_pdeathsig(nix::sys::signal::SIGKILL)?));
             }
         }
-        AT_WORK.store(true, Ordering::SeqCst);
+        set_at_work(true);
         let started = command.spawn();
-        AT_WORK.store(started.is_ok(), Ordering::SeqCst);
+        set_at_work(started.is_ok());
         started.map(|child| Self { child, has_ended: false })
     }
 
@@ -212,11 +190,6 @@ impl Drop for Running {
             let _ = self.child.kill();
             let _ = self.child.wait();
         }
-        AT_WORK.store(false, Ordering::SeqCst);
+        set_at_work(false);
     }
 }
-
-/// It was asked to end.
-#[derive(Clone, Copy, Debug, thiserror::Error)]
-#[error("interrupted")]
-pub struct Interrupted;

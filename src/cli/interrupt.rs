@@ -1,0 +1,46 @@
+//! Ctrl-C and SIGTERM, heeded between frames and between processes, so that what is written is whole.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use anyhow::Context;
+
+use crate::files::between_files;
+
+static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+/// A process of ours is under way, which must be ended before this one.
+static AT_WORK: AtomicBool = AtomicBool::new(false);
+
+/// It was asked to end.
+#[derive(Clone, Copy, Debug, thiserror::Error)]
+#[error("interrupted")]
+pub struct Interrupted;
+
+impl Interrupted {
+    /// Exit status of a command that was interrupted, as shells have it.
+    pub const STATUS: u8 = 130;
+}
+
+/// From now on an interrupt is told by [`is_interrupted`]; a second one ends this process at once, but not while it has
+/// another under way.
+///
+/// # Errors
+/// If there can be no handler.
+pub fn heed_interrupts() -> anyhow::Result<()> {
+    ctrlc::set_handler(|| {
+        if INTERRUPTED.swap(true, Ordering::SeqCst) && !AT_WORK.load(Ordering::SeqCst) {
+            let _held = between_files();
+            std::process::exit(Interrupted::STATUS.into());
+        }
+    })
+    .context("no handler of interrupts")
+}
+
+/// Whether it was asked to end.
+pub fn is_interrupted() -> bool {
+    INTERRUPTED.load(Ordering::SeqCst)
+}
+
+/// Says whether a process of ours is under way.
+pub fn set_at_work(is_at_work: bool) {
+    AT_WORK.store(is_at_work, Ordering::SeqCst);
+}
