@@ -14,11 +14,11 @@ use serde_json::json;
 use super::format::Sheet;
 use super::options::{ModelArgs, SceneArgs, choose_device, devices, open_device};
 use super::rounds::process::{Arm, Limits, heed_interrupts};
-use super::rounds::{Work, take_turns};
+use super::rounds::{Bound, Work, take_turns};
 use super::verdict::gate::GateArgs;
 use super::verdict::notes;
 use super::verdict::table::{sheet, tail_lines};
-use super::{Answer, print, progress, write_json};
+use super::{Answer, command_line, print, progress, write_json};
 use crate::environment::Environment;
 use crate::gpu::{Device, DeviceReport, Instance, Validation};
 use crate::measure::bench::DeviceHead;
@@ -283,11 +283,13 @@ impl Times<'_> {
         for device in 1..self.portraits.len() {
             let (a, b) = (arm(0), arm(device));
             let bar = progress(args.rounds.into(), "rounds");
-            let turns = take_turns([&a, &b], &work, args.rounds.into(), threshold, each, &bar);
+            let bound = Bound { end: each, pictures: 0 };
+            let turns = take_turns([&a, &b], &work, args.rounds.into(), threshold, bound, &bar);
             bar.finish_and_clear();
             if let Some([of_a, of_b]) = &turns.reports {
                 let report = verdict::Report {
                     schema: verdict::SCHEMA.into(),
+                    command: Some(command_line()),
                     a: Side::of(&a.label, of_a),
                     b: Side::of(&b.label, of_b),
                     method: "paired".into(),

@@ -12,10 +12,10 @@ use super::BenchArgs;
 use crate::cli::rounds::environment::{Variables, parse};
 use crate::cli::rounds::pictures::Eye;
 use crate::cli::rounds::process::{Arm, Limits, heed_interrupts};
-use crate::cli::rounds::{Work, alone, passed_on, take_turns};
+use crate::cli::rounds::{Bound, Work, alone, passed_on, take_turns};
 use crate::cli::verdict::gate::{GateArgs, parse_part};
 use crate::cli::verdict::{borrowed, notes, runs, side};
-use crate::cli::{Answer, Cli, open_environment, progress};
+use crate::cli::{Answer, Cli, command_line, open_environment, progress};
 use crate::measure::bench::{Amount, Report as Kept};
 use crate::measure::verdict::looks::looks;
 use crate::measure::verdict::{self, SCHEMA, Side, kept};
@@ -220,7 +220,8 @@ fn in_turn(
         eprintln!("note: with fewer than six rounds there is no interval, and nothing is decided");
     }
     let bar = progress(most as u64, "rounds");
-    let mut turns = take_turns([&a, &b], work, most, threshold, compare.max_time, &bar);
+    let bound = Bound { end: compare.max_time, pictures: 1 };
+    let mut turns = take_turns([&a, &b], work, most, threshold, bound, &bar);
     let mut seen = false;
     if turns.failed.is_none() {
         let environment = open_environment(scene)?;
@@ -246,6 +247,7 @@ fn in_turn(
     };
     let report = verdict::Report {
         schema: SCHEMA.into(),
+        command: Some(command_line()),
         a: Side::of(&a.label, of_a),
         b: Side::of(&b.label, of_b),
         method: "paired".into(),
@@ -271,9 +273,11 @@ fn against(
     let bar = progress(rounds as u64, "rounds");
     let (found, failed) = alone(&args.compare.arm(false)?, work, rounds, &bar);
     bar.finish_and_clear();
-    let Some(found) = found else {
+    let Some(mut found) = found else {
         return Err(failed.unwrap_or_else(|| anyhow::anyhow!("nothing was measured")));
     };
+    // Not that of its last process.
+    found.command = Some(command_line());
     if bases.is_empty() {
         super::write(args, super::is_papers(scene), &found, std::iter::once(&found))?;
         return failed.map_or(Ok(Answer::Yes), Err);
@@ -282,6 +286,7 @@ fn against(
     let now = [(PathBuf::from("this measurement"), found)];
     let report = verdict::Report {
         schema: SCHEMA.into(),
+        command: Some(command_line()),
         a: side(bases),
         b: side(&now),
         method: "unpaired".into(),

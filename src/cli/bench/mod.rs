@@ -2,10 +2,11 @@
 
 mod compare;
 mod google;
+mod long;
 mod table;
 
 use std::path::PathBuf;
-use std::time::SystemTime;
+use std::time::{Duration, SystemTime};
 
 use clap::Args;
 
@@ -63,12 +64,18 @@ pub struct BenchArgs {
     /// Frames of a row to measure at least, for at most ten times --seconds [default: 12, in rounds 2]
     #[arg(long, value_name = "N")]
     frames: Option<usize>,
+    /// Measure one row for so long without a break, 90s, 15m or 1h: frame time, memory and the device's clock over
+    /// time, in the result file and as --svg
+    #[arg(long, value_name = "TIME", value_parser = long::parse_duration, allow_hyphen_values = true,
+          conflicts_with_all = ["seconds", "frames", "a", "b", "a_binary", "b_binary", "baseline", "rounds"])]
+    duration: Option<Duration>,
     #[command(flatten)]
     gate: GateArgs,
     /// Write the figures in the JSON of google/benchmark
     #[arg(long, value_name = "FILE")]
     google_benchmark: Option<PathBuf>,
-    /// Draw frames a second by drops, beside the paper's three machines, as SVG
+    /// Draw frames a second by drops, beside the paper's three machines, as SVG; with --duration what is measured
+    /// over time
     #[arg(long, value_name = "FILE")]
     svg: Option<PathBuf>,
     #[command(flatten)]
@@ -111,6 +118,9 @@ pub fn run(args: &BenchArgs) -> anyhow::Result<Answer> {
         anyhow::bail!(
             "--threshold, --fail-above, --junit and --expect are for --baseline, --a, --b, --a-binary and --b-binary"
         );
+    }
+    if let Some(duration) = args.duration {
+        return long::run(args, &scene, duration);
     }
     if scene.tone_map.operator == Operator::None {
         eprintln!("note: the tone-mapped rows clip instead of compressing (operator none)");
@@ -280,6 +290,7 @@ fn bench(
         build: Build::this(),
         host,
         start,
+        command: Some(super::command_line()),
         warnings,
         environment: environment.name().into(),
         pipeline_cache_bytes: device.bytes_found(),

@@ -6,6 +6,7 @@ use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 
 use super::measure::{Measured, Variant};
+use super::over_time::OverTime;
 use super::scene_head::SceneHead;
 use crate::environment::Environment;
 use crate::gpu::DeviceReport;
@@ -29,6 +30,9 @@ pub struct Report {
     /// When the measurement began, UTC, as RFC 3339 has it.
     #[serde(default)]
     pub start: Option<String>,
+    /// The command line, quoted as a shell needs it.
+    #[serde(default)]
+    pub command: Option<String>,
     /// What makes the figures doubtful, a line each.
     #[serde(default)]
     pub warnings: Vec<String>,
@@ -134,6 +138,9 @@ pub struct Row {
     pub passes: Parts,
     #[serde(default)]
     pub rounds: Vec<Round>,
+    /// Of a long measurement alone.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub over_time: Option<OverTime>,
 }
 
 impl DeviceHead {
@@ -230,6 +237,7 @@ impl Row {
             fps: 0.0,
             passes: Parts::new(),
             rounds: vec![Round { start, median_ms: rounded(median(&measured.samples_ms)), passes }],
+            over_time: None,
         };
         row.sum_up();
         row

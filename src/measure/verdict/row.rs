@@ -55,6 +55,9 @@ pub fn judge(interval: Option<Interval>, threshold: f64) -> Verdict {
 pub struct Report {
     /// [`SCHEMA`].
     pub schema: String,
+    /// The command line, quoted as a shell needs it.
+    #[serde(default)]
+    pub command: Option<String>,
     /// What the ratios are over.
     pub a: Side,
     /// What they are of.
