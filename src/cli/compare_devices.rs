@@ -18,7 +18,7 @@ use super::rounds::{Bound, Work, take_turns};
 use super::verdict::gate::GateArgs;
 use super::verdict::notes;
 use super::verdict::table::{sheet, tail_lines};
-use super::{Answer, command_line, print, progress, write_json};
+use super::{Answer, command_line, print, progress};
 use crate::environment::Environment;
 use crate::gpu::{Device, DeviceReport, Instance, Validation};
 use crate::measure::bench::DeviceHead;
@@ -189,20 +189,17 @@ pub fn run(args: &CompareDevicesArgs) -> anyhow::Result<Answer> {
     let schema = "raindrops-compare-devices/1";
     let file =
         json!({ "schema": schema, "devices": rows, "pairs": pairs, "verdicts": verdict_rows });
-    if let Some(path) = &args.gate.json {
-        write_json(path, &file)?;
-    } else if is_json {
-        write_json("-".as_ref(), &file)?;
-    }
+    args.gate.write_json(&file)?;
     if let Some(error) = failed {
         return Err(error);
     }
-    let fails = args.gate.fails(verdicts.iter().map(|verdict| &verdict.report));
+    let reports: Vec<&verdict::Report> = verdicts.iter().map(|verdict| &verdict.report).collect();
+    let answer = args.gate.judge(&reports)?;
     if args.max_flip.is_some_and(|most| worst > most) {
         eprintln!("raindrops: two drivers are FLIP {worst:.5} apart");
         return Ok(Answer::No);
     }
-    Ok(if fails { Answer::No } else { Answer::Yes })
+    Ok(answer)
 }
 
 /// The devices that were asked for, or all that will do.

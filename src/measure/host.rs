@@ -45,7 +45,7 @@ impl Host {
     pub fn doubt(&self) -> Option<String> {
         let load = self.load.filter(|load| *load > self.cores as f64)?;
         Some(format!(
-            "the load of {load} exceeds the {} cores: something else runs, and times are too long",
+            "the load of {load} exceeds the {} cores: something else runs, or did a minute ago; times may be too long",
             self.cores
         ))
     }

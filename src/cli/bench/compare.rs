@@ -57,6 +57,9 @@ pub struct CompareArgs {
     /// End a process that takes longer, with an error
     #[arg(long, value_name = "TIME", default_value = "10m", value_parser = humantime::parse_duration)]
     timeout: Duration,
+    /// Keep the pictures of both sides and their difference in this folder, as PNG; report shows them
+    #[arg(long, value_name = "DIR")]
+    pictures: Option<PathBuf>,
     /// A row whose two pictures are farther apart than this mean FLIP is different, whatever its times
     #[arg(long, value_name = "X", default_value = "0.01", value_parser = parse_part)]
     max_flip: f64,
@@ -86,7 +89,7 @@ impl clap::builder::TypedValueParser for EnvironmentParser {
 }
 
 /// Options that are this process's alone, not of those that it starts.
-const OWN: [&str; 16] = [
+const OWN: [&str; 17] = [
     "a",
     "b",
     "a_binary",
@@ -96,6 +99,7 @@ const OWN: [&str; 16] = [
     "max_time",
     "timeout",
     "max_flip",
+    "pictures",
     "reference",
     "drops",
     "rain",
@@ -111,6 +115,23 @@ impl CompareArgs {
     /// Whether this is more than one measurement in this process.
     pub fn is_asked(&self) -> bool {
         self.is_in_turn() || !self.baseline.is_empty() || self.rounds.is_some()
+    }
+
+    /// An option of a comparison that was given without one.
+    pub fn stray(&self) -> Option<&'static str> {
+        let matches = Cli::command().get_matches();
+        let matches = matches.subcommand_matches("bench")?;
+        let given = |id: &&(&str, &str)| {
+            matches.value_source(id.0) == Some(clap::parser::ValueSource::CommandLine)
+        };
+        let own = [
+            ("max_time", "--max-time"),
+            ("timeout", "--timeout"),
+            ("max_flip", "--max-flip"),
+            ("reference", "--reference"),
+            ("pictures", "--pictures"),
+        ];
+        own.iter().find(given).map(|(_, option)| *option)
     }
 
     fn is_in_turn(&self) -> bool {
@@ -151,6 +172,9 @@ pub fn run(args: &BenchArgs, scene: &Scene) -> anyhow::Result<Answer> {
         anyhow::bail!(
             "--google-benchmark writes one measurement: give it with --rounds, then compare by raindrops verdict"
         );
+    }
+    if compare.pictures.is_some() && !compare.is_in_turn() {
+        anyhow::bail!("--pictures is for two sides in turn: --a, --b, --a-binary, --b-binary");
     }
     let bases = runs(&compare.baseline)?;
     let command = Cli::command();
@@ -232,6 +256,8 @@ fn in_turn(
             is_series: !work.series.is_empty(),
             max_flip: compare.max_flip,
             reference: compare.reference,
+            kept: compare.pictures.as_deref(),
+            result: args.gate.json.as_deref(),
             limits: work.limits,
         };
         let say = |what: &str| bar.set_message(what.to_string());
@@ -271,12 +297,14 @@ fn against(
 ) -> anyhow::Result<Answer> {
     let rounds = args.compare.rounds.map_or(KEPT_ROUNDS, usize::from);
     let bar = progress(rounds as u64, "rounds");
-    let (found, failed) = alone(&args.compare.arm(false)?, work, rounds, &bar);
+    let (arm, time) = (args.compare.arm(false)?, args.compare.max_time);
+    let (found, failed) = alone(&arm, work, rounds, time, &bar);
     bar.finish_and_clear();
     let Some(mut found) = found else {
         return Err(failed.unwrap_or_else(|| anyhow::anyhow!("nothing was measured")));
     };
-    // Not that of its last process.
+    found.warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
+    // Not that of its first process.
     found.command = Some(command_line());
     if bases.is_empty() {
         super::write(args, super::is_papers(scene), &found, std::iter::once(&found))?;

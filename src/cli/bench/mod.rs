@@ -119,6 +119,11 @@ pub fn run(args: &BenchArgs) -> anyhow::Result<Answer> {
             "--threshold, --fail-above, --junit and --expect are for --baseline, --a, --b, --a-binary and --b-binary"
         );
     }
+    if let Some(option) = args.compare.stray() {
+        anyhow::bail!(
+            "{option} is for rounds of fresh processes: --rounds, --baseline, --a, --b, --a-binary and --b-binary"
+        );
+    }
     if let Some(duration) = args.duration {
         return long::run(args, &scene, duration);
     }
@@ -206,11 +211,7 @@ fn write<'a>(
     file: &impl serde::Serialize,
     reports: impl Iterator<Item = &'a Report> + Clone,
 ) -> anyhow::Result<()> {
-    if let Some(path) = &args.gate.json {
-        write_json(path, file)?;
-    } else if args.gate.is_json() {
-        write_json("-".as_ref(), file)?;
-    }
+    args.gate.write_json(file)?;
     for report in reports.clone() {
         if let Some(path) = &args.google_benchmark {
             write_json(path, &google::google_benchmark(report))?;
@@ -222,7 +223,15 @@ fn write<'a>(
     for (number, report) in reports.enumerate() {
         match args.gate.format {
             Format::Csv => print(plain(report, number == 0))?,
-            Format::Markdown => print(table(&report.rows, is_papers, args.gate.format))?,
+            Format::Markdown => {
+                let lines = [report.device.summary(), host_line(report)];
+                let lines = lines
+                    .into_iter()
+                    .chain(report.warnings.iter().map(|w| format!("warning: {w}")));
+                lines.map(|line| format!("- {line}")).try_for_each(print)?;
+                let rows = table(&report.rows, is_papers, args.gate.format);
+                print(format_args!("\n{rows}\n"))?;
+            }
             Format::Table | Format::Json => {
                 let rows = table(&report.rows, is_papers, args.gate.format);
                 print(format_args!("{}\n{rows}", report.device.summary()))?;
@@ -343,8 +352,8 @@ fn check_counts(scene: &Scene, report: &Report) -> bool {
     for row in report.rows.iter().filter(|row| row.tone_map && row.simulation == "integer") {
         let mut scene = scene.clone();
         let placed = scene.drops.len() as u32;
-        // Of a scene without random drops none are to be added.
-        if row.rate_mm_h.is_some() || row.drops > placed {
+        // To a scene without random drops none are to be added.
+        if row.rate_mm_h.is_some() || row.drops > placed || scene.rain.is_some() {
             Amount::of_row(row.drops, row.rate_mm_h, placed).apply(&mut scene);
         }
         let of_rain = Field::of(&scene).zip(row.cutoff_px);

@@ -226,17 +226,29 @@ fn doubtful(rows: &[VerdictRow]) -> String {
     undecided.take(4).filter_map(line).collect()
 }
 
-/// Rounds of one arm alone, for a result that is kept.
+/// Rounds of one arm alone, for a result that is kept. If the next would end after `time`, there are fewer, with a
+/// warning among the result's.
 pub fn alone(
     arm: &Arm,
     work: &Work,
     rounds: usize,
+    time: Duration,
     bar: &ProgressBar,
 ) -> (Option<Report>, Option<anyhow::Error>) {
-    let mut all: Option<Report> = None;
+    let start = Instant::now();
+    let (mut all, mut needed): (Option<Report>, _) = (None, Duration::ZERO);
     for round in 0..rounds {
         bar.set_position(round as u64);
+        if let Some(all) = all.as_mut().filter(|_| start.elapsed() + needed > time) {
+            all.warnings.push(format!(
+                "{round} of {rounds} rounds: another would go beyond {:.0} s (--max-time)",
+                time.as_secs_f64()
+            ));
+            break;
+        }
+        let before = Instant::now();
         let found = arm.bench(&work.arguments(&work.series), work.limits);
+        needed = before.elapsed();
         let found = if is_interrupted() { Err(Interrupted.into()) } else { found };
         match (found, &mut all) {
             (Err(error), _) => return (all, Some(error)),

@@ -107,7 +107,7 @@ mod tests {
     #[test]
     fn a_look_at_the_end_takes_what_is_left() {
         let planned = looks(40);
-        for taken in 0..3 {
+        for taken in 0..3usize {
             let from = taken.checked_sub(1).map_or(0, |last| planned[last].rounds);
             for rounds in from + 1..planned[taken].rounds {
                 let last = at_the_end(&planned[..taken], rounds);
