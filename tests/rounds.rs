@@ -6,6 +6,7 @@
 mod common;
 
 use std::fs;
+use std::os::unix::fs::PermissionsExt as _;
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
@@ -135,6 +136,34 @@ fn rounds_have_an_interval() {
     }
     let row = &report.expect("a result").rows[0];
     assert_eq!((row.median_low_ms, row.median_ms, row.median_high_ms), (Some(2.0), 5.5, Some(9.0)));
+}
+
+/// The program itself, and one that draws other drops than it measures.
+#[test]
+fn the_first_stage_that_differs_is_named() {
+    let bench = Bench::new();
+    let real = env!("CARGO_BIN_EXE_raindrops");
+    let wrapper = bench.path().join("wrapper");
+    let text =
+        format!("#!/bin/sh\n[ $1 = render ] && set -- \"$@\" --seed 2\nexec '{real}' \"$@\"\n");
+    fs::write(&wrapper, text).expect("a program");
+    fs::set_permissions(&wrapper, fs::Permissions::from_mode(0o755)).expect("its mode");
+    let small = ["--drops", "2000", "--size", "48x48", "--preset", "fast", "--seconds", "0.01"];
+    for (program, verdict, stage) in
+        [("./wrapper", "different", Value::from("positions")), (real, "undecided", Value::Null)]
+    {
+        let both = ["bench", "--a-binary", real, "--b-binary", program, "--rounds", "1"];
+        let more = ["--frames", "1", "--max-flip", "0.001", "--json", "v.json"];
+        let output =
+            bench.command(&[&both[..], &small, &more].concat()).output().expect("it starts");
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let row = &bench.json("v.json")["rows"][0];
+        assert_eq!(
+            (&row["verdict"], &row["first_stage_that_differs"]),
+            (&verdict.into(), &stage),
+            "{row}"
+        );
+    }
 }
 
 #[test]

@@ -14,6 +14,7 @@ use serde_json::json;
 use super::format::Sheet;
 use super::options::{ModelArgs, SceneArgs, choose_device, devices, open_device};
 use super::rounds::process::{Arm, Limits, heed_interrupts};
+use super::rounds::stages::paper_stages;
 use super::rounds::{Bound, Work, take_turns};
 use super::verdict::gate::GateArgs;
 use super::verdict::notes;
@@ -34,7 +35,6 @@ use crate::reference::{Tracer, Truth};
 use crate::renderer::Renderer;
 use crate::renderer::stages::Stages;
 use crate::scene::Scene;
-use crate::scene::model::Preset;
 
 /// Compare the drivers of this machine on one scene: time, picture, first stage that differs
 #[derive(Args)]
@@ -324,26 +324,12 @@ fn portray(
     scene: &Scene,
     environment: &Environment,
 ) -> anyhow::Result<Portrait> {
-    let draw = |scene: &Scene| -> anyhow::Result<_> {
-        let plan = plan(scene, environment, Output::Radiance)?;
-        let mut renderer = Renderer::new(device, scene, environment, &plan)?;
-        renderer.submit(scene)?;
-        let visible = renderer.finish()?.counts.visible;
-        Ok((renderer.read_radiance()?, visible, plan))
-    };
-    let (picture, visible, _) = draw(scene)?;
-    let stages = if scene.drop_count() > 0 {
-        let mut scene = scene.clone();
-        scene.model = crate::scene::ModelChoice {
-            preset: Preset::Paper,
-            mask_size: scene.model.mask_size,
-            ..Default::default()
-        };
-        let (picture, _, plan) = draw(&scene)?;
-        Some((Stages::draw(device, &scene, environment, &plan)?, picture))
-    } else {
-        None
-    };
+    let plan = plan(scene, environment, Output::Radiance)?;
+    let mut renderer = Renderer::new(device, scene, environment, &plan)?;
+    renderer.submit(scene)?;
+    let visible = renderer.finish()?.counts.visible;
+    let picture = renderer.read_radiance()?;
+    let stages = paper_stages(device, scene, environment)?;
     Ok(Portrait { report: device.report.clone(), visible, picture, stages })
 }
 

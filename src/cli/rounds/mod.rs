@@ -3,6 +3,7 @@
 pub mod environment;
 pub mod pictures;
 pub mod process;
+pub mod stages;
 
 use std::ffi::OsString;
 use std::time::{Duration, Instant};

@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context as _;
 
-use super::process::{Arm, Limits};
+use super::process::{Arm, Limits, is_interrupted};
+use super::stages::between;
 use crate::cli::compare::false_color;
 use crate::environment::Environment;
 use crate::measure::bench::Amount;
@@ -46,6 +47,10 @@ struct Seen {
     /// RMS error of each against the reference.
     errors: Option<[f64; 2]>,
     pictures: Option<Pictures>,
+    /// Where the pictures differ.
+    first_stage: Option<String>,
+    /// Why that is not known.
+    note: Option<String>,
 }
 
 impl Eye<'_> {
@@ -76,6 +81,8 @@ impl Eye<'_> {
             row.error_a = seen.errors.map(|errors| errors[0]);
             row.error_b = seen.errors.map(|errors| errors[1]);
             row.pictures = seen.pictures;
+            row.first_stage_that_differs = seen.first_stage;
+            row.notes.extend(seen.note);
         }
         Ok(())
     }
@@ -128,7 +135,39 @@ impl Eye<'_> {
             let name = format!("{}-{}{}", row.preset, amount.1, &amount.0[1..]);
             self.keep(into, &name, [&a, &b], &found.flip_map, exposure)
         });
-        Ok(Seen { flip: found.pixels.flip, errors, pictures: pictures.transpose()? })
+        let flip = found.pixels.flip;
+        let mut seen =
+            Seen { flip, errors, pictures: pictures.transpose()?, first_stage: None, note: None };
+        // Real rain has no stages: the paper knows none.
+        if flip > self.max_flip && row.rate_mm_h.is_none() && row.drops > 0 {
+            match self.first_stage(arms, &arguments, folder) {
+                Ok(first) => seen.first_stage = first,
+                Err(error) if is_interrupted() => return Err(error),
+                Err(error) => seen.note = Some(format!("stages: {error:#}")),
+            }
+        }
+        Ok(seen)
+    }
+
+    /// The first stage of the paper's frame that differs, by its name. Programs of other versions may not know how to
+    /// draw them.
+    fn first_stage(
+        &self,
+        arms: [&Arm; 2],
+        arguments: &[OsString],
+        folder: &Path,
+    ) -> anyhow::Result<Option<String>> {
+        let paths = ["a.stages", "b.stages"].map(|name| folder.join(name));
+        for (arm, path) in arms.iter().zip(&paths) {
+            // The next row's must not be taken for this one's.
+            let _ = std::fs::remove_file(path);
+            let mut option = OsString::from("--stages=");
+            option.push(path);
+            let arguments = [arguments, &[option]].concat();
+            arm.render(&arguments, &folder.join("again.exr"), self.limits)?;
+        }
+        let all = between(&paths[0], &paths[1])?;
+        Ok(all.iter().find(|stage| stage.differs()).map(|stage| stage.stage.into()))
     }
 
     /// Writes two pictures and their difference.

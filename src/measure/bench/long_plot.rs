@@ -72,7 +72,7 @@ fn draw(
     ];
     let clock = of(|stretch| stretch.clock_mhz);
     if !clock.is_empty() {
-        panels.push(("MHz", vec![("clock", BLUE, clock)]));
+        panels.push(("clock, MHz", vec![("clock", BLUE, clock)]));
     }
     let load = of(|stretch| stretch.load);
     if !load.is_empty() {
@@ -115,12 +115,15 @@ fn panel(
     let spread = |stretch: &Stretch| [stretch.p10_ms, stretch.p90_ms];
     let spreads = over_time.stretches.iter().filter(|_| is_time).flat_map(spread);
     let most = values.chain(spreads).fold(0.0, f64::max).max(1e-9);
+    // Room for the legend over the frame times.
+    let top = if is_time { 1.6 * most } else { 1.15 * most };
     let end = over_time.stretches.last().map_or(1.0, |stretch| stretch.to_s / scale).max(1e-9);
     let mut chart = ChartBuilder::on(area)
         .margin(8)
+        .margin_right(24)
         .x_label_area_size(34)
         .y_label_area_size(60)
-        .build_cartesian_2d(0.0..end, 0.0..1.15 * most)?;
+        .build_cartesian_2d(0.0..end, 0.0..top)?;
     chart
         .configure_mesh()
         .light_line_style(TRANSPARENT)
@@ -148,15 +151,19 @@ fn panel(
             .legend(move |(x, y)| PathElement::new([(x, y), (x + 16, y)], color.stroke_width(2)));
     }
     if let Some(from) = over_time.steady_from_s.filter(|_| is_time) {
-        let line = [(from / scale, 0.0), (from / scale, 1.15 * most)];
+        let line = [(from / scale, 0.0), (from / scale, top)];
         chart
             .draw_series([PathElement::new(line, GREY)])?
             .label("steady from here on")
             .legend(|(x, y)| PathElement::new([(x, y), (x + 16, y)], GREY));
     }
+    if !is_time && curves.len() == 1 {
+        return Ok(());
+    }
+    let (above, beside) = (SeriesLabelPosition::UpperRight, SeriesLabelPosition::MiddleRight);
     chart
         .configure_series_labels()
-        .position(SeriesLabelPosition::LowerRight)
+        .position(if is_time { above } else { beside })
         .background_style(WHITE.mix(0.8))
         .label_font(("sans-serif", 13))
         .draw()?;
