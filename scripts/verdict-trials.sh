@@ -47,6 +47,6 @@ PATH=$PATH:${CARGO_HOME:-$HOME/.cargo}/bin
 cp "$CARGO_TARGET_DIR/$built/raindrops" $tree/program
 cargo build --profile "$profile" --locked --example verdict_trials
 
-# Small, so that a process takes a third of a second.
+# Small, so that a process takes half a second.
 exec "$CARGO_TARGET_DIR/$built/examples/verdict_trials" $tree/program "$output" "$@" -- \
-  --preset paper --mask-size 64 --drops 5000 --size 128x128 --seconds 0.02
+  --preset paper --mask-size 64 --drops 5000 --size 128x128 --seconds 0.1

@@ -97,7 +97,7 @@ fn a_comparison_ends_in_time() {
     let start = Instant::now();
     let output = bench.run(&[&noisy[..], &["--json", "v.json"]].concat());
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    assert!(start.elapsed() < Duration::from_secs(30), "{:?}", start.elapsed());
+    assert!(start.elapsed() < Duration::from_secs(15), "{:?}", start.elapsed());
     let report = bench.json("v.json");
     let row = &report["rows"][0];
     assert!(report["stopped"].as_str().is_some_and(|why| why.contains("--max-time")), "{report}");

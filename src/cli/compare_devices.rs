@@ -280,7 +280,7 @@ impl Times<'_> {
         for device in 1..self.portraits.len() {
             let (a, b) = (arm(0), arm(device));
             let bar = progress(args.rounds.into(), "rounds");
-            let bound = Bound { end: each, pictures: 0 };
+            let bound = Bound { end: each, pictures: 0.0 };
             let turns = take_turns([&a, &b], &work, args.rounds.into(), threshold, bound, &bar);
             bar.finish_and_clear();
             if let Some([of_a, of_b]) = &turns.reports {

@@ -244,7 +244,8 @@ fn in_turn(
         eprintln!("note: with fewer than six rounds there is no interval, and nothing is decided");
     }
     let bar = progress(most as u64, "rounds");
-    let bound = Bound { end: compare.max_time, pictures: 1 };
+    // Each is one frame where a round has eight or more.
+    let bound = Bound { end: compare.max_time, pictures: 0.5 };
     let mut turns = take_turns([&a, &b], work, most, threshold, bound, &bar);
     let mut seen = false;
     if turns.failed.is_none() {

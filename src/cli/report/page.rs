@@ -211,7 +211,7 @@ fn of_verdict(file: &str, folder: &Path, report: &verdict::Report) -> Markup {
         div.wide { table {
             tr {
                 th { "row" } th { "verdict" } th { "B / A" } th { "95 %" } th { "ms A" } th { "ms B" }
-                th { "processes a side" } th { "noise" } th { "FLIP" }
+                th { "rounds" } th { "noise" } th { "FLIP" }
             }
             @for row in &report.rows {
                 tr {

@@ -55,7 +55,7 @@ pub struct Turns {
 }
 
 /// Measures A and B in turn, look by look, until each row is decided, `most` rounds are done, or the next round,
-/// and after it as much again for pictures if there are to be any, would end after `time`. The order within a round
+/// and after it the pictures if there are to be any, would end after `time`. The order within a round
 /// alternates: A B, B A, A B …
 pub fn take_turns(
     arms: [&Arm; 2],
@@ -74,7 +74,8 @@ pub fn take_turns(
     let looks = looks(most);
     for (number, look) in looks.iter().enumerate() {
         while rounds < look.rounds {
-            let ends = start.elapsed() + needed.unwrap_or_default() + time.pictures * longest;
+            let ends =
+                start.elapsed() + needed.unwrap_or_default() + longest.mul_f64(time.pictures);
             if needed.is_some() && ends > time.end {
                 let taken = &looks[..number];
                 turns.look(&at_the_end(taken, rounds), threshold);
@@ -142,8 +143,8 @@ pub fn take_turns(
 pub struct Bound {
     /// No round begins that would end later.
     pub end: Duration,
-    /// Rounds' times that pictures take after them.
-    pub pictures: u32,
+    /// What pictures take after the rounds, in times of the longest round.
+    pub pictures: f64,
 }
 
 impl Turns {
