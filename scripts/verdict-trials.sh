@@ -24,29 +24,31 @@ profile=${PROFILE:-release}
 built=$profile
 [ "$profile" != dev ] || built=debug
 
-# A copy of the sources with the marked change; compiled dependencies are shared.
+# A copy of the sources with the marked change, built apart: cargo may take what one of two trees of a package has
+# built for the other's.
 file=src/measure/bench/measure.rs
 text='let finished = self.renderer.submit(&self.scene)?;'
 put='let mut finished = None; for _ in 0..frames_a_sample() { finished = self.renderer.submit(\&self.scene)?; }'
-tree=target/verdict-trials
-rm -rf $tree
-mkdir -p $tree
-git ls-files -z --cached --others --exclude-standard | tar --create --null --ignore-failed-read --files-from=- | tar --extract --directory $tree
-[ "$(grep -cF "$text" $tree/$file)" = 1 ] || { echo "verdict-trials: $file has changed: '$text' is not there once" >&2; exit 2; }
-sed -i "s|$(sed 's/[]\/$*.^[]/\\&/g' <<<"$text")|$put|" $tree/$file
-cat >>$tree/$file <<'END'
+export CARGO_TARGET_DIR=$PWD/target/verdict-trials
+tree=$CARGO_TARGET_DIR/tree
+rm -rf "$tree"
+mkdir -p "$tree"
+git ls-files -z --cached --others --exclude-standard | tar --create --null --ignore-failed-read --files-from=- |
+  tar --extract --touch --directory "$tree"
+[ "$(grep -cF "$text" "$tree/$file")" = 1 ] || { echo "verdict-trials: $file has changed: '$text' is not there once" >&2; exit 2; }
+sed -i "s|$(sed 's/[]\/$*.^[]/\\&/g' <<<"$text")|$put|" "$tree/$file"
+cat >>"$tree/$file" <<'END'
 
 /// For trials of the verdict: frames that count as one.
 fn frames_a_sample() -> usize {
     std::env::var("FRAMES_A_SAMPLE").ok().and_then(|text| text.parse().ok()).unwrap_or(1)
 }
 END
-export CARGO_TARGET_DIR=$PWD/target
 PATH=$PATH:${CARGO_HOME:-$HOME/.cargo}/bin
-(cd $tree && cargo build --profile "$profile" --locked --bin raindrops)
-cp "$CARGO_TARGET_DIR/$built/raindrops" $tree/program
+(cd "$tree" && cargo build --profile "$profile" --locked --bin raindrops)
+cp "$CARGO_TARGET_DIR/$built/raindrops" "$CARGO_TARGET_DIR/program"
 cargo build --profile "$profile" --locked --example verdict_trials
 
 # Small, so that a process takes half a second.
-exec "$CARGO_TARGET_DIR/$built/examples/verdict_trials" $tree/program "$output" "$@" -- \
+exec "$CARGO_TARGET_DIR/$built/examples/verdict_trials" "$CARGO_TARGET_DIR/program" "$output" "$@" -- \
   --preset paper --mask-size 64 --drops 5000 --size 128x128 --seconds 0.1
