@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Makes the pictures of docs/pictures: the README's streaks, rainbows, a million drops, one drop, the paper's figures 1, 3,
 # 4, 5 and 7, its Table II as a plot, and three frames of a film. Some three minutes on two cores, if nothing else runs.
-# Not made here: window.png and split.png, screenshots of the window (Shift F12 and F12), and tradeoff.svg
+# Not made here: window.png and split.png, screenshots of the window (Shift F12 and F12), report.png, one of a page of
+# `raindrops report` in a browser, and tradeoff.svg
 # (`raindrops tradeoff --svg`). Figure 7 needs the environments that scripts/setup.sh fetches.
 set -euo pipefail
 cd "$(dirname "$0")/.."

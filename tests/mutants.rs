@@ -199,8 +199,8 @@ fn build(tree: &Path, tests: &BTreeSet<&str>) -> BTreeMap<String, PathBuf> {
     for test in tests {
         command.args(["--test", test]);
     }
-    // What the crate depends on is built there already.
-    let target = root().join("target");
+    // A folder of its own: beside the crate's, cargo would take the faulty build for the crate's own.
+    let target = root().join("target/mutants/build");
     let built = command
         .current_dir(tree)
         .env("CARGO_TARGET_DIR", target)

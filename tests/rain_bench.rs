@@ -36,6 +36,16 @@ fn a_series_of_rates_has_a_row_each() {
     assert!(hash(0) == hash(1) && hash(0) != hash(2));
 }
 
+/// The count by the CPU is that of the row, not of the scene, which has a million.
+#[test]
+fn no_drops_are_none_in_view() {
+    let report = bench(&["--drops", "0", "--preset", "paper"]);
+    assert_eq!(
+        (&report["rows"][0]["drops"], &report["rows"][0]["visible"]),
+        (&json!(0), &json!(0))
+    );
+}
+
 /// A scene is measured as it is; a series keeps what else it says of its rain.
 #[test]
 fn a_scene_of_real_rain_is_measured() {

@@ -206,3 +206,15 @@ fn recipes_name_what_there_is() {
     }
     assert!(checked >= 15, "only {checked} words were looked at");
 }
+
+/// What the trials of the verdict change in the benchmark stands there once.
+#[test]
+fn the_change_of_the_trials_fits() {
+    let script = fs::read_to_string(root().join("scripts/verdict-trials.sh")).expect("a script");
+    let value = |name: &str, end: char| {
+        let rest = script.split(name).nth(1).expect("a value");
+        rest.split(end).next().expect("its end").to_string()
+    };
+    let source = fs::read_to_string(root().join(value("\nfile=", '\n'))).expect("a source");
+    assert_eq!(source.matches(&value("\ntext='", '\'')).count(), 1);
+}

@@ -7,83 +7,14 @@ mod common;
 
 use std::fs;
 use std::os::unix::fs::PermissionsExt as _;
-use std::path::Path;
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
+use common::stand_in::Bench;
+use raindrops::measure::bench::Report;
+use raindrops::measure::verdict::looks::looks;
 use raindrops::picture::Picture;
 use serde_json::Value;
-use tempfile::TempDir;
-
-/// A program that `bench` starts: its row takes MS milliseconds, on device DEVICE, at WIDTH pixels; `render`
-/// copies PICTURE. Each start leaves its number in `started`.
-const PROGRAM: &str = r#"#!/bin/sh
-echo $$ >> "$HERE/started"
-count=$(wc -l < "$HERE/started")
-while [ $# -gt 0 ]; do
-  case "$1" in --json|-o) file="$2";; render) picture=1;; esac
-  shift
-done
-if [ -n "$picture" ]; then cp "$HERE/${PICTURE:-black}.exr" "$file"; exit 0; fi
-[ "$count" = "$CRASH_AT" ] && { echo "raindrops: the device is lost" >&2; exit 2; }
-[ "$count" = "$HANG_AT" ] && exec sleep 600
-[ "$count" = "$RUBBISH_AT" ] && { printf '{"schema": "raindrops-' > "$file"; exit 0; }
-cat > "$file" <<END
-{"schema": "raindrops-bench/1", "environment": "sky",
- "device": {"name": "${DEVICE:-D}", "driver": "V", "driver_info": "${DRIVER:-1}", "api_version": "1.3.0", "type": "CPU"},
- "build": {"version": "0.1.0", "commit": "unknown"}, "host": {"cpu": "C", "cores": 2, "os": "O"},
- "rows": [{"preset": "paper", "optics": "mask", "primitive": "point", "order": "unsorted", "drops": 1000,
-   "visible": ${VISIBLE:-200}, "width": ${WIDTH:-64}, "height": 64, "tone_map": true, "samples_ms": [${MS:-10}],
-   "median_ms": ${MS:-10}, "p10_ms": 1, "p90_ms": 1, "fps": 1, "passes": {"drops": ${MS:-10}},
-   "counters": {"drops_in_view": ${VISIBLE:-200}, "tiles_done_again": $$},
-   "rounds": [{"median_ms": ${MS:-10}, "passes": {"drops": ${MS:-10}, "sky": 1}}]}]}
-END
-"#;
-
-/// A folder with the program and two pictures, and `bench` in it.
-struct Bench(TempDir);
-
-impl Bench {
-    fn new() -> Self {
-        let folder = tempfile::tempdir().expect("a folder");
-        let program = folder.path().join("program");
-        fs::write(&program, PROGRAM).expect("a program");
-        fs::set_permissions(&program, fs::Permissions::from_mode(0o755)).expect("its mode");
-        for (name, value) in [("black", 0.1), ("white", 5.0)] {
-            let pixels = vec![glam::Vec3::splat(value); 64 * 64];
-            let picture = Picture { width: 64, height: 64, pixels };
-            picture.write_exr(&folder.path().join(name).with_extension("exr")).expect("a picture");
-        }
-        Self(folder)
-    }
-
-    fn path(&self) -> &Path {
-        self.0.path()
-    }
-
-    fn command(&self, arguments: &[&str]) -> Command {
-        let mut command = common::raindrops();
-        command.current_dir(self.path()).env("HERE", self.path()).args(arguments);
-        command
-    }
-
-    /// `bench` with the program on both sides.
-    fn run(&self, arguments: &[&str]) -> Output {
-        let both = ["bench", "--a-binary", "program", "--b-binary", "program", "--drops", "1000"];
-        self.command(&[&both, arguments].concat()).output().expect("it starts")
-    }
-
-    fn json(&self, name: &str) -> Value {
-        let text = fs::read_to_string(self.path().join(name)).expect("a result");
-        serde_json::from_str(&text).expect("JSON")
-    }
-
-    /// None of the processes that were started is alive.
-    fn all_have_ended(&self) -> bool {
-        let started = fs::read_to_string(self.path().join("started")).unwrap_or_default();
-        started.lines().all(|number| !Path::new("/proc").join(number).exists())
-    }
-}
 
 #[track_caller]
 fn error_line(output: &Output, status: i32) -> String {
@@ -156,6 +87,114 @@ fn a_process_that_fails_is_told_and_what_was_measured_is_kept() {
         assert!(report["stopped"].as_str().is_some_and(|why| why.contains(words)), "{fault}");
         assert!(bench.all_have_ended(), "{fault}: a process is left");
     }
+}
+
+/// What it has when its time is over has an interval, too.
+#[test]
+fn a_comparison_ends_in_time() {
+    let bench = Bench::new();
+    let noisy = ["--a", "NOISY=1", "--b", "NOISY=1", "--rounds", "1000", "--max-time", "3s"];
+    let start = Instant::now();
+    let output = bench.run(&[&noisy[..], &["--json", "v.json"]].concat());
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(start.elapsed() < Duration::from_secs(15), "{:?}", start.elapsed());
+    let report = bench.json("v.json");
+    let row = &report["rows"][0];
+    assert!(report["stopped"].as_str().is_some_and(|why| why.contains("--max-time")), "{report}");
+    let rounds = row["rounds"].as_u64().expect("a number") as usize;
+    let planned = looks(1000).iter().any(|look| look.rounds == rounds);
+    assert!(
+        (6..1000).contains(&rounds) && !planned,
+        "{rounds} rounds: let it begin at another time"
+    );
+    assert!(row["ratio_low"].as_f64() < row["ratio_high"].as_f64(), "{row}");
+    // A kept result likewise, and it says so.
+    let alone =
+        ["bench", "--drops", "100", "--size", "32x32", "--preset", "paper", "--seconds", "0.01"];
+    let rounds = ["--frames", "1", "--rounds", "1000", "--max-time", "1s", "--json", "kept.json"];
+    let output = bench.command(&[&alone[..], &rounds].concat()).output().expect("it starts");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(bench.json("kept.json")["warnings"].to_string().contains("of 1000 rounds"));
+    let stray = bench.command(&["bench", "--drops", "100", "--max-time", "1s"]).output();
+    assert!(error_line(&stray.expect("it starts"), 2).contains("--max-time is for rounds"));
+}
+
+/// The 2nd and the 9th of ten rounds hold the median with 95 %.
+#[test]
+fn rounds_have_an_interval() {
+    let bench = Bench::new();
+    let mut report: Option<Report> = None;
+    for number in [5, 9, 1, 7, 3, 10, 2, 8, 4, 6] {
+        kept(&bench, "round.json", &[("MS", &number.to_string())]);
+        let mut round: Report = serde_json::from_value(bench.json("round.json")).expect("a result");
+        round.rows[0].rounds.truncate(1);
+        round.rows[0].rounds[0].median_ms = f64::from(number);
+        match &mut report {
+            None => report = Some(round),
+            Some(report) => report.extend(round),
+        }
+    }
+    let row = &report.expect("a result").rows[0];
+    assert_eq!((row.median_low_ms, row.median_ms, row.median_high_ms), (Some(2.0), 5.5, Some(9.0)));
+}
+
+/// The program itself, and one that draws other drops than it measures.
+#[test]
+fn the_first_stage_that_differs_is_named() {
+    let bench = Bench::new();
+    let real = env!("CARGO_BIN_EXE_raindrops");
+    let wrapper = bench.path().join("wrapper");
+    let text =
+        format!("#!/bin/sh\n[ $1 = render ] && set -- \"$@\" --seed 2\nexec '{real}' \"$@\"\n");
+    fs::write(&wrapper, text).expect("a program");
+    fs::set_permissions(&wrapper, fs::Permissions::from_mode(0o755)).expect("its mode");
+    let small = ["--drops", "2000", "--size", "48x48", "--preset", "fast", "--seconds", "0.01"];
+    for (program, verdict, stage) in
+        [("./wrapper", "different", Value::from("positions")), (real, "undecided", Value::Null)]
+    {
+        let both = ["bench", "--a-binary", real, "--b-binary", program, "--rounds", "1"];
+        let more = ["--frames", "1", "--max-flip", "0.001", "--json", "v.json"];
+        let output =
+            bench.command(&[&both[..], &small, &more].concat()).output().expect("it starts");
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let row = &bench.json("v.json")["rows"][0];
+        assert_eq!(
+            (&row["verdict"], &row["first_stage_that_differs"]),
+            (&verdict.into(), &stage),
+            "{row}"
+        );
+    }
+}
+
+#[test]
+fn pictures_are_kept_and_shown() {
+    let bench = Bench::new();
+    let into = ["--rounds", "6", "--pictures", "seen", "--json", "v.json"];
+    let output = bench.run(&[&into[..], &["--b", "PICTURE=white"]].concat());
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let pictures = bench.json("v.json")["rows"][0]["pictures"].clone();
+    assert_eq!(pictures["b"], "seen/paper-1000-drops-b.png", "{pictures}");
+    let pixel = |key: &str| {
+        let path = bench.path().join(pictures[key].as_str().expect("a path"));
+        Picture::read(&path).expect("a picture").pixels[0].x
+    };
+    assert!(pixel("a") < pixel("b") && pixel("difference") > 0.0);
+    // Both are moved together.
+    let away = bench.path().join("away");
+    fs::create_dir(&away).expect("a folder");
+    for name in ["v.json", "seen"] {
+        fs::rename(bench.path().join(name), away.join(name)).expect("moved");
+    }
+    let page = |out: &str| {
+        let output = bench.command(&["report", "away/v.json", "-o", out]).output();
+        assert_eq!(output.expect("it starts").status.code(), Some(0));
+        fs::read_to_string(bench.path().join(out)).expect("a page")
+    };
+    assert_eq!(page("page.html").matches("src=\"data:image/png;base64,iVBOR").count(), 3);
+    fs::remove_dir_all(away.join("seen")).expect("removed");
+    assert!(page("page.html").contains("paper-1000-drops-b.png: No such file"));
+    let alone = bench.command(&["bench", "--rounds", "2", "--pictures", "seen"]).output();
+    assert!(error_line(&alone.expect("it starts"), 2).contains("--pictures is for two sides"));
 }
 
 #[test]
@@ -234,6 +273,13 @@ fn expectations_hold_both_ways() {
     let xml = fs::read_to_string(bench.path().join("j.xml")).expect("a file");
     let read = quick_junit::Report::deserialize_from_str(&xml).expect("JUnit");
     assert_eq!((read.tests, read.failures), (1, 1), "{xml}");
+    // What is known to fail is none, and what should have failed is one.
+    for (more, failures) in [(&slow[..], 0), (&[], 1)] {
+        expect("fails = ['paper']", more);
+        let xml = fs::read_to_string(bench.path().join("j.xml")).expect("a file");
+        let read = quick_junit::Report::deserialize_from_str(&xml).expect("JUnit");
+        assert_eq!((read.tests, read.failures), (1, failures), "{xml}");
+    }
 }
 
 /// Ten rounds of the program as a file.

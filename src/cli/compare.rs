@@ -181,7 +181,7 @@ fn write_json(comparison: &Comparison, path: &Path) -> crate::Result<()> {
 
 /// sRGB bytes of an error 0 to 1: black, violet, red, yellow, white, evenly spaced, so that a
 /// greater error is always the lighter.
-fn false_color(error: f64) -> [u8; 3] {
+pub(super) fn false_color(error: f64) -> [u8; 3] {
     const STOPS: [Vec3; 5] = [
         Vec3::ZERO,
         Vec3::new(0.12, 0.01, 0.35),

@@ -15,11 +15,12 @@ use super::format::Sheet;
 use super::interrupt::heed_interrupts;
 use super::options::{ModelArgs, SceneArgs, choose_device, devices, open_device};
 use super::rounds::process::{Arm, Limits};
-use super::rounds::{Work, take_turns};
+use super::rounds::stages::paper_stages;
+use super::rounds::{Bound, Work, take_turns};
 use super::verdict::gate::GateArgs;
 use super::verdict::notes;
 use super::verdict::table::{sheet, tail_lines};
-use super::{Answer, print, progress, write_json};
+use super::{Answer, command_line, print, progress};
 use crate::environment::Environment;
 use crate::gpu::{Device, DeviceReport, Instance, Validation};
 use crate::measure::bench::DeviceHead;
@@ -35,7 +36,6 @@ use crate::reference::{Tracer, Truth};
 use crate::renderer::Renderer;
 use crate::renderer::stages::Stages;
 use crate::scene::Scene;
-use crate::scene::model::Preset;
 
 /// Compare the drivers of this machine on one scene: time, picture, first stage that differs
 #[derive(Args)]
@@ -190,20 +190,17 @@ pub fn run(args: &CompareDevicesArgs) -> anyhow::Result<Answer> {
     let schema = "raindrops-compare-devices/1";
     let file =
         json!({ "schema": schema, "devices": rows, "pairs": pairs, "verdicts": verdict_rows });
-    if let Some(path) = &args.gate.json {
-        write_json(path, &file)?;
-    } else if is_json {
-        write_json("-".as_ref(), &file)?;
-    }
+    args.gate.write_json(&file)?;
     if let Some(error) = failed {
         return Err(error);
     }
-    let fails = args.gate.fails(verdicts.iter().map(|verdict| &verdict.report));
+    let reports: Vec<&verdict::Report> = verdicts.iter().map(|verdict| &verdict.report).collect();
+    let answer = args.gate.judge(&reports)?;
     if args.max_flip.is_some_and(|most| worst > most) {
         eprintln!("raindrops: two drivers are FLIP {worst:.5} apart");
         return Ok(Answer::No);
     }
-    Ok(if fails { Answer::No } else { Answer::Yes })
+    Ok(answer)
 }
 
 /// The devices that were asked for, or all that will do.
@@ -284,11 +281,13 @@ impl Times<'_> {
         for device in 1..self.portraits.len() {
             let (a, b) = (arm(0), arm(device));
             let bar = progress(args.rounds.into(), "rounds");
-            let turns = take_turns([&a, &b], &work, args.rounds.into(), threshold, each, &bar);
+            let bound = Bound { end: each, pictures: 0.0 };
+            let turns = take_turns([&a, &b], &work, args.rounds.into(), threshold, bound, &bar);
             bar.finish_and_clear();
             if let Some([of_a, of_b]) = &turns.reports {
                 let report = verdict::Report {
                     schema: verdict::SCHEMA.into(),
+                    command: Some(command_line()),
                     a: Side::of(&a.label, of_a),
                     b: Side::of(&b.label, of_b),
                     method: "paired".into(),
@@ -326,25 +325,11 @@ fn portray(
     scene: &Scene,
     environment: &Environment,
 ) -> anyhow::Result<Portrait> {
-    let draw = |scene: &Scene| -> anyhow::Result<_> {
-        let plan = plan(scene, environment, Output::Radiance)?;
-        let mut renderer = Renderer::new(device, scene, environment, &plan)?;
-        let visible = renderer.draw(scene)?.counts.visible;
-        Ok((renderer.read_radiance()?, visible, plan))
-    };
-    let (picture, visible, _) = draw(scene)?;
-    let stages = if scene.drop_count() > 0 {
-        let mut scene = scene.clone();
-        scene.model = crate::scene::ModelChoice {
-            preset: Preset::Paper,
-            mask_size: scene.model.mask_size,
-            ..Default::default()
-        };
-        let (picture, _, plan) = draw(&scene)?;
-        Some((Stages::draw(device, &scene, environment, &plan)?, picture))
-    } else {
-        None
-    };
+    let plan = plan(scene, environment, Output::Radiance)?;
+    let mut renderer = Renderer::new(device, scene, environment, &plan)?;
+    let visible = renderer.draw(scene)?.counts.visible;
+    let picture = renderer.read_radiance()?;
+    let stages = paper_stages(device, scene, environment)?;
     Ok(Portrait { report: device.report.clone(), visible, picture, stages })
 }
 

@@ -234,6 +234,17 @@ fn say_undrawn(counts: &Counts, room: u32) {
     );
 }
 
+/// This process's command line, quoted as a shell needs it, the program by its name alone.
+fn command_line() -> String {
+    let words = std::env::args_os().enumerate().map(|(number, word)| match number {
+        0 => "raindrops".into(),
+        _ => word.to_string_lossy().into_owned(),
+    });
+    let words: Vec<String> = words.collect();
+    // No argument of a process holds the one character that cannot be quoted.
+    shlex::try_join(words.iter().map(String::as_str)).unwrap_or_else(|_| words.join(" "))
+}
+
 /// A progress bar on stderr; invisible where stderr is no terminal.
 fn progress(length: u64, unit: &str) -> ProgressBar {
     let style =

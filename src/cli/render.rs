@@ -7,6 +7,7 @@ use clap::Args;
 
 use super::interrupt::{Interrupted, heed_interrupts, is_interrupted};
 use super::options::{BackgroundArgs, DeviceArgs, ModelArgs, SceneArgs, resolve};
+use super::rounds::stages::{self, paper_stages};
 use super::sequence::Sequence;
 use super::{Answer, Format, drops, progress, say_doubt, waiting};
 use crate::passes::simulate::Counts;
@@ -47,6 +48,9 @@ pub struct RenderArgs {
     /// drops at each pixel; beside it a .json with camera and drops
     #[arg(long)]
     layers: bool,
+    /// Write the stages of the paper's frame of it, for another process of this program
+    #[arg(long, value_name = "FILE", hide = true)]
+    stages: Option<PathBuf>,
     /// Keep the frames of this scene that are there, and render the others
     #[arg(long)]
     resume: bool,
@@ -84,6 +88,11 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<Answer> {
         return Ok(Answer::Yes);
     }
     let device = args.device.open()?;
+    if let Some(path) = &args.stages
+        && let Some((stages, picture)) = paper_stages(&device, &scene, &environment)?
+    {
+        stages::write(path, &stages, &picture)?;
+    }
     let choice = match kept {
         Some(kept) => kept,
         None => resolve(&device, &scene.film.frame(&scene, 0).whole(), &environment)?,

@@ -106,6 +106,7 @@ pub fn run(args: &TradeoffArgs) -> anyhow::Result<Answer> {
     )?;
     let report = Report {
         schema: SCHEMA,
+        command: Some(super::command_line()),
         device: DeviceHead::of(&device.report),
         build: Build::this(),
         host,

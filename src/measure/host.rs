@@ -31,16 +31,31 @@ impl Host {
             cpu,
             cores: std::thread::available_parallelism().map_or(1, Into::into),
             os: format!("{release} {}", std::env::consts::ARCH),
-            load: file("/proc/loadavg").split(' ').next().and_then(|load| load.parse().ok()),
+            load: Self::load_now(),
         }
+    }
+
+    /// Load average of the last minute; none where the system has none.
+    pub fn load_now() -> Option<f64> {
+        let text = std::fs::read_to_string("/proc/loadavg").ok()?;
+        text.split(' ').next()?.parse().ok()
     }
 
     /// What makes times of this machine doubtful, in a line; none if nothing does.
     pub fn doubt(&self) -> Option<String> {
         let load = self.load.filter(|load| *load > self.cores as f64)?;
         Some(format!(
-            "the load of {load} exceeds the {} cores: something else runs, and times are too long",
+            "the load of {load} exceeds the {} cores: something else runs, or did a minute ago; times may be too long",
             self.cores
         ))
     }
+}
+
+/// Memory of this process that is in the machine's memory; none where the system does not tell.
+#[cfg(feature = "cli")]
+pub(crate) fn resident_bytes() -> Option<u64> {
+    let text = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = text.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;
+    let kib: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    Some(1024 * kib)
 }

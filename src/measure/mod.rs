@@ -1,6 +1,8 @@
 //! How fast, and how true: the benchmark, the trade-off, and what their figures stand on.
 
 pub mod bench;
+#[cfg(feature = "cli")]
+pub mod clocks;
 pub mod costs;
 mod host;
 #[cfg(feature = "cli")]

@@ -9,6 +9,8 @@
 #![allow(dead_code, reason = "every test file is a crate of its own and uses a part of this")]
 
 pub mod hooks;
+#[cfg(target_os = "linux")]
+pub mod stand_in;
 
 use std::path::{Path, PathBuf};
 use std::process::Command;

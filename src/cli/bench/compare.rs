@@ -13,10 +13,10 @@ use crate::cli::interrupt::heed_interrupts;
 use crate::cli::rounds::environment::{Variables, parse};
 use crate::cli::rounds::pictures::Eye;
 use crate::cli::rounds::process::{Arm, Limits};
-use crate::cli::rounds::{Work, alone, passed_on, take_turns};
+use crate::cli::rounds::{Bound, Work, alone, passed_on, take_turns};
 use crate::cli::verdict::gate::{GateArgs, parse_part};
 use crate::cli::verdict::{borrowed, notes, runs, side};
-use crate::cli::{Answer, Cli, open_environment, progress};
+use crate::cli::{Answer, Cli, command_line, open_environment, progress};
 use crate::measure::bench::{Amount, Report as Kept};
 use crate::measure::verdict::looks::looks;
 use crate::measure::verdict::{self, SCHEMA, Side, kept};
@@ -58,6 +58,9 @@ pub struct CompareArgs {
     /// End a process that takes longer, with an error
     #[arg(long, value_name = "TIME", default_value = "10m", value_parser = humantime::parse_duration)]
     timeout: Duration,
+    /// Keep the pictures of both sides and their difference in this folder, as PNG; report shows them
+    #[arg(long, value_name = "DIR")]
+    pictures: Option<PathBuf>,
     /// A row whose two pictures are farther apart than this mean FLIP is different, whatever its times
     #[arg(long, value_name = "X", default_value = "0.01", value_parser = parse_part)]
     max_flip: f64,
@@ -87,7 +90,7 @@ impl clap::builder::TypedValueParser for EnvironmentParser {
 }
 
 /// Options that are this process's alone, not of those that it starts.
-const OWN: [&str; 16] = [
+const OWN: [&str; 17] = [
     "a",
     "b",
     "a_binary",
@@ -97,6 +100,7 @@ const OWN: [&str; 16] = [
     "max_time",
     "timeout",
     "max_flip",
+    "pictures",
     "reference",
     "drops",
     "rain",
@@ -112,6 +116,23 @@ impl CompareArgs {
     /// Whether this is more than one measurement in this process.
     pub fn is_asked(&self) -> bool {
         self.is_in_turn() || !self.baseline.is_empty() || self.rounds.is_some()
+    }
+
+    /// An option of a comparison that was given without one.
+    pub fn stray(&self) -> Option<&'static str> {
+        let matches = Cli::command().get_matches();
+        let matches = matches.subcommand_matches("bench")?;
+        let given = |id: &&(&str, &str)| {
+            matches.value_source(id.0) == Some(clap::parser::ValueSource::CommandLine)
+        };
+        let own = [
+            ("max_time", "--max-time"),
+            ("timeout", "--timeout"),
+            ("max_flip", "--max-flip"),
+            ("reference", "--reference"),
+            ("pictures", "--pictures"),
+        ];
+        own.iter().find(given).map(|(_, option)| *option)
     }
 
     fn is_in_turn(&self) -> bool {
@@ -152,6 +173,9 @@ pub fn run(args: &BenchArgs, scene: &Scene) -> anyhow::Result<Answer> {
         anyhow::bail!(
             "--google-benchmark writes one measurement: give it with --rounds, then compare by raindrops verdict"
         );
+    }
+    if compare.pictures.is_some() && !compare.is_in_turn() {
+        anyhow::bail!("--pictures is for two sides in turn: --a, --b, --a-binary, --b-binary");
     }
     let bases = runs(&compare.baseline)?;
     let command = Cli::command();
@@ -221,7 +245,9 @@ fn in_turn(
         eprintln!("note: with fewer than six rounds there is no interval, and nothing is decided");
     }
     let bar = progress(most as u64, "rounds");
-    let mut turns = take_turns([&a, &b], work, most, threshold, compare.max_time, &bar);
+    // Each is one frame where a round has eight or more.
+    let bound = Bound { end: compare.max_time, pictures: 0.5 };
+    let mut turns = take_turns([&a, &b], work, most, threshold, bound, &bar);
     let mut seen = false;
     if turns.failed.is_none() {
         let environment = open_environment(scene)?;
@@ -232,6 +258,8 @@ fn in_turn(
             is_series: !work.series.is_empty(),
             max_flip: compare.max_flip,
             reference: compare.reference,
+            kept: compare.pictures.as_deref(),
+            result: args.gate.json.as_deref(),
             limits: work.limits,
         };
         let say = |what: &str| bar.set_message(what.to_string());
@@ -247,6 +275,7 @@ fn in_turn(
     };
     let report = verdict::Report {
         schema: SCHEMA.into(),
+        command: Some(command_line()),
         a: Side::of(&a.label, of_a),
         b: Side::of(&b.label, of_b),
         method: "paired".into(),
@@ -270,11 +299,15 @@ fn against(
 ) -> anyhow::Result<Answer> {
     let rounds = args.compare.rounds.map_or(KEPT_ROUNDS, usize::from);
     let bar = progress(rounds as u64, "rounds");
-    let (found, failed) = alone(&args.compare.arm(false)?, work, rounds, &bar);
+    let (arm, time) = (args.compare.arm(false)?, args.compare.max_time);
+    let (found, failed) = alone(&arm, work, rounds, time, &bar);
     bar.finish_and_clear();
-    let Some(found) = found else {
+    let Some(mut found) = found else {
         return Err(failed.unwrap_or_else(|| anyhow::anyhow!("nothing was measured")));
     };
+    found.warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
+    // Not that of its first process.
+    found.command = Some(command_line());
     if bases.is_empty() {
         super::write(args, super::is_papers(scene), &found, std::iter::once(&found))?;
         return failed.map_or(Ok(Answer::Yes), Err);
@@ -283,6 +316,7 @@ fn against(
     let now = [(PathBuf::from("this measurement"), found)];
     let report = verdict::Report {
         schema: SCHEMA.into(),
+        command: Some(command_line()),
         a: side(bases),
         b: side(&now),
         method: "unpaired".into(),

@@ -2,10 +2,11 @@
 
 mod compare;
 mod google;
+mod long;
 mod table;
 
 use std::path::PathBuf;
-use std::time::SystemTime;
+use std::time::{Duration, SystemTime};
 
 use clap::Args;
 
@@ -63,12 +64,18 @@ pub struct BenchArgs {
     /// Frames of a row to measure at least, for at most ten times --seconds [default: 12, in rounds 2]
     #[arg(long, value_name = "N")]
     frames: Option<usize>,
+    /// Measure one row for so long without a break, 90s, 15m or 1h: frame time, memory and the device's clock over
+    /// time, in the result file and as --svg
+    #[arg(long, value_name = "TIME", value_parser = long::parse_duration, allow_hyphen_values = true,
+          conflicts_with_all = ["seconds", "frames", "a", "b", "a_binary", "b_binary", "baseline", "rounds"])]
+    duration: Option<Duration>,
     #[command(flatten)]
     gate: GateArgs,
     /// Write the figures in the JSON of google/benchmark
     #[arg(long, value_name = "FILE")]
     google_benchmark: Option<PathBuf>,
-    /// Draw frames a second by drops, beside the paper's three machines, as SVG
+    /// Draw frames a second by drops, beside the paper's three machines, as SVG; with --duration what is measured
+    /// over time
     #[arg(long, value_name = "FILE")]
     svg: Option<PathBuf>,
     #[command(flatten)]
@@ -111,6 +118,14 @@ pub fn run(args: &BenchArgs) -> anyhow::Result<Answer> {
         anyhow::bail!(
             "--threshold, --fail-above, --junit and --expect are for --baseline, --a, --b, --a-binary and --b-binary"
         );
+    }
+    if let Some(option) = args.compare.stray() {
+        anyhow::bail!(
+            "{option} is for rounds of fresh processes: --rounds, --baseline, --a, --b, --a-binary and --b-binary"
+        );
+    }
+    if let Some(duration) = args.duration {
+        return long::run(args, &scene, duration);
     }
     if scene.tone_map.operator == Operator::None {
         eprintln!("note: the tone-mapped rows clip instead of compressing (operator none)");
@@ -196,11 +211,7 @@ fn write<'a>(
     file: &impl serde::Serialize,
     reports: impl Iterator<Item = &'a Report> + Clone,
 ) -> anyhow::Result<()> {
-    if let Some(path) = &args.gate.json {
-        write_json(path, file)?;
-    } else if args.gate.is_json() {
-        write_json("-".as_ref(), file)?;
-    }
+    args.gate.write_json(file)?;
     for report in reports.clone() {
         if let Some(path) = &args.google_benchmark {
             write_json(path, &google::google_benchmark(report))?;
@@ -212,7 +223,15 @@ fn write<'a>(
     for (number, report) in reports.enumerate() {
         match args.gate.format {
             Format::Csv => print(plain(report, number == 0))?,
-            Format::Markdown => print(table(&report.rows, is_papers, args.gate.format))?,
+            Format::Markdown => {
+                let lines = [report.device.summary(), host_line(report)];
+                let lines = lines
+                    .into_iter()
+                    .chain(report.warnings.iter().map(|w| format!("warning: {w}")));
+                lines.map(|line| format!("- {line}")).try_for_each(print)?;
+                let rows = table(&report.rows, is_papers, args.gate.format);
+                print(format_args!("\n{rows}\n"))?;
+            }
             Format::Table | Format::Json => {
                 let rows = table(&report.rows, is_papers, args.gate.format);
                 print(format_args!("{}\n{rows}", report.device.summary()))?;
@@ -280,6 +299,7 @@ fn bench(
         build: Build::this(),
         host,
         start,
+        command: Some(super::command_line()),
         warnings,
         environment: environment.name().into(),
         pipeline_cache_bytes: device.bytes_found(),
@@ -332,8 +352,8 @@ fn check_counts(scene: &Scene, report: &Report) -> bool {
     for row in report.rows.iter().filter(|row| row.tone_map && row.simulation == "integer") {
         let mut scene = scene.clone();
         let placed = scene.drops.len() as u32;
-        // Of a scene without random drops none are to be added.
-        if row.rate_mm_h.is_some() || row.drops > placed {
+        // To a scene without random drops none are to be added.
+        if row.rate_mm_h.is_some() || row.drops > placed || scene.rain.is_some() {
             Amount::of_row(row.drops, row.rate_mm_h, placed).apply(&mut scene);
         }
         let of_rain = Field::of(&scene).zip(row.cutoff_px);

@@ -22,18 +22,14 @@ pub(super) fn table(rows: &[Row], is_papers: bool, format: Format) -> String {
         .max_by_key(|passes| passes.len())
         .map_or(Vec::new(), |passes| passes.keys().map(String::as_str).collect());
     let is_rate = rows.iter().all(|row| row.rate_mm_h.is_some());
-    let mut header: Vec<String> = [
-        "preset",
-        if is_rate { "rain" } else { "drops" },
-        "in view",
-        "FPS-T",
-        "FPS",
-        "ms-T",
-        "p10-p90",
-    ]
-    .map(String::from)
-    .to_vec();
-    header.push("ms".into());
+    let mut header: Vec<String> =
+        ["preset", if is_rate { "rain" } else { "drops" }, "in view", "FPS-T", "FPS", "ms-T"]
+            .map(String::from)
+            .to_vec();
+    let has_rounds = rows.iter().any(|row| row.median_low_ms.is_some());
+    header.extend(has_rounds.then(|| "95 %".into()));
+    header.extend(["p10-p90", "ms"].map(String::from));
+    header.extend(has_rounds.then(|| "95 %".into()));
     header.extend(passes.iter().map(|name| (*name).to_string()));
     header.extend(is_papers.then(|| "GTX 280, 2011".into()));
     let mut lines = Vec::new();
@@ -50,9 +46,11 @@ pub(super) fn table(rows: &[Row], is_papers: bool, format: Format) -> String {
             rate(row.fps),
             without.map_or("-".into(), |without| rate(without.fps)),
             format!("{:.2}", row.median_ms),
-            format!("{:.2}-{:.2}", row.p10_ms, row.p90_ms),
-            without.map_or("-".into(), |without| format!("{:.2}", without.median_ms)),
         ];
+        line.extend(has_rounds.then(|| interval(row)));
+        line.push(format!("{:.2}-{:.2}", row.p10_ms, row.p90_ms));
+        line.push(without.map_or("-".into(), |without| format!("{:.2}", without.median_ms)));
+        line.extend(has_rounds.then(|| without.map_or("-".into(), interval)));
         for name in &passes {
             line.push(row.passes.get(*name).map_or("-".into(), |ms| format!("{ms:.2}")));
         }
@@ -102,6 +100,12 @@ pub(super) fn plain(report: &Report, with_names: bool) -> String {
         true => text,
         false => text.split_once('\n').map(|(_, rows)| rows.to_string()).unwrap_or_default(),
     }
+}
+
+/// Of the median, over rounds.
+fn interval(row: &Row) -> String {
+    let ends = row.median_low_ms.zip(row.median_high_ms);
+    ends.map_or("-".into(), |(low, high)| format!("{low:.2}-{high:.2}"))
 }
 
 fn rate(fps: f64) -> String {

@@ -1,5 +1,6 @@
 //! `raindrops report`: result files of any kind as one self-contained page.
 
+mod over_time;
 mod page;
 mod plots;
 
@@ -43,6 +44,8 @@ pub(super) enum Content {
 pub(super) struct Entry {
     /// The file's name.
     file: String,
+    /// Its folder, to which the paths in it are relative.
+    folder: PathBuf,
     content: Content,
 }
 
@@ -52,6 +55,8 @@ pub(super) struct Tradeoff {
     device: DeviceHead,
     build: Build,
     host: Host,
+    #[serde(default)]
+    command: Option<String>,
     rows: Vec<TradeoffRow>,
 }
 
@@ -113,7 +118,9 @@ fn load(path: &Path) -> anyhow::Result<Vec<Entry>> {
             }
         };
         let file = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
-        entries.extend(contents.into_iter().map(|content| Entry { file: file.clone(), content }));
+        let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
+        let entry = |content| Entry { file: file.clone(), folder: folder.clone(), content };
+        entries.extend(contents.into_iter().map(entry));
     }
     Ok(entries)
 }

@@ -1,12 +1,17 @@
 //! The page: a section a result, one style for light and dark.
 
+use std::path::Path;
+
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
+use super::over_time::over_time;
 use super::plots::{forest, passes, scatter, series};
 use super::{Content, Entry, Tradeoff};
 use crate::measure::Host;
 use crate::measure::bench::{self, Build, DeviceHead, thousands};
-use crate::measure::verdict::{self, Verdict};
+use crate::measure::verdict::{self, Pictures, Verdict};
 
 /// Colours of series are Okabe and Ito's (2008), told apart by everyone; in the dark their light variants.
 const STYLE: &str = "
@@ -23,9 +28,13 @@ h3 { font-size: 1rem; margin: 1.5rem 0 .25rem; }
 p.who { color: var(--soft); margin: 0 0 1rem; font-size: .9rem; }
 .wide { overflow-x: auto; } table { border-collapse: collapse; font-variant-numeric: tabular-nums; }
 th, td { padding: .25rem .7rem; text-align: right; border-bottom: 1px solid var(--line); white-space: nowrap; }
+th.side { white-space: normal; min-width: 8rem; max-width: 16rem; font-size: .85rem; }
 th:first-child, td:first-child { text-align: left; padding-left: 0; } th { font-weight: 600; }
 .slower, .different { color: var(--bad); font-weight: 600; } .faster { color: var(--good); font-weight: 600; }
 .undecided { color: var(--soft); } li.warning { color: var(--bad); }
+code { overflow-wrap: anywhere; }
+.pictures { display: grid; grid-template-columns: repeat(auto-fit, minmax(15rem, 1fr)); gap: 1rem; }
+figure { margin: 0; } figure img { width: 100%; display: block; } figcaption { color: var(--soft); font-size: .9rem; }
 svg { min-width: 40rem; max-width: 100%; height: auto; display: block; margin: .5rem 0; } svg text { fill: var(--ink); font: 12px system-ui, sans-serif; }
 svg .soft { fill: var(--soft); } svg .axis { stroke: var(--line); }
 ";
@@ -53,11 +62,12 @@ pub(super) fn page(entries: &[Entry]) -> Markup {
                 @if benches.len() > 1 {
                     h2 { "Devices side by side" }
                     div.wide { (series(&benches)) }
+                    (side_by_side(&benches))
                 }
                 @for entry in entries {
                     @match &entry.content {
                         Content::Bench(report) => (of_bench(&entry.file, report, benches.len() == 1)),
-                        Content::Verdict(report) => (of_verdict(&entry.file, report)),
+                        Content::Verdict(report) => (of_verdict(&entry.file, &entry.folder, report)),
                         Content::Tradeoff(report) => (of_tradeoff(&entry.file, report)),
                     }
                 }
@@ -79,6 +89,75 @@ fn who(device: &DeviceHead, host: &Host, build: &Build, start: Option<&str>) -> 
     }
 }
 
+fn command(line: Option<&str>) -> Markup {
+    html! { @if let Some(line) = line { p.who { code { (line) } } } }
+}
+
+/// A row a row that any of the files has, a column a file.
+fn side_by_side(benches: &[(&str, &bench::Report)]) -> Markup {
+    let mut names: Vec<String> = Vec::new();
+    for row in benches.iter().flat_map(|(_, report)| &report.rows) {
+        if !names.contains(&row.name()) {
+            names.push(row.name());
+        }
+    }
+    html! {
+        div.wide { table {
+            tr {
+                th { "ms a frame" }
+                @for (file, report) in benches { th.side { (file) br; (report.device.summary()) } }
+            }
+            @for name in &names {
+                tr {
+                    td { (name) }
+                    @for (_, report) in benches {
+                        @let row = report.rows.iter().find(|row| row.name() == *name);
+                        td { (row.map_or("–".into(), |row| format!("{:.2}", row.median_ms))) }
+                    }
+                }
+            }
+        } }
+    }
+}
+
+/// A picture within the page; where its file cannot be read, that.
+fn picture(folder: &Path, file: &Path, caption: &str) -> Markup {
+    let path = folder.join(file);
+    html! {
+        figure {
+            @match std::fs::read(&path) {
+                Ok(bytes) => img alt=(caption) src=(format!("data:image/png;base64,{}", STANDARD.encode(bytes))) {},
+                Err(error) => p.different { (path.display()) ": " (error) },
+            }
+            figcaption { (caption) }
+        }
+    }
+}
+
+/// Pictures of each preset and amount, once.
+fn pictures(folder: &Path, report: &verdict::Report) -> Markup {
+    let mut all: Vec<(&verdict::VerdictRow, &Pictures)> = Vec::new();
+    for row in &report.rows {
+        if let Some(pictures) = &row.pictures
+            && !all.iter().any(|(_, known)| *known == pictures)
+        {
+            all.push((row, pictures));
+        }
+    }
+    html! {
+        @if !all.is_empty() { h3 { "Pictures" } }
+        @for (row, pictures) in all {
+            div.pictures {
+                (picture(folder, &pictures.a, &format!("A: {}", row.name)))
+                (picture(folder, &pictures.b, "B"))
+                (picture(folder, &pictures.difference, &format!(
+                    "difference, FLIP {:.5}", row.flip_between.unwrap_or_default()
+                )))
+            }
+        }
+    }
+}
+
 fn warnings(all: &[String]) -> Markup {
     html! { @if !all.is_empty() { ul { @for warning in all { li.warning { (warning) } } } } }
 }
@@ -87,17 +166,19 @@ fn of_bench(file: &str, report: &bench::Report, with_plot: bool) -> Markup {
     html! {
         h2 { "Frame times: " (file) }
         (who(&report.device, &report.host, &report.build, report.start.as_deref()))
+        (command(report.command.as_deref()))
         (warnings(&report.warnings))
         @if with_plot { div.wide { (series(&[(file, report)])) } }
         div.wide { table {
             tr {
-                th { "row" } th { "in view" } th { "ms" } th { "p10 to p90" } th { "frames a second" } th { "processes" }
+                th { "row" } th { "in view" } th { "ms" } th { "95 %" } th { "p10 to p90" } th { "frames a second" } th { "processes" }
             }
             @for row in &report.rows {
                 tr {
                     td { (row.name()) }
                     td { (thousands(row.visible)) }
                     td { (format!("{:.2}", row.median_ms)) }
+                    td { (row.median_low_ms.zip(row.median_high_ms).map_or("–".into(), |(low, high)| format!("{low:.2} to {high:.2}"))) }
                     td { (format!("{:.2} to {:.2}", row.p10_ms, row.p90_ms)) }
                     td { (format!("{:.1}", row.fps)) }
                     td { (row.rounds.len().max(1)) }
@@ -106,13 +187,21 @@ fn of_bench(file: &str, report: &bench::Report, with_plot: bool) -> Markup {
         } }
         h3 { "Passes" }
         div.wide { (passes(report)) }
+        @for row in &report.rows {
+            @if let Some(all) = &row.over_time {
+                h3 { "Over time: " (row.name()) }
+                p.who { "Clock: " (all.clock) "." }
+                div.wide { (over_time(all)) }
+            }
+        }
     }
 }
 
-fn of_verdict(file: &str, report: &verdict::Report) -> Markup {
+fn of_verdict(file: &str, folder: &Path, report: &verdict::Report) -> Markup {
     let decimals = |value: Option<f64>| value.map_or("–".into(), |value| format!("{value:.3}"));
     html! {
         h2 { "Verdict: " (file) }
+        (command(report.command.as_deref()))
         p.who { "A: " (report.a.label) }
         (who(&report.a.device, &report.a.host, &report.a.build, report.a.start.as_deref()))
         p.who { "B: " (report.b.label) }
@@ -122,7 +211,7 @@ fn of_verdict(file: &str, report: &verdict::Report) -> Markup {
         div.wide { table {
             tr {
                 th { "row" } th { "verdict" } th { "B / A" } th { "95 %" } th { "ms A" } th { "ms B" }
-                th { "processes a side" } th { "noise" } th { "FLIP" }
+                th { "rounds" } th { "noise" } th { "FLIP" }
             }
             @for row in &report.rows {
                 tr {
@@ -155,6 +244,7 @@ fn of_verdict(file: &str, report: &verdict::Report) -> Markup {
             @for note in &report.notes { li { (note) } }
             @if let Some(why) = &report.stopped { li { "stopped: " (why) } }
         }
+        (pictures(folder, report))
     }
 }
 
@@ -164,6 +254,7 @@ fn of_tradeoff(file: &str, report: &Tradeoff) -> Markup {
     html! {
         h2 { "Time and error: " (file) }
         (who(&report.device, &report.host, &report.build, None))
+        (command(report.command.as_deref()))
         @for scene in scenes {
             @let rows: Vec<_> = report.rows.iter().filter(|row| row.scene == scene).collect();
             h3 { (scene) }

@@ -12,6 +12,8 @@ const WIDTH: f64 = 900.0;
 const LEFT: f64 = 60.0;
 /// Height of a bar with its gap.
 const BAR: f64 = 22.0;
+/// Names of passes beside each other.
+const NAMES_A_LINE: usize = 7;
 /// Room for names of rows.
 const NAMES: f64 = 300.0;
 
@@ -74,7 +76,13 @@ fn grid(x: &Axis, y: &Axis, names: (&str, &str)) -> Markup {
     }
 }
 
-/// Milliseconds by drops, a line a file and preset, with bars from the 10th to the 90th percentile.
+/// Ends of a row's bar: the 95 % interval of the median over rounds, or of frames the 10th and 90th percentile.
+fn bar(row: &Row) -> [f64; 2] {
+    let interval = row.median_low_ms.zip(row.median_high_ms);
+    interval.map_or([row.p10_ms, row.p90_ms], |(low, high)| [low, high])
+}
+
+/// Milliseconds by drops, a line a file and preset, with bars.
 pub(super) fn series(reports: &[(&str, &bench::Report)]) -> Markup {
     let mut lines: Vec<(String, Vec<&Row>)> = Vec::new();
     for (file, report) in reports {
@@ -91,20 +99,27 @@ pub(super) fn series(reports: &[(&str, &bench::Report)]) -> Markup {
     }
     let all = || lines.iter().flat_map(|(_, rows)| rows.iter().copied());
     let x = Axis::of(all().map(Row::along), LEFT, WIDTH - 20.0);
-    let y = Axis::of(all().flat_map(|row| [row.p10_ms, row.p90_ms]), 330.0, 30.0);
+    let y = Axis::of(all().flat_map(bar), 330.0, 30.0);
     let height = 375.0 + 18.0 * lines.len() as f64;
     let is_rate = all().all(|row| row.rate_mm_h.is_some());
     let along = if is_rate { "rain in mm/h" } else { "drops" };
+    let what = match all().all(|row| row.median_low_ms.is_some()) {
+        true => "ms a frame, tone mapped; bars: 95 % interval over processes",
+        false => {
+            "ms a frame, tone mapped; bars: 10th to 90th percentile of frames, over processes where there are six their 95 %"
+        }
+    };
     html! {
         svg viewBox=(format!("0 0 {WIDTH} {height}")) role="img" aria-label=(format!("milliseconds a frame by {along}")) {
-            (grid(&x, &y, (along, "ms a frame, tone mapped")))
+            (grid(&x, &y, (along, what)))
             @for (number, (name, rows)) in lines.iter().enumerate() {
                 @let points: Vec<String> = rows.iter()
                     .map(|row| format!("{:.1},{:.1}", x.at(row.along()), y.at(row.median_ms))).collect();
                 polyline points=(points.join(" ")) fill="none" stroke=(color(number)) stroke-width="2" {}
                 @for row in rows {
                     @let at = x.at(row.along());
-                    line x1=(at) x2=(at) y1=(y.at(row.p10_ms)) y2=(y.at(row.p90_ms)) stroke=(color(number)) {}
+                    @let [low, high] = bar(row);
+                    line x1=(at) x2=(at) y1=(y.at(low)) y2=(y.at(high)) stroke=(color(number)) {}
                     circle cx=(at) cy=(y.at(row.median_ms)) r="3.5" fill=(color(number)) {
                         title { (row.name()) ": " (row.median_ms) " ms" }
                     }
@@ -129,16 +144,18 @@ pub(super) fn passes(report: &bench::Report) -> Markup {
     let most =
         rows.iter().map(|row| row.passes.values().sum::<f64>()).fold(0.0, f64::max).max(1e-9);
     let scale = (WIDTH - NAMES - 80.0) / most;
-    let height = BAR * rows.len() as f64 + 30.0;
+    let below = 20.0 * names.len().div_ceil(NAMES_A_LINE) as f64 + 8.0;
+    let height = BAR * rows.len() as f64 + below;
     html! {
         svg viewBox=(format!("0 0 {WIDTH} {height}")) role="img" aria-label="milliseconds of each pass" {
             @for (number, name) in names.iter().enumerate() {
-                @let at = LEFT * 0.2 + 120.0 * number as f64;
-                rect x=(at) y="4" width="12" height="10" fill=(color(number)) {}
-                text x=(at + 17.0) y="13" { (name) }
+                @let at = 12.0 + 125.0 * (number % NAMES_A_LINE) as f64;
+                @let line = 20.0 * (number / NAMES_A_LINE) as f64;
+                rect x=(at) y=(line + 4.0) width="12" height="10" fill=(color(number)) {}
+                text x=(at + 17.0) y=(line + 13.0) { (name) }
             }
             @for (line, row) in rows.iter().enumerate() {
-                @let top = 28.0 + BAR * line as f64;
+                @let top = below + BAR * line as f64;
                 text x=(NAMES - 8.0) y=(top + 12.0) text-anchor="end" { (row.name()) }
                 @for (number, name) in names.iter().enumerate() {
                     @let before: f64 = names[..number].iter().filter_map(|name| row.passes.get(*name)).sum();

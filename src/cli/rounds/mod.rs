@@ -3,6 +3,7 @@
 pub mod environment;
 pub mod pictures;
 pub mod process;
+pub mod stages;
 
 use std::ffi::OsString;
 use std::time::{Duration, Instant};
@@ -13,7 +14,7 @@ use indicatif::ProgressBar;
 use self::process::{Arm, Limits};
 use super::interrupt::{Interrupted, is_interrupted};
 use crate::measure::bench::{Amount, Report};
-use crate::measure::verdict::looks::{Look, looks};
+use crate::measure::verdict::looks::{Look, at_the_end, looks};
 use crate::measure::verdict::{Verdict, VerdictRow, in_turn};
 
 /// What the processes are to measure.
@@ -54,69 +55,50 @@ pub struct Turns {
     pub failed: Option<anyhow::Error>,
 }
 
-/// Measures A and B in turn, look by look, until each row is decided, `most` rounds are done, or the next
-/// look would come after `time`. The order within a round alternates: A B, B A, A B …
+/// Measures A and B in turn, look by look, until each row is decided, `most` rounds are done, or the next round,
+/// and after it the pictures if there are to be any, would end after `time`. The order within a round
+/// alternates: A B, B A, A B …
 pub fn take_turns(
     arms: [&Arm; 2],
     work: &Work,
     most: usize,
     threshold: f64,
-    time: Duration,
+    time: Bound,
     bar: &ProgressBar,
 ) -> Turns {
     let start = Instant::now();
     let mut turns = Turns { reports: None, rows: Vec::new(), stopped: None, failed: None };
     let mut open = work.series.clone();
     let mut rounds = 0;
+    // What the next round takes by the last one, and the longest of all.
+    let (mut needed, mut longest) = (None, Duration::ZERO);
     let looks = looks(most);
     for (number, look) in looks.iter().enumerate() {
-        // Time of a round as it was so far; fewer rows make it shorter.
-        let share = if open.is_empty() { 1.0 } else { left(&open, &work.series) };
-        let a_round = start.elapsed().as_secs_f64() / f64::from(rounds.max(1) as u32);
-        let needed = share * a_round * (look.rounds - rounds) as f64;
-        if rounds > 0 && start.elapsed().as_secs_f64() + needed > time.as_secs_f64() {
-            turns.stopped = Some(format!(
-                "{rounds} rounds took {:.0} s; those up to the next look, at {}, would go on for {needed:.0} s \
-                 more (--max-time)",
-                start.elapsed().as_secs_f64(),
-                look.rounds
-            ));
-            break;
-        }
         while rounds < look.rounds {
-            bar.set_message(progress_line(rounds, most, look, &turns.rows));
-            let arguments = work.arguments(&open);
-            let b_first = rounds % 2 == 1;
-            let order = if b_first { [1, 0] } else { [0, 1] };
-            let mut found = [None, None];
-            for side in order {
-                match arms[side].bench(&arguments, work.limits) {
-                    Ok(report) => found[side] = Some(report),
-                    Err(error) => turns.failed = Some(error),
-                }
-                if is_interrupted() {
-                    turns.failed = Some(Interrupted.into());
-                }
-                if turns.failed.is_some() {
-                    break;
-                }
-            }
-            if let [Some(a), Some(b)] = found {
-                match &mut turns.reports {
-                    None => turns.reports = Some([a, b]),
-                    Some([all_a, all_b]) => {
-                        all_a.extend(a);
-                        all_b.extend(b);
-                    }
-                }
-                rounds += 1;
-            }
-            if turns.failed.is_some() {
-                // No look is due: the times are kept, without an interval.
-                let none = Look { rounds, rank: 0, error: 0.0 };
-                turns.look(&none, threshold);
+            let ends =
+                start.elapsed() + needed.unwrap_or_default() + longest.mul_f64(time.pictures);
+            if needed.is_some() && ends > time.end {
+                let taken = &looks[..number];
+                turns.look(&at_the_end(taken, rounds), threshold);
+                turns.stopped = Some(format!(
+                    "{rounds} rounds took {:.0} s; another would go beyond {:.0} s (--max-time)",
+                    start.elapsed().as_secs_f64(),
+                    time.end.as_secs_f64()
+                ));
                 return turns;
             }
+            bar.set_message(progress_line(rounds, most, look, &turns.rows));
+            let before = Instant::now();
+            if let Err(error) =
+                turns.round(arms, work.limits, &work.arguments(&open), rounds % 2 == 1)
+            {
+                turns.look(&at_the_end(&looks[..number], rounds), threshold);
+                turns.failed = Some(error);
+                return turns;
+            }
+            rounds += 1;
+            longest = longest.max(before.elapsed());
+            needed = Some(before.elapsed());
             // A scene or a size that differs would differ in all rounds.
             if rounds == 1 {
                 turns.look(&Look { rounds, rank: 0, error: 0.0 }, threshold);
@@ -142,9 +124,13 @@ pub fn take_turns(
                 doubtful(&turns.rows)
             );
         });
-        open.retain(|amount| still.contains(amount));
         if still.is_empty() {
             break;
+        }
+        let before = effort(&open);
+        open.retain(|amount| still.contains(amount));
+        if !open.is_empty() {
+            needed = needed.map(|needed: Duration| needed.mul_f64(effort(&open) / before));
         }
         if number + 1 == looks.len() {
             turns.stopped = Some(format!("{} rows undecided after {rounds} rounds", still.len()));
@@ -153,7 +139,42 @@ pub fn take_turns(
     turns
 }
 
+/// How long a comparison may take.
+#[derive(Clone, Copy, Debug)]
+pub struct Bound {
+    /// No round begins that would end later.
+    pub end: Duration,
+    /// What pictures take after the rounds, in times of the longest round.
+    pub pictures: f64,
+}
+
 impl Turns {
+    /// One round: a process of either side.
+    fn round(
+        &mut self,
+        arms: [&Arm; 2],
+        limits: Limits,
+        arguments: &[OsString],
+        b_first: bool,
+    ) -> anyhow::Result<()> {
+        let mut found = [None, None];
+        for side in if b_first { [1, 0] } else { [0, 1] } {
+            found[side] = Some(arms[side].bench(arguments, limits)?);
+            if is_interrupted() {
+                return Err(Interrupted.into());
+            }
+        }
+        let [Some(a), Some(b)] = found else { return Ok(()) };
+        match &mut self.reports {
+            None => self.reports = Some([a, b]),
+            Some([all_a, all_b]) => {
+                all_a.extend(a);
+                all_b.extend(b);
+            }
+        }
+        Ok(())
+    }
+
     /// Judges the rows that were measured up to `look`; the others stay as they were decided before.
     fn look(&mut self, look: &Look, threshold: f64) {
         let Some([a, b]) = &self.reports else { return };
@@ -167,6 +188,8 @@ impl Turns {
             Ok(rows) => {
                 for row in rows {
                     match self.rows.iter_mut().find(|known| known.name == row.name) {
+                        // What is decided stays so, although it is measured along with another row.
+                        Some(known) if known.verdict != Verdict::Undecided => {}
                         Some(known) => *known = row,
                         None => self.rows.push(row),
                     }
@@ -176,10 +199,9 @@ impl Turns {
     }
 }
 
-/// Part of the work that is left.
-fn left(open: &[Amount], all: &[Amount]) -> f64 {
-    let sum = |series: &[Amount]| series.iter().map(|amount| amount.effort()).sum::<f64>();
-    sum(open) / sum(all)
+/// What a round of so much takes, roughly.
+fn effort(series: &[Amount]) -> f64 {
+    series.iter().map(|amount| amount.effort()).sum()
 }
 
 fn progress_line(rounds: usize, most: usize, look: &Look, rows: &[VerdictRow]) -> String {
@@ -207,17 +229,29 @@ fn doubtful(rows: &[VerdictRow]) -> String {
     undecided.take(4).filter_map(line).collect()
 }
 
-/// Rounds of one arm alone, for a result that is kept.
+/// Rounds of one arm alone, for a result that is kept. If the next would end after `time`, there are fewer, with a
+/// warning among the result's.
 pub fn alone(
     arm: &Arm,
     work: &Work,
     rounds: usize,
+    time: Duration,
     bar: &ProgressBar,
 ) -> (Option<Report>, Option<anyhow::Error>) {
-    let mut all: Option<Report> = None;
+    let start = Instant::now();
+    let (mut all, mut needed): (Option<Report>, _) = (None, Duration::ZERO);
     for round in 0..rounds {
         bar.set_position(round as u64);
+        if let Some(all) = all.as_mut().filter(|_| start.elapsed() + needed > time) {
+            all.warnings.push(format!(
+                "{round} of {rounds} rounds: another would go beyond {:.0} s (--max-time)",
+                time.as_secs_f64()
+            ));
+            break;
+        }
+        let before = Instant::now();
         let found = arm.bench(&work.arguments(&work.series), work.limits);
+        needed = before.elapsed();
         let found = if is_interrupted() { Err(Interrupted.into()) } else { found };
         match (found, &mut all) {
             (Err(error), _) => return (all, Some(error)),

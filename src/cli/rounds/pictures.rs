@@ -1,17 +1,21 @@
 //! The pictures of two arms, each drawn by a process of its own, held against each other.
 
 use std::ffi::OsString;
+use std::path::{Path, PathBuf};
 
 use anyhow::Context as _;
 
 use super::process::{Arm, Limits};
+use super::stages::between;
+use crate::cli::compare::false_color;
+use crate::cli::interrupt::is_interrupted;
 use crate::environment::Environment;
 use crate::measure::bench::Amount;
-use crate::measure::verdict::VerdictRow;
-use crate::picture::Picture;
+use crate::measure::verdict::{Pictures, VerdictRow};
 use crate::picture::metrics::compare;
 use crate::picture::plate::Plate;
-use crate::picture::tone_map::exposure_of;
+use crate::picture::tone_map::{Exposure, display, exposure_of};
+use crate::picture::{Picture, srgb_byte, write_png};
 use crate::reference::{Tracer, Truth};
 use crate::scene::Scene;
 
@@ -29,8 +33,25 @@ pub struct Eye<'a> {
     pub max_flip: f64,
     /// Samples a pixel of the reference; none: no reference.
     pub reference: Option<u32>,
+    /// Folder to keep them in.
+    pub kept: Option<&'a Path>,
+    /// The result file, to which their paths are relative.
+    pub result: Option<&'a Path>,
     /// What holds each process back.
     pub limits: Limits,
+}
+
+/// What was seen of a preset's pictures.
+#[derive(Clone)]
+struct Seen {
+    flip: f64,
+    /// RMS error of each against the reference.
+    errors: Option<[f64; 2]>,
+    pictures: Option<Pictures>,
+    /// Where the pictures differ.
+    first_stage: Option<String>,
+    /// Why that is not known.
+    note: Option<String>,
 }
 
 impl Eye<'_> {
@@ -42,24 +63,27 @@ impl Eye<'_> {
         say: &dyn Fn(&str),
     ) -> anyhow::Result<()> {
         let folder = tempfile::tempdir().context("no temporary folder")?;
-        let mut seen: Vec<(String, Amount, f64, Option<[f64; 2]>)> = Vec::new();
+        let mut all: Vec<(String, Amount, Seen)> = Vec::new();
         for row in rows {
             let amount = Amount::of_row(row.drops, row.rate_mm_h, self.placed());
-            let same = |(preset, other, ..): &&(String, Amount, f64, Option<[f64; 2]>)| {
+            let same = |(preset, other, _): &&(String, Amount, Seen)| {
                 (preset, *other) == (&row.preset, amount)
             };
-            let (flip, errors) = match seen.iter().find(same) {
-                Some((_, _, flip, errors)) => (*flip, *errors),
+            let seen = match all.iter().find(same) {
+                Some((.., seen)) => seen.clone(),
                 None => {
                     say(&format!("pictures of {}", row.name));
-                    let (flip, errors) = self.compare(arms, row, folder.path())?;
-                    seen.push((row.preset.clone(), amount, flip, errors));
-                    (flip, errors)
+                    let seen = self.compare(arms, row, folder.path())?;
+                    all.push((row.preset.clone(), amount, seen.clone()));
+                    seen
                 }
             };
-            row.see(flip, self.max_flip);
-            row.error_a = errors.map(|errors| errors[0]);
-            row.error_b = errors.map(|errors| errors[1]);
+            row.see(seen.flip, self.max_flip);
+            row.error_a = seen.errors.map(|errors| errors[0]);
+            row.error_b = seen.errors.map(|errors| errors[1]);
+            row.pictures = seen.pictures;
+            row.first_stage_that_differs = seen.first_stage;
+            row.notes.extend(seen.note);
         }
         Ok(())
     }
@@ -70,12 +94,7 @@ impl Eye<'_> {
     }
 
     /// FLIP between the two, and the RMS error of each against the reference.
-    fn compare(
-        &self,
-        arms: [&Arm; 2],
-        row: &VerdictRow,
-        folder: &std::path::Path,
-    ) -> anyhow::Result<(f64, Option<[f64; 2]>)> {
+    fn compare(&self, arms: [&Arm; 2], row: &VerdictRow, folder: &Path) -> anyhow::Result<Seen> {
         let mut arguments = self.arguments.clone();
         arguments.push(format!("--preset={}", row.preset).into());
         let amount = Amount::of_row(row.drops, row.rate_mm_h, self.placed());
@@ -96,7 +115,7 @@ impl Eye<'_> {
         let (a, b) = (draw(arms[0], "a.exr")?, draw(arms[1], "b.exr")?);
         let tone_map = &self.scene.tone_map;
         let exposure = exposure_of(tone_map, &a);
-        let flip = compare(&a, &b, None, exposure).pixels.flip;
+        let found = compare(&a, &b, None, exposure);
         let plate = Plate::of(self.scene)?;
         let errors = self.reference.map(|samples| {
             let mut scene = self.scene.clone();
@@ -112,6 +131,85 @@ impl Eye<'_> {
                 10f64.powf(-psnr / 20.0)
             })
         });
-        Ok((flip, errors))
+        let pictures = self.kept.map(|into| {
+            let amount = amount.option();
+            let name = format!("{}-{}{}", row.preset, amount.1, &amount.0[1..]);
+            self.keep(into, &name, [&a, &b], &found.flip_map, exposure)
+        });
+        let flip = found.pixels.flip;
+        let mut seen =
+            Seen { flip, errors, pictures: pictures.transpose()?, first_stage: None, note: None };
+        // Real rain has no stages: the paper knows none.
+        if flip > self.max_flip && row.rate_mm_h.is_none() && row.drops > 0 {
+            match self.first_stage(arms, &arguments, folder) {
+                Ok(first) => seen.first_stage = first,
+                Err(error) if is_interrupted() => return Err(error),
+                Err(error) => seen.note = Some(format!("stages: {error:#}")),
+            }
+        }
+        Ok(seen)
+    }
+
+    /// The first stage of the paper's frame that differs, by its name. Programs of other versions may not know how to
+    /// draw them.
+    fn first_stage(
+        &self,
+        arms: [&Arm; 2],
+        arguments: &[OsString],
+        folder: &Path,
+    ) -> anyhow::Result<Option<String>> {
+        let paths = ["a.stages", "b.stages"].map(|name| folder.join(name));
+        for (arm, path) in arms.iter().zip(&paths) {
+            // The next row's must not be taken for this one's.
+            let _ = std::fs::remove_file(path);
+            let mut option = OsString::from("--stages=");
+            option.push(path);
+            let arguments = [arguments, &[option]].concat();
+            arm.render(&arguments, &folder.join("again.exr"), self.limits)?;
+        }
+        let all = between(&paths[0], &paths[1])?;
+        Ok(all.iter().find(|stage| stage.differs()).map(|stage| stage.stage.into()))
+    }
+
+    /// Writes two pictures and their difference.
+    fn keep(
+        &self,
+        into: &Path,
+        name: &str,
+        pictures: [&Picture; 2],
+        flip_map: &[f64],
+        exposure: Exposure,
+    ) -> anyhow::Result<Pictures> {
+        std::fs::create_dir_all(into).with_context(|| format!("{}", into.display()))?;
+        let write = |what: &str, srgb: &[u8]| -> anyhow::Result<PathBuf> {
+            let path = into.join(format!("{name}-{what}.png"));
+            write_png(&path, pictures[0].width, pictures[0].height, srgb)?;
+            self.as_seen_from_the_result(&path)
+        };
+        let shown = |picture: &Picture| -> Vec<u8> {
+            let display = display(exposure, picture);
+            display.pixels.iter().flat_map(|pixel| pixel.to_array().map(srgb_byte)).collect()
+        };
+        let difference: Vec<u8> = flip_map.iter().flat_map(|error| false_color(*error)).collect();
+        Ok(Pictures {
+            a: write("a", &shown(pictures[0]))?,
+            b: write("b", &shown(pictures[1]))?,
+            difference: write("difference", &difference)?,
+        })
+    }
+
+    /// Relative to the result file's folder if it lies below it, so that both can be moved.
+    fn as_seen_from_the_result(&self, path: &Path) -> anyhow::Result<PathBuf> {
+        let whole =
+            |path: &Path| path.canonicalize().with_context(|| format!("{}", path.display()));
+        let path = whole(path)?;
+        let folder = self.result.and_then(Path::parent);
+        let folder = folder.map(|folder| match folder.as_os_str().is_empty() {
+            true => Path::new("."),
+            false => folder,
+        });
+        let folder = folder.map(whole).transpose()?;
+        let below = folder.and_then(|folder| path.strip_prefix(folder).ok().map(Path::to_path_buf));
+        Ok(below.unwrap_or(path))
     }
 }

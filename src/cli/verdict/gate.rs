@@ -68,11 +68,7 @@ impl GateArgs {
 
     /// Writes and prints a report, and answers by the gate.
     pub fn tell(&self, report: &Report) -> anyhow::Result<Answer> {
-        if let Some(path) = &self.json {
-            write_json(path, report)?;
-        } else if self.is_json() {
-            write_json("-".as_ref(), report)?;
-        }
+        self.write_json(report)?;
         if !self.is_json() {
             if self.format != Format::Csv {
                 side_lines(report, self.format).into_iter().try_for_each(print)?;
@@ -82,22 +78,42 @@ impl GateArgs {
                 tail_lines(report, self.format).into_iter().try_for_each(print)?;
             }
         }
-        if let Some(path) = &self.junit {
-            junit::write(path, report)?;
+        self.judge(&[report])
+    }
+
+    /// Writes the result file where it was asked for: to a file, to stdout, to both.
+    pub fn write_json(&self, value: &impl serde::Serialize) -> crate::Result<()> {
+        if let Some(path) = &self.json {
+            write_json(path, value)?;
         }
-        let unexpected = self.expect.as_deref().map_or(Ok(0), |path| expected(path, report))?;
-        let fails = self.fails([report].into_iter());
-        Ok(if fails || unexpected > 0 { Answer::No } else { Answer::Yes })
+        if self.is_json() && self.json.as_ref().is_none_or(|path| path.as_os_str() != "-") {
+            write_json("-".as_ref(), value)?;
+        }
+        Ok(())
+    }
+
+    /// Holds reports against what is expected, writes JUnit's file, and answers by the gate.
+    pub fn judge(&self, reports: &[&Report]) -> anyhow::Result<Answer> {
+        let outcomes: Vec<Option<Vec<Outcome>>> = reports
+            .iter()
+            .map(|report| self.expect.as_deref().map(|path| expected(path, report)).transpose())
+            .collect::<anyhow::Result<_>>()?;
+        if let Some(path) = &self.junit {
+            junit::write(path, reports.iter().copied().zip(&outcomes))?;
+        }
+        let mut all = outcomes.iter().flatten().flatten();
+        let fails = self.fails(reports);
+        Ok(if fails || all.any(Outcome::is_unexpected) { Answer::No } else { Answer::Yes })
     }
 
     /// Whether a gate was asked for and fails; says on stderr by which rows.
-    pub fn fails<'a>(&self, reports: impl Iterator<Item = &'a Report>) -> bool {
-        let reports: Vec<&Report> = reports.filter(|report| report.fails()).collect();
-        if self.fail_above.is_none() || reports.is_empty() {
+    fn fails(&self, reports: &[&Report]) -> bool {
+        let failing = || reports.iter().filter(|report| report.fails());
+        if self.fail_above.is_none() || failing().next().is_none() {
             return false;
         }
         let of = |verdict: Verdict| {
-            let rows = reports.iter().flat_map(|report| &report.rows);
+            let rows = failing().flat_map(|report| &report.rows);
             let rows = rows.filter(move |row| row.verdict == verdict);
             rows.map(move |row| format!("{} ({})", row.name, verdict.name()))
         };
@@ -107,28 +123,21 @@ impl GateArgs {
     }
 }
 
-/// Holds a report against an expectations file, says on stderr what became of each row that did not simply
-/// pass, and counts those that are not as expected.
-fn expected(path: &Path, report: &Report) -> anyhow::Result<usize> {
+/// Holds a report against an expectations file: what became of each row. Says so on stderr of those that did not
+/// simply pass.
+fn expected(path: &Path, report: &Report) -> anyhow::Result<Vec<Outcome>> {
     let all = Expectations::load(path)?;
     let expectations = all.of(path, &report.b.device)?;
-    let mut unexpected = 0;
-    for row in &report.rows {
-        let outcome = expectations.judge(row);
-        unexpected += usize::from(outcome.is_unexpected());
-        let why = match &outcome {
-            Outcome::Pass => continue,
-            Outcome::Fail(why) | Outcome::ExpectedFail(why) | Outcome::Flake(why) => why.as_str(),
-            Outcome::UnexpectedPass => "take it from the fails",
-            Outcome::Faster => "its bounds may be set tighter",
-            Outcome::Skip => "left out",
-        };
-        eprintln!("{}: {}: {why}", outcome.name(), row.name);
+    let outcomes: Vec<Outcome> = report.rows.iter().map(|row| expectations.judge(row)).collect();
+    for (row, outcome) in report.rows.iter().zip(&outcomes) {
+        if let Some(why) = outcome.why() {
+            eprintln!("{}: {}: {why}", outcome.name(), row.name);
+        }
     }
     for part in expectations.unused(&report.rows) {
         eprintln!("note: {}: no row's name contains '{part}'", path.display());
     }
-    Ok(unexpected)
+    Ok(outcomes)
 }
 
 /// `5%` or `0.05` to 0.05.

@@ -1,39 +1,52 @@
-//! Verdicts as JUnit XML, which pages of continuous integration show: a test a row.
+//! Verdicts as JUnit XML, which pages of continuous integration show: a test a row, a suite a comparison.
 
 use std::path::Path;
 
 use quick_junit::{NonSuccessKind, Report as Junit, TestCase, TestCaseStatus, TestSuite};
 
 use crate::files::write_whole;
+use crate::measure::verdict::expect::Outcome;
 use crate::measure::verdict::{Report, Verdict, VerdictRow};
 use crate::{Error, Result};
 
-/// Writes a report: slower and different rows fail, undecided ones are skipped.
-pub fn write(path: &Path, report: &Report) -> Result<()> {
-    let text = text(report).map_err(|error| Error::write(path, error))?;
+/// Writes reports. Slower and different rows fail, undecided ones are skipped; where something is expected of the
+/// rows, what is not as expected fails, and what is known to fail or is left out is skipped.
+pub fn write<'a>(
+    path: &Path,
+    reports: impl Iterator<Item = (&'a Report, &'a Option<Vec<Outcome>>)>,
+) -> Result<()> {
+    let mut junit = Junit::new("raindrops verdict");
+    for (report, outcomes) in reports {
+        let mut suite = TestSuite::new(format!("{} against {}", report.b.label, report.a.label));
+        for (number, row) in report.rows.iter().enumerate() {
+            let outcome = outcomes.as_ref().and_then(|outcomes| outcomes.get(number));
+            suite.add_test_case(case(row, outcome));
+        }
+        junit.add_test_suite(suite);
+    }
+    let text = junit.to_string().map_err(|error| Error::write(path, error))?;
     write_whole(path, text.as_bytes())
 }
 
-fn text(report: &Report) -> std::result::Result<String, quick_junit::SerializeError> {
-    let mut suite = TestSuite::new(format!("{} against {}", report.b.label, report.a.label));
-    suite.add_test_cases(report.rows.iter().map(case));
-    let mut junit = Junit::new("raindrops verdict");
-    junit.add_test_suite(suite);
-    junit.to_string()
-}
-
-fn case(row: &VerdictRow) -> TestCase {
+fn case(row: &VerdictRow, outcome: Option<&Outcome>) -> TestCase {
     let ratio = row.ratio.zip(row.ratio_low.zip(row.ratio_high));
     let ratio = ratio.map_or("no interval".into(), |(ratio, (low, high))| {
         format!("B / A {ratio:.3} ({low:.3} to {high:.3})")
     });
-    let message = format!("{}: {ratio}, {} rounds", row.verdict.name(), row.rounds);
-    let mut status = match row.verdict {
-        Verdict::Same | Verdict::Faster => TestCaseStatus::success(),
-        Verdict::Undecided => TestCaseStatus::skipped(),
-        Verdict::Slower | Verdict::Different => {
-            TestCaseStatus::non_success(NonSuccessKind::Failure)
+    let mut message = format!("{}: {ratio}, {} rounds", row.verdict.name(), row.rounds);
+    if let Some(outcome) = outcome {
+        let why = outcome.why().map_or(String::new(), |why| format!(": {why}"));
+        message = format!("{}{why}; {message}", outcome.name());
+    }
+    let failure = || TestCaseStatus::non_success(NonSuccessKind::Failure);
+    let mut status = match (outcome, row.verdict) {
+        (Some(outcome), _) if outcome.is_unexpected() => failure(),
+        (Some(Outcome::ExpectedFail(_) | Outcome::Flake(_) | Outcome::Skip), _) => {
+            TestCaseStatus::skipped()
         }
+        (Some(_), _) | (None, Verdict::Same | Verdict::Faster) => TestCaseStatus::success(),
+        (None, Verdict::Undecided) => TestCaseStatus::skipped(),
+        (None, Verdict::Slower | Verdict::Different) => failure(),
     };
     status.set_message(message.clone());
     let mut case = TestCase::new(row.name.clone(), status);

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use self::gate::GateArgs;
-use super::Answer;
+use super::{Answer, command_line};
 use crate::measure::bench::{Report, read};
 use crate::measure::verdict::{self, SCHEMA, Side, kept};
 
@@ -45,6 +45,7 @@ pub fn run(args: &VerdictArgs) -> anyhow::Result<Answer> {
     let rows = kept(&borrowed(&a), &borrowed(&b), false, threshold)?;
     let report = verdict::Report {
         schema: SCHEMA.into(),
+        command: Some(command_line()),
         a: side(&a),
         b: side(&b),
         method: "unpaired".into(),

@@ -17,9 +17,9 @@ use crate::renderer::{FrameReport, Renderer};
 use crate::scene::Scene;
 
 /// Frames that fill the queue at the start of a batch.
-const FILL: usize = 2;
+pub(super) const FILL: usize = 2;
 /// Seconds of scene time a frame: the rain falls while it is measured, as in the paper.
-const STEP_SECONDS: f64 = 1.0 / 60.0;
+pub(super) const STEP_SECONDS: f64 = 1.0 / 60.0;
 
 /// A variant whose frames take very long is left with fewer of them.
 const PATIENCE: f64 = 10.0;
@@ -61,10 +61,11 @@ pub struct Measured {
     pub passes_ms: Vec<(&'static str, Vec<f64>)>,
 }
 
-struct Run {
-    renderer: Renderer,
-    scene: Scene,
-    measured: Measured,
+/// A variant that is drawn.
+pub(super) struct Run {
+    pub(super) renderer: Renderer,
+    pub(super) scene: Scene,
+    pub(super) measured: Measured,
     passes: BTreeMap<&'static str, Vec<f64>>,
 }
 
@@ -104,7 +105,12 @@ pub fn measure(
 }
 
 impl Run {
-    fn start(device: &Arc<Device>, environment: &Environment, variant: &Variant) -> Result<Self> {
+    /// Makes its renderer and draws the first frame.
+    pub(super) fn start(
+        device: &Arc<Device>,
+        environment: &Environment,
+        variant: &Variant,
+    ) -> Result<Self> {
         let bytes_before = device.allocated_bytes();
         let before = Instant::now();
         let mut renderer = Renderer::new(device, &variant.scene, environment, &variant.plan)?;
@@ -155,7 +161,8 @@ impl Run {
         Ok(())
     }
 
-    fn end(mut self) -> Measured {
+    /// What was measured.
+    pub(super) fn end(mut self) -> Measured {
         for (name, samples) in &mut self.measured.passes_ms {
             *samples = self.passes.remove(name).unwrap_or_default();
         }

@@ -3,7 +3,12 @@
 #[cfg(feature = "cli")]
 mod amount;
 pub mod drivers;
+#[cfg(feature = "cli")]
+mod long;
+#[cfg(feature = "cli")]
+mod long_plot;
 mod measure;
+mod over_time;
 #[cfg(feature = "cli")]
 mod plot;
 mod read;
@@ -12,7 +17,12 @@ mod scene_head;
 
 #[cfg(feature = "cli")]
 pub use amount::Amount;
+#[cfg(feature = "cli")]
+pub use long::{Samples, Watch, Watched, watch};
+#[cfg(feature = "cli")]
+pub use long_plot::long_plot;
 pub use measure::{Effort, Measured, Variant, measure};
+pub use over_time::{OverTime, Stretch, Trend};
 #[cfg(feature = "cli")]
 pub use plot::plot;
 pub use read::{of_schema, read, read_json};

@@ -34,7 +34,7 @@ pub fn read(path: &Path) -> Result<Vec<Report>> {
         // Files of the first version have no rounds: each was one process.
         for row in report.rows.iter_mut().filter(|row| row.rounds.is_empty()) {
             let (start, passes) = (report.start.clone(), row.passes.clone());
-            row.rounds.push(Round { start, median_ms: row.median_ms, passes });
+            row.rounds.push(Round { start, load: None, median_ms: row.median_ms, passes });
         }
     }
     Ok(reports)
@@ -86,7 +86,9 @@ pub fn of_schema<T: DeserializeOwned>(path: &Path, value: Value, schema: &str) -
     }
     serde_path_to_error::deserialize(value).map_err(|error| {
         let place = error.path().to_string();
-        Error::read(path, format!("{place}: {}", error.into_inner()))
+        // Of the whole file it is a dot.
+        let place = if place == "." { String::new() } else { format!("{place}: ") };
+        Error::read(path, format!("{place}{}", error.into_inner()))
     })
 }
 
@@ -150,6 +152,7 @@ mod tests {
             (&SOUND.replace("\"median_ms\": 1.0", "\"median_ms\": \"1\""), "rows[0].median_ms"),
             (&SOUND.replace("\"median_ms\": 1.0", "\"median_ms\": 0.0"), "0 ms is none"),
             (&SOUND.replace("\"drops\": 1,", ""), "missing field `drops`"),
+            (r#"{"schema": "raindrops-bench/1"}"#, "result.json: missing field `device`"),
             (&format!("[{SOUND}, 3]"), "names no schema"),
         ];
         for (text, words) in cases {

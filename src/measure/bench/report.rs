@@ -6,11 +6,13 @@ use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 
 use super::measure::{Measured, Variant};
+use super::over_time::OverTime;
 use super::scene_head::SceneHead;
 use crate::environment::Environment;
 use crate::gpu::DeviceReport;
 use crate::measure::Host;
 use crate::measure::statistics::{median, quantile};
+use crate::measure::verdict::looks::Look;
 
 /// Name and version of the format.
 pub const SCHEMA: &str = "raindrops-bench/1";
@@ -29,6 +31,9 @@ pub struct Report {
     /// When the measurement began, UTC, as RFC 3339 has it.
     #[serde(default)]
     pub start: Option<String>,
+    /// The command line, quoted as a shell needs it.
+    #[serde(default)]
+    pub command: Option<String>,
     /// What makes the figures doubtful, a line each.
     #[serde(default)]
     pub warnings: Vec<String>,
@@ -85,6 +90,9 @@ pub struct Round {
     /// When the process began to measure, UTC, as RFC 3339 has it.
     #[serde(default)]
     pub start: Option<String>,
+    /// Load average of the last minute when the row was done, the program's own work included.
+    #[serde(default)]
+    pub load: Option<f64>,
     /// Median of its frames.
     pub median_ms: f64,
     /// Medians of their passes.
@@ -127,6 +135,11 @@ pub struct Row {
     pub first_frame_ms: f64,
     pub samples_ms: Vec<f64>,
     pub median_ms: f64,
+    /// 95 % interval of the median over the rounds; absent with fewer than six.
+    #[serde(default)]
+    pub median_low_ms: Option<f64>,
+    #[serde(default)]
+    pub median_high_ms: Option<f64>,
     pub p10_ms: f64,
     pub p90_ms: f64,
     pub fps: f64,
@@ -134,6 +147,9 @@ pub struct Row {
     pub passes: Parts,
     #[serde(default)]
     pub rounds: Vec<Round>,
+    /// Of a long measurement alone.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub over_time: Option<OverTime>,
 }
 
 impl DeviceHead {
@@ -171,17 +187,13 @@ impl Build {
 }
 
 impl Report {
-    /// Adds the rounds of another process that measured the same rows.
+    /// Adds the rounds of another process that measured the same rows. Its warnings are left out: by then the load
+    /// is that of the rounds before.
     pub fn extend(&mut self, other: Self) {
         for row in other.rows {
             let is_same = |mine: &&mut Row| mine.name() == row.name();
             if let Some(mine) = self.rows.iter_mut().find(is_same) {
                 mine.extend(row);
-            }
-        }
-        for warning in other.warnings {
-            if self.warnings.is_empty() {
-                self.warnings.push(warning);
             }
         }
     }
@@ -225,11 +237,19 @@ impl Row {
             first_frame_ms: rounded(measured.first_frame_ms),
             samples_ms: measured.samples_ms.iter().map(|ms| rounded(*ms)).collect(),
             median_ms: 0.0,
+            median_low_ms: None,
+            median_high_ms: None,
             p10_ms: 0.0,
             p90_ms: 0.0,
             fps: 0.0,
             passes: Parts::new(),
-            rounds: vec![Round { start, median_ms: rounded(median(&measured.samples_ms)), passes }],
+            rounds: vec![Round {
+                start,
+                load: Host::load_now(),
+                median_ms: rounded(median(&measured.samples_ms)),
+                passes,
+            }],
+            over_time: None,
         };
         row.sum_up();
         row
@@ -246,6 +266,9 @@ impl Row {
     fn sum_up(&mut self) {
         let of_rounds: Vec<f64> = self.rounds.iter().map(|round| round.median_ms).collect();
         self.median_ms = rounded(median(&of_rounds));
+        let interval = interval_of_median(&of_rounds);
+        self.median_low_ms = interval.map(|(low, _)| low);
+        self.median_high_ms = interval.map(|(_, high)| high);
         self.p10_ms = rounded(quantile(&self.samples_ms, 0.1));
         self.p90_ms = rounded(quantile(&self.samples_ms, 0.9));
         self.fps = rounded(1e3 / self.median_ms);
@@ -278,6 +301,14 @@ impl Row {
         };
         format!("{amount}, {}, {} x {}{tone_map}", self.preset, self.width, self.height)
     }
+}
+
+/// The 95 % interval of the median of independent values, from order statistics; none of fewer than six.
+fn interval_of_median(values: &[f64]) -> Option<(f64, f64)> {
+    let rank = Look::single(values.len()).rank;
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    (rank > 0).then(|| (sorted[rank - 1], sorted[sorted.len() - rank]))
 }
 
 /// What the first frame counted, by name.

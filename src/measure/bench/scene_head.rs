@@ -99,6 +99,8 @@ fn canonical(scene: &Scene, environment: &str) -> String {
     let default = Scene { rain: scene.rain.map(|_| Default::default()), ..Scene::default() };
     let mut of_scene = value(scene);
     without(&mut of_scene, &value(&default));
+    // Keys that change places in the program do not change the scene.
+    of_scene.sort_all_objects();
     format!("{environment}\n{}\n{of_scene}", scene.rain.is_some())
 }
 

@@ -18,6 +18,8 @@ pub const SCHEMA: &str = "raindrops-tradeoff/1";
 pub struct Report {
     /// [`SCHEMA`].
     pub schema: &'static str,
+    /// The command line, quoted as a shell needs it.
+    pub command: Option<String>,
     /// The device.
     pub device: DeviceHead,
     /// The program.

@@ -94,6 +94,17 @@ impl Outcome {
         }
     }
 
+    /// What is to be said of it; nothing of a row that simply passes.
+    pub fn why(&self) -> Option<&str> {
+        match self {
+            Self::Pass => None,
+            Self::Fail(why) | Self::ExpectedFail(why) | Self::Flake(why) => Some(why),
+            Self::UnexpectedPass => Some("take it from the fails"),
+            Self::Faster => Some("its bounds may be set tighter"),
+            Self::Skip => Some("left out"),
+        }
+    }
+
     /// Whether the file and what was found disagree.
     pub fn is_unexpected(&self) -> bool {
         matches!(self, Self::Fail(_) | Self::UnexpectedPass)

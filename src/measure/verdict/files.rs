@@ -221,6 +221,7 @@ fn row(a: &[&Row], b: &[&Row], method: Method, threshold: f64) -> VerdictRow {
         error_a: None,
         error_b: None,
         first_stage_that_differs: None,
+        pictures: None,
         counters,
         passes: passes(a, b, method, threshold),
         notes,

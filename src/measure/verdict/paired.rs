@@ -1,7 +1,7 @@
 //! Two things measured in turn, round by round: the median of the rounds' log ratios.
 
 use super::Interval;
-use super::looks::{Look, looks};
+use super::looks::Look;
 use crate::measure::statistics::median;
 
 /// Times of one round: A's and B's process, one right after the other.
@@ -39,13 +39,9 @@ pub fn noise_floor(pairs: &[Pair]) -> Option<f64> {
     Some(found.high.max(1.0 / found.low) - 1.0)
 }
 
-/// The last look that so many rounds have come to.
-pub fn last_look(rounds: usize, most: usize) -> Option<Look> {
-    looks(most).into_iter().take_while(|look| look.rounds <= rounds).last()
-}
-
 #[cfg(test)]
 mod tests {
+    use super::super::looks::looks;
     use super::*;
 
     #[test]

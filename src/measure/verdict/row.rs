@@ -1,5 +1,7 @@
 //! What is said of a row, and of the whole: schema `raindrops-verdict/1`.
 
+use std::path::PathBuf;
+
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 
@@ -55,6 +57,9 @@ pub fn judge(interval: Option<Interval>, threshold: f64) -> Verdict {
 pub struct Report {
     /// [`SCHEMA`].
     pub schema: String,
+    /// The command line, quoted as a shell needs it.
+    #[serde(default)]
+    pub command: Option<String>,
     /// What the ratios are over.
     pub a: Side,
     /// What they are of.
@@ -106,10 +111,24 @@ pub struct VerdictRow {
     pub error_a: Option<f64>,
     pub error_b: Option<f64>,
     pub first_stage_that_differs: Option<String>,
+    /// Files of its two pictures, where they were kept.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pictures: Option<Pictures>,
     /// Those that are not the same.
     pub counters: IndexMap<String, (u64, u64)>,
     pub passes: IndexMap<String, PassRow>,
     pub notes: Vec<String>,
+}
+
+/// Pictures as PNG, their paths relative to the result file's folder or absolute.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Pictures {
+    /// Of A, tone mapped.
+    pub a: PathBuf,
+    /// Of B, by the exposure of A.
+    pub b: PathBuf,
+    /// FLIP's error of each pixel in false colours: black for none, then violet, red, yellow, white.
+    pub difference: PathBuf,
 }
 
 /// One pass of a row, of A and of B.

@@ -1,0 +1,153 @@
+//! Results in the formats of others, read by readers that nobody here wrote. Two of them are programs that a
+//! machine may lack: `pip install junitparser`; Debian's `libbenchmark-tools` with `python3-scipy`. Their tests
+//! then say so past the test harness, which would hide it.
+
+#![cfg(target_os = "linux")]
+
+mod common;
+
+use std::fs;
+use std::io::Write as _;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use common::stand_in::Bench;
+use pulldown_cmark::{Event, Options, Parser, Tag, TagEnd};
+use serde_json::Value;
+
+/// google/benchmark's own comparison of two results, as Debian has it.
+const COMPARE: &str = "/usr/share/benchmark/compare.py";
+
+fn skip(what: &str) {
+    let _ = writeln!(std::io::stderr(), "SKIPPED: {what}");
+}
+
+fn run(command: &mut Command) -> Output {
+    command.output().expect("it starts")
+}
+
+/// What a Python program prints; none if `module` is not there.
+fn python(program: &str, module: &str, script: &str, arguments: &[&Path]) -> Option<String> {
+    let has = Command::new(program).args(["-c", &format!("import {module}")]).output();
+    if !has.is_ok_and(|output| output.status.success()) {
+        return None;
+    }
+    let output = run(Command::new(program).args(["-c", script]).args(arguments));
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    Some(String::from_utf8(output.stdout).expect("text"))
+}
+
+#[test]
+fn junit_is_read_by_junitparser() {
+    const SCRIPT: &str = "
+import sys, junitparser
+for suite in junitparser.JUnitXml.fromfile(sys.argv[1]):
+    for case in suite:
+        what = [type(result).__name__ for result in case.result]
+        print(suite.name, suite.tests, suite.failures, suite.skipped, case.name, what, case.result[0].message if what else '')
+";
+    let bench = Bench::new();
+    let program = std::env::var("RAINDROPS_TEST_PYTHON").unwrap_or("python3".into());
+    let file = bench.path().join("j.xml");
+    let read = |arguments: &[&str]| {
+        bench.run(&[&["--rounds", "6", "--junit", "j.xml"], arguments].concat());
+        python(&program, "junitparser", SCRIPT, &[&file])
+    };
+    let Some(slower) = read(&["--b", "MS=12,NOTE='<&>'"]) else {
+        return skip("the Python package junitparser is not there");
+    };
+    assert!(
+        slower.contains(
+            "MS=12 NOTE=<&> against program 1 1 0 1000 drops, paper, 64 x 64 ['Failure']"
+        ),
+        "{slower}"
+    );
+    assert!(slower.contains("slower: B / A 1.200 (1.200 to 1.200), 6 rounds"), "{slower}");
+    assert!(read(&[]).is_some_and(|same| same.contains(" 1 0 0 1000 drops, paper, 64 x 64 []")));
+    // What is known to fail does not fail again.
+    let lists = "[[device]]\nmatch = \"V 1\"\nratio = 1.1\nfails = [\"paper\"]\n";
+    fs::write(bench.path().join("e.toml"), lists).expect("a file");
+    let known = read(&["--b", "MS=12", "--expect", "e.toml"]).expect("text");
+    assert!(
+        known.contains(" 1 0 1 1000 drops") && known.contains("['Skipped'] ExpectedFail: "),
+        "{known}"
+    );
+    let passes = read(&["--expect", "e.toml"]).expect("text");
+    assert!(passes.contains("['Failure'] UnexpectedPass: take it from the fails"), "{passes}");
+}
+
+#[test]
+fn google_benchmarks_own_tool_compares_our_results() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("g.json");
+    let quick = ["--drops", "100", "--size", "32x32", "--seconds", "0.01", "--frames", "1"];
+    let output = run(common::raindrops()
+        .args(["bench", "--preset", "paper", "--rounds", "3", "--google-benchmark"])
+        .arg(&file)
+        .args(quick));
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let found = Command::new("/usr/bin/python3").args(["-c", "import scipy"]).output();
+    if !Path::new(COMPARE).exists() || !found.is_ok_and(|output| output.status.success()) {
+        return skip("google/benchmark's compare.py or its scipy is not there");
+    }
+    let compare = run(Command::new("/usr/bin/python3")
+        .args([COMPARE, "--no-color", "benchmarks"])
+        .args([&file, &file]));
+    let text = String::from_utf8_lossy(&compare.stdout);
+    assert!(compare.status.success(), "{}", String::from_utf8_lossy(&compare.stderr));
+    // A line a repetition and one of the medians, of the row with the tone map and of that without.
+    let lines = |name: &str| text.lines().filter(|line| line.starts_with(name)).count();
+    assert_eq!(lines("100 drops, paper, 32 x 32 "), 3, "{text}");
+    assert_eq!(lines("100 drops, paper, 32 x 32, no tone map "), 3, "{text}");
+    assert_eq!(lines("100 drops, paper, 32 x 32_median"), 1, "{text}");
+    assert!(text.contains("+0.0000"), "{text}");
+}
+
+#[test]
+fn csv_is_read_by_the_csv_crate() {
+    let bench = Bench::new();
+    let output =
+        bench.run(&["--rounds", "6", "--b", "MS=12", "--format", "csv", "--json", "v.json"]);
+    let mut reader = csv::Reader::from_reader(output.stdout.as_slice());
+    let header = reader.headers().expect("a header").clone();
+    let rows: Vec<csv::StringRecord> =
+        reader.records().map(|row| row.expect("as many cells as names")).collect();
+    // The frame, and its two passes.
+    assert_eq!(rows.len(), 3);
+    let at = |name: &str| header.iter().position(|other| other == name).expect(name);
+    let json = &bench.json("v.json")["rows"][0];
+    for (row, of) in rows.iter().zip([json, &json["passes"]["drops"], &json["passes"]["sky"]]) {
+        assert_eq!(Value::from(&row[at("verdict")]), of["verdict"]);
+        for name in ["ratio", "ratio_low", "ratio_high", "median_ms_a", "median_ms_b"] {
+            assert_eq!(row[at(name)].parse::<f64>().ok(), of[name].as_f64(), "{name}");
+        }
+    }
+}
+
+#[test]
+fn markdown_is_a_table_for_commonmarks_readers() {
+    let bench = Bench::new();
+    let output = bench.run(&["--rounds", "6", "--b", "MS=12,NOTE='a|b'", "--format", "markdown"]);
+    let text = String::from_utf8(output.stdout).expect("text");
+    let (mut rows, mut items) = (Vec::new(), 0);
+    for event in Parser::new_ext(&text, Options::ENABLE_TABLES) {
+        match event {
+            Event::Start(Tag::TableHead | Tag::TableRow) => rows.push(Vec::new()),
+            Event::Start(Tag::TableCell) => rows.last_mut().expect("a row").push(String::new()),
+            Event::Text(part) if !rows.is_empty() => {
+                if let Some(cell) = rows.last_mut().and_then(|row| row.last_mut()) {
+                    cell.push_str(&part);
+                }
+            }
+            Event::End(TagEnd::Item) => items += 1,
+            _ => {}
+        }
+    }
+    assert!(rows.len() == 2 && rows[0].len() == rows[1].len(), "{rows:?}");
+    assert_eq!((rows[0][0].as_str(), rows[0][1].as_str()), ("row", "verdict"));
+    assert_eq!(
+        (rows[1][0].as_str(), rows[1][1].as_str()),
+        ("1000 drops, paper, 64 x 64", "slower")
+    );
+    assert!(items >= 3, "who is compared, and how to read it: {text}");
+}
