@@ -21,18 +21,23 @@ vec2 unpack_half_sides(uint word) {
     return vec2(word & 1023u, word >> 10 & 1023u) * (1.0 / 512.0);
 }
 
-// Where drops move, a splat's centre in 1/128 pixel and its opacity in eight bits.
+// Where drops are spread, a splat's centre in 1/128 pixel and the root of its opacity in eight bits.
 uint pack_center_and_opacity(vec2 from_corner, float opacity) {
     uvec2 at = uvec2(ivec2(round(clamp(from_corner, -15.9, 15.9) * 128.0))) & 0xfffu;
-    return at.x | at.y << 12 | uint(opacity * 255.0 + 0.5) << 24;
+    return at.x | at.y << 12 | uint(sqrt(opacity) * 255.0 + 0.5) << 24;
 }
 
-vec2 unpack_center_of_moving(uint word) {
+vec2 unpack_center_of_spread(uint word) {
     return vec2(int(word << 20) >> 20, int(word << 8) >> 20) * (1.0 / 128.0);
 }
 
 float unpack_opacity(uint word) {
-    return float(word >> 24) * (1.0 / 255.0);
+    float root = float(word >> 24) * (1.0 / 255.0);
+    return root * root;
+}
+
+vec2 splat_center(uint word) {
+    return is_spread() ? unpack_center_of_spread(word) : unpack_center(word);
 }
 
 // A drop's box and colour, for the tiles from `first` on.
@@ -41,7 +46,7 @@ void write_splat(uint node, float distance2, uint index, vec2 center, vec2 half_
     nodes[node] = floatBitsToUint(distance2);
     nodes[node + 1u] = index;
     vec2 at = center - vec2(first * TILE);
-    nodes[node + 2u] = is_exposed() ? pack_center_and_opacity(at, opacity) : pack_center(at);
+    nodes[node + 2u] = is_spread() ? pack_center_and_opacity(at, opacity) : pack_center(at);
     nodes[node + 3u] = pack_half_sides(half_sides) | direction << HALF_SIDES_BITS;
 }
 

@@ -37,7 +37,7 @@ use crate::plan::FramePlan;
 use crate::rain::clusters::CLUSTER;
 use crate::rain::field::Seen;
 use crate::scene::Scene;
-use crate::scene::model::Motion;
+use crate::scene::model::{Lens, Motion};
 use crate::scene::projection::View;
 use crate::{Error, Result};
 
@@ -78,6 +78,8 @@ const DROPS_A_BLOCK: u64 = 2;
 const BLOCKS_SHARE: u64 = 8;
 /// Blocks provided in any case: on images of a few tiles many drops share one.
 const LEAST_BLOCKS: u64 = 16_384;
+/// Focus in scene units from which on discs are not expected to be smaller.
+const FAR_FOCUS: f64 = 10.0;
 
 /// The parts of an image by which clusters are sorted within their band, and tiles are drawn.
 struct Regions {
@@ -336,12 +338,20 @@ impl Tiles {
             false => None,
         };
         let moves = plan.motion != Motion::Instant;
+        let lens = plan.lens != Lens::Pinhole;
         let placed = PlacedDrops::new(device, scene, moves)?;
+        let blur_px = if lens {
+            let camera = &scene.camera;
+            // A far drop's, or that of one at half the focus.
+            view.focal_px * scene.drawn_lens() / camera.focus.min(FAR_FOCUS)
+        } else {
+            0.0
+        };
         let tiles_px = (across * TILE.0, down * TILE.1);
         let veil =
-            Veil::new(device, tiles_px, in_view * f64::from(plan.room), moves && splats > 0)?;
+            Veil::new(device, tiles_px, in_view * f64::from(plan.room), (moves || lens) && splats > 0, blur_px)?;
         let large_moves =
-            make("motions of large drops", 32, if moves { larges } else { 1 }, storage)?;
+            make("motions of large drops", 32, if moves || lens { larges } else { 1 }, storage)?;
         let found = make("clusters in view", 1, found_bytes, storage)?;
         let counters = Simulate::counters(device)?;
 
@@ -383,8 +393,7 @@ impl Tiles {
             .into_iter()
             .chain([0]) // no shader has this one
             .chain(own)
-            .chain([moves.into()])
-            .chain([0; 2])
+            .chain([moves.into(), lens.into(), 0])
             .collect();
         let pipeline = |shader, push_words: u32| {
             ComputePipeline::new(device, shader, &bindings, 4 * push_words, &constants)
