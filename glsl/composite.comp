@@ -152,7 +152,7 @@ void lay_splat_behind(inout Row upper, inout Row lower, uint link) {
     bvec4 upper_hidden = lessThanEqual(upper_reach2, vec4(distance2));
     bvec4 lower_hidden = lessThanEqual(lower_reach2, vec4(distance2));
     vec3 upper_color = unpack_radiance(shown.x), lower_color = unpack_radiance(shown.y);
-    if (GLINTS != 0u && HAS_LENS != 0u && spread && unpack_opacity(words.z) < 1.0) {
+    if (GLINTS != 0u && HAS_LENS != 0u && spread && (words.z & IS_FAINT) != 0u) {
         // Of a splat out of focus they are spread as all of it is.
         vec3 glints = unpack_radiance(shown.w) + unpack_radiance(splat_of(direction, 1u).x);
         upper_color += glints * (1.0 / 3.14159265);

@@ -6,7 +6,7 @@
 // that of a drop that is spread over hundreds of pixels each finds as many rays as of one in focus.
 
 // Fewest rays of a pixel: they are a mean over the lens.
-const uint LEAST_LENS_RAYS = 8;
+const uint LEAST_LENS_RAYS = 16;
 
 // The places on the lens from which a sphere is met; axes along `axis` and across it. Not `is_ellipse`: it comes to the
 // plane in focus, so that they are none.
@@ -76,7 +76,7 @@ uint lens_color(vec2 corner, vec4 sphere, vec3 motion, float pixels, float blur,
     mat3 world = mat3(frame.right.xyz, frame.up.xyz, frame.back.xyz);
     uint rays = max(SAMPLES, LEAST_LENS_RAYS);
     // Neighbours take other places, or the edges of the few pictures would show.
-    vec2 turned = fract(corner * vec2(0.75487767, 0.56984029) + moved);
+    vec2 turned = fract(vec2(dot(corner, vec2(0.75487767, 0.56984029)), dot(corner, vec2(0.81917251, 0.67104361))) + moved);
     // What a ray stands for, on the drop: of the pixel and the disc around it, but no more than the drop has.
     float area = min(1.0 + 3.14159265 * blur * blur, 3.14159265 * pixels * pixels + 1.0);
     float step = clamp(0.25 * pixels, 0.5, 1.0) * sqrt(area / float(rays)) / pixels;

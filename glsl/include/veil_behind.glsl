@@ -9,7 +9,7 @@ const ivec4 MOST_DEPTH = ivec4(0x40000000);
 
 // -log(1 - x) within 1.5 % of what passes, and for x to 1: of twice the root of what passes, by a Padé approximant.
 ivec4 optical_depth(vec4 x) {
-    precise vec4 b = 1.0 - sqrt(1.0 - x);
+    precise vec4 b = x / (1.0 + sqrt(1.0 - x));
     precise vec4 depth = (12.0 * b - 6.0 * b * b) / (6.0 - 6.0 * b + b * b);
     return ivec4(depth * DEPTH_UNITS + 0.5);
 }
