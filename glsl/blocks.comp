@@ -178,13 +178,16 @@ void main() {
         float blur = moves[2u * blocks[at] + 1u].z;
         is_blurred = HAS_LENS != 0u && moves[2u * blocks[at]].w > 0.0 && !covered_by_rays;
         if (is_blurred) {
-            above = fade * blurred_cover(from, m, radius, blur);
-            below = fade * blurred_cover(from + vec2(0.0, 1.0), m, radius, blur);
+            vec2 first = vec2(at_tile * TILE);
+            above = dithered(fade * blurred_cover(from, m, radius, blur), first, r.index);
+            below = dithered(fade * blurred_cover(from + vec2(0.0, 1.0), m, radius, blur), first + vec2(0.0, 1.0), r.index);
             // Texels no finer than what the disc leaves.
             float held = exp2(clamp(ceil(log2(2.0 * radius / max(1.0, blur))), 0.0, log2(edge)));
             uint coarser = picture_word(r.look & 0xfffu, uint(held));
-            write_blurred_colors(node + COLORS, coarser, from, m, held, blur);
-            write_blurred_colors(node + COLORS + TILE.x, coarser, from + vec2(0.0, 1.0), m, held, blur);
+            if (!rays) {
+                write_blurred_colors(node + COLORS, coarser, from, m, held, blur);
+                write_blurred_colors(node + COLORS + TILE.x, coarser, from + vec2(0.0, 1.0), m, held, blur);
+            }
         }
         if (covered_by_rays) above = below = vec4(1.0);
     }

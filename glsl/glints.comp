@@ -121,7 +121,7 @@ bool add_by_table(uint drop, Large r) {
 // Does a drop show them all over its disc (rays.comp)?
 bool spreads_glints(uint drop, Large r) {
     vec4 move = moves[2u * drop];
-    return (r.look & COVER_BY_RAYS) != 0u && is_lens() && has_spread_glints(r.sphere, move.xyz, move.w);
+    return (r.look & BY_RAYS) != 0u && is_lens() && has_spread_glints(r.sphere, move.xyz, move.w);
 }
 
 void solve(uint drop) {

@@ -107,7 +107,7 @@ void main() {
     vec3 out_t = world * vec3(across, 0.0);
     vec2 disc_r = vec2(dot(out_r, u), dot(out_r, w)), disc_t = vec2(dot(out_t, u), dot(out_t, w));
     bool rays = beside || !path.even || o.radius > RAYS_PX || distance2 < NEAR_RADII * NEAR_RADII * radius2;
-    // What moves through a disc has no closed form.
+    // What moves and is spread over a disc as well has no closed form.
     rays = rays || is_lens() && blur > 0.0 && path.moved != vec3(0.0);
     if (rays) {
         disc_r = vec2(1.0, 0.0);
@@ -119,7 +119,9 @@ void main() {
     r.look = texel | (rays ? BY_RAYS : 0u) | opacity << 16;
 
     ivec4 pixels = pixels_in(o.center, o.box + reach_of(path) + min(disc, MOST_BLUR_PX));
-    bool through_lens = is_lens() && blur > 0.0 && rays;
+    // A far one at rest is covered as its outline and the disc overlap, the others as their rays find.
+    bool is_near = beside || distance2 < NEAR_RADII * NEAR_RADII * radius2;
+    bool through_lens = is_lens() && blur > 0.0 && (is_near || path.moved != vec3(0.0));
     if (!path.even || through_lens) r.look |= COVER_BY_RAYS;
     if (through_lens && blur == MOST_BLUR_PX) {
         // It comes to the lens: it may be anywhere.

@@ -95,6 +95,7 @@ void main() {
         float covered;
         uint found = lens_color(corner, r.sphere, motion, pixels, blur, place_moved(r.index), behind, covered);
         nodes[node + COLORS + pixel] = found;
+        if ((r.look & COVER_BY_RAYS) == 0u) return;
         // The part of a unit that is left over is rounded by chance, so that what is faint keeps its light on the mean.
         float units = covered * float(r.look >> 16) + fract(dot(corner, vec2(0.75487767, 0.56984029)) + place_moved(r.index).x);
         atomicOr(nodes[node + COVERAGE + pixel / 2u], min(uint(units), 65535u) << 16u * (pixel & 1u));

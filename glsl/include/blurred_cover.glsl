@@ -6,6 +6,14 @@ const float STRAIGHT = 4.0;
 // Places over the lens's disc that a colour is the mean of.
 const uint BLUR_PLACES = 5;
 
+// What a row's coverage is changed by before it is rounded to units of 1/65535, so that what is faint keeps its light on the
+// mean. `first`: the row's first pixel in the picture.
+vec4 dithered(vec4 coverage, vec2 first, uint index) {
+    float turned = fract(dot(first, vec2(0.75487767, 0.56984029)) + float(index & 0xffffu) * 0.61803399);
+    vec4 dither = fract(turned + vec4(0.0, 1.0, 2.0, 3.0) * 0.75487767) - 0.5;
+    return mix(vec4(0.0), max(coverage + dither * (1.0 / 65535.0), 0.0), greaterThan(coverage, vec4(0.0)));
+}
+
 // `radius`: of the outline, `blur`: of the lens's disc, pixels. The smaller of the two has the pixel in it: the disc of the
 // variance of both. Its sum over pixels is the outline's area.
 vec4 blurred_cover(vec2 from, vec4 to_disc, float radius, float blur) {

@@ -348,8 +348,13 @@ impl Tiles {
             0.0
         };
         let tiles_px = (across * TILE.0, down * TILE.1);
-        let veil =
-            Veil::new(device, tiles_px, in_view * f64::from(plan.room), (moves || lens) && splats > 0, blur_px)?;
+        let veil = Veil::new(
+            device,
+            tiles_px,
+            in_view * f64::from(plan.room),
+            (moves || lens) && splats > 0,
+            blur_px,
+        )?;
         let large_moves =
             make("motions of large drops", 32, if moves || lens { larges } else { 1 }, storage)?;
         let found = make("clusters in view", 1, found_bytes, storage)?;

@@ -57,7 +57,11 @@ impl Veil {
         let reset = 4 * u64::from(heads);
         let range = u64::from(device.report.limits.max_storage_buffer_range);
         let squares = (2.0 * blur_px / 8.0 + 2.0).powi(2);
-        let a_drop = if blur_px > 0.0 { squares.clamp(LINKS_A_DROP, MOST_LINKS_A_DROP) } else { LINKS_A_DROP };
+        let a_drop = if blur_px > 0.0 {
+            squares.clamp(LINKS_A_DROP, MOST_LINKS_A_DROP)
+        } else {
+            LINKS_A_DROP
+        };
         let wanted = ((a_drop * drops) as u64).max(LEAST_LINKS);
         let room = if is_used { wanted.min(range.saturating_sub(reset) / LINK_BYTES) } else { 0 };
         let room = room.min(1 << 29);

@@ -41,7 +41,9 @@ pub(super) fn lens_of(scene: &Scene, primitive: Primitive, optics: Optics) -> Re
     match asked {
         Some(Lens::Disc) if usual != Lens::Disc => refuse(
             "model",
-            format!("lens disc has a far drop's colours from its table: optics must be appearance, not {optics}"),
+            format!(
+                "lens disc has a far drop's colours from its table: optics must be appearance, not {optics}"
+            ),
         ),
         Some(Lens::Sampled) if usual != Lens::Sampled => refuse(
             "model",

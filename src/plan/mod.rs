@@ -387,7 +387,9 @@ fn passes(scene: &Scene, plan: &FramePlan) -> Vec<(&'static str, String)> {
             };
             passes.push((
                 "gather",
-                format!("of {drops} those in the clusters in view move{splats}{small}{small_blurred}"),
+                format!(
+                    "of {drops} those in the clusters in view move{splats}{small}{small_blurred}"
+                ),
             ));
             passes.push((
                 "large",

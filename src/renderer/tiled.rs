@@ -43,9 +43,9 @@ impl Tiled {
     ) -> Result<Self> {
         let device = lighting.device();
         // Far rain shows what is in the table, and drops out of focus what sources do in them.
-        let has_lens = plan.lens != Lens::Pinhole;
+        let shows_sources = plan.lens != Lens::Pinhole && lighting.shows_sources(&plan.light);
         let filled =
-            plan.optics == Optics::Appearance || scene.real_rain().is_some() || has_lens;
+            plan.optics == Optics::Appearance || scene.real_rain().is_some() || shows_sources;
         let far = lighting.far_drop(&plan.light, true, filled)?;
         let FarDrop { seen, appearance, glints, .. } = &*far;
         let splats = SplatTable::new(device, frame, appearance, glints)?;

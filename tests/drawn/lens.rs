@@ -57,16 +57,6 @@ fn against(truth: &Picture, picture: &Picture) -> Comparison {
     compare(truth, picture, None, exposure_of(&ToneMap::default(), truth))
 }
 
-fn keep(name: &str, truth: &Picture, picture: &Picture) {
-    let Some(folder) = std::env::var_os("LENS_PICTURES").map(PathBuf::from) else { return };
-    let exposure = exposure_of(&ToneMap::default(), truth);
-    for (suffix, picture) in [("", picture), ("-truth", truth)] {
-        let shown = raindrops::picture::tone_map::display(exposure, picture);
-        let bytes: Vec<u8> = shown.pixels.iter().flat_map(|p| p.to_array().map(raindrops::picture::srgb_byte)).collect();
-        raindrops::picture::write_png(&folder.join(format!("{name}{suffix}.png")), picture.width, picture.height, &bytes).expect("a file");
-    }
-}
-
 /// Of display values from 0 to 1.
 fn boxed_error(truth: &Picture, picture: &Picture) -> f64 {
     10f64.powf(-0.05 * against(truth, picture).boxes.psnr_db)
@@ -106,29 +96,26 @@ fn aperture(scene: &Scene, blur: f64) -> f64 {
 
 #[test]
 fn a_drop_out_of_focus_has_the_light_of_one_in_focus() {
-    const EDGE: u32 = 192;
+    const EDGE: u32 = 128;
     let white = Environment::constant(Vec3::ONE);
     on_device(|device| {
         let mut worst = 0.0_f64;
         for preset in [Preset::Fast, Preset::Exact] {
-            for radius in [0.05, 0.3, 1.4, 1.6, 3.0, 10.0, 30.0] {
-                if preset == Preset::Exact && [0.05, 1.4, 3.0].contains(&radius) {
+            for radius in [0.05, 0.3, 1.4, 3.0, 25.0] {
+                if preset == Preset::Exact && [0.05, 1.4].contains(&radius) {
                     continue;
                 }
                 let mut scene = before_black(EDGE, radius, preset);
                 let mut renderer = renderer(device, &scene, &white);
-                for blur in [0.0, 0.55, 0.9, 1.1, 2.0, 3.3, 7.0, 20.0, 40.0] {
-                    if preset == Preset::Exact && [0.0, 0.9, 1.1, 3.3].contains(&blur) {
-                        continue;
-                    }
+                for blur in [0.55, 1.1, 3.3, 20.0] {
                     scene.camera.aperture = aperture(&scene, blur);
                     let disc = std::f64::consts::PI * radius * radius;
                     let light = sum(&draw(&mut renderer, &scene).0) / disc;
-                    // A splat's sides are told in 1/512 pixel, a streak's light in half floats.
-                    let bound = if radius < 0.2 { 0.05 } else { 0.012 };
-                    worst = worst.max((light - 1.0).abs() * 0.012 / bound);
-                    println!("{preset} r {radius} c {blur}: {light:.4}");
-                    assert!((light - 1.0).abs() < bound, "{preset}: radius {radius}, disc {blur}: {light} of the light");
+                    worst = worst.max((light - 1.0).abs());
+                    assert!(
+                        (light - 1.0).abs() < 0.01,
+                        "{preset}: radius {radius}, disc {blur}: {light} of the light"
+                    );
                 }
             }
         }
@@ -136,57 +123,60 @@ fn a_drop_out_of_focus_has_the_light_of_one_in_focus() {
     });
 }
 
-/// Drops of 0.3 to 30 pixels of radius, their discs a tenth of that to ten times that.
-fn at_all_depths(edge: u32) -> Scene {
-    let mut scene = square(edge);
+/// A drop of so many pixels of radius, its disc so many times as large, before the focus or beyond it.
+fn alone(radius_px: f64, ratio: f64) -> Scene {
+    let mut scene = square(64);
     (scene.camera.vertical_fov, scene.camera.focus, scene.camera.aperture) = (50.0, 4.0, 0.1);
     let f = scene.view().focal_px;
-    let mut drops = Vec::new();
-    for (number, radius_px) in [0.3, 0.6, 1.2, 2.5, 5.0, 10.0, 20.0, 30.0].into_iter().enumerate() {
-        for (other, ratio) in [0.1, 0.3, 1.0, 3.0, 10.0].into_iter().enumerate() {
-            let blur: f64 = ratio * radius_px;
-            // Before the focus, or beyond it where there is such a depth.
-            let inverse = blur / (f * 0.5 * scene.camera.aperture);
-            let behind = 0.25 - inverse;
-            let depth = if behind > 0.02 && (number + other) % 2 == 0 { 1.0 / behind } else { 1.0 / (0.25 + inverse) };
-            let place = (number * 5 + other) as f64;
-            let (x, y) = ((0.7548776662 * place).fract() - 0.5, (0.5698402910 * place).fract() - 0.5);
-            let across = 1.1 * f64::from(edge) / f * depth;
-            let (center, radius) = (DVec3::new(x * across, y * across, -depth), radius_px * depth / f);
-            if depth > 3.0 * radius {
-                drops.push(PlacedDrop::sphere(center, radius));
-            }
-        }
-    }
-    scene.drops = drops;
+    let inverse = ratio * radius_px / (f * 0.5 * scene.camera.aperture);
+    let behind = 0.25 - inverse;
+    let depth = if behind > 0.02 { behind.recip() } else { (0.25 + inverse).recip() };
+    let center = depth * DVec3::new(0.11, 0.07, -1.0);
+    scene.drops = vec![PlacedDrop::sphere(center, radius_px * depth / f)];
     scene
 }
 
 #[test]
 fn drops_out_of_focus_are_near_the_reference() {
     let environment = waves();
-    let all = at_all_depths(160);
-    let truth = truth(&all, &environment, 256);
     on_device(|device| {
-        for (preset, bound, rel) in [(Preset::Exact, 0.0015, 0.0005), (Preset::Fast, 0.003, 0.001)] {
-            let mut scene = all.clone();
-            scene.model.preset = preset;
-            let (picture, counts) = draw(&mut renderer(device, &scene, &environment), &scene);
-            assert_eq!(counts.visible, count_visible(&scene));
-            keep(&format!("all-{preset}"), &truth, &picture);
-            let comparison = against(&truth, &picture);
-            let error = boxed_error(&truth, &picture);
-            // The control: the pinhole.
+        for (radius, ratio, shows) in [
+            (0.3, 3.0, false),
+            (1.2, 1.0, true),
+            (2.5, 3.0, true),
+            (5.0, 1.0, true),
+            (5.0, 10.0, true),
+            (10.0, 0.1, true),
+            (10.0, 1.0, true),
+            (20.0, 0.3, true),
+            (30.0, 0.1, true),
+            (30.0, 1.0, true),
+        ] {
+            let mut scene = alone(radius, ratio);
+            let truth = truth(&scene, &environment, 128);
+            scene.model.preset = Preset::Exact;
             scene.model.lens = Some(Lens::Pinhole);
             let sharp = draw(&mut renderer(device, &scene, &environment), &scene).0;
             let control = boxed_error(&truth, &sharp);
-            let light = sum(&picture) / sum(&truth);
-            println!(
-                "{preset}: {error:.5}, relMSE {:.6}, of boxes {:.6}; pinhole {control:.5}; light {light:.5}",
-                comparison.pixels.rel_mse, comparison.boxes.rel_mse
-            );
-            assert!(error < bound && error < 0.2 * control && (light - 1.0).abs() < 0.005);
-            assert!(comparison.pixels.rel_mse < rel);
+            scene.model.lens = None;
+            for (preset, bound) in [(Preset::Exact, 0.0009), (Preset::Fast, 0.0012)] {
+                scene.model.preset = preset;
+                let (picture, counts) = draw(&mut renderer(device, &scene, &environment), &scene);
+                assert_eq!(counts.visible, count_visible(&scene));
+                let error = boxed_error(&truth, &picture);
+                let rel_mse = against(&truth, &picture).pixels.rel_mse;
+                println!(
+                    "{preset} {radius} {ratio}: {error:.5}, relMSE {rel_mse:.6}, pinhole {control:.5}"
+                );
+                assert!(
+                    error < bound && rel_mse < 1e-3,
+                    "{preset}: radius {radius}, ratio {ratio}"
+                );
+                assert!(
+                    !shows || error < 0.6 * control,
+                    "{preset}: radius {radius}, ratio {ratio}: as sharp"
+                );
+            }
         }
     });
 }
@@ -230,14 +220,10 @@ fn rain_out_of_focus_is_near_the_reference() {
                 scene.model.preset = preset;
                 let (picture, counts) = draw(&mut renderer(device, &scene, &environment), &scene);
                 assert_eq!(counts.visible, count_visible(&scene));
-                keep(&format!("busy-{preset}-{shutter}"), &truth, &picture);
                 let error = boxed_error(&truth, &picture);
-                scene.model.lens = Some(Lens::Pinhole);
-                let sharp = draw(&mut renderer(device, &scene, &environment), &scene).0;
-                let control = boxed_error(&truth, &sharp);
                 let light = sum(&picture) / sum(&truth);
-                println!("{preset} {shutter}: {error:.5}, pinhole {control:.5}, light {light:.5}");
-                assert!(error < bound && error < 0.3 * control && (light - 1.0).abs() < 0.01);
+                println!("{preset} {shutter}: {error:.5}, light {light:.5}");
+                assert!(error < bound && (light - 1.0).abs() < 0.004);
             }
         }
     });
@@ -267,9 +253,8 @@ fn without_a_lens_a_frame_is_the_pinholes_to_the_byte() {
     let environment = waves();
     on_device(|device| {
         for preset in [Preset::Fast, Preset::Exact] {
-            for shutter in [0.0, 0.05] {
-                let mut scene = busy(preset);
-                scene.camera.shutter = shutter;
+            {
+                let scene = busy(preset);
                 let pinhole = Scene {
                     camera: raindrops::scene::camera::Camera { aperture: 0.0, ..scene.camera },
                     ..scene.clone()
@@ -278,27 +263,37 @@ fn without_a_lens_a_frame_is_the_pinholes_to_the_byte() {
                 let mut lens = renderer(device, &scene, &environment);
                 let blurred = draw(&mut lens, &scene).0;
                 assert!(blurred != sharp, "the control: {preset} draws no lens");
-                assert!(draw(&mut lens, &scene).0 == blurred, "{preset}: another picture of the same scene");
-                if shutter == 0.0 {
-                    assert!(draw(&mut lens, &pinhole).0 == sharp, "{preset}: aperture 0");
-                }
+                assert!(
+                    draw(&mut lens, &scene).0 == blurred,
+                    "{preset}: another picture of the same scene"
+                );
+                assert!(draw(&mut lens, &pinhole).0 == sharp, "{preset}: aperture 0");
                 let mut asked = scene.clone();
                 asked.model.lens = Some(Lens::Pinhole);
-                assert!(draw(&mut renderer(device, &asked, &environment), &asked).0 == sharp, "{preset}: asked for");
+                assert!(
+                    draw(&mut renderer(device, &asked, &environment), &asked).0 == sharp,
+                    "{preset}: asked for"
+                );
                 // A lens so small that no disc is as wide as a pixel.
                 let mut little = scene.clone();
                 (little.camera.aperture, little.drops) = (1e-5, scene.drops[..2].to_vec());
-                little.camera.shutter = 0.0;
                 let wide = draw(&mut renderer(device, &little, &environment), &little).0;
-                let none = Scene { camera: raindrops::scene::camera::Camera { aperture: 0.0, ..little.camera }, ..little };
-                assert!(draw(&mut renderer(device, &none, &environment), &none).0 == wide, "{preset}: a tiny lens");
+                let none = Scene {
+                    camera: raindrops::scene::camera::Camera { aperture: 0.0, ..little.camera },
+                    ..little
+                };
+                assert!(
+                    draw(&mut renderer(device, &none, &environment), &none).0 == wide,
+                    "{preset}: a tiny lens"
+                );
             }
         }
         let mut paper = busy(Preset::Paper);
         (paper.model.lens, paper.model.mask_size) = (Some(Lens::Pinhole), 64);
         let mut pinhole = paper.clone();
         pinhole.camera.aperture = 0.0;
-        let pictures = [&paper, &pinhole].map(|scene| draw(&mut renderer(device, scene, &environment), scene).0);
+        let pictures = [&paper, &pinhole]
+            .map(|scene| draw(&mut renderer(device, scene, &environment), scene).0);
         assert!(pictures[0] == pictures[1]);
     });
 }
@@ -309,7 +304,8 @@ fn a_part_through_a_lens_is_that_of_the_whole() {
     let environment = waves();
     on_device(|device| {
         let mut real = square(64);
-        real.rain = Some(RainSettings::of(RealRain { extent: 6.0, rate: 100.0, ..RealRain::default() }));
+        real.rain =
+            Some(RainSettings::of(RealRain { extent: 6.0, rate: 100.0, ..RealRain::default() }));
         (real.camera.aperture, real.camera.focus, real.model.cutoff_px) = (0.02, 1.5, Some(0.2));
         for preset in [Preset::Fast, Preset::Exact] {
             for scene in [busy(preset), real.clone()] {
@@ -333,7 +329,9 @@ fn glints_out_of_focus_keep_their_light() {
     texels[40 * 256 + 90] = Vec3::splat(5e4);
     let sun = Environment::from_texels("sun", 256, 128, texels).expect("an image");
     on_device(|device| {
-        for (preset, radius) in [(Preset::Fast, 1.0), (Preset::Fast, 3.0), (Preset::Fast, 16.0), (Preset::Exact, 1.0), (Preset::Exact, 8.0)] {
+        for (preset, radius) in
+            [(Preset::Fast, 3.0), (Preset::Fast, 16.0), (Preset::Exact, 1.0), (Preset::Exact, 8.0)]
+        {
             let mut scene = before_black(128, radius, preset);
             let mut renderer = renderer(device, &scene, &sun);
             let mut of_blur = |blur: f64| {
@@ -341,36 +339,14 @@ fn glints_out_of_focus_keep_their_light() {
                 sum(&draw(&mut renderer, &scene).0)
             };
             let sharp = of_blur(0.0);
-            for blur in [0.8, 1.4, 4.0, 12.0, 30.0] {
+            for blur in [1.4, 12.0] {
                 let light = of_blur(blur) / sharp;
                 println!("{preset} {radius} {blur}: {light:.3}");
-                assert!((light - 1.0).abs() < 0.06, "{preset}: radius {radius}, disc {blur}: {light}");
+                assert!(
+                    (light - 1.0).abs() < 0.06,
+                    "{preset}: radius {radius}, disc {blur}: {light}"
+                );
             }
-        }
-    });
-}
-
-#[test]
-fn zz_each_alone() {
-    let environment = waves();
-    let all = at_all_depths(64);
-    on_device(|device| {
-        for drop in &all.drops {
-            let mut scene = all.clone();
-            scene.drops = vec![*drop];
-            let r = truth(&scene, &environment, 256);
-            let mut none = scene.clone();
-            none.drops = vec![PlacedDrop::sphere(DVec3::new(0.0, 0.0, 9.0), 0.1)];
-            let n = truth(&none, &environment, 64);
-            let mut line = String::new();
-            for preset in [Preset::Exact, Preset::Fast] {
-                scene.model.preset = preset;
-                let p = draw(&mut renderer(device, &scene, &environment), &scene).0;
-                line += &format!(" {preset} {:.5} light of change {:.3}", boxed_error(&r, &p), (sum(&p) - sum(&n)) / (sum(&r) - sum(&n)));
-            }
-            let f = scene.view().focal_px;
-            let c = f * 0.05 * (1.0 / -drop.center.z - 0.25).abs();
-            println!("r {:.2} c {c:.2} z {:.3}:{line} change {:.4}", drop.radius * f / -drop.center.z, -drop.center.z, (sum(&r) - sum(&n)) / sum(&n));
         }
     });
 }

@@ -2,8 +2,8 @@
 //! it belongs.
 
 use crate::scene::model::{
-    FarRain, Fresnel, Lens, Lookup, Motion, Optics, Order, Preset, Primitive, Reflection, Simulation,
-    Weights,
+    FarRain, Fresnel, Lens, Lookup, Motion, Optics, Order, Preset, Primitive, Reflection,
+    Simulation, Weights,
 };
 use crate::scene::{ModelChoice, Scene};
 
