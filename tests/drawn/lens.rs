@@ -12,6 +12,7 @@ use raindrops::picture::metrics::{Comparison, compare};
 use raindrops::picture::tone_map::exposure_of;
 use raindrops::plan::{Output, plan};
 use raindrops::rain::cull::count_visible;
+use raindrops::rain::field::Field;
 use raindrops::reference::{Tracer, Truth};
 use raindrops::renderer::Renderer;
 use raindrops::scene::model::{Lens, Preset};
@@ -347,6 +348,35 @@ fn glints_out_of_focus_keep_their_light() {
                     "{preset}: radius {radius}, disc {blur}: {light}"
                 );
             }
+        }
+    });
+}
+
+/// Drops are found as far beside the view as a wide lens sees them.
+#[test]
+fn every_drop_that_the_lens_sees_is_found() {
+    let environment = Environment::constant(Vec3::ONE);
+    on_device(|device| {
+        let mut boxed = busy(Preset::Fast);
+        boxed.rain = boxed.rain.map(|rain| RainSettings { count: 20_000, radius: 0.01, ..rain });
+        boxed.drops.clear();
+        boxed.camera.aperture = 4.0;
+        let mut real = square(64);
+        let rain = RealRain { extent: 6.0, rate: 100.0, ..RealRain::default() };
+        real.rain = Some(RainSettings::of(rain));
+        (real.camera.aperture, real.camera.focus, real.model.cutoff_px) = (0.2, 1.5, Some(0.05));
+        for scene in [boxed, real] {
+            let plan = plan(&scene, &environment, Output::Radiance).expect("a plan");
+            let found = draw(&mut renderer(device, &scene, &environment), &scene).1.visible;
+            let count = |scene: &Scene| match (Field::of(scene), &plan.cutoff) {
+                (Some(field), Some(cutoff)) => field.count_visible(scene, cutoff.px),
+                _ => count_visible(scene),
+            };
+            let mut pinhole = scene.clone();
+            pinhole.camera.aperture = 0.0;
+            println!("{found}, through a pinhole {}", count(&pinhole));
+            assert_eq!(found, count(&scene));
+            assert!(found > count(&pinhole) * 11 / 10, "the control: the lens sees no more");
         }
     });
 }
