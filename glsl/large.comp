@@ -16,6 +16,9 @@
 
 layout(local_size_x = 64) in;
 
+// A disc that is larger than its drop by so much covers a quarter of a unit of coverage (1/65535).
+const float UNSEEN_RADII = 512.0;
+
 // How large drops are spread: w of the first is the largest disc that a lens makes of a point of them, pixels; how they
 // move, in view space; on the screen; z of the second: that disc of their middle.
 layout(std430, set = 0, binding = 16) writeonly buffer Moves { vec4 moves[]; };
@@ -158,6 +161,8 @@ void main() {
     }
     uvec2 first = max(uvec2(pixels.xy) / TILE, first_tile()), end = min(uvec2(pixels.zw) / TILE + 1u, end_tile());
     bool nowhere = any(greaterThan(pixels.xy, pixels.zw)) || any(greaterThanEqual(first, end));
+    // Spread so wide that it covers less than a unit of coverage anywhere: it would take fragments all over the picture.
+    nowhere = nowhere || is_lens() && !beside && disc > UNSEEN_RADII * o.radius;
     uvec2 count = nowhere ? uvec2(0u) : end - first;
 
     ivec4 of_splats = pixels_in(o.center, half_sides);
