@@ -126,7 +126,7 @@ fn a_drop_out_of_focus_has_the_light_of_one_in_focus() {
 
 /// A drop of so many pixels of radius, its disc so many times as large, before the focus or beyond it.
 fn alone(radius_px: f64, ratio: f64) -> Scene {
-    let mut scene = square(64);
+    let mut scene = square(48);
     (scene.camera.vertical_fov, scene.camera.focus, scene.camera.aperture) = (50.0, 4.0, 0.1);
     let f = scene.view().focal_px;
     let inverse = ratio * radius_px / (f * 0.5 * scene.camera.aperture);
@@ -145,20 +145,17 @@ fn drops_out_of_focus_are_near_the_reference() {
             (0.3, 3.0, false),
             (1.2, 1.0, true),
             (2.5, 3.0, true),
-            (5.0, 1.0, true),
             (5.0, 10.0, true),
-            (10.0, 0.1, true),
             (10.0, 1.0, true),
             (20.0, 0.3, true),
             (30.0, 0.1, true),
-            (30.0, 1.0, true),
         ] {
             let mut scene = alone(radius, ratio);
             let truth = truth(&scene, &environment, 128);
             scene.model.preset = Preset::Exact;
             scene.model.lens = Some(Lens::Pinhole);
             let sharp = draw(&mut renderer(device, &scene, &environment), &scene).0;
-            let control = boxed_error(&truth, &sharp);
+            let control = against(&truth, &sharp).pixels.rel_mse;
             scene.model.lens = None;
             for (preset, bound) in [(Preset::Exact, 0.0009), (Preset::Fast, 0.0012)] {
                 scene.model.preset = preset;
@@ -167,14 +164,14 @@ fn drops_out_of_focus_are_near_the_reference() {
                 let error = boxed_error(&truth, &picture);
                 let rel_mse = against(&truth, &picture).pixels.rel_mse;
                 println!(
-                    "{preset} {radius} {ratio}: {error:.5}, relMSE {rel_mse:.6}, pinhole {control:.5}"
+                    "{preset} {radius} {ratio}: {error:.5}, relMSE {rel_mse:.6}, pinhole {control:.6}"
                 );
                 assert!(
                     error < bound && rel_mse < 1e-3,
                     "{preset}: radius {radius}, ratio {ratio}"
                 );
                 assert!(
-                    !shows || error < 0.6 * control,
+                    !shows || rel_mse < 0.5 * control,
                     "{preset}: radius {radius}, ratio {ratio}: as sharp"
                 );
             }
@@ -215,7 +212,7 @@ fn rain_out_of_focus_is_near_the_reference() {
         for shutter in [0.0, 0.1] {
             let mut exposed = busy(Preset::Exact);
             exposed.camera.shutter = shutter;
-            let truth = truth(&exposed, &environment, 64);
+            let truth = truth(&exposed, &environment, 32);
             for (preset, bound) in [(Preset::Exact, 0.002), (Preset::Fast, 0.004)] {
                 let mut scene = exposed.clone();
                 scene.model.preset = preset;
