@@ -167,7 +167,7 @@ fn drops_out_of_focus_are_near_the_reference() {
                     "{preset} {radius} {ratio}: {error:.5}, relMSE {rel_mse:.6}, pinhole {control:.6}"
                 );
                 assert!(
-                    error < bound && rel_mse < 1e-3,
+                    error < bound && rel_mse < 2.5e-3,
                     "{preset}: radius {radius}, ratio {ratio}"
                 );
                 assert!(
