@@ -56,6 +56,8 @@ vec4 cover(vec2 from, vec4 to_disc, vec2 half_side, float radius, float edge, ou
 }
 
 #include "moving_cover.glsl"
+#include "disc.glsl"
+#include "blurred_cover.glsl"
 
 // As `cover`, of a drop that moves.
 vec4 cover_moving(vec2 from, vec4 to_disc, vec2 half_side, float radius, float edge, vec2 way) {
@@ -64,7 +66,7 @@ vec4 cover_moving(vec2 from, vec4 to_disc, vec2 half_side, float radius, float e
     if (radius < 1.0 && length > max(1.0, 1.5 * radius)) {
         // The squared half width of the outline's box at right angles to the way.
         vec2 n = vec2(-way.y, way.x) / length, box = half_side / 0.8862269;
-        return streak_coverage(streak_of(vec2(0.0), way, 3.14159265 * radius * radius, dot(n * box, n * box)), from);
+        return streak_coverage(streak_of(vec2(0.0), way, 3.14159265 * radius * radius, dot(n * box, n * box), 0.0), from);
     }
     if (radius < 1.0) {
         vec2 wide = sqrt(half_side * half_side + 0.25 * way * way);
@@ -100,6 +102,24 @@ void write_colors(uint at, uint picture, uvec4 texels) {
     nodes[at + 1u] = picture_at(picture + texels.y);
     nodes[at + 2u] = picture_at(picture + texels.z);
     nodes[at + 3u] = picture_at(picture + texels.w);
+}
+
+// The colours of a row of pixels of a drop out of focus: of each the mean of its picture over the lens's disc, as far as
+// that is on it.
+void write_blurred_colors(uint at, uint picture, vec2 from, vec4 to_disc, float edge, float blur) {
+    for (uint pixel = 0u; pixel < TILE.x; ++pixel) {
+        vec3 sum = vec3(0.0);
+        for (uint i = 0u; i < BLUR_PLACES; ++i) {
+            // One in the middle, the others around it: of the disc's variance.
+            float angle = 1.5707963 * float(i) + 0.4, far = i == 0u ? 0.0 : 0.79 * blur;
+            vec2 p = vec2(from.x + float(pixel), from.y) + far * vec2(cos(angle), sin(angle));
+            vec2 place = vec2(to_disc.x * p.x + to_disc.z * p.y, to_disc.y * p.x + to_disc.w * p.y);
+            place *= min(1.0, inversesqrt(max(dot(place, place), 1e-12)));
+            uvec2 texel = uvec2(clamp((0.5 * place + 0.5) * edge, 0.0, edge - 1.0));
+            sum += unpack_radiance(picture_at(picture + texel.y * uint(edge) + texel.x));
+        }
+        nodes[at + pixel] = pack_radiance(sum / float(BLUR_PLACES));
+    }
 }
 
 // Its colours are found by rays, eight invocations of 256 a workgroup. One atomic a subgroup.
@@ -142,8 +162,8 @@ void main() {
     uvec4 texels_above, texels_below;
     vec4 above = fade * cover(from, m, half_side, radius, edge, texels_above);
     vec4 below = fade * cover(from + vec2(0.0, 1.0), m, half_side, radius, edge, texels_below);
-    bool moves_over = false, covered_by_rays = false;
-    if (is_exposed()) {
+    bool moves_over = false, covered_by_rays = false, is_blurred = false;
+    if (is_spread()) {
         vec2 way = moves[2u * blocks[at] + 1u].xy;
         covered_by_rays = (r.look & COVER_BY_RAYS) != 0u;
         moves_over = way != vec2(0.0) && !covered_by_rays;
@@ -155,6 +175,20 @@ void main() {
                 write_moving_colors(node + COLORS + TILE.x, picture, from + vec2(0.0, 1.0), m, edge, way);
             }
         }
+        float blur = moves[2u * blocks[at] + 1u].z;
+        is_blurred = HAS_LENS != 0u && moves[2u * blocks[at]].w > 0.0 && !covered_by_rays;
+        if (is_blurred) {
+            vec2 first = vec2(at_tile * TILE);
+            above = dithered(fade * blurred_cover(from, m, radius, blur), first, r.index);
+            below = dithered(fade * blurred_cover(from + vec2(0.0, 1.0), m, radius, blur), first + vec2(0.0, 1.0), r.index);
+            // Texels no finer than what the disc leaves.
+            float held = exp2(clamp(ceil(log2(2.0 * radius / max(1.0, blur))), 0.0, log2(edge)));
+            uint coarser = picture_word(r.look & 0xfffu, uint(held));
+            if (!rays) {
+                write_blurred_colors(node + COLORS, coarser, from, m, held, blur);
+                write_blurred_colors(node + COLORS + TILE.x, coarser, from + vec2(0.0, 1.0), m, held, blur);
+            }
+        }
         if (covered_by_rays) above = below = vec4(1.0);
     }
     if (HAS_DEPTH != 0u) {
@@ -163,7 +197,7 @@ void main() {
         above *= row_before(r.sphere, first, reach_of_row(behind, 0u));
         below *= row_before(r.sphere, first + vec2(0.0, 1.0), reach_of_row(behind, 1u));
     }
-    if (!rays && !moves_over) {
+    if (!rays && !moves_over && !is_blurred) {
         write_colors(node + COLORS, picture, texels_above);
         write_colors(node + COLORS + TILE.x, picture, texels_below);
     }

@@ -11,6 +11,7 @@
 #include "clusters.glsl"
 #include "cells.glsl"
 #include "view_volume.glsl"
+#include "lens.glsl"
 
 layout(local_size_x = CELLS_GROUP) in;
 
@@ -41,7 +42,7 @@ void main() {
         // Rounding must not lose a drop that `sighting` would show.
         float reach = limits.x * 1.001 + 1e-5 * limits.y;
         float nearest = -dot(frame.back.xyz, center) - dot(abs(frame.back.xyz), half_size);
-        if (number < slab.cells && nearest <= limits.y + reach && meets_view(center, half_size, reach)) {
+        if (number < slab.cells && nearest <= limits.y + reach && meets_view(center, half_size, reach_from_box(center, half_size, reach))) {
             drops = drops_in(slab.kind, key_of(slab.kind, cell));
             float depth = -dot(frame.back.xyz, center);
             bin = band_at(depth) * REGIONS + region_at(center, depth, limits.x);

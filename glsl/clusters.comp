@@ -8,6 +8,7 @@
 #include "tile_buffers.glsl"
 #include "clusters.glsl"
 #include "view_volume.glsl"
+#include "lens.glsl"
 
 layout(local_size_x = 64) in;
 
@@ -23,7 +24,7 @@ bool in_view(uvec3 low, uvec3 edges, out vec3 middle) {
     half_size += 0.5 * abs(frame.moved.xyz);
     // Rounding must not lose a drop that `sighting` would show.
     float reach = frame.units.w * 1.001 + 1e-5 * length(frame.extent.xyz);
-    bool result = meets_view(center, half_size, reach);
+    bool result = meets_view(center, half_size, reach_from_box(center, half_size, reach));
     middle = mix(center, -sign(frame.back.xyz) * half_size, straddles);
     return result;
 }

@@ -37,6 +37,7 @@ layout(std430, set = 0, binding = 16) readonly buffer SplatTable { uvec4 splat_t
 #include "tile_window.glsl"
 #include "tile_order.glsl"
 #include "streak.glsl"
+#include "disc.glsl"
 #define VEIL_BINDING 21
 #define VEIL_READ_ONLY
 #include "veil.glsl"
@@ -142,19 +143,24 @@ void lay_splat_behind(inout Row upper, inout Row lower, uint link) {
     // The centre is told from the corner of the splat's first tile: 0, or 1 to the right, 2 and 3 below.
     uint which = link & 3u;
     vec2 half_sides = unpack_half_sides(words.w);
-    bool exposed = is_exposed();
-    vec2 center = exposed ? unpack_center_of_moving(words.z) : unpack_center(words.z);
-    vec2 from = vec2(uvec2(which & 1u, which >> 1) * TILE) - center;
+    bool spread = is_spread();
+    vec2 from = vec2(uvec2(which & 1u, which >> 1) * TILE) - splat_center(words.z);
     uint direction = words.w >> HALF_SIDES_BITS;
     uvec4 shown = splat_of(direction, 0u);
     // A splat is hidden where its centre is farther than what is behind.
     float distance2 = uintBitsToFloat(words.x);
     bvec4 upper_hidden = lessThanEqual(upper_reach2, vec4(distance2));
     bvec4 lower_hidden = lessThanEqual(lower_reach2, vec4(distance2));
-    if (GLINTS != 0u) {
+    vec3 upper_color = unpack_radiance(shown.x), lower_color = unpack_radiance(shown.y);
+    if (GLINTS != 0u && HAS_LENS != 0u && spread && (words.z & IS_FAINT) != 0u) {
+        // Of a splat out of focus they are spread as all of it is.
+        vec3 glints = unpack_radiance(shown.w) + unpack_radiance(splat_of(direction, 1u).x);
+        upper_color += glints * (1.0 / 3.14159265);
+        lower_color += glints * (1.0 / 3.14159265);
+    } else if (GLINTS != 0u) {
         // The disc's area is the box's.
         float squared = half_sides.x * half_sides.y / 0.78539816;
-        if (exposed) squared *= unpack_opacity(words.z);
+        if (spread) squared *= unpack_opacity(words.z);
         float radius = sqrt(squared);
         vec4 at = unpackSnorm4x8(shown.z) * (LONGEST_OFFSET * radius);
         vec3 first = squared * unpack_radiance(shown.w);
@@ -165,10 +171,9 @@ void lay_splat_behind(inout Row upper, inout Row lower, uint link) {
     // What each column of pixels has of the box, and each row of its upper and its lower half.
     vec4 x = from.x + vec4(0.0, 1.0, 2.0, 3.0);
     vec4 columns = clamp(half_sides.x - x, 0.0, 1.0) - clamp(-half_sides.x - x, 0.0, 1.0);
-    if (exposed) columns *= unpack_opacity(words.z);
+    if (spread) columns *= unpack_opacity(words.z);
     vec2 y = from.y + vec2(0.0, 1.0), middle = clamp(-y, 0.0, 1.0);
     vec2 above = middle - clamp(-half_sides.y - y, 0.0, 1.0), below = clamp(half_sides.y - y, 0.0, 1.0) - middle;
-    vec3 upper_color = unpack_radiance(shown.x), lower_color = unpack_radiance(shown.y);
     precise vec3 first = fma(lower_color, vec3(below.x), upper_color * above.x);
     precise vec3 second = fma(lower_color, vec3(below.y), upper_color * above.y);
     precise vec2 rows = above + below;

@@ -12,11 +12,14 @@
 #include "clusters.glsl"
 #include "splat.glsl"
 #include "tile_drop.glsl"
+#include "lens.glsl"
 #include "motion.glsl"
 #include "streak.glsl"
+#include "disc.glsl"
 #define VEIL_BINDING 15
 #include "veil.glsl"
 #include "veil_links.glsl"
+#include "veil_discs.glsl"
 
 layout(local_size_x = GATHER_GROUP) in;
 
@@ -40,7 +43,7 @@ void main() {
     bool is_drop = index != NO_DROP;
     Drop drop = drop_of(is_drop ? index : 0u);
     float distance2;
-    uint what = sighting(drop.view, drop.radius, distance2);
+    uint what = sighting(drop.view, drop.radius, reach_across(drop.view, drop.radius), distance2);
     bool exposed = is_exposed();
     Path path = path_at_rest();
     if (exposed) {
@@ -55,12 +58,20 @@ void main() {
     bool streak = exposed && what == VISIBLE && !beside && is_streak(drop, o, path, distance2);
     float opacity = 1.0;
     if (exposed) half_sides = blurred(half_sides, path, opacity);
-    bool small = what == VISIBLE && !beside && !streak && is_small(drop, o, half_sides, distance2) && is_short(o, path);
+    float blur = blur_of(drop.view, path.moved, drop.radius), disc = 0.0;
+    if (is_lens() && blur > 0.0) {
+        disc = disc_of(-drop.view.z);
+        streak = streak || what == VISIBLE && !beside && is_veil_disc(drop, o, path, disc, distance2);
+        half_sides = defocused(half_sides, disc, opacity);
+    }
+    bool small = what == VISIBLE && !beside && !streak && is_small(drop, o, half_sides, distance2) && is_short(o, path)
+        && is_little(o.radius, disc);
     vec2 box = small ? half_sides : o.box;
     if (exposed) {
         o.center += path.aside;
         box += small ? vec2(0.0) : reach_of(path);
     }
+    if (is_lens() && !small) box += blur;
     ivec4 pixels = pixels_in(o.center, box);
     bool shown = what == VISIBLE && !streak && all(lessThanEqual(pixels.xy, pixels.zw));
     uvec2 first = uvec2(pixels.xy) / TILE, last = uvec2(pixels.zw) / TILE;
@@ -99,10 +110,20 @@ void main() {
         write_splat(node, distance2, index, o.center, half_sides, opacity, direction, first);
         hang_splat(node, first, last);
     }
-    if (!exposed) return;
+    if (!is_spread()) return;
 
-    Streak s = streak_of_drop(drop, o, path, distance2);
-    VeilCells cells = cells_met(s);
+    Streak s = streak_of_drop(drop, o, path, disc, distance2);
+    uint kind = kind_of_streak(s);
+    uvec2 at_center;
+    uvec4 rest;
+    pack_streak(s, at_center, rest);
+    if (is_lens() && is_disc(path, disc)) {
+        Disc d = disc_of_drop(o, path, disc, opacity_at(distance2));
+        pack_disc(d, at_center, rest);
+        kind = kind_of_disc(d);
+        s = around_disc(d);
+    }
+    VeilCells cells = cells_met(s, kind);
     uint wanted = streak ? cells.rows * cells.across : 0u, all_here = subgroupAdd(wanted), link = 0u;
     if (all_here == 0u) return;
     if (subgroupElect()) link = atomicAdd(totals.veil_links, all_here);
@@ -111,7 +132,7 @@ void main() {
         atomicAdd(counters.lost, 1u);
         atomicOr(totals.lacks_room, 1u);
     } else if (wanted > 0u) {
-        write_streak(node, distance2, s);
+        write_veil_node(node, distance2, at_center, rest);
         enter_streak(node, s, cells, link);
     }
 }

@@ -23,6 +23,7 @@ layout(std430, set = 0, binding = 16) readonly buffer SplatTable { uvec4 splat_t
 #define SOURCES_BINDING 17
 #include "glints.glsl"
 #include "far_glints.glsl"
+#include "lens.glsl"
 
 // Radius in pixels under which a far drop has the images of the nearest direction: a fifth of a pixel off at most.
 const float TABLE_PX = 4.0;
@@ -37,9 +38,12 @@ const float MOST_STEPS = 64.0;
 // Part of a pixel that a fragment must cover to take light: a colour counts as much as its pixel is covered, so that
 // a little part would have to be brighter than a colour can be.
 const float LEAST_COVER = 1.0 / 32.0;
+// The same of a drop out of focus: no pixel takes more than its share of the light, however little it is covered.
+const float LEAST_BLURRED_COVER = 1.0 / 1024.0;
 
-// Adds light to the pixel at a place on the screen, if a tile fragment of the drop is there; whether it is.
-bool add_light_at(uint drop, Large r, vec2 at, vec3 light) {
+// Adds light to the pixel at a place on the screen, if a tile fragment of the drop is there that covers at least a part of
+// it; whether it is.
+bool add_light_at(uint drop, Large r, vec2 at, vec3 light, float least) {
     if (any(lessThan(at, vec2(0.0))) || any(greaterThanEqual(at, frame.image.xy))) return false;
     uvec2 pixel = uvec2(at), tile = pixel / TILE, first = uvec2(r.first_tile & 0xffffu, r.first_tile >> 16);
     if (any(lessThan(tile, first)) || tile.x - first.x >= r.across) return false;
@@ -56,21 +60,39 @@ bool add_light_at(uint drop, Large r, vec2 at, vec3 light) {
     uint color = nodes[node + COLORS + in_tile];
     float share = float(covered) / float(r.look >> 16);
     // Of what the drop covers of the pixel, the hidden part is no reason to draw the image elsewhere.
-    if (share < LEAST_COVER * before || color == NO_COLOR) return false;
-    if (share < LEAST_COVER) return HAS_DEPTH != 0u;
+    if (share < least * before || color == NO_COLOR) return false;
+    if (share < least) return HAS_DEPTH != 0u;
     nodes[node + COLORS + in_tile] = pack_radiance(unpack_radiance(color) + light / share);
+    return true;
+}
+
+// The same of a drop out of focus: a point of light is a disc, `blur` pixels of radius.
+bool add_disc_of_light(uint drop, Large r, vec2 at, vec3 light, float blur) {
+    float wide = blur + 0.5;
+    vec2 low = max(floor(at - wide), vec2(0.0)), high = min(floor(at + wide), frame.image.xy - 1.0);
+    light /= 3.14159265 * (blur * blur + 1.0 / 12.0);
+    for (float y = low.y; y <= high.y; y += 1.0) {
+        for (float x = low.x; x <= high.x; x += 1.0) {
+            vec2 pixel = vec2(x, y) + 0.5;
+            float part = clamp(wide - length(pixel - at), 0.0, 1.0);
+            if (part > 0.0) add_light_at(drop, r, pixel, part * light, LEAST_BLURRED_COVER);
+        }
+    }
     return true;
 }
 
 // The same of a drop that may move while the shutter is open: along its way.
 bool add_light(uint drop, Large r, vec2 at, vec3 light) {
-    if (!is_exposed()) return add_light_at(drop, r, at, light);
+    if (!is_spread()) return add_light_at(drop, r, at, light, LEAST_COVER);
+    if (HAS_LENS != 0u && moves[2u * drop].w > 0.0) {
+        return add_disc_of_light(drop, r, at, light, max(moves[2u * drop + 1u].z, LEAST_BLUR_PX));
+    }
     vec2 way = moves[2u * drop + 1u].xy;
     uint steps = uint(clamp(ceil(max(abs(way.x), abs(way.y))), 1.0, MOST_STEPS));
     bool done = false;
     for (uint i = 0u; i < steps; ++i) {
         vec2 place = at + way * ((float(i) + 0.5) / float(steps) - 0.5);
-        done = add_light_at(drop, r, place, light / float(steps)) || done;
+        done = add_light_at(drop, r, place, light / float(steps), LEAST_COVER) || done;
     }
     return done;
 }
@@ -94,6 +116,12 @@ bool add_by_table(uint drop, Large r) {
     if (!add_light(drop, r, r.center + at.xy, first)) add_light(drop, r, r.center + inner * at.xy, first);
     if (!add_light(drop, r, r.center + at.zw, others)) add_light(drop, r, r.center + inner * at.zw, others);
     return true;
+}
+
+// Does a drop show them all over its disc (rays.comp)?
+bool spreads_glints(uint drop, Large r) {
+    vec4 move = moves[2u * drop];
+    return (r.look & BY_RAYS) != 0u && is_lens() && has_spread_glints(r.sphere, move.xyz, move.w);
 }
 
 void solve(uint drop) {
@@ -143,6 +171,7 @@ void main() {
     for (uint i = 0u; i < WIDE && first + i * WIDE < end; ++i) {
         Large r = larges[first + i * WIDE];
         bool shown = (r.look & AS_SPLATS) == 0u && r.look >> 16 != 0u;
+        if (HAS_LENS != 0u && is_spread()) shown = shown && !spreads_glints(first + i * WIDE, r);
         if (shown && !add_by_table(first + i * WIDE, r)) todo |= 1u << i;
     }
     for (; todo != 0u; todo &= todo - 1u) solve(first + uint(findLSB(todo)) * WIDE);

@@ -11,11 +11,16 @@
 #include "tile_buffers.glsl"
 #include "splat.glsl"
 #include "tile_drop.glsl"
+#include "lens.glsl"
 #include "motion.glsl"
 
 layout(local_size_x = 64) in;
 
-// How large drops move: in view space, and on the screen.
+// A disc that is larger than its drop by so much covers a quarter of a unit of coverage (1/65535).
+const float UNSEEN_RADII = 512.0;
+
+// How large drops are spread: w of the first is the largest disc that a lens makes of a point of them, pixels; how they
+// move, in view space; on the screen; z of the second: that disc of their middle.
 layout(std430, set = 0, binding = 16) writeonly buffer Moves { vec4 moves[]; };
 
 #define COUNTERS_BINDING 11
@@ -72,13 +77,16 @@ void main() {
     Outline o = outline_of(drop, distance2);
     r.sphere = vec4(v, drop.radius);
     vec2 half_sides = box_of_equal_area(o.box, o.radius);
-    float blur = 1.0;
+    float splat_opacity = 1.0, blur = blur_of(v, path.moved, drop.radius), disc = blur > 0.0 ? disc_of(-v.z) : 0.0;
     if (exposed) {
-        half_sides = blurred(half_sides, path, blur);
+        half_sides = blurred(half_sides, path, splat_opacity);
         o.center += path.aside;
-        moves[2u * at] = vec4(path.moved, 0.0);
-        moves[2u * at + 1u] = vec4(path.way, 0.0, 0.0);
     }
+    if (is_spread()) {
+        moves[2u * at] = vec4(path.moved, blur);
+        moves[2u * at + 1u] = vec4(path.way, disc, 0.0);
+    }
+    if (is_lens() && blur > 0.0) half_sides = defocused(half_sides, disc, splat_opacity);
     r.center = o.center;
     float radius2 = drop.radius * drop.radius, flat2 = v.z * v.z - radius2;
     // Drops are ordered by their tangents' length: of two that do not touch, the one with the shorter is
@@ -99,6 +107,8 @@ void main() {
     vec3 out_t = world * vec3(across, 0.0);
     vec2 disc_r = vec2(dot(out_r, u), dot(out_r, w)), disc_t = vec2(dot(out_t, u), dot(out_t, w));
     bool rays = beside || !path.even || o.radius > RAYS_PX || distance2 < NEAR_RADII * NEAR_RADII * radius2;
+    // What moves and is spread over a disc as well has no closed form.
+    rays = rays || is_lens() && blur > 0.0 && path.moved != vec3(0.0);
     if (rays) {
         disc_r = vec2(1.0, 0.0);
         disc_t = vec2(0.0, 1.0);
@@ -108,8 +118,26 @@ void main() {
     uint opacity = uint(opacity_at(distance2) * 65535.0 + 0.5);
     r.look = texel | (rays ? BY_RAYS : 0u) | opacity << 16;
 
-    ivec4 pixels = pixels_in(o.center, o.box + reach_of(path));
-    if (!path.even) r.look |= COVER_BY_RAYS;
+    ivec4 pixels = pixels_in(o.center, o.box + reach_of(path) + min(disc, MOST_BLUR_PX));
+    // A far one at rest is covered as its outline and the disc overlap, the others as their rays find.
+    bool is_near = beside || distance2 < NEAR_RADII * NEAR_RADII * radius2;
+    bool through_lens = is_lens() && blur > 0.0 && (is_near || path.moved != vec3(0.0));
+    if (!path.even || through_lens) r.look |= COVER_BY_RAYS;
+    if (through_lens && blur == MOST_BLUR_PX) {
+        // It comes to the lens: it may be anywhere.
+        pixels = ivec4(ivec2(0), ivec2(frame.image.xy) - 1);
+        r.to_disc = vec4(1e-6, 0.0, 0.0, 1e-6);
+    } else if (through_lens) {
+        vec3 from = v - 0.5 * path.moved, to = v + 0.5 * path.moved;
+        vec2 xa = seen_through_lens(from.x, -from.z, drop.radius), xb = seen_through_lens(to.x, -to.z, drop.radius);
+        vec2 ya = seen_through_lens(-from.y, -from.z, drop.radius), yb = seen_through_lens(-to.y, -to.z, drop.radius);
+        vec2 low = vec2(min(xa.x, xb.x), min(ya.x, yb.x)), high = vec2(max(xa.y, xb.y), max(ya.y, yb.y));
+        vec2 most = vec2(MOST_BLUR_PX);
+        low = clamp(frame.image.z * low, -most, most);
+        high = clamp(frame.image.z * high, -most, most);
+        pixels = pixels_in(pixel_of(0.5 * (low + high)), 0.5 * (high - low));
+        r.to_disc = vec4(1e-6, 0.0, 0.0, 1e-6);
+    } else
     if (!path.even && !path.near) {
         // Around the outlines at both ends.
         vec3 ends[2] = vec3[2](v - 0.5 * path.moved, v + 0.5 * path.moved);
@@ -130,11 +158,14 @@ void main() {
     }
     uvec2 first = max(uvec2(pixels.xy) / TILE, first_tile()), end = min(uvec2(pixels.zw) / TILE + 1u, end_tile());
     bool nowhere = any(greaterThan(pixels.xy, pixels.zw)) || any(greaterThanEqual(first, end));
+    // Spread so wide that it covers less than a unit of coverage anywhere: it would take fragments all over the picture.
+    nowhere = nowhere || is_lens() && !beside && disc > UNSEEN_RADII * o.radius;
     uvec2 count = nowhere ? uvec2(0u) : end - first;
 
     ivec4 of_splats = pixels_in(o.center, half_sides);
     uvec2 upper = uvec2(of_splats.xy) / TILE, lower = upper + uvec2(0, 2), last = uvec2(of_splats.zw) / TILE;
-    bool splats = !beside && path.even && is_small(drop, o, half_sides, distance2) && is_short(o, path) && all(lessThanEqual(last - upper, uvec2(1, 2)));
+    bool splats = !beside && path.even && is_small(drop, o, half_sides, distance2) && is_short(o, path)
+        && is_little(o.radius, disc) && all(lessThanEqual(last - upper, uvec2(1, 2)));
     if (splats) {
         count = uvec2(1u);
         r.look |= AS_SPLATS;
@@ -157,10 +188,10 @@ void main() {
     tiles = min(tiles, room);
     if (splats && tiles > 0u) {
         uint node = block_node(block);
-        write_splat(node, distance2, r.index, o.center, half_sides, blur, texel, upper);
+        write_splat(node, distance2, r.index, o.center, half_sides, splat_opacity, texel, upper);
         hang_splat(node, upper, last);
         node += NODE;
-        write_splat(node, distance2, r.index, o.center, half_sides, blur, texel, lower);
+        write_splat(node, distance2, r.index, o.center, half_sides, splat_opacity, texel, lower);
         hang_splat(node, lower, last);
     }
     bool big = tiles > MOST_TILES;

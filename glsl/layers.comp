@@ -156,8 +156,7 @@ void main() {
             // As composite.comp covers pixels with it.
             uint which = link & 3u;
             vec2 half_sides = unpack_half_sides(words.w);
-            vec2 center = is_exposed() ? unpack_center_of_moving(words.z) : unpack_center(words.z);
-            vec2 from = vec2(uvec2(which & 1u, which >> 1) * TILE) - center;
+            vec2 from = vec2(uvec2(which & 1u, which >> 1) * TILE) - splat_center(words.z);
             vec4 x = from.x + vec4(0.0, 1.0, 2.0, 3.0);
             bvec4 columns = lessThan(clamp(-half_sides.x - x, 0.0, 1.0), clamp(half_sides.x - x, 0.0, 1.0));
             vec2 y = from.y + vec2(0.0, 1.0);

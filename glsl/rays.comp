@@ -19,6 +19,12 @@ layout(set = 0, binding = 10) uniform sampler2D environment_map;
 
 #include "drop_light.glsl"
 
+#define SOURCES_BINDING 17
+#include "sources.glsl"
+#include "bow.glsl"
+layout(std430, set = 0, binding = 19) readonly buffer Bow { vec4 bow[]; };
+#include "source_light.glsl"
+
 #define REACH_BINDING 20
 #include "reach.glsl"
 
@@ -55,6 +61,8 @@ uint color(vec2 low, vec2 high, vec4 sphere, float pixels, vec2 moved, float beh
 }
 
 #include "moving_rays.glsl"
+#include "lens.glsl"
+#include "lens_rays.glsl"
 
 void main() {
     uint invocation = group_number() * gl_WorkGroupSize.x + gl_LocalInvocationID.x;
@@ -82,6 +90,17 @@ void main() {
     uint node = block_node(at);
     vec3 motion = vec3(0.0);
     if (is_exposed()) motion = moves[2u * blocks[at]].xyz;
+    float blur = is_lens() ? moves[2u * blocks[at]].w : 0.0;
+    if (HAS_LENS != 0u && blur > 0.0) {
+        float covered;
+        uint found = lens_color(corner, r.sphere, motion, pixels, blur, place_moved(r.index), behind, covered);
+        nodes[node + COLORS + pixel] = found;
+        if ((r.look & COVER_BY_RAYS) == 0u) return;
+        // The part of a unit that is left over is rounded by chance, so that what is faint keeps its light on the mean.
+        float units = covered * float(r.look >> 16) + fract(dot(corner, vec2(0.75487767, 0.56984029)) + place_moved(r.index).x);
+        atomicOr(nodes[node + COVERAGE + pixel / 2u], min(uint(units), 65535u) << 16u * (pixel & 1u));
+        return;
+    }
     if (motion == vec3(0.0)) {
         nodes[node + COLORS + pixel] = color(low, high, r.sphere, pixels, moved, behind);
         return;

@@ -10,6 +10,7 @@
 #include "projection.glsl"
 #include "environment.glsl"
 #include "tile_buffers.glsl"
+#include "lens.glsl"
 
 // BEFORE has a descriptor set of its own, in which the pictures are those of a host perhaps.
 #ifdef BEFORE
@@ -73,6 +74,9 @@ uint samples_along(float focal) {
     return thirds <= 1.0 ? 1u : thirds <= 2.0 ? 2u : 4u;
 }
 
+// Places on a lens's disc that the sky is the mean of: each stands for a 64th of it.
+const uint LENS_PLACES = 64;
+
 void main() {
     uvec2 place = gl_GlobalInvocationID.xy, in_tile = place % TILE;
     uint tile = place.y / TILE.y * tiles_across() + place.x / TILE.x;
@@ -92,18 +96,28 @@ void main() {
 #elif defined(CELLS)
     float farthest = field.medium.z;
 #endif
-    float share = 1.0 / float(edge);
+    float share = 1.0 / float(edge), blur = is_lens() && frame.lens.w >= LEAST_BLUR_PX ? frame.lens.w : 0.0;
+#ifdef BEFORE
+    // A picture is sharp, whatever the lens.
+    if (has_color || push.layers != 0u) blur = 0.0;
+#endif
+    uint places = blur > 0.0 ? LENS_PLACES : edge * edge;
+    float spread = blur > 0.0 ? sqrt((1.0 + PI * blur * blur) / float(LENS_PLACES)) : share;
     vec3 c = vec3(0.0);
-    for (uint i = 0u; i < edge * edge; ++i) {
-        vec3 ray = ray_through(vec2(place + first_tile() * TILE) + share * (vec2(i % edge, i / edge) + 0.5));
+    for (uint i = 0u; i < places; ++i) {
+        vec2 at = share * (vec2(i % edge, i / edge) + 0.5);
+        if (HAS_LENS != 0u && blur > 0.0) {
+            at = fract(vec2(0.75487767, 0.56984029) * float(i)) + blur * place_on_unit_disc(i, places, 0.0);
+        }
+        vec3 ray = ray_through(vec2(place + first_tile() * TILE) + at);
         float far = length(ray);
 #ifdef BEFORE
         vec3 behind = has_color
             ? push.color_scale * texelFetch(color_image, min(pixel, textureSize(color_image, 0) - 1), 0).rgb
-            : radiance(environment_map, world * ray / far, share * sqrt(focal / far) / far);
+            : radiance(environment_map, world * ray / far, spread * sqrt(focal / far) / far);
         if (push.layers != 0u) behind = vec3(0.0);
 #else
-        vec3 behind = radiance(environment_map, world * ray / far, share * sqrt(focal / far) / far);
+        vec3 behind = radiance(environment_map, world * ray / far, spread * sqrt(focal / far) / far);
 #endif
 #ifdef CELLS
 #ifdef BEFORE
@@ -113,7 +127,7 @@ void main() {
 #endif
         c += behind;
     }
-    c *= share * share;
+    c *= blur > 0.0 ? 1.0 / float(LENS_PLACES) : share * share;
     // A picture's colours may be more than a half holds.
 #ifdef BEFORE
     c = min(c, 65504.0);

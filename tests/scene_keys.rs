@@ -5,7 +5,7 @@ use glam::Vec3;
 use raindrops::environment::Environment;
 use raindrops::plan::{Output, plan};
 use raindrops::reference::{Tracer, Truth, Weights};
-use raindrops::scene::model::{Motion, Preset};
+use raindrops::scene::model::{Lens, Motion, Preset};
 use raindrops::scene::{PlacedDrop, Scene};
 
 fn parse(text: &str) -> raindrops::Result<Scene> {
@@ -97,7 +97,8 @@ fn what_no_preset_draws_is_said_with_the_command_that_does() {
         (format!("{drop}shape = \"equilibrium\""), "drop 1: shape"),
         // Through more of its box than is drawn.
         ("[camera]\nshutter = 60.0".into(), "camera: shutter"),
-        ("[camera]\naperture = 0.01".into(), "camera: aperture"),
+        ("[camera]\naperture = 1e7".into(), "camera"),
+        ("[camera]\naperture = 0.01\nfocus = 1e-7".into(), "camera"),
     ] {
         let scene = parse(&text).unwrap_or_else(|error| panic!("{text}: {error}"));
         let problem = match plan(&scene, &sky, Output::Display) {
@@ -127,6 +128,20 @@ fn what_no_preset_draws_is_said_with_the_command_that_does() {
         instant.model.motion = Some(Motion::Instant);
         assert_eq!(plan(&instant, &sky, Output::Display).expect(text).motion, Motion::Instant);
     }
+    // And no lens.
+    for (text, told) in [
+        ("preset = \"paper\"", "a point is drawn through a pinhole; take preset fast"),
+        ("preset = \"exact\"\nlens = \"disc\"", "optics must be appearance"),
+        ("preset = \"fast\"\nlens = \"sampled\"", "optics must be closed-form"),
+    ] {
+        let text = format!("[camera]\naperture = 0.01\n[model]\n{text}");
+        let scene = parse(&text).expect("a scene");
+        let problem = plan(&scene, &sky, Output::Display).expect_err(&text).to_string();
+        assert!(problem.contains(told), "{problem}");
+        let mut pinhole = scene.clone();
+        pinhole.model.lens = Some(Lens::Pinhole);
+        assert_eq!(plan(&pinhole, &sky, Output::Display).expect(&text).lens, Lens::Pinhole);
+    }
     // Points and quads know no depth.
     let mut scene = parse("[background]\ncolor = \"plate.exr\"").expect("a scene");
     assert!(plan(&scene, &sky, Output::Display).is_ok());
@@ -139,6 +154,8 @@ fn what_no_preset_draws_is_said_with_the_command_that_does() {
         format!("{drop}shape = \"sphere\""),
         "[camera]\nshutter = 0.0\naperture = 0.0\nfocus = 2.0".into(),
         "[camera]\nshutter = 0.01".into(),
+        "[camera]\naperture = 0.01\nfocus = inf".into(),
+        "[camera]\nshutter = 0.01\naperture = 1e6\nfocus = 1e-6".into(),
         "[camera]\nshutter_angle = 90.0".into(),
         "[water]\nindex = [1.33, 1.33, 1.33]\noutside = 1".into(),
     ] {

@@ -1,5 +1,7 @@
 // The mean light of a far drop by its direction. Needs octahedron.glsl, appearance.glsl, sources.glsl and the table `bow`.
 
+#include "source_light.glsl"
+
 // Number of the texel at a place of the octahedral map, of which one beyond an edge is another within.
 uint wrapped_texel(ivec2 at) {
     const int LAST = int(DIRECTIONS) - 1;
@@ -19,11 +21,5 @@ vec3 far_light(vec3 d) {
         uint texel = wrapped_texel(ivec2(from) + step);
         sum += weights.x * weights.y * unpack_radiance(pictures[picture_word(texel, 1u)]);
     }
-    for (uint i = 0u; i < source_count.x; ++i) {
-        vec3 toward = sources[i].toward.xyz;
-        float turn = atan(length(cross(d, toward)), dot(d, toward)) / 3.14159265 * float(BOW_ANGLES - 1u);
-        uint below = min(uint(turn), BOW_ANGLES - 2u), entry = i * BOW_ANGLES + below;
-        sum += mix(bow[entry].rgb, bow[entry + 1u].rgb, turn - float(below));
-    }
-    return sum;
+    return sum + light_of_sources(d);
 }

@@ -26,6 +26,8 @@ struct Frame {
     vec4 moved;         // xyz: how far drops of the rain's box move while the shutter is open; w: for how long, scene's
                         // seconds
     uvec4 veil;         // words of its first links, and room for links (veil.glsl); zw: unused
+    vec4 lens;          // x: its radius, scene units, 0: a pinhole; y: inverse distance of the focus; z: radius in pixels of
+                        // the disc that a point at depth 1 becomes, focused at infinity; w: that a point at infinity becomes
 };
 layout(std140, set = 0, binding = 0) uniform Constants { Frame constants; };
 // Read at the very start of a shader: behind a branch llvmpipe, which sees that lanes may have left, fetches a

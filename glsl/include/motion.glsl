@@ -1,5 +1,5 @@
 // How drops move on the screen while the shutter is open. A drop's place is that at the middle of the exposure. Needs
-// frame.glsl, rain.glsl, projection.glsl, tile_drop.glsl.
+// frame.glsl, rain.glsl, projection.glsl, tile_drop.glsl, lens.glsl.
 
 // How far each placed drop moves, world axes.
 layout(std430, set = 0, binding = 14) readonly buffer PlacedMotions { vec4 placed_motions[]; };
@@ -8,6 +8,8 @@ layout(std430, set = 0, binding = 14) readonly buffer PlacedMotions { vec4 place
 const float SHORT_PX = 1.0, SHORT_RADII = 1.5;
 // A larger drop that moves by so many radii is as faint as a quarter, so that one colour will do.
 const float FAINT_RADII = 8.0;
+// One that is out of focus is, if it is as faint as that.
+const float FAINT = 0.25;
 // Nearer than this, in radii, even a faint drop is no far one.
 const float FAINT_NEAR_RADII = 4.0;
 // Most that a drop's depth may change by for its outline to be taken for one that moves evenly.
@@ -68,7 +70,8 @@ uint sighting_moving(vec3 v, vec3 moved, float radius) {
     precise vec3 from = v - half_way, to = v + half_way;
     precise float square = (v.x * v.x + v.y * v.y) + v.z * v.z;
     precise float near2 = frame.camera_high.w * frame.camera_high.w;
-    bool in_frustum = all(lessThanEqual(min(beyond(from), beyond(to)), vec4(radius)));
+    float reach = max(reach_across(from, radius), reach_across(to, radius));
+    bool in_frustum = all(lessThanEqual(min(beyond(from), beyond(to)), vec4(reach)));
     if (!in_frustum || square < near2 || max(-from.z, -to.z) <= -radius) return OUT_OF_VIEW;
     return min(-from.z, -to.z) <= radius ? BESIDE_CAMERA : VISIBLE;
 }
@@ -89,6 +92,17 @@ bool is_streak(Drop drop, Outline o, Path p, float distance2) {
         && (length(p.way) > FAINT_RADII * o.radius
                 ? distance2 >= FAINT_NEAR_RADII * FAINT_NEAR_RADII * drop.radius * drop.radius
                 : o.radius < SPLAT_PX && distance2 >= NEAR_RADII * NEAR_RADII * drop.radius * drop.radius);
+}
+
+// Is a drop that is out of focus part of the veil? It is far, and small or faint.
+bool is_veil_disc(Drop drop, Outline o, Path p, float blur, float distance2) {
+    if (SPLAT_PX == 0.0 || !p.even) return false;
+    float wide = max(o.radius, blur), area = wide * (wide + 0.64 * length(p.way));
+    float near2 = distance2 / (drop.radius * drop.radius);
+    bool little = is_short(o, p) && is_little(o.radius, blur);
+    return !little && (o.radius * o.radius <= FAINT * area
+                           ? near2 >= FAINT_NEAR_RADII * FAINT_NEAR_RADII
+                           : o.radius < SPLAT_PX && near2 >= NEAR_RADII * NEAR_RADII);
 }
 
 // The box of a splat that moves a little: of the variance of the two together; and how opaque it is for that.

@@ -35,8 +35,9 @@ vec3 view_space(vec3 p) {
 
 const uint OUT_OF_VIEW = 0, VISIBLE = 1, CAMERA_INSIDE = 2, BESIDE_CAMERA = 3;
 
-// What becomes of a drop with its centre at `v` in view space; `distance2` is its square's length.
-uint sighting(vec3 v, float radius, out float distance2) {
+// What becomes of a drop with its centre at `v` in view space, which is seen across the view axis as far as `reach` from
+// there; `distance2` is its square's length.
+uint sighting(vec3 v, float radius, float reach, out float distance2) {
     precise float depth = -v.z;
     precise float square = (v.x * v.x + v.y * v.y) + v.z * v.z;
     precise float radius2 = radius * radius;
@@ -47,7 +48,12 @@ uint sighting(vec3 v, float radius, out float distance2) {
     precise float near2 = frame.camera_high.w * frame.camera_high.w;
     distance2 = square;
     if (square <= radius2) return CAMERA_INSIDE;
-    bool in_frustum = max(beyond_left, beyond_right) <= radius && max(beyond_top, beyond_bottom) <= radius;
+    bool in_frustum = max(beyond_left, beyond_right) <= reach && max(beyond_top, beyond_bottom) <= reach;
     if (!in_frustum || square < near2 || depth <= -radius) return OUT_OF_VIEW;
     return depth <= radius ? BESIDE_CAMERA : VISIBLE;
+}
+
+// The same through a pinhole.
+uint sighting(vec3 v, float radius, out float distance2) {
+    return sighting(v, radius, radius, distance2);
 }

@@ -21,18 +21,29 @@ vec2 unpack_half_sides(uint word) {
     return vec2(word & 1023u, word >> 10 & 1023u) * (1.0 / 512.0);
 }
 
-// Where drops move, a splat's centre in 1/128 pixel and its opacity in eight bits.
-uint pack_center_and_opacity(vec2 from_corner, float opacity) {
-    uvec2 at = uvec2(ivec2(round(clamp(from_corner, -15.9, 15.9) * 128.0))) & 0xfffu;
-    return at.x | at.y << 12 | uint(opacity * 255.0 + 0.5) << 24;
+// Where drops are spread (is_spread), y has a bit less, and the last bit tells those that are: their centre is told in 1/128
+// pixel, and the root of their opacity in eight bits.
+const uint IS_FAINT = 0x80000000u;
+
+uint pack_spread(vec2 from_corner, float opacity) {
+    ivec2 fine = ivec2(round(clamp(from_corner, vec2(-15.9, -7.9), vec2(15.9, 7.9)) * 2048.0));
+    ivec2 coarse = ivec2(round(clamp(from_corner, vec2(-15.9, -7.9), vec2(15.9, 7.9)) * 128.0));
+    uint root = uint(sqrt(opacity) * 255.0 + 0.5);
+    return opacity == 1.0 ? (uint(fine.x) & 0xffffu) | (uint(fine.y) & 0x7fffu) << 16
+        : (uint(coarse.x) & 0xfffu) | (uint(coarse.y) & 0x7ffu) << 12 | root << 23 | IS_FAINT;
 }
 
-vec2 unpack_center_of_moving(uint word) {
-    return vec2(int(word << 20) >> 20, int(word << 8) >> 20) * (1.0 / 128.0);
-}
-
+// 1 of those that are not.
 float unpack_opacity(uint word) {
-    return float(word >> 24) * (1.0 / 255.0);
+    float root = float(word >> 23 & 255u) * (1.0 / 255.0);
+    return (word & IS_FAINT) != 0u ? root * root : 1.0;
+}
+
+vec2 splat_center(uint word) {
+    if (!is_spread()) return unpack_center(word);
+    vec2 fine = vec2(int(word << 16) >> 16, int(word << 1) >> 17) * (1.0 / 2048.0);
+    vec2 coarse = vec2(int(word << 20) >> 20, int(word << 9) >> 21) * (1.0 / 128.0);
+    return (word & IS_FAINT) != 0u ? coarse : fine;
 }
 
 // A drop's box and colour, for the tiles from `first` on.
@@ -41,7 +52,13 @@ void write_splat(uint node, float distance2, uint index, vec2 center, vec2 half_
     nodes[node] = floatBitsToUint(distance2);
     nodes[node + 1u] = index;
     vec2 at = center - vec2(first * TILE);
-    nodes[node + 2u] = is_exposed() ? pack_center_and_opacity(at, opacity) : pack_center(at);
+    uint place = pack_center(at);
+    if (is_spread()) {
+        place = pack_spread(at, opacity);
+        // What the opacity loses by its few bits the sides make up for.
+        half_sides *= sqrt(opacity / max(unpack_opacity(place), 1e-9));
+    }
+    nodes[node + 2u] = place;
     nodes[node + 3u] = pack_half_sides(half_sides) | direction << HALF_SIDES_BITS;
 }
 

@@ -14,8 +14,9 @@ struct Streak {
     float ends;    // over so many pixels each of its ends falls off
 };
 
-// `across2`: squared half width of the outline at right angles to its way.
-Streak streak_of(vec2 center, vec2 way, float area, float across2) {
+// `across2`: squared half width of the outline at right angles to its way; `blur2`: squared radius of the disc that a lens
+// spreads it over.
+Streak streak_of(vec2 center, vec2 way, float area, float across2, float blur2) {
     Streak s;
     s.center = center;
     s.area = area;
@@ -25,8 +26,8 @@ Streak streak_of(vec2 center, vec2 way, float area, float across2) {
     float stretch2 = 1.0 + s.slope * s.slope, along = abs(turned.x);
     // Variances: a quarter of the squared half width or length of an ellipse, a twelfth of a box's squared length, a
     // fifth of a parabola's.
-    s.inverse = min(inversesqrt(1.25 * across2 * stretch2 + (5.0 / 12.0) * s.slope * s.slope), 6e4);
-    float along2 = area * area / (9.8696044 * across2 * stretch2), all2 = along * along + 3.0 * along2;
+    s.inverse = min(inversesqrt(1.25 * (across2 + blur2) * stretch2 + (5.0 / 12.0) * s.slope * s.slope), 6e4);
+    float along2 = (area * area / (9.8696044 * across2) + blur2) / stretch2, all2 = along * along + 3.0 * along2;
     s.ends = max(floor(min(sqrt(1.0 + 3.0 * along2) + 0.5, sqrt(0.5 * (all2 + 1.0)))), 1.0);
     s.full = min(sqrt(max(all2 + 1.0 - s.ends * s.ends, s.ends * s.ends)), 6e4);
     return s;

@@ -22,6 +22,7 @@ layout(constant_id = 11) const uint HAS_PLACED = 0;  // 1: some drops are placed
 layout(constant_id = 12) const uint SAMPLES = 1;     // rays a pixel
 layout(constant_id = 13) const uint HAS_DEPTH = 0;   // 1: what is behind hides drops that are farther (reach.glsl)
 layout(constant_id = 14) const uint MOTION = 0;      // 1: the shutter may be open for a time
+layout(constant_id = 15) const uint HAS_LENS = 0;    // 1: drops may be seen through a lens
 
 // What depends on the picture's size is no constant, so that pictures of all sizes have the same pipelines.
 #define TILE_COUNT frame.tiles.x
@@ -103,6 +104,11 @@ layout(std430, set = 0, binding = 9) readonly buffer Pictures { uint pictures[];
 // Whether drops move in this frame.
 bool is_exposed() {
     return MOTION != 0u && frame.moved.w != 0.0;
+}
+
+// Whether a drop may be spread over more than its outline in this frame.
+bool is_spread() {
+    return is_exposed() || HAS_LENS != 0u && frame.lens.x != 0.0;
 }
 
 // Number of a workgroup of a dispatch in rows.

@@ -1,4 +1,4 @@
-// What of the veil is between two distances, over a tile's pixels. Needs veil.glsl, by_four.glsl, counters.glsl.
+// What of the veil is between two distances, over a tile's pixels. Needs veil.glsl, disc.glsl, by_four.glsl, counters.glsl.
 
 // Its colour in each tile, four halves.
 layout(std430, set = 0, binding = 22) readonly buffer VeilLight { uvec2 veil_light[]; };
@@ -9,7 +9,7 @@ const ivec4 MOST_DEPTH = ivec4(0x40000000);
 
 // -log(1 - x) within 1.5 % of what passes, and for x to 1: of twice the root of what passes, by a Padé approximant.
 ivec4 optical_depth(vec4 x) {
-    precise vec4 b = 1.0 - sqrt(1.0 - x);
+    precise vec4 b = x / (1.0 + sqrt(1.0 - x));
     precise vec4 depth = (12.0 * b - 6.0 * b * b) / (6.0 - 6.0 * b + b * b);
     return ivec4(depth * DEPTH_UNITS + 0.5);
 }
@@ -24,6 +24,16 @@ struct Depths {
     ivec4 upper, lower;
 };
 
+// Adds what a drop at a squared distance, as bits, covers.
+void add_depths(inout Depths depths, uint distance2, ivec4 above, ivec4 below) {
+    if (HAS_DEPTH != 0u) {
+        above = mix(above, ivec4(0), lessThanEqual(upper_reach2, vec4(uintBitsToFloat(distance2))));
+        below = mix(below, ivec4(0), lessThanEqual(lower_reach2, vec4(uintBitsToFloat(distance2))));
+    }
+    depths.upper = min(depths.upper + above, MOST_DEPTH);
+    depths.lower = min(depths.lower + below, MOST_DEPTH);
+}
+
 // Adds the streaks of a cell whose squared distances, as bits, are from `from` on and under `to`.
 void add_cell(inout Depths depths, const uint kind, uvec2 in_pixels, vec2 corner, uint from, uint to) {
     uvec2 cell = in_pixels / CELLS_PX[kind];
@@ -32,10 +42,19 @@ void add_cell(inout Depths depths, const uint kind, uvec2 in_pixels, vec2 corner
         uint record = veil[links + 2u * link];
         link = veil[links + 2u * link + 1u];
         uvec4 first = four_of_nodes(record);
+        ivec4 above, below;
+        if (kind >= DISCS) {
+            Disc d = unpack_disc(first.zw, four_of_nodes(record + 4u));
+            if (first.x < from || first.x >= to) d.opacity = 0.0;
+            vec2 upper = corner + 0.5 - d.center;
+            above = optical_depth(disc_coverage(d, upper));
+            below = optical_depth(disc_coverage(d, upper + vec2(0.0, 1.0)));
+            add_depths(depths, first.x, above, below);
+            continue;
+        }
         Streak s = unpack_streak(first.zw, four_of_nodes(record + 4u));
         if (first.x < from || first.x >= to) s.area = 0.0;
         vec2 upper = corner + 0.5 - s.center, lower = upper + vec2(0.0, 1.0);
-        ivec4 above, below;
         if (kind == SHORT_COLUMNS) {
             above = optical_depth(upright_coverage(s, upper));
             below = optical_depth(upright_coverage(s, lower));
@@ -50,12 +69,7 @@ void add_cell(inout Depths depths, const uint kind, uvec2 in_pixels, vec2 corner
             above = thin_optical_depth(streak_coverage(s, upper));
             below = thin_optical_depth(streak_coverage(s, lower));
         }
-        if (HAS_DEPTH != 0u) {
-            above = mix(above, ivec4(0), lessThanEqual(upper_reach2, vec4(uintBitsToFloat(first.x))));
-            below = mix(below, ivec4(0), lessThanEqual(lower_reach2, vec4(uintBitsToFloat(first.x))));
-        }
-        depths.upper = min(depths.upper + above, MOST_DEPTH);
-        depths.lower = min(depths.lower + below, MOST_DEPTH);
+        add_depths(depths, first.x, above, below);
     }
 }
 
@@ -67,6 +81,10 @@ void veil_cover(uvec2 in_pixels, uint from, uint to, out vec4 upper, out vec4 lo
     add_cell(depths, COLUMNS, in_pixels, corner, from, to);
     add_cell(depths, ROWS, in_pixels, corner, from, to);
     add_cell(depths, SHORT_COLUMNS, in_pixels, corner, from, to);
+    if (HAS_LENS != 0u) {
+        add_cell(depths, DISCS, in_pixels, corner, from, to);
+        add_cell(depths, WIDE_DISCS, in_pixels, corner, from, to);
+    }
     upper = 1.0 - exp(vec4(depths.upper) * (-1.0 / DEPTH_UNITS));
     lower = 1.0 - exp(vec4(depths.lower) * (-1.0 / DEPTH_UNITS));
 }

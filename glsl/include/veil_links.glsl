@@ -1,26 +1,24 @@
 // Enters streaks into the lists of the veil's cells. Needs veil.glsl, counters.glsl.
 
-// A node that holds a streak.
-void write_streak(uint node, float distance2, Streak s) {
-    uvec2 at;
-    uvec4 rest;
-    pack_streak(s, at, rest);
+// A node that holds a streak, or a disc, packed.
+void write_veil_node(uint node, float distance2, uvec2 at, uvec4 rest) {
     nodes[node] = floatBitsToUint(distance2);
     nodes[node + 2u] = at.x;
     nodes[node + 3u] = at.y;
     nodes[node + 4u] = rest.x;
     nodes[node + 5u] = rest.y;
     nodes[node + 6u] = rest.z;
+    if (HAS_LENS != 0u) nodes[node + 7u] = rest.w;
 }
 
-// A drop's streak. The outline's squares of half widths are those of an ellipse that reaches away from the picture's middle.
-Streak streak_of_drop(Drop drop, Outline o, Path p, float distance2) {
+// A drop's streak, `blur` pixels out of focus. The outline's squares of half widths are those of an ellipse that reaches away from the picture's middle.
+Streak streak_of_drop(Drop drop, Outline o, Path p, float blur, float distance2) {
     float radius2 = drop.radius * drop.radius, flat2 = drop.view.z * drop.view.z - radius2;
     float size = frame.image.z * drop.radius / flat2;
     vec2 along = normalize(p.way), n = size * vec2(-along.y, along.x), v = vec2(drop.view.x, -drop.view.y);
     float across2 = dot(n, v) * dot(n, v) + flat2 * dot(n, n);
     float area = 3.14159265 * o.radius * o.radius * p.larger * opacity_at(distance2);
-    return streak_of(o.center, p.way, area, across2);
+    return streak_of(o.center, p.way, area, across2, blur * blur);
 }
 
 // Cells that a streak may meet: from the first along its longer axis on, `across` of them each.
@@ -28,11 +26,15 @@ struct VeilCells {
     uint kind, first, rows, across;
 };
 
-VeilCells cells_met(Streak s) {
-    VeilCells c;
+uint kind_of_streak(Streak s) {
     bool is_short = s.full + s.ends <= SHORT_STREAK;
-    c.kind = abs(s.slope) > SLANT || is_short && !s.upright ? SQUARES
+    return abs(s.slope) > SLANT || is_short && !s.upright ? SQUARES
         : is_short ? SHORT_COLUMNS : s.upright ? COLUMNS : ROWS;
+}
+
+VeilCells cells_met(Streak s, uint kind) {
+    VeilCells c;
+    c.kind = kind;
     vec2 origin = vec2(first_tile() * TILE), at = s.center - origin;
     vec2 size = vec2(CELLS_PX[c.kind]);
     ivec2 count = ivec2(cells_of(c.kind));

@@ -44,7 +44,7 @@ use crate::passes::environment::lost_light;
 use crate::passes::simulate::Counts;
 use crate::plan::FramePlan;
 use crate::scene::Scene;
-use crate::scene::model::Motion;
+use crate::scene::model::{Lens, Motion};
 use crate::{Error, Result};
 
 /// What the help ends with.
@@ -282,10 +282,10 @@ fn say_doubt(plan: &FramePlan) {
     if let Some(doubt) = &plan.doubt {
         eprintln!("warning: {doubt}");
     }
-    if plan.layers && plan.motion == Motion::Streak {
+    if plan.layers && (plan.motion == Motion::Streak || plan.lens == Lens::Disc) {
         eprintln!(
-            "warning: streaks of one colour are in R, G, B and A, but not in Z, motion, count and id; these have every drop with \
-             shutter = 0, or preset exact"
+            "warning: streaks and discs of one colour are in R, G, B and A, but not in Z, motion, count and id; these have every \
+             drop with shutter = 0 and aperture = 0, or preset exact"
         );
     }
 }

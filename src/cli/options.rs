@@ -14,7 +14,7 @@ use crate::measure::costs::{costs, ranked};
 use crate::plan::{Choice, check_drawable};
 use crate::scene::background::DepthKind;
 use crate::scene::model::{
-    DropShape, FarRain, Fresnel, Lookup, Motion, Operator, Optics, Order, Preset, Primitive,
+    DropShape, FarRain, Fresnel, Lens, Lookup, Motion, Operator, Optics, Order, Preset, Primitive,
     Reflection, Simulation, Sizes, Weights,
 };
 use crate::scene::{RainSettings, Scene};
@@ -221,6 +221,9 @@ pub struct AxisArgs {
     /// How drops are shown that move while the shutter is open
     #[arg(long, value_enum, value_name = "NAME")]
     motion: Option<Motion>,
+    /// How drops out of focus are shown
+    #[arg(long, value_enum, value_name = "NAME")]
+    lens: Option<Lens>,
 }
 
 impl AxisArgs {
@@ -241,6 +244,7 @@ impl AxisArgs {
         model.far_rain = self.far_rain.or(model.far_rain);
         model.cutoff_px = self.cutoff_px.or(model.cutoff_px);
         model.motion = self.motion.or(model.motion);
+        model.lens = self.lens.or(model.lens);
         scene.validate("command line")
     }
 }

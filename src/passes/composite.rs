@@ -75,11 +75,12 @@ enum SkyPass {
     Background(Box<Background>),
 }
 
-/// The part of the frame's constants that the sky depends on: axes, image, and what of it is drawn.
-type View = ([[f32; 4]; 5], [u32; 4]);
+/// The part of the frame's constants that the sky depends on: axes, image, lens, and what of it is drawn.
+type View = ([[f32; 4]; 5], [f32; 4], [u32; 4]);
 
 fn view_of(frame: &Frame) -> View {
-    ([frame.right, frame.up, frame.back, frame.image, frame.principal], frame.window)
+    let of_camera = [frame.right, frame.up, frame.back, frame.image, frame.principal];
+    (of_camera, frame.lens, frame.window)
 }
 
 impl Composite {

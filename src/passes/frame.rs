@@ -43,9 +43,10 @@ pub struct Frame {
     pub clusters: [u32; 4],
     pub moved: [f32; 4],
     pub veil: [u32; 4],
+    pub lens: [f32; 4],
 }
 
-const _: () = assert!(size_of::<Frame>() == 23 * 16);
+const _: () = assert!(size_of::<Frame>() == 24 * 16);
 
 /// What the device and the environment add to a scene.
 #[derive(Clone, Copy, Debug)]
@@ -67,7 +68,7 @@ impl Frame {
     /// The constants of `scene`. `last_tick` is the time of the stored positions, if there are any.
     pub fn new(scene: &Scene, around: &Surroundings, last_tick: Option<Tick>) -> Self {
         let view = scene.view();
-        let sight = Sight::new(&view, scene.camera.near);
+        let sight = Sight::of(scene);
         let with = |v: Vec3, w: f32| [v.x, v.y, v.z, w];
         let with_int = |v: [u32; 3], w: u32| [v[0], v[1], v[2], w];
         let tick = tick_of_seconds(scene.drawn_time());
@@ -105,6 +106,7 @@ impl Frame {
                 view.width as f32 * view.height as f32,
             ],
             moved: [0.0, 0.0, 0.0, exposed as f32],
+            lens: lens(&sight, view.focal_px),
             ..Self::default()
         };
         if let Some(rain) = scene.rain() {
@@ -122,6 +124,14 @@ impl Frame {
         }
         frame
     }
+}
+
+/// The lens's radius; the focus's inverse distance; radius in pixels of the disc that a point at depth 1 becomes, focused
+/// at infinity; and of that which a point at infinity becomes.
+fn lens(sight: &Sight, focal_px: f64) -> [f32; 4] {
+    let [radius, inverse_focus] = sight.lens;
+    let at_one = focal_px * f64::from(radius);
+    [radius, inverse_focus, at_one as f32, (at_one * f64::from(inverse_focus)) as f32]
 }
 
 /// Where the view axis meets the picture, in pixels of the whole and in device coordinates of what is drawn.

@@ -38,7 +38,7 @@ use crate::plan::FramePlan;
 use crate::rain::clusters::CLUSTER;
 use crate::rain::field::Seen;
 use crate::scene::Scene;
-use crate::scene::model::Motion;
+use crate::scene::model::{Lens, Motion};
 use crate::scene::projection::View;
 use crate::{Error, Result};
 
@@ -69,6 +69,9 @@ const CLUSTERS_GROUP: u32 = 64;
 const STRETCHES: u32 = 64;
 /// Least tiles of a drop whose blocks a workgroup gives out, as in the shaders.
 const TILES_OF_BIG: u64 = 13;
+/// Focus in scene units from which on discs are not expected to be smaller.
+const FAR_FOCUS: f64 = 10.0;
+
 /// The parts of an image by which clusters are sorted within their band, and tiles are drawn.
 struct Regions {
     /// Each has [`REGION`] tiles, times 2^this along both axes.
@@ -319,16 +322,25 @@ impl Tiles {
             false => None,
         };
         let moves = plan.motion != Motion::Instant;
+        let lens = plan.lens != Lens::Pinhole;
         let placed = PlacedDrops::new(device, scene, moves)?;
+        let blur_px = if lens {
+            let camera = &scene.camera;
+            // A far drop's, or that of one at half the focus.
+            view.focal_px * scene.drawn_lens() / camera.focus.min(FAR_FOCUS)
+        } else {
+            0.0
+        };
         let tiles_px = (across * TILE.0, down * TILE.1);
         let veil = Veil::new(
             device,
             tiles_px,
             in_view * f64::from(plan.room),
-            moves && plan.splat_px > 0.0,
+            (moves || lens) && plan.splat_px > 0.0,
+            blur_px,
         )?;
         let large_moves =
-            make("motions of large drops", 32, if moves { larges } else { 1 }, storage)?;
+            make("motions of large drops", 32, if moves || lens { larges } else { 1 }, storage)?;
         let found = make("clusters in view", 1, found_bytes, storage)?;
         let counters = Simulate::counters(device)?;
 
@@ -370,8 +382,7 @@ impl Tiles {
             .into_iter()
             .chain([0]) // no shader has this one
             .chain(own)
-            .chain([moves.into()])
-            .chain([0; 2])
+            .chain([moves.into(), lens.into(), 0])
             .collect();
         let pipeline = |shader, push_words: u32| {
             ComputePipeline::new(device, shader, &bindings, 4 * push_words, &constants)

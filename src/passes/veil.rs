@@ -17,8 +17,12 @@ use ash::vk;
 use crate::Result;
 use crate::gpu::{Buffer, Device, Memory};
 
-/// Cells of the kinds in pixels, as in the shader.
-const CELLS_PX: [(u32, u32); 4] = [(8, 8), (4, 32), (32, 4), (4, 8)];
+/// Cells of the kinds in pixels, as in the shader; the last two are for drops out of focus.
+const CELLS_PX: [(u32, u32); 6] = [(8, 8), (4, 32), (32, 4), (4, 8), (8, 8), (32, 32)];
+/// Those of them without a lens.
+const KINDS_OF_STREAKS: usize = 4;
+/// Most links for each drop in view that are provided for discs.
+const MOST_LINKS_A_DROP: f64 = 256.0;
 /// Links for each drop in view: one that becomes a streak of a hundred pixels has some six.
 const LINKS_A_DROP: f64 = 8.0;
 /// Links in any case.
@@ -35,7 +39,8 @@ pub(super) struct Veil {
 }
 
 impl Veil {
-    /// Lists for tiles of so many pixels and drops in view; for no drop that moves, something to bind.
+    /// Lists for tiles of so many pixels and drops in view; where they are not used, something to bind. `blur_px`: radius of
+    /// the disc that a lens makes of far drops, 0 for a pinhole.
     ///
     /// # Errors
     /// Those of [`Buffer::new`].
@@ -44,12 +49,20 @@ impl Veil {
         (width, height): (u32, u32),
         drops: f64,
         is_used: bool,
+        blur_px: f64,
     ) -> Result<Self> {
         let cells = |(x, y): (u32, u32)| width.div_ceil(x) * height.div_ceil(y);
-        let heads = if is_used { CELLS_PX.into_iter().map(cells).sum() } else { 0 };
+        let kinds = if blur_px > 0.0 { &CELLS_PX[..] } else { &CELLS_PX[..KINDS_OF_STREAKS] };
+        let heads = if is_used { kinds.iter().copied().map(cells).sum() } else { 0 };
         let reset = 4 * u64::from(heads);
         let range = u64::from(device.report.limits.max_storage_buffer_range);
-        let wanted = ((LINKS_A_DROP * drops) as u64).max(LEAST_LINKS);
+        let squares = (2.0 * blur_px / 8.0 + 2.0).powi(2);
+        let a_drop = if blur_px > 0.0 {
+            squares.clamp(LINKS_A_DROP, MOST_LINKS_A_DROP)
+        } else {
+            LINKS_A_DROP
+        };
+        let wanted = ((a_drop * drops) as u64).max(LEAST_LINKS);
         let room = if is_used { wanted.min(range.saturating_sub(reset) / LINK_BYTES) } else { 0 };
         let room = room.min(1 << 29);
         let bytes = (reset + LINK_BYTES * room).max(16);

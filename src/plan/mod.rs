@@ -6,6 +6,7 @@ mod costs;
 mod cutoff;
 mod demand;
 mod errors;
+mod lens;
 mod motion;
 mod requirements;
 mod undrawn;
@@ -27,7 +28,7 @@ use crate::rain::shape::SMALLEST_FLATTENED;
 use crate::rain::visibility::Frustum;
 use crate::scene::Scene;
 use crate::scene::model::{
-    DropShape, FarRain, Fresnel, Lookup, Motion, Operator, Optics, Order, Preset, Primitive,
+    DropShape, FarRain, Fresnel, Lens, Lookup, Motion, Operator, Optics, Order, Preset, Primitive,
     Reflection, Simulation, Weights,
 };
 use crate::scene::real_rain::RealRain;
@@ -79,6 +80,8 @@ pub struct FramePlan {
     pub samples: u32,
     /// How drops are shown that move while the shutter is open.
     pub motion: Motion,
+    /// How drops out of focus are shown.
+    pub lens: Lens,
     /// What a drop does to a ray of light.
     pub light: Light,
     /// Factor on the room for drops in view and for their tile fragments; 1 but where a host's view has grown.
@@ -269,6 +272,7 @@ pub fn plan_by(
         indices: scene.indices(),
     };
     let motion = motion::motion_of(scene, primitive, optics)?;
+    let lens = lens::lens_of(scene, primitive, optics)?;
     let plan = FramePlan {
         preset: choice.preset,
         optics,
@@ -281,6 +285,7 @@ pub fn plan_by(
         rays_px: if optics == Optics::Appearance { RAYS_PX } else { 0.0 },
         samples,
         motion,
+        lens,
         light,
         room: 1,
         cutoff: scene.real_rain().map(|rain| Cutoff::of(scene, &rain, environment)),
@@ -368,8 +373,13 @@ fn passes(scene: &Scene, plan: &FramePlan) -> Vec<(&'static str, String)> {
                 ),
             };
             passes.push(("clusters", skipped));
+            let behind = match plan.lens {
+                Lens::Pinhole => behind,
+                _ => format!("{behind}, seen through the lens"),
+            };
             passes.push(("sky", behind_of(scene, behind)));
             let (small, others) = motion::in_words(plan.motion);
+            let (small_blurred, others_blurred) = lens::in_words(plan.lens);
             let splats = if splat_px > 0.0 {
                 format!("; those under {splat_px} px of radius get two colours")
             } else {
@@ -377,11 +387,13 @@ fn passes(scene: &Scene, plan: &FramePlan) -> Vec<(&'static str, String)> {
             };
             passes.push((
                 "gather",
-                format!("of {drops} those in the clusters in view move{splats}{small}"),
+                format!(
+                    "of {drops} those in the clusters in view move{splats}{small}{small_blurred}"
+                ),
             ));
             passes.push((
                 "large",
-                format!("the others' coverage and pictures, tile by tile{others}"),
+                format!("the others' coverage and pictures, tile by tile{others}{others_blurred}"),
             ));
             passes.push(("rays", format!("radius over {rays_px} px, or near: closed form")));
             passes.push((

@@ -35,10 +35,19 @@ pub struct Sight {
     pub near: f32,
     /// The camera's position, and what float32 lost of it.
     pub position: [Vec3; 2],
+    /// Radius of the lens, and inverse distance of the focus; 0 for a pinhole.
+    pub lens: [f32; 2],
 }
 
 impl Sight {
-    /// The constants of a view and a near plane.
+    /// The constants of a scene's camera.
+    pub fn of(scene: &Scene) -> Self {
+        let radius = scene.drawn_lens() as f32;
+        let inverse_focus = if radius > 0.0 { scene.camera.focus.recip() as f32 } else { 0.0 };
+        Self { lens: [radius, inverse_focus], ..Self::new(&scene.view(), scene.camera.near) }
+    }
+
+    /// The constants of a view and a near plane, seen through a pinhole.
     pub fn new(view: &View, near: f64) -> Self {
         let [left, top, right, bottom] = view.tan_edges().map(|tangent| {
             let (sine, cosine) = tangent.atan().sin_cos();
@@ -50,6 +59,7 @@ impl Sight {
             frustum_y: [top[0], top[1], bottom[0], bottom[1]],
             near: near as f32,
             position: split(view.position),
+            lens: [0.0; 2],
         }
     }
 
@@ -77,6 +87,16 @@ impl Sight {
         ]
     }
 
+    /// How far from its centre a drop is seen across the view axis: by its radius and, through a lens, by how far the
+    /// places of the lens see it apart there.
+    fn reach(&self, v: Vec3, radius: f32) -> f32 {
+        let [lens, inverse_focus] = self.lens;
+        if lens == 0.0 {
+            return radius;
+        }
+        radius + lens * ((1.0 + v.z * inverse_focus).abs() + radius * inverse_focus)
+    }
+
     /// What becomes of a drop that moves so far, both in view space, around this centre: whether it may be in view at
     /// any time.
     pub fn sighting_moving(&self, v: Vec3, moved: Vec3, radius: f32) -> Sighting {
@@ -87,7 +107,8 @@ impl Sight {
         let (from, to) = (v - half_way, v + half_way);
         let square = (v.x * v.x + v.y * v.y) + v.z * v.z;
         let (a, b) = (self.beyond(from), self.beyond(to));
-        let in_frustum = a.into_iter().zip(b).all(|(a, b)| a.min(b) <= radius);
+        let reach = self.reach(from, radius).max(self.reach(to, radius));
+        let in_frustum = a.into_iter().zip(b).all(|(a, b)| a.min(b) <= reach);
         if !in_frustum || square < self.near * self.near || (-from.z).max(-to.z) <= -radius {
             Sighting::OutOfView
         } else if (-from.z).min(-to.z) <= radius {
@@ -101,7 +122,8 @@ impl Sight {
     pub fn sighting(&self, v: Vec3, radius: f32) -> Sighting {
         let depth = -v.z;
         let distance2 = (v.x * v.x + v.y * v.y) + v.z * v.z;
-        let in_frustum = self.beyond(v).into_iter().all(|beyond| beyond <= radius);
+        let reach = self.reach(v, radius);
+        let in_frustum = self.beyond(v).into_iter().all(|beyond| beyond <= reach);
         if distance2 <= radius * radius {
             Sighting::CameraInside
         } else if !in_frustum || distance2 < self.near * self.near || depth <= -radius {
@@ -123,7 +145,7 @@ pub fn split(v: DVec3) -> [Vec3; 2] {
 /// Every drop of a scene in view space in the middle of what is exposed, with what became of it; by index, the random
 /// drops in a box before the placed ones. Those of real rain have no index: [`crate::rain::field::Field::sightings`].
 pub fn sightings(scene: &Scene) -> impl Iterator<Item = (Vec3, f32, Sighting)> {
-    let sight = Sight::new(&scene.view(), scene.camera.near);
+    let sight = Sight::of(scene);
     let random = scene.rain().into_iter().flat_map(move |rain| {
         let shift = rain.shift(crate::rain::tick_of_seconds(scene.drawn_time()));
         let camera = rain.camera_place(scene.camera.position);

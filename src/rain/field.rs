@@ -169,7 +169,7 @@ impl Field {
         let (view, metres) = (scene.view(), scene.metres);
         let tick = tick_of_seconds(scene.drawn_time());
         let exposed = scene.drawn_exposure();
-        let pyramid = Pyramid::of(&view);
+        let pyramid = Pyramid::of(&view, scene);
         let mut seen = Seen {
             classes: Vec::new(),
             slabs: Vec::new(),
@@ -225,7 +225,7 @@ impl Field {
     pub fn for_each_shown(&self, scene: &Scene, cutoff_px: f64, visit: &mut dyn FnMut(ShownDrop)) {
         let seen = self.seen(scene, cutoff_px);
         let view = scene.view();
-        let sight = Sight::new(&view, scene.camera.near);
+        let sight = Sight::of(scene);
         for slab in &seen.slabs {
             let class = slab.class as usize;
             let (lattice, place) = (&self.lattices[class], &seen.places[class]);
@@ -367,10 +367,12 @@ struct Pyramid {
     corners: [DVec3; 4],
     /// The axis that is nearest to the view's.
     axis: usize,
+    /// Radius of the lens in metres, and inverse distance of the focus.
+    lens: [f64; 2],
 }
 
 impl Pyramid {
-    fn of(view: &View) -> Self {
+    fn of(view: &View, scene: &Scene) -> Self {
         let [left, top, right, bottom] = view.tan_edges();
         let corner = |x: f64, y: f64| x * view.right + y * view.up - view.back;
         let steep = view.back.abs().to_array();
@@ -382,6 +384,10 @@ impl Pyramid {
                 corner(-left, -bottom),
             ],
             axis: (0..3).max_by(|a, b| steep[*a].total_cmp(&steep[*b])).unwrap_or(2),
+            lens: match scene.drawn_lens() {
+                0.0 => [0.0; 2],
+                radius => [radius * scene.metres, (scene.camera.focus * scene.metres).recip()],
+            },
         }
     }
 
@@ -400,7 +406,9 @@ impl Pyramid {
         let mut edges: Vec<[DVec3; 2]> = far.iter().map(|corner| [tip, *corner]).collect();
         edges.extend((0..4).map(|i| [far[i], far[(i + 1) % 4]]));
         // Drops reach over their cell by their radius; a little more, for rounding on the GPU.
-        let reach = 1.001 * lattice.radius + 1e-5 * depth;
+        let [lens, inverse_focus] = self.lens;
+        let apart = 1.001 * lens * (1.0 + (depth + lattice.radius) * inverse_focus);
+        let reach = 1.001 * lattice.radius + 1e-5 * depth + apart;
         // Drops move by as much before the middle of the exposure as after it.
         let before = reach + 0.5 * moved.abs();
         let after = before;

@@ -125,6 +125,11 @@ impl Lighting {
         &self.device
     }
 
+    /// Whether drops by this model of light show bright sources apart.
+    pub(super) fn shows_sources(&self, light: &Light) -> bool {
+        shows_apart(light) && (self.bright.is_some() || self.renewal.is_some())
+    }
+
     /// A far drop by this model of light. `apart`: its bright sources are drawn as points of light, and it shows the
     /// rest. Without `filled` the tables are empty: there is something to bind, and nothing reads it.
     pub(super) fn far_drop(

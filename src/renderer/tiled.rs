@@ -16,7 +16,7 @@ use crate::passes::tiles::Tiles;
 use crate::plan::FramePlan;
 use crate::rain::field::Seen;
 use crate::scene::Scene;
-use crate::scene::model::Optics;
+use crate::scene::model::{Lens, Optics};
 
 /// The passes of the frame, up to its radiance.
 pub(super) struct Tiled {
@@ -42,8 +42,10 @@ impl Tiled {
         behind: Option<&Behind>,
     ) -> Result<Self> {
         let device = lighting.device();
-        // Far rain shows what is in the table.
-        let filled = plan.optics == Optics::Appearance || scene.real_rain().is_some();
+        // Far rain shows what is in the table, and drops out of focus what sources do in them.
+        let shows_sources = plan.lens != Lens::Pinhole && lighting.shows_sources(&plan.light);
+        let filled =
+            plan.optics == Optics::Appearance || scene.real_rain().is_some() || shows_sources;
         let far = lighting.far_drop(&plan.light, true, filled)?;
         let FarDrop { seen, appearance, glints, .. } = &*far;
         let splats = SplatTable::new(device, frame, appearance, glints)?;

@@ -326,6 +326,9 @@ impl View {
         if scene.drawn_exposure() != 0.0 && made.shutter() == 0.0 {
             return refuse("camera: shutter: the renderer was made for an instant");
         }
+        if scene.drawn_lens() != 0.0 && made.camera.aperture == 0.0 {
+            return refuse("camera: aperture: the renderer was made for a pinhole");
+        }
         let sums_up = self.display.as_ref().is_none_or(|display| display.log_average);
         if scene.tone_map.derives_exposure() && !sums_up {
             return refuse("tone_map: the renderer was made for a fixed exposure");

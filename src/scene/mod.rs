@@ -24,7 +24,7 @@ use crate::scene::background::Background;
 use crate::scene::camera::{Camera, View};
 use crate::scene::film::Film;
 use crate::scene::model::{
-    DropShape, FarRain, Fresnel, Lookup, Motion, Operator, Optics, Order, Preset, Primitive,
+    DropShape, FarRain, Fresnel, Lens, Lookup, Motion, Operator, Optics, Order, Preset, Primitive,
     Reflection, Simulation, Weights,
 };
 use crate::scene::real_rain::{RainTable, RealRain};
@@ -231,6 +231,9 @@ pub struct ModelChoice {
     /// How drops are shown that move while the shutter is open.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub motion: Option<Motion>,
+    /// How drops out of focus are shown.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lens: Option<Lens>,
 }
 
 impl ModelChoice {
@@ -280,6 +283,7 @@ impl ModelChoice {
             ("far_rain", self.far_rain.is_some()),
             ("cutoff_px", self.cutoff_px.is_some()),
             ("motion", self.motion.is_some()),
+            ("lens", self.lens.is_some()),
         ];
         given.into_iter().filter(|(_, is_given)| *is_given).map(|(name, _)| name).collect()
     }
@@ -365,6 +369,7 @@ impl Default for ModelChoice {
             far_rain: None,
             cutoff_px: None,
             motion: None,
+            lens: None,
         }
     }
 }
@@ -442,6 +447,11 @@ impl Scene {
     /// instant is asked for.
     pub fn drawn_exposure(&self) -> f64 {
         if self.model.motion == Some(Motion::Instant) { 0.0 } else { self.exposed() }
+    }
+
+    /// Radius of the lens in what is drawn, in scene units; 0: a pinhole, also where one is asked for.
+    pub fn drawn_lens(&self) -> f64 {
+        if self.model.lens == Some(Lens::Pinhole) { 0.0 } else { 0.5 * self.camera.aperture }
     }
 
     /// The time of the drops' places in what is drawn: the middle of the exposure.

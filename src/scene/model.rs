@@ -206,6 +206,18 @@ models! {
 }
 
 models! {
+    /// How drops out of focus are shown.
+    Lens {
+        /// As through a pinhole: sharp.
+        Pinhole = "pinhole",
+        /// Their outline spread over the disc that a point becomes, in closed form; small and faint ones of one colour.
+        Disc = "disc",
+        /// Rays that have a place on the lens each.
+        Sampled = "sampled",
+    }
+}
+
+models! {
     /// How radiance becomes display colour.
     Operator {
         /// The global photographic operator of Reinhard et al. 2002.

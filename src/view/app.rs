@@ -22,6 +22,9 @@ use crate::{Error, Result};
 /// A device that is lost so soon after another is not replaced: the scene itself may be what it fails on.
 const AGAIN: Duration = Duration::from_secs(60);
 
+/// A pointer that went less far while its button was down has clicked, in pixels.
+const CLICK_PX: f64 = 3.0;
+
 /// Opens a window and returns when it is closed.
 ///
 /// # Errors
@@ -51,6 +54,7 @@ pub fn run(options: Options) -> Result<()> {
         modifiers: ModifiersState::empty(),
         pointer: (0.0, 0.0),
         is_dragging: false,
+        dragged: 0.0,
         renewed: None,
         outcome: Ok(()),
     };
@@ -78,6 +82,8 @@ struct App {
     modifiers: ModifiersState,
     pointer: (f64, f64),
     is_dragging: bool,
+    /// How far the pointer went since its button went down, in pixels.
+    dragged: f64,
     /// When a lost device was last replaced.
     renewed: Option<Instant>,
     outcome: Result<()>,
@@ -168,12 +174,19 @@ impl App {
                 button: MouseButton::Left | MouseButton::Right,
                 ..
             } => {
+                let is_click = self.is_dragging && self.dragged < CLICK_PX;
                 self.is_dragging = state == ElementState::Pressed && !takes_pointer;
+                if self.is_dragging {
+                    self.dragged = 0.0;
+                } else if is_click && state == ElementState::Released {
+                    viewer.click(self.pointer);
+                }
             }
             WindowEvent::CursorMoved { position, .. } => {
                 let (x, y) = (position.x, position.y);
                 if self.is_dragging {
                     let moved = (x - self.pointer.0, y - self.pointer.1);
+                    self.dragged += moved.0.hypot(moved.1);
                     drag(&mut viewer.scene.camera, moved);
                     viewer.window.request_redraw();
                 }

@@ -116,10 +116,11 @@ pub fn action(code: KeyCode, shift: bool, control: bool) -> Option<Action> {
 }
 
 /// The keys as the panel and `docs/guide.md` tell them.
-pub const HELP: [(&str, &str); 20] = [
+pub const HELP: [(&str, &str); 21] = [
     ("W A S D, Q E", "fly; with Shift ten times as fast"),
     ("arrows, drag", "look around"),
     ("wheel", "speed of flight"),
+    ("click", "focus on the drop there, if there is an aperture"),
     ("F", "up to the nearest drop in front"),
     ("Space", "stop time, or let it go on"),
     (", and .", "one step back or on"),

@@ -7,6 +7,7 @@
 mod app;
 mod clock;
 mod flight;
+mod focus;
 mod history;
 mod keep;
 pub mod keys;

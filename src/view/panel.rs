@@ -4,6 +4,7 @@ use clap::ValueEnum;
 use egui::{Color32, RichText, Ui};
 
 use super::clock::Clock;
+use super::focus::lens;
 use super::history::History;
 use super::keys::{Action, HELP};
 use super::prepare::Pane;
@@ -194,6 +195,7 @@ fn scene(ui: &mut Ui, controls: &mut Controls<'_>, facts: &Facts<'_>) {
     let scene = &mut *controls.scene;
     weather(ui, scene);
     shutter(ui, scene);
+    lens(ui, scene);
     if let Some(rain) = scene.rain.as_mut().filter(|rain| rain.real.is_none()) {
         ui.horizontal(|ui| {
             ui.label("drops");

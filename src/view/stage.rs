@@ -236,15 +236,20 @@ fn fixed_part(scene: &Scene) -> Scene {
     other.tone_map.exposure = Some(1.0);
     // Whether there is an exposure is a matter of models; how long it is, of frames.
     other.camera.shutter = if scene.shutter() > 0.0 { 1.0 } else { 0.0 };
+    // So is a lens, and how wide it is.
+    other.camera.aperture = if scene.camera.aperture > 0.0 { 1.0 } else { 0.0 };
     moved(scene, &other)
 }
 
-/// `scene` with the camera (but no exposure where it has none), the time, its pace, the key and, if both have one, the fixed exposure of another.
+/// `scene` with the camera (but no exposure and no lens where it has none), the time, its pace, the key and, if both have one, the fixed exposure of another.
 fn moved(scene: &Scene, other: &Scene) -> Scene {
     let (time, pace) = (other.time, other.pace);
     let mut moved = Scene { camera: other.camera, time, pace, ..scene.clone() };
     if scene.shutter() == 0.0 {
         (moved.camera.shutter, moved.camera.shutter_angle) = (0.0, None);
+    }
+    if scene.camera.aperture == 0.0 {
+        moved.camera.aperture = 0.0;
     }
     moved.tone_map.key = other.tone_map.key;
     moved.tone_map.exposure = scene.tone_map.exposure.and(other.tone_map.exposure);

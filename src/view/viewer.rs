@@ -4,10 +4,12 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use glam::DVec2;
 use winit::window::{Fullscreen, Window};
 
 use super::clock::Clock;
 use super::flight::{Flight, visit};
+use super::focus::focus_on;
 use super::history::History;
 use super::keep::Keep;
 use super::keys::Action;
@@ -18,8 +20,9 @@ use super::stage::{Difference, Stage};
 use super::{Options, environments};
 use crate::Result;
 use crate::gpu::{Device, Surface};
+use crate::passes::present::SPLIT_PANES;
 use crate::scene::model::Preset;
-use crate::scene::{EnvironmentChoice, MAX_DROPS, ModelChoice, RainSettings, Scene};
+use crate::scene::{EnvironmentChoice, ImageSize, MAX_DROPS, ModelChoice, RainSettings, Scene};
 
 /// A window whose size has changed keeps its old picture, scaled, until it has been still this long:
 /// whoever drags its edge does not wait for renderers.
@@ -208,6 +211,23 @@ impl Viewer {
             Action::Quit => self.is_done = true,
         }
         Ok(())
+    }
+
+    /// A click at a place of the window, in its pixels: the lens is focused on the drop there.
+    pub fn click(&mut self, (x, y): (f64, f64)) {
+        if self.scene.camera.aperture == 0.0 {
+            return;
+        }
+        let (width, height) = self.window_size();
+        let panes = if self.second.is_some() { SPLIT_PANES } else { 1 };
+        let image = ImageSize { width: width.div_ceil(panes).max(1), height: height.max(1) };
+        let mut shown = Scene { image, ..self.scene.clone() };
+        if focus_on(&mut shown, DVec2::new(x % f64::from(image.width), y)) {
+            self.scene.camera.focus = shown.camera.focus;
+        } else {
+            self.say("there is no drop to focus on".into());
+        }
+        self.window.request_redraw();
     }
 
     /// Keeps a scene file of what one sees.

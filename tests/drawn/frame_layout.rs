@@ -6,7 +6,7 @@ use std::mem::offset_of;
 use raindrops::passes::frame::Frame;
 
 /// The members in the order of their declaration, each four words, every word different.
-fn markers() -> ([[u32; 4]; 23], Frame) {
+fn markers() -> ([[u32; 4]; 24], Frame) {
     // Floats above 1, so that no driver takes a marker for a denormal or a NaN and changes it.
     let word = |member: usize, lane: usize| 0x3f80_0000 + (member * 16 + lane) as u32;
     let words = std::array::from_fn(|member| std::array::from_fn(|lane| word(member, lane)));
@@ -35,6 +35,7 @@ fn markers() -> ([[u32; 4]; 23], Frame) {
         clusters: words[20],
         moved: float(21),
         veil: words[22],
+        lens: float(23),
     };
     (words, frame)
 }
@@ -65,6 +66,7 @@ fn offsets_are_those_of_std140() {
         offset_of!(Frame, clusters),
         offset_of!(Frame, moved),
         offset_of!(Frame, veil),
+        offset_of!(Frame, lens),
     ];
     for (member, offset) in offsets.into_iter().enumerate() {
         assert_eq!(offset, 16 * member);

@@ -11,6 +11,7 @@ mod exposure;
 mod frame_layout;
 mod frames;
 mod glints_drawn;
+mod lens;
 mod limits;
 mod mask;
 mod models;

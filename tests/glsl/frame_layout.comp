@@ -32,4 +32,5 @@ void main() {
     copies[20] = frame.clusters;
     copies[21] = floatBitsToUint(frame.moved);
     copies[22] = frame.veil;
+    copies[23] = floatBitsToUint(frame.lens);
 }

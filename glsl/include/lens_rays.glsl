@@ -1,0 +1,119 @@
+// The light of a drop through a lens, by rays: each from a place on the lens, through a place in the pixel. Needs what
+// rays.comp includes, moving_rays.glsl, lens.glsl, source_light.glsl.
+//
+// All rays of a place in the pixel pass through one point of the plane in focus. Those of them that meet a sphere are
+// within a cone, and so is an ellipse on the lens: places are taken within that where it is smaller than the lens, so
+// that of a drop that is spread over hundreds of pixels each finds as many rays as of one in focus.
+
+// Fewest rays of a pixel: they are a mean over the lens.
+const uint LEAST_LENS_RAYS = 16;
+// Of their spacing on the drop, what the environment is blurred by. They take other places in each pixel, so that noise
+// averages out; what is blurred too much does not (by the whole spacing a near drop's light is off by up to a quarter).
+const float LENS_SPACING = 0.2;
+
+// The places on the lens from which a sphere is met; axes along `axis` and across it. Not `is_ellipse`: it comes to the
+// plane in focus, so that they are none.
+struct LensPlaces {
+    vec2 center, axis, axes;
+    bool is_ellipse;
+    bool is_beyond; // the plane in focus
+};
+
+// `d`: the pinhole's ray, 1 along the view axis. From the ray through the sphere's middle on, with the place M from its
+// own: it meets the sphere if (1 - z/f)² |d' x M|² <= r² |d' - M/f|², d' its direction, z the middle's depth, f the focus's.
+LensPlaces places_that_meet(vec3 d, vec3 center, float radius) {
+    float y = frame.lens.y, depth = -center.z, q = 1.0 - depth * y, ry2 = radius * radius * y * y;
+    LensPlaces p;
+    p.is_ellipse = q * q > 1.02 * ry2;
+    p.is_beyond = q < 0.0;
+    float held = p.is_ellipse ? q : 1.0;
+    vec2 middle = (center.xy - depth * d.xy) / held, aside = d.xy - middle * y;
+    float aside2 = dot(aside, aside), length2 = 1.0 + aside2;
+    p.axis = aside2 > 1e-12 ? aside * inversesqrt(aside2) : vec2(1.0, 0.0);
+    float along = max(q * q - ry2, 1e-12), across = max(q * q * length2 - ry2, 1e-12);
+    float shift = radius * radius * y * sqrt(aside2) / along;
+    float level = radius * radius * (length2 + radius * radius * y * y * aside2 / along);
+    p.center = middle - shift * p.axis;
+    p.axes = sqrt(level / vec2(along, across));
+    return p;
+}
+
+// Where on the lens a ray begins; `share`: the part of the lens that it stands for, 0 beside the lens.
+vec2 lens_place(uint number, uint count, float turned, vec3 d, vec3 center, vec3 motion, float radius, out float share) {
+    float lens = frame.lens.x;
+    vec2 unit = place_on_unit_disc(number, count, turned), place = lens * unit;
+    share = 1.0;
+    if (motion == vec3(0.0)) {
+        LensPlaces p = places_that_meet(d, center, radius);
+        float part = p.axes.x * p.axes.y / (lens * lens);
+        if (p.is_ellipse && part < 1.0) {
+            vec2 from = p.axes * unit;
+            place = p.center + from.x * p.axis + from.y * vec2(-p.axis.y, p.axis.x);
+            share = dot(place, place) <= lens * lens ? part : 0.0;
+        }
+        return place;
+    }
+    // Of a sphere that moves, within a strip along the way of its ellipse, as far as that crosses the lens.
+    LensPlaces a = places_that_meet(d, center - 0.5 * motion, radius), b = places_that_meet(d, center + 0.5 * motion, radius);
+    if (!a.is_ellipse || !b.is_ellipse || a.is_beyond != b.is_beyond) return place;
+    vec2 way = b.center - a.center;
+    float length2 = dot(way, way), wide = max(max(a.axes.x, a.axes.y), max(b.axes.x, b.axes.y));
+    vec2 along = length2 > 1e-12 * wide * wide ? way * inversesqrt(length2) : vec2(1.0, 0.0);
+    vec2 across = vec2(-along.y, along.x);
+    vec2 from = vec2(max(dot(a.center, along) - wide, -lens), max(dot(a.center, across) - wide, -lens));
+    vec2 to = vec2(min(dot(b.center, along) + wide, lens), min(dot(a.center, across) + wide, lens));
+    vec2 sides = max(to - from, 0.0);
+    float part = sides.x * sides.y / (3.14159265 * lens * lens);
+    if (part >= 1.0) return place;
+    vec2 at = from + sides * fract(vec2((float(number) + 0.5) / float(count), 0.61803399 * float(number) + turned));
+    place = at.x * along + at.y * across;
+    share = dot(place, place) <= lens * lens ? part : 0.0;
+    return place;
+}
+
+// As `moving_color`: the drop's light in a pixel from `corner` on; `covered`: part of the lens and of the time for which it
+// covers the pixel.
+uint lens_color(vec2 corner, vec4 sphere, vec3 motion, float pixels, float blur, vec2 moved, float behind, out float covered) {
+    vec3 sum = vec3(0.0);
+    float weights = 0.0, radius = sphere.w, focal = frame.image.z;
+    mat3 world = mat3(frame.right.xyz, frame.up.xyz, frame.back.xyz);
+    uint rays = max(SAMPLES, LEAST_LENS_RAYS);
+    // Neighbours take other places, or the edges of the few pictures would show.
+    vec2 turned = fract(vec2(dot(corner, vec2(0.75487767, 0.56984029)), dot(corner, vec2(0.81917251, 0.67104361))) + moved);
+    // What a ray stands for, on the drop: of the pixel and the disc around it, but no more than the drop has.
+    float area = min(1.0 + 3.14159265 * blur * blur, 3.14159265 * pixels * pixels + 1.0);
+    float step = LENS_SPACING * sqrt(area / float(rays)) / pixels;
+    // How deep what is behind the pixel is.
+    float deep = behind * focal / length(ray_through(corner + 0.5));
+    covered = 0.0;
+    for (uint i = 0u; i < rays; ++i) {
+        vec2 in_pixel = fract(vec2(0.75487767, 0.56984029) * float(i) + turned);
+        vec3 through = ray_through(corner + in_pixel) / focal;
+        float share;
+        vec2 place = lens_place(i, rays, turned.x, through, sphere.xyz, motion, radius, share);
+        vec3 d = normalize(through - vec3(place * frame.lens.y, 0.0)), from = sphere.xyz - vec3(place, 0.0);
+        vec3 center = from;
+        if (motion != vec3(0.0)) {
+            float nearest;
+            vec2 times = times_met(d, from, motion, radius, nearest);
+            float part = max(times.y - times.x, 0.0);
+            share *= part;
+            float moment = part > 0.0 ? mix(times.x, times.y, fract(0.75487767 * float(i) + turned.y)) : nearest;
+            center = from + moment * motion;
+        }
+        vec3 to_ray = cross(cross(d, center), d) / -radius;
+        float b = length(to_ray), held = min(b, 0.99999), cosine = sqrt((1.0 - held) * (1.0 + held));
+        if (b >= 1.0 || dot(d, center) <= 0.0) share = 0.0;
+        if (HAS_DEPTH != 0u && dot(d, center) - radius * cosine >= deep / max(-d.z, 1e-6)) share = 0.0;
+        // Beyond the rim, the rim, for pixels that no ray hits but the outline touches.
+        float weight = max(share, 1e-6);
+        Encounter e = Encounter(d, to_ray / max(b, 1e-9), held, cosine);
+        sum += weight * drop_light(environment_map, e, world, step);
+        weights += weight;
+        covered += share;
+    }
+    covered /= float(rays);
+    vec3 light = sum / weights;
+    if (has_spread_glints(sphere, motion, blur)) light += light_of_sources(world * normalize(sphere.xyz));
+    return pack_radiance(light);
+}

@@ -1,0 +1,103 @@
+//! The lens under the viewer's hand: how wide it is, and the drop that it is focused on.
+
+use egui::Ui;
+use glam::{DVec2, DVec3};
+use rayon::iter::{IntoParallelIterator as _, ParallelIterator as _};
+
+use crate::rain::field::Field;
+use crate::rain::tick_of_seconds;
+use crate::scene::Scene;
+use crate::scene::camera::View;
+
+/// A click this far from a drop's outline, in pixels, still means it: most drops are smaller than a pixel.
+const NEAR_PX: f64 = 6.0;
+/// Radius in pixels from which on drops of real rain can be clicked at.
+const LEAST_PX: f64 = 0.3;
+
+/// How wide the lens is, and where it is focused.
+pub(super) fn lens(ui: &mut Ui, scene: &mut Scene) {
+    ui.horizontal(|ui| {
+        ui.label("aperture");
+        let slider = egui::Slider::new(&mut scene.camera.aperture, 0.0..=10.0).logarithmic(true);
+        ui.add(slider.smallest_positive(1e-4)).on_hover_text("0: a pinhole");
+    });
+    if scene.camera.aperture > 0.0 {
+        ui.horizontal(|ui| {
+            ui.label("focus");
+            let slider = egui::Slider::new(&mut scene.camera.focus, 0.01..=1e4).logarithmic(true);
+            ui.add(slider).on_hover_text("or click at a drop");
+        });
+    }
+}
+
+/// Focuses the camera on the nearest drop at a place of the picture that the scene's image is of, in pixels. False if none
+/// is there.
+pub(super) fn focus_on(scene: &mut Scene, place: DVec2) -> bool {
+    match depth_at(scene, place) {
+        Some(depth) => {
+            scene.camera.focus = depth;
+            true
+        }
+        None => false,
+    }
+}
+
+/// Depth of that drop.
+fn depth_at(scene: &Scene, place: DVec2) -> Option<f64> {
+    let view = scene.view();
+    let camera = scene.camera.position;
+    let met = |(center, radius): (DVec3, f64)| met_at(&view, place, center, radius);
+    let placed = scene.drops.iter().map(|drop| (drop.center_at(scene.time) - camera, drop.radius));
+    let nearest = placed.map(met).fold(f64::INFINITY, f64::min);
+    let of_box = scene.rain().map_or(f64::INFINITY, |rain| {
+        let shift = rain.shift(tick_of_seconds(scene.time));
+        let from = rain.camera_place(camera);
+        (0..rain.count)
+            .into_par_iter()
+            .map(|index| (rain.relative(rain.place(index, shift), from).as_dvec3(), rain.radius))
+            .map(met)
+            .reduce(|| f64::INFINITY, f64::min)
+    });
+    let mut of_cells = f64::INFINITY;
+    if let Some(field) = Field::of(scene) {
+        field.for_each_shown(scene, LEAST_PX, &mut |drop| {
+            of_cells = of_cells.min(met((drop.from_camera, drop.radius.into())));
+        });
+    }
+    Some(nearest.min(of_box).min(of_cells)).filter(|depth| depth.is_finite())
+}
+
+/// Depth of a drop, its centre relative to the camera, if a place of the picture is on it or next to it; else infinite.
+fn met_at(view: &View, place: DVec2, center: DVec3, radius: f64) -> f64 {
+    let (at, is_before) = view.point(center);
+    let depth = -center.dot(view.back);
+    let is_met = is_before && at.distance(place) <= view.focal_px * radius / depth + NEAR_PX;
+    if is_met { depth } else { f64::INFINITY }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{ImageSize, PlacedDrop, RainSettings};
+
+    #[test]
+    fn a_click_focuses_on_the_nearest_drop_there() {
+        let image = ImageSize { width: 200, height: 100 };
+        let at = |x, z| PlacedDrop::sphere(DVec3::new(x, 0.0, z), 0.5);
+        let drops = vec![at(0.0, -20.0), at(0.1, -8.0), at(9.0, -9.0), at(0.0, 3.0)];
+        let mut scene = Scene { rain: None, drops, image, ..Scene::default() };
+        assert!(focus_on(&mut scene, DVec2::new(101.0, 51.0)));
+        assert_eq!(scene.camera.focus, 8.0);
+        assert!(focus_on(&mut scene, DVec2::new(150.0, 50.0)), "45 degrees to the right");
+        assert_eq!(scene.camera.focus, 9.0);
+        assert!(!focus_on(&mut scene, DVec2::new(30.0, 20.0)));
+        assert_eq!(scene.camera.focus, 9.0, "it stays where it was");
+        // One of the rain's box: where the GPU has it.
+        scene.drops.clear();
+        scene.rain = Some(RainSettings { count: 1, ..RainSettings::default() });
+        let (center, ..) = crate::rain::cull::sightings(&scene).next().expect("a drop");
+        scene.camera.target = scene.view().to_world() * center.as_dvec3();
+        assert!(focus_on(&mut scene, DVec2::new(100.0, 50.0)));
+        assert!((scene.camera.focus - f64::from(center.length())).abs() < 1e-3);
+    }
+}

@@ -1,0 +1,379 @@
+//! Lenses drawn by the GPU: light, coverage and colours of drops out of focus, against closed forms and the reference.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use glam::{DVec3, Vec3};
+use raindrops::environment::Environment;
+use raindrops::gpu::Device;
+use raindrops::passes::simulate::Counts;
+use raindrops::picture::Picture;
+use raindrops::picture::metrics::{Comparison, compare};
+use raindrops::picture::tone_map::exposure_of;
+use raindrops::plan::{Output, plan};
+use raindrops::rain::cull::count_visible;
+use raindrops::rain::field::Field;
+use raindrops::reference::{Tracer, Truth};
+use raindrops::renderer::Renderer;
+use raindrops::scene::model::{Lens, Preset};
+use raindrops::scene::real_rain::RealRain;
+use raindrops::scene::{PlacedDrop, RainSettings, Scene, ToneMap};
+
+use crate::common::on_device;
+
+fn square(edge: u32) -> Scene {
+    let mut scene = Scene { rain: None, ..Scene::default() };
+    (scene.image.width, scene.image.height) = (edge, edge);
+    scene.model.preset = Preset::Fast;
+    scene
+}
+
+/// Radiance of a few low waves over a decade.
+fn waves() -> Environment {
+    let texel = |at: u32| {
+        let (u, v) = ((at % 128) as f32 / 20.4, (at / 128) as f32 / 20.4);
+        Vec3::new((2.0 * u).cos() * v.sin(), (3.0 * u + v).sin(), (2.0 * v).cos()).exp()
+    };
+    Environment::from_texels("waves", 128, 64, (0..128 * 64).map(texel).collect())
+        .expect("an image")
+}
+
+fn renderer(device: &Arc<Device>, scene: &Scene, environment: &Environment) -> Renderer {
+    let plan = plan(scene, environment, Output::Radiance).expect("a plan");
+    Renderer::new(device, scene, environment, &plan).expect("a renderer")
+}
+
+fn draw(renderer: &mut Renderer, scene: &Scene) -> (Picture, Counts) {
+    renderer.submit(scene).expect("a frame");
+    let counts = renderer.finish().expect("a report").counts;
+    assert_eq!(counts.overflow, 0);
+    (renderer.read_radiance().expect("a picture"), counts)
+}
+
+fn truth(scene: &Scene, environment: &Environment, samples: u32) -> Picture {
+    Tracer::new(scene, environment, Truth { samples, ..Truth::default() }).picture()
+}
+
+fn against(truth: &Picture, picture: &Picture) -> Comparison {
+    compare(truth, picture, None, exposure_of(&ToneMap::default(), truth))
+}
+
+/// Of display values from 0 to 1.
+fn boxed_error(truth: &Picture, picture: &Picture) -> f64 {
+    10f64.powf(-0.05 * against(truth, picture).boxes.psnr_db)
+}
+
+fn sum(picture: &Picture) -> f64 {
+    picture.pixels.iter().map(|pixel| f64::from(pixel.y)).sum()
+}
+
+/// A black picture of `edge` pixels an edge.
+fn black(edge: u32) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("lens");
+    std::fs::create_dir_all(&folder).expect("a folder");
+    let path = folder.join(format!("black-{edge}.exr"));
+    let pixels = vec![Vec3::ZERO; (edge * edge) as usize];
+    Picture { width: edge, height: edge, pixels }.write_exr(&path).expect("a file");
+    path
+}
+
+/// A drop of some pixels of radius before black, focused at infinity.
+fn before_black(edge: u32, radius: f64, preset: Preset) -> Scene {
+    let mut scene = square(edge);
+    scene.model.preset = preset;
+    scene.background.color = Some(black(edge));
+    (scene.camera.vertical_fov, scene.camera.focus, scene.camera.aperture) =
+        (10.0, f64::INFINITY, 1e-3);
+    let pixel = 1.0 / scene.view().focal_px;
+    let at = DVec3::new(3.3 * pixel, 1.8 * pixel, -1.0);
+    scene.drops = vec![PlacedDrop::sphere(at, radius * pixel)];
+    scene
+}
+
+/// The lens that makes a disc of so many pixels of radius of a point at depth 1.
+fn aperture(scene: &Scene, blur: f64) -> f64 {
+    2.0 * blur / scene.view().focal_px
+}
+
+#[test]
+fn a_drop_out_of_focus_has_the_light_of_one_in_focus() {
+    const EDGE: u32 = 128;
+    let white = Environment::constant(Vec3::ONE);
+    on_device(|device| {
+        let mut worst = 0.0_f64;
+        for preset in [Preset::Fast, Preset::Exact] {
+            for radius in [0.05, 0.3, 1.4, 3.0, 25.0] {
+                if preset == Preset::Exact && [0.05, 1.4].contains(&radius) {
+                    continue;
+                }
+                let mut scene = before_black(EDGE, radius, preset);
+                let mut renderer = renderer(device, &scene, &white);
+                for blur in [0.55, 1.1, 3.3, 20.0] {
+                    scene.camera.aperture = aperture(&scene, blur);
+                    let disc = std::f64::consts::PI * radius * radius;
+                    let light = sum(&draw(&mut renderer, &scene).0) / disc;
+                    worst = worst.max((light - 1.0).abs());
+                    assert!(
+                        (light - 1.0).abs() < 0.01,
+                        "{preset}: radius {radius}, disc {blur}: {light} of the light"
+                    );
+                }
+            }
+        }
+        println!("off by {worst:.5} at most");
+    });
+}
+
+/// A drop of so many pixels of radius, its disc so many times as large, before the focus or beyond it.
+fn alone(radius_px: f64, ratio: f64) -> Scene {
+    let mut scene = square(48);
+    (scene.camera.vertical_fov, scene.camera.focus, scene.camera.aperture) = (50.0, 4.0, 0.1);
+    let f = scene.view().focal_px;
+    let inverse = ratio * radius_px / (f * 0.5 * scene.camera.aperture);
+    let behind = 0.25 - inverse;
+    let depth = if behind > 0.02 { behind.recip() } else { (0.25 + inverse).recip() };
+    let center = depth * DVec3::new(0.11, 0.07, -1.0);
+    scene.drops = vec![PlacedDrop::sphere(center, radius_px * depth / f)];
+    scene
+}
+
+#[test]
+fn drops_out_of_focus_are_near_the_reference() {
+    let environment = waves();
+    on_device(|device| {
+        for (radius, ratio, shows) in [
+            (0.3, 3.0, false),
+            (1.2, 1.0, true),
+            (2.5, 3.0, true),
+            (5.0, 10.0, true),
+            (10.0, 1.0, true),
+            (20.0, 0.3, true),
+            (30.0, 0.1, true),
+        ] {
+            let mut scene = alone(radius, ratio);
+            let truth = truth(&scene, &environment, 128);
+            scene.model.preset = Preset::Exact;
+            scene.model.lens = Some(Lens::Pinhole);
+            let sharp = draw(&mut renderer(device, &scene, &environment), &scene).0;
+            let control = against(&truth, &sharp).pixels.rel_mse;
+            scene.model.lens = None;
+            for (preset, bound) in [(Preset::Exact, 0.0009), (Preset::Fast, 0.0012)] {
+                scene.model.preset = preset;
+                let (picture, counts) = draw(&mut renderer(device, &scene, &environment), &scene);
+                assert_eq!(counts.visible, count_visible(&scene));
+                let error = boxed_error(&truth, &picture);
+                let rel_mse = against(&truth, &picture).pixels.rel_mse;
+                println!(
+                    "{preset} {radius} {ratio}: {error:.5}, relMSE {rel_mse:.6}, pinhole {control:.6}"
+                );
+                assert!(
+                    error < bound && rel_mse < 2.5e-3,
+                    "{preset}: radius {radius}, ratio {ratio}"
+                );
+                assert!(
+                    !shows || rel_mse < 0.5 * control,
+                    "{preset}: radius {radius}, ratio {ratio}: as sharp"
+                );
+            }
+        }
+    });
+}
+
+/// Light rain in a small box, in front of the focus and beyond it, and drops near the lens.
+fn busy(preset: Preset) -> Scene {
+    let mut scene = square(64);
+    (scene.camera.vertical_fov, scene.camera.focus, scene.camera.aperture) = (70.0, 6.0, 0.3);
+    scene.model.preset = preset;
+    scene.rain = Some(RainSettings {
+        count: 4000,
+        half_extent: DVec3::splat(30.0),
+        radius: 0.12,
+        velocity: DVec3::new(3.0, -9.0, 1.0),
+        ..RainSettings::default()
+    });
+    let moving = |center: [f64; 3], velocity: [f64; 3], radius: f64| PlacedDrop {
+        velocity: velocity.into(),
+        ..PlacedDrop::sphere(center.into(), radius)
+    };
+    scene.drops = vec![
+        moving([-4.0, 1.0, -6.0], [3.0, -2.0, 0.0], 0.5),
+        moving([0.4, 3.2, -9.0], [0.0, 0.5, 6.0], 0.4),
+        moving([0.3, -0.2, -0.8], [-1.0, 1.0, 2.0], 0.08),
+        moving([0.3, -1.0, -0.25], [0.0, 2.0, 0.0], 0.2),
+        moving([2.0, 2.0, -5.0], [0.0, 0.0, 0.0], 0.8),
+    ];
+    scene
+}
+
+#[test]
+fn rain_out_of_focus_is_near_the_reference() {
+    let environment = waves();
+    on_device(|device| {
+        for shutter in [0.0, 0.1] {
+            let mut exposed = busy(Preset::Exact);
+            exposed.camera.shutter = shutter;
+            let truth = truth(&exposed, &environment, 32);
+            for (preset, bound) in [(Preset::Exact, 0.002), (Preset::Fast, 0.004)] {
+                let mut scene = exposed.clone();
+                scene.model.preset = preset;
+                let (picture, counts) = draw(&mut renderer(device, &scene, &environment), &scene);
+                assert_eq!(counts.visible, count_visible(&scene));
+                let error = boxed_error(&truth, &picture);
+                let light = sum(&picture) / sum(&truth);
+                println!("{preset} {shutter}: {error:.5}, light {light:.5}");
+                assert!(error < bound && (light - 1.0).abs() < 0.004);
+            }
+        }
+    });
+}
+
+#[test]
+fn the_sky_is_seen_through_the_lens() {
+    let environment = waves();
+    let mut scene = square(48);
+    (scene.camera.vertical_fov, scene.camera.focus, scene.camera.aperture) = (60.0, 1.0, 0.8);
+    scene.drops = vec![PlacedDrop::sphere(DVec3::new(0.0, 0.0, 9.0), 0.1)];
+    let truth = truth(&scene, &environment, 256);
+    on_device(|device| {
+        let mut renderer = renderer(device, &scene, &environment);
+        let (picture, _) = draw(&mut renderer, &scene);
+        let mut sharp = scene.clone();
+        sharp.camera.aperture = 0.0;
+        let (sharp, _) = draw(&mut renderer, &sharp);
+        let (error, control) = (boxed_error(&truth, &picture), boxed_error(&truth, &sharp));
+        println!("{error:.5}, pinhole {control:.5}");
+        assert!(error < 0.0015 && control > 10.0 * error);
+    });
+}
+
+#[test]
+fn without_a_lens_a_frame_is_the_pinholes_to_the_byte() {
+    let environment = waves();
+    on_device(|device| {
+        for preset in [Preset::Fast, Preset::Exact] {
+            {
+                let scene = busy(preset);
+                let pinhole = Scene {
+                    camera: raindrops::scene::camera::Camera { aperture: 0.0, ..scene.camera },
+                    ..scene.clone()
+                };
+                let sharp = draw(&mut renderer(device, &pinhole, &environment), &pinhole).0;
+                let mut lens = renderer(device, &scene, &environment);
+                let blurred = draw(&mut lens, &scene).0;
+                assert!(blurred != sharp, "the control: {preset} draws no lens");
+                assert!(
+                    draw(&mut lens, &scene).0 == blurred,
+                    "{preset}: another picture of the same scene"
+                );
+                assert!(draw(&mut lens, &pinhole).0 == sharp, "{preset}: aperture 0");
+                let mut asked = scene.clone();
+                asked.model.lens = Some(Lens::Pinhole);
+                assert!(
+                    draw(&mut renderer(device, &asked, &environment), &asked).0 == sharp,
+                    "{preset}: asked for"
+                );
+                // A lens so small that no disc is as wide as a pixel.
+                let mut little = scene.clone();
+                (little.camera.aperture, little.drops) = (1e-5, scene.drops[..2].to_vec());
+                let wide = draw(&mut renderer(device, &little, &environment), &little).0;
+                let none = Scene {
+                    camera: raindrops::scene::camera::Camera { aperture: 0.0, ..little.camera },
+                    ..little
+                };
+                assert!(
+                    draw(&mut renderer(device, &none, &environment), &none).0 == wide,
+                    "{preset}: a tiny lens"
+                );
+            }
+        }
+        let mut paper = busy(Preset::Paper);
+        (paper.model.lens, paper.model.mask_size) = (Some(Lens::Pinhole), 64);
+        let mut pinhole = paper.clone();
+        pinhole.camera.aperture = 0.0;
+        let pictures = [&paper, &pinhole]
+            .map(|scene| draw(&mut renderer(device, scene, &environment), scene).0);
+        assert!(pictures[0] == pictures[1]);
+    });
+}
+
+/// Drops beyond the edges of a part are drawn as far as the lens spreads them into it.
+#[test]
+fn a_part_through_a_lens_is_that_of_the_whole() {
+    let environment = waves();
+    on_device(|device| {
+        let mut real = square(64);
+        real.rain =
+            Some(RainSettings::of(RealRain { extent: 6.0, rate: 100.0, ..RealRain::default() }));
+        (real.camera.aperture, real.camera.focus, real.model.cutoff_px) = (0.02, 1.5, Some(0.2));
+        for preset in [Preset::Fast, Preset::Exact] {
+            for scene in [busy(preset), real.clone()] {
+                let mut scene = scene;
+                scene.model.preset = preset;
+                let whole = draw(&mut renderer(device, &scene, &environment), &scene).0;
+                scene.camera.window = [0.25, 0.375, 0.75, 0.625];
+                let part = draw(&mut renderer(device, &scene, &environment), &scene).0;
+                let row = |y: usize| &whole.pixels[(y + 24) * 64 + 16..(y + 24) * 64 + 48];
+                let same = (0..16).all(|y| part.pixels[y * 32..(y + 1) * 32] == *row(y));
+                assert!(same, "{preset}, real rain: {}", scene.real_rain().is_some());
+            }
+        }
+    });
+}
+
+/// Images of a bare sun become discs; none of their light is lost.
+#[test]
+fn glints_out_of_focus_keep_their_light() {
+    let mut texels = vec![Vec3::splat(0.1); 256 * 128];
+    texels[40 * 256 + 90] = Vec3::splat(5e4);
+    let sun = Environment::from_texels("sun", 256, 128, texels).expect("an image");
+    on_device(|device| {
+        for (preset, radius) in
+            [(Preset::Fast, 3.0), (Preset::Fast, 16.0), (Preset::Exact, 1.0), (Preset::Exact, 8.0)]
+        {
+            let mut scene = before_black(128, radius, preset);
+            let mut renderer = renderer(device, &scene, &sun);
+            let mut of_blur = |blur: f64| {
+                scene.camera.aperture = aperture(&scene, blur);
+                sum(&draw(&mut renderer, &scene).0)
+            };
+            let sharp = of_blur(0.0);
+            for blur in [1.4, 12.0] {
+                let light = of_blur(blur) / sharp;
+                println!("{preset} {radius} {blur}: {light:.3}");
+                assert!(
+                    (light - 1.0).abs() < 0.06,
+                    "{preset}: radius {radius}, disc {blur}: {light}"
+                );
+            }
+        }
+    });
+}
+
+/// Drops are found as far beside the view as a wide lens sees them.
+#[test]
+fn every_drop_that_the_lens_sees_is_found() {
+    let environment = Environment::constant(Vec3::ONE);
+    on_device(|device| {
+        let mut boxed = busy(Preset::Fast);
+        boxed.rain = boxed.rain.map(|rain| RainSettings { count: 20_000, radius: 0.01, ..rain });
+        boxed.drops.clear();
+        boxed.camera.aperture = 4.0;
+        let mut real = square(64);
+        let rain = RealRain { extent: 6.0, rate: 100.0, ..RealRain::default() };
+        real.rain = Some(RainSettings::of(rain));
+        (real.camera.aperture, real.camera.focus, real.model.cutoff_px) = (0.2, 1.5, Some(0.05));
+        for scene in [boxed, real] {
+            let plan = plan(&scene, &environment, Output::Radiance).expect("a plan");
+            let found = draw(&mut renderer(device, &scene, &environment), &scene).1.visible;
+            let count = |scene: &Scene| match (Field::of(scene), &plan.cutoff) {
+                (Some(field), Some(cutoff)) => field.count_visible(scene, cutoff.px),
+                _ => count_visible(scene),
+            };
+            let mut pinhole = scene.clone();
+            pinhole.camera.aperture = 0.0;
+            println!("{found}, through a pinhole {}", count(&pinhole));
+            assert_eq!(found, count(&scene));
+            assert!(found > count(&pinhole) * 11 / 10, "the control: the lens sees no more");
+        }
+    });
+}
