@@ -3,9 +3,9 @@
 // takes texel buffers so large. Needs tile_buffers.glsl, `sky` and
 // `splat_table`.
 #ifdef TEXELS
-layout(set = 0, binding = 24) uniform usamplerBuffer node_texels;
-layout(set = 0, binding = 25) uniform usamplerBuffer sky_texels;
-layout(set = 0, binding = 26) uniform usamplerBuffer splat_texels;
+layout(set = 0, binding = 25) uniform usamplerBuffer node_texels;
+layout(set = 0, binding = 26) uniform usamplerBuffer sky_texels;
+layout(set = 0, binding = 27) uniform usamplerBuffer splat_texels;
 uvec4 four_of_nodes(uint word) { return texelFetch(node_texels, int(word / 4u)); }
 uint one_of_nodes(uint word) {
     uvec4 four = four_of_nodes(word);

@@ -15,7 +15,7 @@ use crate::plan::{Choice, check_drawable};
 use crate::scene::background::DepthKind;
 use crate::scene::model::{
     DropShape, FarRain, Fresnel, Lookup, Motion, Operator, Optics, Order, Preset, Primitive,
-    Reflection, Simulation, Sizes, Weights,
+    Reflection, ShapeModel, Simulation, Sizes, Weights,
 };
 use crate::scene::{RainSettings, Scene};
 use crate::{Error, Result};
@@ -221,6 +221,9 @@ pub struct AxisArgs {
     /// How drops are shown that move while the shutter is open
     #[arg(long, value_enum, value_name = "NAME")]
     motion: Option<Motion>,
+    /// In what shape drops are drawn that are no spheres
+    #[arg(long, value_enum, value_name = "NAME")]
+    shape: Option<ShapeModel>,
 }
 
 impl AxisArgs {
@@ -241,6 +244,7 @@ impl AxisArgs {
         model.far_rain = self.far_rain.or(model.far_rain);
         model.cutoff_px = self.cutoff_px.or(model.cutoff_px);
         model.motion = self.motion.or(model.motion);
+        model.shape = self.shape.or(model.shape);
         scene.validate("command line")
     }
 }

@@ -21,6 +21,7 @@ pub mod present;
 pub mod radial;
 pub mod rain_field;
 pub mod renewal;
+mod shapes;
 pub mod simulate;
 pub mod sky;
 pub mod tiles;

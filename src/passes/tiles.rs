@@ -27,6 +27,7 @@ use super::frame::{Frame, FrameBuffer};
 use super::light_constants;
 use super::placed::PlacedDrops;
 use super::rain_field::{RainField, SortedDrops};
+use super::shapes::Shapes;
 use super::simulate::Simulate;
 use super::veil::Veil;
 use crate::gpu::{
@@ -37,7 +38,7 @@ use crate::plan::FramePlan;
 use crate::rain::clusters::CLUSTER;
 use crate::rain::field::Seen;
 use crate::scene::Scene;
-use crate::scene::model::Motion;
+use crate::scene::model::{Motion, ShapeModel};
 use crate::scene::projection::View;
 use crate::{Error, Result};
 
@@ -152,6 +153,7 @@ pub struct Tiles {
     veil: Veil,
     /// How large drops move.
     moves: Buffer,
+    shapes: Shapes,
     _found: Buffer,
 }
 
@@ -342,6 +344,7 @@ impl Tiles {
             Veil::new(device, tiles_px, in_view * f64::from(plan.room), moves && splats > 0)?;
         let large_moves =
             make("motions of large drops", 32, if moves { larges } else { 1 }, storage)?;
+        let shapes = Shapes::new(device, scene, plan, larges)?;
         let found = make("clusters in view", 1, found_bytes, storage)?;
         let counters = Simulate::counters(device)?;
 
@@ -369,6 +372,7 @@ impl Tiles {
             // Without a depth no shader reads it.
             .chain([buffer(reach.as_ref().unwrap_or(&found))])
             .chain([&placed.motions, &veil.buffer, &large_moves].map(buffer))
+            .chain([&shapes.given, &shapes.large].map(buffer))
             .chain(views.map(|view| (Binding::UNIFORM_TEXEL_BUFFER, Resource::Texels(view))))
             .collect();
         let bindings = Bindings::of(device, "tiles", &slots)?;
@@ -379,12 +383,18 @@ impl Tiles {
             plan.samples,
             has_depth.into(),
         ];
+        let shape = match plan.shape.model {
+            ShapeModel::Sphere => 0,
+            ShapeModel::Stretched => 1,
+            ShapeModel::Spheroid | ShapeModel::Equilibrium => 2,
+        };
+        let shape = [shape, plan.shape.rays_px.to_bits()];
         let constants: Vec<u32> = light_constants(&plan.light)
             .into_iter()
             .chain([0]) // no shader has this one
             .chain(own)
             .chain([moves.into()])
-            .chain([0; 2])
+            .chain(shape)
             .collect();
         let pipeline = |shader, push_words: u32| {
             ComputePipeline::new(device, shader, &bindings, 4 * push_words, &constants)
@@ -420,6 +430,7 @@ impl Tiles {
             placed,
             veil,
             moves: large_moves,
+            shapes,
             _found: found,
         })
     }
@@ -452,9 +463,9 @@ impl Tiles {
         self.source.buffers().into_iter().chain(&self.buffers)
     }
 
-    /// The lists of the veil, and how large drops move.
-    pub(super) fn of_motion(&self) -> [&Buffer; 2] {
-        [&self.veil.buffer, &self.moves]
+    /// The lists of the veil, how large drops move, and what shape they have.
+    pub(super) fn of_larges(&self) -> [&Buffer; 3] {
+        [&self.veil.buffer, &self.moves, &self.shapes.large]
     }
 
     /// Whether there may be streaks of one colour.

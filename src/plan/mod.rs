@@ -8,6 +8,7 @@ mod demand;
 mod errors;
 mod motion;
 mod requirements;
+mod shape;
 mod undrawn;
 
 pub use auto::{Choice, Prospect, choose, keep, pick, prospects};
@@ -16,6 +17,7 @@ pub use cutoff::Cutoff;
 pub use demand::{Demand, SizeClass, contrast};
 pub use errors::{ERRORS, GLINT_RADII_PX, GLINTS, RADII_PX};
 pub use requirements::requirements;
+pub use shape::DrawnShape;
 pub use undrawn::check_drawable;
 
 use serde::{Deserialize, Serialize};
@@ -23,11 +25,10 @@ use serde::{Deserialize, Serialize};
 use crate::environment::Environment;
 use crate::optics::WATER;
 use crate::rain::medium;
-use crate::rain::shape::SMALLEST_FLATTENED;
 use crate::rain::visibility::Frustum;
 use crate::scene::Scene;
 use crate::scene::model::{
-    DropShape, FarRain, Fresnel, Lookup, Motion, Operator, Optics, Order, Preset, Primitive,
+    FarRain, Fresnel, Lookup, Motion, Operator, Optics, Order, Preset, Primitive,
     Reflection, Simulation, Weights,
 };
 use crate::scene::real_rain::RealRain;
@@ -79,6 +80,8 @@ pub struct FramePlan {
     pub samples: u32,
     /// How drops are shown that move while the shutter is open.
     pub motion: Motion,
+    /// In what shape drops are drawn that are no spheres.
+    pub shape: DrawnShape,
     /// What a drop does to a ray of light.
     pub light: Light,
     /// Factor on the room for drops in view and for their tile fragments; 1 but where a host's view has grown.
@@ -281,29 +284,18 @@ pub fn plan_by(
         rays_px: if optics == Optics::Appearance { RAYS_PX } else { 0.0 },
         samples,
         motion,
+        shape: shape::shape_of(scene, primitive, optics)?,
         light,
         room: 1,
         cutoff: scene.real_rain().map(|rain| Cutoff::of(scene, &rain, environment)),
         tone_map: (output == Output::Display).then_some(scene.tone_map.operator),
         log_average: output == Output::Display && scene.tone_map.derives_exposure(),
         layers,
-        doubt: chosen.and_then(|chosen| chosen.doubt.clone()).or_else(|| shape_left_out(scene)),
+        doubt: chosen.and_then(|chosen| chosen.doubt.clone()),
         why: chosen.map(|chosen| chosen.reason.clone()),
         passes: Vec::new(),
     };
     Ok(FramePlan { passes: passes(scene, &plan), ..plan })
-}
-
-/// What is said where drops of real rain would not be spheres.
-fn shape_left_out(scene: &Scene) -> Option<String> {
-    let rain = scene
-        .real_rain()
-        .filter(|rain| rain.shape != DropShape::Sphere && rain.diameters[1] > SMALLEST_FLATTENED)?;
-    let shape = rain.shape;
-    Some(format!(
-        "drops are drawn as spheres, though rain.shape = \"{shape}\": over 1 mm they are flattened, which shows in drops \
-         of some pixels at rest"
-    ))
 }
 
 /// What is passed over, what stands behind, and how many drops there are.

@@ -1,7 +1,6 @@
 //! What a scene may ask for and no preset draws: said, never left out in silence.
 
 use crate::scene::Scene;
-use crate::scene::model::DropShape;
 use crate::{Error, Result};
 
 /// Whether the renderer can follow every key of `scene`.
@@ -21,19 +20,6 @@ pub fn check_drawable(scene: &Scene) -> Result<()> {
 /// The first key that the renderer cannot follow, and what it would have to draw.
 fn undrawn(scene: &Scene) -> Option<(String, &'static str)> {
     let camera = &scene.camera;
-    let of_drop = scene.drops.iter().zip(1..).find_map(|(drop, number)| {
-        let key = |key: &str| format!("drop {number}: {key}");
-        if drop.axis_ratio.is_some_and(|ratio| ratio != 1.0) {
-            Some((key("axis_ratio"), "a drop that is no sphere"))
-        } else if drop.shape.is_some_and(|shape| shape != DropShape::Sphere) {
-            Some((key("shape"), "a drop that is no sphere"))
-        } else {
-            None
-        }
-    });
-    if of_drop.is_some() {
-        return of_drop;
-    }
     let keys = [(camera.aperture > 0.0, "camera: aperture", "a lens")];
     let found = keys.into_iter().find(|(is_asked, ..)| *is_asked);
     found.map(|(_, key, what)| (key.to_string(), what))

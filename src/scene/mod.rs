@@ -25,7 +25,7 @@ use crate::scene::camera::{Camera, View};
 use crate::scene::film::Film;
 use crate::scene::model::{
     DropShape, FarRain, Fresnel, Lookup, Motion, Operator, Optics, Order, Preset, Primitive,
-    Reflection, Simulation, Weights,
+    Reflection, ShapeModel, Simulation, Weights,
 };
 use crate::scene::real_rain::{RainTable, RealRain};
 use crate::scene::water::Water;
@@ -231,6 +231,9 @@ pub struct ModelChoice {
     /// How drops are shown that move while the shutter is open.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub motion: Option<Motion>,
+    /// In what shape drops are drawn that are no spheres.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shape: Option<ShapeModel>,
 }
 
 impl ModelChoice {
@@ -280,6 +283,7 @@ impl ModelChoice {
             ("far_rain", self.far_rain.is_some()),
             ("cutoff_px", self.cutoff_px.is_some()),
             ("motion", self.motion.is_some()),
+            ("shape", self.shape.is_some()),
         ];
         given.into_iter().filter(|(_, is_given)| *is_given).map(|(name, _)| name).collect()
     }
@@ -365,6 +369,7 @@ impl Default for ModelChoice {
             far_rain: None,
             cutoff_px: None,
             motion: None,
+            shape: None,
         }
     }
 }
