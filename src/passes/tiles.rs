@@ -256,7 +256,8 @@ impl Tiles {
         let range = u64::from(device_limits.max_storage_buffer_range);
         let groups = u64::from(device_limits.max_compute_work_group_count[0]);
         let cutoff_px = plan.cutoff.as_ref().map_or(0.0, |cutoff| cutoff.px);
-        let cells = Cells::new(device, scene, cutoff_px, plan.room)?;
+        let is_flattened = plan.shape.model != ShapeModel::Sphere;
+        let cells = Cells::new(device, scene, cutoff_px, plan.room, is_flattened)?;
         let drops = match &cells {
             Some((cells, _)) => u64::from(cells.room[0]) * u64::from(CLUSTER),
             None => scene.drop_count().into(),

@@ -263,6 +263,12 @@ pub fn plan_by(
             Light { internal_reflections: if is_tile { orders } else { 0 }, ..Light::default() }
         }
     };
+    let shape = shape::shape_of(scene, primitive, optics)?;
+    // Under total reflection much light is still inside after eight orders, and would leave where none does.
+    let usual = match optics == Optics::ClosedForm && shape.is_traced() {
+        true => Light { weights: Weights::Physical, ..usual },
+        false => usual,
+    };
     let light = Light {
         internal_reflections: orders.unwrap_or(usual.internal_reflections),
         weights: choice.weights.unwrap_or(usual.weights),
@@ -284,7 +290,7 @@ pub fn plan_by(
         rays_px: if optics == Optics::Appearance { RAYS_PX } else { 0.0 },
         samples,
         motion,
-        shape: shape::shape_of(scene, primitive, optics)?,
+        shape,
         light,
         room: 1,
         cutoff: scene.real_rain().map(|rain| Cutoff::of(scene, &rain, environment)),

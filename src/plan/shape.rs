@@ -1,8 +1,8 @@
 //! In what shape drops are drawn that are no spheres in the scene.
 
-use super::Optics;
+use super::{Optics, RAYS_PX};
 use crate::rain::shape::SMALLEST_FLATTENED;
-use crate::scene::Scene;
+use crate::scene::{PlacedDrop, Scene};
 use crate::scene::model::{DropShape, Primitive, ShapeModel};
 use crate::{Error, Result};
 
@@ -11,7 +11,7 @@ use crate::{Error, Result};
 const LONG_EXPOSURE: f64 = 1.0 / 250.0;
 
 /// Radius in pixels from which a drop that is no sphere is traced rather than shown by a sphere's picture, flattened.
-const FLAT_RAYS_PX: f32 = 4.0;
+const FLAT_RAYS_PX: f32 = 1.5;
 
 /// The shape that drops are drawn in.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,6 +45,12 @@ impl NoSpheres {
         });
         Self { falls, placed }
     }
+
+    /// Whether some are flatter below than above.
+    fn is_halved(scene: &Scene) -> bool {
+        let is_equilibrium = |drop: &PlacedDrop| drop.shape == Some(DropShape::Equilibrium);
+        scene.real_rain().is_some() || scene.drops.iter().any(is_equilibrium)
+    }
 }
 
 /// The model for the drops of `scene` that are no spheres, drawn as `primitive` by `optics`.
@@ -57,13 +63,21 @@ pub(super) fn shape_of(
     optics: Optics,
 ) -> Result<DrawnShape> {
     let NoSpheres { falls, placed } = NoSpheres::of(scene);
-    let rays_px = if optics == Optics::Appearance { FLAT_RAYS_PX } else { 0.0 };
-    let drawn = |model, why: &str| Ok(DrawnShape { model, rays_px, why: why.into() });
+    let by_pictures = optics == Optics::Appearance;
+    let drawn = |model, why: String| {
+        let rays_px = match (by_pictures, model) {
+            (false, _) => 0.0,
+            (true, ShapeModel::Sphere | ShapeModel::Stretched) => RAYS_PX,
+            (true, ShapeModel::Spheroid | ShapeModel::Equilibrium) => FLAT_RAYS_PX,
+        };
+        Ok(DrawnShape { model, rays_px, why })
+    };
     if !falls && placed.is_none() {
-        return drawn(ShapeModel::Sphere, "every drop is one");
+        return drawn(ShapeModel::Sphere, "every drop is one".into());
     }
-    if scene.model.shape == Some(ShapeModel::Sphere) {
-        return drawn(ShapeModel::Sphere, "as the scene asks, though some drops are none");
+    let asked = scene.model.shape;
+    if asked == Some(ShapeModel::Sphere) {
+        return drawn(ShapeModel::Sphere, "as the scene asks, of drops that are none".into());
     }
     if let (true, Some((number, key))) = (primitive != Primitive::Tile, placed) {
         return Err(Error::Scene {
@@ -73,26 +87,30 @@ pub(super) fn shape_of(
             ),
         });
     }
-    let pictures = if optics == Optics::Appearance {
-        format!("; under {rays_px} px of radius a sphere's picture on their outline")
-    } else {
-        String::new()
+    if asked.is_none() && by_pictures && placed.is_none() && is_long(scene) {
+        let why = "drops that fall while the shutter is open for 1/250 s or longer are too faint to show another";
+        return drawn(ShapeModel::Sphere, why.into());
+    }
+    let model = asked.unwrap_or(ShapeModel::Equilibrium);
+    let what = match model {
+        ShapeModel::Sphere | ShapeModel::Stretched => "a sphere's picture on the outline of a spheroid",
+        ShapeModel::Spheroid => "rays traced through spheroids",
+        ShapeModel::Equilibrium if NoSpheres::is_halved(scene) => "rays traced through two half spheroids",
+        ShapeModel::Equilibrium => "rays traced through spheroids",
     };
-    match scene.model.shape {
-        Some(ShapeModel::Stretched) => {
-            drawn(ShapeModel::Stretched, "a sphere's picture on a spheroid's outline, as the scene asks")
+    let under = match (by_pictures, model) {
+        (true, ShapeModel::Spheroid | ShapeModel::Equilibrium) => {
+            format!("; under {FLAT_RAYS_PX} px of radius a sphere's picture on their outline")
         }
-        Some(ShapeModel::Spheroid) => {
-            drawn(ShapeModel::Spheroid, &format!("spheroids, traced, as the scene asks{pictures}"))
-        }
-        None if optics == Optics::Appearance && placed.is_none() && is_long(scene) => drawn(
-            ShapeModel::Sphere,
-            "drops that fall for 1/250 s or longer while the shutter is open are too faint to show their shape",
-        ),
-        _ => drawn(
-            ShapeModel::Equilibrium,
-            &format!("drops are flattened, rays traced through two half spheroids{pictures}"),
-        ),
+        _ => String::new(),
+    };
+    drawn(model, format!("{what}{under}"))
+}
+
+impl DrawnShape {
+    /// Whether rays are traced through drops.
+    pub fn is_traced(&self) -> bool {
+        matches!(self.model, ShapeModel::Spheroid | ShapeModel::Equilibrium)
     }
 }
 
