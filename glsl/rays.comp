@@ -115,8 +115,9 @@ void main() {
         return;
     }
     vec2 wide = 0.5 * abs(moves[2u * blocks[at] + 1u].xy);
-    low = clamp(r.center + around.xy - wide, corner, corner + 1.0);
-    high = max(clamp(r.center + around.zw + wide, corner, corner + 1.0), low + 1e-3);
+    around += vec4(-wide, wide);
+    low = clamp(r.center + around.xy, corner, corner + 1.0);
+    high = max(clamp(r.center + around.zw, corner, corner + 1.0), low + 1e-3);
     float covered;
     nodes[node + COLORS + pixel] = moving_color(low, high, r.sphere, body, motion, pixels, place_moved(r.index), behind, covered);
     if ((r.look & COVER_BY_RAYS) != 0u) {

@@ -142,10 +142,7 @@ vec3 shape_light_by_index(sampler2D map, vec4 shape, vec3 to_ray, vec3 d, float 
             vec3 out_direction = leaves ? WATER * w - (WATER * ci - ct) * normal : w;
             vec3 first = refracted(w, -normal, t.direction_1, -normal_1, WATER, ci, max(ct, 1e-3));
             vec3 second = refracted(w, -normal, t.direction_2, -normal_2, WATER, ci, max(ct, 1e-3));
-            // Of light that stayed inside, which fans out far in one direction, by that: what is small and bright would be
-            // met by a few rays with all its might.
-            float fan = k < 2u ? fan_of(first, second) : max(fan_of(first, second), sqrt(length(first) * length(second)));
-            sum += share * radiance(map, out_direction, fan * step);
+            sum += share * radiance(map, out_direction, fan_of(first, second) * step);
         }
         if (ends) break;
         left *= f;

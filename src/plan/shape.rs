@@ -11,7 +11,7 @@ use crate::{Error, Result};
 const LONG_EXPOSURE: f64 = 1.0 / 250.0;
 
 /// Radius in pixels from which a drop that is no sphere is traced rather than shown by a sphere's picture, flattened.
-const FLAT_RAYS_PX: f32 = 1.5;
+const FLAT_RAYS_PX: f32 = 4.0;
 
 /// The shape that drops are drawn in.
 #[derive(Clone, Debug, PartialEq)]

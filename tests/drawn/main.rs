@@ -20,6 +20,8 @@ mod orders;
 mod paper_model;
 mod rain_field;
 mod rotation;
+mod shape_shader;
+mod shapes;
 mod simulate;
 mod stages;
 mod tiled;
