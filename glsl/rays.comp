@@ -32,6 +32,9 @@ layout(set = 0, binding = 18) uniform sampler2D whole_map;
 
 #include "ray_in_shape.glsl"
 
+// Fewest rays of a pixel of a drop that is no sphere: beside the rim, where light is reflected totally, one is speckled.
+const uint LEAST_FLAT_RAYS = 4;
+
 // The mean over those of SAMPLES places where the ray hits the drop,
 // by the closed form. The places fill the part of the pixel that the box around the outline leaves,
 // from `low` to `high`: a drop far smaller than the pixel gets all of them. `pixels`: its radius. Places where the drop is
@@ -45,9 +48,10 @@ uint color(vec2 low, vec2 high, vec4 sphere, Body body, float pixels, vec2 moved
     // much again by interpolation. (Eight pixels, 64 rays: RMS error 1.3 grey levels, by half 2.6;
     // under a pixel, 4 rays: 6.6 and by half 4.3.)
     float spacing = clamp(0.25 * pixels, 0.5, 1.0);
-    float step = spacing * sqrt(extent.x * extent.y / float(SAMPLES)) / pixels;
-    for (uint i = 0u; i < SAMPLES; ++i) {
-        vec3 d = normalize(ray_through(low + fract(place_of(i, SAMPLES) + moved) * extent));
+    uint rays = body.is_flat ? max(SAMPLES, LEAST_FLAT_RAYS) : SAMPLES;
+    float step = spacing * sqrt(extent.x * extent.y / float(rays)) / pixels;
+    for (uint i = 0u; i < rays; ++i) {
+        vec3 d = normalize(ray_through(low + fract(place_of(i, rays) + moved) * extent));
         // From the centre to the ray; the cross product keeps its digits at the rim.
         vec3 to_ray = cross(cross(d, sphere.xyz), d) / -sphere.w;
         float b = length(to_ray);
@@ -70,7 +74,7 @@ uint color(vec2 low, vec2 high, vec4 sphere, Body body, float pixels, vec2 moved
         weights += weight;
     }
     // A drop beside the camera has no outline that would tell where it is: its rays do.
-    return (body.is_flat ? !body.has_outline : is_beside(sphere.xyz, sphere.w)) && hits < 0.5 * float(SAMPLES) ? NO_COLOR : pack_radiance(sum / weights);
+    return (body.is_flat ? !body.has_outline : is_beside(sphere.xyz, sphere.w)) && hits < 0.5 * float(rays) ? NO_COLOR : pack_radiance(sum / weights);
 }
 
 #include "moving_rays.glsl"

@@ -94,10 +94,10 @@ fn what_no_preset_draws_is_said_with_the_command_that_does() {
     let drop = "[[drop]]\ncenter = [0, 0, -5]\n";
     for (text, key) in [
         // Through more of its box than is drawn.
-        ("[camera]\nshutter = 60.0".into(), "camera: shutter"),
-        ("[camera]\naperture = 0.01".into(), "camera: aperture"),
+        ("[camera]\nshutter = 60.0", "camera: shutter"),
+        ("[camera]\naperture = 0.01", "camera: aperture"),
     ] {
-        let scene = parse(&text).unwrap_or_else(|error| panic!("{text}: {error}"));
+        let scene = parse(text).unwrap_or_else(|error| panic!("{text}: {error}"));
         let problem = match plan(&scene, &sky, Output::Display) {
             Ok(_) => panic!("{text} is drawn"),
             Err(error) => error.to_string(),

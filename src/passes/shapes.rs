@@ -83,9 +83,7 @@ fn of_diameter(model: ShapeModel, mm: f64) -> [f64; 4] {
 fn of_placed(model: ShapeModel, drop: &PlacedDrop, metres: f64) -> [f64; 4] {
     match (drop.axis_ratio, drop.shape) {
         (Some(ratio), _) => spheroid(ratio),
-        (None, Some(DropShape::Equilibrium)) => {
-            of_diameter(model, 2000.0 * drop.radius * metres)
-        }
+        (None, Some(DropShape::Equilibrium)) => of_diameter(model, 2000.0 * drop.radius * metres),
         _ => ROUND,
     }
 }

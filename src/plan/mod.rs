@@ -28,8 +28,8 @@ use crate::rain::medium;
 use crate::rain::visibility::Frustum;
 use crate::scene::Scene;
 use crate::scene::model::{
-    FarRain, Fresnel, Lookup, Motion, Operator, Optics, Order, Preset, Primitive,
-    Reflection, Simulation, Weights,
+    FarRain, Fresnel, Lookup, Motion, Operator, Optics, Order, Preset, Primitive, Reflection,
+    Simulation, Weights,
 };
 use crate::scene::real_rain::RealRain;
 use crate::{Error, Result};

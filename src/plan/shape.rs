@@ -2,8 +2,8 @@
 
 use super::{Optics, RAYS_PX};
 use crate::rain::shape::SMALLEST_FLATTENED;
-use crate::scene::{PlacedDrop, Scene};
 use crate::scene::model::{DropShape, Primitive, ShapeModel};
+use crate::scene::{PlacedDrop, Scene};
 use crate::{Error, Result};
 
 /// While the shutter is open for so long, in seconds, a falling drop is so faint that its shape does not show: by under
@@ -57,11 +57,7 @@ impl NoSpheres {
 ///
 /// # Errors
 /// [`Error::Scene`] if they cannot be drawn so, with what can.
-pub(super) fn shape_of(
-    scene: &Scene,
-    primitive: Primitive,
-    optics: Optics,
-) -> Result<DrawnShape> {
+pub(super) fn shape_of(scene: &Scene, primitive: Primitive, optics: Optics) -> Result<DrawnShape> {
     let NoSpheres { falls, placed } = NoSpheres::of(scene);
     let by_pictures = optics == Optics::Appearance;
     let drawn = |model, why: String| {
@@ -93,9 +89,13 @@ pub(super) fn shape_of(
     }
     let model = asked.unwrap_or(ShapeModel::Equilibrium);
     let what = match model {
-        ShapeModel::Sphere | ShapeModel::Stretched => "a sphere's picture on the outline of a spheroid",
+        ShapeModel::Sphere | ShapeModel::Stretched => {
+            "a sphere's picture on the outline of a spheroid"
+        }
         ShapeModel::Spheroid => "rays traced through spheroids",
-        ShapeModel::Equilibrium if NoSpheres::is_halved(scene) => "rays traced through two half spheroids",
+        ShapeModel::Equilibrium if NoSpheres::is_halved(scene) => {
+            "rays traced through two half spheroids"
+        }
         ShapeModel::Equilibrium => "rays traced through spheroids",
     };
     let under = match (by_pictures, model) {
@@ -114,7 +114,7 @@ impl DrawnShape {
     }
 }
 
-/// Whether the shutter is open so long that drops that fall show no shape.
+/// Whether the shutter is open so long that drops that fall show no shape. A film may slow down until they stand still.
 fn is_long(scene: &Scene) -> bool {
-    scene.drawn_exposure().abs() >= LONG_EXPOSURE
+    scene.film.is_default() && scene.drawn_exposure().abs() >= LONG_EXPOSURE
 }

@@ -343,7 +343,14 @@ fn relative(drop: &CellDrop, camera: &Place, edge: f32) -> Vec3 {
 }
 
 impl Lattice {
-    fn record(&self, reach: f64, place: &Place, moved: DVec3, depth: f64, metres: f64) -> ClassRecord {
+    fn record(
+        &self,
+        reach: f64,
+        place: &Place,
+        moved: DVec3,
+        depth: f64,
+        metres: f64,
+    ) -> ClassRecord {
         let with = |[x, y, z]: [u32; 3], w: u32| [x, y, z, w];
         let [x, y, z] = (moved / metres).as_vec3().to_array();
         ClassRecord {

