@@ -14,11 +14,14 @@
 #include "streak.glsl"
 
 layout(std430, set = 0, binding = 16) readonly buffer Moves { vec4 moves[]; };
+#define LARGE_SHAPES_BINDING 18
+#define LARGE_SHAPES_ACCESS readonly
+#include "large_shape.glsl"
 
 // What is only read, by texels where the device takes buffers of so many (see by_four.glsl).
 #ifdef TEXELS
-layout(set = 0, binding = 17) uniform usamplerBuffer large_texels;
-layout(set = 0, binding = 18) uniform usamplerBuffer picture_texels;
+layout(set = 0, binding = 19) uniform usamplerBuffer large_texels;
+layout(set = 0, binding = 20) uniform usamplerBuffer picture_texels;
 Large large_at(uint number) {
     int at = int(4u * number);
     uvec4 c = texelFetch(large_texels, at + 2), d = texelFetch(large_texels, at + 3);
@@ -53,6 +56,19 @@ vec4 cover(vec2 from, vec4 to_disc, vec2 half_side, float radius, float edge, ou
     vec4 edge_px = (1.0 - disc) * disc * inversesqrt(max(slope_x * slope_x + slope_y * slope_y, 1e-20));
     vec4 ramp = clamp(edge_px + 0.5 - 1.0 / (24.0 * radius), 0.0, 1.0);
     return radius < 1.0 ? overlap : mix(ramp, vec4(1.0), lessThan(disc, vec4(1e-3)));
+}
+
+// The same by a drop that is no sphere; `from` its upper ellipse's centre.
+vec4 cover_flat(vec2 from, vec4 to_disc, LargeShape l, float edge, out uvec4 texels) {
+    vec2 half_side = box_of_equal_area(0.5 * (l.box.zw - l.box.xy), l.radius), middle = 0.5 * (l.box.xy + l.box.zw);
+    bool small = l.radius < 1.0;
+    vec4 upper = cover(from - (small ? middle : vec2(0.0)), to_disc, half_side, l.radius, edge, texels);
+    if (l.gradient == vec2(0.0)) return upper;
+    uvec4 of_lower;
+    vec4 lower = cover(from - (small ? middle : l.lower), l.lower_to_disc, half_side, l.radius, edge, of_lower);
+    vec4 parting = l.at_upper + l.gradient.x * (from.x + vec4(0.0, 1.0, 2.0, 3.0)) + l.gradient.y * from.y;
+    texels = mix(texels, of_lower, greaterThan(parting, vec4(0.0)));
+    return mix(upper, lower, greaterThan(parting, vec4(0.0)));
 }
 
 #include "moving_cover.glsl"
@@ -150,6 +166,13 @@ void main() {
     vec4 m = r.to_disc;
     float det = abs(m.x * m.w - m.y * m.z), radius = inversesqrt(det);
     vec2 half_side = box_of_equal_area(vec2(length(m.wz), length(m.yx)) / det, radius);
+    bool is_flat = SHAPE != SPHERES && (r.look & FLAT) != 0u;
+    LargeShape l;
+    if (is_flat) {
+        l = large_shapes[blocks[at]];
+        radius = l.radius;
+        half_side = box_of_equal_area(0.5 * (l.box.zw - l.box.xy), radius);
+    }
     float fade = float(r.look >> 16) / 65535.0;
     // A picture whose texels are about as large as a pixel: of small drops rather larger ones, which
     // need no filter, of larger drops rather smaller ones, which keep their detail (by FLIP against
@@ -162,6 +185,10 @@ void main() {
     uvec4 texels_above, texels_below;
     vec4 above = fade * cover(from, m, half_side, radius, edge, texels_above);
     vec4 below = fade * cover(from + vec2(0.0, 1.0), m, half_side, radius, edge, texels_below);
+    if (is_flat) {
+        above = fade * cover_flat(from, m, l, edge, texels_above);
+        below = fade * cover_flat(from + vec2(0.0, 1.0), m, l, edge, texels_below);
+    }
     bool moves_over = false, covered_by_rays = false, is_blurred = false;
     if (is_spread()) {
         vec2 way = moves[2u * blocks[at] + 1u].xy;

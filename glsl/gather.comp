@@ -14,6 +14,8 @@
 #include "tile_drop.glsl"
 #include "lens.glsl"
 #include "motion.glsl"
+#include "shape.glsl"
+#include "shape_given.glsl"
 #include "streak.glsl"
 #include "disc.glsl"
 #define VEIL_BINDING 15
@@ -46,25 +48,37 @@ void main() {
     uint what = sighting(drop.view, drop.radius, reach_across(drop.view, drop.radius), distance2);
     bool exposed = is_exposed();
     Path path = path_at_rest();
+    vec4 shape = shape_of(is_drop ? index : 0u, drop);
     if (exposed) {
-        path = path_of(drop.view, drop.radius, motion_of(is_drop ? index : 0u));
+        path = path_of(drop.view, drop.radius * reach_of_shape(shape), motion_of(is_drop ? index : 0u));
         if (path.moved != vec3(0.0)) what = sighting_moving(drop.view, path.moved, drop.radius);
     }
-    if (!is_drop || !is_shown(index, drop, distance2)) what = OUT_OF_VIEW;
+    bool known = is_drop && is_shown(index, drop, distance2);
+    if (!known) what = OUT_OF_VIEW;
 
     Outline o = outline_of(drop, distance2);
+    float deep = drop.radius;
+    bool drawn = what == VISIBLE || what == BESIDE_CAMERA;
+    if (!is_round(shape)) {
+        // It is counted as the sphere of its volume is, and drawn where it is.
+        deep = depth_of_shape(drop.radius, shape);
+        if (!is_beside(drop.view, deep)) o = outline_of_shape(drop, seen_as(shape, path));
+        bool inside = known && holds_camera(shape, -drop.relative / drop.radius);
+        drawn = known && !inside && may_show(drop, path, shape, distance2);
+        if (what == CAMERA_INSIDE && !inside) what = OUT_OF_VIEW;
+    }
     vec2 half_sides = box_of_equal_area(o.box, o.radius);
-    bool beside = what != OUT_OF_VIEW && what != CAMERA_INSIDE && (is_beside(drop.view, drop.radius) || !path.even);
-    bool streak = exposed && what == VISIBLE && !beside && is_streak(drop, o, path, distance2);
+    bool beside = drawn && (is_beside(drop.view, deep) || !path.even);
+    bool streak = exposed && drawn && !beside && is_streak(drop, o, path, distance2);
     float opacity = 1.0;
     if (exposed) half_sides = blurred(half_sides, path, opacity);
     float blur = blur_of(drop.view, path.moved, drop.radius), disc = 0.0;
     if (is_lens() && blur > 0.0) {
         disc = disc_of(-drop.view.z);
-        streak = streak || what == VISIBLE && !beside && is_veil_disc(drop, o, path, disc, distance2);
+        streak = streak || drawn && !beside && is_veil_disc(drop, o, path, disc, distance2);
         half_sides = defocused(half_sides, disc, opacity);
     }
-    bool small = what == VISIBLE && !beside && !streak && is_small(drop, o, half_sides, distance2) && is_short(o, path)
+    bool small = drawn && !beside && !streak && is_small(drop, o, half_sides, distance2) && is_short(o, path)
         && is_little(o.radius, disc);
     vec2 box = small ? half_sides : o.box;
     if (exposed) {
@@ -73,7 +87,7 @@ void main() {
     }
     if (is_lens() && !small) box += blur;
     ivec4 pixels = pixels_in(o.center, box);
-    bool shown = what == VISIBLE && !streak && all(lessThanEqual(pixels.xy, pixels.zw));
+    bool shown = drawn && !beside && !streak && all(lessThanEqual(pixels.xy, pixels.zw));
     uvec2 first = uvec2(pixels.xy) / TILE, last = uvec2(pixels.zw) / TILE;
     // Of the drops in the whole picture those that the part shows.
     shown = shown && all(lessThan(first, end_tile())) && all(greaterThanEqual(last, first_tile()));

@@ -24,6 +24,10 @@ layout(std430, set = 0, binding = 16) readonly buffer SplatTable { uvec4 splat_t
 #include "glints.glsl"
 #include "far_glints.glsl"
 #include "lens.glsl"
+#include "shape.glsl"
+#define LARGE_SHAPES_BINDING 24
+#define LARGE_SHAPES_ACCESS readonly
+#include "large_shape.glsl"
 
 // Radius in pixels under which a far drop has the images of the nearest direction: a fifth of a pixel off at most.
 const float TABLE_PX = 4.0;
@@ -101,14 +105,27 @@ vec3 to_view(vec3 world) {
     return vec3(dot(frame.right.xyz, world), dot(frame.up.xyz, world), dot(frame.back.xyz, world));
 }
 
+bool is_flat(Large r) {
+    return SHAPE != SPHERES && (r.look & FLAT) != 0u;
+}
+
 // Draws the images that a far drop of some pixels shows as splats do; whether it is one.
 bool add_by_table(uint drop, Large r) {
     vec4 m = r.to_disc;
     float squared = 1.0 / abs(m.x * m.w - m.y * m.z), radius = sqrt(squared);
+    vec4 size = vec4(radius);
+    if (is_flat(r)) {
+        // Its picture is flattened with its outline.
+        LargeShape l = large_shapes[drop];
+        radius = l.radius;
+        squared = radius * radius;
+        size = (0.5 * (l.box.zw - l.box.xy)).xyxy;
+        r.center += 0.5 * (l.box.xy + l.box.zw);
+    }
     if (SPLAT_PX == 0.0 || (r.look & BY_RAYS) != 0u || radius > TABLE_PX) return false;
     uint direction = r.look & 0xfffu;
     uvec4 shown = splat_table[2u * direction];
-    vec4 at = unpackSnorm4x8(shown.z) * (LONGEST_OFFSET * radius);
+    vec4 at = unpackSnorm4x8(shown.z) * (LONGEST_OFFSET * size);
     vec3 first = squared * unpack_radiance(shown.w);
     vec3 others = squared * unpack_radiance(splat_table[2u * direction + 1u].y);
     // A quarter of a pixel farther in where nothing is covered.
@@ -129,6 +146,9 @@ void solve(uint drop) {
     float far = length(r.sphere.xyz), sine = min(r.sphere.w / far, 0.99999);
     vec3 axis = r.sphere.xyz / far;
     float focal = frame.image.z, pixels = focal * sine;
+    bool flat_picture = is_flat(r);
+    vec4 shape = ROUND;
+    if (flat_picture) shape = large_shapes[drop].shape;
     for (uint i = 0u; i < source_count.x; ++i) {
         vec4 source = sources[i].toward;
         vec3 toward = to_view(source.xyz), u = aside_of(toward, axis), v = cross(toward, u);
@@ -153,11 +173,13 @@ void solve(uint drop) {
                     for (uint attempt = 0u; !done && attempt < 2u; ++attempt) {
                         float sin_a = sine * (attempt == 0u ? image.x : inner), cos_a = sqrt(1.0 - sin_a * sin_a);
                         vec3 ray = cos_a * axis + sin_a * aside;
+                        float larger = 1.0;
+                        if (flat_picture) ray = cos_a * axis + sine * flattened(shape, sin_a / sine * aside, axis, vertical(), larger);
                         float depth = max(-ray.z, 0.01);
                         // Pixels for each unit of solid angle grow with depth^-3.
                         vec2 at = pixel_of(vec2(ray.x, -ray.y) * (focal / depth));
                         done = -ray.z < 0.01
-                            || add_light(drop, r, at, color * light * (image.y / (cos_a * depth * depth * depth)));
+                            || add_light(drop, r, at, color * light * (larger * image.y / (cos_a * depth * depth * depth)));
                     }
                 }
             }
@@ -172,6 +194,8 @@ void main() {
         Large r = larges[first + i * WIDE];
         bool shown = (r.look & AS_SPLATS) == 0u && r.look >> 16 != 0u;
         if (HAS_LENS != 0u && is_spread()) shown = shown && !spreads_glints(first + i * WIDE, r);
+        // Rays that are traced find the sources themselves.
+        if (SHAPE == TRACED && is_flat(r) && (r.look & BY_RAYS) != 0u) shown = false;
         if (shown && !add_by_table(first + i * WIDE, r)) todo |= 1u << i;
     }
     for (; todo != 0u; todo &= todo - 1u) solve(first + uint(findLSB(todo)) * WIDE);

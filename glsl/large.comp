@@ -13,6 +13,11 @@
 #include "tile_drop.glsl"
 #include "lens.glsl"
 #include "motion.glsl"
+#include "shape.glsl"
+#include "shape_given.glsl"
+#define LARGE_SHAPES_BINDING 18
+#define LARGE_SHAPES_ACCESS writeonly
+#include "large_shape.glsl"
 
 layout(local_size_x = 64) in;
 
@@ -71,10 +76,19 @@ void main() {
     vec3 v = drop.view;
     float distance2;
     sighting(v, drop.radius, distance2);
-    bool exposed = is_exposed(), beside = is_beside(v, drop.radius);
+    vec4 shape = shape_of(r.index, drop);
+    bool flat_drop = !is_round(shape);
+    float reach = drop.radius * reach_of_shape(shape);
+    bool exposed = is_exposed(), beside = is_beside(v, flat_drop ? depth_of_shape(drop.radius, shape) : drop.radius);
     Path path = path_at_rest();
-    if (exposed) path = path_of(v, drop.radius, motion_of(r.index));
+    if (exposed) path = path_of(v, reach, motion_of(r.index));
     Outline o = outline_of(drop, distance2);
+    ShapeOutline s;
+    if (flat_drop && !beside) {
+        vec4 seen = seen_as(shape, path);
+        s = shape_outline_of(v, drop.radius, seen);
+        o = outline_of_shape(drop, seen);
+    }
     r.sphere = vec4(v, drop.radius);
     vec2 half_sides = box_of_equal_area(o.box, o.radius);
     float splat_opacity = 1.0, blur = blur_of(v, path.moved, drop.radius), disc = blur > 0.0 ? disc_of(-v.z) : 0.0;
@@ -92,7 +106,7 @@ void main() {
     // Drops are ordered by their tangents' length: of two that do not touch, the one with the shorter is
     // never behind the other. By their centres a small drop behind a large one's rim would be before it. (A
     // splat's radius is nothing beside its distance.)
-    r.distance2 = floatBitsToUint(distance2 - radius2);
+    r.distance2 = floatBitsToUint(flat_drop ? max(distance2 - radius2, 0.0) : distance2 - radius2);
 
     // Its picture: that of the nearest direction, turned as that direction's basis is. `radial` and
     // `across` are the outline's axes on the screen, `out_r` and `out_t` how they leave the ray.
@@ -106,22 +120,44 @@ void main() {
     vec3 out_r = world * vec3(radial * (-v.z * distance_r), far * distance_r);
     vec3 out_t = world * vec3(across, 0.0);
     vec2 disc_r = vec2(dot(out_r, u), dot(out_r, w)), disc_t = vec2(dot(out_t, u), dot(out_t, w));
-    bool rays = beside || !path.even || o.radius > RAYS_PX || distance2 < NEAR_RADII * NEAR_RADII * radius2;
-    // What moves and is spread over a disc as well has no closed form.
-    rays = rays || is_lens() && blur > 0.0 && path.moved != vec3(0.0);
+    float rays_px = flat_drop ? FLAT_RAYS_PX : RAYS_PX;
+    bool rays = beside || !path.even || o.radius > rays_px || distance2 < NEAR_RADII * NEAR_RADII * radius2;
+    // What moves and is spread over a disc as well has no closed form, nor has what is no sphere.
+    rays = rays || is_lens() && blur > 0.0 && (path.moved != vec3(0.0) || flat_drop);
     if (rays) {
         disc_r = vec2(1.0, 0.0);
         disc_t = vec2(0.0, 1.0);
     }
     r.to_disc.xy = disc_r * (radial.x / axes.x) + disc_t * (across.x / axes.y);
     r.to_disc.zw = -(disc_r * (radial.y / axes.x) + disc_t * (across.y / axes.y));
+    if (flat_drop && beside) {
+        large_shapes[at] = no_outline(shape);
+    } else if (flat_drop) {
+        mat2 turned = mat2(1.0);
+        if (!rays) {
+            turned = flattening(shape, drop.relative * distance_r, u, w) * mat2(r.to_disc.xy, r.to_disc.zw);
+        }
+        mat2 upper = to_disc_of(s.upper, turned), lower = to_disc_of(s.lower, turned);
+        r.to_disc = vec4(upper[0], upper[1]);
+        r.center = s.upper.center + path.aside;
+        LargeShape l;
+        l.shape = shape;
+        l.lower_to_disc = vec4(lower[0], lower[1]);
+        l.lower = s.lower.center - s.upper.center;
+        l.gradient = s.gradient;
+        l.box = box_of(s);
+        l.at_upper = s.at_upper;
+        l.radius = o.radius;
+        l.unused = vec2(0.0);
+        large_shapes[at] = l;
+    }
     uint opacity = uint(opacity_at(distance2) * 65535.0 + 0.5);
-    r.look = texel | (rays ? BY_RAYS : 0u) | opacity << 16;
+    r.look = texel | (rays ? BY_RAYS : 0u) | (flat_drop ? FLAT : 0u) | opacity << 16;
 
     ivec4 pixels = pixels_in(o.center, o.box + reach_of(path) + min(disc, MOST_BLUR_PX));
-    // A far one at rest is covered as its outline and the disc overlap, the others as their rays find.
+    // A far sphere at rest is covered as its outline and the disc overlap, the others as their rays find.
     bool is_near = beside || distance2 < NEAR_RADII * NEAR_RADII * radius2;
-    bool through_lens = is_lens() && blur > 0.0 && (is_near || path.moved != vec3(0.0));
+    bool through_lens = is_lens() && blur > 0.0 && (is_near || path.moved != vec3(0.0) || flat_drop);
     if (!path.even || through_lens) r.look |= COVER_BY_RAYS;
     if (through_lens && blur == MOST_BLUR_PX) {
         // It comes to the lens: it may be anywhere.
@@ -129,8 +165,8 @@ void main() {
         r.to_disc = vec4(1e-6, 0.0, 0.0, 1e-6);
     } else if (through_lens) {
         vec3 from = v - 0.5 * path.moved, to = v + 0.5 * path.moved;
-        vec2 xa = seen_through_lens(from.x, -from.z, drop.radius), xb = seen_through_lens(to.x, -to.z, drop.radius);
-        vec2 ya = seen_through_lens(-from.y, -from.z, drop.radius), yb = seen_through_lens(-to.y, -to.z, drop.radius);
+        vec2 xa = seen_through_lens(from.x, -from.z, reach), xb = seen_through_lens(to.x, -to.z, reach);
+        vec2 ya = seen_through_lens(-from.y, -from.z, reach), yb = seen_through_lens(-to.y, -to.z, reach);
         vec2 low = vec2(min(xa.x, xb.x), min(ya.x, yb.x)), high = vec2(max(xa.y, xb.y), max(ya.y, yb.y));
         vec2 most = vec2(MOST_BLUR_PX);
         low = clamp(frame.image.z * low, -most, most);
@@ -141,8 +177,8 @@ void main() {
     if (!path.even && !path.near) {
         // Around the outlines at both ends.
         vec3 ends[2] = vec3[2](v - 0.5 * path.moved, v + 0.5 * path.moved);
-        Outline a = outline_of(Drop(vec3(0.0), ends[0], drop.radius), dot(ends[0], ends[0]));
-        Outline b = outline_of(Drop(vec3(0.0), ends[1], drop.radius), dot(ends[1], ends[1]));
+        Outline a = outline_of(Drop(vec3(0.0), ends[0], reach), dot(ends[0], ends[0]));
+        Outline b = outline_of(Drop(vec3(0.0), ends[1], reach), dot(ends[1], ends[1]));
         vec2 low = min(a.center - a.box, b.center - b.box), high = max(a.center + a.box, b.center + b.box);
         pixels = pixels_in(0.5 * (low + high), 0.5 * (high - low));
         r.to_disc = vec4(1e-6, 0.0, 0.0, 1e-6);
@@ -151,8 +187,8 @@ void main() {
         r.center = pixel_of(vec2(0.0));
         r.to_disc = vec4(1e-6, 0.0, 0.0, 1e-6);
         vec3 from = v - 0.5 * path.moved, to = v + 0.5 * path.moved;
-        vec2 x = passes_along(vec2(from.x, -from.z), vec2(to.x, -to.z), drop.radius);
-        vec2 y = passes_along(vec2(-from.y, -from.z), vec2(-to.y, -to.z), drop.radius);
+        vec2 x = passes_along(vec2(from.x, -from.z), vec2(to.x, -to.z), reach);
+        vec2 y = passes_along(vec2(-from.y, -from.z), vec2(-to.y, -to.z), reach);
         vec2 low = vec2(x.x, y.x), high = vec2(x.y, y.y);
         pixels = pixels_in(r.center + frame.image.z * 0.5 * (low + high), frame.image.z * 0.5 * (high - low));
     }

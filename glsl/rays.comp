@@ -17,7 +17,15 @@ layout(local_size_x = 256) in;
 layout(std430, set = 0, binding = 23) readonly buffer Moves { vec4 moves[]; };
 layout(set = 0, binding = 10) uniform sampler2D environment_map;
 
+// With its bright sources, which drops that are no spheres are not searched for.
+layout(set = 0, binding = 18) uniform sampler2D whole_map;
+
 #include "drop_light.glsl"
+#include "shape.glsl"
+#include "shape_light.glsl"
+#define LARGE_SHAPES_BINDING 24
+#define LARGE_SHAPES_ACCESS readonly
+#include "large_shape.glsl"
 
 #define SOURCES_BINDING 17
 #include "sources.glsl"
@@ -28,11 +36,16 @@ layout(std430, set = 0, binding = 19) readonly buffer Bow { vec4 bow[]; };
 #define REACH_BINDING 20
 #include "reach.glsl"
 
+#include "ray_in_shape.glsl"
+
+// Fewest rays of a pixel of a drop that is no sphere: beside the rim, where light is reflected totally, one is speckled.
+const uint LEAST_FLAT_RAYS = 4;
+
 // The mean over those of SAMPLES places where the ray hits the drop,
 // by the closed form. The places fill the part of the pixel that the box around the outline leaves,
 // from `low` to `high`: a drop far smaller than the pixel gets all of them. `pixels`: its radius. Places where the drop is
 // farther than `behind` count as if they missed it.
-uint color(vec2 low, vec2 high, vec4 sphere, float pixels, vec2 moved, float behind) {
+uint color(vec2 low, vec2 high, vec4 sphere, Body body, float pixels, vec2 moved, float behind) {
     vec3 sum = vec3(0.0);
     float hits = 0.0, weights = 0.0;
     mat3 world = mat3(frame.right.xyz, frame.up.xyz, frame.back.xyz);
@@ -41,15 +54,25 @@ uint color(vec2 low, vec2 high, vec4 sphere, float pixels, vec2 moved, float beh
     // much again by interpolation. (Eight pixels, 64 rays: RMS error 1.3 grey levels, by half 2.6;
     // under a pixel, 4 rays: 6.6 and by half 4.3.)
     float spacing = clamp(0.25 * pixels, 0.5, 1.0);
-    float step = spacing * sqrt(extent.x * extent.y / float(SAMPLES)) / pixels;
-    for (uint i = 0u; i < SAMPLES; ++i) {
-        vec3 d = normalize(ray_through(low + fract(place_of(i, SAMPLES) + moved) * extent));
+    uint rays = body.is_flat ? max(SAMPLES, LEAST_FLAT_RAYS) : SAMPLES;
+    float step = spacing * sqrt(extent.x * extent.y / float(rays)) / pixels;
+    for (uint i = 0u; i < rays; ++i) {
+        vec3 d = normalize(ray_through(low + fract(place_of(i, rays) + moved) * extent));
         // From the centre to the ray; the cross product keeps its digits at the rim.
         vec3 to_ray = cross(cross(d, sphere.xyz), d) / -sphere.w;
         float b = length(to_ray);
         bool hit = b < 1.0 && dot(d, sphere.xyz) > 0.0;
         // Beyond the rim, the rim, for pixels that no sample hits but the outline touches.
         float held = min(b, 0.99999), weight = hit ? 1.0 : 1e-4;
+        if (body.is_flat) {
+            RayInShape flat_ray = ray_in_shape(body, to_ray, d);
+            weight = flat_ray.hits && dot(d, sphere.xyz) > 0.0 ? 1.0 : 1e-4;
+            hits += weight;
+            if (HAS_DEPTH != 0u && dot(d, sphere.xyz) + sphere.w * front_in(flat_ray, body) >= behind) weight = 1e-4;
+            sum += weight * light_in(flat_ray, body, world, step);
+            weights += weight;
+            continue;
+        }
         hits += weight;
         if (HAS_DEPTH != 0u && dot(d, sphere.xyz) - sphere.w * sqrt((1.0 - held) * (1.0 + held)) >= behind) weight = 1e-4;
         Encounter e = Encounter(d, to_ray / max(b, 1e-9), held, sqrt((1.0 - held) * (1.0 + held)));
@@ -57,7 +80,7 @@ uint color(vec2 low, vec2 high, vec4 sphere, float pixels, vec2 moved, float beh
         weights += weight;
     }
     // A drop beside the camera has no outline that would tell where it is: its rays do.
-    return is_beside(sphere.xyz, sphere.w) && hits < 0.5 * float(SAMPLES) ? NO_COLOR : pack_radiance(sum / weights);
+    return (body.is_flat ? !body.has_outline : is_beside(sphere.xyz, sphere.w)) && hits < 0.5 * float(rays) ? NO_COLOR : pack_radiance(sum / weights);
 }
 
 #include "moving_rays.glsl"
@@ -76,8 +99,17 @@ void main() {
     vec2 corner = vec2(tile * TILE + uvec2(pixel % TILE.x, pixel / TILE.x));
     vec4 m = r.to_disc;
     vec2 box = vec2(length(m.wz), length(m.yx)) / abs(m.x * m.w - m.y * m.z);
-    vec2 low = clamp(r.center - box, corner, corner + 1.0);
-    vec2 high = clamp(r.center + box, corner, corner + 1.0);
+    Body body;
+    body.is_flat = SHAPE != SPHERES && (r.look & FLAT) != 0u;
+    vec4 around = vec4(-box, box);
+    if (body.is_flat) {
+        LargeShape l = large_shapes[blocks[at]];
+        body.shape = l.shape;
+        body.has_outline = has_outline(l);
+        around = l.box;
+    }
+    vec2 low = clamp(r.center + around.xy, corner, corner + 1.0);
+    vec2 high = clamp(r.center + around.zw, corner, corner + 1.0);
     // A pixel beside the box, which no more than the smoothed edge reaches: the nearest point.
     high = max(high, low + 1e-3);
     float d2 = dot(r.sphere.xyz, r.sphere.xyz), r2 = r.sphere.w * r.sphere.w;
@@ -93,7 +125,7 @@ void main() {
     float blur = is_lens() ? moves[2u * blocks[at]].w : 0.0;
     if (HAS_LENS != 0u && blur > 0.0) {
         float covered;
-        uint found = lens_color(corner, r.sphere, motion, pixels, blur, place_moved(r.index), behind, covered);
+        uint found = lens_color(corner, r.sphere, body, motion, pixels, blur, place_moved(r.index), behind, covered);
         nodes[node + COLORS + pixel] = found;
         if ((r.look & COVER_BY_RAYS) == 0u) return;
         // The part of a unit that is left over is rounded by chance, so that what is faint keeps its light on the mean.
@@ -102,14 +134,15 @@ void main() {
         return;
     }
     if (motion == vec3(0.0)) {
-        nodes[node + COLORS + pixel] = color(low, high, r.sphere, pixels, moved, behind);
+        nodes[node + COLORS + pixel] = color(low, high, r.sphere, body, pixels, moved, behind);
         return;
     }
-    vec2 wide = box + 0.5 * abs(moves[2u * blocks[at] + 1u].xy);
-    low = clamp(r.center - wide, corner, corner + 1.0);
-    high = max(clamp(r.center + wide, corner, corner + 1.0), low + 1e-3);
+    vec2 wide = 0.5 * abs(moves[2u * blocks[at] + 1u].xy);
+    around += vec4(-wide, wide);
+    low = clamp(r.center + around.xy, corner, corner + 1.0);
+    high = max(clamp(r.center + around.zw, corner, corner + 1.0), low + 1e-3);
     float covered;
-    nodes[node + COLORS + pixel] = moving_color(low, high, r.sphere, motion, pixels, place_moved(r.index), behind, covered);
+    nodes[node + COLORS + pixel] = moving_color(low, high, r.sphere, body, motion, pixels, place_moved(r.index), behind, covered);
     if ((r.look & COVER_BY_RAYS) != 0u) {
         covered *= float(r.look >> 16);
         atomicOr(nodes[node + COVERAGE + pixel / 2u], uint(covered + 0.5) << 16u * (pixel & 1u));

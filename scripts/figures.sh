@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Makes the pictures of docs/pictures: the README's streaks, rainbows, a million drops, one drop, the paper's figures 1, 3,
-# 4, 5 and 7, its Table II as a plot, and three frames of a film. Some three minutes on two cores, if nothing else runs.
+# 4, 5 and 7, its Table II as a plot, flattened drops, and three frames of a film. Some three minutes on two cores, if nothing else runs.
 # Not made here: window.png and split.png, screenshots of the window (Shift F12 and F12), report.png, one of a page of
 # `raindrops report` in a browser, and tradeoff.svg
 # (`raindrops tradeoff --svg`). Figure 7 needs the environments that scripts/setup.sh fetches.
@@ -101,6 +101,27 @@ done
 
 step "Table II: frames a second by number of drops"
 raindrops bench --preset paper,fast --seconds 1 --frames 7 --svg $out/table-2.svg >/dev/null
+
+step "flattened drops of 1 to 6 mm, level and from below, by the reference and by each model"
+# shape_row NAME TARGET SIZE: six drops of 1 to 6 mm beside one another across the view
+shape_row() {
+  printf 'metres = 0.001\n[camera]\nposition = [0.0, 0.0, 0.0]\ntarget = [%s]\nvertical_fov = 0.515\n[image]\nwidth = 380\nheight = 90\n' "$2"
+  local x=-14.6 mm
+  for mm in 1 2 3 4 5 6; do
+    x=$(awk "BEGIN { print $x + 0.5 * $mm }")
+    printf '[[drop]]\nshape = "equilibrium"\nradius = %s\ncenter = [%s, %s]\n' "$(awk "BEGIN { print 0.5 * $mm }")" "$x" "$1"
+    x=$(awk "BEGIN { print $x + 0.5 * $mm + 1.6 }")
+  done
+}
+shape_row "0.0, -1000.0" "0.0, 0.0, -1.0" >"$work/level.toml"
+shape_row "866.03, -500.0" "0.0, 0.86603, -0.5" >"$work/below.toml"
+for view in level below; do
+  raindrops reference "$work/$view.toml" -o $out/shapes-$view-reference.png
+  raindrops render "$work/$view.toml" --preset exact -o $out/shapes-$view-exact.png
+  raindrops render "$work/$view.toml" --preset fast -o $out/shapes-$view-fast.png
+  raindrops render "$work/$view.toml" --preset exact --shape stretched -o $out/shapes-$view-stretched.png
+  raindrops render "$work/$view.toml" --preset exact --shape sphere -o $out/shapes-$view-sphere.png
+done
 
 step "film: falling, standing still, halfway round a drop"
 raindrops render $scenes/film.toml -o "$work/film.png"

@@ -73,9 +73,11 @@ vec2 lens_place(uint number, uint count, float turned, vec3 d, vec3 center, vec3
 
 // As `moving_color`: the drop's light in a pixel from `corner` on; `covered`: part of the lens and of the time for which it
 // covers the pixel.
-uint lens_color(vec2 corner, vec4 sphere, vec3 motion, float pixels, float blur, vec2 moved, float behind, out float covered) {
+uint lens_color(vec2 corner, vec4 sphere, Body body, vec3 motion, float pixels, float blur, vec2 moved, float behind, out float covered) {
     vec3 sum = vec3(0.0);
     float weights = 0.0, radius = sphere.w, focal = frame.image.z;
+    // Of a sphere around what is none.
+    float reach = body.is_flat ? radius * reach_of_shape(body.shape) : radius;
     mat3 world = mat3(frame.right.xyz, frame.up.xyz, frame.back.xyz);
     uint rays = max(SAMPLES, LEAST_LENS_RAYS);
     // Neighbours take other places, or the edges of the few pictures would show.
@@ -90,18 +92,29 @@ uint lens_color(vec2 corner, vec4 sphere, vec3 motion, float pixels, float blur,
         vec2 in_pixel = fract(vec2(0.75487767, 0.56984029) * float(i) + turned);
         vec3 through = ray_through(corner + in_pixel) / focal;
         float share;
-        vec2 place = lens_place(i, rays, turned.x, through, sphere.xyz, motion, radius, share);
+        vec2 place = lens_place(i, rays, turned.x, through, sphere.xyz, motion, reach, share);
         vec3 d = normalize(through - vec3(place * frame.lens.y, 0.0)), from = sphere.xyz - vec3(place, 0.0);
         vec3 center = from;
         if (motion != vec3(0.0)) {
             float nearest;
-            vec2 times = times_met(d, from, motion, radius, nearest);
+            vec2 times = times_met(d, from, motion, reach, nearest);
             float part = max(times.y - times.x, 0.0);
             share *= part;
             float moment = part > 0.0 ? mix(times.x, times.y, fract(0.75487767 * float(i) + turned.y)) : nearest;
             center = from + moment * motion;
         }
         vec3 to_ray = cross(cross(d, center), d) / -radius;
+        if (body.is_flat) {
+            RayInShape flat_ray = ray_in_shape(body, to_ray, d);
+            if (!flat_ray.hits || dot(d, center) <= 0.0) share = 0.0;
+            float front = dot(d, center) + radius * front_in(flat_ray, body);
+            if (HAS_DEPTH != 0u && front >= deep / max(-d.z, 1e-6)) share = 0.0;
+            float weight = max(share, 1e-6);
+            sum += weight * light_in(flat_ray, body, world, step);
+            weights += weight;
+            covered += share;
+            continue;
+        }
         float b = length(to_ray), held = min(b, 0.99999), cosine = sqrt((1.0 - held) * (1.0 + held));
         if (b >= 1.0 || dot(d, center) <= 0.0) share = 0.0;
         if (HAS_DEPTH != 0u && dot(d, center) - radius * cosine >= deep / max(-d.z, 1e-6)) share = 0.0;
@@ -114,6 +127,7 @@ uint lens_color(vec2 corner, vec4 sphere, vec3 motion, float pixels, float blur,
     }
     covered /= float(rays);
     vec3 light = sum / weights;
-    if (has_spread_glints(sphere, motion, blur)) light += light_of_sources(world * normalize(sphere.xyz));
+    // Rays through what is no sphere meet the sources themselves.
+    if (!(SHAPE == TRACED && body.is_flat) && has_spread_glints(sphere, motion, blur)) light += light_of_sources(world * normalize(sphere.xyz));
     return pack_radiance(light);
 }

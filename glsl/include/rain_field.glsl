@@ -7,7 +7,7 @@ struct RainClass {
     uvec4 cell_high; // high words; w: of the salt
     uvec4 fraction;  // the camera's place in its cell in units of 2^-32 of its edge; w: number of thresholds
     vec4 moved;      // xyz: how far drops move while the shutter is open, scene units; w: a cell's edge
-    vec4 limits;     // largest radius, and the depth to which drops are shown one by one, scene units
+    vec4 limits;     // how far drops reach from their centres at most, and the depth to which drops are shown one by one, scene units
 };
 
 // A layer of cells.

@@ -16,13 +16,16 @@ const uint MAX_BINS = MAX_BANDS * MAX_REGIONS;
 const uint ROW = 32768; // workgroups of a row, where there may be more than a device takes along an axis
 
 // `constants` in src/passes/tiles.rs; a pipeline has those of light_model.glsl before.
+layout(constant_id = 8) const uint HAS_LENS = 0;     // 1: drops may be seen through a lens
 layout(constant_id = 9) const float SPLAT_PX = 1.5; // radius under which a drop is a splat
 layout(constant_id = 10) const float RAYS_PX = 12.0; // radius from which it is drawn by rays
 layout(constant_id = 11) const uint HAS_PLACED = 0;  // 1: some drops are placed by hand; CELLS: 1, drops differ
 layout(constant_id = 12) const uint SAMPLES = 1;     // rays a pixel
 layout(constant_id = 13) const uint HAS_DEPTH = 0;   // 1: what is behind hides drops that are farther (reach.glsl)
 layout(constant_id = 14) const uint MOTION = 0;      // 1: the shutter may be open for a time
-layout(constant_id = 15) const uint HAS_LENS = 0;    // 1: drops may be seen through a lens
+layout(constant_id = 15) const uint SHAPE = 0;       // what drops are that are no spheres in the scene (shape.glsl)
+layout(constant_id = 16) const float FLAT_RAYS_PX = 12.0; // radius from which those are drawn by rays
+const uint SPHERES = 0, STRETCHED = 1, TRACED = 2;   // of SHAPE; stretched: a sphere's picture on their outline
 
 // What depends on the picture's size is no constant, so that pictures of all sizes have the same pipelines.
 #define TILE_COUNT frame.tiles.x
@@ -80,7 +83,7 @@ struct Large {
     vec4 to_disc;    // columns of the matrix from pixel offsets to (s, t) of the unit disc
     vec4 sphere;     // centre in view space, radius
     vec2 center;     // of its outline, pixels
-    uint look;       // number of its direction, 12 bits; BY_RAYS, AS_SPLATS; opacity, upper 16 bits
+    uint look;       // number of its direction, 12 bits; BY_RAYS, AS_SPLATS, FLAT; opacity, upper 16 bits
     uint index;      // of the drop
     uint first_tile; // x and y, 16 bits each
     uint across;     // tiles
@@ -92,6 +95,8 @@ const uint BY_RAYS = 0x8000u;
 const uint AS_SPLATS = 0x4000u;
 // What it covers is found by its rays, too: it comes so near while the shutter is open that it is no outline.
 const uint COVER_BY_RAYS = 0x2000u;
+// It is no sphere: `large_shapes` (large_shape.glsl) has the rest, and its outline is that of two ellipses.
+const uint FLAT = 0x1000u;
 layout(std430, set = 0, binding = 6) buffer Larges { Large larges[]; };
 // Those that have more than MOST_TILES blocks: number, and how many blocks. As each has so many,
 // there is room for all.

@@ -11,11 +11,11 @@ use crate::gpu::disk_cache::{KeptDevice, user_folder};
 use crate::gpu::{Device, DeviceReport, Instance, Validation, choose_among};
 use crate::measure;
 use crate::measure::costs::{costs, ranked};
-use crate::plan::{Choice, check_drawable};
+use crate::plan::Choice;
 use crate::scene::background::DepthKind;
 use crate::scene::model::{
     DropShape, FarRain, Fresnel, Lens, Lookup, Motion, Operator, Optics, Order, Preset, Primitive,
-    Reflection, Simulation, Sizes, Weights,
+    Reflection, ShapeModel, Simulation, Sizes, Weights,
 };
 use crate::scene::{RainSettings, Scene};
 use crate::{Error, Result};
@@ -224,6 +224,9 @@ pub struct AxisArgs {
     /// How drops out of focus are shown
     #[arg(long, value_enum, value_name = "NAME")]
     lens: Option<Lens>,
+    /// In what shape drops are drawn that are no spheres
+    #[arg(long, value_enum, value_name = "NAME")]
+    shape: Option<ShapeModel>,
 }
 
 impl AxisArgs {
@@ -245,6 +248,7 @@ impl AxisArgs {
         model.cutoff_px = self.cutoff_px.or(model.cutoff_px);
         model.motion = self.motion.or(model.motion);
         model.lens = self.lens.or(model.lens);
+        model.shape = self.shape.or(model.shape);
         scene.validate("command line")
     }
 }
@@ -396,7 +400,6 @@ pub fn resolve(
     if scene.model.preset != Preset::Auto {
         return Ok(None);
     }
-    check_drawable(scene)?;
     let costs = costs(device, user_folder().as_deref(), say)?;
     let choice = measure::resolve(device, scene, environment, &costs)?;
     if let Some(choice) = &choice {

@@ -40,6 +40,8 @@ pub fn run(args: &PlanArgs) -> anyhow::Result<Answer> {
     print(format_args!("order       {}", plan.order))?;
     print(format_args!("simulation  {}", plan.simulation))?;
     print(format_args!("samples     {} a pixel", plan.samples))?;
+    let shape = &plan.shape;
+    print(format_args!("shape       {}: {}", shape.model, shape.why))?;
     print(format_args!(
         "light       {} internal reflections, weights {}, fresnel {}, reflection {}, lookup {}",
         light.internal_reflections, light.weights, light.fresnel, light.reflection, light.lookup

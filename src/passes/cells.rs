@@ -55,7 +55,7 @@ pub struct Cells {
 
 impl Cells {
     /// The cells of the real rain of `scene`, whose drops over a cut-off in pixels are drawn one by one, and its
-    /// `RainField`; none if it has none. `factor`: on the room for drops.
+    /// `RainField`; none if it has none. `factor`: on the room for drops. `is_flattened`: they are drawn so.
     ///
     /// # Errors
     /// Those of [`Buffer::new`].
@@ -64,9 +64,11 @@ impl Cells {
         scene: &Scene,
         cutoff_px: f64,
         factor: u32,
+        is_flattened: bool,
     ) -> Result<Option<(Self, Buffer)>> {
         use vk::BufferUsageFlags as Usage;
         let Some(rain) = Field::of(scene) else { return Ok(None) };
+        let rain = rain.flattened(is_flattened);
         let seen = rain.seen(scene, cutoff_px);
         let placed = scene.drops.len() as u32;
         let room_for = |expected: f64| {

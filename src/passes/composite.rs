@@ -124,7 +124,7 @@ impl Composite {
         // Eight bytes a tile.
         let lit = if tiles.has_veil() { 8 * u64::from(tiles.count) } else { 16 };
         let veil_light = make("veil light", lit, Usage::empty())?;
-        let [veil, moves] = tiles.of_motion();
+        let [veil, moves, shapes] = tiles.of_larges();
 
         let splats = &splats.table;
         let fit = tiles.texels.is_some() && Texels::fit(device, &sky, Texel::FourWords);
@@ -156,7 +156,7 @@ impl Composite {
                 .chain([buffer(&glints.bow)])
                 // Without a depth no shader reads it.
                 .chain([buffer(tiles.reach.as_ref().unwrap_or(&sky))])
-                .chain([veil, &veil_light, moves].map(buffer))
+                .chain([veil, &veil_light, moves, shapes].map(buffer))
                 .chain(views.map(|view| (Binding::UNIFORM_TEXEL_BUFFER, Resource::Texels(view))))
                 .collect();
         let bindings = Bindings::of(device, "composite", &slots)?;

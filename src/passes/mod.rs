@@ -22,6 +22,7 @@ pub mod radial;
 pub mod rain_field;
 pub mod renewal;
 mod room;
+mod shapes;
 pub mod simulate;
 pub mod sky;
 pub mod tiles;

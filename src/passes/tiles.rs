@@ -28,6 +28,7 @@ use super::light_constants;
 use super::placed::PlacedDrops;
 use super::rain_field::{RainField, SortedDrops};
 use super::room::Room;
+use super::shapes::Shapes;
 use super::simulate::Simulate;
 use super::veil::Veil;
 use crate::gpu::{
@@ -38,7 +39,7 @@ use crate::plan::FramePlan;
 use crate::rain::clusters::CLUSTER;
 use crate::rain::field::Seen;
 use crate::scene::Scene;
-use crate::scene::model::{Lens, Motion};
+use crate::scene::model::{Lens, Motion, ShapeModel};
 use crate::scene::projection::View;
 use crate::{Error, Result};
 
@@ -145,6 +146,7 @@ pub struct Tiles {
     veil: Veil,
     /// How large drops move.
     moves: Buffer,
+    shapes: Shapes,
     _found: Buffer,
 }
 
@@ -250,7 +252,8 @@ impl Tiles {
         let range = u64::from(device_limits.max_storage_buffer_range);
         let groups = u64::from(device_limits.max_compute_work_group_count[0]);
         let cutoff_px = plan.cutoff.as_ref().map_or(0.0, |cutoff| cutoff.px);
-        let cells = Cells::new(device, scene, cutoff_px, plan.room)?;
+        let is_flattened = plan.shape.model != ShapeModel::Sphere;
+        let cells = Cells::new(device, scene, cutoff_px, plan.room, is_flattened)?;
         let drops = match &cells {
             Some((cells, _)) => u64::from(cells.room[0]) * u64::from(CLUSTER),
             None => scene.drop_count().into(),
@@ -341,6 +344,7 @@ impl Tiles {
         )?;
         let large_moves =
             make("motions of large drops", 32, if moves || lens { larges } else { 1 }, storage)?;
+        let shapes = Shapes::new(device, scene, plan, larges)?;
         let found = make("clusters in view", 1, found_bytes, storage)?;
         let counters = Simulate::counters(device)?;
 
@@ -368,6 +372,7 @@ impl Tiles {
             // Without a depth no shader reads it.
             .chain([buffer(reach.as_ref().unwrap_or(&found))])
             .chain([&placed.motions, &veil.buffer, &large_moves].map(buffer))
+            .chain([&shapes.given, &shapes.large].map(buffer))
             .chain(views.map(|view| (Binding::UNIFORM_TEXEL_BUFFER, Resource::Texels(view))))
             .collect();
         let bindings = Bindings::of(device, "tiles", &slots)?;
@@ -378,11 +383,18 @@ impl Tiles {
             plan.samples,
             has_depth.into(),
         ];
+        let shape = match plan.shape.model {
+            ShapeModel::Sphere => 0,
+            ShapeModel::Stretched => 1,
+            ShapeModel::Spheroid | ShapeModel::Equilibrium => 2,
+        };
+        let shape = [shape, plan.shape.rays_px.to_bits()];
         let constants: Vec<u32> = light_constants(&plan.light)
             .into_iter()
-            .chain([0]) // no shader has this one
+            .chain([lens.into()])
             .chain(own)
-            .chain([moves.into(), lens.into(), 0])
+            .chain([moves.into()])
+            .chain(shape)
             .collect();
         let pipeline = |shader, push_words: u32| {
             ComputePipeline::new(device, shader, &bindings, 4 * push_words, &constants)
@@ -418,6 +430,7 @@ impl Tiles {
             placed,
             veil,
             moves: large_moves,
+            shapes,
             _found: found,
         })
     }
@@ -450,9 +463,9 @@ impl Tiles {
         self.source.buffers().into_iter().chain(&self.buffers)
     }
 
-    /// The lists of the veil, and how large drops move.
-    pub(super) fn of_motion(&self) -> [&Buffer; 2] {
-        [&self.veil.buffer, &self.moves]
+    /// The lists of the veil, how large drops move, and what shape they have.
+    pub(super) fn of_larges(&self) -> [&Buffer; 3] {
+        [&self.veil.buffer, &self.moves, &self.shapes.large]
     }
 
     /// Whether there may be streaks of one colour.

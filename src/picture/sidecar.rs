@@ -8,9 +8,11 @@ use serde::Serialize;
 use crate::Result;
 use crate::rain::cull::{Sighting, sightings};
 use crate::rain::field::Field;
+use crate::rain::shape::{Halves, semi_axes};
 use crate::rain::tick_of_seconds;
-use crate::scene::Scene;
+use crate::scene::model::{DropShape, ShapeModel};
 use crate::scene::projection::View;
+use crate::scene::{PlacedDrop, Scene};
 
 /// Format of the file.
 const FORMAT: &str = "raindrops-layers/1";
@@ -77,7 +79,8 @@ pub struct DropRecord {
     pub radius: f64,
     /// Scene units a second.
     pub velocity: DVec3,
-    /// Left, top, right, bottom: the pixels of what is drawn that its outline meets, the last ones not included.
+    /// Left, top, right, bottom: the pixels of what is drawn that its outline meets, the last ones not included; of a drop
+    /// that is no sphere those of the sphere around it.
     #[serde(rename = "box")]
     pub pixels: [u32; 4],
 }
@@ -121,16 +124,19 @@ impl Sidecar {
 pub fn drops_in_view(scene: &Scene, cutoff_px: f64) -> Vec<DropRecord> {
     let view = scene.view();
     let mut found = Vec::new();
-    let mut add = |number: u64, from_camera: DVec3, radius: f64, velocity, sighting| {
-        let is_seen = matches!(sighting, Sighting::Visible | Sighting::BesideCamera);
-        if let (true, Some(pixels)) = (is_seen, pixels_of(&view, from_camera, radius)) {
-            let center = view.position + from_camera;
-            found.push(DropRecord { number, center, radius, velocity, pixels });
-        }
-    };
+    let mut add =
+        |number: u64, from_camera: DVec3, (radius, reach): (f64, f64), velocity, sighting| {
+            let is_seen = matches!(sighting, Sighting::Visible | Sighting::BesideCamera);
+            if let (true, Some(pixels)) = (is_seen, pixels_of(&view, from_camera, reach * radius)) {
+                let center = view.position + from_camera;
+                found.push(DropRecord { number, center, radius, velocity, pixels });
+            }
+        };
     if let Some(field) = Field::of(scene) {
         field.for_each_shown(scene, cutoff_px, &mut |drop| {
-            add(drop.number, drop.from_camera, drop.radius.into(), drop.velocity, drop.sighting);
+            let radius = f64::from(drop.radius);
+            let size = (radius, reach_of_falling(scene, radius));
+            add(drop.number, drop.from_camera, size, drop.velocity, drop.sighting);
         });
     }
     let random = scene.rain();
@@ -145,15 +151,41 @@ pub fn drops_in_view(scene: &Scene, cutoff_px: f64) -> Vec<DropRecord> {
             && let (Some(rain), Some(shift), Some(camera)) = (&random, shift, camera)
         {
             let from_camera = rain.relative(rain.place(index, shift), camera).as_dvec3();
-            add(u64::from(index) + 1, from_camera, radius.into(), rain.velocity, sighting);
+            let size = (radius.into(), 1.0);
+            add(u64::from(index) + 1, from_camera, size, rain.velocity, sighting);
         } else {
             let drop = &scene.drops[(index - count) as usize];
             let from_camera = drop.center_at(scene.time) - view.position;
             // Of real rain, where random drops have no index, placed ones begin with 1 too.
-            add(u64::from(index) + 1, from_camera, drop.radius, drop.velocity, sighting);
+            let size = (drop.radius, reach_of_placed(scene, drop));
+            add(u64::from(index) + 1, from_camera, size, drop.velocity, sighting);
         }
     }
     found
+}
+
+/// How far a falling drop reaches from its centre, in radii.
+fn reach_of_falling(scene: &Scene, radius: f64) -> f64 {
+    let is_flat = scene.real_rain().is_some_and(|rain| rain.shape == DropShape::Equilibrium);
+    match is_flat && scene.model.shape != Some(ShapeModel::Sphere) {
+        true => Halves::of_diameter(2e3 * radius * scene.metres).reach(),
+        false => 1.0,
+    }
+}
+
+/// The same of a drop placed by hand.
+fn reach_of_placed(scene: &Scene, drop: &PlacedDrop) -> f64 {
+    match (scene.model.shape, drop.axis_ratio, drop.shape) {
+        (Some(ShapeModel::Sphere), ..) => 1.0,
+        (_, Some(ratio), _) => {
+            let (equatorial, polar) = semi_axes(ratio);
+            equatorial.max(polar)
+        }
+        (_, None, Some(DropShape::Equilibrium)) => {
+            Halves::of_diameter(2e3 * drop.radius * scene.metres).reach()
+        }
+        _ => 1.0,
+    }
 }
 
 /// The pixels that the outline of a sphere meets: left, top, right, bottom, the last ones not included; none if it is

@@ -9,7 +9,7 @@ mod errors;
 mod lens;
 mod motion;
 mod requirements;
-mod undrawn;
+mod shape;
 
 pub use auto::{Choice, Prospect, choose, keep, pick, prospects};
 pub use costs::Costs;
@@ -17,19 +17,18 @@ pub use cutoff::Cutoff;
 pub use demand::{Demand, SizeClass, contrast};
 pub use errors::{ERRORS, GLINT_RADII_PX, GLINTS, RADII_PX};
 pub use requirements::requirements;
-pub use undrawn::check_drawable;
+pub use shape::DrawnShape;
 
 use serde::{Deserialize, Serialize};
 
 use crate::environment::Environment;
 use crate::optics::WATER;
 use crate::rain::medium;
-use crate::rain::shape::SMALLEST_FLATTENED;
 use crate::rain::visibility::Frustum;
 use crate::scene::Scene;
 use crate::scene::model::{
-    DropShape, FarRain, Fresnel, Lens, Lookup, Motion, Operator, Optics, Order, Preset, Primitive,
-    Reflection, Simulation, Weights,
+    FarRain, Fresnel, Lens, Lookup, Motion, Operator, Optics, Order, Preset, Primitive, Reflection,
+    Simulation, Weights,
 };
 use crate::scene::real_rain::RealRain;
 use crate::{Error, Result};
@@ -82,6 +81,8 @@ pub struct FramePlan {
     pub motion: Motion,
     /// How drops out of focus are shown.
     pub lens: Lens,
+    /// In what shape drops are drawn that are no spheres.
+    pub shape: DrawnShape,
     /// What a drop does to a ray of light.
     pub light: Light,
     /// Factor on the room for drops in view and for their tile fragments; 1 but where a host's view has grown.
@@ -173,7 +174,6 @@ pub fn plan_by(
     chosen: Option<&Choice>,
     output: Output,
 ) -> Result<FramePlan> {
-    check_drawable(scene)?;
     let choice = &scene.model;
     let refuse = |problem: String| Err(Error::Scene { place: "model".into(), problem });
     let (optics, samples) = match (choice.preset, chosen) {
@@ -263,6 +263,12 @@ pub fn plan_by(
             Light { internal_reflections: if is_tile { orders } else { 0 }, ..Light::default() }
         }
     };
+    let shape = shape::shape_of(scene, primitive, optics)?;
+    // Under total reflection much light is still inside after eight orders, and would leave where none does.
+    let usual = match optics == Optics::ClosedForm && shape.is_traced() {
+        true => Light { weights: Weights::Physical, ..usual },
+        false => usual,
+    };
     let light = Light {
         internal_reflections: orders.unwrap_or(usual.internal_reflections),
         weights: choice.weights.unwrap_or(usual.weights),
@@ -286,29 +292,18 @@ pub fn plan_by(
         samples,
         motion,
         lens,
+        shape,
         light,
         room: 1,
         cutoff: scene.real_rain().map(|rain| Cutoff::of(scene, &rain, environment)),
         tone_map: (output == Output::Display).then_some(scene.tone_map.operator),
         log_average: output == Output::Display && scene.tone_map.derives_exposure(),
         layers,
-        doubt: chosen.and_then(|chosen| chosen.doubt.clone()).or_else(|| shape_left_out(scene)),
+        doubt: chosen.and_then(|chosen| chosen.doubt.clone()),
         why: chosen.map(|chosen| chosen.reason.clone()),
         passes: Vec::new(),
     };
     Ok(FramePlan { passes: passes(scene, &plan), ..plan })
-}
-
-/// What is said where drops of real rain would not be spheres.
-fn shape_left_out(scene: &Scene) -> Option<String> {
-    let rain = scene
-        .real_rain()
-        .filter(|rain| rain.shape != DropShape::Sphere && rain.diameters[1] > SMALLEST_FLATTENED)?;
-    let shape = rain.shape;
-    Some(format!(
-        "drops are drawn as spheres, though rain.shape = \"{shape}\": over 1 mm they are flattened, which shows in drops \
-         of some pixels at rest"
-    ))
 }
 
 /// What is passed over, what stands behind, and how many drops there are.

@@ -12,6 +12,7 @@ use glam::{DVec3, Vec3};
 use crate::rain::cells::{CellDrop, DIAMETER_UNIT, Lattice, Place};
 use crate::rain::cull::{Sight, Sighting};
 use crate::rain::law::Law;
+use crate::rain::shape::Halves;
 use crate::rain::visibility::{Frustum, depth_of_radius};
 use crate::rain::{medium, tick_of_seconds};
 use crate::scene::Scene;
@@ -44,7 +45,7 @@ pub struct ClassRecord {
     pub fraction: [u32; 4],
     /// How far drops move while the shutter is open, in scene units; a cell's edge.
     pub moved: [f32; 4],
-    /// Largest radius, and the depth to which drops are shown one by one, in scene units.
+    /// How far drops reach from their centres at most, and the depth to which drops are shown one by one, in scene units.
     pub limits: [f32; 4],
 }
 
@@ -97,6 +98,7 @@ pub struct Field {
     lattices: Vec<Lattice>,
     law: Law,
     rain: RealRain,
+    is_flattened: bool,
 }
 
 /// The rain of one picture.
@@ -143,7 +145,22 @@ impl Field {
     /// The real rain of `scene`; none if it has none.
     pub fn of(scene: &Scene) -> Option<Self> {
         let rain = scene.real_rain()?;
-        Some(Self { lattices: rain.lattices(scene.seed), law: rain.law(), rain })
+        let lattices = rain.lattices(scene.seed);
+        Some(Self { lattices, law: rain.law(), rain, is_flattened: false })
+    }
+
+    /// The same where drops are drawn flattened: they are wider than their spheres, so that cells farther out of view may
+    /// show some. (What is counted as in view are the spheres, all the same.)
+    pub fn flattened(self, is_flattened: bool) -> Self {
+        Self { is_flattened, ..self }
+    }
+
+    /// How far the drops of a lattice reach from their centres at most, in metres.
+    fn reach(&self, lattice: &Lattice) -> f64 {
+        match self.is_flattened {
+            true => lattice.radius * Halves::of_diameter(2e3 * lattice.radius).reach(),
+            false => lattice.radius,
+        }
     }
 
     /// Thresholds and quantiles of each class, as [`Lattice`] has them.
@@ -194,7 +211,8 @@ impl Field {
             let depth = depth.min(self.rain.extent);
             let place = lattice.place(scene.camera.position * metres, tick);
             let moved = lattice.velocity * exposed;
-            for slab in pyramid.slabs(lattice, &place, depth, moved) {
+            let reach = self.reach(lattice);
+            for slab in pyramid.slabs(lattice, reach, &place, depth, moved) {
                 let cells = f64::from(slab.cells);
                 seen.drops_in_cells += cells * lattice.mean;
                 seen.cells_with_drops -= cells * (-lattice.mean).exp_m1();
@@ -204,7 +222,7 @@ impl Field {
                     return None;
                 }
             }
-            seen.classes.push(lattice.record(&place, moved, depth, metres));
+            seen.classes.push(lattice.record(reach, &place, moved, depth, metres));
             seen.places.push(place);
         }
         seen.band_depths = band_depths(&self.lattices, &seen.classes);
@@ -325,7 +343,14 @@ fn relative(drop: &CellDrop, camera: &Place, edge: f32) -> Vec3 {
 }
 
 impl Lattice {
-    fn record(&self, place: &Place, moved: DVec3, depth: f64, metres: f64) -> ClassRecord {
+    fn record(
+        &self,
+        reach: f64,
+        place: &Place,
+        moved: DVec3,
+        depth: f64,
+        metres: f64,
+    ) -> ClassRecord {
         let with = |[x, y, z]: [u32; 3], w: u32| [x, y, z, w];
         let [x, y, z] = (moved / metres).as_vec3().to_array();
         ClassRecord {
@@ -333,7 +358,7 @@ impl Lattice {
             cell_high: with(place.cell.map(|cell| (cell >> 32) as u32), self.salt[1]),
             fraction: with(place.fraction, self.thresholds.len() as u32),
             moved: [x, y, z, (self.edge() / metres) as f32],
-            limits: [(self.radius / metres) as f32, (depth / metres) as f32, 0.0, 0.0],
+            limits: [(reach / metres) as f32, (depth / metres) as f32, 0.0, 0.0],
         }
     }
 }
@@ -396,6 +421,7 @@ impl Pyramid {
     fn slabs(
         &self,
         lattice: &Lattice,
+        reach: f64,
         camera: &Place,
         depth: f64,
         moved: DVec3,
@@ -405,10 +431,10 @@ impl Pyramid {
         let far = self.corners.map(|corner| depth * corner);
         let mut edges: Vec<[DVec3; 2]> = far.iter().map(|corner| [tip, *corner]).collect();
         edges.extend((0..4).map(|i| [far[i], far[(i + 1) % 4]]));
-        // Drops reach over their cell by their radius; a little more, for rounding on the GPU.
+        // Drops reach over their cell by so much; a little more, for rounding on the GPU.
         let [lens, inverse_focus] = self.lens;
-        let apart = 1.001 * lens * (1.0 + (depth + lattice.radius) * inverse_focus);
-        let reach = 1.001 * lattice.radius + 1e-5 * depth + apart;
+        let apart = 1.001 * lens * (1.0 + (depth + reach) * inverse_focus);
+        let reach = 1.001 * reach + 1e-5 * depth + apart;
         // Drops move by as much before the middle of the exposure as after it.
         let before = reach + 0.5 * moved.abs();
         let after = before;

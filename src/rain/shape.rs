@@ -69,6 +69,11 @@ impl Halves {
         0.5 * self.equatorial * (height(self.top) + height(self.bottom))
     }
 
+    /// Radius of a sphere about the centre that holds it.
+    pub fn reach(&self) -> f64 {
+        self.equatorial.max(self.top).max(self.bottom) + self.joint.abs()
+    }
+
     /// Volume over that of the sphere.
     pub fn volume(&self) -> f64 {
         0.5 * self.equatorial * self.equatorial * (self.top + self.bottom)

@@ -24,7 +24,7 @@ use crate::plan::FramePlan;
 use crate::rain::field::Seen;
 use crate::rain::{Tick, tick_of_seconds};
 use crate::scene::Scene;
-use crate::scene::model::Primitive;
+use crate::scene::model::{Primitive, ShapeModel};
 use crate::{Error, Result};
 
 /// From a scene to its radiance.
@@ -322,6 +322,11 @@ impl View {
         }
         if scene.model != made.model {
             return refuse("the renderer was made for other models");
+        }
+        if scene.metres != made.metres && self.plan.shape.model != ShapeModel::Sphere {
+            return refuse(
+                "metres: the renderer was made for drops of other sizes, which have other shapes",
+            );
         }
         if scene.drawn_exposure() != 0.0 && made.shutter() == 0.0 {
             return refuse("camera: shutter: the renderer was made for an instant");

@@ -25,7 +25,7 @@ use crate::scene::camera::{Camera, View};
 use crate::scene::film::Film;
 use crate::scene::model::{
     DropShape, FarRain, Fresnel, Lens, Lookup, Motion, Operator, Optics, Order, Preset, Primitive,
-    Reflection, Simulation, Weights,
+    Reflection, ShapeModel, Simulation, Weights,
 };
 use crate::scene::real_rain::{RainTable, RealRain};
 use crate::scene::water::Water;
@@ -234,6 +234,9 @@ pub struct ModelChoice {
     /// How drops out of focus are shown.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lens: Option<Lens>,
+    /// In what shape drops are drawn that are no spheres.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shape: Option<ShapeModel>,
 }
 
 impl ModelChoice {
@@ -284,6 +287,7 @@ impl ModelChoice {
             ("cutoff_px", self.cutoff_px.is_some()),
             ("motion", self.motion.is_some()),
             ("lens", self.lens.is_some()),
+            ("shape", self.shape.is_some()),
         ];
         given.into_iter().filter(|(_, is_given)| *is_given).map(|(name, _)| name).collect()
     }
@@ -370,6 +374,7 @@ impl Default for ModelChoice {
             cutoff_px: None,
             motion: None,
             lens: None,
+            shape: None,
         }
     }
 }

@@ -182,6 +182,20 @@ models! {
 }
 
 models! {
+    /// In what shape drops are drawn that are no spheres.
+    ShapeModel {
+        /// As spheres of their volume.
+        Sphere = "sphere",
+        /// A sphere's picture on the outline of a spheroid.
+        Stretched = "stretched",
+        /// Spheroids, each ray traced from surface to surface.
+        Spheroid = "spheroid",
+        /// As the scene has them: two half spheroids of the equilibrium shape, spheroids by `axis_ratio`, both traced.
+        Equilibrium = "equilibrium",
+    }
+}
+
+models! {
     /// What becomes of drops of real rain whose radius is under the cut-off in pixels.
     FarRain {
         /// All are drawn, one by one.

@@ -15,27 +15,17 @@ use raindrops::rain::cull::count_visible;
 use raindrops::rain::field::Field;
 use raindrops::reference::{Tracer, Truth};
 use raindrops::renderer::Renderer;
-use raindrops::scene::model::{Lens, Preset};
+use raindrops::scene::model::{Lens, Preset, ShapeModel};
 use raindrops::scene::real_rain::RealRain;
 use raindrops::scene::{PlacedDrop, RainSettings, Scene, ToneMap};
 
-use crate::common::on_device;
+use crate::common::{on_device, waves};
 
 fn square(edge: u32) -> Scene {
     let mut scene = Scene { rain: None, ..Scene::default() };
     (scene.image.width, scene.image.height) = (edge, edge);
     scene.model.preset = Preset::Fast;
     scene
-}
-
-/// Radiance of a few low waves over a decade.
-fn waves() -> Environment {
-    let texel = |at: u32| {
-        let (u, v) = ((at % 128) as f32 / 20.4, (at / 128) as f32 / 20.4);
-        Vec3::new((2.0 * u).cos() * v.sin(), (3.0 * u + v).sin(), (2.0 * v).cos()).exp()
-    };
-    Environment::from_texels("waves", 128, 64, (0..128 * 64).map(texel).collect())
-        .expect("an image")
 }
 
 fn renderer(device: &Arc<Device>, scene: &Scene, environment: &Environment) -> Renderer {
@@ -174,6 +164,32 @@ fn drops_out_of_focus_are_near_the_reference() {
                     !shows || rel_mse < 0.5 * control,
                     "{preset}: radius {radius}, ratio {ratio}: as sharp"
                 );
+            }
+        }
+    });
+}
+
+/// A flat drop is spread as it is, not as the sphere around it.
+#[test]
+fn flat_drops_out_of_focus_are_near_the_reference() {
+    let environment = waves();
+    on_device(|device| {
+        for (radius, ratio) in [(5.0, 0.5), (12.0, 0.3)] {
+            let mut scene = alone(radius, ratio);
+            scene.drops[0].axis_ratio = Some(0.6);
+            let truth = truth(&scene, &environment, 128);
+            for preset in [Preset::Exact, Preset::Fast] {
+                scene.model.preset = preset;
+                scene.model.shape = Some(ShapeModel::Sphere);
+                let round = draw(&mut renderer(device, &scene, &environment), &scene).0;
+                let control = against(&truth, &round).pixels.rel_mse;
+                scene.model.shape = None;
+                let flat = draw(&mut renderer(device, &scene, &environment), &scene).0;
+                let rel_mse = against(&truth, &flat).pixels.rel_mse;
+                println!(
+                    "{preset} {radius} {ratio}: relMSE {rel_mse:.5}, as a sphere {control:.5}"
+                );
+                assert!(rel_mse < 4e-3 && rel_mse < 0.3 * control, "{preset}: {rel_mse}");
             }
         }
     });

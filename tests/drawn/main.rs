@@ -22,6 +22,8 @@ mod paper_model;
 mod rain_field;
 mod room;
 mod rotation;
+mod shape_shader;
+mod shapes;
 mod simulate;
 mod stages;
 mod tiled;

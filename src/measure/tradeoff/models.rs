@@ -3,7 +3,7 @@
 
 use crate::scene::model::{
     FarRain, Fresnel, Lens, Lookup, Motion, Optics, Order, Preset, Primitive, Reflection,
-    Simulation, Weights,
+    ShapeModel, Simulation, Weights,
 };
 use crate::scene::{ModelChoice, Scene};
 
@@ -45,6 +45,12 @@ pub fn models_of_rain() -> Vec<Model> {
         all.push(Model { name: format!("{base} motion instant"), choice });
         let choice = ModelChoice { lens: Some(Lens::Pinhole), ..preset(base) };
         all.push(Model { name: format!("{base} lens pinhole"), choice });
+    }
+    for model in [ShapeModel::Sphere, ShapeModel::Stretched, ShapeModel::Spheroid] {
+        for base in [Preset::Fast, Preset::Exact] {
+            let choice = ModelChoice { shape: Some(model), ..preset(base) };
+            all.push(Model { name: format!("{base} shape {model}"), choice });
+        }
     }
     let cutoff_px = Some(0.2);
     let none = ModelChoice { far_rain: Some(FarRain::None), cutoff_px, ..fast };

@@ -4,7 +4,6 @@ use glam::{DVec3, Vec3};
 
 use crate::Result;
 use crate::environment::Environment;
-use crate::scene::model::DropShape;
 use crate::scene::real_rain::RealRain;
 use crate::scene::{PlacedDrop, RainSettings, Scene};
 
@@ -63,7 +62,7 @@ pub fn standard_set() -> Result<Vec<StudyScene>> {
 pub fn weather() -> Result<StudyScene> {
     let sky = Environment::bundled()?;
     let veiled = clipped(&sky, "veiled sky", 30.0 * sky.mean_luminance() as f32)?;
-    let rain = RealRain { extent: 40.0, shape: DropShape::Sphere, ..RealRain::default() };
+    let rain = RealRain { extent: 40.0, ..RealRain::default() };
     let mut scene = Scene { rain: Some(RainSettings::of(rain)), ..square(192) };
     scene.camera.vertical_fov = 12.0;
     scene.camera.target = DVec3::new(0.0, 0.1, -1.0);

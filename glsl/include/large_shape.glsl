@@ -1,0 +1,22 @@
+// What large drops that are no spheres have beside `Large`, written by large.comp. LARGE_SHAPES_BINDING: the buffer's
+// binding; LARGE_SHAPES_ACCESS: readonly or writeonly.
+struct LargeShape {
+    vec4 shape;         // see shape.glsl
+    vec4 lower_to_disc; // of the lower half's ellipse, as `to_disc` of the upper's
+    vec2 lower;         // its centre from the upper's, pixels
+    vec2 gradient;      // of what parts the halves on the screen: negative where the upper's outline holds
+    vec4 box;           // around the outline: left, top, right, bottom from the upper ellipse's centre, pixels
+    float at_upper;     // what parts them at the upper's centre
+    float radius;       // of a disc of the outline's area, pixels
+    vec2 unused;
+};
+layout(std430, set = 0, binding = LARGE_SHAPES_BINDING) LARGE_SHAPES_ACCESS buffer LargeShapes { LargeShape large_shapes[]; };
+
+// Of a drop whose outline is no ellipse: it is everywhere, and its rays tell where.
+LargeShape no_outline(vec4 shape) {
+    return LargeShape(shape, vec4(1e-6, 0.0, 0.0, 1e-6), vec2(0.0), vec2(0.0), vec4(-1e6, -1e6, 1e6, 1e6), -1.0, 1e6, vec2(0.0));
+}
+
+bool has_outline(LargeShape l) {
+    return l.radius < 1e6;
+}

@@ -1,0 +1,45 @@
+// Which shape a drop has, and what follows for its outline. Needs shape.glsl, tile_drop.glsl, motion.glsl.
+
+// `Given` in src/passes/shapes.rs: diameter in mm of a drop of radius 1, which is the first's x; the shapes of falling
+// drops by diameter; those of drops placed by hand.
+layout(std430, set = 0, binding = 17) readonly buffer Shapes { vec4 shapes[]; };
+const uint BY_DIAMETER = 1, DIAMETERS = 41;
+const float SMALLEST_MM = 1.0, STEP_MM = 0.125; // under the smallest they are spheres, over the largest as that
+
+vec4 shape_of(uint index, Drop drop) {
+    if (SHAPE == SPHERES) return ROUND;
+    if (is_by_hand(index)) return shapes[BY_DIAMETER + DIAMETERS + by_hand_number(index)];
+#ifdef CELLS
+    float at = (shapes[0].x * drop.radius - SMALLEST_MM) / STEP_MM;
+    if (at < 0.0 || shapes[0].y == 0.0) return ROUND;
+    uint below = min(uint(at), DIAMETERS - 2u);
+    return mix(shapes[BY_DIAMETER + below], shapes[BY_DIAMETER + below + 1u], min(at - float(below), 1.0));
+#else
+    return ROUND;
+#endif
+}
+
+Outline outline_of_shape(Drop drop, vec4 shape) {
+    ShapeOutline s = shape_outline_of(drop.view, drop.radius, shape);
+    vec4 box = box_of(s);
+    Outline o;
+    o.center = s.upper.center + 0.5 * (box.xy + box.zw);
+    o.box = 0.5 * (box.zw - box.xy);
+    o.radius = sqrt(0.5 * (area_of(s.upper) + area_of(s.lower)) / 3.14159265);
+    return o;
+}
+
+// What its outline is that of: two halves that move cover pixels, on the mean, as a spheroid of their width and height.
+vec4 seen_as(vec4 shape, Path path) {
+    if (path.moved == vec3(0.0)) return shape;
+    float high = 0.5 * (shape.y + shape.z);
+    return vec4(shape.x, high, high, shape.w + 0.5 * (shape.y - shape.z));
+}
+
+// May it be in view at any time, wherever within its reach it is?
+bool may_show(Drop drop, Path path, vec4 shape, float distance2) {
+    float reach = drop.radius * reach_of_shape(shape), unused, near = frame.camera_high.w;
+    bool moves = is_exposed() && path.moved != vec3(0.0);
+    uint what = moves ? sighting_moving(drop.view, path.moved, reach) : sighting(drop.view, reach, reach_across(drop.view, reach), unused);
+    return what != OUT_OF_VIEW && distance2 >= near * near;
+}

@@ -1,0 +1,161 @@
+// Radiance that leaves a drop that is no sphere along a ray, traced from surface to surface; the float32 form of
+// src/optics/spheroid.rs. Needs light_model.glsl, optics.glsl, environment.glsl, shape.glsl.
+//
+// Everything is seen from the middle of the plane that joins the halves, along the world's axes, in radii. A half scaled
+// to the unit sphere is met by a quadratic equation; directions and normals stay those of unscaled space. Which half a
+// line meets follows from where it crosses the joint's plane, so that one equation is solved a surface.
+//
+// With the ray go the differentials of two neighbours (Igehy 1999): how far their light fans out is the level at which
+// the environment is read, as it is for the sphere in closed form (drop_light.glsl).
+
+// Most surfaces that light is followed to beyond the last order, where that carries what is left and is reflected totally.
+const uint MOST_MORE = 16;
+
+// Where a ray is on the surface, its direction after that, and how both change for its two neighbours.
+struct Traced {
+    vec3 point, direction;
+    vec3 point_1, point_2, direction_1, direction_2;
+};
+
+// Whether it is the upper half that a line enters, and that it leaves.
+bvec2 upper_met(vec4 shape, vec3 p, vec3 d) {
+    vec2 at = p.xz * d.y - d.xz * p.y; // where it crosses the plane, times d.y
+    float across = shape.x * d.y, side = -dot(d.xz, at);
+    bool through = dot(at, at) < across * across;
+    return bvec2(through ? d.y < 0.0 : side > 0.0, through ? d.y > 0.0 : side > 0.0);
+}
+
+// Reciprocal semi-axes of a half.
+vec3 scale_of(vec4 shape, bool upper) {
+    float across = 1.0 / shape.x;
+    return vec3(across, 1.0 / (upper ? shape.y : shape.z), across);
+}
+
+// Where a line enters a scaled half, or leaves it: the point, moved onto the surface so that no rounding adds up.
+vec3 crossing(vec3 p, vec3 d, vec3 scale, float side, out float along) {
+    vec3 from = p * scale, to = d * scale;
+    float a = dot(to, to), nearest = -dot(from, to) / a;
+    vec3 middle = from + nearest * to;
+    along = nearest + side * sqrt(max(1.0 - dot(middle, middle), 1e-12) / a);
+    return normalize(from + along * to) / scale;
+}
+
+// How the unit normal changes where the point does; `gradient`: length of the normal's own before it was made a unit.
+vec3 bent(vec3 normal, vec3 scale, float gradient, vec3 moved) {
+    vec3 turned = scale * scale * moved;
+    return (turned - normal * dot(normal, turned)) / gradient;
+}
+
+// Exact, or Schlick's, from the cosines on both sides, of which the first is in the substance before.
+float reflectance_of(float cos_incidence, float cos_refraction, float index) {
+    if (cos_refraction <= 0.0) return 1.0;
+    if (SCHLICK != 0u) {
+        float normal = (index - 1.0) / (index + 1.0), x = 1.0 - (index > 1.0 ? cos_incidence : cos_refraction);
+        return normal * normal + (1.0 - normal * normal) * (x * x) * (x * x) * x;
+    }
+    float s = (cos_incidence - index * cos_refraction) / (cos_incidence + index * cos_refraction);
+    float p = (index * cos_incidence - cos_refraction) / (index * cos_incidence + cos_refraction);
+    return 0.5 * (s * s + p * p);
+}
+
+// How far two neighbours' directions are apart from a ray's, as one angle.
+float fan_of(vec3 first, vec3 second) {
+    return sqrt(length(cross(first, second)));
+}
+
+// A direction's change by a reflection on a surface whose normal changes too.
+vec3 mirrored(vec3 d, vec3 normal, vec3 d_moved, vec3 normal_moved) {
+    float turn = dot(d_moved, normal) + dot(d, normal_moved);
+    return d_moved - 2.0 * (turn * normal + dot(d, normal) * normal_moved);
+}
+
+// The same by a refraction; the normal is on the ray's side, `ratio` the index before over that beyond.
+vec3 refracted(vec3 d, vec3 normal, vec3 d_moved, vec3 normal_moved, float ratio, float cos_in, float cos_out) {
+    float turn = -(dot(d_moved, normal) + dot(d, normal_moved));
+    float scale = ratio * cos_in - cos_out, scale_moved = (ratio - ratio * ratio * cos_in / cos_out) * turn;
+    return ratio * d_moved + scale * normal_moved + scale_moved * normal;
+}
+
+// How far before the point that is nearest to the centre a ray meets the drop.
+float front_of(vec4 shape, vec3 to_ray, vec3 d) {
+    vec3 p = to_ray - vec3(0.0, shape.w, 0.0);
+    float along;
+    crossing(p, d, scale_of(shape, upper_met(shape, p, d).x), -1.0, along);
+    return along;
+}
+
+// `to_ray`: from the centre to the ray. `step`: how far rays are apart, in radii.
+vec3 shape_light_by_index(sampler2D map, vec4 shape, vec3 to_ray, vec3 d, float step) {
+    if (FOOTPRINT == 0u) step = 0.0;
+    vec3 p = to_ray - vec3(0.0, shape.w, 0.0), scale = scale_of(shape, upper_met(shape, p, d).x);
+    float along;
+    Traced t;
+    t.point = crossing(p, d, scale, -1.0, along);
+    vec3 normal = t.point * scale * scale;
+    float gradient = length(normal);
+    normal /= gradient;
+    float ci = clamp(-dot(d, normal), 1e-4, 1.0), sine2 = max(1.0 - ci * ci, 0.0);
+    // Within a sample of the rim the cosine is held at its mean there, else the fan is infinite.
+    float held = sqrt(max(ci * ci, min(step, 1.0)));
+    vec3 aside = normal + ci * d;
+    vec3 e1 = sine2 > 1e-8 ? normalize(aside) : normalize(cross(d, abs(d.y) < 0.9 ? vec3(0.0, 1.0, 0.0) : vec3(1.0, 0.0, 0.0)));
+    t.point_1 = e1 + d * (dot(normal, e1) / held);
+    t.point_2 = cross(d, e1);
+    vec3 normal_1 = bent(normal, scale, gradient, t.point_1), normal_2 = bent(normal, scale, gradient, t.point_2);
+
+    float ct = sqrt(max(1.0 - sine2 / (WATER * WATER), 0.0)), f = reflectance_of(ci, ct, WATER);
+    vec3 sum = vec3(0.0);
+    if (REFLECTION != 0u) {
+        vec3 first = mirrored(d, normal, vec3(0.0), normal_1), second = mirrored(d, normal, vec3(0.0), normal_2);
+        sum = f * radiance(map, d + 2.0 * ci * normal, fan_of(first, second) * step);
+    }
+    float left = 1.0 - f;
+    if (left <= 0.0) return sum;
+    float ratio = 1.0 / WATER;
+    t.direction = normalize(ratio * d + (ratio * ci - ct) * normal);
+    t.direction_1 = refracted(d, normal, vec3(0.0), normal_1, ratio, held, max(ct, 1e-3));
+    t.direction_2 = refracted(d, normal, vec3(0.0), normal_2, ratio, held, max(ct, 1e-3));
+
+    for (uint k = 0u; k <= INTERNAL_REFLECTIONS + MOST_MORE; ++k) {
+        vec3 w = t.direction;
+        scale = scale_of(shape, upper_met(shape, t.point, w).y);
+        vec3 point = crossing(t.point, w, scale, 1.0, along);
+        normal = point * scale * scale;
+        gradient = length(normal);
+        normal /= gradient;
+        ci = clamp(dot(w, normal), 1e-4, 1.0);
+        vec3 moved_1 = t.point_1 + along * t.direction_1, moved_2 = t.point_2 + along * t.direction_2;
+        t.point = point;
+        t.point_1 = moved_1 - w * (dot(normal, moved_1) / max(ci, 1e-3));
+        t.point_2 = moved_2 - w * (dot(normal, moved_2) / max(ci, 1e-3));
+        normal_1 = bent(normal, scale, gradient, t.point_1);
+        normal_2 = bent(normal, scale, gradient, t.point_2);
+
+        sine2 = max(1.0 - ci * ci, 0.0) * WATER * WATER;
+        ct = sqrt(max(1.0 - sine2, 0.0));
+        f = reflectance_of(ci, ct, ratio);
+        // Σ over all further orders is what stays inside: the last order takes that as well.
+        bool last = k >= INTERNAL_REFLECTIONS || left * f < LEAST_REST, leaves = f < 1.0;
+        float share = CONSERVING != 0u && last ? left : left * (1.0 - f);
+        bool ends = last && (leaves || CONSERVING == 0u || k == INTERNAL_REFLECTIONS + MOST_MORE);
+        if (leaves || ends && CONSERVING != 0u) {
+            vec3 out_direction = leaves ? WATER * w - (WATER * ci - ct) * normal : w;
+            vec3 first = refracted(w, -normal, t.direction_1, -normal_1, WATER, ci, max(ct, 1e-3));
+            vec3 second = refracted(w, -normal, t.direction_2, -normal_2, WATER, ci, max(ct, 1e-3));
+            sum += share * radiance(map, out_direction, fan_of(first, second) * step);
+        }
+        if (ends) break;
+        left *= f;
+        t.direction = normalize(w - 2.0 * ci * normal);
+        t.direction_1 = mirrored(w, normal, t.direction_1, normal_1);
+        t.direction_2 = mirrored(w, normal, t.direction_2, normal_2);
+    }
+    return sum;
+}
+
+// The same for each colour by its own index.
+vec3 shape_light(sampler2D map, vec4 shape, vec3 to_ray, vec3 d, float step) {
+    vec3 sum = vec3(0.0);
+    for (uint i = 0u; i < INDICES; ++i) sum += take_index(i) * shape_light_by_index(map, shape, to_ray, d, step);
+    return sum;
+}

@@ -1,0 +1,94 @@
+//! The shapes of drops that are no spheres, as the passes read them (`glsl/include/shape.glsl`): those of falling drops by
+//! their diameter, those of drops placed by hand one by one.
+//!
+//! A shape is four numbers over the radius of the sphere of equal volume: half the width, the heights of the upper and of
+//! the lower half, the height of the plane between them over the centre. `large` finds a large drop's outline from it,
+//! two ellipses, and leaves it for `blocks`, which finds what of each pixel it covers, and for `rays`, which traces
+//! (`shape_light.glsl`). Where all drops are spheres, both buffers are empty and no shader reads them.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use crate::Result;
+use crate::gpu::{Buffer, Device, Memory};
+use crate::plan::FramePlan;
+use crate::rain::shape::{Halves, SMALLEST_FLATTENED, axis_ratio, semi_axes};
+use crate::scene::model::{DropShape, ShapeModel};
+use crate::scene::{PlacedDrop, Scene};
+
+/// Diameters of the table, from [`SMALLEST_FLATTENED`] on, in mm apart, as in `glsl/include/shape_given.glsl`. Every row of
+/// the two halves' own table is one of these; of spheroids what is between them is off by 1e-4 at most.
+const DIAMETERS: usize = 41;
+const STEP_MM: f64 = 0.125;
+/// Bytes of `LargeShape` in `glsl/include/large_shape.glsl`.
+const LARGE_SHAPE_BYTES: u64 = 80;
+
+/// A sphere.
+const ROUND: [f64; 4] = [1.0, 1.0, 1.0, 0.0];
+
+/// The buffers.
+pub(super) struct Shapes {
+    /// What shape drops have: `Shapes` of `glsl/include/shape_given.glsl`.
+    pub given: Buffer,
+    /// What `large` finds of large drops.
+    pub large: Buffer,
+}
+
+impl Shapes {
+    /// For the drops of `scene`, of which `larges` may be large.
+    ///
+    /// # Errors
+    /// Those of [`Buffer::new`].
+    pub fn new(device: &Arc<Device>, scene: &Scene, plan: &FramePlan, larges: u64) -> Result<Self> {
+        let usage = vk::BufferUsageFlags::STORAGE_BUFFER;
+        let (given, larges) = match plan.shape.model {
+            ShapeModel::Sphere => (vec![[0.0; 4]], 1),
+            model => (given(scene, model), larges),
+        };
+        let bytes = LARGE_SHAPE_BYTES * larges;
+        Ok(Self {
+            given: Buffer::upload(device, "shapes", &given, usage)?,
+            large: Buffer::new(device, "shapes of large drops", bytes, usage, Memory::Device)?,
+        })
+    }
+}
+
+/// Millimetres of diameter of a drop of radius 1, and whether falling drops are flattened; the table; the placed drops.
+fn given(scene: &Scene, model: ShapeModel) -> Vec<[f32; 4]> {
+    let falls_flat = scene.real_rain().is_some_and(|rain| rain.shape == DropShape::Equilibrium);
+    let head = [(2000.0 * scene.metres) as f32, f32::from(u8::from(falls_flat)), 0.0, 0.0];
+    let diameter = |row: usize| SMALLEST_FLATTENED + STEP_MM * row as f64;
+    let table = (0..DIAMETERS).map(|row| of_diameter(model, diameter(row)));
+    let placed = scene.drops.iter().map(|drop| of_placed(model, drop, scene.metres));
+    let shapes = table.chain(placed).map(|shape| shape.map(|value| value as f32));
+    std::iter::once(head).chain(shapes).collect()
+}
+
+/// The shape of a falling drop.
+fn of_diameter(model: ShapeModel, mm: f64) -> [f64; 4] {
+    match model {
+        ShapeModel::Equilibrium => {
+            let Halves { joint, equatorial, top, bottom } = Halves::of_diameter(mm);
+            [equatorial, top, bottom, joint]
+        }
+        ShapeModel::Stretched | ShapeModel::Spheroid if mm >= SMALLEST_FLATTENED => {
+            spheroid(axis_ratio(mm))
+        }
+        _ => ROUND,
+    }
+}
+
+/// The shape of a drop placed by hand.
+fn of_placed(model: ShapeModel, drop: &PlacedDrop, metres: f64) -> [f64; 4] {
+    match (drop.axis_ratio, drop.shape) {
+        (Some(ratio), _) => spheroid(ratio),
+        (None, Some(DropShape::Equilibrium)) => of_diameter(model, 2000.0 * drop.radius * metres),
+        _ => ROUND,
+    }
+}
+
+fn spheroid(axis_ratio: f64) -> [f64; 4] {
+    let (equatorial, polar) = semi_axes(axis_ratio);
+    [equatorial, polar, polar, 0.0]
+}

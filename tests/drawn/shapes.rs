@@ -1,0 +1,280 @@
+//! Drops that are no spheres, drawn: against the reference, in a white furnace, beside spheres, in motion.
+
+use std::sync::Arc;
+
+use glam::{DVec3, Vec3};
+use raindrops::environment::Environment;
+use raindrops::gpu::Device;
+use raindrops::picture::Picture;
+use raindrops::picture::metrics::rel_mse;
+use raindrops::plan::{FramePlan, Output, plan};
+use raindrops::reference::{Traced, Tracer, Truth};
+use raindrops::renderer::Renderer;
+use raindrops::scene::model::{DropShape, Preset, ShapeModel, Weights};
+use raindrops::scene::water::Index;
+use raindrops::scene::{ImageSize, PlacedDrop, Scene};
+
+use crate::common::{on_device, painted};
+
+/// A few low waves in colour: no texel that rules all errors.
+fn waves() -> Environment {
+    painted(256, |d| {
+        let wave =
+            |k: f64, turn: f64| ((k * d.x + turn).sin() + (k * d.y).cos() + (k * d.z).sin()) as f32;
+        Vec3::new(wave(3.0, 0.3), wave(4.0, 1.1), wave(5.0, 2.2)).exp()
+    })
+}
+
+/// A drop of `pixels` of radius, 60 radii away, seen along a direction that rises by so many degrees; 2 mm a unit.
+fn one(drop: PlacedDrop, elevation: f64, pixels: f64) -> Scene {
+    let (sine, cosine) = elevation.to_radians().sin_cos();
+    let toward = DVec3::new(0.6 * cosine, sine, -0.8 * cosine);
+    let edge = (2.6 * pixels).ceil() as u32 + 6;
+    let mut scene = Scene { rain: None, metres: 0.002, ..Scene::default() };
+    scene.image = ImageSize { width: edge, height: edge };
+    scene.camera.position = DVec3::ZERO;
+    scene.camera.target = toward;
+    scene.camera.vertical_fov = 2.0 * (0.5 * f64::from(edge) / (60.0 * pixels)).atan().to_degrees();
+    let view = scene.view();
+    let center = 60.0 * drop.radius * toward + 0.3 * drop.radius * (view.right - 0.5 * view.up);
+    scene.drops = vec![PlacedDrop { center, ..drop }];
+    scene
+}
+
+fn spheroid(axis_ratio: f64) -> PlacedDrop {
+    PlacedDrop { axis_ratio: Some(axis_ratio), ..PlacedDrop::default() }
+}
+
+/// In the equilibrium shape, of a diameter in mm.
+fn falling(mm: f64) -> PlacedDrop {
+    PlacedDrop { shape: Some(DropShape::Equilibrium), radius: mm / 4.0, ..PlacedDrop::default() }
+}
+
+fn planned(scene: &Scene, environment: &Environment) -> FramePlan {
+    plan(scene, environment, Output::Radiance).expect("a plan")
+}
+
+fn draw(device: &Arc<Device>, scene: &Scene, environment: &Environment) -> Picture {
+    let plan = planned(scene, environment);
+    let mut renderer = Renderer::new(device, scene, environment, &plan).expect("a renderer");
+    renderer.submit(scene).expect("a frame");
+    renderer.read_radiance().expect("a picture")
+}
+
+fn reference(scene: &Scene, environment: &Environment) -> Traced {
+    Tracer::new(scene, environment, Truth { samples: 64, ..Truth::default() }).trace(&|_| ())
+}
+
+/// relMSE over the pixels that drops are in.
+fn error(expected: &Traced, found: &Picture) -> f64 {
+    rel_mse(&expected.picture, found, Some(&expected.coverage))
+}
+
+#[test]
+fn flat_drops_are_near_the_reference() {
+    let sky = waves();
+    on_device(|device| {
+        for (drop, elevation, pixels) in [
+            (spheroid(0.64), 0.0, 20.0),
+            (spheroid(0.64), 45.0, 20.0),
+            (spheroid(0.8), -60.0, 12.0),
+            (spheroid(0.95), 10.0, 3.0),
+            (spheroid(1.5), 20.0, 12.0),
+            (falling(3.0), 0.0, 20.0),
+            (falling(6.0), 50.0, 20.0),
+            (falling(5.0), -70.0, 6.0),
+            (falling(4.0), 0.0, 0.7),
+        ] {
+            let mut scene = one(drop, elevation, pixels);
+            scene.model.preset = Preset::Exact;
+            scene.model.samples = Some(64);
+            let expected = reference(&scene, &sky);
+            let found = error(&expected, &draw(device, &scene, &sky));
+            // The control: drawn as a sphere.
+            scene.model.shape = Some(ShapeModel::Sphere);
+            let round = error(&expected, &draw(device, &scene, &sky));
+            println!("{drop:?} {elevation}°, {pixels} px: {found:.5}, as a sphere {round:.4}");
+            assert!(found < 5e-3, "{drop:?} {elevation}°, {pixels} px: {found}");
+            assert!(round > 2.0 * found, "{drop:?} {elevation}°: a sphere is as near: {round}");
+        }
+    });
+}
+
+#[test]
+fn a_stretched_picture_is_nearer_than_a_sphere() {
+    let sky = waves();
+    on_device(|device| {
+        for (preset, pixels) in [(Preset::Exact, 16.0), (Preset::Fast, 6.0)] {
+            let mut scene = one(spheroid(0.8), 20.0, pixels);
+            scene.model.preset = preset;
+            let expected = reference(&scene, &sky);
+            let [round, stretched] = [ShapeModel::Sphere, ShapeModel::Stretched].map(|model| {
+                scene.model.shape = Some(model);
+                error(&expected, &draw(device, &scene, &sky))
+            });
+            println!("{preset}, {pixels} px: stretched {stretched:.4}, sphere {round:.4}");
+            assert!(stretched < 0.8 * round, "{preset}, {pixels} px: {stretched}, {round}");
+        }
+    });
+}
+
+#[test]
+fn a_furnace_stays_white_at_every_axis_ratio() {
+    let white = Environment::constant(Vec3::ONE);
+    on_device(|device| {
+        let ratios = [0.1, 0.3, 0.64, 0.9, 1.4, 5.0].map(spheroid);
+        for drop in ratios.into_iter().chain([falling(3.0), falling(6.0)]) {
+            for bubble in [false, true] {
+                let mut scene = one(drop, 30.0, 12.0);
+                if bubble {
+                    scene.water.index = Some(Index::One(1.0));
+                    scene.water.outside = 1.33;
+                }
+                scene.model.preset = Preset::Exact;
+                scene.model.samples = Some(4);
+                scene.model.weights = Some(Weights::Conserving);
+                let found = draw(device, &scene, &white);
+                let off = |pixel: &Vec3| (*pixel - Vec3::ONE).abs().max_element();
+                let worst = found.pixels.iter().map(off).fold(0.0, f32::max);
+                assert!(worst < 4e-3, "{drop:?}, bubble {bubble}: off white by {worst}");
+            }
+        }
+        // The control: with one order and nothing after it light is missing.
+        let mut scene = one(spheroid(0.64), 45.0, 12.0);
+        scene.model.preset = Preset::Exact;
+        scene.model.internal_reflections = Some(1);
+        let found = draw(device, &scene, &white);
+        let least = found.pixels.iter().map(|pixel| pixel.x).fold(1.0, f32::min);
+        assert!(least < 0.95, "nothing is lost: {least}");
+    });
+}
+
+/// Beside the camera no outline is an ellipse; within the reach of a flat drop, but outside of it, it is seen too.
+#[test]
+fn near_the_camera_rays_tell_where_a_drop_is() {
+    let sky = waves();
+    on_device(|device| {
+        for (center, drop) in [
+            ([0.9, -0.6, -0.4], spheroid(0.5)),
+            ([0.2, -0.9, -0.3], falling(6.0)),
+            ([0.6, 0.0, -0.35], spheroid(6.0)),
+        ] {
+            let mut scene = one(drop, 0.0, 8.0);
+            scene.image = ImageSize { width: 48, height: 48 };
+            scene.camera.target = DVec3::NEG_Z;
+            scene.camera.vertical_fov = 90.0;
+            scene.camera.near = 0.01;
+            scene.drops = vec![PlacedDrop { center: center.into(), radius: 0.7, ..drop }];
+            scene.model.preset = Preset::Exact;
+            let expected = reference(&scene, &sky);
+            let covered = expected.coverage.iter().filter(|covered| **covered > 0.5).count();
+            assert!(covered > 100, "{drop:?}: {covered} pixels, too few to tell");
+            let found = draw(device, &scene, &sky);
+            let error = rel_mse(&expected.picture, &found, None);
+            println!("{drop:?}: {error:.4}");
+            assert!(error < 0.03, "{drop:?}: {error}");
+        }
+    });
+}
+
+#[test]
+fn flat_drops_that_move_are_near_the_reference() {
+    let sky = waves();
+    on_device(|device| {
+        for (drop, velocity) in [
+            (falling(5.0), DVec3::new(0.0, -4.0, 0.0)),
+            (spheroid(0.7), DVec3::new(2.0, 1.0, 0.0)),
+            // Towards the camera, so that the outline does not move evenly.
+            (falling(6.0), DVec3::new(-30.0, 0.0, 40.0)),
+        ] {
+            let mut scene = one(PlacedDrop { velocity, ..drop }, 0.0, 10.0);
+            scene.camera.shutter = 0.6;
+            scene.model.preset = Preset::Exact;
+            scene.model.samples = Some(64);
+            let expected = reference(&scene, &sky);
+            let found = error(&expected, &draw(device, &scene, &sky));
+            scene.model.shape = Some(ShapeModel::Sphere);
+            let round = error(&expected, &draw(device, &scene, &sky));
+            println!("{drop:?} {velocity}: {found:.5}, as a sphere {round:.4}");
+            assert!(found < 5e-3 && round > 2.0 * found, "{drop:?} {velocity}: {found}, {round}");
+        }
+    });
+}
+
+/// Rain of large drops, whose shapes follow from their diameters.
+fn downpour() -> Scene {
+    let text = "[camera]\nvertical_fov = 1.2\ntarget = [0, 0.3, -1]\nposition = [0, 2, 0]\n[image]\nwidth = 56\nheight = 56\n\
+                [rain]\nrate = 2000.0\ndiameters = [4.0, 6.0]\nsizes = \"uniform\"\nextent = 8.0";
+    Scene::parse(text, "downpour").expect("a scene")
+}
+
+#[test]
+fn falling_drops_have_the_shape_of_their_size() {
+    let sky = waves();
+    on_device(|device| {
+        let mut scene = downpour();
+        scene.model.preset = Preset::Exact;
+        scene.model.samples = Some(64);
+        let expected = reference(&scene, &sky);
+        let covered = expected.coverage.iter().filter(|covered| **covered > 0.5).count();
+        assert!(covered > 60, "{covered} pixels, too few to tell");
+        let found = error(&expected, &draw(device, &scene, &sky));
+        scene.model.shape = Some(ShapeModel::Sphere);
+        let round = error(&expected, &draw(device, &scene, &sky));
+        println!("{found:.5}, as spheres {round:.4}");
+        assert!(found < 5e-3 && round > 4.0 * found, "{found}, {round}");
+    });
+}
+
+#[test]
+fn spheres_are_the_same_beside_flat_drops() {
+    let sky = waves();
+    on_device(|device| {
+        let mut alone = one(PlacedDrop::default(), 0.0, 14.0);
+        alone.model.preset = Preset::Exact;
+        alone.model.weights = Some(Weights::Physical);
+        let mut both = alone.clone();
+        let behind = PlacedDrop { center: -alone.drops[0].center, ..spheroid(0.5) };
+        both.drops.push(behind);
+        // Of ratio 1, too.
+        both.drops[0].axis_ratio = Some(1.0);
+        assert_eq!(planned(&alone, &sky).shape.model, ShapeModel::Sphere);
+        assert_eq!(planned(&both, &sky).shape.model, ShapeModel::Equilibrium);
+        let off = rel_mse(&draw(device, &alone, &sky), &draw(device, &both, &sky), None);
+        assert!(off < 1e-9, "{off}");
+    });
+}
+
+#[test]
+fn the_plan_takes_the_shape_that_shows() {
+    let sky = waves();
+    let shape = |scene: &Scene| planned(scene, &sky).shape;
+    let mut scene = downpour();
+    for (preset, shutter, expected) in [
+        (Preset::Exact, 0.0, ShapeModel::Equilibrium),
+        (Preset::Exact, 0.02, ShapeModel::Equilibrium),
+        (Preset::Fast, 0.0, ShapeModel::Equilibrium),
+        (Preset::Fast, 0.001, ShapeModel::Equilibrium),
+        (Preset::Fast, 0.004, ShapeModel::Sphere),
+    ] {
+        scene.model.preset = preset;
+        scene.camera.shutter = shutter;
+        let found = shape(&scene);
+        assert_eq!(found.model, expected, "{preset}, {shutter} s: {}", found.why);
+    }
+    // A placed drop may be at rest however long the shutter is open.
+    scene.drops = vec![spheroid(0.9)];
+    assert_eq!(shape(&scene).model, ShapeModel::Equilibrium);
+    // Drops under a millimetre are spheres.
+    let drizzle = "[rain]\nrate = 1.0\ndiameters = [0.2, 0.9]\nextent = 8.0";
+    let mut drizzle = Scene::parse(drizzle, "drizzle").expect("a scene");
+    drizzle.model.preset = Preset::Exact;
+    assert_eq!(shape(&drizzle).model, ShapeModel::Sphere);
+    // Billboards are spheres, and say so.
+    let mut billboard = one(spheroid(0.9), 0.0, 8.0);
+    billboard.model.preset = Preset::Paper;
+    let refused = plan(&billboard, &sky, Output::Display).expect_err("a point").to_string();
+    assert!(refused.contains("drop 1: axis_ratio") && refused.contains("fast"), "{refused}");
+    billboard.model.shape = Some(ShapeModel::Sphere);
+    assert_eq!(shape(&billboard).model, ShapeModel::Sphere);
+}
