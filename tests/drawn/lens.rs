@@ -377,7 +377,7 @@ fn every_drop_that_the_lens_sees_is_found() {
         let mut real = square(64);
         let rain = RealRain { extent: 6.0, rate: 100.0, ..RealRain::default() };
         real.rain = Some(RainSettings::of(rain));
-        (real.camera.aperture, real.camera.focus, real.model.cutoff_px) = (0.2, 1.5, Some(0.05));
+        (real.camera.aperture, real.camera.focus, real.model.cutoff_px) = (2.0, 1.5, Some(0.05));
         for scene in [boxed, real] {
             let plan = plan(&scene, &environment, Output::Radiance).expect("a plan");
             let found = draw(&mut renderer(device, &scene, &environment), &scene).1.visible;
