@@ -23,9 +23,10 @@ layout(std430, set = 0, binding = 2) readonly buffer RainField {
     vec4 shown;          // cut-off in pixels, radius for a unit of diameter, squared distance to the rain's end
     uvec4 groups;        // x: of cells; y: placed drops
     vec4 band_depths[4]; // that part the drops into sixteen bands of equal number, nearest first
-    vec4 medium;         // depth from which on all rain is medium, extinction a scene unit, distance of the rain's end,
-                         // 1 where there is a medium
-    vec4 depths[16];     // optical depth of the medium at 64 depths up to the first of these, equally far apart
+    vec4 medium;         // depth from which on all rain is medium, extinction a scene unit seen level, distance of the rain's
+                         // end, extinction seen from below: over 0 where there is a medium
+    vec4 depths[16];     // optical depth of the medium at 64 depths up to the first of these, equally far apart, seen level
+    vec4 from_below[16]; // the same seen from below
     RainClass classes[MOST_CLASSES];
     uint laws[MOST_CLASSES * LAW_WORDS]; // of each class 65 quantiles of the diameter, then its thresholds
     Slab slabs[MOST_SLABS];

@@ -12,6 +12,7 @@ use glam::{DVec3, Vec3};
 use crate::rain::cells::{CellDrop, DIAMETER_UNIT, Lattice, Place};
 use crate::rain::cull::{Sight, Sighting};
 use crate::rain::law::Law;
+use crate::rain::medium::Outlines;
 use crate::rain::shape::Halves;
 use crate::rain::visibility::{Frustum, depth_of_radius};
 use crate::rain::{medium, tick_of_seconds};
@@ -72,22 +73,36 @@ const DEPTHS: usize = 64;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct MediumRecord {
-    /// Depth from which on all rain is medium; extinction a scene unit; distance of the rain's end; 1.
+    /// Depth from which on all rain is medium; extinction a scene unit, seen level; distance of the rain's end; extinction
+    /// seen from below, over 0.
     pub range: [f32; 4],
-    /// Optical depth along the view axis at depths up to the first of these, equally far apart.
+    /// Optical depth along the view axis at depths up to the first of these, equally far apart: seen level.
     pub optical_depths: [f32; DEPTHS],
+    /// The same seen from below.
+    pub from_below: [f32; DEPTHS],
 }
 
 impl MediumRecord {
-    fn new(law: &Law, focal_px: f64, cutoff_px: f64, extent: f64, metres: f64) -> Self {
+    fn new(
+        law: &Law,
+        outlines: Option<&Outlines>,
+        (focal_px, cutoff_px): (f64, f64),
+        extent: f64,
+        metres: f64,
+    ) -> Self {
         let starts = medium::starts(law, focal_px, cutoff_px);
         let depth_of = |i: usize| starts * i as f64 / (DEPTHS - 1) as f64;
-        let optical = |i| medium::optical_depth(law, focal_px, cutoff_px, depth_of(i)) as f32;
-        let extinction = law.extinction() * metres;
+        let optical: [[f64; 2]; DEPTHS] = std::array::from_fn(|i| match outlines {
+            Some(outlines) => outlines.optical_depth(focal_px, cutoff_px, depth_of(i)),
+            None => [medium::optical_depth(law, focal_px, cutoff_px, depth_of(i)); 2],
+        });
+        let extinction = outlines.map_or([law.extinction(); 2], Outlines::extinction);
+        let [level, from_below] = extinction.map(|extinction| (extinction * metres) as f32);
         let end = (extent / metres).min(f64::from(f32::MAX));
         Self {
-            range: [(starts / metres) as f32, extinction as f32, end as f32, 1.0],
-            optical_depths: std::array::from_fn(optical),
+            range: [(starts / metres) as f32, level, end as f32, from_below],
+            optical_depths: optical.map(|[level, _]| level as f32),
+            from_below: optical.map(|[_, from_below]| from_below as f32),
         }
     }
 }
@@ -98,7 +113,8 @@ pub struct Field {
     lattices: Vec<Lattice>,
     law: Law,
     rain: RealRain,
-    is_flattened: bool,
+    /// Of drops that are drawn flattened.
+    outlines: Option<Outlines>,
 }
 
 /// The rain of one picture.
@@ -146,18 +162,19 @@ impl Field {
     pub fn of(scene: &Scene) -> Option<Self> {
         let rain = scene.real_rain()?;
         let lattices = rain.lattices(scene.seed);
-        Some(Self { lattices, law: rain.law(), rain, is_flattened: false })
+        Some(Self { lattices, law: rain.law(), rain, outlines: None })
     }
 
     /// The same where drops are drawn flattened: they are wider than their spheres, so that cells farther out of view may
     /// show some. (What is counted as in view are the spheres, all the same.)
     pub fn flattened(self, is_flattened: bool) -> Self {
-        Self { is_flattened, ..self }
+        let outlines = is_flattened.then(|| Outlines::new(&self.law));
+        Self { outlines, ..self }
     }
 
     /// How far the drops of a lattice reach from their centres at most, in metres.
     fn reach(&self, lattice: &Lattice) -> f64 {
-        match self.is_flattened {
+        match self.outlines.is_some() {
             true => lattice.radius * Halves::of_diameter(2e3 * lattice.radius).reach(),
             false => lattice.radius,
         }
@@ -195,7 +212,8 @@ impl Field {
             extent2: (self.rain.extent / metres).powi(2).min(f64::from(f32::MAX)) as f32,
             band_depths: [0.0; MOST_BANDS],
             medium: (cutoff_px > 0.0 && scene.model.far_rain != Some(FarRain::None)).then(|| {
-                MediumRecord::new(&self.law, view.focal_px, cutoff_px, self.rain.extent, metres)
+                let (outlines, scales) = (self.outlines.as_ref(), (view.focal_px, cutoff_px));
+                MediumRecord::new(&self.law, outlines, scales, self.rain.extent, metres)
             }),
             drops_in_cells: 0.0,
             cells_with_drops: 0.0,

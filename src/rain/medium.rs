@@ -9,6 +9,7 @@ use crate::rain::law::{Law, extinction};
 use std::f64::consts::PI;
 
 use crate::rain::fall;
+use crate::rain::shape::Halves;
 use crate::rain::visibility::{Frustum, depth_of_radius};
 
 /// Largest radius in pixels under which no single drop changes a pixel by `seen`, at a contrast between drops and
@@ -33,6 +34,60 @@ pub fn optical_depth(law: &Law, focal_px: f64, cutoff_px: f64, depth: f64) -> f6
     let (m2, m3) =
         (law.moment_between(2.0, law.from, largest), law.moment_between(3.0, law.from, largest));
     extinction(depth * m2 - depth_of_radius(focal_px, 1.0, cutoff_px) * m3).max(0.0)
+}
+
+/// Diameters of a law in so many equal steps, whose drops have one outline.
+const STEPS: usize = 48;
+
+/// The outlines of a law's drops that are no spheres: of all that are smaller than each of its steps, the moments by which
+/// they block light, seen level and from below.
+#[derive(Clone, Debug)]
+pub struct Outlines {
+    law: Law,
+    /// Diameter in mm; ∫ N D^k A dD up to it, of k 2 and 3, A the outline's area over the sphere's: level, from below.
+    below: Vec<(f64, [[f64; 2]; 2])>,
+    /// Of the step after each of them.
+    areas: Vec<[f64; 2]>,
+}
+
+impl Outlines {
+    /// Those of drops of the equilibrium shape.
+    pub fn new(law: &Law) -> Self {
+        let width = (law.to - law.from) / STEPS as f64;
+        let (mut below, mut areas) = (vec![(law.from, [[0.0; 2]; 2])], Vec::new());
+        for step in 0..STEPS {
+            let from = law.from + width * step as f64;
+            let halves = Halves::of_diameter(from + 0.5 * width);
+            areas.push([0.0, 1.0].map(|sine| halves.outline_area(sine)));
+            let until = Self { law: *law, below: below.clone(), areas: areas.clone() };
+            below.push((from + width, until.moments(from + width)));
+        }
+        Self { law: *law, below, areas }
+    }
+
+    /// ∫ N D^k A dD of the drops under a diameter in mm: by k, 2 and 3, each level and from below.
+    fn moments(&self, diameter: f64) -> [[f64; 2]; 2] {
+        let step =
+            self.below.partition_point(|(edge, _)| *edge <= diameter).clamp(1, self.areas.len())
+                - 1;
+        let (from, known) = self.below[step];
+        [2.0, 3.0].map(|k| {
+            let rest = self.law.moment_between(k, from, diameter);
+            std::array::from_fn(|seen| known[k as usize - 2][seen] + self.areas[step][seen] * rest)
+        })
+    }
+
+    /// [`optical_depth`], level and from below.
+    pub fn optical_depth(&self, focal_px: f64, cutoff_px: f64, depth: f64) -> [f64; 2] {
+        let [m2, m3] = self.moments(2e3 * cutoff_px * depth / focal_px);
+        let nearest = depth_of_radius(focal_px, 1.0, cutoff_px);
+        std::array::from_fn(|seen| extinction(depth * m2[seen] - nearest * m3[seen]).max(0.0))
+    }
+
+    /// Extinction a metre, level and from below.
+    pub fn extinction(&self) -> [f64; 2] {
+        self.moments(self.law.to)[0].map(extinction)
+    }
 }
 
 /// Depth in metres from which on all rain is medium.
