@@ -8,6 +8,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use ash::vk;
 
+use super::requirements::STORAGE_BUFFERS;
 use super::retired::Object;
 use super::{Buffer, Device, Image, Named, Recorder, Sampler, Texels};
 use crate::{Error, Result};
@@ -90,6 +91,8 @@ impl Bindings {
                     )
             })
             .collect();
+        let storage = slots.iter().filter(|kind| **kind == Binding::STORAGE_BUFFER).count();
+        debug_assert!(storage <= STORAGE_BUFFERS as usize, "{name}: {storage} storage buffers");
         let info = vk::DescriptorSetLayoutCreateInfo::default().bindings(&layout_bindings);
         // SAFETY: `info` outlives the call; `bindings` owns the handle.
         bindings.layout = unsafe { device.raw.create_descriptor_set_layout(&info, None) }

@@ -115,6 +115,9 @@ pub(super) struct Capabilities {
     pub storage_buffers_per_stage: u32,
 }
 
+/// Most storage buffers of a set: those of `composite.comp` and the passes that share its set.
+pub(super) const STORAGE_BUFFERS: u32 = 22;
+
 impl Requirements {
     /// What `composite.comp` and the other passes of the tiles need, and with `points` and `masks` what the paper's do.
     pub(crate) fn new(points: bool, masks: bool) -> Self {
@@ -136,7 +139,7 @@ impl Requirements {
                 | vk::SubgroupFeatureFlags::BALLOT
                 | vk::SubgroupFeatureFlags::ARITHMETIC,
             workgroup_invocations: 256,
-            storage_buffers_per_stage: 14,
+            storage_buffers_per_stage: STORAGE_BUFFERS,
         }
     }
 
@@ -161,7 +164,7 @@ impl Requirements {
             ),
             (
                 has.storage_buffers_per_stage >= self.storage_buffers_per_stage,
-                "14 storage buffers a stage",
+                "22 storage buffers a stage",
             ),
         ];
         let all = of_queue.into_iter().chain(features).chain(of_shaders);
