@@ -80,6 +80,14 @@ fn the_truth_is_written_and_compares_with_itself() {
     assert!(String::from_utf8_lossy(&compared.stdout).contains("relMSE"));
     let text = std::fs::read_to_string(at.join("f.json")).expect("written");
     let json: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    // To stdout: the same, and nothing else there.
+    let shown = raindrops(at, &["compare", "a.exr", "b.exr", "--mask", "m.exr", "--json", "-"]);
+    assert_eq!(status(&shown), 0, "{}", complaint(&shown));
+    assert!(
+        serde_json::from_slice::<serde_json::Value>(&shown.stdout)
+            .is_ok_and(|of| of["flip"] == json["flip"])
+    );
+    assert!(complaint(&shown).contains("FLIP mean") && !at.join("-").exists());
     for key in ["rel_mse", "psnr_db", "flip", "flip_p99", "max_error", "mean_a", "mean_b"] {
         assert!(json[key].as_f64().is_some_and(|value| value > 0.0), "{key}: {}", json[key]);
     }

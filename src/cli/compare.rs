@@ -7,8 +7,7 @@ use clap::Args;
 use glam::Vec3;
 use serde_json::json;
 
-use super::{Answer, Format, print};
-use crate::files::write_whole;
+use super::{Answer, Format, print_beside, write_json};
 use crate::picture::metrics::{Comparison, Metrics, compare};
 use crate::picture::tone_map::{Exposure, exposure_of};
 use crate::picture::{Picture, srgb_byte, write_png};
@@ -90,9 +89,9 @@ pub fn run(args: &CompareArgs) -> anyhow::Result<Answer> {
     let exposure = if shown { Exposure::Clipped(1.0) } else { exposure_of(&tone_map, &a) };
     let comparison = compare(&a, &b, mask.as_deref(), exposure);
 
-    tell(&comparison)?;
+    tell(&comparison, args.json.as_ref())?;
     if let Some(path) = &args.json {
-        write_json(&comparison, path)?;
+        write_json(path, &figures(&comparison))?;
     }
     if let Some(path) = &args.difference {
         let srgb: Vec<u8> = comparison.flip_map.iter().flat_map(|&e| false_color(e)).collect();
@@ -139,7 +138,8 @@ fn holds(args: &CompareArgs, metrics: &Metrics) -> bool {
     all
 }
 
-fn tell(comparison: &Comparison) -> crate::Result<()> {
+fn tell(comparison: &Comparison, json: Option<&PathBuf>) -> crate::Result<()> {
+    let print = |line: std::fmt::Arguments<'_>| print_beside(json, line);
     let Comparison { pixels, boxes, mean_a, mean_b, .. } = comparison;
     let figures = [
         ("relMSE", pixels.rel_mse, boxes.rel_mse),
@@ -151,15 +151,15 @@ fn tell(comparison: &Comparison) -> crate::Result<()> {
     for (name, pixel, boxed) in figures {
         print(format_args!("{name:<16}{pixel:>14.6}{boxed:>14.6}"))?;
     }
-    print("(left: pixel by pixel; right: after an 8 x 8 box filter)")?;
+    print(format_args!("(left: pixel by pixel; right: after an 8 x 8 box filter)"))?;
     let (x, y) = pixels.max_error_at;
     print(format_args!("largest error at column {x}, row {y} from the upper left"))?;
     print(format_args!("mean luminance  {mean_a:>14.6}{mean_b:>14.6}  (A, B)"))
 }
 
-fn write_json(comparison: &Comparison, path: &Path) -> crate::Result<()> {
+fn figures(comparison: &Comparison) -> serde_json::Value {
     let Comparison { pixels, boxes, mean_a, mean_b, .. } = comparison;
-    let value = json!({
+    json!({
         "rel_mse": pixels.rel_mse,
         "psnr_db": pixels.psnr_db,
         "flip": pixels.flip,
@@ -175,8 +175,7 @@ fn write_json(comparison: &Comparison, path: &Path) -> crate::Result<()> {
             "flip_p99": boxes.flip_p99,
             "max_error": boxes.max_error,
         },
-    });
-    write_whole(path, format!("{value:#}\n").as_bytes())
+    })
 }
 
 /// sRGB bytes of an error 0 to 1: black, violet, red, yellow, white, evenly spaced, so that a

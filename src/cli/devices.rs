@@ -6,7 +6,7 @@ use clap::Args;
 use serde_json::json;
 
 use super::options::say;
-use super::{Answer, print, write_json};
+use super::{Answer, print_beside, write_json};
 use crate::Error;
 use crate::gpu::disk_cache::user_folder;
 use crate::gpu::probe::{Findings, Rounding};
@@ -33,10 +33,10 @@ pub fn run(args: &DevicesArgs) -> anyhow::Result<Answer> {
     }
     let mut probed = Vec::new();
     for (index, Ranked { report, frame_ms }) in devices.into_iter().enumerate() {
-        print(describe(index, &report, frame_ms))?;
+        print_beside(args.json.as_ref(), describe(index, &report, frame_ms))?;
         if args.probe && report.missing.is_empty() {
             let findings = Findings::of(&Device::open(&instance, report.clone())?)?;
-            print(tell(&findings))?;
+            print_beside(args.json.as_ref(), tell(&findings))?;
             let (device, driver) = (&report.name, &report.driver);
             let driver_info = &report.driver_info;
             probed.push(json!({

@@ -7,7 +7,7 @@ use clap::Args;
 use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
 
 use super::options::DeviceArgs;
-use super::{Answer, print, progress, write_json};
+use super::{Answer, print_beside, progress, write_json};
 use crate::environment::Environment;
 use crate::environment::bright::split;
 use crate::gpu::Device;
@@ -63,12 +63,16 @@ pub fn run(args: &ErrorsArgs) -> anyhow::Result<Answer> {
     let cells = rows
         .iter()
         .map(|row| (row.model.as_str(), format!("{:.1} / {:.3}", 255.0 * row.rms, row.flip)));
-    print(table(cells.collect(), &args.radii))?;
-    print(
+    print_beside(args.json.as_ref(), table(cells.collect(), &args.radii))?;
+    print_beside(
+        args.json.as_ref(),
         "RMS error in grey levels of 255 / mean FLIP, inside the drop; medians over environments",
     )?;
     for environment in &environments {
-        print(format_args!("contrast {:.3}  {}", contrast(environment), environment.name()))?;
+        print_beside(
+            args.json.as_ref(),
+            format_args!("contrast {:.3}  {}", contrast(environment), environment.name()),
+        )?;
     }
     if let Some(path) = &args.json {
         write_json(path, &rows)?;
@@ -92,17 +96,23 @@ fn glints(
         let rows = glints_by_size(device, environment, &candidates, radii, views, &say)?;
         bar.finish_and_clear();
         let (Some(rows), Some(bright)) = (rows, split(environment)) else {
-            print(format_args!("no small bright sources in {}", environment.name()))?;
+            print_beside(
+                args.json.as_ref(),
+                format_args!("no small bright sources in {}", environment.name()),
+            )?;
             continue;
         };
         let cells = rows.iter().map(|row| (row.model.as_str(), format!("{:.3}", row.rms)));
-        print(table(cells.collect(), radii))?;
-        print(format_args!(
-            "RMS error, 0 to 1, over the area of the drop and the root of the sources' light, which is \
+        print_beside(args.json.as_ref(), table(cells.collect(), radii))?;
+        print_beside(
+            args.json.as_ref(),
+            format_args!(
+                "RMS error, 0 to 1, over the area of the drop and the root of the sources' light, which is \
              {:.3} of the rest's in {}",
-            bright.strength(),
-            environment.name()
-        ))?;
+                bright.strength(),
+                environment.name()
+            ),
+        )?;
         all.push(rows);
     }
     if let Some(path) = &args.json {

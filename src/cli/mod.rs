@@ -28,7 +28,7 @@ mod verdict;
 mod view;
 
 use std::io::{ErrorKind, Write as _};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::mpsc::RecvTimeoutError;
 use std::time::{Duration, Instant};
@@ -340,6 +340,15 @@ fn write_json(path: &Path, value: &impl serde::Serialize) -> Result<()> {
     }
     text.push('\n');
     write_whole(path, text.as_bytes())
+}
+
+/// Prints a line for people: to stdout, or to stderr where the JSON goes to stdout.
+fn print_beside(json: Option<&PathBuf>, line: impl std::fmt::Display) -> Result<()> {
+    if json.is_some_and(|path| path.as_os_str() == "-") {
+        eprintln!("{line}");
+        return Ok(());
+    }
+    print(line)
 }
 
 /// Prints a line to stdout. A reader that has gone away (`| head`) is no error, and the command goes

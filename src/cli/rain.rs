@@ -94,10 +94,8 @@ pub fn run(args: &RainArgs) -> anyhow::Result<Answer> {
     for note in notes(&rain) {
         eprintln!("note: {note}");
     }
-    match &args.json {
-        Some(path) if path.as_os_str() == "-" => print(serde_json::to_string_pretty(&report)?)?,
-        Some(path) => write_json(path, &report)?,
-        None => {}
+    if let Some(path) = &args.json {
+        write_json(path, &report)?;
     }
     if args.json.as_ref().is_none_or(|path| path.as_os_str() != "-") {
         show(&report)?;

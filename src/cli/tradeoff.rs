@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::options::{DeviceArgs, SceneArgs};
-use super::{Answer, parse_seconds, print, progress, write_json};
+use super::{Answer, parse_seconds, print_beside, progress, write_json};
 use crate::files::write_whole;
 use crate::measure::Host;
 use crate::measure::bench::{self, Build, DeviceHead};
@@ -94,13 +94,17 @@ pub fn run(args: &TradeoffArgs) -> anyhow::Result<Answer> {
         let found = study(&device, scene, &of_scene(scene), effort, &say)?;
         let (width, height) = found.first().map_or((0, 0), |row| (row.width, row.height));
         bar.suspend(|| {
-            print(format_args!("{}: {}, {width} x {height}", scene.name, scene.asks))?;
-            print(format_args!("{}\n", table(&found)))
+            print_beside(
+                args.json.as_ref(),
+                format_args!("{}: {}, {width} x {height}", scene.name, scene.asks),
+            )?;
+            print_beside(args.json.as_ref(), format_args!("{}\n", table(&found)))
         })?;
         rows.extend(found);
     }
     bar.finish_and_clear();
-    print(
+    print_beside(
+        args.json.as_ref(),
         "* no other model is both quicker and truer (by rms); speed: as a multiple of paper's, and of paper-compact's; \
          with real rain of fast's, and of exact's",
     )?;

@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use crate::common::{hole, on_device, painted};
+use crate::common::{on_device, painted};
 use glam::{DVec3, Vec3};
 use raindrops::environment::Environment;
 use raindrops::gpu::Device;
