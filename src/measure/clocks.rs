@@ -193,7 +193,7 @@ mod tests {
         for (name, text) in files {
             let path = root.path().join(name);
             fs::create_dir_all(path.parent().expect("a folder")).expect("made");
-            fs::write(path, text).expect("written");
+            crate::files::write_whole(&path, text.as_bytes()).expect("written");
         }
         root
     }
@@ -235,7 +235,8 @@ mod tests {
         let root = system(&[]);
         let program = root.path().join("smi");
         let ask = |lines: &str| {
-            fs::write(&program, format!("#!/bin/sh\nprintf '{lines}'\n")).expect("a program");
+            let text = format!("#!/bin/sh\nprintf '{lines}'\n");
+            crate::files::write_whole(&program, text.as_bytes()).expect("a program");
             fs::set_permissions(&program, fs::Permissions::from_mode(0o755)).expect("its mode");
             Clock::below(root.path(), &device("discrete GPU", Some((0x10de, 0x2330))), &program)
         };

@@ -104,7 +104,7 @@ mod tests {
         assert!(between(&path, &path).expect("stages").iter().all(|stage| !stage.strays()));
         let bytes = std::fs::read(&path).expect("a file");
         for cut in [0, 5, 20, bytes.len() - 1] {
-            std::fs::write(&path, &bytes[..cut]).expect("written");
+            write_whole(&path, &bytes[..cut]).expect("written");
             assert!(read(&path).is_err(), "{cut}");
         }
     }
