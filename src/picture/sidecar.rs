@@ -106,9 +106,10 @@ impl Sidecar {
     pub fn write(&self, path: &Path) -> Result<()> {
         let problem = |error| crate::Error::write(path, error);
         let mut head = serde_json::to_value(self).map_err(problem)?;
-        let _ = head.as_object_mut().map(|head| head.remove("drops"));
+        let _ = head.as_object_mut().map(|head| head.shift_remove("drops"));
         let head = serde_json::to_string_pretty(&head).map_err(problem)?;
-        let mut text = head.trim_end_matches(['}', '\n']).to_string();
+        // Its last key may be an object, whose brace stays.
+        let mut text = head.strip_suffix("\n}").unwrap_or(&head).to_string();
         text.push_str(",\n  \"drops\": [");
         for (number, drop) in self.drops.iter().enumerate() {
             text.push_str(if number == 0 { "\n    " } else { ",\n    " });
