@@ -74,7 +74,7 @@ pub struct FrameReport {
     /// plan's where the frame's cells would have been more than can be numbered.
     pub cutoff_px: Option<f32>,
     /// Factor on the room for drops in view and their tile fragments with which it was drawn: 1, or what
-    /// [`Renderer::grow`] has made of it.
+    /// [`Renderer::draw`] and [`Renderer::submit`] have made of it.
     pub room: u32,
     /// GPU milliseconds of each pass, in order; empty where the device has no timestamps.
     pub passes_ms: Vec<(&'static str, f64)>,
