@@ -54,15 +54,16 @@ impl Outlines {
     /// Those of drops of the equilibrium shape.
     pub fn new(law: &Law) -> Self {
         let width = (law.to - law.from) / STEPS as f64;
-        let (mut below, mut areas) = (vec![(law.from, [[0.0; 2]; 2])], Vec::new());
+        let below = vec![(law.from, [[0.0; 2]; 2])];
+        let mut outlines = Self { law: *law, below, areas: Vec::new() };
         for step in 0..STEPS {
             let from = law.from + width * step as f64;
             let halves = Halves::of_diameter(from + 0.5 * width);
-            areas.push([0.0, 1.0].map(|sine| halves.outline_area(sine)));
-            let until = Self { law: *law, below: below.clone(), areas: areas.clone() };
-            below.push((from + width, until.moments(from + width)));
+            outlines.areas.push([0.0, 1.0].map(|sine| halves.outline_area(sine)));
+            let moments = outlines.moments(from + width);
+            outlines.below.push((from + width, moments));
         }
-        Self { law: *law, below, areas }
+        outlines
     }
 
     /// ∫ N D^k A dD of the drops under a diameter in mm: by k, 2 and 3, each level and from below.
