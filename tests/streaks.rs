@@ -3,65 +3,20 @@
 
 mod common;
 
-use std::path::{Path, PathBuf};
-use std::sync::Arc;
-
 use glam::{DVec3, Vec3};
 use raindrops::environment::Environment;
-use raindrops::gpu::Device;
-use raindrops::passes::simulate::Counts;
-use raindrops::picture::Picture;
 use raindrops::picture::metrics::{Metrics, compare};
 use raindrops::picture::tone_map::exposure_of;
-use raindrops::plan::{Output, plan};
 use raindrops::rain::cull::count_visible;
-use raindrops::reference::{Tracer, Truth};
-use raindrops::renderer::Renderer;
 use raindrops::scene::model::{Motion, Preset};
 use raindrops::scene::{PlacedDrop, RainSettings, Scene, ToneMap};
 
+use common::picture::{black, draw, renderer, square, sum, truth};
 use common::{on_device, waves};
-
-fn square(edge: u32) -> Scene {
-    let mut scene = Scene { rain: None, ..Scene::default() };
-    (scene.image.width, scene.image.height) = (edge, edge);
-    scene.model.preset = Preset::Fast;
-    scene
-}
-
-fn renderer(device: &Arc<Device>, scene: &Scene, environment: &Environment) -> Renderer {
-    let plan = plan(scene, environment, Output::Radiance).expect("a plan");
-    Renderer::new(device, scene, environment, &plan).expect("a renderer")
-}
-
-fn draw(renderer: &mut Renderer, scene: &Scene) -> (Picture, Counts) {
-    renderer.submit(scene).expect("a frame");
-    let counts = renderer.finish().expect("a report").counts;
-    assert_eq!(counts.overflow, 0);
-    (renderer.read_radiance().expect("a picture"), counts)
-}
-
-fn truth(scene: &Scene, environment: &Environment, samples: u32) -> Picture {
-    Tracer::new(scene, environment, Truth { samples, ..Truth::default() }).picture()
-}
 
 /// Of display values from 0 to 1.
 fn mean_square(metrics: &Metrics) -> f64 {
     10f64.powf(-0.1 * metrics.psnr_db)
-}
-
-fn sum(picture: &Picture) -> f64 {
-    picture.pixels.iter().map(|pixel| f64::from(pixel.y)).sum()
-}
-
-/// A black picture of `edge` pixels an edge.
-fn black(edge: u32) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("streaks");
-    std::fs::create_dir_all(&folder).expect("a folder");
-    let path = folder.join(format!("black-{edge}.exr"));
-    let pixels = vec![Vec3::ZERO; (edge * edge) as usize];
-    Picture { width: edge, height: edge, pixels }.write_exr(&path).expect("a file");
-    path
 }
 
 /// A white drop before black, of some pixels of radius, that moves by up to 300 pixels.
@@ -69,7 +24,7 @@ fn black(edge: u32) -> PathBuf {
 fn a_streak_has_the_light_of_the_drop_at_rest() {
     const EDGE: u32 = 384;
     let white = Environment::constant(Vec3::ONE);
-    let plate = black(EDGE);
+    let plate = black("streaks", EDGE);
     on_device(|device| {
         let mut worst = 0.0_f64;
         for preset in [Preset::Fast, Preset::Exact] {

@@ -14,8 +14,9 @@ use crate::gpu::{Buffer, Device, Recorder};
 use crate::rain::cells::Lattice;
 use crate::rain::clusters::CLUSTER;
 use crate::rain::field::{
-    ClassRecord, Field, GROUP, MOST_BANDS, MOST_GROUPS, MOST_SLABS, MediumRecord, Seen, Slab,
+    ClassRecord, Field, GROUP, MOST_BANDS, MOST_GROUPS, MOST_SLABS, Seen, Slab,
 };
+use crate::rain::medium::MediumRecord;
 use crate::scene::Scene;
 
 /// Most classes, and words of each one's law, as in `glsl/include/cells.glsl`.

@@ -26,8 +26,10 @@ use super::background::{Background, Behind, HostBackground};
 use super::environment::EnvironmentMap;
 use super::frame::{Frame, FrameBuffer};
 use super::glints::{Glints, SplatTable};
-use super::tiles::{DISORDERED_GROUPS, LARGE_GROUPS, RAY_GROUPS, TILE_PIXELS, Tiles};
+use super::tile_grid::TILE_PIXELS;
+use super::tiles::Tiles;
 use super::tone_map::{FINAL_SUMS, Source};
+use super::totals::{DISORDERED_GROUPS, LARGE_GROUPS, RAY_GROUPS};
 use crate::Result;
 use crate::gpu::{
     Binding, Bindings, Buffer, ComputePipeline, Device, Memory, Recorder, Resource, Texel, Texels,

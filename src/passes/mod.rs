@@ -25,8 +25,10 @@ mod room;
 mod shapes;
 pub mod simulate;
 pub mod sky;
+pub(crate) mod tile_grid;
 pub mod tiles;
 pub mod tone_map;
+pub mod totals;
 mod veil;
 
 pub(crate) use crate::gpu::{attachment, rendering};

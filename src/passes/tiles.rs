@@ -30,6 +30,11 @@ use super::rain_field::{RainField, SortedDrops};
 use super::room::Room;
 use super::shapes::Shapes;
 use super::simulate::Simulate;
+use super::tile_grid::{Regions, TILE, TILE_PIXELS, of_view};
+use super::totals::{
+    BIG_GROUPS, BLOCK_GROUPS, COUNTS_WORDS, GATHER_GROUPS, GROUPS_WORDS, LARGE_GROUPS, MAX_BANDS,
+    MAX_BINS, SORT_GROUPS, TOTALS_WORDS,
+};
 use super::veil::Veil;
 use crate::gpu::{
     Binding, Bindings, Buffer, ComputePipeline, Device, Memory, Recorder, Resource, Texel, Texels,
@@ -40,12 +45,8 @@ use crate::rain::clusters::CLUSTER;
 use crate::rain::field::Seen;
 use crate::scene::Scene;
 use crate::scene::model::{Lens, Motion, ShapeModel};
-use crate::scene::projection::View;
 use crate::{Error, Result};
 
-/// A tile in pixels, as in `glsl/include/tile_buffers.glsl`.
-pub(crate) const TILE: (u32, u32) = (4, 2);
-pub(super) const TILE_PIXELS: u64 = 8;
 /// Bytes of a splat's node, of which a block's takes two, and of a large drop, as there.
 pub(super) const NODE_BYTES: u64 = 32;
 pub(super) const LARGE_BYTES: u64 = 64;
@@ -56,15 +57,8 @@ const SHARE_IN_VIEW: f64 = 0.18;
 /// Drops of one band that fall on a tile on the mean. A list is in order except within a band, and `tile_window.glsl`
 /// reorders six entries at a time; with more drops a band, more tiles would need the second dispatch.
 const DROPS_A_BAND: f64 = 1.5;
-/// Bands at most, as in the shaders.
-const MAX_BANDS: u32 = 16;
-/// Tiles of the smallest regions, by which clusters are sorted within their band and tiles are drawn, and
-/// regions at most, as there.
-const REGION: (u32, u32) = (32, 16);
-const MAX_REGIONS: u32 = 256;
 /// Workgroups of a dispatch along an axis, on any device.
 const MOST_GROUPS: u32 = 65_535;
-const MAX_BINS: usize = (MAX_BANDS * MAX_REGIONS) as usize;
 /// Clusters of a workgroup of `clusters`, and stretches of all clusters, as there.
 const CLUSTERS_GROUP: u32 = 64;
 const STRETCHES: u32 = 64;
@@ -72,44 +66,6 @@ const STRETCHES: u32 = 64;
 const TILES_OF_BIG: u64 = 13;
 /// Focus in scene units from which on discs are not expected to be smaller.
 const FAR_FOCUS: f64 = 10.0;
-
-/// The parts of an image by which clusters are sorted within their band, and tiles are drawn.
-struct Regions {
-    /// Each has [`REGION`] tiles, times 2^this along both axes.
-    shift: u32,
-    across: u32,
-    count: u32,
-    /// Tiles of all of them, those beyond the image's edges included.
-    tiles: u32,
-}
-
-impl Regions {
-    /// The smallest of which an image of so many tiles has [`MAX_REGIONS`] at most.
-    fn of(tiles_across: u32, tiles_down: u32) -> Self {
-        let mut shift = 0;
-        loop {
-            let across = tiles_across.div_ceil(REGION.0 << shift);
-            let count = across * tiles_down.div_ceil(REGION.1 << shift);
-            if count <= MAX_REGIONS {
-                let tiles = count * ((REGION.0 * REGION.1) << (2 * shift));
-                return Self { shift, across, count, tiles };
-            }
-            shift += 1;
-        }
-    }
-}
-
-/// The first tile of what a view draws, and the one after the last, as `tile_buffers.glsl` has them: those that its
-/// pixels are in and, within the whole picture, one more around them, whose fragments glints ask for their coverage.
-pub(crate) fn of_view(view: &View) -> ([u32; 2], [u32; 2]) {
-    let (edges, sizes) = ([TILE.0, TILE.1], [view.width, view.height]);
-    let first = |axis: usize| (view.origin[axis] / edges[axis]).saturating_sub(1);
-    let end = |axis: usize| {
-        let last = (view.origin[axis] + sizes[axis]).div_ceil(edges[axis]) + 1;
-        last.min(view.whole[axis].div_ceil(edges[axis]))
-    };
-    ([first(0), first(1)], [end(0), end(1)])
-}
 
 /// The passes and what they hand on.
 pub struct Tiles {
@@ -180,54 +136,8 @@ const TOTALS: usize = 0;
 const NODES: usize = 1;
 const HEADS: usize = 2;
 const LARGES: usize = 3;
-/// Byte offsets of the indirect arguments in the totals.
-const SORT_GROUPS: u64 = 0;
-const GATHER_GROUPS: u64 = 16; // of the first band
-pub(super) const LARGE_GROUPS: u64 = GATHER_GROUPS + 16 * MAX_BANDS as u64;
-const BIG_GROUPS: u64 = LARGE_GROUPS + 16;
-const BLOCK_GROUPS: u64 = BIG_GROUPS + 16;
-pub(super) const RAY_GROUPS: u64 = BLOCK_GROUPS + 16;
-pub(super) const DISORDERED_GROUPS: u64 = RAY_GROUPS + 16;
-/// Words of all arguments, of these and the counts that follow, and of the totals, which end with the bins'.
-const GROUPS_WORDS: usize = DISORDERED_GROUPS as usize / 4 + 4;
-const COUNTS_WORDS: usize = GROUPS_WORDS + 9;
-const TOTALS_WORDS: usize = COUNTS_WORDS + MAX_BINS + MAX_BINS + 1;
-/// Where the counts stand in the totals, in bytes, and how many words of them there are.
-pub(crate) const COUNTS: (u64, usize) = (4 * GROUPS_WORDS as u64, COUNTS_WORDS - GROUPS_WORDS);
 /// End of a list, as in the shaders.
 const END: u32 = u32::MAX;
-
-/// What a frame by tiles came to.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct TileCounts {
-    /// Clusters of drops in view.
-    pub clusters: u64,
-    /// Drops in view that are larger than a splat.
-    pub large: u64,
-    /// Tile fragments of those: one for each tile that one of them touches.
-    pub fragments: u64,
-    /// Of those, drawn by rays.
-    pub ray_fragments: u64,
-    /// Tiles drawn a second time, their lists sorted.
-    pub tiles_again: u64,
-    /// Whether something was lost for which more room can be made.
-    pub lacks_room: bool,
-}
-
-impl TileCounts {
-    /// Reads what [`COUNTS`] holds: the shaders' `Totals` from `larges` on.
-    pub(crate) fn of(words: &[u32]) -> Self {
-        let word = |at: usize| u64::from(words[at]);
-        Self {
-            large: word(0),
-            fragments: word(2),
-            ray_fragments: word(3),
-            tiles_again: word(4),
-            clusters: word(5),
-            lacks_room: word(8) != 0,
-        }
-    }
-}
 
 impl Tiles {
     /// Buffers and pipelines for pictures of the size of `scene`'s. `has_depth`: what is behind the drops hides those that

@@ -9,6 +9,8 @@ use crate::rain::law::{Law, extinction};
 use std::f64::consts::PI;
 
 use crate::rain::fall;
+use bytemuck::{Pod, Zeroable};
+
 use crate::rain::shape::Halves;
 use crate::rain::visibility::{Frustum, depth_of_radius};
 
@@ -105,4 +107,47 @@ pub fn visibility(extinction: f64) -> f64 {
 pub fn cutoff_of_budget(law: &Law, frustum: &Frustum, drops: f64) -> f64 {
     let at_one = Frustum { extent: f64::INFINITY, ..*frustum }.drops_above(law, 1.0);
     (at_one / drops).cbrt()
+}
+
+/// Depths at which a medium's optical depth is tabulated, as in `glsl/include/rain_field.glsl`.
+const DEPTHS: usize = 64;
+
+/// The medium of a frame, as `RainField` of `glsl/include/rain_field.glsl` has it.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct MediumRecord {
+    /// Depth from which on all rain is medium; extinction a scene unit, seen level; distance of the rain's end; extinction
+    /// seen from below, over 0.
+    pub range: [f32; 4],
+    /// Optical depth along the view axis at depths up to the first of these, equally far apart: seen level.
+    pub optical_depths: [f32; DEPTHS],
+    /// The same seen from below.
+    pub from_below: [f32; DEPTHS],
+}
+
+impl MediumRecord {
+    /// That of a law's drops in a picture, with the `outlines` of those that are drawn flattened; rain to `extent` metres, in
+    /// scene units of so many metres.
+    pub fn new(
+        law: &Law,
+        outlines: Option<&Outlines>,
+        (focal_px, cutoff_px): (f64, f64),
+        extent: f64,
+        metres: f64,
+    ) -> Self {
+        let starts = starts(law, focal_px, cutoff_px);
+        let depth_of = |i: usize| starts * i as f64 / (DEPTHS - 1) as f64;
+        let optical: [[f64; 2]; DEPTHS] = std::array::from_fn(|i| match outlines {
+            Some(outlines) => outlines.optical_depth(focal_px, cutoff_px, depth_of(i)),
+            None => [optical_depth(law, focal_px, cutoff_px, depth_of(i)); 2],
+        });
+        let extinction = outlines.map_or([law.extinction(); 2], Outlines::extinction);
+        let [level, from_below] = extinction.map(|extinction| (extinction * metres) as f32);
+        let end = (extent / metres).min(f64::from(f32::MAX));
+        Self {
+            range: [(starts / metres) as f32, level, end as f32, from_below],
+            optical_depths: optical.map(|[level, _]| level as f32),
+            from_below: optical.map(|[_, from_below]| from_below as f32),
+        }
+    }
 }

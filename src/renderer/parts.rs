@@ -10,7 +10,7 @@ use super::{FrameReport, Lighting, RainField, Renderer, background_of, lattice_o
 use crate::environment::Environment;
 use crate::gpu::Device;
 use crate::passes::background::{BackgroundImages, most_stored};
-use crate::passes::tiles::{self, TILE};
+use crate::passes::tile_grid::{self, TILE};
 use crate::passes::tone_map::final_sums;
 use crate::picture::Picture;
 pub use crate::picture::place;
@@ -176,7 +176,7 @@ impl<'a> Parts<'a> {
                 continue;
             }
             // Of the tiles around the part's own no pixel is drawn: they add 0.
-            let (first, end) = tiles::of_view(&view);
+            let (first, end) = tile_grid::of_view(&view);
             let [column, row] = first.map(|tile| tile as usize);
             for (number, found) in found.chunks_exact((end[0] - first[0]) as usize).enumerate() {
                 let at = (row + number) * whole_across + column;

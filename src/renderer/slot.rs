@@ -10,10 +10,10 @@ use crate::Result;
 use crate::gpu::{Buffer, Device, Memory, Recorder, Timestamps, Use, memory_barrier};
 use crate::passes::frame::{Frame, FrameBuffer};
 use crate::passes::simulate::Simulate;
-use crate::passes::tiles::{self, TileCounts};
+use crate::passes::totals::{self, TileCounts};
 
 /// Words of the drops' counts, of the tiles', and the number of the recording that wrote them.
-const WORDS: usize = Simulate::COUNTER_WORDS + tiles::COUNTS.1 + 1;
+const WORDS: usize = Simulate::COUNTER_WORDS + totals::COUNTS.1 + 1;
 
 /// One of the frames that may be under way at once.
 pub(super) struct Slot {
@@ -53,7 +53,7 @@ impl Slot {
         let of_drops = drawing.counters().map(|from| (from, 0, 0, Simulate::COUNTER_WORDS));
         let after_drops = 4 * Simulate::COUNTER_WORDS as u64;
         let of_tiles =
-            drawing.totals().map(|from| (from, tiles::COUNTS.0, after_drops, tiles::COUNTS.1));
+            drawing.totals().map(|from| (from, totals::COUNTS.0, after_drops, totals::COUNTS.1));
         for (from, src_offset, dst_offset, words) in
             of_drops.into_iter().chain(of_tiles).chain(number)
         {

@@ -18,7 +18,7 @@ use crate::passes::drops::guard_band;
 use crate::passes::frame::{Frame, FrameBuffer, Surroundings};
 use crate::passes::output::Output;
 use crate::passes::rain_field::RainField;
-use crate::passes::tiles;
+use crate::passes::tile_grid;
 use crate::passes::tone_map::{DELTA, DISPLAY, FinalSums, Source, ToneMap};
 use crate::plan::FramePlan;
 use crate::rain::field::Seen;
@@ -199,7 +199,7 @@ pub(super) fn surroundings(
 
 /// Tiles of a scene's picture, across and down; those of the whole, so that their number is not told by its size.
 pub(super) fn lattice_of(scene: &Scene) -> [u32; 2] {
-    let (first, end) = tiles::of_view(&scene.view());
+    let (first, end) = tile_grid::of_view(&scene.view());
     [end[0] - first[0], end[1] - first[1]]
 }
 

@@ -23,10 +23,8 @@ use crate::rain::Rain;
 use crate::scene::background::Background;
 use crate::scene::camera::{Camera, View};
 use crate::scene::film::Film;
-use crate::scene::model::{
-    DropShape, FarRain, Fresnel, Lens, Lookup, Motion, Operator, Optics, Order, Preset, Primitive,
-    Reflection, ShapeModel, Simulation, Weights,
-};
+pub use crate::scene::model::ModelChoice;
+use crate::scene::model::{DropShape, Lens, Motion, Operator};
 use crate::scene::real_rain::{RainTable, RealRain};
 use crate::scene::water::Water;
 use crate::{Error, Result};
@@ -185,114 +183,6 @@ fn is_at_rest(velocity: &DVec3) -> bool {
     *velocity == DVec3::ZERO
 }
 
-/// A preset and what overrides it.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
-#[serde(deny_unknown_fields, default)]
-#[allow(missing_docs, reason = "each field is the axis of the same name in `model`")]
-pub struct ModelChoice {
-    pub preset: Preset,
-    /// The largest RMS error that preset `auto` may make, tone mapped, over 0 to 1. Without it, the truest
-    /// that `budget_ms` or a frame of 1/60 s affords.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub error: Option<f64>,
-    /// Milliseconds that preset `auto` may take for a frame on the device at hand.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub budget_ms: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub optics: Option<Optics>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub primitive: Option<Primitive>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub order: Option<Order>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub simulation: Option<Simulation>,
-    /// Edge of the mask's finest level in texels, a power of two from 1 to 4096.
-    pub mask_size: u32,
-    /// Places in a pixel that a drop's light is the mean of, 1 to 256.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub samples: Option<u32>,
-    /// Most reflections inside a drop that are followed, 0 to 8; the paper's mask follows none.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub internal_reflections: Option<u32>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub weights: Option<Weights>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub fresnel: Option<Fresnel>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub reflection: Option<Reflection>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub lookup: Option<Lookup>,
-    /// What becomes of the drops of real rain that are too small in the picture to be drawn one by one.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub far_rain: Option<FarRain>,
-    /// Radius in pixels under which a drop of real rain is too small for that, 0.001 to 1.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub cutoff_px: Option<f64>,
-    /// How drops are shown that move while the shutter is open.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub motion: Option<Motion>,
-    /// How drops out of focus are shown.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub lens: Option<Lens>,
-    /// In what shape drops are drawn that are no spheres.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub shape: Option<ShapeModel>,
-}
-
-impl ModelChoice {
-    /// Takes another preset in place of its own. An accepted error and a budget are `auto`'s, and go with it.
-    pub fn take_preset(&mut self, preset: Preset) {
-        self.preset = preset;
-        self.error = self.error.filter(|_| preset == Preset::Auto);
-        self.budget_ms = self.budget_ms.filter(|_| preset == Preset::Auto);
-    }
-
-    fn validate_far_rain(&self, rain: Option<&RealRain>) -> std::result::Result<(), String> {
-        let Some(rain) = rain else {
-            let key = if self.far_rain.is_some() { "far_rain" } else { "cutoff_px" };
-            return match self.far_rain.is_some() || self.cutoff_px.is_some() {
-                true => Err(format!("model: {key} is for real rain; give rain.rate")),
-                false => Ok(()),
-            };
-        };
-        let cutoff = self.cutoff_px.unwrap_or(1.0);
-        if !(0.001..=1.0).contains(&cutoff) {
-            return Err(format!("model: cutoff_px = {cutoff} is not within 0.001 to 1 pixel"));
-        }
-        if self.far_rain == Some(FarRain::Drops) && self.cutoff_px.is_some() {
-            return Err("model: far_rain = \"drops\" draws every drop; leave out cutoff_px".into());
-        }
-        if self.far_rain == Some(FarRain::Drops) && rain.extent.is_infinite() {
-            return Err(
-                "model: far_rain = \"drops\" needs an end of the rain; give rain.extent".into()
-            );
-        }
-        Ok(())
-    }
-
-    /// The keys of models that are given, not left to the preset.
-    pub(crate) fn overrides(&self) -> Vec<&'static str> {
-        let given = [
-            ("optics", self.optics.is_some()),
-            ("primitive", self.primitive.is_some()),
-            ("order", self.order.is_some()),
-            ("simulation", self.simulation.is_some()),
-            ("samples", self.samples.is_some()),
-            ("internal_reflections", self.internal_reflections.is_some()),
-            ("weights", self.weights.is_some()),
-            ("fresnel", self.fresnel.is_some()),
-            ("reflection", self.reflection.is_some()),
-            ("lookup", self.lookup.is_some()),
-            ("far_rain", self.far_rain.is_some()),
-            ("cutoff_px", self.cutoff_px.is_some()),
-            ("motion", self.motion.is_some()),
-            ("lens", self.lens.is_some()),
-            ("shape", self.shape.is_some()),
-        ];
-        given.into_iter().filter(|(_, is_given)| *is_given).map(|(name, _)| name).collect()
-    }
-}
-
 /// From radiance to display colour.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default)]
@@ -349,32 +239,6 @@ impl Default for RainSettings {
             radius: 1.0,
             velocity: DVec3::new(0.0, -9.0, 0.0),
             real: None,
-        }
-    }
-}
-
-impl Default for ModelChoice {
-    fn default() -> Self {
-        Self {
-            preset: Preset::Auto,
-            error: None,
-            budget_ms: None,
-            optics: None,
-            primitive: None,
-            order: None,
-            simulation: None,
-            mask_size: 1024,
-            samples: None,
-            internal_reflections: None,
-            weights: None,
-            fresnel: None,
-            reflection: None,
-            lookup: None,
-            far_rain: None,
-            cutoff_px: None,
-            motion: None,
-            lens: None,
-            shape: None,
         }
     }
 }

@@ -9,6 +9,7 @@
 #![allow(dead_code, reason = "every test file is a crate of its own and uses a part of this")]
 
 pub mod hooks;
+pub mod picture;
 #[cfg(target_os = "linux")]
 pub mod stand_in;
 

@@ -1,48 +1,19 @@
 //! Lenses drawn by the GPU: light, coverage and colours of drops out of focus, against closed forms and the reference.
 
-use std::path::{Path, PathBuf};
-use std::sync::Arc;
-
 use glam::{DVec3, Vec3};
 use raindrops::environment::Environment;
-use raindrops::gpu::Device;
-use raindrops::passes::simulate::Counts;
 use raindrops::picture::Picture;
 use raindrops::picture::metrics::{Comparison, compare};
 use raindrops::picture::tone_map::exposure_of;
 use raindrops::plan::{Output, plan};
 use raindrops::rain::cull::count_visible;
 use raindrops::rain::field::Field;
-use raindrops::reference::{Tracer, Truth};
-use raindrops::renderer::Renderer;
 use raindrops::scene::model::{Lens, Preset, ShapeModel};
 use raindrops::scene::real_rain::RealRain;
 use raindrops::scene::{PlacedDrop, RainSettings, Scene, ToneMap};
 
+use crate::common::picture::{black, draw, renderer, square, sum, truth};
 use crate::common::{on_device, waves};
-
-fn square(edge: u32) -> Scene {
-    let mut scene = Scene { rain: None, ..Scene::default() };
-    (scene.image.width, scene.image.height) = (edge, edge);
-    scene.model.preset = Preset::Fast;
-    scene
-}
-
-fn renderer(device: &Arc<Device>, scene: &Scene, environment: &Environment) -> Renderer {
-    let plan = plan(scene, environment, Output::Radiance).expect("a plan");
-    Renderer::new(device, scene, environment, &plan).expect("a renderer")
-}
-
-fn draw(renderer: &mut Renderer, scene: &Scene) -> (Picture, Counts) {
-    renderer.submit(scene).expect("a frame");
-    let counts = renderer.finish().expect("a report").counts;
-    assert_eq!(counts.overflow, 0);
-    (renderer.read_radiance().expect("a picture"), counts)
-}
-
-fn truth(scene: &Scene, environment: &Environment, samples: u32) -> Picture {
-    Tracer::new(scene, environment, Truth { samples, ..Truth::default() }).picture()
-}
 
 fn against(truth: &Picture, picture: &Picture) -> Comparison {
     compare(truth, picture, None, exposure_of(&ToneMap::default(), truth))
@@ -53,25 +24,11 @@ fn boxed_error(truth: &Picture, picture: &Picture) -> f64 {
     10f64.powf(-0.05 * against(truth, picture).boxes.psnr_db)
 }
 
-fn sum(picture: &Picture) -> f64 {
-    picture.pixels.iter().map(|pixel| f64::from(pixel.y)).sum()
-}
-
-/// A black picture of `edge` pixels an edge.
-fn black(edge: u32) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("lens");
-    std::fs::create_dir_all(&folder).expect("a folder");
-    let path = folder.join(format!("black-{edge}.exr"));
-    let pixels = vec![Vec3::ZERO; (edge * edge) as usize];
-    Picture { width: edge, height: edge, pixels }.write_exr(&path).expect("a file");
-    path
-}
-
 /// A drop of some pixels of radius before black, focused at infinity.
 fn before_black(edge: u32, radius: f64, preset: Preset) -> Scene {
     let mut scene = square(edge);
     scene.model.preset = preset;
-    scene.background.color = Some(black(edge));
+    scene.background.color = Some(black("lens", edge));
     (scene.camera.vertical_fov, scene.camera.focus, scene.camera.aperture) =
         (10.0, f64::INFINITY, 1e-3);
     let pixel = 1.0 / scene.view().focal_px;
