@@ -1,0 +1,200 @@
+//! What a host is asked for and promised: requirements, refusals, room, memory and queue.
+
+use std::sync::atomic::{AtomicUsize, Ordering::SeqCst};
+use std::sync::{Arc, Mutex};
+
+use ash::vk;
+use glam::DVec3;
+use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
+use raindrops::device::{Device, Features, HostImage, ImageState, requirements};
+use raindrops::plan::{Output, plan};
+use raindrops::renderer::{Blend, FrameInput, Lighting, RainField, View, ViewInfo};
+use raindrops::scene::model::{Preset, Simulation};
+use raindrops::scene::{PlacedDrop, Scene};
+
+use crate::common;
+use crate::embedded::{Embedded, environment, host, on_host, scene, view_of};
+
+/// What a view is refused, or a frame, before anything is recorded.
+#[test]
+fn what_does_not_fit_is_refused() {
+    on_host(Preset::Fast, |host, device| {
+        let scene = scene(Preset::Fast);
+        let says = |result: raindrops::Result<()>, words: &str| {
+            let line = result.expect_err("a refusal").to_string();
+            println!("{line}");
+            assert!(line.contains(words) && !line.contains('\n'), "'{line}' says not '{words}'");
+        };
+        let made = |info: &ViewInfo| view_of(device, &scene, info).map(drop);
+        let info = ViewInfo::default();
+        says(made(&ViewInfo { frames_in_flight: 0, ..info }), "one frame in flight at least");
+        let format = vk::Format::R32_UINT;
+        says(made(&ViewInfo { format, ..info }), "R32_UINT is none of R16G16B16A16_SFLOAT");
+        let lighting = Arc::new(Lighting::new(device, &environment()).expect("light"));
+        let rain = Arc::new(RainField::new(device, &scene));
+        let by_plan = |scene: &Scene, output| {
+            let plan = plan(scene, &environment(), output).expect("a plan");
+            View::new(&lighting, &rain, scene, &plan, &info).map(drop)
+        };
+        says(by_plan(&scene, Output::Display), "Output::Radiance");
+        // It was made for tiles alone, so it lacks what the paper's drops need.
+        let mut paper = scene.clone();
+        paper.model.preset = Preset::Paper;
+        says(
+            by_plan(&paper, Output::Radiance),
+            "largePoints, shaderStorageImageWriteWithoutFormat",
+        );
+        paper.model.simulation = Some(Simulation::Stored);
+        says(by_plan(&paper, Output::Radiance), "simulation integer");
+
+        let mut embedded = Embedded::new(host, device, &scene, &info);
+        let good = embedded.output();
+        let commands = embedded.commands[0];
+        host.begin(commands);
+        let mut refused = |slot, scene: &Scene, output, words| {
+            // SAFETY: nothing is submitted.
+            says(
+                unsafe { embedded.view.record(commands, slot, &FrameInput::new(scene, output)) },
+                words,
+            );
+        };
+        refused(2, &scene, good, "no slot 2: the view has 2");
+        let mut other = scene.clone();
+        other.seed += 1;
+        refused(0, &other, good, "other drops");
+        refused(
+            0,
+            &scene,
+            HostImage { size: (96, 65), ..good },
+            "96 x 65 texels; the view has 96 x 64",
+        );
+        let samples = vk::SampleCountFlags::TYPE_4;
+        refused(0, &scene, HostImage { samples, ..good }, "TYPE_4 samples a texel");
+        let format = vk::Format::R8G8B8A8_UNORM;
+        refused(0, &scene, HostImage { format, ..good }, "R8G8B8A8_UNORM; the view was made for");
+        let exit = ImageState::UNDEFINED;
+        refused(0, &scene, HostImage { exit, ..good }, "handed back in layout UNDEFINED");
+        let view = vk::ImageView::null();
+        refused(0, &scene, HostImage { view, ..good }, "null");
+        host.end(commands);
+
+        embedded.record(host, 0, &scene);
+        host.begin(embedded.commands[1]);
+        // SAFETY: nothing is submitted.
+        let twice = unsafe {
+            embedded.view.record(embedded.commands[1], 0, &FrameInput::new(&scene, good))
+        };
+        says(twice, "slot 0 is taken");
+        host.end(embedded.commands[1]);
+        let over = ViewInfo { blend: Blend::Over, ..info };
+        let mut over = view_of(device, &scene, &over).expect("a view");
+        // SAFETY: nothing is recorded.
+        let lost = unsafe { over.record(commands, 0, &FrameInput::new(&scene, good)) };
+        says(lost, "holds nothing");
+        host.destroy_image(embedded.target);
+    });
+}
+
+/// Drops that there was no room for are counted, and there is room after the view has grown, which a frame under way
+/// does not notice.
+#[test]
+fn what_did_not_fit_is_reported_and_the_view_grows() {
+    let mut scene = scene(Preset::Fast);
+    scene.rain = None;
+    let drop = |number: i32| {
+        PlacedDrop::sphere(DVec3::new(0.0, 0.0, -2.0 - 0.001 * f64::from(number)), 1.5)
+    };
+    scene.drops = (0..100).map(drop).collect();
+    on_host(Preset::Fast, |host, device| {
+        let mut embedded = Embedded::new(host, device, &scene, &ViewInfo::default());
+        let (_, report) = embedded.frame(host, 0, &scene);
+        assert!(report.counts.overflow > 0, "{:?}", report.counts);
+        embedded.record(host, 1, &scene);
+        embedded.view.grow().expect("room");
+        embedded.view.grow().expect("room");
+        let (_, report) = embedded.frame(host, 0, &scene);
+        assert_eq!(report.counts.overflow, 0, "{:?}", report.counts);
+        // SAFETY: it is never submitted.
+        assert_eq!(unsafe { embedded.view.retired(1) }.expect("no error"), None);
+        host.destroy_image(embedded.target);
+    });
+}
+
+#[test]
+fn requirements_are_known_before_the_device() {
+    let named = |preset| {
+        let features = requirements(preset).features.named();
+        features.into_iter().filter(|(_, wanted)| *wanted).map(|(name, _)| name).collect::<Vec<_>>()
+    };
+    let of_13 = [
+        "timelineSemaphore",
+        "hostQueryReset",
+        "dynamicRendering",
+        "synchronization2",
+        "maintenance4",
+    ];
+    let of_paper = ["largePoints", "shaderStorageImageWriteWithoutFormat"];
+    assert_eq!(named(Preset::Fast), of_13);
+    assert_eq!(named(Preset::Exact), of_13);
+    assert_eq!(named(Preset::Paper), [&of_paper[..], &of_13].concat());
+    assert!(requirements(Preset::Paper).extensions.is_empty());
+    // Our own devices are made with what every preset needs.
+    common::on_device(|device| {
+        assert_eq!(device.report.features, requirements(Preset::Paper).features)
+    });
+
+    // A host that has enabled less is told what.
+    let host = host(Preset::Fast);
+    let lacking = |features, api_version| {
+        let mut lent = host.lent();
+        (lent.features, lent.api_version) = (features, api_version);
+        // SAFETY: it is refused, so nothing is made on it.
+        let made = unsafe { Device::import(lent, &requirements(Preset::Fast)) };
+        made.map(drop).expect_err("a refusal").to_string()
+    };
+    let features = Features { maintenance4: false, dynamic_rendering: false, ..host.features };
+    assert!(
+        lacking(features, vk::API_VERSION_1_3).contains("lacks dynamicRendering, maintenance4:")
+    );
+    assert!(lacking(host.features, vk::API_VERSION_1_2).contains("lacks Vulkan 1.3:"));
+    assert_eq!(host.messages(), Vec::<String>::new());
+}
+
+/// Set-up takes memory from the host's allocator and the queue under the host's lock.
+#[test]
+fn memory_and_queue_are_the_hosts() {
+    let host = host(Preset::Fast);
+    let allocator = Allocator::new(&AllocatorCreateDesc {
+        instance: host.instance.clone(),
+        device: host.device.clone(),
+        physical_device: host.physical,
+        debug_settings: Default::default(),
+        buffer_device_address: false,
+        allocation_sizes: Default::default(),
+    });
+    let allocator = Arc::new(Mutex::new(allocator.expect("an allocator")));
+    let calls = Arc::new(AtomicUsize::new(0));
+    let (mut lent, counted) = (host.lent(), calls.clone());
+    lent.allocator = Some(allocator.clone());
+    lent.queue_lock = Some(Arc::new(move |work: &mut dyn FnMut()| {
+        counted.fetch_add(1, SeqCst);
+        work();
+    }));
+    // SAFETY: as in `on_host`.
+    let device = unsafe { Device::import(lent, &requirements(Preset::Fast)) }.expect("a device");
+    let scene = scene(Preset::Fast);
+    let mut embedded = Embedded::new(&host, &device, &scene, &ViewInfo::default());
+    let bytes = || allocator.lock().expect("no panic").generate_report().total_allocated_bytes;
+    assert!(bytes() > 1 << 20, "{} bytes", bytes());
+    let of_set_up = calls.load(SeqCst);
+    assert!(of_set_up > 3, "{of_set_up}");
+    embedded.frame(&host, 0, &scene);
+    assert_eq!(calls.load(SeqCst), of_set_up, "a frame does not use the queue");
+    host.destroy_image(embedded.target);
+    drop(embedded.view);
+    drop(device);
+    assert_eq!(bytes(), 0);
+    assert_eq!(Arc::strong_count(&allocator), 1);
+    drop(allocator);
+    assert_eq!(host.messages(), Vec::<String>::new());
+}

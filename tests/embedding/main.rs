@@ -1,0 +1,12 @@
+//! Rain in a host's frame: what it asks of the device, what it records and what not, what it refuses, and that its
+//! picture is the one that `render` makes. The host is the one of `examples/host_ash`.
+
+#[path = "../common/mod.rs"]
+mod common;
+#[path = "../../examples/host_ash/host.rs"]
+mod host;
+
+mod calls;
+mod contract;
+mod embedded;
+mod pictures;
