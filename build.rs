@@ -1,40 +1,17 @@
-//! Compiles `glsl/*.{comp,vert,frag}` to SPIR-V and writes `shaders.rs`, one constant a shader.
-//! Warnings are errors; whatever a shader includes from `glsl/include` is tracked.
+//! Compiles `glsl/*.{comp,vert,frag}` to SPIR-V and writes `shaders.rs`, one constant a shader; and what the shaders share
+//! with Rust, `sets.rs` and `structures.rs`. Warnings are errors; whatever a shader includes from `glsl/include` is tracked.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::{env, fs};
 
 use glsl::Glsl;
+use interface::Interface;
 
 #[path = "src/gpu/glsl.rs"]
 mod glsl;
-
-/// Shaders that are compiled a second time: file, suffix of the constant, macro that is defined.
-const VARIANTS: &[(&str, &str, &str)] = &[
-    ("blocks.comp", "_TEXELS", "TEXELS"),
-    ("bin_starts.comp", "_CELLS", "CELLS"),
-    ("sort_clusters.comp", "_CELLS", "CELLS"),
-    ("gather.comp", "_CELLS", "CELLS"),
-    ("sky.comp", "_CELLS", "CELLS"),
-    ("sky.comp", "_BEFORE", "BEFORE"),
-    ("sky.comp", "_CELLS_BEFORE", "CELLS_BEFORE"),
-    ("large.comp", "_CELLS", "CELLS"),
-    ("composite.comp", "_DISORDERED", "DISORDERED"),
-    ("composite.comp", "_TEXELS", "TEXELS"),
-    ("layers.comp", "_CELLS", "OF_CELLS"),
-    ("layers.comp", "_TEXELS", "BY_TEXELS"),
-    ("layers.comp", "_CELLS_TEXELS", "OF_CELLS_BY_TEXELS"),
-    ("drops.frag", "_CLOSED_FORM", "BY_CLOSED_FORM"),
-    ("drops.frag", "_RADIAL", "DEVIATION_TABLE"),
-    ("drops.frag", "_PICTURE", "BY_PICTURE"),
-    ("drops.frag", "_STAGE", "STAGE"),
-    ("output.frag", "_BUFFER", "RADIANCE_IN_BUFFER"),
-    ("output.frag", "_TEXELS", "RADIANCE_IN_TEXELS"),
-    ("renew_map.comp", "_CUBE", "CUBE"),
-    ("tone_map.frag", "_BUFFER", "RADIANCE_IN_BUFFER"),
-    ("tone_map.frag", "_TEXELS", "RADIANCE_IN_TEXELS"),
-];
+#[path = "build/interface.rs"]
+mod interface;
 
 fn main() {
     if let Err(error) = build() {
@@ -59,32 +36,24 @@ fn build() -> Result<(), Box<dyn std::error::Error>> {
     }
 
     let compiler = Glsl::new(Path::new("glsl"))?;
-    let mut files: Vec<PathBuf> =
-        fs::read_dir("glsl")?.map(|entry| entry.map(|e| e.path())).collect::<Result<_, _>>()?;
-    files.sort();
+    let variants = interface::variants(Path::new("glsl"))?;
     let (mut constants, mut all) = (String::new(), String::new());
-    for path in files {
-        if glsl::kind(&path).is_none() {
-            continue;
-        }
-        let name =
-            path.file_name().and_then(|name| name.to_str()).ok_or("file name is not UTF-8")?;
-        let constant = name.replace('.', "_").to_uppercase();
-        let variants = VARIANTS.iter().filter(|(file, ..)| *file == name);
-        let variants = variants.map(|(_, suffix, define)| (*suffix, Some(*define)));
-        for (suffix, define) in std::iter::once(("", None)).chain(variants) {
-            let words = compiler.compile(name, define)?;
-            writeln!(
-                constants,
-                "/// `glsl/{name}`, compiled.\n\
-                 pub const {constant}{suffix}: &Shader = \
-                 // SAFETY: the compiler's.\n\
-                 &unsafe {{ Shader::new(\"{name}\", {define:?}, &{words:?}) }};"
-            )?;
-            write!(all, "{constant}{suffix}, ")?;
-        }
+    for variant in &variants {
+        let (name, define, constant) = (&variant.file, variant.define, variant.constant());
+        let words = compiler.compile(name, define)?;
+        writeln!(
+            constants,
+            "/// `glsl/{name}`, compiled.\n\
+             pub const {constant}: &Shader = \
+             // SAFETY: the compiler's.\n\
+             &unsafe {{ Shader::new(\"{name}\", {define:?}, &{words:?}) }};"
+        )?;
+        write!(all, "{constant}, ")?;
     }
     writeln!(constants, "/// Every shader.\npub const ALL: &[&Shader] = &[{all}];")?;
     fs::write(out.join("shaders.rs"), constants)?;
+    let interface = Interface::read(&compiler, &variants)?;
+    fs::write(out.join("sets.rs"), interface.sets())?;
+    fs::write(out.join("structures.rs"), interface.structures()?)?;
     Ok(())
 }

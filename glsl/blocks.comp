@@ -88,11 +88,10 @@ vec4 cover_moving(vec2 from, vec4 to_disc, vec2 half_side, float radius, float e
         vec2 wide = sqrt(half_side * half_side + 0.25 * way * way);
         return cover(from, to_disc, wide, radius, edge, texels) * (half_side.x * half_side.y / (wide.x * wide.y));
     }
-    if (length > STEPS_PX) return cover_by_chords(from, to_disc, way, radius);
+    if (length > STEPS_PX) return cover_by_columns(from, to_disc, way);
     vec4 sum = vec4(0.0);
     for (uint i = 0u; i < STEPS; ++i) {
-        vec2 at = from - way * ((float(i) + 0.5) / float(STEPS) - 0.5);
-        sum += cover(at, to_disc, half_side, radius, edge, texels);
+        sum += cover_at(from - way * ((float(i) + 0.5) / float(STEPS) - 0.5), to_disc, radius);
     }
     return sum / float(STEPS);
 }

@@ -6,6 +6,7 @@
 #include "frame.glsl"
 #include "projection.glsl"
 #include "tile_buffers.glsl"
+#include "rain.glsl"
 #include "clusters.glsl"
 #include "view_volume.glsl"
 #include "lens.glsl"
@@ -14,16 +15,16 @@ layout(local_size_x = 64) in;
 
 // Is any drop in view whose place from the camera is in the box? `middle`: of the box, on the side of those
 // drops.
-bool in_view(uvec3 low, uvec3 edges, out vec3 middle) {
+bool in_view(Population p, uvec3 low, uvec3 edges, out vec3 middle) {
     uvec3 high = low + edges;
     // A box that straddles the far side of the rain's has drops on both sides of the camera.
     bvec3 straddles = lessThan(ivec3(high), ivec3(low));
-    vec3 from = mix(vec3(ivec3(low)), vec3(-2147483648.0), straddles) * frame.units.xyz;
-    vec3 to = mix(vec3(ivec3(high)), vec3(2147483648.0), straddles) * frame.units.xyz;
+    vec3 from = mix(vec3(ivec3(low)), vec3(-2147483648.0), straddles) * p.units.xyz;
+    vec3 to = mix(vec3(ivec3(high)), vec3(2147483648.0), straddles) * p.units.xyz;
     vec3 center = 0.5 * (from + to), half_size = 0.5 * (to - from);
-    half_size += 0.5 * abs(frame.moved.xyz);
+    half_size += 0.5 * abs(p.moved.xyz);
     // Rounding must not lose a drop that `sighting` would show.
-    float reach = frame.units.w * 1.001 + 1e-5 * length(frame.extent.xyz);
+    float reach = p.units.w * 1.001 + 1e-5 * length(frame.extent.xyz);
     bool result = meets_view(center, half_size, reach_from_box(center, half_size, reach));
     middle = mix(center, -sign(frame.back.xyz) * half_size, straddles);
     return result;
@@ -44,12 +45,13 @@ void main() {
         uvec4 around = cluster_boxes[cluster];
         uvec3 edges = ((uvec3(around.w, around.w >> 10, around.w >> 20) & 1023u) + 1u << 22) - 1u;
         vec3 middle;
-        seen = in_view(around.xyz + frame.shift.xyz - frame.camera_place.xyz, edges, middle);
+        Population p = population_numbered(around.w >> 30);
+        seen = in_view(p, around.xyz + p.shift.xyz - p.camera_place.xyz, edges, middle);
         float depth = -dot(frame.back.xyz, middle);
         // Bands have equal volumes in any pixel's view.
         float share = clamp(depth / dot(abs(frame.back.xyz), frame.extent.xyz), 0.0, 1.0);
         band -= min(uint(pow(share, 3.0) * float(BANDS)), BANDS - 1u);
-        region = region_at(middle, depth, frame.units.w);
+        region = region_at(middle, depth, p.units.w);
     }
     uvec4 seen_here = subgroupBallot(seen);
     uint number = 0u;

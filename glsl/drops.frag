@@ -1,14 +1,14 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 // The paper's section 3.3, fragment half: what a pixel of a drop shows. By the mask; compiled again
-// for each other optics, see build.rs.
+// for each other optics, see build/interface.rs.
 #include "frame.glsl"
 #include "environment.glsl"
 #include "light_model.glsl"
 #include "places.glsl"
 
 layout(constant_id = 8) const uint IS_POINT = 1;
-layout(constant_id = 9) const uint SAMPLES = 1;
+layout(constant_id = 12) const uint SAMPLES = 1;
 
 layout(set = 0, binding = 1) uniform sampler2D environment_map;
 

@@ -36,8 +36,8 @@ const float TABLE_PX = 4.0;
 // in drops of over 900 pixels of radius, are mottled.
 const uint MOST_PARTS = 256;
 
-// Most places of an image on a drop's way.
-const float MOST_STEPS = 64.0;
+// Most places of an image on the part of a drop's way that is in the picture.
+const float MOST_STEPS = 16384.0;
 
 // Part of a pixel that a fragment must cover to take light: a colour counts as much as its pixel is covered, so that
 // a little part would have to be brighter than a colour can be.
@@ -91,12 +91,14 @@ bool add_light(uint drop, Large r, vec2 at, vec3 light) {
     if (HAS_LENS != 0u && moves[2u * drop].w > 0.0) {
         return add_disc_of_light(drop, r, at, light, max(moves[2u * drop + 1u].z, LEAST_BLUR_PX));
     }
-    vec2 way = moves[2u * drop + 1u].xy;
-    uint steps = uint(clamp(ceil(max(abs(way.x), abs(way.y))), 1.0, MOST_STEPS));
+    vec2 way = moves[2u * drop + 1u].xy, held = mix(way, vec2(1e-6), lessThan(abs(way), vec2(1e-6)));
+    vec2 a = -at / held, b = (frame.image.xy - at) / held;
+    float from = clamp(max(min(a.x, b.x), min(a.y, b.y)), -0.5, 0.5), to = clamp(min(max(a.x, b.x), max(a.y, b.y)), from, 0.5);
+    float steps = clamp(ceil(max(abs(way.x), abs(way.y)) * (to - from)), 1.0, MOST_STEPS), part = (to - from) / steps;
     bool done = false;
-    for (uint i = 0u; i < steps; ++i) {
-        vec2 place = at + way * ((float(i) + 0.5) / float(steps) - 0.5);
-        done = add_light_at(drop, r, place, light / float(steps), LEAST_COVER) || done;
+    for (uint i = 0u; i < uint(steps); ++i) {
+        vec2 place = at + way * (from + (float(i) + 0.5) * part);
+        done = add_light_at(drop, r, place, light * part, LEAST_COVER) || done;
     }
     return done;
 }

@@ -154,7 +154,9 @@ void main() {
     uint opacity = uint(opacity_at(distance2) * 65535.0 + 0.5);
     r.look = texel | (rays ? BY_RAYS : 0u) | (flat_drop ? FLAT : 0u) | opacity << 16;
 
-    ivec4 pixels = pixels_in(o.center, o.box + reach_of(path) + min(disc, MOST_BLUR_PX));
+    // A thin streak is spread over as much as a pixel beyond its outline (streak.glsl).
+    float beyond_outline = path.way != vec2(0.0) && o.radius < 1.0 ? 1.0 : 0.0;
+    ivec4 pixels = pixels_in(o.center, o.box + reach_of(path) + min(disc, MOST_BLUR_PX) + beyond_outline);
     // A far sphere at rest is covered as its outline and the disc overlap, the others as their rays find.
     bool is_near = beside || distance2 < NEAR_RADII * NEAR_RADII * radius2;
     bool through_lens = is_lens() && blur > 0.0 && (is_near || path.moved != vec3(0.0) || flat_drop);

@@ -32,8 +32,8 @@ layout(std430, set = 0, binding = 14) readonly buffer Motion {
     vec4 back;
     vec4 shift;         // xyz: from the camera then to the camera now; w: focal length then, pixels
     vec4 principal;     // xy: where the view axis meets the picture then, pixels of the whole
-    vec4 rain;          // xyz: how far the drops in the box move
-    vec4 classes[32];   // xyz: how far those of each class of real rain move
+    vec4 rain[MOST_POPULATIONS]; // xyz: how far the drops in boxes move
+    vec4 classes[MOST_CLASSES];   // xyz: how far those of each class of real rain move
     vec4 placed_drops[]; // xyz: how far each placed drop moves
 } motion;
 
@@ -80,7 +80,7 @@ vec3 moved_by(uint index) {
 #ifdef CELLS
     return motion.classes[field.slabs[field.group_slabs[min(index / (64u * CELLS_GROUP), field.groups.x - 1u)]].kind].xyz;
 #else
-    return motion.rain.xyz;
+    return motion.rain[population_number(index)].xyz;
 #endif
 }
 

@@ -3,9 +3,9 @@
 // Rank by counting: n reads a drop, against over 65,000 fragments that each such drop draws.
 
 layout(local_size_x = 64) in;
-layout(constant_id = 0) const uint MAX_LARGE = 1;
+layout(constant_id = 1) const uint MAX_LARGE = 1; // 0 is simulate.comp's
 
-layout(std430, set = 0, binding = 0) readonly buffer Large { vec4 large[]; };
+layout(std430, set = 0, binding = 0) readonly buffer LargeDrops { vec4 large[]; };
 layout(std430, set = 0, binding = 1) readonly buffer LargeIndex { uint large_index[]; };
 layout(std430, set = 0, binding = 2) readonly buffer Counters { uint large_count; };
 layout(std430, set = 0, binding = 3) writeonly buffer Ordered { vec4 ordered[]; };

@@ -16,7 +16,7 @@ layout(std430, set = 0, binding = 1) buffer Sources {
     Source sources[];
 };
 
-const uint STRIDES = 1024u, MOST_SOURCES = 4u;
+#include "constants.glsl"
 
 // What the strides of the part that is looked at have.
 struct Part {

@@ -12,14 +12,15 @@ layout(set = 0, binding = 0) uniform sampler2D host_image;
 layout(set = 0, binding = 1, rgba16f) uniform writeonly image2D whole;
 layout(set = 0, binding = 2, rgba16f) uniform writeonly image2D rest;
 
-layout(push_constant) uniform Push {
+#include "constants.glsl"
+
+layout(push_constant) uniform RenewalPush {
     vec4 to_image[3]; // columns: from world space to the image's
     float scale;      // radiance of a 1
     uint edge;        // samples along an edge of a texel
 };
 
 const float PI = 3.14159265358979;
-const float MAX_STORED = 32768.0; // as in src/passes/environment.rs
 
 void main() {
     uvec2 size = uvec2(imageSize(whole));
@@ -40,7 +41,7 @@ void main() {
         vec3 light = textureLod(host_image, place, 0.0).rgb;
 #endif
         // A texel that is no number, or negative, is black; one that is infinite, the brightest.
-        light = mix(vec3(0.0), min(light * scale, MAX_STORED), greaterThan(light, vec3(0.0)));
+        light = mix(vec3(0.0), min(light * scale, float(MAX_STORED)), greaterThan(light, vec3(0.0)));
         sum += sin(polar) * light;
         weights += sin(polar);
     }

@@ -19,7 +19,7 @@ layout(std430, set = 0, binding = 2) readonly buffer PlacedDrops { Placed placed
 // Positions of the paper's model, in the rain box; unused otherwise.
 layout(std430, set = 0, binding = 3) buffer Stored { vec4 stored[]; };
 // Drops too large for a point, unordered.
-layout(std430, set = 0, binding = 4) writeonly buffer Large { vec4 large[]; };
+layout(std430, set = 0, binding = 4) writeonly buffer LargeDrops { vec4 large[]; };
 layout(std430, set = 0, binding = 5) writeonly buffer LargeIndex { uint large_index[]; };
 #define COUNTERS_BINDING 6
 #include "counters.glsl"
@@ -32,7 +32,7 @@ vec3 wrap(vec3 p) {
 vec3 relative_stored(uint index, uint slot) {
     vec3 p;
     if (frame.seed.z != 0u) {
-        p = vec3(ivec3(start(index) + frame.shift.xyz)) * frame.units.xyz;
+        p = vec3(ivec3(start(population_numbered(0u), index) + frame.shift.xyz)) * frame.units.xyz;
     } else {
         p = wrap(stored[slot].xyz + frame.motion.xyz);
     }
@@ -48,8 +48,9 @@ void main() {
     vec3 p;
     float radius;
     if (index < frame.camera_place.w) {
-        p = STORED != 0u ? relative_stored(index, slot) : relative_integer(index);
-        radius = frame.units.w;
+        vec4 drop = drop_at(population_numbered(population_number(index)), index);
+        p = STORED != 0u ? relative_stored(index, slot) : drop.xyz;
+        radius = drop.w;
     } else {
         Placed drop = placed[index - frame.camera_place.w];
         p = relative_placed(drop);

@@ -39,7 +39,7 @@ layout(std430, set = 0, binding = BOW_BINDING) readonly buffer Bow { vec4 bow[];
 
 layout(local_size_x = 16, local_size_y = 4) in;
 
-layout(set = 0, binding = ENVIRONMENT_BINDING) uniform sampler2D environment_map;
+layout(set = 0, binding = ENVIRONMENT_BINDING) uniform sampler2D whole_map;
 layout(std430, set = 0, binding = SKY_BINDING) writeonly buffer Sky { uvec2 sky[]; };
 
 #ifdef BEFORE
@@ -48,7 +48,7 @@ layout(set = 0, binding = 1) uniform sampler2D color_image;
 layout(set = 0, binding = 3) uniform sampler2D depth_image;
 layout(std430, set = 0, binding = 4) writeonly buffer Reach { float reach[]; };
 // `Convention` in src/passes/background.rs.
-layout(push_constant) uniform Push {
+layout(push_constant) uniform BackgroundPush {
     vec4 depth;        // a, b, c, d: a stored s is at (a s + b) / (c s + d) scene units; where c s + d is not over 0, nothing is
     float color_scale; // stored unit of light a unit of the image; 0: there is no image
     uint depth_kind;   // 0: there is none, 1: along the view axis, 2: along the ray
@@ -103,6 +103,10 @@ void main() {
 #endif
     uint places = blur > 0.0 ? LENS_PLACES : edge * edge;
     float spread = blur > 0.0 ? sqrt((1.0 + PI * blur * blur) / float(LENS_PLACES)) : share;
+#ifdef CELLS
+    vec3 middle = normalize(ray_through(vec2(place + first_tile() * TILE) + 0.5));
+    float grain = field.medium.w > 0.0 ? medium_grain(middle, world * middle, farthest) : 1.0;
+#endif
     vec3 c = vec3(0.0);
     for (uint i = 0u; i < places; ++i) {
         vec2 at = share * (vec2(i % edge, i / edge) + 0.5);
@@ -114,16 +118,19 @@ void main() {
 #ifdef BEFORE
         vec3 behind = has_color
             ? push.color_scale * texelFetch(color_image, min(pixel, textureSize(color_image, 0) - 1), 0).rgb
-            : radiance(environment_map, world * ray / far, spread * sqrt(focal / far) / far);
+            : radiance(whole_map, world * ray / far, spread * sqrt(focal / far) / far);
         if (push.layers != 0u) behind = vec3(0.0);
 #else
-        vec3 behind = radiance(environment_map, world * ray / far, spread * sqrt(focal / far) / far);
+        vec3 behind = radiance(whole_map, world * ray / far, spread * sqrt(focal / far) / far);
 #endif
 #ifdef CELLS
+        if (field.medium.w > 0.0) {
+            float passes = medium_passes(ray / far, farthest, grain);
+            behind = passes * behind + (1.0 - passes) * far_light(world * ray / far);
 #ifdef BEFORE
-        if (field.medium.w > 0.0) hidden = 1.0 - medium_passes(ray / far, farthest);
+            hidden = 1.0 - passes;
 #endif
-        if (field.medium.w > 0.0) behind = through_medium(behind, ray / far, world * ray / far, farthest);
+        }
 #endif
         c += behind;
     }

@@ -1,9 +1,10 @@
 #!/usr/bin/env bash
 # Makes the pictures of docs/pictures: the README's streaks, rainbows, a million drops, one drop, the paper's figures 1, 3,
-# 4, 5 and 7, its Table II as a plot, flattened drops, and three frames of a film. Some three minutes on two cores, if nothing else runs.
-# Not made here: window.png and split.png, screenshots of the window (Shift F12 and F12), report.png, one of a page of
-# `raindrops report` in a browser, and tradeoff.svg
-# (`raindrops tradeoff --svg`). Figure 7 needs the environments that scripts/setup.sh fetches.
+# 4, 5 and 7, flattened drops, and three frames of a film; and made.txt, which says by what. Takes some three minutes on
+# two cores, if nothing else runs. Figure 7 needs the environments that scripts/setup.sh fetches.
+# Not made here: ray.svg, a drawing; window.png and split.png, screenshots of the window (Shift F12 and F12); report.png,
+# one of a page of `raindrops report` in a browser; host-wgpu.png (scripts/host-wgpu.sh); tradeoff.svg
+# (`raindrops tradeoff --svg`).
 set -euo pipefail
 cd "$(dirname "$0")/.."
 scripts/setup.sh
@@ -99,9 +100,6 @@ for pair in sunset:1000000 courtyard:250000 forest:125000 city:500000; do
   fi
 done
 
-step "Table II: frames a second by number of drops"
-raindrops bench --preset paper,fast --seconds 1 --frames 7 --svg $out/table-2.svg >/dev/null
-
 step "flattened drops of 1 to 6 mm, level and from below, by the reference and by each model"
 # shape_row NAME TARGET SIZE: six drops of 1 to 6 mm beside one another across the view
 shape_row() {
@@ -126,3 +124,9 @@ done
 step "film: falling, standing still, halfway round a drop"
 raindrops render $scenes/film.toml -o "$work/film.png"
 for frame in 0024 0096 0150; do cp "$work/film-$frame.png" $out/; done
+
+{
+  echo "scripts/figures.sh, $(date -u +%Y-%m-%d), commit $(git rev-parse --short=12 HEAD 2>/dev/null || echo unknown)"
+  target/release/raindrops devices | head -n 2
+  echo "$(uname -sm), $(nproc) cores"
+} >$out/made.txt

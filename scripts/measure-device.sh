@@ -35,9 +35,9 @@ step() { # name, seconds at most, then the command; its output goes to NAME.txt
 }
 
 step devices 30 devices --probe --json "$out/devices.json"
-step table-2 150 bench --preset paper,fast --seconds 1 --frames 5 "${options[@]}" \
+step table-2 150 bench --preset paper,fast --seconds 1 --min-frames 5 "${options[@]}" \
   --json "$out/table-2.json" --svg "$out/table-2.svg"
-step exact 120 bench --preset fast,exact --drops 125000,500000 --seconds 0.5 --frames 2 "${options[@]}" \
+step exact 120 bench --preset fast,exact --drops 125000,500000 --seconds 0.5 --min-frames 2 "${options[@]}" \
   --json "$out/exact.json"
 photograph=assets/environments/forest.exr
 [ -f $photograph ] || { photograph=assets/sky.exr; echo "measure-device: no photographs; the bundled sky instead" >&2; }

@@ -1,10 +1,74 @@
 //! Raindrops rendered as raindrops, at real-time rates, with the error known.
 //!
-//! # A frame
+//! This page is for programmers: rain in the frame of your own Vulkan renderer, then rain in a program without one, then
+//! where to read on. `docs/embedding.md` explains each step of the first.
+//!
+//! # In your frame
+//!
+//! You lend a device, and lend a command buffer for each frame. Nothing is submitted and nothing waits.
+//!
+//! ```no_run
+//! # use std::sync::Arc;
+//! # use raindrops::ash::vk;
+//! # use raindrops::device::{Device, HostDevice, HostImage, requirements};
+//! # use raindrops::environment::Environment;
+//! # use raindrops::plan::{Output, plan};
+//! # use raindrops::renderer::{FrameInput, HostEnvironment, HostMotion, Lighting, LiveInfo, RainField, View, ViewInfo};
+//! # use raindrops::scene::Scene;
+//! # use raindrops::scene::camera::Camera;
+//! # use raindrops::scene::matrices::ClipSpace;
+//! # use raindrops::scene::model::Preset;
+//! # fn rain(
+//! #     host: HostDevice,
+//! #     [output, color, depth, cube, motion, nearest]: [HostImage; 6],
+//! #     (camera_before, seconds_before): (Camera, f64),
+//! #     (commands, slot, seconds): (vk::CommandBuffer, usize, f64),
+//! #     (view_matrix, projection, size): (glam::DMat4, glam::DMat4, (u32, u32)),
+//! # ) -> raindrops::Result<()> {
+//! # let (mut core, mut vulkan12, mut vulkan13) = Default::default();
+//! let required = requirements(Preset::Fast);
+//! required.features.enable(&mut core, &mut vulkan12, &mut vulkan13); // the structures that you make your device with
+//! let device = unsafe { Device::import(host, &required)? };          // `HostDevice`: what you lend
+//!
+//! // Once: the light, the drops, and a view of them for pictures of one size.
+//! # let (mut scene, environment) = (Scene::default(), Environment::bundled()?);
+//! let plan = plan(&scene, &environment, Output::Radiance)?;
+//! let lighting = Arc::new(Lighting::new(&device, &environment)?);
+//! let rain = Arc::new(RainField::new(&device, &scene));
+//! let mut view = View::new(&lighting, &rain, &scene, &plan, &ViewInfo { has_color: true, has_depth: true, ..ViewInfo::default() })?;
+//!
+//! // Each frame.
+//! # let mapping;
+//! unsafe { view.retired(slot)? };        // the slot's fence was signalled: what the frame counted and took
+//! (scene.camera, mapping) = Camera::from_matrices(view_matrix, projection, size, ClipSpace::YDown)?;
+//! scene.time = seconds;
+//! let input = FrameInput::new(&scene, output)
+//!     .before(color, 1.0)                // what is behind the drops
+//!     .hidden_by(depth, mapping.into()); // hides what is farther
+//! unsafe { view.record(commands, slot, &input)? };
+//!
+//! // What a temporal upscaler needs: asked for when the view is made, then named with each frame.
+//! # let info = ViewInfo::default();
+//! let info = ViewInfo { motion: Some(vk::Format::R16G16_SFLOAT), nearest_depth: Some(vk::Format::R32_SFLOAT), ..info };
+//! # let _ = info;
+//! let input = input
+//!     .moved(HostMotion::since(camera_before, seconds_before, motion)) // where the drop was, less where it is
+//!     .nearest(nearest);                 // of its centre along the view axis, scene units
+//!
+//! // Light that changes, in place of that above.
+//! let lighting = Arc::new(Lighting::live(&device, LiveInfo::default())?); // a cube map
+//! let input = input.around(HostEnvironment::new(cube));                   // in whichever frame you like
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! The examples `host_ash` and `host_wgpu` are whole programs.
+//!
+//! # Without a renderer of your own
 //!
 //! Data flows one way. A [`scene::Scene`] says what to show, an [`environment::Environment`] what is
-//! around it; [`plan::plan`] turns the scene into a [`plan::FramePlan`], the passes and models that it
-//! requires, each with its reason; a [`renderer::Renderer`] draws by that plan.
+//! around it. [`plan::plan`] turns the scene into a [`plan::FramePlan`]: the passes and models that it
+//! needs, each with its reason. A [`renderer::Renderer`] draws by that plan.
 //!
 //! ```no_run
 //! use raindrops::environment::Environment;
@@ -29,8 +93,8 @@
 //!
 //! # Where to read on
 //!
-//! - The physics of one drop, in float64, without approximation: [`optics`]. What the models of it
-//!   leave out, by name: [`scene::model`]; by formula, picture and error: `docs/method.md`.
+//! - The physics of one drop, in float64, without approximation: [`optics`]. What the models
+//!   leave out, by name: [`scene::model`]; with formula, picture and error: `docs/method.md`.
 //! - Where a million drops are at any time, exactly, with nothing stored: [`rain`], and in clusters that
 //!   fall with them: [`rain::clusters`]. Which of them are in view: [`rain::cull`].
 //! - A frame from top to bottom, every barrier of it: [`renderer`]. Its passes, each beside its shader
@@ -42,13 +106,13 @@
 //!
 //! # Features
 //!
-//! `cli` (the command `raindrops`, tables and plots) and `view` (the window) are on by default. Whoever
-//! embeds the renderer sets `default-features = false` and has neither their code nor their dependencies.
+//! `cli` (the command `raindrops`, tables and plots) and `view` (the window) are on by default. With
+//! `default-features = false` neither their code nor their dependencies are in your program.
 //!
-//! Rain in somebody else's frame: [`renderer::View`], on a device of theirs, [`device::HostDevice`]; `docs/embedding.md` is
-//! the page to begin with, `examples/host_ash` and `examples/host_wgpu` run. So do `examples/one_frame.rs` and
-//! `examples/your_frame.rs`, on devices of ours.
+//! The examples `one_frame` and `your_frame` draw on devices of their own.
 
+#[doc(hidden)]
+pub mod abi;
 #[cfg(feature = "cli")]
 pub mod cli;
 pub mod device;

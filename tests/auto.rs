@@ -119,9 +119,9 @@ fn the_glints_table_is_what_is_measured() {
     });
 }
 
-/// Cells of the row of docs/method.md that begins with `name`, in the table whose header begins with `header`.
+/// Cells of the row of docs/auto.md that begins with `name`, in the table whose header begins with `header`.
 fn published(header: &str, name: &str) -> Vec<f64> {
-    let text = include_str!("../docs/method.md");
+    let text = include_str!("../docs/auto.md");
     let table = &text[text.find(header).expect("a table")..];
     let row = table.lines().find(|line| line.starts_with(&format!("| {name} |"))).expect("a row");
     let cells = row.trim_matches('|').split('|').skip(1);

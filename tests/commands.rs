@@ -202,7 +202,7 @@ fn bad_scenes() {
         ("seed = 1\n[rain]\ncuont = 4", &["scene.toml:3", "`cuont`", "did you mean `count`"]),
         ("[camra]\n", &["scene.toml:1", "`camra`", "did you mean `camera`"]),
         // None is near.
-        ("[rain]\nwibble = 4", &["scene.toml:2", "`wibble`, expected one of `count`"]),
+        ("[rain]\nwibble = 4", &["scene.toml:2", "`wibble`, expected one of `seed`, `count`"]),
         (
             "\n\n[[drop]]\ncentre = [0, 0, -3]",
             &["scene.toml:4", "`centre`", "did you mean `center`"],
@@ -326,10 +326,8 @@ fn commands() -> Vec<String> {
     let output = run(&mut raindrops(Path::new("."), &["--help"]));
     let help = String::from_utf8(output.stdout).expect("text");
     help.lines()
-        .skip_while(|line| !line.starts_with("Commands:"))
-        .skip(1)
-        .take_while(|line| !line.is_empty())
-        .filter_map(|line| Some(line.split_whitespace().next()?.to_string()))
+        .take_while(|line| !line.starts_with("Options:"))
+        .filter_map(|line| Some(line.strip_prefix("  ")?.split(' ').next()?.to_string()))
         .filter(|name| name != "help")
         .collect()
 }
@@ -344,6 +342,33 @@ fn every_command_has_help() {
         let help = String::from_utf8_lossy(&output.stdout);
         assert!(help.contains("Usage: raindrops"), "{command}: {help}");
     }
+}
+
+/// How much is said, and in which colours; which device, where no option says so.
+#[test]
+fn messages_are_as_they_are_asked_for() {
+    let folder = folder();
+    let said = |arguments: &[&str]| {
+        let output = run(raindrops(folder.path(), &SMALL).args(["-o", "a.png"]).args(arguments));
+        (output.status.code(), String::from_utf8(output.stderr).expect("text"))
+    };
+    assert_eq!(said(&["--quiet", "--preset", "fast"]), (Some(0), String::new()));
+    let (_, usual) = said(&["--preset", "fast"]);
+    assert!(usual.contains("in view") && !usual.contains("pass gather"), "{usual}");
+    let (_, verbose) = said(&["-v", "--preset", "fast"]);
+    for word in ["pass gather: ", "preparing the renderer: done in", "in view"] {
+        assert!(verbose.contains(word), "no '{word}' in {verbose}");
+    }
+    // Warnings and errors are printed in any case.
+    let (_, warned) = said(&["-q", "--error", "0.0000001"]);
+    assert!(warned.starts_with("warning: "), "{warned}");
+    let (status, plain) = said(&["-q", "--device", "none", "--color", "never"]);
+    assert!(status == Some(2) && plain.starts_with("raindrops: "), "{plain}");
+    let (_, colored) = said(&["--device", "none", "--color", "always"]);
+    assert!(colored.starts_with("\u{1b}["), "{colored:?}");
+    let mut command = raindrops(folder.path(), &SMALL);
+    let output = run(command.args(["-o", "a.png"]).env("RAINDROPS_DEVICE", "no-such-device"));
+    assert!(error_line(&output).contains("no-such-device"));
 }
 
 /// However many devices there are, each is compared with each.

@@ -1,11 +1,18 @@
-//! The documents: every link leads somewhere, and every source file that they name is there.
+//! The documents: what they link to, name, show and quote is there, and is the program's.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use raindrops::environment::Environment;
+use raindrops::plan::{Output, plan};
+use raindrops::scene::Scene;
+use raindrops::scene::model::Preset;
 
 /// A document, as its path below the package and its text without blocks of code.
 fn documents() -> Vec<(PathBuf, String)> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let root = root();
     let mut paths: Vec<PathBuf> =
         ["README.md", "CONTRIBUTING.md", "CHANGELOG.md"].map(PathBuf::from).to_vec();
     for folder in ["docs", "docs/results"] {
@@ -38,7 +45,7 @@ fn between<'a>(text: &'a str, from: &str, to: char) -> Vec<&'a str> {
 
 #[test]
 fn every_link_leads_somewhere() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let root = root();
     let mut links = 0;
     for (path, text) in documents() {
         let here = root.join(&path);
@@ -67,7 +74,7 @@ fn every_link_leads_somewhere() {
 
 #[test]
 fn every_source_that_is_named_is_there() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let root = root();
     let mut names = 0;
     for (path, text) in documents() {
         for name in between(&text, "`", '`') {
@@ -82,4 +89,389 @@ fn every_source_that_is_named_is_there() {
         }
     }
     assert!(names > 100, "{names} names: are they looked for?");
+}
+
+/// A document's blocks of code.
+fn blocks(path: &Path) -> Vec<String> {
+    let text = fs::read_to_string(path).expect("a document");
+    text.split("```").skip(1).step_by(2).map(String::from).collect()
+}
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// What the program says to `arguments` on stdout.
+fn said(arguments: &[&str]) -> String {
+    let output = Command::new(env!("CARGO_BIN_EXE_raindrops")).args(arguments).output();
+    String::from_utf8(output.expect("it starts").stdout).expect("text")
+}
+
+/// Every command with its short help.
+fn helps() -> BTreeMap<String, String> {
+    let help = said(&["--help"]);
+    let lines = help.lines().take_while(|line| *line != "Options:");
+    let names = lines.filter_map(|line| line.strip_prefix("  ")?.split(' ').next());
+    let names = names.filter(|name| *name != "help").map(String::from);
+    names.map(|name| (name.clone(), said(&[&name, "-h"]))).collect()
+}
+
+/// Whether a help has an option, such as `--size`.
+fn has(help: &str, option: &str) -> bool {
+    help.split(|c: char| !c.is_alphanumeric() && c != '-').any(|word| word == option)
+}
+
+/// The options among words, such as `--size` of `--size=64x64`, up to what is another program's.
+fn options(words: &str) -> Vec<&str> {
+    let own = words.split(['|', '>', '#', ';']).next().unwrap_or_default();
+    let words = own.split_whitespace().filter(|word| word.starts_with("--") && word.len() > 2);
+    words.map(|word| word.split(['=', '…', ',', ')']).next().unwrap_or(word)).collect()
+}
+
+/// Scripts, and the command to which their options go.
+const OF_BENCH: [&str; 4] =
+    ["scripts/bench.sh", "scripts/verdict.sh", "scripts/against-baseline.sh", "scripts/results.sh"];
+
+/// The command and its arguments, where a line of a shell runs the program or one of its scripts.
+fn call(line: &str) -> Option<(&str, &str)> {
+    let line = line.trim();
+    if let Some(script) = OF_BENCH.iter().find(|script| line.starts_with(**script)) {
+        return Some(("bench", &line[script.len()..]));
+    }
+    let rest = match line.strip_prefix("raindrops ") {
+        Some(rest) => rest,
+        None => {
+            let starts = ["run --release -- ", "; raindrops ", ":/work\" raindrops "];
+            let start = starts.iter().find_map(|start| Some(line.find(start)? + start.len()));
+            line[start?..].trim()
+        }
+    };
+    // In what a command prints, a version follows the name.
+    let is_call = rest.starts_with(|c: char| c.is_ascii_alphabetic());
+    is_call.then(|| rest.split_once(' ').unwrap_or((rest, "")))
+}
+
+/// What is wrong with a call.
+fn problem(helps: &BTreeMap<String, String>, (command, arguments): (&str, &str)) -> Option<String> {
+    let Some(help) = helps.get(command) else {
+        return Some(format!("there is no command {command}"));
+    };
+    let wrong = options(arguments).into_iter().find(|option| !has(help, option));
+    wrong.map(|option| format!("{command} has no {option}"))
+}
+
+#[test]
+fn every_command_and_option_that_is_shown_is_there() {
+    let helps = helps();
+    assert!(helps.len() > 15, "{} commands", helps.len());
+    let (mut calls, mut single, mut wrong) = (0, 0, Vec::new());
+    for (path, text) in documents() {
+        // The change log tells of options of earlier versions.
+        if path.ends_with("CHANGELOG.md") {
+            continue;
+        }
+        let place = path.display();
+        let shell = blocks(&root().join(&path));
+        let is_shell = |block: &&String| block.starts_with('\n') || block.starts_with("bash");
+        for block in shell.iter().filter(is_shell) {
+            for line in block.replace("\\\n", " ").lines() {
+                let Some(call) = call(line.trim_start_matches("srun ")) else { continue };
+                calls += 1;
+                wrong.extend(problem(&helps, call).map(|problem| format!("{place}: {problem}")));
+            }
+        }
+        for code in between(&text, "`", '`') {
+            let code = code.strip_prefix("raindrops ").unwrap_or(code);
+            let (command, rest) = code.split_once(' ').unwrap_or((code, ""));
+            if helps.contains_key(command) && !rest.is_empty() {
+                calls += 1;
+                let found = problem(&helps, (command, rest));
+                wrong.extend(found.map(|problem| format!("{place}: {problem}")));
+            } else if let Some(option) = code.starts_with("--").then(|| options(code)) {
+                single += 1;
+                let is_known = |option: &&str| {
+                    helps.values().any(|help| has(help, option)) || OTHERS.contains(option)
+                };
+                let unknown = option.into_iter().find(|option| !is_known(option));
+                wrong.extend(unknown.map(|option| format!("{place}: no command has {option}")));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    assert!(calls > 80 && single > 40, "{calls} calls, {single} options: are they looked for?");
+}
+
+/// Options of other programs that the documents name.
+const OTHERS: [&str; 3] = ["--features", "--ignored", "--test"];
+
+/// `docs/options.md` is the help of every command.
+#[test]
+fn the_help_is_in_the_reference() {
+    let mut page = String::from(
+        "# Options\n\nFor anyone who looks up an option: the short help of every command. `raindrops COMMAND --help` also \
+         explains values.\nThis page is written by `RAINDROPS_WRITE_OPTIONS=1 scripts/test.sh --test docs`.\n",
+    );
+    for (name, help) in helps() {
+        page.push_str(&format!("\n## {name}\n\n```\n{}\n```\n", help.trim_end()));
+    }
+    let path = root().join("docs/options.md");
+    if std::env::var_os("RAINDROPS_WRITE_OPTIONS").is_some() {
+        fs::write(&path, &page).expect("a file");
+    }
+    let there = fs::read_to_string(&path).expect("the page");
+    let differs = there.lines().zip(page.lines()).find(|(there, now)| there != now);
+    assert!(
+        there == page,
+        "docs/options.md is stale; RAINDROPS_WRITE_OPTIONS=1 writes it: {differs:?}"
+    );
+}
+
+#[test]
+fn every_variable_that_is_named_is_read() {
+    let mut sources = String::new();
+    for folder in ["src", "tests", "scripts", "examples"] {
+        let mut folders = vec![root().join(folder)];
+        while let Some(folder) = folders.pop() {
+            for entry in fs::read_dir(folder).expect("a folder") {
+                let path = entry.expect("an entry").path();
+                if path.is_dir() {
+                    folders.push(path);
+                } else if !path.ends_with("tests/docs.rs") {
+                    sources.push_str(&fs::read_to_string(path).unwrap_or_default());
+                }
+            }
+        }
+    }
+    let own = fs::read_to_string(root().join("tests/docs.rs")).expect("this file");
+    let mut names = 0;
+    for (path, text) in documents() {
+        for (at, _) in text.match_indices("RAINDROPS_") {
+            let end = text[at..].find(|c: char| !c.is_ascii_uppercase() && c != '_');
+            let name = &text[at..at + end.unwrap_or(text.len() - at)];
+            names += 1;
+            let read = sources.contains(name) || own.contains(&format!("var_os(\"{name}\")"));
+            assert!(read, "{}: nothing reads {name}", path.display());
+        }
+    }
+    assert!(names > 5, "{names} names");
+}
+
+/// Names in the first column of the tables of a document, such as `a`, `b.c`, `d` as a, b.c, b.d.
+fn documented_keys(path: &str) -> BTreeSet<String> {
+    let text = fs::read_to_string(root().join(path)).expect("a document");
+    let mut keys = BTreeSet::new();
+    let rows = text
+        .lines()
+        .skip_while(|line| *line != "## General")
+        .take_while(|line| *line != "## What a preset chooses");
+    for line in rows.filter(|line| line.starts_with("| `")) {
+        let mut table = "";
+        for name in
+            between(line.split(" | ").next().expect("a cell"), "`", '`').into_iter().step_by(2)
+        {
+            let key = name.split_once('.').map_or(name, |(of, key)| {
+                table = of;
+                key
+            });
+            keys.insert(if table.is_empty() { key.into() } else { format!("{table}.{key}") });
+        }
+    }
+    keys
+}
+
+/// The program names its keys where it meets one that it does not know.
+#[test]
+fn the_scenes_keys_are_the_programs() {
+    let mut keys = BTreeSet::new();
+    let tables = [
+        "camera",
+        "image",
+        "environment",
+        "water",
+        "background",
+        "rain",
+        "model",
+        "tone_map",
+        "film",
+    ];
+    for table in ["", "drop"].iter().chain(&tables) {
+        let text = match *table {
+            "" => "no_such_key = 1".to_string(),
+            "drop" => "[[drop]]\nno_such_key = 1".to_string(),
+            table => format!("[{table}]\nno_such_key = 1"),
+        };
+        let problem = Scene::parse(&text, "a scene").expect_err("a wrong key").to_string();
+        let (_, known) = problem.split_once("expected").unwrap_or_else(|| panic!("{problem}"));
+        for key in between(known, "`", '`').into_iter().step_by(2) {
+            if !table.is_empty() {
+                keys.insert(format!("{table}.{key}"));
+            } else if !tables.contains(&key) && key != "drop" {
+                keys.insert(key.to_string());
+            }
+        }
+    }
+    assert_eq!(documented_keys("docs/scene.md"), keys, "left: docs/scene.md; right: the program");
+    let mut scenes = 0;
+    for (path, _) in documents() {
+        for block in blocks(&root().join(&path)) {
+            let Some(text) = block.strip_prefix("toml\n") else { continue };
+            if text.contains("[camera]") || text.contains("[film]") {
+                Scene::parse(text, "a scene").unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+                scenes += 1;
+            }
+        }
+    }
+    assert!(scenes >= 4, "{scenes} scenes");
+}
+
+/// Names of the passes of a scene's plan, in order.
+fn passes(preset: Preset, output: Output) -> Vec<&'static str> {
+    let mut scene = Scene::default();
+    scene.model.take_preset(preset);
+    let plan = plan(&scene, &Environment::bundled().expect("the sky"), output).expect("a plan");
+    plan.passes.iter().map(|(name, _)| *name).collect()
+}
+
+#[test]
+fn the_passes_that_are_shown_are_the_plans() {
+    let text = fs::read_to_string(root().join("docs/method.md")).expect("the page");
+    let (_, rest) = text.split_once("<!-- passes").expect("the drawing of the passes");
+    let drawing = rest.split("```").nth(1).expect("its block");
+    let mut lines = drawing.lines().filter(|line| line.contains('►')).map(|line| -> Vec<&str> {
+        let (_, passes) = line.split_once(':').expect("a preset");
+        let names = passes.split("─►").map(|name| name.trim_matches([' ', '─', '┐', '┴']));
+        names.filter(|name| !name.is_empty()).collect()
+    });
+    let (paper, tiles) = (lines.next().expect("paper"), lines.next().expect("fast"));
+    let paper = [&paper[..], &tiles[tiles.len() - 2..]].concat();
+    assert_eq!(paper, passes(Preset::Paper, Output::Display));
+    assert_eq!(tiles, passes(Preset::Fast, Output::Display));
+    assert_eq!(tiles, passes(Preset::Exact, Output::Display));
+    // The table below the drawing.
+    let table = rest.split("| pass | does |").nth(1).expect("a table");
+    let rows = table.lines().skip(2).take_while(|line| line.starts_with('|'));
+    let named: BTreeSet<&str> = rows
+        .flat_map(|row| {
+            between(row.split(" | ").next().expect("a cell"), "`", '`').into_iter().step_by(2)
+        })
+        .collect();
+    let mut all: BTreeSet<&str> = paper.into_iter().chain(tiles).collect();
+    all.extend(passes(Preset::PaperCompact, Output::Display));
+    all.extend(passes(Preset::Fast, Output::Layers));
+    assert_eq!(named, all);
+}
+
+/// The cells of a row of a Markdown table, without marks of type.
+fn cells(line: &str) -> Vec<&str> {
+    line.trim()
+        .trim_matches('|')
+        .split('|')
+        .map(|cell| cell.trim().trim_matches(['*', '`']))
+        .collect()
+}
+
+fn number(text: &str) -> Option<f64> {
+    text.replace(',', "").parse().ok()
+}
+
+/// Whether a rate in frames a second is `milliseconds`' or that which stands there, as it is written.
+fn is_rate(fps: f64, cell: f64) -> bool {
+    (fps - cell).abs() < 1e-9 || (fps - 1000.0 / cell).abs() <= 0.051 + 50.0 / (cell * cell)
+}
+
+/// A link to a result among the README's text after `from`, and the commit that it names beside it.
+fn result_after(readme: &str, from: &str, end: &str) -> (PathBuf, String) {
+    let (_, rest) = readme.split_once(from).unwrap_or_else(|| panic!("no '{from}'"));
+    let link = between(rest, "](", ')').into_iter().find(|link| link.contains("docs/results/"));
+    let (_, commit) = rest.split_once("commit ").expect("a commit");
+    let commit = commit.split(|c: char| !c.is_ascii_hexdigit()).next().expect("its digits");
+    assert!(commit.len() >= 7, "{commit}");
+    let path = root().join(link.expect("a link to a result"));
+    (path.with_extension(end), commit.into())
+}
+
+#[test]
+fn the_readmes_table_ii_is_in_the_results() {
+    let readme = fs::read_to_string(root().join("README.md")).expect("README");
+    let (path, commit) = result_after(&readme, "scripts/bench.sh --preset paper,fast", "md");
+    let page = fs::read_to_string(&path).expect("the result");
+    assert!(page.contains(&commit), "{}: no commit {commit}", path.display());
+    let mut rows = 0;
+    for line in readme.lines() {
+        let words: Vec<&str> = line.split_whitespace().collect();
+        let [preset @ ("paper" | "fast"), drops, in_view, mapped, plain, ms] = words[..] else {
+            continue;
+        };
+        let of_row = |line: &&str| {
+            let cells = cells(line);
+            let others = ["paper", "fast"].into_iter().filter(|other| *other != preset);
+            [drops, in_view, ms].iter().all(|word| cells.contains(word))
+                && !others.into_iter().any(|other| cells.contains(&other))
+        };
+        let found =
+            page.lines().find(of_row).unwrap_or_else(|| panic!("{}: no '{line}'", path.display()));
+        let rate = |text: &str| number(text).expect("a rate");
+        assert!(is_rate(rate(mapped), rate(ms)), "{line}");
+        let figures = cells(found).into_iter().filter_map(number);
+        assert!(figures.into_iter().any(|cell| is_rate(rate(plain), cell)), "{line}: {found}");
+        rows += 1;
+    }
+    assert!(rows >= 4, "{rows} rows");
+}
+
+#[test]
+fn the_readmes_presets_are_in_the_results() {
+    let readme = fs::read_to_string(root().join("README.md")).expect("README");
+    let (path, commit) = result_after(&readme, "## Time against error", "json");
+    let text = fs::read_to_string(&path).expect("the result");
+    let result: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    let built = result["build"]["commit"].as_str().expect("a commit");
+    assert!(built.starts_with(&commit), "README: commit {commit}; {}: {built}", path.display());
+    let mut rows = 0;
+    for line in readme.lines().filter(|line| line.starts_with("| `") && line.contains(" ms |")) {
+        let row = cells(line);
+        let [preset, _, ms, rms, flip] = row[..] else { panic!("{line}") };
+        let mut all = result["rows"].as_array().expect("rows").iter();
+        let found = all.find(|row| row["scene"] == "far" && row["model"] == preset);
+        let found = found.unwrap_or_else(|| panic!("no row of {preset}"));
+        let figure = |key: &str| found[key].as_f64().expect("a figure");
+        let shown = number(ms.trim_end_matches(" ms")).expect("milliseconds");
+        assert_eq!(shown, figure("median_ms").round(), "{line}");
+        assert_eq!(rms, format!("{:.1}", 255.0 * figure("rms")), "{line}");
+        assert_eq!(flip, format!("{:.3}", figure("flip")), "{line}");
+        rows += 1;
+    }
+    assert_eq!(rows, 4);
+}
+
+#[test]
+fn every_picture_is_shown() {
+    let all: String = documents().into_iter().map(|(_, text)| text).collect();
+    for entry in fs::read_dir(root().join("docs/pictures")).expect("pictures") {
+        let name = entry.expect("an entry").file_name().into_string().expect("a name");
+        if name == "made.txt" {
+            continue;
+        }
+        assert!(all.contains(&format!("pictures/{name})")), "no document shows {name}");
+    }
+}
+
+/// The front page of the library compiles what the page on embedding shows.
+#[test]
+fn what_embedding_shows_is_compiled() {
+    let library = fs::read_to_string(root().join("src/lib.rs")).expect("the library");
+    let compiled: BTreeSet<&str> =
+        library.lines().filter_map(|line| line.strip_prefix("//! ")).map(str::trim).collect();
+    let mut lines = 0;
+    for block in blocks(&root().join("docs/embedding.md")) {
+        let Some(text) = block.strip_prefix("rust\n") else { continue };
+        for line in text.lines().map(str::trim).filter(|line| !line.is_empty()) {
+            assert!(
+                compiled.contains(line),
+                "docs/embedding.md: src/lib.rs does not have '{line}'"
+            );
+            lines += 1;
+        }
+    }
+    assert!(lines > 15, "{lines} lines");
 }

@@ -43,6 +43,20 @@ fn rain_among_a_hosts_boxes_is_the_references() {
         let tracer = Tracer::new(&outcome.scene, &outcome.environment, truth);
         tracer.before(Plate::new(Some(without.clone()), Some(depth))).picture()
     };
+    // What is told of drops: none is behind the host's boxes, and they fall.
+    let (mut told, mut falls) = (0, 0);
+    for ((nearest, motion), stored) in
+        outcome.nearest.iter().zip(&outcome.motion).zip(&outcome.depth)
+    {
+        assert!(*nearest != 0.0 || *motion == [f16::ZERO; 2]);
+        // A drop's front may be nearer than its centre, by 0.2 at most.
+        assert!(f64::from(*nearest) < distance(stored) + 0.2, "{nearest} is behind {stored}");
+        told += u32::from(*nearest != 0.0);
+        falls += u32::from(motion[1].to_f32() < -0.5);
+    }
+    println!("{told} pixels with a drop, {falls} with one that falls");
+    assert!(told > 3000 && falls > told / 2);
+
     let blurred = |picture: &Picture| box_filter(picture);
     let truth = blurred(&reference(depth(|distance| distance)));
     let error = rel_mse(&truth, &blurred(&drawn), None);

@@ -241,9 +241,11 @@ fn compile(tree: &Path, folder: &Path, mutant: &Mutant) {
     let compiler = glsl::Glsl::new(folder).expect("shaderc");
     let mut changed = 0;
     for shader in shaders::ALL {
-        let words = compiler
-            .compile(shader.name, shader.define)
-            .unwrap_or_else(|error| panic!("'{}': {error}", mutant.name));
+        // A shader that does not compile stays as it was: such a fault is noticed by `tests/abi.rs` alone.
+        let Ok(words) = compiler.compile(shader.name, shader.define) else {
+            changed += 1;
+            continue;
+        };
         if words != shader.words() {
             let file = common::shader_file(shader.name, shader.define);
             let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();

@@ -218,3 +218,44 @@ fn the_change_of_the_trials_fits() {
     let source = fs::read_to_string(root().join(value("\nfile=", '\n'))).expect("a source");
     assert_eq!(source.matches(&value("\ntext='", '\'')).count(), 1);
 }
+
+/// A release runs from its own folder, and names every crate that it holds.
+#[test]
+fn a_release_is_whole() {
+    let folder = folder();
+    let mut command = Command::new(root().join("scripts/release.sh"));
+    command.arg("release").env("RAINDROPS", env!("CARGO_BIN_EXE_raindrops"));
+    let (status, text) = run(&mut command, folder.path());
+    assert_eq!(status, Some(0), "{text}");
+    let mut archives = fs::read_dir(folder.path().join("release")).expect("a folder");
+    let archive = archives.next().expect("an archive").expect("an entry").path();
+    let (status, text) = run(Command::new("tar").arg("xzf").arg(&archive), folder.path());
+    assert_eq!(status, Some(0), "{text}");
+    let name = archive.file_name().and_then(|name| name.to_str()).expect("a name");
+    let tree = folder.path().join(name.trim_end_matches(".tar.gz"));
+    let read =
+        |file: &str| fs::read_to_string(tree.join(file)).unwrap_or_else(|e| panic!("{file}: {e}"));
+    let (status, text) = run(Command::new(tree.join("bin/raindrops")).arg("--version"), &tree);
+    assert!(status == Some(0) && text.contains(env!("CARGO_PKG_VERSION")), "{text}");
+    for entry in fs::read_dir(tree.join("assets/scenes")).expect("scenes") {
+        let scene = entry.expect("an entry").path();
+        let (status, text) =
+            run(Command::new(tree.join("bin/raindrops")).arg("plan").arg(&scene), &tree);
+        assert_eq!(status, Some(0), "{}: {text}", scene.display());
+    }
+    for page in ["raindrops", "raindrops-render", "raindrops-compare-devices"] {
+        assert!(read(&format!("man/man1/{page}.1")).contains(".SH SYNOPSIS"), "{page}");
+    }
+    for shell in ["bash", "zsh", "fish"] {
+        assert!(read(&format!("completions/raindrops.{shell}")).contains("resume"), "{shell}");
+    }
+    let licences = read("licences/crates.txt");
+    // With its text; of the fonts in the window; and none of what only builds.
+    for words in
+        ["\nash 0.38", "Permission is hereby granted", "SIL OPEN FONT LICENSE", "\nclap 4."]
+    {
+        assert!(licences.contains(words), "no '{words}'");
+    }
+    assert!(!licences.contains("\nshaderc "), "the shader compiler is not in the program");
+    assert!(read("INSTALL.txt").contains("libc.so.6"));
+}

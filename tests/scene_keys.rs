@@ -41,6 +41,15 @@ fn bad_values_are_refused_with_their_key() {
         ("[[drop]]\ncenter = [0, 0, -5]\naxis_ratio = 0.9\nshape = \"equilibrium\"", "not both"),
         ("[[drop]]\ncenter = [0, 0, -5]\nshape = \"egg\"", "equilibrium"),
         ("[[drop]]\ncenter = [0, 0, -5]\nvelocity = [0, inf, 0]", "velocity must be finite"),
+        ("rain = []", "the list is empty"),
+        ("[[rain]]\n[[rain]]\n[[rain]]\n[[rain]]\n[[rain]]", "5 populations are over 4"),
+        ("[[rain]]\nrate = 5.0\n[[rain]]\ncount = 5", "real rain (rate) stands alone"),
+        ("[[rain]]\n[[rain]]\nradius = 0.0", "rain 2: radius"),
+        ("[[rain]]\n[[rain]]\nspeed = 0.0", "speed"),
+        ("[[rain]]\ncount = 900000000\n[[rain]]\ncount = 900000000", "count = 1800000000"),
+        ("[rain]\nrate = 5.0\nseed = 7", "rate and seed do not go together"),
+        ("[model]\nsimulation = \"stored\"\n[[rain]]\n[[rain]]", "one population"),
+        ("[camera]\nshutter = 1.0\n[[rain]]\n[[rain]]\nvelocity = [1e6, 0, 0]", "crosses its box"),
         ("[water]\nindex = 0.5", "index = 0.5"),
         ("[water]\nindex = nan", "index = NaN"),
         ("[water]\nindex = [1.33, 1.33, 9.0]", "index = 9"),
@@ -267,4 +276,21 @@ fn the_equilibrium_shape_is_that_of_the_diameter() {
     assert_eq!(seen(equilibrium, 0.0025), 0.0);
     assert_eq!(seen("shape = \"sphere\"", 0.0015), 0.0);
     assert_eq!(seen(equilibrium, 0.0004), seen("shape = \"sphere\"", 1.0));
+}
+
+#[test]
+fn populations_are_read_and_written() {
+    let text = "seed = 5\n[[rain]]\ncount = 3\n[[rain]]\nseed = 9\ncount = 4\nradius = 0.5\n[[rain]]\nvelocity = [1, 2, 3]";
+    let scene = parse(text).expect("a scene");
+    let all = scene.populations();
+    let figures: Vec<_> = all.iter().map(|rain| (rain.seed, rain.count, rain.radius)).collect();
+    assert_eq!(figures, [(5, 3, 1.0), (9, 4, 0.5), (7, 1_000_000, 1.0)]);
+    assert_eq!(all[2].velocity.to_array(), [1.0, 2.0, 3.0]);
+    assert_eq!(scene.drop_count(), 1_000_007);
+    let written = toml::to_string(&scene).expect("text");
+    assert_eq!(parse(&written).expect("a scene"), scene, "{written}");
+    // One is a table.
+    let one = parse("[[rain]]\ncount = 3").expect("a scene");
+    assert_eq!(one, parse("[rain]\ncount = 3").expect("a scene"));
+    assert!(toml::to_string(&one).expect("text").contains("[rain]"));
 }

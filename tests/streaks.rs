@@ -6,8 +6,10 @@ mod common;
 use glam::{DVec3, Vec3};
 use raindrops::environment::Environment;
 use raindrops::picture::metrics::{Metrics, compare};
-use raindrops::picture::tone_map::exposure_of;
+use raindrops::picture::tone_map::{display, exposure_of};
+use raindrops::picture::{Picture, srgb_of_linear};
 use raindrops::rain::cull::count_visible;
+use raindrops::reference::{Tracer, Truth};
 use raindrops::scene::model::{Motion, Preset};
 use raindrops::scene::{PlacedDrop, RainSettings, Scene, ToneMap};
 
@@ -28,7 +30,10 @@ fn a_streak_has_the_light_of_the_drop_at_rest() {
     on_device(|device| {
         let mut worst = 0.0_f64;
         for preset in [Preset::Fast, Preset::Exact] {
-            for radius in [0.05, 0.3, 0.9, 1.4, 1.6, 3.0, 8.0, 14.0, 30.0] {
+            for radius in [
+                0.05, 0.3, 0.9, 1.3, 1.4, 1.52, 1.6, 1.7, 1.85, 2.0, 2.3, 2.7, 3.0, 4.5, 8.0, 14.0,
+                30.0,
+            ] {
                 // Exact draws an entry a tile: fewer.
                 if preset == Preset::Exact && ![0.3, 1.6, 14.0].contains(&radius) {
                     continue;
@@ -52,23 +57,26 @@ fn a_streak_has_the_light_of_the_drop_at_rest() {
                     frame.time = -0.5 * way;
                     sum(&draw(&mut renderer, &frame).0)
                 };
-                // A splat's sides are told in 1/512 pixel: of the smallest that is some of their light.
+                // A splat's sides are told in 1/512 pixel: of the smallest that is some of their light. Of some pixels of
+                // radius the edge at rest is a ramp, whose light depends on where the pixels' middles fall.
                 let disc = std::f64::consts::PI * radius * radius;
                 let at_rest = of_way(0.0) / disc;
-                assert!(
-                    (at_rest - 1.0).abs() < if radius < 0.2 { 0.04 } else { 0.01 },
-                    "{at_rest}"
-                );
-                for way in
-                    [0.02, 0.1, 0.4, 0.9, 1.1, 1.7, 2.5, 3.9, 4.1, 7.0, 13.0, 30.0, 80.0, 300.0]
-                {
+                let bound = if radius < 0.2 || (1.5..3.0).contains(&radius) { 0.04 } else { 0.01 };
+                assert!((at_rest - 1.0).abs() < bound, "radius {radius} at rest: {at_rest}");
+                for way in [
+                    0.02, 0.1, 0.4, 0.9, 1.1, 1.4, 1.7, 2.1, 2.5, 2.9, 3.4, 3.9, 4.1, 5.0, 6.0,
+                    7.0, 9.0, 13.0, 18.0, 30.0, 80.0, 300.0,
+                ] {
                     if radius < 0.2 && way < 1.0 {
                         continue;
                     }
                     let ratio = of_way(way) / disc;
-                    worst = worst.max((ratio - 1.0).abs());
+                    if (ratio - 1.0).abs() > worst {
+                        worst = (ratio - 1.0).abs();
+                        println!("{preset}: radius {radius}, way {way}: {ratio}");
+                    }
                     assert!(
-                        (ratio - 1.0).abs() < 0.015,
+                        (ratio - 1.0).abs() < 0.008,
                         "{preset}: radius {radius}, way {way}: {ratio} of the light"
                     );
                 }
@@ -129,6 +137,73 @@ fn moving_drops_are_near_the_reference() {
                 assert!(error < bound && error < 0.4 * control && (light - 1.0).abs() < 0.01);
             }
         }
+    });
+}
+
+/// Rain of one size and drops of many, seen by a long lens: of 0.2 to 16 pixels of radius.
+fn many_sizes() -> Scene {
+    let mut scene = square(96);
+    scene.camera.vertical_fov = 6.0;
+    scene.rain = Some(RainSettings {
+        count: 20_000,
+        half_extent: DVec3::new(1.0, 1.5, 4.0),
+        radius: 0.001,
+        velocity: DVec3::new(1.0, -6.5, 0.3),
+        ..RainSettings::default()
+    });
+    let pixel = scene.view().focal_px.recip();
+    scene.drops = (0..12)
+        .map(|number| {
+            let part = |by: f64| (f64::from(number + 1) * by).fract() - 0.5;
+            let across = 86.0 * pixel;
+            let center = DVec3::new(across * part(0.819), across * part(0.671), -1.0);
+            let fall = -3.0 - 0.4 * f64::from(number);
+            let velocity = DVec3::new(2.0 * part(0.55), fall, part(0.37));
+            let radius = 0.6 * 1.35_f64.powi(number) * pixel;
+            PlacedDrop { velocity, ..PlacedDrop::sphere(center, radius) }
+        })
+        .collect();
+    scene
+}
+
+/// From drops that stand to streaks beyond the picture no shutter is the first at which something is wrong. Errors are
+/// products of the distances from two references, so that their noise is none.
+#[test]
+fn drops_become_streaks_without_a_break() {
+    const STEPS: i32 = 40;
+    let environment = waves();
+    let scene = many_sizes();
+    let exposure = exposure_of(&ToneMap::default(), &truth(&scene, &environment, 4));
+    let shown = |picture: &Picture| -> Vec<f64> {
+        let shown = display(exposure, picture).pixels;
+        shown.iter().flat_map(|p| p.to_array()).map(|v| srgb_of_linear(v).into()).collect()
+    };
+    on_device(|device| {
+        let (mut last, mut rise) = (f64::INFINITY, 0.0_f64);
+        for step in 0..STEPS {
+            let mut frame = scene.clone();
+            frame.camera.shutter = 1e-6 * 1e5_f64.powf(f64::from(step) / f64::from(STEPS - 1));
+            // Drops are in the same place at the middle of each exposure.
+            frame.time = -0.5 * frame.camera.shutter;
+            let truths = [0, 1].map(|seed| {
+                let truth = Truth { samples: 16, seed, ..Truth::default() };
+                Tracer::new(&frame, &environment, truth).picture()
+            });
+            let (picture, _) = draw(&mut renderer(device, &frame, &environment), &frame);
+            let ([a, b], found) = (truths.each_ref().map(&shown), shown(&picture));
+            let squares = found.iter().zip(a.iter().zip(&b)).map(|(p, (a, b))| (p - a) * (p - b));
+            let rms = (squares.sum::<f64>() / found.len() as f64).max(0.0).sqrt();
+            let light = 2.0 * sum(&picture) / truths.iter().map(sum).sum::<f64>();
+            let shutter = frame.camera.shutter;
+            println!(
+                "{shutter:9.3e} s: RMS {rms:.5}, {:.2} of the last; light {light:.4}",
+                rms / last
+            );
+            rise = rise.max(rms / last);
+            assert!((light - 1.0).abs() < 0.01, "{shutter} s: {light} of the light");
+            last = rms;
+        }
+        assert!(rise <= 1.5, "the error rises by {rise}");
     });
 }
 

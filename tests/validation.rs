@@ -6,8 +6,9 @@ mod common;
 use std::sync::Arc;
 
 use ash::vk;
+use raindrops::gpu::sets::{constant, order_large as slot};
 use raindrops::gpu::{
-    Binding, Bindings, Buffer, Commands, ComputePipeline, Device, Instance, Memory, Resource, Use,
+    Bindings, Buffer, Commands, ComputePipeline, Device, Instance, Memory, Resource, Slot, Use,
     memory_barrier, shaders,
 };
 
@@ -95,6 +96,11 @@ fn missing_barrier_between_fills_is_a_hazard() {
     assert_eq!(two_fills(true), None, "with the barrier there is no hazard");
 }
 
+/// What order_large.comp takes.
+const SLOTS: [Slot; 5] =
+    [slot::LARGE_DROPS, slot::LARGE_INDEX, slot::COUNTERS, slot::ORDERED, slot::ARGUMENTS];
+const CONSTANTS: [[u32; 2]; 1] = [[constant::MAX_LARGE, 1]];
+
 /// The same between shaders, through descriptors: what the first dispatch writes the second reads.
 /// (Of two dispatches that only *write* one buffer the layer of 2023 says nothing, by design.)
 fn two_dispatches(with_barrier: bool) -> Option<String> {
@@ -103,18 +109,18 @@ fn two_dispatches(with_barrier: bool) -> Option<String> {
         let buffers: Vec<_> = (0..5)
             .map(|_| Buffer::upload(device, "canary", &[0u32; 16], usage).expect("a buffer"))
             .collect();
-        let bindings =
-            Bindings::new(device, "canary", &[Binding::STORAGE_BUFFER; 5], 2).expect("two sets");
-        // order_large.comp reads its slots 0 to 2 and writes 3 and 4.
+        let bindings = Bindings::new(device, "canary", &SLOTS, 2).expect("two sets");
+        // It reads the first three and writes the others.
         for (set, order) in [[0, 1, 2, 3, 4], [3, 1, 2, 0, 4]].iter().enumerate() {
-            for (number, buffer) in (0..).zip(order) {
+            for (slot, buffer) in SLOTS.into_iter().zip(order) {
                 // SAFETY: no commands have it yet.
-                unsafe { bindings.write(set, number, &Resource::Buffer(&buffers[*buffer])) }
+                unsafe { bindings.write(set, slot, &Resource::Buffer(&buffers[*buffer])) }
                     .expect("a set");
             }
         }
-        let pipeline = ComputePipeline::new(device, shaders::ORDER_LARGE_COMP, &bindings, 0, &[1])
-            .expect("a pipeline");
+        let pipeline =
+            ComputePipeline::new(device, shaders::ORDER_LARGE_COMP, &bindings, 0, &CONSTANTS)
+                .expect("a pipeline");
         Commands::once(device, "canary", |commands| {
             pipeline.dispatch(commands, &bindings, 0, &[], [1, 1, 1]);
             if with_barrier {
@@ -148,11 +154,11 @@ fn what_is_dropped_in_use_is_freed_later() {
         unsafe { device.raw().cmd_fill_buffer(recorder.raw(), buffer.raw(), 0, 1 << 20, 1) };
         memory_barrier(device, recorder, &[Use::TransferWrite], &[Use::ComputeWrite]);
         // A set keeps what it holds, and a pipeline stays with its device.
-        let slots: Vec<_> =
-            [&buffer; 5].map(|b| (Binding::STORAGE_BUFFER, Resource::Buffer(b))).into();
+        let slots = SLOTS.map(|slot| (slot, Resource::Buffer(&buffer)));
         let bindings = Bindings::of(device, "canary", &slots).expect("a set");
         drop(buffer);
-        let pipeline = ComputePipeline::new(device, shaders::ORDER_LARGE_COMP, &bindings, 0, &[1]);
+        let pipeline =
+            ComputePipeline::new(device, shaders::ORDER_LARGE_COMP, &bindings, 0, &CONSTANTS);
         pipeline.expect("a pipeline").dispatch(recorder, &bindings, 0, &[], [1, 1, 1]);
         drop(bindings);
         assert!(device.allocated_bytes() > before, "it is in use");

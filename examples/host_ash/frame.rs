@@ -11,8 +11,8 @@ use raindrops::device::{Device, HostImage, ImageState, requirements};
 use raindrops::environment::Environment;
 use raindrops::plan::{Output, plan};
 use raindrops::renderer::{
-    DepthConvention, FrameInput, FrameReport, HostEnvironment, Lighting, LiveInfo, RainField, View,
-    ViewInfo,
+    DepthConvention, FrameInput, FrameReport, HostEnvironment, HostMotion, Lighting, LiveInfo,
+    RainField, View, ViewInfo,
 };
 use raindrops::scene::camera::Camera;
 use raindrops::scene::matrices::ClipSpace;
@@ -28,6 +28,9 @@ pub struct Outcome {
     pub picture: Vec<[f16; 4]>,
     pub color: Vec<[f16; 4]>,
     pub depth: Vec<f32>,
+    /// Of each pixel's nearest drop: pixels back to the frame before, 0 where none is; depth, 0 where none is.
+    pub motion: Vec<[f16; 2]>,
+    pub nearest: Vec<f32>,
     /// The rain's scene of that frame.
     pub scene: Scene,
     pub projected: DepthConvention,
@@ -161,6 +164,10 @@ fn draw(
     let color = host.image(ground::COLOR, size, 1, attached | read);
     let depth = host.image(ground::DEPTH, size, 1, Usage::DEPTH_STENCIL_ATTACHMENT | read);
     let output = host.image(ground::COLOR, size, 1, attached | Usage::TRANSFER_SRC);
+    // For a temporal upscaler.
+    let told = attached | Usage::TRANSFER_DST | Usage::TRANSFER_SRC;
+    let motion = host.image(vk::Format::R16G16_SFLOAT, size, 1, told);
+    let nearest = host.image(vk::Format::R32_SFLOAT, size, 1, told);
     let ground = Ground::new(host);
 
     // Set-up, once: the light, the drops, and a view of them for pictures of this size.
@@ -174,7 +181,13 @@ fn draw(
     };
     let lighting = Arc::new(lighting.expect("light"));
     let rain = Arc::new(RainField::new(device, &scene));
-    let info = ViewInfo { has_color: true, has_depth: true, ..ViewInfo::default() };
+    let info = ViewInfo {
+        has_color: true,
+        has_depth: true,
+        motion: Some(motion.format),
+        nearest_depth: Some(nearest.format),
+        ..ViewInfo::default()
+    };
     let mut view = View::new(&lighting, &rain, &scene, &plan, &info).expect("a view");
 
     let slots = info.frames_in_flight;
@@ -213,6 +226,11 @@ fn draw(
         let blocks = ground::blocks(time);
         ground.draw(host, recorded, views, size, (projection * to_eye, eye), &blocks);
 
+        // The host's own vectors would stand here: a pixel without a drop keeps them.
+        for image in [&motion, &nearest] {
+            ground::clear(host, recorded, image, before, 0.0);
+        }
+
         // Rain: each image with how it comes and how it is handed back.
         let handed_back = |image: HostImage| HostImage { exit: ImageState::COPY_SOURCE, ..image };
         let image = |make: fn(_, _, _, _) -> HostImage, texture: &Texture| {
@@ -222,6 +240,13 @@ fn draw(
         let input = FrameInput::new(&scene, target)
             .before(image(HostImage::color, &color), 1.0)
             .hidden_by(image(HostImage::depth, &depth), projected);
+        // The camera stands still, and vectors are free of its jitter: they lead to the same camera.
+        let [motion, nearest] = [&motion, &nearest].map(|told| HostImage {
+            entry: ImageState::COPY_TARGET,
+            ..image(HostImage::color, told)
+        });
+        let input =
+            input.moved(HostMotion::since(camera, time - 1.0 / 30.0, motion)).nearest(nearest);
         let input = match &cube {
             None => input,
             Some(cube) => {
@@ -246,6 +271,8 @@ fn draw(
         picture: bytemuck::pod_collect_to_vec(&host.read(&output, 8 * pixels)),
         color: bytemuck::pod_collect_to_vec(&host.read(&color, 8 * pixels)),
         depth: bytemuck::pod_collect_to_vec(&host.read(&depth, 4 * pixels)),
+        motion: bytemuck::pod_collect_to_vec(&host.read(&motion, 4 * pixels)),
+        nearest: bytemuck::pod_collect_to_vec(&host.read(&nearest, 4 * pixels)),
         scene,
         projected,
         environment,
@@ -255,7 +282,7 @@ fn draw(
     fences.into_iter().for_each(|fence| host.destroy_fence(fence));
     ground.destroy(host);
     let of_cube = cube.into_iter().flat_map(|cube| [cube.color, cube.depth]);
-    [color, depth, output]
+    [color, depth, output, motion, nearest]
         .into_iter()
         .chain(of_cube)
         .for_each(|texture| host.destroy_image(texture));

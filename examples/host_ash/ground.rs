@@ -5,6 +5,7 @@
 
 use ash::vk;
 use glam::{DMat4, DVec3, DVec4, Mat4, Vec3, Vec4};
+use raindrops::device::ImageState;
 
 use super::host::{Host, Texture};
 
@@ -239,12 +240,33 @@ impl Ground {
     }
 }
 
+/// Fills an image that comes as `before` and goes as a target of copies.
+pub fn clear(
+    host: &Host,
+    commands: vk::CommandBuffer,
+    texture: &Texture,
+    before: ImageState,
+    value: f32,
+) {
+    barrier(host, commands, texture, [before, ImageState::COPY_TARGET]);
+    let layout = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
+    let value = vk::ClearColorValue { float32: [value; 4] };
+    let range = vk::ImageSubresourceRange::default()
+        .aspect_mask(texture.aspect)
+        .level_count(1)
+        .layer_count(1);
+    // SAFETY: the command buffer is being recorded, outside of any rendering.
+    unsafe {
+        host.device.cmd_clear_color_image(commands, texture.image, layout, &value, &[range]);
+    }
+}
+
 /// A barrier of a host's image.
 pub fn barrier(
     host: &Host,
     commands: vk::CommandBuffer,
     texture: &Texture,
-    [before, after]: [raindrops::device::ImageState; 2],
+    [before, after]: [ImageState; 2],
 ) {
     let range = vk::ImageSubresourceRange::default()
         .aspect_mask(texture.aspect)

@@ -310,17 +310,18 @@ impl Host {
         }
     }
 
-    /// Fills a one-layer image, and leaves it to be sampled.
+    /// Fills an image, layer after layer, and leaves it to be sampled.
     pub fn write(&self, texture: &Texture, bytes: &[u8]) {
         use vk::MemoryPropertyFlags as Memory;
         let usage = vk::BufferUsageFlags::TRANSFER_SRC;
         let info = vk::BufferCreateInfo::default().size(bytes.len() as u64).usage(usage);
-        let layers =
-            vk::ImageSubresourceLayers::default().aspect_mask(texture.aspect).layer_count(1);
+        let layers = vk::ImageSubresourceLayers::default()
+            .aspect_mask(texture.aspect)
+            .layer_count(texture.layers);
         let range = vk::ImageSubresourceRange::default()
             .aspect_mask(texture.aspect)
             .level_count(1)
-            .layer_count(1);
+            .layer_count(texture.layers);
         let (width, height) = texture.size;
         let region = [vk::BufferImageCopy::default()
             .image_subresource(layers)

@@ -2,8 +2,9 @@
 // directions, which splats need by the hundred thousand and caches keep; then for each direction the square
 // pictures of 2, 4, 8 and 16 texels an edge.
 
-const uint SINGLE_TEXELS = 4096; // the directions of octahedron.glsl
-const uint PYRAMID = 340; // 4 + 16 + 64 + 256
+#include "constants.glsl"
+
+const uint SINGLE_TEXELS = DIRECTIONS * DIRECTIONS;
 const uint NO_COLOR = 0xffffffffu; // a pixel of a block that its drop does not cover
 
 // First word of the picture with `edge` texels of a direction.

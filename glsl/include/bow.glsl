@@ -1,3 +1,2 @@
-// Angles from 0 to a half turn at which bow.comp tells a far drop's light, as in src/passes/glints.rs: 0.09° apart, a
-// third of the sun's radius.
-const uint BOW_ANGLES = 2048;
+// A far drop's mean light from a source by the angle between them, which bow.comp finds at BOW_ANGLES angles.
+#include "constants.glsl"

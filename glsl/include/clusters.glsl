@@ -1,8 +1,6 @@
 // Clusters of drops, and those in view, which clusters.comp finds, bin_starts.comp and sort_clusters.comp put in
 // order of their bins, and gather.comp draws. Needs tile_buffers.glsl.
-const uint NO_DROP = 0xffffffffu; // as in src/rain/clusters.rs
 const uint GATHER_GROUP = 256, CLUSTERS_A_GROUP = GATHER_GROUP / CLUSTER; // of gather.comp
-const uint STRETCHES = 64; // of all clusters, of which the workgroups of clusters.comp take parts in turn
 
 #define CLUSTERS frame.clusters.x // all of them; CELLS: room for so many
 
@@ -11,7 +9,7 @@ const uint STRETCHES = 64; // of all clusters, of which the workgroups of cluste
 // Numbers (cells.glsl) of the drops of the cells in view, bin after bin, of which each begins with a cluster.
 layout(std430, set = 0, binding = 1) buffer DropOrder { uint drop_order[]; };
 // Cells in view as they were found: number of the first drop, bin, its place in its bin, and drops.
-layout(std430, set = 0, binding = 12) buffer CellsInView { uvec4 cells_in_view[]; };
+layout(std430, set = 0, binding = 12) buffer InView { uvec4 cells_in_view[]; };
 #else
 #define RANDOM_CLUSTERS frame.clusters.y // the others' drops are placed by hand
 // Indices of each cluster's drops. Never changes.
@@ -20,7 +18,7 @@ layout(std430, set = 0, binding = 1) readonly buffer DropOrder { uint drop_order
 layout(std430, set = 0, binding = 2) readonly buffer ClusterBoxes { uvec4 cluster_boxes[]; };
 // Numbers of the clusters in view, sorted; from CLUSTERS on, three words each as they were found: number, bin, and
 // place in its bin.
-layout(std430, set = 0, binding = 12) buffer ClustersInView { uint clusters_in_view[]; };
+layout(std430, set = 0, binding = 12) buffer InView { uint clusters_in_view[]; };
 
 uint found_at(uint number) {
     return CLUSTERS + 3u * number;

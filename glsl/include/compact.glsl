@@ -8,7 +8,7 @@ layout(push_constant) uniform Push {
     uint block;  // drops of a block
 };
 
-const uint BLOCKS = 1024; // of a chunk, as in src/passes/compact.rs
+#include "constants.glsl"
 
 // Records of the simulation: centre in view space, radius; radius 0: nothing to draw.
 layout(std430, set = 0, binding = 0) readonly buffer Drops { vec4 drops[]; };

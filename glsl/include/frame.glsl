@@ -5,13 +5,13 @@ struct Frame {
     vec4 up;
     vec4 back;
     vec4 units;         // xyz: scene units a unit of place; w: radius of the rain's drops
-    uvec4 camera_place; // xyz: the camera's place in the rain box; w: number of random drops
+    uvec4 camera_place; // xyz: the camera's place in the first population's box; w: number of random drops
     uvec4 shift;        // xyz: how far the rain has moved; w: number of all drops
     uvec4 seed;         // xy: low and high half; z: 1 to restart the stored positions; w: number of the recording, for the CPU
     vec4 motion;        // xyz: stored positions: displacement since the last frame, scene units
     vec4 camera_high;   // xyz: camera position, float32 part; w: near
     vec4 camera_low;    // xyz: what float32 lost of it; w: near fade
-    vec4 extent;        // xyz: half extent of the rain box; w: depth reference, the least radius
+    vec4 extent;        // xyz: half extent of the rain box, the largest of several; w: depth reference, the least radius
     vec4 image;         // of the whole picture: width, height, focal length, all in pixels; w: largest point, pixels
     uvec4 window;       // the part that is drawn: xy: its first pixel in the whole picture; zw: its size
     vec4 principal;     // where the view axis meets the picture: xy: pixels of the whole; zw: device coordinates
@@ -29,7 +29,19 @@ struct Frame {
     vec4 lens;          // x: its radius, scene units, 0: a pinhole; y: inverse distance of the focus; z: radius in pixels of
                         // the disc that a point at depth 1 becomes, focused at infinity; w: that a point at infinity becomes
 };
-layout(std140, set = 0, binding = 0) uniform Constants { Frame constants; };
+// A population of drops in a box, after the first, of which `Frame` has the same.
+struct Population {
+    vec4 units;         // xyz: scene units a unit of place; w: radius
+    uvec4 camera_place; // xyz: the camera's place in its box; w: index of its first drop
+    uvec4 shift;        // xyz: how far it has moved
+    uvec4 seed;         // xy: low and high half
+    vec4 moved;         // xyz: how far its drops move while the shutter is open
+};
+#include "constants.glsl"
+layout(std140, set = 0, binding = 0) uniform Constants {
+    Frame constants;
+    Population others[MOST_POPULATIONS - 1u];
+};
 // Read at the very start of a shader: behind a branch llvmpipe, which sees that lanes may have left, fetches a
 // constant for each lane by itself, 30 instructions instead of 3. (`gather`: a sixth of its time.)
 Frame frame = constants;

@@ -2,27 +2,58 @@
 // shown by themselves have the same mean light, so all of the medium may stand behind them. Needs projection.glsl,
 // rain_field.glsl and what far_light.glsl does.
 #include "far_light.glsl"
+#include "pcg4d.glsl"
 
 // Optical depth from the camera along the view axis, of drops that are seen by an angle to the level of this sine, squared.
 // Flattened ones cover the more the steeper they are seen: a spheroid's outline squared is a mean of that seen level and that
 // from below.
 float optical_depth(float depth, float sine2) {
-    float starts = field.medium.x, at = 63.0 * min(depth / starts, 1.0);
-    uint below = min(uint(at), 62u), above = below + 1u;
+    float starts = field.medium.x, at = float(MEDIUM_DEPTHS - 1u) * min(depth / starts, 1.0);
+    uint below = min(uint(at), MEDIUM_DEPTHS - 2u), above = below + 1u;
     vec2 low = vec2(field.depths[below / 4u][below % 4u], field.from_below[below / 4u][below % 4u]);
     vec2 high = vec2(field.depths[above / 4u][above % 4u], field.from_below[above / 4u][above % 4u]);
-    vec2 seen = mix(low, high, at - float(below)) + field.medium.yw * max(depth - starts, 0.0);
+    // Rain without end would be infinitely deep; of this depth nothing passes, and its square is a float.
+    vec2 seen = min(mix(low, high, at - float(below)) + field.medium.yw * max(depth - starts, 0.0), 1e6);
     return seen.x == seen.y ? seen.x : sqrt(mix(seen.x * seen.x, seen.y * seen.y, sine2));
 }
 
-// The share of light that passes the medium along a unit direction in view space, up to a distance.
-float medium_passes(vec3 view, float distance) {
+// Distance to which the medium reaches, as a depth along a unit direction in view space, and optical depth up to there.
+vec2 medium_depth(vec3 view, float distance) {
     float cosine = max(-view.z, 1e-6), sine = dot(view, vec3(frame.right.y, frame.up.y, frame.back.y));
-    return exp(-optical_depth(min(distance, field.medium.z) * cosine, sine * sine) / cosine);
+    float depth = min(distance, field.medium.z) * cosine;
+    return vec2(depth, optical_depth(depth, sine * sine) / cosine);
 }
 
-// What is seen of `behind` through the medium along a unit direction in view space, up to a distance.
-vec3 through_medium(vec3 behind, vec3 view, vec3 world, float distance) {
-    float passes = medium_passes(view, distance);
-    return passes * behind + (1.0 - passes) * far_light(world);
+// A number of mean 0 and variance 1 from the lattice of the noise. Between its numbers, which four uniform ones make nearly
+// normal, the squares of the weights sum to one.
+float grain_at(vec3 world) {
+    vec3 place = field.grain_within.xyz + world * field.grain_scale.xyz, from = floor(place), share = place - from;
+    uvec4 base = uvec4(field.grain_base.xyz + uvec3(ivec3(from)), field.grain_base.w);
+    float sum = 0.0, squares = 0.0;
+    for (uint i = 0u; i < 8u; ++i) {
+        uvec3 corner = uvec3(i & 1u, i >> 1 & 1u, i >> 2);
+        vec3 weights = mix(1.0 - share, share, vec3(corner));
+        float weight = weights.x * weights.y * weights.z;
+        sum += weight * (dot(vec4(pcg4d(base + uvec4(corner, 0u))), vec4(1.0 / 4294967296.0)) - 2.0);
+        squares += weight * weight;
+    }
+    return sum * sqrt(3.0 / squares);
+}
+
+// Factor on the medium's opacity by the noise of single drops, of mean 1, along a unit direction in view space.
+float medium_grain(vec3 view, vec3 world, float distance) {
+    vec2 depth = medium_depth(view, distance);
+    if (field.grain_within.w == 0.0 || depth.y <= 0.0) return 1.0;
+    float at = float(MEDIUM_DEPTHS - 1u) * (1.0 - pow(min(field.grain_within.w / depth.x, 1.0), 1.0 / 3.0));
+    uint below = min(uint(at), MEDIUM_DEPTHS - 2u), above = below + 1u;
+    float variance = mix(field.grain[below / 4u][below % 4u], field.grain[above / 4u][above % 4u], at - float(below));
+    // Of the opacity, over its mean.
+    float passes = exp(-depth.y), deviation = sqrt(variance) / max(-view.z, 1e-6) * passes / (1.0 - passes);
+    float of_log = log(1.0 + deviation * deviation);
+    return exp(sqrt(of_log) * grain_at(world) - 0.5 * of_log);
+}
+
+// The share of light that passes the medium along a unit direction in view space, up to a distance.
+float medium_passes(vec3 view, float distance, float grain) {
+    return max(1.0 - grain * (1.0 - exp(-medium_depth(view, distance).y)), 0.0);
 }

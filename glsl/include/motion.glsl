@@ -10,8 +10,8 @@ const float SHORT_PX = 1.0, SHORT_RADII = 1.5;
 const float FAINT_RADII = 8.0;
 // One that is out of focus is, if it is as faint as that.
 const float FAINT = 0.25;
-// Nearer than this, in radii, even a faint drop is no far one.
-const float FAINT_NEAR_RADII = 4.0;
+// Nearer than this, in radii, even a faint drop is no far one; the nearer, the fainter, down to the other.
+const float FAINT_NEAR_RADII = 4.0, FAINTEST_NEAR_RADII = 1.5;
 // Most that a drop's depth may change by for its outline to be taken for one that moves evenly.
 const float EVEN = 1.25;
 
@@ -31,7 +31,7 @@ vec3 motion_of(uint index) {
     uint kind = field.slabs[field.group_slabs[min(index / (64u * CELLS_GROUP), field.groups.x - 1u)]].kind;
     return field.classes[kind].moved.xyz;
 #else
-    return frame.moved.xyz;
+    return population_numbered(population_number(index)).moved.xyz;
 #endif
 }
 
@@ -88,9 +88,11 @@ bool is_short(Outline o, Path p) {
 
 // Is a drop that is no splat part of the veil? It is far, and small or faint.
 bool is_streak(Drop drop, Outline o, Path p, float distance2) {
+    float length = length(p.way);
+    float near = max(FAINT_NEAR_RADII * FAINT_RADII * o.radius / max(length, 1e-30), FAINTEST_NEAR_RADII) * drop.radius;
     return SPLAT_PX > 0.0 && p.even && !is_short(o, p)
-        && (length(p.way) > FAINT_RADII * o.radius
-                ? distance2 >= FAINT_NEAR_RADII * FAINT_NEAR_RADII * drop.radius * drop.radius
+        && (length > FAINT_RADII * o.radius
+                ? distance2 >= near * near
                 : o.radius < SPLAT_PX && distance2 >= NEAR_RADII * NEAR_RADII * drop.radius * drop.radius);
 }
 

@@ -1,8 +1,14 @@
 // The light of a drop that moves, by rays: each meets it for a part of the exposure, in closed form, and follows what it
 // shows at one moment of that. Needs what rays.comp includes.
 
-// Fewest rays of a pixel, so that the picture is a mean over time.
+// Fewest rays of a pixel, so that the picture is a mean over time; of what covers it for under half of the time as few as
+// have a quarter of one ray's noise.
 const uint LEAST_RAYS = 4;
+
+uint rays_of(vec3 d, vec3 motion, float radius) {
+    float opacity = min(2.0 * radius / max(length(cross(d, motion)), 1e-30), 0.5);
+    return max(SAMPLES, uint(ceil(4.0 * float(LEAST_RAYS) * opacity * opacity)));
+}
 
 // When a ray meets the sphere, as parts of the exposure from its middle on; empty: none. `nearest`: when it is nearest.
 vec2 times_met(vec3 d, vec3 center, vec3 motion, float radius, out float nearest) {
@@ -50,7 +56,7 @@ uint moving_color(vec2 low, vec2 high, vec4 sphere, Body body, vec3 motion, floa
     float weights = 0.0;
     mat3 world = mat3(frame.right.xyz, frame.up.xyz, frame.back.xyz);
     vec2 extent = high - low;
-    uint rays = max(SAMPLES, LEAST_RAYS);
+    uint rays = rays_of(normalize(ray_through(0.5 * (low + high))), motion, sphere.w);
     float step = clamp(0.25 * pixels, 0.5, 1.0) * sqrt(extent.x * extent.y / float(rays)) / pixels;
     covered = 0.0;
     for (uint i = 0u; i < rays; ++i) {

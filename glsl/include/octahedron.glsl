@@ -1,6 +1,6 @@
 // Directions as texels of an octahedral map (Meyer et al. 2010), and a basis about each.
 
-const uint DIRECTIONS = 64; // an edge of the map: 2.8° a texel
+#include "constants.glsl"
 
 // Where a direction is on the map, from -1 to 1.
 vec2 octahedral(vec3 d) {

@@ -3,15 +3,34 @@
 
 #include "pcg4d.glsl"
 
-uvec3 start(uint index) {
-    return pcg4d(uvec4(index, frame.seed.xy, 0x7261696eu)).xyz;
+layout(constant_id = 21) const uint SEVERAL = 0; // 1: there are several populations of drops in boxes
+
+// Population `number` of the drops in boxes. Without SEVERAL there is but the first.
+Population population_numbered(uint number) {
+    Population p = Population(frame.units, uvec4(frame.camera_place.xyz, 0u), frame.shift, frame.seed, frame.moved);
+    if (SEVERAL != 0u && number > 0u) p = others[number - 1u];
+    return p;
 }
 
-// Centre relative to the camera along the world's axes.
-vec3 relative_integer(uint index) {
-    ivec3 place = ivec3(start(index) + frame.shift.xyz - frame.camera_place.xyz);
-    precise vec3 relative = vec3(place) * frame.units.xyz;
-    return relative;
+// Number of the population that a drop is of: their drops follow one another.
+uint population_number(uint index) {
+    uint number = 0u;
+    for (uint i = 0u; SEVERAL != 0u && i < MOST_POPULATIONS - 1u; ++i) {
+        number += index >= others[i].camera_place.w ? 1u : 0u;
+    }
+    return number;
+}
+
+// Place at tick 0.
+uvec3 start(Population p, uint index) {
+    return pcg4d(uvec4(index - p.camera_place.w, p.seed.xy, 0x7261696eu)).xyz;
+}
+
+// A drop in its box: centre relative to the camera along the world's axes, and radius.
+vec4 drop_at(Population p, uint index) {
+    ivec3 place = ivec3(start(p, index) + p.shift.xyz - p.camera_place.xyz);
+    precise vec3 relative = vec3(place) * p.units.xyz;
+    return vec4(relative, p.units.w);
 }
 
 struct Placed {

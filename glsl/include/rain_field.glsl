@@ -1,6 +1,5 @@
 // What a frame sees of real rain: `RainField`, written by src/passes/cells.rs.
-const uint CELLS_GROUP = 64; // cells that a workgroup of cells.comp looks into, as in src/rain/field.rs
-const uint MOST_CLASSES = 32, MOST_SLABS = 32768, LAW_WORDS = 128, QUANTILES = 65;
+#include "constants.glsl"
 
 struct RainClass {
     uvec4 cell_low;  // low words of the number of the camera's cell; w: of the salt
@@ -22,11 +21,15 @@ struct Slab {
 layout(std430, set = 0, binding = 2) readonly buffer RainField {
     vec4 shown;          // cut-off in pixels, radius for a unit of diameter, squared distance to the rain's end
     uvec4 groups;        // x: of cells; y: placed drops
-    vec4 band_depths[4]; // that part the drops into sixteen bands of equal number, nearest first
+    vec4 band_depths[MAX_BANDS / 4u]; // that part the drops into the bands of equal number, nearest first
     vec4 medium;         // depth from which on all rain is medium, extinction a scene unit seen level, distance of the rain's
                          // end, extinction seen from below: over 0 where there is a medium
-    vec4 depths[16];     // optical depth of the medium at 64 depths up to the first of these, equally far apart, seen level
-    vec4 from_below[16]; // the same seen from below
+    vec4 depths[MEDIUM_DEPTHS / 4u]; // optical depth of the medium at so many depths up to the first of these, equally far apart, seen level
+    vec4 from_below[MEDIUM_DEPTHS / 4u]; // the same seen from below
+    uvec4 grain_base;    // its noise (src/rain/grain.rs), of a lattice: number of the camera's cell; w: of the salt
+    vec4 grain_within;   // where in it; w: depth from which on there is a medium, 0: no noise
+    vec4 grain_scale;    // xyz: cells from the camera to where the noise is
+    vec4 grain[MEDIUM_DEPTHS / 4u]; // variance of the optical depth on the axis, by the cube root of the inverse depth
     RainClass classes[MOST_CLASSES];
     uint laws[MOST_CLASSES * LAW_WORDS]; // of each class 65 quantiles of the diameter, then its thresholds
     Slab slabs[MOST_SLABS];

@@ -3,14 +3,13 @@
 // `Given` in src/passes/shapes.rs: diameter in mm of a drop of radius 1, which is the first's x; the shapes of falling
 // drops by diameter; those of drops placed by hand.
 layout(std430, set = 0, binding = 17) readonly buffer Shapes { vec4 shapes[]; };
-const uint BY_DIAMETER = 1, DIAMETERS = 41;
-const float SMALLEST_MM = 1.0, STEP_MM = 0.125; // under the smallest they are spheres, over the largest as that
+const uint BY_DIAMETER = 1;
 
 vec4 shape_of(uint index, Drop drop) {
     if (SHAPE == SPHERES) return ROUND;
     if (is_by_hand(index)) return shapes[BY_DIAMETER + DIAMETERS + by_hand_number(index)];
 #ifdef CELLS
-    float at = (shapes[0].x * drop.radius - SMALLEST_MM) / STEP_MM;
+    float at = (shapes[0].x * drop.radius - float(SMALLEST_MM)) * float(DIAMETERS_A_MM);
     if (at < 0.0 || shapes[0].y == 0.0) return ROUND;
     uint below = min(uint(at), DIAMETERS - 2u);
     return mix(shapes[BY_DIAMETER + below], shapes[BY_DIAMETER + below + 1u], min(at - float(below), 1.0));

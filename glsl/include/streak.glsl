@@ -1,4 +1,4 @@
-// How much a small drop covers of each pixel that it passes over, at rest on the mean. See docs/method.md.
+// How much a small drop covers of each pixel that it passes over, at rest on the mean. See docs/exposure.md.
 //
 // Seen along the longer axis of its way the drop is a column that leans: across, in a row of pixels, a parabola of the
 // outline's variance and of what the row leans by; along, a box whose ends fall over a whole number of pixels. Each has

@@ -5,21 +5,19 @@
 // each word that a lane reads or writes. So the passes are many and each does one thing for every
 // lane; what few drops need has passes of its own.
 
-const uvec2 TILE = uvec2(4, 2);
+#include "constants.glsl"
+
+const uvec2 TILE = uvec2(TILE_ACROSS, TILE_DOWN);
 const uint PIXELS = TILE.x * TILE.y;
-const uint MOST_TILES = 12; // of a drop whose blocks one invocation gives out
 const uint MOST_BIG_GROUPS = 4096; // workgroups that give the others theirs, each drop after drop
-const uint CLUSTER = 16; // drops of a cluster, as in src/rain/clusters.rs
-const uint MAX_BANDS = 16; // of depth, in which clusters are taken, farthest first
-const uint MAX_REGIONS = 256; // of the image, which clusters are sorted by within their band
 const uint MAX_BINS = MAX_BANDS * MAX_REGIONS;
 const uint ROW = 32768; // workgroups of a row, where there may be more than a device takes along an axis
 
-// `constants` in src/passes/tiles.rs; a pipeline has those of light_model.glsl before.
+// A pipeline has those of light_model.glsl before.
 layout(constant_id = 8) const uint HAS_LENS = 0;     // 1: drops may be seen through a lens
 layout(constant_id = 9) const float SPLAT_PX = 1.5; // radius under which a drop is a splat
 layout(constant_id = 10) const float RAYS_PX = 12.0; // radius from which it is drawn by rays
-layout(constant_id = 11) const uint HAS_PLACED = 0;  // 1: some drops are placed by hand; CELLS: 1, drops differ
+layout(constant_id = 11) const uint HAS_PLACED = 0;  // 1: some drops are placed by hand, or drops differ
 layout(constant_id = 12) const uint SAMPLES = 1;     // rays a pixel
 layout(constant_id = 13) const uint HAS_DEPTH = 0;   // 1: what is behind hides drops that are farther (reach.glsl)
 layout(constant_id = 14) const uint MOTION = 0;      // 1: the shutter may be open for a time
@@ -29,7 +27,7 @@ const uint SPHERES = 0, STRETCHED = 1, TRACED = 2;   // of SHAPE; stretched: a s
 
 // What depends on the picture's size is no constant, so that pictures of all sizes have the same pipelines.
 #define TILE_COUNT frame.tiles.x
-#define REGION_SHIFT frame.tiles.y // a region has 32 << this by 16 << this tiles
+#define REGION_SHIFT frame.tiles.y // a region has REGION_ACROSS << this by REGION_DOWN << this tiles
 #define REGIONS_ACROSS frame.tiles.z
 #define REGIONS frame.tiles.w
 #define MAX_NODES frame.room.x     // splats, and twice the blocks
@@ -74,7 +72,7 @@ layout(std430, set = 0, binding = 3) buffer Totals {
 //      block: colours of its pixels; 12 what they cover, 16 bits each
 // A link is the number of the word that holds the next one.
 layout(std430, set = 0, binding = 4) buffer Nodes { uint nodes[]; };
-const uint NODE = 8, LINKS = 4, NEXT_OF_BLOCK = 3, COLORS = 4, COVERAGE = 12, END = 0xffffffffu;
+const uint LINKS = 4, NEXT_OF_BLOCK = 3, COLORS = 4, COVERAGE = 12;
 // For each tile the link of its list's first entry, the one that came last.
 layout(std430, set = 0, binding = 5) buffer Heads { uint heads[]; };
 
@@ -142,7 +140,7 @@ uint tile_number(uvec2 tile) {
 }
 
 uvec2 region_tiles() {
-    return uvec2(32u, 16u) << REGION_SHIFT;
+    return uvec2(REGION_ACROSS, REGION_DOWN) << REGION_SHIFT;
 }
 
 // First word of the node that holds a link.

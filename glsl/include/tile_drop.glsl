@@ -35,7 +35,8 @@ bool is_shown(uint index, Drop drop, float distance2) {
 }
 #else
 Drop random_drop(uint index) {
-    return Drop(relative_integer(index), vec3(0.0), frame.units.w);
+    vec4 at = drop_at(population_numbered(population_number(index)), index);
+    return Drop(at.xyz, vec3(0.0), at.w);
 }
 
 bool is_by_hand(uint index) {

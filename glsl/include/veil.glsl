@@ -2,15 +2,15 @@
 // that is behind one another has the colour of its pixel, and only how much passes between them all is needed: a sum
 // of optical depths, in no order. Needs tile_buffers.glsl, streak.glsl.
 //
-// They are in lists by cells of the picture larger than tiles, of six kinds: squares for slanting streaks and short
-// level ones, columns and short columns for upright ones, rows for level ones; squares of two sizes for drops out of focus. A tile reads
-// the lists of its cells.
+// They are in lists by cells of the picture larger than tiles, of six kinds: squares for slanting streaks, short level
+// ones and those that cover much; columns and short columns for upright ones, rows for level ones; squares of two sizes for
+// drops out of focus. A tile reads the lists of its cells.
 // So a streak has few entries, and each pixel meets few that pass it by.
-const uint CELL_KINDS = 6, SQUARES = 0, COLUMNS = 1, ROWS = 2, SHORT_COLUMNS = 3, DISCS = 4, WIDE_DISCS = 5;
-const uvec2 CELLS_PX[CELL_KINDS] =
-    uvec2[CELL_KINDS](uvec2(8, 8), uvec2(4, 32), uvec2(32, 4), uvec2(4, 8), uvec2(8, 8), uvec2(32, 32));
+const uint SQUARES = 0, COLUMNS = 1, ROWS = 2, SHORT_COLUMNS = 3, DISCS = 4, WIDE_DISCS = 5;
+const uint CELL_KINDS = CELLS_PX.length();
 const float SHORT_STREAK = 12.0; // pixels
 const float SLANT = 0.25;        // pixels across for one along
+const float THIN = 0.6;          // most that those in columns and rows cover of a pixel
 
 // The first link of each cell; then links: record, a word of `nodes`, and next.
 #ifndef VEIL_READ_ONLY

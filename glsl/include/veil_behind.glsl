@@ -9,14 +9,14 @@ const ivec4 MOST_DEPTH = ivec4(0x40000000);
 
 // -log(1 - x) within 1.5 % of what passes, and for x to 1: of twice the root of what passes, by a Padé approximant.
 ivec4 optical_depth(vec4 x) {
-    precise vec4 b = x / (1.0 + sqrt(1.0 - x));
-    precise vec4 depth = (12.0 * b - 6.0 * b * b) / (6.0 - 6.0 * b + b * b);
+    precise vec4 a = 1.0 + sqrt(1.0 - x);
+    precise vec4 depth = x * (12.0 * a - 6.0 * x) / (6.0 * a * (a - x) + x * x);
     return ivec4(depth * DEPTH_UNITS + 0.5);
 }
 
-// The same within 3e-4 for x under 0.35: long streaks cover no more.
+// The same within 0.2 % of x up to THIN, without a root and a division, which take half of a streak's time on CPU drivers.
 ivec4 thin_optical_depth(vec4 x) {
-    precise vec4 depth = x * (1.0 + x * (0.5 + x * (0.3333333 + 0.33 * x)));
+    precise vec4 depth = x * (1.0 + x * (0.5 + x * (0.3333333 + x * (0.25 + 0.38 * x))));
     return ivec4(depth * DEPTH_UNITS + 0.5);
 }
 
@@ -55,13 +55,10 @@ void add_cell(inout Depths depths, const uint kind, uvec2 in_pixels, vec2 corner
         Streak s = unpack_streak(first.zw, four_of_nodes(record + 4u));
         if (first.x < from || first.x >= to) s.area = 0.0;
         vec2 upper = corner + 0.5 - s.center, lower = upper + vec2(0.0, 1.0);
-        if (kind == SHORT_COLUMNS) {
-            above = optical_depth(upright_coverage(s, upper));
-            below = optical_depth(upright_coverage(s, lower));
-        } else if (kind == SQUARES) {
+        if (kind == SQUARES) {
             above = optical_depth(streak_coverage(s, upper));
             below = optical_depth(streak_coverage(s, lower));
-        } else if (kind == COLUMNS) {
+        } else if (kind == COLUMNS || kind == SHORT_COLUMNS) {
             above = thin_optical_depth(upright_coverage(s, upper));
             below = thin_optical_depth(upright_coverage(s, lower));
         } else {

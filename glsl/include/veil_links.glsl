@@ -28,7 +28,8 @@ struct VeilCells {
 
 uint kind_of_streak(Streak s) {
     bool is_short = s.full + s.ends <= SHORT_STREAK;
-    return abs(s.slope) > SLANT || is_short && !s.upright ? SQUARES
+    bool is_thin = s.area * min(0.75 * s.inverse, 1.0) <= THIN * max(s.full, s.ends);
+    return abs(s.slope) > SLANT || is_short && !(s.upright && is_thin) ? SQUARES
         : is_short ? SHORT_COLUMNS : s.upright ? COLUMNS : ROWS;
 }
 

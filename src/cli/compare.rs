@@ -7,6 +7,7 @@ use clap::Args;
 use glam::Vec3;
 use serde_json::json;
 
+use super::tell::say;
 use super::{Answer, Format, print_beside, write_json};
 use crate::picture::metrics::{Comparison, Metrics, compare};
 use crate::picture::tone_map::{Exposure, exposure_of};
@@ -14,8 +15,12 @@ use crate::picture::{Picture, srgb_byte, write_png};
 use crate::scene::model::Operator;
 use crate::scene::{Scene, ToneMap};
 
-/// Options of `raindrops compare`.
+/// Print how far a picture is from the truth; check bounds
+///
+/// Without a bound it only prints. With bounds it exits with status 1 if one is exceeded.
 #[derive(Args)]
+#[command(after_help = "Example:
+  raindrops compare truth.exr fast.exr --max-flip 0.05 --difference difference.png")]
 pub struct CompareArgs {
     /// The truth: EXR (linear radiance) or PNG (display values)
     #[arg(value_name = "TRUTH")]
@@ -33,8 +38,8 @@ pub struct CompareArgs {
     #[arg(long, value_name = "X")]
     min_psnr: Option<f64>,
     /// Exit with status 1 if a channel of a pixel errs by more than this, in linear radiance
-    #[arg(long, value_name = "X")]
-    max_error: Option<f64>,
+    #[arg(long, alias = "max-error", value_name = "X")]
+    max_channel_error: Option<f64>,
     /// Take relMSE and the largest error only over the pixels that are over 0 in this picture
     /// (`reference --coverage` writes one)
     #[arg(long, value_name = "FILE")]
@@ -48,7 +53,7 @@ pub struct CompareArgs {
     /// Fixed factor on linear radiance before the curve, instead of the exposure derived from the truth
     #[arg(long, value_name = "X", allow_negative_numbers = true, conflicts_with = "key")]
     exposure: Option<f64>,
-    /// Write the figures as JSON
+    /// Write the figures as JSON; `-` is stdout
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
     /// Write the FLIP error of each pixel as .png, false-coloured from black (none) to white (1)
@@ -126,7 +131,7 @@ fn holds(args: &CompareArgs, metrics: &Metrics) -> bool {
             let holds = if least { value >= bound } else { value <= bound };
             if !holds {
                 let side = if least { "under" } else { "over" };
-                eprintln!("raindrops: {name} is {value:.6}, {side} the bound {bound}");
+                say!("raindrops: {name} is {value:.6}, {side} the bound {bound}");
             }
             all &= holds;
         }
@@ -134,7 +139,7 @@ fn holds(args: &CompareArgs, metrics: &Metrics) -> bool {
     check("FLIP", metrics.flip, args.max_flip, false);
     check("relMSE", metrics.rel_mse, args.max_rel_mse, false);
     check("PSNR", metrics.psnr_db, args.min_psnr, true);
-    check("largest error", metrics.max_error, args.max_error, false);
+    check("largest error", metrics.max_error, args.max_channel_error, false);
     all
 }
 

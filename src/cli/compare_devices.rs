@@ -17,6 +17,7 @@ use super::options::{ModelArgs, SceneArgs, choose_device, devices, open_device};
 use super::rounds::process::{Arm, Limits};
 use super::rounds::stages::paper_stages;
 use super::rounds::{Bound, Work, take_turns};
+use super::tell::say;
 use super::verdict::gate::GateArgs;
 use super::verdict::notes;
 use super::verdict::table::{sheet, tail_lines};
@@ -37,26 +38,22 @@ use crate::renderer::Renderer;
 use crate::renderer::stages::Stages;
 use crate::scene::Scene;
 
-/// Compare the drivers of this machine on one scene: time, picture, first stage that differs
+/// Compare this machine's drivers on one scene: times, pictures
 #[derive(Args)]
 pub struct CompareDevicesArgs {
-    #[command(flatten)]
-    scene: SceneArgs,
-    #[command(flatten)]
-    model: ModelArgs,
     /// Devices, comma-separated: parts of their names or drivers, or indices in `raindrops devices`; the
-    /// first is what the others are held against. Left out: all
+    /// others are compared with the first [default: all]
     #[arg(long, value_name = "NAME|INDEX,…", value_delimiter = ',')]
     device: Vec<String>,
-    /// Compare with the truth too, of so many samples a pixel
-    #[arg(long, value_name = "N")]
-    truth: Option<u32>,
-    /// Seconds to measure in each process; longer if --frames needs it
+    /// Also compare with the truth, traced with this many samples a pixel
+    #[arg(long, alias = "truth", value_name = "N")]
+    truth_samples: Option<u32>,
+    /// Seconds to measure in each process, or longer for --min-frames
     #[arg(long, value_name = "S", default_value_t = 0.2, value_parser = super::parse_seconds)]
     seconds: f64,
-    /// Frames to measure at least, for at most ten times --seconds
-    #[arg(long, value_name = "N", default_value_t = 2)]
-    frames: usize,
+    /// Measure at least this many frames, for at most ten times --seconds
+    #[arg(long, alias = "frames", value_name = "N", default_value_t = 2)]
+    min_frames: usize,
     /// Rounds of fresh processes for each pair of devices, at most
     #[arg(long, value_name = "N", default_value_t = 40, value_parser = clap::value_parser!(u16).range(1..=1000))]
     rounds: u16,
@@ -70,6 +67,10 @@ pub struct CompareDevicesArgs {
     /// [default for the verdict: 0.01]
     #[arg(long, value_name = "X")]
     max_flip: Option<f64>,
+    #[command(flatten)]
+    scene: SceneArgs,
+    #[command(flatten)]
+    model: ModelArgs,
     #[command(flatten)]
     gate: GateArgs,
 }
@@ -100,13 +101,13 @@ pub fn run(args: &CompareDevicesArgs) -> anyhow::Result<Answer> {
     }
     let [first, ..] = portraits.as_slice() else { return Err(crate::Error::NoDevice.into()) };
     if portraits.len() < 2 {
-        eprintln!(
+        say!(
             "note: there is only one device; scripts/setup.sh --drivers fetches more, VK_DRIVER_FILES selects"
         );
     }
     let exposure = exposure_of(&scene.tone_map, &first.picture);
     let plate = Plate::of(&scene)?;
-    let truth = args.truth.map(|samples| {
+    let truth = args.truth_samples.map(|samples| {
         let truth = Truth { samples, ..Truth::default() };
         Tracer::new(&scene, &environment, truth).before(plate.clone()).picture()
     });
@@ -197,7 +198,7 @@ pub fn run(args: &CompareDevicesArgs) -> anyhow::Result<Answer> {
     let reports: Vec<&verdict::Report> = verdicts.iter().map(|verdict| &verdict.report).collect();
     let answer = args.gate.judge(&reports)?;
     if args.max_flip.is_some_and(|most| worst > most) {
-        eprintln!("raindrops: two drivers are FLIP {worst:.5} apart");
+        say!("raindrops: two drivers are FLIP {worst:.5} apart");
         return Ok(Answer::No);
     }
     Ok(answer)
@@ -218,7 +219,7 @@ fn chosen(
     let (sound, lacking): (Vec<_>, Vec<_>) =
         devices(instance)?.into_iter().partition(|report| report.missing.is_empty());
     for report in lacking {
-        eprintln!("left out: {} lacks {}", report.name, report.missing.join(", "));
+        say!("left out: {} lacks {}", report.name, report.missing.join(", "));
     }
     Ok(sound)
 }
@@ -266,7 +267,7 @@ impl Times<'_> {
             arguments: vec![
                 path.into(),
                 format!("--seconds={}", args.seconds).into(),
-                format!("--frames={}", args.frames).into(),
+                format!("--frames={}", args.min_frames).into(),
             ],
             series: Vec::new(),
             placed: scene.drops.len() as u32,

@@ -5,7 +5,7 @@ use clap_complete::Shell;
 
 use super::{Answer, print};
 
-/// Print a shell's completions
+/// Print completions for a shell
 ///
 /// bash: raindrops completions bash > ~/.local/share/bash-completion/completions/raindrops
 /// zsh:  raindrops completions zsh > DIR/_raindrops, with DIR in $fpath

@@ -15,6 +15,7 @@ use serde::Serialize;
 use super::interrupt::{Interrupted, heed_interrupts, is_interrupted};
 use super::options::{BackgroundArgs, DeviceArgs, ModelArgs, SceneArgs};
 use super::render::{motion_end, write_layers};
+use super::tell::say;
 use super::{Answer, progress, say_doubt};
 use crate::environment::Environment;
 use crate::files::write_whole;
@@ -28,33 +29,35 @@ use crate::renderer::parts::Parts;
 use crate::scene::Scene;
 use crate::{Error, Result};
 
-/// Render many views with and without rain, as layers, with a manifest: a data set
+/// Draw many views with and without rain, as a data set
+///
+/// Each view is written as layers, with and without rain, and stands in a manifest: docs/data-set.md.
 #[derive(Args)]
 pub struct DatasetArgs {
-    #[command(flatten)]
-    scene: SceneArgs,
-    #[command(flatten)]
-    model: ModelArgs,
-    #[command(flatten)]
-    background: BackgroundArgs,
-    #[command(flatten)]
-    device: DeviceArgs,
-    /// Folder to write to; views that are there already stay
+    /// Folder to write into; views that exist already stay
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
-    /// Number of views; left out: as many as the scene's film has frames, or 100
+    /// Number of views [default: the frames of the scene's film, or 100]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=9_999_999))]
     views: Option<u32>,
-    /// Turn the camera about the vertical by up to so many degrees, another angle in each view [default: 180; 0 with a
+    /// Turn the camera about the vertical, by another angle of up to this many degrees in each view [default: 180; 0 with a
     /// background or a film]
     #[arg(long, value_name = "DEGREES", value_parser = parse_turn)]
     turn: Option<f64>,
-    /// Rain rates in mm/h between which each view has one, evenly by their logarithm [default: the scene's]
+    /// Give each view a rain rate between these, in mm/h, evenly by the logarithm [default: the scene's rate]
     #[arg(long, value_name = "LOW,HIGH", value_parser = parse_rates)]
     rates: Option<[f64; 2]>,
-    /// Make every Nth view only, from the Ith on: the Ith of N machines
+    /// Make every Nth view only, starting with the Ith: for the Ith of N machines
     #[arg(long, value_name = "I/N", value_parser = parse_shard, default_value = "1/1")]
     shard: Shard,
+    #[command(flatten)]
+    scene: SceneArgs,
+    #[command(flatten)]
+    background: BackgroundArgs,
+    #[command(flatten)]
+    model: ModelArgs,
+    #[command(flatten)]
+    device: DeviceArgs,
 }
 
 /// The views of one machine.
@@ -145,7 +148,7 @@ pub fn run(args: &DatasetArgs) -> anyhow::Result<Answer> {
     }
     let missing = (0..set.views).filter(|view| !set.has(*view)).count();
     if missing > 0 {
-        eprintln!(
+        say!(
             "{} views made; {missing} of {} are other shards', the last of which to end writes the manifest",
             mine.len(),
             set.views
@@ -155,7 +158,7 @@ pub fn run(args: &DatasetArgs) -> anyhow::Result<Answer> {
     let lines = (0..set.views).map(|view| set.line(view)).collect::<Result<Vec<_>>>()?;
     let manifest = set.folder.join("manifest.jsonl");
     write_whole(&manifest, lines.concat().as_bytes())?;
-    eprintln!("{} views: {}", set.views, manifest.display());
+    say!("{} views: {}", set.views, manifest.display());
     Ok(Answer::Yes)
 }
 

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use serde_json::json;
 
-use super::options::say;
+use super::tell::line;
 use super::{Answer, print_beside, write_json};
 use crate::Error;
 use crate::gpu::disk_cache::user_folder;
@@ -13,13 +13,13 @@ use crate::gpu::probe::{Findings, Rounding};
 use crate::gpu::{Device, DeviceReport, Instance, Validation};
 use crate::measure::costs::{Ranked, ranked};
 
-/// List the Vulkan devices: driver, limits, features that are missing, what it really does
+/// List the Vulkan devices: driver, limits, missing features
 #[derive(Args)]
 pub struct DevicesArgs {
     /// Find out by drawing what each device does with points, texture levels, float16 and timestamps
     #[arg(long)]
     probe: bool,
-    /// Write what was found as JSON
+    /// Write what was found as JSON; `-` is stdout
     #[arg(long, value_name = "FILE", requires = "probe")]
     json: Option<PathBuf>,
 }
@@ -27,7 +27,7 @@ pub struct DevicesArgs {
 /// Runs the command.
 pub fn run(args: &DevicesArgs) -> anyhow::Result<Answer> {
     let instance = Instance::new(Validation::Off)?;
-    let devices = ranked(&instance, user_folder().as_deref(), say)?;
+    let devices = ranked(&instance, user_folder().as_deref(), line)?;
     if devices.is_empty() {
         return Err(Error::NoDevice.into());
     }

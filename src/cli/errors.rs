@@ -14,10 +14,10 @@ use crate::gpu::Device;
 use crate::measure::tradeoff::{by_size, candidates, glints_by_size};
 use crate::plan::contrast;
 
-/// Each model's error by a drop's radius in pixels
+/// Print each model's error by a drop's radius in pixels
 #[derive(Args)]
 pub struct ErrorsArgs {
-    /// Environment images; medians are taken over them. Left out: the bundled sky
+    /// Environment images; errors are medians over them [default: the bundled sky]
     environments: Vec<PathBuf>,
     /// Radii in pixels, comma-separated
     #[arg(long, value_name = "R,…", value_delimiter = ',',
@@ -26,10 +26,10 @@ pub struct ErrorsArgs {
     /// Views of each environment
     #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=64))]
     views: u32,
-    /// Measure instead what the glints of small bright sources, such as a bare sun, add to each error
+    /// Measure only the error that images of small bright sources, such as a bare sun, add
     #[arg(long)]
     glints: bool,
-    /// Write the rows as JSON
+    /// Write the rows as JSON; `-` is stdout
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
     #[command(flatten)]

@@ -14,7 +14,7 @@ use crate::plan::Light;
 use crate::scene::model::Optics;
 use crate::{Error, Result};
 
-/// Write the mask's levels as EXR and false-colour PNG, and print the paper's Table I
+/// Write the paper's mask, level by level, and print Table I
 #[derive(Args)]
 pub struct MaskArgs {
     /// Folder to write into; made if it is not there

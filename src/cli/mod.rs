@@ -12,6 +12,7 @@ mod devices;
 mod errors;
 mod format;
 mod interrupt;
+mod man;
 mod mask;
 mod options;
 mod plan;
@@ -22,6 +23,7 @@ mod report;
 mod rounds;
 mod sequence;
 mod sky;
+mod tell;
 mod tradeoff;
 mod verdict;
 #[cfg(feature = "view")]
@@ -33,13 +35,15 @@ use std::process::ExitCode;
 use std::sync::mpsc::RecvTimeoutError;
 use std::time::{Duration, Instant};
 
-use clap::{CommandFactory as _, Parser, Subcommand};
+use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 
 use self::interrupt::Interrupted;
+use self::tell::{TellArgs, is_quiet, is_verbose, say};
 use crate::environment::Environment;
 use crate::environment::guess::is_guessed;
 use crate::files::write_whole;
+use crate::measure::bench::thousands;
 use crate::passes::environment::lost_light;
 use crate::passes::simulate::Counts;
 use crate::plan::FramePlan;
@@ -48,8 +52,22 @@ use crate::scene::model::{Lens, Motion};
 use crate::{Error, Result};
 
 /// What the help ends with.
-const STATUS: &str = "Exit status: 0 done, 1 a check fails, 2 an error, 130 interrupted.
-To begin with: raindrops view assets/scenes/rain.toml --drops 200000";
+const STATUS: &str = "Examples:
+  raindrops view assets/scenes/rain.toml --drops 200000
+  raindrops render assets/scenes/dusk.toml -o dusk.png
+  raindrops bench --preset paper,fast --drops 125000
+
+`raindrops COMMAND --help` explains each option and its values, -h is shorter.
+Exit status: 0 done, 1 a check fails, 2 an error, 130 interrupted.";
+
+/// The commands by purpose, as the help lists them.
+const GROUPS: [(&str, &[&str]); 5] = [
+    ("Look", &["view", "render", "dataset", "sky", "mask"]),
+    ("Ask", &["plan", "rain", "devices"]),
+    ("Measure truth", &["reference", "compare", "errors"]),
+    ("Measure time", &["bench", "tradeoff", "compare-devices", "verdict", "report"]),
+    ("Shell", &["completions", "man", "help"]),
+];
 
 /// Raindrops rendered as raindrops, at real-time rates, with the error known.
 #[derive(Parser)]
@@ -57,34 +75,49 @@ To begin with: raindrops view assets/scenes/rain.toml --drops 200000";
 struct Cli {
     #[command(subcommand)]
     command: Command,
+    #[command(flatten)]
+    tell: TellArgs,
 }
 
 #[derive(Subcommand)]
 enum Command {
-    // Look.
     #[cfg(feature = "view")]
     View(view::ViewArgs),
     Render(render::RenderArgs),
     Dataset(dataset::DatasetArgs),
     Sky(sky::SkyArgs),
     Mask(mask::MaskArgs),
-    // Ask.
     Plan(plan::PlanArgs),
     Rain(rain::RainArgs),
     Devices(devices::DevicesArgs),
-    // Measure truth.
-    /// Render the reference: the scene by a float64 ray tracer on the CPU
     Reference(reference::ReferenceArgs),
-    /// Measure how far a picture is from the truth; with bounds, a check
     Compare(compare::CompareArgs),
     Errors(errors::ErrorsArgs),
-    // Measure time.
     Bench(bench::BenchArgs),
     Tradeoff(tradeoff::TradeoffArgs),
     CompareDevices(compare_devices::CompareDevicesArgs),
     Verdict(verdict::VerdictArgs),
     Report(report::ReportArgs),
     Completions(completions::CompletionsArgs),
+    Man(man::ManArgs),
+}
+
+/// The command line, its commands in groups.
+fn command_by_groups() -> clap::Command {
+    let mut command = Cli::command();
+    command.build();
+    let mut groups = String::new();
+    for (title, names) in GROUPS {
+        groups.push_str(&format!("{title}:\n"));
+        let found = names.iter().filter_map(|name| command.find_subcommand(name));
+        for found in found {
+            let about = found.get_about().map(ToString::to_string).unwrap_or_default();
+            groups.push_str(&format!("  {:<16} {about}\n", found.get_name()));
+        }
+        groups.push('\n');
+    }
+    let template = "{about}\n\n{usage-heading} {usage}\n\n".to_string() + &groups;
+    Cli::command().help_template(template + "Options:\n{options}{after-help}")
 }
 
 /// What a command answers when it did not fail.
@@ -98,10 +131,13 @@ pub enum Answer {
 
 /// Parses the command line, runs the command and turns its outcome into the exit status.
 pub fn main() -> ExitCode {
-    let cli = match Cli::try_parse() {
+    let command = command_by_groups().color(tell::color_of(std::env::args()));
+    let parsed = command.try_get_matches().and_then(|found| Cli::from_arg_matches(&found));
+    let cli = match parsed {
         Ok(cli) => cli,
         Err(error) => return refuse(&error),
     };
+    cli.tell.apply();
     let outcome: anyhow::Result<Answer> = match cli.command {
         Command::Render(args) => render::run(&args),
         Command::Dataset(args) => dataset::run(&args),
@@ -117,6 +153,7 @@ pub fn main() -> ExitCode {
         Command::Compare(args) => compare::run(&args),
         Command::CompareDevices(args) => compare_devices::run(&args),
         Command::Completions(args) => completions::run(&args, &mut Cli::command()),
+        Command::Man(args) => man::run(&args, Cli::command()),
         Command::Tradeoff(args) => tradeoff::run(&args),
         Command::Verdict(args) => verdict::run(&args),
         Command::Report(args) => report::run(&args),
@@ -128,7 +165,7 @@ pub fn main() -> ExitCode {
         Err(error) => {
             // `{:#}` puts the chain of causes on one line.
             let hint = error.downcast_ref().map_or("", hint);
-            eprintln!("raindrops: {}{hint}", format!("{error:#}").replace('\n', " "));
+            say!("raindrops: {}{hint}", format!("{error:#}").replace('\n', " "));
             ExitCode::from(if error.is::<Interrupted>() { Interrupted::STATUS } else { 2 })
         }
     }
@@ -169,7 +206,7 @@ fn refuse(error: &clap::Error) -> ExitCode {
         .filter(|line| !line.is_empty())
         .collect();
     let problem = problem.join(" ");
-    eprintln!("raindrops: {} (see --help)", problem.trim_start_matches("error: "));
+    say!("raindrops: {} (see --help)", problem.trim_start_matches("error: "));
     ExitCode::from(2)
 }
 
@@ -182,18 +219,18 @@ fn open_environment(scene: &Scene) -> Result<Environment> {
     };
     let environment = waiting(&format!("reading {}", file.display()), || Environment::of(scene))?;
     if is_guessed {
-        eprintln!(
+        say!(
             "note: no environment is given: what the drops show is guessed from {}, continued around the camera; a sun or \
              lamp that is not in it is missing (--environment gives a panorama)",
             file.display()
         );
     }
     if !environment.mended().is_nothing() {
-        eprintln!("environment {}: {}", environment.name(), environment.mended());
+        say!("environment {}: {}", environment.name(), environment.mended());
     }
     let lost = lost_light(&environment);
     if lost > 0.0 {
-        eprintln!(
+        say!(
             "warning: environment {}: texels over 10⁹ times the mean of the others are stored as that much; the sky and \
              drops drawn as points lose {:.3} % of its light",
             environment.name(),
@@ -203,22 +240,22 @@ fn open_environment(scene: &Scene) -> Result<Environment> {
     Ok(environment)
 }
 
-/// `1 drop`, `2 drops`.
+/// `1 drop`, `2,000 drops`.
 fn drops(count: u64) -> String {
-    format!("{count} drop{}", if count == 1 { "" } else { "s" })
+    format!("{} drop{}", thousands(count), if count == 1 { "" } else { "s" })
 }
 
 /// Says on stderr which drops were left out of frames, and why; and whether their lists had to be larger than usual, by
 /// a factor of `room`.
 fn say_undrawn(counts: &Counts, room: u32) {
     if room > 1 {
-        eprintln!(
+        say!(
             "note: more drops in view than was provided for: drawn again with {room} times the room"
         );
     }
     let say = |count: u64, what: &str, why: &str| {
         if count > 0 {
-            eprintln!("warning: {} {what}: {why}", drops(count));
+            say!("warning: {} {what}: {why}", drops(count));
         }
     };
     say(
@@ -256,34 +293,42 @@ fn progress(length: u64, unit: &str) -> ProgressBar {
             let _ = f.write_str(&unit);
         }
     });
+    if is_quiet() {
+        return ProgressBar::hidden();
+    }
     ProgressBar::new(length).with_style(style)
 }
 
-/// Does some work; if it takes long, says on stderr what it is, then how long it has been at it.
+/// Does some work; if it takes long, says on stderr what it is, then how long it has taken so far. With `-v` also at the
+/// end.
 fn waiting<T>(what: &str, work: impl FnOnce() -> T) -> T {
     let (done, is_done) = std::sync::mpsc::channel::<()>();
-    std::thread::scope(|scope| {
+    let since = Instant::now();
+    let outcome = std::thread::scope(|scope| {
         scope.spawn(move || {
-            let since = Instant::now();
             let mut patience = Duration::from_secs(1);
             while is_done.recv_timeout(patience) == Err(RecvTimeoutError::Timeout) {
-                eprintln!("{what}: {:.0} s", since.elapsed().as_secs_f64());
+                say!("{what}: {:.0} s", since.elapsed().as_secs_f64());
                 patience = Duration::from_secs(10);
             }
         });
         let outcome = work();
         drop(done);
         outcome
-    })
+    });
+    if is_verbose() {
+        say!("{what}: done in {:.2} s", since.elapsed().as_secs_f64());
+    }
+    outcome
 }
 
 /// Says on stderr that a plan may not keep the error that was accepted.
 fn say_doubt(plan: &FramePlan) {
     if let Some(doubt) = &plan.doubt {
-        eprintln!("warning: {doubt}");
+        say!("warning: {doubt}");
     }
     if plan.layers && (plan.motion == Motion::Streak || plan.lens == Lens::Disc) {
-        eprintln!(
+        say!(
             "warning: streaks and discs of one colour are in R, G, B and A, but not in Z, motion, count and id; these have every \
              drop with shutter = 0 and aperture = 0, or preset exact"
         );
@@ -345,7 +390,7 @@ fn write_json(path: &Path, value: &impl serde::Serialize) -> Result<()> {
 /// Prints a line for people: to stdout, or to stderr where the JSON goes to stdout.
 fn print_beside(json: Option<&PathBuf>, line: impl std::fmt::Display) -> Result<()> {
     if json.is_some_and(|path| path.as_os_str() == "-") {
-        eprintln!("{line}");
+        say!("{line}");
         return Ok(());
     }
     print(line)
@@ -357,5 +402,30 @@ fn print(line: impl std::fmt::Display) -> Result<()> {
     match writeln!(std::io::stdout(), "{line}") {
         Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
         other => other.map_err(|error| Error::write(Path::new("stdout"), error)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_command_is_in_one_group() {
+        let mut command = Cli::command();
+        command.build();
+        let mut of_groups: Vec<_> =
+            GROUPS.iter().flat_map(|(_, names)| names.iter().copied()).collect();
+        if !cfg!(feature = "view") {
+            of_groups.retain(|name| *name != "view");
+        }
+        let mut all: Vec<_> = command.get_subcommands().map(clap::Command::get_name).collect();
+        of_groups.sort_unstable();
+        all.sort_unstable();
+        assert_eq!(of_groups, all);
+    }
+
+    #[test]
+    fn the_command_line_is_sound() {
+        Cli::command().debug_assert();
     }
 }

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use clap::Args;
 use glam::DVec3;
 
+use super::tell::{line, say};
 use crate::environment::Environment;
 use crate::gpu::disk_cache::{KeptDevice, user_folder};
 use crate::gpu::{Device, DeviceReport, Instance, Validation, choose_among};
@@ -22,8 +23,9 @@ use crate::{Error, Result};
 
 /// A scene and the values that the command line sets in it.
 #[derive(Args, Clone, Debug, Default, PartialEq)]
+#[command(next_help_heading = "Scene")]
 pub struct SceneArgs {
-    /// Scene file (TOML); left out: the paper's benchmark scene
+    /// Scene file (TOML) [default: the paper's benchmark scene]
     scene: Option<PathBuf>,
     /// Number of random drops
     #[arg(long, value_name = "N")]
@@ -38,10 +40,10 @@ pub struct SceneArgs {
 #[derive(Args, Clone, Debug, Default, PartialEq)]
 #[command(next_help_heading = "Real rain")]
 pub struct RainValues {
-    /// Rain rate in mm/h, instead of a number of equal drops
+    /// Rain rate in mm/h, in place of a number of equal drops
     #[arg(long, value_name = "MM/H", allow_negative_numbers = true)]
     rate: Option<f64>,
-    /// Law of the drops' sizes
+    /// Law of the sizes of drops
     #[arg(long, value_enum, value_name = "NAME")]
     sizes: Option<Sizes>,
     /// Least and largest diameter in mm
@@ -119,6 +121,7 @@ impl RainValues {
 
 /// Values of a scene that a command line can set, the drop count apart.
 #[derive(Args, Clone, Debug, Default, PartialEq)]
+#[command(next_help_heading = "Scene")]
 pub struct SceneValues {
     /// Seed of the random drops
     #[arg(long, value_name = "N")]
@@ -135,7 +138,7 @@ pub struct SceneValues {
     /// Tone mapping operator
     #[arg(long, value_enum, value_name = "NAME")]
     tone_map: Option<Operator>,
-    /// Fixed factor on linear radiance before the curve, not stops [default: derived from each picture]
+    /// Fixed factor on linear radiance before the curve (not stops) [default: derived from each picture]
     #[arg(long, value_name = "X", allow_negative_numbers = true)]
     exposure: Option<f64>,
 }
@@ -150,10 +153,10 @@ pub struct BackgroundArgs {
     /// Depth behind the drops: channel Z of an EXR, or a 16-bit PNG with --depth-scale
     #[arg(long, value_name = "FILE")]
     depth: Option<PathBuf>,
-    /// Whether depth is along the view axis or along the ray
+    /// Whether --depth is along the view axis or along the ray
     #[arg(long, value_enum, value_name = "KIND")]
     depth_kind: Option<DepthKind>,
-    /// Scene units a stored unit of depth
+    /// Scene units for one stored unit of --depth
     #[arg(long, value_name = "S")]
     depth_scale: Option<f64>,
 }
@@ -179,7 +182,7 @@ impl BackgroundArgs {
 #[derive(Args, Clone, Copy, Debug, Default)]
 #[command(next_help_heading = "Models")]
 pub struct AxisArgs {
-    /// How the light leaving a drop is found
+    /// How the light that leaves a drop is found
     #[arg(long, value_enum, value_name = "NAME")]
     optics: Option<Optics>,
     /// What a drop is drawn as
@@ -194,37 +197,37 @@ pub struct AxisArgs {
     /// Edge of the mask's finest level in texels
     #[arg(long, value_name = "N")]
     mask_size: Option<u32>,
-    /// Places in a pixel that a drop's light is the mean of
+    /// Samples a pixel of a drop's light
     #[arg(long, value_name = "N")]
     samples: Option<u32>,
-    /// Most reflections inside a drop that are followed
+    /// Highest number of reflections inside a drop that is followed
     #[arg(long, value_name = "K")]
     internal_reflections: Option<u32>,
-    /// What becomes of the light of those that are not
+    /// What becomes of the light of internal reflections that are not followed
     #[arg(long, value_enum, value_name = "NAME")]
     weights: Option<Weights>,
     /// Reflectance of the water's surface
     #[arg(long, value_enum, value_name = "NAME")]
     fresnel: Option<Fresnel>,
-    /// The light that a drop reflects on its outside
+    /// Whether drops reflect light on their outside
     #[arg(long, value_enum, value_name = "NAME")]
     reflection: Option<Reflection>,
-    /// At which level of its prefilter the environment is read
+    /// Whether the environment is read as blurred as the pixel is wide, or always at its finest
     #[arg(long, value_enum, value_name = "NAME")]
     lookup: Option<Lookup>,
-    /// What becomes of drops of real rain under the cut-off
+    /// What becomes of drops of real rain smaller than --cutoff-px
     #[arg(long, value_enum, value_name = "NAME")]
     far_rain: Option<FarRain>,
-    /// Radius in pixels under which a drop of real rain is not drawn by itself
+    /// Radius in pixels under which drops of real rain are not drawn one by one
     #[arg(long, value_name = "PX", allow_negative_numbers = true)]
     cutoff_px: Option<f64>,
-    /// How drops are shown that move while the shutter is open
+    /// How drops are drawn that move while the shutter is open
     #[arg(long, value_enum, value_name = "NAME")]
     motion: Option<Motion>,
-    /// How drops out of focus are shown
+    /// How drops out of focus are drawn
     #[arg(long, value_enum, value_name = "NAME")]
     lens: Option<Lens>,
-    /// In what shape drops are drawn that are no spheres
+    /// How drops that are no spheres are drawn
     #[arg(long, value_enum, value_name = "NAME")]
     shape: Option<ShapeModel>,
 }
@@ -255,8 +258,9 @@ impl AxisArgs {
 
 /// `--preset` and the axes, for commands that render one variant.
 #[derive(Args, Clone, Copy, Debug, Default)]
+#[command(next_help_heading = "Models")]
 pub struct ModelArgs {
-    /// Models, all axes at once
+    /// A set of models; the options below change single ones
     #[arg(long, value_enum, value_name = "NAME")]
     preset: Option<Preset>,
     /// Largest RMS error that preset auto may make, tone mapped, over 0 to 1
@@ -335,9 +339,10 @@ fn parse_size(text: &str) -> Result<(u32, u32), String> {
 
 /// Which device, and whether validation watches it.
 #[derive(Args, Clone, Debug, Default)]
+#[command(next_help_heading = "Device")]
 pub struct DeviceArgs {
     /// Vulkan device: a part of its name or driver, or its index in `raindrops devices`
-    #[arg(long, value_name = "NAME|INDEX")]
+    #[arg(long, value_name = "NAME|INDEX", env = "RAINDROPS_DEVICE", hide_env_values = true)]
     pub device: Option<String>,
     /// Load the Khronos validation layer, with synchronization checks; any message is an error
     #[arg(long)]
@@ -358,24 +363,19 @@ impl DeviceArgs {
     }
 }
 
-/// Says a line on stderr.
-pub fn say(line: &str) {
-    eprintln!("{line}");
-}
-
 /// The devices in the order of `raindrops devices`.
 pub fn devices(instance: &Arc<Instance>) -> Result<Vec<DeviceReport>> {
-    let ranked = ranked(instance, user_folder().as_deref(), say)?;
+    let ranked = ranked(instance, user_folder().as_deref(), line)?;
     Ok(ranked.into_iter().map(|device| device.report).collect())
 }
 
 /// The device that `wanted` means; without it, and among several of the same kind, the quickest, and says so.
 pub fn choose_device(instance: &Arc<Instance>, wanted: Option<&str>) -> Result<DeviceReport> {
-    let ranked = ranked(instance, user_folder().as_deref(), say)?;
+    let ranked = ranked(instance, user_folder().as_deref(), line)?;
     let times: Vec<String> =
         ranked.iter().filter_map(|d| Some(format!("{:.0}", d.frame_ms?))).collect();
     if wanted.is_none() && times.len() > 1 {
-        eprintln!(
+        say!(
             "note: the quickest of {} devices of its kind; a frame of the paper's scene takes about {} ms",
             times.len(),
             times.join(", ")
@@ -387,8 +387,8 @@ pub fn choose_device(instance: &Arc<Instance>, wanted: Option<&str>) -> Result<D
 
 /// Opens a device, with the user's file of compiled pipelines, and says on stderr which one.
 pub fn open_device(instance: &Arc<Instance>, report: DeviceReport) -> Result<KeptDevice> {
-    eprintln!("device: {}", report.summary());
-    KeptDevice::open(instance, report, user_folder(), say)
+    say!("device: {}", report.summary());
+    KeptDevice::open(instance, report, user_folder(), line)
 }
 
 /// What preset `auto` takes for `scene` on `device`, said on stderr; `None` for another preset.
@@ -400,10 +400,10 @@ pub fn resolve(
     if scene.model.preset != Preset::Auto {
         return Ok(None);
     }
-    let costs = costs(device, user_folder().as_deref(), say)?;
+    let costs = costs(device, user_folder().as_deref(), line)?;
     let choice = measure::resolve(device, scene, environment, &costs)?;
     if let Some(choice) = &choice {
-        eprintln!("auto: {}", choice.summary());
+        say!("auto: {}", choice.summary());
     }
     Ok(choice)
 }

@@ -6,7 +6,7 @@ use super::options::{ModelArgs, SceneArgs};
 use super::{Answer, print, say_doubt};
 use crate::plan::{Output, plan};
 
-/// Say which passes and models the scene requires, and why
+/// Print which passes and models a scene needs, and why
 #[derive(Args)]
 pub struct PlanArgs {
     #[command(flatten)]

@@ -8,8 +8,10 @@ use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
 use serde::Serialize;
 
 use super::options::SceneArgs;
+use super::tell::say;
 use super::{Answer, print, write_json};
 use crate::files::write_whole;
+use crate::measure::bench::thousands;
 use crate::measure::rain_plot;
 use crate::plan::Cutoff;
 use crate::rain::visibility::Frustum;
@@ -21,23 +23,23 @@ use crate::scene::real_rain::RealRain;
 /// Drops that `--svg` counts.
 const SAMPLED: f64 = 1e6;
 
-/// What rain the scene has, and what of it is drawn: sizes, speeds, water, visibility
+/// Print what rain a scene has, and how much of it is drawn
 #[derive(Args)]
 pub struct RainArgs {
-    #[command(flatten)]
-    scene: SceneArgs,
-    /// Radius in pixels under which a drop is part of the medium
+    /// Radius in pixels under which drops are part of the medium
     #[arg(long, value_name = "PX")]
     cutoff_px: Option<f64>,
-    /// What becomes of the drops under it
+    /// What becomes of drops smaller than --cutoff-px
     #[arg(long, value_enum, value_name = "NAME")]
     far_rain: Option<FarRain>,
-    /// Write the figures as JSON; - is stdout, instead of the table
-    #[arg(long, value_name = "FILE|-")]
+    /// Write the figures as JSON; `-` is stdout, instead of the table
+    #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
-    /// Plot the law and the drops of a million
+    /// Plot the law of sizes, and the sizes of a million drops, as SVG
     #[arg(long, value_name = "FILE")]
     svg: Option<PathBuf>,
+    #[command(flatten)]
+    scene: SceneArgs,
 }
 
 /// Schema `raindrops-rain/1`.
@@ -92,7 +94,7 @@ pub fn run(args: &RainArgs) -> anyhow::Result<Answer> {
     let cutoff = Cutoff::of(&scene, &rain, &super::open_environment(&scene)?);
     let report = report(args.scene.name(), &scene, &rain, cutoff);
     for note in notes(&rain) {
-        eprintln!("note: {note}");
+        say!("note: {note}");
     }
     if let Some(path) = &args.json {
         write_json(path, &report)?;
@@ -109,8 +111,10 @@ pub fn run(args: &RainArgs) -> anyhow::Result<Answer> {
 fn report(name: String, scene: &Scene, rain: &RealRain, cutoff: Cutoff) -> Report {
     let law = rain.law();
     let frustum = Frustum::of(&scene.view(), rain.extent);
-    let far_rain = scene.model.far_rain.unwrap_or(FarRain::Medium);
-    let Cutoff { px: cutoff_px, why: cutoff_reason } = cutoff;
+    let Cutoff { px: cutoff_px, why: cutoff_reason, is_grainy, .. } = cutoff;
+    let by_need = if is_grainy { FarRain::Grain } else { FarRain::Medium };
+    let far_rain = scene.model.far_rain.unwrap_or(by_need);
+    let is_medium = [FarRain::Medium, FarRain::Grain].contains(&far_rain);
     let starts = medium::starts(&law, frustum.focal_px, cutoff_px);
     let noise = match far_rain {
         FarRain::Drops => 0.0,
@@ -131,7 +135,7 @@ fn report(name: String, scene: &Scene, rain: &RealRain, cutoff: Cutoff) -> Repor
         cutoff_px,
         cutoff_reason,
         drops_in_view: frustum.drops_above(&law, cutoff_px),
-        medium_from_m: (far_rain == FarRain::Medium && starts < rain.extent).then_some(starts),
+        medium_from_m: (is_medium && starts < rain.extent).then_some(starts),
         noise,
         classes: rain
             .classes()
@@ -178,8 +182,12 @@ fn show(report: &Report) -> anyhow::Result<()> {
     line("cut-off", report.cutoff_px, &format!("px: {}", report.cutoff_reason))?;
     line("drops in view", report.drops_in_view, "drawn one by one")?;
     match (report.far_rain, report.medium_from_m) {
-        (FarRain::Medium, Some(from)) => line("all rain is medium from", from, "m on")?,
-        (FarRain::Medium, None) => print("all rain is medium from    nowhere: it ends before")?,
+        (FarRain::Medium | FarRain::Grain, Some(from)) => {
+            line("all rain is medium from", from, "m on")?
+        }
+        (FarRain::Medium | FarRain::Grain, None) => {
+            print("all rain is medium from    nowhere: it ends before")?
+        }
         (FarRain::Drops, _) => print("every drop is drawn")?,
         (FarRain::None, _) => print("drops under the cut-off are left out")?,
     }
@@ -207,10 +215,13 @@ fn show(report: &Report) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Four significant digits.
+/// Four significant digits; from 1,000 on a whole number.
 fn significant(value: f64) -> String {
     if value != 0.0 && !(1e-3..1e7).contains(&value.abs()) {
         return format!("{value:.3e}");
+    }
+    if value >= 999.5 {
+        return thousands(value.round() as u64);
     }
     let digits = if value == 0.0 { 0 } else { (3 - value.abs().log10().floor() as i32).max(0) };
     format!("{value:.*}", digits as usize)

@@ -8,6 +8,7 @@ use glam::Vec3;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::options::{BackgroundArgs, SceneArgs};
+use super::tell::say;
 use super::{Answer, Format};
 use crate::picture::plate::Plate;
 use crate::picture::tone_map;
@@ -19,14 +20,14 @@ use crate::scene::camera::WHOLE;
 /// Steps of the progress bar.
 const STEPS: f64 = 1000.0;
 
-/// Options of `raindrops reference`.
+/// Trace the scene with a float64 ray tracer on the CPU
+///
+/// The result is what other pictures are compared with: docs/truth.md.
 #[derive(Args)]
+#[command(after_help = "Example:
+  raindrops reference assets/scenes/drop.toml --size 256x256 --samples 64 -o truth.exr")]
 pub struct ReferenceArgs {
-    #[command(flatten)]
-    scene: SceneArgs,
-    #[command(flatten)]
-    background: BackgroundArgs,
-    /// Frame of the scene's film, from 0 on; left out: the scene at its time
+    /// Frame of the scene's film, from 0 on [default: the scene at its time]
     #[arg(long, value_name = "N")]
     frame: Option<u32>,
     /// Picture to write: .exr linear radiance in float32, .png tone mapped
@@ -36,34 +37,38 @@ pub struct ReferenceArgs {
     #[arg(long, value_name = "N", default_value_t = Truth::default().samples,
           value_parser = clap::value_parser!(u32).range(1..=1 << 20))]
     samples: u32,
-    /// Most reflections inside a drop that are followed
+    /// Highest number of reflections inside a drop that is followed
     #[arg(long, value_name = "K", default_value_t = Truth::default().internal_reflections,
           value_parser = clap::value_parser!(u32).range(0..=1000))]
     internal_reflections: u32,
-    /// Physical: F and (1-F)² F^k; conserving: the last order carries the others' light; paper: F and 1-F,
-    /// without internal reflections
+    /// Weights of light after reflections. physical: F and (1-F)² F^k; conserving: the last reflection carries the rest;
+    /// paper: F and 1-F, without internal reflections
     #[arg(long, value_enum, value_name = "NAME", default_value = "physical")]
     weights: Weights,
     /// Leave out the light that drops reflect on the outside
     #[arg(long)]
     no_reflection: bool,
-    /// Let the light that leaves a drop go through this many further drops
+    /// Let light that leaves a drop pass through this many further drops
     #[arg(long, value_name = "N", default_value_t = 0,
           value_parser = clap::value_parser!(u32).range(0..=16))]
     drops_see_drops: u32,
-    /// Leave it to chance whether samples meet the sun in a drop, instead of looking for its images
+    /// Do not compute the images of small bright sources in drops: samples then meet them by chance
     #[arg(long)]
     no_glints: bool,
     /// Distance to which real rain is traced drop by drop, beyond it a medium [default: as far as the picture
     /// holds 30 million drops: 32 m of 25 mm/h at 60 degrees]
     #[arg(long, value_name = "METRES", allow_negative_numbers = true, value_parser = parse_distance)]
     rain_to: Option<f64>,
-    /// Chooses the samples' places (the drops' is --seed)
+    /// Seed of the samples' places (--seed is that of the drops)
     #[arg(long, value_name = "N", default_value_t = 0)]
     sample_seed: u64,
-    /// Also write how far drops cover each pixel, as EXR; `compare --mask` takes it
+    /// Also write which part of each pixel drops cover, as EXR, for `compare --mask`
     #[arg(long, value_name = "FILE")]
     coverage: Option<PathBuf>,
+    #[command(flatten)]
+    scene: SceneArgs,
+    #[command(flatten)]
+    background: BackgroundArgs,
 }
 
 /// Traces the scene and writes the picture.
@@ -145,7 +150,7 @@ fn say_rain(scene: &Scene, args: &ReferenceArgs) -> anyhow::Result<()> {
         bail!("--rain-to inf: this rain has no end; give metres, or --extent");
     }
     if bound < rain.extent {
-        eprintln!(
+        say!(
             "note: rain is traced drop by drop to {bound:.1} m, beyond it as a medium (--rain-to)"
         );
     }

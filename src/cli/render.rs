@@ -9,7 +9,9 @@ use super::interrupt::{Interrupted, heed_interrupts, is_interrupted};
 use super::options::{BackgroundArgs, DeviceArgs, ModelArgs, SceneArgs, resolve};
 use super::rounds::stages::{self, paper_stages};
 use super::sequence::Sequence;
+use super::tell::{is_verbose, say};
 use super::{Answer, Format, drops, progress, say_doubt, waiting};
+use crate::measure::bench::thousands;
 use crate::passes::simulate::Counts;
 use crate::picture::layers::Layers;
 use crate::picture::sidecar::Sidecar;
@@ -20,40 +22,43 @@ use crate::renderer::{FrameReport, Renderer};
 use crate::scene::Scene;
 use crate::scene::model::Simulation;
 
-/// Render one frame, or a numbered sequence
+/// Draw one frame, or a numbered sequence
 #[derive(Args)]
+#[command(after_help = "Examples:
+  raindrops render assets/scenes/dusk.toml -o dusk.png
+  raindrops render --drops 200000 --preset exact --size 640x360 -o rain.exr
+  raindrops render assets/scenes/film.toml -o film/rain.png --resume")]
 pub struct RenderArgs {
-    #[command(flatten)]
-    scene: SceneArgs,
-    #[command(flatten)]
-    model: ModelArgs,
-    #[command(flatten)]
-    background: BackgroundArgs,
-    #[command(flatten)]
-    device: DeviceArgs,
     /// Picture to write: .exr (linear radiance, float32) or .png (tone mapped, sRGB, 8 bit)
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
-    /// Number of frames; left out: as many as the scene's film has. Over 1, files are numbered:
-    /// rain.png becomes rain-0000.png …
+    /// Number of frames [default: the film's]. Over 1, files are numbered: rain.png becomes rain-0000.png …
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     frames: Option<u32>,
     /// Frames a second; negative runs backwards, from the last key if there are any [default: the film's, or 30]
     #[arg(long, value_name = "F", allow_negative_numbers = true)]
     fps: Option<f64>,
-    /// Draw the picture in so many parts, equal to the whole: for pictures larger than the device's images
+    /// Draw the picture in this many parts, with the same result: for pictures larger than the device's images
     #[arg(long, value_name = "CxR", value_parser = parse_grid)]
     tiles: Option<Grid>,
-    /// Write the rain as layers for a compositor: premultiplied rain over nothing, with depth, motion, number and count of
-    /// drops at each pixel; beside it a .json with camera and drops
+    /// Write the rain without background, for a compositor: premultiplied, with depth, motion, number and count of
+    /// drops at each pixel, and a .json file with camera and drops
     #[arg(long)]
     layers: bool,
     /// Write the stages of the paper's frame of it, for another process of this program
     #[arg(long, value_name = "FILE", hide = true)]
     stages: Option<PathBuf>,
-    /// Keep the frames of this scene that are there, and render the others
+    /// Keep the frames of this scene that exist, and draw the others
     #[arg(long)]
     resume: bool,
+    #[command(flatten)]
+    scene: SceneArgs,
+    #[command(flatten)]
+    background: BackgroundArgs,
+    #[command(flatten)]
+    model: ModelArgs,
+    #[command(flatten)]
+    device: DeviceArgs,
 }
 
 /// Runs the command.
@@ -84,7 +89,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<Answer> {
     let is_there = |number: u32| sequence.as_ref().is_some_and(|all| all.has(number));
     let missing: Vec<u32> = (0..frames).filter(|number| !is_there(*number)).collect();
     if missing.is_empty() {
-        eprintln!("all {frames} frames are there");
+        say!("all {frames} frames are there");
         return Ok(Answer::Yes);
     }
     let device = args.device.open()?;
@@ -99,6 +104,9 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<Answer> {
     };
     let plan = plan_by(&scene, &environment, choice.as_ref(), output)?;
     say_doubt(&plan);
+    if is_verbose() {
+        plan.passes.iter().for_each(|(name, reason)| say!("pass {name}: {reason}"));
+    }
     if args.resume && plan.simulation == Simulation::Stored {
         anyhow::bail!(
             "--resume: stored positions come from the frame before; render from the beginning, or \
@@ -142,7 +150,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<Answer> {
         undrawn.add(&report.counts);
         room = room.max(report.room);
         if let (0, Some(most)) = (done, parts.clips_background()) {
-            eprintln!(
+            say!(
                 "warning: the background is brighter than {most}, which is clipped: it is stored as the environment is"
             );
         }
@@ -153,11 +161,14 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<Answer> {
         Some(rain) => format!("rain of {} mm/h", rain.rate),
         None => drops(scene.drop_count().into()),
     };
-    eprintln!("{all}, {} in view", report.counts.visible);
+    say!("{all}, {} in view", thousands(report.counts.visible));
+    if is_verbose() {
+        report.passes_ms.iter().for_each(|(name, ms)| say!("pass {name}: {ms:.2} ms"));
+    }
     super::say_undrawn(&undrawn, room);
     let planned = plan.cutoff.as_ref().map_or(0.0, |cutoff| cutoff.px as f32);
     if largest_cutoff > planned {
-        eprintln!(
+        say!(
             "note: drops under {largest_cutoff} px of radius are part of the medium, not only those under {planned} px: \
              more cells of the rain than can be numbered"
         );

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
+use super::tell::say;
 use crate::environment::Environment;
 use crate::files::write_whole;
 use crate::picture::Picture;
@@ -141,7 +142,7 @@ impl Sequence {
         let path = self.path(number);
         let is_whole = self.resume && Picture::is_whole(&path);
         if self.resume && !is_whole && path.exists() {
-            eprintln!("{} is cut off or broken, and is drawn again", path.display());
+            say!("{} is cut off or broken, and is drawn again", path.display());
         }
         is_whole
     }

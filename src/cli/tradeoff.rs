@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::options::{DeviceArgs, SceneArgs};
+use super::tell::say;
 use super::{Answer, parse_seconds, print_beside, progress, write_json};
 use crate::files::write_whole;
 use crate::measure::Host;
@@ -14,38 +15,39 @@ use crate::measure::tradeoff::{
     plot, standard_set, study, table, weather,
 };
 
-/// Time every model and measure its error against the truth
+/// Measure every model's time and error
 #[derive(Args)]
 #[command(
-    mut_arg("scene", |arg| arg.help("Scene file (TOML); left out, and without values of a scene: seven scenes, see below")),
-    after_help = "The seven scenes: close-up (one drop), near (hundreds), far (a million), sun, low range, pan (flicker), weather (real rain).\n\
+    mut_arg("scene", |arg| arg.help("Scene file (TOML) [default: eight scenes, see below]")),
+    after_help = "The eight scenes: close-up (one drop), near (hundreds), far (a million), sun, low range, pan (flicker), weather (real rain),\n\
+                  lens (the same, out of focus).\n\
                   They take ten minutes or more on two CPU cores; --models and --drops 20000 --size 256x256 take less."
 )]
 pub struct TradeoffArgs {
-    #[command(flatten)]
-    scene: SceneArgs,
     /// Samples a pixel of the truth
     #[arg(long, value_name = "N", default_value_t = 128,
           value_parser = clap::value_parser!(u32).range(1..=1 << 20))]
     truth_samples: u32,
-    /// Only models whose name contains one of these, and the two that the others are compared with; comma-separated
+    /// Only models whose names contain one of these, comma-separated, and the two with which all are compared
     #[arg(long, value_name = "TEXT,…", value_delimiter = ',')]
     models: Vec<String>,
-    /// Seconds to time a model; longer if --frames needs it
+    /// Seconds to time a model, or longer for --min-frames
     #[arg(long, value_name = "S", default_value_t = 0.3, value_parser = parse_seconds)]
     seconds: f64,
-    /// Frames of a model to time at least, for at most ten times --seconds
-    #[arg(long, value_name = "N", default_value_t = 5)]
-    frames: usize,
-    /// Write the rows as JSON
+    /// Time at least this many frames of a model, for at most ten times --seconds
+    #[arg(long, alias = "frames", value_name = "N", default_value_t = 5)]
+    min_frames: usize,
+    /// Write the rows as JSON; `-` is stdout
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
     /// Write the rows as comma-separated values
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
-    /// Plot error over time, with the Pareto front
+    /// Plot error over time as SVG, with the Pareto front
     #[arg(long, value_name = "FILE")]
     svg: Option<PathBuf>,
+    #[command(flatten)]
+    scene: SceneArgs,
     #[command(flatten)]
     device: DeviceArgs,
 }
@@ -57,7 +59,7 @@ pub fn run(args: &TradeoffArgs) -> anyhow::Result<Answer> {
     }
     let scenes = if args.scene.is_default() {
         let mut set = standard_set()?;
-        set.push(weather()?);
+        set.extend(weather()?);
         set
     } else {
         let scene = args.scene.load()?;
@@ -81,9 +83,16 @@ pub fn run(args: &TradeoffArgs) -> anyhow::Result<Answer> {
     let device = args.device.open()?;
     let host = Host::now();
     let effort = Effort {
-        time: bench::Effort { seconds: args.seconds, frames: args.frames },
+        time: bench::Effort { seconds: args.seconds, frames: args.min_frames },
         truth_samples: args.truth_samples,
     };
+    let timed: usize = scenes.iter().map(|scene| of_scene(scene).len() * scene.frames.len()).sum();
+    say!(
+        "note: {timed} times of {} s or more each, and the truth of {} scenes: {} s or more in all",
+        args.seconds,
+        scenes.len(),
+        (timed as f64 * args.seconds).ceil()
+    );
     let bar = progress(100 * scenes.len() as u64, "%");
     let mut rows = Vec::new();
     for (number, scene) in scenes.iter().enumerate() {

@@ -6,11 +6,12 @@ use clap::Args;
 
 use super::Answer;
 use super::options::{DeviceArgs, ModelArgs, SceneArgs};
+use super::tell::say;
 use crate::gpu::Validation;
 use crate::scene::camera::WHOLE;
 use crate::view::{Options, run as open_window};
 
-/// Open a window onto the rain: fly, stop time, change models and see what each costs
+/// Open a window: fly, stop time, change models, see their times
 ///
 /// Keys: W A S D Q E fly, arrows or dragging look around, Space stops time, comma and full stop
 /// step, [ and ] slow down and speed up, R runs backwards, F flies up to a drop, 1 2 3 4 choose the
@@ -18,24 +19,24 @@ use crate::view::{Options, run as open_window};
 /// panel, which lists them all, Esc closes. Drop an environment image or a scene file on it.
 #[derive(Args)]
 pub struct ViewArgs {
+    /// Begin with time stopped
+    #[arg(long)]
+    paused: bool,
+    /// Begin without the panel
+    #[arg(long)]
+    no_panel: bool,
+    /// Do not wait for the screen: draw as many frames as the device can
+    #[arg(long)]
+    no_vsync: bool,
+    /// Folder for screenshots and scene files
+    #[arg(short, long, value_name = "DIR", default_value = ".")]
+    output: PathBuf,
     #[command(flatten)]
     scene: SceneArgs,
     #[command(flatten)]
     model: ModelArgs,
     #[command(flatten)]
     device: DeviceArgs,
-    /// Begin with time standing still
-    #[arg(long)]
-    paused: bool,
-    /// Begin without the panel
-    #[arg(long)]
-    no_panel: bool,
-    /// Do not wait for the screen: as many frames as the device can draw
-    #[arg(long)]
-    no_vsync: bool,
-    /// Folder of screenshots and scene files
-    #[arg(short, long, value_name = "DIR", default_value = ".")]
-    output: PathBuf,
 }
 
 /// Runs the command.
@@ -43,7 +44,7 @@ pub fn run(args: &ViewArgs) -> anyhow::Result<Answer> {
     let mut scene = args.scene.load()?;
     args.model.apply(&mut scene)?;
     if scene.camera.window != WHOLE {
-        eprintln!("note: the window shows the whole picture, not the scene's camera.window");
+        say!("note: the window shows the whole picture, not the scene's camera.window");
         scene = scene.whole();
     }
     if !args.output.is_dir() {
@@ -58,6 +59,7 @@ pub fn run(args: &ViewArgs) -> anyhow::Result<Answer> {
         panel: !args.no_panel,
         vsync: !args.no_vsync,
         keep_in: args.output.clone(),
+        say: super::tell::line,
     })?;
     Ok(Answer::Yes)
 }

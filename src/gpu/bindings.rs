@@ -13,8 +13,22 @@ use super::retired::Object;
 use super::{Buffer, Device, Image, Named, Recorder, Sampler, Texels};
 use crate::{Error, Result};
 
-/// One slot of a set: the binding number is its index in the list.
+/// What kind of resource fills a slot.
 pub type Binding = vk::DescriptorType;
+
+/// One slot of a set. Those of our shaders are in [`super::sets`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Slot {
+    number: u32,
+    kind: Binding,
+}
+
+impl Slot {
+    /// Binding `number`.
+    pub const fn new(number: u32, kind: Binding) -> Self {
+        Self { number, kind }
+    }
+}
 
 /// What fills a slot.
 pub enum Resource<'a> {
@@ -57,7 +71,7 @@ pub struct Bindings {
     pub(super) layout: vk::DescriptorSetLayout,
     pool: vk::DescriptorPool,
     sets: Vec<vk::DescriptorSet>,
-    pub(super) kinds: Vec<Binding>,
+    pub(super) slots: Vec<Slot>,
     /// What each slot of each set holds.
     held: Mutex<Vec<[Option<Held>; 2]>>,
     device: Arc<Device>,
@@ -68,21 +82,21 @@ impl Bindings {
     ///
     /// # Errors
     /// [`Error::Vulkan`] if the driver refuses.
-    pub fn new(device: &Arc<Device>, name: &str, slots: &[Binding], count: u32) -> Result<Self> {
+    pub fn new(device: &Arc<Device>, name: &str, slots: &[Slot], count: u32) -> Result<Self> {
         let mut bindings = Self {
             layout: vk::DescriptorSetLayout::null(),
             pool: vk::DescriptorPool::null(),
             sets: Vec::new(),
-            kinds: slots.to_vec(),
+            slots: slots.to_vec(),
             held: Mutex::new(vec![[None, None]; slots.len() * count as usize]),
             device: device.clone(),
         };
-        let layout_bindings: Vec<_> = (0u32..)
-            .zip(slots)
-            .map(|(number, kind)| {
+        let layout_bindings: Vec<_> = slots
+            .iter()
+            .map(|slot| {
                 vk::DescriptorSetLayoutBinding::default()
-                    .binding(number)
-                    .descriptor_type(*kind)
+                    .binding(slot.number)
+                    .descriptor_type(slot.kind)
                     .descriptor_count(1)
                     .stage_flags(
                         vk::ShaderStageFlags::COMPUTE
@@ -91,7 +105,7 @@ impl Bindings {
                     )
             })
             .collect();
-        let storage = slots.iter().filter(|kind| **kind == Binding::STORAGE_BUFFER).count();
+        let storage = slots.iter().filter(|slot| slot.kind == Binding::STORAGE_BUFFER).count();
         debug_assert!(storage <= STORAGE_BUFFERS as usize, "{name}: {storage} storage buffers");
         let info = vk::DescriptorSetLayoutCreateInfo::default().bindings(&layout_bindings);
         // SAFETY: `info` outlives the call; `bindings` owns the handle.
@@ -99,7 +113,7 @@ impl Bindings {
             .named("vkCreateDescriptorSetLayout", name)?;
         let sizes: Vec<_> = slots
             .iter()
-            .map(|kind| vk::DescriptorPoolSize { ty: *kind, descriptor_count: count })
+            .map(|slot| vk::DescriptorPoolSize { ty: slot.kind, descriptor_count: count })
             .collect();
         let info = vk::DescriptorPoolCreateInfo::default().pool_sizes(&sizes).max_sets(count);
         // SAFETY: `info` outlives the call; `bindings` owns the handle.
@@ -118,11 +132,11 @@ impl Bindings {
         Ok(bindings)
     }
 
-    /// One set, filled with `resources` in the order of its slots.
+    /// One set, filled with a resource for each slot.
     ///
     /// # Errors
     /// [`Error::Vulkan`] if the driver refuses; those of [`Bindings::write`].
-    pub fn of(device: &Arc<Device>, name: &str, slots: &[(Binding, Resource<'_>)]) -> Result<Self> {
+    pub fn of(device: &Arc<Device>, name: &str, slots: &[(Slot, Resource<'_>)]) -> Result<Self> {
         Self::all(device, name, slots, 1)
     }
 
@@ -133,29 +147,29 @@ impl Bindings {
     pub fn all(
         device: &Arc<Device>,
         name: &str,
-        slots: &[(Binding, Resource<'_>)],
+        slots: &[(Slot, Resource<'_>)],
         count: u32,
     ) -> Result<Self> {
-        let kinds: Vec<_> = slots.iter().map(|(kind, _)| *kind).collect();
-        let bindings = Self::new(device, name, &kinds, count)?;
+        let each: Vec<_> = slots.iter().map(|(slot, _)| *slot).collect();
+        let bindings = Self::new(device, name, &each, count)?;
         for index in 0..count as usize {
-            for (number, (_, resource)) in (0..).zip(slots) {
+            for (slot, resource) in slots {
                 // SAFETY: no commands have it yet.
-                unsafe { bindings.write(index, number, resource)? };
+                unsafe { bindings.write(index, *slot, resource)? };
             }
         }
         Ok(bindings)
     }
 
-    /// Fills slot `number` of set `index`.
+    /// Fills `slot`, which it was made with, of set `index`.
     ///
     /// # Errors
     /// [`Error::Limit`] if a storage buffer is bound whole that is longer than a binding may be.
     ///
     /// # Safety
     /// The set must not be in use: neither by the device, nor by commands that are yet to be submitted.
-    pub unsafe fn write(&self, index: usize, number: u32, resource: &Resource<'_>) -> Result<()> {
-        let kind = self.kinds[number as usize];
+    pub unsafe fn write(&self, index: usize, slot: Slot, resource: &Resource<'_>) -> Result<()> {
+        let Slot { number, kind } = slot;
         let write = vk::WriteDescriptorSet::default()
             .dst_set(self.sets[index])
             .dst_binding(number)
@@ -212,7 +226,9 @@ impl Bindings {
         };
         // SAFETY: the resources are alive, and by contract the set is not in use.
         unsafe { self.device.raw.update_descriptor_sets(&[write], &[]) };
-        let slot = index * self.kinds.len() + number as usize;
+        let place = self.slots.iter().position(|one| *one == slot);
+        let place = place.unwrap_or_else(|| panic!("a set without binding {number}"));
+        let slot = index * self.slots.len() + place;
         self.held.lock().unwrap_or_else(PoisonError::into_inner)[slot] = resource.held();
         Ok(())
     }

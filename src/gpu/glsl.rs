@@ -6,6 +6,11 @@ use std::path::{Path, PathBuf};
 
 use shaderc::{CompileOptions, Compiler, EnvVersion, OptimizationLevel, ShaderKind, TargetEnv};
 
+// Compiled with this file wherever that is: in the library, in `build.rs` and in tests.
+#[allow(dead_code, reason = "what is needed of it here is its text")]
+#[path = "../abi/constants.rs"]
+mod constants;
+
 /// Compiles the shaders of a folder, which may include what is in its `include/`.
 pub struct Glsl {
     compiler: Compiler,
@@ -28,6 +33,24 @@ impl Glsl {
     /// If `name` is no shader by its extension, or cannot be read; else what the compiler says,
     /// to which warnings are errors.
     pub fn compile(&self, name: &str, define: Option<&str>) -> Result<Vec<u32>, String> {
+        self.compile_at(OptimizationLevel::Performance, name, define)
+    }
+
+    /// The same, not optimised: with the names of what it declares.
+    ///
+    /// # Errors
+    /// Those of [`Glsl::compile`].
+    #[allow(dead_code, reason = "for `build.rs` and `tests/abi.rs`")]
+    pub fn compile_with_names(&self, name: &str, define: Option<&str>) -> Result<Vec<u32>, String> {
+        self.compile_at(OptimizationLevel::Zero, name, define)
+    }
+
+    fn compile_at(
+        &self,
+        level: OptimizationLevel,
+        name: &str,
+        define: Option<&str>,
+    ) -> Result<Vec<u32>, String> {
         let path = self.folder.join(name);
         let kind = kind(&path).ok_or_else(|| format!("{name} is no .comp, .vert or .frag"))?;
         let read = |path: &Path| {
@@ -35,11 +58,14 @@ impl Glsl {
         };
         let mut options = CompileOptions::new().map_err(|error| error.to_string())?;
         options.set_target_env(TargetEnv::Vulkan, EnvVersion::Vulkan1_3 as u32);
-        options.set_optimization_level(OptimizationLevel::Performance);
+        options.set_optimization_level(level);
         options.set_warnings_as_errors();
         options.set_include_callback(|name, _, _, _| {
             let path = self.folder.join("include").join(name);
-            let content = read(&path)?;
+            let content = match name {
+                "constants.glsl" => constants::glsl(),
+                _ => read(&path)?,
+            };
             let resolved_name = path.to_string_lossy().into_owned();
             Ok(shaderc::ResolvedInclude { resolved_name, content })
         });

@@ -31,7 +31,7 @@ mod texels;
 mod timestamps;
 
 pub use barrier::{Use, image_barrier, image_discard, memory_barrier};
-pub use bindings::{Binding, Bindings, Resource};
+pub use bindings::{Binding, Bindings, Resource, Slot};
 pub use buffer::{Buffer, Memory};
 pub use commands::{Commands, Recorder};
 pub use copies::{copy_rows, copy_to_buffer, copy_to_image};
@@ -55,6 +55,12 @@ pub use surface::Surface;
 pub use swapchain::{Acquired, Swapchain};
 pub use texels::{Texel, Texels};
 pub use timestamps::Timestamps;
+
+/// Bindings and specialization constants of the shaders, set by set, and sizes of their workgroups, as the shaders declare them.
+#[allow(missing_docs, reason = "the shaders say what they are")]
+pub mod sets {
+    include!(concat!(env!("OUT_DIR"), "/sets.rs"));
+}
 
 /// The compiled shaders, one constant a file in `glsl/`.
 pub mod shaders {

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::{Binding, Bindings, Buffer, Device, Named, Recorder, Samples};
+use super::{Bindings, Buffer, Device, Named, Recorder, Samples, Slot};
 use crate::Result;
 
 const MAIN: &CStr = c"main";
@@ -15,9 +15,9 @@ const MAIN: &CStr = c"main";
 #[derive(PartialEq, Eq, Hash)]
 pub(super) struct PipelineOf {
     shaders: Vec<Code>,
-    slots: Vec<Binding>,
+    slots: Vec<Slot>,
     push_bytes: u32,
-    constants: Vec<u32>,
+    constants: Vec<[u32; 2]>,
     state: Option<GraphicsState>,
 }
 
@@ -140,8 +140,8 @@ impl Shader {
     }
 }
 
-/// Values of the specialization constants 0, 1, 2 …, 32 bits each.
-pub type Specialization<'a> = &'a [u32];
+/// Specialization constants: number, as [`super::sets`] has it, and value, 32 bits each.
+pub type Specialization<'a> = &'a [[u32; 2]];
 
 /// A module that lives as long as the pipeline is made.
 struct Module<'a> {
@@ -166,9 +166,15 @@ impl Drop for Module<'_> {
     }
 }
 
-fn specialization_entries(count: usize) -> Vec<vk::SpecializationMapEntry> {
-    (0..count as u32)
-        .map(|id| vk::SpecializationMapEntry { constant_id: id, offset: 4 * id, size: 4 })
+/// Each value follows its number.
+fn specialization_entries(constants: Specialization<'_>) -> Vec<vk::SpecializationMapEntry> {
+    (0..)
+        .zip(constants)
+        .map(|(place, [number, _])| vk::SpecializationMapEntry {
+            constant_id: *number,
+            offset: 8 * place + 4,
+            size: 4,
+        })
         .collect()
 }
 
@@ -212,14 +218,14 @@ impl ComputePipeline {
     ) -> Result<Self> {
         let of = PipelineOf {
             shaders: vec![Code::of(device, shader)],
-            slots: bindings.kinds.clone(),
+            slots: bindings.slots.clone(),
             push_bytes,
             constants: specialization.to_vec(),
             state: None,
         };
         let make = |code: &[Code], layout| {
             let module = Module::new(device, &code[0])?;
-            let entries = specialization_entries(specialization.len());
+            let entries = specialization_entries(specialization);
             let constants = vk::SpecializationInfo::default()
                 .map_entries(&entries)
                 .data(bytemuck::cast_slice(specialization));
@@ -348,7 +354,7 @@ impl GraphicsPipeline {
     ) -> Result<Self> {
         let of = PipelineOf {
             shaders: [vertex, fragment].map(|shader| Code::of(device, shader)).into(),
-            slots: bindings.kinds.clone(),
+            slots: bindings.slots.clone(),
             push_bytes,
             constants: specialization.to_vec(),
             state: Some(*state),
@@ -366,7 +372,7 @@ impl GraphicsPipeline {
         state: &GraphicsState,
     ) -> Result<vk::Pipeline> {
         let modules = [Module::new(device, &code[0])?, Module::new(device, &code[1])?];
-        let entries = specialization_entries(specialization.len());
+        let entries = specialization_entries(specialization);
         let constants = vk::SpecializationInfo::default()
             .map_entries(&entries)
             .data(bytemuck::cast_slice(specialization));

@@ -22,18 +22,17 @@ use super::frame::{Frame, FrameBuffer};
 use super::glints::Glints;
 use super::light_constants;
 use crate::Result;
+use crate::gpu::sets::{appearance as slot, group};
 use crate::gpu::{
-    Binding, Bindings, Buffer, Commands, ComputePipeline, Device, Memory, Recorder, Resource, Use,
+    Bindings, Buffer, Commands, ComputePipeline, Device, Memory, Recorder, Resource, Use,
     memory_barrier, shaders,
 };
 use crate::plan::Light;
 
-/// Directions, as in `glsl/include/octahedron.glsl`.
-pub(super) const DIRECTIONS: u32 = 64 * 64;
-/// Words of all pictures of a direction, 1 + 4 + 16 + 64 + 256 texels, as `glsl/include/appearance.glsl` places them.
-const PYRAMID: u32 = 341;
-/// Invocations a workgroup.
-const GROUP: u32 = 8;
+/// Directions of the octahedral map.
+pub(super) const DIRECTIONS: u32 = crate::abi::DIRECTIONS * crate::abi::DIRECTIONS;
+/// Words of all pictures of a direction, that of one texel included.
+const PICTURES: u32 = 1 + crate::abi::PYRAMID;
 
 /// The table and the pass that makes it.
 pub struct Appearance {
@@ -68,7 +67,7 @@ impl Appearance {
         environment: &EnvironmentMap,
         light: &Light,
     ) -> Result<Self> {
-        let bytes = 4 * u64::from(DIRECTIONS * PYRAMID);
+        let bytes = 4 * u64::from(DIRECTIONS * PICTURES);
         let usage =
             vk::BufferUsageFlags::STORAGE_BUFFER | vk::BufferUsageFlags::UNIFORM_TEXEL_BUFFER;
         let table = Buffer::new(device, "appearance", bytes, usage, Memory::Device)?;
@@ -77,9 +76,9 @@ impl Appearance {
             device,
             "appearance",
             &[
-                (Binding::UNIFORM_BUFFER, Resource::Buffer(&frame.buffer)),
-                (Binding::COMBINED_IMAGE_SAMPLER, map),
-                (Binding::STORAGE_BUFFER, Resource::Buffer(&table)),
+                (slot::CONSTANTS, Resource::Buffer(&frame.buffer)),
+                (slot::ENVIRONMENT_MAP, map),
+                (slot::PICTURES, Resource::Buffer(&table)),
             ],
         )?;
         let constants = light_constants(light);
@@ -104,7 +103,7 @@ impl Appearance {
 
     /// Records the whole table, from constants that [`Appearance::fill`] has left.
     pub fn record(&self, commands: Recorder<'_>) {
-        let groups = [DIRECTIONS.div_ceil(GROUP), 1, 1];
+        let groups = [DIRECTIONS.div_ceil(group::APPEARANCE_COMP[0]), 1, 1];
         self.pipeline.dispatch(commands, &self.bindings, 0, &[], groups);
     }
 }

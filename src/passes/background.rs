@@ -16,7 +16,7 @@
 use std::sync::Arc;
 
 use ash::vk;
-use bytemuck::{Pod, Zeroable};
+use bytemuck::Pod;
 use glam::Vec3;
 
 use super::appearance::Appearance;
@@ -25,10 +25,11 @@ use super::frame::FrameBuffer;
 use super::glints::Glints;
 use super::tiles::Tiles;
 use crate::Result;
+use crate::abi::BackgroundPush;
+use crate::gpu::sets::background as slot;
 use crate::gpu::{
-    Binding, Bindings, Buffer, Commands, ComputePipeline, Device, HostImage, Image, ImageInfo,
-    Memory, Recorder, Resource, Sampler, Samples, Use, copy_rows, copy_to_image, image_barrier,
-    shaders,
+    Bindings, Buffer, Commands, ComputePipeline, Device, HostImage, Image, ImageInfo, Memory,
+    Recorder, Resource, Sampler, Samples, Use, copy_rows, copy_to_image, image_barrier, shaders,
 };
 use crate::picture::plate::Plate;
 use crate::scene::background::DepthKind;
@@ -36,9 +37,6 @@ use crate::scene::matrices::ProjectedDepth;
 
 /// Largest value of a half, which is what stored light is clipped to.
 const MOST_STORED: f32 = 65_504.0;
-/// Where the shader has the two images.
-const COLOR_BINDING: u32 = 1;
-const DEPTH_BINDING: u32 = 3;
 /// Bytes that are copied at once, so that the upload's memory does not grow with the picture.
 const STRIP_BYTES: usize = 32 << 20;
 
@@ -236,22 +234,10 @@ pub fn most_stored(radiance_scale: f32) -> f32 {
     MOST_STORED * radiance_scale
 }
 
-/// The shader's push constants.
-#[repr(C)]
-#[derive(Clone, Copy, Pod, Zeroable)]
-struct Push {
-    depth: [f32; 4],
-    color_scale: f32,
-    depth_kind: u32,
-    layers: u32,
-}
-
 /// The pass.
 pub struct Background {
     /// Kept for the descriptor set.
     _images: Option<Arc<BackgroundImages>>,
-    /// Whether a host names the images with each frame.
-    is_hosts: bool,
     /// What the frame's images hold, and which descriptor set has them.
     convention: Convention,
     set: usize,
@@ -281,7 +267,6 @@ impl Background {
         layers: bool,
     ) -> Result<Self> {
         let nearest = Sampler::nearest(device, "background")?;
-        let sampled = |image| (Binding::COMBINED_IMAGE_SAMPLER, image);
         let (images, sets) = match behind {
             Behind::Plate(images) => (Some(images.clone()), 1),
             Behind::Host { frames, .. } => (None, *frames),
@@ -297,29 +282,27 @@ impl Background {
             None => Resource::Sampled(&environment.image, &environment.sampler),
         });
         let around = Resource::Sampled(&environment.image, &environment.sampler);
-        let buffer = |buffer| (Binding::STORAGE_BUFFER, Resource::Buffer(buffer));
         let slots = [
-            (Binding::UNIFORM_BUFFER, Resource::Buffer(&frame.buffer)),
-            sampled(color),
-            buffer(tiles.field_or(sky)),
-            sampled(depth),
-            buffer(tiles.reach.as_ref().unwrap_or(sky)),
-            buffer(sky),
-            sampled(around),
-            buffer(&glints.sources),
-            buffer(&glints.bow),
-            buffer(&appearance.table),
+            (slot::CONSTANTS, Resource::Buffer(&frame.buffer)),
+            (slot::COLOR_IMAGE, color),
+            (slot::RAIN_FIELD, Resource::Buffer(tiles.field_or(sky))),
+            (slot::DEPTH_IMAGE, depth),
+            (slot::REACH, Resource::Buffer(tiles.reach.as_ref().unwrap_or(sky))),
+            (slot::SKY, Resource::Buffer(sky)),
+            (slot::WHOLE_MAP, around),
+            (slot::SOURCES, Resource::Buffer(&glints.sources)),
+            (slot::BOW, Resource::Buffer(&glints.bow)),
+            (slot::PICTURES, Resource::Buffer(&appearance.table)),
         ];
         let bindings = Bindings::all(device, "background", &slots, sets)?;
         let by_cells = tiles.has_cells();
         let shader =
             if by_cells { shaders::SKY_COMP_CELLS_BEFORE } else { shaders::SKY_COMP_BEFORE };
-        let push = size_of::<Push>() as u32;
+        let push = size_of::<BackgroundPush>() as u32;
         let pass = ComputePipeline::new(device, shader, &bindings, push, &tiles.constants)?;
         let radiance_scale = environment.radiance_scale;
         Ok(Self {
             _images: images,
-            is_hosts: matches!(behind, Behind::Host { .. }),
             convention,
             set: 0,
             nearest,
@@ -328,11 +311,6 @@ impl Background {
             bindings,
             pass,
         })
-    }
-
-    /// Whether other images may be behind with every frame.
-    pub(super) fn is_hosts(&self) -> bool {
-        self.is_hosts
     }
 
     /// Takes a host's images for the frame that is to be recorded, in a descriptor set of its own.
@@ -345,7 +323,7 @@ impl Background {
     pub(super) unsafe fn set_images(&mut self, set: usize, images: &HostBackground) -> Result<()> {
         let views =
             [images.color.map(|(image, _)| image.view), images.depth.map(|(image, _)| image.view)];
-        for (view, number) in views.into_iter().zip([COLOR_BINDING, DEPTH_BINDING]) {
+        for (view, number) in views.into_iter().zip([slot::COLOR_IMAGE, slot::DEPTH_IMAGE]) {
             let Some(view) = view else { continue };
             let resource = Resource::SampledView(view, &self.nearest);
             // SAFETY: by contract.
@@ -362,7 +340,7 @@ impl Background {
     /// Records it for so many workgroups, when the frame's constants are ready.
     pub(super) fn record(&self, commands: Recorder<'_>, groups: [u32; 3]) {
         let Convention { color, depth } = self.convention;
-        let push = Push {
+        let push = BackgroundPush {
             depth: depth.map_or([0.0; 4], |depth| depth.map),
             color_scale: color.map_or(0.0, |unit| unit / self.radiance_scale),
             depth_kind: match depth.map(|depth| depth.kind) {

@@ -4,24 +4,21 @@
 //! bins, in clusters of sixteen. From there on a drop is found by its number (`glsl/include/cells.glsl`), as drops in
 //! a box are by theirs. No drop is stored but for one frame, and nothing is made that grows with the rain.
 
+use std::mem::offset_of;
 use std::sync::Arc;
 
 use ash::vk;
 use bytemuck::{Pod, Zeroable};
 
 use crate::Result;
+use crate::abi::{self, CLUSTER, RainField};
 use crate::gpu::{Buffer, Device, Recorder};
 use crate::rain::cells::Lattice;
-use crate::rain::clusters::CLUSTER;
-use crate::rain::field::{
-    ClassRecord, Field, GROUP, MOST_BANDS, MOST_GROUPS, MOST_SLABS, Seen, Slab,
-};
+use crate::rain::field::{ClassRecord, Field, GROUP, MOST_BANDS, MOST_GROUPS, Seen};
+use crate::rain::grain::GrainRecord;
 use crate::rain::medium::MediumRecord;
 use crate::scene::Scene;
 
-/// Most classes, and words of each one's law, as in `glsl/include/cells.glsl`.
-const MOST_CLASSES: usize = 32;
-const LAW_WORDS: usize = 128;
 /// Room for more drops than the first frame's cells hold: the next frames' hold others.
 const SPARE: f64 = 1.5;
 const LEAST_ROOM: u32 = 1 << 16;
@@ -36,12 +33,28 @@ struct Head {
     groups: [u32; 4],
     band_depths: [f32; MOST_BANDS],
     medium: MediumRecord,
-    classes: [ClassRecord; MOST_CLASSES],
+    grain: GrainRecord,
+    classes: [ClassRecord; abi::MOST_CLASSES as usize],
 }
 
-const LAWS: usize = size_of::<Head>();
-const SLABS: usize = LAWS + 4 * MOST_CLASSES * LAW_WORDS;
-const GROUP_SLABS: usize = SLABS + MOST_SLABS * size_of::<Slab>();
+const _: () = {
+    assert!(offset_of!(Head, band_depths) == offset_of!(RainField, band_depths));
+    assert!(offset_of!(Head, medium) == offset_of!(RainField, medium));
+    assert!(
+        offset_of!(MediumRecord, optical_depths)
+            == offset_of!(RainField, depths) - offset_of!(RainField, medium)
+    );
+    assert!(
+        offset_of!(MediumRecord, from_below)
+            == offset_of!(RainField, from_below) - offset_of!(RainField, medium)
+    );
+    assert!(offset_of!(Head, grain) == offset_of!(RainField, grain_base));
+    assert!(offset_of!(Head, classes) == offset_of!(RainField, classes));
+    assert!(size_of::<Head>() == offset_of!(RainField, laws));
+};
+const LAWS: usize = offset_of!(RainField, laws);
+const SLABS: usize = offset_of!(RainField, slabs);
+const GROUP_SLABS: usize = size_of::<RainField>();
 
 /// The cells of a scene's rain.
 pub struct Cells {
@@ -56,7 +69,8 @@ pub struct Cells {
 
 impl Cells {
     /// The cells of the real rain of `scene`, whose drops over a cut-off in pixels are drawn one by one, and its
-    /// `RainField`; none if it has none. `factor`: on the room for drops. `is_flattened`: they are drawn so.
+    /// `RainField`; none if it has none. `factor`: on the room for drops. Whether they are drawn flattened, and the others with
+    /// the noise of single drops.
     ///
     /// # Errors
     /// Those of [`Buffer::new`].
@@ -65,11 +79,11 @@ impl Cells {
         scene: &Scene,
         cutoff_px: f64,
         factor: u32,
-        is_flattened: bool,
+        [is_flattened, is_grainy]: [bool; 2],
     ) -> Result<Option<(Self, Buffer)>> {
         use vk::BufferUsageFlags as Usage;
         let Some(rain) = Field::of(scene) else { return Ok(None) };
-        let rain = rain.flattened(is_flattened);
+        let rain = rain.flattened(is_flattened).grainy(is_grainy);
         let seen = rain.seen(scene, cutoff_px);
         let placed = scene.drops.len() as u32;
         let room_for = |expected: f64| {
@@ -79,7 +93,7 @@ impl Cells {
         let clusters = room_for(seen.drops_in_cells).div_ceil(CLUSTER);
         let mut bytes = vec![0u8; GROUP_SLABS + 4 * MOST_GROUPS];
         for (class, lattice) in rain.lattices().iter().enumerate() {
-            let at = LAWS + 4 * LAW_WORDS * class;
+            let at = LAWS + 4 * abi::LAW_WORDS as usize * class;
             let words = law_words(lattice);
             bytes[at..at + 4 * words.len()].copy_from_slice(bytemuck::cast_slice(&words));
         }
@@ -107,6 +121,7 @@ impl Cells {
             groups: [seen.groups(), self.placed, 0, 0],
             band_depths: seen.band_depths,
             medium: seen.medium.unwrap_or_else(MediumRecord::zeroed),
+            grain: seen.grain,
             ..Head::zeroed()
         };
         head.classes[..seen.classes.len()].copy_from_slice(&seen.classes);
@@ -129,6 +144,6 @@ impl Cells {
 /// A class's law: quantiles, then thresholds.
 fn law_words(lattice: &Lattice) -> Vec<u32> {
     let words: Vec<u32> = lattice.quantiles.iter().chain(&lattice.thresholds).copied().collect();
-    assert!(words.len() <= LAW_WORDS, "a cell of {} drops on average", lattice.mean);
+    assert!(words.len() <= abi::LAW_WORDS as usize, "a cell of {} drops on average", lattice.mean);
     words
 }

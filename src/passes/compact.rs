@@ -13,15 +13,14 @@ use ash::vk;
 
 use super::simulate::{RECORD, Simulate};
 use crate::Result;
+use crate::abi::BLOCKS;
+use crate::gpu::sets::{compact as slot, constant};
 use crate::gpu::{
-    Binding, Bindings, Buffer, ComputePipeline, Device, Memory, Recorder, Resource, Use,
-    memory_barrier, shaders,
+    Bindings, Buffer, ComputePipeline, Device, Memory, Recorder, Resource, Use, memory_barrier,
+    shaders,
 };
 use crate::scene::model::Primitive;
 
-/// Blocks of a chunk, as in `glsl/include/compact.glsl`: each is one subgroup's work, and each sums up the counts of
-/// all before it.
-const BLOCKS: u32 = 1024;
 /// Words of an indirect draw's arguments.
 const ARGUMENTS: u64 = 4;
 
@@ -57,8 +56,8 @@ impl Compact {
         let counts = make("counts in view", 4 * chunks * u64::from(BLOCKS), Usage::empty())?;
         let arguments = make("draws in view", 4 * ARGUMENTS * chunks, Usage::INDIRECT_BUFFER)?;
         let chunk = simulate.chunk();
-        let bindings =
-            Bindings::new(device, "compact", &[Binding::STORAGE_BUFFER; 4], chunks as u32)?;
+        let slots = [slot::DROPS, slot::COUNTS, slot::COMPACTED, slot::ARGUMENTS];
+        let bindings = Bindings::new(device, "compact", &slots, chunks as u32)?;
         for (index, length) in lengths.iter().enumerate() {
             let offset = index as u64 * u64::from(chunk) * RECORD;
             let bytes = u64::from(*length) * RECORD;
@@ -68,14 +67,15 @@ impl Compact {
                 Resource::Range(&drops, offset, bytes),
                 Resource::Buffer(&arguments),
             ];
-            for (number, resource) in (0..).zip(&resources) {
+            for (slot, resource) in slots.into_iter().zip(&resources) {
                 // SAFETY: no commands have it yet.
-                unsafe { bindings.write(index, number, resource)? };
+                unsafe { bindings.write(index, slot, resource)? };
             }
         }
         let is_quad = u32::from(primitive == Primitive::Quad);
         let count = ComputePipeline::new(device, shaders::COMPACT_COUNTS_COMP, &bindings, 12, &[])?;
-        let write = ComputePipeline::new(device, shaders::COMPACT_COMP, &bindings, 12, &[is_quad])?;
+        let constants = [[constant::QUADS, is_quad]];
+        let write = ComputePipeline::new(device, shaders::COMPACT_COMP, &bindings, 12, &constants)?;
         Ok(Self { drops, arguments, lengths, chunk, bindings, count, write, _counts: counts })
     }
 

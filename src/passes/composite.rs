@@ -31,9 +31,10 @@ use super::tiles::Tiles;
 use super::tone_map::{FINAL_SUMS, Source};
 use super::totals::{DISORDERED_GROUPS, LARGE_GROUPS, RAY_GROUPS};
 use crate::Result;
+use crate::gpu::sets::{composite as slot, constant, group};
 use crate::gpu::{
-    Binding, Bindings, Buffer, ComputePipeline, Device, Memory, Recorder, Resource, Texel, Texels,
-    Use, memory_barrier, shaders,
+    Bindings, Buffer, ComputePipeline, Device, Memory, Recorder, Resource, Texel, Texels, Use,
+    memory_barrier, shaders,
 };
 use crate::plan::FramePlan;
 
@@ -42,7 +43,7 @@ const PIXEL_BYTES: u64 = 8;
 /// Workgroups of a dispatch along an axis, on any device.
 const MOST_GROUPS: u32 = 65_535;
 /// Pixels of a workgroup of the sky's pass: whole tiles.
-const SKY_GROUP: (u32, u32) = (16, 4);
+const SKY_GROUP: [u32; 3] = group::SKY_COMP;
 
 /// The passes.
 pub struct Composite {
@@ -58,6 +59,8 @@ pub struct Composite {
     sky_of: Option<View>,
     sky_since: u32,
     sky_is_there: bool,
+    /// Whether what is behind the drops is another with every frame.
+    changes: bool,
     bindings: Bindings,
     sky_pass: SkyPass,
     /// What streaks of one colour show; none where there are none.
@@ -141,35 +144,58 @@ impl Composite {
             }
             _ => None,
         };
-        let views =
-            texels.iter().flat_map(|(of_tiles, [sky, splats])| [&of_tiles.nodes, sky, splats]);
-
-        let buffer = |buffer| (Binding::STORAGE_BUFFER, Resource::Buffer(buffer));
-        let [seen, sky_map] = [seen_by_drops, environment].map(|map| {
-            (Binding::COMBINED_IMAGE_SAMPLER, Resource::Sampled(&map.image, &map.sampler))
+        let views = texels.iter().flat_map(|(of_tiles, [sky, splats])| {
+            [
+                (slot::NODE_TEXELS, &of_tiles.nodes),
+                (slot::SKY_TEXELS, sky),
+                (slot::SPLAT_TEXELS, splats),
+            ]
         });
-        let slots: Vec<_> =
-            std::iter::once((Binding::UNIFORM_BUFFER, Resource::Buffer(&frame.buffer)))
-                .chain(tiles.shared().chain([&appearance.table]).map(buffer))
-                .chain([seen])
-                .chain([&radiance, &sky, &log_sums, &disordered, &tiles.counters].map(buffer))
-                .chain([splats, &*glints.sources].map(buffer))
-                .chain([sky_map])
-                .chain([buffer(&glints.bow)])
-                // Without a depth no shader reads it.
-                .chain([buffer(tiles.reach.as_ref().unwrap_or(&sky))])
-                .chain([veil, &veil_light, moves, shapes].map(buffer))
-                .chain(views.map(|view| (Binding::UNIFORM_TEXEL_BUFFER, Resource::Texels(view))))
-                .collect();
+        let maps = [(slot::ENVIRONMENT_MAP, seen_by_drops), (slot::WHOLE_MAP, environment)];
+        let lists = &tiles.lists;
+        let buffers = [
+            (slot::CONSTANTS, &frame.buffer),
+            (slot::RAIN_FIELD, tiles.field_or(&sky)),
+            (slot::TOTALS, &lists.totals),
+            (slot::NODES, &lists.nodes),
+            (slot::HEADS, &lists.heads),
+            (slot::LARGES, &lists.larges),
+            (slot::BLOCKS, &lists.blocks),
+            (slot::PICTURES, &appearance.table),
+            (slot::RADIANCE, &radiance),
+            (slot::SKY, &sky),
+            (slot::LOG_SUMS, &log_sums),
+            (slot::DISORDERED, &disordered),
+            (slot::COUNTERS, &tiles.counters),
+            (slot::SPLAT_TABLE, splats),
+            (slot::SOURCES, &glints.sources),
+            (slot::BOW, &glints.bow),
+            // Without a depth no shader reads it.
+            (slot::REACH, tiles.reach.as_ref().unwrap_or(&sky)),
+            (slot::VEIL, veil),
+            (slot::VEIL_LIGHT, &veil_light),
+            (slot::MOVES, moves),
+            (slot::LARGE_SHAPES, shapes),
+        ];
+        let slots: Vec<_> = buffers
+            .map(|(slot, buffer)| (slot, Resource::Buffer(buffer)))
+            .into_iter()
+            .chain(maps.map(|(slot, map)| (slot, Resource::Sampled(&map.image, &map.sampler))))
+            .chain(views.map(|(slot, view)| (slot, Resource::Texels(view))))
+            .collect();
         let bindings = Bindings::of(device, "composite", &slots)?;
         // All tiles of whole regions, in as many rows as a device with the least of limits needs.
         let groups = tiles.in_regions.div_ceil(64);
         let rows = groups.div_ceil(MOST_GROUPS);
         let groups = [groups.div_ceil(rows), rows, 1];
-        let constants = tiles.constants.iter().copied();
-        let constants: Vec<u32> = constants
-            .chain([plan.log_average, tiles.touch, glints.count > 0, plan.layers].map(u32::from))
-            .collect();
+        let own = [
+            (constant::LOG_SUMS, plan.log_average),
+            (constant::TOUCH, tiles.touch),
+            (constant::GLINTS, glints.count > 0),
+            (constant::LAYERS, plan.layers),
+        ];
+        let own = own.map(|(number, is)| [number, is.into()]);
+        let constants: Vec<_> = tiles.constants.iter().copied().chain(own).collect();
         let pipeline = |shader| ComputePipeline::new(device, shader, &bindings, 0, &constants);
         let sky_pass = match behind {
             None => {
@@ -199,6 +225,7 @@ impl Composite {
             sky_of: None,
             sky_since: 0,
             sky_is_there: false,
+            changes: plan.is_grainy() || matches!(behind, Some(Behind::Host { .. })),
             sky_pass,
             veil_light: tiles.has_veil().then(|| pipeline(shaders::VEIL_LIGHT_COMP)).transpose()?,
             rays: pipeline(shaders::RAYS_COMP)?,
@@ -223,8 +250,7 @@ impl Composite {
             self.sky_of = Some(view_of(frame));
             (self.sky_since, self.sky_is_there) = (recording, false);
         }
-        // A host draws another picture with every frame.
-        !self.sky_is_there || matches!(&self.sky_pass, SkyPass::Background(pass) if pass.is_hosts())
+        !self.sky_is_there || self.changes
     }
 
     /// Takes a host's images for the frame that is to be recorded.
@@ -252,7 +278,7 @@ impl Composite {
     /// Records the sky, when the frame's constants are ready.
     pub fn record_sky(&self, commands: Recorder<'_>) {
         let (across, down) = self.in_tiles;
-        let groups = [across.div_ceil(SKY_GROUP.0), down.div_ceil(SKY_GROUP.1), 1];
+        let groups = [across.div_ceil(SKY_GROUP[0]), down.div_ceil(SKY_GROUP[1]), 1];
         match &self.sky_pass {
             SkyPass::Environment(pass) => pass.dispatch(commands, &self.bindings, 0, &[], groups),
             SkyPass::Background(pass) => pass.record(commands, groups),

@@ -30,9 +30,10 @@ use super::simulate::Simulate;
 use super::{light_constants, rendering};
 use crate::Result;
 use crate::gpu::probe::point_rules;
+use crate::gpu::sets::{constant, drops as slot};
 use crate::gpu::{
-    Alpha, Binding, Bindings, Device, GraphicsPipeline, GraphicsState, Image, Recorder, Resource,
-    Samples, Shader, shaders,
+    Alpha, Bindings, Device, GraphicsPipeline, GraphicsState, Image, Recorder, Resource, Samples,
+    Shader, Slot, shaders,
 };
 use crate::plan::FramePlan;
 use crate::scene::model::{Optics, Primitive};
@@ -62,6 +63,9 @@ pub(crate) enum Table {
     None,
 }
 
+/// A fragment shader, what is bound for it, and its own specialization constant.
+type Reader<'a> = (&'static Shader, Option<(Slot, Resource<'a>)>, Option<[u32; 2]>);
+
 impl Table {
     /// The mask, or the table over the impact parameter, whichever the plan's optics read.
     pub fn new(device: &Arc<Device>, plan: &FramePlan) -> Result<Self> {
@@ -85,21 +89,24 @@ impl Table {
     }
 
     /// The fragment shader that reads it, what is bound for it, and its own constant.
-    fn reader(&self, optics: Optics) -> (&'static Shader, Option<(Binding, Resource<'_>)>, u32) {
-        let buffer = |buffer| Some((Binding::STORAGE_BUFFER, Resource::Buffer(buffer)));
+    fn reader(&self, optics: Optics) -> Reader<'_> {
         match self {
             Self::Mask(mask, _) => {
                 let image = Resource::Sampled(&mask.image, &mask.sampler);
-                (shaders::DROPS_FRAG, Some((Binding::COMBINED_IMAGE_SAMPLER, image)), 0)
+                (shaders::DROPS_FRAG, Some((slot::MASK, image)), None)
             }
-            Self::Radial(radial, _) => {
-                (shaders::DROPS_FRAG_RADIAL, buffer(&radial.table), INTERVALS)
-            }
+            Self::Radial(radial, _) => (
+                shaders::DROPS_FRAG_RADIAL,
+                Some((slot::TABLE, Resource::Buffer(&radial.table))),
+                Some([constant::INTERVALS, INTERVALS]),
+            ),
             Self::Pictures(pictures) => {
                 let finest = if optics == Optics::Far { 0 } else { Appearance::FINEST };
-                (shaders::DROPS_FRAG_PICTURE, buffer(&pictures.appearance.table), finest)
+                let table = Resource::Buffer(&pictures.appearance.table);
+                let source = Some((slot::PICTURES, table));
+                (shaders::DROPS_FRAG_PICTURE, source, Some([constant::FINEST, finest]))
             }
-            Self::None => (shaders::DROPS_FRAG_CLOSED_FORM, None, 0),
+            Self::None => (shaders::DROPS_FRAG_CLOSED_FORM, None, None),
         }
     }
 }
@@ -154,18 +161,18 @@ impl Drops {
         let (fragment, source, own_constant) = table.reader(plan.optics);
         let fragment = if target.stage.is_some() { shaders::DROPS_FRAG_STAGE } else { fragment };
         let map = Resource::Sampled(&environment.image, &environment.sampler);
-        let slots: Vec<_> = [
-            (Binding::UNIFORM_BUFFER, Resource::Buffer(&frame.buffer)),
-            (Binding::COMBINED_IMAGE_SAMPLER, map),
-        ]
-        .into_iter()
-        .chain(source)
-        .collect();
+        let slots: Vec<_> =
+            [(slot::CONSTANTS, Resource::Buffer(&frame.buffer)), (slot::ENVIRONMENT_MAP, map)]
+                .into_iter()
+                .chain(source)
+                .collect();
         let bindings = Bindings::of(device, "drops", &slots)?;
         let pipeline = |vertex, topology, rate, is_point: u32| {
             let mut specialization = light_constants(&plan.light).to_vec();
-            specialization.extend([is_point, plan.samples, own_constant]);
-            specialization.extend(target.stage);
+            specialization
+                .extend([[constant::IS_POINT, is_point], [constant::SAMPLES, plan.samples]]);
+            specialization.extend(own_constant);
+            specialization.extend(target.stage.map(|stage| [constant::SHOWN, stage]));
             GraphicsPipeline::new(
                 device,
                 [vertex, fragment],

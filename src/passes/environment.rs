@@ -25,8 +25,8 @@ use crate::gpu::{
     copy_to_image, image_barrier,
 };
 
-/// Largest radiance that is stored: half of float16's largest, so that sums of a few fit.
-const MAX_STORED: f32 = 32_768.0;
+/// Largest radiance that is stored.
+const MAX_STORED: f32 = crate::abi::MAX_STORED as f32;
 
 /// Bytes that are converted and copied at once, so that the upload's memory does not grow with the image.
 const STRIP_BYTES: usize = 32 << 20;

@@ -2,51 +2,20 @@
 //!
 //! Written into the command buffer by an update, so that frames in flight need no copies of it.
 
+use std::mem::offset_of;
 use std::sync::Arc;
 
 use ash::vk;
-use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, DVec3, Vec3};
 
 use crate::Result;
+pub use crate::abi::Frame;
+use crate::abi::{Constants, MOST_POPULATIONS, Population};
 use crate::gpu::{Buffer, Device, Memory, Recorder};
 use crate::rain::cull::Sight;
-use crate::rain::{Tick, tick_of_seconds};
+use crate::rain::{Rain, Tick, tick_of_seconds};
 use crate::scene::Scene;
 use crate::scene::projection::View;
-
-/// `Frame`, member for member; see the comments there.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-#[allow(missing_docs, reason = "documented where the shaders read them")]
-pub struct Frame {
-    pub right: [f32; 4],
-    pub up: [f32; 4],
-    pub back: [f32; 4],
-    pub units: [f32; 4],
-    pub camera_place: [u32; 4],
-    pub shift: [u32; 4],
-    pub seed: [u32; 4],
-    pub motion: [f32; 4],
-    pub camera_high: [f32; 4],
-    pub camera_low: [f32; 4],
-    pub extent: [f32; 4],
-    pub image: [f32; 4],
-    pub window: [u32; 4],
-    pub principal: [f32; 4],
-    pub frustum_x: [f32; 4],
-    pub frustum_y: [f32; 4],
-    pub environment: [f32; 4],
-    pub tone: [f32; 4],
-    pub tiles: [u32; 4],
-    pub room: [u32; 4],
-    pub clusters: [u32; 4],
-    pub moved: [f32; 4],
-    pub veil: [u32; 4],
-    pub lens: [f32; 4],
-}
-
-const _: () = assert!(size_of::<Frame>() == 24 * 16);
 
 /// What the device and the environment add to a scene.
 #[derive(Clone, Copy, Debug)]
@@ -70,13 +39,12 @@ impl Frame {
         let view = scene.view();
         let sight = Sight::of(scene);
         let with = |v: Vec3, w: f32| [v.x, v.y, v.z, w];
-        let with_int = |v: [u32; 3], w: u32| [v[0], v[1], v[2], w];
-        let tick = tick_of_seconds(scene.drawn_time());
+        let tick = drawn_tick(scene);
         let exposed = scene.drawn_exposure();
-        let least_radius = scene
-            .rain
+        let populations = scene.populations();
+        let least_radius = populations
+            .iter()
             .map(|rain| rain.radius)
-            .into_iter()
             .chain(scene.drops.iter().map(|drop| drop.radius))
             .fold(f64::INFINITY, f64::min);
         let mut frame = Self {
@@ -109,20 +77,45 @@ impl Frame {
             lens: lens(&sight, view.focal_px),
             ..Self::default()
         };
-        if let Some(rain) = scene.rain() {
-            frame.units = with(rain.units(), rain.radius as f32);
-            frame.camera_place = with_int(rain.camera_place(scene.camera.position), rain.count);
-            frame.shift = with_int(rain.shift(tick), scene.drop_count());
-            frame.extent = with(rain.half_extent.as_vec3(), least_radius as f32);
+        if let Some(rain) = populations.first() {
+            let first = population_of(rain, scene, scene.random_count());
+            let Population {
+                units, camera_place, shift: [x, y, z, _], moved: [a, b, c, _], ..
+            } = first;
+            (frame.units, frame.camera_place) = (units, camera_place);
+            frame.shift = [x, y, z, scene.drop_count()];
+            frame.moved = [a, b, c, exposed as f32];
+            frame.seed[..2].copy_from_slice(&first.seed[..2]);
+            let extent =
+                populations.iter().fold(DVec3::ZERO, |most, rain| most.max(rain.half_extent));
+            frame.extent = with(extent.as_vec3(), least_radius as f32);
             let seconds =
                 last_tick.map_or(0.0, |last| (tick - last) as f64 / crate::rain::TICKS_PER_SECOND);
             // A jump is a long step; whole boxes of it are taken out here, in float64.
             let boxes = rain.velocity * seconds / (2.0 * rain.half_extent);
             let step: DVec3 = (boxes - boxes.round()) * 2.0 * rain.half_extent;
             frame.motion = with(step.as_vec3(), 0.0);
-            frame.moved = with((rain.velocity * exposed).as_vec3(), exposed as f32);
         }
         frame
+    }
+}
+
+/// The time of the drops' places.
+fn drawn_tick(scene: &Scene) -> Tick {
+    tick_of_seconds(scene.drawn_time())
+}
+
+/// What the shaders know of a population of random drops. `number`: of its first drop; of the first population, of all.
+fn population_of(rain: &Rain, scene: &Scene, number: u32) -> Population {
+    let with = |[x, y, z]: [u32; 3], w: u32| [x, y, z, w];
+    let [x, y, z] = rain.units().to_array();
+    let moved = (rain.velocity * scene.drawn_exposure()).as_vec3();
+    Population {
+        units: [x, y, z, rain.radius as f32],
+        camera_place: with(rain.camera_place(scene.camera.position), number),
+        shift: with(rain.shift(drawn_tick(scene)), 0),
+        seed: [rain.seed as u32, (rain.seed >> 32) as u32, 0, 0],
+        moved: moved.extend(0.0).to_array(),
     }
 }
 
@@ -168,8 +161,30 @@ impl FrameBuffer {
         let usage = vk::BufferUsageFlags::UNIFORM_BUFFER
             | vk::BufferUsageFlags::TRANSFER_DST
             | vk::BufferUsageFlags::TRANSFER_SRC;
-        let size = size_of::<Frame>() as u64;
+        let size = size_of::<Constants>() as u64;
         Ok(Self { buffer: Buffer::new(device, "frame", size, usage, Memory::Device)? })
+    }
+
+    /// Records the populations of a scene after the first, where there are such, beside [`FrameBuffer::record`].
+    pub fn record_others(&self, device: &Device, commands: Recorder<'_>, scene: &Scene) {
+        let populations = scene.populations();
+        let Some((first, others)) =
+            populations.split_first().filter(|(_, others)| !others.is_empty())
+        else {
+            return;
+        };
+        // No drop has an index so high.
+        let nobody = Population { camera_place: [u32::MAX; 4], ..Population::default() };
+        let mut records = [nobody; MOST_POPULATIONS as usize - 1];
+        let mut index = first.count;
+        for (record, rain) in records.iter_mut().zip(others) {
+            *record = population_of(rain, scene, index);
+            index += rain.count;
+        }
+        let (raw, at) = (self.buffer.raw(), offset_of!(Constants, others) as u64);
+        let bytes = bytemuck::bytes_of(&records);
+        // SAFETY: the command buffer is recorded outside of rendering; the data is copied now.
+        unsafe { device.raw().cmd_update_buffer(commands.raw(), raw, at, bytes) };
     }
 
     /// Records the update.

@@ -26,23 +26,23 @@
 use std::sync::Arc;
 
 use ash::vk;
-use bytemuck::{Pod, Zeroable};
 
 use super::appearance::{Appearance, DIRECTIONS};
 use super::frame::FrameBuffer;
 use super::light_constants;
 use crate::Result;
+use crate::abi::{BOW_ANGLES, FarGlints, Source};
 use crate::environment::Environment;
 use crate::environment::bright::{Bright, split_off};
+use crate::gpu::sets::{glints as slot, group, splat_table as of_splats};
 use crate::gpu::{
-    Binding, Bindings, Buffer, Commands, ComputePipeline, Device, Memory, Recorder, Resource, Use,
+    Bindings, Buffer, Commands, ComputePipeline, Device, Memory, Recorder, Resource, Use,
     memory_barrier, shaders,
 };
 use crate::plan::Light;
 
-/// Most sources; each costs every large drop a microsecond on one CPU core. Further ones stay in the environment that
-/// drops see: they are filtered as all of it is.
-pub const MOST_SOURCES: usize = 4;
+/// Most sources.
+pub const MOST_SOURCES: usize = crate::abi::MOST_SOURCES as usize;
 
 /// Largest angular radius of a source, in radians (2°). Of larger ones the shape is seen in large drops, and they are
 /// wide enough for the environment's levels.
@@ -51,16 +51,9 @@ const LARGEST_SOURCE: f64 = 0.035;
 /// Indices for which the shader knows which ways have images. Other drops show sources as all of the environment.
 const INDICES: std::ops::RangeInclusive<f64> = 1.325..=1.345;
 
-/// Bytes a direction of what `far_glints` finds, and of the splats' table.
-const FAR_GLINTS_BYTES: u64 = 64;
+/// Bytes a direction of the splats' table, and an angle of the table of bows.
 const SPLAT_BYTES: u64 = 32;
-/// Invocations a workgroup.
-const FAR_GROUP: u32 = 8;
-const TABLE_GROUP: u32 = 64;
-/// Angles of the table of bows, as in `glsl/include/bow.glsl`, bytes of each, and invocations a workgroup.
-const BOW_ANGLES: u32 = 2048;
 const BOW_BYTES: u64 = 16;
-const BOW_GROUP: u32 = 64;
 
 /// The environment without its bright sources, where it has any that drops on tiles show apart.
 pub fn bright_parts(environment: &Environment) -> Option<Bright> {
@@ -72,19 +65,11 @@ pub fn shows_apart(light: &Light) -> bool {
     light.indices.iter().all(|index| INDICES.contains(index))
 }
 
-/// `Source` of `glsl/include/glints.glsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-struct SourceRecord {
-    toward: [f32; 4],
-    light: [f32; 4],
-}
-
 /// The sources, and their images in far drops.
 pub struct Glints {
     /// How many sources there are.
     pub count: u32,
-    /// Their number and they themselves, as `Sources` of `glsl/include/glints.glsl` has them.
+    /// Their number and they themselves, as `Sources` of `glsl/include/sources.glsl` has them.
     pub(super) sources: Arc<Buffer>,
     /// A far drop's images, by direction.
     far_glints: Buffer,
@@ -111,13 +96,12 @@ impl Glints {
     /// driver refuses.
     pub fn new(
         device: &Arc<Device>,
-        frame: &FrameBuffer,
         bright: Option<&Bright>,
         radiance_scale: f32,
         light: &Light,
     ) -> Result<Self> {
         let regions = bright.map_or(&[][..], |bright| &bright.regions);
-        let mut records = vec![SourceRecord::zeroed(); 1 + regions.len()];
+        let mut records = vec![Source::default(); 1 + regions.len()];
         for (record, region) in records[1..].iter_mut().zip(regions) {
             let source = region.source();
             let light = (source.light / f64::from(radiance_scale)).as_vec3();
@@ -128,7 +112,7 @@ impl Glints {
         words[..4].copy_from_slice(&[regions.len() as u32, 0, 0, 0]);
         let storage = vk::BufferUsageFlags::STORAGE_BUFFER;
         let sources = Buffer::upload_device(device, "bright sources", &words, storage)?;
-        Self::of(device, frame, Arc::new(sources), regions.len() as u32, light)
+        Self::of(device, Arc::new(sources), regions.len() as u32, light)
     }
 
     /// Of sources that are written on the device: `most` of them, or fewer.
@@ -137,19 +121,20 @@ impl Glints {
     /// As [`Glints::new`].
     pub fn of(
         device: &Arc<Device>,
-        frame: &FrameBuffer,
         sources: Arc<Buffer>,
         most: u32,
         light: &Light,
     ) -> Result<Self> {
         let (count, storage) = (most, vk::BufferUsageFlags::STORAGE_BUFFER);
-        let bytes = FAR_GLINTS_BYTES * u64::from(DIRECTIONS);
+        let bytes = size_of::<FarGlints>() as u64 * u64::from(DIRECTIONS);
         let far_glints = Buffer::new(device, "far glints", bytes, storage, Memory::Device)?;
         let bytes = BOW_BYTES * u64::from(BOW_ANGLES * count.max(1));
         let bow = Buffer::new(device, "bow", bytes, storage, Memory::Device)?;
-        let buffer = |buffer| (Binding::STORAGE_BUFFER, Resource::Buffer(buffer));
-        let uniform = (Binding::UNIFORM_BUFFER, Resource::Buffer(&frame.buffer));
-        let slots = [uniform, buffer(&sources), buffer(&far_glints), buffer(&bow)];
+        let slots = [
+            (slot::SOURCES, Resource::Buffer(&sources)),
+            (slot::FAR_GLINTS_OUT, Resource::Buffer(&far_glints)),
+            (slot::BOW_OUT, Resource::Buffer(&bow)),
+        ];
         let bindings = Bindings::of(device, "glints", &slots)?;
         let constants = light_constants(light);
         let pipeline = |shader| ComputePipeline::new(device, shader, &bindings, 0, &constants);
@@ -172,9 +157,15 @@ impl Glints {
 impl Glints {
     /// Records the images in far drops.
     pub fn record(&self, commands: Recorder<'_>) {
-        self.far.dispatch(commands, &self.bindings, 0, &[], [DIRECTIONS / FAR_GROUP, 1, 1]);
+        self.far.dispatch(
+            commands,
+            &self.bindings,
+            0,
+            &[],
+            [DIRECTIONS / group::FAR_GLINTS_COMP[0], 1, 1],
+        );
         if self.count > 0 {
-            let groups = [(BOW_ANGLES * self.count).div_ceil(BOW_GROUP), 1, 1];
+            let groups = [(BOW_ANGLES * self.count).div_ceil(group::BOW_COMP[0]), 1, 1];
             self.bow_pass.dispatch(commands, &self.bindings, 0, &[], groups);
         }
     }
@@ -195,10 +186,12 @@ impl SplatTable {
             vk::BufferUsageFlags::STORAGE_BUFFER | vk::BufferUsageFlags::UNIFORM_TEXEL_BUFFER;
         let bytes = SPLAT_BYTES * u64::from(DIRECTIONS);
         let table = Buffer::new(device, "splat table", bytes, usage, Memory::Device)?;
-        let buffer = |buffer| (Binding::STORAGE_BUFFER, Resource::Buffer(buffer));
-        let uniform = (Binding::UNIFORM_BUFFER, Resource::Buffer(&frame.buffer));
-        let shared = [&*glints.sources, &glints.far_glints, &appearance.table].map(buffer);
-        let slots: Vec<_> = [uniform].into_iter().chain(shared).chain([buffer(&table)]).collect();
+        let slots = [
+            (of_splats::CONSTANTS, Resource::Buffer(&frame.buffer)),
+            (of_splats::FAR_GLINTS_IN, Resource::Buffer(&glints.far_glints)),
+            (of_splats::PICTURES, Resource::Buffer(&appearance.table)),
+            (of_splats::SPLAT_TABLE, Resource::Buffer(&table)),
+        ];
         let bindings = Bindings::of(device, "splat table", &slots)?;
         let pipeline = ComputePipeline::new(device, shaders::SPLAT_TABLE_COMP, &bindings, 0, &[])?;
         Ok(Self { table, bindings, pipeline })
@@ -206,7 +199,7 @@ impl SplatTable {
 
     /// Records the table for the view of the frame's constants, after [`Glints::fill`] and the appearance.
     pub fn record(&self, commands: Recorder<'_>) {
-        let groups = [DIRECTIONS / TABLE_GROUP, 1, 1];
+        let groups = [DIRECTIONS / group::SPLAT_TABLE_COMP[0], 1, 1];
         self.pipeline.dispatch(commands, &self.bindings, 0, &[], groups);
     }
 }

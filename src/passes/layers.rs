@@ -13,36 +13,21 @@
 use std::sync::Arc;
 
 use ash::vk;
-use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
 use super::frame::FrameBuffer;
 use super::tiles::Tiles;
 use crate::Result;
-use crate::gpu::{
-    Binding, Bindings, Buffer, ComputePipeline, Device, Memory, Recorder, Resource, shaders,
-};
+use crate::abi::Motion;
+use crate::gpu::sets::layers as slot;
+use crate::gpu::{Bindings, Buffer, ComputePipeline, Device, Memory, Recorder, Resource, shaders};
 use crate::scene::Scene;
+use crate::scene::projection::View;
 
-/// Most classes of real rain, as in `glsl/include/rain_field.glsl`.
-const MOST_CLASSES: usize = 32;
 /// Bytes that one `vkCmdUpdateBuffer` takes.
 const MOST_AT_ONCE: usize = 65_536;
 /// Workgroups of a dispatch along an axis, on any device.
 const MOST_GROUPS: u32 = 65_535;
-
-/// `Motion` of the shader, up to the placed drops.
-#[repr(C)]
-#[derive(Clone, Copy, Pod, Zeroable)]
-struct Motion {
-    right: [f32; 4],
-    up: [f32; 4],
-    back: [f32; 4],
-    shift: [f32; 4],
-    principal: [f32; 4],
-    rain: [f32; 4],
-    classes: [[f32; 4]; MOST_CLASSES],
-}
 
 /// The pass and what it writes.
 pub struct LayersPass {
@@ -81,16 +66,21 @@ impl LayersPass {
         let moved = size_of::<Motion>() + 16 * scene.drops.len().max(1);
         let motion = make("motion", moved as u64, Usage::TRANSFER_DST)?;
         let nodes = tiles.texels.as_ref().map(|texels| &texels.nodes);
-        let buffer = |buffer| (Binding::STORAGE_BUFFER, Resource::Buffer(buffer));
-        let slots: Vec<_> =
-            std::iter::once((Binding::UNIFORM_BUFFER, Resource::Buffer(&frame.buffer)))
-                .chain(tiles.shared().map(buffer))
-                // The pictures of far drops have a place in the lists' declarations.
-                .chain([&counts, tiles.placed()].map(buffer))
-                .chain([buffer(tiles.reach.as_ref().unwrap_or(&counts))])
-                .chain([&nearest, &counts, &motion].map(buffer))
-                .chain(nodes.map(|nodes| (Binding::UNIFORM_TEXEL_BUFFER, Resource::Texels(nodes))))
-                .collect();
+        let slots = [
+            (slot::CONSTANTS, &frame.buffer),
+            (slot::RAIN_FIELD, tiles.field_or(&counts)),
+            (slot::NODES, &tiles.lists.nodes),
+            (slot::HEADS, &tiles.lists.heads),
+            (slot::PLACED_DROPS, tiles.placed()),
+            // Without a depth no shader reads it.
+            (slot::REACH, tiles.reach.as_ref().unwrap_or(&counts)),
+            (slot::NEAREST, &nearest),
+            (slot::COUNTS, &counts),
+            (slot::MOTION, &motion),
+        ];
+        let slots = slots.map(|(slot, buffer)| (slot, Resource::Buffer(buffer)));
+        let nodes_slot = nodes.map(|nodes| (slot::NODE_TEXELS, Resource::Texels(nodes)));
+        let slots: Vec<_> = slots.into_iter().chain(nodes_slot).collect();
         let bindings = Bindings::of(device, "layers", &slots)?;
         let shader = match (tiles.has_cells(), nodes.is_some()) {
             (true, true) => shaders::LAYERS_COMP_CELLS_TEXELS,
@@ -105,13 +95,14 @@ impl LayersPass {
         Ok(Self { nearest, counts, motion, groups, bindings, pass })
     }
 
-    /// Records the motion from `scene` to `until`, and that there is nothing yet; a barrier to compute must follow.
+    /// Records the motion from `scene` to what `then` shows so many `seconds` later, and that there is nothing yet; a
+    /// barrier to compute must follow.
     pub fn record_motion(
         &self,
         device: &Device,
         commands: Recorder<'_>,
         scene: &Scene,
-        until: &Scene,
+        (then, seconds): (&View, f64),
     ) {
         // Most pixels have no drop, and CPU drivers take their time to write each word.
         for empty in [&self.nearest, &self.counts] {
@@ -120,20 +111,19 @@ impl LayersPass {
                 device.raw().cmd_fill_buffer(commands.raw(), empty.raw(), 0, vk::WHOLE_SIZE, 0);
             }
         }
-        let (now, then) = (scene.camera.position, until.view());
-        let seconds = until.time - scene.time;
+        let now = scene.camera.position;
         let with = |v: DVec3, w: f64| v.as_vec3().extend(w as f32).to_array();
         let mut motion = Motion {
             right: with(then.right, 0.0),
             up: with(then.up, 0.0),
             back: with(then.back, 0.0),
             shift: with(now - then.position, then.focal_px),
-            ..Motion::zeroed()
+            ..Motion::default()
         };
         let [column, row] = then.origin.map(f64::from);
         motion.principal = with(then.principal.extend(0.0) + DVec3::new(column, row, 0.0), 0.0);
-        if let Some(rain) = scene.rain() {
-            motion.rain = with(rain.velocity * seconds, 0.0);
+        for (moved, rain) in motion.rain.iter_mut().zip(scene.populations()) {
+            *moved = with(rain.velocity * seconds, 0.0);
         }
         if let Some(rain) = scene.real_rain() {
             let lattices = rain.lattices(scene.seed);

@@ -19,9 +19,10 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::light_constants;
+use crate::gpu::sets::{group, mask as slot};
 use crate::gpu::{
-    Binding, Bindings, Buffer, Commands, ComputePipeline, Device, Image, ImageInfo, Memory,
-    Resource, Sampler, Samples, Use, copy_to_buffer, image_barrier, memory_barrier, shaders,
+    Bindings, Buffer, Commands, ComputePipeline, Device, Image, ImageInfo, Memory, Resource,
+    Sampler, Samples, Use, copy_to_buffer, image_barrier, memory_barrier, shaders,
 };
 use crate::optics::level_half_angle;
 use crate::plan::Light;
@@ -83,10 +84,16 @@ impl Mask {
                 samples: Samples::One,
             },
         )?;
-        let bindings = Bindings::new(device, "mask", &[Binding::STORAGE_IMAGE], levels)?;
+        let bindings = Bindings::new(device, "mask", &[slot::LEVEL_IMAGE], levels)?;
         for level in 0..levels {
             // SAFETY: no commands have it yet.
-            unsafe { bindings.write(level as usize, 0, &Resource::Storage(&image, level))? };
+            unsafe {
+                bindings.write(
+                    level as usize,
+                    slot::LEVEL_IMAGE,
+                    &Resource::Storage(&image, level),
+                )?
+            };
         }
         let constants = light_constants(light);
         let pipeline = ComputePipeline::new(device, shaders::MASK_COMP, &bindings, 8, &constants)?;
@@ -99,7 +106,7 @@ impl Mask {
                     _ => level_half_angle(level),
                 };
                 let (sine, cosine) = half_angle.sin_cos();
-                let groups = (size >> level).div_ceil(8);
+                let groups = (size >> level).div_ceil(group::MASK_COMP[0]);
                 let push = [sine as f32, cosine as f32];
                 let push = bytemuck::cast_slice(&push);
                 pipeline.dispatch(commands, &bindings, level as usize, push, [groups, groups, 1]);

@@ -27,25 +27,27 @@ pub mod simulate;
 pub mod sky;
 pub(crate) mod tile_grid;
 pub mod tiles;
+pub mod told;
 pub mod tone_map;
 pub mod totals;
 mod veil;
 
+use crate::gpu::sets::constant;
 pub(crate) use crate::gpu::{attachment, rendering};
 use crate::plan::Light;
 use crate::scene::model::{Fresnel, Lookup, Reflection, Weights};
 
-/// Specialization constants 0 to 7 of the shaders that include `light_model.glsl`.
-pub(crate) fn light_constants(light: &Light) -> [u32; 8] {
+/// Specialization constants of the shaders that include `light_model.glsl`.
+pub(crate) fn light_constants(light: &Light) -> [[u32; 2]; 8] {
     let index = light.indices.map(|index| (index as f32).to_bits());
     [
-        light.internal_reflections,
-        (light.weights == Weights::Conserving).into(),
-        (light.fresnel == Fresnel::Schlick).into(),
-        (light.reflection == Reflection::On).into(),
-        (light.lookup == Lookup::Footprint).into(),
-        index[0],
-        index[1],
-        index[2],
+        [constant::INTERNAL_REFLECTIONS, light.internal_reflections],
+        [constant::CONSERVING, (light.weights == Weights::Conserving).into()],
+        [constant::SCHLICK, (light.fresnel == Fresnel::Schlick).into()],
+        [constant::REFLECTION, (light.reflection == Reflection::On).into()],
+        [constant::FOOTPRINT, (light.lookup == Lookup::Footprint).into()],
+        [constant::INDEX_RED, index[0]],
+        [constant::INDEX_GREEN, index[1]],
+        [constant::INDEX_BLUE, index[2]],
     ]
 }

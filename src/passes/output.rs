@@ -8,19 +8,20 @@ use ash::vk;
 use super::frame::FrameBuffer;
 use super::rendering;
 use super::tone_map::Source;
+use crate::gpu::sets::output as slot;
 use crate::gpu::{
-    Alpha, Binding, Bindings, Device, GraphicsPipeline, GraphicsState, HostImage, Recorder,
-    Resource, Sampler, Samples, Texel, Texels, Use, attachment_of, shaders,
+    Alpha, Bindings, Device, GraphicsPipeline, GraphicsState, HostImage, Recorder, Resource,
+    Sampler, Samples, Texel, Texels, Use, attachment_of, shaders,
 };
 use crate::{Error, Result};
 
 /// What becomes of what an output image holds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Blend {
-    /// It is overwritten: by the picture, or by premultiplied rain for a compositor.
+    /// It is overwritten: by the picture, or by premultiplied rain for a compositor where the plan is for layers.
     #[default]
     Replace,
-    /// The rain is laid over it.
+    /// The rain is laid over it; the plan is for layers.
     Over,
 }
 
@@ -90,20 +91,18 @@ impl Output {
             Source::Tiles { .. } => None,
         };
         let (radiance, shader) = match (source, &texels, &sampler) {
-            (Source::Image(image), _, Some(sampler)) => (
-                (Binding::COMBINED_IMAGE_SAMPLER, Resource::Sampled(image, sampler)),
-                shaders::OUTPUT_FRAG,
-            ),
-            (Source::Tiles { .. }, Some(texels), _) => (
-                (Binding::UNIFORM_TEXEL_BUFFER, Resource::Texels(texels)),
-                shaders::OUTPUT_FRAG_TEXELS,
-            ),
+            (Source::Image(image), _, Some(sampler)) => {
+                ((slot::RADIANCE_IMAGE, Resource::Sampled(image, sampler)), shaders::OUTPUT_FRAG)
+            }
+            (Source::Tiles { .. }, Some(texels), _) => {
+                ((slot::RADIANCE_TEXELS, Resource::Texels(texels)), shaders::OUTPUT_FRAG_TEXELS)
+            }
             (Source::Tiles { radiance, .. }, ..) => {
-                ((Binding::STORAGE_BUFFER, Resource::Buffer(radiance)), shaders::OUTPUT_FRAG_BUFFER)
+                ((slot::RADIANCE, Resource::Buffer(radiance)), shaders::OUTPUT_FRAG_BUFFER)
             }
             (Source::Image(_), _, None) => unreachable!("an image has its sampler"),
         };
-        let uniform = (Binding::UNIFORM_BUFFER, Resource::Buffer(&frame.buffer));
+        let uniform = (slot::CONSTANTS, Resource::Buffer(&frame.buffer));
         let bindings = Bindings::of(device, "output", &[uniform, radiance])?;
         let state = GraphicsState {
             topology: vk::PrimitiveTopology::TRIANGLE_LIST,

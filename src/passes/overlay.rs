@@ -11,10 +11,11 @@ use egui::{ImageData, TextureId, TexturesDelta};
 
 use super::{attachment, rendering};
 use crate::Result;
+use crate::gpu::sets::overlay as slot;
 use crate::gpu::{
-    Alpha, Binding, Bindings, Buffer, Commands, Device, GraphicsPipeline, GraphicsState, Image,
-    ImageInfo, Memory, Recorder, Resource, Sampler, Samples, Use, copy_to_image, image_barrier,
-    image_discard, shaders,
+    Alpha, Bindings, Buffer, Commands, Device, GraphicsPipeline, GraphicsState, Image, ImageInfo,
+    Memory, Recorder, Resource, Sampler, Samples, Use, copy_to_image, image_barrier, image_discard,
+    shaders,
 };
 
 /// Words of a vertex in the buffer: x, y, u, v, colour.
@@ -37,9 +38,9 @@ impl Mesh {
         let (indices, vertices) =
             (make("overlay indices", bytes[0])?, make("overlay vertices", bytes[1])?);
         let slots = [
-            (Binding::COMBINED_IMAGE_SAMPLER, atlas),
-            (Binding::STORAGE_BUFFER, Resource::Buffer(&indices)),
-            (Binding::STORAGE_BUFFER, Resource::Buffer(&vertices)),
+            (slot::ATLAS, atlas),
+            (slot::INDICES, Resource::Buffer(&indices)),
+            (slot::VERTICES, Resource::Buffer(&vertices)),
         ];
         let bindings = Bindings::of(device, "overlay", &slots)?;
         Ok(Self { indices, vertices, bindings })

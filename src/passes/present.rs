@@ -8,9 +8,10 @@ use ash::vk;
 
 use super::{attachment, rendering};
 use crate::Result;
+use crate::gpu::sets::{constant, present as slot};
 use crate::gpu::{
-    Alpha, Binding, Bindings, Device, GraphicsPipeline, GraphicsState, Image, Recorder, Resource,
-    Sampler, Samples, shaders,
+    Alpha, Bindings, Device, GraphicsPipeline, GraphicsState, Image, Recorder, Resource, Sampler,
+    Samples, shaders,
 };
 
 /// Panes of the split view: the first model, the second, their difference.
@@ -36,7 +37,7 @@ impl Present {
     /// # Errors
     /// [`crate::Error::Vulkan`] if the driver refuses.
     pub fn new(device: &Arc<Device>, format: vk::Format, pictures: &[&Image]) -> Result<Self> {
-        let slots = [Binding::COMBINED_IMAGE_SAMPLER; 2];
+        let slots = [slot::FIRST, slot::SECOND];
         let clamp = vk::SamplerAddressMode::CLAMP_TO_EDGE;
         let sampler = Sampler::linear(device, "pictures", clamp, clamp)?;
         // Black, as long as nothing is to be shown.
@@ -52,7 +53,7 @@ impl Present {
         let stages = [shaders::FULLSCREEN_VERT, shaders::PRESENT_FRAG];
         let push_bytes = size_of::<[f32; 2]>() as u32;
         let pipeline = |panes: u32| {
-            let constants = [panes, DIFFERENCE_GAIN];
+            let constants = [[constant::PANES, panes], [constant::GAIN, DIFFERENCE_GAIN]];
             GraphicsPipeline::new(device, stages, &bindings, push_bytes, &constants, &state)
         };
         let (one, split) = (pipeline(1)?, pipeline(SPLIT_PANES)?);
@@ -71,9 +72,9 @@ impl Present {
         self.shown = pictures.len();
         let [first, ..] = *pictures else { return Ok(()) };
         let second = pictures.get(1).copied().unwrap_or(first);
-        let slot =
-            |picture| (Binding::COMBINED_IMAGE_SAMPLER, Resource::Sampled(picture, &self.sampler));
-        self.bindings = Bindings::of(&self.device, "present", &[first, second].map(slot))?;
+        let slots = [(slot::FIRST, first), (slot::SECOND, second)]
+            .map(|(slot, picture)| (slot, Resource::Sampled(picture, &self.sampler)));
+        self.bindings = Bindings::of(&self.device, "present", &slots)?;
         Ok(())
     }
 

@@ -26,12 +26,13 @@ pub(crate) struct SortedDrops {
     pub counts: [u32; 2],
 }
 
-/// Seed and number of the random drops, and real rain.
-type Random = (u64, u32, Option<RealRain>);
+/// The scene's seed, seed and number of each population of random drops, and real rain.
+type Random = (u64, Vec<(u64, u32)>, Option<RealRain>);
 
 fn random_of(scene: &Scene) -> Random {
-    let rain = scene.rain;
-    (scene.seed, rain.map_or(0, |rain| rain.count), rain.and_then(|rain| rain.real))
+    let populations = scene.populations();
+    let each = populations.iter().map(|rain| (rain.seed, rain.count)).collect();
+    (scene.seed, each, scene.real_rain())
 }
 
 impl RainField {
@@ -58,7 +59,7 @@ impl RainField {
             return Ok(sorted.clone());
         }
         let storage = vk::BufferUsageFlags::STORAGE_BUFFER;
-        let clusters = Clusters::new(scene.rain().as_ref(), scene.drops.len() as u32);
+        let clusters = Clusters::new(&scene.populations(), scene.drops.len() as u32);
         self.device.count(|made| &mut made.sorts);
         let made = SortedDrops {
             order: Buffer::upload_device(&self.device, "drop order", &clusters.order, storage)?,

@@ -13,23 +13,22 @@
 use std::sync::Arc;
 
 use ash::vk;
-use bytemuck::{Pod, Zeroable};
 use glam::Mat3;
 
 use super::environment::EnvironmentMap;
 use super::glints::MOST_SOURCES;
 use super::output::FORMATS;
+use crate::abi::{RenewalPush, STRIDES, Work};
+use crate::gpu::sets::{group, renew_bright, renew_level, renew_map};
 use crate::gpu::{
-    Binding, Bindings, Buffer, ComputePipeline, Device, HostImage, Image, Memory, Recorder,
-    Resource, Sampler, Use, image_barrier, image_discard, memory_barrier, shaders,
+    Bindings, Buffer, ComputePipeline, Device, HostImage, Memory, Recorder, Resource, Sampler, Use,
+    image_barrier, image_discard, memory_barrier, shaders,
 };
 use crate::{Error, Result};
 
-/// Invocations a workgroup.
-const GROUP: u32 = 64;
-/// Strided sums, as in `renew_bright.comp`, and bytes of all that its steps hand on.
-const STRIDES: u32 = 1024;
-const WORK_BYTES: u64 = (2 * 4 + 8 + 48) * STRIDES as u64 + 16 * MOST_SOURCES as u64;
+/// Invocations a workgroup, of each pass.
+const GROUP: u32 = group::RENEW_MAP_COMP[0];
+const _: () = assert!(GROUP == group::RENEW_BRIGHT_COMP[0] && GROUP == group::RENEW_LEVEL_COMP[0]);
 /// Rounds in which the threshold is found; even, so that the last one's number is odd.
 const ROUNDS: u32 = 4;
 /// Most samples along an edge of a texel of the map.
@@ -106,20 +105,6 @@ impl HostEnvironment {
     }
 }
 
-/// A level of an image, for storage.
-fn storage_image(image: &Image, level: u32) -> (Binding, Resource<'_>) {
-    (Binding::STORAGE_IMAGE, Resource::Storage(image, level))
-}
-
-/// `Push` of `renew_map.comp`.
-#[repr(C)]
-#[derive(Clone, Copy, Pod, Zeroable)]
-struct Push {
-    to_image: [[f32; 4]; 3],
-    scale: f32,
-    edge: u32,
-}
-
 /// The passes, and what they fill.
 pub struct Renewal {
     /// What it is for.
@@ -163,30 +148,37 @@ impl Renewal {
         let words = vec![0u32; 4 + 8 * MOST_SOURCES];
         let storage = vk::BufferUsageFlags::STORAGE_BUFFER;
         let sources = Arc::new(Buffer::upload_device(device, "bright sources", &words, storage)?);
-        let work = Buffer::new(device, "bright parts", WORK_BYTES, storage, Memory::Device)?;
+        let bytes = size_of::<Work>() as u64;
+        let work = Buffer::new(device, "bright parts", bytes, storage, Memory::Device)?;
         let clamp = vk::SamplerAddressMode::CLAMP_TO_EDGE;
         let sampler =
             Sampler::linear(device, "host's environment", vk::SamplerAddressMode::REPEAT, clamp)?;
 
-        let buffer = |buffer| (Binding::STORAGE_BUFFER, Resource::Buffer(buffer));
         // Until a host names its image, one of ours is there; nothing is dispatched before.
         let sampled = Resource::Sampled(&whole.image, &sampler);
         let slots = [
-            (Binding::COMBINED_IMAGE_SAMPLER, sampled),
-            storage_image(&whole.image, 0),
-            storage_image(&rest.image, 0),
+            (renew_map::HOST_IMAGE, sampled),
+            (renew_map::WHOLE, Resource::Storage(&whole.image, 0)),
+            (renew_map::REST, Resource::Storage(&rest.image, 0)),
         ];
         let sets = info.frames_in_flight as u32;
         let bindings = Bindings::all(device, "environment renewal", &slots, sets)?;
         let shader = if info.cube { shaders::RENEW_MAP_COMP_CUBE } else { shaders::RENEW_MAP_COMP };
-        let push = size_of::<Push>() as u32;
+        let push = size_of::<RenewalPush>() as u32;
         let map = (ComputePipeline::new(device, shader, &bindings, push, &[])?, bindings);
-        let slots = [storage_image(&rest.image, 0), buffer(&sources), buffer(&work)];
+        let slots = [
+            (renew_bright::REST, Resource::Storage(&rest.image, 0)),
+            (renew_bright::SOURCES, Resource::Buffer(&sources)),
+            (renew_bright::WORK, Resource::Buffer(&work)),
+        ];
         let bindings = Bindings::of(device, "bright parts", &slots)?;
         let shader = shaders::RENEW_BRIGHT_COMP;
         let bright = (ComputePipeline::new(device, shader, &bindings, 8, &[])?, bindings);
         let level = |map: &EnvironmentMap, level| {
-            let slots = [storage_image(&map.image, level - 1), storage_image(&map.image, level)];
+            let slots = [
+                (renew_level::FINE, Resource::Storage(&map.image, level - 1)),
+                (renew_level::COARSE, Resource::Storage(&map.image, level)),
+            ];
             Bindings::of(device, "environment level", &slots)
         };
         let all = (1..whole.image.levels)
@@ -217,7 +209,7 @@ impl Renewal {
     pub unsafe fn set_image(&self, set: usize, environment: &HostEnvironment) -> Result<()> {
         let resource = Resource::SampledView(environment.image.view, &self.sampler);
         // SAFETY: by contract.
-        unsafe { self.map.0.write(set, 0, &resource) }
+        unsafe { self.map.0.write(set, renew_map::HOST_IMAGE, &resource) }
     }
 
     /// Records the maps and the sources from the image of a descriptor set. What follows must wait for compute shaders.
@@ -244,7 +236,7 @@ impl Renewal {
         let (across, least) =
             if self.info.cube { (4 * image.size.0, 2) } else { (image.size.0, 1) };
         let column = |number: usize| environment.to_image.col(number).extend(0.0).to_array();
-        let push = Push {
+        let push = RenewalPush {
             to_image: [column(0), column(1), column(2)],
             scale: environment.radiance / self.info.radiance_scale,
             edge: across.div_ceil(width).clamp(least, MOST_EDGE),

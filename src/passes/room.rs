@@ -3,9 +3,9 @@
 //! more ([`crate::renderer::Renderer::grow`], [`crate::renderer::View::grow`]).
 
 use super::tiles::{LARGE_BYTES, NODE_BYTES};
+use crate::abi::CLUSTER;
 use crate::gpu::DeviceReport;
 use crate::plan::FramePlan;
-use crate::rain::clusters::CLUSTER;
 
 /// Drops that are all given a place, wherever the camera stands; and the share of more of them that is: at the paper's
 /// 90° some 0.18 are in view, in 0.25 of the clusters.

@@ -11,18 +11,16 @@ use std::sync::Arc;
 use ash::vk;
 
 use crate::Result;
+use crate::abi::{DIAMETERS, DIAMETERS_A_MM, LargeShape, SMALLEST_MM};
 use crate::gpu::{Buffer, Device, Memory};
 use crate::plan::FramePlan;
 use crate::rain::shape::{Halves, SMALLEST_FLATTENED, axis_ratio, semi_axes};
 use crate::scene::model::{DropShape, ShapeModel};
 use crate::scene::{PlacedDrop, Scene};
 
-/// Diameters of the table, from [`SMALLEST_FLATTENED`] on, in mm apart, as in `glsl/include/shape_given.glsl`. Every row of
-/// the two halves' own table is one of these; of spheroids what is between them is off by 1e-4 at most.
-const DIAMETERS: usize = 41;
-const STEP_MM: f64 = 0.125;
-/// Bytes of `LargeShape` in `glsl/include/large_shape.glsl`.
-const LARGE_SHAPE_BYTES: u64 = 80;
+// Every row of the two halves' own table is one of the diameters here; of spheroids what is between them is off by 1e-4 at
+// most.
+const _: () = assert!(SMALLEST_FLATTENED == SMALLEST_MM as f64);
 
 /// A sphere.
 const ROUND: [f64; 4] = [1.0, 1.0, 1.0, 0.0];
@@ -46,7 +44,7 @@ impl Shapes {
             ShapeModel::Sphere => (vec![[0.0; 4]], 1),
             model => (given(scene, model), larges),
         };
-        let bytes = LARGE_SHAPE_BYTES * larges;
+        let bytes = size_of::<LargeShape>() as u64 * larges;
         Ok(Self {
             given: Buffer::upload(device, "shapes", &given, usage)?,
             large: Buffer::new(device, "shapes of large drops", bytes, usage, Memory::Device)?,
@@ -58,7 +56,7 @@ impl Shapes {
 fn given(scene: &Scene, model: ShapeModel) -> Vec<[f32; 4]> {
     let falls_flat = scene.real_rain().is_some_and(|rain| rain.shape == DropShape::Equilibrium);
     let head = [(2000.0 * scene.metres) as f32, f32::from(u8::from(falls_flat)), 0.0, 0.0];
-    let diameter = |row: usize| SMALLEST_FLATTENED + STEP_MM * row as f64;
+    let diameter = |row: u32| SMALLEST_FLATTENED + f64::from(row) / f64::from(DIAMETERS_A_MM);
     let table = (0..DIAMETERS).map(|row| of_diameter(model, diameter(row)));
     let placed = scene.drops.iter().map(|drop| of_placed(model, drop, scene.metres));
     let shapes = table.chain(placed).map(|shape| shape.map(|value| value as f32));

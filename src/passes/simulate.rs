@@ -14,9 +14,11 @@ use std::sync::Arc;
 use ash::vk;
 
 use crate::Result;
+use crate::abi::Counters;
+use crate::gpu::sets::{constant, group, order_large, simulate as slot};
 use crate::gpu::{
-    Binding, Bindings, Buffer, ComputePipeline, Device, Memory, Recorder, Resource, Use,
-    memory_barrier, shaders,
+    Bindings, Buffer, ComputePipeline, Device, Memory, Recorder, Resource, Use, memory_barrier,
+    shaders,
 };
 use crate::passes::frame::FrameBuffer;
 use crate::passes::placed::PlacedDrops;
@@ -30,12 +32,12 @@ pub const MAX_LARGE: u32 = 65_536;
 
 /// Bytes of a drop record: centre in view space, radius.
 pub(super) const RECORD: u64 = 16;
-/// Invocations a workgroup, as in the shader.
-const GROUP: u32 = 256;
+/// Invocations a workgroup.
+const GROUP: u32 = group::SIMULATE_COMP[0];
 /// Workgroups that put the large drops in order; each invocation takes every 1024th.
 const ORDER_GROUPS: u32 = 16;
-/// Words of the shader's `Counters`.
-const COUNTERS: usize = 68;
+/// Words of the shaders' `Counters`.
+const COUNTERS: usize = size_of::<Counters>() / 4;
 
 /// What the simulation counted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -130,13 +132,13 @@ impl Simulate {
 
         let chunks = count.div_ceil(chunk).max(1);
         let slots = [
-            Binding::UNIFORM_BUFFER,
-            Binding::STORAGE_BUFFER,
-            Binding::STORAGE_BUFFER,
-            Binding::STORAGE_BUFFER,
-            Binding::STORAGE_BUFFER,
-            Binding::STORAGE_BUFFER,
-            Binding::STORAGE_BUFFER,
+            slot::CONSTANTS,
+            slot::DROPS,
+            slot::PLACED_DROPS,
+            slot::STORED,
+            slot::LARGE_DROPS,
+            slot::LARGE_INDEX,
+            slot::COUNTERS,
         ];
         let bindings = Bindings::new(device, "simulate", &slots, chunks)?;
         for index in 0..chunks {
@@ -154,9 +156,9 @@ impl Simulate {
                 Resource::Buffer(&large_index),
                 Resource::Buffer(&counters),
             ];
-            for (number, resource) in (0..).zip(&resources) {
+            for (slot, resource) in slots.into_iter().zip(&resources) {
                 // SAFETY: no commands have it yet.
-                unsafe { bindings.write(index as usize, number, resource)? };
+                unsafe { bindings.write(index as usize, slot, resource)? };
             }
         }
         let is_stored = u32::from(simulation == Simulation::Stored);
@@ -165,18 +167,21 @@ impl Simulate {
             shaders::SIMULATE_COMP,
             &bindings,
             8,
-            &[is_stored, max_large],
+            &[
+                [constant::STORED, is_stored],
+                [constant::MAX_LARGE, max_large],
+                [constant::SEVERAL, (scene.populations().len() > 1).into()],
+            ],
         )?;
-        let buffer = Binding::STORAGE_BUFFER;
         let order_bindings = Bindings::of(
             device,
             "order large",
             &[
-                (buffer, Resource::Buffer(&large)),
-                (buffer, Resource::Buffer(&large_index)),
-                (buffer, Resource::Buffer(&counters)),
-                (buffer, Resource::Buffer(&ordered)),
-                (buffer, Resource::Buffer(&arguments)),
+                (order_large::LARGE_DROPS, Resource::Buffer(&large)),
+                (order_large::LARGE_INDEX, Resource::Buffer(&large_index)),
+                (order_large::COUNTERS, Resource::Buffer(&counters)),
+                (order_large::ORDERED, Resource::Buffer(&ordered)),
+                (order_large::ARGUMENTS, Resource::Buffer(&arguments)),
             ],
         )?;
         let order_pipeline = ComputePipeline::new(
@@ -184,7 +189,7 @@ impl Simulate {
             shaders::ORDER_LARGE_COMP,
             &order_bindings,
             0,
-            &[max_large],
+            &[[constant::MAX_LARGE, max_large]],
         )?;
         Ok(Self {
             drops,
@@ -256,12 +261,13 @@ impl Simulate {
 
     /// Reads what the counters say.
     pub fn counts(words: &[u32]) -> Counts {
+        let counters: &Counters = bytemuck::from_bytes(bytemuck::cast_slice(words));
         Counts {
-            visible: words[4..COUNTERS].iter().map(|n| u64::from(*n)).sum(),
-            large: words[0].into(),
-            overflow: words[3].into(),
-            camera_inside: words[1].into(),
-            beside_camera: words[2].into(),
+            visible: counters.visible.iter().map(|n| u64::from(*n)).sum(),
+            large: counters.large_count.into(),
+            overflow: counters.lost.into(),
+            camera_inside: counters.camera_inside.into(),
+            beside_camera: counters.beside_camera.into(),
         }
     }
 }

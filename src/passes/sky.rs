@@ -8,9 +8,10 @@ use super::environment::EnvironmentMap;
 use super::frame::FrameBuffer;
 use super::{attachment, rendering};
 use crate::Result;
+use crate::gpu::sets::sky as slot;
 use crate::gpu::{
-    Alpha, Binding, Bindings, Device, GraphicsPipeline, GraphicsState, Image, Recorder, Resource,
-    Samples, shaders,
+    Alpha, Bindings, Device, GraphicsPipeline, GraphicsState, Image, Recorder, Resource, Samples,
+    shaders,
 };
 
 /// The pass.
@@ -35,10 +36,7 @@ impl Sky {
         let bindings = Bindings::of(
             device,
             "sky",
-            &[
-                (Binding::UNIFORM_BUFFER, Resource::Buffer(&frame.buffer)),
-                (Binding::COMBINED_IMAGE_SAMPLER, map),
-            ],
+            &[(slot::CONSTANTS, Resource::Buffer(&frame.buffer)), (slot::ENVIRONMENT_MAP, map)],
         )?;
         let pipeline = GraphicsPipeline::new(
             device,

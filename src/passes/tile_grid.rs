@@ -1,15 +1,14 @@
 //! Which tiles a view draws, and the regions of them by which clusters are sorted within their band of depth and tiles are
 //! drawn: what is near on the screen is near in memory.
 
+use crate::abi::{MAX_REGIONS, REGION_ACROSS, REGION_DOWN, TILE_ACROSS, TILE_DOWN};
 use crate::scene::projection::View;
 
-/// A tile in pixels, as in `glsl/include/tile_buffers.glsl`.
-pub(crate) const TILE: (u32, u32) = (4, 2);
-pub(super) const TILE_PIXELS: u64 = 8;
-/// Tiles of the smallest regions, by which clusters are sorted within their band and tiles are drawn, and
-/// regions at most, as there.
-pub(super) const REGION: (u32, u32) = (32, 16);
-pub(super) const MAX_REGIONS: u32 = 256;
+/// A tile in pixels.
+pub(crate) const TILE: (u32, u32) = (TILE_ACROSS, TILE_DOWN);
+pub(super) const TILE_PIXELS: u64 = (TILE_ACROSS * TILE_DOWN) as u64;
+/// Tiles of the smallest regions.
+const REGION: (u32, u32) = (REGION_ACROSS, REGION_DOWN);
 
 /// The parts of an image by which clusters are sorted within their band, and tiles are drawn.
 pub(super) struct Regions {

@@ -32,24 +32,25 @@ use super::shapes::Shapes;
 use super::simulate::Simulate;
 use super::tile_grid::{Regions, TILE, TILE_PIXELS, of_view};
 use super::totals::{
-    BIG_GROUPS, BLOCK_GROUPS, COUNTS_WORDS, GATHER_GROUPS, GROUPS_WORDS, LARGE_GROUPS, MAX_BANDS,
-    MAX_BINS, SORT_GROUPS, TOTALS_WORDS,
+    BIG_GROUPS, BLOCK_GROUPS, COUNTS_WORDS, GATHER_GROUPS, GROUPS_WORDS, LARGE_GROUPS, MAX_BINS,
+    SORT_GROUPS,
 };
 use super::veil::Veil;
+use crate::abi::{CLUSTER, END, Large, MAX_BANDS, MOST_TILES, NODE, STRETCHES, Totals};
+use crate::gpu::sets::{constant, group, tiles as slot};
 use crate::gpu::{
-    Binding, Bindings, Buffer, ComputePipeline, Device, Memory, Recorder, Resource, Texel, Texels,
+    Bindings, Buffer, ComputePipeline, Device, Memory, Recorder, Resource, Slot, Texel, Texels,
     Use, memory_barrier, shaders,
 };
 use crate::plan::FramePlan;
-use crate::rain::clusters::CLUSTER;
 use crate::rain::field::Seen;
 use crate::scene::Scene;
 use crate::scene::model::{Lens, Motion, ShapeModel};
 use crate::{Error, Result};
 
-/// Bytes of a splat's node, of which a block's takes two, and of a large drop, as there.
-pub(super) const NODE_BYTES: u64 = 32;
-pub(super) const LARGE_BYTES: u64 = 64;
+/// Bytes of a splat's node, of which a block's takes two, and of a large drop.
+pub(super) const NODE_BYTES: u64 = 4 * NODE as u64;
+pub(super) const LARGE_BYTES: u64 = size_of::<Large>() as u64;
 /// Tiles that a drop at the paper's sizes touches.
 const TILES_A_DROP: f64 = 2.0;
 /// Part of all drops that is in view at the paper's 90°, at most.
@@ -59,11 +60,10 @@ const SHARE_IN_VIEW: f64 = 0.18;
 const DROPS_A_BAND: f64 = 1.5;
 /// Workgroups of a dispatch along an axis, on any device.
 const MOST_GROUPS: u32 = 65_535;
-/// Clusters of a workgroup of `clusters`, and stretches of all clusters, as there.
-const CLUSTERS_GROUP: u32 = 64;
-const STRETCHES: u32 = 64;
-/// Least tiles of a drop whose blocks a workgroup gives out, as in the shaders.
-const TILES_OF_BIG: u64 = 13;
+/// Clusters of a workgroup of `clusters`.
+const CLUSTERS_GROUP: u32 = group::CLUSTERS_COMP[0];
+/// Least tiles of a drop whose blocks a workgroup gives out.
+const TILES_OF_BIG: u64 = MOST_TILES as u64 + 1;
 /// Focus in scene units from which on discs are not expected to be smaller.
 const FAR_FOCUS: f64 = 10.0;
 
@@ -81,13 +81,12 @@ pub struct Tiles {
     pub counters: Buffer,
     /// What passes read a texel at a time, where the device takes texel buffers so large.
     pub(super) texels: Option<TileTexels>,
-    /// Values of its constants.
-    pub(super) constants: Vec<u32>,
+    /// Specialization constants of all passes over the tiles.
+    pub(super) constants: Vec<[u32; 2]>,
     /// How far what is behind the drops is (`glsl/include/reach.glsl`), where it has a depth.
     pub(super) reach: Option<Buffer>,
     source: Source,
-    /// What `tile_buffers.glsl` declares, from binding 3 on, but for the pictures.
-    buffers: [Buffer; 6],
+    pub(super) lists: Lists,
     /// What frames say of the tiles, of the room in their lists, and of clusters.
     in_frame: [[u32; 4]; 3],
     bindings: Bindings,
@@ -106,6 +105,16 @@ pub struct Tiles {
     _found: Buffer,
 }
 
+/// What `tile_buffers.glsl` declares.
+pub(super) struct Lists {
+    pub totals: Buffer,
+    pub nodes: Buffer,
+    pub heads: Buffer,
+    pub larges: Buffer,
+    pub bigs: Buffer,
+    pub blocks: Buffer,
+}
+
 /// Where drops come from.
 enum Source {
     /// Drops in a box and placed ones, in clusters that never change.
@@ -116,10 +125,15 @@ enum Source {
 
 impl Source {
     /// What is bound for `clusters.glsl`, or `cells.glsl`.
-    fn buffers(&self) -> [&Buffer; 2] {
+    fn slots(&self) -> [(Slot, &Buffer); 2] {
         match self {
-            Self::Clusters(sorted) => [&sorted.order, &sorted.boxes],
-            Self::Cells(cells) => cells.1.each_ref(),
+            Self::Clusters(sorted) => {
+                [(slot::DROP_ORDER, &sorted.order), (slot::CLUSTER_BOXES, &sorted.boxes)]
+            }
+            Self::Cells(cells) => {
+                let [order, field] = &cells.1;
+                [(slot::DROP_ORDER, order), (slot::RAIN_FIELD, field)]
+            }
         }
     }
 }
@@ -130,14 +144,6 @@ pub(super) struct TileTexels {
     pub pictures: Texels,
     larges: Texels,
 }
-
-/// Where in [`Tiles::buffers`] those are that are reset or read by texels.
-const TOTALS: usize = 0;
-const NODES: usize = 1;
-const HEADS: usize = 2;
-const LARGES: usize = 3;
-/// End of a list, as in the shaders.
-const END: u32 = u32::MAX;
 
 impl Tiles {
     /// Buffers and pipelines for pictures of the size of `scene`'s. `has_depth`: what is behind the drops hides those that
@@ -162,8 +168,8 @@ impl Tiles {
         let range = u64::from(device_limits.max_storage_buffer_range);
         let groups = u64::from(device_limits.max_compute_work_group_count[0]);
         let cutoff_px = plan.cutoff.as_ref().map_or(0.0, |cutoff| cutoff.px);
-        let is_flattened = plan.shape.model != ShapeModel::Sphere;
-        let cells = Cells::new(device, scene, cutoff_px, plan.room, is_flattened)?;
+        let kinds = [plan.shape.model != ShapeModel::Sphere, plan.is_grainy()];
+        let cells = Cells::new(device, scene, cutoff_px, plan.room, kinds)?;
         let drops = match &cells {
             Some((cells, _)) => u64::from(cells.room[0]) * u64::from(CLUSTER),
             None => scene.drop_count().into(),
@@ -217,19 +223,15 @@ impl Tiles {
         let make = |name, bytes: u64, count: u64, usage| {
             Buffer::new(device, name, bytes * count, usage, Memory::Device)
         };
-        let buffers = [
-            make(
-                "totals",
-                4,
-                TOTALS_WORDS as u64,
-                cleared | Usage::INDIRECT_BUFFER | Usage::TRANSFER_SRC,
-            )?,
-            make("nodes", NODE_BYTES, nodes, by_four)?,
-            make("lists", 4, count.into(), cleared)?,
-            make("large drops", LARGE_BYTES, larges, by_four)?,
-            make("big drops", 8, blocks / TILES_OF_BIG + 1, storage)?,
-            make("blocks", 8, blocks, storage)?,
-        ];
+        let of_totals = cleared | Usage::INDIRECT_BUFFER | Usage::TRANSFER_SRC;
+        let lists = Lists {
+            totals: make("totals", size_of::<Totals>() as u64, 1, of_totals)?,
+            nodes: make("nodes", NODE_BYTES, nodes, by_four)?,
+            heads: make("lists", 4, count.into(), cleared)?,
+            larges: make("large drops", LARGE_BYTES, larges, by_four)?,
+            bigs: make("big drops", 8, blocks / TILES_OF_BIG + 1, storage)?,
+            blocks: make("blocks", 8, blocks, storage)?,
+        };
         let reach = match has_depth {
             true => Some(make("reach", 4, TILE_PIXELS * u64::from(count), storage)?),
             false => None,
@@ -258,7 +260,7 @@ impl Tiles {
         let found = make("clusters in view", 1, found_bytes, storage)?;
         let counters = Simulate::counters(device)?;
 
-        let (nodes, larges, pictures) = (&buffers[NODES], &buffers[LARGES], &appearance.table);
+        let (nodes, larges, pictures) = (&lists.nodes, &lists.larges, &appearance.table);
         let fit = [(nodes, Texel::FourWords), (larges, Texel::FourWords), (pictures, Texel::Word)]
             .iter()
             .all(|(buffer, words)| Texels::fit(device, buffer, *words));
@@ -271,41 +273,55 @@ impl Tiles {
         } else {
             None
         };
-        let has_placed = has_cells || !scene.drops.is_empty();
-        let views = texels.iter().flat_map(|texels| [&texels.larges, &texels.pictures]);
-
-        let uniform = (Binding::UNIFORM_BUFFER, Resource::Buffer(&frame.buffer));
-        let buffer = |buffer| (Binding::STORAGE_BUFFER, Resource::Buffer(buffer));
-        let slots: Vec<_> = std::iter::once(uniform)
-            .chain(source.buffers().into_iter().chain(&buffers).map(buffer))
-            .chain([&appearance.table, &placed.buffer, &counters, &found].map(buffer))
+        let is_several = scene.populations().len() > 1;
+        let has_placed = has_cells || is_several || !scene.drops.is_empty();
+        let buffers = [
+            (slot::CONSTANTS, &frame.buffer),
+            (slot::TOTALS, &lists.totals),
+            (slot::NODES, &lists.nodes),
+            (slot::HEADS, &lists.heads),
+            (slot::LARGES, &lists.larges),
+            (slot::BIGS, &lists.bigs),
+            (slot::BLOCKS, &lists.blocks),
+            (slot::PICTURES, &appearance.table),
+            (slot::PLACED_DROPS, &placed.buffer),
+            (slot::COUNTERS, &counters),
+            (slot::IN_VIEW, &found),
             // Without a depth no shader reads it.
-            .chain([buffer(reach.as_ref().unwrap_or(&found))])
-            .chain([&placed.motions, &veil.buffer, &large_moves].map(buffer))
-            .chain([&shapes.given, &shapes.large].map(buffer))
-            .chain(views.map(|view| (Binding::UNIFORM_TEXEL_BUFFER, Resource::Texels(view))))
+            (slot::REACH, reach.as_ref().unwrap_or(&found)),
+            (slot::PLACED_MOTIONS, &placed.motions),
+            (slot::VEIL, &veil.buffer),
+            (slot::MOVES, &large_moves),
+            (slot::SHAPES, &shapes.given),
+            (slot::LARGE_SHAPES, &shapes.large),
+        ];
+        let buffers = buffers.into_iter().chain(source.slots());
+        let views = texels.iter().flat_map(|texels| {
+            [(slot::LARGE_TEXELS, &texels.larges), (slot::PICTURE_TEXELS, &texels.pictures)]
+        });
+        let slots: Vec<_> = buffers
+            .map(|(slot, buffer)| (slot, Resource::Buffer(buffer)))
+            .chain(views.map(|(slot, view)| (slot, Resource::Texels(view))))
             .collect();
         let bindings = Bindings::of(device, "tiles", &slots)?;
-        let own = [
-            plan.splat_px.to_bits(),
-            plan.rays_px.to_bits(),
-            has_placed.into(),
-            plan.samples,
-            has_depth.into(),
-        ];
         let shape = match plan.shape.model {
             ShapeModel::Sphere => 0,
             ShapeModel::Stretched => 1,
             ShapeModel::Spheroid | ShapeModel::Equilibrium => 2,
         };
-        let shape = [shape, plan.shape.rays_px.to_bits()];
-        let constants: Vec<u32> = light_constants(&plan.light)
-            .into_iter()
-            .chain([lens.into()])
-            .chain(own)
-            .chain([moves.into()])
-            .chain(shape)
-            .collect();
+        let own = [
+            [constant::HAS_LENS, lens.into()],
+            [constant::SPLAT_PX, plan.splat_px.to_bits()],
+            [constant::RAYS_PX, plan.rays_px.to_bits()],
+            [constant::HAS_PLACED, has_placed.into()],
+            [constant::SAMPLES, plan.samples],
+            [constant::SEVERAL, is_several.into()],
+            [constant::HAS_DEPTH, has_depth.into()],
+            [constant::MOTION, moves.into()],
+            [constant::SHAPE, shape],
+            [constant::FLAT_RAYS_PX, plan.shape.rays_px.to_bits()],
+        ];
+        let constants: Vec<_> = light_constants(&plan.light).into_iter().chain(own).collect();
         let pipeline = |shader, push_words: u32| {
             ComputePipeline::new(device, shader, &bindings, 4 * push_words, &constants)
         };
@@ -333,7 +349,7 @@ impl Tiles {
             large: pipeline(large, 0)?,
             big: pipeline(shaders::BIG_COMP, 0)?,
             blocks: pipeline(blocks, 0)?,
-            buffers,
+            lists,
             constants,
             texels,
             bindings,
@@ -365,12 +381,7 @@ impl Tiles {
 
     /// Numbers of workgroups that the passes leave for indirect dispatches.
     pub(crate) fn totals(&self) -> &Buffer {
-        &self.buffers[TOTALS]
-    }
-
-    /// What the shaders' `clusters.glsl` and `tile_buffers.glsl` declare, from binding 1 on, but for the pictures.
-    pub(super) fn shared(&self) -> impl Iterator<Item = &Buffer> {
-        self.source.buffers().into_iter().chain(&self.buffers)
+        &self.lists.totals
     }
 
     /// The lists of the veil, how large drops move, and what shape they have.
@@ -403,7 +414,7 @@ impl Tiles {
             let (cells, [_, field]) = &**cells;
             cells.record(device, commands, field, seen);
         }
-        for (buffer, value) in [(&self.counters, 0), (&self.buffers[HEADS], END)] {
+        for (buffer, value) in [(&self.counters, 0), (&self.lists.heads, END)] {
             let raw = buffer.raw();
             // SAFETY: the command buffer is recorded outside of rendering.
             unsafe { device.raw().cmd_fill_buffer(commands.raw(), raw, 0, vk::WHOLE_SIZE, value) };

@@ -19,10 +19,10 @@ use ash::vk;
 use super::frame::FrameBuffer;
 use super::{attachment, rendering};
 use crate::Result;
+use crate::gpu::sets::{constant, group, tone_map as slot};
 use crate::gpu::{
-    Alpha, Binding, Bindings, Buffer, ComputePipeline, Device, GraphicsPipeline, GraphicsState,
-    Image, Memory, Recorder, Resource, Sampler, Samples, Texel, Texels, Use, memory_barrier,
-    shaders,
+    Alpha, Bindings, Buffer, ComputePipeline, Device, GraphicsPipeline, GraphicsState, Image,
+    Memory, Recorder, Resource, Sampler, Samples, Texel, Texels, Use, memory_barrier, shaders,
 };
 use crate::scene::model::Operator;
 
@@ -36,7 +36,6 @@ pub const DISPLAY: vk::Format = vk::Format::R8G8B8A8_SRGB;
 const SUMS: u32 = 16_384;
 /// Sums of the second step.
 pub(super) const FINAL_SUMS: u32 = 128;
-const GROUP: u32 = 64;
 
 /// What the second step leaves.
 pub type FinalSums = [f32; FINAL_SUMS as usize];
@@ -114,27 +113,27 @@ impl ToneMap {
         };
         let (radiance, sums, count, apply_shader) = match (source, &texels) {
             (Source::Image(image), _) => (
-                (Binding::COMBINED_IMAGE_SAMPLER, Resource::Sampled(image, &sampler)),
+                (slot::RADIANCE_IMAGE, Resource::Sampled(image, &sampler)),
                 own_sums.as_ref(),
                 SUMS,
                 shaders::TONE_MAP_FRAG,
             ),
             (Source::Tiles { log_sums, count, .. }, Some(texels)) => (
-                (Binding::UNIFORM_TEXEL_BUFFER, Resource::Texels(texels)),
+                (slot::RADIANCE_TEXELS, Resource::Texels(texels)),
                 Some(log_sums),
                 count,
                 shaders::TONE_MAP_FRAG_TEXELS,
             ),
             (Source::Tiles { radiance, log_sums, count }, None) => (
-                (Binding::STORAGE_BUFFER, Resource::Buffer(radiance)),
+                (slot::RADIANCE, Resource::Buffer(radiance)),
                 Some(log_sums),
                 count,
                 shaders::TONE_MAP_FRAG_BUFFER,
             ),
         };
-        let uniform = (Binding::UNIFORM_BUFFER, Resource::Buffer(&frame.buffer));
+        let uniform = (slot::CONSTANTS, Resource::Buffer(&frame.buffer));
         let sums_raw = sums.map_or(vk::Buffer::null(), Buffer::raw);
-        let sums = sums.map(|sums| (Binding::STORAGE_BUFFER, Resource::Buffer(sums)));
+        let sums = sums.map(|sums| (slot::SUMS, Resource::Buffer(sums)));
         let slots: Vec<_> = [uniform, radiance].into_iter().chain(sums).collect();
         let bindings = Bindings::of(device, "tone map", &slots)?;
         let reduce = match source {
@@ -149,7 +148,10 @@ impl ToneMap {
             [shaders::TONE_MAP_VERT, apply_shader],
             &bindings,
             0,
-            &[FINAL_SUMS, u32::from(operator == Operator::Photographic)],
+            &[
+                [constant::FINAL_SUMS, FINAL_SUMS],
+                [constant::PHOTOGRAPHIC, (operator == Operator::Photographic).into()],
+            ],
             &GraphicsState {
                 topology: vk::PrimitiveTopology::TRIANGLE_LIST,
                 attribute: None,
@@ -175,10 +177,22 @@ impl ToneMap {
     /// Records the reduction; the radiance, or the tiles' sums, must be ready to be read by compute.
     pub fn record_log_luminance(&self, device: &Device, commands: Recorder<'_>) {
         if let Some(reduce) = &self.reduce {
-            reduce.dispatch(commands, &self.bindings, 0, &[], [SUMS / GROUP, 1, 1]);
+            reduce.dispatch(
+                commands,
+                &self.bindings,
+                0,
+                &[],
+                [SUMS / group::LOG_LUMINANCE_COMP[0], 1, 1],
+            );
             memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::ComputeWrite]);
         }
-        self.sum_up.dispatch(commands, &self.bindings, 0, &[], [FINAL_SUMS / GROUP, 1, 1]);
+        self.sum_up.dispatch(
+            commands,
+            &self.bindings,
+            0,
+            &[],
+            [FINAL_SUMS / group::SUM_LOGS_COMP[0], 1, 1],
+        );
     }
 
     /// Records the sums of another picture in place of this one's: those of the whole, where this is a part of it.

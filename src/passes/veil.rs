@@ -15,11 +15,10 @@ use std::sync::Arc;
 use ash::vk;
 
 use crate::Result;
+use crate::abi::CELLS_PX;
 use crate::gpu::{Buffer, Device, Memory};
 
-/// Cells of the kinds in pixels, as in the shader; the last two are for drops out of focus.
-const CELLS_PX: [(u32, u32); 6] = [(8, 8), (4, 32), (32, 4), (4, 8), (8, 8), (32, 32)];
-/// Those of them without a lens.
+/// Kinds of cells without a lens.
 const KINDS_OF_STREAKS: usize = 4;
 /// Most links for each drop in view that are provided for discs.
 const MOST_LINKS_A_DROP: f64 = 256.0;
@@ -51,7 +50,7 @@ impl Veil {
         is_used: bool,
         blur_px: f64,
     ) -> Result<Self> {
-        let cells = |(x, y): (u32, u32)| width.div_ceil(x) * height.div_ceil(y);
+        let cells = |[x, y]: [u32; 2]| width.div_ceil(x) * height.div_ceil(y);
         let kinds = if blur_px > 0.0 { &CELLS_PX[..] } else { &CELLS_PX[..KINDS_OF_STREAKS] };
         let heads = if is_used { kinds.iter().copied().map(cells).sum() } else { 0 };
         let reset = 4 * u64::from(heads);

@@ -140,20 +140,19 @@ pub fn drops_in_view(scene: &Scene, cutoff_px: f64) -> Vec<DropRecord> {
             add(drop.number, drop.from_camera, size, drop.velocity, drop.sighting);
         });
     }
-    let random = scene.rain();
-    let count = random.as_ref().map_or(0, |rain| rain.count);
-    let shift = random.as_ref().map(|rain| rain.shift(tick_of_seconds(scene.time)));
-    let camera = random.as_ref().map(|rain| rain.camera_place(scene.camera.position));
+    let count = scene.random_count();
+    let mut random = scene.populations().into_iter().flat_map(|rain| {
+        let seen = rain.seen_from(scene.camera.position, tick_of_seconds(scene.time));
+        (0..rain.count).map(move |index| (seen.drop_at(index).as_dvec3(), rain.velocity))
+    });
     for (index, (_, radius, sighting)) in (0..).zip(sightings(scene)) {
+        let of_box = random.next();
         if matches!(sighting, Sighting::OutOfView) {
             continue;
         }
-        if index < count
-            && let (Some(rain), Some(shift), Some(camera)) = (&random, shift, camera)
-        {
-            let from_camera = rain.relative(rain.place(index, shift), camera).as_dvec3();
+        if let Some((from_camera, velocity)) = of_box {
             let size = (radius.into(), 1.0);
-            add(u64::from(index) + 1, from_camera, size, rain.velocity, sighting);
+            add(u64::from(index) + 1, from_camera, size, velocity, sighting);
         } else {
             let drop = &scene.drops[(index - count) as usize];
             let from_camera = drop.center_at(scene.time) - view.position;

@@ -25,53 +25,69 @@ pub struct Cutoff {
     pub px: f64,
     /// Why.
     pub why: String,
+    /// Standard deviation of a pixel by the drops that are not drawn: of their opacity, times the contrast.
+    pub noise: f64,
+    /// Whether the medium that stands for them has this noise.
+    pub is_grainy: bool,
 }
 
 impl Cutoff {
     /// That of `scene`, whose rain is `rain`: as the scene says, else from the contrast of its environment, the
     /// accepted error and the exposure; larger where that would be more drops or cells than a picture takes.
     pub fn of(scene: &Scene, rain: &RealRain, environment: &Environment) -> Self {
-        let (law, frustum) = (rain.law(), Frustum::of(&scene.view(), rain.extent));
-        let (wanted, most) = match (scene.model.far_rain, scene.model.cutoff_px) {
-            (Some(FarRain::Drops), _) => {
-                (Self { px: 0.0, why: "far_rain = \"drops\"".into() }, MOST_ASKED)
-            }
-            (_, Some(px)) => (Self { px, why: "as the scene says".into() }, MOST_ASKED),
-            _ => (Self::of_contrast(scene, rain, environment), MOST_DROPS),
+        let contrast = contrast(environment).clamp(LEAST_CONTRAST, 1.0);
+        let (px, why) = Self::px_of(scene, rain, contrast);
+        let frustum = Frustum::of(&scene.view(), rain.extent);
+        let deviation = frustum.noise(&rain.law(), rain.air_density, px, exposed(scene).abs());
+        let noise = contrast * deviation;
+        let is_grainy = match scene.model.far_rain {
+            None => noise > scene.model.error.unwrap_or(LEAST_SEEN),
+            Some(far_rain) => far_rain == FarRain::Grain,
         };
-        let drops = frustum.drops_above(&law, wanted.px);
-        let fewer = if drops > most {
-            Self {
-                px: cutoff_of_budget(&law, &frustum, most),
-                why: format!(
-                    "{:.0} million drops are drawn at most, and {:.3e} million are over {} px",
-                    most * 1e-6,
-                    drops * 1e-6,
-                    wanted.px
-                ),
-            }
-        } else {
-            wanted
-        };
-        let Some(field) = Field::of(scene) else { return fewer };
-        let px = f64::from(field.seen(scene, fewer.px).cutoff_px);
-        if px as f32 > fewer.px as f32 {
-            let why =
-                format!("{} px would be more cells of the rain than can be numbered", fewer.px);
-            return Self { px, why };
-        }
-        fewer
+        Self { px, why, noise, is_grainy }
     }
 
-    fn of_contrast(scene: &Scene, rain: &RealRain, environment: &Environment) -> Self {
-        let seen = scene.model.error.unwrap_or(LEAST_SEEN);
-        let contrast = contrast(environment).clamp(LEAST_CONTRAST, 1.0);
-        // A film may slow down until its drops stand still.
-        let exposed = if scene.film.is_default() { scene.drawn_exposure() } else { 0.0 };
-        let levels = 255.0 * seen;
-        Self {
-            px: unseen_radius(&rain.law(), rain.air_density, contrast, seen, exposed),
-            why: format!("no smaller drop shows by {levels:.2}/255 at a contrast of {contrast:.2}"),
+    fn px_of(scene: &Scene, rain: &RealRain, contrast: f64) -> (f64, String) {
+        let (law, frustum) = (rain.law(), Frustum::of(&scene.view(), rain.extent));
+        let ((wanted, why), most) = match (scene.model.far_rain, scene.model.cutoff_px) {
+            (Some(FarRain::Drops), _) => ((0.0, "far_rain = \"drops\"".into()), MOST_ASKED),
+            (_, Some(px)) => ((px, "as the scene says".into()), MOST_ASKED),
+            _ => (of_contrast(scene, rain, contrast), MOST_DROPS),
+        };
+        let drops = frustum.drops_above(&law, wanted);
+        let (fewer, why) = match drops > most {
+            true => (
+                cutoff_of_budget(&law, &frustum, most),
+                format!(
+                    "{:.0} million drops are drawn at most, and {:.3e} million are over {wanted} px",
+                    most * 1e-6,
+                    drops * 1e-6,
+                ),
+            ),
+            false => (wanted, why),
+        };
+        let Some(field) = Field::of(scene) else { return (fewer, why) };
+        let px = f64::from(field.seen(scene, fewer).cutoff_px);
+        if px as f32 > fewer as f32 {
+            return (
+                px,
+                format!("{fewer} px would be more cells of the rain than can be numbered"),
+            );
         }
+        (fewer, why)
     }
+}
+
+/// For how long each drop is seen. A film may slow down until its drops stand still.
+fn exposed(scene: &Scene) -> f64 {
+    if scene.film.is_default() { scene.drawn_exposure() } else { 0.0 }
+}
+
+fn of_contrast(scene: &Scene, rain: &RealRain, contrast: f64) -> (f64, String) {
+    let seen = scene.model.error.unwrap_or(LEAST_SEEN);
+    let levels = 255.0 * seen;
+    (
+        unseen_radius(&rain.law(), rain.air_density, contrast, seen, exposed(scene)),
+        format!("no smaller drop shows by {levels:.2}/255 at a contrast of {contrast:.2}"),
+    )
 }

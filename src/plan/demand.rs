@@ -9,6 +9,7 @@ use glam::DVec3;
 use crate::environment::Environment;
 use crate::picture::tone_map::{Exposure, display, exposure_of};
 use crate::picture::{Picture, srgb_of_linear};
+use crate::rain::Rain;
 use crate::rain::visibility::Frustum;
 use crate::scene::camera::View;
 use crate::scene::real_rain::RealRain;
@@ -92,7 +93,13 @@ impl Demand {
     }
 
     fn add_rain(&mut self, scene: &Scene, view: &View, near_radii: f64) {
-        let Some(rain) = scene.rain() else { return };
+        scene
+            .populations()
+            .iter()
+            .for_each(|rain| self.add_population(rain, scene, view, near_radii));
+    }
+
+    fn add_population(&mut self, rain: &Rain, scene: &Scene, view: &View, near_radii: f64) {
         let half = rain.half_extent;
         let density = f64::from(rain.count) / (8.0 * half.x * half.y * half.z);
         let met = density * std::f64::consts::PI * rain.radius * rain.radius;

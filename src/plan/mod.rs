@@ -93,8 +93,10 @@ pub struct FramePlan {
     pub tone_map: Option<Operator>,
     /// Whether the display pass derives its exposure from the picture's log-average luminance.
     pub log_average: bool,
-    /// Whether the rain is drawn over nothing, with what each pixel's nearest drop is.
+    /// Whether the rain is drawn over nothing.
     pub layers: bool,
+    /// Whether each pixel's nearest drop is found.
+    pub nearest: bool,
     /// Why preset `auto` chose these models.
     pub why: Option<String>,
     /// Why they may not keep the error that was accepted.
@@ -140,6 +142,11 @@ impl Default for Light {
 }
 
 impl FramePlan {
+    /// Whether the medium of far rain has the noise of single drops.
+    pub fn is_grainy(&self) -> bool {
+        self.cutoff.as_ref().is_some_and(|cutoff| cutoff.is_grainy)
+    }
+
     /// Whether both draw by the same models, and so by the same pipelines and tables.
     pub fn has_models_of(&self, other: &Self) -> bool {
         let models = |plan: &Self| Self {
@@ -299,6 +306,7 @@ pub fn plan_by(
         tone_map: (output == Output::Display).then_some(scene.tone_map.operator),
         log_average: output == Output::Display && scene.tone_map.derives_exposure(),
         layers,
+        nearest: layers,
         doubt: chosen.and_then(|chosen| chosen.doubt.clone()),
         why: chosen.map(|chosen| chosen.reason.clone()),
         passes: Vec::new(),
@@ -309,7 +317,7 @@ pub fn plan_by(
 /// What is passed over, what stands behind, and how many drops there are.
 fn of_real_rain(scene: &Scene, rain: &RealRain, cutoff: &Cutoff) -> (String, String, String) {
     let (law, frustum) = (rain.law(), Frustum::of(&scene.view(), rain.extent));
-    let Cutoff { px: cutoff_px, why } = cutoff;
+    let Cutoff { px: cutoff_px, why, noise, is_grainy } = cutoff;
     let drops = format!("some {:.0} drops", frustum.drops_above(&law, *cutoff_px));
     let skipped = "cells of the rain out of view, or too far for any of their drops to be seen, are passed over";
     let alone = format!("drops of over {cutoff_px:.3} px of radius are shown one by one ({why})");
@@ -318,7 +326,12 @@ fn of_real_rain(scene: &Scene, rain: &RealRain, cutoff: &Cutoff) -> (String, Str
         _ if *cutoff_px == 0.0 => "none is left".to_string(),
         _ => {
             let from = medium::starts(&law, frustum.focal_px, *cutoff_px);
-            format!("the others are a medium, from {from:.0} m on all")
+            let noise = 255.0 * noise;
+            let grain = match is_grainy {
+                true => format!("with the noise of single drops ({noise:.1}/255)"),
+                false => format!("without the noise of single drops ({noise:.1}/255)"),
+            };
+            format!("the others are a medium, from {from:.0} m on all, {grain}")
         }
     };
     (format!("{skipped}: {alone}"), format!("the environment behind the drops: {far}"), drops)
@@ -396,7 +409,7 @@ fn passes(scene: &Scene, plan: &FramePlan) -> Vec<(&'static str, String)> {
                 "images of small bright sources in the larger drops, if the environment has any"
                     .into(),
             ));
-            if plan.layers {
+            if plan.nearest {
                 passes.push(("layers", "each pixel's nearest drop, and how many cover it".into()));
             }
             passes.push(("composite", format!("drops by {optics} over the sky, front to back")));

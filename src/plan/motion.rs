@@ -45,7 +45,7 @@ pub(super) fn motion_of(scene: &Scene, primitive: Primitive, optics: Optics) -> 
         }
         _ => {}
     }
-    if let Some(rain) = scene.rain() {
+    for rain in scene.populations() {
         let part =
             (rain.velocity * scene.drawn_exposure() / (2.0 * rain.half_extent)).abs().max_element();
         if part > MOST_OF_BOX {

@@ -32,6 +32,8 @@ const SEGMENT_BITS: u32 = 6;
 /// Diameters are whole multiples of this many mm, 2⁻²⁰: exact in float32 up to 16 mm.
 pub const DIAMETER_UNIT: f64 = 1.0 / 1_048_576.0;
 
+const _: () = assert!(crate::abi::QUANTILES == 1 + (1 << SEGMENT_BITS));
+
 /// Digits after the binary point of a camera's position in metres.
 const POSITION_BITS: i32 = 48;
 

@@ -5,14 +5,8 @@
 
 use rayon::prelude::*;
 
+pub use crate::abi::{CLUSTER, NO_DROP};
 use crate::rain::{Rain, start};
-
-/// Drops of a cluster, as in the shaders: enough that a cluster's test costs little a drop, few enough
-/// that clusters at the edge of the view do not drag in many drops out of it.
-pub const CLUSTER: u32 = 16;
-
-/// In the place of a drop's index: none, where drops do not fill their last cluster.
-pub const NO_DROP: u32 = u32::MAX;
 
 /// Drops that share a cell of the grid by which they are sorted, on average. (With two, 4 million took
 /// 30 ms longer to sort, and no fewer drops out of view came along.)
@@ -34,19 +28,32 @@ pub struct Clusters {
 }
 
 /// The box around a cluster's drops at tick 0. Three words: its smallest coordinates, in units of 2^-32 of the rain
-/// box. The fourth: its three edges minus one, x in the lowest bits, ten bits each, in units of 2^-10, rounded up.
+/// box. The fourth: its three edges minus one, x in the lowest bits, ten bits each, in units of 2^-10, rounded up; and the
+/// number of the population that all of its drops are of, two bits.
 pub type ClusterBox = [u32; 4];
 
 impl Clusters {
-    /// Sorts the drops of `rain`, and appends `placed` drops in clusters of their own, which have no box.
-    pub fn new(rain: Option<&Rain>, placed: u32) -> Self {
-        let count = rain.map_or(0, |rain| rain.count);
-        let mut order = rain.map_or_else(Vec::new, in_order);
-        fill_last(&mut order);
-        let boxes = rain.map_or_else(Vec::new, |rain| {
-            order.par_chunks(CLUSTER as usize).map(|drops| box_around(rain.seed, drops)).collect()
-        });
-        order.extend(count..count + placed);
+    /// Sorts the drops of each population, whose indices follow one another, and appends `placed` drops; all in clusters
+    /// of their own. Those of placed drops have no box.
+    pub fn new(populations: &[Rain], placed: u32) -> Self {
+        let (mut order, mut boxes) = (Vec::new(), Vec::new());
+        let mut first = 0;
+        for (number, rain) in (0..).zip(populations) {
+            let mut own = in_order(rain);
+            fill_last(&mut own);
+            let around = own.par_chunks(CLUSTER as usize).map(|drops| {
+                let [x, y, z, edges] = box_around(rain.seed, drops);
+                [x, y, z, edges | number << (3 * EDGE_BITS)]
+            });
+            boxes.par_extend(around);
+            let index = |index| if index == NO_DROP { NO_DROP } else { first + index };
+            match first {
+                0 => order = own,
+                _ => order.par_extend(own.into_par_iter().map(index)),
+            }
+            first += rain.count;
+        }
+        order.extend(first..first + placed);
         fill_last(&mut order);
         Self { order, boxes }
     }
@@ -117,7 +124,7 @@ mod tests {
     #[test]
     fn every_drop_is_in_a_cluster_once() {
         for (count, placed) in [(0, 0), (0, 3), (1, 0), (16, 16), (20_001, 3)] {
-            let clusters = Clusters::new(Some(&rain(count)), placed);
+            let clusters = Clusters::new(&[rain(count)], placed);
             assert_eq!(clusters.boxes.len() as u32, count.div_ceil(CLUSTER));
             assert_eq!(clusters.count(), count.div_ceil(CLUSTER) + placed.div_ceil(CLUSTER));
             let (random, by_hand) =
@@ -131,8 +138,24 @@ mod tests {
     }
 
     #[test]
+    fn a_cluster_is_of_one_population() {
+        let counts = [5_000, 17, 1];
+        let clusters = Clusters::new(&counts.map(rain), 2);
+        let firsts = [0, 5_000, 5_017, 5_018];
+        let mut seen = [0; 3];
+        for (around, drops) in clusters.boxes.iter().zip(clusters.order.chunks(16)) {
+            let number = (around[3] >> 30) as usize;
+            for index in drops.iter().filter(|index| **index != NO_DROP) {
+                assert!((firsts[number]..firsts[number + 1]).contains(index), "{index}: {number}");
+                seen[number] += 1;
+            }
+        }
+        assert_eq!(seen, counts);
+    }
+
+    #[test]
     fn boxes_hold_their_drops_and_are_small() {
-        let clusters = Clusters::new(Some(&rain(20_000)), 0);
+        let clusters = Clusters::new(&[rain(20_000)], 0);
         let mut volume = 0.0;
         for ([x, y, z, edges], drops) in clusters.boxes.iter().zip(clusters.order.chunks(16)) {
             let edges = [0, 10, 20].map(|shift| (u64::from(edges >> shift & 1023) + 1) << 22);

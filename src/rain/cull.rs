@@ -146,13 +146,11 @@ pub fn split(v: DVec3) -> [Vec3; 2] {
 /// drops in a box before the placed ones. Those of real rain have no index: [`crate::rain::field::Field::sightings`].
 pub fn sightings(scene: &Scene) -> impl Iterator<Item = (Vec3, f32, Sighting)> {
     let sight = Sight::of(scene);
-    let random = scene.rain().into_iter().flat_map(move |rain| {
-        let shift = rain.shift(crate::rain::tick_of_seconds(scene.drawn_time()));
-        let camera = rain.camera_place(scene.camera.position);
+    let tick = crate::rain::tick_of_seconds(scene.drawn_time());
+    let random = scene.populations().into_iter().flat_map(move |rain| {
+        let seen = rain.seen_from(scene.camera.position, tick);
         let moved = (rain.velocity * scene.drawn_exposure()).as_vec3();
-        (0..rain.count).map(move |index| {
-            (rain.relative(rain.place(index, shift), camera), moved, rain.radius as f32)
-        })
+        (0..rain.count).map(move |index| (seen.drop_at(index), moved, rain.radius as f32))
     });
     let placed = scene.drops.iter().map(move |drop| {
         let moved = (drop.velocity * scene.drawn_exposure()).as_vec3();

@@ -6,11 +6,14 @@
 //! nearest to the view's, each a rectangle around the pyramid's section: [`Slab`]. So the work on the CPU grows
 //! with the layers, some thousand, and not with the cells.
 
-use bytemuck::{Pod, Zeroable};
+use bytemuck::Zeroable as _;
 use glam::{DVec3, Vec3};
 
+use crate::abi::{self, CELLS_GROUP, MAX_BANDS};
+pub use crate::abi::{RainClass as ClassRecord, Slab};
 use crate::rain::cells::{CellDrop, DIAMETER_UNIT, Lattice, Place};
 use crate::rain::cull::{Sight, Sighting};
+use crate::rain::grain::{Grain, GrainRecord};
 use crate::rain::law::Law;
 use crate::rain::medium::{MediumRecord, Outlines};
 use crate::rain::shape::Halves;
@@ -21,50 +24,18 @@ use crate::scene::model::FarRain;
 use crate::scene::projection::View;
 use crate::scene::real_rain::RealRain;
 
-/// Cells that one workgroup looks into, all of one slab, as in `glsl/include/cells.glsl`.
-pub const GROUP: u32 = 64;
-/// Most slabs of a picture, as there. At the default cut-off and 60 degrees there are some thousand.
-pub const MOST_SLABS: usize = 32_768;
+/// Cells that one workgroup looks into, all of one slab.
+pub const GROUP: u32 = CELLS_GROUP;
+/// Most slabs of a picture.
+pub const MOST_SLABS: usize = abi::MOST_SLABS as usize;
 /// Most groups: a cell's number among all and a drop's in it are 31 bits together.
 pub const MOST_GROUPS: usize = (1 << 25) / GROUP as usize;
 /// Factor by which a cut-off rises until its cells can be numbered, and where it begins to if every drop was to be
 /// shown.
 const RAISED: f64 = 1.25;
 const LEAST_RAISED_PX: f64 = 0.001;
-/// Bands of depth, as in `glsl/include/tile_buffers.glsl`.
-pub const MOST_BANDS: usize = 16;
-
-/// `RainClass` of `glsl/include/cells.glsl`: a class's cells, seen from the camera.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct ClassRecord {
-    /// Low words of the number of the camera's cell; first word of the class's salt.
-    pub cell_low: [u32; 4],
-    /// High words; second word of the salt.
-    pub cell_high: [u32; 4],
-    /// The camera's place in its cell in units of 2⁻³² of its edge; number of thresholds.
-    pub fraction: [u32; 4],
-    /// How far drops move while the shutter is open, in scene units; a cell's edge.
-    pub moved: [f32; 4],
-    /// How far drops reach from their centres at most, and the depth to which drops are shown one by one, in scene units.
-    pub limits: [f32; 4],
-}
-
-/// A layer of cells of one class, as `glsl/include/cells.glsl` has it.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
-pub struct Slab {
-    /// Its first cell, relative to the camera's.
-    pub first: [i32; 3],
-    /// Number of the class.
-    pub class: u32,
-    /// Cells along x and y.
-    pub across: [u32; 2],
-    /// Cells in all.
-    pub cells: u32,
-    /// Number of its first group.
-    pub first_group: u32,
-}
+/// Bands of depth.
+pub const MOST_BANDS: usize = MAX_BANDS as usize;
 
 /// The rain of a scene, whatever camera and time.
 #[derive(Clone, Debug)]
@@ -74,6 +45,8 @@ pub struct Field {
     rain: RealRain,
     /// Of drops that are drawn flattened.
     outlines: Option<Outlines>,
+    /// Median-volume diameter and its lattice's number, where the medium has the noise of single drops.
+    grain: Option<(f64, usize)>,
 }
 
 /// The rain of one picture.
@@ -93,6 +66,8 @@ pub struct Seen {
     pub band_depths: [f32; MOST_BANDS],
     /// Far rain as a medium; none where it is left out, or all drops are shown.
     pub medium: Option<MediumRecord>,
+    /// Its noise.
+    pub grain: GrainRecord,
     /// Drops of the cells that are looked into, on average.
     pub drops_in_cells: f64,
     /// Of those cells the ones that hold a drop, on average.
@@ -121,7 +96,7 @@ impl Field {
     pub fn of(scene: &Scene) -> Option<Self> {
         let rain = scene.real_rain()?;
         let lattices = rain.lattices(scene.seed);
-        Some(Self { lattices, law: rain.law(), rain, outlines: None })
+        Some(Self { lattices, law: rain.law(), rain, outlines: None, grain: None })
     }
 
     /// The same where drops are drawn flattened: they are wider than their spheres, so that cells farther out of view may
@@ -129,6 +104,14 @@ impl Field {
     pub fn flattened(self, is_flattened: bool) -> Self {
         let outlines = is_flattened.then(|| Outlines::new(&self.law));
         Self { outlines, ..self }
+    }
+
+    /// The same with the noise of single drops in the medium, or without.
+    pub fn grainy(self, is_grainy: bool) -> Self {
+        let median = self.law.median_volume_diameter();
+        let holds = |lattice: &Lattice| 2e3 * lattice.radius >= median;
+        let lattice = self.lattices.iter().position(holds).filter(|_| is_grainy);
+        Self { grain: lattice.map(|lattice| (median, lattice)), ..self }
     }
 
     /// How far the drops of a lattice reach from their centres at most, in metres.
@@ -174,6 +157,7 @@ impl Field {
                 let (outlines, scales) = (self.outlines.as_ref(), (view.focal_px, cutoff_px));
                 MediumRecord::new(&self.law, outlines, scales, self.rain.extent, metres)
             }),
+            grain: GrainRecord::zeroed(),
             drops_in_cells: 0.0,
             cells_with_drops: 0.0,
             places: Vec::new(),
@@ -193,7 +177,7 @@ impl Field {
                 let cells = f64::from(slab.cells);
                 seen.drops_in_cells += cells * lattice.mean;
                 seen.cells_with_drops -= cells * (-lattice.mean).exp_m1();
-                seen.slabs.push(Slab { class, first_group, ..slab });
+                seen.slabs.push(Slab { kind: class, first_group, ..slab });
                 first_group += slab.cells.div_ceil(GROUP);
                 if seen.slabs.len() > MOST_SLABS || first_group as usize > MOST_GROUPS {
                     return None;
@@ -201,6 +185,15 @@ impl Field {
             }
             seen.classes.push(lattice.record(reach, &place, moved, depth, metres));
             seen.places.push(place);
+        }
+        if let (Some((median, number)), Some(_)) = (self.grain, &seen.medium) {
+            let (law, air_density) = (&self.law, self.rain.air_density);
+            let level = self.outlines.as_ref().map(|outlines| outlines.extinction()[0]);
+            let widened = level.map_or(1.0, |level| level / self.law.extinction());
+            let focal_px = view.focal_px;
+            let grain = Grain { law, air_density, focal_px, cutoff_px, exposed, widened };
+            let (lattice, place) = (&self.lattices[number], &seen.places[number]);
+            seen.grain = grain.record(median, lattice, place, metres);
         }
         seen.band_depths = band_depths(&self.lattices, &seen.classes);
         Some(seen)
@@ -222,7 +215,7 @@ impl Field {
         let view = scene.view();
         let sight = Sight::of(scene);
         for slab in &seen.slabs {
-            let class = slab.class as usize;
+            let class = slab.kind as usize;
             let (lattice, place) = (&self.lattices[class], &seen.places[class]);
             let [x, y, z, edge] = seen.classes[class].moved;
             let moved = sight.view_space(Vec3::new(x, y, z));
@@ -234,7 +227,7 @@ impl Field {
                     let center = sight.view_space(relative);
                     if seen.shows(center, radius, view.focal_px as f32) {
                         visit(ShownDrop {
-                            number: drop_number(slab.class, cell, drop.number),
+                            number: drop_number(slab.kind, cell, drop.number),
                             view: center,
                             from_camera: lattice.between(place, &drop.place) / scene.metres,
                             radius,
@@ -445,7 +438,7 @@ impl Pyramid {
             (first[axis], counts[axis]) = (layer, 1);
             let [x, y, z] = counts;
             let cells = x.saturating_mul(y).saturating_mul(z);
-            Some(Slab { first, class: 0, across: [x, y], cells, first_group: 0 })
+            Some(Slab { first, kind: 0, across: [x, y], cells, first_group: 0 })
         })
     }
 }

@@ -109,8 +109,8 @@ pub fn cutoff_of_budget(law: &Law, frustum: &Frustum, drops: f64) -> f64 {
     (at_one / drops).cbrt()
 }
 
-/// Depths at which a medium's optical depth is tabulated, as in `glsl/include/rain_field.glsl`.
-const DEPTHS: usize = 64;
+/// Depths at which a medium's optical depth is tabulated.
+const DEPTHS: usize = crate::abi::MEDIUM_DEPTHS as usize;
 
 /// The medium of a frame, as `RainField` of `glsl/include/rain_field.glsl` has it.
 #[repr(C)]

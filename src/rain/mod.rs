@@ -12,6 +12,7 @@ pub mod clusters;
 pub mod cull;
 pub mod fall;
 pub mod field;
+pub mod grain;
 pub mod law;
 pub mod medium;
 pub mod shape;
@@ -78,12 +79,33 @@ impl Rain {
         (self.half_extent / 2_147_483_648.0).as_vec3()
     }
 
+    /// The drops as a camera sees them at a time.
+    pub fn seen_from(&self, position: DVec3, tick: Tick) -> SeenRain {
+        SeenRain { rain: *self, shift: self.shift(tick), camera: self.camera_place(position) }
+    }
+
     /// Centre of the drop at `place` relative to the camera at `camera_place`, in scene units along
     /// the world's axes. Bit for bit what the GPU computes: one conversion and one product each.
     pub fn relative(&self, place: [u32; 3], camera_place: [u32; 3]) -> Vec3 {
         let units = self.units();
         let along = |axis: usize| place[axis].wrapping_sub(camera_place[axis]) as i32 as f32;
         Vec3::new(along(0) * units.x, along(1) * units.y, along(2) * units.z)
+    }
+}
+
+/// The drops of a population as a camera sees them at a time.
+#[derive(Clone, Copy, Debug)]
+pub struct SeenRain {
+    rain: Rain,
+    shift: [u32; 3],
+    camera: [u32; 3],
+}
+
+impl SeenRain {
+    /// Centre of drop `index` relative to the camera, in scene units along the world's axes: `drop_at` in
+    /// `glsl/include/rain.glsl`.
+    pub fn drop_at(&self, index: u32) -> Vec3 {
+        self.rain.relative(self.rain.place(index, self.shift), self.camera)
     }
 }
 

@@ -69,19 +69,19 @@ pub fn of_scene(scene: &Scene) -> Drops {
     let is_drawn = |center: DVec3, motion: DVec3| {
         motion != DVec3::ZERO || fade(center.length(), camera.near, camera.near_fade) > 0.0
     };
-    if let Some(rain) = scene.rain() {
+    for rain in scene.populations() {
         let motion = rain.velocity * exposed;
         let half_extent = (motion != DVec3::ZERO).then_some(rain.half_extent);
+        let population = drops.populations.len() as u32;
         drops.populations.push(Population { shape: Shape::Sphere, motion, half_extent });
-        let shift = rain.shift(tick_of_seconds(scene.time));
-        let eye = rain.camera_place(camera.position);
-        drops.all = (0..rain.count)
+        let seen = rain.seen_from(camera.position, tick_of_seconds(scene.time));
+        let all = (0..rain.count)
             .into_par_iter()
-            .map(|index| rain.relative(rain.place(index, shift), eye).as_dvec3())
+            .map(|index| seen.drop_at(index).as_dvec3())
             .filter(|center| is_drawn(*center, motion))
             .flat_map_iter(|center| images(center, motion, half_extent))
-            .map(|center| Drop { center, radius: rain.radius, population: 0 })
-            .collect();
+            .map(|center| Drop { center, radius: rain.radius, population });
+        drops.all.par_extend(all);
     }
     for placed in &scene.drops {
         let motion = placed.velocity * exposed;

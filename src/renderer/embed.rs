@@ -10,8 +10,11 @@ use crate::gpu::{HostImage, Recorder};
 use crate::passes::background::Behind;
 pub use crate::passes::output::Blend;
 use crate::passes::output::{FORMATS, Output};
+pub use crate::passes::told::HostMotion;
+use crate::passes::told::Told;
 use crate::plan::FramePlan;
 use crate::scene::Scene;
+use crate::scene::camera::Camera;
 use crate::scene::model::{Primitive, Simulation};
 use crate::{Error, Result};
 
@@ -28,13 +31,26 @@ pub struct ViewInfo {
     pub has_color: bool,
     /// Whether a depth of the host's hides drops.
     pub has_depth: bool,
+    /// Format of the images that the motion of each pixel's nearest drop is drawn into, where that is asked for:
+    /// two or four floats.
+    pub motion: Option<vk::Format>,
+    /// The same of its depth: a float.
+    pub nearest_depth: Option<vk::Format>,
 }
 
 impl Default for ViewInfo {
     /// Two frames, in float16, which overwrite; the environment is behind.
     fn default() -> Self {
         let (format, blend) = (vk::Format::R16G16B16A16_SFLOAT, Blend::Replace);
-        Self { frames_in_flight: 2, format, blend, has_color: false, has_depth: false }
+        Self {
+            frames_in_flight: 2,
+            format,
+            blend,
+            has_color: false,
+            has_depth: false,
+            motion: None,
+            nearest_depth: None,
+        }
     }
 }
 
@@ -50,12 +66,24 @@ pub struct FrameInput<'a> {
     pub background: HostBackground,
     /// What is around the rain from this frame on, for light that is renewed ([`Lighting::live`]).
     pub environment: Option<HostEnvironment>,
+    /// Where the motion of each pixel's nearest drop is drawn, if [`ViewInfo`] says so.
+    pub motion: Option<HostMotion>,
+    /// Where its depth is drawn: that of its centre along the view axis, in scene units. A pixel without a drop keeps
+    /// what it holds.
+    pub nearest_depth: Option<HostImage>,
 }
 
 impl<'a> FrameInput<'a> {
     /// A frame of a scene, into an image.
     pub fn new(scene: &'a Scene, output: HostImage) -> Self {
-        Self { scene, output, background: HostBackground::default(), environment: None }
+        Self {
+            scene,
+            output,
+            background: HostBackground::default(),
+            environment: None,
+            motion: None,
+            nearest_depth: None,
+        }
     }
 
     /// With a picture behind the drops, and the radiance of a 1 in it. It must be another image than the output.
@@ -73,6 +101,20 @@ impl<'a> FrameInput<'a> {
         self
     }
 
+    /// With the motion of each pixel's nearest drop since the frame before, for a temporal upscaler.
+    #[must_use]
+    pub fn moved(mut self, motion: HostMotion) -> Self {
+        self.motion = Some(motion);
+        self
+    }
+
+    /// With the depth of each pixel's nearest drop.
+    #[must_use]
+    pub fn nearest(mut self, depth: HostImage) -> Self {
+        self.nearest_depth = Some(depth);
+        self
+    }
+
     /// With a depth that hides drops, and what it holds.
     #[must_use]
     pub fn hidden_by(mut self, depth: HostImage, convention: DepthConvention) -> Self {
@@ -87,8 +129,9 @@ impl View {
     ///
     /// # Errors
     /// [`Error::Scene`] if the rain is not the scene's, for a plan with a display pass or with positions that go on from
-    /// frame to frame, or for a format that cannot hold the picture; [`Error::DeviceLacks`] if the device was made
-    /// without a feature that the plan needs; else those of [`super::Renderer::of`].
+    /// frame to frame, for one that does not go with `info`, or for a format that cannot hold the picture;
+    /// [`Error::DeviceLacks`] if the device was made without a feature that the plan needs; else those of
+    /// [`super::Renderer::of`].
     pub fn new(
         lighting: &Arc<Lighting>,
         rain: &Arc<RainField>,
@@ -111,10 +154,27 @@ impl View {
         if (color || depth) && plan.primitive != Primitive::Tile {
             return refuse("a background is behind tiles; take preset fast, exact or auto");
         }
+        if color && plan.layers {
+            return refuse(
+                "layers are over nothing; for a background's colour plan for Output::Radiance",
+            );
+        }
+        if info.blend == Blend::Over && !plan.layers {
+            return refuse(
+                "a picture hides what the output holds; to lay rain over it plan for Output::Layers",
+            );
+        }
         let of_light = lighting.renewal.as_ref().map(|renewal| renewal.info.frames_in_flight);
         if of_light.is_some_and(|frames| frames < frames_in_flight) {
             return refuse("the light was made for fewer frames in flight");
         }
+        let told = [info.motion, info.nearest_depth];
+        if told.iter().any(Option::is_some) && plan.primitive != Primitive::Tile {
+            return refuse(
+                "motion and nearest depth are those of tiles; take preset fast, exact or auto",
+            );
+        }
+        let plan = &FramePlan { nearest: told.iter().any(Option::is_some), ..plan.clone() };
         let frames = frames_in_flight as u32;
         let behind = (color || depth).then_some(Behind::Host { color, depth, frames });
         let mut view = Self::of(lighting, rain, scene, plan, frames_in_flight, behind)?;
@@ -122,6 +182,10 @@ impl View {
         let source = view.drawing.source();
         let (device, frame) = (&view.device, &view.frame_buffer);
         view.output = Some(Output::new(device, frame, source, info.format, info.blend)?);
+        view.told = match &view.drawing {
+            Drawing::Tiled(tiled) => Told::new(device, frame, tiled.layers.as_ref(), told)?,
+            Drawing::Points(_) => None,
+        };
         Ok(view)
     }
 
@@ -143,7 +207,8 @@ impl View {
     ///   in which the view recorded them.
     /// - The images are the host's device's, and as `input` describes them when the commands are executed: of this size,
     ///   format and number of samples, in this layout, used before by no other stages and accesses than stated. They and
-    ///   their views live until the slot has retired. The output has usage `COLOR_ATTACHMENT`, the others `SAMPLED`.
+    ///   their views live until the slot has retired. Those that are drawn into (output, motion, nearest depth) have usage
+    ///   `COLOR_ATTACHMENT`, the others `SAMPLED`.
     /// - The view is dropped when the queue is done with all that it has recorded.
     pub unsafe fn record(
         &mut self,
@@ -162,7 +227,9 @@ impl View {
             return refuse("the view was made for no host");
         };
         output.check(&input.output, self.size)?;
-        check_background(&input.background, &info, input.scene, &input.output)?;
+        check_background(&input.background, &info, input.scene)?;
+        check_told(input, &info, self.size)?;
+        check_apart(input)?;
         if let Some(environment) = &input.environment {
             let Some(renewal) = &self.lighting.renewal else {
                 return refuse("the light is not one that is renewed; make it by Lighting::live");
@@ -172,6 +239,10 @@ impl View {
             unsafe { renewal.set_image(slot, environment)? };
         }
         let mut frame = self.frame(input.scene, None)?;
+        if let Some(HostMotion { camera, time, .. }) = &input.motion {
+            let image = input.scene.image;
+            frame = frame.until(camera.view(image.width, image.height), *time);
+        }
         // SAFETY: by contract.
         let recorder = unsafe { Recorder::of_host(commands) };
         if let Drawing::Tiled(tiled) = &mut self.drawing {
@@ -257,12 +328,7 @@ const DEPTH_FORMATS: [vk::Format; 8] = [
 ];
 
 /// Refuses a background that is not what the view was made for, or cannot be read.
-fn check_background(
-    background: &HostBackground,
-    info: &ViewInfo,
-    scene: &Scene,
-    output: &HostImage,
-) -> Result<()> {
+fn check_background(background: &HostBackground, info: &ViewInfo, scene: &Scene) -> Result<()> {
     let whole = (scene.image.width, scene.image.height);
     let fits = |name: &str, is: bool, wanted: bool| match (is, wanted) {
         (true, false) => refuse(&format!("the view was made for no background {name}")),
@@ -299,9 +365,57 @@ fn check_background(
         }
         image.check(name, whole, true)?;
     }
-    let images = [background.color.map(|(i, _)| i.image), background.depth.map(|(i, _)| i.image)];
-    if images.contains(&Some(output.image)) {
-        return refuse("the output is a background's image too; draw into another");
+    Ok(())
+}
+
+/// Refuses images of motion and depth that are not what the view was made for, or cannot be drawn into.
+fn check_told(input: &FrameInput<'_>, info: &ViewInfo, size: (u32, u32)) -> Result<()> {
+    let motion = input.motion.map(|motion| motion.image);
+    for (name, image, wanted) in [
+        ("motion", motion, info.motion),
+        ("nearest depth", input.nearest_depth, info.nearest_depth),
+    ] {
+        match (image, wanted) {
+            (None, None) => {}
+            (Some(image), Some(format)) if image.format == format => {
+                image.check(name, size, true)?
+            }
+            (Some(image), Some(format)) => {
+                return refuse(&format!(
+                    "the format of {name} is {:?}; the view was made for {format:?}",
+                    image.format
+                ));
+            }
+            (Some(_), None) => return refuse(&format!("the view was made for no {name}")),
+            (None, Some(_)) => {
+                return refuse(&format!("the view was made to draw {name}; name an image for it"));
+            }
+        }
+    }
+    let is_finite = |motion: HostMotion| {
+        let Camera { position, target, up, .. } = motion.camera;
+        let all = [position, target, up].iter().all(|v| v.is_finite());
+        all && motion.time.is_finite() && motion.pixel.iter().all(|part| part.is_finite())
+    };
+    if !input.motion.is_none_or(is_finite) {
+        return refuse("motion is from a camera, at a time or in a unit that is not finite");
+    }
+    Ok(())
+}
+
+/// Refuses one image for two things.
+fn check_apart(input: &FrameInput<'_>) -> Result<()> {
+    let read = [input.background.color.map(|(i, _)| i), input.background.depth.map(|(i, _)| i)];
+    let drawn = [Some(input.output), input.motion.map(|motion| motion.image), input.nearest_depth];
+    let drawn: Vec<_> = drawn.iter().flatten().map(|image| image.image).collect();
+    let is_read = |drawn| read.iter().flatten().any(|image| image.image == drawn);
+    for (number, image) in drawn.iter().enumerate() {
+        if is_read(*image) {
+            return refuse("an image that is drawn into is a background's too; draw into another");
+        }
+        if drawn[..number].contains(image) {
+            return refuse("output, motion and nearest depth are drawn into an image each");
+        }
     }
     Ok(())
 }

@@ -159,9 +159,9 @@ impl Lighting {
         let appearance = Appearance::new(device, frame, &seen, light)?;
         let glints = match renewed {
             Some(renewal) => {
-                Glints::of(device, frame, renewal.sources.clone(), MOST_SOURCES as u32, light)?
+                Glints::of(device, renewal.sources.clone(), MOST_SOURCES as u32, light)?
             }
-            None => Glints::new(device, frame, bright, scale, light)?,
+            None => Glints::new(device, bright, scale, light)?,
         };
         let before = Instant::now();
         if filled {

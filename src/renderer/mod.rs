@@ -18,7 +18,7 @@ use std::sync::Arc;
 use ash::vk;
 use half::f16;
 
-pub use self::embed::{Blend, FrameInput, ViewInfo};
+pub use self::embed::{Blend, FrameInput, HostMotion, ViewInfo};
 pub use self::lighting::Lighting;
 pub use self::view::View;
 use self::view::{Drawing, lattice_of, refuse};
@@ -260,7 +260,7 @@ impl Renderer {
             self.grow()?;
         }
         let whole = self.whole_sums.as_ref().map(|(sums, pixels)| (sums, *pixels));
-        let mut frame = self.view.frame(scene, whole)?.until(until);
+        let mut frame = self.view.frame(scene, whole)?.until(until.view(), until.time);
         let commands = &mut self.flights[self.next];
         let recorder = commands.begin()?;
         self.view.record_frame(recorder, self.next, &mut frame, None);

@@ -91,6 +91,7 @@ impl Stages {
                 memory_barrier(device, commands, &copied, &copied);
                 simulate.record_reset(device, commands, scene);
                 frame.record(device, commands, &constants);
+                frame.record_others(device, commands, scene);
                 let read = [Use::Uniform, Use::ComputeWrite];
                 memory_barrier(device, commands, &[Use::TransferWrite], &read);
                 simulate.record(device, commands);

@@ -17,6 +17,7 @@ use crate::plan::FramePlan;
 use crate::rain::field::Seen;
 use crate::scene::Scene;
 use crate::scene::model::{Lens, Optics};
+use crate::scene::projection::View;
 
 /// The passes of the frame, up to its radiance.
 pub(super) struct Tiled {
@@ -67,7 +68,7 @@ impl Tiled {
             plan,
             behind,
         )?;
-        let layers = match plan.layers {
+        let layers = match plan.nearest {
             true => Some(LayersPass::new(device, frame, &tiles, size, scene)?),
             false => None,
         };
@@ -87,7 +88,7 @@ impl Tiled {
         device: &Device,
         commands: Recorder<'_>,
         scene: &Scene,
-        until: &Scene,
+        until: (&View, f64),
         seen: Option<&Seen>,
     ) {
         self.tiles.record_reset(device, commands, scene, seen);

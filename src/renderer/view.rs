@@ -19,12 +19,13 @@ use crate::passes::frame::{Frame, FrameBuffer, Surroundings};
 use crate::passes::output::Output;
 use crate::passes::rain_field::RainField;
 use crate::passes::tile_grid;
+use crate::passes::told::Told;
 use crate::passes::tone_map::{DELTA, DISPLAY, FinalSums, Source, ToneMap};
 use crate::plan::FramePlan;
 use crate::rain::field::Seen;
 use crate::rain::{Tick, tick_of_seconds};
-use crate::scene::Scene;
 use crate::scene::model::{Primitive, ShapeModel};
+use crate::scene::{Scene, projection};
 use crate::{Error, Result};
 
 /// From a scene to its radiance.
@@ -151,6 +152,8 @@ pub struct View {
     pub(super) drawing: Drawing,
     /// The pass into a host's image; none of a renderer's.
     pub(super) output: Option<Output>,
+    /// The pass that tells a host of each pixel's nearest drop, where it asks.
+    pub(super) told: Option<Told>,
     pub(super) info: Option<ViewInfo>,
     pub(super) device: Arc<Device>,
 }
@@ -159,17 +162,17 @@ pub struct View {
 /// its own.
 pub(super) struct ViewFrame<'a> {
     scene: &'a Scene,
-    /// Where motion ends.
-    until: &'a Scene,
+    /// What is seen where motion ends, and how many seconds later.
+    until: (projection::View, f64),
     constants: Frame,
     seen: Option<Seen>,
     sums: Option<&'a FinalSums>,
 }
 
 impl<'a> ViewFrame<'a> {
-    /// With motion to another camera and time.
-    pub fn until(self, until: &'a Scene) -> Self {
-        Self { until, ..self }
+    /// With motion to another view of the scene and time.
+    pub fn until(self, view: projection::View, time: f64) -> Self {
+        Self { until: (view, time - self.scene.time), ..self }
     }
 }
 
@@ -268,6 +271,7 @@ impl View {
             display,
             drawing,
             output: None,
+            told: None,
             info: None,
             device: device.clone(),
         })
@@ -299,7 +303,8 @@ impl View {
         if let Some((_, pixels)) = whole {
             constants.tone[3] = pixels;
         }
-        Ok(ViewFrame { scene, until: scene, constants, seen, sums: whole.map(|(sums, _)| sums) })
+        let until = (scene.view(), 0.0);
+        Ok(ViewFrame { scene, until, constants, seen, sums: whole.map(|(sums, _)| sums) })
     }
 
     /// Fails if `scene` is not what the view was made for, but for what may differ from frame to frame.
@@ -403,13 +408,15 @@ impl View {
         }
         let ViewFrame { scene, until, constants, seen, sums } = frame;
         self.frame_buffer.record(device, commands, constants);
+        self.frame_buffer.record_others(device, commands, scene);
         match &mut self.drawing {
             Drawing::Points(points) => {
                 points.record_reset(device, commands, scene);
                 points.record(device, commands, time);
             }
             Drawing::Tiled(tiled) => {
-                tiled.record_reset(device, commands, scene, until, seen.as_ref());
+                let (view, seconds) = &*until;
+                tiled.record_reset(device, commands, scene, (view, *seconds), seen.as_ref());
                 tiled.record(device, commands, time, slot.recording, constants, seen.as_ref());
             }
         }
@@ -424,6 +431,10 @@ impl View {
             let image = &input.output;
             self.drawing.record_display(device, commands);
             time.time(commands, "output", || pass.record(device, commands, image));
+            if let Some(told) = &self.told {
+                let into = (input.motion.as_ref(), input.nearest_depth.as_ref());
+                time.time(commands, "told", || told.record(device, commands, into));
+            }
         }
         slot.record_counts(device, commands, &self.drawing, &self.frame_buffer);
     }

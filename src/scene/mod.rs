@@ -18,6 +18,7 @@ use std::path::{Path, PathBuf};
 use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
+use crate::abi::MOST_POPULATIONS;
 use crate::optics::{WATER, WATER_RGB};
 use crate::rain::Rain;
 use crate::scene::background::Background;
@@ -25,7 +26,7 @@ use crate::scene::camera::{Camera, View};
 use crate::scene::film::Film;
 pub use crate::scene::model::ModelChoice;
 use crate::scene::model::{DropShape, Lens, Motion, Operator};
-use crate::scene::real_rain::{RainTable, RealRain};
+use crate::scene::real_rain::{RainTables, RealRain};
 use crate::scene::water::Water;
 use crate::{Error, Result};
 
@@ -109,8 +110,10 @@ pub struct EnvironmentChoice {
 
 /// The random drops of a scene file: equal ones in a box, or real rain.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
-#[serde(try_from = "RainTable", into = "RainTable")]
+#[serde(try_from = "RainTables", into = "RainTables")]
 pub struct RainSettings {
+    /// Chooses their starting places; none: the scene's.
+    pub seed: Option<u64>,
     /// How many; 0 for real rain.
     pub count: u32,
     /// Half the edges of the box that holds them, centred on the camera, in scene units.
@@ -121,12 +124,36 @@ pub struct RainSettings {
     pub velocity: DVec3,
     /// Real rain instead of drops in a box.
     pub real: Option<RealRain>,
+    /// More drops, in boxes of their own, one population after the other.
+    pub others: [Option<Population>; MOST_POPULATIONS as usize - 1],
+}
+
+/// Equal drops in a box, beside others.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Population {
+    /// Chooses their starting places; none: the scene's, and one for each population before.
+    pub seed: Option<u64>,
+    /// How many.
+    pub count: u32,
+    /// As of [`RainSettings`].
+    pub half_extent: DVec3,
+    /// As of [`RainSettings`].
+    pub radius: f64,
+    /// As of [`RainSettings`].
+    pub velocity: DVec3,
 }
 
 impl RainSettings {
     /// Real rain.
     pub fn of(rain: RealRain) -> Self {
         Self { count: 0, real: Some(rain), ..Self::default() }
+    }
+
+    /// Every population of drops in boxes; of real rain one without drops.
+    fn populations(&self) -> impl Iterator<Item = Population> + use<> {
+        let Self { seed, count, half_extent, radius, velocity, others, .. } = *self;
+        let first = Population { seed, count, half_extent, radius, velocity };
+        std::iter::once(first).chain(others.into_iter().flatten())
     }
 }
 
@@ -238,7 +265,9 @@ impl Default for RainSettings {
             half_extent: DVec3::splat(1025.0),
             radius: 1.0,
             velocity: DVec3::new(0.0, -9.0, 0.0),
+            seed: None,
             real: None,
+            others: [None; MOST_POPULATIONS as usize - 1],
         }
     }
 }
@@ -345,15 +374,20 @@ impl Scene {
         self.camera.view(self.image.width, self.image.height)
     }
 
-    /// The random drops in a box; none if the scene has real rain, or names only drops placed by hand.
+    /// The first population of random drops in a box; none if the scene has real rain, or names only drops placed by hand.
     pub fn rain(&self) -> Option<Rain> {
-        self.rain.filter(|rain| rain.real.is_none()).map(|rain| Rain {
-            seed: self.seed,
-            count: rain.count,
-            half_extent: rain.half_extent,
-            radius: rain.radius,
-            velocity: rain.velocity,
-        })
+        self.populations().first().copied()
+    }
+
+    /// All populations of random drops in boxes. The indices of their drops follow one another.
+    pub fn populations(&self) -> Vec<Rain> {
+        let Some(rain) = self.rain.filter(|rain| rain.real.is_none()) else { return Vec::new() };
+        let each = (0..).zip(rain.populations()).map(|(number, population)| {
+            let Population { seed, count, half_extent, radius, velocity } = population;
+            let seed = seed.unwrap_or(self.seed.wrapping_add(number));
+            Rain { seed, count, half_extent, radius, velocity }
+        });
+        each.collect()
     }
 
     /// Real rain; none if the scene has none.
@@ -361,9 +395,15 @@ impl Scene {
         self.rain.and_then(|rain| rain.real)
     }
 
+    /// Number of random drops in boxes.
+    pub fn random_count(&self) -> u32 {
+        let all = self.rain.into_iter().flat_map(|rain| rain.populations());
+        all.fold(0, |sum, population| sum.saturating_add(population.count))
+    }
+
     /// Number of drops, random and placed by hand; those of real rain have no number.
     pub fn drop_count(&self) -> u32 {
-        self.rain.map_or(0, |rain| rain.count) + self.drops.len() as u32
+        self.random_count() + self.drops.len() as u32
     }
 }
 

@@ -205,6 +205,8 @@ models! {
         Drops = "drops",
         /// They are a medium that takes out and puts in the light that they would.
         Medium = "medium",
+        /// The same, with the noise that single drops make.
+        Grain = "grain",
         /// They are left out: the picture is too clear and too dark.
         None = "none",
     }

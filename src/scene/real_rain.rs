@@ -3,11 +3,16 @@
 //! A `[rain]` table is either a number of equal drops in a box (the paper's) or a rate in mm/h. Keys of both
 //! in one table are refused: one of them would be ignored.
 
+use std::fmt;
+
 use glam::DVec3;
+use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
+use serde::de::{Deserializer, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Serialize};
 
-use super::RainSettings;
 use super::model::{DropShape, Sizes};
+use super::{Population, RainSettings};
+use crate::abi::MOST_POPULATIONS;
 use crate::rain::cells::{FARTHEST, Lattice, lattices};
 use crate::rain::classes::{Class, classes};
 use crate::rain::law::{Law, marshall_palmer_slope};
@@ -145,6 +150,8 @@ impl RealRain {
 #[serde(deny_unknown_fields, default)]
 pub(super) struct RainTable {
     #[serde(skip_serializing_if = "Option::is_none")]
+    seed: Option<u64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     count: Option<u32>,
     #[serde(skip_serializing_if = "Option::is_none")]
     half_extent: Option<DVec3>,
@@ -170,6 +177,82 @@ pub(super) struct RainTable {
     extent: Option<f64>,
 }
 
+/// `[rain]`, or `[[rain]]` for each population.
+#[derive(Clone, Serialize)]
+#[serde(untagged)]
+pub(super) enum RainTables {
+    One(Box<RainTable>),
+    Several(Vec<RainTable>),
+}
+
+impl<'de> Deserialize<'de> for RainTables {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Tables;
+
+        impl<'de> Visitor<'de> for Tables {
+            type Value = RainTables;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a table `[rain]`, or several `[[rain]]`")
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<RainTables, A::Error> {
+                RainTable::deserialize(MapAccessDeserializer::new(map))
+                    .map(|table| RainTables::One(table.into()))
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> Result<RainTables, A::Error> {
+                Vec::deserialize(SeqAccessDeserializer::new(seq)).map(RainTables::Several)
+            }
+        }
+
+        deserializer.deserialize_any(Tables)
+    }
+}
+
+impl TryFrom<RainTables> for RainSettings {
+    type Error = String;
+
+    fn try_from(tables: RainTables) -> Result<Self, String> {
+        let tables = match tables {
+            RainTables::One(table) => return Self::try_from(*table),
+            RainTables::Several(tables) => tables,
+        };
+        let each: Vec<Self> =
+            tables.into_iter().map(Self::try_from).collect::<Result<_, String>>()?;
+        let most = MOST_POPULATIONS as usize;
+        let [first, others @ ..] = &each[..] else {
+            return Err("rain: the list is empty; leave it out, or give count = 0".into());
+        };
+        if each.len() > most {
+            return Err(format!("rain: {} populations are over {most}", each.len()));
+        }
+        if each.len() > 1 && each.iter().any(|rain| rain.real.is_some()) {
+            return Err("rain: real rain (rate) stands alone, beside no other [[rain]]".into());
+        }
+        let mut settings = *first;
+        for (place, rain) in settings.others.iter_mut().zip(others) {
+            *place = rain.populations().next();
+        }
+        Ok(settings)
+    }
+}
+
+impl From<RainSettings> for RainTables {
+    fn from(settings: RainSettings) -> Self {
+        if settings.others.iter().flatten().next().is_none() {
+            return Self::One(Box::new(settings.into()));
+        }
+        let table = |population| {
+            let Population { seed, count, half_extent, radius, velocity } = population;
+            let alone =
+                RainSettings { seed, count, half_extent, radius, velocity, ..Default::default() };
+            RainTable::from(alone)
+        };
+        Self::Several(settings.populations().map(table).collect())
+    }
+}
+
 impl TryFrom<RainTable> for RainSettings {
     type Error = String;
 
@@ -178,6 +261,7 @@ impl TryFrom<RainTable> for RainSettings {
             keys.iter().find(|(_, is_given)| *is_given).map(|(key, _)| *key)
         };
         let of_box = first(&[
+            ("seed", table.seed.is_some()),
             ("count", table.count.is_some()),
             ("half_extent", table.half_extent.is_some()),
             ("radius", table.radius.is_some()),
@@ -202,7 +286,8 @@ impl TryFrom<RainTable> for RainSettings {
                 half_extent: table.half_extent.unwrap_or(default.half_extent),
                 radius: table.radius.unwrap_or(default.radius),
                 velocity: table.velocity.unwrap_or(default.velocity),
-                real: None,
+                seed: table.seed,
+                ..default
             });
         };
         if let Some(key) = of_box {
@@ -233,6 +318,7 @@ impl From<RainSettings> for RainTable {
     fn from(settings: RainSettings) -> Self {
         match settings.real {
             None => Self {
+                seed: settings.seed,
                 count: Some(settings.count),
                 half_extent: Some(settings.half_extent),
                 radius: Some(settings.radius),

@@ -2,7 +2,7 @@
 
 use super::{AXIS_RATIOS, EXPOSURES, MAX_CROSSINGS, MAX_DROPS, MAX_IMAGE_EDGE, Scene};
 use crate::Error;
-use crate::scene::model::Preset;
+use crate::scene::model::{Preset, Simulation};
 use crate::scene::real_rain::RealRain;
 
 impl Scene {
@@ -140,20 +140,24 @@ fn real_rain(scene: &Scene) -> Result<(), String> {
 
 /// Rain in a box.
 fn rain(scene: &Scene) -> Result<(), String> {
-    if let Some(rain) = &scene.rain {
-        check(rain.count <= MAX_DROPS, || {
-            format!("rain: count = {} is over {MAX_DROPS}", rain.count)
-        })?;
+    let populations = scene.populations();
+    for (number, rain) in (1..).zip(&populations) {
+        let name = if number == 1 { "rain".into() } else { format!("rain {number}") };
         check(rain.half_extent.to_array().into_iter().all(positive), || {
-            "rain: half_extent must be finite and over 0".into()
+            format!("{name}: half_extent must be finite and over 0")
         })?;
-        check(positive(rain.radius), || "rain: radius must be finite and over 0".into())?;
+        check(positive(rain.radius), || format!("{name}: radius must be finite and over 0"))?;
         check(rain.radius < rain.half_extent.min_element(), || {
-            format!("rain: radius = {} does not fit into the box's half_extent", rain.radius)
+            format!("{name}: radius = {} does not fit into the box's half_extent", rain.radius)
         })?;
-        check(rain.velocity.is_finite(), || "rain: velocity must be finite".into())?;
+        check(rain.velocity.is_finite(), || format!("{name}: velocity must be finite"))?;
     }
-    Ok(())
+    let count = scene.random_count();
+    check(count <= MAX_DROPS, || format!("rain: count = {count} is over {MAX_DROPS}"))?;
+    let is_stored = scene.model.simulation == Some(Simulation::Stored);
+    check(populations.len() <= 1 || !is_stored, || {
+        "rain: stored positions know one population; leave out model.simulation".into()
+    })
 }
 
 /// Drops placed by hand.
@@ -231,9 +235,13 @@ fn tone_map(scene: &Scene) -> Result<(), String> {
 fn exposed_motion(scene: &Scene) -> Result<(), String> {
     let fastest = scene.film.pace.iter().map(|key| key.rate.abs()).fold(scene.pace.abs(), f64::max);
     let seconds = scene.shutter() * fastest;
-    let rain = scene.rain.unwrap_or_default();
-    let crossings = (rain.velocity * seconds / (2.0 * rain.half_extent)).abs().max_element();
-    check(scene.rain.is_none() || crossings <= MAX_CROSSINGS, || {
+    let crossings = scene
+        .rain
+        .into_iter()
+        .flat_map(|rain| rain.populations())
+        .map(|rain| (rain.velocity * seconds / (2.0 * rain.half_extent)).abs().max_element())
+        .fold(0.0, f64::max);
+    check(crossings <= MAX_CROSSINGS, || {
         format!(
             "camera: while the shutter is open for {seconds} s of the scene's time, the rain crosses its \
              box {crossings:.1} times, over {MAX_CROSSINGS}; shorten the shutter, or enlarge half_extent"

@@ -42,13 +42,15 @@ pub fn run(options: Options) -> Result<()> {
     };
     let events = EventLoop::new().map_err(problem)?;
     let instance = Instance::for_windows(options.validation, &events.owned_display_handle())?;
-    let ranked = ranked(&instance, user_folder().as_deref(), say)?;
+    let ranked = ranked(&instance, user_folder().as_deref(), options.say)?;
     let reports: Vec<DeviceReport> = ranked.into_iter().map(|device| device.report).collect();
     let report = choose_among(&reports, options.device.as_deref())?;
-    eprintln!("device: {}", report.summary());
-    let device = open(&instance, report)?;
+    let say = options.say;
+    say(&format!("device: {}", report.summary()));
+    let device = open(&instance, report, say)?;
     let mut app = App {
         device,
+        say,
         options: Some(options),
         viewer: None,
         modifiers: ModifiersState::empty(),
@@ -66,16 +68,13 @@ pub fn run(options: Options) -> Result<()> {
     instance.expect_silence()
 }
 
-fn open(instance: &Arc<Instance>, report: DeviceReport) -> Result<KeptDevice> {
+fn open(instance: &Arc<Instance>, report: DeviceReport, say: fn(&str)) -> Result<KeptDevice> {
     KeptDevice::open(instance, report, user_folder(), say)
-}
-
-fn say(line: &str) {
-    eprintln!("{line}");
 }
 
 /// What the event loop calls.
 struct App {
+    say: fn(&str),
     viewer: Option<Viewer>,
     /// Until the window is open.
     options: Option<Options>,
@@ -122,7 +121,7 @@ impl App {
         let Some(viewer) = self.viewer.as_mut().filter(|_| error.is_lost() && !is_again) else {
             return Err(error);
         };
-        let device = open(self.device.instance(), self.device.report.clone())?;
+        let device = open(self.device.instance(), self.device.report.clone(), self.say)?;
         viewer.renew(&device)?;
         self.device = device;
         self.renewed = Some(Instant::now());

@@ -33,7 +33,8 @@ impl Flight {
     /// At rest, with a speed that suits the scene: twenty radii of its smallest drop a second.
     pub fn new(scene: &Scene) -> Self {
         let radii = scene.drops.iter().map(|drop| drop.radius);
-        let least = radii.chain(scene.rain.map(|rain| rain.radius)).fold(f64::INFINITY, f64::min);
+        let falling = scene.populations().into_iter().map(|rain| rain.radius);
+        let least = radii.chain(falling).fold(f64::INFINITY, f64::min);
         Self { held: HashSet::new(), speed: 20.0 * if least.is_finite() { least } else { 1.0 } }
     }
 
@@ -125,13 +126,12 @@ pub fn visit(scene: &mut Scene) -> bool {
     let placed =
         scene.drops.iter().map(|drop| (drop.center_at(scene.time) - camera.position, drop.radius));
     let mut nearest = placed.filter(|drop| in_front(*drop)).fold(nowhere, nearer);
-    if let Some(rain) = scene.rain() {
+    for rain in scene.populations() {
         use rayon::iter::{IntoParallelIterator as _, ParallelIterator as _};
-        let shift = rain.shift(crate::rain::tick_of_seconds(scene.time));
-        let place = rain.camera_place(camera.position);
+        let seen = rain.seen_from(camera.position, crate::rain::tick_of_seconds(scene.time));
         let falling = (0..rain.count)
             .into_par_iter()
-            .map(|index| (rain.relative(rain.place(index, shift), place).as_dvec3(), rain.radius))
+            .map(|index| (seen.drop_at(index).as_dvec3(), rain.radius))
             .filter(|drop| in_front(*drop))
             .reduce(|| nowhere, nearer);
         nearest = nearer(nearest, falling);

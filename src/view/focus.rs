@@ -49,15 +49,14 @@ fn depth_at(scene: &Scene, place: DVec2) -> Option<f64> {
     let met = |(center, radius): (DVec3, f64)| met_at(&view, place, center, radius);
     let placed = scene.drops.iter().map(|drop| (drop.center_at(scene.time) - camera, drop.radius));
     let nearest = placed.map(met).fold(f64::INFINITY, f64::min);
-    let of_box = scene.rain().map_or(f64::INFINITY, |rain| {
-        let shift = rain.shift(tick_of_seconds(scene.time));
-        let from = rain.camera_place(camera);
+    let of_box = scene.populations().into_iter().map(|rain| {
+        let seen = rain.seen_from(camera, tick_of_seconds(scene.time));
         (0..rain.count)
             .into_par_iter()
-            .map(|index| (rain.relative(rain.place(index, shift), from).as_dvec3(), rain.radius))
-            .map(met)
+            .map(|index| met((seen.drop_at(index).as_dvec3(), rain.radius)))
             .reduce(|| f64::INFINITY, f64::min)
     });
+    let of_box = of_box.fold(f64::INFINITY, f64::min);
     let mut of_cells = f64::INFINITY;
     if let Some(field) = Field::of(scene) {
         field.for_each_shown(scene, LEAST_PX, &mut |drop| {

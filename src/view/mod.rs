@@ -44,6 +44,8 @@ pub struct Options {
     pub vsync: bool,
     /// Folder of screenshots and scene files.
     pub keep_in: PathBuf,
+    /// Where lines for the terminal go.
+    pub say: fn(&str),
 }
 
 /// Where `scripts/setup.sh` puts real environments, from the project's folder.

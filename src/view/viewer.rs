@@ -75,6 +75,8 @@ pub struct Viewer {
     /// The window itself.
     pub window: Arc<Window>,
     device: Arc<Device>,
+    /// Prints a line on the terminal.
+    say: fn(&str),
 }
 
 impl Viewer {
@@ -103,6 +105,7 @@ impl Viewer {
             drawn_size: (0, 0),
             name: options.name,
             keep: Keep::new(options.keep_in),
+            say: options.say,
             reload: Reload::new(),
             screen,
             stage: Stage::new(device, scene.environment.clone()),
@@ -130,7 +133,7 @@ impl Viewer {
 
     /// Says something for a while, in the window and on the terminal.
     pub fn say(&mut self, message: String) {
-        eprintln!("{message}");
+        (self.say)(&message);
         self.message = Some((message, Instant::now()));
     }
 

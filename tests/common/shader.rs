@@ -6,8 +6,8 @@ use std::sync::Arc;
 
 use ash::vk;
 use raindrops::gpu::{
-    Binding, Bindings, Buffer, Commands, ComputePipeline, Device, Memory, Resource, Shader, Use,
-    memory_barrier,
+    Binding, Bindings, Buffer, Commands, ComputePipeline, Device, Memory, Resource, Shader, Slot,
+    Use, memory_barrier,
 };
 use raindrops::passes::frame::{Frame, FrameBuffer};
 
@@ -21,7 +21,10 @@ pub fn compile(name: &str) -> Vec<u32> {
     let mut options = CompileOptions::new().expect("shaderc");
     options.set_target_env(TargetEnv::Vulkan, EnvVersion::Vulkan1_3 as u32);
     options.set_include_callback(|name, _, _, _| {
-        let content = std::fs::read_to_string(glsl().join("include").join(name));
+        let content = match name {
+            "constants.glsl" => Ok(raindrops::abi::glsl()),
+            _ => std::fs::read_to_string(glsl().join("include").join(name)),
+        };
         let content = content.map_err(|error| format!("{name}: {error}"))?;
         Ok(ResolvedInclude { resolved_name: name.into(), content })
     });
@@ -50,9 +53,9 @@ pub fn run(
     let bytes = (input.len() * outputs * size_of::<[f32; 4]>()) as u64;
     let found = Buffer::new(device, "output", bytes, usage, Memory::Readback).expect("a buffer");
     let slots = [
-        (Binding::UNIFORM_BUFFER, Resource::Buffer(&frame.buffer)),
-        (Binding::STORAGE_BUFFER, Resource::Buffer(&given)),
-        (Binding::STORAGE_BUFFER, Resource::Buffer(&found)),
+        (Slot::new(0, Binding::UNIFORM_BUFFER), Resource::Buffer(&frame.buffer)),
+        (Slot::new(1, Binding::STORAGE_BUFFER), Resource::Buffer(&given)),
+        (Slot::new(2, Binding::STORAGE_BUFFER), Resource::Buffer(&found)),
     ];
     let bindings = Bindings::of(device, name, &slots).expect("a set");
     let pipeline = ComputePipeline::new(device, &shader, &bindings, 0, &[]).expect("a pipeline");

@@ -11,7 +11,9 @@ use raindrops::picture::Picture;
 use raindrops::plan::{Output, plan};
 use raindrops::rain::cull::count_visible;
 use raindrops::renderer::Renderer;
+use raindrops::scene::camera::Camera;
 use raindrops::scene::model::Preset;
+use raindrops::scene::real_rain::RealRain;
 use raindrops::scene::{ImageSize, PlacedDrop, RainSettings, Scene};
 
 use crate::common::{on_adjusted_device, on_device, painted};
@@ -150,32 +152,96 @@ fn frame(device: &Arc<Device>, scene: &Scene) -> Frame {
     (counts, renderer.read_radiance().expect("radiance"), renderer.read_display().expect("display"))
 }
 
+/// Its name, and what a report says on it.
+type Side = (&'static str, fn(&mut DeviceReport));
+
 /// Texel buffers and reading ahead are how CPU drivers are fed; a GPU, and a device of short texel buffers, have
-/// passes without.
+/// passes without. Whichever the device at hand takes, both are drawn.
+const SIDES: [Side; 4] = [
+    ("no texel buffer", |report| report.limits.max_texel_buffer_elements = 4096),
+    ("short texel buffers", |report| report.limits.max_texel_buffer_elements = 65_536),
+    ("a GPU", |report| report.kind = "discrete GPU"),
+    ("a CPU", |report| report.kind = "CPU"),
+];
+
+/// What is drawn of each scene is the same on a device as it is and on each of `sides`; at another moment it is not.
+fn draw_alike<T: PartialEq>(
+    scenes: &[(&str, Scene)],
+    sides: &[Side],
+    draw: impl Fn(&Arc<Device>, &Scene) -> T,
+) {
+    let mut expected = Vec::new();
+    on_device(|device| {
+        expected.extend(scenes.iter().map(|(_, scene)| draw(device, scene)));
+        let (_, scene) = &scenes[0];
+        let later = Scene { time: scene.time + 0.1, ..scene.clone() };
+        assert!(draw(device, &later) != expected[0], "the control");
+    });
+    for (side, adjust) in sides {
+        on_adjusted_device(adjust, |device| {
+            for ((what, scene), expected) in scenes.iter().zip(&expected) {
+                assert!(draw(device, scene) == *expected, "{what} on {side} is another frame");
+            }
+        });
+    }
+}
+
 #[test]
 fn what_a_device_takes_does_not_show() {
     let placed = every_kind();
     // All of one size, for which the passes leave a loop out.
     let random = Scene { drops: Vec::new(), ..placed.clone() };
-    for scene in [placed, random] {
-        let mut as_it_is = None;
-        on_device(|device| as_it_is = Some(frame(device, &scene)));
-        let (expected, radiance, display) = as_it_is.expect("a frame");
-        assert!(expected.visible > 5000 && expected.overflow == 0, "{expected:?}");
-        let same = |what: &str, adjust: &dyn Fn(&mut DeviceReport)| {
-            on_adjusted_device(adjust, |device| {
-                let found = frame(device, &scene);
-                assert_eq!(found.0, expected, "{what}");
-                assert!(found.1 == radiance, "{what}: another radiance");
-                assert!(found.2 == display, "{what}: other colours");
-            });
-        };
-        same("no texel buffer", &|report| report.limits.max_texel_buffer_elements = 4096);
-        same("short texel buffers", &|report| report.limits.max_texel_buffer_elements = 65_536);
-        same("a GPU", &|report| report.kind = "discrete GPU");
-        // The control: another moment is told apart.
-        let mut later = scene.clone();
-        later.time = 0.1;
-        on_device(|device| assert!(frame(device, &later).1 != radiance));
-    }
+    let whole = |device: &Arc<Device>, scene: &Scene| {
+        let drawn = frame(device, scene);
+        assert!(drawn.0.visible > 5000 && drawn.0.overflow == 0, "{:?}", drawn.0);
+        drawn
+    };
+    draw_alike(&[("every kind", placed), ("one size", random)], &SIDES, whole);
+}
+
+/// Nor where drops move, are out of focus, are flattened or real rain, or are drawn by rays.
+#[test]
+fn what_a_device_takes_does_not_show_in_other_models() {
+    let small = |preset| {
+        let mut scene = every_kind();
+        scene.image = ImageSize { width: 130, height: 71 };
+        scene.model.preset = preset;
+        scene
+    };
+    let base = small(Preset::Fast);
+    let moving = Camera { shutter: 0.5, ..base.camera };
+    let blurred = Camera { aperture: 4.0, focus: 30.0, ..base.camera };
+    let mut flat = base.clone();
+    flat.drops = (0..40)
+        .map(|number| {
+            let depth = 3.0 * 1.1f64.powi(number);
+            let center = DVec3::new(f64::from(number % 5 - 2), f64::from(number % 3 - 1), -depth);
+            PlacedDrop { axis_ratio: Some(0.7), ..PlacedDrop::sphere(center, 0.4) }
+        })
+        .collect();
+    let rain = RealRain { rate: 100.0, extent: 60.0, ..RealRain::default() };
+    let real = Scene { rain: Some(RainSettings::of(rain)), ..base.clone() };
+    let scenes = [
+        ("streaks", Scene { camera: moving, ..base.clone() }),
+        ("discs", Scene { camera: blurred, ..base.clone() }),
+        ("shapes", flat),
+        ("real rain", real.clone()),
+        ("streaks of real rain", Scene { camera: moving, ..real }),
+        ("exact", small(Preset::Exact)),
+    ];
+    draw_alike(&scenes, &[SIDES[0], SIDES[2]], frame);
+}
+
+/// Nor in the layers for a compositor.
+#[test]
+fn what_a_device_takes_does_not_show_in_layers() {
+    let layers = |device: &Arc<Device>, scene: &Scene| {
+        let sky = painted(64, |d| (3.0 * d).as_vec3().exp());
+        let plan = plan(scene, &sky, Output::Layers).expect("a plan");
+        let mut renderer = Renderer::new(device, scene, &sky, &plan).expect("a renderer");
+        let until = Scene { time: scene.time + 0.1, ..scene.clone() };
+        renderer.submit_until(scene, &until).expect("a frame");
+        renderer.read_layers().expect("layers")
+    };
+    draw_alike(&[("layers", every_kind())], &[SIDES[0], SIDES[2]], layers);
 }

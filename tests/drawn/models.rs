@@ -3,9 +3,10 @@
 
 use glam::{DMat3, DVec2, DVec3, Vec3};
 use raindrops::environment::Environment;
+use raindrops::gpu::sets::constant;
 use raindrops::gpu::{
-    Binding, Bindings, Buffer, Commands, ComputePipeline, Device, Memory, Resource, Shader, Use,
-    memory_barrier,
+    Binding, Bindings, Buffer, Commands, ComputePipeline, Device, Memory, Resource, Shader, Slot,
+    Use, memory_barrier,
 };
 use raindrops::optics::{Encounter, mask_encounter};
 use raindrops::picture::Picture;
@@ -67,11 +68,11 @@ fn directions_on_gpu(device: &std::sync::Arc<Device>, sphere: [f32; 4]) -> Vec<[
     let usage = ash::vk::BufferUsageFlags::STORAGE_BUFFER;
     let out = Buffer::new(device, "directions", 32 * count as u64, usage, Memory::Readback)
         .expect("a buffer");
-    let bindings =
-        Bindings::of(device, "directions", &[(Binding::STORAGE_BUFFER, Resource::Buffer(&out))])
-            .expect("bindings");
+    let slots = [(Slot::new(0, Binding::STORAGE_BUFFER), Resource::Buffer(&out))];
+    let bindings = Bindings::of(device, "directions", &slots).expect("bindings");
+    let constants = [[constant::INTERNAL_REFLECTIONS, 0]];
     let pipeline =
-        ComputePipeline::new(device, &shader, &bindings, 16, &[0, 1, 0, 1, 1]).expect("a pipeline");
+        ComputePipeline::new(device, &shader, &bindings, 16, &constants).expect("a pipeline");
     Commands::once(device, "directions", |commands| {
         let push = bytemuck::cast_slice(&sphere);
         pipeline.dispatch(commands, &bindings, 0, push, [EDGE * EDGE / 64, 1, 1]);

@@ -38,7 +38,7 @@ fn small(count: u32) -> Scene {
 }
 
 /// Renders a frame and compares every drop record with the twin's; returns how many were.
-fn compare_records(renderer: &mut Renderer, scene: &Scene, point_limit_px: f64) -> u64 {
+pub fn compare_records(renderer: &mut Renderer, scene: &Scene, point_limit_px: f64) -> u64 {
     renderer.submit(scene).expect("a frame");
     let records = renderer.read_drops().expect("records");
     assert_eq!(records.len(), scene.drop_count() as usize);

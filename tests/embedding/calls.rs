@@ -1,15 +1,21 @@
 //! A frame records and does nothing else: every call into the driver is counted.
 
 use std::ffi::{CStr, c_void};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering::SeqCst};
 
-use raindrops::device::{Device, requirements};
-use raindrops::renderer::{FrameInput, ViewInfo};
+use ash::vk;
+use raindrops::device::{Device, HostImage, ImageState, requirements};
+use raindrops::plan::{Output, plan};
+use raindrops::renderer::{
+    FrameInput, HostEnvironment, HostMotion, Lighting, LiveInfo, RainField, View,
+};
 use raindrops::scene::model::Preset;
 
 use crate::common;
-use crate::embedded::{Embedded, scene, wanted};
+use crate::embedded::{Embedded, environment, scene, wanted};
 use crate::host::Host;
+use crate::told::{Filled, asked};
 
 /// Calls that a frame must not make, and its host must not see; each with a counter.
 macro_rules! counted {
@@ -18,8 +24,9 @@ macro_rules! counted {
         mod $name {
             use super::*;
             pub static REAL: AtomicUsize = AtomicUsize::new(0);
+            pub static COUNT: AtomicUsize = AtomicUsize::new(0);
             pub unsafe extern "system" fn hook(a: usize, b: usize, c: usize, d: usize, e: usize, f: usize) -> usize {
-                CALLS.fetch_add(1, SeqCst);
+                COUNT.fetch_add(1, SeqCst);
                 // SAFETY: the layer's function of this name: its arguments are six words at most, none of them a float.
                 unsafe {
                     let real: unsafe extern "system" fn(usize, usize, usize, usize, usize, usize) -> usize =
@@ -35,10 +42,19 @@ macro_rules! counted {
                 _ => None,
             }
         }
+
+        /// Calls so far, those apart that a frame may make.
+        fn calls() -> usize {
+            let all: usize = [$(&$name::COUNT),*].iter().map(|count| count.load(SeqCst)).sum();
+            all - allowed().iter().sum::<usize>()
+        }
     };
 }
 
-static CALLS: AtomicUsize = AtomicUsize::new(0);
+/// Copies, of which a frame makes those of its counts, and descriptor sets written for a host's images.
+fn allowed() -> [usize; 2] {
+    [&vkCmdCopyBuffer::COUNT, &vkUpdateDescriptorSets::COUNT].map(|count| count.load(SeqCst))
+}
 
 counted! {
     vkQueueSubmit vkQueueSubmit2 vkQueueWaitIdle vkDeviceWaitIdle vkGetDeviceQueue vkGetDeviceQueue2
@@ -48,6 +64,7 @@ counted! {
     vkCreateDescriptorSetLayout vkCreateDescriptorPool vkAllocateDescriptorSets vkUpdateDescriptorSets
     vkCreateQueryPool vkCreateCommandPool vkAllocateCommandBuffers vkBeginCommandBuffer vkEndCommandBuffer
     vkResetCommandPool vkDestroyBuffer vkDestroyImage vkDestroyDevice
+    vkCmdCopyBuffer vkCmdCopyImage vkCmdCopyImageToBuffer vkCmdBlitImage
 }
 
 #[test]
@@ -58,10 +75,27 @@ fn a_frame_records_and_does_nothing_else() {
     let device = unsafe { Device::import(host.lent(), &requirements(Preset::Fast)) };
     let device = device.expect("a device");
     let mut scene = scene(Preset::Fast);
-    let before_set_up = CALLS.load(SeqCst);
-    let mut embedded = Embedded::new(&host, &device, &scene, &ViewInfo::default());
+    let before_set_up = calls();
+    let mut embedded = Embedded::new(&host, &device, &scene, &asked());
+    // Its light is renewed in some frames.
+    let live = LiveInfo { height: 32, cube: false, ..LiveInfo::default() };
+    let lighting = Arc::new(Lighting::live(&device, live).expect("light"));
+    let plan = plan(&scene, &environment(), Output::Radiance).expect("a plan");
+    let rain = Arc::new(RainField::new(&device, &scene));
+    embedded.view = View::new(&lighting, &rain, &scene, &plan, &asked()).expect("a view");
+    let usage = vk::ImageUsageFlags::SAMPLED | vk::ImageUsageFlags::TRANSFER_DST;
+    let around = host.image(vk::Format::R32G32B32A32_SFLOAT, (64, 32), 1, usage);
+    host.write(&around, bytemuck::cast_slice(&[0.5f32; 64 * 32 * 4]));
+    let seen = HostImage {
+        entry: ImageState::SAMPLED,
+        exit: ImageState::SAMPLED,
+        ..HostImage::color(around.image, around.view, around.format, around.size)
+    };
+    let motion = Filled::new(&host, vk::Format::R32G32_SFLOAT, &[0.0; 2]);
+    let depth = Filled::new(&host, vk::Format::R32_SFLOAT, &[f32::INFINITY]);
+    let mut camera = scene.camera;
     // The control: set-up makes many.
-    assert!(CALLS.load(SeqCst) - before_set_up > 100, "{}", CALLS.load(SeqCst) - before_set_up);
+    assert!(calls() - before_set_up > 100, "{}", calls() - before_set_up);
     let fences = [host.fence(), host.fence()];
     for number in 0..6 {
         let slot = number % 2;
@@ -71,17 +105,30 @@ fn a_frame_records_and_does_nothing_else() {
         if number > 1 {
             host.wait(fences[slot]);
         }
-        let before = CALLS.load(SeqCst);
+        let before = calls();
         // SAFETY: the slot's fence was signalled, or it was never recorded.
         let report = unsafe { embedded.view.retired(slot) }.expect("a report");
-        assert_eq!(CALLS.load(SeqCst), before, "frame {number} retired");
+        assert_eq!(calls(), before, "frame {number} retired");
         assert_eq!(report.is_some(), number > 1);
         host.begin(commands);
-        let before = CALLS.load(SeqCst);
-        let input = FrameInput::new(&scene, output);
+        let (before, [copies, sets]) = (calls(), allowed());
+        // Frames follow one another on the images.
+        let follows = |image: HostImage| HostImage {
+            entry: if number == 0 { image.entry } else { image.exit },
+            ..image
+        };
+        let since = HostMotion::since(camera, scene.time - 0.01, follows(motion.image()));
+        let mut input =
+            FrameInput::new(&scene, output).moved(since).nearest(follows(depth.image()));
+        let is_renewed = [true, false, true, false, false, false][number];
+        input.environment = is_renewed.then(|| HostEnvironment::new(seen));
+        camera = scene.camera;
         // SAFETY: the image is as described; the frames are submitted in order.
         unsafe { embedded.view.record(commands, slot, &input) }.expect("a recording");
-        assert_eq!(CALLS.load(SeqCst), before, "frame {number}");
+        assert_eq!(calls(), before, "frame {number}");
+        // A renewed environment is not read back: the same counts are copied, and no image is.
+        let [copied, written] = allowed();
+        assert_eq!((copied - copies, written - sets), (3, is_renewed.into()), "frame {number}");
         host.end(commands);
         host.submit(commands, fences[slot]);
     }
@@ -92,8 +139,9 @@ fn a_frame_records_and_does_nothing_else() {
     // Slots that have not retired keep what they use, and dropping waits for nothing.
     let waits = [&vkDeviceWaitIdle::REAL, &vkDestroyDevice::REAL].map(|real| real.load(SeqCst));
     assert!(waits.iter().all(|real| *real != 0));
-    host.destroy_image(embedded.target);
-    drop(embedded.view);
+    let images = [embedded.target, motion.0, depth.0, around];
+    images.into_iter().for_each(|image| host.destroy_image(image));
+    drop((embedded.view, lighting, rain));
     drop(device);
     host.once(|_| ());
     assert_eq!(host.messages(), Vec::<String>::new());

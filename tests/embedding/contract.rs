@@ -8,12 +8,14 @@ use glam::DVec3;
 use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
 use raindrops::device::{Device, Features, HostImage, ImageState, requirements};
 use raindrops::plan::{Output, plan};
-use raindrops::renderer::{Blend, FrameInput, Lighting, RainField, View, ViewInfo};
+use raindrops::renderer::{Blend, FrameInput, HostMotion, Lighting, RainField, View, ViewInfo};
+use raindrops::scene::camera::Camera;
 use raindrops::scene::model::{Preset, Simulation};
 use raindrops::scene::{PlacedDrop, Scene};
 
 use crate::common;
-use crate::embedded::{Embedded, environment, host, on_host, scene, view_of};
+use crate::embedded::{Embedded, environment, host, on_host, scene, view_for, view_of};
+use crate::told::asked;
 
 /// What a view is refused, or a frame, before anything is recorded.
 #[test]
@@ -78,6 +80,32 @@ fn what_does_not_fit_is_refused() {
         refused(0, &scene, HostImage { view, ..good }, "null");
         host.end(commands);
 
+        // Motion and depth: an image of its own for each, where they were asked for.
+        let since = |camera, image| HostMotion::since(camera, 0.0, image);
+        let camera = scene.camera;
+        let nan = Camera { position: DVec3::NAN, ..camera };
+        let mut told = view_of(device, &scene, &asked()).expect("a view");
+        let motion = HostImage { format: vk::Format::R32G32_SFLOAT, ..good };
+        let empty = HostImage { entry: ImageState::UNDEFINED, ..motion };
+        let held = HostImage { entry: ImageState::SAMPLED, ..motion };
+        let depth = HostImage { format: vk::Format::R32_SFLOAT, ..held };
+        let input = FrameInput::new(&scene, good);
+        for (input, words) in [
+            (input, "name an image for it"),
+            (input.moved(since(camera, good)), "R16G16B16A16_SFLOAT; the view was made for R32G32"),
+            (input.moved(since(camera, empty)), "holds nothing"),
+            (input.moved(since(nan, held)).nearest(depth), "not finite"),
+            (input.moved(since(camera, held)).nearest(depth), "an image each"),
+        ] {
+            // SAFETY: nothing is recorded.
+            says(unsafe { told.record(commands, 0, &input) }, words);
+        }
+        // SAFETY: nothing is recorded.
+        let unasked = unsafe { embedded.view.record(commands, 0, &input.nearest(depth)) };
+        says(unasked, "made for no nearest depth");
+        let format = Some(vk::Format::R8G8B8A8_UNORM);
+        says(made(&ViewInfo { motion: format, ..info }), "is none of R16G16_SFLOAT");
+
         embedded.record(host, 0, &scene);
         host.begin(embedded.commands[1]);
         // SAFETY: nothing is submitted.
@@ -87,7 +115,10 @@ fn what_does_not_fit_is_refused() {
         says(twice, "slot 0 is taken");
         host.end(embedded.commands[1]);
         let over = ViewInfo { blend: Blend::Over, ..info };
-        let mut over = view_of(device, &scene, &over).expect("a view");
+        says(view_of(device, &scene, &over).map(drop), "plan for Output::Layers");
+        let before = ViewInfo { has_color: true, ..over };
+        says(view_for(device, &scene, Output::Layers, &before).map(drop), "Output::Radiance");
+        let mut over = view_for(device, &scene, Output::Layers, &over).expect("a view");
         // SAFETY: nothing is recorded.
         let lost = unsafe { over.record(commands, 0, &FrameInput::new(&scene, good)) };
         says(lost, "holds nothing");

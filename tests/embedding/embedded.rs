@@ -54,8 +54,17 @@ pub struct Embedded {
 }
 
 pub fn view_of(device: &Arc<Device>, scene: &Scene, info: &ViewInfo) -> raindrops::Result<View> {
+    view_for(device, scene, Output::Radiance, info)
+}
+
+pub fn view_for(
+    device: &Arc<Device>,
+    scene: &Scene,
+    output: Output,
+    info: &ViewInfo,
+) -> raindrops::Result<View> {
     let environment = environment();
-    let plan = plan(scene, &environment, Output::Radiance)?;
+    let plan = plan(scene, &environment, output)?;
     let lighting = Arc::new(Lighting::new(device, &environment)?);
     View::new(&lighting, &Arc::new(RainField::new(device, scene)), scene, &plan, info)
 }

@@ -9,4 +9,6 @@ mod host;
 mod calls;
 mod contract;
 mod embedded;
+mod over;
 mod pictures;
+mod told;

@@ -14,6 +14,7 @@ use crate::cli::rounds::environment::{Variables, parse};
 use crate::cli::rounds::pictures::Eye;
 use crate::cli::rounds::process::{Arm, Limits};
 use crate::cli::rounds::{Bound, Work, alone, passed_on, take_turns};
+use crate::cli::tell::say;
 use crate::cli::verdict::gate::{GateArgs, parse_part};
 use crate::cli::verdict::{borrowed, notes, runs, side};
 use crate::cli::{Answer, Cli, command_line, open_environment, progress};
@@ -32,24 +33,24 @@ const MOST_ROUNDS: usize = 40;
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Comparison, in rounds of fresh processes")]
 pub struct CompareArgs {
-    /// Environment of side A: NAME=VALUE,… (a value with commas in quotes); left out or empty: this one
+    /// Environment variables of side A: NAME=VALUE,… (quote a value with commas) [default: as they are]
     #[arg(long, value_name = "ENV=VALUE,…", value_parser = EnvironmentParser)]
     a: Option<Shared>,
-    /// Environment of side B
+    /// Environment variables of side B
     #[arg(long, value_name = "ENV=VALUE,…", value_parser = EnvironmentParser)]
     b: Option<Shared>,
-    /// Program of side A; left out: this one
+    /// Program of side A [default: this one]
     #[arg(long, value_name = "FILE")]
     a_binary: Option<PathBuf>,
-    /// Program of side B
+    /// Program of side B [default: this one]
     #[arg(long, value_name = "FILE")]
     b_binary: Option<PathBuf>,
-    /// Against a kept result of this device, or several of the same at different times, comma-separated
+    /// Compare with a kept result of this device, or with several of different times, comma-separated
     #[arg(long, value_name = "FILE,…", value_delimiter = ',',
           conflicts_with_all = ["a", "b", "a_binary", "b_binary"])]
     baseline: Vec<PathBuf>,
-    /// Fresh processes a side [default: at most 40 in turn, else 10]; alone, `--rounds 10 --json FILE` makes a
-    /// baseline
+    /// Fresh processes for each side [default: at most 40 in turn, else 10]; without a side, `--rounds 10 --json FILE`
+    /// makes a baseline
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1000))]
     rounds: Option<u16>,
     /// Begin no round that would end later than this: 90s, 15m, 1h
@@ -58,14 +59,14 @@ pub struct CompareArgs {
     /// End a process that takes longer, with an error
     #[arg(long, value_name = "TIME", default_value = "10m", value_parser = humantime::parse_duration)]
     timeout: Duration,
-    /// Keep the pictures of both sides and their difference in this folder, as PNG; report shows them
+    /// Write the pictures of both sides and their difference into this folder, as PNG; report shows them
     #[arg(long, value_name = "DIR")]
     pictures: Option<PathBuf>,
-    /// A row whose two pictures are farther apart than this mean FLIP is different, whatever its times
+    /// A row is `different`, whatever its times, if the mean FLIP between its two pictures is over this
     #[arg(long, value_name = "X", default_value = "0.01", value_parser = parse_part)]
     max_flip: f64,
-    /// The error of both pictures against the reference, of so many samples a pixel
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1 << 20))]
+    /// Also find the error of both pictures against the truth, traced with this many samples a pixel
+    #[arg(long = "truth-samples", alias = "reference", value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1 << 20))]
     reference: Option<u32>,
 }
 
@@ -105,7 +106,7 @@ const OWN: [&str; 17] = [
     "drops",
     "rain",
     "seconds",
-    "frames",
+    "min_frames",
     "svg",
     "google_benchmark",
 ];
@@ -129,7 +130,7 @@ impl CompareArgs {
             ("max_time", "--max-time"),
             ("timeout", "--timeout"),
             ("max_flip", "--max-flip"),
-            ("reference", "--reference"),
+            ("reference", "--truth-samples"),
             ("pictures", "--pictures"),
         ];
         own.iter().find(given).map(|(_, option)| *option)
@@ -191,11 +192,13 @@ pub fn run(args: &BenchArgs, scene: &Scene) -> anyhow::Result<Answer> {
         limits,
     };
     work.arguments.push(format!("--seconds={}", args.seconds.unwrap_or(0.2)).into());
-    work.arguments.push(format!("--frames={}", args.frames.unwrap_or(2)).into());
+    work.arguments.push(format!("--frames={}", args.min_frames.unwrap_or(2)).into());
     if let ([(_, base), ..], None) = (bases.as_slice(), &args.scene) {
         of_baseline(args, base, &mut work);
     }
     heed_interrupts()?;
+    let most = humantime::format_duration(compare.max_time);
+    say!("note: rounds of fresh processes, for at most {most} and one round (--max-time)");
     if compare.is_in_turn() {
         let not_of_pictures: Vec<&str> = own.iter().chain(&NOT_OF_PICTURES).copied().collect();
         in_turn(args, scene, &work, passed_on(command, matches, &not_of_pictures))
@@ -242,7 +245,7 @@ fn in_turn(
     let most = compare.rounds.map_or(MOST_ROUNDS, usize::from);
     let threshold = args.gate.threshold();
     if looks(most)[0].rank == 0 {
-        eprintln!("note: with fewer than six rounds there is no interval, and nothing is decided");
+        say!("note: with fewer than six rounds there is no interval, and nothing is decided");
     }
     let bar = progress(most as u64, "rounds");
     // Each is one frame where a round has eight or more.
@@ -305,7 +308,7 @@ fn against(
     let Some(mut found) = found else {
         return Err(failed.unwrap_or_else(|| anyhow::anyhow!("nothing was measured")));
     };
-    found.warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
+    found.warnings.iter().for_each(|warning| say!("warning: {warning}"));
     // Not that of its first process.
     found.command = Some(command_line());
     if bases.is_empty() {

@@ -6,6 +6,7 @@ use super::{BenchArgs, check_counts, is_papers, write};
 use crate::cli::format::Format;
 use crate::cli::interrupt::{Interrupted, heed_interrupts, is_interrupted};
 use crate::cli::options::{choose_device, open_device, resolve};
+use crate::cli::tell::say;
 use crate::cli::{Answer, open_environment, print, progress, say_doubt};
 use crate::files::write_whole;
 use crate::measure::Host;
@@ -55,10 +56,10 @@ pub(super) fn run(args: &BenchArgs, scene: &Scene, duration: Duration) -> anyhow
 
     let host = Host::now();
     let warnings: Vec<String> = host.doubt().into_iter().collect();
-    warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
+    warnings.iter().for_each(|warning| say!("warning: {warning}"));
     let head = DeviceHead::of(&device.report);
     let clock = Clock::of(&head);
-    eprintln!("clock: {}", clock.source());
+    say!("clock: {}", clock.source());
     let start = Some(humantime::format_rfc3339_seconds(SystemTime::now()).to_string());
     let choice = resolve(&device, &scene, &environment)?;
     let plan = plan_by(&scene, &environment, choice.as_ref(), Output::Display)?;
@@ -72,7 +73,7 @@ pub(super) fn run(args: &BenchArgs, scene: &Scene, duration: Duration) -> anyhow
         bar.set_position(stretch.to_s as u64);
         bar.set_message(line_of(stretch));
         if stretch.to_s >= next_line {
-            bar.suspend(|| eprintln!("{:.0} s: {}", stretch.to_s, line_of(stretch)));
+            bar.suspend(|| say!("{:.0} s: {}", stretch.to_s, line_of(stretch)));
             while next_line <= stretch.to_s {
                 next_line += seconds / LINES;
             }
@@ -141,7 +142,7 @@ fn one_preset(args: &BenchArgs, scene: &Scene) -> anyhow::Result<Preset> {
 /// How much rain; none: the scene's.
 fn one_amount(args: &BenchArgs) -> anyhow::Result<Option<Amount>> {
     if args.scene.is_none() && args.drops.is_empty() && args.rain.is_empty() {
-        eprintln!("note: {USUAL_DROPS} drops; a scene, --drops or --rain chooses");
+        say!("note: {USUAL_DROPS} drops; a scene, --drops or --rain chooses");
         return Ok(Some(Amount::Drops(USUAL_DROPS)));
     }
     match args.series().as_slice() {

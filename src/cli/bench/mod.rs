@@ -17,6 +17,7 @@ use super::options::{
 };
 use super::verdict::gate::GateArgs;
 use super::{Answer, parse_seconds, print, progress, say_doubt, write_json};
+use crate::cli::tell::say;
 use crate::environment::Environment;
 use crate::files::write_whole;
 use crate::gpu::disk_cache::KeptDevice;
@@ -30,23 +31,28 @@ use crate::rain::field::Field;
 use crate::scene::model::{Operator, Preset};
 use crate::scene::{RainSettings, Scene};
 
-/// Measure frame rates: of a scene as it is, or the paper's Table II on this machine
+/// Measure frame rates: of a scene, or the paper's Table II
 #[derive(Args)]
 #[command(
     mut_arg("device", |arg| arg.help(
         "Vulkan device: a part of its name or driver, or its index in `raindrops devices`; `all`: every device in turn"
     )),
-    after_help = "Table II with two presets takes some four minutes on two CPU cores; --drops 125000 takes seconds.\n\
-                  --a, --b, --baseline and what goes with them: docs/drivers.md."
+    after_help = "Examples:
+  raindrops bench --preset paper,fast --drops 125000
+  raindrops bench assets/scenes/steady-rain.toml --json result.json
+  raindrops bench --drops 125000 --b LP_NUM_THREADS=1
+
+Table II with two presets takes some four minutes on two CPU cores; --drops 125000 takes seconds.
+How to use --a, --b and --baseline: docs/drivers.md."
 )]
 pub struct BenchArgs {
-    /// Scene file (TOML); left out: the paper's benchmark scene
+    /// Scene file (TOML) [default: the paper's benchmark scene]
     scene: Option<PathBuf>,
-    /// Numbers of random drops, comma-separated; left out: the scene's own, or without a scene the
-    /// paper's 125000 to 4000000
+    /// Numbers of random drops, comma-separated [default: the scene's own; without a scene the
+    /// paper's 125000 to 4000000]
     #[arg(long, value_name = "N,…", value_delimiter = ',')]
     drops: Vec<u32>,
-    /// Rates of real rain to measure instead, mm/h, comma-separated
+    /// Rates of real rain in mm/h, comma-separated, in place of numbers of drops
     #[arg(
         long,
         value_name = "MM_H,…",
@@ -55,27 +61,25 @@ pub struct BenchArgs {
         conflicts_with = "drops"
     )]
     rain: Vec<f64>,
-    /// Presets to measure side by side, in turn, comma-separated; left out: the scene's, or paper
+    /// Presets to measure in turn, comma-separated [default: the scene's; without a scene paper]
     #[arg(long, value_enum, value_name = "NAME,…", value_delimiter = ',')]
     preset: Vec<Preset>,
-    /// Seconds to measure a row; longer if --frames needs it [default: 2, in rounds 0.2]
+    /// Seconds to measure a row, or longer for --min-frames [default: 2; in rounds 0.2]
     #[arg(long, value_name = "S", value_parser = parse_seconds)]
     seconds: Option<f64>,
-    /// Frames of a row to measure at least, for at most ten times --seconds [default: 12, in rounds 2]
-    #[arg(long, value_name = "N")]
-    frames: Option<usize>,
-    /// Measure one row for so long without a break, 90s, 15m or 1h: frame time, memory and the device's clock over
+    /// Measure at least this many frames of a row, for at most ten times --seconds [default: 12; in rounds 2]
+    #[arg(long, alias = "frames", value_name = "N")]
+    min_frames: Option<usize>,
+    /// Measure one row for this long without a break (90s, 15m, 1h): frame time, memory and the device's clock over
     /// time, in the result file and as --svg
     #[arg(long, value_name = "TIME", value_parser = long::parse_duration, allow_hyphen_values = true,
-          conflicts_with_all = ["seconds", "frames", "a", "b", "a_binary", "b_binary", "baseline", "rounds"])]
+          conflicts_with_all = ["seconds", "min_frames", "a", "b", "a_binary", "b_binary", "baseline", "rounds"])]
     duration: Option<Duration>,
-    #[command(flatten)]
-    gate: GateArgs,
     /// Write the figures in the JSON of google/benchmark
     #[arg(long, value_name = "FILE")]
     google_benchmark: Option<PathBuf>,
-    /// Draw frames a second by drops, beside the paper's three machines, as SVG; with --duration what is measured
-    /// over time
+    /// Plot frames a second by number of drops as SVG, beside the paper's three machines; with --duration what was
+    /// measured over time
     #[arg(long, value_name = "FILE")]
     svg: Option<PathBuf>,
     #[command(flatten)]
@@ -84,6 +88,8 @@ pub struct BenchArgs {
     axes: AxisArgs,
     #[command(flatten)]
     device: DeviceArgs,
+    #[command(flatten)]
+    gate: GateArgs,
     #[command(flatten)]
     compare: compare::CompareArgs,
 }
@@ -128,7 +134,7 @@ pub fn run(args: &BenchArgs) -> anyhow::Result<Answer> {
         return long::run(args, &scene, duration);
     }
     if scene.tone_map.operator == Operator::None {
-        eprintln!("note: the tone-mapped rows clip instead of compressing (operator none)");
+        say!("note: the tone-mapped rows clip instead of compressing (operator none)");
     }
     let mut presets = args.preset.clone();
     if presets.is_empty() {
@@ -149,13 +155,13 @@ pub fn run(args: &BenchArgs) -> anyhow::Result<Answer> {
     let mut answer = Answer::Yes;
     for device in chosen {
         if !device.missing.is_empty() {
-            eprintln!("left out: {} lacks {}", device.name, device.missing.join(", "));
+            say!("left out: {} lacks {}", device.name, device.missing.join(", "));
             continue;
         }
         let device = open_device(&instance, device)?;
         let report = bench(args, &device, &scene, &presets, &environment)?;
         if !report.rows.iter().all(Row::passes_add_up) {
-            eprintln!(
+            say!(
                 "note: the driver's times of the passes do not add up to the frames; trust the frames"
             );
         }
@@ -253,9 +259,14 @@ fn bench(
 ) -> anyhow::Result<Report> {
     let host = Host::now();
     let warnings: Vec<String> = host.doubt().into_iter().collect();
-    warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
+    warnings.iter().for_each(|warning| say!("warning: {warning}"));
     let start = Some(humantime::format_rfc3339_seconds(SystemTime::now()).to_string());
     let series = args.series();
+    let (seconds, count) = (args.seconds.unwrap_or(2.0), 2 * presets.len() * series.len());
+    say!(
+        "note: {count} rows of {seconds} s or more each: {} s or more in all",
+        seconds * count as f64
+    );
     let bar = progress(100 * series.len() as u64, "%");
     let mut rows = Vec::new();
     for (number, amount) in series.into_iter().enumerate() {
@@ -281,8 +292,7 @@ fn bench(
                 variants.push(Variant { plan, scene: scene.clone() });
             }
         }
-        let effort =
-            Effort { seconds: args.seconds.unwrap_or(2.0), frames: args.frames.unwrap_or(12) };
+        let effort = Effort { seconds, frames: args.min_frames.unwrap_or(12) };
         let tick = |share: f64| bar.set_position(((number as f64 + share) * 100.0) as u64);
         let measured = measure(device, environment, &variants, effort, &tick)?;
         rows.extend(
@@ -360,9 +370,10 @@ fn check_counts(scene: &Scene, report: &Report) -> bool {
         let expected = count_visible(&scene)
             + of_rain.map_or(0, |(field, cutoff_px)| field.count_visible(&scene, cutoff_px));
         if row.visible != expected {
-            eprintln!(
+            say!(
                 "error: {} of {} drops in view on the GPU, {expected} by the CPU's count",
-                row.visible, row.drops
+                row.visible,
+                row.drops
             );
             agree = false;
         }

@@ -17,9 +17,9 @@ use crate::measure::Host;
 use crate::measure::bench::{self, Build, DeviceHead, of_schema, read_json};
 use crate::measure::verdict;
 
-/// One page of tables and plots from result files: bench, verdict, tradeoff, compare-devices
+/// Write result files as one page of tables and plots
 ///
-/// The page needs no network and no other file. Results of several machines stand side by side.
+/// Results of bench, verdict, tradeoff and compare-devices. The page needs no network and no other file. Results of several machines stand side by side.
 #[derive(Args)]
 pub struct ReportArgs {
     /// Result files, as `--json` wrote them

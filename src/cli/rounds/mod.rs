@@ -13,6 +13,7 @@ use indicatif::ProgressBar;
 
 use self::process::{Arm, Limits};
 use super::interrupt::{Interrupted, is_interrupted};
+use crate::cli::tell::say;
 use crate::measure::bench::{Amount, Report};
 use crate::measure::verdict::looks::{Look, at_the_end, looks};
 use crate::measure::verdict::{Verdict, VerdictRow, in_turn};
@@ -116,7 +117,7 @@ pub fn take_turns(
         let amount = |row: &VerdictRow| Amount::of_row(row.drops, row.rate_mm_h, work.placed);
         let still: Vec<Amount> = turns.rows.iter().filter(undecided).map(amount).collect();
         bar.suspend(|| {
-            eprintln!(
+            say!(
                 "after {rounds} rounds, {:.0} s: {} of {} rows undecided{}",
                 start.elapsed().as_secs_f64(),
                 still.len(),

@@ -7,6 +7,7 @@ use clap::Args;
 use super::junit;
 use super::table::{sheet, side_lines, tail_lines};
 use crate::cli::format::Format;
+use crate::cli::tell::say;
 use crate::cli::{Answer, check_folder, print, write_json};
 use crate::measure::verdict::expect::{Expectations, Outcome};
 use crate::measure::verdict::{Report, Verdict};
@@ -21,17 +22,17 @@ pub struct GateArgs {
     /// Set --threshold to this, and exit with status 1 if a row is slower or its picture is different
     #[arg(long, value_name = "X", value_parser = parse_part, conflicts_with = "threshold")]
     fail_above: Option<f64>,
-    /// What the rows are printed as
+    /// How the rows are printed
     #[arg(long, value_enum, value_name = "NAME", default_value_t = Format::Table)]
     pub format: Format,
     /// Write the figures as JSON; `-` is stdout
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
-    /// Write the verdicts as JUnit XML, for a page of continuous integration
+    /// Write the verdicts as JUnit XML, for continuous integration
     #[arg(long, value_name = "FILE")]
     junit: Option<PathBuf>,
-    /// Bounds by device, and rows that are known to fail, to flake or to be left out; exit with status 1 if
-    /// an unlisted row fails or one that is known to fail passes
+    /// Read bounds by device, and rows that are known to fail or to flake, or are skipped; exit with status 1 if
+    /// another row fails, or one that is known to fail passes
     #[arg(long, value_name = "FILE.toml")]
     expect: Option<PathBuf>,
 }
@@ -118,7 +119,7 @@ impl GateArgs {
             rows.map(move |row| format!("{} ({})", row.name, verdict.name()))
         };
         let failed: Vec<_> = of(Verdict::Slower).chain(of(Verdict::Different)).collect();
-        eprintln!("raindrops: {}", failed.join("; "));
+        say!("raindrops: {}", failed.join("; "));
         true
     }
 }
@@ -131,11 +132,11 @@ fn expected(path: &Path, report: &Report) -> anyhow::Result<Vec<Outcome>> {
     let outcomes: Vec<Outcome> = report.rows.iter().map(|row| expectations.judge(row)).collect();
     for (row, outcome) in report.rows.iter().zip(&outcomes) {
         if let Some(why) = outcome.why() {
-            eprintln!("{}: {}: {why}", outcome.name(), row.name);
+            say!("{}: {}: {why}", outcome.name(), row.name);
         }
     }
     for part in expectations.unused(&report.rows) {
-        eprintln!("note: {}: no row's name contains '{part}'", path.display());
+        say!("note: {}: no row's name contains '{part}'", path.display());
     }
     Ok(outcomes)
 }

@@ -13,17 +13,17 @@ use super::{Answer, command_line};
 use crate::measure::bench::{Report, read};
 use crate::measure::verdict::{self, SCHEMA, Side, kept};
 
-/// Slower or not: two kept results of bench, row by row
+/// Judge two kept results of bench, row by row
 ///
-/// Each row is faster, slower, same or undecided, by an interval that holds the ratio of times with 95 %
-/// confidence. As the two were measured at different times, each run counts as one sample: give several
-/// files of a side, measured at different times by `bench --rounds 10`, for a narrower interval.
+/// Each row is faster, slower, same or undecided, by an interval that contains the ratio of times with 95 %
+/// confidence. The two were measured at different times, so each run counts as one sample. Several
+/// files of a side, measured at different times with `bench --rounds 10`, make the interval narrower.
 #[derive(Args)]
 pub struct VerdictArgs {
     /// Result files of the base (A), comma-separated: the same measurement at different times
     #[arg(value_name = "BASE.json,…", value_parser = files)]
     base: Files,
-    /// Result files held against it (B); they may be of another device
+    /// Result files compared with it (B), comma-separated; they may be of another device
     #[arg(value_name = "NEW.json,…", value_parser = files)]
     new: Files,
     #[command(flatten)]

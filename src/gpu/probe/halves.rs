@@ -9,9 +9,8 @@ use serde::Serialize;
 use super::canvas::Canvas;
 use super::state;
 use crate::Result;
-use crate::gpu::{
-    Alpha, Binding, Bindings, Buffer, Device, GraphicsPipeline, Recorder, Resource, shaders,
-};
+use crate::gpu::sets::{constant, probe_half as slot};
+use crate::gpu::{Alpha, Bindings, Buffer, Device, GraphicsPipeline, Recorder, Resource, shaders};
 
 const HALF: vk::Format = vk::Format::R16G16B16A16_SFLOAT;
 
@@ -83,12 +82,19 @@ impl Halves {
         values.extend([65_520.0, 3.0 * (-24.0f32).exp2(), 1.0]);
         let buffer =
             Buffer::upload(device, "probe", &values, vk::BufferUsageFlags::STORAGE_BUFFER)?;
-        let slots = [(Binding::STORAGE_BUFFER, Resource::Buffer(&buffer))];
+        let slots = [(slot::VALUES, Resource::Buffer(&buffer))];
         let bindings = Bindings::of(device, "probe halves", &slots)?;
         let pipeline = |format, alpha, packed| {
             let stages = [shaders::FULLSCREEN_VERT, shaders::PROBE_HALF_FRAG];
             let state = state(vk::PrimitiveTopology::TRIANGLE_LIST, format, alpha);
-            GraphicsPipeline::new(device, stages, &bindings, 8, &[packed], &state)
+            GraphicsPipeline::new(
+                device,
+                stages,
+                &bindings,
+                8,
+                &[[constant::PACKED, packed]],
+                &state,
+            )
         };
         let size = (values.len() as u32, 1);
         let draw =

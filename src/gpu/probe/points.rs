@@ -10,9 +10,9 @@ use serde::Serialize;
 use super::canvas::Canvas;
 use super::state;
 use crate::Result;
+use crate::gpu::sets::probe_point as slot;
 use crate::gpu::{
-    Alpha, Binding, Bindings, Buffer, Device, GraphicsPipeline, Memory, PointRules, Resource,
-    shaders,
+    Alpha, Bindings, Buffer, Device, GraphicsPipeline, Memory, PointRules, Resource, shaders,
 };
 
 /// Colour format of the marks.
@@ -76,7 +76,7 @@ impl<'a> Shooter<'a> {
     fn new(device: &'a Arc<Device>) -> Result<Self> {
         let usage = vk::BufferUsageFlags::STORAGE_BUFFER;
         let points = Buffer::new(device, "probe", 16 * MOST as u64, usage, Memory::Upload)?;
-        let slots = [(Binding::STORAGE_BUFFER, Resource::Buffer(&points))];
+        let slots = [(slot::POINTS, Resource::Buffer(&points))];
         let bindings = Bindings::of(device, "probe points", &slots)?;
         let stages = [shaders::PROBE_POINT_VERT, shaders::PROBE_POINT_FRAG];
         let state = state(vk::PrimitiveTopology::POINT_LIST, FORMAT, Alpha::Ignored);

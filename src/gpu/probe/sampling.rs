@@ -10,8 +10,9 @@ use serde::Serialize;
 use super::canvas::Canvas;
 use super::state;
 use crate::Result;
+use crate::gpu::sets::probe_sample as slot;
 use crate::gpu::{
-    Alpha, Binding, Bindings, Buffer, Commands, Device, GraphicsPipeline, Image, ImageInfo, Memory,
+    Alpha, Bindings, Buffer, Commands, Device, GraphicsPipeline, Image, ImageInfo, Memory,
     Resource, Sampler, Samples, Use, copy_to_image, image_barrier, shaders,
 };
 
@@ -87,10 +88,9 @@ impl Sampling {
         let clamp = vk::SamplerAddressMode::CLAMP_TO_EDGE;
         let repeating = Sampler::linear(device, "probe levels", repeat, repeat)?;
         let clamped = Sampler::linear(device, "probe edge", clamp, clamp)?;
-        let sampled = Binding::COMBINED_IMAGE_SAMPLER;
         let slots = [
-            (sampled, Resource::Sampled(&levels, &repeating)),
-            (sampled, Resource::Sampled(&edge, &clamped)),
+            (slot::LEVELS, Resource::Sampled(&levels, &repeating)),
+            (slot::EDGE, Resource::Sampled(&edge, &clamped)),
         ];
         let bindings = Bindings::of(device, "probe sampling", &slots)?;
         let stages = [shaders::FULLSCREEN_VERT, shaders::PROBE_SAMPLE_FRAG];

@@ -36,7 +36,7 @@ pub fn models_of_rain() -> Vec<Model> {
         let choice = ModelChoice { cutoff_px: Some(cutoff_px), ..fast };
         all.push(Model { name: format!("fast cutoff-px {cutoff_px}"), choice });
     }
-    for far_rain in [FarRain::Drops, FarRain::None] {
+    for far_rain in [FarRain::Drops, FarRain::Medium, FarRain::Grain, FarRain::None] {
         let choice = ModelChoice { far_rain: Some(far_rain), ..fast };
         all.push(Model { name: format!("fast far-rain {far_rain}"), choice });
     }
@@ -53,8 +53,10 @@ pub fn models_of_rain() -> Vec<Model> {
         }
     }
     let cutoff_px = Some(0.2);
-    let none = ModelChoice { far_rain: Some(FarRain::None), cutoff_px, ..fast };
-    all.push(Model { name: "fast far-rain none cutoff-px 0.2".into(), choice: none });
+    for far_rain in [FarRain::Medium, FarRain::Grain, FarRain::None] {
+        let choice = ModelChoice { far_rain: Some(far_rain), cutoff_px, ..fast };
+        all.push(Model { name: format!("fast far-rain {far_rain} cutoff-px 0.2"), choice });
+    }
     all
 }
 

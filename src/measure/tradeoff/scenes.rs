@@ -55,24 +55,36 @@ pub fn standard_set() -> Result<Vec<StudyScene>> {
     ])
 }
 
-/// Real rain: 25 mm/h, ended where every drop in view can still be drawn one by one.
+/// Real rain of 25 mm/h, ended where every drop in view can still be drawn one by one: exposed for a thousandth of a
+/// second by a long lens; and near by, through a wide one that is focused among its drops.
 ///
 /// # Errors
 /// As [`standard_set`].
-pub fn weather() -> Result<StudyScene> {
+pub fn weather() -> Result<[StudyScene; 2]> {
     let sky = Environment::bundled()?;
     let veiled = clipped(&sky, "veiled sky", 30.0 * sky.mean_luminance() as f32)?;
-    let rain = RealRain { extent: 40.0, ..RealRain::default() };
-    let mut scene = Scene { rain: Some(RainSettings::of(rain)), ..square(192) };
-    scene.camera.vertical_fov = 12.0;
-    scene.camera.target = DVec3::new(0.0, 0.1, -1.0);
-    scene.camera.shutter = 1e-3;
-    Ok(StudyScene {
-        name: "weather".into(),
-        asks: "real rain of 25 mm/h, two million drops, exposed for 1/1000 s",
+    let raining = |extent: f64, vertical_fov: f64| {
+        let rain = RealRain { extent, ..RealRain::default() };
+        let mut scene = Scene { rain: Some(RainSettings::of(rain)), ..square(192) };
+        scene.camera.vertical_fov = vertical_fov;
+        scene.camera.target = DVec3::new(0.0, 0.1, -1.0);
+        scene
+    };
+    let mut exposed = raining(40.0, 12.0);
+    exposed.camera.shutter = 1e-3;
+    let mut out_of_focus = raining(8.0, 30.0);
+    (out_of_focus.camera.aperture, out_of_focus.camera.focus) = (0.02, 2.0);
+    let still = |name: &str, asks, scene| StudyScene {
+        name: name.into(),
+        asks,
         frames: vec![scene],
-        environment: veiled,
-    })
+        environment: veiled.clone(),
+    };
+    let millions = "real rain of 25 mm/h, two million drops, exposed for 1/1000 s";
+    Ok([
+        still("weather", millions, exposed),
+        still("lens", "real rain of 25 mm/h out of focus, nearer than 8 m", out_of_focus),
+    ])
 }
 
 fn clipped(environment: &Environment, name: &str, most: f32) -> Result<Environment> {

@@ -1,0 +1,207 @@
+//! What exposures cost and get wrong: the tables of docs/exposure.md. `cargo run --release --example exposure speed`; names
+//! of several tables print these, none all: minutes on two cores. `RAINDROPS_DEVICE` names a device, as `--device` does.
+//!
+//! - `speed`: the paper's scene with a million drops by `fast`: an instant, streaks of so many pixels in the median, a lens;
+//!   measured in turn.
+//! - `control`: real rain of 25 mm/h in three environments, against the same picture with its medium alone.
+//! - `flicker`: of assets/scenes/slow-motion.toml, what the model changes from frame to frame and the reference does not.
+//!
+//! Errors are products of the distances from two references, so that their noise is no error.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use anyhow::Context as _;
+use glam::DVec3;
+use raindrops::environment::Environment;
+use raindrops::gpu::{Device, Instance, Validation};
+use raindrops::measure::bench::{Effort, Variant, measure};
+use raindrops::measure::statistics::median;
+use raindrops::picture::metrics::box_filter;
+use raindrops::picture::tone_map::{Exposure, display, exposure_of};
+use raindrops::picture::{Picture, srgb_of_linear};
+use raindrops::plan::{Output, plan};
+use raindrops::reference::{Tracer, Truth};
+use raindrops::renderer::Renderer;
+use raindrops::scene::model::{DropShape, FarRain, Preset};
+use raindrops::scene::real_rain::RealRain;
+use raindrops::scene::{RainSettings, Scene};
+
+type Table = fn(&Arc<Device>) -> anyhow::Result<()>;
+
+fn main() -> anyhow::Result<()> {
+    let wanted: Vec<String> = std::env::args().skip(1).collect();
+    let instance = Instance::new(Validation::Off)?;
+    let name = std::env::var("RAINDROPS_DEVICE").ok();
+    let device = &Device::open(&instance, instance.choose(name.as_deref())?)?;
+    println!("{}", device.report.summary());
+    let tables: [(&str, Table); 3] = [("speed", speed), ("control", control), ("flicker", flicker)];
+    for (name, table) in tables {
+        if wanted.is_empty() || wanted.iter().any(|wanted| wanted == name) {
+            println!("{name}");
+            table(device)?;
+        }
+    }
+    Ok(())
+}
+
+/// Median way in pixels that a motion gives to drops of a box, of those in view.
+fn median_way(scene: &Scene, motion: DVec3) -> f64 {
+    let (view, rain) = (scene.view(), scene.rain().expect("drops in a box"));
+    let mut ways = Vec::new();
+    for number in 0..100_000_u32 {
+        // Evenly over the box: by powers of the root of x⁴ = x + 1.
+        let at = f64::from(number) * DVec3::new(0.819_172_5, 0.671_043_6, 0.549_700_5);
+        let place = (2.0 * at.fract() - 1.0) * rain.half_extent;
+        if view.pixel(place).is_some() {
+            ways.push(
+                view.point(place - 0.5 * motion).0.distance(view.point(place + 0.5 * motion).0),
+            );
+        }
+    }
+    median(&ways)
+}
+
+fn speed(device: &Arc<Device>) -> anyhow::Result<()> {
+    let mut scene = Scene::default();
+    (scene.image.width, scene.image.height) = (1024, 1024);
+    scene.model.preset = Preset::Fast;
+    let environment = Environment::bundled()?;
+    let velocity = scene.rain().expect("drops").velocity;
+    let a_pixel = median_way(&scene, velocity).recip();
+    let mut variants = vec![("an instant".to_string(), scene.clone())];
+    for pixels in [2.0, 8.0, 64.0] {
+        let mut exposed = scene.clone();
+        exposed.camera.shutter = pixels * a_pixel;
+        variants.push((format!("streaks of {pixels} px"), exposed));
+    }
+    let mut lens = scene.clone();
+    (lens.camera.aperture, lens.camera.focus) = (4.0, 300.0);
+    variants.push(("a lens".into(), lens));
+    let plans = variants.iter().map(|(_, scene)| {
+        Ok(Variant { scene: scene.clone(), plan: plan(scene, &environment, Output::Display)? })
+    });
+    let plans = plans.collect::<anyhow::Result<Vec<_>>>()?;
+    let measured =
+        measure(device, &environment, &plans, Effort { seconds: 3.0, frames: 12 }, &|_| ())?;
+    let first = median(&measured[0].samples_ms);
+    for ((name, _), times) in variants.iter().zip(&measured) {
+        let ms = median(&times.samples_ms);
+        print!("    {name:20} {ms:7.1} ms, {:5.2} of the first:", ms / first);
+        for (pass, ms) in times.passes_ms.iter().filter(|(_, ms)| median(ms) >= 1.0) {
+            print!(" {pass} {:.1}", median(ms));
+        }
+        println!();
+    }
+    Ok(())
+}
+
+/// Two references of a scene, whose noise is not the same.
+fn references(
+    scene: &Scene,
+    environment: &Environment,
+    samples: u32,
+    rain_to: Option<f64>,
+) -> [Picture; 2] {
+    let truth = Truth { samples, rain_to, ..Truth::default() };
+    let tracer = Tracer::new(scene, environment, truth);
+    [0, 1].map(|seed| tracer.with_seed(seed).picture())
+}
+
+fn drawn(
+    device: &Arc<Device>,
+    scene: &Scene,
+    environment: &Environment,
+) -> anyhow::Result<Picture> {
+    let mut renderer =
+        Renderer::new(device, scene, environment, &plan(scene, environment, Output::Radiance)?)?;
+    renderer.draw(scene)?;
+    Ok(renderer.read_radiance()?)
+}
+
+/// A picture as it is shown, in sRGB values.
+fn shown(exposure: Exposure, picture: &Picture) -> Vec<f64> {
+    let shown = display(exposure, picture);
+    shown.pixels.iter().flat_map(|p| p.to_array()).map(|v| f64::from(srgb_of_linear(v))).collect()
+}
+
+/// Mean square error of a picture against two references.
+fn mean_square(exposure: Exposure, picture: &Picture, references: &[Picture; 2]) -> f64 {
+    let [a, b] = references.each_ref().map(|reference| shown(exposure, reference));
+    let picture = shown(exposure, picture);
+    let products = picture.iter().zip(a.iter().zip(&b)).map(|(p, (a, b))| (p - a) * (p - b));
+    products.sum::<f64>() / picture.len() as f64
+}
+
+fn control(device: &Arc<Device>) -> anyhow::Result<()> {
+    for name in ["city", "forest", "courtyard"] {
+        let environment = Environment::load(format!("assets/environments/{name}.exr").as_ref())?;
+        for shutter in [1.0 / 60.0, 1.0 / 250.0, 1e-3] {
+            let mut scene = Scene::default();
+            (scene.image.width, scene.image.height) = (160, 160);
+            // Spheres: that far drops are drawn as such is another error.
+            let (extent, shape) = (20.0, DropShape::Sphere);
+            scene.rain = Some(RainSettings::of(RealRain { extent, shape, ..RealRain::default() }));
+            (scene.camera.vertical_fov, scene.camera.shutter) = (40.0, shutter);
+            scene.camera.target = DVec3::new(0.0, 0.12, -1.0);
+            scene.model.preset = Preset::Fast;
+            let references = references(&scene, &environment, 64, Some(extent));
+            let exposure = exposure_of(&scene.tone_map, &references[0]);
+            let boxed = references.each_ref().map(box_filter);
+            let square =
+                |far_rain: Option<FarRain>, cutoff_px: Option<f64>| -> anyhow::Result<f64> {
+                    let mut scene = scene.clone();
+                    (scene.model.far_rain, scene.model.cutoff_px) = (far_rain, cutoff_px);
+                    let picture = drawn(device, &scene, &environment)?;
+                    Ok(mean_square(exposure, &box_filter(&picture), &boxed))
+                };
+            let medium = square(Some(FarRain::Medium), Some(1.0))?;
+            let (auto, finer) = (square(None, None)?, square(None, Some(0.05))?);
+            println!(
+                "    {name:10} 1/{:4.0} s: the medium {medium:.2e}; streaks {auto:.2e}, {:.3} of it; from 0.05 px on {finer:.2e}, {:.3}",
+                shutter.recip(),
+                auto / medium,
+                finer / medium
+            );
+        }
+    }
+    Ok(())
+}
+
+fn flicker(device: &Arc<Device>) -> anyhow::Result<()> {
+    const PAIRS: u32 = 12;
+    let mut scene = Scene::load(Path::new("assets/scenes/slow-motion.toml"))?;
+    (scene.image.width, scene.image.height) = (160, 90);
+    let rain = RealRain { extent: 15.0, ..scene.real_rain().context("real rain")? };
+    scene.rain = Some(RainSettings::of(rain));
+    let environment = Environment::bundled()?;
+    let plan = plan(&scene, &environment, Output::Radiance)?;
+    let mut renderer = Renderer::new(device, &scene, &environment, &plan)?;
+    let mut sums = [0.0; 2];
+    for pair in 0..PAIRS {
+        let first = pair * (scene.film.frames() - 2) / (PAIRS - 1);
+        let mut shown_of = |number: u32| -> anyhow::Result<[Vec<f64>; 3]> {
+            let frame = scene.film.frame(&scene, number);
+            let [a, b] = references(&frame, &environment, 32, Some(rain.extent));
+            let exposure = exposure_of(&scene.tone_map, &a);
+            renderer.draw(&frame)?;
+            Ok([renderer.read_radiance()?, a, b].map(|picture| shown(exposure, &picture)))
+        };
+        let (before, after) = (shown_of(first)?, shown_of(first + 1)?);
+        let change = |of: usize, at: usize| after[of][at] - before[of][at];
+        let count = before[0].len();
+        let mean = |f: &dyn Fn(usize) -> f64| (0..count).map(f).sum::<f64>() / count as f64;
+        let own = mean(&|at| (change(0, at) - change(1, at)) * (change(0, at) - change(2, at)));
+        let all = mean(&|at| change(1, at) * change(2, at));
+        let pace = scene.film.frame(&scene, first).pace;
+        println!(
+            "    frame {first:3}, pace {pace:.4}: {:.5} of {:.5}",
+            own.max(0.0).sqrt(),
+            all.max(0.0).sqrt()
+        );
+        sums = [sums[0] + own, sums[1] + all];
+    }
+    let [own, all] = sums.map(|sum| (sum / f64::from(PAIRS)).max(0.0).sqrt());
+    println!("    RMS {own:.5} that the reference does not change; it changes {all:.5}");
+    Ok(())
+}

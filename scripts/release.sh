@@ -1,0 +1,82 @@
+#!/usr/bin/env bash
+# Makes an archive of the program that needs no sources: program, scenes, environments, completions, manual pages,
+# licences of all crates in it, and a list of what the target machine must have.
+#
+#   scripts/release.sh [FOLDER]      writes FOLDER/raindrops-VERSION-TARGET.tar.gz; FOLDER is out if not given
+#
+# RAINDROPS names the program, else it is built. Exit status: 0; 2 for an error.
+set -euo pipefail
+folder=${1:-out}
+case $folder in -*) sed -n '2,/^set /s/^# \{0,1\}//p' "$0" >&2; exit 2 ;; esac
+mkdir -p "$folder"
+folder=$(cd "$folder" && pwd)
+program=${RAINDROPS:+$(realpath "$RAINDROPS")}
+cd "$(dirname "$0")/.."
+fail() { echo "release: $*" >&2; exit 2; }
+if [ -z "$program" ]; then
+  scripts/setup.sh
+  scripts/cargo.sh build --release --locked --bin raindrops || fail "the program does not build"
+  program=${CARGO_TARGET_DIR:-target}/release/raindrops
+fi
+
+version=$("$program" --version | cut -d ' ' -f 2)
+target=$(PATH=$PATH:${CARGO_HOME:-$HOME/.cargo}/bin rustc -vV | sed -n 's/^host: //p')
+name=raindrops-$version-$target
+tree=$(mktemp -d)
+trap 'rm -rf "$tree"' EXIT
+into=$tree/$name
+mkdir -p "$into"/{bin,completions,man/man1,licences,assets}
+
+cp "$program" "$into/bin/raindrops"
+strip "$into/bin/raindrops"
+cp README.md CHANGELOG.md "$into/"
+cp -r assets/scenes assets/low-sun.exr assets/sky.exr "$into/assets/"
+if [ -d assets/environments ]; then cp -r assets/environments "$into/assets/"; fi
+for shell in bash zsh fish; do "$program" completions $shell >"$into/completions/raindrops.$shell"; done
+"$program" --quiet man -o "$into/man/man1"
+
+# Licences: this program's, the sky model's, and those of each crate that is linked. A crate without a text of its own
+# is named with its licence's identifier; the texts of MIT and Apache 2.0 stand beside.
+cp LICENSE-MIT LICENSE-APACHE assets/LICENSE-hosek-wilkie "$into/licences/"
+scripts/cargo.sh tree --locked -e normal --prefix none --format '{p}' --target "$target" >"$tree/linked"
+scripts/cargo.sh metadata --locked --format-version 1 >"$tree/metadata"
+python3 - "$tree/linked" "$tree/metadata" >"$into/licences/crates.txt" <<'PYTHON' || fail "no licences"
+import json, pathlib, re, sys
+linked = {tuple(line.split()[:2]) for line in open(sys.argv[1]) if line.strip()}
+names = re.compile(r"(licen[cs]e|copying|notice|copyright|ofl|ufl)", re.IGNORECASE)
+found = set()
+for package in sorted(json.load(open(sys.argv[2]))["packages"], key=lambda p: (p["name"], p["version"])):
+    key = (package["name"], "v" + package["version"])
+    if key not in linked or package["name"] == "raindrops":
+        continue
+    found.add(key)
+    folder = pathlib.Path(package["manifest_path"]).parent
+    files = [f for f in [*folder.iterdir(), *folder.glob("*/*")] if f.is_file() and f.suffix != ".rs"
+             and (names.match(f.name) or (f.parent.name == "fonts" and f.suffix == ".txt"))]
+    print("=" * 80 + f"\n{key[0]} {package['version']}: {package['license'] or package['license_file']}")
+    print(package["repository"] or "")
+    for file in sorted(files):
+        print(f"\n--- {file.relative_to(folder)}\n{file.read_text(errors='replace').strip()}")
+missing = [key for key in linked - found if key[0] != "raindrops"]
+assert not missing and len(found) > 50, (missing, len(found))
+PYTHON
+
+{
+  echo "raindrops $version for $target"
+  echo
+  echo "bin/raindrops view assets/scenes/rain.toml --drops 200000"
+  echo "bin/raindrops bench --preset paper,fast --drops 125000"
+  echo
+  echo "The machine must have the Vulkan loader (libvulkan.so.1; Debian and Ubuntu: libvulkan1) and a driver for Vulkan 1.3"
+  echo "(mesa-vulkan-drivers has lavapipe, which needs no GPU). The program is linked with:"
+  objdump -p "$into/bin/raindrops" | sed -n 's/^ *NEEDED */  /p'
+  echo "and needs the C library $(objdump -T "$into/bin/raindrops" | grep -o 'GLIBC_[0-9.]*' | sort -Vu | tail -n 1 | tr _ ' ') or later."
+  echo
+  echo "completions: bash into ~/.local/share/bash-completion/completions/raindrops, zsh as _raindrops into a folder of \$fpath,"
+  echo "fish into ~/.config/fish/completions. Manual pages: man/man1 into ~/.local/share/man."
+} >"$into/INSTALL.txt"
+
+archive=$folder/$name.tar.gz
+tar --create --directory "$tree" --sort=name --owner=0 --group=0 --numeric-owner "$name" | gzip -n >"$archive.part"
+mv "$archive.part" "$archive"
+echo "release: $archive, $(du -h "$archive" | cut -f 1)" >&2

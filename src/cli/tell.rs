@@ -1,0 +1,101 @@
+//! What the command says on stderr beside its results: how much of it, and in which colours.
+
+use std::sync::atomic::{AtomicU8, Ordering};
+
+use clap::{Args, ColorChoice};
+use console::Style;
+
+/// Options of every command.
+#[derive(Args)]
+#[command(next_help_heading = "Messages")]
+pub struct TellArgs {
+    /// Print warnings and errors only
+    #[arg(short, long, global = true, conflicts_with = "verbose")]
+    quiet: bool,
+    /// Also print what takes time, and a frame's passes
+    #[arg(short, long, global = true)]
+    verbose: bool,
+    /// Colours in help and messages
+    #[arg(long, global = true, value_enum, value_name = "WHEN", default_value = "auto")]
+    color: ColorChoice,
+}
+
+const QUIET: u8 = 0;
+const USUAL: u8 = 1;
+const VERBOSE: u8 = 2;
+static VOLUME: AtomicU8 = AtomicU8::new(USUAL);
+
+impl TellArgs {
+    /// From now on messages are as these options have them.
+    pub fn apply(&self) {
+        let volume = match (self.quiet, self.verbose) {
+            (true, _) => QUIET,
+            (_, true) => VERBOSE,
+            _ => USUAL,
+        };
+        VOLUME.store(volume, Ordering::Relaxed);
+        match self.color {
+            ColorChoice::Auto => {}
+            choice => console::set_colors_enabled_stderr(choice == ColorChoice::Always),
+        }
+    }
+}
+
+/// The colours that the command line asks for, before it is parsed: help is printed by the parser.
+pub fn color_of(mut words: impl Iterator<Item = String>) -> ColorChoice {
+    let word = words.find(|word| word == "--color" || word.starts_with("--color="));
+    let value = match word {
+        Some(word) if word == "--color" => words.next(),
+        word => word.and_then(|word| word.strip_prefix("--color=").map(String::from)),
+    };
+    value.and_then(|value| value.parse().ok()).unwrap_or(ColorChoice::Auto)
+}
+
+/// Whether the passes and times of a frame are asked for.
+pub fn is_verbose() -> bool {
+    VOLUME.load(Ordering::Relaxed) == VERBOSE
+}
+
+/// Whether only warnings and errors are asked for.
+pub fn is_quiet() -> bool {
+    VOLUME.load(Ordering::Relaxed) == QUIET
+}
+
+/// Prints a line. What it begins with says what it is: `warning:`, `error:` and `raindrops:` are printed in any case,
+/// other lines not with `-q`.
+pub fn line(line: &str) {
+    let label = |name: &str| line.strip_prefix(name).map(|rest| (name.to_string(), rest));
+    let important = ["warning:", "error:", "raindrops:"].into_iter().find_map(label);
+    let style = Style::new().bold().for_stderr();
+    match important {
+        Some((name, rest)) => {
+            let style = if name == "warning:" { style.yellow() } else { style.red() };
+            eprintln!("{}{rest}", style.apply_to(name));
+        }
+        None if is_quiet() => {}
+        None => match label("note:") {
+            Some((name, rest)) => eprintln!("{}{rest}", style.cyan().apply_to(name)),
+            None => eprintln!("{line}"),
+        },
+    }
+}
+
+/// Prints a line on stderr, formatted; see [`line`](fn@line).
+macro_rules! say {
+    ($($argument:tt)*) => { $crate::cli::tell::line(&format!($($argument)*)) };
+}
+pub(super) use say;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn colors_are_known_before_the_command_line_is_parsed() {
+        let of = |line: &str| color_of(line.split(' ').map(String::from));
+        assert_eq!(of("raindrops render --help"), ColorChoice::Auto);
+        assert_eq!(of("raindrops --color never --help"), ColorChoice::Never);
+        assert_eq!(of("raindrops render --color=always -h"), ColorChoice::Always);
+        assert_eq!(of("raindrops --color"), ColorChoice::Auto);
+    }
+}

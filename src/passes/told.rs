@@ -1,0 +1,132 @@
+//! What is told of each pixel's nearest drop, into images of a host's (`glsl/told.frag`): its motion since the frame
+//! before, its depth. A pixel without a drop keeps what the host has there: its own motion vectors and depth, or what
+//! it has cleared them to.
+//!
+//! It reads what `layers` has found, four words a pixel.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::frame::FrameBuffer;
+use super::layers::LayersPass;
+use super::rendering;
+use crate::abi::ToldPush;
+use crate::gpu::sets::told as slot;
+use crate::gpu::{
+    Alpha, Bindings, Device, GraphicsPipeline, GraphicsState, HostImage, Recorder, Resource,
+    Samples, Use, attachment_of, shaders,
+};
+use crate::scene::camera::Camera;
+use crate::{Error, Result};
+
+/// Formats of motion and of depth. Every device draws into them.
+const MOTION_FORMATS: [vk::Format; 4] = [
+    vk::Format::R16G16_SFLOAT,
+    vk::Format::R32G32_SFLOAT,
+    vk::Format::R16G16B16A16_SFLOAT,
+    vk::Format::R32G32B32A32_SFLOAT,
+];
+const DEPTH_FORMATS: [vk::Format; 2] = [vk::Format::R32_SFLOAT, vk::Format::R16_SFLOAT];
+
+/// Where a host has the motion of each pixel's nearest drop drawn, and since when.
+#[derive(Clone, Copy, Debug)]
+pub struct HostMotion {
+    /// The image. A pixel without a drop keeps what it holds.
+    pub image: HostImage,
+    /// The camera of the frame before; with this frame's jitter, if vectors are to be free of it.
+    pub camera: Camera,
+    /// The time of the frame before.
+    pub time: f64,
+    /// What a pixel to the right and one down are in the image's unit: 1 and 1 for pixels, 1 / width and 1 / height for
+    /// parts of the picture.
+    pub pixel: [f32; 2],
+}
+
+impl HostMotion {
+    /// In pixels, right and down, from where the drop is in this frame to where it was in the one before.
+    pub fn since(camera: Camera, time: f64, image: HostImage) -> Self {
+        Self { image, camera, time, pixel: [1.0; 2] }
+    }
+}
+
+/// The pass.
+pub struct Told {
+    bindings: Bindings,
+    motion: Option<GraphicsPipeline>,
+    depth: Option<GraphicsPipeline>,
+}
+
+impl Told {
+    /// Of what `layers` finds; none if nothing is asked for. `formats`: of motion, of depth.
+    ///
+    /// # Errors
+    /// [`Error::Scene`] for a format that cannot hold it; [`Error::Vulkan`] if the driver refuses.
+    pub fn new(
+        device: &Arc<Device>,
+        frame: &FrameBuffer,
+        layers: Option<&LayersPass>,
+        formats: [Option<vk::Format>; 2],
+    ) -> Result<Option<Self>> {
+        let (Some(layers), true) = (layers, formats.iter().any(Option::is_some)) else {
+            return Ok(None);
+        };
+        let slots = [
+            (slot::CONSTANTS, Resource::Buffer(&frame.buffer)),
+            (slot::NEAREST, Resource::Buffer(&layers.nearest)),
+        ];
+        let bindings = Bindings::of(device, "told", &slots)?;
+        let pipeline = |name: &str, format: Option<vk::Format>, known: &[vk::Format]| {
+            let Some(format) = format else { return Ok(None) };
+            if !known.contains(&format) {
+                let known: Vec<_> = known.iter().map(|format| format!("{format:?}")).collect();
+                return Err(Error::Scene {
+                    place: format!("the format of {name}"),
+                    problem: format!("{format:?} is none of {}", known.join(", ")),
+                });
+            }
+            let state = GraphicsState {
+                topology: vk::PrimitiveTopology::TRIANGLE_LIST,
+                attribute: None,
+                color: format,
+                alpha: Alpha::Ignored,
+                samples: Samples::One,
+                depth: false,
+            };
+            let shaders = [shaders::FULLSCREEN_VERT, shaders::TOLD_FRAG];
+            let push = size_of::<ToldPush>() as u32;
+            GraphicsPipeline::new(device, shaders, &bindings, push, &[], &state).map(Some)
+        };
+        let [motion, depth] = formats;
+        Ok(Some(Self {
+            motion: pipeline("motion", motion, &MOTION_FORMATS)?,
+            depth: pipeline("nearest depth", depth, &DEPTH_FORMATS)?,
+            bindings,
+        }))
+    }
+
+    /// Records it into the images that there are, when what `layers` found is ready to be read.
+    pub fn record(
+        &self,
+        device: &Device,
+        commands: Recorder<'_>,
+        (motion, depth): (Option<&HostMotion>, Option<&HostImage>),
+    ) {
+        let draw = |pipeline: &GraphicsPipeline, image: &HostImage, push: ToldPush| {
+            image.take(device, commands, Use::ColorAttachment);
+            let color = attachment_of(image.view, vk::AttachmentLoadOp::LOAD);
+            rendering(device, commands, color, None, image.size, 0.0, || {
+                pipeline.bind(commands, &self.bindings, 0, bytemuck::bytes_of(&push));
+                // SAFETY: within a rendering, with everything bound.
+                unsafe { device.raw().cmd_draw(commands.raw(), 3, 1, 0, 0) };
+            });
+            image.give_back(device, commands, Use::ColorAttachment);
+        };
+        if let (Some(pipeline), Some(motion)) = (&self.motion, motion) {
+            draw(pipeline, &motion.image, ToldPush { pixel: motion.pixel, is_depth: 0 });
+        }
+        if let (Some(pipeline), Some(image)) = (&self.depth, depth) {
+            draw(pipeline, image, ToldPush { pixel: [0.0; 2], is_depth: 1 });
+        }
+    }
+}
