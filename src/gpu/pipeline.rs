@@ -331,6 +331,20 @@ pub struct GraphicsState {
     pub depth: bool,
 }
 
+impl GraphicsState {
+    /// Triangles that overwrite an image of one sample a pixel, with neither attributes nor depth.
+    pub fn triangles(color: vk::Format) -> Self {
+        Self {
+            topology: vk::PrimitiveTopology::TRIANGLE_LIST,
+            attribute: None,
+            color,
+            alpha: Alpha::Ignored,
+            samples: Samples::One,
+            depth: false,
+        }
+    }
+}
+
 /// A graphics pipeline with dynamic viewport and scissor; it lives as long as its device.
 pub struct GraphicsPipeline {
     raw: vk::Pipeline,

@@ -11,7 +11,7 @@ use super::tone_map::Source;
 use crate::gpu::sets::output as slot;
 use crate::gpu::{
     Alpha, Bindings, Device, GraphicsPipeline, GraphicsState, HostImage, Recorder, Resource,
-    Sampler, Samples, Texel, Texels, Use, attachment_of, shaders,
+    Sampler, Texel, Texels, Use, attachment_of, shaders,
 };
 use crate::{Error, Result};
 
@@ -105,15 +105,11 @@ impl Output {
         let uniform = (slot::CONSTANTS, Resource::Buffer(&frame.buffer));
         let bindings = Bindings::of(device, "output", &[uniform, radiance])?;
         let state = GraphicsState {
-            topology: vk::PrimitiveTopology::TRIANGLE_LIST,
-            attribute: None,
-            color: format,
             alpha: match blend {
                 Blend::Replace => Alpha::Ignored,
                 Blend::Over => Alpha::Premultiplied,
             },
-            samples: Samples::One,
-            depth: false,
+            ..GraphicsState::triangles(format)
         };
         let vertex = shaders::FULLSCREEN_VERT;
         let pipeline = GraphicsPipeline::new(device, [vertex, shader], &bindings, 0, &[], &state)?;

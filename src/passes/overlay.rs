@@ -71,14 +71,8 @@ impl Overlay {
         let atlas = make_atlas(device, [1, 1])?;
         let mesh = |_| Mesh::new(device, Resource::Sampled(&atlas, &sampler), [0; 2]);
         let meshes: Vec<_> = (0..frames).map(mesh).collect::<Result<_>>()?;
-        let state = GraphicsState {
-            topology: vk::PrimitiveTopology::TRIANGLE_LIST,
-            attribute: None,
-            color: format,
-            alpha: Alpha::Premultiplied,
-            samples: Samples::One,
-            depth: false,
-        };
+        let state =
+            GraphicsState { alpha: Alpha::Premultiplied, ..GraphicsState::triangles(format) };
         let stages = [shaders::OVERLAY_VERT, shaders::OVERLAY_FRAG];
         let push_bytes = size_of::<[f32; 2]>() as u32;
         let bindings = &meshes[0].bindings;

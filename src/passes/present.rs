@@ -10,8 +10,7 @@ use super::{attachment, rendering};
 use crate::Result;
 use crate::gpu::sets::{constant, present as slot};
 use crate::gpu::{
-    Alpha, Bindings, Device, GraphicsPipeline, GraphicsState, Image, Recorder, Resource, Sampler,
-    Samples, shaders,
+    Bindings, Device, GraphicsPipeline, GraphicsState, Image, Recorder, Resource, Sampler, shaders,
 };
 
 /// Panes of the split view: the first model, the second, their difference.
@@ -42,14 +41,7 @@ impl Present {
         let sampler = Sampler::linear(device, "pictures", clamp, clamp)?;
         // Black, as long as nothing is to be shown.
         let bindings = Bindings::new(device, "present", &slots, 1)?;
-        let state = GraphicsState {
-            topology: vk::PrimitiveTopology::TRIANGLE_LIST,
-            attribute: None,
-            color: format,
-            alpha: Alpha::Ignored,
-            samples: Samples::One,
-            depth: false,
-        };
+        let state = GraphicsState::triangles(format);
         let stages = [shaders::FULLSCREEN_VERT, shaders::PRESENT_FRAG];
         let push_bytes = size_of::<[f32; 2]>() as u32;
         let pipeline = |panes: u32| {

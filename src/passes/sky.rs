@@ -10,8 +10,7 @@ use super::{attachment, rendering};
 use crate::Result;
 use crate::gpu::sets::sky as slot;
 use crate::gpu::{
-    Alpha, Bindings, Device, GraphicsPipeline, GraphicsState, Image, Recorder, Resource, Samples,
-    shaders,
+    Bindings, Device, GraphicsPipeline, GraphicsState, Image, Recorder, Resource, Samples, shaders,
 };
 
 /// The pass.
@@ -44,14 +43,7 @@ impl Sky {
             &bindings,
             0,
             &[],
-            &GraphicsState {
-                topology: vk::PrimitiveTopology::TRIANGLE_LIST,
-                attribute: None,
-                color: format,
-                alpha: Alpha::Ignored,
-                samples,
-                depth: false,
-            },
+            &GraphicsState { samples, ..GraphicsState::triangles(format) },
         )?;
         Ok(Self { bindings, pipeline })
     }

@@ -14,8 +14,8 @@ use super::rendering;
 use crate::abi::ToldPush;
 use crate::gpu::sets::told as slot;
 use crate::gpu::{
-    Alpha, Bindings, Device, GraphicsPipeline, GraphicsState, HostImage, Recorder, Resource,
-    Samples, Use, attachment_of, shaders,
+    Bindings, Device, GraphicsPipeline, GraphicsState, HostImage, Recorder, Resource, Use,
+    attachment_of, shaders,
 };
 use crate::scene::camera::Camera;
 use crate::{Error, Result};
@@ -85,14 +85,7 @@ impl Told {
                     problem: format!("{format:?} is none of {}", known.join(", ")),
                 });
             }
-            let state = GraphicsState {
-                topology: vk::PrimitiveTopology::TRIANGLE_LIST,
-                attribute: None,
-                color: format,
-                alpha: Alpha::Ignored,
-                samples: Samples::One,
-                depth: false,
-            };
+            let state = GraphicsState::triangles(format);
             let shaders = [shaders::FULLSCREEN_VERT, shaders::TOLD_FRAG];
             let push = size_of::<ToldPush>() as u32;
             GraphicsPipeline::new(device, shaders, &bindings, push, &[], &state).map(Some)

@@ -21,8 +21,8 @@ use super::{attachment, rendering};
 use crate::Result;
 use crate::gpu::sets::{constant, group, tone_map as slot};
 use crate::gpu::{
-    Alpha, Bindings, Buffer, ComputePipeline, Device, GraphicsPipeline, GraphicsState, Image,
-    Memory, Recorder, Resource, Sampler, Samples, Texel, Texels, Use, memory_barrier, shaders,
+    Bindings, Buffer, ComputePipeline, Device, GraphicsPipeline, GraphicsState, Image, Memory,
+    Recorder, Resource, Sampler, Texel, Texels, Use, memory_barrier, shaders,
 };
 use crate::scene::model::Operator;
 
@@ -152,14 +152,7 @@ impl ToneMap {
                 [constant::FINAL_SUMS, FINAL_SUMS],
                 [constant::PHOTOGRAPHIC, (operator == Operator::Photographic).into()],
             ],
-            &GraphicsState {
-                topology: vk::PrimitiveTopology::TRIANGLE_LIST,
-                attribute: None,
-                color: DISPLAY,
-                alpha: Alpha::Ignored,
-                samples: Samples::One,
-                depth: false,
-            },
+            &GraphicsState::triangles(DISPLAY),
         )?;
         Ok(Self {
             bindings,

@@ -7,9 +7,10 @@ use ash::vk;
 use serde::Serialize;
 
 use super::canvas::Canvas;
-use super::state;
 use crate::Result;
-use crate::gpu::{Alpha, Bindings, Commands, Device, GraphicsPipeline, Timestamps, shaders};
+use crate::gpu::{
+    Bindings, Commands, Device, GraphicsPipeline, GraphicsState, Timestamps, shaders,
+};
 
 const FORMAT: vk::Format = vk::Format::R16G16B16A16_SFLOAT;
 /// Steps of the heavy pass at first; ten times more until it takes long enough to be timed.
@@ -37,7 +38,7 @@ impl Clock {
     pub(super) fn of(device: &Arc<Device>) -> Result<Option<Self>> {
         let bindings = Bindings::of(device, "probe clock", &[])?;
         let stages = [shaders::FULLSCREEN_VERT, shaders::PROBE_WORK_FRAG];
-        let state = state(vk::PrimitiveTopology::TRIANGLE_LIST, FORMAT, Alpha::Ignored);
+        let state = GraphicsState::triangles(FORMAT);
         let pipeline = GraphicsPipeline::new(device, stages, &bindings, 4, &[], &state)?;
         let canvases = [
             Canvas::new(device, (64, 64), FORMAT)?,

@@ -7,10 +7,11 @@ use half::f16;
 use serde::Serialize;
 
 use super::canvas::Canvas;
-use super::state;
 use crate::Result;
 use crate::gpu::sets::{constant, probe_half as slot};
-use crate::gpu::{Alpha, Bindings, Buffer, Device, GraphicsPipeline, Recorder, Resource, shaders};
+use crate::gpu::{
+    Alpha, Bindings, Buffer, Device, GraphicsPipeline, GraphicsState, Recorder, Resource, shaders,
+};
 
 const HALF: vk::Format = vk::Format::R16G16B16A16_SFLOAT;
 
@@ -86,7 +87,7 @@ impl Halves {
         let bindings = Bindings::of(device, "probe halves", &slots)?;
         let pipeline = |format, alpha, packed| {
             let stages = [shaders::FULLSCREEN_VERT, shaders::PROBE_HALF_FRAG];
-            let state = state(vk::PrimitiveTopology::TRIANGLE_LIST, format, alpha);
+            let state = GraphicsState { alpha, ..GraphicsState::triangles(format) };
             GraphicsPipeline::new(
                 device,
                 stages,

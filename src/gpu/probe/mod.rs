@@ -12,11 +12,10 @@ mod sampling;
 
 use std::sync::Arc;
 
-use ash::vk;
 use serde::Serialize;
 
 use crate::Result;
-use crate::gpu::{Alpha, Device, GraphicsState, PointRules, Samples};
+use crate::gpu::{Device, PointRules};
 
 pub use clock::Clock;
 pub use halves::{Halves, Rounding};
@@ -64,9 +63,4 @@ pub fn point_rules(device: &Arc<Device>) -> Result<PointRules> {
     let rules = points::rules(device)?;
     // Whoever was first has found the same.
     Ok(*device.point_rules.get_or_init(|| rules))
-}
-
-/// Triangles or points without attributes, depth or samples.
-fn state(topology: vk::PrimitiveTopology, color: vk::Format, alpha: Alpha) -> GraphicsState {
-    GraphicsState { topology, attribute: None, color, alpha, samples: Samples::One, depth: false }
 }

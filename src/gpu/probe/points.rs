@@ -8,11 +8,11 @@ use glam::Vec2;
 use serde::Serialize;
 
 use super::canvas::Canvas;
-use super::state;
 use crate::Result;
 use crate::gpu::sets::probe_point as slot;
 use crate::gpu::{
-    Alpha, Bindings, Buffer, Device, GraphicsPipeline, Memory, PointRules, Resource, shaders,
+    Bindings, Buffer, Device, GraphicsPipeline, GraphicsState, Memory, PointRules, Resource,
+    shaders,
 };
 
 /// Colour format of the marks.
@@ -79,7 +79,8 @@ impl<'a> Shooter<'a> {
         let slots = [(slot::POINTS, Resource::Buffer(&points))];
         let bindings = Bindings::of(device, "probe points", &slots)?;
         let stages = [shaders::PROBE_POINT_VERT, shaders::PROBE_POINT_FRAG];
-        let state = state(vk::PrimitiveTopology::POINT_LIST, FORMAT, Alpha::Ignored);
+        let topology = vk::PrimitiveTopology::POINT_LIST;
+        let state = GraphicsState { topology, ..GraphicsState::triangles(FORMAT) };
         let pipeline = GraphicsPipeline::new(device, stages, &bindings, 0, &[], &state)?;
         Ok(Self { device, points, bindings, pipeline })
     }

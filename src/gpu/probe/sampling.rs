@@ -8,11 +8,10 @@ use half::f16;
 use serde::Serialize;
 
 use super::canvas::Canvas;
-use super::state;
 use crate::Result;
 use crate::gpu::sets::probe_sample as slot;
 use crate::gpu::{
-    Alpha, Bindings, Buffer, Commands, Device, GraphicsPipeline, Image, ImageInfo, Memory,
+    Bindings, Buffer, Commands, Device, GraphicsPipeline, GraphicsState, Image, ImageInfo, Memory,
     Resource, Sampler, Samples, Use, copy_to_image, image_barrier, shaders,
 };
 
@@ -94,7 +93,7 @@ impl Sampling {
         ];
         let bindings = Bindings::of(device, "probe sampling", &slots)?;
         let stages = [shaders::FULLSCREEN_VERT, shaders::PROBE_SAMPLE_FRAG];
-        let state = state(vk::PrimitiveTopology::TRIANGLE_LIST, FORMAT, Alpha::Ignored);
+        let state = GraphicsState::triangles(FORMAT);
         let pipeline = GraphicsPipeline::new(device, stages, &bindings, 4, &[], &state)?;
 
         // From half a level over the finest to half a level short of the coarsest but one.
