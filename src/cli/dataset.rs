@@ -13,7 +13,7 @@ use glam::{DQuat, DVec3};
 use serde::Serialize;
 
 use super::interrupt::{Interrupted, heed_interrupts, is_interrupted};
-use super::options::{BackgroundArgs, DeviceArgs, ModelArgs, SceneArgs};
+use super::options::PictureArgs;
 use super::render::{motion_end, write_layers};
 use super::tell::say;
 use super::{Answer, progress, say_doubt};
@@ -51,13 +51,7 @@ pub struct DatasetArgs {
     #[arg(long, value_name = "I/N", value_parser = parse_shard, default_value = "1/1")]
     shard: Shard,
     #[command(flatten)]
-    scene: SceneArgs,
-    #[command(flatten)]
-    background: BackgroundArgs,
-    #[command(flatten)]
-    model: ModelArgs,
-    #[command(flatten)]
-    device: DeviceArgs,
+    picture: PictureArgs,
 }
 
 /// The views of one machine.
@@ -122,7 +116,7 @@ pub fn run(args: &DatasetArgs) -> anyhow::Result<Answer> {
         .filter(|view| !set.has(*view))
         .collect();
     if !mine.is_empty() {
-        let device = args.device.open()?;
+        let device = args.picture.device.open()?;
         let plan = plan(&set.scene, &set.environment, Output::Layers)?;
         say_doubt(&plan);
         let dry = dry(&set.scene);
@@ -176,9 +170,7 @@ struct Set {
 
 impl Set {
     fn new(args: &DatasetArgs) -> anyhow::Result<Self> {
-        let mut scene = args.scene.load()?;
-        args.model.apply(&mut scene)?;
-        args.background.apply(&mut scene)?;
+        let scene = args.picture.load()?;
         let is_fixed = !scene.background.is_none() || !scene.film.camera.is_empty();
         let turn = args.turn.unwrap_or(if is_fixed { 0.0 } else { 180.0 });
         if turn > 0.0 && is_fixed {

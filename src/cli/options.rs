@@ -407,3 +407,29 @@ pub fn resolve(
     }
     Ok(choice)
 }
+
+/// A scene before its background, by its models, and the device that draws it.
+#[derive(Args, Clone, Debug, Default)]
+pub struct PictureArgs {
+    #[command(flatten)]
+    scene: SceneArgs,
+    #[command(flatten)]
+    background: BackgroundArgs,
+    #[command(flatten)]
+    model: ModelArgs,
+    #[command(flatten)]
+    pub(super) device: DeviceArgs,
+}
+
+impl PictureArgs {
+    /// The scene.
+    ///
+    /// # Errors
+    /// [`Error::Scene`] for what makes no scene, and those of its files.
+    pub fn load(&self) -> Result<Scene> {
+        let mut scene = self.scene.load()?;
+        self.model.apply(&mut scene)?;
+        self.background.apply(&mut scene)?;
+        Ok(scene)
+    }
+}

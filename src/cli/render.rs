@@ -6,7 +6,7 @@ use anyhow::Context as _;
 use clap::Args;
 
 use super::interrupt::{Interrupted, heed_interrupts, is_interrupted};
-use super::options::{BackgroundArgs, DeviceArgs, ModelArgs, SceneArgs, resolve};
+use super::options::{PictureArgs, resolve};
 use super::rounds::stages::{self, paper_stages};
 use super::sequence::Sequence;
 use super::tell::{is_verbose, say};
@@ -52,20 +52,12 @@ pub struct RenderArgs {
     #[arg(long)]
     resume: bool,
     #[command(flatten)]
-    scene: SceneArgs,
-    #[command(flatten)]
-    background: BackgroundArgs,
-    #[command(flatten)]
-    model: ModelArgs,
-    #[command(flatten)]
-    device: DeviceArgs,
+    picture: PictureArgs,
 }
 
 /// Runs the command.
 pub fn run(args: &RenderArgs) -> anyhow::Result<Answer> {
-    let mut scene = args.scene.load()?;
-    args.model.apply(&mut scene)?;
-    args.background.apply(&mut scene)?;
+    let mut scene = args.picture.load()?;
     if let Some(fps) = args.fps {
         scene.film.fps = fps;
         scene.validate("--fps")?;
@@ -92,7 +84,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<Answer> {
         say!("all {frames} frames are there");
         return Ok(Answer::Yes);
     }
-    let device = args.device.open()?;
+    let device = args.picture.device.open()?;
     if let Some(path) = &args.stages
         && let Some((stages, picture)) = paper_stages(&device, &scene, &environment)?
     {
