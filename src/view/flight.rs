@@ -6,8 +6,9 @@ use std::time::Duration;
 use glam::{DQuat, DVec3};
 use winit::keyboard::KeyCode;
 
+use super::nearest::nearest;
 use crate::scene::Scene;
-use crate::scene::camera::Camera;
+use crate::scene::camera::{Camera, View};
 
 /// Radians a pixel of mouse movement turns.
 const RADIANS_PER_PX: f64 = 0.004;
@@ -117,29 +118,13 @@ fn rotate(camera: &mut Camera, left: f64, up: f64) {
 pub fn visit(scene: &mut Scene) -> bool {
     let camera = scene.camera;
     let forward = camera.forward();
-    // Centres are relative to the camera.
-    let nearer = |a: (DVec3, f64), b: (DVec3, f64)| if b.0.length() < a.0.length() { b } else { a };
-    let in_front = |(center, radius): (DVec3, f64)| {
-        center.dot(forward) > 0.866 * center.length() && center.length() > 1.5 * radius
-    };
-    let nowhere = (DVec3::INFINITY, 0.0);
-    let placed =
-        scene.drops.iter().map(|drop| (drop.center_at(scene.time) - camera.position, drop.radius));
-    let mut nearest = placed.filter(|drop| in_front(*drop)).fold(nowhere, nearer);
-    for rain in scene.populations() {
-        use rayon::iter::{IntoParallelIterator as _, ParallelIterator as _};
-        let seen = rain.seen_from(camera.position, crate::rain::tick_of_seconds(scene.time));
-        let falling = (0..rain.count)
-            .into_par_iter()
-            .map(|index| (seen.drop_at(index).as_dvec3(), rain.radius))
-            .filter(|drop| in_front(*drop))
-            .reduce(|| nowhere, nearer);
-        nearest = nearer(nearest, falling);
-    }
-    let (center, radius) = nearest;
-    if !center.is_finite() {
+    let Some((center, radius)) = nearest(scene, |center, radius| {
+        let distance = center.length();
+        let is_ahead = center.dot(forward) > 0.866 * distance && distance > 1.5 * radius;
+        if is_ahead { distance } else { f64::INFINITY }
+    }) else {
         return false;
-    }
+    };
     let target = camera.position + center;
     scene.camera.target = target;
     scene.camera.position = target - center.normalize() * (VISIT_RADII * radius);
@@ -149,10 +134,23 @@ pub fn visit(scene: &mut Scene) -> bool {
     true
 }
 
+/// Turns until what a visit has brought to the middle of the picture is in the middle of the wider part beside what
+/// covers the columns from `left` to `right`, in pixels, if that is in front of it.
+pub fn look_past(camera: &mut Camera, view: &View, [left, right]: [f64; 2]) {
+    let (width, radius) = (f64::from(view.whole[0]), view.focal_px / VISIT_RADII);
+    let middle = 0.5 * width;
+    if right <= middle - radius || left >= middle + radius {
+        return;
+    }
+    let free = if width - right > left { 0.5 * (right + width) } else { 0.5 * left };
+    rotate(camera, ((free - middle) / view.focal_px).atan(), 0.0);
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::PlacedDrop;
+    use crate::scene::real_rain::RealRain;
+    use crate::scene::{ImageSize, PlacedDrop, RainSettings};
 
     #[test]
     fn keys_move_along_the_view() {
@@ -187,5 +185,33 @@ mod tests {
         assert!((distance - VISIT_RADII * drop.radius).abs() < 1e-9, "{distance}");
         scene.camera = Camera { target: DVec3::Z, ..Camera::default() };
         assert!(!visit(&mut scene), "it is behind");
+    }
+
+    #[test]
+    fn a_panel_does_not_cover_what_was_flown_to() {
+        let drop = PlacedDrop::sphere(DVec3::new(3.0, 0.0, -40.0), 0.5);
+        let image = ImageSize { width: 800, height: 600 };
+        let mut scene = Scene { rain: None, drops: vec![drop], image, ..Scene::default() };
+        let mut look = |covered: [f64; 2]| {
+            assert!(visit(&mut scene));
+            let view = scene.view();
+            look_past(&mut scene.camera, &view, covered);
+            scene.view().point(drop.center - scene.camera.position).0.x
+        };
+        assert!((look([12.0, 350.0]) - 575.0).abs() < 1e-6, "to the right of it");
+        assert!((look([450.0, 788.0]) - 225.0).abs() < 1e-6, "to the left of it");
+        assert!((look([12.0, 150.0]) - 400.0).abs() < 1e-6, "it does not cover the drop");
+    }
+
+    /// Of real rain, too.
+    #[test]
+    fn a_drop_of_real_rain_is_visited() {
+        let rain = RainSettings::of(RealRain { rate: 25.0, ..RealRain::default() });
+        let mut scene = Scene { rain: Some(rain), ..Scene::default() };
+        let before = scene.camera;
+        assert!(visit(&mut scene));
+        let flown = before.position.distance(scene.camera.position);
+        assert!((0.0..5.0).contains(&flown), "{flown}");
+        assert!(scene.camera.forward().dot(before.forward()) > 0.86);
     }
 }

@@ -2,17 +2,13 @@
 
 use egui::Ui;
 use glam::{DVec2, DVec3};
-use rayon::iter::{IntoParallelIterator as _, ParallelIterator as _};
 
-use crate::rain::field::Field;
-use crate::rain::tick_of_seconds;
+use super::nearest::nearest;
 use crate::scene::Scene;
 use crate::scene::camera::View;
 
 /// A click this far from a drop's outline, in pixels, still means it: most drops are smaller than a pixel.
 const NEAR_PX: f64 = 6.0;
-/// Radius in pixels from which on drops of real rain can be clicked at.
-const LEAST_PX: f64 = 0.3;
 
 /// How wide the lens is, and where it is focused.
 pub(super) fn lens(ui: &mut Ui, scene: &mut Scene) {
@@ -33,37 +29,13 @@ pub(super) fn lens(ui: &mut Ui, scene: &mut Scene) {
 /// Focuses the camera on the nearest drop at a place of the picture that the scene's image is of, in pixels. False if none
 /// is there.
 pub(super) fn focus_on(scene: &mut Scene, place: DVec2) -> bool {
-    match depth_at(scene, place) {
-        Some(depth) => {
-            scene.camera.focus = depth;
-            true
-        }
-        None => false,
-    }
-}
-
-/// Depth of that drop.
-fn depth_at(scene: &Scene, place: DVec2) -> Option<f64> {
     let view = scene.view();
-    let camera = scene.camera.position;
-    let met = |(center, radius): (DVec3, f64)| met_at(&view, place, center, radius);
-    let placed = scene.drops.iter().map(|drop| (drop.center_at(scene.time) - camera, drop.radius));
-    let nearest = placed.map(met).fold(f64::INFINITY, f64::min);
-    let of_box = scene.populations().into_iter().map(|rain| {
-        let seen = rain.seen_from(camera, tick_of_seconds(scene.time));
-        (0..rain.count)
-            .into_par_iter()
-            .map(|index| met((seen.drop_at(index).as_dvec3(), rain.radius)))
-            .reduce(|| f64::INFINITY, f64::min)
-    });
-    let of_box = of_box.fold(f64::INFINITY, f64::min);
-    let mut of_cells = f64::INFINITY;
-    if let Some(field) = Field::of(scene) {
-        field.for_each_shown(scene, LEAST_PX, &mut |drop| {
-            of_cells = of_cells.min(met((drop.from_camera, drop.radius.into())));
-        });
-    }
-    Some(nearest.min(of_box).min(of_cells)).filter(|depth| depth.is_finite())
+    let Some((center, _)) = nearest(scene, |center, radius| met_at(&view, place, center, radius))
+    else {
+        return false;
+    };
+    scene.camera.focus = -center.dot(view.back);
+    true
 }
 
 /// Depth of a drop, its centre relative to the camera, if a place of the picture is on it or next to it; else infinite.

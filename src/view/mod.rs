@@ -11,6 +11,7 @@ mod focus;
 mod history;
 mod keep;
 pub mod keys;
+mod nearest;
 mod panel;
 mod prepare;
 mod reload;

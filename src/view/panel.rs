@@ -15,6 +15,8 @@ use crate::plan::FramePlan;
 use crate::scene::model::Preset;
 use crate::scene::{EnvironmentChoice, MAX_DROPS, ModelChoice, Scene};
 
+/// The panel's title, and its area's name.
+pub const TITLE: &str = "raindrops";
 /// Width of the panel in points.
 const WIDTH: f32 = 316.0;
 
@@ -68,7 +70,7 @@ pub fn panel(ctx: &egui::Context, controls: &mut Controls<'_>, facts: &Facts<'_>
     let frame = egui::Frame::window(&ctx.style()).fill(Color32::from_black_alpha(215));
     // Below the title, above the window's edge.
     let height = (ctx.content_rect().height() - 76.0).max(64.0);
-    egui::Window::new("raindrops").frame(frame).default_pos([12.0, 12.0]).resizable(false).show(
+    egui::Window::new(TITLE).frame(frame).default_pos([12.0, 12.0]).resizable(false).show(
         ctx,
         |ui| {
             ui.set_width(WIDTH);

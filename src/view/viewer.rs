@@ -8,12 +8,12 @@ use glam::DVec2;
 use winit::window::{Fullscreen, Window};
 
 use super::clock::Clock;
-use super::flight::{Flight, visit};
+use super::flight::{Flight, look_past, visit};
 use super::focus::focus_on;
 use super::history::History;
 use super::keep::Keep;
 use super::keys::Action;
-use super::panel::{Controls, Facts, panel, preset};
+use super::panel::{Controls, Facts, TITLE, panel, preset};
 use super::reload::Reload;
 use super::screen::{Screen, Shapes};
 use super::stage::{Difference, Stage};
@@ -171,7 +171,9 @@ impl Viewer {
                     if brighter { 1.25 } else { 0.8 };
             }
             Action::Visit => {
-                if !visit(&mut self.scene) {
+                if visit(&mut self.scene) {
+                    self.look_past_panel();
+                } else {
                     self.say("there is no drop in front to fly to".into());
                 }
             }
@@ -221,16 +223,34 @@ impl Viewer {
         if self.scene.camera.aperture == 0.0 {
             return;
         }
-        let (width, height) = self.window_size();
-        let panes = if self.second.is_some() { SPLIT_PANES } else { 1 };
-        let image = ImageSize { width: width.div_ceil(panes).max(1), height: height.max(1) };
-        let mut shown = Scene { image, ..self.scene.clone() };
-        if focus_on(&mut shown, DVec2::new(x % f64::from(image.width), y)) {
+        let mut shown = self.shown();
+        let place = DVec2::new(x % f64::from(shown.image.width), y);
+        if focus_on(&mut shown, place) {
             self.scene.camera.focus = shown.camera.focus;
         } else {
             self.say("there is no drop to focus on".into());
         }
         self.window.request_redraw();
+    }
+
+    /// The scene as a picture of its size on the screen.
+    fn shown(&self) -> Scene {
+        let (width, height) = self.window_size();
+        let panes = if self.second.is_some() { SPLIT_PANES } else { 1 };
+        let image = ImageSize { width: width.div_ceil(panes).max(1), height: height.max(1) };
+        Scene { image, ..self.scene.clone() }
+    }
+
+    /// Turns until the panel does not cover the drop that was flown to.
+    fn look_past_panel(&mut self) {
+        let ctx = self.input.egui_ctx();
+        let area = ctx.memory(|memory| memory.area_rect(TITLE)).filter(|_| self.has_panel);
+        if let Some(area) = area {
+            let covered =
+                [area.left(), area.right()].map(|x| f64::from(x * ctx.pixels_per_point()));
+            let view = self.shown().view();
+            look_past(&mut self.scene.camera, &view, covered);
+        }
     }
 
     /// Keeps a scene file of what one sees.
