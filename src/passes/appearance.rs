@@ -12,6 +12,12 @@
 //! a common exponent). Error: directions are quantised to 2.8°, which turns a picture by 1.4° at
 //! most, a tenth of a texel of the finest picture; near drops look different from far ones (the
 //! directions are off by 2.8° at 16 radii, 0.6° at 64).
+//!
+//! All colours are refracted by the index of green: by another one a direction differs by less than a sample's
+//! footprint, and where that shows, in images of small bright sources and so in rainbows, the sources are not in the
+//! map that is integrated (`glsl/far_glints.comp` has each colour by its own index). With three indices the table took
+//! 2.5 times as long, and changed `fast` by a relMSE of 1e-5 at most under a hazy sun 5° across, where its error is
+//! 4e-4 to 3e-3.
 
 use std::sync::Arc;
 
@@ -81,7 +87,8 @@ impl Appearance {
                 (slot::PICTURES, Resource::Buffer(&table)),
             ],
         )?;
-        let constants = light_constants(light);
+        // One index: see the head of this file.
+        let constants = light_constants(&Light { indices: [light.indices[1]; 3], ..*light });
         let pipeline =
             ComputePipeline::new(device, shaders::APPEARANCE_COMP, &bindings, 0, &constants)?;
         Ok(Self { table, bindings, pipeline })
