@@ -4,7 +4,8 @@
 # the first. The machine has to be quiet. Takes 4 minutes a driver for ten rounds where a frame of 4 million drops
 # takes a second, and at most 15 for each verdict.
 #
-#   scripts/results.sh NAME [options of bench]       writes docs/results/NAME.md; JSON and a page in out/results
+#   scripts/results.sh NAME [options of bench]       writes docs/results/NAME.md, and docs/pictures/passes.svg of the
+#                                                    first driver; JSON and a page in out/results
 #   ROUNDS=20 VERDICTS=no scripts/results.sh 2026-11-epyc --max-time 30m
 #
 # RAINDROPS names the program, else it is built. Exit status: 0; 2 for an error, with what was measured until then
@@ -63,5 +64,6 @@ if [ "${VERDICTS:-yes}" = yes ]; then
   done
 fi
 "$program" report "${results[@]}" -o "$folder/$name.html"
+"$program" report "${results[0]}" -o docs/pictures/passes.svg
 cp "$page" "docs/results/$name.md"
 echo "results: docs/results/$name.md, $folder/$name.html" >&2

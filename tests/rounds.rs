@@ -327,6 +327,12 @@ fn kept_results_are_compared() {
         "{page}"
     );
     assert!(!page.contains("http"), "it needs no network");
+    let report = |from: &str| bench.command(&["report", from, "-o", "bars.svg"]).output();
+    assert_eq!(report("base.json").expect("it starts").status.code(), Some(0));
+    let bars = fs::read_to_string(bench.path().join("bars.svg")).expect("a picture");
+    assert!(bars.starts_with("<svg xmlns=") && bars.contains(">drops: 10 ms</title>"), "{bars}");
+    let line = error_line(&report("v.json").expect("it starts"), 2);
+    assert!(line.contains("no benchmark with times of passes"), "{line}");
     let line = error_line(&verdict(&["base.json", "wide.json"]), 2);
     assert!(line.contains("the size is 64 x 64 in base.json, 65 x 64 in wide.json"), "{line}");
     // Runs of one side are of one device.

@@ -7,6 +7,7 @@ mod plots;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use maud::Markup;
 use serde::Deserialize;
 use serde_json::Value;
 
@@ -25,7 +26,7 @@ pub struct ReportArgs {
     /// Result files, as `--json` wrote them
     #[arg(value_name = "RESULT.json", required = true)]
     results: Vec<PathBuf>,
-    /// Page to write
+    /// Page to write; FILE.svg: only the passes of the first benchmark with tone mapping, as stacked bars
     #[arg(short, long, value_name = "FILE.html")]
     output: PathBuf,
 }
@@ -78,8 +79,25 @@ pub fn run(args: &ReportArgs) -> anyhow::Result<Answer> {
     for path in &args.results {
         entries.extend(load(path)?);
     }
-    write_whole(&args.output, page::page(&entries).into_string().as_bytes())?;
+    let written = match args.output.extension().is_some_and(|extension| extension == "svg") {
+        true => bars(&entries)?,
+        false => page::page(&entries),
+    };
+    write_whole(&args.output, written.into_string().as_bytes())?;
     Ok(Answer::Yes)
+}
+
+/// The passes of the first benchmark.
+fn bars(entries: &[Entry]) -> anyhow::Result<Markup> {
+    let first = entries.iter().find_map(|entry| match &entry.content {
+        Content::Bench(report) => Some(&report.rows),
+        _ => None,
+    });
+    let rows: Vec<_> = first.into_iter().flatten().filter(|row| row.tone_map).cloned().collect();
+    match rows.iter().all(|row| row.passes.is_empty()) {
+        true => anyhow::bail!("no benchmark with times of passes is among the results"),
+        false => Ok(plots::passes(&rows, Some(page::STYLE))),
+    }
 }
 
 /// The results in a file.

@@ -14,7 +14,7 @@ use crate::measure::bench::{self, Build, DeviceHead, thousands};
 use crate::measure::verdict::{self, Pictures, Verdict};
 
 /// Colours of series are Okabe and Ito's (2008), told apart by everyone; in the dark their light variants.
-const STYLE: &str = "
+pub(super) const STYLE: &str = "
 :root { color-scheme: light dark; --ink: #1b1f24; --soft: #5c6570; --line: #d5dae0; --back: #fff;
   --c0: #0072b2; --c1: #d55e00; --c2: #009e73; --c3: #cc79a7; --c4: #b58900; --c5: #56b4e9; --c6: #777;
   --good: #00754f; --bad: #b3341a; }
@@ -186,7 +186,7 @@ fn of_bench(file: &str, report: &bench::Report, with_plot: bool) -> Markup {
             }
         } }
         h3 { "Passes" }
-        div.wide { (passes(report)) }
+        div.wide { (passes(&report.rows, None)) }
         @for row in &report.rows {
             @if let Some(all) = &row.over_time {
                 h3 { "Over time: " (row.name()) }

@@ -1,6 +1,6 @@
 //! Plots as SVG within the page, in its colours.
 
-use maud::{Markup, html};
+use maud::{Markup, PreEscaped, html};
 
 use super::TradeoffRow;
 use crate::measure::bench::{self, Row, thousands};
@@ -132,9 +132,9 @@ pub(super) fn series(reports: &[(&str, &bench::Report)]) -> Markup {
     }
 }
 
-/// Each row's passes as one bar.
-pub(super) fn passes(report: &bench::Report) -> Markup {
-    let rows: Vec<&Row> = report.rows.iter().filter(|row| !row.passes.is_empty()).collect();
+/// Each row's passes as one bar; with a `style`, as a picture of its own.
+pub(super) fn passes(rows: &[Row], style: Option<&str>) -> Markup {
+    let rows: Vec<&Row> = rows.iter().filter(|row| !row.passes.is_empty()).collect();
     let mut names: Vec<&str> = Vec::new();
     for name in rows.iter().flat_map(|row| row.passes.keys()) {
         if !names.contains(&name.as_str()) {
@@ -147,7 +147,9 @@ pub(super) fn passes(report: &bench::Report) -> Markup {
     let below = 20.0 * names.len().div_ceil(NAMES_A_LINE) as f64 + 8.0;
     let height = BAR * rows.len() as f64 + below;
     html! {
-        svg viewBox=(format!("0 0 {WIDTH} {height}")) role="img" aria-label="milliseconds of each pass" {
+        svg xmlns=[style.map(|_| "http://www.w3.org/2000/svg")] viewBox=(format!("0 0 {WIDTH} {height}")) role="img"
+            aria-label="milliseconds of each pass" {
+            @if let Some(style) = style { style { (PreEscaped(style)) } }
             @for (number, name) in names.iter().enumerate() {
                 @let at = 12.0 + 125.0 * (number % NAMES_A_LINE) as f64;
                 @let line = 20.0 * (number / NAMES_A_LINE) as f64;
