@@ -344,6 +344,15 @@ fn every_command_has_help() {
     }
 }
 
+/// `std::env::args` ends the program at a word that is no text.
+#[test]
+fn a_path_need_not_be_text() {
+    use std::os::unix::ffi::OsStrExt as _;
+    let name = std::ffi::OsStr::from_bytes(b"no-\xff-scene.toml");
+    let output = run(raindrops(folder().path(), &["plan"]).arg(name));
+    assert!(error_line(&output).contains("-scene.toml"));
+}
+
 /// How much is said, and in which colours; which device, where no option says so.
 #[test]
 fn messages_are_as_they_are_asked_for() {

@@ -131,7 +131,7 @@ pub enum Answer {
 
 /// Parses the command line, runs the command and turns its outcome into the exit status.
 pub fn main() -> ExitCode {
-    let command = command_by_groups().color(tell::color_of(std::env::args()));
+    let command = command_by_groups().color(tell::color_of(words()));
     let parsed = command.try_get_matches().and_then(|found| Cli::from_arg_matches(&found));
     let cli = match parsed {
         Ok(cli) => cli,
@@ -271,13 +271,14 @@ fn say_undrawn(counts: &Counts, room: u32) {
     );
 }
 
+/// The words of the command line; a path need not be text.
+fn words() -> impl Iterator<Item = String> {
+    std::env::args_os().map(|word| word.to_string_lossy().into_owned())
+}
+
 /// This process's command line, quoted as a shell needs it, the program by its name alone.
 fn command_line() -> String {
-    let words = std::env::args_os().enumerate().map(|(number, word)| match number {
-        0 => "raindrops".into(),
-        _ => word.to_string_lossy().into_owned(),
-    });
-    let words: Vec<String> = words.collect();
+    let words: Vec<String> = ["raindrops".to_string()].into_iter().chain(words().skip(1)).collect();
     // No argument of a process holds the one character that cannot be quoted.
     shlex::try_join(words.iter().map(String::as_str)).unwrap_or_else(|_| words.join(" "))
 }
