@@ -43,12 +43,14 @@ float grain_at(vec3 world) {
 // Factor on the medium's opacity by the noise of single drops, of mean 1, along a unit direction in view space.
 float medium_grain(vec3 view, vec3 world, float distance) {
     vec2 depth = medium_depth(view, distance);
-    if (field.grain_within.w == 0.0 || depth.y <= 0.0) return 1.0;
+    // So little of the medium that its opacity, which is divided by, rounds to 0 has no noise.
+    float passes = exp(-depth.y), opacity = 1.0 - passes;
+    if (field.grain_within.w == 0.0 || opacity <= 0.0) return 1.0;
     float at = float(MEDIUM_DEPTHS - 1u) * (1.0 - pow(min(field.grain_within.w / depth.x, 1.0), 1.0 / 3.0));
     uint below = min(uint(at), MEDIUM_DEPTHS - 2u), above = below + 1u;
     float variance = mix(field.grain[below / 4u][below % 4u], field.grain[above / 4u][above % 4u], at - float(below));
     // Of the opacity, over its mean.
-    float passes = exp(-depth.y), deviation = sqrt(variance) / max(-view.z, 1e-6) * passes / (1.0 - passes);
+    float deviation = sqrt(variance) / max(-view.z, 1e-6) * passes / opacity;
     float of_log = log(1.0 + deviation * deviation);
     return exp(sqrt(of_log) * grain_at(world) - 0.5 * of_log);
 }
