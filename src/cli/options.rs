@@ -300,7 +300,7 @@ impl SceneArgs {
         let mut scene = self.values.load(self.scene.as_deref())?;
         self.rain.apply(&mut scene, self.scene.is_some())?;
         if let Some(count) = self.drops {
-            scene.rain.get_or_insert_default().count = count;
+            scene.set_random_count(count)?;
             scene.validate("command line")?;
         }
         Ok(scene)

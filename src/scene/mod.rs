@@ -401,6 +401,22 @@ impl Scene {
         all.fold(0, |sum, population| sum.saturating_add(population.count))
     }
 
+    /// Sets the number of random drops in boxes: the first population has what the others leave.
+    ///
+    /// # Errors
+    /// [`Error::Scene`] if the others have more.
+    pub fn set_random_count(&mut self, count: u32) -> Result<()> {
+        let rain = self.rain.get_or_insert_default();
+        let others = rain.populations().skip(1).map(|population| u64::from(population.count));
+        let others: u64 = others.sum();
+        let first = u64::from(count).checked_sub(others).ok_or_else(|| Error::Scene {
+            place: "rain".into(),
+            problem: format!("count = {count} in all, and {others} of populations after the first"),
+        })?;
+        rain.count = first as u32;
+        Ok(())
+    }
+
     /// Number of drops, random and placed by hand; those of real rain have no number.
     pub fn drop_count(&self) -> u32 {
         self.random_count() + self.drops.len() as u32

@@ -45,7 +45,7 @@ pub(super) fn run(args: &BenchArgs, scene: &Scene, duration: Duration) -> anyhow
     }
     let (mut scene, preset) = (scene.clone(), one_preset(args, scene)?);
     if let Some(amount) = one_amount(args)? {
-        amount.apply(&mut scene);
+        amount.apply(&mut scene)?;
     }
     scene.model.take_preset(preset);
     scene.validate("command line")?;
@@ -122,7 +122,7 @@ pub(super) fn run(args: &BenchArgs, scene: &Scene, duration: Duration) -> anyhow
     if let Some(error) = ended {
         return Err(error);
     }
-    let agrees = check_counts(&scene, &report);
+    let agrees = check_counts(&scene, &report)?;
     instance.expect_silence()?;
     Ok(if agrees { Answer::Yes } else { Answer::No })
 }

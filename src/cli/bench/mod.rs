@@ -103,7 +103,7 @@ pub fn run(args: &BenchArgs) -> anyhow::Result<Answer> {
     args.axes.apply(&mut scene)?;
     for amount in args.series().into_iter().flatten() {
         let mut scene = scene.clone();
-        amount.apply(&mut scene);
+        amount.apply(&mut scene)?;
         scene.validate("command line")?;
     }
     args.gate.check()?;
@@ -165,7 +165,7 @@ pub fn run(args: &BenchArgs) -> anyhow::Result<Answer> {
                 "note: the driver's times of the passes do not add up to the frames; trust the frames"
             );
         }
-        if !check_counts(&scene, &report) {
+        if !check_counts(&scene, &report)? {
             answer = Answer::No;
         }
         reports.push(report);
@@ -280,7 +280,7 @@ fn bench(
             let mut scene = scene.clone();
             scene.model.take_preset(*preset);
             if let Some(amount) = amount {
-                amount.apply(&mut scene);
+                amount.apply(&mut scene)?;
             }
             scene.validate("command line")?;
             let choice = bar.suspend(|| resolve(device, &scene, environment))?;
@@ -357,14 +357,14 @@ fn start_line(report: &Report) -> String {
 }
 
 /// The drops in view, counted by the GPU, against the CPU's count of the same.
-fn check_counts(scene: &Scene, report: &Report) -> bool {
+fn check_counts(scene: &Scene, report: &Report) -> anyhow::Result<bool> {
     let mut agree = true;
     for row in report.rows.iter().filter(|row| row.tone_map && row.simulation == "integer") {
         let mut scene = scene.clone();
         let placed = scene.drops.len() as u32;
         // To a scene without random drops none are to be added.
         if row.rate_mm_h.is_some() || row.drops > placed || scene.rain.is_some() {
-            Amount::of_row(row.drops, row.rate_mm_h, placed).apply(&mut scene);
+            Amount::of_row(row.drops, row.rate_mm_h, placed).apply(&mut scene)?;
         }
         let of_rain = Field::of(&scene).zip(row.cutoff_px);
         let expected = count_visible(&scene)
@@ -378,5 +378,5 @@ fn check_counts(scene: &Scene, report: &Report) -> bool {
             agree = false;
         }
     }
-    agree
+    Ok(agree)
 }

@@ -2,13 +2,14 @@
 
 use super::Row;
 use super::report::thousands;
+use crate::Result;
 use crate::scene::real_rain::RealRain;
 use crate::scene::{RainSettings, Scene};
 
 /// How much rain.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Amount {
-    /// Random drops in the scene's box.
+    /// Random drops in the scene's boxes.
     Drops(u32),
     /// Real rain, mm/h.
     Rate(f64),
@@ -21,14 +22,18 @@ impl Amount {
     }
 
     /// The scene with so much rain; what else it says of its rain it keeps.
-    pub fn apply(self, scene: &mut Scene) {
+    ///
+    /// # Errors
+    /// Those of [`Scene::set_random_count`].
+    pub fn apply(self, scene: &mut Scene) -> Result<()> {
         match self {
-            Self::Drops(count) => scene.rain.get_or_insert_default().count = count,
+            Self::Drops(count) => scene.set_random_count(count)?,
             Self::Rate(rate) => {
                 let rain = scene.real_rain().unwrap_or_default();
                 scene.rain = Some(RainSettings::of(RealRain { rate, ..rain }));
             }
         }
+        Ok(())
     }
 
     /// The option of `bench` that measures a series of it, and what stands there.
@@ -60,5 +65,24 @@ impl Row {
     /// Its place on an axis of rates or of drops.
     pub fn along(&self) -> f64 {
         self.rate_mm_h.unwrap_or(f64::from(self.drops.max(1)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `bench` compares a row's drops in view with the CPU's count of the scene that the row's number gives back.
+    #[test]
+    fn a_row_of_several_populations_gives_back_its_scene() {
+        let text = "[[rain]]\ncount = 30\n[[rain]]\ncount = 20\n[[drop]]\ncenter = [0, 0, -5]";
+        let scene = Scene::parse(text, "a scene").expect("a scene");
+        let mut again = scene.clone();
+        Amount::of_row(scene.drop_count(), None, 1).apply(&mut again).expect("as many");
+        assert_eq!(again, scene);
+        Amount::Drops(25).apply(&mut again).expect("more than the second has");
+        let counts: Vec<_> = again.populations().iter().map(|rain| rain.count).collect();
+        assert_eq!(counts, [5, 20]);
+        assert!(Amount::Drops(19).apply(&mut again).is_err());
     }
 }
