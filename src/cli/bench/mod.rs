@@ -265,7 +265,7 @@ fn bench(
     let (seconds, count) = (args.seconds.unwrap_or(2.0), 2 * presets.len() * series.len());
     say!(
         "note: {count} rows of {seconds} s or more each: {} s or more in all",
-        seconds * count as f64
+        (seconds * count as f64).ceil()
     );
     let bar = progress(100 * series.len() as u64, "%");
     let mut rows = Vec::new();
