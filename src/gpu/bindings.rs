@@ -170,6 +170,8 @@ impl Bindings {
     /// The set must not be in use: neither by the device, nor by commands that are yet to be submitted.
     pub unsafe fn write(&self, index: usize, slot: Slot, resource: &Resource<'_>) -> Result<()> {
         let Slot { number, kind } = slot;
+        let place = self.slots.iter().position(|one| *one == slot);
+        let place = place.unwrap_or_else(|| panic!("a set without binding {number}"));
         let write = vk::WriteDescriptorSet::default()
             .dst_set(self.sets[index])
             .dst_binding(number)
@@ -226,10 +228,8 @@ impl Bindings {
         };
         // SAFETY: the resources are alive, and by contract the set is not in use.
         unsafe { self.device.raw.update_descriptor_sets(&[write], &[]) };
-        let place = self.slots.iter().position(|one| *one == slot);
-        let place = place.unwrap_or_else(|| panic!("a set without binding {number}"));
-        let slot = index * self.slots.len() + place;
-        self.held.lock().unwrap_or_else(PoisonError::into_inner)[slot] = resource.held();
+        let place = index * self.slots.len() + place;
+        self.held.lock().unwrap_or_else(PoisonError::into_inner)[place] = resource.held();
         Ok(())
     }
 
