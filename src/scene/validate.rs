@@ -236,9 +236,8 @@ fn exposed_motion(scene: &Scene) -> Result<(), String> {
     let fastest = scene.film.pace.iter().map(|key| key.rate.abs()).fold(scene.pace.abs(), f64::max);
     let seconds = scene.shutter() * fastest;
     let crossings = scene
-        .rain
-        .into_iter()
-        .flat_map(|rain| rain.populations())
+        .populations()
+        .iter()
         .map(|rain| (rain.velocity * seconds / (2.0 * rain.half_extent)).abs().max_element())
         .fold(0.0, f64::max);
     check(crossings <= MAX_CROSSINGS, || {
