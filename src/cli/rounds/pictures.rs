@@ -117,20 +117,21 @@ impl Eye<'_> {
         let exposure = exposure_of(tone_map, &a);
         let found = compare(&a, &b, None, exposure);
         let plate = Plate::of(self.scene)?;
-        let errors = self.reference.map(|samples| {
+        let errors = self.reference.map(|samples| -> crate::Result<_> {
             let mut scene = self.scene.clone();
             if self.is_series {
-                amount.apply(&mut scene);
+                amount.apply(&mut scene)?;
             }
             let truth = Truth { samples, ..Truth::default() };
             let tracer = Tracer::new(&scene, self.environment, truth);
             let reference = tracer.before(plate.clone()).picture();
             let exposure = exposure_of(tone_map, &reference);
-            [&a, &b].map(|picture| {
+            Ok([&a, &b].map(|picture| {
                 let psnr = compare(&reference, picture, None, exposure).pixels.psnr_db;
                 10f64.powf(-psnr / 20.0)
-            })
+            }))
         });
+        let errors = errors.transpose()?;
         let pictures = self.kept.map(|into| {
             let amount = amount.option();
             let name = format!("{}-{}{}", row.preset, amount.1, &amount.0[1..]);
