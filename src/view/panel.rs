@@ -200,7 +200,8 @@ fn scene(ui: &mut Ui, controls: &mut Controls<'_>, facts: &Facts<'_>) {
     lens(ui, scene);
     if let Some(rain) = scene.rain.as_mut().filter(|rain| rain.real.is_none()) {
         ui.horizontal(|ui| {
-            ui.label("drops");
+            let is_one = rain.others.iter().all(Option::is_none);
+            ui.label(if is_one { "drops" } else { "drops of the first [[rain]]" });
             let mut count = controls.drops.unwrap_or(rain.count);
             let slider = egui::Slider::new(&mut count, 0..=MAX_DROPS.min(8_000_000));
             let response = ui.add(slider.logarithmic(true));
