@@ -83,12 +83,8 @@ fn random(seed: u64, preset: Preset) -> Scene {
     let size = DVec2::new(IMAGE.width.into(), IMAGE.height.into());
     for _ in 0..300 {
         let place = size * DVec2::new(between(-0.1, 1.1), between(-0.1, 1.1));
-        add(
-            &mut scene,
-            place,
-            0.2 * 80f64.powf(between(0.0, 1.0)),
-            100.0 * 9f64.powf(between(0.0, 1.0)),
-        );
+        let (radius, depth) = (0.2 * between(0.0, 4.4).exp(), 100.0 * between(0.0, 2.2).exp());
+        add(&mut scene, place, radius, depth);
     }
     scene
 }
@@ -103,12 +99,8 @@ fn scenes() -> Vec<(String, Scene)> {
 
     let mut small = empty(10.0, fast);
     for (n, (x, y)) in lattice(24).enumerate() {
-        add(
-            &mut small,
-            DVec2::new(3.91 * f64::from(x), 2.63 * f64::from(y)),
-            0.5,
-            900.0 + n as f64,
-        );
+        let place = DVec2::new(3.91 * f64::from(x), 2.63 * f64::from(y));
+        add(&mut small, place, 0.5, 900.0 + n as f64);
     }
     draw("half a pixel", small);
 
@@ -142,7 +134,7 @@ fn scenes() -> Vec<(String, Scene)> {
     }
     draw("at the screen's edges", edges);
 
-    // Mirror images have the same distance, and some are there twice.
+    // Mirror images have the same distance, and all are there twice.
     let mut ties = empty(10.0, fast);
     let middle = ties.view().principal;
     for n in 0..240u32 {
@@ -150,6 +142,7 @@ fn scenes() -> Vec<(String, Scene)> {
         let aside = sign * DVec2::new(0.3 + f64::from(n / 12), 0.2 + 0.4 * f64::from(n / 8));
         add(&mut ties, middle + aside, [1.2, 2.5, 0.6][n as usize / 4 % 3], 800.0);
     }
+    ties.drops.extend(ties.drops.clone());
     draw("equally far", ties);
 
     // Thousands before one another, in no order.
@@ -169,9 +162,8 @@ fn scenes() -> Vec<(String, Scene)> {
 
     for (seed, radius) in [(5, 0.6), (6, 0.05)] {
         let mut rain = empty(70.0, fast);
-        let half_extent = DVec3::splat(50.0);
-        rain.rain =
-            Some(RainSettings { count: 20_000, half_extent, radius, ..RainSettings::default() });
+        let (count, half_extent) = (20_000, DVec3::splat(50.0));
+        rain.rain = Some(RainSettings { count, half_extent, radius, ..RainSettings::default() });
         (rain.seed, rain.time) = (seed, 7.7);
         draw(&format!("rain of radius {radius}"), rain);
     }
@@ -184,12 +176,8 @@ fn binning_enters_each_drop_into_the_tiles_that_it_touches() {
         let mut entered = BTreeSet::new();
         for (tile, list) in &case.lists {
             for entry in list {
-                assert!(
-                    entered.insert((entry.key.1, *tile)),
-                    "{}: twice: {:?}",
-                    case.name,
-                    entry.key
-                );
+                let is_new = entered.insert((entry.key.1, *tile));
+                assert!(is_new, "{}: {:?} is there twice", case.name, entry.key);
             }
         }
         let all = entered.len();
