@@ -83,7 +83,7 @@ pub struct Glints {
 /// What splats show in one view.
 pub struct SplatTable {
     /// A splat's colours and glints by direction, eight words each (`glsl/splat_table.comp`).
-    pub(super) table: Buffer,
+    pub(crate) table: Buffer,
     bindings: Bindings,
     pipeline: ComputePipeline,
 }
@@ -182,8 +182,8 @@ impl SplatTable {
         appearance: &Appearance,
         glints: &Glints,
     ) -> Result<Self> {
-        let usage =
-            vk::BufferUsageFlags::STORAGE_BUFFER | vk::BufferUsageFlags::UNIFORM_TEXEL_BUFFER;
+        use vk::BufferUsageFlags as Usage;
+        let usage = Usage::STORAGE_BUFFER | Usage::UNIFORM_TEXEL_BUFFER | Usage::TRANSFER_SRC;
         let bytes = SPLAT_BYTES * u64::from(DIRECTIONS);
         let table = Buffer::new(device, "splat table", bytes, usage, Memory::Device)?;
         let slots = [

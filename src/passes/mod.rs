@@ -26,6 +26,7 @@ mod shapes;
 pub mod simulate;
 pub mod sky;
 pub(crate) mod tile_grid;
+mod tile_lists;
 pub mod tiles;
 pub mod told;
 pub mod tone_map;

@@ -2,7 +2,7 @@
 //! are. What does not fit is counted, and told once the frame has retired; whoever owns the view may then make one with
 //! more ([`crate::renderer::Renderer::grow`], [`crate::renderer::View::grow`]).
 
-use super::tiles::{LARGE_BYTES, NODE_BYTES};
+use super::tile_lists::{LARGE_BYTES, NODE_BYTES};
 use crate::abi::CLUSTER;
 use crate::gpu::DeviceReport;
 use crate::plan::FramePlan;

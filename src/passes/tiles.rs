@@ -31,16 +31,17 @@ use super::room::Room;
 use super::shapes::Shapes;
 use super::simulate::Simulate;
 use super::tile_grid::{Regions, TILE, TILE_PIXELS, of_view};
+use super::tile_lists::{Lists, TileTexels};
 use super::totals::{
     BIG_GROUPS, BLOCK_GROUPS, COUNTS_WORDS, GATHER_GROUPS, GROUPS_WORDS, LARGE_GROUPS, MAX_BINS,
     SORT_GROUPS,
 };
 use super::veil::Veil;
-use crate::abi::{CLUSTER, END, Large, MAX_BANDS, MOST_TILES, NODE, STRETCHES, Totals};
+use crate::abi::{CLUSTER, END, MAX_BANDS, STRETCHES};
 use crate::gpu::sets::{constant, group, tiles as slot};
 use crate::gpu::{
-    Bindings, Buffer, ComputePipeline, Device, Memory, Recorder, Resource, Slot, Texel, Texels,
-    Use, memory_barrier, shaders,
+    Bindings, Buffer, ComputePipeline, Device, Memory, Recorder, Resource, Slot, Use,
+    memory_barrier, shaders,
 };
 use crate::plan::FramePlan;
 use crate::rain::field::Seen;
@@ -48,9 +49,6 @@ use crate::scene::Scene;
 use crate::scene::model::{Lens, Motion, ShapeModel};
 use crate::{Error, Result};
 
-/// Bytes of a splat's node, of which a block's takes two, and of a large drop.
-pub(super) const NODE_BYTES: u64 = 4 * NODE as u64;
-pub(super) const LARGE_BYTES: u64 = size_of::<Large>() as u64;
 /// Tiles that a drop at the paper's sizes touches.
 const TILES_A_DROP: f64 = 2.0;
 /// Part of all drops that is in view at the paper's 90°, at most.
@@ -62,8 +60,6 @@ const DROPS_A_BAND: f64 = 1.5;
 const MOST_GROUPS: u32 = 65_535;
 /// Clusters of a workgroup of `clusters`.
 const CLUSTERS_GROUP: u32 = group::CLUSTERS_COMP[0];
-/// Least tiles of a drop whose blocks a workgroup gives out.
-const TILES_OF_BIG: u64 = MOST_TILES as u64 + 1;
 /// Focus in scene units from which on discs are not expected to be smaller.
 const FAR_FOCUS: f64 = 10.0;
 
@@ -86,7 +82,7 @@ pub struct Tiles {
     /// How far what is behind the drops is (`glsl/include/reach.glsl`), where it has a depth.
     pub(super) reach: Option<Buffer>,
     source: Source,
-    pub(super) lists: Lists,
+    pub(crate) lists: Lists,
     /// What frames say of the tiles, of the room in their lists, and of clusters.
     in_frame: [[u32; 4]; 3],
     bindings: Bindings,
@@ -103,16 +99,6 @@ pub struct Tiles {
     moves: Buffer,
     shapes: Shapes,
     _found: Buffer,
-}
-
-/// What `tile_buffers.glsl` declares.
-pub(super) struct Lists {
-    pub totals: Buffer,
-    pub nodes: Buffer,
-    pub heads: Buffer,
-    pub larges: Buffer,
-    pub bigs: Buffer,
-    pub blocks: Buffer,
 }
 
 /// Where drops come from.
@@ -136,13 +122,6 @@ impl Source {
             }
         }
     }
-}
-
-/// Views of what passes read a texel at a time.
-pub(super) struct TileTexels {
-    pub nodes: Texels,
-    pub pictures: Texels,
-    larges: Texels,
 }
 
 impl Tiles {
@@ -210,30 +189,17 @@ impl Tiles {
             }
         };
 
-        let Room { nodes, blocks, larges } =
-            Room::of(&device.report, plan, count, (drops, clusters), has_cells);
+        let room = Room::of(&device.report, plan, count, (drops, clusters), has_cells);
         let in_frame = [
             [count, regions.shift, regions.across, regions.count],
-            [nodes as u32, blocks as u32, larges as u32, bands],
+            [room.nodes as u32, room.blocks as u32, room.larges as u32, bands],
             [clusters, others, 0, 0],
         ];
 
-        let cleared = storage | Usage::TRANSFER_DST;
-        let by_four = storage | Usage::UNIFORM_TEXEL_BUFFER;
-        let make = |name, bytes: u64, count: u64, usage| {
-            Buffer::new(device, name, bytes * count, usage, Memory::Device)
-        };
-        let of_totals = cleared | Usage::INDIRECT_BUFFER | Usage::TRANSFER_SRC;
-        let lists = Lists {
-            totals: make("totals", size_of::<Totals>() as u64, 1, of_totals)?,
-            nodes: make("nodes", NODE_BYTES, nodes, by_four)?,
-            heads: make("lists", 4, count.into(), cleared)?,
-            larges: make("large drops", LARGE_BYTES, larges, by_four)?,
-            bigs: make("big drops", 8, blocks / TILES_OF_BIG + 1, storage)?,
-            blocks: make("blocks", 8, blocks, storage)?,
-        };
+        let lists = Lists::new(device, &room, count)?;
+        let make = |name, bytes| Buffer::new(device, name, bytes, storage, Memory::Device);
         let reach = match has_depth {
-            true => Some(make("reach", 4, TILE_PIXELS * u64::from(count), storage)?),
+            true => Some(make("reach", 4 * TILE_PIXELS * u64::from(count))?),
             false => None,
         };
         let moves = plan.motion != Motion::Instant;
@@ -255,24 +221,11 @@ impl Tiles {
             blur_px,
         )?;
         let large_moves =
-            make("motions of large drops", 32, if moves || lens { larges } else { 1 }, storage)?;
-        let shapes = Shapes::new(device, scene, plan, larges)?;
-        let found = make("clusters in view", 1, found_bytes, storage)?;
+            make("motions of large drops", 32 * if moves || lens { room.larges } else { 1 })?;
+        let shapes = Shapes::new(device, scene, plan, room.larges)?;
+        let found = make("clusters in view", found_bytes)?;
         let counters = Simulate::counters(device)?;
-
-        let (nodes, larges, pictures) = (&lists.nodes, &lists.larges, &appearance.table);
-        let fit = [(nodes, Texel::FourWords), (larges, Texel::FourWords), (pictures, Texel::Word)]
-            .iter()
-            .all(|(buffer, words)| Texels::fit(device, buffer, *words));
-        let texels = if fit {
-            Some(TileTexels {
-                nodes: Texels::new(device, "texels of nodes", nodes, Texel::FourWords)?,
-                larges: Texels::new(device, "texels of large drops", larges, Texel::FourWords)?,
-                pictures: Texels::new(device, "texels of pictures", pictures, Texel::Word)?,
-            })
-        } else {
-            None
-        };
+        let texels = TileTexels::of(device, &lists, &appearance.table)?;
         let is_several = scene.populations().len() > 1;
         let has_placed = has_cells || is_several || !scene.drops.is_empty();
         let buffers = [
@@ -331,13 +284,14 @@ impl Tiles {
         let sort = by(shaders::SORT_CLUSTERS_COMP_CELLS, shaders::SORT_CLUSTERS_COMP);
         let gather = by(shaders::GATHER_COMP_CELLS, shaders::GATHER_COMP);
         let large = by(shaders::LARGE_COMP_CELLS, shaders::LARGE_COMP);
-        let blocks = if fit { shaders::BLOCKS_COMP_TEXELS } else { shaders::BLOCKS_COMP };
+        let blocks =
+            if texels.is_some() { shaders::BLOCKS_COMP_TEXELS } else { shaders::BLOCKS_COMP };
         Ok(Self {
             count,
             in_pixels: (across * TILE.0, down * TILE.1),
             in_regions: regions.tiles,
             // Where each word read is dear, it costs more than it saves.
-            touch: device.report.is_cpu() && fit && plan.splat_px > 0.0,
+            touch: device.report.is_cpu() && texels.is_some() && plan.splat_px > 0.0,
             counters,
             reach,
             source,

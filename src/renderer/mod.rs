@@ -10,6 +10,8 @@ pub mod parts;
 mod points;
 mod slot;
 pub mod stages;
+#[doc(hidden)]
+pub mod tile_stages;
 mod tiled;
 mod view;
 

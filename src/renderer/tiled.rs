@@ -25,7 +25,7 @@ pub(super) struct Tiled {
     pub composite: Composite,
     /// What drops show, far ones from a table.
     pub far: Arc<FarDrop>,
-    splats: SplatTable,
+    pub splats: SplatTable,
     draws_splats: bool,
     /// Whether the environment may be another with every frame.
     is_renewed: bool,
@@ -107,6 +107,20 @@ impl Tiled {
         frame: &Frame,
         seen: Option<&Seen>,
     ) {
+        self.record_lists(device, commands, time, recording, frame, seen);
+        self.record_composite(device, commands, time);
+    }
+
+    /// As far as the tiles' lists, the colours of all that is in them, and the sky.
+    pub fn record_lists(
+        &mut self,
+        device: &Device,
+        commands: Recorder<'_>,
+        time: &mut Timestamps,
+        recording: u32,
+        frame: &Frame,
+        seen: Option<&Seen>,
+    ) {
         let barrier =
             |before: &[Use], after: &[Use]| memory_barrier(device, commands, before, after);
         time.time(commands, "clusters", || {
@@ -148,6 +162,12 @@ impl Tiled {
                 layers.record(commands);
             });
         }
+    }
+
+    /// What is in the lists over one another and over the sky.
+    pub fn record_composite(&self, device: &Device, commands: Recorder<'_>, time: &mut Timestamps) {
+        let barrier =
+            |before: &[Use], after: &[Use]| memory_barrier(device, commands, before, after);
         time.time(commands, "composite", || {
             barrier(&[Use::ComputeWrite], &[Use::ComputeWrite, Use::ComputeRead]);
             self.composite.record(device, commands, &self.tiles);

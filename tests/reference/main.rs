@@ -6,6 +6,7 @@ mod common;
 mod glints;
 mod independent;
 mod plates;
+mod rain_drops;
 mod rain_reference;
 mod rainbow;
 mod reference;
