@@ -79,7 +79,8 @@ fn random(seed: u64, preset: Preset) -> Scene {
     scene.camera.position = DVec3::new(between(-9.0, 9.0), between(-9.0, 9.0), 4.0);
     scene.camera.target = DVec3::new(between(-9.0, 9.0), between(-9.0, 9.0), 0.0);
     // Every third seed fades what is near.
-    (scene.camera.near, scene.camera.near_fade) = (0.0, if seed % 3 == 0 { 300.0 } else { 0.0 });
+    (scene.camera.near, scene.camera.near_fade) =
+        (0.0, if seed.is_multiple_of(3) { 300.0 } else { 0.0 });
     let size = DVec2::new(IMAGE.width.into(), IMAGE.height.into());
     for _ in 0..300 {
         let place = size * DVec2::new(between(-0.1, 1.1), between(-0.1, 1.1));
