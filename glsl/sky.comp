@@ -103,10 +103,6 @@ void main() {
 #endif
     uint places = blur > 0.0 ? LENS_PLACES : edge * edge;
     float spread = blur > 0.0 ? sqrt((1.0 + PI * blur * blur) / float(LENS_PLACES)) : share;
-#ifdef CELLS
-    vec3 middle = normalize(ray_through(vec2(place + first_tile() * TILE) + 0.5));
-    float grain = field.medium.w > 0.0 ? medium_grain(middle, world * middle, farthest) : 1.0;
-#endif
     vec3 c = vec3(0.0);
     for (uint i = 0u; i < places; ++i) {
         vec2 at = share * (vec2(i % edge, i / edge) + 0.5);
@@ -123,18 +119,21 @@ void main() {
 #else
         vec3 behind = radiance(whole_map, world * ray / far, spread * sqrt(focal / far) / far);
 #endif
-#ifdef CELLS
-        if (field.medium.w > 0.0) {
-            float passes = medium_passes(ray / far, farthest, grain);
-            behind = passes * behind + (1.0 - passes) * far_light(world * ray / far);
-#ifdef BEFORE
-            hidden = 1.0 - passes;
-#endif
-        }
-#endif
         c += behind;
     }
     c *= blur > 0.0 ? 1.0 / float(LENS_PLACES) : share * share;
+#ifdef CELLS
+    // The medium hardly changes over a pixel.
+    if (field.medium.w > 0.0) {
+        vec3 middle = normalize(ray_through(vec2(place + first_tile() * TILE) + 0.5));
+        float grain = medium_grain(middle, world * middle, farthest);
+        float passes = medium_passes(middle, farthest, grain);
+        c = passes * c + (1.0 - passes) * far_light(world * middle);
+#ifdef BEFORE
+        hidden = 1.0 - passes;
+#endif
+    }
+#endif
     // A picture's colours may be more than a half holds.
 #ifdef BEFORE
     c = min(c, 65504.0);
