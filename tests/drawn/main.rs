@@ -28,4 +28,5 @@ mod shape_shader;
 mod shapes;
 mod simulate;
 mod stages;
+mod suns;
 mod tiled;
