@@ -111,6 +111,17 @@ bool is_flat(Large r) {
     return SHAPE != SPHERES && (r.look & FLAT) != 0u;
 }
 
+// Has a drop images by ways that have a closed form alone?
+bool has_closed_ways(Large r) {
+    float far = length(r.sphere.xyz), sine = r.sphere.w / far;
+    uint ways = 0u;
+    for (uint i = 0u; i < source_count.x; ++i) {
+        vec4 source = sources[i].toward;
+        ways |= ways_of(angle_between(r.sphere.xyz / far, to_view(source.xyz)), source.w, sine);
+    }
+    return sine < FAR_SINE && (ways & ~CLOSED_WAYS) == 0u;
+}
+
 // Draws the images that a far drop of some pixels shows as splats do; whether it is one.
 bool add_by_table(uint drop, Large r) {
     vec4 m = r.to_disc;
@@ -125,6 +136,7 @@ bool add_by_table(uint drop, Large r) {
         r.center += 0.5 * (l.box.xy + l.box.zw);
     }
     if (SPLAT_PX == 0.0 || (r.look & BY_RAYS) != 0u || radius > TABLE_PX) return false;
+    if (!is_flat(r) && has_closed_ways(r)) return false;
     uint direction = r.look & 0xfffu;
     uvec4 shown = splat_table[2u * direction];
     vec4 at = unpackSnorm4x8(shown.z) * (LONGEST_OFFSET * size);
@@ -168,7 +180,9 @@ void solve(uint drop) {
             for (uint ways = ways_of(off, radius, sine); ways != 0u; ways &= ways - 1u) {
                 for (uint k = 0u; k < INDICES; ++k) {
                     vec3 color = take_index(k);
-                    vec2 image = image_of(uint(findLSB(ways)), off, radius, sine);
+                    uint way = uint(findLSB(ways));
+                    bool closed = sine < FAR_SINE && (CLOSED_WAYS >> way & 1u) != 0u;
+                    vec2 image = closed ? far_image_of(way, off, sine) : image_of(way, off, radius, sine);
                     // At its place; where the fragments cover nothing of that pixel, a quarter of a pixel farther in.
                     float inner = clamp(image.x, -max(1.0 - 0.25 / pixels, 0.75), max(1.0 - 0.25 / pixels, 0.75));
                     bool done = image.y <= 0.0;

@@ -113,6 +113,36 @@ vec2 image_of(uint way, float off, float radius, float sine) {
     return vec2(same_side ? b : -b, share * 0.5 * squares / annulus);
 }
 
+// The ways that have a closed form, of far drops: the reflection outside, and straight through.
+const uint CLOSED_WAYS = 3u;
+const float FAR_SINE = 1.0 / 30.0;
+
+// As `image_of` by one of them: the drop turns light by Φ' = π - 2θ outside, and by Φ' = 2θ - 2θt straight through, which
+// leads to tan θt = sin(Φ'/2) / (n - cos(Φ'/2)). By the ray's angle α the camera's Φ is a little more, or less; two passes
+// find it, with b within 3e-4.
+vec2 far_image_of(uint way, float off, float sine) {
+    bool outside = way == 0u;
+    float side = outside ? -1.0 : 1.0, turn = off, b = 0.0, c = 1.0, apart = 1.0;
+    for (uint i = 0u; i < 3u; ++i) {
+        turn = clamp(off + side * sine * b, 0.0, HALF_TURN);
+        c = cos(0.5 * turn);
+        apart = 1.0 + WATER * WATER - 2.0 * WATER * c;
+        b = outside ? c : WATER * sqrt((1.0 - c) * (1.0 + c) / apart);
+    }
+    if (outside ? REFLECTION == 0u : WATER * c <= 1.0) return vec2(0.0);
+    b = min(b, 0.99999);
+    float cos_incidence = sqrt((1.0 - b) * (1.0 + b));
+    float f = reflectance(Encounter(vec3(0.0), vec3(0.0), b, cos_incidence));
+    // Half of d(b²) / d(cos Φ'), then from Φ' to Φ.
+    float light = outside ? 0.25 * f
+        : 0.25 * (1.0 - f) * (1.0 - f) * WATER * WATER * (WATER * c - 1.0) * (WATER - c) / (c * apart * apart);
+    if (!outside && CONSERVING != 0u && INTERNAL_REFLECTIONS == 0u) light /= 1.0 - f;
+    float slope = 2.0 - (outside ? 0.0 : 2.0 * cos_incidence * inversesqrt(WATER * WATER - b * b));
+    float seen = max(off, 1e-4);
+    light *= sin(max(turn, 1e-4)) / sin(seen) * slope / max(slope - sine * cos_incidence, 1e-3);
+    return vec2(outside ? b : -b, light);
+}
+
 // Unit vector perpendicular to `axis` in the plane of `axis` and `toward`; any where they are parallel.
 vec3 aside_of(vec3 axis, vec3 toward) {
     vec3 aside = toward - axis * dot(axis, toward);

@@ -42,6 +42,16 @@ pub struct Bright {
 }
 
 impl Bright {
+    /// The same parts of `environment`, but a region whose middle is far brighter than its edge, as a sun in its halo, is
+    /// several: see [`layers`].
+    pub fn in_layers(self, environment: &Environment) -> Self {
+        let mut regions = Vec::new();
+        for region in self.regions {
+            layers(environment, region, &mut regions);
+        }
+        Self { regions, ..self }
+    }
+
     /// The light of the bright parts over that of the rest, both from all around.
     pub fn strength(&self) -> f64 {
         let light = |region: &Region| region.luminance * cap(region.radius);
@@ -72,6 +82,8 @@ pub struct Region {
     top: i64,
     columns: i64,
     rows: i64,
+    /// What a texel has beyond this is its excess.
+    from: f32,
     excess: Vec<Vec3>,
 }
 
@@ -89,17 +101,12 @@ pub struct Source {
 impl Region {
     /// The disc that stands for the region.
     pub fn source(&self) -> Source {
-        let (width, height) = (f64::from(self.width), f64::from(self.height));
-        let texel = PI / height;
+        let texel = PI / f64::from(self.height);
         let (mut light, mut square, mut all) = (DVec3::ZERO, 0.0, 0.0);
-        for (index, excess) in (0..).zip(&self.excess) {
-            let (x, y) = (self.left + index % self.columns, self.top + index / self.columns);
-            let (x, y) = (x as f64 + 0.5, y as f64 + 0.5);
-            let solid_angle = TAU / width * texel * (PI * y / height).sin();
-            let luminance = excess.as_dvec3().dot(LUMINANCE) * solid_angle;
-            light += excess.as_dvec3() * solid_angle;
-            square += luminance
-                * direction_of(x / width, y / height).angle_between(self.direction).powi(2);
+        for (direction, of_texel) in self.lights() {
+            let luminance = of_texel.dot(LUMINANCE);
+            light += of_texel;
+            square += luminance * direction.angle_between(self.direction).powi(2);
             all += luminance;
         }
         // A texel's own light is spread as interpolation does it, by a sixth of its square along each axis. The mean
@@ -108,16 +115,39 @@ impl Region {
         Source { direction: self.direction, radius: (2.0 * mean_square).sqrt(), light }
     }
 
+    /// Of each of its texels the direction, and excess times solid angle.
+    fn lights(&self) -> impl Iterator<Item = (DVec3, DVec3)> {
+        let (width, height) = (f64::from(self.width), f64::from(self.height));
+        (0..).zip(&self.excess).map(move |(index, excess)| {
+            let (x, y) = (self.left + index % self.columns, self.top + index / self.columns);
+            let (x, y) = (x as f64 + 0.5, y as f64 + 0.5);
+            let solid_angle = TAU / width * (PI / height) * (PI * y / height).sin();
+            (direction_of(x / width, y / height), solid_angle * excess.as_dvec3())
+        })
+    }
+
+    /// Without what texels have beyond a bound.
+    fn up_to(mut self, bound: f32) -> Self {
+        for excess in &mut self.excess {
+            *excess = excess.min(Vec3::splat(bound - self.from));
+        }
+        let power: f64 = self.lights().map(|(_, light)| light.dot(LUMINANCE)).sum();
+        self.luminance = power / cap(self.radius);
+        self
+    }
+
+    /// The excess of a texel; columns go on beyond the seam.
+    fn excess_at(&self, (column, row): (i64, i64)) -> Vec3 {
+        let column = (column - self.left).rem_euclid(i64::from(self.width));
+        let row = row - self.top;
+        let is_within = column < self.columns && (0..self.rows).contains(&row);
+        if is_within { self.excess[(row * self.columns + column) as usize] } else { Vec3::ZERO }
+    }
+
     /// The excess in a unit direction.
     pub fn radiance(&self, direction: DVec3) -> DVec3 {
         interpolate(self.width, self.height, direction, |column, row| {
-            let column = (column as i64 - self.left).rem_euclid(i64::from(self.width));
-            let row = row as i64 - self.top;
-            if column < self.columns && (0..self.rows).contains(&row) {
-                self.excess[(row * self.columns + column) as usize].as_dvec3()
-            } else {
-                DVec3::ZERO
-            }
+            self.excess_at((column as i64, row as i64)).as_dvec3()
         })
     }
 }
@@ -127,14 +157,36 @@ pub fn split(environment: &Environment) -> Option<Bright> {
     split_off(environment, MOST, LARGEST)
 }
 
+/// A region in layers of radiance. Samples that are spread evenly over its cap would rarely meet a sun of half a degree
+/// in a halo of nine; what is brighter than a bound is another region, with a cap of its own, where that is at most half
+/// as wide.
+fn layers(environment: &Environment, region: Region, found: &mut Vec<Region>) {
+    let mut bound = 2.0 * region.from;
+    loop {
+        let inner: Vec<Region> = connected(environment, Vec3::splat(bound))
+            .iter()
+            .filter(|texels| region.excess_at(texels[0]) != Vec3::ZERO)
+            .map(|texels| self::region(environment, texels, bound).1)
+            .collect();
+        if inner.is_empty() {
+            return found.push(region);
+        }
+        if inner.iter().all(|inner| inner.radius <= 0.5 * region.radius) {
+            found.push(region.up_to(bound));
+            return inner.into_iter().for_each(|inner| layers(environment, inner, found));
+        }
+        bound *= 2.0;
+    }
+}
+
 /// As [`split`], but `most` regions at most, and none whose [`Region::source`] has a larger radius; further ones stay
 /// in the rest.
 pub fn split_off(environment: &Environment, most: usize, largest: f64) -> Option<Bright> {
     let mean = mean_of_rest(environment);
-    let threshold = Vec3::splat((THRESHOLD * mean) as f32);
-    let mut found: Vec<(f64, Region)> = connected(environment, threshold)
+    let from = (THRESHOLD * mean) as f32;
+    let mut found: Vec<(f64, Region)> = connected(environment, Vec3::splat(from))
         .into_iter()
-        .map(|texels| region(environment, &texels, threshold))
+        .map(|texels| region(environment, &texels, from))
         .map(|(mean_square, region)| (mean_square / (mean * mean), region))
         .filter(|(noise, region)| *noise >= WORTHWHILE && region.radius <= LARGEST)
         .filter(|(_, region)| region.source().radius <= largest)
@@ -152,7 +204,7 @@ pub fn split_off(environment: &Environment, most: usize, largest: f64) -> Option
             let row = region.top + index / region.columns;
             let texel = &mut rest.texels[(row * i64::from(rest.width) + column) as usize];
             if *excess != Vec3::ZERO {
-                *texel = texel.min(threshold);
+                *texel = texel.min(Vec3::splat(from));
             }
         }
     }
@@ -209,8 +261,8 @@ fn direction_of(u: f64, v: f64) -> DVec3 {
     DVec3::new(azimuth.sin() * polar.sin(), polar.cos(), -azimuth.cos() * polar.sin())
 }
 
-/// A region of these texels, and the mean square of its excess luminance over the sphere.
-fn region(environment: &Environment, texels: &[(i64, i64)], threshold: Vec3) -> (f64, Region) {
+/// A region of what these texels have beyond `from`, and the mean square of its luminance over the sphere.
+fn region(environment: &Environment, texels: &[(i64, i64)], from: f32) -> (f64, Region) {
     let (width, height) = (f64::from(environment.width), f64::from(environment.height));
     // In texels from the left and the upper edge.
     let direction = |x: f64, y: f64| direction_of(x / width, y / height);
@@ -218,7 +270,7 @@ fn region(environment: &Environment, texels: &[(i64, i64)], threshold: Vec3) -> 
     let excess = |&(column, row): &(i64, i64)| {
         let column = column.rem_euclid(i64::from(environment.width));
         let texel = environment.texels[(row * i64::from(environment.width) + column) as usize];
-        texel - texel.min(threshold)
+        texel - texel.min(Vec3::splat(from))
     };
     let (mut power, mut square, mut toward) = (0.0, 0.0, DVec3::ZERO);
     for texel in texels {
@@ -259,6 +311,7 @@ fn region(environment: &Environment, texels: &[(i64, i64)], threshold: Vec3) -> 
         top,
         columns,
         rows,
+        from,
         excess: block,
     };
     (square / (4.0 * PI), region)

@@ -13,8 +13,9 @@
 //!   half on the screen. `composite` then reads a splat's colours and glints, 32 bytes. An image's place is that of the
 //!   nearest direction: off by a twentieth of the radius at most.
 //! - **Tile fragments**: `glints` adds the images to the pixels of each large drop after their colours are known. Far
-//!   drops under four pixels of radius, nineteen of twenty, have those of the table; for the others they are solved,
-//!   with the drop's true distance. A source whose image is wide is cut into parts.
+//!   drops under four pixels of radius, nineteen of twenty, have those of the table if any are by internal reflections;
+//!   otherwise they are solved, with the drop's true distance. The reflection outside and the way straight through have a
+//!   closed form. A source whose image is wide is cut into parts.
 //!
 //! - **Far rain** as a medium shows all images of a source as one mean, by the angle between source and drop (`bow`):
 //!   there the bows are, finer than any table of directions.

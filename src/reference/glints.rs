@@ -223,7 +223,7 @@ impl Glints {
         if !truth.glints || truth.drops_see_drops > 0 {
             return None;
         }
-        let bright = split(environment)?;
+        let bright = split(environment)?.in_layers(environment);
         let mean = bright.rest.mean_luminance();
         Some(Self { bright, mean })
     }

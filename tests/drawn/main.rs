@@ -28,6 +28,7 @@ mod shape_shader;
 mod shapes;
 mod simulate;
 mod stages;
+mod suns;
 mod tile_entries;
 mod tile_stages;
 mod tile_twins;

@@ -216,3 +216,62 @@ fn the_parts_of_an_environment_add_up() {
     }
     assert!(lit > 10_000, "only {lit} lit: nothing was tested");
 }
+
+/// Grey, with a sun of a degree of radius in a halo that is seen as far as some nine degrees from it.
+fn with_halo(toward: DVec3) -> Environment {
+    let (width, height) = (512_u32, 256_u32);
+    let texels = (0..width * height).map(|index| {
+        let (x, y) = (f64::from(index % width) + 0.5, f64::from(index / width) + 0.5);
+        let azimuth = (x / f64::from(width) - 0.5) * std::f64::consts::TAU;
+        let (sine, cosine) = (y / f64::from(height) * std::f64::consts::PI).sin_cos();
+        let direction = DVec3::new(azimuth.sin() * sine, cosine, -azimuth.cos() * sine);
+        let off = direction.angle_between(toward).to_degrees();
+        let sun = if off < 1.0 { 3e4 } else { 0.0 };
+        Vec3::splat((sun + 150.0 * (-off / 5.0).exp() + 0.5) as f32)
+    });
+    Environment::from_texels("halo", width, height, texels.collect()).expect("valid")
+}
+
+#[test]
+fn the_layers_of_a_sun_in_its_halo_add_up() {
+    let toward = DVec3::new(0.8, 0.4, -0.5).normalize();
+    let environment = with_halo(toward);
+    let whole = split(&environment).expect("a sun");
+    assert_eq!(whole.regions.len(), 1);
+    let parts = whole.clone().in_layers(&environment);
+    let radii: Vec<f64> = parts.regions.iter().map(|layer| layer.radius.to_degrees()).collect();
+    println!("radii of the layers in degrees: {radii:.2?}");
+    assert!(radii.len() > 1 && radii.windows(2).all(|pair| pair[1] <= 0.5 * pair[0]), "{radii:?}");
+    assert!((parts.strength() / whole.strength() - 1.0).abs() < 1e-6);
+    let mut random = Random(5);
+    for _ in 0..100_000 {
+        let direction = (toward + 0.2 * random.unit() * random.direction()).normalize();
+        let sum: DVec3 = parts.regions.iter().map(|layer| layer.radiance(direction)).sum();
+        let expected = whole.regions[0].radiance(direction);
+        assert!(
+            (sum - expected).abs().max_element() <= 1e-5 * expected.max_element(),
+            "{direction}"
+        );
+    }
+}
+
+/// A sun takes a hundredth of its halo's cap: samples spread over the cap would miss it in small drops.
+#[test]
+fn in_a_halo_the_truth_converges() {
+    let environment = with_halo(DVec3::new(0.8, 0.4, -0.5).normalize());
+    let rest = split(&environment).expect("a sun").rest;
+    let scene = drops();
+    let pictures = |environment: &Environment| {
+        let truth = Truth { samples: 64, ..Truth::default() };
+        [0, 1].map(|seed| traced(&scene, environment, Truth { seed, ..truth }))
+    };
+    let found = pictures(&environment);
+    let exposure = exposure_of(&scene.tone_map, &found[0]);
+    let differ = |of: [Picture; 2]| {
+        let [a, b] = of.map(|picture| display(exposure, &picture));
+        10f64.powf(-psnr_db(&a, &b) / 20.0)
+    };
+    let (of_found, of_rest) = (differ(found), differ(pictures(&rest)));
+    println!("two seeds differ by {of_found:.4} RMS, without the sun by {of_rest:.4}");
+    assert!(of_found < 1.5 * of_rest);
+}
