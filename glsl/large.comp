@@ -231,10 +231,11 @@ void main() {
         uint node = block_node(block);
         write_splat(node, distance2, r.index, o.center, half_sides, splat_opacity, texel, upper);
         hang_splat(node, upper, last);
+        if (NEAREST != 0u) drop_records[node / NODE] = record;
         node += NODE;
         write_splat(node, distance2, r.index, o.center, half_sides, splat_opacity, texel, lower);
         hang_splat(node, lower, last);
-        if (NEAREST != 0u) drop_records[node / NODE - 1u] = drop_records[node / NODE] = record;
+        if (NEAREST != 0u) drop_records[node / NODE] = record;
     }
     bool big = tiles > MOST_TILES;
     uint few = big ? 0u : tiles;

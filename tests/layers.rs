@@ -252,7 +252,8 @@ fn every_drop_over_a_pixel_is_counted() {
     // Larger than a splat, and splats.
     for radius in [0.3, 0.05] {
         let mut scene = base(Preset::Fast);
-        let drop = |(x, z)| PlacedDrop::sphere(DVec3::new(x * -z / 4.0, 0.0, z), radius);
+        let drop =
+            |(x, z): (f64, f64)| PlacedDrop::sphere(DVec3::new(x * -z / 4.0, 0.0, z), radius);
         scene.drops = row.map(drop).to_vec();
         count_drops(scene);
     }
