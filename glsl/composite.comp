@@ -34,6 +34,7 @@ layout(std430, set = 0, binding = 16) readonly buffer SplatTable { uvec4 splat_t
 #include "projection.glsl"
 #define REACH_BINDING 20
 #include "reach.glsl"
+#include "nearest.glsl"
 #include "tile_window.glsl"
 #include "tile_order.glsl"
 #include "streak.glsl"
@@ -95,13 +96,14 @@ void lay_block_behind(inout Row row, uvec4 colors, uvec2 coverage) {
     lay_behind(row, mix(alpha, vec4(0.0), equal(colors, uvec4(NO_COLOR))), r, g, b);
 }
 
-void write_pixel(uint at, float r, float g, float b, float alpha) {
+void write_pixel(uint at, float r, float g, float b, float alpha, uvec2 nearest) {
     radiance_out[at] = uvec2(packHalf2x16(vec2(r, g)), packHalf2x16(vec2(b, alpha)));
+    if (NEAREST != 0u) nearest_drops[at] = nearest;
 }
 
 // Lays the sky behind a row and writes what of it is drawn; returns the sum of its log(delta + luminance). `first`:
 // from the first pixel that is drawn, modulo 2^32, so that pixels before it are beyond the size.
-float finish(Row row, uint behind, uvec2 first) {
+float finish(Row row, Nearest nearest, uint behind, uvec2 first) {
     uvec4 left = two_of_sky(behind), right = two_of_sky(behind + 2u);
     vec4 rg_left = vec4(unpackHalf2x16(left.x), unpackHalf2x16(left.z));
     vec4 rg_right = vec4(unpackHalf2x16(right.x), unpackHalf2x16(right.z));
@@ -122,10 +124,10 @@ float finish(Row row, uint behind, uvec2 first) {
     uvec2 size = frame.window.zw;
     uint at = first.y * size.x + first.x;
     bvec4 drawn = lessThan(first.x + uvec4(0, 1, 2, 3), uvec4(first.y < size.y ? size.x : 0u));
-    if (drawn.x) write_pixel(at, row.r.x, row.g.x, row.b.x, alpha.x);
-    if (drawn.y) write_pixel(at + 1u, row.r.y, row.g.y, row.b.y, alpha.y);
-    if (drawn.z) write_pixel(at + 2u, row.r.z, row.g.z, row.b.z, alpha.z);
-    if (drawn.w) write_pixel(at + 3u, row.r.w, row.g.w, row.b.w, alpha.w);
+    if (drawn.x) write_pixel(at, row.r.x, row.g.x, row.b.x, alpha.x, uvec2(nearest.record.x, nearest.count.x));
+    if (drawn.y) write_pixel(at + 1u, row.r.y, row.g.y, row.b.y, alpha.y, uvec2(nearest.record.y, nearest.count.y));
+    if (drawn.z) write_pixel(at + 2u, row.r.z, row.g.z, row.b.z, alpha.z, uvec2(nearest.record.z, nearest.count.z));
+    if (drawn.w) write_pixel(at + 3u, row.r.w, row.g.w, row.b.w, alpha.w, uvec2(nearest.record.w, nearest.count.w));
     vec4 luminance = LUMINANCE.r * row.r + LUMINANCE.g * row.g + LUMINANCE.b * row.b;
     vec4 logs = log(frame.tone.y + luminance);
     return dot(logs, vec4(drawn));
@@ -133,6 +135,8 @@ float finish(Row row, uint behind, uvec2 first) {
 
 // Squared distances of what is behind a tile's pixels.
 vec4 upper_reach2, lower_reach2;
+// Their nearest drops so far.
+Nearest upper_nearest, lower_nearest;
 #include "veil_behind.glsl"
 
 // An entry that is no splat covers nothing.
@@ -171,6 +175,7 @@ void lay_splat_behind(inout Row upper, inout Row lower, uint link) {
     // What each column of pixels has of the box, and each row of its upper and its lower half.
     vec4 x = from.x + vec4(0.0, 1.0, 2.0, 3.0);
     vec4 columns = clamp(half_sides.x - x, 0.0, 1.0) - clamp(-half_sides.x - x, 0.0, 1.0);
+    bvec4 met = greaterThan(columns, vec4(0.0));
     if (spread) columns *= unpack_opacity(words.z);
     vec2 y = from.y + vec2(0.0, 1.0), middle = clamp(-y, 0.0, 1.0);
     vec2 above = middle - clamp(-half_sides.y - y, 0.0, 1.0), below = clamp(half_sides.y - y, 0.0, 1.0) - middle;
@@ -181,6 +186,15 @@ void lay_splat_behind(inout Row upper, inout Row lower, uint link) {
     if (HAS_DEPTH != 0u) {
         above_columns = mix(columns, vec4(0.0), upper_hidden);
         below_columns = mix(columns, vec4(0.0), lower_hidden);
+    }
+    if (NEAREST != 0u) {
+        bvec4 upper_met = both(met, bvec4(rows.x > 0.0)), lower_met = both(met, bvec4(rows.y > 0.0));
+        if (HAS_DEPTH != 0u) {
+            upper_met = both(upper_met, not(upper_hidden));
+            lower_met = both(lower_met, not(lower_hidden));
+        }
+        meet(upper_nearest, upper_met, node_of(link) / NODE);
+        meet(lower_nearest, lower_met, node_of(link) / NODE);
     }
     lay_part_behind(upper, above_columns, rows.x, first);
     lay_part_behind(lower, below_columns, rows.y, second);
@@ -252,6 +266,8 @@ void main() {
         lower_reach2 = lower_reach * lower_reach;
     }
 
+    upper_nearest = lower_nearest = NONE_MET;
+
     // Blocks, then splats, and that once where it can be: a loop around the two costs a tenth of all.
     uint turns = 0u, splat_links = END, veil_from = 0u;
     do {
@@ -263,8 +279,14 @@ void main() {
                 veil_from = to;
             }
             uvec4 coverage = four_of_nodes(node + COVERAGE);
-            lay_block_behind(upper, four_of_nodes(node + COLORS), coverage.xy);
-            lay_block_behind(lower, four_of_nodes(node + COLORS + TILE.x), coverage.zw);
+            uvec4 above = four_of_nodes(node + COLORS), below = four_of_nodes(node + COLORS + TILE.x);
+            if (NEAREST != 0u) {
+                uint record = large_record(blocks[block_of_node(node)]);
+                meet(upper_nearest, met_by_block(coverage.xy, above), record);
+                meet(lower_nearest, met_by_block(coverage.zw, below), record);
+            }
+            lay_block_behind(upper, above, coverage.xy);
+            lay_block_behind(lower, below, coverage.zw);
             take_nearest(window);
         }
         while (window.nearest.link != END && !(MIXED && is_block(window.nearest.link))) {
@@ -299,7 +321,7 @@ void main() {
     }
 #endif
     uvec2 corner = (at + first_tile()) * TILE - frame.window.xy;
-    float logs = finish(upper, tile * PIXELS, corner)
-        + finish(lower, tile * PIXELS + TILE.x, corner + uvec2(0, 1));
+    float logs = finish(upper, upper_nearest, tile * PIXELS, corner)
+        + finish(lower, lower_nearest, tile * PIXELS + TILE.x, corner + uvec2(0, 1));
     if (LOG_SUMS != 0u) log_sums[tile] = logs;
 }

@@ -16,6 +16,7 @@
 #include "motion.glsl"
 #include "shape.glsl"
 #include "shape_given.glsl"
+#include "drop_records.glsl"
 #include "streak.glsl"
 #include "disc.glsl"
 #define VEIL_BINDING 15
@@ -124,6 +125,7 @@ void main() {
         write_splat(node, distance2, index, o.center, half_sides, opacity, direction, first);
         hang_splat(node, first, last);
     }
+    if (NEAREST != 0u && splat) drop_records[number] = record_of(index, drop);
     if (!is_spread()) return;
 
     Streak s = streak_of_drop(drop, o, path, disc, distance2);

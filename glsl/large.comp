@@ -15,6 +15,7 @@
 #include "motion.glsl"
 #include "shape.glsl"
 #include "shape_given.glsl"
+#include "drop_records.glsl"
 #define LARGE_SHAPES_BINDING 18
 #define LARGE_SHAPES_ACCESS writeonly
 #include "large_shape.glsl"
@@ -222,15 +223,19 @@ void main() {
     }
     r.first_block = block;
     larges[at] = r;
+    uvec4 record = NEAREST != 0u ? record_of(r.index, drop) : uvec4(0u);
+    if (NEAREST != 0u) drop_records[large_record(at)] = record;
 
     tiles = min(tiles, room);
     if (splats && tiles > 0u) {
         uint node = block_node(block);
         write_splat(node, distance2, r.index, o.center, half_sides, splat_opacity, texel, upper);
         hang_splat(node, upper, last);
+        if (NEAREST != 0u) drop_records[node / NODE] = record;
         node += NODE;
         write_splat(node, distance2, r.index, o.center, half_sides, splat_opacity, texel, lower);
         hang_splat(node, lower, last);
+        if (NEAREST != 0u) drop_records[node / NODE] = record;
     }
     bool big = tiles > MOST_TILES;
     uint few = big ? 0u : tiles;

@@ -4,8 +4,9 @@
 // keeps what it holds. See src/passes/told.rs.
 #include "frame.glsl"
 
-// As layers.comp writes it: depth as bits, motion, number.
-layout(std430, set = 0, binding = 1) readonly buffer Nearest { uvec4 nearest[]; };
+// As nearest.glsl and drop_records.glsl have them.
+layout(std430, set = 0, binding = 1) readonly buffer NearestDrops { uvec2 nearest_drops[]; };
+layout(std430, set = 0, binding = 2) readonly buffer DropRecords { uvec4 drop_records[]; };
 layout(push_constant) uniform ToldPush {
     vec2 pixel;    // a pixel to the right and one down in the image's unit
     uint is_depth; // 1: depth, 0: motion
@@ -15,9 +16,9 @@ layout(location = 0) out vec4 told;
 
 void main() {
     uvec2 at = uvec2(gl_FragCoord.xy);
-    uvec4 drop = nearest[at.y * frame.window.z + at.x];
-    // No drop has number 0.
-    if (drop.z == 0u) discard;
-    told = push.is_depth != 0u ? vec4(uintBitsToFloat(drop.x), 0.0, 0.0, 1.0)
-                               : vec4(push.pixel * unpackHalf2x16(drop.y), 0.0, 1.0);
+    uint number = nearest_drops[at.y * frame.window.z + at.x].x;
+    if (number == END) discard;
+    uvec4 record = drop_records[number];
+    told = push.is_depth != 0u ? vec4(uintBitsToFloat(record.x), 0.0, 0.0, 1.0)
+                               : vec4(push.pixel * unpackHalf2x16(record.y), 0.0, 1.0);
 }

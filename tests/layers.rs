@@ -171,6 +171,27 @@ fn hold_against_the_cpu(device: &Arc<Device>, name: &str, scene: &Scene) {
             moved += u32::from(expected.length() > 0.2);
         }
     }
+    // No drop is before the one that is told where its middle is seen.
+    let mut middles = 0;
+    for drop in now.values() {
+        let place = view.point(drop.center - view.position).0.floor();
+        let is_inside = place.cmpge(DVec2::ZERO).all() && place.max_element() < f64::from(EDGE);
+        if !is_inside || drop.center.distance(view.position) < 2.0 * drop.radius {
+            continue;
+        }
+        let at = place.y as usize * EDGE as usize + place.x as usize;
+        assert!(found.id[at] != 0, "{name}: nothing over the middle of {:#x}", drop.number);
+        let told = &now[&found.id[at]];
+        let [told_far, far] = [told, drop].map(|d| d.center.distance(view.position));
+        assert!(
+            told_far < (far + told.radius) * (1.0 + 1e-5),
+            "{name}: {:#x} at {told_far} hides {:#x} at {far}",
+            told.number,
+            drop.number
+        );
+        middles += 1;
+    }
+    assert!(middles > 1000, "{name}: {middles}");
     // From the right eye the same drops are elsewhere, but where they are in the world.
     let seen: std::collections::HashSet<u64> =
         other_eye.id.iter().copied().filter(|id| *id != 0).collect();
@@ -227,10 +248,18 @@ fn drops_that_move_a_little_have_layers_where_they_are_seen() {
 
 #[test]
 fn every_drop_over_a_pixel_is_counted() {
-    let mut scene = base(Preset::Fast);
     let row = [(-1.2, -4.0), (0.0, -4.0), (0.0, -6.0), (1.4, -4.0), (1.4, -5.0), (1.4, -7.0)];
-    scene.drops =
-        row.map(|(x, z)| PlacedDrop::sphere(DVec3::new(x * -z / 4.0, 0.0, z), 0.3)).to_vec();
+    // Larger than a splat, and splats.
+    for radius in [0.3, 0.05] {
+        let mut scene = base(Preset::Fast);
+        let drop =
+            |(x, z): (f64, f64)| PlacedDrop::sphere(DVec3::new(x * -z / 4.0, 0.0, z), radius);
+        scene.drops = row.map(drop).to_vec();
+        count_drops(scene);
+    }
+}
+
+fn count_drops(mut scene: Scene) {
     on_device(|device| {
         let found = layers(device, &scene, &scene);
         let view = scene.view();

@@ -1,5 +1,6 @@
-//! Results in the formats of others, read by readers that nobody here wrote. Two of them are programs that a
-//! machine may lack: `pip install junitparser`; Debian's `libbenchmark-tools` with `python3-scipy`. Their tests
+//! Results in the formats of others, read by readers that nobody here wrote. Three of them are programs that a
+//! machine may lack: `pip install junitparser`; Debian's `libbenchmark-tools` with `python3-scipy`, and
+//! `openimageio-tools`. Their tests
 //! then say so past the test harness, which would hide it.
 
 #![cfg(target_os = "linux")]
@@ -11,8 +12,11 @@ use std::io::Write as _;
 use std::path::Path;
 use std::process::{Command, Output};
 
+use common::raindrops;
 use common::stand_in::Bench;
+use glam::Vec3;
 use pulldown_cmark::{Event, Options, Parser, Tag, TagEnd};
+use raindrops::picture::Picture;
 use serde_json::Value;
 
 /// google/benchmark's own comparison of two results, as Debian has it.
@@ -150,4 +154,45 @@ fn markdown_is_a_table_for_commonmarks_readers() {
         ("1000 drops, paper, 64 x 64", "slower")
     );
     assert!(items >= 3, "who is compared, and how to read it: {text}");
+}
+
+/// Layers have the channels that they say, and over their plate are the picture before it, by OpenImageIO's own tool.
+#[test]
+fn layers_are_composited_by_oiiotool() {
+    if !Command::new("oiiotool").arg("--help").output().is_ok_and(|ran| ran.status.success()) {
+        return skip("oiiotool (Debian's openimageio-tools) is not there");
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    let scene = "[image]\nwidth = 48\nheight = 32\n[camera]\nvertical_fov = 40.0\n[rain]\nrate = 100.0\nextent = 60.0\n\
+                 [model]\npreset = \"fast\"\n[background]\ncolor = \"plate.exr\"\n[[drop]]\ncenter = [0.0, 0.0, -1.0]\nradius = 0.1\n";
+    fs::write(folder.join("scene.toml"), scene).expect("a scene");
+    let pixels = (0..48 * 32).map(|at| Vec3::new((at % 7) as f32, (at % 5) as f32, 2.0)).collect();
+    let plate = Picture { width: 48, height: 32, pixels };
+    plate.write_exr(&folder.join("plate.exr")).expect("a plate");
+    let draw = |arguments: &[&str]| {
+        let ran =
+            run(raindrops().current_dir(folder).args(["render", "scene.toml"]).args(arguments));
+        assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
+    };
+    draw(&["-o", "before.exr"]);
+    draw(&["--layers", "-o", "rain.exr"]);
+    let oiiotool = |arguments: &str| {
+        let ran = run(Command::new("oiiotool").current_dir(folder).args(arguments.split(' ')));
+        (ran.status.success(), String::from_utf8(ran.stdout).expect("text"))
+    };
+    let (_, said) = oiiotool("--info -v rain.exr");
+    let channels = "R (half), G (half), B (half), A (half), Z (float), count (uint), id (uint), id_high (uint), \
+                    motion.X (half), motion.Y (half)";
+    assert!(said.contains(channels), "{said}");
+    // Three roundings to float16 of values up to 6.
+    let is_alike = |picture: &str| {
+        oiiotool(&format!("{picture} --ch R,G,B before.exr --ch R,G,B --fail 0.02 --diff"))
+    };
+    let over = "rain.exr --ch R,G,B,A plate.exr --ch R,G,B,A=1 --over";
+    let (alike, said) = is_alike(over);
+    println!("{said}");
+    assert!(alike, "{said}");
+    // The control: the plate alone.
+    assert!(!is_alike("plate.exr").0);
 }

@@ -28,8 +28,7 @@ struct Path {
 vec3 motion_of(uint index) {
     if (is_by_hand(index)) return placed_motions[by_hand_number(index)].xyz;
 #ifdef CELLS
-    uint kind = field.slabs[field.group_slabs[min(index / (64u * CELLS_GROUP), field.groups.x - 1u)]].kind;
-    return field.classes[kind].moved.xyz;
+    return field.classes[slab_of(index).kind].moved.xyz;
 #else
     return population_numbered(population_number(index)).moved.xyz;
 #endif

@@ -23,6 +23,7 @@ layout(constant_id = 13) const uint HAS_DEPTH = 0;   // 1: what is behind hides 
 layout(constant_id = 14) const uint MOTION = 0;      // 1: the shutter may be open for a time
 layout(constant_id = 15) const uint SHAPE = 0;       // what drops are that are no spheres in the scene (shape.glsl)
 layout(constant_id = 16) const float FLAT_RAYS_PX = 12.0; // radius from which those are drawn by rays
+layout(constant_id = 22) const uint NEAREST = 0;     // 1: each pixel's nearest drop is wanted (nearest.glsl, drop_records.glsl)
 const uint SPHERES = 0, STRETCHED = 1, TRACED = 2;   // of SHAPE; stretched: a sphere's picture on their outline
 
 // What depends on the picture's size is no constant, so that pictures of all sizes have the same pipelines.
@@ -156,6 +157,16 @@ bool is_block(uint link) {
 // First word of a block's node.
 uint block_node(uint number) {
     return (MAX_NODES - 2u * (number + 1u)) * NODE;
+}
+
+// Number of the block of a node.
+uint block_of_node(uint node) {
+    return (MAX_NODES - node / NODE) / 2u - 1u;
+}
+
+// Number of a large drop's record (drop_records.glsl): after those of the nodes.
+uint large_record(uint number) {
+    return MAX_NODES + number;
 }
 
 // Blocks that there is room for when the splats have theirs.

@@ -15,8 +15,12 @@ struct Drop {
 #ifdef CELLS
 #include "cells.glsl"
 
+Slab slab_of(uint index) {
+    return field.slabs[field.group_slabs[min(index / (64u * CELLS_GROUP), field.groups.x - 1u)]];
+}
+
 Drop random_drop(uint index) {
-    Slab slab = field.slabs[field.group_slabs[min(index / (64u * CELLS_GROUP), field.groups.x - 1u)]];
+    Slab slab = slab_of(index);
     ivec3 cell = cell_of(slab, index / 64u - slab.first_group * CELLS_GROUP);
     vec4 at = drop_in_cell(slab.kind, cell, index % 64u);
     return Drop(at.xyz, vec3(0.0), at.w);

@@ -104,6 +104,11 @@ impl Cells {
         Ok(Some((Self { room, drops, rain, cutoff_px, placed }, field)))
     }
 
+    /// Those of the classes, as the shaders number them.
+    pub fn lattices(&self) -> &[Lattice] {
+        self.rain.lattices()
+    }
+
     /// What `scene` shows of the rain.
     pub fn seen(&self, scene: &Scene) -> Seen {
         self.rain.seen(scene, self.cutoff_px)

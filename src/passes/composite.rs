@@ -49,6 +49,9 @@ const SKY_GROUP: [u32; 3] = group::SKY_COMP;
 pub struct Composite {
     /// The picture: four halves a pixel, row by row from the top, in stored units.
     pub radiance: Buffer,
+    /// Two words a pixel, where they are wanted: the number of its nearest drop's record ([`Tiles::records`]), without one `END`;
+    /// and how many drops cover a part of it.
+    pub nearest: Option<Buffer>,
     /// A sum of log(delta + luminance) for each tile, then those of `tone_map.rs`.
     pub log_sums: Buffer,
     /// Pixels of the tiles, across and down.
@@ -118,6 +121,10 @@ impl Composite {
             PIXEL_BYTES * pixels,
             Usage::TRANSFER_SRC | Usage::UNIFORM_TEXEL_BUFFER,
         )?;
+        let nearest = match plan.nearest {
+            true => Some(make("nearest drops", 8 * pixels, Usage::TRANSFER_SRC)?),
+            false => None,
+        };
         let sky_bytes = PIXEL_BYTES * TILE_PIXELS * u64::from(tiles.count);
         let sky = make("sky", sky_bytes, Usage::UNIFORM_TEXEL_BUFFER)?;
         let sums = 4 * u64::from(tiles.count + FINAL_SUMS);
@@ -176,6 +183,8 @@ impl Composite {
             (slot::VEIL_LIGHT, &veil_light),
             (slot::MOVES, moves),
             (slot::LARGE_SHAPES, shapes),
+            // Where it is not wanted no shader writes it.
+            (slot::NEAREST_DROPS, nearest.as_ref().unwrap_or(&sky)),
         ];
         let slots: Vec<_> = buffers
             .map(|(slot, buffer)| (slot, Resource::Buffer(buffer)))
@@ -218,6 +227,7 @@ impl Composite {
         let composite = if fit { shaders::COMPOSITE_COMP_TEXELS } else { shaders::COMPOSITE_COMP };
         Ok(Self {
             radiance,
+            nearest,
             log_sums,
             in_tiles: tiles.in_pixels,
             tiles: tiles.count,

@@ -24,6 +24,7 @@ use ash::vk;
 use super::appearance::Appearance;
 use super::cells::Cells;
 use super::frame::{Frame, FrameBuffer};
+use super::layers::DropRecords;
 use super::light_constants;
 use super::placed::PlacedDrops;
 use super::rain_field::{RainField, SortedDrops};
@@ -47,6 +48,7 @@ use crate::plan::FramePlan;
 use crate::rain::field::Seen;
 use crate::scene::Scene;
 use crate::scene::model::{Lens, Motion, ShapeModel};
+use crate::scene::projection::View;
 use crate::{Error, Result};
 
 /// Tiles that a drop at the paper's sizes touches.
@@ -81,6 +83,8 @@ pub struct Tiles {
     pub(super) constants: Vec<[u32; 2]>,
     /// How far what is behind the drops is (`glsl/include/reach.glsl`), where it has a depth.
     pub(super) reach: Option<Buffer>,
+    /// The drops' records, where each pixel's nearest drop is wanted.
+    pub(crate) records: Option<DropRecords>,
     source: Source,
     pub(crate) lists: Lists,
     /// What frames say of the tiles, of the room in their lists, and of clusters.
@@ -223,9 +227,15 @@ impl Tiles {
         let large_moves =
             make("motions of large drops", 32 * if moves || lens { room.larges } else { 1 })?;
         let shapes = Shapes::new(device, scene, plan, room.larges)?;
+        let records = match plan.nearest {
+            true => Some(DropRecords::new(device, room.nodes + room.larges, scene)?),
+            false => None,
+        };
         let found = make("clusters in view", found_bytes)?;
         let counters = Simulate::counters(device)?;
         let texels = TileTexels::of(device, &lists, &appearance.table)?;
+        // Without records no shader reads or writes them.
+        let record_slots = DropRecords::slots(records.as_ref(), (&found, &frame.buffer));
         let is_several = scene.populations().len() > 1;
         let has_placed = has_cells || is_several || !scene.drops.is_empty();
         let buffers = [
@@ -248,7 +258,7 @@ impl Tiles {
             (slot::SHAPES, &shapes.given),
             (slot::LARGE_SHAPES, &shapes.large),
         ];
-        let buffers = buffers.into_iter().chain(source.slots());
+        let buffers = buffers.into_iter().chain(source.slots()).chain(record_slots);
         let views = texels.iter().flat_map(|texels| {
             [(slot::LARGE_TEXELS, &texels.larges), (slot::PICTURE_TEXELS, &texels.pictures)]
         });
@@ -270,6 +280,7 @@ impl Tiles {
             [constant::SAMPLES, plan.samples],
             [constant::SEVERAL, is_several.into()],
             [constant::HAS_DEPTH, has_depth.into()],
+            [constant::NEAREST, plan.nearest.into()],
             [constant::MOTION, moves.into()],
             [constant::SHAPE, shape],
             [constant::FLAT_RAYS_PX, plan.shape.rays_px.to_bits()],
@@ -294,6 +305,7 @@ impl Tiles {
             touch: device.report.is_cpu() && texels.is_some() && plan.splat_px > 0.0,
             counters,
             reach,
+            records,
             source,
             in_frame,
             clusters_pass: pipeline(find, 0)?,
@@ -318,11 +330,6 @@ impl Tiles {
     /// Whether drops come from the cells of real rain.
     pub(super) fn has_cells(&self) -> bool {
         matches!(self.source, Source::Cells(..))
-    }
-
-    /// The drops placed by hand.
-    pub(super) fn placed(&self) -> &Buffer {
-        &self.placed.buffer
     }
 
     /// The `RainField` of real rain, or what is to be bound in its place.
@@ -354,16 +361,25 @@ impl Tiles {
         frame.veil = self.veil.in_frame;
     }
 
-    /// Records the reset of what is counted and linked, the placed drops' places, and what is `seen` of real rain
-    /// ([`Tiles::seen`]); a barrier to compute must follow.
+    /// Records the reset of what is counted and linked, the placed drops' places, what is `seen` of real rain
+    /// ([`Tiles::seen`]), and how far drops move until what a view shows so many seconds later. A barrier to
+    /// compute must follow.
     pub fn record_reset(
         &self,
         device: &Device,
         commands: Recorder<'_>,
         scene: &Scene,
+        until: (&View, f64),
         seen: Option<&Seen>,
     ) {
         self.placed.record(device, commands, scene);
+        if let Some(records) = &self.records {
+            let lattices = match &self.source {
+                Source::Cells(cells) => cells.0.lattices(),
+                Source::Clusters(_) => &[],
+            };
+            records.record_motion(device, commands, scene, lattices, until);
+        }
         if let (Source::Cells(cells), Some(seen)) = (&self.source, seen) {
             let (cells, [_, field]) = &**cells;
             cells.record(device, commands, field, seen);

@@ -2,15 +2,16 @@
 //! before, its depth. A pixel without a drop keeps what the host has there: its own motion vectors and depth, or what
 //! it has cleared them to.
 //!
-//! It reads what `layers` has found, four words a pixel.
+//! It reads which drop `composite` has found, and the drop's record (`layers.rs`).
 
 use std::sync::Arc;
 
 use ash::vk;
 
+use super::composite::Composite;
 use super::frame::FrameBuffer;
-use super::layers::LayersPass;
 use super::rendering;
+use super::tiles::Tiles;
 use crate::abi::ToldPush;
 use crate::gpu::sets::told as slot;
 use crate::gpu::{
@@ -58,22 +59,27 @@ pub struct Told {
 }
 
 impl Told {
-    /// Of what `layers` finds; none if nothing is asked for. `formats`: of motion, of depth.
+    /// Of what `composite` finds; none if nothing is asked for. `formats`: of motion, of depth.
     ///
     /// # Errors
     /// [`Error::Scene`] for a format that cannot hold it; [`Error::Vulkan`] if the driver refuses.
     pub fn new(
         device: &Arc<Device>,
         frame: &FrameBuffer,
-        layers: Option<&LayersPass>,
+        tiles: &Tiles,
+        composite: &Composite,
         formats: [Option<vk::Format>; 2],
     ) -> Result<Option<Self>> {
-        let (Some(layers), true) = (layers, formats.iter().any(Option::is_some)) else {
+        let (Some(records), Some(nearest)) = (&tiles.records, &composite.nearest) else {
             return Ok(None);
         };
+        if formats.iter().all(Option::is_none) {
+            return Ok(None);
+        }
         let slots = [
             (slot::CONSTANTS, Resource::Buffer(&frame.buffer)),
-            (slot::NEAREST, Resource::Buffer(&layers.nearest)),
+            (slot::NEAREST_DROPS, Resource::Buffer(nearest)),
+            (slot::DROP_RECORDS, Resource::Buffer(&records.records)),
         ];
         let bindings = Bindings::of(device, "told", &slots)?;
         let pipeline = |name: &str, format: Option<vk::Format>, known: &[vk::Format]| {
@@ -98,7 +104,7 @@ impl Told {
         }))
     }
 
-    /// Records it into the images that there are, when what `layers` found is ready to be read.
+    /// Records it into the images that there are, when what `composite` found is ready to be read.
     pub fn record(
         &self,
         device: &Device,

@@ -409,10 +409,15 @@ fn passes(scene: &Scene, plan: &FramePlan) -> Vec<(&'static str, String)> {
                 "images of small bright sources in the larger drops, if the environment has any"
                     .into(),
             ));
-            if plan.nearest {
-                passes.push(("layers", "each pixel's nearest drop, and how many cover it".into()));
-            }
-            passes.push(("composite", format!("drops by {optics} over the sky, front to back")));
+            let nearest = if plan.nearest {
+                "; each pixel's nearest is found, and how many cover it"
+            } else {
+                ""
+            };
+            passes.push((
+                "composite",
+                format!("drops by {optics} over the sky, front to back{nearest}"),
+            ));
         }
     }
     if plan.log_average {

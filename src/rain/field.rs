@@ -272,7 +272,7 @@ pub struct ShownDrop {
     pub sighting: Sighting,
 }
 
-/// Number of a drop of real rain, from its class, its cell and its number in the cell: `number_of` in `glsl/layers.comp`.
+/// Number of a drop of real rain, from its class, its cell and its number in the cell: `number_of` in `glsl/include/drop_records.glsl`.
 ///
 /// Of a cell's number along each axis it has 17 bits, so drops that are 131,072 cells apart, of the smallest cells eight
 /// kilometres, may have the same. It is never 0, nor is its low or its high half.

@@ -183,7 +183,9 @@ impl View {
         let (device, frame) = (&view.device, &view.frame_buffer);
         view.output = Some(Output::new(device, frame, source, info.format, info.blend)?);
         view.told = match &view.drawing {
-            Drawing::Tiled(tiled) => Told::new(device, frame, tiled.layers.as_ref(), told)?,
+            Drawing::Tiled(tiled) => {
+                Told::new(device, frame, &tiled.tiles, &tiled.composite, told)?
+            }
             Drawing::Points(_) => None,
         };
         Ok(view)

@@ -340,7 +340,10 @@ impl Renderer {
     /// [`Error::Scene`] if the renderer was made for another output; else those of [`Renderer::read_radiance`].
     pub fn read_layers(&self) -> Result<Layers> {
         let Drawing::Tiled(tiled) = &self.view.drawing else { return refuse(NO_LAYERS) };
-        let Some(of_drops) = &tiled.layers else { return refuse(NO_LAYERS) };
+        let (Some(records), Some(nearest)) = (&tiled.tiles.records, &tiled.composite.nearest)
+        else {
+            return refuse(NO_LAYERS);
+        };
         let (width, height) = self.view.size;
         let pixels = width as usize * height as usize;
         let mut color: Vec<[f16; 4]> = self.read_buffer(&tiled.composite.radiance)?;
@@ -352,22 +355,18 @@ impl Renderer {
                 [*r, *g, *b] = [*r, *g, *b].map(scaled);
             }
         }
-        let nearest: Vec<[u32; 4]> = self.read_buffer(&of_drops.nearest)?;
-        let depth_of = |bits| if bits == 0 { f32::INFINITY } else { f32::from_bits(bits) };
-        let halves = |word: u32| [word as u16, (word >> 16) as u16].map(f16::from_bits);
-        Ok(Layers {
-            width,
-            height,
-            color,
-            depth: nearest.iter().map(|[depth, ..]| depth_of(*depth)).collect(),
-            motion: nearest.iter().map(|words| halves(words[1])).collect(),
-            count: self.read_buffer(&of_drops.counts)?,
-            id: nearest
-                .iter()
-                .map(|words| u64::from(words[2]) | u64::from(words[3]) << 32)
-                .collect(),
-            has_wide_ids: self.view.made_for.real_rain().is_some(),
-        })
+        let records: Vec<[u32; 4]> = self.read_buffer(&records.records)?;
+        let nearest: Vec<[u32; 2]> = self.read_buffer(nearest)?;
+        let mut layers = Layers { color, ..Layers::empty(width, height) };
+        for (at, [record, count]) in nearest.into_iter().take(pixels).enumerate() {
+            // `END`, where no drop is, is beyond all.
+            let Some([depth, motion, low, high]) = records.get(record as usize) else { continue };
+            layers.depth[at] = f32::from_bits(*depth);
+            layers.motion[at] = [*motion as u16, (*motion >> 16) as u16].map(f16::from_bits);
+            layers.count[at] = count;
+            layers.id[at] = u64::from(*low) | u64::from(*high) << 32;
+        }
+        Ok(Layers { has_wide_ids: self.view.made_for.real_rain().is_some(), ..layers })
     }
 
     /// Display colour of the last frame: sRGB, three bytes a pixel, row by row from the top.

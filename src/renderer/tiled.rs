@@ -10,7 +10,6 @@ use crate::passes::background::{BackgroundImages, Behind};
 use crate::passes::composite::Composite;
 use crate::passes::frame::{Frame, FrameBuffer};
 use crate::passes::glints::SplatTable;
-use crate::passes::layers::LayersPass;
 use crate::passes::rain_field::RainField;
 use crate::passes::tiles::Tiles;
 use crate::plan::FramePlan;
@@ -29,8 +28,6 @@ pub(super) struct Tiled {
     draws_splats: bool,
     /// Whether the environment may be another with every frame.
     is_renewed: bool,
-    /// What each pixel's nearest drop is, where that is asked for.
-    pub layers: Option<LayersPass>,
 }
 
 impl Tiled {
@@ -68,17 +65,12 @@ impl Tiled {
             plan,
             behind,
         )?;
-        let layers = match plan.nearest {
-            true => Some(LayersPass::new(device, frame, &tiles, size, scene)?),
-            false => None,
-        };
         Ok(Self {
             tiles,
             composite,
             splats,
             draws_splats: plan.splat_px > 0.0,
             far,
-            layers,
             is_renewed: lighting.renewal.is_some(),
         })
     }
@@ -91,10 +83,7 @@ impl Tiled {
         until: (&View, f64),
         seen: Option<&Seen>,
     ) {
-        self.tiles.record_reset(device, commands, scene, seen);
-        if let Some(layers) = &self.layers {
-            layers.record_motion(device, commands, scene, until);
-        }
+        self.tiles.record_reset(device, commands, scene, until, seen);
     }
 
     /// From the frame's constants to the radiance buffer. `recording`: number of what is recorded.
@@ -154,12 +143,6 @@ impl Tiled {
                     &[Use::ComputeWrite, Use::ComputeRead, Use::Indirect],
                 );
                 self.composite.record_glints(commands, &self.tiles);
-            });
-        }
-        if let Some(layers) = &self.layers {
-            time.time(commands, "layers", || {
-                barrier(&[Use::ComputeWrite], &[Use::ComputeWrite, Use::ComputeRead]);
-                layers.record(commands);
             });
         }
     }

@@ -9,6 +9,7 @@ mod host;
 mod calls;
 mod contract;
 mod embedded;
+mod images;
 mod over;
 mod pictures;
 mod told;

@@ -1,0 +1,220 @@
+//! What a host's images may be: a depth by any convention, a picture in any format; and what a background is refused for.
+
+use std::sync::Arc;
+
+use ash::vk;
+use glam::Vec3;
+use half::f16;
+use raindrops::device::{Device, HostImage, ImageState};
+use raindrops::picture::srgb_of_linear;
+use raindrops::renderer::{DepthConvention, FrameInput, ViewInfo};
+use raindrops::scene::Scene;
+use raindrops::scene::background::DepthKind;
+use raindrops::scene::model::Preset;
+
+use crate::embedded::{Embedded, SIZE, on_host, scene, view_of};
+use crate::host::Host;
+use crate::told::Filled;
+
+const PIXELS: usize = (SIZE.0 * SIZE.1) as usize;
+
+/// A frame into an image of `format`, behind a depth if there is one; its bytes.
+fn drawn(
+    host: &Host,
+    device: &Arc<Device>,
+    scene: &Scene,
+    (format, texel): (vk::Format, u64),
+    depth: Option<(HostImage, DepthConvention)>,
+) -> Vec<u8> {
+    let info = ViewInfo { format, has_depth: depth.is_some(), ..ViewInfo::default() };
+    let mut embedded = Embedded::new(host, device, scene, &info);
+    let mut input = FrameInput::new(scene, embedded.output());
+    if let Some((image, convention)) = depth {
+        input = input.hidden_by(image, convention);
+    }
+    host.once(|commands| {
+        // SAFETY: the images are as they are described; it is submitted once.
+        unsafe { embedded.view.record(commands, 0, &input) }.expect("a recording");
+    });
+    let bytes = host.read(&embedded.target, texel * PIXELS as u64);
+    drop(embedded.view);
+    host.destroy_image(embedded.target);
+    bytes
+}
+
+fn as_light(bytes: &[u8]) -> Vec<Vec3> {
+    let texels: Vec<[f32; 4]> = bytemuck::pod_collect_to_vec(bytes);
+    texels.iter().map(|texel| Vec3::from_slice(texel)).collect()
+}
+
+const LIGHT: (vk::Format, u64) = (vk::Format::R32G32B32A32_SFLOAT, 16);
+
+/// A slanted wall through the drops, as five kinds of depth tell it.
+#[test]
+fn a_depth_hides_alike_by_every_convention() {
+    let scene = scene(Preset::Fast);
+    let view = scene.view();
+    let (near, far) = (0.5, 400.0);
+    let wall = |at: usize| 6.0 + 0.5 * (at as u32 % SIZE.0) as f32;
+    let length = |at: usize| {
+        let (x, y) = (at as u32 % SIZE.0, at as u32 / SIZE.0);
+        let ray = view.ray(f64::from(x) + 0.5, f64::from(y) + 0.5);
+        (1.0 / -ray.normalize().dot(view.back)) as f32
+    };
+    let scale = far / (near - far);
+    type Stored<'a> = Box<dyn Fn(usize) -> f32 + 'a>;
+    let kinds: [(DepthConvention, Stored); 5] = [
+        (DepthConvention::linear(1.0, DepthKind::Planar), Box::new(wall)),
+        (DepthConvention::linear(2.0, DepthKind::Planar), Box::new(|at| 0.5 * wall(at))),
+        (DepthConvention::linear(1.0, DepthKind::Radial), Box::new(|at| wall(at) * length(at))),
+        (DepthConvention::projected(0.0, near), Box::new(|at| near / wall(at))),
+        (
+            DepthConvention::projected(scale, scale * near),
+            Box::new(|at| (scale * near - scale * wall(at)) / wall(at)),
+        ),
+    ];
+    on_host(Preset::Fast, |host, device| {
+        let without = as_light(&drawn(host, device, &scene, LIGHT, None));
+        let differ = |a: &[Vec3], b: &[Vec3]| {
+            a.iter().zip(b).filter(|(a, b)| (**a - **b).abs().max_element() > 0.01).count()
+        };
+        let mut first = None;
+        for (convention, stored) in kinds {
+            let image = Filled::new(host, vk::Format::R32_SFLOAT, &[0.0]);
+            let depths: Vec<f32> = (0..PIXELS).map(stored).collect();
+            host.write(&image.0, bytemuck::cast_slice(&depths));
+            let depth = HostImage {
+                exit: ImageState::SAMPLED,
+                entry: ImageState::SAMPLED,
+                ..image.image()
+            };
+            let picture = as_light(&drawn(host, device, &scene, LIGHT, Some((depth, convention))));
+            host.destroy_image(image.0);
+            let first = first.get_or_insert_with(|| picture.clone());
+            let (off, hidden) = (differ(&picture, first), differ(&picture, &without));
+            println!("{convention:?}: {off} pixels off, {hidden} hidden");
+            assert!(off < PIXELS / 200, "{convention:?}: {off} pixels are others");
+            assert!(hidden > PIXELS / 10, "{convention:?} hides {hidden} pixels");
+        }
+    });
+}
+
+/// A colour as a format holds it: in 0 to 1 and by so many steps, or as floats of so many bits of fraction.
+fn unpacked(format: vk::Format, texel: &[u8]) -> Vec3 {
+    let word = || u32::from_le_bytes([texel[0], texel[1], texel[2], texel[3]]);
+    let tens = |word: u32| [0, 10, 20].map(|shift| (word >> shift & 1023) as f32 / 1023.0);
+    let bytes = || [texel[0], texel[1], texel[2]].map(|byte| f32::from(byte) / 255.0);
+    let [a, b, c] = match format {
+        vk::Format::A2B10G10R10_UNORM_PACK32 => tens(word()),
+        vk::Format::A2R10G10B10_UNORM_PACK32 => tens(word()),
+        // The upper bits of a float16 without its sign.
+        vk::Format::B10G11R11_UFLOAT_PACK32 => [(0, 4, 2047), (11, 4, 2047), (22, 5, 1023)]
+            .map(|(at, up, mask)| f16::from_bits(((word() >> at & mask) << up) as u16).to_f32()),
+        vk::Format::R16G16B16A16_UNORM => {
+            [0, 2, 4].map(|at| f32::from(u16::from_le_bytes([texel[at], texel[at + 1]])) / 65535.0)
+        }
+        vk::Format::R16G16B16A16_SFLOAT => {
+            [0, 2, 4].map(|at| f16::from_le_bytes([texel[at], texel[at + 1]]).to_f32())
+        }
+        _ => bytes(),
+    };
+    let is_swapped = [
+        vk::Format::A2R10G10B10_UNORM_PACK32,
+        vk::Format::B8G8R8A8_UNORM,
+        vk::Format::B8G8R8A8_SRGB,
+    ];
+    if is_swapped.contains(&format) { Vec3::new(c, b, a) } else { Vec3::new(a, b, c) }
+}
+
+#[test]
+fn every_format_holds_the_picture() {
+    use vk::Format as F;
+    let scene = scene(Preset::Fast);
+    on_host(Preset::Fast, |host, device| {
+        let light = as_light(&drawn(host, device, &scene, LIGHT, None));
+        let reds: f32 = light.iter().map(|light| light.x - light.z).sum();
+        assert!(reds.abs() > 10.0, "channels that are swapped would not show");
+        for (format, bytes, part) in [
+            (F::R16G16B16A16_SFLOAT, 8, 1e-3),
+            (F::B10G11R11_UFLOAT_PACK32, 4, 0.04),
+            (F::A2B10G10R10_UNORM_PACK32, 4, 1.0 / 1023.0),
+            (F::A2R10G10B10_UNORM_PACK32, 4, 1.0 / 1023.0),
+            (F::R16G16B16A16_UNORM, 8, 1.0 / 65535.0),
+            (F::R8G8B8A8_UNORM, 4, 1.0 / 255.0),
+            (F::B8G8R8A8_UNORM, 4, 1.0 / 255.0),
+            (F::R8G8B8A8_SRGB, 4, 1.5 / 255.0),
+            (F::B8G8R8A8_SRGB, 4, 1.5 / 255.0),
+        ] {
+            let is_float = [F::R16G16B16A16_SFLOAT, F::B10G11R11_UFLOAT_PACK32].contains(&format);
+            let is_srgb = [F::R8G8B8A8_SRGB, F::B8G8R8A8_SRGB].contains(&format);
+            let picture = drawn(host, device, &scene, (format, bytes), None);
+            for (texel, light) in picture.chunks(bytes as usize).zip(&light) {
+                let found = unpacked(format, texel);
+                let shown = light.clamp(Vec3::ZERO, Vec3::ONE);
+                let expected = match (is_float, is_srgb) {
+                    (true, _) => *light,
+                    (_, true) => shown.to_array().map(srgb_of_linear).into(),
+                    _ => shown,
+                };
+                let allowed = if is_float { part * (expected + 1e-3) } else { Vec3::splat(part) };
+                assert!(
+                    (found - expected).abs().cmple(allowed).all(),
+                    "{format:?}: {found}, not {expected}"
+                );
+            }
+        }
+    });
+}
+
+/// Before anything is recorded, in one line.
+#[test]
+fn a_background_that_does_not_fit_is_refused() {
+    on_host(Preset::Fast, |host, device| {
+        let scene = scene(Preset::Fast);
+        let info = ViewInfo { has_color: true, has_depth: true, ..ViewInfo::default() };
+        let mut embedded = Embedded::new(host, device, &scene, &info);
+        let output = embedded.output();
+        let held = HostImage { entry: ImageState::SAMPLED, exit: ImageState::SAMPLED, ..output };
+        let stored = HostImage { format: vk::Format::D32_SFLOAT, ..held };
+        let linear = DepthConvention::linear(1.0, DepthKind::Planar);
+        let wrong = |image: HostImage| {
+            let samples = vk::SampleCountFlags::TYPE_4;
+            [
+                (HostImage { size: (95, 64), ..image }, "95 x 64 texels"),
+                (HostImage { samples, ..image }, "TYPE_4 samples a texel"),
+                (HostImage { entry: ImageState::UNDEFINED, ..image }, "holds nothing"),
+                (HostImage { exit: ImageState::UNDEFINED, ..image }, "handed back in layout"),
+                (HostImage { format: vk::Format::R32_UINT, ..image }, "its format is R32_UINT"),
+                (HostImage { view: vk::ImageView::null(), ..image }, "null"),
+            ]
+        };
+        let input = FrameInput::new(&scene, output);
+        let full = |color: HostImage, radiance, depth: HostImage, convention| {
+            input.before(color, radiance).hidden_by(depth, convention)
+        };
+        let colors =
+            wrong(held).map(|(image, words)| (full(image, 1.0, stored, linear), "colour", words));
+        let depths =
+            wrong(stored).map(|(image, words)| (full(held, 1.0, image, linear), "depth", words));
+        let nan = DepthConvention::projected(f32::NAN, 0.1);
+        let others = [
+            (full(held, f32::NAN, stored, linear), "colour", "not finite and over 0"),
+            (full(held, 0.0, stored, linear), "colour", "not finite and over 0"),
+            (full(held, 1.0, stored, nan), "depth", "not finite"),
+            (input.before(held, 1.0), "depth", "name one"),
+            (input.hidden_by(stored, linear), "colour", "name one"),
+        ];
+        for (input, image, words) in colors.into_iter().chain(depths).chain(others) {
+            // SAFETY: nothing is recorded.
+            let refused = unsafe { embedded.view.record(embedded.commands[0], 0, &input) };
+            let line = refused.expect_err("a refusal").to_string();
+            println!("{line}");
+            assert!(line.contains(image) && line.contains(words) && !line.contains('\n'), "{line}");
+        }
+        let mut without = view_of(device, &scene, &ViewInfo::default()).expect("a view");
+        // SAFETY: nothing is recorded.
+        let unasked = unsafe { without.record(embedded.commands[0], 0, &input.before(held, 1.0)) };
+        assert!(unasked.expect_err("a refusal").to_string().contains("no background colour"));
+        host.destroy_image(embedded.target);
+    });
+}
