@@ -142,7 +142,7 @@ fn scenes() -> Vec<(String, Scene)> {
     }
     draw("at the screen's edges", edges);
 
-    // Mirror images have the same distance, and some are there twice.
+    // Mirror images, of which four each are equally far.
     let mut ties = empty(10.0, fast);
     let middle = ties.view().principal;
     for n in 0..240u32 {
