@@ -68,7 +68,9 @@ impl DepthConvention {
     /// far plane at infinity or not: `scale` and `offset` are what the matrix makes of a view-space z (of which the camera
     /// looks along -z): depth = (scale · z + offset) / -z.
     pub fn projected(scale: f32, offset: f32) -> Self {
-        Self { map: [0.0, offset, 1.0, scale], kind: DepthKind::Planar }
+        // Depths are over 0; where larger ones are stored for what is farther, that is -offset / (-s - scale).
+        let sign = 1f32.copysign(offset);
+        Self { map: [0.0, sign * offset, sign, sign * scale], kind: DepthKind::Planar }
     }
 }
 
