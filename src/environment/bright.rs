@@ -157,11 +157,16 @@ pub fn split(environment: &Environment) -> Option<Bright> {
     split_off(environment, MOST, LARGEST)
 }
 
+/// Part of a region's brightest texel under which nothing is worth a layer of its own.
+const FAINTEST: f32 = 1.0 / 65_536.0;
+
 /// A region in layers of radiance. Samples that are spread evenly over its cap would rarely meet a sun of half a degree
 /// in a halo of nine; what is brighter than a bound is another region, with a cap of its own, where that is at most half
 /// as wide.
 fn layers(environment: &Environment, region: Region, found: &mut Vec<Region>) {
-    let mut bound = 2.0 * region.from;
+    let brightest = region.excess.iter().fold(0f32, |most, excess| most.max(excess.max_element()));
+    // On black every texel has an excess, and no bound is twice 0.
+    let mut bound = (2.0 * region.from).max(FAINTEST * brightest);
     loop {
         let inner: Vec<Region> = connected(environment, Vec3::splat(bound))
             .iter()

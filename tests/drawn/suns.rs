@@ -1,4 +1,5 @@
-//! Rain before, beside and behind a bare sun: `fast` against `paper` and rays, all against the reference.
+//! Rain before and beside a bare sun: `fast` against `paper` and rays, all against the reference. The example `suns` has six
+//! more scenes, and takes minutes.
 
 #[path = "../../examples/suns/scenes.rs"]
 mod scenes;
@@ -12,12 +13,12 @@ use scenes::{References, SUNS, shown};
 
 use crate::common::{on_device, photograph};
 
-const SAMPLES: u32 = 64;
+const SAMPLES: u32 = 16;
 
 #[test]
 fn under_a_bare_sun_fast_is_truer_than_paper_and_more_rays_are_not_worse() {
     on_device(|device| {
-        for sun in SUNS {
+        for sun in [&SUNS[0], &SUNS[2]] {
             let environment = match sun.photograph.map(photograph) {
                 Some(None) => continue,
                 Some(Some(path)) => Environment::load(&path).expect("a photograph"),
@@ -37,7 +38,7 @@ fn under_a_bare_sun_fast_is_truer_than_paper_and_more_rays_are_not_worse() {
             };
             let [(paper, _), (fast, fast_mse)] =
                 [Preset::Paper, Preset::Fast].map(|preset| errors(preset, None));
-            let by_rays = [1, 4, 16, 64].map(|samples| errors(Preset::Exact, Some(samples)));
+            let by_rays = [1, 4, 16].map(|samples| errors(Preset::Exact, Some(samples)));
             let (rays, mse) = (by_rays.map(|(rms, _)| rms), by_rays[2].1);
             let place = format!("{}, sun {}", sun.photograph.unwrap_or("sky"), sun.name);
             println!("{place}: RMS paper {paper:.4}, fast {fast:.4}, by rays {rays:.4?}");
@@ -48,7 +49,7 @@ fn under_a_bare_sun_fast_is_truer_than_paper_and_more_rays_are_not_worse() {
             let most = if sun.photograph.is_none() { 3.4 } else { 12.0 };
             assert!(fast_mse < most * mse, "{place}: relMSE {fast_mse:.1e} and {mse:.1e}");
             for pair in rays.windows(2) {
-                assert!(pair[1] < 1.02 * pair[0], "{place}: more rays are worse: {rays:.4?}");
+                assert!(pair[1] < 1.03 * pair[0], "{place}: more rays are worse: {rays:.4?}");
             }
         }
     });

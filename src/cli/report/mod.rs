@@ -26,7 +26,7 @@ pub struct ReportArgs {
     /// Result files, as `--json` wrote them
     #[arg(value_name = "RESULT.json", required = true)]
     results: Vec<PathBuf>,
-    /// Page to write; FILE.svg: only the passes of the first benchmark with tone mapping, as stacked bars
+    /// Page to write; FILE.svg: only the passes of the first benchmark's last preset, with tone mapping, as stacked bars
     #[arg(short, long, value_name = "FILE.html")]
     output: PathBuf,
 }
@@ -87,13 +87,16 @@ pub fn run(args: &ReportArgs) -> anyhow::Result<Answer> {
     Ok(Answer::Yes)
 }
 
-/// The passes of the first benchmark.
+/// The passes of the last preset of the first benchmark.
 fn bars(entries: &[Entry]) -> anyhow::Result<Markup> {
     let first = entries.iter().find_map(|entry| match &entry.content {
         Content::Bench(report) => Some(&report.rows),
         _ => None,
     });
-    let rows: Vec<_> = first.into_iter().flatten().filter(|row| row.tone_map).cloned().collect();
+    // Presets take times of several magnitudes.
+    let last = first.and_then(|rows| rows.last()).map(|row| row.preset.as_str());
+    let is_shown = |row: &&bench::Row| row.tone_map && Some(row.preset.as_str()) == last;
+    let rows: Vec<_> = first.into_iter().flatten().filter(is_shown).cloned().collect();
     match rows.iter().all(|row| row.passes.is_empty()) {
         true => anyhow::bail!("no benchmark with times of passes is among the results"),
         false => Ok(plots::passes(&rows, Some(page::STYLE))),

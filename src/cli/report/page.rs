@@ -16,10 +16,10 @@ use crate::measure::verdict::{self, Pictures, Verdict};
 /// Colours of series are Okabe and Ito's (2008), told apart by everyone; in the dark their light variants.
 pub(super) const STYLE: &str = "
 :root { color-scheme: light dark; --ink: #1b1f24; --soft: #5c6570; --line: #d5dae0; --back: #fff;
-  --c0: #0072b2; --c1: #d55e00; --c2: #009e73; --c3: #cc79a7; --c4: #b58900; --c5: #56b4e9; --c6: #777;
+  --c0: #0072b2; --c1: #d55e00; --c2: #009e73; --c3: #cc79a7; --c4: #b58900; --c5: #56b4e9; --c6: #777; --c7: #882255; --c8: #44aa99;
   --good: #00754f; --bad: #b3341a; }
 @media (prefers-color-scheme: dark) { :root { --ink: #e4e8ec; --soft: #9aa4af; --line: #363d45;
-  --back: #15181c; --c0: #4aa8e0; --c1: #f08a3c; --c2: #35c79b; --c3: #e29fc6; --c4: #e0bd4d; --c6: #aaa;
+  --back: #15181c; --c0: #4aa8e0; --c1: #f08a3c; --c2: #35c79b; --c3: #e29fc6; --c4: #e0bd4d; --c6: #aaa; --c7: #d06a9a; --c8: #7fd6c8;
   --good: #43c796; --bad: #ff8a6b; } }
 body { margin: 0 auto; max-width: 62rem; padding: 1.5rem; background: var(--back); color: var(--ink);
   font: 15px/1.5 system-ui, sans-serif; }

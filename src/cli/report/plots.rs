@@ -18,7 +18,7 @@ const NAMES_A_LINE: usize = 7;
 const NAMES: f64 = 300.0;
 
 fn color(number: usize) -> String {
-    format!("var(--c{})", number % 7)
+    format!("var(--c{})", number % 9)
 }
 
 /// A logarithmic axis from data to plot units.
@@ -143,7 +143,7 @@ pub(super) fn passes(rows: &[Row], style: Option<&str>) -> Markup {
     }
     let most =
         rows.iter().map(|row| row.passes.values().sum::<f64>()).fold(0.0, f64::max).max(1e-9);
-    let scale = (WIDTH - NAMES - 80.0) / most;
+    let scale = (WIDTH - NAMES - 100.0) / most;
     let below = 20.0 * names.len().div_ceil(NAMES_A_LINE) as f64 + 8.0;
     let height = BAR * rows.len() as f64 + below;
     html! {
