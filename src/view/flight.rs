@@ -1,6 +1,7 @@
 //! Flying: the camera moved by keys and turned by the mouse.
 
 use std::collections::HashSet;
+use std::f64::consts::FRAC_1_SQRT_2;
 use std::time::Duration;
 
 use glam::{DQuat, DVec3};
@@ -113,14 +114,14 @@ fn rotate(camera: &mut Camera, left: f64, up: f64) {
     camera.target = camera.position + distance * turned;
 }
 
-/// Flies up to the nearest drop within 30 degrees of the view's middle, and looks at it from
+/// Flies up to the nearest drop within 45 degrees of the view's middle, and looks at it from
 /// [`VISIT_RADII`]. False if no drop is there.
 pub fn visit(scene: &mut Scene) -> bool {
     let camera = scene.camera;
     let forward = camera.forward();
     let Some((center, radius)) = nearest(scene, |center, radius| {
         let distance = center.length();
-        let is_ahead = center.dot(forward) > 0.866 * distance && distance > 1.5 * radius;
+        let is_ahead = center.dot(forward) > FRAC_1_SQRT_2 * distance && distance > 1.5 * radius;
         if is_ahead { distance } else { f64::INFINITY }
     }) else {
         return false;
@@ -212,6 +213,6 @@ mod tests {
         assert!(visit(&mut scene));
         let flown = before.position.distance(scene.camera.position);
         assert!((0.0..5.0).contains(&flown), "{flown}");
-        assert!(scene.camera.forward().dot(before.forward()) > 0.86);
+        assert!(scene.camera.forward().dot(before.forward()) > 0.7);
     }
 }
