@@ -43,7 +43,7 @@ pub struct Bright {
 
 impl Bright {
     /// The same parts of `environment`, but a region whose middle is far brighter than its edge, as a sun in its halo, is
-    /// several: see [`layers`].
+    /// several: see `layers`.
     pub fn in_layers(self, environment: &Environment) -> Self {
         let mut regions = Vec::new();
         for region in self.regions {

@@ -49,7 +49,7 @@ const SKY_GROUP: [u32; 3] = group::SKY_COMP;
 pub struct Composite {
     /// The picture: four halves a pixel, row by row from the top, in stored units.
     pub radiance: Buffer,
-    /// Two words a pixel, where they are wanted: the number of its nearest drop's record ([`Tiles::records`]), without one `END`;
+    /// Two words a pixel, where they are wanted: the number of its nearest drop's record (`Tiles::records`), without one `END`;
     /// and how many drops cover a part of it.
     pub nearest: Option<Buffer>,
     /// A sum of log(delta + luminance) for each tile, then those of `tone_map.rs`.
