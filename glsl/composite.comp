@@ -200,10 +200,6 @@ void lay_splat_behind(inout Row upper, inout Row lower, uint link) {
     lay_part_behind(lower, below_columns, rows.y, second);
 }
 
-// Whether there may be a veil. Asked by itself before `is_veiled`: SwiftShader knows a branch on constants alone to be dead,
-// not one of which they are a part, and runs the sides of all others.
-const bool HAS_VEIL = MOTION != 0u || HAS_LENS != 0u;
-
 // Lays what of the veil is from a squared distance to another, as bits, behind a tile's pixels.
 void lay_veil_behind(inout Row upper, inout Row lower, uint tile, uvec2 in_pixels, uint from, uint to) {
     vec4 above, below;
@@ -277,7 +273,7 @@ void main() {
     do {
         while (is_block(window.nearest.link)) {
             uint node = node_of(window.nearest.link);
-            if (HAS_VEIL) if (is_veiled()) {
+            if (is_veiled()) {
                 uint to = max(window.nearest.distance2, veil_from);
                 lay_veil_behind(upper, lower, tile, at * TILE, veil_from, to);
                 veil_from = to;
@@ -306,7 +302,7 @@ void main() {
         }
     } while (MIXED && window.nearest.link != END && ++turns < MOST_TURNS);
 
-    if (HAS_VEIL) if (is_veiled()) lay_veil_behind(upper, lower, tile, at * TILE, veil_from, END);
+    if (is_veiled()) lay_veil_behind(upper, lower, tile, at * TILE, veil_from, END);
 
     // llvmpipe stops an invocation's loops after some 65,000 passes: it may leave the longest of lists early,
     // here or while they are sorted. Then what the first dispatch drew stays, which is nearly in order.
