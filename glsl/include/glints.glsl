@@ -119,7 +119,7 @@ const float FAR_SINE = 1.0 / 30.0;
 
 // As `image_of` by one of them: the drop turns light by Φ' = π - 2θ outside, and by Φ' = 2θ - 2θt straight through, which
 // leads to tan θt = sin(Φ'/2) / (n - cos(Φ'/2)). By the ray's angle α the camera's Φ is a little more, or less; two passes
-// find it, with b within 3e-4.
+// find it, with b within 3e-4 by estimate.
 vec2 far_image_of(uint way, float off, float sine) {
     bool outside = way == 0u;
     float side = outside ? -1.0 : 1.0, turn = off, b = 0.0, c = 1.0, apart = 1.0;
