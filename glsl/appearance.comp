@@ -20,6 +20,12 @@ layout(std430, set = 0, binding = 2) writeonly buffer Pictures { uint pictures[]
 const uint FINEST = 16;  // texels an edge of the finest picture
 const uint SAMPLES = 2;  // an edge of a texel
 
+// The point (s, t) of a texel's sample, within the unit disc where the drop is.
+vec2 sample_of(uvec2 texel, uint sub) {
+    vec2 place = vec2(texel) + (vec2(sub % SAMPLES, sub / SAMPLES) + 0.5) / float(SAMPLES);
+    return place * (2.0 / float(FINEST)) - 1.0;
+}
+
 // The point (s, t) of the drop's disc seen along `n`; beyond the rim, the rim.
 vec3 light(vec2 st, vec3 n, mat3 axes) {
     float far = length(st);
@@ -43,13 +49,16 @@ void main() {
         for (uint bit = 0u; bit < 4u; ++bit) {
             at |= (uvec2(morton >> (2u * bit), morton >> (2u * bit + 1u)) & 1u) << bit;
         }
-        vec4 sum = vec4(0.0);
+        // Its samples within the rim; a texel without any is filled by one at the rim, which weighs nearly nothing.
+        uint within = 0u;
         for (uint sub = 0u; sub < SAMPLES * SAMPLES; ++sub) {
-            vec2 st = (vec2(at) + (vec2(sub % SAMPLES, sub / SAMPLES) + 0.5) / float(SAMPLES))
-                      * (2.0 / float(FINEST)) - 1.0;
-            // Samples beyond the rim only fill texels that have no other.
-            float weight = dot(st, st) <= 1.0 ? 1.0 : 1e-4;
-            sum += weight * vec4(light(st, n, axes), 1.0);
+            vec2 st = sample_of(at, sub);
+            within |= uint(dot(st, st) <= 1.0) << sub;
+        }
+        float weight = within == 0u ? 1e-4 : 1.0;
+        vec4 sum = vec4(0.0);
+        for (uint left = max(within, 1u); left != 0u; left &= left - 1u) {
+            sum += weight * vec4(light(sample_of(at, uint(findLSB(left))), n, axes), 1.0);
         }
         pictures[picture_word(texel, FINEST) + at.y * FINEST + at.x] = pack_radiance(sum.rgb / sum.a);
         uint edge = FINEST;

@@ -23,6 +23,7 @@ mod rendering;
 mod report;
 mod requirements;
 mod retired;
+mod specialize;
 #[cfg(feature = "view")]
 mod surface;
 #[cfg(feature = "view")]

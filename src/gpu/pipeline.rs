@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use ash::vk;
 
+use super::specialize::specialize;
 use super::{Bindings, Buffer, Device, Named, Recorder, Samples, Slot};
 use crate::Result;
 
@@ -143,15 +144,16 @@ impl Shader {
 /// Specialization constants: number, as [`super::sets`] has it, and value, 32 bits each.
 pub type Specialization<'a> = &'a [[u32; 2]];
 
-/// A module that lives as long as the pipeline is made.
+/// A shader with its constants given, which lives as long as the pipeline is made.
 struct Module<'a> {
     raw: vk::ShaderModule,
     device: &'a Device,
 }
 
 impl<'a> Module<'a> {
-    fn new(device: &'a Device, code: &Code) -> Result<Self> {
-        let info = vk::ShaderModuleCreateInfo::default().code(code.words());
+    fn new(device: &'a Device, code: &Code, constants: Specialization<'_>) -> Result<Self> {
+        let words = specialize(code.words(), constants);
+        let info = vk::ShaderModuleCreateInfo::default().code(&words);
         // SAFETY: the words are SPIR-V, as whoever made the shader or replaced it has promised.
         let raw = unsafe { device.raw.create_shader_module(&info, None) }
             .named("vkCreateShaderModule", code.name)?;
@@ -164,18 +166,6 @@ impl Drop for Module<'_> {
         // SAFETY: pipelines do not need their modules once made.
         unsafe { self.device.raw.destroy_shader_module(self.raw, None) };
     }
-}
-
-/// Each value follows its number.
-fn specialization_entries(constants: Specialization<'_>) -> Vec<vk::SpecializationMapEntry> {
-    (0..)
-        .zip(constants)
-        .map(|(place, [number, _])| vk::SpecializationMapEntry {
-            constant_id: *number,
-            offset: 8 * place + 4,
-            size: 4,
-        })
-        .collect()
 }
 
 fn make_layout(
@@ -224,16 +214,11 @@ impl ComputePipeline {
             state: None,
         };
         let make = |code: &[Code], layout| {
-            let module = Module::new(device, &code[0])?;
-            let entries = specialization_entries(specialization);
-            let constants = vk::SpecializationInfo::default()
-                .map_entries(&entries)
-                .data(bytemuck::cast_slice(specialization));
+            let module = Module::new(device, &code[0], specialization)?;
             let stage = vk::PipelineShaderStageCreateInfo::default()
                 .stage(vk::ShaderStageFlags::COMPUTE)
                 .module(module.raw)
-                .name(MAIN)
-                .specialization_info(&constants);
+                .name(MAIN);
             let info = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(layout)];
             // SAFETY: `info` and all it points to outlive the call.
             let made =
@@ -385,21 +370,16 @@ impl GraphicsPipeline {
         specialization: Specialization<'_>,
         state: &GraphicsState,
     ) -> Result<vk::Pipeline> {
-        let modules = [Module::new(device, &code[0])?, Module::new(device, &code[1])?];
-        let entries = specialization_entries(specialization);
-        let constants = vk::SpecializationInfo::default()
-            .map_entries(&entries)
-            .data(bytemuck::cast_slice(specialization));
+        let modules = [
+            Module::new(device, &code[0], specialization)?,
+            Module::new(device, &code[1], specialization)?,
+        ];
         let stages = [
             (vk::ShaderStageFlags::VERTEX, &modules[0]),
             (vk::ShaderStageFlags::FRAGMENT, &modules[1]),
         ]
         .map(|(stage, module)| {
-            vk::PipelineShaderStageCreateInfo::default()
-                .stage(stage)
-                .module(module.raw)
-                .name(MAIN)
-                .specialization_info(&constants)
+            vk::PipelineShaderStageCreateInfo::default().stage(stage).module(module.raw).name(MAIN)
         });
         let vertex_bindings = [vk::VertexInputBindingDescription {
             binding: 0,

@@ -206,13 +206,13 @@ impl Composite {
         let own = own.map(|(number, is)| [number, is.into()]);
         let constants: Vec<_> = tiles.constants.iter().copied().chain(own).collect();
         let pipeline = |shader| ComputePipeline::new(device, shader, &bindings, 0, &constants);
-        let sky_pass = match behind {
-            None => {
+        let sky_pass = || -> Result<SkyPass> {
+            let Some(behind) = behind else {
                 let by_cells = tiles.has_cells();
                 let shader = if by_cells { shaders::SKY_COMP_CELLS } else { shaders::SKY_COMP };
-                SkyPass::Environment(pipeline(shader)?)
-            }
-            Some(behind) => SkyPass::Background(Box::new(Background::new(
+                return Ok(SkyPass::Environment(pipeline(shader)?));
+            };
+            let pass = Background::new(
                 device,
                 frame,
                 environment,
@@ -222,9 +222,24 @@ impl Composite {
                 &sky,
                 behind,
                 plan.layers,
-            )?)),
+            )?;
+            Ok(SkyPass::Background(Box::new(pass)))
         };
-        let composite = if fit { shaders::COMPOSITE_COMP_TEXELS } else { shaders::COMPOSITE_COMP };
+        let over = if fit { shaders::COMPOSITE_COMP_TEXELS } else { shaders::COMPOSITE_COMP };
+        // Side by side: drivers compile each for tens of milliseconds.
+        let (of_lists, of_rays) = rayon::join(
+            || -> Result<_> {
+                Ok((pipeline(over)?, pipeline(shaders::COMPOSITE_COMP_DISORDERED)?))
+            },
+            || -> Result<_> {
+                let of_veil = tiles.has_veil().then(|| pipeline(shaders::VEIL_LIGHT_COMP));
+                let of_glints = (glints.count > 0).then(|| pipeline(shaders::GLINTS_COMP));
+                let rays = pipeline(shaders::RAYS_COMP)?;
+                Ok((sky_pass()?, of_veil.transpose()?, rays, of_glints.transpose()?))
+            },
+        );
+        let (composite, disordered_pass) = of_lists?;
+        let (sky_pass, of_veil, rays, of_glints) = of_rays?;
         Ok(Self {
             radiance,
             nearest,
@@ -237,11 +252,11 @@ impl Composite {
             sky_is_there: false,
             changes: plan.is_grainy() || matches!(behind, Some(Behind::Host { .. })),
             sky_pass,
-            veil_light: tiles.has_veil().then(|| pipeline(shaders::VEIL_LIGHT_COMP)).transpose()?,
-            rays: pipeline(shaders::RAYS_COMP)?,
-            glints: (glints.count > 0).then(|| pipeline(shaders::GLINTS_COMP)).transpose()?,
-            composite: pipeline(composite)?,
-            disordered: pipeline(shaders::COMPOSITE_COMP_DISORDERED)?,
+            veil_light: of_veil,
+            rays,
+            glints: of_glints,
+            composite,
+            disordered: disordered_pass,
             bindings,
             _texels: texels.map(|(_, own)| own),
             _held: [sky, disordered, veil_light],

@@ -297,6 +297,18 @@ impl Tiles {
         let large = by(shaders::LARGE_COMP_CELLS, shaders::LARGE_COMP);
         let blocks =
             if texels.is_some() { shaders::BLOCKS_COMP_TEXELS } else { shaders::BLOCKS_COMP };
+        // Side by side: drivers compile each for tens of milliseconds.
+        let (of_lists, of_large) = rayon::join(
+            || -> Result<_> {
+                let found = (pipeline(find, 0)?, pipeline(starts, 0)?, pipeline(sort, 0)?);
+                Ok((found, pipeline(gather, 1)?))
+            },
+            || -> Result<_> {
+                Ok((pipeline(large, 0)?, pipeline(shaders::BIG_COMP, 0)?, pipeline(blocks, 0)?))
+            },
+        );
+        let ((clusters_pass, bin_starts, sort_clusters), gather) = of_lists?;
+        let (large, big, blocks) = of_large?;
         Ok(Self {
             count,
             in_pixels: (across * TILE.0, down * TILE.1),
@@ -308,13 +320,13 @@ impl Tiles {
             records,
             source,
             in_frame,
-            clusters_pass: pipeline(find, 0)?,
-            bin_starts: pipeline(starts, 0)?,
-            sort_clusters: pipeline(sort, 0)?,
-            gather: pipeline(gather, 1)?,
-            large: pipeline(large, 0)?,
-            big: pipeline(shaders::BIG_COMP, 0)?,
-            blocks: pipeline(blocks, 0)?,
+            clusters_pass,
+            bin_starts,
+            sort_clusters,
+            gather,
+            large,
+            big,
+            blocks,
             lists,
             constants,
             texels,

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use ash::vk;
 use raindrops::gpu::{
     Binding, Bindings, Buffer, Commands, ComputePipeline, Device, Memory, Resource, Shader, Slot,
-    Use, memory_barrier,
+    Specialization, Use, memory_barrier,
 };
 use raindrops::passes::frame::{Frame, FrameBuffer};
 
@@ -45,6 +45,18 @@ pub fn run(
     input: &[[f32; 4]],
     outputs: usize,
 ) -> Vec<[f32; 4]> {
+    run_with(device, name, constants, &[], input, outputs)
+}
+
+/// The same with specialization constants.
+pub fn run_with(
+    device: &Arc<Device>,
+    name: &'static str,
+    constants: &Frame,
+    specialization: Specialization<'_>,
+    input: &[[f32; 4]],
+    outputs: usize,
+) -> Vec<[f32; 4]> {
     // SAFETY: the compiler made it, for these bindings.
     let shader = unsafe { Shader::new(name, None, compile(name).leak()) };
     let usage = vk::BufferUsageFlags::STORAGE_BUFFER;
@@ -58,7 +70,8 @@ pub fn run(
         (Slot::new(2, Binding::STORAGE_BUFFER), Resource::Buffer(&found)),
     ];
     let bindings = Bindings::of(device, name, &slots).expect("a set");
-    let pipeline = ComputePipeline::new(device, &shader, &bindings, 0, &[]).expect("a pipeline");
+    let pipeline =
+        ComputePipeline::new(device, &shader, &bindings, 0, specialization).expect("a pipeline");
     let groups = [(input.len() as u32).div_ceil(64), 1, 1];
     Commands::once(device, name, |commands| {
         frame.record(device, commands, constants);

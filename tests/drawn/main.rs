@@ -27,6 +27,7 @@ mod rotation;
 mod shape_shader;
 mod shapes;
 mod simulate;
+mod specialized;
 mod stages;
 mod suns;
 mod tile_entries;
