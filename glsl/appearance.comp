@@ -19,20 +19,23 @@ layout(std430, set = 0, binding = 2) writeonly buffer Pictures { uint pictures[]
 
 const uint FINEST = 16;  // texels an edge of the finest picture
 const uint SAMPLES = 2;  // an edge of a texel
+const float TEXEL = 2.0 / float(FINEST); // of the disc's radius
+// Squared distance from the middle up to which directions change so evenly that one sample's footprint holds a texel.
+const float EVEN = 0.75;
 
 // The point (s, t) of a texel's sample, within the unit disc where the drop is.
 vec2 sample_of(uvec2 texel, uint sub) {
     vec2 place = vec2(texel) + (vec2(sub % SAMPLES, sub / SAMPLES) + 0.5) / float(SAMPLES);
-    return place * (2.0 / float(FINEST)) - 1.0;
+    return place * TEXEL - 1.0;
 }
 
-// The point (s, t) of the drop's disc seen along `n`; beyond the rim, the rim.
-vec3 light(vec2 st, vec3 n, mat3 axes) {
+// The point (s, t) of the drop's disc seen along `n`, averaged over `step` in both; beyond the rim, the rim.
+vec3 light(vec2 st, float step, vec3 n, mat3 axes) {
     float far = length(st);
     float b = min(far, 0.9999);
     vec2 radial = far > 0.0 ? st / far : vec2(1.0, 0.0);
     Encounter e = Encounter(vec3(0.0, 0.0, 1.0), vec3(radial, 0.0), b, sqrt(1.0 - b * b));
-    return drop_light(environment_map, e, axes, 2.0 / float(FINEST * SAMPLES));
+    return drop_light(environment_map, e, axes, step);
 }
 
 void main() {
@@ -49,16 +52,20 @@ void main() {
         for (uint bit = 0u; bit < 4u; ++bit) {
             at |= (uvec2(morton >> (2u * bit), morton >> (2u * bit + 1u)) & 1u) << bit;
         }
+        vec2 middle = (vec2(at) + 0.5) * TEXEL - 1.0;
+        bool even = dot(middle, middle) < EVEN;
         // Its samples within the rim; a texel without any is filled by one at the rim, which weighs nearly nothing.
         uint within = 0u;
         for (uint sub = 0u; sub < SAMPLES * SAMPLES; ++sub) {
             vec2 st = sample_of(at, sub);
             within |= uint(dot(st, st) <= 1.0) << sub;
         }
-        float weight = within == 0u ? 1e-4 : 1.0;
+        float weight = even ? float(SAMPLES * SAMPLES) : within == 0u ? 1e-4 : 1.0;
+        float step = even ? TEXEL : TEXEL / float(SAMPLES);
         vec4 sum = vec4(0.0);
-        for (uint left = max(within, 1u); left != 0u; left &= left - 1u) {
-            sum += weight * vec4(light(sample_of(at, uint(findLSB(left))), n, axes), 1.0);
+        for (uint left = even ? 1u : max(within, 1u); left != 0u; left &= left - 1u) {
+            vec2 st = even ? middle : sample_of(at, uint(findLSB(left)));
+            sum += weight * vec4(light(st, step, n, axes), 1.0);
         }
         pictures[picture_word(texel, FINEST) + at.y * FINEST + at.x] = pack_radiance(sum.rgb / sum.a);
         uint edge = FINEST;

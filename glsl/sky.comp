@@ -38,6 +38,9 @@ layout(std430, set = 0, binding = BOW_BINDING) readonly buffer Bow { vec4 bow[];
 #endif
 
 layout(local_size_x = 16, local_size_y = 4) in;
+#ifdef CELLS
+layout(constant_id = 23) const uint GRAIN = 0; // 1: the medium has the noise of its single drops
+#endif
 
 layout(set = 0, binding = ENVIRONMENT_BINDING) uniform sampler2D whole_map;
 layout(std430, set = 0, binding = SKY_BINDING) writeonly buffer Sky { uvec2 sky[]; };
@@ -126,7 +129,8 @@ void main() {
     // The medium hardly changes over a pixel.
     if (field.medium.w > 0.0) {
         vec3 middle = normalize(ray_through(vec2(place + first_tile() * TILE) + 0.5));
-        float grain = medium_grain(middle, world * middle, farthest);
+        float grain = 1.0;
+        if (GRAIN != 0u) grain = medium_grain(middle, world * middle, farthest);
         float passes = medium_passes(middle, farthest, grain);
         c = passes * c + (1.0 - passes) * far_light(world * middle);
 #ifdef BEFORE

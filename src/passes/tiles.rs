@@ -281,6 +281,7 @@ impl Tiles {
             [constant::SEVERAL, is_several.into()],
             [constant::HAS_DEPTH, has_depth.into()],
             [constant::NEAREST, plan.nearest.into()],
+            [constant::GRAIN, plan.is_grainy().into()],
             [constant::MOTION, moves.into()],
             [constant::SHAPE, shape],
             [constant::FLAT_RAYS_PX, plan.shape.rays_px.to_bits()],
