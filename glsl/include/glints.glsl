@@ -63,12 +63,14 @@ float incidence_of(Branch w, float value) {
     return w.crest + w.away * u;
 }
 
-// The ways that may have images, a bit each, so that most of them need no look. Of k = 2 the rainbow alone: farther off
-// its image has a thirtieth of the light of that outside.
+// Those of k = 2, a bit each: but for the rainbow an image has a thirtieth of the light of that outside.
+const uint FAINT_WAYS = 48u;
+
+// The ways that may have images, a bit each, so that most of them need no look. Of k = 2 the rainbow alone.
 uint ways_of(float off, float radius, float sine) {
     float low = off - radius, high = off + radius, seen = 1.6 * sine;
     return 1u | (low < 1.45 ? 2u : 0u) | (high > 2.39 - seen ? 4u : 0u) | (high > 2.39 - seen && low < 2.89 + seen ? 8u : 0u)
-        | (high > 1.9 && low < 2.28 + seen ? 48u : 0u) | (sine > LENS && low < 0.7 ? 192u : 0u);
+        | (high > 1.9 && low < 2.28 + seen ? FAINT_WAYS : 0u) | (sine > LENS && low < 0.7 ? 192u : 0u);
 }
 
 // The image by a way of a disc `off` the axis with an angular `radius`. x: its impact parameter, negative on the side

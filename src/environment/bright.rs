@@ -184,18 +184,31 @@ fn layers(environment: &Environment, region: Region, found: &mut Vec<Region>) {
     }
 }
 
-/// As [`split`], but `most` regions at most, and none whose [`Region::source`] has a larger radius; further ones stay
-/// in the rest.
+/// As [`split`], but `most` regions at most, and none wider than an angular radius; further ones stay in the rest. Of a
+/// wider one, such as a sun in its halo, what is brighter than a bound is a region where that is small enough: the halo
+/// stays in the rest, where large drops show its shape.
 pub fn split_off(environment: &Environment, most: usize, largest: f64) -> Option<Bright> {
     let mean = mean_of_rest(environment);
-    let from = (THRESHOLD * mean) as f32;
-    let mut found: Vec<(f64, Region)> = connected(environment, Vec3::splat(from))
-        .into_iter()
-        .map(|texels| region(environment, &texels, from))
-        .map(|(mean_square, region)| (mean_square / (mean * mean), region))
-        .filter(|(noise, region)| *noise >= WORTHWHILE && region.radius <= LARGEST)
-        .filter(|(_, region)| region.source().radius <= largest)
-        .collect();
+    let mut found: Vec<(f64, Region)> = Vec::new();
+    let (mut from, mut is_wide) = ((THRESHOLD * mean) as f32, true);
+    while is_wide {
+        is_wide = false;
+        for texels in connected(environment, Vec3::splat(from)) {
+            if found.iter().any(|(_, region)| region.excess_at(texels[0]) != Vec3::ZERO) {
+                continue;
+            }
+            let (mean_square, region) = region(environment, &texels, from);
+            let noise = mean_square / (mean * mean);
+            if noise >= WORTHWHILE && region.radius <= largest {
+                found.push((noise, region));
+            } else {
+                // With a higher bound it would be the less worth while.
+                is_wide |= noise >= WORTHWHILE;
+            }
+        }
+        // Before black no bound is twice the one before.
+        from = (2.0 * from).max(FAINTEST * environment.max_radiance());
+    }
     found.sort_by(|(a, _), (b, _)| b.total_cmp(a));
     found.truncate(most);
     if found.is_empty() {
@@ -209,7 +222,7 @@ pub fn split_off(environment: &Environment, most: usize, largest: f64) -> Option
             let row = region.top + index / region.columns;
             let texel = &mut rest.texels[(row * i64::from(rest.width) + column) as usize];
             if *excess != Vec3::ZERO {
-                *texel = texel.min(Vec3::splat(from));
+                *texel = texel.min(Vec3::splat(region.from));
             }
         }
     }
