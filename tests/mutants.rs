@@ -343,23 +343,24 @@ enum Outcome {
 struct Tree {
     path: PathBuf,
     executables: BTreeMap<String, PathBuf>,
-    /// How long a test takes without a fault; none if it fails.
-    taken: BTreeMap<(String, String), Option<Duration>>,
+    /// How long a test takes without a fault, or why it fails.
+    taken: BTreeMap<(String, String), Result<Duration, String>>,
 }
 
 impl Tree {
-    /// How long a mutant's test takes without it; none if it fails.
-    fn time_without(&mut self, mutant: &Mutant) -> Option<Duration> {
+    /// How long a mutant's test takes without it, or why it fails.
+    fn time_without(&mut self, mutant: &Mutant) -> Result<Duration, String> {
         let of = (mutant.test.clone(), mutant.case.clone());
         if let Some(taken) = self.taken.get(&of) {
-            return *taken;
+            return taken.clone();
         }
         let start = Instant::now();
         let executable = &self.executables[&mutant.test];
         let passed = passes(executable, &self.path, &mutant.case, None, Duration::MAX);
         let log = fs::read_to_string(self.path.with_file_name("last.log")).unwrap_or_default();
         let sound = passed == Some(true) && log.contains("1 passed");
-        *self.taken.entry(of).or_insert(sound.then(|| start.elapsed()))
+        let taken = if sound { Ok(start.elapsed()) } else { Err(reason(&self.path)) };
+        self.taken.entry(of).or_insert(taken).clone()
     }
 
     /// What becomes of mutant `number`, and why.
@@ -372,8 +373,9 @@ impl Tree {
         {
             return (Outcome::Stale, error);
         }
-        let Some(taken) = self.time_without(mutant) else {
-            return (Outcome::NotJudged, format!("without it: {}", reason(&self.path)));
+        let taken = match self.time_without(mutant) {
+            Ok(taken) => taken,
+            Err(reason) => return (Outcome::NotJudged, format!("without it: {reason}")),
         };
         let time = LIMIT.0 * taken + LIMIT.1;
         let run = |executable: &Path, variable| {
