@@ -106,7 +106,7 @@ fn the_light_of_suns_adds_up() {
             let (u, v) = toward.any_orthonormal_pair();
             // None at a pole of the image, where a disc is no disc of texels.
             let suns = [u + v, u - v, -u - v, v - u].map(DVec3::normalize);
-            let mut light =
+            let light =
                 |suns: &[DVec3]| light_of(&draw(device, &scene, &with_suns(suns, 0.0, 1e4))).0;
             let apart: f64 = suns.iter().map(|sun| light(&[*sun])).sum();
             let share = light(&suns) / apart;
