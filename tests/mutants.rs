@@ -1,10 +1,10 @@
 //! Would the tests notice? `mutants.toml` lists faults, each a text in the program and what is put in its place,
 //! with the test that must fail.
 //!
-//! `scripts/mutants.sh` tries them all: the sources are copied to `target/mutants/tree`, faults in Rust are built
-//! in all at once, each behind a number that the environment chooses, and faults in shaders are compiled here and
-//! handed to the tests. So that is one build, and then a run of one test for each; but for faults in constants,
-//! which no number can choose.
+//! `scripts/mutants.sh` tries them all, or those that it is told: the sources are copied to `target/mutants/tree`,
+//! faults in Rust are built in all at once, each behind a number that the environment chooses, and faults in
+//! shaders are compiled here and handed to the tests. So that is one build, and then a run of one test for each;
+//! but for faults in constants, which no number can choose.
 
 mod common;
 #[path = "../src/gpu/glsl.rs"]
@@ -19,8 +19,8 @@ use std::time::{Duration, Instant};
 use raindrops::gpu::shaders;
 use serde::Deserialize;
 
-/// A test that does not end by then has noticed.
-const LIMIT: Duration = Duration::from_secs(300);
+/// A test has noticed that takes longer than so many times what it takes without the fault, and this besides.
+const LIMIT: (u32, Duration) = (20, Duration::from_secs(300));
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -50,6 +50,12 @@ struct Mutant {
 impl Mutant {
     fn is_shader(&self) -> bool {
         self.file.starts_with("glsl")
+    }
+
+    /// Whether one of the words is in its name, file or test.
+    fn has(&self, words: &[String]) -> bool {
+        let told = format!("{}\n{}\n{} {}", self.name, self.file.display(), self.test, self.case);
+        words.is_empty() || words.iter().any(|word| told.contains(word.as_str()))
     }
 
     /// What stands in the source that is built, for mutant `number`.
@@ -139,10 +145,9 @@ fn copy_sources(tree: &Path, mutants: &[Mutant]) {
         let mut here: Vec<_> = (1..)
             .zip(mutants)
             .filter(|(_, mutant)| !mutant.is_shader() && !mutant.alone && mutant.file == *file)
-            .map(|(number, mutant)| {
+            .filter_map(|(number, mutant)| {
                 let source = std::str::from_utf8(&content).expect("a source");
-                let at = place(mutant, source).unwrap_or_else(|error| panic!("{error}"));
-                (at, mutant.text.len(), mutant.switched(number))
+                Some((place(mutant, source).ok()?, mutant.text.len(), mutant.switched(number)))
             })
             .collect();
         here.sort();
@@ -192,8 +197,8 @@ fn remove_others(tree: &Path, folder: &Path, files: &BTreeSet<PathBuf>) {
     }
 }
 
-/// Builds test binaries in the tree; each one's path.
-fn build(tree: &Path, tests: &BTreeSet<&str>) -> BTreeMap<String, PathBuf> {
+/// Builds test binaries in the tree; each one's path, or none if they do not build.
+fn build(tree: &Path, tests: &BTreeSet<&str>) -> Option<BTreeMap<String, PathBuf>> {
     let mut command = Command::new(env!("CARGO"));
     command.args(["test", "--no-run", "--message-format=json-render-diagnostics"]);
     for test in tests {
@@ -207,19 +212,46 @@ fn build(tree: &Path, tests: &BTreeSet<&str>) -> BTreeMap<String, PathBuf> {
         .stderr(Stdio::inherit())
         .output()
         .expect("cargo");
-    assert!(built.status.success(), "the mutants do not build");
-    String::from_utf8_lossy(&built.stdout)
+    let executables = String::from_utf8_lossy(&built.stdout)
         .lines()
         .filter_map(|line| serde_json::from_str::<serde_json::Value>(line).ok())
         .filter_map(|message| {
             let executable = message["executable"].as_str()?;
             Some((message["target"]["name"].as_str()?.to_string(), executable.into()))
         })
-        .collect()
+        .collect();
+    built.status.success().then_some(executables)
 }
 
-/// The tree's shaders with a fault, as sources and compiled, in `folder`.
-fn compile(tree: &Path, folder: &Path, mutant: &Mutant) {
+/// Files of the folder `glsl` in which a file's text ends up: itself, and those that include it.
+fn with_text_of(tree: &Path, file: &Path) -> BTreeSet<String> {
+    let sources: Vec<(String, String)> = ["glsl", "glsl/include"]
+        .into_iter()
+        .flat_map(|folder| fs::read_dir(tree.join(folder)).expect("shaders"))
+        .map(|entry| entry.expect("an entry").path())
+        .filter(|path| path.is_file())
+        .map(|path| (name_of(&path), fs::read_to_string(&path).expect("a shader")))
+        .collect();
+    let mut found = BTreeSet::from([name_of(file)]);
+    loop {
+        let before = found.len();
+        for (name, source) in &sources {
+            if found.iter().any(|of| source.contains(&format!("#include \"{of}\""))) {
+                found.insert(name.clone());
+            }
+        }
+        if found.len() == before {
+            return found;
+        }
+    }
+}
+
+fn name_of(path: &Path) -> String {
+    path.file_name().expect("a file").to_string_lossy().into_owned()
+}
+
+/// The tree's shaders with a fault, as sources and compiled, in `folder`; whether that changes any.
+fn compile(tree: &Path, folder: &Path, mutant: &Mutant) -> bool {
     let _ = fs::remove_dir_all(folder);
     for part in ["glsl", "glsl/include"] {
         for entry in fs::read_dir(tree.join(part)).expect("shaders") {
@@ -240,10 +272,11 @@ fn compile(tree: &Path, folder: &Path, mutant: &Mutant) {
     }
     let compiler = glsl::Glsl::new(folder).expect("shaderc");
     let mut changed = 0;
-    for shader in shaders::ALL {
+    let with_text = with_text_of(tree, &mutant.file);
+    for shader in shaders::ALL.iter().filter(|shader| with_text.contains(shader.name)) {
         // A shader that does not compile stays as it was: such a fault is noticed by `tests/abi.rs` alone.
         let Ok(words) = compiler.compile(shader.name, shader.define) else {
-            changed += 1;
+            changed += usize::from(mutant.test == "abi");
             continue;
         };
         if words != shader.words() {
@@ -253,16 +286,22 @@ fn compile(tree: &Path, folder: &Path, mutant: &Mutant) {
             changed += 1;
         }
     }
-    assert!(changed > 0, "'{}' changes no shader", mutant.name);
+    changed > 0
 }
 
-/// Whether a test passes; none if it does not end.
-fn passes(executable: &Path, tree: &Path, case: &str, variables: &[(&str, &str)]) -> Option<bool> {
+/// Whether a test passes; none if it does not end in time.
+fn passes(
+    executable: &Path,
+    tree: &Path,
+    case: &str,
+    variable: Option<(&str, &str)>,
+    time: Duration,
+) -> Option<bool> {
     let log = fs::File::create(tree.with_file_name("last.log")).expect("a log");
     let mut running: Child = Command::new(executable)
         .args(["--exact", case, "--nocapture"])
         .current_dir(tree)
-        .envs(variables.iter().copied())
+        .envs(variable)
         .stdout(log.try_clone().expect("a log"))
         .stderr(log)
         .spawn()
@@ -272,7 +311,7 @@ fn passes(executable: &Path, tree: &Path, case: &str, variables: &[(&str, &str)]
         if let Some(status) = running.try_wait().expect("a status") {
             return Some(status.success());
         }
-        if start.elapsed() > LIMIT {
+        if start.elapsed() > time {
             running.kill().expect("killed");
             running.wait().expect("ended");
             return None;
@@ -289,66 +328,117 @@ fn reason(tree: &Path) -> String {
     after.unwrap_or("it did not end well").chars().take(120).collect()
 }
 
-/// Tries each mutant, or those in whose names `RAINDROPS_MUTANTS` is.
+/// What became of a fault.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
+enum Outcome {
+    Killed,
+    Survived,
+    /// The file no longer has its text, or the fault does not build or changes nothing.
+    Stale,
+    /// Its test fails without it, too.
+    NotJudged,
+}
+
+/// The sources with all faults that a number chooses, and what was built of them.
+struct Tree {
+    path: PathBuf,
+    executables: BTreeMap<String, PathBuf>,
+    /// How long a test takes without a fault, or why it fails.
+    taken: BTreeMap<(String, String), Result<Duration, String>>,
+}
+
+impl Tree {
+    /// How long a mutant's test takes without it, or why it fails.
+    fn time_without(&mut self, mutant: &Mutant) -> Result<Duration, String> {
+        let of = (mutant.test.clone(), mutant.case.clone());
+        if let Some(taken) = self.taken.get(&of) {
+            return taken.clone();
+        }
+        let start = Instant::now();
+        let executable = &self.executables[&mutant.test];
+        let passed = passes(executable, &self.path, &mutant.case, None, Duration::MAX);
+        let log = fs::read_to_string(self.path.with_file_name("last.log")).unwrap_or_default();
+        let sound = passed == Some(true) && log.contains("1 passed");
+        let taken = if sound { Ok(start.elapsed()) } else { Err(reason(&self.path)) };
+        self.taken.entry(of).or_insert(taken).clone()
+    }
+
+    /// What becomes of mutant `number`, and why.
+    fn outcome(&mut self, number: usize, mutant: &Mutant) -> (Outcome, String) {
+        let file = self.path.join(&mutant.file);
+        // Of a file with faults in it already, the text may stand behind a number.
+        if let Err(error) = fs::read_to_string(root().join(&mutant.file))
+            .map_err(|error| error.to_string())
+            .and_then(|source| place(mutant, &source))
+        {
+            return (Outcome::Stale, error);
+        }
+        let taken = match self.time_without(mutant) {
+            Ok(taken) => taken,
+            Err(reason) => return (Outcome::NotJudged, format!("without it: {reason}")),
+        };
+        let time = LIMIT.0 * taken + LIMIT.1;
+        let run = |executable: &Path, variable| {
+            passes(executable, &self.path, &mutant.case, variable, time)
+        };
+        let executable = &self.executables[&mutant.test];
+        let passed = if mutant.is_shader() {
+            let shaders = self.path.with_file_name("glsl");
+            if !compile(&self.path, &shaders, mutant) {
+                return (Outcome::Stale, "it changes no shader, or does not compile".into());
+            }
+            let shaders = shaders.to_str().expect("a path in UTF-8");
+            run(executable, Some(("RAINDROPS_TEST_GLSL", shaders)))
+        } else if mutant.alone {
+            let whole = fs::read_to_string(&file).expect("a source");
+            let changed = whole.replacen(&mutant.text, &mutant.put, 1);
+            write(&file, changed.as_bytes());
+            let built = build(&self.path, &BTreeSet::from([mutant.test.as_str()]));
+            write(&file, whole.as_bytes());
+            let Some(built) = built else {
+                return (Outcome::Stale, "it does not build".into());
+            };
+            run(&built[&mutant.test], None)
+        } else {
+            run(executable, Some(("RAINDROPS_MUTANT", &number.to_string())))
+        };
+        match passed {
+            Some(true) => (Outcome::Survived, format!("{}, {}", mutant.test, mutant.case)),
+            Some(false) => (Outcome::Killed, reason(&self.path)),
+            None => (Outcome::Killed, "it does not end".into()),
+        }
+    }
+}
+
+/// Tries each mutant, or those that have one of the words of `RAINDROPS_MUTANTS`, which `|` parts.
 #[test]
 #[ignore = "run by scripts/mutants.sh; minutes"]
 fn every_mutant_is_killed() {
     let wanted = std::env::var("RAINDROPS_MUTANTS").unwrap_or_default();
+    let words: Vec<String> =
+        wanted.split('|').filter(|word| !word.is_empty()).map(str::to_string).collect();
     let all = mutants();
-    let chosen: Vec<(usize, &Mutant)> =
-        (1..).zip(&all).filter(|(_, mutant)| mutant.name.contains(&wanted)).collect();
-    let folder = root().join("target/mutants");
-    let tree = folder.join("tree");
-    copy_sources(&tree, &all);
+    let mut chosen: Vec<(usize, &Mutant)> =
+        (1..).zip(&all).filter(|(_, mutant)| mutant.has(&words)).collect();
+    chosen.sort_by_key(|(_, mutant)| mutant.alone);
+    assert!(!chosen.is_empty(), "no mutant has any of {words:?}");
+    let path = root().join("target/mutants/tree");
+    copy_sources(&path, &all);
     let tests: BTreeSet<&str> = chosen.iter().map(|(_, mutant)| mutant.test.as_str()).collect();
-    let executables = build(&tree, &tests);
+    let executables = build(&path, &tests).expect("the mutants do not build");
+    let mut tree = Tree { path, executables, taken: BTreeMap::new() };
 
-    let cases: BTreeSet<(&str, &str)> =
-        chosen.iter().map(|(_, mutant)| (mutant.test.as_str(), mutant.case.as_str())).collect();
-    for (test, case) in cases {
-        let passed = passes(&executables[test], &tree, case, &[]);
-        assert_eq!(passed, Some(true), "{test}, {case}, without a fault: {}", reason(&tree));
-        let log = fs::read_to_string(tree.with_file_name("last.log")).expect("a log");
-        assert!(log.contains("1 passed"), "{test} has no {case}");
-    }
-
-    let mut survivors = Vec::new();
-    let (alone, together): (Vec<_>, Vec<_>) = chosen.iter().partition(|(_, mutant)| mutant.alone);
-    for (number, mutant) in together.into_iter().chain(alone) {
+    let mut outcomes: BTreeMap<Outcome, Vec<&str>> = BTreeMap::new();
+    for (number, mutant) in chosen {
         let start = Instant::now();
-        let executable = &executables[&mutant.test];
-        let run = |variable: (&str, &str)| passes(executable, &tree, &mutant.case, &[variable]);
-        let outcome = if mutant.is_shader() {
-            let shaders = folder.join("glsl");
-            compile(&tree, &shaders, mutant);
-            run(("RAINDROPS_TEST_GLSL", shaders.to_str().expect("a path in UTF-8")))
-        } else if mutant.alone {
-            let path = tree.join(&mutant.file);
-            let whole = fs::read_to_string(&path).expect("a source");
-            let at = place(mutant, &whole).unwrap_or_else(|error| panic!("{error}"));
-            let mut changed = whole.clone();
-            changed.replace_range(at..at + mutant.text.len(), &mutant.put);
-            write(&path, changed.as_bytes());
-            let built = build(&tree, &BTreeSet::from([mutant.test.as_str()]));
-            let outcome = passes(&built[&mutant.test], &tree, &mutant.case, &[]);
-            write(&path, whole.as_bytes());
-            outcome
-        } else {
-            run(("RAINDROPS_MUTANT", &number.to_string()))
-        };
+        let (outcome, why) = tree.outcome(number, mutant);
         let seconds = start.elapsed().as_secs_f64();
-        match outcome {
-            Some(true) => {
-                survivors.push(mutant.name.as_str());
-                println!(
-                    "SURVIVED {seconds:5.1} s  {} ({}, {})",
-                    mutant.name, mutant.test, mutant.case
-                );
-            }
-            Some(false) => println!("killed   {seconds:5.1} s  {}: {}", mutant.name, reason(&tree)),
-            None => println!("killed   {seconds:5.1} s  {}: it does not end", mutant.name),
-        }
+        outcomes.entry(outcome).or_default().push(&mutant.name);
+        println!("{:9} {seconds:5.1} s  {}: {why}", format!("{outcome:?}"), mutant.name);
     }
-    println!("{} of {} killed", chosen.len() - survivors.len(), chosen.len());
-    assert!(survivors.is_empty(), "survived: {survivors:#?}");
+    for (outcome, names) in &outcomes {
+        println!("{outcome:?}: {}", names.len());
+    }
+    outcomes.remove(&Outcome::Killed);
+    assert!(outcomes.is_empty(), "not killed: {outcomes:#?}");
 }

@@ -220,7 +220,7 @@ impl Tiles {
         let veil = Veil::new(
             device,
             tiles_px,
-            in_view * f64::from(plan.room),
+            (in_view, plan.room),
             (moves || lens) && plan.splat_px > 0.0,
             blur_px,
         )?;

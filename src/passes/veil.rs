@@ -38,15 +38,15 @@ pub(super) struct Veil {
 }
 
 impl Veil {
-    /// Lists for tiles of so many pixels and drops in view; where they are not used, something to bind. `blur_px`: radius of
-    /// the disc that a lens makes of far drops, 0 for a pinhole.
+    /// Lists for tiles of so many pixels and drops in view, with a factor on their room; where they are not used, something
+    /// to bind. `blur_px`: radius of the disc that a lens makes of far drops, 0 for a pinhole.
     ///
     /// # Errors
     /// Those of [`Buffer::new`].
     pub fn new(
         device: &Arc<Device>,
         (width, height): (u32, u32),
-        drops: f64,
+        (drops, factor): (f64, u32),
         is_used: bool,
         blur_px: f64,
     ) -> Result<Self> {
@@ -61,7 +61,7 @@ impl Veil {
         } else {
             LINKS_A_DROP
         };
-        let wanted = ((a_drop * drops) as u64).max(LEAST_LINKS);
+        let wanted = ((a_drop * drops) as u64).max(LEAST_LINKS).saturating_mul(factor.into());
         let room = if is_used { wanted.min(range.saturating_sub(reset) / LINK_BYTES) } else { 0 };
         let room = room.min(1 << 29);
         let bytes = (reset + LINK_BYTES * room).max(16);

@@ -63,7 +63,7 @@ pub fn glsl() -> PathBuf {
 }
 
 /// The SPIR-V in the folder that `RAINDROPS_TEST_GLSL` names, by shader and variant.
-fn replaced_shaders() -> ReplacedShaders {
+pub fn replaced_shaders() -> ReplacedShaders {
     let Some(folder) = std::env::var_os("RAINDROPS_TEST_GLSL").map(PathBuf::from) else {
         return ReplacedShaders::default();
     };

@@ -128,6 +128,50 @@ fn blocks_without_room_are_counted() {
     loses(adjust, &scene, 400 - 12_288 / 32);
 }
 
+/// Streaks along a diagonal of the picture, one behind the other: each takes as many links as any other.
+pub fn alike_streaks(count: u32) -> Scene {
+    let mut scene = Scene { rain: None, ..Scene::default() };
+    scene.image = ImageSize { width: 256, height: 256 };
+    scene.model.preset = Preset::Fast;
+    scene.camera.shutter = 1.0;
+    scene.drops = (0..count)
+        .map(|layer| {
+            let depth = 1000.0 + 0.01 * f64::from(layer);
+            let place = |x: f64, y: f64| depth / 128.0 * DVec3::new(x, y, 0.0);
+            let start = place(-98.3, -101.6) - depth * DVec3::Z;
+            PlacedDrop { velocity: place(190.0, 150.0), ..PlacedDrop::sphere(start, depth / 320.0) }
+        })
+        .collect();
+    scene
+}
+
+/// With each quarter of a mebibyte there is room for as many more of them, of eight bytes a link.
+#[test]
+fn streaks_without_room_are_counted() {
+    let (scene, white) = (alike_streaks(13_000), Environment::constant(Vec3::ONE));
+    let mut plan = plan(&scene, &white, Output::Radiance).expect("a plan");
+    plan.room = 8;
+    let lost = [24, 25, 26].map(|quarters: u32| {
+        let mut lost = 0;
+        on_adjusted_device(
+            |report| report.limits.max_storage_buffer_range = quarters << 18,
+            |device| {
+                let mut renderer =
+                    Renderer::new(device, &scene, &white, &plan).expect("a renderer");
+                renderer.submit(&scene).expect("a frame");
+                lost = renderer.finish().expect("a report").counts.overflow;
+            },
+        );
+        lost
+    });
+    println!("{lost:?} lost");
+    let [a, b] = [lost[0].saturating_sub(lost[1]), lost[1].saturating_sub(lost[2])];
+    assert!(a > 200 && a.abs_diff(b) <= 1, "{lost:?}");
+    // 24 times as many find room, but for the cells' first links.
+    let held = (13_000 - lost[0]) as f64 / (24.0 * a as f64);
+    assert!((held - 1.0).abs() < 0.02, "{lost:?}");
+}
+
 /// Drops of every kind and size: splats, blocks and rays, in order and not, before one another.
 fn every_kind() -> Scene {
     let half_extent = DVec3::splat(120.0);

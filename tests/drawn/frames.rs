@@ -12,7 +12,8 @@ use raindrops::picture::Picture;
 use raindrops::plan::{Output, plan};
 use raindrops::renderer::Renderer;
 use raindrops::scene::model::{Preset, Simulation};
-use raindrops::scene::{ImageSize, RainSettings, Scene};
+use raindrops::scene::real_rain::RealRain;
+use raindrops::scene::{ImageSize, PlacedDrop, RainSettings, Scene};
 
 /// Another camera, time or key for a frame.
 type Change = fn(&mut Scene);
@@ -97,6 +98,45 @@ fn a_frame_is_that_of_a_fresh_renderer() {
             for (number, (name, _)) in CHANGES.iter().enumerate().skip(1) {
                 assert!(fresh[number] != fresh[0], "{preset}, '{name}' does not show");
             }
+        }
+    });
+}
+
+/// Nor does it where drops are streaks, or real rain out of focus, in any of the lists that only these have.
+#[test]
+fn other_models_carry_nothing_over_either() {
+    type Model = (&'static str, fn(&mut Scene));
+    const MODELS: [Model; 2] = [
+        ("streaks", |scene| {
+            scene.camera.shutter = 0.2;
+            let drop = PlacedDrop::sphere(DVec3::new(0.5, 0.2, -9.0), 1.0);
+            scene.drops = vec![PlacedDrop { velocity: DVec3::new(2.0, 1.0, -1.0), ..drop }];
+        }),
+        ("real rain out of focus", |scene| {
+            let rain = RealRain { rate: 100.0, extent: 40.0, ..RealRain::default() };
+            scene.rain = Some(RainSettings::of(rain));
+            (scene.camera.aperture, scene.camera.focus) = (0.02, 1.0);
+        }),
+    ];
+    crate::common::on_device(|device| {
+        let sky = Environment::bundled().expect("the sky");
+        for (model, make) in MODELS {
+            let mut base = rain();
+            base.model.preset = Preset::Fast;
+            make(&mut base);
+            let scenes = [0, 1, 5].map(|number: usize| {
+                let mut scene = base.clone();
+                CHANGES[number].1(&mut scene);
+                scene
+            });
+            let fresh =
+                scenes.clone().map(|scene| frame(&mut renderer(device, &base, &sky), &scene));
+            let mut old = renderer(device, &base, &sky);
+            for number in [0, 1, 2, 0] {
+                assert!(frame(&mut old, &scenes[number]) == fresh[number], "{model}, {number}");
+            }
+            // The control: each change shows.
+            assert!(fresh.windows(2).all(|pair| pair[0] != pair[1]), "{model}");
         }
     });
 }

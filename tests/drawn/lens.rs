@@ -71,6 +71,33 @@ fn a_drop_out_of_focus_has_the_light_of_one_in_focus() {
     });
 }
 
+/// A disc of radius R has a variance of R²/4 along each axis; the light of a drop that is spread has those of both.
+#[test]
+fn a_disc_is_as_wide_as_the_lens_makes_it() {
+    const EDGE: u32 = 128;
+    let white = Environment::constant(Vec3::ONE);
+    on_device(|device| {
+        for preset in [Preset::Fast, Preset::Exact] {
+            for (radius, blur) in [(0.4, 12.0), (0.4, 30.0), (3.0, 20.0), (20.0, 20.0)] {
+                let mut scene = before_black(EDGE, radius, preset);
+                scene.camera.aperture = aperture(&scene, blur);
+                let picture = draw(&mut renderer(device, &scene, &white), &scene).0;
+                let moment = |power: i32| -> f64 {
+                    let light = picture.pixels.iter().zip(0..).map(|(pixel, at)| {
+                        let x = f64::from(at % EDGE) + 0.5 - 0.5 * f64::from(EDGE);
+                        f64::from(pixel.y) * x.powi(power)
+                    });
+                    light.sum::<f64>() / sum(&picture)
+                };
+                let variance = moment(2) - moment(1).powi(2);
+                let ratio = variance / (0.25 * (radius * radius + blur * blur) + 1.0 / 12.0);
+                println!("{preset}: radius {radius}, disc {blur}: variance {ratio:.4}");
+                assert!((ratio - 1.0).abs() < 0.02, "{preset}, {radius}, {blur}: {ratio}");
+            }
+        }
+    });
+}
+
 /// A drop of so many pixels of radius, its disc so many times as large, before the focus or beyond it.
 fn alone(radius_px: f64, ratio: f64) -> Scene {
     let mut scene = square(48);

@@ -228,6 +228,28 @@ fn a_medium_is_as_opaque_as_its_drops() {
     });
 }
 
+/// Of rain that no drop of is drawn by itself as much light passes as its law's extinction lets through.
+#[test]
+fn a_medium_of_all_drops_is_as_opaque_as_its_law_says() {
+    on_device(|device| {
+        let mut scene = aslant(25.0);
+        let rain = scene.rain.get_or_insert_default().real.as_mut().expect("rain");
+        (rain.extent, rain.shape) = (400.0, DropShape::Sphere);
+        let expected = 1.0 - (-rain.law().extinction() * rain.extent).exp();
+        scene.image = ImageSize { width: 16, height: 16 };
+        scene.model.far_rain = Some(FarRain::Medium);
+        scene.model.cutoff_px = Some(1e3);
+        let white = Environment::constant(Vec3::ONE);
+        let plan = plan(&scene, &white, Output::Layers).expect("a plan");
+        let mut renderer = Renderer::new(device, &scene, &white, &plan).expect("a renderer");
+        renderer.submit(&scene).expect("a frame");
+        for [.., alpha] in renderer.read_layers().expect("layers").color {
+            let off = alpha.to_f64() / expected - 1.0;
+            assert!(off.abs() < 0.004, "{alpha}, not {expected}");
+        }
+    });
+}
+
 /// Rain so dense that nothing behind it shows, as the reference has its light.
 #[test]
 fn far_rain_has_the_light_of_far_drops() {
@@ -247,6 +269,12 @@ fn far_rain_has_the_light_of_far_drops() {
             let off = (*found - *expected).abs().max_element() / expected.max_element();
             assert!(off < 0.03, "{number}: {found}, not {expected}");
         }
+        // Of all pixels the reference's chance is less.
+        let [found, expected] =
+            [found, expected].map(|picture| picture.pixels.iter().sum::<Vec3>());
+        let off = (found / expected - 1.0).abs().max_element();
+        println!("the light is off by {off:.4}");
+        assert!(off < 0.006, "off by {off}");
     });
 }
 

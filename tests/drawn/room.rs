@@ -9,6 +9,7 @@ use raindrops::renderer::Renderer;
 use raindrops::scene::model::Preset;
 use raindrops::scene::{ImageSize, PlacedDrop, Scene};
 
+use crate::adjusted::alike_streaks;
 use crate::common::{on_adjusted_device, on_device, painted};
 
 /// A hundred drops that fill the picture, one behind the other.
@@ -53,6 +54,20 @@ fn a_frame_that_lacks_room_is_drawn_again_with_more() {
             )
         });
         assert!(grown == large, "the pictures differ");
+    });
+}
+
+/// What a streak's links lack is a reason for more, too.
+#[test]
+fn streaks_that_lack_room_are_drawn_again_with_more() {
+    let scene = alike_streaks(8000);
+    on_device(|device| {
+        let mut small = renderer(device, &scene, 1);
+        small.submit(&scene).expect("a frame");
+        let lost = small.finish().expect("a report").counts.overflow;
+        assert!(lost > 0, "the control: all of it fits");
+        let report = renderer(device, &scene, 1).draw(&scene).expect("a frame");
+        assert!(report.room > 1 && report.counts.overflow == 0, "{report:?}");
     });
 }
 

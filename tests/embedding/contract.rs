@@ -143,8 +143,18 @@ fn what_did_not_fit_is_reported_and_the_view_grows() {
         embedded.record(host, 1, &scene);
         embedded.view.grow().expect("room");
         embedded.view.grow().expect("room");
+        // The frame under way is executed, and told.
+        let fence = host.fence();
+        host.submit(embedded.commands[1], fence);
+        host.wait(fence);
+        host.destroy_fence(fence);
+        // SAFETY: the fence was signalled.
+        let late = unsafe { embedded.view.retired(1) }.expect("no error").expect("it was executed");
+        assert!(late.counts.overflow > 0, "{:?}", late.counts);
         let (_, report) = embedded.frame(host, 0, &scene);
         assert_eq!(report.counts.overflow, 0, "{:?}", report.counts);
+        // Its slot's next recording is not taken for it.
+        embedded.record(host, 1, &scene);
         // SAFETY: it is never submitted.
         assert_eq!(unsafe { embedded.view.retired(1) }.expect("no error"), None);
         host.destroy_image(embedded.target);

@@ -6,9 +6,10 @@ use glam::{DVec2, DVec3, Vec3};
 use raindrops::environment::Environment;
 use raindrops::picture::Picture;
 use raindrops::scene::Scene;
-use raindrops::scene::model::Preset;
+use raindrops::scene::model::{Preset, Weights};
+use raindrops::scene::water::Index;
 
-use crate::common::{hole, on_device};
+use crate::common::{hole, on_device, painted};
 use crate::{draw, placed};
 
 /// Half-angle of the dark hole about -z, in degrees: more than an image of one degree shows.
@@ -131,6 +132,43 @@ fn the_near_fade_is_smooth() {
                 println!("{preset}, {share} of the fade: {found:.4} for {expected}");
                 assert!((found / expected - 1.0).abs() < 0.01, "{preset}: {found}, {expected}");
             }
+        }
+    });
+}
+
+/// The share of unpolarised light that water reflects, by Fresnel's sines and tangents.
+fn fresnel(incidence: f64, index: f64) -> f64 {
+    let inside = (incidence.sin() / index).asin();
+    let (sum, difference) = (incidence + inside, incidence - inside);
+    let (s, p) = (difference.sin() / sum.sin(), difference.tan() / sum.tan());
+    0.5 * (s * s + p * p)
+}
+
+/// What is behind the camera is seen in a far drop's middle by the reflection outside alone, where no light is followed
+/// inside.
+#[test]
+fn a_drop_reflects_as_much_as_fresnel_says() {
+    on_device(|device| {
+        let behind = painted(256, |d| if d.z > 0.05 { Vec3::ONE } else { Vec3::ZERO });
+        let radius = 40.0;
+        let mut scene = placed([(DVec3::new(0.0, 0.0, -1000.0), 1.0)], 96);
+        scene.camera.vertical_fov = 2.0 * (48.0 / (radius * 1000.0f64)).atan().to_degrees();
+        scene.model.internal_reflections = Some(0);
+        scene.model.weights = Some(Weights::Physical);
+        scene.water.index = Some(Index::One(1.33));
+        for preset in [Preset::Exact, Preset::Fast] {
+            let picture = draw(device, &scene, &behind, preset);
+            let mut worst = 0.0f64;
+            for (at, pixel) in (0..).zip(&picture.pixels) {
+                let place = DVec2::new((at % 96).into(), (at / 96).into()) + 0.5 - 48.0;
+                let b = place.length() / radius;
+                if (0.1..0.55).contains(&b) {
+                    let expected = fresnel(b.asin(), 1.33);
+                    worst = worst.max((f64::from(pixel.y) / expected - 1.0).abs());
+                }
+            }
+            println!("{preset}: off by {worst:.4} at most");
+            assert!(worst < 0.01, "{preset}: {worst}");
         }
     });
 }

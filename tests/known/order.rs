@@ -2,6 +2,8 @@
 
 use glam::{DVec3, Vec3};
 use raindrops::environment::Environment;
+use raindrops::plan::{Output, plan};
+use raindrops::renderer::Renderer;
 use raindrops::scene::model::Preset;
 use raindrops::scene::{ImageSize, PlacedDrop, RainSettings, Scene};
 
@@ -55,6 +57,25 @@ fn of_drops_equally_far_the_first_is_in_front() {
             for other in &pictures[1..] {
                 assert!(apart(&pictures[0], other) > 0.1, "{radius} px: the order does not show");
             }
+        }
+    });
+}
+
+/// Of two drops in one place the tile that they are in is drawn again, and told.
+#[test]
+fn tiles_that_are_drawn_again_are_counted() {
+    on_device(|device| {
+        let sky = corners();
+        // 0.8 pixels about the middle of a tile.
+        let drop = (DVec3::new(250.0, -125.0, -1000.0), 100.0);
+        for (drops, again) in [(1, 0), (2, 1)] {
+            let mut scene = placed(vec![drop; drops], 16);
+            scene.model.preset = Preset::Fast;
+            let plan = plan(&scene, &sky, Output::Radiance).expect("a plan");
+            let mut renderer = Renderer::new(device, &scene, &sky, &plan).expect("a renderer");
+            renderer.submit(&scene).expect("a frame");
+            let tiles = renderer.finish().expect("a report").tiles.expect("tiles");
+            assert_eq!(tiles.tiles_again, again, "{tiles:?}");
         }
     });
 }
