@@ -10,8 +10,9 @@ use super::over_time::over_time;
 use super::plots::{forest, passes, scatter, series};
 use super::{Content, Entry, Tradeoff};
 use crate::measure::Host;
-use crate::measure::bench::{self, Build, DeviceHead, thousands};
+use crate::measure::bench::{self, Build, DeviceHead};
 use crate::measure::verdict::{self, Pictures, Verdict};
+use crate::thousands::{thousands, thousands_of};
 
 /// Colours of series are Okabe and Ito's (2008), told apart by everyone; in the dark their light variants.
 pub(super) const STYLE: &str = "
@@ -236,7 +237,7 @@ fn of_verdict(file: &str, folder: &Path, report: &verdict::Report) -> Markup {
                     @if matches!(pass.verdict, Verdict::Slower | Verdict::Faster) {
                         li {
                             (row.name) ": pass " (name) " is " (pass.verdict.name()) ", "
-                            (format!("{:.2} to {:.2} ms", pass.median_ms_a, pass.median_ms_b))
+                            (format!("{} to {} ms", thousands_of(pass.median_ms_a, 2), thousands_of(pass.median_ms_b, 2)))
                         }
                     }
                 }
