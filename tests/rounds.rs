@@ -331,6 +331,7 @@ fn kept_results_are_compared() {
     assert_eq!(report("base.json").expect("it starts").status.code(), Some(0));
     let bars = fs::read_to_string(bench.path().join("bars.svg")).expect("a picture");
     assert!(bars.starts_with("<svg xmlns=") && bars.contains(">drops: 10 ms</title>"), "{bars}");
+    assert!(!bars.contains("var("), "{bars}");
     let line = error_line(&report("v.json").expect("it starts"), 2);
     assert!(line.contains("no benchmark with times of passes"), "{line}");
     let line = error_line(&verdict(&["base.json", "wide.json"]), 2);

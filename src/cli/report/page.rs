@@ -15,7 +15,7 @@ use crate::measure::verdict::{self, Pictures, Verdict};
 use crate::thousands::{thousands, thousands_of};
 
 /// Colours of series are Okabe and Ito's (2008), told apart by everyone; in the dark their light variants.
-pub(super) const STYLE: &str = "
+const STYLE: &str = "
 :root { color-scheme: light dark; --ink: #1b1f24; --soft: #5c6570; --line: #d5dae0; --back: #fff;
   --c0: #0072b2; --c1: #d55e00; --c2: #009e73; --c3: #cc79a7; --c4: #b58900; --c5: #56b4e9; --c6: #777; --c7: #882255; --c8: #44aa99;
   --good: #00754f; --bad: #b3341a; }
@@ -39,6 +39,19 @@ figure { margin: 0; } figure img { width: 100%; display: block; } figcaption { c
 svg { min-width: 40rem; max-width: 100%; height: auto; display: block; margin: .5rem 0; } svg text { fill: var(--ink); font: 12px system-ui, sans-serif; }
 svg .soft { fill: var(--soft); } svg .axis { stroke: var(--line); }
 ";
+
+/// Of a plot that is a file of its own.
+pub(super) const ALONE: &str =
+    "text { fill: var(--ink); font: 12px sans-serif; } .soft { fill: var(--soft); }";
+
+/// A plot with the colours of daylight in place of their names, which not every viewer of SVG knows.
+pub(super) fn without_variables(mut svg: String) -> String {
+    let daylight = STYLE.split('}').next().unwrap_or_default();
+    for (name, color) in daylight.split(';').filter_map(|one| one.split_once(": ")) {
+        svg = svg.replace(&format!("var({})", name.trim()), color);
+    }
+    svg
+}
 
 /// All results on one page.
 pub(super) fn page(entries: &[Entry]) -> Markup {

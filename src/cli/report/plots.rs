@@ -150,7 +150,10 @@ pub(super) fn passes(rows: &[Row], style: Option<&str>) -> Markup {
     html! {
         svg xmlns=[style.map(|_| "http://www.w3.org/2000/svg")] viewBox=(format!("0 0 {WIDTH} {height}")) role="img"
             aria-label="milliseconds of each pass" {
-            @if let Some(style) = style { style { (PreEscaped(style)) } }
+            @if let Some(style) = style {
+                style { (PreEscaped(style)) }
+                rect width="100%" height="100%" fill="var(--back)" {}
+            }
             @for (number, name) in names.iter().enumerate() {
                 @let at = 12.0 + 125.0 * (number % NAMES_A_LINE) as f64;
                 @let line = 20.0 * (number / NAMES_A_LINE) as f64;

@@ -43,7 +43,7 @@ pub fn plot(report: &Report) -> Result<String> {
 }
 
 /// A number on a logarithmic axis: 1, 2 and 5 and their tenfolds; the others have no room.
-fn label(value: f64) -> String {
+pub(crate) fn label(value: f64) -> String {
     let leading = value / 10f64.powf(value.log10().floor());
     match leading.round() as u32 {
         1 | 2 | 5 | 10 if value >= 1.0 => thousands(value.round() as u64),
