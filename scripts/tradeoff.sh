@@ -26,7 +26,7 @@ if [ "${1-}" != --page ]; then
 fi
 
 python3 - "$json" "docs/results/$name.md" <<'PYTHON' || fail "no page"
-import json, re, sys
+import json, os, re, sys
 result = json.load(open(sys.argv[1]))
 host, device, build, rows = (result[key] for key in ("host", "device", "build", "rows"))
 scenes = list(dict.fromkeys(row["scene"] for row in rows))
@@ -71,7 +71,11 @@ for scene in dict.fromkeys(row["scene"] for row in moving):
     page += ["", f"Flicker of the scene {scene}: RMS of what a model changes from frame to frame and the truth does not, in grey levels.",
              "", "| model | flicker |", "|---|---|"]
     page += [f"| `{row['model']}` | {255 * row['flicker']:.2f} |" for row in moving if row["scene"] == scene]
-open(sys.argv[2], "w").write("\n".join(page) + "\n")
+# Notes that somebody wrote on this commit's figures stay; those on others are of no use.
+heading = f"\n## Notes on commit {build['commit']}\n"
+before = open(sys.argv[2]).read() if os.path.exists(sys.argv[2]) else ""
+notes = heading + before.split(heading)[1] if heading in before else ""
+open(sys.argv[2], "w").write("\n".join(page) + "\n" + notes)
 
 # The README's presets are those of the scene "far".
 readme = open("README.md").read()
