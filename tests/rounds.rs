@@ -257,6 +257,8 @@ fn expectations_hold_both_ways() {
         ("", &[][..], 0, ""),
         ("", &slow, 1, "Fail: 1,000 drops, paper, 64 x 64: the least ratio"),
         ("fails = ['paper']", &slow, 0, "ExpectedFail: "),
+        ("fails = ['1,000 drops, paper']", &slow, 0, "ExpectedFail: "),
+        ("fails = ['1000 drops, paper']", &slow, 0, "ExpectedFail: "),
         ("fails = ['paper']", &[], 1, "UnexpectedPass: "),
         ("flakes = ['paper']", &slow, 0, "KnownFlake: "),
         ("skips = ['paper']", &slow, 0, "Skip: "),
