@@ -22,7 +22,7 @@ const STYLE: &str = "
 @media (prefers-color-scheme: dark) { :root { --ink: #e4e8ec; --soft: #9aa4af; --line: #363d45;
   --back: #15181c; --c0: #4aa8e0; --c1: #f08a3c; --c2: #35c79b; --c3: #e29fc6; --c4: #e0bd4d; --c6: #aaa; --c7: #d06a9a; --c8: #7fd6c8;
   --good: #43c796; --bad: #ff8a6b; } }
-body { margin: 0 auto; max-width: 62rem; padding: 1.5rem; background: var(--back); color: var(--ink);
+body { margin: 0 auto; max-width: 72rem; padding: 1.5rem; background: var(--back); color: var(--ink);
   font: 15px/1.5 system-ui, sans-serif; }
 h1 { font-size: 1.6rem; margin: 0 0 1rem; } h2 { font-size: 1.2rem; margin: 2.5rem 0 .25rem; }
 h3 { font-size: 1rem; margin: 1.5rem 0 .25rem; }
