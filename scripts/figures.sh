@@ -178,7 +178,7 @@ window() { # the window with its panel, and two models with their difference
   # Which passes the panel shows: tests/docs/figures.rs compares them with the program's.
   passes=$(raindrops plan $scenes/rain.toml | sed -n '/^passes/,$s/^  \([a-z]\+\( [a-z]\+\)*\)  .*/\1/p' | paste -sd,)
   { grep -v '^passes ' $out/made.txt; echo "passes of window.png: ${passes//,/, }"; } >"$work/made.txt"
-  sort "$work/made.txt" >$out/made.txt
+  LC_ALL=C sort "$work/made.txt" >$out/made.txt
 }
 
 host() { # rain before, behind and beside the boxes of a wgpu program

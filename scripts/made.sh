@@ -16,6 +16,6 @@ touch $table
 for picture in "$@"; do
   grep -v "^$picture " $table >$table.part || true
   printf '%-28s %-32s %-14s %s  %s, %d cores\n' "$picture" "$by" "$commit" "$(date -u +%Y-%m-%d)" "$device" "$(nproc)" >>$table.part
-  sort $table.part >$table
+  LC_ALL=C sort $table.part >$table
   rm $table.part
 done
