@@ -35,8 +35,9 @@ fn the_guides_pictures() {
 
     // `paper` beside the model that a second one begins with, which is `exact`.
     seen.press(&[key::ONE]);
+    seen.screenshot(&[key::F12]);
     seen.press(&[key::B]);
-    std::thread::sleep(Duration::from_secs(5));
+    std::thread::sleep(Duration::from_secs(10));
     write("split.png", seen.screenshot(&[key::F12]));
     opened.close();
 }
