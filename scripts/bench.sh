@@ -3,5 +3,6 @@
 # Options go to `raindrops bench`, for example: scripts/bench.sh --preset paper,fast --json out.json
 set -euo pipefail
 here=$(dirname "$0")
+"$here/cargo.sh" --version >/dev/null # without cargo nothing is installed either
 "$here/setup.sh"
 exec "$here/cargo.sh" run --release -- bench "$@"

@@ -2,6 +2,7 @@
 # Format, lints and documentation of the whole tree; a warning is an error.
 set -euo pipefail
 here=$(dirname "$0")
+"$here/cargo.sh" --version >/dev/null # without cargo nothing is installed either
 "$here/setup.sh"
 "$here/cargo.sh" fmt --check
 "$here/cargo.sh" clippy --all-targets -- -D warnings

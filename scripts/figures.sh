@@ -1,25 +1,47 @@
 #!/usr/bin/env bash
-# Makes the pictures of docs/pictures: the README's streaks, rainbows, a million drops, one drop, the paper's figures 1, 3,
-# 4, 5 and 7, flattened drops, and three frames of a film; and made.txt, which says by what. Takes some three minutes on
-# two cores, if nothing else runs. Figure 7 needs the environments that scripts/setup.sh fetches.
-# Not made here: ray.svg, a drawing; window.png and split.png, screenshots of the window (Shift F12 and F12); report.png,
-# one of a page of `raindrops report` in a browser; host-wgpu.png (scripts/host-wgpu.sh); tradeoff.svg
-# (`raindrops tradeoff --svg`).
+# Makes the pictures of docs/pictures, and notes in made.txt beside them which step made each, at which commit and on
+# what machine (scripts/made.sh).
+#
+#   scripts/figures.sh                 every step but the last two: a few minutes on two cores
+#   scripts/figures.sh dusk film       these steps
+#   scripts/figures.sh window host report
+#
+# Steps:
+#   dusk rainbow real-rain rain        pictures of README and guide
+#   figure-1 figure-3 figure-4 figure-5 figure-7
+#                                      the paper's figures; 7 and real-rain need the environments of scripts/setup.sh
+#   shapes                             flattened drops
+#   film                               three frames
+#   window                             the window of the guide: tests/view/guide.rs draws it in a virtual X server
+#   host                               rain in a frame of wgpu's (scripts/host-wgpu.sh); its build takes minutes
+#   report                             a page of `raindrops report` in a headless Chromium, which must be there
+#                                      (Debian: chromium), and so must SwiftShader (scripts/setup.sh --drivers)
+#
+# Plots of measured times are made on a quiet machine: passes.svg by scripts/results.sh, tradeoff.svg by
+# scripts/tradeoff.sh. ray.svg is drawn by hand. RAINDROPS names the program, else it is built.
 set -euo pipefail
 cd "$(dirname "$0")/.."
-scripts/setup.sh
-scripts/cargo.sh build --release
-out=docs/pictures scenes=assets/scenes work=$(mktemp -d)
+steps=(dusk rainbow real-rain rain figure-1 figure-3 figure-4 figure-5 figure-7 shapes film window)
+case ${1-} in -*) sed -n '2,/^set /s/^# \{0,1\}//p' scripts/figures.sh >&2; exit 2 ;; esac
+[ $# = 0 ] || steps=("$@")
+if [ -z "${RAINDROPS-}" ]; then
+  scripts/setup.sh
+  scripts/cargo.sh build --release --locked
+  RAINDROPS=target/release/raindrops
+fi
+RAINDROPS=$(realpath "$RAINDROPS")
+export RAINDROPS
+out=docs/pictures scenes=assets/scenes environments=assets/environments work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
-mkdir -p $out
-raindrops() { target/release/raindrops "$@" 2>>"$work/log" || { tail -n 3 "$work/log" >&2; exit 1; }; }
-step() { echo "figures: $*" >&2; }
+raindrops() { "$RAINDROPS" "$@" 2>>"$work/log" || { tail -n 3 "$work/log" >&2; return 1; }; }
 
-step "streaks at dusk (README)"
-raindrops render assets/scenes/dusk.toml -o $out/dusk.png
+dusk() { # streaks at dusk
+  raindrops render $scenes/dusk.toml -o $out/dusk.png
+  made dusk.png
+}
 
-step "rainbows (guide): rain of 20 mm/h, the bundled sky's sun behind the camera"
-cat >"$work/rainbow.toml" <<'SCENE'
+rainbow() { # rain of 20 mm/h, the bundled sky's sun behind the camera
+  cat >"$work/rainbow.toml" <<'SCENE'
 [camera]
 position = [0.0, 1.7, 0.0]
 target = [-8.83, 2.6, 4.69]
@@ -35,11 +57,13 @@ key = 0.36
 [model]
 preset = "fast"
 SCENE
-raindrops render "$work/rainbow.toml" -o $out/rainbow.png
+  raindrops render "$work/rainbow.toml" -o $out/rainbow.png
+  made rainbow.png
+}
 
-if [ -f assets/environments/sunset.exr ]; then
-  step "real rain of 100 mm/h at sunset"
-  cat >"$work/real-rain.toml" <<SCENE
+real_rain() { # 100 mm/h at sunset, the scene of the guide
+  need $environments/sunset.exr
+  cat >"$work/cloudburst.toml" <<SCENE
 [camera]
 position = [0.0, 1.7, 0.0]
 target = [0.3, 1.9, -1.0]
@@ -48,59 +72,70 @@ vertical_fov = 50.0
 width = 900
 height = 600
 [environment]
-file = "$PWD/assets/environments/sunset.exr"
+file = "$PWD/$environments/sunset.exr"
 [rain]
 rate = 100.0
 extent = 300.0
 [model]
 preset = "fast"
 SCENE
-  raindrops render "$work/real-rain.toml" -o $out/real-rain.png
-fi
+  raindrops render "$work/cloudburst.toml" -o $out/real-rain.png
+  made real-rain.png
+}
 
-step "a million drops, one drop"
-raindrops render $scenes/rain.toml -o $out/rain.png
-raindrops render $scenes/drop.toml -o $out/drop.png
+rain() { # a million drops, one drop
+  raindrops render $scenes/rain.toml -o $out/rain.png
+  raindrops render $scenes/drop.toml -o $out/drop.png
+  made rain.png drop.png
+}
 
-step "figure 1: truth, mask, scene"
-raindrops reference $scenes/drop.toml --size 384x384 --samples 64 -o $out/figure-1-truth.png
-raindrops render $scenes/drop.toml --size 384x384 --preset paper --samples 1 -o $out/figure-1-mask.png
-raindrops render $scenes/rain.toml --size 384x384 --preset paper --drops 250000 -o $out/figure-1-rain.png
+figure_1() { # truth, mask, scene
+  raindrops reference $scenes/drop.toml --size 384x384 --samples 64 -o $out/figure-1-truth.png
+  raindrops render $scenes/drop.toml --size 384x384 --preset paper --samples 1 -o $out/figure-1-mask.png
+  raindrops render $scenes/rain.toml --size 384x384 --preset paper --drops 250000 -o $out/figure-1-rain.png
+  made figure-1-truth.png figure-1-mask.png figure-1-rain.png
+}
 
-step "figure 3: low and high dynamic range"
-raindrops sky -o "$work/sky.png"
-raindrops render $scenes/drop.toml --size 384x384 --environment "$work/sky.png" -o $out/figure-3-low.png
-raindrops render $scenes/drop.toml --size 384x384 -o $out/figure-3-high.png
+figure_3() { # low and high dynamic range
+  raindrops sky -o "$work/sky.png"
+  raindrops render $scenes/drop.toml --size 384x384 --environment "$work/sky.png" -o $out/figure-3-low.png
+  raindrops render $scenes/drop.toml --size 384x384 -o $out/figure-3-high.png
+  made figure-3-low.png figure-3-high.png
+}
 
-step "figure 4: one drop from the distances of Table I"
-while read -r name distance fov; do
-  printf '[camera]\nvertical_fov = %s\n[image]\nwidth = 192\nheight = 192\n[[drop]]\ncenter = [0.0, 0.0, -%s]\n' \
-    "$fov" "$distance" >"$work/$name.toml"
-  raindrops render "$work/$name.toml" --preset paper -o "$out/figure-4-$name.png"
-done <<'TABLE'
+figure_4() { # one drop from the distances of Table I
+  local name distance fov
+  while read -r name distance fov; do
+    printf '[camera]\nvertical_fov = %s\n[image]\nwidth = 192\nheight = 192\n[[drop]]\ncenter = [0.0, 0.0, -%s]\n' \
+      "$fov" "$distance" >"$work/$name.toml"
+    raindrops render "$work/$name.toml" --preset paper -o "$out/figure-4-$name.png"
+    made "figure-4-$name.png"
+  done <<'TABLE'
 level-0 1.45 97
 level-1 2.2361 58
 level-2 4.1231 31
 level-3 8.0623 15.7
 level-5 32.0156 3.9
 TABLE
+}
 
-step "figure 5: the mask"
-raindrops mask -o "$work/mask" >/dev/null
-cp "$work/mask/figure-5.png" $out/figure-5.png
+figure_5() { # the mask
+  raindrops mask -o "$work/mask" >/dev/null
+  cp "$work/mask/figure-5.png" $out/figure-5.png
+  made figure-5.png
+}
 
-step "figure 7: environments and numbers of drops"
-for pair in sunset:1000000 courtyard:250000 forest:125000 city:500000; do
-  environment=assets/environments/${pair%:*}.exr
-  if [ -f "$environment" ]; then
+figure_7() { # environments and numbers of drops
+  local pair environment
+  for pair in sunset:1000000 courtyard:250000 forest:125000 city:500000; do
+    environment=$environments/${pair%:*}.exr
+    need "$environment"
     raindrops render --preset fast --size 384x384 --environment "$environment" --drops "${pair#*:}" \
       -o "$out/figure-7-${pair%:*}.png"
-  else
-    step "left out: there is no $environment"
-  fi
-done
+    made "figure-7-${pair%:*}.png"
+  done
+}
 
-step "flattened drops of 1 to 6 mm, level and from below, by the reference and by each model"
 # shape_row NAME TARGET SIZE: six drops of 1 to 6 mm beside one another across the view
 shape_row() {
   printf 'metres = 0.001\n[camera]\nposition = [0.0, 0.0, 0.0]\ntarget = [%s]\nvertical_fov = 0.515\n[image]\nwidth = 380\nheight = 90\n' "$2"
@@ -111,22 +146,64 @@ shape_row() {
     x=$(awk "BEGIN { print $x + 0.5 * $mm + 1.6 }")
   done
 }
-shape_row "0.0, -1000.0" "0.0, 0.0, -1.0" >"$work/level.toml"
-shape_row "866.03, -500.0" "0.0, 0.86603, -0.5" >"$work/below.toml"
-for view in level below; do
-  raindrops reference "$work/$view.toml" -o $out/shapes-$view-reference.png
-  raindrops render "$work/$view.toml" --preset exact -o $out/shapes-$view-exact.png
-  raindrops render "$work/$view.toml" --preset fast -o $out/shapes-$view-fast.png
-  raindrops render "$work/$view.toml" --preset exact --shape stretched -o $out/shapes-$view-stretched.png
-  raindrops render "$work/$view.toml" --preset exact --shape sphere -o $out/shapes-$view-sphere.png
+
+shapes() { # flattened drops of 1 to 6 mm, level and from below, by the reference and by each model
+  local view
+  shape_row "0.0, -1000.0" "0.0, 0.0, -1.0" >"$work/level.toml"
+  shape_row "866.03, -500.0" "0.0, 0.86603, -0.5" >"$work/below.toml"
+  for view in level below; do
+    raindrops reference "$work/$view.toml" -o $out/shapes-$view-reference.png
+    raindrops render "$work/$view.toml" --preset exact -o $out/shapes-$view-exact.png
+    raindrops render "$work/$view.toml" --preset fast -o $out/shapes-$view-fast.png
+    raindrops render "$work/$view.toml" --preset exact --shape stretched -o $out/shapes-$view-stretched.png
+    raindrops render "$work/$view.toml" --preset exact --shape sphere -o $out/shapes-$view-sphere.png
+    made shapes-$view-{reference,exact,fast,stretched,sphere}.png
+  done
+}
+
+film() { # falling, standing still, halfway round a drop
+  local frame
+  raindrops render $scenes/film.toml -o "$work/film.png"
+  for frame in 0024 0096 0150; do
+    cp "$work/film-$frame.png" $out/
+    made "film-$frame.png"
+  done
+}
+
+window() { # the window with its panel, and two models with their difference
+  [ -n "$(command -v Xvfb)" ] || scripts/setup.sh --tests
+  scripts/cargo.sh test --locked --test view -- --ignored the_guides_pictures >>"$work/log" 2>&1 ||
+    { tail -n 20 "$work/log" >&2; return 1; }
+  made window.png split.png
+  # Which passes the panel shows: tests/docs/figures.rs compares them with the program's.
+  passes=$(raindrops plan $scenes/rain.toml | sed -n '/^passes/,$s/^  \([a-z]\+\( [a-z]\+\)*\)  .*/\1/p' | paste -sd,)
+  { grep -v '^passes ' $out/made.txt; echo "passes of window.png: ${passes//,/, }"; } >"$work/made.txt"
+  LC_ALL=C sort "$work/made.txt" >$out/made.txt
+}
+
+host() { # rain before, behind and beside the boxes of a wgpu program
+  scripts/host-wgpu.sh >>"$work/log" 2>&1 || { tail -n 20 "$work/log" >&2; return 1; }
+  cp examples/host_wgpu/host_wgpu.png $out/host-wgpu.png
+  made host-wgpu.png
+}
+
+report() { # the page of a verdict: the system's lavapipe against SwiftShader
+  local browser other=$PWD/.setup/swiftshader/vk_swiftshader_icd.json
+  browser=$(command -v chromium || command -v google-chrome) || { echo "figures: report needs a Chromium" >&2; return 1; }
+  need "$other"
+  (cd "$work" && VK_DRIVER_FILES=$(echo /usr/share/vulkan/icd.d/lvp_icd*.json) raindrops bench --preset fast \
+    --drops 20000,50000 --size 480x320 --seconds 0.05 --b "VK_DRIVER_FILES=$other" --max-time 100s --pictures pictures \
+    --json verdict.json >/dev/null && raindrops report verdict.json -o verdict.html)
+  "$browser" --headless --no-sandbox --disable-gpu --hide-scrollbars --window-size=1200,1250 \
+    --screenshot="$PWD/$out/report.png" "file://$work/verdict.html" >>"$work/log" 2>&1
+  made report.png
+}
+
+need() { [ -f "$1" ] || { echo "figures: there is no $1; scripts/setup.sh fetches it on Debian and Ubuntu" >&2; return 1; }; }
+
+for step in "${steps[@]}"; do
+  echo "figures: $step" >&2
+  made() { scripts/made.sh "scripts/figures.sh $step" "$@"; }
+  declare -F "${step//-/_}" >/dev/null || { echo "figures: there is no step $step" >&2; exit 2; }
+  "${step//-/_}"
 done
-
-step "film: falling, standing still, halfway round a drop"
-raindrops render $scenes/film.toml -o "$work/film.png"
-for frame in 0024 0096 0150; do cp "$work/film-$frame.png" $out/; done
-
-{
-  echo "scripts/figures.sh, $(date -u +%Y-%m-%d), commit $(git rev-parse --short=12 HEAD 2>/dev/null || echo unknown)"
-  target/release/raindrops devices | head -n 2
-  echo "$(uname -sm), $(nproc) cores"
-} >$out/made.txt

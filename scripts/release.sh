@@ -39,7 +39,7 @@ for shell in bash zsh fish; do "$program" completions $shell >"$into/completions
 # is named with its licence's identifier; the texts of MIT and Apache 2.0 stand beside.
 cp LICENSE-MIT LICENSE-APACHE assets/LICENSE-hosek-wilkie "$into/licences/"
 scripts/cargo.sh tree --locked -e normal --prefix none --format '{p}' --target "$target" >"$tree/linked"
-scripts/cargo.sh metadata --locked --format-version 1 >"$tree/metadata"
+scripts/cargo.sh metadata --locked --format-version 1 --filter-platform "$target" >"$tree/metadata"
 python3 - "$tree/linked" "$tree/metadata" >"$into/licences/crates.txt" <<'PYTHON' || fail "no licences"
 import json, pathlib, re, sys
 linked = {tuple(line.split()[:2]) for line in open(sys.argv[1]) if line.strip()}

@@ -4,6 +4,8 @@ use std::path::{Path, PathBuf};
 
 use ash::vk;
 
+use crate::thousands::{thousands, thousands_of};
+
 /// The result of everything in this library that can fail.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
@@ -49,7 +51,7 @@ pub enum Error {
     },
 
     /// Device memory could not be had.
-    #[error("no memory on the device for {object} ({mebibytes:.1} MiB): {reason}")]
+    #[error("no memory on the device for {object} ({} MiB): {reason}", thousands_of(*mebibytes, 1))]
     Memory {
         /// What the memory was for.
         object: String,
@@ -60,7 +62,7 @@ pub enum Error {
     },
 
     /// The scene asks for more than the device's limits allow.
-    #[error("{what} is {wanted}, but {device} takes {limit} at most")]
+    #[error("{what} is {}, but {device} takes {} at most", thousands(*wanted), thousands(*limit))]
     Limit {
         /// The quantity.
         what: &'static str,

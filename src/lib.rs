@@ -131,6 +131,7 @@ pub mod rain;
 pub mod reference;
 pub mod renderer;
 pub mod scene;
+mod thousands;
 #[cfg(feature = "view")]
 pub mod view;
 

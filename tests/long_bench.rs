@@ -123,7 +123,7 @@ fn a_run_has_its_figures_over_time() {
     assert!(page.expect("it starts").success());
     let page = fs::read_to_string(folder.path().join("page.html")).expect("a page");
     assert!(
-        page.contains("Over time: 1000 drops, paper, 64 x 64") && page.contains("--duration 3s")
+        page.contains("Over time: 1,000 drops, paper, 64 x 64") && page.contains("--duration 3s")
     );
 }
 

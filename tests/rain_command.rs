@@ -225,7 +225,7 @@ fn the_plot_shows_what_was_asked_and_what_is_there() {
     let output = raindrops(&["rain", "--rate", "25", "--svg", plot]);
     assert!(output.status.success());
     let text = fs::read_to_string(plot).expect("a plot");
-    assert!(text.contains("asked") && text.contains("found among 1000000 drops"));
+    assert!(text.contains("asked") && text.contains("found among 1,000,000 drops"));
     let scene = Scene::parse("[rain]\nrate = 25", "a.toml").expect("a scene");
     let rain = scene.real_rain().expect("rain");
     let plotted = distribution(&rain, 1, 1e6);

@@ -62,18 +62,18 @@ for suite in junitparser.JUnitXml.fromfile(sys.argv[1]):
     };
     assert!(
         slower.contains(
-            "MS=12 NOTE=<&> against program 1 1 0 1000 drops, paper, 64 x 64 ['Failure']"
+            "MS=12 NOTE=<&> against program 1 1 0 1,000 drops, paper, 64 x 64 ['Failure']"
         ),
         "{slower}"
     );
     assert!(slower.contains("slower: B / A 1.200 (1.200 to 1.200), 6 rounds"), "{slower}");
-    assert!(read(&[]).is_some_and(|same| same.contains(" 1 0 0 1000 drops, paper, 64 x 64 []")));
+    assert!(read(&[]).is_some_and(|same| same.contains(" 1 0 0 1,000 drops, paper, 64 x 64 []")));
     // What is known to fail does not fail again.
     let lists = "[[device]]\nmatch = \"V 1\"\nratio = 1.1\nfails = [\"paper\"]\n";
     fs::write(bench.path().join("e.toml"), lists).expect("a file");
     let known = read(&["--b", "MS=12", "--expect", "e.toml"]).expect("text");
     assert!(
-        known.contains(" 1 0 1 1000 drops") && known.contains("['Skipped'] ExpectedFail: "),
+        known.contains(" 1 0 1 1,000 drops") && known.contains("['Skipped'] ExpectedFail: "),
         "{known}"
     );
     let passes = read(&["--expect", "e.toml"]).expect("text");
@@ -151,7 +151,7 @@ fn markdown_is_a_table_for_commonmarks_readers() {
     assert_eq!((rows[0][0].as_str(), rows[0][1].as_str()), ("row", "verdict"));
     assert_eq!(
         (rows[1][0].as_str(), rows[1][1].as_str()),
-        ("1000 drops, paper, 64 x 64", "slower")
+        ("1,000 drops, paper, 64 x 64", "slower")
     );
     assert!(items >= 3, "who is compared, and how to read it: {text}");
 }

@@ -43,7 +43,7 @@ fn a_slower_side_is_slower_and_fails_the_gate() {
     assert!(row["error_a"].is_null() && row["first_stage_that_differs"].is_null());
 
     let failed = bench.run(&["--b", "MS=12", "--fail-above", "5%"]);
-    assert!(error_line(&failed, 1).contains("1000 drops, paper, 64 x 64 (slower)"));
+    assert!(error_line(&failed, 1).contains("1,000 drops, paper, 64 x 64 (slower)"));
     let accepted = bench.run(&["--b", "MS=12", "--fail-above", "25%"]);
     assert_eq!(accepted.status.code(), Some(0));
     let other_way = bench.run(&["--a", "MS=12", "--fail-above", "5%", "--format", "csv"]);
@@ -255,8 +255,10 @@ fn expectations_hold_both_ways() {
     let slow = ["--b", "MS=12"];
     for (lists, more, status, words) in [
         ("", &[][..], 0, ""),
-        ("", &slow, 1, "Fail: 1000 drops, paper, 64 x 64: the least ratio"),
+        ("", &slow, 1, "Fail: 1,000 drops, paper, 64 x 64: the least ratio"),
         ("fails = ['paper']", &slow, 0, "ExpectedFail: "),
+        ("fails = ['1,000 drops, paper']", &slow, 0, "ExpectedFail: "),
+        ("fails = ['1000 drops, paper']", &slow, 0, "ExpectedFail: "),
         ("fails = ['paper']", &[], 1, "UnexpectedPass: "),
         ("flakes = ['paper']", &slow, 0, "KnownFlake: "),
         ("skips = ['paper']", &slow, 0, "Skip: "),
@@ -331,6 +333,7 @@ fn kept_results_are_compared() {
     assert_eq!(report("base.json").expect("it starts").status.code(), Some(0));
     let bars = fs::read_to_string(bench.path().join("bars.svg")).expect("a picture");
     assert!(bars.starts_with("<svg xmlns=") && bars.contains(">drops: 10 ms</title>"), "{bars}");
+    assert!(!bars.contains("var("), "{bars}");
     let line = error_line(&report("v.json").expect("it starts"), 2);
     assert!(line.contains("no benchmark with times of passes"), "{line}");
     let line = error_line(&verdict(&["base.json", "wide.json"]), 2);

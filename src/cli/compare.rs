@@ -14,6 +14,7 @@ use crate::picture::tone_map::{Exposure, exposure_of};
 use crate::picture::{Picture, srgb_byte, write_png};
 use crate::scene::model::Operator;
 use crate::scene::{Scene, ToneMap};
+use crate::thousands::thousands_of;
 
 /// Print how far a picture is from the truth; check bounds
 ///
@@ -154,7 +155,8 @@ fn tell(comparison: &Comparison, json: Option<&PathBuf>) -> crate::Result<()> {
         ("largest error", pixels.max_error, boxes.max_error),
     ];
     for (name, pixel, boxed) in figures {
-        print(format_args!("{name:<16}{pixel:>14.6}{boxed:>14.6}"))?;
+        let [pixel, boxed] = [pixel, boxed].map(|figure| thousands_of(figure, 6));
+        print(format_args!("{name:<16}{pixel:>14}{boxed:>14}"))?;
     }
     print(format_args!("(left: pixel by pixel; right: after an 8 x 8 box filter)"))?;
     let (x, y) = pixels.max_error_at;

@@ -12,6 +12,7 @@ use crate::gpu::disk_cache::user_folder;
 use crate::gpu::probe::{Findings, Rounding};
 use crate::gpu::{Device, DeviceReport, Instance, Validation};
 use crate::measure::costs::{Ranked, ranked};
+use crate::thousands::{thousands, thousands_of};
 
 /// List the Vulkan devices: driver, limits, missing features
 #[derive(Args)]
@@ -57,7 +58,10 @@ fn describe(index: usize, device: &DeviceReport, frame_ms: Option<f64>) -> Strin
         missing => format!("no, it lacks {}", missing.join(", ")),
     };
     let speed = frame_ms.map_or(String::new(), |ms| {
-        format!("\n   speed           about {ms:.0} ms for a frame of the paper's scene (measured, kept)")
+        format!(
+            "\n   speed           about {} ms for a frame of the paper's scene (measured, kept)",
+            thousands_of(ms, 0)
+        )
     });
     format!(
         "{index}: {} ({})
@@ -77,9 +81,9 @@ fn describe(index: usize, device: &DeviceReport, frame_ms: Option<f64>) -> Strin
         limits.point_size_range[0],
         limits.point_size_range[1],
         limits.point_size_granularity,
-        limits.max_image_dimension2_d,
-        device.max_allocation >> 20,
-        limits.max_storage_buffer_range >> 20,
+        thousands(limits.max_image_dimension2_d.into()),
+        thousands(device.max_allocation >> 20),
+        thousands(u64::from(limits.max_storage_buffer_range >> 20)),
         f64::from(limits.max_storage_buffer_range / 16) / 1e6,
         limits.timestamp_period,
     )

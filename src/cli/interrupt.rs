@@ -1,4 +1,4 @@
-//! Ctrl-C and SIGTERM, heeded between frames and between processes, so that what is written is whole.
+//! Ctrl-C and SIGTERM, respected between frames and between processes, so that what is written is whole.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -20,7 +20,7 @@ impl Interrupted {
     pub const STATUS: u8 = 130;
 }
 
-/// From now on an interrupt is told by [`is_interrupted`]; a second one ends this process at once, but not while it has
+/// From now on [`is_interrupted`] reports an interrupt; a second one ends this process at once, but not while it has
 /// another under way.
 ///
 /// # Errors

@@ -43,12 +43,12 @@ use self::tell::{TellArgs, is_quiet, is_verbose, say};
 use crate::environment::Environment;
 use crate::environment::guess::is_guessed;
 use crate::files::write_whole;
-use crate::measure::bench::thousands;
 use crate::passes::environment::lost_light;
 use crate::passes::simulate::Counts;
 use crate::plan::FramePlan;
 use crate::scene::Scene;
 use crate::scene::model::{Lens, Motion};
+use crate::thousands::thousands;
 use crate::{Error, Result};
 
 /// What the help ends with.

@@ -11,7 +11,6 @@ use super::options::SceneArgs;
 use super::tell::say;
 use super::{Answer, print, write_json};
 use crate::files::write_whole;
-use crate::measure::bench::thousands;
 use crate::measure::rain_plot;
 use crate::plan::Cutoff;
 use crate::rain::visibility::Frustum;
@@ -19,6 +18,7 @@ use crate::rain::{fall, medium, shape};
 use crate::scene::Scene;
 use crate::scene::model::FarRain;
 use crate::scene::real_rain::RealRain;
+use crate::thousands::thousands;
 
 /// Drops that `--svg` counts.
 const SAMPLED: f64 = 1e6;

@@ -11,7 +11,6 @@ use super::rounds::stages::{self, paper_stages};
 use super::sequence::Sequence;
 use super::tell::{is_verbose, say};
 use super::{Answer, Format, drops, progress, say_doubt, waiting};
-use crate::measure::bench::thousands;
 use crate::passes::simulate::Counts;
 use crate::picture::layers::Layers;
 use crate::picture::sidecar::Sidecar;
@@ -21,6 +20,7 @@ use crate::renderer::parts::{Grid, Parts, empty_picture, place};
 use crate::renderer::{FrameReport, Renderer};
 use crate::scene::Scene;
 use crate::scene::model::Simulation;
+use crate::thousands::thousands;
 
 /// Draw one frame, or a numbered sequence
 #[derive(Args)]

@@ -137,7 +137,7 @@ impl Sequence {
         self.output.with_file_name(format!("{}-{number:04}.{extension}", self.stem()))
     }
 
-    /// Whether a frame is there already, whole, and stays. One that something else has cut off is told.
+    /// Whether a frame is there already, whole, and stays. One that something else has cut off is reported.
     pub fn has(&self, number: u32) -> bool {
         let path = self.path(number);
         let is_whole = self.resume && Picture::is_whole(&path);

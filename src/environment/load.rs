@@ -1,4 +1,4 @@
-//! From a file's bytes to texels. The format is told by the first bytes; the size is checked from
+//! From a file's bytes to texels. The first bytes tell the format; the size is checked from
 //! the header, before memory is taken for it.
 
 use std::fs::File;

@@ -67,7 +67,7 @@ impl Environment {
         }
     }
 
-    /// Loads an image file, whose format is told by its first bytes, not by its name:
+    /// Loads an image file, whose first bytes, not its name, tell its format:
     ///
     /// - OpenEXR, every compression but HTJ2K: the first layer that has channels R, G, B (half,
     ///   float or u32; else a group such as `Combined.R`, …; else luminance Y alone). Alpha is left
@@ -80,7 +80,7 @@ impl Environment {
     ///
     /// # Errors
     /// [`Error::Environment`], one line, for a file that cannot be read, is none of these, is cut
-    /// off or broken, is over [`MAX_WIDTH`] x [`MAX_HEIGHT`] (told from its header, before memory
+    /// off or broken, is over [`MAX_WIDTH`] x [`MAX_HEIGHT`] (known from its header, before memory
     /// is taken for it), is not twice as wide as it is high, or has no finite texel.
     pub fn load(path: &Path) -> Result<Self> {
         let name = match path.file_stem() {

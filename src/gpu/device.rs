@@ -14,6 +14,7 @@ use super::report::{DeviceReport, every_preset};
 use super::requirements::Requirements;
 use super::retired::Retired;
 use super::{Instance, Named, Recorder, Shader, pipeline_cache};
+use crate::thousands::thousands_of;
 use crate::{Error, Result};
 
 /// What a device really does with points (`probe::points`).
@@ -323,9 +324,9 @@ impl Device {
             object: object.into(),
             mebibytes: bytes as f64 / MEBIBYTE,
             reason: format!(
-                "{} gives {:.1} MiB at once at most; draw fewer drops or a smaller image",
+                "{} gives {} MiB at once at most; draw fewer drops or a smaller image",
                 self.report.name,
-                most as f64 / MEBIBYTE
+                thousands_of(most as f64 / MEBIBYTE, 1)
             ),
         })
     }

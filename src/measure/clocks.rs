@@ -89,7 +89,7 @@ impl Clock {
         }
     }
 
-    /// Megahertz now; none where it is not told.
+    /// Megahertz now; none where it is not reported.
     pub fn mhz(&self) -> Option<f64> {
         match self {
             Self::Files(files, unit) => mean(files.iter().filter_map(|file| {

@@ -121,7 +121,7 @@ pub fn measure(device: &Arc<Device>) -> Result<Costs> {
     })
 }
 
-/// The costs that are kept of a device. `say` is told of what is wrong with their file, which is no reason to
+/// The costs that are kept of a device. `say` gets what is wrong with their file, which is no reason to
 /// fail.
 pub fn kept(report: &DeviceReport, folder: Option<&Path>, say: fn(&str)) -> Option<Costs> {
     let text = FiguresFile::new(folder?, &report.pipeline_key).read().unwrap_or_else(|problem| {
@@ -160,7 +160,7 @@ pub struct Ranked {
 }
 
 /// Every device, fittest first; where several of the fittest kind will do, by their [`costs`]. One that fails
-/// while it is measured comes last of them, and is told.
+/// while it is measured comes last of them, and is reported.
 ///
 /// # Errors
 /// Those of [`Instance::devices`].

@@ -6,6 +6,7 @@ use crate::Result;
 use crate::error::PlotFailed;
 use crate::rain::cells::Lattice;
 use crate::scene::real_rain::RealRain;
+use crate::thousands::thousands_of;
 
 /// Bins of the diameter.
 const BINS: usize = 60;
@@ -86,7 +87,7 @@ fn draw(
     let points = middles().zip(found.iter().copied()).filter(|(_, value)| *value > 0.0);
     chart
         .draw_series(points.map(|at| Circle::new(at, 3, RED.filled())))?
-        .label(format!("found among {drops:.0} drops"))
+        .label(format!("found among {} drops", thousands_of(drops, 0)))
         .legend(|(x, y)| Circle::new((x + 10, y), 3, RED.filled()));
     chart
         .configure_series_labels()

@@ -45,7 +45,7 @@ pub struct Picture {
 
 impl Picture {
     /// Reads a picture as linear RGB: an EXR as it is (its first layer with R, G and B), a PNG or
-    /// JPEG, told by their content, through the sRGB curve to 0 to 1, alpha ignored.
+    /// JPEG, recognised by their content, through the sRGB curve to 0 to 1, alpha ignored.
     ///
     /// Values are returned as they stand in the file: negative, infinite or NaN ones too.
     ///

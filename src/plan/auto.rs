@@ -163,7 +163,7 @@ fn afford(budget_ms: Option<f64>, prospects: &[Prospect]) -> Choice {
     {
         return fast.candidate.chosen(words(fast, "preset fast, beyond a budget"), None);
     }
-    // Told to save: less light than `fast`.
+    // The budget is under what `fast` takes: models that leave out light.
     let saving = prospects.iter().filter(|prospect| prospect.ms <= limit);
     if let Some(prospect) = saving.min_by(|a, b| a.error.total_cmp(&b.error)) {
         let reason = words(prospect, "less than fast, the truest within a budget");

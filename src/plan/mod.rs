@@ -31,6 +31,7 @@ use crate::scene::model::{
     Simulation, Weights,
 };
 use crate::scene::real_rain::RealRain;
+use crate::thousands::{thousands, thousands_of};
 use crate::{Error, Result};
 
 /// Nearer than so many radii a drop does not look as from afar: its directions are off by over 1.4°.
@@ -318,7 +319,7 @@ pub fn plan_by(
 fn of_real_rain(scene: &Scene, rain: &RealRain, cutoff: &Cutoff) -> (String, String, String) {
     let (law, frustum) = (rain.law(), Frustum::of(&scene.view(), rain.extent));
     let Cutoff { px: cutoff_px, why, noise, is_grainy } = cutoff;
-    let drops = format!("some {:.0} drops", frustum.drops_above(&law, *cutoff_px));
+    let drops = format!("some {} drops", thousands_of(frustum.drops_above(&law, *cutoff_px), 0));
     let skipped = "cells of the rain out of view, or too far for any of their drops to be seen, are passed over";
     let alone = format!("drops of over {cutoff_px:.3} px of radius are shown one by one ({why})");
     let far = match scene.model.far_rain {
@@ -353,10 +354,11 @@ fn behind_of(scene: &Scene, environment: String) -> String {
 fn passes(scene: &Scene, plan: &FramePlan) -> Vec<(&'static str, String)> {
     let mut passes: Vec<(&'static str, String)> = Vec::new();
     let count = scene.drop_count();
+    let all = thousands(count.into());
     match plan.primitive {
         Primitive::Point | Primitive::Quad => {
             if count > 0 {
-                passes.push(("simulate", format!("{count} drops move ({})", plan.simulation)));
+                passes.push(("simulate", format!("{all} drops move ({})", plan.simulation)));
             }
             if count > 0 && plan.compacts {
                 let order = "those in view are drawn, in the order of their index".into();
@@ -377,7 +379,7 @@ fn passes(scene: &Scene, plan: &FramePlan) -> Vec<(&'static str, String)> {
                 _ => (
                     "whole clusters of drops out of view are passed over".into(),
                     "the environment behind the drops, when the view has moved".into(),
-                    format!("{count} drops"),
+                    format!("{all} drops"),
                 ),
             };
             passes.push(("clusters", skipped));

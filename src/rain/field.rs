@@ -2,7 +2,7 @@
 //! drop that the picture shows by itself. The GPU looks into each of them; nothing is kept from frame to frame.
 //!
 //! A drop is shown by itself if its radius is at least the cut-off in pixels, so each class is seen to a depth
-//! of its own. What is seen of a class is a pyramid; its cells are told layer by layer across the axis that is
+//! of its own. What is seen of a class is a pyramid; its cells are listed layer by layer across the axis that is
 //! nearest to the view's, each a rectangle around the pyramid's section: [`Slab`]. So the work on the CPU grows
 //! with the layers, some thousand, and not with the cells.
 

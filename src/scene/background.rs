@@ -46,7 +46,7 @@ impl Background {
         }
     }
 
-    /// Checks every value; the problem is told in words.
+    /// Checks every value; a problem is an error in words.
     pub(crate) fn validate(&self) -> Result<(), String> {
         match self.depth_scale {
             Some(scale) if !(scale.is_finite() && scale > 0.0) => {

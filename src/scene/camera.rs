@@ -74,7 +74,7 @@ impl Default for Camera {
 }
 
 impl Camera {
-    /// Checks shutter and lens; the problem is told in words.
+    /// Checks shutter and lens; a problem is an error in words.
     pub(crate) fn validate_exposure(&self) -> Result<(), String> {
         let at_least_0 = |name: &str, value: f64| match value.is_finite() && value >= 0.0 {
             true => Ok(()),

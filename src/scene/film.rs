@@ -60,7 +60,7 @@ impl Film {
         *self == Self::default()
     }
 
-    /// Checks every value; the problem is told in words.
+    /// Checks every value; a problem is an error in words.
     pub(crate) fn validate(&self) -> Result<(), String> {
         if !self.fps.is_finite() || self.fps == 0.0 {
             return Err(format!("film: fps = {} is not a finite number other than 0", self.fps));

@@ -46,7 +46,7 @@ impl Water {
         index.map(|index| index / self.outside)
     }
 
-    /// Checks every value; the problem is told in words.
+    /// Checks every value; a problem is an error in words.
     pub(crate) fn validate(&self) -> Result<(), String> {
         let indices = match self.index {
             None => [WATER; 3],

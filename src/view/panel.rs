@@ -10,10 +10,10 @@ use super::keys::{Action, HELP};
 use super::prepare::Pane;
 use super::stage::Difference;
 use super::weather::{shutter, weather};
-use crate::measure::bench::thousands;
 use crate::plan::FramePlan;
 use crate::scene::model::Preset;
 use crate::scene::{EnvironmentChoice, MAX_DROPS, ModelChoice, Scene};
+use crate::thousands::thousands;
 
 /// The panel's title, and its area's name.
 pub const TITLE: &str = "raindrops";
@@ -204,6 +204,9 @@ fn scene(ui: &mut Ui, controls: &mut Controls<'_>, facts: &Facts<'_>) {
             ui.label(if is_one { "drops" } else { "drops of the first [[rain]]" });
             let mut count = controls.drops.unwrap_or(rain.count);
             let slider = egui::Slider::new(&mut count, 0..=MAX_DROPS.min(8_000_000));
+            let slider = slider
+                .custom_formatter(|number, _| thousands(number as u64))
+                .custom_parser(|text| text.replace(',', "").parse().ok());
             let response = ui.add(slider.logarithmic(true));
             if response.changed() {
                 *controls.drops = Some(count);

@@ -27,7 +27,7 @@ use crate::renderer::{FrameReport, Lighting, RainField, Renderer};
 use crate::scene::{EnvironmentChoice, Scene};
 use crate::{Error, Result};
 
-/// A renderer, its plan, and what its last finished frame told.
+/// A renderer, its plan, and the report of its last finished frame.
 pub struct Pane {
     /// Models and passes.
     pub plan: FramePlan,
@@ -231,7 +231,7 @@ fn prepare(
         if let Some(rehearsal) = rehearsal.as_ref().filter(|_| !is_on_show) {
             // SAFETY: the same as on the device that they come from.
             unsafe { rehearsal.replace_shaders(device.replaced_shaders()) };
-            // It saves time and decides nothing: what fails here fails, and is told, below.
+            // It saves time and decides nothing: what fails here fails below, and is reported there.
             let shown = &mut shown_in_rehearsal;
             let _ = draw_first(rehearsal, &environment, scene, plan.clone(), shown);
         }

@@ -1,5 +1,5 @@
 //! Shaders compiled anew while the window is open, for whoever works on them: feature `reload`, in a
-//! folder that has `glsl/`. A shader that does not compile changes nothing, and is told.
+//! folder that has `glsl/`. A shader that does not compile changes nothing, and is reported.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant, SystemTime};

@@ -2,7 +2,7 @@
 //!
 //! A renderer is fixed in size, drops and models. If these change, new renderers are prepared on
 //! another thread (`prepare`), and the ones before go on drawing until the new ones stand. If a request
-//! cannot be granted (models that do not go together, memory), they stay, and the reason is told.
+//! fails (models that do not go together, memory), they stay, and the panel shows the reason.
 
 use std::sync::Arc;
 use std::time::Duration;

@@ -51,7 +51,7 @@ fn memory_is_refused_with_a_figure() {
 #[test]
 fn more_drops_than_a_binding_holds() {
     let adjust = |report: &mut DeviceReport| report.limits.max_storage_buffer_range = 8 << 20;
-    let words = ["drops in tiles is 2100000", "2097120 at most"];
+    let words = ["drops in tiles is 2,100,000", "2,097,120 at most"];
     refused(adjust, &scene(Preset::Fast, 2_100_000, 32), &words);
     crate::common::on_adjusted_device(adjust, |device| {
         let scene = scene(Preset::Paper, 2_100_000, 32);
@@ -65,7 +65,7 @@ fn more_drops_than_a_binding_holds() {
 #[test]
 fn more_tiles_than_a_dispatch_takes() {
     let adjust = |report: &mut DeviceReport| report.limits.max_compute_work_group_count[0] = 1024;
-    let words = ["pixels in tiles is 1048576", "524288 at most"];
+    let words = ["pixels in tiles is 1,048,576", "524,288 at most"];
     refused(adjust, &scene(Preset::Fast, 100, 1024), &words);
 }
 

@@ -7,6 +7,7 @@ mod common;
 
 mod dropped;
 mod faults;
+mod guide;
 mod seen;
 mod waits;
 

@@ -65,10 +65,11 @@ pub fn wait_for<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
     }
 }
 
-/// A virtual X server and its display.
-fn x_server() -> (Running, String) {
+/// A virtual X server with a screen of that size, and its display.
+fn x_server(screen: (u32, u32)) -> (Running, String) {
+    let screen = format!("{}x{}x24", screen.0, screen.1);
     let mut server = Command::new("Xvfb")
-        .args(["-displayfd", "1", "-screen", "0", "640x480x24", "-nolisten", "tcp"])
+        .args(["-displayfd", "1", "-screen", "0", &screen, "-nolisten", "tcp"])
         .stdout(Stdio::piped())
         .stderr(Stdio::null())
         .spawn()
@@ -182,14 +183,21 @@ pub struct Opened {
 impl Opened {
     /// Opens the window on rain that stands still, under validation; `adjust` may change the command.
     pub fn new(adjust: impl FnOnce(&mut Command)) -> Self {
-        let (server, display) = x_server();
+        Self::on((640, 480), SIZE, |command| {
+            command.args(["--validate", "--drops", "20000"]);
+            adjust(command);
+        })
+    }
+
+    /// Opens the window with that size, on a screen of another, on rain that stands still.
+    pub fn on(screen: (u32, u32), size: (u32, u32), adjust: impl FnOnce(&mut Command)) -> Self {
+        let (server, display) = x_server(screen);
         let folder = tempfile::tempdir().expect("a folder");
         let said = File::create(folder.path().join("said")).expect("a file");
         let mut command = common::raindrops();
-        let size = format!("{}x{}", SIZE.0, SIZE.1);
+        let size = format!("{}x{}", size.0, size.1);
         command
-            .args(["view", "--paused", "--validate", "--preset", "fast", "--drops", "20000"])
-            .args(["--size", &size, "--output"])
+            .args(["view", "--paused", "--preset", "fast", "--size", &size, "--output"])
             .arg(folder.path())
             .env("DISPLAY", &display)
             .env_remove("WAYLAND_DISPLAY")

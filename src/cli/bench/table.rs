@@ -1,7 +1,8 @@
 //! A benchmark as the paper's Table II.
 
 use crate::cli::format::{Format, Sheet};
-use crate::measure::bench::{Report, Row, thousands};
+use crate::measure::bench::{Report, Row};
+use crate::thousands::{thousands, thousands_of};
 
 /// The paper's Table II, GeForce GTX 280: drops, frames a second with and without tone mapping.
 const GTX_280: [(u32, u32, u32); 6] = [
@@ -45,14 +46,14 @@ pub(super) fn table(rows: &[Row], is_papers: bool, format: Format) -> String {
             thousands(row.visible),
             rate(row.fps),
             without.map_or("-".into(), |without| rate(without.fps)),
-            format!("{:.2}", row.median_ms),
+            thousands_of(row.median_ms, 2),
         ];
         line.extend(has_rounds.then(|| interval(row)));
-        line.push(format!("{:.2}-{:.2}", row.p10_ms, row.p90_ms));
-        line.push(without.map_or("-".into(), |without| format!("{:.2}", without.median_ms)));
+        line.push(format!("{}-{}", thousands_of(row.p10_ms, 2), thousands_of(row.p90_ms, 2)));
+        line.push(without.map_or("-".into(), |without| thousands_of(without.median_ms, 2)));
         line.extend(has_rounds.then(|| without.map_or("-".into(), interval)));
         for name in &passes {
-            line.push(row.passes.get(*name).map_or("-".into(), |ms| format!("{ms:.2}")));
+            line.push(row.passes.get(*name).map_or("-".into(), |ms| thousands_of(*ms, 2)));
         }
         let published = GTX_280.iter().find(|(drops, ..)| is_papers && *drops == row.drops);
         line.extend(published.map(|(_, mapped, plain)| format!("{mapped} / {plain}")));
@@ -105,9 +106,11 @@ pub(super) fn plain(report: &Report, with_names: bool) -> String {
 /// Of the median, over rounds.
 fn interval(row: &Row) -> String {
     let ends = row.median_low_ms.zip(row.median_high_ms);
-    ends.map_or("-".into(), |(low, high)| format!("{low:.2}-{high:.2}"))
+    ends.map_or("-".into(), |(low, high)| {
+        format!("{}-{}", thousands_of(low, 2), thousands_of(high, 2))
+    })
 }
 
 fn rate(fps: f64) -> String {
-    if fps < 100.0 { format!("{fps:.1}") } else { format!("{fps:.0}") }
+    if fps < 100.0 { format!("{fps:.1}") } else { thousands_of(fps, 0) }
 }

@@ -80,10 +80,10 @@ pub fn run(args: &ReportArgs) -> anyhow::Result<Answer> {
         entries.extend(load(path)?);
     }
     let written = match args.output.extension().is_some_and(|extension| extension == "svg") {
-        true => bars(&entries)?,
-        false => page::page(&entries),
+        true => page::without_variables(bars(&entries)?.into_string()),
+        false => page::page(&entries).into_string(),
     };
-    write_whole(&args.output, written.into_string().as_bytes())?;
+    write_whole(&args.output, written.as_bytes())?;
     Ok(Answer::Yes)
 }
 
@@ -99,7 +99,7 @@ fn bars(entries: &[Entry]) -> anyhow::Result<Markup> {
     let rows: Vec<_> = first.into_iter().flatten().filter(is_shown).cloned().collect();
     match rows.iter().all(|row| row.passes.is_empty()) {
         true => anyhow::bail!("no benchmark with times of passes is among the results"),
-        false => Ok(plots::passes(&rows, Some(page::STYLE))),
+        false => Ok(plots::passes(&rows, Some(page::ALONE))),
     }
 }
 

@@ -19,7 +19,7 @@ const PANELS: [(&str, Figure); 4] = [
     ("load of the machine", |stretch| stretch.load),
 ];
 
-/// Frame time, memory, clock and load over time, those that are told; the steady part begins at the upright line.
+/// Frame time, memory, clock and load over time, those that were measured; the steady part begins at the upright line.
 pub(super) fn over_time(all: &OverTime) -> Markup {
     let is_told = |(_, figure): &&(&str, Figure)| all.stretches.iter().any(|s| figure(s).is_some());
     let panels: Vec<_> = PANELS.iter().filter(is_told).collect();

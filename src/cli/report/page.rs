@@ -10,18 +10,19 @@ use super::over_time::over_time;
 use super::plots::{forest, passes, scatter, series};
 use super::{Content, Entry, Tradeoff};
 use crate::measure::Host;
-use crate::measure::bench::{self, Build, DeviceHead, thousands};
+use crate::measure::bench::{self, Build, DeviceHead};
 use crate::measure::verdict::{self, Pictures, Verdict};
+use crate::thousands::{thousands, thousands_of};
 
 /// Colours of series are Okabe and Ito's (2008), told apart by everyone; in the dark their light variants.
-pub(super) const STYLE: &str = "
+const STYLE: &str = "
 :root { color-scheme: light dark; --ink: #1b1f24; --soft: #5c6570; --line: #d5dae0; --back: #fff;
   --c0: #0072b2; --c1: #d55e00; --c2: #009e73; --c3: #cc79a7; --c4: #b58900; --c5: #56b4e9; --c6: #777; --c7: #882255; --c8: #44aa99;
   --good: #00754f; --bad: #b3341a; }
 @media (prefers-color-scheme: dark) { :root { --ink: #e4e8ec; --soft: #9aa4af; --line: #363d45;
   --back: #15181c; --c0: #4aa8e0; --c1: #f08a3c; --c2: #35c79b; --c3: #e29fc6; --c4: #e0bd4d; --c6: #aaa; --c7: #d06a9a; --c8: #7fd6c8;
   --good: #43c796; --bad: #ff8a6b; } }
-body { margin: 0 auto; max-width: 62rem; padding: 1.5rem; background: var(--back); color: var(--ink);
+body { margin: 0 auto; max-width: 72rem; padding: 1.5rem; background: var(--back); color: var(--ink);
   font: 15px/1.5 system-ui, sans-serif; }
 h1 { font-size: 1.6rem; margin: 0 0 1rem; } h2 { font-size: 1.2rem; margin: 2.5rem 0 .25rem; }
 h3 { font-size: 1rem; margin: 1.5rem 0 .25rem; }
@@ -38,6 +39,19 @@ figure { margin: 0; } figure img { width: 100%; display: block; } figcaption { c
 svg { min-width: 40rem; max-width: 100%; height: auto; display: block; margin: .5rem 0; } svg text { fill: var(--ink); font: 12px system-ui, sans-serif; }
 svg .soft { fill: var(--soft); } svg .axis { stroke: var(--line); }
 ";
+
+/// Of a plot that is a file of its own.
+pub(super) const ALONE: &str =
+    "text { fill: var(--ink); font: 12px sans-serif; } .soft { fill: var(--soft); }";
+
+/// A plot with the colours of daylight in place of their names, which not every viewer of SVG knows.
+pub(super) fn without_variables(mut svg: String) -> String {
+    let daylight = STYLE.split('}').next().unwrap_or_default();
+    for (name, color) in daylight.split(';').filter_map(|one| one.split_once(": ")) {
+        svg = svg.replace(&format!("var({})", name.trim()), color);
+    }
+    svg
+}
 
 /// All results on one page.
 pub(super) fn page(entries: &[Entry]) -> Markup {
@@ -236,7 +250,7 @@ fn of_verdict(file: &str, folder: &Path, report: &verdict::Report) -> Markup {
                     @if matches!(pass.verdict, Verdict::Slower | Verdict::Faster) {
                         li {
                             (row.name) ": pass " (name) " is " (pass.verdict.name()) ", "
-                            (format!("{:.2} to {:.2} ms", pass.median_ms_a, pass.median_ms_b))
+                            (format!("{} to {} ms", thousands_of(pass.median_ms_a, 2), thousands_of(pass.median_ms_b, 2)))
                         }
                     }
                 }

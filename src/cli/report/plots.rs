@@ -3,8 +3,9 @@
 use maud::{Markup, PreEscaped, html};
 
 use super::TradeoffRow;
-use crate::measure::bench::{self, Row, thousands};
+use crate::measure::bench::{self, Row};
 use crate::measure::verdict;
+use crate::thousands::{thousands, thousands_of};
 
 /// Width of every plot, in its own units.
 const WIDTH: f64 = 900.0;
@@ -149,7 +150,10 @@ pub(super) fn passes(rows: &[Row], style: Option<&str>) -> Markup {
     html! {
         svg xmlns=[style.map(|_| "http://www.w3.org/2000/svg")] viewBox=(format!("0 0 {WIDTH} {height}")) role="img"
             aria-label="milliseconds of each pass" {
-            @if let Some(style) = style { style { (PreEscaped(style)) } }
+            @if let Some(style) = style {
+                style { (PreEscaped(style)) }
+                rect width="100%" height="100%" fill="var(--back)" {}
+            }
             @for (number, name) in names.iter().enumerate() {
                 @let at = 12.0 + 125.0 * (number % NAMES_A_LINE) as f64;
                 @let line = 20.0 * (number / NAMES_A_LINE) as f64;
@@ -168,7 +172,7 @@ pub(super) fn passes(rows: &[Row], style: Option<&str>) -> Markup {
                     }
                 }
                 @let sum: f64 = row.passes.values().sum();
-                text.soft x=(NAMES + scale * sum + 6.0) y=(top + 12.0) { (format!("{sum:.2} ms")) }
+                text.soft x=(NAMES + scale * sum + 6.0) y=(top + 12.0) { (thousands_of(sum, 2)) " ms" }
             }
         }
     }
@@ -226,7 +230,7 @@ pub(super) fn scatter(rows: &[&TradeoffRow]) -> Markup {
             @for row in rows {
                 @let fill = if row.pareto { "var(--c1)" } else { "var(--c6)" };
                 circle cx=(x.at(row.median_ms)) cy=(y.at(row.rms)) r="4" fill=(fill) {
-                    title { (row.model) ": " (format!("{:.2} ms, {:.4}", row.median_ms, row.rms)) }
+                    title { (row.model) ": " (format!("{} ms, {:.4}", thousands_of(row.median_ms, 2), row.rms)) }
                 }
             }
         }

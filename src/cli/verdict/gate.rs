@@ -12,7 +12,7 @@ use crate::cli::{Answer, check_folder, print, write_json};
 use crate::measure::verdict::expect::{Expectations, Outcome};
 use crate::measure::verdict::{Report, Verdict};
 
-/// By how much times must differ, whether that is a failure, and how it is told.
+/// By how much times must differ, whether that is a failure, and how it is printed.
 #[derive(Args, Clone, Debug, Default)]
 #[command(next_help_heading = "Verdict")]
 pub struct GateArgs {
@@ -63,7 +63,7 @@ impl GateArgs {
     /// Fails before the work if the result could not be written after it.
     pub fn check(&self) -> anyhow::Result<()> {
         [&self.json, &self.junit].into_iter().flatten().try_for_each(|path| check_folder(path))?;
-        // A mistake in it is told before the measurement, not after.
+        // A mistake in it is reported before the measurement, not after.
         Ok(self.expect.as_deref().map_or(Ok(()), |path| Expectations::load(path).map(drop))?)
     }
 

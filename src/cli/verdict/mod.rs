@@ -89,7 +89,7 @@ pub fn side(runs: &[(PathBuf, Report)]) -> Side {
     side
 }
 
-/// What may differ between two results, and is told.
+/// What may differ between two results, with a note.
 pub fn notes(a: &Report, b: &Report) -> Vec<String> {
     let figures = [
         ("the device", a.device.name.clone(), b.device.name.clone()),

@@ -2,6 +2,7 @@
 
 use crate::cli::format::{Format, Sheet};
 use crate::measure::verdict::{Report, Verdict, VerdictRow};
+use crate::thousands::{thousands, thousands_of};
 
 /// Who is A, who is B, and what differs between them.
 pub fn side_lines(report: &Report, format: Format) -> Vec<String> {
@@ -50,8 +51,8 @@ pub fn sheet(report: &Report, format: Format) -> Sheet {
             row.verdict.name().into(),
             row.ratio.map_or("-".into(), |ratio| format!("{ratio:.decimals$}")),
             range(row.ratio_low, row.ratio_high),
-            format!("{:.2}", row.median_ms_a),
-            format!("{:.2}", row.median_ms_b),
+            thousands_of(row.median_ms_a, 2),
+            thousands_of(row.median_ms_b, 2),
             row.rounds.to_string(),
             row.noise_floor.map_or("-".into(), |floor| format!("{:.1} %", 100.0 * floor)),
         ];
@@ -123,15 +124,16 @@ fn row_lines(row: &VerdictRow) -> Vec<String> {
         .filter(|(_, pass)| matches!(pass.verdict, Verdict::Slower | Verdict::Faster));
     let passes = passes.map(|(name, pass)| {
         format!(
-            "pass {name}: {}, {:.2} to {:.2} ms ({})",
+            "pass {name}: {}, {} to {} ms ({})",
             pass.verdict.name(),
-            pass.median_ms_a,
-            pass.median_ms_b,
+            thousands_of(pass.median_ms_a, 2),
+            thousands_of(pass.median_ms_b, 2),
             range(pass.ratio_low, pass.ratio_high)
         )
     });
-    let counters =
-        row.counters.iter().map(|(name, (a, b))| format!("counter {name}: {a} in A, {b} in B"));
+    let counters = row.counters.iter().map(|(name, (a, b))| {
+        format!("counter {name}: {} in A, {} in B", thousands(*a), thousands(*b))
+    });
     let all = passes.chain(counters).chain(row.notes.iter().cloned());
     all.map(|line| format!("   {}: {line}", row.name)).collect()
 }

@@ -1,10 +1,10 @@
 //! How much rain a row of a series has: a number of equal drops, or a rate in mm/h.
 
 use super::Row;
-use super::report::thousands;
 use crate::Result;
 use crate::scene::real_rain::RealRain;
 use crate::scene::{RainSettings, Scene};
+use crate::thousands::thousands;
 
 /// How much rain.
 #[derive(Clone, Copy, Debug, PartialEq)]

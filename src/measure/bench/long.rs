@@ -24,7 +24,7 @@ const STRETCHES: u32 = 60;
 const MINUTE: Duration = Duration::from_secs(60);
 const MOST_STRETCHES: u32 = 2000;
 
-/// How long, and who is told.
+/// How long, and who gets the progress.
 pub struct Watch<'a> {
     /// How long to draw.
     pub duration: Duration,

@@ -1,5 +1,5 @@
 //! A long measurement as a picture: frame times, memory, and the device's clock and the machine's load where
-//! they are told, over time.
+//! they were measured, over time.
 
 use plotters::coord::Shift;
 use plotters::prelude::*;

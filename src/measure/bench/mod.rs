@@ -24,9 +24,9 @@ pub use long_plot::long_plot;
 pub use measure::{Effort, Measured, Variant, measure};
 pub use over_time::{OverTime, Stretch, Trend};
 #[cfg(feature = "cli")]
+pub(crate) use plot::label;
+#[cfg(feature = "cli")]
 pub use plot::plot;
 pub use read::{of_schema, read, read_json};
-#[cfg(any(feature = "cli", feature = "view"))]
-pub(crate) use report::thousands;
 pub use report::{Build, DeviceHead, Parts, Report, Round, Row, SCHEMA};
 pub use scene_head::{CameraHead, SceneHead};

@@ -5,7 +5,7 @@
 //! half of the run, that one is left out without which the mean of the rest is known best, by
 //! `Σ (xᵢ - x̄)² / (n - d)²`. If that is the whole half, the run did not become steady.
 //!
-//! A trend is the median of the slopes between all pairs of stretches (Theil and Sen), and is told from chance
+//! A trend is the median of the slopes between all pairs of stretches (Theil and Sen), and is distinguished from chance
 //! by Mann and Kendall's test, ties counted. Neighbouring stretches are alike on busy machines, for which that
 //! test is too sure of itself; so a trend counts only if it also comes to something.
 

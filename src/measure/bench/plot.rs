@@ -5,6 +5,7 @@ use plotters::prelude::*;
 use super::report::{Report, Row};
 use crate::Result;
 use crate::error::PlotFailed;
+use crate::thousands::thousands;
 
 /// Size in the plot's units.
 const SIZE: (u32, u32) = (820, 560);
@@ -42,10 +43,10 @@ pub fn plot(report: &Report) -> Result<String> {
 }
 
 /// A number on a logarithmic axis: 1, 2 and 5 and their tenfolds; the others have no room.
-fn label(value: f64) -> String {
+pub(crate) fn label(value: f64) -> String {
     let leading = value / 10f64.powf(value.log10().floor());
     match leading.round() as u32 {
-        1 | 2 | 5 | 10 if value >= 1.0 => super::thousands(value.round() as u64),
+        1 | 2 | 5 | 10 if value >= 1.0 => thousands(value.round() as u64),
         1 | 2 | 5 | 10 => format!("{value:.1}"),
         _ => String::new(),
     }

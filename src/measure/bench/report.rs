@@ -13,6 +13,7 @@ use crate::gpu::DeviceReport;
 use crate::measure::Host;
 use crate::measure::statistics::{median, quantile};
 use crate::measure::verdict::looks::Look;
+use crate::thousands::thousands;
 
 /// Name and version of the format.
 pub const SCHEMA: &str = "raindrops-bench/1";
@@ -297,7 +298,7 @@ impl Row {
         let tone_map = if self.tone_map { "" } else { ", no tone map" };
         let amount = match self.rate_mm_h {
             Some(rate) => format!("rain of {rate} mm/h"),
-            None => format!("{} drops", self.drops),
+            None => format!("{} drops", thousands(self.drops.into())),
         };
         format!("{amount}, {}, {} x {}{tone_map}", self.preset, self.width, self.height)
     }
@@ -332,18 +333,4 @@ fn counters(measured: &Measured) -> IndexMap<String, u64> {
     }
     all.push(("bytes", measured.bytes));
     all.into_iter().map(|(name, count)| (name.to_string(), count)).collect()
-}
-
-/// 4000000 to `4,000,000`.
-#[cfg(any(feature = "cli", feature = "view"))]
-pub(crate) fn thousands(number: u64) -> String {
-    let digits = number.to_string();
-    let mut text = String::new();
-    for (index, digit) in digits.chars().enumerate() {
-        if index > 0 && (digits.len() - index).is_multiple_of(3) {
-            text.push(',');
-        }
-        text.push(digit);
-    }
-    text
 }

@@ -1,7 +1,7 @@
 //! Every model of a scene, timed and held against the truth: what a user chooses from.
 //!
 //! Two things are compared in one run or not at all: models are timed in groups, in turn, each group
-//! with the presets `paper` and `paper-compact` in it, and a model's speed is told as a ratio to each; of real rain, which
+//! with the presets `paper` and `paper-compact` in it, and a model's speed is a ratio to each; of real rain, which
 //! these do not draw, with `fast` and `exact`. Errors are those of
 //! [`crate::picture::metrics`] against [`crate::reference`]. A model is worth using if no other is both
 //! quicker and truer: those form the Pareto front.

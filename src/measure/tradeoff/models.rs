@@ -16,7 +16,7 @@ pub struct Model {
     pub choice: ModelChoice,
 }
 
-/// How many of the first of [`models`] the others' speed is told by.
+/// How many of the first of [`models`] the others' speeds are ratios to.
 pub const BASES: usize = 2;
 
 /// Every model that draws a scene: of real rain [`models_of_rain`].

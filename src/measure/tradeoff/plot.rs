@@ -5,6 +5,7 @@ use plotters::prelude::*;
 use super::report::{Report, Row};
 use crate::Result;
 use crate::error::PlotFailed;
+use crate::measure::bench::label;
 
 /// Size of a panel in the plot's units.
 const PANEL: (u32, u32) = (560, 420);
@@ -80,6 +81,8 @@ fn panel(scene: &str, rows: &[&Row], area: &Area<'_>) -> std::result::Result<(),
         .y_labels(6)
         .x_desc("ms a frame")
         .y_desc("RMS error, grey levels of 255")
+        .x_label_formatter(&|ms| label(*ms))
+        .y_label_formatter(&|rms| label(*rms))
         .label_style(("sans-serif", 13))
         .axis_desc_style(("sans-serif", 14))
         .draw()?;

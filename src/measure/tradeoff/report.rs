@@ -9,6 +9,8 @@ use crate::measure::Host;
 use crate::measure::bench::{Build, DeviceHead, Measured, Variant};
 use crate::measure::statistics::{median, quantile};
 use crate::scene::model::FarRain;
+#[cfg(feature = "cli")]
+use crate::thousands::thousands_of;
 
 /// Name and version of the format.
 pub const SCHEMA: &str = "raindrops-tradeoff/1";
@@ -179,7 +181,7 @@ pub fn table(rows: &[Row]) -> Table {
             row.model.clone(),
             format!("{:.2}", row.speed),
             format!("{:.2}", row.speed_over_compact),
-            format!("{:.2}", row.median_ms),
+            thousands_of(row.median_ms, 2),
             format!("{:.2}", 255.0 * errors.rms),
             format!("{:.2e}", errors.rel_mse),
             format!("{:.4}", errors.flip),

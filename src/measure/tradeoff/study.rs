@@ -39,7 +39,7 @@ struct Known {
 }
 
 /// Tries `models` on a scene; `say` is called with a model's name, or why it is left out, and the share
-/// of the work that is done. The others' speed is told by the first [`BASES`] models.
+/// of the work that is done. The others' speeds are ratios to the first [`BASES`] models.
 ///
 /// # Errors
 /// Those of [`crate::plan::plan`], [`Renderer::new`], [`Renderer::submit`] and

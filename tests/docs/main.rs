@@ -1,11 +1,14 @@
 //! The documents: what they link to, name, show and quote is there, and is the program's.
 
+mod figures;
+
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use raindrops::environment::Environment;
+use raindrops::measure::verdict::expect::Expectations;
 use raindrops::plan::{Output, plan};
 use raindrops::scene::Scene;
 use raindrops::scene::model::Preset;
@@ -236,13 +239,13 @@ fn every_variable_that_is_named_is_read() {
                 let path = entry.expect("an entry").path();
                 if path.is_dir() {
                     folders.push(path);
-                } else if !path.ends_with("tests/docs.rs") {
+                } else if !path.ends_with("tests/docs/main.rs") {
                     sources.push_str(&fs::read_to_string(path).unwrap_or_default());
                 }
             }
         }
     }
-    let own = fs::read_to_string(root().join("tests/docs.rs")).expect("this file");
+    let own = fs::read_to_string(root().join("tests/docs/main.rs")).expect("this file");
     let mut names = 0;
     for (path, text) in documents() {
         for (at, _) in text.match_indices("RAINDROPS_") {
@@ -311,17 +314,65 @@ fn the_scenes_keys_are_the_programs() {
         }
     }
     assert_eq!(documented_keys("docs/scene.md"), keys, "left: docs/scene.md; right: the program");
-    let mut scenes = 0;
+}
+
+/// Each block is a scene, a file for `--expect`, or of cargo.
+#[test]
+fn every_block_of_toml_is_read_by_the_program() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("expect.toml");
+    let (mut scenes, mut expectations) = (0, 0);
     for (path, _) in documents() {
         for block in blocks(&root().join(&path)) {
             let Some(text) = block.strip_prefix("toml\n") else { continue };
-            if text.contains("[camera]") || text.contains("[film]") {
+            if text.starts_with("[dependencies]") || text.starts_with("[env]") {
+                continue;
+            } else if text.starts_with("[[device]]") {
+                fs::write(&file, text).expect("a file");
+                Expectations::load(&file).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+                expectations += 1;
+            } else {
                 Scene::parse(text, "a scene").unwrap_or_else(|e| panic!("{}: {e}", path.display()));
                 scenes += 1;
             }
         }
     }
-    assert!(scenes >= 4, "{scenes} scenes");
+    assert!(scenes >= 5 && expectations > 0, "{scenes} scenes, {expectations} expectations");
+}
+
+/// `--example NAME` and the like, and options of `scripts/setup.sh`.
+#[test]
+fn every_target_and_option_of_setup_is_there() {
+    let root = root();
+    let setup = fs::read_to_string(root.join("scripts/setup.sh")).expect("the script");
+    let mut found = 0;
+    for (path, _) in documents() {
+        let text = fs::read_to_string(root.join(&path)).expect("a document");
+        for (option, folders) in [
+            ("--example ", ["examples", "examples"]),
+            ("--bench ", ["benches", "benches"]),
+            ("--test ", ["tests", "fuzz"]),
+        ] {
+            for rest in text.split(option).skip(1) {
+                let end = rest.find(|c: char| !c.is_ascii_alphanumeric() && c != '_' && c != '-');
+                let name = &rest[..end.unwrap_or(rest.len())];
+                let is_there = |folder: &&str| {
+                    let place = root.join(folder).join(name);
+                    place.is_dir() || place.with_extension("rs").exists()
+                };
+                let is_any = folders.iter().any(is_there) || name == "NAME" || name.is_empty();
+                assert!(is_any, "{}: there is no {option}{name}", path.display());
+                found += 1;
+            }
+        }
+        for rest in text.split("scripts/setup.sh ").skip(1) {
+            for option in options(rest.split(['\n', '`']).next().unwrap_or_default()) {
+                assert!(setup.contains(option), "{}: setup.sh has no {option}", path.display());
+                found += 1;
+            }
+        }
+    }
+    assert!(found > 20, "{found} names: are they looked for?");
 }
 
 /// Names of the passes of a scene's plan, in order.
@@ -359,101 +410,6 @@ fn the_passes_that_are_shown_are_the_plans() {
     all.extend(passes(Preset::PaperCompact, Output::Display));
     all.extend(passes(Preset::Fast, Output::Layers));
     assert_eq!(named, all);
-}
-
-/// The cells of a row of a Markdown table, without marks of type.
-fn cells(line: &str) -> Vec<&str> {
-    line.trim()
-        .trim_matches('|')
-        .split('|')
-        .map(|cell| cell.trim().trim_matches(['*', '`']))
-        .collect()
-}
-
-fn number(text: &str) -> Option<f64> {
-    text.replace(',', "").parse().ok()
-}
-
-/// Whether a rate in frames a second is `milliseconds`' or that which stands there, as it is written.
-fn is_rate(fps: f64, cell: f64) -> bool {
-    (fps - cell).abs() < 1e-9 || (fps - 1000.0 / cell).abs() <= 0.051 + 50.0 / (cell * cell)
-}
-
-/// A link to a result among the README's text after `from`, and the commit that it names beside it.
-fn result_after(readme: &str, from: &str, end: &str) -> (PathBuf, String) {
-    let (_, rest) = readme.split_once(from).unwrap_or_else(|| panic!("no '{from}'"));
-    let link = between(rest, "](", ')').into_iter().find(|link| link.contains("docs/results/"));
-    let (_, commit) = rest.split_once("commit ").expect("a commit");
-    let commit = commit.split(|c: char| !c.is_ascii_hexdigit()).next().expect("its digits");
-    assert!(commit.len() >= 7, "{commit}");
-    let path = root().join(link.expect("a link to a result"));
-    (path.with_extension(end), commit.into())
-}
-
-#[test]
-fn the_readmes_table_ii_is_in_the_results() {
-    let readme = fs::read_to_string(root().join("README.md")).expect("README");
-    let (path, commit) = result_after(&readme, "scripts/bench.sh --preset paper,fast", "md");
-    let page = fs::read_to_string(&path).expect("the result");
-    assert!(page.contains(&commit), "{}: no commit {commit}", path.display());
-    let mut rows = 0;
-    for line in readme.lines() {
-        let words: Vec<&str> = line.split_whitespace().collect();
-        let [preset @ ("paper" | "fast"), drops, in_view, mapped, plain, ms] = words[..] else {
-            continue;
-        };
-        let of_row = |line: &&str| {
-            let cells = cells(line);
-            let others = ["paper", "fast"].into_iter().filter(|other| *other != preset);
-            [drops, in_view, ms].iter().all(|word| cells.contains(word))
-                && !others.into_iter().any(|other| cells.contains(&other))
-        };
-        let found =
-            page.lines().find(of_row).unwrap_or_else(|| panic!("{}: no '{line}'", path.display()));
-        let rate = |text: &str| number(text).expect("a rate");
-        assert!(is_rate(rate(mapped), rate(ms)), "{line}");
-        let figures = cells(found).into_iter().filter_map(number);
-        assert!(figures.into_iter().any(|cell| is_rate(rate(plain), cell)), "{line}: {found}");
-        rows += 1;
-    }
-    assert!(rows >= 4, "{rows} rows");
-}
-
-#[test]
-fn the_readmes_presets_are_in_the_results() {
-    let readme = fs::read_to_string(root().join("README.md")).expect("README");
-    let (path, commit) = result_after(&readme, "## Time against error", "json");
-    let text = fs::read_to_string(&path).expect("the result");
-    let result: serde_json::Value = serde_json::from_str(&text).expect("JSON");
-    let built = result["build"]["commit"].as_str().expect("a commit");
-    assert!(built.starts_with(&commit), "README: commit {commit}; {}: {built}", path.display());
-    let mut rows = 0;
-    for line in readme.lines().filter(|line| line.starts_with("| `") && line.contains(" ms |")) {
-        let row = cells(line);
-        let [preset, _, ms, rms, flip] = row[..] else { panic!("{line}") };
-        let mut all = result["rows"].as_array().expect("rows").iter();
-        let found = all.find(|row| row["scene"] == "far" && row["model"] == preset);
-        let found = found.unwrap_or_else(|| panic!("no row of {preset}"));
-        let figure = |key: &str| found[key].as_f64().expect("a figure");
-        let shown = number(ms.trim_end_matches(" ms")).expect("milliseconds");
-        assert_eq!(shown, figure("median_ms").round(), "{line}");
-        assert_eq!(rms, format!("{:.1}", 255.0 * figure("rms")), "{line}");
-        assert_eq!(flip, format!("{:.3}", figure("flip")), "{line}");
-        rows += 1;
-    }
-    assert_eq!(rows, 4);
-}
-
-#[test]
-fn every_picture_is_shown() {
-    let all: String = documents().into_iter().map(|(_, text)| text).collect();
-    for entry in fs::read_dir(root().join("docs/pictures")).expect("pictures") {
-        let name = entry.expect("an entry").file_name().into_string().expect("a name");
-        if name == "made.txt" {
-            continue;
-        }
-        assert!(all.contains(&format!("pictures/{name})")), "no document shows {name}");
-    }
 }
 
 /// The front page of the library compiles what the page on embedding shows.

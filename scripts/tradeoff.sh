@@ -1,0 +1,87 @@
+#!/usr/bin/env bash
+# The published trade-off of this machine, made anew: every model's time and error. The machine has to be quiet. Takes
+# ten minutes or more on two cores.
+#
+#   scripts/tradeoff.sh NAME [options of tradeoff]   writes docs/results/NAME.json and NAME.md,
+#                                                    docs/pictures/tradeoff.svg, and the README's table of presets
+#   scripts/tradeoff.sh NAME --page                  only the page and the table, of the JSON that is there
+#
+# RAINDROPS names the program, else it is built. Exit status: 0; 2 for an error.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+[ $# -gt 0 ] && [[ $1 != -* ]] || { sed -n '2,/^set /s/^# \{0,1\}//p' scripts/tradeoff.sh >&2; exit 2; }
+name=$1
+shift
+fail() { echo "tradeoff: $*" >&2; exit 2; }
+json=docs/results/$name.json
+if [ "${1-}" != --page ]; then
+  if [ -z "${RAINDROPS-}" ]; then
+    scripts/setup.sh
+    scripts/cargo.sh build --release --locked --bin raindrops || fail "the program does not build"
+    RAINDROPS=target/release/raindrops
+  fi
+  export RAINDROPS
+  "$RAINDROPS" tradeoff "$@" --json "$json" --svg docs/pictures/tradeoff.svg || fail "no result"
+  scripts/made.sh scripts/tradeoff.sh tradeoff.svg
+fi
+
+python3 - "$json" "docs/results/$name.md" <<'PYTHON' || fail "no page"
+import json, os, re, sys
+result = json.load(open(sys.argv[1]))
+host, device, build, rows = (result[key] for key in ("host", "device", "build", "rows"))
+scenes = list(dict.fromkeys(row["scene"] for row in rows))
+by_rate = [[s for s in scenes if any(r["scene"] == s and (r.get("rate_mm_h") is not None) == is_rain for r in rows)]
+           for is_rain in (False, True)]
+
+def cell(scene, model):
+    for row in rows:
+        if (row["scene"], row["model"]) == (scene, model):
+            mark = "**" if row["pareto"] else ""
+            return f"{mark}{row['speed']:.2f} / {255 * row['rms']:.2f}{mark}"
+    return ""
+
+def table(scenes):
+    models = dict.fromkeys(row["model"] for row in rows if row["scene"] in scenes)
+    lines = ["| speed / rms | " + " | ".join(scenes) + " |", "|---" * (len(scenes) + 1) + "|"]
+    lines += [f"| `{model}` | " + " | ".join(cell(scene, model) for scene in scenes) + " |" for model in models]
+    return lines
+
+# The load at the start, if the result has it.
+load = f", load {host['load']:.2f} when it began" if host.get("load") is not None else ""
+page = [
+    "# Every model's time and error",
+    "",
+    f"Made by `scripts/tradeoff.sh` from [{sys.argv[1].rsplit('/', 1)[-1]}]({sys.argv[1].rsplit('/', 1)[-1]}), which has all figures;",
+    "its keys are those of [result files](../result-files.md). [Plot](../pictures/tradeoff.svg).",
+    "",
+    f"- {device['name']}, {device['driver_info']}",
+    f"- {host['cpu']}, {host['cores']} cores{load}; raindrops {build['version']} {build['commit']} {build['profile']}",
+    f"- truth: {result['truth_samples']} samples a pixel",
+    "",
+    "Speed is a multiple of `paper`'s, which ran in turn with the model; rms is in grey levels of 255, tone mapped. A cell in",
+    "bold is on the Pareto front: no other model of the scene is both faster and truer. Two models that are the same program",
+    "by two names, such as `auto` and its choice, show how far times differ by chance.",
+    "",
+    *table(by_rate[0]),
+]
+if by_rate[1]:
+    page += ["", "With real rain, which `paper` does not draw, speed is a multiple of `fast`'s:", "", *table(by_rate[1])]
+moving = [row for row in rows if row.get("flicker") is not None]
+for scene in dict.fromkeys(row["scene"] for row in moving):
+    page += ["", f"Flicker of the scene {scene}: RMS of what a model changes from frame to frame and the truth does not, in grey levels.",
+             "", "| model | flicker |", "|---|---|"]
+    page += [f"| `{row['model']}` | {255 * row['flicker']:.2f} |" for row in moving if row["scene"] == scene]
+# Notes that somebody wrote on this commit's figures stay; those on others are of no use.
+heading = f"\n## Notes on commit {build['commit']}\n"
+before = open(sys.argv[2]).read() if os.path.exists(sys.argv[2]) else ""
+notes = heading + before.split(heading)[1] if heading in before else ""
+open(sys.argv[2], "w").write("\n".join(page) + "\n" + notes)
+
+# The README's presets are those of the scene "far".
+readme = open("README.md").read()
+for row in (row for row in rows if row["scene"] == "far"):
+    figures = f"{row['median_ms']:,.0f} ms | {255 * row['rms']:.1f} | {row['flip']:.3f} |"
+    readme = re.sub(rf"(\| `{row['model']}` \|[^|]*\| )[0-9,]+ ms \|[^|]*\|[^|]*\|", lambda found: found[1] + figures, readme)
+readme = re.sub(r"(results/2026[^)]*tradeoff\.md\) \(commit )[0-9a-f]+", lambda found: found[1] + build["commit"][:7], readme)
+open("README.md", "w").write(readme)
+PYTHON
