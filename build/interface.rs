@@ -56,6 +56,7 @@ const STRUCTURES: &[&str] = &[
     "Large",
     "LargeShape",
     "Motion",
+    "MotionDepthPush",
     "Part",
     "Placed",
     "Population",
@@ -64,7 +65,6 @@ const STRUCTURES: &[&str] = &[
     "RenewalPush",
     "Slab",
     "Source",
-    "ToldPush",
     "Totals",
     "Work",
 ];

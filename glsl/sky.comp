@@ -65,7 +65,9 @@ float reach_of(ivec2 pixel, vec3 ray) {
     float stored = texelFetch(depth_image, min(pixel, textureSize(depth_image, 0) - 1), 0).r;
     float below = push.depth.z * stored + push.depth.w;
     float depth = below > 0.0 ? (push.depth.x * stored + push.depth.y) / below : FARTHEST;
-    return min(push.depth_kind == 1u ? depth * length(ray) / -ray.z : depth, FARTHEST);
+    float far = push.depth_kind == 1u ? depth * length(ray) / -ray.z : depth;
+    // Of a host: NaN is as far as the sky; squares of distances are compared.
+    return far < FARTHEST ? max(far, 0.0) : FARTHEST;
 }
 #endif
 

@@ -3,7 +3,7 @@
 
 mod common;
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -12,6 +12,7 @@ use glam::{DVec2, DVec3, Vec3};
 use raindrops::gpu::Device;
 use raindrops::picture::Picture;
 use raindrops::picture::layers::Layers;
+use raindrops::picture::plate::Plate;
 use raindrops::picture::sidecar::{DropRecord, drops_in_view};
 use raindrops::plan::{Output, plan};
 use raindrops::renderer::Renderer;
@@ -138,7 +139,8 @@ fn by_number(scene: &Scene) -> HashMap<u64, DropRecord> {
     map
 }
 
-/// Holds every pixel's number, depth and motion against the drops on the CPU, at both times and from another eye.
+/// Holds every pixel's number, depth and motion against the drops on the CPU, at both times and from another eye. What a
+/// scene's depth hides is nobody's nearest.
 fn hold_against_the_cpu(device: &Arc<Device>, name: &str, scene: &Scene) {
     let mut until = Scene { time: scene.time + 1.0 / 30.0, ..scene.clone() };
     until.camera.position += DVec3::new(0.02, 0.01, -0.03);
@@ -147,10 +149,12 @@ fn hold_against_the_cpu(device: &Arc<Device>, name: &str, scene: &Scene) {
     right.camera.position.x += 0.065;
     right.camera.target.x += 0.065;
     let found = layers(device, scene, &until);
-    let other_eye = layers(device, &right, &right);
+    let (other_eye, next) = (layers(device, &right, &right), layers(device, &until, &until));
+    let plate = Plate::of(scene).expect("a plate");
+    let wall = |at: usize| plate.depth().map_or(f64::INFINITY, |depth| depth.values[at]);
     let (now, then, from_right) = (by_number(scene), by_number(&until), by_number(&right));
     let (view, view_then) = (scene.view(), until.view());
-    let (mut drops, mut moved) = (std::collections::HashSet::new(), 0);
+    let (mut drops, mut moved) = (HashSet::new(), 0);
     for at in 0..(EDGE * EDGE) as usize {
         let (id, depth, [x, y]) =
             (found.id[at], found.depth[at], found.motion[at].map(|m| m.to_f64()));
@@ -167,6 +171,8 @@ fn hold_against_the_cpu(device: &Arc<Device>, name: &str, scene: &Scene) {
         assert!(is_within, "{name}: {column}, {row} is not in {:?}", drop.pixels);
         let planar = -(drop.center - view.position).dot(view.back);
         assert!((f64::from(depth) - planar).abs() < 1e-4 * planar, "{name}: {depth}, not {planar}");
+        // Its front is no farther from the eye than its middle, less its radius.
+        assert!(planar - drop.radius < wall(at) * (1.0 + 1e-5), "{name}: {id:#x} is hidden");
         drops.insert(id);
         // One that has left its box meanwhile is at its other side.
         if let Some(then) = then.get(&id).filter(|then| then.center.distance(drop.center) < 40.0) {
@@ -187,10 +193,13 @@ fn hold_against_the_cpu(device: &Arc<Device>, name: &str, scene: &Scene) {
     for drop in now.values() {
         let place = view.point(drop.center - view.position).0.floor();
         let is_inside = place.cmpge(DVec2::ZERO).all() && place.max_element() < f64::from(EDGE);
-        if !is_inside || drop.center.distance(view.position) < 2.0 * drop.radius {
+        let far = -(drop.center - view.position).dot(view.back) + drop.radius;
+        let at = || place.y as usize * EDGE as usize + place.x as usize;
+        let is_near = drop.center.distance(view.position) < 2.0 * drop.radius;
+        if !is_inside || is_near || far > 0.99 * wall(at()) {
             continue;
         }
-        let at = place.y as usize * EDGE as usize + place.x as usize;
+        let at = at();
         assert!(found.id[at] != 0, "{name}: nothing over the middle of {:#x}", drop.number);
         let told = &now[&found.id[at]];
         let [told_far, far] = [told, drop].map(|d| d.center.distance(view.position));
@@ -203,21 +212,30 @@ fn hold_against_the_cpu(device: &Arc<Device>, name: &str, scene: &Scene) {
         middles += 1;
     }
     assert!(middles > 500, "{name}: {middles}");
-    // From the right eye the same drops are elsewhere, but where they are in the world.
-    let seen: std::collections::HashSet<u64> =
-        other_eye.id.iter().copied().filter(|id| *id != 0).collect();
-    let mut both = 0;
-    for id in &seen {
-        let drop =
-            from_right.get(id).unwrap_or_else(|| panic!("{name}: no drop has number {id:#x}"));
-        if let Some(same) = now.get(id) {
-            let apart = drop.center.distance(same.center);
-            assert!(apart < 1e-4 * drop.center.length().max(1.0), "{name}: {apart} apart");
-            both += u32::from(drops.contains(id));
-        }
-    }
-    println!("{name}: {} drops, {moved} pixels in motion, {both} drops in both eyes", drops.len());
-    assert!(drops.len() > 100 && moved > 100 && both > 60, "{name}");
+    // From the right eye the same drops are elsewhere, but where they are in the world; in the next frame they have fallen
+    // on as they fall.
+    let seconds = until.time - scene.time;
+    let both =
+        [(other_eye, from_right, 0.0), (next, then, seconds)].map(|(other, known, seconds)| {
+            let seen: HashSet<u64> = other.id.iter().copied().filter(|id| *id != 0).collect();
+            let mut both = 0;
+            for id in &seen {
+                let drop =
+                    known.get(id).unwrap_or_else(|| panic!("{name}: no drop has number {id:#x}"));
+                if let Some(same) = now.get(id) {
+                    let expected = same.center + same.velocity * seconds;
+                    let apart = drop.center.distance(expected);
+                    assert!(apart < 1e-4 * drop.center.length().max(1.0), "{name}: {apart} apart");
+                    both += u32::from(drops.contains(id));
+                }
+            }
+            both
+        });
+    println!(
+        "{name}: {} drops, {moved} pixels in motion, {both:?} drops in both eyes and both frames",
+        drops.len()
+    );
+    assert!(drops.len() > 100 && moved > 100 && both.iter().all(|both| *both > 60), "{name}");
 }
 
 #[test]
@@ -227,6 +245,13 @@ fn numbers_depths_and_motions_are_those_of_the_drops() {
         hold_against_the_cpu(device, "box, exact", &in_a_box(Preset::Exact));
         hold_against_the_cpu(device, "two populations", &of_two(Preset::Fast));
         hold_against_the_cpu(device, "real", &real(Preset::Fast));
+        hold_against_the_cpu(device, "real, exact", &real(Preset::Exact));
+        for preset in [Preset::Fast, Preset::Exact] {
+            let mut before_a_wall = in_a_box(preset);
+            plate(&mut before_a_wall, "numbers");
+            before_a_wall.background.color = None;
+            hold_against_the_cpu(device, &format!("before a wall, {preset}"), &before_a_wall);
+        }
         // Beyond 2^32 cells of the smallest from where the cells begin to count.
         let mut far = real(Preset::Fast);
         let away = DVec3::new(3e8, 40.0, -7e8);
@@ -386,77 +411,4 @@ fn a_file_has_the_channels_that_compositors_read() {
         assert!(!is_done && said.contains(told), "{arguments:?}: {said}");
         assert!(!folder.join("x.exr").exists() && !folder.join("x.json").exists());
     }
-}
-
-/// Every file of a folder, by its path within it.
-fn files(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
-    let mut found = Vec::new();
-    let mut folders = vec![folder.to_path_buf()];
-    while let Some(next) = folders.pop() {
-        for entry in std::fs::read_dir(next).expect("a folder") {
-            let path = entry.expect("an entry").path();
-            if path.is_dir() {
-                folders.push(path);
-            } else {
-                let name = path.strip_prefix(folder).expect("within").to_path_buf();
-                found.push((name, std::fs::read(&path).expect("a file")));
-            }
-        }
-    }
-    found.sort();
-    found
-}
-
-#[test]
-fn shards_together_are_the_data_set() {
-    let folder = folder("shards");
-    write_scene(&folder);
-    let make = |output: &str, shard: &str| {
-        let views = ["--views", "3", "--rates", "5,50", "--shard", shard, "-o", output];
-        let (is_done, said) =
-            run(&folder, &[&["dataset", "scene.toml"], views.as_slice()].concat());
-        assert!(is_done, "{said}");
-    };
-    make("whole", "1/1");
-    make("parts", "2/2");
-    assert!(!folder.join("parts/manifest.jsonl").exists());
-    make("parts", "1/2");
-    let whole = files(&folder.join("whole"));
-    assert_eq!(whole.len(), 2 + 3 * 5);
-    assert!(whole == files(&folder.join("parts")), "the shards are not the whole");
-    // What is missing is made again.
-    std::fs::remove_dir_all(folder.join("parts/00001")).expect("removed");
-    make("parts", "1/1");
-    assert!(whole == files(&folder.join("parts")));
-    let manifest =
-        std::fs::read_to_string(folder.join("whole/manifest.jsonl")).expect("a manifest");
-    let rates: Vec<f64> = manifest
-        .lines()
-        .map(|line| {
-            let record: serde_json::Value = serde_json::from_str(line).expect("JSON");
-            let file = record["files"]["rainy"].as_str().expect("a file");
-            assert!(folder.join("whole").join(file).exists());
-            record["rate_mm_h"].as_f64().expect("a rate")
-        })
-        .collect();
-    assert!(rates.len() == 3 && rates.iter().all(|rate| (5.0..=50.0).contains(rate)), "{rates:?}");
-    assert!(rates[0] != rates[1]);
-    for (arguments, told) in [
-        (vec!["--shard", "0/2"], "shard"),
-        (vec!["--shard", "3/2"], "shard"),
-        (vec!["--rates", "9,3"], "two rates"),
-        (vec!["--turn", "400"], "0 to 180"),
-        (vec!["--views", "0"], "--views"),
-        (vec!["--depth", "none.exr"], "none.exr"),
-        (vec!["--turn", "9", "--depth", "none.exr"], "leave it out"),
-        (vec!["--preset", "paper"], "take preset fast"),
-    ] {
-        let all = [&["dataset", "scene.toml", "-o", "bad"], arguments.as_slice()].concat();
-        let (is_done, said) = run(&folder, &all);
-        assert!(!is_done && said.contains(told), "{arguments:?}: {said}");
-        let problems = said.lines().filter(|line| line.starts_with("raindrops:")).count();
-        assert!(problems == 1 && !folder.join("bad").exists(), "{said}");
-    }
-    let (is_done, said) = run(&folder, &["dataset", "scene.toml", "--views", "4", "-o", "whole"]);
-    assert!(!is_done && said.contains("something else"), "{said}");
 }

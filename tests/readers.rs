@@ -1,7 +1,6 @@
-//! Results in the formats of others, read by readers that nobody here wrote. Three of them are programs that a
-//! machine may lack: `pip install junitparser`; Debian's `libbenchmark-tools` with `python3-scipy`, and
-//! `openimageio-tools`. Their tests
-//! then say so past the test harness, which would hide it.
+//! Results in the formats of others, read by readers that nobody here wrote. Some of them are programs that a
+//! machine may lack: `pip install junitparser OpenEXR numpy`; Debian's `libbenchmark-tools` with `python3-scipy`, and
+//! `openimageio-tools`. Their tests then say so past the test harness, which would hide it.
 
 #![cfg(target_os = "linux")]
 
@@ -30,15 +29,18 @@ fn run(command: &mut Command) -> Output {
     command.output().expect("it starts")
 }
 
-/// What a Python program prints; none if `module` is not there.
-fn python(program: &str, module: &str, script: &str, arguments: &[&Path]) -> Option<String> {
-    let has = Command::new(program).args(["-c", &format!("import {module}")]).output();
-    if !has.is_ok_and(|output| output.status.success()) {
-        return None;
-    }
-    let output = run(Command::new(program).args(["-c", script]).args(arguments));
+/// A Python that has modules, such as `OpenEXR, numpy`; none if there is none.
+fn python(modules: &str) -> Option<Command> {
+    let program = std::env::var("RAINDROPS_TEST_PYTHON").unwrap_or("python3".into());
+    let has = Command::new(&program).args(["-c", &format!("import {modules}")]).output();
+    has.is_ok_and(|output| output.status.success()).then(|| Command::new(program))
+}
+
+/// What a program prints.
+fn printed(command: &mut Command) -> String {
+    let output = run(command);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    Some(String::from_utf8(output.stdout).expect("text"))
+    String::from_utf8(output.stdout).expect("text")
 }
 
 #[test]
@@ -51,11 +53,10 @@ for suite in junitparser.JUnitXml.fromfile(sys.argv[1]):
         print(suite.name, suite.tests, suite.failures, suite.skipped, case.name, what, case.result[0].message if what else '')
 ";
     let bench = Bench::new();
-    let program = std::env::var("RAINDROPS_TEST_PYTHON").unwrap_or("python3".into());
     let file = bench.path().join("j.xml");
     let read = |arguments: &[&str]| {
         bench.run(&[&["--rounds", "6", "--junit", "j.xml"], arguments].concat());
-        python(&program, "junitparser", SCRIPT, &[&file])
+        Some(printed(python("junitparser")?.args(["-c", SCRIPT]).arg(&file)))
     };
     let Some(slower) = read(&["--b", "MS=12,NOTE='<&>'"]) else {
         return skip("the Python package junitparser is not there");
@@ -195,4 +196,38 @@ fn layers_are_composited_by_oiiotool() {
     assert!(alike, "{said}");
     // The control: the plate alone.
     assert!(!is_alike("plate.exr").0);
+}
+
+/// The lines of docs/data-set.md that load a set, with a check after them in the loop: by OpenEXR's own binding and numpy.
+#[test]
+fn a_data_set_is_loaded_by_the_python_of_its_page() {
+    let Some(mut python) = python("OpenEXR, numpy") else {
+        return skip("the Python packages OpenEXR and numpy are not there");
+    };
+    const CHECK: &str = "
+    assert image.shape == target.shape == (3, 32, 48), image.shape
+    assert mask.shape == depth.shape == (32, 48) and motion.shape == (2, 32, 48)
+    assert np.isfinite(depth[layers['id'] != 0]).all() and (depth[layers['id'] == 0] == np.inf).all()
+    assert (motion[1, layers['id'] != 0] > 0).any()
+    assert layers['id'].dtype == layers['count'].dtype == np.uint32
+    over = np.stack([layers[c] for c in 'RGB']).astype(float) + (1 - mask.astype(float)) * target
+    assert np.abs(over - image).max() < 0.002 * image.max(), np.abs(over - image).max()
+    print(view['view'], view['covered_pixels'] == np.count_nonzero(layers['count']), (mask > 0.5).any())
+";
+    let page = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/data-set.md"));
+    let page = page.expect("the page");
+    let (_, script) = page.split_once("```python\n").expect("its lines of Python");
+    let (script, _) = script.split_once("```").expect("their end");
+    assert!(script.lines().filter(|line| !line.trim().is_empty()).count() <= 10, "{script}");
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    let scene = "[image]\nwidth = 48\nheight = 32\n[camera]\nvertical_fov = 40.0\n[rain]\nrate = 100.0\nextent = 60.0\n\
+                 [model]\npreset = \"fast\"\n[[drop]]\ncenter = [0.0, 0.0, -1.0]\nradius = 0.1\n\
+                 velocity = [0.0, -1.0, 0.0]\n";
+    fs::write(folder.join("plate.toml"), scene).expect("a scene");
+    let dataset =
+        ["dataset", "plate.toml", "--rates", "50,200", "--turn", "0", "--views", "2", "-o", "set"];
+    printed(raindrops().current_dir(folder).args(dataset));
+    let said = printed(python.current_dir(folder).args(["-c", &(script.to_string() + CHECK)]));
+    assert_eq!(said, "0 True True\n1 True True\n");
 }

@@ -207,6 +207,69 @@ fn recipes_name_what_there_is() {
     assert!(checked >= 15, "only {checked} words were looked at");
 }
 
+/// The recipes that split a data set over machines, as they stand on their page: together their shards are the views of
+/// one run. `VIEWS` of each, a few more than there are shards; the schedulers' variables and `srun` as they set them.
+#[test]
+fn the_shards_of_the_recipes_are_the_whole() {
+    const VIEWS: u32 = 9;
+    let page = fs::read_to_string(root().join("docs/data-set.md")).expect("the page");
+    let block = |kind: &str, words: &str| {
+        let start = format!("```{kind}\n");
+        let mut blocks = page.split(&start).skip(1);
+        let block = blocks.find_map(|rest| rest.split("```").next().filter(|b| b.contains(words)));
+        block.unwrap_or_else(|| panic!("no {kind} with {words}")).to_string()
+    };
+    let after = |text: &str, from: &str, to: &str| {
+        let (_, rest) = text.split_once(from).unwrap_or_else(|| panic!("no {from} in {text}"));
+        rest.split_once(to).expect("its end").0.to_string()
+    };
+    let slurm = block("bash", "#SBATCH --array");
+    let last: u32 = after(&slurm, "--array=1-", "\n").parse().expect("a number");
+    let job = block("yaml", "kind: Job");
+    let count: u32 = after(&job, "completions: ", "\n").parse().expect("a number");
+    // A flow sequence whose third item is in single quotes.
+    let in_job = after(&job, "command: [sh, -c, '", "']");
+    let array: Vec<_> = (1..=last)
+        .map(|number| [("SLURM_ARRAY_TASK_ID", number), ("SLURM_ARRAY_TASK_COUNT", last)])
+        .collect();
+    let indices: Vec<_> =
+        (0..count).map(|number| [("JOB_COMPLETION_INDEX", number), ("UNUSED", 0)]).collect();
+
+    let folder = folder();
+    let path = folder.path();
+    let scene = "[image]\nwidth = 16\nheight = 8\n[rain]\nrate = 25.0\nextent = 30.0\n[model]\npreset = \"fast\"\n";
+    fs::write(path.join("plate.toml"), scene).expect("a scene");
+    fs::create_dir(path.join("tools")).expect("a folder");
+    write_program(&path.join("tools/srun"), "#!/bin/sh\nexec \"$@\"\n");
+    write_program(&path.join("tools/raindrops"), "#!/bin/sh\nexec \"$REAL\" \"$@\"\n");
+    let tools =
+        format!("{}:{}", path.join("tools").display(), std::env::var("PATH").expect("a path"));
+    let manifest = |script: &str, tasks: &[[(&str, u32); 2]], set: &str| {
+        let script = script
+            .replace("--views 1000", &format!("--views {VIEWS}"))
+            .replace("/data/plate.toml", "plate.toml")
+            .replace("/shared/set", set)
+            .replace("/data/set", set);
+        assert!(script.contains(&format!("plate.toml --views {VIEWS} -o {set} ")), "{script}");
+        for (number, task) in tasks.iter().enumerate() {
+            let mut command = Command::new("bash");
+            command.args(["-euc", &script]).env("PATH", &tools);
+            command.envs(task.map(|(name, value)| (name, value.to_string())));
+            let (status, text) = run(&mut command, path);
+            assert_eq!(status, Some(0), "task {number}: {text}");
+        }
+        fs::read_to_string(path.join(set).join("manifest.jsonl")).expect("a manifest")
+    };
+    let whole = manifest(
+        "raindrops dataset plate.toml --views 1000 -o /data/set ",
+        &[[("UNUSED", 0); 2]],
+        "whole",
+    );
+    assert_eq!(whole.lines().count(), VIEWS as usize);
+    assert!(manifest(&slurm, &array, "slurm") == whole);
+    assert!(manifest(&in_job, &indices, "job") == whole);
+}
+
 /// What the trials of the verdict change in the benchmark stands there once.
 #[test]
 fn the_change_of_the_trials_fits() {

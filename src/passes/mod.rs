@@ -12,6 +12,7 @@ pub mod frame;
 pub mod glints;
 pub mod layers;
 pub mod mask;
+pub mod motion_depth;
 pub mod output;
 #[cfg(feature = "view")]
 pub mod overlay;
@@ -28,7 +29,6 @@ pub mod sky;
 pub(crate) mod tile_grid;
 mod tile_lists;
 pub mod tiles;
-pub mod told;
 pub mod tone_map;
 pub mod totals;
 mod veil;

@@ -8,13 +8,12 @@ use super::view::{Drawing, View, refuse};
 use super::{DepthConvention, FrameReport, HostBackground, HostEnvironment, Lighting, RainField};
 use crate::gpu::{HostImage, Recorder};
 use crate::passes::background::Behind;
+pub use crate::passes::motion_depth::HostMotion;
+use crate::passes::motion_depth::MotionDepth;
 pub use crate::passes::output::Blend;
 use crate::passes::output::{FORMATS, Output};
-pub use crate::passes::told::HostMotion;
-use crate::passes::told::Told;
 use crate::plan::FramePlan;
 use crate::scene::Scene;
-use crate::scene::camera::Camera;
 use crate::scene::model::{Primitive, Simulation};
 use crate::{Error, Result};
 
@@ -168,13 +167,13 @@ impl View {
         if of_light.is_some_and(|frames| frames < frames_in_flight) {
             return refuse("the light was made for fewer frames in flight");
         }
-        let told = [info.motion, info.nearest_depth];
-        if told.iter().any(Option::is_some) && plan.primitive != Primitive::Tile {
+        let nearest = [info.motion, info.nearest_depth];
+        if nearest.iter().any(Option::is_some) && plan.primitive != Primitive::Tile {
             return refuse(
                 "motion and nearest depth are those of tiles; take preset fast, exact or auto",
             );
         }
-        let plan = &FramePlan { nearest: told.iter().any(Option::is_some), ..plan.clone() };
+        let plan = &FramePlan { nearest: nearest.iter().any(Option::is_some), ..plan.clone() };
         let frames = frames_in_flight as u32;
         let behind = (color || depth).then_some(Behind::Host { color, depth, frames });
         let mut view = Self::of(lighting, rain, scene, plan, frames_in_flight, behind)?;
@@ -182,9 +181,9 @@ impl View {
         let source = view.drawing.source();
         let (device, frame) = (&view.device, &view.frame_buffer);
         view.output = Some(Output::new(device, frame, source, info.format, info.blend)?);
-        view.told = match &view.drawing {
+        view.motion_depth = match &view.drawing {
             Drawing::Tiled(tiled) => {
-                Told::new(device, frame, &tiled.tiles, &tiled.composite, told)?
+                MotionDepth::new(device, frame, &tiled.tiles, &tiled.composite, nearest)?
             }
             Drawing::Points(_) => None,
         };
@@ -199,8 +198,9 @@ impl View {
     /// command buffer changed.
     ///
     /// # Errors
-    /// [`Error::Scene`], before anything is recorded: if the slot does not exist or is taken, if the scene is not the
-    /// view's but for camera, time and tone mapping key, or if an image does not fit.
+    /// [`Error::Scene`], before anything is recorded: if the slot does not exist or is taken, if a value of the scene is out
+    /// of its range, if the scene is not the view's but for camera, time and tone mapping key, if an image does not fit, or
+    /// if one image is given for two things.
     ///
     /// # Safety
     /// - `commands` is a primary command buffer of the device's queue family, being recorded outside of any rendering or
@@ -229,8 +229,9 @@ impl View {
             return refuse("the view was made for no host");
         };
         output.check(&input.output, self.size)?;
+        input.scene.validate("the frame")?;
         check_background(&input.background, &info, input.scene)?;
-        check_told(input, &info, self.size)?;
+        check_nearest(input, &info, self.size)?;
         check_apart(input)?;
         if let Some(environment) = &input.environment {
             let Some(renewal) = &self.lighting.renewal else {
@@ -371,7 +372,7 @@ fn check_background(background: &HostBackground, info: &ViewInfo, scene: &Scene)
 }
 
 /// Refuses images of motion and depth that are not what the view was made for, or cannot be drawn into.
-fn check_told(input: &FrameInput<'_>, info: &ViewInfo, size: (u32, u32)) -> Result<()> {
+fn check_nearest(input: &FrameInput<'_>, info: &ViewInfo, size: (u32, u32)) -> Result<()> {
     let motion = input.motion.map(|motion| motion.image);
     for (name, image, wanted) in [
         ("motion", motion, info.motion),
@@ -394,29 +395,31 @@ fn check_told(input: &FrameInput<'_>, info: &ViewInfo, size: (u32, u32)) -> Resu
             }
         }
     }
-    let is_finite = |motion: HostMotion| {
-        let Camera { position, target, up, .. } = motion.camera;
-        let all = [position, target, up].iter().all(|v| v.is_finite());
-        all && motion.time.is_finite() && motion.pixel.iter().all(|part| part.is_finite())
-    };
-    if !input.motion.is_none_or(is_finite) {
-        return refuse("motion is from a camera, at a time or in a unit that is not finite");
+    let Some(HostMotion { camera, time, pixel, .. }) = input.motion else { return Ok(()) };
+    if !time.is_finite() || !pixel.iter().all(|part| part.is_finite()) {
+        return refuse("motion is since a time or in a unit that is not finite");
     }
-    Ok(())
+    let of_before = |problem| Error::Scene { place: "the frame before".into(), problem };
+    camera.validate(input.scene.image).map_err(of_before)
 }
 
-/// Refuses one image for two things.
+/// Refuses one image for two things: it is taken from one layout and handed back in one.
 fn check_apart(input: &FrameInput<'_>) -> Result<()> {
-    let read = [input.background.color.map(|(i, _)| i), input.background.depth.map(|(i, _)| i)];
-    let drawn = [Some(input.output), input.motion.map(|motion| motion.image), input.nearest_depth];
-    let drawn: Vec<_> = drawn.iter().flatten().map(|image| image.image).collect();
-    let is_read = |drawn| read.iter().flatten().any(|image| image.image == drawn);
-    for (number, image) in drawn.iter().enumerate() {
-        if is_read(*image) {
-            return refuse("an image that is drawn into is a background's too; draw into another");
-        }
-        if drawn[..number].contains(image) {
-            return refuse("output, motion and nearest depth are drawn into an image each");
+    let images = [
+        ("the output", Some(input.output)),
+        ("the background colour", input.background.color.map(|(image, _)| image)),
+        ("the background depth", input.background.depth.map(|(image, _)| image)),
+        ("the environment", input.environment.map(|environment| environment.image)),
+        ("motion", input.motion.map(|motion| motion.image)),
+        ("nearest depth", input.nearest_depth),
+    ];
+    for (number, (name, image)) in images.iter().enumerate() {
+        let Some(image) = image else { continue };
+        let is_same = |other: &HostImage| other.image == image.image;
+        if let Some((other, _)) =
+            images[..number].iter().find(|(_, other)| other.as_ref().is_some_and(is_same))
+        {
+            return refuse(&format!("{other} and {name} are one image; each needs its own"));
         }
     }
     Ok(())

@@ -16,10 +16,10 @@ use crate::gpu::{
 use crate::passes::background::Behind;
 use crate::passes::drops::guard_band;
 use crate::passes::frame::{Frame, FrameBuffer, Surroundings};
+use crate::passes::motion_depth::MotionDepth;
 use crate::passes::output::Output;
 use crate::passes::rain_field::RainField;
 use crate::passes::tile_grid;
-use crate::passes::told::Told;
 use crate::passes::tone_map::{DELTA, DISPLAY, FinalSums, Source, ToneMap};
 use crate::plan::FramePlan;
 use crate::rain::field::Seen;
@@ -152,8 +152,8 @@ pub struct View {
     pub(super) drawing: Drawing,
     /// The pass into a host's image; none of a renderer's.
     pub(super) output: Option<Output>,
-    /// The pass that tells a host of each pixel's nearest drop, where it asks.
-    pub(super) told: Option<Told>,
+    /// The pass that draws motion and depth of each pixel's nearest drop, where a host asks.
+    pub(super) motion_depth: Option<MotionDepth>,
     pub(super) info: Option<ViewInfo>,
     pub(super) device: Arc<Device>,
 }
@@ -271,7 +271,7 @@ impl View {
             display,
             drawing,
             output: None,
-            told: None,
+            motion_depth: None,
             info: None,
             device: device.clone(),
         })
@@ -431,9 +431,9 @@ impl View {
             let image = &input.output;
             self.drawing.record_display(device, commands);
             time.time(commands, "output", || pass.record(device, commands, image));
-            if let Some(told) = &self.told {
+            if let Some(pass) = &self.motion_depth {
                 let into = (input.motion.as_ref(), input.nearest_depth.as_ref());
-                time.time(commands, "told", || told.record(device, commands, into));
+                time.time(commands, "motion and depth", || pass.record(device, commands, into));
             }
         }
         slot.record_counts(device, commands, &self.drawing, &self.frame_buffer);

@@ -1,6 +1,7 @@
 //! Whether every value of a scene is within its range and goes with the others.
 
-use super::{AXIS_RATIOS, EXPOSURES, MAX_CROSSINGS, MAX_DROPS, MAX_IMAGE_EDGE, Scene};
+use super::camera::Camera;
+use super::{AXIS_RATIOS, EXPOSURES, ImageSize, MAX_CROSSINGS, MAX_DROPS, MAX_IMAGE_EDGE, Scene};
 use crate::Error;
 use crate::scene::model::{Preset, Simulation};
 use crate::scene::real_rain::RealRain;
@@ -15,12 +16,20 @@ impl Scene {
     }
 }
 
+impl Camera {
+    /// Checks where it stands, where it looks and what of a picture of this size it shows; the problem is said in words.
+    pub(crate) fn validate(&self, image: ImageSize) -> Result<(), String> {
+        place(self)?;
+        size(image)?;
+        window(self, image)?;
+        principal(self)
+    }
+}
+
 /// The first problem of a scene.
 fn problem(scene: &Scene) -> Result<(), String> {
     check(scene.time.is_finite(), || format!("time = {} is not a finite number", scene.time))?;
-    camera(scene)?;
-    window(scene)?;
-    principal(scene)?;
+    scene.camera.validate(scene.image)?;
     environment(scene)?;
     check(positive(scene.metres), || {
         format!("metres = {} must be finite and over 0", scene.metres)
@@ -46,9 +55,8 @@ fn positive(value: f64) -> bool {
     value.is_finite() && value > 0.0
 }
 
-/// Where it stands and looks, and the picture's size.
-fn camera(scene: &Scene) -> Result<(), String> {
-    let camera = &scene.camera;
+/// Where it stands and looks.
+fn place(camera: &Camera) -> Result<(), String> {
     check(camera.position.is_finite() && camera.target.is_finite(), || {
         "camera: position and target must be finite".into()
     })?;
@@ -67,33 +75,31 @@ fn camera(scene: &Scene) -> Result<(), String> {
             && camera.near_fade.is_finite()
             && camera.near_fade >= 0.0,
         || "camera: near and near_fade must be finite and at least 0".into(),
-    )?;
+    )
+}
+
+/// The picture's size.
+fn size(ImageSize { width, height }: ImageSize) -> Result<(), String> {
     let edge = 1..=MAX_IMAGE_EDGE;
-    check(edge.contains(&scene.image.width) && edge.contains(&scene.image.height), || {
-        format!(
-            "image: {} x {} is not within 1 to {MAX_IMAGE_EDGE} pixels an edge",
-            scene.image.width, scene.image.height
-        )
-    })?;
-    Ok(())
+    check(edge.contains(&width) && edge.contains(&height), || {
+        format!("image: {width} x {height} is not within 1 to {MAX_IMAGE_EDGE} pixels an edge")
+    })
 }
 
 /// Where the view axis meets the picture.
-fn principal(scene: &Scene) -> Result<(), String> {
-    let principal = scene.camera.principal;
+fn principal(camera: &Camera) -> Result<(), String> {
+    let principal = camera.principal;
     check(principal.iter().all(|part| (-10.0..=10.0).contains(part)), || {
         format!("camera: principal = {principal:?} is not within -10 to 10")
     })
 }
 
 /// The part of the picture that is drawn.
-fn window(scene: &Scene) -> Result<(), String> {
-    let camera = &scene.camera;
+fn window(camera: &Camera, image: ImageSize) -> Result<(), String> {
     let [left, top, right, bottom] = camera.window;
-    for (name, low, high, pixels) in [
-        ("left to right", left, right, scene.image.width),
-        ("top to bottom", top, bottom, scene.image.height),
-    ] {
+    for (name, low, high, pixels) in
+        [("left to right", left, right, image.width), ("top to bottom", top, bottom, image.height)]
+    {
         check((0.0..1.0).contains(&low) && high > low && high <= 1.0, || {
             format!("camera: window from {name} is {low} to {high}, not a part of 0 to 1")
         })?;

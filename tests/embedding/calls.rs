@@ -15,7 +15,7 @@ use raindrops::scene::model::Preset;
 use crate::common;
 use crate::embedded::{Embedded, environment, scene, wanted};
 use crate::host::Host;
-use crate::told::{Filled, asked};
+use crate::motion_depth::{Filled, asked};
 
 /// Calls that a frame must not make, and its host must not see; each with a counter.
 macro_rules! counted {
@@ -67,6 +67,9 @@ counted! {
     vkCmdCopyBuffer vkCmdCopyImage vkCmdCopyImageToBuffer vkCmdBlitImage
 }
 
+/// Frames that renew their light.
+const RENEWED: [bool; 6] = [true, false, true, false, false, false];
+
 #[test]
 fn a_frame_records_and_does_nothing_else() {
     let entry = common::hooks::entry(hook_of);
@@ -81,8 +84,8 @@ fn a_frame_records_and_does_nothing_else() {
     let live = LiveInfo { height: 32, cube: false, ..LiveInfo::default() };
     let lighting = Arc::new(Lighting::live(&device, live).expect("light"));
     let plan = plan(&scene, &environment(), Output::Radiance).expect("a plan");
-    let rain = Arc::new(RainField::new(&device, &scene));
-    embedded.view = View::new(&lighting, &rain, &scene, &plan, &asked()).expect("a view");
+    let field = Arc::new(RainField::new(&device, &scene));
+    embedded.view = View::new(&lighting, &field, &scene, &plan, &asked()).expect("a view");
     let usage = vk::ImageUsageFlags::SAMPLED | vk::ImageUsageFlags::TRANSFER_DST;
     let around = host.image(vk::Format::R32G32B32A32_SFLOAT, (64, 32), 1, usage);
     host.write(&around, bytemuck::cast_slice(&[0.5f32; 64 * 32 * 4]));
@@ -96,6 +99,13 @@ fn a_frame_records_and_does_nothing_else() {
     let mut camera = scene.camera;
     // The control: set-up makes many.
     assert!(calls() - before_set_up > 100, "{}", calls() - before_set_up);
+    let page = include_str!("../../docs/embedding.md");
+    let rain = plan.passes.iter().map(|(name, _)| *name);
+    let every_pass: Vec<&str> = ["environment", "appearance"]
+        .into_iter()
+        .chain(rain)
+        .chain(["output", "motion and depth"])
+        .collect();
     let fences = [host.fence(), host.fence()];
     for number in 0..6 {
         let slot = number % 2;
@@ -110,6 +120,14 @@ fn a_frame_records_and_does_nothing_else() {
         let report = unsafe { embedded.view.retired(slot) }.expect("a report");
         assert_eq!(calls(), before, "frame {number} retired");
         assert_eq!(report.is_some(), number > 1);
+        if let Some(report) = report {
+            // That of the frame before the last one.
+            let passes: Vec<&str> = report.passes_ms.iter().map(|(name, _)| *name).collect();
+            let renewal = if RENEWED[number - 2] { 0 } else { 2 };
+            assert_eq!(passes, every_pass[renewal..], "frame {}", number - 2);
+            let unknown = passes.iter().find(|name| !page.contains(&format!("`{name}`")));
+            assert_eq!(unknown, None, "docs/embedding.md names the passes");
+        }
         host.begin(commands);
         let (before, [copies, sets]) = (calls(), allowed());
         // Frames follow one another on the images.
@@ -120,7 +138,7 @@ fn a_frame_records_and_does_nothing_else() {
         let since = HostMotion::since(camera, scene.time - 0.01, follows(motion.image()));
         let mut input =
             FrameInput::new(&scene, output).moved(since).nearest(follows(depth.image()));
-        let is_renewed = [true, false, true, false, false, false][number];
+        let is_renewed = RENEWED[number];
         input.environment = is_renewed.then(|| HostEnvironment::new(seen));
         camera = scene.camera;
         // SAFETY: the image is as described; the frames are submitted in order.
@@ -136,13 +154,22 @@ fn a_frame_records_and_does_nothing_else() {
         host.wait(fence);
         host.destroy_fence(fence);
     }
-    // Slots that have not retired keep what they use, and dropping waits for nothing.
-    let waits = [&vkDeviceWaitIdle::REAL, &vkDestroyDevice::REAL].map(|real| real.load(SeqCst));
-    assert!(waits.iter().all(|real| *real != 0));
+    // Slots that have not retired keep what they use; dropping waits for nothing, and leaves the device, which was never
+    // idled.
+    let idled = || [&vkDeviceWaitIdle::COUNT, &vkQueueWaitIdle::COUNT].map(|n| n.load(SeqCst));
+    let waited = || [&vkWaitForFences::COUNT, &vkWaitSemaphores::COUNT].map(|n| n.load(SeqCst));
+    let (before, destroyed) = (waited(), vkDestroyDevice::COUNT.load(SeqCst));
+    assert!(
+        [&vkDeviceWaitIdle::REAL, &vkQueueWaitIdle::REAL, &vkDestroyDevice::REAL]
+            .into_iter()
+            .all(|real| real.load(SeqCst) != 0)
+    );
     let images = [embedded.target, motion.0, depth.0, around];
     images.into_iter().for_each(|image| host.destroy_image(image));
-    drop((embedded.view, lighting, rain));
+    drop((embedded.view, lighting, field));
     drop(device);
+    assert_eq!((idled(), waited()), ([0; 2], before), "it waited");
+    assert_eq!(vkDestroyDevice::COUNT.load(SeqCst), destroyed, "the host's device");
     host.once(|_| ());
     assert_eq!(host.messages(), Vec::<String>::new());
 }

@@ -1,11 +1,9 @@
-//! What a host is asked for and promised: requirements, refusals, room, memory and queue.
+//! What a host is asked for and promised: requirements, refusals, room.
 
-use std::sync::atomic::{AtomicUsize, Ordering::SeqCst};
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 
 use ash::vk;
 use glam::DVec3;
-use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
 use raindrops::device::{Device, Features, HostImage, ImageState, requirements};
 use raindrops::plan::{Output, plan};
 use raindrops::renderer::{Blend, FrameInput, HostMotion, Lighting, RainField, View, ViewInfo};
@@ -15,7 +13,7 @@ use raindrops::scene::{PlacedDrop, Scene};
 
 use crate::common;
 use crate::embedded::{Embedded, environment, host, on_host, scene, view_for, view_of};
-use crate::told::asked;
+use crate::motion_depth::asked;
 
 /// What a view is refused, or a frame, before anything is recorded.
 #[test]
@@ -78,13 +76,17 @@ fn what_does_not_fit_is_refused() {
         refused(0, &scene, HostImage { exit, ..good }, "handed back in layout UNDEFINED");
         let view = vk::ImageView::null();
         refused(0, &scene, HostImage { view, ..good }, "null");
+        refused(0, &Scene { time: f64::NAN, ..scene.clone() }, good, "time = NaN");
+        let mut lying = scene.clone();
+        lying.camera.vertical_fov = 0.0;
+        refused(0, &lying, good, "vertical_fov = 0");
         host.end(commands);
 
         // Motion and depth: an image of its own for each, where they were asked for.
         let since = |camera, image| HostMotion::since(camera, 0.0, image);
         let camera = scene.camera;
         let nan = Camera { position: DVec3::NAN, ..camera };
-        let mut told = view_of(device, &scene, &asked()).expect("a view");
+        let mut both = view_of(device, &scene, &asked()).expect("a view");
         let motion = HostImage { format: vk::Format::R32G32_SFLOAT, ..good };
         let empty = HostImage { entry: ImageState::UNDEFINED, ..motion };
         let held = HostImage { entry: ImageState::SAMPLED, ..motion };
@@ -94,11 +96,12 @@ fn what_does_not_fit_is_refused() {
             (input, "name an image for it"),
             (input.moved(since(camera, good)), "R16G16B16A16_SFLOAT; the view was made for R32G32"),
             (input.moved(since(camera, empty)), "holds nothing"),
-            (input.moved(since(nan, held)).nearest(depth), "not finite"),
-            (input.moved(since(camera, held)).nearest(depth), "an image each"),
+            (input.moved(since(nan, held)).nearest(depth), "the frame before: camera: position"),
+            (input.moved(HostMotion::since(camera, f64::NAN, held)).nearest(depth), "not finite"),
+            (input.moved(since(camera, held)), "draw nearest depth; name an image for it"),
         ] {
             // SAFETY: nothing is recorded.
-            says(unsafe { told.record(commands, 0, &input) }, words);
+            says(unsafe { both.record(commands, 0, &input) }, words);
         }
         // SAFETY: nothing is recorded.
         let unasked = unsafe { embedded.view.record(commands, 0, &input.nearest(depth)) };
@@ -186,56 +189,27 @@ fn requirements_are_known_before_the_device() {
 
     // A host that has enabled less is told what.
     let host = host(Preset::Fast);
+    let refused = |lent, required| {
+        // SAFETY: it is refused, so nothing is made on it.
+        let made = unsafe { Device::import(lent, &required) };
+        made.map(drop).expect_err("a refusal").to_string()
+    };
     let lacking = |features, api_version| {
         let mut lent = host.lent();
         (lent.features, lent.api_version) = (features, api_version);
-        // SAFETY: it is refused, so nothing is made on it.
-        let made = unsafe { Device::import(lent, &requirements(Preset::Fast)) };
-        made.map(drop).expect_err("a refusal").to_string()
+        refused(lent, requirements(Preset::Fast))
     };
     let features = Features { maintenance4: false, dynamic_rendering: false, ..host.features };
     assert!(
         lacking(features, vk::API_VERSION_1_3).contains("lacks dynamicRendering, maintenance4:")
     );
     assert!(lacking(host.features, vk::API_VERSION_1_2).contains("lacks Vulkan 1.3:"));
-    assert_eq!(host.messages(), Vec::<String>::new());
-}
-
-/// Set-up takes memory from the host's allocator and the queue under the host's lock.
-#[test]
-fn memory_and_queue_are_the_hosts() {
-    let host = host(Preset::Fast);
-    let allocator = Allocator::new(&AllocatorCreateDesc {
-        instance: host.instance.clone(),
-        device: host.device.clone(),
-        physical_device: host.physical,
-        debug_settings: Default::default(),
-        buffer_device_address: false,
-        allocation_sizes: Default::default(),
-    });
-    let allocator = Arc::new(Mutex::new(allocator.expect("an allocator")));
-    let calls = Arc::new(AtomicUsize::new(0));
-    let (mut lent, counted) = (host.lent(), calls.clone());
-    lent.allocator = Some(allocator.clone());
-    lent.queue_lock = Some(Arc::new(move |work: &mut dyn FnMut()| {
-        counted.fetch_add(1, SeqCst);
-        work();
-    }));
-    // SAFETY: as in `on_host`.
-    let device = unsafe { Device::import(lent, &requirements(Preset::Fast)) }.expect("a device");
-    let scene = scene(Preset::Fast);
-    let mut embedded = Embedded::new(&host, &device, &scene, &ViewInfo::default());
-    let bytes = || allocator.lock().expect("no panic").generate_report().total_allocated_bytes;
-    assert!(bytes() > 1 << 20, "{} bytes", bytes());
-    let of_set_up = calls.load(SeqCst);
-    assert!(of_set_up > 3, "{of_set_up}");
-    embedded.frame(&host, 0, &scene);
-    assert_eq!(calls.load(SeqCst), of_set_up, "a frame does not use the queue");
-    host.destroy_image(embedded.target);
-    drop(embedded.view);
-    drop(device);
-    assert_eq!(bytes(), 0);
-    assert_eq!(Arc::strong_count(&allocator), 1);
-    drop(allocator);
+    // So is one whose device has lower limits: here than nobody has.
+    let mut limits = requirements(Preset::Fast);
+    assert_eq!((limits.workgroup_invocations, limits.storage_buffers_per_stage), (256, 22));
+    (limits.workgroup_invocations, limits.storage_buffers_per_stage) = (u32::MAX, u32::MAX);
+    let line = refused(host.lent(), limits);
+    let expected = "lacks workgroups of 256 invocations, 22 storage buffers a stage:";
+    assert!(line.contains(expected), "{line}");
     assert_eq!(host.messages(), Vec::<String>::new());
 }

@@ -1,4 +1,4 @@
-//! What a host's images may be: a depth by any convention, a picture in any format; and what a background is refused for.
+//! What a host's images may be: a depth by any convention and with any content, a picture in any format.
 
 use std::sync::Arc;
 
@@ -12,9 +12,9 @@ use raindrops::scene::Scene;
 use raindrops::scene::background::DepthKind;
 use raindrops::scene::model::Preset;
 
-use crate::embedded::{Embedded, SIZE, on_host, scene, view_of};
+use crate::embedded::{Embedded, SIZE, on_host, scene};
 use crate::host::Host;
-use crate::told::Filled;
+use crate::motion_depth::Filled;
 
 const PIXELS: usize = (SIZE.0 * SIZE.1) as usize;
 
@@ -99,6 +99,46 @@ fn a_depth_hides_alike_by_every_convention() {
     });
 }
 
+/// Where the stored number is not finite nothing is; a distance of 0 or less hides every drop.
+#[test]
+fn a_depth_that_is_no_distance_does_no_harm() {
+    let scene = scene(Preset::Fast);
+    let kinds = [
+        DepthConvention::linear(1.0, DepthKind::Planar),
+        DepthConvention::linear(1.0, DepthKind::Radial),
+        DepthConvention::projected(0.0, 0.1),
+    ];
+    on_host(Preset::Fast, |host, device| {
+        let without = as_light(&drawn(host, device, &scene, LIGHT, None));
+        let empty = Scene { rain: None, drops: Vec::new(), ..scene.clone() };
+        let sky = as_light(&drawn(host, device, &empty, LIGHT, None));
+        assert!(sky != without);
+        for convention in kinds {
+            let is_projected = convention == kinds[2];
+            for (stored, hides) in [
+                (f32::NAN, false),
+                (f32::INFINITY, false),
+                (f32::NEG_INFINITY, false),
+                (-400.0, !is_projected),
+                (0.0, !is_projected),
+            ] {
+                let image = Filled::new(host, vk::Format::R32_SFLOAT, &[stored]);
+                let depth = HostImage {
+                    exit: ImageState::SAMPLED,
+                    entry: ImageState::SAMPLED,
+                    ..image.image()
+                };
+                let bytes = drawn(host, device, &scene, LIGHT, Some((depth, convention)));
+                host.destroy_image(image.0);
+                let expected = if hides { &sky } else { &without };
+                let found = as_light(&bytes);
+                let differ = found.iter().zip(expected).filter(|(a, b)| a != b).count();
+                assert_eq!(differ, 0, "{convention:?}: {stored}");
+            }
+        }
+    });
+}
+
 /// A colour as a format holds it: in 0 to 1 and by so many steps, or as floats of so many bits of fraction.
 fn unpacked(format: vk::Format, texel: &[u8]) -> Vec3 {
     let word = || u32::from_le_bytes([texel[0], texel[1], texel[2], texel[3]]);
@@ -163,58 +203,5 @@ fn every_format_holds_the_picture() {
                 );
             }
         }
-    });
-}
-
-/// Before anything is recorded, in one line.
-#[test]
-fn a_background_that_does_not_fit_is_refused() {
-    on_host(Preset::Fast, |host, device| {
-        let scene = scene(Preset::Fast);
-        let info = ViewInfo { has_color: true, has_depth: true, ..ViewInfo::default() };
-        let mut embedded = Embedded::new(host, device, &scene, &info);
-        let output = embedded.output();
-        let held = HostImage { entry: ImageState::SAMPLED, exit: ImageState::SAMPLED, ..output };
-        let stored = HostImage { format: vk::Format::D32_SFLOAT, ..held };
-        let linear = DepthConvention::linear(1.0, DepthKind::Planar);
-        let wrong = |image: HostImage| {
-            let samples = vk::SampleCountFlags::TYPE_4;
-            [
-                (HostImage { size: (95, 64), ..image }, "95 x 64 texels"),
-                (HostImage { samples, ..image }, "TYPE_4 samples a texel"),
-                (HostImage { entry: ImageState::UNDEFINED, ..image }, "holds nothing"),
-                (HostImage { exit: ImageState::UNDEFINED, ..image }, "handed back in layout"),
-                (HostImage { format: vk::Format::R32_UINT, ..image }, "its format is R32_UINT"),
-                (HostImage { view: vk::ImageView::null(), ..image }, "null"),
-            ]
-        };
-        let input = FrameInput::new(&scene, output);
-        let full = |color: HostImage, radiance, depth: HostImage, convention| {
-            input.before(color, radiance).hidden_by(depth, convention)
-        };
-        let colors =
-            wrong(held).map(|(image, words)| (full(image, 1.0, stored, linear), "colour", words));
-        let depths =
-            wrong(stored).map(|(image, words)| (full(held, 1.0, image, linear), "depth", words));
-        let nan = DepthConvention::projected(f32::NAN, 0.1);
-        let others = [
-            (full(held, f32::NAN, stored, linear), "colour", "not finite and over 0"),
-            (full(held, 0.0, stored, linear), "colour", "not finite and over 0"),
-            (full(held, 1.0, stored, nan), "depth", "not finite"),
-            (input.before(held, 1.0), "depth", "name one"),
-            (input.hidden_by(stored, linear), "colour", "name one"),
-        ];
-        for (input, image, words) in colors.into_iter().chain(depths).chain(others) {
-            // SAFETY: nothing is recorded.
-            let refused = unsafe { embedded.view.record(embedded.commands[0], 0, &input) };
-            let line = refused.expect_err("a refusal").to_string();
-            println!("{line}");
-            assert!(line.contains(image) && line.contains(words) && !line.contains('\n'), "{line}");
-        }
-        let mut without = view_of(device, &scene, &ViewInfo::default()).expect("a view");
-        // SAFETY: nothing is recorded.
-        let unasked = unsafe { without.record(embedded.commands[0], 0, &input.before(held, 1.0)) };
-        assert!(unasked.expect_err("a refusal").to_string().contains("no background colour"));
-        host.destroy_image(embedded.target);
     });
 }

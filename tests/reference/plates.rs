@@ -238,3 +238,50 @@ fn bad_plates_are_refused_in_one_line() {
         assert_eq!(problem.lines().count(), 1, "{problem}");
     }
 }
+
+/// Every command that takes a plate, and what it would write stays unwritten.
+#[test]
+fn a_bad_plate_stops_every_command_before_it_writes() {
+    let kept = tempfile::tempdir().expect("a folder");
+    let path = |name: &str| kept.path().join(name).to_string_lossy().into_owned();
+    let toml = "[image]\nwidth = 8\nheight = 8\n[model]\npreset = \"fast\"\n[[drop]]\ncenter = [0, 0, -3]\n";
+    std::fs::write(path("drop.toml"), toml).expect("a file");
+    write_channel(Path::new(&path("inf.exr")), "Z", |_| f32::INFINITY);
+    write_channel(Path::new(&path("y.exr")), "Y", |_| 1.0);
+    write_png(Path::new(&path("16.png")), |_| 9);
+    let picture = |width: u32| image::ImageBuffer::from_pixel(width, 8, image::Luma([9u16]));
+    picture(4).save(path("small.png")).expect("a file");
+    let commands: [&[&str]; 5] = [
+        &["reference", "--samples", "4", "-o", "x.exr", "--coverage", "y.exr"],
+        &["render", "-o", "x.png"],
+        &["render", "--layers", "-o", "x.exr"],
+        &["render", "--frames", "2", "-o", "x.png"],
+        &["dataset", "--views", "1", "-o", "set"],
+    ];
+    for command in commands {
+        for (file, options, words) in [
+            ("inf.exr", vec!["--depth"], "column 0, row 0 is inf, not finite and over 0"),
+            ("y.exr", vec!["--depth"], "it has no channel Z"),
+            ("16.png", vec!["--depth"], "needs a scale"),
+            ("small.png", vec!["--depth-scale", "1", "--depth"], "it is 4 x 8, the picture 8 x 8"),
+            ("small.png", vec!["--background"], "it is 4 x 8, the picture 8 x 8"),
+        ] {
+            let written = tempfile::tempdir().expect("a folder");
+            let ran = crate::common::raindrops()
+                .current_dir(written.path())
+                .args(&command[..1])
+                .arg(path("drop.toml"))
+                .args(&command[1..])
+                .args(&options)
+                .arg(path(file))
+                .output()
+                .expect("it runs");
+            let said = String::from_utf8_lossy(&ran.stderr);
+            assert_eq!(ran.status.code(), Some(2), "{command:?}, {file}: {said}");
+            let problems = said.lines().filter(|line| line.starts_with("raindrops: "));
+            assert!(problems.count() == 1 && said.contains(words), "{command:?}, {file}: {said}");
+            let files = written.path().read_dir().expect("a folder").count();
+            assert_eq!(files, 0, "{command:?}, {file}: something is written");
+        }
+    }
+}

@@ -1,6 +1,6 @@
-//! What is told of each pixel's nearest drop, into images of a host's (`glsl/told.frag`): its motion since the frame
-//! before, its depth. A pixel without a drop keeps what the host has there: its own motion vectors and depth, or what
-//! it has cleared them to.
+//! Motion vectors and depth of each pixel's nearest drop, into images of a host's (`glsl/motion_depth.frag`): motion since
+//! the frame before. A pixel without a drop keeps what the host has there: its own motion vectors and depth, or what it
+//! has cleared them to.
 //!
 //! It reads which drop `composite` has found, and the drop's record (`layers.rs`).
 
@@ -12,8 +12,8 @@ use super::composite::Composite;
 use super::frame::FrameBuffer;
 use super::rendering;
 use super::tiles::Tiles;
-use crate::abi::ToldPush;
-use crate::gpu::sets::told as slot;
+use crate::abi::MotionDepthPush;
+use crate::gpu::sets::motion_depth as slot;
 use crate::gpu::{
     Bindings, Device, GraphicsPipeline, GraphicsState, HostImage, Recorder, Resource, Use,
     attachment_of, shaders,
@@ -52,13 +52,13 @@ impl HostMotion {
 }
 
 /// The pass.
-pub struct Told {
+pub struct MotionDepth {
     bindings: Bindings,
     motion: Option<GraphicsPipeline>,
     depth: Option<GraphicsPipeline>,
 }
 
-impl Told {
+impl MotionDepth {
     /// Of what `composite` finds; none if nothing is asked for. `formats`: of motion, of depth.
     ///
     /// # Errors
@@ -81,7 +81,7 @@ impl Told {
             (slot::NEAREST_DROPS, Resource::Buffer(nearest)),
             (slot::DROP_RECORDS, Resource::Buffer(&records.records)),
         ];
-        let bindings = Bindings::of(device, "told", &slots)?;
+        let bindings = Bindings::of(device, "motion and depth", &slots)?;
         let pipeline = |name: &str, format: Option<vk::Format>, known: &[vk::Format]| {
             let Some(format) = format else { return Ok(None) };
             if !known.contains(&format) {
@@ -92,8 +92,8 @@ impl Told {
                 });
             }
             let state = GraphicsState::triangles(format);
-            let shaders = [shaders::FULLSCREEN_VERT, shaders::TOLD_FRAG];
-            let push = size_of::<ToldPush>() as u32;
+            let shaders = [shaders::FULLSCREEN_VERT, shaders::MOTION_DEPTH_FRAG];
+            let push = size_of::<MotionDepthPush>() as u32;
             GraphicsPipeline::new(device, shaders, &bindings, push, &[], &state).map(Some)
         };
         let [motion, depth] = formats;
@@ -111,7 +111,7 @@ impl Told {
         commands: Recorder<'_>,
         (motion, depth): (Option<&HostMotion>, Option<&HostImage>),
     ) {
-        let draw = |pipeline: &GraphicsPipeline, image: &HostImage, push: ToldPush| {
+        let draw = |pipeline: &GraphicsPipeline, image: &HostImage, push: MotionDepthPush| {
             image.take(device, commands, Use::ColorAttachment);
             let color = attachment_of(image.view, vk::AttachmentLoadOp::LOAD);
             rendering(device, commands, color, None, image.size, 0.0, || {
@@ -122,10 +122,10 @@ impl Told {
             image.give_back(device, commands, Use::ColorAttachment);
         };
         if let (Some(pipeline), Some(motion)) = (&self.motion, motion) {
-            draw(pipeline, &motion.image, ToldPush { pixel: motion.pixel, is_depth: 0 });
+            draw(pipeline, &motion.image, MotionDepthPush { pixel: motion.pixel, is_depth: 0 });
         }
         if let (Some(pipeline), Some(image)) = (&self.depth, depth) {
-            draw(pipeline, image, ToldPush { pixel: [0.0; 2], is_depth: 1 });
+            draw(pipeline, image, MotionDepthPush { pixel: [0.0; 2], is_depth: 1 });
         }
     }
 }

@@ -1,4 +1,4 @@
-//! What a host is told of each pixel's nearest drop: motion since the frame before, and depth.
+//! Motion since the frame before and depth of each pixel's nearest drop, in a host's images.
 
 use std::sync::Arc;
 
@@ -46,19 +46,19 @@ impl Filled {
 }
 
 /// Motion and depth of a frame pixel by pixel, and its picture.
-struct Told {
+struct Drawn {
     motion: Vec<[f32; 2]>,
     depth: Vec<f32>,
     picture: Vec<[f16; 4]>,
 }
 
-fn told(
+fn drawn(
     host: &Host,
     device: &Arc<Device>,
     scene: &Scene,
     (before, time): (Camera, f64),
     pixel: [f32; 2],
-) -> Told {
+) -> Drawn {
     let info = asked();
     let mut embedded = Embedded::new(host, device, scene, &info);
     let motion = Filled::new(host, vk::Format::R32G32_SFLOAT, &OWN_MOTION);
@@ -70,7 +70,7 @@ fn told(
         unsafe { embedded.view.record(commands, 0, &input) }.expect("a recording");
     });
     let pixels = u64::from(SIZE.0 * SIZE.1);
-    let told = Told {
+    let drawn = Drawn {
         motion: bytemuck::pod_collect_to_vec(&host.read(&motion.0, 8 * pixels)),
         depth: bytemuck::pod_collect_to_vec(&host.read(&depth.0, 4 * pixels)),
         picture: embedded.read(host),
@@ -78,7 +78,7 @@ fn told(
     drop(embedded.view);
     let images = [embedded.target, motion.0, depth.0];
     images.into_iter().for_each(|image| host.destroy_image(image));
-    told
+    drawn
 }
 
 /// A drop that goes five pixels to the right and three up, one at rest, and a camera that goes sideways.
@@ -105,10 +105,10 @@ fn motion_leads_back_to_where_the_drop_was() {
             (aside(-1.0), [1.0, 1.0], [[-5.0 + 3.2, 3.0], [4.0, 0.0]]),
             (aside(0.0), [1.0 / 96.0, -1.0 / 64.0], [[-5.0 / 96.0, -3.0 / 64.0], [0.0, 0.0]]),
         ] {
-            let told = told(host, device, &scene, (before, 0.3), pixel);
-            println!("{:?} {:?}", told.motion[first], told.motion[second]);
+            let drawn = drawn(host, device, &scene, (before, 0.3), pixel);
+            println!("{:?} {:?}", drawn.motion[first], drawn.motion[second]);
             for (place, expected) in [first, second].into_iter().zip(expected) {
-                for (found, expected) in told.motion[place].into_iter().zip(expected) {
+                for (found, expected) in drawn.motion[place].into_iter().zip(expected) {
                     let error: f32 = found - expected;
                     assert!(
                         error.abs() <= expected.abs() / 1024.0 + 1e-5,
@@ -116,10 +116,10 @@ fn motion_leads_back_to_where_the_drop_was() {
                     );
                 }
             }
-            assert!((told.depth[first] - 10.0).abs() < 1e-5, "{}", told.depth[first]);
-            assert!((told.depth[second] - 8.0).abs() < 1e-5, "{}", told.depth[second]);
+            assert!((drawn.depth[first] - 10.0).abs() < 1e-5, "{}", drawn.depth[first]);
+            assert!((drawn.depth[second] - 8.0).abs() < 1e-5, "{}", drawn.depth[second]);
             // Where no drop is, what is the host's stays.
-            assert_eq!((told.motion[none], told.depth[none]), (OWN_MOTION, OWN_DEPTH));
+            assert_eq!((drawn.motion[none], drawn.depth[none]), (OWN_MOTION, OWN_DEPTH));
         }
     });
 }
@@ -142,14 +142,14 @@ fn motion_and_depth_are_those_of_layers() {
     });
     let layers = layers.expect("drawn");
     on_host(Preset::Fast, |host, device| {
-        let told = told(host, device, &now, (before.camera, before.time), [1.0; 2]);
-        assert!(told.picture == *expected, "another picture");
+        let drawn = drawn(host, device, &now, (before.camera, before.time), [1.0; 2]);
+        assert!(drawn.picture == *expected, "another picture");
         let mut drops = 0;
         for at in 0..(SIZE.0 * SIZE.1) as usize {
             let is_drop = layers.id[at] != 0;
             let motion = if is_drop { layers.motion[at].map(f16::to_f32) } else { OWN_MOTION };
             let depth = if is_drop { layers.depth[at] } else { OWN_DEPTH };
-            assert_eq!((told.motion[at], told.depth[at]), (motion, depth), "pixel {at}");
+            assert_eq!((drawn.motion[at], drawn.depth[at]), (motion, depth), "pixel {at}");
             drops += u32::from(is_drop);
         }
         let pixels = SIZE.0 * SIZE.1;

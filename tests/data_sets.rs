@@ -1,0 +1,157 @@
+//! Data sets by the command: shards that are the whole, a plate that is stored once, and what is refused.
+
+mod common;
+
+use std::path::{Path, PathBuf};
+
+use glam::Vec3;
+use raindrops::picture::Picture;
+use raindrops::picture::layers::Layers;
+use raindrops::picture::plate::Plate;
+use raindrops::scene::background::Background;
+
+use common::raindrops;
+
+fn folder(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("data-sets").join(name);
+    let _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(&folder).expect("a folder");
+    folder
+}
+
+fn write_scene(folder: &Path) -> PathBuf {
+    let path = folder.join("scene.toml");
+    let toml = "seed = 3\n[image]\nwidth = 48\nheight = 32\n[rain]\nrate = 25.0\nextent = 60.0\n[model]\npreset = \"fast\"\n";
+    std::fs::write(&path, toml).expect("a scene");
+    path
+}
+
+/// Runs a command; whether it is done, and what it says.
+fn run(folder: &Path, arguments: &[&str]) -> (bool, String) {
+    let ran = raindrops().current_dir(folder).args(arguments).output().expect("it runs");
+    (ran.status.success(), String::from_utf8_lossy(&ran.stderr).into_owned())
+}
+
+/// Every file of a folder, by its path within it.
+fn files(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
+    let mut found = Vec::new();
+    let mut folders = vec![folder.to_path_buf()];
+    while let Some(next) = folders.pop() {
+        for entry in std::fs::read_dir(next).expect("a folder") {
+            let path = entry.expect("an entry").path();
+            if path.is_dir() {
+                folders.push(path);
+            } else {
+                let name = path.strip_prefix(folder).expect("within").to_path_buf();
+                found.push((name, std::fs::read(&path).expect("a file")));
+            }
+        }
+    }
+    found.sort();
+    found
+}
+
+#[test]
+fn shards_together_are_the_data_set() {
+    let folder = folder("shards");
+    write_scene(&folder);
+    let make = |output: &str, shard: &str| {
+        let views = ["--views", "3", "--rates", "5,50", "--shard", shard, "-o", output];
+        let (is_done, said) =
+            run(&folder, &[&["dataset", "scene.toml"], views.as_slice()].concat());
+        assert!(is_done, "{said}");
+    };
+    make("whole", "1/1");
+    make("parts", "2/2");
+    assert!(!folder.join("parts/manifest.jsonl").exists());
+    make("parts", "1/2");
+    let whole = files(&folder.join("whole"));
+    assert_eq!(whole.len(), 2 + 3 * 5);
+    assert!(whole == files(&folder.join("parts")), "the shards are not the whole");
+    // What is missing is made again.
+    std::fs::remove_dir_all(folder.join("parts/00001")).expect("removed");
+    make("parts", "1/1");
+    assert!(whole == files(&folder.join("parts")));
+    let manifest =
+        std::fs::read_to_string(folder.join("whole/manifest.jsonl")).expect("a manifest");
+    let rates: Vec<f64> = manifest
+        .lines()
+        .map(|line| {
+            let record: serde_json::Value = serde_json::from_str(line).expect("JSON");
+            let file = record["files"]["rainy"].as_str().expect("a file");
+            assert!(folder.join("whole").join(file).exists());
+            record["rate_mm_h"].as_f64().expect("a rate")
+        })
+        .collect();
+    assert!(rates.len() == 3 && rates.iter().all(|rate| (5.0..=50.0).contains(rate)), "{rates:?}");
+    assert!(rates[0] != rates[1]);
+    for (arguments, told) in [
+        (vec!["--shard", "0/2"], "shard"),
+        (vec!["--shard", "3/2"], "shard"),
+        (vec!["--rates", "9,3"], "two rates"),
+        (vec!["--turn", "400"], "0 to 180"),
+        (vec!["--views", "0"], "--views"),
+        (vec!["--depth", "none.exr"], "none.exr"),
+        (vec!["--turn", "9", "--depth", "none.exr"], "leave it out"),
+        (vec!["--preset", "paper"], "take preset fast"),
+    ] {
+        let all = [&["dataset", "scene.toml", "-o", "bad"], arguments.as_slice()].concat();
+        let (is_done, said) = run(&folder, &all);
+        assert!(!is_done && said.contains(told), "{arguments:?}: {said}");
+        let problems = said.lines().filter(|line| line.starts_with("raindrops:")).count();
+        assert!(problems == 1 && !folder.join("bad").exists(), "{said}");
+    }
+    let (is_done, said) = run(&folder, &["dataset", "scene.toml", "--views", "4", "-o", "whole"]);
+    assert!(!is_done && said.contains("something else"), "{said}");
+}
+
+/// The plate and its depth are stored once, whichever shard comes first, and nothing behind it is drawn.
+#[test]
+fn a_data_set_before_a_plate_has_the_plate_once() {
+    let folder = folder("plates");
+    write_scene(&folder);
+    let pixels: Vec<Vec3> = (0..48 * 32).map(|at| Vec3::new((at % 7) as f32, 1.0, 2.0)).collect();
+    let photo = Picture { width: 48, height: 32, pixels };
+    photo.write_exr(&folder.join("photo.exr")).expect("a plate");
+    let mut depth = Layers::empty(48, 32);
+    depth
+        .depth
+        .iter_mut()
+        .enumerate()
+        .for_each(|(at, z)| *z = if at % 48 < 24 { 0.01 } else { 40.0 });
+    depth.write_depth(&folder.join("depth.exr")).expect("a depth");
+    let make = |output: &str, shard: &str| {
+        let arguments =
+            ["dataset", "scene.toml", "--background", "photo.exr", "--depth", "depth.exr"];
+        let of = ["--views", "2", "--shard", shard, "-o", output];
+        let (is_done, said) = run(&folder, &[&arguments[..], &of].concat());
+        assert!(is_done && said.contains("is guessed from photo.exr"), "{said}");
+    };
+    make("whole", "1/1");
+    make("parts", "2/2");
+    make("parts", "1/2");
+    let whole = files(&folder.join("whole"));
+    assert_eq!(whole.len(), 2 + 2 + 2 * 4);
+    assert!(whole == files(&folder.join("parts")), "the shards are not the whole");
+    let set = folder.join("whole");
+    let clean = Picture::read(&set.join("plate/clean.exr")).expect("the plate");
+    // Float16 holds these.
+    assert!(clean == photo, "without rain it is the plate");
+    let manifest = std::fs::read_to_string(set.join("manifest.jsonl")).expect("a manifest");
+    for line in manifest.lines() {
+        let record: serde_json::Value = serde_json::from_str(line).expect("JSON");
+        let file = |name: &str| set.join(record["files"][name].as_str().expect("a file"));
+        assert_eq!(file("clean"), set.join("plate/clean.exr"));
+        let stored = Background { depth: Some(file("depth")), ..Background::default() };
+        let stored = Plate::open(&stored, 48, 32).expect("a depth");
+        let expected = depth.depth.iter().map(|z| f64::from(*z));
+        assert!(stored.depth().is_some_and(|stored| stored.values.iter().copied().eq(expected)));
+        // A wall at a hundredth of a metre hides all.
+        let rainy = Picture::read(&file("rainy")).expect("a picture");
+        let differ = |half: u32| {
+            let all = rainy.pixels.iter().zip(&clean.pixels).enumerate();
+            all.filter(|(at, (a, b))| *at as u32 % 48 / 24 == half && a != b).count()
+        };
+        assert!(differ(0) == 0 && differ(1) > 20, "{} and {} pixels", differ(0), differ(1));
+    }
+}
