@@ -2,8 +2,8 @@
 # Makes the pictures of docs/pictures: the README's streaks, rainbows, a million drops, one drop, the paper's figures 1, 3,
 # 4, 5 and 7, flattened drops, and three frames of a film; and made.txt, which says by what. Takes some three minutes on
 # two cores, if nothing else runs. Figure 7 needs the environments that scripts/setup.sh fetches.
-# Not made here: ray.svg, a drawing; window.png and split.png, screenshots of the window (Shift F12 and F12); report.png,
-# one of a page of `raindrops report` in a browser; host-wgpu.png (scripts/host-wgpu.sh); tradeoff.svg
+# Not made here: ray.svg, a drawing; window.png and split.png, screenshots of the window (Shift F12 and F12); report.png
+# (scripts/report-pictures.sh); host-wgpu.png (scripts/host-wgpu.sh); tradeoff.svg
 # (`raindrops tradeoff --svg`).
 set -euo pipefail
 cd "$(dirname "$0")/.."

@@ -25,7 +25,7 @@ pub use measure::{Effort, Measured, Variant, measure};
 pub use over_time::{OverTime, Stretch, Trend};
 #[cfg(feature = "cli")]
 pub use plot::plot;
-pub use read::{of_schema, read, read_json};
+pub use read::{of_schema, of_value, read, read_json};
 #[cfg(any(feature = "cli", feature = "view"))]
 pub(crate) use report::thousands;
 pub use report::{Build, DeviceHead, Parts, Report, Round, Row, SCHEMA};
