@@ -107,7 +107,7 @@ fn main() -> anyhow::Result<()> {
         for prospect in &prospects {
             variants.push(variant(&scene, &keep(1.0, None, &[*prospect], "expected"))?);
         }
-        let effort = Effort { seconds: 0.15, frames: 6 };
+        let effort = Effort { seconds: 0.15, frames: 6, stop: || false };
         let times = measure(device, &environment, &variants, effort, &|_| ())?;
         let mut fixed = Vec::new();
         for ((variant, times), prospect) in variants.iter().zip(&times).zip(&prospects) {

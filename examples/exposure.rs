@@ -82,8 +82,13 @@ fn speed(device: &Arc<Device>) -> anyhow::Result<()> {
         Ok(Variant { scene: scene.clone(), plan: plan(scene, &environment, Output::Display)? })
     });
     let plans = plans.collect::<anyhow::Result<Vec<_>>>()?;
-    let measured =
-        measure(device, &environment, &plans, Effort { seconds: 3.0, frames: 12 }, &|_| ())?;
+    let measured = measure(
+        device,
+        &environment,
+        &plans,
+        Effort { seconds: 3.0, frames: 12, stop: || false },
+        &|_| (),
+    )?;
     let first = median(&measured[0].samples_ms);
     for ((name, _), times) in variants.iter().zip(&measured) {
         let ms = median(&times.samples_ms);

@@ -15,7 +15,7 @@
 #   window                             the window of the guide: tests/view/guide.rs draws it in a virtual X server
 #   host                               rain in a frame of wgpu's (scripts/host-wgpu.sh); its build takes minutes
 #   report                             a page of `raindrops report` in a headless Chromium, which must be there
-#                                      (Debian: chromium), and so must SwiftShader (scripts/setup.sh --drivers)
+#                                      (scripts/report-pictures.sh)
 #
 # Plots of measured times are made on a quiet machine: passes.svg by scripts/results.sh, tradeoff.svg by
 # scripts/tradeoff.sh. ray.svg is drawn by hand. RAINDROPS names the program, else it is built.
@@ -187,15 +187,8 @@ host() { # rain before, behind and beside the boxes of a wgpu program
   made host-wgpu.png
 }
 
-report() { # the page of a verdict: the system's lavapipe against SwiftShader
-  local browser other=$PWD/.setup/swiftshader/vk_swiftshader_icd.json
-  browser=$(command -v chromium || command -v google-chrome) || { echo "figures: report needs a Chromium" >&2; return 1; }
-  need "$other"
-  (cd "$work" && VK_DRIVER_FILES=$(echo /usr/share/vulkan/icd.d/lvp_icd*.json) raindrops bench --preset fast \
-    --drops 20000,50000 --size 480x320 --seconds 0.05 --b "VK_DRIVER_FILES=$other" --max-time 100s --pictures pictures \
-    --json verdict.json >/dev/null && raindrops report verdict.json -o verdict.html)
-  "$browser" --headless --no-sandbox --disable-gpu --hide-scrollbars --window-size=1200,1250 \
-    --screenshot="$PWD/$out/report.png" "file://$work/verdict.html" >>"$work/log" 2>&1
+report() { # a page of two small results in a headless Chromium
+  scripts/report-pictures.sh
   made report.png
 }
 

@@ -375,9 +375,28 @@ fn messages_are_as_they_are_asked_for() {
     assert!(status == Some(2) && plain.starts_with("raindrops: "), "{plain}");
     let (_, colored) = said(&["--device", "none", "--color", "always"]);
     assert!(colored.starts_with("\u{1b}["), "{colored:?}");
+    let (_, refused) = said(&["--color", "always", "--nonsense"]);
+    assert!(refused.starts_with("\u{1b}["), "what the parser says, too: {refused:?}");
     let mut command = raindrops(folder.path(), &SMALL);
     let output = run(command.args(["-o", "a.png"]).env("RAINDROPS_DEVICE", "no-such-device"));
     assert!(error_line(&output).contains("no-such-device"));
+}
+
+/// On a terminal, by util-linux's `script`: colours, unless NO_COLOR is set.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_terminal_has_colours_unless_it_wants_none() {
+    let line = format!("'{}' render --nonsense", env!("CARGO_BIN_EXE_raindrops"));
+    let said = |variable: &str| {
+        let mut command = Command::new("script");
+        command.args(["-qec", &line, "/dev/null"]).env("TERM", "xterm").env_remove("NO_COLOR");
+        let output = run(command.env(variable, "1").stdin(Stdio::null()));
+        assert_eq!(output.status.code(), Some(2));
+        String::from_utf8_lossy(&output.stdout).into_owned()
+    };
+    let (usual, plain) = (said("OTHER"), said("NO_COLOR"));
+    assert!(usual.contains("\u{1b}[") && usual.contains("--nonsense"), "{usual:?}");
+    assert!(!plain.contains('\u{1b}') && plain.contains("--nonsense"), "{plain:?}");
 }
 
 /// However many devices there are, each is compared with each.

@@ -59,6 +59,12 @@ fn a_scene_of_real_rain_is_measured() {
     let series = bench(&[path, "--rain", "5"]);
     assert_eq!(own["rows"][0]["visible"], series["rows"][0]["visible"]);
     assert_eq!(own["rows"][0]["scene"]["hash"], series["rows"][0]["scene"]["hash"]);
+    // A scene of one drop has that, and no random ones of Table II.
+    let path = folder.path().join("drop.toml");
+    fs::write(&path, "[rain]\ncount = 0\n[[drop]]\ncenter = [0.0, 0.0, -3.0]\n").expect("written");
+    let one = bench(&[path.to_str().expect("UTF-8"), "--preset", "paper"]);
+    let rows = one["rows"].as_array().expect("rows");
+    assert!(rows.len() == 2 && rows.iter().all(|row| row["drops"] == 1), "{rows:?}");
     // The paper's drops have no rate.
     let papers = bench(&["--drops", "1000"]);
     assert!(papers["rows"][0].get("rate_mm_h").is_none());
@@ -116,4 +122,10 @@ fn a_verdict_is_of_rows_of_one_rate() {
         row["median_ms_b"].as_f64().expect("ms") / row["median_ms_a"].as_f64().expect("ms")
     };
     assert_eq!([ratio(1.0), ratio(25.0)], [2.0, 1.0]);
+    // As lines, too.
+    let output = raindrops(&["verdict", &a, &b, "--format", "csv"]);
+    let mut reader = csv::Reader::from_reader(output.stdout.as_slice());
+    let rows: Vec<csv::StringRecord> = reader.records().map(|row| row.expect("a row")).collect();
+    let rates: Vec<&str> = rows.iter().filter_map(|row| row.iter().last()).collect();
+    assert_eq!(rates, ["1", "25"]);
 }

@@ -108,6 +108,30 @@ fn google_benchmarks_own_tool_compares_our_results() {
     assert!(text.contains("+0.0000"), "{text}");
 }
 
+/// A benchmark's rows are the same as lines of CSV and as JSON.
+#[test]
+fn a_benchmark_as_csv_has_the_figures_of_its_json() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("b.json");
+    let quick = ["--drops", "100", "--size", "32x32", "--seconds", "0.01", "--frames", "1"];
+    let output =
+        run(raindrops().args(["bench", "--format", "csv", "--json"]).arg(&file).args(quick));
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let text = fs::read_to_string(file).expect("figures");
+    let json: Value = serde_json::from_str(&text).expect("JSON");
+    let mut reader = csv::Reader::from_reader(output.stdout.as_slice());
+    let header = reader.headers().expect("a header").clone();
+    let rows: Vec<csv::StringRecord> = reader.records().map(|row| row.expect("a row")).collect();
+    assert_eq!(rows.len(), 2);
+    for (number, row) in rows.iter().enumerate() {
+        for name in ["drops", "visible", "width", "median_ms", "p10_ms", "p90_ms", "fps"] {
+            let at = header.iter().position(|other| other == name).expect(name);
+            assert_eq!(row[at].parse::<f64>().ok(), json["rows"][number][name].as_f64(), "{name}");
+        }
+        assert_eq!(row[0], *json["device"]["name"].as_str().expect("a name"));
+    }
+}
+
 #[test]
 fn csv_is_read_by_the_csv_crate() {
     let bench = Bench::new();
@@ -155,6 +179,45 @@ fn markdown_is_a_table_for_commonmarks_readers() {
         ("1,000 drops, paper, 64 x 64", "slower")
     );
     assert!(items >= 3, "who is compared, and how to read it: {text}");
+}
+
+/// A device with itself, named by a variable: a verdict on each row, the same as JSON and as CSV.
+#[test]
+fn devices_are_compared_as_csv_and_as_json() {
+    let compared = |more: &[&str]| {
+        let arguments =
+            ["compare-devices", "--drops", "50", "--size", "32x24", "--mask-size", "64"];
+        let quick = ["--seconds", "0", "--frames", "1", "--rounds", "1"];
+        let mut command = raindrops();
+        let output =
+            run(command.args(arguments).args(quick).args(more).env("RAINDROPS_DEVICE", "0,0"));
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        output.stdout
+    };
+    let json: Value =
+        serde_json::from_slice(&compared(&["--json", "-"])).expect("nothing but JSON");
+    assert_eq!(json["devices"].as_array().map(Vec::len), Some(2));
+    let verdict = &json["verdicts"][0]["verdict"];
+    assert_eq!(verdict["schema"], "raindrops-verdict/1");
+    let rows = verdict["rows"].as_array().expect("rows");
+    let is_same = |row: &Value| row["flip_between"].as_f64() < Some(1e-3);
+    assert!(rows.len() == 2 && rows.iter().all(is_same), "{verdict}");
+    let lines = compared(&["--format", "csv"]);
+    let mut reader = csv::Reader::from_reader(lines.as_slice());
+    let header = reader.headers().expect("a header").clone();
+    let at = |name: &str| header.iter().position(|other| other == name).expect(name);
+    let frames: Vec<csv::StringRecord> = reader
+        .records()
+        .map(|row| row.expect("a row"))
+        .filter(|row| row[at("pass")].is_empty())
+        .collect();
+    assert_eq!(frames.len(), rows.len(), "{frames:?}");
+    for (frame, row) in frames.iter().zip(rows) {
+        assert!(
+            frame[at("a")] == frame[at("b")] && row["verdict"] == frame[at("verdict")],
+            "{frame:?}"
+        );
+    }
 }
 
 /// Layers have the channels that they say, and over their plate are the picture before it, by OpenImageIO's own tool.

@@ -6,6 +6,7 @@
 mod common;
 
 use std::fs;
+use std::io::{BufRead as _, BufReader};
 use std::os::unix::fs::PermissionsExt as _;
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
@@ -89,6 +90,16 @@ fn a_process_that_fails_is_told_and_what_was_measured_is_kept() {
     }
 }
 
+/// A B, B A: the third process is B's, the fourth is not.
+#[test]
+fn the_order_alternates() {
+    for (fault, status) in [("CRASH_AT=3", 2), ("CRASH_AT=4", 0)] {
+        let output = Bench::new().run(&["--b", fault, "--rounds", "2"]);
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(status), "{fault}: {stderr}");
+    }
+}
+
 /// What it has when its time is over has an interval, too.
 #[test]
 fn a_comparison_ends_in_time() {
@@ -98,6 +109,11 @@ fn a_comparison_ends_in_time() {
     let output = bench.run(&[&noisy[..], &["--json", "v.json"]].concat());
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     assert!(start.elapsed() < Duration::from_secs(15), "{:?}", start.elapsed());
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(
+        stderr.contains(" s: 1 of 1 rows undecided\n   1000 drops, paper, 64 x 64: "),
+        "{stderr}"
+    );
     let report = bench.json("v.json");
     let row = &report["rows"][0];
     assert!(report["stopped"].as_str().is_some_and(|why| why.contains("--max-time")), "{report}");
@@ -153,7 +169,8 @@ fn the_first_stage_that_differs_is_named() {
         [("./wrapper", "different", Value::from("positions")), (real, "undecided", Value::Null)]
     {
         let both = ["bench", "--a-binary", real, "--b-binary", program, "--rounds", "1"];
-        let more = ["--frames", "1", "--max-flip", "0.001", "--json", "v.json"];
+        let more =
+            ["--frames", "1", "--max-flip", "0.001", "--truth-samples", "64", "--json", "v.json"];
         let output =
             bench.command(&[&both[..], &small, &more].concat()).output().expect("it starts");
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
@@ -163,6 +180,10 @@ fn the_first_stage_that_differs_is_named() {
             (&verdict.into(), &stage),
             "{row}"
         );
+        // Other drops are farther from the truth; the same are as far.
+        let errors = ["error_a", "error_b"].map(|key| row[key].as_f64().expect(key));
+        let is_as_far = (errors[1] / errors[0] - 1.0).abs() < 1e-3;
+        assert!(if stage.is_null() { is_as_far } else { errors[1] > 1.002 * errors[0] }, "{row}");
     }
 }
 
@@ -266,6 +287,8 @@ fn expectations_hold_both_ways() {
         ("", &["--b", "MS=5"], 0, "Faster: "),
         ("fails = ['no such row']", &[], 0, "no row's name contains 'no such row'"),
         ("typo = 1", &[], 2, "e.toml:5: unknown field `typo`"),
+        ("[[device.row]]\nmatch = 'paper'\nratio = nan", &slow, 2, "NaN is no bound"),
+        ("error = -1", &[], 2, "-1 is no bound"),
     ] {
         let (code, stderr) = expect(lists, more);
         assert_eq!(code, Some(status), "{lists} {more:?}: {stderr}");
@@ -344,4 +367,97 @@ fn kept_results_are_compared() {
     fs::write(bench.path().join("empty.json"), "").expect("a file");
     let line = error_line(&verdict(&["base.json", "empty.json"]), 2);
     assert!(line.contains("empty.json: it is empty"), "{line}");
+    let mut bare = bench.json("base.json");
+    bare["rows"] = Value::Array(vec![]);
+    fs::write(bench.path().join("bare.json"), bare.to_string()).expect("a file");
+    let line = error_line(&report("bare.json").expect("it starts"), 2);
+    assert!(line.contains("bare.json: it has no rows"), "{line}");
+}
+
+const QUICK: [&str; 9] =
+    ["bench", "--size", "32x32", "--mask-size", "64", "--seconds", "0.01", "--frames", "1"];
+
+/// The program itself: what the baseline has is measured again; one that does not fit is refused after a round.
+#[test]
+fn a_baseline_is_measured_again() {
+    let bench = Bench::new();
+    let run = |more: &[&str]| bench.command(&[&QUICK, more].concat()).output().expect("it starts");
+    let what = ["--drops", "100,200", "--preset", "paper", "--rounds", "6", "--json", "base.json"];
+    assert_eq!(run(&what).status.code(), Some(0));
+    let against = ["--baseline", "base.json", "--rounds", "6", "--json", "v.json"];
+    let output = run(&against);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let (base, report) = (bench.json("base.json"), bench.json("v.json"));
+    let names = |file: &Value, key: &str| -> Vec<String> {
+        let rows = file["rows"].as_array().expect("rows");
+        rows.iter().map(|row| format!("{} {}", row[key], row["tone_map"])).collect()
+    };
+    assert_eq!(names(&report, "drops"), names(&base, "drops"));
+    assert_eq!((&report["method"], &report["rows"][0]["rounds"]), (&"unpaired".into(), &6.into()));
+    assert!(report["rows"][0]["ratio_low"].as_f64() > Some(0.0), "{report}");
+
+    // What tells it from another: the scene, its start, the load.
+    let row = &base["rows"][0];
+    assert!(base["start"].is_string() && base["host"]["load"].is_number(), "{base}");
+    for key in ["hash", "seed", "time", "camera", "half_extent", "radius", "velocity"] {
+        assert!(!row["scene"][key].is_null(), "{key}: {row}");
+    }
+    let round = &row["rounds"][5];
+    assert!(round["start"].is_string() && round["load"].is_number(), "{round}");
+    let mut other = base.clone();
+    other["rows"][0]["scene"]["seed"] = 2.into();
+    fs::write(bench.path().join("seed.json"), other.to_string()).expect("a file");
+    let kept = bench.command(&["verdict", "base.json", "seed.json"]).output().expect("it starts");
+    assert!(error_line(&kept, 2).contains("the scene's seed is 1 in base.json, 2 in seed.json"));
+
+    let mut other = base.clone();
+    other["device"]["device_id"] = 4711.into();
+    other["device"]["name"] = "another".into();
+    fs::write(bench.path().join("base.json"), other.to_string()).expect("a file");
+    let start = Instant::now();
+    let line =
+        error_line(&run(&["--baseline", "base.json", "--rounds", "1000", "--max-time", "90s"]), 2);
+    assert!(line.contains("the device is another in base.json"), "{line}");
+    assert!(start.elapsed() < Duration::from_secs(60), "{:?}", start.elapsed());
+}
+
+/// Without rounds, too.
+#[test]
+fn an_interrupt_keeps_the_rows_that_are_done() {
+    let bench = Bench::new();
+    let drops: Vec<String> = (1..200).map(|n| n.to_string()).collect();
+    let mut child = bench
+        .command(&QUICK)
+        .args(["--drops", &drops.join(","), "--preset", "paper", "--json", "kept.json"])
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("it starts");
+    let mut lines = BufReader::new(child.stderr.take().expect("a pipe")).lines();
+    assert!(lines.any(|line| line.is_ok_and(|line| line.contains("398 rows of"))));
+    let number = child.id().to_string();
+    assert!(Command::new("kill").args(["-INT", &number]).status().expect("kill").success());
+    assert_eq!(child.wait().expect("it ends").code(), Some(130));
+    let rows = bench.json("kept.json")["rows"].as_array().map(Vec::len);
+    assert!(rows.is_some_and(|rows| (2..398).contains(&rows)), "{rows:?}");
+}
+
+/// One after the other is written whole.
+#[test]
+fn two_runs_may_write_one_file() {
+    let bench = Bench::new();
+    let both = ["bench", "--a-binary", "program", "--b-binary", "program", "--drops", "1000"];
+    let start = |note: &str| {
+        let more = ["--rounds", "3", "--json", "v.json", "--a", note];
+        let mut command = bench.command(&[&both[..], &more].concat());
+        command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("it starts")
+    };
+    let files = || fs::read_dir(bench.path()).expect("a folder").count();
+    let before = files();
+    for mut child in [start("N=1"), start("N=2")] {
+        assert_eq!(child.wait().expect("it ends").code(), Some(0));
+    }
+    let label = bench.json("v.json")["a"]["label"].clone();
+    assert!(["program N=1", "program N=2"].map(Value::from).contains(&label), "{label}");
+    assert_eq!(files(), before + 2, "more than the result and the list of what was started");
 }

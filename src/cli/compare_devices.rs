@@ -11,14 +11,14 @@ use anyhow::Context as _;
 use clap::Args;
 use serde_json::json;
 
-use super::format::Sheet;
+use super::format::{Format, Sheet};
 use super::interrupt::heed_interrupts;
 use super::options::{ModelArgs, SceneArgs, choose_device, devices, open_device};
 use super::rounds::process::{Arm, Limits};
 use super::rounds::stages::paper_stages;
 use super::rounds::{Bound, Work, take_turns};
 use super::tell::say;
-use super::verdict::gate::GateArgs;
+use super::verdict::gate::{GateArgs, parse_flip};
 use super::verdict::notes;
 use super::verdict::table::{sheet, tail_lines};
 use super::{Answer, command_line, print, progress};
@@ -43,7 +43,13 @@ use crate::scene::Scene;
 pub struct CompareDevicesArgs {
     /// Devices, comma-separated: parts of their names or drivers, or indices in `raindrops devices`; the
     /// others are compared with the first [default: all]
-    #[arg(long, value_name = "NAME|INDEX,…", value_delimiter = ',')]
+    #[arg(
+        long,
+        value_name = "NAME|INDEX,…",
+        value_delimiter = ',',
+        env = "RAINDROPS_DEVICE",
+        hide_env_values = true
+    )]
     device: Vec<String>,
     /// Also compare with the truth, traced with this many samples a pixel
     #[arg(long, alias = "truth", value_name = "N")]
@@ -65,7 +71,7 @@ pub struct CompareDevicesArgs {
     timeout: Duration,
     /// Exit with status 1 if the mean FLIP of two drivers is over this; their verdict is then `different`
     /// [default for the verdict: 0.01]
-    #[arg(long, value_name = "X")]
+    #[arg(long, value_name = "X", value_parser = parse_flip)]
     max_flip: Option<f64>,
     #[command(flatten)]
     scene: SceneArgs,
@@ -102,7 +108,8 @@ pub fn run(args: &CompareDevicesArgs) -> anyhow::Result<Answer> {
     let [first, ..] = portraits.as_slice() else { return Err(crate::Error::NoDevice.into()) };
     if portraits.len() < 2 {
         say!(
-            "note: there is only one device; scripts/setup.sh --drivers fetches more, VK_DRIVER_FILES selects"
+            "note: there is only one device, and nothing to compare it with; scripts/setup.sh --drivers fetches more, \
+             VK_DRIVER_FILES, --device and RAINDROPS_DEVICE select"
         );
     }
     let exposure = exposure_of(&scene.tone_map, &first.picture);
@@ -170,16 +177,26 @@ pub fn run(args: &CompareDevicesArgs) -> anyhow::Result<Answer> {
             "rel_mse_to_truth": from_truth.map(|(_, rel_mse)| rel_mse),
         }));
     }
-    let is_json = args.gate.is_json();
-    if !is_json {
-        print(table.text(args.gate.format))?;
-        for (a, b, apart) in &stages {
-            print(format_args!("{a} and {b}: {}", tell(apart)))?;
-        }
-        for Compared { device, report } in &verdicts {
-            print(format_args!("A is 0, B is {device}: times of fresh processes in turn"))?;
-            print(sheet(report, args.gate.format).text(args.gate.format))?;
-            tail_lines(report, args.gate.format).into_iter().try_for_each(print)?;
+    let format = args.gate.format;
+    match format {
+        _ if args.gate.is_json() => {}
+        Format::Csv if !verdicts.is_empty() => print(plain(&verdicts).text(format))?,
+        _ => {
+            print(table.text(format))?;
+            // In Markdown an empty line ends a table, and indented lines would be one.
+            let (gap, item) =
+                if format == Format::Markdown { ("\n", "\n- ") } else { ("", "\n   ") };
+            for (a, b, apart) in &stages {
+                let stages = tell(apart).replace("\n   ", item);
+                print(format_args!("{gap}{a} and {b}: {stages}"))?;
+            }
+            for Compared { device, report } in &verdicts {
+                print(format_args!(
+                    "{gap}A is 0, B is {device}: times of fresh processes in turn{gap}"
+                ))?;
+                print(sheet(report, format).text(format))?;
+                tail_lines(report, format).into_iter().try_for_each(print)?;
+            }
         }
     }
     let pairs: Vec<_> =
@@ -209,12 +226,11 @@ fn chosen(
     args: &CompareDevicesArgs,
     instance: &Arc<Instance>,
 ) -> anyhow::Result<Vec<DeviceReport>> {
-    if !args.device.is_empty() {
-        return Ok(args
-            .device
-            .iter()
-            .map(|name| choose_device(instance, Some(name)))
-            .collect::<Result<_, _>>()?);
+    // A variable may be set to nothing.
+    let mut named = args.device.iter().filter(|name| !name.is_empty()).peekable();
+    if named.peek().is_some() {
+        let all = named.map(|name| choose_device(instance, Some(name)));
+        return Ok(all.collect::<Result<_, _>>()?);
     }
     let (sound, lacking): (Vec<_>, Vec<_>) =
         devices(instance)?.into_iter().partition(|report| report.missing.is_empty());
@@ -307,6 +323,18 @@ impl Times<'_> {
         }
         Ok((verdicts, None, None))
     }
+}
+
+/// Every row of every verdict, after its two devices' names.
+fn plain(verdicts: &[Compared]) -> Sheet {
+    let mut all = Sheet { header: Vec::new(), rows: Vec::new() };
+    for Compared { report, .. } in verdicts {
+        let Sheet { header, rows } = sheet(report, Format::Csv);
+        let names = || [&report.a.label, &report.b.label].map(String::clone).into_iter();
+        all.header = ["a", "b"].map(String::from).into_iter().chain(header).collect();
+        all.rows.extend(rows.into_iter().map(|row| names().chain(row).collect::<Vec<_>>()));
+    }
+    all
 }
 
 /// Milliseconds of a device's tone-mapped frame, over its rounds.

@@ -131,11 +131,17 @@ pub enum Answer {
 
 /// Parses the command line, runs the command and turns its outcome into the exit status.
 pub fn main() -> ExitCode {
-    let command = command_by_groups().color(tell::color_of(words()));
-    let parsed = command.try_get_matches().and_then(|found| Cli::from_arg_matches(&found));
-    let cli = match parsed {
-        Ok(cli) => cli,
-        Err(error) => return refuse(&error),
+    let color = tell::color_of(words());
+    let command = command_by_groups().color(color);
+    let parsed = command
+        .try_get_matches()
+        .and_then(|given| Cli::from_arg_matches(&given).map(|cli| (cli, given)));
+    let (cli, given) = match parsed {
+        Ok(parsed) => parsed,
+        Err(error) => {
+            tell::paint(color);
+            return refuse(&error);
+        }
     };
     cli.tell.apply();
     let outcome: anyhow::Result<Answer> = match cli.command {
@@ -143,7 +149,7 @@ pub fn main() -> ExitCode {
         Command::Dataset(args) => dataset::run(&args),
         #[cfg(feature = "view")]
         Command::View(args) => view::run(&args),
-        Command::Bench(args) => bench::run(&args),
+        Command::Bench(args) => bench::run(&args, &given),
         Command::Mask(args) => mask::run(&args),
         Command::Plan(args) => plan::run(&args),
         Command::Rain(args) => rain::run(&args),
@@ -388,10 +394,9 @@ fn write_json(path: &Path, value: &impl serde::Serialize) -> Result<()> {
     write_whole(path, text.as_bytes())
 }
 
-/// Prints a line for people: to stdout, or to stderr where the JSON goes to stdout.
+/// Prints a line for people, if stdout is not the JSON's alone.
 fn print_beside(json: Option<&PathBuf>, line: impl std::fmt::Display) -> Result<()> {
     if json.is_some_and(|path| path.as_os_str() == "-") {
-        say!("{line}");
         return Ok(());
     }
     print(line)

@@ -34,14 +34,20 @@ impl TellArgs {
             _ => USUAL,
         };
         VOLUME.store(volume, Ordering::Relaxed);
-        match self.color {
-            ColorChoice::Auto => {}
-            choice => console::set_colors_enabled_stderr(choice == ColorChoice::Always),
-        }
+        paint(self.color);
     }
 }
 
-/// The colours that the command line asks for, before it is parsed: help is printed by the parser.
+/// From now on messages have colours or not; `auto`: on a terminal, unless NO_COLOR is set.
+pub fn paint(color: ColorChoice) {
+    match color {
+        ColorChoice::Auto => {}
+        choice => console::set_colors_enabled_stderr(choice == ColorChoice::Always),
+    }
+}
+
+/// The colours that the command line asks for, before it is parsed: help is printed by the parser, and what it refuses
+/// is an error in colours, too.
 pub fn color_of(mut words: impl Iterator<Item = String>) -> ColorChoice {
     let word = words.find(|word| word == "--color" || word.starts_with("--color="));
     let value = match word {

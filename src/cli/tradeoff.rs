@@ -83,7 +83,7 @@ pub fn run(args: &TradeoffArgs) -> anyhow::Result<Answer> {
     let device = args.device.open()?;
     let host = Host::now();
     let effort = Effort {
-        time: bench::Effort { seconds: args.seconds, frames: args.min_frames },
+        time: bench::Effort { seconds: args.seconds, frames: args.min_frames, stop: || false },
         truth_samples: args.truth_samples,
     };
     let timed: usize = scenes.iter().map(|scene| of_scene(scene).len() * scene.frames.len()).sum();

@@ -59,3 +59,15 @@ pub(crate) fn resident_bytes() -> Option<u64> {
     let kib: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
     Some(1024 * kib)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Host;
+
+    #[test]
+    fn more_work_than_cores_makes_times_doubtful() {
+        let of = |load| Host { cpu: "C".into(), cores: 2, os: "O".into(), load }.doubt();
+        assert!(of(Some(2.1)).is_some_and(|doubt| doubt.contains("2.1 exceeds the 2 cores")));
+        assert_eq!((of(Some(2.0)), of(None)), (None, None));
+    }
+}

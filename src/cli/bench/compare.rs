@@ -2,11 +2,11 @@
 //! kept result.
 
 use std::ffi::OsString;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use anyhow::Context as _;
-use clap::{Args, CommandFactory as _};
+use clap::{ArgMatches, Args, CommandFactory as _};
 
 use super::BenchArgs;
 use crate::cli::interrupt::heed_interrupts;
@@ -15,7 +15,7 @@ use crate::cli::rounds::pictures::Eye;
 use crate::cli::rounds::process::{Arm, Limits};
 use crate::cli::rounds::{Bound, Work, alone, passed_on, take_turns};
 use crate::cli::tell::say;
-use crate::cli::verdict::gate::{GateArgs, parse_part};
+use crate::cli::verdict::gate::{GateArgs, parse_flip};
 use crate::cli::verdict::{borrowed, notes, runs, side};
 use crate::cli::{Answer, Cli, command_line, open_environment, progress};
 use crate::measure::bench::{Amount, Report as Kept};
@@ -63,7 +63,7 @@ pub struct CompareArgs {
     #[arg(long, value_name = "DIR")]
     pictures: Option<PathBuf>,
     /// A row is `different`, whatever its times, if the mean FLIP between its two pictures is over this
-    #[arg(long, value_name = "X", default_value = "0.01", value_parser = parse_part)]
+    #[arg(long, value_name = "X", default_value = "0.01", value_parser = parse_flip)]
     max_flip: f64,
     /// Also find the error of both pictures against the truth, traced with this many samples a pixel
     #[arg(long = "truth-samples", alias = "reference", value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1 << 20))]
@@ -120,11 +120,9 @@ impl CompareArgs {
     }
 
     /// An option of a comparison that was given without one.
-    pub fn stray(&self) -> Option<&'static str> {
-        let matches = Cli::command().get_matches();
-        let matches = matches.subcommand_matches("bench")?;
-        let given = |id: &&(&str, &str)| {
-            matches.value_source(id.0) == Some(clap::parser::ValueSource::CommandLine)
+    pub fn stray(&self, given: &ArgMatches) -> Option<&'static str> {
+        let is_given = |id: &&(&str, &str)| {
+            given.value_source(id.0) == Some(clap::parser::ValueSource::CommandLine)
         };
         let own = [
             ("max_time", "--max-time"),
@@ -133,7 +131,7 @@ impl CompareArgs {
             ("reference", "--truth-samples"),
             ("pictures", "--pictures"),
         ];
-        own.iter().find(given).map(|(_, option)| *option)
+        own.iter().find(is_given).map(|(_, option)| *option)
     }
 
     fn is_in_turn(&self) -> bool {
@@ -159,8 +157,8 @@ impl CompareArgs {
     }
 }
 
-/// Runs the comparison.
-pub fn run(args: &BenchArgs, scene: &Scene) -> anyhow::Result<Answer> {
+/// Runs the comparison; `given` are the options of `bench`.
+pub fn run(args: &BenchArgs, scene: &Scene, given: &ArgMatches) -> anyhow::Result<Answer> {
     let compare = &args.compare;
     if args.device.device.as_deref() == Some("all") {
         anyhow::bail!("rounds are of one device; choose it by --device, or use compare-devices");
@@ -181,12 +179,10 @@ pub fn run(args: &BenchArgs, scene: &Scene) -> anyhow::Result<Answer> {
     let bases = runs(&compare.baseline)?;
     let command = Cli::command();
     let command = command.find_subcommand("bench").context("there is no command bench")?;
-    let matches = Cli::command().get_matches();
-    let matches = matches.subcommand_matches("bench").context("the command is bench")?;
     let own: Vec<&str> = OWN.iter().chain(&GateArgs::IDS).copied().collect();
     let limits = Limits { timeout: compare.timeout };
     let mut work = Work {
-        arguments: passed_on(command, matches, &own),
+        arguments: passed_on(command, given, &own),
         series: args.series().into_iter().flatten().collect(),
         placed: scene.drops.len() as u32,
         limits,
@@ -201,7 +197,7 @@ pub fn run(args: &BenchArgs, scene: &Scene) -> anyhow::Result<Answer> {
     say!("note: rounds of fresh processes, for at most {most} and one round (--max-time)");
     if compare.is_in_turn() {
         let not_of_pictures: Vec<&str> = own.iter().chain(&NOT_OF_PICTURES).copied().collect();
-        in_turn(args, scene, &work, passed_on(command, matches, &not_of_pictures))
+        in_turn(args, scene, &work, passed_on(command, given, &not_of_pictures))
     } else {
         against(args, scene, &work, &bases)
     }
@@ -303,7 +299,13 @@ fn against(
     let rounds = args.compare.rounds.map_or(KEPT_ROUNDS, usize::from);
     let bar = progress(rounds as u64, "rounds");
     let (arm, time) = (args.compare.arm(false)?, args.compare.max_time);
-    let (found, failed) = alone(&arm, work, rounds, time, &bar);
+    let threshold = args.gate.threshold();
+    let name = "this measurement";
+    let rows =
+        |new: &Kept| kept(&borrowed(bases), &[(Path::new(name), new.clone())], true, threshold);
+    // Before the other rounds; without a baseline there are no rows, and all fits.
+    let fits = |first: &Kept| rows(first).map(drop);
+    let (found, failed) = alone(&arm, work, rounds, time, &bar, &fits);
     bar.finish_and_clear();
     let Some(mut found) = found else {
         return Err(failed.unwrap_or_else(|| anyhow::anyhow!("nothing was measured")));
@@ -315,20 +317,18 @@ fn against(
         super::write(args, super::is_papers(scene), &found, std::iter::once(&found))?;
         return failed.map_or(Ok(Answer::Yes), Err);
     }
-    let threshold = args.gate.threshold();
-    let now = [(PathBuf::from("this measurement"), found)];
     let report = verdict::Report {
         schema: SCHEMA.into(),
         command: Some(command_line()),
         a: side(bases),
-        b: side(&now),
+        b: Side::of(name, &found),
         method: "unpaired".into(),
         threshold,
         max_flip: None,
         flip_pixels_per_degree: None,
         stopped: failed.as_ref().map(|error| format!("{error:#}")),
-        notes: notes(&bases[0].1, &now[0].1),
-        rows: kept(&borrowed(bases), &borrowed(&now), true, threshold)?,
+        notes: notes(&bases[0].1, &found),
+        rows: rows(&found)?,
     };
     let answer = args.gate.tell(&report)?;
     failed.map_or(Ok(answer), Err)

@@ -8,10 +8,12 @@ mod table;
 use std::path::PathBuf;
 use std::time::{Duration, SystemTime};
 
-use clap::Args;
+use anyhow::Context as _;
+use clap::{ArgMatches, Args};
 
 use self::table::{plain, table};
 use super::format::Format;
+use super::interrupt::{Interrupted, heed_interrupts, is_interrupted};
 use super::options::{
     AxisArgs, DeviceArgs, SceneValues, choose_device, devices, open_device, resolve,
 };
@@ -97,8 +99,9 @@ pub struct BenchArgs {
 /// The paper's numbers of drops.
 const TABLE_II: [u32; 6] = [125_000, 250_000, 500_000, 1_000_000, 2_000_000, 4_000_000];
 
-/// Runs the command.
-pub fn run(args: &BenchArgs) -> anyhow::Result<Answer> {
+/// Runs the command; `given` is the whole command line, of which other processes get a part.
+pub fn run(args: &BenchArgs, given: &ArgMatches) -> anyhow::Result<Answer> {
+    let given = given.subcommand_matches("bench").context("the command is bench")?;
     let mut scene = args.values.load(args.scene.as_deref())?;
     args.axes.apply(&mut scene)?;
     for amount in args.series().into_iter().flatten() {
@@ -118,14 +121,14 @@ pub fn run(args: &BenchArgs) -> anyhow::Result<Answer> {
         anyhow::bail!("--google-benchmark writes one device; choose it by --device");
     }
     if args.compare.is_asked() {
-        return compare::run(args, &scene);
+        return compare::run(args, &scene, given);
     }
     if args.gate.is_asked() {
         anyhow::bail!(
             "--threshold, --fail-above, --junit and --expect are for --baseline, --a, --b, --a-binary and --b-binary"
         );
     }
-    if let Some(option) = args.compare.stray() {
+    if let Some(option) = args.compare.stray(given) {
         anyhow::bail!(
             "{option} is for rounds of fresh processes: --rounds, --baseline, --a, --b, --a-binary and --b-binary"
         );
@@ -151,7 +154,8 @@ pub fn run(args: &BenchArgs) -> anyhow::Result<Answer> {
         Some("all") => devices(&instance)?,
         wanted => vec![choose_device(&instance, wanted)?],
     };
-    let mut reports = Vec::new();
+    heed_interrupts()?;
+    let (mut reports, mut failed) = (Vec::new(), None);
     let mut answer = Answer::Yes;
     for device in chosen {
         if !device.missing.is_empty() {
@@ -159,7 +163,11 @@ pub fn run(args: &BenchArgs) -> anyhow::Result<Answer> {
             continue;
         }
         let device = open_device(&instance, device)?;
-        let report = bench(args, &device, &scene, &presets, &environment)?;
+        let (report, why) = bench(args, &device, &scene, &presets, &environment);
+        failed = why;
+        if report.rows.is_empty() {
+            break;
+        }
         if !report.rows.iter().all(Row::passes_add_up) {
             say!(
                 "note: the driver's times of the passes do not add up to the frames; trust the frames"
@@ -169,9 +177,15 @@ pub fn run(args: &BenchArgs) -> anyhow::Result<Answer> {
             answer = Answer::No;
         }
         reports.push(report);
+        if failed.is_some() {
+            break;
+        }
     }
     if reports.is_empty() {
-        anyhow::bail!("--device all: no device has all that is needed; see raindrops devices");
+        let why = || {
+            anyhow::anyhow!("--device all: no device has all that is needed; see raindrops devices")
+        };
+        return Err(failed.unwrap_or_else(why));
     }
     match reports.as_slice() {
         [one] if !is_all => write(args, is_papers, one, reports.iter())?,
@@ -179,6 +193,9 @@ pub fn run(args: &BenchArgs) -> anyhow::Result<Answer> {
     }
     if let (Some(path), [report]) = (&args.svg, reports.as_slice()) {
         write_whole(path, plot(report)?.as_bytes())?;
+    }
+    if let Some(error) = failed {
+        return Err(error);
     }
     instance.expect_silence()?;
     Ok(answer)
@@ -249,14 +266,15 @@ fn write<'a>(
     Ok(())
 }
 
-/// Every count with every preset, with and without tone mapping.
+/// Every count with every preset, with and without tone mapping; if that fails or is interrupted, what was measured until
+/// then, and why there is no more.
 fn bench(
     args: &BenchArgs,
     device: &KeptDevice,
     scene: &Scene,
     presets: &[Preset],
     environment: &Environment,
-) -> anyhow::Result<Report> {
+) -> (Report, Option<anyhow::Error>) {
     let host = Host::now();
     let warnings: Vec<String> = host.doubt().into_iter().collect();
     warnings.iter().for_each(|warning| say!("warning: {warning}"));
@@ -268,8 +286,7 @@ fn bench(
         (seconds * count as f64).ceil()
     );
     let bar = progress(100 * series.len() as u64, "%");
-    let mut rows = Vec::new();
-    for (number, amount) in series.into_iter().enumerate() {
+    let of_amount = |number: usize, amount: Option<Amount>| -> anyhow::Result<Vec<Row>> {
         bar.set_message(match amount {
             Some(Amount::Rate(rate)) => format!("{rate} mm/h"),
             Some(Amount::Drops(count)) => super::drops(count.into()),
@@ -292,18 +309,28 @@ fn bench(
                 variants.push(Variant { plan, scene: scene.clone() });
             }
         }
-        let effort = Effort { seconds, frames: args.min_frames.unwrap_or(12) };
+        let frames = args.min_frames.unwrap_or(12);
+        let effort = Effort { seconds, frames, stop: is_interrupted };
         let tick = |share: f64| bar.set_position(((number as f64 + share) * 100.0) as u64);
         let measured = measure(device, environment, &variants, effort, &tick)?;
-        rows.extend(
-            variants
-                .iter()
-                .zip(&measured)
-                .map(|(variant, measured)| Row::new(variant, environment, measured, start.clone())),
-        );
+        let all = variants.iter().zip(&measured);
+        Ok(all.map(|(variant, of)| Row::new(variant, environment, of, start.clone())).collect())
+    };
+    let (mut rows, mut failed) = (Vec::new(), None);
+    for (number, amount) in series.into_iter().enumerate() {
+        match of_amount(number, amount) {
+            Ok(found) => rows.extend(found),
+            Err(error) => failed = Some(error),
+        }
+        if is_interrupted() {
+            failed = Some(Interrupted.into());
+        }
+        if failed.is_some() {
+            break;
+        }
     }
     bar.finish_and_clear();
-    Ok(Report {
+    let report = Report {
         schema: SCHEMA.into(),
         device: DeviceHead::of(&device.report),
         build: Build::this(),
@@ -314,7 +341,8 @@ fn bench(
         environment: environment.name().into(),
         pipeline_cache_bytes: device.bytes_found(),
         rows,
-    })
+    };
+    (report, failed)
 }
 
 fn host_line(report: &Report) -> String {

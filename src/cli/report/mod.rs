@@ -15,7 +15,7 @@ use super::Answer;
 use crate::Error;
 use crate::files::write_whole;
 use crate::measure::Host;
-use crate::measure::bench::{self, Build, DeviceHead, of_schema, read_json};
+use crate::measure::bench::{self, Build, DeviceHead, of_schema, of_value, read_json};
 use crate::measure::verdict;
 
 /// Write result files as one page of tables and plots
@@ -113,7 +113,7 @@ fn load(path: &Path) -> anyhow::Result<Vec<Entry>> {
     for value in values {
         let schema = value.get("schema").and_then(Value::as_str).unwrap_or_default().to_string();
         let contents = match schema.as_str() {
-            bench::SCHEMA => vec![Content::Bench(of_schema(path, value, bench::SCHEMA)?)],
+            bench::SCHEMA => vec![Content::Bench(of_value(path, value)?)],
             verdict::SCHEMA => {
                 vec![Content::Verdict(Box::new(of_schema(path, value, verdict::SCHEMA)?))]
             }

@@ -9,10 +9,12 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 use super::over_time::over_time;
 use super::plots::{forest, passes, scatter, series};
 use super::{Content, Entry, Tradeoff};
+use crate::cli::format::Format;
+use crate::cli::verdict::table::{sheet, tail_lines};
 use crate::measure::Host;
 use crate::measure::bench::{self, Build, DeviceHead};
-use crate::measure::verdict::{self, Pictures, Verdict};
-use crate::thousands::{thousands, thousands_of};
+use crate::measure::verdict::{self, Pictures};
+use crate::thousands::thousands;
 
 /// Colours of series are Okabe and Ito's (2008), told apart by everyone; in the dark their light variants.
 const STYLE: &str = "
@@ -27,8 +29,8 @@ body { margin: 0 auto; max-width: 72rem; padding: 1.5rem; background: var(--back
 h1 { font-size: 1.6rem; margin: 0 0 1rem; } h2 { font-size: 1.2rem; margin: 2.5rem 0 .25rem; }
 h3 { font-size: 1rem; margin: 1.5rem 0 .25rem; }
 p.who { color: var(--soft); margin: 0 0 1rem; font-size: .9rem; }
-.wide { overflow-x: auto; } table { border-collapse: collapse; font-variant-numeric: tabular-nums; }
-th, td { padding: .25rem .7rem; text-align: right; border-bottom: 1px solid var(--line); white-space: nowrap; }
+.wide { overflow-x: auto; } table { border-collapse: collapse; font-size: .9rem; font-variant-numeric: tabular-nums; }
+th, td { padding: .25rem .5rem; text-align: right; border-bottom: 1px solid var(--line); white-space: nowrap; }
 th.side { white-space: normal; min-width: 8rem; max-width: 16rem; font-size: .85rem; }
 th:first-child, td:first-child { text-align: left; padding-left: 0; } th { font-weight: 600; }
 .slower, .different { color: var(--bad); font-weight: 600; } .faster { color: var(--good); font-weight: 600; }
@@ -212,7 +214,7 @@ fn of_bench(file: &str, report: &bench::Report, with_plot: bool) -> Markup {
 }
 
 fn of_verdict(file: &str, folder: &Path, report: &verdict::Report) -> Markup {
-    let decimals = |value: Option<f64>| value.map_or("–".into(), |value| format!("{value:.3}"));
+    let table = sheet(report, Format::Table);
     html! {
         h2 { "Verdict: " (file) }
         (command(report.command.as_deref()))
@@ -220,44 +222,19 @@ fn of_verdict(file: &str, folder: &Path, report: &verdict::Report) -> Markup {
         (who(&report.a.device, &report.a.host, &report.a.build, report.a.start.as_deref()))
         p.who { "B: " (report.b.label) }
         (who(&report.b.device, &report.b.host, &report.b.build, report.b.start.as_deref()))
-        (warnings(&[report.a.warnings.clone(), report.b.warnings.clone()].concat()))
         div.wide { (forest(report)) }
         div.wide { table {
-            tr {
-                th { "row" } th { "verdict" } th { "B / A" } th { "95 %" } th { "ms A" } th { "ms B" }
-                th { "rounds" } th { "noise" } th { "FLIP" }
-            }
-            @for row in &report.rows {
-                tr {
-                    td { (row.name) }
-                    td class=(row.verdict.name()) { (row.verdict.name()) }
-                    td { (decimals(row.ratio)) }
-                    td { (decimals(row.ratio_low)) " to " (decimals(row.ratio_high)) }
-                    td { (format!("{:.2}", row.median_ms_a)) }
-                    td { (format!("{:.2}", row.median_ms_b)) }
-                    td { (row.rounds) }
-                    td { (row.noise_floor.map_or("–".into(), |floor| format!("{:.1} %", 100.0 * floor))) }
-                    td { (row.flip_between.map_or("–".into(), |flip| format!("{flip:.5}"))) }
-                }
+            tr { @for name in &table.header { th { (name) } } }
+            @for (row, cells) in report.rows.iter().zip(&table.rows) {
+                tr { @for cell in cells {
+                    @let verdict = (cell == row.verdict.name()).then_some(cell);
+                    td class=[verdict] { (cell) }
+                } }
             }
         } }
-        ul {
-            @for row in &report.rows {
-                @for (name, (a, b)) in &row.counters {
-                    li { (row.name) ": counter " (name) " is " (a) " in A, " (b) " in B" }
-                }
-                @for (name, pass) in &row.passes {
-                    @if matches!(pass.verdict, Verdict::Slower | Verdict::Faster) {
-                        li {
-                            (row.name) ": pass " (name) " is " (pass.verdict.name()) ", "
-                            (format!("{} to {} ms", thousands_of(pass.median_ms_a, 2), thousands_of(pass.median_ms_b, 2)))
-                        }
-                    }
-                }
-            }
-            @for note in &report.notes { li { (note) } }
-            @if let Some(why) = &report.stopped { li { "stopped: " (why) } }
-        }
+        ul { @for line in tail_lines(report, Format::Table) {
+            li class=[line.starts_with("warning:").then_some("warning")] { (line.trim()) }
+        } }
         (pictures(folder, report))
     }
 }

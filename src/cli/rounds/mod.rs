@@ -230,14 +230,15 @@ fn doubtful(rows: &[VerdictRow]) -> String {
     undecided.take(4).filter_map(line).collect()
 }
 
-/// Rounds of one arm alone, for a result that is kept. If the next would end after `time`, there are fewer, with a
-/// warning among the result's.
+/// Rounds of one arm alone, for a result that is kept; `fits` may refuse the first. If the next would end after `time`,
+/// there are fewer, with a warning among the result's.
 pub fn alone(
     arm: &Arm,
     work: &Work,
     rounds: usize,
     time: Duration,
     bar: &ProgressBar,
+    fits: &dyn Fn(&Report) -> crate::Result<()>,
 ) -> (Option<Report>, Option<anyhow::Error>) {
     let start = Instant::now();
     let (mut all, mut needed): (Option<Report>, _) = (None, Duration::ZERO);
@@ -256,7 +257,10 @@ pub fn alone(
         let found = if is_interrupted() { Err(Interrupted.into()) } else { found };
         match (found, &mut all) {
             (Err(error), _) => return (all, Some(error)),
-            (Ok(report), None) => all = Some(report),
+            (Ok(report), None) => match fits(&report) {
+                Err(error) => return (None, Some(error.into())),
+                Ok(()) => all = Some(report),
+            },
             (Ok(report), Some(all)) => all.extend(report),
         }
     }

@@ -142,20 +142,29 @@ fn expected(path: &Path, report: &Report) -> anyhow::Result<Vec<Outcome>> {
 }
 
 /// `5%` or `0.05` to 0.05.
-pub fn parse_part(text: &str) -> Result<f64, String> {
-    let number = |text: &str| text.trim().parse::<f64>().ok();
-    let part = match text.strip_suffix('%') {
-        Some(percent) => number(percent).map(|percent| percent / 100.0),
-        None => number(text),
-    };
-    part.filter(|part| *part > 0.0 && *part <= 10.0).ok_or_else(|| {
+fn parse_part(text: &str) -> Result<f64, String> {
+    part(text).filter(|part| *part > 0.0 && *part <= 10.0).ok_or_else(|| {
         format!("'{text}' is not a fraction like 5% or 0.05, over 0 and up to 1000%")
     })
 }
 
+/// A mean FLIP; 0: pictures must be the same.
+pub fn parse_flip(text: &str) -> Result<f64, String> {
+    let flip = part(text).filter(|flip| (0.0..=1.0).contains(flip));
+    flip.ok_or_else(|| format!("'{text}' is not a mean FLIP, from 0 to 1"))
+}
+
+fn part(text: &str) -> Option<f64> {
+    let number = |text: &str| text.trim().parse::<f64>().ok();
+    match text.strip_suffix('%') {
+        Some(percent) => number(percent).map(|percent| percent / 100.0),
+        None => number(text),
+    }
+}
+
 #[cfg(test)]
 mod tests {
-    use super::parse_part;
+    use super::{parse_flip, parse_part};
 
     #[test]
     fn parts() {
@@ -163,6 +172,11 @@ mod tests {
         assert_eq!(parse_part("0.05"), Ok(0.05));
         for wrong in ["", "%", "0", "-5%", "nan", "inf", "5 percent"] {
             assert!(parse_part(wrong).is_err(), "{wrong}");
+        }
+        assert_eq!((parse_flip("0"), parse_flip("1%")), (Ok(0.0), Ok(0.01)));
+        // Over a bound that is no number nothing is.
+        for wrong in ["nan", "-0.1", "1.1", ""] {
+            assert!(parse_flip(wrong).is_err(), "{wrong}");
         }
     }
 }

@@ -71,10 +71,11 @@ pub fn sheet(report: &Report, format: Format) -> Sheet {
     Sheet { header, rows }
 }
 
-/// Decimals of a ratio that its interval lets stand: one digit more than the interval is wide.
+/// Decimals of a ratio that its interval lets stand, one digit more than the interval is wide; two at least, as
+/// thresholds have.
 fn decimals(low: Option<f64>, high: Option<f64>) -> usize {
     let Some((low, high)) = low.zip(high) else { return 2 };
-    (1.0 - (high - low).max(1e-9).log10().ceil()).clamp(1.0, 4.0) as usize
+    (1.0 - (high - low).max(1e-9).log10().ceil()).clamp(2.0, 4.0) as usize
 }
 
 fn range(low: Option<f64>, high: Option<f64>) -> String {
@@ -90,7 +91,9 @@ pub fn tail_lines(report: &Report, format: Format) -> Vec<String> {
         lines.extend(row_lines(row));
     }
     lines.extend(report.notes.iter().map(|note| format!("note: {note}")));
-    let warnings = report.a.warnings.iter().chain(&report.b.warnings);
+    // Two sides of one machine have most of them in common.
+    let [a, b] = [&report.a.warnings, &report.b.warnings];
+    let warnings = a.iter().chain(b.iter().filter(|warning| !a.contains(warning)));
     lines.extend(warnings.map(|warning| format!("warning: {warning}")));
     lines.extend(report.stopped.iter().map(|why| format!("stopped: {why}")));
     let how = match report.method.as_str() {
@@ -140,7 +143,7 @@ fn row_lines(row: &VerdictRow) -> Vec<String> {
 
 /// Every figure, unrounded; `pass` is empty for the frame as a whole.
 fn plain(report: &Report) -> Sheet {
-    const HEADER: [&str; 18] = [
+    const HEADER: [&str; 19] = [
         "preset",
         "drops",
         "width",
@@ -159,6 +162,7 @@ fn plain(report: &Report) -> Sheet {
         "flip_between",
         "error_a",
         "error_b",
+        "rate_mm_h",
     ];
     let number = |value: Option<f64>| value.map_or(String::new(), |value| value.to_string());
     let mut rows = Vec::new();
@@ -172,6 +176,7 @@ fn plain(report: &Report) -> Sheet {
             cells.push(row.rounds.to_string());
             let whole = [row.noise_floor, row.flip_between, row.error_a, row.error_b];
             cells.extend(whole.map(|value| number(value.filter(|_| pass.is_empty()))));
+            cells.push(number(row.rate_mm_h));
             cells
         };
         let ratios = [row.ratio, row.ratio_low, row.ratio_high];
@@ -190,7 +195,7 @@ mod tests {
 
     #[test]
     fn no_more_decimals_than_are_known() {
-        assert_eq!(decimals(Some(0.38), Some(1.13)), 1);
+        assert_eq!(decimals(Some(0.38), Some(1.13)), 2);
         assert_eq!(decimals(Some(0.98), Some(1.05)), 2);
         assert_eq!(decimals(Some(0.998), Some(1.002)), 3);
         assert_eq!(decimals(None, None), 2);

@@ -31,6 +31,8 @@ pub struct Effort {
     pub seconds: f64,
     /// … and at least so many frames, but no longer than ten times the seconds.
     pub frames: usize,
+    /// Asked between batches: true if what is measured has to do, although it is less.
+    pub stop: fn() -> bool,
 }
 
 /// What is measured.
@@ -99,6 +101,9 @@ pub fn measure(
         }
         for run in runs.iter_mut().filter(|run| share(run) < 1.0) {
             run.batch(effort)?;
+        }
+        if (effort.stop)() {
+            break;
         }
     }
     Ok(runs.into_iter().map(Run::end).collect())

@@ -27,6 +27,6 @@ pub use over_time::{OverTime, Stretch, Trend};
 pub(crate) use plot::label;
 #[cfg(feature = "cli")]
 pub use plot::plot;
-pub use read::{of_schema, read, read_json};
+pub use read::{of_schema, of_value, read, read_json};
 pub use report::{Build, DeviceHead, Parts, Report, Round, Row, SCHEMA};
 pub use scene_head::{CameraHead, SceneHead};

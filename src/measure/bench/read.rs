@@ -27,17 +27,22 @@ pub fn read(path: &Path) -> Result<Vec<Report>> {
         Value::Array(values) => values,
         one => vec![one],
     };
-    let mut reports: Vec<Report> =
-        values.into_iter().map(|value| of_schema(path, value, SCHEMA)).collect::<Result<_>>()?;
-    for report in &mut reports {
-        check(report).map_err(|problem| Error::read(path, problem))?;
-        // Files of the first version have no rounds: each was one process.
-        for row in report.rows.iter_mut().filter(|row| row.rounds.is_empty()) {
-            let (start, passes) = (report.start.clone(), row.passes.clone());
-            row.rounds.push(Round { start, load: None, median_ms: row.median_ms, passes });
-        }
+    values.into_iter().map(|value| of_value(path, value)).collect()
+}
+
+/// One device's result from a file's JSON.
+///
+/// # Errors
+/// As [`read`].
+pub fn of_value(path: &Path, value: Value) -> Result<Report> {
+    let mut report: Report = of_schema(path, value, SCHEMA)?;
+    check(&report).map_err(|problem| Error::read(path, problem))?;
+    // Files of the first version have no rounds: each was one process.
+    for row in report.rows.iter_mut().filter(|row| row.rounds.is_empty()) {
+        let (start, passes) = (report.start.clone(), row.passes.clone());
+        row.rounds.push(Round { start, load: None, median_ms: row.median_ms, passes });
     }
-    Ok(reports)
+    Ok(report)
 }
 
 /// Reads a file's JSON, whatever its schema.

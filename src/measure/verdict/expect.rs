@@ -18,7 +18,8 @@
 
 use std::path::Path;
 
-use serde::Deserialize;
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer};
 
 use super::{Verdict, VerdictRow};
 use crate::measure::bench::DeviceHead;
@@ -37,8 +38,11 @@ pub struct Expectations {
 pub struct DeviceExpectations {
     #[serde(rename = "match")]
     pattern: String,
+    #[serde(default, deserialize_with = "bound_of")]
     ratio: Option<f64>,
+    #[serde(default, deserialize_with = "bound_of")]
     flip: Option<f64>,
+    #[serde(default, deserialize_with = "bound_of")]
     error: Option<f64>,
     #[serde(default)]
     fails: Vec<String>,
@@ -56,9 +60,23 @@ pub struct DeviceExpectations {
 struct RowExpectations {
     #[serde(rename = "match")]
     pattern: String,
+    #[serde(default, deserialize_with = "bound_of")]
     ratio: Option<f64>,
+    #[serde(default, deserialize_with = "bound_of")]
     flip: Option<f64>,
+    #[serde(default, deserialize_with = "bound_of")]
     error: Option<f64>,
+}
+
+/// A bound that a figure can exceed: nothing is over NaN, and no test would ever fail.
+fn bound_of<'de, D: Deserializer<'de>>(from: D) -> std::result::Result<Option<f64>, D::Error> {
+    let bound = f64::deserialize(from)?;
+    match bound.is_finite() && bound >= 0.0 {
+        true => Ok(Some(bound)),
+        false => Err(D::Error::custom(format!(
+            "{bound} is no bound; skips names rows that are not judged"
+        ))),
+    }
 }
 
 /// What became of a row.
@@ -115,7 +133,8 @@ impl Expectations {
     /// Reads an expectations file.
     ///
     /// # Errors
-    /// [`Error::File`] if it cannot be read; [`Error::Scene`], with file and line, if it is no such file.
+    /// [`Error::File`] if it cannot be read; [`Error::Scene`], with file and line, if it is no such file or a bound is
+    /// none.
     pub fn load(path: &Path) -> Result<Self> {
         let text = std::fs::read_to_string(path).map_err(|error| Error::read(path, error))?;
         toml::from_str(&text).map_err(|error| {
