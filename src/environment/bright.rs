@@ -154,7 +154,7 @@ impl Region {
 
 /// The small bright parts apart from the rest; `None` where there are none.
 pub fn split(environment: &Environment) -> Option<Bright> {
-    split_off(environment, MOST, LARGEST)
+    split_off(environment, MOST, (LARGEST, LARGEST))
 }
 
 /// Part of a region's brightest texel under which nothing is worth a layer of its own.
@@ -184,10 +184,14 @@ fn layers(environment: &Environment, region: Region, found: &mut Vec<Region>) {
     }
 }
 
-/// As [`split`], but `most` regions at most, and none wider than an angular radius; further ones stay in the rest. Of a
-/// wider one, such as a sun in its halo, what is brighter than a bound is a region where that is small enough: the halo
-/// stays in the rest, where large drops show its shape.
-pub fn split_off(environment: &Environment, most: usize, largest: f64) -> Option<Bright> {
+/// As [`split`], but `most` regions at most, and none whose cap or whose [`Region::source`] has a larger angular radius;
+/// further ones stay in the rest. Of a wider one, such as a sun in its halo, what is brighter than a bound is a region where
+/// that is small enough: the halo stays in the rest, where large drops show its shape.
+pub fn split_off(
+    environment: &Environment,
+    most: usize,
+    (widest, largest): (f64, f64),
+) -> Option<Bright> {
     let mean = mean_of_rest(environment);
     let mut found: Vec<(f64, Region)> = Vec::new();
     let (mut from, mut is_wide) = ((THRESHOLD * mean) as f32, true);
@@ -199,7 +203,8 @@ pub fn split_off(environment: &Environment, most: usize, largest: f64) -> Option
             }
             let (mean_square, region) = region(environment, &texels, from);
             let noise = mean_square / (mean * mean);
-            if noise >= WORTHWHILE && region.radius <= largest {
+            let is_small = region.radius <= widest && region.source().radius <= largest;
+            if noise >= WORTHWHILE && is_small {
                 found.push((noise, region));
             } else {
                 // With a higher bound it would be the less worth while.

@@ -10,7 +10,7 @@ use raindrops::gpu::Device;
 use raindrops::optics::fresnel;
 use raindrops::passes::environment::lost_light;
 use raindrops::picture::Picture;
-use raindrops::picture::metrics::psnr_db;
+use raindrops::picture::metrics::{box_filter, psnr_db, rel_mse};
 use raindrops::picture::tone_map::{display, exposure_of};
 use raindrops::plan::{Output, plan};
 use raindrops::reference::{Tracer, Truth};
@@ -262,5 +262,61 @@ fn no_source_dims_the_rest() {
                 lost_light(&sun)
             );
         }
+    });
+}
+
+/// A halo of some degrees around a sun is no part of it: a large drop shows its shape, also where the sun itself is beyond
+/// the picture's edge.
+#[test]
+fn a_large_drop_shows_a_halo_beside_its_sun() {
+    let (width, height) = (512_u32, 256_u32);
+    let toward = DVec3::new(-0.25, 0.1, -1.0).normalize();
+    let texels = (0..width * height).map(|index| {
+        let (x, y) = (f64::from(index % width) + 0.5, f64::from(index / width) + 0.5);
+        let azimuth = (x / f64::from(width) - 0.5) * std::f64::consts::TAU;
+        let (sine, cosine) = (y / f64::from(height) * std::f64::consts::PI).sin_cos();
+        let direction = DVec3::new(azimuth.sin() * sine, cosine, -azimuth.cos() * sine);
+        let off = direction.angle_between(toward).to_degrees();
+        let sun = if off < 1.0 { 3e4 } else { 0.0 };
+        Vec3::splat((sun + 150.0 * (-off / 5.0).exp() + 0.5) as f32)
+    });
+    let environment =
+        Environment::from_texels("halo", width, height, texels.collect()).expect("an image");
+    let mut scene = one_drop(DVec3::new(0.0, 0.0, -2.0), 1.0);
+    scene.image = ImageSize { width: 128, height: 128 };
+    scene.camera.vertical_fov = 40.0;
+    let expected = reference(&scene, &environment, 64);
+    for preset in [Preset::Exact, Preset::Fast] {
+        scene.model.preset = preset;
+        on_device(|device| {
+            let picture = draw(device, &scene, &environment);
+            let error = rel_mse(&box_filter(&expected), &box_filter(&picture), None);
+            println!("{preset}: relMSE {error:.1e}");
+            assert!(error < 1e-5, "{preset}: relMSE {error:.1e}");
+        });
+    }
+}
+
+/// Light that is reflected twice inside shows the sun anew, a thirtieth as bright as that reflected outside.
+#[test]
+fn a_large_drop_shows_the_sun_by_two_reflections_inside() {
+    // Of a far drop the image for an impact parameter of 0.41 is 60° off the axis.
+    let toward = DVec3::new(60_f64.to_radians().sin(), 0.0, -(60_f64.to_radians().cos()));
+    let environment = with_sun(toward, 0.1, 3e4);
+    let mut scene = one_drop(DVec3::new(0.0, 0.0, -100.0), 1.0);
+    scene.image = ImageSize { width: 160, height: 160 };
+    scene.camera.vertical_fov = 1.3;
+    let around = |picture: &Picture, b: f64| {
+        let radius = 80.0 / (0.65_f64.to_radians().tan() * 100.0);
+        let middle = (80.0 + b * radius) as usize;
+        let window = (70..90).flat_map(|y| (middle - 10..middle + 10).map(move |x| y * 160 + x));
+        window.map(|at| f64::from(picture.pixels[at].y)).sum::<f64>()
+    };
+    let expected = around(&reference(&scene, &environment, 64), 0.41);
+    scene.model.preset = Preset::Exact;
+    on_device(|device| {
+        let found = around(&draw(device, &scene, &environment), 0.41);
+        println!("light around the image: {found:.3}, {expected:.3}");
+        assert!((found / expected - 1.0).abs() < 0.05, "{found} instead of {expected}");
     });
 }
