@@ -126,6 +126,6 @@ fn a_verdict_is_of_rows_of_one_rate() {
     let output = raindrops(&["verdict", &a, &b, "--format", "csv"]);
     let mut reader = csv::Reader::from_reader(output.stdout.as_slice());
     let rows: Vec<csv::StringRecord> = reader.records().map(|row| row.expect("a row")).collect();
-    let rates: Vec<&str> = rows.iter().filter_map(|row| row.iter().last()).collect();
+    let rates: Vec<&str> = rows.iter().filter_map(|row| row.iter().next_back()).collect();
     assert_eq!(rates, ["1", "25"]);
 }
