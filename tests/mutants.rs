@@ -105,7 +105,10 @@ fn each_mutant_has_its_place_and_its_test() {
             Some(module) => format!("tests/{}/{module}.rs", mutant.test),
             None => format!("tests/{}.rs", mutant.test),
         };
-        let test = fs::read_to_string(root().join(&file)).unwrap_or_default();
+        let main = format!("tests/{}/main.rs", mutant.test);
+        let test = fs::read_to_string(root().join(&file))
+            .or_else(|_| fs::read_to_string(root().join(main)))
+            .unwrap_or_default();
         if !test.contains(&format!("fn {case}()")) {
             wrong.push(format!("'{}': {file} has no test {case}", mutant.name));
         }

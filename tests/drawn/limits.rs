@@ -72,7 +72,7 @@ fn more_tiles_than_a_dispatch_takes() {
 #[test]
 fn a_larger_image_than_the_device_takes() {
     let adjust = |report: &mut DeviceReport| report.limits.max_image_dimension2_d = 1000;
-    refused(adjust, &scene(Preset::Paper, 0, 1001), &["1001", "1000 at most"]);
+    refused(adjust, &scene(Preset::Paper, 0, 1001), &["1,001", "1,000 at most"]);
 }
 
 /// An environment that is uploaded in several strips is whole: every row where it belongs.
