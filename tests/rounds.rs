@@ -111,7 +111,7 @@ fn a_comparison_ends_in_time() {
     assert!(start.elapsed() < Duration::from_secs(15), "{:?}", start.elapsed());
     let stderr = String::from_utf8_lossy(&output.stderr);
     assert!(
-        stderr.contains(" s: 1 of 1 rows undecided\n   1000 drops, paper, 64 x 64: "),
+        stderr.contains(" s: 1 of 1 rows undecided\n   1,000 drops, paper, 64 x 64: "),
         "{stderr}"
     );
     let report = bench.json("v.json");
