@@ -1,6 +1,7 @@
 //! The example of a host with a scene of its own: silent under validation, rain before and behind its boxes as the
 //! reference has it with the same colour and depth.
 
+mod common;
 #[path = "../examples/host_ash/frame.rs"]
 mod frame;
 #[path = "../examples/host_ash/ground.rs"]
@@ -8,16 +9,33 @@ mod ground;
 #[path = "../examples/host_ash/host.rs"]
 mod host;
 
-use frame::Around;
+use frame::{Around, Outcome};
 use glam::Vec3;
 use half::f16;
+use raindrops::device::{Device, requirements};
 use raindrops::picture::Picture;
 use raindrops::picture::metrics::{box_filter, rel_mse};
 use raindrops::picture::plate::{Depth, Plate};
 use raindrops::reference::{Tracer, Truth};
 use raindrops::scene::background::DepthKind;
+use raindrops::scene::model::Preset;
 
 const SIZE: (u32, u32) = (240, 136);
+
+/// As the example runs, with the shaders that `tests/mutants.rs` has put a fault in.
+fn run(frames: usize, jitter: bool, around: Around) -> Outcome {
+    let (required, wanted) = (requirements(Preset::Fast), std::env::var("RAINDROPS_TEST_DEVICE"));
+    // SAFETY: the system's loader.
+    let entry = unsafe { ash::Entry::load() }.expect("Vulkan");
+    let host = host::Host::new(entry, &required, true, wanted.ok().as_deref());
+    // SAFETY: all that `lent` says is so, and the host is dropped after everything that is made from it.
+    let device = unsafe { Device::import(host.lent(), &required) }.expect("the device");
+    // SAFETY: the compiler made them; a fault that is put in changes no interface.
+    unsafe { device.replace_shaders(common::replaced_shaders()) };
+    let outcome = frame::draw(&host, &device, SIZE, frames, jitter, around);
+    drop(device);
+    Outcome { messages: host.messages(), ..outcome }
+}
 
 fn picture(pixels: &[[f16; 4]]) -> Picture {
     let light = |p: &[f16; 4]| Vec3::new(p[0].to_f32(), p[1].to_f32(), p[2].to_f32());
@@ -26,8 +44,7 @@ fn picture(pixels: &[[f16; 4]]) -> Picture {
 
 #[test]
 fn rain_among_a_hosts_boxes_is_the_references() {
-    let wanted = std::env::var("RAINDROPS_TEST_DEVICE").ok();
-    let outcome = frame::run(SIZE, 5, true, Around::Painted, wanted.as_deref());
+    let outcome = run(5, true, Around::Painted);
     assert_eq!(outcome.messages, Vec::<String>::new());
     assert_eq!(outcome.report.counts.overflow, 0);
 
@@ -72,9 +89,8 @@ fn rain_among_a_hosts_boxes_is_the_references() {
 /// Drops show what the host has drawn into its cube map in the same frame: its sky as if it had been computed, and boxes.
 #[test]
 fn drops_show_what_is_around_them() {
-    let wanted = std::env::var("RAINDROPS_TEST_DEVICE").ok();
     let shown = |around| {
-        let outcome = frame::run(SIZE, 3, false, around, wanted.as_deref());
+        let outcome = run(3, false, around);
         assert_eq!(outcome.messages, Vec::<String>::new());
         println!("{:?}", &outcome.report.passes_ms[..2]);
         picture(&outcome.picture)

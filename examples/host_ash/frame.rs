@@ -151,7 +151,8 @@ pub fn run(
     Outcome { messages, ..outcome }
 }
 
-fn draw(
+/// The frames, on a device that was lent.
+pub fn draw(
     host: &Host,
     device: &Arc<Device>,
     size: (u32, u32),
