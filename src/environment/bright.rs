@@ -99,6 +99,13 @@ pub struct Source {
 }
 
 impl Region {
+    /// Is the region not much wider than the disc that stands for it? Of a sun in its halo that disc is the sun's, and the
+    /// halo would be missed where it is.
+    pub fn is_disc(&self) -> bool {
+        let texel = PI / f64::from(self.height);
+        self.radius <= 2.0 * (self.source().radius + texel)
+    }
+
     /// The disc that stands for the region.
     pub fn source(&self) -> Source {
         let texel = PI / f64::from(self.height);
@@ -154,7 +161,7 @@ impl Region {
 
 /// The small bright parts apart from the rest; `None` where there are none.
 pub fn split(environment: &Environment) -> Option<Bright> {
-    split_off(environment, MOST, (LARGEST, LARGEST))
+    split_off(environment, MOST, |region| region.radius <= LARGEST)
 }
 
 /// Part of a region's brightest texel under which nothing is worth a layer of its own.
@@ -184,13 +191,12 @@ fn layers(environment: &Environment, region: Region, found: &mut Vec<Region>) {
     }
 }
 
-/// As [`split`], but `most` regions at most, and none whose cap or whose [`Region::source`] has a larger angular radius;
-/// further ones stay in the rest. Of a wider one, such as a sun in its halo, what is brighter than a bound is a region where
-/// that is small enough: the halo stays in the rest, where large drops show its shape.
+/// As [`split`], but `most` regions at most, and those alone that are `wanted`; further ones stay in the rest. Of another,
+/// such as a sun in its halo, what is brighter than a bound is a region where that is wanted: the halo stays in the rest.
 pub fn split_off(
     environment: &Environment,
     most: usize,
-    (widest, largest): (f64, f64),
+    wanted: impl Fn(&Region) -> bool,
 ) -> Option<Bright> {
     let mean = mean_of_rest(environment);
     let mut found: Vec<(f64, Region)> = Vec::new();
@@ -203,8 +209,7 @@ pub fn split_off(
             }
             let (mean_square, region) = region(environment, &texels, from);
             let noise = mean_square / (mean * mean);
-            let is_small = region.radius <= widest && region.source().radius <= largest;
-            if noise >= WORTHWHILE && is_small {
+            if noise >= WORTHWHILE && wanted(&region) {
                 found.push((noise, region));
             } else {
                 // With a higher bound it would be the less worth while.

@@ -49,10 +49,6 @@ pub const MOST_SOURCES: usize = crate::abi::MOST_SOURCES as usize;
 /// wide enough for the environment's levels.
 const LARGEST_SOURCE: f64 = 0.035;
 
-/// Largest angular radius of all that is taken for one source: the disc that stands for a sun in its halo is the sun's, and
-/// the halo would be missed where it is.
-const WIDEST: f64 = 0.07;
-
 /// Indices for which the shader knows which ways have images. Other drops show sources as all of the environment.
 const INDICES: std::ops::RangeInclusive<f64> = 1.325..=1.345;
 
@@ -62,7 +58,9 @@ const BOW_BYTES: u64 = 16;
 
 /// The environment without its bright sources, where it has any that drops on tiles show apart.
 pub fn bright_parts(environment: &Environment) -> Option<Bright> {
-    split_off(environment, MOST_SOURCES, (WIDEST, LARGEST_SOURCE))
+    split_off(environment, MOST_SOURCES, |region| {
+        region.is_disc() && region.source().radius <= LARGEST_SOURCE
+    })
 }
 
 /// Whether drops by this model show bright sources apart.
