@@ -10,26 +10,13 @@ use raindrops::picture::layers::Layers;
 use raindrops::picture::plate::Plate;
 use raindrops::scene::background::Background;
 
-use common::raindrops;
+use common::{run, write_scene};
 
 fn folder(name: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("data-sets").join(name);
     let _ = std::fs::remove_dir_all(&folder);
     std::fs::create_dir_all(&folder).expect("a folder");
     folder
-}
-
-fn write_scene(folder: &Path) -> PathBuf {
-    let path = folder.join("scene.toml");
-    let toml = "seed = 3\n[image]\nwidth = 48\nheight = 32\n[rain]\nrate = 25.0\nextent = 60.0\n[model]\npreset = \"fast\"\n";
-    std::fs::write(&path, toml).expect("a scene");
-    path
-}
-
-/// Runs a command; whether it is done, and what it says.
-fn run(folder: &Path, arguments: &[&str]) -> (bool, String) {
-    let ran = raindrops().current_dir(folder).args(arguments).output().expect("it runs");
-    (ran.status.success(), String::from_utf8_lossy(&ran.stderr).into_owned())
 }
 
 /// Every file of a folder, by its path within it.

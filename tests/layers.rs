@@ -21,7 +21,7 @@ use raindrops::scene::model::Preset;
 use raindrops::scene::real_rain::RealRain;
 use raindrops::scene::{PlacedDrop, Population, RainSettings, Scene};
 
-use common::{on_device, raindrops, waves};
+use common::{on_device, run, waves, write_scene};
 
 const EDGE: u32 = 128;
 
@@ -362,19 +362,6 @@ fn parts_are_the_whole() {
             .expect("parts");
         assert!(together == whole, "the parts are not the whole");
     });
-}
-
-fn write_scene(folder: &Path) -> PathBuf {
-    let path = folder.join("scene.toml");
-    let toml = "seed = 3\n[image]\nwidth = 48\nheight = 32\n[rain]\nrate = 25.0\nextent = 60.0\n[model]\npreset = \"fast\"\n";
-    std::fs::write(&path, toml).expect("a scene");
-    path
-}
-
-/// Runs a command; whether it is done, and what it says.
-fn run(folder: &Path, arguments: &[&str]) -> (bool, String) {
-    let ran = raindrops().current_dir(folder).args(arguments).output().expect("it runs");
-    (ran.status.success(), String::from_utf8_lossy(&ran.stderr).into_owned())
 }
 
 #[test]

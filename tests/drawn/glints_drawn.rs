@@ -18,7 +18,7 @@ use raindrops::renderer::Renderer;
 use raindrops::scene::model::Preset;
 use raindrops::scene::{ImageSize, RainSettings, Scene};
 
-use crate::common::{on_adjusted_device, on_device, one_drop};
+use crate::common::{environment_by, on_adjusted_device, on_device, one_drop, with_halo};
 
 /// Grey, with a disc of 1.2° of radius.
 fn with_sun(toward: DVec3, grey: f32, radiance: f32) -> Environment {
@@ -27,17 +27,10 @@ fn with_sun(toward: DVec3, grey: f32, radiance: f32) -> Environment {
 
 /// The same with several.
 fn with_suns(toward: &[DVec3], grey: f32, radiance: f32) -> Environment {
-    let (width, height) = (512_u32, 256_u32);
-    let texels = (0..width * height).map(|index| {
-        let (x, y) = (f64::from(index % width) + 0.5, f64::from(index / width) + 0.5);
-        let azimuth = (x / f64::from(width) - 0.5) * std::f64::consts::TAU;
-        let polar = y / f64::from(height) * std::f64::consts::PI;
-        let direction =
-            DVec3::new(azimuth.sin() * polar.sin(), polar.cos(), -azimuth.cos() * polar.sin());
+    environment_by(|direction| {
         let is_lit = toward.iter().any(|sun| direction.angle_between(*sun) < 1.2_f64.to_radians());
         Vec3::splat(if is_lit { radiance } else { grey })
-    });
-    Environment::from_texels("sun", width, height, texels.collect()).expect("an image")
+    })
 }
 
 fn draw(device: &Arc<Device>, scene: &Scene, environment: &Environment) -> Picture {
@@ -269,19 +262,7 @@ fn no_source_dims_the_rest() {
 /// the picture's edge.
 #[test]
 fn a_large_drop_shows_a_halo_beside_its_sun() {
-    let (width, height) = (512_u32, 256_u32);
-    let toward = DVec3::new(-0.25, 0.1, -1.0).normalize();
-    let texels = (0..width * height).map(|index| {
-        let (x, y) = (f64::from(index % width) + 0.5, f64::from(index / width) + 0.5);
-        let azimuth = (x / f64::from(width) - 0.5) * std::f64::consts::TAU;
-        let (sine, cosine) = (y / f64::from(height) * std::f64::consts::PI).sin_cos();
-        let direction = DVec3::new(azimuth.sin() * sine, cosine, -azimuth.cos() * sine);
-        let off = direction.angle_between(toward).to_degrees();
-        let sun = if off < 1.0 { 3e4 } else { 0.0 };
-        Vec3::splat((sun + 150.0 * (-off / 5.0).exp() + 0.5) as f32)
-    });
-    let environment =
-        Environment::from_texels("halo", width, height, texels.collect()).expect("an image");
+    let environment = with_halo(DVec3::new(-0.25, 0.1, -1.0).normalize());
     let mut scene = one_drop(DVec3::new(0.0, 0.0, -2.0), 1.0);
     scene.image = ImageSize { width: 128, height: 128 };
     scene.camera.vertical_fov = 40.0;

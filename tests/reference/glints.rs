@@ -9,7 +9,7 @@ use raindrops::picture::tone_map::{display, exposure_of};
 use raindrops::reference::{Tracer, Truth, Weights};
 use raindrops::scene::{PlacedDrop, RainSettings, Scene};
 
-use crate::common::Random;
+use crate::common::{Random, with_halo};
 
 /// A grey slope with a disc of 4° of radius, 200 times as bright, so large that samples meet it.
 fn with_disc(toward: DVec3) -> Environment {
@@ -215,21 +215,6 @@ fn the_parts_of_an_environment_add_up() {
         assert!((sum - whole).abs().max_element() < 1e-6 * whole.max_element(), "{direction}");
     }
     assert!(lit > 10_000, "only {lit} lit: nothing was tested");
-}
-
-/// Grey, with a sun of a degree of radius in a halo that is seen as far as some nine degrees from it.
-fn with_halo(toward: DVec3) -> Environment {
-    let (width, height) = (512_u32, 256_u32);
-    let texels = (0..width * height).map(|index| {
-        let (x, y) = (f64::from(index % width) + 0.5, f64::from(index / width) + 0.5);
-        let azimuth = (x / f64::from(width) - 0.5) * std::f64::consts::TAU;
-        let (sine, cosine) = (y / f64::from(height) * std::f64::consts::PI).sin_cos();
-        let direction = DVec3::new(azimuth.sin() * sine, cosine, -azimuth.cos() * sine);
-        let off = direction.angle_between(toward).to_degrees();
-        let sun = if off < 1.0 { 3e4 } else { 0.0 };
-        Vec3::splat((sun + 150.0 * (-off / 5.0).exp() + 0.5) as f32)
-    });
-    Environment::from_texels("halo", width, height, texels.collect()).expect("valid")
 }
 
 #[test]
