@@ -2,8 +2,8 @@
 #extension GL_GOOGLE_include_directive : require
 // The small bright parts of an environment, found on the GPU and taken out of what drops see of it as a texture:
 // src/environment/bright.rs, but that a part is what is too bright within a cap, not what touches. In steps, with a barrier
-// between; each sum is first one of STRIDES strided ones, and whoever needs it adds those up: no shared memory, no atomics,
-// so the same bits on every run. See src/passes/renewal.rs.
+// between; each sum is first of strides or lanes, and whoever needs it adds those up: no shared memory, no atomics, so the
+// same bits on every run. See src/passes/renewal.rs.
 layout(local_size_x = 64) in;
 
 layout(set = 0, binding = 0, rgba16f) uniform image2D rest;
@@ -18,19 +18,20 @@ layout(std430, set = 0, binding = 1) buffer Sources {
 
 #include "constants.glsl"
 
-// What the strides of the part that is looked at have.
+// What the lanes have of the part that is looked at, beyond a bound.
 struct Part {
     vec4 light;  // excess times solid angle; w: of its luminance
     vec4 offset; // luminance times direction, from the brightest; w: times its square
     float square; // luminance squared, times solid angle
+    float farthest; // from the brightest
 };
 struct Found {
-    vec4 toward; // w: 1 if it is a source
+    vec4 toward; // w: the bound, what a texel has beyond it is the source's; 0 if it is none
 };
 layout(std430, set = 0, binding = 2) buffer Work {
     float means[2][STRIDES]; // of one round and the next
     vec2 brightest[STRIDES]; // luminance over the threshold, and which texel
-    Part parts[STRIDES];
+    Part parts[STRIDES]; // of each bound its lanes
     Found found[MOST_SOURCES];
 };
 
@@ -39,9 +40,10 @@ layout(push_constant) uniform Push { uint step_number, round_number; };
 const float PI = 3.14159265358979;
 const vec3 LUMINANCE = vec3(0.2126, 0.7152, 0.0722);
 const float THRESHOLD = 30.0;  // means above which a texel is too bright
-const float CAP = 0.07;        // angular radius that a part may have at most
-const float LARGEST = 0.035;   // that of the disc that stands for it
+const float LARGEST = 0.035;   // angular radius of the disc that stands for a part, at most
 const float WORTHWHILE = 1.0;  // mean square of an excess over that of the mean, from which it is taken out
+const uint BOUNDS = 16u;       // that are tried, each twice the one before
+const uint LANES = STRIDES / BOUNDS;
 
 vec3 direction_of(uint texel, uvec2 size) {
     vec2 uv = (vec2(texel % size.x, texel / size.x) + 0.5) / vec2(size);
@@ -65,13 +67,15 @@ float threshold(uint which) {
     return THRESHOLD * sum / (4.0 * PI);
 }
 
-bool is_in(vec3 d, vec3 toward) {
-    return distance(d, toward) < CAP;
+// Within the cap of a part: so wide that it is seen to be no disc where it goes on.
+bool is_in(vec3 d, vec3 toward, float texel) {
+    return distance(d, toward) < 2.0 * (LARGEST + texel);
 }
 
 void main() {
     uvec2 size = uvec2(imageSize(rest));
     uint texels = size.x * size.y, stride = gl_GlobalInvocationID.x;
+    float texel = PI / float(size.y);
     if (step_number == 0u) { // a round of the mean of the rest
         float most = round_number == 0u ? 3e38 : threshold((round_number + 1u) % 2u), sum = 0.0;
         for (uint i = stride; i < texels; i += STRIDES) {
@@ -89,53 +93,63 @@ void main() {
             if (over <= best.x) continue;
             vec3 d = direction_of(i, size);
             bool is_new = true;
-            for (uint k = 0u; k < round_number; ++k) is_new = is_new && !is_in(d, found[k].toward.xyz);
+            for (uint k = 0u; k < round_number; ++k) is_new = is_new && !is_in(d, found[k].toward.xyz, texel);
             if (is_new) best = vec2(over, uintBitsToFloat(i));
         }
         brightest[stride] = best;
         return;
     }
-    if (step_number == 2u) { // what is around it
+    if (step_number == 2u) { // what is around it, beyond each bound
         vec2 best = brightest[0];
         for (uint i = 1u; i < STRIDES; ++i) if (brightest[i].x > best.x) best = brightest[i];
         vec3 toward = direction_of(floatBitsToUint(best.y), size);
         if (stride == 0u) found[round_number].toward = vec4(best.x > 0.0 ? toward : vec3(0.0), 0.0);
-        Part part = Part(vec4(0.0), vec4(0.0), 0.0);
-        for (uint i = stride; i < texels && best.x > 0.0; i += STRIDES) {
+        float bound = exp2(float(stride / LANES)) * most;
+        int row = int(floatBitsToUint(best.y) / size.x), rows = int(2.0 * LARGEST / texel) + 4; // of the cap, on either side
+        uint end = best.x > 0.0 ? uint(min(row + rows, int(size.y))) * size.x : 0u;
+        Part part = Part(vec4(0.0), vec4(0.0), 0.0, 0.0);
+        for (uint i = uint(max(row - rows, 0)) * size.x + stride % LANES; i < end; i += LANES) {
+            vec3 c = texel_at(i, size), excess = c - min(c, bound);
+            if (excess == vec3(0.0)) continue;
             vec3 d = direction_of(i, size);
-            if (!is_in(d, toward)) continue;
-            bool is_new = true;
-            for (uint k = 0u; k < round_number; ++k) is_new = is_new && !is_in(d, found[k].toward.xyz);
-            vec3 c = texel_at(i, size), excess = c - min(c, most);
-            if (!is_new || excess == vec3(0.0)) continue;
+            bool is_new = is_in(d, toward, texel);
+            for (uint k = 0u; k < round_number; ++k) is_new = is_new && !is_in(d, found[k].toward.xyz, texel);
+            if (!is_new) continue;
             float angle = solid_angle_of(i, size), luminance = dot(excess, LUMINANCE);
             part.light += angle * vec4(excess, luminance);
             part.offset += angle * luminance * vec4(d - toward, dot(d - toward, d - toward));
             part.square += angle * luminance * luminance;
+            part.farthest = max(part.farthest, distance(d, toward));
         }
         parts[stride] = part;
         return;
     }
-    if (step_number == 3u) { // whether it is a source
+    if (step_number == 3u) { // beyond which bound it is a source
         if (stride != 0u) return;
         if (round_number == 0u) source_count = uvec4(0u);
         vec3 toward = found[round_number].toward.xyz;
-        Part all = Part(vec4(0.0), vec4(0.0), 0.0);
-        for (uint i = 0u; i < STRIDES; ++i) {
-            all.light += parts[i].light;
-            all.offset += parts[i].offset;
-            all.square += parts[i].square;
+        float mean = most / THRESHOLD;
+        for (uint k = 0u; k < BOUNDS; ++k) {
+            Part all = Part(vec4(0.0), vec4(0.0), 0.0, 0.0);
+            for (uint i = k * LANES; i < (k + 1u) * LANES; ++i) {
+                all.light += parts[i].light;
+                all.offset += parts[i].offset;
+                all.square += parts[i].square;
+                all.farthest = max(all.farthest, parts[i].farthest);
+            }
+            // Beyond a higher bound it would be the less worth while.
+            if (all.light.w <= 0.0 || all.square < WORTHWHILE * 4.0 * PI * mean * mean) return;
+            vec3 to_middle = all.offset.xyz / all.light.w;
+            // A texel's own light is spread as interpolation does it, by a sixth of its square along each axis.
+            float mean_square = max(all.offset.w / all.light.w - dot(to_middle, to_middle), 0.0) + texel * texel / 3.0;
+            float radius = sqrt(2.0 * mean_square);
+            // A sun in its halo goes on beyond the disc; the brightest texel may lie at the disc's edge.
+            if (radius > LARGEST || all.farthest > 2.0 * radius + texel) continue;
+            found[round_number].toward.w = exp2(float(k)) * most;
+            sources[source_count.x] = Source(vec4(normalize(toward + to_middle), radius), vec4(all.light.rgb, 0.0));
+            source_count.x += 1u;
+            return;
         }
-        if (all.light.w <= 0.0) return;
-        vec3 to_middle = all.offset.xyz / all.light.w;
-        float texel = PI / float(size.y), mean = most / THRESHOLD;
-        // A texel's own light is spread as interpolation does it, by a sixth of its square along each axis.
-        float mean_square = max(all.offset.w / all.light.w - dot(to_middle, to_middle), 0.0) + texel * texel / 3.0;
-        float radius = sqrt(2.0 * mean_square), noise = all.square / (4.0 * PI * mean * mean);
-        if (radius > LARGEST || noise < WORTHWHILE) return;
-        found[round_number].toward.w = 1.0;
-        sources[source_count.x] = Source(vec4(normalize(toward + to_middle), radius), vec4(all.light.rgb, 0.0));
-        source_count.x += 1u;
         return;
     }
     // Sources are taken out; the place beyond the strides is not of them.
@@ -145,8 +159,9 @@ void main() {
     if (all(lessThanEqual(c, vec3(most)))) return;
     vec3 d = direction_of(i, size);
     for (uint k = 0u; k < MOST_SOURCES; ++k) {
-        if (found[k].toward.w != 0.0 && is_in(d, found[k].toward.xyz)) {
-            imageStore(rest, ivec2(i % size.x, i / size.x), vec4(min(c, most), 1.0));
+        float bound = found[k].toward.w;
+        if (bound != 0.0 && is_in(d, found[k].toward.xyz, texel)) {
+            imageStore(rest, ivec2(i % size.x, i / size.x), vec4(min(c, bound), 1.0));
             return;
         }
     }

@@ -7,8 +7,9 @@
 //! next. Then a far drop's pictures and glints are made as for any environment.
 //!
 //! Against `src/environment` on the CPU: levels are of float16 instead of float32, an error of 2^-11 relative; a bright
-//! part is all that is too bright within 4° of its brightest texel instead of the texels that touch; the threshold
-//! is found in four rounds, enough for a part that outshines the rest a hundred thousand times.
+//! part is what is brighter than a bound within some 5° of its brightest texel, instead of the texels that touch, so that of
+//! two lamps alike that are nearer to each other neither is a source; the threshold is found in four rounds, enough for a
+//! part that outshines the rest a hundred thousand times.
 
 use std::sync::Arc;
 

@@ -15,3 +15,4 @@ mod motion_depth;
 mod over;
 mod pictures;
 mod refused_images;
+mod renewed;

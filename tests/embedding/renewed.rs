@@ -1,0 +1,151 @@
+//! Light that a host renews: that of the same environment when it is prepared on the CPU.
+
+use std::sync::Arc;
+
+use ash::vk;
+use glam::{DVec3, Vec3};
+use half::f16;
+use raindrops::device::{Device, HostImage, ImageState};
+use raindrops::environment::Environment;
+use raindrops::picture::Picture;
+use raindrops::picture::metrics::{box_filter, rel_mse};
+use raindrops::plan::{Output, plan};
+use raindrops::renderer::{
+    FrameInput, HostEnvironment, Lighting, LiveInfo, RainField, View, ViewInfo,
+};
+use raindrops::scene::model::Preset;
+use raindrops::scene::{PlacedDrop, Scene};
+
+use crate::common::{self, with_halo};
+use crate::embedded::{Embedded, SIZE, environment, on_host, scene};
+use crate::host::{Host, Texture};
+
+/// Sun and all; another image shows in the frame that it is named with, and stays.
+#[test]
+fn renewed_light_is_that_of_the_same_environment() {
+    let scene = scene(Preset::Fast);
+    // The same, turned by a quarter.
+    let (sky, turned) = (environment(), {
+        let sky = environment();
+        common::painted(256, move |d| sky.radiance(DVec3::new(-d.z, d.y, d.x)).as_vec3())
+    });
+    on_host(Preset::Fast, |host, device| {
+        let [expected, other] = [&sky, &turned].map(|around| fixed(host, device, &scene, around));
+        let images = [&sky, &turned].map(|environment| uploaded(host, environment));
+        let mut embedded = live(host, device, &scene, &sky);
+        let difference = error(&expected, &other);
+        let first = frame(&mut embedded, host, 0, &scene, Some(&images[0]));
+        println!("relMSE {:.7}; of another environment {difference:.4}", error(&expected, &first));
+        assert!(error(&expected, &first) < 0.002 * difference);
+        let kept = frame(&mut embedded, host, 1, &scene, None);
+        assert!(kept == first, "it stays");
+        let turned = frame(&mut embedded, host, 2, &scene, Some(&images[1]));
+        assert!(error(&other, &turned) < 0.002 * difference);
+        host.destroy_image(embedded.target);
+        drop(embedded.view);
+        images.into_iter().for_each(|image| host.destroy_image(image));
+    });
+}
+
+/// A halo of some degrees around a sun is no part of it: a large drop shows its shape.
+#[test]
+fn a_renewed_halo_stays_around_its_sun() {
+    let sky = with_halo(DVec3::new(-0.25, 0.1, -1.0).normalize());
+    let mut scene = scene(Preset::Fast);
+    scene.rain = None;
+    scene.drops = vec![PlacedDrop::sphere(DVec3::new(0.0, 0.0, -2.0), 1.0)];
+    scene.camera.vertical_fov = 40.0;
+    on_host(Preset::Fast, |host, device| {
+        let expected = fixed(host, device, &scene, &sky);
+        let image = uploaded(host, &sky);
+        let mut embedded = live(host, device, &scene, &sky);
+        let found = frame(&mut embedded, host, 0, &scene, Some(&image));
+        println!("relMSE {:.1e}", error(&expected, &found));
+        assert!(error(&expected, &found) < 1e-4);
+        host.destroy_image(embedded.target);
+        drop(embedded.view);
+        host.destroy_image(image);
+    });
+}
+
+fn error(expected: &Picture, found: &Picture) -> f64 {
+    rel_mse(&box_filter(expected), &box_filter(found), None)
+}
+
+/// Rain in other light than that of `Embedded::new`.
+fn by(
+    host: &Host,
+    device: &Arc<Device>,
+    scene: &Scene,
+    (sky, light): (&Environment, Lighting),
+) -> Embedded {
+    let info = ViewInfo::default();
+    let mut embedded = Embedded::new(host, device, scene, &info);
+    let plan = plan(scene, sky, Output::Radiance).expect("a plan");
+    let rain = Arc::new(RainField::new(device, scene));
+    embedded.view = View::new(&Arc::new(light), &rain, scene, &plan, &info).expect("a view");
+    embedded
+}
+
+/// In an environment that the CPU prepares.
+fn fixed(host: &Host, device: &Arc<Device>, scene: &Scene, sky: &Environment) -> Picture {
+    let light = Lighting::new(device, sky).expect("light");
+    let mut embedded = by(host, device, scene, (sky, light));
+    let (picture, _) = embedded.frame(host, 0, scene);
+    host.destroy_image(embedded.target);
+    as_picture(&picture)
+}
+
+/// Whose light a host renews, as large as `sky`, by which it is planned.
+fn live(host: &Host, device: &Arc<Device>, scene: &Scene, sky: &Environment) -> Embedded {
+    let info = LiveInfo { height: sky.height(), cube: false, ..LiveInfo::default() };
+    by(host, device, scene, (sky, Lighting::live(device, info).expect("light")))
+}
+
+fn uploaded(host: &Host, sky: &Environment) -> Texture {
+    let usage = vk::ImageUsageFlags::SAMPLED | vk::ImageUsageFlags::TRANSFER_DST;
+    let size = (sky.width(), sky.height());
+    let image = host.image(vk::Format::R16G16B16A16_SFLOAT, size, 1, usage);
+    let texels = sky.texels().iter();
+    let halves: Vec<[f16; 4]> =
+        texels.map(|t| t.extend(1.0).to_array().map(f16::from_f32)).collect();
+    host.write(&image, bytemuck::cast_slice(&halves));
+    image
+}
+
+/// A frame in the light of an image, or in that which is there.
+fn frame(
+    embedded: &mut Embedded,
+    host: &Host,
+    number: usize,
+    scene: &Scene,
+    named: Option<&Texture>,
+) -> Picture {
+    let mut input = FrameInput::new(scene, embedded.output());
+    if let Some(Texture { image, view, format, size, .. }) = named {
+        let state = ImageState::SAMPLED;
+        let image = HostImage {
+            entry: state,
+            exit: state,
+            ..HostImage::color(*image, *view, *format, *size)
+        };
+        input = input.around(HostEnvironment::new(image));
+    }
+    let (commands, fence) = (embedded.commands[number % 2], host.fence());
+    host.begin(commands);
+    // SAFETY: the images are as they are described; the frames are submitted in order.
+    unsafe { embedded.view.record(commands, number % 2, &input) }.expect("a recording");
+    host.end(commands);
+    host.submit(commands, fence);
+    host.wait(fence);
+    host.destroy_fence(fence);
+    // SAFETY: the fence was signalled.
+    let report = unsafe { embedded.view.retired(number % 2) }.expect("a report");
+    println!("{:?}", &report.expect("it was executed").passes_ms[..2]);
+    as_picture(&embedded.read(host))
+}
+
+fn as_picture(pixels: &[[f16; 4]]) -> Picture {
+    let light = |p: &[f16; 4]| Vec3::new(p[0].to_f32(), p[1].to_f32(), p[2].to_f32());
+    Picture { width: SIZE.0, height: SIZE.1, pixels: pixels.iter().map(light).collect() }
+}
