@@ -33,41 +33,48 @@ uint picture_at(uint word) { return texelFetch(picture_texels, int(word)).x; }
 Large large_at(uint number) { return larges[number]; }
 uint picture_at(uint word) { return pictures[word]; }
 #endif
+#include "picture_light.glsl"
 
 layout(local_size_x = 64) in;
 
+// Radius in pixels from which a drop is never drawn as a box: across a long outline that leans it would be too far off.
+const float BOX_PX = 1.5;
+
+// Of a row of pixels, in texels of a picture.
+struct Places {
+    vec4 x, y;
+};
+
 // Coverage of a row of a tile's pixels by a drop, whose centre is `from` before the first pixel's; and where
-// in its picture of `edge` texels an edge the pixels' colours stand.
-vec4 cover(vec2 from, vec4 to_disc, vec2 half_side, float radius, float edge, out uvec4 texels) {
+// in its picture of `edge` texels an edge the pixels are, from the middle of the first texel.
+vec4 cover(vec2 from, vec4 to_disc, vec2 half_side, float radius, bool is_box, float edge, out Places places) {
     vec4 x = from.x + vec4(0.0, 1.0, 2.0, 3.0);
     vec4 s = to_disc.x * x + to_disc.z * from.y, t = to_disc.y * x + to_disc.w * from.y;
-    uvec4 column = uvec4(clamp((0.5 * s + 0.5) * edge, 0.0, edge - 1.0));
-    uvec4 row = uvec4(clamp((0.5 * t + 0.5) * edge, 0.0, edge - 1.0));
-    texels = row * uint(edge) + column;
+    // Of a pixel that the rim cuts the drop is seen inwards of its middle.
+    vec4 disc = sqrt(s * s + t * t), inwards = min(vec4(1.0), max(1.0 - 0.25 / radius, 0.5) / max(disc, 1e-3));
+    places.x = clamp((0.5 * s * inwards + 0.5) * edge - 0.5, 0.0, edge - 1.0);
+    places.y = clamp((0.5 * t * inwards + 0.5) * edge - 0.5, 0.0, edge - 1.0);
 
-    // Part of the pixel's square that the drop covers. Under a pixel of radius: its box of
-    // equal area against the square, which keeps the sum over all pixels exact at every
-    // place. Above: a ramp of one pixel across the edge, 1/(24 R) inside it, which keeps
-    // the disc's area.
+    // Part of the pixel's square that the drop covers. By its box of equal area: exactly, at every place. Else by a ramp of
+    // one pixel across the edge, 1/(24 R) inside it, which keeps the disc's area.
     vec4 overlap = max(min(x + 0.5, half_side.x) - max(x - 0.5, -half_side.x), 0.0)
         * max(min(from.y + 0.5, half_side.y) - max(from.y - 0.5, -half_side.y), 0.0);
-    vec4 disc = sqrt(s * s + t * t);
     vec4 slope_x = to_disc.x * s + to_disc.y * t, slope_y = to_disc.z * s + to_disc.w * t;
     vec4 edge_px = (1.0 - disc) * disc * inversesqrt(max(slope_x * slope_x + slope_y * slope_y, 1e-20));
     vec4 ramp = clamp(edge_px + 0.5 - 1.0 / (24.0 * radius), 0.0, 1.0);
-    return radius < 1.0 ? overlap : mix(ramp, vec4(1.0), lessThan(disc, vec4(1e-3)));
+    return is_box ? overlap : mix(ramp, vec4(1.0), lessThan(disc, vec4(1e-3)));
 }
 
 // The same by a drop that is no sphere; `from` its upper ellipse's centre.
-vec4 cover_flat(vec2 from, vec4 to_disc, LargeShape l, float edge, out uvec4 texels) {
+vec4 cover_flat(vec2 from, vec4 to_disc, LargeShape l, bool is_box, float edge, out Places places) {
     vec2 half_side = box_of_equal_area(0.5 * (l.box.zw - l.box.xy), l.radius), middle = 0.5 * (l.box.xy + l.box.zw);
-    bool small = l.radius < 1.0;
-    vec4 upper = cover(from - (small ? middle : vec2(0.0)), to_disc, half_side, l.radius, edge, texels);
+    vec4 upper = cover(from - (is_box ? middle : vec2(0.0)), to_disc, half_side, l.radius, is_box, edge, places);
     if (l.gradient == vec2(0.0)) return upper;
-    uvec4 of_lower;
-    vec4 lower = cover(from - (small ? middle : l.lower), l.lower_to_disc, half_side, l.radius, edge, of_lower);
+    Places of_lower;
+    vec4 lower = cover(from - (is_box ? middle : l.lower), l.lower_to_disc, half_side, l.radius, is_box, edge, of_lower);
     vec4 parting = l.at_upper + l.gradient.x * (from.x + vec4(0.0, 1.0, 2.0, 3.0)) + l.gradient.y * from.y;
-    texels = mix(texels, of_lower, greaterThan(parting, vec4(0.0)));
+    places.x = mix(places.x, of_lower.x, greaterThan(parting, vec4(0.0)));
+    places.y = mix(places.y, of_lower.y, greaterThan(parting, vec4(0.0)));
     return mix(upper, lower, greaterThan(parting, vec4(0.0)));
 }
 
@@ -78,7 +85,7 @@ vec4 cover_flat(vec2 from, vec4 to_disc, LargeShape l, float edge, out uvec4 tex
 // As `cover`, of a drop that moves.
 vec4 cover_moving(vec2 from, vec4 to_disc, vec2 half_side, float radius, float edge, vec2 way) {
     float length = length(way);
-    uvec4 texels;
+    Places places;
     if (radius < 1.0 && length > max(1.0, 1.5 * radius)) {
         // The squared half width of the outline's box at right angles to the way.
         vec2 n = vec2(-way.y, way.x) / length, box = half_side / 0.8862269;
@@ -86,7 +93,7 @@ vec4 cover_moving(vec2 from, vec4 to_disc, vec2 half_side, float radius, float e
     }
     if (radius < 1.0) {
         vec2 wide = sqrt(half_side * half_side + 0.25 * way * way);
-        return cover(from, to_disc, wide, radius, edge, texels) * (half_side.x * half_side.y / (wide.x * wide.y));
+        return cover(from, to_disc, wide, radius, true, edge, places) * (half_side.x * half_side.y / (wide.x * wide.y));
     }
     if (length > STEPS_PX) return cover_by_columns(from, to_disc, way);
     vec4 sum = vec4(0.0);
@@ -112,11 +119,11 @@ void write_moving_colors(uint at, uint picture, vec2 from, vec4 to_disc, float e
     }
 }
 
-void write_colors(uint at, uint picture, uvec4 texels) {
-    nodes[at] = picture_at(picture + texels.x);
-    nodes[at + 1u] = picture_at(picture + texels.y);
-    nodes[at + 2u] = picture_at(picture + texels.z);
-    nodes[at + 3u] = picture_at(picture + texels.w);
+void write_colors(uint at, uint picture, float edge, Places places) {
+    nodes[at] = pack_radiance(picture_light(picture, edge, vec2(places.x.x, places.y.x)));
+    nodes[at + 1u] = pack_radiance(picture_light(picture, edge, vec2(places.x.y, places.y.y)));
+    nodes[at + 2u] = pack_radiance(picture_light(picture, edge, vec2(places.x.z, places.y.z)));
+    nodes[at + 3u] = pack_radiance(picture_light(picture, edge, vec2(places.x.w, places.y.w)));
 }
 
 // The colours of a row of pixels of a drop out of focus: of each the mean of its picture over the lens's disc, as far as
@@ -173,20 +180,19 @@ void main() {
         half_side = box_of_equal_area(0.5 * (l.box.zw - l.box.xy), radius);
     }
     float fade = float(r.look >> 16) / 65535.0;
-    // A picture whose texels are about as large as a pixel: of small drops rather larger ones, which
-    // need no filter, of larger drops rather smaller ones, which keep their detail (by FLIP against
-    // the truth on 60,000 and 3,000 drops).
-    float finer = clamp(radius - 1.0, -0.5, 0.5);
-    float edge = exp2(clamp(ceil(log2(2.0 * radius) + finer), 0.0, 4.0));
+    // The outline's narrower axis: along it a pixel would miss finer texels, and a ramp would be wider than the drop.
+    float squares = dot(m, m), most = 0.5 * (squares + sqrt(max(squares * squares - 4.0 * det * det, 0.0)));
+    float narrow = radius * sqrt(det / most), edge = picture_edge(narrow, 4u);
+    bool is_box = radius < 1.0 || (radius < BOX_PX && narrow < 1.0);
     uint picture = picture_word(r.look & 0xfffu, uint(edge));
     vec2 from = vec2(at_tile * TILE) + 0.5 - r.center;
 
-    uvec4 texels_above, texels_below;
-    vec4 above = fade * cover(from, m, half_side, radius, edge, texels_above);
-    vec4 below = fade * cover(from + vec2(0.0, 1.0), m, half_side, radius, edge, texels_below);
+    Places places_above, places_below;
+    vec4 above = fade * cover(from, m, half_side, radius, is_box, edge, places_above);
+    vec4 below = fade * cover(from + vec2(0.0, 1.0), m, half_side, radius, is_box, edge, places_below);
     if (is_flat) {
-        above = fade * cover_flat(from, m, l, edge, texels_above);
-        below = fade * cover_flat(from + vec2(0.0, 1.0), m, l, edge, texels_below);
+        above = fade * cover_flat(from, m, l, is_box, edge, places_above);
+        below = fade * cover_flat(from + vec2(0.0, 1.0), m, l, is_box, edge, places_below);
     }
     bool moves_over = false, covered_by_rays = false, is_blurred = false;
     if (is_spread()) {
@@ -224,8 +230,8 @@ void main() {
         below *= row_before(r.sphere, first + vec2(0.0, 1.0), reach_of_row(behind, 1u));
     }
     if (!rays && !moves_over && !is_blurred) {
-        write_colors(node + COLORS, picture, texels_above);
-        write_colors(node + COLORS + TILE.x, picture, texels_below);
+        write_colors(node + COLORS, picture, edge, places_above);
+        write_colors(node + COLORS + TILE.x, picture, edge, places_below);
     }
     // Rays add what they find to nothing.
     float known = covered_by_rays ? 0.0 : 1.0;
@@ -234,14 +240,14 @@ void main() {
     nodes[node + COVERAGE + 2u] = packUnorm2x16(known * below.xy);
     nodes[node + COVERAGE + 3u] = packUnorm2x16(known * below.zw);
     vec4 larger = max(above, below);
-    float most = max(max(larger.x, larger.y), max(larger.z, larger.w));
+    float highest = max(max(larger.x, larger.y), max(larger.z, larger.w));
 
     // The outline's box has corners that the outline does not reach.
-    if (most > 0.0) {
+    if (highest > 0.0) {
         nodes[node] = r.distance2;
         nodes[node + 1u] = r.index;
         uint link = node + NEXT_OF_BLOCK, tile = tile_number(at_tile);
         nodes[link] = atomicExchange(heads[tile], link);
     }
-    if (most > 0.0 && rays) note_ray_block(at);
+    if (highest > 0.0 && rays) note_ray_block(at);
 }

@@ -6,6 +6,8 @@
 layout(constant_id = 10) const uint FINEST = 4; // level of the largest picture; 0: one colour
 
 layout(std430, set = 0, binding = 2) readonly buffer Pictures { uint pictures[]; };
+uint picture_at(uint word) { return pictures[word]; }
+#include "picture_light.glsl"
 
 // Radiance and coverage at `at` of the sprite; `pixels`: its radius in samples.
 vec4 drop_at(vec2 at, float pixels) {
@@ -16,9 +18,8 @@ vec4 drop_at(vec2 at, float pixels) {
     basis(n, u, v);
     vec3 place = rotation * vec3(st, 0.0);
     vec2 turned = vec2(dot(place, u), dot(place, v));
-    float finer = clamp(pixels - 1.0, -0.5, 0.5); // as composite.comp has it
-    float edge = exp2(clamp(ceil(log2(2.0 * pixels) + finer), 0.0, float(FINEST)));
-    uvec2 at_picture = uvec2(clamp((0.5 * turned + 0.5) * edge, 0.0, edge - 1.0));
-    uint word = picture_word(texel, uint(edge)) + at_picture.y * uint(edge) + at_picture.x;
-    return vec4(unpack_radiance(pictures[word]), disc_coverage(st, pixels));
+    float edge = picture_edge(pixels, FINEST);
+    vec2 at_picture = clamp((0.5 * turned + 0.5) * edge - 0.5, 0.0, edge - 1.0);
+    vec3 light = picture_light(picture_word(texel, uint(edge)), edge, at_picture);
+    return vec4(light, disc_coverage(st, pixels));
 }

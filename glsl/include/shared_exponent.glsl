@@ -4,12 +4,11 @@
 uint pack_radiance(vec3 c) {
     c = clamp(c, 0.0, 65408.0);
     float most = max(max(c.r, c.g), max(c.b, 1.0 / 32768.0));
-    // The exponent that leaves the largest mantissa under 512 after rounding.
-    int exponent = int(floor(log2(most))) + 1;
-    if (floor(most * exp2(float(9 - exponent)) + 0.5) >= 512.0) ++exponent;
-    exponent = clamp(exponent, -15, 16);
-    uvec3 m = uvec3(c * exp2(float(9 - exponent)) + 0.5);
-    return m.r | (m.g << 9) | (m.b << 18) | (uint(exponent + 15) << 27);
+    // The exponent that leaves the largest mantissa under 512 after rounding: that of the float rounded to nine bits.
+    uint exponent = (floatBitsToUint(most) + 0x4000u) >> 23;
+    // 2^(9 - e) and e + 15, where e = exponent - 126.
+    uvec3 m = uvec3(c * uintBitsToFloat((262u - exponent) << 23) + 0.5);
+    return m.r | (m.g << 9) | (m.b << 18) | ((exponent - 111u) << 27);
 }
 
 vec3 unpack_radiance(uint word) {

@@ -221,6 +221,9 @@ pub struct AxisArgs {
     /// Radius in pixels under which drops of real rain are not drawn one by one
     #[arg(long, value_name = "PX", allow_negative_numbers = true)]
     cutoff_px: Option<f64>,
+    /// Radius in pixels under which optics appearance gives a drop two colours instead of a picture
+    #[arg(long, value_name = "PX", allow_negative_numbers = true)]
+    splat_px: Option<f32>,
     /// How drops are drawn that move while the shutter is open
     #[arg(long, value_enum, value_name = "NAME")]
     motion: Option<Motion>,
@@ -249,6 +252,7 @@ impl AxisArgs {
         model.lookup = self.lookup.or(model.lookup);
         model.far_rain = self.far_rain.or(model.far_rain);
         model.cutoff_px = self.cutoff_px.or(model.cutoff_px);
+        model.splat_px = self.splat_px.or(model.splat_px);
         model.motion = self.motion.or(model.motion);
         model.lens = self.lens.or(model.lens);
         model.shape = self.shape.or(model.shape);

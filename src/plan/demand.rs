@@ -146,6 +146,24 @@ impl Demand {
     }
 }
 
+/// How many drops over a radius in pixels are in the whole picture, at most.
+pub(super) fn drops_above(scene: &Scene, radius_px: f64) -> f64 {
+    let view = scene.view();
+    let frustum = |extent| Frustum::of(&view, extent);
+    let placed = scene.drops.len() as f64;
+    if let Some(rain) = scene.real_rain() {
+        return placed + frustum(rain.extent).drops_above(&rain.law(), radius_px);
+    }
+    let of_population = |rain: &Rain| {
+        let Frustum { focal_px, width, height, .. } = frustum(f64::INFINITY);
+        let depth = focal_px * rain.radius / radius_px;
+        let volume = width * height / (3.0 * focal_px * focal_px) * depth.powi(3);
+        let half = rain.half_extent;
+        f64::from(rain.count) * (volume / (8.0 * half.x * half.y * half.z)).min(1.0)
+    };
+    placed + scene.populations().iter().map(of_population).sum::<f64>()
+}
+
 impl Demand {
     /// Adds the drops of real rain that are shown by themselves, those over a cut-off in pixels, an octave of radius
     /// after the other. They take so little of the picture that none hides another.

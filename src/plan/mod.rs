@@ -41,8 +41,11 @@ const NEAR_RADII: f64 = 32.0;
 /// Radius in pixels from which a drop is drawn by rays rather than by its prefiltered picture: the
 /// finest has 16 texels an edge, and above this one sees them.
 const RAYS_PX: f32 = 12.0;
-/// Radius in pixels under which a drop shows two colours, the means of its upper and its lower half.
-const SPLAT_PX: f32 = 1.5;
+/// Radii in pixels under which a drop shows two colours, the means of its upper and its lower half: the first over which
+/// few drops are expected, else the last.
+const SPLAT_PX: [f32; 3] = [0.7, 1.0, 1.5];
+/// So few, that is. A picture takes half a microsecond of two CPU cores more than two colours.
+const FEW_LARGER: f64 = 2000.0;
 
 /// What a frame is made for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -208,7 +211,8 @@ pub fn plan_by(
     if is_tile && optics == Optics::Far {
         return refuse(format!(
             "optics far is not drawn as tile: there, appearance takes two colours for drops under \
-                 {SPLAT_PX} pixels of radius, and better pictures for larger ones"
+                 {} pixels of radius, and better pictures for larger ones",
+            SPLAT_PX[2]
         ));
     }
     if is_tile && !on_tiles {
@@ -259,6 +263,11 @@ pub fn plan_by(
             "optics {optics} is integrated before the frame: samples must be 1"
         ));
     }
+    if choice.splat_px.is_some() && chosen.is_none() && !(is_tile && optics == Optics::Appearance) {
+        return refuse(format!(
+            "splat_px is for optics appearance on tiles, not for {optics} as {primitive}; take preset fast"
+        ));
+    }
     let orders = choice.internal_reflections;
     if orders.is_some_and(|orders| orders > 0) && optics.is_mask() {
         return refuse(format!("optics {optics} holds no internal reflections"));
@@ -295,7 +304,7 @@ pub fn plan_by(
         simulation,
         compacts,
         mask_size: choice.mask_size,
-        splat_px: if optics == Optics::Appearance { SPLAT_PX } else { 0.0 },
+        splat_px: if optics == Optics::Appearance { splat_px(scene) } else { 0.0 },
         rays_px: if optics == Optics::Appearance { RAYS_PX } else { 0.0 },
         samples,
         motion,
@@ -313,6 +322,13 @@ pub fn plan_by(
         passes: Vec::new(),
     };
     Ok(FramePlan { passes: passes(scene, &plan), ..plan })
+}
+
+/// Radius in pixels under which a drop shows two colours.
+fn splat_px(scene: &Scene) -> f32 {
+    let is_enough = |px: &f32| demand::drops_above(scene, f64::from(*px)) < FEW_LARGER;
+    let by_scene = || SPLAT_PX.into_iter().find(is_enough).unwrap_or(SPLAT_PX[2]);
+    scene.model.splat_px.unwrap_or_else(by_scene)
 }
 
 /// What is passed over, what stands behind, and how many drops there are.

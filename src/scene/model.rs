@@ -289,6 +289,10 @@ pub struct ModelChoice {
     /// Radius in pixels under which a drop of real rain is too small for that, 0.001 to 1.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cutoff_px: Option<f64>,
+    /// Radius in pixels under which optics `appearance` gives a drop two colours instead of a picture, 0.4 to 1.5; by
+    /// default the fewer drops are larger, the smaller.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub splat_px: Option<f32>,
     /// How drops are shown that move while the shutter is open.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub motion: Option<Motion>,
@@ -349,6 +353,7 @@ impl ModelChoice {
             ("lookup", self.lookup.is_some()),
             ("far_rain", self.far_rain.is_some()),
             ("cutoff_px", self.cutoff_px.is_some()),
+            ("splat_px", self.splat_px.is_some()),
             ("motion", self.motion.is_some()),
             ("lens", self.lens.is_some()),
             ("shape", self.shape.is_some()),
@@ -376,6 +381,7 @@ impl Default for ModelChoice {
             lookup: None,
             far_rain: None,
             cutoff_px: None,
+            splat_px: None,
             motion: None,
             lens: None,
             shape: None,

@@ -218,6 +218,10 @@ fn model(scene: &Scene) -> Result<(), String> {
     check((1..=256).contains(&samples), || {
         format!("model: samples = {samples} is not within 1 to 256")
     })?;
+    let splats = scene.model.splat_px.unwrap_or(1.0);
+    check((0.4..=1.5).contains(&splats), || {
+        format!("model: splat_px = {splats} is not within 0.4 to 1.5 pixels")
+    })?;
     let order = scene.model.internal_reflections.unwrap_or(0);
     check(order <= 8, || format!("model: internal_reflections = {order} is over 8"))?;
     Ok(())

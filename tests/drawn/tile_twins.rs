@@ -111,7 +111,7 @@ fn shown(index: u32, center: DVec3, radius: f64, scene: &Scene, plan: &FramePlan
         Kind::Beside
     } else if size < f64::from(plan.splat_px) && is_far && is_short && opacity == 1.0 {
         Kind::Splat
-    } else if size < 1.0 {
+    } else if size < 1.0 || (size < 1.5 && short < 1.0) {
         Kind::Box
     } else {
         Kind::Outline
@@ -156,7 +156,7 @@ impl Shown {
         match self.kind {
             // Places and sides are whole parts of a pixel.
             Kind::Splat => 0.004,
-            Kind::Box => 0.001,
+            Kind::Box => 0.002,
             // The smoothed edge is taken for a straight one, as steep at any angle.
             Kind::Outline => 0.075,
             // All or nothing.

@@ -67,10 +67,10 @@ fn a_small_drop_far_off_the_axis_keeps_its_light() {
             scene.camera.vertical_fov = 165.0;
             // Light from behind the camera alone: all that the image shows of it is in the drop.
             let behind = painted(256, |d| Vec3::splat(1e3 * d.z.max(0.0) as f32));
-            let [fast, exact] = [Preset::Fast, Preset::Exact]
-                .map(|preset| sum(&draw(device, &scene, &behind, preset).0));
-            println!("{degrees} degrees: {fast:.1} for {exact:.1}");
-            assert!((fast / exact - 1.0).abs() < 0.12, "{degrees}: {fast} for {exact}");
+            let fast = sum(&draw(device, &scene, &behind, Preset::Fast).0);
+            let expected = sum(&truth(&scene, &behind, 256));
+            println!("{degrees} degrees: {fast:.1} for {expected:.1}");
+            assert!((fast / expected - 1.0).abs() < 0.15, "{degrees}: {fast} for {expected}");
         }
     });
 }

@@ -1,0 +1,19 @@
+// The light of a pixel from a far drop's picture. Needs appearance.glsl, shared_exponent.glsl and `picture_at`, a word of
+// the pictures.
+
+// Texels an edge of the picture, up to 2^`finest`, for a drop of so many pixels of radius: texels of 0.41 to 0.82 pixels.
+// Between four of 0.58, light is spread as far as within a pixel: p²/4 = 1/12.
+float picture_edge(float radius, uint finest) {
+    return exp2(clamp(floor(log2(2.0 * radius) + 1.29), 0.0, float(finest)));
+}
+
+// Light at a place in a picture of `edge` texels an edge, between those of the four nearest. `at`: in texels from the
+// middle of the first, from 0 to edge - 1.
+vec3 picture_light(uint picture, float edge, vec2 at) {
+    vec2 from = floor(at), share = at - from, next = min(from + 1.0, edge - 1.0);
+    uvec4 words = picture + uvec4(from.y * edge + vec2(from.x, next.x), next.y * edge + vec2(from.x, next.x));
+    vec2 columns = vec2(1.0 - share.x, share.x);
+    vec4 r, g, b, weights = vec4((1.0 - share.y) * columns, share.y * columns);
+    unpack_radiances(uvec4(picture_at(words.x), picture_at(words.y), picture_at(words.z), picture_at(words.w)), r, g, b);
+    return vec3(dot(r, weights), dot(g, weights), dot(b, weights));
+}
