@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use super::interrupt::{Interrupted, heed_interrupts, is_interrupted};
 use super::options::{DeviceArgs, SceneArgs};
 use super::tell::say;
 use super::{Answer, parse_seconds, print_beside, progress, write_json};
@@ -11,8 +12,8 @@ use crate::files::write_whole;
 use crate::measure::Host;
 use crate::measure::bench::{self, Build, DeviceHead};
 use crate::measure::tradeoff::{
-    BASES, Effort, Report, SCHEMA, StudyScene, csv, models, models_of, models_of_rain, of_file,
-    plot, standard_set, study, table, weather,
+    BASES, Effort, Report, Row, SCHEMA, StudyScene, csv, models, models_of, models_of_rain,
+    of_file, plot, standard_set, study, table, weather,
 };
 
 /// Measure every model's time and error
@@ -83,9 +84,14 @@ pub fn run(args: &TradeoffArgs) -> anyhow::Result<Answer> {
     let device = args.device.open()?;
     let host = Host::now();
     let effort = Effort {
-        time: bench::Effort { seconds: args.seconds, frames: args.min_frames, stop: || false },
+        time: bench::Effort {
+            seconds: args.seconds,
+            frames: args.min_frames,
+            stop: is_interrupted,
+        },
         truth_samples: args.truth_samples,
     };
+    let count: usize = scenes.iter().map(|scene| of_scene(scene).len()).sum();
     let timed: usize = scenes.iter().map(|scene| of_scene(scene).len() * scene.frames.len()).sum();
     say!(
         "note: {timed} times of {} s or more each, and the truth of {} scenes: {} s or more in all",
@@ -93,6 +99,7 @@ pub fn run(args: &TradeoffArgs) -> anyhow::Result<Answer> {
         scenes.len(),
         (timed as f64 * args.seconds).ceil()
     );
+    heed_interrupts()?;
     let bar = progress(100 * scenes.len() as u64, "%");
     let mut rows = Vec::new();
     for (number, scene) in scenes.iter().enumerate() {
@@ -101,15 +108,19 @@ pub fn run(args: &TradeoffArgs) -> anyhow::Result<Answer> {
             bar.set_position(((number as f64 + share) * 100.0) as u64);
         };
         let found = study(&device, scene, &of_scene(scene), effort, &say)?;
-        let (width, height) = found.first().map_or((0, 0), |row| (row.width, row.height));
-        bar.suspend(|| {
-            print_beside(
-                args.json.as_ref(),
-                format_args!("{}: {}, {width} x {height}", scene.name, scene.asks),
-            )?;
-            print_beside(args.json.as_ref(), format_args!("{}\n", table(&found)))
-        })?;
+        if let Some(Row { width, height, .. }) = found.first() {
+            bar.suspend(|| {
+                print_beside(
+                    args.json.as_ref(),
+                    format_args!("{}: {}, {width} x {height}", scene.name, scene.asks),
+                )?;
+                print_beside(args.json.as_ref(), format_args!("{}\n", table(&found)))
+            })?;
+        }
         rows.extend(found);
+        if is_interrupted() {
+            break;
+        }
     }
     bar.finish_and_clear();
     print_beside(
@@ -117,6 +128,15 @@ pub fn run(args: &TradeoffArgs) -> anyhow::Result<Answer> {
         "* no other model is both quicker and truer (by rms); speed: as a multiple of paper's, and of paper-compact's; \
          with real rain of fast's, and of exact's",
     )?;
+    let failed = (is_interrupted() && rows.len() < count).then(|| {
+        let done = format!("{} of {count} rows are finished", rows.len());
+        anyhow::Error::from(Interrupted).context(done)
+    });
+    if rows.is_empty()
+        && let Some(error) = failed
+    {
+        return Err(error);
+    }
     let report = Report {
         schema: SCHEMA,
         command: Some(super::command_line()),
@@ -124,6 +144,7 @@ pub fn run(args: &TradeoffArgs) -> anyhow::Result<Answer> {
         build: Build::this(),
         host,
         truth_samples: args.truth_samples,
+        stopped: failed.as_ref().map(|error| format!("{error:#}")),
         rows,
     };
     if let Some(path) = &args.json {
@@ -136,6 +157,9 @@ pub fn run(args: &TradeoffArgs) -> anyhow::Result<Answer> {
     }
     if let Some(path) = &args.svg {
         write_whole(path, plot(&report)?.as_bytes())?;
+    }
+    if let Some(error) = failed {
+        return Err(error);
     }
     device.instance().expect_silence()?;
     Ok(Answer::Yes)

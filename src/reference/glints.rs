@@ -274,6 +274,9 @@ impl Glints {
                 if done.is_multiple_of(TOLD_EACH) {
                     progress(f64::from(done) / in_view.len() as f64);
                 }
+                if (tracer.stop)() {
+                    return BTreeMap::new();
+                }
                 Mirror::new(tracer, hit.drop, before).glints(&self.bright.regions, self.mean)
             })
             .collect()

@@ -139,6 +139,8 @@ pub struct Tracer<'a> {
     glints: Option<Glints>,
     tree: Tree,
     rain: Option<Box<Weather>>,
+    /// See [`Tracer::until`].
+    stop: fn() -> bool,
 }
 
 /// What the rays of a tile may meet.
@@ -173,12 +175,17 @@ impl<'a> Tracer<'a> {
         let indices = vec![(WATER, DVec3::ONE)];
         let tree = Tree::new(drops);
         let plate = Plate::default();
-        Self { truth, eye, environment, plate, indices, glints, tree, rain: None }
+        Self { truth, eye, environment, plate, indices, glints, tree, rain: None, stop: || false }
     }
 
     /// The same drops before a background of the picture's size.
     pub fn before(self, plate: Plate) -> Self {
         Self { plate, ..self }
+    }
+
+    /// The same, but [`Tracer::trace`] ends early once `stop` is true: with a picture that is not whole.
+    pub fn until(self, stop: fn() -> bool) -> Self {
+        Self { stop, ..self }
     }
 
     /// The drops, and which of them a ray meets.
@@ -209,6 +216,9 @@ impl<'a> Tracer<'a> {
         let tiles: Vec<Vec<(DVec3, f64)>> = (0..count)
             .into_par_iter()
             .map_init(Scratch::default, |scratch, tile| {
+                if (self.stop)() {
+                    return Vec::new();
+                }
                 let (left, upper) = self.corner_of(tile);
                 let pixels = self.tile(left, upper, &samples, scratch);
                 let done = 1 + done.fetch_add(1, Ordering::Relaxed);

@@ -58,6 +58,8 @@ pub(super) struct Tradeoff {
     host: Host,
     #[serde(default)]
     command: Option<String>,
+    #[serde(default)]
+    stopped: Option<String>,
     rows: Vec<TradeoffRow>,
 }
 

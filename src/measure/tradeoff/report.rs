@@ -30,6 +30,8 @@ pub struct Report {
     pub host: Host,
     /// Samples a pixel of the truths.
     pub truth_samples: u32,
+    /// Why there are not all rows.
+    pub stopped: Option<String>,
     /// One row a scene and model.
     pub rows: Vec<Row>,
 }

@@ -39,7 +39,8 @@ struct Known {
 }
 
 /// Tries `models` on a scene; `say` is called with a model's name, or why it is left out, and the share
-/// of the work that is done. The others' speeds are ratios to the first [`BASES`] models.
+/// of the work that is done. The others' speeds are ratios to the first [`BASES`] models. If `effort.time.stop` says so,
+/// it ends early with the models whose errors are known by then.
 ///
 /// # Errors
 /// Those of [`crate::plan::plan`], [`Renderer::new`], [`Renderer::submit`] and
@@ -58,7 +59,11 @@ pub fn study(
     for (number, frame) in scene.frames.iter().enumerate() {
         let truth = Truth { samples: effort.truth_samples, ..Truth::default() };
         let tracer = Tracer::new(frame, &scene.environment, truth).before(Plate::of(frame)?);
+        let tracer = tracer.until(effort.time.stop);
         let traced = tracer.trace(&|share| share_truth((number as f64 + share) / count));
+        if (effort.time.stop)() {
+            return Ok(Vec::new());
+        }
         let exposure = exposure_of(&frame.tone_map, &traced.picture);
         truths.push(Known { traced, exposure });
     }
@@ -92,6 +97,9 @@ pub fn study(
             say("times", (1.0 + (number as f64 + share) / groups as f64) / 3.0);
         };
         let measured = measure(device, &scene.environment, &together, effort.time, &done)?;
+        if (effort.time.stop)() {
+            return Ok(Vec::new());
+        }
         let base_ms = std::array::from_fn(|base| median(&measured[base].samples_ms));
         // The bases are rows of the first group alone.
         for (index, (variant, measured)) in together.iter().zip(&measured).enumerate() {
@@ -101,11 +109,17 @@ pub fn study(
             }
         }
     }
+    let mut known = 0;
     for (number, (row, variant)) in rows.iter_mut().zip(&variants).enumerate() {
+        if (effort.time.stop)() {
+            break;
+        }
         let choice = choices[number].as_ref();
         say(&row.model, (2.0 + number as f64 / variants.len() as f64) / 3.0);
         row.errors = errors(device, scene, variant, choice, &truths)?;
+        known += 1;
     }
+    rows.truncate(known);
     super::report::mark_front(&mut rows);
     Ok(rows)
 }
