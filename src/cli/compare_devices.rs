@@ -146,8 +146,11 @@ pub fn run(args: &CompareDevicesArgs) -> anyhow::Result<Answer> {
         }
     }
 
-    let mut table =
-        Sheet { header: vec!["device".into(), "ms".into(), "in view".into()], rows: vec![] };
+    let mut table = Sheet {
+        names: 1,
+        header: vec!["device".into(), "ms".into(), "in view".into()],
+        rows: vec![],
+    };
     table.header.extend((0..portraits.len()).map(|n| format!("FLIP to {n}")));
     table.header.extend(truth.is_some().then(|| "FLIP to truth".to_string()));
     let mut rows = Vec::new();
@@ -327,9 +330,9 @@ impl Times<'_> {
 
 /// Every row of every verdict, after its two devices' names.
 fn plain(verdicts: &[Compared]) -> Sheet {
-    let mut all = Sheet { header: Vec::new(), rows: Vec::new() };
+    let mut all = Sheet { names: 1, header: Vec::new(), rows: Vec::new() };
     for Compared { report, .. } in verdicts {
-        let Sheet { header, rows } = sheet(report, Format::Csv);
+        let Sheet { header, rows, .. } = sheet(report, Format::Csv);
         let names = || [&report.a.label, &report.b.label].map(String::clone).into_iter();
         all.header = ["a", "b"].map(String::from).into_iter().chain(header).collect();
         all.rows.extend(rows.into_iter().map(|row| names().chain(row).collect::<Vec<_>>()));

@@ -20,6 +20,8 @@ pub enum Format {
 
 /// Rows under a header; the first column is text, the others are figures.
 pub struct Sheet {
+    /// How many of the first columns name a row.
+    pub names: usize,
     /// Names of the columns.
     pub header: Vec<String>,
     /// Cells.
@@ -28,7 +30,7 @@ pub struct Sheet {
 
 impl Sheet {
     /// The sheet as text, without a line break at its end; JSON is no sheet's. On a terminal that is too narrow for
-    /// its columns it is several tables under each other, each with the first column.
+    /// its columns it is several tables under each other, each with the columns that name a row.
     pub fn text(&self, format: Format) -> String {
         let terminal = Term::stdout();
         let size = terminal.is_term().then(|| terminal.size_checked()).flatten();
@@ -48,19 +50,22 @@ impl Sheet {
         }
     }
 
-    /// The first column with as many of the others as go into `most` characters, then with the next, and so on.
+    /// The names with as many of the other columns as go into `most` characters, then with the next, and so on.
     fn parts(&self, most: usize) -> Vec<Self> {
         // With the spaces before, behind and between.
         let width = |column: usize| {
             let cells = self.rows.iter().chain([&self.header]).filter_map(|row| row.get(column));
             3 + cells.map(|cell| cell.chars().count()).max().unwrap_or(0)
         };
-        let mut parts = vec![vec![0]];
-        let mut taken = width(0);
-        for column in 1..self.header.len() {
-            if taken + width(column) > most && parts.last().is_some_and(|part| part.len() > 1) {
-                parts.push(vec![0]);
-                taken = width(0);
+        let names: Vec<usize> = (0..self.names).collect();
+        let of_names = (0..self.names).map(width).fold(0, usize::saturating_add);
+        let mut parts = vec![names.clone()];
+        let mut taken = of_names;
+        for column in self.names..self.header.len() {
+            let is_full = parts.last().is_some_and(|part| part.len() > self.names);
+            if taken + width(column) > most && is_full {
+                parts.push(names.clone());
+                taken = of_names;
             }
             taken = taken.saturating_add(width(column));
             if let Some(part) = parts.last_mut() {
@@ -71,6 +76,7 @@ impl Sheet {
             part.iter().filter_map(|column| row.get(*column).cloned()).collect()
         };
         let sheet = |part: &Vec<usize>| Self {
+            names: self.names,
             header: pick(&self.header, part),
             rows: self.rows.iter().map(|row| pick(row, part)).collect(),
         };
@@ -116,6 +122,7 @@ mod tests {
     #[test]
     fn csv_quotes_what_must_be_quoted() {
         let sheet = Sheet {
+            names: 1,
             header: vec!["a".into(), "b".into()],
             rows: vec![vec!["1 drop, fast".into(), "say \"no\"".into()]],
         };
@@ -126,16 +133,18 @@ mod tests {
     #[test]
     fn tables_fit_the_terminal() {
         let figures = |n: usize| (0..20).map(move |c| (1000 * c + n).to_string());
-        let row = |n: usize| std::iter::once(format!("row {n}")).chain(figures(n)).collect();
-        let header = std::iter::once(String::new()).chain((0..20).map(|c| format!("column {c}")));
-        let sheet = Sheet { header: header.collect(), rows: (0..3).map(row).collect() };
+        let row =
+            |n: usize| ["row".into(), format!("no. {n}")].into_iter().chain(figures(n)).collect();
+        let header =
+            [const { String::new() }; 2].into_iter().chain((0..20).map(|c| format!("column {c}")));
+        let sheet = Sheet { names: 2, header: header.collect(), rows: (0..3).map(row).collect() };
         for most in [40, 80, 170] {
             let text = sheet.text_within(Format::Table, most);
             assert!(text.lines().all(|line| line.chars().count() <= most), "{most}:\n{text}");
             assert!((0..20).all(|c| text.contains(&format!("column {c} "))), "{most}:\n{text}");
             // Each part tells what its rows are.
             let parts = text.lines().filter(|line| line.contains("column")).count();
-            assert_eq!(text.matches("row 2").count(), parts, "{most}:\n{text}");
+            assert_eq!(text.matches("no. 2").count(), parts, "{most}:\n{text}");
         }
     }
 }

@@ -1,7 +1,7 @@
 //! A benchmark as the paper's Table II.
 
 use crate::cli::format::{Format, Sheet};
-use crate::measure::bench::{Report, Row};
+use crate::measure::bench::{Parts, Report, Row};
 use crate::thousands::{thousands, thousands_of};
 
 /// The paper's Table II, GeForce GTX 280: drops, frames a second with and without tone mapping.
@@ -17,11 +17,7 @@ const GTX_280: [(u32, u32, u32); 6] = [
 /// The rows as the paper's Table II has them: a line a count and preset, frame rates with (-T) and
 /// without tone mapping, then milliseconds.
 pub(super) fn table(rows: &[Row], is_papers: bool, format: Format) -> String {
-    let passes: Vec<&str> = rows
-        .iter()
-        .map(|row| &row.passes)
-        .max_by_key(|passes| passes.len())
-        .map_or(Vec::new(), |passes| passes.keys().map(String::as_str).collect());
+    let passes = all_passes(rows.iter().map(|row| &row.passes));
     let is_rate = rows.iter().all(|row| row.rate_mm_h.is_some());
     let mut header: Vec<String> =
         ["preset", if is_rate { "rain" } else { "drops" }, "in view", "FPS-T", "FPS", "ms-T"]
@@ -59,7 +55,8 @@ pub(super) fn table(rows: &[Row], is_papers: bool, format: Format) -> String {
         line.extend(published.map(|(_, mapped, plain)| format!("{mapped} / {plain}")));
         lines.push(line);
     }
-    Sheet { header, rows: lines }.text(format)
+    // Preset and amount.
+    Sheet { names: 2, header, rows: lines }.text(format)
 }
 
 /// Every row with plain figures, as comma-separated values; the names first if asked.
@@ -96,11 +93,28 @@ pub(super) fn plain(report: &Report, with_names: bool) -> String {
         cells
     };
     let rows = report.rows.iter().map(row).collect();
-    let text = Sheet { header: NAMES.map(String::from).to_vec(), rows }.text(Format::Csv);
+    let text = Sheet { names: 1, header: NAMES.map(String::from).to_vec(), rows }.text(Format::Csv);
     match with_names {
         true => text,
         false => text.split_once('\n').map(|(_, rows)| rows.to_string()).unwrap_or_default(),
     }
+}
+
+/// Every pass that any row has, in the order of the frame: presets have passes of their own.
+fn all_passes<'a>(rows: impl Iterator<Item = &'a Parts>) -> Vec<&'a str> {
+    let mut all: Vec<&str> = Vec::new();
+    for passes in rows {
+        let mut next = 0;
+        for name in passes.keys() {
+            let known = all.iter().position(|known| known == name);
+            let place = known.unwrap_or_else(|| {
+                all.insert(next, name);
+                next
+            });
+            next = place + 1;
+        }
+    }
+    all
 }
 
 /// Of the median, over rounds.
@@ -113,4 +127,22 @@ fn interval(row: &Row) -> String {
 
 fn rate(fps: f64) -> String {
     if fps < 100.0 { format!("{fps:.1}") } else { thousands_of(fps, 0) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_pass_of_every_preset_has_a_column() {
+        let passes = |names: &[&str]| names.iter().map(|name| (name.to_string(), 1.0)).collect();
+        let paper: Parts = passes(&["simulate", "sky", "drops", "tone map"]);
+        let fast: Parts = passes(&["clusters", "gather", "composite", "tone map"]);
+        let all = all_passes([&paper, &fast, &paper].into_iter());
+        let fasts = all.iter().copied().filter(|name| fast.contains_key(*name));
+        assert!(fasts.eq(fast.keys()), "{all:?}");
+        let papers = all.iter().copied().filter(|name| paper.contains_key(*name));
+        assert!(papers.eq(paper.keys()), "{all:?}");
+        assert_eq!(all.len(), 7);
+    }
 }

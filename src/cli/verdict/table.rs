@@ -68,7 +68,7 @@ pub fn sheet(report: &Report, format: Format) -> Sheet {
         }
         rows.push(cells);
     }
-    Sheet { header, rows }
+    Sheet { names: 1, header, rows }
 }
 
 /// Decimals of a ratio that its interval lets stand, one digit more than the interval is wide; two at least, as
@@ -186,7 +186,7 @@ fn plain(report: &Report) -> Sheet {
             rows.push(of(name, pass.verdict, ratios, [pass.median_ms_a, pass.median_ms_b]));
         }
     }
-    Sheet { header: HEADER.map(String::from).to_vec(), rows }
+    Sheet { names: 1, header: HEADER.map(String::from).to_vec(), rows }
 }
 
 #[cfg(test)]
