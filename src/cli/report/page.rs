@@ -29,12 +29,17 @@ body { margin: 0 auto; max-width: 72rem; padding: 1.5rem; background: var(--back
 h1 { font-size: 1.6rem; margin: 0 0 1rem; } h2 { font-size: 1.2rem; margin: 2.5rem 0 .25rem; }
 h3 { font-size: 1rem; margin: 1.5rem 0 .25rem; }
 p.who { color: var(--soft); margin: 0 0 1rem; font-size: .9rem; }
-.wide { overflow-x: auto; } table { border-collapse: collapse; font-size: .9rem; font-variant-numeric: tabular-nums; }
+.wide { overflow-x: auto; background: /* a shade at the side to which more can be scrolled */
+  linear-gradient(to right, var(--back) 1rem, transparent) left / 3rem 100% no-repeat local,
+  linear-gradient(to left, var(--back) 1rem, transparent) right / 3rem 100% no-repeat local,
+  linear-gradient(to right, var(--line), transparent) left / 1rem 100% no-repeat scroll,
+  linear-gradient(to left, var(--line), transparent) right / 1rem 100% no-repeat scroll; }
+table { border-collapse: collapse; font-size: .9rem; font-variant-numeric: tabular-nums; }
 th, td { padding: .25rem .5rem; text-align: right; border-bottom: 1px solid var(--line); white-space: nowrap; }
 th.side { white-space: normal; min-width: 8rem; max-width: 16rem; font-size: .85rem; }
 th:first-child, td:first-child { text-align: left; padding-left: 0; } th { font-weight: 600; }
 .slower, .different { color: var(--bad); font-weight: 600; } .faster { color: var(--good); font-weight: 600; }
-.undecided { color: var(--soft); } li.warning { color: var(--bad); }
+.undecided { color: var(--soft); } p.warning, li.warning { color: var(--bad); }
 code { overflow-wrap: anywhere; }
 .pictures { display: grid; grid-template-columns: repeat(auto-fit, minmax(15rem, 1fr)); gap: 1rem; }
 figure { margin: 0; } figure img { width: 100%; display: block; } figcaption { color: var(--soft); font-size: .9rem; }
@@ -246,6 +251,7 @@ fn of_tradeoff(file: &str, report: &Tradeoff) -> Markup {
         h2 { "Time and error: " (file) }
         (who(&report.device, &report.host, &report.build, None))
         (command(report.command.as_deref()))
+        @if let Some(why) = &report.stopped { p.warning { "stopped: " (why) } }
         @for scene in scenes {
             @let rows: Vec<_> = report.rows.iter().filter(|row| row.scene == scene).collect();
             h3 { (scene) }
