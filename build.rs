@@ -25,11 +25,13 @@ fn build() -> Result<(), Box<dyn std::error::Error>> {
     let out = PathBuf::from(env::var("OUT_DIR")?);
     println!("cargo:rerun-if-changed=glsl");
     println!("cargo:rerun-if-changed=glsl/include");
-    let commit =
-        std::process::Command::new("git").args(["rev-parse", "--short=12", "HEAD"]).output();
-    let commit = commit.ok().filter(|out| out.status.success());
-    let commit = commit
-        .map_or("unknown".into(), |out| String::from_utf8_lossy(&out.stdout).trim().to_string());
+    // First the folder within the repository: sources without one may lie in somebody else's.
+    let git = std::process::Command::new("git")
+        .args(["rev-parse", "--show-prefix", "--short=12", "HEAD"])
+        .output();
+    let told = git.ok().filter(|out| out.status.success()).map_or(Vec::new(), |out| out.stdout);
+    let told = String::from_utf8_lossy(&told);
+    let commit = told.strip_prefix('\n').map_or("unknown", str::trim);
     println!("cargo:rustc-env=RAINDROPS_COMMIT={commit}");
     if Path::new(".git/logs/HEAD").exists() {
         println!("cargo:rerun-if-changed=.git/logs/HEAD");
