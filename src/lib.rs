@@ -31,7 +31,9 @@
 //! let device = unsafe { Device::import(host, &required)? };          // `HostDevice`: what you lend
 //!
 //! // Once: the light, the drops, and a view of them for pictures of one size.
-//! # let (mut scene, environment) = (Scene::default(), Environment::bundled()?);
+//! let mut scene = Scene::default();          // the paper's million drops; `scene.rain` has their number, box and size
+//! scene.model.preset = Preset::Fast;         // as in `requirements`
+//! let environment = Environment::bundled()?; // a sky; `load` reads a picture, `from_texels` takes yours
 //! let plan = plan(&scene, &environment, Output::Radiance)?;
 //! let lighting = Arc::new(Lighting::new(&device, &environment)?);
 //! let rain = Arc::new(RainField::new(&device, &scene));
