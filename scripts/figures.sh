@@ -200,3 +200,4 @@ for step in "${steps[@]}"; do
   declare -F "${step//-/_}" >/dev/null || { echo "figures: there is no step $step" >&2; exit 2; }
   "${step//-/_}"
 done
+echo "figures: in $out" >&2
