@@ -32,13 +32,14 @@ const CLICK_PX: f64 = 3.0;
 /// [`Error::Validation`] if the layer was asked for and said anything.
 pub fn run(options: Options) -> Result<()> {
     let problem = |error: winit::error::EventLoopError| {
-        let reason = error.to_string();
-        let hint =
-            match ["WAYLAND_DISPLAY", "DISPLAY"].iter().any(|v| std::env::var_os(v).is_some()) {
-                true => "",
-                false => " (neither WAYLAND_DISPLAY nor DISPLAY is set)",
-            };
-        Error::Window(format!("{reason}{hint}"))
+        let is_named = |name: &&str| std::env::var_os(name).is_some();
+        let has_display =
+            cfg!(target_os = "macos") || ["WAYLAND_DISPLAY", "DISPLAY"].iter().any(is_named);
+        // What winit says of it has a line of its sources.
+        Error::Window(match has_display {
+            true => error.to_string(),
+            false => "neither WAYLAND_DISPLAY nor DISPLAY is set; `raindrops render` draws without a screen".into(),
+        })
     };
     let events = EventLoop::new().map_err(problem)?;
     let instance = Instance::for_windows(options.validation, &events.owned_display_handle())?;

@@ -107,6 +107,7 @@ fn no_display_is_told() {
     let said = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(2), "{said}");
     assert!(said.contains("cannot open a window") && said.trim().lines().count() == 1, "{said}");
+    assert!(said.contains("`raindrops render`") && !said.contains(".rs:"), "{said}");
 }
 
 /// A screen of twice as many dots an inch asks for a window of twice as many pixels.
