@@ -66,9 +66,14 @@ PYTHON
   echo
   echo "bin/raindrops view assets/scenes/rain.toml --drops 200000"
   echo "bin/raindrops bench --preset paper,fast --drops 125000"
+  echo "bin/raindrops render assets/scenes/rain.toml -o rain.png"
   echo
-  echo "The machine must have the Vulkan loader (libvulkan.so.1; Debian and Ubuntu: libvulkan1) and a driver for Vulkan 1.3"
-  echo "(mesa-vulkan-drivers has lavapipe, which needs no GPU). The program is linked with:"
+  echo "The machine must have the Vulkan loader (libvulkan.so.1) and a driver for Vulkan 1.3. On Debian and Ubuntu"
+  echo "apt-get install libvulkan1 mesa-vulkan-drivers installs both; lavapipe among the drivers needs no GPU. view opens a window"
+  echo "and needs X11 or Wayland with their libraries, as a desktop has them; render and bench need neither."
+  echo "README.md is that of the sources: the scripts and documents that it names are there. man -l man/man1/raindrops.1 is here."
+  echo
+  echo "The program is linked with:"
   objdump -p "$into/bin/raindrops" | sed -n 's/^ *NEEDED */  /p'
   echo "and needs the C library $(objdump -T "$into/bin/raindrops" | grep -o 'GLIBC_[0-9.]*' | sort -Vu | tail -n 1 | tr _ ' ') or later."
   echo
