@@ -24,7 +24,7 @@ fn main() -> ExitCode {
         report.counts.visible, report.counts.overflow
     );
     for (pass, ms) in &report.passes_ms {
-        println!("{pass:>12} {ms:8.3} ms");
+        println!("{pass:>16} {ms:8.3} ms");
     }
     println!("{} messages of the validation layer", outcome.messages.len());
     outcome.messages.iter().for_each(|message| println!("{message}"));
@@ -36,8 +36,9 @@ fn main() -> ExitCode {
     };
     let srgb: Vec<u8> = outcome.picture.iter().flat_map(display).collect();
     let written = write_png(Path::new("host_ash.png"), SIZE.0, SIZE.1, &srgb);
-    if let Err(error) = &written {
-        println!("{error}");
+    match &written {
+        Ok(()) => println!("host_ash.png is written"),
+        Err(error) => println!("{error}"),
     }
     if outcome.messages.is_empty() && written.is_ok() {
         ExitCode::SUCCESS
