@@ -246,3 +246,39 @@ pub fn contrast_at(environment: &Environment, exposure: Exposure) -> f64 {
     }
     (squares / total - (sum / total).powi(2)).max(0.0).sqrt()
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec2;
+
+    use super::*;
+    use crate::rain::cull::sightings;
+    use crate::scene::{ImageSize, RainSettings};
+
+    #[test]
+    fn as_many_drops_are_larger_as_expected() {
+        let half_extent = DVec3::splat(200.0);
+        let rain = RainSettings { count: 500_000, half_extent, ..RainSettings::default() };
+        let mut scene = Scene { rain: Some(rain), ..Scene::default() };
+        scene.image = ImageSize { width: 192, height: 128 };
+        scene.camera.vertical_fov = 40.0;
+        // A part of the picture is drawn as the whole is.
+        scene.camera.window = [0.0, 0.0, 0.5, 1.0];
+        let expected = [0.9, 1.5, 3.0].map(|px| (px, drops_above(&scene, px)));
+        scene.camera.window = [0.0, 0.0, 1.0, 1.0];
+        for (px, expected) in expected {
+            let view = scene.view();
+            let half = DVec2::new(view.width.into(), view.height.into()) / (2.0 * view.focal_px);
+            let is_larger = |center: DVec3| {
+                let depth = -center.z;
+                depth > 0.0
+                    && depth < view.focal_px / px
+                    && center.truncate().abs().cmple(half * depth).all()
+            };
+            let larger = sightings(&scene).filter(|(center, ..)| is_larger(center.as_dvec3()));
+            let counted = larger.count() as f64;
+            println!("{px} px: {counted}, {expected:.0} expected");
+            assert!((counted - expected).abs() < 4.0 * expected.sqrt());
+        }
+    }
+}
