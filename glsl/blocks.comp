@@ -119,11 +119,11 @@ void write_moving_colors(uint at, uint picture, vec2 from, vec4 to_disc, float e
     }
 }
 
-void write_colors(uint at, uint picture, float edge, Places places) {
-    nodes[at] = pack_radiance(picture_light(picture, edge, vec2(places.x.x, places.y.x)));
-    nodes[at + 1u] = pack_radiance(picture_light(picture, edge, vec2(places.x.y, places.y.y)));
-    nodes[at + 2u] = pack_radiance(picture_light(picture, edge, vec2(places.x.z, places.y.z)));
-    nodes[at + 3u] = pack_radiance(picture_light(picture, edge, vec2(places.x.w, places.y.w)));
+void write_colors(uint at, uint picture, float edge, float steepness, Places places) {
+    nodes[at] = pack_radiance(picture_light(picture, edge, steepness, vec2(places.x.x, places.y.x)));
+    nodes[at + 1u] = pack_radiance(picture_light(picture, edge, steepness, vec2(places.x.y, places.y.y)));
+    nodes[at + 2u] = pack_radiance(picture_light(picture, edge, steepness, vec2(places.x.z, places.y.z)));
+    nodes[at + 3u] = pack_radiance(picture_light(picture, edge, steepness, vec2(places.x.w, places.y.w)));
 }
 
 // The colours of a row of pixels of a drop out of focus: of each the mean of its picture over the lens's disc, as far as
@@ -230,8 +230,9 @@ void main() {
         below *= row_before(r.sphere, first + vec2(0.0, 1.0), reach_of_row(behind, 1u));
     }
     if (!rays && !moves_over && !is_blurred) {
-        write_colors(node + COLORS, picture, edge, places_above);
-        write_colors(node + COLORS + TILE.x, picture, edge, places_below);
+        float steepness = picture_steepness(narrow, edge);
+        write_colors(node + COLORS, picture, edge, steepness, places_above);
+        write_colors(node + COLORS + TILE.x, picture, edge, steepness, places_below);
     }
     // Rays add what they find to nothing.
     float known = covered_by_rays ? 0.0 : 1.0;

@@ -331,6 +331,9 @@ fn count_drops(mut scene: Scene) {
         for (x, count, number) in [(-1.2, 1, 1), (0.0, 2, 2), (1.4, 3, 4), (0.7, 0, 0)] {
             assert_eq!((found.count[at(x)], found.id[at(x)]), (count, number), "at {x}");
         }
+        for (at, (count, [.., alpha])) in found.count.iter().zip(&found.color).enumerate() {
+            assert_eq!(*count > 0, alpha.to_f32() > 0.0, "pixel {at}: {count} drops, {alpha}");
+        }
         // Before the whole but the first of each stack.
         scene.background.depth = Some(folder("count").join("depth.exr"));
         let mut depth = Layers::empty(EDGE, EDGE);

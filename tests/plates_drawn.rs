@@ -131,6 +131,37 @@ fn drops_are_hidden_by_what_is_nearer() {
     });
 }
 
+/// A white drop that comes out of a black wall: where it does, pixels have the part of it that is before the wall.
+#[test]
+fn a_surface_cuts_a_drop_as_softly_as_its_outline() {
+    let white = Environment::constant(Vec3::ONE);
+    let mut scene = Scene { rain: None, ..Scene::default() };
+    (scene.image.width, scene.image.height) = (EDGE, EDGE);
+    scene.drops = vec![PlacedDrop::sphere(DVec3::new(0.0, 0.0, -4.0), 2.0)];
+    scene.background.color = Some(file("black.exr"));
+    scene.background.depth = Some(depth_file("wall.exr", |_, _| 2.5));
+    let black =
+        Picture { width: EDGE, height: EDGE, pixels: vec![Vec3::ZERO; (EDGE * EDGE) as usize] };
+    black.write_exr(&file("black.exr")).expect("a file");
+    let truth = truth(&scene, &white, 64, None);
+    let partly = |picture: &Picture| {
+        picture.pixels.iter().filter(|pixel| (0.1..0.9).contains(&pixel.x)).count()
+    };
+    on_device(|device| {
+        for preset in [Preset::Fast, Preset::Exact] {
+            let drawn = draw(device, &scene, &white, preset);
+            let apart = truth.pixels.iter().zip(&drawn.pixels).map(|(a, b)| (a.x - b.x).abs());
+            let (most, sum) = apart.fold((0.0, 0.0), |(most, sum), by| (by.max(most), sum + by));
+            let (in_truth, in_drawn) = (partly(&truth), partly(&drawn));
+            println!(
+                "{preset}: {most} apart, {sum} in all; {in_drawn} pixels partly, not {in_truth}"
+            );
+            assert!(in_drawn > in_truth / 2, "{preset}: {in_drawn} pixels in part, not {in_truth}");
+            assert!(most < 0.4, "{preset}: {most} apart");
+        }
+    });
+}
+
 /// Rays at the edge of a wide picture: along the axis and along the ray are two depths, and a drop that is between them
 /// is hidden by one alone.
 #[test]

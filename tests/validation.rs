@@ -146,9 +146,18 @@ fn what_is_dropped_in_use_is_freed_later() {
     let said = complaint(|device| {
         use vk::BufferUsageFlags as Usage;
         let before = device.allocated_bytes();
+        let usage = Usage::TRANSFER_DST | Usage::STORAGE_BUFFER;
+        // Where nothing is recorded or under way, what is dropped is held by its set alone.
+        let buffer = Buffer::new(device, "canary", 1 << 20, usage, Memory::Device).expect("room");
+        let slots = SLOTS.map(|slot| (slot, Resource::Buffer(&buffer)));
+        let bindings = Bindings::of(device, "canary", &slots).expect("a set");
+        drop(buffer);
+        assert!(device.allocated_bytes() > before, "a set keeps what it holds");
+        drop(bindings);
+        assert_eq!(device.allocated_bytes(), before, "nothing holds it");
+
         let mut commands = Commands::new(device, "canary").expect("commands");
         let recorder = commands.begin().expect("a recording");
-        let usage = Usage::TRANSFER_DST | Usage::STORAGE_BUFFER;
         let buffer = Buffer::new(device, "canary", 1 << 20, usage, Memory::Device).expect("room");
         // SAFETY: the buffer has that usage.
         unsafe { device.raw().cmd_fill_buffer(recorder.raw(), buffer.raw(), 0, 1 << 20, 1) };

@@ -20,6 +20,6 @@ vec4 drop_at(vec2 at, float pixels) {
     vec2 turned = vec2(dot(place, u), dot(place, v));
     float edge = picture_edge(pixels, FINEST);
     vec2 at_picture = clamp((0.5 * turned + 0.5) * edge - 0.5, 0.0, edge - 1.0);
-    vec3 light = picture_light(picture_word(texel, uint(edge)), edge, at_picture);
+    vec3 light = picture_light(picture_word(texel, uint(edge)), edge, picture_steepness(pixels, edge), at_picture);
     return vec4(light, disc_coverage(st, pixels));
 }

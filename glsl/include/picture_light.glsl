@@ -7,10 +7,15 @@ float picture_edge(float radius, uint finest) {
     return exp2(clamp(floor(log2(2.0 * radius) + 1.29), 0.0, float(finest)));
 }
 
+// How much steeper than linear light passes from texel to texel where no picture is fine enough.
+float picture_steepness(float radius, float edge) {
+    return max(1.0, 2.0 * radius / (0.82 * edge));
+}
+
 // Light at a place in a picture of `edge` texels an edge, between those of the four nearest. `at`: in texels from the
 // middle of the first, from 0 to edge - 1.
-vec3 picture_light(uint picture, float edge, vec2 at) {
-    vec2 from = floor(at), share = at - from, next = min(from + 1.0, edge - 1.0);
+vec3 picture_light(uint picture, float edge, float steepness, vec2 at) {
+    vec2 from = floor(at), share = clamp((at - from - 0.5) * steepness + 0.5, 0.0, 1.0), next = min(from + 1.0, edge - 1.0);
     uvec4 words = picture + uvec4(from.y * edge + vec2(from.x, next.x), next.y * edge + vec2(from.x, next.x));
     vec2 columns = vec2(1.0 - share.x, share.x);
     vec4 r, g, b, weights = vec4((1.0 - share.y) * columns, share.y * columns);

@@ -41,12 +41,16 @@ fn a_million_drops_keep_the_law() {
     assert_eq!(classes.len(), lattices.len());
     // Per cubic metre and class: drops, blocked area, water, water that falls; and their squares.
     let (mut sums, mut squares, mut drops) = ([0.0; 4], [0.0; 4], 0);
+    let mut before = None;
     for (class, lattice) in classes.iter().zip(&lattices) {
         let volume = 1e6 / law.number();
         let cells = (volume.cbrt() / lattice.edge()).ceil();
         let volume = (cells * lattice.edge()).powi(3);
         for drop in cube(lattice, -17, cells as i64) {
             let d = drop.diameter_mm();
+            let is = Some((drop.place.fraction, drop.diameter));
+            assert!(is != before, "twice: {drop:?}");
+            before = is;
             assert!(d > class.from - DIAMETER_UNIT && d < class.to + DIAMETER_UNIT);
             let of_drop = [1.0, d.powi(2), d.powi(3), class.speed * d.powi(3)];
             for (i, value) in of_drop.into_iter().enumerate() {

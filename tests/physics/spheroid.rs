@@ -243,6 +243,9 @@ fn a_bubble_bends_light_outwards_and_reflects_it_totally() {
     assert!((index - 0.7502).abs() < 1e-4);
     for b in [index + 1e-9, 0.8, 0.99, 1.0] {
         assert_eq!(at(b).reflectance(), 1.0);
+        let normal = DVec3::new(b, 0.0, (1.0 - b * b).sqrt());
+        let met = Interface::meet(DVec3::NEG_Z, normal, index);
+        assert_eq!((met.reflectance, met.refracted), (1.0, None));
         assert_eq!(at(b).weight_of_internal_reflections(0), 0.0);
         assert!(at(b).transmitted().is_finite());
     }
