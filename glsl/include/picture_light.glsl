@@ -9,7 +9,7 @@ float picture_edge(float radius, uint finest) {
 
 // How much steeper than linear light passes from texel to texel where no picture is fine enough.
 float picture_steepness(float radius, float edge) {
-    return max(1.0, 2.0 * radius / (0.82 * edge));
+    return max(1.0, 2.0 * radius / (0.58 * edge));
 }
 
 // Light at a place in a picture of `edge` texels an edge, between those of the four nearest. `at`: in texels from the
