@@ -156,7 +156,7 @@ impl Shown {
         match self.kind {
             // Places and sides are whole parts of a pixel.
             Kind::Splat => 0.004,
-            Kind::Box => 0.002,
+            Kind::Box => 0.0003,
             // The smoothed edge is taken for a straight one, as steep at any angle.
             Kind::Outline => 0.075,
             // All or nothing.
