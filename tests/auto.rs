@@ -226,6 +226,22 @@ fn auto_keeps_the_error_that_it_is_given_or_says_so() {
 }
 
 #[test]
+fn a_quicker_model_that_keeps_the_error_is_tried_though_more_is_expected_of_its_error() {
+    let Some(path) = common::photograph("courtyard.exr") else { return };
+    let environment = Environment::load(&path).expect("a photograph");
+    let drop = PlacedDrop::sphere(DVec3::new(2.0, 1.0, -4.0), 1.0);
+    let mut scene = Scene { rain: None, drops: vec![drop], ..Scene::default() };
+    (scene.image.width, scene.image.height, scene.camera.vertical_fov) = (256, 256, 60.0);
+    let scene = asked(&scene, Some(0.005));
+    on_device(|device| {
+        let choice = resolve(device, &scene, &environment, &Costs::default());
+        let choice = choice.expect("a choice").expect("preset auto");
+        // Sixteen rays are expected to keep it, four are found to.
+        assert!(choice.doubt.is_none() && choice.samples == 4, "{}", choice.summary());
+    });
+}
+
+#[test]
 fn a_tile_of_the_reference_is_that_of_the_whole() {
     let study = standard_set().expect("the set").swap_remove(3);
     let mut scene = study.frames[0].clone();
