@@ -108,12 +108,12 @@ pub fn run(args: &TradeoffArgs) -> anyhow::Result<Answer> {
             Some(effort.time.expected_s(ms))
         })
         .sum();
-    // Times take about a third; the truth and the pictures take the rest (src/measure/tradeoff/study.rs).
+    // The truth and the pictures take about half as long again.
     say!(
         "note: {} of {}, about {} (by times of {})",
         counted(count as u64, "model"),
         counted(scenes.len() as u64, "scene"),
-        about(3.0 * times),
+        about(1.5 * times),
         costs.of
     );
     heed_interrupts()?;

@@ -83,7 +83,10 @@ fn panel(
         .margin(12)
         .x_label_area_size(36)
         .y_label_area_size(52)
-        .build_cartesian_2d(range(|row| place(row).0, (0.8, 1.2)).log_scale(), errors.log_scale())?;
+        .build_cartesian_2d(
+            range(|row| place(row).0, (0.8, 1.2)).log_scale(),
+            errors.log_scale(),
+        )?;
     chart
         .configure_mesh()
         .light_line_style(TRANSPARENT)
