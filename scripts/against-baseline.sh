@@ -11,6 +11,7 @@
 # delete the old one. RAINDROPS names the program. Exit status: 0; 1 if a row is slower by more than FAIL_ABOVE
 # (5% if unset); 2 for an error.
 set -euo pipefail
+case ${1-} in -h | --help) sed -n '2,/^set /s/^# \{0,1\}//p' "$0"; exit 0 ;; esac
 [ $# -gt 0 ] || { sed -n '2,/^set /s/^# \{0,1\}//p' "$0" >&2; exit 2; }
 folder=$1
 shift

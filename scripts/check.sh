@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Format, lints and documentation of the whole tree; a warning is an error.
 set -euo pipefail
+case ${1-} in -h | --help) sed -n '2,/^set /s/^# \{0,1\}//p' "$0"; exit 0 ;; esac
 here=$(dirname "$0")
 "$here/cargo.sh" --version >/dev/null # without cargo nothing is installed either
 "$here/setup.sh"

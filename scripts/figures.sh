@@ -2,7 +2,7 @@
 # Makes the pictures of docs/pictures, and notes in made.txt beside them which step made each, at which commit and on
 # what machine (scripts/made.sh).
 #
-#   scripts/figures.sh                 every step but the last two: a few minutes on two cores
+#   scripts/figures.sh                 every step but host and report: a few minutes on two cores
 #   scripts/figures.sh dusk film       these steps
 #   scripts/figures.sh window host report
 #
@@ -14,14 +14,16 @@
 #   film                               three frames
 #   window                             the window of the guide: tests/view/guide.rs draws it in a virtual X server
 #   host                               rain in a frame of wgpu's (scripts/host-wgpu.sh); its build takes minutes
+#   errors                             error by a drop's size, from docs/results/2026-11-errors.json
 #   report                             a page of `raindrops report` in a headless Chromium, which must be there
 #                                      (scripts/report-pictures.sh)
 #
 # Plots of measured times are made on a quiet machine: passes.svg by scripts/results.sh, tradeoff.svg by
 # scripts/tradeoff.sh. ray.svg is drawn by hand. RAINDROPS names the program, else it is built.
 set -euo pipefail
+case ${1-} in -h | --help) sed -n '2,/^set /s/^# \{0,1\}//p' "$0"; exit 0 ;; esac
 cd "$(dirname "$0")/.."
-steps=(dusk rainbow real-rain rain figure-1 figure-3 figure-4 figure-5 figure-7 shapes film window)
+steps=(dusk rainbow real-rain rain figure-1 figure-3 figure-4 figure-5 figure-7 shapes film errors window)
 case ${1-} in -*) sed -n '2,/^set /s/^# \{0,1\}//p' scripts/figures.sh >&2; exit 2 ;; esac
 [ $# = 0 ] || steps=("$@")
 if [ -z "${RAINDROPS-}" ]; then
@@ -168,6 +170,11 @@ film() { # falling, standing still, halfway round a drop
     cp "$work/film-$frame.png" $out/
     made "film-$frame.png"
   done
+}
+
+errors() { # the figures by which `auto` chooses; measured by raindrops errors assets/environments/*.exr --json FILE
+  raindrops errors --from docs/results/2026-11-errors.json --svg $out/errors.svg >/dev/null
+  made errors.svg
 }
 
 window() { # the window with its panel, and two models with their difference

@@ -5,6 +5,7 @@
 #
 # A commit with a + had changes in the sources. RAINDROPS names the program, as in the scripts that call this one.
 set -euo pipefail
+case ${1-} in -h | --help) sed -n '2,/^set /s/^# \{0,1\}//p' "$0"; exit 0 ;; esac
 cd "$(dirname "$0")/.."
 [ $# -ge 2 ] || { sed -n '2,/^set /s/^# \{0,1\}//p' scripts/made.sh >&2; exit 2; }
 by=$1 table=docs/pictures/made.txt

@@ -8,6 +8,7 @@
 # `assets/environments`, both beside this script's folder. A step that fails is reported and the next one
 # runs; a step that takes too long is stopped, and what it wrote by then is kept.
 set -uo pipefail
+case ${1-} in -h | --help) sed -n '2,/^set /s/^# \{0,1\}//p' "$0"; exit 0 ;; esac
 cd "$(dirname "$0")/.."
 case ${1-} in -*) out=device ;; "") out=device ;; *) out=$1; shift ;; esac
 program=${RAINDROPS:-target/release/raindrops}

@@ -6,6 +6,7 @@
 #   scripts/mutants.sh --only WORD...         those in whose name, file or test one of the words is
 #   scripts/mutants.sh --only layers.rs 'layers numbers_depths'
 set -euo pipefail
+case ${1-} in -h | --help) sed -n '2,/^set /s/^# \{0,1\}//p' "$0"; exit 0 ;; esac
 here=$(dirname "$0")
 case ${1:-} in
   '') ;;

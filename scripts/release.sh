@@ -6,6 +6,7 @@
 #
 # RAINDROPS names the program, else it is built. Exit status: 0; 2 for an error.
 set -euo pipefail
+case ${1-} in -h | --help) sed -n '2,/^set /s/^# \{0,1\}//p' "$0"; exit 0 ;; esac
 folder=${1:-out}
 case $folder in -*) sed -n '2,/^set /s/^# \{0,1\}//p' "$0" >&2; exit 2 ;; esac
 mkdir -p "$folder"

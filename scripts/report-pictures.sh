@@ -9,6 +9,7 @@
 # Writes out/report/page.html and wide-light, wide-dark, narrow-light and narrow-dark.png beside it; without results also
 # docs/pictures/report.png. RAINDROPS names the program, else it is built. Exit status: 0; 2 for an error.
 set -euo pipefail
+case ${1-} in -h | --help) sed -n '2,/^set /s/^# \{0,1\}//p' "$0"; exit 0 ;; esac
 here=$PWD
 cd "$(dirname "$0")/.."
 fail() { echo "report-pictures: $*" >&2; exit 2; }

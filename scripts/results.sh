@@ -11,6 +11,7 @@
 # RAINDROPS names the program, else it is built. Exit status: 0; 2 for an error, with what was measured until then
 # in out/results.
 set -euo pipefail
+case ${1-} in -h | --help) sed -n '2,/^set /s/^# \{0,1\}//p' "$0"; exit 0 ;; esac
 cd "$(dirname "$0")/.."
 [ $# -gt 0 ] && [[ $1 != -* ]] || { sed -n '2,/^set /s/^# \{0,1\}//p' scripts/results.sh >&2; exit 2; }
 name=$1

@@ -8,6 +8,7 @@
 #
 # RAINDROPS names the program, else it is built. Exit status: 0; 2 for an error.
 set -euo pipefail
+case ${1-} in -h | --help) sed -n '2,/^set /s/^# \{0,1\}//p' "$0"; exit 0 ;; esac
 cd "$(dirname "$0")/.."
 [ $# -gt 0 ] && [[ $1 != -* ]] || { sed -n '2,/^set /s/^# \{0,1\}//p' scripts/tradeoff.sh >&2; exit 2; }
 name=$1

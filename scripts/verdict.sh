@@ -9,6 +9,7 @@
 # Results go to out/verdict, or to the folder that VERDICT_FOLDER names. Exit status: 0; 1 if --fail-above was
 # given and a row is slower or different; 2 for an error.
 set -euo pipefail
+case ${1-} in -h | --help) sed -n '2,/^set /s/^# \{0,1\}//p' "$0"; exit 0 ;; esac
 cd "$(dirname "$0")/.."
 [ $# -gt 0 ] || { sed -n '2,/^set /s/^# \{0,1\}//p' scripts/verdict.sh >&2; exit 2; }
 wanted=$1

@@ -14,6 +14,11 @@ pub(crate) fn thousands(number: u64) -> String {
     text
 }
 
+/// A number of things: `1 drop`, `2,000 drops`.
+pub(crate) fn counted(number: u64, one: &str) -> String {
+    format!("{} {one}{}", thousands(number), if number == 1 { "" } else { "s" })
+}
+
 /// A number with digits after the point: 1436.034 with two is `1,436.03`.
 pub(crate) fn thousands_of(number: f64, decimals: usize) -> String {
     let plain = format!("{number:.decimals$}");
@@ -30,6 +35,7 @@ mod tests {
     #[test]
     fn a_comma_stands_at_each_thousand() {
         assert_eq!([0, 999, 1000, 1_234_567].map(thousands), ["0", "999", "1,000", "1,234,567"]);
+        assert_eq!([0, 1, 2000].map(|n| counted(n, "drop")), ["0 drops", "1 drop", "2,000 drops"]);
         let two = |number| thousands_of(number, 2);
         assert_eq!(
             [0.0, 999.994, 999.996, 1436.034].map(two),

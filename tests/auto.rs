@@ -14,7 +14,7 @@ use raindrops::gpu::Device;
 use raindrops::gpu::disk_cache::FiguresFile;
 use raindrops::measure::costs::{costs, kept};
 use raindrops::measure::resolve;
-use raindrops::measure::tradeoff::{by_size, candidates, glints_by_size, standard_set};
+use raindrops::measure::tradeoff::{SizeRow, by_size, candidates, glints_by_size, standard_set};
 use raindrops::picture::Picture;
 use raindrops::picture::metrics::psnr_db;
 use raindrops::picture::tone_map::{display, exposure_of};
@@ -130,20 +130,23 @@ fn published(header: &str, name: &str) -> Vec<f64> {
         .collect()
 }
 
-/// Every single entry: the glints' are those of the documents, and the others are the documents' grey levels
-/// over one contrast, which both tables' medians over the photographs share within 16 %.
+/// Every single entry: what docs/auto.md shows and what `auto` goes by are the same measurement, that of its plot.
 #[test]
 fn each_entry_is_what_was_published() {
-    const GREY_LEVELS: f64 = 60.0;
-    for ((name, errors), (_, glints)) in ERRORS.iter().zip(&GLINTS) {
-        let grey = published("| radius in pixels | 0.5 |", name);
-        assert_eq!(grey.len(), errors.len(), "{name}");
-        for ((error, grey), radius) in errors.iter().zip(grey).zip(RADII_PX) {
-            let off = GREY_LEVELS * error / grey;
-            // The documents' figures have one decimal.
-            let digits = 0.05 / grey;
-            assert!((off - 1.0).abs() < 0.16 + digits, "{name}, {radius} px: {off} times");
+    let measured = include_str!("../docs/results/2026-11-errors.json");
+    let measured: Vec<SizeRow> = serde_json::from_str(measured).expect("rows");
+    assert_eq!(measured.len(), candidates().len() * RADII_PX.len());
+    for row in &measured {
+        let column = RADII_PX.iter().position(|radius| *radius == row.radius_px).expect("a column");
+        let what = format!("{}, {} px", row.model, row.radius_px);
+        let grey = published("| radius in pixels | 0.5 |", &row.model)[column];
+        assert!((grey - 255.0 * row.rms).abs() < 0.051, "{what}: {grey} in the document");
+        if let Some((_, errors)) = ERRORS.iter().find(|(name, _)| *name == row.model) {
+            let off = errors[column] - row.rms_of_contrast;
+            assert!(off.abs() < 5.1e-4, "{what}: {} in the program", errors[column]);
         }
+    }
+    for (name, glints) in &GLINTS {
         assert_eq!(published("| radius in pixels | 0.125 |", name), glints, "{name}");
     }
 }

@@ -446,7 +446,7 @@ fn plan_prints_passes_with_reasons() {
     let output = run(&mut raindrops(Path::new("."), &["plan", "--preset", "paper"]));
     assert_eq!(output.status.code(), Some(0));
     let text = String::from_utf8_lossy(&output.stdout);
-    for word in ["paper", "mask", "simulate", "sky", "drops", "tone map", "1,000,000 drops move"] {
+    for word in ["paper", "mask", "simulate", "sky", "drops", "tone map", "moves 1,000,000 drops"] {
         assert!(text.contains(word), "'{word}' is not in {text}");
     }
     let without =

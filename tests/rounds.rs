@@ -74,18 +74,29 @@ fn another_picture_is_different_and_a_counter_is_told() {
 fn a_process_that_fails_is_told_and_what_was_measured_is_kept() {
     for (fault, words) in [
         ("CRASH_AT=5", "raindrops: the device is lost"),
-        ("HANG_AT=5", "it took longer than 1 s (--timeout)"),
+        ("HANG_AT=5", "it took longer than SECONDS s (--timeout)"),
         ("RUBBISH_AT=5", "ends in the middle, at line 1"),
     ] {
-        let bench = Bench::new();
-        // The fifth process is A's in the third round.
-        let output = bench.run(&["--a", fault, "--timeout", "1s", "--json", "v.json"]);
-        let line = error_line(&output, 2);
-        assert!(line.contains(words) && line.contains(fault), "{fault}: {line}");
+        let mut seconds = 1;
+        let (bench, line, words) = loop {
+            let bench = Bench::new();
+            let timeout = format!("{seconds}s");
+            let output = bench.run(&["--a", fault, "--timeout", &timeout, "--json", "v.json"]);
+            let (line, words) =
+                (error_line(&output, 2), words.replace("SECONDS", &seconds.to_string()));
+            // The fifth process is A's in the third round. On a machine that stalls any may run out of time: then all
+            // get more of it.
+            if (line.contains(&words) && bench.started() == 5) || seconds > 100 {
+                break (bench, line, words);
+            }
+            assert!(line.contains("(--timeout)"), "{fault}: {line}");
+            seconds *= 5;
+        };
+        assert!(line.contains(&words) && line.contains(fault), "{fault}: {line}");
         let report = bench.json("v.json");
         assert_eq!(report["rows"][0]["rounds"], 2, "{fault}");
         assert_eq!(report["rows"][0]["verdict"], "undecided");
-        assert!(report["stopped"].as_str().is_some_and(|why| why.contains(words)), "{fault}");
+        assert!(report["stopped"].as_str().is_some_and(|why| why.contains(&words)), "{fault}");
         assert!(bench.all_have_ended(), "{fault}: a process is left");
     }
 }
@@ -111,7 +122,7 @@ fn a_comparison_ends_in_time() {
     assert!(start.elapsed() < Duration::from_secs(15), "{:?}", start.elapsed());
     let stderr = String::from_utf8_lossy(&output.stderr);
     assert!(
-        stderr.contains(" s: 1 of 1 rows undecided\n   1,000 drops, paper, 64 x 64: "),
+        stderr.contains(" s: 1 of 1 row undecided\n   1,000 drops, paper, 64 x 64: "),
         "{stderr}"
     );
     let report = bench.json("v.json");

@@ -58,6 +58,11 @@ fn bad_values_are_refused_with_their_key() {
         ("[background]\ndepth = \"d.exr\"\ndepth_kind = \"round\"", "planar"),
         ("[background]\ndepth = \"d.exr\"\ndepth_scale = -1.0", "depth_scale = -1"),
         ("[background]\ndepth_scale = 1.0", "but no depth"),
+        ("[model]\nsplat_px = 0.39", "splat_px = 0.39 is not within 0.4 to 1.5 pixels"),
+        ("[model]\nsplat_px = 1.51", "splat_px = 1.51 is not within"),
+        ("[model]\nsplat_px = nan", "splat_px = NaN is not within"),
+        ("[model]\nsamples = 257", "samples = 257 is not within 1 to 256"),
+        ("[model]\ninternal_reflections = 9", "internal_reflections = 9 is over 8"),
     ] {
         let problem = match parse(text) {
             Ok(_) => panic!("{text} is taken"),
@@ -70,6 +75,8 @@ fn bad_values_are_refused_with_their_key() {
     for text in [
         "[camera]\nshutter = 3600.0\nfocus = inf\naperture = 2.0",
         "[camera]\nshutter_angle = 360.0",
+        "[model]\nsplat_px = 0.4",
+        "[model]\nsplat_px = 1.5",
         "[water]\nindex = 1\noutside = 1.33",
         "[water]\nindex = [1.33, 1.34, 1.35]",
         "[[drop]]\ncenter = [0, 0, -5]\naxis_ratio = 20\nvelocity = [1e6, 0, 0]",

@@ -21,7 +21,8 @@ fn main() -> ExitCode {
     let report = &outcome.report;
     println!(
         "{} drops in view, {} that had no room",
-        report.counts.visible, report.counts.overflow
+        commas(report.counts.visible),
+        commas(report.counts.overflow)
     );
     for (pass, ms) in &report.passes_ms {
         println!("{pass:>16} {ms:8.3} ms");
@@ -45,4 +46,11 @@ fn main() -> ExitCode {
     } else {
         ExitCode::FAILURE
     }
+}
+
+/// With a comma at each thousand: `1,547`.
+fn commas(number: u64) -> String {
+    let digits = number.to_string();
+    let groups: Vec<&[u8]> = digits.as_bytes().rchunks(3).rev().collect();
+    String::from_utf8(groups.join(&b',')).expect("digits")
 }

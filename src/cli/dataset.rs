@@ -27,6 +27,7 @@ use crate::picture::sidecar::CameraRecord;
 use crate::plan::{FramePlan, Output, plan};
 use crate::renderer::parts::Parts;
 use crate::scene::Scene;
+use crate::thousands::counted;
 use crate::{Error, Result};
 
 /// Draw many views with and without rain, as a data set
@@ -131,7 +132,8 @@ pub fn run(args: &DatasetArgs) -> anyhow::Result<Answer> {
         for (done, view) in mine.iter().enumerate() {
             if is_interrupted() {
                 let left = mine.len() - done;
-                let left = format!("{left} views are missing; the same command goes on");
+                let left = counted(left as u64, "view");
+                let left = format!("{left} missing; the same command goes on");
                 return Err(Interrupted).context(left);
             }
             made.view(*view)?;
@@ -143,8 +145,8 @@ pub fn run(args: &DatasetArgs) -> anyhow::Result<Answer> {
     let missing = (0..set.views).filter(|view| !set.has(*view)).count();
     if missing > 0 {
         say!(
-            "{} views made; {missing} of {} are other shards', the last of which to end writes the manifest",
-            mine.len(),
+            "{} made; {missing} of {} left to other shards, the last of which to end writes the manifest",
+            counted(mine.len() as u64, "view"),
             set.views
         );
         return Ok(Answer::Yes);
@@ -152,7 +154,7 @@ pub fn run(args: &DatasetArgs) -> anyhow::Result<Answer> {
     let lines = (0..set.views).map(|view| set.line(view)).collect::<Result<Vec<_>>>()?;
     let manifest = set.folder.join("manifest.jsonl");
     write_whole(&manifest, lines.concat().as_bytes())?;
-    say!("{} views: {}", set.views, manifest.display());
+    say!("{}: {}", counted(set.views.into(), "view"), manifest.display());
     Ok(Answer::Yes)
 }
 

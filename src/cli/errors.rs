@@ -8,10 +8,13 @@ use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
 
 use super::options::DeviceArgs;
 use super::{Answer, print_beside, progress, write_json};
+use crate::Error;
 use crate::environment::Environment;
 use crate::environment::bright::split;
+use crate::files::write_whole;
 use crate::gpu::Device;
-use crate::measure::tradeoff::{by_size, candidates, glints_by_size};
+use crate::measure::bench::read_json;
+use crate::measure::tradeoff::{SizeRow, by_size, candidates, glints_by_size, sizes_plot};
 use crate::plan::contrast;
 
 /// Print each model's error by a drop's radius in pixels
@@ -32,14 +35,25 @@ pub struct ErrorsArgs {
     /// Write the rows as JSON; `-` is stdout
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
+    /// Plot RMS error by radius
+    #[arg(long, value_name = "FILE", conflicts_with = "glints")]
+    svg: Option<PathBuf>,
+    /// Take the rows that `--json` wrote instead of measuring
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["environments", "radii", "views", "glints", "json"])]
+    from: Option<PathBuf>,
     #[command(flatten)]
     device: DeviceArgs,
 }
 
 /// Runs the command.
 pub fn run(args: &ErrorsArgs) -> anyhow::Result<Answer> {
-    if let Some(path) = &args.json {
+    for path in args.json.iter().chain(&args.svg) {
         super::check_folder(path)?;
+    }
+    if let Some(path) = &args.from {
+        let rows: Vec<SizeRow> = serde_json::from_value(read_json(path)?)
+            .map_err(|error| Error::read(path, format!("no rows of `errors --json`: {error}")))?;
+        return show(args, &rows);
     }
     if let Some(radius) = args.radii.iter().find(|radius| !(0.1..=1000.0).contains(*radius)) {
         anyhow::bail!("--radii {radius}: give radii from 0.1 to 1000 pixels");
@@ -60,14 +74,7 @@ pub fn run(args: &ErrorsArgs) -> anyhow::Result<Answer> {
     let say = |share: f64| bar.set_position((1000.0 * share) as u64);
     let rows = by_size(&device, &environments, &candidates, &args.radii, args.views, &say)?;
     bar.finish_and_clear();
-    let cells = rows
-        .iter()
-        .map(|row| (row.model.as_str(), format!("{:.1} / {:.3}", 255.0 * row.rms, row.flip)));
-    print_beside(args.json.as_ref(), table(cells.collect(), &args.radii))?;
-    print_beside(
-        args.json.as_ref(),
-        "RMS error in grey levels of 255 / mean FLIP, inside the drop; medians over environments",
-    )?;
+    show(args, &rows)?;
     for environment in &environments {
         print_beside(
             args.json.as_ref(),
@@ -78,6 +85,24 @@ pub fn run(args: &ErrorsArgs) -> anyhow::Result<Answer> {
         write_json(path, &rows)?;
     }
     device.instance().expect_silence()?;
+    Ok(Answer::Yes)
+}
+
+/// Prints rows as a table, and plots them if that was asked for.
+fn show(args: &ErrorsArgs, rows: &[SizeRow]) -> anyhow::Result<Answer> {
+    let mut radii: Vec<f64> = rows.iter().map(|row| row.radius_px).collect();
+    radii.dedup();
+    let cells = rows
+        .iter()
+        .map(|row| (row.model.as_str(), format!("{:.1} / {:.3}", 255.0 * row.rms, row.flip)));
+    print_beside(args.json.as_ref(), table(cells.collect(), &radii))?;
+    print_beside(
+        args.json.as_ref(),
+        "RMS error in grey levels of 255 / mean FLIP, inside the drop; medians over environments",
+    )?;
+    if let Some(path) = &args.svg {
+        write_whole(path, sizes_plot(rows)?.as_bytes())?;
+    }
     Ok(Answer::Yes)
 }
 

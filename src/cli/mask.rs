@@ -2,7 +2,8 @@
 
 use std::path::PathBuf;
 
-use clap::Args;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use clap::{Args, ValueEnum};
 use glam::Vec3;
 
 use super::options::DeviceArgs;
@@ -21,7 +22,7 @@ pub struct MaskArgs {
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
     /// Storage of the mask
-    #[arg(long, value_enum, value_name = "NAME", default_value_t = Optics::Mask)]
+    #[arg(long, value_name = "NAME", default_value_t = Optics::Mask, value_parser = masks())]
     optics: Optics,
     /// Edge of the finest level in texels
     #[arg(long, value_name = "N", default_value_t = 1024, value_parser = parse_size)]
@@ -32,12 +33,6 @@ pub struct MaskArgs {
 
 /// Runs the command.
 pub fn run(args: &MaskArgs) -> anyhow::Result<Answer> {
-    if !args.optics.is_mask() {
-        anyhow::bail!(
-            "--optics {}: has no mask; give mask, mask-f32, mask-snorm16 or single-mask",
-            args.optics
-        );
-    }
     let device = args.device.open()?;
     let mask = Mask::trace(&device, args.mask_size, args.optics, &Light::default())?;
     std::fs::create_dir_all(&args.output).map_err(|error| Error::write(&args.output, error))?;
@@ -118,6 +113,13 @@ fn figure_5(chain: &[MaskLevel]) -> Picture {
         }
     }
     Picture { width, height, pixels }
+}
+
+/// The optics that have a mask, by name.
+fn masks() -> impl TypedValueParser<Value = Optics> {
+    let names = Optics::value_variants().iter().filter(|optics| optics.is_mask());
+    PossibleValuesParser::new(names.filter_map(Optics::to_possible_value))
+        .try_map(|name| Optics::from_str(&name, false))
 }
 
 fn parse_size(text: &str) -> Result<u32, String> {

@@ -48,7 +48,7 @@ use crate::passes::simulate::Counts;
 use crate::plan::FramePlan;
 use crate::scene::Scene;
 use crate::scene::model::{Lens, Motion};
-use crate::thousands::thousands;
+use crate::thousands::counted;
 use crate::{Error, Result};
 
 /// What the help ends with.
@@ -246,11 +246,6 @@ fn open_environment(scene: &Scene) -> Result<Environment> {
     Ok(environment)
 }
 
-/// `1 drop`, `2,000 drops`.
-fn drops(count: u64) -> String {
-    format!("{} drop{}", thousands(count), if count == 1 { "" } else { "s" })
-}
-
 /// Says on stderr which drops were left out of frames, and why; and whether their lists had to be larger than usual, by
 /// a factor of `room`.
 fn say_undrawn(counts: &Counts, room: u32) {
@@ -261,7 +256,7 @@ fn say_undrawn(counts: &Counts, room: u32) {
     }
     let say = |count: u64, what: &str, why: &str| {
         if count > 0 {
-            say!("warning: {} {what}: {why}", drops(count));
+            say!("warning: {} {what}: {why}", counted(count, "drop"));
         }
     };
     say(

@@ -19,6 +19,7 @@ use crate::scene::model::{
     Reflection, ShapeModel, Simulation, Sizes, Weights,
 };
 use crate::scene::{RainSettings, Scene};
+use crate::thousands::counted;
 use crate::{Error, Result};
 
 /// A scene and the values that the command line sets in it.
@@ -87,8 +88,8 @@ impl RainValues {
         }
         let boxed = scene.rain.filter(|rain| rain.real.is_none() && is_chosen);
         if let (Some(rate), Some(rain)) = (self.rate, boxed) {
-            let count = rain.count;
-            return refuse(format!("--rate {rate}: the scene has {count} drops in a box already"));
+            let drops = counted(rain.count.into(), "drop");
+            return refuse(format!("--rate {rate}: the scene has {drops} in a box already"));
         }
         let Some(rate) = self.rate.or(scene.real_rain().map(|rain| rain.rate)) else {
             return refuse("the scene has no rain by its rate: give --rate 25".into());

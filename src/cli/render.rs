@@ -10,7 +10,7 @@ use super::options::{PictureArgs, resolve};
 use super::rounds::stages::{self, paper_stages};
 use super::sequence::Sequence;
 use super::tell::{is_verbose, say};
-use super::{Answer, Format, drops, progress, say_doubt, waiting};
+use super::{Answer, Format, progress, say_doubt, waiting};
 use crate::passes::simulate::Counts;
 use crate::picture::layers::Layers;
 use crate::picture::sidecar::Sidecar;
@@ -20,7 +20,7 @@ use crate::renderer::parts::{Grid, Parts, empty_picture, place};
 use crate::renderer::{FrameReport, Renderer};
 use crate::scene::Scene;
 use crate::scene::model::Simulation;
-use crate::thousands::thousands;
+use crate::thousands::{counted, thousands};
 
 /// Draw one frame, or a numbered sequence
 #[derive(Args)]
@@ -81,7 +81,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<Answer> {
     let is_there = |number: u32| sequence.as_ref().is_some_and(|all| all.has(number));
     let missing: Vec<u32> = (0..frames).filter(|number| !is_there(*number)).collect();
     if missing.is_empty() {
-        say!("all {frames} frames are there");
+        say!("{} made already", counted(frames.into(), "frame"));
         return Ok(Answer::Yes);
     }
     let device = args.picture.device.open()?;
@@ -122,7 +122,8 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<Answer> {
     for (done, number) in missing.iter().enumerate() {
         if is_interrupted() {
             let left = missing.len() - done;
-            let left = format!("{left} of {frames} frames are missing; --resume goes on");
+            let left =
+                format!("{left} of {} missing; --resume goes on", counted(frames.into(), "frame"));
             return Err(Interrupted).context(left);
         }
         let frame = scene.film.frame(&scene, *number);
@@ -151,7 +152,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<Answer> {
     bar.finish_and_clear();
     let all = match scene.real_rain() {
         Some(rain) => format!("rain of {} mm/h", rain.rate),
-        None => drops(scene.drop_count().into()),
+        None => counted(scene.drop_count().into(), "drop"),
     };
     say!("{all}, {} in view", thousands(report.counts.visible));
     if is_verbose() {

@@ -86,6 +86,14 @@ pub fn line(line: &str) {
     }
 }
 
+/// A time as an estimate is told: `48 s`, `3 min`.
+pub fn about(seconds: f64) -> String {
+    match seconds {
+        seconds if seconds < 90.0 => format!("{} s", seconds.ceil()),
+        seconds => format!("{} min", (seconds / 60.0).ceil()),
+    }
+}
+
 /// Prints a line on stderr, formatted; see [`line`](fn@line).
 macro_rules! say {
     ($($argument:tt)*) => { $crate::cli::tell::line(&format!($($argument)*)) };
@@ -95,6 +103,11 @@ pub(super) use say;
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn times_are_rounded_up() {
+        assert_eq!([0.4, 89.2, 121.0].map(about), ["1 s", "90 s", "3 min"]);
+    }
 
     #[test]
     fn colors_are_known_before_the_command_line_is_parsed() {

@@ -6,15 +6,20 @@ use clap::Args;
 
 use super::interrupt::{Interrupted, heed_interrupts, is_interrupted};
 use super::options::{DeviceArgs, SceneArgs};
-use super::tell::say;
+use super::tell::{about, line, say};
 use super::{Answer, parse_seconds, print_beside, progress, write_json};
 use crate::files::write_whole;
+use crate::gpu::disk_cache::user_folder;
 use crate::measure::Host;
 use crate::measure::bench::{self, Build, DeviceHead};
+use crate::measure::costs::kept;
 use crate::measure::tradeoff::{
     BASES, Effort, Report, Row, SCHEMA, StudyScene, csv, models, models_of, models_of_rain,
     of_file, plot, standard_set, study, table, weather,
 };
+use crate::plan::{Output, expected_ms, plan};
+use crate::scene::Scene;
+use crate::thousands::counted;
 
 /// Measure every model's time and error
 #[derive(Args)]
@@ -92,12 +97,24 @@ pub fn run(args: &TradeoffArgs) -> anyhow::Result<Answer> {
         truth_samples: args.truth_samples,
     };
     let count: usize = scenes.iter().map(|scene| of_scene(scene).len()).sum();
-    let timed: usize = scenes.iter().map(|scene| of_scene(scene).len() * scene.frames.len()).sum();
+    let costs = kept(&device.report, user_folder().as_deref(), line).unwrap_or_default();
+    let times: f64 = scenes
+        .iter()
+        .flat_map(|scene| of_scene(scene).into_iter().map(move |model| (scene, model)))
+        .filter_map(|(scene, model)| {
+            let first = Scene { model: model.choice, ..scene.frames[0].clone() };
+            let plan = plan(&first, &scene.environment, Output::Display).ok()?;
+            let ms = expected_ms(&first, &scene.environment, &costs, &plan);
+            Some(effort.time.expected_s(ms))
+        })
+        .sum();
+    // The truth and the pictures take about half as long again.
     say!(
-        "note: {timed} times of {} s or more each, and the truth of {} scenes: {} s or more in all",
-        args.seconds,
-        scenes.len(),
-        (timed as f64 * args.seconds).ceil()
+        "note: {} of {}, about {} (by times of {})",
+        counted(count as u64, "model"),
+        counted(scenes.len() as u64, "scene"),
+        about(1.5 * times),
+        costs.of
     );
     heed_interrupts()?;
     let bar = progress(100 * scenes.len() as u64, "%");
@@ -129,7 +146,7 @@ pub fn run(args: &TradeoffArgs) -> anyhow::Result<Answer> {
          with real rain of fast's, and of exact's",
     )?;
     let failed = (is_interrupted() && rows.len() < count).then(|| {
-        let done = format!("{} of {count} rows are finished", rows.len());
+        let done = format!("{} of {} finished", rows.len(), counted(count as u64, "row"));
         anyhow::Error::from(Interrupted).context(done)
     });
     if rows.is_empty()

@@ -50,7 +50,7 @@ impl Clock {
             let listed = Self::CpuInfo(root.join("proc/cpuinfo"));
             return match listed.mhz() {
                 Some(_) => listed,
-                None => Self::Untold("the system tells no clock of its processors".into()),
+                None => Self::Untold("the system reports no clock of its processors".into()),
             };
         }
         let (Some(vendor), Some(number)) = (device.vendor_id, device.device_id) else {
@@ -71,9 +71,10 @@ impl Clock {
             let found = Self::Program(program.into(), (number << 16) | vendor);
             return match found.mhz() {
                 Some(_) => found,
-                None => {
-                    Self::Untold(format!("{} tells no clock of one such device", program.display()))
-                }
+                None => Self::Untold(format!(
+                    "{} reports no clock of one such device",
+                    program.display()
+                )),
             };
         }
         match cards.as_slice() {
@@ -83,7 +84,7 @@ impl Clock {
                     let file = matches(card, pattern).into_iter().next()?;
                     Some(Self::Files(vec![file], *unit))
                 });
-                known.unwrap_or_else(|| Self::Untold("its kernel driver tells no clock".into()))
+                known.unwrap_or_else(|| Self::Untold("its kernel driver reports no clock".into()))
             }
             _ => Self::Untold("several cards have the device's PCI number".into()),
         }
@@ -132,7 +133,7 @@ impl Clock {
                 format!("cpu MHz of {}; in a virtual machine a constant", file.display())
             }
             Self::Program(program, _) => program.display().to_string(),
-            Self::Untold(why) => format!("not told: {why}"),
+            Self::Untold(why) => format!("unknown: {why}"),
         }
     }
 }
@@ -251,10 +252,10 @@ mod tests {
             Clock::below(system(files).path(), &device, "nowhere".as_ref()).source()
         };
         let gpu = |ids| device("discrete GPU", ids);
-        assert!(why(&[], gpu(None)).starts_with("not told: the device has no PCI number"));
+        assert!(why(&[], gpu(None)).starts_with("unknown: the device has no PCI number"));
         assert!(why(&[], gpu(Some((0x1002, 1)))).contains("no kernel driver lists"));
-        assert!(why(&AMD[..2], gpu(Some((0x1002, 0x744c)))).contains("tells no clock"));
-        assert!(why(&[], gpu(Some((0x10de, 1)))).contains("nowhere tells no clock"));
+        assert!(why(&AMD[..2], gpu(Some((0x1002, 0x744c)))).contains("reports no clock"));
+        assert!(why(&[], gpu(Some((0x10de, 1)))).contains("nowhere reports no clock"));
         assert!(why(&[], device("CPU", None)).contains("no clock of its processors"));
     }
 }

@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::thousands::counted;
+
 /// CPU, cores, system and load.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Host {
@@ -45,8 +47,8 @@ impl Host {
     pub fn doubt(&self) -> Option<String> {
         let load = self.load.filter(|load| *load > self.cores as f64)?;
         Some(format!(
-            "the load of {load} exceeds the {} cores: something else runs, or did a minute ago; times may be too long",
-            self.cores
+            "the load of {load} exceeds the {}: something else runs, or did a minute ago; times may be too long",
+            counted(self.cores as u64, "core")
         ))
     }
 }

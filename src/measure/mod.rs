@@ -3,6 +3,8 @@
 pub mod bench;
 #[cfg(feature = "cli")]
 pub mod clocks;
+#[cfg(feature = "cli")]
+mod colors;
 pub mod costs;
 mod host;
 #[cfg(feature = "cli")]

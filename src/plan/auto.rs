@@ -14,17 +14,20 @@ use super::costs::{Costs, Rays};
 use super::cutoff::Cutoff;
 use super::demand::{Demand, SizeClass, contrast_at};
 use super::errors::{Error, Left, expected};
-use super::{Light, NEAR_RADII, RAYS_PX};
+use super::{FramePlan, Light, NEAR_RADII, RAYS_PX};
 use crate::environment::Environment;
 use crate::environment::bright::split;
 use crate::scene::model::{Optics, Order, Preset, Primitive, Reflection, Simulation};
 use crate::scene::{ModelChoice, Scene};
+use crate::thousands::counted;
 
 /// Milliseconds of a frame where the scene names neither an error nor a budget.
 const FRAME_MS: f64 = 1000.0 / 60.0;
 
 /// A model that takes no more than this share of another's time takes as long as that.
 const HARDLY: f64 = 1.03;
+/// A drop drawn as a point or quad takes so many splats, on CPU drivers (docs/results).
+const BILLBOARD_IN_SPLATS: f64 = 14.0;
 
 /// What was chosen, and why. Kept beside a sequence, so that all its frames have the same models.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -92,13 +95,41 @@ pub fn choose(scene: &Scene, environment: &Environment, costs: &Costs) -> Option
     Some(Choice { reason, ..choice }.doubted(model))
 }
 
-/// Every candidate for `scene`, quickest first.
-pub fn prospects(scene: &Scene, environment: &Environment, costs: &Costs) -> Vec<Prospect> {
+/// What `scene` asks, its real rain included.
+fn demand_of(scene: &Scene, environment: &Environment) -> Demand {
     let mut demand = Demand::of(scene, NEAR_RADII);
     if let Some(rain) = scene.real_rain() {
         let cutoff = Cutoff::of(scene, &rain, environment);
         demand.add_real_rain(&rain, cutoff.px, &scene.view());
     }
+    demand
+}
+
+/// Milliseconds that a frame by `plan` is expected to take; of points and quads very roughly.
+pub fn expected_ms(
+    scene: &Scene,
+    environment: &Environment,
+    costs: &Costs,
+    plan: &FramePlan,
+) -> f64 {
+    let demand = demand_of(scene, environment);
+    let FramePlan { optics, samples, light, .. } = *plan;
+    let Light { internal_reflections, reflection, .. } = light;
+    match plan.primitive {
+        Primitive::Tile => {
+            let candidate = Candidate { optics, samples, reflection, internal_reflections };
+            costs.frame_ms(&demand, |class| candidate.rays(class))
+        }
+        Primitive::Point | Primitive::Quad => {
+            let visible = f64::from(samples) * BILLBOARD_IN_SPLATS * demand.visible;
+            costs.frame_ms(&Demand { visible, ..demand }, |_| None)
+        }
+    }
+}
+
+/// Every candidate for `scene`, quickest first.
+pub fn prospects(scene: &Scene, environment: &Environment, costs: &Costs) -> Vec<Prospect> {
+    let demand = demand_of(scene, environment);
     let background = Background::of(scene, environment);
     let contrast = contrast_at(environment, background.exposure);
     let glints = split(environment).map_or(0.0, |bright| bright.strength());
@@ -202,8 +233,12 @@ impl Choice {
     pub fn summary(&self) -> String {
         let Light { internal_reflections, reflection, .. } = self.light;
         format!(
-            "{} on {}, {} rays a pixel, {internal_reflections} internal reflections, reflection {reflection}: {}",
-            self.optics, self.primitive, self.samples, self.reason
+            "{} on {}, {} a pixel, {}, reflection {reflection}: {}",
+            self.optics,
+            self.primitive,
+            counted(self.samples.into(), "ray"),
+            counted(internal_reflections.into(), "internal reflection"),
+            self.reason
         )
     }
 

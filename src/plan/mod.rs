@@ -11,7 +11,7 @@ mod motion;
 mod requirements;
 mod shape;
 
-pub use auto::{Choice, Prospect, choose, keep, pick, prospects};
+pub use auto::{Choice, Prospect, choose, expected_ms, keep, pick, prospects};
 pub use costs::Costs;
 pub use cutoff::Cutoff;
 pub use demand::{Demand, SizeClass, contrast};
@@ -31,7 +31,7 @@ use crate::scene::model::{
     Simulation, Weights,
 };
 use crate::scene::real_rain::RealRain;
-use crate::thousands::{thousands, thousands_of};
+use crate::thousands::counted;
 use crate::{Error, Result};
 
 /// Nearer than so many radii a drop does not look as from afar: its directions are off by over 1.4°.
@@ -335,7 +335,8 @@ fn splat_px(scene: &Scene) -> f32 {
 fn of_real_rain(scene: &Scene, rain: &RealRain, cutoff: &Cutoff) -> (String, String, String) {
     let (law, frustum) = (rain.law(), Frustum::of(&scene.view(), rain.extent));
     let Cutoff { px: cutoff_px, why, noise, is_grainy } = cutoff;
-    let drops = format!("some {} drops", thousands_of(frustum.drops_above(&law, *cutoff_px), 0));
+    let drops = counted(frustum.drops_above(&law, *cutoff_px).round() as u64, "drop");
+    let drops = format!("some {drops}");
     let skipped = "cells of the rain out of view, or too far for any of their drops to be seen, are passed over";
     let alone = format!("drops of over {cutoff_px:.3} px of radius are shown one by one ({why})");
     let far = match scene.model.far_rain {
@@ -370,11 +371,11 @@ fn behind_of(scene: &Scene, environment: String) -> String {
 fn passes(scene: &Scene, plan: &FramePlan) -> Vec<(&'static str, String)> {
     let mut passes: Vec<(&'static str, String)> = Vec::new();
     let count = scene.drop_count();
-    let all = thousands(count.into());
+    let all = counted(count.into(), "drop");
     match plan.primitive {
         Primitive::Point | Primitive::Quad => {
             if count > 0 {
-                passes.push(("simulate", format!("{all} drops move ({})", plan.simulation)));
+                passes.push(("simulate", format!("moves {all} ({})", plan.simulation)));
             }
             if count > 0 && plan.compacts {
                 let order = "those in view are drawn, in the order of their index".into();
@@ -395,7 +396,7 @@ fn passes(scene: &Scene, plan: &FramePlan) -> Vec<(&'static str, String)> {
                 _ => (
                     "whole clusters of drops out of view are passed over".into(),
                     "the environment behind the drops, when the view has moved".into(),
-                    format!("{all} drops"),
+                    all,
                 ),
             };
             passes.push(("clusters", skipped));

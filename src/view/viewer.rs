@@ -23,6 +23,7 @@ use crate::gpu::{Device, Surface};
 use crate::passes::present::SPLIT_PANES;
 use crate::scene::model::Preset;
 use crate::scene::{EnvironmentChoice, ImageSize, MAX_DROPS, ModelChoice, RainSettings, Scene};
+use crate::thousands::counted;
 
 /// A window whose size has changed keeps its old picture, scaled, until it has been still this long:
 /// whoever drags its edge does not wait for renderers.
@@ -263,7 +264,7 @@ impl Viewer {
         match outcome {
             Ok(count) => {
                 self.stage.invalidate();
-                self.say(format!("{count} shaders reloaded"));
+                self.say(format!("{} reloaded", counted(count as u64, "shader")));
             }
             Err(problem) => self.say(format!("the last good shaders stay: {problem}")),
         }

@@ -74,6 +74,11 @@ impl Bench {
         serde_json::from_str(&text).expect("JSON")
     }
 
+    /// How many processes were started.
+    pub fn started(&self) -> usize {
+        fs::read_to_string(self.path().join("started")).unwrap_or_default().lines().count()
+    }
+
     /// None of the processes that were started is alive.
     pub fn all_have_ended(&self) -> bool {
         let started = fs::read_to_string(self.path().join("started")).unwrap_or_default();

@@ -375,6 +375,25 @@ fn every_target_and_option_of_setup_is_there() {
     assert!(found > 20, "{found} names: are they looked for?");
 }
 
+/// `-h` of each script prints the comment at its head, and does nothing else.
+#[test]
+fn every_script_says_what_it_is_for() {
+    let mut scripts = 0;
+    for entry in fs::read_dir(root().join("scripts")).expect("scripts") {
+        let path = entry.expect("an entry").path();
+        if path.ends_with("cargo.sh") {
+            continue; // all that it is given is cargo's
+        }
+        let output = Command::new(&path).arg("-h").output().expect("it starts");
+        let text = fs::read_to_string(&path).expect("a script");
+        let head = text.lines().nth(1).and_then(|line| line.strip_prefix("# ")).expect("a comment");
+        let said = String::from_utf8_lossy(&output.stdout);
+        assert!(output.status.success() && said.starts_with(head), "{}: {said}", path.display());
+        scripts += 1;
+    }
+    assert!(scripts > 10, "{scripts} scripts");
+}
+
 /// Names of the passes of a scene's plan, in order.
 fn passes(preset: Preset, output: Output) -> Vec<&'static str> {
     let mut scene = Scene::default();

@@ -68,6 +68,29 @@ fn a_renewed_halo_stays_around_its_sun() {
     });
 }
 
+/// Near a pole a level's texels are narrow; what each averages is as wide as at the equator.
+#[test]
+fn renewed_light_is_the_same_at_the_pole() {
+    let wedges = common::painted(256, |d| {
+        Vec3::splat(if (8.0 * d.x.atan2(-d.z)).sin() > 0.0 { 3.0 } else { 0.3 })
+    });
+    let mut scene = scene(Preset::Fast);
+    scene.camera.target = scene.camera.position + DVec3::Y;
+    scene.camera.vertical_fov = 40.0;
+    scene.drops = vec![PlacedDrop::sphere(DVec3::new(0.2, 5.0, 0.1), 1.0)];
+    on_host(Preset::Fast, |host, device| {
+        let expected = fixed(host, device, &scene, &wedges);
+        let image = uploaded(host, &wedges);
+        let mut embedded = live(host, device, &scene, &wedges);
+        let found = frame(&mut embedded, host, 0, &scene, Some(&image));
+        println!("relMSE {:.1e}", error(&expected, &found));
+        assert!(error(&expected, &found) < 1e-5);
+        host.destroy_image(embedded.target);
+        drop(embedded.view);
+        host.destroy_image(image);
+    });
+}
+
 fn error(expected: &Picture, found: &Picture) -> f64 {
     rel_mse(&box_filter(expected), &box_filter(found), None)
 }

@@ -172,7 +172,7 @@ fn lines(over_time: &OverTime) -> Vec<String> {
         _ => "frame times did not become steady; the figures above are of the whole".into(),
     });
     let clear =
-        |counts: bool| if counts { "clear" } else { "not told from chance, or too small to count" };
+        |counts: bool| if counts { "clear" } else { "may be chance, or too small to count" };
     lines.extend(over_time.frame_time.map(|trend| {
         format!("frame time: {} since then ({})", percent(trend.change), clear(trend.counts))
     }));

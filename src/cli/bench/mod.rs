@@ -19,19 +19,21 @@ use super::options::{
 };
 use super::verdict::gate::GateArgs;
 use super::{Answer, parse_seconds, print, progress, say_doubt, write_json};
-use crate::cli::tell::say;
+use crate::cli::tell::{about, line, say};
 use crate::environment::Environment;
 use crate::files::write_whole;
-use crate::gpu::disk_cache::KeptDevice;
+use crate::gpu::disk_cache::{KeptDevice, user_folder};
 use crate::measure::Host;
 use crate::measure::bench::{
     Amount, Build, DeviceHead, Effort, Report, Row, SCHEMA, Variant, measure, plot,
 };
-use crate::plan::{Output, plan_by};
+use crate::measure::costs::kept;
+use crate::plan::{Output, expected_ms, plan, plan_by};
 use crate::rain::cull::count_visible;
 use crate::rain::field::Field;
 use crate::scene::model::{Operator, Preset};
 use crate::scene::{RainSettings, Scene};
+use crate::thousands::counted;
 
 /// Measure frame rates: of a scene, or the paper's Table II
 #[derive(Args)]
@@ -280,17 +282,18 @@ fn bench(
     warnings.iter().for_each(|warning| say!("warning: {warning}"));
     let start = Some(humantime::format_rfc3339_seconds(SystemTime::now()).to_string());
     let series = args.series();
-    let (seconds, count) = (args.seconds.unwrap_or(2.0), 2 * presets.len() * series.len());
-    say!(
-        "note: {count} rows of {seconds} s or more each: {} s or more in all",
-        (seconds * count as f64).ceil()
-    );
+    let effort = Effort {
+        seconds: args.seconds.unwrap_or(2.0),
+        frames: args.min_frames.unwrap_or(12),
+        stop: is_interrupted,
+    };
+    say_expected(device, scene, presets, &series, environment, effort);
     let bar = progress(100 * series.len() as u64, "%");
     let of_amount = |number: usize, amount: Option<Amount>| -> anyhow::Result<Vec<Row>> {
         bar.set_message(match amount {
             Some(Amount::Rate(rate)) => format!("{rate} mm/h"),
-            Some(Amount::Drops(count)) => super::drops(count.into()),
-            None => super::drops(scene.drop_count().into()),
+            Some(Amount::Drops(count)) => counted(count.into(), "drop"),
+            None => counted(scene.drop_count().into(), "drop"),
         });
         let mut variants = Vec::new();
         for preset in presets {
@@ -309,8 +312,6 @@ fn bench(
                 variants.push(Variant { plan, scene: scene.clone() });
             }
         }
-        let frames = args.min_frames.unwrap_or(12);
-        let effort = Effort { seconds, frames, stop: is_interrupted };
         let tick = |share: f64| bar.set_position(((number as f64 + share) * 100.0) as u64);
         let measured = measure(device, environment, &variants, effort, &tick)?;
         let all = variants.iter().zip(&measured);
@@ -345,15 +346,41 @@ fn bench(
     (report, failed)
 }
 
+/// Says how long the rows will take, by the times that are kept of the device.
+fn say_expected(
+    device: &KeptDevice,
+    scene: &Scene,
+    presets: &[Preset],
+    series: &[Option<Amount>],
+    environment: &Environment,
+    effort: Effort,
+) {
+    let costs = kept(&device.report, user_folder().as_deref(), line).unwrap_or_default();
+    // A row that cannot be drawn is refused when its turn comes.
+    let of_row = |amount: &Option<Amount>, preset: &Preset| -> crate::Result<f64> {
+        let mut scene = scene.clone();
+        scene.model.take_preset(*preset);
+        amount.map_or(Ok(()), |amount| amount.apply(&mut scene))?;
+        let plan = plan(&scene, environment, Output::Radiance)?;
+        Ok(effort.expected_s(expected_ms(&scene, environment, &costs, &plan)))
+    };
+    let pairs = series.iter().flat_map(|amount| presets.iter().map(move |preset| (amount, preset)));
+    let seconds: f64 =
+        pairs.clone().filter_map(|(amount, preset)| of_row(amount, preset).ok()).sum();
+    // With tone mapping and without.
+    let rows = counted(2 * pairs.count() as u64, "row");
+    say!("note: {rows}, about {} (by times of {})", about(2.0 * seconds), costs.of);
+}
+
 fn host_line(report: &Report) -> String {
     let host = &report.host;
     let load = host.load.map_or(String::new(), |load| format!(", load {load}"));
     let (width, height) = report.rows.first().map_or((0, 0), |row| (row.width, row.height));
     format!(
-        "{width} x {height}, environment {}; {} ({} cores{load}), {}; raindrops {} {} {}",
+        "{width} x {height}, environment {}; {} ({}{load}), {}; raindrops {} {} {}",
         report.environment,
         host.cpu,
-        host.cores,
+        counted(host.cores as u64, "core"),
         host.os,
         report.build.version,
         report.build.commit,

@@ -68,6 +68,7 @@ pub(super) struct Tradeoff {
 pub(super) struct TradeoffRow {
     scene: String,
     model: String,
+    preset: String,
     median_ms: f64,
     rms: f64,
     flip: f64,

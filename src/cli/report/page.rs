@@ -14,7 +14,7 @@ use crate::cli::verdict::table::{sheet, tail_lines};
 use crate::measure::Host;
 use crate::measure::bench::{self, Build, DeviceHead};
 use crate::measure::verdict::{self, Pictures};
-use crate::thousands::thousands;
+use crate::thousands::{counted, thousands};
 
 /// Colours of series are Okabe and Ito's (2008), told apart by everyone; in the dark their light variants.
 const STYLE: &str = "
@@ -102,7 +102,7 @@ fn who(device: &DeviceHead, host: &Host, build: &Build, start: Option<&str>) -> 
     html! {
         p.who {
             (device.summary()) ", Vulkan " (device.api_version) " (" (device.kind) "). "
-            (host.cpu) ", " (host.cores) " cores" (load) ", " (host.os) ". raindrops " (build.version) " "
+            (host.cpu) ", " (counted(host.cores as u64, "core")) (load) ", " (host.os) ". raindrops " (build.version) " "
             (build.commit) " " (build.profile)
             @if let Some(start) = start { ", " (start) }
             "."

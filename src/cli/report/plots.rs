@@ -22,6 +22,17 @@ fn color(number: usize) -> String {
     format!("var(--c{})", number % 9)
 }
 
+/// A preset's colour, as in the plots of `bench` and `tradeoff` (`src/measure/colors.rs`).
+fn of_preset(preset: &str) -> String {
+    match preset {
+        "paper" => color(0),
+        "fast" => color(1),
+        "exact" => color(2),
+        "paper-compact" => color(3),
+        _ => "var(--ink)".into(),
+    }
+}
+
 /// A logarithmic axis from data to plot units.
 struct Axis {
     low: f64,
@@ -114,19 +125,20 @@ pub(super) fn series(reports: &[(&str, &bench::Report)]) -> Markup {
         svg viewBox=(format!("0 0 {WIDTH} {height}")) role="img" aria-label=(format!("milliseconds a frame by {along}")) {
             (grid(&x, &y, (along, what)))
             @for (number, (name, rows)) in lines.iter().enumerate() {
+                @let color = if reports.len() == 1 { of_preset(name) } else { color(number) };
                 @let points: Vec<String> = rows.iter()
                     .map(|row| format!("{:.1},{:.1}", x.at(row.along()), y.at(row.median_ms))).collect();
-                polyline points=(points.join(" ")) fill="none" stroke=(color(number)) stroke-width="2" {}
+                polyline points=(points.join(" ")) fill="none" stroke=(color) stroke-width="2" {}
                 @for row in rows {
                     @let at = x.at(row.along());
                     @let [low, high] = bar(row);
-                    line x1=(at) x2=(at) y1=(y.at(low)) y2=(y.at(high)) stroke=(color(number)) {}
-                    circle cx=(at) cy=(y.at(row.median_ms)) r="3.5" fill=(color(number)) {
+                    line x1=(at) x2=(at) y1=(y.at(low)) y2=(y.at(high)) stroke=(color) {}
+                    circle cx=(at) cy=(y.at(row.median_ms)) r="3.5" fill=(color) {
                         title { (row.name()) ": " (row.median_ms) " ms" }
                     }
                 }
                 @let line = 378.0 + 18.0 * number as f64;
-                rect x=(LEFT) y=(line - 9.0) width="12" height="10" fill=(color(number)) {}
+                rect x=(LEFT) y=(line - 9.0) width="12" height="10" fill=(color) {}
                 text x=(LEFT + 18.0) y=(line) { (name) }
             }
         }
@@ -213,7 +225,7 @@ pub(super) fn forest(report: &verdict::Report) -> Markup {
     }
 }
 
-/// Error by time, the front of what nothing else beats in both joined.
+/// Error by time, in the presets' colours; what nothing else beats in both is filled, and joined.
 pub(super) fn scatter(rows: &[&TradeoffRow]) -> Markup {
     let x = Axis::of(rows.iter().map(|row| row.median_ms), LEFT, WIDTH - 20.0);
     let y = Axis::of(rows.iter().map(|row| row.rms), 330.0, 30.0);
@@ -226,10 +238,11 @@ pub(super) fn scatter(rows: &[&TradeoffRow]) -> Markup {
     html! {
         svg viewBox=(format!("0 0 {WIDTH} 370")) role="img" aria-label="error by time" {
             (grid(&x, &y, ("ms a frame", "RMS error, 0 to 1")))
-            polyline points=(points.join(" ")) fill="none" stroke="var(--c1)" {}
+            polyline points=(points.join(" ")) fill="none" stroke="var(--soft)" {}
             @for row in rows {
-                @let fill = if row.pareto { "var(--c1)" } else { "var(--c6)" };
-                circle cx=(x.at(row.median_ms)) cy=(y.at(row.rms)) r="4" fill=(fill) {
+                @let color = of_preset(&row.preset);
+                @let fill = if row.pareto { color.as_str() } else { "var(--back)" };
+                circle cx=(x.at(row.median_ms)) cy=(y.at(row.rms)) r="4" fill=(fill) stroke=(color) {
                     title { (row.model) ": " (format!("{} ms, {:.4}", thousands_of(row.median_ms, 2), row.rms)) }
                 }
             }

@@ -13,10 +13,11 @@ use indicatif::ProgressBar;
 
 use self::process::{Arm, Limits};
 use super::interrupt::{Interrupted, is_interrupted};
-use crate::cli::tell::say;
+use crate::cli::tell::{about, say};
 use crate::measure::bench::{Amount, Report};
 use crate::measure::verdict::looks::{Look, at_the_end, looks};
 use crate::measure::verdict::{Verdict, VerdictRow, in_turn};
+use crate::thousands::counted;
 
 /// What the processes are to measure.
 pub struct Work {
@@ -82,7 +83,8 @@ pub fn take_turns(
                 let taken = &looks[..number];
                 turns.look(&at_the_end(taken, rounds), threshold);
                 turns.stopped = Some(format!(
-                    "{rounds} rounds took {:.0} s; another would go beyond {:.0} s (--max-time)",
+                    "{} took {:.0} s; another would go beyond {:.0} s (--max-time)",
+                    counted(rounds as u64, "round"),
                     start.elapsed().as_secs_f64(),
                     time.end.as_secs_f64()
                 ));
@@ -106,6 +108,7 @@ pub fn take_turns(
                 if turns.failed.is_some() {
                     return turns;
                 }
+                bar.suspend(|| say_expected(longest, most, time.pictures, time.end));
             }
             bar.set_position(rounds as u64);
         }
@@ -118,10 +121,11 @@ pub fn take_turns(
         let still: Vec<Amount> = turns.rows.iter().filter(undecided).map(amount).collect();
         bar.suspend(|| {
             say!(
-                "after {rounds} rounds, {:.0} s: {} of {} rows undecided{}",
+                "after {}, {:.0} s: {} of {} undecided{}",
+                counted(rounds as u64, "round"),
                 start.elapsed().as_secs_f64(),
                 still.len(),
-                turns.rows.len(),
+                counted(turns.rows.len() as u64, "row"),
                 doubtful(&turns.rows)
             );
         });
@@ -134,10 +138,20 @@ pub fn take_turns(
             needed = needed.map(|needed: Duration| needed.mul_f64(effort(&open) / before));
         }
         if number + 1 == looks.len() {
-            turns.stopped = Some(format!("{} rows undecided after {rounds} rounds", still.len()));
+            let rows = counted(still.len() as u64, "row");
+            turns.stopped =
+                Some(format!("{rows} undecided after {}", counted(rounds as u64, "round")));
         }
     }
     turns
+}
+
+/// Says how long all rounds take, by the first, and `pictures` times as long for pictures.
+fn say_expected(first: Duration, most: usize, pictures: f64, end: Duration) {
+    let round = first.as_secs_f64();
+    let all = (round * (most as f64 + pictures)).min(end.as_secs_f64() + round);
+    let rounds = counted(most as u64, "round");
+    say!("note: the first round took {}; {rounds} take up to {}", about(round), about(all));
 }
 
 /// How long a comparison may take.
@@ -254,6 +268,9 @@ pub fn alone(
         let before = Instant::now();
         let found = arm.bench(&work.arguments(&work.series), work.limits);
         needed = before.elapsed();
+        if round == 0 && rounds > 1 {
+            bar.suspend(|| say_expected(needed, rounds, 0.0, time));
+        }
         let found = if is_interrupted() { Err(Interrupted.into()) } else { found };
         match (found, &mut all) {
             (Err(error), _) => return (all, Some(error)),

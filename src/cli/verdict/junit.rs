@@ -7,6 +7,7 @@ use quick_junit::{NonSuccessKind, Report as Junit, TestCase, TestCaseStatus, Tes
 use crate::files::write_whole;
 use crate::measure::verdict::expect::Outcome;
 use crate::measure::verdict::{Report, Verdict, VerdictRow};
+use crate::thousands::counted;
 use crate::{Error, Result};
 
 /// Writes reports. Slower and different rows fail, undecided ones are skipped; where something is expected of the
@@ -33,7 +34,8 @@ fn case(row: &VerdictRow, outcome: Option<&Outcome>) -> TestCase {
     let ratio = ratio.map_or("no interval".into(), |(ratio, (low, high))| {
         format!("B / A {ratio:.3} ({low:.3} to {high:.3})")
     });
-    let mut message = format!("{}: {ratio}, {} rounds", row.verdict.name(), row.rounds);
+    let rounds = counted(row.rounds as u64, "round");
+    let mut message = format!("{}: {ratio}, {rounds}", row.verdict.name());
     if let Some(outcome) = outcome {
         let why = outcome.why().map_or(String::new(), |why| format!(": {why}"));
         message = format!("{}{why}; {message}", outcome.name());

@@ -2,7 +2,7 @@
 
 use crate::cli::format::{Format, Sheet};
 use crate::measure::verdict::{Report, Verdict, VerdictRow};
-use crate::thousands::{thousands, thousands_of};
+use crate::thousands::{counted, thousands, thousands_of};
 
 /// Who is A, who is B, and what differs between them.
 pub fn side_lines(report: &Report, format: Format) -> Vec<String> {
@@ -12,13 +12,13 @@ pub fn side_lines(report: &Report, format: Format) -> Vec<String> {
         let start = side.start.as_ref().map_or(String::new(), |start| format!(", {start}"));
         lines.push(format!("{name}: {}", side.label));
         lines.push(format!(
-            "   {}; raindrops {} {} {}; {} ({} cores){start}",
+            "   {}; raindrops {} {} {}; {} ({}){start}",
             side.device.summary(),
             build.version,
             build.commit,
             build.profile,
             host.cpu,
-            host.cores
+            counted(host.cores as u64, "core")
         ));
     }
     if format == Format::Markdown {

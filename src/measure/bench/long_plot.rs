@@ -8,6 +8,7 @@ use super::over_time::{OverTime, Stretch};
 use super::report::{Report, Row};
 use crate::Result;
 use crate::error::PlotFailed;
+use crate::thousands::counted;
 
 const WIDTH: u32 = 820;
 /// Heights of the head, of each panel, and of the foot.
@@ -90,13 +91,13 @@ fn draw(
     let clock = if over_time.stretches.iter().any(|stretch| stretch.clock_mhz.is_some()) {
         ""
     } else {
-        "; clock not told"
+        "; clock unknown"
     };
     let line = format!(
-        "{}; {}, {} cores{clock}",
+        "{}; {}, {}{clock}",
         report.device.summary(),
         report.host.cpu,
-        report.host.cores
+        counted(report.host.cores as u64, "core")
     );
     foot.draw(&Text::new(line, (16, 8), ("sans-serif", 13)))?;
     root.present()?;

@@ -24,6 +24,9 @@ pub(super) const STEP_SECONDS: f64 = 1.0 / 60.0;
 /// A variant whose frames take very long is left with fewer of them.
 const PATIENCE: f64 = 10.0;
 
+/// A renderer's making and its first frame take about so many seconds, of which most are compiling.
+const START_S: f64 = 0.6;
+
 /// How long to measure a variant.
 #[derive(Clone, Copy, Debug)]
 pub struct Effort {
@@ -33,6 +36,20 @@ pub struct Effort {
     pub frames: usize,
     /// Asked between batches: true if what is measured has to do, although it is less.
     pub stop: fn() -> bool,
+}
+
+impl Effort {
+    /// Seconds that a variant takes whose frames take `frame_ms`, its start included.
+    pub fn expected_s(&self, frame_ms: f64) -> f64 {
+        let frame = 1e-3 * frame_ms.max(1e-3);
+        let wanted = (self.seconds / frame).max(self.frames as f64);
+        let samples = wanted.min(PATIENCE * self.seconds / frame).max(1.0).ceil();
+        // In a batch, as below.
+        let of_batch = |least: f64, seconds: f64| (seconds / frame - FILL as f64).ceil().max(least);
+        let short = of_batch(4.0, self.seconds / 6.0);
+        let batch = short.min(of_batch(1.0, self.seconds));
+        START_S + samples * frame * (batch + FILL as f64) / batch
+    }
 }
 
 /// What is measured.
@@ -177,4 +194,21 @@ impl Run {
 
 fn ms_since(before: Instant) -> f64 {
     before.elapsed().as_secs_f64() * 1e3
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// With [`Run::batch`]: short frames take the seconds, long ones the frames and those that fill the queue.
+    #[test]
+    fn long_frames_take_longer_than_the_seconds() {
+        let effort = Effort { seconds: 2.0, frames: 12, stop: || false };
+        let of = |frame_ms| effort.expected_s(frame_ms) - START_S;
+        assert!((2.0..2.2).contains(&of(1.0)), "{}", of(1.0));
+        // Frames of 1.5 s: a batch is one sample after two that fill the queue, and twelve are wanted.
+        assert!((of(1500.0) - 54.0).abs() < 1e-6, "{}", of(1500.0));
+        // Of 15 s: no more than twenty seconds of samples.
+        assert!((of(15_000.0) - 90.0).abs() < 1e-6, "{}", of(15_000.0));
+    }
 }

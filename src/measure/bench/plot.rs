@@ -5,7 +5,8 @@ use plotters::prelude::*;
 use super::report::{Report, Row};
 use crate::Result;
 use crate::error::PlotFailed;
-use crate::thousands::thousands;
+use crate::measure::colors::of_preset;
+use crate::thousands::{counted, thousands};
 
 /// Size in the plot's units.
 const SIZE: (u32, u32) = (820, 560);
@@ -24,10 +25,6 @@ const fn by_drops(fps: [f64; 6]) -> [(u32, f64); 6] {
     let [a, b, c, d, e, f] = fps;
     [(125_000, a), (250_000, b), (500_000, c), (1_000_000, d), (2_000_000, e), (4_000_000, f)]
 }
-
-/// Colours of the measured presets (Okabe and Ito 2008: told apart by everyone), in turn.
-const COLORS: [RGBColor; 4] =
-    [RGBColor(0, 114, 178), RGBColor(213, 94, 0), RGBColor(0, 158, 115), RGBColor(204, 121, 167)];
 
 const BY_DROPS: &str = "Frames a second by number of drops, tone mapped";
 const BY_RATE: &str = "Frames a second by rain rate, tone mapped";
@@ -98,7 +95,8 @@ fn draw(report: &Report, svg: &mut String) -> std::result::Result<(), PlotFailed
             .legend(move |(x, y)| PathElement::new([(x, y), (x + 16, y)], grey));
         chart.draw_series(circles)?;
     }
-    for (preset, color) in presets.into_iter().zip(COLORS.into_iter().cycle()) {
+    for preset in presets {
+        let color = of_preset(preset);
         let of_preset = rows.iter().filter(|row| row.preset == preset);
         let points: Vec<(f64, f64)> = of_preset.map(place).collect();
         let circles: Vec<_> =
@@ -119,8 +117,11 @@ fn draw(report: &Report, svg: &mut String) -> std::result::Result<(), PlotFailed
     let (width, height) = rows.first().map_or((0, 0), |row| (row.width, row.height));
     let load = host.load.map_or(String::new(), |load| format!(", load {load}"));
     let line = format!(
-        "{}, {} {}; {width} x {height}; {} cores{load}",
-        device.name, device.driver, device.driver_info, host.cores
+        "{}, {} {}; {width} x {height}; {}{load}",
+        device.name,
+        device.driver,
+        device.driver_info,
+        counted(host.cores as u64, "core")
     );
     foot.draw(&Text::new(line, (16, 8), ("sans-serif", 13)))?;
     root.present()?;

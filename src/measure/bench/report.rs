@@ -13,7 +13,7 @@ use crate::gpu::DeviceReport;
 use crate::measure::Host;
 use crate::measure::statistics::{median, quantile};
 use crate::measure::verdict::looks::Look;
-use crate::thousands::thousands;
+use crate::thousands::counted;
 
 /// Name and version of the format.
 pub const SCHEMA: &str = "raindrops-bench/1";
@@ -298,7 +298,7 @@ impl Row {
         let tone_map = if self.tone_map { "" } else { ", no tone map" };
         let amount = match self.rate_mm_h {
             Some(rate) => format!("rain of {rate} mm/h"),
-            None => format!("{} drops", thousands(self.drops.into())),
+            None => counted(self.drops.into(), "drop"),
         };
         format!("{amount}, {}, {} x {}{tone_map}", self.preset, self.width, self.height)
     }

@@ -12,6 +12,8 @@ mod plot;
 mod report;
 mod scenes;
 mod sizes;
+#[cfg(feature = "cli")]
+mod sizes_plot;
 mod study;
 
 pub use models::{BASES, Model, models, models_of, models_of_rain};
@@ -22,4 +24,6 @@ pub use report::table;
 pub use report::{Report, Row, SCHEMA, csv};
 pub use scenes::{StudyScene, of_file, standard_set, weather};
 pub use sizes::{Candidate, GlintRow, SizeRow, by_size, candidates, glints_by_size};
+#[cfg(feature = "cli")]
+pub use sizes_plot::sizes_plot;
 pub use study::{Effort, study};

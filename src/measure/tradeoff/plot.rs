@@ -6,6 +6,7 @@ use super::report::{Report, Row};
 use crate::Result;
 use crate::error::PlotFailed;
 use crate::measure::bench::label;
+use crate::measure::colors::PRESETS;
 
 /// Size of a panel in the plot's units.
 const PANEL: (u32, u32) = (560, 420);
@@ -15,14 +16,6 @@ const FOOT: u32 = 40;
 /// What a panel's axes and margins leave for its points, and the height and width of a letter of a name.
 const PLOT: (f64, f64) = (484.0, 336.0);
 const LETTER: (f64, f64) = (5.5, 12.0);
-
-/// Colours of the presets that models start from (Okabe and Ito 2008: told apart by everyone).
-const FAMILIES: [(&str, RGBColor); 4] = [
-    ("paper", RGBColor(0, 114, 178)),
-    ("fast", RGBColor(213, 94, 0)),
-    ("exact", RGBColor(0, 158, 115)),
-    ("auto", RGBColor(0, 0, 0)),
-];
 
 /// The plot as SVG.
 ///
@@ -90,7 +83,7 @@ fn panel(scene: &str, rows: &[&Row], area: &Area<'_>) -> std::result::Result<(),
         rows.iter().filter(|row| row.pareto).map(|row| place(row)).collect();
     front.sort_by(|a, b| a.0.total_cmp(&b.0));
     chart.draw_series(LineSeries::new(front, BLACK.mix(0.4)))?;
-    for (family, color) in FAMILIES {
+    for (family, color) in PRESETS {
         let of_family = rows.iter().filter(|row| row.preset == family);
         chart
             .draw_series(of_family.map(|row| {

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use glam::DVec3;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::Result;
 use crate::environment::Environment;
@@ -19,6 +19,7 @@ use crate::reference::{Traced, Tracer, Truth, Weights};
 use crate::renderer::Renderer;
 use crate::scene::model::{Lookup, Optics, Preset, Primitive};
 use crate::scene::{ModelChoice, PlacedDrop, Scene, ToneMap};
+use crate::thousands::counted;
 
 /// Distance of the drop in radii: far enough that it looks as from infinity (0.4°).
 const DISTANCE: f64 = 100.0;
@@ -37,7 +38,7 @@ pub enum Candidate {
 }
 
 /// A model's error at one size: medians over environments of means over views.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct SizeRow {
     /// The model's name.
     pub model: String,
@@ -82,7 +83,7 @@ pub fn candidates() -> Vec<(String, Candidate)> {
         ("mask".into(), Candidate::Model(paper)),
     ];
     for samples in [1, 4, 16, 64] {
-        let name = format!("closed form, {samples} rays");
+        let name = format!("closed form, {}", counted(samples.into(), "ray"));
         all.push((name, Candidate::Model(closed(samples))));
     }
     let far = ModelChoice { optics: Some(Optics::Far), internal_reflections: Some(2), ..paper };
