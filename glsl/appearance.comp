@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// The prefiltered picture of a far drop from every direction; one invocation a direction.
+// The prefiltered picture of a far drop, from each direction of a cone that has none yet; one invocation a direction.
 // See src/passes/appearance.rs.
 #include "frame.glsl"
 #include "environment.glsl"
@@ -12,10 +12,12 @@
 layout(local_size_x = 8) in;
 
 layout(set = 0, binding = 1) uniform sampler2D environment_map;
-layout(std430, set = 0, binding = 2) writeonly buffer Pictures { uint pictures[]; };
+layout(std430, set = 0, binding = 2) buffer Pictures { uint pictures[]; };
 
 #include "drop_light.glsl"
 #include "appearance.glsl"
+
+layout(push_constant) uniform Cone { vec4 cone; }; // its axis and the cosine of its half angle
 
 const uint FINEST = 16;  // texels an edge of the finest picture
 const uint SAMPLES = 2;  // an edge of a texel
@@ -39,9 +41,11 @@ vec3 light(vec2 st, float step, vec3 n, mat3 axes) {
 }
 
 void main() {
-    uint texel = gl_GlobalInvocationID.x;
-    if (texel >= DIRECTIONS * DIRECTIONS) return;
+    // Rows in the order of their numbers' reversed bits: a CPU's threads, which take runs of them, meet the cone alike.
+    uint column = gl_GlobalInvocationID.x % DIRECTIONS, row = gl_GlobalInvocationID.x / DIRECTIONS;
+    uint texel = (bitfieldReverse(row) >> (32 - findMSB(DIRECTIONS))) * DIRECTIONS + column;
     vec3 n = texel_direction(texel), u, v;
+    if (dot(n, cone.xyz) < cone.w || pictures[texel] != NO_PICTURE) return;
     basis(n, u, v);
     mat3 axes = mat3(u, v, n);
 
