@@ -20,11 +20,10 @@
 //! 2.5 times as long, and changed `fast` by a relMSE of 1e-5 at most under a hazy sun 5° across, where its error is
 //! 4e-4 to 3e-3.
 
-use std::f32::consts::PI;
 use std::sync::Arc;
 
 use ash::vk;
-use glam::Vec3;
+use glam::Vec4;
 
 use super::environment::EnvironmentMap;
 use super::frame::{Frame, FrameBuffer};
@@ -44,31 +43,24 @@ pub(super) const DIRECTIONS: u32 = crate::abi::DIRECTIONS * crate::abi::DIRECTIO
 /// Words of all pictures of a direction, that of one texel included.
 const PICTURES: u32 = 1 + crate::abi::PYRAMID;
 
-/// By how much the directions whose pictures a frame reads may be beyond its edges, in radians: light between the four
-/// nearest directions is of some that are 0.132 off; that nearest to a drop is 0.066 off, and a drop with a picture, at 32
-/// radii, 0.04 beyond the edge.
-const BEYOND_EDGES: f32 = 0.14;
-
-/// A cone of directions: its axis and the cosine of its half angle.
+/// The directions between four planes, and some beyond, by the planes' normals.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Cone([f32; 4]);
+pub(crate) struct Directions([Vec4; 4]);
 
-impl Cone {
-    /// All directions.
-    pub const WHOLE: Self = Self([0.0, 0.0, 0.0, -1.0]);
+impl Directions {
+    /// All of them.
+    pub const ALL: Self = Self([Vec4::ZERO; 4]);
 
-    /// The directions in which a frame shows far drops that stand still and are sharp.
-    pub fn around(frame: &Frame) -> Self {
-        let [left, right] =
-            [frame.frustum_x[1] / frame.frustum_x[0], frame.frustum_x[3] / frame.frustum_x[2]];
-        let [top, bottom] =
-            [frame.frustum_y[1] / frame.frustum_y[0], frame.frustum_y[3] / frame.frustum_y[2]];
-        let [x, y, z] = [frame.right, frame.up, frame.back].map(|[x, y, z, _]| Vec3::new(x, y, z));
-        let corners = [(-left, top), (right, top), (-left, -bottom), (right, -bottom)]
-            .map(|(across, up)| (across * x + up * y - z).normalize());
-        let axis = corners.into_iter().sum::<Vec3>().normalize();
-        let half = corners.into_iter().map(|corner| corner.angle_between(axis)).fold(0.0, f32::max);
-        Self(axis.extend((half + BEYOND_EDGES).min(PI).cos()).to_array())
+    /// Those in which a frame shows far drops that stand still and are sharp.
+    pub fn of(frame: &Frame) -> Self {
+        let [right, up, back] = [frame.right, frame.up, frame.back].map(Vec4::from_array);
+        let (x, y) = (frame.frustum_x, frame.frustum_y);
+        Self([
+            x[1] * back - x[0] * right,
+            x[3] * back + x[2] * right,
+            y[1] * back + y[0] * up,
+            y[3] * back - y[2] * up,
+        ])
     }
 }
 
@@ -130,7 +122,7 @@ impl Appearance {
         )?;
         // One index: see the head of this file.
         let constants = light_constants(&Light { indices: [light.indices[1]; 3], ..*light });
-        let push = size_of::<Cone>() as u32;
+        let push = size_of::<Directions>() as u32;
         let pipeline =
             ComputePipeline::new(device, shaders::APPEARANCE_COMP, &bindings, push, &constants)?;
         Ok(Self { table, bindings, pipeline })
@@ -143,9 +135,10 @@ impl Appearance {
         unsafe { device.raw().cmd_fill_buffer(commands.raw(), raw, 0, bytes, NO_PICTURE) };
     }
 
-    /// Records the pictures of those directions of a cone that have none. What reads them must wait for it.
-    pub(crate) fn record(&self, commands: Recorder<'_>, Cone(cone): Cone) {
+    /// Records the pictures of those of some directions that have none. What reads them must wait for it.
+    pub(crate) fn record(&self, commands: Recorder<'_>, Directions(planes): Directions) {
+        let push = bytemuck::cast_slice(&planes);
         let groups = [DIRECTIONS.div_ceil(group::APPEARANCE_COMP[0]), 1, 1];
-        self.pipeline.dispatch(commands, &self.bindings, 0, bytemuck::bytes_of(&cone), groups);
+        self.pipeline.dispatch(commands, &self.bindings, 0, push, groups);
     }
 }

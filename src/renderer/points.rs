@@ -8,7 +8,7 @@ use crate::gpu::{
     Alpha, Device, Image, ImageInfo, Recorder, Samples, Timestamps, Use, image_barrier,
     image_discard, memory_barrier,
 };
-use crate::passes::appearance::Cone;
+use crate::passes::appearance::Directions;
 use crate::passes::attachment;
 use crate::passes::compact::Compact;
 use crate::passes::drops::{Drops, Table, Target, guard_band};
@@ -118,7 +118,7 @@ impl Points {
     pub fn record(&self, device: &Device, commands: Recorder<'_>, time: &mut Timestamps) {
         if let Some(Table::Pictures(far)) = self.rain.as_ref().map(|rain| &*rain.drops.table) {
             time.time(commands, "appearance", || {
-                far.appearance.record(commands, Cone::WHOLE);
+                far.appearance.record(commands, Directions::ALL);
                 memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::ShaderRead]);
             });
         }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::lighting::Lighting;
 use crate::Result;
 use crate::gpu::{Device, Recorder, Timestamps, Use, memory_barrier};
-use crate::passes::appearance::{Cone, FarDrop};
+use crate::passes::appearance::{Directions, FarDrop};
 use crate::passes::background::{BackgroundImages, Behind};
 use crate::passes::composite::Composite;
 use crate::passes::frame::{Frame, FrameBuffer};
@@ -124,7 +124,7 @@ impl Tiled {
         let is_new = self.composite.needs_sky(frame, recording) || self.is_renewed;
         if is_new && self.shows_far {
             time.time(commands, "appearance", || {
-                let seen = if self.is_spread { Cone::WHOLE } else { Cone::around(frame) };
+                let seen = if self.is_spread { Directions::ALL } else { Directions::of(frame) };
                 self.far.appearance.record(commands, seen);
                 barrier(&[Use::ComputeWrite], &[Use::ComputeWrite, Use::ComputeRead]);
                 if self.draws_splats {
