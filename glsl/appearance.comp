@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// The prefiltered picture of a far drop from every direction; one invocation a direction.
+// The prefiltered picture of a far drop, from each direction in view that has none yet; one invocation a direction.
 // See src/passes/appearance.rs.
 #include "frame.glsl"
 #include "environment.glsl"
@@ -12,10 +12,16 @@
 layout(local_size_x = 8) in;
 
 layout(set = 0, binding = 1) uniform sampler2D environment_map;
-layout(std430, set = 0, binding = 2) writeonly buffer Pictures { uint pictures[]; };
+layout(std430, set = 0, binding = 2) buffer Pictures { uint pictures[]; };
 
 #include "drop_light.glsl"
 #include "appearance.glsl"
+
+// Normals of the planes through the edges of what is looked at, outwards.
+layout(push_constant) uniform Directions { vec4 planes[4]; };
+// Sine of 8°, by how much a direction may be beyond them: light between the four nearest directions is of some that are
+// 7.6° off; that nearest to a drop is 3.8° off, and a drop with a picture, at 32 radii, 2.3° beyond the edge.
+const float BEYOND_EDGES = 0.14;
 
 const uint FINEST = 16;  // texels an edge of the finest picture
 const uint SAMPLES = 2;  // an edge of a texel
@@ -39,9 +45,13 @@ vec3 light(vec2 st, float step, vec3 n, mat3 axes) {
 }
 
 void main() {
-    uint texel = gl_GlobalInvocationID.x;
-    if (texel >= DIRECTIONS * DIRECTIONS) return;
+    // Rows in the order of their numbers' reversed bits: a CPU's threads, which take runs of them, find as many in view.
+    uint column = gl_GlobalInvocationID.x % DIRECTIONS, row = gl_GlobalInvocationID.x / DIRECTIONS;
+    uint texel = (bitfieldReverse(row) >> (32 - findMSB(DIRECTIONS))) * DIRECTIONS + column;
     vec3 n = texel_direction(texel), u, v;
+    bool wanted = pictures[texel] == NO_PICTURE;
+    for (uint i = 0u; i < 4u; ++i) wanted = wanted && dot(n, planes[i].xyz) <= BEYOND_EDGES;
+    if (!wanted) return;
     basis(n, u, v);
     mat3 axes = mat3(u, v, n);
 

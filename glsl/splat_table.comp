@@ -23,7 +23,7 @@ const uint EDGE = 4u; // texels of the picture that the halves are means of
 
 void main() {
     uint texel = gl_GlobalInvocationID.x;
-    if (texel >= SINGLE_TEXELS) return;
+    if (texel >= SINGLE_TEXELS || pictures[texel] == NO_PICTURE) return;
     vec3 n = texel_direction(texel), u, w;
     basis(n, u, w);
     vec3 v = to_view(n);

@@ -68,6 +68,8 @@ constants! {
     PYRAMID: u32 = 340;
     /// Blocks of a chunk of the paper's drops: each is one subgroup's work, and each sums up the counts of all before it.
     BLOCKS: u32 = 1024;
+    /// In place of the picture of one texel of a direction: it has no pictures yet. No radiance is packed so.
+    NO_PICTURE: u32 = 0xf800_0000;
     /// Cells of real rain that one workgroup looks into, all of one slab.
     CELLS_GROUP: u32 = 64;
     /// Classes of real rain at most.

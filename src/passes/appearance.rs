@@ -2,7 +2,7 @@
 //! from directions to appearance (`glsl/appearance.comp`).
 //!
 //! A far drop's picture depends on the view direction and the place on its disc alone. For each of
-//! 64 x 64 directions of an octahedral map it is integrated once: a pyramid of pictures of 16 x 16
+//! 64 x 64 directions of an octahedral map it is integrated once, when a frame first looks there: a pyramid of pictures of 16 x 16
 //! down to 1 texel, reflection and all internal orders with their exact Fresnel weights, some 400
 //! samples in all, each with its footprint in the environment: one a texel, towards the rim four. (With four
 //! everywhere it took half as long again, and in eight scenes before photographs errors were the same within 0.5 %.) A drop of up to
@@ -23,16 +23,18 @@
 use std::sync::Arc;
 
 use ash::vk;
+use glam::Vec4;
 
 use super::environment::EnvironmentMap;
 use super::frame::{Frame, FrameBuffer};
 use super::glints::Glints;
 use super::light_constants;
 use crate::Result;
+use crate::abi::NO_PICTURE;
 use crate::gpu::sets::{appearance as slot, group};
 use crate::gpu::{
-    Bindings, Buffer, Commands, ComputePipeline, Device, Memory, Recorder, Resource, Use,
-    memory_barrier, shaders,
+    Bindings, Buffer, ComputePipeline, Device, Memory, Recorder, Resource, Use, memory_barrier,
+    shaders,
 };
 use crate::plan::Light;
 
@@ -40,6 +42,27 @@ use crate::plan::Light;
 pub(super) const DIRECTIONS: u32 = crate::abi::DIRECTIONS * crate::abi::DIRECTIONS;
 /// Words of all pictures of a direction, that of one texel included.
 const PICTURES: u32 = 1 + crate::abi::PYRAMID;
+
+/// The directions between four planes, and some beyond, by the planes' normals.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Directions([Vec4; 4]);
+
+impl Directions {
+    /// All of them.
+    pub const ALL: Self = Self([Vec4::ZERO; 4]);
+
+    /// Those in which a frame shows far drops that stand still and are sharp.
+    pub fn of(frame: &Frame) -> Self {
+        let [right, up, back] = [frame.right, frame.up, frame.back].map(Vec4::from_array);
+        let (x, y) = (frame.frustum_x, frame.frustum_y);
+        Self([
+            x[1] * back - x[0] * right,
+            x[3] * back + x[2] * right,
+            y[1] * back + y[0] * up,
+            y[3] * back - y[2] * up,
+        ])
+    }
+}
 
 /// The table and the pass that makes it.
 pub struct Appearance {
@@ -55,8 +78,17 @@ pub(crate) struct FarDrop {
     pub seen: Arc<EnvironmentMap>,
     pub appearance: Appearance,
     pub glints: Glints,
-    /// Milliseconds that the tables took; none where they are empty.
-    pub ms: Option<f64>,
+}
+
+impl FarDrop {
+    /// Records that what is seen is new: there are no pictures of it yet, and other images of bright sources.
+    pub fn record_renewed(&self, device: &Device, commands: Recorder<'_>) {
+        self.appearance.record_none(device, commands);
+        self.glints.record(commands);
+        let written = [Use::TransferWrite, Use::ComputeWrite];
+        let after = [Use::Uniform, Use::ComputeWrite, Use::ComputeRead, Use::ShaderRead];
+        memory_barrier(device, commands, &written, &after);
+    }
 }
 
 impl Appearance {
@@ -75,8 +107,8 @@ impl Appearance {
         light: &Light,
     ) -> Result<Self> {
         let bytes = 4 * u64::from(DIRECTIONS * PICTURES);
-        let usage =
-            vk::BufferUsageFlags::STORAGE_BUFFER | vk::BufferUsageFlags::UNIFORM_TEXEL_BUFFER;
+        use vk::BufferUsageFlags as Usage;
+        let usage = Usage::STORAGE_BUFFER | Usage::UNIFORM_TEXEL_BUFFER | Usage::TRANSFER_DST;
         let table = Buffer::new(device, "appearance", bytes, usage, Memory::Device)?;
         let map = Resource::Sampled(&environment.image, &environment.sampler);
         let bindings = Bindings::of(
@@ -90,28 +122,23 @@ impl Appearance {
         )?;
         // One index: see the head of this file.
         let constants = light_constants(&Light { indices: [light.indices[1]; 3], ..*light });
+        let push = size_of::<Directions>() as u32;
         let pipeline =
-            ComputePipeline::new(device, shaders::APPEARANCE_COMP, &bindings, 0, &constants)?;
+            ComputePipeline::new(device, shaders::APPEARANCE_COMP, &bindings, push, &constants)?;
         Ok(Self { table, bindings, pipeline })
     }
 
-    /// Computes the whole table, and waits for it; of `constants` it reads those of the environment.
-    ///
-    /// # Errors
-    /// Those of [`Commands::once`].
-    pub fn fill(&self, device: &Arc<Device>, frame: &FrameBuffer, constants: &Frame) -> Result<()> {
-        device.count(|made| &mut made.tables);
-        Commands::once(device, "appearance", |commands| {
-            frame.record(device, commands, constants);
-            memory_barrier(device, commands, &[Use::TransferWrite], &[Use::Uniform]);
-            self.record(commands);
-            memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::ShaderRead]);
-        })
+    /// Records that no direction has pictures. What follows must wait for it.
+    fn record_none(&self, device: &Device, commands: Recorder<'_>) {
+        let (raw, bytes) = (self.table.raw(), 4 * u64::from(DIRECTIONS));
+        // SAFETY: the command buffer is recorded outside of rendering; the bytes are within the buffer.
+        unsafe { device.raw().cmd_fill_buffer(commands.raw(), raw, 0, bytes, NO_PICTURE) };
     }
 
-    /// Records the whole table, from constants that [`Appearance::fill`] has left.
-    pub fn record(&self, commands: Recorder<'_>) {
+    /// Records the pictures of those of some directions that have none. What reads them must wait for it.
+    pub(crate) fn record(&self, commands: Recorder<'_>, Directions(planes): Directions) {
+        let push = bytemuck::cast_slice(&planes);
         let groups = [DIRECTIONS.div_ceil(group::APPEARANCE_COMP[0]), 1, 1];
-        self.pipeline.dispatch(commands, &self.bindings, 0, &[], groups);
+        self.pipeline.dispatch(commands, &self.bindings, 0, push, groups);
     }
 }

@@ -26,6 +26,7 @@ use super::background::{Background, Behind, HostBackground};
 use super::environment::EnvironmentMap;
 use super::frame::{Frame, FrameBuffer};
 use super::glints::{Glints, SplatTable};
+use super::side_by_side;
 use super::tile_grid::TILE_PIXELS;
 use super::tiles::Tiles;
 use super::tone_map::{FINAL_SUMS, Source};
@@ -226,20 +227,25 @@ impl Composite {
             Ok(SkyPass::Background(Box::new(pass)))
         };
         let over = if fit { shaders::COMPOSITE_COMP_TEXELS } else { shaders::COMPOSITE_COMP };
-        // Side by side: drivers compile each for tens of milliseconds.
-        let (of_lists, of_rays) = rayon::join(
-            || -> Result<_> {
-                Ok((pipeline(over)?, pipeline(shaders::COMPOSITE_COMP_DISORDERED)?))
+        let (of_all, (of_glints, others)) = rayon::join(
+            || {
+                side_by_side(
+                    [shaders::COMPOSITE_COMP_DISORDERED, over, shaders::RAYS_COMP],
+                    pipeline,
+                )
             },
-            || -> Result<_> {
-                let of_veil = tiles.has_veil().then(|| pipeline(shaders::VEIL_LIGHT_COMP));
-                let of_glints = (glints.count > 0).then(|| pipeline(shaders::GLINTS_COMP));
-                let rays = pipeline(shaders::RAYS_COMP)?;
-                Ok((sky_pass()?, of_veil.transpose()?, rays, of_glints.transpose()?))
+            || {
+                rayon::join(
+                    || (glints.count > 0).then(|| pipeline(shaders::GLINTS_COMP)).transpose(),
+                    || -> Result<_> {
+                        let of_veil = tiles.has_veil().then(|| pipeline(shaders::VEIL_LIGHT_COMP));
+                        Ok((sky_pass()?, of_veil.transpose()?))
+                    },
+                )
             },
         );
-        let (composite, disordered_pass) = of_lists?;
-        let (sky_pass, of_veil, rays, of_glints) = of_rays?;
+        let [disordered_pass, composite, rays] = of_all?;
+        let (sky_pass, of_veil) = others?;
         Ok(Self {
             radiance,
             nearest,
@@ -254,7 +260,7 @@ impl Composite {
             sky_pass,
             veil_light: of_veil,
             rays,
-            glints: of_glints,
+            glints: of_glints?,
             composite,
             disordered: disordered_pass,
             bindings,

@@ -83,8 +83,7 @@ impl Table {
         match self {
             Self::Mask(_, ms) => Some(("mask", *ms)),
             Self::Radial(_, ms) => Some(("radial", *ms)),
-            Self::Pictures(pictures) => pictures.ms.map(|ms| ("appearance", ms)),
-            Self::None => None,
+            Self::Pictures(_) | Self::None => None,
         }
     }
 

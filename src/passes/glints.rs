@@ -36,10 +36,7 @@ use crate::abi::{BOW_ANGLES, FarGlints, Source};
 use crate::environment::Environment;
 use crate::environment::bright::{Bright, split_off};
 use crate::gpu::sets::{glints as slot, group, splat_table as of_splats};
-use crate::gpu::{
-    Bindings, Buffer, Commands, ComputePipeline, Device, Memory, Recorder, Resource, Use,
-    memory_barrier, shaders,
-};
+use crate::gpu::{Bindings, Buffer, ComputePipeline, Device, Memory, Recorder, Resource, shaders};
 use crate::plan::Light;
 
 /// Most sources.
@@ -145,19 +142,6 @@ impl Glints {
         Ok(Self { count, sources, far_glints, bow, bindings, bow_pass, far })
     }
 
-    /// Finds the images in far drops, and waits for it.
-    ///
-    /// # Errors
-    /// Those of [`Commands::once`].
-    pub fn fill(&self, device: &Arc<Device>) -> Result<()> {
-        Commands::once(device, "far glints", |commands| {
-            self.record(commands);
-            memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::ShaderRead]);
-        })
-    }
-}
-
-impl Glints {
     /// Records the images in far drops.
     pub fn record(&self, commands: Recorder<'_>) {
         self.far.dispatch(
@@ -200,7 +184,7 @@ impl SplatTable {
         Ok(Self { table, bindings, pipeline })
     }
 
-    /// Records the table for the view of the frame's constants, after [`Glints::fill`] and the appearance.
+    /// Records the table for the view of the frame's constants, after the images in far drops and the appearance.
     pub fn record(&self, commands: Recorder<'_>) {
         let groups = [DIRECTIONS / group::SPLAT_TABLE_COMP[0], 1, 1];
         self.pipeline.dispatch(commands, &self.bindings, 0, &[], groups);

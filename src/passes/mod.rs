@@ -33,10 +33,22 @@ pub mod tone_map;
 pub mod totals;
 mod veil;
 
+use rayon::prelude::*;
+
+use crate::Result;
 use crate::gpu::sets::constant;
 pub(crate) use crate::gpu::{attachment, rendering};
 use crate::plan::Light;
 use crate::scene::model::{Fresnel, Lookup, Reflection, Weights};
+
+/// Makes pipelines side by side, the slowest first: drivers compile each for tens of milliseconds.
+pub(crate) fn side_by_side<T: Send, U: Send, const N: usize>(
+    of: [T; N],
+    make: impl Fn(T) -> Result<U> + Sync + Send,
+) -> Result<[U; N]> {
+    let made: Result<Vec<U>> = of.into_par_iter().with_max_len(1).map(make).collect();
+    Ok(made?.try_into().unwrap_or_else(|_| unreachable!("as many as were asked for")))
+}
 
 /// Specialization constants of the shaders that include `light_model.glsl`.
 pub(crate) fn light_constants(light: &Light) -> [[u32; 2]; 8] {

@@ -25,7 +25,6 @@ use super::appearance::Appearance;
 use super::cells::Cells;
 use super::frame::{Frame, FrameBuffer};
 use super::layers::DropRecords;
-use super::light_constants;
 use super::placed::PlacedDrops;
 use super::rain_field::{RainField, SortedDrops};
 use super::room::Room;
@@ -38,6 +37,7 @@ use super::totals::{
     SORT_GROUPS,
 };
 use super::veil::Veil;
+use super::{light_constants, side_by_side};
 use crate::abi::{CLUSTER, END, MAX_BANDS, STRETCHES};
 use crate::gpu::sets::{constant, group, tiles as slot};
 use crate::gpu::{
@@ -298,18 +298,11 @@ impl Tiles {
         let large = by(shaders::LARGE_COMP_CELLS, shaders::LARGE_COMP);
         let blocks =
             if texels.is_some() { shaders::BLOCKS_COMP_TEXELS } else { shaders::BLOCKS_COMP };
-        // Side by side: drivers compile each for tens of milliseconds.
-        let (of_lists, of_large) = rayon::join(
-            || -> Result<_> {
-                let found = (pipeline(find, 0)?, pipeline(starts, 0)?, pipeline(sort, 0)?);
-                Ok((found, pipeline(gather, 1)?))
-            },
-            || -> Result<_> {
-                Ok((pipeline(large, 0)?, pipeline(shaders::BIG_COMP, 0)?, pipeline(blocks, 0)?))
-            },
-        );
-        let ((clusters_pass, bin_starts, sort_clusters), gather) = of_lists?;
-        let (large, big, blocks) = of_large?;
+        let big = shaders::BIG_COMP;
+        let [blocks, large, gather, clusters_pass, bin_starts, sort_clusters, big] = side_by_side(
+            [(blocks, 0), (large, 0), (gather, 1), (find, 0), (starts, 0), (sort, 0), (big, 0)],
+            |(shader, push_words)| pipeline(shader, push_words),
+        )?;
         Ok(Self {
             count,
             in_pixels: (across * TILE.0, down * TILE.1),

@@ -6,7 +6,7 @@ use std::time::Instant;
 use crate::Result;
 use crate::environment::Environment;
 use crate::environment::bright::Bright;
-use crate::gpu::{Device, Recorder, Use, memory_barrier};
+use crate::gpu::{Commands, Device, Recorder};
 use crate::passes::appearance::{Appearance, FarDrop};
 use crate::passes::drops::Table;
 use crate::passes::environment::{EnvironmentMap, stored_scale};
@@ -109,15 +109,12 @@ impl Lighting {
         }
     }
 
-    /// Records the tables of a drop's light that depend on the environment, after [`Lighting::record`].
-    pub(super) fn record_tables(&self, commands: Recorder<'_>) {
+    /// Records that tables of a drop's light are of another environment, after [`Lighting::record`].
+    pub(super) fn record_renewed(&self, commands: Recorder<'_>) {
         let made = self.made.lock().unwrap_or_else(PoisonError::into_inner);
         for (_, far) in made.far_drops.iter().filter(|((.., filled), _)| *filled) {
-            far.appearance.record(commands);
-            far.glints.record(commands);
+            far.record_renewed(&self.device, commands);
         }
-        let after = [Use::ComputeWrite, Use::ComputeRead, Use::ShaderRead];
-        memory_barrier(&self.device, commands, &[Use::ComputeWrite], &after);
     }
 
     /// The device that it is on.
@@ -131,7 +128,7 @@ impl Lighting {
     }
 
     /// A far drop by this model of light. `apart`: its bright sources are drawn as points of light, and it shows the
-    /// rest. Without `filled` the tables are empty: there is something to bind, and nothing reads it.
+    /// rest. With `filled` frames fill it as far as they look around; without it is something to bind, and nothing reads it.
     pub(super) fn far_drop(
         &self,
         light: &Light,
@@ -163,13 +160,14 @@ impl Lighting {
             }
             None => Glints::new(device, bright, scale, light)?,
         };
-        let before = Instant::now();
+        let far = Arc::new(FarDrop { seen, appearance, glints });
         if filled {
-            appearance.fill(device, frame, &self.constants)?;
-            glints.fill(device)?;
+            device.count(|made| &mut made.tables);
+            Commands::once(device, "far drop", |commands| {
+                frame.record(device, commands, &self.constants);
+                far.record_renewed(device, commands);
+            })?;
         }
-        let ms = filled.then(|| before.elapsed().as_secs_f64() * 1e3);
-        let far = Arc::new(FarDrop { seen, appearance, glints, ms });
         made.far_drops.push((of, far.clone()));
         Ok(far)
     }

@@ -8,9 +8,10 @@ use crate::gpu::{
     Alpha, Device, Image, ImageInfo, Recorder, Samples, Timestamps, Use, image_barrier,
     image_discard, memory_barrier,
 };
+use crate::passes::appearance::Directions;
 use crate::passes::attachment;
 use crate::passes::compact::Compact;
-use crate::passes::drops::{Drops, Target, guard_band};
+use crate::passes::drops::{Drops, Table, Target, guard_band};
 use crate::passes::frame::FrameBuffer;
 use crate::passes::simulate::Simulate;
 use crate::passes::sky::Sky;
@@ -115,6 +116,12 @@ impl Points {
     /// From the frame's constants to the radiance image, left as a colour attachment. A pass's time
     /// includes the wait for its input: drivers that defer drawing do it there.
     pub fn record(&self, device: &Device, commands: Recorder<'_>, time: &mut Timestamps) {
+        if let Some(Table::Pictures(far)) = self.rain.as_ref().map(|rain| &*rain.drops.table) {
+            time.time(commands, "appearance", || {
+                far.appearance.record(commands, Directions::ALL);
+                memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::ShaderRead]);
+            });
+        }
         time.time(commands, "simulate", || {
             let written = [Use::Uniform, Use::ComputeWrite];
             memory_barrier(device, commands, &[Use::TransferWrite], &written);

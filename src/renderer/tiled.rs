@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::lighting::Lighting;
 use crate::Result;
 use crate::gpu::{Device, Recorder, Timestamps, Use, memory_barrier};
-use crate::passes::appearance::FarDrop;
+use crate::passes::appearance::{Directions, FarDrop};
 use crate::passes::background::{BackgroundImages, Behind};
 use crate::passes::composite::Composite;
 use crate::passes::frame::{Frame, FrameBuffer};
@@ -15,7 +15,7 @@ use crate::passes::tiles::Tiles;
 use crate::plan::FramePlan;
 use crate::rain::field::Seen;
 use crate::scene::Scene;
-use crate::scene::model::{Lens, Optics};
+use crate::scene::model::{Lens, Motion, Optics};
 use crate::scene::projection::View;
 
 /// The passes of the frame, up to its radiance.
@@ -26,6 +26,9 @@ pub(super) struct Tiled {
     pub far: Arc<FarDrop>,
     pub splats: SplatTable,
     draws_splats: bool,
+    /// Whether there are far drops of whom something is shown, and whether they are spread over more than their places.
+    shows_far: bool,
+    is_spread: bool,
     /// Whether the environment may be another with every frame.
     is_renewed: bool,
 }
@@ -70,6 +73,8 @@ impl Tiled {
             composite,
             splats,
             draws_splats: plan.splat_px > 0.0,
+            shows_far: filled,
+            is_spread: plan.lens != Lens::Pinhole || plan.motion != Motion::Instant,
             far,
             is_renewed: lighting.renewal.is_some(),
         })
@@ -116,13 +121,19 @@ impl Tiled {
             barrier(&[Use::TransferWrite], &[Use::Uniform, Use::ComputeWrite]);
             self.tiles.record_clusters(device, commands, seen);
         });
-        if self.composite.needs_sky(frame, recording) || self.is_renewed {
-            time.time(commands, "sky", || {
+        let is_new = self.composite.needs_sky(frame, recording) || self.is_renewed;
+        if is_new && self.shows_far {
+            time.time(commands, "appearance", || {
+                let seen = if self.is_spread { Directions::ALL } else { Directions::of(frame) };
+                self.far.appearance.record(commands, seen);
+                barrier(&[Use::ComputeWrite], &[Use::ComputeWrite, Use::ComputeRead]);
                 if self.draws_splats {
                     self.splats.record(commands);
                 }
-                self.composite.record_sky(commands);
             });
+        }
+        if is_new {
+            time.time(commands, "sky", || self.composite.record_sky(commands));
         }
         time.time(commands, "gather", || {
             barrier(&[Use::ComputeWrite], &[Use::ComputeWrite, Use::Indirect]);

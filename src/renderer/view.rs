@@ -80,7 +80,7 @@ impl Drawing {
     pub fn table_ms(&self) -> Option<(&'static str, f64)> {
         match self {
             Self::Points(points) => points.table_ms(),
-            Self::Tiled(tiled) => tiled.far.ms.map(|ms| ("appearance", ms)),
+            Self::Tiled(_) => None,
         }
     }
 }
@@ -403,8 +403,8 @@ impl View {
         if let Some(environment) = host.and_then(|input| input.environment.as_ref()) {
             time.time(commands, "environment", || {
                 self.lighting.record(commands, number, environment);
+                self.lighting.record_renewed(commands);
             });
-            time.time(commands, "appearance", || self.lighting.record_tables(commands));
         }
         let ViewFrame { scene, until, constants, seen, sums } = frame;
         self.frame_buffer.record(device, commands, constants);

@@ -80,7 +80,7 @@ impl Optics {
         matches!(self, Self::Mask | Self::MaskF32 | Self::MaskSnorm16 | Self::SingleMask)
     }
 
-    /// Whether a drop's light is integrated before the frame, so that a pixel looks it up once.
+    /// Whether a drop's light is integrated before it is drawn, so that a pixel looks it up once.
     pub fn is_prefiltered(self) -> bool {
         matches!(self, Self::Far | Self::Appearance)
     }
