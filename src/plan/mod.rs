@@ -368,18 +368,12 @@ fn behind_of(scene: &Scene, environment: String) -> String {
     }
 }
 
-/// What the pass `appearance` does.
-const OF_FAR_DROPS: &str = "pictures of far drops, in those directions in view that have none yet";
-
 fn passes(scene: &Scene, plan: &FramePlan) -> Vec<(&'static str, String)> {
     let mut passes: Vec<(&'static str, String)> = Vec::new();
     let count = scene.drop_count();
     let all = counted(count.into(), "drop");
     match plan.primitive {
         Primitive::Point | Primitive::Quad => {
-            if count > 0 && plan.optics.is_prefiltered() {
-                passes.push(("appearance", OF_FAR_DROPS.into()));
-            }
             if count > 0 {
                 passes.push(("simulate", format!("moves {all} ({})", plan.simulation)));
             }
@@ -406,10 +400,6 @@ fn passes(scene: &Scene, plan: &FramePlan) -> Vec<(&'static str, String)> {
                 ),
             };
             passes.push(("clusters", skipped));
-            let shows_far = optics == Optics::Appearance || scene.real_rain().is_some();
-            if shows_far || plan.lens != Lens::Pinhole {
-                passes.push(("appearance", OF_FAR_DROPS.into()));
-            }
             let behind = match plan.lens {
                 Lens::Pinhole => behind,
                 _ => format!("{behind}, seen through the lens"),

@@ -116,19 +116,21 @@ impl Points {
     /// From the frame's constants to the radiance image, left as a colour attachment. A pass's time
     /// includes the wait for its input: drivers that defer drawing do it there.
     pub fn record(&self, device: &Device, commands: Recorder<'_>, time: &mut Timestamps) {
-        if let Some(Table::Pictures(far)) = self.rain.as_ref().map(|rain| &*rain.drops.table) {
-            time.time(commands, "appearance", || {
-                far.appearance.record(commands, Directions::ALL);
-                memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::ShaderRead]);
-            });
-        }
         time.time(commands, "simulate", || {
             let written = [Use::Uniform, Use::ComputeWrite];
             memory_barrier(device, commands, &[Use::TransferWrite], &written);
             if let Some(rain) = &self.rain {
+                if let Table::Pictures(far) = &*rain.drops.table {
+                    far.appearance.record(commands, Directions::ALL);
+                }
                 rain.simulate.record(device, commands);
-                let readers =
-                    [Use::ComputeWrite, Use::VertexInput, Use::Indirect, Use::TransferRead];
+                let readers = [
+                    Use::ComputeWrite,
+                    Use::VertexInput,
+                    Use::Indirect,
+                    Use::TransferRead,
+                    Use::ShaderRead,
+                ];
                 memory_barrier(device, commands, &[Use::ComputeWrite], &readers);
             }
         });

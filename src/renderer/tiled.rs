@@ -121,19 +121,18 @@ impl Tiled {
             barrier(&[Use::TransferWrite], &[Use::Uniform, Use::ComputeWrite]);
             self.tiles.record_clusters(device, commands, seen);
         });
-        let is_new = self.composite.needs_sky(frame, recording) || self.is_renewed;
-        if is_new && self.shows_far {
-            time.time(commands, "appearance", || {
-                let seen = if self.is_spread { Directions::ALL } else { Directions::of(frame) };
-                self.far.appearance.record(commands, seen);
-                barrier(&[Use::ComputeWrite], &[Use::ComputeWrite, Use::ComputeRead]);
+        if self.composite.needs_sky(frame, recording) || self.is_renewed {
+            time.time(commands, "sky", || {
+                if self.shows_far {
+                    let seen = if self.is_spread { Directions::ALL } else { Directions::of(frame) };
+                    self.far.appearance.record(commands, seen);
+                    barrier(&[Use::ComputeWrite], &[Use::ComputeWrite, Use::ComputeRead]);
+                }
                 if self.draws_splats {
                     self.splats.record(commands);
                 }
+                self.composite.record_sky(commands);
             });
-        }
-        if is_new {
-            time.time(commands, "sky", || self.composite.record_sky(commands));
         }
         time.time(commands, "gather", || {
             barrier(&[Use::ComputeWrite], &[Use::ComputeWrite, Use::Indirect]);
