@@ -41,7 +41,7 @@
 //!
 //! // Each frame.
 //! # let mapping;
-//! unsafe { view.retired(slot)? };        // the slot's fence was signalled: what the frame counted and took
+//! unsafe { view.retired(slot)? };        // after the slot's fence; returns the frame's counts and times
 //! (scene.camera, mapping) = Camera::from_matrices(view_matrix, projection, size, ClipSpace::YDown)?;
 //! scene.time = seconds;
 //! let input = FrameInput::new(&scene, output)
