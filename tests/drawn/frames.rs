@@ -102,6 +102,37 @@ fn a_frame_is_that_of_a_fresh_renderer() {
     });
 }
 
+/// A view finds the pictures of all far drops that it shows, those at its edges too, though it makes no others.
+#[test]
+fn a_narrow_view_is_that_of_one_who_has_looked_everywhere() {
+    crate::common::on_device(|device| {
+        let sky = Environment::bundled().expect("the sky");
+        let mut wide = rain();
+        wide.model.preset = Preset::Fast;
+        wide.camera.vertical_fov = 120.0;
+        let settings = wide.rain.as_mut().expect("rain");
+        (settings.count, settings.half_extent) = (200_000, DVec3::splat(150.0));
+        let looks = |scene: &Scene, target, fov| {
+            let mut scene = scene.clone();
+            (scene.camera.target, scene.camera.vertical_fov) = (target, fov);
+            scene
+        };
+        let mut old = renderer(device, &wide, &sky);
+        for axis in [DVec3::X, DVec3::NEG_X, DVec3::Z, DVec3::NEG_Z] {
+            for up in [0.9, -0.9] {
+                frame(&mut old, &looks(&wide, axis + up * DVec3::Y, 120.0));
+            }
+        }
+        for (target, fov) in
+            [(DVec3::new(0.3, 0.2, -1.0), 30.0), (DVec3::new(1.0, -0.4, 0.2), 50.0)]
+        {
+            let narrow = looks(&wide, target, fov);
+            let fresh = frame(&mut renderer(device, &wide, &sky), &narrow);
+            assert!(frame(&mut old, &narrow) == fresh, "a view of {fov}° to {target}");
+        }
+    });
+}
+
 /// Nor does it where drops are streaks, or real rain out of focus, in any of the lists that only these have.
 #[test]
 fn other_models_carry_nothing_over_either() {
