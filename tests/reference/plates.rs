@@ -146,24 +146,28 @@ fn write_png(path: &Path, value: impl Fn(u32) -> u16) {
     image::ImageBuffer::from_fn(8, 8, pixel).save(path).expect("a file");
 }
 
-/// Runs `reference` on a drop at depth 2 to 4, 8 x 8.
-fn reference(arguments: &[&str]) -> (bool, String, PathBuf) {
-    let folder = folder();
-    let file = folder.join("drop.toml");
+/// Runs `reference` on a drop at depth 2 to 4, 8 x 8: what the drop covers, or the problem.
+fn reference(arguments: &[&str]) -> std::result::Result<Picture, String> {
+    // Of its own: tests run side by side, and a file that another writes anew is empty for a moment.
+    let folder = tempfile::tempdir().expect("a folder");
+    let [scene, coverage, picture] =
+        ["drop.toml", "coverage.exr", "picture.exr"].map(|name| folder.path().join(name));
     let toml = "[image]\nwidth = 8\nheight = 8\n[[drop]]\ncenter = [0, 0, -3]\n";
-    std::fs::write(&file, toml).expect("a file");
-    let output = folder.join(format!("{:x}.exr", arguments.join(" ").len()));
+    std::fs::write(&scene, toml).expect("a file");
     let ran = crate::common::raindrops()
         .arg("reference")
-        .arg(&file)
+        .arg(&scene)
         .args(["--samples", "4", "--coverage"])
-        .arg(&output)
+        .arg(&coverage)
         .arg("-o")
-        .arg(folder.join("picture.exr"))
+        .arg(&picture)
         .args(arguments)
         .output()
         .expect("it runs");
-    (ran.status.success(), String::from_utf8_lossy(&ran.stderr).into_owned(), output)
+    if !ran.status.success() {
+        return Err(String::from_utf8_lossy(&ran.stderr).into_owned());
+    }
+    Ok(Picture::read(&coverage).expect("coverage"))
 }
 
 #[test]
@@ -183,9 +187,7 @@ fn depth_is_read_from_exr_and_png() {
         (vec!["--depth", &png, "--depth-scale", "0.001"], false),
         (vec!["--depth", &png, "--depth-scale", "0.009"], true),
     ] {
-        let (is_done, problem, coverage) = reference(&arguments);
-        assert!(is_done, "{problem}");
-        let coverage = Picture::read(&coverage).expect("coverage");
+        let coverage = reference(&arguments).expect("coverage");
         assert_eq!(coverage.pixels[8 * 4 + 4].x > 0.0, is_seen, "{arguments:?}");
     }
 }
@@ -233,8 +235,8 @@ fn bad_plates_are_refused_in_one_line() {
     ]);
     for (arguments, told) in wrong {
         let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
-        let (is_done, problem, _) = reference(&arguments);
-        assert!(!is_done && problem.contains(told), "{arguments:?}: {problem}");
+        let problem = reference(&arguments).expect_err("a refusal");
+        assert!(problem.contains(told), "{arguments:?}: {problem}");
         assert_eq!(problem.lines().count(), 1, "{problem}");
     }
 }
