@@ -2,12 +2,12 @@
 
 use plotters::style::RGBColor;
 
-/// Colours of presets (Okabe and Ito 2008: told apart by everyone).
+/// Colours of presets (Okabe and Ito 2008: told apart by everyone), in the order in which a report's page numbers them.
 pub(crate) const PRESETS: [(&str, RGBColor); 5] = [
     ("paper", RGBColor(0, 114, 178)),
-    ("paper-compact", RGBColor(204, 121, 167)),
     ("fast", RGBColor(213, 94, 0)),
     ("exact", RGBColor(0, 158, 115)),
+    ("paper-compact", RGBColor(204, 121, 167)),
     ("auto", RGBColor(0, 0, 0)),
 ];
 

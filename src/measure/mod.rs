@@ -4,7 +4,7 @@ pub mod bench;
 #[cfg(feature = "cli")]
 pub mod clocks;
 #[cfg(feature = "cli")]
-mod colors;
+pub(crate) mod colors;
 pub mod costs;
 mod host;
 #[cfg(feature = "cli")]

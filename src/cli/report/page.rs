@@ -17,7 +17,7 @@ use crate::measure::verdict::{self, Pictures};
 use crate::thousands::{counted, thousands};
 
 /// Colours of series are Okabe and Ito's (2008), told apart by everyone; in the dark their light variants.
-const STYLE: &str = "
+pub(super) const STYLE: &str = "
 :root { color-scheme: light dark; --ink: #1b1f24; --soft: #5c6570; --line: #d5dae0; --back: #fff;
   --c0: #0072b2; --c1: #d55e00; --c2: #009e73; --c3: #cc79a7; --c4: #b58900; --c5: #56b4e9; --c6: #777; --c7: #882255; --c8: #44aa99;
   --good: #00754f; --bad: #b3341a; }

@@ -1,9 +1,11 @@
 //! Plots as SVG within the page, in its colours.
 
 use maud::{Markup, PreEscaped, html};
+use plotters::style::{BLACK, RGBColor};
 
 use super::TradeoffRow;
 use crate::measure::bench::{self, Row};
+use crate::measure::colors::PRESETS;
 use crate::measure::verdict;
 use crate::thousands::{thousands, thousands_of};
 
@@ -22,15 +24,10 @@ fn color(number: usize) -> String {
     format!("var(--c{})", number % 9)
 }
 
-/// A preset's colour, as in the plots of `bench` and `tradeoff` (`src/measure/colors.rs`).
+/// A preset's colour, as in the plots of `bench` and `tradeoff`; black there is the ink of the page.
 fn of_preset(preset: &str) -> String {
-    match preset {
-        "paper" => color(0),
-        "fast" => color(1),
-        "exact" => color(2),
-        "paper-compact" => color(3),
-        _ => "var(--ink)".into(),
-    }
+    let number = PRESETS.iter().position(|(name, color)| *name == preset && *color != BLACK);
+    number.map_or("var(--ink)".into(), color)
 }
 
 /// A logarithmic axis from data to plot units.
@@ -247,5 +244,21 @@ pub(super) fn scatter(rows: &[&TradeoffRow]) -> Markup {
                 }
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cli::report::page::STYLE;
+
+    #[test]
+    fn the_page_has_the_presets_colours() {
+        for (name, RGBColor(red, green, blue)) in PRESETS.into_iter().filter(|(_, c)| *c != BLACK) {
+            let variable = of_preset(name).replace("var(", "").replace(')', "");
+            let expected = format!("{variable}: #{red:02x}{green:02x}{blue:02x};");
+            assert!(STYLE.contains(&expected), "{name}: no {expected}");
+        }
+        assert_eq!([of_preset("auto"), of_preset("another")], ["var(--ink)"; 2]);
     }
 }
