@@ -1,7 +1,7 @@
 //! Plots as SVG within the page, in its colours.
 
 use maud::{Markup, PreEscaped, html};
-use plotters::style::{BLACK, RGBColor};
+use plotters::style::BLACK;
 
 use super::TradeoffRow;
 use crate::measure::bench::{self, Row};
@@ -249,6 +249,8 @@ pub(super) fn scatter(rows: &[&TradeoffRow]) -> Markup {
 
 #[cfg(test)]
 mod tests {
+    use plotters::style::RGBColor;
+
     use super::*;
     use crate::cli::report::page::STYLE;
 
