@@ -51,6 +51,7 @@ const STRUCTURES: &[&str] = &[
     "Constants",
     "Counters",
     "FarGlints",
+    "FarImages",
     "Found",
     "Frame",
     "Large",
@@ -87,7 +88,8 @@ impl Variant {
         match (self.file.as_str(), self.define) {
             ("sky.comp", Some("BEFORE" | "CELLS_BEFORE")) => "background",
             (
-                "sky.comp" | "rays.comp" | "glints.comp" | "composite.comp" | "veil_light.comp",
+                "sky.comp" | "rays.comp" | "glints.comp" | "composite.comp" | "lines.comp"
+                | "veil_light.comp",
                 _,
             ) => "composite",
             (

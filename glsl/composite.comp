@@ -27,6 +27,12 @@ layout(std430, set = 0, binding = 14) buffer Disordered { uvec2 disordered_tiles
 // What splats show, two by direction (splat_table.comp).
 layout(std430, set = 0, binding = 16) readonly buffer SplatTable { uvec4 splat_table[]; };
 
+// What streaks of one colour show in each tile, three halves; and the light of lines along them, packed (veil_light.comp).
+layout(std430, set = 0, binding = 22) readonly buffer VeilLight { uvec4 veil_light[]; };
+// How much of it each pixel of the tiles has (lines.comp).
+#include "veil_lines.glsl"
+layout(std430, set = 0, binding = 29) readonly buffer LineSums { ivec4 line_sums[]; };
+
 #define COUNTERS_BINDING 15
 #include "counters.glsl"
 #include "far_glints.glsl"
@@ -116,10 +122,18 @@ float finish(Row row, Nearest nearest, uint behind, uvec2 first) {
         alpha = 1.0 - row.through * (1.0 - hidden);
     }
     lay_behind(row, vec4(1.0), vec4(rg_left.xz, rg_right.xz), vec4(rg_left.yw, rg_right.yw), b);
-    // Glints may lie in one pixel until it is beyond what a half holds.
-    row.r = min(row.r, MOST_HALF);
-    row.g = min(row.g, MOST_HALF);
-    row.b = min(row.b, MOST_HALF);
+    if (GLINTS != 0u && is_veiled()) {
+        // In front of all.
+        vec4 share = vec4(lines_of_row(behind / TILE.x)) * (1.0 / LINE_UNITS);
+        vec3 light = unpack_radiance(veil_of_tile(behind / PIXELS).z);
+        row.r += share * light.r;
+        row.g += share * light.g;
+        row.b += share * light.b;
+    }
+    // Glints may lie in one pixel until it is beyond what a half holds; a line's spread light may be behind a drop.
+    row.r = clamp(row.r, vec4(0.0), MOST_HALF);
+    row.g = clamp(row.g, vec4(0.0), MOST_HALF);
+    row.b = clamp(row.b, vec4(0.0), MOST_HALF);
 
     uvec2 size = frame.window.zw;
     uint at = first.y * size.x + first.x;
@@ -204,7 +218,8 @@ void lay_splat_behind(inout Row upper, inout Row lower, uint link) {
 void lay_veil_behind(inout Row upper, inout Row lower, uint tile, uvec2 in_pixels, uint from, uint to) {
     vec4 above, below;
     veil_cover(in_pixels, from, to, above, below);
-    vec3 light = vec3(unpackHalf2x16(veil_light[tile].x), unpackHalf2x16(veil_light[tile].y).x);
+    uvec4 words = veil_of_tile(tile);
+    vec3 light = vec3(unpackHalf2x16(words.x), unpackHalf2x16(words.y).x);
     lay_behind(upper, above, vec4(light.r), vec4(light.g), vec4(light.b));
     lay_behind(lower, below, vec4(light.r), vec4(light.g), vec4(light.b));
 }

@@ -28,6 +28,7 @@ layout(local_size_x = GATHER_GROUP) in;
 
 #define COUNTERS_BINDING 11
 #include "counters.glsl"
+#include "veil_parts.glsl"
 
 layout(push_constant) uniform Push { uint band; } push;
 
@@ -151,4 +152,7 @@ void main() {
         write_veil_node(node, distance2, at_center, rest);
         enter_streak(node, s, cells, link);
     }
+    bool has_lines = wanted > 0u && LINE_PARTS != 0u && kind < DISCS && o.radius >= LINED_PX
+        && o.radius * o.radius >= LINED_SHARE * length(path.way);
+    enter_parts(node, s, has_lines);
 }

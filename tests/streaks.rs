@@ -14,7 +14,7 @@ use raindrops::scene::model::{Motion, Preset};
 use raindrops::scene::{PlacedDrop, RainSettings, Scene, ToneMap};
 
 use common::picture::{black, draw, renderer, square, sum, truth};
-use common::{on_device, waves};
+use common::{on_device, painted, waves};
 
 /// Of display values from 0 to 1.
 fn mean_square(metrics: &Metrics) -> f64 {
@@ -204,6 +204,63 @@ fn drops_become_streaks_without_a_break() {
             last = rms;
         }
         assert!(rise <= 1.5, "the error rises by {rise}");
+    });
+}
+
+/// Radiance across a way through the picture's middle: means over two thirds of the picture along it, by half pixels.
+fn across(picture: &Picture, way: DVec3) -> Vec<f64> {
+    const BINS: f64 = 40.0;
+    let (mut sums, mut counts) = (vec![0.0; BINS as usize], vec![0.0; BINS as usize]);
+    let middle = 0.5 * f64::from(picture.width);
+    for (number, pixel) in picture.pixels.iter().enumerate() {
+        let (x, y) = (number as u32 % picture.width, number as u32 / picture.width);
+        let at = DVec3::new(f64::from(x) + 0.5 - middle, middle - f64::from(y) - 0.5, 0.0);
+        let bin = 2.0 * at.cross(way).z + 0.5 * BINS;
+        if at.dot(way).abs() < middle / 1.5 && (0.0..BINS).contains(&bin) {
+            sums[bin as usize] += f64::from(pixel.y);
+            counts[bin as usize] += 1.0;
+        }
+    }
+    sums.iter().zip(&counts).filter(|(_, count)| **count > 0.0).map(|(s, c)| s / c).collect()
+}
+
+/// A drop of seven pixels before grey, lit by a bare sun beside the picture, moves by ten radii. The truth is the mean of
+/// instants, in which the reference finds the sun's images.
+#[test]
+fn a_bare_sun_draws_lines_along_streaks() {
+    const INSTANTS: u32 = 70;
+    let sun = DVec3::new(0.55, 0.45, -0.7).normalize();
+    let environment =
+        painted(1024, |d| Vec3::splat(if d.dot(sun) > 0.9999 { 3000.0 } else { 0.2 }));
+    on_device(|device| {
+        for angle in [1.7_f64, 0.4, 2.4] {
+            let way = DVec3::new(angle.cos(), angle.sin(), 0.0);
+            let mut scene = square(64);
+            (scene.camera.vertical_fov, scene.model.preset) = (5.0, Preset::Fast);
+            let pixel = scene.view().focal_px.recip();
+            let velocity = 70.0 * pixel * way;
+            let center = DVec3::new(0.0, 0.0, -1.0) - 0.5 * velocity;
+            scene.drops = vec![PlacedDrop { velocity, ..PlacedDrop::sphere(center, 7.0 * pixel) }];
+            let mut truths = vec![0.0; 2 * 20];
+            for instant in 0..INSTANTS {
+                scene.time = (f64::from(instant) + 0.5) / f64::from(INSTANTS);
+                let profile = across(&truth(&scene, &environment, 64), way);
+                for (sum, value) in truths.iter_mut().zip(profile) {
+                    *sum += value / f64::from(INSTANTS);
+                }
+            }
+            (scene.time, scene.camera.shutter) = (0.0, 1.0);
+            let (picture, _) = draw(&mut renderer(device, &scene, &environment), &scene);
+            let found = across(&picture, way);
+            let highest = truths.iter().fold(0.0_f64, |most, value| most.max(*value)) - 0.2;
+            let worst = truths.iter().zip(&found).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            let light = |all: &[f64]| all.iter().map(|value| value - 0.2).sum::<f64>();
+            let light = light(&found) / light(&truths);
+            println!("{angle}: highest {highest:.3}, off by {worst:.3}, light {light:.3}");
+            assert!(highest > 0.3, "the control: no line in the reference");
+            assert!(worst < 0.05 * highest, "{angle}: off by {worst} of {highest}");
+            assert!((light - 1.0).abs() < 0.02, "{angle}: {light} of the light");
+        }
     });
 }
 

@@ -25,7 +25,7 @@ struct Frame {
     uvec4 clusters;     // x: clusters of drops, or room for those in view; y: clusters of random drops, or room for cells
     vec4 moved;         // xyz: how far drops of the rain's box move while the shutter is open; w: for how long, scene's
                         // seconds
-    uvec4 veil;         // words of its first links, and room for links (veil.glsl); zw: unused
+    uvec4 veil;         // words of its first links, room for links and for parts of lines (veil.glsl); w: radius of those, bits
     vec4 lens;          // x: its radius, scene units, 0: a pinhole; y: inverse distance of the focus; z: radius in pixels of
                         // the disc that a point at depth 1 becomes, focused at infinity; w: that a point at infinity becomes
 };

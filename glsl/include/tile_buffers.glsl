@@ -48,6 +48,7 @@ layout(std430, set = 0, binding = 3) buffer Totals {
     uvec4 block_groups;             // over the blocks,
     uvec4 ray_groups;               // over the pixels of blocks drawn by rays,
     uvec4 disordered_groups;        // over the disordered tiles
+    uvec4 line_groups;              // over the parts of streaks that have lines
     uint larges;
     uint bigs;
     uint blocks;
@@ -56,6 +57,7 @@ layout(std430, set = 0, binding = 3) buffer Totals {
     uint in_view;                   // clusters
     uint cells_in_view;
     uint veil_links;                // of the veil's cells
+    uint line_parts;                // parts of its streaks that have lines
     uint lacks_room;                // 1: something was lost for which more room can be made
     uint bin_counts[MAX_BINS];      // clusters in view of a band and region: bin band * REGIONS + region
     uint bin_starts[MAX_BINS + 1u]; // their first place, when they are sorted

@@ -11,8 +11,10 @@ const uint CELL_KINDS = CELLS_PX.length();
 const float SHORT_STREAK = 12.0; // pixels
 const float SLANT = 0.25;        // pixels across for one along
 const float THIN = 0.6;          // most that those in columns and rows cover of a pixel
+const float LINED_SHARE = 0.1;   // least that a bright source's line has in a pixel, of its image in a drop of a pixel
 
-// The first link of each cell; then links: record, a word of `nodes`, and next.
+// The first link of each cell; then links: record, a word of `nodes`, and next; then parts of streaks that have lines:
+// record, and number of the part along the streak's longer axis, from the first tile on.
 #ifndef VEIL_READ_ONLY
 layout(std430, set = 0, binding = VEIL_BINDING) buffer Veil { uint veil[]; };
 #else
@@ -20,6 +22,14 @@ layout(std430, set = 0, binding = VEIL_BINDING) readonly buffer Veil { uint veil
 #endif
 #define VEIL_HEADS frame.veil.x // words
 #define VEIL_LINKS frame.veil.y // room for so many
+#define LINE_PARTS frame.veil.z // room for so many; 0: there are no lines
+#define LINED_PX uintBitsToFloat(frame.veil.w) // radius from which on a drop's streak has them
+
+const uint LINE_PART = 16; // pixels of a part
+
+uint line_part(uint number) {
+    return VEIL_HEADS + 2u * (VEIL_LINKS + number);
+}
 
 // Whether there may be streaks of one colour in this frame.
 bool is_veiled() {

@@ -1,8 +1,5 @@
 // What of the veil is between two distances, over a tile's pixels. Needs veil.glsl, disc.glsl, by_four.glsl, counters.glsl.
 
-// Its colour in each tile, four halves.
-layout(std430, set = 0, binding = 22) readonly buffer VeilLight { uvec2 veil_light[]; };
-
 // Optical depths are summed up in whole units, so that no order of the streaks changes a bit.
 const float DEPTH_UNITS = 16777216.0;
 const ivec4 MOST_DEPTH = ivec4(0x40000000);
@@ -34,13 +31,21 @@ void add_depths(inout Depths depths, uint distance2, ivec4 above, ivec4 below) {
     depths.lower = min(depths.lower + below, MOST_DEPTH);
 }
 
+// A link's record, and the next link.
+#ifdef TEXELS
+uvec2 link_at(uint link) { return texelFetch(link_texels, int(VEIL_HEADS / 2u + link)).xy; }
+#else
+uvec2 link_at(uint link) { return uvec2(veil[VEIL_HEADS + 2u * link], veil[VEIL_HEADS + 2u * link + 1u]); }
+#endif
+
 // Adds the streaks of a cell whose squared distances, as bits, are from `from` on and under `to`.
 void add_cell(inout Depths depths, const uint kind, uvec2 in_pixels, vec2 corner, uint from, uint to) {
     uvec2 cell = in_pixels / CELLS_PX[kind];
-    uint links = VEIL_HEADS, link = veil[first_cell(kind) + cell.y * cells_of(kind).x + cell.x];
+    uint link = veil[first_cell(kind) + cell.y * cells_of(kind).x + cell.x];
     while (link != END) {
-        uint record = veil[links + 2u * link];
-        link = veil[links + 2u * link + 1u];
+        uvec2 pair = link_at(link);
+        uint record = pair.x;
+        link = pair.y;
         uvec4 first = four_of_nodes(record);
         ivec4 above, below;
         if (kind >= DISCS) {

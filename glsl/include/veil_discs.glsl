@@ -46,5 +46,5 @@ uint kind_of_disc(Disc d) {
 // An upright streak that meets the cells that a disc meets.
 Streak around_disc(Disc d) {
     vec2 box = box_of_disc(d);
-    return Streak(d.center, 0.0, true, 0.0, 1.0 / max(box.x - 0.5, 0.1), 2.0 * box.y, 0.0);
+    return Streak(d.center, 0.0, true, 0.0, 1.0 / max(box.x - 0.5, 0.1), 2.0 * box.y, 0.0, 0.0);
 }

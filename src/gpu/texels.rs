@@ -14,6 +14,8 @@ use crate::Result;
 pub enum Texel {
     /// A word of 32 bits.
     Word,
+    /// Two words.
+    TwoWords,
     /// Four words.
     FourWords,
     /// Four halves, read as floats.
@@ -24,6 +26,7 @@ impl Texel {
     fn bytes(self) -> u64 {
         match self {
             Self::Word => 4,
+            Self::TwoWords => 8,
             Self::FourWords => 16,
             Self::FourHalves => 8,
         }
@@ -33,6 +36,7 @@ impl Texel {
     fn format(self) -> vk::Format {
         match self {
             Self::Word => vk::Format::R32_UINT,
+            Self::TwoWords => vk::Format::R32G32_UINT,
             Self::FourWords => vk::Format::R32G32B32A32_UINT,
             Self::FourHalves => vk::Format::R16G16B16A16_SFLOAT,
         }

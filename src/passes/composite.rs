@@ -30,7 +30,7 @@ use super::side_by_side;
 use super::tile_grid::TILE_PIXELS;
 use super::tiles::Tiles;
 use super::tone_map::{FINAL_SUMS, Source};
-use super::totals::{DISORDERED_GROUPS, LARGE_GROUPS, RAY_GROUPS};
+use super::totals::{DISORDERED_GROUPS, LARGE_GROUPS, LINE_GROUPS, RAY_GROUPS};
 use crate::Result;
 use crate::gpu::sets::{composite as slot, constant, group};
 use crate::gpu::{
@@ -72,9 +72,11 @@ pub struct Composite {
     rays: ComputePipeline,
     /// Adds the images of bright sources to large drops; none where there are no sources.
     glints: Option<ComputePipeline>,
+    /// Sums up the lines that they draw along streaks, which composite reads; none where there are none.
+    lines: Option<(ComputePipeline, Buffer)>,
     composite: ComputePipeline,
     disordered: ComputePipeline,
-    _texels: Option<[Texels; 2]>,
+    _texels: Option<[Texels; 5]>,
     _held: [Buffer; 3],
 }
 
@@ -134,29 +136,47 @@ impl Composite {
 
         let disordered = make("disordered tiles", 8 * u64::from(tiles.count), Usage::empty())?;
 
-        // Eight bytes a tile.
-        let lit = if tiles.has_veil() { 8 * u64::from(tiles.count) } else { 16 };
-        let veil_light = make("veil light", lit, Usage::empty())?;
+        let has_lines = tiles.has_veil() && glints.count > 0;
+        // Four words a tile, and as many for its lines.
+        let a_tile = if has_lines { 32 } else { 16 };
+        let lit = if tiles.has_veil() { a_tile * u64::from(tiles.count) } else { 16 };
+        let veil_light = make("veil light", lit, Usage::UNIFORM_TEXEL_BUFFER)?;
+        let line_sums = match has_lines {
+            true => Some(make(
+                "sums of lines",
+                4 * TILE_PIXELS * u64::from(tiles.count),
+                Usage::TRANSFER_DST | Usage::UNIFORM_TEXEL_BUFFER,
+            )?),
+            false => None,
+        };
         let [veil, moves, shapes] = tiles.of_larges();
 
         let splats = &splats.table;
-        let fit = tiles.texels.is_some() && Texels::fit(device, &sky, Texel::FourWords);
+        let fit = tiles.texels.is_some()
+            && Texels::fit(device, &sky, Texel::FourWords)
+            && Texels::fit(device, veil, Texel::TwoWords);
         let four_words = |name, buffer| Texels::new(device, name, buffer, Texel::FourWords);
         let texels = match &tiles.texels {
             Some(of_tiles) if fit => {
                 let own = [
                     four_words("texels of the sky", &sky)?,
                     four_words("texels of splats", splats)?,
+                    four_words("texels of lines", line_sums.as_ref().unwrap_or(&sky))?,
+                    four_words("texels of the veil's light", &veil_light)?,
+                    Texels::new(device, "texels of the veil's links", veil, Texel::TwoWords)?,
                 ];
                 Some((of_tiles, own))
             }
             _ => None,
         };
-        let views = texels.iter().flat_map(|(of_tiles, [sky, splats])| {
+        let views = texels.iter().flat_map(|(of_tiles, [sky, splats, lines, lit, links])| {
             [
                 (slot::NODE_TEXELS, &of_tiles.nodes),
                 (slot::SKY_TEXELS, sky),
                 (slot::SPLAT_TEXELS, splats),
+                (slot::LINE_TEXELS, lines),
+                (slot::VEIL_TEXELS, lit),
+                (slot::LINK_TEXELS, links),
             ]
         });
         let maps = [(slot::ENVIRONMENT_MAP, seen_by_drops), (slot::WHOLE_MAP, environment)];
@@ -182,6 +202,8 @@ impl Composite {
             (slot::REACH, tiles.reach.as_ref().unwrap_or(&sky)),
             (slot::VEIL, veil),
             (slot::VEIL_LIGHT, &veil_light),
+            // Without lines no shader reads it.
+            (slot::LINE_SUMS, line_sums.as_ref().unwrap_or(&sky)),
             (slot::MOVES, moves),
             (slot::LARGE_SHAPES, shapes),
             // Where it is not wanted no shader writes it.
@@ -236,7 +258,11 @@ impl Composite {
             },
             || {
                 rayon::join(
-                    || (glints.count > 0).then(|| pipeline(shaders::GLINTS_COMP)).transpose(),
+                    || -> Result<_> {
+                        let of_large = (glints.count > 0).then(|| pipeline(shaders::GLINTS_COMP));
+                        let of_lines = has_lines.then(|| pipeline(shaders::LINES_COMP));
+                        Ok((of_large.transpose()?, of_lines.transpose()?))
+                    },
                     || -> Result<_> {
                         let of_veil = tiles.has_veil().then(|| pipeline(shaders::VEIL_LIGHT_COMP));
                         Ok((sky_pass()?, of_veil.transpose()?))
@@ -246,6 +272,7 @@ impl Composite {
         );
         let [disordered_pass, composite, rays] = of_all?;
         let (sky_pass, of_veil) = others?;
+        let (of_glints, of_lines) = of_glints?;
         Ok(Self {
             radiance,
             nearest,
@@ -260,7 +287,8 @@ impl Composite {
             sky_pass,
             veil_light: of_veil,
             rays,
-            glints: of_glints?,
+            glints: of_glints,
+            lines: of_lines.zip(line_sums),
             composite,
             disordered: disordered_pass,
             bindings,
@@ -326,11 +354,24 @@ impl Composite {
         self.rays.dispatch_indirect(commands, &self.bindings, &[], tiles.totals(), RAY_GROUPS);
     }
 
+    /// Records the reset of what is summed up. A barrier to compute must follow.
+    pub fn record_reset(&self, device: &Device, commands: Recorder<'_>) {
+        if let Some((_, sums)) = &self.lines {
+            let raw = sums.raw();
+            // SAFETY: the command buffer is recorded outside of rendering.
+            unsafe { device.raw().cmd_fill_buffer(commands.raw(), raw, 0, vk::WHOLE_SIZE, 0) };
+        }
+    }
+
     /// Records the images of bright sources in the large drops, after [`Composite::record_rays`] and a barrier, if
-    /// there are sources.
-    pub fn record_glints(&self, commands: Recorder<'_>, tiles: &Tiles) {
+    /// there are sources; and then their lines along streaks.
+    pub fn record_glints(&self, device: &Device, commands: Recorder<'_>, tiles: &Tiles) {
         if let Some(glints) = &self.glints {
             glints.dispatch_indirect(commands, &self.bindings, &[], tiles.totals(), LARGE_GROUPS);
+        }
+        if let Some((lines, _)) = &self.lines {
+            memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::ComputeRead]);
+            lines.dispatch_indirect(commands, &self.bindings, &[], tiles.totals(), LINE_GROUPS);
         }
     }
 

@@ -18,7 +18,8 @@
 //!   closed form. A source whose image is wide is cut into parts.
 //!
 //! - **Far rain** as a medium shows all images of a source as one mean, by the angle between source and drop (`bow`):
-//!   there the bows are, finer than any table of directions.
+//!   there the bows are, finer than any table of directions. Along streaks of one colour the two brightest draw lines
+//!   (`glsl/include/veil_lines.glsl`).
 //!
 //! The light of an image is that of its source's mean magnification, so that a rainbow's has a bound. It goes to
 //! one pixel, whole: the box filter of a point. Error: a place is off by up to 0.001 of the radius (of splats see
@@ -32,7 +33,7 @@ use super::appearance::{Appearance, DIRECTIONS};
 use super::frame::FrameBuffer;
 use super::light_constants;
 use crate::Result;
-use crate::abi::{BOW_ANGLES, FarGlints, Source};
+use crate::abi::{BOW_ANGLES, FarGlints, FarImages, Source};
 use crate::environment::Environment;
 use crate::environment::bright::{Bright, split_off};
 use crate::gpu::sets::{glints as slot, group, splat_table as of_splats};
@@ -49,9 +50,8 @@ const LARGEST_SOURCE: f64 = 0.035;
 /// Indices for which the shader knows which ways have images. Other drops show sources as all of the environment.
 const INDICES: std::ops::RangeInclusive<f64> = 1.325..=1.345;
 
-/// Bytes a direction of the splats' table, and an angle of the table of bows.
+/// Bytes a direction of the splats' table.
 const SPLAT_BYTES: u64 = 32;
-const BOW_BYTES: u64 = 16;
 
 /// The environment without its bright sources, where it has any that drops on tiles show apart.
 pub fn bright_parts(environment: &Environment) -> Option<Bright> {
@@ -73,7 +73,7 @@ pub struct Glints {
     pub(super) sources: Arc<Buffer>,
     /// A far drop's images, by direction.
     far_glints: Buffer,
-    /// A far drop's mean light from each source by angle, four floats each.
+    /// A far drop's light from each source by angle, a `FarImages` each.
     pub(super) bow: Buffer,
     bindings: Bindings,
     bow_pass: ComputePipeline,
@@ -128,7 +128,7 @@ impl Glints {
         let (count, storage) = (most, vk::BufferUsageFlags::STORAGE_BUFFER);
         let bytes = size_of::<FarGlints>() as u64 * u64::from(DIRECTIONS);
         let far_glints = Buffer::new(device, "far glints", bytes, storage, Memory::Device)?;
-        let bytes = BOW_BYTES * u64::from(BOW_ANGLES * count.max(1));
+        let bytes = size_of::<FarImages>() as u64 * u64::from(BOW_ANGLES * count.max(1));
         let bow = Buffer::new(device, "bow", bytes, storage, Memory::Device)?;
         let slots = [
             (slot::SOURCES, Resource::Buffer(&sources)),

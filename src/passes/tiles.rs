@@ -223,6 +223,7 @@ impl Tiles {
             (in_view, plan.room),
             (moves || lens) && plan.splat_px > 0.0,
             blur_px,
+            plan.line_px,
         )?;
         let large_moves =
             make("motions of large drops", 32 * if moves || lens { room.larges } else { 1 })?;

@@ -7,8 +7,12 @@
 //! length), and `composite` adds up their optical depths in whole units, whose sum is the same in any order. In front
 //! of each larger drop it lays those that are nearer.
 //!
+//! A bright source is no mean colour: in a wide streak each of its images draws a line. `gather` notes the parts of such
+//! streaks, `lines` adds what the two brightest images of the brightest source show in each pixel (`veil_lines.glsl`).
+//!
 //! Coverage is a closed form (`streak.glsl`) whose sum over pixels is the drop's area at every size, length and angle.
-//! Error: the colour is that of the pixel's direction, not of the drop's own; a drop's upper and lower half have one.
+//! Error: the colour is that of the pixel's direction, not of the drop's own; a drop's upper and lower half have one. Lines
+//! are in front of all drops.
 
 use std::sync::Arc;
 
@@ -16,6 +20,7 @@ use ash::vk;
 
 use crate::Result;
 use crate::abi::CELLS_PX;
+use crate::gpu::sets::group;
 use crate::gpu::{Buffer, Device, Memory};
 
 /// Kinds of cells without a lens.
@@ -27,19 +32,24 @@ const LINKS_A_DROP: f64 = 8.0;
 /// Links in any case.
 const LEAST_LINKS: u64 = 1 << 18;
 const LINK_BYTES: u64 = 8;
+/// Links for each part of a streak that has lines, of as many bytes.
+const LINKS_A_PART: u64 = 4;
+/// Most of these: a row of workgroups.
+const MOST_PARTS: u64 = 65_535 * group::LINES_COMP[0] as u64;
 
 /// The lists of the cells.
 pub(super) struct Veil {
     pub buffer: Buffer,
     /// Bytes of the cells' first links, which are reset for each frame.
     pub reset: u64,
-    /// Words of those, and room for links.
+    /// Words of those, room for links and for parts of lines, and radius in pixels of drops that have lines.
     pub in_frame: [u32; 4],
 }
 
 impl Veil {
     /// Lists for tiles of so many pixels and drops in view, with a factor on their room; where they are not used, something
-    /// to bind. `blur_px`: radius of the disc that a lens makes of far drops, 0 for a pinhole.
+    /// to bind. `blur_px`: radius of the disc that a lens makes of far drops, 0 for a pinhole. `line_px`: of drops
+    /// from which on bright sources draw lines.
     ///
     /// # Errors
     /// Those of [`Buffer::new`].
@@ -49,10 +59,13 @@ impl Veil {
         (drops, factor): (f64, u32),
         is_used: bool,
         blur_px: f64,
+        line_px: f32,
     ) -> Result<Self> {
         let cells = |[x, y]: [u32; 2]| width.div_ceil(x) * height.div_ceil(y);
         let kinds = if blur_px > 0.0 { &CELLS_PX[..] } else { &CELLS_PX[..KINDS_OF_STREAKS] };
-        let heads = if is_used { kinds.iter().copied().map(cells).sum() } else { 0 };
+        // An even number: a link of two words is a texel.
+        let heads = if is_used { kinds.iter().copied().map(cells).sum::<u32>() } else { 0 };
+        let heads = heads.next_multiple_of(2);
         let reset = 4 * u64::from(heads);
         let range = u64::from(device.report.limits.max_storage_buffer_range);
         let squares = (2.0 * blur_px / 8.0 + 2.0).powi(2);
@@ -62,11 +75,18 @@ impl Veil {
             LINKS_A_DROP
         };
         let wanted = ((a_drop * drops) as u64).max(LEAST_LINKS).saturating_mul(factor.into());
-        let room = if is_used { wanted.min(range.saturating_sub(reset) / LINK_BYTES) } else { 0 };
+        let room = if is_used {
+            wanted.min(range.saturating_sub(reset) / LINK_BYTES * LINKS_A_PART / (LINKS_A_PART + 1))
+        } else {
+            0
+        };
         let room = room.min(1 << 29);
-        let bytes = (reset + LINK_BYTES * room).max(16);
-        let usage = vk::BufferUsageFlags::STORAGE_BUFFER | vk::BufferUsageFlags::TRANSFER_DST;
+        let parts = (room / LINKS_A_PART).min(MOST_PARTS);
+        let bytes = (reset + LINK_BYTES * (room + parts)).max(16);
+        let usage = vk::BufferUsageFlags::STORAGE_BUFFER
+            | vk::BufferUsageFlags::UNIFORM_TEXEL_BUFFER
+            | vk::BufferUsageFlags::TRANSFER_DST;
         let buffer = Buffer::new(device, "veil", bytes, usage, Memory::Device)?;
-        Ok(Self { buffer, reset, in_frame: [heads, room as u32, 0, 0] })
+        Ok(Self { buffer, reset, in_frame: [heads, room as u32, parts as u32, line_px.to_bits()] })
     }
 }

@@ -47,6 +47,12 @@ const SPLAT_PX: [f32; 3] = [0.7, 1.0, 1.5];
 /// So few, that is. A picture takes half a microsecond of two CPU cores more than two colours.
 const FEW_LARGER: f64 = 2000.0;
 
+/// Radii in pixels from which on a bright source draws lines along the streak of a drop: the first over which few drops are
+/// expected, else the last.
+const LINE_PX: [f32; 5] = [1.5, 2.0, 3.0, 5.0, 8.0];
+/// So few, that is. Each of their pixels takes 10 ns of two CPU cores.
+const FEW_LINED: f64 = 100.0;
+
 /// What a frame is made for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Output {
@@ -77,6 +83,8 @@ pub struct FramePlan {
     pub mask_size: u32,
     /// Radius in pixels under which a drop on tiles has two colours.
     pub splat_px: f32,
+    /// Radius in pixels from which on a bright source draws lines along a drop's streak.
+    pub line_px: f32,
     /// Radius in pixels from which a drop's pixels are computed apart, by rays.
     pub rays_px: f32,
     /// Places in a pixel that a drop's light is the mean of; of tiles, where rays are followed.
@@ -296,6 +304,8 @@ pub fn plan_by(
     };
     let motion = motion::motion_of(scene, primitive, optics)?;
     let lens = lens::lens_of(scene, primitive, optics)?;
+    let by_scene = || first_over_few(scene, &SPLAT_PX, FEW_LARGER);
+    let splat_px = choice.splat_px.unwrap_or_else(by_scene);
     let plan = FramePlan {
         preset: choice.preset,
         optics,
@@ -304,7 +314,8 @@ pub fn plan_by(
         simulation,
         compacts,
         mask_size: choice.mask_size,
-        splat_px: if optics == Optics::Appearance { splat_px(scene) } else { 0.0 },
+        splat_px: if optics == Optics::Appearance { splat_px } else { 0.0 },
+        line_px: first_over_few(scene, &LINE_PX, FEW_LINED),
         rays_px: if optics == Optics::Appearance { RAYS_PX } else { 0.0 },
         samples,
         motion,
@@ -324,11 +335,10 @@ pub fn plan_by(
     Ok(FramePlan { passes: passes(scene, &plan), ..plan })
 }
 
-/// Radius in pixels under which a drop shows two colours.
-fn splat_px(scene: &Scene) -> f32 {
-    let is_enough = |px: &f32| demand::drops_above(scene, f64::from(*px)) < FEW_LARGER;
-    let by_scene = || SPLAT_PX.into_iter().find(is_enough).unwrap_or(SPLAT_PX[2]);
-    scene.model.splat_px.unwrap_or_else(by_scene)
+/// The first of some radii in pixels over which so few drops are expected, else the last.
+fn first_over_few(scene: &Scene, radii: &[f32], few: f64) -> f32 {
+    let is_enough = |px: &&f32| demand::drops_above(scene, f64::from(**px)) < few;
+    *radii.iter().find(is_enough).unwrap_or(&radii[radii.len() - 1])
 }
 
 /// What is passed over, what stands behind, and how many drops there are.
@@ -405,7 +415,7 @@ fn passes(scene: &Scene, plan: &FramePlan) -> Vec<(&'static str, String)> {
                 _ => format!("{behind}, seen through the lens"),
             };
             passes.push(("sky", behind_of(scene, behind)));
-            let (small, others) = motion::in_words(plan.motion);
+            let (small, others) = motion::in_words(plan.motion, plan.line_px);
             let (small_blurred, others_blurred) = lens::in_words(plan.lens);
             let splats = if splat_px > 0.0 {
                 format!("; those under {splat_px} px of radius get two colours")

@@ -62,13 +62,17 @@ pub(super) fn motion_of(scene: &Scene, primitive: Primitive, optics: Optics) -> 
 }
 
 /// What the passes do with drops that move, for the plan: of the small ones, and of the others.
-pub(super) fn in_words(motion: Motion) -> (&'static str, &'static str) {
+/// `line_px`: of [`super::FramePlan`].
+pub(super) fn in_words(motion: Motion, line_px: f32) -> (String, &'static str) {
     match motion {
-        Motion::Instant => ("", ""),
+        Motion::Instant => (String::new(), ""),
         Motion::Streak => (
-            "; those that move by over a pixel are streaks, the small and faint ones of one colour",
+            format!(
+                "; those that move by over a pixel are streaks, the small and faint ones of one colour, with the \
+                 lines of a bare sun from {line_px} px of radius on"
+            ),
             ", averaged over their way",
         ),
-        Motion::Sampled => ("", ", averaged over their way"),
+        Motion::Sampled => (String::new(), ", averaged over their way"),
     }
 }

@@ -42,7 +42,7 @@ impl TileStages {
         let frame = FrameBuffer::new(device)?;
         let mut tiled = Tiled::new(lighting, &rain, &frame, scene, plan, None)?;
         let mut constants = Frame::new(scene, &surroundings(lighting, scene, plan)?, None);
-        tiled.tiles.complete(&mut constants);
+        tiled.complete(&mut constants);
         let seen = tiled.tiles.seen(scene);
         let mut time = Timestamps::new(device)?;
         time.reset();

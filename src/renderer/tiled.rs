@@ -80,6 +80,15 @@ impl Tiled {
         })
     }
 
+    /// Completes a frame's constants.
+    pub fn complete(&self, frame: &mut Frame) {
+        self.tiles.complete(frame);
+        if self.far.glints.count == 0 {
+            // Nothing draws lines.
+            frame.veil[2] = 0;
+        }
+    }
+
     pub fn record_reset(
         &self,
         device: &Device,
@@ -89,6 +98,7 @@ impl Tiled {
         seen: Option<&Seen>,
     ) {
         self.tiles.record_reset(device, commands, scene, until, seen);
+        self.composite.record_reset(device, commands);
     }
 
     /// From the frame's constants to the radiance buffer. `recording`: number of what is recorded.
@@ -152,7 +162,7 @@ impl Tiled {
                     &[Use::ComputeWrite],
                     &[Use::ComputeWrite, Use::ComputeRead, Use::Indirect],
                 );
-                self.composite.record_glints(commands, &self.tiles);
+                self.composite.record_glints(device, commands, &self.tiles);
             });
         }
     }

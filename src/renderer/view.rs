@@ -291,7 +291,7 @@ impl View {
         let mut constants = Frame::new(scene, &self.surroundings, self.stored_at);
         let seen = match &self.drawing {
             Drawing::Tiled(tiled) => {
-                tiled.tiles.complete(&mut constants);
+                tiled.complete(&mut constants);
                 tiled.tiles.seen(scene)
             }
             Drawing::Points(_) => {

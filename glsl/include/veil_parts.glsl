@@ -1,0 +1,25 @@
+// Enters streaks of which a bright source draws lines, part by part, for lines.comp. Needs veil.glsl, counters.glsl.
+
+// One atomic a subgroup.
+void enter_parts(uint record, Streak s, bool has_lines) {
+    vec2 at = s.center - vec2(first_tile() * TILE), size = vec2(veil_size());
+    float along = s.upright ? at.y : at.x, end = s.upright ? size.y : size.x, half_length = 0.5 * (s.full + s.ends);
+    uint first = uint(clamp(along - half_length, 0.0, end)) / LINE_PART;
+    uint after = uint(ceil(clamp(along + half_length, 0.0, end) / float(LINE_PART)));
+    uint count = has_lines && after > first ? after - first : 0u, all_here = subgroupAdd(count), place = 0u;
+    if (all_here == 0u) return;
+    if (subgroupElect()) {
+        place = atomicAdd(totals.line_parts, all_here);
+        atomicMax(totals.line_groups.x, (min(place + all_here, LINE_PARTS) + 63u) / 64u);
+    }
+    place = subgroupBroadcastFirst(place) + subgroupExclusiveAdd(count);
+    if (count > 0u && (place > LINE_PARTS || place + count > LINE_PARTS)) {
+        atomicAdd(counters.lost, 1u);
+        atomicOr(totals.lacks_room, 1u);
+        count = 0u;
+    }
+    for (uint i = 0u; i < count; ++i) {
+        veil[line_part(place + i)] = record;
+        veil[line_part(place + i) + 1u] = first + i;
+    }
+}
