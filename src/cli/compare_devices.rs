@@ -37,6 +37,7 @@ use crate::reference::{Tracer, Truth};
 use crate::renderer::Renderer;
 use crate::renderer::stages::Stages;
 use crate::scene::Scene;
+use crate::thousands::thousands;
 
 /// Compare this machine's drivers on one scene: times, pictures
 #[derive(Args)]
@@ -166,7 +167,10 @@ pub fn run(args: &CompareDevicesArgs) -> anyhow::Result<Answer> {
         let mut cells = vec![
             format!("{number}: {}", DeviceHead::of(&portrait.report).summary()),
             median_ms.map_or("-".into(), |ms| format!("{ms:.1}")),
-            portrait.visible.to_string(),
+            match args.gate.format {
+                Format::Csv => portrait.visible.to_string(),
+                _ => thousands(portrait.visible),
+            },
         ];
         cells.extend(differences.iter().chain(&from_truth).map(|(flip, _)| format!("{flip:.5}")));
         table.rows.push(cells);

@@ -211,7 +211,7 @@ fn refuse(error: &clap::Error) -> ExitCode {
         .take_while(|line| !line.starts_with("Usage:") && !line.starts_with("For more information"))
         .filter(|line| !line.is_empty())
         .collect();
-    let problem = problem.join(" ");
+    let problem = problem.join(" ").replace(" tip: ", "; ");
     say!("raindrops: {} (see --help)", problem.trim_start_matches("error: "));
     ExitCode::from(2)
 }

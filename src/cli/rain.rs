@@ -191,7 +191,7 @@ fn show(report: &Report) -> anyhow::Result<()> {
         (FarRain::Drops, _) => print("every drop is drawn")?,
         (FarRain::None, _) => print("drops under the cut-off are left out")?,
     }
-    line("flicker of the others", report.noise, "of a pixel's opacity, at an instant")?;
+    line("noise of the others", report.noise, "of a pixel's opacity, at an instant")?;
     let mut table = Table::new();
     table.load_style(presets::UTF8_HORIZONTAL_ONLY);
     table.set_content_arrangement(ContentArrangement::Disabled).set_header([

@@ -151,7 +151,8 @@ fn say_expected(first: Duration, most: usize, pictures: f64, end: Duration) {
     let round = first.as_secs_f64();
     let all = (round * (most as f64 + pictures)).min(end.as_secs_f64() + round);
     let rounds = counted(most as u64, "round");
-    say!("note: the first round took {}; {rounds} take up to {}", about(round), about(all));
+    let take = if most == 1 { "takes" } else { "take" };
+    say!("note: the first round took {}; {rounds} {take} up to {}", about(round), about(all));
 }
 
 /// How long a comparison may take.
