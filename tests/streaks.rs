@@ -233,10 +233,11 @@ fn a_bare_sun_draws_lines_along_streaks() {
     let environment =
         painted(1024, |d| Vec3::splat(if d.dot(sun) > 0.9999 { 3000.0 } else { 0.2 }));
     on_device(|device| {
-        for angle in [1.7_f64, 0.4, 2.4] {
+        // The wider the view, the nearer the drop: lines are those of a far one.
+        for (angle, degrees) in [(1.7_f64, 5.0), (0.4, 5.0), (1.7, 12.0)] {
             let way = DVec3::new(angle.cos(), angle.sin(), 0.0);
             let mut scene = square(64);
-            (scene.camera.vertical_fov, scene.model.preset) = (5.0, Preset::Fast);
+            (scene.camera.vertical_fov, scene.model.preset) = (degrees, Preset::Fast);
             let pixel = scene.view().focal_px.recip();
             let velocity = 70.0 * pixel * way;
             let center = DVec3::new(0.0, 0.0, -1.0) - 0.5 * velocity;
@@ -258,8 +259,8 @@ fn a_bare_sun_draws_lines_along_streaks() {
             let light = light(&found) / light(&truths);
             println!("{angle}: highest {highest:.3}, off by {worst:.3}, light {light:.3}");
             assert!(highest > 0.3, "the control: no line in the reference");
-            assert!(worst < 0.05 * highest, "{angle}: off by {worst} of {highest}");
-            assert!((light - 1.0).abs() < 0.02, "{angle}: {light} of the light");
+            assert!(worst < 0.01 * degrees * highest, "{angle}: off by {worst} of {highest}");
+            assert!((light - 1.0).abs() < 0.004 * degrees, "{angle}: {light} of the light");
         }
     });
 }
