@@ -50,8 +50,6 @@ const STRUCTURES: &[&str] = &[
     "BackgroundPush",
     "Constants",
     "Counters",
-    "FarGlints",
-    "FarImages",
     "Found",
     "Frame",
     "Large",

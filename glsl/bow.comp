@@ -1,8 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// The light of a far drop from each bright source, by the angle between the two: the mean over its disc, which a medium of
-// drops shows, with the bows that are narrower than the directions of far_glints.comp; and the two brightest images, which
-// draw lines along streaks. One invocation an angle; once an environment. See src/passes/glints.rs.
+// The mean light of a far drop from each bright source, by the angle between the two: what a medium of drops shows, with
+// the bows that are narrower than the directions of far_glints.comp. One invocation an angle; once an environment. See
+// src/passes/glints.rs.
 #include "light_model.glsl"
 #include "optics.glsl"
 
@@ -11,23 +11,9 @@ layout(local_size_x = 64) in;
 #define SOURCES_BINDING 1
 #include "glints.glsl"
 #include "bow.glsl"
-layout(std430, set = 0, binding = 3) writeonly buffer BowOut { FarImages bow[]; };
+layout(std430, set = 0, binding = 3) writeonly buffer BowOut { vec4 bow[]; };
 
 const uint STRIPS = 16;
-const vec3 LUMINANCE = vec3(0.2126, 0.7152, 0.0722); // Rec. 709
-
-// The image of a source of light 1 by a way; where the colours are not at one place, there where the greatest of them is.
-vec4 image_by(uint way, float off, float radius) {
-    vec2 brightest = vec2(0.0);
-    vec3 light = vec3(0.0);
-    for (uint i = 0u; i < INDICES; ++i) {
-        vec3 color = take_index(i);
-        vec2 image = image_of(way, off, radius, 0.0);
-        if (image.y > brightest.y) brightest = image;
-        light += image.y * color;
-    }
-    return vec4(light, brightest.x);
-}
 
 void main() {
     uint source = gl_GlobalInvocationID.x / BOW_ANGLES, number = gl_GlobalInvocationID.x % BOW_ANGLES;
@@ -47,15 +33,6 @@ void main() {
             }
         }
     }
-    vec4 first = vec4(0.0), second = first, scale = vec4(sources[source].light.rgb, 1.0);
-    for (uint ways = ways_of(off, radius, 0.0); ways != 0u; ways &= ways - 1u) {
-        vec4 image = image_by(uint(findLSB(ways)), off, radius);
-        bool brighter = dot(image.rgb, LUMINANCE) > dot(first.rgb, LUMINANCE);
-        vec4 other = brighter ? first : image;
-        if (brighter) first = image;
-        if (dot(other.rgb, LUMINANCE) > dot(second.rgb, LUMINANCE)) second = other;
-    }
     // Over the drop's disc.
-    vec4 mean = vec4(light / (all * HALF_TURN), 0.0);
-    bow[gl_GlobalInvocationID.x] = FarImages(mean * scale, first * scale, second * scale);
+    bow[gl_GlobalInvocationID.x] = vec4(light / (all * HALF_TURN) * sources[source].light.rgb, 0.0);
 }

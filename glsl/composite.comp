@@ -13,7 +13,7 @@ layout(local_size_x = 64) in;
 
 layout(constant_id = 17) const uint LOG_SUMS = 0; // 1: the display needs the log average
 layout(constant_id = 18) const uint TOUCH = 0;    // 1: see `touch`
-layout(constant_id = 19) const uint GLINTS = 0;   // 1: splats have glints (src/passes/glints.rs)
+layout(constant_id = 19) const uint GLINTS = 0;   // sources of which splats have glints, at most (src/passes/glints.rs)
 layout(constant_id = 20) const uint LAYERS = 0;   // 1: premultiplied light over nothing, and its opacity
 // The result: four halves a pixel, row by row.
 layout(std430, set = 0, binding = 11) writeonly buffer Radiance { uvec2 radiance_out[]; };
@@ -24,7 +24,7 @@ layout(std430, set = 0, binding = 13) writeonly buffer LogSums { float log_sums[
 // The tiles whose lists the window did not bring into order: number, and entries.
 layout(std430, set = 0, binding = 14) buffer Disordered { uvec2 disordered_tiles[]; };
 
-// What splats show, two by direction (splat_table.comp).
+// What splats show (splat_table.comp).
 layout(std430, set = 0, binding = 16) readonly buffer SplatTable { uvec4 splat_table[]; };
 
 // What streaks of one colour show in each tile, three halves; and the light of lines along them, packed (veil_light.comp).
@@ -147,6 +147,8 @@ float finish(Row row, Nearest nearest, uint behind, uvec2 first) {
     return dot(logs, vec4(drawn));
 }
 
+// The tile's first pixel, from the view axis.
+vec2 plane_corner;
 // Squared distances of what is behind a tile's pixels.
 vec4 upper_reach2, lower_reach2;
 // Their nearest drops so far.
@@ -164,27 +166,33 @@ void lay_splat_behind(inout Row upper, inout Row lower, uint link) {
     bool spread = is_spread();
     vec2 from = vec2(uvec2(which & 1u, which >> 1) * TILE) - splat_center(words.z);
     uint direction = words.w >> HALF_SIDES_BITS;
-    uvec4 shown = splat_of(direction, 0u);
+    uvec2 shown = splat_of(direction).xy;
     // A splat is hidden where its centre is farther than what is behind.
     float distance2 = uintBitsToFloat(words.x);
     bvec4 upper_hidden = lessThanEqual(upper_reach2, vec4(distance2));
     bvec4 lower_hidden = lessThanEqual(lower_reach2, vec4(distance2));
     vec3 upper_color = unpack_radiance(shown.x), lower_color = unpack_radiance(shown.y);
-    if (GLINTS != 0u && HAS_LENS != 0u && spread && (words.z & IS_FAINT) != 0u) {
-        // Of a splat out of focus they are spread as all of it is.
-        vec3 glints = unpack_radiance(shown.w) + unpack_radiance(splat_of(direction, 1u).x);
-        upper_color += glints * (1.0 / 3.14159265);
-        lower_color += glints * (1.0 / 3.14159265);
-    } else if (GLINTS != 0u) {
-        // The disc's area is the box's.
-        float squared = half_sides.x * half_sides.y / 0.78539816;
-        if (spread) squared *= unpack_opacity(words.z);
-        float radius = sqrt(squared);
-        vec4 at = unpackSnorm4x8(shown.z) * (LONGEST_OFFSET * radius);
-        vec3 first = squared * unpack_radiance(shown.w);
-        vec3 others = squared * unpack_radiance(splat_of(direction, 1u).x);
-        add_glint(upper, lower, at.xy - from, first, upper_hidden, lower_hidden);
-        add_glint(upper, lower, at.zw - from, others, upper_hidden, lower_hidden);
+    // The disc's area is the box's.
+    float squared = half_sides.x * half_sides.y / 0.78539816;
+    if (spread) squared *= unpack_opacity(words.z);
+    vec2 center = plane_corner - from;
+    vec3 axis = normalize(vec3(center.x, -center.y, -frame.image.z));
+    for (uint i = 0u; i < GLINTS; ++i) {
+        uvec4 source = splat_of(TOWARD_SOURCES + i);
+        if (source.w == 0u) break;
+        vec3 toward = uintBitsToFloat(source.xyz);
+        float cosine = dot(axis, toward);
+        uvec4 glints = splat_of(ANGLES + i * GLINT_ANGLES + angle_number(cosine));
+        vec3 first_light = unpack_radiance(glints.y), second_light = unpack_radiance(glints.z);
+        if (HAS_LENS != 0u && spread && (words.z & IS_FAINT) != 0u) {
+            // Of a splat out of focus they are spread as all of it is.
+            upper_color += (first_light + second_light) * (1.0 / 3.14159265);
+            lower_color += (first_light + second_light) * (1.0 / 3.14159265);
+        } else {
+            vec2 far = unpackHalf2x16(glints.x), on_screen = sqrt(squared) * toward_on_screen(axis, toward, cosine);
+            add_glint(upper, lower, far.x * on_screen - from, squared * first_light, upper_hidden, lower_hidden);
+            add_glint(upper, lower, far.y * on_screen - from, squared * second_light, upper_hidden, lower_hidden);
+        }
     }
     // What each column of pixels has of the box, and each row of its upper and its lower half.
     vec4 x = from.x + vec4(0.0, 1.0, 2.0, 3.0);
@@ -281,6 +289,7 @@ void main() {
         lower_reach2 = lower_reach * lower_reach;
     }
 
+    plane_corner = plane_of(vec2((at + first_tile()) * TILE));
     upper_nearest = lower_nearest = NONE_MET;
 
     // Blocks, then splats, and that once where it can be: a loop around the two costs a tenth of all.

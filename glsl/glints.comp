@@ -172,25 +172,37 @@ bool add_by_closed_form(uint drop, Large r) {
 bool add_by_table(uint drop, Large r) {
     vec4 m = r.to_disc;
     float squared = 1.0 / abs(m.x * m.w - m.y * m.z), radius = sqrt(squared);
-    vec4 size = vec4(radius);
+    vec2 size = vec2(radius);
     if (is_flat(r)) {
         // Its picture is flattened with its outline.
         LargeShape l = large_shapes[drop];
         radius = l.radius;
         squared = radius * radius;
-        size = (0.5 * (l.box.zw - l.box.xy)).xyxy;
+        size = (0.5 * (l.box.zw - l.box.xy));
         r.center += 0.5 * (l.box.xy + l.box.zw);
     }
     if (!is_small(r, radius)) return false;
-    uint direction = r.look & 0xfffu;
-    uvec4 shown = splat_table[2u * direction];
-    vec4 at = unpackSnorm4x8(shown.z) * (LONGEST_OFFSET * size);
-    vec3 first = squared * unpack_radiance(shown.w);
-    vec3 others = squared * unpack_radiance(splat_table[2u * direction + 1u].y);
     // A quarter of a pixel farther in where nothing is covered.
-    float inner = 1.0 - 0.25 / radius;
-    if (!add_light(drop, r, r.center + at.xy, first)) add_light(drop, r, r.center + inner * at.xy, first);
-    if (!add_light(drop, r, r.center + at.zw, others)) add_light(drop, r, r.center + inner * at.zw, others);
+    float far = length(r.sphere.xyz), sine = r.sphere.w / far, inner = 1.0 - 0.25 / radius;
+    vec3 axis = r.sphere.xyz / far;
+    for (uint i = 0u; i < source_count.x; ++i) {
+        vec3 toward = to_view(sources[i].toward.xyz);
+        float cosine = dot(axis, toward), off = angle_between(axis, toward);
+        vec2 on_screen = size * toward_on_screen(axis, toward, cosine);
+        uint angles = ANGLES + i * GLINT_ANGLES;
+        uvec4 nearest = splat_table[angles + angle_number(cosine)];
+        for (uint j = 0u; j < 2u; ++j) {
+            // The ray to an image is not the axis: the image is that of a farther drop at another angle.
+            float place = unpackHalf2x16(nearest.x)[j];
+            uvec4 images = splat_table[angles + angle_number(cos(off - sine * place * sin(off)))];
+            vec2 places = unpackHalf2x16(images.x);
+            bool is_first = abs(places.x - place) < abs(places.y - place);
+            vec3 light = squared * unpack_radiance(is_first ? images.y : images.z);
+            if (j == 1u) light += squared * unpack_radiance(images.w);
+            vec2 at = (is_first ? places.x : places.y) * on_screen;
+            if (!add_light(drop, r, r.center + at, light)) add_light(drop, r, r.center + inner * at, light);
+        }
+    }
     return true;
 }
 

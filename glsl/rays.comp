@@ -30,7 +30,7 @@ layout(set = 0, binding = 18) uniform sampler2D whole_map;
 #define SOURCES_BINDING 17
 #include "sources.glsl"
 #include "bow.glsl"
-layout(std430, set = 0, binding = 19) readonly buffer Bow { FarImages bow[]; };
+layout(std430, set = 0, binding = 19) readonly buffer Bow { vec4 bow[]; };
 #include "source_light.glsl"
 
 #define REACH_BINDING 20

@@ -33,7 +33,7 @@
 
 #include "sources.glsl"
 #include "bow.glsl"
-layout(std430, set = 0, binding = BOW_BINDING) readonly buffer Bow { FarImages bow[]; };
+layout(std430, set = 0, binding = BOW_BINDING) readonly buffer Bow { vec4 bow[]; };
 #include "medium.glsl"
 #endif
 

@@ -11,8 +11,10 @@
 #define SOURCES_BINDING 17
 #include "sources.glsl"
 #include "bow.glsl"
-layout(std430, set = 0, binding = 19) readonly buffer Bow { FarImages bow[]; };
+layout(std430, set = 0, binding = 19) readonly buffer Bow { vec4 bow[]; };
 #include "far_light.glsl"
+#include "far_glints.glsl"
+layout(std430, set = 0, binding = 33) readonly buffer FarGlintsIn { uvec4 far_glints[]; };
 
 layout(local_size_x = 64) in;
 
@@ -22,31 +24,25 @@ layout(std430, set = 0, binding = 22) writeonly buffer VeilLight { uvec4 veil_li
 
 const vec3 LUMINANCE = vec3(0.2126, 0.7152, 0.0722); // Rec. 709
 
-// Where on the screen a far drop in a direction shows what it shows `aside`, unit vectors in view space: in radii of a disc
-// of its outline's area.
-vec2 on_screen(vec3 ray, vec3 aside) {
-    float depth = max(-ray.z, 0.01);
-    vec2 off = vec2(aside.x, -aside.y) / depth + vec2(ray.x, -ray.y) * (aside.z / (depth * depth));
-    return off * (depth * sqrt(depth));
-}
-
 // The light of the first image of the brightest source, packed; after all tiles' words where it and the second are, in radii
 // from the middle of a drop, and how much of its light the second has.
 uint light_of_line(uint tile, vec3 ray, vec3 d) {
-    FarImages images = FarImages(vec4(0.0), vec4(0.0), vec4(0.0));
+    uvec4 images = uvec4(0u);
     vec3 toward = d;
+    float brightest = 0.0;
     for (uint i = 0u; i < source_count.x; ++i) {
-        FarImages other = bow[i * BOW_ANGLES + uint(angle_in_bow(d, sources[i].toward.xyz) + 0.5)];
-        if (dot(other.first.rgb, LUMINANCE) <= dot(images.first.rgb, LUMINANCE)) continue;
+        uvec4 other = far_glints[i * GLINT_ANGLES + angle_number(dot(d, sources[i].toward.xyz))];
+        float light = dot(unpack_radiance(other.y), LUMINANCE);
+        if (light <= brightest) continue;
+        brightest = light;
         images = other;
         toward = sources[i].toward.xyz;
     }
-    vec3 aside = toward * mat3(frame.right.xyz, frame.up.xyz, frame.back.xyz) - ray * dot(d, toward);
-    vec2 to_source = on_screen(ray, aside * inversesqrt(max(dot(aside, aside), 1e-12)));
-    float share = dot(images.second.rgb, LUMINANCE) / max(dot(images.first.rgb, LUMINANCE), 1e-30);
-    veil_light[TILE_COUNT + tile] = uvec4(packHalf2x16(images.first.w * to_source), packHalf2x16(images.second.w * to_source),
-                                          floatBitsToUint(share), 0u);
-    return pack_radiance(images.first.rgb);
+    vec2 on_screen = toward_on_screen(ray, toward * mat3(frame.right.xyz, frame.up.xyz, frame.back.xyz)) * inversesqrt(max(-ray.z, 1e-3)), places = unpackHalf2x16(images.x);
+    float share = dot(unpack_radiance(images.z), LUMINANCE) / max(brightest, 1e-30);
+    veil_light[TILE_COUNT + tile] =
+        uvec4(packHalf2x16(places.x * on_screen), packHalf2x16(places.y * on_screen), floatBitsToUint(share), 0u);
+    return images.y;
 }
 
 void main() {

@@ -9,12 +9,12 @@ layout(set = 0, binding = 30) uniform usamplerBuffer line_texels;
 layout(set = 0, binding = 31) uniform usamplerBuffer veil_texels;
 layout(set = 0, binding = 32) uniform usamplerBuffer link_texels;
 uvec4 two_of_sky(uint pixel) { return texelFetch(sky_texels, int(pixel / 2u)); }
-uvec4 splat_of(uint direction, uint part) { return texelFetch(splat_texels, int(2u * direction + part)); }
+uvec4 splat_of(uint entry) { return texelFetch(splat_texels, int(entry)); }
 uvec4 veil_of_tile(uint tile) { return texelFetch(veil_texels, int(tile)); }
 ivec4 lines_of_row(uint row) { return ivec4(texelFetch(line_texels, int(row))); }
 #else
 uvec4 two_of_sky(uint pixel) { return uvec4(sky[pixel], sky[pixel + 1u]); }
-uvec4 splat_of(uint direction, uint part) { return splat_table[2u * direction + part]; }
+uvec4 splat_of(uint entry) { return splat_table[entry]; }
 uvec4 veil_of_tile(uint tile) { return veil_light[tile]; }
 ivec4 lines_of_row(uint row) { return line_sums[row]; }
 #endif

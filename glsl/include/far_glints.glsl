@@ -1,11 +1,35 @@
-// The two brightest images of sources in a far drop, and the light of all others.
-struct FarGlints {
-    vec4 first_at;  // on the drop, in radii from its centre, world space; w: red of the others' light
-    vec4 first;     // light for a radius of a pixel; w: their green
-    vec4 second_at; // w: their blue
-    vec4 second;
-};
+// The two brightest images of each source in a far drop, by the angle between the two (far_glints.comp), and the table of
+// what splats show that holds them (splat_table.comp). Needs appearance.glsl.
+//
+// An angle's four words: the images' impact parameters over the sine of the angle, as halves; their light for a drop with
+// a radius of a pixel; that of all further images. Impact parameters so divided are nearly even where images move fastest,
+// before the sun.
 
-// Radii that a place in the splats' table may be off the centre: farther than an outline reaches that is seen 75° off
-// the axis of view. A step is 1/64.
-const float LONGEST_OFFSET = 2.0;
+const uint HALF_ANGLES = GLINT_ANGLES / 2u;
+
+// Where the splats' table has the sources' directions in view space, and the angles of the first source.
+const uint TOWARD_SOURCES = SINGLE_TEXELS, ANGLES = TOWARD_SOURCES + MOST_SOURCES;
+
+// Number of an angle by its cosine: even steps of the sine of half the angle, or of half of what it lacks to a half turn.
+uint angle_number(float cosine) {
+    float half_sine = sqrt(max(1.0 - abs(cosine), 0.0));
+    uint number = min(uint(half_sine * float(HALF_ANGLES)), HALF_ANGLES - 1u);
+    return cosine > 0.0 ? number : GLINT_ANGLES - 1u - number;
+}
+
+// The angle in the middle of those with a number.
+float angle_numbered(uint number) {
+    bool in_front = number < HALF_ANGLES;
+    float half_sine = (float(in_front ? number : GLINT_ANGLES - 1u - number) + 0.5) / float(HALF_ANGLES);
+    float angle = 2.0 * asin(half_sine * 0.70710678);
+    return in_front ? angle : 3.14159265358979 - angle;
+}
+
+// Where on the screen, from its middle, a drop along `axis` shows an image whose impact parameter is the sine of its angle
+// to a source; both unit vectors in view space, with the angle's cosine. In the outline's mean radii: that outline is
+// larger by depth^-1.5 than one on the axis of view.
+vec2 toward_on_screen(vec3 axis, vec3 toward, float cosine) {
+    vec3 aside = toward - cosine * axis;
+    float depth = max(-axis.z, 1e-3), larger = inversesqrt(depth);
+    return larger * (depth * vec2(aside.x, -aside.y) + aside.z * vec2(axis.x, -axis.y));
+}

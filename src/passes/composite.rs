@@ -198,6 +198,7 @@ impl Composite {
             (slot::SPLAT_TABLE, splats),
             (slot::SOURCES, &glints.sources),
             (slot::BOW, &glints.bow),
+            (slot::FAR_GLINTS_IN, &glints.far_glints),
             // Without a depth no shader reads it.
             (slot::REACH, tiles.reach.as_ref().unwrap_or(&sky)),
             (slot::VEIL, veil),
@@ -221,12 +222,11 @@ impl Composite {
         let rows = groups.div_ceil(MOST_GROUPS);
         let groups = [groups.div_ceil(rows), rows, 1];
         let own = [
-            (constant::LOG_SUMS, plan.log_average),
-            (constant::TOUCH, tiles.touch),
-            (constant::GLINTS, glints.count > 0),
-            (constant::LAYERS, plan.layers),
+            [constant::LOG_SUMS, plan.log_average.into()],
+            [constant::TOUCH, tiles.touch.into()],
+            [constant::GLINTS, glints.count],
+            [constant::LAYERS, plan.layers.into()],
         ];
-        let own = own.map(|(number, is)| [number, is.into()]);
         let constants: Vec<_> = tiles.constants.iter().copied().chain(own).collect();
         let pipeline = |shader| ComputePipeline::new(device, shader, &bindings, 0, &constants);
         let sky_pass = || -> Result<SkyPass> {

@@ -33,7 +33,7 @@ use super::appearance::{Appearance, DIRECTIONS};
 use super::frame::FrameBuffer;
 use super::light_constants;
 use crate::Result;
-use crate::abi::{BOW_ANGLES, FarGlints, FarImages, Source};
+use crate::abi::{BOW_ANGLES, GLINT_ANGLES, Source};
 use crate::environment::Environment;
 use crate::environment::bright::{Bright, split_off};
 use crate::gpu::sets::{glints as slot, group, splat_table as of_splats};
@@ -50,8 +50,8 @@ const LARGEST_SOURCE: f64 = 0.035;
 /// Indices for which the shader knows which ways have images. Other drops show sources as all of the environment.
 const INDICES: std::ops::RangeInclusive<f64> = 1.325..=1.345;
 
-/// Bytes a direction of the splats' table.
-const SPLAT_BYTES: u64 = 32;
+/// Bytes an entry of the splats' table, an angle of a source's images, and an angle of the table of bows.
+const ENTRY_BYTES: u64 = 16;
 
 /// The environment without its bright sources, where it has any that drops on tiles show apart.
 pub fn bright_parts(environment: &Environment) -> Option<Bright> {
@@ -71,9 +71,9 @@ pub struct Glints {
     pub count: u32,
     /// Their number and they themselves, as `Sources` of `glsl/include/sources.glsl` has them.
     pub(super) sources: Arc<Buffer>,
-    /// A far drop's images, by direction.
-    far_glints: Buffer,
-    /// A far drop's light from each source by angle, a `FarImages` each.
+    /// A far drop's images of each source by angle, four words each.
+    pub(super) far_glints: Buffer,
+    /// A far drop's mean light from each source by angle, four floats each.
     pub(super) bow: Buffer,
     bindings: Bindings,
     bow_pass: ComputePipeline,
@@ -82,7 +82,7 @@ pub struct Glints {
 
 /// What splats show in one view.
 pub struct SplatTable {
-    /// A splat's colours and glints by direction, eight words each (`glsl/splat_table.comp`).
+    /// A splat's colours by direction, its glints by angle, four words each (`glsl/splat_table.comp`).
     pub(crate) table: Buffer,
     bindings: Bindings,
     pipeline: ComputePipeline,
@@ -126,9 +126,9 @@ impl Glints {
         light: &Light,
     ) -> Result<Self> {
         let (count, storage) = (most, vk::BufferUsageFlags::STORAGE_BUFFER);
-        let bytes = size_of::<FarGlints>() as u64 * u64::from(DIRECTIONS);
+        let bytes = ENTRY_BYTES * u64::from(GLINT_ANGLES * count.max(1));
         let far_glints = Buffer::new(device, "far glints", bytes, storage, Memory::Device)?;
-        let bytes = size_of::<FarImages>() as u64 * u64::from(BOW_ANGLES * count.max(1));
+        let bytes = ENTRY_BYTES * u64::from(BOW_ANGLES * count.max(1));
         let bow = Buffer::new(device, "bow", bytes, storage, Memory::Device)?;
         let slots = [
             (slot::SOURCES, Resource::Buffer(&sources)),
@@ -144,14 +144,9 @@ impl Glints {
 
     /// Records the images in far drops.
     pub fn record(&self, commands: Recorder<'_>) {
-        self.far.dispatch(
-            commands,
-            &self.bindings,
-            0,
-            &[],
-            [DIRECTIONS / group::FAR_GLINTS_COMP[0], 1, 1],
-        );
         if self.count > 0 {
+            let groups = [GLINT_ANGLES * self.count / group::FAR_GLINTS_COMP[0], 1, 1];
+            self.far.dispatch(commands, &self.bindings, 0, &[], groups);
             let groups = [(BOW_ANGLES * self.count).div_ceil(group::BOW_COMP[0]), 1, 1];
             self.bow_pass.dispatch(commands, &self.bindings, 0, &[], groups);
         }
@@ -171,10 +166,12 @@ impl SplatTable {
     ) -> Result<Self> {
         use vk::BufferUsageFlags as Usage;
         let usage = Usage::STORAGE_BUFFER | Usage::UNIFORM_TEXEL_BUFFER | Usage::TRANSFER_SRC;
-        let bytes = SPLAT_BYTES * u64::from(DIRECTIONS);
+        let entries = DIRECTIONS + crate::abi::MOST_SOURCES + GLINT_ANGLES * glints.count;
+        let bytes = ENTRY_BYTES * u64::from(entries);
         let table = Buffer::new(device, "splat table", bytes, usage, Memory::Device)?;
         let slots = [
             (of_splats::CONSTANTS, Resource::Buffer(&frame.buffer)),
+            (of_splats::SOURCES, Resource::Buffer(&glints.sources)),
             (of_splats::FAR_GLINTS_IN, Resource::Buffer(&glints.far_glints)),
             (of_splats::PICTURES, Resource::Buffer(&appearance.table)),
             (of_splats::SPLAT_TABLE, Resource::Buffer(&table)),

@@ -25,8 +25,8 @@ pub struct TileStages {
     pub heads: Vec<u32>,
     /// The words of all entries (`glsl/include/tile_buffers.glsl`).
     pub nodes: Vec<u32>,
-    /// What splats show, by direction (`glsl/splat_table.comp`).
-    pub splats: Vec<[u32; 8]>,
+    /// What splats show, by direction first (`glsl/splat_table.comp`).
+    pub splats: Vec<[u32; 4]>,
     /// The picture, in stored units.
     pub radiance: Vec<[f16; 4]>,
 }
@@ -86,7 +86,7 @@ impl TileStages {
             bands: constants.room[3],
             heads: heads.read(((end[0] - first[0]) * (end[1] - first[1])) as usize),
             nodes: nodes.read(nodes.size as usize / 4),
-            splats: splats.read(splats.size as usize / 32),
+            splats: splats.read(splats.size as usize / 16),
             radiance: radiance.read(width as usize * height as usize),
         })
     }

@@ -94,7 +94,7 @@ impl Entry {
     }
 
     /// The light that it adds to a pixel: of a splat the upper and the lower half have a colour each.
-    pub fn light(&self, tile: [u32; 2], number: u32, table: &[[u32; 8]]) -> DVec3 {
+    pub fn light(&self, tile: [u32; 2], number: u32, table: &[[u32; 4]]) -> DVec3 {
         match &self.look {
             Look::Splat { place, direction } => {
                 let (square, middle) =
