@@ -147,8 +147,11 @@ float finish(Row row, Nearest nearest, uint behind, uvec2 first) {
     return dot(logs, vec4(drawn));
 }
 
-// The tile's first pixel, from the view axis.
+// The tile's first pixel, from the view axis; one over the focal length in pixels.
 vec2 plane_corner;
+float inverse_focal;
+// Where the first source is, in the splats' table.
+uvec4 first_source;
 // Squared distances of what is behind a tile's pixels.
 vec4 upper_reach2, lower_reach2;
 // Their nearest drops so far.
@@ -176,22 +179,23 @@ void lay_splat_behind(inout Row upper, inout Row lower, uint link) {
     float squared = half_sides.x * half_sides.y / 0.78539816;
     if (spread) squared *= unpack_opacity(words.z);
     vec2 center = plane_corner - from;
-    vec3 axis = normalize(vec3(center.x, -center.y, -frame.image.z));
+    float away2 = dot(center, center) + frame.image.z * frame.image.z, near = inversesqrt(away2);
+    vec3 axis = near * vec3(center.x, -center.y, -frame.image.z);
+    float radius = sqrt(squared * away2 * near * inverse_focal); // over the root of the axis' depth
     for (uint i = 0u; i < GLINTS; ++i) {
-        uvec4 source = splat_of(TOWARD_SOURCES + i);
-        if (source.w == 0u) break;
+        uvec4 source = i == 0u ? first_source : splat_of(TOWARD_SOURCES + i);
+        if (i > 0u && source.w == 0u) break;
         vec3 toward = uintBitsToFloat(source.xyz);
-        float cosine = dot(axis, toward);
-        uvec4 glints = splat_of(ANGLES + i * GLINT_ANGLES + angle_number(cosine));
+        uvec4 glints = splat_of(ANGLES + i * GLINT_ANGLES + angle_number(dot(axis, toward)));
         vec3 first_light = unpack_radiance(glints.y), second_light = unpack_radiance(glints.z);
         if (HAS_LENS != 0u && spread && (words.z & IS_FAINT) != 0u) {
             // Of a splat out of focus they are spread as all of it is.
             upper_color += (first_light + second_light) * (1.0 / 3.14159265);
             lower_color += (first_light + second_light) * (1.0 / 3.14159265);
         } else {
-            vec2 far = unpackHalf2x16(glints.x), on_screen = sqrt(squared) * toward_on_screen(axis, toward, cosine);
-            add_glint(upper, lower, far.x * on_screen - from, squared * first_light, upper_hidden, lower_hidden);
-            add_glint(upper, lower, far.y * on_screen - from, squared * second_light, upper_hidden, lower_hidden);
+            vec2 places = radius * unpackHalf2x16(glints.x), on_screen = toward_on_screen(axis, toward);
+            add_glint(upper, lower, places.x * on_screen - from, squared * first_light, upper_hidden, lower_hidden);
+            add_glint(upper, lower, places.y * on_screen - from, squared * second_light, upper_hidden, lower_hidden);
         }
     }
     // What each column of pixels has of the box, and each row of its upper and its lower half.
@@ -290,6 +294,8 @@ void main() {
     }
 
     plane_corner = plane_of(vec2((at + first_tile()) * TILE));
+    inverse_focal = 1.0 / frame.image.z;
+    if (GLINTS != 0u) first_source = splat_of(TOWARD_SOURCES);
     upper_nearest = lower_nearest = NONE_MET;
 
     // Blocks, then splats, and that once where it can be: a loop around the two costs a tenth of all.

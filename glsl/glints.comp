@@ -188,7 +188,7 @@ bool add_by_table(uint drop, Large r) {
     for (uint i = 0u; i < source_count.x; ++i) {
         vec3 toward = to_view(sources[i].toward.xyz);
         float cosine = dot(axis, toward), off = angle_between(axis, toward);
-        vec2 on_screen = size * toward_on_screen(axis, toward, cosine);
+        vec2 on_screen = size * inversesqrt(max(-axis.z, 1e-3)) * toward_on_screen(axis, toward);
         uint angles = ANGLES + i * GLINT_ANGLES;
         uvec4 nearest = splat_table[angles + angle_number(cosine)];
         for (uint j = 0u; j < 2u; ++j) {

@@ -46,7 +46,7 @@ void main() {
     basis(n, u, w);
     vec3 v = to_view(n);
     // A texel that the line between the halves cuts goes to both by its parts.
-    vec2 down = vec2(toward_on_screen(v, to_view(u), 0.0).y, toward_on_screen(v, to_view(w), 0.0).y);
+    vec2 down = vec2(toward_on_screen(v, to_view(u)).y, toward_on_screen(v, to_view(w)).y);
     down *= 0.5 * float(EDGE) / max(length(down), 1e-3);
     vec4 above = vec4(0.0), below = vec4(0.0);
     for (uint i = 0u; i < EDGE * EDGE; ++i) {

@@ -26,10 +26,8 @@ float angle_numbered(uint number) {
 }
 
 // Where on the screen, from its middle, a drop along `axis` shows an image whose impact parameter is the sine of its angle
-// to a source; both unit vectors in view space, with the angle's cosine. In the outline's mean radii: that outline is
-// larger by depth^-1.5 than one on the axis of view.
-vec2 toward_on_screen(vec3 axis, vec3 toward, float cosine) {
-    vec3 aside = toward - cosine * axis;
-    float depth = max(-axis.z, 1e-3), larger = inversesqrt(depth);
-    return larger * (depth * vec2(aside.x, -aside.y) + aside.z * vec2(axis.x, -axis.y));
+// to a source; both unit vectors in view space. In the outline's mean radii over the root of the axis' depth: that outline
+// is larger by depth^-1.5 than one on the axis of view. (What the source's direction has of the axis falls out.)
+vec2 toward_on_screen(vec3 axis, vec3 toward) {
+    return -axis.z * vec2(toward.x, -toward.y) + toward.z * vec2(axis.x, -axis.y);
 }
