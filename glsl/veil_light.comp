@@ -14,7 +14,7 @@
 layout(std430, set = 0, binding = 19) readonly buffer Bow { vec4 bow[]; };
 #include "far_light.glsl"
 #include "far_glints.glsl"
-layout(std430, set = 0, binding = 33) readonly buffer FarGlintsIn { uvec4 far_glints[]; };
+layout(std430, set = 0, binding = 16) readonly buffer SplatTable { uvec4 splat_table[]; };
 
 layout(local_size_x = 64) in;
 
@@ -31,7 +31,7 @@ uint light_of_line(uint tile, vec3 ray, vec3 d) {
     vec3 toward = d;
     float brightest = 0.0;
     for (uint i = 0u; i < source_count.x; ++i) {
-        uvec4 other = far_glints[i * GLINT_ANGLES + angle_number(dot(d, sources[i].toward.xyz))];
+        uvec4 other = splat_table[ANGLES + i * GLINT_ANGLES + angle_number(dot(d, sources[i].toward.xyz))];
         float light = dot(unpack_radiance(other.y), LUMINANCE);
         if (light <= brightest) continue;
         brightest = light;

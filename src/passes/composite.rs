@@ -198,7 +198,6 @@ impl Composite {
             (slot::SPLAT_TABLE, splats),
             (slot::SOURCES, &glints.sources),
             (slot::BOW, &glints.bow),
-            (slot::FAR_GLINTS_IN, &glints.far_glints),
             // Without a depth no shader reads it.
             (slot::REACH, tiles.reach.as_ref().unwrap_or(&sky)),
             (slot::VEIL, veil),
@@ -334,8 +333,8 @@ impl Composite {
         self.sky_is_there |= recording.wrapping_sub(self.sky_since) < u32::MAX / 2;
     }
 
-    /// Records the sky, when the frame's constants are ready.
-    pub fn record_sky(&self, commands: Recorder<'_>) {
+    /// Records the sky, when the frame's constants are ready, and what streaks show, which needs the splats' table.
+    pub fn record_sky(&self, device: &Device, commands: Recorder<'_>) {
         let (across, down) = self.in_tiles;
         let groups = [across.div_ceil(SKY_GROUP[0]), down.div_ceil(SKY_GROUP[1]), 1];
         match &self.sky_pass {
@@ -345,6 +344,7 @@ impl Composite {
         if let Some(veil_light) = &self.veil_light {
             let groups = self.tiles.div_ceil(64);
             let rows = groups.div_ceil(MOST_GROUPS);
+            memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::ComputeRead]);
             veil_light.dispatch(commands, &self.bindings, 0, &[], [groups.div_ceil(rows), rows, 1]);
         }
     }

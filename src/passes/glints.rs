@@ -72,7 +72,7 @@ pub struct Glints {
     /// Their number and they themselves, as `Sources` of `glsl/include/sources.glsl` has them.
     pub(super) sources: Arc<Buffer>,
     /// A far drop's images of each source by angle, four words each.
-    pub(super) far_glints: Buffer,
+    far_glints: Buffer,
     /// A far drop's mean light from each source by angle, four floats each.
     pub(super) bow: Buffer,
     bindings: Bindings,

@@ -141,7 +141,7 @@ impl Tiled {
                 if self.draws_splats {
                     self.splats.record(commands);
                 }
-                self.composite.record_sky(commands);
+                self.composite.record_sky(device, commands);
             });
         }
         time.time(commands, "gather", || {
