@@ -3,7 +3,7 @@
 use super::demand::contrast;
 use crate::environment::Environment;
 use crate::rain::field::Field;
-use crate::rain::medium::{BOX, cutoff_of_budget, radius_of_part, unseen_radius};
+use crate::rain::medium::{cutoff_of_budget, unseen_radius};
 use crate::rain::visibility::Frustum;
 use crate::scene::Scene;
 use crate::scene::model::FarRain;
@@ -11,9 +11,6 @@ use crate::scene::real_rain::RealRain;
 
 /// By how much a drop that is left to the medium may change a pixel, where no error is accepted: a grey level.
 const LEAST_SEEN: f64 = 1.0 / 255.0;
-/// How much drops that are left to the medium may do together at such an error, over what all under a pixel do: of the
-/// variance of boxes of pixels. More for a larger error, as its square. Drops at rest that show by less do less than that.
-const MOST_TOGETHER: f64 = 0.125;
 /// Least contrast between drops and what is behind them that is reckoned with: there is no even sky.
 const LEAST_CONTRAST: f64 = 0.1;
 /// Most drops that a picture draws one by one where no cut-off is given, the paper's largest scene; and where the
@@ -36,7 +33,7 @@ pub struct Cutoff {
 
 impl Cutoff {
     /// That of `scene`, whose rain is `rain`: as the scene says, else from the contrast of its environment, the
-    /// accepted error and the exposure, drop by drop and of all together; larger where that would be more drops or cells than a picture takes.
+    /// accepted error and the exposure; larger where that would be more drops or cells than a picture takes.
     pub fn of(scene: &Scene, rain: &RealRain, environment: &Environment) -> Self {
         let contrast = contrast(environment).clamp(LEAST_CONTRAST, 1.0);
         let (px, why) = Self::px_of(scene, rain, contrast);
@@ -89,21 +86,8 @@ fn exposed(scene: &Scene) -> f64 {
 fn of_contrast(scene: &Scene, rain: &RealRain, contrast: f64) -> (f64, String) {
     let seen = scene.model.error.unwrap_or(LEAST_SEEN);
     let levels = 255.0 * seen;
-    let (law, frustum) = (rain.law(), Frustum::of(&scene.view(), rain.extent));
-    let alone = unseen_radius(&law, rain.air_density, contrast, seen, exposed(scene));
-    let why = format!("no smaller drop shows by {levels:.2}/255 at a contrast of {contrast:.2}");
-    let (open, part) = (scene.drawn_exposure(), MOST_TOGETHER * levels * levels);
-    if open == 0.0 || part >= 1.0 {
-        return (alone, why);
-    }
-    let together = radius_of_part(&law, rain.air_density, &frustum, open, part);
-    if together >= alone {
-        return (alone, why);
-    }
-    let percent = 100.0 * part;
-    let why = format!(
-        "no drop under {alone} px shows by {levels:.2}/255 at a contrast of {contrast:.2}, but together they do: smaller ones \
-         make {percent:.1} % of the variance, in boxes of {BOX} x {BOX} pixels, that all under a pixel do"
-    );
-    (together, why)
+    (
+        unseen_radius(&rain.law(), rain.air_density, contrast, seen, exposed(scene)),
+        format!("no smaller drop shows by {levels:.2}/255 at a contrast of {contrast:.2}"),
+    )
 }

@@ -24,66 +24,10 @@ pub fn unseen_radius(law: &Law, air_density: f64, contrast: f64, seen: f64, expo
     let speed =
         fall::density_factor(air_density) * fall::terminal_speed(law.to, fall::TABLE_AIR_DENSITY);
     let as_streak = 2.0 * seen / (PI * contrast) * speed * exposed.abs() / (1e-3 * law.to);
-    two_digits(at_rest.max(as_streak).clamp(CUTOFFS[0], CUTOFFS[1]))
-}
-
-/// Edge in pixels of the boxes over which drops are seen together.
-pub const BOX: f64 = 8.0;
-
-/// Least and largest cut-off in pixels that a scene may name.
-const CUTOFFS: [f64; 2] = [0.001, 1.0];
-
-/// Largest radius in pixels under which all drops together do so large a part of what those under a pixel do to a picture:
-/// of the variance of the opacity of its boxes ([`BOX`]). `exposed` is not 0.
-///
-/// By drops of diameter D beyond a depth this goes as N D⁴ ∫ g dz/z², g of a streak of f v T / 8 z boxes
-/// ([`streak_share`](crate::rain::visibility::streak_share)). A drop of the radius ρ has a streak of v T ρ / 4 D of them.
-pub fn radius_of_part(
-    law: &Law,
-    air_density: f64,
-    frustum: &Frustum,
-    exposed: f64,
-    part: f64,
-) -> f64 {
-    let width = (law.to - law.from) / STEPS as f64;
-    let sizes = (0..STEPS).map(|step| {
-        let from = law.from + width * step as f64;
-        let diameter = from + 0.5 * width;
-        let way = fall::terminal_speed(diameter, air_density) * exposed.abs();
-        (diameter, way, law.moment_between(4.0, from, from + width) / way)
-    });
-    let sizes: Vec<_> = sizes.collect();
-    let variance = |radius_px: f64| -> f64 {
-        let of_size = |(diameter, way, weight): &(f64, f64, f64)| {
-            let boxes = |depth: f64| frustum.focal_px * way / (BOX * depth);
-            let nearest = depth_of_radius(frustum.focal_px, *diameter, radius_px);
-            let farthest = frustum.extent.max(nearest);
-            weight * (streak_shares(boxes(nearest)) - streak_shares(boxes(farthest)))
-        };
-        sizes.iter().map(of_size).sum()
-    };
-    let [mut low, mut high] = CUTOFFS;
-    let wanted = part * variance(high);
-    while high > 1.001 * low {
-        let middle = (low * high).sqrt();
-        if variance(middle) > wanted { high = middle } else { low = middle }
-    }
-    two_digits(low)
-}
-
-/// ∫ g dℓ of streaks up to a length.
-fn streak_shares(length: f64) -> f64 {
-    if length <= 1.0 {
-        length - length * length / 6.0
-    } else {
-        0.5 + length.ln() + 1.0 / (3.0 * length)
-    }
-}
-
-/// So that the drops do not change with a texel.
-fn two_digits(radius: f64) -> f64 {
-    let parts = 10f64.powf(1.0 - radius.log10().floor());
-    (radius * parts).round() / parts
+    // Two digits, so that the drops do not change with a texel.
+    let radius = at_rest.max(as_streak).clamp(0.001, 1.0);
+    let unit = 10f64.powf(radius.log10().floor() - 1.0);
+    (radius / unit).round() * unit
 }
 
 /// Optical depth of the medium from the camera to `depth` metres.
@@ -94,7 +38,7 @@ pub fn optical_depth(law: &Law, focal_px: f64, cutoff_px: f64, depth: f64) -> f6
     extinction(depth * m2 - depth_of_radius(focal_px, 1.0, cutoff_px) * m3).max(0.0)
 }
 
-/// Diameters of a law in so many equal steps, whose drops have one speed and one outline.
+/// Diameters of a law in so many equal steps, whose drops have one outline.
 const STEPS: usize = 48;
 
 /// The outlines of a law's drops that are no spheres: of all that are smaller than each of its steps, the moments by which

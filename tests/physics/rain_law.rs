@@ -7,8 +7,7 @@ use raindrops::rain::classes::{CLASSES, classes};
 use raindrops::rain::fall::{density_factor, terminal_speed};
 use raindrops::rain::law::{Law, marshall_palmer_slope};
 use raindrops::rain::medium::{
-    BOX, cutoff_of_budget, optical_depth, radius_of_part, starts, unseen_radius,
-    visibility as visibility_of,
+    cutoff_of_budget, optical_depth, starts, unseen_radius, visibility as visibility_of,
 };
 use raindrops::rain::visibility::{
     Frustum, depth_of_radius, radius_px, streak_opacity, streak_px, streak_share,
@@ -338,24 +337,4 @@ fn what_is_left_to_the_medium_shows_no_single_drop() {
     let opacity = 6e-3 / (9.17 / 60.0);
     let expected = 2.0 / 255.0 / (std::f64::consts::PI * 0.5) / opacity;
     close(unseen_radius(&law, 1.2, 0.5, seen, -1.0 / 60.0), expected, 0.04);
-}
-
-/// A box of 8 x 8 pixels is a pixel of a picture an eighth as fine, of which [`Frustum::noise`] knows how much it varies.
-#[test]
-fn what_is_left_to_the_medium_does_a_small_part_together() {
-    let law = marshall_palmer(25.0, 0.25, 6.0);
-    for (extent, exposed, part) in [
-        (f64::INFINITY, 1.0 / 60.0, 0.125),
-        (20.0, -1.0 / 60.0, 0.125),
-        (f64::INFINITY, 1e-3, 0.2),
-        (300.0, 0.1, 0.05),
-    ] {
-        let frustum = Frustum { focal_px: 886.81, width: 1024.0, height: 1024.0, extent };
-        let radius = radius_of_part(&law, 1.2, &frustum, exposed, part);
-        let boxes = Frustum { focal_px: frustum.focal_px / BOX, ..frustum };
-        let noise = |radius: f64| boxes.noise(&law, 1.2, radius / BOX, exposed.abs());
-        let found = (noise(radius) / noise(1.0)).powi(2);
-        println!("{extent} m, {exposed} s: {radius} px, {found:.4} of {part}");
-        close(found, part, 0.08);
-    }
 }
