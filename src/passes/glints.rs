@@ -7,11 +7,10 @@
 //! `src/reference/glints.rs`): by the reflection outside and after 0, 1 and 2 internal reflections, which
 //! carry all of the light but 0.1 %. That is left out.
 //!
-//! - **Splats**: a far drop's images depend on its direction alone. Once an environment, `far_glints` finds the two
-//!   brightest from each of the 64 x 64 directions of the prefiltered pictures; the others' light is spread
-//!   over the drop. When the view turns, `splat_table` projects them, beside the colours of the drop's upper and lower
-//!   half on the screen. `composite` then reads a splat's colours and glints, 32 bytes. An image's place is that of the
-//!   nearest direction: off by a twentieth of the radius at most.
+//! - **Splats**: a far drop's images of a source depend on the angle between the two alone. Once an environment,
+//!   `far_glints` finds the two brightest at each of 2,048 angles; the others' light is spread over the drop. When the view
+//!   turns, `splat_table` puts them beside the colours of a drop's upper and lower half on the screen. `composite` reads a
+//!   splat's colours by its direction, and for each source its images by their angle.
 //! - **Tile fragments**: `glints` adds the images to the pixels of each large drop after their colours are known. Far
 //!   drops under four pixels of radius, nineteen of twenty, have those of the table if any are by internal reflections;
 //!   otherwise they are solved, with the drop's true distance. The reflection outside and the way straight through have a
