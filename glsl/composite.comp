@@ -30,7 +30,6 @@ layout(std430, set = 0, binding = 16) readonly buffer SplatTable { uvec4 splat_t
 // What streaks of one colour show in each tile, three halves; and the light of lines along them, packed (veil_light.comp).
 layout(std430, set = 0, binding = 22) readonly buffer VeilLight { uvec4 veil_light[]; };
 // How much of it each pixel of the tiles has (lines.comp).
-#include "veil_lines.glsl"
 layout(std430, set = 0, binding = 29) readonly buffer LineSums { ivec4 line_sums[]; };
 
 #define COUNTERS_BINDING 15
@@ -126,9 +125,9 @@ float finish(Row row, Nearest nearest, uint behind, uvec2 first) {
         // In front of all.
         vec4 share = vec4(lines_of_row(behind / TILE.x)) * (1.0 / LINE_UNITS);
         vec3 light = unpack_radiance(veil_of_tile(behind / PIXELS).z);
-        row.r += share * light.r;
-        row.g += share * light.g;
-        row.b += share * light.b;
+        precise vec4 r = fma(share, vec4(light.r), row.r), g = fma(share, vec4(light.g), row.g);
+        precise vec4 b = fma(share, vec4(light.b), row.b);
+        row = Row(r, g, b, row.through);
     }
     // Glints may lie in one pixel until it is beyond what a half holds; a line's spread light may be behind a drop.
     row.r = clamp(row.r, vec4(0.0), MOST_HALF);

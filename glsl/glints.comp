@@ -178,7 +178,7 @@ bool add_by_table(uint drop, Large r) {
         LargeShape l = large_shapes[drop];
         radius = l.radius;
         squared = radius * radius;
-        size = (0.5 * (l.box.zw - l.box.xy));
+        size = 0.5 * (l.box.zw - l.box.xy);
         r.center += 0.5 * (l.box.xy + l.box.zw);
     }
     if (!is_small(r, radius)) return false;

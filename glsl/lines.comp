@@ -9,6 +9,12 @@
 #define NODES_BINDING 25
 #include "nodes_by_four.glsl"
 #include "projection.glsl"
+#include "appearance.glsl"
+#define SOURCES_BINDING 17
+#include "sources.glsl"
+#include "far_glints.glsl"
+layout(std430, set = 0, binding = 16) readonly buffer SplatTable { uvec4 splat_table[]; };
+#include "veil_lines.glsl"
 #define REACH_BINDING 20
 #include "reach.glsl"
 #include "streak.glsl"
@@ -18,10 +24,6 @@
 
 layout(local_size_x = 64) in;
 
-// After all tiles' light: of each tile the places of the two lines, and how much of the first one's light the second has
-// (veil_light.comp).
-layout(std430, set = 0, binding = 22) readonly buffer VeilLight { uvec4 veil_light[]; };
-#include "veil_lines.glsl"
 // Of the pixels of each tile, in LINE_UNITS, for a light of 1.
 layout(std430, set = 0, binding = 29) buffer LineSums { int line_sums[]; };
 
@@ -44,20 +46,12 @@ void add_row(Streak s, Streak first, Streak second, float second_share, uint til
     if (units.w != 0) atomicAdd(line_sums[at + 3u], units.w);
 }
 
-// Where the lines are, in radii from the middle of a drop, and how much of the first one's light the second has: of the
-// tile at a place from the first tile's corner, or of the nearest.
-uvec4 lines_at(vec2 place) {
-    uvec2 tile = uvec2(clamp(place, vec2(0.0), vec2(veil_size()) - 1.0)) / TILE;
-    return veil_light[TILE_COUNT + tile.y * tiles_across() + tile.x];
-}
-
-// The same where each line is: there the ray that shows it points, of which the table tells how far from the source it is.
+// The places of the lines, each where it is: by the ray that shows it, of which the table tells how far from the source it is.
 // x and y of the first, z and w of the second.
-vec4 lines_of_drop(vec2 place, float radius, out float second_share) {
-    uvec4 middle = lines_at(place);
-    second_share = uintBitsToFloat(middle.z);
-    vec2 first = unpackHalf2x16(lines_at(place + radius * unpackHalf2x16(middle.x)).x);
-    return vec4(first, unpackHalf2x16(lines_at(place + radius * unpackHalf2x16(middle.y)).y));
+vec4 places_in_drop(vec2 center, float radius, out float second_share) {
+    Lines middle = lines_at(center);
+    second_share = middle.second_share;
+    return vec4(lines_at(center + radius * middle.first).first, lines_at(center + radius * middle.second).second);
 }
 
 void main() {
@@ -67,29 +61,32 @@ void main() {
     uvec4 first = four_of_nodes(record);
     Streak s = unpack_streak(first.zw, four_of_nodes(record + 4u));
 
-    // Along the longer axis the part's pixels, or tiles; across it those that the streak may meet there.
-    vec2 at = s.center - vec2(first_tile() * TILE);
-    uvec2 size = veil_size();
-    uint step = s.upright ? 1u : TILE.x, cell = s.upright ? TILE.x : 1u;
-    uint begin = part * LINE_PART, end = min(begin + LINE_PART, s.upright ? size.y : size.x);
+    // Along the longer axis the part's pixels, or tiles; across it those that the streak may meet there. Pixels of the whole
+    // picture, so that its parts have its bits.
+    uvec2 first_pixel = first_tile() * TILE, end_pixel = end_tile() * TILE;
+    uint step = s.upright ? 1u : TILE.x, cell = s.upright ? TILE.x : 1u, knot = part * LINE_PART;
+    uint begin = max(knot, s.upright ? first_pixel.y : first_pixel.x);
+    uint end = min(knot + LINE_PART, s.upright ? end_pixel.y : end_pixel.x);
     vec2 axis = s.upright ? vec2(s.slope, 1.0) : vec2(1.0, s.slope);
-    float middle = s.upright ? at.y : at.x;
+    float middle = s.upright ? s.center.y : s.center.x;
     float radius = sqrt(s.area * INVERSE_PI), second_share;
-    vec4 low = lines_of_drop(at + axis * (float(begin) - middle), radius, second_share);
-    vec4 high = lines_of_drop(at + axis * (float(end) - middle), radius, second_share);
+    vec4 low = places_in_drop(s.center + axis * (float(knot) - middle), radius, second_share);
+    vec4 high = places_in_drop(s.center + axis * (float(knot + LINE_PART) - middle), radius, second_share);
     float half_width = 1.0 / s.inverse + 0.5 + 0.5 * float(step) * abs(s.slope);
-    int cells = int((s.upright ? size.x : size.y) / cell);
+    int least = int((s.upright ? first_pixel.x : first_pixel.y) / cell);
+    int most = int((s.upright ? end_pixel.x : end_pixel.y) / cell);
     for (uint along = begin; along < end; along += step) {
-        float off = float(along) + 0.5 * float(step) - middle, across = (s.upright ? at.x : at.y) + s.slope * off;
-        float share = (float(along) + 0.5 * float(step) - float(begin)) / float(LINE_PART);
+        float off = float(along) + 0.5 * float(step) - middle;
+        float across = (s.upright ? s.center.x : s.center.y) + s.slope * off;
+        float share = (float(along - knot) + 0.5 * float(step)) / float(LINE_PART);
         vec4 places = mix(low, high, share);
         Streak one = line_along(s, places.xy), two = line_along(s, places.zw);
-        int from = clamp(int(floor((across - half_width) / float(cell))), 0, cells);
-        int to = clamp(int(floor((across + half_width) / float(cell))), -1, cells - 1);
+        int from = clamp(int(floor((across - half_width) / float(cell))), least, most);
+        int to = clamp(int(floor((across + half_width) / float(cell))), least - 1, most - 1);
         for (int i = from; i <= to; ++i) {
-            uvec2 pixel = s.upright ? uvec2(uint(i) * cell, along) : uvec2(along, i);
-            uint tile = pixel.y / TILE.y * tiles_across() + pixel.x / TILE.x;
-            vec2 there = vec2(pixel) + 0.5 - at;
+            uvec2 pixel = s.upright ? uvec2(uint(i) * cell, along) : uvec2(along, i), at = pixel / TILE - first_tile();
+            uint tile = at.y * tiles_across() + at.x;
+            vec2 there = vec2(pixel) + 0.5 - s.center;
             add_row(s, one, two, second_share, tile, pixel.y % TILE.y, there, uintBitsToFloat(first.x));
         }
     }

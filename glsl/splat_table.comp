@@ -40,7 +40,11 @@ void main() {
         vec3 toward = is_there ? to_view(sources[texel].toward.xyz) : vec3(0.0);
         splat_table[TOWARD_SOURCES + texel] = uvec4(floatBitsToUint(toward), uint(is_there));
     }
-    for (uint i = texel; i < source_count.x * GLINT_ANGLES; i += SINGLE_TEXELS) splat_table[ANGLES + i] = far_glints[i];
+    // A renewed environment may have fewer sources than there is room for.
+    uint entries = source_count.x * GLINT_ANGLES;
+    for (uint i = texel; ANGLES + i < uint(splat_table.length()); i += SINGLE_TEXELS) {
+        splat_table[ANGLES + i] = i < entries ? far_glints[i] : uvec4(0u);
+    }
     if (texel >= SINGLE_TEXELS || pictures[texel] == NO_PICTURE) return;
     vec3 n = texel_direction(texel), u, w;
     basis(n, u, w);

@@ -4,7 +4,7 @@ mod common;
 
 use std::sync::Arc;
 
-use common::on_device;
+use common::{on_device, painted};
 use glam::{DVec3, Vec3};
 use raindrops::environment::Environment;
 use raindrops::gpu::Device;
@@ -45,9 +45,19 @@ fn environment() -> Environment {
 
 /// A picture by the parts of a grid, and the drops in view of them.
 fn drawn(device: &Arc<Device>, scene: &Scene, output: Output, grid: Grid) -> (Drawn, u64) {
-    let environment = environment();
-    let plan = plan(scene, &environment, output).expect("a plan");
-    let mut parts = Parts::new(device, &environment, &plan);
+    drawn_in(device, &environment(), scene, output, grid)
+}
+
+/// The same in another light.
+fn drawn_in(
+    device: &Arc<Device>,
+    environment: &Environment,
+    scene: &Scene,
+    output: Output,
+    grid: Grid,
+) -> (Drawn, u64) {
+    let plan = plan(scene, environment, output).expect("a plan");
+    let mut parts = Parts::new(device, environment, &plan);
     let mut radiance = empty_picture(scene.image);
     let mut shown = vec![[0; 3]; radiance.pixels.len()];
     let mut visible = 0;
@@ -98,6 +108,36 @@ fn parts_are_the_whole_to_the_byte() {
             assert!(in_parts < 2 * in_view, "{in_parts} drops in view of the parts, {in_view}");
         });
     }
+}
+
+/// Streaks in which a bare sun draws lines, across the parts' edges and not.
+#[test]
+fn parts_have_the_lines_of_the_whole() {
+    let sun = DVec3::new(0.55, 0.45, -0.7).normalize();
+    let lit = painted(1024, |d| Vec3::splat(if d.dot(sun) > 0.9999 { 3000.0 } else { 0.2 }));
+    let dark = painted(64, |_| Vec3::splat(0.2));
+    on_device(|device| {
+        let mut scene = Scene { rain: None, ..scene(Preset::Fast) };
+        scene.camera.shutter = 1.0;
+        scene.drops = (0..12)
+            .map(|number| {
+                let turn = 0.6 * f64::from(number);
+                let center = 12.0 * DVec3::new((2.1 * turn).sin(), (3.4 * turn).sin(), 0.0);
+                let center = center + DVec3::new(0.0, 0.0, -20.0);
+                let velocity = 20.0 * DVec3::new(turn.cos(), turn.sin(), 0.0);
+                let radius = 1.0 + 0.1 * f64::from(number);
+                PlacedDrop { velocity, ..PlacedDrop::sphere(center - 0.5 * velocity, radius) }
+            })
+            .collect();
+        let mut by =
+            |light, grid| drawn_in(device, light, &scene, Output::Radiance, grid).0.radiance;
+        let (whole, without) = (by(&lit, WHOLE), by(&dark, WHOLE));
+        let pairs = whole.pixels.iter().zip(&without.pixels);
+        let brighter = pairs.filter(|(a, b)| a.x > b.x + 0.1).count();
+        assert!(brighter > 100, "the control: {brighter} pixels show the sun");
+        let parts = by(&lit, Grid { columns: 3, rows: 2 });
+        assert_eq!(first_difference(&whole.pixels, &parts.pixels), None);
+    });
 }
 
 #[test]

@@ -14,7 +14,7 @@ const float THIN = 0.6;          // most that those in columns and rows cover of
 const float LINED_SHARE = 0.1;   // least that a bright source's line has in a pixel, of its image in a drop of a pixel
 
 // The first link of each cell; then links: record, a word of `nodes`, and next; then parts of streaks that have lines:
-// record, and number of the part along the streak's longer axis, from the first tile on.
+// record, and number of the part along the streak's longer axis, from the whole picture's edge on.
 #ifndef VEIL_READ_ONLY
 layout(std430, set = 0, binding = VEIL_BINDING) buffer Veil { uint veil[]; };
 #else
@@ -26,6 +26,8 @@ layout(std430, set = 0, binding = VEIL_BINDING) readonly buffer Veil { uint veil
 #define LINED_PX uintBitsToFloat(frame.veil.w) // radius from which on a drop's streak has them
 
 const uint LINE_PART = 16; // pixels of a part
+// Sums of lines are in whole units, so that no order changes a bit.
+const float LINE_UNITS = 1048576.0;
 
 uint line_part(uint number) {
     return VEIL_HEADS + 2u * (VEIL_LINKS + number);

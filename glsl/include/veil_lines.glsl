@@ -1,6 +1,32 @@
 // The lines that the brightest source draws along wide streaks of the veil: while a drop falls, each of its images of the
 // source stays at one place of its outline. The two brightest are drawn (lines.comp); other light is spread over the
-// streak.
+// streak. Needs projection.glsl, appearance.glsl, sources.glsl, far_glints.glsl, `splat_table`.
 
-// Sums of lines are in whole units, so that no order changes a bit.
-const float LINE_UNITS = 1048576.0;
+const vec3 LINE_WEIGHTS = vec3(0.2126, 0.7152, 0.0722); // luminance, Rec. 709
+
+struct Lines {
+    vec2 first, second; // radii from the middle of the drop
+    float second_share; // how much of the first one's light the second has
+    uint light;         // of the first, packed
+};
+
+// Of a drop at a pixel of the whole picture. Without an image in it the light is 0.
+Lines lines_at(vec2 pixel) {
+    vec3 ray = normalize(ray_through(pixel));
+    mat3 world = mat3(frame.right.xyz, frame.up.xyz, frame.back.xyz);
+    vec3 d = world * ray, toward = d;
+    uvec4 images = uvec4(0u);
+    float brightest = 0.0;
+    for (uint i = 0u; i < source_count.x; ++i) {
+        uvec4 other = splat_table[ANGLES + i * GLINT_ANGLES + angle_number(dot(d, sources[i].toward.xyz))];
+        float light = dot(unpack_radiance(other.y), LINE_WEIGHTS);
+        if (light <= brightest) continue;
+        brightest = light;
+        images = other;
+        toward = sources[i].toward.xyz;
+    }
+    vec2 on_screen = inversesqrt(max(-ray.z, 1e-3)) * toward_on_screen(ray, toward * world);
+    vec2 places = unpackHalf2x16(images.x);
+    float share = dot(unpack_radiance(images.z), LINE_WEIGHTS) / max(brightest, 1e-30);
+    return Lines(places.x * on_screen, places.y * on_screen, share, images.y);
+}

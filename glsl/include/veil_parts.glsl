@@ -2,10 +2,11 @@
 
 // One atomic a subgroup.
 void enter_parts(uint record, Streak s, bool has_lines) {
-    vec2 at = s.center - vec2(first_tile() * TILE), size = vec2(veil_size());
-    float along = s.upright ? at.y : at.x, end = s.upright ? size.y : size.x, half_length = 0.5 * (s.full + s.ends);
-    uint first = uint(clamp(along - half_length, 0.0, end)) / LINE_PART;
-    uint after = uint(ceil(clamp(along + half_length, 0.0, end) / float(LINE_PART)));
+    vec2 from = vec2(first_tile() * TILE), to = vec2(end_tile() * TILE);
+    float along = s.upright ? s.center.y : s.center.x, half_length = 0.5 * (s.full + s.ends);
+    float begin = s.upright ? from.y : from.x, end = s.upright ? to.y : to.x;
+    uint first = uint(clamp(along - half_length, begin, end)) / LINE_PART;
+    uint after = uint(ceil(clamp(along + half_length, begin, end) / float(LINE_PART)));
     uint count = has_lines && after > first ? after - first : 0u, all_here = subgroupAdd(count), place = 0u;
     if (all_here == 0u) return;
     if (subgroupElect()) {

@@ -137,9 +137,7 @@ impl Composite {
         let disordered = make("disordered tiles", 8 * u64::from(tiles.count), Usage::empty())?;
 
         let has_lines = tiles.has_veil() && glints.count > 0;
-        // Four words a tile, and as many for its lines.
-        let a_tile = if has_lines { 32 } else { 16 };
-        let lit = if tiles.has_veil() { a_tile * u64::from(tiles.count) } else { 16 };
+        let lit = if tiles.has_veil() { 16 * u64::from(tiles.count) } else { 16 };
         let veil_light = make("veil light", lit, Usage::UNIFORM_TEXEL_BUFFER)?;
         let line_sums = match has_lines {
             true => Some(make(

@@ -8,7 +8,7 @@
 //! of each larger drop it lays those that are nearer.
 //!
 //! A bright source is no mean colour: in a wide streak each of its images draws a line. `gather` notes the parts of such
-//! streaks, `lines` adds what the two brightest images of the brightest source show in each pixel (`veil_lines.glsl`).
+//! streaks, `lines` adds what the two brightest images of the brightest source show in each pixel (`glsl/lines.comp`).
 //!
 //! Coverage is a closed form (`streak.glsl`) whose sum over pixels is the drop's area at every size, length and angle.
 //! Error: the colour is that of the pixel's direction, not of the drop's own; a drop's upper and lower half have one. Lines
@@ -32,7 +32,7 @@ const LINKS_A_DROP: f64 = 8.0;
 /// Links in any case.
 const LEAST_LINKS: u64 = 1 << 18;
 const LINK_BYTES: u64 = 8;
-/// Links for each part of a streak that has lines, of as many bytes.
+/// Links for each part of a streak that has lines; a part has as many bytes as a link.
 const LINKS_A_PART: u64 = 4;
 /// Most of these: a row of workgroups.
 const MOST_PARTS: u64 = 65_535 * group::LINES_COMP[0] as u64;

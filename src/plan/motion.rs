@@ -68,8 +68,8 @@ pub(super) fn in_words(motion: Motion, line_px: f32) -> (String, &'static str) {
         Motion::Instant => (String::new(), ""),
         Motion::Streak => (
             format!(
-                "; those that move by over a pixel are streaks, the small and faint ones of one colour, with the \
-                 lines of a bare sun from {line_px} px of radius on"
+                "; those that move by over a pixel are streaks, the small and faint ones of one colour, along which \
+                 a bare sun, if there is one, draws lines from {line_px} px of radius on"
             ),
             ", averaged over their way",
         ),

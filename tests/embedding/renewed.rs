@@ -47,6 +47,29 @@ fn renewed_light_is_that_of_the_same_environment() {
     });
 }
 
+/// Neither one that was never there nor one that has set is seen in small drops.
+#[test]
+fn a_sun_that_is_gone_leaves_no_glint() {
+    let scene = scene(Preset::Fast);
+    let sky = environment();
+    let dark = common::painted(256, |d| Vec3::new(0.4, 0.6, 1.0) * (0.6 + 0.4 * d.y as f32));
+    on_host(Preset::Fast, |host, device| {
+        let [expected, other] = [&dark, &sky].map(|around| fixed(host, device, &scene, around));
+        let images = [&dark, &sky].map(|environment| uploaded(host, environment));
+        let mut embedded = live(host, device, &scene, &sky);
+        let difference = error(&expected, &other);
+        for (number, image) in [0, 1, 0].into_iter().enumerate() {
+            let found = frame(&mut embedded, host, number, &scene, Some(&images[image]));
+            let found = error([&expected, &other][image], &found);
+            println!("relMSE {found:.7}; of the other {difference:.4}");
+            assert!(found < 0.002 * difference, "frame {number}");
+        }
+        host.destroy_image(embedded.target);
+        drop(embedded.view);
+        images.into_iter().for_each(|image| host.destroy_image(image));
+    });
+}
+
 /// A halo of some degrees around a sun is no part of it: a large drop shows its shape.
 #[test]
 fn a_renewed_halo_stays_around_its_sun() {

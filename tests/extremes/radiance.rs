@@ -153,6 +153,24 @@ fn a_list_that_is_cut_is_told() {
     });
 }
 
+/// The same of streaks of one colour, whose lists have no order.
+#[test]
+fn a_list_of_streaks_that_is_cut_is_told() {
+    on_device(|device| {
+        let (mut scene, hole) = (thin_layers(200_000), hole(1.5, Vec3::ONE));
+        scene.camera.shutter = 1.0;
+        for drop in &mut scene.drops {
+            drop.velocity = drop.center.z.abs() * DVec3::new(0.0, 0.1, 0.0);
+        }
+        let (_, counts) = draw(device, &scene, &hole, Preset::Fast);
+        let is_cut = device.report.driver.contains("llvmpipe");
+        assert_eq!(counts.overflow > 0, is_cut, "{} told", counts.overflow);
+        scene.drops.truncate(6_000);
+        let (_, counts) = draw(device, &scene, &hole, Preset::Fast);
+        assert_eq!(counts.overflow, 0, "the control: short lists");
+    });
+}
+
 /// Thousands of sub-pixel layers, each of an alpha that float16 blending would lose.
 #[test]
 fn many_thin_layers() {
