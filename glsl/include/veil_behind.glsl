@@ -38,16 +38,12 @@ uvec2 link_at(uint link) { return texelFetch(link_texels, int(VEIL_HEADS / 2u + 
 uvec2 link_at(uint link) { return uvec2(veil[VEIL_HEADS + 2u * link], veil[VEIL_HEADS + 2u * link + 1u]); }
 #endif
 
-// Without this bound a compiler assumes that a list is read to its end, and removes the check after it.
-const uint MOST_LINKS = 0x7fffffffu;
-
 // Adds the streaks of a cell whose squared distances, as bits, are from `from` on and under `to`. llvmpipe stops an
 // invocation's loops after some 65,000 passes; a list that it leaves early is counted.
 void add_cell(inout Depths depths, const uint kind, uvec2 in_pixels, vec2 corner, uint from, uint to) {
     uvec2 cell = in_pixels / CELLS_PX[kind];
     uint link = veil[first_cell(kind) + cell.y * cells_of(kind).x + cell.x];
-    uint turns = 0u;
-    while (link != END && ++turns < MOST_LINKS) {
+    while (link != END) {
         uvec2 pair = link_at(link);
         uint record = pair.x;
         link = pair.y;
