@@ -229,12 +229,17 @@ fn across(picture: &Picture, way: DVec3) -> Vec<f64> {
 #[test]
 fn a_bare_sun_draws_lines_along_streaks() {
     const INSTANTS: u32 = 70;
-    let sun = DVec3::new(0.55, 0.45, -0.7).normalize();
-    let environment =
-        painted(1024, |d| Vec3::splat(if d.dot(sun) > 0.9999 { 3000.0 } else { 0.2 }));
+    let lit = |sun: DVec3| {
+        let sun = sun.normalize();
+        painted(1024, move |d| Vec3::splat(if d.dot(sun) > 0.9999 { 3000.0 } else { 0.2 }))
+    };
+    // Beside, and just out of view, where a drop's images move by a tenth of its radius along its way.
+    let [beside, near] = [(0.55, 0.45, -0.7), (0.2, -0.1, -1.0)].map(|sun| lit(sun.into()));
     on_device(|device| {
         // The wider the view, the nearer the drop: lines are those of a far one.
-        for (angle, degrees) in [(1.7_f64, 5.0), (0.4, 5.0), (1.7, 12.0)] {
+        for (angle, degrees, environment) in
+            [(1.7_f64, 5.0, &beside), (0.4, 5.0, &beside), (1.7, 12.0, &beside), (1.7, 12.0, &near)]
+        {
             let way = DVec3::new(angle.cos(), angle.sin(), 0.0);
             let mut scene = square(64);
             (scene.camera.vertical_fov, scene.model.preset) = (degrees, Preset::Fast);
@@ -245,13 +250,13 @@ fn a_bare_sun_draws_lines_along_streaks() {
             let mut truths = vec![0.0; 2 * 20];
             for instant in 0..INSTANTS {
                 scene.time = (f64::from(instant) + 0.5) / f64::from(INSTANTS);
-                let profile = across(&truth(&scene, &environment, 64), way);
+                let profile = across(&truth(&scene, environment, 64), way);
                 for (sum, value) in truths.iter_mut().zip(profile) {
                     *sum += value / f64::from(INSTANTS);
                 }
             }
             (scene.time, scene.camera.shutter) = (0.0, 1.0);
-            let (picture, _) = draw(&mut renderer(device, &scene, &environment), &scene);
+            let (picture, _) = draw(&mut renderer(device, &scene, environment), &scene);
             let found = across(&picture, way);
             let highest = truths.iter().fold(0.0_f64, |most, value| most.max(*value)) - 0.2;
             let worst = truths.iter().zip(&found).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);

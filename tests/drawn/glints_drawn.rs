@@ -89,7 +89,8 @@ fn square_to_the_sun_a_drop_is_a_mirror_ball() {
     });
 }
 
-/// Of four suns all around a splat shows the light of each: of two as points, of the others spread over it.
+/// Of four suns a splat shows the light of each: of two images of each as points, of the others spread over it. Behind the
+/// camera, within the rainbows, there are others.
 #[test]
 fn the_light_of_suns_adds_up() {
     on_device(|device| {
@@ -98,13 +99,18 @@ fn the_light_of_suns_adds_up() {
             scene.model.preset = Preset::Fast;
             let (u, v) = toward.any_orthonormal_pair();
             // None at a pole of the image, where a disc is no disc of texels.
-            let suns = [u + v, u - v, -u - v, v - u].map(DVec3::normalize);
+            let suns = [u + v, u - v, -u - v, v - u];
+            let suns = suns.map(|aside| (0.35 * aside.normalize() - 0.9 * toward).normalize());
             let light =
                 |suns: &[DVec3]| light_of(&draw(device, &scene, &with_suns(suns, 0.0, 1e4))).0;
             let apart: f64 = suns.iter().map(|sun| light(&[*sun])).sum();
             let share = light(&suns) / apart;
             println!("{pixels} px: {share:.4} of the light of one after the other");
             assert!((share - 1.0).abs() < 0.01, "{pixels} px: {share}");
+            let expected = light_of(&reference(&scene, &with_suns(&suns, 0.0, 1e4), 256)).0;
+            let share = light(&suns) / expected;
+            println!("{pixels} px: {share:.4} of the reference's");
+            assert!((share - 1.0).abs() < 0.03, "{pixels} px: {share} of the reference's");
         }
     });
 }

@@ -1,4 +1,4 @@
-//! Rain before and beside a bare sun: `fast` against `paper` and rays, all against the reference. The example `suns` has six
+//! Rain before and beside a bare sun: `fast` against `paper` and rays, all against the reference. The example `suns` has five
 //! more scenes, and takes minutes.
 
 #[path = "../../examples/suns/scenes.rs"]
@@ -18,7 +18,7 @@ const SAMPLES: u32 = 16;
 #[test]
 fn under_a_bare_sun_fast_is_truer_than_paper_and_more_rays_are_not_worse() {
     on_device(|device| {
-        for sun in [&SUNS[0], &SUNS[2]] {
+        for sun in [&SUNS[0], &SUNS[2], &SUNS[6]] {
             let environment = match sun.photograph.map(photograph) {
                 Some(None) => continue,
                 Some(Some(path)) => Environment::load(&path).expect("a photograph"),
@@ -44,7 +44,7 @@ fn under_a_bare_sun_fast_is_truer_than_paper_and_more_rays_are_not_worse() {
             println!("{place}: RMS paper {paper:.4}, fast {fast:.4}, by rays {rays:.4?}");
             println!("    relMSE fast {fast_mse:.1e}, 16 rays {mse:.1e}");
             assert!(fast <= 0.6 * paper, "{place}: {fast:.4} against the paper's {paper:.4}");
-            assert!(fast < 1.05 * rays[0], "{place}: {fast:.4}, one ray {:.4}", rays[0]);
+            assert!(fast < rays[0], "{place}: {fast:.4}, one ray {:.4}", rays[0]);
             assert!(fast_mse < 3.0 * mse, "{place}: relMSE {fast_mse:.1e} and {mse:.1e}");
             for pair in rays.windows(2) {
                 assert!(pair[1] < 1.03 * pair[0], "{place}: more rays are worse: {rays:.4?}");
