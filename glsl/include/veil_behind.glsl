@@ -38,12 +38,15 @@ uvec2 link_at(uint link) { return texelFetch(link_texels, int(VEIL_HEADS / 2u + 
 uvec2 link_at(uint link) { return uvec2(veil[VEIL_HEADS + 2u * link], veil[VEIL_HEADS + 2u * link + 1u]); }
 #endif
 
+const uint NO_LINK = 0x80000000u; // more than there can be
+
 // Adds the streaks of a cell whose squared distances, as bits, are from `from` on and under `to`. llvmpipe stops an
-// invocation's loops after some 65,000 passes; a list that it leaves early is counted.
+// invocation's loops after some 65,000 passes; a list that it leaves early is counted. (If the loop asked for END itself, a
+// compiler would take the check after it for true.)
 void add_cell(inout Depths depths, const uint kind, uvec2 in_pixels, vec2 corner, uint from, uint to) {
     uvec2 cell = in_pixels / CELLS_PX[kind];
     uint link = veil[first_cell(kind) + cell.y * cells_of(kind).x + cell.x];
-    while (link != END) {
+    while (link < NO_LINK) {
         uvec2 pair = link_at(link);
         uint record = pair.x;
         link = pair.y;

@@ -138,6 +138,11 @@ fn thin_layers(count: usize) -> Scene {
     Scene { camera: scene.camera, ..placed(&drops, (16, 16)) }
 }
 
+/// Whether a driver leaves loops after some 65,000 passes: lavapipe of Debian 12 does, that of 2025 does not.
+fn cuts_lists(device: &raindrops::gpu::Device) -> bool {
+    device.report.summary().contains("llvmpipe Mesa 22")
+}
+
 /// A list so long that a driver that bounds loops leaves it early: its light is there all the same, and
 /// where the driver is known to do so it is reported.
 #[test]
@@ -148,7 +153,7 @@ fn a_list_that_is_cut_is_told() {
         let share = sum(&picture) / sum(&truth(&scene, &hole, 256));
         println!("{share:.4} of the light of 80,000 thin layers, {} told", counts.overflow);
         assert!((share - 1.0).abs() < 0.03, "{share} of the light");
-        let is_cut = device.report.driver.contains("llvmpipe");
+        let is_cut = cuts_lists(device);
         assert_eq!(counts.overflow > 0, is_cut, "{} told", counts.overflow);
     });
 }
@@ -157,15 +162,20 @@ fn a_list_that_is_cut_is_told() {
 #[test]
 fn a_list_of_streaks_that_is_cut_is_told() {
     on_device(|device| {
-        let (mut scene, hole) = (thin_layers(200_000), hole(1.5, Vec3::ONE));
+        let (mut scene, hole) = (thin_layers(100_000), hole(1.5, Vec3::ONE));
         scene.camera.shutter = 1.0;
+        let focal = scene.view().focal_px;
         for drop in &mut scene.drops {
-            drop.velocity = drop.center.z.abs() * DVec3::new(0.0, 0.1, 0.0);
+            let distance = drop.center.z.abs();
+            // All within one column of pixels, for one list.
+            drop.center.x = 0.2 * drop.center.x - distance / focal;
+            drop.velocity = DVec3::new(0.0, 0.1 * distance, 0.0);
         }
         let (_, counts) = draw(device, &scene, &hole, Preset::Fast);
-        let is_cut = device.report.driver.contains("llvmpipe");
+        println!("{} told", counts.overflow);
+        let is_cut = cuts_lists(device);
         assert_eq!(counts.overflow > 0, is_cut, "{} told", counts.overflow);
-        scene.drops.truncate(6_000);
+        scene.drops.truncate(50_000);
         let (_, counts) = draw(device, &scene, &hole, Preset::Fast);
         assert_eq!(counts.overflow, 0, "the control: short lists");
     });
