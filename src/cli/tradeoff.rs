@@ -27,7 +27,7 @@ use crate::thousands::counted;
     mut_arg("scene", |arg| arg.help("Scene file (TOML) [default: eight scenes, see below]")),
     after_help = "The eight scenes: close-up (one drop), near (hundreds), far (a million), sun, low range, pan (flicker), weather (real rain),\n\
                   lens (the same, out of focus).\n\
-                  They take ten minutes or more on two CPU cores; --models and --drops 20000 --size 256x256 take less."
+                  They take a quarter of an hour on two CPU cores; --models and --drops 20000 --size 256x256 take less."
 )]
 pub struct TradeoffArgs {
     /// Samples a pixel of the truth
