@@ -2,7 +2,7 @@
 // source stays at one place of its outline. The two brightest are drawn (lines.comp); other light is spread over the
 // streak. Needs projection.glsl, appearance.glsl, sources.glsl, far_glints.glsl, `splat_table`.
 
-const vec3 LINE_WEIGHTS = vec3(0.2126, 0.7152, 0.0722); // luminance, Rec. 709
+const vec3 LUMINANCE = vec3(0.2126, 0.7152, 0.0722); // Rec. 709
 
 struct Lines {
     vec2 first, second; // radii from the middle of the drop
@@ -19,7 +19,7 @@ Lines lines_at(vec2 pixel) {
     float brightest = 0.0;
     for (uint i = 0u; i < source_count.x; ++i) {
         uvec4 other = splat_table[ANGLES + i * GLINT_ANGLES + angle_number(dot(d, sources[i].toward.xyz))];
-        float light = dot(unpack_radiance(other.y), LINE_WEIGHTS);
+        float light = dot(unpack_radiance(other.y), LUMINANCE);
         if (light <= brightest) continue;
         brightest = light;
         images = other;
@@ -27,6 +27,6 @@ Lines lines_at(vec2 pixel) {
     }
     vec2 on_screen = inversesqrt(max(-ray.z, 1e-3)) * toward_on_screen(ray, toward * world);
     vec2 places = unpackHalf2x16(images.x);
-    float share = dot(unpack_radiance(images.z), LINE_WEIGHTS) / max(brightest, 1e-30);
+    float share = dot(unpack_radiance(images.z), LUMINANCE) / max(brightest, 1e-30);
     return Lines(places.x * on_screen, places.y * on_screen, share, images.y);
 }

@@ -1,4 +1,4 @@
-//! Rain before and beside a bare sun: `fast` against `paper` and rays, all against the reference. The example `suns` has five
+//! Rain before, beside and behind a bare sun: `fast` against `paper` and rays, all against the reference. The example `suns` has five
 //! more scenes, and takes minutes.
 
 #[path = "../../examples/suns/scenes.rs"]
