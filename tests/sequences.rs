@@ -222,7 +222,7 @@ fn two_interrupts_leave_whole_frames() {
         // It may have ended by the first one.
         let _ = Command::new("kill").args(["-INT", &process.to_string()]).output();
     });
-    assert_eq!(ended.status.code(), Some(130), "{}", said(&ended));
+    assert_eq!(ended.status.code(), Some(130), "{}: {}", ended.status, said(&ended));
     let files = folder.path().join("rain").read_dir().expect("a folder");
     for path in files.map(|entry| entry.expect("an entry").path()) {
         let name = path.file_name().expect("a name").to_string_lossy().into_owned();

@@ -29,10 +29,23 @@ pub fn heed_interrupts() -> anyhow::Result<()> {
     ctrlc::set_handler(|| {
         if INTERRUPTED.swap(true, Ordering::SeqCst) && !AT_WORK.load(Ordering::SeqCst) {
             let _held = between_files();
-            std::process::exit(Interrupted::STATUS.into());
+            end_at_once(Interrupted::STATUS.into());
         }
     })
     .context("no handler of interrupts")
+}
+
+/// Ends this process without the destructors of libraries: a driver's would run beside its own threads, and lavapipe then
+/// crashes once in some dozens of times.
+#[cfg(unix)]
+fn end_at_once(status: i32) -> ! {
+    // SAFETY: it has no conditions.
+    unsafe { nix::libc::_exit(status) }
+}
+
+#[cfg(not(unix))]
+fn end_at_once(status: i32) -> ! {
+    std::process::exit(status)
 }
 
 /// Whether it was asked to end.
