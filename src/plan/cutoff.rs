@@ -32,8 +32,12 @@ pub struct Cutoff {
 }
 
 impl Cutoff {
-    /// That of `scene`, whose rain is `rain`: as the scene says, else from the contrast of its environment, the
-    /// accepted error and the exposure; larger where that would be more drops or cells than a picture takes.
+    /// That of `scene`, whose rain is `rain`: as the scene says, else from the contrast of its environment and the
+    /// accepted error; larger where that would be more drops or cells than a picture takes.
+    ///
+    /// Drops that move while the shutter is open have the cut-off of drops at rest. A single streak is fainter, so that
+    /// it alone might be left out at ten times the size, but streaks lie over one another in many pixels and are seen
+    /// together (docs/exposure.md); and a film that slows down keeps its drops.
     pub fn of(scene: &Scene, rain: &RealRain, environment: &Environment) -> Self {
         let contrast = contrast(environment).clamp(LEAST_CONTRAST, 1.0);
         let (px, why) = Self::px_of(scene, rain, contrast);
@@ -52,7 +56,7 @@ impl Cutoff {
         let ((wanted, why), most) = match (scene.model.far_rain, scene.model.cutoff_px) {
             (Some(FarRain::Drops), _) => ((0.0, "far_rain = \"drops\"".into()), MOST_ASKED),
             (_, Some(px)) => ((px, "as the scene says".into()), MOST_ASKED),
-            _ => (of_contrast(scene, rain, contrast), MOST_DROPS),
+            _ => (of_contrast(scene, contrast), MOST_DROPS),
         };
         let drops = frustum.drops_above(&law, wanted);
         let (fewer, why) = match drops > most {
@@ -83,11 +87,11 @@ fn exposed(scene: &Scene) -> f64 {
     if scene.film.is_default() { scene.drawn_exposure() } else { 0.0 }
 }
 
-fn of_contrast(scene: &Scene, rain: &RealRain, contrast: f64) -> (f64, String) {
+fn of_contrast(scene: &Scene, contrast: f64) -> (f64, String) {
     let seen = scene.model.error.unwrap_or(LEAST_SEEN);
     let levels = 255.0 * seen;
     (
-        unseen_radius(&rain.law(), rain.air_density, contrast, seen, exposed(scene)),
+        unseen_radius(contrast, seen),
         format!("no smaller drop shows by {levels:.2}/255 at a contrast of {contrast:.2}"),
     )
 }

@@ -8,24 +8,17 @@
 use crate::rain::law::{Law, extinction};
 use std::f64::consts::PI;
 
-use crate::rain::fall;
 use bytemuck::{Pod, Zeroable};
 
 use crate::rain::shape::Halves;
 use crate::rain::visibility::{Frustum, depth_of_radius};
 
-/// Largest radius in pixels under which no single drop changes a pixel by `seen`, at a contrast between drops and
-/// what is behind them; `exposed`: for how long each is seen, in seconds of the rain. Never over the largest cut-off
-/// that a scene may name.
-pub fn unseen_radius(law: &Law, air_density: f64, contrast: f64, seen: f64, exposed: f64) -> f64 {
-    // At rest a drop takes π r² of its pixel.
-    let at_rest = (seen / (PI * contrast)).sqrt();
-    // A streak's opacity is its diameter over the way that it goes, whatever the distance, greatest for large drops.
-    let speed =
-        fall::density_factor(air_density) * fall::terminal_speed(law.to, fall::TABLE_AIR_DENSITY);
-    let as_streak = 2.0 * seen / (PI * contrast) * speed * exposed.abs() / (1e-3 * law.to);
+/// Largest radius in pixels under which no single drop at rest changes a pixel by `seen`, at a contrast between drops
+/// and what is behind them. Never over the largest cut-off that a scene may name.
+pub fn unseen_radius(contrast: f64, seen: f64) -> f64 {
+    // It takes π r² of its pixel.
+    let radius = (seen / (PI * contrast)).sqrt().clamp(0.001, 1.0);
     // Two digits, so that the drops do not change with a texel.
-    let radius = at_rest.max(as_streak).clamp(0.001, 1.0);
     let unit = 10f64.powf(radius.log10().floor() - 1.0);
     (radius / unit).round() * unit
 }

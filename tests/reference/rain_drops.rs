@@ -58,8 +58,12 @@ fn as_list(scene: &Scene, reach: f64, is_flat: bool) -> Drops {
     let forward = (scene.camera.target - scene.camera.position).normalize();
     let may_be_seen =
         |center: DVec3| center.length() < 1.0 || center.dot(forward) > 0.5 * center.length();
-    for found in walk(scene, reach).into_iter().filter(|found| may_be_seen(found.center)) {
-        let motion = found.velocity * scene.camera.shutter / scene.metres;
+    for found in walk(scene, reach) {
+        let motion = found.velocity * scene.camera.shutter;
+        if !may_be_seen(found.center) && !may_be_seen(found.center + motion) {
+            continue;
+        }
+        let motion = motion / scene.metres;
         let shape = match Halves::of_diameter(found.diameter_mm) {
             Halves { joint, equatorial, top, bottom } if is_flat && found.diameter_mm >= 1.0 => {
                 Shape::Halves { equatorial, top, bottom, joint }
@@ -99,7 +103,7 @@ fn no_drop_of_the_cells_is_missed_or_misplaced() {
     let truth = Truth { samples: 40, glints: false, ..Truth::default() };
     let instant = weathered(8, 6.0);
     let mut streaks = weathered(8, 3.0);
-    streaks.camera.shutter = 0.02;
+    streaks.camera.shutter = 0.2;
     let mut lens = weathered(24, 3.0);
     (lens.camera.aperture, lens.camera.focus, lens.camera.shutter) = (0.01, 1.0, 0.004);
     let mut flat = with_rain(weathered(24, 3.0), |rain| rain.shape = DropShape::Equilibrium);
