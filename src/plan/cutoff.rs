@@ -6,13 +6,16 @@ use crate::rain::field::Field;
 use crate::rain::medium::{cutoff_of_budget, unseen_radius};
 use crate::rain::visibility::Frustum;
 use crate::scene::Scene;
-use crate::scene::model::FarRain;
+use crate::scene::model::{FarRain, Motion};
 use crate::scene::real_rain::RealRain;
 
 /// By how much a drop that is left to the medium may change a pixel, where no error is accepted: a grey level.
 const LEAST_SEEN: f64 = 1.0 / 255.0;
 /// Least contrast between drops and what is behind them that is reckoned with: there is no even sky.
 const LEAST_CONTRAST: f64 = 0.1;
+/// The same of drops that move while the shutter is open. A single streak shows less than its drop, but many lie over one
+/// another. With this, what is left out is under a fifth of what the medium alone lacks (docs/exposure.md, the control).
+const LEAST_CONTRAST_OF_STREAKS: f64 = 0.35;
 /// Most drops that a picture draws one by one where no cut-off is given, the paper's largest scene; and where the
 /// scene asks for them. What is over it goes into the medium.
 const MOST_DROPS: f64 = 4e6;
@@ -35,12 +38,10 @@ impl Cutoff {
     /// That of `scene`, whose rain is `rain`: as the scene says, else from the contrast of its environment and the
     /// accepted error; larger where that would be more drops or cells than a picture takes.
     ///
-    /// Drops that move while the shutter is open have the cut-off of drops at rest. A single streak is fainter, so that
-    /// it alone might be left out at ten times the size, but streaks lie over one another in many pixels and are seen
-    /// together (docs/exposure.md); and a film that slows down keeps its drops.
+    /// It does not follow the length of the exposure, so that a film that slows down keeps its drops.
     pub fn of(scene: &Scene, rain: &RealRain, environment: &Environment) -> Self {
         let contrast = contrast(environment).clamp(LEAST_CONTRAST, 1.0);
-        let (px, why) = Self::px_of(scene, rain, contrast);
+        let (px, why) = Self::px_of(scene, rain, contrast.max(least_contrast(scene)));
         let frustum = Frustum::of(&scene.view(), rain.extent);
         let deviation = frustum.noise(&rain.law(), rain.air_density, px, exposed(scene).abs());
         let noise = contrast * deviation;
@@ -85,6 +86,11 @@ impl Cutoff {
 /// For how long each drop is seen. A film may slow down until its drops stand still.
 fn exposed(scene: &Scene) -> f64 {
     if scene.film.is_default() { scene.drawn_exposure() } else { 0.0 }
+}
+
+fn least_contrast(scene: &Scene) -> f64 {
+    let has_streaks = scene.shutter() != 0.0 && scene.model.motion != Some(Motion::Instant);
+    if has_streaks { LEAST_CONTRAST_OF_STREAKS } else { LEAST_CONTRAST }
 }
 
 fn of_contrast(scene: &Scene, contrast: f64) -> (f64, String) {
