@@ -96,7 +96,6 @@ impl Variant {
                 _,
             ) => "tiles",
             ("far_glints.comp" | "bow.comp", _) => "glints",
-            ("flat_rays.comp" | "flat_light.comp", _) => "flat_light",
             ("compact_counts.comp", _) => "compact",
             ("drops_point.vert" | "drops_quad.vert", _) => "drops",
             ("log_luminance.comp" | "sum_logs.comp", _) => "tone_map",

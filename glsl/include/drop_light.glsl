@@ -8,6 +8,10 @@ float fan(float rate, float sine, float b) {
     return sqrt(abs(rate * sine / max(b, 1e-3)));
 }
 
+// Where all further orders together carry less than this share of the light, they are not followed: in the middle of a
+// drop that is after two or three, at the rim after eight or more. See docs/method.md, "How many orders".
+const float LEAST_REST = 1e-4;
+
 // `rotation` takes the encounter's vectors to world space. `step`: the impact parameter's change
 // over one sample, the reciprocal of the drop's radius in samples.
 vec3 drop_light_by_index(sampler2D map, Encounter e, mat3 rotation, float step) {

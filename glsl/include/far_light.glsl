@@ -1,31 +1,25 @@
-// The mean light of a far drop by its direction. Needs octahedron.glsl, appearance.glsl, sources.glsl, bow.glsl and the
-// table `bow`.
+// The mean light of a far drop by its direction. Needs octahedron.glsl, appearance.glsl, sources.glsl and the table `bow`.
 
 #include "source_light.glsl"
 
-// The four texels of an octahedral map about a direction, and how much each counts.
-void texels_about(vec3 d, uint edge, out uvec4 texels, out vec4 weights) {
-    vec2 at = (0.5 * octahedral(d) + 0.5) * float(edge) - 0.5, from = floor(at), share = at - from;
-    for (int i = 0; i < 4; ++i) {
-        ivec2 step = ivec2(i & 1, i >> 1);
-        vec2 weight = mix(1.0 - share, share, vec2(step));
-        texels[i] = wrapped_texel(ivec2(from) + step, edge);
-        weights[i] = weight.x * weight.y;
-    }
+// Number of the texel at a place of the octahedral map, of which one beyond an edge is another within.
+uint wrapped_texel(ivec2 at) {
+    const int LAST = int(DIRECTIONS) - 1;
+    if (at.x < 0 || at.x > LAST) at = ivec2(clamp(at.x, 0, LAST), LAST - at.y);
+    if (at.y < 0 || at.y > LAST) at = ivec2(LAST - at.x, clamp(at.y, 0, LAST));
+    return uint(at.y) * DIRECTIONS + uint(at.x);
 }
 
 // Mean light of a far drop in a direction: of the environment without its bright sources between those of the four
-// nearest texels; of each source by its angle, and so far as drops are flattened by flat_light.comp.
+// nearest texels; of each source by its angle.
 vec3 far_light(vec3 d) {
-    uvec4 texels;
-    vec4 weights;
-    texels_about(d, DIRECTIONS, texels, weights);
-    vec3 sum = light_of_sources(d);
-    for (uint i = 0u; i < 4u; ++i) sum += weights[i] * unpack_radiance(pictures[picture_word(texels[i], 1u)]);
-    // Where a table of flattened drops begins after those of spheres, if there are any.
-    uint flat_from = source_count.x > 0u ? uint(bow[0].w) : 0u;
-    if (flat_from == 0u) return sum;
-    texels_about(d, FLAT_DIRECTIONS, texels, weights);
-    for (uint i = 0u; i < 4u; ++i) sum += weights[i] * bow[flat_from + texels[i]].rgb;
-    return sum;
+    vec2 at = (0.5 * octahedral(d) + 0.5) * float(DIRECTIONS) - 0.5, from = floor(at), share = at - from;
+    vec3 sum = vec3(0.0);
+    for (int i = 0; i < 4; ++i) {
+        ivec2 step = ivec2(i & 1, i >> 1);
+        vec2 weights = mix(1.0 - share, share, vec2(step));
+        uint texel = wrapped_texel(ivec2(from) + step);
+        sum += weights.x * weights.y * unpack_radiance(pictures[picture_word(texel, 1u)]);
+    }
+    return sum + light_of_sources(d);
 }

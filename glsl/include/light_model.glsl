@@ -10,7 +10,3 @@ layout(constant_id = 4) const uint FOOTPRINT = 1; // 0: the environment's finest
 layout(constant_id = 5) const uint INDEX_RED = 0x3faa3d71u; // 1.33
 layout(constant_id = 6) const uint INDEX_GREEN = 0x3faa3d71u;
 layout(constant_id = 7) const uint INDEX_BLUE = 0x3faa3d71u;
-
-// Where all further orders together carry less than this share of the light, they are not followed: in the middle of a
-// drop that is after two or three, at the rim after eight or more. See docs/method.md, "How many orders".
-const float LEAST_REST = 1e-4;

@@ -9,36 +9,20 @@ vec2 octahedral(vec3 d) {
     return p;
 }
 
-// Number of the texel that holds unit direction `d`, of a map so many texels wide.
-uint direction_texel(vec3 d, uint edge) {
-    vec2 p = octahedral(d);
-    uvec2 at = uvec2(clamp((0.5 * p + 0.5) * float(edge), 0.0, float(edge) - 1.0));
-    return at.y * edge + at.x;
-}
-
+// Number of the texel that holds unit direction `d`.
 uint direction_texel(vec3 d) {
-    return direction_texel(d, DIRECTIONS);
-}
-
-// Number of the texel at a place of a map, of which one beyond an edge is another within.
-uint wrapped_texel(ivec2 at, uint edge) {
-    int last = int(edge) - 1;
-    if (at.x < 0 || at.x > last) at = ivec2(clamp(at.x, 0, last), last - at.y);
-    if (at.y < 0 || at.y > last) at = ivec2(last - at.x, clamp(at.y, 0, last));
-    return uint(at.y) * edge + uint(at.x);
+    vec2 p = octahedral(d);
+    uvec2 at = uvec2(clamp((0.5 * p + 0.5) * float(DIRECTIONS), 0.0, float(DIRECTIONS) - 1.0));
+    return at.y * DIRECTIONS + at.x;
 }
 
 // Unit direction at the middle of a texel.
-vec3 texel_direction(uint texel, uint edge) {
-    vec2 at = vec2(texel % edge, texel / edge);
-    vec2 p = (at + 0.5) * (2.0 / float(edge)) - 1.0;
+vec3 texel_direction(uint texel) {
+    vec2 at = vec2(texel % DIRECTIONS, texel / DIRECTIONS);
+    vec2 p = (at + 0.5) * (2.0 / float(DIRECTIONS)) - 1.0;
     vec3 d = vec3(p, 1.0 - abs(p.x) - abs(p.y));
     if (d.z < 0.0) d.xy = (1.0 - abs(d.yx)) * vec2(d.x >= 0.0 ? 1.0 : -1.0, d.y >= 0.0 ? 1.0 : -1.0);
     return normalize(d);
-}
-
-vec3 texel_direction(uint texel) {
-    return texel_direction(texel, DIRECTIONS);
 }
 
 // Two unit vectors perpendicular to `n` and each other, for every n (Duff et al. 2017).

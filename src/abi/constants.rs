@@ -85,12 +85,6 @@ constants! {
     /// Angles from 0 to a half turn at which a far drop's light from a source is tabulated: 0.09° apart, a third of the
     /// sun's radius.
     BOW_ANGLES: u32 = 2048;
-    /// Shapes of flattened drops in far rain.
-    FLAT_SHAPES: u32 = 8;
-    /// Directions of their light are texels of an octahedral map with edges of this many.
-    FLAT_DIRECTIONS: u32 = 128;
-    /// Rays from each source that meet each half of each shape.
-    FLAT_RAYS: u32 = 4096;
     /// Angles between a far drop and a source at which its images are tabulated: 0.11° apart at most.
     GLINT_ANGLES: u32 = 2048;
     /// Diameters at which the shape of falling drops is tabulated.

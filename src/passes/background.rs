@@ -262,7 +262,7 @@ impl Background {
         frame: &FrameBuffer,
         environment: &EnvironmentMap,
         appearance: &Appearance,
-        (glints, bow): (&Glints, &Buffer),
+        glints: &Glints,
         tiles: &Tiles,
         sky: &Buffer,
         behind: &Behind,
@@ -293,7 +293,7 @@ impl Background {
             (slot::SKY, Resource::Buffer(sky)),
             (slot::WHOLE_MAP, around),
             (slot::SOURCES, Resource::Buffer(&glints.sources)),
-            (slot::BOW, Resource::Buffer(bow)),
+            (slot::BOW, Resource::Buffer(&glints.bow)),
             (slot::PICTURES, Resource::Buffer(&appearance.table)),
         ];
         let bindings = Bindings::all(device, "background", &slots, sets)?;

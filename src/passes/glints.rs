@@ -73,7 +73,7 @@ pub struct Glints {
     /// A far drop's images of each source by angle, four words each.
     far_glints: Buffer,
     /// A far drop's mean light from each source by angle, four floats each.
-    pub(crate) bow: Buffer,
+    pub(super) bow: Buffer,
     bindings: Bindings,
     bow_pass: ComputePipeline,
     far: ComputePipeline,

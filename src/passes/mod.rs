@@ -8,7 +8,6 @@ pub mod compact;
 pub mod composite;
 pub mod drops;
 pub mod environment;
-pub(crate) mod flat_light;
 pub mod frame;
 pub mod glints;
 pub mod layers;

@@ -64,7 +64,7 @@ fn given(scene: &Scene, model: ShapeModel) -> Vec<[f32; 4]> {
 }
 
 /// The shape of a falling drop.
-pub(super) fn of_diameter(model: ShapeModel, mm: f64) -> [f64; 4] {
+fn of_diameter(model: ShapeModel, mm: f64) -> [f64; 4] {
     match model {
         ShapeModel::Equilibrium => {
             let Halves { joint, equatorial, top, bottom } = Halves::of_diameter(mm);

@@ -6,11 +6,10 @@ use std::time::Instant;
 use crate::Result;
 use crate::environment::Environment;
 use crate::environment::bright::Bright;
-use crate::gpu::{Commands, Device, Recorder, Use, memory_barrier};
+use crate::gpu::{Commands, Device, Recorder};
 use crate::passes::appearance::{Appearance, FarDrop};
 use crate::passes::drops::Table;
 use crate::passes::environment::{EnvironmentMap, stored_scale};
-use crate::passes::flat_light::{FlatLight, FlatRain};
 use crate::passes::frame::{Frame, FrameBuffer};
 use crate::passes::glints::{Glints, MOST_SOURCES, bright_parts, shows_apart};
 use crate::passes::renewal::{HostEnvironment, LiveInfo, Renewal};
@@ -40,7 +39,6 @@ struct Made {
     /// The environment without what [`Glints`] show of it; none where that is all.
     rest: Option<Arc<EnvironmentMap>>,
     far_drops: Vec<((Light, bool, bool), Arc<FarDrop>)>,
-    flat_lights: Vec<((Light, FlatRain), Arc<FlatLight>)>,
     tables: Vec<(TableOf, Arc<Table>)>,
 }
 
@@ -117,10 +115,6 @@ impl Lighting {
         for (_, far) in made.far_drops.iter().filter(|((.., filled), _)| *filled) {
             far.record_renewed(&self.device, commands);
         }
-        for (_, flat) in &made.flat_lights[..] {
-            flat.record(&self.device, commands);
-        }
-        memory_barrier(&self.device, commands, &[Use::ComputeWrite], &[Use::ComputeRead]);
     }
 
     /// The device that it is on.
@@ -176,27 +170,6 @@ impl Lighting {
         }
         made.far_drops.push((of, far.clone()));
         Ok(far)
-    }
-
-    /// What far rain shows of the bright sources that `far`, a drop by this model of light, shows apart.
-    pub(super) fn flat_light(
-        &self,
-        light: &Light,
-        rain: FlatRain,
-        far: &FarDrop,
-    ) -> Result<Arc<FlatLight>> {
-        let of = (*light, rain);
-        let mut made = self.made.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some((_, flat)) = made.flat_lights.iter().find(|(other, _)| *other == of) {
-            return Ok(flat.clone());
-        }
-        let flat = Arc::new(FlatLight::new(&self.device, &far.glints, &of.1, light)?);
-        Commands::once(&self.device, "flat light", |commands| {
-            flat.record(&self.device, commands);
-            memory_barrier(&self.device, commands, &[Use::ComputeWrite], &[Use::ComputeRead]);
-        })?;
-        made.flat_lights.push((of, flat.clone()));
-        Ok(flat)
     }
 
     /// Where the fragments of points and quads find a drop's light.

@@ -8,7 +8,6 @@ use crate::gpu::{Device, Recorder, Timestamps, Use, memory_barrier};
 use crate::passes::appearance::{Directions, FarDrop};
 use crate::passes::background::{BackgroundImages, Behind};
 use crate::passes::composite::Composite;
-use crate::passes::flat_light::{FlatLight, FlatRain};
 use crate::passes::frame::{Frame, FrameBuffer};
 use crate::passes::glints::SplatTable;
 use crate::passes::rain_field::RainField;
@@ -26,7 +25,6 @@ pub(super) struct Tiled {
     /// What drops show, far ones from a table.
     pub far: Arc<FarDrop>,
     pub splats: SplatTable,
-    _flat: Option<Arc<FlatLight>>,
     draws_splats: bool,
     /// Whether there are far drops of whom something is shown, and whether they are spread over more than their places.
     shows_far: bool,
@@ -51,9 +49,6 @@ impl Tiled {
             plan.optics == Optics::Appearance || scene.real_rain().is_some() || shows_sources;
         let far = lighting.far_drop(&plan.light, true, filled)?;
         let FarDrop { seen, appearance, glints, .. } = &*far;
-        let flat = FlatRain::of(scene).filter(|_| glints.count > 0);
-        let flat = flat.map(|rain| lighting.flat_light(&plan.light, rain, &far)).transpose()?;
-        let bow = flat.as_ref().map_or(&glints.bow, |flat| &flat.table);
         let splats = SplatTable::new(device, frame, appearance, glints)?;
         let nothing = plan.layers.then(|| Behind::Plate(Arc::new(BackgroundImages::none())));
         let behind = behind.or(nothing.as_ref());
@@ -66,7 +61,7 @@ impl Tiled {
             &lighting.environment,
             seen,
             appearance,
-            (glints, bow),
+            glints,
             &splats,
             &tiles,
             size,
@@ -77,7 +72,6 @@ impl Tiled {
             tiles,
             composite,
             splats,
-            _flat: flat,
             draws_splats: plan.splat_px > 0.0,
             shows_far: filled,
             is_spread: plan.lens != Lens::Pinhole || plan.motion != Motion::Instant,

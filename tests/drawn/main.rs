@@ -8,7 +8,6 @@ mod shader;
 mod adjusted;
 mod compact;
 mod exposure;
-mod flat_light;
 mod frame_layout;
 mod frames;
 mod glints_drawn;

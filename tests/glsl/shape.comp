@@ -7,6 +7,7 @@
 #include "optics.glsl"
 
 const uint SPHERES = 0, SHAPE = 2;
+const float LEAST_REST = 1e-4;
 
 // In place of the environment: where it is asked for radiance, and how wide.
 vec4 asked[4] = vec4[4](vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0));
