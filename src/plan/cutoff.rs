@@ -1,6 +1,7 @@
 //! From which size on drops of real rain are drawn one by one. Smaller ones are a medium.
 
 use super::demand::contrast;
+use super::shape::LONG_EXPOSURE;
 use crate::environment::Environment;
 use crate::rain::field::Field;
 use crate::rain::medium::{cutoff_of_budget, unseen_radius};
@@ -13,8 +14,8 @@ use crate::scene::real_rain::RealRain;
 const LEAST_SEEN: f64 = 1.0 / 255.0;
 /// Least contrast between drops and what is behind them that is reckoned with: there is no even sky.
 const LEAST_CONTRAST: f64 = 0.1;
-/// The same of drops that move while the shutter is open. A single streak shows less than its drop, but many lie over one
-/// another. With this, what is left out is under a fifth of what the medium alone lacks (docs/exposure.md, the control).
+/// The same of streaks of a long exposure. A single one shows less than its drop, but many lie over one another. With
+/// this, what is left out is under a fifth of what the medium alone lacks (docs/exposure.md, "Are streaks truer").
 const LEAST_CONTRAST_OF_STREAKS: f64 = 0.35;
 /// Most drops that a picture draws one by one where no cut-off is given, the paper's largest scene; and where the
 /// scene asks for them. What is over it goes into the medium.
@@ -38,10 +39,10 @@ impl Cutoff {
     /// That of `scene`, whose rain is `rain`: as the scene says, else from the contrast of its environment and the
     /// accepted error; larger where that would be more drops or cells than a picture takes.
     ///
-    /// It does not follow the length of the exposure, so that a film that slows down keeps its drops.
+    /// Of the exposure it follows the camera's shutter alone, so that a film that slows down keeps its drops.
     pub fn of(scene: &Scene, rain: &RealRain, environment: &Environment) -> Self {
         let contrast = contrast(environment).clamp(LEAST_CONTRAST, 1.0);
-        let (px, why) = Self::px_of(scene, rain, contrast.max(least_contrast(scene)));
+        let (px, why) = Self::px_of(scene, rain, contrast);
         let frustum = Frustum::of(&scene.view(), rain.extent);
         let deviation = frustum.noise(&rain.law(), rain.air_density, px, exposed(scene).abs());
         let noise = contrast * deviation;
@@ -88,16 +89,18 @@ fn exposed(scene: &Scene) -> f64 {
     if scene.film.is_default() { scene.drawn_exposure() } else { 0.0 }
 }
 
-fn least_contrast(scene: &Scene) -> f64 {
-    let has_streaks = scene.shutter() != 0.0 && scene.model.motion != Some(Motion::Instant);
-    if has_streaks { LEAST_CONTRAST_OF_STREAKS } else { LEAST_CONTRAST }
-}
-
 fn of_contrast(scene: &Scene, contrast: f64) -> (f64, String) {
     let seen = scene.model.error.unwrap_or(LEAST_SEEN);
     let levels = 255.0 * seen;
-    (
-        unseen_radius(contrast, seen),
-        format!("no smaller drop shows by {levels:.2}/255 at a contrast of {contrast:.2}"),
-    )
+    let shows = |contrast: f64| {
+        format!("no smaller drop shows by {levels:.2}/255 at a contrast of {contrast:.2}")
+    };
+    let is_instant = scene.model.motion == Some(Motion::Instant);
+    if scene.shutter() >= LONG_EXPOSURE && !is_instant && contrast < LEAST_CONTRAST_OF_STREAKS {
+        let contrast = LEAST_CONTRAST_OF_STREAKS;
+        let why =
+            format!("{}, the least for streaks, many of which are seen together", shows(contrast));
+        return (unseen_radius(contrast, seen), why);
+    }
+    (unseen_radius(contrast, seen), shows(contrast))
 }

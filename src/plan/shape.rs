@@ -8,7 +8,7 @@ use crate::{Error, Result};
 
 /// While the shutter is open for so long, in seconds, a falling drop is so faint that its shape does not show: by under
 /// 5/255 at every size.
-const LONG_EXPOSURE: f64 = 1.0 / 250.0;
+pub(super) const LONG_EXPOSURE: f64 = 1.0 / 250.0;
 
 /// Radius in pixels from which a drop that is no sphere is traced rather than shown by a sphere's picture, flattened.
 const FLAT_RAYS_PX: f32 = 4.0;
