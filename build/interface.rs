@@ -26,6 +26,8 @@ const VARIANTS: &[(&str, &str, &str)] = &[
     ("large.comp", "_CELLS", "CELLS"),
     ("composite.comp", "_DISORDERED", "DISORDERED"),
     ("composite.comp", "_TEXELS", "TEXELS"),
+    ("composite.comp", "_FEW", "FEW"),
+    ("composite.comp", "_FEW_TEXELS", "FEW_TEXELS"),
     ("drops.frag", "_CLOSED_FORM", "BY_CLOSED_FORM"),
     ("drops.frag", "_RADIAL", "DEVIATION_TABLE"),
     ("drops.frag", "_PICTURE", "BY_PICTURE"),
@@ -87,7 +89,7 @@ impl Variant {
             ("sky.comp", Some("BEFORE" | "CELLS_BEFORE")) => "background",
             (
                 "sky.comp" | "rays.comp" | "glints.comp" | "composite.comp" | "lines.comp"
-                | "veil_light.comp",
+                | "veil_light.comp" | "tiles_to_draw.comp",
                 _,
             ) => "composite",
             (

@@ -8,6 +8,7 @@
 #include "tile_buffers.glsl"
 #include "appearance.glsl"
 #include "projection.glsl"
+#include "divided.glsl"
 #define REACH_BINDING 13
 #include "reach.glsl"
 #include "shared_exponent.glsl"
@@ -166,7 +167,7 @@ void main() {
     if ((r.look & AS_SPLATS) != 0u) return;
     uint number = at - r.first_block;
     uvec2 at_tile = uvec2(r.first_tile & 0xffffu, r.first_tile >> 16)
-        + uvec2(number % r.across, number / r.across);
+        + divided(number, r.across).yx;
     bool rays = (r.look & BY_RAYS) != 0u;
 
     vec4 m = r.to_disc;

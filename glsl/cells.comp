@@ -51,7 +51,7 @@ void main() {
         uint number = candidate - field.groups.x * CELLS_GROUP;
         drops = number < field.groups.y ? 1u : 0u;
         // They can be anywhere.
-        bin = (BANDS - 1u) * REGIONS + number % REGIONS;
+        bin = (BANDS - 1u) * REGIONS + number % MAX_REGIONS * REGIONS / MAX_REGIONS;
         first = IS_PLACED | number;
     }
     uvec4 found = subgroupBallot(drops > 0u);

@@ -39,7 +39,7 @@ void main() {
     if (cluster >= CLUSTERS) return;
 
     // Drops placed by hand can be anywhere.
-    uint band = BANDS - 1u, region = cluster % REGIONS;
+    uint band = BANDS - 1u, region = cluster % MAX_REGIONS * REGIONS / MAX_REGIONS;
     bool seen = true;
     if (cluster < RANDOM_CLUSTERS) {
         uvec4 around = cluster_boxes[cluster];

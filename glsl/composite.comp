@@ -2,7 +2,11 @@
 #extension GL_GOOGLE_include_directive : require
 // Every tile's drops over one another, front to back, the sky behind; one invocation a tile, its
 // pixels in registers. DISORDERED: of the tiles only that were found to need it, after their lists are
-// put in order. See src/passes/composite.rs.
+// put in order. FEW: of tiles with one entry or none. See src/passes/composite.rs.
+#ifdef FEW_TEXELS
+#define FEW
+#define TEXELS
+#endif
 #include "frame.glsl"
 #include "tile_buffers.glsl"
 #include "splat.glsl"
@@ -12,8 +16,9 @@
 layout(local_size_x = 64) in;
 
 layout(constant_id = 17) const uint LOG_SUMS = 0; // 1: the display needs the log average
-layout(constant_id = 18) const uint TOUCH = 0;    // 1: see `touch`
+layout(constant_id = 18) const uint PREFETCH = 0; // 1: see `prefetch_nodes`
 layout(constant_id = 19) const uint GLINTS = 0;   // sources of which splats have glints, at most (src/passes/glints.rs)
+layout(constant_id = 24) const uint LIST = LISTS; // of `drawn_tiles`; LISTS: all tiles, region after region
 layout(constant_id = 20) const uint LAYERS = 0;   // 1: premultiplied light over nothing, and its opacity
 // The result: four halves a pixel, row by row.
 layout(std430, set = 0, binding = 11) writeonly buffer Radiance { uvec2 radiance_out[]; };
@@ -37,6 +42,7 @@ layout(std430, set = 0, binding = 29) readonly buffer LineSums { ivec4 line_sums
 #include "far_glints.glsl"
 #include "by_four.glsl"
 #include "projection.glsl"
+#include "divided.glsl"
 #define REACH_BINDING 20
 #include "reach.glsl"
 #include "nearest.glsl"
@@ -47,6 +53,7 @@ layout(std430, set = 0, binding = 29) readonly buffer LineSums { ivec4 line_sums
 #define VEIL_BINDING 21
 #define VEIL_READ_ONLY
 #include "veil.glsl"
+#include "drawn_tiles.glsl"
 
 const vec4 MOST_HALF = vec4(65504.0);
 const vec3 LUMINANCE = vec3(0.2126, 0.7152, 0.0722); // Rec. 709
@@ -95,7 +102,7 @@ void add_glint(inout Row upper, inout Row lower, vec2 at, vec3 light, bvec4 uppe
     add_light(lower, below, light);
 }
 
-void lay_block_behind(inout Row row, uvec4 colors, uvec2 coverage) {
+void lay_row_behind(inout Row row, uvec4 colors, uvec2 coverage) {
     vec4 r, g, b, alpha = vec4(unpackUnorm2x16(coverage.x), unpackUnorm2x16(coverage.y));
     unpack_radiances(colors, r, g, b);
     lay_behind(row, mix(alpha, vec4(0.0), equal(colors, uvec4(NO_COLOR))), r, g, b);
@@ -141,9 +148,10 @@ float finish(Row row, Nearest nearest, uint behind, uvec2 first) {
     if (drawn.y) write_pixel(at + 1u, row.r.y, row.g.y, row.b.y, alpha.y, uvec2(nearest.record.y, nearest.count.y));
     if (drawn.z) write_pixel(at + 2u, row.r.z, row.g.z, row.b.z, alpha.z, uvec2(nearest.record.z, nearest.count.z));
     if (drawn.w) write_pixel(at + 3u, row.r.w, row.g.w, row.b.w, alpha.w, uvec2(nearest.record.w, nearest.count.w));
-    vec4 luminance = LUMINANCE.r * row.r + LUMINANCE.g * row.g + LUMINANCE.b * row.b;
-    vec4 logs = log(frame.tone.y + luminance);
-    return dot(logs, vec4(drawn));
+    precise vec4 luminance = LUMINANCE.r * row.r + LUMINANCE.g * row.g + LUMINANCE.b * row.b;
+    // The logarithm of their product; four stay within a float.
+    vec4 shifted = mix(vec4(1.0), frame.tone.y + luminance, drawn);
+    return log(shifted.x * shifted.y * (shifted.z * shifted.w));
 }
 
 // The tile's first pixel, from the view axis; one over the focal length in pixels.
@@ -156,6 +164,19 @@ vec4 upper_reach2, lower_reach2;
 // Their nearest drops so far.
 Nearest upper_nearest, lower_nearest;
 #include "veil_behind.glsl"
+
+void lay_block_behind(inout Row upper, inout Row lower, uint link) {
+    uint node = node_of(link);
+    uvec4 coverage = four_of_nodes(node + COVERAGE);
+    uvec4 above = four_of_nodes(node + COLORS), below = four_of_nodes(node + COLORS + TILE.x);
+    if (NEAREST != 0u) {
+        uint record = large_record(blocks[block_of_node(node)]);
+        meet(upper_nearest, met_by_block(coverage.xy, above), record);
+        meet(lower_nearest, met_by_block(coverage.zw, below), record);
+    }
+    lay_row_behind(upper, above, coverage.xy);
+    lay_row_behind(lower, below, coverage.zw);
+}
 
 // An entry that is no splat covers nothing.
 void lay_splat_behind(inout Row upper, inout Row lower, uint link) {
@@ -246,12 +267,12 @@ const bool MIXED = HAS_PLACED != 0u;
 // CPU drivers run the invocations of a dispatch one vector after the other, and wait for each node that is not in a
 // cache. So the tiles of a region prefetch the nodes of the next region, line after line: a vector reads the eight
 // lines of a cluster, each of its invocations one line.
-void touch(uint region, uint place, uint in_region) {
-    uint vectors = in_region / 8u, band = place / 8u % BANDS, parts = vectors / BANDS;
-    uint part = place / 8u / BANDS, bin = band * REGIONS + region, sum = 0u;
-    if (region >= REGIONS || part >= parts) return;
+void prefetch_nodes(uint region, uint place) {
+    uvec2 turn = divided(place / 8u, BANDS);
+    uint band = turn.y, parts = divided((1u << region_bits()) / 8u, BANDS).x, bin = band * REGIONS + region, sum = 0u;
+    if (region >= REGIONS || turn.x >= parts) return;
     uint end = min(totals.bin_starts[bin + 1u], MAX_SPLATS / CLUSTER);
-    for (uint i = totals.bin_starts[bin] + part; i < end; i += parts) {
+    for (uint i = totals.bin_starts[bin] + turn.x; i < end; i += parts) {
         sum |= four_of_nodes((i * CLUSTER + place % 8u * 2u) * NODE).x;
     }
     // Never true, but the compiler cannot know: without a use the reads would be removed.
@@ -262,60 +283,86 @@ void touch(uint region, uint place, uint in_region) {
 // the check after it.
 const uint MOST_TURNS = 0x7fffffffu;
 
-void main() {
-    uint number = group_number() * 64u + gl_LocalInvocationID.x;
-#ifdef DISORDERED
-    if (number >= totals.disordered) return;
-    uint tile = disordered_tiles[number].x, entries = disordered_tiles[number].y;
-    uvec2 at = uvec2(tile % tiles_across(), tile / tiles_across());
-    Window window = open_window(order_tile(tile));
-#else
-    uint in_region = region_tiles().x * region_tiles().y, region = number / in_region;
-    uint place = number % in_region;
-    uvec2 at = uvec2(region % REGIONS_ACROSS, region / REGIONS_ACROSS) * region_tiles()
-        + uvec2(place % region_tiles().x, place / region_tiles().x);
-    // Lanes under each other share the veil's columns.
-    if (is_veiled()) {
-        at = uvec2(region % REGIONS_ACROSS, region / REGIONS_ACROSS) * region_tiles()
-            + uvec2(place / region_tiles().y, place % region_tiles().y);
-    }
-    uint tile = at.y * tiles_across() + at.x;
-    // Where lists are short, it costs more than it saves.
-    if (TOUCH != 0u && BANDS > 1u) touch(region + 1u, place, in_region);
-    if (at.x >= tiles_across() || tile >= TILE_COUNT) return;
-    Window window = open_window(heads[tile]);
-#endif
-    Row upper = Row(vec4(0.0), vec4(0.0), vec4(0.0), vec4(1.0)), lower = upper;
+const Row NOTHING = Row(vec4(0.0), vec4(0.0), vec4(0.0), vec4(1.0));
+
+// Where a tile is, by its number.
+uvec2 place_of_tile(uint tile) {
+    return divided(tile, tiles_across()).yx;
+}
+
+// What its drops ask for.
+void start_tile(uvec2 at, uint tile) {
     if (HAS_DEPTH != 0u) {
         vec4 upper_reach = reach_of_row(tile, 0u), lower_reach = reach_of_row(tile, 1u);
         upper_reach2 = upper_reach * upper_reach;
         lower_reach2 = lower_reach * lower_reach;
     }
-
     plane_corner = plane_of(vec2((at + first_tile()) * TILE));
     inverse_focal = 1.0 / frame.image.z;
     if (GLINTS != 0u) first_source = splat_of(TOWARD_SOURCES);
     upper_nearest = lower_nearest = NONE_MET;
+}
+
+// Draws its pixels, and sums up their logarithms.
+void finish_tile(uvec2 at, uint tile, Row upper, Row lower) {
+    uvec2 corner = (at + first_tile()) * TILE - frame.window.xy;
+    float logs = finish(upper, upper_nearest, tile * PIXELS, corner)
+        + finish(lower, lower_nearest, tile * PIXELS + TILE.x, corner + uvec2(0, 1));
+    if (LOG_SUMS != 0u) log_sums[tile] = logs;
+}
+
+#ifdef FEW
+void main() {
+    uint number = group_number() * 64u + gl_LocalInvocationID.x;
+    if (number >= totals.listed[LIST]) return;
+    uint tile = drawn_tiles[listed_at(LIST, number)];
+    uvec2 at = place_of_tile(tile);
+    start_tile(at, tile);
+    Row upper = NOTHING, lower = NOTHING;
+    if (LIST == ONE_BLOCK) lay_block_behind(upper, lower, heads[tile]);
+    if (LIST == ONE_SPLAT) lay_splat_behind(upper, lower, heads[tile]);
+    finish_tile(at, tile, upper, lower);
+}
+#else
+void main() {
+    uint number = group_number() * 64u + gl_LocalInvocationID.x;
+#ifdef DISORDERED
+    if (number >= totals.disordered) return;
+    uint tile = disordered_tiles[number].x, entries = disordered_tiles[number].y;
+    uvec2 at = place_of_tile(tile);
+    Window window = open_window(order_tile(tile));
+#else
+    uint region = number >> region_bits(), place = number & (1u << region_bits()) - 1u, tile;
+    uvec2 at, bits = region_tile_bits();
+    if (LIST == SEVERAL_ENTRIES) {
+        if (number >= totals.listed[SEVERAL_ENTRIES]) return;
+        tile = drawn_tiles[listed_at(SEVERAL_ENTRIES, number)];
+        at = place_of_tile(tile);
+    } else {
+        // Lanes under each other share the veil's columns.
+        at = is_veiled() ? uvec2(place >> bits.y, place & (1u << bits.y) - 1u)
+            : uvec2(place & (1u << bits.x) - 1u, place >> bits.x);
+        at += divided(region, REGIONS_ACROSS).yx << bits;
+        tile = at.y * tiles_across() + at.x;
+        // Where lists are short, it costs more than it saves.
+        if (PREFETCH != 0u && BANDS > 1u) prefetch_nodes(region + 1u, place);
+        if (at.x >= tiles_across() || tile >= TILE_COUNT) return;
+    }
+    Window window = open_window(heads[tile]);
+#endif
+    Row upper = NOTHING, lower = NOTHING;
+    start_tile(at, tile);
 
     // Blocks, then splats, and that once where it can be: a loop around the two costs a tenth of all.
     uint turns = 0u, splat_links = END, veil_from = 0u;
     do {
         while (is_block(window.nearest.link)) {
-            uint node = node_of(window.nearest.link);
             if (is_veiled()) {
                 uint to = max(window.nearest.distance2, veil_from);
                 lay_veil_behind(upper, lower, tile, at * TILE, veil_from, to);
                 veil_from = to;
             }
-            uvec4 coverage = four_of_nodes(node + COVERAGE);
-            uvec4 above = four_of_nodes(node + COLORS), below = four_of_nodes(node + COLORS + TILE.x);
-            if (NEAREST != 0u) {
-                uint record = large_record(blocks[block_of_node(node)]);
-                meet(upper_nearest, met_by_block(coverage.xy, above), record);
-                meet(lower_nearest, met_by_block(coverage.zw, below), record);
-            }
-            lay_block_behind(upper, above, coverage.xy);
-            lay_block_behind(lower, below, coverage.zw);
+            lay_block_behind(upper, lower, window.nearest.link);
             take_nearest(window);
         }
         while (window.nearest.link != END && !(MIXED && is_block(window.nearest.link))) {
@@ -349,8 +396,6 @@ void main() {
         atomicMax(totals.disordered_groups.x, next / 64u + 1u);
     }
 #endif
-    uvec2 corner = (at + first_tile()) * TILE - frame.window.xy;
-    float logs = finish(upper, upper_nearest, tile * PIXELS, corner)
-        + finish(lower, lower_nearest, tile * PIXELS + TILE.x, corner + uvec2(0, 1));
-    if (LOG_SUMS != 0u) log_sums[tile] = logs;
+    finish_tile(at, tile, upper, lower);
 }
+#endif

@@ -4,6 +4,7 @@
 // block, eight a block. See src/passes/composite.rs.
 #include "frame.glsl"
 #include "projection.glsl"
+#include "divided.glsl"
 #include "environment.glsl"
 #include "light_model.glsl"
 #include "optics.glsl"
@@ -95,7 +96,7 @@ void main() {
     Large r = larges[blocks[at]];
     uint place = at - r.first_block;
     uvec2 tile = uvec2(r.first_tile & 0xffffu, r.first_tile >> 16)
-        + uvec2(place % r.across, place / r.across);
+        + divided(place, r.across).yx;
     vec2 corner = vec2(tile * TILE + uvec2(pixel % TILE.x, pixel / TILE.x));
     vec4 m = r.to_disc;
     vec2 box = vec2(length(m.wz), length(m.yx)) / abs(m.x * m.w - m.y * m.z);

@@ -4,6 +4,7 @@
 // that the brightest source draws along them; one invocation a tile, when the view turns. See src/passes/composite.rs.
 #include "frame.glsl"
 #include "projection.glsl"
+#include "divided.glsl"
 #include "tile_buffers.glsl"
 #include "octahedron.glsl"
 #include "shared_exponent.glsl"
@@ -26,7 +27,7 @@ layout(std430, set = 0, binding = 22) writeonly buffer VeilLight { uvec4 veil_li
 void main() {
     uint tile = group_number() * gl_WorkGroupSize.x + gl_LocalInvocationID.x;
     if (tile >= TILE_COUNT) return;
-    uvec2 at = first_tile() + uvec2(tile % tiles_across(), tile / tiles_across());
+    uvec2 at = first_tile() + divided(tile, tiles_across()).yx;
     mat3 world = mat3(frame.right.xyz, frame.up.xyz, frame.back.xyz);
     vec2 middle = (vec2(at) + 0.5) * vec2(TILE);
     vec3 c = far_light(world * normalize(ray_through(middle)));

@@ -47,12 +47,14 @@ layout(std430, set = 0, binding = 3) buffer Totals {
     uvec4 big_groups;               // over those of many tiles, one group each,
     uvec4 block_groups;             // over the blocks,
     uvec4 ray_groups;               // over the pixels of blocks drawn by rays,
+    uvec4 listed_groups[LISTS];     // over the tiles of drawn_tiles.glsl,
     uvec4 disordered_groups;        // over the disordered tiles
     uvec4 line_groups;              // over the parts of streaks that have lines
     uint larges;
     uint bigs;
     uint blocks;
     uint ray_blocks;
+    uint listed[LISTS];             // tiles of drawn_tiles.glsl
     uint disordered;
     uint in_view;                   // clusters
     uint cells_in_view;
@@ -142,8 +144,14 @@ uint tile_number(uvec2 tile) {
     return at.y * tiles_across() + at.x;
 }
 
-uvec2 region_tiles() {
-    return uvec2(REGION_ACROSS, REGION_DOWN) << REGION_SHIFT;
+// A region's tiles across and down, and all of them, as powers of two.
+uvec2 region_tile_bits() {
+    const ivec2 LEAST = findMSB(uvec2(REGION_ACROSS, REGION_DOWN));
+    return uvec2(LEAST) + REGION_SHIFT;
+}
+
+uint region_bits() {
+    return region_tile_bits().x + region_tile_bits().y;
 }
 
 // First word of the node that holds a link.

@@ -20,6 +20,6 @@ uint region_at(vec3 point, float depth, float least) {
     vec2 across = vec2(dot(frame.right.xyz, point), -dot(frame.up.xyz, point));
     vec2 pixel = pixel_of(across * (frame.image.z / max(depth, least)));
     vec2 first = vec2(frame.window.xy), last = vec2(frame.window.xy + frame.window.zw - 1u);
-    uvec2 tile = uvec2(clamp(pixel, first, last)) / TILE, region = (tile - first_tile()) / region_tiles();
+    uvec2 tile = uvec2(clamp(pixel, first, last)) / TILE, region = tile - first_tile() >> region_tile_bits();
     return region.y * REGIONS_ACROSS + region.x;
 }

@@ -35,6 +35,10 @@ macro_rules! constants {
 }
 
 constants! {
+    /// Tiles that have a bit each in a word of `drawn_tiles.glsl`.
+    LISTED_TILES: u32 = 32;
+    /// Lists of those tiles.
+    LISTS: u32 = 4;
     /// Drops of a cluster: enough that a cluster's test costs little a drop, few enough that clusters at the edge of the
     /// view do not drag in many drops out of it.
     CLUSTER: u32 = 16;

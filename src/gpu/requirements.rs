@@ -116,7 +116,7 @@ pub(super) struct Capabilities {
 }
 
 /// Most storage buffers of a set: those of `composite.comp` and the passes that share its set.
-pub(super) const STORAGE_BUFFERS: u32 = 22;
+pub(super) const STORAGE_BUFFERS: u32 = 23;
 
 impl Requirements {
     /// What `composite.comp` and the other passes of the tiles need, and with `points` and `masks` what the paper's do.
@@ -164,7 +164,7 @@ impl Requirements {
             ),
             (
                 has.storage_buffers_per_stage >= self.storage_buffers_per_stage,
-                "22 storage buffers a stage",
+                "23 storage buffers a stage",
             ),
         ];
         let all = of_queue.into_iter().chain(features).chain(of_shaders);

@@ -30,8 +30,9 @@ use super::side_by_side;
 use super::tile_grid::TILE_PIXELS;
 use super::tiles::Tiles;
 use super::tone_map::{FINAL_SUMS, Source};
-use super::totals::{DISORDERED_GROUPS, LARGE_GROUPS, LINE_GROUPS, RAY_GROUPS};
+use super::totals::{DISORDERED_GROUPS, LARGE_GROUPS, LINE_GROUPS, LISTED_GROUPS, RAY_GROUPS};
 use crate::Result;
+use crate::abi::{LISTED_TILES, LISTS};
 use crate::gpu::sets::{composite as slot, constant, group};
 use crate::gpu::{
     Bindings, Buffer, ComputePipeline, Device, Memory, Recorder, Resource, Texel, Texels, Use,
@@ -58,12 +59,13 @@ pub struct Composite {
     /// Pixels of the tiles, across and down.
     in_tiles: (u32, u32),
     tiles: u32,
-    groups: [u32; 3],
+    /// Whether the sky is the same as in the frame before.
+    keeps_sky: bool,
     /// What the sky is drawn for by all that was recorded since a number, and whether one of these was executed.
     sky_of: Option<View>,
     sky_since: u32,
     sky_is_there: bool,
-    /// Whether what is behind the drops is another with every frame.
+    /// Whether what is behind the drops, or what they show, is another with every frame.
     changes: bool,
     bindings: Bindings,
     sky_pass: SkyPass,
@@ -74,10 +76,19 @@ pub struct Composite {
     glints: Option<ComputePipeline>,
     /// Sums up the lines that they draw along streaks, which composite reads; none where there are none.
     lines: Option<(ComputePipeline, Buffer)>,
-    composite: ComputePipeline,
+    over: Over,
     disordered: ComputePipeline,
     _texels: Option<[Texels; 5]>,
-    _held: [Buffer; 3],
+    _held: [Buffer; 4],
+}
+
+/// How the tiles are drawn.
+enum Over {
+    /// Region after region: nodes that neighbours share are in the cache.
+    All(ComputePipeline, [u32; 3]),
+    /// By how much there is to do in them (`glsl/tiles_to_draw.comp`): those without drops not at all while the sky behind
+    /// them stays. Where many tiles have few drops.
+    Listed(ComputePipeline, u32, [ComputePipeline; LISTS as usize]),
 }
 
 /// What fills in what is behind the drops.
@@ -113,6 +124,7 @@ impl Composite {
         (width, height): (u32, u32),
         plan: &FramePlan,
         behind: Option<&Behind>,
+        is_renewed: bool,
     ) -> Result<Self> {
         use vk::BufferUsageFlags as Usage;
         let make = |name, bytes, usage| {
@@ -134,7 +146,10 @@ impl Composite {
         let moved = Usage::TRANSFER_SRC | Usage::TRANSFER_DST;
         let log_sums = make("log luminance sums", sums, moved)?;
 
-        let disordered = make("disordered tiles", 8 * u64::from(tiles.count), Usage::empty())?;
+        let disordered_tiles =
+            make("disordered tiles", 8 * u64::from(tiles.count), Usage::empty())?;
+        let drawn_words = 2 * tiles.count + tiles.count.div_ceil(LISTED_TILES);
+        let drawn = make("drawn tiles", 4 * u64::from(drawn_words), Usage::empty())?;
 
         let has_lines = tiles.has_veil() && glints.count > 0;
         let lit = if tiles.has_veil() { 16 * u64::from(tiles.count) } else { 16 };
@@ -191,7 +206,8 @@ impl Composite {
             (slot::RADIANCE, &radiance),
             (slot::SKY, &sky),
             (slot::LOG_SUMS, &log_sums),
-            (slot::DISORDERED, &disordered),
+            (slot::DISORDERED, &disordered_tiles),
+            (slot::DRAWN_TILES, &drawn),
             (slot::COUNTERS, &tiles.counters),
             (slot::SPLAT_TABLE, splats),
             (slot::SOURCES, &glints.sources),
@@ -220,12 +236,15 @@ impl Composite {
         let groups = [groups.div_ceil(rows), rows, 1];
         let own = [
             [constant::LOG_SUMS, plan.log_average.into()],
-            [constant::TOUCH, tiles.touch.into()],
+            [constant::PREFETCH, tiles.prefetch.into()],
             [constant::GLINTS, glints.count],
             [constant::LAYERS, plan.layers.into()],
         ];
         let constants: Vec<_> = tiles.constants.iter().copied().chain(own).collect();
-        let pipeline = |shader| ComputePipeline::new(device, shader, &bindings, 0, &constants);
+        let pushed = |shader, bytes, constants: &[_]| {
+            ComputePipeline::new(device, shader, &bindings, bytes, constants)
+        };
+        let pipeline = |shader| pushed(shader, 0, &constants);
         let sky_pass = || -> Result<SkyPass> {
             let Some(behind) = behind else {
                 let by_cells = tiles.has_cells();
@@ -245,13 +264,35 @@ impl Composite {
             )?;
             Ok(SkyPass::Background(Box::new(pass)))
         };
-        let over = if fit { shaders::COMPOSITE_COMP_TEXELS } else { shaders::COMPOSITE_COMP };
+        // Streaks are in lists of their own; and of long lists few are empty.
+        let is_listed = !tiles.has_veil() && tiles.bands() == 1;
+        let of_list = |list| {
+            let shader = match (list == 0 || list == LISTS, fit) {
+                (true, true) => shaders::COMPOSITE_COMP_TEXELS,
+                (true, false) => shaders::COMPOSITE_COMP,
+                (false, true) => shaders::COMPOSITE_COMP_FEW_TEXELS,
+                (false, false) => shaders::COMPOSITE_COMP_FEW,
+            };
+            pushed(shader, 0, &[&constants[..], &[[constant::LIST, list]]].concat())
+        };
+        let over = || -> Result<Over> {
+            match is_listed {
+                true => {
+                    let lists = side_by_side(std::array::from_fn(|list| list as u32), of_list)?;
+                    let to_draw = pushed(shaders::TILES_TO_DRAW_COMP, 4, &constants)?;
+                    let listing = LISTED_TILES * group::TILES_TO_DRAW_COMP[0];
+                    Ok(Over::Listed(to_draw, tiles.count.div_ceil(listing), lists))
+                }
+                false => Ok(Over::All(of_list(LISTS)?, groups)),
+            }
+        };
         let (of_all, (of_glints, others)) = rayon::join(
-            || {
-                side_by_side(
-                    [shaders::COMPOSITE_COMP_DISORDERED, over, shaders::RAYS_COMP],
+            || -> Result<_> {
+                let [disordered, rays] = side_by_side(
+                    [shaders::COMPOSITE_COMP_DISORDERED, shaders::RAYS_COMP],
                     pipeline,
-                )
+                )?;
+                Ok((over()?, disordered, rays))
             },
             || {
                 rayon::join(
@@ -267,7 +308,7 @@ impl Composite {
                 )
             },
         );
-        let [disordered_pass, composite, rays] = of_all?;
+        let (over, disordered, rays) = of_all?;
         let (sky_pass, of_veil) = others?;
         let (of_glints, of_lines) = of_glints?;
         Ok(Self {
@@ -276,21 +317,21 @@ impl Composite {
             log_sums,
             in_tiles: tiles.in_pixels,
             tiles: tiles.count,
-            groups,
+            keeps_sky: false,
             sky_of: None,
             sky_since: 0,
             sky_is_there: false,
-            changes: plan.is_grainy() || matches!(behind, Some(Behind::Host { .. })),
+            changes: is_renewed || plan.is_grainy() || matches!(behind, Some(Behind::Host { .. })),
             sky_pass,
             veil_light: of_veil,
             rays,
             glints: of_glints,
             lines: of_lines.zip(line_sums),
-            composite,
-            disordered: disordered_pass,
+            over,
+            disordered,
             bindings,
             _texels: texels.map(|(_, own)| own),
-            _held: [sky, disordered, veil_light],
+            _held: [sky, disordered_tiles, drawn, veil_light],
         })
     }
 
@@ -306,7 +347,8 @@ impl Composite {
             self.sky_of = Some(view_of(frame));
             (self.sky_since, self.sky_is_there) = (recording, false);
         }
-        !self.sky_is_there || self.changes
+        self.keeps_sky = self.sky_is_there && !self.changes;
+        !self.keeps_sky
     }
 
     /// Takes a host's images for the frame that is to be recorded.
@@ -376,16 +418,22 @@ impl Composite {
     /// Records the drops over one another and the sky behind, after [`Composite::record_glints`]
     /// and a barrier.
     pub fn record(&self, device: &Device, commands: Recorder<'_>, tiles: &Tiles) {
-        let (bindings, groups) = (&self.bindings, self.groups);
-        self.composite.dispatch(commands, bindings, 0, &[], groups);
-        let after = [Use::ComputeWrite, Use::Indirect];
+        let (bindings, totals) = (&self.bindings, tiles.totals());
+        let after = [Use::ComputeWrite, Use::ComputeRead, Use::Indirect];
+        match &self.over {
+            Over::All(pass, groups) => pass.dispatch(commands, bindings, 0, &[], *groups),
+            Over::Listed(to_draw, groups, lists) => {
+                let new_sky = u32::from(!self.keeps_sky).to_ne_bytes();
+                to_draw.dispatch(commands, bindings, 0, &new_sky, [*groups, 1, 1]);
+                for (list, pass) in (0..).zip(lists) {
+                    // They write to other places of the same buffers, which no layer can know.
+                    memory_barrier(device, commands, &[Use::ComputeWrite], &after);
+                    let groups = LISTED_GROUPS + 16 * list;
+                    pass.dispatch_indirect(commands, bindings, &[], totals, groups);
+                }
+            }
+        }
         memory_barrier(device, commands, &[Use::ComputeWrite], &after);
-        self.disordered.dispatch_indirect(
-            commands,
-            bindings,
-            &[],
-            tiles.totals(),
-            DISORDERED_GROUPS,
-        );
+        self.disordered.dispatch_indirect(commands, bindings, &[], totals, DISORDERED_GROUPS);
     }
 }

@@ -73,8 +73,8 @@ pub struct Tiles {
     pub(super) in_pixels: (u32, u32),
     /// Invocations that draw them: all tiles of whole regions.
     pub(super) in_regions: u32,
-    /// Whether they read ahead what their neighbours need: see `touch` in `composite.comp`.
-    pub(super) touch: bool,
+    /// Whether they read ahead what their neighbours need: see `prefetch_nodes` in `composite.comp`.
+    pub(super) prefetch: bool,
     /// What was counted (see [`Simulate::counts`]).
     pub counters: Buffer,
     /// What passes read a texel at a time, where the device takes texel buffers so large.
@@ -309,7 +309,7 @@ impl Tiles {
             in_pixels: (across * TILE.0, down * TILE.1),
             in_regions: regions.tiles,
             // Where each word read is dear, it costs more than it saves.
-            touch: device.report.is_cpu() && texels.is_some() && plan.splat_px > 0.0,
+            prefetch: device.report.is_cpu() && texels.is_some() && plan.splat_px > 0.0,
             counters,
             reach,
             records,
@@ -360,6 +360,11 @@ impl Tiles {
     /// Whether there may be streaks of one colour.
     pub(super) fn has_veil(&self) -> bool {
         self.veil.reset > 0
+    }
+
+    /// Ranges of depth.
+    pub(super) fn bands(&self) -> u32 {
+        self.in_frame[1][3]
     }
 
     /// Completes a frame's constants.
@@ -457,7 +462,7 @@ impl Tiles {
     /// Records the drops' places and the small ones' entry into the lists, after
     /// [`Tiles::record_clusters`] and a barrier.
     pub fn record_gather(&self, device: &Device, commands: Recorder<'_>) {
-        for band in 0..self.in_frame[1][3] {
+        for band in 0..self.bands() {
             if band > 0 {
                 memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::ComputeWrite]);
             }

@@ -14,6 +14,7 @@ pub(super) const LARGE_GROUPS: u64 = offset_of!(Totals, large_groups) as u64;
 pub(super) const BIG_GROUPS: u64 = offset_of!(Totals, big_groups) as u64;
 pub(super) const BLOCK_GROUPS: u64 = offset_of!(Totals, block_groups) as u64;
 pub(super) const RAY_GROUPS: u64 = offset_of!(Totals, ray_groups) as u64;
+pub(super) const LISTED_GROUPS: u64 = offset_of!(Totals, listed_groups) as u64; // of the first list
 pub(super) const DISORDERED_GROUPS: u64 = offset_of!(Totals, disordered_groups) as u64;
 pub(super) const LINE_GROUPS: u64 = offset_of!(Totals, line_groups) as u64;
 /// Words of all arguments, and of these and the counts that follow; then come the bins'.

@@ -29,8 +29,6 @@ pub(super) struct Tiled {
     /// Whether there are far drops of whom something is shown, and whether they are spread over more than their places.
     shows_far: bool,
     is_spread: bool,
-    /// Whether the environment may be another with every frame.
-    is_renewed: bool,
 }
 
 impl Tiled {
@@ -67,6 +65,7 @@ impl Tiled {
             size,
             plan,
             behind,
+            lighting.renewal.is_some(),
         )?;
         Ok(Self {
             tiles,
@@ -76,7 +75,6 @@ impl Tiled {
             shows_far: filled,
             is_spread: plan.lens != Lens::Pinhole || plan.motion != Motion::Instant,
             far,
-            is_renewed: lighting.renewal.is_some(),
         })
     }
 
@@ -131,7 +129,7 @@ impl Tiled {
             barrier(&[Use::TransferWrite], &[Use::Uniform, Use::ComputeWrite]);
             self.tiles.record_clusters(device, commands, seen);
         });
-        if self.composite.needs_sky(frame, recording) || self.is_renewed {
+        if self.composite.needs_sky(frame, recording) {
             time.time(commands, "sky", || {
                 if self.shows_far {
                     let seen = if self.is_spread { Directions::ALL } else { Directions::of(frame) };

@@ -7,6 +7,7 @@ mod shader;
 
 mod adjusted;
 mod compact;
+mod divided;
 mod exposure;
 mod frame_layout;
 mod frames;

@@ -209,7 +209,7 @@ fn requirements_are_known_before_the_device() {
     assert_eq!((limits.workgroup_invocations, limits.storage_buffers_per_stage), (256, 22));
     (limits.workgroup_invocations, limits.storage_buffers_per_stage) = (u32::MAX, u32::MAX);
     let line = refused(host.lent(), limits);
-    let expected = "lacks workgroups of 256 invocations, 22 storage buffers a stage:";
+    let expected = "lacks workgroups of 256 invocations, 23 storage buffers a stage:";
     assert!(line.contains(expected), "{line}");
     assert_eq!(host.messages(), Vec::<String>::new());
 }

@@ -1,0 +1,53 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_KHR_shader_subgroup_arithmetic : require
+#extension GL_KHR_shader_subgroup_ballot : require
+// Which tiles a frame draws, by how much there is to do in them (drawn_tiles.glsl): a CPU's vector of tiles takes as long
+// as its longest list, and runs all code that one of them may need. An invocation takes several tiles, so that few add to
+// the counters, for which threads of a CPU would wait.
+#include "frame.glsl"
+#include "tile_buffers.glsl"
+#include "drawn_tiles.glsl"
+
+layout(local_size_x = 64) in;
+layout(push_constant) uniform Push { uint new_sky; } push; // 1: no tile shows it yet
+
+// A bit a tile, list by list.
+uvec4 lists_of(uint first, uint tiles) {
+    uvec4 lists = uvec4(0u);
+    for (uint i = 0u; i < tiles; ++i) {
+        uint link = heads[first + i];
+        bool one = link != END && nodes[link] == END, block = is_block(link);
+        lists |= uvec4(link != END && !one, one && !block, one && block, link == END) << i;
+    }
+    return lists;
+}
+
+void main() {
+    uint word = gl_GlobalInvocationID.x, first = word * LISTED_TILES;
+    uint tiles = min(max(TILE_COUNT, first) - first, LISTED_TILES);
+    uvec4 lists = lists_of(first, tiles);
+    if (tiles > 0u) {
+        uint had = had_drops(word), drawn = ~lists[SKY_ALONE];
+        if (push.new_sky == 0u) lists[SKY_ALONE] &= drawn_tiles[had];
+        drawn_tiles[had] = drawn;
+    }
+
+    uvec4 mine = uvec4(bitCount(lists)), count = subgroupAdd(mine), at = uvec4(0u);
+    if (count == uvec4(0u)) return;
+    if (subgroupElect()) {
+        for (uint list = 0u; list < LISTS; ++list) {
+            at[list] = atomicAdd(totals.listed[list], count[list]);
+            // Of the workgroups of 64 those that these tiles begin.
+            uint groups = (at[list] + count[list] + 63u) / 64u - (at[list] + 63u) / 64u;
+            atomicAdd(totals.listed_groups[list].x, groups);
+        }
+    }
+    at = uvec4(subgroupBroadcastFirst(at.x), subgroupBroadcastFirst(at.y), subgroupBroadcastFirst(at.z),
+               subgroupBroadcastFirst(at.w)) + subgroupExclusiveAdd(mine);
+    for (uint list = 0u; list < LISTS; ++list) {
+        for (uint left = lists[list]; left != 0u; left &= left - 1u) {
+            drawn_tiles[listed_at(list, at[list]++)] = first + findLSB(left);
+        }
+    }
+}
