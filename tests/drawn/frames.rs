@@ -4,7 +4,7 @@
 use std::process::Command;
 use std::sync::Arc;
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use raindrops::environment::Environment;
 use raindrops::gpu::Device;
 use raindrops::passes::simulate::Counts;
@@ -76,6 +76,8 @@ fn a_frame_is_that_of_a_fresh_renderer() {
             };
             let fresh = CHANGES
                 .map(|(_, change)| frame(&mut renderer(device, &base, &sky), &changed(change)));
+            let is_drawn = |pixel: &Vec3| pixel.min_element() > 0.0;
+            assert!(fresh[0].1.pixels.iter().all(is_drawn), "{preset}: the sky is dark nowhere");
             let mut old = renderer(device, &base, &sky);
             for ((name, change), expected) in CHANGES.iter().zip(&fresh) {
                 assert!(frame(&mut old, &base) == fresh[0], "{preset}, before '{name}'");
