@@ -151,10 +151,13 @@ impl Slice<'_> {
             },
         };
         let turn = self.center(self.from).angle_between(self.center(self.from + self.length));
-        let cap = |region: &Region| Cap { direction: region.direction, radius: region.radius + turn };
+        let cap =
+            |region: &Region| Cap { direction: region.direction, radius: region.radius + turn };
         let sources: Vec<Cap> = regions.iter().map(cap).collect();
         let seed = truth.seed ^ u64::from(slice) << 40;
-        for (part, salt) in outline(tracer.indices[0].0, middle).parts(&sources, FINEST).iter().zip(0_u32..) {
+        for (part, salt) in
+            outline(tracer.indices[0].0, middle).parts(&sources, FINEST).iter().zip(0_u32..)
+        {
             let count = self.samples(part, middle);
             let strata = Strata::new(count, seed ^ u64::from(salt) << 16);
             for ((x, y), sample) in strata.places(self.number).zip(0_u32..) {
@@ -164,9 +167,9 @@ impl Slice<'_> {
                 let (place, center) = (part.at(x, y), self.center(moment));
                 let look = self.look(place, moment);
                 let Some((column, row)) = view.pixel(look.direction) else { continue };
-                let is_image = population.half_extent.is_none_or(|half| {
-                    center.cmpge(-half).all() && center.cmplt(half).all()
-                });
+                let is_image = population
+                    .half_extent
+                    .is_none_or(|half| center.cmpge(-half).all() && center.cmplt(half).all());
                 if !is_image {
                     continue;
                 }

@@ -24,14 +24,17 @@ const CLASSES: u32 = 24;
 /// Edge of a block in radians, if that is not less than a pixel.
 const BLOCK: f64 = 0.5 * PI / 180.0;
 
+/// Most blocks; of a wide view they are larger.
+const MOST_BLOCKS: f64 = 16_384.0;
+
 /// Half the edge of the square around a drop, in radii: for sources of up to 15 degrees of radius.
 const HALF: f64 = 1.25;
 
 /// How closely the search finds what leaves towards the picture, in the picture's radii.
 const FINEST: f64 = 0.5;
 
-/// Rays for each class, block and sample of a pixel.
-const RAYS: f64 = 0.25;
+/// Rays for each class, block and sample of a pixel, if all together are not more than those of the pixels.
+const RAYS: f64 = 0.5;
 
 /// Share of the light of all bright parts under which a part is not worth a search.
 const FAINT: f64 = 0.1;
@@ -60,13 +63,21 @@ struct Blocks {
 
 impl Blocks {
     fn of(view: View) -> Self {
-        let edge = (view.focal_px * BLOCK).max(1.0);
+        let [width, height] = view.whole.map(f64::from);
+        let edge = (view.focal_px * BLOCK).max(1.0).max((width * height / MOST_BLOCKS).sqrt());
         let [columns, rows] = view.whole.map(|pixels| (f64::from(pixels) / edge).ceil() as usize);
         Self { view, edge, columns, rows }
     }
 
     fn count(&self) -> usize {
         self.columns * self.rows
+    }
+
+    /// Rays for a class, of so many samples a pixel.
+    fn rays(&self, samples: u32) -> f64 {
+        let [width, height] = self.view.whole.map(f64::from);
+        let of_pixels = width * height / f64::from(CLASSES);
+        (RAYS * self.count() as f64).min(of_pixels) * f64::from(samples.max(1))
     }
 
     /// Pixels from the upper left corner of the whole picture, and whether that is before the camera.
@@ -191,7 +202,7 @@ impl Beam<'_> {
         let parts = outline(0.5 * (from + to), self.indices[0].0, -middle).parts(sources, FINEST);
         let shown = |part: &&Part| part.shows || is_faint;
         let shown: f64 = parts.iter().filter(shown).map(Part::area).sum();
-        let rays = self.share * self.blocks.count() as f64 * RAYS * f64::from(truth.samples.max(1));
+        let rays = self.share * self.blocks.rays(truth.samples) / self.indices.len() as f64;
         let seed = truth.seed ^ 0x666c_6174_7375_6e00; // "flatsun"
         for (part, number) in parts.iter().zip(0_u32..) {
             let is_shown = part.shows || is_faint;
@@ -211,13 +222,16 @@ impl Beam<'_> {
                 let diameter = from + size * (to - from);
                 let halves = Halves::of_diameter(diameter);
                 for &(index, colors) in self.indices {
-                    outline(diameter, index, -source).follow(part.at(x, y), |_, weight, leaving| {
-                        // The camera looks against the light.
-                        if let Some((block, density)) = self.blocks.holding(-leaving) {
-                            let disc = PI * halves.outline_area(leaving.y);
-                            light[block] += weight * density / disc * radiance * colors;
-                        }
-                    });
+                    outline(diameter, index, -source).follow(
+                        part.at(x, y),
+                        |_, weight, leaving| {
+                            // The camera looks against the light.
+                            if let Some((block, density)) = self.blocks.holding(-leaving) {
+                                let disc = PI * halves.outline_area(leaving.y);
+                                light[block] += weight * density / disc * radiance * colors;
+                            }
+                        },
+                    );
                 }
             }
         }

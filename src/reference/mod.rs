@@ -12,9 +12,9 @@
 //! `F E(R) + Σ (1-F)² F^k E(T_k)` over k = 0 … K internal reflections. Of other shapes each interface has
 //! its own F, and weights are products along the path.
 //!
-//! What is small and very bright, as a bare sun, such rays meet in a drop by chance alone; in spheres at
-//! rest seen by a pinhole it is taken out of what they find, and its images are looked for
-//! ([`Truth::glints`], `glints.rs`). In others it is left to chance: as true on the mean, but noisy.
+//! What is small and very bright, as a bare sun, such rays meet in a drop by chance alone. Seen by a pinhole, in spheres at
+//! rest and in flattened drops it is taken out of what they find, and its images are looked for
+//! ([`Truth::glints`], `glints.rs`, `flat_glints.rs`). In others it is left to chance: as true on the mean, but noisy.
 //!
 //! The rays of 8 x 8 pixels share a pyramid; a tree gives the drops in it once, front to back.
 //!
@@ -99,7 +99,7 @@ pub struct Truth {
     /// Whether the images of small bright sources in drops are looked for; without, or where drops
     /// see drops, the pixels' samples meet them by chance. The same on the mean; an environment
     /// without such sources ([`crate::environment::bright`]) is traced the same to the bit. In a scene with
-    /// real rain, spheres under half a pixel of radius show them spread over their disc, and others by chance.
+    /// real rain, drops under half a pixel of radius show them spread over their disc, and others by chance.
     pub glints: bool,
     /// Distance in metres to which real rain is traced drop by drop; beyond it is a medium. `None`:
     /// [`usual_bound`].

@@ -161,7 +161,8 @@ fn seen(corners: &[Leaving; 4], edge: f64, sources: &[Cap], finest: f64) -> (boo
             continue;
         }
         let middle = directions().sum::<DVec3>().normalize_or(DVec3::Y);
-        let apart = directions().map(|direction| direction.angle_between(middle)).fold(0.0, f64::max);
+        let apart =
+            directions().map(|direction| direction.angle_between(middle)).fold(0.0, f64::max);
         // Towards a rim, that of the outline or of total reflection, the angle at the surface changes as a square root.
         let is_rim = count < 4;
         let spread = apart + if is_rim { 2.0 * (2.0 * edge).sqrt() } else { 0.0 };
