@@ -54,7 +54,7 @@ impl Bright {
 
     /// The light of the bright parts over that of the rest, both from all around.
     pub fn strength(&self) -> f64 {
-        let light = |region: &Region| region.luminance * cap(region.radius);
+        let light = |region: &Region| region.luminance * region.solid_angle();
         let bright: f64 = self.regions.iter().map(light).sum();
         bright / (4.0 * PI * self.rest.mean_luminance()).max(f64::MIN_POSITIVE)
     }
@@ -104,6 +104,11 @@ impl Region {
     pub fn is_disc(&self) -> bool {
         let texel = PI / f64::from(self.height);
         self.radius <= 2.0 * (self.source().radius + texel)
+    }
+
+    /// Solid angle of the cap.
+    pub fn solid_angle(&self) -> f64 {
+        cap(self.radius)
     }
 
     /// The disc that stands for the region.

@@ -8,24 +8,26 @@
 //! The small bright parts of an environment ([`crate::environment::bright`]) are met so by chance alone: one
 //! sample in 10⁵ would have all the light of a bare sun. They are taken out of what samples find, and come by
 //! the far drop's *phase function*, how much light a sphere sends on by the angle between where it is seen
-//! and where the light comes from. In the medium that is what flat drops show of them, too. So it is for the
-//! spheres that are traced and are smaller than [`SMALL_PX`]: their glints stand somewhere in the pixel either
-//! way.
+//! and where the light comes from; what flattened drops send depends on both directions (`flat_light.rs`). So it is for
+//! the drops that are traced and are smaller than [`SMALL_PX`]: their glints stand somewhere in the pixel either way.
 
 use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
 
 use super::Truth;
+use super::flat_light::FlatLight;
 use crate::environment::Environment;
-use crate::environment::bright::{Bright, split};
+use crate::environment::bright::{Bright, Region, split};
 use crate::optics::{Encounter, Shape};
-use crate::rain::shape::Halves;
+use crate::rain::law::Law;
+use crate::rain::shape::{Halves, SMALLEST_FLATTENED};
 use crate::scene::Scene;
+use crate::scene::camera::View;
 use crate::scene::model::DropShape;
 use crate::scene::real_rain::RealRain;
 
-/// Radius in pixels under which a traced sphere shows the bright parts spread over its disc.
+/// Radius in pixels under which a traced drop shows the bright parts spread over its disc.
 pub(super) const SMALL_PX: f64 = 0.5;
 
 /// Sizes of equal blocked area that the mean outline is taken over.
@@ -50,6 +52,10 @@ pub(super) struct FarRain {
     to: f64,
     /// The shapes of drops that block as much as each other.
     sizes: Vec<Halves>,
+    /// The law of flattened drops, and how much of what drops block is theirs.
+    flat: Option<(Law, f64)>,
+    /// Length of a scene unit, m.
+    metres: f64,
     suns: Option<Suns>,
 }
 
@@ -66,6 +72,32 @@ struct Suns {
     bright: Bright,
     /// A phase function each refractive index, with the colours that it is for.
     phases: Vec<(Phase, DVec3)>,
+    /// What flattened drops show.
+    flat: Option<FlatLight>,
+}
+
+/// What small drops show of an environment with bright parts.
+#[derive(Clone, Copy)]
+pub(super) struct SmallDrops<'a> {
+    /// The environment without them.
+    pub(super) rest: &'a Environment,
+    /// Their light in a sphere.
+    of_sphere: DVec3,
+    /// The same in flattened drops, and millimetres of diameter for each unit of radius.
+    flat: Option<(&'a FlatLight, f64)>,
+}
+
+impl SmallDrops<'_> {
+    /// Light of the bright parts in a drop seen in a unit direction; `None` where chance finds it.
+    pub(super) fn light(&self, shape: Shape, radius: f64, direction: DVec3) -> Option<DVec3> {
+        match shape {
+            Shape::Sphere => Some(self.of_sphere),
+            Shape::Halves { .. } => {
+                self.flat.map(|(flat, diameter)| flat.of(diameter * radius, direction))
+            }
+            Shape::Spheroid { .. } => None,
+        }
+    }
 }
 
 /// Share of the light for each unit of solid angle, by angle.
@@ -84,7 +116,8 @@ impl FarRain {
     ) -> Self {
         let suns = split(environment).filter(|_| truth.glints).map(|bright| {
             let phases = indices.iter().map(|&(index, colors)| (Phase::of(truth, index), colors));
-            Suns { bright, phases: phases.collect() }
+            let bright = bright.in_layers(environment);
+            Suns { bright, phases: phases.collect(), flat: None }
         });
         let law = rain.law();
         let shares = (0..SIZES).map(|size| (f64::from(size) + 0.5) / f64::from(SIZES));
@@ -98,7 +131,13 @@ impl FarRain {
             let outlines = sizes.iter().map(|halves| halves.outline_area(sine)).sum::<f64>();
             law.extinction() * scene.metres * outlines / f64::from(SIZES)
         });
+        let flat = (rain.shape == DropShape::Equilibrium).then(|| {
+            let of_flat = law.moment_between(2.0, SMALLEST_FLATTENED, law.to);
+            (law, of_flat / law.moment(2.0))
+        });
         Self {
+            flat,
+            metres: scene.metres,
             extinction: extinction.collect(),
             from: bound / scene.metres,
             to: rain.extent / scene.metres,
@@ -119,8 +158,36 @@ impl FarRain {
         (-(low + (place - row as f64) * (high - low)) * length).exp()
     }
 
+    /// Follows the bright parts' light through flattened drops, by rays of the truth's seed.
+    pub(super) fn light_flat_drops(
+        &mut self,
+        view: &View,
+        truth: &Truth,
+        indices: &[(f64, DVec3)],
+    ) {
+        if let (Some(suns), Some((law, _))) = (&mut self.suns, &self.flat) {
+            suns.flat = FlatLight::new(*view, law, &suns.bright.regions, truth, indices);
+        }
+    }
+
+    /// What small drops show, with the bright parts' light in a sphere; `None` without bright parts.
+    pub(super) fn small_drops(&self, of_sphere: DVec3) -> Option<SmallDrops<'_>> {
+        let suns = self.suns.as_ref()?;
+        let flat = suns.flat.as_ref().map(|flat| (flat, 2e3 * self.metres));
+        Some(SmallDrops { rest: &suns.bright.rest, of_sphere, flat })
+    }
+
+    /// The bright parts' light in a drop of the medium, with that in a sphere.
+    pub(super) fn of_suns_in_medium(&self, direction: DVec3, of_sphere: DVec3) -> DVec3 {
+        let flat = self.suns.as_ref().and_then(|suns| suns.flat.as_ref());
+        match (flat, self.flat) {
+            (Some(flat), Some((_, share))) => of_sphere.lerp(flat.mean(direction), share),
+            _ => of_sphere,
+        }
+    }
+
     /// What drops show but for the bright parts that [`FarRain::of_suns`] has, if there are any.
-    pub(super) fn rest(&self) -> Option<&Environment> {
+    fn rest(&self) -> Option<&Environment> {
         self.suns.as_ref().map(|suns| &suns.bright.rest)
     }
 
@@ -187,17 +254,17 @@ impl FarRain {
         (self.sizes[0], heights(&self.sizes[0])[0])
     }
 
-    /// The bright parts' light in a far drop seen in a unit direction: a place in each part, drawn by two
+    /// The bright parts' light in a small sphere seen in a unit direction: a place in each part, drawn by two
     /// numbers of 0 to 1.
     pub(super) fn of_suns(&self, direction: DVec3, place: (f64, f64)) -> DVec3 {
-        let Some(Suns { bright, phases }) = &self.suns else { return DVec3::ZERO };
-        let of_region = |region: &crate::environment::bright::Region| {
+        let Some(Suns { bright, phases, .. }) = &self.suns else { return DVec3::ZERO };
+        let of_region = |region: &Region| {
             let (u, v) = region.direction.any_orthonormal_pair();
             let height = 1.0 - place.0 * (1.0 - region.radius.cos());
             let (sine, cosine) = (TAU * place.1).sin_cos();
             let aside = (1.0 - height * height).max(0.0).sqrt();
             let from = height * region.direction + aside * (cosine * u + sine * v);
-            let light = TAU * (1.0 - region.radius.cos()) * region.radiance(from);
+            let light = region.solid_angle() * region.radiance(from);
             let angle = direction.angle_between(from);
             let share = |(phase, colors): &(Phase, DVec3)| phase.at(angle) * *colors;
             light * phases.iter().map(share).sum::<DVec3>()

@@ -29,7 +29,7 @@ use rayon::prelude::*;
 use super::light::Way;
 use super::samples::Strata;
 use super::tree::{Hit, Pyramid};
-use super::{Drop, Population, Ray, Tracer, Truth, Weights};
+use super::{Drop, Ray, Tracer, Truth, Weights, flat_glints};
 use crate::environment::Environment;
 use crate::environment::bright::{Bright, Region, split};
 use crate::optics::{Encounter, Shape};
@@ -66,7 +66,7 @@ impl Way {
     }
 
     /// A number of its own.
-    fn number(self) -> u32 {
+    pub(super) fn number(self) -> u32 {
         match self {
             Self::Outside => 0,
             Self::Inside(k) => 1 + k,
@@ -264,7 +264,7 @@ impl Glints {
             let drops = tracer.tree.drops();
             let drop = &drops.all[hit.drop as usize];
             // Whoever is within a drop does not see it.
-            tracer.finds_glints_of(drops.population(drop)) && drop.center.length() > drop.radius
+            tracer.finds_glints_of(drop) && drop.center.length() > drop.radius
         });
         let done = AtomicU32::new(0);
         in_view
@@ -277,7 +277,14 @@ impl Glints {
                 if (tracer.stop)() {
                     return BTreeMap::new();
                 }
-                Mirror::new(tracer, hit.drop, before).glints(&self.bright.regions, self.mean)
+                let drops = tracer.tree.drops();
+                let regions = &self.bright.regions;
+                match drops.population(&drops.all[hit.drop as usize]).shape {
+                    Shape::Sphere => {
+                        Mirror::new(tracer, hit.drop, before).glints(regions, self.mean)
+                    }
+                    _ => flat_glints::glints(tracer, hit.drop, regions, before),
+                }
             })
             .collect()
     }
@@ -296,13 +303,44 @@ struct Glint<'a> {
 }
 
 impl Tracer<'_> {
-    /// Whether the glints of a population are found rather than met by chance: of spheres at rest, seen by a
-    /// pinhole, of a denser substance than what they are in.
-    pub(super) fn finds_glints_of(&self, population: &Population) -> bool {
-        population.shape == Shape::Sphere
-            && population.motion == DVec3::ZERO
-            && self.eye.lens == 0.0
-            && self.indices.iter().all(|(index, _)| *index > 1.0)
+    /// Whether the glints of a drop are found rather than met by chance: where a pinhole sees a sphere at rest, of a
+    /// denser substance than what it is in, or another shape that is not too near.
+    pub(super) fn finds_glints_of(&self, drop: &Drop) -> bool {
+        let population = self.tree.drops().population(drop);
+        let is_found = match population.shape {
+            Shape::Sphere => {
+                population.motion == DVec3::ZERO && self.indices.iter().all(|(n, _)| *n > 1.0)
+            }
+            _ => flat_glints::is_far(drop, population),
+        };
+        is_found && self.eye.lens == 0.0
+    }
+
+    /// Pixels for each unit of solid angle in a direction.
+    pub(super) fn pixels_a_steradian(&self, direction: DVec3) -> f64 {
+        let view = &self.eye.view;
+        view.focal_px * view.focal_px / (-direction.dot(view.back)).powi(3)
+    }
+
+    /// What the background and the drops before a hit let through.
+    pub(super) fn unhidden(&self, own: Hit, ray: &Ray, before: &[Hit], pixel: u32) -> f64 {
+        let Tracer { eye, plate, tree, .. } = self;
+        if own.distance >= plate.reach(pixel, -ray.direction.dot(eye.view.back)) {
+            return 0.0;
+        }
+        let mut left = 1.0;
+        for candidate in before {
+            if candidate.distance > own.distance {
+                break;
+            }
+            if let Some(distance) = tree.meet(candidate.drop, ray)
+                && (Hit { distance, drop: candidate.drop }) < own
+            {
+                let hiding = &tree.drops().all[candidate.drop as usize];
+                left *= 1.0 - eye.opacity(tree.drops().center(hiding, ray.moment));
+            }
+        }
+        left
     }
 }
 
@@ -439,24 +477,8 @@ impl<'a> Mirror<'a> {
     /// before it for a part of the exposure.
     fn unhidden(&self, encounter: &Encounter, cos_alpha: f64, pixel: u32, moment: f64) -> f64 {
         let distance = self.distance * cos_alpha - self.drop.radius * encounter.cos_incidence;
-        let Tracer { eye, plate, tree, .. } = self.tracer;
-        if distance >= plate.reach(pixel, -encounter.direction.dot(eye.view.back)) {
-            return 0.0;
-        }
         let own = Hit { distance, drop: self.number };
         let ray = Ray { moment, ..Ray::along(encounter.direction) };
-        let mut left = 1.0;
-        for candidate in self.before {
-            if candidate.distance > distance {
-                break;
-            }
-            if let Some(distance) = tree.meet(candidate.drop, &ray)
-                && (Hit { distance, drop: candidate.drop }) < own
-            {
-                let hiding = &tree.drops().all[candidate.drop as usize];
-                left *= 1.0 - eye.opacity(tree.drops().center(hiding, moment));
-            }
-        }
-        left
+        self.tracer.unhidden(own, &ray, self.before, pixel)
     }
 }

@@ -36,9 +36,12 @@ impl Tracer<'_> {
         let population = drops.population(drop);
         let center = drops.center(drop, ray.moment);
         let glints = self.glints.as_ref();
-        let glints = glints.filter(|_| around.glints && self.finds_glints_of(population));
-        let is_small = || population.shape == Shape::Sphere && self.radius_px(drop) < SMALL_PX;
-        let suns = around.suns.filter(|_| is_small());
+        let glints = glints.filter(|_| around.glints && self.finds_glints_of(drop));
+        let small = around.small.filter(|_| self.radius_px(drop) < SMALL_PX);
+        let suns = small.and_then(|small| {
+            let light = small.light(population.shape, drop.radius, ray.direction)?;
+            Some((small.rest, light))
+        });
         let rest = glints.map(Glints::rest).or(suns.map(|(rest, _)| rest));
         let mut sum = suns.map_or(DVec3::ZERO, |(_, light)| light);
         for &(index, colors) in &self.indices {

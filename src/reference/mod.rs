@@ -12,9 +12,9 @@
 //! `F E(R) + Σ (1-F)² F^k E(T_k)` over k = 0 … K internal reflections. Of other shapes each interface has
 //! its own F, and weights are products along the path.
 //!
-//! What is small and very bright, as a bare sun, such rays meet in a drop by chance alone; in spheres at
-//! rest seen by a pinhole it is taken out of what they find, and its images are looked for
-//! ([`Truth::glints`], `glints.rs`). In others it is left to chance: as true on the mean, but noisy.
+//! What is small and very bright, as a bare sun, such rays meet in a drop by chance alone. Seen by a pinhole, in spheres at
+//! rest and in flattened drops it is taken out of what they find, and its images are looked for
+//! ([`Truth::glints`], `glints.rs`, `flat_glints.rs`). In others it is left to chance: as true on the mean, but noisy.
 //!
 //! The rays of 8 x 8 pixels share a pyramid; a tree gives the drops in it once, front to back.
 //!
@@ -24,8 +24,11 @@
 mod drops;
 mod eye;
 mod far;
+mod flat_glints;
+mod flat_light;
 mod glints;
 mod light;
+mod outline;
 pub mod paper;
 mod rain;
 mod samples;
@@ -46,7 +49,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use glam::DVec3;
 use rayon::prelude::*;
 
-use self::far::FarRain;
+use self::far::{FarRain, SmallDrops};
 use self::glints::Glints;
 use self::rain::NearRain;
 use self::weather::Weather;
@@ -96,7 +99,7 @@ pub struct Truth {
     /// Whether the images of small bright sources in drops are looked for; without, or where drops
     /// see drops, the pixels' samples meet them by chance. The same on the mean; an environment
     /// without such sources ([`crate::environment::bright`]) is traced the same to the bit. In a scene with
-    /// real rain, spheres under half a pixel of radius show them spread over their disc, and others by chance.
+    /// real rain, drops under half a pixel of radius show them spread over their disc, and others by chance.
     pub glints: bool,
     /// Distance in metres to which real rain is traced drop by drop; beyond it is a medium. `None`:
     /// [`usual_bound`].
@@ -148,8 +151,8 @@ struct Around<'a> {
     tree: &'a Tree,
     /// Whether glints are found apart, so that drops do not show them here.
     glints: bool,
-    /// The environment without its bright parts, and their light in a small drop.
-    suns: Option<(&'a Environment, DVec3)>,
+    /// What small drops show.
+    small: Option<SmallDrops<'a>>,
 }
 
 impl<'a> Tracer<'a> {
@@ -162,10 +165,9 @@ impl<'a> Tracer<'a> {
             return Self { indices, ..tracer };
         };
         let bound = truth.rain_to.unwrap_or(bound).min(rain.extent);
-        let rain = Weather {
-            near: NearRain::new(scene, &rain, bound),
-            far: FarRain::new(scene, &rain, bound, environment, &truth, &indices),
-        };
+        let mut far = FarRain::new(scene, &rain, bound, environment, &truth, &indices);
+        far.light_flat_drops(&tracer.eye.view, &truth, &indices);
+        let rain = Weather { near: NearRain::new(scene, &rain, bound), far };
         Self { indices, glints: None, rain: Some(Box::new(rain)), ..tracer }
     }
 
@@ -199,7 +201,7 @@ impl<'a> Tracer<'a> {
         let ray = Ray::along(direction);
         let depth = self.truth.drops_see_drops;
         let next = |after| self.tree.first_hit(&ray, after, None);
-        let around = Around { tree: &self.tree, glints: false, suns: None };
+        let around = Around { tree: &self.tree, glints: false, small: None };
         let (light, left) = self.gather(&around, &ray, 1.0, depth, f64::INFINITY, next);
         light + left * self.environment.radiance(direction)
     }
@@ -252,7 +254,11 @@ impl<'a> Tracer<'a> {
 
     /// The same with other places for its samples.
     pub fn with_seed(&self, seed: u64) -> Self {
-        Self { truth: Truth { seed, ..self.truth }, ..self.clone() }
+        let mut tracer = Self { truth: Truth { seed, ..self.truth }, ..self.clone() };
+        if let Some(rain) = tracer.rain.as_mut().filter(|_| seed != self.truth.seed) {
+            rain.far.light_flat_drops(&tracer.eye.view, &tracer.truth, &tracer.indices);
+        }
+        tracer
     }
 
     /// Tiles of 8 x 8 pixels that the picture is traced by, row by row.
@@ -335,7 +341,7 @@ impl<'a> Tracer<'a> {
             return self.tile_of_rain(rain, (left, upper), samples, scratch);
         }
         let Scratch { candidates, samples: places } = scratch;
-        let around = Around { tree: &self.tree, glints: true, suns: None };
+        let around = Around { tree: &self.tree, glints: true, small: None };
         self.tree.within(&self.pyramid_of(left, upper), f64::INFINITY, candidates);
         self.pixels_of(left, upper)
             .map(|(x, y)| {

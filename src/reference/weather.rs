@@ -41,8 +41,10 @@ struct Path {
 struct Pixel {
     /// Column and row.
     at: (u32, u32),
-    /// The bright parts' light in a far drop.
+    /// The bright parts' light in a small sphere.
     sun: DVec3,
+    /// The same in a drop of the medium.
+    sun_of_medium: DVec3,
     paths: Vec<Path>,
 }
 
@@ -107,7 +109,9 @@ impl Tracer<'_> {
         let paths: Vec<Path> = scratch.samples.iter().zip(chances).map(path).collect();
         let suns = paths.iter().map(|path| rain.far.of_suns(path.ray.direction, path.chance.place));
         let sun = suns.sum::<DVec3>() / paths.len() as f64;
-        Pixel { at, sun, paths }
+        let of_medium = |path: &Path| rain.far.of_suns_in_medium(path.ray.direction, sun);
+        let sun_of_medium = paths.iter().map(of_medium).sum::<DVec3>() / paths.len() as f64;
+        Pixel { at, sun, sun_of_medium, paths }
     }
 
     /// Follows paths through the drops of real rain and those placed by hand.
@@ -133,11 +137,11 @@ impl Tracer<'_> {
             let tree = Tree::new(self.with_placed(drops));
             // A hit at the border belongs to one shell: both compare the same distance.
             let start = Hit { distance: shell.from, drop: 0 };
-            for Pixel { at, sun, paths } in &mut *pixels {
+            for Pixel { at, sun, paths, .. } in &mut *pixels {
                 let own = self.pyramid_between(*at, (at.0 + 1, at.1 + 1));
                 tree.within(&own, f64::INFINITY, candidates);
-                let suns = rain.far.rest().map(|rest| (rest, *sun));
-                let around = Around { tree: &tree, glints: false, suns };
+                let around =
+                    Around { tree: &tree, glints: false, small: rain.far.small_drops(*sun) };
                 for path in paths.iter_mut().filter(|path| goes_on(path)) {
                     let ray = path.ray;
                     let next = |after: Hit| {
@@ -222,7 +226,7 @@ impl Tracer<'_> {
         for path in &pixel.paths {
             let through = rain.far.transmittance(path.ray.direction, path.reach);
             radiance += path.light;
-            radiance += path.left * (1.0 - through) * (light + pixel.sun);
+            radiance += path.left * (1.0 - through) * (light + pixel.sun_of_medium);
             let left = path.left * through;
             if left > 0.0 {
                 radiance += left * self.behind(number, &path.ray);

@@ -52,7 +52,7 @@ fn drops() -> Scene {
     scene
 }
 
-fn traced(scene: &Scene, environment: &Environment, truth: Truth) -> Picture {
+pub fn traced(scene: &Scene, environment: &Environment, truth: Truth) -> Picture {
     Tracer::new(scene, environment, truth).picture()
 }
 
@@ -66,7 +66,7 @@ const SEEDS: u64 = 8;
 
 /// How far the means of two sets of pictures are apart, over what their noise predicts: root mean square
 /// over pixels; and the whole picture's mean. The pictures of a set differ by their seed.
-fn apart(found: &[Picture], met: &[Picture]) -> [f64; 2] {
+pub fn apart(found: &[Picture], met: &[Picture]) -> [f64; 2] {
     let count = SEEDS as f64;
     // Mean and variance of the mean.
     let of = |values: &mut dyn Iterator<Item = DVec3>| {

@@ -3,6 +3,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod flat_suns;
 mod glints;
 mod independent;
 mod plates;
