@@ -12,6 +12,11 @@
 //! was right. The few tiles where it was not are done again by a second dispatch, their lists sorted
 //! (`tile_order.glsl`).
 //!
+//! Where lists are short, `glsl/tiles_to_draw.comp` first sorts the tiles by how much there is to do in them: several
+//! entries, one splat, one block, none. Each of these has a pipeline of its own, so that no lane runs or waits for what
+//! only others need. A tile without entries is drawn only if the sky is new, or if it had some when it was drawn last:
+//! the picture is kept from frame to frame.
+//!
 //! A drop's outline is the true ellipse; the part of a pixel that it covers keeps the sum over all
 //! pixels equal to the outline's area. Up to some pixels of radius its colour comes from the
 //! prefiltered pictures (`appearance.rs`). Above, `glsl/rays.comp` has computed its pixels before:
