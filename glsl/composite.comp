@@ -149,9 +149,10 @@ float finish(Row row, Nearest nearest, uint behind, uvec2 first) {
     if (drawn.z) write_pixel(at + 2u, row.r.z, row.g.z, row.b.z, alpha.z, uvec2(nearest.record.z, nearest.count.z));
     if (drawn.w) write_pixel(at + 3u, row.r.w, row.g.w, row.b.w, alpha.w, uvec2(nearest.record.w, nearest.count.w));
     precise vec4 luminance = LUMINANCE.r * row.r + LUMINANCE.g * row.g + LUMINANCE.b * row.b;
-    // The logarithm of their product; four stay within a float.
+    // Logarithms of products of two, which stay within a float.
     vec4 shifted = mix(vec4(1.0), frame.tone.y + luminance, drawn);
-    return log(shifted.x * shifted.y * (shifted.z * shifted.w));
+    vec2 logs = log(shifted.xy * shifted.zw);
+    return logs.x + logs.y;
 }
 
 // The tile's first pixel, from the view axis; one over the focal length in pixels.

@@ -153,7 +153,10 @@ impl Composite {
 
         let disordered_tiles =
             make("disordered tiles", 8 * u64::from(tiles.count), Usage::empty())?;
+        // Streaks are in lists of their own; and of long lists few are empty.
+        let is_listed = !tiles.has_veil() && tiles.bands() == 1;
         let drawn_words = 2 * tiles.count + tiles.count.div_ceil(LISTED_TILES);
+        let drawn_words = if is_listed { drawn_words } else { 1 };
         let drawn = make("drawn tiles", 4 * u64::from(drawn_words), Usage::empty())?;
 
         let has_lines = tiles.has_veil() && glints.count > 0;
@@ -269,8 +272,6 @@ impl Composite {
             )?;
             Ok(SkyPass::Background(Box::new(pass)))
         };
-        // Streaks are in lists of their own; and of long lists few are empty.
-        let is_listed = !tiles.has_veil() && tiles.bands() == 1;
         let of_list = |list| {
             let shader = match (list == 0 || list == LISTS, fit) {
                 (true, true) => shaders::COMPOSITE_COMP_TEXELS,
