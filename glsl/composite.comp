@@ -18,7 +18,7 @@ layout(local_size_x = 64) in;
 layout(constant_id = 17) const uint LOG_SUMS = 0; // 1: the display needs the log average
 layout(constant_id = 18) const uint PREFETCH = 0; // 1: see `prefetch_nodes`
 layout(constant_id = 19) const uint GLINTS = 0;   // sources of which splats have glints, at most (src/passes/glints.rs)
-layout(constant_id = 24) const uint LIST = LISTS; // of `drawn_tiles`; LISTS: all tiles, region after region
+layout(constant_id = 24) const uint LIST = 0;     // which of `drawn_tiles`
 layout(constant_id = 20) const uint LAYERS = 0;   // 1: premultiplied light over nothing, and its opacity
 // The result: four halves a pixel, row by row.
 layout(std430, set = 0, binding = 11) writeonly buffer Radiance { uvec2 radiance_out[]; };
@@ -325,6 +325,10 @@ void main() {
     finish_tile(at, tile, upper, lower);
 }
 #else
+#ifndef DISORDERED
+layout(push_constant) uniform Push { uint listed; } push; // 1: tiles with several entries; 0: all, region after region
+#endif
+
 void main() {
     uint number = group_number() * 64u + gl_LocalInvocationID.x;
 #ifdef DISORDERED
@@ -335,7 +339,7 @@ void main() {
 #else
     uint region = number >> region_bits(), place = number & (1u << region_bits()) - 1u, tile;
     uvec2 at, bits = region_tile_bits();
-    if (LIST == SEVERAL_ENTRIES) {
+    if (push.listed != 0u) {
         if (number >= totals.listed[SEVERAL_ENTRIES]) return;
         tile = drawn_tiles[listed_at(SEVERAL_ENTRIES, number)];
         at = place_of_tile(tile);

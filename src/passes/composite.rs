@@ -81,19 +81,24 @@ pub struct Composite {
     glints: Option<ComputePipeline>,
     /// Sums up the lines that they draw along streaks, which composite reads; none where there are none.
     lines: Option<(ComputePipeline, Buffer)>,
-    over: Over,
+    composite: ComputePipeline,
+    groups: [u32; 3],
+    /// None where there may be streaks, which are in lists of their own.
+    listed: Option<Listed>,
+    /// Whether many tiles have few drops, so that they are listed.
+    is_listed: bool,
     disordered: ComputePipeline,
     _texels: Option<[Texels; 5]>,
     _held: [Buffer; 4],
 }
 
-/// How the tiles are drawn.
-enum Over {
-    /// Region after region: nodes that neighbours share are in the cache.
-    All(ComputePipeline, [u32; 3]),
-    /// By how much there is to do in them (`glsl/tiles_to_draw.comp`): those without drops not at all while the sky behind
-    /// them stays. Where many tiles have few drops.
-    Listed(ComputePipeline, u32, [ComputePipeline; LISTS as usize]),
+/// The passes by which tiles are drawn by how much there is to do in them: those without drops not at all while the sky behind
+/// them stays. Views of all sizes and numbers of drops have them, as they have all pipelines.
+struct Listed {
+    to_draw: ComputePipeline,
+    groups: u32,
+    /// Of tiles with one splat, one block, and none.
+    few: [ComputePipeline; LISTS as usize - 1],
 }
 
 /// What fills in what is behind the drops.
@@ -153,7 +158,6 @@ impl Composite {
 
         let disordered_tiles =
             make("disordered tiles", 8 * u64::from(tiles.count), Usage::empty())?;
-        // Streaks are in lists of their own; and of long lists few are empty.
         let is_listed = !tiles.has_veil() && tiles.bands() == 1;
         let drawn_words = 2 * tiles.count + tiles.count.div_ceil(LISTED_TILES);
         let drawn_words = if is_listed { drawn_words } else { 1 };
@@ -272,33 +276,30 @@ impl Composite {
             )?;
             Ok(SkyPass::Background(Box::new(pass)))
         };
-        let of_list = |list| {
-            let shader = match (list == 0 || list == LISTS, fit) {
-                (true, true) => shaders::COMPOSITE_COMP_TEXELS,
-                (true, false) => shaders::COMPOSITE_COMP,
-                (false, true) => shaders::COMPOSITE_COMP_FEW_TEXELS,
-                (false, false) => shaders::COMPOSITE_COMP_FEW,
-            };
-            pushed(shader, 0, &[&constants[..], &[[constant::LIST, list]]].concat())
+        let [over, few] = match fit {
+            true => [shaders::COMPOSITE_COMP_TEXELS, shaders::COMPOSITE_COMP_FEW_TEXELS],
+            false => [shaders::COMPOSITE_COMP, shaders::COMPOSITE_COMP_FEW],
         };
-        let over = || -> Result<Over> {
-            match is_listed {
-                true => {
-                    let lists = side_by_side(std::array::from_fn(|list| list as u32), of_list)?;
-                    let to_draw = pushed(shaders::TILES_TO_DRAW_COMP, 4, &constants)?;
-                    let listing = LISTED_TILES * group::TILES_TO_DRAW_COMP[0];
-                    Ok(Over::Listed(to_draw, tiles.count.div_ceil(listing), lists))
-                }
-                false => Ok(Over::All(of_list(LISTS)?, groups)),
+        let listed = || -> Result<Option<Listed>> {
+            if tiles.has_veil() {
+                return Ok(None);
             }
+            let listing = LISTED_TILES * group::TILES_TO_DRAW_COMP[0];
+            Ok(Some(Listed {
+                to_draw: pushed(shaders::TILES_TO_DRAW_COMP, 4, &constants)?,
+                groups: tiles.count.div_ceil(listing),
+                few: side_by_side(std::array::from_fn(|list| list as u32 + 1), |list| {
+                    pushed(few, 0, &[&constants[..], &[[constant::LIST, list]]].concat())
+                })?,
+            }))
         };
         let (of_all, (of_glints, others)) = rayon::join(
             || -> Result<_> {
-                let [disordered, rays] = side_by_side(
-                    [shaders::COMPOSITE_COMP_DISORDERED, shaders::RAYS_COMP],
-                    pipeline,
+                let all = side_by_side(
+                    [(shaders::COMPOSITE_COMP_DISORDERED, 0), (over, 4), (shaders::RAYS_COMP, 0)],
+                    |(shader, bytes)| pushed(shader, bytes, &constants),
                 )?;
-                Ok((over()?, disordered, rays))
+                Ok((all, listed()?))
             },
             || {
                 rayon::join(
@@ -314,7 +315,7 @@ impl Composite {
                 )
             },
         );
-        let (over, disordered, rays) = of_all?;
+        let ([disordered, composite, rays], listed) = of_all?;
         let (sky_pass, of_veil) = others?;
         let (of_glints, of_lines) = of_glints?;
         Ok(Self {
@@ -333,7 +334,10 @@ impl Composite {
             rays,
             glints: of_glints,
             lines: of_lines.zip(line_sums),
-            over,
+            composite,
+            groups,
+            listed,
+            is_listed,
             disordered,
             bindings,
             _texels: texels.map(|(_, own)| own),
@@ -426,18 +430,21 @@ impl Composite {
     pub fn record(&self, device: &Device, commands: Recorder<'_>, tiles: &Tiles) {
         let (bindings, totals) = (&self.bindings, tiles.totals());
         let after = [Use::ComputeWrite, Use::ComputeRead, Use::Indirect];
-        match &self.over {
-            Over::All(pass, groups) => pass.dispatch(commands, bindings, 0, &[], *groups),
-            Over::Listed(to_draw, groups, lists) => {
+        let is_listed = u32::from(self.is_listed).to_ne_bytes();
+        match &self.listed {
+            Some(Listed { to_draw, groups, few }) if self.is_listed => {
                 let new_sky = u32::from(!self.keeps_sky).to_ne_bytes();
                 to_draw.dispatch(commands, bindings, 0, &new_sky, [*groups, 1, 1]);
-                for (list, pass) in (0..).zip(lists) {
+                let several = (&self.composite, &is_listed[..]);
+                let all = std::iter::once(several).chain(few.iter().map(|pass| (pass, &[][..])));
+                for (list, (pass, push)) in (0..).zip(all) {
                     // They write to other places of the same buffers, which no layer can know.
                     memory_barrier(device, commands, &[Use::ComputeWrite], &after);
                     let groups = LISTED_GROUPS + 16 * list;
-                    pass.dispatch_indirect(commands, bindings, &[], totals, groups);
+                    pass.dispatch_indirect(commands, bindings, push, totals, groups);
                 }
             }
+            _ => self.composite.dispatch(commands, bindings, 0, &is_listed, self.groups),
         }
         memory_barrier(device, commands, &[Use::ComputeWrite], &after);
         self.disordered.dispatch_indirect(commands, bindings, &[], totals, DISORDERED_GROUPS);
