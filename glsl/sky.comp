@@ -134,7 +134,7 @@ void main() {
         float grain = 1.0;
         if (GRAIN != 0u) grain = medium_grain(middle, world * middle, farthest);
         float passes = medium_passes(middle, farthest, grain);
-        c = passes * c + (1.0 - passes) * far_light(world * middle);
+        c = passes * c + (1.0 - passes) * far_light(world * middle, false);
 #ifdef BEFORE
         hidden = 1.0 - passes;
 #endif

@@ -12,6 +12,7 @@
 #define SOURCES_BINDING 17
 #include "sources.glsl"
 #include "bow.glsl"
+#include "rain_field.glsl"
 layout(std430, set = 0, binding = 19) readonly buffer Bow { vec4 bow[]; };
 #include "far_light.glsl"
 #include "far_glints.glsl"
@@ -30,7 +31,7 @@ void main() {
     uvec2 at = first_tile() + divided(tile, tiles_across()).yx;
     mat3 world = mat3(frame.right.xyz, frame.up.xyz, frame.back.xyz);
     vec2 middle = (vec2(at) + 0.5) * vec2(TILE);
-    vec3 c = far_light(world * normalize(ray_through(middle)));
+    vec3 c = far_light(world * normalize(ray_through(middle)), true);
     uint of_line = GLINTS != 0u ? lines_at(middle).light : 0u;
     veil_light[tile] = uvec4(packHalf2x16(c.rg), packHalf2x16(vec2(c.b, 0.0)), of_line, 0u);
 }

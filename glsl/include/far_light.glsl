@@ -1,6 +1,7 @@
-// The mean light of a far drop by its direction. Needs octahedron.glsl, appearance.glsl, sources.glsl and the table `bow`.
+// The mean light of a far drop by its direction. Needs octahedron.glsl, appearance.glsl, rain_field.glsl, sources.glsl and
+// the table `bow`.
 
-#include "source_light.glsl"
+#include "flat_suns.glsl"
 
 // Number of the texel at a place of the octahedral map, of which one beyond an edge is another within.
 uint wrapped_texel(ivec2 at) {
@@ -11,8 +12,8 @@ uint wrapped_texel(ivec2 at) {
 }
 
 // Mean light of a far drop in a direction: of the environment without its bright sources between those of the four
-// nearest texels; of each source by its angle.
-vec3 far_light(vec3 d) {
+// nearest texels; of each source by its angle, and as flattened drops show it.
+vec3 far_light(vec3 d, bool one_by_one) {
     vec2 at = (0.5 * octahedral(d) + 0.5) * float(DIRECTIONS) - 0.5, from = floor(at), share = at - from;
     vec3 sum = vec3(0.0);
     for (int i = 0; i < 4; ++i) {
@@ -21,5 +22,6 @@ vec3 far_light(vec3 d) {
         uint texel = wrapped_texel(ivec2(from) + step);
         sum += weights.x * weights.y * unpack_radiance(pictures[picture_word(texel, 1u)]);
     }
-    return sum + light_of_sources(d);
+    for (uint i = 0u; i < source_count.x; ++i) sum += rain_light_of_source(i, d, one_by_one);
+    return sum;
 }

@@ -31,6 +31,7 @@ layout(std430, set = 0, binding = 2) readonly buffer RainField {
     vec4 grain_scale;    // xyz: cells from the camera to where the noise is
     vec4 grain[MEDIUM_DEPTHS / 4u]; // variance of the optical depth on the axis, by the cube root of the inverse depth
     RainClass classes[MOST_CLASSES];
+    vec4 flat_suns[FLAT_SUN_ANGLES * FLAT_SUN_ANGLES * FLAT_SUN_ANGLES]; // what flattened drops show of a source (flat_suns.glsl)
     uint laws[MOST_CLASSES * LAW_WORDS]; // of each class 65 quantiles of the diameter, then its thresholds
     Slab slabs[MOST_SLABS];
     uint group_slabs[];  // for each group of cells the number of its slab

@@ -89,6 +89,8 @@ constants! {
     /// Angles from 0 to a half turn at which a far drop's light from a source is tabulated: 0.09° apart, a third of the
     /// sun's radius.
     BOW_ANGLES: u32 = 2048;
+    /// Elevations, and azimuths over a half turn, at which flattened drops' part of a source's light is tabulated.
+    FLAT_SUN_ANGLES: u32 = 24;
     /// Angles between a far drop and a source at which its images are tabulated: 0.11° apart at most.
     GLINT_ANGLES: u32 = 2048;
     /// Diameters at which the shape of falling drops is tabulated.

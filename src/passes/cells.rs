@@ -50,8 +50,9 @@ const _: () = {
     );
     assert!(offset_of!(Head, grain) == offset_of!(RainField, grain_base));
     assert!(offset_of!(Head, classes) == offset_of!(RainField, classes));
-    assert!(size_of::<Head>() == offset_of!(RainField, laws));
+    assert!(size_of::<Head>() == offset_of!(RainField, flat_suns));
 };
+const FLAT_SUNS: usize = offset_of!(RainField, flat_suns);
 const LAWS: usize = offset_of!(RainField, laws);
 const SLABS: usize = offset_of!(RainField, slabs);
 const GROUP_SLABS: usize = size_of::<RainField>();
@@ -96,6 +97,10 @@ impl Cells {
             let at = LAWS + 4 * abi::LAW_WORDS as usize * class;
             let words = law_words(lattice);
             bytes[at..at + 4 * words.len()].copy_from_slice(bytemuck::cast_slice(&words));
+        }
+        if let Some(shown) = is_flattened.then(|| rain.flat_suns(scene, seen.cutoff_px.into())) {
+            let shown = bytemuck::cast_slice(&shown);
+            bytes[FLAT_SUNS..FLAT_SUNS + shown.len()].copy_from_slice(shown);
         }
         let usage = Usage::STORAGE_BUFFER | Usage::TRANSFER_DST;
         let field = Buffer::upload_device(device, "rain field", &bytes, usage)?;

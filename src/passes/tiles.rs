@@ -47,7 +47,7 @@ use crate::gpu::{
 use crate::plan::FramePlan;
 use crate::rain::field::Seen;
 use crate::scene::Scene;
-use crate::scene::model::{Lens, Motion, ShapeModel};
+use crate::scene::model::{DropShape, Lens, Motion, ShapeModel};
 use crate::scene::projection::View;
 use crate::{Error, Result};
 
@@ -151,8 +151,9 @@ impl Tiles {
         let range = u64::from(device_limits.max_storage_buffer_range);
         let groups = u64::from(device_limits.max_compute_work_group_count[0]);
         let cutoff_px = plan.cutoff.as_ref().map_or(0.0, |cutoff| cutoff.px);
-        let kinds = [plan.shape.model != ShapeModel::Sphere, plan.is_grainy()];
-        let cells = Cells::new(device, scene, cutoff_px, plan.room, kinds)?;
+        let falls_flat = scene.real_rain().is_some_and(|rain| rain.shape == DropShape::Equilibrium);
+        let is_flat = falls_flat && plan.shape.model != ShapeModel::Sphere;
+        let cells = Cells::new(device, scene, cutoff_px, plan.room, [is_flat, plan.is_grainy()])?;
         let drops = match &cells {
             Some((cells, _)) => u64::from(cells.room[0]) * u64::from(CLUSTER),
             None => scene.drop_count().into(),
@@ -285,6 +286,7 @@ impl Tiles {
             [constant::GRAIN, plan.is_grainy().into()],
             [constant::MOTION, moves.into()],
             [constant::SHAPE, shape],
+            [constant::FLAT_RAIN, is_flat.into()],
             [constant::FLAT_RAYS_PX, plan.shape.rays_px.to_bits()],
         ];
         let constants: Vec<_> = light_constants(&plan.light).into_iter().chain(own).collect();

@@ -15,8 +15,8 @@ const LEAST_SEEN: f64 = 1.0 / 255.0;
 /// Least contrast between drops and what is behind them that is reckoned with: there is no even sky.
 const LEAST_CONTRAST: f64 = 0.1;
 /// The same of streaks of a long exposure. A single one shows less than its drop, but many lie over one another. With
-/// this, what is left out is under a fifth of what the medium alone lacks (docs/exposure.md, "Are streaks truer").
-const LEAST_CONTRAST_OF_STREAKS: f64 = 0.35;
+/// this, the error is at most a fifth of that of the medium alone (docs/exposure.md, "Are streaks truer").
+const LEAST_CONTRAST_OF_STREAKS: f64 = 0.45;
 /// Most drops that a picture draws one by one where no cut-off is given, the paper's largest scene; and where the
 /// scene asks for them. What is over it goes into the medium.
 const MOST_DROPS: f64 = 4e6;

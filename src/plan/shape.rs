@@ -6,8 +6,8 @@ use crate::scene::model::{DropShape, Primitive, ShapeModel};
 use crate::scene::{PlacedDrop, Scene};
 use crate::{Error, Result};
 
-/// While the shutter is open for so long, in seconds, a falling drop is so faint that its shape does not show: by under
-/// 5/255 at every size.
+/// While the shutter is open for so long, in seconds, a falling drop is so faint that what it shows as a sphere does for what
+/// its shape shows: by under 5/255 at every size. Its outline counts: many such streaks together are as bright as it is wide.
 pub(super) const LONG_EXPOSURE: f64 = 1.0 / 250.0;
 
 /// Radius in pixels from which a drop that is no sphere is traced rather than shown by a sphere's picture, flattened.
@@ -84,8 +84,9 @@ pub(super) fn shape_of(scene: &Scene, primitive: Primitive, optics: Optics) -> R
         });
     }
     if asked.is_none() && by_pictures && placed.is_none() && is_long(scene) {
-        let why = "drops that fall while the shutter is open for 1/250 s or longer are too faint to show another";
-        return drawn(ShapeModel::Sphere, why.into());
+        let why = "a sphere's picture on the outline of a spheroid: while the shutter is open for 1/250 s or longer, falling \
+                   drops are too faint to show more";
+        return drawn(ShapeModel::Stretched, why.into());
     }
     let model = asked.unwrap_or(ShapeModel::Equilibrium);
     let what = match model {

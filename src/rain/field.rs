@@ -106,6 +106,13 @@ impl Field {
         Self { outlines, ..self }
     }
 
+    /// What flattened drops show of a small bright source ([`super::flat_suns`]), from where `scene`'s camera stands, if
+    /// those over `cutoff_px` pixels of radius are shown by themselves.
+    pub(crate) fn flat_suns(&self, scene: &Scene, cutoff_px: f64) -> Vec<[f32; 4]> {
+        let one_by_one = scene.view().focal_px * 5e-4 / cutoff_px; // metres for a millimetre
+        super::flat_suns::of_law(&self.law, one_by_one, self.rain.extent)
+    }
+
     /// The same with the noise of single drops in the medium, or without.
     pub fn grainy(self, is_grainy: bool) -> Self {
         let median = self.law.median_volume_diameter();

@@ -9,6 +9,7 @@ mod adjusted;
 mod compact;
 mod divided;
 mod exposure;
+mod flat_suns;
 mod frame_layout;
 mod frames;
 mod glints_drawn;

@@ -301,9 +301,9 @@ fn the_cut_off_follows_contrast_and_error() {
     is(cutoff(&scene, &Environment::constant(Vec3::ONE)), 10.0 / 255.0);
     scene.camera.shutter = 0.02;
     is(cutoff(&scene, &sky), 2.0 / 255.0);
-    is(cutoff(&scene, &Environment::constant(Vec3::ONE)), 1.0 / 0.35 / 255.0);
+    is(cutoff(&scene, &Environment::constant(Vec3::ONE)), 1.0 / 0.45 / 255.0);
     scene.pace = 1e-3;
-    is(cutoff(&scene, &Environment::constant(Vec3::ONE)), 1.0 / 0.35 / 255.0);
+    is(cutoff(&scene, &Environment::constant(Vec3::ONE)), 1.0 / 0.45 / 255.0);
     scene.model.motion = Some(Motion::Instant);
     is(cutoff(&scene, &Environment::constant(Vec3::ONE)), 10.0 / 255.0);
 }

@@ -255,7 +255,7 @@ fn the_plan_takes_the_shape_that_shows() {
         (Preset::Exact, 0.02, ShapeModel::Equilibrium),
         (Preset::Fast, 0.0, ShapeModel::Equilibrium),
         (Preset::Fast, 0.001, ShapeModel::Equilibrium),
-        (Preset::Fast, 0.004, ShapeModel::Sphere),
+        (Preset::Fast, 0.004, ShapeModel::Stretched),
     ] {
         scene.model.preset = preset;
         scene.camera.shutter = shutter;
