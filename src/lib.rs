@@ -14,7 +14,7 @@
 //! # use raindrops::environment::Environment;
 //! # use raindrops::plan::{Output, plan};
 //! # use raindrops::renderer::{FrameInput, HostEnvironment, HostMotion, Lighting, LiveInfo, RainField, View, ViewInfo};
-//! # use raindrops::scene::Scene;
+//! # use raindrops::scene::{ImageSize, Scene};
 //! # use raindrops::scene::camera::Camera;
 //! # use raindrops::scene::matrices::ClipSpace;
 //! # use raindrops::scene::model::Preset;
@@ -26,6 +26,7 @@
 //! #     (view_matrix, projection, size): (glam::DMat4, glam::DMat4, (u32, u32)),
 //! # ) -> raindrops::Result<()> {
 //! # let (mut core, mut vulkan12, mut vulkan13) = Default::default();
+//! # let (width, height) = size;
 //! let required = requirements(Preset::Fast);
 //! required.features.enable(&mut core, &mut vulkan12, &mut vulkan13); // the structures that you make your device with
 //! let device = unsafe { Device::import(host, &required)? };          // `HostDevice`: what you lend
@@ -33,6 +34,7 @@
 //! // Once: the light, the drops, and a view of them for pictures of one size.
 //! let mut scene = Scene::default();          // the paper's million drops; `scene.rain` has their number, box and size
 //! scene.model.preset = Preset::Fast;         // as in `requirements`
+//! scene.image = ImageSize { width, height }; // of your target; images that you name with a frame have it, too
 //! let environment = Environment::bundled()?; // a sky; `load` reads a picture, `from_texels` takes yours
 //! let plan = plan(&scene, &environment, Output::Radiance)?;
 //! let lighting = Arc::new(Lighting::new(&device, &environment)?);
@@ -41,8 +43,8 @@
 //!
 //! // Each frame.
 //! # let mapping;
-//! unsafe { view.retired(slot)? };        // after the slot's fence; returns the frame's counts and times
-//! (scene.camera, mapping) = Camera::from_matrices(view_matrix, projection, size, ClipSpace::YDown)?;
+//! unsafe { view.retired(slot)? };        // after the slot's fence; returns the frame's counts and times, if the slot had one
+//! (scene.camera, mapping) = Camera::from_matrices(view_matrix, projection, size, ClipSpace::YDown)?; // its shutter and aperture are 0
 //! scene.time = seconds;
 //! let input = FrameInput::new(&scene, output)
 //!     .before(color, 1.0)                // what is behind the drops

@@ -54,6 +54,10 @@ fn shards_together_are_the_data_set() {
     make("parts", "1/2");
     let whole = files(&folder.join("whole"));
     assert_eq!(whole.len(), 2 + 3 * 5);
+    // A set that is there whole is of its scene, too.
+    let other = ["--views", "3", "--rates", "5,60", "-o", "whole"];
+    let (is_done, said) = run(&folder, &[&["dataset", "scene.toml"], other.as_slice()].concat());
+    assert!(!is_done && said.contains("50.0") && said.contains("60.0"), "{said}");
     assert!(whole == files(&folder.join("parts")), "the shards are not the whole");
     // What is missing is made again.
     std::fs::remove_dir_all(folder.join("parts/00001")).expect("removed");

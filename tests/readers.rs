@@ -273,9 +273,9 @@ fn a_data_set_is_loaded_by_the_python_of_its_page() {
     assert np.isfinite(depth[layers['id'] != 0]).all() and (depth[layers['id'] == 0] == np.inf).all()
     assert (motion[1, layers['id'] != 0] > 0).any()
     assert layers['id'].dtype == layers['count'].dtype == np.uint32
-    over = np.stack([layers[c] for c in 'RGB']).astype(float) + (1 - mask.astype(float)) * target
+    over = np.stack([layers[c] for c in 'RGB']).astype(float) + (1 - layers['A'].astype(float)) * target
     assert np.abs(over - image).max() < 0.002 * image.max(), np.abs(over - image).max()
-    print(view['view'], view['covered_pixels'] == np.count_nonzero(layers['count']), (mask > 0.5).any())
+    print(view['view'], view['covered_pixels'] == np.count_nonzero(mask), mask.any())
 ";
     let page = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/data-set.md"));
     let page = page.expect("the page");

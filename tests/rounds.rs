@@ -351,7 +351,23 @@ fn kept_results_are_compared() {
     assert!(report["notes"].to_string().contains("the driver is V 1 in A, V 2 in B"));
     let output = verdict(&["base.json", "base.json", "--fail-above", "5%"]);
     assert_eq!(output.status.code(), Some(0));
-    assert!(String::from_utf8_lossy(&output.stdout).contains("same"));
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(said.contains("same") && !said.contains("only in") && !said.contains("too few"));
+
+    // A row more in A, and one round only.
+    let mut more = bench.json("base.json");
+    let mut row = more["rows"][0].clone();
+    row["drops"] = 77.into();
+    more["rows"].as_array_mut().expect("rows").push(row);
+    more["rows"][0]["rounds"] = serde_json::json!([]);
+    fs::write(bench.path().join("more.json"), more.to_string()).expect("a file");
+    let output = verdict(&["more.json", "base.json"]);
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(said.contains("only in A, so not compared: 77 drops"), "{said}");
+    assert!(!said.contains("only in B") && !said.contains("too few rounds"), "{said}");
+    let output = verdict(&["more.json", "more.json"]);
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(!said.contains("only in") && said.contains("too few rounds"), "{said}");
     let output = bench
         .command(&["report", "base.json", "v.json", "-o", "page.html"])
         .output()

@@ -45,7 +45,7 @@ pub struct DatasetArgs {
     /// background or a film]
     #[arg(long, value_name = "DEGREES", value_parser = parse_turn)]
     turn: Option<f64>,
-    /// Give each view a rain rate between these, in mm/h, evenly by the logarithm [default: the scene's rate]
+    /// Give each view a rain rate between these, in mm/h, by chance, evenly over the logarithm [default: the scene's rate]
     #[arg(long, value_name = "LOW,HIGH", value_parser = parse_rates)]
     rates: Option<[f64; 2]>,
     /// Make every Nth view only, starting with the Ith: for the Ith of N machines
@@ -112,6 +112,8 @@ const PLATE: &str = "plate";
 /// Runs the command.
 pub fn run(args: &DatasetArgs) -> anyhow::Result<Answer> {
     let set = Set::new(args)?;
+    // Of a set that is there whole, too.
+    set.is_begun()?;
     let mine: Vec<u32> = (0..set.views)
         .filter(|view| view % args.shard.of == args.shard.number - 1)
         .filter(|view| !set.has(*view))
@@ -197,9 +199,11 @@ impl Set {
         Ok(Self { scene, environment, background_hash, folder, views, turn, rates })
     }
 
-    /// Makes the folder, or finds that it is this one's.
-    fn begin(&self) -> Result<()> {
-        let path = self.folder.join("dataset.toml");
+    fn head_path(&self) -> PathBuf {
+        self.folder.join("dataset.toml")
+    }
+
+    fn head(&self) -> Result<String> {
         let head = Head {
             about: "what the views in this folder are of; `raindrops dataset` compares it",
             version: env!("CARGO_PKG_VERSION"),
@@ -210,22 +214,37 @@ impl Set {
             background_hash: self.background_hash.map(|hash| format!("{hash:08x}")),
             scene: &self.scene,
         };
-        let text = toml::to_string(&head).map_err(|error| Error::write(&path, error))?;
-        match std::fs::read_to_string(&path) {
-            Ok(there) if there == text => return Ok(()),
-            Ok(there) => {
-                let differs = there.lines().zip(text.lines()).find(|(there, new)| there != new);
-                let (there, new) = differs.unwrap_or(("its end", "more or less"));
-                let problem = format!(
-                    "the views there are of something else (`{there}`, not `{new}`); name another folder"
-                );
-                return Err(Error::read(&path, problem));
-            }
-            Err(error) if error.kind() == std::io::ErrorKind::NotFound => {}
+        toml::to_string(&head).map_err(|error| Error::write(&self.head_path(), error))
+    }
+
+    /// Whether the folder has views of this set.
+    ///
+    /// # Errors
+    /// If it has those of another.
+    fn is_begun(&self) -> Result<bool> {
+        let (path, text) = (self.head_path(), self.head()?);
+        let there = match std::fs::read_to_string(&path) {
+            Ok(there) => there,
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(false),
             Err(error) => return Err(Error::read(&path, error)),
+        };
+        if there == text {
+            return Ok(true);
+        }
+        let differs = there.lines().zip(text.lines()).find(|(there, new)| there != new);
+        let (there, new) = differs.unwrap_or(("its end", "more or less"));
+        let problem =
+            format!("it has views of something else (`{there}`, not `{new}`); name another folder");
+        Err(Error::Scene { place: self.folder.display().to_string(), problem })
+    }
+
+    /// Makes the folder, unless it is there.
+    fn begin(&self) -> Result<()> {
+        if self.is_begun()? {
+            return Ok(());
         }
         std::fs::create_dir_all(&self.folder).map_err(|error| Error::write(&self.folder, error))?;
-        write_whole(&path, text.as_bytes())
+        write_whole(&self.head_path(), self.head()?.as_bytes())
     }
 
     fn name(view: u32) -> String {

@@ -19,7 +19,8 @@ pub struct GateArgs {
     /// A ratio of times farther from 1 than this is faster or slower: 5% or 0.05 [default: 5%]
     #[arg(long, value_name = "X", value_parser = parse_part)]
     threshold: Option<f64>,
-    /// Set --threshold to this, and exit with status 1 if a row is slower or its picture is different
+    /// Set --threshold to this (5% or 0.05), and exit with status 1 if a row is slower, or its picture is different where
+    /// pictures are compared. An undecided row does not fail
     #[arg(long, value_name = "X", value_parser = parse_part, conflicts_with = "threshold")]
     fail_above: Option<f64>,
     /// How the rows are printed
@@ -141,11 +142,18 @@ fn expected(path: &Path, report: &Report) -> anyhow::Result<Vec<Outcome>> {
     Ok(outcomes)
 }
 
-/// `5%` or `0.05` to 0.05.
+/// `5%` or `0.05` to 0.05. Whoever writes 5 means 5%.
 fn parse_part(text: &str) -> Result<f64, String> {
-    part(text).filter(|part| *part > 0.0 && *part <= 10.0).ok_or_else(|| {
+    let part = part(text).filter(|part| *part > 0.0 && *part <= 10.0).ok_or_else(|| {
         format!("'{text}' is not a fraction like 5% or 0.05, over 0 and up to 1000%")
-    })
+    })?;
+    match part > 1.0 && !text.ends_with('%') {
+        true => Err(format!(
+            "'{text}' would be {:.0}%; write {text}% or a number up to 1",
+            100.0 * part
+        )),
+        false => Ok(part),
+    }
 }
 
 /// A mean FLIP; 0: pictures must be the same.
@@ -170,7 +178,7 @@ mod tests {
     fn parts() {
         assert_eq!(parse_part("5%"), Ok(0.05));
         assert_eq!(parse_part("0.05"), Ok(0.05));
-        for wrong in ["", "%", "0", "-5%", "nan", "inf", "5 percent"] {
+        for wrong in ["", "%", "0", "-5%", "nan", "inf", "5 percent", "5"] {
             assert!(parse_part(wrong).is_err(), "{wrong}");
         }
         assert_eq!((parse_flip("0"), parse_flip("1%")), (Ok(0.0), Ok(0.01)));

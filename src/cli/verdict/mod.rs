@@ -104,5 +104,12 @@ pub fn notes(a: &Report, b: &Report) -> Vec<String> {
         ("the number of cores", a.host.cores.to_string(), b.host.cores.to_string()),
     ];
     let differ = figures.into_iter().filter(|(_, a, b)| a != b);
-    differ.map(|(what, a, b)| format!("{what} is {} in A, {} in B", a.trim(), b.trim())).collect()
+    let differ =
+        differ.map(|(what, a, b)| format!("{what} is {} in A, {} in B", a.trim(), b.trim()));
+    let alone = [("A", verdict::missing(a, b)), ("B", verdict::missing(b, a))];
+    let alone = alone
+        .into_iter()
+        .filter(|(_, rows)| !rows.is_empty())
+        .map(|(side, rows)| format!("only in {side}, so not compared: {}", rows.join("; ")));
+    differ.chain(alone).collect()
 }

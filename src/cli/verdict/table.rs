@@ -96,6 +96,9 @@ pub fn tail_lines(report: &Report, format: Format) -> Vec<String> {
     let warnings = a.iter().chain(b.iter().filter(|warning| !a.contains(warning)));
     lines.extend(warnings.map(|warning| format!("warning: {warning}")));
     lines.extend(report.stopped.iter().map(|why| format!("stopped: {why}")));
+    if report.rows.iter().any(|row| row.ratio_low.is_none()) {
+        lines.push("a row without an interval has too few rounds to decide; measure with `bench --rounds 10`".into());
+    }
     let how = match report.method.as_str() {
         "paired" => "fresh processes in turn",
         _ => "kept results: each run counts once, as nothing ran in turn",

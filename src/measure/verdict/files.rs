@@ -117,6 +117,12 @@ fn is_same(a: &Row, b: &Row) -> bool {
     asked(a) == asked(b)
 }
 
+/// Names of the rows of `a` that `b` lacks.
+pub fn missing(a: &Report, b: &Report) -> Vec<String> {
+    let alone = a.rows.iter().filter(|row| !b.rows.iter().any(|other| is_same(row, other)));
+    alone.map(Row::name).collect()
+}
+
 fn matched<'a>(a: &'a Report, b: &'a Report) -> Vec<(&'a Row, &'a Row)> {
     let other = |row: &'a Row| Some((row, b.rows.iter().find(|other| is_same(row, other))?));
     a.rows.iter().filter_map(other).collect()

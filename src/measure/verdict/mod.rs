@@ -14,7 +14,7 @@ pub mod paired;
 mod row;
 pub mod unpaired;
 
-pub use files::{Side, in_turn, kept};
+pub use files::{Side, in_turn, kept, missing};
 pub use row::{PassRow, Pictures, Report, SCHEMA, Verdict, VerdictRow, judge};
 
 /// Part of all intervals that may miss the ratio, all looks at a row together.
