@@ -1,5 +1,5 @@
 //! Makes `assets/flat-suns.png` anew: how much of a distant source's light falling drops show, by their size
-//! (`src/rain/flat_suns.rs`). `cargo run --release --example flat_suns`, a minute on two cores.
+//! (`src/rain/flat_suns.rs`). `cargo run --release --example flat_suns`, three minutes on two cores.
 //!
 //! Rays from the source meet drops of one size; where light leaves, it counts for every direction within 5° of that in
 //! which a camera sees it.

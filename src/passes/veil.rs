@@ -8,7 +8,8 @@
 //! of each larger drop it lays those that are nearer.
 //!
 //! A bright source is no mean colour: in a wide streak each of its images draws a line. `gather` notes the parts of such
-//! streaks, `lines` adds what the two brightest images show in each pixel, of the source whose image is brightest there (`glsl/lines.comp`).
+//! streaks, `lines` adds what the two brightest images show in each pixel, of the source whose image is brightest
+//! there (`glsl/lines.comp`).
 //!
 //! Coverage is a closed form (`streak.glsl`) whose sum over pixels is the drop's area at every size, length and angle.
 //! Error: the colour is that of the pixel's direction, not of the drop's own; a drop's upper and lower half have one. Lines

@@ -6,8 +6,8 @@ use crate::scene::model::{DropShape, Primitive, ShapeModel};
 use crate::scene::{PlacedDrop, Scene};
 use crate::{Error, Result};
 
-/// While the shutter is open for so long, in seconds, a falling drop is so faint that what it shows as a sphere does for what
-/// its shape shows: by under 5/255 at every size. Its outline counts: many such streaks together are as bright as it is wide.
+/// While the shutter is open for so long, in seconds, a falling drop is so faint that the light of a sphere does for that of
+/// its shape: off by under 5/255 at every size. Its outline counts, as many such streaks lie over one another.
 pub(super) const LONG_EXPOSURE: f64 = 1.0 / 250.0;
 
 /// Radius in pixels from which a drop that is no sphere is traced rather than shown by a sphere's picture, flattened.

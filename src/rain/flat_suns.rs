@@ -6,8 +6,9 @@
 //! (`examples/flat_suns.rs` makes the file, by rays). Where flattened rain shows less than its spheres would, it has a part
 //! of their light, with the colours of their bows; where it shows more, the rest besides, which has the source's colour.
 //!
-//! Error: of rain before a dim sky up to 5 % in eight of ten directions, 10 % in the worst, in the mean over cones of 12°, where spheres
-//! show up to 31 % too much or 77 % too little (`tests/drawn/flat_suns.rs`). For water in air; of other indices it has the same parts.
+//! Error: of rain before a dim sky up to 5 % in eight of ten directions, 10 % in the worst, in the mean over cones of 12°,
+//! where spheres show up to 31 % too much or 77 % too little (`tests/drawn/flat_suns.rs`). The file is for water in air; drops
+//! of another index are drawn by it, too.
 
 use std::f64::consts::PI;
 
