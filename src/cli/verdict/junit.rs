@@ -11,7 +11,7 @@ use crate::thousands::counted;
 use crate::{Error, Result};
 
 /// Writes reports. Slower and different rows fail, undecided ones are skipped; where something is expected of the
-/// rows, what is not as expected fails, and what is known to fail or is left out is skipped.
+/// rows, what is not as expected fails, and what is known to fail, is undecided or is left out is skipped.
 pub fn write<'a>(
     path: &Path,
     reports: impl Iterator<Item = (&'a Report, &'a Option<Vec<Outcome>>)>,
@@ -43,9 +43,15 @@ fn case(row: &VerdictRow, outcome: Option<&Outcome>) -> TestCase {
     let failure = || TestCaseStatus::non_success(NonSuccessKind::Failure);
     let mut status = match (outcome, row.verdict) {
         (Some(outcome), _) if outcome.is_unexpected() => failure(),
-        (Some(Outcome::ExpectedFail(_) | Outcome::Flake(_) | Outcome::Skip), _) => {
-            TestCaseStatus::skipped()
-        }
+        (
+            Some(
+                Outcome::ExpectedFail(_)
+                | Outcome::Flake(_)
+                | Outcome::Undecided(_)
+                | Outcome::Skip,
+            ),
+            _,
+        ) => TestCaseStatus::skipped(),
         (Some(_), _) | (None, Verdict::Same | Verdict::Faster) => TestCaseStatus::success(),
         (None, Verdict::Undecided) => TestCaseStatus::skipped(),
         (None, Verdict::Slower | Verdict::Different) => failure(),

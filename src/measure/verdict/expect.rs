@@ -7,7 +7,7 @@
 //! ratio = 1.05                    # a row fails if its whole interval of B / A lies above …
 //! flip = 0.01                     # … or its two pictures are farther apart …
 //! error = 0.05                    # … or B's error against the reference is larger
-//! fails = ["4,000,000 drops, fast"] # parts of names of rows: known to fail; one that passes is reported
+//! fails = ["4,000,000 drops, fast"] # parts of names of rows: known to fail; one that passes is unexpected
 //! flakes = ["2,000,000 drops"]      # may fail or pass
 //! skips = ["no tone map"]         # not looked at
 //!
@@ -92,6 +92,8 @@ pub enum Outcome {
     ExpectedFail(String),
     /// Within its bounds, although it is listed to fail.
     UnexpectedPass,
+    /// Neither within its bounds nor beyond one: its times are undecided.
+    Undecided(&'static str),
     /// Beyond a bound; it is known to be at times.
     Flake(String),
     /// Not looked at.
@@ -107,6 +109,7 @@ impl Outcome {
             Self::Fail(_) => "Fail",
             Self::ExpectedFail(_) => "ExpectedFail",
             Self::UnexpectedPass => "UnexpectedPass",
+            Self::Undecided(_) => "Undecided",
             Self::Flake(_) => "KnownFlake",
             Self::Skip => "Skip",
         }
@@ -118,6 +121,7 @@ impl Outcome {
             Self::Pass => None,
             Self::Fail(why) | Self::ExpectedFail(why) | Self::Flake(why) => Some(why),
             Self::UnexpectedPass => Some("take it from the fails"),
+            Self::Undecided(why) => Some(why),
             Self::Faster => Some("its bounds may be set tighter"),
             Self::Skip => Some("left out"),
         }
@@ -174,27 +178,51 @@ impl DeviceExpectations {
             return Outcome::Skip;
         }
         match (self.beyond(row), is_in(&self.flakes), is_in(&self.fails)) {
-            (Some(why), true, _) => Outcome::Flake(why),
-            (Some(why), false, true) => Outcome::ExpectedFail(why),
-            (Some(why), false, false) => Outcome::Fail(why),
-            (None, false, true) => Outcome::UnexpectedPass,
-            (None, ..) if row.verdict == Verdict::Faster => Outcome::Faster,
-            (None, ..) => Outcome::Pass,
+            (Some(why), true, _) => return Outcome::Flake(why),
+            (Some(why), false, true) => return Outcome::ExpectedFail(why),
+            (Some(why), false, false) => return Outcome::Fail(why),
+            (None, ..) => {}
         }
+        if let Some(why) = self.undecided(row) {
+            return Outcome::Undecided(why);
+        }
+        match (is_in(&self.flakes), is_in(&self.fails)) {
+            (false, true) => Outcome::UnexpectedPass,
+            _ if row.verdict == Verdict::Faster => Outcome::Faster,
+            _ => Outcome::Pass,
+        }
+    }
+
+    /// Why nothing can be said of a row that is beyond no bound; none if it is within them all.
+    fn undecided(&self, row: &VerdictRow) -> Option<&'static str> {
+        let within = |bound: f64| row.ratio_high.is_some_and(|high| high <= bound);
+        match row.verdict {
+            Verdict::Undecided => Some("neither passed nor failed; more rounds may decide it"),
+            _ if self.ratio_of(row).is_none_or(within) => None,
+            _ => Some("the bound lies within its interval; more rounds may decide it"),
+        }
+    }
+
+    /// The rows' own bounds that hold for a row.
+    fn own(&self, row: &VerdictRow) -> Option<&RowExpectations> {
+        self.row.iter().find(|own| is_named(row, &own.pattern))
+    }
+
+    /// The bound of a row's ratio.
+    fn ratio_of(&self, row: &VerdictRow) -> Option<f64> {
+        self.own(row).and_then(|own| own.ratio).or(self.ratio)
     }
 
     /// The bound that a row is beyond.
     fn beyond(&self, row: &VerdictRow) -> Option<String> {
-        let own = self.row.iter().find(|own| is_named(row, &own.pattern));
-        let bound = |own: Option<f64>, device: Option<f64>| own.or(device);
-        let ratio = bound(own.and_then(|own| own.ratio), self.ratio);
-        let flip = bound(own.and_then(|own| own.flip), self.flip);
-        let error = bound(own.and_then(|own| own.error), self.error);
+        let own = self.own(row);
+        let flip = own.and_then(|own| own.flip).or(self.flip);
+        let error = own.and_then(|own| own.error).or(self.error);
         let over = |what: &str, value: Option<f64>, bound: Option<f64>| {
             let (value, bound) = (value?, bound?);
             (value > bound).then(|| format!("{what} {value:.4} is over {bound}"))
         };
-        over("the least ratio within its interval", row.ratio_low, ratio)
+        over("the least ratio within its interval", row.ratio_low, self.ratio_of(row))
             .or_else(|| over("FLIP", row.flip_between, flip))
             .or_else(|| over("the error", row.error_b, error))
     }
