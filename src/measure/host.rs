@@ -1,10 +1,29 @@
 //! The machine that a benchmark ran on.
 
+use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 
 use crate::thousands::counted;
 
-/// CPU, cores, system and load.
+/// Environment variables that decide which driver runs, with which layers, or how fast a driver on the CPU is.
+const VARIABLES: [&str; 14] = [
+    "VK_DRIVER_FILES",
+    "VK_ICD_FILENAMES",
+    "VK_ADD_DRIVER_FILES",
+    "VK_LOADER_DRIVERS_SELECT",
+    "VK_LOADER_DRIVERS_DISABLE",
+    "VK_LOADER_LAYERS_ENABLE",
+    "VK_INSTANCE_LAYERS",
+    "MESA_VK_DEVICE_SELECT",
+    "LP_NUM_THREADS",
+    "LP_NATIVE_VECTOR_WIDTH",
+    "LP_DEBUG",
+    "LP_PERF",
+    "GALLIVM_DEBUG",
+    "GALLIVM_PERF",
+];
+
+/// CPU, cores, system, load and variables.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Host {
     /// Processor, as the system names it.
@@ -15,6 +34,9 @@ pub struct Host {
     pub os: String,
     /// Load average of the last minute when the benchmark began; absent where the system has none.
     pub load: Option<f64>,
+    /// Those of the environment variables that decide on the driver and its speed that are set.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub variables: IndexMap<String, String>,
 }
 
 impl Host {
@@ -34,7 +56,18 @@ impl Host {
             cores: std::thread::available_parallelism().map_or(1, Into::into),
             os: format!("{release} {}", std::env::consts::ARCH),
             load: Self::load_now(),
+            variables: VARIABLES
+                .iter()
+                .filter_map(|name| Some((name.to_string(), std::env::var_os(name)?)))
+                .map(|(name, value)| (name, value.to_string_lossy().into_owned()))
+                .collect(),
         }
+    }
+
+    /// Its variables as a shell sets them, each after a comma; nothing where none is set.
+    #[cfg(feature = "cli")]
+    pub(crate) fn settings(&self) -> String {
+        self.variables.iter().map(|(name, value)| format!(", {name}={value}")).collect()
     }
 
     /// Load average of the last minute; none where the system has none.
@@ -68,7 +101,10 @@ mod tests {
 
     #[test]
     fn more_work_than_cores_makes_times_doubtful() {
-        let of = |load| Host { cpu: "C".into(), cores: 2, os: "O".into(), load }.doubt();
+        let of = |load| {
+            let variables = Default::default();
+            Host { cpu: "C".into(), cores: 2, os: "O".into(), load, variables }.doubt()
+        };
         assert!(of(Some(2.1)).is_some_and(|doubt| doubt.contains("2.1 exceeds the 2 cores")));
         assert_eq!((of(Some(2.0)), of(None)), (None, None));
     }

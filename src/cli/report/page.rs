@@ -102,7 +102,7 @@ fn who(device: &DeviceHead, host: &Host, build: &Build, start: Option<&str>) -> 
     html! {
         p.who {
             (device.summary()) ", Vulkan " (device.api_version) " (" (device.kind) "). "
-            (host.cpu) ", " (counted(host.cores as u64, "core")) (load) ", " (host.os) ". raindrops " (build.version) " "
+            (host.cpu) ", " (counted(host.cores as u64, "core")) (load) (host.settings()) ", " (host.os) ". raindrops " (build.version) " "
             (build.commit) " " (build.profile)
             @if let Some(start) = start { ", " (start) }
             "."

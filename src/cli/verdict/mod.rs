@@ -106,10 +106,47 @@ pub fn notes(a: &Report, b: &Report) -> Vec<String> {
     let differ = figures.into_iter().filter(|(_, a, b)| a != b);
     let differ =
         differ.map(|(what, a, b)| format!("{what} is {} in A, {} in B", a.trim(), b.trim()));
+    let differ = differ.chain(variables(a, b));
     let alone = [("A", verdict::missing(a, b)), ("B", verdict::missing(b, a))];
     let alone = alone
         .into_iter()
         .filter(|(_, rows)| !rows.is_empty())
         .map(|(side, rows)| format!("only in {side}, so not compared: {}", rows.join("; ")));
     differ.chain(alone).collect()
+}
+
+/// Environment variables that are not the same on both sides.
+fn variables(a: &Report, b: &Report) -> Vec<String> {
+    let (a, b) = (&a.host.variables, &b.host.variables);
+    let more = b.keys().filter(|name| !a.contains_key(*name));
+    let names = a.keys().chain(more).filter(|name| a.get(*name) != b.get(*name));
+    let value =
+        |value: Option<&String>| value.map_or("not set".into(), |value| format!("'{value}'"));
+    names
+        .map(|name| format!("{name} is {} in A, {} in B", value(a.get(name)), value(b.get(name))))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn other_settings_of_a_driver_are_told() {
+        let of = |variables: serde_json::Value| -> Report {
+            let text = serde_json::json!({"schema": "raindrops-bench/1", "rows": [],
+                "device": {"name": "D", "driver": "V", "driver_info": "1", "api_version": "1.3.0", "type": "CPU"},
+                "build": {"version": "0.1.0", "commit": "c"},
+                "host": {"cpu": "C", "cores": 2, "os": "O", "variables": variables}});
+            serde_json::from_value(text).expect("a report")
+        };
+        let one = of(serde_json::json!({"LP_NUM_THREADS": "1", "LP_PERF": "x"}));
+        let other = of(serde_json::json!({"LP_PERF": "x", "VK_DRIVER_FILES": "a.json"}));
+        let told = [
+            "LP_NUM_THREADS is '1' in A, not set in B",
+            "VK_DRIVER_FILES is not set in A, 'a.json' in B",
+        ];
+        assert_eq!(notes(&one, &other), told);
+        assert!(notes(&one, &one).is_empty());
+    }
 }

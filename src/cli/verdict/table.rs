@@ -12,13 +12,14 @@ pub fn side_lines(report: &Report, format: Format) -> Vec<String> {
         let start = side.start.as_ref().map_or(String::new(), |start| format!(", {start}"));
         lines.push(format!("{name}: {}", side.label));
         lines.push(format!(
-            "   {}; raindrops {} {} {}; {} ({}){start}",
+            "   {}; raindrops {} {} {}; {} ({}{}){start}",
             side.device.summary(),
             build.version,
             build.commit,
             build.profile,
             host.cpu,
-            counted(host.cores as u64, "core")
+            counted(host.cores as u64, "core"),
+            host.settings()
         ));
     }
     if format == Format::Markdown {
@@ -83,10 +84,9 @@ fn range(low: Option<f64>, high: Option<f64>) -> String {
     low.zip(high).map_or("-".into(), |(low, high)| format!("{low:.places$} to {high:.places$}"))
 }
 
-/// What the table has no room for: passes that are faster or slower, counters that changed, notes, and how
-/// to read it.
+/// What the table has no room for: how to read it, passes that are faster or slower, counters that changed, notes.
 pub fn tail_lines(report: &Report, format: Format) -> Vec<String> {
-    let mut lines = Vec::new();
+    let mut lines = vec![legend(report)];
     for row in &report.rows {
         lines.extend(row_lines(row));
     }
@@ -99,28 +99,30 @@ pub fn tail_lines(report: &Report, format: Format) -> Vec<String> {
     if report.rows.iter().any(|row| row.ratio_low.is_none()) {
         lines.push("a row without an interval has too few rounds to decide; measure with `bench --rounds 10`".into());
     }
-    let how = match report.method.as_str() {
-        "paired" => "fresh processes in turn",
-        _ => "kept results: each run counts once, as nothing ran in turn",
-    };
-    lines.push(format!(
-        "B / A of times; slower if the whole interval is over {:.3}, faster if under {:.3}; {how}{}",
-        1.0 + report.threshold,
-        1.0 / (1.0 + report.threshold),
-        match report.max_flip {
-            Some(most) => format!(
-                "; different if FLIP ({:.0} pixels a degree) is over {most}",
-                report.flip_pixels_per_degree.unwrap_or_default()
-            ),
-            None => String::new(),
-        }
-    ));
     if format == Format::Markdown {
         // A list of its own, after the table.
         lines = lines.into_iter().map(|line| format!("- {}", line.trim())).collect();
         lines.insert(0, String::new());
     }
     lines
+}
+
+/// How to read the table.
+fn legend(report: &Report) -> String {
+    let how = match report.method.as_str() {
+        "paired" => "fresh processes in turn",
+        _ => "kept results: each run counts once, as nothing ran in turn",
+    };
+    let pictures = report.max_flip.map_or(String::new(), |most| {
+        let observer = report.flip_pixels_per_degree.unwrap_or_default();
+        format!("; different if FLIP ({observer:.0} pixels a degree) is over {most}")
+    });
+    let over = 1.0 + report.threshold;
+    format!(
+        "B / A of times: slower if the whole interval is over {over:.3}, faster if under {:.3}, same if between; else \
+         undecided; {how}{pictures}",
+        1.0 / over
+    )
 }
 
 fn row_lines(row: &VerdictRow) -> Vec<String> {
@@ -194,7 +196,26 @@ fn plain(report: &Report) -> Sheet {
 
 #[cfg(test)]
 mod tests {
-    use super::decimals;
+    use super::*;
+
+    /// The legend stands directly under its table.
+    #[test]
+    fn the_table_is_explained_before_its_rows() {
+        let side = serde_json::json!({"label": "l", "start": null, "warnings": [],
+            "device": {"name": "D", "driver": "V", "driver_info": "1", "api_version": "1.3.0", "type": "CPU"},
+            "build": {"version": "0.1.0", "commit": "c"}, "host": {"cpu": "C", "cores": 2, "os": "O"}});
+        let row = serde_json::json!({"name": "one", "preset": "fast", "drops": 1, "width": 1, "height": 1, "tone_map": true,
+            "verdict": "same", "ratio": 1.0, "ratio_low": 1.0, "ratio_high": 1.0, "threshold": 0.05, "rounds": 10,
+            "noise_floor": null, "median_ms_a": 1.0, "median_ms_b": 1.0, "rounds_ms_a": [], "rounds_ms_b": [],
+            "flip_between": null, "error_a": null, "error_b": null, "first_stage_that_differs": null,
+            "counters": {"bytes": [1, 2]}, "passes": {}, "notes": []});
+        let report = serde_json::json!({"schema": "s", "a": side, "b": side, "method": "paired", "threshold": 0.05,
+            "max_flip": 0.01, "flip_pixels_per_degree": 67.0, "stopped": null, "notes": ["a note"], "rows": [row]});
+        let report: Report = serde_json::from_value(report).expect("a report");
+        let lines = tail_lines(&report, Format::Table);
+        assert!(lines[0].starts_with("B / A of times: slower if"), "{lines:?}");
+        assert!(lines[1].contains("counter bytes") && lines[2].contains("a note"), "{lines:?}");
+    }
 
     #[test]
     fn no_more_decimals_than_are_known() {
