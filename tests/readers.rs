@@ -1,5 +1,5 @@
 //! Results in the formats of others, read by readers that nobody here wrote. Some of them are programs that a
-//! machine may lack: `pip install junitparser OpenEXR numpy`; Debian's `libbenchmark-tools` with `python3-scipy`, and
+//! machine may lack: `pip install junitparser OpenEXR numpy` in a `python3 -m venv`; Debian's `libbenchmark-tools` with `python3-scipy`, and
 //! `openimageio-tools`. Their tests then say so past the test harness, which would hide it.
 
 #![cfg(target_os = "linux")]
@@ -179,6 +179,39 @@ fn markdown_is_a_table_for_commonmarks_readers() {
         ("1,000 drops, paper, 64 x 64", "slower")
     );
     assert!(items >= 3, "who is compared, and how to read it: {text}");
+}
+
+/// However many devices there are, each is compared with each; with one alone there is nothing to compare.
+#[test]
+fn each_device_is_compared_with_each() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let compare = |devices: &str| {
+        let arguments =
+            ["compare-devices", "--drops", "50", "--size", "32x24", "--mask-size", "64"];
+        let quick = ["--seconds", "0", "--frames", "1", "--rounds", "1"];
+        let more = ["--json", "a.json", "--max-flip", "0.05"];
+        let mut command = raindrops();
+        command.current_dir(folder.path()).args(arguments).args(quick).args(more);
+        let output = run(command.env("RAINDROPS_DEVICE", devices));
+        (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+    };
+    let file = folder.path().join("a.json");
+    let (status, said) = compare("0");
+    let error = said.lines().last().unwrap_or_default();
+    assert!(
+        status == Some(2) && error.contains("is the only device, and there is nothing to compare"),
+        "{said}"
+    );
+    assert!(!file.exists());
+    let (status, said) = compare("0,0,0");
+    assert_eq!(status, Some(0), "{said}");
+    let figures = fs::read_to_string(file).expect("figures");
+    let figures: Value = serde_json::from_str(&figures).expect("JSON");
+    let count = |key: &str| figures[key].as_array().map(Vec::len);
+    // Of a pair one is the first for each verdict.
+    assert_eq!((count("devices"), count("pairs"), count("verdicts")), (Some(3), Some(3), Some(2)));
+    assert_eq!(figures["devices"][0]["flip"][0], 0.0);
+    assert!(figures["devices"][0]["median_ms"].as_f64() > Some(0.0));
 }
 
 /// A device with itself, named by a variable: a verdict on each row, the same as JSON and as CSV.

@@ -101,18 +101,20 @@ pub fn run(args: &CompareDevicesArgs) -> anyhow::Result<Answer> {
     args.gate.check()?;
     let environment = super::open_environment(&scene)?;
     let instance = Instance::new(Validation::Off)?;
+    let chosen = chosen(args, &instance)?;
+    if let [only] = chosen.as_slice() {
+        anyhow::bail!(
+            "{} is the only device, and there is nothing to compare it with; scripts/setup.sh --drivers fetches more, \
+             VK_DRIVER_FILES, --device and RAINDROPS_DEVICE select",
+            DeviceHead::of(only).summary()
+        );
+    }
     let mut portraits = Vec::new();
-    for report in chosen(args, &instance)? {
+    for report in chosen {
         let device = open_device(&instance, report)?;
         portraits.push(portray(&device, &scene, &environment)?);
     }
     let [first, ..] = portraits.as_slice() else { return Err(crate::Error::NoDevice.into()) };
-    if portraits.len() < 2 {
-        say!(
-            "note: there is only one device, and nothing to compare it with; scripts/setup.sh --drivers fetches more, \
-             VK_DRIVER_FILES, --device and RAINDROPS_DEVICE select"
-        );
-    }
     let exposure = exposure_of(&scene.tone_map, &first.picture);
     let plate = Plate::of(&scene)?;
     let truth = args.truth_samples.map(|samples| {
@@ -128,7 +130,7 @@ pub fn run(args: &CompareDevicesArgs) -> anyhow::Result<Answer> {
         }
     }
     let times = Times { args, scene: &scene, instance: &instance, portraits: &portraits };
-    let (mut verdicts, alone_ms, failed) = times.measure()?;
+    let (mut verdicts, failed) = times.measure()?;
     for verdict in &mut verdicts {
         let b = verdict.device;
         for row in &mut verdict.report.rows {
@@ -163,7 +165,7 @@ pub fn run(args: &CompareDevicesArgs) -> anyhow::Result<Answer> {
             .collect();
         worst = differences.iter().map(|(flip, _)| *flip).fold(worst, f64::max);
         let from_truth = truth.as_ref().map(|truth| difference(truth, &portrait.picture, exposure));
-        let median_ms = median_of(number, &verdicts).or(alone_ms);
+        let median_ms = median_of(number, &verdicts);
         let mut cells = vec![
             format!("{number}: {}", DeviceHead::of(&portrait.report).summary()),
             median_ms.map_or("-".into(), |ms| format!("{ms:.1}")),
@@ -262,9 +264,8 @@ struct Times<'a> {
 }
 
 impl Times<'_> {
-    /// Each device in turn with the first, or the median of a device alone; what was measured before
-    /// something failed is kept.
-    fn measure(&self) -> anyhow::Result<(Vec<Compared>, Option<f64>, Option<anyhow::Error>)> {
+    /// Each device in turn with the first; what was measured before something failed is kept.
+    fn measure(&self) -> anyhow::Result<(Vec<Compared>, Option<anyhow::Error>)> {
         let args = self.args;
         let mut verdicts = Vec::new();
         heed_interrupts()?;
@@ -296,11 +297,6 @@ impl Times<'_> {
             placed: scene.drops.len() as u32,
             limits: Limits { timeout: args.timeout },
         };
-        if self.portraits.len() == 1 {
-            let report = arm(0).bench(&work.arguments, work.limits)?;
-            let row = report.rows.iter().find(|row| row.tone_map);
-            return Ok((verdicts, row.map(|row| row.median_ms), None));
-        }
         let each = args.max_time / (self.portraits.len() as u32 - 1);
         for device in 1..self.portraits.len() {
             let (a, b) = (arm(0), arm(device));
@@ -325,10 +321,10 @@ impl Times<'_> {
                 verdicts.push(Compared { device, report });
             }
             if turns.failed.is_some() {
-                return Ok((verdicts, None, turns.failed));
+                return Ok((verdicts, turns.failed));
             }
         }
-        Ok((verdicts, None, None))
+        Ok((verdicts, None))
     }
 }
 
