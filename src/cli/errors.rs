@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use clap::Args;
-use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
+use comfy_table::{CellAlignment, ContentArrangement, Table};
 
 use super::options::DeviceArgs;
 use super::{Answer, print_beside, progress, write_json};
@@ -150,7 +150,7 @@ fn glints(
 /// A line a model, a column a radius, of cells radius by radius.
 fn table(cells: Vec<(&str, String)>, radii: &[f64]) -> Table {
     let mut table = Table::new();
-    table.load_style(presets::UTF8_HORIZONTAL_ONLY);
+    table.load_style(crate::measure::TABLE);
     table.set_content_arrangement(ContentArrangement::Disabled);
     let mut header = vec!["radius in pixels".to_string()];
     header.extend(radii.iter().map(f64::to_string));

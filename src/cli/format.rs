@@ -4,6 +4,8 @@ use clap::ValueEnum;
 use comfy_table::{CellAlignment, ContentArrangement, Table, TableStyle, presets};
 use console::Term;
 
+use crate::measure::TABLE;
+
 /// What results are printed as.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum Format {
@@ -43,8 +45,7 @@ impl Sheet {
             Format::Markdown => self.table(format, presets::ASCII_MARKDOWN),
             Format::Table | Format::Json => {
                 let parts = self.parts(most);
-                let texts =
-                    parts.iter().map(|part| part.table(format, presets::UTF8_HORIZONTAL_ONLY));
+                let texts = parts.iter().map(|part| part.table(format, TABLE));
                 texts.collect::<Vec<_>>().join("\n")
             }
         }
@@ -128,6 +129,18 @@ mod tests {
         };
         assert_eq!(sheet.text(Format::Csv), "a,b\n\"1 drop, fast\",\"say \"\"no\"\"\"");
         assert!(sheet.text(Format::Markdown).contains("| 1 drop, fast |"));
+    }
+
+    #[test]
+    fn rows_are_not_ruled_apart() {
+        let row = || vec!["a".to_string()];
+        let sheet = Sheet { names: 1, header: row(), rows: vec![row(), row(), row()] };
+        let text = sheet.text_within(Format::Table, 80);
+        assert_eq!(
+            text.lines().map(|line| line.contains(['─', '═'])).collect::<Vec<_>>(),
+            [true, false, true, false, false, false, true],
+            "{text}"
+        );
     }
 
     #[test]

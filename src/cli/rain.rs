@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use anyhow::bail;
 use clap::Args;
-use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
 use serde::Serialize;
 
+use super::format::{Format, Sheet};
 use super::options::SceneArgs;
 use super::tell::say;
 use super::{Answer, print, write_json};
@@ -192,26 +192,19 @@ fn show(report: &Report) -> anyhow::Result<()> {
         (FarRain::None, _) => print("drops under the cut-off are left out")?,
     }
     line("noise of the others", report.noise, "of a pixel's opacity, at an instant")?;
-    let mut table = Table::new();
-    table.load_style(presets::UTF8_HORIZONTAL_ONLY);
-    table.set_content_arrangement(ContentArrangement::Disabled).set_header([
-        "from mm",
-        "to mm",
-        "drops per m³",
-        "speed m/s",
-        "axis ratio",
-    ]);
-    for class in &report.classes {
-        table.add_row([
+    let header = ["from mm", "to mm", "drops per m³", "speed m/s", "axis ratio"];
+    let row = |class: &ClassReport| {
+        vec![
             format!("{:.3}", class.diameter_from_mm),
             format!("{:.3}", class.diameter_to_mm),
             significant(class.drops_per_m3),
             format!("{:.3}", class.speed_m_s),
             format!("{:.4}", class.axis_ratio),
-        ]);
-    }
-    table.column_iter_mut().for_each(|column| column.set_cell_alignment(CellAlignment::Right));
-    print(table)?;
+        ]
+    };
+    let rows = report.classes.iter().map(row).collect();
+    let sheet = Sheet { names: 1, header: header.map(String::from).to_vec(), rows };
+    print(sheet.text(Format::Table))?;
     Ok(())
 }
 

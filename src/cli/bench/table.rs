@@ -20,7 +20,8 @@ pub(super) fn table(rows: &[Row], is_papers: bool, format: Format) -> String {
     let passes = all_passes(rows.iter().map(|row| &row.passes));
     let is_rate = rows.iter().all(|row| row.rate_mm_h.is_some());
     let mut header: Vec<String> =
-        ["preset", if is_rate { "rain" } else { "drops" }, "in view", "FPS-T", "FPS", "ms-T"]
+        // A pass has the name `drops`, too.
+        ["preset", if is_rate { "rain" } else { "all drops" }, "in view", "FPS-T", "FPS", "ms-T"]
             .map(String::from)
             .to_vec();
     let has_rounds = rows.iter().any(|row| row.median_low_ms.is_some());

@@ -1,7 +1,7 @@
 //! What a study says: rows as JSON of the schema `raindrops-tradeoff/1`, as CSV, as a table.
 
 #[cfg(feature = "cli")]
-use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
+use comfy_table::{CellAlignment, ContentArrangement, Table};
 use serde::Serialize;
 
 use super::models::BASES;
@@ -156,7 +156,7 @@ pub fn table(rows: &[Row]) -> Table {
     let mut sorted: Vec<&Row> = rows.iter().collect();
     sorted.sort_by(|a, b| b.speed.total_cmp(&a.speed));
     let mut table = Table::new();
-    table.load_style(presets::UTF8_HORIZONTAL_ONLY);
+    table.load_style(crate::measure::TABLE);
     table.set_content_arrangement(ContentArrangement::Disabled);
     let moves = rows.iter().any(|row| row.errors.flicker.is_some());
     let is_rain = rows.iter().any(|row| row.rate_mm_h.is_some());
