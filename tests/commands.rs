@@ -10,6 +10,7 @@ use glam::Vec3;
 use raindrops::Error;
 use raindrops::gpu::{Device, Instance, Validation};
 use raindrops::picture::Picture;
+use raindrops::picture::layers::Layers;
 use tempfile::TempDir;
 
 /// The command, run in `folder`.
@@ -94,12 +95,18 @@ fn a_benchmark_is_written_and_plotted() {
     let folder = folder();
     let bench = ["bench", "--drops", "500,2000", "--size", "32x32", "--preset", "paper,fast"];
     let files = ["--seconds", "0", "--frames", "2", "--json", "b.json", "--svg", "b.svg"];
-    let output = run(raindrops(folder.path(), &bench).args(files));
+    let mut command = raindrops(folder.path(), &bench);
+    let output = run(command.args(files).env("LP_NUM_THREADS", "1").env_remove("LP_PERF"));
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
     let json = fs::read_to_string(folder.path().join("b.json")).expect("figures");
     let json: serde_json::Value = serde_json::from_str(&json).expect("JSON");
     assert_eq!(json["schema"], "raindrops-bench/1");
     assert_eq!(json["rows"].as_array().map(Vec::len), Some(8));
+    // What decides on the driver's speed, where it is set.
+    let variables = &json["host"]["variables"];
+    assert_eq!((&variables["LP_NUM_THREADS"], variables.get("LP_PERF")), (&"1".into(), None));
+    let stdout = String::from_utf8_lossy(&output.stdout);
+    assert!(stdout.contains(", LP_NUM_THREADS=1"), "{stdout}");
     let svg = fs::read_to_string(folder.path().join("b.svg")).expect("a plot");
     let device = json["device"]["name"].as_str().expect("a name");
     for name in ["GeForce GTX 280, 2011", "GeForce 7300 GT, 2011", "fast", "paper", device] {
@@ -183,6 +190,7 @@ fn bad_environments() {
     fs::create_dir(at("folder.exr")).expect("a folder");
     for (name, word) in [
         ("missing.exr", "No such file"),
+        ("missing.exr", "/missing.exr: a scene's paths are relative to the scene's folder"),
         ("truncated.exr", "broken or cut off"),
         ("empty.exr", "empty"),
         ("text.exr", "not an OpenEXR"),
@@ -264,12 +272,19 @@ fn bad_values_on_the_command_line() {
     }
     // What the parser itself refuses.
     for (arguments, words) in [
-        (&["render"][..], ["required", "--output <FILE>"]),
+        (
+            &["render"][..],
+            ["required", "--output <FILE>; name the picture to write, such as -o rain.png"],
+        ),
+        (&["report", "a.json"], ["required", "name the page to write, such as -o report.html"]),
+        (&["mask"], ["required", "name the folder to write into, such as -o out"]),
         (&["render", "--size", "12"], ["'12' is not a size", "--size <WxH>"]),
         (&["render", "--nonsense"], ["unexpected argument", "--nonsense"]),
         (&["render", "--preset", "papr", "-o", "a.png"], ["papr", "'paper'"]),
         (&["rendr"], ["unrecognized subcommand", "'render'"]),
-        (&["bench", "--drops", "1,x"], ["'x'", "--drops"]),
+        (&["bench", "--drops", "1,x"], ["'x'", "such as 125000, 125k or 4M"]),
+        (&["bench", "--drops", "125,000"], ["'000' for '--drops <N,…>'", "without commas"]),
+        (&["plan", "--drops", "1e4"], ["'1e4' for '--drops <N>'", "such as 125000, 125k or 4M"]),
         (&["bench", "--seconds", "inf"], ["'inf'", "--seconds"]),
         (&["tradeoff", "--seconds=-1"], ["'-1'", "--seconds"]),
         (&["tradeoff", "--models", "nonesuch"], ["nonesuch", "--models"]),
@@ -358,7 +373,11 @@ fn a_path_need_not_be_text() {
 fn messages_are_as_they_are_asked_for() {
     let folder = folder();
     let said = |arguments: &[&str]| {
-        let output = run(raindrops(folder.path(), &SMALL).args(["-o", "a.png"]).args(arguments));
+        let mut command = raindrops(folder.path(), &SMALL);
+        if !arguments.contains(&"-o") {
+            command.args(["-o", "a.png"]);
+        }
+        let output = run(command.args(arguments));
         (output.status.code(), String::from_utf8(output.stderr).expect("text"))
     };
     assert_eq!(said(&["--quiet", "--preset", "fast"]), (Some(0), String::new()));
@@ -371,6 +390,15 @@ fn messages_are_as_they_are_asked_for() {
     // Warnings and errors are printed in any case.
     let (_, warned) = said(&["-q", "--error", "0.0000001"]);
     assert!(warned.starts_with("warning: "), "{warned}");
+    // Drops that nothing in the picture hides; layers are composited over what does.
+    let mut depth = Layers::empty(32, 32);
+    depth.depth.fill(100.0);
+    depth.write_depth(&folder.path().join("depth.exr")).expect("a depth");
+    let hidden = ["-q", "--preset", "fast", "--depth", "depth.exr"];
+    let (status, warned) = said(&hidden);
+    assert!(status == Some(0) && warned.contains("--background shows it"), "{warned}");
+    let (_, warned) = said(&[&hidden[..], &["--layers", "-o", "a.exr"]].concat());
+    assert_eq!(warned, "");
     let (status, plain) = said(&["-q", "--device", "none", "--color", "never"]);
     assert!(status == Some(2) && plain.starts_with("raindrops: "), "{plain}");
     let (_, colored) = said(&["--device", "none", "--color", "always"]);
@@ -397,26 +425,6 @@ fn a_terminal_has_colours_unless_it_wants_none() {
     let (usual, plain) = (said("OTHER"), said("NO_COLOR"));
     assert!(usual.contains("\u{1b}[") && usual.contains("--nonsense"), "{usual:?}");
     assert!(!plain.contains('\u{1b}') && plain.contains("--nonsense"), "{plain:?}");
-}
-
-/// However many devices there are, each is compared with each.
-#[test]
-fn devices_are_compared() {
-    let folder = folder();
-    let arguments = ["compare-devices", "--drops", "50", "--size", "32x24", "--seconds", "0"];
-    let more = ["--frames", "1", "--mask-size", "64", "--json", "a.json", "--max-flip", "0.05"];
-    let arguments = [&arguments[..], &["--rounds", "1"]].concat();
-    let output = run(raindrops(folder.path(), &arguments).args(more));
-    let stderr = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(0), "{stderr}");
-    let json = fs::read_to_string(folder.path().join("a.json")).expect("figures");
-    let figures: serde_json::Value = serde_json::from_str(&json).expect("JSON");
-    let devices = figures["devices"].as_array().expect("devices").len();
-    assert!(devices >= 1);
-    assert_eq!(figures["pairs"].as_array().expect("pairs").len(), devices * (devices - 1) / 2);
-    assert_eq!(figures["devices"][0]["flip"][0], 0.0);
-    assert!(figures["devices"][0]["median_ms"].as_f64() > Some(0.0));
-    assert_eq!(figures["verdicts"].as_array().expect("verdicts").len(), devices - 1);
 }
 
 /// A reader that goes away, as `head -1` does, is no error.
@@ -449,8 +457,11 @@ fn plan_prints_passes_with_reasons() {
     for word in ["paper", "mask", "simulate", "sky", "drops", "tone map", "moves 1,000,000 drops"] {
         assert!(text.contains(word), "'{word}' is not in {text}");
     }
-    let without =
-        run(&mut raindrops(Path::new("."), &["plan", "--preset", "paper", "--drops", "0"]));
+    let of = |drops| {
+        run(&mut raindrops(Path::new("."), &["plan", "--preset", "paper", "--drops", drops]))
+    };
+    assert!(String::from_utf8_lossy(&of("125k").stdout).contains("moves 125,000 drops"));
+    let without = of("0");
     let text = String::from_utf8_lossy(&without.stdout);
     assert!(!text.contains("simulate"), "no drops, no simulation: {text}");
 }

@@ -68,6 +68,18 @@ fn a_film_is_rendered_and_resumed() {
     assert!(std::fs::read(frame(folder.path(), 1)).expect("a frame") == frames[1]);
     assert_eq!(others, [0, 2, 5].map(|number| changed(&frame(folder.path(), number))));
 
+    // One frame alone is that of the film.
+    let alone = folder.path().join("alone.png");
+    let done = run(&mut render(&scene, &alone, &["--frame", "2"]));
+    assert!(done.status.success(), "{}", said(&done));
+    assert!(std::fs::read(&alone).expect("a frame") == frames[2], "another frame");
+    let refused = run(&mut render(
+        &scene,
+        &alone,
+        &["--frame", "2", "--preset", "paper", "--simulation", "stored"],
+    ));
+    assert!(said(&refused).contains("--frame: stored positions"), "{}", said(&refused));
+
     let refused = run(&mut render(&scene, &output, &["--resume", "--drops", "501"]));
     let said = said(&refused);
     assert_eq!(refused.status.code(), Some(2), "{said}");

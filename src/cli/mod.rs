@@ -29,6 +29,7 @@ mod verdict;
 #[cfg(feature = "view")]
 mod view;
 
+use std::borrow::Cow;
 use std::io::{ErrorKind, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -39,7 +40,7 @@ use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 
 use self::interrupt::Interrupted;
-use self::tell::{TellArgs, is_quiet, is_verbose, say};
+use self::tell::{TellArgs, is_quiet, is_verbose, say, say_once};
 use crate::environment::Environment;
 use crate::environment::guess::is_guessed;
 use crate::files::write_whole;
@@ -170,7 +171,7 @@ pub fn main() -> ExitCode {
         Ok(Answer::No) => ExitCode::from(1),
         Err(error) => {
             // `{:#}` puts the chain of causes on one line.
-            let hint = error.downcast_ref().map_or("", hint);
+            let hint = error.downcast_ref().map_or(Cow::Borrowed(""), hint);
             say!("raindrops: {}{hint}", format!("{error:#}").replace('\n', " "));
             ExitCode::from(if error.is::<Interrupted>() { Interrupted::STATUS } else { 2 })
         }
@@ -178,8 +179,18 @@ pub fn main() -> ExitCode {
 }
 
 /// What the user of the command can do about an error of the library: by which package or option.
-fn hint(error: &Error) -> &'static str {
-    match error {
+fn hint(error: &Error) -> Cow<'static, str> {
+    if let Error::Environment { path, problem } = error
+        && problem.starts_with("cannot be read")
+        && path.is_relative()
+    {
+        return format!(
+            "; looked for as {}: a scene's paths are relative to the scene's folder, those of options to the working folder",
+            std::path::absolute(path).as_ref().unwrap_or(path).display()
+        )
+        .into();
+    }
+    Cow::Borrowed(match error {
         Error::NoLoader(_) => "; install libvulkan1 (Debian, Ubuntu: scripts/setup.sh does)",
         Error::NoDevice => {
             "; mesa-vulkan-drivers (Debian, Ubuntu) has lavapipe, which needs no GPU: scripts/setup.sh installs it"
@@ -189,7 +200,7 @@ fn hint(error: &Error) -> &'static str {
             " (Debian, Ubuntu: vulkan-validationlayers)"
         }
         _ => "",
-    }
+    })
 }
 
 /// What the parser says: help and version as they are, an error in one line. Nothing at all on the
@@ -212,11 +223,27 @@ fn refuse(error: &clap::Error) -> ExitCode {
         .filter(|line| !line.is_empty())
         .collect();
     let problem = problem.join(" ").replace(" tip: ", "; ");
-    say!("raindrops: {} (see --help)", problem.trim_start_matches("error: "));
+    let example = match error.kind() {
+        ErrorKind::MissingRequiredArgument => output_example(&problem),
+        _ => "",
+    };
+    say!("raindrops: {}{example} (see --help)", problem.trim_start_matches("error: "));
     ExitCode::from(2)
 }
 
-/// Opens the scene's environment and says on stderr what had to be mended in it.
+/// What to do about a command line that does not name what to write.
+fn output_example(problem: &str) -> &'static str {
+    let examples = [
+        ("--output <FILE.html>", "; name the page to write, such as -o report.html"),
+        ("--output <FILE>", "; name the picture to write, such as -o rain.png"),
+        ("--output <DIR>", "; name the folder to write into, such as -o out"),
+    ];
+    let found = examples.into_iter().find(|(option, _)| problem.contains(option));
+    found.map_or("", |(_, example)| example)
+}
+
+/// Opens the scene's environment and says on stderr what had to be mended in it; once in a run, which may open it for
+/// several scenes.
 fn open_environment(scene: &Scene) -> Result<Environment> {
     let is_guessed = is_guessed(scene);
     let file = match &scene.background.color {
@@ -225,18 +252,18 @@ fn open_environment(scene: &Scene) -> Result<Environment> {
     };
     let environment = waiting(&format!("reading {}", file.display()), || Environment::of(scene))?;
     if is_guessed {
-        say!(
+        say_once!(
             "note: no environment is given: what the drops show is guessed from {}, continued around the camera; a sun or \
              lamp that is not in it is missing (--environment gives a panorama)",
             file.display()
         );
     }
     if !environment.mended().is_nothing() {
-        say!("environment {}: {}", environment.name(), environment.mended());
+        say_once!("environment {}: {}", environment.name(), environment.mended());
     }
     let lost = lost_light(&environment);
     if lost > 0.0 {
-        say!(
+        say_once!(
             "warning: environment {}: texels over 10⁹ times the mean of the others are stored as that much; the sky and \
              drops drawn as points lose {:.3} % of its light",
             environment.name(),
@@ -244,6 +271,16 @@ fn open_environment(scene: &Scene) -> Result<Environment> {
         );
     }
     Ok(environment)
+}
+
+/// Says on stderr that drops will be hidden by what a picture does not show.
+fn say_depth_alone(scene: &Scene) {
+    if scene.background.depth.is_some() && scene.background.color.is_none() {
+        say!(
+            "warning: a depth without a background: drops are hidden behind things that the picture does not show; \
+             --background shows it"
+        );
+    }
 }
 
 /// Says on stderr which drops were left out of frames, and why; and whether their lists had to be larger than usual, by

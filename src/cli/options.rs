@@ -28,8 +28,8 @@ use crate::{Error, Result};
 pub struct SceneArgs {
     /// Scene file (TOML) [default: the paper's benchmark scene]
     scene: Option<PathBuf>,
-    /// Number of random drops
-    #[arg(long, value_name = "N")]
+    /// Number of random drops: 125000, 125k, 4M
+    #[arg(long, value_name = "N", value_parser = parse_drops)]
     drops: Option<u32>,
     #[command(flatten)]
     rain: RainValues,
@@ -335,6 +335,23 @@ impl SceneValues {
     }
 }
 
+/// `125000`, `125k` or `0.125M` to 125,000.
+pub fn parse_drops(text: &str) -> Result<u32, String> {
+    let (digits, factor) = match text.strip_suffix(['k', 'K']) {
+        Some(digits) => (digits, 1e3),
+        None => text.strip_suffix(['m', 'M']).map_or((text, 1.0), |digits| (digits, 1e6)),
+    };
+    let is_plain = |text: &str| text.chars().all(|c| c.is_ascii_digit() || c == '.');
+    // `bench --drops 125,000` would be 125 drops and none.
+    let is_group = text.len() > 1 && text.bytes().all(|digit| digit == b'0');
+    let count = digits.parse().ok().filter(|_| is_plain(digits) && !is_group);
+    let count = count.map(|count: f64| count * factor);
+    let whole = count.filter(|count| count.fract() == 0.0 && *count <= f64::from(u32::MAX));
+    whole
+        .map(|count| count as u32)
+        .ok_or_else(|| "give a whole number without commas, such as 125000, 125k or 4M".into())
+}
+
 /// `1920x1080` to (1920, 1080).
 fn parse_size(text: &str) -> Result<(u32, u32), String> {
     text.split_once(['x', 'X'])
@@ -436,5 +453,23 @@ impl PictureArgs {
         self.model.apply(&mut scene)?;
         self.background.apply(&mut scene)?;
         Ok(scene)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::parse_drops;
+
+    #[test]
+    fn numbers_of_drops() {
+        for (text, count) in [("0", 0), ("125000", 125_000), ("125k", 125_000), ("4M", 4_000_000)] {
+            assert_eq!(parse_drops(text), Ok(count), "{text}");
+        }
+        assert_eq!((parse_drops("0.5K"), parse_drops("0.000001m")), (Ok(500), Ok(1)));
+        for wrong in
+            ["", "k", "1e4", "125,000", "000", "-1", "1.5", "0.0001k", "nan", "5000M", "1 k"]
+        {
+            assert!(parse_drops(wrong).is_err_and(|told| told.contains("125k")), "{wrong}");
+        }
     }
 }

@@ -85,6 +85,7 @@ pub fn run(args: &ReferenceArgs) -> anyhow::Result<Answer> {
     if let Some(number) = args.frame {
         scene = scene.film.frame(&scene, number);
     }
+    super::say_depth_alone(&scene);
     let plate = Plate::of(&scene)?;
     if format == Format::Png && scene.camera.window != WHOLE && scene.tone_map.derives_exposure() {
         bail!(

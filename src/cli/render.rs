@@ -35,6 +35,9 @@ pub struct RenderArgs {
     /// Number of frames [default: the film's]. Over 1, files are numbered: rain.png becomes rain-0000.png …
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     frames: Option<u32>,
+    /// Draw one frame of the film or sequence alone, from 0 on, into a file without a number
+    #[arg(long, value_name = "N", conflicts_with_all = ["frames", "resume"])]
+    frame: Option<u32>,
     /// Frames a second; negative runs backwards, from the last key if there are any [default: the film's, or 30]
     #[arg(long, value_name = "F", allow_negative_numbers = true)]
     fps: Option<f64>,
@@ -70,8 +73,14 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<Answer> {
             anyhow::bail!("{}: layers are written as .exr", args.output.display())
         }
     };
+    if output != Output::Layers {
+        super::say_depth_alone(&scene);
+    }
     let environment = super::open_environment(&scene)?;
-    let frames = args.frames.unwrap_or_else(|| scene.film.frames());
+    let frames = match args.frame {
+        Some(_) => 1,
+        None => args.frames.unwrap_or_else(|| scene.film.frames()),
+    };
     let mut sequence = (frames > 1).then(|| Sequence::new(&args.output, args.resume, args.layers));
     // What is there was made by these models, and goes on by them.
     let kept = match &mut sequence {
@@ -79,7 +88,9 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<Answer> {
         None => None,
     };
     let is_there = |number: u32| sequence.as_ref().is_some_and(|all| all.has(number));
-    let missing: Vec<u32> = (0..frames).filter(|number| !is_there(*number)).collect();
+    let first = args.frame.unwrap_or(0);
+    let missing: Vec<u32> =
+        (first..first.saturating_add(frames)).filter(|number| !is_there(*number)).collect();
     if missing.is_empty() {
         say!("{} made already", counted(frames.into(), "frame"));
         return Ok(Answer::Yes);
@@ -99,10 +110,10 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<Answer> {
     if is_verbose() {
         plan.passes.iter().for_each(|(name, reason)| say!("pass {name}: {reason}"));
     }
-    if args.resume && plan.simulation == Simulation::Stored {
+    if (args.resume || first > 0) && plan.simulation == Simulation::Stored {
         anyhow::bail!(
-            "--resume: stored positions come from the frame before; render from the beginning, or \
-             with --simulation integer"
+            "{}: stored positions come from the frame before; render from the beginning, or with --simulation integer",
+            if args.resume { "--resume" } else { "--frame" }
         );
     }
     let mut parts = Parts::new(&device, &environment, &plan);
@@ -154,7 +165,10 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<Answer> {
         Some(rain) => format!("rain of {} mm/h", rain.rate),
         None => counted(scene.drop_count().into(), "drop"),
     };
-    say!("{all}, {} in view", thousands(report.counts.visible));
+    say!(
+        "{all}, {} in view (hidden ones and those under a pixel included)",
+        thousands(report.counts.visible)
+    );
     if is_verbose() {
         report.passes_ms.iter().for_each(|(name, ms)| say!("pass {name}: {ms:.2} ms"));
     }

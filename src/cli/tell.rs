@@ -1,6 +1,8 @@
 //! What the command says on stderr beside its results: how much of it, and in which colours.
 
+use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicU8, Ordering};
+use std::sync::{Mutex, PoisonError};
 
 use clap::{Args, ColorChoice};
 use console::Style;
@@ -86,6 +88,16 @@ pub fn line(line: &str) {
     }
 }
 
+/// Prints a line as [`line`](fn@line) does, unless this run has printed it already.
+pub fn once(text: String) {
+    static SAID: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
+    // Whoever panicked while it was locked has left a whole set.
+    let is_new = SAID.lock().unwrap_or_else(PoisonError::into_inner).insert(text.clone());
+    if is_new {
+        line(&text);
+    }
+}
+
 /// A time as an estimate is told: `48 s`, `3 min`.
 pub fn about(seconds: f64) -> String {
     match seconds {
@@ -99,6 +111,12 @@ macro_rules! say {
     ($($argument:tt)*) => { $crate::cli::tell::line(&format!($($argument)*)) };
 }
 pub(super) use say;
+
+/// As [`say!`], once in a run.
+macro_rules! say_once {
+    ($($argument:tt)*) => { $crate::cli::tell::once(format!($($argument)*)) };
+}
+pub(super) use say_once;
 
 #[cfg(test)]
 mod tests {

@@ -15,7 +15,7 @@ use self::table::{plain, table};
 use super::format::Format;
 use super::interrupt::{Interrupted, heed_interrupts, is_interrupted};
 use super::options::{
-    AxisArgs, DeviceArgs, SceneValues, choose_device, devices, open_device, resolve,
+    AxisArgs, DeviceArgs, SceneValues, choose_device, devices, open_device, parse_drops, resolve,
 };
 use super::verdict::gate::GateArgs;
 use super::{Answer, parse_seconds, print, progress, say_doubt, write_json};
@@ -52,9 +52,9 @@ How to use --a, --b and --baseline: docs/drivers.md."
 pub struct BenchArgs {
     /// Scene file (TOML) [default: the paper's benchmark scene]
     scene: Option<PathBuf>,
-    /// Numbers of random drops, comma-separated [default: the scene's own; without a scene the
-    /// paper's 125000 to 4000000]
-    #[arg(long, value_name = "N,…", value_delimiter = ',')]
+    /// Numbers of random drops, comma-separated: 125k,4M [default: the scene's own; without a scene
+    /// the paper's 125000 to 4000000]
+    #[arg(long, value_name = "N,…", value_delimiter = ',', value_parser = parse_drops)]
     drops: Vec<u32>,
     /// Rates of real rain in mm/h, comma-separated, in place of numbers of drops
     #[arg(
@@ -367,9 +367,12 @@ fn say_expected(
     let pairs = series.iter().flat_map(|amount| presets.iter().map(move |preset| (amount, preset)));
     let seconds: f64 =
         pairs.clone().filter_map(|(amount, preset)| of_row(amount, preset).ok()).sum();
-    // With tone mapping and without.
-    let rows = counted(2 * pairs.count() as u64, "row");
-    say!("note: {rows}, about {} (by times of {})", about(2.0 * seconds), costs.of);
+    let lines = counted(pairs.count() as u64, "measurement");
+    say!(
+        "note: {lines}, each with tone mapping and without it: about {} (by times of {})",
+        about(2.0 * seconds),
+        costs.of
+    );
 }
 
 fn host_line(report: &Report) -> String {
@@ -377,10 +380,11 @@ fn host_line(report: &Report) -> String {
     let load = host.load.map_or(String::new(), |load| format!(", load {load}"));
     let (width, height) = report.rows.first().map_or((0, 0), |row| (row.width, row.height));
     format!(
-        "{width} x {height}, environment {}; {} ({}{load}), {}; raindrops {} {} {}",
+        "{width} x {height}, environment {}; {} ({}{load}{}), {}; raindrops {} {} {}",
         report.environment,
         host.cpu,
         counted(host.cores as u64, "core"),
+        host.settings(),
         host.os,
         report.build.version,
         report.build.commit,
