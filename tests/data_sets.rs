@@ -10,7 +10,7 @@ use raindrops::picture::layers::Layers;
 use raindrops::picture::plate::Plate;
 use raindrops::scene::background::Background;
 
-use common::{run, write_scene};
+use common::{documented_keys, run, write_scene};
 
 fn folder(name: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("data-sets").join(name);
@@ -71,6 +71,7 @@ fn shards_together_are_the_data_set() {
             let record: serde_json::Value = serde_json::from_str(line).expect("JSON");
             let file = record["files"]["rainy"].as_str().expect("a file");
             assert!(folder.join("whole").join(file).exists());
+            documented_keys("raindrops-dataset/1", &[&record, &record["files"]]);
             record["rate_mm_h"].as_f64().expect("a rate")
         })
         .collect();

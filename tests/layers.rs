@@ -17,11 +17,12 @@ use raindrops::picture::sidecar::{DropRecord, drops_in_view};
 use raindrops::plan::{Output, plan};
 use raindrops::renderer::Renderer;
 use raindrops::renderer::parts::{Grid, Parts};
+use raindrops::scene::camera::Camera;
 use raindrops::scene::model::Preset;
 use raindrops::scene::real_rain::RealRain;
 use raindrops::scene::{PlacedDrop, Population, RainSettings, Scene};
 
-use common::{on_device, run, waves, write_scene};
+use common::{documented_keys, on_device, run, waves, write_scene};
 
 const EDGE: u32 = 128;
 
@@ -306,6 +307,51 @@ fn drops_that_move_a_little_have_layers_where_they_are_seen() {
     });
 }
 
+/// Streaks and blur: every number has its line, whose centre is that of the middle of the exposure, and whose box bounds
+/// what is drawn.
+#[test]
+fn lines_bound_what_moves_and_is_out_of_focus() {
+    // The last: by how many pixels a drop's smoothed edge, or its blur's, may reach beyond its box.
+    let cases: [(&str, fn(Preset) -> Scene, f64, f64, u32); 3] = [
+        ("box", in_a_box, 0.05, 0.0, 1),
+        ("real", real, 1.0 / 60.0, 0.0, 1),
+        ("lens", in_a_box, 0.0, 3.0, 4),
+    ];
+    on_device(|device| {
+        for (name, scene, shutter, aperture, margin) in cases {
+            let mut scene = scene(Preset::Exact);
+            (scene.camera.shutter, scene.camera.aperture) = (shutter, aperture);
+            scene.camera.focus = 30.0;
+            let until = Scene { time: scene.time + shutter, ..scene.clone() };
+            let (found, lines) = (layers(device, &scene, &until), by_number(&scene));
+            let at_rest = Scene {
+                camera: Camera { shutter: 0.0, aperture: 0.0, ..scene.camera },
+                ..scene.clone()
+            };
+            let at_rest = by_number(&at_rest);
+            let (view, mut farther, mut told) = (scene.view(), 0, HashSet::new());
+            for at in (0..(EDGE * EDGE)).filter(|at| found.id[*at as usize] != 0) {
+                let (id, depth) = (found.id[at as usize], f64::from(found.depth[at as usize]));
+                let drop = lines.get(&id).unwrap_or_else(|| panic!("{name}: no line for {id:#x}"));
+                let is_within = |[left, top, right, bottom]: [u32; 4]| {
+                    let (column, row) = (at % EDGE, at / EDGE);
+                    column + margin >= left
+                        && column < right + margin
+                        && row + margin >= top
+                        && row < bottom + margin
+                };
+                assert!(is_within(drop.pixels), "{name}: pixel {at} is not in {drop:?}");
+                let planar = -(drop.center - view.position).dot(view.back);
+                assert!((depth - planar).abs() < 1e-4 * planar, "{name}: {depth}, not {planar}");
+                farther += u32::from(at_rest.get(&id).is_none_or(|drop| !is_within(drop.pixels)));
+                told.insert(id);
+            }
+            println!("{name}: {} drops; {farther} pixels beside the drop at rest", told.len());
+            assert!(told.len() > 100 && farther > 100, "{name}");
+        }
+    });
+}
+
 #[test]
 fn every_drop_over_a_pixel_is_counted() {
     let row = [(-1.2, -4.0), (0.0, -4.0), (0.0, -6.0), (1.4, -4.0), (1.4, -5.0), (1.4, -7.0)];
@@ -389,6 +435,7 @@ fn a_file_has_the_channels_that_compositors_read() {
     let text = std::fs::read_to_string(folder.join("rain-0001.json")).expect("beside it");
     let beside: serde_json::Value = serde_json::from_str(&text).expect("JSON");
     assert_eq!(beside["format"], "raindrops-layers/1");
+    documented_keys("raindrops-layers/1", &[&beside, &beside["camera"], &beside["drops"][0]]);
     assert!(beside["drops"].as_array().is_some_and(|drops| !drops.is_empty()));
     assert!((beside["time"].as_f64().expect("a time") - 1.0 / 30.0).abs() < 1e-9);
     assert!((beside["until"].as_f64().expect("a time") - 2.0 / 30.0).abs() < 1e-9);

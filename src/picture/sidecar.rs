@@ -73,14 +73,14 @@ impl CameraRecord {
 pub struct DropRecord {
     /// What stands in `id` (and `id_high`).
     pub number: u64,
-    /// At the file's time.
+    /// In the middle of what is exposed: at the file's time where nothing is.
     pub center: DVec3,
     /// Of the sphere.
     pub radius: f64,
     /// Scene units a second.
     pub velocity: DVec3,
-    /// Left, top, right, bottom: the pixels of what is drawn that its outline meets, the last ones not included; of a drop
-    /// that is no sphere those of the sphere around it.
+    /// Left, top, right, bottom: the pixels of what is drawn that its outline meets at any time of the exposure and from any
+    /// place of the lens, the last ones not included; of a drop that is no sphere those of the sphere around it.
     #[serde(rename = "box")]
     pub pixels: [u32; 4],
 }
@@ -120,19 +120,25 @@ impl Sidecar {
     }
 }
 
-/// Every drop that a picture of `scene` shows by itself, in view and with a pixel of its own; of real rain those of over
-/// `cutoff_px` pixels of radius.
+/// Every drop that a picture of `scene` shows by itself, in view at any time of the exposure and with a pixel of its own;
+/// of real rain those of over `cutoff_px` pixels of radius.
 pub fn drops_in_view(scene: &Scene, cutoff_px: f64) -> Vec<DropRecord> {
     let view = scene.view();
     let mut found = Vec::new();
-    let mut add =
-        |number: u64, from_camera: DVec3, (radius, reach): (f64, f64), velocity, sighting| {
-            let is_seen = matches!(sighting, Sighting::Visible | Sighting::BesideCamera);
-            if let (true, Some(pixels)) = (is_seen, pixels_of(&view, from_camera, reach * radius)) {
-                let center = view.position + from_camera;
-                found.push(DropRecord { number, center, radius, velocity, pixels });
-            }
-        };
+    let lens = Blur::of(scene);
+    let mut add = |number: u64,
+                   from_camera: DVec3,
+                   (radius, reach): (f64, f64),
+                   velocity: DVec3,
+                   sighting| {
+        let half_way = 0.5 * scene.drawn_exposure() * velocity;
+        let ends = [from_camera - half_way, from_camera + half_way];
+        let is_seen = matches!(sighting, Sighting::Visible | Sighting::BesideCamera);
+        if let (true, Some(pixels)) = (is_seen, pixels_of(&view, ends, reach * radius, lens)) {
+            let center = view.position + from_camera;
+            found.push(DropRecord { number, center, radius, velocity, pixels });
+        }
+    };
     if let Some(field) = Field::of(scene) {
         field.for_each_shown(scene, cutoff_px, &mut |drop| {
             let radius = f64::from(drop.radius);
@@ -142,7 +148,7 @@ pub fn drops_in_view(scene: &Scene, cutoff_px: f64) -> Vec<DropRecord> {
     }
     let count = scene.random_count();
     let mut random = scene.populations().into_iter().flat_map(|rain| {
-        let seen = rain.seen_from(scene.camera.position, tick_of_seconds(scene.time));
+        let seen = rain.seen_from(scene.camera.position, tick_of_seconds(scene.drawn_time()));
         (0..rain.count).map(move |index| (seen.drop_at(index).as_dvec3(), rain.velocity))
     });
     for (index, (_, radius, sighting)) in (0..).zip(sightings(scene)) {
@@ -155,7 +161,7 @@ pub fn drops_in_view(scene: &Scene, cutoff_px: f64) -> Vec<DropRecord> {
             add(u64::from(index) + 1, from_camera, size, velocity, sighting);
         } else {
             let drop = &scene.drops[(index - count) as usize];
-            let from_camera = drop.center_at(scene.time) - view.position;
+            let from_camera = drop.center_at(scene.drawn_time()) - view.position;
             // Of real rain, where random drops have no index, placed ones begin with 1 too.
             let size = (drop.radius, reach_of_placed(scene, drop));
             add(u64::from(index) + 1, from_camera, size, drop.velocity, sighting);
@@ -188,23 +194,40 @@ fn reach_of_placed(scene: &Scene, drop: &PlacedDrop) -> f64 {
     }
 }
 
-/// The pixels that the outline of a sphere meets: left, top, right, bottom, the last ones not included; none if it is
-/// beside what is drawn.
-fn pixels_of(view: &View, from_camera: DVec3, radius: f64) -> Option<[u32; 4]> {
-    let [x, y, z] = [view.right, view.up, view.back].map(|axis| from_camera.dot(axis));
-    let size = [view.width, view.height];
-    if -z < 1.01 * radius {
-        // It reaches the camera's plane: its outline is no ellipse.
-        return Some([0, 0, size[0], size[1]]);
+/// How far apart the places of the lens see a drop.
+#[derive(Clone, Copy)]
+struct Blur {
+    /// Radius of the lens; 0: a pinhole.
+    radius: f64,
+    inverse_focus: f64,
+}
+
+impl Blur {
+    fn of(scene: &Scene) -> Self {
+        let radius = scene.drawn_lens();
+        let inverse_focus = if radius > 0.0 { scene.camera.focus.recip() } else { 0.0 };
+        Self { radius, inverse_focus }
     }
-    let flat2 = z * z - radius * radius;
+
+    /// Radius around a drop at a depth within which the whole lens sees it: `Sight::reach` in float64.
+    fn reach(self, depth: f64, radius: f64) -> f64 {
+        let apart = (1.0 - depth * self.inverse_focus).abs() + radius * self.inverse_focus;
+        radius + self.radius * apart
+    }
+}
+
+/// The pixels that the outline of a sphere meets on its way from one end to the other: left, top, right, bottom, the last
+/// ones not included; none if it is beside what is drawn.
+fn pixels_of(view: &View, ends: [DVec3; 2], radius: f64, lens: Blur) -> Option<[u32; 4]> {
+    let size = [view.width, view.height];
+    let [Some(from), Some(to)] = ends.map(|end| outline(view, end, radius, lens)) else {
+        return Some([0, 0, size[0], size[1]]);
+    };
     let mut pixels = [0; 4];
-    for (axis, (along, principal)) in
-        [(x, view.principal.x), (-y, view.principal.y)].into_iter().enumerate()
-    {
-        let center = principal + view.focal_px * along * -z / flat2;
-        let half = view.focal_px * radius * (along * along + flat2).sqrt() / flat2;
-        let (low, high) = ((center - half).floor(), (center + half).ceil());
+    for axis in 0..2 {
+        // Between the ends it is nowhere else: the picture of a convex body is convex.
+        let low = from[axis].min(to[axis]).floor();
+        let high = from[axis + 2].max(to[axis + 2]).ceil();
         let most = f64::from(size[axis]);
         if low >= most || high <= 0.0 {
             return None;
@@ -212,4 +235,23 @@ fn pixels_of(view: &View, from_camera: DVec3, radius: f64) -> Option<[u32; 4]> {
         (pixels[axis], pixels[axis + 2]) = (low.max(0.0) as u32, high.min(most) as u32);
     }
     Some(pixels)
+}
+
+/// Left, top, right and bottom of a sphere's outline, in pixels; none if it reaches the camera's plane, where its outline
+/// is no ellipse.
+fn outline(view: &View, from_camera: DVec3, radius: f64, lens: Blur) -> Option<[f64; 4]> {
+    let [x, y, z] = [view.right, view.up, view.back].map(|axis| from_camera.dot(axis));
+    let radius = lens.reach(-z, radius);
+    if -z < 1.01 * radius {
+        return None;
+    }
+    let flat2 = z * z - radius * radius;
+    let along = |along: f64, principal: f64| {
+        let center = principal + view.focal_px * along * -z / flat2;
+        let half = view.focal_px * radius * (along * along + flat2).sqrt() / flat2;
+        (center - half, center + half)
+    };
+    let (left, right) = along(x, view.principal.x);
+    let (top, bottom) = along(-y, view.principal.y);
+    Some([left, top, right, bottom])
 }

@@ -147,6 +147,21 @@ pub fn run(folder: &Path, arguments: &[&str]) -> (bool, String) {
     (ran.status.success(), String::from_utf8_lossy(&ran.stderr).into_owned())
 }
 
+/// Fails unless docs/result-files.md names every key of these objects under a format.
+#[track_caller]
+pub fn documented_keys(format: &str, objects: &[&serde_json::Value]) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/result-files.md");
+    let text = std::fs::read_to_string(path).expect("a document");
+    let part = text.split("\n## ").find(|part| part.starts_with(&format!("`{format}`")));
+    let part = part.unwrap_or_else(|| panic!("docs/result-files.md has no {format}"));
+    for object in objects {
+        for key in object.as_object().expect("an object").keys() {
+            let is_told = ["", "[]"].iter().any(|end| part.contains(&format!("`{key}{end}`")));
+            assert!(is_told, "{format}: {key} is not documented");
+        }
+    }
+}
+
 /// A scene without rain, of one drop.
 pub fn one_drop(center: DVec3, radius: f64) -> Scene {
     Scene { rain: None, drops: vec![PlacedDrop::sphere(center, radius)], ..Scene::default() }
