@@ -2,6 +2,11 @@
 //! commands may read. Here they shrink it into the middle of a grey image, as a mirror or a window
 //! of a larger scene would.
 //!
+//! Its image, buffer and commands come from `raindrops::gpu` and `raindrops::passes`. These are this package's own
+//! tools: they are hidden and may change with any version. In your program make them with ash, as
+//! `examples/host_ash` does, which needs the public interface alone. There the rain is drawn into your image by
+//! `renderer::View`, within your own commands (`docs/embedding.md`).
+//!
 //! `cargo run --release --example your_frame` writes `your_frame.png`.
 
 use std::path::Path;

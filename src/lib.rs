@@ -23,7 +23,7 @@
 //! #     [output, color, depth, cube, motion, nearest]: [HostImage; 6],
 //! #     (camera_before, seconds_before): (Camera, f64),
 //! #     (commands, slot, seconds): (vk::CommandBuffer, usize, f64),
-//! #     (view_matrix, projection, size): (glam::DMat4, glam::DMat4, (u32, u32)),
+//! #     (view_matrix, projection, size): (raindrops::glam::DMat4, raindrops::glam::DMat4, (u32, u32)),
 //! # ) -> raindrops::Result<()> {
 //! # let (mut core, mut vulkan12, mut vulkan13) = Default::default();
 //! # let (width, height) = size;
@@ -113,7 +113,8 @@
 //! `cli` (the command `raindrops`, tables and plots) and `view` (the window) are on by default. With
 //! `default-features = false` neither their code nor their dependencies are in your program.
 //!
-//! The examples `one_frame` and `your_frame` draw on devices of their own.
+//! The examples `one_frame` and `your_frame` draw on devices of their own. `your_frame` uses hidden modules and says what
+//! to take instead.
 
 #[doc(hidden)]
 pub mod abi;
@@ -141,4 +142,4 @@ pub mod view;
 
 pub use error::{Error, Result};
 // Types of theirs stand in the interface for hosts.
-pub use {ash, gpu_allocator};
+pub use {ash, glam, gpu_allocator};
