@@ -94,6 +94,53 @@ fn every_source_that_is_named_is_there() {
     assert!(names > 100, "{names} names: are they looked for?");
 }
 
+/// The table of files names what is there, and every source has a row: its own, or that of a folder.
+#[test]
+fn every_source_has_a_row_in_the_table_of_files() {
+    let text = fs::read_to_string(root().join("docs/architecture.md")).expect("a document");
+    let table = text.split("\n## Files").nth(1).expect("the table");
+    let table = table.split("\n## ").next().expect("its part");
+    let mut rows: BTreeSet<String> = BTreeSet::new();
+    for row in table.lines().filter(|line| line.starts_with("| `")) {
+        let mut folder = String::new();
+        let cell = row.split(" | ").next().expect("a cell");
+        for name in between(cell, "`", '`').into_iter().step_by(2) {
+            // Only the first has its whole path; the others may be in the same folder.
+            let path = match root().join(name).exists() || name.contains('*') {
+                true => name.to_string(),
+                false => format!("{folder}{name}"),
+            };
+            assert!(name.contains('*') || root().join(&path).exists(), "there is no {path}");
+            folder = path
+                .trim_end_matches('/')
+                .rsplit_once('/')
+                .map_or(String::new(), |(of, _)| format!("{of}/"));
+            rows.insert(path);
+        }
+    }
+    let mut folders = ["src", "benches", "examples", "scripts"].map(String::from).to_vec();
+    let (mut sources, mut without) = (0, Vec::new());
+    while let Some(folder) = folders.pop() {
+        if rows.contains(&format!("{folder}/")) {
+            continue;
+        }
+        for entry in fs::read_dir(root().join(&folder)).expect("a folder") {
+            let entry = entry.expect("an entry");
+            let path = format!("{folder}/{}", entry.file_name().to_string_lossy());
+            if entry.path().is_dir() {
+                folders.push(path);
+            } else {
+                sources += 1;
+                if !rows.contains(&path) && !rows.contains(&format!("{folder}/*.rs")) {
+                    without.push(path);
+                }
+            }
+        }
+    }
+    assert!(without.is_empty(), "docs/architecture.md has no row for {without:?}");
+    assert!(sources > 150, "{sources} sources: are they looked for?");
+}
+
 /// A document's blocks of code.
 fn blocks(path: &Path) -> Vec<String> {
     let text = fs::read_to_string(path).expect("a document");
