@@ -312,14 +312,13 @@ fn drops_that_move_a_little_have_layers_where_they_are_seen() {
 #[test]
 fn lines_bound_what_moves_and_is_out_of_focus() {
     // The last: by how many pixels a drop's smoothed edge, or its blur's, may reach beyond its box.
-    let cases: [(&str, fn(Preset) -> Scene, f64, f64, u32); 3] = [
-        ("box", in_a_box, 0.05, 0.0, 1),
-        ("real", real, 1.0 / 60.0, 0.0, 1),
-        ("lens", in_a_box, 0.0, 3.0, 4),
+    let cases = [
+        ("box", in_a_box(Preset::Exact), 0.05, 0.0, 1),
+        ("real", real(Preset::Exact), 1.0 / 60.0, 0.0, 1),
+        ("lens", in_a_box(Preset::Exact), 0.0, 3.0, 4),
     ];
     on_device(|device| {
-        for (name, scene, shutter, aperture, margin) in cases {
-            let mut scene = scene(Preset::Exact);
+        for (name, mut scene, shutter, aperture, margin) in cases {
             (scene.camera.shutter, scene.camera.aperture) = (shutter, aperture);
             scene.camera.focus = 30.0;
             let until = Scene { time: scene.time + shutter, ..scene.clone() };

@@ -12,14 +12,13 @@ pub fn side_lines(report: &Report, format: Format) -> Vec<String> {
         let start = side.start.as_ref().map_or(String::new(), |start| format!(", {start}"));
         lines.push(format!("{name}: {}", side.label));
         lines.push(format!(
-            "   {}; raindrops {} {} {}; {} ({}{}){start}",
+            "   {}; raindrops {} {} {}; {} ({}){start}",
             side.device.summary(),
             build.version,
             build.commit,
             build.profile,
             host.cpu,
-            counted(host.cores as u64, "core"),
-            host.settings()
+            counted(host.cores as u64, "core")
         ));
     }
     if format == Format::Markdown {
