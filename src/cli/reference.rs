@@ -85,7 +85,6 @@ pub fn run(args: &ReferenceArgs) -> anyhow::Result<Answer> {
     if let Some(number) = args.frame {
         scene = scene.film.frame(&scene, number);
     }
-    super::say_depth_alone(&scene);
     let plate = Plate::of(&scene)?;
     if format == Format::Png && scene.camera.window != WHOLE && scene.tone_map.derives_exposure() {
         bail!(
@@ -106,6 +105,7 @@ pub fn run(args: &ReferenceArgs) -> anyhow::Result<Answer> {
         rain_to: args.rain_to,
     };
     say_rain(&scene, args)?;
+    super::say_depth_alone(&scene);
     // Hidden by itself where stderr is no terminal.
     let bar = ProgressBar::new(STEPS as u64)
         .with_style(ProgressStyle::with_template("{msg} {wide_bar} {percent} % {eta}")?)

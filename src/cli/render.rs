@@ -73,9 +73,6 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<Answer> {
             anyhow::bail!("{}: layers are written as .exr", args.output.display())
         }
     };
-    if output != Output::Layers {
-        super::say_depth_alone(&scene);
-    }
     let environment = super::open_environment(&scene)?;
     let frames = match args.frame {
         Some(_) => 1,
@@ -119,6 +116,9 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<Answer> {
     let mut parts = Parts::new(&device, &environment, &plan);
     if args.tiles.is_none() {
         waiting("preparing the renderer", || parts.prepare(&scene))?;
+    }
+    if output != Output::Layers {
+        super::say_depth_alone(&scene);
     }
     if let Some(sequence) = &sequence {
         sequence.begin(&scene, &environment, choice.as_ref())?;
