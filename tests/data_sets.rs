@@ -81,6 +81,7 @@ fn shards_together_are_the_data_set() {
         (vec!["--shard", "0/2"], "shard"),
         (vec!["--shard", "3/2"], "shard"),
         (vec!["--rates", "9,3"], "two rates"),
+        (vec!["--rates", "2,5000"], "rate = 5000"),
         (vec!["--turn", "400"], "0 to 180"),
         (vec!["--views", "0"], "--views"),
         (vec!["--depth", "none.exr"], "none.exr"),

@@ -77,7 +77,7 @@ fn layers(device: &Arc<Device>, scene: &Scene, until: &Scene) -> Layers {
     let sky = waves();
     let plan = plan(scene, &sky, Output::Layers).expect("a plan");
     let mut renderer = Renderer::new(device, scene, &sky, &plan).expect("a renderer");
-    renderer.submit_until(scene, until).expect("a frame");
+    renderer.draw_until(scene, until).expect("a frame");
     renderer.read_layers().expect("layers")
 }
 

@@ -144,6 +144,37 @@ fn a_comparison_ends_in_time() {
     assert!(bench.json("kept.json")["warnings"].to_string().contains("of 1000 rounds"));
     let stray = bench.command(&["bench", "--drops", "100", "--max-time", "1s"]).output();
     assert!(error_line(&stray.expect("it starts"), 2).contains("--max-time is for rounds"));
+    // What rounds of one side have nothing to do with.
+    for (option, told) in [
+        (["--fail-above", "5%"], "are for --baseline, --a"),
+        (["--junit", "v.xml"], "are for --baseline, --a"),
+        (["--max-flip", "0"], "--max-flip is for two sides"),
+        (["--truth-samples", "4"], "--truth-samples is for two sides"),
+    ] {
+        let given = ["bench", "--drops", "100", "--rounds", "1", option[0], option[1]];
+        let refused = bench.command(&given).output().expect("it starts");
+        assert!(error_line(&refused, 2).contains(told), "{option:?}");
+    }
+}
+
+/// Their pictures are of the film's first frame, and of real rain in place of the scene's own.
+#[test]
+fn a_film_and_a_box_of_drops_are_compared() {
+    let bench = Bench::new();
+    let film = "[image]\nwidth = 32\nheight = 24\n[rain]\ncount = 500\n[film]\npace = [{ at = 0, rate = 1.0 }, \
+                { at = 9, rate = 1.0 }]\n";
+    fs::write(bench.path().join("film.toml"), film).expect("a scene");
+    for amount in [["--drops", "100"], ["--rain", "10"]] {
+        let sides = ["bench", "film.toml", "--a", "LP_NUM_THREADS=1", "--b", "LP_NUM_THREADS=2"];
+        let few = ["--rounds", "1", "--frames", "1", "--seconds", "0", "--preset", "fast"];
+        let found = ["--truth-samples", "1", "--json", "v.json"];
+        let output = bench.command(&[&sides[..], &few, &amount, &found].concat()).output();
+        let output = output.expect("it starts");
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let row = &bench.json("v.json")["rows"][0];
+        assert_eq!(row["flip_between"].as_f64(), Some(0.0), "{row}");
+        assert!(row["error_a"].as_f64().is_some_and(|error| error < 0.1), "{row}");
+    }
 }
 
 /// The 2nd and the 9th of ten rounds hold the median with 95 %.

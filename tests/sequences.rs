@@ -86,6 +86,36 @@ fn a_film_is_rendered_and_resumed() {
     assert!(said.contains("rain.frames.toml") && said.contains("count = 500"), "{said}");
 }
 
+/// Frames of an earlier scene under the same names are not taken for those of the next, which did not get to its end.
+#[test]
+fn an_earlier_sequence_is_not_gone_on_with() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (scene, output) = (folder.path().join("scene.toml"), folder.path().join("rain.png"));
+    std::fs::write(&scene, SCENE).expect("a scene");
+    let draw = |options: &[&str]| {
+        let done = run(&mut render(&scene, &output, options));
+        assert!(done.status.success(), "{}", said(&done));
+    };
+    let all = || (0..4).map(|number| std::fs::read(frame(folder.path(), number)).expect("a frame"));
+    draw(&["--frames", "4"]);
+    let earlier: Vec<_> = all().collect();
+    draw(&["--frames", "2", "--seed", "5"]);
+    // A preview leaves what it does not draw.
+    assert!(all().skip(2).eq(earlier[2..].iter().cloned()));
+    draw(&["--frames", "4", "--seed", "5", "--resume"]);
+    assert!(all().zip(&earlier).all(|(frame, earlier)| frame != *earlier), "frames of both");
+    let kept = [0, 3].map(|number| changed(&frame(folder.path(), number)));
+    draw(&["--frames", "4", "--seed", "5", "--resume"]);
+    assert_eq!(kept, [0, 3].map(|number| changed(&frame(folder.path(), number))));
+
+    // As an interrupt leaves it.
+    draw(&["--frames", "4"]);
+    std::fs::remove_file(frame(folder.path(), 0)).expect("removed");
+    std::fs::remove_file(folder.path().join("rain.frames.toml")).expect("removed");
+    let refused = run(&mut render(&scene, &output, &["--frames", "4", "--resume"]));
+    assert!(said(&refused).contains("nothing says what the frames"), "{}", said(&refused));
+}
+
 /// A sequence does not go on before another plate of the same name.
 #[test]
 fn a_sequence_keeps_its_background() {

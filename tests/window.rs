@@ -141,32 +141,34 @@ fn parts_have_the_lines_of_the_whole() {
 
 #[test]
 fn a_window_is_a_piece_of_the_whole_wherever_it_lies() {
-    // Not on tiles' edges.
-    let [left, top, right, bottom] = [27, 33, 90, 70];
     for preset in [Preset::Fast, Preset::Exact] {
         on_device(|device| {
             let mut scene = scene(preset);
             scene.model.samples = Some(1);
             let (whole, _) = drawn(device, &scene, Output::Display, WHOLE);
-            scene.camera.window = [
-                f64::from(left) / f64::from(WIDTH),
-                f64::from(top) / f64::from(HEIGHT),
-                f64::from(right) / f64::from(WIDTH),
-                f64::from(bottom) / f64::from(HEIGHT),
-            ];
-            let environment = environment();
-            let plan = plan(&scene, &environment, Output::Display).expect("a plan");
-            let mut parts = Parts::new(device, &environment, &plan);
-            let (renderer, report) = parts.draw_window(&scene).expect("a window");
-            assert_eq!(report.counts.visible, count_visible(&scene));
-            let found = renderer.read_radiance().expect("a picture");
-            let shown = renderer.read_display().expect("a picture");
-            assert_eq!((found.width, found.height), (right - left, bottom - top));
-            for (at, (pixel, shown)) in found.pixels.iter().zip(shown.chunks_exact(3)).enumerate() {
-                let (x, y) = (at as u32 % found.width + left, at as u32 / found.width + top);
-                let of_whole = (y * WIDTH + x) as usize;
-                assert_eq!(*pixel, whole.radiance.pixels[of_whole], "{preset}: {x}, {y}");
-                assert_eq!(shown, whole.shown[of_whole], "{preset}: {x}, {y}");
+            // Not on tiles' edges; and smaller than a part that a whole is drawn in.
+            for [left, top, right, bottom] in [[27, 33, 90, 70], [0, 61, WIDTH, 62]] {
+                scene.camera.window = [
+                    f64::from(left) / f64::from(WIDTH),
+                    f64::from(top) / f64::from(HEIGHT),
+                    f64::from(right) / f64::from(WIDTH),
+                    f64::from(bottom) / f64::from(HEIGHT),
+                ];
+                let environment = environment();
+                let plan = plan(&scene, &environment, Output::Display).expect("a plan");
+                let mut parts = Parts::new(device, &environment, &plan);
+                let (renderer, report) = parts.draw_window(&scene).expect("a window");
+                assert_eq!(report.counts.visible, count_visible(&scene));
+                let found = renderer.read_radiance().expect("a picture");
+                let shown = renderer.read_display().expect("a picture");
+                assert_eq!((found.width, found.height), (right - left, bottom - top));
+                let pixels = found.pixels.iter().zip(shown.chunks_exact(3));
+                for (at, (pixel, shown)) in (0..).zip(pixels) {
+                    let (x, y) = (at % found.width + left, at / found.width + top);
+                    let of_whole = (y * WIDTH + x) as usize;
+                    assert_eq!(*pixel, whole.radiance.pixels[of_whole], "{preset}: {x}, {y}");
+                    assert_eq!(shown, whole.shown[of_whole], "{preset}: {x}, {y}");
+                }
             }
         });
     }

@@ -270,22 +270,19 @@ impl Times<'_> {
         let mut verdicts = Vec::new();
         heed_interrupts()?;
         let folder = tempfile::tempdir().context("no temporary folder")?;
-        let mut scene = self.scene.clone();
-        if let Some(file) = &mut scene.environment.file {
-            *file = file.canonicalize().with_context(|| format!("{}", file.display()))?;
-        }
-        let path = folder.path().join("scene.toml");
-        crate::files::write_whole(&path, toml::to_string(&scene)?.as_bytes())?;
+        let (scene, path) = (self.scene, folder.path().join("scene.toml"));
+        scene.save(&path)?;
         let listed = devices(self.instance)?;
         let threshold = args.gate.threshold();
         let program = std::env::current_exe().context("this program's file is not known")?;
         let arm = |number: usize| {
-            let head = DeviceHead::of(&self.portraits[number].report);
-            // By its place in the list: names of two versions of a driver may be alike.
-            let index = listed.iter().position(|report| DeviceHead::of(report) == head);
+            let shown = &self.portraits[number].report;
+            // By its place in the list: names of two versions of a driver, or of two cards, may be alike.
+            let index = listed.iter().position(|report| report.is_of_same_device(shown));
             let options =
                 index.map(|index| format!("--device={index}").into()).into_iter().collect();
-            Arm { label: head.summary(), program: program.clone(), variables: vec![], options }
+            let label = DeviceHead::of(shown).summary();
+            Arm { label, program: program.clone(), variables: vec![], options }
         };
         let work = Work {
             arguments: vec![

@@ -16,7 +16,7 @@ use super::interrupt::{Interrupted, heed_interrupts, is_interrupted};
 use super::options::PictureArgs;
 use super::render::{motion_end, write_layers};
 use super::tell::say;
-use super::{Answer, progress, say_doubt};
+use super::{Answer, progress, say_doubt, write_half};
 use crate::environment::Environment;
 use crate::files::write_whole;
 use crate::gpu::Device;
@@ -187,6 +187,13 @@ impl Set {
                 "--rates {low},{high}: this scene has no real rain; give rain.rate, or --rate"
             );
         }
+        for rate in args.rates.into_iter().flatten() {
+            let mut other = scene.clone();
+            if let Some(rain) = other.rain.as_mut().and_then(|rain| rain.real.as_mut()) {
+                rain.rate = rate;
+            }
+            other.validate("--rates")?;
+        }
         let environment = super::open_environment(&scene)?;
         // Before anything is written, and before a device is opened.
         let background_hash = Plate::of(&scene)?.hash();
@@ -320,11 +327,11 @@ impl Maker<'_> {
             (self.plate()?, format!("{PLATE}/clean.exr"), scene.background.depth.is_some())
         } else {
             let clean = self.draw_clean(&scene)?;
-            clean.write_exr_f16(&folder.join("clean.exr"))?;
+            write_half(&clean, &folder.join("clean.exr"))?;
             (clean, in_view("clean.exr"), false)
         };
         let layers = self.draw_layers(&scene, until.clone())?;
-        layers.over(&clean).write_exr_f16(&folder.join("rainy.exr"))?;
+        write_half(&layers.over(&clean), &folder.join("rainy.exr"))?;
         let cutoff_px = self.plan.cutoff.as_ref().map_or(0.0, |cutoff| cutoff.px);
         let drops =
             write_layers(&layers, &scene, (until.time, cutoff_px), &folder.join("layers.exr"))?;
@@ -375,7 +382,7 @@ impl Maker<'_> {
         let folder = self.set.folder.join(PLATE);
         std::fs::create_dir_all(&folder).map_err(|error| Error::write(&folder, error))?;
         let clean = self.draw_clean(&scene)?;
-        clean.write_exr_f16(&folder.join("clean.exr"))?;
+        write_half(&clean, &folder.join("clean.exr"))?;
         if let Some(depth) = Plate::of(&scene)?.depth() {
             write_depth(&folder.join("depth.exr"), &scene, &depth.values)?;
         }

@@ -46,6 +46,7 @@ use crate::environment::guess::is_guessed;
 use crate::files::write_whole;
 use crate::passes::environment::lost_light;
 use crate::passes::simulate::Counts;
+use crate::picture::Picture;
 use crate::plan::FramePlan;
 use crate::scene::Scene;
 use crate::scene::model::{Lens, Motion};
@@ -271,6 +272,14 @@ fn open_environment(scene: &Scene) -> Result<Environment> {
         );
     }
     Ok(environment)
+}
+
+/// Writes a picture as halves, and says once in a run if it is brighter than they can hold.
+fn write_half(picture: &Picture, path: &Path) -> Result<()> {
+    if picture.write_exr_f16(path)? {
+        say_once!("warning: radiance over 65,504 is stored as that much in pictures of halves");
+    }
+    Ok(())
 }
 
 /// Says on stderr that drops will be hidden by what a picture does not show.

@@ -80,16 +80,16 @@ pub struct RainValues {
 }
 
 impl RainValues {
-    /// Sets the values that were given. `is_chosen`: whether the scene's rain is of a file.
+    /// Sets the values that were given. `is_chosen`: whether the scene's rain is of a file or an option.
     fn apply(&self, scene: &mut Scene, is_chosen: bool) -> Result<()> {
         let refuse = |problem: String| Err(Error::Scene { place: "command line".into(), problem });
         if *self == Self::default() {
             return Ok(());
         }
-        let boxed = scene.rain.filter(|rain| rain.real.is_none() && is_chosen);
+        let boxed = scene.rain.filter(|rain| rain.real.is_none() && rain.count > 0 && is_chosen);
         if let (Some(rate), Some(rain)) = (self.rate, boxed) {
             let drops = counted(rain.count.into(), "drop");
-            return refuse(format!("--rate {rate}: the scene has {drops} in a box already"));
+            return refuse(format!("--rate {rate}: the scene has {drops} in a box already; --drops 0 leaves them out"));
         }
         let Some(rate) = self.rate.or(scene.real_rain().map(|rain| rain.rate)) else {
             return refuse("the scene has no rain by its rate: give --rate 25".into());
@@ -303,11 +303,11 @@ impl SceneArgs {
     /// The scene file with the command line's values set in it, validated.
     pub fn load(&self) -> Result<Scene> {
         let mut scene = self.values.load(self.scene.as_deref())?;
-        self.rain.apply(&mut scene, self.scene.is_some())?;
         if let Some(count) = self.drops {
             scene.set_random_count(count)?;
             scene.validate("command line")?;
         }
+        self.rain.apply(&mut scene, self.scene.is_some() || self.drops.is_some())?;
         Ok(scene)
     }
 }
@@ -346,9 +346,11 @@ pub fn parse_drops(text: &str) -> Result<u32, String> {
     let is_group = text.len() > 1 && text.bytes().all(|digit| digit == b'0');
     let count = digits.parse().ok().filter(|_| is_plain(digits) && !is_group);
     let count = count.map(|count: f64| count * factor);
-    let whole = count.filter(|count| count.fract() == 0.0 && *count <= f64::from(u32::MAX));
+    // 4.1 times a million is a whole number but for rounding.
+    let is_whole = |count: &f64| (count - count.round()).abs() <= 1e-15 * count;
+    let whole = count.filter(|count| is_whole(count) && *count <= f64::from(u32::MAX));
     whole
-        .map(|count| count as u32)
+        .map(|count| count.round() as u32)
         .ok_or_else(|| "give a whole number without commas, such as 125000, 125k or 4M".into())
 }
 
@@ -466,6 +468,11 @@ mod tests {
             assert_eq!(parse_drops(text), Ok(count), "{text}");
         }
         assert_eq!((parse_drops("0.5K"), parse_drops("0.000001m")), (Ok(500), Ok(1)));
+        for thousandths in (0..10_000_000_u32).step_by(7) {
+            let text = format!("{}.{:03}k", thousandths / 1000, thousandths % 1000);
+            assert_eq!(parse_drops(&text), Ok(thousandths), "{text}");
+        }
+        assert_eq!((parse_drops("4.1M"), parse_drops("0.1234567M").is_err()), (Ok(4_100_000), true));
         for wrong in
             ["", "k", "1e4", "125,000", "000", "-1", "1.5", "0.0001k", "nan", "5000M", "1 k"]
         {

@@ -36,7 +36,7 @@ pub struct RenderArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     frames: Option<u32>,
     /// Draw one frame of the film or sequence alone, from 0 on, into a file without a number
-    #[arg(long, value_name = "N", conflicts_with_all = ["frames", "resume"])]
+    #[arg(long, value_name = "N", conflicts_with_all = ["frames", "resume"], value_parser = clap::value_parser!(u32).range(..i64::from(u32::MAX)))]
     frame: Option<u32>,
     /// Frames a second; negative runs backwards, from the last key if there are any [default: the film's, or 30]
     #[arg(long, value_name = "F", allow_negative_numbers = true)]
@@ -78,7 +78,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<Answer> {
         Some(_) => 1,
         None => args.frames.unwrap_or_else(|| scene.film.frames()),
     };
-    let mut sequence = (frames > 1).then(|| Sequence::new(&args.output, args.resume, args.layers));
+    let mut sequence = (frames > 1).then(|| Sequence::new(&args.output, args.resume, args.layers, frames));
     // What is there was made by these models, and goes on by them.
     let kept = match &mut sequence {
         Some(sequence) => sequence.resume(&scene, &environment)?,

@@ -23,8 +23,10 @@ pub struct Sequence {
     resume: bool,
     /// Its frames are layers.
     layers: bool,
-    /// Its manifest is there, and of the same scene.
-    goes_on: bool,
+    /// Number of its frames.
+    frames: u32,
+    /// So many of them, from the first on, are of this scene where they are there: its manifest says so.
+    known: u32,
 }
 
 /// What every frame depends on, and its number alone does not tell.
@@ -41,6 +43,9 @@ struct Manifest<'a> {
     /// Whether frames are layers; left out where they are pictures.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     layers: bool,
+    /// Number of frames, from the first on, that are of it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    frames: Option<u32>,
     scene: &'a Scene,
     /// What preset `auto` took, so that no frame is made by other models than the rest.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -51,6 +56,8 @@ struct Manifest<'a> {
 #[derive(Deserialize)]
 struct Kept {
     auto: Option<Choice>,
+    /// None: by a version that did not say; all that are there are of it.
+    frames: Option<u32>,
 }
 
 /// The manifest's text.
@@ -59,6 +66,7 @@ fn text_of(
     scene: &Scene,
     environment: &Environment,
     layers: bool,
+    frames: Option<u32>,
     auto: Option<&Choice>,
 ) -> Result<String> {
     let manifest = Manifest {
@@ -67,6 +75,7 @@ fn text_of(
         environment_hash: format!("{:016x}", environment.hash()),
         background_hash: Plate::of(scene)?.hash().map(|hash| format!("{hash:08x}")),
         layers,
+        frames,
         scene,
         auto,
     };
@@ -74,9 +83,9 @@ fn text_of(
 }
 
 impl Sequence {
-    /// The sequence named after `output`; with `resume` what is there stays.
-    pub fn new(output: &Path, resume: bool, layers: bool) -> Self {
-        Self { output: output.into(), resume, layers, goes_on: false }
+    /// The sequence of so many frames named after `output`; with `resume` what is there stays.
+    pub fn new(output: &Path, resume: bool, layers: bool, frames: u32) -> Self {
+        Self { output: output.into(), resume, layers, frames, known: 0 }
     }
 
     /// Where it goes on, what preset `auto` took for the frames that are there (`None` inside for another
@@ -96,7 +105,7 @@ impl Sequence {
         let there = match std::fs::read_to_string(&path) {
             Ok(there) => there,
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
-                if self.path(0).exists() {
+                if (0..self.frames).any(|number| self.path(number).exists()) {
                     let problem = "it is not there, so nothing says what the frames beside it are of; \
                                    render without --resume";
                     return Err(Error::read(&path, problem));
@@ -105,16 +114,18 @@ impl Sequence {
             }
             Err(error) => return Err(Error::read(&path, error)),
         };
-        let kept = toml::from_str(&there).map_or(None, |kept: Kept| kept.auto);
-        let wanted = text_of(&path, scene, environment, self.layers, kept.as_ref())?;
+        let Kept { auto, frames } =
+            toml::from_str(&there).unwrap_or(Kept { auto: None, frames: None });
+        let wanted = text_of(&path, scene, environment, self.layers, frames, auto.as_ref())?;
         if there != wanted {
             return Err(other_scene(&path, &there, &wanted));
         }
-        self.goes_on = true;
-        Ok(Some(kept))
+        self.known = frames.unwrap_or(u32::MAX);
+        Ok(Some(auto))
     }
 
-    /// Writes what its frames are of, unless it goes on.
+    /// Says in its manifest what its frames are of. What is there of other scenes under their names is removed first, so
+    /// that it is not taken for theirs if they are not all drawn.
     ///
     /// # Errors
     /// [`Error::File`].
@@ -124,11 +135,19 @@ impl Sequence {
         environment: &Environment,
         auto: Option<&Choice>,
     ) -> Result<()> {
-        if self.goes_on {
+        if self.known >= self.frames {
             return Ok(());
         }
+        for frame in (self.known..self.frames).map(|number| self.path(number)) {
+            remove(&frame)?;
+            if self.layers {
+                remove(&frame.with_extension("json"))?;
+            }
+        }
         let path = self.manifest_path();
-        write_whole(&path, text_of(&path, scene, environment, self.layers, auto)?.as_bytes())
+        let text =
+            text_of(&path, scene, environment, self.layers, Some(self.frames), auto)?;
+        write_whole(&path, text.as_bytes())
     }
 
     /// `rain.png` and 7 to `rain-0007.png`.
@@ -140,8 +159,9 @@ impl Sequence {
     /// Whether a frame is there already, whole, and stays. One that something else has cut off is reported.
     pub fn has(&self, number: u32) -> bool {
         let path = self.path(number);
-        let is_whole = self.resume && Picture::is_whole(&path);
-        if self.resume && !is_whole && path.exists() {
+        let is_known = number < self.known;
+        let is_whole = is_known && Picture::is_whole(&path);
+        if is_known && !is_whole && path.exists() {
             say!("{} is cut off or broken, and is drawn again", path.display());
         }
         is_whole
@@ -153,6 +173,16 @@ impl Sequence {
 
     fn stem(&self) -> String {
         self.output.file_stem().unwrap_or_default().to_string_lossy().into_owned()
+    }
+}
+
+/// Removes a file, if there is one.
+fn remove(path: &Path) -> Result<()> {
+    match std::fs::remove_file(path) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+            Err(Error::write(path, error))
+        }
+        _ => Ok(()),
     }
 }
 

@@ -38,7 +38,7 @@ pub fn run(args: &SkyArgs) -> anyhow::Result<Answer> {
     let sun = Sun { elevation: args.sun_elevation, azimuth: args.sun_azimuth };
     let sky = picture(args.size.or(args.width).unwrap_or(BUNDLED_WIDTH), sun);
     match format {
-        Format::Exr => sky.write_exr_f16(&args.output)?,
+        Format::Exr => super::write_half(&sky, &args.output)?,
         // Low dynamic range: radiance over 1 clips, as in a photograph.
         Format::Png => {
             let bytes: Vec<u8> =

@@ -50,19 +50,21 @@ impl Environment {
         // Pixels about as wide as texels, so that each texel is a mean.
         let small = shrink(plate, ((angle * view.focal_px) as u32).max(1));
         let scale = f64::from(small.width) / f64::from(view.whole[0]);
-        let half = 0.5 * DVec2::new(view.whole[0].into(), view.whole[1].into()) / view.focal_px;
-        let (most_x, most_y) = (half.x.atan(), half.y.atan());
+        // Angles from the view axis to the plate's edges.
+        let [left, top, right, bottom] = view.tan_edges().map(f64::atan);
         let rows = [row_mean(&small, 0), row_mean(&small, small.height - 1)];
         let mut texels = Vec::with_capacity((width * height) as usize);
         for row in 0..height {
             for column in 0..width {
                 let direction = direction_of(column, row, angle);
                 let [x, y, z] = [view.right, view.up, -view.back].map(|axis| direction.dot(axis));
-                let (across, above) = (mirrored(x.atan2(z), most_x), y.clamp(-1.0, 1.0).asin());
-                let held = above.clamp(-most_y, most_y);
+                let across = mirrored(x.atan2(z), [-left, right]);
+                let above = y.clamp(-1.0, 1.0).asin();
+                let held = above.clamp(-bottom, top);
                 let point = DVec2::new(across.tan(), -held.tan() / across.cos());
-                let at = scale * (view.focal_px * (point + half));
-                let faded = (above.abs() - most_y).max(0.0) / (0.5 * std::f64::consts::PI - most_y);
+                let at = scale * (view.focal_px * point + view.principal);
+                let edge_at = if above < 0.0 { bottom } else { top };
+                let faded = (above.abs() - edge_at).max(0.0) / (0.5 * std::f64::consts::PI - edge_at);
                 let edge = rows[usize::from(above < 0.0)];
                 texels.push(bilinear(&small, at).lerp(edge, faded as f32));
             }
@@ -87,10 +89,11 @@ fn direction_of(column: u32, row: u32, angle: f64) -> glam::DVec3 {
     glam::DVec3::new(sine * longitude.sin(), polar.cos(), -sine * longitude.cos())
 }
 
-/// An angle within ±`most`, by mirrors at both.
-fn mirrored(angle: f64, most: f64) -> f64 {
-    let turned = (angle + most).rem_euclid(4.0 * most);
-    if turned <= 2.0 * most { turned - most } else { 3.0 * most - turned }
+/// An angle between two, by mirrors at both.
+fn mirrored(angle: f64, [from, to]: [f64; 2]) -> f64 {
+    let between = to - from;
+    let turned = (angle - from).rem_euclid(2.0 * between);
+    from + turned.min(2.0 * between - turned)
 }
 
 /// Means of squares of `factor` pixels an edge, as many as fit.
@@ -124,4 +127,30 @@ fn bilinear(picture: &Picture, at: DVec2) -> Vec3 {
     let above = pixel(0.0, 0.0).lerp(pixel(1.0, 0.0), share.x);
     let below = pixel(0.0, 1.0).lerp(pixel(1.0, 1.0), share.x);
     above.lerp(below, share.y)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::camera::Camera;
+
+    /// A ramp across and down, seen through a principal point off the middle.
+    #[test]
+    fn a_direction_shows_what_the_plate_has_there() -> Result<()> {
+        let pixels = (0..80 * 60).map(|at| Vec3::new((at % 80) as f32, (at / 80) as f32, 1.0));
+        let plate = Picture { width: 80, height: 60, pixels: pixels.collect() };
+        for principal in [[0.5, 0.5], [0.7, 0.35]] {
+            let view = Camera { principal, ..Camera::default() }.view(80, 60);
+            let guess = Environment::guessed(&plate, &view)?;
+            // The edge between two mirrored rows is not tried.
+            for (x, y) in [(2.0, 2.0), (40.0, 30.0), (78.0, 30.0), (13.0, 57.0), (77.5, 58.0)] {
+                let off = guess.radiance(view.ray(x, y)) - glam::DVec3::new(x - 0.5, y - 0.5, 1.0);
+                assert!(off.abs().max_element() < 0.4, "{principal:?}, {x}, {y}: off by {off}");
+            }
+            // Beyond a side it is mirrored.
+            let beyond = [-1.0, 81.0].map(|x| guess.radiance(view.ray(x, 30.0)).x);
+            assert!(beyond[0] < 2.0 && beyond[1] > 77.0, "{beyond:?}");
+        }
+        Ok(())
+    }
 }

@@ -58,6 +58,11 @@ impl DeviceReport {
         )
     }
 
+    /// Whether both are of one device, whatever else has the same name and driver.
+    pub fn is_of_same_device(&self, other: &Self) -> bool {
+        (self.instance, self.physical) == (other.instance, other.physical)
+    }
+
     /// Whether it will do as well as `other` by all that the two say of themselves.
     pub fn is_as_fit_as(&self, other: &Self) -> bool {
         (self.missing.is_empty(), self.rank) == (other.missing.is_empty(), other.rank)

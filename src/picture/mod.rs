@@ -116,13 +116,15 @@ impl Picture {
     }
 
     /// Writes linear radiance as float16 RGB: half the size, for pictures whose fourth digit does
-    /// not matter.
+    /// not matter. What is over 65,504 is stored as that much; returns whether anything is.
     ///
     /// # Errors
     /// Those of [`Picture::write_exr`].
-    pub fn write_exr_f16(&self, path: &Path) -> Result<()> {
-        let half = f16::from_f32;
-        self.write_channels(path, |pixel| (half(pixel.x), half(pixel.y), half(pixel.z)))
+    pub fn write_exr_f16(&self, path: &Path) -> Result<bool> {
+        let most = f16::MAX.to_f32();
+        let half = |value: f32| f16::from_f32(value.min(most));
+        self.write_channels(path, |pixel| (half(pixel.x), half(pixel.y), half(pixel.z)))?;
+        Ok(self.pixels.iter().any(|pixel| pixel.max_element() > most))
     }
 
     /// ZIP-compressed, in one thread and in order, so that the same picture gives the same bytes.

@@ -295,7 +295,7 @@ impl View {
         let Some(info) = self.info else {
             return refuse("the view was made for no host");
         };
-        let plan = FramePlan { room: 2 * self.plan.room, ..self.plan.clone() };
+        let plan = FramePlan { room: self.plan.room.saturating_mul(2), ..self.plan.clone() };
         let grown = Self::new(&self.lighting, &self.rain, &self.made_for, &plan, &info)?;
         let mut before = std::mem::replace(self, grown);
         // Numbers of recordings go on, so that none of before is taken for one of now.

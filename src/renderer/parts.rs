@@ -61,10 +61,15 @@ impl Grid {
             .collect())
     }
 
-    /// Parts of about the size of a window.
-    fn like(window: [f64; 4]) -> Self {
-        let number = |low: f64, high: f64| (1.0 / (high - low)).round().max(1.0) as u32;
-        Self { columns: number(window[0], window[2]), rows: number(window[1], window[3]) }
+    /// Parts of about the size of a window, but not under 8 pixels.
+    fn like(window: [f64; 4], image: ImageSize) -> Self {
+        let number = |low: f64, high: f64, pixels: u32| {
+            ((1.0 / (high - low)).round() as u32).clamp(1, pixels.div_ceil(STEP))
+        };
+        Self {
+            columns: number(window[0], window[2], image.width),
+            rows: number(window[1], window[3], image.height),
+        }
     }
 }
 
@@ -148,7 +153,7 @@ impl<'a> Parts<'a> {
         let exposure = if scene.camera.window == WHOLE {
             None
         } else {
-            let windows = Grid::like(scene.camera.window).windows(scene.image)?;
+            let windows = Grid::like(scene.camera.window, scene.image).windows(scene.image)?;
             self.exposure(scene, &windows)?
         };
         let (renderer, report) = self.draw(scene, exposure.as_ref())?;

@@ -195,8 +195,9 @@ pub(super) fn surroundings(
         point_limit_px,
         texel_angle: environment.texel_angle,
         radiance_scale: environment.radiance_scale,
-        // In an all-black environment any δ keeps the logarithm finite.
-        delta: delta.max(f32::MIN_POSITIVE),
+        // Where the environment is black, any δ keeps the logarithm finite whose square is no 0: `composite` takes it of
+        // two pixels' product.
+        delta: delta.max(1e-18),
     })
 }
 

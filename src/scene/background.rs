@@ -1,6 +1,6 @@
 //! What is behind the drops instead of the sky: a picture, and how deep it is at each pixel.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
@@ -37,13 +37,6 @@ impl Background {
     /// Whether there is none.
     pub fn is_none(&self) -> bool {
         self.color.is_none() && self.depth.is_none()
-    }
-
-    /// Resolves relative paths against the scene file's folder.
-    pub(crate) fn resolve(&mut self, folder: &Path) {
-        for file in [&mut self.color, &mut self.depth].into_iter().flatten() {
-            *file = folder.join(&*file);
-        }
     }
 
     /// Checks every value; a problem is an error in words.

@@ -97,7 +97,9 @@ impl Film {
 
     /// Frames up to and with the last key; 1 without keys.
     pub fn frames(&self) -> u32 {
-        1 + (self.seconds() * self.fps.abs()).ceil().min(f64::from(u32::MAX - 1)) as u32
+        // The last key may be at a frame, but for the rounding of its time.
+        let number = (self.seconds() * self.fps.abs() - 1e-9).ceil();
+        1 + number.clamp(0.0, f64::from(u32::MAX - 1)) as u32
     }
 
     /// Film time of the last key, in seconds; 0 without keys.
@@ -190,6 +192,9 @@ struct Key {
     value: [DVec3; 3],
 }
 
+/// The place of the field of view in a key's values.
+const FIELD_OF_VIEW: usize = 2;
+
 /// Between keys `number` and `number + 1`.
 fn hermite(keys: &[Key], number: usize, at: f64) -> [DVec3; 3] {
     let (from, to) = (keys[number], keys[number + 1]);
@@ -206,7 +211,8 @@ fn hermite(keys: &[Key], number: usize, at: f64) -> [DVec3; 3] {
 }
 
 /// Velocities at a key: those of the parabola through it and its neighbours; 0 at the ends, and where
-/// a neighbour is alike.
+/// a neighbour is alike. The field of view's is bounded so that it stays between its keys: a zoom that swings beyond
+/// them may reach 0 degrees (Fritsch and Carlson 1980).
 fn tangents(keys: &[Key], number: usize) -> [DVec3; 3] {
     let (Some(next), Some(last)) = (keys.get(number + 1), number.checked_sub(1)) else {
         return [DVec3::ZERO; 3];
@@ -219,7 +225,13 @@ fn tangents(keys: &[Key], number: usize) -> [DVec3; 3] {
     std::array::from_fn(|i| {
         let slopes =
             [(key.value[i] - last.value[i]) / before, (next.value[i] - key.value[i]) / after];
-        (after * slopes[0] + before * slopes[1]) / (before + after)
+        let tangent = (after * slopes[0] + before * slopes[1]) / (before + after);
+        if i != FIELD_OF_VIEW {
+            return tangent;
+        }
+        let is_turn = slopes[0].x * slopes[1].x <= 0.0;
+        let most = if is_turn { DVec3::ZERO } else { 3.0 * slopes[0].abs().min(slopes[1].abs()) };
+        tangent.clamp(-most, most)
     })
 }
 
@@ -301,6 +313,38 @@ mod tests {
         }
         for at in [0.0, 4.0 - h] {
             assert!(velocity(at).length() < 1e-4, "not at rest at {at}");
+        }
+    }
+
+    /// Sharp bends: without a bound the field of view would reach -1.6 degrees.
+    #[test]
+    fn a_zoom_stays_between_its_keys() {
+        let keys = [(0.0, 90.0), (2.0, 5.0), (4.0, 4.0), (5.0, 60.0), (9.0, 61.0)];
+        let key = |(at, fov): (f64, f64)| CameraKey {
+            at,
+            position: DVec3::ZERO,
+            target: -DVec3::Z,
+            vertical_fov: Some(fov),
+        };
+        let film = Film { camera: keys.map(key).into(), ..Film::default() };
+        let fov = |at: f64| film.camera_at(&Camera::default(), at).vertical_fov;
+        for pair in keys.windows(2) {
+            let ((from, a), (to, b)) = (pair[0], pair[1]);
+            assert_eq!((fov(from), fov(to)), (a, b));
+            for step in 0..=100 {
+                let between = fov(from + (to - from) * f64::from(step) / 100.0);
+                assert!((a.min(b)..=a.max(b)).contains(&between), "{between} after {from} s");
+            }
+        }
+        let speed = |at: f64| (fov(at + 1e-6) - fov(at - 1e-6)) / 2e-6;
+        assert!(speed(2.0) < -0.5 && (speed(2.0 - 1e-4) - speed(2.0 + 1e-4)).abs() < 0.1, "a jerk");
+    }
+
+    #[test]
+    fn the_last_key_is_a_frame() {
+        for (at, fps, frames) in [(2.2, 25.0, 56), (8.3, 30.0, 250), (2.21, 25.0, 57), (0.0, 25.0, 1)] {
+            let film = Film { fps, ..pace(&[(at, 1.0)]) };
+            assert_eq!(film.frames(), frames, "{at} s at {fps}");
         }
     }
 

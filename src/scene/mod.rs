@@ -19,6 +19,7 @@ use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
 use crate::abi::MOST_POPULATIONS;
+use crate::files::write_whole;
 use crate::optics::{WATER, WATER_RGB};
 use crate::rain::Rain;
 use crate::scene::background::Background;
@@ -279,7 +280,7 @@ impl Default for ToneMap {
 }
 
 impl Scene {
-    /// Reads and validates a scene file. A relative environment path is resolved against its folder.
+    /// Reads and validates a scene file. Relative paths in it are from its folder.
     ///
     /// # Errors
     /// [`Error::File`] if the file cannot be read; [`Error::Scene`] as [`Scene::parse`].
@@ -287,12 +288,33 @@ impl Scene {
         let text = std::fs::read_to_string(path).map_err(|error| Error::read(path, error))?;
         let mut scene = Self::parse(&text, &path.display().to_string())?;
         if let Some(folder) = path.parent() {
-            if let Some(file) = &mut scene.environment.file {
-                *file = folder.join(&*file);
-            }
-            scene.background.resolve(folder);
+            scene.files_mut().for_each(|file| *file = folder.join(&*file));
         }
         Ok(scene)
+    }
+
+    /// Writes a scene file that [`Scene::load`] reads back as the same scene, wherever it lies.
+    ///
+    /// # Errors
+    /// [`Error::File`] if it cannot be written.
+    pub fn save(&self, path: &Path) -> Result<()> {
+        let mut scene = self.clone();
+        for file in scene.files_mut() {
+            // Relative to the new file it would be another one.
+            *file = std::path::absolute(&*file).map_err(|error| Error::write(path, error))?;
+        }
+        if scene.rain.is_none() && scene.drops.is_empty() {
+            // Left out, rain would be the default one.
+            scene.rain = Some(RainSettings { count: 0, ..RainSettings::default() });
+        }
+        let text = toml::to_string(&scene).map_err(|error| Error::write(path, error))?;
+        write_whole(path, text.as_bytes())
+    }
+
+    /// The files that it names.
+    fn files_mut(&mut self) -> impl Iterator<Item = &mut PathBuf> {
+        let Background { color, depth, .. } = &mut self.background;
+        [&mut self.environment.file, color, depth].into_iter().flatten()
     }
 
     /// Parses and validates the text of a scene file; `name` stands for it in messages.
@@ -401,12 +423,15 @@ impl Scene {
         all.fold(0, |sum, population| sum.saturating_add(population.count))
     }
 
-    /// Sets the number of random drops in boxes: the first population has what the others leave.
+    /// Sets the number of random drops in boxes: the first population has what the others leave. 0 leaves none of any.
     ///
     /// # Errors
     /// [`Error::Scene`] if the others have more.
     pub fn set_random_count(&mut self, count: u32) -> Result<()> {
         let rain = self.rain.get_or_insert_default();
+        if count == 0 {
+            rain.others = Default::default();
+        }
         let others = rain.populations().skip(1).map(|population| u64::from(population.count));
         let others: u64 = others.sum();
         let first = u64::from(count).checked_sub(others).ok_or_else(|| Error::Scene {

@@ -18,7 +18,7 @@ use crate::rain::classes::{Class, classes};
 use crate::rain::law::{Law, marshall_palmer_slope};
 
 /// Rates in mm/h: from a trace to the heaviest minute on record.
-const RATES: std::ops::RangeInclusive<f64> = 0.001..=2000.0;
+pub const RATES: std::ops::RangeInclusive<f64> = 0.001..=2000.0;
 
 /// Diameters in mm: under the least it is fog, over the largest a drop breaks up.
 const DIAMETERS: std::ops::RangeInclusive<f64> = 0.01..=10.0;

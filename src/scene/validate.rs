@@ -139,7 +139,10 @@ fn real_rain(scene: &Scene) -> Result<(), String> {
             format!("rain: rate = {} and count = {count} do not go together", rain.rate)
         })?;
         rain.validate()?;
-        RealRain::validate_camera(scene.camera.position * scene.metres)?;
+        let keys = scene.film.camera.iter().map(|key| key.position);
+        for position in keys.chain([scene.camera.position]) {
+            RealRain::validate_camera(position * scene.metres)?;
+        }
     }
     Ok(())
 }

@@ -1,10 +1,9 @@
 //! Screenshots and scene files of what one sees, under the next free number.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use crate::files::write_whole;
 use crate::picture::write_png;
-use crate::scene::{RainSettings, Scene};
+use crate::scene::Scene;
 use crate::{Error, Result};
 
 /// The folder that they go to.
@@ -36,28 +35,15 @@ impl Keep {
     /// Keeps a scene.
     pub fn scene(&self, scene: &Scene) -> Result<PathBuf> {
         let path = self.next("toml")?;
-        write_scene(&path, scene)?;
+        scene.save(&path)?;
         Ok(path)
     }
 }
 
-/// Writes a scene file that [`Scene::load`] reads back as the same scene.
-pub fn write_scene(path: &Path, scene: &Scene) -> Result<()> {
-    let mut scene = scene.clone();
-    if let Some(file) = &mut scene.environment.file {
-        // Relative to the new file it would be another one.
-        *file = std::path::absolute(&*file).map_err(|error| Error::write(path, error))?;
-    }
-    if scene.rain.is_none() && scene.drops.is_empty() {
-        // Left out, rain would be the default one.
-        scene.rain = Some(RainSettings { count: 0, ..RainSettings::default() });
-    }
-    let text = toml::to_string(&scene).map_err(|error| Error::write(path, error))?;
-    write_whole(path, text.as_bytes())
-}
-
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
     use super::*;
     use crate::scene::model::{Optics, Preset};
     use crate::scene::{ModelChoice, PlacedDrop};
@@ -83,6 +69,16 @@ mod tests {
             assert_eq!(path, folder.path().join(format!("raindrops-{:04}.toml", number + 1)));
             assert_eq!(&Scene::load(&path)?, scene);
         }
+        // What it names, wherever the file lies.
+        let mut scene = Scene::default();
+        scene.environment.file = Some("sky.exr".into());
+        scene.background.color = Some("plate.exr".into());
+        scene.background.depth = Some("depth.exr".into());
+        let read = Scene::load(&keep.scene(&scene)?)?;
+        let here = |name: &str| std::path::absolute(name).ok();
+        assert_eq!(read.environment.file, here("sky.exr"));
+        assert_eq!(read.background.color, here("plate.exr"));
+        assert_eq!(read.background.depth, here("depth.exr"));
         Ok(())
     }
 }

@@ -128,7 +128,7 @@ pub const HELP: [(&str, &str); 21] = [
     ("R", "backwards, to where time began"),
     ("Home", "to where time began, at once"),
     ("1 2 3 4", "presets"),
-    ("Page Up, Down", "twice or half as many drops"),
+    ("Page Up, Down", "twice or half as much rain"),
     ("+ and -", "exposure"),
     ("B", "a second model beside the first"),
     ("M", "measure how they differ"),

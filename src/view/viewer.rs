@@ -22,7 +22,9 @@ use crate::Result;
 use crate::gpu::{Device, Surface};
 use crate::passes::present::SPLIT_PANES;
 use crate::scene::model::Preset;
-use crate::scene::{EnvironmentChoice, ImageSize, MAX_DROPS, ModelChoice, RainSettings, Scene};
+use crate::scene::{
+    EnvironmentChoice, ImageSize, MAX_DROPS, ModelChoice, RainSettings, Scene, real_rain,
+};
 use crate::thousands::counted;
 
 /// A window whose size has changed keeps its old picture, scaled, until it has been still this long:
@@ -163,8 +165,14 @@ impl Viewer {
             Action::Drops { more } => {
                 let rain =
                     self.scene.rain.get_or_insert(RainSettings { count: 0, ..Default::default() });
-                let count = if more { rain.count.saturating_mul(2).max(1) } else { rain.count / 2 };
-                rain.count = count.min(MAX_DROPS);
+                if let Some(real) = &mut rain.real {
+                    let rate = real.rate * if more { 2.0 } else { 0.5 };
+                    real.rate = rate.clamp(*real_rain::RATES.start(), *real_rain::RATES.end());
+                } else {
+                    let count =
+                        if more { rain.count.saturating_mul(2).max(1) } else { rain.count / 2 };
+                    rain.count = count.min(MAX_DROPS);
+                }
             }
             Action::Exposure { brighter } => {
                 let tone_map = &mut self.scene.tone_map;

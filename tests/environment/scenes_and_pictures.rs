@@ -112,6 +112,20 @@ fn mutants_of_pictures_are_read_or_refused() {
     }
 }
 
+/// Halves end at 65,504: what is brighter is told, and no infinity.
+#[test]
+fn pictures_of_halves_have_no_infinity() {
+    let folder = Folder::new();
+    let path = folder.path("half.exr");
+    for (radiance, is_told) in [(65504.0, false), (2e5, true), (1e30, true)] {
+        let pixels = vec![Vec3::new(1.0, radiance, 0.25); 6];
+        let picture = Picture { width: 3, height: 2, pixels };
+        assert_eq!(picture.write_exr_f16(&path).expect("a picture"), is_told);
+        let read = Picture::read(&path).expect("a picture");
+        assert!(read.pixels.iter().all(|pixel| *pixel == Vec3::new(1.0, 65504.0, 0.25)));
+    }
+}
+
 /// Sound files for the fuzzer to begin with, in the folders where it looks for them.
 #[test]
 #[ignore = "writes the seeds of the fuzz targets into fuzz/corpus"]

@@ -76,6 +76,22 @@ fn all_black_stays_black() {
     });
 }
 
+/// The light of a lamp alone, whose surroundings are 0: the average of their logarithms is no reason to show nothing.
+#[test]
+fn a_lamp_in_the_dark_is_shown() {
+    on_device(|device| {
+        let mut texels = vec![Vec3::ZERO; 128 * 64];
+        texels[128 * 30 + 64] = Vec3::splat(1e5);
+        let lamp = Environment::from_texels("lamp", 128, 64, texels).expect("an environment");
+        for preset in PRESETS {
+            let shown = display(device, &scene(), &lamp, preset);
+            let lit = shown.iter().filter(|byte| **byte > 200).count();
+            println!("{preset}: {lit} bytes are bright");
+            assert!(lit > 10 && lit < shown.len() / 2, "{preset}: {lit} bytes are bright");
+        }
+    });
+}
+
 /// What a file may hold that is no radiance: mended, counted, and drawn without a trace of it.
 #[test]
 fn broken_texels_leave_no_trace() {

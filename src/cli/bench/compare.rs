@@ -119,19 +119,34 @@ impl CompareArgs {
         self.is_in_turn() || !self.baseline.is_empty() || self.rounds.is_some()
     }
 
-    /// An option of a comparison that was given without one.
-    pub fn stray(&self, given: &ArgMatches) -> Option<&'static str> {
-        let is_given = |id: &&(&str, &str)| {
-            given.value_source(id.0) == Some(clap::parser::ValueSource::CommandLine)
+    /// Refuses options that were given without what they are for.
+    pub fn check(&self, given: &ArgMatches, gate: &GateArgs) -> anyhow::Result<()> {
+        let stray = |options: &[(&str, &'static str)]| {
+            let is_given = |(id, _): &&(&str, &str)| {
+                given.value_source(id) == Some(clap::parser::ValueSource::CommandLine)
+            };
+            options.iter().find(is_given).map(|(_, option)| *option)
         };
-        let own = [
-            ("max_time", "--max-time"),
-            ("timeout", "--timeout"),
+        if gate.is_asked() && !self.is_in_turn() && self.baseline.is_empty() {
+            anyhow::bail!(
+                "--threshold, --fail-above, --junit and --expect are for --baseline, --a, --b, --a-binary and --b-binary"
+            );
+        }
+        let of_rounds = [("max_time", "--max-time"), ("timeout", "--timeout")];
+        if let (false, Some(option)) = (self.is_asked(), stray(&of_rounds)) {
+            anyhow::bail!(
+                "{option} is for rounds of fresh processes: --rounds, --baseline, --a, --b, --a-binary and --b-binary"
+            );
+        }
+        let of_pictures = [
             ("max_flip", "--max-flip"),
             ("reference", "--truth-samples"),
             ("pictures", "--pictures"),
         ];
-        own.iter().find(is_given).map(|(_, option)| *option)
+        if let (false, Some(option)) = (self.is_in_turn(), stray(&of_pictures)) {
+            anyhow::bail!("{option} is for two sides in turn: --a, --b, --a-binary, --b-binary");
+        }
+        Ok(())
     }
 
     fn is_in_turn(&self) -> bool {
@@ -172,9 +187,6 @@ pub fn run(args: &BenchArgs, scene: &Scene, given: &ArgMatches) -> anyhow::Resul
         anyhow::bail!(
             "--google-benchmark writes one measurement: give it with --rounds, then compare by raindrops verdict"
         );
-    }
-    if compare.pictures.is_some() && !compare.is_in_turn() {
-        anyhow::bail!("--pictures is for two sides in turn: --a, --b, --a-binary, --b-binary");
     }
     let bases = runs(&compare.baseline)?;
     let command = Cli::command();

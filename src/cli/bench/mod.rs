@@ -122,18 +122,9 @@ pub fn run(args: &BenchArgs, given: &ArgMatches) -> anyhow::Result<Answer> {
     if is_all && args.google_benchmark.is_some() {
         anyhow::bail!("--google-benchmark writes one device; choose it by --device");
     }
+    args.compare.check(given, &args.gate)?;
     if args.compare.is_asked() {
         return compare::run(args, &scene, given);
-    }
-    if args.gate.is_asked() {
-        anyhow::bail!(
-            "--threshold, --fail-above, --junit and --expect are for --baseline, --a, --b, --a-binary and --b-binary"
-        );
-    }
-    if let Some(option) = args.compare.stray(given) {
-        anyhow::bail!(
-            "{option} is for rounds of fresh processes: --rounds, --baseline, --a, --b, --a-binary and --b-binary"
-        );
     }
     if let Some(duration) = args.duration {
         return long::run(args, &scene, duration);

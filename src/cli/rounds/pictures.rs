@@ -103,6 +103,13 @@ impl Eye<'_> {
                 Amount::Drops(count) => format!("--drops={count}").into(),
                 Amount::Rate(rate) => format!("--rate={rate}").into(),
             });
+            if matches!(amount, Amount::Rate(_)) && self.scene.random_count() > 0 {
+                // It takes their place.
+                arguments.push("--drops=0".into());
+            }
+        }
+        if self.scene.film.frames() > 1 {
+            arguments.push("--frames=1".into());
         }
         let draw = |arm: &Arm, name: &str| -> anyhow::Result<Picture> {
             let path = folder.join(name);
@@ -118,7 +125,7 @@ impl Eye<'_> {
         let found = compare(&a, &b, None, exposure);
         let plate = Plate::of(self.scene)?;
         let errors = self.reference.map(|samples| -> crate::Result<_> {
-            let mut scene = self.scene.clone();
+            let mut scene = self.scene.film.frame(self.scene, 0);
             if self.is_series {
                 amount.apply(&mut scene)?;
             }
