@@ -7,6 +7,6 @@
 layout(location = 0) out vec4 color;
 
 void main() {
-    vec4 pixel = pixel_at(uvec2(gl_FragCoord.xy));
+    vec4 pixel = pixel_at(uvec2(gl_FragCoord.xy), frame.window.z);
     color = vec4(frame.environment.y * pixel.rgb, pixel.a);
 }

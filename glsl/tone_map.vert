@@ -8,10 +8,12 @@ layout(constant_id = 0) const uint FINAL_SUMS = 1; // sums of the second stage, 
 
 layout(std430, set = 0, binding = 2) readonly buffer Sums { float sums[]; };
 layout(location = 0) flat out float exposure;
+layout(location = 1) flat out uint width; // of the picture
 
 void main() {
     vec2 place = vec2((gl_VertexIndex << 1) & 2, gl_VertexIndex & 2);
     gl_Position = vec4(2.0 * place - 1.0, 0.0, 1.0);
+    width = frame.window.z;
     exposure = frame.tone.z;
     if (exposure == 0.0) {
         float sum = 0.0;
