@@ -238,8 +238,6 @@ pub fn most_stored(radiance_scale: f32) -> f32 {
 
 /// The pass.
 pub struct Background {
-    /// Kept for the descriptor set.
-    _images: Option<Arc<BackgroundImages>>,
     /// What the frame's images hold, and which descriptor set has them.
     convention: Convention,
     set: usize,
@@ -270,11 +268,11 @@ impl Background {
     ) -> Result<Self> {
         let nearest = Sampler::nearest(device, "background")?;
         let (images, sets) = match behind {
-            Behind::Plate(images) => (Some(images.clone()), 1),
+            Behind::Plate(images) => (Some(images), 1),
             Behind::Host { frames, .. } => (None, *frames),
         };
-        let convention = images.as_ref().map_or(Convention::default(), |images| images.convention);
-        let [color, depth] = match &images {
+        let convention = images.map_or(Convention::default(), |images| images.convention);
+        let [color, depth] = match images {
             Some(images) => [images.color.as_ref(), images.depth.as_ref()],
             None => [None, None],
         }
@@ -303,16 +301,7 @@ impl Background {
         let push = size_of::<BackgroundPush>() as u32;
         let pass = ComputePipeline::new(device, shader, &bindings, push, &tiles.constants)?;
         let radiance_scale = environment.radiance_scale;
-        Ok(Self {
-            _images: images,
-            convention,
-            set: 0,
-            nearest,
-            radiance_scale,
-            layers,
-            bindings,
-            pass,
-        })
+        Ok(Self { convention, set: 0, nearest, radiance_scale, layers, bindings, pass })
     }
 
     /// Takes a host's images for the frame that is to be recorded, in a descriptor set of its own.

@@ -88,8 +88,6 @@ pub struct Composite {
     /// Whether many tiles have few drops, so that they are listed.
     is_listed: bool,
     disordered: ComputePipeline,
-    _texels: Option<[Texels; 5]>,
-    _held: [Buffer; 4],
 }
 
 /// The passes by which tiles are drawn by how much there is to do in them: those without drops not at all while the sky behind
@@ -340,8 +338,6 @@ impl Composite {
             is_listed,
             disordered,
             bindings,
-            _texels: texels.map(|(_, own)| own),
-            _held: [sky, disordered_tiles, drawn, veil_light],
         })
     }
 

@@ -45,8 +45,6 @@ pub struct Output {
     blend: Blend,
     bindings: Bindings,
     pipeline: GraphicsPipeline,
-    _texels: Option<Texels>,
-    _sampler: Option<Sampler>,
 }
 
 impl Output {
@@ -113,7 +111,7 @@ impl Output {
         };
         let vertex = shaders::FULLSCREEN_VERT;
         let pipeline = GraphicsPipeline::new(device, [vertex, shader], &bindings, 0, &[], &state)?;
-        Ok(Self { format, blend, bindings, pipeline, _texels: texels, _sampler: sampler })
+        Ok(Self { format, blend, bindings, pipeline })
     }
 
     /// Refuses an image that it cannot write.

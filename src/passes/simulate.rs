@@ -83,10 +83,6 @@ pub struct Simulate {
     order_bindings: Bindings,
     order_pipeline: ComputePipeline,
     placed: PlacedDrops,
-    // Bound, never touched from here.
-    _stored: Buffer,
-    _large: Buffer,
-    _large_index: Buffer,
 }
 
 impl Simulate {
@@ -203,9 +199,6 @@ impl Simulate {
             order_bindings,
             order_pipeline,
             placed,
-            _stored: stored,
-            _large: large,
-            _large_index: large_index,
         })
     }
 

@@ -102,7 +102,6 @@ pub struct Tiles {
     /// How large drops move.
     moves: Buffer,
     shapes: Shapes,
-    _found: Buffer,
 }
 
 /// Where drops come from.
@@ -332,7 +331,6 @@ impl Tiles {
             veil,
             moves: large_moves,
             shapes,
-            _found: found,
         })
     }
 

@@ -76,8 +76,6 @@ pub struct ToneMap {
     /// Number of sums of the first step.
     pub count: u32,
     own_sums: Option<Buffer>,
-    _texels: Option<Texels>,
-    _sampler: Sampler,
 }
 
 impl ToneMap {
@@ -154,17 +152,7 @@ impl ToneMap {
             ],
             &GraphicsState::triangles(DISPLAY),
         )?;
-        Ok(Self {
-            bindings,
-            reduce,
-            sum_up,
-            apply,
-            sums: sums_raw,
-            count,
-            own_sums,
-            _texels: texels,
-            _sampler: sampler,
-        })
+        Ok(Self { bindings, reduce, sum_up, apply, sums: sums_raw, count, own_sums })
     }
 
     /// Records the reduction; the radiance, or the tiles' sums, must be ready to be read by compute.
