@@ -12,7 +12,7 @@ use bytemuck::{Pod, Zeroable};
 
 use crate::Result;
 use crate::abi::{self, CLUSTER, RainField};
-use crate::gpu::{Buffer, Device, Recorder};
+use crate::gpu::{Buffer, Device, Recorder, update_buffer};
 use crate::rain::cells::Lattice;
 use crate::rain::field::{ClassRecord, Field, GROUP, MOST_BANDS, MOST_GROUPS, Seen};
 use crate::rain::grain::GrainRecord;
@@ -22,8 +22,6 @@ use crate::scene::Scene;
 /// Room for more drops than the first frame's cells hold: the next frames' hold others.
 const SPARE: f64 = 1.5;
 const LEAST_ROOM: u32 = 1 << 16;
-/// Most bytes that a command buffer takes at once.
-const UPDATE: usize = 65_536;
 
 /// `RainField` of `glsl/include/rain_field.glsl`, as far as it is written anew for each frame.
 #[repr(C)]
@@ -142,11 +140,7 @@ impl Cells {
             (GROUP_SLABS, bytemuck::cast_slice(&group_slabs)),
         ];
         for (first, bytes) in parts {
-            for (number, part) in bytes.chunks(UPDATE).enumerate() {
-                let at = (first + number * UPDATE) as u64;
-                // SAFETY: the command buffer is recorded outside of rendering; the bytes are within the buffer.
-                unsafe { device.raw().cmd_update_buffer(commands.raw(), field.raw(), at, part) };
-            }
+            update_buffer(device, commands, field, first as u64, bytes);
         }
     }
 }

@@ -41,7 +41,7 @@ use crate::abi::{LISTED_TILES, LISTS};
 use crate::gpu::sets::{composite as slot, constant, group};
 use crate::gpu::{
     Bindings, Buffer, ComputePipeline, Device, Memory, Recorder, Resource, Texel, Texels, Use,
-    memory_barrier, shaders,
+    fill_buffer, memory_barrier, shaders,
 };
 use crate::plan::FramePlan;
 
@@ -403,9 +403,7 @@ impl Composite {
     /// Records the reset of what is summed up. A barrier to compute must follow.
     pub fn record_reset(&self, device: &Device, commands: Recorder<'_>) {
         if let Some((_, sums)) = &self.lines {
-            let raw = sums.raw();
-            // SAFETY: the command buffer is recorded outside of rendering.
-            unsafe { device.raw().cmd_fill_buffer(commands.raw(), raw, 0, vk::WHOLE_SIZE, 0) };
+            fill_buffer(device, commands, sums, 0..sums.size, 0);
         }
     }
 

@@ -21,8 +21,8 @@ use ash::vk;
 use super::light_constants;
 use crate::gpu::sets::{group, mask as slot};
 use crate::gpu::{
-    Bindings, Buffer, Commands, ComputePipeline, Device, Image, ImageInfo, Memory, Resource,
-    Sampler, Samples, Use, copy_to_buffer, image_barrier, memory_barrier, shaders,
+    Bindings, Buffer, Commands, ComputePipeline, Device, Image, ImageInfo, Resource, Sampler,
+    Samples, Use, copy_to_buffer, image_barrier, memory_barrier, shaders,
 };
 use crate::optics::level_half_angle;
 use crate::plan::Light;
@@ -126,8 +126,7 @@ impl Mask {
         let size = self.image.width >> level;
         let texels = 2 * size as usize * size as usize;
         let bytes = texels as u64 * self.bytes_a_texel();
-        let usage = vk::BufferUsageFlags::TRANSFER_DST;
-        let staging = Buffer::new(device, "mask read back", bytes, usage, Memory::Readback)?;
+        let staging = Buffer::readback(device, "mask read back", bytes)?;
         Commands::once(device, "read mask", |commands| {
             image_barrier(device, commands, &self.image, Use::GraphicsRead, Use::TransferRead);
             copy_to_buffer(device, commands, &self.image, level, &staging);

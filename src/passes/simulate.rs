@@ -17,8 +17,8 @@ use crate::Result;
 use crate::abi::Counters;
 use crate::gpu::sets::{constant, group, order_large, simulate as slot};
 use crate::gpu::{
-    Bindings, Buffer, ComputePipeline, Device, Memory, Recorder, Resource, Use, memory_barrier,
-    shaders,
+    Bindings, Buffer, ComputePipeline, Device, Memory, Recorder, Resource, Use, fill_buffer,
+    memory_barrier, shaders,
 };
 use crate::passes::frame::FrameBuffer;
 use crate::passes::placed::PlacedDrops;
@@ -216,10 +216,7 @@ impl Simulate {
     /// Records the counters' reset and the placed drops' places; a barrier to compute must follow.
     pub fn record_reset(&self, device: &Device, commands: Recorder<'_>, scene: &Scene) {
         self.placed.record(device, commands, scene);
-        // SAFETY: the command buffer is recorded outside of rendering.
-        unsafe {
-            device.raw().cmd_fill_buffer(commands.raw(), self.counters.raw(), 0, vk::WHOLE_SIZE, 0);
-        }
+        fill_buffer(device, commands, &self.counters, 0..self.counters.size, 0);
     }
 
     /// Records the simulation and the ordering of the large drops.

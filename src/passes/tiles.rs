@@ -41,8 +41,8 @@ use super::{light_constants, side_by_side};
 use crate::abi::{CLUSTER, END, MAX_BANDS, STRETCHES};
 use crate::gpu::sets::{constant, group, tiles as slot};
 use crate::gpu::{
-    Bindings, Buffer, ComputePipeline, Device, Memory, Recorder, Resource, Slot, Use,
-    memory_barrier, shaders,
+    Bindings, Buffer, ComputePipeline, Device, Memory, Recorder, Resource, Slot, Use, fill_buffer,
+    memory_barrier, shaders, update_buffer,
 };
 use crate::plan::FramePlan;
 use crate::rain::field::Seen;
@@ -397,28 +397,19 @@ impl Tiles {
             cells.record(device, commands, field, seen);
         }
         for (buffer, value) in [(&self.counters, 0), (&self.lists.heads, END)] {
-            let raw = buffer.raw();
-            // SAFETY: the command buffer is recorded outside of rendering.
-            unsafe { device.raw().cmd_fill_buffer(commands.raw(), raw, 0, vk::WHOLE_SIZE, value) };
+            fill_buffer(device, commands, buffer, 0..buffer.size, value);
         }
         if self.veil.reset > 0 {
-            let (raw, bytes) = (self.veil.buffer.raw(), self.veil.reset);
-            // SAFETY: as above; the bytes are within the buffer.
-            unsafe { device.raw().cmd_fill_buffer(commands.raw(), raw, 0, bytes, END) };
+            fill_buffer(device, commands, &self.veil.buffer, 0..self.veil.reset, END);
         }
         // 0 x 1 x 1 workgroups each; all counts 0.
         let mut totals = [0u32; COUNTS_WORDS];
         for groups in totals[..GROUPS_WORDS].chunks_exact_mut(4) {
             groups.copy_from_slice(&[0, 1, 1, 0]);
         }
-        let bytes = bytemuck::bytes_of(&totals);
-        // SAFETY: as above; the data is copied now.
-        unsafe { device.raw().cmd_update_buffer(commands.raw(), self.totals().raw(), 0, bytes) };
-        let (first, bins) = (4 * COUNTS_WORDS as u64, 4 * MAX_BINS as u64);
-        // SAFETY: as above; the bytes are within the buffer.
-        unsafe {
-            device.raw().cmd_fill_buffer(commands.raw(), self.totals().raw(), first, bins, 0)
-        };
+        update_buffer(device, commands, self.totals(), 0, bytemuck::bytes_of(&totals));
+        let bins = 4 * COUNTS_WORDS as u64;
+        fill_buffer(device, commands, self.totals(), bins..bins + 4 * MAX_BINS as u64, 0);
     }
 
     /// Whether a view of the same with the other's room has more.

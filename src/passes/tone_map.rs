@@ -22,7 +22,7 @@ use crate::Result;
 use crate::gpu::sets::{constant, group, tone_map as slot};
 use crate::gpu::{
     Bindings, Buffer, ComputePipeline, Device, GraphicsPipeline, GraphicsState, Image, Memory,
-    Recorder, Resource, Sampler, Texel, Texels, Use, memory_barrier, shaders,
+    Recorder, Resource, Sampler, Texel, Texels, Use, memory_barrier, shaders, update_buffer,
 };
 use crate::scene::model::Operator;
 
@@ -71,10 +71,9 @@ pub struct ToneMap {
     reduce: Option<ComputePipeline>,
     sum_up: ComputePipeline,
     apply: GraphicsPipeline,
-    /// The sums of the first step, then those of the second.
-    sums: vk::Buffer,
     /// Number of sums of the first step.
     pub count: u32,
+    /// The sums of the first step, then those of the second, where the source has none.
     own_sums: Option<Buffer>,
 }
 
@@ -130,7 +129,6 @@ impl ToneMap {
             ),
         };
         let uniform = (slot::CONSTANTS, Resource::Buffer(&frame.buffer));
-        let sums_raw = sums.map_or(vk::Buffer::null(), Buffer::raw);
         let sums = sums.map(|sums| (slot::SUMS, Resource::Buffer(sums)));
         let slots: Vec<_> = [uniform, radiance].into_iter().chain(sums).collect();
         let bindings = Bindings::of(device, "tone map", &slots)?;
@@ -152,7 +150,7 @@ impl ToneMap {
             ],
             &GraphicsState::triangles(DISPLAY),
         )?;
-        Ok(Self { bindings, reduce, sum_up, apply, sums: sums_raw, count, own_sums })
+        Ok(Self { bindings, reduce, sum_up, apply, count, own_sums })
     }
 
     /// Records the reduction; the radiance, or the tiles' sums, must be ready to be read by compute.
@@ -176,12 +174,23 @@ impl ToneMap {
         );
     }
 
-    /// Records the sums of another picture in place of this one's: those of the whole, where this is a part of it.
-    pub fn record_sums(&self, device: &Device, commands: Recorder<'_>, sums: &FinalSums) {
-        let bytes = bytemuck::bytes_of(sums);
-        let offset = 4 * u64::from(self.count);
-        // SAFETY: outside of rendering; the buffer ends with so many sums, and the data is copied now.
-        unsafe { device.raw().cmd_update_buffer(commands.raw(), self.sums, offset, bytes) };
+    /// Records the sums of another picture in place of those of `source`, which the pass was made for: those of the
+    /// whole, where this is a part of it.
+    pub fn record_sums(
+        &self,
+        device: &Device,
+        commands: Recorder<'_>,
+        source: Source<'_>,
+        sums: &FinalSums,
+    ) {
+        let buffer = match source {
+            Source::Image(_) => self.own_sums.as_ref(),
+            Source::Tiles { log_sums, .. } => Some(log_sums),
+        };
+        if let Some(buffer) = buffer {
+            let offset = 4 * u64::from(self.count);
+            update_buffer(device, commands, buffer, offset, bytemuck::bytes_of(sums));
+        }
     }
 
     /// Sums of the first step over an image; none where the tiles' are.

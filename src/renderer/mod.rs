@@ -17,7 +17,6 @@ mod view;
 
 use std::sync::Arc;
 
-use ash::vk;
 use half::f16;
 
 pub use self::embed::{Blend, FrameInput, HostMotion, ViewInfo};
@@ -26,7 +25,8 @@ pub use self::view::View;
 use self::view::{Drawing, lattice_of, refuse};
 use crate::environment::Environment;
 use crate::gpu::{
-    Buffer, Commands, Device, Image, Memory, Use, copy_to_buffer, image_barrier, memory_barrier,
+    Buffer, Commands, Device, Image, Use, copy_buffer, copy_to_buffer, image_barrier,
+    memory_barrier,
 };
 use crate::passes::background::{BackgroundImages, Behind};
 pub use crate::passes::background::{DepthConvention, HostBackground};
@@ -403,15 +403,10 @@ impl Renderer {
     fn read_buffer<T: bytemuck::Pod>(&self, buffer: &Buffer) -> Result<Vec<T>> {
         self.finish()?;
         let device = &*self.device;
-        let usage = vk::BufferUsageFlags::TRANSFER_DST;
-        let staging = Buffer::new(&self.device, "read back", buffer.size, usage, Memory::Readback)?;
+        let staging = Buffer::readback(&self.device, "read back", buffer.size)?;
         Commands::once(&self.device, "read back", |commands| {
             memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::TransferRead]);
-            let region = [vk::BufferCopy { src_offset: 0, dst_offset: 0, size: buffer.size }];
-            // SAFETY: both buffers are that large, and the barrier above covers the read.
-            unsafe {
-                device.raw().cmd_copy_buffer(commands.raw(), buffer.raw(), staging.raw(), &region);
-            }
+            copy_buffer(device, commands, buffer, &staging);
             memory_barrier(device, commands, &[Use::TransferWrite], &[Use::HostRead]);
         })?;
         Ok(staging.read(buffer.size as usize / size_of::<T>()))
@@ -422,8 +417,7 @@ impl Renderer {
         self.finish()?;
         let count = image.width as usize * image.height as usize;
         let bytes = (count * size_of::<T>()) as u64;
-        let usage = vk::BufferUsageFlags::TRANSFER_DST;
-        let staging = Buffer::new(&self.device, "read back", bytes, usage, Memory::Readback)?;
+        let staging = Buffer::readback(&self.device, "read back", bytes)?;
         let device = &*self.device;
         Commands::once(&self.device, "read back", |commands| {
             image_barrier(device, commands, image, last, Use::TransferRead);

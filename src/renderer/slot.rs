@@ -2,12 +2,10 @@
 
 use std::sync::Arc;
 
-use ash::vk;
-
 use super::FrameReport;
 use super::view::Drawing;
 use crate::Result;
-use crate::gpu::{Buffer, Device, Memory, Recorder, Timestamps, Use, memory_barrier};
+use crate::gpu::{Buffer, Device, Recorder, Timestamps, Use, copy_range, memory_barrier};
 use crate::passes::frame::{Frame, FrameBuffer};
 use crate::passes::simulate::Simulate;
 use crate::passes::totals::{self, TileCounts};
@@ -29,10 +27,7 @@ pub(super) struct Slot {
 
 impl Slot {
     pub fn new(device: &Arc<Device>) -> Result<Self> {
-        let usage = vk::BufferUsageFlags::TRANSFER_DST;
-        let bytes = 4 * WORDS as u64;
-        let mut counters =
-            Buffer::new(device, "counters read back", bytes, usage, Memory::Readback)?;
+        let mut counters = Buffer::readback(device, "counters read back", 4 * WORDS as u64)?;
         counters.write(0, &[0u32; WORDS]);
         let timestamps = Timestamps::new(device)?;
         Ok(Self { timestamps, counters, recording: 0, cutoff_px: None, ticket: None })
@@ -46,7 +41,6 @@ impl Slot {
         drawing: &Drawing,
         frame: &FrameBuffer,
     ) {
-        let to = self.counters.raw();
         memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::TransferRead]);
         // It tells whether the commands were ever executed.
         let number = [(&frame.buffer, Frame::RECORDING, 4 * (WORDS - 1) as u64, 1)];
@@ -54,12 +48,9 @@ impl Slot {
         let after_drops = 4 * Simulate::COUNTER_WORDS as u64;
         let of_tiles =
             drawing.totals().map(|from| (from, totals::COUNTS.0, after_drops, totals::COUNTS.1));
-        for (from, src_offset, dst_offset, words) in
-            of_drops.into_iter().chain(of_tiles).chain(number)
-        {
-            let region = [vk::BufferCopy { src_offset, dst_offset, size: 4 * words as u64 }];
-            // SAFETY: both buffers hold that many words there, and the barrier above covers the read.
-            unsafe { device.raw().cmd_copy_buffer(commands.raw(), from.raw(), to, &region) };
+        for (from, first, to, words) in of_drops.into_iter().chain(of_tiles).chain(number) {
+            let to = (&self.counters, to);
+            copy_range(device, commands, (from, first), to, 4 * words as u64);
         }
         memory_barrier(device, commands, &[Use::TransferWrite], &[Use::HostRead]);
     }

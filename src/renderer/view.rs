@@ -425,7 +425,7 @@ impl View {
             // A factor of 0: to be derived from the picture.
             let derives_exposure = constants.tone[2] == 0.0;
             self.drawing.record_display(device, commands);
-            display.record(device, commands, time, derives_exposure, *sums);
+            display.record(device, commands, time, self.drawing.source(), derives_exposure, *sums);
         }
         if let (Some(pass), Some(input)) = (&self.output, host) {
             input.background.give_back(device, commands);
@@ -442,19 +442,20 @@ impl View {
 }
 
 impl Display {
-    /// Records the display image. `sums`: of log luminance, in place of the picture's own.
+    /// Records the display image of `source`. `sums`: of log luminance, in place of the picture's own.
     fn record(
         &self,
         device: &Device,
         commands: Recorder<'_>,
         time: &mut Timestamps,
+        source: Source<'_>,
         derives_exposure: bool,
         sums: Option<&FinalSums>,
     ) {
         let tone_map = &self.tone_map;
         if let (true, Some(sums)) = (derives_exposure, sums) {
             memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::TransferWrite]);
-            tone_map.record_sums(device, commands, sums);
+            tone_map.record_sums(device, commands, source, sums);
             memory_barrier(device, commands, &[Use::TransferWrite], &[Use::GraphicsRead]);
         } else if derives_exposure {
             time.time(commands, "log luminance", || {

@@ -7,8 +7,8 @@ use bytemuck::Pod;
 
 use crate::Result;
 use crate::gpu::{
-    Buffer, Commands, Device, Image, ImageInfo, Memory, Recorder, Samples, Use, attachment,
-    copy_to_buffer, image_barrier, image_discard, memory_barrier, rendering,
+    Buffer, Commands, Device, Image, ImageInfo, Recorder, Samples, Use, attachment, copy_to_buffer,
+    image_barrier, image_discard, memory_barrier, rendering,
 };
 
 /// A colour attachment, cleared to zeros before each drawing.
@@ -53,8 +53,7 @@ impl<'a> Canvas<'a> {
         let device = &**self.device;
         let count = self.image.width as usize * self.image.height as usize;
         let bytes = (count * size_of::<Pixel>()) as u64;
-        let usage = vk::BufferUsageFlags::TRANSFER_DST;
-        let pixels = Buffer::new(self.device, "probe", bytes, usage, Memory::Readback)?;
+        let pixels = Buffer::readback(self.device, "probe", bytes)?;
         Commands::once(self.device, "probe", |commands| {
             // Image and buffer may lie where those of a drawing before did.
             let copied = [Use::TransferRead, Use::TransferWrite];
