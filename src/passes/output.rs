@@ -140,9 +140,7 @@ impl Output {
         };
         let color = attachment_of(image.view, load);
         rendering(device, commands, color, None, image.size, 0.0, || {
-            self.pipeline.bind(commands, &self.bindings, 0, &[]);
-            // SAFETY: within a rendering, with everything bound.
-            unsafe { device.raw().cmd_draw(commands.raw(), 3, 1, 0, 0) };
+            self.pipeline.draw_triangle(commands, &self.bindings, &[])
         });
         image.give_back(device, commands, Use::ColorAttachment);
     }

@@ -174,7 +174,7 @@ impl Overlay {
         let size = (target.width, target.height);
         let push = [size.0 as f32 / points_px, size.1 as f32 / points_px];
         rendering(device, commands, color, None, size, 0.0, || {
-            self.pipeline.bind(commands, &mesh.bindings, 0, bytemuck::cast_slice(&push));
+            self.pipeline.bind(commands, &mesh.bindings, bytemuck::cast_slice(&push));
             for (scissor, first, count) in draws {
                 // SAFETY: within a rendering, with everything bound; the scissor is in the target.
                 unsafe {

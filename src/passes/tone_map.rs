@@ -203,9 +203,7 @@ impl ToneMap {
         let color = attachment(display, vk::AttachmentLoadOp::DONT_CARE);
         let size = (display.width, display.height);
         rendering(device, commands, color, None, size, 0.0, || {
-            self.apply.bind(commands, &self.bindings, 0, &[]);
-            // SAFETY: within a rendering, with everything bound.
-            unsafe { device.raw().cmd_draw(commands.raw(), 3, 1, 0, 0) };
+            self.apply.draw_triangle(commands, &self.bindings, &[])
         });
     }
 }

@@ -101,19 +101,15 @@ impl Sampling {
             .map(|step| step as f32 / SCALES_A_LEVEL as f32)
             .collect();
         let canvas = Canvas::new(device, (WIDTH, BAND * implied.len() as u32), FORMAT)?;
-        let raw = device.raw();
         let pixels: Vec<[f32; 4]> = canvas.draw(|commands| {
             for (number, level) in (0..).zip(&implied) {
                 let scissor = vk::Rect2D {
                     offset: vk::Offset2D { x: 0, y: number * BAND as i32 },
                     extent: vk::Extent2D { width: WIDTH, height: BAND },
                 };
-                pipeline.bind(commands, &bindings, 0, bytemuck::bytes_of(&level.exp2()));
-                // SAFETY: within a rendering, with everything bound.
-                unsafe {
-                    raw.cmd_set_scissor(commands.raw(), 0, &[scissor]);
-                    raw.cmd_draw(commands.raw(), 3, 1, 0, 0);
-                }
+                // SAFETY: the command buffer is recorded; the scissor is in the canvas.
+                unsafe { device.raw().cmd_set_scissor(commands.raw(), 0, &[scissor]) };
+                pipeline.draw_triangle(commands, &bindings, bytemuck::bytes_of(&level.exp2()));
             }
         })?;
         let first = &pixels[..WIDTH as usize];
