@@ -14,7 +14,7 @@ use std::path::Path;
 use ash::vk;
 use raindrops::environment::Environment;
 use raindrops::gpu::{
-    Buffer, Commands, Device, Image, ImageInfo, Instance, Samples, Use, Validation, copy_to_buffer,
+    Buffer, Commands, Device, Image, ImageInfo, Instance, Use, Validation, copy_to_buffer,
     image_barrier, image_discard, memory_barrier,
 };
 use raindrops::passes::tone_map::DISPLAY;
@@ -38,19 +38,7 @@ fn main() -> raindrops::Result<()> {
     let usage = vk::ImageUsageFlags::TRANSFER_DST
         | vk::ImageUsageFlags::TRANSFER_SRC
         | vk::ImageUsageFlags::SAMPLED;
-    let target = Image::new(
-        device,
-        &ImageInfo {
-            name: "yours",
-            width: SIZE,
-            height: SIZE,
-            levels: 1,
-            layers: 1,
-            format: DISPLAY,
-            usage,
-            samples: Samples::One,
-        },
-    )?;
+    let target = Image::new(device, &ImageInfo::flat("yours", [SIZE; 2], DISPLAY, usage))?;
     let count = (SIZE * SIZE) as usize;
     let read = Buffer::readback(device, "yours, read", 4 * count as u64)?;
 

@@ -29,7 +29,7 @@ use crate::abi::BackgroundPush;
 use crate::gpu::sets::background as slot;
 use crate::gpu::{
     Bindings, Buffer, Commands, ComputePipeline, Device, HostImage, Image, ImageInfo, Memory,
-    Recorder, Resource, Sampler, Samples, Use, copy_rows, copy_to_image, image_barrier, shaders,
+    Recorder, Resource, Sampler, Use, copy_rows, copy_to_image, image_barrier, shaders,
 };
 use crate::picture::plate::Plate;
 use crate::scene::background::DepthKind;
@@ -115,12 +115,7 @@ impl BackgroundImages {
     ) -> Result<Self> {
         let image = |name, format| {
             let usage = vk::ImageUsageFlags::SAMPLED | vk::ImageUsageFlags::TRANSFER_DST;
-            let samples = Samples::One;
-            let (levels, layers) = (1, 1);
-            Image::new(
-                device,
-                &ImageInfo { name, width, height, levels, layers, format, usage, samples },
-            )
+            Image::new(device, &ImageInfo::flat(name, [width, height], format, usage))
         };
         let color = match plate.color() {
             None => None,

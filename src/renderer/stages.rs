@@ -65,9 +65,7 @@ impl Stages {
         let simulate = Simulate::new(device, &frame, scene, plan.simulation)?;
         let (samples, alpha) = (Samples::One, Alpha::Ignored);
         let image = |name, format, usage| {
-            let info =
-                ImageInfo { name, width, height, levels: 1, layers: 1, format, usage, samples };
-            Image::new(device, &info)
+            Image::new(device, &ImageInfo::flat(name, [width, height], format, usage))
         };
         use vk::ImageUsageFlags as Usage;
         let target = image("stage", FORMAT, Usage::COLOR_ATTACHMENT | Usage::TRANSFER_SRC)?;

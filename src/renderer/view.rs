@@ -10,8 +10,7 @@ use super::slot::Slot;
 use super::tiled::Tiled;
 use super::{FrameInput, FrameReport, ViewInfo};
 use crate::gpu::{
-    Buffer, Device, Image, ImageInfo, Recorder, Samples, Timestamps, Use, image_discard,
-    memory_barrier,
+    Buffer, Device, Image, ImageInfo, Recorder, Timestamps, Use, image_discard, memory_barrier,
 };
 use crate::passes::background::Behind;
 use crate::passes::drops::guard_band;
@@ -245,10 +244,7 @@ impl View {
                 let usage = vk::ImageUsageFlags::COLOR_ATTACHMENT
                     | vk::ImageUsageFlags::TRANSFER_SRC
                     | vk::ImageUsageFlags::SAMPLED;
-                let (name, format) = ("display", DISPLAY);
-                let samples = Samples::One;
-                let info =
-                    ImageInfo { name, width, height, levels: 1, layers: 1, format, usage, samples };
+                let info = ImageInfo::flat("display", [width, height], DISPLAY, usage);
                 let tone_map = ToneMap::new(device, &frame, source, operator)?;
                 let log_average = plan.log_average;
                 Some(Display { tone_map, image: Image::new(device, &info)?, log_average })

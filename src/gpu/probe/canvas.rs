@@ -7,7 +7,7 @@ use bytemuck::Pod;
 
 use crate::Result;
 use crate::gpu::{
-    Buffer, Commands, Device, Image, ImageInfo, Recorder, Samples, Use, attachment, copy_to_buffer,
+    Buffer, Commands, Device, Image, ImageInfo, Recorder, Use, attachment, copy_to_buffer,
     image_barrier, image_discard, memory_barrier, rendering,
 };
 
@@ -20,19 +20,7 @@ pub(super) struct Canvas<'a> {
 impl<'a> Canvas<'a> {
     pub fn new(device: &'a Arc<Device>, size: (u32, u32), format: vk::Format) -> Result<Self> {
         let usage = vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::TRANSFER_SRC;
-        let image = Image::new(
-            device,
-            &ImageInfo {
-                name: "probe",
-                width: size.0,
-                height: size.1,
-                levels: 1,
-                layers: 1,
-                format,
-                usage,
-                samples: Samples::One,
-            },
-        )?;
+        let image = Image::new(device, &ImageInfo::flat("probe", size.into(), format, usage))?;
         Ok(Self { image, device })
     }
 
