@@ -10,8 +10,8 @@ use super::rendering;
 use super::tone_map::Source;
 use crate::gpu::sets::output as slot;
 use crate::gpu::{
-    Alpha, Bindings, Device, GraphicsPipeline, GraphicsState, HostImage, Recorder, Resource,
-    Sampler, Texel, Texels, Use, attachment_of, shaders,
+    Alpha, Bindings, Device, GraphicsPipeline, GraphicsState, HostImage, Recorder, Resource, Use,
+    attachment_of, shaders,
 };
 use crate::{Error, Result};
 
@@ -77,29 +77,12 @@ impl Output {
                 missing: format!("drawing into {format:?} with {blend:?}"),
             });
         }
-        let texels = match source {
-            Source::Tiles { radiance, .. } if Texels::fit(device, radiance, Texel::FourHalves) => {
-                Some(Texels::new(device, "texels of radiance", radiance, Texel::FourHalves)?)
-            }
-            _ => None,
-        };
-        let clamp = vk::SamplerAddressMode::CLAMP_TO_EDGE;
-        let sampler = match source {
-            Source::Image(_) => Some(Sampler::linear(device, "radiance", clamp, clamp)?),
-            Source::Tiles { .. } => None,
-        };
-        let (radiance, shader) = match (source, &texels, &sampler) {
-            (Source::Image(image), _, Some(sampler)) => {
-                ((slot::RADIANCE_IMAGE, Resource::Sampled(image, sampler)), shaders::OUTPUT_FRAG)
-            }
-            (Source::Tiles { .. }, Some(texels), _) => {
-                ((slot::RADIANCE_TEXELS, Resource::Texels(texels)), shaders::OUTPUT_FRAG_TEXELS)
-            }
-            (Source::Tiles { radiance, .. }, ..) => {
-                ((slot::RADIANCE, Resource::Buffer(radiance)), shaders::OUTPUT_FRAG_BUFFER)
-            }
-            (Source::Image(_), _, None) => unreachable!("an image has its sampler"),
-        };
+        let radiance = source.radiance(device)?;
+        let (radiance, shader) = radiance.choose([
+            (slot::RADIANCE_IMAGE, shaders::OUTPUT_FRAG),
+            (slot::RADIANCE_TEXELS, shaders::OUTPUT_FRAG_TEXELS),
+            (slot::RADIANCE, shaders::OUTPUT_FRAG_BUFFER),
+        ]);
         let uniform = (slot::CONSTANTS, Resource::Buffer(&frame.buffer));
         let bindings = Bindings::of(device, "output", &[uniform, radiance])?;
         let state = GraphicsState {

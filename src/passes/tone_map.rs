@@ -22,7 +22,8 @@ use crate::Result;
 use crate::gpu::sets::{constant, group, tone_map as slot};
 use crate::gpu::{
     Bindings, Buffer, ComputePipeline, Device, GraphicsPipeline, GraphicsState, Image, Memory,
-    Recorder, Resource, Sampler, Texel, Texels, Use, memory_barrier, shaders, update_buffer,
+    Recorder, Resource, Sampler, Shader, Slot, Texel, Texels, Use, memory_barrier, shaders,
+    update_buffer,
 };
 use crate::scene::model::Operator;
 
@@ -64,6 +65,48 @@ pub enum Source<'a> {
     },
 }
 
+/// How shaders read the radiance of a source.
+pub(super) enum Radiance<'a> {
+    Image(&'a Image, Sampler),
+    Texels(Texels),
+    Buffer(&'a Buffer),
+}
+
+impl<'a> Source<'a> {
+    /// As the device can read it best.
+    ///
+    /// # Errors
+    /// [`crate::Error::Vulkan`] if the driver refuses.
+    pub(super) fn radiance(self, device: &Arc<Device>) -> Result<Radiance<'a>> {
+        Ok(match self {
+            Source::Image(image) => {
+                let clamp = vk::SamplerAddressMode::CLAMP_TO_EDGE;
+                Radiance::Image(image, Sampler::linear(device, "radiance", clamp, clamp)?)
+            }
+            Source::Tiles { radiance, .. } if Texels::fit(device, radiance, Texel::FourHalves) => {
+                let name = "texels of radiance";
+                Radiance::Texels(Texels::new(device, name, radiance, Texel::FourHalves)?)
+            }
+            Source::Tiles { radiance, .. } => Radiance::Buffer(radiance),
+        })
+    }
+}
+
+impl Radiance<'_> {
+    /// What is bound, and which of three slots and shaders it is for: of an image, of texels, of a buffer.
+    pub fn choose(
+        &self,
+        [image, texels, buffer]: [(Slot, &'static Shader); 3],
+    ) -> ((Slot, Resource<'_>), &'static Shader) {
+        let ((slot, shader), resource) = match self {
+            Self::Image(of, sampler) => (image, Resource::Sampled(of, sampler)),
+            Self::Texels(of) => (texels, Resource::Texels(of)),
+            Self::Buffer(of) => (buffer, Resource::Buffer(of)),
+        };
+        ((slot, resource), shader)
+    }
+}
+
 /// The pass.
 pub struct ToneMap {
     bindings: Bindings,
@@ -90,8 +133,6 @@ impl ToneMap {
         source: Source<'_>,
         operator: Operator,
     ) -> Result<Self> {
-        let clamp = vk::SamplerAddressMode::CLAMP_TO_EDGE;
-        let sampler = Sampler::linear(device, "radiance", clamp, clamp)?;
         let own_sums = match source {
             Source::Image(_) => {
                 let bytes = 4 * u64::from(SUMS + FINAL_SUMS);
@@ -102,32 +143,16 @@ impl ToneMap {
             }
             Source::Tiles { .. } => None,
         };
-        let texels = match source {
-            Source::Tiles { radiance, .. } if Texels::fit(device, radiance, Texel::FourHalves) => {
-                Some(Texels::new(device, "texels of radiance", radiance, Texel::FourHalves)?)
-            }
-            _ => None,
+        let (sums, count) = match source {
+            Source::Image(_) => (own_sums.as_ref(), SUMS),
+            Source::Tiles { log_sums, count, .. } => (Some(log_sums), count),
         };
-        let (radiance, sums, count, apply_shader) = match (source, &texels) {
-            (Source::Image(image), _) => (
-                (slot::RADIANCE_IMAGE, Resource::Sampled(image, &sampler)),
-                own_sums.as_ref(),
-                SUMS,
-                shaders::TONE_MAP_FRAG,
-            ),
-            (Source::Tiles { log_sums, count, .. }, Some(texels)) => (
-                (slot::RADIANCE_TEXELS, Resource::Texels(texels)),
-                Some(log_sums),
-                count,
-                shaders::TONE_MAP_FRAG_TEXELS,
-            ),
-            (Source::Tiles { radiance, log_sums, count }, None) => (
-                (slot::RADIANCE, Resource::Buffer(radiance)),
-                Some(log_sums),
-                count,
-                shaders::TONE_MAP_FRAG_BUFFER,
-            ),
-        };
+        let radiance = source.radiance(device)?;
+        let (radiance, apply_shader) = radiance.choose([
+            (slot::RADIANCE_IMAGE, shaders::TONE_MAP_FRAG),
+            (slot::RADIANCE_TEXELS, shaders::TONE_MAP_FRAG_TEXELS),
+            (slot::RADIANCE, shaders::TONE_MAP_FRAG_BUFFER),
+        ]);
         let uniform = (slot::CONSTANTS, Resource::Buffer(&frame.buffer));
         let sums = sums.map(|sums| (slot::SUMS, Resource::Buffer(sums)));
         let slots: Vec<_> = [uniform, radiance].into_iter().chain(sums).collect();
