@@ -6,6 +6,7 @@ pub mod background;
 pub mod cells;
 pub mod compact;
 pub mod composite;
+pub mod counters;
 pub mod drops;
 pub mod environment;
 pub mod frame;

@@ -23,13 +23,13 @@ use ash::vk;
 
 use super::appearance::Appearance;
 use super::cells::Cells;
+use super::counters;
 use super::frame::{Frame, FrameBuffer};
 use super::layers::DropRecords;
 use super::placed::PlacedDrops;
 use super::rain_field::{RainField, SortedDrops};
 use super::room::Room;
 use super::shapes::Shapes;
-use super::simulate::Simulate;
 use super::tile_grid::{Regions, TILE, TILE_PIXELS, of_view};
 use super::tile_lists::{Lists, TileTexels};
 use super::totals::{
@@ -75,7 +75,7 @@ pub struct Tiles {
     pub(super) in_regions: u32,
     /// Whether they read ahead what their neighbours need: see `prefetch_nodes` in `composite.comp`.
     pub(super) prefetch: bool,
-    /// What was counted (see [`Simulate::counts`]).
+    /// What was counted (see [`counters`]).
     pub counters: Buffer,
     /// What passes read a texel at a time, where the device takes texel buffers so large.
     pub(super) texels: Option<TileTexels>,
@@ -233,7 +233,7 @@ impl Tiles {
             false => None,
         };
         let found = make("clusters in view", found_bytes)?;
-        let counters = Simulate::counters(device)?;
+        let counters = counters::buffer(device)?;
         let texels = TileTexels::of(device, &lists, &appearance.table)?;
         // Without records no shader reads or writes them.
         let record_slots = DropRecords::slots(records.as_ref(), (&found, &frame.buffer));

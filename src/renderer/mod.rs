@@ -30,9 +30,9 @@ use crate::gpu::{
 };
 use crate::passes::background::{BackgroundImages, Behind};
 pub use crate::passes::background::{DepthConvention, HostBackground};
+use crate::passes::counters::Counts;
 pub use crate::passes::rain_field::RainField;
 pub use crate::passes::renewal::{HostEnvironment, LiveInfo};
-use crate::passes::simulate::Counts;
 use crate::passes::tone_map::FinalSums;
 use crate::passes::totals::TileCounts;
 use crate::picture::Picture;
@@ -68,7 +68,7 @@ pub(crate) fn background_of(
 /// What a finished frame says of itself.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FrameReport {
-    /// What the simulation counted.
+    /// What was counted of the drops.
     pub counts: Counts,
     /// What the tiles came to; none for a frame without them.
     pub tiles: Option<TileCounts>,
