@@ -11,10 +11,10 @@ use ash::vk;
 use bytemuck::{Pod, Zeroable};
 
 use crate::Result;
-use crate::abi::{self, CLUSTER, RainField};
+use crate::abi::{self, CELLS_GROUP, CLUSTER, MAX_BANDS, RainField};
 use crate::gpu::{Buffer, Device, Recorder, update_buffer};
 use crate::rain::cells::Lattice;
-use crate::rain::field::{ClassRecord, Field, GROUP, MOST_BANDS, MOST_GROUPS, Seen};
+use crate::rain::field::{ClassRecord, Field, MOST_GROUPS, Seen};
 use crate::rain::grain::GrainRecord;
 use crate::rain::medium::MediumRecord;
 use crate::scene::Scene;
@@ -29,7 +29,7 @@ const LEAST_ROOM: u32 = 1 << 16;
 struct Head {
     shown: [f32; 4],
     groups: [u32; 4],
-    band_depths: [f32; MOST_BANDS],
+    band_depths: [f32; MAX_BANDS as usize],
     medium: MediumRecord,
     grain: GrainRecord,
     classes: [ClassRecord; abi::MOST_CLASSES as usize],
@@ -119,7 +119,7 @@ impl Cells {
 
     /// Workgroups that look into the cells of a frame and at the placed drops.
     pub fn groups(&self, seen: &Seen) -> u32 {
-        seen.groups() + self.placed.div_ceil(GROUP)
+        seen.groups() + self.placed.div_ceil(CELLS_GROUP)
     }
 
     /// Records what the frame sees; a barrier to compute must follow.

@@ -31,11 +31,11 @@ use super::background::{Background, Behind, HostBackground};
 use super::environment::EnvironmentMap;
 use super::frame::{Frame, FrameBuffer};
 use super::glints::{Glints, SplatTable};
-use super::side_by_side;
 use super::tile_grid::TILE_PIXELS;
 use super::tiles::Tiles;
 use super::tone_map::{FINAL_SUMS, Source};
 use super::totals::{DISORDERED_GROUPS, LARGE_GROUPS, LINE_GROUPS, LISTED_GROUPS, RAY_GROUPS};
+use super::{rows_of, side_by_side};
 use crate::Result;
 use crate::abi::{LISTED_TILES, LISTS};
 use crate::gpu::sets::{composite as slot, constant, group};
@@ -47,8 +47,6 @@ use crate::plan::FramePlan;
 
 /// Bytes a pixel, of the picture and of the sky.
 const PIXEL_BYTES: u64 = 8;
-/// Workgroups of a dispatch along an axis, on any device.
-const MOST_GROUPS: u32 = 65_535;
 /// Pixels of a workgroup of the sky's pass: whole tiles.
 const SKY_GROUP: [u32; 3] = group::SKY_COMP;
 
@@ -240,10 +238,8 @@ impl Composite {
             .chain(views.map(|(slot, view)| (slot, Resource::Texels(view))))
             .collect();
         let bindings = Bindings::of(device, "composite", &slots)?;
-        // All tiles of whole regions, in as many rows as a device with the least of limits needs.
-        let groups = tiles.in_regions.div_ceil(64);
-        let rows = groups.div_ceil(MOST_GROUPS);
-        let groups = [groups.div_ceil(rows), rows, 1];
+        // All tiles of whole regions.
+        let groups = rows_of(tiles.in_regions.div_ceil(64));
         let own = [
             [constant::LOG_SUMS, plan.log_average.into()],
             [constant::PREFETCH, tiles.prefetch.into()],
@@ -388,10 +384,9 @@ impl Composite {
             SkyPass::Background(pass) => pass.record(commands, groups),
         }
         if let Some(veil_light) = &self.veil_light {
-            let groups = self.tiles.div_ceil(64);
-            let rows = groups.div_ceil(MOST_GROUPS);
+            let groups = rows_of(self.tiles.div_ceil(64));
             memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::ComputeRead]);
-            veil_light.dispatch(commands, &self.bindings, 0, &[], [groups.div_ceil(rows), rows, 1]);
+            veil_light.dispatch(commands, &self.bindings, 0, &[], groups);
         }
     }
 

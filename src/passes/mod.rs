@@ -51,6 +51,15 @@ pub(crate) fn side_by_side<T: Send, U: Send, const N: usize>(
     Ok(made?.try_into().unwrap_or_else(|_| unreachable!("as many as were asked for")))
 }
 
+/// Workgroups of a dispatch along an axis, on any device.
+const MOST_GROUPS: u32 = 65_535;
+
+/// So many workgroups, or a few more, in as many rows as a device with the least of limits needs.
+fn rows_of(groups: u32) -> [u32; 3] {
+    let rows = groups.div_ceil(MOST_GROUPS).max(1);
+    [groups.div_ceil(rows), rows, 1]
+}
+
 /// Specialization constants of the shaders that include `light_model.glsl`.
 pub(crate) fn light_constants(light: &Light) -> [[u32; 2]; 8] {
     let index = light.indices.map(|index| (index as f32).to_bits());

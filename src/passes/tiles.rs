@@ -37,7 +37,7 @@ use super::totals::{
     SORT_GROUPS,
 };
 use super::veil::Veil;
-use super::{light_constants, side_by_side};
+use super::{light_constants, rows_of, side_by_side};
 use crate::abi::{CLUSTER, END, MAX_BANDS, STRETCHES};
 use crate::gpu::sets::{constant, group, tiles as slot};
 use crate::gpu::{
@@ -58,8 +58,6 @@ const SHARE_IN_VIEW: f64 = 0.18;
 /// Drops of one band that fall on a tile on the mean. A list is in order except within a band, and `tile_window.glsl`
 /// reorders six entries at a time; with more drops a band, more tiles would need the second dispatch.
 const DROPS_A_BAND: f64 = 1.5;
-/// Workgroups of a dispatch along an axis, on any device.
-const MOST_GROUPS: u32 = 65_535;
 /// Clusters of a workgroup of `clusters`.
 const CLUSTERS_GROUP: u32 = group::CLUSTERS_COMP[0];
 /// Focus in scene units from which on discs are not expected to be smaller.
@@ -429,12 +427,7 @@ impl Tiles {
     /// Records which clusters are in view, and their order. `seen`: what [`Tiles::seen`] said of the frame.
     pub fn record_clusters(&self, device: &Device, commands: Recorder<'_>, seen: Option<&Seen>) {
         let groups = match (&self.source, seen) {
-            (Source::Cells(cells), Some(seen)) => {
-                // In as many rows as a device with the least of limits needs.
-                let groups = cells.0.groups(seen);
-                let rows = groups.div_ceil(MOST_GROUPS).max(1);
-                [groups.div_ceil(rows), rows, 1]
-            }
+            (Source::Cells(cells), Some(seen)) => rows_of(cells.0.groups(seen)),
             (Source::Clusters(sorted), _) => {
                 let groups = sorted.counts[0].div_ceil(CLUSTERS_GROUP);
                 [groups.next_multiple_of(STRETCHES), 1, 1]
