@@ -18,6 +18,7 @@ use std::sync::Arc;
 use ash::vk;
 use bytemuck::Pod;
 use glam::Vec3;
+use half::f16;
 
 use super::appearance::Appearance;
 use super::environment::EnvironmentMap;
@@ -35,8 +36,6 @@ use crate::picture::plate::Plate;
 use crate::scene::background::DepthKind;
 use crate::scene::matrices::ProjectedDepth;
 
-/// Largest value of a half, which is what stored light is clipped to.
-const MOST_STORED: f32 = 65_504.0;
 /// Bytes that are copied at once, so that the upload's memory does not grow with the picture.
 const STRIP_BYTES: usize = 32 << 20;
 
@@ -228,7 +227,7 @@ fn upload<T, U: Pod>(
 
 /// The largest radiance behind the drops that is stored, where a stored 1 is `radiance_scale`; what is brighter is clipped.
 pub fn most_stored(radiance_scale: f32) -> f32 {
-    MOST_STORED * radiance_scale
+    f16::MAX.to_f32() * radiance_scale
 }
 
 /// The pass.

@@ -27,9 +27,6 @@ use crate::gpu::{
 };
 use crate::scene::model::Operator;
 
-/// δ of the log average over the environment's mean luminance.
-pub const DELTA: f64 = 1e-4;
-
 /// Format of the display image: the attachment encodes sRGB.
 pub const DISPLAY: vk::Format = vk::Format::R8G8B8A8_SRGB;
 

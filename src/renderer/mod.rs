@@ -44,8 +44,6 @@ use crate::{Error, Result};
 
 /// What a renderer that was made for another output has none of.
 const NO_LAYERS: &str = "the renderer was not made for layers";
-/// Largest value of a half.
-const MOST_HALF: f32 = 65_504.0;
 
 /// Frames that may be under way at once: one is recorded while the other is drawn.
 const FLIGHTS: usize = 2;
@@ -350,7 +348,8 @@ impl Renderer {
         color.truncate(pixels);
         let scale = self.view.surroundings.radiance_scale;
         if scale != 1.0 {
-            let scaled = |light: f16| f16::from_f32((light.to_f32() * scale).min(MOST_HALF));
+            let most = f16::MAX.to_f32();
+            let scaled = |light: f16| f16::from_f32((light.to_f32() * scale).min(most));
             for [r, g, b, _] in &mut color {
                 [*r, *g, *b] = [*r, *g, *b].map(scaled);
             }
