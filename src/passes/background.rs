@@ -20,11 +20,7 @@ use bytemuck::Pod;
 use glam::Vec3;
 use half::f16;
 
-use super::appearance::Appearance;
-use super::environment::EnvironmentMap;
-use super::frame::FrameBuffer;
-use super::glints::Glints;
-use super::tiles::Tiles;
+use super::composite::Prepared;
 use crate::Result;
 use crate::abi::BackgroundPush;
 use crate::gpu::sets::background as slot;
@@ -244,18 +240,13 @@ pub struct Background {
 }
 
 impl Background {
-    /// The pass that reads `images`, and writes `sky` and the distances of `tiles`, which must have been made for them.
+    /// The pass that reads the images `behind`, and writes `sky` and the distances of `tiles`, which must have been made for them.
     ///
     /// # Errors
     /// [`crate::Error::Vulkan`] if the driver refuses.
-    #[expect(clippy::too_many_arguments, reason = "it draws what all of them prepare")]
     pub(super) fn new(
         device: &Arc<Device>,
-        frame: &FrameBuffer,
-        environment: &EnvironmentMap,
-        appearance: &Appearance,
-        glints: &Glints,
-        tiles: &Tiles,
+        Prepared { frame, environment, appearance, glints, tiles, .. }: Prepared<'_>,
         sky: &Buffer,
         behind: &Behind,
         layers: bool,
