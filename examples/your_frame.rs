@@ -14,7 +14,7 @@ use std::path::Path;
 use ash::vk;
 use raindrops::environment::Environment;
 use raindrops::gpu::{
-    Buffer, Commands, Device, Image, ImageInfo, Instance, Memory, Samples, Use, Validation,
+    Buffer, Commands, Device, Image, ImageInfo, Instance, Use, Validation, copy_to_buffer,
     image_barrier, image_discard, memory_barrier,
 };
 use raindrops::passes::tone_map::DISPLAY;
@@ -38,22 +38,9 @@ fn main() -> raindrops::Result<()> {
     let usage = vk::ImageUsageFlags::TRANSFER_DST
         | vk::ImageUsageFlags::TRANSFER_SRC
         | vk::ImageUsageFlags::SAMPLED;
-    let target = Image::new(
-        device,
-        &ImageInfo {
-            name: "yours",
-            width: SIZE,
-            height: SIZE,
-            levels: 1,
-            layers: 1,
-            format: DISPLAY,
-            usage,
-            samples: Samples::One,
-        },
-    )?;
+    let target = Image::new(device, &ImageInfo::flat("yours", [SIZE; 2], DISPLAY, usage))?;
     let count = (SIZE * SIZE) as usize;
-    let to_buffer = vk::BufferUsageFlags::TRANSFER_DST;
-    let read = Buffer::new(device, "yours, read", 4 * count as u64, to_buffer, Memory::Readback)?;
+    let read = Buffer::readback(device, "yours, read", 4 * count as u64)?;
 
     // The rain's frame is on its way to the queue; what is submitted after it comes after it.
     renderer.submit(&scene)?;
@@ -106,17 +93,7 @@ fn main() -> raindrops::Result<()> {
         }
         image_barrier(device, commands, rain, from, Use::ColorAttachment);
         image_barrier(device, commands, &target, to, from);
-        let copy = [target.level_copy(0, 0)];
-        // SAFETY: the buffer holds the image, which is in this layout.
-        unsafe {
-            device.raw().cmd_copy_image_to_buffer(
-                commands.raw(),
-                target.raw(),
-                source,
-                read.raw(),
-                &copy,
-            );
-        }
+        copy_to_buffer(device, commands, &target, 0, &read);
         memory_barrier(device, commands, &[Use::TransferWrite], &[Use::HostRead]);
     })?;
     let pixels: Vec<[u8; 4]> = read.read(count);

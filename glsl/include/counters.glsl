@@ -1,4 +1,4 @@
-// What a frame counts: `Counts` in src/passes/simulate.rs. Define COUNTERS_BINDING before.
+// What a frame counts: `Counts` in src/passes/counters.rs. Define COUNTERS_BINDING before.
 layout(std430, set = 0, binding = COUNTERS_BINDING) buffer Counters {
     uint large_count;
     uint camera_inside;

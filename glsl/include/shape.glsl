@@ -59,17 +59,14 @@ float area_of(Ellipse e) {
     return 3.14159265 * sqrt(max(e.spread.x * e.spread.z - e.spread.y * e.spread.y, 0.0));
 }
 
-// A drop's outline: that of its upper half where `parting` is negative, else that of its lower half. The cones of both
-// halves touch them in the same two points of the joint, and the plane through these and the camera parts the two.
+// A drop's outline: that of its upper half where a linear function of the pixel is negative, else that of its lower half.
+// The cones of both halves touch them in the same two points of the joint, and the plane through these and the camera
+// parts the two.
 struct ShapeOutline {
     Ellipse upper, lower;
-    vec2 gradient; // of `parting`, which is 0 on a line
+    vec2 gradient; // of that function, which is 0 on a line
     float at_upper; // its value at the upper ellipse's centre
 };
-
-float parting_at(ShapeOutline o, vec2 pixel) {
-    return o.at_upper + dot(o.gradient, pixel - o.upper.center);
-}
 
 ShapeOutline shape_outline_of(vec3 view, float radius, vec4 shape) {
     vec3 u = vertical(), c = view + shape.w * radius * u;

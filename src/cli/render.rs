@@ -11,7 +11,7 @@ use super::rounds::stages::{self, paper_stages};
 use super::sequence::Sequence;
 use super::tell::{is_verbose, say};
 use super::{Answer, Format, progress, say_doubt, waiting};
-use crate::passes::simulate::Counts;
+use crate::passes::counters::Counts;
 use crate::picture::layers::Layers;
 use crate::picture::sidecar::Sidecar;
 use crate::picture::{Picture, write_png};

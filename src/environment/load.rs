@@ -11,6 +11,7 @@ use image::codecs::hdr::HdrDecoder;
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 
 use super::{Image, MAX_HEIGHT, MAX_WIDTH, open_exr};
+use crate::picture::linear_of_srgb;
 
 /// Most bytes that a decoder of the `image` crate may take: the largest image in float32 RGB
 /// (1.6 GB) and some room.
@@ -120,13 +121,8 @@ fn decode_display(reader: impl BufRead + Seek, format: ImageFormat) -> Result<Im
     let (width, height) = decoder.dimensions();
     check_size(u64::from(width), u64::from(height))?;
     let display = DynamicImage::from_decoder(decoder).map_err(broken)?.into_rgb32f();
-    let texels = display.pixels().map(|pixel| Vec3::from(pixel.0.map(linear))).collect();
+    let texels = display.pixels().map(|pixel| Vec3::from(pixel.0.map(linear_of_srgb))).collect();
     Ok(Image { width, height, texels, missing: 0, low_dynamic_range: true })
-}
-
-/// Linear value of a display value in 0 to 1, by the sRGB curve (IEC 61966-2-1).
-fn linear(display: f32) -> f32 {
-    if display <= 0.040_45 { display / 12.92 } else { ((display + 0.055) / 1.055).powf(2.4) }
 }
 
 /// Refuses a JPEG without an end-of-image marker. The decoder would fill what was cut off with

@@ -7,7 +7,7 @@ use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
 
 use super::retired::Object;
-use super::{Commands, Device, Named};
+use super::{Commands, Device, Named, copy_buffer};
 use crate::{Error, Result};
 
 /// Where a buffer's memory is wanted.
@@ -114,12 +114,16 @@ impl Buffer {
         let staging = Self::upload(device, name, values, vk::BufferUsageFlags::TRANSFER_SRC)?;
         let usage = usage | vk::BufferUsageFlags::TRANSFER_DST;
         let buffer = Self::new(device, name, staging.size, usage, Memory::Device)?;
-        Commands::once(device, name, |commands| {
-            let region = [vk::BufferCopy { src_offset: 0, dst_offset: 0, size: staging.size }];
-            // SAFETY: both buffers are that large; the copy is waited for.
-            unsafe { device.raw.cmd_copy_buffer(commands.raw(), staging.raw, buffer.raw, &region) };
-        })?;
+        Commands::once(device, name, |commands| copy_buffer(device, commands, &staging, &buffer))?;
         Ok(buffer)
+    }
+
+    /// A host-visible buffer that `bytes` are copied to, for [`Buffer::read`].
+    ///
+    /// # Errors
+    /// Those of [`Buffer::new`].
+    pub fn readback(device: &Arc<Device>, name: &str, bytes: u64) -> Result<Self> {
+        Self::new(device, name, bytes, vk::BufferUsageFlags::TRANSFER_DST, Memory::Readback)
     }
 
     /// The raw handle, for recording commands.

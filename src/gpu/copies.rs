@@ -1,8 +1,59 @@
-//! Copies between images and tightly packed buffers. The barriers around them are the caller's.
+//! Copies between images and tightly packed buffers, and what fills a buffer. All are recorded outside of any rendering.
+//! The barriers around them are the caller's.
+
+use std::ops::Range;
 
 use ash::vk;
 
 use super::{Buffer, Device, Image, Recorder};
+
+/// Most bytes that one `vkCmdUpdateBuffer` takes.
+const MOST_UPDATED: usize = 65_536;
+
+/// Records the update of a buffer from a byte offset on with whole words, which are copied now.
+pub fn update_buffer(
+    device: &Device,
+    commands: Recorder<'_>,
+    buffer: &Buffer,
+    offset: u64,
+    bytes: &[u8],
+) {
+    for (part, at) in bytes.chunks(MOST_UPDATED).zip((offset..).step_by(MOST_UPDATED)) {
+        // SAFETY: by contract the buffer holds these words.
+        unsafe { device.raw().cmd_update_buffer(commands.raw(), buffer.raw(), at, part) };
+    }
+}
+
+/// Records that each word of a range, in bytes, becomes `word`.
+pub fn fill_buffer(
+    device: &Device,
+    commands: Recorder<'_>,
+    buffer: &Buffer,
+    Range { start, end }: Range<u64>,
+    word: u32,
+) {
+    let (raw, bytes) = (buffer.raw(), end - start);
+    // SAFETY: by contract the buffer holds the range, which is not empty and of whole words.
+    unsafe { device.raw().cmd_fill_buffer(commands.raw(), raw, start, bytes, word) };
+}
+
+/// Records the copy of all of a buffer to the beginning of another.
+pub fn copy_buffer(device: &Device, commands: Recorder<'_>, from: &Buffer, to: &Buffer) {
+    copy_range(device, commands, (from, 0), (to, 0), from.size);
+}
+
+/// Records the copy of so many bytes from a byte offset of a buffer to one of another.
+pub fn copy_range(
+    device: &Device,
+    commands: Recorder<'_>,
+    (from, src_offset): (&Buffer, u64),
+    (to, dst_offset): (&Buffer, u64),
+    size: u64,
+) {
+    let region = [vk::BufferCopy { src_offset, dst_offset, size }];
+    // SAFETY: by contract both buffers hold that many bytes there.
+    unsafe { device.raw().cmd_copy_buffer(commands.raw(), from.raw(), to.raw(), &region) };
+}
 
 /// Records the copy of a whole level, all layers, into a buffer that holds it. The image is to be read by transfers.
 pub fn copy_to_buffer(

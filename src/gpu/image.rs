@@ -21,7 +21,7 @@ pub struct ImageInfo<'a> {
     pub height: u32,
     /// Levels of the mip chain.
     pub levels: u32,
-    /// Layers of the array; 1 still makes an array view if `array` is set.
+    /// Layers of the array; views of more than one are array views.
     pub layers: u32,
     /// Texel format.
     pub format: vk::Format,
@@ -29,6 +29,18 @@ pub struct ImageInfo<'a> {
     pub usage: vk::ImageUsageFlags,
     /// Samples a texel.
     pub samples: Samples,
+}
+
+impl<'a> ImageInfo<'a> {
+    /// One level, one layer and one sample a texel.
+    pub fn flat(
+        name: &'a str,
+        [width, height]: [u32; 2],
+        format: vk::Format,
+        usage: vk::ImageUsageFlags,
+    ) -> Self {
+        Self { name, width, height, levels: 1, layers: 1, format, usage, samples: Samples::One }
+    }
 }
 
 /// Samples a texel; all that the specification promises.
@@ -145,11 +157,11 @@ impl Image {
         device: &Arc<Device>,
         name: &str,
         raw: vk::Image,
-        (width, height): (u32, u32),
+        size: (u32, u32),
         format: vk::Format,
     ) -> Result<Self> {
-        let (usage, samples) = (vk::ImageUsageFlags::COLOR_ATTACHMENT, Samples::One);
-        let info = ImageInfo { name, width, height, levels: 1, layers: 1, format, usage, samples };
+        let info =
+            ImageInfo::flat(name, size.into(), format, vk::ImageUsageFlags::COLOR_ATTACHMENT);
         let mut held = ImageMemory::new(device, raw, false);
         device.name(raw, name);
         held.make_view(name, &info, 0, 1)?;

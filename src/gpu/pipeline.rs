@@ -446,14 +446,21 @@ impl GraphicsPipeline {
         Ok(made.map_err(|(_, result)| result).named("vkCreateGraphicsPipelines", code[0].name)?[0])
     }
 
-    /// Binds the pipeline with set `index` of `bindings` and its push constants.
-    pub fn bind(&self, commands: Recorder<'_>, bindings: &Bindings, index: usize, push: &[u8]) {
+    /// Binds the pipeline with set 0 of `bindings` and its push constants.
+    pub fn bind(&self, commands: Recorder<'_>, bindings: &Bindings, push: &[u8]) {
         let bind_point = vk::PipelineBindPoint::GRAPHICS;
-        bindings.bind(commands, bind_point, self.layout, index);
+        bindings.bind(commands, bind_point, self.layout, 0);
         // SAFETY: the set matches the layout; the command buffer is recorded.
         unsafe {
             self.device.raw.cmd_bind_pipeline(commands.raw(), bind_point, self.raw);
             push_constants(&self.device, commands, self.layout, push);
         }
+    }
+
+    /// Draws one triangle within a rendering, with set 0 of `bindings`: that of a vertex shader which covers all pixels.
+    pub fn draw_triangle(&self, commands: Recorder<'_>, bindings: &Bindings, push: &[u8]) {
+        self.bind(commands, bindings, push);
+        // SAFETY: everything is bound, and by contract within a rendering.
+        unsafe { self.device.raw.cmd_draw(commands.raw(), 3, 1, 0, 0) };
     }
 }

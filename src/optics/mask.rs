@@ -14,12 +14,6 @@ pub fn level_distance(level: u32) -> f64 {
     1.0 / level_half_angle(level).sin()
 }
 
-/// The mask level that stands for a drop at `distance` radii: -log2(tan a) with sin a = 1/distance.
-/// Fractional between levels, negative nearer than √2 radii.
-pub fn level_of_distance(distance: f64) -> f64 {
-    0.5 * (distance * distance - 1.0).log2()
-}
-
 /// The encounter of the mask's texel (s, t) in [-1, 1]² of a level of the given half-angle, seen
 /// in the pose of the preprocessing: eye at the origin, looking along -z, y up. Outside the unit
 /// disc it is the encounter of the nearest point of the rim, so that filtering across the rim finds

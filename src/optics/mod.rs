@@ -11,7 +11,7 @@ mod sphere;
 mod spheroid;
 
 pub use interface::{Interface, fresnel, schlick};
-pub use mask::{level_distance, level_half_angle, level_of_distance, mask_encounter};
+pub use mask::{level_distance, level_half_angle, mask_encounter};
 pub use sphere::Encounter;
 pub use spheroid::{Exit, Shape, Walk};
 

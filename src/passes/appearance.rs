@@ -33,8 +33,8 @@ use crate::Result;
 use crate::abi::NO_PICTURE;
 use crate::gpu::sets::{appearance as slot, group};
 use crate::gpu::{
-    Bindings, Buffer, ComputePipeline, Device, Memory, Recorder, Resource, Use, memory_barrier,
-    shaders,
+    Bindings, Buffer, ComputePipeline, Device, Memory, Recorder, Resource, Use, fill_buffer,
+    memory_barrier, shaders,
 };
 use crate::plan::Light;
 
@@ -130,9 +130,7 @@ impl Appearance {
 
     /// Records that no direction has pictures. What follows must wait for it.
     fn record_none(&self, device: &Device, commands: Recorder<'_>) {
-        let (raw, bytes) = (self.table.raw(), 4 * u64::from(DIRECTIONS));
-        // SAFETY: the command buffer is recorded outside of rendering; the bytes are within the buffer.
-        unsafe { device.raw().cmd_fill_buffer(commands.raw(), raw, 0, bytes, NO_PICTURE) };
+        fill_buffer(device, commands, &self.table, 0..4 * u64::from(DIRECTIONS), NO_PICTURE);
     }
 
     /// Records the pictures of those of some directions that have none. What reads them must wait for it.

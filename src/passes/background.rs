@@ -18,25 +18,20 @@ use std::sync::Arc;
 use ash::vk;
 use bytemuck::Pod;
 use glam::Vec3;
+use half::f16;
 
-use super::appearance::Appearance;
-use super::environment::EnvironmentMap;
-use super::frame::FrameBuffer;
-use super::glints::Glints;
-use super::tiles::Tiles;
+use super::composite::Prepared;
 use crate::Result;
 use crate::abi::BackgroundPush;
 use crate::gpu::sets::background as slot;
 use crate::gpu::{
     Bindings, Buffer, Commands, ComputePipeline, Device, HostImage, Image, ImageInfo, Memory,
-    Recorder, Resource, Sampler, Samples, Use, copy_rows, copy_to_image, image_barrier, shaders,
+    Recorder, Resource, Sampler, Use, copy_rows, copy_to_image, image_barrier, shaders,
 };
 use crate::picture::plate::Plate;
 use crate::scene::background::DepthKind;
 use crate::scene::matrices::ProjectedDepth;
 
-/// Largest value of a half, which is what stored light is clipped to.
-const MOST_STORED: f32 = 65_504.0;
 /// Bytes that are copied at once, so that the upload's memory does not grow with the picture.
 const STRIP_BYTES: usize = 32 << 20;
 
@@ -115,12 +110,7 @@ impl BackgroundImages {
     ) -> Result<Self> {
         let image = |name, format| {
             let usage = vk::ImageUsageFlags::SAMPLED | vk::ImageUsageFlags::TRANSFER_DST;
-            let samples = Samples::One;
-            let (levels, layers) = (1, 1);
-            Image::new(
-                device,
-                &ImageInfo { name, width, height, levels, layers, format, usage, samples },
-            )
+            Image::new(device, &ImageInfo::flat(name, [width, height], format, usage))
         };
         let color = match plate.color() {
             None => None,
@@ -233,13 +223,11 @@ fn upload<T, U: Pod>(
 
 /// The largest radiance behind the drops that is stored, where a stored 1 is `radiance_scale`; what is brighter is clipped.
 pub fn most_stored(radiance_scale: f32) -> f32 {
-    MOST_STORED * radiance_scale
+    f16::MAX.to_f32() * radiance_scale
 }
 
 /// The pass.
 pub struct Background {
-    /// Kept for the descriptor set.
-    _images: Option<Arc<BackgroundImages>>,
     /// What the frame's images hold, and which descriptor set has them.
     convention: Convention,
     set: usize,
@@ -252,29 +240,24 @@ pub struct Background {
 }
 
 impl Background {
-    /// The pass that reads `images`, and writes `sky` and the distances of `tiles`, which must have been made for them.
+    /// The pass that reads the images `behind`, and writes `sky` and the distances of `tiles`, which must have been made for them.
     ///
     /// # Errors
     /// [`crate::Error::Vulkan`] if the driver refuses.
-    #[expect(clippy::too_many_arguments, reason = "it draws what all of them prepare")]
     pub(super) fn new(
         device: &Arc<Device>,
-        frame: &FrameBuffer,
-        environment: &EnvironmentMap,
-        appearance: &Appearance,
-        glints: &Glints,
-        tiles: &Tiles,
+        Prepared { frame, environment, appearance, glints, tiles, .. }: Prepared<'_>,
         sky: &Buffer,
         behind: &Behind,
         layers: bool,
     ) -> Result<Self> {
         let nearest = Sampler::nearest(device, "background")?;
         let (images, sets) = match behind {
-            Behind::Plate(images) => (Some(images.clone()), 1),
+            Behind::Plate(images) => (Some(images), 1),
             Behind::Host { frames, .. } => (None, *frames),
         };
-        let convention = images.as_ref().map_or(Convention::default(), |images| images.convention);
-        let [color, depth] = match &images {
+        let convention = images.map_or(Convention::default(), |images| images.convention);
+        let [color, depth] = match images {
             Some(images) => [images.color.as_ref(), images.depth.as_ref()],
             None => [None, None],
         }
@@ -303,16 +286,7 @@ impl Background {
         let push = size_of::<BackgroundPush>() as u32;
         let pass = ComputePipeline::new(device, shader, &bindings, push, &tiles.constants)?;
         let radiance_scale = environment.radiance_scale;
-        Ok(Self {
-            _images: images,
-            convention,
-            set: 0,
-            nearest,
-            radiance_scale,
-            layers,
-            bindings,
-            pass,
-        })
+        Ok(Self { convention, set: 0, nearest, radiance_scale, layers, bindings, pass })
     }
 
     /// Takes a host's images for the frame that is to be recorded, in a descriptor set of its own.

@@ -11,10 +11,10 @@ use ash::vk;
 use bytemuck::{Pod, Zeroable};
 
 use crate::Result;
-use crate::abi::{self, CLUSTER, RainField};
-use crate::gpu::{Buffer, Device, Recorder};
+use crate::abi::{self, CELLS_GROUP, CLUSTER, MAX_BANDS, RainField};
+use crate::gpu::{Buffer, Device, Recorder, update_buffer};
 use crate::rain::cells::Lattice;
-use crate::rain::field::{ClassRecord, Field, GROUP, MOST_BANDS, MOST_GROUPS, Seen};
+use crate::rain::field::{ClassRecord, Field, MOST_GROUPS, Seen};
 use crate::rain::grain::GrainRecord;
 use crate::rain::medium::MediumRecord;
 use crate::scene::Scene;
@@ -22,8 +22,6 @@ use crate::scene::Scene;
 /// Room for more drops than the first frame's cells hold: the next frames' hold others.
 const SPARE: f64 = 1.5;
 const LEAST_ROOM: u32 = 1 << 16;
-/// Most bytes that a command buffer takes at once.
-const UPDATE: usize = 65_536;
 
 /// `RainField` of `glsl/include/rain_field.glsl`, as far as it is written anew for each frame.
 #[repr(C)]
@@ -31,7 +29,7 @@ const UPDATE: usize = 65_536;
 struct Head {
     shown: [f32; 4],
     groups: [u32; 4],
-    band_depths: [f32; MOST_BANDS],
+    band_depths: [f32; MAX_BANDS as usize],
     medium: MediumRecord,
     grain: GrainRecord,
     classes: [ClassRecord; abi::MOST_CLASSES as usize],
@@ -121,7 +119,7 @@ impl Cells {
 
     /// Workgroups that look into the cells of a frame and at the placed drops.
     pub fn groups(&self, seen: &Seen) -> u32 {
-        seen.groups() + self.placed.div_ceil(GROUP)
+        seen.groups() + self.placed.div_ceil(CELLS_GROUP)
     }
 
     /// Records what the frame sees; a barrier to compute must follow.
@@ -142,11 +140,7 @@ impl Cells {
             (GROUP_SLABS, bytemuck::cast_slice(&group_slabs)),
         ];
         for (first, bytes) in parts {
-            for (number, part) in bytes.chunks(UPDATE).enumerate() {
-                let at = (first + number * UPDATE) as u64;
-                // SAFETY: the command buffer is recorded outside of rendering; the bytes are within the buffer.
-                unsafe { device.raw().cmd_update_buffer(commands.raw(), field.raw(), at, part) };
-            }
+            update_buffer(device, commands, field, first as u64, bytes);
         }
     }
 }

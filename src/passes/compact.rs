@@ -36,7 +36,6 @@ pub struct Compact {
     bindings: Bindings,
     count: ComputePipeline,
     write: ComputePipeline,
-    _counts: Buffer,
 }
 
 impl Compact {
@@ -76,7 +75,7 @@ impl Compact {
         let count = ComputePipeline::new(device, shaders::COMPACT_COUNTS_COMP, &bindings, 12, &[])?;
         let constants = [[constant::QUADS, is_quad]];
         let write = ComputePipeline::new(device, shaders::COMPACT_COMP, &bindings, 12, &constants)?;
-        Ok(Self { drops, arguments, lengths, chunk, bindings, count, write, _counts: counts })
+        Ok(Self { drops, arguments, lengths, chunk, bindings, count, write })
     }
 
     /// Records the pass, after the simulation and a barrier.

@@ -31,24 +31,22 @@ use super::background::{Background, Behind, HostBackground};
 use super::environment::EnvironmentMap;
 use super::frame::{Frame, FrameBuffer};
 use super::glints::{Glints, SplatTable};
-use super::side_by_side;
 use super::tile_grid::TILE_PIXELS;
 use super::tiles::Tiles;
 use super::tone_map::{FINAL_SUMS, Source};
 use super::totals::{DISORDERED_GROUPS, LARGE_GROUPS, LINE_GROUPS, LISTED_GROUPS, RAY_GROUPS};
+use super::{rows_of, side_by_side};
 use crate::Result;
 use crate::abi::{LISTED_TILES, LISTS};
 use crate::gpu::sets::{composite as slot, constant, group};
 use crate::gpu::{
-    Bindings, Buffer, ComputePipeline, Device, Memory, Recorder, Resource, Texel, Texels, Use,
-    memory_barrier, shaders,
+    Bindings, Buffer, ComputePipeline, Device, Memory, Recorder, Resource, Slot, Texel, Texels,
+    Use, fill_buffer, memory_barrier, shaders,
 };
 use crate::plan::FramePlan;
 
 /// Bytes a pixel, of the picture and of the sky.
 const PIXEL_BYTES: u64 = 8;
-/// Workgroups of a dispatch along an axis, on any device.
-const MOST_GROUPS: u32 = 65_535;
 /// Pixels of a workgroup of the sky's pass: whole tiles.
 const SKY_GROUP: [u32; 3] = group::SKY_COMP;
 
@@ -61,6 +59,8 @@ pub struct Composite {
     pub nearest: Option<Buffer>,
     /// A sum of log(delta + luminance) for each tile, then those of `tone_map.rs`.
     pub log_sums: Buffer,
+    /// Sums of the lines that bright sources draw along streaks, which composite reads; none where there are none.
+    line_sums: Option<Buffer>,
     /// Pixels of the tiles, across and down.
     in_tiles: (u32, u32),
     tiles: u32,
@@ -72,24 +72,58 @@ pub struct Composite {
     sky_is_there: bool,
     /// Whether what is behind the drops, or what they show, is another with every frame.
     changes: bool,
+    groups: [u32; 3],
+    /// Whether many tiles have few drops, so that they are listed.
+    is_listed: bool,
     bindings: Bindings,
-    sky_pass: SkyPass,
+    passes: Passes,
+}
+
+/// What others have prepared, which the passes read.
+#[derive(Clone, Copy)]
+pub struct Prepared<'a> {
+    /// The frame's constants.
+    pub frame: &'a FrameBuffer,
+    /// The whole environment, which is behind the drops.
+    pub environment: &'a EnvironmentMap,
+    /// What drops see of it as a texture.
+    pub seen_by_drops: &'a EnvironmentMap,
+    /// A far drop's pictures.
+    pub appearance: &'a Appearance,
+    /// The bright sources, and their images in a far drop.
+    pub glints: &'a Glints,
+    /// What splats show.
+    pub splats: &'a SplatTable,
+    /// The drops on each tile.
+    pub tiles: &'a Tiles,
+}
+
+/// What the passes write.
+struct Buffers {
+    radiance: Buffer,
+    nearest: Option<Buffer>,
+    log_sums: Buffer,
+    sky: Buffer,
+    disordered_tiles: Buffer,
+    drawn_tiles: Buffer,
+    veil_light: Buffer,
+    line_sums: Option<Buffer>,
+}
+
+/// Their pipelines.
+struct Passes {
+    sky: SkyPass,
     /// What streaks of one colour show; none where there are none.
     veil_light: Option<ComputePipeline>,
     rays: ComputePipeline,
     /// Adds the images of bright sources to large drops; none where there are no sources.
     glints: Option<ComputePipeline>,
-    /// Sums up the lines that they draw along streaks, which composite reads; none where there are none.
-    lines: Option<(ComputePipeline, Buffer)>,
+    /// Sums up the lines that they draw along streaks; none where there are none.
+    lines: Option<ComputePipeline>,
     composite: ComputePipeline,
-    groups: [u32; 3],
     /// None where there may be streaks, which are in lists of their own.
     listed: Option<Listed>,
-    /// Whether many tiles have few drops, so that they are listed.
-    is_listed: bool,
     disordered: ComputePipeline,
-    _texels: Option<[Texels; 5]>,
-    _held: [Buffer; 4],
 }
 
 /// The passes by which tiles are drawn by how much there is to do in them: those without drops not at all while the sky behind
@@ -115,137 +149,129 @@ fn view_of(frame: &Frame) -> View {
     (of_camera, frame.lens, frame.window)
 }
 
-impl Composite {
-    /// The passes for an image of this size.
-    ///
-    /// # Errors
-    /// [`crate::Error::Limit`] if the image does not fit in one binding; [`crate::Error::Memory`] if the
-    /// device has no room for it; [`crate::Error::Vulkan`] if the driver refuses.
-    #[expect(clippy::too_many_arguments, reason = "it draws what all of them prepare")]
-    pub fn new(
+impl Buffers {
+    fn new(
         device: &Arc<Device>,
-        frame: &FrameBuffer,
-        environment: &EnvironmentMap,
-        seen_by_drops: &EnvironmentMap,
-        appearance: &Appearance,
-        glints: &Glints,
-        splats: &SplatTable,
         tiles: &Tiles,
-        (width, height): (u32, u32),
-        plan: &FramePlan,
-        behind: Option<&Behind>,
-        is_renewed: bool,
+        pixels: u64,
+        has_nearest: bool,
+        is_listed: bool,
+        has_lines: bool,
     ) -> Result<Self> {
         use vk::BufferUsageFlags as Usage;
         let make = |name, bytes, usage| {
             Buffer::new(device, name, bytes, Usage::STORAGE_BUFFER | usage, Memory::Device)
         };
-        let pixels = u64::from(width) * u64::from(height);
-        let radiance = make(
-            "radiance",
-            PIXEL_BYTES * pixels,
-            Usage::TRANSFER_SRC | Usage::UNIFORM_TEXEL_BUFFER,
-        )?;
-        let nearest = match plan.nearest {
-            true => Some(make("nearest drops", 8 * pixels, Usage::TRANSFER_SRC)?),
-            false => None,
+        let maybe = |is_wanted: bool, name, bytes, usage| {
+            is_wanted.then(|| make(name, bytes, usage)).transpose()
         };
-        let sky_bytes = PIXEL_BYTES * TILE_PIXELS * u64::from(tiles.count);
-        let sky = make("sky", sky_bytes, Usage::UNIFORM_TEXEL_BUFFER)?;
-        let sums = 4 * u64::from(tiles.count + FINAL_SUMS);
+        let (count, texels) = (u64::from(tiles.count), Usage::UNIFORM_TEXEL_BUFFER);
+        let drawn = 2 * tiles.count + tiles.count.div_ceil(LISTED_TILES);
+        let drawn = if is_listed { drawn } else { 1 };
+        let lit = if tiles.has_veil() { count } else { 1 };
         let moved = Usage::TRANSFER_SRC | Usage::TRANSFER_DST;
-        let log_sums = make("log luminance sums", sums, moved)?;
+        let of_lines = Usage::TRANSFER_DST | texels;
+        Ok(Self {
+            radiance: make("radiance", PIXEL_BYTES * pixels, Usage::TRANSFER_SRC | texels)?,
+            nearest: maybe(has_nearest, "nearest drops", 8 * pixels, Usage::TRANSFER_SRC)?,
+            log_sums: make("log luminance sums", 4 * (count + u64::from(FINAL_SUMS)), moved)?,
+            sky: make("sky", PIXEL_BYTES * TILE_PIXELS * count, texels)?,
+            disordered_tiles: make("disordered tiles", 8 * count, Usage::empty())?,
+            drawn_tiles: make("drawn tiles", 4 * u64::from(drawn), Usage::empty())?,
+            veil_light: make("veil light", 16 * lit, texels)?,
+            line_sums: maybe(has_lines, "sums of lines", 4 * TILE_PIXELS * count, of_lines)?,
+        })
+    }
 
-        let disordered_tiles =
-            make("disordered tiles", 8 * u64::from(tiles.count), Usage::empty())?;
-        let is_listed = !tiles.has_veil() && tiles.bands() == 1;
-        let drawn_words = 2 * tiles.count + tiles.count.div_ceil(LISTED_TILES);
-        let drawn_words = if is_listed { drawn_words } else { 1 };
-        let drawn = make("drawn tiles", 4 * u64::from(drawn_words), Usage::empty())?;
-
-        let has_lines = tiles.has_veil() && glints.count > 0;
-        let lit = if tiles.has_veil() { 16 * u64::from(tiles.count) } else { 16 };
-        let veil_light = make("veil light", lit, Usage::UNIFORM_TEXEL_BUFFER)?;
-        let line_sums = match has_lines {
-            true => Some(make(
-                "sums of lines",
-                4 * TILE_PIXELS * u64::from(tiles.count),
-                Usage::TRANSFER_DST | Usage::UNIFORM_TEXEL_BUFFER,
-            )?),
-            false => None,
-        };
-        let [veil, moves, shapes] = tiles.of_larges();
-
-        let splats = &splats.table;
+    /// What the shaders read a texel at a time; none where the device takes no texel buffers so large.
+    fn texels(
+        &self,
+        device: &Arc<Device>,
+        Prepared { splats, tiles, .. }: Prepared<'_>,
+    ) -> Result<Option<[(Slot, Texels); 5]>> {
+        let [veil, ..] = tiles.of_larges();
         let fit = tiles.texels.is_some()
-            && Texels::fit(device, &sky, Texel::FourWords)
+            && Texels::fit(device, &self.sky, Texel::FourWords)
             && Texels::fit(device, veil, Texel::TwoWords);
+        if !fit {
+            return Ok(None);
+        }
         let four_words = |name, buffer| Texels::new(device, name, buffer, Texel::FourWords);
-        let texels = match &tiles.texels {
-            Some(of_tiles) if fit => {
-                let own = [
-                    four_words("texels of the sky", &sky)?,
-                    four_words("texels of splats", splats)?,
-                    four_words("texels of lines", line_sums.as_ref().unwrap_or(&sky))?,
-                    four_words("texels of the veil's light", &veil_light)?,
-                    Texels::new(device, "texels of the veil's links", veil, Texel::TwoWords)?,
-                ];
-                Some((of_tiles, own))
-            }
-            _ => None,
-        };
-        let views = texels.iter().flat_map(|(of_tiles, [sky, splats, lines, lit, links])| {
-            [
-                (slot::NODE_TEXELS, &of_tiles.nodes),
-                (slot::SKY_TEXELS, sky),
-                (slot::SPLAT_TEXELS, splats),
-                (slot::LINE_TEXELS, lines),
-                (slot::VEIL_TEXELS, lit),
-                (slot::LINK_TEXELS, links),
-            ]
-        });
-        let maps = [(slot::ENVIRONMENT_MAP, seen_by_drops), (slot::WHOLE_MAP, environment)];
-        let lists = &tiles.lists;
+        let lines = self.line_sums.as_ref().unwrap_or(&self.sky);
+        let links = Texels::new(device, "texels of the veil's links", veil, Texel::TwoWords)?;
+        Ok(Some([
+            (slot::SKY_TEXELS, four_words("texels of the sky", &self.sky)?),
+            (slot::SPLAT_TEXELS, four_words("texels of splats", &splats.table)?),
+            (slot::LINE_TEXELS, four_words("texels of lines", lines)?),
+            (slot::VEIL_TEXELS, four_words("texels of the veil's light", &self.veil_light)?),
+            (slot::LINK_TEXELS, links),
+        ]))
+    }
+
+    /// What is bound for all passes.
+    fn bindings(
+        &self,
+        device: &Arc<Device>,
+        prepared: Prepared<'_>,
+        texels: Option<&[(Slot, Texels); 5]>,
+    ) -> Result<Bindings> {
+        let Prepared { frame, environment, seen_by_drops, appearance, glints, splats, tiles } =
+            prepared;
+        let (lists, [veil, moves, shapes]) = (&tiles.lists, tiles.of_larges());
         let buffers = [
             (slot::CONSTANTS, &frame.buffer),
-            (slot::RAIN_FIELD, tiles.field_or(&sky)),
+            (slot::RAIN_FIELD, tiles.field_or(&self.sky)),
             (slot::TOTALS, &lists.totals),
             (slot::NODES, &lists.nodes),
             (slot::HEADS, &lists.heads),
             (slot::LARGES, &lists.larges),
             (slot::BLOCKS, &lists.blocks),
             (slot::PICTURES, &appearance.table),
-            (slot::RADIANCE, &radiance),
-            (slot::SKY, &sky),
-            (slot::LOG_SUMS, &log_sums),
-            (slot::DISORDERED, &disordered_tiles),
-            (slot::DRAWN_TILES, &drawn),
+            (slot::RADIANCE, &self.radiance),
+            (slot::SKY, &self.sky),
+            (slot::LOG_SUMS, &self.log_sums),
+            (slot::DISORDERED, &self.disordered_tiles),
+            (slot::DRAWN_TILES, &self.drawn_tiles),
             (slot::COUNTERS, &tiles.counters),
-            (slot::SPLAT_TABLE, splats),
+            (slot::SPLAT_TABLE, &splats.table),
             (slot::SOURCES, &glints.sources),
             (slot::BOW, &glints.bow),
             // Without a depth no shader reads it.
-            (slot::REACH, tiles.reach.as_ref().unwrap_or(&sky)),
+            (slot::REACH, tiles.reach.as_ref().unwrap_or(&self.sky)),
             (slot::VEIL, veil),
-            (slot::VEIL_LIGHT, &veil_light),
+            (slot::VEIL_LIGHT, &self.veil_light),
             // Without lines no shader reads it.
-            (slot::LINE_SUMS, line_sums.as_ref().unwrap_or(&sky)),
+            (slot::LINE_SUMS, self.line_sums.as_ref().unwrap_or(&self.sky)),
             (slot::MOVES, moves),
             (slot::LARGE_SHAPES, shapes),
             // Where it is not wanted no shader writes it.
-            (slot::NEAREST_DROPS, nearest.as_ref().unwrap_or(&sky)),
+            (slot::NEAREST_DROPS, self.nearest.as_ref().unwrap_or(&self.sky)),
         ];
+        let maps = [(slot::ENVIRONMENT_MAP, seen_by_drops), (slot::WHOLE_MAP, environment)];
+        let nodes = tiles.texels.iter().map(|of_tiles| (slot::NODE_TEXELS, &of_tiles.nodes));
+        let views = texels
+            .into_iter()
+            .flat_map(|own| nodes.clone().chain(own.iter().map(|(slot, view)| (*slot, view))));
         let slots: Vec<_> = buffers
             .map(|(slot, buffer)| (slot, Resource::Buffer(buffer)))
             .into_iter()
             .chain(maps.map(|(slot, map)| (slot, Resource::Sampled(&map.image, &map.sampler))))
             .chain(views.map(|(slot, view)| (slot, Resource::Texels(view))))
             .collect();
-        let bindings = Bindings::of(device, "composite", &slots)?;
-        // All tiles of whole regions, in as many rows as a device with the least of limits needs.
-        let groups = tiles.in_regions.div_ceil(64);
-        let rows = groups.div_ceil(MOST_GROUPS);
-        let groups = [groups.div_ceil(rows), rows, 1];
+        Bindings::of(device, "composite", &slots)
+    }
+}
+
+impl Passes {
+    fn new(
+        device: &Arc<Device>,
+        prepared: Prepared<'_>,
+        (buffers, bindings): (&Buffers, &Bindings),
+        has_texels: bool,
+        plan: &FramePlan,
+        behind: Option<&Behind>,
+    ) -> Result<Self> {
+        let Prepared { glints, tiles, .. } = prepared;
         let own = [
             [constant::LOG_SUMS, plan.log_average.into()],
             [constant::PREFETCH, tiles.prefetch.into()],
@@ -254,31 +280,22 @@ impl Composite {
         ];
         let constants: Vec<_> = tiles.constants.iter().copied().chain(own).collect();
         let pushed = |shader, bytes, constants: &[_]| {
-            ComputePipeline::new(device, shader, &bindings, bytes, constants)
+            ComputePipeline::new(device, shader, bindings, bytes, constants)
         };
         let pipeline = |shader| pushed(shader, 0, &constants);
-        let sky_pass = || -> Result<SkyPass> {
+        let maybe = |is_wanted: bool, shader| is_wanted.then(|| pipeline(shader)).transpose();
+        let [over, few] = match has_texels {
+            true => [shaders::COMPOSITE_COMP_TEXELS, shaders::COMPOSITE_COMP_FEW_TEXELS],
+            false => [shaders::COMPOSITE_COMP, shaders::COMPOSITE_COMP_FEW],
+        };
+        let sky = || -> Result<SkyPass> {
             let Some(behind) = behind else {
                 let by_cells = tiles.has_cells();
                 let shader = if by_cells { shaders::SKY_COMP_CELLS } else { shaders::SKY_COMP };
                 return Ok(SkyPass::Environment(pipeline(shader)?));
             };
-            let pass = Background::new(
-                device,
-                frame,
-                environment,
-                appearance,
-                glints,
-                tiles,
-                &sky,
-                behind,
-                plan.layers,
-            )?;
+            let pass = Background::new(device, prepared, &buffers.sky, behind, plan.layers)?;
             Ok(SkyPass::Background(Box::new(pass)))
-        };
-        let [over, few] = match fit {
-            true => [shaders::COMPOSITE_COMP_TEXELS, shaders::COMPOSITE_COMP_FEW_TEXELS],
-            false => [shaders::COMPOSITE_COMP, shaders::COMPOSITE_COMP_FEW],
         };
         let listed = || -> Result<Option<Listed>> {
             if tiles.has_veil() {
@@ -304,24 +321,51 @@ impl Composite {
             || {
                 rayon::join(
                     || -> Result<_> {
-                        let of_large = (glints.count > 0).then(|| pipeline(shaders::GLINTS_COMP));
-                        let of_lines = has_lines.then(|| pipeline(shaders::LINES_COMP));
-                        Ok((of_large.transpose()?, of_lines.transpose()?))
+                        let of_large = maybe(glints.count > 0, shaders::GLINTS_COMP)?;
+                        Ok((of_large, maybe(buffers.line_sums.is_some(), shaders::LINES_COMP)?))
                     },
                     || -> Result<_> {
-                        let of_veil = tiles.has_veil().then(|| pipeline(shaders::VEIL_LIGHT_COMP));
-                        Ok((sky_pass()?, of_veil.transpose()?))
+                        Ok((sky()?, maybe(tiles.has_veil(), shaders::VEIL_LIGHT_COMP)?))
                     },
                 )
             },
         );
         let ([disordered, composite, rays], listed) = of_all?;
-        let (sky_pass, of_veil) = others?;
-        let (of_glints, of_lines) = of_glints?;
+        let (glints, lines) = of_glints?;
+        let (sky, veil_light) = others?;
+        Ok(Self { sky, veil_light, rays, glints, lines, composite, listed, disordered })
+    }
+}
+
+impl Composite {
+    /// The passes for an image of this size. `is_renewed`: the environment is another with every frame.
+    ///
+    /// # Errors
+    /// [`crate::Error::Limit`] if the image does not fit in one binding; [`crate::Error::Memory`] if the
+    /// device has no room for it; [`crate::Error::Vulkan`] if the driver refuses.
+    pub fn new(
+        device: &Arc<Device>,
+        prepared: Prepared<'_>,
+        (width, height): (u32, u32),
+        plan: &FramePlan,
+        behind: Option<&Behind>,
+        is_renewed: bool,
+    ) -> Result<Self> {
+        let Prepared { glints, tiles, .. } = prepared;
+        let pixels = u64::from(width) * u64::from(height);
+        let has_lines = tiles.has_veil() && glints.count > 0;
+        let is_listed = !tiles.has_veil() && tiles.bands() == 1;
+        let buffers = Buffers::new(device, tiles, pixels, plan.nearest, is_listed, has_lines)?;
+        let texels = buffers.texels(device, prepared)?;
+        let bindings = buffers.bindings(device, prepared, texels.as_ref())?;
+        let of = (&buffers, &bindings);
+        let passes = Passes::new(device, prepared, of, texels.is_some(), plan, behind)?;
+        let Buffers { radiance, nearest, log_sums, line_sums, .. } = buffers;
         Ok(Self {
             radiance,
             nearest,
             log_sums,
+            line_sums,
             in_tiles: tiles.in_pixels,
             tiles: tiles.count,
             keeps_sky: false,
@@ -329,19 +373,11 @@ impl Composite {
             sky_since: 0,
             sky_is_there: false,
             changes: is_renewed || plan.is_grainy() || matches!(behind, Some(Behind::Host { .. })),
-            sky_pass,
-            veil_light: of_veil,
-            rays,
-            glints: of_glints,
-            lines: of_lines.zip(line_sums),
-            composite,
-            groups,
-            listed,
+            // All tiles of whole regions.
+            groups: rows_of(tiles.in_regions.div_ceil(64)),
             is_listed,
-            disordered,
             bindings,
-            _texels: texels.map(|(_, own)| own),
-            _held: [sky, disordered_tiles, drawn, veil_light],
+            passes,
         })
     }
 
@@ -369,7 +405,7 @@ impl Composite {
     /// # Safety
     /// That of [`Background::set_images`].
     pub unsafe fn set_images(&mut self, set: usize, images: &HostBackground) -> Result<()> {
-        match &mut self.sky_pass {
+        match &mut self.passes.sky {
             SkyPass::Environment(_) => Ok(()),
             // SAFETY: by contract.
             SkyPass::Background(pass) => unsafe { pass.set_images(set, images) },
@@ -387,39 +423,37 @@ impl Composite {
     pub fn record_sky(&self, device: &Device, commands: Recorder<'_>) {
         let (across, down) = self.in_tiles;
         let groups = [across.div_ceil(SKY_GROUP[0]), down.div_ceil(SKY_GROUP[1]), 1];
-        match &self.sky_pass {
+        match &self.passes.sky {
             SkyPass::Environment(pass) => pass.dispatch(commands, &self.bindings, 0, &[], groups),
             SkyPass::Background(pass) => pass.record(commands, groups),
         }
-        if let Some(veil_light) = &self.veil_light {
-            let groups = self.tiles.div_ceil(64);
-            let rows = groups.div_ceil(MOST_GROUPS);
+        if let Some(veil_light) = &self.passes.veil_light {
+            let groups = rows_of(self.tiles.div_ceil(64));
             memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::ComputeRead]);
-            veil_light.dispatch(commands, &self.bindings, 0, &[], [groups.div_ceil(rows), rows, 1]);
+            veil_light.dispatch(commands, &self.bindings, 0, &[], groups);
         }
     }
 
     /// Records the pixels of the large drops, after the tiles' lists and a barrier.
     pub fn record_rays(&self, commands: Recorder<'_>, tiles: &Tiles) {
-        self.rays.dispatch_indirect(commands, &self.bindings, &[], tiles.totals(), RAY_GROUPS);
+        let totals = tiles.totals();
+        self.passes.rays.dispatch_indirect(commands, &self.bindings, &[], totals, RAY_GROUPS);
     }
 
     /// Records the reset of what is summed up. A barrier to compute must follow.
     pub fn record_reset(&self, device: &Device, commands: Recorder<'_>) {
-        if let Some((_, sums)) = &self.lines {
-            let raw = sums.raw();
-            // SAFETY: the command buffer is recorded outside of rendering.
-            unsafe { device.raw().cmd_fill_buffer(commands.raw(), raw, 0, vk::WHOLE_SIZE, 0) };
+        if let Some(sums) = &self.line_sums {
+            fill_buffer(device, commands, sums, 0..sums.size, 0);
         }
     }
 
     /// Records the images of bright sources in the large drops, after [`Composite::record_rays`] and a barrier, if
     /// there are sources; and then their lines along streaks.
     pub fn record_glints(&self, device: &Device, commands: Recorder<'_>, tiles: &Tiles) {
-        if let Some(glints) = &self.glints {
+        if let Some(glints) = &self.passes.glints {
             glints.dispatch_indirect(commands, &self.bindings, &[], tiles.totals(), LARGE_GROUPS);
         }
-        if let Some((lines, _)) = &self.lines {
+        if let Some(lines) = &self.passes.lines {
             memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::ComputeRead]);
             lines.dispatch_indirect(commands, &self.bindings, &[], tiles.totals(), LINE_GROUPS);
         }
@@ -428,14 +462,14 @@ impl Composite {
     /// Records the drops over one another and the sky behind, after [`Composite::record_glints`]
     /// and a barrier.
     pub fn record(&self, device: &Device, commands: Recorder<'_>, tiles: &Tiles) {
-        let (bindings, totals) = (&self.bindings, tiles.totals());
+        let (passes, bindings, totals) = (&self.passes, &self.bindings, tiles.totals());
         let after = [Use::ComputeWrite, Use::ComputeRead, Use::Indirect];
         let is_listed = u32::from(self.is_listed).to_ne_bytes();
-        match &self.listed {
+        match &passes.listed {
             Some(Listed { to_draw, groups, few }) if self.is_listed => {
                 let new_sky = u32::from(!self.keeps_sky).to_ne_bytes();
                 to_draw.dispatch(commands, bindings, 0, &new_sky, [*groups, 1, 1]);
-                let several = (&self.composite, &is_listed[..]);
+                let several = (&passes.composite, &is_listed[..]);
                 let all = std::iter::once(several).chain(few.iter().map(|pass| (pass, &[][..])));
                 for (list, (pass, push)) in (0..).zip(all) {
                     // They write to other places of the same buffers, which no layer can know.
@@ -444,9 +478,9 @@ impl Composite {
                     pass.dispatch_indirect(commands, bindings, push, totals, groups);
                 }
             }
-            _ => self.composite.dispatch(commands, bindings, 0, &is_listed, self.groups),
+            _ => passes.composite.dispatch(commands, bindings, 0, &is_listed, self.groups),
         }
         memory_barrier(device, commands, &[Use::ComputeWrite], &after);
-        self.disordered.dispatch_indirect(commands, bindings, &[], totals, DISORDERED_GROUPS);
+        passes.disordered.dispatch_indirect(commands, bindings, &[], totals, DISORDERED_GROUPS);
     }
 }

@@ -233,7 +233,7 @@ impl Drops {
                 Some(_) => (self.count, 1),
                 None => (4, self.count),
             };
-            all.bind(commands, &self.bindings, 0, push);
+            all.bind(commands, &self.bindings, push);
             // SAFETY: within a rendering, with everything bound; the buffers hold what is drawn, and the arguments
             // were written by the compaction.
             unsafe {
@@ -249,7 +249,7 @@ impl Drops {
                     raw.cmd_draw(commands.raw(), vertices, instances, 0, 0);
                 }
             }
-            self.quads.bind(commands, &self.bindings, 0, push);
+            self.quads.bind(commands, &self.bindings, push);
             // SAFETY: as above; the arguments were written by the simulation.
             unsafe {
                 raw.cmd_bind_vertex_buffers(commands.raw(), 0, &[simulate.ordered.raw()], &[0]);

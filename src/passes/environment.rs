@@ -21,8 +21,8 @@ use crate::environment::Environment;
 use crate::environment::bright::split;
 use crate::environment::levels::for_each_level;
 use crate::gpu::{
-    Buffer, Commands, Device, Image, ImageInfo, Memory, Sampler, Samples, Use, copy_rows,
-    copy_to_image, image_barrier,
+    Buffer, Commands, Device, Image, ImageInfo, Memory, Sampler, Use, copy_rows, copy_to_image,
+    image_barrier,
 };
 
 /// Largest radiance that is stored.
@@ -145,15 +145,12 @@ impl EnvironmentMap {
 /// An image with all levels of an environment.
 fn environment_image(
     device: &Arc<Device>,
-    (width, height): (u32, u32),
+    size: (u32, u32),
     usage: vk::ImageUsageFlags,
 ) -> Result<Image> {
-    let (name, levels, samples) = ("environment", height.ilog2() + 1, Samples::One);
     let format = vk::Format::R16G16B16A16_SFLOAT;
-    Image::new(
-        device,
-        &ImageInfo { name, width, height, levels, layers: 1, format, usage, samples },
-    )
+    let flat = ImageInfo::flat("environment", size.into(), format, usage);
+    Image::new(device, &ImageInfo { levels: size.1.ilog2() + 1, ..flat })
 }
 
 /// Fills every level of `image`, in strips of rows, and leaves it ready to be sampled.

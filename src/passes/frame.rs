@@ -11,7 +11,7 @@ use glam::{DVec2, DVec3, Vec3};
 use crate::Result;
 pub use crate::abi::Frame;
 use crate::abi::{Constants, MOST_POPULATIONS, Population};
-use crate::gpu::{Buffer, Device, Memory, Recorder};
+use crate::gpu::{Buffer, Device, Memory, Recorder, update_buffer};
 use crate::rain::cull::Sight;
 use crate::rain::{Rain, Tick, tick_of_seconds};
 use crate::scene::Scene;
@@ -181,16 +181,12 @@ impl FrameBuffer {
             *record = population_of(rain, scene, index);
             index += rain.count;
         }
-        let (raw, at) = (self.buffer.raw(), offset_of!(Constants, others) as u64);
-        let bytes = bytemuck::bytes_of(&records);
-        // SAFETY: the command buffer is recorded outside of rendering; the data is copied now.
-        unsafe { device.raw().cmd_update_buffer(commands.raw(), raw, at, bytes) };
+        let at = offset_of!(Constants, others) as u64;
+        update_buffer(device, commands, &self.buffer, at, bytemuck::bytes_of(&records));
     }
 
     /// Records the update.
     pub fn record(&self, device: &Device, commands: Recorder<'_>, frame: &Frame) {
-        let bytes = bytemuck::bytes_of(frame);
-        // SAFETY: the command buffer is recorded outside of rendering; the data is copied now.
-        unsafe { device.raw().cmd_update_buffer(commands.raw(), self.buffer.raw(), 0, bytes) };
+        update_buffer(device, commands, &self.buffer, 0, bytemuck::bytes_of(frame));
     }
 }

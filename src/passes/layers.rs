@@ -22,13 +22,10 @@ use glam::DVec3;
 use crate::Result;
 use crate::abi::Motion;
 use crate::gpu::sets::tiles as slot;
-use crate::gpu::{Buffer, Device, Memory, Recorder, Slot};
+use crate::gpu::{Buffer, Device, Memory, Recorder, Slot, update_buffer};
 use crate::rain::cells::Lattice;
 use crate::scene::Scene;
 use crate::scene::projection::View;
-
-/// Bytes that one `vkCmdUpdateBuffer` takes.
-const MOST_AT_ONCE: usize = 65_536;
 
 /// The drops' records, and the motion in them.
 pub struct DropRecords {
@@ -97,16 +94,7 @@ impl DropRecords {
         }
         let of_drop = |velocity: DVec3| -> [f32; 4] { with(velocity * seconds, 0.0) };
         let placed: Vec<_> = scene.drops.iter().map(|drop| of_drop(drop.velocity)).collect();
-        let parts = [
-            (&self.motion, bytemuck::bytes_of(&motion)),
-            (&self.placed_moved, bytemuck::cast_slice(&placed)),
-        ];
-        for (buffer, bytes) in parts {
-            for (part, at) in bytes.chunks(MOST_AT_ONCE).zip((0..).step_by(MOST_AT_ONCE)) {
-                let raw = buffer.raw();
-                // SAFETY: recorded outside of rendering; the buffer holds the bytes, which are copied now.
-                unsafe { device.raw().cmd_update_buffer(commands.raw(), raw, at, part) };
-            }
-        }
+        update_buffer(device, commands, &self.motion, 0, bytemuck::bytes_of(&motion));
+        update_buffer(device, commands, &self.placed_moved, 0, bytemuck::cast_slice(&placed));
     }
 }

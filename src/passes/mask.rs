@@ -21,8 +21,8 @@ use ash::vk;
 use super::light_constants;
 use crate::gpu::sets::{group, mask as slot};
 use crate::gpu::{
-    Bindings, Buffer, Commands, ComputePipeline, Device, Image, ImageInfo, Memory, Resource,
-    Sampler, Samples, Use, copy_to_buffer, image_barrier, memory_barrier, shaders,
+    Bindings, Buffer, Commands, ComputePipeline, Device, Image, ImageInfo, Resource, Sampler, Use,
+    copy_to_buffer, image_barrier, memory_barrier, shaders,
 };
 use crate::optics::level_half_angle;
 use crate::plan::Light;
@@ -69,21 +69,11 @@ impl Mask {
             });
         }
         let levels = size.ilog2() + 1;
-        let image = Image::new(
-            device,
-            &ImageInfo {
-                name: "mask",
-                width: size,
-                height: size,
-                levels,
-                layers: 2,
-                format,
-                usage: vk::ImageUsageFlags::STORAGE
-                    | vk::ImageUsageFlags::SAMPLED
-                    | vk::ImageUsageFlags::TRANSFER_SRC,
-                samples: Samples::One,
-            },
-        )?;
+        let usage = vk::ImageUsageFlags::STORAGE
+            | vk::ImageUsageFlags::SAMPLED
+            | vk::ImageUsageFlags::TRANSFER_SRC;
+        let flat = ImageInfo::flat("mask", [size; 2], format, usage);
+        let image = Image::new(device, &ImageInfo { levels, layers: 2, ..flat })?;
         let bindings = Bindings::new(device, "mask", &[slot::LEVEL_IMAGE], levels)?;
         for level in 0..levels {
             // SAFETY: no commands have it yet.
@@ -126,8 +116,7 @@ impl Mask {
         let size = self.image.width >> level;
         let texels = 2 * size as usize * size as usize;
         let bytes = texels as u64 * self.bytes_a_texel();
-        let usage = vk::BufferUsageFlags::TRANSFER_DST;
-        let staging = Buffer::new(device, "mask read back", bytes, usage, Memory::Readback)?;
+        let staging = Buffer::readback(device, "mask read back", bytes)?;
         Commands::once(device, "read mask", |commands| {
             image_barrier(device, commands, &self.image, Use::GraphicsRead, Use::TransferRead);
             copy_to_buffer(device, commands, &self.image, level, &staging);

@@ -6,6 +6,7 @@ pub mod background;
 pub mod cells;
 pub mod compact;
 pub mod composite;
+pub mod counters;
 pub mod drops;
 pub mod environment;
 pub mod frame;
@@ -48,6 +49,15 @@ pub(crate) fn side_by_side<T: Send, U: Send, const N: usize>(
 ) -> Result<[U; N]> {
     let made: Result<Vec<U>> = of.into_par_iter().with_max_len(1).map(make).collect();
     Ok(made?.try_into().unwrap_or_else(|_| unreachable!("as many as were asked for")))
+}
+
+/// Workgroups of a dispatch along an axis, on any device.
+const MOST_GROUPS: u32 = 65_535;
+
+/// So many workgroups, or a few more, in as many rows as a device with the least of limits needs.
+fn rows_of(groups: u32) -> [u32; 3] {
+    let rows = groups.div_ceil(MOST_GROUPS).max(1);
+    [groups.div_ceil(rows), rows, 1]
 }
 
 /// Specialization constants of the shaders that include `light_model.glsl`.

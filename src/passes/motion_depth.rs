@@ -115,9 +115,7 @@ impl MotionDepth {
             image.take(device, commands, Use::ColorAttachment);
             let color = attachment_of(image.view, vk::AttachmentLoadOp::LOAD);
             rendering(device, commands, color, None, image.size, 0.0, || {
-                pipeline.bind(commands, &self.bindings, 0, bytemuck::bytes_of(&push));
-                // SAFETY: within a rendering, with everything bound.
-                unsafe { device.raw().cmd_draw(commands.raw(), 3, 1, 0, 0) };
+                pipeline.draw_triangle(commands, &self.bindings, bytemuck::bytes_of(&push))
             });
             image.give_back(device, commands, Use::ColorAttachment);
         };

@@ -10,8 +10,8 @@ use super::rendering;
 use super::tone_map::Source;
 use crate::gpu::sets::output as slot;
 use crate::gpu::{
-    Alpha, Bindings, Device, GraphicsPipeline, GraphicsState, HostImage, Recorder, Resource,
-    Sampler, Texel, Texels, Use, attachment_of, shaders,
+    Alpha, Bindings, Device, GraphicsPipeline, GraphicsState, HostImage, Recorder, Resource, Use,
+    attachment_of, shaders,
 };
 use crate::{Error, Result};
 
@@ -45,8 +45,6 @@ pub struct Output {
     blend: Blend,
     bindings: Bindings,
     pipeline: GraphicsPipeline,
-    _texels: Option<Texels>,
-    _sampler: Option<Sampler>,
 }
 
 impl Output {
@@ -79,29 +77,12 @@ impl Output {
                 missing: format!("drawing into {format:?} with {blend:?}"),
             });
         }
-        let texels = match source {
-            Source::Tiles { radiance, .. } if Texels::fit(device, radiance, Texel::FourHalves) => {
-                Some(Texels::new(device, "texels of radiance", radiance, Texel::FourHalves)?)
-            }
-            _ => None,
-        };
-        let clamp = vk::SamplerAddressMode::CLAMP_TO_EDGE;
-        let sampler = match source {
-            Source::Image(_) => Some(Sampler::linear(device, "radiance", clamp, clamp)?),
-            Source::Tiles { .. } => None,
-        };
-        let (radiance, shader) = match (source, &texels, &sampler) {
-            (Source::Image(image), _, Some(sampler)) => {
-                ((slot::RADIANCE_IMAGE, Resource::Sampled(image, sampler)), shaders::OUTPUT_FRAG)
-            }
-            (Source::Tiles { .. }, Some(texels), _) => {
-                ((slot::RADIANCE_TEXELS, Resource::Texels(texels)), shaders::OUTPUT_FRAG_TEXELS)
-            }
-            (Source::Tiles { radiance, .. }, ..) => {
-                ((slot::RADIANCE, Resource::Buffer(radiance)), shaders::OUTPUT_FRAG_BUFFER)
-            }
-            (Source::Image(_), _, None) => unreachable!("an image has its sampler"),
-        };
+        let radiance = source.radiance(device)?;
+        let (radiance, shader) = radiance.choose([
+            (slot::RADIANCE_IMAGE, shaders::OUTPUT_FRAG),
+            (slot::RADIANCE_TEXELS, shaders::OUTPUT_FRAG_TEXELS),
+            (slot::RADIANCE, shaders::OUTPUT_FRAG_BUFFER),
+        ]);
         let uniform = (slot::CONSTANTS, Resource::Buffer(&frame.buffer));
         let bindings = Bindings::of(device, "output", &[uniform, radiance])?;
         let state = GraphicsState {
@@ -113,7 +94,7 @@ impl Output {
         };
         let vertex = shaders::FULLSCREEN_VERT;
         let pipeline = GraphicsPipeline::new(device, [vertex, shader], &bindings, 0, &[], &state)?;
-        Ok(Self { format, blend, bindings, pipeline, _texels: texels, _sampler: sampler })
+        Ok(Self { format, blend, bindings, pipeline })
     }
 
     /// Refuses an image that it cannot write.
@@ -142,9 +123,7 @@ impl Output {
         };
         let color = attachment_of(image.view, load);
         rendering(device, commands, color, None, image.size, 0.0, || {
-            self.pipeline.bind(commands, &self.bindings, 0, &[]);
-            // SAFETY: within a rendering, with everything bound.
-            unsafe { device.raw().cmd_draw(commands.raw(), 3, 1, 0, 0) };
+            self.pipeline.draw_triangle(commands, &self.bindings, &[])
         });
         image.give_back(device, commands, Use::ColorAttachment);
     }

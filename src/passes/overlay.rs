@@ -14,8 +14,7 @@ use crate::Result;
 use crate::gpu::sets::overlay as slot;
 use crate::gpu::{
     Alpha, Bindings, Buffer, Commands, Device, GraphicsPipeline, GraphicsState, Image, ImageInfo,
-    Memory, Recorder, Resource, Sampler, Samples, Use, copy_to_image, image_barrier, image_discard,
-    shaders,
+    Memory, Recorder, Resource, Sampler, Use, copy_to_image, image_barrier, image_discard, shaders,
 };
 
 /// Words of a vertex in the buffer: x, y, u, v, colour.
@@ -174,7 +173,7 @@ impl Overlay {
         let size = (target.width, target.height);
         let push = [size.0 as f32 / points_px, size.1 as f32 / points_px];
         rendering(device, commands, color, None, size, 0.0, || {
-            self.pipeline.bind(commands, &mesh.bindings, 0, bytemuck::cast_slice(&push));
+            self.pipeline.bind(commands, &mesh.bindings, bytemuck::cast_slice(&push));
             for (scissor, first, count) in draws {
                 // SAFETY: within a rendering, with everything bound; the scissor is in the target.
                 unsafe {
@@ -207,16 +206,8 @@ fn scissor(clip: egui::Rect, points_px: f32, target: &Image) -> vk::Rect2D {
     }
 }
 
-fn make_atlas(device: &Arc<Device>, [width, height]: [usize; 2]) -> Result<Image> {
-    let info = ImageInfo {
-        name: "font atlas",
-        width: width as u32,
-        height: height as u32,
-        levels: 1,
-        layers: 1,
-        format: vk::Format::R8G8B8A8_UNORM,
-        usage: vk::ImageUsageFlags::SAMPLED | vk::ImageUsageFlags::TRANSFER_DST,
-        samples: Samples::One,
-    };
-    Image::new(device, &info)
+fn make_atlas(device: &Arc<Device>, size: [usize; 2]) -> Result<Image> {
+    let (size, format) = (size.map(|edge| edge as u32), vk::Format::R8G8B8A8_UNORM);
+    let usage = vk::ImageUsageFlags::SAMPLED | vk::ImageUsageFlags::TRANSFER_DST;
+    Image::new(device, &ImageInfo::flat("font atlas", size, format, usage))
 }

@@ -8,12 +8,9 @@ use std::sync::Arc;
 use ash::vk;
 
 use crate::Result;
-use crate::gpu::{Buffer, Device, Memory, Recorder};
+use crate::gpu::{Buffer, Device, Memory, Recorder, update_buffer};
 use crate::rain::cull::split;
 use crate::scene::{PlacedDrop, Scene};
-
-/// Bytes that one `vkCmdUpdateBuffer` takes.
-const MOST_AT_ONCE: usize = 65_536;
 
 /// Centre in float32 and radius; what float32 lost of the centre.
 type Record = [[f32; 4]; 2];
@@ -52,22 +49,16 @@ impl PlacedDrops {
 
     /// Records the places in this frame, where they change; a barrier to compute must follow.
     pub fn record(&self, device: &Device, commands: Recorder<'_>, scene: &Scene) {
-        let update = |buffer: &Buffer, bytes: &[u8]| {
-            for (part, at) in bytes.chunks(MOST_AT_ONCE).zip((0..).step_by(MOST_AT_ONCE)) {
-                let raw = buffer.raw();
-                // SAFETY: recorded outside of rendering; the buffer holds the bytes, which are copied now.
-                unsafe { device.raw().cmd_update_buffer(commands.raw(), raw, at, part) };
-            }
-        };
         if self.moves {
-            update(&self.buffer, bytemuck::cast_slice(&records(scene)));
+            let records = records(scene);
+            update_buffer(device, commands, &self.buffer, 0, bytemuck::cast_slice(&records));
         }
         if self.is_exposed && !scene.drops.is_empty() {
             let exposed = scene.drawn_exposure();
             let motion =
                 |drop: &PlacedDrop| (drop.velocity * exposed).as_vec3().extend(0.0).to_array();
             let motions: Vec<[f32; 4]> = scene.drops.iter().map(motion).collect();
-            update(&self.motions, bytemuck::cast_slice(&motions));
+            update_buffer(device, commands, &self.motions, 0, bytemuck::cast_slice(&motions));
         }
     }
 }

@@ -81,12 +81,9 @@ impl Present {
         let push = [size.0 as f32, size.1 as f32];
         let pipeline = if self.shown > 1 { &self.split } else { &self.one };
         rendering(device, commands, color, None, size, 0.0, || {
-            if self.shown == 0 {
-                return;
+            if self.shown > 0 {
+                pipeline.draw_triangle(commands, &self.bindings, bytemuck::cast_slice(&push));
             }
-            pipeline.bind(commands, &self.bindings, 0, bytemuck::cast_slice(&push));
-            // SAFETY: within a rendering, with everything bound.
-            unsafe { device.raw().cmd_draw(commands.raw(), 3, 1, 0, 0) };
         });
     }
 }

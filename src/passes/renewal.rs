@@ -120,7 +120,6 @@ pub struct Renewal {
     map: (Bindings, ComputePipeline),
     bright: (Bindings, ComputePipeline),
     levels: (Vec<[Bindings; 2]>, ComputePipeline),
-    _work: Buffer,
 }
 
 impl Renewal {
@@ -196,7 +195,6 @@ impl Renewal {
             map: (map.1, map.0),
             bright: (bright.1, bright.0),
             levels: (levels, blur),
-            _work: work,
         })
     }
 

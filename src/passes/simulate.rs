@@ -14,12 +14,12 @@ use std::sync::Arc;
 use ash::vk;
 
 use crate::Result;
-use crate::abi::Counters;
 use crate::gpu::sets::{constant, group, order_large, simulate as slot};
 use crate::gpu::{
-    Bindings, Buffer, ComputePipeline, Device, Memory, Recorder, Resource, Use, memory_barrier,
-    shaders,
+    Bindings, Buffer, ComputePipeline, Device, Memory, Recorder, Resource, Use, fill_buffer,
+    memory_barrier, shaders,
 };
+use crate::passes::counters;
 use crate::passes::frame::FrameBuffer;
 use crate::passes::placed::PlacedDrops;
 use crate::scene::Scene;
@@ -36,35 +36,6 @@ pub(super) const RECORD: u64 = 16;
 const GROUP: u32 = group::SIMULATE_COMP[0];
 /// Workgroups that put the large drops in order; each invocation takes every 1024th.
 const ORDER_GROUPS: u32 = 16;
-/// Words of the shaders' `Counters`.
-const COUNTERS: usize = size_of::<Counters>() / 4;
-
-/// What the simulation counted.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Counts {
-    /// Drops in view.
-    pub visible: u64,
-    /// Of those, larger than a point may be; tiles count none.
-    pub large: u64,
-    /// Without room in a list, such as that of [`MAX_LARGE`], and not drawn, or in part; and entries of tiles'
-    /// lists that the driver did not go through, perhaps drawn out of order.
-    pub overflow: u64,
-    /// Drops with the camera inside, not drawn.
-    pub camera_inside: u64,
-    /// Drops whose outline reaches the camera plane, not drawn.
-    pub beside_camera: u64,
-}
-
-impl Counts {
-    /// Adds what another frame, or another part of the picture, counted.
-    pub fn add(&mut self, other: &Self) {
-        self.visible += other.visible;
-        self.large += other.large;
-        self.overflow += other.overflow;
-        self.camera_inside += other.camera_inside;
-        self.beside_camera += other.beside_camera;
-    }
-}
 
 /// The pass and its buffers.
 pub struct Simulate {
@@ -83,10 +54,6 @@ pub struct Simulate {
     order_bindings: Bindings,
     order_pipeline: ComputePipeline,
     placed: PlacedDrops,
-    // Bound, never touched from here.
-    _stored: Buffer,
-    _large: Buffer,
-    _large_index: Buffer,
 }
 
 impl Simulate {
@@ -127,7 +94,7 @@ impl Simulate {
             storage | Usage::VERTEX_BUFFER,
         )?;
         let arguments = make("large drops' draw", 16, storage | Usage::INDIRECT_BUFFER)?;
-        let counters = Self::counters(device)?;
+        let counters = counters::buffer(device)?;
         let placed = PlacedDrops::new(device, scene, false)?;
 
         let chunks = count.div_ceil(chunk).max(1);
@@ -203,9 +170,6 @@ impl Simulate {
             order_bindings,
             order_pipeline,
             placed,
-            _stored: stored,
-            _large: large,
-            _large_index: large_index,
         })
     }
 
@@ -223,10 +187,7 @@ impl Simulate {
     /// Records the counters' reset and the placed drops' places; a barrier to compute must follow.
     pub fn record_reset(&self, device: &Device, commands: Recorder<'_>, scene: &Scene) {
         self.placed.record(device, commands, scene);
-        // SAFETY: the command buffer is recorded outside of rendering.
-        unsafe {
-            device.raw().cmd_fill_buffer(commands.raw(), self.counters.raw(), 0, vk::WHOLE_SIZE, 0);
-        }
+        fill_buffer(device, commands, &self.counters, 0..self.counters.size, 0);
     }
 
     /// Records the simulation and the ordering of the large drops.
@@ -244,30 +205,5 @@ impl Simulate {
         }
         memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::ComputeWrite]);
         self.order_pipeline.dispatch(commands, &self.order_bindings, 0, &[], [ORDER_GROUPS, 1, 1]);
-    }
-
-    /// A buffer for what is counted.
-    ///
-    /// # Errors
-    /// Those of [`Buffer::new`].
-    pub fn counters(device: &Arc<Device>) -> Result<Buffer> {
-        use vk::BufferUsageFlags as Usage;
-        let usage = Usage::STORAGE_BUFFER | Usage::TRANSFER_SRC | Usage::TRANSFER_DST;
-        Buffer::new(device, "counters", 4 * COUNTERS as u64, usage, Memory::Device)
-    }
-
-    /// Words of the counters' buffer, for a read-back of them.
-    pub const COUNTER_WORDS: usize = COUNTERS;
-
-    /// Reads what the counters say.
-    pub fn counts(words: &[u32]) -> Counts {
-        let counters: &Counters = bytemuck::from_bytes(bytemuck::cast_slice(words));
-        Counts {
-            visible: counters.visible.iter().map(|n| u64::from(*n)).sum(),
-            large: counters.large_count.into(),
-            overflow: counters.lost.into(),
-            camera_inside: counters.camera_inside.into(),
-            beside_camera: counters.beside_camera.into(),
-        }
     }
 }

@@ -53,9 +53,7 @@ impl Sky {
         let color = attachment(target, vk::AttachmentLoadOp::DONT_CARE);
         let size = (target.width, target.height);
         rendering(device, commands, color, None, size, 0.0, || {
-            self.pipeline.bind(commands, &self.bindings, 0, &[]);
-            // SAFETY: within a rendering, with everything bound.
-            unsafe { device.raw().cmd_draw(commands.raw(), 3, 1, 0, 0) };
+            self.pipeline.draw_triangle(commands, &self.bindings, &[])
         });
     }
 }

@@ -23,13 +23,13 @@ use ash::vk;
 
 use super::appearance::Appearance;
 use super::cells::Cells;
+use super::counters;
 use super::frame::{Frame, FrameBuffer};
 use super::layers::DropRecords;
 use super::placed::PlacedDrops;
 use super::rain_field::{RainField, SortedDrops};
 use super::room::Room;
 use super::shapes::Shapes;
-use super::simulate::Simulate;
 use super::tile_grid::{Regions, TILE, TILE_PIXELS, of_view};
 use super::tile_lists::{Lists, TileTexels};
 use super::totals::{
@@ -37,12 +37,12 @@ use super::totals::{
     SORT_GROUPS,
 };
 use super::veil::Veil;
-use super::{light_constants, side_by_side};
+use super::{light_constants, rows_of, side_by_side};
 use crate::abi::{CLUSTER, END, MAX_BANDS, STRETCHES};
 use crate::gpu::sets::{constant, group, tiles as slot};
 use crate::gpu::{
-    Bindings, Buffer, ComputePipeline, Device, Memory, Recorder, Resource, Slot, Use,
-    memory_barrier, shaders,
+    Bindings, Buffer, ComputePipeline, Device, Memory, Recorder, Resource, Slot, Use, fill_buffer,
+    memory_barrier, shaders, update_buffer,
 };
 use crate::plan::FramePlan;
 use crate::rain::field::Seen;
@@ -58,12 +58,8 @@ const SHARE_IN_VIEW: f64 = 0.18;
 /// Drops of one band that fall on a tile on the mean. A list is in order except within a band, and `tile_window.glsl`
 /// reorders six entries at a time; with more drops a band, more tiles would need the second dispatch.
 const DROPS_A_BAND: f64 = 1.5;
-/// Workgroups of a dispatch along an axis, on any device.
-const MOST_GROUPS: u32 = 65_535;
 /// Clusters of a workgroup of `clusters`.
 const CLUSTERS_GROUP: u32 = group::CLUSTERS_COMP[0];
-/// Focus in scene units from which on discs are not expected to be smaller.
-const FAR_FOCUS: f64 = 10.0;
 
 /// The passes and what they hand on.
 pub struct Tiles {
@@ -75,7 +71,7 @@ pub struct Tiles {
     pub(super) in_regions: u32,
     /// Whether they read ahead what their neighbours need: see `prefetch_nodes` in `composite.comp`.
     pub(super) prefetch: bool,
-    /// What was counted (see [`Simulate::counts`]).
+    /// What was counted (see [`counters`]).
     pub counters: Buffer,
     /// What passes read a texel at a time, where the device takes texel buffers so large.
     pub(super) texels: Option<TileTexels>,
@@ -90,19 +86,23 @@ pub struct Tiles {
     /// What frames say of the tiles, of the room in their lists, and of clusters.
     in_frame: [[u32; 4]; 3],
     bindings: Bindings,
-    clusters_pass: ComputePipeline,
+    passes: Passes,
+    placed: PlacedDrops,
+    veil: Veil,
+    /// How large drops move.
+    moves: Buffer,
+    shapes: Shapes,
+}
+
+/// The pipelines.
+struct Passes {
+    clusters: ComputePipeline,
     bin_starts: ComputePipeline,
     sort_clusters: ComputePipeline,
     gather: ComputePipeline,
     large: ComputePipeline,
     big: ComputePipeline,
     blocks: ComputePipeline,
-    placed: PlacedDrops,
-    veil: Veil,
-    /// How large drops move.
-    moves: Buffer,
-    shapes: Shapes,
-    _found: Buffer,
 }
 
 /// Where drops come from.
@@ -114,6 +114,26 @@ enum Source {
 }
 
 impl Source {
+    /// The drops of `cells`, else those of `rain`; with how many clusters there is room for (see [`Cells::room`],
+    /// [`SortedDrops::counts`]).
+    fn new(
+        device: &Arc<Device>,
+        scene: &Scene,
+        rain: &RainField,
+        cells: Option<(Cells, Buffer)>,
+    ) -> Result<(Self, [u32; 2])> {
+        let Some((cells, field)) = cells else {
+            let sorted = rain.sorted(scene)?;
+            let counts = sorted.counts;
+            return Ok((Self::Clusters(sorted), counts));
+        };
+        let room = cells.room;
+        let bytes = 4 * u64::from(CLUSTER) * u64::from(room[0]);
+        let usage = vk::BufferUsageFlags::STORAGE_BUFFER;
+        let order = Buffer::new(device, "drop order", bytes, usage, Memory::Device)?;
+        Ok((Self::Cells(Box::new((cells, [order, field]))), room))
+    }
+
     /// What is bound for `clusters.glsl`, or `cells.glsl`.
     fn slots(&self) -> [(Slot, &Buffer); 2] {
         match self {
@@ -126,6 +146,81 @@ impl Source {
             }
         }
     }
+}
+
+impl Passes {
+    /// `has_cells`: drops are those of cells. `has_texels`: [`TileTexels`] are bound.
+    fn new(
+        device: &Arc<Device>,
+        bindings: &Bindings,
+        constants: &[[u32; 2]],
+        has_cells: bool,
+        has_texels: bool,
+    ) -> Result<Self> {
+        let by = |of_cells, of_clusters| if has_cells { of_cells } else { of_clusters };
+        let find = by(shaders::CELLS_COMP, shaders::CLUSTERS_COMP);
+        let starts = by(shaders::BIN_STARTS_COMP_CELLS, shaders::BIN_STARTS_COMP);
+        let sort = by(shaders::SORT_CLUSTERS_COMP_CELLS, shaders::SORT_CLUSTERS_COMP);
+        let gather = by(shaders::GATHER_COMP_CELLS, shaders::GATHER_COMP);
+        let large = by(shaders::LARGE_COMP_CELLS, shaders::LARGE_COMP);
+        let blocks = if has_texels { shaders::BLOCKS_COMP_TEXELS } else { shaders::BLOCKS_COMP };
+        let big = shaders::BIG_COMP;
+        let [blocks, large, gather, clusters, bin_starts, sort_clusters, big] = side_by_side(
+            [(blocks, 0), (large, 0), (gather, 4), (find, 0), (starts, 0), (sort, 0), (big, 0)],
+            |(shader, bytes)| ComputePipeline::new(device, shader, bindings, bytes, constants),
+        )?;
+        Ok(Self { clusters, bin_starts, sort_clusters, gather, large, big, blocks })
+    }
+}
+
+/// Refuses more drops, or more tiles, than the passes can number on a device.
+fn check_limits(device: &Device, drops: u64, tiles: u32) -> Result<()> {
+    let limits = &device.report.limits;
+    let range = u64::from(limits.max_storage_buffer_range);
+    let groups = u64::from(limits.max_compute_work_group_count[0]);
+    let within = |what, wanted: u64, limit: u64| {
+        let device = device.report.name.clone();
+        if wanted > limit { Err(Error::Limit { what, wanted, limit, device }) } else { Ok(()) }
+    };
+    // Their order, a word each, is one binding, and one dispatch goes over their clusters, of which
+    // random and placed drops each fill up a last one.
+    let most_clusters = groups / u64::from(STRETCHES) * u64::from(STRETCHES * CLUSTERS_GROUP);
+    let most_drops = (range / 4).min(most_clusters * u64::from(CLUSTER)) - 2 * u64::from(CLUSTER);
+    within("the number of drops in tiles", drops, most_drops)?;
+    // A row of workgroups takes an invocation for each disordered tile, of which there may be as many as
+    // tiles; pixels, 8 bytes each, are one binding.
+    let most_pixels = (TILE_PIXELS * 64 * groups).min(range / 8);
+    within("the image's pixels in tiles", TILE_PIXELS * u64::from(tiles), most_pixels)
+}
+
+/// Specialization constants of all passes over the tiles.
+fn constants_of(
+    scene: &Scene,
+    plan: &FramePlan,
+    [has_cells, has_depth, is_flat]: [bool; 3],
+) -> Vec<[u32; 2]> {
+    let is_several = scene.populations().len() > 1;
+    let shape = match plan.shape.model {
+        ShapeModel::Sphere => 0,
+        ShapeModel::Stretched => 1,
+        ShapeModel::Spheroid | ShapeModel::Equilibrium => 2,
+    };
+    let own = [
+        [constant::HAS_LENS, (plan.lens != Lens::Pinhole).into()],
+        [constant::SPLAT_PX, plan.splat_px.to_bits()],
+        [constant::RAYS_PX, plan.rays_px.to_bits()],
+        [constant::HAS_PLACED, (has_cells || is_several || !scene.drops.is_empty()).into()],
+        [constant::SAMPLES, plan.samples],
+        [constant::SEVERAL, is_several.into()],
+        [constant::HAS_DEPTH, has_depth.into()],
+        [constant::NEAREST, plan.nearest.into()],
+        [constant::GRAIN, plan.is_grainy().into()],
+        [constant::MOTION, (plan.motion != Motion::Instant).into()],
+        [constant::SHAPE, shape],
+        [constant::FLAT_RAIN, is_flat.into()],
+        [constant::FLAT_RAYS_PX, plan.shape.rays_px.to_bits()],
+    ];
+    light_constants(&plan.light).into_iter().chain(own).collect()
 }
 
 impl Tiles {
@@ -145,11 +240,6 @@ impl Tiles {
         plan: &FramePlan,
         has_depth: bool,
     ) -> Result<Self> {
-        use vk::BufferUsageFlags as Usage;
-        let storage = Usage::STORAGE_BUFFER;
-        let device_limits = &device.report.limits;
-        let range = u64::from(device_limits.max_storage_buffer_range);
-        let groups = u64::from(device_limits.max_compute_work_group_count[0]);
         let cutoff_px = plan.cutoff.as_ref().map_or(0.0, |cutoff| cutoff.px);
         let falls_flat = scene.real_rain().is_some_and(|rain| rain.shape == DropShape::Equilibrium);
         let is_flat = falls_flat && plan.shape.model != ShapeModel::Sphere;
@@ -158,41 +248,16 @@ impl Tiles {
             Some((cells, _)) => u64::from(cells.room[0]) * u64::from(CLUSTER),
             None => scene.drop_count().into(),
         };
-        let within = |what, wanted: u64, limit: u64| {
-            let device = device.report.name.clone();
-            if wanted > limit { Err(Error::Limit { what, wanted, limit, device }) } else { Ok(()) }
-        };
-        // Their order, a word each, is one binding, and one dispatch goes over their clusters, of which
-        // random and placed drops each fill up a last one.
-        let most_clusters = groups / u64::from(STRETCHES) * u64::from(STRETCHES * CLUSTERS_GROUP);
-        let most_drops =
-            (range / 4).min(most_clusters * u64::from(CLUSTER)) - 2 * u64::from(CLUSTER);
-        within("the number of drops in tiles", drops, most_drops)?;
-        let view = scene.view();
-        let (first, end) = of_view(&view);
+        let (first, end) = of_view(&scene.view());
         let (across, down) = (end[0] - first[0], end[1] - first[1]);
         let count = across * down;
         let regions = Regions::of(across, down);
-        // A row of workgroups takes an invocation for each disordered tile, of which there may be as many as
-        // tiles; pixels, 8 bytes each, are one binding.
-        let most_pixels = (TILE_PIXELS * 64 * groups).min(range / 8);
-        within("the image's pixels in tiles", TILE_PIXELS * u64::from(count), most_pixels)?;
+        check_limits(device, drops, count)?;
         let in_view = cells.as_ref().map_or(drops as f64 * SHARE_IN_VIEW, |(cells, _)| cells.drops);
         let a_tile = in_view * TILES_A_DROP / f64::from(count);
         let bands = ((a_tile / DROPS_A_BAND).ceil() as u32).clamp(1, MAX_BANDS);
         let has_cells = cells.is_some();
-        let ([clusters, others], found_bytes, source) = match cells {
-            Some((cells, field)) => {
-                let order = 4 * u64::from(CLUSTER) * u64::from(cells.room[0]);
-                let order = Buffer::new(device, "drop order", order, storage, Memory::Device)?;
-                let found = 16 * u64::from(cells.room[1]);
-                (cells.room, found, Source::Cells(Box::new((cells, [order, field]))))
-            }
-            None => {
-                let sorted = rain.sorted(scene)?;
-                (sorted.counts, 16 * u64::from(sorted.counts[0]), Source::Clusters(sorted))
-            }
-        };
+        let (source, [clusters, others]) = Source::new(device, scene, rain, cells)?;
 
         let room = Room::of(&device.report, plan, count, (drops, clusters), has_cells);
         let in_frame = [
@@ -202,6 +267,7 @@ impl Tiles {
         ];
 
         let lists = Lists::new(device, &room, count)?;
+        let storage = vk::BufferUsageFlags::STORAGE_BUFFER;
         let make = |name, bytes| Buffer::new(device, name, bytes, storage, Memory::Device);
         let reach = match has_depth {
             true => Some(make("reach", 4 * TILE_PIXELS * u64::from(count))?),
@@ -210,22 +276,8 @@ impl Tiles {
         let moves = plan.motion != Motion::Instant;
         let lens = plan.lens != Lens::Pinhole;
         let placed = PlacedDrops::new(device, scene, moves)?;
-        let blur_px = if lens {
-            let camera = &scene.camera;
-            // A far drop's, or that of one at half the focus.
-            view.focal_px * scene.drawn_lens() / camera.focus.min(FAR_FOCUS)
-        } else {
-            0.0
-        };
-        let tiles_px = (across * TILE.0, down * TILE.1);
-        let veil = Veil::new(
-            device,
-            tiles_px,
-            (in_view, plan.room),
-            (moves || lens) && plan.splat_px > 0.0,
-            blur_px,
-            plan.line_px,
-        )?;
+        let in_pixels = (across * TILE.0, down * TILE.1);
+        let veil = Veil::new(device, scene, plan, in_pixels, in_view)?;
         let large_moves =
             make("motions of large drops", 32 * if moves || lens { room.larges } else { 1 })?;
         let shapes = Shapes::new(device, scene, plan, room.larges)?;
@@ -233,13 +285,13 @@ impl Tiles {
             true => Some(DropRecords::new(device, room.nodes + room.larges, scene)?),
             false => None,
         };
-        let found = make("clusters in view", found_bytes)?;
-        let counters = Simulate::counters(device)?;
+        // Of real rain, cells in view that hold drops.
+        let found = 16 * u64::from(if has_cells { others } else { clusters });
+        let found = make("clusters in view", found)?;
+        let counters = counters::buffer(device)?;
         let texels = TileTexels::of(device, &lists, &appearance.table)?;
         // Without records no shader reads or writes them.
         let record_slots = DropRecords::slots(records.as_ref(), (&found, &frame.buffer));
-        let is_several = scene.populations().len() > 1;
-        let has_placed = has_cells || is_several || !scene.drops.is_empty();
         let buffers = [
             (slot::CONSTANTS, &frame.buffer),
             (slot::TOTALS, &lists.totals),
@@ -269,46 +321,11 @@ impl Tiles {
             .chain(views.map(|(slot, view)| (slot, Resource::Texels(view))))
             .collect();
         let bindings = Bindings::of(device, "tiles", &slots)?;
-        let shape = match plan.shape.model {
-            ShapeModel::Sphere => 0,
-            ShapeModel::Stretched => 1,
-            ShapeModel::Spheroid | ShapeModel::Equilibrium => 2,
-        };
-        let own = [
-            [constant::HAS_LENS, lens.into()],
-            [constant::SPLAT_PX, plan.splat_px.to_bits()],
-            [constant::RAYS_PX, plan.rays_px.to_bits()],
-            [constant::HAS_PLACED, has_placed.into()],
-            [constant::SAMPLES, plan.samples],
-            [constant::SEVERAL, is_several.into()],
-            [constant::HAS_DEPTH, has_depth.into()],
-            [constant::NEAREST, plan.nearest.into()],
-            [constant::GRAIN, plan.is_grainy().into()],
-            [constant::MOTION, moves.into()],
-            [constant::SHAPE, shape],
-            [constant::FLAT_RAIN, is_flat.into()],
-            [constant::FLAT_RAYS_PX, plan.shape.rays_px.to_bits()],
-        ];
-        let constants: Vec<_> = light_constants(&plan.light).into_iter().chain(own).collect();
-        let pipeline = |shader, push_words: u32| {
-            ComputePipeline::new(device, shader, &bindings, 4 * push_words, &constants)
-        };
-        let by = |of_cells, of_clusters| if has_cells { of_cells } else { of_clusters };
-        let find = by(shaders::CELLS_COMP, shaders::CLUSTERS_COMP);
-        let starts = by(shaders::BIN_STARTS_COMP_CELLS, shaders::BIN_STARTS_COMP);
-        let sort = by(shaders::SORT_CLUSTERS_COMP_CELLS, shaders::SORT_CLUSTERS_COMP);
-        let gather = by(shaders::GATHER_COMP_CELLS, shaders::GATHER_COMP);
-        let large = by(shaders::LARGE_COMP_CELLS, shaders::LARGE_COMP);
-        let blocks =
-            if texels.is_some() { shaders::BLOCKS_COMP_TEXELS } else { shaders::BLOCKS_COMP };
-        let big = shaders::BIG_COMP;
-        let [blocks, large, gather, clusters_pass, bin_starts, sort_clusters, big] = side_by_side(
-            [(blocks, 0), (large, 0), (gather, 1), (find, 0), (starts, 0), (sort, 0), (big, 0)],
-            |(shader, push_words)| pipeline(shader, push_words),
-        )?;
+        let constants = constants_of(scene, plan, [has_cells, has_depth, is_flat]);
+        let passes = Passes::new(device, &bindings, &constants, has_cells, texels.is_some())?;
         Ok(Self {
             count,
-            in_pixels: (across * TILE.0, down * TILE.1),
+            in_pixels,
             in_regions: regions.tiles,
             // Where each word read is dear, it costs more than it saves.
             prefetch: device.report.is_cpu() && texels.is_some() && plan.splat_px > 0.0,
@@ -317,13 +334,7 @@ impl Tiles {
             records,
             source,
             in_frame,
-            clusters_pass,
-            bin_starts,
-            sort_clusters,
-            gather,
-            large,
-            big,
-            blocks,
+            passes,
             lists,
             constants,
             texels,
@@ -332,7 +343,6 @@ impl Tiles {
             veil,
             moves: large_moves,
             shapes,
-            _found: found,
         })
     }
 
@@ -399,28 +409,19 @@ impl Tiles {
             cells.record(device, commands, field, seen);
         }
         for (buffer, value) in [(&self.counters, 0), (&self.lists.heads, END)] {
-            let raw = buffer.raw();
-            // SAFETY: the command buffer is recorded outside of rendering.
-            unsafe { device.raw().cmd_fill_buffer(commands.raw(), raw, 0, vk::WHOLE_SIZE, value) };
+            fill_buffer(device, commands, buffer, 0..buffer.size, value);
         }
         if self.veil.reset > 0 {
-            let (raw, bytes) = (self.veil.buffer.raw(), self.veil.reset);
-            // SAFETY: as above; the bytes are within the buffer.
-            unsafe { device.raw().cmd_fill_buffer(commands.raw(), raw, 0, bytes, END) };
+            fill_buffer(device, commands, &self.veil.buffer, 0..self.veil.reset, END);
         }
         // 0 x 1 x 1 workgroups each; all counts 0.
         let mut totals = [0u32; COUNTS_WORDS];
         for groups in totals[..GROUPS_WORDS].chunks_exact_mut(4) {
             groups.copy_from_slice(&[0, 1, 1, 0]);
         }
-        let bytes = bytemuck::bytes_of(&totals);
-        // SAFETY: as above; the data is copied now.
-        unsafe { device.raw().cmd_update_buffer(commands.raw(), self.totals().raw(), 0, bytes) };
-        let (first, bins) = (4 * COUNTS_WORDS as u64, 4 * MAX_BINS as u64);
-        // SAFETY: as above; the bytes are within the buffer.
-        unsafe {
-            device.raw().cmd_fill_buffer(commands.raw(), self.totals().raw(), first, bins, 0)
-        };
+        update_buffer(device, commands, self.totals(), 0, bytemuck::bytes_of(&totals));
+        let bins = 4 * COUNTS_WORDS as u64;
+        fill_buffer(device, commands, self.totals(), bins..bins + 4 * MAX_BINS as u64, 0);
     }
 
     /// Whether a view of the same with the other's room has more.
@@ -440,12 +441,7 @@ impl Tiles {
     /// Records which clusters are in view, and their order. `seen`: what [`Tiles::seen`] said of the frame.
     pub fn record_clusters(&self, device: &Device, commands: Recorder<'_>, seen: Option<&Seen>) {
         let groups = match (&self.source, seen) {
-            (Source::Cells(cells), Some(seen)) => {
-                // In as many rows as a device with the least of limits needs.
-                let groups = cells.0.groups(seen);
-                let rows = groups.div_ceil(MOST_GROUPS).max(1);
-                [groups.div_ceil(rows), rows, 1]
-            }
+            (Source::Cells(cells), Some(seen)) => rows_of(cells.0.groups(seen)),
             (Source::Clusters(sorted), _) => {
                 let groups = sorted.counts[0].div_ceil(CLUSTERS_GROUP);
                 [groups.next_multiple_of(STRETCHES), 1, 1]
@@ -453,12 +449,12 @@ impl Tiles {
             (Source::Cells(..), None) => [0; 3],
         };
         let (bindings, totals) = (&self.bindings, self.totals());
-        self.clusters_pass.dispatch(commands, bindings, 0, &[], groups);
+        self.passes.clusters.dispatch(commands, bindings, 0, &[], groups);
         memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::ComputeWrite]);
-        self.bin_starts.dispatch(commands, bindings, 0, &[], [1, 1, 1]);
+        self.passes.bin_starts.dispatch(commands, bindings, 0, &[], [1, 1, 1]);
         let after = [Use::ComputeWrite, Use::Indirect];
         memory_barrier(device, commands, &[Use::ComputeWrite], &after);
-        self.sort_clusters.dispatch_indirect(commands, bindings, &[], totals, SORT_GROUPS);
+        self.passes.sort_clusters.dispatch_indirect(commands, bindings, &[], totals, SORT_GROUPS);
     }
 
     /// Records the drops' places and the small ones' entry into the lists, after
@@ -469,7 +465,8 @@ impl Tiles {
                 memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::ComputeWrite]);
             }
             let (push, at) = (bytemuck::bytes_of(&band), GATHER_GROUPS + 16 * u64::from(band));
-            self.gather.dispatch_indirect(commands, &self.bindings, push, self.totals(), at);
+            let (gather, totals) = (&self.passes.gather, self.totals());
+            gather.dispatch_indirect(commands, &self.bindings, push, totals, at);
         }
     }
 
@@ -477,8 +474,8 @@ impl Tiles {
     pub fn record_large(&self, device: &Device, commands: Recorder<'_>) {
         // `blocks` reads the large drops as texels.
         let written = [Use::ComputeWrite, Use::ComputeRead, Use::Indirect];
-        let passes =
-            [(&self.large, LARGE_GROUPS), (&self.big, BIG_GROUPS), (&self.blocks, BLOCK_GROUPS)];
+        let Passes { large, big, blocks, .. } = &self.passes;
+        let passes = [(large, LARGE_GROUPS), (big, BIG_GROUPS), (blocks, BLOCK_GROUPS)];
         for (number, (pipeline, groups)) in passes.into_iter().enumerate() {
             if number > 0 {
                 memory_barrier(device, commands, &[Use::ComputeWrite], &written);

@@ -22,12 +22,10 @@ use crate::Result;
 use crate::gpu::sets::{constant, group, tone_map as slot};
 use crate::gpu::{
     Bindings, Buffer, ComputePipeline, Device, GraphicsPipeline, GraphicsState, Image, Memory,
-    Recorder, Resource, Sampler, Texel, Texels, Use, memory_barrier, shaders,
+    Recorder, Resource, Sampler, Shader, Slot, Texel, Texels, Use, memory_barrier, shaders,
+    update_buffer,
 };
 use crate::scene::model::Operator;
-
-/// δ of the log average over the environment's mean luminance.
-pub const DELTA: f64 = 1e-4;
 
 /// Format of the display image: the attachment encodes sRGB.
 pub const DISPLAY: vk::Format = vk::Format::R8G8B8A8_SRGB;
@@ -64,6 +62,48 @@ pub enum Source<'a> {
     },
 }
 
+/// How shaders read the radiance of a source.
+pub(super) enum Radiance<'a> {
+    Image(&'a Image, Sampler),
+    Texels(Texels),
+    Buffer(&'a Buffer),
+}
+
+impl<'a> Source<'a> {
+    /// As the device can read it best.
+    ///
+    /// # Errors
+    /// [`crate::Error::Vulkan`] if the driver refuses.
+    pub(super) fn radiance(self, device: &Arc<Device>) -> Result<Radiance<'a>> {
+        Ok(match self {
+            Source::Image(image) => {
+                let clamp = vk::SamplerAddressMode::CLAMP_TO_EDGE;
+                Radiance::Image(image, Sampler::linear(device, "radiance", clamp, clamp)?)
+            }
+            Source::Tiles { radiance, .. } if Texels::fit(device, radiance, Texel::FourHalves) => {
+                let name = "texels of radiance";
+                Radiance::Texels(Texels::new(device, name, radiance, Texel::FourHalves)?)
+            }
+            Source::Tiles { radiance, .. } => Radiance::Buffer(radiance),
+        })
+    }
+}
+
+impl Radiance<'_> {
+    /// What is bound, and which of three slots and shaders it is for: of an image, of texels, of a buffer.
+    pub fn choose(
+        &self,
+        [image, texels, buffer]: [(Slot, &'static Shader); 3],
+    ) -> ((Slot, Resource<'_>), &'static Shader) {
+        let ((slot, shader), resource) = match self {
+            Self::Image(of, sampler) => (image, Resource::Sampled(of, sampler)),
+            Self::Texels(of) => (texels, Resource::Texels(of)),
+            Self::Buffer(of) => (buffer, Resource::Buffer(of)),
+        };
+        ((slot, resource), shader)
+    }
+}
+
 /// The pass.
 pub struct ToneMap {
     bindings: Bindings,
@@ -71,13 +111,10 @@ pub struct ToneMap {
     reduce: Option<ComputePipeline>,
     sum_up: ComputePipeline,
     apply: GraphicsPipeline,
-    /// The sums of the first step, then those of the second.
-    sums: vk::Buffer,
     /// Number of sums of the first step.
     pub count: u32,
+    /// The sums of the first step, then those of the second, where the source has none.
     own_sums: Option<Buffer>,
-    _texels: Option<Texels>,
-    _sampler: Sampler,
 }
 
 impl ToneMap {
@@ -93,8 +130,6 @@ impl ToneMap {
         source: Source<'_>,
         operator: Operator,
     ) -> Result<Self> {
-        let clamp = vk::SamplerAddressMode::CLAMP_TO_EDGE;
-        let sampler = Sampler::linear(device, "radiance", clamp, clamp)?;
         let own_sums = match source {
             Source::Image(_) => {
                 let bytes = 4 * u64::from(SUMS + FINAL_SUMS);
@@ -105,34 +140,17 @@ impl ToneMap {
             }
             Source::Tiles { .. } => None,
         };
-        let texels = match source {
-            Source::Tiles { radiance, .. } if Texels::fit(device, radiance, Texel::FourHalves) => {
-                Some(Texels::new(device, "texels of radiance", radiance, Texel::FourHalves)?)
-            }
-            _ => None,
+        let (sums, count) = match source {
+            Source::Image(_) => (own_sums.as_ref(), SUMS),
+            Source::Tiles { log_sums, count, .. } => (Some(log_sums), count),
         };
-        let (radiance, sums, count, apply_shader) = match (source, &texels) {
-            (Source::Image(image), _) => (
-                (slot::RADIANCE_IMAGE, Resource::Sampled(image, &sampler)),
-                own_sums.as_ref(),
-                SUMS,
-                shaders::TONE_MAP_FRAG,
-            ),
-            (Source::Tiles { log_sums, count, .. }, Some(texels)) => (
-                (slot::RADIANCE_TEXELS, Resource::Texels(texels)),
-                Some(log_sums),
-                count,
-                shaders::TONE_MAP_FRAG_TEXELS,
-            ),
-            (Source::Tiles { radiance, log_sums, count }, None) => (
-                (slot::RADIANCE, Resource::Buffer(radiance)),
-                Some(log_sums),
-                count,
-                shaders::TONE_MAP_FRAG_BUFFER,
-            ),
-        };
+        let radiance = source.radiance(device)?;
+        let (radiance, apply_shader) = radiance.choose([
+            (slot::RADIANCE_IMAGE, shaders::TONE_MAP_FRAG),
+            (slot::RADIANCE_TEXELS, shaders::TONE_MAP_FRAG_TEXELS),
+            (slot::RADIANCE, shaders::TONE_MAP_FRAG_BUFFER),
+        ]);
         let uniform = (slot::CONSTANTS, Resource::Buffer(&frame.buffer));
-        let sums_raw = sums.map_or(vk::Buffer::null(), Buffer::raw);
         let sums = sums.map(|sums| (slot::SUMS, Resource::Buffer(sums)));
         let slots: Vec<_> = [uniform, radiance].into_iter().chain(sums).collect();
         let bindings = Bindings::of(device, "tone map", &slots)?;
@@ -154,17 +172,7 @@ impl ToneMap {
             ],
             &GraphicsState::triangles(DISPLAY),
         )?;
-        Ok(Self {
-            bindings,
-            reduce,
-            sum_up,
-            apply,
-            sums: sums_raw,
-            count,
-            own_sums,
-            _texels: texels,
-            _sampler: sampler,
-        })
+        Ok(Self { bindings, reduce, sum_up, apply, count, own_sums })
     }
 
     /// Records the reduction; the radiance, or the tiles' sums, must be ready to be read by compute.
@@ -188,12 +196,23 @@ impl ToneMap {
         );
     }
 
-    /// Records the sums of another picture in place of this one's: those of the whole, where this is a part of it.
-    pub fn record_sums(&self, device: &Device, commands: Recorder<'_>, sums: &FinalSums) {
-        let bytes = bytemuck::bytes_of(sums);
-        let offset = 4 * u64::from(self.count);
-        // SAFETY: outside of rendering; the buffer ends with so many sums, and the data is copied now.
-        unsafe { device.raw().cmd_update_buffer(commands.raw(), self.sums, offset, bytes) };
+    /// Records the sums of another picture in place of those of `source`, which the pass was made for: those of the
+    /// whole, where this is a part of it.
+    pub fn record_sums(
+        &self,
+        device: &Device,
+        commands: Recorder<'_>,
+        source: Source<'_>,
+        sums: &FinalSums,
+    ) {
+        let buffer = match source {
+            Source::Image(_) => self.own_sums.as_ref(),
+            Source::Tiles { log_sums, .. } => Some(log_sums),
+        };
+        if let Some(buffer) = buffer {
+            let offset = 4 * u64::from(self.count);
+            update_buffer(device, commands, buffer, offset, bytemuck::bytes_of(sums));
+        }
     }
 
     /// Sums of the first step over an image; none where the tiles' are.
@@ -206,9 +225,7 @@ impl ToneMap {
         let color = attachment(display, vk::AttachmentLoadOp::DONT_CARE);
         let size = (display.width, display.height);
         rendering(device, commands, color, None, size, 0.0, || {
-            self.apply.bind(commands, &self.bindings, 0, &[]);
-            // SAFETY: within a rendering, with everything bound.
-            unsafe { device.raw().cmd_draw(commands.raw(), 3, 1, 0, 0) };
+            self.apply.draw_triangle(commands, &self.bindings, &[])
         });
     }
 }

@@ -19,11 +19,17 @@ use std::sync::Arc;
 
 use ash::vk;
 
+use super::MOST_GROUPS;
 use crate::Result;
 use crate::abi::CELLS_PX;
 use crate::gpu::sets::group;
 use crate::gpu::{Buffer, Device, Memory};
+use crate::plan::FramePlan;
+use crate::scene::Scene;
+use crate::scene::model::{Lens, Motion};
 
+/// Focus in scene units from which on discs are not expected to be smaller.
+const FAR_FOCUS: f64 = 10.0;
 /// Kinds of cells without a lens.
 const KINDS_OF_STREAKS: usize = 4;
 /// Most links for each drop in view that are provided for discs.
@@ -36,7 +42,7 @@ const LINK_BYTES: u64 = 8;
 /// Links for each part of a streak that has lines; a part has as many bytes as a link.
 const LINKS_A_PART: u64 = 4;
 /// Most of these: a row of workgroups.
-const MOST_PARTS: u64 = 65_535 * group::LINES_COMP[0] as u64;
+const MOST_PARTS: u64 = (MOST_GROUPS * group::LINES_COMP[0]) as u64;
 
 /// The lists of the cells.
 pub(super) struct Veil {
@@ -48,20 +54,25 @@ pub(super) struct Veil {
 }
 
 impl Veil {
-    /// Lists for tiles of so many pixels and drops in view, with a factor on their room; where they are not used, something
-    /// to bind. `blur_px`: radius of the disc that a lens makes of far drops, 0 for a pinhole. `line_px`: of drops
-    /// from which on bright sources draw lines.
+    /// Lists for tiles of so many pixels and drops in view; where they are not used, something to bind.
     ///
     /// # Errors
     /// Those of [`Buffer::new`].
     pub fn new(
         device: &Arc<Device>,
+        scene: &Scene,
+        plan: &FramePlan,
         (width, height): (u32, u32),
-        (drops, factor): (f64, u32),
-        is_used: bool,
-        blur_px: f64,
-        line_px: f32,
+        drops: f64,
     ) -> Result<Self> {
+        let has_lens = plan.lens != Lens::Pinhole;
+        let is_used = (has_lens || plan.motion != Motion::Instant) && plan.splat_px > 0.0;
+        // Radius of the disc that the lens makes of a far drop, or of one at half the focus.
+        let blur_px = if has_lens {
+            scene.view().focal_px * scene.drawn_lens() / scene.camera.focus.min(FAR_FOCUS)
+        } else {
+            0.0
+        };
         let cells = |[x, y]: [u32; 2]| width.div_ceil(x) * height.div_ceil(y);
         let kinds = if blur_px > 0.0 { &CELLS_PX[..] } else { &CELLS_PX[..KINDS_OF_STREAKS] };
         // An even number: a link of two words is a texel.
@@ -75,7 +86,7 @@ impl Veil {
         } else {
             LINKS_A_DROP
         };
-        let wanted = ((a_drop * drops) as u64).max(LEAST_LINKS).saturating_mul(factor.into());
+        let wanted = ((a_drop * drops) as u64).max(LEAST_LINKS).saturating_mul(plan.room.into());
         let room = if is_used {
             wanted.min(range.saturating_sub(reset) / LINK_BYTES * LINKS_A_PART / (LINKS_A_PART + 1))
         } else {
@@ -88,6 +99,10 @@ impl Veil {
             | vk::BufferUsageFlags::UNIFORM_TEXEL_BUFFER
             | vk::BufferUsageFlags::TRANSFER_DST;
         let buffer = Buffer::new(device, "veil", bytes, usage, Memory::Device)?;
-        Ok(Self { buffer, reset, in_frame: [heads, room as u32, parts as u32, line_px.to_bits()] })
+        Ok(Self {
+            buffer,
+            reset,
+            in_frame: [heads, room as u32, parts as u32, plan.line_px.to_bits()],
+        })
     }
 }

@@ -24,18 +24,14 @@ use crate::scene::model::FarRain;
 use crate::scene::projection::View;
 use crate::scene::real_rain::RealRain;
 
-/// Cells that one workgroup looks into, all of one slab.
-pub const GROUP: u32 = CELLS_GROUP;
 /// Most slabs of a picture.
 pub const MOST_SLABS: usize = abi::MOST_SLABS as usize;
 /// Most groups: a cell's number among all and a drop's in it are 31 bits together.
-pub const MOST_GROUPS: usize = (1 << 25) / GROUP as usize;
+pub const MOST_GROUPS: usize = (1 << 25) / CELLS_GROUP as usize;
 /// Factor by which a cut-off rises until its cells can be numbered, and where it begins to if every drop was to be
 /// shown.
 const RAISED: f64 = 1.25;
 const LEAST_RAISED_PX: f64 = 0.001;
-/// Bands of depth.
-pub const MOST_BANDS: usize = MAX_BANDS as usize;
 
 /// The rain of a scene, whatever camera and time.
 #[derive(Clone, Debug)]
@@ -63,7 +59,7 @@ pub struct Seen {
     /// Squared distance to the rain's end, in scene units.
     pub extent2: f32,
     /// Depths that part the drops into bands of equal number, nearest first, in scene units.
-    pub band_depths: [f32; MOST_BANDS],
+    pub band_depths: [f32; MAX_BANDS as usize],
     /// Far rain as a medium; none where it is left out, or all drops are shown.
     pub medium: Option<MediumRecord>,
     /// Its noise.
@@ -79,13 +75,13 @@ pub struct Seen {
 impl Seen {
     /// Groups of cells.
     pub fn groups(&self) -> u32 {
-        self.slabs.last().map_or(0, |slab| slab.first_group + slab.cells.div_ceil(GROUP))
+        self.slabs.last().map_or(0, |slab| slab.first_group + slab.cells.div_ceil(CELLS_GROUP))
     }
 
     /// For each group the number of its slab.
     pub fn group_slabs(&self) -> Vec<u32> {
         let of_slab = |(number, slab): (u32, &Slab)| {
-            std::iter::repeat_n(number, slab.cells.div_ceil(GROUP) as usize)
+            std::iter::repeat_n(number, slab.cells.div_ceil(CELLS_GROUP) as usize)
         };
         (0..).zip(&self.slabs).flat_map(of_slab).collect()
     }
@@ -159,7 +155,7 @@ impl Field {
             cutoff_px: cutoff_px as f32,
             radius_unit: (0.5e-3 * DIAMETER_UNIT / metres) as f32,
             extent2: (self.rain.extent / metres).powi(2).min(f64::from(f32::MAX)) as f32,
-            band_depths: [0.0; MOST_BANDS],
+            band_depths: [0.0; MAX_BANDS as usize],
             medium: (cutoff_px > 0.0 && scene.model.far_rain != Some(FarRain::None)).then(|| {
                 let (outlines, scales) = (self.outlines.as_ref(), (view.focal_px, cutoff_px));
                 MediumRecord::new(&self.law, outlines, scales, self.rain.extent, metres)
@@ -185,7 +181,7 @@ impl Field {
                 seen.drops_in_cells += cells * lattice.mean;
                 seen.cells_with_drops -= cells * (-lattice.mean).exp_m1();
                 seen.slabs.push(Slab { kind: class, first_group, ..slab });
-                first_group += slab.cells.div_ceil(GROUP);
+                first_group += slab.cells.div_ceil(CELLS_GROUP);
                 if seen.slabs.len() > MOST_SLABS || first_group as usize > MOST_GROUPS {
                     return None;
                 }
@@ -341,7 +337,7 @@ impl Lattice {
 }
 
 /// Depths that part what is seen of all classes into bands of equal number of drops, in scene units.
-fn band_depths(lattices: &[Lattice], classes: &[ClassRecord]) -> [f32; MOST_BANDS] {
+fn band_depths(lattices: &[Lattice], classes: &[ClassRecord]) -> [f32; MAX_BANDS as usize] {
     let depth_of = |class: &ClassRecord| f64::from(class.limits[1]);
     // Of a class that reaches to depth z, as many as in a pyramid.
     let until = |depth: f64| {
@@ -353,7 +349,7 @@ fn band_depths(lattices: &[Lattice], classes: &[ClassRecord]) -> [f32; MOST_BAND
     let farthest = classes.iter().map(depth_of).fold(0.0, f64::max);
     let all = until(farthest);
     std::array::from_fn(|band| {
-        let wanted = all * (band + 1) as f64 / MOST_BANDS as f64;
+        let wanted = all * (band + 1) as f64 / f64::from(MAX_BANDS);
         let (mut low, mut high) = (0.0, farthest);
         for _ in 0..40 {
             let middle = 0.5 * (low + high);

@@ -17,7 +17,6 @@ mod view;
 
 use std::sync::Arc;
 
-use ash::vk;
 use half::f16;
 
 pub use self::embed::{Blend, FrameInput, HostMotion, ViewInfo};
@@ -26,13 +25,14 @@ pub use self::view::View;
 use self::view::{Drawing, lattice_of, refuse};
 use crate::environment::Environment;
 use crate::gpu::{
-    Buffer, Commands, Device, Image, Memory, Use, copy_to_buffer, image_barrier, memory_barrier,
+    Buffer, Commands, Device, Image, Use, copy_buffer, copy_to_buffer, image_barrier,
+    memory_barrier,
 };
 use crate::passes::background::{BackgroundImages, Behind};
 pub use crate::passes::background::{DepthConvention, HostBackground};
+use crate::passes::counters::Counts;
 pub use crate::passes::rain_field::RainField;
 pub use crate::passes::renewal::{HostEnvironment, LiveInfo};
-use crate::passes::simulate::Counts;
 use crate::passes::tone_map::FinalSums;
 use crate::passes::totals::TileCounts;
 use crate::picture::Picture;
@@ -44,8 +44,6 @@ use crate::{Error, Result};
 
 /// What a renderer that was made for another output has none of.
 const NO_LAYERS: &str = "the renderer was not made for layers";
-/// Largest value of a half.
-const MOST_HALF: f32 = 65_504.0;
 
 /// Frames that may be under way at once: one is recorded while the other is drawn.
 const FLIGHTS: usize = 2;
@@ -68,7 +66,7 @@ pub(crate) fn background_of(
 /// What a finished frame says of itself.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FrameReport {
-    /// What the simulation counted.
+    /// What was counted of the drops.
     pub counts: Counts,
     /// What the tiles came to; none for a frame without them.
     pub tiles: Option<TileCounts>,
@@ -350,7 +348,8 @@ impl Renderer {
         color.truncate(pixels);
         let scale = self.view.surroundings.radiance_scale;
         if scale != 1.0 {
-            let scaled = |light: f16| f16::from_f32((light.to_f32() * scale).min(MOST_HALF));
+            let most = f16::MAX.to_f32();
+            let scaled = |light: f16| f16::from_f32((light.to_f32() * scale).min(most));
             for [r, g, b, _] in &mut color {
                 [*r, *g, *b] = [*r, *g, *b].map(scaled);
             }
@@ -403,15 +402,10 @@ impl Renderer {
     fn read_buffer<T: bytemuck::Pod>(&self, buffer: &Buffer) -> Result<Vec<T>> {
         self.finish()?;
         let device = &*self.device;
-        let usage = vk::BufferUsageFlags::TRANSFER_DST;
-        let staging = Buffer::new(&self.device, "read back", buffer.size, usage, Memory::Readback)?;
+        let staging = Buffer::readback(&self.device, "read back", buffer.size)?;
         Commands::once(&self.device, "read back", |commands| {
             memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::TransferRead]);
-            let region = [vk::BufferCopy { src_offset: 0, dst_offset: 0, size: buffer.size }];
-            // SAFETY: both buffers are that large, and the barrier above covers the read.
-            unsafe {
-                device.raw().cmd_copy_buffer(commands.raw(), buffer.raw(), staging.raw(), &region);
-            }
+            copy_buffer(device, commands, buffer, &staging);
             memory_barrier(device, commands, &[Use::TransferWrite], &[Use::HostRead]);
         })?;
         Ok(staging.read(buffer.size as usize / size_of::<T>()))
@@ -422,8 +416,7 @@ impl Renderer {
         self.finish()?;
         let count = image.width as usize * image.height as usize;
         let bytes = (count * size_of::<T>()) as u64;
-        let usage = vk::BufferUsageFlags::TRANSFER_DST;
-        let staging = Buffer::new(&self.device, "read back", bytes, usage, Memory::Readback)?;
+        let staging = Buffer::readback(&self.device, "read back", bytes)?;
         let device = &*self.device;
         Commands::once(&self.device, "read back", |commands| {
             image_barrier(device, commands, image, last, Use::TransferRead);

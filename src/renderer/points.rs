@@ -52,9 +52,8 @@ impl Points {
         use vk::ImageUsageFlags as Usage;
         let (width, height) = scene.picture_size();
         let target = |name, format, usage, samples| {
-            let info =
-                ImageInfo { name, width, height, levels: 1, layers: 1, format, usage, samples };
-            Image::new(device, &info)
+            let flat = ImageInfo::flat(name, [width, height], format, usage);
+            Image::new(device, &ImageInfo { samples, ..flat })
         };
         let count = scene.drop_count();
         let (alpha, samples) = if count > 0 && plan.order == Order::AlphaToCoverage {

@@ -2,18 +2,16 @@
 
 use std::sync::Arc;
 
-use ash::vk;
-
 use super::FrameReport;
 use super::view::Drawing;
 use crate::Result;
-use crate::gpu::{Buffer, Device, Memory, Recorder, Timestamps, Use, memory_barrier};
+use crate::gpu::{Buffer, Device, Recorder, Timestamps, Use, copy_range, memory_barrier};
+use crate::passes::counters::{self, Counts};
 use crate::passes::frame::{Frame, FrameBuffer};
-use crate::passes::simulate::Simulate;
 use crate::passes::totals::{self, TileCounts};
 
 /// Words of the drops' counts, of the tiles', and the number of the recording that wrote them.
-const WORDS: usize = Simulate::COUNTER_WORDS + totals::COUNTS.1 + 1;
+const WORDS: usize = counters::WORDS + totals::COUNTS.1 + 1;
 
 /// One of the frames that may be under way at once.
 pub(super) struct Slot {
@@ -29,10 +27,7 @@ pub(super) struct Slot {
 
 impl Slot {
     pub fn new(device: &Arc<Device>) -> Result<Self> {
-        let usage = vk::BufferUsageFlags::TRANSFER_DST;
-        let bytes = 4 * WORDS as u64;
-        let mut counters =
-            Buffer::new(device, "counters read back", bytes, usage, Memory::Readback)?;
+        let mut counters = Buffer::readback(device, "counters read back", 4 * WORDS as u64)?;
         counters.write(0, &[0u32; WORDS]);
         let timestamps = Timestamps::new(device)?;
         Ok(Self { timestamps, counters, recording: 0, cutoff_px: None, ticket: None })
@@ -46,20 +41,16 @@ impl Slot {
         drawing: &Drawing,
         frame: &FrameBuffer,
     ) {
-        let to = self.counters.raw();
         memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::TransferRead]);
         // It tells whether the commands were ever executed.
         let number = [(&frame.buffer, Frame::RECORDING, 4 * (WORDS - 1) as u64, 1)];
-        let of_drops = drawing.counters().map(|from| (from, 0, 0, Simulate::COUNTER_WORDS));
-        let after_drops = 4 * Simulate::COUNTER_WORDS as u64;
+        let of_drops = drawing.counters().map(|from| (from, 0, 0, counters::WORDS));
+        let after_drops = 4 * counters::WORDS as u64;
         let of_tiles =
             drawing.totals().map(|from| (from, totals::COUNTS.0, after_drops, totals::COUNTS.1));
-        for (from, src_offset, dst_offset, words) in
-            of_drops.into_iter().chain(of_tiles).chain(number)
-        {
-            let region = [vk::BufferCopy { src_offset, dst_offset, size: 4 * words as u64 }];
-            // SAFETY: both buffers hold that many words there, and the barrier above covers the read.
-            unsafe { device.raw().cmd_copy_buffer(commands.raw(), from.raw(), to, &region) };
+        for (from, first, to, words) in of_drops.into_iter().chain(of_tiles).chain(number) {
+            let to = (&self.counters, to);
+            copy_range(device, commands, (from, first), to, 4 * words as u64);
         }
         memory_barrier(device, commands, &[Use::TransferWrite], &[Use::HostRead]);
     }
@@ -71,8 +62,8 @@ impl Slot {
         if self.recording == 0 || words[WORDS - 1] != self.recording {
             return Ok(None);
         }
-        let (of_drops, of_tiles) = words.split_at(Simulate::COUNTER_WORDS);
-        let counts = drawing.counters().map(|_| Simulate::counts(of_drops)).unwrap_or_default();
+        let (of_drops, of_tiles) = words.split_at(counters::WORDS);
+        let counts = drawing.counters().map(|_| Counts::of(of_drops)).unwrap_or_default();
         let tiles = drawing.totals().map(|_| TileCounts::of(of_tiles));
         let (cutoff_px, passes_ms) = (self.cutoff_px, self.timestamps.read_ms()?);
         Ok(Some(FrameReport { counts, tiles, cutoff_px, room, passes_ms }))

@@ -9,7 +9,7 @@ use super::lighting::Lighting;
 use super::view::surroundings;
 use crate::environment::Environment;
 use crate::gpu::{
-    Alpha, Buffer, Commands, Device, Image, ImageInfo, Memory, Samples, Use, attachment,
+    Alpha, Buffer, Commands, Device, Image, ImageInfo, Samples, Use, attachment, copy_buffer,
     copy_to_buffer, image_barrier, image_discard, memory_barrier,
 };
 use crate::passes::drops::{Drops, Target, guard_band};
@@ -65,21 +65,16 @@ impl Stages {
         let simulate = Simulate::new(device, &frame, scene, plan.simulation)?;
         let (samples, alpha) = (Samples::One, Alpha::Ignored);
         let image = |name, format, usage| {
-            let info =
-                ImageInfo { name, width, height, levels: 1, layers: 1, format, usage, samples };
-            Image::new(device, &info)
+            Image::new(device, &ImageInfo::flat(name, [width, height], format, usage))
         };
         use vk::ImageUsageFlags as Usage;
         let target = image("stage", FORMAT, Usage::COLOR_ATTACHMENT | Usage::TRANSFER_SRC)?;
         let depth = image("depth", vk::Format::D32_SFLOAT, Usage::DEPTH_STENCIL_ATTACHMENT)?;
         let (guard_px, _) = guard_band(device, width, height)?;
-        let read_back = |bytes| {
-            let usage = vk::BufferUsageFlags::TRANSFER_DST;
-            Buffer::new(device, "stage read back", bytes, usage, Memory::Readback)
-        };
         let pixels = width as usize * height as usize;
-        let picture = read_back(16 * pixels as u64)?;
-        let records = read_back(simulate.drops.size)?;
+        let name = "stage read back";
+        let picture = Buffer::readback(device, name, 16 * pixels as u64)?;
+        let records = Buffer::readback(device, name, simulate.drops.size)?;
         let draw = |stage: Stage| {
             let stage = Some(stage as u32);
             let state = Target { format: FORMAT, samples, alpha, guard_px, stage };
@@ -103,11 +98,7 @@ impl Stages {
                 let color = attachment(&target, vk::AttachmentLoadOp::CLEAR);
                 drops.record(device, commands, (&simulate, None), color, (width, height), &depth);
                 image_barrier(device, commands, &target, color_use, Use::TransferRead);
-                let region =
-                    [vk::BufferCopy { src_offset: 0, dst_offset: 0, size: simulate.drops.size }];
-                let (from, to) = (simulate.drops.raw(), records.raw());
-                // SAFETY: the buffer holds what is copied into it, after the barriers above.
-                unsafe { device.raw().cmd_copy_buffer(commands.raw(), from, to, &region) };
+                copy_buffer(device, commands, &simulate.drops, &records);
                 copy_to_buffer(device, commands, &target, 0, &picture);
                 memory_barrier(device, commands, &[Use::TransferWrite], &[Use::HostRead]);
             })?;

@@ -1,14 +1,13 @@
 //! The frame by tiles stage by stage: what its passes leave for each other, so that each can be held against a serial
 //! implementation.
 
-use ash::vk;
 use half::f16;
 
 use super::lighting::Lighting;
 use super::tiled::Tiled;
 use super::view::surroundings;
 use crate::Result;
-use crate::gpu::{Buffer, Commands, Memory, Timestamps, Use, memory_barrier};
+use crate::gpu::{Buffer, Commands, Timestamps, Use, copy_buffer, memory_barrier};
 use crate::passes::frame::{Frame, FrameBuffer};
 use crate::passes::rain_field::RainField;
 use crate::passes::tile_grid;
@@ -46,24 +45,16 @@ impl TileStages {
         let seen = tiled.tiles.seen(scene);
         let mut time = Timestamps::new(device)?;
         time.reset();
-        let read_back = |size| {
-            let usage = vk::BufferUsageFlags::TRANSFER_DST;
-            Buffer::new(device, "stage read back", size, usage, Memory::Readback)
-        };
+        let read_back = |of: &Buffer| Buffer::readback(device, "stage read back", of.size);
         let lists = &tiled.tiles.lists;
         let [heads, nodes, splats, radiance] = [
-            read_back(lists.heads.size)?,
-            read_back(lists.nodes.size)?,
-            read_back(tiled.splats.table.size)?,
-            read_back(tiled.composite.radiance.size)?,
+            read_back(&lists.heads)?,
+            read_back(&lists.nodes)?,
+            read_back(&tiled.splats.table)?,
+            read_back(&tiled.composite.radiance)?,
         ];
         Commands::once(device, "stages of tiles", |commands| {
-            let copy = |from: &Buffer, to: &Buffer| {
-                let region = [vk::BufferCopy { src_offset: 0, dst_offset: 0, size: from.size }];
-                let (from, to) = (from.raw(), to.raw());
-                // SAFETY: both have that size, and a barrier covers the read.
-                unsafe { device.raw().cmd_copy_buffer(commands.raw(), from, to, &region) };
-            };
+            let copy = |from, to| copy_buffer(device, commands, from, to);
             frame.record(device, commands, &constants);
             frame.record_others(device, commands, scene);
             tiled.record_reset(device, commands, scene, (&scene.view(), 0.0), seen.as_ref());

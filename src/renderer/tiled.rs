@@ -7,7 +7,7 @@ use crate::Result;
 use crate::gpu::{Device, Recorder, Timestamps, Use, memory_barrier};
 use crate::passes::appearance::{Directions, FarDrop};
 use crate::passes::background::{BackgroundImages, Behind};
-use crate::passes::composite::Composite;
+use crate::passes::composite::{Composite, Prepared};
 use crate::passes::frame::{Frame, FrameBuffer};
 use crate::passes::glints::SplatTable;
 use crate::passes::rain_field::RainField;
@@ -52,21 +52,17 @@ impl Tiled {
         let behind = behind.or(nothing.as_ref());
         let has_depth = behind.is_some_and(Behind::has_depth);
         let tiles = Tiles::new(device, frame, appearance, rain, scene, plan, has_depth)?;
-        let size = scene.picture_size();
-        let composite = Composite::new(
-            device,
+        let prepared = Prepared {
             frame,
-            &lighting.environment,
-            seen,
+            environment: &lighting.environment,
+            seen_by_drops: seen,
             appearance,
             glints,
-            &splats,
-            &tiles,
-            size,
-            plan,
-            behind,
-            lighting.renewal.is_some(),
-        )?;
+            splats: &splats,
+            tiles: &tiles,
+        };
+        let (size, is_renewed) = (scene.picture_size(), lighting.renewal.is_some());
+        let composite = Composite::new(device, prepared, size, plan, behind, is_renewed)?;
         Ok(Self {
             tiles,
             composite,

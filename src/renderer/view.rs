@@ -10,8 +10,7 @@ use super::slot::Slot;
 use super::tiled::Tiled;
 use super::{FrameInput, FrameReport, ViewInfo};
 use crate::gpu::{
-    Buffer, Device, Image, ImageInfo, Recorder, Samples, Timestamps, Use, image_discard,
-    memory_barrier,
+    Buffer, Device, Image, ImageInfo, Recorder, Timestamps, Use, image_discard, memory_barrier,
 };
 use crate::passes::background::Behind;
 use crate::passes::drops::guard_band;
@@ -20,7 +19,8 @@ use crate::passes::motion_depth::MotionDepth;
 use crate::passes::output::Output;
 use crate::passes::rain_field::RainField;
 use crate::passes::tile_grid;
-use crate::passes::tone_map::{DELTA, DISPLAY, FinalSums, Source, ToneMap};
+use crate::passes::tone_map::{DISPLAY, FinalSums, Source, ToneMap};
+use crate::picture::tone_map::DELTA;
 use crate::plan::FramePlan;
 use crate::rain::field::Seen;
 use crate::rain::{Tick, tick_of_seconds};
@@ -245,10 +245,7 @@ impl View {
                 let usage = vk::ImageUsageFlags::COLOR_ATTACHMENT
                     | vk::ImageUsageFlags::TRANSFER_SRC
                     | vk::ImageUsageFlags::SAMPLED;
-                let (name, format) = ("display", DISPLAY);
-                let samples = Samples::One;
-                let info =
-                    ImageInfo { name, width, height, levels: 1, layers: 1, format, usage, samples };
+                let info = ImageInfo::flat("display", [width, height], DISPLAY, usage);
                 let tone_map = ToneMap::new(device, &frame, source, operator)?;
                 let log_average = plan.log_average;
                 Some(Display { tone_map, image: Image::new(device, &info)?, log_average })
@@ -425,7 +422,7 @@ impl View {
             // A factor of 0: to be derived from the picture.
             let derives_exposure = constants.tone[2] == 0.0;
             self.drawing.record_display(device, commands);
-            display.record(device, commands, time, derives_exposure, *sums);
+            display.record(device, commands, time, self.drawing.source(), derives_exposure, *sums);
         }
         if let (Some(pass), Some(input)) = (&self.output, host) {
             input.background.give_back(device, commands);
@@ -442,19 +439,20 @@ impl View {
 }
 
 impl Display {
-    /// Records the display image. `sums`: of log luminance, in place of the picture's own.
+    /// Records the display image of `source`. `sums`: of log luminance, in place of the picture's own.
     fn record(
         &self,
         device: &Device,
         commands: Recorder<'_>,
         time: &mut Timestamps,
+        source: Source<'_>,
         derives_exposure: bool,
         sums: Option<&FinalSums>,
     ) {
         let tone_map = &self.tone_map;
         if let (true, Some(sums)) = (derives_exposure, sums) {
             memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::TransferWrite]);
-            tone_map.record_sums(device, commands, sums);
+            tone_map.record_sums(device, commands, source, sums);
             memory_barrier(device, commands, &[Use::TransferWrite], &[Use::GraphicsRead]);
         } else if derives_exposure {
             time.time(commands, "log luminance", || {

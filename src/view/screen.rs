@@ -8,8 +8,8 @@ use egui::epaint::ClippedPrimitive;
 
 use crate::Result;
 use crate::gpu::{
-    Buffer, Commands, Device, Image, ImageInfo, Memory, Recorder, Samples, Surface, Swapchain,
-    Timestamps, Use, copy_to_buffer, image_barrier, image_discard, memory_barrier,
+    Buffer, Commands, Device, Image, ImageInfo, Recorder, Surface, Swapchain, Timestamps, Use,
+    copy_to_buffer, image_barrier, image_discard, memory_barrier,
 };
 use crate::passes::overlay::Overlay;
 use crate::passes::present::Present;
@@ -174,13 +174,10 @@ impl Screen {
         passes.overlay.update_atlas(&std::mem::take(&mut self.textures))?;
         let format = swapchain.format;
         let usage = vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::TRANSFER_SRC;
-        let (name, samples) = ("screenshot", Samples::One);
-        let info = ImageInfo { name, width, height, levels: 1, layers: 1, format, usage, samples };
+        let info = ImageInfo::flat("screenshot", [width, height], format, usage);
         let image = Image::new(&self.device, &info)?;
         let count = width as usize * height as usize;
-        let usage = vk::BufferUsageFlags::TRANSFER_DST;
-        let bytes = 4 * count as u64;
-        let staging = Buffer::new(&self.device, "screenshot", bytes, usage, Memory::Readback)?;
+        let staging = Buffer::readback(&self.device, "screenshot", 4 * count as u64)?;
 
         // The overlay's buffers of this frame, and its commands, must not be in use.
         self.device.wait_idle()?;

@@ -3,7 +3,7 @@
 use glam::{DVec3, Vec3};
 use raindrops::environment::Environment;
 use raindrops::gpu::Device;
-use raindrops::passes::simulate::Counts;
+use raindrops::passes::counters::Counts;
 use raindrops::picture::Picture;
 use raindrops::picture::metrics::{Comparison, compare, rel_mse};
 use raindrops::picture::tone_map::exposure_of;

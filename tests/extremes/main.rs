@@ -14,7 +14,7 @@ use std::sync::Arc;
 use glam::{DVec3, Vec3};
 use raindrops::environment::Environment;
 use raindrops::gpu::Device;
-use raindrops::passes::simulate::Counts;
+use raindrops::passes::counters::Counts;
 use raindrops::picture::Picture;
 use raindrops::plan::{Output, plan};
 use raindrops::reference::{Tracer, Truth};

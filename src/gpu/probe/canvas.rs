@@ -7,8 +7,8 @@ use bytemuck::Pod;
 
 use crate::Result;
 use crate::gpu::{
-    Buffer, Commands, Device, Image, ImageInfo, Memory, Recorder, Samples, Use, attachment,
-    copy_to_buffer, image_barrier, image_discard, memory_barrier, rendering,
+    Buffer, Commands, Device, Image, ImageInfo, Recorder, Use, attachment, copy_to_buffer,
+    image_barrier, image_discard, memory_barrier, rendering,
 };
 
 /// A colour attachment, cleared to zeros before each drawing.
@@ -20,19 +20,7 @@ pub(super) struct Canvas<'a> {
 impl<'a> Canvas<'a> {
     pub fn new(device: &'a Arc<Device>, size: (u32, u32), format: vk::Format) -> Result<Self> {
         let usage = vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::TRANSFER_SRC;
-        let image = Image::new(
-            device,
-            &ImageInfo {
-                name: "probe",
-                width: size.0,
-                height: size.1,
-                levels: 1,
-                layers: 1,
-                format,
-                usage,
-                samples: Samples::One,
-            },
-        )?;
+        let image = Image::new(device, &ImageInfo::flat("probe", size.into(), format, usage))?;
         Ok(Self { image, device })
     }
 
@@ -53,8 +41,7 @@ impl<'a> Canvas<'a> {
         let device = &**self.device;
         let count = self.image.width as usize * self.image.height as usize;
         let bytes = (count * size_of::<Pixel>()) as u64;
-        let usage = vk::BufferUsageFlags::TRANSFER_DST;
-        let pixels = Buffer::new(self.device, "probe", bytes, usage, Memory::Readback)?;
+        let pixels = Buffer::readback(self.device, "probe", bytes)?;
         Commands::once(self.device, "probe", |commands| {
             // Image and buffer may lie where those of a drawing before did.
             let copied = [Use::TransferRead, Use::TransferWrite];

@@ -54,9 +54,7 @@ impl Clock {
             for (canvas, steps) in canvases.iter().zip([1, steps, 1]) {
                 timestamps.time(recorded, "probe", || {
                     canvas.record(recorded, || {
-                        pipeline.bind(recorded, &bindings, 0, bytemuck::bytes_of(&steps));
-                        // SAFETY: within a rendering, with everything bound.
-                        unsafe { device.raw().cmd_draw(recorded.raw(), 3, 1, 0, 0) };
+                        pipeline.draw_triangle(recorded, &bindings, bytemuck::bytes_of(&steps));
                     });
                 });
             }

@@ -100,9 +100,7 @@ impl Halves {
         let size = (values.len() as u32, 1);
         let draw =
             |commands: Recorder<'_>, pipeline: &GraphicsPipeline, alpha_and_scale: [f32; 2]| {
-                pipeline.bind(commands, &bindings, 0, bytemuck::bytes_of(&alpha_and_scale));
-                // SAFETY: within a rendering, with everything bound.
-                unsafe { device.raw().cmd_draw(commands.raw(), 3, 1, 0, 0) };
+                pipeline.draw_triangle(commands, &bindings, bytemuck::bytes_of(&alpha_and_scale));
             };
 
         let overwrite = pipeline(HALF, Alpha::Ignored, 0)?;

@@ -102,7 +102,7 @@ impl<'a> Shooter<'a> {
         let canvas = Canvas::new(self.device, (far(0), far(1)), FORMAT)?;
         let raw = self.device.raw();
         let pixels: Vec<[f32; 4]> = canvas.draw(|commands| {
-            self.pipeline.bind(commands, &self.bindings, 0, &[]);
+            self.pipeline.bind(commands, &self.bindings, &[]);
             for (number, shot) in (0..).zip(shots) {
                 let [x, y, width, height] = shot.cell.at;
                 let scissor = vk::Rect2D {

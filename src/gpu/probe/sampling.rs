@@ -12,7 +12,7 @@ use crate::Result;
 use crate::gpu::sets::probe_sample as slot;
 use crate::gpu::{
     Bindings, Buffer, Commands, Device, GraphicsPipeline, GraphicsState, Image, ImageInfo, Memory,
-    Resource, Sampler, Samples, Use, copy_to_image, image_barrier, shaders,
+    Resource, Sampler, Use, copy_to_image, image_barrier, shaders,
 };
 
 const FORMAT: vk::Format = vk::Format::R32G32B32A32_SFLOAT;
@@ -42,19 +42,9 @@ pub struct Sampling {
 /// An image with these texels in all its levels, ready for sampling.
 fn texture(device: &Arc<Device>, size: (u32, u32), levels: &[Vec<f16>]) -> Result<Image> {
     let usage = vk::ImageUsageFlags::SAMPLED | vk::ImageUsageFlags::TRANSFER_DST;
-    let image = Image::new(
-        device,
-        &ImageInfo {
-            name: "probe texture",
-            width: size.0,
-            height: size.1,
-            levels: levels.len() as u32,
-            layers: 1,
-            format: vk::Format::R16G16B16A16_SFLOAT,
-            usage,
-            samples: Samples::One,
-        },
-    )?;
+    let format = vk::Format::R16G16B16A16_SFLOAT;
+    let flat = ImageInfo::flat("probe texture", size.into(), format, usage);
+    let image = Image::new(device, &ImageInfo { levels: levels.len() as u32, ..flat })?;
     let texels: Vec<[f16; 4]> = levels.iter().flatten().map(|value| [*value; 4]).collect();
     let usage = vk::BufferUsageFlags::TRANSFER_SRC;
     let bytes = size_of_val(texels.as_slice()) as u64;
@@ -101,19 +91,15 @@ impl Sampling {
             .map(|step| step as f32 / SCALES_A_LEVEL as f32)
             .collect();
         let canvas = Canvas::new(device, (WIDTH, BAND * implied.len() as u32), FORMAT)?;
-        let raw = device.raw();
         let pixels: Vec<[f32; 4]> = canvas.draw(|commands| {
             for (number, level) in (0..).zip(&implied) {
                 let scissor = vk::Rect2D {
                     offset: vk::Offset2D { x: 0, y: number * BAND as i32 },
                     extent: vk::Extent2D { width: WIDTH, height: BAND },
                 };
-                pipeline.bind(commands, &bindings, 0, bytemuck::bytes_of(&level.exp2()));
-                // SAFETY: within a rendering, with everything bound.
-                unsafe {
-                    raw.cmd_set_scissor(commands.raw(), 0, &[scissor]);
-                    raw.cmd_draw(commands.raw(), 3, 1, 0, 0);
-                }
+                // SAFETY: the command buffer is recorded; the scissor is in the canvas.
+                unsafe { device.raw().cmd_set_scissor(commands.raw(), 0, &[scissor]) };
+                pipeline.draw_triangle(commands, &bindings, bytemuck::bytes_of(&level.exp2()));
             }
         })?;
         let first = &pixels[..WIDTH as usize];

@@ -1,0 +1,61 @@
+//! What a frame counts of its drops, in whichever way it draws them: `Counters` of `glsl/include/counters.glsl`.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use crate::Result;
+use crate::abi::Counters;
+use crate::gpu::{Buffer, Device, Memory};
+
+/// Words of the buffer.
+pub const WORDS: usize = size_of::<Counters>() / 4;
+
+/// A buffer for what is counted.
+///
+/// # Errors
+/// Those of [`Buffer::new`].
+pub fn buffer(device: &Arc<Device>) -> Result<Buffer> {
+    use vk::BufferUsageFlags as Usage;
+    let usage = Usage::STORAGE_BUFFER | Usage::TRANSFER_SRC | Usage::TRANSFER_DST;
+    Buffer::new(device, "counters", 4 * WORDS as u64, usage, Memory::Device)
+}
+
+/// What a frame counted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Drops in view.
+    pub visible: u64,
+    /// Of those, larger than a point may be; tiles count none.
+    pub large: u64,
+    /// Without room in a list, such as that of [`MAX_LARGE`](super::simulate::MAX_LARGE), and not drawn, or in part;
+    /// and entries of tiles' lists that the driver did not go through, perhaps drawn out of order.
+    pub overflow: u64,
+    /// Drops with the camera inside, not drawn.
+    pub camera_inside: u64,
+    /// Drops whose outline reaches the camera plane, not drawn.
+    pub beside_camera: u64,
+}
+
+impl Counts {
+    /// Reads the [`WORDS`] words of the buffer.
+    pub fn of(words: &[u32]) -> Self {
+        let counters: &Counters = bytemuck::from_bytes(bytemuck::cast_slice(words));
+        Self {
+            visible: counters.visible.iter().map(|n| u64::from(*n)).sum(),
+            large: counters.large_count.into(),
+            overflow: counters.lost.into(),
+            camera_inside: counters.camera_inside.into(),
+            beside_camera: counters.beside_camera.into(),
+        }
+    }
+
+    /// Adds what another frame, or another part of the picture, counted.
+    pub fn add(&mut self, other: &Self) {
+        self.visible += other.visible;
+        self.large += other.large;
+        self.overflow += other.overflow;
+        self.camera_inside += other.camera_inside;
+        self.beside_camera += other.beside_camera;
+    }
+}
