@@ -78,7 +78,8 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<Answer> {
         Some(_) => 1,
         None => args.frames.unwrap_or_else(|| scene.film.frames()),
     };
-    let mut sequence = (frames > 1).then(|| Sequence::new(&args.output, args.resume, args.layers, frames));
+    let mut sequence =
+        (frames > 1).then(|| Sequence::new(&args.output, args.resume, args.layers, frames));
     // What is there was made by these models, and goes on by them.
     let kept = match &mut sequence {
         Some(sequence) => sequence.resume(&scene, &environment)?,

@@ -145,8 +145,7 @@ impl Sequence {
             }
         }
         let path = self.manifest_path();
-        let text =
-            text_of(&path, scene, environment, self.layers, Some(self.frames), auto)?;
+        let text = text_of(&path, scene, environment, self.layers, Some(self.frames), auto)?;
         write_whole(&path, text.as_bytes())
     }
 

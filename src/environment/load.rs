@@ -107,7 +107,7 @@ fn decode_radiance(reader: impl BufRead) -> Result<Image, String> {
     check_size(u64::from(width), u64::from(height))?;
     let mut texels = vec![Vec3::ZERO; width as usize * height as usize];
     decoder.read_image(bytemuck::cast_slice_mut(&mut texels)).map_err(broken)?;
-    Ok(Image { width, height, texels, missing: 0, low_dynamic_range: false })
+    Ok(Image { width, height, texels, missing: 0 })
 }
 
 /// PNG and JPEG: display colours.
@@ -121,7 +121,7 @@ fn decode_display(reader: impl BufRead + Seek, format: ImageFormat) -> Result<Im
     check_size(u64::from(width), u64::from(height))?;
     let display = DynamicImage::from_decoder(decoder).map_err(broken)?.into_rgb32f();
     let texels = display.pixels().map(|pixel| Vec3::from(pixel.0.map(linear))).collect();
-    Ok(Image { width, height, texels, missing: 0, low_dynamic_range: true })
+    Ok(Image { width, height, texels, missing: 0 })
 }
 
 /// Linear value of a display value in 0 to 1, by the sRGB curve (IEC 61966-2-1).

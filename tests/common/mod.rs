@@ -114,21 +114,9 @@ pub fn chosen(instance: &Instance) -> DeviceReport {
         .unwrap_or_else(|error| panic!("these tests need a Vulkan device: {error}"))
 }
 
-/// An environment of 512 x 256 texels by what comes from each direction.
-pub fn environment_by(radiance: impl Fn(DVec3) -> Vec3) -> Environment {
-    let (width, height) = (512_u32, 256_u32);
-    let texels = (0..width * height).map(|index| {
-        let (x, y) = (f64::from(index % width) + 0.5, f64::from(index / width) + 0.5);
-        let azimuth = (x / f64::from(width) - 0.5) * std::f64::consts::TAU;
-        let (sine, cosine) = (y / f64::from(height) * std::f64::consts::PI).sin_cos();
-        radiance(DVec3::new(azimuth.sin() * sine, cosine, -azimuth.cos() * sine))
-    });
-    Environment::from_texels("by direction", width, height, texels.collect()).expect("an image")
-}
-
 /// Grey, with a sun of a degree of radius in a halo that is seen as far as some nine degrees from it.
 pub fn with_halo(toward: DVec3) -> Environment {
-    environment_by(|direction| {
+    painted(512, |direction| {
         let off = direction.angle_between(toward).to_degrees();
         let sun = if off < 1.0 { 3e4 } else { 0.0 };
         Vec3::splat((sun + 150.0 * (-off / 5.0).exp() + 0.5) as f32)

@@ -18,7 +18,7 @@ use raindrops::renderer::Renderer;
 use raindrops::scene::model::Preset;
 use raindrops::scene::{ImageSize, RainSettings, Scene};
 
-use crate::common::{environment_by, on_adjusted_device, on_device, one_drop, with_halo};
+use crate::common::{on_adjusted_device, on_device, one_drop, painted, with_halo};
 
 /// Grey, with a disc of 1.2° of radius.
 fn with_sun(toward: DVec3, grey: f32, radiance: f32) -> Environment {
@@ -27,7 +27,7 @@ fn with_sun(toward: DVec3, grey: f32, radiance: f32) -> Environment {
 
 /// The same with several.
 fn with_suns(toward: &[DVec3], grey: f32, radiance: f32) -> Environment {
-    environment_by(|direction| {
+    painted(512, |direction| {
         let is_lit = toward.iter().any(|sun| direction.angle_between(*sun) < 1.2_f64.to_radians());
         Vec3::splat(if is_lit { radiance } else { grey })
     })
