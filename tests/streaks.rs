@@ -13,7 +13,7 @@ use raindrops::reference::{Tracer, Truth};
 use raindrops::scene::model::{Motion, Preset};
 use raindrops::scene::{PlacedDrop, RainSettings, Scene, ToneMap};
 
-use common::picture::{black, draw, renderer, square, sum, truth};
+use common::picture::{black, draw, light_rain, moving, renderer, square, sum, truth};
 use common::{on_device, painted, waves};
 
 /// Of display values from 0 to 1.
@@ -91,17 +91,7 @@ fn a_streak_has_the_light_of_the_drop_at_rest() {
 fn busy() -> Scene {
     let mut scene = square(64);
     scene.camera.vertical_fov = 70.0;
-    scene.rain = Some(RainSettings {
-        count: 4000,
-        half_extent: DVec3::splat(30.0),
-        radius: 0.12,
-        velocity: DVec3::new(3.0, -9.0, 1.0),
-        ..RainSettings::default()
-    });
-    let moving = |center: [f64; 3], velocity: [f64; 3], radius: f64| PlacedDrop {
-        velocity: velocity.into(),
-        ..PlacedDrop::sphere(center.into(), radius)
-    };
+    scene.rain = Some(light_rain());
     scene.drops = vec![
         moving([-4.0, 1.0, -6.0], [3.0, -2.0, 0.0], 0.5),
         moving([0.4, 3.2, -9.0], [0.0, 0.5, 6.0], 0.4),

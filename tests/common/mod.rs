@@ -14,16 +14,17 @@ pub mod picture;
 pub mod stand_in;
 
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, Output};
 use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
 use raindrops::environment::Environment;
 use raindrops::gpu::{Device, DeviceReport, Instance, ReplacedShaders, Validation, shaders};
-use raindrops::plan::{Output, plan};
+use raindrops::plan::plan;
 use raindrops::renderer::Renderer;
 use raindrops::scene::model::Preset;
 use raindrops::scene::{ImageSize, PlacedDrop, Scene};
+use tempfile::TempDir;
 
 /// The command, which keeps compiled pipelines among the build's files instead of the user's cache.
 pub fn raindrops() -> Command {
@@ -129,9 +130,32 @@ pub fn write_scene(folder: &Path) {
     std::fs::write(folder.join("scene.toml"), toml).expect("a scene");
 }
 
+/// A folder that goes with the value.
+pub fn folder() -> TempDir {
+    tempfile::tempdir().expect("a temporary folder")
+}
+
+/// A folder among the build's files, which stays.
+pub fn kept_folder(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    std::fs::create_dir_all(&folder).expect("a folder");
+    folder
+}
+
+/// The same, without what an earlier run left in it.
+pub fn emptied_folder(name: &str) -> PathBuf {
+    let _ = std::fs::remove_dir_all(kept_folder(name));
+    kept_folder(name)
+}
+
+/// Runs any command to its end.
+pub fn outcome(command: &mut Command) -> Output {
+    command.output().expect("the command starts")
+}
+
 /// Runs the command in a folder; whether it is done, and what it says.
 pub fn run(folder: &Path, arguments: &[&str]) -> (bool, String) {
-    let ran = raindrops().current_dir(folder).args(arguments).output().expect("it runs");
+    let ran = outcome(raindrops().current_dir(folder).args(arguments));
     (ran.status.success(), String::from_utf8_lossy(&ran.stderr).into_owned())
 }
 
@@ -162,7 +186,7 @@ pub fn frame(device: &Arc<Device>, preset: Preset) -> Vec<u8> {
     scene.model.mask_size = 16;
     scene.rain.get_or_insert_default().count = 1000;
     let white = Environment::constant(Vec3::ONE);
-    let plan = plan(&scene, &white, Output::Display).expect("a plan");
+    let plan = plan(&scene, &white, raindrops::plan::Output::Display).expect("a plan");
     let mut renderer = Renderer::new(device, &scene, &white, &plan).expect("a renderer");
     renderer.submit(&scene).expect("a frame");
     renderer.read_display().expect("a picture")
