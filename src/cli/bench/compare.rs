@@ -34,10 +34,10 @@ const MOST_ROUNDS: usize = 40;
 #[command(next_help_heading = "Comparison, in rounds of fresh processes")]
 pub struct CompareArgs {
     /// Environment variables of side A: NAME=VALUE,… (quote a value with commas) [default: as they are]
-    #[arg(long, value_name = "ENV=VALUE,…", value_parser = EnvironmentParser)]
+    #[arg(long, value_name = "ENV=VALUE,…", value_parser = variables)]
     a: Option<Shared>,
     /// Environment variables of side B
-    #[arg(long, value_name = "ENV=VALUE,…", value_parser = EnvironmentParser)]
+    #[arg(long, value_name = "ENV=VALUE,…", value_parser = variables)]
     b: Option<Shared>,
     /// Program of side A [default: this one]
     #[arg(long, value_name = "FILE")]
@@ -73,21 +73,8 @@ pub struct CompareArgs {
 /// Clap takes a `Vec` for several values of an option, and this is one.
 type Shared = std::sync::Arc<Variables>;
 
-#[derive(Clone)]
-struct EnvironmentParser;
-
-impl clap::builder::TypedValueParser for EnvironmentParser {
-    type Value = Shared;
-
-    fn parse_ref(
-        &self,
-        command: &clap::Command,
-        argument: Option<&clap::Arg>,
-        value: &std::ffi::OsStr,
-    ) -> Result<Self::Value, clap::Error> {
-        let inner = |text: &str| parse(text).map(Shared::new);
-        clap::builder::TypedValueParser::parse_ref(&inner, command, argument, value)
-    }
+fn variables(text: &str) -> Result<Shared, String> {
+    parse(text).map(Shared::new)
 }
 
 /// Options that are this process's alone, not of those that it starts.
