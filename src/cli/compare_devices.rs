@@ -137,10 +137,8 @@ pub fn run(args: &CompareDevicesArgs) -> anyhow::Result<Answer> {
             let flip = difference(&portraits[0].picture, &portraits[b].picture, exposure).0;
             row.see(flip, args.max_flip.unwrap_or(MAX_FLIP));
             if let Some(truth) = &truth {
-                let error = |of: &Portrait| {
-                    let found = compare(truth, &of.picture, None, exposure).pixels;
-                    Some(10f64.powf(-found.psnr_db / 20.0))
-                };
+                let error =
+                    |of: &Portrait| Some(compare(truth, &of.picture, None, exposure).pixels.rms());
                 (row.error_a, row.error_b) = (error(first), error(&portraits[b]));
             }
             let apart = stages.iter().find(|(one, other, _)| (*one, *other) == (0, b));

@@ -3,7 +3,6 @@
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, Cursor, Read, Seek};
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
 use glam::Vec3;
@@ -11,6 +10,7 @@ use image::codecs::hdr::HdrDecoder;
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 
 use super::{Image, MAX_HEIGHT, MAX_WIDTH, open_exr};
+use crate::picture::guarded;
 
 /// Most bytes that a decoder of the `image` crate may take: the largest image in float32 RGB
 /// (1.6 GB) and some room.
@@ -36,18 +36,7 @@ pub(super) fn from_bytes(bytes: &[u8]) -> Result<Image, String> {
 }
 
 fn from_reader(reader: impl BufRead + Seek) -> Result<Image, String> {
-    // The last resort. The decoders are other people's code on other people's bytes, and some panic
-    // on broken ones: exr 1.74 subtracts below zero in a B44 block, where overflow is checked; the
-    // HDR decoder of image 0.25 overflows on a long chain of empty runs. A picture must not take
-    // the program down. Nothing that the closure touches outlives a panic.
-    let outcome = catch_unwind(AssertUnwindSafe(|| decode(reader)));
-    let problem = match outcome {
-        Ok(Ok(image)) => return Ok(image),
-        Ok(Err(problem)) => problem,
-        Err(_) => "is broken: its decoder gave up".into(),
-    };
-    // Some decoders' messages have several lines.
-    Err(problem.split_whitespace().collect::<Vec<_>>().join(" "))
+    guarded("is broken: its decoder gave up", || decode(reader))
 }
 
 fn decode(mut reader: impl BufRead + Seek) -> Result<Image, String> {

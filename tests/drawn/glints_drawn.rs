@@ -7,7 +7,7 @@ use raindrops::environment::bright::split;
 use raindrops::optics::fresnel;
 use raindrops::passes::environment::lost_light;
 use raindrops::picture::Picture;
-use raindrops::picture::metrics::{box_filter, psnr_db, rel_mse};
+use raindrops::picture::metrics::{box_filter, mean_square, rel_mse};
 use raindrops::picture::tone_map::{display, exposure_of};
 use raindrops::scene::model::Preset;
 use raindrops::scene::{ImageSize, RainSettings, Scene};
@@ -195,7 +195,7 @@ fn rain_in_the_sun_is_no_snow_and_more_rays_are_not_worse() {
             scene.model.preset = preset;
             scene.model.samples = samples;
             let picture = picture_of(device, &scene, &sky);
-            10f64.powf(-psnr_db(&shown, &display(exposure, &picture)) / 20.0)
+            mean_square(&shown, &display(exposure, &picture)).sqrt()
         };
         let (paper, fast) = (rms(Preset::Paper, None), rms(Preset::Fast, None));
         let rays = [1, 4, 16, 64].map(|samples| rms(Preset::Exact, Some(samples)));

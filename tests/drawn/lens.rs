@@ -21,7 +21,7 @@ fn against(truth: &Picture, picture: &Picture) -> Comparison {
 
 /// Of display values from 0 to 1.
 fn boxed_error(truth: &Picture, picture: &Picture) -> f64 {
-    10f64.powf(-0.05 * against(truth, picture).boxes.psnr_db)
+    against(truth, picture).boxes.rms()
 }
 
 /// A drop of some pixels of radius before black, focused at infinity.
