@@ -26,7 +26,7 @@ use crate::environment::Environment;
 use crate::gpu::{Device, DeviceReport, Instance, Validation};
 use crate::measure::bench::DeviceHead;
 use crate::measure::bench::drivers::{Apart, FEW, apart, difference};
-use crate::measure::verdict::{self, Side};
+use crate::measure::verdict::{self, Method, Side};
 use crate::picture::Picture;
 use crate::picture::flip::PIXELS_PER_DEGREE;
 use crate::picture::metrics::compare;
@@ -300,18 +300,14 @@ impl Times<'_> {
             let turns = take_turns([&a, &b], &work, args.rounds.into(), threshold, bound, &bar);
             bar.finish_and_clear();
             if let Some([of_a, of_b]) = &turns.reports {
+                let sides = [Side::of(&a.label, of_a), Side::of(&b.label, of_b)];
+                let notes = notes(of_a, of_b);
                 let report = verdict::Report {
-                    schema: verdict::SCHEMA.into(),
                     command: Some(command_line()),
-                    a: Side::of(&a.label, of_a),
-                    b: Side::of(&b.label, of_b),
-                    method: "paired".into(),
-                    threshold,
                     max_flip: Some(args.max_flip.unwrap_or(MAX_FLIP)),
                     flip_pixels_per_degree: Some(PIXELS_PER_DEGREE),
                     stopped: turns.stopped,
-                    notes: notes(of_a, of_b),
-                    rows: turns.rows,
+                    ..verdict::Report::of(Method::Paired, sides, threshold, notes, turns.rows)
                 };
                 verdicts.push(Compared { device, report });
             }
