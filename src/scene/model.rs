@@ -84,6 +84,11 @@ impl Optics {
     pub fn is_prefiltered(self) -> bool {
         matches!(self, Self::Far | Self::Appearance)
     }
+
+    /// Whether drops can be entered into tiles.
+    pub fn is_on_tiles(self) -> bool {
+        matches!(self, Self::ClosedForm | Self::Appearance)
+    }
 }
 
 models! {
