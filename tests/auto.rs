@@ -16,7 +16,7 @@ use raindrops::measure::costs::{costs, kept};
 use raindrops::measure::resolve;
 use raindrops::measure::tradeoff::{SizeRow, by_size, candidates, glints_by_size, standard_set};
 use raindrops::picture::Picture;
-use raindrops::picture::metrics::psnr_db;
+use raindrops::picture::metrics::mean_square;
 use raindrops::picture::tone_map::{display, exposure_of};
 use raindrops::plan::{
     Choice, Costs, Demand, ERRORS, FramePlan, GLINT_RADII_PX, GLINTS, Output, RADII_PX, choose,
@@ -176,7 +176,7 @@ fn rms_of(
     renderer.submit(scene).expect("a frame");
     let picture = renderer.read_radiance().expect("a picture");
     let exposure = exposure_of(&scene.tone_map, reference);
-    10f64.powf(-psnr_db(&display(exposure, reference), &display(exposure, &picture)) / 20.0)
+    mean_square(&display(exposure, reference), &display(exposure, &picture)).sqrt()
 }
 
 /// Scenes whose errors come from one thing each: glints, aliasing, the sky itself (texels of noise).

@@ -11,21 +11,14 @@ use raindrops::Error;
 use raindrops::gpu::{Device, Instance, Validation};
 use raindrops::picture::Picture;
 use raindrops::picture::layers::Layers;
-use tempfile::TempDir;
+
+use common::{folder, outcome};
 
 /// The command, run in `folder`.
 fn raindrops(folder: &Path, arguments: &[&str]) -> Command {
     let mut command = common::raindrops();
     command.current_dir(folder).args(arguments);
     command
-}
-
-fn folder() -> TempDir {
-    tempfile::tempdir().expect("a temporary folder")
-}
-
-fn run(command: &mut Command) -> Output {
-    command.output().expect("the command starts")
 }
 
 /// The one line of an error: not the lines that say which device and models were taken and what was mended.
@@ -68,7 +61,7 @@ const SMALL: [&str; 5] = ["render", "--size", "32x32", "--drops", "100"];
 #[track_caller]
 fn render_fails(folder: &Path, arguments: &[&str], words: &[&str]) {
     let before = files(folder);
-    let line = error_line(&run(raindrops(folder, &SMALL).args(arguments)));
+    let line = error_line(&outcome(raindrops(folder, &SMALL).args(arguments)));
     for word in words {
         assert!(line.contains(word), "'{line}' does not say '{word}'");
     }
@@ -80,7 +73,7 @@ fn a_sound_render_succeeds() {
     let folder = folder();
     for name in ["a.png", "a.exr"] {
         let mut command = raindrops(folder.path(), &SMALL);
-        let output = run(command.args(["--validate", "-o", name]));
+        let output = outcome(command.args(["--validate", "-o", name]));
         assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
         let stderr = String::from_utf8_lossy(&output.stderr);
         assert!(stderr.starts_with("device: "), "the device is named: {stderr}");
@@ -96,7 +89,7 @@ fn a_benchmark_is_written_and_plotted() {
     let bench = ["bench", "--drops", "500,2000", "--size", "32x32", "--preset", "paper,fast"];
     let files = ["--seconds", "0", "--frames", "2", "--json", "b.json", "--svg", "b.svg"];
     let mut command = raindrops(folder.path(), &bench);
-    let output = run(command.args(files).env("LP_NUM_THREADS", "1").env_remove("LP_PERF"));
+    let output = outcome(command.args(files).env("LP_NUM_THREADS", "1").env_remove("LP_PERF"));
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
     let json = fs::read_to_string(folder.path().join("b.json")).expect("figures");
     let json: serde_json::Value = serde_json::from_str(&json).expect("JSON");
@@ -119,7 +112,7 @@ fn a_benchmark_is_written_and_plotted() {
 fn shells_complete() {
     let folder = folder();
     for shell in ["bash", "zsh", "fish"] {
-        let output = run(&mut raindrops(folder.path(), &["completions", shell]));
+        let output = outcome(&mut raindrops(folder.path(), &["completions", shell]));
         let script = String::from_utf8_lossy(&output.stdout);
         assert!(output.status.success() && script.contains("resume"), "{shell}: {script}");
     }
@@ -132,7 +125,7 @@ fn no_loader() {
     let library = folder.path().join("libvulkan.so.1");
     fs::write(&library, "not a library").expect("a file");
     let mut command = raindrops(folder.path(), &["devices"]);
-    let line = error_line(&run(command.env("LD_LIBRARY_PATH", folder.path())));
+    let line = error_line(&outcome(command.env("LD_LIBRARY_PATH", folder.path())));
     assert!(line.contains("no Vulkan loader") && line.contains("libvulkan1"), "{line}");
 }
 
@@ -142,7 +135,7 @@ fn no_driver() {
     for arguments in [&["devices"][..], &["render", "-o", "a.png"], &["mask", "-o", "masks"]] {
         let mut command = raindrops(folder.path(), arguments);
         command.env("VK_DRIVER_FILES", "/nonexistent").env("VK_ICD_FILENAMES", "/nonexistent");
-        let line = error_line(&run(&mut command));
+        let line = error_line(&outcome(&mut command));
         assert!(line.contains("no Vulkan device") && line.contains("VK_DRIVER_FILES"), "{line}");
     }
     assert!(files(folder.path()).is_empty());
@@ -242,14 +235,14 @@ fn bad_scenes() {
     for (text, words) in cases {
         fs::write(folder.path().join("scene.toml"), text).expect("a file");
         for arguments in [&["render", "scene.toml", "-o", "a.png"][..], &["plan", "scene.toml"]] {
-            let line = error_line(&run(&mut raindrops(folder.path(), arguments)));
+            let line = error_line(&outcome(&mut raindrops(folder.path(), arguments)));
             for word in ["scene.toml"].iter().chain(words) {
                 assert!(line.contains(word), "{text:?}: '{line}' does not say '{word}'");
             }
             assert!(!line.contains("wibble") || !line.contains("did you mean"), "{line}");
         }
     }
-    let line = error_line(&run(&mut raindrops(folder.path(), &["plan", "nowhere.toml"])));
+    let line = error_line(&outcome(&mut raindrops(folder.path(), &["plan", "nowhere.toml"])));
     assert!(line.contains("cannot read nowhere.toml"), "{line}");
     assert_eq!(files(folder.path()).len(), 1, "nothing beside the scene");
 }
@@ -267,7 +260,7 @@ fn bad_values_on_the_command_line() {
     ] {
         let mut all = vec!["render"];
         all.extend(output.iter().chain(&arguments));
-        let line = error_line(&run(&mut raindrops(folder.path(), &all)));
+        let line = error_line(&outcome(&mut raindrops(folder.path(), &all)));
         assert!(line.contains(word), "{line}");
     }
     // What the parser itself refuses.
@@ -290,13 +283,13 @@ fn bad_values_on_the_command_line() {
         (&["tradeoff", "--models", "nonesuch"], ["nonesuch", "--models"]),
         (&["compare", "a.exr", "b.exr", "--difference", "d.exr"], ["d.exr", "as .png"]),
     ] {
-        let line = error_line(&run(&mut raindrops(folder.path(), arguments)));
+        let line = error_line(&outcome(&mut raindrops(folder.path(), arguments)));
         for word in words {
             assert!(line.contains(word), "'{line}' does not say '{word}'");
         }
     }
     // Without a command, which: the list of them.
-    assert_eq!(run(&mut raindrops(folder.path(), &[])).status.code(), Some(2));
+    assert_eq!(outcome(&mut raindrops(folder.path(), &[])).status.code(), Some(2));
     assert!(files(folder.path()).is_empty());
 }
 
@@ -318,7 +311,8 @@ fn bad_outputs() {
     #[cfg(target_os = "linux")]
     render_fails(folder.path(), &["-o", "/proc/a.png"], &["cannot write /proc/a.png"]);
 
-    let output = run(&mut raindrops(folder.path(), &["mask", "--mask-size", "4", "-o", "file"]));
+    let output =
+        outcome(&mut raindrops(folder.path(), &["mask", "--mask-size", "4", "-o", "file"]));
     let stderr = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(2), "{stderr}");
     assert!(stderr.contains("cannot write file"), "{stderr}");
@@ -338,7 +332,7 @@ fn a_failed_run_leaves_the_old_picture() {
 
 /// Names of the commands, as `--help` lists them.
 fn commands() -> Vec<String> {
-    let output = run(&mut raindrops(Path::new("."), &["--help"]));
+    let output = outcome(&mut raindrops(Path::new("."), &["--help"]));
     let help = String::from_utf8(output.stdout).expect("text");
     help.lines()
         .take_while(|line| !line.starts_with("Options:"))
@@ -352,7 +346,7 @@ fn every_command_has_help() {
     let commands = commands();
     assert!(commands.len() >= 5 && commands.contains(&"render".into()), "{commands:?}");
     for command in commands {
-        let output = run(&mut raindrops(Path::new("."), &[&command, "--help"]));
+        let output = outcome(&mut raindrops(Path::new("."), &[&command, "--help"]));
         assert_eq!(output.status.code(), Some(0), "{command}");
         let help = String::from_utf8_lossy(&output.stdout);
         assert!(help.contains("Usage: raindrops"), "{command}: {help}");
@@ -364,7 +358,7 @@ fn every_command_has_help() {
 fn a_path_need_not_be_text() {
     use std::os::unix::ffi::OsStrExt as _;
     let name = std::ffi::OsStr::from_bytes(b"no-\xff-scene.toml");
-    let output = run(raindrops(folder().path(), &["plan"]).arg(name));
+    let output = outcome(raindrops(folder().path(), &["plan"]).arg(name));
     assert!(error_line(&output).contains("-scene.toml"));
 }
 
@@ -377,7 +371,7 @@ fn messages_are_as_they_are_asked_for() {
         if !arguments.contains(&"-o") {
             command.args(["-o", "a.png"]);
         }
-        let output = run(command.args(arguments));
+        let output = outcome(command.args(arguments));
         (output.status.code(), String::from_utf8(output.stderr).expect("text"))
     };
     assert_eq!(said(&["--quiet", "--preset", "fast"]), (Some(0), String::new()));
@@ -406,7 +400,7 @@ fn messages_are_as_they_are_asked_for() {
     let (_, refused) = said(&["--color", "always", "--nonsense"]);
     assert!(refused.starts_with("\u{1b}["), "what the parser says, too: {refused:?}");
     let mut command = raindrops(folder.path(), &SMALL);
-    let output = run(command.args(["-o", "a.png"]).env("RAINDROPS_DEVICE", "no-such-device"));
+    let output = outcome(command.args(["-o", "a.png"]).env("RAINDROPS_DEVICE", "no-such-device"));
     assert!(error_line(&output).contains("no-such-device"));
 }
 
@@ -418,7 +412,7 @@ fn a_terminal_has_colours_unless_it_wants_none() {
     let said = |variable: &str| {
         let mut command = Command::new("script");
         command.args(["-qec", &line, "/dev/null"]).env("TERM", "xterm").env_remove("NO_COLOR");
-        let output = run(command.env(variable, "1").stdin(Stdio::null()));
+        let output = outcome(command.env(variable, "1").stdin(Stdio::null()));
         assert_eq!(output.status.code(), Some(2));
         String::from_utf8_lossy(&output.stdout).into_owned()
     };
@@ -451,14 +445,14 @@ fn a_closed_pipe_is_no_error() {
 
 #[test]
 fn plan_prints_passes_with_reasons() {
-    let output = run(&mut raindrops(Path::new("."), &["plan", "--preset", "paper"]));
+    let output = outcome(&mut raindrops(Path::new("."), &["plan", "--preset", "paper"]));
     assert_eq!(output.status.code(), Some(0));
     let text = String::from_utf8_lossy(&output.stdout);
     for word in ["paper", "mask", "simulate", "sky", "drops", "tone map", "moves 1,000,000 drops"] {
         assert!(text.contains(word), "'{word}' is not in {text}");
     }
     let of = |drops| {
-        run(&mut raindrops(Path::new("."), &["plan", "--preset", "paper", "--drops", drops]))
+        outcome(&mut raindrops(Path::new("."), &["plan", "--preset", "paper", "--drops", drops]))
     };
     assert!(String::from_utf8_lossy(&of("125k").stdout).contains("moves 125,000 drops"));
     let without = of("0");
@@ -480,7 +474,7 @@ fn an_error_that_is_not_promised_is_said() {
         (&["--error", "0.0000001"], Some("out of reach")),
     ] {
         let all = [&["plan", "a.toml"], arguments].concat();
-        let output = run(&mut raindrops(folder.path(), &all));
+        let output = outcome(&mut raindrops(folder.path(), &all));
         let said = String::from_utf8_lossy(&output.stderr);
         assert_eq!(output.status.code(), Some(0), "{arguments:?}: {said}");
         match word {

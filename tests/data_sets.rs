@@ -10,14 +10,7 @@ use raindrops::picture::layers::Layers;
 use raindrops::picture::plate::Plate;
 use raindrops::scene::background::Background;
 
-use common::{documented_keys, run, write_scene};
-
-fn folder(name: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("data-sets").join(name);
-    let _ = std::fs::remove_dir_all(&folder);
-    std::fs::create_dir_all(&folder).expect("a folder");
-    folder
-}
+use common::{documented_keys, emptied_folder, run, write_scene};
 
 /// Every file of a folder, by its path within it.
 fn files(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
@@ -40,7 +33,7 @@ fn files(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
 
 #[test]
 fn shards_together_are_the_data_set() {
-    let folder = folder("shards");
+    let folder = emptied_folder("data-sets/shards");
     write_scene(&folder);
     let make = |output: &str, shard: &str| {
         let views = ["--views", "3", "--rates", "5,50", "--shard", shard, "-o", output];
@@ -101,7 +94,7 @@ fn shards_together_are_the_data_set() {
 /// The plate and its depth are stored once, whichever shard comes first, and nothing behind it is drawn.
 #[test]
 fn a_data_set_before_a_plate_has_the_plate_once() {
-    let folder = folder("plates");
+    let folder = emptied_folder("data-sets/plates");
     write_scene(&folder);
     let pixels: Vec<Vec3> = (0..48 * 32).map(|at| Vec3::new((at % 7) as f32, 1.0, 2.0)).collect();
     let photo = Picture { width: 48, height: 32, pixels };

@@ -10,7 +10,8 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 use raindrops::picture::Picture;
-use tempfile::TempDir;
+
+use common::{folder, outcome};
 
 /// Bytes that a file may have; the kernel then fails writes as it does where a disk is full.
 const ROOM: &str = "--fsize=64";
@@ -26,14 +27,6 @@ fn limited(folder: &Path, limit: Option<&str>, arguments: &[&str]) -> Command {
     command.arg(program.get_program()).args(arguments).current_dir(folder);
     command.envs(program.get_envs().filter_map(|(name, value)| Some((name, value?))));
     command
-}
-
-fn folder() -> TempDir {
-    tempfile::tempdir().expect("a temporary folder")
-}
-
-fn run(command: &mut Command) -> Output {
-    command.output().expect("the command starts")
 }
 
 /// Names and content of the files in a folder.
@@ -113,7 +106,7 @@ fn a_full_disk_is_one_line_and_leaves_the_old_files() {
             None => arguments.push(name),
         }
         let before = [files(folder.path()), files(&at("masks"))];
-        let line = error_line(&run(&mut limited(folder.path(), Some(ROOM), &arguments)));
+        let line = error_line(&outcome(&mut limited(folder.path(), Some(ROOM), &arguments)));
         assert!(line.contains(&format!("cannot write {name}: File too large")), "{line}");
         let after = [files(folder.path()), files(&at("masks"))];
         assert!(after == before, "{arguments:?} left something behind");
@@ -127,7 +120,7 @@ fn a_full_device_is_told_and_stays_a_device() {
     let path = folder.path().join("full.png");
     symlink("/dev/full", &path).expect("a link");
     let sky = ["sky", "--width", "16", "-o", "full.png"];
-    let line = error_line(&run(&mut limited(folder.path(), None, &sky)));
+    let line = error_line(&outcome(&mut limited(folder.path(), None, &sky)));
     assert!(line.contains("cannot write full.png: No space left on device"), "{line}");
     assert!(path.is_symlink() && path.metadata().is_ok_and(|there| !there.is_file()));
 
@@ -135,7 +128,7 @@ fn a_full_device_is_told_and_stays_a_device() {
     let compare = ["compare", "one.exr", "one.exr"];
     for arguments in [&["devices"][..], &["plan"], &["completions", "bash"], &compare] {
         let full = fs::OpenOptions::new().write(true).open("/dev/full").expect("/dev/full");
-        let output = run(limited(folder.path(), None, arguments).stdout(full));
+        let output = outcome(limited(folder.path(), None, arguments).stdout(full));
         let line = error_line(&output);
         assert!(line.contains("cannot write stdout: No space left"), "{arguments:?}: {line}");
     }

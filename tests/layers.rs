@@ -4,7 +4,6 @@
 mod common;
 
 use std::collections::{HashMap, HashSet};
-use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use exr::prelude::{ReadChannels as _, ReadLayers as _};
@@ -22,16 +21,9 @@ use raindrops::scene::model::Preset;
 use raindrops::scene::real_rain::RealRain;
 use raindrops::scene::{PlacedDrop, Population, RainSettings, Scene};
 
-use common::{documented_keys, on_device, run, waves, write_scene};
+use common::{documented_keys, emptied_folder, on_device, run, waves, write_scene};
 
 const EDGE: u32 = 128;
-
-fn folder(name: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("layers").join(name);
-    let _ = std::fs::remove_dir_all(&folder);
-    std::fs::create_dir_all(&folder).expect("a folder");
-    folder
-}
 
 fn base(preset: Preset) -> Scene {
     let mut scene = Scene { rain: None, time: 0.7, ..Scene::default() };
@@ -82,7 +74,7 @@ fn layers(device: &Arc<Device>, scene: &Scene, until: &Scene) -> Layers {
 }
 
 fn plate(scene: &mut Scene, name: &str) -> Picture {
-    let folder = folder(name);
+    let folder = emptied_folder(&format!("layers/{name}"));
     let pixel = |at: u32| Vec3::new((at % 7) as f32, (at / EDGE % 5) as f32, 2.0);
     let pixels = (0..EDGE * EDGE).map(pixel).collect();
     let picture = Picture { width: EDGE, height: EDGE, pixels };
@@ -380,7 +372,7 @@ fn count_drops(mut scene: Scene) {
             assert_eq!(*count > 0, alpha.to_f32() > 0.0, "pixel {at}: {count} drops, {alpha}");
         }
         // Before the whole but the first of each stack.
-        scene.background.depth = Some(folder("count").join("depth.exr"));
+        scene.background.depth = Some(emptied_folder("layers/count").join("depth.exr"));
         let mut depth = Layers::empty(EDGE, EDGE);
         depth.depth.fill(4.5);
         depth.write_depth(scene.background.depth.as_deref().expect("named")).expect("a depth");
@@ -414,7 +406,7 @@ fn parts_are_the_whole() {
 
 #[test]
 fn a_file_has_the_channels_that_compositors_read() {
-    let folder = folder("file");
+    let folder = emptied_folder("layers/file");
     write_scene(&folder);
     let (is_done, said) =
         run(&folder, &["render", "scene.toml", "--layers", "--frames", "2", "-o", "rain.exr"]);

@@ -10,12 +10,8 @@ use std::process::Output;
 use raindrops::gpu::disk_cache::{KeptDevice, PipelineFile};
 use raindrops::gpu::{Instance, PipelineKey, Validation};
 use raindrops::scene::model::Preset;
-use tempfile::TempDir;
 
-/// A cache for a test of its own.
-fn folder() -> TempDir {
-    tempfile::tempdir().expect("a folder")
-}
+use common::{folder, outcome};
 
 /// Renders a small picture by the command, its cache in `cache`; the picture and what was said.
 fn render(cache: &Path) -> (Vec<u8>, String) {
@@ -27,7 +23,7 @@ fn render(cache: &Path) -> (Vec<u8>, String) {
         command.args(["--device", &device]);
     }
     command.arg("-o").arg(&picture).env("XDG_CACHE_HOME", cache);
-    let Output { status, stderr, .. } = command.output().expect("the command starts");
+    let Output { status, stderr, .. } = outcome(&mut command);
     let said = String::from_utf8(stderr).expect("text");
     assert!(status.success(), "{said}");
     (fs::read(picture).expect("a picture"), said)

@@ -2,7 +2,7 @@
 
 mod common;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use exr::prelude::{AnyChannel, AnyChannels, Encoding, FlatSamples, Layer, WritableImage};
@@ -15,21 +15,19 @@ use raindrops::picture::plate::Plate;
 use raindrops::picture::tone_map::exposure_of;
 use raindrops::plan::{Output, plan};
 use raindrops::reference::{Tracer, Truth};
-use raindrops::renderer::Renderer;
 use raindrops::renderer::parts::{Grid, Parts, empty_picture, place};
 use raindrops::scene::background::DepthKind;
 use raindrops::scene::model::Preset;
 use raindrops::scene::real_rain::RealRain;
 use raindrops::scene::{PlacedDrop, RainSettings, Scene, ToneMap};
 
-use common::{Random, on_device, waves};
+use common::picture::by_preset;
+use common::{Random, kept_folder, on_device, waves};
 
 const EDGE: u32 = 96;
 
 fn file(name: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("plates-drawn");
-    std::fs::create_dir_all(&folder).expect("a folder");
-    folder.join(name)
+    kept_folder("plates-drawn").join(name)
 }
 
 /// A plate's depth, pixel by pixel, as an EXR of `EDGE` pixels an edge.
@@ -77,12 +75,7 @@ fn drops(count: usize) -> Scene {
 }
 
 fn draw(device: &Arc<Device>, scene: &Scene, environment: &Environment, preset: Preset) -> Picture {
-    let mut scene = scene.clone();
-    scene.model.take_preset(preset);
-    let plan = plan(&scene, environment, Output::Radiance).expect("a plan");
-    let mut renderer = Renderer::new(device, &scene, environment, &plan).expect("a renderer");
-    renderer.submit(&scene).expect("a frame");
-    renderer.read_radiance().expect("a picture")
+    by_preset(device, scene, environment, preset).0
 }
 
 fn truth(scene: &Scene, environment: &Environment, samples: u32, rain_to: Option<f64>) -> Picture {

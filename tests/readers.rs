@@ -9,10 +9,10 @@ mod common;
 use std::fs;
 use std::io::Write as _;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Command;
 
-use common::raindrops;
 use common::stand_in::Bench;
+use common::{folder, outcome, raindrops};
 use glam::Vec3;
 use pulldown_cmark::{Event, Options, Parser, Tag, TagEnd};
 use raindrops::picture::Picture;
@@ -25,10 +25,6 @@ fn skip(what: &str) {
     let _ = writeln!(std::io::stderr(), "SKIPPED: {what}");
 }
 
-fn run(command: &mut Command) -> Output {
-    command.output().expect("it starts")
-}
-
 /// A Python that has modules, such as `OpenEXR, numpy`; none if there is none.
 fn python(modules: &str) -> Option<Command> {
     let program = std::env::var("RAINDROPS_TEST_PYTHON").unwrap_or("python3".into());
@@ -38,7 +34,7 @@ fn python(modules: &str) -> Option<Command> {
 
 /// What a program prints.
 fn printed(command: &mut Command) -> String {
-    let output = run(command);
+    let output = outcome(command);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     String::from_utf8(output.stdout).expect("text")
 }
@@ -83,21 +79,25 @@ for suite in junitparser.JUnitXml.fromfile(sys.argv[1]):
 
 #[test]
 fn google_benchmarks_own_tool_compares_our_results() {
-    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder();
     let file = folder.path().join("g.json");
     let quick = ["--drops", "100", "--size", "32x32", "--seconds", "0.01", "--frames", "1"];
-    let output = run(common::raindrops()
-        .args(["bench", "--preset", "paper", "--rounds", "3", "--google-benchmark"])
-        .arg(&file)
-        .args(quick));
+    let output = outcome(
+        common::raindrops()
+            .args(["bench", "--preset", "paper", "--rounds", "3", "--google-benchmark"])
+            .arg(&file)
+            .args(quick),
+    );
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let found = Command::new("/usr/bin/python3").args(["-c", "import scipy"]).output();
     if !Path::new(COMPARE).exists() || !found.is_ok_and(|output| output.status.success()) {
         return skip("google/benchmark's compare.py or its scipy is not there");
     }
-    let compare = run(Command::new("/usr/bin/python3")
-        .args([COMPARE, "--no-color", "benchmarks"])
-        .args([&file, &file]));
+    let compare = outcome(
+        Command::new("/usr/bin/python3")
+            .args([COMPARE, "--no-color", "benchmarks"])
+            .args([&file, &file]),
+    );
     let text = String::from_utf8_lossy(&compare.stdout);
     assert!(compare.status.success(), "{}", String::from_utf8_lossy(&compare.stderr));
     // A line a repetition and one of the medians, of the row with the tone map and of that without.
@@ -111,11 +111,11 @@ fn google_benchmarks_own_tool_compares_our_results() {
 /// A benchmark's rows are the same as lines of CSV and as JSON.
 #[test]
 fn a_benchmark_as_csv_has_the_figures_of_its_json() {
-    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder();
     let file = folder.path().join("b.json");
     let quick = ["--drops", "100", "--size", "32x32", "--seconds", "0.01", "--frames", "1"];
     let output =
-        run(raindrops().args(["bench", "--format", "csv", "--json"]).arg(&file).args(quick));
+        outcome(raindrops().args(["bench", "--format", "csv", "--json"]).arg(&file).args(quick));
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let text = fs::read_to_string(file).expect("figures");
     let json: Value = serde_json::from_str(&text).expect("JSON");
@@ -184,7 +184,7 @@ fn markdown_is_a_table_for_commonmarks_readers() {
 /// However many devices there are, each is compared with each; with one alone there is nothing to compare.
 #[test]
 fn each_device_is_compared_with_each() {
-    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder();
     let compare = |devices: &str| {
         let arguments =
             ["compare-devices", "--drops", "50", "--size", "32x24", "--mask-size", "64"];
@@ -192,7 +192,7 @@ fn each_device_is_compared_with_each() {
         let more = ["--json", "a.json", "--max-flip", "0.05"];
         let mut command = raindrops();
         command.current_dir(folder.path()).args(arguments).args(quick).args(more);
-        let output = run(command.env("RAINDROPS_DEVICE", devices));
+        let output = outcome(command.env("RAINDROPS_DEVICE", devices));
         (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
     };
     let file = folder.path().join("a.json");
@@ -223,7 +223,7 @@ fn devices_are_compared_as_csv_and_as_json() {
         let quick = ["--seconds", "0", "--frames", "1", "--rounds", "1"];
         let mut command = raindrops();
         let output =
-            run(command.args(arguments).args(quick).args(more).env("RAINDROPS_DEVICE", "0,0"));
+            outcome(command.args(arguments).args(quick).args(more).env("RAINDROPS_DEVICE", "0,0"));
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         output.stdout
     };
@@ -259,7 +259,7 @@ fn layers_are_composited_by_oiiotool() {
     if !Command::new("oiiotool").arg("--help").output().is_ok_and(|ran| ran.status.success()) {
         return skip("oiiotool (Debian's openimageio-tools) is not there");
     }
-    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder();
     let folder = folder.path();
     let scene = "[image]\nwidth = 48\nheight = 32\n[camera]\nvertical_fov = 40.0\n[rain]\nrate = 100.0\nextent = 60.0\n\
                  [model]\npreset = \"fast\"\n[background]\ncolor = \"plate.exr\"\n[[drop]]\ncenter = [0.0, 0.0, -1.0]\nradius = 0.1\n";
@@ -269,13 +269,13 @@ fn layers_are_composited_by_oiiotool() {
     plate.write_exr(&folder.join("plate.exr")).expect("a plate");
     let draw = |arguments: &[&str]| {
         let ran =
-            run(raindrops().current_dir(folder).args(["render", "scene.toml"]).args(arguments));
+            outcome(raindrops().current_dir(folder).args(["render", "scene.toml"]).args(arguments));
         assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
     };
     draw(&["-o", "before.exr"]);
     draw(&["--layers", "-o", "rain.exr"]);
     let oiiotool = |arguments: &str| {
-        let ran = run(Command::new("oiiotool").current_dir(folder).args(arguments.split(' ')));
+        let ran = outcome(Command::new("oiiotool").current_dir(folder).args(arguments.split(' ')));
         (ran.status.success(), String::from_utf8(ran.stdout).expect("text"))
     };
     let (_, said) = oiiotool("--info -v rain.exr");
@@ -315,7 +315,7 @@ fn a_data_set_is_loaded_by_the_python_of_its_page() {
     let (_, script) = page.split_once("```python\n").expect("its lines of Python");
     let (script, _) = script.split_once("```").expect("their end");
     assert!(script.lines().filter(|line| !line.trim().is_empty()).count() <= 10, "{script}");
-    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder();
     let folder = folder.path();
     let scene = "[image]\nwidth = 48\nheight = 32\n[camera]\nvertical_fov = 40.0\n[rain]\nrate = 100.0\nextent = 60.0\n\
                  [model]\npreset = \"fast\"\n[[drop]]\ncenter = [0.0, 0.0, -1.0]\nradius = 0.1\n\

@@ -55,7 +55,7 @@ fn folder() -> TempDir {
 
 fn run(command: &mut Command, folder: &Path) -> (Option<i32>, String) {
     command.current_dir(folder).env("HERE", folder).env("REAL", env!("CARGO_BIN_EXE_raindrops"));
-    let Output { status, stdout, stderr } = command.output().expect("it starts");
+    let Output { status, stdout, stderr } = common::outcome(command);
     let text = [stdout, stderr].map(|bytes| String::from_utf8_lossy(&bytes).into_owned()).concat();
     (status.code(), text)
 }

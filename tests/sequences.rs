@@ -6,6 +6,8 @@ use std::path::Path;
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant, SystemTime};
 
+use common::{folder, outcome};
+
 const SCENE: &str = "
 [rain]
 count = 500
@@ -29,10 +31,6 @@ fn render(scene: &Path, output: &Path, options: &[&str]) -> Command {
     command
 }
 
-fn run(command: &mut Command) -> Output {
-    command.output().expect("the program starts")
-}
-
 fn said(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
@@ -49,10 +47,10 @@ fn changed(path: &Path) -> SystemTime {
 /// comes back by `--resume`, which leaves the others alone, and refuses frames of another scene.
 #[test]
 fn a_film_is_rendered_and_resumed() {
-    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder();
     let (scene, output) = (folder.path().join("scene.toml"), folder.path().join("rain.png"));
     std::fs::write(&scene, SCENE).expect("a scene");
-    let done = run(&mut render(&scene, &output, &["--validate"]));
+    let done = outcome(&mut render(&scene, &output, &["--validate"]));
     assert!(done.status.success(), "{}", said(&done));
     let frames: Vec<_> = (0..6)
         .map(|number| std::fs::read(frame(folder.path(), number)).expect("a frame"))
@@ -63,24 +61,24 @@ fn a_film_is_rendered_and_resumed() {
 
     std::fs::remove_file(frame(folder.path(), 1)).expect("removed");
     let others = [0, 2, 5].map(|number| changed(&frame(folder.path(), number)));
-    let done = run(&mut render(&scene, &output, &["--resume"]));
+    let done = outcome(&mut render(&scene, &output, &["--resume"]));
     assert!(done.status.success(), "{}", said(&done));
     assert!(std::fs::read(frame(folder.path(), 1)).expect("a frame") == frames[1]);
     assert_eq!(others, [0, 2, 5].map(|number| changed(&frame(folder.path(), number))));
 
     // One frame alone is that of the film.
     let alone = folder.path().join("alone.png");
-    let done = run(&mut render(&scene, &alone, &["--frame", "2"]));
+    let done = outcome(&mut render(&scene, &alone, &["--frame", "2"]));
     assert!(done.status.success(), "{}", said(&done));
     assert!(std::fs::read(&alone).expect("a frame") == frames[2], "another frame");
-    let refused = run(&mut render(
+    let refused = outcome(&mut render(
         &scene,
         &alone,
         &["--frame", "2", "--preset", "paper", "--simulation", "stored"],
     ));
     assert!(said(&refused).contains("--frame: stored positions"), "{}", said(&refused));
 
-    let refused = run(&mut render(&scene, &output, &["--resume", "--drops", "501"]));
+    let refused = outcome(&mut render(&scene, &output, &["--resume", "--drops", "501"]));
     let said = said(&refused);
     assert_eq!(refused.status.code(), Some(2), "{said}");
     assert!(said.contains("rain.frames.toml") && said.contains("count = 500"), "{said}");
@@ -89,11 +87,11 @@ fn a_film_is_rendered_and_resumed() {
 /// Frames of an earlier scene under the same names are not taken for those of the next, which did not get to its end.
 #[test]
 fn an_earlier_sequence_is_not_gone_on_with() {
-    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder();
     let (scene, output) = (folder.path().join("scene.toml"), folder.path().join("rain.png"));
     std::fs::write(&scene, SCENE).expect("a scene");
     let draw = |options: &[&str]| {
-        let done = run(&mut render(&scene, &output, options));
+        let done = outcome(&mut render(&scene, &output, options));
         assert!(done.status.success(), "{}", said(&done));
     };
     let all = || (0..4).map(|number| std::fs::read(frame(folder.path(), number)).expect("a frame"));
@@ -112,14 +110,14 @@ fn an_earlier_sequence_is_not_gone_on_with() {
     draw(&["--frames", "4"]);
     std::fs::remove_file(frame(folder.path(), 0)).expect("removed");
     std::fs::remove_file(folder.path().join("rain.frames.toml")).expect("removed");
-    let refused = run(&mut render(&scene, &output, &["--frames", "4", "--resume"]));
+    let refused = outcome(&mut render(&scene, &output, &["--frames", "4", "--resume"]));
     assert!(said(&refused).contains("nothing says what the frames"), "{}", said(&refused));
 }
 
 /// A sequence does not go on before another plate of the same name.
 #[test]
 fn a_sequence_keeps_its_background() {
-    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder();
     let (scene, output) = (folder.path().join("scene.toml"), folder.path().join("rain.png"));
     fs_write(&scene, SCENE);
     // Of a colour the environment would be guessed, and have another hash itself.
@@ -132,7 +130,7 @@ fn a_sequence_keeps_its_background() {
     let of = |options: &[&str]| {
         let mut all = vec!["--depth", plate.to_str().expect("a name")];
         all.extend_from_slice(options);
-        run(&mut render(&scene, &output, &all))
+        outcome(&mut render(&scene, &output, &all))
     };
     paint(50.0);
     let done = of(&["--frames", "2"]);
@@ -149,10 +147,10 @@ fn a_sequence_keeps_its_background() {
 /// would be taken now.
 #[test]
 fn a_sequence_keeps_its_models() {
-    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder();
     let (scene, output) = (folder.path().join("scene.toml"), folder.path().join("rain.png"));
     fs_write(&scene, &SCENE.replace("'fast'", "'auto'"));
-    let done = run(&mut render(&scene, &output, &[]));
+    let done = outcome(&mut render(&scene, &output, &[]));
     assert!(done.status.success() && said(&done).contains("auto: "), "{}", said(&done));
     let first = std::fs::read(frame(folder.path(), 1)).expect("a frame");
     let manifest = folder.path().join("rain.frames.toml");
@@ -162,7 +160,7 @@ fn a_sequence_keeps_its_models() {
     let again = |text: &str| {
         fs_write(&manifest, text);
         std::fs::remove_file(frame(folder.path(), 1)).expect("removed");
-        let done = run(&mut render(&scene, &output, &["--resume"]));
+        let done = outcome(&mut render(&scene, &output, &["--resume"]));
         assert!(done.status.success() && !said(&done).contains("auto: "), "{}", said(&done));
         std::fs::read(frame(folder.path(), 1)).expect("a frame")
     };
@@ -225,7 +223,7 @@ fn resumes(folder: &Path) {
     let output = rain.join("rain.png");
     let options = ["--resume", "--frames", &FRAMES.to_string()];
     let kept = changed(&frame(&rain, 1));
-    let done = run(&mut render(&folder.join("scene.toml"), &output, &options));
+    let done = outcome(&mut render(&folder.join("scene.toml"), &output, &options));
     assert!(done.status.success(), "{}", said(&done));
     assert!((0..FRAMES).all(|number| frame(&rain, number).exists()));
     assert_eq!(changed(&frame(&rain, 1)), kept, "a frame that was there was rendered again");
@@ -245,7 +243,7 @@ fn signal(name: &str, process: u32) {
 #[cfg(unix)]
 fn an_interrupt_leaves_whole_frames() {
     for name in ["-INT", "-TERM"] {
-        let folder = tempfile::tempdir().expect("a folder");
+        let folder = folder();
         let ended = harmed(folder.path(), |process| signal(name, process));
         ended_whole(&ended, 130, "--resume goes on", &folder.path().join("rain"));
         if name == "-INT" {
@@ -258,7 +256,7 @@ fn an_interrupt_leaves_whole_frames() {
 #[test]
 #[cfg(unix)]
 fn two_interrupts_leave_whole_frames() {
-    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder();
     let ended = harmed(folder.path(), |process| {
         signal("-INT", process);
         // It may have ended by the first one.
@@ -279,7 +277,7 @@ fn two_interrupts_leave_whole_frames() {
 #[test]
 #[cfg(target_os = "linux")]
 fn a_disk_that_fills_up_leaves_whole_frames() {
-    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder();
     let ended = harmed(folder.path(), |process| {
         let process = process.to_string();
         let limited = Command::new("prlimit").args(["--fsize=64", "--pid", &process]).status();
@@ -294,7 +292,7 @@ fn a_disk_that_fills_up_leaves_whole_frames() {
 #[cfg(unix)]
 fn a_folder_that_goes_away_keeps_whole_frames() {
     for file_instead in [false, true] {
-        let folder = tempfile::tempdir().expect("a folder");
+        let folder = folder();
         let (rain, away) = (folder.path().join("rain"), folder.path().join("away"));
         let ended = harmed(folder.path(), |_| {
             std::fs::rename(&rain, &away).expect("it is moved away");
@@ -309,7 +307,7 @@ fn a_folder_that_goes_away_keeps_whole_frames() {
 
 #[test]
 fn mistakes_in_a_film_are_told() {
-    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder();
     let (scene, output) = (folder.path().join("scene.toml"), folder.path().join("rain.png"));
     for (text, expected) in [
         ("[film]\nfsp = 3", "did you mean `fps`"),
@@ -322,14 +320,14 @@ fn mistakes_in_a_film_are_told() {
         ),
     ] {
         std::fs::write(&scene, text).expect("a scene");
-        let refused = run(&mut render(&scene, &output, &[]));
+        let refused = outcome(&mut render(&scene, &output, &[]));
         let said = said(&refused);
         assert_eq!(refused.status.code(), Some(2), "{text}: {said}");
         assert!(said.contains(expected) && said.trim().lines().count() == 1, "{text}: {said}");
     }
     std::fs::write(&scene, SCENE).expect("a scene");
     let stored = ["--preset", "paper", "--simulation", "stored", "--resume"];
-    let refused = run(&mut render(&scene, &output, &stored));
+    let refused = outcome(&mut render(&scene, &output, &stored));
     assert_eq!(refused.status.code(), Some(2));
     assert!(said(&refused).contains("stored positions"), "{}", said(&refused));
 }
@@ -337,19 +335,19 @@ fn mistakes_in_a_film_are_told() {
 /// A frame that was cut off from outside, as by a full disk under a copy, is drawn again, and said.
 #[test]
 fn a_frame_that_is_cut_off_is_drawn_again() {
-    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder();
     let scene = folder.path().join("scene.toml");
     std::fs::write(&scene, SCENE).expect("a scene");
     for extension in ["png", "exr"] {
         let output = folder.path().join(format!("rain.{extension}"));
-        let done = run(&mut render(&scene, &output, &["--frames", "3"]));
+        let done = outcome(&mut render(&scene, &output, &["--frames", "3"]));
         assert!(done.status.success(), "{}", said(&done));
         let frame = |number| folder.path().join(format!("rain-{number:04}.{extension}"));
         let whole = std::fs::read(frame(1)).expect("a frame");
         let untouched = changed(&frame(2));
         for left in [whole.len() - 1, whole.len() / 2, 3, 0] {
             std::fs::write(frame(1), &whole[..left]).expect("it is cut");
-            let resumed = run(&mut render(&scene, &output, &["--frames", "3", "--resume"]));
+            let resumed = outcome(&mut render(&scene, &output, &["--frames", "3", "--resume"]));
             assert!(resumed.status.success(), "{}", said(&resumed));
             let name = format!("rain-0001.{extension} is cut off");
             assert!(said(&resumed).contains(&name), "{left} bytes: {}", said(&resumed));

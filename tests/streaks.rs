@@ -5,7 +5,7 @@ mod common;
 
 use glam::{DVec3, Vec3};
 use raindrops::environment::Environment;
-use raindrops::picture::metrics::{Metrics, compare};
+use raindrops::picture::metrics::compare;
 use raindrops::picture::tone_map::{display, exposure_of};
 use raindrops::picture::{Picture, srgb_of_linear};
 use raindrops::rain::cull::count_visible;
@@ -13,13 +13,8 @@ use raindrops::reference::{Tracer, Truth};
 use raindrops::scene::model::{Motion, Preset};
 use raindrops::scene::{PlacedDrop, RainSettings, Scene, ToneMap};
 
-use common::picture::{black, draw, renderer, square, sum, truth};
+use common::picture::{black, draw, light_rain, moving, renderer, square, sum, truth};
 use common::{on_device, painted, waves};
-
-/// Of display values from 0 to 1.
-fn mean_square(metrics: &Metrics) -> f64 {
-    10f64.powf(-0.1 * metrics.psnr_db)
-}
 
 /// A white drop before black, of some pixels of radius, that moves by up to 300 pixels.
 #[test]
@@ -91,17 +86,7 @@ fn a_streak_has_the_light_of_the_drop_at_rest() {
 fn busy() -> Scene {
     let mut scene = square(64);
     scene.camera.vertical_fov = 70.0;
-    scene.rain = Some(RainSettings {
-        count: 4000,
-        half_extent: DVec3::splat(30.0),
-        radius: 0.12,
-        velocity: DVec3::new(3.0, -9.0, 1.0),
-        ..RainSettings::default()
-    });
-    let moving = |center: [f64; 3], velocity: [f64; 3], radius: f64| PlacedDrop {
-        velocity: velocity.into(),
-        ..PlacedDrop::sphere(center.into(), radius)
-    };
+    scene.rain = Some(light_rain());
     scene.drops = vec![
         moving([-4.0, 1.0, -6.0], [3.0, -2.0, 0.0], 0.5),
         moving([0.4, 3.2, -9.0], [0.0, 0.5, 6.0], 0.4),
@@ -127,11 +112,11 @@ fn moving_drops_are_near_the_reference() {
                 let exposure = exposure_of(&ToneMap::default(), &truth);
                 let (picture, counts) = draw(&mut renderer(device, &scene, &environment), &scene);
                 assert_eq!(counts.visible, count_visible(&scene));
-                let error = mean_square(&compare(&truth, &picture, None, exposure).boxes).sqrt();
+                let error = compare(&truth, &picture, None, exposure).boxes.rms();
                 // The control: the instant.
                 scene.model.motion = Some(Motion::Instant);
                 let (instant, _) = draw(&mut renderer(device, &scene, &environment), &scene);
-                let control = mean_square(&compare(&truth, &instant, None, exposure).boxes).sqrt();
+                let control = compare(&truth, &instant, None, exposure).boxes.rms();
                 let light = sum(&picture) / sum(&truth);
                 println!("{preset} {shutter}: {error:.4}, instant {control:.4}, light {light:.4}");
                 assert!(error < bound && error < 0.4 * control && (light - 1.0).abs() < 0.01);

@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use anyhow::Context as _;
 use clap::Args;
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::format::{Format, Sheet};
 use super::interrupt::heed_interrupts;
@@ -26,12 +26,12 @@ use crate::environment::Environment;
 use crate::gpu::{Device, DeviceReport, Instance, Validation};
 use crate::measure::bench::DeviceHead;
 use crate::measure::bench::drivers::{Apart, FEW, apart, difference};
-use crate::measure::verdict::{self, Side};
+use crate::measure::verdict::{self, Method, Side};
 use crate::picture::Picture;
 use crate::picture::flip::PIXELS_PER_DEGREE;
 use crate::picture::metrics::compare;
 use crate::picture::plate::Plate;
-use crate::picture::tone_map::exposure_of;
+use crate::picture::tone_map::{Exposure, exposure_of};
 use crate::plan::{Output, plan};
 use crate::reference::{Tracer, Truth};
 use crate::renderer::Renderer;
@@ -122,92 +122,14 @@ pub fn run(args: &CompareDevicesArgs) -> anyhow::Result<Answer> {
         Tracer::new(&scene, &environment, truth).before(plate.clone()).picture()
     });
 
-    let mut stages = Vec::new();
-    for (b, other) in portraits.iter().enumerate() {
-        for (a, one) in portraits[..b].iter().enumerate() {
-            let (Some(one), Some(other)) = (&one.stages, &other.stages) else { continue };
-            stages.push((a, b, apart((&one.0, &one.1), (&other.0, &other.1))));
-        }
-    }
+    let stages = stages_apart(&portraits);
     let times = Times { args, scene: &scene, instance: &instance, portraits: &portraits };
     let (mut verdicts, failed) = times.measure()?;
-    for verdict in &mut verdicts {
-        let b = verdict.device;
-        for row in &mut verdict.report.rows {
-            let flip = difference(&portraits[0].picture, &portraits[b].picture, exposure).0;
-            row.see(flip, args.max_flip.unwrap_or(MAX_FLIP));
-            if let Some(truth) = &truth {
-                let error = |of: &Portrait| {
-                    let found = compare(truth, &of.picture, None, exposure).pixels;
-                    Some(10f64.powf(-found.psnr_db / 20.0))
-                };
-                (row.error_a, row.error_b) = (error(first), error(&portraits[b]));
-            }
-            let apart = stages.iter().find(|(one, other, _)| (*one, *other) == (0, b));
-            let differing = apart.and_then(|(.., apart)| apart.iter().find(|a| a.differs()));
-            row.first_stage_that_differs = differing.map(|apart| apart.stage.into());
-        }
-    }
-
-    let mut table = Sheet {
-        names: 1,
-        header: vec!["device".into(), "ms".into(), "in view".into()],
-        rows: vec![],
-    };
-    table.header.extend((0..portraits.len()).map(|n| format!("FLIP to {n}")));
-    table.header.extend(truth.is_some().then(|| "FLIP to truth".to_string()));
-    let mut rows = Vec::new();
-    let mut worst = 0.0f64;
-    for (number, portrait) in portraits.iter().enumerate() {
-        let differences: Vec<(f64, f64)> = portraits
-            .iter()
-            .map(|other| difference(&other.picture, &portrait.picture, exposure))
-            .collect();
-        worst = differences.iter().map(|(flip, _)| *flip).fold(worst, f64::max);
-        let from_truth = truth.as_ref().map(|truth| difference(truth, &portrait.picture, exposure));
-        let median_ms = median_of(number, &verdicts);
-        let mut cells = vec![
-            format!("{number}: {}", DeviceHead::of(&portrait.report).summary()),
-            median_ms.map_or("-".into(), |ms| format!("{ms:.1}")),
-            match args.gate.format {
-                Format::Csv => portrait.visible.to_string(),
-                _ => thousands(portrait.visible),
-            },
-        ];
-        cells.extend(differences.iter().chain(&from_truth).map(|(flip, _)| format!("{flip:.5}")));
-        table.rows.push(cells);
-        rows.push(json!({
-            "device": DeviceHead::of(&portrait.report),
-            "median_ms": median_ms,
-            "visible": portrait.visible,
-            "flip": differences.iter().map(|(flip, _)| flip).collect::<Vec<_>>(),
-            "rel_mse": differences.iter().map(|(_, rel_mse)| rel_mse).collect::<Vec<_>>(),
-            "flip_to_truth": from_truth.map(|(flip, _)| flip),
-            "rel_mse_to_truth": from_truth.map(|(_, rel_mse)| rel_mse),
-        }));
-    }
-    let format = args.gate.format;
-    match format {
-        _ if args.gate.is_json() => {}
-        Format::Csv if !verdicts.is_empty() => print(plain(&verdicts).text(format))?,
-        _ => {
-            print(table.text(format))?;
-            // In Markdown an empty line ends a table, and indented lines would be one.
-            let (gap, item) =
-                if format == Format::Markdown { ("\n", "\n- ") } else { ("", "\n   ") };
-            for (a, b, apart) in &stages {
-                let stages = tell(apart).replace("\n   ", item);
-                print(format_args!("{gap}{a} and {b}: {stages}"))?;
-            }
-            for Compared { device, report } in &verdicts {
-                print(format_args!(
-                    "{gap}A is 0, B is {device}: times of fresh processes in turn{gap}"
-                ))?;
-                print(sheet(report, format).text(format))?;
-                tail_lines(report, format).into_iter().try_for_each(print)?;
-            }
-        }
-    }
+    let pictures =
+        Pictures { portraits: &portraits, truth: truth.as_ref(), exposure, stages: &stages };
+    pictures.judge(&mut verdicts, args.max_flip.unwrap_or(MAX_FLIP));
+    let (table, rows, worst) = pictures.figures(&verdicts, args.gate.format);
+    show(args, &table, &stages, &verdicts)?;
     let pairs: Vec<_> =
         stages.iter().map(|(a, b, apart)| json!({ "a": a, "b": b, "stages": apart })).collect();
     let verdict_rows: Vec<_> = verdicts
@@ -228,6 +150,128 @@ pub fn run(args: &CompareDevicesArgs) -> anyhow::Result<Answer> {
         return Ok(Answer::No);
     }
     Ok(answer)
+}
+
+/// Two devices, and how far the stages of their frames are apart.
+type Pair = (usize, usize, Vec<Apart>);
+
+fn stages_apart(portraits: &[Portrait]) -> Vec<Pair> {
+    let mut stages = Vec::new();
+    for (b, other) in portraits.iter().enumerate() {
+        for (a, one) in portraits[..b].iter().enumerate() {
+            let (Some(one), Some(other)) = (&one.stages, &other.stages) else { continue };
+            stages.push((a, b, apart((&one.0, &one.1), (&other.0, &other.1))));
+        }
+    }
+    stages
+}
+
+/// The pictures of all devices.
+struct Pictures<'a> {
+    portraits: &'a [Portrait],
+    truth: Option<&'a Picture>,
+    exposure: Exposure,
+    stages: &'a [Pair],
+}
+
+impl Pictures<'_> {
+    /// Enters into the verdicts what pictures say.
+    fn judge(&self, verdicts: &mut [Compared], max_flip: f64) {
+        let Self { portraits, truth, exposure, stages } = self;
+        for verdict in verdicts {
+            let b = verdict.device;
+            for row in &mut verdict.report.rows {
+                let flip = difference(&portraits[0].picture, &portraits[b].picture, *exposure).0;
+                row.see(flip, max_flip);
+                if let Some(truth) = truth {
+                    let error = |of: &Portrait| {
+                        Some(compare(truth, &of.picture, None, *exposure).pixels.rms())
+                    };
+                    (row.error_a, row.error_b) = (error(&portraits[0]), error(&portraits[b]));
+                }
+                let apart = stages.iter().find(|(one, other, _)| (*one, *other) == (0, b));
+                let differing = apart.and_then(|(.., apart)| apart.iter().find(|a| a.differs()));
+                row.first_stage_that_differs = differing.map(|apart| apart.stage.into());
+            }
+        }
+    }
+
+    /// A row a device, for the eye and for the result file, and the largest FLIP between two.
+    fn figures(&self, verdicts: &[Compared], format: Format) -> (Sheet, Vec<Value>, f64) {
+        let Self { portraits, truth, exposure, .. } = self;
+        let mut table = Sheet {
+            names: 1,
+            header: vec!["device".into(), "ms".into(), "in view".into()],
+            rows: vec![],
+        };
+        table.header.extend((0..portraits.len()).map(|n| format!("FLIP to {n}")));
+        table.header.extend(truth.is_some().then(|| "FLIP to truth".to_string()));
+        let mut rows = Vec::new();
+        let mut worst = 0.0f64;
+        for (number, portrait) in portraits.iter().enumerate() {
+            let differences: Vec<(f64, f64)> = portraits
+                .iter()
+                .map(|other| difference(&other.picture, &portrait.picture, *exposure))
+                .collect();
+            worst = differences.iter().map(|(flip, _)| *flip).fold(worst, f64::max);
+            let from_truth = truth.map(|truth| difference(truth, &portrait.picture, *exposure));
+            let median_ms = median_of(number, verdicts);
+            let mut cells = vec![
+                format!("{number}: {}", DeviceHead::of(&portrait.report).summary()),
+                median_ms.map_or("-".into(), |ms| format!("{ms:.1}")),
+                match format {
+                    Format::Csv => portrait.visible.to_string(),
+                    _ => thousands(portrait.visible),
+                },
+            ];
+            cells.extend(
+                differences.iter().chain(&from_truth).map(|(flip, _)| format!("{flip:.5}")),
+            );
+            table.rows.push(cells);
+            rows.push(json!({
+                "device": DeviceHead::of(&portrait.report),
+                "median_ms": median_ms,
+                "visible": portrait.visible,
+                "flip": differences.iter().map(|(flip, _)| flip).collect::<Vec<_>>(),
+                "rel_mse": differences.iter().map(|(_, rel_mse)| rel_mse).collect::<Vec<_>>(),
+                "flip_to_truth": from_truth.map(|(flip, _)| flip),
+                "rel_mse_to_truth": from_truth.map(|(_, rel_mse)| rel_mse),
+            }));
+        }
+        (table, rows, worst)
+    }
+}
+
+/// Prints everything in the form that was asked for.
+fn show(
+    args: &CompareDevicesArgs,
+    table: &Sheet,
+    stages: &[Pair],
+    verdicts: &[Compared],
+) -> anyhow::Result<()> {
+    let format = args.gate.format;
+    match format {
+        _ if args.gate.is_json() => {}
+        Format::Csv if !verdicts.is_empty() => print(plain(verdicts).text(format))?,
+        _ => {
+            print(table.text(format))?;
+            // In Markdown an empty line ends a table, and indented lines would be one.
+            let (gap, item) =
+                if format == Format::Markdown { ("\n", "\n- ") } else { ("", "\n   ") };
+            for (a, b, apart) in stages {
+                let stages = tell(apart).replace("\n   ", item);
+                print(format_args!("{gap}{a} and {b}: {stages}"))?;
+            }
+            for Compared { device, report } in verdicts {
+                print(format_args!(
+                    "{gap}A is 0, B is {device}: times of fresh processes in turn{gap}"
+                ))?;
+                print(sheet(report, format).text(format))?;
+                tail_lines(report, format).into_iter().try_for_each(print)?;
+            }
+        }
+    }
+    Ok(())
 }
 
 /// The devices that were asked for, or all that will do.
@@ -302,18 +346,14 @@ impl Times<'_> {
             let turns = take_turns([&a, &b], &work, args.rounds.into(), threshold, bound, &bar);
             bar.finish_and_clear();
             if let Some([of_a, of_b]) = &turns.reports {
+                let sides = [Side::of(&a.label, of_a), Side::of(&b.label, of_b)];
+                let notes = notes(of_a, of_b);
                 let report = verdict::Report {
-                    schema: verdict::SCHEMA.into(),
                     command: Some(command_line()),
-                    a: Side::of(&a.label, of_a),
-                    b: Side::of(&b.label, of_b),
-                    method: "paired".into(),
-                    threshold,
                     max_flip: Some(args.max_flip.unwrap_or(MAX_FLIP)),
                     flip_pixels_per_degree: Some(PIXELS_PER_DEGREE),
                     stopped: turns.stopped,
-                    notes: notes(of_a, of_b),
-                    rows: turns.rows,
+                    ..verdict::Report::of(Method::Paired, sides, threshold, notes, turns.rows)
                 };
                 verdicts.push(Compared { device, report });
             }

@@ -70,10 +70,8 @@ struct Head<'a> {
     version: &'static str,
     views: u32,
     turn_degrees: f64,
-    #[serde(skip_serializing_if = "Option::is_none")]
     rates_mm_h: Option<[f64; 2]>,
     environment_hash: String,
-    #[serde(skip_serializing_if = "Option::is_none")]
     background_hash: Option<String>,
     scene: &'a Scene,
 }

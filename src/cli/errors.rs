@@ -4,8 +4,8 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use clap::Args;
-use comfy_table::{CellAlignment, ContentArrangement, Table};
 
+use super::format::{Format, Sheet};
 use super::options::DeviceArgs;
 use super::{Answer, print_beside, progress, write_json};
 use crate::Error;
@@ -148,21 +148,14 @@ fn glints(
 }
 
 /// A line a model, a column a radius, of cells radius by radius.
-fn table(cells: Vec<(&str, String)>, radii: &[f64]) -> Table {
-    let mut table = Table::new();
-    table.load_style(crate::measure::TABLE);
-    table.set_content_arrangement(ContentArrangement::Disabled);
+fn table(cells: Vec<(&str, String)>, radii: &[f64]) -> String {
     let mut header = vec!["radius in pixels".to_string()];
     header.extend(radii.iter().map(f64::to_string));
-    table.set_header(header);
-    let models = cells.len() / radii.len().max(1);
-    for (model, _) in cells.iter().take(models) {
+    let models = cells.iter().take(cells.len() / radii.len().max(1));
+    let row = |(model, _): &(&str, String)| {
         let of_model = cells.iter().filter(|(name, _)| name == model);
         let figures = of_model.map(|(_, figures)| figures.clone());
-        table.add_row(std::iter::once(model.to_string()).chain(figures));
-    }
-    for column in table.column_iter_mut().skip(1) {
-        column.set_cell_alignment(CellAlignment::Right);
-    }
-    table
+        std::iter::once(model.to_string()).chain(figures).collect()
+    };
+    Sheet { names: 1, header, rows: models.map(row).collect() }.text(Format::Table)
 }

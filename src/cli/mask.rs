@@ -10,7 +10,7 @@ use super::options::DeviceArgs;
 use super::{Answer, print, progress};
 use crate::optics::{level_distance, level_half_angle};
 use crate::passes::mask::{Mask, MaskLevel};
-use crate::picture::{Picture, srgb_byte, write_png};
+use crate::picture::Picture;
 use crate::plan::Light;
 use crate::scene::model::Optics;
 use crate::{Error, Result};
@@ -52,9 +52,7 @@ pub fn run(args: &MaskArgs) -> anyhow::Result<Answer> {
         bar.inc(1);
     }
     bar.finish_and_clear();
-    let figure = figure_5(&chain);
-    let bytes: Vec<u8> = figure.pixels.iter().flat_map(|p| p.to_array().map(srgb_byte)).collect();
-    write_png(&args.output.join("figure-5.png"), figure.width, figure.height, &bytes)?;
+    figure_5(&chain).write_png(&args.output.join("figure-5.png"))?;
     print(format_args!(
         "{:.2} MB of texels ({}), {:.2} MB of device memory",
         mask.texel_bytes() as f64 / 1e6,

@@ -89,7 +89,9 @@ impl RainValues {
         let boxed = scene.rain.filter(|rain| rain.real.is_none() && rain.count > 0 && is_chosen);
         if let (Some(rate), Some(rain)) = (self.rate, boxed) {
             let drops = counted(rain.count.into(), "drop");
-            return refuse(format!("--rate {rate}: the scene has {drops} in a box already; --drops 0 leaves them out"));
+            return refuse(format!(
+                "--rate {rate}: the scene has {drops} in a box already; --drops 0 leaves them out"
+            ));
         }
         let Some(rate) = self.rate.or(scene.real_rain().map(|rain| rain.rate)) else {
             return refuse("the scene has no rain by its rate: give --rate 25".into());
@@ -472,7 +474,10 @@ mod tests {
             let text = format!("{}.{:03}k", thousandths / 1000, thousandths % 1000);
             assert_eq!(parse_drops(&text), Ok(thousandths), "{text}");
         }
-        assert_eq!((parse_drops("4.1M"), parse_drops("0.1234567M").is_err()), (Ok(4_100_000), true));
+        assert_eq!(
+            (parse_drops("4.1M"), parse_drops("0.1234567M").is_err()),
+            (Ok(4_100_000), true)
+        );
         for wrong in
             ["", "k", "1e4", "125,000", "000", "-1", "1.5", "0.0001k", "nan", "5000M", "1 k"]
         {

@@ -10,9 +10,9 @@ use indicatif::{ProgressBar, ProgressStyle};
 use super::options::{BackgroundArgs, SceneArgs};
 use super::tell::say;
 use super::{Answer, Format};
+use crate::picture::Picture;
 use crate::picture::plate::Plate;
 use crate::picture::tone_map;
-use crate::picture::{Picture, srgb_byte, write_png};
 use crate::reference::{Tracer, Truth, Weights, usual_bound};
 use crate::scene::Scene;
 use crate::scene::camera::WHOLE;
@@ -161,8 +161,5 @@ fn say_rain(scene: &Scene, args: &ReferenceArgs) -> anyhow::Result<()> {
 /// Writes the picture as the scene's operator shows it, with the scene's exposure or its own.
 fn write_display(scene: &Scene, picture: &Picture, path: &Path) -> crate::Result<()> {
     let exposure = tone_map::exposure_of(&scene.tone_map, picture);
-    let shown = tone_map::display(exposure, picture);
-    let srgb: Vec<u8> =
-        shown.pixels.iter().flat_map(|pixel| pixel.to_array().map(srgb_byte)).collect();
-    write_png(path, picture.width, picture.height, &srgb)
+    tone_map::display(exposure, picture).write_png(path)
 }

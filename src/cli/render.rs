@@ -15,7 +15,7 @@ use crate::passes::counters::Counts;
 use crate::picture::layers::Layers;
 use crate::picture::sidecar::Sidecar;
 use crate::picture::{Picture, write_png};
-use crate::plan::{Output, plan_by};
+use crate::plan::{FramePlan, Output, plan_by};
 use crate::renderer::parts::{Grid, Parts, empty_picture, place};
 use crate::renderer::{FrameReport, Renderer};
 use crate::scene::Scene;
@@ -65,20 +65,14 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<Answer> {
         scene.film.fps = fps;
         scene.validate("--fps")?;
     }
-    let output = match (Format::of(&args.output)?, args.layers) {
-        (Format::Exr, false) => Output::Radiance,
-        (Format::Exr, true) => Output::Layers,
-        (Format::Png, false) => Output::Display,
-        (Format::Png, true) => {
-            anyhow::bail!("{}: layers are written as .exr", args.output.display())
-        }
-    };
+    let output = output_of(args)?;
     let environment = super::open_environment(&scene)?;
     let frames = match args.frame {
         Some(_) => 1,
         None => args.frames.unwrap_or_else(|| scene.film.frames()),
     };
-    let mut sequence = (frames > 1).then(|| Sequence::new(&args.output, args.resume, args.layers, frames));
+    let mut sequence =
+        (frames > 1).then(|| Sequence::new(&args.output, args.resume, args.layers, frames));
     // What is there was made by these models, and goes on by them.
     let kept = match &mut sequence {
         Some(sequence) => sequence.resume(&scene, &environment)?,
@@ -127,9 +121,47 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<Answer> {
         heed_interrupts()?;
     }
 
+    let drawn =
+        draw(args, &scene, (&missing, frames), sequence.as_ref(), &mut parts, &plan, output)?;
+    tell(&scene, &plan, &drawn);
+    device.instance().expect_silence()?;
+    Ok(Answer::Yes)
+}
+
+/// What is drawn, by the picture's name.
+fn output_of(args: &RenderArgs) -> anyhow::Result<Output> {
+    Ok(match (Format::of(&args.output)?, args.layers) {
+        (Format::Exr, false) => Output::Radiance,
+        (Format::Exr, true) => Output::Layers,
+        (Format::Png, false) => Output::Display,
+        (Format::Png, true) => {
+            anyhow::bail!("{}: layers are written as .exr", args.output.display())
+        }
+    })
+}
+
+/// What became of all frames.
+struct Drawn {
+    last: FrameReport,
+    undrawn: Counts,
+    /// The largest of all, as is the cut-off.
+    room: u32,
+    cutoff_px: f32,
+}
+
+/// Draws and writes the frames of these numbers, of so many in all.
+fn draw(
+    args: &RenderArgs,
+    scene: &Scene,
+    (missing, frames): (&[u32], u32),
+    sequence: Option<&Sequence>,
+    parts: &mut Parts<'_>,
+    plan: &FramePlan,
+    output: Output,
+) -> anyhow::Result<Drawn> {
     let bar = progress(missing.len() as u64, "frames");
-    let (mut report, mut undrawn, mut room) = (FrameReport::default(), Counts::default(), 1);
-    let mut largest_cutoff = 0.0_f32;
+    let (last, undrawn) = (FrameReport::default(), Counts::default());
+    let mut drawn = Drawn { last, undrawn, room: 1, cutoff_px: 0.0 };
     for (done, number) in missing.iter().enumerate() {
         if is_interrupted() {
             let left = missing.len() - done;
@@ -137,22 +169,23 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<Answer> {
                 format!("{left} of {} missing; --resume goes on", counted(frames.into(), "frame"));
             return Err(Interrupted).context(left);
         }
-        let frame = scene.film.frame(&scene, *number);
-        let until_frame = motion_end(&scene, &frame, *number);
+        let frame = scene.film.frame(scene, *number);
+        let until_frame = motion_end(scene, &frame, *number);
         let until = (until_frame.time, plan.cutoff.as_ref().map_or(0.0, |cutoff| cutoff.px));
         parts.move_until(until_frame);
-        let path = sequence.as_ref().map_or(args.output.clone(), |all| all.path(*number));
-        report = match args.tiles {
-            Some(grid) => draw_parts(&mut parts, &frame, until, grid, output, &path)?,
+        let path = sequence.map_or(args.output.clone(), |all| all.path(*number));
+        let report = match args.tiles {
+            Some(grid) => draw_parts(parts, &frame, until, grid, output, &path)?,
             None => {
                 let (renderer, report) = parts.draw_window(&frame)?;
                 write(renderer, &frame, until, output, &path)?;
                 report
             }
         };
-        largest_cutoff = largest_cutoff.max(report.cutoff_px.unwrap_or(0.0));
-        undrawn.add(&report.counts);
-        room = room.max(report.room);
+        drawn.cutoff_px = drawn.cutoff_px.max(report.cutoff_px.unwrap_or(0.0));
+        drawn.undrawn.add(&report.counts);
+        drawn.room = drawn.room.max(report.room);
+        drawn.last = report;
         if let (0, Some(most)) = (done, parts.clips_background()) {
             say!(
                 "warning: the background is brighter than {most}, which is clipped: it is stored as the environment is"
@@ -161,27 +194,31 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<Answer> {
         bar.inc(1);
     }
     bar.finish_and_clear();
+    Ok(drawn)
+}
+
+/// Says what was drawn and what was not.
+fn tell(scene: &Scene, plan: &FramePlan, drawn: &Drawn) {
     let all = match scene.real_rain() {
         Some(rain) => format!("rain of {} mm/h", rain.rate),
         None => counted(scene.drop_count().into(), "drop"),
     };
     say!(
         "{all}, {} in view (hidden ones and those under a pixel included)",
-        thousands(report.counts.visible)
+        thousands(drawn.last.counts.visible)
     );
     if is_verbose() {
-        report.passes_ms.iter().for_each(|(name, ms)| say!("pass {name}: {ms:.2} ms"));
+        drawn.last.passes_ms.iter().for_each(|(name, ms)| say!("pass {name}: {ms:.2} ms"));
     }
-    super::say_undrawn(&undrawn, room);
+    super::say_undrawn(&drawn.undrawn, drawn.room);
     let planned = plan.cutoff.as_ref().map_or(0.0, |cutoff| cutoff.px as f32);
-    if largest_cutoff > planned {
+    if drawn.cutoff_px > planned {
         say!(
-            "note: drops under {largest_cutoff} px of radius are part of the medium, not only those under {planned} px: \
-             more cells of the rain than can be numbered"
+            "note: drops under {} px of radius are part of the medium, not only those under {planned} px: \
+             more cells of the rain than can be numbered",
+            drawn.cutoff_px
         );
     }
-    device.instance().expect_silence()?;
-    Ok(Answer::Yes)
 }
 
 /// `2x2` to a grid of parts.

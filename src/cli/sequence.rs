@@ -38,17 +38,14 @@ struct Manifest<'a> {
     /// Of the environment's texels.
     environment_hash: String,
     /// Of what is behind the drops.
-    #[serde(skip_serializing_if = "Option::is_none")]
     background_hash: Option<String>,
     /// Whether frames are layers; left out where they are pictures.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     layers: bool,
     /// Number of frames, from the first on, that are of it.
-    #[serde(skip_serializing_if = "Option::is_none")]
     frames: Option<u32>,
     scene: &'a Scene,
     /// What preset `auto` took, so that no frame is made by other models than the rest.
-    #[serde(skip_serializing_if = "Option::is_none")]
     auto: Option<&'a Choice>,
 }
 
@@ -145,8 +142,7 @@ impl Sequence {
             }
         }
         let path = self.manifest_path();
-        let text =
-            text_of(&path, scene, environment, self.layers, Some(self.frames), auto)?;
+        let text = text_of(&path, scene, environment, self.layers, Some(self.frames), auto)?;
         write_whole(&path, text.as_bytes())
     }
 

@@ -7,7 +7,6 @@ use clap::Args;
 use super::tell::say;
 use super::{Answer, Format};
 use crate::environment::sky::{BUNDLED_WIDTH, ELEVATIONS, Sun, picture};
-use crate::picture::{srgb_byte, write_png};
 
 /// Write the computed sky as an environment
 ///
@@ -40,11 +39,7 @@ pub fn run(args: &SkyArgs) -> anyhow::Result<Answer> {
     match format {
         Format::Exr => super::write_half(&sky, &args.output)?,
         // Low dynamic range: radiance over 1 clips, as in a photograph.
-        Format::Png => {
-            let bytes: Vec<u8> =
-                sky.pixels.iter().flat_map(|p| p.to_array().map(srgb_byte)).collect();
-            write_png(&args.output, sky.width, sky.height, &bytes)?;
-        }
+        Format::Png => sky.write_png(&args.output)?,
     }
     say!("wrote {} ({} x {})", args.output.display(), sky.width, sky.height);
     Ok(Answer::Yes)

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use super::format::{Format, Sheet};
 use super::interrupt::{Interrupted, heed_interrupts, is_interrupted};
 use super::options::{DeviceArgs, SceneArgs};
 use super::tell::{about, line, say};
@@ -14,12 +15,12 @@ use crate::measure::Host;
 use crate::measure::bench::{self, Build, DeviceHead};
 use crate::measure::costs::kept;
 use crate::measure::tradeoff::{
-    BASES, Effort, Report, Row, SCHEMA, StudyScene, csv, models, models_of, models_of_rain,
-    of_file, plot, standard_set, study, table, weather,
+    BASES, Effort, Report, Row, SCHEMA, StudyScene, models, models_of, models_of_rain, of_file,
+    plot, standard_set, study, weather,
 };
 use crate::plan::{Output, expected_ms, plan};
 use crate::scene::Scene;
-use crate::thousands::counted;
+use crate::thousands::{counted, thousands_of};
 
 /// Measure every model's time and error
 #[derive(Args)]
@@ -131,7 +132,10 @@ pub fn run(args: &TradeoffArgs) -> anyhow::Result<Answer> {
                     args.json.as_ref(),
                     format_args!("{}: {}, {width} x {height}", scene.name, scene.asks),
                 )?;
-                print_beside(args.json.as_ref(), format_args!("{}\n", table(&found)))
+                print_beside(
+                    args.json.as_ref(),
+                    format_args!("{}\n", table(&found).text(Format::Table)),
+                )
             })?;
         }
         rows.extend(found);
@@ -168,9 +172,8 @@ pub fn run(args: &TradeoffArgs) -> anyhow::Result<Answer> {
         write_json(path, &report)?;
     }
     if let Some(path) = &args.csv {
-        let mut text = Vec::new();
-        csv(&report.rows, &mut text)?;
-        write_whole(path, &text)?;
+        let text = plain(&report.rows).text(Format::Csv) + "\n";
+        write_whole(path, text.as_bytes())?;
     }
     if let Some(path) = &args.svg {
         write_whole(path, plot(&report)?.as_bytes())?;
@@ -180,4 +183,64 @@ pub fn run(args: &TradeoffArgs) -> anyhow::Result<Answer> {
     }
     device.instance().expect_silence()?;
     Ok(Answer::Yes)
+}
+
+/// The rows of a scene, quickest first; a star marks the front.
+fn table(rows: &[Row]) -> Sheet {
+    let mut sorted: Vec<&Row> = rows.iter().collect();
+    sorted.sort_by(|a, b| b.speed.total_cmp(&a.speed));
+    let moves = rows.iter().any(|row| row.errors.flicker.is_some());
+    let is_rain = rows.iter().any(|row| row.rate_mm_h.is_some());
+    let of = if is_rain { "of exact" } else { "of compact" };
+    let mut header = vec!["  model", "speed", of, "ms", "rms x255", "relMSE"];
+    header.extend(["FLIP", "FLIP 99 %", "FLIP boxes"]);
+    header.extend(moves.then_some("flicker x255"));
+    let cells = |row: &Row| {
+        let errors = &row.errors;
+        let mut cells = vec![
+            format!("{} {}", if row.pareto { "*" } else { " " }, row.model),
+            format!("{:.2}", row.speed),
+            format!("{:.2}", row.speed_over_compact),
+            thousands_of(row.median_ms, 2),
+            format!("{:.2}", 255.0 * errors.rms),
+            format!("{:.2e}", errors.rel_mse),
+            format!("{:.4}", errors.flip),
+            format!("{:.4}", errors.flip_p99),
+            format!("{:.4}", errors.box_flip),
+        ];
+        cells.extend(errors.flicker.map(|flicker| format!("{:.2}", 255.0 * flicker)));
+        cells
+    };
+    let header = header.into_iter().map(String::from).collect();
+    Sheet { names: 1, header, rows: sorted.into_iter().map(cells).collect() }
+}
+
+/// All rows, with the keys of the JSON.
+fn plain(rows: &[Row]) -> Sheet {
+    const HEADER: &str = "scene,model,preset,optics,primitive,order,simulation,samples,internal_reflections,weights,\
+         fresnel,reflection,lookup,mask_size,drops,visible,width,height,median_ms,p10_ms,p90_ms,\
+         speed,speed_over_compact,rms,rel_mse,psnr_db,flip,flip_p99,max_error,box_rel_mse,box_flip,flicker,pareto,rate_mm_h,\
+         cutoff_px,far_rain";
+    let number = |value: Option<f64>| value.map_or(String::new(), |value| value.to_string());
+    let cells = |row: &Row| {
+        let e = &row.errors;
+        let mut cells = vec![row.scene.clone(), row.model.clone()];
+        let models = [row.preset, row.optics, row.primitive, row.order, row.simulation];
+        cells.extend(models.map(String::from));
+        cells.extend([row.samples, row.internal_reflections].map(|number| number.to_string()));
+        cells.extend([row.weights, row.fresnel, row.reflection, row.lookup].map(String::from));
+        cells.extend([row.mask_size, row.drops].map(|number| number.to_string()));
+        cells.push(row.visible.to_string());
+        cells.extend([row.width, row.height].map(|number| number.to_string()));
+        let times = [row.median_ms, row.p10_ms, row.p90_ms, row.speed, row.speed_over_compact];
+        let errors = [e.rms, e.rel_mse, e.psnr_db, e.flip, e.flip_p99, e.max_error];
+        let all = times.into_iter().chain(errors).chain([e.box_rel_mse, e.box_flip]);
+        cells.extend(all.map(|figure| figure.to_string()));
+        cells.extend([number(e.flicker), row.pareto.to_string()]);
+        cells.extend([row.rate_mm_h, row.cutoff_px].map(number));
+        cells.push(row.far_rain.unwrap_or_default().into());
+        cells
+    };
+    let header = HEADER.split(',').map(String::from).collect();
+    Sheet { names: 2, header, rows: rows.iter().map(cells).collect() }
 }

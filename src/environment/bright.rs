@@ -111,6 +111,15 @@ impl Region {
         cap(self.radius)
     }
 
+    /// A direction within the cap, by two numbers of 0 to 1, evenly.
+    pub(crate) fn at(&self, height: f64, turn: f64) -> DVec3 {
+        let (u, v) = self.direction.any_orthonormal_pair();
+        let height = 1.0 - height * (1.0 - self.radius.cos());
+        let (sine, cosine) = (TAU * turn).sin_cos();
+        let aside = (1.0 - height * height).max(0.0).sqrt();
+        height * self.direction + aside * (cosine * u + sine * v)
+    }
+
     /// The disc that stands for the region.
     pub fn source(&self) -> Source {
         let texel = PI / f64::from(self.height);

@@ -64,14 +64,13 @@ impl Environment {
                 let point = DVec2::new(across.tan(), -held.tan() / across.cos());
                 let at = scale * (view.focal_px * point + view.principal);
                 let edge_at = if above < 0.0 { bottom } else { top };
-                let faded = (above.abs() - edge_at).max(0.0) / (0.5 * std::f64::consts::PI - edge_at);
+                let faded =
+                    (above.abs() - edge_at).max(0.0) / (0.5 * std::f64::consts::PI - edge_at);
                 let edge = rows[usize::from(above < 0.0)];
                 texels.push(bilinear(&small, at).lerp(edge, faded as f32));
             }
         }
-        let mut guess = Self::from_texels("guessed from the plate", width, height, texels)?;
-        guess.low_dynamic_range = plate.pixels.iter().all(|pixel| pixel.max_element() <= 1.0);
-        Ok(guess)
+        Self::from_texels("guessed from the plate", width, height, texels)
     }
 }
 

@@ -3,7 +3,6 @@
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, Cursor, Read, Seek};
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
 use glam::Vec3;
@@ -11,7 +10,7 @@ use image::codecs::hdr::HdrDecoder;
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 
 use super::{Image, MAX_HEIGHT, MAX_WIDTH, open_exr};
-use crate::picture::linear_of_srgb;
+use crate::picture::{guarded, linear_of_srgb};
 
 /// Most bytes that a decoder of the `image` crate may take: the largest image in float32 RGB
 /// (1.6 GB) and some room.
@@ -37,18 +36,7 @@ pub(super) fn from_bytes(bytes: &[u8]) -> Result<Image, String> {
 }
 
 fn from_reader(reader: impl BufRead + Seek) -> Result<Image, String> {
-    // The last resort. The decoders are other people's code on other people's bytes, and some panic
-    // on broken ones: exr 1.74 subtracts below zero in a B44 block, where overflow is checked; the
-    // HDR decoder of image 0.25 overflows on a long chain of empty runs. A picture must not take
-    // the program down. Nothing that the closure touches outlives a panic.
-    let outcome = catch_unwind(AssertUnwindSafe(|| decode(reader)));
-    let problem = match outcome {
-        Ok(Ok(image)) => return Ok(image),
-        Ok(Err(problem)) => problem,
-        Err(_) => "is broken: its decoder gave up".into(),
-    };
-    // Some decoders' messages have several lines.
-    Err(problem.split_whitespace().collect::<Vec<_>>().join(" "))
+    guarded("is broken: its decoder gave up", || decode(reader))
 }
 
 fn decode(mut reader: impl BufRead + Seek) -> Result<Image, String> {
@@ -108,7 +96,7 @@ fn decode_radiance(reader: impl BufRead) -> Result<Image, String> {
     check_size(u64::from(width), u64::from(height))?;
     let mut texels = vec![Vec3::ZERO; width as usize * height as usize];
     decoder.read_image(bytemuck::cast_slice_mut(&mut texels)).map_err(broken)?;
-    Ok(Image { width, height, texels, missing: 0, low_dynamic_range: false })
+    Ok(Image { width, height, texels, missing: 0 })
 }
 
 /// PNG and JPEG: display colours.
@@ -122,7 +110,7 @@ fn decode_display(reader: impl BufRead + Seek, format: ImageFormat) -> Result<Im
     check_size(u64::from(width), u64::from(height))?;
     let display = DynamicImage::from_decoder(decoder).map_err(broken)?.into_rgb32f();
     let texels = display.pixels().map(|pixel| Vec3::from(pixel.0.map(linear_of_srgb))).collect();
-    Ok(Image { width, height, texels, missing: 0, low_dynamic_range: true })
+    Ok(Image { width, height, texels, missing: 0 })
 }
 
 /// Refuses a JPEG without an end-of-image marker. The decoder would fill what was cut off with

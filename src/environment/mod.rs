@@ -45,7 +45,6 @@ pub struct Environment {
     height: u32,
     texels: Vec<Vec3>,
     mended: Mended,
-    low_dynamic_range: bool,
 }
 
 impl Environment {
@@ -129,7 +128,6 @@ impl Environment {
             height: 2,
             texels: vec![radiance; 8],
             mended: Mended::default(),
-            low_dynamic_range: false,
         }
     }
 
@@ -147,19 +145,19 @@ impl Environment {
         texels: Vec<Vec3>,
     ) -> Result<Self> {
         let name = name.into();
-        let image = Image { width, height, texels, missing: 0, low_dynamic_range: false };
+        let image = Image { width, height, texels, missing: 0 };
         Self::from_image(name.clone(), image)
             .map_err(|problem| Error::Environment { path: name.into(), problem })
     }
 
     fn from_image(name: String, image: Image) -> Result<Self, String> {
-        let Image { width, height, mut texels, missing, low_dynamic_range } = image;
+        let Image { width, height, mut texels, missing } = image;
         load::check_size(u64::from(width), u64::from(height))?;
         if texels.len() != width as usize * height as usize {
             return Err(format!("has {} texels, not {width} x {height}", texels.len()));
         }
         let mended = Mended { missing, ..mend::mend(&mut texels, width as usize)? };
-        Ok(Self { name, width, height, texels, mended, low_dynamic_range })
+        Ok(Self { name, width, height, texels, mended })
     }
 
     /// What tables call it: the file's stem, `sky (bundled)`, `constant 1`.
@@ -185,12 +183,6 @@ impl Environment {
     /// What had to be made safe; its `Display` is a log line.
     pub fn mended(&self) -> Mended {
         self.mended
-    }
-
-    /// Whether the source was PNG or JPEG: radiance ends at 1, so highlights are clipped and a
-    /// drop's sparkle is lost.
-    pub fn is_low_dynamic_range(&self) -> bool {
-        self.low_dynamic_range
     }
 
     /// Largest component of all texels. Over 65 504 the texels must be scaled to fit into float16.
@@ -229,8 +221,6 @@ struct Image {
     texels: Vec<Vec3>,
     /// Texels that the file says it leaves out.
     missing: u64,
-    /// The values ended at 1 in the file.
-    low_dynamic_range: bool,
 }
 
 /// `constant 1`, or `constant 1 0.5 0.25`.

@@ -86,7 +86,6 @@ pub(super) fn decode(mut reader: impl BufRead + Seek) -> Result<Image, String> {
         height: frame.height as u32,
         texels,
         missing: frame.missing,
-        low_dynamic_range: false,
     })
 }
 

@@ -70,11 +70,15 @@ impl PipelineFile {
         if !self.data.is_empty() && data.ends_with(&self.data) {
             return Ok(());
         }
-        if let Some(folder) = self.path.parent() {
-            std::fs::create_dir_all(folder).map_err(|error| Error::write(&self.path, error))?;
-        }
-        write_whole(&self.path, &[&head_of(&self.key, data)[..], data].concat())
+        write(&self.path, &self.key, data)
     }
+}
+
+fn write(path: &Path, key: &PipelineKey, data: &[u8]) -> Result<()> {
+    if let Some(folder) = path.parent() {
+        std::fs::create_dir_all(folder).map_err(|error| Error::write(path, error))?;
+    }
+    write_whole(path, &[&head_of(key, data)[..], data].concat())
 }
 
 /// What stands before `data`: the checksum is over the driver's version too.
@@ -166,11 +170,7 @@ impl FiguresFile {
     /// # Errors
     /// [`Error::File`].
     pub fn write(&self, text: &str) -> Result<()> {
-        if let Some(folder) = self.path.parent() {
-            std::fs::create_dir_all(folder).map_err(|error| Error::write(&self.path, error))?;
-        }
-        let head = head_of(&self.key, text.as_bytes());
-        write_whole(&self.path, &[&head[..], text.as_bytes()].concat())
+        write(&self.path, &self.key, text.as_bytes())
     }
 }
 

@@ -15,9 +15,4 @@ pub mod tradeoff;
 pub mod verdict;
 
 pub use host::Host;
-
-/// Tables for the eye: lines above, below and under the header.
-#[cfg(feature = "cli")]
-pub(crate) const TABLE: comfy_table::TableStyle =
-    comfy_table::presets::UTF8_HORIZONTAL_ONLY.row_separator(comfy_table::LineStyle::none());
 pub use resolve::resolve;

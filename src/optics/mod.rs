@@ -13,7 +13,7 @@ mod spheroid;
 pub use interface::{Interface, fresnel, schlick};
 pub use mask::{level_distance, level_half_angle, mask_encounter};
 pub use sphere::Encounter;
-pub use spheroid::{Exit, Shape, Walk};
+pub use spheroid::{Exit, Shape, Walk, semi_axes};
 
 /// Refractive index of water at 589 nm over that of air, as the paper has it.
 pub const WATER: f64 = 1.33;

@@ -91,13 +91,32 @@ impl Encounter {
         // Half of 2(θi-θt): cos and sin of θi-θt, then the double angle.
         let (c, s) = (ci * ct + b * st, b * ct - ci * st);
         let (mut cosine, mut sine) = (c * c - s * s, 2.0 * c * s);
-        // Each internal reflection turns by π-2θt.
-        let (turn_cosine, turn_sine) = (st * st - ct * ct, 2.0 * st * ct);
+        let (turn_cosine, turn_sine) = self.turn();
         for _ in 0..k {
             (cosine, sine) =
                 (cosine * turn_cosine - sine * turn_sine, sine * turn_cosine + cosine * turn_sine);
         }
         (cosine, sine)
+    }
+
+    /// Outward normal where the light leaves after `k` internal reflections: each of the k + 1 chords turns
+    /// the normal in the plane of the ray, towards and past the centre.
+    pub fn exit_normal(&self, k: u32) -> DVec3 {
+        let (turn_cosine, turn_sine) = self.turn();
+        let (mut along, mut across) = (-self.cos_incidence, self.impact_parameter);
+        for _ in 0..=k {
+            (along, across) = (
+                along * turn_cosine + across * turn_sine,
+                across * turn_cosine - along * turn_sine,
+            );
+        }
+        along * self.direction + across * self.offset
+    }
+
+    /// Cosine and sine of π-2θt, by which each internal reflection turns.
+    fn turn(&self) -> (f64, f64) {
+        let (st, ct) = (self.impact_parameter / self.index, self.cos_refraction());
+        (st * st - ct * ct, 2.0 * st * ct)
     }
 
     /// Fresnel reflectance of the interface for unpolarised light, the same going in and out.

@@ -79,13 +79,19 @@ impl Quadric {
     }
 }
 
+/// Semi-axes of the spheroid of unit volume radius, equatorial and polar, by their ratio.
+pub fn semi_axes(axis_ratio: f64) -> (f64, f64) {
+    (axis_ratio.powf(-1.0 / 3.0), axis_ratio.powf(2.0 / 3.0))
+}
+
 impl Shape {
     /// The spheroid of unit volume radius with this axis ratio, polar over equatorial.
     pub fn of_axis_ratio(ratio: f64) -> Self {
         if ratio == 1.0 {
             return Self::Sphere;
         }
-        Self::Spheroid { equatorial: ratio.powf(-1.0 / 3.0), polar: ratio.powf(2.0 / 3.0) }
+        let (equatorial, polar) = semi_axes(ratio);
+        Self::Spheroid { equatorial, polar }
     }
 
     /// Radius of a sphere about the centre that holds it.

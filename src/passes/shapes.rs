@@ -13,8 +13,9 @@ use ash::vk;
 use crate::Result;
 use crate::abi::{DIAMETERS, DIAMETERS_A_MM, LargeShape, SMALLEST_MM};
 use crate::gpu::{Buffer, Device, Memory};
+use crate::optics::semi_axes;
 use crate::plan::FramePlan;
-use crate::rain::shape::{Halves, SMALLEST_FLATTENED, axis_ratio, semi_axes};
+use crate::rain::shape::{Halves, SMALLEST_FLATTENED, axis_ratio};
 use crate::scene::model::{DropShape, ShapeModel};
 use crate::scene::{PlacedDrop, Scene};
 

@@ -38,6 +38,13 @@ pub struct Metrics {
     pub max_error_at: (u32, u32),
 }
 
+impl Metrics {
+    /// Root mean square of the difference of sRGB values, 0 to 1.
+    pub fn rms(&self) -> f64 {
+        10f64.powf(-self.psnr_db / 20.0)
+    }
+}
+
 /// A comparison, pixel by pixel and after the box filter.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Comparison {
@@ -150,10 +157,15 @@ pub fn max_error(a: &Picture, b: &Picture, mask: Option<&[f32]>) -> (f64, (u32, 
 /// Peak signal-to-noise ratio in decibels of linear display values, taken on the sRGB curve where
 /// the peak is 1; infinite for equal pictures.
 pub fn psnr_db(a: &Picture, b: &Picture) -> f64 {
+    -10.0 * mean_square(a, b).log10()
+}
+
+/// Mean square of the difference of linear display values, taken on the sRGB curve.
+pub fn mean_square(a: &Picture, b: &Picture) -> f64 {
     let squares = a.pixels.iter().zip(&b.pixels).flat_map(|(a, b)| {
         [0, 1, 2].map(|c| f64::from(srgb_of_linear(a[c]) - srgb_of_linear(b[c])).powi(2))
     });
-    -10.0 * mean(squares).log10()
+    mean(squares)
 }
 
 /// Mean Rec. 709 luminance.

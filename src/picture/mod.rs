@@ -62,17 +62,11 @@ impl Picture {
     /// # Errors
     /// Those of [`Picture::read`].
     pub fn from_bytes(path: &Path, bytes: &[u8]) -> Result<Self> {
-        // Decoders are other people's code on other people's bytes; some panic on broken ones.
-        let outcome = catch_unwind(|| {
-            if bytes.starts_with(&EXR_MAGIC) { read_exr(bytes) } else { read_display(bytes) }
+        let picture = guarded(GAVE_UP, || match bytes.starts_with(&EXR_MAGIC) {
+            true => read_exr(bytes),
+            false => read_display(bytes),
         });
-        let problem = match outcome {
-            Ok(Ok(picture)) => return Ok(picture),
-            Ok(Err(problem)) => problem,
-            Err(_) => "it is broken: its decoder gave up".into(),
-        };
-        // Some decoders' messages have several lines.
-        Err(Error::read(path, problem.split_whitespace().collect::<Vec<_>>().join(" ")))
+        picture.map_err(|problem| Error::read(path, problem))
     }
 
     /// Whether the file at `path` holds display values (PNG, JPEG) rather than radiance (EXR), by
@@ -96,11 +90,11 @@ impl Picture {
             return false;
         }
         if start == EXR_MAGIC {
-            let blocks = catch_unwind(AssertUnwindSafe(|| {
-                let reader = exr::block::read(file, false).ok()?;
-                reader.filter_chunks(true, |_, _, _| true).ok()
-            }));
-            return blocks.is_ok_and(|blocks| blocks.is_some_and(|mut all| all.all(|b| b.is_ok())));
+            let blocks = guarded(GAVE_UP, || {
+                let reader = exr::block::read(file, false).map_err(|error| error.to_string())?;
+                reader.filter_chunks(true, |_, _, _| true).map_err(|error| error.to_string())
+            });
+            return blocks.is_ok_and(|mut all| all.all(|block| block.is_ok()));
         }
         let mut end = [0; PNG_END.len()];
         let read = file.seek(SeekFrom::End(-(PNG_END.len() as i64)));
@@ -127,6 +121,19 @@ impl Picture {
         Ok(self.pixels.iter().any(|pixel| pixel.max_element() > most))
     }
 
+    /// The pixels as 8-bit sRGB, an RGB triple each; what is below 0 or over 1 is clipped.
+    pub fn srgb(&self) -> Vec<u8> {
+        self.pixels.iter().flat_map(|pixel| pixel.to_array().map(srgb_byte)).collect()
+    }
+
+    /// Writes display values as PNG, see [`Picture::srgb`].
+    ///
+    /// # Errors
+    /// [`Error::File`] if it cannot be encoded or written.
+    pub fn write_png(&self, path: &Path) -> Result<()> {
+        write_png(path, self.width, self.height, &self.srgb())
+    }
+
     /// ZIP-compressed, in one thread and in order, so that the same picture gives the same bytes.
     fn write_channels<T: exr::prelude::IntoSample + Send + Sync>(
         &self,
@@ -150,6 +157,24 @@ impl Picture {
             .map_err(|error| Error::write(path, error))?;
         write_whole(path, bytes.get_ref())
     }
+}
+
+/// What a picture is whose decoder panicked.
+const GAVE_UP: &str = "it is broken: its decoder gave up";
+
+/// Decodes, and says in one line why it cannot be done; `gave_up` where the decoder panicked.
+///
+/// The last resort. The decoders are other people's code on other people's bytes, and some panic
+/// on broken ones: exr 1.74 subtracts below zero in a B44 block, where overflow is checked; the
+/// HDR decoder of image 0.25 overflows on a long chain of empty runs. A picture must not take
+/// the program down. Nothing that `decode` touches may outlive a panic.
+pub(crate) fn guarded<T>(
+    gave_up: &str,
+    decode: impl FnOnce() -> Result<T, String>,
+) -> Result<T, String> {
+    let outcome = catch_unwind(AssertUnwindSafe(decode)).unwrap_or_else(|_| Err(gave_up.into()));
+    // Some decoders' messages have several lines.
+    outcome.map_err(|problem| problem.split_whitespace().collect::<Vec<_>>().join(" "))
 }
 
 /// Copies a part's pixels, rows of `width` of them, to their place in the whole picture.

@@ -1,10 +1,9 @@
 //! A background: what a camera saw behind the drops, and how far away it was.
 
 use std::io::Cursor;
-use std::panic::catch_unwind;
 use std::path::Path;
 
-use super::{EXR_MAGIC, Picture, check_claim};
+use super::{EXR_MAGIC, GAVE_UP, Picture, check_claim, guarded};
 use crate::scene::Scene;
 use crate::scene::background::{Background, DepthKind};
 use crate::{Error, Result};
@@ -143,17 +142,10 @@ fn check_depth(values: &[f64], width: u32) -> Result<(), String> {
 
 /// Size and depths of a file's content.
 fn read_depth(bytes: &[u8], scale: Option<f64>) -> Result<((u32, u32), Vec<f64>), String> {
-    // Decoders are other people's code on other people's bytes; some panic on broken ones.
-    let outcome = catch_unwind(|| match bytes.starts_with(&EXR_MAGIC) {
+    guarded(GAVE_UP, || match bytes.starts_with(&EXR_MAGIC) {
         true => read_exr_depth(bytes, scale.unwrap_or(1.0)),
         false => read_png_depth(bytes, scale),
-    });
-    let problem = match outcome {
-        Ok(Ok(depth)) => return Ok(depth),
-        Ok(Err(problem)) => problem,
-        Err(_) => "it is broken: its decoder gave up".into(),
-    };
-    Err(problem.split_whitespace().collect::<Vec<_>>().join(" "))
+    })
 }
 
 /// The channel Z of the first layer that has one; a layer's own, such as `Depth.Z`, too.

@@ -6,9 +6,10 @@ use glam::DVec3;
 use serde::Serialize;
 
 use crate::Result;
+use crate::optics::Shape;
 use crate::rain::cull::{Sighting, sightings};
 use crate::rain::field::Field;
-use crate::rain::shape::{Halves, semi_axes};
+use crate::rain::shape::Halves;
 use crate::rain::tick_of_seconds;
 use crate::scene::model::{DropShape, ShapeModel};
 use crate::scene::projection::View;
@@ -183,10 +184,7 @@ fn reach_of_falling(scene: &Scene, radius: f64) -> f64 {
 fn reach_of_placed(scene: &Scene, drop: &PlacedDrop) -> f64 {
     match (scene.model.shape, drop.axis_ratio, drop.shape) {
         (Some(ShapeModel::Sphere), ..) => 1.0,
-        (_, Some(ratio), _) => {
-            let (equatorial, polar) = semi_axes(ratio);
-            equatorial.max(polar)
-        }
+        (_, Some(ratio), _) => Shape::of_axis_ratio(ratio).reach(),
         (_, None, Some(DropShape::Equilibrium)) => {
             Halves::of_diameter(2e3 * drop.radius * scene.metres).reach()
         }

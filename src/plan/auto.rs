@@ -41,7 +41,6 @@ pub struct Choice {
     /// In plain words.
     pub reason: String,
     /// What was asked for and may not be kept.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub doubt: Option<String>,
     /// What is left out of a drop's light.
     pub light: Light,

@@ -8,6 +8,7 @@ mod demand;
 mod errors;
 mod lens;
 mod motion;
+mod refused;
 mod requirements;
 mod shape;
 
@@ -21,18 +22,18 @@ pub use shape::DrawnShape;
 
 use serde::{Deserialize, Serialize};
 
+use crate::Result;
 use crate::environment::Environment;
 use crate::optics::WATER;
 use crate::rain::medium;
 use crate::rain::visibility::Frustum;
-use crate::scene::Scene;
 use crate::scene::model::{
     FarRain, Fresnel, Lens, Lookup, Motion, Operator, Optics, Order, Preset, Primitive, Reflection,
     Simulation, Weights,
 };
 use crate::scene::real_rain::RealRain;
+use crate::scene::{ModelChoice, Scene};
 use crate::thousands::counted;
-use crate::{Error, Result};
 
 /// Nearer than so many radii a drop does not look as from afar: its directions are off by over 1.4°.
 /// As in `glsl/include/tile_drop.glsl`.
@@ -172,11 +173,82 @@ impl FramePlan {
     }
 }
 
+/// By which models drops are found, lit and put together.
+#[derive(Clone, Copy)]
+struct Models {
+    optics: Optics,
+    primitive: Primitive,
+    order: Order,
+    simulation: Simulation,
+    samples: u32,
+}
+
+impl Models {
+    /// What a scene asks for, else what `auto` has chosen, else the preset's.
+    fn of(choice: &ModelChoice, chosen: Option<&Choice>) -> Self {
+        let (optics, samples) = match (choice.preset, chosen) {
+            (_, Some(chosen)) => (chosen.optics, chosen.samples),
+            (Preset::Fast, _) => (Optics::Appearance, 1),
+            (Preset::Exact, _) => (Optics::ClosedForm, 16),
+            _ => (Optics::Mask, 1),
+        };
+        let optics = choice.optics.unwrap_or(optics);
+
+        // The preset decides what a drop is drawn as where the optics leave a choice.
+        let primitive = choice.primitive.unwrap_or(match (choice.preset, chosen) {
+            (_, Some(chosen)) if choice.optics.is_none() => chosen.primitive,
+            (Preset::Auto, _) if auto::asks_for_billboards(choice) => Primitive::Point,
+            (Preset::Fast | Preset::Exact | Preset::Auto, _) if optics.is_on_tiles() => {
+                Primitive::Tile
+            }
+            _ => Primitive::Point,
+        });
+        let is_tile = primitive == Primitive::Tile;
+        let order = if is_tile { Order::Sorted } else { Order::Unsorted };
+        Self {
+            optics,
+            primitive,
+            order: choice.order.unwrap_or(order),
+            simulation: choice.simulation.unwrap_or(Simulation::Integer),
+            samples: choice.samples.unwrap_or(if is_tile { samples } else { 1 }),
+        }
+    }
+}
+
+impl Light {
+    /// What a scene asks for, else what `auto` has chosen, else the preset's; `is_traced`: in a shape without a closed form.
+    fn of(scene: &Scene, models: Models, chosen: Option<&Choice>, is_traced: bool) -> Self {
+        let (choice, optics) = (&scene.model, models.optics);
+        let usual = match chosen {
+            Some(chosen) if !optics.is_mask() => chosen.light,
+            _ => {
+                // A ray follows no more orders than matter to it, so `exact` bounds them last.
+                let most = if choice.preset == Preset::Exact { 8 } else { 2 };
+                let orders = if models.primitive == Primitive::Tile { most } else { 0 };
+                Light { internal_reflections: orders, ..Light::default() }
+            }
+        };
+        // Under total reflection much light is still inside after eight orders, and would leave where none does.
+        let usual = match optics == Optics::ClosedForm && is_traced {
+            true => Light { weights: Weights::Physical, ..usual },
+            false => usual,
+        };
+        Self {
+            internal_reflections: choice.internal_reflections.unwrap_or(usual.internal_reflections),
+            weights: choice.weights.unwrap_or(usual.weights),
+            fresnel: choice.fresnel.unwrap_or(usual.fresnel),
+            reflection: choice.reflection.unwrap_or(usual.reflection),
+            lookup: choice.lookup.unwrap_or(usual.lookup),
+            indices: scene.indices(),
+        }
+    }
+}
+
 /// What `scene` requires for `output`; by preset `auto` what is expected to do, at stated costs of no device
 /// in particular ([`Costs::default`]).
 ///
 /// # Errors
-/// [`Error::Scene`] for a combination of models that makes no sense, with the reason; for a key of the scene
+/// [`crate::Error::Scene`] for a combination of models that makes no sense, with the reason; for a key of the scene
 /// that no preset draws.
 pub fn plan(scene: &Scene, environment: &Environment, output: Output) -> Result<FramePlan> {
     let chosen = choose(&scene.whole(), environment, &Costs::default());
@@ -193,117 +265,14 @@ pub fn plan_by(
     chosen: Option<&Choice>,
     output: Output,
 ) -> Result<FramePlan> {
-    let choice = &scene.model;
-    let refuse = |problem: String| Err(Error::Scene { place: "model".into(), problem });
-    let (optics, samples) = match (choice.preset, chosen) {
-        (_, Some(chosen)) => (chosen.optics, chosen.samples),
-        (Preset::Fast, _) => (Optics::Appearance, 1),
-        (Preset::Exact, _) => (Optics::ClosedForm, 16),
-        _ => (Optics::Mask, 1),
-    };
-    let optics = choice.optics.unwrap_or(optics);
-
-    // The preset decides what a drop is drawn as where the optics leave a choice.
-    let on_tiles = matches!(optics, Optics::ClosedForm | Optics::Appearance);
-    let primitive = choice.primitive.unwrap_or(match (choice.preset, chosen) {
-        (_, Some(chosen)) if choice.optics.is_none() => chosen.primitive,
-        (Preset::Auto, _) if auto::asks_for_billboards(choice) => Primitive::Point,
-        (Preset::Fast | Preset::Exact | Preset::Auto, _) if on_tiles => Primitive::Tile,
-        _ => Primitive::Point,
-    });
-    let is_tile = primitive == Primitive::Tile;
-    let compacts = choice.preset == Preset::PaperCompact;
-    if is_tile && compacts {
-        return refuse("preset paper-compact draws points or quads; tiles cull by clusters".into());
-    }
-    if is_tile && optics == Optics::Far {
-        return refuse(format!(
-            "optics far is not drawn as tile: there, appearance takes two colours for drops under \
-                 {} pixels of radius, and better pictures for larger ones",
-            SPLAT_PX[2]
-        ));
-    }
-    if is_tile && !on_tiles {
-        return refuse(format!("optics {optics} is drawn as point or quad, not as tile"));
-    }
-    if !on_tiles && scene.indices() != of_water() {
-        return refuse(format!(
-            "optics {optics} has water's index {WATER} alone; take preset fast, exact or auto"
-        ));
-    }
-    if let (false, Some(rain)) = (is_tile, scene.real_rain()) {
-        return refuse(format!(
-            "rain.rate = {} makes drops of many sizes, which are drawn as tile, not as {primitive}; take preset \
-             fast, exact or auto",
-            rain.rate
-        ));
-    }
-    if !is_tile && !scene.background.is_none() {
-        return refuse(format!(
-            "a background is drawn behind tiles, not behind a {primitive}; take preset fast, exact or auto"
-        ));
-    }
-    let layers = output == Output::Layers;
-    if layers && !is_tile {
-        return refuse(format!(
-            "layers are made of tiles, not of drops drawn as {primitive}; take preset fast, exact or auto"
-        ));
-    }
-    let order = choice.order.unwrap_or(if is_tile { Order::Sorted } else { Order::Unsorted });
-    if is_tile != (order == Order::Sorted) {
-        return refuse(if is_tile {
-            format!("tiles hold their drops in exact order: order must be sorted, not {order}")
-        } else {
-            format!("order sorted is that of tiles; a {primitive} is blended as it comes")
-        });
-    }
-    let simulation = choice.simulation.unwrap_or(Simulation::Integer);
-    if simulation == Simulation::Stored && is_tile {
-        return refuse(
-            "stored positions belong to the paper's points; tiles keep drops in clusters, which only \
-             exact positions do not leave"
-                .into(),
-        );
-    }
-    let samples = choice.samples.unwrap_or(if is_tile { samples } else { 1 });
-    if samples > 1 && optics.is_prefiltered() && !is_tile {
-        return refuse(format!(
-            "optics {optics} is integrated before the frame: samples must be 1"
-        ));
-    }
-    if choice.splat_px.is_some() && chosen.is_none() && !(is_tile && optics == Optics::Appearance) {
-        return refuse(format!(
-            "splat_px is for optics appearance on tiles, not for {optics} as {primitive}; take preset fast"
-        ));
-    }
-    let orders = choice.internal_reflections;
-    if orders.is_some_and(|orders| orders > 0) && optics.is_mask() {
-        return refuse(format!("optics {optics} holds no internal reflections"));
-    }
-    let usual = match chosen {
-        Some(chosen) if !optics.is_mask() => chosen.light,
-        _ => {
-            // A ray follows no more orders than matter to it, so `exact` bounds them last.
-            let orders = if choice.preset == Preset::Exact { 8 } else { 2 };
-            Light { internal_reflections: if is_tile { orders } else { 0 }, ..Light::default() }
-        }
-    };
+    let models = Models::of(&scene.model, chosen);
+    refused::check(scene, models, chosen.is_some(), output)?;
+    let Models { optics, primitive, order, simulation, samples } = models;
     let shape = shape::shape_of(scene, primitive, optics)?;
-    // Under total reflection much light is still inside after eight orders, and would leave where none does.
-    let usual = match optics == Optics::ClosedForm && shape.is_traced() {
-        true => Light { weights: Weights::Physical, ..usual },
-        false => usual,
-    };
-    let light = Light {
-        internal_reflections: orders.unwrap_or(usual.internal_reflections),
-        weights: choice.weights.unwrap_or(usual.weights),
-        fresnel: choice.fresnel.unwrap_or(usual.fresnel),
-        reflection: choice.reflection.unwrap_or(usual.reflection),
-        lookup: choice.lookup.unwrap_or(usual.lookup),
-        indices: scene.indices(),
-    };
+    let light = Light::of(scene, models, chosen, shape.is_traced());
     let motion = motion::motion_of(scene, primitive, optics)?;
     let lens = lens::lens_of(scene, primitive, optics)?;
+    let choice = &scene.model;
     let by_scene = || first_over_few(scene, &SPLAT_PX, FEW_LARGER);
     let splat_px = choice.splat_px.unwrap_or_else(by_scene);
     let plan = FramePlan {
@@ -312,7 +281,7 @@ pub fn plan_by(
         primitive,
         order,
         simulation,
-        compacts,
+        compacts: choice.preset == Preset::PaperCompact,
         mask_size: choice.mask_size,
         splat_px: if optics == Optics::Appearance { splat_px } else { 0.0 },
         line_px: first_over_few(scene, &LINE_PX, FEW_LINED),
@@ -326,8 +295,8 @@ pub fn plan_by(
         cutoff: scene.real_rain().map(|rain| Cutoff::of(scene, &rain, environment)),
         tone_map: (output == Output::Display).then_some(scene.tone_map.operator),
         log_average: output == Output::Display && scene.tone_map.derives_exposure(),
-        layers,
-        nearest: layers,
+        layers: output == Output::Layers,
+        nearest: output == Output::Layers,
         doubt: chosen.and_then(|chosen| chosen.doubt.clone()),
         why: chosen.map(|chosen| chosen.reason.clone()),
         passes: Vec::new(),

@@ -409,17 +409,16 @@ impl Pyramid {
         let apart = 1.001 * lens * (1.0 + (depth + reach) * inverse_focus);
         let reach = 1.001 * reach + 1e-5 * depth + apart;
         // Drops move by as much before the middle of the exposure as after it.
-        let before = reach + 0.5 * moved.abs();
-        let after = before;
+        let reach = reach + 0.5 * moved.abs();
         let fraction = DVec3::from_array(camera.fraction.map(f64::from)) / 4_294_967_296.0;
         let cell = move |metres: f64, axis: usize| (metres / edge + fraction[axis]).floor() as i32;
 
         let axis = self.axis;
         let ends = |f: fn(f64, f64) -> f64| far.iter().map(|p| p[axis]).fold(0.0, f);
-        let (lowest, highest) = (ends(f64::min) - before[axis], ends(f64::max) + after[axis]);
+        let (lowest, highest) = (ends(f64::min) - reach[axis], ends(f64::max) + reach[axis]);
         (cell(lowest, axis)..=cell(highest, axis)).filter_map(move |layer| {
-            let from = (f64::from(layer) - fraction[axis]) * edge - after[axis];
-            let to = (f64::from(layer + 1) - fraction[axis]) * edge + before[axis];
+            let from = (f64::from(layer) - fraction[axis]) * edge - reach[axis];
+            let to = (f64::from(layer + 1) - fraction[axis]) * edge + reach[axis];
             let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
             for [a, b] in &edges {
                 if let Some(part) = between(*a, *b, axis, from, to) {
@@ -434,9 +433,9 @@ impl Pyramid {
             let mut first = [0; 3];
             let mut counts = [1; 3];
             for along in 0..3 {
-                let start = cell(low[along] - before[along], along);
+                let start = cell(low[along] - reach[along], along);
                 first[along] = start;
-                counts[along] = (cell(high[along] + after[along], along) - start + 1) as u32;
+                counts[along] = (cell(high[along] + reach[along], along) - start + 1) as u32;
             }
             (first[axis], counts[axis]) = (layer, 1);
             let [x, y, z] = counts;

@@ -21,7 +21,7 @@ use crate::abi::MEDIUM_DEPTHS;
 use crate::rain::cells::{Lattice, Place};
 use crate::rain::fall;
 use crate::rain::law::Law;
-use crate::rain::visibility::{depth_of_radius, radius_px, streak_px, streak_share};
+use crate::rain::visibility::{depth_of_radius, radius_px, streak_px, variance_share};
 
 /// Inverse depths at which the variance is tabulated, and sizes that it is summed over.
 const DEPTHS: usize = MEDIUM_DEPTHS as usize;
@@ -109,7 +109,7 @@ impl Grain<'_> {
             let share = |inverse: f64| {
                 let streak = self.focal_px * speed * self.exposed.abs() * inverse;
                 let size = PI.sqrt() * radius_px(self.focal_px, diameter, 1.0) * inverse / 3.0;
-                streak_share(streak) * (1.0 - size) * (1.0 - size / streak.max(1.0))
+                variance_share(size, streak)
             };
             let mut sum = 0.0;
             for (i, variance) in variances.iter_mut().enumerate().skip(1) {

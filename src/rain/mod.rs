@@ -132,3 +132,8 @@ pub(crate) fn pcg4d(v: [u32; 4]) -> [u32; 4] {
     mix(&mut v);
     v
 }
+
+/// The middle of one of 2^32 intervals from 0 to 1, so never an end.
+pub(crate) fn unit(bits: u32) -> f64 {
+    (f64::from(bits) + 0.5) / 4_294_967_296.0
+}

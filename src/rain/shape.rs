@@ -18,11 +18,6 @@ pub fn axis_ratio(diameter: f64) -> f64 {
     (1.0048 + d * (5.7e-4 + d * (-2.628e-2 + d * (3.682e-3 - d * 1.677e-4)))).min(1.0)
 }
 
-/// Semi-axes of the spheroid of equal volume: equatorial, polar.
-pub fn semi_axes(axis_ratio: f64) -> (f64, f64) {
-    (axis_ratio.powf(-1.0 / 3.0), axis_ratio.powf(2.0 / 3.0))
-}
-
 /// Radius of the equilibrium shape at `angle` radians from the upward vertical: Chuang and Beard 1990,
 /// r(θ) = 1 + Σ c_n cos nθ.
 pub fn equilibrium_radius(diameter: f64, angle: f64) -> f64 {
@@ -78,14 +73,6 @@ impl Halves {
     pub fn volume(&self) -> f64 {
         0.5 * self.equatorial * self.equatorial * (self.top + self.bottom)
     }
-}
-
-/// Area of a spheroid's outline over that of the sphere, seen along a direction that rises by `elevation`
-/// radians over the horizon.
-pub fn outline_area(axis_ratio: f64, elevation: f64) -> f64 {
-    let (equatorial, polar) = semi_axes(axis_ratio);
-    let half_height = (polar * elevation.cos()).hypot(equatorial * elevation.sin());
-    equatorial * half_height
 }
 
 /// A row of a table, linear in the diameter between rows, constant outside of them.

@@ -26,11 +26,6 @@ pub fn streak_px(focal_px: f64, speed: f64, shutter: f64, depth: f64) -> f64 {
     focal_px * speed * shutter / depth
 }
 
-/// Largest opacity of a streak, at any depth: the share of the exposure for which the drop is there.
-pub fn streak_opacity(diameter: f64, speed: f64, shutter: f64) -> f64 {
-    (1e-3 * diameter / (speed * shutter)).min(1.0)
-}
-
 /// What a picture shows of the rain: the frustum of its pixels, and where the rain ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frustum {
@@ -121,7 +116,7 @@ impl Frustum {
                 let radius = radius_px(self.focal_px, diameter, 1.0) * inverse;
                 let streak = self.focal_px * speed * shutter * inverse;
                 let size = PI.sqrt() * radius / 3.0;
-                streak_share(streak) * (1.0 - size) * (1.0 - size / streak.max(1.0))
+                variance_share(size, streak)
             };
             diameter.powi(4) * (simpson(at, end, kink) + simpson(at, kink, start))
         };
@@ -136,6 +131,12 @@ impl Frustum {
         let variance = PI * PI / 16.0 * self.focal_px.powi(2) * 1e-12 * m4 * mean;
         variance.sqrt() * (-law.extinction() * self.extent).exp()
     }
+}
+
+/// Share of (π r²)² by which a drop adds to a pixel's variance: `size` is √π r/3. A streak of more than a pixel
+/// hides the height.
+pub(super) fn variance_share(size: f64, streak_px: f64) -> f64 {
+    streak_share(streak_px) * (1.0 - size) * (1.0 - size / streak_px.max(1.0))
 }
 
 /// g(ℓ): what is left of a sub-pixel drop's variance when a streak of ℓ pixels spreads it.

@@ -259,11 +259,7 @@ impl FarRain {
     pub(super) fn of_suns(&self, direction: DVec3, place: (f64, f64)) -> DVec3 {
         let Some(Suns { bright, phases, .. }) = &self.suns else { return DVec3::ZERO };
         let of_region = |region: &Region| {
-            let (u, v) = region.direction.any_orthonormal_pair();
-            let height = 1.0 - place.0 * (1.0 - region.radius.cos());
-            let (sine, cosine) = (TAU * place.1).sin_cos();
-            let aside = (1.0 - height * height).max(0.0).sqrt();
-            let from = height * region.direction + aside * (cosine * u + sine * v);
+            let from = region.at(place.0, place.1);
             let light = region.solid_angle() * region.radiance(from);
             let angle = direction.angle_between(from);
             let share = |(phase, colors): &(Phase, DVec3)| phase.at(angle) * *colors;

@@ -15,7 +15,7 @@ use super::outline::{Cap, Outline, Part};
 use super::tree::{Hit, Pyramid, nearest_between};
 use super::{Ray, Strata, Tracer};
 use crate::environment::bright::Region;
-use crate::rain::pcg4d;
+use crate::rain::{pcg4d, unit};
 
 /// Distance from the eye in reaches of the drop, under which rays over it differ too much: chance finds its glints.
 const NEAREST: f64 = 1.5;
@@ -105,8 +105,7 @@ impl Slice<'_> {
             let v = axis.cross(u);
             [u + v, u - v, -u - v, v - u].map(|corner| axis + tangent * corner)
         } else {
-            let (width, height) = (f64::from(view.width), f64::from(view.height));
-            [(0.0, 0.0), (width, 0.0), (width, height), (0.0, height)].map(|(x, y)| view.ray(x, y))
+            view.corners([0, 0, view.width, view.height].map(f64::from))
         };
         tracer.tree.within(&Pyramid::between(corners), distance + reach, found);
         found.retain(|hit| hit.drop != self.number);
@@ -162,7 +161,7 @@ impl Slice<'_> {
             let strata = Strata::new(count, seed ^ u64::from(salt) << 16);
             for ((x, y), sample) in strata.places(self.number).zip(0_u32..) {
                 let random = pcg4d([self.number, sample, salt ^ seed as u32, !(seed >> 32) as u32]);
-                let late = (f64::from(random[0]) + 0.5) / 4_294_967_296.0;
+                let late = unit(random[0]);
                 let moment = self.from + self.length * late;
                 let (place, center) = (part.at(x, y), self.center(moment));
                 let look = self.look(place, moment);

@@ -5,7 +5,7 @@
 //! is kept. So rays are followed from a source through a drop, and counted where they leave it towards the camera: in
 //! blocks of the picture, about half a degree wide. A block's mean is unbiased; the seed decides the rays.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3, Vec3};
 use rayon::prelude::*;
@@ -14,8 +14,8 @@ use super::outline::{Cap, Outline, Part};
 use super::{Strata, Truth};
 use crate::environment::bright::Region;
 use crate::rain::law::Law;
-use crate::rain::pcg4d;
 use crate::rain::shape::{Halves, SMALLEST_FLATTENED};
+use crate::rain::{pcg4d, unit};
 use crate::scene::camera::View;
 
 /// Classes of size. The drops of each block as much light as those of any other.
@@ -116,8 +116,7 @@ impl Blocks {
     fn cap(&self) -> Cap {
         let [width, height] = self.view.whole.map(f64::from);
         let [left, top] = self.view.origin.map(f64::from);
-        let corners = [(0.0, 0.0), (width, 0.0), (width, height), (0.0, height)]
-            .map(|(x, y)| self.view.ray(x - left, y - top));
+        let corners = self.view.corners([0.0 - left, 0.0 - top, width - left, height - top]);
         let direction = corners.iter().sum::<DVec3>().normalize_or(-self.view.back);
         let radius = corners.map(|corner| corner.angle_between(direction));
         Cap { direction, radius: radius.into_iter().fold(0.0, f64::max) }
@@ -211,9 +210,8 @@ impl Beam<'_> {
             let strata = Strata::new(count as u32, seed ^ u64::from(salt) << 32);
             for ((x, y), sample) in strata.places(number).zip(0_u32..) {
                 let random = pcg4d([number, sample, salt ^ seed as u32, !(seed >> 32) as u32]);
-                let [height, turn, size, _] =
-                    random.map(|bits| (f64::from(bits) + 0.5) / 4_294_967_296.0);
-                let source = within(self.region, (u, v), height, turn);
+                let [height, turn, size, _] = random.map(unit);
+                let source = self.region.at(height, turn);
                 let area = share * source.dot(middle) * self.region.solid_angle();
                 let radiance = area * self.region.radiance(source);
                 if radiance == DVec3::ZERO {
@@ -236,12 +234,4 @@ impl Beam<'_> {
             }
         }
     }
-}
-
-/// A direction within a region's cap, from two numbers of 0 to 1, evenly.
-fn within(region: &Region, (u, v): (DVec3, DVec3), height: f64, turn: f64) -> DVec3 {
-    let height = 1.0 - height * (1.0 - region.radius.cos());
-    let (sine, cosine) = (TAU * turn).sin_cos();
-    let aside = (1.0 - height * height).max(0.0).sqrt();
-    height * region.direction + aside * (cosine * u + sine * v)
 }

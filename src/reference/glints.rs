@@ -73,19 +73,6 @@ impl Way {
         }
     }
 
-    /// Share of the radiance that arrives this way.
-    fn weight(self, encounter: &Encounter, truth: &Truth) -> f64 {
-        match (self, truth.weights) {
-            (Self::Outside, _) => encounter.reflectance(),
-            (Self::Inside(_), Weights::Paper) => 1.0 - encounter.reflectance(),
-            (Self::Inside(k), Weights::Conserving) if k == truth.internal_reflections => {
-                let reflectance = encounter.reflectance();
-                (1.0 - reflectance) * reflectance.powi(k as i32)
-            }
-            (Self::Inside(k), _) => encounter.weight_of_internal_reflections(k),
-        }
-    }
-
     /// Where the light comes from.
     fn direction(self, encounter: &Encounter) -> DVec3 {
         match self {
@@ -241,9 +228,8 @@ impl Glints {
         progress: &(dyn Fn(f64) + Sync),
     ) -> Vec<BTreeMap<u32, DVec3>> {
         let view = &tracer.eye.view;
-        let (width, height) = (f64::from(view.width), f64::from(view.height));
-        let corners = [(0.0, 0.0), (width, 0.0), (width, height), (0.0, height)];
-        let pyramid = Pyramid::between(corners.map(|(x, y)| view.ray(x, y)));
+        let corners = view.corners([0, 0, view.width, view.height].map(f64::from));
+        let pyramid = Pyramid::between(corners);
         self.of_drops(tracer, &pyramid, progress)
     }
 

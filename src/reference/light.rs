@@ -21,6 +21,21 @@ pub(super) enum Way {
     Inside(u32),
 }
 
+impl Way {
+    /// Share of the radiance that arrives this way through a sphere.
+    pub(super) fn weight(self, encounter: &Encounter, truth: &Truth) -> f64 {
+        match (self, truth.weights) {
+            (Self::Outside, _) => encounter.reflectance(),
+            (Self::Inside(_), Weights::Paper) => 1.0 - encounter.reflectance(),
+            (Self::Inside(k), Weights::Conserving) if k == truth.internal_reflections => {
+                let reflectance = encounter.reflectance();
+                (1.0 - reflectance) * reflectance.powi(k as i32)
+            }
+            (Self::Inside(k), _) => encounter.weight_of_internal_reflections(k),
+        }
+    }
+}
+
 impl Tracer<'_> {
     /// Radiance that leaves the drop of this number against a ray that meets it.
     pub(super) fn leaving(
@@ -97,22 +112,15 @@ impl Truth {
         encounter: &Encounter,
         mut arriving: impl FnMut(Way, f64, DVec3, &dyn Fn() -> DVec3),
     ) {
-        let reflectance = encounter.reflectance();
         if self.reflection {
-            let direction = encounter.reflected();
-            arriving(Way::Outside, reflectance, direction, &|| encounter.normal());
+            let (way, direction) = (Way::Outside, encounter.reflected());
+            arriving(way, way.weight(encounter, self), direction, &|| encounter.normal());
         }
         let last = self.last_order();
         for k in 0..=last {
-            let weight = match self.weights {
-                Weights::Paper => 1.0 - reflectance,
-                Weights::Conserving if k == last => {
-                    (1.0 - reflectance) * reflectance.powi(k as i32)
-                }
-                _ => encounter.weight_of_internal_reflections(k),
-            };
+            let way = Way::Inside(k);
             let direction = encounter.after_internal_reflections(k);
-            arriving(Way::Inside(k), weight, direction, &|| exit_normal(encounter, k));
+            arriving(way, way.weight(encounter, self), direction, &|| encounter.exit_normal(k));
             // Away from the rim F is a few percent: a dozen orders exhaust float64.
             if encounter.weight_beyond_internal_reflections(k) < f64::EPSILON {
                 break;
@@ -154,17 +162,4 @@ impl Truth {
             Weights::Physical | Weights::Conserving => self.internal_reflections,
         }
     }
-}
-
-/// Outward normal where the light leaves a sphere after `k` internal reflections: each of the k + 1
-/// chords turns the normal by π-2θt, in the plane of the ray, towards and past the centre.
-pub fn exit_normal(encounter: &Encounter, k: u32) -> DVec3 {
-    let (st, ct) = (encounter.impact_parameter / encounter.index, encounter.cos_refraction());
-    let (turn_cosine, turn_sine) = (st * st - ct * ct, 2.0 * st * ct);
-    let (mut along, mut across) = (-encounter.cos_incidence, encounter.impact_parameter);
-    for _ in 0..=k {
-        (along, across) =
-            (along * turn_cosine + across * turn_sine, across * turn_cosine - along * turn_sine);
-    }
-    along * encounter.direction + across * encounter.offset
 }

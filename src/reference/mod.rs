@@ -38,7 +38,6 @@ mod weather;
 
 pub use drops::{Drop, Drops, Population, fade, of_scene};
 pub use eye::{Eye, Ray};
-pub use light::exit_normal;
 pub use rain::{MOST_TRACED, usual_bound};
 pub use samples::{Sample, Samples, Strata};
 pub use sobol::Sobol;
@@ -310,9 +309,8 @@ impl<'a> Tracer<'a> {
 
     /// The rays through a rectangle of the picture, from a column and row to others.
     fn pyramid_between(&self, (left, upper): (u32, u32), (right, lower): (u32, u32)) -> Pyramid {
-        let corners = [(left, upper), (right, upper), (right, lower), (left, lower)];
-        let corners = corners.map(|(x, y)| self.eye.view.ray(f64::from(x), f64::from(y)));
-        Pyramid::between(corners).through(&self.eye)
+        let corners = [left, upper, right, lower].map(f64::from);
+        Pyramid::between(self.eye.view.corners(corners)).through(&self.eye)
     }
 
     /// Whether it matters when a ray is, or where on the lens it begins.

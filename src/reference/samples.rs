@@ -5,7 +5,7 @@
 use glam::DVec2;
 
 use super::sobol::Sobol;
-use crate::rain::pcg4d;
+use crate::rain::{pcg4d, unit};
 
 /// One sample of a pixel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -116,8 +116,6 @@ impl Strata {
         let [low, high] = [self.seed as u32, (self.seed >> 32) as u32];
         self.cells.iter().zip(0..).map(move |(&[left, upper, width, height], sample)| {
             let [x, y, ..] = pcg4d([pixel, sample, low, high]);
-            // The middle of one of 2^32 intervals: never on the stratum's border.
-            let unit = |bits: u32| (f64::from(bits) + 0.5) / 4_294_967_296.0;
             (left + width * unit(x), upper + height * unit(y))
         })
     }

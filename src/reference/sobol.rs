@@ -6,7 +6,7 @@
 //! point uniform by itself, so the mean is unbiased for any number of samples. A power of two is filled
 //! most evenly.
 
-use crate::rain::pcg4d;
+use crate::rain::{pcg4d, unit};
 
 /// Dimensions of a point.
 const DIMENSIONS: usize = 5;
@@ -60,11 +60,7 @@ impl Sobol {
                 }
                 left &= left - 1;
             }
-            std::array::from_fn(|dimension| {
-                let bits = scramble(point[dimension], scrambles[dimension]);
-                // The middle of one of 2^32 intervals.
-                (f64::from(bits) + 0.5) / 4_294_967_296.0
-            })
+            std::array::from_fn(|dimension| unit(scramble(point[dimension], scrambles[dimension])))
         })
     }
 }

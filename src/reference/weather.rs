@@ -7,7 +7,7 @@ use super::drops::{Drop, Drops};
 use super::far::{Chance, FarRain};
 use super::rain::{NearRain, Shell};
 use super::{Around, Hit, Pyramid, Ray, Samples, Scratch, Strata, TILE, Tracer, Tree};
-use crate::rain::pcg4d;
+use crate::rain::{pcg4d, unit};
 
 /// Most drops of real rain that a tile has in memory: some 200 bytes each, for every thread.
 const MOST_HELD: usize = 1 << 17;
@@ -243,7 +243,6 @@ impl Tracer<'_> {
 fn chances(pixel: u32, count: u32, seed: u64) -> Vec<Chance> {
     const SALT: u64 = 0x6661_7220_7261_696e; // "far rain"
     let [first, drop, ..] = pcg4d([pixel, count, seed as u32, SALT as u32]);
-    let unit = |bits: u32| (f64::from(bits) + 0.5) / 4_294_967_296.0;
     let strata = Strata::new(count, seed ^ SALT);
     let places = strata.places(pixel).zip(0_u32..);
     // Steps of the golden section fill a line evenly in any order.

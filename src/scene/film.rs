@@ -342,7 +342,9 @@ mod tests {
 
     #[test]
     fn the_last_key_is_a_frame() {
-        for (at, fps, frames) in [(2.2, 25.0, 56), (8.3, 30.0, 250), (2.21, 25.0, 57), (0.0, 25.0, 1)] {
+        for (at, fps, frames) in
+            [(2.2, 25.0, 56), (8.3, 30.0, 250), (2.21, 25.0, 57), (0.0, 25.0, 1)]
+        {
             let film = Film { fps, ..pace(&[(at, 1.0)]) };
             assert_eq!(film.frames(), frames, "{at} s at {fps}");
         }

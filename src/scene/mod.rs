@@ -102,10 +102,8 @@ pub struct ImageSize {
 #[serde(deny_unknown_fields, default)]
 pub struct EnvironmentChoice {
     /// A latitude-longitude image: EXR, Radiance HDR, PNG or JPEG.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub file: Option<PathBuf>,
     /// The same radiance from everywhere (a white furnace).
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub radiance: Option<Vec3>,
 }
 
@@ -221,7 +219,6 @@ pub struct ToneMap {
     pub key: f64,
     /// A fixed factor on linear radiance before the curve, within [`EXPOSURES`]. Without it the photographic
     /// operator takes `key` over the log-average of each picture, and `none` takes 1.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub exposure: Option<f64>,
 }
 

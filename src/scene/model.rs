@@ -84,6 +84,11 @@ impl Optics {
     pub fn is_prefiltered(self) -> bool {
         matches!(self, Self::Far | Self::Appearance)
     }
+
+    /// Whether drops can be entered into tiles.
+    pub fn is_on_tiles(self) -> bool {
+        matches!(self, Self::ClosedForm | Self::Appearance)
+    }
 }
 
 models! {
@@ -246,7 +251,7 @@ models! {
     }
 }
 
-/// A preset and what overrides it.
+/// A preset and what overrides it. Only TOML is made of it, which leaves out what is not there.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default)]
 #[allow(missing_docs, reason = "each field is the axis of the same name in `model`")]
@@ -254,53 +259,35 @@ pub struct ModelChoice {
     pub preset: Preset,
     /// The largest RMS error that preset `auto` may make, tone mapped, over 0 to 1. Without it, the truest
     /// that `budget_ms` or a frame of 1/60 s affords.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<f64>,
     /// Milliseconds that preset `auto` may take for a frame on the device at hand.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub budget_ms: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub optics: Option<Optics>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub primitive: Option<Primitive>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub order: Option<Order>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub simulation: Option<Simulation>,
     /// Edge of the mask's finest level in texels, a power of two from 1 to 4096.
     pub mask_size: u32,
     /// Places in a pixel that a drop's light is the mean of, 1 to 256.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub samples: Option<u32>,
     /// Most reflections inside a drop that are followed, 0 to 8; the paper's mask follows none.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub internal_reflections: Option<u32>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub weights: Option<Weights>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub fresnel: Option<Fresnel>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub reflection: Option<Reflection>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub lookup: Option<Lookup>,
     /// What becomes of the drops of real rain that are too small in the picture to be drawn one by one.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub far_rain: Option<FarRain>,
     /// Radius in pixels under which a drop of real rain is too small for that, 0.001 to 1.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub cutoff_px: Option<f64>,
     /// Radius in pixels under which optics `appearance` gives a drop two colours instead of a picture, 0.4 to 1.5; by
     /// default the fewer drops are larger, the smaller.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub splat_px: Option<f32>,
     /// How drops are shown that move while the shutter is open.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub motion: Option<Motion>,
     /// How drops out of focus are shown.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub lens: Option<Lens>,
     /// In what shape drops are drawn that are no spheres.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub shape: Option<ShapeModel>,
 }
 

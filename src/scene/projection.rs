@@ -48,6 +48,11 @@ impl View {
         (plane.x * self.right - plane.y * self.up - self.focal_px * self.back).normalize()
     }
 
+    /// Such rays through the corners of a rectangle, from its upper left one around.
+    pub fn corners(&self, [left, upper, right, lower]: [f64; 4]) -> [DVec3; 4] {
+        [(left, upper), (right, upper), (right, lower), (left, lower)].map(|(x, y)| self.ray(x, y))
+    }
+
     /// Image point in pixels of a direction in world space, and whether it is in front of the camera.
     pub fn point(&self, direction: DVec3) -> (DVec2, bool) {
         let scale = self.focal_px / -direction.dot(self.back);

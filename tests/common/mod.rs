@@ -14,16 +14,17 @@ pub mod picture;
 pub mod stand_in;
 
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, Output};
 use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
 use raindrops::environment::Environment;
 use raindrops::gpu::{Device, DeviceReport, Instance, ReplacedShaders, Validation, shaders};
-use raindrops::plan::{Output, plan};
+use raindrops::plan::plan;
 use raindrops::renderer::Renderer;
 use raindrops::scene::model::Preset;
 use raindrops::scene::{ImageSize, PlacedDrop, Scene};
+use tempfile::TempDir;
 
 /// The command, which keeps compiled pipelines among the build's files instead of the user's cache.
 pub fn raindrops() -> Command {
@@ -114,21 +115,9 @@ pub fn chosen(instance: &Instance) -> DeviceReport {
         .unwrap_or_else(|error| panic!("these tests need a Vulkan device: {error}"))
 }
 
-/// An environment of 512 x 256 texels by what comes from each direction.
-pub fn environment_by(radiance: impl Fn(DVec3) -> Vec3) -> Environment {
-    let (width, height) = (512_u32, 256_u32);
-    let texels = (0..width * height).map(|index| {
-        let (x, y) = (f64::from(index % width) + 0.5, f64::from(index / width) + 0.5);
-        let azimuth = (x / f64::from(width) - 0.5) * std::f64::consts::TAU;
-        let (sine, cosine) = (y / f64::from(height) * std::f64::consts::PI).sin_cos();
-        radiance(DVec3::new(azimuth.sin() * sine, cosine, -azimuth.cos() * sine))
-    });
-    Environment::from_texels("by direction", width, height, texels.collect()).expect("an image")
-}
-
 /// Grey, with a sun of a degree of radius in a halo that is seen as far as some nine degrees from it.
 pub fn with_halo(toward: DVec3) -> Environment {
-    environment_by(|direction| {
+    painted(512, |direction| {
         let off = direction.angle_between(toward).to_degrees();
         let sun = if off < 1.0 { 3e4 } else { 0.0 };
         Vec3::splat((sun + 150.0 * (-off / 5.0).exp() + 0.5) as f32)
@@ -141,9 +130,32 @@ pub fn write_scene(folder: &Path) {
     std::fs::write(folder.join("scene.toml"), toml).expect("a scene");
 }
 
+/// A folder that goes with the value.
+pub fn folder() -> TempDir {
+    tempfile::tempdir().expect("a temporary folder")
+}
+
+/// A folder among the build's files, which stays.
+pub fn kept_folder(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    std::fs::create_dir_all(&folder).expect("a folder");
+    folder
+}
+
+/// The same, without what an earlier run left in it.
+pub fn emptied_folder(name: &str) -> PathBuf {
+    let _ = std::fs::remove_dir_all(kept_folder(name));
+    kept_folder(name)
+}
+
+/// Runs any command to its end.
+pub fn outcome(command: &mut Command) -> Output {
+    command.output().expect("the command starts")
+}
+
 /// Runs the command in a folder; whether it is done, and what it says.
 pub fn run(folder: &Path, arguments: &[&str]) -> (bool, String) {
-    let ran = raindrops().current_dir(folder).args(arguments).output().expect("it runs");
+    let ran = outcome(raindrops().current_dir(folder).args(arguments));
     (ran.status.success(), String::from_utf8_lossy(&ran.stderr).into_owned())
 }
 
@@ -174,7 +186,7 @@ pub fn frame(device: &Arc<Device>, preset: Preset) -> Vec<u8> {
     scene.model.mask_size = 16;
     scene.rain.get_or_insert_default().count = 1000;
     let white = Environment::constant(Vec3::ONE);
-    let plan = plan(&scene, &white, Output::Display).expect("a plan");
+    let plan = plan(&scene, &white, raindrops::plan::Output::Display).expect("a plan");
     let mut renderer = Renderer::new(device, &scene, &white, &plan).expect("a renderer");
     renderer.submit(&scene).expect("a frame");
     renderer.read_display().expect("a picture")

@@ -1,9 +1,9 @@
 //! Pictures that tests draw and hold against the reference.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use raindrops::environment::Environment;
 use raindrops::gpu::Device;
 use raindrops::passes::counters::Counts;
@@ -11,8 +11,8 @@ use raindrops::picture::Picture;
 use raindrops::plan::{Output, plan};
 use raindrops::reference::{Tracer, Truth};
 use raindrops::renderer::Renderer;
-use raindrops::scene::Scene;
 use raindrops::scene::model::Preset;
+use raindrops::scene::{PlacedDrop, RainSettings, Scene};
 
 /// No drop yet, a square picture by preset `fast`.
 pub fn square(edge: u32) -> Scene {
@@ -22,17 +22,55 @@ pub fn square(edge: u32) -> Scene {
     scene
 }
 
+/// A small box of light rain that falls aslant.
+pub fn light_rain() -> RainSettings {
+    RainSettings {
+        count: 4000,
+        half_extent: DVec3::splat(30.0),
+        radius: 0.12,
+        velocity: DVec3::new(3.0, -9.0, 1.0),
+        ..RainSettings::default()
+    }
+}
+
+pub fn moving(center: [f64; 3], velocity: [f64; 3], radius: f64) -> PlacedDrop {
+    PlacedDrop { velocity: velocity.into(), ..PlacedDrop::sphere(center.into(), radius) }
+}
+
+/// Of linear radiance.
 pub fn renderer(device: &Arc<Device>, scene: &Scene, environment: &Environment) -> Renderer {
     let plan = plan(scene, environment, Output::Radiance).expect("a plan");
     Renderer::new(device, scene, environment, &plan).expect("a renderer")
 }
 
-/// A frame from which nothing is left out.
-pub fn draw(renderer: &mut Renderer, scene: &Scene) -> (Picture, Counts) {
+pub fn frame(renderer: &mut Renderer, scene: &Scene) -> (Picture, Counts) {
     renderer.submit(scene).expect("a frame");
     let counts = renderer.finish().expect("a report").counts;
-    assert_eq!(counts.overflow, 0);
     (renderer.read_radiance().expect("a picture"), counts)
+}
+
+/// A frame from which nothing is left out.
+pub fn draw(renderer: &mut Renderer, scene: &Scene) -> (Picture, Counts) {
+    let (picture, counts) = frame(renderer, scene);
+    assert_eq!(counts.overflow, 0);
+    (picture, counts)
+}
+
+/// The frame of a renderer of its own.
+pub fn picture_of(device: &Arc<Device>, scene: &Scene, environment: &Environment) -> Picture {
+    frame(&mut renderer(device, scene, environment), scene).0
+}
+
+/// The same by a preset, and what was counted.
+pub fn by_preset(
+    device: &Arc<Device>,
+    scene: &Scene,
+    environment: &Environment,
+    preset: Preset,
+) -> (Picture, Counts) {
+    let mut scene = scene.clone();
+    scene.model.take_preset(preset);
+    frame(&mut renderer(device, &scene, environment), &scene)
 }
 
 pub fn truth(scene: &Scene, environment: &Environment, samples: u32) -> Picture {
@@ -46,9 +84,7 @@ pub fn sum(picture: &Picture) -> f64 {
 
 /// A black picture of `edge` pixels an edge, for the tests of `name`.
 pub fn black(name: &str, edge: u32) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
-    std::fs::create_dir_all(&folder).expect("a folder");
-    let path = folder.join(format!("black-{edge}.exr"));
+    let path = super::kept_folder(name).join(format!("black-{edge}.exr"));
     let pixels = vec![Vec3::ZERO; (edge * edge) as usize];
     Picture { width: edge, height: edge, pixels }.write_exr(&path).expect("a file");
     path

@@ -7,8 +7,8 @@ use crate::common::on_device;
 use glam::{DVec3, Vec3};
 use raindrops::environment::Environment;
 use raindrops::gpu::Device;
+use raindrops::picture::Picture;
 use raindrops::picture::tone_map::{DELTA, Exposure, display, luminance};
-use raindrops::picture::{Picture, srgb_byte};
 use raindrops::plan::{Output, plan};
 use raindrops::renderer::Renderer;
 use raindrops::scene::model::{Operator, Preset};
@@ -58,7 +58,7 @@ fn beside_the_drop(bytes: &[u8]) -> Vec<u8> {
 
 fn bytes_of(exposure: Exposure, radiance: &Picture) -> Vec<u8> {
     let shown = display(exposure, radiance);
-    shown.pixels.iter().flat_map(|pixel| pixel.to_array().map(srgb_byte)).collect()
+    shown.srgb()
 }
 
 /// The largest difference of two pictures' bytes, and the share of bytes that differ.

@@ -1,24 +1,19 @@
 //! The images of small bright sources in the drops that the GPU draws: as bright as they should be, where they should
 //! be, and rain in the sun no snow.
 
-use std::sync::Arc;
-
 use glam::{DVec3, Vec3};
 use raindrops::environment::Environment;
 use raindrops::environment::bright::split;
-use raindrops::gpu::Device;
 use raindrops::optics::fresnel;
 use raindrops::passes::environment::lost_light;
 use raindrops::picture::Picture;
-use raindrops::picture::metrics::{box_filter, psnr_db, rel_mse};
+use raindrops::picture::metrics::{box_filter, mean_square, rel_mse};
 use raindrops::picture::tone_map::{display, exposure_of};
-use raindrops::plan::{Output, plan};
-use raindrops::reference::{Tracer, Truth};
-use raindrops::renderer::Renderer;
 use raindrops::scene::model::Preset;
 use raindrops::scene::{ImageSize, RainSettings, Scene};
 
-use crate::common::{environment_by, on_adjusted_device, on_device, one_drop, with_halo};
+use crate::common::picture::{picture_of, truth};
+use crate::common::{on_adjusted_device, on_device, one_drop, painted, with_halo};
 
 /// Grey, with a disc of 1.2° of radius.
 fn with_sun(toward: DVec3, grey: f32, radiance: f32) -> Environment {
@@ -27,21 +22,10 @@ fn with_sun(toward: DVec3, grey: f32, radiance: f32) -> Environment {
 
 /// The same with several.
 fn with_suns(toward: &[DVec3], grey: f32, radiance: f32) -> Environment {
-    environment_by(|direction| {
+    painted(512, |direction| {
         let is_lit = toward.iter().any(|sun| direction.angle_between(*sun) < 1.2_f64.to_radians());
         Vec3::splat(if is_lit { radiance } else { grey })
     })
-}
-
-fn draw(device: &Arc<Device>, scene: &Scene, environment: &Environment) -> Picture {
-    let plan = plan(scene, environment, Output::Radiance).expect("a plan");
-    let mut renderer = Renderer::new(device, scene, environment, &plan).expect("a renderer");
-    renderer.submit(scene).expect("a frame");
-    renderer.read_radiance().expect("radiance")
-}
-
-fn reference(scene: &Scene, environment: &Environment, samples: u32) -> Picture {
-    Tracer::new(scene, environment, Truth { samples, ..Truth::default() }).picture()
 }
 
 /// Light of a picture, and the number of its brightest pixel.
@@ -80,7 +64,7 @@ fn square_to_the_sun_a_drop_is_a_mirror_ball() {
             let expected = light * reflectance / 4.0 * pixels * pixels;
             for preset in [Preset::Fast, Preset::Exact] {
                 scene.model.preset = preset;
-                let (found, _) = light_of(&draw(device, &scene, &sun));
+                let (found, _) = light_of(&picture_of(device, &scene, &sun));
                 println!("{preset}, {pixels} px: {:.3} of a mirror ball's light", found / expected);
                 // At 36 radii the ray to the image is turned by a degree; other ways have a hundredth of the light.
                 assert!((found / expected - 1.0).abs() < 0.06, "{preset}, {pixels} px");
@@ -101,13 +85,14 @@ fn the_light_of_suns_adds_up() {
             // None at a pole of the image, where a disc is no disc of texels.
             let suns = [u + v, u - v, -u - v, v - u];
             let suns = suns.map(|aside| (0.35 * aside.normalize() - 0.9 * toward).normalize());
-            let light =
-                |suns: &[DVec3]| light_of(&draw(device, &scene, &with_suns(suns, 0.0, 1e4))).0;
+            let light = |suns: &[DVec3]| {
+                light_of(&picture_of(device, &scene, &with_suns(suns, 0.0, 1e4))).0
+            };
             let apart: f64 = suns.iter().map(|sun| light(&[*sun])).sum();
             let share = light(&suns) / apart;
             println!("{pixels} px: {share:.4} of the light of one after the other");
             assert!((share - 1.0).abs() < 0.01, "{pixels} px: {share}");
-            let expected = light_of(&reference(&scene, &with_suns(&suns, 0.0, 1e4), 256)).0;
+            let expected = light_of(&truth(&scene, &with_suns(&suns, 0.0, 1e4), 256)).0;
             let share = light(&suns) / expected;
             println!("{pixels} px: {share:.4} of the reference's");
             assert!((share - 1.0).abs() < 0.03, "{pixels} px: {share} of the reference's");
@@ -125,10 +110,10 @@ fn glints_have_their_light_in_their_pixel() {
                 let aside = toward.cross(DVec3::new(0.3, 1.0, 0.0)).normalize();
                 let (sine, cosine) = degrees.to_radians().sin_cos();
                 let sun = with_sun(cosine * toward + sine * aside, 0.0, 1e4);
-                let (expected, at) = light_of(&reference(&scene, &sun, 64));
+                let (expected, at) = light_of(&truth(&scene, &sun, 64));
                 for preset in [Preset::Fast, Preset::Exact] {
                     scene.model.preset = preset;
-                    let picture = draw(device, &scene, &sun);
+                    let picture = picture_of(device, &scene, &sun);
                     let (found, brightest) = light_of(&picture);
                     let share = found / expected;
                     println!(
@@ -175,7 +160,7 @@ fn a_splat_shows_the_world_upside_down() {
                 })
             };
             let (expected, found) =
-                (light(&reference(&scene, &halves, 256)), light(&draw(device, &scene, &halves)));
+                (light(&truth(&scene, &halves, 256)), light(&picture_of(device, &scene, &halves)));
             println!("{up}: {found:.3?}, {expected:.3?} by the reference");
             let apart = (expected[0] - expected[1]).abs();
             for (found, expected) in found.into_iter().zip(expected) {
@@ -203,14 +188,14 @@ fn rain_in_the_sun() -> (Scene, Environment) {
 fn rain_in_the_sun_is_no_snow_and_more_rays_are_not_worse() {
     on_device(|device| {
         let (mut scene, sky) = rain_in_the_sun();
-        let expected = reference(&scene, &sky, 64);
+        let expected = truth(&scene, &sky, 64);
         let exposure = exposure_of(&scene.tone_map, &expected);
         let shown = display(exposure, &expected);
         let mut rms = |preset, samples| {
             scene.model.preset = preset;
             scene.model.samples = samples;
-            let picture = draw(device, &scene, &sky);
-            10f64.powf(-psnr_db(&shown, &display(exposure, &picture)) / 20.0)
+            let picture = picture_of(device, &scene, &sky);
+            mean_square(&shown, &display(exposure, &picture)).sqrt()
         };
         let (paper, fast) = (rms(Preset::Paper, None), rms(Preset::Fast, None));
         let rays = [1, 4, 16, 64].map(|samples| rms(Preset::Exact, Some(samples)));
@@ -227,11 +212,13 @@ fn glints_are_the_same_on_every_run_and_without_texel_buffers() {
     let (mut scene, sky) = rain_in_the_sun();
     scene.model.preset = Preset::Fast;
     let mut pictures = Vec::new();
-    on_device(|device| pictures.extend([draw(device, &scene, &sky), draw(device, &scene, &sky)]));
+    on_device(|device| {
+        pictures.extend([picture_of(device, &scene, &sky), picture_of(device, &scene, &sky)])
+    });
     let shorten = |report: &mut raindrops::gpu::DeviceReport| {
         report.limits.max_texel_buffer_elements = 1;
     };
-    on_adjusted_device(shorten, |device| pictures.push(draw(device, &scene, &sky)));
+    on_adjusted_device(shorten, |device| pictures.push(picture_of(device, &scene, &sky)));
     assert!(pictures[0] == pictures[1], "two runs differ");
     assert!(pictures[0] == pictures[2], "without texel buffers the picture is another");
 }
@@ -248,7 +235,7 @@ fn no_source_dims_the_rest() {
             for preset in [Preset::Paper, Preset::Fast, Preset::Exact] {
                 scene.model.preset = preset;
                 let mut luminances: Vec<f32> =
-                    draw(device, &scene, &sun).pixels.iter().map(|pixel| pixel.x).collect();
+                    picture_of(device, &scene, &sun).pixels.iter().map(|pixel| pixel.x).collect();
                 luminances.sort_by(f32::total_cmp);
                 let median = luminances[luminances.len() / 2];
                 println!("{preset}, {radiance:e}: the median is {median}");
@@ -272,11 +259,11 @@ fn a_large_drop_shows_a_halo_beside_its_sun() {
     let mut scene = one_drop(DVec3::new(0.0, 0.0, -2.0), 1.0);
     scene.image = ImageSize { width: 128, height: 128 };
     scene.camera.vertical_fov = 40.0;
-    let expected = reference(&scene, &environment, 64);
+    let expected = truth(&scene, &environment, 64);
     for preset in [Preset::Exact, Preset::Fast] {
         scene.model.preset = preset;
         on_device(|device| {
-            let picture = draw(device, &scene, &environment);
+            let picture = picture_of(device, &scene, &environment);
             let error = rel_mse(&box_filter(&expected), &box_filter(&picture), None);
             println!("{preset}: relMSE {error:.1e}");
             assert!(error < 1e-5, "{preset}: relMSE {error:.1e}");
@@ -299,10 +286,10 @@ fn a_large_drop_shows_the_sun_by_two_reflections_inside() {
         let window = (70..90).flat_map(|y| (middle - 10..middle + 10).map(move |x| y * 160 + x));
         window.map(|at| f64::from(picture.pixels[at].y)).sum::<f64>()
     };
-    let expected = around(&reference(&scene, &environment, 64), 0.41);
+    let expected = around(&truth(&scene, &environment, 64), 0.41);
     scene.model.preset = Preset::Exact;
     on_device(|device| {
-        let found = around(&draw(device, &scene, &environment), 0.41);
+        let found = around(&picture_of(device, &scene, &environment), 0.41);
         println!("light around the image: {found:.3}, {expected:.3}");
         assert!((found / expected - 1.0).abs() < 0.05, "{found} instead of {expected}");
     });

@@ -12,7 +12,7 @@ use raindrops::scene::model::{Lens, Preset, ShapeModel};
 use raindrops::scene::real_rain::RealRain;
 use raindrops::scene::{PlacedDrop, RainSettings, Scene, ToneMap};
 
-use crate::common::picture::{black, draw, renderer, square, sum, truth};
+use crate::common::picture::{black, draw, light_rain, moving, renderer, square, sum, truth};
 use crate::common::{on_device, waves};
 
 fn against(truth: &Picture, picture: &Picture) -> Comparison {
@@ -21,7 +21,7 @@ fn against(truth: &Picture, picture: &Picture) -> Comparison {
 
 /// Of display values from 0 to 1.
 fn boxed_error(truth: &Picture, picture: &Picture) -> f64 {
-    10f64.powf(-0.05 * against(truth, picture).boxes.psnr_db)
+    against(truth, picture).boxes.rms()
 }
 
 /// A drop of some pixels of radius before black, focused at infinity.
@@ -184,17 +184,7 @@ fn busy(preset: Preset) -> Scene {
     let mut scene = square(64);
     (scene.camera.vertical_fov, scene.camera.focus, scene.camera.aperture) = (70.0, 6.0, 0.3);
     scene.model.preset = preset;
-    scene.rain = Some(RainSettings {
-        count: 4000,
-        half_extent: DVec3::splat(30.0),
-        radius: 0.12,
-        velocity: DVec3::new(3.0, -9.0, 1.0),
-        ..RainSettings::default()
-    });
-    let moving = |center: [f64; 3], velocity: [f64; 3], radius: f64| PlacedDrop {
-        velocity: velocity.into(),
-        ..PlacedDrop::sphere(center.into(), radius)
-    };
+    scene.rain = Some(light_rain());
     scene.drops = vec![
         moving([-4.0, 1.0, -6.0], [3.0, -2.0, 0.0], 0.5),
         moving([0.4, 3.2, -9.0], [0.0, 0.5, 6.0], 0.4),

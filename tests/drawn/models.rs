@@ -13,13 +13,13 @@ use raindrops::picture::Picture;
 use raindrops::plan::{Output, plan};
 use raindrops::reference::paper::{Sprite, rotation};
 use raindrops::reference::{Tracer, Truth};
-use raindrops::renderer::Renderer;
 use raindrops::scene::camera::View;
 use raindrops::scene::model::{
     Fresnel, Lookup, Optics, Order, Preset, Primitive, Reflection, Simulation, Weights,
 };
 use raindrops::scene::{ImageSize, ModelChoice, Scene};
 
+use crate::common::picture::picture_of;
 use crate::common::{on_device, one_drop};
 
 /// Compiles a compute shader against the project's own includes.
@@ -195,10 +195,7 @@ fn picture(
     model: ModelChoice,
 ) -> Picture {
     let scene = Scene { model, ..scene.clone() };
-    let plan = plan(&scene, environment, Output::Radiance).expect("a plan");
-    let mut renderer = Renderer::new(device, &scene, environment, &plan).expect("a renderer");
-    renderer.submit(&scene).expect("a frame");
-    renderer.read_radiance().expect("a picture")
+    picture_of(device, &scene, environment)
 }
 
 /// What a picture lacks of white, summed: a drop without its reflection is as dark as it is large.

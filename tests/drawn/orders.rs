@@ -1,19 +1,15 @@
 //! `exact` follows as many internal reflections as matter: its pictures are not bounded by the order at which it ends.
 
-use std::sync::Arc;
-
+use crate::common::picture::picture_of;
 use crate::common::{on_device, one_drop};
 use glam::{DVec3, Vec3};
 use raindrops::environment::Environment;
-use raindrops::gpu::Device;
 use raindrops::picture::Picture;
 use raindrops::picture::metrics::compare;
 use raindrops::picture::tone_map::Exposure;
-use raindrops::plan::{Output, plan};
 use raindrops::reference::{Tracer, Truth};
-use raindrops::renderer::Renderer;
+use raindrops::scene::ImageSize;
 use raindrops::scene::model::Preset;
-use raindrops::scene::{ImageSize, Scene};
 
 /// Dim, with a soft light around a direction: no pixel's rays meet it by chance.
 fn soft_light(towards: DVec3) -> Environment {
@@ -29,13 +25,6 @@ fn soft_light(towards: DVec3) -> Environment {
     });
     let texels = texels.collect();
     Environment::from_texels("soft light", width, height, texels).expect("an environment")
-}
-
-fn picture(device: &Arc<Device>, scene: &Scene, environment: &Environment) -> Picture {
-    let plan = plan(scene, environment, Output::Radiance).expect("a plan");
-    let mut renderer = Renderer::new(device, scene, environment, &plan).expect("a renderer");
-    renderer.submit(scene).expect("a frame");
-    renderer.read_radiance().expect("a picture")
 }
 
 #[test]
@@ -54,10 +43,10 @@ fn a_close_up_shows_all_orders() {
                 let exposure = Exposure::Clipped(1.0);
                 compare(&traced.picture, picture, Some(&traced.coverage), exposure).pixels.rel_mse
             };
-            let found = error(&picture(device, &scene, &environment));
+            let found = error(&picture_of(device, &scene, &environment));
             assert!(found < 2e-3, "towards {towards}: {found}");
             scene.model.internal_reflections = Some(2);
-            let of_two = error(&picture(device, &scene, &environment));
+            let of_two = error(&picture_of(device, &scene, &environment));
             println!("towards {towards}: {found}, by two orders {of_two}");
             worst_of_two = worst_of_two.max(of_two);
         }

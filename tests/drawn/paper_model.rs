@@ -8,12 +8,13 @@ use raindrops::gpu::Device;
 use raindrops::gpu::probe::Findings;
 use raindrops::passes::drops::guard_band;
 use raindrops::picture::Picture;
-use raindrops::plan::{Output, plan};
 use raindrops::reference::paper::{PaperTwin, Sprite};
-use raindrops::renderer::Renderer;
 use raindrops::scene::model::Optics;
 use raindrops::scene::{ImageSize, Scene};
 use rayon::prelude::*;
+
+use crate::common::by_paper;
+use crate::common::picture::picture_of;
 
 const SIZE: u32 = 512;
 
@@ -51,11 +52,7 @@ fn scene(distance: f64, off_axis: bool) -> Scene {
 }
 
 fn render(device: &Arc<Device>, scene: &Scene, environment: &Environment) -> Picture {
-    let plan =
-        plan(&crate::common::by_paper(scene), environment, Output::Radiance).expect("a plan");
-    let mut renderer = Renderer::new(device, scene, environment, &plan).expect("a renderer");
-    renderer.submit(scene).expect("a frame");
-    renderer.read_radiance().expect("radiance")
+    picture_of(device, &by_paper(scene), environment)
 }
 
 /// Relative error over the pixels of a drop's square.

@@ -3,6 +3,7 @@
 
 use std::sync::Arc;
 
+use crate::common::picture::{draw, renderer};
 use crate::common::{on_device, painted};
 use glam::{DVec3, Vec3};
 use raindrops::environment::Environment;
@@ -155,12 +156,7 @@ fn cells_that_cannot_be_numbered_move_into_the_medium() {
 
 /// The picture of `scene` in an environment, linear.
 fn picture(device: &Arc<Device>, scene: &Scene, environment: &Environment) -> Picture {
-    let plan = plan(scene, environment, Output::Radiance).expect("a plan");
-    let mut renderer = Renderer::new(device, scene, environment, &plan).expect("a renderer");
-    renderer.submit(scene).expect("a frame");
-    let report = renderer.finish().expect("a report");
-    assert_eq!(report.counts.overflow, 0);
-    renderer.read_radiance().expect("a picture")
+    draw(&mut renderer(device, scene, environment), scene).0
 }
 
 #[test]

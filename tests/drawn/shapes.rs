@@ -1,19 +1,16 @@
 //! Drops that are no spheres, drawn: against the reference, in a white furnace, beside spheres, in motion.
 
-use std::sync::Arc;
-
 use glam::{DVec3, Vec3};
 use raindrops::environment::Environment;
-use raindrops::gpu::Device;
 use raindrops::picture::Picture;
 use raindrops::picture::metrics::rel_mse;
 use raindrops::plan::{FramePlan, Output, plan};
 use raindrops::reference::{Traced, Tracer, Truth};
-use raindrops::renderer::Renderer;
 use raindrops::scene::model::{DropShape, Preset, ShapeModel, Weights};
 use raindrops::scene::water::Index;
 use raindrops::scene::{ImageSize, PlacedDrop, Scene};
 
+use crate::common::picture::picture_of;
 use crate::common::{on_device, painted};
 
 /// A few low waves in colour: no texel that rules all errors.
@@ -54,13 +51,6 @@ fn planned(scene: &Scene, environment: &Environment) -> FramePlan {
     plan(scene, environment, Output::Radiance).expect("a plan")
 }
 
-fn draw(device: &Arc<Device>, scene: &Scene, environment: &Environment) -> Picture {
-    let plan = planned(scene, environment);
-    let mut renderer = Renderer::new(device, scene, environment, &plan).expect("a renderer");
-    renderer.submit(scene).expect("a frame");
-    renderer.read_radiance().expect("a picture")
-}
-
 fn reference(scene: &Scene, environment: &Environment) -> Traced {
     Tracer::new(scene, environment, Truth { samples: 64, ..Truth::default() }).trace(&|_| ())
 }
@@ -89,10 +79,10 @@ fn flat_drops_are_near_the_reference() {
             scene.model.preset = Preset::Exact;
             scene.model.samples = Some(64);
             let expected = reference(&scene, &sky);
-            let found = error(&expected, &draw(device, &scene, &sky));
+            let found = error(&expected, &picture_of(device, &scene, &sky));
             // The control: drawn as a sphere.
             scene.model.shape = Some(ShapeModel::Sphere);
-            let round = error(&expected, &draw(device, &scene, &sky));
+            let round = error(&expected, &picture_of(device, &scene, &sky));
             println!("{drop:?} {elevation}°, {pixels} px: {found:.5}, as a sphere {round:.4}");
             assert!(found < 5e-3, "{drop:?} {elevation}°, {pixels} px: {found}");
             assert!(round > 2.0 * found, "{drop:?} {elevation}°: a sphere is as near: {round}");
@@ -110,7 +100,7 @@ fn a_stretched_picture_is_nearer_than_a_sphere() {
             let expected = reference(&scene, &sky);
             let [round, stretched] = [ShapeModel::Sphere, ShapeModel::Stretched].map(|model| {
                 scene.model.shape = Some(model);
-                error(&expected, &draw(device, &scene, &sky))
+                error(&expected, &picture_of(device, &scene, &sky))
             });
             println!("{preset}, {pixels} px: stretched {stretched:.4}, sphere {round:.4}");
             assert!(stretched < 0.8 * round, "{preset}, {pixels} px: {stretched}, {round}");
@@ -133,7 +123,7 @@ fn a_furnace_stays_white_at_every_axis_ratio() {
                 scene.model.preset = Preset::Exact;
                 scene.model.samples = Some(4);
                 scene.model.weights = Some(Weights::Conserving);
-                let found = draw(device, &scene, &white);
+                let found = picture_of(device, &scene, &white);
                 let off = |pixel: &Vec3| (*pixel - Vec3::ONE).abs().max_element();
                 let worst = found.pixels.iter().map(off).fold(0.0, f32::max);
                 assert!(worst < 4e-3, "{drop:?}, bubble {bubble}: off white by {worst}");
@@ -143,7 +133,7 @@ fn a_furnace_stays_white_at_every_axis_ratio() {
         let mut scene = one(spheroid(0.64), 45.0, 12.0);
         scene.model.preset = Preset::Exact;
         scene.model.internal_reflections = Some(1);
-        let found = draw(device, &scene, &white);
+        let found = picture_of(device, &scene, &white);
         let least = found.pixels.iter().map(|pixel| pixel.x).fold(1.0, f32::min);
         assert!(least < 0.95, "nothing is lost: {least}");
     });
@@ -169,7 +159,7 @@ fn near_the_camera_rays_tell_where_a_drop_is() {
             let expected = reference(&scene, &sky);
             let covered = expected.coverage.iter().filter(|covered| **covered > 0.5).count();
             assert!(covered > 100, "{drop:?}: {covered} pixels, too few to tell");
-            let found = draw(device, &scene, &sky);
+            let found = picture_of(device, &scene, &sky);
             let error = rel_mse(&expected.picture, &found, None);
             println!("{drop:?}: {error:.4}");
             assert!(error < 0.03, "{drop:?}: {error}");
@@ -192,9 +182,9 @@ fn flat_drops_that_move_are_near_the_reference() {
             scene.model.preset = Preset::Exact;
             scene.model.samples = Some(64);
             let expected = reference(&scene, &sky);
-            let found = error(&expected, &draw(device, &scene, &sky));
+            let found = error(&expected, &picture_of(device, &scene, &sky));
             scene.model.shape = Some(ShapeModel::Sphere);
-            let round = error(&expected, &draw(device, &scene, &sky));
+            let round = error(&expected, &picture_of(device, &scene, &sky));
             println!("{drop:?} {velocity}: {found:.5}, as a sphere {round:.4}");
             assert!(found < 5e-3 && round > 2.0 * found, "{drop:?} {velocity}: {found}, {round}");
         }
@@ -218,9 +208,9 @@ fn falling_drops_have_the_shape_of_their_size() {
         let expected = reference(&scene, &sky);
         let covered = expected.coverage.iter().filter(|covered| **covered > 0.5).count();
         assert!(covered > 60, "{covered} pixels, too few to tell");
-        let found = error(&expected, &draw(device, &scene, &sky));
+        let found = error(&expected, &picture_of(device, &scene, &sky));
         scene.model.shape = Some(ShapeModel::Sphere);
-        let round = error(&expected, &draw(device, &scene, &sky));
+        let round = error(&expected, &picture_of(device, &scene, &sky));
         println!("{found:.5}, as spheres {round:.4}");
         assert!(found < 5e-3 && round > 4.0 * found, "{found}, {round}");
     });
@@ -240,7 +230,8 @@ fn spheres_are_the_same_beside_flat_drops() {
         both.drops[0].axis_ratio = Some(1.0);
         assert_eq!(planned(&alone, &sky).shape.model, ShapeModel::Sphere);
         assert_eq!(planned(&both, &sky).shape.model, ShapeModel::Equilibrium);
-        let off = rel_mse(&draw(device, &alone, &sky), &draw(device, &both, &sky), None);
+        let off =
+            rel_mse(&picture_of(device, &alone, &sky), &picture_of(device, &both, &sky), None);
         assert!(off < 1e-9, "{off}");
     });
 }

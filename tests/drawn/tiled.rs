@@ -2,19 +2,16 @@
 
 use glam::{DVec3, Vec3};
 use raindrops::environment::Environment;
-use raindrops::gpu::Device;
-use raindrops::passes::counters::Counts;
 use raindrops::picture::Picture;
 use raindrops::picture::metrics::{Comparison, compare, rel_mse};
 use raindrops::picture::tone_map::exposure_of;
-use raindrops::plan::{Output, plan};
 use raindrops::rain::cull::count_visible;
 use raindrops::reference::{Tracer, Truth};
-use raindrops::renderer::Renderer;
 use raindrops::scene::camera::Camera;
 use raindrops::scene::model::Preset;
 use raindrops::scene::{PlacedDrop, RainSettings, Scene, ToneMap};
 
+use crate::common::picture::{by_preset, truth};
 use crate::common::{Random, on_device};
 
 /// Samples a pixel of the truth that `exact` is held against.
@@ -51,25 +48,6 @@ fn placed(drops: &[([f64; 3], f64)], edge: u32) -> Scene {
     scene
 }
 
-fn render(
-    device: &std::sync::Arc<Device>,
-    scene: &Scene,
-    environment: &Environment,
-    preset: Preset,
-) -> (Picture, Counts) {
-    let mut scene = scene.clone();
-    scene.model.preset = preset;
-    let plan = plan(&scene, environment, Output::Radiance).expect("a plan");
-    let mut renderer = Renderer::new(device, &scene, environment, &plan).expect("a renderer");
-    renderer.submit(&scene).expect("a frame");
-    let report = renderer.finish().expect("a report");
-    (renderer.read_radiance().expect("a picture"), report.counts)
-}
-
-fn truth(scene: &Scene, environment: &Environment, samples: u32) -> Picture {
-    Tracer::new(scene, environment, Truth { samples, ..Truth::default() }).picture()
-}
-
 fn against(truth: &Picture, picture: &Picture) -> Comparison {
     compare(truth, picture, None, exposure_of(&ToneMap::default(), truth))
 }
@@ -80,20 +58,20 @@ fn two_runs_give_the_same_bytes() {
         // Dense: lists of many drops, bands, big drops and rays all take part.
         let (scene, sky) = (rain(60_000, 120.0, 256), waves());
         for preset in [Preset::Fast, Preset::Exact] {
-            let first = render(device, &scene, &sky, preset).0;
+            let first = by_preset(device, &scene, &sky, preset).0;
             for _ in 0..3 {
-                let again = render(device, &scene, &sky, preset).0;
+                let again = by_preset(device, &scene, &sky, preset).0;
                 assert!(again == first, "{preset}: another picture of the same scene");
             }
             let mut later = scene.clone();
             later.time = 1.0;
-            let other = render(device, &later, &sky, preset).0;
+            let other = by_preset(device, &later, &sky, preset).0;
             assert!(other != first, "{preset}: the rain does not fall");
         }
         // Long lists on many cores: what a sort that is wrong on one driver shows first.
         let scene = rain(500_000, 1025.0, 1024);
-        let first = render(device, &scene, &sky, Preset::Fast).0;
-        let again = render(device, &scene, &sky, Preset::Fast).0;
+        let first = by_preset(device, &scene, &sky, Preset::Fast).0;
+        let again = by_preset(device, &scene, &sky, Preset::Fast).0;
         assert!(again == first, "500,000 drops: another picture of the same scene");
     });
 }
@@ -117,7 +95,7 @@ fn the_order_in_which_drops_come_does_not_show() {
             let mut scene = placed(drops, 128);
             scene.camera.position = DVec3::ZERO;
             scene.camera.target = DVec3::NEG_Z;
-            render(device, &scene, &sky, Preset::Fast).0
+            by_preset(device, &scene, &sky, Preset::Fast).0
         };
         let near_first: Vec<_> = (0..COUNT).map(|i| at(i, drops[i])).collect();
         let far_first: Vec<_> = near_first.iter().rev().copied().collect();
@@ -154,7 +132,7 @@ fn every_drop_in_view_is_counted_and_none_is_lost() {
                 PlacedDrop::sphere(camera.position + 40.0 * camera.forward(), 2.0),
                 PlacedDrop::sphere(camera.position - 40.0 * camera.forward(), 2.0),
             ];
-            let (_, counts) = render(device, &scene, &sky, Preset::Fast);
+            let (_, counts) = by_preset(device, &scene, &sky, Preset::Fast);
             assert_eq!(counts.visible, count_visible(&scene), "camera {number}");
             assert_eq!(counts.overflow, 0, "camera {number}");
         }
@@ -168,7 +146,7 @@ fn a_white_furnace_stays_white() {
         let mut scene = rain(50_000, 150.0, 128);
         scene.drops = vec![PlacedDrop::sphere(DVec3::new(1.0, 0.5, -3.0), 1.0)];
         for preset in [Preset::Fast, Preset::Exact] {
-            let (picture, _) = render(device, &scene, &white, preset);
+            let (picture, _) = by_preset(device, &scene, &white, preset);
             let worst = picture
                 .pixels
                 .iter()
@@ -230,7 +208,7 @@ fn exact_agrees_with_the_truth() {
             let noise = error(&traced(TRUTH_SAMPLES / 4, 1).picture);
             let mut found = |preset, samples| {
                 scene.model.samples = samples;
-                error(&render(device, &scene, &sky, preset).0)
+                error(&by_preset(device, &scene, &sky, preset).0)
             };
             let [few, many] = [16, 64].map(|samples| found(Preset::Exact, Some(samples)));
             let square = found(Preset::Paper, None);
@@ -269,13 +247,13 @@ fn a_drop_beside_the_camera_is_drawn() {
         ] {
             let scene = placed(&[(center, 1.0)], 128);
             let truth = truth(&scene, &sky, 64);
-            let (picture, counts) = render(device, &scene, &sky, Preset::Exact);
+            let (picture, counts) = by_preset(device, &scene, &sky, Preset::Exact);
             let found = against(&truth, &picture).pixels;
             println!("{center:?}: relMSE {:.2e}, FLIP {:.4}", found.rel_mse, found.flip);
             assert_eq!((counts.overflow, counts.camera_inside), (0, 0));
             assert!(found.rel_mse < 1e-2, "{center:?}: {}", found.rel_mse);
             // The paper's billboard has no shape for it, and says so.
-            let (_, counts) = render(device, &scene, &sky, Preset::Paper);
+            let (_, counts) = by_preset(device, &scene, &sky, Preset::Paper);
             let beside = u64::from(center[2] >= -1.0);
             assert_eq!((counts.visible, counts.beside_camera), (1 - beside, beside), "{center:?}");
         }
@@ -291,7 +269,7 @@ fn fast_is_nearer_to_the_truth_than_paper() {
             let scene = rain(count, half_extent, 192);
             let truth = truth(&scene, &sky, 256);
             let [paper, fast, exact] = [Preset::Paper, Preset::Fast, Preset::Exact].map(|preset| {
-                let found = against(&truth, &render(device, &scene, &sky, preset).0);
+                let found = against(&truth, &by_preset(device, &scene, &sky, preset).0);
                 println!(
                     "{count} drops, {preset}: relMSE {:.2e}, FLIP {:.4}; boxes {:.2e}, {:.4}",
                     found.pixels.rel_mse, found.pixels.flip, found.boxes.rel_mse, found.boxes.flip

@@ -16,14 +16,12 @@ use raindrops::environment::Environment;
 use raindrops::gpu::Device;
 use raindrops::passes::counters::Counts;
 use raindrops::picture::Picture;
-use raindrops::plan::{Output, plan};
-use raindrops::reference::{Tracer, Truth};
-use raindrops::renderer::Renderer;
 use raindrops::scene::camera::Camera;
 use raindrops::scene::model::Preset;
 use raindrops::scene::{ImageSize, PlacedDrop, Scene};
 
 use common::painted;
+use common::picture::{by_preset, renderer, sum, truth};
 
 const PRESETS: [Preset; 3] = [Preset::Paper, Preset::Fast, Preset::Exact];
 
@@ -40,30 +38,15 @@ fn looking(target: DVec3, up: DVec3, vertical_fov: f64) -> Camera {
     Camera { target, up, vertical_fov, ..Camera::default() }
 }
 
-/// A renderer of linear radiance by a preset.
-fn renderer(device: &Arc<Device>, scene: &Scene, environment: &Environment) -> Renderer {
-    let plan = plan(scene, environment, Output::Radiance).expect("a plan");
-    Renderer::new(device, scene, environment, &plan).expect("a renderer")
-}
-
 fn draw(
     device: &Arc<Device>,
     scene: &Scene,
     environment: &Environment,
     preset: Preset,
 ) -> (Picture, Counts) {
-    let mut scene = scene.clone();
-    scene.model.preset = preset;
-    let mut renderer = renderer(device, &scene, environment);
-    renderer.submit(&scene).expect("a frame");
-    let counts = renderer.finish().expect("a report").counts;
-    let picture = renderer.read_radiance().expect("radiance");
+    let (picture, counts) = by_preset(device, scene, environment, preset);
     assert!(picture.pixels.iter().all(|pixel| pixel.is_finite()), "{preset}: not finite");
     (picture, counts)
-}
-
-fn truth(scene: &Scene, environment: &Environment, samples: u32) -> Picture {
-    Tracer::new(scene, environment, Truth { samples, ..Truth::default() }).picture()
 }
 
 /// Smooth in every direction, without an edge.
@@ -74,8 +57,4 @@ fn smooth() -> Environment {
 /// Black about -z, white elsewhere: what is seen there is drops alone.
 fn black_ahead() -> Environment {
     painted(256, |d| Vec3::splat(if -d.z > 0.5 { 0.0 } else { 1.0 }))
-}
-
-fn sum(picture: &Picture) -> f64 {
-    picture.pixels.iter().map(|pixel| f64::from(pixel.x)).sum()
 }

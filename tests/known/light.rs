@@ -9,6 +9,7 @@ use raindrops::scene::Scene;
 use raindrops::scene::model::{Preset, Weights};
 use raindrops::scene::water::Index;
 
+use crate::common::picture::sum;
 use crate::common::{hole, on_device, painted};
 use crate::{draw, placed};
 
@@ -63,10 +64,6 @@ fn rows(radius: f64, spacing: u32, edge: u32) -> (Scene, f64) {
     let mut scene = placed(places.iter().map(|place| (center(place), 1.0)), edge);
     scene.camera.vertical_fov = 1.0;
     (scene, light)
-}
-
-fn sum(picture: &Picture) -> f64 {
-    picture.pixels.iter().map(|pixel| f64::from(pixel.y)).sum()
 }
 
 /// Mean of the pixels' centres, weighted by their light.

@@ -16,8 +16,6 @@ use glam::DVec3;
 use raindrops::environment::Environment;
 use raindrops::gpu::Device;
 use raindrops::picture::Picture;
-use raindrops::plan::{Output, plan};
-use raindrops::renderer::Renderer;
 use raindrops::scene::model::Preset;
 use raindrops::scene::{ImageSize, PlacedDrop, Scene};
 
@@ -33,14 +31,9 @@ fn placed(drops: impl IntoIterator<Item = (DVec3, f64)>, edge: u32) -> Scene {
 
 /// Linear radiance by a preset.
 fn draw(device: &Arc<Device>, scene: &Scene, environment: &Environment, preset: Preset) -> Picture {
-    let mut scene = scene.clone();
-    scene.model.preset = preset;
-    let plan = plan(&scene, environment, Output::Radiance).expect("a plan");
-    let mut renderer = Renderer::new(device, &scene, environment, &plan).expect("a renderer");
-    renderer.submit(&scene).expect("a frame");
-    let counts = renderer.finish().expect("a report").counts;
+    let (picture, counts) = common::picture::by_preset(device, scene, environment, preset);
     assert_eq!(counts.overflow, 0, "{preset}");
-    renderer.read_radiance().expect("radiance")
+    picture
 }
 
 /// The largest difference of two pictures, relative to the brighter pixel.

@@ -6,7 +6,7 @@ use raindrops::picture::metrics::{
     box_filter, compare, max_error, mean_luminance, percentile, psnr_db, rel_mse,
 };
 use raindrops::picture::tone_map::{DELTA, Exposure, exposure};
-use raindrops::picture::{Picture, linear_of_srgb, srgb_byte, srgb_of_linear};
+use raindrops::picture::{Picture, linear_of_srgb, srgb_of_linear};
 
 fn constant(width: u32, height: u32, color: Vec3) -> Picture {
     Picture { width, height, pixels: vec![color; (width * height) as usize] }
@@ -195,7 +195,7 @@ fn pictures_survive_the_disk() {
     raindrops::picture::write_png(&path, 85, 1, &bytes).expect("written");
     assert!(Picture::is_display(&path).expect("read"));
     let read = Picture::read(&path).expect("read");
-    let back: Vec<u8> = read.pixels.iter().flat_map(|p| p.to_array().map(srgb_byte)).collect();
+    let back = read.srgb();
     assert_eq!(back, bytes);
     for step in 0_u8..=255 {
         let value = f32::from(step) / 255.0;

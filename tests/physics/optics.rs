@@ -4,7 +4,6 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 use raindrops::optics::{Encounter, WATER, fresnel, level_distance, level_half_angle};
-use raindrops::reference::exit_normal;
 
 /// Numbers in 0 to 1 from a linear congruential generator (Knuth's MMIX constants).
 fn random() -> impl FnMut() -> f64 {
@@ -70,7 +69,7 @@ fn closed_forms_agree_with_explicit_refractions() {
             let out = refract(inside, -at, WATER);
             let difference = (encounter.after_internal_reflections(k) - out).length();
             assert!(difference < 20.0 * tolerance, "k {k} b {b}: {difference} {tolerance}");
-            assert!((exit_normal(&encounter, k) - at).length() < 20.0 * tolerance);
+            assert!((encounter.exit_normal(k) - at).length() < 20.0 * tolerance);
             inside = reflect(inside, at).normalize();
         }
         assert_eq!(encounter.transmitted(), encounter.after_internal_reflections(0));

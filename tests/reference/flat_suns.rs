@@ -11,7 +11,7 @@ use raindrops::scene::model::DropShape;
 use raindrops::scene::real_rain::RealRain;
 use raindrops::scene::{PlacedDrop, RainSettings, Scene};
 
-use crate::common::environment_by;
+use crate::common::painted;
 use crate::glints::{apart, traced};
 
 /// Seeds that tell a picture's noise.
@@ -19,7 +19,7 @@ const SEEDS: u64 = 8;
 
 /// A grey slope with a disc of so many degrees of radius, so large that rays meet it.
 fn with_disc(toward: DVec3, degrees: f64) -> Environment {
-    environment_by(|direction| {
+    painted(512, |direction| {
         let is_lit = direction.angle_between(toward) < degrees.to_radians();
         let disc = if is_lit { Vec3::new(200.0, 180.0, 150.0) } else { Vec3::ZERO };
         disc + Vec3::splat(0.6 + 0.4 * direction.y as f32)
@@ -111,7 +111,7 @@ fn glints_of_moving_flat_drops_are_those_that_chance_meets() {
 #[test]
 fn under_a_sun_a_flat_drop_converges() {
     let scene = drops(0.0, Some(DropShape::Equilibrium));
-    let sun = environment_by(|direction| {
+    let sun = painted(512, |direction| {
         let is_lit = direction.angle_between(toward(20.0, 50.0)) < 0.01;
         Vec3::splat(if is_lit { 3e4 } else { 0.5 })
     });

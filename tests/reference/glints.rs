@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 use raindrops::environment::Environment;
 use raindrops::environment::bright::split;
 use raindrops::picture::Picture;
-use raindrops::picture::metrics::{box_filter, psnr_db};
+use raindrops::picture::metrics::{box_filter, mean_square};
 use raindrops::picture::tone_map::{display, exposure_of};
 use raindrops::reference::{Tracer, Truth, Weights};
 use raindrops::scene::{PlacedDrop, RainSettings, Scene};
@@ -137,7 +137,7 @@ fn under_a_bare_sun_the_truth_converges() {
 
     let exposure = exposure_of(&scene.tone_map, &found[0]);
     let shown = |picture: &Picture| display(exposure, picture);
-    let differ = |of: &[Picture]| 10f64.powf(-psnr_db(&shown(&of[0]), &shown(&of[1])) / 20.0);
+    let differ = |of: &[Picture]| mean_square(&shown(&of[0]), &shown(&of[1])).sqrt();
     let [of_found, of_met, of_rest] = [&found[..], &met, &without].map(differ);
     println!("two seeds differ by {of_found:.4} RMS, by chance {of_met:.4}, no sun {of_rest:.4}");
     // Not much beyond the noise of edges, which has nothing to do with the sun.
@@ -254,7 +254,7 @@ fn in_a_halo_the_truth_converges() {
     let exposure = exposure_of(&scene.tone_map, &found[0]);
     let differ = |of: [Picture; 2]| {
         let [a, b] = of.map(|picture| display(exposure, &picture));
-        10f64.powf(-psnr_db(&a, &b) / 20.0)
+        mean_square(&a, &b).sqrt()
     };
     let (of_found, of_rest) = (differ(found), differ(pictures(&rest)));
     println!("two seeds differ by {of_found:.4} RMS, without the sun by {of_rest:.4}");

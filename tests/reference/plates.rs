@@ -1,6 +1,6 @@
 //! Backgrounds of the reference: colour and depth behind the drops, and the files that they are read from.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use exr::prelude::*;
 use glam::{DVec3, Vec3};
@@ -11,6 +11,8 @@ use raindrops::picture::plate::{Depth, Plate};
 use raindrops::reference::{Traced, Tracer, Truth};
 use raindrops::scene::background::DepthKind;
 use raindrops::scene::{PlacedDrop, Scene};
+
+use crate::common::kept_folder;
 
 /// A drop of some 14 pixels of radius in 48 x 48, `x` to the right.
 fn scene(x: f64) -> Scene {
@@ -122,12 +124,6 @@ fn hidden_drops_have_no_glints() {
     assert!(hidden.pixels.iter().all(|pixel| pixel.abs_diff_eq(Vec3::splat(0.1), 1e-6)));
 }
 
-fn folder() -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("plates");
-    std::fs::create_dir_all(&folder).expect("a folder");
-    folder
-}
-
 /// An EXR of 8 x 8 with one channel.
 fn write_channel(path: &Path, name: &str, value: impl Fn(usize) -> f32) {
     let samples = FlatSamples::F32((0..64).map(value).collect());
@@ -172,7 +168,7 @@ fn reference(arguments: &[&str]) -> std::result::Result<Picture, String> {
 
 #[test]
 fn depth_is_read_from_exr_and_png() {
-    let folder = folder();
+    let folder = kept_folder("plates");
     let path = |name: &str| folder.join(name).to_string_lossy().into_owned();
     let (near, far, layered, png) = (path("n.exr"), path("f.exr"), path("l.exr"), path("d.png"));
     write_channel(Path::new(&near), "Z", |_| 1.0);
@@ -194,7 +190,7 @@ fn depth_is_read_from_exr_and_png() {
 
 #[test]
 fn bad_plates_are_refused_in_one_line() {
-    let folder = folder();
+    let folder = kept_folder("plates");
     let path = |name: &str| folder.join(name).to_string_lossy().into_owned();
     let mut wrong = Vec::new();
     for (name, value, told) in [

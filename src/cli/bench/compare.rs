@@ -20,7 +20,7 @@ use crate::cli::verdict::{borrowed, notes, runs, side};
 use crate::cli::{Answer, Cli, command_line, open_environment, progress};
 use crate::measure::bench::{Amount, Report as Kept};
 use crate::measure::verdict::looks::looks;
-use crate::measure::verdict::{self, SCHEMA, Side, kept};
+use crate::measure::verdict::{self, Method, Side, kept};
 use crate::picture::flip::PIXELS_PER_DEGREE;
 use crate::scene::Scene;
 
@@ -34,10 +34,10 @@ const MOST_ROUNDS: usize = 40;
 #[command(next_help_heading = "Comparison, in rounds of fresh processes")]
 pub struct CompareArgs {
     /// Environment variables of side A: NAME=VALUE,… (quote a value with commas) [default: as they are]
-    #[arg(long, value_name = "ENV=VALUE,…", value_parser = EnvironmentParser)]
+    #[arg(long, value_name = "ENV=VALUE,…", value_parser = variables)]
     a: Option<Shared>,
     /// Environment variables of side B
-    #[arg(long, value_name = "ENV=VALUE,…", value_parser = EnvironmentParser)]
+    #[arg(long, value_name = "ENV=VALUE,…", value_parser = variables)]
     b: Option<Shared>,
     /// Program of side A [default: this one]
     #[arg(long, value_name = "FILE")]
@@ -73,21 +73,8 @@ pub struct CompareArgs {
 /// Clap takes a `Vec` for several values of an option, and this is one.
 type Shared = std::sync::Arc<Variables>;
 
-#[derive(Clone)]
-struct EnvironmentParser;
-
-impl clap::builder::TypedValueParser for EnvironmentParser {
-    type Value = Shared;
-
-    fn parse_ref(
-        &self,
-        command: &clap::Command,
-        argument: Option<&clap::Arg>,
-        value: &std::ffi::OsStr,
-    ) -> Result<Self::Value, clap::Error> {
-        let inner = |text: &str| parse(text).map(Shared::new);
-        clap::builder::TypedValueParser::parse_ref(&inner, command, argument, value)
-    }
+fn variables(text: &str) -> Result<Shared, String> {
+    parse(text).map(Shared::new)
 }
 
 /// Options that are this process's alone, not of those that it starts.
@@ -284,18 +271,13 @@ fn in_turn(
     let Some([of_a, of_b]) = &turns.reports else {
         return Err(failed.unwrap_or_else(|| anyhow::anyhow!("nothing was measured")));
     };
+    let (sides, notes) = ([Side::of(&a.label, of_a), Side::of(&b.label, of_b)], notes(of_a, of_b));
     let report = verdict::Report {
-        schema: SCHEMA.into(),
         command: Some(command_line()),
-        a: Side::of(&a.label, of_a),
-        b: Side::of(&b.label, of_b),
-        method: "paired".into(),
-        threshold,
         max_flip: seen.then_some(compare.max_flip),
         flip_pixels_per_degree: seen.then_some(PIXELS_PER_DEGREE),
         stopped: failed.as_ref().map(|error| format!("{error:#}")).or(turns.stopped),
-        notes: notes(of_a, of_b),
-        rows: turns.rows,
+        ..verdict::Report::of(Method::Paired, sides, threshold, notes, turns.rows)
     };
     let answer = args.gate.tell(&report)?;
     failed.map_or(Ok(answer), Err)
@@ -329,18 +311,11 @@ fn against(
         super::write(args, super::is_papers(scene), &found, std::iter::once(&found))?;
         return failed.map_or(Ok(Answer::Yes), Err);
     }
+    let (sides, notes) = ([side(bases), Side::of(name, &found)], notes(&bases[0].1, &found));
     let report = verdict::Report {
-        schema: SCHEMA.into(),
         command: Some(command_line()),
-        a: side(bases),
-        b: Side::of(name, &found),
-        method: "unpaired".into(),
-        threshold,
-        max_flip: None,
-        flip_pixels_per_degree: None,
         stopped: failed.as_ref().map(|error| format!("{error:#}")),
-        notes: notes(&bases[0].1, &found),
-        rows: rows(&found)?,
+        ..verdict::Report::of(Method::Unpaired, sides, threshold, notes, rows(&found)?)
     };
     let answer = args.gate.tell(&report)?;
     failed.map_or(Ok(answer), Err)

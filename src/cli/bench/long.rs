@@ -1,19 +1,15 @@
 //! `bench --duration 1h`: one row without a break, with frame time, memory and clock over time.
 
-use std::time::{Duration, SystemTime};
+use std::time::Duration;
 
-use super::{BenchArgs, check_counts, is_papers, write};
+use super::{BenchArgs, begun, check_counts, is_papers, write};
 use crate::cli::format::Format;
 use crate::cli::interrupt::{Interrupted, heed_interrupts, is_interrupted};
 use crate::cli::options::{choose_device, open_device, resolve};
 use crate::cli::tell::say;
 use crate::cli::{Answer, open_environment, print, progress, say_doubt};
 use crate::files::write_whole;
-use crate::measure::Host;
-use crate::measure::bench::{
-    Amount, Build, DeviceHead, OverTime, Report, Row, SCHEMA, Stretch, Variant, Watch, long_plot,
-    watch,
-};
+use crate::measure::bench::{Amount, OverTime, Row, Stretch, Variant, Watch, long_plot, watch};
 use crate::measure::clocks::Clock;
 use crate::plan::{Output, plan_by};
 use crate::scene::Scene;
@@ -54,13 +50,9 @@ pub(super) fn run(args: &BenchArgs, scene: &Scene, duration: Duration) -> anyhow
     let device = open_device(&instance, choose_device(&instance, wanted)?)?;
     heed_interrupts()?;
 
-    let host = Host::now();
-    let warnings: Vec<String> = host.doubt().into_iter().collect();
-    warnings.iter().for_each(|warning| say!("warning: {warning}"));
-    let head = DeviceHead::of(&device.report);
-    let clock = Clock::of(&head);
+    let mut report = begun(&device, &environment);
+    let clock = Clock::of(&report.device);
     say!("clock: {}", clock.source());
-    let start = Some(humantime::format_rfc3339_seconds(SystemTime::now()).to_string());
     let choice = resolve(&device, &scene, &environment)?;
     let plan = plan_by(&scene, &environment, choice.as_ref(), Output::Display)?;
     say_doubt(&plan);
@@ -97,21 +89,10 @@ pub(super) fn run(args: &BenchArgs, scene: &Scene, duration: Duration) -> anyhow
     measured.samples_ms = watched.samples.since(from);
     measured.passes_ms =
         watched.passes.iter().map(|(name, samples)| (*name, samples.since(from))).collect();
-    let mut row = Row::new(&variant, &environment, &measured, start.clone());
+    let mut row = Row::new(&variant, &environment, &measured, report.start.clone());
     let lines = lines(&over_time);
     row.over_time = Some(over_time);
-    let report = Report {
-        schema: SCHEMA.into(),
-        device: head,
-        build: Build::this(),
-        host,
-        start,
-        command: Some(crate::cli::command_line()),
-        warnings,
-        environment: environment.name().into(),
-        pipeline_cache_bytes: device.bytes_found(),
-        rows: vec![row],
-    };
+    report.rows.push(row);
     write(args, is_papers(&scene), &report, std::iter::once(&report))?;
     if args.gate.format == Format::Table && !args.gate.is_json() {
         lines.into_iter().try_for_each(print)?;

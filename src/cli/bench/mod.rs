@@ -259,6 +259,25 @@ fn write<'a>(
     Ok(())
 }
 
+/// The report of a measurement that begins now, without rows; says what makes its figures doubtful.
+fn begun(device: &KeptDevice, environment: &Environment) -> Report {
+    let host = Host::now();
+    let warnings: Vec<String> = host.doubt().into_iter().collect();
+    warnings.iter().for_each(|warning| say!("warning: {warning}"));
+    Report {
+        schema: SCHEMA.into(),
+        device: DeviceHead::of(&device.report),
+        build: Build::this(),
+        host,
+        start: Some(humantime::format_rfc3339_seconds(SystemTime::now()).to_string()),
+        command: Some(super::command_line()),
+        warnings,
+        environment: environment.name().into(),
+        pipeline_cache_bytes: device.bytes_found(),
+        rows: Vec::new(),
+    }
+}
+
 /// Every count with every preset, with and without tone mapping; if that fails or is interrupted, what was measured until
 /// then, and why there is no more.
 fn bench(
@@ -268,10 +287,7 @@ fn bench(
     presets: &[Preset],
     environment: &Environment,
 ) -> (Report, Option<anyhow::Error>) {
-    let host = Host::now();
-    let warnings: Vec<String> = host.doubt().into_iter().collect();
-    warnings.iter().for_each(|warning| say!("warning: {warning}"));
-    let start = Some(humantime::format_rfc3339_seconds(SystemTime::now()).to_string());
+    let mut report = begun(device, environment);
     let series = args.series();
     let effort = Effort {
         seconds: args.seconds.unwrap_or(2.0),
@@ -306,7 +322,9 @@ fn bench(
         let tick = |share: f64| bar.set_position(((number as f64 + share) * 100.0) as u64);
         let measured = measure(device, environment, &variants, effort, &tick)?;
         let all = variants.iter().zip(&measured);
-        Ok(all.map(|(variant, of)| Row::new(variant, environment, of, start.clone())).collect())
+        Ok(all
+            .map(|(variant, of)| Row::new(variant, environment, of, report.start.clone()))
+            .collect())
     };
     let (mut rows, mut failed) = (Vec::new(), None);
     for (number, amount) in series.into_iter().enumerate() {
@@ -322,18 +340,7 @@ fn bench(
         }
     }
     bar.finish_and_clear();
-    let report = Report {
-        schema: SCHEMA.into(),
-        device: DeviceHead::of(&device.report),
-        build: Build::this(),
-        host,
-        start,
-        command: Some(super::command_line()),
-        warnings,
-        environment: environment.name().into(),
-        pipeline_cache_bytes: device.bytes_found(),
-        rows,
-    };
+    report.rows = rows;
     (report, failed)
 }
 

@@ -15,7 +15,7 @@ use crate::measure::verdict::{Pictures, VerdictRow};
 use crate::picture::metrics::compare;
 use crate::picture::plate::Plate;
 use crate::picture::tone_map::{Exposure, display, exposure_of};
-use crate::picture::{Picture, srgb_byte, write_png};
+use crate::picture::{Picture, write_png};
 use crate::reference::{Tracer, Truth};
 use crate::scene::Scene;
 
@@ -133,10 +133,7 @@ impl Eye<'_> {
             let tracer = Tracer::new(&scene, self.environment, truth);
             let reference = tracer.before(plate.clone()).picture();
             let exposure = exposure_of(tone_map, &reference);
-            Ok([&a, &b].map(|picture| {
-                let psnr = compare(&reference, picture, None, exposure).pixels.psnr_db;
-                10f64.powf(-psnr / 20.0)
-            }))
+            Ok([&a, &b].map(|picture| compare(&reference, picture, None, exposure).pixels.rms()))
         });
         let errors = errors.transpose()?;
         let pictures = self.kept.map(|into| {
@@ -194,10 +191,7 @@ impl Eye<'_> {
             write_png(&path, pictures[0].width, pictures[0].height, srgb)?;
             self.as_seen_from_the_result(&path)
         };
-        let shown = |picture: &Picture| -> Vec<u8> {
-            let display = display(exposure, picture);
-            display.pixels.iter().flat_map(|pixel| pixel.to_array().map(srgb_byte)).collect()
-        };
+        let shown = |picture: &Picture| display(exposure, picture).srgb();
         let difference: Vec<u8> = flip_map.iter().flat_map(|error| false_color(*error)).collect();
         Ok(Pictures {
             a: write("a", &shown(pictures[0]))?,

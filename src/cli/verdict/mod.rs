@@ -11,7 +11,7 @@ use clap::Args;
 use self::gate::GateArgs;
 use super::{Answer, command_line};
 use crate::measure::bench::{Report, read};
-use crate::measure::verdict::{self, SCHEMA, Side, kept};
+use crate::measure::verdict::{self, Method, Side, kept};
 
 /// Judge two kept results of bench, row by row
 ///
@@ -43,18 +43,10 @@ pub fn run(args: &VerdictArgs) -> anyhow::Result<Answer> {
     let (a, b) = (runs(&args.base)?, runs(&args.new)?);
     let threshold = args.gate.threshold();
     let rows = kept(&borrowed(&a), &borrowed(&b), false, threshold)?;
+    let notes = notes(&a[0].1, &b[0].1);
     let report = verdict::Report {
-        schema: SCHEMA.into(),
         command: Some(command_line()),
-        a: side(&a),
-        b: side(&b),
-        method: "unpaired".into(),
-        threshold,
-        max_flip: None,
-        flip_pixels_per_degree: None,
-        stopped: None,
-        notes: notes(&a[0].1, &b[0].1),
-        rows,
+        ..verdict::Report::of(Method::Unpaired, [side(&a), side(&b)], threshold, notes, rows)
     };
     args.gate.tell(&report)
 }

@@ -1,7 +1,7 @@
 //! Verdict rows as lines and columns.
 
 use crate::cli::format::{Format, Sheet};
-use crate::measure::verdict::{Report, Verdict, VerdictRow};
+use crate::measure::verdict::{Method, Report, Verdict, VerdictRow};
 use crate::thousands::{counted, thousands, thousands_of};
 
 /// Who is A, who is B, and what differs between them.
@@ -108,9 +108,9 @@ pub fn tail_lines(report: &Report, format: Format) -> Vec<String> {
 
 /// How to read the table.
 fn legend(report: &Report) -> String {
-    let how = match report.method.as_str() {
-        "paired" => "fresh processes in turn",
-        _ => "kept results: each run counts once, as nothing ran in turn",
+    let how = match report.method {
+        Method::Paired => "fresh processes in turn",
+        Method::Unpaired => "kept results: each run counts once, as nothing ran in turn",
     };
     let pictures = report.max_flip.map_or(String::new(), |most| {
         let observer = report.flip_pixels_per_degree.unwrap_or_default();

@@ -19,9 +19,7 @@ mod study;
 pub use models::{BASES, Model, models, models_of, models_of_rain};
 #[cfg(feature = "cli")]
 pub use plot::plot;
-#[cfg(feature = "cli")]
-pub use report::table;
-pub use report::{Report, Row, SCHEMA, csv};
+pub use report::{Report, Row, SCHEMA};
 pub use scenes::{StudyScene, of_file, standard_set, weather};
 pub use sizes::{Candidate, GlintRow, SizeRow, by_size, candidates, glints_by_size};
 #[cfg(feature = "cli")]

@@ -1,7 +1,5 @@
-//! What a study says: rows as JSON of the schema `raindrops-tradeoff/1`, as CSV, as a table.
+//! What a study says: rows as JSON of the schema `raindrops-tradeoff/1`.
 
-#[cfg(feature = "cli")]
-use comfy_table::{CellAlignment, ContentArrangement, Table};
 use serde::Serialize;
 
 use super::models::BASES;
@@ -9,8 +7,6 @@ use crate::measure::Host;
 use crate::measure::bench::{Build, DeviceHead, Measured, Variant};
 use crate::measure::statistics::{median, quantile};
 use crate::scene::model::FarRain;
-#[cfg(feature = "cli")]
-use crate::thousands::thousands_of;
 
 /// Name and version of the format.
 pub const SCHEMA: &str = "raindrops-tradeoff/1";
@@ -148,87 +144,4 @@ pub(super) fn mark_front(rows: &mut [Row]) {
         let beats = |(s, r): &(f64, f64)| s >= speed && r <= rms && (s > speed || r < rms);
         row.pareto = !places.iter().any(beats);
     }
-}
-
-/// The rows of a scene as a table, quickest first; the front is marked.
-#[cfg(feature = "cli")]
-pub fn table(rows: &[Row]) -> Table {
-    let mut sorted: Vec<&Row> = rows.iter().collect();
-    sorted.sort_by(|a, b| b.speed.total_cmp(&a.speed));
-    let mut table = Table::new();
-    table.load_style(crate::measure::TABLE);
-    table.set_content_arrangement(ContentArrangement::Disabled);
-    let moves = rows.iter().any(|row| row.errors.flicker.is_some());
-    let is_rain = rows.iter().any(|row| row.rate_mm_h.is_some());
-    let mut header = vec![
-        "",
-        "model",
-        "speed",
-        if is_rain { "of exact" } else { "of compact" },
-        "ms",
-        "rms x255",
-        "relMSE",
-        "FLIP",
-        "FLIP 99 %",
-        "FLIP boxes",
-    ];
-    if moves {
-        header.push("flicker x255");
-    }
-    table.set_header(header);
-    for row in sorted {
-        let errors = &row.errors;
-        let mut line = vec![
-            if row.pareto { "*" } else { "" }.to_string(),
-            row.model.clone(),
-            format!("{:.2}", row.speed),
-            format!("{:.2}", row.speed_over_compact),
-            thousands_of(row.median_ms, 2),
-            format!("{:.2}", 255.0 * errors.rms),
-            format!("{:.2e}", errors.rel_mse),
-            format!("{:.4}", errors.flip),
-            format!("{:.4}", errors.flip_p99),
-            format!("{:.4}", errors.box_flip),
-        ];
-        line.extend(errors.flicker.map(|flicker| format!("{:.2}", 255.0 * flicker)));
-        table.add_row(line);
-    }
-    for column in table.column_iter_mut().skip(2) {
-        column.set_cell_alignment(CellAlignment::Right);
-    }
-    table
-}
-
-/// All rows as comma-separated values with a header; times in ms.
-///
-/// # Errors
-/// What the writer says.
-pub fn csv(rows: &[Row], to: &mut dyn std::io::Write) -> std::io::Result<()> {
-    writeln!(
-        to,
-        "scene,model,preset,optics,primitive,order,simulation,samples,internal_reflections,weights,\
-         fresnel,reflection,lookup,mask_size,drops,visible,width,height,median_ms,p10_ms,p90_ms,\
-         speed,speed_over_compact,rms,rel_mse,psnr_db,flip,flip_p99,max_error,box_rel_mse,box_flip,flicker,pareto,rate_mm_h,\
-         cutoff_px,far_rain"
-    )?;
-    // A scene is named by its file, which may hold commas and quotes.
-    let quoted = |name: &str| format!("\"{}\"", name.replace('"', "\"\""));
-    for row in rows {
-        let e = &row.errors;
-        write!(to, "{},{},", quoted(&row.scene), quoted(&row.model))?;
-        write!(to, "{},{},", row.preset, row.optics)?;
-        write!(to, "{},{},{},{},", row.primitive, row.order, row.simulation, row.samples)?;
-        write!(to, "{},{},{},", row.internal_reflections, row.weights, row.fresnel)?;
-        write!(to, "{},{},{},{},", row.reflection, row.lookup, row.mask_size, row.drops)?;
-        write!(to, "{},{},{},{},", row.visible, row.width, row.height, row.median_ms)?;
-        write!(to, "{},{},{},", row.p10_ms, row.p90_ms, row.speed)?;
-        write!(to, "{},{},", row.speed_over_compact, e.rms)?;
-        write!(to, "{},{},{},{},", e.rel_mse, e.psnr_db, e.flip, e.flip_p99)?;
-        write!(to, "{},{},{},", e.max_error, e.box_rel_mse, e.box_flip)?;
-        let flicker = e.flicker.map_or(String::new(), |flicker| flicker.to_string());
-        let number = |value: Option<f64>| value.map_or(String::new(), |value| value.to_string());
-        let [rate, cutoff] = [row.rate_mm_h, row.cutoff_px].map(number);
-        writeln!(to, "{flicker},{},{rate},{cutoff},{}", row.pareto, row.far_rain.unwrap_or(""))?;
-    }
-    Ok(())
 }

@@ -48,7 +48,7 @@ const NOT_EXACT: &str = "tiles_done_again";
 
 /// How rounds of A and of B are held against each other.
 #[derive(Clone, Copy)]
-enum Method {
+enum How {
     /// The n-th round of A ran beside the n-th of B: by the look that is due.
     Paired(looks::Look),
     /// Each run at its own time.
@@ -67,7 +67,7 @@ pub fn in_turn(
 ) -> Result<Vec<VerdictRow>> {
     same_rows(("A", a), ("B", b))?;
     let pairs = matched(a, b).into_iter();
-    Ok(pairs.map(|(a, b)| row(&[a], &[b], Method::Paired(look), threshold)).collect())
+    Ok(pairs.map(|(a, b)| row(&[a], &[b], How::Paired(look), threshold)).collect())
 }
 
 /// Rows of kept results: of each side one run a file, each at its own time.
@@ -106,7 +106,7 @@ pub fn kept(
         };
         let (a, b) = (found(a), found(b));
         let (a, b): (Vec<&Row>, Vec<&Row>) = (a.iter().collect(), b.iter().collect());
-        rows.push(row(&a, &b, Method::Unpaired, threshold));
+        rows.push(row(&a, &b, How::Unpaired, threshold));
     }
     Ok(rows)
 }
@@ -184,10 +184,10 @@ fn rounds(row: &Row) -> Vec<f64> {
 }
 
 /// One row, of all runs of A and of B.
-fn row(a: &[&Row], b: &[&Row], method: Method, threshold: f64) -> VerdictRow {
+fn row(a: &[&Row], b: &[&Row], how: How, threshold: f64) -> VerdictRow {
     let times = |runs: &[&Row]| -> Vec<Vec<f64>> { runs.iter().map(|run| rounds(run)).collect() };
     let (times_a, times_b) = (times(a), times(b));
-    let (interval, noise_floor) = compare(&times_a, &times_b, method);
+    let (interval, noise_floor) = compare(&times_a, &times_b, how);
     let count = |times: &[Vec<f64>]| times.iter().map(Vec::len).sum::<usize>();
     let (first, new) = (a[0], b[0]);
     let exact = first.counters.iter().filter(|(name, _)| *name != NOT_EXACT);
@@ -229,16 +229,16 @@ fn row(a: &[&Row], b: &[&Row], method: Method, threshold: f64) -> VerdictRow {
         first_stage_that_differs: None,
         pictures: None,
         counters,
-        passes: passes(a, b, method, threshold),
+        passes: passes(a, b, how, threshold),
         notes,
     }
 }
 
 /// Interval and noise floor of runs' times.
-fn compare(a: &[Vec<f64>], b: &[Vec<f64>], method: Method) -> (Option<Interval>, Option<f64>) {
-    match method {
-        Method::Unpaired => (unpaired::interval(a, b), unpaired::noise_floor(a, b)),
-        Method::Paired(look) => {
+fn compare(a: &[Vec<f64>], b: &[Vec<f64>], how: How) -> (Option<Interval>, Option<f64>) {
+    match how {
+        How::Unpaired => (unpaired::interval(a, b), unpaired::noise_floor(a, b)),
+        How::Paired(look) => {
             let pairs: Vec<paired::Pair> =
                 a[0].iter().copied().zip(b[0].iter().copied()).take(look.rounds).collect();
             (paired::interval(&pairs, &look), paired::noise_floor(&pairs))
@@ -247,7 +247,7 @@ fn compare(a: &[Vec<f64>], b: &[Vec<f64>], method: Method) -> (Option<Interval>,
 }
 
 /// The passes that both sides have in every round.
-fn passes(a: &[&Row], b: &[&Row], method: Method, threshold: f64) -> IndexMap<String, PassRow> {
+fn passes(a: &[&Row], b: &[&Row], how: How, threshold: f64) -> IndexMap<String, PassRow> {
     let times = |runs: &[&Row], name: &str| -> Option<Vec<Vec<f64>>> {
         let of_run = |run: &&Row| -> Option<Vec<f64>> {
             let times: Option<Vec<f64>> =
@@ -258,7 +258,7 @@ fn passes(a: &[&Row], b: &[&Row], method: Method, threshold: f64) -> IndexMap<St
     };
     let of_pass = |name: &String| {
         let (a, b) = (times(a, name)?, times(b, name)?);
-        let (interval, _) = compare(&a, &b, method);
+        let (interval, _) = compare(&a, &b, how);
         let row = PassRow {
             verdict: judge(interval, threshold),
             ratio: interval.map(|found| found.ratio),

@@ -52,6 +52,16 @@ pub fn judge(interval: Option<Interval>, threshold: f64) -> Verdict {
     }
 }
 
+/// How the times of two results were taken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Method {
+    /// Processes in turn.
+    Paired,
+    /// Runs at different times.
+    Unpaired,
+}
+
 /// Two results held against each other.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Report {
@@ -64,8 +74,8 @@ pub struct Report {
     pub a: Side,
     /// What they are of.
     pub b: Side,
-    /// `paired`: processes in turn; `unpaired`: runs at different times.
-    pub method: String,
+    /// How its times were taken.
+    pub method: Method,
     /// A ratio farther from 1 than this, as a part of 1, is slower or faster.
     pub threshold: f64,
     /// Pictures with a mean FLIP over this are different; none were compared where absent.
@@ -78,6 +88,31 @@ pub struct Report {
     pub notes: Vec<String>,
     /// One row a row of the benchmark.
     pub rows: Vec<VerdictRow>,
+}
+
+impl Report {
+    /// Of A and B in full, and not of their pictures; its command is the caller's.
+    pub fn of(
+        method: Method,
+        [a, b]: [Side; 2],
+        threshold: f64,
+        notes: Vec<String>,
+        rows: Vec<VerdictRow>,
+    ) -> Self {
+        Self {
+            schema: SCHEMA.into(),
+            command: None,
+            a,
+            b,
+            method,
+            threshold,
+            max_flip: None,
+            flip_pixels_per_degree: None,
+            stopped: None,
+            notes,
+            rows,
+        }
+    }
 }
 
 /// One row of the benchmark, of A and of B.
