@@ -393,6 +393,26 @@ fn messages_are_as_they_are_asked_for() {
     assert!(status == Some(0) && warned.contains("--background shows it"), "{warned}");
     let (_, warned) = said(&[&hidden[..], &["--layers", "-o", "a.exr"]].concat());
     assert_eq!(warned, "");
+    // A photograph is as bright as it shall be shown.
+    let photo = image::RgbImage::from_pixel(32, 32, image::Rgb([200, 150, 100]));
+    photo.save(folder.path().join("photo.png")).expect("a photograph");
+    let before = ["--preset", "fast", "--background", "photo.png"];
+    let (_, noted) = said(&before);
+    assert!(noted.contains("--tone-map none keeps its colours"), "{noted}");
+    let (_, noted) = said(&[&before[..], &["--tone-map", "none"]].concat());
+    assert!(!noted.contains("keeps its colours"), "{noted}");
+    let (_, noted) = said(&[&before[..], &["-o", "a.exr"]].concat());
+    assert!(!noted.contains("keeps its colours"), "{noted}");
+    // No rain at all, of either kind.
+    fs::write(folder.path().join("real.toml"), "[rain]\nrate = 25").expect("a scene");
+    let real = ["render", "real.toml", "--drops", "0", "--size", "32x32", "-o", "a.png"];
+    let dry = outcome(&mut raindrops(folder.path(), &real));
+    assert!(String::from_utf8_lossy(&dry.stderr).contains("0 drops, 0 in view"));
+    // What the parser says of a number below 0 has no words on how to pass it as something else.
+    let refused =
+        outcome(&mut raindrops(folder.path(), &["render", "--drops", "-5", "-o", "a.png"]));
+    let refused = error_line(&refused);
+    assert!(refused.contains("-5") && !refused.contains("-- -5"), "{refused}");
     let (status, plain) = said(&["-q", "--device", "none", "--color", "never"]);
     assert!(status == Some(2) && plain.starts_with("raindrops: "), "{plain}");
     let (_, colored) = said(&["--device", "none", "--color", "always"]);

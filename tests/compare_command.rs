@@ -93,6 +93,13 @@ fn the_truth_is_written_and_compares_with_itself() {
     }
     assert!(Picture::is_display(&at.join("d.png")).expect("written"));
 
+    // Over no pixel any two pictures are alike.
+    let none = Picture { pixels: vec![Vec3::ZERO; truth.pixels.len()], ..truth.clone() };
+    none.write_exr(&at.join("none.exr")).expect("a mask");
+    let refused = raindrops(at, &["compare", "a.exr", "b.exr", "--mask", "none.exr"]);
+    assert_eq!(status(&refused), 2);
+    assert!(complaint(&refused).contains("none.exr: it has no pixel over 0"));
+
     // Every bound can fail, and says so.
     for bound in
         ["--max-flip=0", "--max-rel-mse=0", "--min-psnr=200", "--max-error=0", "--max-flip=nan"]

@@ -116,6 +116,15 @@ fn a_data_set_before_a_plate_has_the_plate_once() {
     make("whole", "1/1");
     make("parts", "2/2");
     make("parts", "1/2");
+    // Elsewhere the same files are the same.
+    std::fs::create_dir_all(folder.join("moved")).expect("a folder");
+    for name in ["photo.exr", "depth.exr"] {
+        std::fs::copy(folder.join(name), folder.join("moved").join(name)).expect("copied");
+    }
+    let moved = ["--background", "moved/photo.exr", "--depth", "moved/depth.exr"];
+    let again = [&["dataset", "scene.toml", "--views", "2", "-o", "whole"], &moved[..]].concat();
+    let (is_done, said) = run(&folder, &again);
+    assert!(is_done, "{said}");
     let whole = files(&folder.join("whole"));
     assert_eq!(whole.len(), 2 + 2 + 2 * 4);
     assert!(whole == files(&folder.join("parts")), "the shards are not the whole");

@@ -157,6 +157,25 @@ fn a_comparison_ends_in_time() {
     }
 }
 
+/// A comparison that knows nothing says so last, and fails where that is asked for.
+#[test]
+fn undecided_rows_are_counted_and_may_fail() {
+    let bench = Bench::new();
+    let few = ["--rounds", "2", "--fail-above", "5%"];
+    let output = bench.run(&few);
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert_eq!(output.status.code(), Some(0), "{text}");
+    let last = text.lines().last().expect("lines");
+    assert!(last.contains("rows: ") || last.contains("row: "), "{last}");
+    assert!(last.ends_with("undecided"), "{last}");
+    let failed = bench.run(&[&few[..], &["--fail-undecided"]].concat());
+    assert!(error_line(&failed, 1).contains("(undecided)"));
+    let decided = bench.run(&["--b", "MS=12", "--fail-undecided"]);
+    let text = String::from_utf8_lossy(&decided.stdout).into_owned();
+    assert_eq!(decided.status.code(), Some(0), "slower, but no bound was given: {text}");
+    assert!(text.lines().last().is_some_and(|line| line.ends_with("1 slower")), "{text}");
+}
+
 /// Their pictures are of the film's first frame, and of real rain in place of the scene's own.
 #[test]
 fn a_film_and_a_box_of_drops_are_compared() {
@@ -318,7 +337,7 @@ fn expectations_hold_both_ways() {
     let (slow, noisy) = (["--b", "MS=12"], ["--a", "NOISY=1", "--b", "NOISY=1"]);
     for (lists, more, status, words) in [
         ("", &[][..], 0, ""),
-        ("", &slow, 1, "Fail: 1,000 drops, paper, 64 x 64: the least ratio"),
+        ("", &slow, 1, "Fail: 1,000 drops, paper, 64 x 64: B / A is at least"),
         ("fails = ['paper']", &slow, 0, "ExpectedFail: "),
         ("fails = ['1,000 drops, paper']", &slow, 0, "ExpectedFail: "),
         ("fails = ['1000 drops, paper']", &slow, 0, "ExpectedFail: "),
@@ -404,10 +423,10 @@ fn kept_results_are_compared() {
     let output = verdict(&["more.json", "base.json"]);
     let said = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(said.contains("only in A, so not compared: 77 drops"), "{said}");
-    assert!(!said.contains("only in B") && !said.contains("too few rounds"), "{said}");
+    assert!(!said.contains("only in B") && !said.contains("fewer than the six"), "{said}");
     let output = verdict(&["more.json", "more.json"]);
     let said = String::from_utf8_lossy(&output.stdout).into_owned();
-    assert!(!said.contains("only in") && said.contains("too few rounds"), "{said}");
+    assert!(!said.contains("only in") && said.contains("fewer than the six"), "{said}");
     let output = bench
         .command(&["report", "base.json", "v.json", "-o", "page.html"])
         .output()

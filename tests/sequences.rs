@@ -114,6 +114,22 @@ fn an_earlier_sequence_is_not_gone_on_with() {
     assert!(said(&refused).contains("nothing says what the frames"), "{}", said(&refused));
 }
 
+/// The reference's frame is of the same instant, whatever the frames a second.
+#[test]
+fn the_references_frame_is_that_of_the_sequence() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let trace = |name: &str, options: &[&str]| {
+        let mut command = common::raindrops();
+        command.current_dir(folder.path()).args(["reference", "--drops", "300", "--size", "24x16"]);
+        let done = outcome(command.args(["--samples", "1", "-o", name]).args(options));
+        assert!(done.status.success(), "{}", said(&done));
+        std::fs::read(folder.path().join(name)).expect("a picture")
+    };
+    let wanted = trace("wanted.exr", &["--time", "0.5"]);
+    assert!(trace("frame.exr", &["--frame", "8", "--fps", "16"]) == wanted);
+    assert!(trace("other.exr", &["--frame", "8"]) != wanted, "the control");
+}
+
 /// A sequence does not go on before another plate of the same name.
 #[test]
 fn a_sequence_keeps_its_background() {

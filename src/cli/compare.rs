@@ -88,7 +88,11 @@ pub fn run(args: &CompareArgs) -> anyhow::Result<Answer> {
         None => None,
         Some(path) => {
             let mask = read_like(path, &a, &args.a)?;
-            Some(mask.pixels.iter().map(|pixel| pixel.max_element()).collect::<Vec<f32>>())
+            let mask: Vec<f32> = mask.pixels.iter().map(|pixel| pixel.max_element()).collect();
+            if !mask.iter().any(|share| *share > 0.0) {
+                bail!("--mask {}: it has no pixel over 0, so nothing is compared", path.display());
+            }
+            Some(mask)
         }
     };
     // Display values have been tone mapped already.

@@ -209,6 +209,8 @@ impl Set {
     }
 
     fn head(&self) -> Result<String> {
+        // Its files are known by their sums, wherever they lie.
+        let scene = self.scene.without_folders();
         let head = Head {
             about: "what the views in this folder are of; `raindrops dataset` compares it",
             version: env!("CARGO_PKG_VERSION"),
@@ -217,7 +219,7 @@ impl Set {
             rates_mm_h: self.rates,
             environment_hash: format!("{:016x}", self.environment.hash()),
             background_hash: self.background_hash.map(|hash| format!("{hash:08x}")),
-            scene: &self.scene,
+            scene: &scene,
         };
         toml::to_string(&head).map_err(|error| Error::write(&self.head_path(), error))
     }
@@ -438,5 +440,5 @@ fn parse_rates(text: &str) -> std::result::Result<[f64; 2], String> {
     text.split_once(',')
         .and_then(|(low, high)| Some([number(low)?, number(high)?]))
         .filter(|[low, high]| low <= high)
-        .ok_or_else(|| format!("'{text}' is not two rates over 0 like 2,50"))
+        .ok_or_else(|| format!("'{text}' is not two rates over 0, the lower one first, like 2,50"))
 }

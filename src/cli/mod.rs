@@ -46,10 +46,11 @@ use crate::environment::guess::is_guessed;
 use crate::files::write_whole;
 use crate::passes::counters::Counts;
 use crate::passes::environment::lost_light;
+use crate::passes::tiles::PIXELS;
 use crate::picture::Picture;
 use crate::plan::FramePlan;
 use crate::scene::Scene;
-use crate::scene::model::{Lens, Motion};
+use crate::scene::model::{Lens, Motion, Operator};
 use crate::thousands::counted;
 use crate::{Error, Result};
 
@@ -191,6 +192,17 @@ fn hint(error: &Error) -> Cow<'static, str> {
         )
         .into();
     }
+    if let Error::File { doing: "read", path, .. } = error
+        && path.is_relative()
+        && !path.exists()
+    {
+        let path = std::path::absolute(path);
+        return path.map_or("".into(), |path| format!("; looked for as {}", path.display()).into());
+    }
+    if let Error::Limit { what: PIXELS, wanted, limit, .. } = error {
+        let parts = (*wanted as f64 / *limit as f64).sqrt().ceil();
+        return format!("; render --tiles {parts}x{parts} draws it in parts").into();
+    }
     Cow::Borrowed(match error {
         Error::NoLoader(_) => "; install libvulkan1 (Debian, Ubuntu: scripts/setup.sh does)",
         Error::NoDevice => {
@@ -221,7 +233,7 @@ fn refuse(error: &clap::Error) -> ExitCode {
         .lines()
         .map(str::trim)
         .take_while(|line| !line.starts_with("Usage:") && !line.starts_with("For more information"))
-        .filter(|line| !line.is_empty())
+        .filter(|line| !line.is_empty() && !line.starts_with("tip: to pass"))
         .collect();
     let problem = problem.join(" ").replace(" tip: ", "; ");
     let example = match error.kind() {
@@ -278,6 +290,19 @@ fn open_environment(scene: &Scene) -> Result<Environment> {
 fn write_half(picture: &Picture, path: &Path) -> Result<()> {
     if picture.write_exr_f16(path)? {
         say_once!("warning: radiance over 65,504 is stored as that much in pictures of halves");
+    }
+    Ok(())
+}
+
+/// Says on stderr that a photograph will not keep its colours.
+fn say_curve_on_photograph(scene: &Scene) -> Result<()> {
+    if let Some(file) = &scene.background.color
+        && scene.tone_map.operator == Operator::Photographic
+        && Picture::is_display(file)?
+    {
+        say!(
+            "note: the background is a picture of 8 bits, which the tone mapping changes; --tone-map none keeps its colours"
+        );
     }
     Ok(())
 }

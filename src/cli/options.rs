@@ -150,7 +150,7 @@ pub struct SceneValues {
 #[derive(Args, Clone, Debug, Default)]
 #[command(next_help_heading = "Background")]
 pub struct BackgroundArgs {
-    /// Picture behind the drops instead of the sky: linear EXR, or PNG, of the picture's size
+    /// Picture behind the drops instead of the sky, of the picture's size: linear EXR; PNG or JPEG in sRGB
     #[arg(long, value_name = "FILE")]
     background: Option<PathBuf>,
     /// Depth behind the drops: channel Z of an EXR, or a 16-bit PNG with --depth-scale

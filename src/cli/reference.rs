@@ -30,6 +30,9 @@ pub struct ReferenceArgs {
     /// Frame of the scene's film, from 0 on [default: the scene at its time]
     #[arg(long, value_name = "N")]
     frame: Option<u32>,
+    /// Frames a second of the film, as for render [default: the film's, or 30]
+    #[arg(long, value_name = "F", allow_negative_numbers = true, requires = "frame")]
+    fps: Option<f64>,
     /// Picture to write: .exr linear radiance in float32, .png tone mapped
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
@@ -82,6 +85,10 @@ pub fn run(args: &ReferenceArgs) -> anyhow::Result<Answer> {
     }
     let mut scene = args.scene.load()?;
     args.background.apply(&mut scene)?;
+    if let Some(fps) = args.fps {
+        scene.film.fps = fps;
+        scene.validate("--fps")?;
+    }
     if let Some(number) = args.frame {
         scene = scene.film.frame(&scene, number);
     }
@@ -152,7 +159,9 @@ fn say_rain(scene: &Scene, args: &ReferenceArgs) -> anyhow::Result<()> {
     }
     if bound < rain.extent {
         say!(
-            "note: rain is traced drop by drop to {bound:.1} m, beyond it as a medium (--rain-to)"
+            "note: rain is traced drop by drop to {bound:.1} m, beyond it as a medium; it may take minutes \
+             (--rain-to {:.0} is quicker)",
+            (0.5 * bound).max(1.0)
         );
     }
     Ok(())

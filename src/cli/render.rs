@@ -114,6 +114,9 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<Answer> {
     if output != Output::Layers {
         super::say_depth_alone(&scene);
     }
+    if output == Output::Display {
+        super::say_curve_on_photograph(&scene)?;
+    }
     if let Some(sequence) = &sequence {
         sequence.begin(&scene, &environment, choice.as_ref())?;
     }

@@ -66,6 +66,8 @@ fn text_of(
     frames: Option<u32>,
     auto: Option<&Choice>,
 ) -> Result<String> {
+    // Its files are known by their sums, wherever they lie.
+    let named = scene.without_folders();
     let manifest = Manifest {
         about: "the scene of the frames beside this file; `render --resume` compares it",
         version: env!("CARGO_PKG_VERSION"),
@@ -73,7 +75,7 @@ fn text_of(
         background_hash: Plate::of(scene)?.hash().map(|hash| format!("{hash:08x}")),
         layers,
         frames,
-        scene,
+        scene: &named,
         auto,
     };
     toml::to_string(&manifest).map_err(|error| Error::write(path, error))

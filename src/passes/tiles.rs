@@ -173,6 +173,9 @@ impl Passes {
     }
 }
 
+/// What a picture has too many of for a device, of [`Error::Limit`].
+pub(crate) const PIXELS: &str = "the picture's number of pixels";
+
 /// Refuses more drops, or more tiles, than the passes can number on a device.
 fn check_limits(device: &Device, drops: u64, tiles: u32) -> Result<()> {
     let limits = &device.report.limits;
@@ -190,7 +193,7 @@ fn check_limits(device: &Device, drops: u64, tiles: u32) -> Result<()> {
     // A row of workgroups takes an invocation for each disordered tile, of which there may be as many as
     // tiles; pixels, 8 bytes each, are one binding.
     let most_pixels = (TILE_PIXELS * 64 * groups).min(range / 8);
-    within("the image's pixels in tiles", TILE_PIXELS * u64::from(tiles), most_pixels)
+    within(PIXELS, TILE_PIXELS * u64::from(tiles), most_pixels)
 }
 
 /// Specialization constants of all passes over the tiles.

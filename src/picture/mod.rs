@@ -13,6 +13,7 @@ use std::io::{BufReader, Cursor, Read, Seek as _, SeekFrom};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
+use exr::meta::header::Header;
 use exr::prelude::{WritableImage, f16};
 use glam::Vec3;
 
@@ -206,6 +207,12 @@ fn check_claim(width: usize, height: usize, bytes: &[u8]) -> Result<(), String> 
     Ok(())
 }
 
+/// Names of the channels of all layers, for a message.
+fn channels(headers: &[Header]) -> String {
+    let all = headers.iter().flat_map(|header| &header.channels.list);
+    all.map(|channel| channel.name.to_string()).collect::<Vec<_>>().join(", ")
+}
+
 fn read_exr(bytes: &[u8]) -> Result<Picture, String> {
     use exr::prelude::{ReadChannels, ReadLayers};
     if bytes.first_chunk().is_some_and(|start| is_deep(*start)) {
@@ -217,6 +224,14 @@ fn read_exr(bytes: &[u8]) -> Result<Picture, String> {
         check_claim(header.layer_size.width(), header.layer_size.height(), bytes)?;
     }
     crate::picture::dwa::check_claims(Cursor::new(bytes))?;
+    let is_color = |header: &Header| {
+        ["R", "G", "B"]
+            .iter()
+            .all(|name| header.channels.find_index_of_channel(&(*name).into()).is_some())
+    };
+    if !meta.headers.iter().any(is_color) {
+        return Err(format!("it has no channels R, G and B (it has {})", channels(&meta.headers)));
+    }
     // In one thread: the crate's thread pool aborts the process where a decoder panics.
     let image = exr::prelude::read()
         .no_deep_data()

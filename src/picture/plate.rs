@@ -135,7 +135,7 @@ fn check_depth(values: &[f64], width: u32) -> Result<(), String> {
     let (x, y) = (index % width as usize, index / width as usize);
     Err(format!(
         "the depth at column {x}, row {y} is {}, not finite and over 0; where nothing is, store a large \
-         depth such as 1e10",
+         depth such as 1e10 (in a PNG 65535)",
         values[index]
     ))
 }
@@ -176,7 +176,7 @@ fn read_exr_depth(bytes: &[u8], scale: f64) -> Result<((u32, u32), Vec<f64>), St
             return Ok((size, values));
         }
     }
-    Err("it has no channel Z".into())
+    Err(format!("it has no channel Z (it has {})", super::channels(&meta.headers)))
 }
 
 fn read_png_depth(bytes: &[u8], scale: Option<f64>) -> Result<((u32, u32), Vec<f64>), String> {

@@ -308,6 +308,16 @@ impl Scene {
         write_whole(path, text.as_bytes())
     }
 
+    /// The scene with the names alone of the files that it names, for whoever knows them by what stands in them.
+    #[cfg(feature = "cli")]
+    pub(crate) fn without_folders(&self) -> Self {
+        let mut scene = self.clone();
+        for file in scene.files_mut() {
+            *file = file.file_name().map_or_else(|| file.clone(), PathBuf::from);
+        }
+        scene
+    }
+
     /// The files that it names.
     fn files_mut(&mut self) -> impl Iterator<Item = &mut PathBuf> {
         let Background { color, depth, .. } = &mut self.background;
@@ -420,14 +430,15 @@ impl Scene {
         all.fold(0, |sum, population| sum.saturating_add(population.count))
     }
 
-    /// Sets the number of random drops in boxes: the first population has what the others leave. 0 leaves none of any.
+    /// Sets the number of random drops in boxes: the first population has what the others leave. 0 leaves no
+    /// rain at all, nor real rain.
     ///
     /// # Errors
     /// [`Error::Scene`] if the others have more.
     pub fn set_random_count(&mut self, count: u32) -> Result<()> {
         let rain = self.rain.get_or_insert_default();
         if count == 0 {
-            rain.others = Default::default();
+            (rain.others, rain.real) = (Default::default(), None);
         }
         let others = rain.populations().skip(1).map(|population| u64::from(population.count));
         let others: u64 = others.sum();
@@ -459,7 +470,14 @@ fn mend(message: &str) -> String {
     let line = message.lines().next().unwrap_or(message);
     let mut names = line.split('`').skip(1).step_by(2);
     let Some(unknown) = names.next().filter(|_| line.starts_with("unknown ")) else {
-        return line.into();
+        let types = [
+            ("expected f64", "expected a number"),
+            ("expected f32", "expected a number"),
+            ("expected u32", "expected a whole number"),
+            ("expected u64", "expected a whole number"),
+            ("expected a boolean", "expected true or false"),
+        ];
+        return types.iter().fold(line.into(), |line, (name, words)| line.replace(name, words));
     };
     let far = |name: &str| strsim::damerau_levenshtein(name, unknown);
     let most = unknown.len().div_ceil(3);

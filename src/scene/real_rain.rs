@@ -109,6 +109,12 @@ impl RealRain {
             let (least, most) = (range.start(), range.end());
             Err(format!("rain: {what} = {value} is not within {least} to {most} {unit}"))
         };
+        if rate == 0.0 {
+            return Err(
+                "rain: rate = 0 is no rain: leave the rate out, and give count = 0 (--drops 0)"
+                    .into(),
+            );
+        }
         within(RATES, rate, "rate", "mm/h")?;
         within(DIAMETERS, from, "the first of diameters", "mm")?;
         within(DIAMETERS, to, "the second of diameters", "mm")?;

@@ -217,7 +217,7 @@ fn bad_plates_are_refused_in_one_line() {
     color.write_exr(Path::new(&nan)).expect("a file");
     let of = |list: &[&str]| list.iter().map(|text| text.to_string()).collect::<Vec<_>>();
     wrong.extend([
-        (of(&["--depth", &luminance]), "no channel Z"),
+        (of(&["--depth", &luminance]), "no channel Z (it has Y)"),
         (of(&["--depth", &png]), "needs a scale"),
         (of(&["--depth", &eight, "--depth-scale", "1"]), "one channel of 16 bits"),
         (of(&["--depth", &png, "--depth-scale", "0"]), "depth_scale = 0 is not"),
@@ -225,9 +225,11 @@ fn bad_plates_are_refused_in_one_line() {
         (of(&["--depth-scale", "2"]), "but no depth"),
         (of(&["--depth", &text]), "text.exr"),
         (of(&["--background", &text]), "text.exr"),
+        (of(&["--background", &luminance]), "no channels R, G and B (it has Y)"),
         (of(&["--background", &small]), "it is 4 x 8, the picture 8 x 8"),
         (of(&["--background", &nan]), "column 0, row 0 is not finite"),
         (of(&["--background", &path("none.exr")]), "none.exr"),
+        (of(&["--background", "none.exr"]), "; looked for as /"),
     ]);
     for (arguments, told) in wrong {
         let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();

@@ -116,7 +116,7 @@ impl CompareArgs {
         };
         if gate.is_asked() && !self.is_in_turn() && self.baseline.is_empty() {
             anyhow::bail!(
-                "--threshold, --fail-above, --junit and --expect are for --baseline, --a, --b, --a-binary and --b-binary"
+                "--threshold, --fail-above, --fail-undecided, --junit and --expect are for --baseline, --a, --b, --a-binary and --b-binary"
             );
         }
         let of_rounds = [("max_time", "--max-time"), ("timeout", "--timeout")];

@@ -149,10 +149,16 @@ pub fn take_turns(
 /// Says how long all rounds take, by the first, and `pictures` times as long for pictures.
 fn say_expected(first: Duration, most: usize, pictures: f64, end: Duration) {
     let round = first.as_secs_f64();
-    let all = (round * (most as f64 + pictures)).min(end.as_secs_f64() + round);
-    let rounds = counted(most as u64, "round");
+    let all = round * (most as f64 + pictures);
+    let (first, rounds) = (about(round), counted(most as u64, "round"));
     let take = if most == 1 { "takes" } else { "take" };
-    say!("note: the first round took {}; {rounds} {take} up to {}", about(round), about(all));
+    match all > end.as_secs_f64() {
+        true => say!(
+            "note: the first round took {first}; up to {rounds}, as many as fit into {} (--max-time)",
+            about(end.as_secs_f64())
+        ),
+        false => say!("note: the first round took {first}; {rounds} {take} up to {}", about(all)),
+    }
 }
 
 /// How long a comparison may take.

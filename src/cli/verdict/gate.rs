@@ -20,9 +20,12 @@ pub struct GateArgs {
     #[arg(long, value_name = "X", value_parser = parse_part)]
     threshold: Option<f64>,
     /// Set --threshold to this (5% or 0.05), and exit with status 1 if a row is slower, or its picture is different where
-    /// pictures are compared. An undecided row does not fail
+    /// pictures are compared. An undecided row does not fail (--fail-undecided)
     #[arg(long, value_name = "X", value_parser = parse_part, conflicts_with = "threshold")]
     fail_above: Option<f64>,
+    /// Exit with status 1 if a row is undecided: nothing is known of it
+    #[arg(long)]
+    fail_undecided: bool,
     /// How the rows are printed
     #[arg(long, value_enum, value_name = "NAME", default_value_t = Format::Table)]
     pub format: Format,
@@ -40,7 +43,8 @@ pub struct GateArgs {
 
 impl GateArgs {
     /// The ids of its options, for whoever passes the others on.
-    pub const IDS: [&str; 6] = ["threshold", "fail_above", "format", "json", "junit", "expect"];
+    pub const IDS: [&str; 7] =
+        ["threshold", "fail_above", "fail_undecided", "format", "json", "junit", "expect"];
 
     /// By how much, as a part of 1.
     pub fn threshold(&self) -> f64 {
@@ -52,6 +56,7 @@ impl GateArgs {
         let files = [&self.junit, &self.expect];
         self.threshold.is_some()
             || self.fail_above.is_some()
+            || self.fail_undecided
             || files.into_iter().any(Option::is_some)
     }
 
@@ -110,16 +115,19 @@ impl GateArgs {
 
     /// Whether a gate was asked for and fails; says on stderr by which rows.
     fn fails(&self, reports: &[&Report]) -> bool {
-        let failing = || reports.iter().filter(|report| report.fails());
-        if self.fail_above.is_none() || failing().next().is_none() {
-            return false;
-        }
-        let of = |verdict: Verdict| {
-            let rows = failing().flat_map(|report| &report.rows);
+        let of = |verdict: Verdict, fails: bool| {
+            let rows = reports.iter().filter(move |_| fails).flat_map(|report| &report.rows);
             let rows = rows.filter(move |row| row.verdict == verdict);
             rows.map(move |row| format!("{} ({})", row.name, verdict.name()))
         };
-        let failed: Vec<_> = of(Verdict::Slower).chain(of(Verdict::Different)).collect();
+        let is_bounded = self.fail_above.is_some();
+        let failed: Vec<_> = of(Verdict::Slower, is_bounded)
+            .chain(of(Verdict::Different, is_bounded))
+            .chain(of(Verdict::Undecided, self.fail_undecided))
+            .collect();
+        if failed.is_empty() {
+            return false;
+        }
         say!("raindrops: {}", failed.join("; "));
         true
     }

@@ -96,14 +96,33 @@ pub fn tail_lines(report: &Report, format: Format) -> Vec<String> {
     lines.extend(warnings.map(|warning| format!("warning: {warning}")));
     lines.extend(report.stopped.iter().map(|why| format!("stopped: {why}")));
     if report.rows.iter().any(|row| row.ratio_low.is_none()) {
-        lines.push("a row without an interval has too few rounds to decide; measure with `bench --rounds 10`".into());
+        lines.push(
+            "a row without an interval has fewer than the six rounds that can decide; give --rounds 10, or more --max-time"
+                .into(),
+        );
     }
+    lines.push(summary(report));
     if format == Format::Markdown {
         // A list of its own, after the table.
         lines = lines.into_iter().map(|line| format!("- {}", line.trim())).collect();
         lines.insert(0, String::new());
     }
     lines
+}
+
+/// How many rows have which verdict; and how much slower those may be of which nothing is known.
+fn summary(report: &Report) -> String {
+    let all =
+        [Verdict::Slower, Verdict::Faster, Verdict::Same, Verdict::Undecided, Verdict::Different];
+    let counts = all.map(|verdict| (report.count(verdict), verdict.name()));
+    let counts = counts.into_iter().filter(|(count, _)| *count > 0);
+    let counts: Vec<_> = counts.map(|(count, name)| format!("{count} {name}")).collect();
+    let undecided = report.rows.iter().filter(|row| row.verdict == Verdict::Undecided);
+    let most = undecided.filter_map(|row| row.ratio_high).reduce(f64::max);
+    let most = most.filter(|most| *most > 1.0).map_or(String::new(), |most| {
+        format!("; that an undecided one is up to {most:.2} times as slow is not excluded")
+    });
+    format!("{}: {}{most}", counted(report.rows.len() as u64, "row"), counts.join(", "))
 }
 
 /// How to read the table.
@@ -131,7 +150,7 @@ fn row_lines(row: &VerdictRow) -> Vec<String> {
         .filter(|(_, pass)| matches!(pass.verdict, Verdict::Slower | Verdict::Faster));
     let passes = passes.map(|(name, pass)| {
         format!(
-            "pass {name}: {}, {} to {} ms ({})",
+            "pass {name}: {}, {} -> {} ms (B / A {})",
             pass.verdict.name(),
             thousands_of(pass.median_ms_a, 2),
             thousands_of(pass.median_ms_b, 2),

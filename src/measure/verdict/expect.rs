@@ -220,11 +220,11 @@ impl DeviceExpectations {
         let error = own.and_then(|own| own.error).or(self.error);
         let over = |what: &str, value: Option<f64>, bound: Option<f64>| {
             let (value, bound) = (value?, bound?);
-            (value > bound).then(|| format!("{what} {value:.4} is over {bound}"))
+            (value > bound).then(|| format!("{what} {value:.4}, over the bound {bound}"))
         };
-        over("the least ratio within its interval", row.ratio_low, self.ratio_of(row))
-            .or_else(|| over("FLIP", row.flip_between, flip))
-            .or_else(|| over("the error", row.error_b, error))
+        over("B / A is at least", row.ratio_low, self.ratio_of(row))
+            .or_else(|| over("FLIP is", row.flip_between, flip))
+            .or_else(|| over("the error is", row.error_b, error))
     }
 
     /// Entries of its lists that no row's name holds: they are of no use any more, or misspelt.
