@@ -25,10 +25,13 @@ fi
 
 "$program" bench --rounds 10 "$@" --json "$folder/new.json" --google-benchmark "$folder/google-benchmark.json" \
   --format markdown
-for number in $(seq "${BASELINE_RUNS:-3}"); do
+runs=${BASELINE_RUNS:-3}
+for number in $(seq "$runs"); do
   if [ ! -e "$folder/base-$number.json" ]; then
     mv "$folder/new.json" "$folder/base-$number.json"
-    echo "against-baseline: kept as $folder/base-$number.json; no verdict until there are ${BASELINE_RUNS:-3}" >&2
+    next="no verdict until there are $runs"
+    [ "$number" -lt "$runs" ] || next="the baseline is complete, the next run gets a verdict"
+    echo "against-baseline: kept as $folder/base-$number.json; $next" >&2
     exit 0
   fi
 done
