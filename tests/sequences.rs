@@ -192,13 +192,15 @@ fn fs_write(path: &Path, text: &str) {
 #[cfg(unix)]
 const FRAMES: u32 = 150;
 
-/// Renders a long sequence into a folder, `rain`, and as soon as three frames are there does `harm` to
+/// Renders a long sequence into a folder, `rain`, in which another has left a frame, and as soon as three frames are there does `harm` to
 /// the process; what it said and how it ended. A limit on the size of files does not kill it.
 #[cfg(unix)]
 fn harmed(folder: &Path, harm: impl FnOnce(u32)) -> Output {
     let (scene, rain) = (folder.join("scene.toml"), folder.join("rain"));
     std::fs::write(&scene, SCENE).expect("a scene");
     std::fs::create_dir_all(&rain).expect("a folder");
+    // Of an earlier scene; the sequence does not come so far.
+    image::GrayImage::new(1, 1).save(frame(&rain, FRAMES - 1)).expect("a frame");
     let program = render(&scene, &rain.join("rain.png"), &["--frames", &FRAMES.to_string()]);
     let mut command = Command::new("sh");
     command.args(["-c", "trap '' XFSZ; exec \"$@\"", "sh"]).arg(program.get_program());
