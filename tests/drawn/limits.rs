@@ -65,7 +65,7 @@ fn more_drops_than_a_binding_holds() {
 #[test]
 fn more_tiles_than_a_dispatch_takes() {
     let adjust = |report: &mut DeviceReport| report.limits.max_compute_work_group_count[0] = 1024;
-    let words = ["pixels in tiles is 1,048,576", "524,288 at most"];
+    let words = ["number of pixels is 1,048,576", "524,288 at most"];
     refused(adjust, &scene(Preset::Fast, 100, 1024), &words);
 }
 
