@@ -50,7 +50,7 @@ use crate::passes::tiles::PIXELS;
 use crate::picture::Picture;
 use crate::plan::FramePlan;
 use crate::scene::Scene;
-use crate::scene::model::{Lens, Motion, Operator};
+use crate::scene::model::{Lens, Motion};
 use crate::thousands::counted;
 use crate::{Error, Result};
 
@@ -290,19 +290,6 @@ fn open_environment(scene: &Scene) -> Result<Environment> {
 fn write_half(picture: &Picture, path: &Path) -> Result<()> {
     if picture.write_exr_f16(path)? {
         say_once!("warning: radiance over 65,504 is stored as that much in pictures of halves");
-    }
-    Ok(())
-}
-
-/// Says on stderr that a photograph will not keep its colours.
-fn say_curve_on_photograph(scene: &Scene) -> Result<()> {
-    if let Some(file) = &scene.background.color
-        && scene.tone_map.operator == Operator::Photographic
-        && Picture::is_display(file)?
-    {
-        say!(
-            "note: the background is a picture of 8 bits, which the tone mapping changes; --tone-map none keeps its colours"
-        );
     }
     Ok(())
 }

@@ -19,7 +19,7 @@ use crate::plan::{FramePlan, Output, plan_by};
 use crate::renderer::parts::{Grid, Parts, empty_picture, place};
 use crate::renderer::{FrameReport, Renderer};
 use crate::scene::Scene;
-use crate::scene::model::Simulation;
+use crate::scene::model::{Operator, Simulation};
 use crate::thousands::{counted, thousands};
 
 /// Draw one frame, or a numbered sequence
@@ -115,7 +115,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<Answer> {
         super::say_depth_alone(&scene);
     }
     if output == Output::Display {
-        super::say_curve_on_photograph(&scene)?;
+        say_curve_on_photograph(&scene)?;
     }
     if let Some(sequence) = &sequence {
         sequence.begin(&scene, &environment, choice.as_ref())?;
@@ -129,6 +129,19 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<Answer> {
     tell(&scene, &plan, &drawn);
     device.instance().expect_silence()?;
     Ok(Answer::Yes)
+}
+
+/// Says on stderr that a photograph will not keep its colours.
+fn say_curve_on_photograph(scene: &Scene) -> crate::Result<()> {
+    if let Some(file) = &scene.background.color
+        && scene.tone_map.operator == Operator::Photographic
+        && Picture::is_display(file)?
+    {
+        say!(
+            "note: the background is a picture of 8 bits, which the tone mapping changes; --tone-map none keeps its colours"
+        );
+    }
+    Ok(())
 }
 
 /// What is drawn, by the picture's name.

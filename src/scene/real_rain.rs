@@ -110,10 +110,7 @@ impl RealRain {
             Err(format!("rain: {what} = {value} is not within {least} to {most} {unit}"))
         };
         if rate == 0.0 {
-            return Err(
-                "rain: rate = 0 is no rain: leave the rate out, and give count = 0 (--drops 0)"
-                    .into(),
-            );
+            return Err("rain: rate = 0 is no rain: leave the rate out, and give count = 0".into());
         }
         within(RATES, rate, "rate", "mm/h")?;
         within(DIAMETERS, from, "the first of diameters", "mm")?;
