@@ -18,14 +18,14 @@ use super::rounds::process::{Arm, Limits};
 use super::rounds::stages::paper_stages;
 use super::rounds::{Bound, Work, take_turns};
 use super::tell::say;
-use super::verdict::gate::{GateArgs, parse_flip};
+use super::verdict::gate::{GateArgs, MAX_FLIP, parse_flip};
 use super::verdict::notes;
 use super::verdict::table::{sheet, tail_lines};
 use super::{Answer, command_line, print, progress};
 use crate::environment::Environment;
 use crate::gpu::{Device, DeviceReport, Instance, Validation};
-use crate::measure::bench::DeviceHead;
 use crate::measure::bench::drivers::{Apart, FEW, apart, difference};
+use crate::measure::bench::{DeviceHead, Report as Kept};
 use crate::measure::verdict::{self, Method, Side};
 use crate::picture::Picture;
 use crate::picture::flip::PIXELS_PER_DEGREE;
@@ -90,9 +90,6 @@ struct Portrait {
     /// The paper's frame, which alone has stages, and its picture.
     stages: Option<(Stages, Picture)>,
 }
-
-/// Pictures farther apart than this are different, unless it is said otherwise.
-const MAX_FLIP: f64 = 0.01;
 
 /// Runs the command.
 pub fn run(args: &CompareDevicesArgs) -> anyhow::Result<Answer> {
@@ -343,7 +340,9 @@ impl Times<'_> {
             let (a, b) = (arm(0), arm(device));
             let bar = progress(args.rounds.into(), "rounds");
             let bound = Bound { end: each, pictures: 0.0 };
-            let turns = take_turns([&a, &b], &work, args.rounds.into(), threshold, bound, &bar);
+            let fits = |of_b: &Kept| args.gate.fits(&of_b.device);
+            let turns =
+                take_turns([&a, &b], &work, args.rounds.into(), threshold, bound, &bar, &fits);
             bar.finish_and_clear();
             if let Some([of_a, of_b]) = &turns.reports {
                 let sides = [Side::of(&a.label, of_a), Side::of(&b.label, of_b)];

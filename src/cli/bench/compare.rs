@@ -15,7 +15,7 @@ use crate::cli::rounds::pictures::Eye;
 use crate::cli::rounds::process::{Arm, Limits};
 use crate::cli::rounds::{Bound, Work, alone, passed_on, take_turns};
 use crate::cli::tell::say;
-use crate::cli::verdict::gate::{GateArgs, parse_flip};
+use crate::cli::verdict::gate::{GateArgs, MAX_FLIP, parse_flip};
 use crate::cli::verdict::{borrowed, notes, runs, side};
 use crate::cli::{Answer, Cli, command_line, open_environment, progress};
 use crate::measure::bench::{Amount, Report as Kept};
@@ -63,7 +63,7 @@ pub struct CompareArgs {
     #[arg(long, value_name = "DIR")]
     pictures: Option<PathBuf>,
     /// A row is `different`, whatever its times, if the mean FLIP between its two pictures is over this
-    #[arg(long, value_name = "X", default_value = "0.01", value_parser = parse_flip)]
+    #[arg(long, value_name = "X", default_value_t = MAX_FLIP, value_parser = parse_flip)]
     max_flip: f64,
     /// Also find the error of both pictures against the truth, traced with this many samples a pixel
     #[arg(long = "truth-samples", alias = "reference", value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1 << 20))]
@@ -245,7 +245,8 @@ fn in_turn(
     let bar = progress(most as u64, "rounds");
     // Each is one frame where a round has eight or more.
     let bound = Bound { end: compare.max_time, pictures: 0.5 };
-    let mut turns = take_turns([&a, &b], work, most, threshold, bound, &bar);
+    let fits = |of_b: &Kept| args.gate.fits(&of_b.device);
+    let mut turns = take_turns([&a, &b], work, most, threshold, bound, &bar, &fits);
     let mut seen = false;
     if turns.failed.is_none() {
         let environment = open_environment(scene)?;
@@ -298,7 +299,10 @@ fn against(
     let rows =
         |new: &Kept| kept(&borrowed(bases), &[(Path::new(name), new.clone())], true, threshold);
     // Before the other rounds; without a baseline there are no rows, and all fits.
-    let fits = |first: &Kept| rows(first).map(drop);
+    let fits = |first: &Kept| {
+        rows(first)?;
+        args.gate.fits(&first.device)
+    };
     let (found, failed) = alone(&arm, work, rounds, time, &bar, &fits);
     bar.finish_and_clear();
     let Some(mut found) = found else {

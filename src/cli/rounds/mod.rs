@@ -59,7 +59,7 @@ pub struct Turns {
 
 /// Measures A and B in turn, look by look, until each row is decided, `most` rounds are done, or the next round,
 /// and after it the pictures if there are to be any, would end after `time`. The order within a round
-/// alternates: A B, B A, A B …
+/// alternates: A B, B A, A B … `fits` refuses what cannot be judged, by B's first result.
 pub fn take_turns(
     arms: [&Arm; 2],
     work: &Work,
@@ -67,6 +67,7 @@ pub fn take_turns(
     threshold: f64,
     time: Bound,
     bar: &ProgressBar,
+    fits: &dyn Fn(&Report) -> crate::Result<()>,
 ) -> Turns {
     let start = Instant::now();
     let mut turns = Turns { reports: None, rows: Vec::new(), stopped: None, failed: None };
@@ -105,6 +106,9 @@ pub fn take_turns(
             // A scene or a size that differs would differ in all rounds.
             if rounds == 1 {
                 turns.look(&Look { rounds, rank: 0, error: 0.0 }, threshold);
+                if let Some(Err(error)) = turns.reports.as_ref().map(|[_, of_b]| fits(of_b)) {
+                    turns.failed = Some(error.into());
+                }
                 if turns.failed.is_some() {
                     return turns;
                 }

@@ -9,6 +9,7 @@ use super::table::{sheet, side_lines, tail_lines};
 use crate::cli::format::Format;
 use crate::cli::tell::say;
 use crate::cli::{Answer, check_folder, print, write_json};
+use crate::measure::bench::DeviceHead;
 use crate::measure::verdict::expect::{Expectations, Outcome};
 use crate::measure::verdict::{Report, Verdict};
 
@@ -73,6 +74,13 @@ impl GateArgs {
         Ok(self.expect.as_deref().map_or(Ok(()), |path| Expectations::load(path).map(drop))?)
     }
 
+    /// Fails if nothing is expected of a device that is to be judged.
+    pub fn fits(&self, device: &DeviceHead) -> crate::Result<()> {
+        self.expect
+            .as_deref()
+            .map_or(Ok(()), |path| Expectations::load(path)?.of(path, device).map(drop))
+    }
+
     /// Writes and prints a report, and answers by the gate.
     pub fn tell(&self, report: &Report) -> anyhow::Result<Answer> {
         self.write_json(report)?;
@@ -126,6 +134,10 @@ impl GateArgs {
             .chain(of(Verdict::Undecided, self.fail_undecided))
             .collect();
         if failed.is_empty() {
+            let worse = of(Verdict::Slower, true).chain(of(Verdict::Different, true)).count();
+            if worse > 0 && self.expect.is_none() {
+                say!("note: no bound was given, so this is no failure (--fail-above)");
+            }
             return false;
         }
         say!("raindrops: {}", failed.join("; "));
@@ -163,6 +175,10 @@ fn parse_part(text: &str) -> Result<f64, String> {
         false => Ok(part),
     }
 }
+
+/// The mean FLIP over which two drivers' pictures are different, unless it is said otherwise: over what they may round
+/// (points of `paper` on a driver that places them by 1/16 pixel, 0.0076).
+pub const MAX_FLIP: f64 = 0.01;
 
 /// A mean FLIP; 0: pictures must be the same.
 pub fn parse_flip(text: &str) -> Result<f64, String> {

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use quick_junit::{NonSuccessKind, Report as Junit, TestCase, TestCaseStatus, TestSuite};
 
+use super::table::row_lines;
 use crate::files::write_whole;
 use crate::measure::verdict::expect::Outcome;
 use crate::measure::verdict::{Report, Verdict, VerdictRow};
@@ -59,6 +60,7 @@ fn case(row: &VerdictRow, outcome: Option<&Outcome>) -> TestCase {
     status.set_message(message.clone());
     let mut case = TestCase::new(row.name.clone(), status);
     case.set_classname("raindrops");
-    case.set_system_out(message);
+    let more = row_lines(row).into_iter();
+    case.set_system_out(std::iter::once(message).chain(more).collect::<Vec<_>>().join("\n"));
     case
 }

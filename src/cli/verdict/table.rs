@@ -87,7 +87,7 @@ fn range(low: Option<f64>, high: Option<f64>) -> String {
 pub fn tail_lines(report: &Report, format: Format) -> Vec<String> {
     let mut lines = vec![legend(report)];
     for row in &report.rows {
-        lines.extend(row_lines(row));
+        lines.extend(row_lines(row).into_iter().map(|line| format!("   {}: {line}", row.name)));
     }
     lines.extend(report.notes.iter().map(|note| format!("note: {note}")));
     // Two sides of one machine have most of them in common.
@@ -128,7 +128,9 @@ fn summary(report: &Report) -> String {
 /// How to read the table.
 fn legend(report: &Report) -> String {
     let how = match report.method {
-        Method::Paired => "fresh processes in turn",
+        Method::Paired => {
+            "it is the median of the rounds' ratios, and ms A and ms B are medians of their own"
+        }
         Method::Unpaired => "kept results: each run counts once, as nothing ran in turn",
     };
     let pictures = report.max_flip.map_or(String::new(), |most| {
@@ -143,7 +145,13 @@ fn legend(report: &Report) -> String {
     )
 }
 
-fn row_lines(row: &VerdictRow) -> Vec<String> {
+/// Short times with more digits.
+fn ms(time: f64) -> String {
+    thousands_of(time, if time < 0.1 { 4 } else { 2 })
+}
+
+/// What is told of a row: its passes that are slower or faster, its counters that changed, its notes.
+pub fn row_lines(row: &VerdictRow) -> Vec<String> {
     let passes = row
         .passes
         .iter()
@@ -152,8 +160,8 @@ fn row_lines(row: &VerdictRow) -> Vec<String> {
         format!(
             "pass {name}: {}, {} -> {} ms (B / A {})",
             pass.verdict.name(),
-            thousands_of(pass.median_ms_a, 2),
-            thousands_of(pass.median_ms_b, 2),
+            ms(pass.median_ms_a),
+            ms(pass.median_ms_b),
             range(pass.ratio_low, pass.ratio_high)
         )
     });
@@ -161,7 +169,7 @@ fn row_lines(row: &VerdictRow) -> Vec<String> {
         format!("counter {name}: {} in A, {} in B", thousands(*a), thousands(*b))
     });
     let all = passes.chain(counters).chain(row.notes.iter().cloned());
-    all.map(|line| format!("   {}: {line}", row.name)).collect()
+    all.collect()
 }
 
 /// Every figure, unrounded; `pass` is empty for the frame as a whole.

@@ -197,9 +197,11 @@ impl DeviceExpectations {
     fn undecided(&self, row: &VerdictRow) -> Option<&'static str> {
         let within = |bound: f64| row.ratio_high.is_some_and(|high| high <= bound);
         match row.verdict {
-            Verdict::Undecided => Some("neither passed nor failed; more rounds may decide it"),
+            Verdict::Undecided => Some(
+                "neither passed nor failed; more rounds, or more runs at other times, may decide it",
+            ),
             _ if self.ratio_of(row).is_none_or(within) => None,
-            _ => Some("the bound lies within its interval; more rounds may decide it"),
+            _ => Some("the bound lies within its interval; more rounds or runs may decide it"),
         }
     }
 
