@@ -5,6 +5,7 @@
 pub mod background;
 pub mod camera;
 pub mod film;
+mod lines;
 pub mod matrices;
 pub mod model;
 pub mod projection;
@@ -327,8 +328,8 @@ impl Scene {
     /// Parses and validates the text of a scene file; `name` stands for it in messages.
     ///
     /// # Errors
-    /// [`Error::Scene`] with the line if it is no TOML, a key is unknown or a value is of another type;
-    /// and as [`Scene::validate`].
+    /// [`Error::Scene`] with the line if it is no TOML, a key is unknown or a value is of another type, and for
+    /// what [`Scene::validate`] refuses.
     pub fn parse(text: &str, name: &str) -> Result<Self> {
         let mut scene: Scene = toml::from_str(text).map_err(|error| {
             let start = error.span().map_or(0, |span| span.start);
@@ -346,7 +347,13 @@ impl Scene {
         if !scene.drops.is_empty() && !names_rain {
             scene.rain = None;
         }
-        scene.validate(name)?;
+        validate::problem(&scene).map_err(|problem| {
+            let place = match lines::line_of(text, &problem) {
+                Some(line) => format!("{name}:{line}"),
+                None => name.into(),
+            };
+            Error::Scene { place, problem }
+        })?;
         Ok(scene)
     }
 

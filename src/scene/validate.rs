@@ -26,8 +26,8 @@ impl Camera {
     }
 }
 
-/// The first problem of a scene.
-fn problem(scene: &Scene) -> Result<(), String> {
+/// The first problem of a scene, in words that [`super::lines::line_of`] reads: "table: …", "drop 3: …", "key = …".
+pub(super) fn problem(scene: &Scene) -> Result<(), String> {
     check(scene.time.is_finite(), || format!("time = {} is not a finite number", scene.time))?;
     scene.camera.validate(scene.image)?;
     environment(scene)?;
@@ -172,8 +172,9 @@ fn rain(scene: &Scene) -> Result<(), String> {
 /// Drops placed by hand.
 fn drops(scene: &Scene) -> Result<(), String> {
     for (number, drop) in scene.drops.iter().enumerate() {
-        check(drop.center.is_finite() && positive(drop.radius), || {
-            format!("drop {}: center must be finite, radius finite and over 0", number + 1)
+        check(drop.center.is_finite(), || format!("drop {}: center must be finite", number + 1))?;
+        check(positive(drop.radius), || {
+            format!("drop {}: radius = {} must be finite and over 0", number + 1, drop.radius)
         })?;
         check(drop.axis_ratio.is_none_or(|ratio| AXIS_RATIOS.contains(&ratio)), || {
             format!(
