@@ -27,6 +27,7 @@ use crate::picture::sidecar::CameraRecord;
 use crate::plan::{FramePlan, Output, plan};
 use crate::renderer::parts::Parts;
 use crate::scene::Scene;
+use crate::scene::model::Optics;
 use crate::thousands::counted;
 use crate::{Error, Result};
 
@@ -85,6 +86,12 @@ struct Record {
     time: f64,
     #[serde(skip_serializing_if = "Option::is_none")]
     rate_mm_h: Option<f64>,
+    /// How it was drawn, which preset `auto` leaves open: optics, samples a pixel, and of real rain the radius in pixels
+    /// under which drops are far rain.
+    optics: Optics,
+    samples: u32,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    cutoff_px: Option<f64>,
     camera: CameraRecord,
     /// Pixels that drops cover a part of.
     covered_pixels: usize,
@@ -332,15 +339,18 @@ impl Maker<'_> {
         };
         let layers = self.draw_layers(&scene, until.clone())?;
         write_half(&layers.over(&clean), &folder.join("rainy.exr"))?;
-        let cutoff_px = self.plan.cutoff.as_ref().map_or(0.0, |cutoff| cutoff.px);
-        let drops =
-            write_layers(&layers, &scene, (until.time, cutoff_px), &folder.join("layers.exr"))?;
+        let cutoff_px = self.plan.cutoff.as_ref().map(|cutoff| cutoff.px);
+        let least = cutoff_px.unwrap_or(0.0);
+        let drops = write_layers(&layers, &scene, (until.time, least), &folder.join("layers.exr"))?;
         let record = Record {
             format: FORMAT,
             view,
             seed: scene.seed,
             time: scene.time,
             rate_mm_h: scene.real_rain().map(|rain| rain.rate),
+            optics: self.plan.optics,
+            samples: self.plan.samples,
+            cutoff_px,
             camera: CameraRecord::of(&scene),
             covered_pixels: layers.count.iter().filter(|count| **count > 0).count(),
             drops,

@@ -44,6 +44,7 @@ use self::tell::{TellArgs, is_quiet, is_verbose, say, say_once};
 use crate::environment::Environment;
 use crate::environment::guess::is_guessed;
 use crate::files::write_whole;
+use crate::gpu::BUFFER_BYTES;
 use crate::passes::counters::Counts;
 use crate::passes::environment::lost_light;
 use crate::passes::tiles::PIXELS;
@@ -202,6 +203,9 @@ fn hint(error: &Error) -> Cow<'static, str> {
     if let Error::Limit { what: PIXELS, wanted, limit, .. } = error {
         let parts = (*wanted as f64 / *limit as f64).sqrt().ceil();
         return format!("; render --tiles {parts}x{parts} draws it in parts").into();
+    }
+    if let Error::Limit { what: BUFFER_BYTES, .. } = error {
+        return "; a smaller --size or fewer drops need less; render --tiles 2x2 draws a large picture, with --layers also its layers, in parts".into();
     }
     Cow::Borrowed(match error {
         Error::NoLoader(_) => "; install libvulkan1 (Debian, Ubuntu: scripts/setup.sh does)",

@@ -7,10 +7,10 @@ use std::path::Path;
 
 use glam::Vec3;
 use image::codecs::hdr::HdrDecoder;
-use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
+use image::{ImageDecoder, ImageFormat, ImageReader, Limits};
 
 use super::{Image, MAX_HEIGHT, MAX_WIDTH, open_exr};
-use crate::picture::{guarded, linear_of_srgb};
+use crate::picture::{guarded, linear_of_srgb, upright};
 
 /// Most bytes that a decoder of the `image` crate may take: the largest image in float32 RGB
 /// (1.6 GB) and some room.
@@ -108,7 +108,8 @@ fn decode_display(reader: impl BufRead + Seek, format: ImageFormat) -> Result<Im
     let decoder = reader.into_decoder().map_err(broken)?;
     let (width, height) = decoder.dimensions();
     check_size(u64::from(width), u64::from(height))?;
-    let display = DynamicImage::from_decoder(decoder).map_err(broken)?.into_rgb32f();
+    let display = upright(decoder).map_err(broken)?.into_rgb32f();
+    let (width, height) = display.dimensions();
     let texels = display.pixels().map(|pixel| Vec3::from(pixel.0.map(linear_of_srgb))).collect();
     Ok(Image { width, height, texels, missing: 0 })
 }

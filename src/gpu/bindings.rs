@@ -13,6 +13,9 @@ use super::retired::Object;
 use super::{Buffer, Device, Image, Named, Recorder, Sampler, Texels};
 use crate::{Error, Result};
 
+/// What is too large for one binding of a device, of [`Error::Limit`].
+pub(crate) const BUFFER_BYTES: &str = "the bytes of a storage buffer";
+
 /// What kind of resource fills a slot.
 pub type Binding = vk::DescriptorType;
 
@@ -192,7 +195,7 @@ impl Bindings {
                 let limit = self.device.report.limits.max_storage_buffer_range.into();
                 if kind == Binding::STORAGE_BUFFER && b.size > limit {
                     return Err(Error::Limit {
-                        what: "the bytes of a storage buffer",
+                        what: BUFFER_BYTES,
                         wanted: b.size,
                         limit,
                         device: self.device.report.name.clone(),

@@ -264,10 +264,21 @@ fn read_display(bytes: &[u8]) -> Result<Picture, String> {
     let reader = || image::ImageReader::with_format(Cursor::new(bytes), format);
     let (width, height) = reader().into_dimensions().map_err(|error| error.to_string())?;
     check_claim(width as usize, height as usize, bytes)?;
-    let image = reader().decode().map_err(|error| error.to_string())?.into_rgb16();
+    let decoded = reader().into_decoder().and_then(upright);
+    let image = decoded.map_err(|error| error.to_string())?.into_rgb16();
     let linear = |value: u16| linear_of_srgb(f32::from(value) / 65_535.0);
     let pixels = image.pixels().map(|p| Vec3::from_array(p.0.map(linear))).collect();
     Ok(Picture { width: image.width(), height: image.height(), pixels })
+}
+
+/// Decodes a picture, and turns it as its EXIF data says: cameras that were held upright store it lying.
+pub(crate) fn upright(
+    mut decoder: impl image::ImageDecoder,
+) -> image::ImageResult<image::DynamicImage> {
+    let orientation = decoder.orientation()?;
+    let mut image = image::DynamicImage::from_decoder(decoder)?;
+    image.apply_orientation(orientation);
+    Ok(image)
 }
 
 /// Writes 8-bit sRGB, `width * height` RGB triples row by row from the top, as PNG.

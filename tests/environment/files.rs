@@ -137,6 +137,19 @@ pub fn display(format: image::ImageFormat) -> Vec<u8> {
     bytes.into_inner()
 }
 
+/// A JPEG with the EXIF data of a camera that was held in another way: 3 is upside down, 6 to the left.
+pub fn turned(orientation: u8) -> Vec<u8> {
+    let mut bytes = display(image::ImageFormat::Jpeg);
+    let tiff = [
+        &b"Exif\0\0II*\0\x08\0\0\0"[..],
+        &[1, 0, 0x12, 1, 3, 0, 1, 0, 0, 0, orientation, 0, 0, 0, 0, 0, 0, 0],
+    ]
+    .concat();
+    let marker = [0xff, 0xe1, 0, (tiff.len() + 2) as u8];
+    bytes.splice(2..2, marker.into_iter().chain(tiff));
+    bytes
+}
+
 /// One file of every format and way of coding.
 pub fn all() -> Vec<(String, Vec<u8>)> {
     let tiles = Blocks::Tiles(Vec2(8, 8));

@@ -3,6 +3,7 @@
 use exr::prelude::*;
 use glam::{DVec3, Vec3, vec3};
 use raindrops::environment::Environment;
+use raindrops::picture::Picture;
 use raindrops::scene::EnvironmentChoice;
 
 use crate::files::{self, COMPRESSIONS, Folder, HEIGHT, WIDTH, radiance};
@@ -98,6 +99,24 @@ fn png_and_jpeg_are_decoded_from_srgb() {
                 assert!((f64::from(value) - linear).abs() <= bound, "{format:?} {value} {linear}");
             }
         }
+    }
+}
+
+/// A photograph stands as the camera was held.
+#[test]
+fn pictures_are_turned_as_they_say() {
+    let folder = Folder::new();
+    let level = folder.load("level.jpg", &files::turned(1)).expect("a sound file");
+    let over = folder.load("over.jpg", &files::turned(3)).expect("a sound file");
+    let reversed: Vec<_> = over.texels().iter().rev().copied().collect();
+    assert!(level.texels() == reversed);
+    let path = folder.path("left.jpg");
+    std::fs::write(&path, files::turned(6)).expect("a file");
+    let upright = Picture::read(&path).expect("a picture");
+    assert_eq!((upright.width as usize, upright.height as usize), (HEIGHT, WIDTH));
+    for (at, pixel) in upright.pixels.iter().enumerate() {
+        let lying = (HEIGHT - 1 - at % HEIGHT) * WIDTH + at / HEIGHT;
+        assert!((*pixel - level.texels()[lying]).abs().max_element() < 1e-5, "pixel {at}");
     }
 }
 
