@@ -14,10 +14,11 @@
 //! # use raindrops::environment::Environment;
 //! # use raindrops::plan::{Output, plan};
 //! # use raindrops::renderer::{FrameInput, HostEnvironment, HostMotion, Lighting, LiveInfo, RainField, View, ViewInfo};
-//! # use raindrops::scene::{ImageSize, Scene};
+//! # use raindrops::scene::{ImageSize, RainSettings, Scene};
 //! # use raindrops::scene::camera::Camera;
 //! # use raindrops::scene::matrices::ClipSpace;
 //! # use raindrops::scene::model::Preset;
+//! # use raindrops::scene::real_rain::RealRain;
 //! # fn rain(
 //! #     host: HostDevice,
 //! #     [output, color, depth, cube, motion, nearest]: [HostImage; 6],
@@ -32,7 +33,8 @@
 //! let device = unsafe { Device::import(host, &required)? };          // `HostDevice`: what you lend
 //!
 //! // Once: the light, the drops, and a view of them for pictures of one size.
-//! let mut scene = Scene::default();          // the paper's million drops; `scene.rain` has their number, box and size
+//! let mut scene = Scene::default();          // a unit is a metre; `scene.metres` makes it another length
+//! scene.rain = Some(RainSettings::of(RealRain { rate: 25.0, ..RealRain::default() })); // millimetres an hour
 //! scene.model.preset = Preset::Fast;         // as in `requirements`
 //! scene.image = ImageSize { width, height }; // of your target; images that you name with a frame have it, too
 //! let environment = Environment::bundled()?; // a sky; `load` reads a picture, `from_texels` takes yours

@@ -46,7 +46,7 @@ unsafe extern "system" fn collect(
 }
 
 impl Host {
-    /// Opens the device whose name holds `wanted`, or the first that has what is required. `validates`: with the
+    /// Opens the first device whose name holds `wanted`, or the first of all; it must have what is required. `validates`: with the
     /// validation layer and its synchronization checks.
     pub fn new(
         entry: ash::Entry,
@@ -149,6 +149,7 @@ impl Host {
             queue: self.queue,
             queue_lock: None,
             allocator: None,
+            pipelines: Vec::new(),
         }
     }
 

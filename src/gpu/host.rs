@@ -36,6 +36,8 @@ pub struct HostDevice {
     pub queue_lock: Option<QueueLock>,
     /// Where memory is from; none: from an allocator of its own.
     pub allocator: Option<Arc<Mutex<Allocator>>>,
+    /// What [`Device::pipelines`] gave in an earlier run, so that it need not be compiled again; empty if you kept none.
+    pub pipelines: Vec<u8>,
 }
 
 /// What a [`Device`] has of its host.
@@ -51,7 +53,8 @@ impl Device {
     /// [`Error::Vulkan`] if the driver refuses.
     ///
     /// # Safety
-    /// - All that `host` says is so, and its objects belong together.
+    /// - All that `host` says is so, and its objects belong together. Its pipelines come from this device and its driver,
+    ///   unchanged: drivers trust them.
     /// - Instance and device outlive what is returned and everything that is made from it.
     /// - The last of those is dropped when the queue is done with all commands that were recorded by them.
     pub unsafe fn import(host: HostDevice, requirements: &Requirements) -> Result<Arc<Self>> {
@@ -74,7 +77,7 @@ impl Device {
                 Arc::new(Mutex::new(own))
             }
         };
-        let pipeline_cache = pipeline_cache::create(&host.device, &[])?;
+        let pipeline_cache = pipeline_cache::create(&host.device, &host.pipelines)?;
         let of_host = Some(OfHost { queue_lock: host.queue_lock });
         Ok(Self::of_parts(
             &instance,

@@ -228,8 +228,9 @@ impl View {
         let (Some(output), Some(info)) = (&self.output, self.info) else {
             return refuse("the view was made for no host");
         };
-        output.check(&input.output, self.size)?;
         input.scene.validate("the frame")?;
+        let mut frame = self.frame(input.scene, None)?;
+        output.check(&input.output, self.size)?;
         check_background(&input.background, &info, input.scene)?;
         check_nearest(input, &info, self.size)?;
         check_apart(input)?;
@@ -241,7 +242,6 @@ impl View {
             // SAFETY: the slot is free, so its set is not in use; the host keeps the image until it is free again.
             unsafe { renewal.set_image(slot, environment)? };
         }
-        let mut frame = self.frame(input.scene, None)?;
         if let Some(HostMotion { camera, time, .. }) = &input.motion {
             let image = input.scene.image;
             frame = frame.until(camera.view(image.width, image.height), *time);

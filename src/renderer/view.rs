@@ -309,37 +309,38 @@ impl View {
     pub(super) fn check(&self, scene: &Scene) -> Result<()> {
         let made = &self.made_for;
         if scene.picture_size() != self.size || lattice_of(scene) != self.lattice {
-            let (width, height) = self.size;
+            let ((width, height), (other, high)) = (self.size, scene.picture_size());
             return refuse(&format!(
-                "the renderer was made for {width} x {height} pixels, or for others of a larger picture"
+                "the view was made for {width} x {height} pixels, or for others of a larger picture; the scene has \
+                 {other} x {high}"
             ));
         }
         if !self.rain.is_of(scene) {
-            return refuse("the renderer was made for other drops, or another seed");
+            return refuse("the view was made for other drops, or another seed");
         }
         if scene.environment != made.environment {
-            return refuse("the renderer was made for another environment");
+            return refuse("the view was made for another environment");
         }
         if scene.background != made.background {
-            return refuse("the renderer was made for another background");
+            return refuse("the view was made for another background");
         }
         if scene.model != made.model {
-            return refuse("the renderer was made for other models");
+            return refuse("the view was made for other models");
         }
         if scene.metres != made.metres && self.plan.shape.model != ShapeModel::Sphere {
             return refuse(
-                "metres: the renderer was made for drops of other sizes, which have other shapes",
+                "metres: the view was made for drops of other sizes, which have other shapes",
             );
         }
         if scene.drawn_exposure() != 0.0 && made.shutter() == 0.0 {
-            return refuse("camera: shutter: the renderer was made for an instant");
+            return refuse("camera: shutter: the view was made for an instant");
         }
         if scene.drawn_lens() != 0.0 && made.camera.aperture == 0.0 {
-            return refuse("camera: aperture: the renderer was made for a pinhole");
+            return refuse("camera: aperture: the view was made for a pinhole");
         }
         let sums_up = self.display.as_ref().is_none_or(|display| display.log_average);
         if scene.tone_map.derives_exposure() && !sums_up {
-            return refuse("tone_map: the renderer was made for a fixed exposure");
+            return refuse("tone_map: the view was made for a fixed exposure");
         }
         Ok(())
     }

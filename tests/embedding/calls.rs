@@ -1,11 +1,11 @@
 //! A frame records and does nothing else: every call into the driver is counted.
 
 use std::ffi::{CStr, c_void};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering::SeqCst};
+use std::sync::{Arc, Mutex};
 
 use ash::vk;
-use raindrops::device::{Device, HostImage, ImageState, requirements};
+use raindrops::device::{Device, HostDevice, HostImage, ImageState, requirements};
 use raindrops::plan::{Output, plan};
 use raindrops::renderer::{
     FrameInput, HostEnvironment, HostMotion, Lighting, LiveInfo, RainField, View,
@@ -39,6 +39,7 @@ macro_rules! counted {
         fn hook_of(name: &CStr) -> Option<(*const c_void, &'static AtomicUsize)> {
             match name.to_str().ok()? {
                 $(stringify!($name) => Some(($name::hook as *const c_void, &$name::REAL)),)*
+                "vkCreatePipelineCache" => Some((create_pipeline_cache as *const c_void, &REAL_PIPELINE_CACHE)),
                 _ => None,
             }
         }
@@ -67,6 +68,27 @@ counted! {
     vkCmdCopyBuffer vkCmdCopyImage vkCmdCopyImageToBuffer vkCmdBlitImage
 }
 
+/// What pipelines began with when they were made last.
+static KEPT: Mutex<Vec<u8>> = Mutex::new(Vec::new());
+static REAL_PIPELINE_CACHE: AtomicUsize = AtomicUsize::new(0);
+
+unsafe extern "system" fn create_pipeline_cache(
+    device: vk::Device,
+    info: *const vk::PipelineCacheCreateInfo<'_>,
+    allocator: *const vk::AllocationCallbacks<'_>,
+    cache: *mut vk::PipelineCache,
+) -> vk::Result {
+    // SAFETY: the layer's function, called as it was to be.
+    unsafe {
+        let (data, bytes) = ((*info).p_initial_data.cast::<u8>(), (*info).initial_data_size);
+        let kept = if bytes == 0 { &[] } else { std::slice::from_raw_parts(data, bytes) };
+        *KEPT.lock().expect("no panic") = kept.to_vec();
+        let real: vk::PFN_vkCreatePipelineCache =
+            std::mem::transmute(REAL_PIPELINE_CACHE.load(SeqCst));
+        real(device, info, allocator, cache)
+    }
+}
+
 /// Frames that renew their light.
 const RENEWED: [bool; 6] = [true, false, true, false, false, false];
 
@@ -76,7 +98,11 @@ fn a_frame_records_and_does_nothing_else() {
     let host = Host::new(entry, &requirements(Preset::Fast), true, wanted().as_deref());
     // SAFETY: as in `on_host`.
     let device = unsafe { Device::import(host.lent(), &requirements(Preset::Fast)) };
-    let device = device.expect("a device");
+    let pipelines = device.expect("a device").pipelines().expect("its header at least");
+    let lent = HostDevice { pipelines: pipelines.clone(), ..host.lent() };
+    // SAFETY: as above.
+    let device = unsafe { Device::import(lent, &requirements(Preset::Fast)) }.expect("a device");
+    assert_eq!(*KEPT.lock().expect("no panic"), pipelines);
     let mut scene = scene(Preset::Fast);
     let before_set_up = calls();
     let mut embedded = Embedded::new(&host, &device, &scene, &asked());

@@ -98,6 +98,7 @@ pub unsafe fn lend(device: &wgpu::Device, required: &Requirements) -> Arc<Device
             queue: hal.raw_queue(),
             queue_lock: None,
             allocator: None,
+            pipelines: Vec::new(),
         };
         Device::import(host, required).expect("what rain needs")
     }
