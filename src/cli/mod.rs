@@ -30,6 +30,7 @@ mod verdict;
 mod view;
 
 use std::borrow::Cow;
+use std::io::IsTerminal as _;
 use std::io::{ErrorKind, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -346,7 +347,10 @@ fn command_line() -> String {
     shlex::try_join(words.iter().map(String::as_str)).unwrap_or_else(|_| words.join(" "))
 }
 
-/// A progress bar on stderr; invisible where stderr is no terminal.
+/// How often a line says how far work is, where there is no terminal for a bar.
+const EVERY: Duration = Duration::from_secs(30);
+
+/// A progress bar on stderr; where that is no terminal, a line from time to time.
 fn progress(length: u64, unit: &str) -> ProgressBar {
     let style =
         ProgressStyle::with_template("{bar:40} {pos}/{len} {unit} {msg} [{elapsed} < {eta}]")
@@ -360,7 +364,20 @@ fn progress(length: u64, unit: &str) -> ProgressBar {
     if is_quiet() {
         return ProgressBar::hidden();
     }
-    ProgressBar::new(length).with_style(style)
+    let bar = ProgressBar::new(length).with_style(style);
+    if !std::io::stderr().is_terminal() {
+        let (weak, unit) = (bar.downgrade(), unit.to_string());
+        // It ends with the bar.
+        std::thread::spawn(move || {
+            loop {
+                std::thread::sleep(EVERY);
+                let Some(bar) = weak.upgrade().filter(|bar| !bar.is_finished()) else { return };
+                let (at, message, s) = (bar.position(), bar.message(), bar.elapsed().as_secs());
+                say!("{at} of {length} {unit} after {s} s {message}");
+            }
+        });
+    }
+    bar
 }
 
 /// Does some work; if it takes long, says on stderr what it is, then how long it has taken so far. With `-v` also at the

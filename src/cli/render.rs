@@ -175,6 +175,15 @@ fn draw(
     plan: &FramePlan,
     output: Output,
 ) -> anyhow::Result<Drawn> {
+    if let (Some(all), [first, .., last]) = (sequence, missing) {
+        let (first, last) = (all.path(*first), all.path(*last));
+        say!(
+            "{} to write: {} to {}",
+            counted(missing.len() as u64, "frame"),
+            first.display(),
+            last.display()
+        );
+    }
     let bar = progress(missing.len() as u64, "frames");
     let (last, undrawn) = (FrameReport::default(), Counts::default());
     let mut drawn = Drawn { last, undrawn, room: 1, cutoff_px: 0.0 };

@@ -35,7 +35,8 @@ pub struct TradeoffArgs {
     #[arg(long, value_name = "N", default_value_t = 128,
           value_parser = clap::value_parser!(u32).range(1..=1 << 20))]
     truth_samples: u32,
-    /// Only models whose names contain one of these, comma-separated, and the two with which all are compared
+    /// Only models of these names, comma-separated, and the two with which all are compared; what is no model's name
+    /// stands for all that contain it
     #[arg(long, value_name = "TEXT,…", value_delimiter = ',')]
     models: Vec<String>,
     /// Seconds to time a model, or longer for --min-frames
@@ -74,7 +75,12 @@ pub fn run(args: &TradeoffArgs) -> anyhow::Result<Answer> {
         vec![of_file(&args.scene.name(), scene, environment)]
     };
     let all: Vec<_> = models().into_iter().chain(models_of_rain()).collect();
-    let holds = |name: &str, text: &String| name.contains(text.as_str());
+    // A name in full is that model alone.
+    let is_name = |text: &str| all.iter().any(|model| model.name == text);
+    let holds = |name: &str, text: &String| match is_name(text) {
+        true => name == text,
+        false => name.contains(text.as_str()),
+    };
     if let Some(text) = args.models.iter().find(|text| !all.iter().any(|m| holds(&m.name, text))) {
         anyhow::bail!("--models {text}: no model's name contains that; docs/results lists them");
     }

@@ -52,6 +52,7 @@ pub(super) fn table(rows: &[Row], is_papers: bool, format: Format) -> String {
         for name in &passes {
             line.push(row.passes.get(*name).map_or("-".into(), |ms| thousands_of(*ms, 2)));
         }
+        let is_papers = is_papers && row.preset == "paper";
         let published = GTX_280.iter().find(|(drops, ..)| is_papers && *drops == row.drops);
         line.extend(published.map(|(_, mapped, plain)| format!("{mapped} / {plain}")));
         lines.push(line);
