@@ -35,6 +35,7 @@ const VARIANTS: &[(&str, &str, &str)] = &[
     ("output.frag", "_BUFFER", "RADIANCE_IN_BUFFER"),
     ("output.frag", "_TEXELS", "RADIANCE_IN_TEXELS"),
     ("renew_map.comp", "_CUBE", "CUBE"),
+    ("tiles_to_draw.comp", "_TEXELS", "TEXELS"),
     ("tone_map.frag", "_BUFFER", "RADIANCE_IN_BUFFER"),
     ("tone_map.frag", "_TEXELS", "RADIANCE_IN_TEXELS"),
 ];

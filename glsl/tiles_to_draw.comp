@@ -12,13 +12,28 @@
 layout(local_size_x = 64) in;
 layout(push_constant) uniform Push { uint new_sky; } push; // 1: no tile shows it yet
 
+// Four tiles' links at a time, as texels where the device takes them (nodes_by_four.glsl says why).
+#ifdef TEXELS
+layout(set = 0, binding = 34) uniform usamplerBuffer head_texels;
+uvec4 four_of_heads(uint tile) { return texelFetch(head_texels, int(tile / 4u)); }
+#else
+uvec4 four_of_heads(uint tile) { return uvec4(heads[tile], heads[tile + 1u], heads[tile + 2u], heads[tile + 3u]); }
+#endif
+
 // A bit a tile, list by list.
 uvec4 lists_of(uint first, uint tiles) {
-    uvec4 lists = uvec4(0u);
-    for (uint i = 0u; i < tiles; ++i) {
-        uint link = heads[first + i];
-        bool one = link != END && nodes[link] == END, block = is_block(link);
-        lists |= uvec4(link != END && !one, one && !block, one && block, link == END) << i;
+    uint filled = 0u;
+    for (uint i = 0u; i < tiles; i += 4u) {
+        uvec4 bits = uvec4(notEqual(four_of_heads(first + i), uvec4(END))) << uvec4(0, 1, 2, 3);
+        filled |= (bits.x | bits.y | bits.z | bits.w) << i;
+    }
+    uint all = tiles == 0u ? 0u : 0xffffffffu >> (LISTED_TILES - tiles);
+    filled &= all;
+    uvec4 lists = uvec4(0u, 0u, 0u, filled ^ all);
+    for (uint left = filled; left != 0u; left &= left - 1u) {
+        uint link = heads[first + findLSB(left)];
+        bool one = nodes[link] == END, block = is_block(link);
+        lists.xyz |= uvec3(!one, one && !block, one && block) * (left & -left);
     }
     return lists;
 }

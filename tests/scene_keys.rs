@@ -301,3 +301,25 @@ fn populations_are_read_and_written() {
     assert_eq!(one, parse("[rain]\ncount = 3").expect("a scene"));
     assert!(toml::to_string(&one).expect("text").contains("[rain]"));
 }
+
+#[test]
+fn what_is_out_of_range_has_its_line() {
+    for (line, text) in [
+        (2, "seed = 1\ntime = inf"),
+        (3, "[camera]\nnear = 1.0\nvertical_fov = 0.0"),
+        (2, "\n[image]\nwidth = 100000"),
+        (1, "image = { width = 0 }"),
+        (1, "tone_map.key = 0.0"),
+        (5, "[[rain]]\nradius = 0.1\n[[rain]]\nseed = 2\nradius = -1.0"),
+        (
+            6,
+            "[[drop]]\ncenter = [0.0, 0.0, 0.0]\nradius = 0.1\n[[drop]]\ncenter = [0.0, 0.0, 0.0]\nradius = 0.0",
+        ),
+        (3, "[rain]\nrate = 25.0\ndiameters = [2.0, 1.0]"),
+        (2, "[model]\nerror = 0.1\npreset = \"paper\""),
+        (2, "[film]\npace = [{ at = 1.0, rate = 1.0 }, { at = 0.0, rate = 1.0 }]"),
+    ] {
+        let message = Scene::parse(text, "s.toml").expect_err(text).to_string();
+        assert!(message.starts_with(&format!("s.toml:{line}: ")), "{text}: {message}");
+    }
+}

@@ -220,7 +220,7 @@ fn a_window_falls_on_pixels() {
         ("[0.0, 0.0, 1.0, nan]", "top to bottom"),
     ] {
         let error = parse(bad).expect_err(bad);
-        assert!(error.contains("scene.toml: camera: window") && error.contains(says), "{error}");
+        assert!(error.contains("scene.toml:5: camera: window") && error.contains(says), "{error}");
     }
     let scene = parse("[0.25, 0.5, 0.75, 1.0]").expect("a scene");
     assert_eq!(scene.picture_size(), (50, 5));

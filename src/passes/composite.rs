@@ -248,10 +248,12 @@ impl Buffers {
             (slot::NEAREST_DROPS, self.nearest.as_ref().unwrap_or(&self.sky)),
         ];
         let maps = [(slot::ENVIRONMENT_MAP, seen_by_drops), (slot::WHOLE_MAP, environment)];
-        let nodes = tiles.texels.iter().map(|of_tiles| (slot::NODE_TEXELS, &of_tiles.nodes));
+        let of_tiles = tiles.texels.iter().flat_map(|of_tiles| {
+            [(slot::NODE_TEXELS, &of_tiles.nodes), (slot::HEAD_TEXELS, &of_tiles.heads)]
+        });
         let views = texels
             .into_iter()
-            .flat_map(|own| nodes.clone().chain(own.iter().map(|(slot, view)| (*slot, view))));
+            .flat_map(|own| of_tiles.clone().chain(own.iter().map(|(slot, view)| (*slot, view))));
         let slots: Vec<_> = buffers
             .map(|(slot, buffer)| (slot, Resource::Buffer(buffer)))
             .into_iter()
@@ -284,9 +286,15 @@ impl Passes {
         };
         let pipeline = |shader| pushed(shader, 0, &constants);
         let maybe = |is_wanted: bool, shader| is_wanted.then(|| pipeline(shader)).transpose();
-        let [over, few] = match has_texels {
-            true => [shaders::COMPOSITE_COMP_TEXELS, shaders::COMPOSITE_COMP_FEW_TEXELS],
-            false => [shaders::COMPOSITE_COMP, shaders::COMPOSITE_COMP_FEW],
+        let [over, few, to_draw] = match has_texels {
+            true => [
+                shaders::COMPOSITE_COMP_TEXELS,
+                shaders::COMPOSITE_COMP_FEW_TEXELS,
+                shaders::TILES_TO_DRAW_COMP_TEXELS,
+            ],
+            false => {
+                [shaders::COMPOSITE_COMP, shaders::COMPOSITE_COMP_FEW, shaders::TILES_TO_DRAW_COMP]
+            }
         };
         let sky = || -> Result<SkyPass> {
             let Some(behind) = behind else {
@@ -303,7 +311,7 @@ impl Passes {
             }
             let listing = LISTED_TILES * group::TILES_TO_DRAW_COMP[0];
             Ok(Some(Listed {
-                to_draw: pushed(shaders::TILES_TO_DRAW_COMP, 4, &constants)?,
+                to_draw: pushed(to_draw, 4, &constants)?,
                 groups: tiles.count.div_ceil(listing),
                 few: side_by_side(std::array::from_fn(|list| list as u32 + 1), |list| {
                     pushed(few, 0, &[&constants[..], &[[constant::LIST, list]]].concat())

@@ -31,6 +31,7 @@ pub(crate) struct Lists {
 /// Views of what passes read a texel at a time.
 pub(super) struct TileTexels {
     pub nodes: Texels,
+    pub heads: Texels,
     pub larges: Texels,
     pub pictures: Texels,
 }
@@ -52,7 +53,12 @@ impl Lists {
         Ok(Self {
             totals: make("totals", size_of::<Totals>() as u64, 1, of_totals)?,
             nodes: make("nodes", NODE_BYTES, room.nodes, by_four | copied)?,
-            heads: make("lists", 4, tiles.into(), storage | Usage::TRANSFER_DST | copied)?,
+            heads: make(
+                "lists",
+                16,
+                tiles.div_ceil(4).into(),
+                by_four | Usage::TRANSFER_DST | copied,
+            )?,
             larges: make("large drops", LARGE_BYTES, room.larges, by_four)?,
             bigs: make("big drops", 8, room.blocks / TILES_OF_BIG + 1, storage)?,
             blocks: make("blocks", 8, room.blocks, storage)?,
@@ -66,9 +72,9 @@ impl TileTexels {
     /// # Errors
     /// Those of [`Texels::new`].
     pub fn of(device: &Arc<Device>, lists: &Lists, pictures: &Buffer) -> Result<Option<Self>> {
-        let (nodes, larges) = (&lists.nodes, &lists.larges);
+        let (nodes, heads, larges) = (&lists.nodes, &lists.heads, &lists.larges);
         let four = Texel::FourWords;
-        let fit = [(nodes, four), (larges, four), (pictures, Texel::Word)]
+        let fit = [(nodes, four), (heads, four), (larges, four), (pictures, Texel::Word)]
             .iter()
             .all(|(buffer, words)| Texels::fit(device, buffer, *words));
         if !fit {
@@ -76,6 +82,7 @@ impl TileTexels {
         }
         Ok(Some(Self {
             nodes: Texels::new(device, "texels of nodes", nodes, four)?,
+            heads: Texels::new(device, "texels of lists", heads, four)?,
             larges: Texels::new(device, "texels of large drops", larges, four)?,
             pictures: Texels::new(device, "texels of pictures", pictures, Texel::Word)?,
         }))

@@ -168,7 +168,7 @@ fn a_fixed_exposure_is_a_finite_factor_over_0() {
     for bad in ["0.0", "-1.0", "nan", "inf", "-inf", "1e31", "1e-31"] {
         let text = format!("[tone_map]\nexposure = {bad}\n");
         let error = Scene::parse(&text, "scene.toml").expect_err(bad).to_string();
-        assert!(error.contains("scene.toml: tone_map: exposure = "), "{error}");
+        assert!(error.contains("scene.toml:2: tone_map: exposure = "), "{error}");
     }
     let scene = Scene::parse("[tone_map]\nexposure = 1.5\n", "scene.toml").expect("a scene");
     assert_eq!(scene.tone_map.exposure, Some(1.5));
