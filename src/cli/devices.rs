@@ -59,7 +59,7 @@ fn describe(index: usize, device: &DeviceReport, frame_ms: Option<f64>) -> Strin
     };
     let speed = frame_ms.map_or(String::new(), |ms| {
         format!(
-            "\n   speed           about {} ms for a frame of the paper's scene (measured, kept)",
+            "\n   speed           about {} ms for a frame of a million drops by preset fast (measured once, then kept)",
             thousands_of(ms, 0)
         )
     });

@@ -2,7 +2,7 @@
 
 use clap::Args;
 
-use super::options::{ModelArgs, SceneArgs};
+use super::options::{BackgroundArgs, ModelArgs, SceneArgs};
 use super::{Answer, print, say_doubt};
 use crate::plan::{Output, plan};
 
@@ -12,6 +12,8 @@ pub struct PlanArgs {
     #[command(flatten)]
     scene: SceneArgs,
     #[command(flatten)]
+    background: BackgroundArgs,
+    #[command(flatten)]
     model: ModelArgs,
 }
 
@@ -19,6 +21,7 @@ pub struct PlanArgs {
 pub fn run(args: &PlanArgs) -> anyhow::Result<Answer> {
     let mut scene = args.scene.load()?;
     args.model.apply(&mut scene)?;
+    args.background.apply(&mut scene)?;
     let environment = super::open_environment(&scene)?;
     let plan = plan(&scene, &environment, Output::Display)?;
     say_doubt(&plan);

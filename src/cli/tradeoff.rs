@@ -35,6 +35,9 @@ pub struct TradeoffArgs {
     #[arg(long, value_name = "N", default_value_t = 128,
           value_parser = clap::value_parser!(u32).range(1..=1 << 20))]
     truth_samples: u32,
+    /// Only these of the eight scenes, comma-separated: close-up, near, far, sun, low range, pan, weather, lens
+    #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
+    scenes: Vec<String>,
     /// Only models of these names, comma-separated, and the two with which all are compared; what is no model's name
     /// stands for all that contain it
     #[arg(long, value_name = "TEXT,…", value_delimiter = ',')]
@@ -68,7 +71,16 @@ pub fn run(args: &TradeoffArgs) -> anyhow::Result<Answer> {
     let scenes = if args.scene.is_default() {
         let mut set = standard_set()?;
         set.extend(weather()?);
+        if let Some(name) = args.scenes.iter().find(|name| !set.iter().any(|s| s.name == **name)) {
+            let names: Vec<_> = set.iter().map(|scene| scene.name.as_str()).collect();
+            anyhow::bail!("--scenes {name}: there are {}", names.join(", "));
+        }
+        set.retain(|scene| args.scenes.is_empty() || args.scenes.contains(&scene.name));
         set
+    } else if !args.scenes.is_empty() {
+        anyhow::bail!(
+            "--scenes chooses among those of the study; leave it out for a scene of your own"
+        );
     } else {
         let scene = args.scene.load()?;
         let environment = super::open_environment(&scene)?;
