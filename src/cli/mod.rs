@@ -16,6 +16,7 @@ mod man;
 mod mask;
 mod options;
 mod plan;
+mod progress;
 mod rain;
 mod reference;
 mod render;
@@ -30,18 +31,15 @@ mod verdict;
 mod view;
 
 use std::borrow::Cow;
-use std::io::IsTerminal as _;
 use std::io::{ErrorKind, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::sync::mpsc::RecvTimeoutError;
-use std::time::{Duration, Instant};
 
 use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
-use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 
 use self::interrupt::Interrupted;
-use self::tell::{TellArgs, is_quiet, is_verbose, say, say_once};
+use self::progress::{progress, waiting};
+use self::tell::{TellArgs, say, say_once};
 use crate::environment::Environment;
 use crate::environment::guess::is_guessed;
 use crate::files::write_whole;
@@ -345,62 +343,6 @@ fn command_line() -> String {
     let words: Vec<String> = ["raindrops".to_string()].into_iter().chain(words().skip(1)).collect();
     // No argument of a process holds the one character that cannot be quoted.
     shlex::try_join(words.iter().map(String::as_str)).unwrap_or_else(|_| words.join(" "))
-}
-
-/// How often a line says how far work is, where there is no terminal for a bar.
-const EVERY: Duration = Duration::from_secs(30);
-
-/// A progress bar on stderr; where that is no terminal, a line from time to time.
-fn progress(length: u64, unit: &str) -> ProgressBar {
-    let style =
-        ProgressStyle::with_template("{bar:40} {pos}/{len} {unit} {msg} [{elapsed} < {eta}]")
-            .unwrap_or_else(|_| ProgressStyle::default_bar());
-    let style = style.with_key("unit", {
-        let unit = unit.to_string();
-        move |_: &ProgressState, f: &mut dyn std::fmt::Write| {
-            let _ = f.write_str(&unit);
-        }
-    });
-    if is_quiet() {
-        return ProgressBar::hidden();
-    }
-    let bar = ProgressBar::new(length).with_style(style);
-    if !std::io::stderr().is_terminal() {
-        let (weak, unit) = (bar.downgrade(), unit.to_string());
-        // It ends with the bar.
-        std::thread::spawn(move || {
-            loop {
-                std::thread::sleep(EVERY);
-                let Some(bar) = weak.upgrade().filter(|bar| !bar.is_finished()) else { return };
-                let (at, message, s) = (bar.position(), bar.message(), bar.elapsed().as_secs());
-                say!("{at} of {length} {unit} after {s} s {message}");
-            }
-        });
-    }
-    bar
-}
-
-/// Does some work; if it takes long, says on stderr what it is, then how long it has taken so far. With `-v` also at the
-/// end.
-fn waiting<T>(what: &str, work: impl FnOnce() -> T) -> T {
-    let (done, is_done) = std::sync::mpsc::channel::<()>();
-    let since = Instant::now();
-    let outcome = std::thread::scope(|scope| {
-        scope.spawn(move || {
-            let mut patience = Duration::from_secs(1);
-            while is_done.recv_timeout(patience) == Err(RecvTimeoutError::Timeout) {
-                say!("{what}: {:.0} s", since.elapsed().as_secs_f64());
-                patience = Duration::from_secs(10);
-            }
-        });
-        let outcome = work();
-        drop(done);
-        outcome
-    });
-    if is_verbose() {
-        say!("{what}: done in {:.2} s", since.elapsed().as_secs_f64());
-    }
-    outcome
 }
 
 /// Says on stderr that a plan may not keep the error that was accepted.

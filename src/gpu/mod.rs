@@ -32,6 +32,7 @@ mod texels;
 mod timestamps;
 
 pub use barrier::{Use, image_barrier, image_discard, memory_barrier};
+#[cfg(feature = "cli")]
 pub(crate) use bindings::BUFFER_BYTES;
 pub use bindings::{Binding, Bindings, Resource, Slot};
 pub use buffer::{Buffer, Memory};
