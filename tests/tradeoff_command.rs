@@ -1,4 +1,4 @@
-//! `tradeoff`: what an interrupt leaves.
+//! `tradeoff`: which scenes and models it takes, and what an interrupt leaves.
 #![cfg(unix)]
 
 mod common;
@@ -43,4 +43,37 @@ fn an_interrupt_keeps_the_rows_that_are_finished() {
     assert!(rows.iter().all(|row| row["rms"].as_f64() > Some(0.0)), "{rows:?}");
     let csv = fs::read_to_string(folder.path().join("kept.csv")).expect("a table");
     assert_eq!(csv.lines().count(), 1 + rows.len());
+}
+
+/// A name in full is one model, a part of names all that have it; a scene of the study is taken by its name.
+#[test]
+fn scenes_and_models_are_chosen_by_name() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let run = |arguments: &[&str]| {
+        let mut command = common::raindrops();
+        let quick = ["--truth-samples", "1", "--seconds", "0", "--min-frames", "1", "--json", "-"];
+        command.current_dir(folder.path()).arg("tradeoff").args(quick).args(arguments);
+        let output = command.output().expect("it starts");
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        (serde_json::from_slice::<Value>(&output.stdout).ok(), said)
+    };
+    let chosen = |models: &str| -> Vec<(String, String)> {
+        let (result, said) = run(&["--scenes", "close-up", "--models", models]);
+        let result = result.unwrap_or_else(|| panic!("{said}"));
+        let text = |value: &Value| value.as_str().expect("a name").to_string();
+        let rows = result["rows"].as_array().expect("rows").iter();
+        rows.map(|row| (text(&row["scene"]), text(&row["model"]))).collect()
+    };
+    let of = |model: &str| ("close-up".to_string(), model.to_string());
+    assert_eq!(chosen("fast"), ["paper", "paper-compact", "fast"].map(of));
+    let all = chosen("fast reflection");
+    assert!(all.len() > 2 && !all.contains(&of("fast")), "{all:?}");
+    for (arguments, words) in [
+        (&["--scenes", "nowhere"][..], "--scenes nowhere: there are close-up, near, far"),
+        (&["--scenes", "far", "--drops", "9"], "leave it out for a scene of your own"),
+        (&["--models", "nobody"], "no model's name contains that"),
+    ] {
+        let (result, said) = run(arguments);
+        assert!(result.is_none() && said.contains(words), "{arguments:?}: {said}");
+    }
 }

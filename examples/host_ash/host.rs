@@ -46,8 +46,8 @@ unsafe extern "system" fn collect(
 }
 
 impl Host {
-    /// Opens the first device whose name holds `wanted`, or the first of all; it must have what is required. `validates`: with the
-    /// validation layer and its synchronization checks.
+    /// Opens the first device whose name holds `wanted`, or the first of all; it must have what is required. `validates`:
+    /// with the validation layer and its synchronization checks.
     pub fn new(
         entry: ash::Entry,
         required: &Requirements,

@@ -45,7 +45,7 @@ fn a_slower_side_is_slower_and_fails_the_gate() {
     let output = bench.run(&["--b", "MS=12,NOTE='a, b'", "--json", "v.json"]);
     let stderr = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(0), "{stderr}");
-    assert!(stderr.contains("note: no bound was given"), "{stderr}");
+    assert!(stderr.contains("note: without --fail-above"), "{stderr}");
     let report = bench.json("v.json");
     assert_eq!(report["schema"], "raindrops-verdict/1");
     let row = &report["rows"][0];

@@ -129,7 +129,7 @@ fn summary(report: &Report) -> String {
 fn legend(report: &Report) -> String {
     let how = match report.method {
         Method::Paired => {
-            "it is the median of the rounds' ratios, and ms A and ms B are medians of their own"
+            "fresh processes in turn; B / A is the median of the rounds' ratios, ms A and ms B are medians of their own"
         }
         Method::Unpaired => "kept results: each run counts once, as nothing ran in turn",
     };
