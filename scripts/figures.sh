@@ -5,6 +5,7 @@
 #   scripts/figures.sh                 every step but host and report: a few minutes on two cores
 #   scripts/figures.sh dusk film       these steps
 #   scripts/figures.sh window host report
+#   scripts/figures.sh --out DIR figure-4   into DIR, and no note of it: the tracked pictures stay as they are
 #
 # Steps:
 #   dusk rainbow real-rain rain        pictures of README and guide
@@ -22,6 +23,13 @@
 # scripts/tradeoff.sh. ray.svg is drawn by hand. RAINDROPS names the program, else it is built.
 set -euo pipefail
 case ${1-} in -h | --help) sed -n '2,/^set /s/^# \{0,1\}//p' "$0"; exit 0 ;; esac
+out=docs/pictures notes=yes
+if [ "${1-}" = --out ]; then
+  [ -n "${2-}" ] || { echo "figures: --out needs a folder" >&2; exit 2; }
+  mkdir -p "$2"
+  out=$(realpath "$2") notes=no
+  shift 2
+fi
 cd "$(dirname "$0")/.."
 steps=(dusk rainbow real-rain rain figure-1 figure-3 figure-4 figure-5 figure-7 shapes film errors window)
 case ${1-} in -*) sed -n '2,/^set /s/^# \{0,1\}//p' scripts/figures.sh >&2; exit 2 ;; esac
@@ -33,12 +41,12 @@ if [ -z "${RAINDROPS-}" ]; then
 fi
 RAINDROPS=$(realpath "$RAINDROPS")
 export RAINDROPS
-out=docs/pictures scenes=assets/scenes environments=assets/environments work=$(mktemp -d)
+scenes=assets/scenes environments=assets/environments work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 raindrops() { "$RAINDROPS" "$@" 2>>"$work/log" || { tail -n 3 "$work/log" >&2; return 1; }; }
 
 dusk() { # streaks at dusk
-  raindrops render $scenes/dusk.toml -o $out/dusk.png
+  raindrops render $scenes/dusk.toml -o "$out"/dusk.png
   made dusk.png
 }
 
@@ -59,49 +67,49 @@ key = 0.36
 [model]
 preset = "fast"
 SCENE
-  raindrops render "$work/rainbow.toml" -o $out/rainbow.png
+  raindrops render "$work/rainbow.toml" -o "$out"/rainbow.png
   made rainbow.png
 }
 
-real_rain() { # 100 mm/h at sunset, the scene of the guide
-  need $environments/sunset.exr
+real_rain() { # 100 mm/h at sunrise, the scene of the guide
+  need $environments/sunrise.exr
   cat >"$work/cloudburst.toml" <<SCENE
 [camera]
 position = [0.0, 1.7, 0.0]
-target = [0.3, 1.9, -1.0]
-vertical_fov = 50.0
+target = [0.2, 1.95, -1.0]
+vertical_fov = 36.0
 [image]
 width = 900
 height = 600
 [environment]
-file = "$PWD/$environments/sunset.exr"
+file = "$PWD/$environments/sunrise.exr"
 [rain]
 rate = 100.0
 extent = 300.0
 [model]
 preset = "fast"
 SCENE
-  raindrops render "$work/cloudburst.toml" -o $out/real-rain.png
+  raindrops render "$work/cloudburst.toml" -o "$out"/real-rain.png
   made real-rain.png
 }
 
 rain() { # a million drops, one drop
-  raindrops render $scenes/rain.toml -o $out/rain.png
-  raindrops render $scenes/drop.toml -o $out/drop.png
+  raindrops render $scenes/rain.toml -o "$out"/rain.png
+  raindrops render $scenes/drop.toml -o "$out"/drop.png
   made rain.png drop.png
 }
 
 figure_1() { # truth, mask, scene
-  raindrops reference $scenes/drop.toml --size 384x384 --samples 64 -o $out/figure-1-truth.png
-  raindrops render $scenes/drop.toml --size 384x384 --preset paper --samples 1 -o $out/figure-1-mask.png
-  raindrops render $scenes/rain.toml --size 384x384 --preset paper --drops 250000 -o $out/figure-1-rain.png
+  raindrops reference $scenes/drop.toml --size 384x384 --samples 64 -o "$out"/figure-1-truth.png
+  raindrops render $scenes/drop.toml --size 384x384 --preset paper --samples 1 -o "$out"/figure-1-mask.png
+  raindrops render $scenes/rain.toml --size 384x384 --preset paper --drops 250000 -o "$out"/figure-1-rain.png
   made figure-1-truth.png figure-1-mask.png figure-1-rain.png
 }
 
 figure_3() { # low and high dynamic range
   raindrops sky -o "$work/sky.png"
-  raindrops render $scenes/drop.toml --size 384x384 --environment "$work/sky.png" -o $out/figure-3-low.png
-  raindrops render $scenes/drop.toml --size 384x384 -o $out/figure-3-high.png
+  raindrops render $scenes/drop.toml --size 384x384 --environment "$work/sky.png" -o "$out"/figure-3-low.png
+  raindrops render $scenes/drop.toml --size 384x384 -o "$out"/figure-3-high.png
   made figure-3-low.png figure-3-high.png
 }
 
@@ -123,7 +131,7 @@ TABLE
 
 figure_5() { # the mask
   raindrops mask -o "$work/mask" >/dev/null
-  cp "$work/mask/figure-5.png" $out/figure-5.png
+  cp "$work/mask/figure-5.png" "$out"/figure-5.png
   made figure-5.png
 }
 
@@ -154,11 +162,11 @@ shapes() { # flattened drops of 1 to 6 mm, level and from below, by the referenc
   shape_row "0.0, -1000.0" "0.0, 0.0, -1.0" >"$work/level.toml"
   shape_row "866.03, -500.0" "0.0, 0.86603, -0.5" >"$work/below.toml"
   for view in level below; do
-    raindrops reference "$work/$view.toml" -o $out/shapes-$view-reference.png
-    raindrops render "$work/$view.toml" --preset exact -o $out/shapes-$view-exact.png
-    raindrops render "$work/$view.toml" --preset fast -o $out/shapes-$view-fast.png
-    raindrops render "$work/$view.toml" --preset exact --shape stretched -o $out/shapes-$view-stretched.png
-    raindrops render "$work/$view.toml" --preset exact --shape sphere -o $out/shapes-$view-sphere.png
+    raindrops reference "$work/$view.toml" -o "$out"/shapes-$view-reference.png
+    raindrops render "$work/$view.toml" --preset exact -o "$out"/shapes-$view-exact.png
+    raindrops render "$work/$view.toml" --preset fast -o "$out"/shapes-$view-fast.png
+    raindrops render "$work/$view.toml" --preset exact --shape stretched -o "$out"/shapes-$view-stretched.png
+    raindrops render "$work/$view.toml" --preset exact --shape sphere -o "$out"/shapes-$view-sphere.png
     made shapes-$view-{reference,exact,fast,stretched,sphere}.png
   done
 }
@@ -167,35 +175,37 @@ film() { # falling, standing still, halfway round a drop
   local frame
   raindrops render $scenes/film.toml -o "$work/film.png"
   for frame in 0024 0096 0150; do
-    cp "$work/film-$frame.png" $out/
+    cp "$work/film-$frame.png" "$out"/
     made "film-$frame.png"
   done
 }
 
 errors() { # the figures by which `auto` chooses; measured by raindrops errors assets/environments/*.exr --json FILE
-  raindrops errors --from docs/results/2026-11-errors.json --svg $out/errors.svg >/dev/null
+  raindrops errors --from docs/results/2026-11-errors.json --svg "$out"/errors.svg >/dev/null
   made errors.svg
 }
 
 window() { # the window with its panel, and two models with their difference
   [ -n "$(command -v Xvfb)" ] || scripts/setup.sh --tests
-  scripts/cargo.sh test --locked --test view -- --ignored the_guides_pictures >>"$work/log" 2>&1 ||
-    { tail -n 20 "$work/log" >&2; return 1; }
+  RAINDROPS_PICTURES=$(realpath "$out") scripts/cargo.sh test --locked --test view -- --ignored the_guides_pictures \
+    >>"$work/log" 2>&1 || { tail -n 20 "$work/log" >&2; return 1; }
   made window.png split.png
+  [ $notes = yes ] || return 0
   # Which passes the panel shows: tests/docs/figures.rs compares them with the program's.
   passes=$(raindrops plan $scenes/rain.toml | sed -n '/^passes/,$s/^  \([a-z]\+\( [a-z]\+\)*\)  .*/\1/p' | paste -sd,)
-  { grep -v '^passes ' $out/made.txt; echo "passes of window.png: ${passes//,/, }"; } >"$work/made.txt"
-  LC_ALL=C sort "$work/made.txt" >$out/made.txt
+  { grep -v '^passes ' "$out"/made.txt; echo "passes of window.png: ${passes//,/, }"; } >"$work/made.txt"
+  LC_ALL=C sort "$work/made.txt" >"$out"/made.txt
 }
 
 host() { # rain before, behind and beside the boxes of a wgpu program
   scripts/host-wgpu.sh >>"$work/log" 2>&1 || { tail -n 20 "$work/log" >&2; return 1; }
-  cp examples/host_wgpu/host_wgpu.png $out/host-wgpu.png
+  cp examples/host_wgpu/host_wgpu.png "$out"/host-wgpu.png
   made host-wgpu.png
 }
 
 report() { # a page of two small results in a headless Chromium
   scripts/report-pictures.sh
+  cp out/report/wide-light.png "$out"/report.png
   made report.png
 }
 
@@ -203,7 +213,7 @@ need() { [ -f "$1" ] || { echo "figures: there is no $1; scripts/setup.sh fetche
 
 for step in "${steps[@]}"; do
   echo "figures: $step" >&2
-  made() { scripts/made.sh "scripts/figures.sh $step" "$@"; }
+  made() { [ $notes = no ] || scripts/made.sh "scripts/figures.sh $step" "$@"; }
   declare -F "${step//-/_}" >/dev/null || { echo "figures: there is no step $step" >&2; exit 2; }
   "${step//-/_}"
 done

@@ -1,13 +1,12 @@
 #!/usr/bin/env bash
-# Pictures of a page of `raindrops report` in a headless browser, at two widths, in light and dark: for
-# docs/pictures/report.png, and to see that the page is readable. Needs chromium (Debian: apt install chromium).
+# Pictures of a page of `raindrops report` in a headless browser, at two widths, in light and dark, to see that the page is
+# readable; scripts/figures.sh takes docs/pictures/report.png from them. Needs chromium (Debian: apt install chromium).
 #
 #   scripts/report-pictures.sh RESULT.json…     a page of these
 #   scripts/report-pictures.sh                  of two small ones, measured now: two settings of the first CPU driver
 #                                               with their pictures, and three numbers of drops in ten processes
 #
-# Writes out/report/page.html and wide-light, wide-dark, narrow-light and narrow-dark.png beside it; without results also
-# docs/pictures/report.png. RAINDROPS names the program, else it is built. Exit status: 0; 2 for an error.
+# Writes out/report/page.html and wide-light, wide-dark, narrow-light and narrow-dark.png beside it. RAINDROPS names the program, else it is built. Exit status: 0; 2 for an error.
 set -euo pipefail
 case ${1-} in -h | --help) sed -n '2,/^set /s/^# \{0,1\}//p' "$0"; exit 0 ;; esac
 here=$PWD
@@ -51,5 +50,4 @@ picture wide-dark 1100 2400 0
 picture narrow-light 500 2400 1
 picture narrow-dark 500 2400 0
 cd "$folder/../.."
-[ $# != 0 ] || cp "$folder/wide-light.png" docs/pictures/report.png
 echo "report-pictures: $folder" >&2

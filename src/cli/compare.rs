@@ -189,8 +189,8 @@ fn figures(comparison: &Comparison) -> serde_json::Value {
     })
 }
 
-/// sRGB bytes of an error 0 to 1: black, violet, red, yellow, white, evenly spaced, so that a
-/// greater error is always the lighter.
+/// sRGB bytes of an error 0 to 1: black, violet at 1/16, red at 1/4, yellow at 9/16, white at 1, so that a greater error is
+/// always the lighter. They are evenly spaced over its square root: most errors are under 0.1, which would all be black.
 pub(super) fn false_color(error: f64) -> [u8; 3] {
     const STOPS: [Vec3; 5] = [
         Vec3::ZERO,
@@ -199,7 +199,7 @@ pub(super) fn false_color(error: f64) -> [u8; 3] {
         Vec3::new(1.0, 0.65, 0.1),
         Vec3::ONE,
     ];
-    let at = error.clamp(0.0, 1.0) as f32 * (STOPS.len() - 1) as f32;
+    let at = error.clamp(0.0, 1.0).sqrt() as f32 * (STOPS.len() - 1) as f32;
     let below = (at as usize).min(STOPS.len() - 2);
     let color = STOPS[below].lerp(STOPS[below + 1], at - below as f32);
     color.to_array().map(srgb_byte)

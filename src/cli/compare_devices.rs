@@ -4,6 +4,7 @@
 //! Pictures and stages are drawn in this process, times come from rounds of fresh ones: each device in turn
 //! with the first, a verdict each.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -14,6 +15,7 @@ use serde_json::{Value, json};
 use super::format::{Format, Sheet};
 use super::interrupt::heed_interrupts;
 use super::options::{ModelArgs, SceneArgs, choose_device, devices, open_device};
+use super::rounds::pictures::PictureFolder;
 use super::rounds::process::{Arm, Limits};
 use super::rounds::stages::paper_stages;
 use super::rounds::{Bound, Work, take_turns};
@@ -74,6 +76,9 @@ pub struct CompareDevicesArgs {
     /// [default for the verdict: 0.01]
     #[arg(long, value_name = "X", value_parser = parse_flip)]
     max_flip: Option<f64>,
+    /// Keep the pictures as PNG in this folder: the first device's, each other's and their difference in false colours
+    #[arg(long, value_name = "DIR")]
+    pictures: Option<PathBuf>,
     #[command(flatten)]
     scene: SceneArgs,
     #[command(flatten)]
@@ -125,6 +130,11 @@ pub fn run(args: &CompareDevicesArgs) -> anyhow::Result<Answer> {
     let pictures =
         Pictures { portraits: &portraits, truth: truth.as_ref(), exposure, stages: &stages };
     pictures.judge(&mut verdicts, args.max_flip.unwrap_or(MAX_FLIP));
+    if let Some(path) = &args.pictures {
+        let folder = PictureFolder { path, result: args.gate.json.as_deref() };
+        pictures.keep(&mut verdicts, &folder)?;
+    }
+    verdicts.iter_mut().try_for_each(|verdict| args.gate.settle(&mut verdict.report))?;
     let (table, rows, worst) = pictures.figures(&verdicts, args.gate.format);
     show(args, &table, &stages, &verdicts)?;
     let pairs: Vec<_> =
@@ -191,6 +201,24 @@ impl Pictures<'_> {
                 row.first_stage_that_differs = differing.map(|apart| apart.stage.into());
             }
         }
+    }
+
+    /// Writes the pictures, and enters their files into the verdicts.
+    fn keep(&self, verdicts: &mut [Compared], folder: &PictureFolder<'_>) -> anyhow::Result<()> {
+        for Compared { device, report } in verdicts {
+            let [a, b] = [0, *device].map(|number| &self.portraits[number].picture);
+            let found = compare(a, b, None, self.exposure);
+            let written = folder.write(
+                &format!("device-{device}"),
+                [a, b],
+                &found.flip_map,
+                self.exposure,
+            )?;
+            for row in &mut report.rows {
+                row.pictures = Some(written.clone());
+            }
+        }
+        Ok(())
     }
 
     /// A row a device, for the eye and for the result file, and the largest FLIP between two.

@@ -14,7 +14,7 @@ use serde::Serialize;
 
 use super::interrupt::{Interrupted, heed_interrupts, is_interrupted};
 use super::options::PictureArgs;
-use super::render::{motion_end, write_layers};
+use super::render::{layers_by_parts, motion_end, parse_grid, radiance_by_parts, write_layers};
 use super::tell::say;
 use super::{Answer, progress, say_doubt, write_half};
 use crate::environment::Environment;
@@ -25,7 +25,7 @@ use crate::picture::layers::Layers;
 use crate::picture::plate::Plate;
 use crate::picture::sidecar::CameraRecord;
 use crate::plan::{FramePlan, Output, plan};
-use crate::renderer::parts::Parts;
+use crate::renderer::parts::{Grid, Parts};
 use crate::scene::Scene;
 use crate::scene::model::Optics;
 use crate::thousands::counted;
@@ -52,6 +52,9 @@ pub struct DatasetArgs {
     /// Make every Nth view only, starting with the Ith: for the Ith of N machines
     #[arg(long, value_name = "I/N", value_parser = parse_shard, default_value = "1/1")]
     shard: Shard,
+    /// Draw each picture in this many parts, with the same result: for pictures larger than the device's images
+    #[arg(long, value_name = "CxR", value_parser = parse_grid)]
+    tiles: Option<Grid>,
     #[command(flatten)]
     picture: PictureArgs,
 }
@@ -131,11 +134,15 @@ pub fn run(args: &DatasetArgs) -> anyhow::Result<Answer> {
         let clean_plan = crate::plan::plan(&dry, &set.environment, Output::Radiance)?;
         // What cannot be drawn is known before anything is written.
         let mut clean = Parts::new(&device, &set.environment, &clean_plan);
-        clean.prepare(&dry)?;
+        match args.tiles {
+            None => clean.prepare(&dry)?,
+            Some(grid) => drop(grid.windows(dry.image)?),
+        }
         set.begin()?;
         heed_interrupts()?;
         let bar = progress(mine.len() as u64, "views");
-        let mut made = Maker { set: &set, device: &device, plan: &plan, clean, kept: None };
+        let tiles = args.tiles;
+        let mut made = Maker { set: &set, device: &device, plan: &plan, tiles, clean, kept: None };
         for (done, view) in mine.iter().enumerate() {
             if is_interrupted() {
                 let left = mine.len() - done;
@@ -316,6 +323,7 @@ struct Maker<'a> {
     set: &'a Set,
     device: &'a Arc<Device>,
     plan: &'a FramePlan,
+    tiles: Option<Grid>,
     clean: Parts<'a>,
     /// What is behind the rain in every view, where the camera stands still before a plate.
     kept: Option<Picture>,
@@ -370,17 +378,25 @@ impl Maker<'_> {
     }
 
     fn draw_clean(&mut self, scene: &Scene) -> Result<Picture> {
-        let (renderer, _) = self.clean.draw_window(&dry(scene))?;
-        renderer.read_radiance()
+        match self.tiles {
+            Some(grid) => Ok(radiance_by_parts(&mut self.clean, &dry(scene), grid)?.0),
+            None => self.clean.draw_window(&dry(scene))?.0.read_radiance(),
+        }
     }
 
     fn draw_layers(&self, scene: &Scene, until: Scene) -> Result<Layers> {
         // Other drops each time, so nothing but the device's pipelines is kept.
         let mut parts = Parts::new(self.device, &self.set.environment, self.plan);
         parts.move_until(until);
-        let (renderer, report) = parts.draw_window(scene)?;
+        let (layers, report) = match self.tiles {
+            Some(grid) => layers_by_parts(&mut parts, scene, grid)?,
+            None => {
+                let (renderer, report) = parts.draw_window(scene)?;
+                (renderer.read_layers()?, report)
+            }
+        };
         super::say_undrawn(&report.counts, report.room);
-        renderer.read_layers()
+        Ok(layers)
     }
 
     /// The plate as it is drawn, written once, with its depth. Every shard writes the same bytes.

@@ -18,8 +18,8 @@ use crate::picture::{Picture, write_png};
 use crate::plan::{FramePlan, Output, plan_by};
 use crate::renderer::parts::{Grid, Parts, empty_picture, place};
 use crate::renderer::{FrameReport, Renderer};
-use crate::scene::Scene;
 use crate::scene::model::{Operator, Simulation};
+use crate::scene::{ImageSize, Scene};
 use crate::thousands::{counted, thousands};
 
 /// Draw one frame, or a numbered sequence
@@ -247,7 +247,7 @@ fn tell(scene: &Scene, plan: &FramePlan, drawn: &Drawn) {
 }
 
 /// `2x2` to a grid of parts.
-fn parse_grid(text: &str) -> Result<Grid, String> {
+pub(super) fn parse_grid(text: &str) -> Result<Grid, String> {
     let number = |text: &str| text.parse().ok().filter(|number: &u32| *number > 0);
     text.split_once(['x', 'X'])
         .and_then(|(columns, rows)| Some(Grid { columns: number(columns)?, rows: number(rows)? }))
@@ -302,40 +302,75 @@ fn draw_parts(
     output: Output,
     path: &Path,
 ) -> crate::Result<FrameReport> {
-    let (width, height) = (scene.image.width, scene.image.height);
-    let mut all = FrameReport::default();
-    let mut radiance = Picture { width: 0, height: 0, pixels: Vec::new() };
-    let mut shown: Vec<[u8; 3]> = Vec::new();
-    let mut layers = Layers::default();
     match output {
-        Output::Layers => layers = Layers::empty(width, height),
-        Output::Radiance => radiance = empty_picture(scene.image),
-        Output::Display => shown = vec![[0; 3]; width as usize * height as usize],
+        Output::Layers => {
+            let (layers, report) = layers_by_parts(parts, scene, grid)?;
+            write_layers(&layers, scene, until, path)?;
+            Ok(report)
+        }
+        Output::Radiance => {
+            let (radiance, report) = radiance_by_parts(parts, scene, grid)?;
+            radiance.write_exr(path)?;
+            Ok(report)
+        }
+        Output::Display => {
+            let ImageSize { width, height } = scene.image;
+            let mut shown = vec![[0u8; 3]; width as usize * height as usize];
+            let report = by_parts(parts, scene, grid, &mut |origin, renderer| {
+                let bytes = renderer.read_display()?;
+                let pixels: &[[u8; 3]] = bytemuck::cast_slice(&bytes);
+                place(&mut shown, width, origin, pixels, renderer.size().0);
+                Ok(())
+            })?;
+            write_png(path, width, height, bytemuck::cast_slice(&shown))?;
+            Ok(report)
+        }
     }
+}
+
+/// Linear radiance, drawn part by part.
+pub(super) fn radiance_by_parts(
+    parts: &mut Parts<'_>,
+    scene: &Scene,
+    grid: Grid,
+) -> crate::Result<(Picture, FrameReport)> {
+    let mut whole = empty_picture(scene.image);
+    let report = by_parts(parts, scene, grid, &mut |origin, renderer| {
+        let part = renderer.read_radiance()?;
+        place(&mut whole.pixels, whole.width, origin, &part.pixels, part.width);
+        Ok(())
+    })?;
+    Ok((whole, report))
+}
+
+/// Layers, drawn part by part.
+pub(super) fn layers_by_parts(
+    parts: &mut Parts<'_>,
+    scene: &Scene,
+    grid: Grid,
+) -> crate::Result<(Layers, FrameReport)> {
+    let mut whole = Layers::empty(scene.image.width, scene.image.height);
+    let report = by_parts(parts, scene, grid, &mut |origin, renderer| {
+        whole.place(origin, &renderer.read_layers()?);
+        Ok(())
+    })?;
+    Ok((whole, report))
+}
+
+/// Draws part by part; `take` is called with the place of each part's first pixel and a renderer that has drawn it. The
+/// report is of all of them.
+fn by_parts(
+    parts: &mut Parts<'_>,
+    scene: &Scene,
+    grid: Grid,
+    take: &mut dyn FnMut([u32; 2], &Renderer) -> crate::Result<()>,
+) -> crate::Result<FrameReport> {
+    let mut all = FrameReport::default();
     parts.draw_all(scene, grid, &mut |origin, renderer, report| {
         all.counts.add(&report.counts);
         all.cutoff_px = report.cutoff_px;
         all.room = all.room.max(report.room);
-        match output {
-            Output::Layers => layers.place(origin, &renderer.read_layers()?),
-            Output::Radiance => {
-                let part = renderer.read_radiance()?;
-                place(&mut radiance.pixels, width, origin, &part.pixels, part.width);
-            }
-            Output::Display => {
-                let bytes = renderer.read_display()?;
-                let pixels: &[[u8; 3]] = bytemuck::cast_slice(&bytes);
-                place(&mut shown, width, origin, pixels, renderer.size().0);
-            }
-        }
-        Ok(())
+        take(origin, renderer)
     })?;
-    match output {
-        Output::Layers => {
-            write_layers(&layers, scene, until, path)?;
-        }
-        Output::Radiance => radiance.write_exr(path)?,
-        Output::Display => write_png(path, width, height, bytemuck::cast_slice(&shown))?,
-    }
     Ok(all)
 }

@@ -15,8 +15,8 @@ use crate::measure::Host;
 use crate::measure::bench::{self, Build, DeviceHead};
 use crate::measure::costs::kept;
 use crate::measure::tradeoff::{
-    BASES, Effort, Report, Row, SCHEMA, StudyScene, models, models_of, models_of_rain, of_file,
-    plot, standard_set, study, weather,
+    BASES, Effort, Noise, Report, Row, SCHEMA, Study, StudyScene, models, models_of,
+    models_of_rain, of_file, plot, standard_set, study, weather,
 };
 use crate::plan::{Output, expected_ms, plan};
 use crate::scene::Scene;
@@ -137,13 +137,13 @@ pub fn run(args: &TradeoffArgs) -> anyhow::Result<Answer> {
     );
     heed_interrupts()?;
     let bar = progress(100 * scenes.len() as u64, "%");
-    let mut rows = Vec::new();
+    let (mut rows, mut noises) = (Vec::new(), Vec::new());
     for (number, scene) in scenes.iter().enumerate() {
         let say = |what: &str, share: f64| {
             bar.set_message(format!("{}: {what}", scene.name));
             bar.set_position(((number as f64 + share) * 100.0) as u64);
         };
-        let found = study(&device, scene, &of_scene(scene), effort, &say)?;
+        let Study { rows: found, noise } = study(&device, scene, &of_scene(scene), effort, &say)?;
         if let Some(Row { width, height, .. }) = found.first() {
             bar.suspend(|| {
                 print_beside(
@@ -152,11 +152,14 @@ pub fn run(args: &TradeoffArgs) -> anyhow::Result<Answer> {
                 )?;
                 print_beside(
                     args.json.as_ref(),
-                    format_args!("{}\n", table(&found).text(Format::Table)),
-                )
+                    format_args!("{}", table(&found).text(Format::Table)),
+                )?;
+                let line = noise.as_ref().map_or(String::new(), noise_line);
+                print_beside(args.json.as_ref(), format_args!("{line}\n"))
             })?;
         }
         rows.extend(found);
+        noises.extend(noise);
         if is_interrupted() {
             break;
         }
@@ -184,6 +187,7 @@ pub fn run(args: &TradeoffArgs) -> anyhow::Result<Answer> {
         host,
         truth_samples: args.truth_samples,
         stopped: failed.as_ref().map(|error| format!("{error:#}")),
+        noise: noises,
         rows,
     };
     if let Some(path) = &args.json {
@@ -231,6 +235,17 @@ fn table(rows: &[Row]) -> Sheet {
     };
     let header = header.into_iter().map(String::from).collect();
     Sheet { names: 1, header, rows: sorted.into_iter().map(cells).collect() }
+}
+
+/// What an error must be well above to say something about its model.
+fn noise_line(noise: &Noise) -> String {
+    format!(
+        "The truth's own noise is in these errors: two truths with other samples differ by rms x255 {:.2}, FLIP {:.4}, FLIP boxes {:.4} \
+         (middle eighth of the picture)",
+        255.0 * noise.rms,
+        noise.flip,
+        noise.box_flip
+    )
 }
 
 /// All rows, with the keys of the JSON.

@@ -58,8 +58,9 @@ const FIELDS: [DVec3; 3] =
 /// Albedo of the hills' woods.
 const WOODS: DVec3 = DVec3::new(0.06, 0.08, 0.04);
 
-/// Samples a texel along each edge.
-const SAMPLES: u32 = 4;
+/// Samples around the horizon that show all that the noise has, and most along each edge of a texel.
+const SAMPLES_AROUND: u32 = 8192;
+const MOST_SAMPLES: u32 = 4;
 
 /// Samples along each edge of a texel that the sun may touch.
 const SUN_SAMPLES: u32 = 32;
@@ -71,17 +72,18 @@ pub fn picture(width: u32, sun: Sun) -> Picture {
     let height = width / 2;
     let scenery = Scenery::new(sun);
     let texels = sun_texels(width, height, sun);
+    let samples = (SAMPLES_AROUND / width).clamp(1, MOST_SAMPLES);
     let mut pixels: Vec<_> = (0..width * height)
         .into_par_iter()
         .map(|index| {
             let (column, row) = (f64::from(index % width), f64::from(index / width));
             let mut sum = DVec3::ZERO;
-            for sample in 0..SAMPLES * SAMPLES {
-                let x = column + (f64::from(sample % SAMPLES) + 0.5) / f64::from(SAMPLES);
-                let y = row + (f64::from(sample / SAMPLES) + 0.5) / f64::from(SAMPLES);
+            for sample in 0..samples * samples {
+                let x = column + (f64::from(sample % samples) + 0.5) / f64::from(samples);
+                let y = row + (f64::from(sample / samples) + 0.5) / f64::from(samples);
                 sum += scenery.radiance(direction(x / f64::from(width), y / f64::from(height)));
             }
-            sum / f64::from(SAMPLES * SAMPLES)
+            sum / f64::from(samples * samples)
         })
         .collect();
     for (index, coverage) in texels {

@@ -11,7 +11,7 @@ use clap::{ArgMatches, Args, CommandFactory as _};
 use super::BenchArgs;
 use crate::cli::interrupt::heed_interrupts;
 use crate::cli::rounds::environment::{Variables, parse};
-use crate::cli::rounds::pictures::Eye;
+use crate::cli::rounds::pictures::{Eye, PictureFolder};
 use crate::cli::rounds::process::{Arm, Limits};
 use crate::cli::rounds::{Bound, Work, alone, passed_on, take_turns};
 use crate::cli::tell::say;
@@ -250,6 +250,7 @@ fn in_turn(
     let mut seen = false;
     if turns.failed.is_none() {
         let environment = open_environment(scene)?;
+        let result = args.gate.json.as_deref();
         let eye = Eye {
             scene,
             environment: &environment,
@@ -257,8 +258,7 @@ fn in_turn(
             is_series: !work.series.is_empty(),
             max_flip: compare.max_flip,
             reference: compare.reference,
-            kept: compare.pictures.as_deref(),
-            result: args.gate.json.as_deref(),
+            kept: compare.pictures.as_deref().map(|path| PictureFolder { path, result }),
             limits: work.limits,
         };
         let say = |what: &str| bar.set_message(what.to_string());
@@ -280,7 +280,7 @@ fn in_turn(
         stopped: failed.as_ref().map(|error| format!("{error:#}")).or(turns.stopped),
         ..verdict::Report::of(Method::Paired, sides, threshold, notes, turns.rows)
     };
-    let answer = args.gate.tell(&report)?;
+    let answer = args.gate.tell(report)?;
     failed.map_or(Ok(answer), Err)
 }
 
@@ -321,6 +321,6 @@ fn against(
         stopped: failed.as_ref().map(|error| format!("{error:#}")),
         ..verdict::Report::of(Method::Unpaired, sides, threshold, notes, rows(&found)?)
     };
-    let answer = args.gate.tell(&report)?;
+    let answer = args.gate.tell(report)?;
     failed.map_or(Ok(answer), Err)
 }

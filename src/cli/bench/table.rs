@@ -15,21 +15,28 @@ const GTX_280: [(u32, u32, u32); 6] = [
 ];
 
 /// The rows as the paper's Table II has them: a line a count and preset, frame rates with (-T) and
-/// without tone mapping, then milliseconds.
+/// without tone mapping, then milliseconds. Under it a table a preset with the milliseconds of each pass.
 pub(super) fn table(rows: &[Row], is_papers: bool, format: Format) -> String {
-    let passes = all_passes(rows.iter().map(|row| &row.passes));
-    let is_rate = rows.iter().all(|row| row.rate_mm_h.is_some());
+    let mut presets: Vec<&str> = rows.iter().map(|row| row.preset.as_str()).collect();
+    presets.dedup();
+    let mut sheets = vec![figures(rows, is_papers)];
+    for (number, preset) in presets.iter().enumerate() {
+        if !presets[..number].contains(preset) {
+            sheets.extend(passes(rows, preset));
+        }
+    }
+    let texts: Vec<_> = sheets.iter().map(|sheet| sheet.text(format)).collect();
+    texts.join(if format == Format::Markdown { "\n\n" } else { "\n" })
+}
+
+fn figures(rows: &[Row], is_papers: bool) -> Sheet {
     let mut header: Vec<String> =
-        // A pass has the name `drops`, too.
-        ["preset", if is_rate { "rain" } else { "all drops" }, "in view", "FPS-T", "FPS", "ms-T"]
-            .map(String::from)
-            .to_vec();
+        ["preset", amount_name(rows), "in view", "FPS-T", "FPS", "ms-T"].map(String::from).to_vec();
     let has_rounds = rows.iter().any(|row| row.median_low_ms.is_some());
     header.extend(has_rounds.then(|| "95 %".into()));
     header.extend(["p10-p90", "ms"].map(String::from));
     header.extend(has_rounds.then(|| "95 %".into()));
-    header.extend(passes.iter().map(|name| (*name).to_string()));
-    header.extend(is_papers.then(|| "GTX 280, 2011".into()));
+    header.extend(is_papers.then(|| "GTX 280: FPS-T / FPS".into()));
     let mut lines = Vec::new();
     for row in rows.iter().filter(|row| row.tone_map) {
         let without = rows.iter().find(|other| {
@@ -49,16 +56,35 @@ pub(super) fn table(rows: &[Row], is_papers: bool, format: Format) -> String {
         line.push(format!("{}-{}", thousands_of(row.p10_ms, 2), thousands_of(row.p90_ms, 2)));
         line.push(without.map_or("-".into(), |without| thousands_of(without.median_ms, 2)));
         line.extend(has_rounds.then(|| without.map_or("-".into(), interval)));
-        for name in &passes {
-            line.push(row.passes.get(*name).map_or("-".into(), |ms| thousands_of(*ms, 2)));
-        }
-        let is_papers = is_papers && row.preset == "paper";
-        let published = GTX_280.iter().find(|(drops, ..)| is_papers && *drops == row.drops);
-        line.extend(published.map(|(_, mapped, plain)| format!("{mapped} / {plain}")));
+        let published =
+            GTX_280.iter().find(|(drops, ..)| row.preset == "paper" && *drops == row.drops);
+        let published = published.map(|(_, mapped, plain)| format!("{mapped} / {plain}"));
+        line.extend(is_papers.then(|| published.unwrap_or("-".into())));
         lines.push(line);
     }
     // Preset and amount.
-    Sheet { names: 2, header, rows: lines }.text(format)
+    Sheet { names: 2, header, rows: lines }
+}
+
+/// Milliseconds of the passes of a preset's frame with tone mapping; none where the device has no timestamps.
+fn passes(rows: &[Row], preset: &str) -> Option<Sheet> {
+    let of_preset: Vec<&Row> =
+        rows.iter().filter(|row| row.tone_map && row.preset == preset).collect();
+    let names = all_passes(of_preset.iter().map(|row| &row.passes));
+    let mut header = vec![format!("{preset}: ms of"), amount_name(rows).to_string()];
+    header.extend(names.iter().map(|name| (*name).to_string()));
+    let line = |row: &&Row| {
+        let ms = |name: &&str| row.passes.get(*name).map_or("-".into(), |ms| thousands_of(*ms, 2));
+        let cells = [String::new(), row.amount()].into_iter();
+        cells.chain(names.iter().map(ms)).collect()
+    };
+    let lines = of_preset.iter().map(line).collect();
+    (!names.is_empty()).then_some(Sheet { names: 2, header, rows: lines })
+}
+
+fn amount_name(rows: &[Row]) -> &'static str {
+    // A pass has the name `drops`, too.
+    if rows.iter().all(|row| row.rate_mm_h.is_some()) { "rain" } else { "all drops" }
 }
 
 /// Every row with plain figures, as comma-separated values; the names first if asked.
@@ -102,7 +128,7 @@ pub(super) fn plain(report: &Report, with_names: bool) -> String {
     }
 }
 
-/// Every pass that any row has, in the order of the frame: presets have passes of their own.
+/// Every pass that any row has, in the order of the frame: rows with few drops may lack some.
 fn all_passes<'a>(rows: impl Iterator<Item = &'a Parts>) -> Vec<&'a str> {
     let mut all: Vec<&str> = Vec::new();
     for passes in rows {

@@ -43,6 +43,9 @@ th:first-child, td:first-child { text-align: left; padding-left: 0; } th { font-
 code { overflow-wrap: anywhere; }
 .pictures { display: grid; grid-template-columns: repeat(auto-fit, minmax(15rem, 1fr)); gap: 1rem; }
 figure { margin: 0; } figure img { width: 100%; display: block; } figcaption { color: var(--soft); font-size: .9rem; }
+.errors { display: flex; justify-content: space-between; margin: .5rem 0 1.5rem; padding: .1rem .4rem; font-size: .9rem; border: 1px solid var(--line);
+  background: linear-gradient(to right, #000, #6119a0, #e04661, #ffd359, #fff); color: #fff; }
+.errors span:nth-child(n+4) { color: #000; }
 svg { min-width: 40rem; max-width: 100%; height: auto; display: block; margin: .5rem 0; } svg text { fill: var(--ink); font: 12px system-ui, sans-serif; }
 svg .soft { fill: var(--soft); } svg .axis { stroke: var(--line); }
 ";
@@ -171,10 +174,20 @@ fn pictures(folder: &Path, report: &verdict::Report) -> Markup {
             div.pictures {
                 (picture(folder, &pictures.a, &format!("A: {}", row.name)))
                 (picture(folder, &pictures.b, "B"))
-                (picture(folder, &pictures.difference, &format!(
-                    "difference, FLIP {:.5}", row.flip_between.unwrap_or_default()
-                )))
+                (picture(folder, &pictures.difference, &difference_caption(row, pictures)))
             }
+            div.errors { span { "FLIP 0" } span { "1/16" } span { "1/4" } span { "9/16" } span { "1" } }
+        }
+    }
+}
+
+/// How far apart two pictures are, and where most.
+fn difference_caption(row: &verdict::VerdictRow, pictures: &Pictures) -> String {
+    let mean = format!("difference: FLIP {:.5} in the mean", row.flip_between.unwrap_or_default());
+    match pictures.largest_flip.zip(pictures.largest_flip_at) {
+        None => mean,
+        Some((largest, (x, y))) => {
+            format!("{mean}, {largest:.3} at most (column {x}, row {y} from the upper left)")
         }
     }
 }

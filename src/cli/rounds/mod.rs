@@ -190,7 +190,9 @@ impl Turns {
                 return Err(Interrupted.into());
             }
         }
-        let [Some(a), Some(b)] = found else { return Ok(()) };
+        let [Some(a), Some(mut b)] = found else { return Ok(()) };
+        // The load that B's first process finds is that of A's.
+        b.warnings.retain(|warning| b.host.doubt().as_ref() != Some(warning));
         match &mut self.reports {
             None => self.reports = Some([a, b]),
             Some([all_a, all_b]) => {

@@ -33,10 +33,8 @@ pub struct Eye<'a> {
     pub max_flip: f64,
     /// Samples a pixel of the reference; none: no reference.
     pub reference: Option<u32>,
-    /// Folder to keep them in.
-    pub kept: Option<&'a Path>,
-    /// The result file, to which their paths are relative.
-    pub result: Option<&'a Path>,
+    /// Where to keep them; none: nowhere.
+    pub kept: Option<PictureFolder<'a>>,
     /// What holds each process back.
     pub limits: Limits,
 }
@@ -136,10 +134,10 @@ impl Eye<'_> {
             Ok([&a, &b].map(|picture| compare(&reference, picture, None, exposure).pixels.rms()))
         });
         let errors = errors.transpose()?;
-        let pictures = self.kept.map(|into| {
+        let pictures = self.kept.as_ref().map(|into| {
             let amount = amount.option();
             let name = format!("{}-{}{}", row.preset, amount.1, &amount.0[1..]);
-            self.keep(into, &name, [&a, &b], &found.flip_map, exposure)
+            into.write(&name, [&a, &b], &found.flip_map, exposure)
         });
         let flip = found.pixels.flip;
         let mut seen =
@@ -175,28 +173,43 @@ impl Eye<'_> {
         let all = between(&paths[0], &paths[1])?;
         Ok(all.iter().find(|stage| stage.differs()).map(|stage| stage.stage.into()))
     }
+}
 
-    /// Writes two pictures and their difference.
-    fn keep(
+/// Where pictures are kept.
+pub struct PictureFolder<'a> {
+    /// The folder, which is made if need be.
+    pub path: &'a Path,
+    /// The result file, to which their paths are relative.
+    pub result: Option<&'a Path>,
+}
+
+impl PictureFolder<'_> {
+    /// Writes two pictures and FLIP's map of their difference.
+    pub fn write(
         &self,
-        into: &Path,
         name: &str,
         pictures: [&Picture; 2],
         flip_map: &[f64],
         exposure: Exposure,
     ) -> anyhow::Result<Pictures> {
+        let into = self.path;
         std::fs::create_dir_all(into).with_context(|| format!("{}", into.display()))?;
+        let Picture { width, height, .. } = *pictures[0];
         let write = |what: &str, srgb: &[u8]| -> anyhow::Result<PathBuf> {
             let path = into.join(format!("{name}-{what}.png"));
-            write_png(&path, pictures[0].width, pictures[0].height, srgb)?;
+            write_png(&path, width, height, srgb)?;
             self.as_seen_from_the_result(&path)
         };
         let shown = |picture: &Picture| display(exposure, picture).srgb();
         let difference: Vec<u8> = flip_map.iter().flat_map(|error| false_color(*error)).collect();
+        let largest = flip_map.iter().enumerate().max_by(|(_, a), (_, b)| a.total_cmp(b));
+        let (at, largest_flip) = largest.map_or((0, 0.0), |(at, largest)| (at as u32, *largest));
         Ok(Pictures {
             a: write("a", &shown(pictures[0]))?,
             b: write("b", &shown(pictures[1]))?,
             difference: write("difference", &difference)?,
+            largest_flip: Some(largest_flip),
+            largest_flip_at: Some((at % width, at / width)),
         })
     }
 

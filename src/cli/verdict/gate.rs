@@ -82,7 +82,9 @@ impl GateArgs {
     }
 
     /// Writes and prints a report, and answers by the gate.
-    pub fn tell(&self, report: &Report) -> anyhow::Result<Answer> {
+    pub fn tell(&self, mut report: Report) -> anyhow::Result<Answer> {
+        self.settle(&mut report)?;
+        let report = &report;
         self.write_json(report)?;
         if !self.is_json() {
             if self.format != Format::Csv {
@@ -107,58 +109,81 @@ impl GateArgs {
         Ok(())
     }
 
-    /// Holds reports against what is expected, writes JUnit's file, and answers by the gate.
+    /// Enters into a report how many rows have which verdict, and which of them the gate fails.
+    pub fn settle(&self, report: &mut Report) -> crate::Result<()> {
+        let counts = Verdict::ALL.map(|verdict| (verdict.name().into(), report.count(verdict)));
+        report.counts = counts.into_iter().collect();
+        report.failed = self.failed(report);
+        let outcomes = self.outcomes(report)?;
+        for (row, outcome) in report.rows.iter().zip(outcomes.iter().flatten()) {
+            if outcome.is_unexpected() {
+                report.failed.push(format!("{} ({})", row.name, outcome.name()));
+            }
+        }
+        Ok(())
+    }
+
+    /// Holds reports that are settled against what is expected, writes JUnit's file, and answers by the gate. Says on
+    /// stderr which rows did not simply pass.
     pub fn judge(&self, reports: &[&Report]) -> anyhow::Result<Answer> {
-        let outcomes: Vec<Option<Vec<Outcome>>> = reports
-            .iter()
-            .map(|report| self.expect.as_deref().map(|path| expected(path, report)).transpose())
-            .collect::<anyhow::Result<_>>()?;
+        let all = reports.iter().map(|report| self.outcomes(report));
+        let outcomes = all.collect::<crate::Result<Vec<_>>>()?;
+        for (report, outcomes) in reports.iter().zip(&outcomes) {
+            let (Some(path), Some(outcomes)) = (&self.expect, outcomes) else { continue };
+            say_outcomes(path, report, outcomes)?;
+        }
         if let Some(path) = &self.junit {
             junit::write(path, reports.iter().copied().zip(&outcomes))?;
         }
-        let mut all = outcomes.iter().flatten().flatten();
-        let fails = self.fails(reports);
-        Ok(if fails || all.any(Outcome::is_unexpected) { Answer::No } else { Answer::Yes })
+        let failed: Vec<_> = reports.iter().flat_map(|report| self.failed(report)).collect();
+        let is_slower = reports.iter().any(|report| report.count(Verdict::Slower) > 0);
+        if !failed.is_empty() {
+            say!("raindrops: {}", failed.join("; "));
+        } else if is_slower && self.fail_above.is_none() && self.expect.is_none() {
+            say!("note: without --fail-above a slower row does not change the exit status");
+        }
+        let holds = reports.iter().all(|report| report.failed.is_empty());
+        Ok(if holds { Answer::Yes } else { Answer::No })
     }
 
-    /// Whether a gate was asked for and fails; says on stderr by which rows.
-    fn fails(&self, reports: &[&Report]) -> bool {
+    /// The rows that `--fail-above` and `--fail-undecided` fail.
+    fn failed(&self, report: &Report) -> Vec<String> {
         let of = |verdict: Verdict, fails: bool| {
-            let rows = reports.iter().filter(move |_| fails).flat_map(|report| &report.rows);
-            let rows = rows.filter(move |row| row.verdict == verdict);
+            let rows = report.rows.iter().filter(move |row| fails && row.verdict == verdict);
             rows.map(move |row| format!("{} ({})", row.name, verdict.name()))
         };
         let is_bounded = self.fail_above.is_some();
-        let failed: Vec<_> = of(Verdict::Slower, is_bounded)
+        of(Verdict::Slower, is_bounded)
             .chain(of(Verdict::Different, is_bounded))
             .chain(of(Verdict::Undecided, self.fail_undecided))
-            .collect();
-        if failed.is_empty() {
-            if of(Verdict::Slower, true).next().is_some() && self.expect.is_none() {
-                say!("note: without --fail-above a slower row does not change the exit status");
-            }
-            return false;
-        }
-        say!("raindrops: {}", failed.join("; "));
-        true
+            .collect()
+    }
+
+    /// What became of each row by the expectations file; none where there is no file.
+    fn outcomes(&self, report: &Report) -> crate::Result<Option<Vec<Outcome>>> {
+        let Some(path) = &self.expect else { return Ok(None) };
+        let all = Expectations::load(path)?;
+        let expectations = all.of(path, &report.b.device)?;
+        Ok(Some(report.rows.iter().map(|row| expectations.judge(row)).collect()))
     }
 }
 
-/// Holds a report against an expectations file: what became of each row. Says so on stderr of those that did not
-/// simply pass.
-fn expected(path: &Path, report: &Report) -> anyhow::Result<Vec<Outcome>> {
-    let all = Expectations::load(path)?;
-    let expectations = all.of(path, &report.b.device)?;
-    let outcomes: Vec<Outcome> = report.rows.iter().map(|row| expectations.judge(row)).collect();
-    for (row, outcome) in report.rows.iter().zip(&outcomes) {
+/// Says on stderr what became of the rows that did not simply pass, and what an expectations file names in vain.
+fn say_outcomes(path: &Path, report: &Report, outcomes: &[Outcome]) -> crate::Result<()> {
+    for (row, outcome) in report.rows.iter().zip(outcomes) {
         if let Some(why) = outcome.why() {
             say!("{}: {}: {why}", outcome.name(), row.name);
         }
     }
+    let all = Expectations::load(path)?;
+    let expectations = all.of(path, &report.b.device)?;
     for part in expectations.unused(&report.rows) {
         say!("note: {}: no row's name contains '{part}'", path.display());
     }
-    Ok(outcomes)
+    for pass in expectations.unused_passes(&report.rows) {
+        say!("note: {}: no row has a pass '{pass}'", path.display());
+    }
+    Ok(())
 }
 
 /// `5%` or `0.05` to 0.05. Whoever writes 5 means 5%.

@@ -48,7 +48,7 @@ pub fn run(args: &VerdictArgs) -> anyhow::Result<Answer> {
         command: Some(command_line()),
         ..verdict::Report::of(Method::Unpaired, [side(&a), side(&b)], threshold, notes, rows)
     };
-    args.gate.tell(&report)
+    args.gate.tell(report)
 }
 
 /// A result file of one device each.

@@ -112,9 +112,7 @@ pub fn tail_lines(report: &Report, format: Format) -> Vec<String> {
 
 /// How many rows have which verdict; and how much slower those may be of which nothing is known.
 fn summary(report: &Report) -> String {
-    let all =
-        [Verdict::Slower, Verdict::Faster, Verdict::Same, Verdict::Undecided, Verdict::Different];
-    let counts = all.map(|verdict| (report.count(verdict), verdict.name()));
+    let counts = Verdict::ALL.map(|verdict| (report.count(verdict), verdict.name()));
     let counts = counts.into_iter().filter(|(count, _)| *count > 0);
     let counts: Vec<_> = counts.map(|(count, name)| format!("{count} {name}")).collect();
     let undecided = report.rows.iter().filter(|row| row.verdict == Verdict::Undecided);

@@ -28,8 +28,24 @@ pub struct Report {
     pub truth_samples: u32,
     /// Why there are not all rows.
     pub stopped: Option<String>,
+    /// Of each scene that is drawn whole, how far two of its truths are apart.
+    pub noise: Vec<Noise>,
     /// One row a scene and model.
     pub rows: Vec<Row>,
+}
+
+/// What a scene's truth and another of other samples differ by, in the middle eighth of the first frame. The error of a
+/// model that is hardly above it says nothing about the model.
+#[derive(Clone, Debug, Serialize)]
+pub struct Noise {
+    /// The scene's name.
+    pub scene: String,
+    /// As [`Errors::rms`].
+    pub rms: f64,
+    /// As [`Errors::flip`].
+    pub flip: f64,
+    /// As [`Errors::box_flip`].
+    pub box_flip: f64,
 }
 
 /// One model of one scene.

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::models::{BASES, Model};
-use super::report::{Errors, Row};
+use super::report::{Errors, Noise, Row};
 use super::scenes::StudyScene;
 use crate::Result;
 use crate::gpu::Device;
@@ -17,8 +17,9 @@ use crate::picture::{Picture, srgb_of_linear};
 use crate::plan::{Choice, Output, plan_by};
 use crate::reference::{Traced, Tracer, Truth};
 use crate::renderer::Renderer;
-use crate::scene::Scene;
+use crate::scene::camera::WHOLE;
 use crate::scene::model::Preset;
+use crate::scene::{ImageSize, Scene};
 
 /// Models that are timed in turn with each other, the bases among them.
 const GROUP: usize = 6;
@@ -38,6 +39,15 @@ struct Known {
     exposure: Exposure,
 }
 
+/// What is found of a scene.
+#[derive(Default)]
+pub struct Study {
+    /// A row a model.
+    pub rows: Vec<Row>,
+    /// That of its truth.
+    pub noise: Option<Noise>,
+}
+
 /// Tries `models` on a scene; `say` is called with a model's name, or why it is left out, and the share
 /// of the work that is done. The others' speeds are ratios to the first [`BASES`] models. If `effort.time.stop` says so,
 /// it ends early with the models whose errors are known by then.
@@ -51,7 +61,7 @@ pub fn study(
     models: &[Model],
     effort: Effort,
     say: &(dyn Fn(&str, f64) + Sync),
-) -> Result<Vec<Row>> {
+) -> Result<Study> {
     // A third of the time goes into the truth, a third into times, a third into pictures: about.
     let share_truth = |share: f64| say("truth", share / 3.0);
     let count = scene.frames.len() as f64;
@@ -62,11 +72,12 @@ pub fn study(
         let tracer = tracer.until(effort.time.stop);
         let traced = tracer.trace(&|share| share_truth((number as f64 + share) / count));
         if (effort.time.stop)() {
-            return Ok(Vec::new());
+            return Ok(Study::default());
         }
         let exposure = exposure_of(&frame.tone_map, &traced.picture);
         truths.push(Known { traced, exposure });
     }
+    let noise = noise(scene, &truths[0], effort)?;
 
     let (mut variants, mut choices, mut costs) = (Vec::new(), Vec::new(), None);
     for model in models {
@@ -86,7 +97,9 @@ pub fn study(
         choices.push(choice);
         variants.push(Variant { scene: first, plan });
     }
-    let Some((bases, others)) = variants.split_at_checked(BASES) else { return Ok(Vec::new()) };
+    let Some((bases, others)) = variants.split_at_checked(BASES) else {
+        return Ok(Study::default());
+    };
     let mut rows = Vec::new();
     let groups = others.len().div_ceil(GROUP - BASES).max(1);
     for number in 0..groups {
@@ -98,7 +111,7 @@ pub fn study(
         };
         let measured = measure(device, &scene.environment, &together, effort.time, &done)?;
         if (effort.time.stop)() {
-            return Ok(Vec::new());
+            return Ok(Study::default());
         }
         let base_ms = std::array::from_fn(|base| median(&measured[base].samples_ms));
         // The bases are rows of the first group alone.
@@ -121,7 +134,38 @@ pub fn study(
     }
     rows.truncate(known);
     super::report::mark_front(&mut rows);
-    Ok(rows)
+    Ok(Study { rows, noise })
+}
+
+/// Traces the middle of the first frame again with other samples; nothing of a frame that is a part already.
+fn noise(scene: &StudyScene, known: &Known, effort: Effort) -> Result<Option<Noise>> {
+    let (frame, whole) = (&scene.frames[0], &known.traced.picture);
+    if frame.camera.window != WHOLE {
+        return Ok(None);
+    }
+    // A quarter of its width, half of its height, and edges that fall on pixels.
+    let edge = |part: u32, pixels: u32| f64::from(pixels * part / 8) / f64::from(pixels);
+    let mut middle = frame.clone();
+    let ImageSize { width, height } = frame.image;
+    middle.camera.window = [edge(3, width), edge(2, height), edge(5, width), edge(6, height)];
+    let view = middle.view();
+    if view.width == 0 || view.height == 0 {
+        return Ok(None);
+    }
+    let truth = Truth { samples: effort.truth_samples, seed: 1, ..Truth::default() };
+    let tracer = Tracer::new(&middle, &scene.environment, truth).before(Plate::of(&middle)?);
+    let again = tracer.until(effort.time.stop).picture();
+    if (effort.time.stop)() {
+        return Ok(None);
+    }
+    let rows = (0..view.height).flat_map(|row| {
+        let from = ((view.origin[1] + row) * width + view.origin[0]) as usize;
+        &whole.pixels[from..from + view.width as usize]
+    });
+    let first = Picture { width: view.width, height: view.height, pixels: rows.copied().collect() };
+    let found = compare(&first, &again, None, known.exposure);
+    let (rms, flip, box_flip) = (found.pixels.rms(), found.pixels.flip, found.boxes.flip);
+    Ok(Some(Noise { scene: scene.name.clone(), rms, flip, box_flip }))
 }
 
 /// The errors of a model over all frames: means, and the largest.

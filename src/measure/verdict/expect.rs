@@ -10,18 +10,21 @@
 //! fails = ["4,000,000 drops, fast"] # parts of names of rows: known to fail; one that passes is unexpected
 //! flakes = ["2,000,000 drops"]      # may fail or pass
 //! skips = ["no tone map"]         # not looked at
+//! passes = { composite = 1.1 }    # a row fails, too, if the whole interval of this pass lies above this
 //!
 //! [[device.row]]                  # other bounds for some rows
 //! match = "paper"
 //! ratio = 1.2
+//! passes = { drops = 1.3 }
 //! ```
 
 use std::path::Path;
 
+use indexmap::IndexMap;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
 
-use super::{Verdict, VerdictRow};
+use super::{PassRow, Verdict, VerdictRow};
 use crate::measure::bench::DeviceHead;
 use crate::{Error, Result};
 
@@ -51,6 +54,8 @@ pub struct DeviceExpectations {
     #[serde(default)]
     skips: Vec<String>,
     #[serde(default)]
+    passes: IndexMap<String, Bound>,
+    #[serde(default)]
     row: Vec<RowExpectations>,
 }
 
@@ -66,17 +71,27 @@ struct RowExpectations {
     flip: Option<f64>,
     #[serde(default, deserialize_with = "bound_of")]
     error: Option<f64>,
+    #[serde(default)]
+    passes: IndexMap<String, Bound>,
 }
 
+/// A bound of a pass.
+#[derive(Clone, Copy, Debug, Deserialize)]
+struct Bound(#[serde(deserialize_with = "bound")] f64);
+
 /// A bound that a figure can exceed: nothing is over NaN, and no test would ever fail.
-fn bound_of<'de, D: Deserializer<'de>>(from: D) -> std::result::Result<Option<f64>, D::Error> {
+fn bound<'de, D: Deserializer<'de>>(from: D) -> std::result::Result<f64, D::Error> {
     let bound = f64::deserialize(from)?;
     match bound.is_finite() && bound >= 0.0 {
-        true => Ok(Some(bound)),
+        true => Ok(bound),
         false => Err(D::Error::custom(format!(
             "{bound} is no bound; skips names rows that are not judged"
         ))),
     }
+}
+
+fn bound_of<'de, D: Deserializer<'de>>(from: D) -> std::result::Result<Option<f64>, D::Error> {
+    bound(from).map(Some)
 }
 
 /// What became of a row.
@@ -196,10 +211,15 @@ impl DeviceExpectations {
     /// Why nothing can be said of a row that is beyond no bound; none if it is within them all.
     fn undecided(&self, row: &VerdictRow) -> Option<&'static str> {
         let within = |bound: f64| row.ratio_high.is_some_and(|high| high <= bound);
+        let is_pass_within =
+            |pass: &PassRow, bound: f64| pass.ratio_high.is_some_and(|high| high <= bound);
         match row.verdict {
             Verdict::Undecided => Some(
                 "neither passed nor failed; more rounds, or more runs at other times, may decide it",
             ),
+            _ if !self.passes_of(row).all(|(_, pass, bound)| is_pass_within(pass, bound)) => {
+                Some("a pass's bound lies within its interval; more rounds or runs may decide it")
+            }
             _ if self.ratio_of(row).is_none_or(within) => None,
             _ => Some("the bound lies within its interval; more rounds or runs may decide it"),
         }
@@ -215,6 +235,18 @@ impl DeviceExpectations {
         self.own(row).and_then(|own| own.ratio).or(self.ratio)
     }
 
+    /// The passes of a row that have a bound, the rows' own before the device's.
+    fn passes_of<'a>(
+        &'a self,
+        row: &'a VerdictRow,
+    ) -> impl Iterator<Item = (&'a str, &'a PassRow, f64)> {
+        let own = self.own(row);
+        row.passes.iter().filter_map(move |(name, pass)| {
+            let bound = own.and_then(|own| own.passes.get(name)).or(self.passes.get(name))?;
+            Some((name.as_str(), pass, bound.0))
+        })
+    }
+
     /// The bound that a row is beyond.
     fn beyond(&self, row: &VerdictRow) -> Option<String> {
         let own = self.own(row);
@@ -227,6 +259,11 @@ impl DeviceExpectations {
         over("B / A is at least", row.ratio_low, self.ratio_of(row))
             .or_else(|| over("FLIP is", row.flip_between, flip))
             .or_else(|| over("the error is", row.error_b, error))
+            .or_else(|| {
+                self.passes_of(row).find_map(|(name, pass, bound)| {
+                    over(&format!("pass {name}: B / A is at least"), pass.ratio_low, Some(bound))
+                })
+            })
     }
 
     /// Entries of its lists that no row's name holds: they are of no use any more, or misspelt.
@@ -234,5 +271,12 @@ impl DeviceExpectations {
         let of_rows = self.row.iter().map(|row| &row.pattern);
         let all = self.fails.iter().chain(&self.flakes).chain(&self.skips).chain(of_rows);
         all.map(String::as_str).filter(|part| !rows.iter().any(|row| is_named(row, part)))
+    }
+
+    /// Passes with a bound that no row has.
+    pub fn unused_passes<'a>(&'a self, rows: &'a [VerdictRow]) -> impl Iterator<Item = &'a str> {
+        let all = self.passes.keys().chain(self.row.iter().flat_map(|row| row.passes.keys()));
+        all.map(String::as_str)
+            .filter(|name| !rows.iter().any(|row| row.passes.contains_key(*name)))
     }
 }

@@ -28,6 +28,10 @@ pub enum Verdict {
 }
 
 impl Verdict {
+    /// All of them, what is to be looked at first.
+    pub const ALL: [Self; 5] =
+        [Self::Slower, Self::Faster, Self::Same, Self::Undecided, Self::Different];
+
     /// Its name, as in JSON.
     pub fn name(self) -> &'static str {
         match self {
@@ -86,6 +90,12 @@ pub struct Report {
     pub stopped: Option<String>,
     /// What differs and is allowed to, such as the driver's version.
     pub notes: Vec<String>,
+    /// How many rows have which verdict.
+    #[serde(default)]
+    pub counts: IndexMap<String, usize>,
+    /// The rows by which the command's exit status is 1, and why; none where nothing was to fail it.
+    #[serde(default)]
+    pub failed: Vec<String>,
     /// One row a row of the benchmark.
     pub rows: Vec<VerdictRow>,
 }
@@ -110,6 +120,8 @@ impl Report {
             flip_pixels_per_degree: None,
             stopped: None,
             notes,
+            counts: IndexMap::new(),
+            failed: Vec::new(),
             rows,
         }
     }
@@ -156,14 +168,20 @@ pub struct VerdictRow {
 }
 
 /// Pictures as PNG, their paths relative to the result file's folder or absolute.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Pictures {
     /// Of A, tone mapped.
     pub a: PathBuf,
     /// Of B, by the exposure of A.
     pub b: PathBuf,
-    /// FLIP's error of each pixel in false colours: black for none, then violet, red, yellow, white.
+    /// FLIP's error of each pixel in false colours: black for none, violet for 1/16, red for 1/4, yellow for 9/16, white for 1.
     pub difference: PathBuf,
+    /// The largest error of a pixel, and its column and row from the upper left.
+    #[serde(default)]
+    pub largest_flip: Option<f64>,
+    #[serde(default)]
+    #[allow(missing_docs, reason = "see the line before")]
+    pub largest_flip_at: Option<(u32, u32)>,
 }
 
 /// One pass of a row, of A and of B.
