@@ -76,7 +76,7 @@ real_rain() { # 100 mm/h at sunrise, the scene of the guide
   cat >"$work/cloudburst.toml" <<SCENE
 [camera]
 position = [0.0, 1.7, 0.0]
-target = [0.2, 1.95, -1.0]
+target = [-0.2, 1.95, -1.0]
 vertical_fov = 36.0
 [image]
 width = 900

@@ -93,6 +93,25 @@ fn the_truth_is_written_and_compares_with_itself() {
     }
     assert!(Picture::is_display(&at.join("d.png")).expect("written"));
 
+    // Colours are evenly spaced over the error's square root: from black to violet (linear 0.12, 0.01, 0.35) at 1/16.
+    for (name, gray) in [("even.exr", 0.2), ("lighter.exr", 0.205)] {
+        let pixels = vec![Vec3::splat(gray); 32 * 32];
+        let even = Picture { width: 32, height: 32, pixels };
+        even.write_exr(&at.join(name)).expect("a picture");
+    }
+    let arguments =
+        ["compare", "even.exr", "lighter.exr", "--json", "e.json", "--difference", "e.png"];
+    assert_eq!(status(&raindrops(at, &arguments)), 0);
+    let text = std::fs::read_to_string(at.join("e.json")).expect("written");
+    let even: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    let flip = even["flip"].as_f64().expect("an error") as f32;
+    let color = Picture::read(&at.join("e.png")).expect("written").pixels[32 * 16 + 16];
+    let expected = 4.0 * flip.sqrt() * Vec3::new(0.12, 0.01, 0.35);
+    assert!(
+        flip > 0.002 && flip < 0.0625 && color.distance(expected) < 0.01,
+        "{flip}: {color}, not {expected}"
+    );
+
     // Over no pixel any two pictures are alike.
     let none = Picture { pixels: vec![Vec3::ZERO; truth.pixels.len()], ..truth.clone() };
     none.write_exr(&at.join("none.exr")).expect("a mask");

@@ -80,6 +80,7 @@ fn shards_together_are_the_data_set() {
         (vec!["--depth", "none.exr"], "none.exr"),
         (vec!["--turn", "9", "--depth", "none.exr"], "leave it out"),
         (vec!["--preset", "paper"], "take preset fast"),
+        (vec!["--tiles", "99x2"], "99 x 2 parts"),
     ] {
         let all = [&["dataset", "scene.toml", "-o", "bad"], arguments.as_slice()].concat();
         let (is_done, said) = run(&folder, &all);
@@ -87,6 +88,11 @@ fn shards_together_are_the_data_set() {
         let problems = said.lines().filter(|line| line.starts_with("raindrops:")).count();
         assert!(problems == 1 && !folder.join("bad").exists(), "{said}");
     }
+    // In parts it is the same.
+    let parts = ["--views", "3", "--rates", "5,50", "--tiles", "2x3", "-o", "tiles"];
+    let (is_done, said) = run(&folder, &[&["dataset", "scene.toml"], parts.as_slice()].concat());
+    assert!(is_done, "{said}");
+    assert!(whole == files(&folder.join("tiles")), "the parts are not the whole");
     let (is_done, said) = run(&folder, &["dataset", "scene.toml", "--views", "4", "-o", "whole"]);
     assert!(!is_done && said.contains("something else"), "{said}");
 }

@@ -189,7 +189,7 @@ fn each_device_is_compared_with_each() {
         let arguments =
             ["compare-devices", "--drops", "50", "--size", "32x24", "--mask-size", "64"];
         let quick = ["--seconds", "0", "--frames", "1", "--rounds", "1"];
-        let more = ["--json", "a.json", "--max-flip", "0.05"];
+        let more = ["--json", "a.json", "--max-flip", "0.05", "--pictures", "seen"];
         let mut command = raindrops();
         command.current_dir(folder.path()).args(arguments).args(quick).args(more);
         let output = outcome(command.env("RAINDROPS_DEVICE", devices));
@@ -211,6 +211,15 @@ fn each_device_is_compared_with_each() {
     // Of a pair one is the first for each verdict.
     assert_eq!((count("devices"), count("pairs"), count("verdicts")), (Some(3), Some(3), Some(2)));
     assert_eq!(figures["devices"][0]["flip"][0], 0.0);
+    let of_second = &figures["verdicts"][1]["verdict"];
+    let undecided = of_second["rows"].as_array().map(Vec::len);
+    assert_eq!(of_second["counts"]["undecided"].as_u64().map(|n| n as usize), undecided);
+    let pictures = &of_second["rows"][0]["pictures"];
+    assert_eq!(pictures["b"], "seen/device-2-b.png", "{pictures}");
+    for key in ["a", "b", "difference"] {
+        let file = folder.path().join(pictures[key].as_str().expect("a file"));
+        assert_eq!(Picture::read(&file).expect("a picture").width, 32);
+    }
     assert!(figures["devices"][0]["median_ms"].as_f64() > Some(0.0));
 }
 

@@ -64,6 +64,15 @@ fn scenes_and_models_are_chosen_by_name() {
         let rows = result["rows"].as_array().expect("rows").iter();
         rows.map(|row| (text(&row["scene"]), text(&row["model"]))).collect()
     };
+    // The truth's noise is below the error of a model, and is there: with one sample it is large.
+    let (result, said) = run(&["--scenes", "near", "--models", "fast"]);
+    let result = result.unwrap_or_else(|| panic!("{said}"));
+    let noise = result["noise"][0]["rms"].as_f64().expect("noise");
+    let paper = result["rows"][0]["rms"].as_f64().expect("an error");
+    assert!(
+        result["noise"][0]["scene"] == "near" && noise > 0.005 && noise < 2.0 * paper,
+        "{noise} {paper}"
+    );
     let of = |model: &str| ("close-up".to_string(), model.to_string());
     assert_eq!(chosen("fast"), ["paper", "paper-compact", "fast"].map(of));
     let all = chosen("fast reflection");

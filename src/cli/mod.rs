@@ -201,10 +201,10 @@ fn hint(error: &Error) -> Cow<'static, str> {
     }
     if let Error::Limit { what: PIXELS, wanted, limit, .. } = error {
         let parts = (*wanted as f64 / *limit as f64).sqrt().ceil();
-        return format!("; render --tiles {parts}x{parts} draws it in parts").into();
+        return format!("; --tiles {parts}x{parts} of render and dataset draws it in parts").into();
     }
     if let Error::Limit { what: BUFFER_BYTES, .. } = error {
-        return "; a smaller --size or fewer drops need less; render --tiles 2x2 draws a large picture, with --layers also its layers, in parts".into();
+        return "; a smaller --size or fewer drops need less; --tiles 2x2 of render and dataset draws a large picture or its layers in parts".into();
     }
     Cow::Borrowed(match error {
         Error::NoLoader(_) => "; install libvulkan1 (Debian, Ubuntu: scripts/setup.sh does)",

@@ -174,7 +174,10 @@ pub fn ranked(
     let has_rivals = devices.iter().filter(|device| is_rival(device)).count() > 1;
     let of = |report: &DeviceReport| match kept(report, folder, say) {
         Some(costs) => Ok(costs),
-        None => costs(&Device::open(instance, report.clone())?, folder, say),
+        None => {
+            say(&format!("note: finding out how fast {} is, once: some seconds", report.name));
+            costs(&Device::open(instance, report.clone())?, folder, say)
+        }
     };
     let rank = |report: &DeviceReport| {
         let measured = (has_rivals && is_rival(report)).then(|| of(report));

@@ -10,7 +10,7 @@ use serde_json::Value;
 use tempfile::TempDir;
 
 /// A program that `bench` starts: its row takes MS milliseconds, on device DEVICE, at WIDTH pixels, with
-/// NOISY from 10 to 70 milliseconds; `render` copies PICTURE. Each start leaves its number in `started`.
+/// NOISY from 10 to 70 milliseconds, with NOISY_PASS its pass alone; `render` copies PICTURE. Each start leaves its number in `started`.
 const PROGRAM: &str = r#"#!/bin/sh
 echo $$ >> "$HERE/started"
 count=$(wc -l < "$HERE/started")
@@ -20,6 +20,7 @@ while [ $# -gt 0 ]; do
 done
 if [ -n "$picture" ]; then cp "$HERE/${PICTURE:-black}.exr" "$file"; exit 0; fi
 [ -z "$NOISY" ] || MS=$((10 + count * 7 % 13 * 5))
+[ -z "$NOISY_PASS" ] || PASS=$((10 + count * 7 % 13 * 5))
 [ "$count" = "$CRASH_AT" ] && { echo "raindrops: the device is lost" >&2; exit 2; }
 [ "$count" = "$HANG_AT" ] && exec sleep 600
 [ "$count" = "$RUBBISH_AT" ] && { printf '{"schema": "raindrops-' > "$file"; exit 0; }
@@ -29,9 +30,9 @@ cat > "$file" <<END
  "build": {"version": "0.1.0", "commit": "unknown"}, "host": {"cpu": "C", "cores": 2, "os": "O"},
  "rows": [{"preset": "paper", "optics": "mask", "primitive": "point", "order": "unsorted", "drops": 1000,
    "visible": ${VISIBLE:-200}, "width": ${WIDTH:-64}, "height": 64, "tone_map": true, "samples_ms": [${MS:-10}],
-   "median_ms": ${MS:-10}, "p10_ms": 1, "p90_ms": 1, "fps": 1, "passes": {"drops": ${MS:-10}},
+   "median_ms": ${MS:-10}, "p10_ms": 1, "p90_ms": 1, "fps": 1, "passes": {"drops": ${PASS:-${MS:-10}}},
    "counters": {"drops_in_view": ${VISIBLE:-200}, "tiles_done_again": $$},
-   "rounds": [{"median_ms": ${MS:-10}, "passes": {"drops": ${MS:-10}, "sky": 1}}]}]}
+   "rounds": [{"median_ms": ${MS:-10}, "passes": {"drops": ${PASS:-${MS:-10}}, "sky": 1}}]}]}
 END
 "#;
 

@@ -28,6 +28,8 @@ fn kept_results_are_compared() {
         (&"unpaired".into(), &"slower".into())
     );
     assert!(report["notes"].to_string().contains("the driver is V 1 in A, V 2 in B"));
+    assert_eq!((&report["counts"]["slower"], &report["counts"]["same"]), (&1.into(), &0.into()));
+    assert_eq!(report["failed"], serde_json::json!(["1,000 drops, paper, 64 x 64 (slower)"]));
     let output = verdict(&["base.json", "base.json", "--fail-above", "5%"]);
     assert_eq!(output.status.code(), Some(0));
     let said = String::from_utf8_lossy(&output.stdout).into_owned();

@@ -283,6 +283,10 @@ fn pictures_are_kept_and_shown() {
         Picture::read(&path).expect("a picture").pixels[0].x
     };
     assert!(pixel("a") < pixel("b") && pixel("difference") > 0.0);
+    // One even picture is as far from the other everywhere.
+    let row = &bench.json("v.json")["rows"][0];
+    let largest = row["pictures"]["largest_flip"].as_f64().expect("an error");
+    assert!((largest - row["flip_between"].as_f64().expect("a mean")).abs() < 1e-6, "{row}");
     // Both are moved together.
     let away = bench.path().join("away");
     fs::create_dir(&away).expect("a folder");
@@ -294,7 +298,9 @@ fn pictures_are_kept_and_shown() {
         assert_eq!(output.expect("it starts").status.code(), Some(0));
         fs::read_to_string(bench.path().join(out)).expect("a page")
     };
-    assert_eq!(page("page.html").matches("src=\"data:image/png;base64,iVBOR").count(), 3);
+    let shown = page("page.html");
+    assert_eq!(shown.matches("src=\"data:image/png;base64,iVBOR").count(), 3);
+    assert!(shown.contains(&format!("in the mean, {largest:.3} at most")), "{shown}");
     fs::remove_dir_all(away.join("seen")).expect("removed");
     assert!(page("page.html").contains("paper-1000-drops-b.png: No such file"));
     let alone = bench.command(&["bench", "--rounds", "2", "--pictures", "seen"]).output();
@@ -357,6 +363,8 @@ fn expectations_hold_both_ways() {
         (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
     };
     let (slow, noisy) = (["--b", "MS=12"], ["--a", "NOISY=1", "--b", "NOISY=1"]);
+    let noisy_pass = ["--a", "NOISY_PASS=1", "--b", "NOISY_PASS=1"];
+    let lenient = "[[device.row]]\nmatch = 'paper'\nratio = 9\n";
     for (lists, more, status, words) in [
         ("", &[][..], 0, ""),
         ("", &slow, 1, "Fail: 1,000 drops, paper, 64 x 64: B / A is at least"),
@@ -370,6 +378,29 @@ fn expectations_hold_both_ways() {
         ("flakes = ['paper']", &slow, 0, "KnownFlake: "),
         ("skips = ['paper']", &slow, 0, "Skip: "),
         ("[[device.row]]\nmatch = 'paper'\nratio = 1.3", &slow, 0, ""),
+        // The frame is within its bound, and its pass is not.
+        (
+            &format!("{lenient}passes = {{ drops = 1.1 }}"),
+            &slow,
+            1,
+            "pass drops: B / A is at least",
+        ),
+        (&format!("{lenient}passes = {{ drops = 1.3 }}"), &slow, 0, ""),
+        (
+            &format!("{lenient}passes = {{ drops = 1.1 }}"),
+            &noisy,
+            0,
+            "Undecided: 1,000 drops, paper",
+        ),
+        (
+            "passes = { drops = 1.1 }\n[[device.row]]\nmatch = 'paper'\nratio = 9\npasses = { drops = 1.3 }",
+            &slow,
+            0,
+            "",
+        ),
+        ("passes = { drops = 1.1 }", &noisy_pass, 0, "Undecided: 1,000 drops, paper"),
+        ("passes = { drips = 1.1 }", &[], 0, "no row has a pass 'drips'"),
+        ("passes = { drops = nan }", &slow, 2, "NaN is no bound"),
         ("", &["--b", "MS=5"], 0, "Faster: "),
         ("fails = ['no such row']", &[], 0, "no row's name contains 'no such row'"),
         ("typo = 1", &[], 2, "e.toml:5: unknown field `typo`"),

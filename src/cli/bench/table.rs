@@ -162,6 +162,33 @@ mod tests {
     use super::*;
 
     #[test]
+    fn each_preset_has_a_table_of_its_passes() {
+        let row = |preset: &str, passes: serde_json::Value| -> Row {
+            let row = serde_json::json!({"preset": preset, "optics": "mask", "primitive": "point", "order": "unsorted",
+                "drops": 125_000, "visible": 2, "width": 9, "height": 9, "tone_map": true, "samples_ms": [2.0], "median_ms": 2.0,
+                "p10_ms": 1.0, "p90_ms": 3.0, "fps": 500.0, "passes": passes, "counters": {}, "rounds": []});
+            serde_json::from_value(row).expect("a row")
+        };
+        let passes = [
+            serde_json::json!({"sky": 0.25, "drops": 1.5}),
+            serde_json::json!({"composite": 1.75}),
+        ];
+        let [paper, fast] = passes;
+        let rows = [row("paper", paper), row("fast", fast)];
+        let text = table(&rows, true, Format::Table);
+        let lines: Vec<Vec<&str>> =
+            text.lines().map(|line| line.split_whitespace().collect()).collect();
+        let has = |cells: &[&str]| lines.iter().any(|line| line == cells);
+        assert!(has(&["paper:", "ms", "of", "all", "drops", "sky", "drops"]), "{text}");
+        assert!(has(&["125,000", "0.25", "1.50"]) && has(&["125,000", "1.75"]), "{text}");
+        // What the paper published is beside its own method alone.
+        let published = |preset: &str| {
+            lines.iter().find(|line| line.first() == Some(&preset)).map(|line| line[line.len() - 1])
+        };
+        assert_eq!((published("paper"), published("fast")), (Some("794"), Some("-")));
+    }
+
+    #[test]
     fn every_pass_of_every_preset_has_a_column() {
         let passes = |names: &[&str]| names.iter().map(|name| (name.to_string(), 1.0)).collect();
         let paper: Parts = passes(&["simulate", "sky", "drops", "tone map"]);

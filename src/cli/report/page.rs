@@ -186,6 +186,7 @@ fn difference_caption(row: &verdict::VerdictRow, pictures: &Pictures) -> String 
     let mean = format!("difference: FLIP {:.5} in the mean", row.flip_between.unwrap_or_default());
     match pictures.largest_flip.zip(pictures.largest_flip_at) {
         None => mean,
+        Some((0.0, _)) => "difference: none".into(),
         Some((largest, (x, y))) => {
             format!("{mean}, {largest:.3} at most (column {x}, row {y} from the upper left)")
         }

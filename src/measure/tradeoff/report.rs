@@ -40,11 +40,11 @@ pub struct Report {
 pub struct Noise {
     /// The scene's name.
     pub scene: String,
-    /// As [`Errors::rms`].
+    /// As `rms` of a row.
     pub rms: f64,
-    /// As [`Errors::flip`].
+    /// As `flip` of a row.
     pub flip: f64,
-    /// As [`Errors::box_flip`].
+    /// As `box_flip` of a row.
     pub box_flip: f64,
 }
 

@@ -152,7 +152,11 @@ fn noise(scene: &StudyScene, known: &Known, effort: Effort) -> Result<Option<Noi
     if view.width == 0 || view.height == 0 {
         return Ok(None);
     }
-    let truth = Truth { samples: effort.truth_samples, seed: 1, ..Truth::default() };
+    let truth = Truth {
+        samples: effort.truth_samples,
+        seed: Truth::default().seed + 1,
+        ..Truth::default()
+    };
     let tracer = Tracer::new(&middle, &scene.environment, truth).before(Plate::of(&middle)?);
     let again = tracer.until(effort.time.stop).picture();
     if (effort.time.stop)() {
