@@ -102,8 +102,9 @@ fn panel(scene: &str, rows: &[&Row], area: &Area<'_>) -> std::result::Result<(),
             PLOT.1 * (error / errors.start).ln() / (errors.end / errors.start).ln(),
         )
     };
-    chart.draw_series(names(rows, on_panel).into_iter().map(|(row, shift)| {
-        let name = Text::new(row.model.clone(), (shift as i32, -5), ("sans-serif", 11).into_font());
+    chart.draw_series(names(rows, on_panel).into_iter().map(|(row, (right, down))| {
+        let from = (right as i32, down as i32);
+        let name = Text::new(row.model.clone(), from, ("sans-serif", 11).into_font());
         EmptyElement::at(place(row)) + name
     }))?;
     chart
@@ -114,9 +115,12 @@ fn panel(scene: &str, rows: &[&Row], area: &Area<'_>) -> std::result::Result<(),
     Ok(())
 }
 
-/// The models to name, and how far to the right of its point each name begins: the presets, then the
-/// front, each where it meets no other name; at the right edge to the left of its point.
-fn names<'a>(rows: &[&'a Row], on_panel: impl Fn(&Row) -> (f64, f64)) -> Vec<(&'a Row, f64)> {
+/// The models to name, and how far to the right of and below its point each name begins: the presets, then the
+/// front, each where it meets no other name. A preset is tried on all sides, as two may be the same program.
+fn names<'a>(
+    rows: &[&'a Row],
+    on_panel: impl Fn(&Row) -> (f64, f64),
+) -> Vec<(&'a Row, (f64, f64))> {
     const GAP: f64 = 7.0;
     let is_preset = |row: &Row| row.model == row.preset;
     let mut wanted: Vec<&Row> =
@@ -126,14 +130,26 @@ fn names<'a>(rows: &[&'a Row], on_panel: impl Fn(&Row) -> (f64, f64)) -> Vec<(&'
     for row in wanted {
         let (x, y) = on_panel(row);
         let width = LETTER.0 * row.model.len() as f64;
-        let shift = if x + GAP + width > PLOT.0 { -GAP - width } else { GAP };
-        let (from, to) = (x + shift, x + shift + width);
-        let is_free = |(left, right, height): &(f64, f64, f64)| {
-            from > *right || to < *left || (y - height).abs() > LETTER.1
+        let (right, left) = (GAP, -GAP - width);
+        let beside = if x + GAP + width > PLOT.0 { left } else { right };
+        let level = -5.0;
+        let sides = [
+            (beside, level),
+            (beside, level + LETTER.1),
+            (left, level),
+            (beside, level - LETTER.1),
+        ];
+        let tried = if is_preset(row) { &sides[..] } else { &sides[..1] };
+        let is_free = |(right, down): &&(f64, f64)| {
+            let (from, to, height) = (x + right, x + right + width, y - down);
+            from > 0.0
+                && taken.iter().all(|(left, right, other)| {
+                    from > *right || to < *left || (height - other).abs() > LETTER.1 - 0.5
+                })
         };
-        if taken.iter().all(is_free) {
-            taken.push((from, to, y));
-            named.push((row, shift));
+        if let Some(&(right, down)) = tried.iter().find(is_free) {
+            taken.push((x + right, x + right + width, y - down));
+            named.push((row, (right, down)));
         }
     }
     named
