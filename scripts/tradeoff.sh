@@ -45,6 +45,8 @@ def table(scenes):
     models = dict.fromkeys(row["model"] for row in rows if row["scene"] in scenes)
     lines = ["| speed / rms | " + " | ".join(scenes) + " |", "|---" * (len(scenes) + 1) + "|"]
     lines += [f"| `{model}` | " + " | ".join(cell(scene, model) for scene in scenes) + " |" for model in models]
+    noise = {of["scene"]: f"{255 * of['rms']:.2f}" for of in result.get("noise", [])}
+    lines.append("| *noise* | " + " | ".join(f"/ {noise[scene]}" if scene in noise else "" for scene in scenes) + " |")
     return lines
 
 # The load at the start, if the result has it.
@@ -61,7 +63,8 @@ page = [
     "",
     "Speed is a multiple of `paper`'s, which ran in turn with the model; rms is in grey levels of 255, tone mapped. A cell in",
     "bold is on the Pareto front: no other model of the scene is both faster and truer. Two models that are the same program",
-    "by two names, such as `auto` and its choice, show how far times differ by chance.",
+    "by two names, such as `auto` and its choice, show how far times differ by chance. The row *noise* has the rms between two",
+    "truths of other samples, in the middle eighth of the picture: an error that is hardly above it says nothing about its model.",
     "",
     *table(by_rate[0]),
 ]

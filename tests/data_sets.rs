@@ -65,6 +65,8 @@ fn shards_together_are_the_data_set() {
             let file = record["files"]["rainy"].as_str().expect("a file");
             assert!(folder.join("whole").join(file).exists());
             documented_keys("raindrops-dataset/1", &[&record, &record["files"]]);
+            assert!(record["optics"].is_string() && record["samples"].as_u64() > Some(0));
+            assert!(record["cutoff_px"].as_f64() > Some(0.0), "{record}");
             record["rate_mm_h"].as_f64().expect("a rate")
         })
         .collect();

@@ -106,6 +106,15 @@ fn all_commands_have_the_same_cut_off() {
         plan.contains(&format!("cut-off     {cutoff} px of radius: no smaller drop shows")),
         "{plan}"
     );
+    // Before a background of its own it follows from that.
+    let pixels = vec![glam::Vec3::splat(0.5); 64 * 64];
+    let even = raindrops::picture::Picture { width: 64, height: 64, pixels };
+    let plate = folder.path().join("even.exr");
+    even.write_exr(&plate).expect("a plate");
+    let plate = plate.to_str().expect("UTF-8");
+    let before = said(&["plan", path, "--size", "64x64", "--background", plate]);
+    let line = |plan: &str| plan.lines().find(|line| line.starts_with("cut-off")).map(String::from);
+    assert!(line(&before).is_some() && line(&before) != line(&plan), "{before}");
     // Bench counts its drops again on the CPU, over this cut-off.
     let quick = ["--size", "64x64", "--seconds", "0.02", "--frames", "1", "--json", "-"];
     let bench = said(&[&["bench", path], &quick[..]].concat());

@@ -52,6 +52,7 @@ fn a_film_is_rendered_and_resumed() {
     std::fs::write(&scene, SCENE).expect("a scene");
     let done = outcome(&mut render(&scene, &output, &["--validate"]));
     assert!(done.status.success(), "{}", said(&done));
+    assert!(said(&done).contains("6 frames to write: "), "{}", said(&done));
     let frames: Vec<_> = (0..6)
         .map(|number| std::fs::read(frame(folder.path(), number)).expect("a frame"))
         .collect();
