@@ -207,7 +207,7 @@ fn the_tradeoffs_page_is_of_its_result_and_of_models_that_are_there() {
         let row = cells(line);
         if row[0] == "speed / rms" {
             scenes = row[1..].to_vec();
-        } else if row.len() == scenes.len() + 1 && row[0] == "*noise*" {
+        } else if row.len() == scenes.len() + 1 && row[0] == "noise" {
             for (scene, cell) in scenes.iter().zip(&row[1..]) {
                 let all = result["noise"].as_array().expect("noise");
                 let of = all.iter().find(|of| of["scene"] == *scene).expect("the scene's");
