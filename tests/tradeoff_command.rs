@@ -7,6 +7,9 @@ use std::fs;
 use std::io::{BufRead as _, BufReader, Read as _};
 use std::process::{Command, Stdio};
 
+use raindrops::picture::Picture;
+use raindrops::picture::metrics::compare;
+use raindrops::picture::tone_map::Exposure;
 use serde_json::Value;
 
 #[test]
@@ -65,7 +68,8 @@ fn scenes_and_models_are_chosen_by_name() {
         rows.map(|row| (text(&row["scene"]), text(&row["model"]))).collect()
     };
     // The truth's noise is below the error of a model, and is there: with one sample it is large.
-    let (result, said) = run(&["--scenes", "near", "--models", "fast"]);
+    let near = ["--scenes", "near", "--models", "fast", "--pictures", "seen"];
+    let (result, said) = run(&near);
     let result = result.unwrap_or_else(|| panic!("{said}"));
     let noise = result["noise"][0]["rms"].as_f64().expect("noise");
     let paper = result["rows"][0]["rms"].as_f64().expect("an error");
@@ -73,13 +77,24 @@ fn scenes_and_models_are_chosen_by_name() {
         result["noise"][0]["scene"] == "near" && noise > 0.005 && noise < 2.0 * paper,
         "{noise} {paper}"
     );
+    let seen = |name: &str| {
+        let path = folder.path().join("seen").join(name);
+        Picture::read(&path).unwrap_or_else(|error| panic!("{error}"))
+    };
+    let [truth, paper, fast] = ["near-truth.png", "near-paper.png", "near-fast.png"].map(seen);
+    let apart =
+        |picture: &Picture| compare(&truth, picture, None, Exposure::Clipped(1.0)).pixels.flip;
+    assert!(
+        apart(&fast) < apart(&paper) && apart(&fast) > 0.0,
+        "pictures are those of their models"
+    );
     let of = |model: &str| ("close-up".to_string(), model.to_string());
     assert_eq!(chosen("fast"), ["paper", "paper-compact", "fast"].map(of));
     let all = chosen("fast reflection");
     assert!(all.len() > 2 && !all.contains(&of("fast")), "{all:?}");
     for (arguments, words) in [
         (&["--scenes", "nowhere"][..], "--scenes nowhere: there are close-up, near, far"),
-        (&["--scenes", "far", "--drops", "9"], "leave it out for a scene of your own"),
+        (&["--scenes", "far", "--drops", "9"], "leave out one or the other"),
         (&["--models", "nobody"], "no model's name contains that"),
     ] {
         let (result, said) = run(arguments);

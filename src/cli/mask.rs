@@ -55,7 +55,7 @@ pub fn run(args: &MaskArgs) -> anyhow::Result<Answer> {
     let folder = args.output.display();
     print(format_args!(
         "{folder}/figure-5.png shows them all: from above reflected, transmitted, reflectance, coverage, levels from left to right; \
-         of a direction red is its x, green its y, blue its z (towards the camera), -1 to 1 as 0 to 1"
+         of a direction red is its x, green its y, blue its z (towards the camera), -1 to 1 as 0 to 1, as sRGB"
     ))?;
     print(format_args!(
         "{folder}/level-NN-NAME.exr has the numbers of a level, float32: any viewer of EXR, such as tev"

@@ -325,7 +325,7 @@ fn say_undrawn(counts: &Counts, room: u32) {
         "not drawn, or out of order",
         "more, tile by tile, than the lists hold or the driver goes through",
     );
-    say(counts.camera_inside, "not drawn", "the camera is inside them");
+    say(counts.camera_inside, "not drawn", "the camera is inside");
     say(
         counts.beside_camera,
         "not drawn",

@@ -11,11 +11,15 @@ use super::tell::{is_quiet, is_verbose, say};
 /// How often a line says how far work is, where there is no terminal for a bar.
 const EVERY: Duration = Duration::from_secs(30);
 
-/// A progress bar on stderr; where that is no terminal, a line from time to time.
+/// A progress bar on stderr; where that is no terminal, a line from time to time. With the unit `%` it says which part of
+/// the length is done.
 pub(super) fn progress(length: u64, unit: &str) -> ProgressBar {
+    let template = match unit {
+        "%" => "{bar:40} {percent} % {msg} [{elapsed} < {eta}]",
+        _ => "{bar:40} {pos}/{len} {unit} {msg} [{elapsed} < {eta}]",
+    };
     let style =
-        ProgressStyle::with_template("{bar:40} {pos}/{len} {unit} {msg} [{elapsed} < {eta}]")
-            .unwrap_or_else(|_| ProgressStyle::default_bar());
+        ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
     let style = style.with_key("unit", {
         let unit = unit.to_string();
         move |_: &ProgressState, f: &mut dyn std::fmt::Write| {
@@ -34,7 +38,12 @@ pub(super) fn progress(length: u64, unit: &str) -> ProgressBar {
                 std::thread::sleep(EVERY);
                 let Some(bar) = weak.upgrade().filter(|bar| !bar.is_finished()) else { return };
                 let (at, message, s) = (bar.position(), bar.message(), bar.elapsed().as_secs());
-                say!("{at} of {length} {unit} after {s} s {message}");
+                let done = match unit.as_str() {
+                    "%" => format!("{} %", 100 * at / length.max(1)),
+                    _ => format!("{at} of {length} {unit}"),
+                };
+                let message = if message.is_empty() { message } else { format!(": {message}") };
+                say!("{done} after {s} s{message}");
             }
         });
     }

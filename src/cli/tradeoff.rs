@@ -9,6 +9,7 @@ use super::interrupt::{Interrupted, heed_interrupts, is_interrupted};
 use super::options::{DeviceArgs, SceneArgs};
 use super::tell::{about, line, say};
 use super::{Answer, parse_seconds, print_beside, progress, write_json};
+use crate::Error;
 use crate::files::write_whole;
 use crate::gpu::disk_cache::user_folder;
 use crate::measure::Host;
@@ -28,7 +29,8 @@ use crate::thousands::{counted, thousands_of};
     mut_arg("scene", |arg| arg.help("Scene file (TOML) [default: eight scenes, see below]")),
     after_help = "The eight scenes: close-up (one drop), near (hundreds), far (a million), sun, low range, pan (flicker), weather (real rain),\n\
                   lens (the same, out of focus).\n\
-                  They take a quarter of an hour on two CPU cores; --models and --drops 20000 --size 256x256 take less."
+                  They take a quarter of an hour on two CPU cores; --scenes and --models take less. A scene file, --drops, --size and the like\n\
+                  measure one scene of your own instead."
 )]
 pub struct TradeoffArgs {
     /// Samples a pixel of the truth
@@ -38,8 +40,8 @@ pub struct TradeoffArgs {
     /// Only these of the eight scenes, comma-separated: close-up, near, far, sun, low range, pan, weather, lens
     #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
     scenes: Vec<String>,
-    /// Only models of these names, comma-separated, and the two with which all are compared; what is no model's name
-    /// stands for all that contain it
+    /// Only models of these names, comma-separated, and the two with which all are compared: paper and paper-compact, with
+    /// real rain fast and exact; what is no model's name stands for all that contain it
     #[arg(long, value_name = "TEXT,…", value_delimiter = ',')]
     models: Vec<String>,
     /// Seconds to time a model, or longer for --min-frames
@@ -57,6 +59,9 @@ pub struct TradeoffArgs {
     /// Plot error over time as SVG, with the Pareto front
     #[arg(long, value_name = "FILE")]
     svg: Option<PathBuf>,
+    /// Write the truth and every model's picture of each scene into this folder, as PNG
+    #[arg(long, value_name = "DIR")]
+    pictures: Option<PathBuf>,
     #[command(flatten)]
     scene: SceneArgs,
     #[command(flatten)]
@@ -79,7 +84,7 @@ pub fn run(args: &TradeoffArgs) -> anyhow::Result<Answer> {
         set
     } else if !args.scenes.is_empty() {
         anyhow::bail!(
-            "--scenes chooses among those of the study; leave it out for a scene of your own"
+            "--scenes chooses among those of the study; a scene file, --drops, --size and the like make a scene of your own: leave out one or the other"
         );
     } else {
         let scene = args.scene.load()?;
@@ -114,7 +119,11 @@ pub fn run(args: &TradeoffArgs) -> anyhow::Result<Answer> {
             stop: is_interrupted,
         },
         truth_samples: args.truth_samples,
+        pictures: args.pictures.as_deref(),
     };
+    if let Some(folder) = &args.pictures {
+        std::fs::create_dir_all(folder).map_err(|error| Error::write(folder, error))?;
+    }
     let count: usize = scenes.iter().map(|scene| of_scene(scene).len()).sum();
     let costs = kept(&device.report, user_folder().as_deref(), line).unwrap_or_default();
     let times: f64 = scenes

@@ -40,11 +40,16 @@ fn draw(report: &Report, svg: &mut String) -> std::result::Result<(), PlotFailed
         panel(scene, &rows, &area)?;
     }
     let device = &report.device;
-    let line = format!(
-        "{} ({} {}); truth: {} samples a pixel; line: the Pareto front; names where there is room",
-        device.name, device.driver, device.driver_info, report.truth_samples
-    );
-    foot.draw(&Text::new(line, (16, 12), ("sans-serif", 14)))?;
+    let lines = [
+        format!("{} ({} {})", device.name, device.driver, device.driver_info),
+        format!(
+            "truth: {} samples a pixel; line: the Pareto front; names where there is room",
+            report.truth_samples
+        ),
+    ];
+    for (line, down) in lines.into_iter().zip([2, 20]) {
+        foot.draw(&Text::new(line, (16, down), ("sans-serif", 14)))?;
+    }
     root.present()?;
     Ok(())
 }
@@ -74,7 +79,7 @@ fn panel(scene: &str, rows: &[&Row], area: &Area<'_>) -> std::result::Result<(),
         .light_line_style(TRANSPARENT)
         .x_labels(6)
         .y_labels(6)
-        .x_desc("ms a frame, by the ratio to the first model")
+        .x_desc("ms a frame: the first model's, over the speed as its multiple")
         .y_desc("RMS error, grey levels of 255")
         .x_label_formatter(&|ms| label(*ms))
         .y_label_formatter(&|rms| label(*rms))

@@ -21,7 +21,7 @@ pub struct StudyScene {
 
 /// A still from a user's scene.
 pub fn of_file(name: &str, scene: Scene, environment: Environment) -> StudyScene {
-    StudyScene { name: name.into(), asks: "a scene of one's own", frames: vec![scene], environment }
+    StudyScene { name: name.into(), asks: "not of the study", frames: vec![scene], environment }
 }
 
 /// The default set: from one drop to a million, from a bare sun to a sky that a display could show,

@@ -1,5 +1,6 @@
 //! One scene with every model: truth, times, errors.
 
+use std::path::Path;
 use std::sync::Arc;
 
 use super::models::{BASES, Model};
@@ -13,7 +14,7 @@ use crate::measure::{costs, resolve};
 use crate::picture::metrics::{Comparison, compare};
 use crate::picture::plate::Plate;
 use crate::picture::tone_map::{Exposure, display, exposure_of};
-use crate::picture::{Picture, srgb_of_linear};
+use crate::picture::{Picture, srgb_of_linear, write_png};
 use crate::plan::{Choice, Output, plan_by};
 use crate::reference::{Traced, Tracer, Truth};
 use crate::renderer::Renderer;
@@ -26,11 +27,23 @@ const GROUP: usize = 6;
 
 /// How long to measure, and how finely to trace.
 #[derive(Clone, Copy, Debug)]
-pub struct Effort {
+pub struct Effort<'a> {
     /// Of each model's times.
     pub time: bench::Effort,
     /// Samples a pixel of the truth.
     pub truth_samples: u32,
+    /// A folder for the first frame's truth and every model's picture of it, tone mapped; none: they are not kept.
+    pub pictures: Option<&'a Path>,
+}
+
+impl Effort<'_> {
+    /// Keeps a picture of a scene, as PNG.
+    fn keep(&self, scene: &StudyScene, name: &str, picture: &Picture, by: Exposure) -> Result<()> {
+        let Some(folder) = self.pictures else { return Ok(()) };
+        let name = format!("{} {name}.png", scene.name).replace([' ', '/'], "-");
+        let Picture { width, height, .. } = *picture;
+        write_png(&folder.join(name), width, height, &display(by, picture).srgb())
+    }
 }
 
 /// What is known of the truth of a frame.
@@ -59,7 +72,7 @@ pub fn study(
     device: &Arc<Device>,
     scene: &StudyScene,
     models: &[Model],
-    effort: Effort,
+    effort: Effort<'_>,
     say: &(dyn Fn(&str, f64) + Sync),
 ) -> Result<Study> {
     // A third of the time goes into the truth, a third into times, a third into pictures: about.
@@ -75,6 +88,9 @@ pub fn study(
             return Ok(Study::default());
         }
         let exposure = exposure_of(&frame.tone_map, &traced.picture);
+        if number == 0 {
+            effort.keep(scene, "truth", &traced.picture, exposure)?;
+        }
         truths.push(Known { traced, exposure });
     }
     let noise = noise(scene, &truths[0], effort)?;
@@ -129,7 +145,8 @@ pub fn study(
         }
         let choice = choices[number].as_ref();
         say(&row.model, (2.0 + number as f64 / variants.len() as f64) / 3.0);
-        row.errors = errors(device, scene, variant, choice, &truths)?;
+        let first = |picture: &Picture| effort.keep(scene, &row.model, picture, truths[0].exposure);
+        row.errors = errors(device, scene, variant, choice, &truths, &first)?;
         known += 1;
     }
     rows.truncate(known);
@@ -138,7 +155,7 @@ pub fn study(
 }
 
 /// Traces the middle of the first frame again with other samples; nothing of a frame that is a part already.
-fn noise(scene: &StudyScene, known: &Known, effort: Effort) -> Result<Option<Noise>> {
+fn noise(scene: &StudyScene, known: &Known, effort: Effort<'_>) -> Result<Option<Noise>> {
     let (frame, whole) = (&scene.frames[0], &known.traced.picture);
     if frame.camera.window != WHOLE {
         return Ok(None);
@@ -172,13 +189,14 @@ fn noise(scene: &StudyScene, known: &Known, effort: Effort) -> Result<Option<Noi
     Ok(Some(Noise { scene: scene.name.clone(), rms, flip, box_flip }))
 }
 
-/// The errors of a model over all frames: means, and the largest.
+/// The errors of a model over all frames: means, and the largest; `first` gets its picture of the first.
 fn errors(
     device: &Arc<Device>,
     scene: &StudyScene,
     variant: &Variant,
     choice: Option<&Choice>,
     truths: &[Known],
+    first: &dyn Fn(&Picture) -> Result<()>,
 ) -> Result<Errors> {
     let plan = plan_by(&variant.scene, &scene.environment, choice, Output::Radiance)?;
     let mut renderer = Renderer::new(device, &variant.scene, &scene.environment, &plan)?;
@@ -192,6 +210,7 @@ fn errors(
         comparisons.push(compare(truth, &picture, Some(coverage), known.exposure));
         pictures.push(picture);
     }
+    pictures.first().map_or(Ok(()), first)?;
     let mean = |figure: &dyn Fn(&Comparison) -> f64| {
         comparisons.iter().map(figure).sum::<f64>() / comparisons.len() as f64
     };
