@@ -90,6 +90,21 @@ fn shards_together_are_the_data_set() {
         let problems = said.lines().filter(|line| line.starts_with("raindrops:")).count();
         assert!(problems == 1 && !folder.join("bad").exists(), "{said}");
     }
+    // Three rates, a part of the range each; 10 for the factor of ten, so by their logarithms.
+    let mut places: Vec<f64> = rates.iter().map(|rate| (rate / 5.0).log10()).collect();
+    places.sort_by(f64::total_cmp);
+    let gaps = [places[1] - places[0], places[2] - places[1], 1.0 + places[0] - places[2]];
+    assert!(gaps.iter().all(|gap| *gap > 0.2), "{rates:?}");
+    // Without lists of drops, nothing else differs.
+    let bare = ["--views", "1", "--rates", "5,50", "--no-drop-lists", "-o", "bare"];
+    let (is_done, said) = run(&folder, &[&["dataset", "scene.toml"], bare.as_slice()].concat());
+    assert!(is_done, "{said}");
+    let (bare, of_whole) = (folder.join("bare/00000"), folder.join("whole/00000"));
+    assert!(!bare.join("layers.json").exists());
+    let read = |path: PathBuf| std::fs::read(path).expect("a file");
+    assert!(read(bare.join("layers.exr")) == read(of_whole.join("layers.exr")));
+    let line = String::from_utf8(read(bare.join("view.json"))).expect("text");
+    assert!(!line.contains("\"drops\""), "{line}");
     // In parts it is the same.
     let parts = ["--views", "3", "--rates", "5,50", "--tiles", "2x3", "-o", "tiles"];
     let (is_done, said) = run(&folder, &[&["dataset", "scene.toml"], parts.as_slice()].concat());

@@ -46,12 +46,15 @@ pub struct DatasetArgs {
     /// background or a film]
     #[arg(long, value_name = "DEGREES", value_parser = parse_turn)]
     turn: Option<f64>,
-    /// Give each view a rain rate between these, in mm/h, by chance, evenly over the logarithm [default: the scene's rate]
+    /// Give each view a rain rate between these, in mm/h, spread evenly over the logarithm [default: the scene's rate]
     #[arg(long, value_name = "LOW,HIGH", value_parser = parse_rates)]
     rates: Option<[f64; 2]>,
     /// Make every Nth view only, starting with the Ith: for the Ith of N machines
     #[arg(long, value_name = "I/N", value_parser = parse_shard, default_value = "1/1")]
     shard: Shard,
+    /// Write no list of the drops in view, which may take many times the space of the pictures
+    #[arg(long)]
+    no_drop_lists: bool,
     /// Draw each picture in this many parts, with the same result: for pictures larger than the device's images
     #[arg(long, value_name = "CxR", value_parser = parse_grid)]
     tiles: Option<Grid>,
@@ -75,6 +78,7 @@ struct Head<'a> {
     views: u32,
     turn_degrees: f64,
     rates_mm_h: Option<[f64; 2]>,
+    drop_lists: bool,
     environment_hash: String,
     background_hash: Option<String>,
     scene: &'a Scene,
@@ -98,7 +102,8 @@ struct Record {
     camera: CameraRecord,
     /// Pixels that drops cover a part of.
     covered_pixels: usize,
-    drops: usize,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    drops: Option<usize>,
     files: Files,
 }
 
@@ -107,7 +112,8 @@ struct Files {
     rainy: String,
     clean: String,
     layers: String,
-    drops: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    drops: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     depth: Option<String>,
 }
@@ -182,6 +188,7 @@ struct Set {
     views: u32,
     turn: f64,
     rates: Option<[f64; 2]>,
+    drop_lists: bool,
 }
 
 impl Set {
@@ -214,8 +221,8 @@ impl Set {
             frames => frames,
         });
         let folder = args.output.clone();
-        let rates = args.rates;
-        Ok(Self { scene, environment, background_hash, folder, views, turn, rates })
+        let (rates, drop_lists) = (args.rates, !args.no_drop_lists);
+        Ok(Self { scene, environment, background_hash, folder, views, turn, rates, drop_lists })
     }
 
     fn head_path(&self) -> PathBuf {
@@ -231,6 +238,7 @@ impl Set {
             views: self.views,
             turn_degrees: self.turn,
             rates_mm_h: self.rates,
+            drop_lists: self.drop_lists,
             environment_hash: format!("{:016x}", self.environment.hash()),
             background_hash: self.background_hash.map(|hash| format!("{hash:08x}")),
             scene: &scene,
@@ -298,7 +306,9 @@ impl Set {
             base.camera.target =
                 base.camera.position + DQuat::from_axis_angle(DVec3::Y, turn) * toward;
         }
-        let share = random.unit();
+        // Steps of the golden section cover the range evenly, however many views there are.
+        let first = Random(self.scene.seed).unit();
+        let share = (first + f64::from(view) * 0.618_033_988_749_894_9).fract();
         if let (Some([low, high]), Some(rain)) =
             (self.rates, base.rain.as_mut().and_then(|rain| rain.real.as_mut()))
         {
@@ -349,7 +359,11 @@ impl Maker<'_> {
         write_half(&layers.over(&clean), &folder.join("rainy.exr"))?;
         let cutoff_px = self.plan.cutoff.as_ref().map(|cutoff| cutoff.px);
         let least = cutoff_px.unwrap_or(0.0);
-        let drops = write_layers(&layers, &scene, (until.time, least), &folder.join("layers.exr"))?;
+        let path = folder.join("layers.exr");
+        let drops = match set.drop_lists {
+            true => Some(write_layers(&layers, &scene, (until.time, least), &path)?),
+            false => layers.write_exr(&path).map(|()| None)?,
+        };
         let record = Record {
             format: FORMAT,
             view,
@@ -366,7 +380,7 @@ impl Maker<'_> {
                 rainy: in_view("rainy.exr"),
                 clean: clean_file,
                 layers: in_view("layers.exr"),
-                drops: in_view("layers.json"),
+                drops: set.drop_lists.then(|| in_view("layers.json")),
                 depth: depth.then(|| format!("{PLATE}/depth.exr")),
             },
         };

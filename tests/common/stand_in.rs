@@ -9,8 +9,9 @@ use raindrops::picture::Picture;
 use serde_json::Value;
 use tempfile::TempDir;
 
-/// A program that `bench` starts: its row takes MS milliseconds, on device DEVICE, at WIDTH pixels, with
-/// NOISY from 10 to 70 milliseconds, with NOISY_PASS its pass alone; `render` copies PICTURE. Each start leaves its number in `started`.
+/// A program that `bench` starts: its row takes MS milliseconds, on device DEVICE, at WIDTH pixels; with
+/// NOISY 10 to 70 milliseconds, with NOISY_PASS its pass alone. With COLD the first two starts take two seconds. `render`
+/// copies PICTURE. Each start leaves its number in `started`.
 const PROGRAM: &str = r#"#!/bin/sh
 echo $$ >> "$HERE/started"
 count=$(wc -l < "$HERE/started")
@@ -19,6 +20,7 @@ while [ $# -gt 0 ]; do
   shift
 done
 if [ -n "$picture" ]; then cp "$HERE/${PICTURE:-black}.exr" "$file"; exit 0; fi
+[ -n "$COLD" ] && [ "$count" -le 2 ] && sleep 2
 [ -z "$NOISY" ] || MS=$((10 + count * 7 % 13 * 5))
 [ -z "$NOISY_PASS" ] || PASS=$((10 + count * 7 % 13 * 5))
 [ "$count" = "$CRASH_AT" ] && { echo "raindrops: the device is lost" >&2; exit 2; }

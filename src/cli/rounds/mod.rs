@@ -9,6 +9,7 @@ use std::ffi::OsString;
 use std::time::{Duration, Instant};
 
 use clap::ArgMatches;
+use humantime::format_duration;
 use indicatif::ProgressBar;
 
 use self::process::{Arm, Limits};
@@ -78,16 +79,18 @@ pub fn take_turns(
     let looks = looks(most);
     for (number, look) in looks.iter().enumerate() {
         while rounds < look.rounds {
-            let ends =
-                start.elapsed() + needed.unwrap_or_default() + longest.mul_f64(time.pictures);
+            let planned = needed.unwrap_or_default() + longest.mul_f64(time.pictures);
+            // The first round compiles the drivers' shaders, which they keep: it says little of the second.
+            let planned = if rounds == 1 { Duration::ZERO } else { planned };
+            let ends = start.elapsed() + planned;
             if needed.is_some() && ends > time.end {
                 let taken = &looks[..number];
                 turns.look(&at_the_end(taken, rounds), threshold);
                 turns.stopped = Some(format!(
-                    "{} took {:.0} s; another would go beyond {:.0} s (--max-time)",
+                    "{} took {:.0} s; another would go beyond {} (--max-time)",
                     counted(rounds as u64, "round"),
                     start.elapsed().as_secs_f64(),
-                    time.end.as_secs_f64()
+                    format_duration(time.end)
                 ));
                 return turns;
             }
@@ -159,7 +162,7 @@ fn say_expected(first: Duration, most: usize, pictures: f64, end: Duration) {
     match all > end.as_secs_f64() {
         true => say!(
             "note: the first round took {first}; up to {rounds}, as many as fit into {} (--max-time)",
-            about(end.as_secs_f64())
+            format_duration(end)
         ),
         false => say!("note: the first round took {first}; {rounds} {take} up to {}", about(all)),
     }
@@ -233,6 +236,9 @@ fn effort(series: &[Amount]) -> f64 {
 }
 
 fn progress_line(rounds: usize, most: usize, look: &Look, rows: &[VerdictRow]) -> String {
+    if rows.iter().all(|row| row.ratio.is_none()) {
+        return format!("round {} of at most {most}, first look at {}", rounds + 1, look.rounds);
+    }
     let undecided: Vec<_> = rows.iter().filter(|row| row.verdict == Verdict::Undecided).collect();
     let first = undecided.first().and_then(|row| {
         let (ratio, low, high) = (row.ratio?, row.ratio_low?, row.ratio_high?);
@@ -273,8 +279,8 @@ pub fn alone(
         bar.set_position(round as u64);
         if let Some(all) = all.as_mut().filter(|_| start.elapsed() + needed > time) {
             all.warnings.push(format!(
-                "{round} of {rounds} rounds: another would go beyond {:.0} s (--max-time)",
-                time.as_secs_f64()
+                "{round} of {rounds} rounds: another would go beyond {} (--max-time)",
+                format_duration(time)
             ));
             break;
         }

@@ -45,12 +45,12 @@ pub fn sheet(report: &Report, format: Format) -> Sheet {
     header.extend(has_stages.then(|| "first differs".into()));
     let mut rows = Vec::new();
     for row in &report.rows {
-        let decimals = decimals(row.ratio_low, row.ratio_high);
+        let decimals = decimals(row.ratio_low, row.ratio_high, row.threshold);
         let mut cells = vec![
             row.name.clone(),
             row.verdict.name().into(),
             row.ratio.map_or("-".into(), |ratio| format!("{ratio:.decimals$}")),
-            range(row.ratio_low, row.ratio_high),
+            range(row.ratio_low, row.ratio_high, row.threshold),
             thousands_of(row.median_ms_a, 2),
             thousands_of(row.median_ms_b, 2),
             row.rounds.to_string(),
@@ -71,15 +71,18 @@ pub fn sheet(report: &Report, format: Format) -> Sheet {
     Sheet { names: 1, header, rows }
 }
 
-/// Decimals of a ratio that its interval lets stand, one digit more than the interval is wide; two at least, as
-/// thresholds have.
-fn decimals(low: Option<f64>, high: Option<f64>) -> usize {
+/// Decimals of a ratio that its interval lets stand, one digit more than the interval is wide; two at least, and three where
+/// an end is so near to a bound that with two they might look alike.
+fn decimals(low: Option<f64>, high: Option<f64>, threshold: f64) -> usize {
     let Some((low, high)) = low.zip(high) else { return 2 };
-    (1.0 - (high - low).max(1e-9).log10().ceil()).clamp(2.0, 4.0) as usize
+    let bounds = [1.0 + threshold, 1.0 / (1.0 + threshold)];
+    let is_near = |end: f64| bounds.iter().any(|bound| (end - bound).abs() < 0.01);
+    let least = if is_near(low) || is_near(high) { 3.0 } else { 2.0 };
+    (1.0 - (high - low).max(1e-9).log10().ceil()).clamp(least, 4.0) as usize
 }
 
-fn range(low: Option<f64>, high: Option<f64>) -> String {
-    let places = decimals(low, high);
+fn range(low: Option<f64>, high: Option<f64>, threshold: f64) -> String {
+    let places = decimals(low, high, threshold);
     low.zip(high).map_or("-".into(), |(low, high)| format!("{low:.places$} to {high:.places$}"))
 }
 
@@ -120,7 +123,13 @@ fn summary(report: &Report) -> String {
     let most = most.filter(|most| *most > 1.0).map_or(String::new(), |most| {
         format!("; that an undecided one is up to {most:.2} times as slow is not excluded")
     });
-    format!("{}: {}{most}", counted(report.rows.len() as u64, "row"), counts.join(", "))
+    let passes = report.rows.iter().flat_map(|row| row.passes.values());
+    let slower = match passes.filter(|pass| pass.verdict == Verdict::Slower).count() {
+        0 => String::new(),
+        1 => "; 1 pass is slower".into(),
+        more => format!("; {more} passes are slower"),
+    };
+    format!("{}: {}{slower}{most}", counted(report.rows.len() as u64, "row"), counts.join(", "))
 }
 
 /// How to read the table.
@@ -160,7 +169,7 @@ pub fn row_lines(row: &VerdictRow) -> Vec<String> {
             pass.verdict.name(),
             ms(pass.median_ms_a),
             ms(pass.median_ms_b),
-            range(pass.ratio_low, pass.ratio_high)
+            range(pass.ratio_low, pass.ratio_high, row.threshold)
         )
     });
     let counters = row.counters.iter().map(|(name, (a, b))| {
@@ -243,9 +252,11 @@ mod tests {
 
     #[test]
     fn no_more_decimals_than_are_known() {
-        assert_eq!(decimals(Some(0.38), Some(1.13)), 2);
-        assert_eq!(decimals(Some(0.98), Some(1.05)), 2);
-        assert_eq!(decimals(Some(0.998), Some(1.002)), 3);
-        assert_eq!(decimals(None, None), 2);
+        assert_eq!(decimals(Some(0.38), Some(1.13), 0.05), 2);
+        assert_eq!(decimals(Some(0.98), Some(1.03), 0.05), 2);
+        assert_eq!(decimals(Some(0.998), Some(1.002), 0.05), 3);
+        assert_eq!(decimals(None, None, 0.05), 2);
+        // 0.951 is under the bound 1 / 1.05, and 0.95 does not say so.
+        assert_eq!(range(Some(0.79), Some(0.951), 0.05), "0.790 to 0.951");
     }
 }
