@@ -49,6 +49,11 @@ def table(scenes):
     lines.append("| *noise* | " + " | ".join(f"/ {noise[scene]}" if scene in noise else "" for scene in scenes) + " |")
     return lines
 
+def sizes(scenes):
+    first = {row["scene"]: row for row in reversed(rows) if row["speed"] == 1.0}
+    return "Sizes, and the first model's time: " + "; ".join(
+        f"{scene} {of['width']} x {of['height']}, {of['median_ms']:,.2f} ms" for scene in scenes if (of := first.get(scene))) + "."
+
 # The load at the start, if the result has it.
 load = f", load {host['load']:.2f} when it began" if host.get("load") is not None else ""
 page = [
@@ -67,9 +72,11 @@ page = [
     "truths of other samples, in the middle eighth of the picture: an error that is hardly above it says nothing about its model.",
     "",
     *table(by_rate[0]),
+    "",
+    sizes(by_rate[0]),
 ]
 if by_rate[1]:
-    page += ["", "With real rain, which `paper` does not draw, speed is a multiple of `fast`'s:", "", *table(by_rate[1])]
+    page += ["", "With real rain, which `paper` does not draw, speed is a multiple of `fast`'s:", "", *table(by_rate[1]), "", sizes(by_rate[1])]
 moving = [row for row in rows if row.get("flicker") is not None]
 for scene in dict.fromkeys(row["scene"] for row in moving):
     page += ["", f"Flicker of the scene {scene}: RMS of what a model changes from frame to frame and the truth does not, in grey levels.",
