@@ -427,6 +427,10 @@ fn expectations_hold_both_ways() {
     assert!(error_line(&output, 2).contains("no [[device]] matches"));
     assert_eq!(other.started(), 2);
 
+    // A suite is called by its devices where they differ.
+    expect("flakes = ['paper']", &["--a", "DRIVER=0"]);
+    let xml = fs::read_to_string(bench.path().join("j.xml")).expect("a file");
+    assert!(xml.contains("<testsuite name=\"D, V 1 against D, V 0\""), "{xml}");
     let (_, _) = expect("", &slow);
     let xml = fs::read_to_string(bench.path().join("j.xml")).expect("a file");
     let read = quick_junit::Report::deserialize_from_str(&xml).expect("JUnit");

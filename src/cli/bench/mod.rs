@@ -375,7 +375,7 @@ fn say_expected(
 
 fn host_line(report: &Report) -> String {
     let host = &report.host;
-    let load = host.load.map_or(String::new(), |load| format!(", load {load}"));
+    let load = host.load.map_or(String::new(), |load| format!(", load {load} as it began"));
     let (width, height) = report.rows.first().map_or((0, 0), |row| (row.width, row.height));
     format!(
         "{width} x {height}, environment {}; {} ({}{load}{}), {}; raindrops {} {} {}",

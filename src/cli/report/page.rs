@@ -101,7 +101,7 @@ pub(super) fn page(entries: &[Entry]) -> Markup {
 }
 
 fn who(device: &DeviceHead, host: &Host, build: &Build, start: Option<&str>) -> Markup {
-    let load = host.load.map_or(String::new(), |load| format!(", load {load}"));
+    let load = host.load.map_or(String::new(), |load| format!(", load {load} as it began"));
     html! {
         p.who {
             (device.summary()) ", Vulkan " (device.api_version) " (" (device.kind) "). "

@@ -19,7 +19,7 @@ pub fn write<'a>(
 ) -> Result<()> {
     let mut junit = Junit::new("raindrops verdict");
     for (report, outcomes) in reports {
-        let mut suite = TestSuite::new(format!("{} against {}", report.b.label, report.a.label));
+        let mut suite = TestSuite::new(name(report));
         for (number, row) in report.rows.iter().enumerate() {
             let outcome = outcomes.as_ref().and_then(|outcomes| outcomes.get(number));
             suite.add_test_case(case(row, outcome));
@@ -28,6 +28,15 @@ pub fn write<'a>(
     }
     let text = junit.to_string().map_err(|error| Error::write(path, error))?;
     write_whole(path, text.as_bytes())
+}
+
+/// Which devices, where they differ: what a side is called may be a path. Else what the sides are called.
+fn name(report: &Report) -> String {
+    let [a, b] = [&report.a, &report.b].map(|side| side.device.summary());
+    match a == b {
+        true => format!("{} against {}", report.b.label, report.a.label),
+        false => format!("{b} against {a}"),
+    }
 }
 
 fn case(row: &VerdictRow, outcome: Option<&Outcome>) -> TestCase {
