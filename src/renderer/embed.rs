@@ -22,9 +22,9 @@ use crate::{Error, Result};
 pub struct ViewInfo {
     /// Frames that the host may have under way at once: the slots of [`View::record`] are 0 up to this, without it.
     pub frames_in_flight: usize,
-    /// Format of the images that it is drawn into.
+    /// Format of the images that it is drawn into; by default four float16.
     pub format: vk::Format,
-    /// What becomes of what they hold.
+    /// What becomes of what they hold; by default it is overwritten.
     pub blend: Blend,
     /// Whether a picture of the host's is behind the drops, instead of the environment.
     pub has_color: bool,
@@ -57,7 +57,8 @@ impl Default for ViewInfo {
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub struct FrameInput<'a> {
-    /// The view's scene, with the camera and the time of this frame.
+    /// The view's scene, with the camera and the time of this frame. The shutter and the aperture may be over 0 only where they
+    /// were in the scene that the view was made for.
     pub scene: &'a Scene,
     /// Where it is drawn.
     pub output: HostImage,

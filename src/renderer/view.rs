@@ -333,10 +333,14 @@ impl View {
             );
         }
         if scene.drawn_exposure() != 0.0 && made.shutter() == 0.0 {
-            return refuse("camera: shutter: the view was made for an instant");
+            return refuse(
+                "camera: shutter: the view was made for an instant; set a shutter before `plan` and `View::new`, too",
+            );
         }
         if scene.drawn_lens() != 0.0 && made.camera.aperture == 0.0 {
-            return refuse("camera: aperture: the view was made for a pinhole");
+            return refuse(
+                "camera: aperture: the view was made for a pinhole; set an aperture before `plan` and `View::new`, too",
+            );
         }
         let sums_up = self.display.as_ref().is_none_or(|display| display.log_average);
         if scene.tone_map.derives_exposure() && !sums_up {
