@@ -65,7 +65,7 @@ pub struct ReferenceArgs {
     /// Seed of the samples' places (--seed is that of the drops)
     #[arg(long, value_name = "N", default_value_t = 0)]
     sample_seed: u64,
-    /// Also write which part of each pixel drops cover, as EXR, for `compare --mask`
+    /// Also write which part of each pixel drops cover, as EXR, for `compare --mask`; a medium covers nothing
     #[arg(long, value_name = "FILE")]
     coverage: Option<PathBuf>,
     #[command(flatten)]

@@ -12,13 +12,13 @@ use super::{Answer, parse_seconds, print_beside, progress, write_json};
 use crate::Error;
 use crate::files::write_whole;
 use crate::gpu::disk_cache::user_folder;
-use crate::measure::Host;
 use crate::measure::bench::{self, Build, DeviceHead};
 use crate::measure::costs::kept;
 use crate::measure::tradeoff::{
     BASES, Effort, Noise, Report, Row, SCHEMA, Study, StudyScene, models, models_of,
     models_of_rain, of_file, plot, standard_set, study, weather,
 };
+use crate::measure::{Host, Watch};
 use crate::plan::{Output, expected_ms, plan};
 use crate::scene::Scene;
 use crate::thousands::{counted, thousands_of};
@@ -111,7 +111,8 @@ pub fn run(args: &TradeoffArgs) -> anyhow::Result<Answer> {
             .collect()
     };
     let device = args.device.open()?;
-    let host = Host::now();
+    let (mut host, watch) = (Host::now(), Watch::start());
+    host.doubt().iter().for_each(|warning| say!("warning: {warning}"));
     let effort = Effort {
         time: bench::Effort {
             seconds: args.seconds,
@@ -188,6 +189,8 @@ pub fn run(args: &TradeoffArgs) -> anyhow::Result<Answer> {
     {
         return Err(error);
     }
+    host.others = watch.others();
+    host.others_doubt().iter().for_each(|warning| say!("warning: {warning}"));
     let report = Report {
         schema: SCHEMA,
         command: Some(super::command_line()),

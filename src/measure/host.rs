@@ -3,6 +3,7 @@
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 
+use super::others;
 use crate::thousands::counted;
 
 /// Environment variables that decide which driver runs, with which layers, or how fast a driver on the CPU is.
@@ -34,6 +35,10 @@ pub struct Host {
     pub os: String,
     /// Load average of the last minute when the benchmark began; absent where the system has none.
     pub load: Option<f64>,
+    /// What other programs took of all processors' time while the benchmark ran, 0 to 1, the most of any round; absent
+    /// where the system does not tell.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub others: Option<f64>,
     /// Those of the environment variables that decide on the driver and its speed that are set.
     #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
     pub variables: IndexMap<String, String>,
@@ -56,6 +61,7 @@ impl Host {
             cores: std::thread::available_parallelism().map_or(1, Into::into),
             os: format!("{release} {}", std::env::consts::ARCH),
             load: Self::load_now(),
+            others: None,
             variables: VARIABLES
                 .iter()
                 .filter_map(|name| Some((name.to_string(), std::env::var_os(name)?)))
@@ -76,13 +82,18 @@ impl Host {
         text.split(' ').next()?.parse().ok()
     }
 
-    /// What makes times of this machine doubtful, in a line; none if nothing does.
+    /// What makes times doubtful that are measured from now on, in a line; none if nothing does.
     pub fn doubt(&self) -> Option<String> {
         let load = self.load.filter(|load| *load > self.cores as f64)?;
         Some(format!(
             "the load of {load} exceeds the {}: something else runs, or did a minute ago; times may be too long",
             counted(self.cores as u64, "core")
         ))
+    }
+
+    /// What made times doubtful while they were measured, in a line; none if nothing did.
+    pub fn others_doubt(&self) -> Option<String> {
+        self.others.and_then(others::doubt)
     }
 }
 
@@ -103,7 +114,8 @@ mod tests {
     fn more_work_than_cores_makes_times_doubtful() {
         let of = |load| {
             let variables = Default::default();
-            Host { cpu: "C".into(), cores: 2, os: "O".into(), load, variables }.doubt()
+            let (cpu, os) = ("C".into(), "O".into());
+            Host { cpu, cores: 2, os, load, others: None, variables }.doubt()
         };
         assert!(of(Some(2.1)).is_some_and(|doubt| doubt.contains("2.1 exceeds the 2 cores")));
         assert_eq!((of(Some(2.0)), of(None)), (None, None));

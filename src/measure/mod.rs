@@ -7,6 +7,7 @@ pub mod clocks;
 pub(crate) mod colors;
 pub mod costs;
 mod host;
+mod others;
 #[cfg(feature = "cli")]
 pub mod rain_plot;
 mod resolve;
@@ -15,4 +16,5 @@ pub mod tradeoff;
 pub mod verdict;
 
 pub use host::Host;
+pub use others::Watch;
 pub use resolve::resolve;

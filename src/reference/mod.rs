@@ -125,7 +125,7 @@ impl Default for Truth {
 pub struct Traced {
     /// Linear radiance.
     pub picture: Picture,
-    /// Share of each pixel that drops cover, 0 to 1, row by row from the top.
+    /// Share of each pixel that drops cover, 0 to 1, row by row from the top. Far rain that is a medium covers nothing.
     pub coverage: Vec<f32>,
 }
 

@@ -218,8 +218,8 @@ impl Tracer<'_> {
         mean
     }
 
-    /// Radiance and coverage of a pixel: behind the drops the medium of a far drop's `light`, behind that the
-    /// background.
+    /// Radiance of a pixel, and coverage by its drops: behind them the medium of a far drop's `light`, which covers nothing,
+    /// behind that the background.
     fn end(&self, rain: &Weather, pixel: &Pixel, light: DVec3) -> (DVec3, f64) {
         let number = self.eye.view.number_in_whole(pixel.at.0, pixel.at.1);
         let (mut radiance, mut covered) = (DVec3::ZERO, 0.0);
@@ -231,7 +231,7 @@ impl Tracer<'_> {
             if left > 0.0 {
                 radiance += left * self.behind(number, &path.ray);
             }
-            covered += 1.0 - left;
+            covered += 1.0 - path.left;
         }
         let count = pixel.paths.len() as f64;
         (radiance / count, covered / count)

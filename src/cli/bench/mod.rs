@@ -23,11 +23,11 @@ use crate::cli::tell::{about, line, say};
 use crate::environment::Environment;
 use crate::files::write_whole;
 use crate::gpu::disk_cache::{KeptDevice, user_folder};
-use crate::measure::Host;
 use crate::measure::bench::{
     Amount, Build, DeviceHead, Effort, Report, Row, SCHEMA, Variant, measure, plot,
 };
 use crate::measure::costs::kept;
+use crate::measure::{Host, Watch};
 use crate::plan::{Output, expected_ms, plan, plan_by};
 use crate::rain::cull::count_visible;
 use crate::rain::field::Field;
@@ -287,7 +287,7 @@ fn bench(
     presets: &[Preset],
     environment: &Environment,
 ) -> (Report, Option<anyhow::Error>) {
-    let mut report = begun(device, environment);
+    let (mut report, watch) = (begun(device, environment), Watch::start());
     let series = args.series();
     let effort = Effort {
         seconds: args.seconds.unwrap_or(2.0),
@@ -341,6 +341,8 @@ fn bench(
     }
     bar.finish_and_clear();
     report.rows = rows;
+    report.ended(watch.others());
+    report.host.others_doubt().iter().for_each(|warning| say!("warning: {warning}"));
     (report, failed)
 }
 

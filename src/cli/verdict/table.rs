@@ -95,8 +95,9 @@ pub fn tail_lines(report: &Report, format: Format) -> Vec<String> {
     lines.extend(report.notes.iter().map(|note| format!("note: {note}")));
     // Two sides of one machine have most of them in common.
     let [a, b] = [&report.a.warnings, &report.b.warnings];
-    let warnings = a.iter().chain(b.iter().filter(|warning| !a.contains(warning)));
-    lines.extend(warnings.map(|warning| format!("warning: {warning}")));
+    let of_a = a.iter().map(|warning| (if b.contains(warning) { "" } else { "A: " }, warning));
+    let of_b = b.iter().filter(|warning| !a.contains(warning)).map(|warning| ("B: ", warning));
+    lines.extend(of_a.chain(of_b).map(|(side, warning)| format!("warning: {side}{warning}")));
     lines.extend(report.stopped.iter().map(|why| format!("stopped: {why}")));
     if report.rows.iter().any(|row| row.ratio_low.is_none()) {
         lines.push(

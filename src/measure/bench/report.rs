@@ -188,9 +188,18 @@ impl Build {
 }
 
 impl Report {
-    /// Adds the rounds of another process that measured the same rows. Its warnings are left out: by then the load
-    /// is that of the rounds before.
+    /// Takes down what other programs took of the processors while it was measured, the most of all rounds.
+    pub fn ended(&mut self, others: Option<f64>) {
+        let before = self.host.others_doubt();
+        self.warnings.retain(|warning| before.as_ref() != Some(warning));
+        self.host.others = self.host.others.into_iter().chain(others).reduce(f64::max);
+        self.warnings.extend(self.host.others_doubt());
+    }
+
+    /// Adds the rounds of another process that measured the same rows. Its warning about the load is left out: by then
+    /// it is that of the rounds before.
     pub fn extend(&mut self, other: Self) {
+        self.ended(other.host.others);
         for row in other.rows {
             let is_same = |mine: &&mut Row| mine.name() == row.name();
             if let Some(mine) = self.rows.iter_mut().find(is_same) {

@@ -79,7 +79,7 @@ fn panel(scene: &str, rows: &[&Row], area: &Area<'_>) -> std::result::Result<(),
         .light_line_style(TRANSPARENT)
         .x_labels(6)
         .y_labels(6)
-        .x_desc("ms a frame: the first model's, over the speed as its multiple")
+        .x_desc("ms a frame: the first model's, divided by the speed")
         .y_desc("RMS error, grey levels of 255")
         .x_label_formatter(&|ms| label(*ms))
         .y_label_formatter(&|rms| label(*rms))

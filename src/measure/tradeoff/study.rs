@@ -207,7 +207,9 @@ fn errors(
         renderer.draw(&frame)?;
         let picture = renderer.read_radiance()?;
         let Traced { picture: truth, coverage } = &known.traced;
-        comparisons.push(compare(truth, &picture, Some(coverage), known.exposure));
+        // Real rain is in every pixel, far drops as a medium.
+        let mask = frame.real_rain().is_none().then_some(coverage.as_slice());
+        comparisons.push(compare(truth, &picture, mask, known.exposure));
         pictures.push(picture);
     }
     pictures.first().map_or(Ok(()), first)?;
