@@ -9,7 +9,7 @@
 # FOLDER gets base-1.json … base-N.json (N is BASELINE_RUNS, 3 if unset), and of each run new.json,
 # google-benchmark.json, and once there is a baseline verdict.md, verdict.json, verdict.xml. For another baseline,
 # delete the old one. RAINDROPS names the program. Exit status: 0; 1 if a row is slower by more than FAIL_ABOVE
-# (5% if unset); 2 for an error.
+# (5% if unset); 2 for an error, such as another device than the baseline's.
 set -euo pipefail
 case ${1-} in -h | --help) sed -n '2,/^set /s/^# \{0,1\}//p' "$0"; exit 0 ;; esac
 [ $# -gt 0 ] || { sed -n '2,/^set /s/^# \{0,1\}//p' "$0" >&2; exit 2; }
@@ -37,7 +37,7 @@ for number in $(seq "$runs"); do
 done
 bases=$(printf '%s\n' "$folder"/base-*.json | paste -sd ,)
 status=0
-"$program" verdict "$bases" "$folder/new.json" --fail-above "${FAIL_ABOVE:-5%}" --format markdown \
+"$program" verdict "$bases" "$folder/new.json" --same-device --fail-above "${FAIL_ABOVE:-5%}" --format markdown \
   --json "$folder/verdict.json" --junit "$folder/verdict.xml" >"$folder/verdict.md" || status=$?
 if [ -s "$folder/verdict.md" ]; then cat "$folder/verdict.md"; else rm "$folder/verdict.md"; fi
 exit $status

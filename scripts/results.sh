@@ -35,10 +35,11 @@ folder=out/results
 mkdir -p $folder
 page=$folder/$name.md
 options="${*:+ $*}"
+variables="${ROUNDS:+ROUNDS=$ROUNDS }${VERDICTS:+VERDICTS=$VERDICTS }"
 {
   echo "# Table II on CPU drivers"
   echo
-  echo "Made by \`scripts/results.sh $name$options\`: medians of wall-clock milliseconds a frame over ${ROUNDS:-10} fresh"
+  echo "Made by \`${variables}scripts/results.sh $name$options\`: medians of wall-clock milliseconds a frame over ${ROUNDS:-10} fresh"
   echo "processes a driver with their 95 % intervals; FPS-T and ms-T are with tone mapping, FPS and ms without; then"
   echo "milliseconds of each pass. Drivers are told apart by their version. The keys are those of"
   echo "[result files](../result-files.md)."

@@ -1,5 +1,6 @@
 //! What can go wrong, said in one line that names the thing, the place and the mend.
 
+use std::fmt;
 use std::path::{Path, PathBuf};
 
 use ash::vk;
@@ -9,8 +10,8 @@ use crate::thousands::{thousands, thousands_of};
 /// The result of everything in this library that can fail.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
-/// What can go wrong. Each message is one line.
-#[derive(Debug, thiserror::Error)]
+/// What can go wrong. Each message is one line, also where `main` returns it.
+#[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
     /// The machine has no Vulkan loader.
@@ -132,6 +133,13 @@ impl<E: std::error::Error> From<E> for PlotFailed {
 impl From<PlotFailed> for Error {
     fn from(PlotFailed(reason): PlotFailed) -> Self {
         Self::Plot(reason)
+    }
+}
+
+/// The message: that is what a program says whose `main` ends with an error.
+impl fmt::Debug for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(self, f)
     }
 }
 

@@ -5,26 +5,33 @@
 //!
 //! # In your frame
 //!
-//! You lend a device, and lend a command buffer for each frame. Nothing is submitted and nothing waits.
+//! You lend a device, and a command buffer for each frame. Recording a frame submits nothing, waits for nothing and
+//! allocates nothing. Set-up (`Lighting`, `View`, `View::grow`) submits to your queue and waits.
 //!
 //! ```no_run
-//! # use std::sync::Arc;
-//! # use raindrops::ash::vk;
-//! # use raindrops::device::{Device, HostDevice, HostImage, requirements};
-//! # use raindrops::environment::Environment;
-//! # use raindrops::plan::{Output, plan};
-//! # use raindrops::renderer::{FrameInput, HostEnvironment, HostMotion, Lighting, LiveInfo, RainField, View, ViewInfo};
-//! # use raindrops::scene::{ImageSize, RainSettings, Scene};
-//! # use raindrops::scene::camera::Camera;
-//! # use raindrops::scene::matrices::ClipSpace;
-//! # use raindrops::scene::model::Preset;
-//! # use raindrops::scene::real_rain::RealRain;
+//! use std::f64::consts::FRAC_PI_2;
+//! use std::sync::Arc;
+//! use raindrops::ash::vk;
+//! use raindrops::glam::{DMat4, DVec3};
+//! use raindrops::device::{Device, Features, HostDevice, HostImage, ImageState, QueueLock, requirements};
+//! use raindrops::environment::Environment;
+//! use raindrops::plan::{Output, plan};
+//! use raindrops::renderer::{
+//!     Blend, DepthConvention, FrameInput, HostEnvironment, HostMotion, Lighting, LiveInfo, RainField, View, ViewInfo,
+//! };
+//! use raindrops::scene::{ImageSize, RainSettings, Scene};
+//! use raindrops::scene::background::DepthKind;
+//! use raindrops::scene::camera::Camera;
+//! use raindrops::scene::matrices::ClipSpace;
+//! use raindrops::scene::model::{FarRain, Preset};
+//! use raindrops::scene::real_rain::RealRain;
+//!
 //! # fn rain(
 //! #     host: HostDevice,
 //! #     [output, color, depth, cube, motion, nearest]: [HostImage; 6],
 //! #     (camera_before, seconds_before): (Camera, f64),
 //! #     (commands, slot, seconds): (vk::CommandBuffer, usize, f64),
-//! #     (view_matrix, projection, size): (raindrops::glam::DMat4, raindrops::glam::DMat4, (u32, u32)),
+//! #     (view_matrix, projection, size): (DMat4, DMat4, (u32, u32)),
 //! # ) -> raindrops::Result<()> {
 //! # let (mut core, mut vulkan12, mut vulkan13) = Default::default();
 //! # let (width, height) = size;
@@ -38,10 +45,11 @@
 //! scene.model.preset = Preset::Fast;         // as in `requirements`
 //! scene.image = ImageSize { width, height }; // of your target; images that you name with a frame have it, too
 //! let environment = Environment::bundled()?; // a sky; `load` reads a picture, `from_texels` takes yours
-//! let plan = plan(&scene, &environment, Output::Radiance)?;
+//! let frame_plan = plan(&scene, &environment, Output::Radiance)?;
 //! let lighting = Arc::new(Lighting::new(&device, &environment)?);
 //! let rain = Arc::new(RainField::new(&device, &scene));
-//! let mut view = View::new(&lighting, &rain, &scene, &plan, &ViewInfo { has_color: true, has_depth: true, ..ViewInfo::default() })?;
+//! let info = ViewInfo { has_color: true, has_depth: true, ..ViewInfo::default() };
+//! let mut view = View::new(&lighting, &rain, &scene, &frame_plan, &info)?;
 //!
 //! // Each frame.
 //! # let mapping;
@@ -53,10 +61,13 @@
 //!     .hidden_by(depth, mapping.into()); // hides what is farther
 //! unsafe { view.record(commands, slot, &input)? };
 //!
+//! // Where drops had no room: outside of recording.
+//! # let Some(report) = (unsafe { view.retired(slot)? }) else { return Ok(()) };
+//! if report.tiles.is_some_and(|tiles| tiles.lacks_room) { view.grow()?; }
+//!
 //! // What a temporal upscaler needs: asked for when the view is made, then named with each frame.
-//! # let info = ViewInfo::default();
 //! let info = ViewInfo { motion: Some(vk::Format::R16G16_SFLOAT), nearest_depth: Some(vk::Format::R32_SFLOAT), ..info };
-//! # let _ = info;
+//! let mut view = View::new(&lighting, &rain, &scene, &frame_plan, &info)?; // a view that is made for it
 //! let input = input
 //!     .moved(HostMotion::since(camera_before, seconds_before, motion)) // where the drop was, less where it is
 //!     .nearest(nearest);                 // of its centre along the view axis, scene units

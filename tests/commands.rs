@@ -82,31 +82,6 @@ fn a_sound_render_succeeds() {
     assert_eq!(files(folder.path()).len(), 2, "and nothing else is left behind");
 }
 
-/// Figures and plot of a small benchmark; both name the device, the plot the paper's machines too.
-#[test]
-fn a_benchmark_is_written_and_plotted() {
-    let folder = folder();
-    let bench = ["bench", "--drops", "500,2000", "--size", "32x32", "--preset", "paper,fast"];
-    let files = ["--seconds", "0", "--frames", "2", "--json", "b.json", "--svg", "b.svg"];
-    let mut command = raindrops(folder.path(), &bench);
-    let output = outcome(command.args(files).env("LP_NUM_THREADS", "1").env_remove("LP_PERF"));
-    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
-    let json = fs::read_to_string(folder.path().join("b.json")).expect("figures");
-    let json: serde_json::Value = serde_json::from_str(&json).expect("JSON");
-    assert_eq!(json["schema"], "raindrops-bench/1");
-    assert_eq!(json["rows"].as_array().map(Vec::len), Some(8));
-    // What decides on the driver's speed, where it is set.
-    let variables = &json["host"]["variables"];
-    assert_eq!((&variables["LP_NUM_THREADS"], variables.get("LP_PERF")), (&"1".into(), None));
-    let stdout = String::from_utf8_lossy(&output.stdout);
-    assert!(stdout.contains(", LP_NUM_THREADS=1"), "{stdout}");
-    let svg = fs::read_to_string(folder.path().join("b.svg")).expect("a plot");
-    let device = json["device"]["name"].as_str().expect("a name");
-    for name in ["GeForce GTX 280, 2011", "GeForce 7300 GT, 2011", "fast", "paper", device] {
-        assert!(svg.contains(name), "no {name} in the plot");
-    }
-}
-
 /// Every shell's completions know the commands.
 #[test]
 fn shells_complete() {

@@ -46,7 +46,7 @@ fn shards_together_are_the_data_set() {
     assert!(!folder.join("parts/manifest.jsonl").exists());
     make("parts", "1/2");
     let whole = files(&folder.join("whole"));
-    assert_eq!(whole.len(), 2 + 3 * 5);
+    assert_eq!(whole.len(), 2 + 3 * 6);
     // A set that is there whole is of its scene, too.
     let other = ["--views", "3", "--rates", "5,60", "-o", "whole"];
     let (is_done, said) = run(&folder, &[&["dataset", "scene.toml"], other.as_slice()].concat());
@@ -105,6 +105,12 @@ fn shards_together_are_the_data_set() {
     assert!(read(bare.join("layers.exr")) == read(of_whole.join("layers.exr")));
     let line = String::from_utf8(read(bare.join("view.json"))).expect("text");
     assert!(!line.contains("\"drops\""), "{line}");
+    // A view's own scene draws it again.
+    let again = ["render", "whole/00001/scene.toml", "--layers", "-o", "again.exr"];
+    let (is_done, said) = run(&folder, &again);
+    assert!(is_done, "{said}");
+    let of_view = folder.join("whole/00001/layers.exr");
+    assert!(read(folder.join("again.exr")) == read(of_view), "the view is another");
     // In parts it is the same.
     let parts = ["--views", "3", "--rates", "5,50", "--tiles", "2x3", "-o", "tiles"];
     let (is_done, said) = run(&folder, &[&["dataset", "scene.toml"], parts.as_slice()].concat());
@@ -149,7 +155,7 @@ fn a_data_set_before_a_plate_has_the_plate_once() {
     let (is_done, said) = run(&folder, &again);
     assert!(is_done, "{said}");
     let whole = files(&folder.join("whole"));
-    assert_eq!(whole.len(), 2 + 2 + 2 * 4);
+    assert_eq!(whole.len(), 2 + 2 + 2 * 5);
     assert!(whole == files(&folder.join("parts")), "the shards are not the whole");
     let set = folder.join("whole");
     let clean = Picture::read(&set.join("plate/clean.exr")).expect("the plate");

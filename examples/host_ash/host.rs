@@ -266,12 +266,16 @@ impl Host {
             let needs = self.device.get_image_memory_requirements(image);
             let memory = self.memory(needs, vk::MemoryPropertyFlags::DEVICE_LOCAL);
             self.device.bind_image_memory(image, memory, 0).expect("memory");
-            let is_depth = format == vk::Format::D32_SFLOAT;
-            let aspect =
-                if is_depth { vk::ImageAspectFlags::DEPTH } else { vk::ImageAspectFlags::COLOR };
+            use vk::ImageAspectFlags as Aspect;
+            // Depth is seen without the stencil beside it.
+            let (aspect, seen) = match format {
+                vk::Format::D32_SFLOAT => (Aspect::DEPTH, Aspect::DEPTH),
+                vk::Format::D32_SFLOAT_S8_UINT => (Aspect::DEPTH | Aspect::STENCIL, Aspect::DEPTH),
+                _ => (Aspect::COLOR, Aspect::COLOR),
+            };
             let view = |kind, first, count| {
                 let range = vk::ImageSubresourceRange {
-                    aspect_mask: aspect,
+                    aspect_mask: seen,
                     base_mip_level: 0,
                     level_count: 1,
                     base_array_layer: first,

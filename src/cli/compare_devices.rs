@@ -14,7 +14,7 @@ use serde_json::{Value, json};
 
 use super::format::{Format, Sheet};
 use super::interrupt::heed_interrupts;
-use super::options::{ModelArgs, SceneArgs, choose_device, devices, open_device};
+use super::options::{ModelArgs, SceneArgs, choose_device, devices, open_device, resolve};
 use super::rounds::pictures::PictureFolder;
 use super::rounds::process::{Arm, Limits};
 use super::rounds::stages::paper_stages;
@@ -34,7 +34,7 @@ use crate::picture::flip::PIXELS_PER_DEGREE;
 use crate::picture::metrics::compare;
 use crate::picture::plate::Plate;
 use crate::picture::tone_map::{Exposure, exposure_of};
-use crate::plan::{Output, plan};
+use crate::plan::{Output, plan_by};
 use crate::reference::{Tracer, Truth};
 use crate::renderer::Renderer;
 use crate::renderer::stages::Stages;
@@ -421,7 +421,9 @@ fn portray(
     scene: &Scene,
     environment: &Environment,
 ) -> anyhow::Result<Portrait> {
-    let plan = plan(scene, environment, Output::Radiance)?;
+    // The models that its times are of, too.
+    let choice = resolve(device, scene, environment)?;
+    let plan = plan_by(scene, environment, choice.as_ref(), Output::Radiance)?;
     let mut renderer = Renderer::new(device, scene, environment, &plan)?;
     let visible = renderer.draw(scene)?.counts.visible;
     let picture = renderer.read_radiance()?;

@@ -27,6 +27,7 @@ use crate::picture::sidecar::CameraRecord;
 use crate::plan::{FramePlan, Output, plan};
 use crate::renderer::parts::{Grid, Parts};
 use crate::scene::Scene;
+use crate::scene::film::Film;
 use crate::scene::model::Optics;
 use crate::thousands::counted;
 use crate::{Error, Result};
@@ -43,7 +44,7 @@ pub struct DatasetArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=9_999_999))]
     views: Option<u32>,
     /// Turn the camera about the vertical, by another angle of up to this many degrees in each view [default: 180; 0 with a
-    /// background or a film]
+    /// background or a film's camera]
     #[arg(long, value_name = "DEGREES", value_parser = parse_turn)]
     turn: Option<f64>,
     /// Give each view a rain rate between these, in mm/h, spread evenly over the logarithm [default: the scene's rate]
@@ -116,6 +117,7 @@ struct Files {
     drops: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     depth: Option<String>,
+    scene: String,
 }
 
 /// Format of a line.
@@ -364,6 +366,7 @@ impl Maker<'_> {
             true => Some(write_layers(&layers, &scene, (until.time, least), &path)?),
             false => layers.write_exr(&path).map(|()| None)?,
         };
+        Film::still(&scene).save(&folder.join("scene.toml"))?;
         let record = Record {
             format: FORMAT,
             view,
@@ -382,6 +385,7 @@ impl Maker<'_> {
                 layers: in_view("layers.exr"),
                 drops: set.drop_lists.then(|| in_view("layers.json")),
                 depth: depth.then(|| format!("{PLATE}/depth.exr")),
+                scene: in_view("scene.toml"),
             },
         };
         let path = set.record_path(view);

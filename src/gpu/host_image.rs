@@ -29,7 +29,7 @@ impl ImageState {
             Access::COLOR_ATTACHMENT_READ.as_raw() | Access::COLOR_ATTACHMENT_WRITE.as_raw(),
         ),
     };
-    /// Tested against, and written, as depth. (For a layout of depth and stencil state it yourself.)
+    /// Tested against, and written, as depth of a format without stencil.
     pub const DEPTH_ATTACHMENT: Self = Self {
         layout: Layout::DEPTH_ATTACHMENT_OPTIMAL,
         stages: Stage::from_raw(
@@ -64,6 +64,10 @@ impl ImageState {
         Self { layout, stages, access }
     }
 }
+
+/// Depth formats with stencil.
+const WITH_STENCIL: [vk::Format; 3] =
+    [vk::Format::D16_UNORM_S8_UINT, vk::Format::D24_UNORM_S8_UINT, vk::Format::D32_SFLOAT_S8_UINT];
 
 /// An image of a host's, with all that commands need to know of it.
 #[derive(Clone, Copy, Debug)]
@@ -103,7 +107,9 @@ impl HostImage {
         Self { image, view, range, format, size, samples, entry, exit }
     }
 
-    /// A depth image of one level, one layer and one sample, that comes and goes as a depth attachment.
+    /// A depth image of one level, one layer and one sample, that comes and goes as a depth attachment. Of a format with
+    /// stencil the view is of the depth alone, and layout and range are those of both, as Vulkan has it without the
+    /// feature `separateDepthStencilLayouts`.
     pub fn depth(
         image: vk::Image,
         view: vk::ImageView,
@@ -112,7 +118,12 @@ impl HostImage {
     ) -> Self {
         let mut depth = Self::color(image, view, format, size);
         depth.range.aspect_mask = vk::ImageAspectFlags::DEPTH;
-        (depth.entry, depth.exit) = (ImageState::DEPTH_ATTACHMENT, ImageState::DEPTH_ATTACHMENT);
+        let mut state = ImageState::DEPTH_ATTACHMENT;
+        if WITH_STENCIL.contains(&format) {
+            depth.range.aspect_mask |= vk::ImageAspectFlags::STENCIL;
+            state.layout = Layout::DEPTH_STENCIL_ATTACHMENT_OPTIMAL;
+        }
+        (depth.entry, depth.exit) = (state, state);
         depth
     }
 

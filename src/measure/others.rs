@@ -78,8 +78,8 @@ mod tests {
             |user, idle, waiting| format!("cpu  {user} 7 11 {idle} {waiting} 1 2 3 0 0\n");
         let process =
             |user, child| format!("12 (a) b (c) S 1 2 3 4 5 6 7 8 9 10 {user} 20 {child} 5");
-        let start = Ticks::read(&machine(1000, 5000, 30), &process(100, 40)).unwrap();
-        let end = Ticks::read(&machine(1300, 5200, 130), &process(210, 80)).unwrap();
+        let start = Ticks::read(&machine(1000, 5000, 30), &process(100, 40)).expect("counts");
+        let end = Ticks::read(&machine(1300, 5200, 130), &process(210, 80)).expect("counts");
         assert_eq!(start, Ticks { all: 6054, busy: 1024, own: 165 });
         assert_eq!(end.others_since(start), Some(0.25));
         assert_eq!(start.others_since(start), None);

@@ -33,7 +33,7 @@ pub struct Counts {
     pub overflow: u64,
     /// Drops with the camera inside, not drawn.
     pub camera_inside: u64,
-    /// Drops whose outline reaches the camera plane, not drawn.
+    /// Drops whose outline reaches the camera plane; points and quads do not draw them. Tiles draw them, and count none.
     pub beside_camera: u64,
 }
 

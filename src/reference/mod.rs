@@ -127,6 +127,15 @@ pub struct Traced {
     pub picture: Picture,
     /// Share of each pixel that drops cover, 0 to 1, row by row from the top. Far rain that is a medium covers nothing.
     pub coverage: Vec<f32>,
+    /// Share of the light behind that drops and medium take away, likewise.
+    pub opacity: Vec<f32>,
+}
+
+/// Means over a pixel's samples.
+struct Found {
+    radiance: DVec3,
+    coverage: f64,
+    opacity: f64,
 }
 
 /// A scene made ready for tracing.
@@ -214,7 +223,7 @@ impl<'a> Tracer<'a> {
         // The glints' time is of the tiles' order, more or less by their number.
         let of_tiles = if self.glints.is_some() { 0.5 } else { 1.0 };
         let done = AtomicU32::new(0);
-        let tiles: Vec<Vec<(DVec3, f64)>> = (0..count)
+        let tiles: Vec<Vec<Found>> = (0..count)
             .into_par_iter()
             .map_init(Scratch::default, |scratch, tile| {
                 if (self.stop)() {
@@ -229,12 +238,13 @@ impl<'a> Tracer<'a> {
             .collect();
 
         let mut pixels = vec![DVec3::ZERO; width as usize * height as usize];
-        let mut coverage = vec![0.0_f32; pixels.len()];
+        let [mut coverage, mut opacity] = [(); 2].map(|()| vec![0.0_f32; pixels.len()]);
         for (tile, traced) in (0..).zip(tiles) {
             let (left, upper) = self.corner_of(tile);
-            for ((x, y), (radiance, covered)) in self.pixels_of(left, upper).zip(traced) {
+            for ((x, y), found) in self.pixels_of(left, upper).zip(traced) {
                 let at = y as usize * width as usize + x as usize;
-                (pixels[at], coverage[at]) = (radiance, covered as f32);
+                pixels[at] = found.radiance;
+                (coverage[at], opacity[at]) = (found.coverage as f32, found.opacity as f32);
             }
         }
         let of_glints = |share: f64| progress(of_tiles + (1.0 - of_tiles) * share);
@@ -243,7 +253,7 @@ impl<'a> Tracer<'a> {
             pixels[pixel as usize] += light;
         }
         let pixels = pixels.iter().map(|pixel| pixel.as_vec3()).collect();
-        Traced { picture: Picture { width, height, pixels }, coverage }
+        Traced { picture: Picture { width, height, pixels }, coverage, opacity }
     }
 
     /// The picture alone, without progress.
@@ -284,7 +294,7 @@ impl<'a> Tracer<'a> {
         let traced = self.tile(left, upper, &samples, &mut Scratch::default());
         let numbers = self.pixels_of(left, upper).map(|(x, y)| y * self.eye.view.width + x);
         let mut pixels: Vec<(u32, DVec3)> =
-            numbers.zip(traced).map(|(number, (radiance, _))| (number, radiance)).collect();
+            numbers.zip(traced).map(|(number, found)| (number, found.radiance)).collect();
         let pyramid = self.pyramid_of(left, upper);
         for (number, light) in
             self.glints.iter().flat_map(|glints| glints.within(self, &pyramid)).flatten()
@@ -327,14 +337,8 @@ impl<'a> Tracer<'a> {
         (upper..lower).flat_map(move |y| (left..right).map(move |x| (x, y)))
     }
 
-    /// Mean radiance and coverage of a tile's pixels.
-    fn tile(
-        &self,
-        left: u32,
-        upper: u32,
-        samples: &Samples,
-        scratch: &mut Scratch,
-    ) -> Vec<(DVec3, f64)> {
+    /// What is seen in a tile's pixels.
+    fn tile(&self, left: u32, upper: u32, samples: &Samples, scratch: &mut Scratch) -> Vec<Found> {
         if let Some(rain) = &self.rain {
             return self.tile_of_rain(rain, (left, upper), samples, scratch);
         }
@@ -359,7 +363,8 @@ impl<'a> Tracer<'a> {
                     covered += 1.0 - left;
                 }
                 let count = places.len() as f64;
-                (radiance / count, covered / count)
+                let coverage = covered / count;
+                Found { radiance: radiance / count, coverage, opacity: coverage }
             })
             .collect()
     }

@@ -6,7 +6,7 @@ use glam::{DMat2, DVec2, DVec3};
 use super::drops::{Drop, Drops};
 use super::far::{Chance, FarRain};
 use super::rain::{NearRain, Shell};
-use super::{Around, Hit, Pyramid, Ray, Samples, Scratch, Strata, TILE, Tracer, Tree};
+use super::{Around, Found, Hit, Pyramid, Ray, Samples, Scratch, Strata, TILE, Tracer, Tree};
 use crate::rain::{pcg4d, unit};
 
 /// Most drops of real rain that a tile has in memory: some 200 bytes each, for every thread.
@@ -75,7 +75,7 @@ impl Tracer<'_> {
         (left, upper): (u32, u32),
         samples: &Samples,
         scratch: &mut Scratch,
-    ) -> Vec<(DVec3, f64)> {
+    ) -> Vec<Found> {
         let all: Vec<(u32, u32)> = self.pixels_of(left, upper).collect();
         let pyramid = self.pyramid_of(left, upper);
         let together = (PATHS / self.truth.samples.max(1) as usize).max(1);
@@ -218,11 +218,10 @@ impl Tracer<'_> {
         mean
     }
 
-    /// Radiance of a pixel, and coverage by its drops: behind them the medium of a far drop's `light`, which covers nothing,
-    /// behind that the background.
-    fn end(&self, rain: &Weather, pixel: &Pixel, light: DVec3) -> (DVec3, f64) {
+    /// A pixel: behind its drops the medium of a far drop's `light`, behind that the background.
+    fn end(&self, rain: &Weather, pixel: &Pixel, light: DVec3) -> Found {
         let number = self.eye.view.number_in_whole(pixel.at.0, pixel.at.1);
-        let (mut radiance, mut covered) = (DVec3::ZERO, 0.0);
+        let (mut radiance, mut coverage, mut opacity) = (DVec3::ZERO, 0.0, 0.0);
         for path in &pixel.paths {
             let through = rain.far.transmittance(path.ray.direction, path.reach);
             radiance += path.light;
@@ -231,10 +230,11 @@ impl Tracer<'_> {
             if left > 0.0 {
                 radiance += left * self.behind(number, &path.ray);
             }
-            covered += 1.0 - path.left;
+            coverage += 1.0 - path.left;
+            opacity += 1.0 - left;
         }
         let count = pixel.paths.len() as f64;
-        (radiance / count, covered / count)
+        Found { radiance: radiance / count, coverage: coverage / count, opacity: opacity / count }
     }
 }
 

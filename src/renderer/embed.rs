@@ -94,7 +94,7 @@ impl<'a> FrameInput<'a> {
     }
 
     /// With another environment from this frame on, of which drops show what is near in this very frame. Of several views of
-    /// the same light one names it.
+    /// the same light always the same one names it, and is recorded first.
     #[must_use]
     pub fn around(mut self, environment: HostEnvironment) -> Self {
         self.environment = Some(environment);
@@ -212,6 +212,8 @@ impl View {
     ///   format and number of samples, in this layout, used before by no other stages and accesses than stated. They and
     ///   their views live until the slot has retired. Those that are drawn into (output, motion, nearest depth) have usage
     ///   `COLOR_ATTACHMENT`, the others `SAMPLED`.
+    /// - Of the views of a light that is renewed always the same one names an environment; another may once all slots of
+    ///   that one have retired.
     /// - The view is dropped when the queue is done with all that it has recorded.
     pub unsafe fn record(
         &mut self,
@@ -259,8 +261,8 @@ impl View {
     }
 
     /// The host says that a slot's commands have been executed, or will never be submitted, and gets what the frame
-    /// counted: none if it was never executed. `overflow` among the counts are drops that there was no room for, which
-    /// [`View::grow`] makes. The slot is free from then on.
+    /// counted: none if it was never executed. If `tiles` of it lacks room, [`View::grow`] makes some. The slot is free from
+    /// then on.
     ///
     /// # Errors
     /// [`Error::Scene`] if the view has no such slot; [`Error::Vulkan`] if its timestamps cannot be read, as for a lost

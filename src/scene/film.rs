@@ -120,6 +120,15 @@ impl Film {
         }
     }
 
+    /// A frame as a scene of its own, without the film: what is exposed at the frame's pace is exposed at a pace of 1.
+    pub fn still(frame: &Scene) -> Scene {
+        let exposed = frame.exposed();
+        let mut still = Scene { time: frame.time + exposed.min(0.0), pace: 1.0, ..frame.clone() };
+        (still.camera.shutter, still.camera.shutter_angle) = (exposed.abs(), None);
+        still.film = Self { fps: frame.film.fps.abs(), ..Self::default() };
+        still
+    }
+
     /// Scene seconds a second of film at film time `at`.
     pub fn pace_at(&self, at: f64) -> f64 {
         let (Some(first), Some(last)) = (self.pace.first(), self.pace.last()) else { return 1.0 };
@@ -252,6 +261,25 @@ mod tests {
             vertical_fov: None,
         };
         Film { camera: keys.iter().map(key).collect(), ..Film::default() }
+    }
+
+    /// Forwards, at rest and backwards.
+    #[test]
+    fn a_still_is_exposed_as_its_frame() {
+        let mut scene = Scene { film: pace(&[(0.0, 1.0), (2.0, -1.0)]), ..Scene::default() };
+        scene.camera.shutter_angle = Some(180.0);
+        let interval = |scene: &Scene| {
+            let [from, to] = [scene.time, scene.time + scene.exposed()];
+            [from.min(to), from.max(to)]
+        };
+        let fps = scene.film.fps as u32;
+        for (number, longest) in [(0, 1.0), (fps, 0.0), (fps + fps / 2, 0.5), (2 * fps, 1.0)] {
+            let frame = scene.film.frame(&scene, number);
+            let still = Film::still(&frame);
+            assert_eq!(interval(&still), interval(&frame), "frame {number}");
+            assert_eq!(still.shutter(), longest * scene.shutter(), "frame {number}");
+            assert_eq!((still.film.frames(), still.film.fps), (1, scene.film.fps));
+        }
     }
 
     /// Stops within 2 s, stands for 4, is back to speed within 2.

@@ -99,6 +99,55 @@ fn a_depth_hides_alike_by_every_convention() {
     });
 }
 
+/// Fills a depth image that nothing has used, and leaves it as it is said to come.
+fn fill(host: &Host, commands: vk::CommandBuffer, image: &HostImage, depth: f32) {
+    let change = |before: ImageState, after: ImageState| {
+        let barrier = [vk::ImageMemoryBarrier2::default()
+            .src_stage_mask(before.stages)
+            .src_access_mask(before.access)
+            .dst_stage_mask(after.stages)
+            .dst_access_mask(after.access)
+            .old_layout(before.layout)
+            .new_layout(after.layout)
+            .image(image.image)
+            .subresource_range(image.range)];
+        let info = vk::DependencyInfo::default().image_memory_barriers(&barrier);
+        // SAFETY: the image is the host's, and the commands are outside of any rendering.
+        unsafe { host.device.cmd_pipeline_barrier2(commands, &info) };
+    };
+    let target = ImageState::COPY_TARGET;
+    change(ImageState::UNDEFINED, target);
+    let value = vk::ClearDepthStencilValue { depth, stencil: 7 };
+    let (layout, ranges) = (target.layout, [image.range]);
+    // SAFETY: likewise, and the image is in that layout.
+    unsafe {
+        host.device.cmd_clear_depth_stencil_image(commands, image.image, layout, &value, &ranges);
+    }
+    change(target, image.entry);
+}
+
+/// Most drops are behind a wall at 12, in whichever format it is.
+#[test]
+fn a_depth_with_stencil_hides_as_one_without() {
+    use vk::ImageUsageFlags as Usage;
+    let scene = scene(Preset::Fast);
+    let usage = Usage::DEPTH_STENCIL_ATTACHMENT | Usage::SAMPLED | Usage::TRANSFER_DST;
+    on_host(Preset::Fast, |host, device| {
+        let without = as_light(&drawn(host, device, &scene, LIGHT, None));
+        let hidden = [vk::Format::D32_SFLOAT, vk::Format::D32_SFLOAT_S8_UINT].map(|format| {
+            let texture = host.image(format, SIZE, 1, usage);
+            let image = HostImage::depth(texture.image, texture.view, format, SIZE);
+            host.once(|commands| fill(host, commands, &image, 0.1 / 12.0));
+            let depth = (image, DepthConvention::projected(0.0, 0.1));
+            let picture = as_light(&drawn(host, device, &scene, LIGHT, Some(depth)));
+            host.destroy_image(texture);
+            picture
+        });
+        assert!(hidden[0] != without, "nothing is hidden");
+        assert!(hidden[0] == hidden[1], "a stencil beside it changes the picture");
+    });
+}
+
 /// Where the stored number is not finite nothing is; a distance of 0 or less hides every drop.
 #[test]
 fn a_depth_that_is_no_distance_does_no_harm() {

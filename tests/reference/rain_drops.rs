@@ -13,7 +13,7 @@ use raindrops::scene::Scene;
 use raindrops::scene::model::{DropShape, Sizes};
 use raindrops::scene::water::Index;
 
-use crate::rain_reference::{covered, raining, traced, with_rain};
+use crate::rain_reference::{opacities, raining, traced, with_rain};
 
 /// A drop that every cell was looked through for.
 struct Found {
@@ -136,7 +136,7 @@ fn a_drop_is_seen_at_its_pixel() {
     scene.camera.position = DVec3::new(0.3, 100.0, 0.0);
     scene.camera.target = DVec3::new(0.3, 100.0, -1.0);
     let focal = 256.0 / 20_f64.to_radians().tan();
-    let covered = covered(&scene, 16, None, 0);
+    let covered = opacities(&scene, 16, None, 0);
     let (mut least, mut most) = (0.0, 0.0);
     let mut explained = vec![false; covered.len()];
     let mut seen = 0;
@@ -192,7 +192,7 @@ fn a_streak_is_as_opaque_as_its_drop_is_long_there() {
         });
         (scene.seed, scene.camera.shutter) = (seed, shutter);
         let focal = 128.0 / 20_f64.to_radians().tan();
-        let covered = covered(&scene, 64, None, 0);
+        let covered = opacities(&scene, 64, None, 0);
         for drop in walk(&scene, 2.0) {
             let middle = drop.center + 0.5 * shutter * drop.velocity;
             let depth = -middle.z;

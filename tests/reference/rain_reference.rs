@@ -40,10 +40,10 @@ pub fn traced(scene: &Scene, environment: &Environment, truth: Truth) -> Traced 
     Tracer::new(scene, environment, truth).trace(&|_| ())
 }
 
-pub fn covered(scene: &Scene, samples: u32, rain_to: Option<f64>, seed: u64) -> Vec<f64> {
+pub fn opacities(scene: &Scene, samples: u32, rain_to: Option<f64>, seed: u64) -> Vec<f64> {
     let truth = Truth { samples, rain_to, seed, internal_reflections: 0, ..Truth::default() };
     let white = Environment::constant(Vec3::ONE);
-    traced(scene, &white, truth).coverage.iter().map(|&share| f64::from(share)).collect()
+    traced(scene, &white, truth).opacity.iter().map(|&share| f64::from(share)).collect()
 }
 
 /// Mean and its standard error, of values that do not depend on each other.
@@ -87,7 +87,7 @@ fn the_mean_opacity_is_that_of_the_optical_depth() {
                 assert!(error < 0.08 * expected, "{error}: nothing is told");
             }
             // Without a drop there is no noise: to the digits of the table.
-            let medium = covered(&scene, 1, Some(0.0), 0);
+            let medium = opacities(&scene, 1, Some(0.0), 0);
             assert!(medium.iter().all(|share| (share / expected - 1.0).abs() < 4e-4), "{rate}");
         }
     }
@@ -115,8 +115,8 @@ fn nothing_shows_in_a_white_furnace() {
         let pixels = traced.picture.pixels.iter();
         pixels.map(|pixel| (*pixel - Vec3::ONE).abs().max_element()).fold(0.0, f32::max)
     };
-    let drops = covered(&with_rain(scene.clone(), |rain| rain.extent = 6.0), 64, None, 0);
-    assert!(found.coverage.iter().all(|share| *share > 0.3) && drops.iter().any(|d| *d > 0.0));
+    let drops = opacities(&with_rain(scene.clone(), |rain| rain.extent = 6.0), 64, None, 0);
+    assert!(found.opacity.iter().all(|share| *share > 0.3) && drops.iter().any(|d| *d > 0.0));
     assert!(worst(&found) < 1e-6, "{}", worst(&found));
     // The control: what leaves after more than no internal reflections is missed.
     let physical = Truth { weights: Weights::Physical, internal_reflections: 0, ..truth };
@@ -171,7 +171,7 @@ fn a_pixel_is_as_noisy_as_its_drops_make_it() {
         let (mut product, mut sum, mut count) = (0.0, 0.0, 0.0);
         for rain in 0..2 {
             let scene = Scene { seed: 11 + rain, ..scene.clone() };
-            let [a, b] = [0, 1].map(|seed| covered(&scene, 64, None, seed));
+            let [a, b] = [0, 1].map(|seed| opacities(&scene, 64, None, seed));
             product += a.iter().zip(&b).map(|(a, b)| a * b).sum::<f64>();
             sum += a.iter().chain(&b).sum::<f64>() / 2.0;
             count += a.len() as f64;
@@ -209,6 +209,23 @@ fn the_medium_stands_for_the_drops() {
         let (missing, _) = difference(&nearer, &by_drops);
         assert!(missing.abs() > 12.0 * error, "{missing} against {error}: nothing is told");
     }
+}
+
+/// A mask has the drops that are traced one by one, and not the medium that is everywhere.
+#[test]
+fn the_medium_covers_nothing() {
+    let white = Environment::constant(Vec3::ONE);
+    let rainy = |extent, rain_to| {
+        let truth = Truth { samples: 16, rain_to: Some(rain_to), ..Truth::default() };
+        traced(&raining(25.0, extent, 64, 8.0), &white, truth)
+    };
+    let (with, without, medium) = (rainy(30.0, 8.0), rainy(8.0, 8.0), rainy(30.0, 0.0));
+    assert_eq!(with.coverage, without.coverage);
+    assert!(with.coverage.iter().any(|&share| share > 0.0), "no drop is seen");
+    assert!(with.opacity.iter().zip(&with.coverage).all(|(opacity, share)| opacity > share));
+    assert!(medium.coverage.iter().all(|&share| share == 0.0));
+    assert!(medium.opacity.iter().all(|&share| share > 0.03));
+    assert_eq!(without.opacity, without.coverage);
 }
 
 /// The medium's light goes on evenly from one pixel to the next, within a tile and across its edges.
@@ -255,7 +272,7 @@ fn flat_drops_block_what_they_cover() {
             rain.shape = DropShape::Equilibrium;
         });
         scene.camera.target = target;
-        let found = -(1.0 - covered(&scene, 1, Some(0.0), 0)[0]).ln() / 100.0;
+        let found = -(1.0 - opacities(&scene, 1, Some(0.0), 0)[0]).ln() / 100.0;
         let toward = target.normalize();
         let rows: Vec<f64> =
             (0..24).map(|d| outline(0.25 * f64::from(d) + 0.125, toward)).collect();
@@ -277,7 +294,7 @@ fn a_plate_ends_the_rain_at_its_depth() {
         let plate = Plate::new(None, Some(Depth { values: vec![20.0; 64 * 64], kind }));
         let truth = Truth { samples: 16, rain_to: Some(rain_to), ..Truth::default() };
         let found = Tracer::new(&scene, &white, truth).before(plate).trace(&|_| ());
-        let (opacity, error) = mean(found.coverage.iter().map(|&share| f64::from(share)));
+        let (opacity, error) = mean(found.opacity.iter().map(|&share| f64::from(share)));
         let expected = match kind {
             DepthKind::Radial => 1.0 - (-1.208e-3 * 20.0_f64).exp(),
             // The mean of 20 / cos over the picture's pixels.

@@ -207,7 +207,8 @@ fn an_exposure_is_the_mean_of_its_instants() {
     let environment = slope();
     let trace = |scene: &Scene, samples: u32, seed: u64| -> Vec<DVec3> {
         let truth = Truth { samples, seed, ..Truth::default() };
-        let Traced { picture, coverage } = Tracer::new(scene, &environment, truth).trace(&|_| ());
+        let Traced { picture, coverage, .. } =
+            Tracer::new(scene, &environment, truth).trace(&|_| ());
         let both = picture.pixels.iter().zip(coverage);
         both.map(|(pixel, share)| DVec3::new(pixel.x.into(), pixel.y.into(), share.into()))
             .collect()

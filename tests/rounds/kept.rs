@@ -69,6 +69,8 @@ fn kept_results_are_compared() {
     assert!(line.contains("no benchmark with times of passes"), "{line}");
     let line = error_line(&verdict(&["base.json", "wide.json"]), 2);
     assert!(line.contains("the size is 64 x 64 in base.json, 65 x 64 in wide.json"), "{line}");
+    let line = error_line(&verdict(&["base.json", "slow.json", "--same-device"]), 2);
+    assert!(line.contains("the device is D in base.json, E in slow.json"), "{line}");
     // Runs of one side are of one device.
     let line = error_line(&verdict(&["base.json,slow.json", "base.json"]), 2);
     assert!(line.contains("the device is D in base.json, E in slow.json"), "{line}");

@@ -374,6 +374,10 @@ fn expectations_hold_both_ways() {
     let (slow, noisy) = (["--b", "MS=12"], ["--a", "NOISY=1", "--b", "NOISY=1"]);
     let noisy_pass = ["--a", "NOISY_PASS=1", "--b", "NOISY_PASS=1"];
     let lenient = "[[device.row]]\nmatch = 'paper'\nratio = 9\n";
+    let (slow_above, noisy_too) = (
+        [&slow[..], &["--fail-above", "5%"]].concat(),
+        [&noisy[..], &["--fail-undecided"]].concat(),
+    );
     for (lists, more, status, words) in [
         ("", &[][..], 0, ""),
         ("", &slow, 1, "Fail: 1,000 drops, paper, 64 x 64: B / A is at least"),
@@ -386,6 +390,12 @@ fn expectations_hold_both_ways() {
         ("", &noisy, 0, "Undecided: 1,000 drops, paper"),
         ("flakes = ['paper']", &slow, 0, "KnownFlake: "),
         ("skips = ['paper']", &slow, 0, "Skip: "),
+        // The other options are for rows that are not listed.
+        ("fails = ['paper']", &slow_above, 0, "ExpectedFail: "),
+        ("skips = ['paper']", &slow_above, 0, "Skip: "),
+        (lenient, &slow_above, 1, "raindrops: 1,000 drops, paper, 64 x 64 (slower)"),
+        ("flakes = ['paper']", &noisy_too, 0, "Undecided: 1,000 drops, paper"),
+        ("", &noisy_too, 1, "(undecided)"),
         ("[[device.row]]\nmatch = 'paper'\nratio = 1.3", &slow, 0, ""),
         // The frame is within its bound, and its pass is not.
         (
@@ -441,9 +451,12 @@ fn expectations_hold_both_ways() {
         let xml = fs::read_to_string(bench.path().join("j.xml")).expect("a file");
         assert!(xml.contains("<skipped message=\"Undecided: neither passed nor failed"), "{xml}");
     }
-    // What is known to fail is none, and what should have failed is one.
-    for (more, failures) in [(&slow[..], 0), (&[], 1)] {
-        expect("fails = ['paper']", more);
+    // What is known to fail is none, and what should have failed is one; what another option fails is one, too.
+    let listed = "fails = ['paper']";
+    for (lists, more, failures) in
+        [(listed, &slow[..], 0), (listed, &[], 1), (lenient, &slow, 0), (lenient, &slow_above, 1)]
+    {
+        expect(lists, more);
         let xml = fs::read_to_string(bench.path().join("j.xml")).expect("a file");
         let read = quick_junit::Report::deserialize_from_str(&xml).expect("JUnit");
         assert_eq!((read.tests, read.failures), (1, failures), "{xml}");

@@ -10,8 +10,8 @@ use crate::cli::format::Format;
 use crate::cli::tell::say;
 use crate::cli::{Answer, check_folder, print, write_json};
 use crate::measure::bench::DeviceHead;
-use crate::measure::verdict::expect::{Expectations, Outcome};
-use crate::measure::verdict::{Report, Verdict};
+use crate::measure::verdict::expect::{DeviceExpectations, Expectations, Outcome};
+use crate::measure::verdict::{Report, Verdict, VerdictRow};
 
 /// By how much times must differ, whether that is a failure, and how it is printed.
 #[derive(Args, Clone, Debug, Default)]
@@ -36,8 +36,8 @@ pub struct GateArgs {
     /// Write the verdicts as JUnit XML, for continuous integration
     #[arg(long, value_name = "FILE")]
     junit: Option<PathBuf>,
-    /// Read bounds by device, and rows that are known to fail or to flake, or are skipped; exit with status 1 if
-    /// another row fails, or one that is known to fail passes
+    /// Read bounds by device, and rows that are known to fail or to flake, or are skipped, which the other options then do
+    /// not fail; exit with status 1 if another row fails, or one that is known to fail passes
     #[arg(long, value_name = "FILE.toml")]
     expect: Option<PathBuf>,
 }
@@ -113,7 +113,7 @@ impl GateArgs {
     pub fn settle(&self, report: &mut Report) -> crate::Result<()> {
         let counts = Verdict::ALL.map(|verdict| (verdict.name().into(), report.count(verdict)));
         report.counts = counts.into_iter().collect();
-        report.failed = self.failed(report);
+        report.failed = self.failed(report)?;
         let outcomes = self.outcomes(report)?;
         for (row, outcome) in report.rows.iter().zip(outcomes.iter().flatten()) {
             if outcome.is_unexpected() {
@@ -135,36 +135,48 @@ impl GateArgs {
         if let Some(path) = &self.junit {
             junit::write(path, reports.iter().copied().zip(&outcomes))?;
         }
-        let failed: Vec<_> = reports.iter().flat_map(|report| self.failed(report)).collect();
-        let is_slower = reports.iter().any(|report| report.count(Verdict::Slower) > 0);
+        let failed = reports.iter().map(|report| self.failed(report));
+        let failed: Vec<_> = failed.collect::<crate::Result<Vec<_>>>()?.concat();
         if !failed.is_empty() {
             say!("raindrops: {}", failed.join("; "));
-        } else if is_slower && self.fail_above.is_none() && self.expect.is_none() {
-            say!("note: without --fail-above a slower row does not change the exit status");
+        } else if self.fail_above.is_none() && self.expect.is_none() {
+            for verdict in [Verdict::Slower, Verdict::Different] {
+                let is_there = |row: &VerdictRow| row.verdict == verdict;
+                if reports.iter().any(|report| report.rows.iter().any(is_there)) {
+                    let name = verdict.name();
+                    say!("note: without --fail-above a {name} row does not change the exit status");
+                }
+            }
         }
         let holds = reports.iter().all(|report| report.failed.is_empty());
         Ok(if holds { Answer::Yes } else { Answer::No })
     }
 
-    /// The rows that `--fail-above` and `--fail-undecided` fail.
-    fn failed(&self, report: &Report) -> Vec<String> {
-        let of = |verdict: Verdict, fails: bool| {
-            let rows = report.rows.iter().filter(move |row| fails && row.verdict == verdict);
-            rows.map(move |row| format!("{} ({})", row.name, verdict.name()))
-        };
+    /// The rows that `--fail-above` and `--fail-undecided` fail. Those that a file of expectations lists are left to it.
+    fn failed(&self, report: &Report) -> crate::Result<Vec<String>> {
+        let expected = self.expected(report)?;
         let is_bounded = self.fail_above.is_some();
-        of(Verdict::Slower, is_bounded)
-            .chain(of(Verdict::Different, is_bounded))
-            .chain(of(Verdict::Undecided, self.fail_undecided))
-            .collect()
+        let fails = |row: &&VerdictRow| match row.verdict {
+            Verdict::Slower | Verdict::Different => is_bounded,
+            Verdict::Undecided => self.fail_undecided,
+            Verdict::Faster | Verdict::Same => false,
+        };
+        let rows = report.rows.iter().filter(fails);
+        let is_listed = |row: &VerdictRow| expected.as_ref().is_some_and(|all| all.lists(row));
+        let rows = rows.filter(|row| !is_listed(row));
+        Ok(rows.map(|row| format!("{} ({})", row.name, row.verdict.name())).collect())
     }
 
     /// What became of each row by the expectations file; none where there is no file.
     fn outcomes(&self, report: &Report) -> crate::Result<Option<Vec<Outcome>>> {
+        let expected = self.expected(report)?;
+        Ok(expected.map(|all| report.rows.iter().map(|row| all.judge(row)).collect()))
+    }
+
+    /// What is expected of a report's device; none where there is no file.
+    fn expected(&self, report: &Report) -> crate::Result<Option<DeviceExpectations>> {
         let Some(path) = &self.expect else { return Ok(None) };
-        let all = Expectations::load(path)?;
-        let expectations = all.of(path, &report.b.device)?;
-        Ok(Some(report.rows.iter().map(|row| expectations.judge(row)).collect()))
+        Ok(Some(Expectations::load(path)?.of(path, &report.b.device)?.clone()))
     }
 }
 

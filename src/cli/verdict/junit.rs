@@ -12,7 +12,8 @@ use crate::thousands::counted;
 use crate::{Error, Result};
 
 /// Writes reports. Slower and different rows fail, undecided ones are skipped; where something is expected of the
-/// rows, what is not as expected fails, and what is known to fail, is undecided or is left out is skipped.
+/// rows, what is not as expected fails, and what is known to fail, is undecided or is left out is skipped. Rows that the
+/// gate fails fail in any case.
 pub fn write<'a>(
     path: &Path,
     reports: impl Iterator<Item = (&'a Report, &'a Option<Vec<Outcome>>)>,
@@ -22,7 +23,9 @@ pub fn write<'a>(
         let mut suite = TestSuite::new(name(report));
         for (number, row) in report.rows.iter().enumerate() {
             let outcome = outcomes.as_ref().and_then(|outcomes| outcomes.get(number));
-            suite.add_test_case(case(row, outcome));
+            let start = format!("{} (", row.name);
+            let is_failed = report.failed.iter().any(|failed| failed.starts_with(&start));
+            suite.add_test_case(case(row, outcome, is_failed));
         }
         junit.add_test_suite(suite);
     }
@@ -39,7 +42,7 @@ fn name(report: &Report) -> String {
     }
 }
 
-fn case(row: &VerdictRow, outcome: Option<&Outcome>) -> TestCase {
+fn case(row: &VerdictRow, outcome: Option<&Outcome>, is_failed: bool) -> TestCase {
     let ratio = row.ratio.zip(row.ratio_low.zip(row.ratio_high));
     let ratio = ratio.map_or("no interval".into(), |(ratio, (low, high))| {
         format!("B / A {ratio:.3} ({low:.3} to {high:.3})")
@@ -52,7 +55,7 @@ fn case(row: &VerdictRow, outcome: Option<&Outcome>) -> TestCase {
     }
     let failure = || TestCaseStatus::non_success(NonSuccessKind::Failure);
     let mut status = match (outcome, row.verdict) {
-        (Some(outcome), _) if outcome.is_unexpected() => failure(),
+        _ if is_failed => failure(),
         (
             Some(
                 Outcome::ExpectedFail(_)

@@ -26,6 +26,9 @@ pub struct VerdictArgs {
     /// Result files compared with it (B), comma-separated; they may be of another device
     #[arg(value_name = "NEW.json,…", value_parser = files)]
     new: Files,
+    /// Refuse results of different devices; their drivers may be of different versions
+    #[arg(long)]
+    same_device: bool,
     #[command(flatten)]
     gate: GateArgs,
 }
@@ -42,7 +45,7 @@ pub fn run(args: &VerdictArgs) -> anyhow::Result<Answer> {
     args.gate.check()?;
     let (a, b) = (runs(&args.base)?, runs(&args.new)?);
     let threshold = args.gate.threshold();
-    let rows = kept(&borrowed(&a), &borrowed(&b), false, threshold)?;
+    let rows = kept(&borrowed(&a), &borrowed(&b), args.same_device, threshold)?;
     let notes = notes(&a[0].1, &b[0].1);
     let report = verdict::Report {
         command: Some(command_line()),

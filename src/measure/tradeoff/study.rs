@@ -206,10 +206,8 @@ fn errors(
         let frame = Scene { model: variant.scene.model, ..frame.clone() };
         renderer.draw(&frame)?;
         let picture = renderer.read_radiance()?;
-        let Traced { picture: truth, coverage } = &known.traced;
-        // Real rain is in every pixel, far drops as a medium.
-        let mask = frame.real_rain().is_none().then_some(coverage.as_slice());
-        comparisons.push(compare(truth, &picture, mask, known.exposure));
+        let Traced { picture: truth, opacity, .. } = &known.traced;
+        comparisons.push(compare(truth, &picture, Some(opacity), known.exposure));
         pictures.push(picture);
     }
     pictures.first().map_or(Ok(()), first)?;

@@ -208,6 +208,12 @@ impl DeviceExpectations {
         }
     }
 
+    /// Whether a row is in one of its lists, and so judged by this file alone.
+    pub fn lists(&self, row: &VerdictRow) -> bool {
+        let mut all = self.skips.iter().chain(&self.flakes).chain(&self.fails);
+        all.any(|part| is_named(row, part))
+    }
+
     /// Why nothing can be said of a row that is beyond no bound; none if it is within them all.
     fn undecided(&self, row: &VerdictRow) -> Option<&'static str> {
         let within = |bound: f64| row.ratio_high.is_some_and(|high| high <= bound);

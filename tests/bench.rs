@@ -1,11 +1,13 @@
-//! `bench` of real rain: rows by rate, and what may not be asked.
+//! `bench` in one process: rows by number and rate, what it writes, what it warns of, and what may not be asked.
 
 mod common;
 
 use std::fs;
-use std::process::Output;
+use std::process::{Child, Command, Output, Stdio};
 
 use serde_json::{Value, json};
+
+use common::outcome;
 
 fn raindrops(arguments: &[&str]) -> Output {
     common::raindrops().args(arguments).output().expect("the command starts")
@@ -34,6 +36,65 @@ fn a_series_of_rates_has_a_row_each() {
     assert!(seen(0) > 0 && seen(2) > 5 * seen(0), "{} {}", seen(0), seen(2));
     let hash = |row: usize| rows[row]["scene"]["hash"].clone();
     assert!(hash(0) == hash(1) && hash(0) != hash(2));
+}
+
+/// Figures and plot of a small benchmark; both name the device, the plot the paper's machines too.
+#[test]
+fn a_benchmark_is_written_and_plotted() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let bench = ["bench", "--drops", "500,2000", "--size", "32x32", "--preset", "paper,fast"];
+    let files = ["--seconds", "0", "--frames", "2", "--json", "b.json", "--svg", "b.svg"];
+    let mut command = common::raindrops();
+    command.current_dir(folder.path()).args(bench).args(files);
+    let output = outcome(command.env("LP_NUM_THREADS", "1").env_remove("LP_PERF"));
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let json = fs::read_to_string(folder.path().join("b.json")).expect("figures");
+    let json: Value = serde_json::from_str(&json).expect("JSON");
+    assert_eq!(json["schema"], "raindrops-bench/1");
+    assert_eq!(json["rows"].as_array().map(Vec::len), Some(8));
+    // What decides on the driver's speed, where it is set.
+    let variables = &json["host"]["variables"];
+    assert_eq!((&variables["LP_NUM_THREADS"], variables.get("LP_PERF")), (&"1".into(), None));
+    let stdout = String::from_utf8_lossy(&output.stdout);
+    assert!(stdout.contains(", LP_NUM_THREADS=1"), "{stdout}");
+    let svg = fs::read_to_string(folder.path().join("b.svg")).expect("a plot");
+    let device = json["device"]["name"].as_str().expect("a name");
+    for name in ["GeForce GTX 280, 2011", "GeForce 7300 GT, 2011", "fast", "paper", device] {
+        assert!(svg.contains(name), "no {name} in the plot");
+    }
+}
+
+/// Ended when this goes.
+struct Busy(Child);
+
+impl Drop for Busy {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+/// As many programs as there are processors, which do nothing but work.
+#[cfg(target_os = "linux")]
+#[test]
+fn the_work_of_others_is_warned_of() {
+    let processors = fs::read_to_string("/proc/stat").expect("the system's counts");
+    let processors = processors.lines().filter(|line| line.starts_with("cpu")).count() - 1;
+    let busy = |_| {
+        let mut command = Command::new("sh");
+        command.args(["-c", "while :; do :; done"]).stdin(Stdio::null());
+        Busy(command.spawn().expect("a shell"))
+    };
+    let busy: Vec<Busy> = (0..processors).map(busy).collect();
+    let small = ["bench", "--drops", "1000", "--preset", "fast", "--size", "96x96"];
+    let output = raindrops(&[&small[..], &["--seconds", "0.5", "--json", "-"]].concat());
+    drop(busy);
+    let report: Value = serde_json::from_slice(&output.stdout).expect("JSON and nothing else");
+    let others = report["host"]["others"].as_f64().expect("a share");
+    assert!((0.1..=1.0).contains(&others), "{others}");
+    let warnings = report["warnings"].as_array().expect("warnings");
+    let is_told = |warning: &Value| warning.to_string().contains("of the processors' time");
+    assert!(warnings.iter().any(is_told), "{warnings:?}");
 }
 
 /// The count by the CPU is that of the row, not of the scene, which has a million.
