@@ -1,5 +1,5 @@
 //! Results in the formats of others, read by readers that nobody here wrote. Some of them are programs that a
-//! machine may lack: `pip install junitparser OpenEXR numpy` in a `python3 -m venv`; Debian's `libbenchmark-tools` with `python3-scipy`, and
+//! machine may lack: `pip install junitparser OpenEXR numpy pillow` in a `python3 -m venv`; Debian's `libbenchmark-tools` with `python3-scipy`, and
 //! `openimageio-tools`. Their tests then say so past the test harness, which would hide it.
 
 #![cfg(target_os = "linux")]
@@ -335,4 +335,63 @@ fn a_data_set_is_loaded_by_the_python_of_its_page() {
     printed(raindrops().current_dir(folder).args(dataset));
     let said = printed(python.current_dir(folder).args(["-c", &(script.to_string() + CHECK)]));
     assert_eq!(said, "0 True True\n1 True True\n");
+}
+
+/// The blocks of a language in a document.
+fn blocks(page: &str, language: &str) -> Vec<String> {
+    let start = format!("```{language}\n");
+    let starts = page.split(&start).skip(1);
+    starts.map(|rest| rest.split_once("```").expect("its end").0.to_string()).collect()
+}
+
+/// Everything that docs/data-set.md says in Python, one block after the other as its reader runs them, with its scene and
+/// its commands for a mask, of one view.
+#[test]
+fn the_data_sets_page_is_run_from_top_to_bottom() {
+    let Some(mut python) = python("OpenEXR, numpy, PIL") else {
+        return skip("the Python packages OpenEXR, numpy and pillow are not there");
+    };
+    let page = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/data-set.md"));
+    let page = page.expect("the page");
+    let folder = folder();
+    let folder = folder.path();
+    fs::write(folder.join("plate.toml"), &blocks(&page, "toml")[0]).expect("a scene");
+    fs::create_dir(folder.join("photos")).expect("a folder");
+    for photo in ["photo.exr", "place.exr", "photos/one.png"] {
+        let dry = ["render", "plate.toml", "--rate", "0.001", "-o", photo];
+        printed(raindrops().current_dir(folder).args(dry));
+    }
+    let program = Path::new(env!("CARGO_BIN_EXE_raindrops")).parent().expect("a folder");
+    let path = format!("{}:{}", program.display(), std::env::var("PATH").unwrap_or_default());
+    let (_, masks) = page.split_once("### A mask with a shutter").expect("the section");
+    let (_, commands) = masks.split_once("```\n").expect("its commands");
+    let (commands, _) = commands.split_once("```").expect("their end");
+    let mut shell = Command::new("sh");
+    let commands = commands.replace("--views 10", "--views 1");
+    printed(shell.current_dir(folder).env("PATH", &path).args(["-e", "-c", &commands]));
+    let [load, masks, photos, pictures, depth, panorama] = &blocks(&page, "python")[..] else {
+        panic!("the page has other blocks of Python");
+    };
+    const METRES: &str = "
+metres = np.full((360, 640), 20.0)
+metres[0] = np.inf
+";
+    const CHECK: &str = "
+print(f'{rain.mean():.3f} {seen.mean():.3f} {(opacity < -0.05).mean():.3f} {mask.mean():.3f}')
+print(*sorted(path.name for path in pathlib.Path('sets/one').rglob('*.png')))
+print(np.abs(np.array(Image.open('sets/one/plate/clean.png')).astype(int) - np.array(Image.open('photos/one.png'))).max())
+print(abs(read('panorama.exr')['R'].mean() / panorama['R'].mean() - factor) < 1e-3)
+";
+    let script = [load, masks, photos, pictures, METRES, depth, panorama, CHECK].concat();
+    let said = printed(python.current_dir(folder).env("PATH", &path).args(["-c", &script]));
+    let lines: Vec<&str> = said.lines().collect();
+    let shares: Vec<f64> = lines[0].split(' ').filter_map(|share| share.parse().ok()).collect();
+    let [rain, seen, below, single] = shares[..] else { panic!("{said}") };
+    assert!((0.01..0.3).contains(&rain) && seen > 0.0 && below == 0.0, "{said}");
+    assert!(single < 0.1 * rain, "streaks of one colour have no count: {said}");
+    assert_eq!(lines[1..], ["clean.png opacity.png rain.png rainy.png seen.png", "0", "True"]);
+    for depth in [&["depth.exr"][..], &["depth.png", "--depth-scale", "0.01"]] {
+        let arguments = ["render", "plate.toml", "--background", "photo.exr", "-o", "rainy.exr"];
+        printed(raindrops().current_dir(folder).args(arguments).arg("--depth").args(depth));
+    }
 }
