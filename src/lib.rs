@@ -43,7 +43,7 @@
 //! let mut scene = Scene::default();          // a unit is a metre; `scene.metres` makes it another length
 //! scene.rain = Some(RainSettings::of(RealRain { rate: 25.0, ..RealRain::default() })); // millimetres an hour
 //! scene.model.preset = Preset::Fast;         // as in `requirements`
-//! scene.image = ImageSize { width, height }; // of your target; images that you name with a frame have it, too
+//! scene.image = ImageSize { width, height }; // of your output; colour, depth, motion and nearest depth have it, too
 //! let environment = Environment::bundled()?; // a sky; `load` reads a picture, `from_texels` takes yours
 //! let frame_plan = plan(&scene, &environment, Output::Radiance)?;
 //! let lighting = Arc::new(Lighting::new(&device, &environment)?);
