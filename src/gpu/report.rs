@@ -52,10 +52,9 @@ const CPU: &str = "CPU";
 impl DeviceReport {
     /// Device, driver and Vulkan version in one line.
     pub fn summary(&self) -> String {
-        format!(
-            "{} ({}), {} {}, Vulkan {}",
-            self.name, self.kind, self.driver, self.driver_info, self.api_version
-        )
+        let driver = format!("{} {}", self.driver, self.driver_info);
+        let (name, kind, version) = (&self.name, &self.kind, &self.api_version);
+        format!("{name} ({kind}), {}, Vulkan {version}", driver.trim_end())
     }
 
     /// Whether both are of one device, whatever else has the same name and driver.

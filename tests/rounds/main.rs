@@ -390,6 +390,11 @@ fn expectations_hold_both_ways() {
         ("", &noisy, 0, "Undecided: 1,000 drops, paper"),
         ("flakes = ['paper']", &slow, 0, "KnownFlake: "),
         ("skips = ['paper']", &slow, 0, "Skip: "),
+        // Undecided by the threshold, decided by the bound.
+        ("[[device.row]]\nmatch = 'paper'\nratio = 99", &noisy_too, 0, ""),
+        // A name in whole.
+        ("skips = ['=1000 drops, paper, 64 x 64']", &slow, 0, "Skip: "),
+        ("skips = ['=1,000 drops, paper']", &slow, 1, "no row's name contains '=1,000"),
         // The other options are for rows that are not listed.
         ("fails = ['paper']", &slow_above, 0, "ExpectedFail: "),
         ("skips = ['paper']", &slow_above, 0, "Skip: "),
@@ -451,6 +456,10 @@ fn expectations_hold_both_ways() {
         let xml = fs::read_to_string(bench.path().join("j.xml")).expect("a file");
         assert!(xml.contains("<skipped message=\"Undecided: neither passed nor failed"), "{xml}");
     }
+    // The result has what JUnit has.
+    let args = ["--rounds", "6", "--expect", "e.toml", "--json", "v.json"];
+    bench.run(&[&args[..], &slow].concat());
+    assert_eq!(bench.json("v.json")["rows"][0]["outcome"], "ExpectedFail");
     // What is known to fail is none, and what should have failed is one; what another option fails is one, too.
     let listed = "fails = ['paper']";
     for (lists, more, failures) in

@@ -115,7 +115,8 @@ impl GateArgs {
         report.counts = counts.into_iter().collect();
         report.failed = self.failed(report)?;
         let outcomes = self.outcomes(report)?;
-        for (row, outcome) in report.rows.iter().zip(outcomes.iter().flatten()) {
+        for (row, outcome) in report.rows.iter_mut().zip(outcomes.iter().flatten()) {
+            row.outcome = Some(outcome.name().into());
             if outcome.is_unexpected() {
                 report.failed.push(format!("{} ({})", row.name, outcome.name()));
             }
@@ -158,7 +159,12 @@ impl GateArgs {
         let is_bounded = self.fail_above.is_some();
         let fails = |row: &&VerdictRow| match row.verdict {
             Verdict::Slower | Verdict::Different => is_bounded,
-            Verdict::Undecided => self.fail_undecided,
+            // Undecided by the threshold, it may be decided by a bound.
+            Verdict::Undecided => {
+                let is_decided =
+                    |all: &DeviceExpectations| !matches!(all.judge(row), Outcome::Undecided(_));
+                self.fail_undecided && !expected.as_ref().is_some_and(is_decided)
+            }
             Verdict::Faster | Verdict::Same => false,
         };
         let rows = report.rows.iter().filter(fails);

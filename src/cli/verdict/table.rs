@@ -42,7 +42,7 @@ pub fn sheet(report: &Report, format: Format) -> Sheet {
     let has_stages = report.rows.iter().any(|row| row.first_stage_that_differs.is_some());
     header.extend(has_flip.then(|| "FLIP".into()));
     header.extend(has_errors.then(|| "error A, B".into()));
-    header.extend(has_stages.then(|| "first differs".into()));
+    header.extend(has_stages.then(|| "paper: first differs".into()));
     let mut rows = Vec::new();
     for row in &report.rows {
         let decimals = decimals(row.ratio_low, row.ratio_high, row.threshold);

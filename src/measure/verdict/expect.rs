@@ -179,10 +179,13 @@ impl Expectations {
     }
 }
 
-/// Whether a row's name holds `part`; numbers may have commas at their thousands.
+/// Whether a row's name holds `part`, or is what follows a `=`; numbers may have commas at their thousands.
 fn is_named(row: &VerdictRow, part: &str) -> bool {
     let plain = |text: &str| text.replace(',', "");
-    plain(&row.name).contains(&plain(part))
+    match part.strip_prefix('=') {
+        Some(whole) => plain(&row.name) == plain(whole),
+        None => plain(&row.name).contains(&plain(part)),
+    }
 }
 
 impl DeviceExpectations {
@@ -217,16 +220,18 @@ impl DeviceExpectations {
     /// Why nothing can be said of a row that is beyond no bound; none if it is within them all.
     fn undecided(&self, row: &VerdictRow) -> Option<&'static str> {
         let within = |bound: f64| row.ratio_high.is_some_and(|high| high <= bound);
+        let ratio = self.ratio_of(row);
         let is_pass_within =
             |pass: &PassRow, bound: f64| pass.ratio_high.is_some_and(|high| high <= bound);
         match row.verdict {
-            Verdict::Undecided => Some(
+            // By the threshold; a bound is decided by itself.
+            Verdict::Undecided if ratio.is_none_or(|bound| !within(bound)) => Some(
                 "neither passed nor failed; more rounds, or more runs at other times, may decide it",
             ),
             _ if !self.passes_of(row).all(|(_, pass, bound)| is_pass_within(pass, bound)) => {
                 Some("a pass's bound lies within its interval; more rounds or runs may decide it")
             }
-            _ if self.ratio_of(row).is_none_or(within) => None,
+            _ if ratio.is_none_or(within) => None,
             _ => Some("the bound lies within its interval; more rounds or runs may decide it"),
         }
     }

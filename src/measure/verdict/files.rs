@@ -227,6 +227,7 @@ fn row(a: &[&Row], b: &[&Row], how: How, threshold: f64) -> VerdictRow {
         error_a: None,
         error_b: None,
         first_stage_that_differs: None,
+        outcome: None,
         pictures: None,
         counters,
         passes: passes(a, b, how, threshold),

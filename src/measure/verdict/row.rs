@@ -158,6 +158,9 @@ pub struct VerdictRow {
     pub error_a: Option<f64>,
     pub error_b: Option<f64>,
     pub first_stage_that_differs: Option<String>,
+    /// What became of it by what is expected, as deqp-runner has it; none where nothing is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub outcome: Option<String>,
     /// Files of its two pictures, where they were kept.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pictures: Option<Pictures>,
