@@ -225,6 +225,11 @@ void main() {
     }
     r.first_block = block;
     larges[at] = r;
+#ifdef CELLS
+    // From here on the number tells drops apart, for what is left to chance. A cell's place among those in view is another
+    // in each part of a picture, a drop's radius and its number in the cell are not.
+    if (!is_by_hand(r.index)) larges[at].index = floatBitsToUint(drop.radius) * 64u + r.index % 64u;
+#endif
     uvec4 record = NEAREST != 0u ? record_of(r.index, drop) : uvec4(0u);
     if (NEAREST != 0u) drop_records[large_record(at)] = record;
 

@@ -14,7 +14,8 @@ use raindrops::rain::cull::count_visible;
 use raindrops::reference::{Tracer, Truth};
 use raindrops::renderer::parts::{Grid, Parts, empty_picture, place};
 use raindrops::scene::model::Preset;
-use raindrops::scene::{ImageSize, PlacedDrop, Scene};
+use raindrops::scene::real_rain::RealRain;
+use raindrops::scene::{ImageSize, PlacedDrop, RainSettings, Scene};
 
 const WIDTH: u32 = 136;
 const HEIGHT: u32 = 120;
@@ -136,6 +137,31 @@ fn parts_have_the_lines_of_the_whole() {
         assert!(brighter > 100, "the control: {brighter} pixels show the sun");
         let parts = by(&lit, Grid { columns: 3, rows: 2 });
         assert_eq!(first_difference(&whole.pixels, &parts.pixels), None);
+    });
+}
+
+/// Flattened drops of real rain, whose rays are spread by chance: exposed, and through a lens.
+#[test]
+fn parts_of_real_rain_have_the_chances_of_the_whole() {
+    let rain = RealRain { rate: 300.0, diameters: [3.0, 6.0], extent: 20.0, ..RealRain::default() };
+    on_device(|device| {
+        for (preset, shutter, aperture) in
+            [(Preset::Fast, 1e-3, 0.0), (Preset::Exact, 1e-3, 0.0), (Preset::Exact, 0.0, 0.02)]
+        {
+            let mut scene = Scene { drops: Vec::new(), ..scene(preset) };
+            scene.rain = Some(RainSettings::of(rain));
+            scene.camera.vertical_fov = 10.0;
+            (scene.camera.shutter, scene.camera.aperture) = (shutter, aperture);
+            let by = |scene: &Scene, grid| drawn(device, scene, Output::Radiance, grid).0.radiance;
+            let whole = by(&scene, WHOLE);
+            let dry = by(&Scene { rain: None, ..scene.clone() }, WHOLE);
+            let pairs = whole.pixels.iter().zip(&dry.pixels);
+            let seen = pairs.filter(|(a, b)| (**a - **b).abs().max_element() > 0.1).count();
+            assert!(seen > 100, "the control: drops are seen in {seen} pixels");
+            let parts = by(&scene, Grid { columns: 3, rows: 2 });
+            let found = first_difference(&whole.pixels, &parts.pixels);
+            assert_eq!(found, None, "{preset}, shutter {shutter}, aperture {aperture}");
+        }
     });
 }
 
