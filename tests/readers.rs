@@ -358,7 +358,7 @@ fn the_data_sets_page_is_run_from_top_to_bottom() {
     fs::write(folder.join("plate.toml"), &blocks(&page, "toml")[0]).expect("a scene");
     fs::create_dir(folder.join("photos")).expect("a folder");
     for photo in ["photo.exr", "place.exr", "photos/one.png"] {
-        let dry = ["render", "plate.toml", "--rate", "0.001", "-o", photo];
+        let dry = ["render", "plate.toml", "--drops", "0", "-o", photo];
         printed(raindrops().current_dir(folder).args(dry));
     }
     let program = Path::new(env!("CARGO_BIN_EXE_raindrops")).parent().expect("a folder");

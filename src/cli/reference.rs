@@ -5,11 +5,10 @@ use std::path::{Path, PathBuf};
 use anyhow::bail;
 use clap::Args;
 use glam::Vec3;
-use indicatif::{ProgressBar, ProgressStyle};
 
 use super::options::{BackgroundArgs, SceneArgs};
 use super::tell::say;
-use super::{Answer, Format};
+use super::{Answer, Format, progress};
 use crate::picture::Picture;
 use crate::picture::plate::Plate;
 use crate::picture::tone_map;
@@ -113,10 +112,7 @@ pub fn run(args: &ReferenceArgs) -> anyhow::Result<Answer> {
     };
     say_rain(&scene, args)?;
     super::say_depth_alone(&scene);
-    // Hidden by itself where stderr is no terminal.
-    let bar = ProgressBar::new(STEPS as u64)
-        .with_style(ProgressStyle::with_template("{msg} {wide_bar} {percent} % {eta}")?)
-        .with_message("reference");
+    let bar = progress(STEPS as u64, "%");
     let tracer = Tracer::new(&scene, &environment, truth).before(plate);
     let traced = tracer.trace(&|share| bar.set_position((share * STEPS) as u64));
     bar.finish_and_clear();

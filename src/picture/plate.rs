@@ -184,8 +184,9 @@ fn read_png_depth(bytes: &[u8], scale: Option<f64>) -> Result<((u32, u32), Vec<f
     if !image::guess_format(bytes).is_ok_and(|format| format == ImageFormat::Png) {
         return Err("depth is channel Z of an EXR, or a 16-bit PNG; it is neither".into());
     }
-    let scale =
-        scale.ok_or("a PNG's depth needs a scale: give depth_scale, scene units a stored unit")?;
+    let scale = scale.ok_or(
+        "a PNG's depth needs a scale: give depth_scale (--depth-scale), scene units a stored unit",
+    )?;
     let reader = || ImageReader::with_format(Cursor::new(bytes), ImageFormat::Png);
     let (width, height) = reader().into_dimensions().map_err(|error| error.to_string())?;
     check_claim(width as usize, height as usize, bytes)?;

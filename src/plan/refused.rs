@@ -28,16 +28,16 @@ pub(super) fn check(scene: &Scene, models: Models, is_chosen: bool, output: Outp
     if is_tile && !on_tiles {
         return refuse(format!("optics {optics} is drawn as point or quad, not as tile"));
     }
-    if !on_tiles && scene.indices() != of_water() {
-        return refuse(format!(
-            "optics {optics} has water's index {WATER} alone; take preset fast, exact or auto"
-        ));
-    }
     if let (false, Some(rain)) = (is_tile, scene.real_rain()) {
         return refuse(format!(
             "rain.rate = {} makes drops of many sizes, which are drawn as tile, not as {primitive}; take preset \
              fast, exact or auto",
             rain.rate
+        ));
+    }
+    if !on_tiles && scene.indices() != of_water() {
+        return refuse(format!(
+            "optics {optics} has water's index {WATER} alone; take preset fast, exact or auto"
         ));
     }
     if !is_tile && !scene.background.is_none() {
