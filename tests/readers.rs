@@ -205,8 +205,25 @@ fn each_device_is_compared_with_each() {
     assert!(!file.exists());
     let (status, said) = compare("0,0,0");
     assert_eq!(status, Some(0), "{said}");
+    // The page has all of it: the devices, the stages of each pair, the verdicts.
+    let mut command = raindrops();
+    command.current_dir(folder.path()).args(["report", "a.json", "-o", "page.html"]);
+    printed(&mut command);
+    let page = fs::read_to_string(folder.path().join("page.html")).expect("a page");
+    let count_of = |text: &str| page.matches(text).count();
+    assert_eq!((count_of("<h2>Verdict: "), count_of(", drawn by preset paper: no stage")), (2, 3));
+    assert_eq!((count_of("<li>footprint "), count_of("<td>0.00000</td>")), (3, 9 + 4));
+    // And what was measured is judged again: nothing is 1,000 times as slow, and a device is itself.
+    let mut command = raindrops();
+    let bounds = ["--fail-above", "1000%", "--max-flip", "0"];
+    command.current_dir(folder.path()).args(["verdict", "a.json", "--json", "again.json"]);
+    printed(command.args(bounds));
+    let again = fs::read_to_string(folder.path().join("again.json")).expect("a file");
+    let again: Value = serde_json::from_str(&again).expect("JSON");
     let figures = fs::read_to_string(file).expect("figures");
     let figures: Value = serde_json::from_str(&figures).expect("JSON");
+    assert_eq!((&again["devices"], &again["pairs"]), (&figures["devices"], &figures["pairs"]));
+    assert_eq!(again["verdicts"][1]["verdict"]["threshold"], 10.0);
     let count = |key: &str| figures[key].as_array().map(Vec::len);
     // Of a pair one is the first for each verdict.
     assert_eq!((count("devices"), count("pairs"), count("verdicts")), (Some(3), Some(3), Some(2)));

@@ -6,6 +6,7 @@ pub mod clocks;
 #[cfg(feature = "cli")]
 pub(crate) mod colors;
 pub mod costs;
+pub mod drivers;
 mod host;
 mod others;
 #[cfg(feature = "cli")]

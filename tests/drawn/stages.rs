@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::{DVec3, Vec3};
 use raindrops::environment::Environment;
 use raindrops::gpu::Device;
-use raindrops::measure::bench::drivers::{Apart, apart};
+use raindrops::measure::drivers::{Apart, apart};
 use raindrops::picture::Picture;
 use raindrops::plan::{Output, plan};
 use raindrops::renderer::Renderer;
@@ -45,7 +45,7 @@ fn the_stage_that_differs_is_named() {
         let differing = |other: &(Stages, Picture)| {
             let apart: Vec<Apart> = apart((&stages, &picture), (&other.0, &other.1));
             println!("{apart:?}");
-            apart.iter().find(|apart| apart.differs()).map(|apart| apart.stage)
+            apart.iter().find(|apart| apart.differs()).map(|apart| apart.stage.to_string())
         };
         let first = |scene: &Scene, environment: &Environment| {
             differing(&frame(device, scene, environment))
@@ -53,13 +53,13 @@ fn the_stage_that_differs_is_named() {
         assert_eq!(first(&scene, &ramps(0.3)), None, "the same");
         let mut changed = scene.clone();
         changed.time = 0.1;
-        assert_eq!(first(&changed, &ramps(0.3)), Some("positions"));
+        assert_eq!(first(&changed, &ramps(0.3)), Some("positions".to_string()));
         changed = scene.clone();
         changed.camera.vertical_fov = 88.0;
-        assert_eq!(first(&changed, &ramps(0.3)), Some("footprint"));
+        assert_eq!(first(&changed, &ramps(0.3)), Some("footprint".to_string()));
         let mut turned = frame(device, &scene, &ramps(0.3));
         turned.0.pictures[1].iter_mut().for_each(|direction| direction[0] += 0.01);
-        assert_eq!(differing(&turned), Some("direction"));
-        assert_eq!(first(&scene, &ramps(0.35)), Some("radiance"));
+        assert_eq!(differing(&turned), Some("direction".to_string()));
+        assert_eq!(first(&scene, &ramps(0.35)), Some("radiance".to_string()));
     });
 }

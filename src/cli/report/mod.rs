@@ -16,7 +16,7 @@ use crate::Error;
 use crate::files::write_whole;
 use crate::measure::Host;
 use crate::measure::bench::{self, Build, DeviceHead, of_schema, of_value, read_json};
-use crate::measure::verdict;
+use crate::measure::{drivers, verdict};
 
 /// Write result files as one page of tables and plots
 ///
@@ -37,6 +37,8 @@ pub(super) enum Content {
     Bench(bench::Report),
     /// Two results held against each other.
     Verdict(Box<verdict::Report>),
+    /// One scene on several devices.
+    Drivers(Box<drivers::Report>),
     /// Models by time and error.
     Tradeoff(Tradeoff),
 }
@@ -115,21 +117,11 @@ fn load(path: &Path) -> anyhow::Result<Vec<Entry>> {
     let mut entries = Vec::new();
     for value in values {
         let schema = value.get("schema").and_then(Value::as_str).unwrap_or_default().to_string();
-        let contents = match schema.as_str() {
-            bench::SCHEMA => vec![Content::Bench(of_value(path, value)?)],
-            verdict::SCHEMA => {
-                vec![Content::Verdict(Box::new(of_schema(path, value, verdict::SCHEMA)?))]
-            }
-            "raindrops-tradeoff/1" => vec![Content::Tradeoff(of_schema(path, value, &schema)?)],
-            "raindrops-compare-devices/1" => {
-                let verdicts = value.get("verdicts").and_then(Value::as_array);
-                let verdicts =
-                    verdicts.into_iter().flatten().filter_map(|pair| pair.get("verdict"));
-                verdicts
-                    .map(|verdict| of_schema(path, verdict.clone(), verdict::SCHEMA))
-                    .map(|report| Ok(Content::Verdict(Box::new(report?))))
-                    .collect::<crate::Result<_>>()?
-            }
+        let content = match schema.as_str() {
+            bench::SCHEMA => Content::Bench(of_value(path, value)?),
+            verdict::SCHEMA => Content::Verdict(Box::new(of_schema(path, value, verdict::SCHEMA)?)),
+            drivers::SCHEMA => Content::Drivers(Box::new(of_schema(path, value, drivers::SCHEMA)?)),
+            "raindrops-tradeoff/1" => Content::Tradeoff(of_schema(path, value, &schema)?),
             "" => {
                 return Err(
                     Error::read(path, "it is no result of raindrops: it names no schema").into()
@@ -143,8 +135,7 @@ fn load(path: &Path) -> anyhow::Result<Vec<Entry>> {
         };
         let file = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
         let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
-        let entry = |content| Entry { file: file.clone(), folder: folder.clone(), content };
-        entries.extend(contents.into_iter().map(entry));
+        entries.push(Entry { file, folder, content });
     }
     Ok(entries)
 }

@@ -9,10 +9,12 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 use super::over_time::over_time;
 use super::plots::{forest, passes, scatter, series};
 use super::{Content, Entry, Tradeoff};
+use crate::cli::compare_devices::table::{devices, stage_lines};
 use crate::cli::format::Format;
 use crate::cli::verdict::table::{sheet, tail_lines};
 use crate::measure::Host;
 use crate::measure::bench::{self, Build, DeviceHead};
+use crate::measure::drivers;
 use crate::measure::verdict::{self, Pictures};
 use crate::thousands::{counted, thousands};
 
@@ -92,6 +94,7 @@ pub(super) fn page(entries: &[Entry]) -> Markup {
                     @match &entry.content {
                         Content::Bench(report) => (of_bench(&entry.file, report, benches.len() == 1)),
                         Content::Verdict(report) => (of_verdict(&entry.file, &entry.folder, report)),
+                        Content::Drivers(report) => (of_drivers(&entry.file, &entry.folder, report)),
                         Content::Tradeoff(report) => (of_tradeoff(&entry.file, report)),
                     }
                 }
@@ -229,6 +232,24 @@ fn of_bench(file: &str, report: &bench::Report, with_plot: bool) -> Markup {
                 div.wide { (over_time(all)) }
             }
         }
+    }
+}
+
+/// The table of devices, what is known of the stages of any two, and a verdict for each but the first.
+fn of_drivers(file: &str, folder: &Path, report: &drivers::Report) -> Markup {
+    let table = devices(&report.devices, Format::Table);
+    html! {
+        h2 { "Devices: " (file) }
+        div.wide { table {
+            tr { @for name in &table.header { th { (name) } } }
+            @for cells in &table.rows { tr { @for cell in cells { td { (cell) } } } }
+        } }
+        @for pair in &report.pairs {
+            @let lines = stage_lines(&pair.stages);
+            h3 { (pair.a) " and " (pair.b) ", drawn by preset paper: " (lines[0]) }
+            ul { @for line in &lines[1..] { li { (line) } } }
+        }
+        @for of in &report.verdicts { (of_verdict(file, folder, &of.verdict)) }
     }
 }
 

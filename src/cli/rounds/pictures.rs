@@ -171,7 +171,7 @@ impl Eye<'_> {
             arm.render(&arguments, &folder.join("again.exr"), self.limits)?;
         }
         let all = between(&paths[0], &paths[1])?;
-        Ok(all.iter().find(|stage| stage.differs()).map(|stage| stage.stage.into()))
+        Ok(all.iter().find(|stage| stage.differs()).map(|stage| stage.stage.to_string()))
     }
 }
 
@@ -198,7 +198,7 @@ impl PictureFolder<'_> {
         let write = |what: &str, srgb: &[u8]| -> anyhow::Result<PathBuf> {
             let path = into.join(format!("{name}-{what}.png"));
             write_png(&path, width, height, srgb)?;
-            self.as_seen_from_the_result(&path)
+            as_seen_from(self.result, &path)
         };
         let shown = |picture: &Picture| display(exposure, picture).srgb();
         let difference: Vec<u8> = flip_map.iter().flat_map(|error| false_color(*error)).collect();
@@ -212,19 +212,18 @@ impl PictureFolder<'_> {
             largest_flip_at: Some((at % width, at / width)),
         })
     }
+}
 
-    /// Relative to the result file's folder if it lies below it, so that both can be moved.
-    fn as_seen_from_the_result(&self, path: &Path) -> anyhow::Result<PathBuf> {
-        let whole =
-            |path: &Path| path.canonicalize().with_context(|| format!("{}", path.display()));
-        let path = whole(path)?;
-        let folder = self.result.and_then(Path::parent);
-        let folder = folder.map(|folder| match folder.as_os_str().is_empty() {
-            true => Path::new("."),
-            false => folder,
-        });
-        let folder = folder.map(whole).transpose()?;
-        let below = folder.and_then(|folder| path.strip_prefix(folder).ok().map(Path::to_path_buf));
-        Ok(below.unwrap_or(path))
-    }
+/// A file's path relative to a result file's folder if it lies below it, so that both can be moved; else the whole path.
+pub fn as_seen_from(result: Option<&Path>, path: &Path) -> anyhow::Result<PathBuf> {
+    let whole = |path: &Path| path.canonicalize().with_context(|| format!("{}", path.display()));
+    let path = whole(path)?;
+    let folder = result.and_then(Path::parent);
+    let folder = folder.map(|folder| match folder.as_os_str().is_empty() {
+        true => Path::new("."),
+        false => folder,
+    });
+    let folder = folder.map(whole).transpose()?;
+    let below = folder.and_then(|folder| path.strip_prefix(folder).ok().map(Path::to_path_buf));
+    Ok(below.unwrap_or(path))
 }

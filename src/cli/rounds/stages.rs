@@ -13,7 +13,7 @@ use glam::Vec3;
 use crate::environment::Environment;
 use crate::files::write_whole;
 use crate::gpu::Device;
-use crate::measure::bench::drivers::{Apart, apart};
+use crate::measure::drivers::{Apart, apart};
 use crate::picture::Picture;
 use crate::plan::{Output, plan};
 use crate::renderer::Renderer;

@@ -1,6 +1,6 @@
 //! What a verdict is held to, and what is made of it: options and output that all comparisons share.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
 
@@ -40,16 +40,32 @@ pub struct GateArgs {
     /// not fail; exit with status 1 if another row fails, or one that is known to fail passes
     #[arg(long, value_name = "FILE.toml")]
     expect: Option<PathBuf>,
+    /// Exit with status 1 also if the file of --expect names a row or a pass that is not there; without this it is a note
+    #[arg(long, requires = "expect")]
+    fail_unused: bool,
 }
 
 impl GateArgs {
     /// The ids of its options, for whoever passes the others on.
-    pub const IDS: [&str; 7] =
-        ["threshold", "fail_above", "fail_undecided", "format", "json", "junit", "expect"];
+    pub const IDS: [&str; 8] = [
+        "threshold",
+        "fail_above",
+        "fail_undecided",
+        "format",
+        "json",
+        "junit",
+        "expect",
+        "fail_unused",
+    ];
 
     /// By how much, as a part of 1.
     pub fn threshold(&self) -> f64 {
-        self.fail_above.or(self.threshold).unwrap_or(0.05)
+        self.threshold_or(0.05)
+    }
+
+    /// The same; `usual` where nothing was given.
+    pub fn threshold_or(&self, usual: f64) -> f64 {
+        self.fail_above.or(self.threshold).unwrap_or(usual)
     }
 
     /// Whether an option was given that only a comparison has.
@@ -114,6 +130,11 @@ impl GateArgs {
         let counts = Verdict::ALL.map(|verdict| (verdict.name().into(), report.count(verdict)));
         report.counts = counts.into_iter().collect();
         report.failed = self.failed(report)?;
+        let expected = self.expected(report)?;
+        report.bounds = expected.as_ref().and_then(DeviceExpectations::bounds);
+        if self.fail_unused {
+            report.failed.extend(expected.iter().flat_map(|all| all.unused(&report.rows)));
+        }
         let outcomes = self.outcomes(report)?;
         for (row, outcome) in report.rows.iter_mut().zip(outcomes.iter().flatten()) {
             row.outcome = Some(outcome.name().into());
@@ -131,13 +152,19 @@ impl GateArgs {
         let outcomes = all.collect::<crate::Result<Vec<_>>>()?;
         for (report, outcomes) in reports.iter().zip(&outcomes) {
             let (Some(path), Some(outcomes)) = (&self.expect, outcomes) else { continue };
-            say_outcomes(path, report, outcomes)?;
+            say_outcomes(report, outcomes);
+            let unused = self.expected(report)?.map(|all| all.unused(&report.rows));
+            let kind = if self.fail_unused { "raindrops" } else { "note" };
+            for what in unused.into_iter().flatten() {
+                say!("{kind}: {}: {what}", path.display());
+            }
         }
         if let Some(path) = &self.junit {
             junit::write(path, reports.iter().copied().zip(&outcomes))?;
         }
-        let failed = reports.iter().map(|report| self.failed(report));
-        let failed: Vec<_> = failed.collect::<crate::Result<Vec<_>>>()?.concat();
+        let failed: Vec<_> =
+            reports.iter().map(|report| self.failed(report)).collect::<crate::Result<_>>()?;
+        let failed = failed.concat();
         if !failed.is_empty() {
             say!("raindrops: {}", failed.join("; "));
         } else if self.fail_above.is_none() && self.expect.is_none() {
@@ -186,22 +213,13 @@ impl GateArgs {
     }
 }
 
-/// Says on stderr what became of the rows that did not simply pass, and what an expectations file names in vain.
-fn say_outcomes(path: &Path, report: &Report, outcomes: &[Outcome]) -> crate::Result<()> {
+/// Says on stderr what became of the rows that did not simply pass.
+fn say_outcomes(report: &Report, outcomes: &[Outcome]) {
     for (row, outcome) in report.rows.iter().zip(outcomes) {
         if let Some(why) = outcome.why() {
             say!("{}: {}: {why}", outcome.name(), row.name);
         }
     }
-    let all = Expectations::load(path)?;
-    let expectations = all.of(path, &report.b.device)?;
-    for part in expectations.unused(&report.rows) {
-        say!("note: {}: no row's name contains '{part}'", path.display());
-    }
-    for pass in expectations.unused_passes(&report.rows) {
-        say!("note: {}: no row has a pass '{pass}'", path.display());
-    }
-    Ok(())
 }
 
 /// `5%` or `0.05` to 0.05. Whoever writes 5 means 5%.

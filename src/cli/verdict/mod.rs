@@ -1,5 +1,6 @@
-//! `raindrops verdict`: two kept results held against each other, row by row.
+//! `raindrops verdict`: two kept results held against each other, row by row, or a kept comparison judged again.
 
+mod again;
 pub mod gate;
 mod junit;
 pub mod table;
@@ -8,27 +9,33 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use self::gate::GateArgs;
+use self::gate::{GateArgs, parse_flip};
 use super::{Answer, command_line};
 use crate::measure::bench::{Report, read};
 use crate::measure::verdict::{self, Method, Side, kept};
 
-/// Judge two kept results of bench, row by row
+/// Judge two kept results of bench, row by row, or a kept comparison again
 ///
 /// Each row is faster, slower, same or undecided, by an interval that contains the ratio of times with 95 %
 /// confidence. The two were measured at different times, so each run counts as one sample. Several
 /// files of a side, measured at different times with `bench --rounds 10`, make the interval narrower.
+///
+/// One file that a comparison wrote (`bench --a … --b …`, compare-devices, verdict) is judged again by the bounds that are
+/// given here; nothing is measured.
 #[derive(Args)]
 pub struct VerdictArgs {
-    /// Result files of the base (A), comma-separated: the same measurement at different times
+    /// Result files of the base (A), comma-separated: the same measurement at different times. Without B: a comparison
     #[arg(value_name = "BASE.json,…", value_parser = files)]
     base: Files,
     /// Result files compared with it (B), comma-separated; they may be of another device
     #[arg(value_name = "NEW.json,…", value_parser = files)]
-    new: Files,
+    new: Option<Files>,
     /// Refuse results of different devices; their drivers may be of different versions
-    #[arg(long)]
+    #[arg(long, requires = "new")]
     same_device: bool,
+    /// Of a comparison: a row whose pictures are farther apart (mean FLIP) is `different` [default: as it was measured]
+    #[arg(long, value_name = "X", value_parser = parse_flip, conflicts_with = "new")]
+    max_flip: Option<f64>,
     #[command(flatten)]
     gate: GateArgs,
 }
@@ -43,7 +50,10 @@ fn files(text: &str) -> Result<Files, String> {
 /// Runs the command.
 pub fn run(args: &VerdictArgs) -> anyhow::Result<Answer> {
     args.gate.check()?;
-    let (a, b) = (runs(&args.base)?, runs(&args.new)?);
+    let Some(new) = &args.new else {
+        return again::judge(&args.base, args.max_flip, &args.gate);
+    };
+    let (a, b) = (runs(&args.base)?, runs(new)?);
     let threshold = args.gate.threshold();
     let rows = kept(&borrowed(&a), &borrowed(&b), args.same_device, threshold)?;
     let notes = notes(&a[0].1, &b[0].1);

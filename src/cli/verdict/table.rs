@@ -89,6 +89,10 @@ fn range(low: Option<f64>, high: Option<f64>, threshold: f64) -> String {
 /// What the table has no room for: how to read it, passes that are faster or slower, counters that changed, notes.
 pub fn tail_lines(report: &Report, format: Format) -> Vec<String> {
     let mut lines = vec![legend(report)];
+    let bounds = report.bounds.iter();
+    lines.extend(
+        bounds.map(|bounds| format!("a row fails beyond the bounds of --expect: {bounds}")),
+    );
     for row in &report.rows {
         lines.extend(row_lines(row).into_iter().map(|line| format!("   {}: {line}", row.name)));
     }

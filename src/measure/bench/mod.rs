@@ -2,7 +2,6 @@
 
 #[cfg(feature = "cli")]
 mod amount;
-pub mod drivers;
 #[cfg(feature = "cli")]
 mod long;
 #[cfg(feature = "cli")]

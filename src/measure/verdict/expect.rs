@@ -9,7 +9,7 @@
 //! error = 0.05                    # … or B's error against the reference is larger
 //! fails = ["4,000,000 drops, fast"] # parts of names of rows: known to fail; one that passes is unexpected
 //! flakes = ["2,000,000 drops"]      # may fail or pass
-//! skips = ["no tone map"]         # not looked at
+//! skips = ["no tone map"]         # not looked at; "=4,000,000 drops, fast, 1024 x 1024" is that row alone
 //! passes = { composite = 1.1 }    # a row fails, too, if the whole interval of this pass lies above this
 //!
 //! [[device.row]]                  # other bounds for some rows
@@ -188,6 +188,15 @@ fn is_named(row: &VerdictRow, part: &str) -> bool {
     }
 }
 
+/// Those of a ratio, FLIP, an error and passes.
+fn bounds_in_words(bounds: [Option<f64>; 3], passes: &IndexMap<String, Bound>) -> Option<String> {
+    let names = ["B / A", "FLIP", "error"].into_iter().zip(bounds);
+    let names = names.filter_map(|(name, bound)| Some(format!("{name} {}", bound?)));
+    let passes = passes.iter().map(|(name, bound)| format!("pass {name} {}", bound.0));
+    let all: Vec<String> = names.chain(passes).collect();
+    (!all.is_empty()).then(|| all.join(", "))
+}
+
 impl DeviceExpectations {
     /// What becomes of a row.
     pub fn judge(&self, row: &VerdictRow) -> Outcome {
@@ -277,17 +286,45 @@ impl DeviceExpectations {
             })
     }
 
-    /// Entries of its lists that no row's name holds: they are of no use any more, or misspelt.
-    pub fn unused<'a>(&'a self, rows: &'a [VerdictRow]) -> impl Iterator<Item = &'a str> {
-        let of_rows = self.row.iter().map(|row| &row.pattern);
-        let all = self.fails.iter().chain(&self.flakes).chain(&self.skips).chain(of_rows);
-        all.map(String::as_str).filter(|part| !rows.iter().any(|row| is_named(row, part)))
+    /// Its bounds in words: `B / A 1.05, FLIP 0.01; of rows with 'paper': B / A 1.2, pass drops 1.3`. None if it has none.
+    pub fn bounds(&self) -> Option<String> {
+        let all = bounds_in_words([self.ratio, self.flip, self.error], &self.passes);
+        let own = self.row.iter().filter_map(|own| {
+            let bounds = bounds_in_words([own.ratio, own.flip, own.error], &own.passes)?;
+            Some(match own.pattern.strip_prefix('=') {
+                Some(whole) => format!("of row '{whole}': {bounds}"),
+                None => format!("of rows with '{}': {bounds}", own.pattern),
+            })
+        });
+        let all: Vec<String> = all.into_iter().chain(own).collect();
+        (!all.is_empty()).then(|| all.join("; "))
     }
 
-    /// Passes with a bound that no row has.
-    pub fn unused_passes<'a>(&'a self, rows: &'a [VerdictRow]) -> impl Iterator<Item = &'a str> {
-        let all = self.passes.keys().chain(self.row.iter().flat_map(|row| row.passes.keys()));
-        all.map(String::as_str)
-            .filter(|name| !rows.iter().any(|row| row.passes.contains_key(*name)))
+    /// What it names and the rows lack, in words: it is of no use any more, or misspelt, or the run left it out.
+    pub fn unused(&self, rows: &[VerdictRow]) -> Vec<String> {
+        let like = rows.first().map_or(String::new(), |row| format!("; one is '{}'", row.name));
+        let of_rows = self.row.iter().map(|row| &row.pattern);
+        let parts = self.fails.iter().chain(&self.flakes).chain(&self.skips).chain(of_rows);
+        let parts = parts.filter(|part| !rows.iter().any(|row| is_named(row, part)));
+        let parts = parts.map(|part| match part.strip_prefix('=') {
+            Some(whole) => format!("no row's name is '{whole}'{like}"),
+            None => format!("no row's name contains '{part}'{like}"),
+        });
+        let everywhere = self.passes.keys().map(|pass| (pass, ""));
+        let own = self
+            .row
+            .iter()
+            .flat_map(|own| own.passes.keys().map(|pass| (pass, own.pattern.as_str())));
+        let passes = everywhere.chain(own).filter_map(|(pass, of)| {
+            // Where no row is of that name, that is said already.
+            let mut named = rows.iter().filter(|row| is_named(row, of)).peekable();
+            let first = *named.peek()?;
+            let known: Vec<&str> = first.passes.keys().map(String::as_str).collect();
+            let is_there = named.any(|row| row.passes.contains_key(pass));
+            (!is_there).then(|| {
+                format!("no row has a pass '{pass}'; {} has {}", first.name, known.join(", "))
+            })
+        });
+        parts.chain(passes).collect()
     }
 }

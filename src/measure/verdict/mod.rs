@@ -32,6 +32,11 @@ pub struct Interval {
 }
 
 impl Interval {
+    /// As a result file has it; none without its ends.
+    fn of_ends(ratio: Option<f64>, low: Option<f64>, high: Option<f64>) -> Option<Self> {
+        Some(Self { ratio: ratio?, low: low?, high: high? })
+    }
+
     /// From logarithms.
     fn of_logs(middle: f64, low: f64, high: f64) -> Self {
         Self { ratio: middle.exp(), low: low.exp(), high: high.exp() }

@@ -90,6 +90,9 @@ pub struct Report {
     pub stopped: Option<String>,
     /// What differs and is allowed to, such as the driver's version.
     pub notes: Vec<String>,
+    /// The bounds of `--expect` by which rows fail, in words; none where there is no such file.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bounds: Option<String>,
     /// How many rows have which verdict.
     #[serde(default)]
     pub counts: IndexMap<String, usize>,
@@ -120,6 +123,7 @@ impl Report {
             flip_pixels_per_degree: None,
             stopped: None,
             notes,
+            bounds: None,
             counts: IndexMap::new(),
             failed: Vec::new(),
             rows,
@@ -211,6 +215,24 @@ impl VerdictRow {
 }
 
 impl Report {
+    /// Gives every row and pass the verdict that its interval and its pictures have by other bounds. The intervals stay:
+    /// they contain the ratio with 95 % confidence whatever is asked of them, all looks together.
+    pub fn judge_again(&mut self, threshold: f64, max_flip: Option<f64>) {
+        (self.threshold, self.max_flip) = (threshold, max_flip);
+        for row in &mut self.rows {
+            (row.threshold, row.outcome) = (threshold, None);
+            let interval = Interval::of_ends(row.ratio, row.ratio_low, row.ratio_high);
+            row.verdict = judge(interval, threshold);
+            if let Some((flip, most)) = row.flip_between.zip(max_flip) {
+                row.see(flip, most);
+            }
+            for pass in row.passes.values_mut() {
+                let interval = Interval::of_ends(pass.ratio, pass.ratio_low, pass.ratio_high);
+                pass.verdict = judge(interval, threshold);
+            }
+        }
+    }
+
     /// The rows of one verdict.
     pub fn count(&self, verdict: Verdict) -> usize {
         self.rows.iter().filter(|row| row.verdict == verdict).count()
@@ -225,6 +247,36 @@ impl Report {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn kept_intervals_are_judged_by_other_bounds() {
+        let side = serde_json::json!({"label": "l", "start": null, "warnings": [],
+            "device": {"name": "D", "driver": "V", "driver_info": "1", "api_version": "1.3.0", "type": "CPU"},
+            "build": {"version": "0.1.0", "commit": "c"}, "host": {"cpu": "C", "cores": 2, "os": "O"}});
+        let pass = |low: f64, high: f64| {
+            serde_json::json!({"verdict": "same", "ratio": low, "ratio_low": low, "ratio_high": high,
+                "median_ms_a": 1.0, "median_ms_b": 1.0})
+        };
+        let row = serde_json::json!({"name": "one", "preset": "fast", "drops": 1, "width": 1, "height": 1, "tone_map": true,
+            "verdict": "different", "ratio": 1.1, "ratio_low": 1.08, "ratio_high": 1.12, "threshold": 0.05, "rounds": 10,
+            "noise_floor": null, "median_ms_a": 1.0, "median_ms_b": 1.0, "rounds_ms_a": [], "rounds_ms_b": [],
+            "flip_between": 0.02, "error_a": null, "error_b": null, "first_stage_that_differs": null, "outcome": "Fail",
+            "counters": {}, "passes": {"sky": pass(1.3, 1.4), "blend": pass(0.99, 1.01)}, "notes": []});
+        let report = serde_json::json!({"schema": SCHEMA, "a": side, "b": side, "method": "paired", "threshold": 0.05,
+            "max_flip": 0.01, "flip_pixels_per_degree": 67.0, "stopped": null, "notes": [], "rows": [row]});
+        let mut report: Report = serde_json::from_value(report).expect("a report");
+        let mut verdicts = |threshold: f64, max_flip: f64| {
+            report.judge_again(threshold, Some(max_flip));
+            let row = &report.rows[0];
+            assert_eq!((row.threshold, &row.outcome), (threshold, &None));
+            [row.verdict, row.passes["sky"].verdict, row.passes["blend"].verdict]
+        };
+        use Verdict::{Different, Same, Slower, Undecided};
+        assert_eq!(verdicts(0.05, 0.03), [Slower, Slower, Same]);
+        assert_eq!(verdicts(0.1, 0.02), [Undecided, Slower, Same]);
+        assert_eq!(verdicts(0.2, 0.03), [Same, Slower, Same]);
+        assert_eq!(verdicts(0.2, 0.01), [Different, Slower, Same]);
+    }
 
     #[test]
     fn the_whole_interval_decides() {

@@ -1,28 +1,35 @@
 //! How the pictures of two drivers differ, and from which stage on.
 
-use serde::Serialize;
+mod report;
+
+use std::borrow::Cow;
+
+use serde::{Deserialize, Serialize};
 
 use crate::picture::Picture;
 use crate::picture::metrics::compare;
 use crate::picture::tone_map::Exposure;
 use crate::renderer::stages::Stages;
 
+pub use report::{Compared, DeviceRow, Pair, Report, SCHEMA};
+
 /// Part of the pixels that may be off by more than rounding before a stage is said to differ: points
 /// that fall between two pixels may go either way.
 pub const FEW: f64 = 1e-3;
 
 /// How far two drivers are apart at one stage.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Apart {
     /// Name of the stage.
-    pub stage: &'static str,
+    pub stage: Cow<'static, str>,
     /// Unit of the errors.
-    pub unit: &'static str,
+    pub unit: Cow<'static, str>,
     /// More than rounding.
     pub tolerance: f64,
     /// Part of what was compared that is off by more, or that one of the two has alone.
     pub share: f64,
     /// Part of what was compared that one of the two has alone: there is nothing to be off by.
+    #[serde(default)]
     pub alone: f64,
     /// Largest difference, where both have something.
     pub largest: f64,
@@ -43,6 +50,7 @@ impl Apart {
             largest = largest.max(error.unwrap_or(0.0));
         }
         let share = |count: u64| count as f64 / compared.max(1) as f64;
+        let (stage, unit) = (stage.into(), unit.into());
         Self { stage, unit, tolerance, share: share(off), alone: share(alone), largest }
     }
 

@@ -4,15 +4,15 @@
 //! Pictures and stages are drawn in this process, times come from rounds of fresh ones: each device in turn
 //! with the first, a verdict each.
 
+pub mod table;
+
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
 use anyhow::Context as _;
 use clap::Args;
-use serde_json::{Value, json};
 
-use super::format::{Format, Sheet};
 use super::interrupt::heed_interrupts;
 use super::options::{ModelArgs, SceneArgs, choose_device, devices, open_device, resolve};
 use super::rounds::pictures::PictureFolder;
@@ -22,12 +22,11 @@ use super::rounds::{Bound, Work, take_turns};
 use super::tell::say;
 use super::verdict::gate::{GateArgs, MAX_FLIP, parse_flip};
 use super::verdict::notes;
-use super::verdict::table::{sheet, tail_lines};
-use super::{Answer, command_line, print, progress};
+use super::{Answer, command_line, progress};
 use crate::environment::Environment;
 use crate::gpu::{Device, DeviceReport, Instance, Validation};
-use crate::measure::bench::drivers::{Apart, FEW, apart, difference};
 use crate::measure::bench::{DeviceHead, Report as Kept};
+use crate::measure::drivers::{Compared, DeviceRow, Pair, Report, SCHEMA, apart, difference};
 use crate::measure::verdict::{self, Method, Side};
 use crate::picture::Picture;
 use crate::picture::flip::PIXELS_PER_DEGREE;
@@ -39,7 +38,6 @@ use crate::reference::{Tracer, Truth};
 use crate::renderer::Renderer;
 use crate::renderer::stages::Stages;
 use crate::scene::Scene;
-use crate::thousands::thousands;
 
 /// Compare this machine's drivers on one scene: times, pictures
 #[derive(Args)]
@@ -134,23 +132,16 @@ pub fn run(args: &CompareDevicesArgs) -> anyhow::Result<Answer> {
         let folder = PictureFolder { path, result: args.gate.json.as_deref() };
         pictures.keep(&mut verdicts, &folder)?;
     }
-    verdicts.iter_mut().try_for_each(|verdict| args.gate.settle(&mut verdict.report))?;
-    let (table, rows, worst) = pictures.figures(&verdicts, args.gate.format);
-    show(args, &table, &stages, &verdicts)?;
-    let pairs: Vec<_> =
-        stages.iter().map(|(a, b, apart)| json!({ "a": a, "b": b, "stages": apart })).collect();
-    let verdict_rows: Vec<_> = verdicts
-        .iter()
-        .map(|Compared { device, report }| json!({ "a": 0, "b": device, "verdict": report }))
-        .collect();
-    let schema = "raindrops-compare-devices/1";
-    let file =
-        json!({ "schema": schema, "devices": rows, "pairs": pairs, "verdicts": verdict_rows });
+    verdicts.iter_mut().try_for_each(|of| args.gate.settle(&mut of.verdict))?;
+    let devices = pictures.rows(&verdicts);
+    let worst = devices.iter().flat_map(|row| &row.flip).copied().fold(0.0, f64::max);
+    let file = Report { schema: SCHEMA.into(), devices, pairs: stages.clone(), verdicts };
+    table::show(&file, &args.gate)?;
     args.gate.write_json(&file)?;
     if let Some(error) = failed {
         return Err(error);
     }
-    let reports: Vec<&verdict::Report> = verdicts.iter().map(|verdict| &verdict.report).collect();
+    let reports: Vec<&verdict::Report> = file.verdicts.iter().map(|of| &of.verdict).collect();
     let answer = args.gate.judge(&reports)?;
     if args.max_flip.is_some_and(|most| worst > most) {
         say!("raindrops: two drivers are FLIP {worst:.5} apart");
@@ -159,15 +150,13 @@ pub fn run(args: &CompareDevicesArgs) -> anyhow::Result<Answer> {
     Ok(answer)
 }
 
-/// Two devices, and how far the stages of their frames are apart.
-type Pair = (usize, usize, Vec<Apart>);
-
 fn stages_apart(portraits: &[Portrait]) -> Vec<Pair> {
     let mut stages = Vec::new();
     for (b, other) in portraits.iter().enumerate() {
         for (a, one) in portraits[..b].iter().enumerate() {
             let (Some(one), Some(other)) = (&one.stages, &other.stages) else { continue };
-            stages.push((a, b, apart((&one.0, &one.1), (&other.0, &other.1))));
+            let apart = apart((&one.0, &one.1), (&other.0, &other.1));
+            stages.push(Pair { a, b, stages: apart });
         }
     }
     stages
@@ -185,9 +174,9 @@ impl Pictures<'_> {
     /// Enters into the verdicts what pictures say.
     fn judge(&self, verdicts: &mut [Compared], max_flip: f64) {
         let Self { portraits, truth, exposure, stages } = self;
-        for verdict in verdicts {
-            let b = verdict.device;
-            for row in &mut verdict.report.rows {
+        for Compared { b, verdict, .. } in verdicts {
+            let b = *b;
+            for row in &mut verdict.rows {
                 let flip = difference(&portraits[0].picture, &portraits[b].picture, *exposure).0;
                 row.see(flip, max_flip);
                 if let Some(truth) = truth {
@@ -196,16 +185,16 @@ impl Pictures<'_> {
                     };
                     (row.error_a, row.error_b) = (error(&portraits[0]), error(&portraits[b]));
                 }
-                let apart = stages.iter().find(|(one, other, _)| (*one, *other) == (0, b));
-                let differing = apart.and_then(|(.., apart)| apart.iter().find(|a| a.differs()));
-                row.first_stage_that_differs = differing.map(|apart| apart.stage.into());
+                let pair = stages.iter().find(|pair| (pair.a, pair.b) == (0, b));
+                let differing = pair.and_then(|pair| pair.stages.iter().find(|a| a.differs()));
+                row.first_stage_that_differs = differing.map(|apart| apart.stage.to_string());
             }
         }
     }
 
     /// Writes the pictures, and enters their files into the verdicts.
     fn keep(&self, verdicts: &mut [Compared], folder: &PictureFolder<'_>) -> anyhow::Result<()> {
-        for Compared { device, report } in verdicts {
+        for Compared { b: device, verdict, .. } in verdicts {
             let [a, b] = [0, *device].map(|number| &self.portraits[number].picture);
             let found = compare(a, b, None, self.exposure);
             let written = folder.write(
@@ -214,89 +203,32 @@ impl Pictures<'_> {
                 &found.flip_map,
                 self.exposure,
             )?;
-            for row in &mut report.rows {
+            for row in &mut verdict.rows {
                 row.pictures = Some(written.clone());
             }
         }
         Ok(())
     }
 
-    /// A row a device, for the eye and for the result file, and the largest FLIP between two.
-    fn figures(&self, verdicts: &[Compared], format: Format) -> (Sheet, Vec<Value>, f64) {
+    /// A row a device.
+    fn rows(&self, verdicts: &[Compared]) -> Vec<DeviceRow> {
         let Self { portraits, truth, exposure, .. } = self;
-        let mut table = Sheet {
-            names: 1,
-            header: vec!["device".into(), "ms".into(), "in view".into()],
-            rows: vec![],
+        let row = |(number, portrait): (usize, &Portrait)| {
+            let to = |of: &Picture| difference(of, &portrait.picture, *exposure);
+            let (flip, rel_mse) = portraits.iter().map(|other| to(&other.picture)).unzip();
+            let (flip_to_truth, rel_mse_to_truth) = truth.map(to).unzip();
+            DeviceRow {
+                device: DeviceHead::of(&portrait.report),
+                median_ms: median_of(number, verdicts),
+                visible: portrait.visible,
+                flip,
+                rel_mse,
+                flip_to_truth,
+                rel_mse_to_truth,
+            }
         };
-        table.header.extend((0..portraits.len()).map(|n| format!("FLIP to {n}")));
-        table.header.extend(truth.is_some().then(|| "FLIP to truth".to_string()));
-        let mut rows = Vec::new();
-        let mut worst = 0.0f64;
-        for (number, portrait) in portraits.iter().enumerate() {
-            let differences: Vec<(f64, f64)> = portraits
-                .iter()
-                .map(|other| difference(&other.picture, &portrait.picture, *exposure))
-                .collect();
-            worst = differences.iter().map(|(flip, _)| *flip).fold(worst, f64::max);
-            let from_truth = truth.map(|truth| difference(truth, &portrait.picture, *exposure));
-            let median_ms = median_of(number, verdicts);
-            let mut cells = vec![
-                format!("{number}: {}", DeviceHead::of(&portrait.report).summary()),
-                median_ms.map_or("-".into(), |ms| format!("{ms:.1}")),
-                match format {
-                    Format::Csv => portrait.visible.to_string(),
-                    _ => thousands(portrait.visible),
-                },
-            ];
-            cells.extend(
-                differences.iter().chain(&from_truth).map(|(flip, _)| format!("{flip:.5}")),
-            );
-            table.rows.push(cells);
-            rows.push(json!({
-                "device": DeviceHead::of(&portrait.report),
-                "median_ms": median_ms,
-                "visible": portrait.visible,
-                "flip": differences.iter().map(|(flip, _)| flip).collect::<Vec<_>>(),
-                "rel_mse": differences.iter().map(|(_, rel_mse)| rel_mse).collect::<Vec<_>>(),
-                "flip_to_truth": from_truth.map(|(flip, _)| flip),
-                "rel_mse_to_truth": from_truth.map(|(_, rel_mse)| rel_mse),
-            }));
-        }
-        (table, rows, worst)
+        portraits.iter().enumerate().map(row).collect()
     }
-}
-
-/// Prints everything in the form that was asked for.
-fn show(
-    args: &CompareDevicesArgs,
-    table: &Sheet,
-    stages: &[Pair],
-    verdicts: &[Compared],
-) -> anyhow::Result<()> {
-    let format = args.gate.format;
-    match format {
-        _ if args.gate.is_json() => {}
-        Format::Csv if !verdicts.is_empty() => print(plain(verdicts).text(format))?,
-        _ => {
-            print(table.text(format))?;
-            // In Markdown an empty line ends a table, and indented lines would be one.
-            let (gap, item) =
-                if format == Format::Markdown { ("\n", "\n- ") } else { ("", "\n   ") };
-            for (a, b, apart) in stages {
-                let stages = tell(apart).replace("\n   ", item);
-                print(format_args!("{gap}{a} and {b}: {stages}"))?;
-            }
-            for Compared { device, report } in verdicts {
-                print(format_args!(
-                    "{gap}A is 0, B is {device}: times of fresh processes in turn{gap}"
-                ))?;
-                print(sheet(report, format).text(format))?;
-                tail_lines(report, format).into_iter().try_for_each(print)?;
-            }
-        }
-    }
-    Ok(())
 }
 
 /// The devices that were asked for, or all that will do.
@@ -316,12 +248,6 @@ fn chosen(
         say!("left out: {} lacks {}", report.name, report.missing.join(", "));
     }
     Ok(sound)
-}
-
-/// A device's verdict against the first.
-struct Compared {
-    device: usize,
-    report: verdict::Report,
 }
 
 /// What the times are measured of.
@@ -382,7 +308,7 @@ impl Times<'_> {
                     stopped: turns.stopped,
                     ..verdict::Report::of(Method::Paired, sides, threshold, notes, turns.rows)
                 };
-                verdicts.push(Compared { device, report });
+                verdicts.push(Compared { a: 0, b: device, verdict: report });
             }
             if turns.failed.is_some() {
                 return Ok((verdicts, turns.failed));
@@ -392,25 +318,13 @@ impl Times<'_> {
     }
 }
 
-/// Every row of every verdict, after its two devices' names.
-fn plain(verdicts: &[Compared]) -> Sheet {
-    let mut all = Sheet { names: 1, header: Vec::new(), rows: Vec::new() };
-    for Compared { report, .. } in verdicts {
-        let Sheet { header, rows, .. } = sheet(report, Format::Csv);
-        let names = || [&report.a.label, &report.b.label].map(String::clone).into_iter();
-        all.header = ["a", "b"].map(String::from).into_iter().chain(header).collect();
-        all.rows.extend(rows.into_iter().map(|row| names().chain(row).collect::<Vec<_>>()));
-    }
-    all
-}
-
 /// Milliseconds of a device's tone-mapped frame, over its rounds.
 fn median_of(device: usize, verdicts: &[Compared]) -> Option<f64> {
     let of = |compared: &Compared| {
-        let row = compared.report.rows.iter().find(|row| row.tone_map)?;
+        let row = compared.verdict.rows.iter().find(|row| row.tone_map)?;
         match device {
             0 => Some(row.median_ms_a),
-            _ => (compared.device == device).then_some(row.median_ms_b),
+            _ => (compared.b == device).then_some(row.median_ms_b),
         }
     };
     verdicts.iter().find_map(of)
@@ -429,59 +343,4 @@ fn portray(
     let picture = renderer.read_radiance()?;
     let stages = paper_stages(device, scene, environment)?;
     Ok(Portrait { report: device.report.clone(), visible, picture, stages })
-}
-
-/// The stages of the paper's frame, and the first that differs.
-fn tell(apart: &[Apart]) -> String {
-    let stage = |apart: &Apart| {
-        let Apart { stage, unit, tolerance, share, alone, largest } = apart;
-        let off = 100.0 * (share - alone);
-        let mut line = format!("\n   {stage:<10}");
-        if *share == 0.0 {
-            line += &format!(" none off by over {tolerance} {unit}");
-        } else {
-            line += &format!(" {off:.4} % off by over {tolerance} {unit}");
-        }
-        if *alone > 0.0 {
-            line += &format!(", {:.4} % drawn by one alone", 100.0 * alone);
-        }
-        // As many digits as it takes: a difference is never shown as none.
-        if *largest > 0.0 {
-            line += &format!(", largest {largest:.1e}");
-        }
-        line
-    };
-    let few = 100.0 * FEW;
-    let first = match apart.iter().find(|apart| apart.differs()) {
-        Some(first) => format!("the first stage to differ is the {}", first.stage),
-        None if apart.iter().any(Apart::strays) => {
-            format!("no stage differs by more than rounding in over {few} % of its pixels")
-        }
-        None => "no stage differs by more than rounding".into(),
-    };
-    format!("{first}{}", apart.iter().map(stage).collect::<String>())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// What is said agrees with the figures beside it.
-    #[test]
-    fn stages_do_not_contradict_themselves() {
-        let of = |share: f64, alone: f64, largest: f64| {
-            let apart =
-                Apart { stage: "footprint", unit: "px", tolerance: 0.01, share, alone, largest };
-            tell(&[apart])
-        };
-        assert!(of(0.0, 0.0, 0.0).contains("none off") && !of(0.0, 0.0, 0.0).contains("largest"));
-        assert!(of(0.0, 0.0, 0.003).starts_with("no stage differs by more than rounding\n"));
-        assert!(of(0.0005, 0.0, 0.4675).contains("in over 0.1 % of its pixels"));
-        let alone = of(0.0005, 0.0005, 0.0);
-        assert!(
-            alone.contains("0.0500 % drawn by one alone") && !alone.contains("largest"),
-            "{alone}"
-        );
-        assert!(of(0.5, 0.0, 2e-5).contains("largest 2.0e-5"));
-    }
 }
