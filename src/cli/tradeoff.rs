@@ -15,12 +15,10 @@ use crate::gpu::disk_cache::user_folder;
 use crate::measure::bench::{self, Build, DeviceHead};
 use crate::measure::costs::kept;
 use crate::measure::tradeoff::{
-    BASES, Effort, Noise, Report, Row, SCHEMA, Study, StudyScene, models, models_of,
+    BASES, Effort, Noise, Report, Row, SCHEMA, Study, StudyScene, expected_s, models, models_of,
     models_of_rain, of_file, plot, standard_set, study, weather,
 };
 use crate::measure::{Host, Watch};
-use crate::plan::{Output, expected_ms, plan};
-use crate::scene::Scene;
 use crate::thousands::{counted, thousands_of};
 
 /// Measure every model's time and error
@@ -127,22 +125,13 @@ pub fn run(args: &TradeoffArgs) -> anyhow::Result<Answer> {
     }
     let count: usize = scenes.iter().map(|scene| of_scene(scene).len()).sum();
     let costs = kept(&device.report, user_folder().as_deref(), line).unwrap_or_default();
-    let times: f64 = scenes
-        .iter()
-        .flat_map(|scene| of_scene(scene).into_iter().map(move |model| (scene, model)))
-        .filter_map(|(scene, model)| {
-            let first = Scene { model: model.choice, ..scene.frames[0].clone() };
-            let plan = plan(&first, &scene.environment, Output::Display).ok()?;
-            let ms = expected_ms(&first, &scene.environment, &costs, &plan);
-            Some(effort.time.expected_s(ms))
-        })
-        .sum();
-    // The truth and the pictures take about half as long again.
+    let of_scene_s = |scene| expected_s(scene, &of_scene(scene), &effort, &costs);
+    let expected: f64 = scenes.iter().map(of_scene_s).sum::<crate::Result<f64>>()?;
     say!(
         "note: {} of {}, about {} (by times of {})",
         counted(count as u64, "model"),
         counted(scenes.len() as u64, "scene"),
-        about(1.5 * times),
+        about(expected),
         costs.of
     );
     heed_interrupts()?;
@@ -252,8 +241,8 @@ fn table(rows: &[Row]) -> Sheet {
 /// What an error must be well above to say something about its model.
 fn noise_line(noise: &Noise) -> String {
     format!(
-        "The truth's own noise is in these errors: two truths with other samples differ by rms x255 {:.2}, FLIP {:.4}, FLIP boxes {:.4} \
-         (middle eighth of the picture)",
+        "A picture without any error would be off from this truth, which is noisy, by rms x255 {:.2}, FLIP {:.4}, FLIP boxes {:.4}: the \
+         error of a model that is hardly more is not known any better",
         255.0 * noise.rms,
         noise.flip,
         noise.box_flip

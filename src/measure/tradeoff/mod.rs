@@ -6,6 +6,7 @@
 //! [`crate::picture::metrics`] against [`crate::reference`]. A model is worth using if no other is both
 //! quicker and truer: those form the Pareto front.
 
+mod duration;
 mod models;
 #[cfg(feature = "cli")]
 mod plot;
@@ -16,6 +17,7 @@ mod sizes;
 mod sizes_plot;
 mod study;
 
+pub use duration::expected_s;
 pub use models::{BASES, Model, models, models_of, models_of_rain};
 #[cfg(feature = "cli")]
 pub use plot::plot;

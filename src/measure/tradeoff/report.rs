@@ -28,14 +28,14 @@ pub struct Report {
     pub truth_samples: u32,
     /// Why there are not all rows.
     pub stopped: Option<String>,
-    /// Of each scene that is drawn whole, how far two of its truths are apart.
+    /// That of each scene's truth.
     pub noise: Vec<Noise>,
     /// One row a scene and model.
     pub rows: Vec<Row>,
 }
 
-/// What a scene's truth and another of other samples differ by, in the middle eighth of the first frame. The error of a
-/// model that is hardly above it says nothing about the model.
+/// What a picture without any error would be off by from the truth of a scene's first frame, which has a limited number of
+/// samples. The error of a model that is hardly above it says only that the model's own is smaller.
 #[derive(Clone, Debug, Serialize)]
 pub struct Noise {
     /// The scene's name.

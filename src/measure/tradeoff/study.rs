@@ -18,9 +18,8 @@ use crate::picture::{Picture, srgb_of_linear, write_png};
 use crate::plan::{Choice, Output, plan_by};
 use crate::reference::{Traced, Tracer, Truth};
 use crate::renderer::Renderer;
-use crate::scene::camera::WHOLE;
+use crate::scene::Scene;
 use crate::scene::model::Preset;
-use crate::scene::{ImageSize, Scene};
 
 /// Models that are timed in turn with each other, the bases among them.
 const GROUP: usize = 6;
@@ -78,22 +77,25 @@ pub fn study(
     // A third of the time goes into the truth, a third into times, a third into pictures: about.
     let share_truth = |share: f64| say("truth", share / 3.0);
     let count = scene.frames.len() as f64;
-    let mut truths = Vec::new();
+    let (mut truths, mut noise) = (Vec::new(), None);
+    // The first frame is traced twice.
+    let part = |number: usize, share: f64| share_truth((number as f64 + share) / (count + 1.0));
     for (number, frame) in scene.frames.iter().enumerate() {
-        let truth = Truth { samples: effort.truth_samples, ..Truth::default() };
-        let tracer = Tracer::new(frame, &scene.environment, truth).before(Plate::of(frame)?);
-        let tracer = tracer.until(effort.time.stop);
-        let traced = tracer.trace(&|share| share_truth((number as f64 + share) / count));
+        let tracer = tracer(scene, frame, effort.truth_samples)?.until(effort.time.stop);
+        let traced = tracer.trace(&|share| part(number, share));
+        let exposure = exposure_of(&frame.tone_map, &traced.picture);
+        let known = Known { traced, exposure };
+        if number == 0 && !(effort.time.stop)() {
+            effort.keep(scene, "truth", &known.traced.picture, exposure)?;
+            let seed = Truth::default().seed + 1;
+            let again = tracer.with_seed(seed).trace(&|share| part(scene.frames.len(), share));
+            noise = Some(of_noise(&scene.name, &known, &again.picture));
+        }
         if (effort.time.stop)() {
             return Ok(Study::default());
         }
-        let exposure = exposure_of(&frame.tone_map, &traced.picture);
-        if number == 0 {
-            effort.keep(scene, "truth", &traced.picture, exposure)?;
-        }
-        truths.push(Known { traced, exposure });
+        truths.push(known);
     }
-    let noise = noise(scene, &truths[0], effort)?;
 
     let (mut variants, mut choices, mut costs) = (Vec::new(), Vec::new(), None);
     for model in models {
@@ -154,39 +156,21 @@ pub fn study(
     Ok(Study { rows, noise })
 }
 
-/// Traces the middle of the first frame again with other samples; nothing of a frame that is a part already.
-fn noise(scene: &StudyScene, known: &Known, effort: Effort<'_>) -> Result<Option<Noise>> {
-    let (frame, whole) = (&scene.frames[0], &known.traced.picture);
-    if frame.camera.window != WHOLE {
-        return Ok(None);
-    }
-    // A quarter of its width, half of its height, and edges that fall on pixels.
-    let edge = |part: u32, pixels: u32| f64::from(pixels * part / 8) / f64::from(pixels);
-    let mut middle = frame.clone();
-    let ImageSize { width, height } = frame.image;
-    middle.camera.window = [edge(3, width), edge(2, height), edge(5, width), edge(6, height)];
-    let view = middle.view();
-    if view.width == 0 || view.height == 0 {
-        return Ok(None);
-    }
-    let truth = Truth {
-        samples: effort.truth_samples,
-        seed: Truth::default().seed + 1,
-        ..Truth::default()
-    };
-    let tracer = Tracer::new(&middle, &scene.environment, truth).before(Plate::of(&middle)?);
-    let again = tracer.until(effort.time.stop).picture();
-    if (effort.time.stop)() {
-        return Ok(None);
-    }
-    let rows = (0..view.height).flat_map(|row| {
-        let from = ((view.origin[1] + row) * width + view.origin[0]) as usize;
-        &whole.pixels[from..from + view.width as usize]
-    });
-    let first = Picture { width: view.width, height: view.height, pixels: rows.copied().collect() };
-    let found = compare(&first, &again, None, known.exposure);
+/// A frame of a scene, made ready for its truth.
+pub(super) fn tracer<'a>(scene: &'a StudyScene, frame: &Scene, samples: u32) -> Result<Tracer<'a>> {
+    let truth = Truth { samples, ..Truth::default() };
+    Ok(Tracer::new(frame, &scene.environment, truth).before(Plate::of(frame)?))
+}
+
+/// What a picture without any error is off by from a truth, given another truth of other samples. Both have the same
+/// variance, so their difference has twice that of one: over the root of two it is like the difference from the mean.
+fn of_noise(scene: &str, known: &Known, again: &Picture) -> Noise {
+    let truth = &known.traced.picture;
+    let pairs = truth.pixels.iter().zip(&again.pixels);
+    let pixels = pairs.map(|(a, b)| a + (b - a) * std::f32::consts::FRAC_1_SQRT_2).collect();
+    let found = compare(truth, &Picture { pixels, ..*truth }, None, known.exposure);
     let (rms, flip, box_flip) = (found.pixels.rms(), found.pixels.flip, found.boxes.flip);
-    Ok(Some(Noise { scene: scene.name.clone(), rms, flip, box_flip }))
+    Noise { scene: scene.into(), rms, flip, box_flip }
 }
 
 /// The errors of a model over all frames: means, and the largest; `first` gets its picture of the first.
@@ -250,4 +234,39 @@ fn flicker(truths: &[Known], pictures: &[Picture]) -> f64 {
     });
     let (sum, count) = steps.fold((0.0, 0.0), |(sum, count), step| (sum + step, count + 1.0));
     (sum / count).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+
+    /// Two truths of a picture that is known: its error against the first is what their difference foretells.
+    #[test]
+    fn noise_is_the_error_of_a_picture_without_any() {
+        let (width, height) = (96, 96);
+        let mut bits = 1u32;
+        let mut uniform = || {
+            bits = bits.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (bits >> 8) as f32 / (1 << 24) as f32
+        };
+        // Of four samples each, so that FLIP is far from proportional to them.
+        let mut truth = || -> Vec<Vec3> {
+            let mut sample = || (0..4).map(|_| 0.25 * uniform()).sum::<f32>();
+            (0..width * height).map(|_| Vec3::new(sample(), sample(), sample())).collect()
+        };
+        let picture = |pixels| Picture { width, height, pixels };
+        let (first, again) = (picture(truth()), picture(truth()));
+        let mean = picture(vec![Vec3::splat(0.5); first.pixels.len()]);
+        let exposure = Exposure::Clipped(1.0);
+        let error = compare(&first, &mean, None, exposure);
+        let shares = vec![1.0; first.pixels.len()];
+        let traced = Traced { picture: first, coverage: shares.clone(), opacity: shares };
+        let noise = of_noise("", &Known { traced, exposure }, &again);
+        let off = |found: f64, wanted: f64| (found / wanted - 1.0).abs();
+        assert!(off(noise.rms, error.pixels.rms()) < 0.03, "{noise:?} {}", error.pixels.rms());
+        // FLIP is not linear, and this noise is large.
+        assert!(off(noise.flip, error.pixels.flip) < 0.1, "{noise:?} {}", error.pixels.flip);
+    }
 }
