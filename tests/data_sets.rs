@@ -105,6 +105,29 @@ fn shards_together_are_the_data_set() {
     assert!(read(bare.join("layers.exr")) == read(of_whole.join("layers.exr")));
     let line = String::from_utf8(read(bare.join("view.json"))).expect("text");
     assert!(!line.contains("\"drops\""), "{line}");
+    // With masks there is a file more in each view, and the rest is the same; in parts, too.
+    let make_masks = |output: &str, more: &[&str]| {
+        let masked = ["--views", "3", "--rates", "5,50", "--masks", "-o", output];
+        let all = [&["dataset", "scene.toml"], &masked[..], more].concat();
+        let (is_done, said) = run(&folder, &all);
+        assert!(is_done, "{said}");
+        files(&folder.join(output))
+    };
+    let masked = make_masks("masked", &[]);
+    assert!(
+        masked == make_masks("masked-parts", &["--tiles", "2x3"]),
+        "the parts are not the whole"
+    );
+    assert_eq!(masked.len(), whole.len() + 3);
+    let is_picture = |(path, _): &&(PathBuf, Vec<u8>)| {
+        path.extension().is_some_and(|e| e == "exr") && !path.ends_with("mask.exr")
+    };
+    assert!(masked.iter().filter(is_picture).eq(whole.iter().filter(is_picture)));
+    let line = std::fs::read_to_string(folder.join("masked/00002/view.json")).expect("a line");
+    let record: serde_json::Value = serde_json::from_str(&line).expect("JSON");
+    assert_eq!(record["files"]["mask"], "00002/mask.exr");
+    documented_keys("raindrops-dataset/1", &[&record, &record["files"]]);
+    masks_are_of_drops_over_their_medium(&folder);
     // A view's own scene draws it again.
     let again = ["render", "whole/00001/scene.toml", "--layers", "-o", "again.exr"];
     let (is_done, said) = run(&folder, &again);
@@ -118,6 +141,62 @@ fn shards_together_are_the_data_set() {
     assert!(whole == files(&folder.join("tiles")), "the parts are not the whole");
     let (is_done, said) = run(&folder, &["dataset", "scene.toml", "--views", "4", "-o", "whole"]);
     assert!(!is_done && said.contains("something else"), "{said}");
+}
+
+/// The view's own scene with its rain as a medium, drawn by `render`, says what the masks are.
+fn masks_are_of_drops_over_their_medium(folder: &Path) {
+    let scene = folder.join("masked/00002/scene.toml");
+    let text = std::fs::read_to_string(&scene).expect("a scene");
+    let mut toml: toml::Table = text.parse().expect("TOML");
+    let camera = toml["camera"].as_table_mut().expect("a camera");
+    camera.insert("near".into(), 1e4.into());
+    std::fs::write(folder.join("misty.toml"), toml.to_string()).expect("a scene");
+    let misty = ["render", "misty.toml", "--layers", "--far-rain", "medium", "--cutoff-px", "1"];
+    let (is_done, said) = run(folder, &[&misty[..], &["-o", "misty.exr"]].concat());
+    assert!(is_done, "{said}");
+    let view = |name: &str| folder.join("masked/00002").join(name);
+    let of = |path: &Path, name: &str| channel(path, name);
+    let clean = ["R", "G", "B"].map(|name| of(&view("clean.exr"), name));
+    let seen = |path: &Path| -> (Vec<f32>, Vec<f32>) {
+        let passes: Vec<f32> = of(path, "A").iter().map(|a| 1.0 - a).collect();
+        let colors = ["R", "G", "B"].map(|name| of(path, name));
+        let light = |at: usize| {
+            let color = |c: usize| colors[c][at] + passes[at] * clean[c][at];
+            0.2126 * color(0) + 0.7152 * color(1) + 0.0722 * color(2)
+        };
+        let light = (0..passes.len()).map(light).collect();
+        (passes, light)
+    };
+    let ((rain, rainy), (medium, misty)) =
+        (seen(&view("layers.exr")), seen(&folder.join("misty.exr")));
+    let mean = misty.iter().sum::<f32>() / misty.len() as f32;
+    let (opacity, contrast) = (of(&view("mask.exr"), "opacity"), of(&view("mask.exr"), "contrast"));
+    for at in 0..rain.len() {
+        let share = 1.0 - rain[at] / medium[at];
+        assert!((opacity[at] - share).abs() < 1e-3, "{at}: {} {share}", opacity[at]);
+        let apart = (rainy[at] - misty[at]).abs() / (misty[at] + 0.02 * mean);
+        assert!(
+            (contrast[at] - apart).abs() < 2e-3 * (1.0 + apart),
+            "{at}: {} {apart}",
+            contrast[at]
+        );
+    }
+    // Drops are in the view, and haze is not taken for them.
+    let single = of(&view("layers.exr"), "count");
+    let mean = |has_drop: bool| {
+        let all = opacity.iter().zip(&single).filter(|(_, count)| (**count > 0.0) == has_drop);
+        let (sum, count) = all.fold((0.0, 0), |(sum, n), (opacity, _)| (sum + opacity, n + 1));
+        sum / count as f32
+    };
+    assert!(mean(true) > 0.01 && mean(false).abs() < 0.01, "{} {}", mean(true), mean(false));
+}
+
+/// A channel of an EXR.
+fn channel(path: &Path, name: &str) -> Vec<f32> {
+    let image = exr::prelude::read_first_flat_layer_from_file(path).expect("an EXR");
+    let channels = image.layer_data.channel_data.list;
+    let found = channels.iter().find(|channel| channel.name.eq(name)).expect("the channel");
+    found.sample_data.values_as_f32().collect()
 }
 
 /// The plate and its depth are stored once, whichever shard comes first, and nothing behind it is drawn.

@@ -374,7 +374,7 @@ fn the_data_sets_page_is_run_from_top_to_bottom() {
     let folder = folder.path();
     fs::write(folder.join("plate.toml"), &blocks(&page, "toml")[0]).expect("a scene");
     fs::create_dir(folder.join("photos")).expect("a folder");
-    for photo in ["photo.exr", "place.exr", "photos/one.png"] {
+    for photo in ["photo.exr", "place.exr", "photos/one.png", "photos/two.png"] {
         let dry = ["render", "plate.toml", "--drops", "0", "-o", photo];
         printed(raindrops().current_dir(folder).args(dry));
     }
@@ -401,12 +401,15 @@ print(abs(read('panorama.exr')['R'].mean() / panorama['R'].mean() - factor) < 1e
 ";
     let script = [load, masks, photos, pictures, METRES, depth, panorama, CHECK].concat();
     let said = printed(python.current_dir(folder).env("PATH", &path).args(["-c", &script]));
-    let lines: Vec<&str> = said.lines().collect();
+    let all: Vec<&str> = said.lines().collect();
+    let (told, lines) = all.split_at(all.len().saturating_sub(4));
     let shares: Vec<f64> = lines[0].split(' ').filter_map(|share| share.parse().ok()).collect();
     let [rain, seen, below, single] = shares[..] else { panic!("{said}") };
     assert!((0.01..0.3).contains(&rain) && seen > 0.0 && below == 0.0, "{said}");
     assert!(single < 0.1 * rain, "streaks of one colour have no count: {said}");
     assert_eq!(lines[1..], ["clean.png opacity.png rain.png rainy.png seen.png", "0", "True"]);
+    // Of two photographs.
+    assert_eq!(told.iter().filter(|line| line.contains("streaks and discs")).count(), 1, "{said}");
     for depth in [&["depth.exr"][..], &["depth.png", "--depth-scale", "0.01"]] {
         let arguments = ["render", "plate.toml", "--background", "photo.exr", "-o", "rainy.exr"];
         printed(raindrops().current_dir(folder).args(arguments).arg("--depth").args(depth));

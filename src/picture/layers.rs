@@ -108,7 +108,7 @@ impl Layers {
 }
 
 /// In one thread and in order, so that the same channels give the same bytes.
-fn write_channels(
+pub(super) fn write_channels(
     path: &Path,
     (width, height): (u32, u32),
     channels: Vec<AnyChannel<FlatSamples>>,

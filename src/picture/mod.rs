@@ -3,6 +3,7 @@
 pub(crate) mod dwa;
 pub mod flip;
 pub mod layers;
+pub mod masks;
 pub mod metrics;
 pub mod plate;
 pub mod sidecar;
