@@ -4,7 +4,7 @@
 //! and of 512 texels an edge, in turn, 960 x 540 with 250,000 drops, on the first device; medians of GPU milliseconds by
 //! pass, and of the time on the wall from recording until all is done.
 
-#[path = "../examples/host_ash/host.rs"]
+#[path = "../examples/host_ash/src/host.rs"]
 mod host;
 
 use std::sync::Arc;

@@ -5,8 +5,8 @@ case ${1-} in -h | --help) sed -n '2,/^set /s/^# \{0,1\}//p' "$0"; exit 0 ;; esa
 here=$(dirname "$0")
 "$here/cargo.sh" --version >/dev/null # without cargo nothing is installed either
 "$here/setup.sh"
-"$here/cargo.sh" fmt --check
-"$here/cargo.sh" clippy --all-targets -- -D warnings
+"$here/cargo.sh" fmt --all --check
+"$here/cargo.sh" clippy --workspace --all-targets -- -D warnings
 RUSTDOCFLAGS="-D warnings" "$here/cargo.sh" doc --no-deps
 
 # The library as it is embedded: without the command, the window and what only they need.

@@ -258,3 +258,31 @@ fn a_data_set_before_a_plate_has_the_plate_once() {
         assert!(differ(0) == 0 && differ(1) > 20, "{} and {} pixels", differ(0), differ(1));
     }
 }
+
+/// `--shutter` takes the place of both of the scene's keys, and what is drawn is exposed for it.
+#[test]
+fn an_exposure_is_given_by_an_option() {
+    let folder = emptied_folder("data-sets/shutter");
+    write_scene(&folder);
+    let text = std::fs::read_to_string(folder.join("scene.toml")).expect("a scene");
+    let scene = |name: &str, key: &str| {
+        std::fs::write(folder.join(name), format!("{text}[camera]\n{key}\n")).expect("a scene");
+    };
+    scene("exposed.toml", "shutter = 0.02");
+    scene("angle.toml", "shutter_angle = 90.0");
+    let draw = |arguments: &[&str]| {
+        let rain = ["--rate", "150", "-o", "rain.exr"];
+        let (is_done, said) = run(&folder, &[&["render"], arguments, &rain].concat());
+        assert!(is_done, "{said}");
+        std::fs::read(folder.join("rain.exr")).expect("a picture")
+    };
+    let (instant, exposed) = (draw(&["scene.toml"]), draw(&["exposed.toml"]));
+    assert!(instant != exposed && exposed == draw(&["scene.toml", "--shutter", "1/50"]));
+    assert!(exposed == draw(&["angle.toml", "--shutter", "0.02"]));
+    assert!(instant == draw(&["exposed.toml", "--shutter", "0"]));
+    for wrong in ["1/0", "-0.1", "1/60s"] {
+        let shutter = format!("--shutter={wrong}");
+        let (is_done, said) = run(&folder, &["render", "scene.toml", &shutter, "-o", "no.exr"]);
+        assert!(!is_done && said.contains("is no time such as 1/60"), "{said}");
+    }
+}

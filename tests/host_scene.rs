@@ -2,11 +2,11 @@
 //! reference has it with the same colour and depth.
 
 mod common;
-#[path = "../examples/host_ash/frame.rs"]
+#[path = "../examples/host_ash/src/frame.rs"]
 mod frame;
-#[path = "../examples/host_ash/ground.rs"]
+#[path = "../examples/host_ash/src/ground.rs"]
 mod ground;
-#[path = "../examples/host_ash/host.rs"]
+#[path = "../examples/host_ash/src/host.rs"]
 mod host;
 
 use frame::{Around, Outcome};
@@ -17,6 +17,7 @@ use raindrops::picture::Picture;
 use raindrops::picture::metrics::{box_filter, rel_mse};
 use raindrops::picture::plate::{Depth, Plate};
 use raindrops::reference::{Tracer, Truth};
+use raindrops::scene::Scene;
 use raindrops::scene::background::DepthKind;
 use raindrops::scene::model::Preset;
 
@@ -24,6 +25,10 @@ const SIZE: (u32, u32) = (240, 136);
 
 /// As the example runs, with the shaders that `tests/mutants.rs` has put a fault in.
 fn run(frames: usize, jitter: bool, around: Around) -> Outcome {
+    run_scene(frame::large_drops(SIZE), frames, jitter, around)
+}
+
+fn run_scene(scene: Scene, frames: usize, jitter: bool, around: Around) -> Outcome {
     let (required, wanted) = (requirements(Preset::Fast), std::env::var("RAINDROPS_TEST_DEVICE"));
     // SAFETY: the system's loader.
     let entry = unsafe { ash::Entry::load() }.expect("Vulkan");
@@ -32,9 +37,27 @@ fn run(frames: usize, jitter: bool, around: Around) -> Outcome {
     let device = unsafe { Device::import(host.lent(), &required) }.expect("the device");
     // SAFETY: the compiler made them; a fault that is put in changes no interface.
     unsafe { device.replace_shaders(common::replaced_shaders()) };
-    let outcome = frame::draw(&host, &device, SIZE, frames, jitter, around);
+    let outcome = frame::draw(&host, &device, scene, frames, jitter, around);
     drop(device);
     Outcome { messages: host.messages(), ..outcome }
+}
+
+/// Real rain is drawn as well: more where more falls, and without a message.
+#[test]
+fn real_rain_falls_among_the_boxes() {
+    let changed = |rate: f64| {
+        let outcome = run_scene(frame::real_rain(SIZE, rate), 3, false, Around::Scene);
+        assert_eq!(outcome.messages, Vec::<String>::new());
+        assert_eq!(outcome.report.counts.overflow, 0);
+        let drops = outcome.nearest.iter().filter(|depth| **depth != 0.0).count();
+        assert!(outcome.report.counts.visible > 0 && drops > 0, "{rate} mm/h");
+        // Far rain dims the sky and the ground beyond the boxes.
+        let (with, without) = (picture(&outcome.picture), picture(&outcome.color));
+        let pairs = with.pixels.iter().zip(&without.pixels);
+        pairs.map(|(a, b)| f64::from((*a - *b).abs().max_element())).sum::<f64>()
+    };
+    let (light, heavy) = (changed(2.0), changed(50.0));
+    assert!(heavy > 2.0 * light && light > 0.0, "{light} {heavy}");
 }
 
 fn picture(pixels: &[[f16; 4]]) -> Picture {

@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use clap::Args;
 
+use super::device::DeviceArgs;
 use super::format::{Format, Sheet};
-use super::options::DeviceArgs;
 use super::{Answer, print_beside, progress, write_json};
 use crate::Error;
 use crate::environment::Environment;

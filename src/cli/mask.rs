@@ -6,7 +6,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 use glam::Vec3;
 
-use super::options::DeviceArgs;
+use super::device::DeviceArgs;
 use super::{Answer, print, progress};
 use crate::optics::{level_distance, level_half_angle};
 use crate::passes::mask::{Mask, MaskLevel};

@@ -8,6 +8,7 @@ mod compare;
 mod compare_devices;
 mod completions;
 mod dataset;
+mod device;
 mod devices;
 mod errors;
 mod format;

@@ -1,18 +1,11 @@
-//! Options that several commands share: the scene and its overrides, the device.
+//! Options that several commands share: the scene and its overrides.
 
 use std::path::PathBuf;
-use std::sync::Arc;
 
 use clap::Args;
 use glam::DVec3;
 
-use super::tell::{line, say};
-use crate::environment::Environment;
-use crate::gpu::disk_cache::{KeptDevice, user_folder};
-use crate::gpu::{Device, DeviceReport, Instance, Validation, choose_among};
-use crate::measure;
-use crate::measure::costs::{costs, ranked};
-use crate::plan::Choice;
+use super::device::DeviceArgs;
 use crate::scene::background::DepthKind;
 use crate::scene::model::{
     DropShape, FarRain, Fresnel, Lens, Lookup, Motion, Operator, Optics, Order, Preset, Primitive,
@@ -135,6 +128,9 @@ pub struct SceneValues {
     /// Image size in pixels
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     size: Option<(u32, u32)>,
+    /// Seconds for which the shutter is open: 1/60 or 0.0167; 0 is an instant
+    #[arg(long, value_name = "S", value_parser = parse_shutter)]
+    shutter: Option<f64>,
     /// Environment image: latitude-longitude EXR, HDR, PNG or JPEG
     #[arg(long, value_name = "FILE")]
     environment: Option<PathBuf>,
@@ -326,6 +322,9 @@ impl SceneValues {
         if let Some((width, height)) = self.size {
             (scene.image.width, scene.image.height) = (width, height);
         }
+        if let Some(seconds) = self.shutter {
+            (scene.camera.shutter, scene.camera.shutter_angle) = (seconds, None);
+        }
         if let Some(file) = &self.environment {
             scene.environment.file = Some(file.clone());
             scene.environment.radiance = None;
@@ -356,82 +355,22 @@ pub fn parse_drops(text: &str) -> Result<u32, String> {
         .ok_or_else(|| "give a whole number without commas, such as 125000, 125k or 4M".into())
 }
 
+/// `1/60` or `0.0167` to seconds.
+fn parse_shutter(text: &str) -> Result<f64, String> {
+    let number = |text: &str| text.trim().parse::<f64>().ok();
+    let seconds = match text.split_once('/') {
+        Some((over, under)) => number(over).zip(number(under)).map(|(over, under)| over / under),
+        None => number(text),
+    };
+    let seconds = seconds.filter(|seconds| seconds.is_finite() && *seconds >= 0.0);
+    seconds.ok_or_else(|| format!("'{text}' is no time such as 1/60 or 0.0167, in seconds"))
+}
+
 /// `1920x1080` to (1920, 1080).
 fn parse_size(text: &str) -> Result<(u32, u32), String> {
     text.split_once(['x', 'X'])
         .and_then(|(width, height)| Some((width.parse().ok()?, height.parse().ok()?)))
         .ok_or_else(|| format!("'{text}' is not a size like 1024x1024"))
-}
-
-/// Which device, and whether validation watches it.
-#[derive(Args, Clone, Debug, Default)]
-#[command(next_help_heading = "Device")]
-pub struct DeviceArgs {
-    /// Vulkan device: a part of its name or driver, or its index in `raindrops devices`
-    #[arg(long, value_name = "NAME|INDEX", env = "RAINDROPS_DEVICE", hide_env_values = true)]
-    pub device: Option<String>,
-    /// Load the Khronos validation layer, with synchronization checks; any message is an error
-    #[arg(long)]
-    pub validate: bool,
-}
-
-impl DeviceArgs {
-    /// Loads Vulkan.
-    pub fn instance(&self) -> Result<Arc<Instance>> {
-        Instance::new(if self.validate { Validation::On } else { Validation::Off })
-    }
-
-    /// Opens the device and says on stderr which one.
-    pub fn open(&self) -> Result<KeptDevice> {
-        let instance = self.instance()?;
-        let report = choose_device(&instance, self.device.as_deref())?;
-        open_device(&instance, report)
-    }
-}
-
-/// The devices in the order of `raindrops devices`.
-pub fn devices(instance: &Arc<Instance>) -> Result<Vec<DeviceReport>> {
-    let ranked = ranked(instance, user_folder().as_deref(), line)?;
-    Ok(ranked.into_iter().map(|device| device.report).collect())
-}
-
-/// The device that `wanted` means; without it, and among several of the same kind, the quickest, and says so.
-pub fn choose_device(instance: &Arc<Instance>, wanted: Option<&str>) -> Result<DeviceReport> {
-    let ranked = ranked(instance, user_folder().as_deref(), line)?;
-    let times: Vec<String> =
-        ranked.iter().filter_map(|d| Some(format!("{:.0}", d.frame_ms?))).collect();
-    if wanted.is_none() && times.len() > 1 {
-        say!(
-            "note: the quickest of {} devices of its kind; a frame of the paper's scene takes about {} ms",
-            times.len(),
-            times.join(", ")
-        );
-    }
-    let reports: Vec<DeviceReport> = ranked.into_iter().map(|device| device.report).collect();
-    choose_among(&reports, wanted)
-}
-
-/// Opens a device, with the user's file of compiled pipelines, and says on stderr which one.
-pub fn open_device(instance: &Arc<Instance>, report: DeviceReport) -> Result<KeptDevice> {
-    say!("device: {}", report.summary());
-    KeptDevice::open(instance, report, user_folder(), line)
-}
-
-/// What preset `auto` takes for `scene` on `device`, said on stderr; `None` for another preset.
-pub fn resolve(
-    device: &Arc<Device>,
-    scene: &Scene,
-    environment: &Environment,
-) -> Result<Option<Choice>> {
-    if scene.model.preset != Preset::Auto {
-        return Ok(None);
-    }
-    let costs = costs(device, user_folder().as_deref(), line)?;
-    let choice = measure::resolve(device, scene, environment, &costs)?;
-    if let Some(choice) = &choice {
-        say!("auto: {}", choice.summary());
-    }
-    Ok(choice)
 }
 
 /// A scene before its background, by its models, and the device that draws it.
@@ -462,7 +401,16 @@ impl PictureArgs {
 
 #[cfg(test)]
 mod tests {
-    use super::parse_drops;
+    use super::{parse_drops, parse_shutter};
+
+    #[test]
+    fn exposures() {
+        assert_eq!((parse_shutter("0"), parse_shutter("0.004")), (Ok(0.0), Ok(0.004)));
+        assert_eq!(parse_shutter("1/250"), Ok(0.004));
+        for wrong in ["", "/", "1/0", "0/0", "-1", "1/-60", "nan", "inf", "1/60 s"] {
+            assert!(parse_shutter(wrong).is_err(), "{wrong}");
+        }
+    }
 
     #[test]
     fn numbers_of_drops() {

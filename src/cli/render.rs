@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 use anyhow::Context as _;
 use clap::Args;
 
+use super::device::resolve;
 use super::interrupt::{Interrupted, heed_interrupts, is_interrupted};
-use super::options::{PictureArgs, resolve};
+use super::options::PictureArgs;
 use super::rounds::stages::{self, paper_stages};
 use super::sequence::Sequence;
 use super::tell::{is_verbose, say};

@@ -4,9 +4,10 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use super::device::DeviceArgs;
 use super::format::{Format, Sheet};
 use super::interrupt::{Interrupted, heed_interrupts, is_interrupted};
-use super::options::{DeviceArgs, SceneArgs};
+use super::options::SceneArgs;
 use super::tell::{about, line, say};
 use super::{Answer, parse_seconds, print_beside, progress, write_json};
 use crate::Error;

@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::Answer;
-use super::options::{DeviceArgs, ModelArgs, SceneArgs};
+use super::device::DeviceArgs;
+use super::options::{ModelArgs, SceneArgs};
 use super::tell::say;
 use crate::gpu::Validation;
 use crate::scene::camera::WHOLE;

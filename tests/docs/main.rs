@@ -397,6 +397,7 @@ fn every_target_and_option_of_setup_is_there() {
         let text = fs::read_to_string(root.join(&path)).expect("a document");
         for (option, folders) in [
             ("--example ", ["examples", "examples"]),
+            ("--release -p ", ["examples", "examples"]),
             ("--bench ", ["benches", "benches"]),
             ("--test ", ["tests", "fuzz"]),
         ] {

@@ -3,7 +3,7 @@
 
 #[path = "../common/mod.rs"]
 mod common;
-#[path = "../../examples/host_ash/host.rs"]
+#[path = "../../examples/host_ash/src/host.rs"]
 mod host;
 
 mod calls;

@@ -3,9 +3,9 @@
 use std::time::Duration;
 
 use super::{BenchArgs, begun, check_counts, is_papers, write};
+use crate::cli::device::{choose_device, open_device, resolve};
 use crate::cli::format::Format;
 use crate::cli::interrupt::{Interrupted, heed_interrupts, is_interrupted};
-use crate::cli::options::{choose_device, open_device, resolve};
 use crate::cli::tell::say;
 use crate::cli::{Answer, open_environment, print, progress, say_doubt};
 use crate::files::write_whole;

@@ -12,11 +12,10 @@ use anyhow::Context as _;
 use clap::{ArgMatches, Args};
 
 use self::table::{plain, table};
+use super::device::{DeviceArgs, choose_device, devices, open_device, resolve};
 use super::format::Format;
 use super::interrupt::{Interrupted, heed_interrupts, is_interrupted};
-use super::options::{
-    AxisArgs, DeviceArgs, SceneValues, choose_device, devices, open_device, parse_drops, resolve,
-};
+use super::options::{AxisArgs, SceneValues, parse_drops};
 use super::verdict::gate::GateArgs;
 use super::{Answer, parse_seconds, print, progress, say_doubt, write_json};
 use crate::cli::tell::{about, line, say};

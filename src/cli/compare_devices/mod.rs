@@ -13,8 +13,9 @@ use std::time::Duration;
 use anyhow::Context as _;
 use clap::Args;
 
+use super::device::{choose_device, devices, open_device, resolve};
 use super::interrupt::heed_interrupts;
-use super::options::{ModelArgs, SceneArgs, choose_device, devices, open_device, resolve};
+use super::options::{ModelArgs, SceneArgs};
 use super::rounds::pictures::PictureFolder;
 use super::rounds::process::{Arm, Limits};
 use super::rounds::stages::paper_stages;

@@ -17,6 +17,7 @@ use raindrops::renderer::{
 use raindrops::scene::camera::Camera;
 use raindrops::scene::matrices::ClipSpace;
 use raindrops::scene::model::Preset;
+use raindrops::scene::real_rain::RealRain;
 use raindrops::scene::{ImageSize, PlacedDrop, RainSettings, Scene};
 
 use super::ground::{self, Ground};
@@ -58,10 +59,22 @@ pub fn environment() -> Environment {
         .expect("an image")
 }
 
-/// Rain around the camera: drops in a box that moves with it, and two that hang in the air.
-fn rain((width, height): (u32, u32)) -> Scene {
+/// No rain yet, for pictures of a size.
+fn dry((width, height): (u32, u32)) -> Scene {
     let mut scene = Scene { image: ImageSize { width, height }, ..Scene::default() };
     scene.model.preset = Preset::Fast;
+    scene
+}
+
+/// Real rain, in millimetres an hour, in an instant.
+pub fn real_rain(size: (u32, u32), rate: f64) -> Scene {
+    let rain = RainSettings::of(RealRain { rate, ..RealRain::default() });
+    Scene { rain: Some(rain), ..dry(size) }
+}
+
+/// Rain for effect: large drops in a box around the camera that moves with it, and two that hang in the air.
+pub fn large_drops(size: (u32, u32)) -> Scene {
+    let mut scene = dry(size);
     scene.rain = Some(RainSettings {
         count: 9000,
         half_extent: DVec3::new(5.0, 3.0, 5.0),
@@ -129,10 +142,10 @@ impl Cube {
     }
 }
 
-/// Draws so many frames, with two in flight, and reads the last. `jitter`: whether the projection moves by parts of a
+/// Draws so many frames of a scene's rain, with two in flight, and reads the last. `jitter`: whether the projection moves by parts of a
 /// pixel, as for temporal anti-aliasing.
 pub fn run(
-    size: (u32, u32),
+    scene: Scene,
     frames: usize,
     jitter: bool,
     around: Around,
@@ -145,7 +158,7 @@ pub fn run(
     let host = Host::new(entry, &required, true, wanted);
     // SAFETY: all that `lent` says is so, and the host is dropped after everything that is made from it.
     let device = unsafe { Device::import(host.lent(), &required) }.expect("the device");
-    let outcome = draw(&host, &device, size, frames, jitter, around);
+    let outcome = draw(&host, &device, scene, frames, jitter, around);
     drop(device);
     let messages = host.messages();
     Outcome { messages, ..outcome }
@@ -155,12 +168,13 @@ pub fn run(
 pub fn draw(
     host: &Host,
     device: &Arc<Device>,
-    size: (u32, u32),
+    mut scene: Scene,
     frames: usize,
     jitter: bool,
     around: Around,
 ) -> Outcome {
     use vk::ImageUsageFlags as Usage;
+    let size = (scene.image.width, scene.image.height);
     let (attached, read) = (Usage::COLOR_ATTACHMENT, Usage::SAMPLED | Usage::TRANSFER_SRC);
     let color = host.image(ground::COLOR, size, 1, attached | read);
     let depth = host.image(ground::DEPTH, size, 1, Usage::DEPTH_STENCIL_ATTACHMENT | read);
@@ -172,7 +186,6 @@ pub fn draw(
     let ground = Ground::new(host);
 
     // Set-up, once: the light, the drops, and a view of them for pictures of this size.
-    let mut scene = rain(size);
     let environment = environment();
     let plan = plan(&scene, &environment, Output::Radiance).expect("a plan");
     let cube = (around != Around::Painted).then(|| Cube::new(host));

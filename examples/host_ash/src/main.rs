@@ -1,7 +1,8 @@
 //! Rain in a frame of somebody else's: a small Vulkan program of its own (`host.rs`), with a scene of its own
 //! (`ground.rs`), records rain into its command buffers (`frame.rs`), under validation with synchronization checks.
 //!
-//! `cargo run --release --example host_ash` writes `host_ash.png`. `RAINDROPS_DEVICE`: a part of a device's name.
+//! `cargo run --release -p host_ash` draws large drops, for effect, and writes `host_ash.png`. With a rate in millimetres an
+//! hour, as in `cargo run --release -p host_ash 25`, it draws real rain. `RAINDROPS_DEVICE`: a part of a device's name.
 
 mod frame;
 mod ground;
@@ -17,7 +18,15 @@ const SIZE: (u32, u32) = (960, 540);
 
 fn main() -> ExitCode {
     let wanted = std::env::var("RAINDROPS_DEVICE").ok();
-    let outcome = frame::run(SIZE, 8, true, frame::Around::Scene, wanted.as_deref());
+    let scene = match std::env::args().nth(1).map(|rate| rate.parse::<f64>()) {
+        None => frame::large_drops(SIZE),
+        Some(Ok(rate)) if rate > 0.0 && rate <= 200.0 => frame::real_rain(SIZE, rate),
+        Some(_) => {
+            eprintln!("host_ash: give no argument, or a rate of rain over 0 and up to 200 mm/h");
+            return ExitCode::from(2);
+        }
+    };
+    let outcome = frame::run(scene, 8, true, frame::Around::Scene, wanted.as_deref());
     let report = &outcome.report;
     println!(
         "{} drops in view, {} that had no room",

@@ -1,0 +1,87 @@
+//! The device that a command draws on, and what preset `auto` takes on it.
+
+use std::sync::Arc;
+
+use clap::Args;
+
+use super::tell::{line, say};
+use crate::Result;
+use crate::environment::Environment;
+use crate::gpu::disk_cache::{KeptDevice, user_folder};
+use crate::gpu::{Device, DeviceReport, Instance, Validation, choose_among};
+use crate::measure;
+use crate::measure::costs::{costs, ranked};
+use crate::plan::Choice;
+use crate::scene::Scene;
+use crate::scene::model::Preset;
+
+/// Which device, and whether validation watches it.
+#[derive(Args, Clone, Debug, Default)]
+#[command(next_help_heading = "Device")]
+pub struct DeviceArgs {
+    /// Vulkan device: a part of its name or driver, or its index in `raindrops devices`
+    #[arg(long, value_name = "NAME|INDEX", env = "RAINDROPS_DEVICE", hide_env_values = true)]
+    pub device: Option<String>,
+    /// Load the Khronos validation layer, with synchronization checks; any message is an error
+    #[arg(long)]
+    pub validate: bool,
+}
+
+impl DeviceArgs {
+    /// Loads Vulkan.
+    pub fn instance(&self) -> Result<Arc<Instance>> {
+        Instance::new(if self.validate { Validation::On } else { Validation::Off })
+    }
+
+    /// Opens the device and says on stderr which one.
+    pub fn open(&self) -> Result<KeptDevice> {
+        let instance = self.instance()?;
+        let report = choose_device(&instance, self.device.as_deref())?;
+        open_device(&instance, report)
+    }
+}
+
+/// The devices in the order of `raindrops devices`.
+pub fn devices(instance: &Arc<Instance>) -> Result<Vec<DeviceReport>> {
+    let ranked = ranked(instance, user_folder().as_deref(), line)?;
+    Ok(ranked.into_iter().map(|device| device.report).collect())
+}
+
+/// The device that `wanted` means; without it, and among several of the same kind, the quickest, and says so.
+pub fn choose_device(instance: &Arc<Instance>, wanted: Option<&str>) -> Result<DeviceReport> {
+    let ranked = ranked(instance, user_folder().as_deref(), line)?;
+    let times: Vec<String> =
+        ranked.iter().filter_map(|d| Some(format!("{:.0}", d.frame_ms?))).collect();
+    if wanted.is_none() && times.len() > 1 {
+        say!(
+            "note: the quickest of {} devices of its kind; a frame of the paper's scene takes about {} ms",
+            times.len(),
+            times.join(", ")
+        );
+    }
+    let reports: Vec<DeviceReport> = ranked.into_iter().map(|device| device.report).collect();
+    choose_among(&reports, wanted)
+}
+
+/// Opens a device, with the user's file of compiled pipelines, and says on stderr which one.
+pub fn open_device(instance: &Arc<Instance>, report: DeviceReport) -> Result<KeptDevice> {
+    say!("device: {}", report.summary());
+    KeptDevice::open(instance, report, user_folder(), line)
+}
+
+/// What preset `auto` takes for `scene` on `device`, said on stderr; `None` for another preset.
+pub fn resolve(
+    device: &Arc<Device>,
+    scene: &Scene,
+    environment: &Environment,
+) -> Result<Option<Choice>> {
+    if scene.model.preset != Preset::Auto {
+        return Ok(None);
+    }
+    let costs = costs(device, user_folder().as_deref(), line)?;
+    let choice = measure::resolve(device, scene, environment, &costs)?;
+    if let Some(choice) = &choice {
+        say!("auto: {}", choice.summary());
+    }
+    Ok(choice)
+}
