@@ -48,10 +48,7 @@ impl Host {
     /// This machine, now.
     pub fn now() -> Self {
         let file = |path| std::fs::read_to_string(path).unwrap_or_default();
-        let cpu = file("/proc/cpuinfo")
-            .lines()
-            .find_map(|line| line.strip_prefix("model name")?.split_once(':'))
-            .map_or("unknown".into(), |(_, name)| name.trim().to_string());
+        let cpu = processor(&file("/proc/cpuinfo"));
         let release = file("/etc/os-release")
             .lines()
             .find_map(|line| line.strip_prefix("PRETTY_NAME="))
@@ -97,6 +94,21 @@ impl Host {
     }
 }
 
+/// The name of a processor, with family and model where the system tells them: machines that are lent often give several
+/// kinds of processors one name.
+fn processor(cpuinfo: &str) -> String {
+    let value = |key: &str| {
+        let lines = cpuinfo.lines().filter_map(|line| line.split_once(':'));
+        let mut found = lines.filter(|(name, _)| name.trim() == key);
+        found.next().map(|(_, value)| value.trim().to_string())
+    };
+    let name = value("model name").unwrap_or("unknown".into());
+    match value("cpu family").zip(value("model")) {
+        Some((family, model)) => format!("{name} (family {family}, model {model})"),
+        None => name,
+    }
+}
+
 /// Memory of this process that is in the machine's memory; none where the system does not tell.
 #[cfg(feature = "cli")]
 pub(crate) fn resident_bytes() -> Option<u64> {
@@ -108,7 +120,18 @@ pub(crate) fn resident_bytes() -> Option<u64> {
 
 #[cfg(test)]
 mod tests {
-    use super::Host;
+    use super::{Host, processor};
+
+    #[test]
+    fn processors_of_one_name_are_told_apart() {
+        let of = |family: u32| {
+            processor(&format!(
+                "processor\t: 0\ncpu family\t: {family}\nmodel\t\t: 1\nmodel name\t: AMD EPYC\n\nprocessor\t: 1\nmodel\t\t: 9\n"
+            ))
+        };
+        assert_eq!((of(25), of(26) != of(25)), ("AMD EPYC (family 25, model 1)".into(), true));
+        assert_eq!(processor("processor : 0\nBogoMIPS : 50\n"), "unknown");
+    }
 
     #[test]
     fn more_work_than_cores_makes_times_doubtful() {
