@@ -52,9 +52,9 @@
 //! let mut view = View::new(&lighting, &rain, &scene, &frame_plan, &info)?;
 //!
 //! // Each frame.
-//! # let mapping;
 //! unsafe { view.retired(slot)? };        // after the slot's fence; returns the frame's counts and times, if the slot had one
-//! (scene.camera, mapping) = Camera::from_matrices(view_matrix, projection, size, ClipSpace::YDown)?; // its shutter and aperture are 0
+//! let (camera, mapping) = Camera::from_matrices(view_matrix, projection, size, ClipSpace::YDown)?;
+//! scene.camera = camera;                 // its shutter and aperture are 0
 //! scene.time = seconds;
 //! let input = FrameInput::new(&scene, output)
 //!     .before(color, 1.0)                // what is behind the drops

@@ -286,3 +286,28 @@ fn an_exposure_is_given_by_an_option() {
         assert!(!is_done && said.contains("is no time such as 1/60"), "{said}");
     }
 }
+
+/// Where there is no medium, masks are those of the drops alone: of drops in a box, and of real rain without its far part.
+#[test]
+fn masks_without_a_medium_are_the_opacity() {
+    let folder = emptied_folder("data-sets/no-medium");
+    write_scene(&folder);
+    let text = "[image]\nwidth = 48\nheight = 32\n[rain]\ncount = 3000\nhalf_extent = [20.0, 20.0, 20.0]\nradius = 0.1\n[model]\npreset = \"fast\"\n";
+    std::fs::write(folder.join("box.toml"), text).expect("a scene");
+    for (scene, more) in
+        [("box.toml", &[][..]), ("scene.toml", &["--rate", "200", "--far-rain", "none"])]
+    {
+        let output = format!("{scene}-set");
+        let views = ["dataset", scene, "--masks", "--views", "1", "-o", &output];
+        let (is_done, said) = run(&folder, &[&views[..], more].concat());
+        assert!(is_done, "{said}");
+        let view = |name: &str| folder.join(&output).join("00000").join(name);
+        let covered = channel(&view("layers.exr"), "A");
+        assert!(covered.iter().any(|a| *a > 0.1) && covered.contains(&0.0), "{scene}");
+        let opacity = channel(&view("mask.exr"), "opacity");
+        let largest = opacity.iter().zip(&covered).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+        assert!(largest < 1e-3, "{scene}: {largest}");
+        let contrast = channel(&view("mask.exr"), "contrast");
+        assert!(contrast.iter().zip(&covered).all(|(seen, a)| *a > 0.0 || *seen < 1e-3), "{scene}");
+    }
+}

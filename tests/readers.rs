@@ -213,17 +213,35 @@ fn each_device_is_compared_with_each() {
     let count_of = |text: &str| page.matches(text).count();
     assert_eq!((count_of("<h2>Verdict: "), count_of(", drawn by preset paper: no stage")), (2, 3));
     assert_eq!((count_of("<li>footprint "), count_of("<td>0.00000</td>")), (3, 9 + 4));
-    // And what was measured is judged again: nothing is 1,000 times as slow, and a device is itself.
-    let mut command = raindrops();
-    let bounds = ["--fail-above", "1000%", "--max-flip", "0"];
-    command.current_dir(folder.path()).args(["verdict", "a.json", "--json", "again.json"]);
-    printed(command.args(bounds));
+    // What was measured is judged again: a device is itself, and one round decides nothing.
+    let judged = |file: &str, bounds: &[&str]| {
+        let mut command = raindrops();
+        command.current_dir(folder.path()).args(["verdict", file, "--json", "again.json"]);
+        let output = outcome(command.args(bounds));
+        (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+    };
+    let (status, said) = judged("a.json", &["--fail-above", "5%", "--fail-undecided"]);
+    assert!(status == Some(1) && said.contains("(undecided)"), "{said}");
+    assert_eq!(judged("a.json", &["--fail-above", "1000%", "--max-flip", "0"]).0, Some(0));
     let again = fs::read_to_string(folder.path().join("again.json")).expect("a file");
     let again: Value = serde_json::from_str(&again).expect("JSON");
     let figures = fs::read_to_string(file).expect("figures");
     let figures: Value = serde_json::from_str(&figures).expect("JSON");
     assert_eq!((&again["devices"], &again["pairs"]), (&figures["devices"], &figures["pairs"]));
     assert_eq!(again["verdicts"][1]["verdict"]["threshold"], 10.0);
+    // The second and the third may be apart where neither is from the first.
+    let mut apart = figures.clone();
+    apart["devices"][1]["flip"][2] = 0.5.into();
+    apart["devices"][1]["rel_mse"][2] = Value::Null;
+    fs::write(folder.path().join("apart.json"), apart.to_string()).expect("a file");
+    let (status, said) = judged("apart.json", &["--max-flip", "0.4"]);
+    assert!(status == Some(1) && said.contains("two drivers are FLIP 0.50000 apart"), "{said}");
+    assert_eq!(judged("apart.json", &["--max-flip", "0.6"]).0, Some(0));
+    // One that did not end is not judged.
+    apart["verdicts"].as_array_mut().expect("verdicts").pop();
+    fs::write(folder.path().join("apart.json"), apart.to_string()).expect("a file");
+    let (status, said) = judged("apart.json", &[]);
+    assert!(status == Some(2) && said.contains("1 of 2 devices have a verdict"), "{said}");
     let count = |key: &str| figures[key].as_array().map(Vec::len);
     // Of a pair one is the first for each verdict.
     assert_eq!((count("devices"), count("pairs"), count("verdicts")), (Some(3), Some(3), Some(2)));
@@ -380,13 +398,16 @@ fn the_data_sets_page_is_run_from_top_to_bottom() {
     }
     let program = Path::new(env!("CARGO_BIN_EXE_raindrops")).parent().expect("a folder");
     let path = format!("{}:{}", program.display(), std::env::var("PATH").unwrap_or_default());
-    let (_, masks) = page.split_once("### A mask with a shutter").expect("the section");
-    let (_, commands) = masks.split_once("```\n").expect("its commands");
-    let (commands, _) = commands.split_once("```").expect("their end");
-    let mut shell = Command::new("sh");
-    let commands = commands.replace("--views 10", "--views 1");
-    printed(shell.current_dir(folder).env("PATH", &path).args(["-e", "-c", &commands]));
-    let [load, masks, photos, pictures, depth, panorama] = &blocks(&page, "python")[..] else {
+    for section in ["## A data set", "### A mask with a shutter"] {
+        let (_, rest) = page.split_once(&format!("\n{section}\n")).expect("the section");
+        let (_, commands) = rest.split_once("```\n").expect("its commands");
+        let (commands, _) = commands.split_once("```").expect("their end");
+        let commands = commands.replace("--views 10", "--views 1");
+        let mut shell = Command::new("sh");
+        printed(shell.current_dir(folder).env("PATH", &path).args(["-e", "-c", &commands]));
+    }
+    let [load, masks, photos, pictures, wide, depth, panorama] = &blocks(&page, "python")[..]
+    else {
         panic!("the page has other blocks of Python");
     };
     const METRES: &str = "
@@ -394,20 +415,24 @@ metres = np.full((360, 640), 20.0)
 metres[0] = np.inf
 ";
     const CHECK: &str = "
-print(f'{rain.mean():.3f} {seen.mean():.3f} {(opacity < -0.05).mean():.3f} {mask.mean():.3f}')
+print(f'{rain.mean():.3f} {seen.mean():.3f} {(opacity < -0.05).mean():.3f} {(layers['count'] > 0).mean():.3f}')
 print(*sorted(path.name for path in pathlib.Path('sets/one').rglob('*.png')))
 print(np.abs(np.array(Image.open('sets/one/plate/clean.png')).astype(int) - np.array(Image.open('photos/one.png'))).max())
+print(np.array(Image.open('opacity-16.png')).max() == round(65535 * float(opacity.max())))
 print(abs(read('panorama.exr')['R'].mean() / panorama['R'].mean() - factor) < 1e-3)
 ";
-    let script = [load, masks, photos, pictures, METRES, depth, panorama, CHECK].concat();
+    let script = [load, masks, photos, pictures, wide, METRES, depth, panorama, CHECK].concat();
     let said = printed(python.current_dir(folder).env("PATH", &path).args(["-c", &script]));
     let all: Vec<&str> = said.lines().collect();
-    let (told, lines) = all.split_at(all.len().saturating_sub(4));
+    let (told, lines) = all.split_at(all.len().saturating_sub(5));
     let shares: Vec<f64> = lines[0].split(' ').filter_map(|share| share.parse().ok()).collect();
     let [rain, seen, below, single] = shares[..] else { panic!("{said}") };
     assert!((0.01..0.3).contains(&rain) && seen > 0.0 && below == 0.0, "{said}");
     assert!(single < 0.1 * rain, "streaks of one colour have no count: {said}");
-    assert_eq!(lines[1..], ["clean.png opacity.png rain.png rainy.png seen.png", "0", "True"]);
+    assert_eq!(
+        lines[1..],
+        ["clean.png opacity.png rain.png rainy.png seen.png", "0", "True", "True"]
+    );
     // Of two photographs.
     assert_eq!(told.iter().filter(|line| line.contains("streaks and discs")).count(), 1, "{said}");
     for depth in [&["depth.exr"][..], &["depth.png", "--depth-scale", "0.01"]] {

@@ -9,7 +9,7 @@ use super::format::{Format, Sheet};
 use super::interrupt::{Interrupted, heed_interrupts, is_interrupted};
 use super::options::SceneArgs;
 use super::tell::{about, line, say};
-use super::{Answer, parse_seconds, print_beside, progress, write_json};
+use super::{Answer, parse_seconds, print_beside, progress, waiting, write_json};
 use crate::Error;
 use crate::files::write_whole;
 use crate::gpu::disk_cache::user_folder;
@@ -127,7 +127,8 @@ pub fn run(args: &TradeoffArgs) -> anyhow::Result<Answer> {
     let count: usize = scenes.iter().map(|scene| of_scene(scene).len()).sum();
     let costs = kept(&device.report, user_folder().as_deref(), line).unwrap_or_default();
     let of_scene_s = |scene| expected_s(scene, &of_scene(scene), &effort, &costs);
-    let expected: f64 = scenes.iter().map(of_scene_s).sum::<crate::Result<f64>>()?;
+    let all_s = || scenes.iter().map(of_scene_s).sum::<crate::Result<f64>>();
+    let expected = waiting("looking how long it takes", all_s)?;
     say!(
         "note: {} of {}, about {} (by times of {})",
         counted(count as u64, "model"),
@@ -242,8 +243,8 @@ fn table(rows: &[Row]) -> Sheet {
 /// What an error must be well above to say something about its model.
 fn noise_line(noise: &Noise) -> String {
     format!(
-        "A picture without any error would be off from this truth, which is noisy, by rms x255 {:.2}, FLIP {:.4}, FLIP boxes {:.4}: the \
-         error of a model that is hardly more is not known any better",
+        "The truth's noise alone makes rms x255 {:.2}, FLIP {:.4}, FLIP boxes {:.4}: of an error close to this only so much is known \
+         that the model's own is smaller",
         255.0 * noise.rms,
         noise.flip,
         noise.box_flip

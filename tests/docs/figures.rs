@@ -263,8 +263,8 @@ fn what_is_said_of_the_tradeoff_holds() {
                 assert!(fast.0 > 5.0, "{scene}: fast is over five times as fast")
             }
             _ => assert!(
-                fast.0 > 0.8 && fast.1 < 0.5 * paper,
-                "{scene}: fast is as fast, with half of the error"
+                fast.0 > 0.75 && fast.1 < 0.5 * paper,
+                "{scene}: fast takes a third longer at most, with half of the error"
             ),
         }
     }

@@ -8,8 +8,16 @@ use crate::error_line;
 #[test]
 fn a_comparison_is_judged_again() {
     let bench = Bench::new();
-    let output =
-        bench.run(&["--b", "MS=12,PICTURE=white", "--pictures", "seen", "--json", "v.json"]);
+    let output = bench.run(&[
+        "--b",
+        "MS=12,PICTURE=white",
+        "--threshold",
+        "10%",
+        "--pictures",
+        "seen",
+        "--json",
+        "v.json",
+    ]);
     assert_eq!(output.status.code(), Some(0));
     let measured = bench.json("v.json");
     fs::create_dir(bench.path().join("sub")).expect("a folder");
@@ -45,16 +53,17 @@ fn a_comparison_is_judged_again() {
     assert!(bench.path().join("sub").join(picture).exists(), "{picture}");
 
     // By other bounds: 1.2 times as slow, and FLIP of white before black.
-    for (arguments, verdict, status) in [
-        (&["--max-flip", "1"][..], "slower", 0),
-        (&["--max-flip", "1", "--fail-above", "5%"], "slower", 1),
-        (&["--max-flip", "1", "--fail-above", "25%"], "same", 0),
-        (&["--fail-above", "25%"], "different", 1),
+    for (arguments, verdict, pass, status) in [
+        (&["--max-flip", "1"][..], "slower", "slower", 0),
+        (&["--max-flip", "1", "--fail-above", "5%"], "slower", "slower", 1),
+        (&["--max-flip", "1", "--fail-above", "25%"], "same", "same", 0),
+        (&["--fail-above", "25%"], "different", "same", 1),
     ] {
         assert_eq!(again(arguments).0, Some(status), "{arguments:?}");
         let file = bench.json("sub/again.json");
         assert_eq!(file["rows"][0]["verdict"], verdict, "{arguments:?}");
         assert_eq!(file["counts"][verdict], 1, "{arguments:?}");
+        assert_eq!(file["rows"][0]["passes"]["drops"]["verdict"], pass, "{arguments:?}");
     }
     let (status, said) = expect("ratio = 1.1\nflip = 1");
     assert!(status == Some(1) && said.contains("B / A is at least 1.2"), "{said}");
@@ -94,7 +103,32 @@ fn what_is_no_comparison_is_refused() {
     }
 }
 
-/// What a file of expectations names in vain is told; it fails only where that is asked for.
+/// A bound of pictures is none where there are none.
+#[test]
+fn pictures_that_were_not_compared_are_not_judged() {
+    let bench = Bench::new();
+    crate::keep(&bench, "base.json", &[]);
+    let run = |arguments: &[&str]| {
+        let output = bench.command(arguments).output().expect("it starts");
+        (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+    };
+    let (status, said) = run(&["verdict", "base.json", "base.json", "--json", "kept.json"]);
+    assert_eq!(status, Some(0), "{said}");
+    let (status, said) = run(&["verdict", "kept.json", "--max-flip", "0.1"]);
+    assert!(status == Some(2) && said.contains("no pictures were compared"), "{said}");
+    let text =
+        "[[device]]\nmatch = 'V 1'\nflip = 0.1\n[[device.row]]\nmatch = 'paper'\nerror = 0.1\n";
+    fs::write(bench.path().join("e.toml"), text).expect("a file");
+    let judged = ["verdict", "kept.json", "--expect", "e.toml"];
+    let (status, said) = run(&judged);
+    assert_eq!(status, Some(0), "{said}");
+    for words in ["flip holds for no row: no pictures", "error holds for no row: it needs"] {
+        assert!(said.contains(&format!("note: e.toml: {words}")), "{said}");
+    }
+    assert_eq!(run(&[&judged[..], &["--fail-unused"]].concat()).0, Some(1));
+}
+
+/// What a file of expectations names, and no row has, is a note; it fails where that is asked for.
 #[test]
 fn names_of_no_row_fail_if_asked() {
     let bench = Bench::new();
@@ -115,13 +149,20 @@ fn names_of_no_row_fail_if_asked() {
         ("passes = { drips = 2 }", "no row has a pass 'drips'; 1,000 drops, paper, 64 x 64 has "),
         (own, "no row has a pass 'skyy'"),
         ("[[device.row]]\nmatch = 'papre'\nratio = 2", "no row's name contains 'papre'"),
+        (
+            "[[device.row]]\nmatch = 'paper'\nratio = 2\n[[device.row]]\nmatch = '1,000'\nratio = 3",
+            "a [[device.row]] before it takes all rows of '1,000'",
+        ),
     ] {
         let (status, said) = run(text, &[]);
         assert_eq!(status, Some(0), "{said}");
         assert!(said.contains(&format!("note: e.toml: {words}")), "{said}");
-        let (status, said) = run(text, &["--fail-unused"]);
+        let (status, said) = run(text, &["--fail-unused", "--junit", "j.xml"]);
         assert_eq!(status, Some(1), "{said}");
         assert!(said.contains(&format!("raindrops: e.toml: {words}")), "{said}");
+        let xml = fs::read_to_string(bench.path().join("j.xml")).expect("a file");
+        let read = quick_junit::Report::deserialize_from_str(&xml).expect("JUnit");
+        assert_eq!((read.tests, read.failures), (2, 1), "{xml}");
         assert!(bench.json("v.json")["failed"][0].as_str().is_some_and(|why| why.contains(words)));
     }
     let used = "skips = ['=1,000 drops, paper, 64 x 64']\npasses = { drops = 2 }";

@@ -135,8 +135,7 @@ pub fn run(args: &CompareDevicesArgs) -> anyhow::Result<Answer> {
     }
     verdicts.iter_mut().try_for_each(|of| args.gate.settle(&mut of.verdict))?;
     let devices = pictures.rows(&verdicts);
-    let worst = devices.iter().flat_map(|row| &row.flip).copied().fold(0.0, f64::max);
-    let file = Report { schema: SCHEMA.into(), devices, pairs: stages.clone(), verdicts };
+    let file = Report { schema: SCHEMA.into(), devices, pairs: stages, verdicts };
     table::show(&file, &args.gate)?;
     args.gate.write_json(&file)?;
     if let Some(error) = failed {
@@ -144,11 +143,17 @@ pub fn run(args: &CompareDevicesArgs) -> anyhow::Result<Answer> {
     }
     let reports: Vec<&verdict::Report> = file.verdicts.iter().map(|of| &of.verdict).collect();
     let answer = args.gate.judge(&reports)?;
-    if args.max_flip.is_some_and(|most| worst > most) {
-        say!("raindrops: two drivers are FLIP {worst:.5} apart");
-        return Ok(Answer::No);
+    Ok(if are_alike(&file, args.max_flip) { answer } else { Answer::No })
+}
+
+/// Whether no two devices' pictures are farther apart than that; where they are, says so.
+pub fn are_alike(report: &Report, max_flip: Option<f64>) -> bool {
+    let largest = report.largest_flip();
+    let is_over = max_flip.is_some_and(|most| largest > most);
+    if is_over {
+        say!("raindrops: two drivers are FLIP {largest:.5} apart");
     }
-    Ok(answer)
+    !is_over
 }
 
 fn stages_apart(portraits: &[Portrait]) -> Vec<Pair> {
@@ -306,7 +311,11 @@ impl Times<'_> {
                     command: Some(command_line()),
                     max_flip: Some(args.max_flip.unwrap_or(MAX_FLIP)),
                     flip_pixels_per_degree: Some(PIXELS_PER_DEGREE),
-                    stopped: turns.stopped,
+                    stopped: turns
+                        .failed
+                        .as_ref()
+                        .map(|error| format!("{error:#}"))
+                        .or(turns.stopped),
                     ..verdict::Report::of(Method::Paired, sides, threshold, notes, turns.rows)
                 };
                 verdicts.push(Compared { a: 0, b: device, verdict: report });

@@ -96,6 +96,8 @@ pub(super) struct Maker<'a> {
     plans: &'a Plans,
     tiles: Option<Grid>,
     clean: Parts<'a>,
+    /// The rain as a medium, where masks are wanted.
+    misty: Option<Parts<'a>>,
     /// What is behind the rain in every view, where the camera stands still before a plate.
     kept: Option<Picture>,
 }
@@ -113,7 +115,8 @@ impl<'a> Maker<'a> {
             None => clean.prepare(&dry(&set.scene))?,
             Some(grid) => drop(grid.windows(set.scene.image)?),
         }
-        Ok(Self { set, device, plans, tiles, clean, kept: None })
+        let misty = plans.misty.as_ref().map(|plan| Parts::new(device, &set.environment, plan));
+        Ok(Self { set, device, plans, tiles, clean, misty, kept: None })
     }
 
     /// Draws and writes a view, its `view.json` last.
@@ -134,9 +137,8 @@ impl<'a> Maker<'a> {
         };
         let layers = self.draw_layers(&scene, until.clone())?;
         write_half(&layers.over(&clean), &folder.join("rainy.exr"))?;
-        if let Some(plan) = &self.plans.misty {
-            let mut parts = Parts::new(self.device, &set.environment, plan);
-            let (medium, _) = self.layers_of(&mut parts, &misty(&scene))?;
+        if let Some(parts) = &mut self.misty {
+            let (medium, _) = layers_of(parts, &misty(&scene), self.tiles)?;
             Masks::of(&layers, &medium, &clean).write_exr(&folder.join(MASK))?;
         }
         let cutoff_px = self.plans.rainy.cutoff.as_ref().map(|cutoff| cutoff.px);
@@ -187,19 +189,9 @@ impl<'a> Maker<'a> {
         // Other drops each time, so nothing but the device's pipelines is kept.
         let mut parts = Parts::new(self.device, &self.set.environment, &self.plans.rainy);
         parts.move_until(until);
-        let (layers, report) = self.layers_of(&mut parts, scene)?;
+        let (layers, report) = layers_of(&mut parts, scene, self.tiles)?;
         say_undrawn(&report.counts, report.room);
         Ok(layers)
-    }
-
-    fn layers_of(&self, parts: &mut Parts<'_>, scene: &Scene) -> Result<(Layers, FrameReport)> {
-        match self.tiles {
-            Some(grid) => layers_by_parts(parts, scene, grid),
-            None => {
-                let (renderer, report) = parts.draw_window(scene)?;
-                Ok((renderer.read_layers()?, report))
-            }
-        }
     }
 
     /// The plate as it is drawn, written once, with its depth. Every shard writes the same bytes.
@@ -216,6 +208,21 @@ impl<'a> Maker<'a> {
             write_depth(&folder.join("depth.exr"), &scene, &depth.values)?;
         }
         Ok(self.kept.insert(clean).clone())
+    }
+}
+
+/// Draws a scene's layers, in parts if asked to.
+fn layers_of(
+    parts: &mut Parts<'_>,
+    scene: &Scene,
+    tiles: Option<Grid>,
+) -> Result<(Layers, FrameReport)> {
+    match tiles {
+        Some(grid) => layers_by_parts(parts, scene, grid),
+        None => {
+            let (renderer, report) = parts.draw_window(scene)?;
+            Ok((renderer.read_layers()?, report))
+        }
     }
 }
 

@@ -197,9 +197,10 @@ pub(super) fn dry(scene: &Scene) -> Scene {
 }
 
 /// The same rain as a medium, without a single drop: those of real rain of under a pixel are the medium, larger ones are
-/// nearer than the camera sees.
+/// nearer than the camera sees. Other rain, and real rain that is drawn without a medium, is left out.
 pub(super) fn misty(scene: &Scene) -> Scene {
-    let Some(rain) = scene.real_rain() else { return dry(scene) };
+    let has_medium = scene.model.far_rain != Some(FarRain::None);
+    let Some(rain) = scene.real_rain().filter(|_| has_medium) else { return dry(scene) };
     let mut misty = Scene { drops: Vec::new(), ..scene.clone() };
     misty.camera.near = rain.extent.min(BEYOND) / scene.metres;
     (misty.model.far_rain, misty.model.cutoff_px) = (Some(FarRain::Medium), Some(1.0));

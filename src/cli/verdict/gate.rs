@@ -17,7 +17,8 @@ use crate::measure::verdict::{Report, Verdict, VerdictRow};
 #[derive(Args, Clone, Debug, Default)]
 #[command(next_help_heading = "Verdict")]
 pub struct GateArgs {
-    /// A ratio of times farther from 1 than this is faster or slower: 5% or 0.05 [default: 5%]
+    /// A ratio of times farther from 1 than this is faster or slower: 5% or 0.05 [default: 5%; of a comparison that is judged
+    /// again, its own]
     #[arg(long, value_name = "X", value_parser = parse_part)]
     threshold: Option<f64>,
     /// Set --threshold to this (5% or 0.05), and exit with status 1 if a row is slower, or its picture is different where

@@ -13,7 +13,7 @@ use crate::{Error, Result};
 
 /// Writes reports. Slower and different rows fail, undecided ones are skipped; where something is expected of the
 /// rows, what is not as expected fails, and what is known to fail, is undecided or is left out is skipped. Rows that the
-/// gate fails fail in any case.
+/// gate fails fail in any case. A name of the expectations that fails because no row has it is a test of its own.
 pub fn write<'a>(
     path: &Path,
     reports: impl Iterator<Item = (&'a Report, &'a Option<Vec<Outcome>>)>,
@@ -26,6 +26,17 @@ pub fn write<'a>(
             let start = format!("{} (", row.name);
             let is_failed = report.failed.iter().any(|failed| failed.starts_with(&start));
             suite.add_test_case(case(row, outcome, is_failed));
+        }
+        // What is failed and is no row: names in vain.
+        let is_of_row = |failed: &&String| {
+            report.rows.iter().any(|row| failed.starts_with(&format!("{} (", row.name)))
+        };
+        for what in report.failed.iter().filter(|failed| !is_of_row(failed)) {
+            let mut status = TestCaseStatus::non_success(NonSuccessKind::Failure);
+            status.set_message(what.as_str());
+            let mut case = TestCase::new("--expect", status);
+            case.set_classname("raindrops");
+            suite.add_test_case(case);
         }
         junit.add_test_suite(suite);
     }

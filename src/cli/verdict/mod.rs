@@ -20,8 +20,8 @@ use crate::measure::verdict::{self, Method, Side, kept};
 /// confidence. The two were measured at different times, so each run counts as one sample. Several
 /// files of a side, measured at different times with `bench --rounds 10`, make the interval narrower.
 ///
-/// One file that a comparison wrote (`bench --a … --b …`, compare-devices, verdict) is judged again by the bounds that are
-/// given here; nothing is measured.
+/// One file that a comparison wrote (`bench --a … --b …`, compare-devices, verdict) is judged again; nothing is measured. Its
+/// threshold and FLIP stay unless they are given here. What failed then is forgotten: give it here, too.
 #[derive(Args)]
 pub struct VerdictArgs {
     /// Result files of the base (A), comma-separated: the same measurement at different times. Without B: a comparison
@@ -33,7 +33,8 @@ pub struct VerdictArgs {
     /// Refuse results of different devices; their drivers may be of different versions
     #[arg(long, requires = "new")]
     same_device: bool,
-    /// Of a comparison: a row whose pictures are farther apart (mean FLIP) is `different` [default: as it was measured]
+    /// Of a comparison: a row whose pictures are farther apart (mean FLIP) is `different`; of one of compare-devices the exit
+    /// status is then 1, as there [default: as it was measured]
     #[arg(long, value_name = "X", value_parser = parse_flip, conflicts_with = "new")]
     max_flip: Option<f64>,
     #[command(flatten)]
@@ -108,7 +109,11 @@ pub fn notes(a: &Report, b: &Report) -> Vec<String> {
         ("the processor", a.host.cpu.clone(), b.host.cpu.clone()),
         ("the number of cores", a.host.cores.to_string(), b.host.cores.to_string()),
     ];
-    let differ = figures.into_iter().filter(|(_, a, b)| a != b);
+    // Older results have a processor's name alone.
+    let name = |cpu: &str| cpu.split(" (family ").next().unwrap_or_default().to_string();
+    let is_older = |cpu: &str| !cpu.contains(" (family ");
+    let are_alike = |a: &str, b: &str| a == b || (is_older(a) != is_older(b) && name(a) == name(b));
+    let differ = figures.into_iter().filter(|(_, a, b)| !are_alike(a, b));
     let differ =
         differ.map(|(what, a, b)| format!("{what} is {} in A, {} in B", a.trim(), b.trim()));
     let differ = differ.chain(variables(a, b));
@@ -152,6 +157,14 @@ mod tests {
             "VK_DRIVER_FILES is not set in A, 'a.json' in B",
         ];
         assert_eq!(notes(&one, &other), told);
+        let on = |cpu: &str| {
+            let mut report = one.clone();
+            report.host.cpu = cpu.into();
+            report
+        };
+        let [old, zen_3, zen_4] =
+            ["C", "C (family 25, model 1)", "C (family 25, model 17)"].map(on);
+        assert!(notes(&old, &zen_3).is_empty() && notes(&zen_3, &zen_4).len() == 1);
         assert!(notes(&one, &one).is_empty());
     }
 }

@@ -32,6 +32,7 @@ pub struct Apart {
     #[serde(default)]
     pub alone: f64,
     /// Largest difference, where both have something.
+    #[serde(deserialize_with = "report::number")]
     pub largest: f64,
 }
 

@@ -79,16 +79,17 @@ pub fn study(
     let count = scene.frames.len() as f64;
     let (mut truths, mut noise) = (Vec::new(), None);
     // The first frame is traced twice.
-    let part = |number: usize, share: f64| share_truth((number as f64 + share) / (count + 1.0));
+    let part = |done: usize, share: f64| share_truth((done as f64 + share) / (count + 1.0));
     for (number, frame) in scene.frames.iter().enumerate() {
         let tracer = tracer(scene, frame, effort.truth_samples)?.until(effort.time.stop);
-        let traced = tracer.trace(&|share| part(number, share));
+        let done = if number == 0 { 0 } else { number + 1 };
+        let traced = tracer.trace(&|share| part(done, share));
         let exposure = exposure_of(&frame.tone_map, &traced.picture);
         let known = Known { traced, exposure };
         if number == 0 && !(effort.time.stop)() {
             effort.keep(scene, "truth", &known.traced.picture, exposure)?;
             let seed = Truth::default().seed + 1;
-            let again = tracer.with_seed(seed).trace(&|share| part(scene.frames.len(), share));
+            let again = tracer.with_seed(seed).trace(&|share| part(1, share));
             noise = Some(of_noise(&scene.name, &known, &again.picture));
         }
         if (effort.time.stop)() {

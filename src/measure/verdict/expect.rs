@@ -300,16 +300,26 @@ impl DeviceExpectations {
         (!all.is_empty()).then(|| all.join("; "))
     }
 
-    /// What it names and the rows lack, in words: it is of no use any more, or misspelt, or the run left it out.
+    /// What in it holds for nothing, in words: names that the rows lack, rows that an earlier name takes, bounds of what was
+    /// not measured. It is of no use any more, or misspelt, or the run left it out.
     pub fn unused(&self, rows: &[VerdictRow]) -> Vec<String> {
-        let like = rows.first().map_or(String::new(), |row| format!("; one is '{}'", row.name));
+        let Some(first) = rows.first() else { return Vec::new() };
+        let like = format!("; one is '{}'", first.name);
+        let is_there = |part: &str| rows.iter().any(|row| is_named(row, part));
         let of_rows = self.row.iter().map(|row| &row.pattern);
         let parts = self.fails.iter().chain(&self.flakes).chain(&self.skips).chain(of_rows);
-        let parts = parts.filter(|part| !rows.iter().any(|row| is_named(row, part)));
+        let parts = parts.filter(|part| !is_there(part));
         let parts = parts.map(|part| match part.strip_prefix('=') {
             Some(whole) => format!("no row's name is '{whole}'{like}"),
             None => format!("no row's name contains '{part}'{like}"),
         });
+        // The first that a row's name has is taken.
+        let is_own = |own: &RowExpectations| {
+            rows.iter().any(|row| self.own(row).is_some_and(|taken| std::ptr::eq(taken, own)))
+        };
+        let shadowed = self.row.iter().filter(|own| is_there(&own.pattern) && !is_own(own));
+        let shadowed = shadowed
+            .map(|own| format!("a [[device.row]] before it takes all rows of '{}'", own.pattern));
         let everywhere = self.passes.keys().map(|pass| (pass, ""));
         let own = self
             .row
@@ -320,11 +330,18 @@ impl DeviceExpectations {
             let mut named = rows.iter().filter(|row| is_named(row, of)).peekable();
             let first = *named.peek()?;
             let known: Vec<&str> = first.passes.keys().map(String::as_str).collect();
-            let is_there = named.any(|row| row.passes.contains_key(pass));
-            (!is_there).then(|| {
+            let has_it = named.any(|row| row.passes.contains_key(pass));
+            (!has_it).then(|| {
                 format!("no row has a pass '{pass}'; {} has {}", first.name, known.join(", "))
             })
         });
-        parts.chain(passes).collect()
+        let has_flip = self.flip.is_some() || self.row.iter().any(|own| own.flip.is_some());
+        let has_error = self.error.is_some() || self.row.iter().any(|own| own.error.is_some());
+        let flip = has_flip && rows.iter().all(|row| row.flip_between.is_none());
+        let error = has_error && rows.iter().all(|row| row.error_b.is_none());
+        let flip = flip.then_some("flip holds for no row: no pictures were compared");
+        let error = error.then_some("error holds for no row: it needs --truth-samples");
+        let unmeasured = flip.into_iter().chain(error).map(String::from);
+        parts.chain(shadowed).chain(passes).chain(unmeasured).collect()
     }
 }
