@@ -415,7 +415,8 @@ metres = np.full((360, 640), 20.0)
 metres[0] = np.inf
 ";
     const CHECK: &str = "
-print(f'{rain.mean():.3f} {seen.mean():.3f} {(opacity < -0.05).mean():.3f} {(layers['count'] > 0).mean():.3f}')
+single = layers['count'] > 0
+print(f'{rain.mean():.3f} {seen.mean():.3f} {(opacity < -0.05).mean():.3f} {single.mean():.3f}')
 print(*sorted(path.name for path in pathlib.Path('sets/one').rglob('*.png')))
 print(np.abs(np.array(Image.open('sets/one/plate/clean.png')).astype(int) - np.array(Image.open('photos/one.png'))).max())
 print(np.array(Image.open('opacity-16.png')).max() == round(65535 * float(opacity.max())))
