@@ -313,3 +313,20 @@ fn masks_without_a_medium_are_the_opacity() {
         assert!(beside.count() < 8, "{scene}");
     }
 }
+
+/// Drops that are larger than a pixel are in no medium, and wholly in the masks.
+#[test]
+fn near_drops_are_in_the_masks() {
+    let folder = emptied_folder("data-sets/near");
+    write_scene(&folder);
+    let large = ["--size", "480x320", "--rate", "200", "--diameters", "3,6"];
+    let set = ["dataset", "scene.toml", "--masks", "--views", "1", "--turn", "0", "-o", "set"];
+    let (is_done, said) = run(&folder, &[&set[..], &large].concat());
+    assert!(is_done, "{said}");
+    let view = |name: &str| folder.join("set/00000").join(name);
+    let covered = channel(&view("layers.exr"), "A");
+    let opacity = channel(&view("mask.exr"), "opacity");
+    let within = opacity.iter().zip(&covered).filter(|(_, a)| **a > 0.99).map(|(of, _)| of);
+    let (count, least) = within.fold((0, 1.0f32), |(n, least), of| (n + 1, least.min(*of)));
+    assert!(count > 20 && least > 0.9, "{count} pixels, {least}");
+}
