@@ -25,8 +25,8 @@ pub struct Masks {
     /// Share of the light behind them that single drops take, over what the medium takes: a soft mask, whatever is behind.
     /// Slightly below 0 between drops, as the medium stands for those as well.
     pub opacity: Vec<f32>,
-    /// How far the picture's brightness is from the medium's, over the medium's and [`DARK`] times its mean: what an eye, or a
-    /// network, can see.
+    /// How far the picture's brightness is from the medium's, over the sum of the medium's there and 2 % of the medium's mean:
+    /// what an eye, or a network, can see.
     pub contrast: Vec<f32>,
 }
 
