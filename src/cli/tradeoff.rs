@@ -128,7 +128,7 @@ pub fn run(args: &TradeoffArgs) -> anyhow::Result<Answer> {
     let costs = kept(&device.report, user_folder().as_deref(), line).unwrap_or_default();
     let of_scene_s = |scene| expected_s(scene, &of_scene(scene), &effort, &costs);
     let all_s = || scenes.iter().map(of_scene_s).sum::<crate::Result<f64>>();
-    let expected = waiting("looking how long it takes", all_s)?;
+    let expected = waiting("estimating how long this takes", all_s)?;
     say!(
         "note: {} of {}, about {} (by times of {})",
         counted(count as u64, "model"),
@@ -243,8 +243,8 @@ fn table(rows: &[Row]) -> Sheet {
 /// What an error must be well above to say something about its model.
 fn noise_line(noise: &Noise) -> String {
     format!(
-        "The truth's noise alone makes rms x255 {:.2}, FLIP {:.4}, FLIP boxes {:.4}: of an error close to this only so much is known \
-         that the model's own is smaller",
+        "A perfect picture would be off from this truth by rms x255 {:.2}, FLIP {:.4}, FLIP boxes {:.4}: the truth has noise. Where a \
+         model's error is close to this, its own is smaller, and not known",
         255.0 * noise.rms,
         noise.flip,
         noise.box_flip

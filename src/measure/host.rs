@@ -24,6 +24,9 @@ const VARIABLES: [&str; 14] = [
     "GALLIVM_PERF",
 ];
 
+/// Between a processor's name and its family.
+const FAMILY: &str = " (family ";
+
 /// CPU, cores, system, load and variables.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Host {
@@ -67,6 +70,16 @@ impl Host {
         }
     }
 
+    /// Whether both have one processor, as far as is known: results of older programs have its name without [`FAMILY`].
+    #[cfg(feature = "cli")]
+    pub(crate) fn has_processor_of(&self, other: &Self) -> bool {
+        match (self.cpu.split_once(FAMILY), other.cpu.split_once(FAMILY)) {
+            (Some((name, _)), None) => name == other.cpu,
+            (None, Some((name, _))) => name == self.cpu,
+            _ => self.cpu == other.cpu,
+        }
+    }
+
     /// Its variables as a shell sets them, each after a comma; nothing where none is set.
     #[cfg(feature = "cli")]
     pub(crate) fn settings(&self) -> String {
@@ -104,7 +117,7 @@ fn processor(cpuinfo: &str) -> String {
     };
     let name = value("model name").unwrap_or("unknown".into());
     match value("cpu family").zip(value("model")) {
-        Some((family, model)) => format!("{name} (family {family}, model {model})"),
+        Some((family, model)) => format!("{name}{FAMILY}{family}, model {model})"),
         None => name,
     }
 }
@@ -131,6 +144,17 @@ mod tests {
         };
         assert_eq!((of(25), of(26) != of(25)), ("AMD EPYC (family 25, model 1)".into(), true));
         assert_eq!(processor("processor : 0\nBogoMIPS : 50\n"), "unknown");
+    }
+
+    #[cfg(feature = "cli")]
+    #[test]
+    fn a_name_without_a_family_is_any_of_them() {
+        let of = |cpu: &str| Host { cpu: cpu.into(), ..Host::now() };
+        let [old, zen_3, zen_4] =
+            ["C", "C (family 25, model 1)", "C (family 25, model 17)"].map(of);
+        assert!(old.has_processor_of(&zen_3) && zen_3.has_processor_of(&old));
+        assert!(zen_3.has_processor_of(&zen_3) && !zen_3.has_processor_of(&zen_4));
+        assert!(!old.has_processor_of(&of("D (family 25, model 1)")));
     }
 
     #[test]

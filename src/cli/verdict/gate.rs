@@ -41,7 +41,8 @@ pub struct GateArgs {
     /// not fail; exit with status 1 if another row fails, or one that is known to fail passes
     #[arg(long, value_name = "FILE.toml")]
     expect: Option<PathBuf>,
-    /// Exit with status 1 also if the file of --expect names a row or a pass that is not there; without this it is a note
+    /// Exit with status 1 also if something in the file of --expect holds for nothing: a name that no row or pass has, a bound of
+    /// what was not measured. Without this it is a note
     #[arg(long, requires = "expect")]
     fail_unused: bool,
 }

@@ -13,7 +13,7 @@ use crate::{Error, Result};
 
 /// Writes reports. Slower and different rows fail, undecided ones are skipped; where something is expected of the
 /// rows, what is not as expected fails, and what is known to fail, is undecided or is left out is skipped. Rows that the
-/// gate fails fail in any case. A name of the expectations that fails because no row has it is a test of its own.
+/// gate fails fail in any case. What the expectations name and no row has is a test of its own, where it fails.
 pub fn write<'a>(
     path: &Path,
     reports: impl Iterator<Item = (&'a Report, &'a Option<Vec<Outcome>>)>,
@@ -23,15 +23,11 @@ pub fn write<'a>(
         let mut suite = TestSuite::new(name(report));
         for (number, row) in report.rows.iter().enumerate() {
             let outcome = outcomes.as_ref().and_then(|outcomes| outcomes.get(number));
-            let start = format!("{} (", row.name);
-            let is_failed = report.failed.iter().any(|failed| failed.starts_with(&start));
+            let is_failed = report.failed.iter().any(|failed| is_of(failed, row));
             suite.add_test_case(case(row, outcome, is_failed));
         }
-        // What is failed and is no row: names in vain.
-        let is_of_row = |failed: &&String| {
-            report.rows.iter().any(|row| failed.starts_with(&format!("{} (", row.name)))
-        };
-        for what in report.failed.iter().filter(|failed| !is_of_row(failed)) {
+        let is_of_none = |failed: &&String| !report.rows.iter().any(|row| is_of(failed, row));
+        for what in report.failed.iter().filter(is_of_none) {
             let mut status = TestCaseStatus::non_success(NonSuccessKind::Failure);
             status.set_message(what.as_str());
             let mut case = TestCase::new("--expect", status);
@@ -42,6 +38,11 @@ pub fn write<'a>(
     }
     let text = junit.to_string().map_err(|error| Error::write(path, error))?;
     write_whole(path, text.as_bytes())
+}
+
+/// Whether an entry of a report's failures is of a row: its name, then in brackets why.
+fn is_of(failed: &str, row: &VerdictRow) -> bool {
+    failed.strip_prefix(&row.name).is_some_and(|why| why.starts_with(" ("))
 }
 
 /// Which devices, where they differ: what a side is called may be a path. Else what the sides are called.

@@ -96,7 +96,7 @@ pub struct Report {
     /// How many rows have which verdict.
     #[serde(default)]
     pub counts: IndexMap<String, usize>,
-    /// The rows by which the command's exit status is 1, and why, then the names in vain that `--fail-unused` fails; none
+    /// The rows by which the command's exit status is 1, and why, then what `--fail-unused` fails; none
     /// where nothing was to fail it.
     #[serde(default)]
     pub failed: Vec<String>,
