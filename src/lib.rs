@@ -147,6 +147,7 @@ pub mod picture;
 pub mod plan;
 pub mod rain;
 pub mod reference;
+pub mod remark;
 pub mod renderer;
 pub mod scene;
 mod thousands;
