@@ -9,7 +9,8 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use glam::DVec3;
 use image::{GrayImage, Luma};
 use raindrops::optics::{Shape, WATER, Walk};
-use raindrops::rain::flat_suns::{ANGLES, DIAMETERS, byte_of};
+use raindrops::rain::flat_sizes::DIAMETERS;
+use raindrops::rain::flat_suns::{ANGLES, byte_of};
 use raindrops::rain::shape::Halves;
 use rayon::prelude::*;
 

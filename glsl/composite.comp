@@ -40,6 +40,8 @@ layout(std430, set = 0, binding = 29) readonly buffer LineSums { ivec4 line_sums
 #define COUNTERS_BINDING 15
 #include "counters.glsl"
 #include "far_glints.glsl"
+#include "rain_field.glsl"
+#include "flat_rain.glsl"
 #include "by_four.glsl"
 #include "projection.glsl"
 #include "divided.glsl"
@@ -179,6 +181,18 @@ void lay_block_behind(inout Row upper, inout Row lower, uint link) {
     lay_row_behind(lower, below, coverage.zw);
 }
 
+// Gives the colours of a sphere's halves the mean light of a flattened drop of a diameter. `words`: of those of FLATNESS.
+void flatten_colors(inout vec3 upper, inout vec3 lower, uvec2 words, float mm) {
+    vec3 first = unpack_radiance(words.x), second = unpack_radiance(words.y), round = 0.5 * (upper + lower);
+    precise float flatness = flatness_of(mm);
+    float from_first = clamp((flatness - FLATNESS.x) / (FLATNESS.y - FLATNESS.x), 0.0, 1.0);
+    precise vec3 shown = mix(round, mix(first, second, from_first), min(flatness / FLATNESS.x, 1.0));
+    precise vec3 share = shown / max(round, 1e-30);
+    precise vec3 above = upper * share, below = lower * share;
+    upper = above;
+    lower = below;
+}
+
 // An entry that is no splat covers nothing.
 void lay_splat_behind(inout Row upper, inout Row lower, uint link) {
     bool splat = link != END && !is_block(link);
@@ -190,7 +204,7 @@ void lay_splat_behind(inout Row upper, inout Row lower, uint link) {
     bool spread = is_spread();
     vec2 from = vec2(uvec2(which & 1u, which >> 1) * TILE) - splat_center(words.z);
     uint direction = words.w >> HALF_SIDES_BITS;
-    uvec2 shown = splat_of(direction).xy;
+    uvec4 shown = splat_of(direction);
     // A splat is hidden where its centre is farther than what is behind.
     float distance2 = uintBitsToFloat(words.x);
     bvec4 upper_hidden = lessThanEqual(upper_reach2, vec4(distance2));
@@ -203,6 +217,10 @@ void lay_splat_behind(inout Row upper, inout Row lower, uint link) {
     float away2 = dot(center, center) + frame.image.z * frame.image.z, near = inversesqrt(away2);
     vec3 axis = near * vec3(center.x, -center.y, -frame.image.z);
     float radius = sqrt(squared * away2 * near * inverse_focal); // over the root of the axis' depth
+    if (FLAT_RAIN != 0u && (words.y & IS_PLACED) == 0u) {
+        precise float mm = field.shown.w * frame.image.z * near * near * radius * sqrt(distance2);
+        flatten_colors(upper_color, lower_color, shown.zw, mm);
+    }
     for (uint i = 0u; i < GLINTS; ++i) {
         uvec4 source = i == 0u ? first_source : splat_of(TOWARD_SOURCES + i);
         if (i > 0u && source.w == 0u) break;

@@ -1,7 +1,11 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 // Adds the images of the bright sources to the pixels of the large drops' tile fragments, after their colours are
-// there; one invocation eight drops. See src/passes/glints.rs.
+// there; one invocation eight drops. SHARED: of the drops that the others leave, as they take long; a workgroup one drop.
+// See src/passes/glints.rs.
+//
+// llvmpipe ends the loops of a vector of invocations after some 65,000 turns together. So no order of the drops may decide
+// how many turns an invocation has: what a drop takes is bounded here, and where it is over a bound, that is counted.
 #include "frame.glsl"
 #include "projection.glsl"
 #include "light_model.glsl"
@@ -11,12 +15,16 @@
 #include "appearance.glsl"
 #define REACH_BINDING 20
 #include "reach.glsl"
+#define COUNTERS_BINDING 15
+#include "counters.glsl"
 
 // CPU drivers run a vector of eight invocations as long as one of them has an image to solve for, so each takes as
 // many drops as there are in a vector, and solves for those alone that need it: one in twenty.
 const uint WIDE = 8;
 layout(local_size_x = WIDE) in;
 
+// The drops that are left to SHARED, where composite.comp lists tiles later.
+layout(std430, set = 0, binding = 14) buffer Disordered { uint shared_drops[]; };
 layout(std430, set = 0, binding = 23) readonly buffer Moves { vec4 moves[]; };
 // What far drops show (splat_table.comp).
 layout(std430, set = 0, binding = 16) readonly buffer SplatTable { uvec4 splat_table[]; };
@@ -32,12 +40,36 @@ layout(std430, set = 0, binding = 16) readonly buffer SplatTable { uvec4 splat_t
 // Radius in pixels under which a far drop has the images of the nearest direction: a fifth of a pixel off at most.
 const float TABLE_PX = 4.0;
 
-// Parts of a source at most: more than a pixel's worth for images of up to 16 pixels across. Larger ones, of the sun
+// Parts of all sources at most: more than a pixel's worth for images of up to 16 pixels across. Larger ones, of the sun
 // in drops of over 900 pixels of radius, are mottled.
 const uint MOST_PARTS = 256;
 
-// Most places of an image on the part of a drop's way that is in the picture.
-const float MOST_STEPS = 16384.0;
+// Drops with more parts of a source are left to SHARED, and those that move with more than MOVING_PARTS, or over more than
+// so many pixels. Others take an invocation at most 4 sources x 8 parts x (8 ways x 3 indices x 5 + 9), or 4 x 2 x (8 x 3 x
+// 18 + 9) turns each, loops within loops counted; it has eight of them, 33,000 turns.
+const uint STILL_PARTS = 8, MOVING_PARTS = 2;
+const float MOVING_PX = 12.0;
+
+// Turns that SHARED takes for discs and ways, at most, besides 33,000 to find all images of a drop; what is beyond is left
+// out, and counted.
+const uint MOST_TURNS = 30000;
+uint turns = 0u;
+bool is_over = false;
+
+// Are there as many turns left? All invocations of a workgroup agree.
+bool take_turns(float wanted) {
+    is_over = is_over || float(turns) + wanted > float(MOST_TURNS);
+    if (!is_over) turns += uint(wanted);
+    return !is_over;
+}
+
+// Invocations of SHARED part the pixels between them, by rows of tiles; of a drop that moves by columns of pixels, if its
+// way is longer across.
+#ifdef SHARED
+bool is_mine(int number) { return uint(number) % WIDE == gl_LocalInvocationID.x; }
+#else
+bool is_mine(int number) { return true; }
+#endif
 
 // Part of a pixel that a fragment must cover to take light: a colour counts as much as its pixel is covered, so that
 // a little part would have to be brighter than a colour can be.
@@ -47,7 +79,7 @@ const float LEAST_BLURRED_COVER = 1.0 / 1024.0;
 
 // Adds light to the pixel at a place on the screen, if a tile fragment of the drop is there that covers at least a part of
 // it; whether it is.
-bool add_light_at(uint drop, Large r, vec2 at, vec3 light, float least) {
+bool add_light_at(uint drop, Large r, vec2 at, vec3 light, float least, bool mine) {
     if (any(lessThan(at, vec2(0.0))) || any(greaterThanEqual(at, frame.image.xy))) return false;
     uvec2 pixel = uvec2(at), tile = pixel / TILE, first = uvec2(r.first_tile & 0xffffu, r.first_tile >> 16);
     if (any(lessThan(tile, first)) || tile.x - first.x >= r.across) return false;
@@ -66,41 +98,71 @@ bool add_light_at(uint drop, Large r, vec2 at, vec3 light, float least) {
     // Of what the drop covers of the pixel, the hidden part is no reason to draw the image elsewhere.
     if (share < least * before || color == NO_COLOR) return false;
     if (share < least) return HAS_DEPTH != 0u;
-    nodes[node + COLORS + in_tile] = pack_radiance(unpack_radiance(color) + light / share);
+    if (mine) nodes[node + COLORS + in_tile] = pack_radiance(unpack_radiance(color) + light / share);
     return true;
 }
 
-// The same of a drop out of focus: a point of light is a disc, `blur` pixels of radius.
-bool add_disc_of_light(uint drop, Large r, vec2 at, vec3 light, float blur) {
+#ifdef SHARED
+// The same of a drop out of focus: a point of light is a disc, `blur` pixels of radius. Each invocation has rows of tiles of
+// its own.
+void add_disc_of_light(uint drop, Large r, vec2 at, vec3 light, float blur) {
     float wide = blur + 0.5;
-    vec2 low = max(floor(at - wide), vec2(0.0)), high = min(floor(at + wide), frame.image.xy - 1.0);
+    vec2 first = vec2(r.first_tile & 0xffffu, r.first_tile >> 16) * vec2(TILE);
+    vec2 low = max(floor(at - wide), first), high = min(floor(at + wide), frame.image.xy - 1.0);
+    high.x = min(high.x, first.x + float(r.across * TILE.x) - 1.0);
+    if (any(greaterThan(low, high))) return;
+    ivec2 from = ivec2(low) / ivec2(TILE), to = ivec2(high) / ivec2(TILE);
+    int row = from.y + int((gl_LocalInvocationID.x + WIDE - uint(from.y) % WIDE) % WIDE);
+    // A turn a row, a tile and a pixel.
+    if (!take_turns(float((to.y - from.y) / int(WIDE) + 1) * float(1u + (1u + PIXELS) * uint(to.x - from.x + 1)))) return;
     light /= 3.14159265 * (blur * blur + 1.0 / 12.0);
-    for (float y = low.y; y <= high.y; y += 1.0) {
-        for (float x = low.x; x <= high.x; x += 1.0) {
-            vec2 pixel = vec2(x, y) + 0.5;
-            float part = clamp(wide - length(pixel - at), 0.0, 1.0);
-            if (part > 0.0) add_light_at(drop, r, pixel, part * light, LEAST_BLURRED_COVER);
+    for (; row <= to.y; row += int(WIDE)) {
+        for (int column = from.x; column <= to.x; ++column) {
+            for (uint i = 0u; i < PIXELS; ++i) {
+                vec2 pixel = vec2(ivec2(column, row) * ivec2(TILE) + ivec2(i % TILE.x, i / TILE.x)) + 0.5;
+                float part = clamp(wide - length(pixel - at), 0.0, 1.0);
+                if (part > 0.0) add_light_at(drop, r, pixel, part * light, LEAST_BLURRED_COVER, true);
+            }
         }
     }
-    return true;
+}
+#endif
+
+// The same of a drop that moves while the shutter is open, by the length of its way in each column of pixels, or in each row
+// if that is longer. Of SHARED each invocation has columns, or rows, of its own.
+void add_line_of_light(uint drop, Large r, vec2 at, vec3 light) {
+    vec2 way = moves[2u * drop + 1u].xy;
+    bool is_across = abs(way.x) > abs(way.y);
+    float length = is_across ? way.x : way.y, slope = (is_across ? way.y : way.x) / length;
+    if (abs(length) < 1e-3) {
+        add_light_at(drop, r, at, light, LEAST_COVER, is_mine(int(floor(is_across ? at.x : at.y))));
+        return;
+    }
+    float middle = is_across ? at.x : at.y, end = is_across ? frame.image.x : frame.image.y;
+    float from = max(middle - 0.5 * abs(length), 0.0), to = min(middle + 0.5 * abs(length), end);
+    if (from >= to) return;
+    int first = int(floor(from)), last = int(ceil(to)) - 1, stride = 1;
+#ifdef SHARED
+    stride = int(WIDE);
+    if (!take_turns(float((last - first) / stride + 1))) return;
+    first += int((gl_LocalInvocationID.x + WIDE - uint(first) % WIDE) % WIDE);
+#endif
+    for (int i = first; i <= last; i += stride) {
+        float low = max(from, float(i)), high = min(to, float(i + 1)), along = 0.5 * (low + high) - middle;
+        vec2 place = is_across ? vec2(along, slope * along) : vec2(slope * along, along);
+        add_light_at(drop, r, at + place, light * ((high - low) / abs(length)), LEAST_COVER, true);
+    }
 }
 
-// The same of a drop that may move while the shutter is open: along its way.
+// Adds light to a drop at rest as `add_light_at` does; to another it adds all that falls on its fragments.
 bool add_light(uint drop, Large r, vec2 at, vec3 light) {
-    if (!is_spread()) return add_light_at(drop, r, at, light, LEAST_COVER);
-    if (HAS_LENS != 0u && moves[2u * drop].w > 0.0) {
-        return add_disc_of_light(drop, r, at, light, max(moves[2u * drop + 1u].z, LEAST_BLUR_PX));
-    }
-    vec2 way = moves[2u * drop + 1u].xy, held = mix(way, vec2(1e-6), lessThan(abs(way), vec2(1e-6)));
-    vec2 a = -at / held, b = (frame.image.xy - at) / held;
-    float from = clamp(max(min(a.x, b.x), min(a.y, b.y)), -0.5, 0.5), to = clamp(min(max(a.x, b.x), max(a.y, b.y)), from, 0.5);
-    float steps = clamp(ceil(max(abs(way.x), abs(way.y)) * (to - from)), 1.0, MOST_STEPS), part = (to - from) / steps;
-    bool done = false;
-    for (uint i = 0u; i < uint(steps); ++i) {
-        vec2 place = at + way * (from + (float(i) + 0.5) * part);
-        done = add_light_at(drop, r, place, light * part, LEAST_COVER) || done;
-    }
-    return done;
+    if (!is_spread()) return add_light_at(drop, r, at, light, LEAST_COVER, is_mine(int(at.y) / int(TILE.y)));
+    bool is_blurred = HAS_LENS != 0u && moves[2u * drop].w > 0.0;
+#ifdef SHARED
+    if (is_blurred) add_disc_of_light(drop, r, at, light, max(moves[2u * drop + 1u].z, LEAST_BLUR_PX));
+#endif
+    if (!is_blurred) add_line_of_light(drop, r, at, light);
+    return true;
 }
 
 vec3 to_view(vec3 world) {
@@ -115,7 +177,7 @@ bool is_flat(Large r) {
 // for rainbows: about five parts a pixel.
 uint parts_of(float pixels, float angle) {
     float wide = 8.0 * pixels * angle;
-    return uint(clamp(wide * wide, 1.0, float(MOST_PARTS)));
+    return uint(clamp(wide * wide, 1.0, float(MOST_PARTS / max(source_count.x, 1u))));
 }
 
 // Is a drop of some pixels, not drawn by rays, and each of its images a point?
@@ -126,11 +188,11 @@ bool is_small(Large r, float pixels) {
 }
 
 // Draws an image (glints.glsl) in the plane of `axis` and `aside`: at its place; where the fragments cover nothing of
-// that pixel, a quarter of a pixel farther in. `light`: for an image of 1.
+// that pixel, a quarter of a pixel farther in, as all images at the rim of a drop that is spread. `light`: for an image of 1.
 void add_image(uint drop, Large r, vec2 image, vec3 axis, vec3 aside, float sine, vec4 shape, vec3 light) {
     float focal = frame.image.z, in_by = max(1.0 - 0.25 / (focal * sine), 0.75), inner = clamp(image.x, -in_by, in_by);
     bool done = image.y <= 0.0;
-    for (uint attempt = 0u; !done && attempt < 2u; ++attempt) {
+    for (uint attempt = is_spread() ? 1u : 0u; !done && attempt < 2u; ++attempt) {
         float sin_a = sine * (attempt == 0u ? image.x : inner), cos_a = sqrt(1.0 - sin_a * sin_a);
         vec3 ray = cos_a * axis + sin_a * aside;
         float larger = 1.0;
@@ -199,7 +261,9 @@ bool add_by_table(uint drop, Large r) {
             bool is_first = abs(places.x - place) < abs(places.y - place);
             vec3 light = squared * unpack_radiance(is_first ? images.y : images.z);
             if (j == 1u) light += squared * unpack_radiance(images.w);
-            vec2 at = (is_first ? places.x : places.y) * on_screen;
+            float out_by = is_first ? places.x : places.y;
+            if (is_spread()) out_by = clamp(out_by, -inner, inner);
+            vec2 at = out_by * on_screen;
             if (!add_light(drop, r, r.center + at, light)) add_light(drop, r, r.center + inner * at, light);
         }
     }
@@ -246,18 +310,50 @@ void solve(uint drop) {
     }
 }
 
+#ifdef SHARED
+void main() {
+    uint number = group_number();
+    if (number >= min(totals.shared_drops, MAX_LARGES)) return;
+    uint drop = shared_drops[number];
+    Large r = larges[drop];
+    if (!add_by_closed_form(drop, r) && !add_by_table(drop, r)) solve(drop);
+    if (is_over && gl_LocalInvocationID.x == 0u) atomicAdd(counters.lost, 1u);
+}
+#else
+// May it take so long that one drop after the other does not do?
+bool takes_long(uint drop, Large r) {
+    uint most = 1u;
+    for (uint i = 0u; i < source_count.x; ++i) {
+        most = max(most, parts_of(frame.image.z * min(r.sphere.w / length(r.sphere.xyz), 0.99999), sources[i].toward.w));
+    }
+    if (!is_spread()) return most > STILL_PARTS;
+    vec2 way = abs(moves[2u * drop + 1u].xy);
+    return most > MOVING_PARTS || max(way.x, way.y) > MOVING_PX || HAS_LENS != 0u && moves[2u * drop].w > 0.0;
+}
+
+void share(uint drop) {
+    uint number = atomicAdd(totals.shared_drops, 1u);
+    shared_drops[number] = drop;
+    atomicMax(totals.shared_groups.x, min(number + 1u, ROW));
+    atomicMax(totals.shared_groups.y, number / ROW + 1u);
+}
+
 void main() {
     uint first = gl_WorkGroupID.x * (WIDE * WIDE) + gl_LocalInvocationID.x, todo = 0u;
     uint end = min(totals.larges, MAX_LARGES);
     for (uint i = 0u; i < WIDE && first + i * WIDE < end; ++i) {
-        Large r = larges[first + i * WIDE];
+        uint drop = first + i * WIDE;
+        Large r = larges[drop];
         bool shown = (r.look & AS_SPLATS) == 0u && r.look >> 16 != 0u;
-        if (HAS_LENS != 0u && is_spread()) shown = shown && !spreads_glints(first + i * WIDE, r);
+        if (HAS_LENS != 0u && is_spread()) shown = shown && !spreads_glints(drop, r);
         // Rays that are traced find the sources themselves.
         if (SHAPE == TRACED && is_flat(r) && (r.look & BY_RAYS) != 0u) shown = false;
-        if (!shown || add_by_closed_form(first + i * WIDE, r)) continue;
+        bool shared_by_all = shown && takes_long(drop, r);
+        if (shared_by_all) share(drop);
+        if (!shown || shared_by_all || add_by_closed_form(drop, r)) continue;
         // One of its images is by no closed form, but it may be small, and the nearest direction's will do.
-        if (!add_by_table(first + i * WIDE, r)) todo |= 1u << i;
+        if (!add_by_table(drop, r)) todo |= 1u << i;
     }
     for (; todo != 0u; todo &= todo - 1u) solve(first + uint(findLSB(todo)) * WIDE);
 }
+#endif

@@ -18,11 +18,13 @@
 #define ENVIRONMENT_BINDING 6
 #define SOURCES_BINDING 7
 #define BOW_BINDING 8
+#define SPLATS_BINDING 10
 #else
 #define SKY_BINDING 12
 #define ENVIRONMENT_BINDING 18
 #define SOURCES_BINDING 17
 #define BOW_BINDING 19
+#define SPLATS_BINDING 16
 #endif
 
 #ifdef CELLS
@@ -34,6 +36,7 @@
 #include "sources.glsl"
 #include "bow.glsl"
 layout(std430, set = 0, binding = BOW_BINDING) readonly buffer Bow { vec4 bow[]; };
+layout(std430, set = 0, binding = SPLATS_BINDING) readonly buffer SplatTable { uvec4 splat_table[]; };
 #include "medium.glsl"
 #endif
 

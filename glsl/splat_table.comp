@@ -1,8 +1,9 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 // What a splat shows in this view; one invocation a direction, whenever the view turns. Four words each: by the drop's
-// direction the colours of its upper and its lower half on the screen; the sources' directions in view space; by its angle
-// to each its glints (far_glints.glsl). See src/passes/glints.rs.
+// direction the colours of its upper and its lower half on the screen, and the mean light of flattened drops of two
+// diameters; the sources' directions in view space; by its angle to each its glints (far_glints.glsl); of flattened rain the
+// mean light (flat_rain.glsl). See src/passes/glints.rs.
 #include "frame.glsl"
 #include "octahedron.glsl"
 #include "shared_exponent.glsl"
@@ -10,12 +11,15 @@
 #define SOURCES_BINDING 1
 #include "sources.glsl"
 #include "far_glints.glsl"
+#include "rain_field.glsl"
 
 layout(local_size_x = 64) in;
 
-layout(std430, set = 0, binding = 2) readonly buffer FarGlintsIn { uvec4 far_glints[]; };
+layout(std430, set = 0, binding = 5) readonly buffer FarGlintsIn { uvec4 far_glints[]; };
 layout(std430, set = 0, binding = 3) readonly buffer Pictures { uint pictures[]; };
 layout(std430, set = 0, binding = 4) writeonly buffer SplatTable { uvec4 splat_table[]; };
+layout(std430, set = 0, binding = 6) readonly buffer FlatLight { uvec4 flat_light[]; };
+#include "flat_rain.glsl"
 
 vec3 to_view(vec3 world) {
     return vec3(dot(frame.right.xyz, world), dot(frame.up.xyz, world), dot(frame.back.xyz, world));
@@ -33,6 +37,17 @@ vec3 light_of_others(vec3 direction) {
     return sum;
 }
 
+// What the medium shows, or drops that are shown one by one: spheres and flattened drops by their shares (src/rain/flat_sizes.rs).
+vec3 light_of_rain(vec3 of_sphere, vec3 of_flat[FLAT_DIAMETERS], float sine, uint which) {
+    const uint LAST = FLAT_ELEVATIONS - 1u;
+    float at = (asin(clamp(sine, -1.0, 1.0)) / 3.14159265 + 0.5) * float(LAST);
+    uint below = min(uint(at), LAST - 1u);
+    vec4 shares = mix(field.flat_shares[2u * below + which], field.flat_shares[2u * below + 2u + which], at - float(below));
+    vec3 sum = (1.0 - dot(shares, vec4(1.0))) * of_sphere;
+    for (uint i = 0u; i < FLAT_DIAMETERS; ++i) sum += shares[i] * of_flat[i];
+    return sum;
+}
+
 void main() {
     uint texel = gl_GlobalInvocationID.x;
     if (texel < MOST_SOURCES) {
@@ -42,7 +57,8 @@ void main() {
     }
     // A renewed environment may have fewer sources than there is room for.
     uint entries = source_count.x * GLINT_ANGLES;
-    for (uint i = texel; ANGLES + i < uint(splat_table.length()); i += SINGLE_TEXELS) {
+    uint end = FLAT_RAIN != 0u ? flat_rain_entry(0u) : uint(splat_table.length());
+    for (uint i = texel; ANGLES + i < end; i += SINGLE_TEXELS) {
         splat_table[ANGLES + i] = i < entries ? far_glints[i] : uvec4(0u);
     }
     if (texel >= SINGLE_TEXELS || pictures[texel] == NO_PICTURE) return;
@@ -63,8 +79,18 @@ void main() {
     }
     // Their mean is that of the whole picture, with what is no glint.
     vec3 upper_color = above.rgb / above.a, lower_color = below.rgb / below.a;
-    vec3 share = unpack_radiance(pictures[picture_word(texel, 1u)]) / max(0.5 * (upper_color + lower_color), 1e-30);
+    vec3 mean = unpack_radiance(pictures[picture_word(texel, 1u)]);
+    vec3 share = mean / max(0.5 * (upper_color + lower_color), 1e-30);
     vec3 spread = light_of_others(n) / 3.14159265;
+    uvec2 flattened = uvec2(0u);
+    if (FLAT_RAIN != 0u) {
+        uvec4 words = flat_light[texel];
+        vec3 of_flat[FLAT_DIAMETERS];
+        for (uint i = 0u; i < FLAT_DIAMETERS; ++i) of_flat[i] = unpack_radiance(words[i]);
+        vec3 far = light_of_rain(mean, of_flat, n.y, 0u), near = light_of_rain(mean, of_flat, n.y, 1u);
+        splat_table[flat_rain_entry(texel)] = uvec4(pack_radiance(far), pack_radiance(near), 0u, 0u);
+        flattened = uvec2(pack_radiance(of_flat[FLAT_SPLATS.x] + spread), pack_radiance(of_flat[FLAT_SPLATS.y] + spread));
+    }
     splat_table[texel] =
-        uvec4(pack_radiance(share * upper_color + spread), pack_radiance(share * lower_color + spread), 0u, 0u);
+        uvec4(pack_radiance(share * upper_color + spread), pack_radiance(share * lower_color + spread), flattened);
 }

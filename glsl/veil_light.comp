@@ -14,9 +14,9 @@
 #include "bow.glsl"
 #include "rain_field.glsl"
 layout(std430, set = 0, binding = 19) readonly buffer Bow { vec4 bow[]; };
+layout(std430, set = 0, binding = 16) readonly buffer SplatTable { uvec4 splat_table[]; };
 #include "far_light.glsl"
 #include "far_glints.glsl"
-layout(std430, set = 0, binding = 16) readonly buffer SplatTable { uvec4 splat_table[]; };
 #include "veil_lines.glsl"
 
 layout(local_size_x = 64) in;

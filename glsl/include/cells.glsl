@@ -2,10 +2,6 @@
 // twin of src/rain/cells.rs and src/rain/field.rs, bit for bit. Needs frame.glsl and rain.glsl.
 #include "rain_field.glsl"
 
-// A drop's number: that of its cell among all that are looked into, times 64, and its own in the cell; or with this bit
-// that of a drop placed by hand.
-const uint IS_PLACED = 0x80000000u;
-
 // The cell of a slab, relative to the camera's.
 ivec3 cell_of(Slab slab, uint number) {
     uint layer = slab.across.x * slab.across.y, in_layer = number % layer;

@@ -1,6 +1,7 @@
-// The mean light of a far drop by its direction. Needs octahedron.glsl, appearance.glsl, rain_field.glsl, sources.glsl and
-// the table `bow`.
+// The mean light of a far drop by its direction. Needs octahedron.glsl, appearance.glsl, rain_field.glsl, sources.glsl,
+// `splat_table` and the table `bow`.
 
+#include "flat_rain.glsl"
 #include "flat_suns.glsl"
 
 // Number of the texel at a place of the octahedral map, of which one beyond an edge is another within.
@@ -9,6 +10,13 @@ uint wrapped_texel(ivec2 at) {
     if (at.x < 0 || at.x > LAST) at = ivec2(clamp(at.x, 0, LAST), LAST - at.y);
     if (at.y < 0 || at.y > LAST) at = ivec2(LAST - at.x, clamp(at.y, 0, LAST));
     return uint(at.y) * DIRECTIONS + uint(at.x);
+}
+
+// That of the environment without its bright sources, of a texel.
+vec3 light_of_texel(uint texel, bool one_by_one) {
+    if (FLAT_RAIN == 0u) return unpack_radiance(pictures[picture_word(texel, 1u)]);
+    uvec2 words = splat_table[flat_rain_entry(texel)].xy;
+    return unpack_radiance(one_by_one ? words.y : words.x);
 }
 
 // Mean light of a far drop in a direction: of the environment without its bright sources between those of the four
@@ -20,7 +28,7 @@ vec3 far_light(vec3 d, bool one_by_one) {
         ivec2 step = ivec2(i & 1, i >> 1);
         vec2 weights = mix(1.0 - share, share, vec2(step));
         uint texel = wrapped_texel(ivec2(from) + step);
-        sum += weights.x * weights.y * unpack_radiance(pictures[picture_word(texel, 1u)]);
+        sum += weights.x * weights.y * light_of_texel(texel, one_by_one);
     }
     for (uint i = 0u; i < source_count.x; ++i) sum += rain_light_of_source(i, d, one_by_one);
     return sum;

@@ -1,8 +1,6 @@
-// What far rain with flattened drops shows of a bright source (src/rain/flat_suns.rs). Needs rain_field.glsl and what
-// source_light.glsl does.
+// What far rain with flattened drops shows of a bright source (src/rain/flat_suns.rs). Needs rain_field.glsl, flat_rain.glsl
+// and what source_light.glsl does.
 #include "source_light.glsl"
-
-layout(constant_id = 25) const uint FLAT_RAIN = 0; // 1: there is rain, and its drops are drawn flattened
 
 // Mean light of a source in far rain, in a unit direction in world space: of all drops, or of those shown one by one.
 vec3 rain_light_of_source(uint source, vec3 d, bool one_by_one) {

@@ -1,6 +1,10 @@
 // What a frame sees of real rain: `RainField`, written by src/passes/cells.rs.
 #include "constants.glsl"
 
+// A drop's number: that of its cell among all that are looked into, times 64, and its own in the cell; or with this bit
+// that of a drop placed by hand.
+const uint IS_PLACED = 0x80000000u;
+
 struct RainClass {
     uvec4 cell_low;  // low words of the number of the camera's cell; w: of the salt
     uvec4 cell_high; // high words; w: of the salt
@@ -19,7 +23,8 @@ struct Slab {
 };
 
 layout(std430, set = 0, binding = 2) readonly buffer RainField {
-    vec4 shown;          // cut-off in pixels, radius for a unit of diameter, squared distance to the rain's end
+    vec4 shown;          // cut-off in pixels, radius for a unit of diameter, squared distance to the rain's end; diameter in mm
+                         // for a radius of 1
     uvec4 groups;        // x: of cells; y: placed drops
     vec4 band_depths[MAX_BANDS / 4u]; // that part the drops into the bands of equal number, nearest first
     vec4 medium;         // depth from which on all rain is medium, extinction a scene unit seen level, distance of the rain's
@@ -32,6 +37,7 @@ layout(std430, set = 0, binding = 2) readonly buffer RainField {
     vec4 grain[MEDIUM_DEPTHS / 4u]; // variance of the optical depth on the axis, by the cube root of the inverse depth
     RainClass classes[MOST_CLASSES];
     vec4 flat_suns[FLAT_SUN_ANGLES * FLAT_SUN_ANGLES * FLAT_SUN_ANGLES]; // what flattened drops show of a source (flat_suns.glsl)
+    vec4 flat_shares[2u * FLAT_ELEVATIONS]; // what part of the medium is drops of which diameter (flat_light.glsl); of drops shown one by one
     uint laws[MOST_CLASSES * LAW_WORDS]; // of each class 65 quantiles of the diameter, then its thresholds
     Slab slabs[MOST_SLABS];
     uint group_slabs[];  // for each group of cells the number of its slab

@@ -91,6 +91,10 @@ constants! {
     BOW_ANGLES: u32 = 2048;
     /// Elevations, and azimuths over a half turn, at which flattened drops' part of a source's light is tabulated.
     FLAT_SUN_ANGLES: u32 = 24;
+    /// Elevations of the camera's direction at which rain has shares of drops of [`FLAT_DIAMETERS`].
+    FLAT_ELEVATIONS: u32 = FLAT_SUN_ANGLES;
+    /// Diameters of flattened drops whose light is tabulated by direction: words of an entry.
+    FLAT_DIAMETERS: u32 = 4;
     /// Angles between a far drop and a source at which its images are tabulated: 0.11° apart at most.
     GLINT_ANGLES: u32 = 2048;
     /// Diameters at which the shape of falling drops is tabulated.

@@ -26,6 +26,7 @@ use ash::vk;
 use glam::Vec4;
 
 use super::environment::EnvironmentMap;
+use super::flat_light::FlatLight;
 use super::frame::{Frame, FrameBuffer};
 use super::glints::Glints;
 use super::light_constants;
@@ -45,7 +46,7 @@ const PICTURES: u32 = 1 + crate::abi::PYRAMID;
 
 /// The directions between four planes, and some beyond, by the planes' normals.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Directions([Vec4; 4]);
+pub(crate) struct Directions(pub [Vec4; 4]);
 
 impl Directions {
     /// All of them.
@@ -72,18 +73,23 @@ pub struct Appearance {
     pipeline: ComputePipeline,
 }
 
-/// A far drop from every direction, for one model of light.
+/// What far drops show, for one model of light.
 pub(crate) struct FarDrop {
     /// The map that was integrated.
     pub seen: Arc<EnvironmentMap>,
     pub appearance: Appearance,
     pub glints: Glints,
+    /// Where drops may be flattened.
+    pub flat: Option<FlatLight>,
 }
 
 impl FarDrop {
     /// Records that what is seen is new: there are no pictures of it yet, and other images of bright sources.
     pub fn record_renewed(&self, device: &Device, commands: Recorder<'_>) {
         self.appearance.record_none(device, commands);
+        if let Some(flat) = &self.flat {
+            flat.record_none(device, commands);
+        }
         self.glints.record(commands);
         let written = [Use::TransferWrite, Use::ComputeWrite];
         let after = [Use::Uniform, Use::ComputeWrite, Use::ComputeRead, Use::ShaderRead];

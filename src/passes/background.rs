@@ -246,7 +246,7 @@ impl Background {
     /// [`crate::Error::Vulkan`] if the driver refuses.
     pub(super) fn new(
         device: &Arc<Device>,
-        Prepared { frame, environment, appearance, glints, tiles, .. }: Prepared<'_>,
+        Prepared { frame, environment, appearance, glints, splats, tiles, .. }: Prepared<'_>,
         sky: &Buffer,
         behind: &Behind,
         layers: bool,
@@ -278,6 +278,7 @@ impl Background {
             (slot::SOURCES, Resource::Buffer(&glints.sources)),
             (slot::BOW, Resource::Buffer(&glints.bow)),
             (slot::PICTURES, Resource::Buffer(&appearance.table)),
+            (slot::SPLAT_TABLE, Resource::Buffer(&splats.table)),
         ];
         let bindings = Bindings::all(device, "background", &slots, sets)?;
         let by_cells = tiles.has_cells();

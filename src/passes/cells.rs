@@ -15,6 +15,8 @@ use crate::abi::{self, CELLS_GROUP, CLUSTER, MAX_BANDS, RainField};
 use crate::gpu::{Buffer, Device, Recorder, update_buffer};
 use crate::rain::cells::Lattice;
 use crate::rain::field::{ClassRecord, Field, MOST_GROUPS, Seen};
+use crate::rain::flat_sizes::Shares;
+use crate::rain::flat_suns;
 use crate::rain::grain::GrainRecord;
 use crate::rain::medium::MediumRecord;
 use crate::scene::Scene;
@@ -51,6 +53,7 @@ const _: () = {
     assert!(size_of::<Head>() == offset_of!(RainField, flat_suns));
 };
 const FLAT_SUNS: usize = offset_of!(RainField, flat_suns);
+const FLAT_SHARES: usize = offset_of!(RainField, flat_shares);
 const LAWS: usize = offset_of!(RainField, laws);
 const SLABS: usize = offset_of!(RainField, slabs);
 const GROUP_SLABS: usize = size_of::<RainField>();
@@ -96,9 +99,13 @@ impl Cells {
             let words = law_words(lattice);
             bytes[at..at + 4 * words.len()].copy_from_slice(bytemuck::cast_slice(&words));
         }
-        if let Some(shown) = is_flattened.then(|| rain.flat_suns(scene, seen.cutoff_px.into())) {
-            let shown = bytemuck::cast_slice(&shown);
-            bytes[FLAT_SUNS..FLAT_SUNS + shown.len()].copy_from_slice(shown);
+        if is_flattened {
+            let shares = rain.parted(scene, seen.cutoff_px.into()).shares();
+            let (suns, shares) = (flat_suns::of_rain(&shares), flat_words(&shares));
+            for (at, values) in [(FLAT_SUNS, suns), (FLAT_SHARES, shares)] {
+                let values = bytemuck::cast_slice(&values);
+                bytes[at..at + values.len()].copy_from_slice(values);
+            }
         }
         let usage = Usage::STORAGE_BUFFER | Usage::TRANSFER_DST;
         let field = Buffer::upload_device(device, "rain field", &bytes, usage)?;
@@ -125,7 +132,7 @@ impl Cells {
     /// Records what the frame sees; a barrier to compute must follow.
     pub fn record(&self, device: &Device, commands: Recorder<'_>, field: &Buffer, seen: &Seen) {
         let mut head = Head {
-            shown: [seen.cutoff_px, seen.radius_unit, seen.extent2, 0.0],
+            shown: [seen.cutoff_px, seen.radius_unit, seen.extent2, seen.millimetres],
             groups: [seen.groups(), self.placed, 0, 0],
             band_depths: seen.band_depths,
             medium: seen.medium.unwrap_or_else(MediumRecord::zeroed),
@@ -143,6 +150,13 @@ impl Cells {
             update_buffer(device, commands, field, first as u64, bytes);
         }
     }
+}
+
+/// By elevation: the shares of flattened drops in the medium, then in drops that are shown one by one.
+fn flat_words(shares: &[Shares; 2]) -> Vec<[f32; 4]> {
+    let [far, near] = shares;
+    let pairs = far.iter().zip(near).flat_map(|(far, near)| [far, near]);
+    pairs.map(|[_, flat @ ..]| flat.map(|share| share as f32)).collect()
 }
 
 /// A class's law: quantiles, then thresholds.

@@ -34,7 +34,9 @@ use super::glints::{Glints, SplatTable};
 use super::tile_grid::TILE_PIXELS;
 use super::tiles::Tiles;
 use super::tone_map::{FINAL_SUMS, Source};
-use super::totals::{DISORDERED_GROUPS, LARGE_GROUPS, LINE_GROUPS, LISTED_GROUPS, RAY_GROUPS};
+use super::totals::{
+    DISORDERED_GROUPS, LARGE_GROUPS, LINE_GROUPS, LISTED_GROUPS, RAY_GROUPS, SHARED_GROUPS,
+};
 use super::{rows_of, side_by_side};
 use crate::Result;
 use crate::abi::{LISTED_TILES, LISTS};
@@ -116,8 +118,8 @@ struct Passes {
     /// What streaks of one colour show; none where there are none.
     veil_light: Option<ComputePipeline>,
     rays: ComputePipeline,
-    /// Adds the images of bright sources to large drops; none where there are no sources.
-    glints: Option<ComputePipeline>,
+    /// Adds the images of bright sources to large drops, then to those that take long; none where there are no sources.
+    glints: Option<[ComputePipeline; 2]>,
     /// Sums up the lines that they draw along streaks; none where there are none.
     lines: Option<ComputePipeline>,
     composite: ComputePipeline,
@@ -176,7 +178,12 @@ impl Buffers {
             nearest: maybe(has_nearest, "nearest drops", 8 * pixels, Usage::TRANSFER_SRC)?,
             log_sums: make("log luminance sums", 4 * (count + u64::from(FINAL_SUMS)), moved)?,
             sky: make("sky", PIXEL_BYTES * TILE_PIXELS * count, texels)?,
-            disordered_tiles: make("disordered tiles", 8 * count, Usage::empty())?,
+            // Before composite lists tiles here, glints lists large drops.
+            disordered_tiles: make(
+                "disordered tiles",
+                (8 * count).max(4 * tiles.room_for_larges()),
+                Usage::empty(),
+            )?,
             drawn_tiles: make("drawn tiles", 4 * u64::from(drawn), Usage::empty())?,
             veil_light: make("veil light", 16 * lit, texels)?,
             line_sums: maybe(has_lines, "sums of lines", 4 * TILE_PIXELS * count, of_lines)?,
@@ -329,7 +336,9 @@ impl Passes {
             || {
                 rayon::join(
                     || -> Result<_> {
-                        let of_large = maybe(glints.count > 0, shaders::GLINTS_COMP)?;
+                        let shaders = [shaders::GLINTS_COMP, shaders::GLINTS_COMP_SHARED];
+                        let both = || side_by_side(shaders, pipeline);
+                        let of_large = (glints.count > 0).then(both).transpose()?;
                         Ok((of_large, maybe(buffers.line_sums.is_some(), shaders::LINES_COMP)?))
                     },
                     || -> Result<_> {
@@ -458,8 +467,12 @@ impl Composite {
     /// Records the images of bright sources in the large drops, after [`Composite::record_rays`] and a barrier, if
     /// there are sources; and then their lines along streaks.
     pub fn record_glints(&self, device: &Device, commands: Recorder<'_>, tiles: &Tiles) {
-        if let Some(glints) = &self.passes.glints {
-            glints.dispatch_indirect(commands, &self.bindings, &[], tiles.totals(), LARGE_GROUPS);
+        if let Some([glints, shared]) = &self.passes.glints {
+            let (bindings, totals) = (&self.bindings, tiles.totals());
+            glints.dispatch_indirect(commands, bindings, &[], totals, LARGE_GROUPS);
+            let after = [Use::ComputeWrite, Use::ComputeRead, Use::Indirect];
+            memory_barrier(device, commands, &[Use::ComputeWrite], &after);
+            shared.dispatch_indirect(commands, bindings, &[], totals, SHARED_GROUPS);
         }
         if let Some(lines) = &self.passes.lines {
             memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::ComputeRead]);

@@ -28,14 +28,15 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::appearance::{Appearance, DIRECTIONS};
+use super::appearance::{DIRECTIONS, FarDrop};
 use super::frame::FrameBuffer;
 use super::light_constants;
+use super::tiles::Tiles;
 use crate::Result;
 use crate::abi::{BOW_ANGLES, GLINT_ANGLES, Source};
 use crate::environment::Environment;
 use crate::environment::bright::{Bright, split_off};
-use crate::gpu::sets::{glints as slot, group, splat_table as of_splats};
+use crate::gpu::sets::{constant, glints as slot, group, splat_table as of_splats};
 use crate::gpu::{Bindings, Buffer, ComputePipeline, Device, Memory, Recorder, Resource, shaders};
 use crate::plan::Light;
 
@@ -153,19 +154,20 @@ impl Glints {
 }
 
 impl SplatTable {
-    /// A table of the images of `glints` and the pictures of `appearance`.
+    /// A table of what a far drop shows, and the far rain of `tiles`.
     ///
     /// # Errors
     /// As [`Glints::new`].
-    pub fn new(
+    pub(crate) fn new(
         device: &Arc<Device>,
         frame: &FrameBuffer,
-        appearance: &Appearance,
-        glints: &Glints,
+        FarDrop { appearance, glints, flat, .. }: &FarDrop,
+        tiles: &Tiles,
     ) -> Result<Self> {
         use vk::BufferUsageFlags as Usage;
         let usage = Usage::STORAGE_BUFFER | Usage::UNIFORM_TEXEL_BUFFER | Usage::TRANSFER_SRC;
-        let entries = DIRECTIONS + crate::abi::MOST_SOURCES + GLINT_ANGLES * glints.count;
+        let of_rain = if flat.is_some() { DIRECTIONS } else { 0 };
+        let entries = DIRECTIONS + crate::abi::MOST_SOURCES + GLINT_ANGLES * glints.count + of_rain;
         let bytes = ENTRY_BYTES * u64::from(entries);
         let table = Buffer::new(device, "splat table", bytes, usage, Memory::Device)?;
         let slots = [
@@ -174,9 +176,17 @@ impl SplatTable {
             (of_splats::FAR_GLINTS_IN, Resource::Buffer(&glints.far_glints)),
             (of_splats::PICTURES, Resource::Buffer(&appearance.table)),
             (of_splats::SPLAT_TABLE, Resource::Buffer(&table)),
+            // Without flattened rain no shader reads these two.
+            (of_splats::RAIN_FIELD, Resource::Buffer(tiles.field_or(&appearance.table))),
+            (
+                of_splats::FLAT_LIGHT,
+                Resource::Buffer(flat.as_ref().map_or(&appearance.table, |flat| &flat.table)),
+            ),
         ];
         let bindings = Bindings::of(device, "splat table", &slots)?;
-        let pipeline = ComputePipeline::new(device, shaders::SPLAT_TABLE_COMP, &bindings, 0, &[])?;
+        let constants = [[constant::FLAT_RAIN, flat.is_some().into()]];
+        let shader = shaders::SPLAT_TABLE_COMP;
+        let pipeline = ComputePipeline::new(device, shader, &bindings, 0, &constants)?;
         Ok(Self { table, bindings, pipeline })
     }
 

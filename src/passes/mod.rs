@@ -9,6 +9,7 @@ pub mod composite;
 pub mod counters;
 pub mod drops;
 pub mod environment;
+pub mod flat_light;
 pub mod frame;
 pub mod glints;
 pub mod layers;

@@ -47,7 +47,7 @@ use crate::gpu::{
 use crate::plan::FramePlan;
 use crate::rain::field::Seen;
 use crate::scene::Scene;
-use crate::scene::model::{DropShape, Lens, Motion, ShapeModel};
+use crate::scene::model::{Lens, Motion, ShapeModel};
 use crate::scene::projection::View;
 use crate::{Error, Result};
 
@@ -244,8 +244,7 @@ impl Tiles {
         has_depth: bool,
     ) -> Result<Self> {
         let cutoff_px = plan.cutoff.as_ref().map_or(0.0, |cutoff| cutoff.px);
-        let falls_flat = scene.real_rain().is_some_and(|rain| rain.shape == DropShape::Equilibrium);
-        let is_flat = falls_flat && plan.shape.model != ShapeModel::Sphere;
+        let is_flat = plan.shape.flattens_rain(scene);
         let cells = Cells::new(device, scene, cutoff_px, plan.room, [is_flat, plan.is_grainy()])?;
         let drops = match &cells {
             Some((cells, _)) => u64::from(cells.room[0]) * u64::from(CLUSTER),
@@ -375,6 +374,11 @@ impl Tiles {
     /// Whether there may be streaks of one colour.
     pub(super) fn has_veil(&self) -> bool {
         self.veil.reset > 0
+    }
+
+    /// Large drops that there is room for.
+    pub(super) fn room_for_larges(&self) -> u64 {
+        self.in_frame[1][2].into()
     }
 
     /// Ranges of depth.

@@ -17,6 +17,7 @@ pub(super) const RAY_GROUPS: u64 = offset_of!(Totals, ray_groups) as u64;
 pub(super) const LISTED_GROUPS: u64 = offset_of!(Totals, listed_groups) as u64; // of the first list
 pub(super) const DISORDERED_GROUPS: u64 = offset_of!(Totals, disordered_groups) as u64;
 pub(super) const LINE_GROUPS: u64 = offset_of!(Totals, line_groups) as u64;
+pub(super) const SHARED_GROUPS: u64 = offset_of!(Totals, shared_groups) as u64;
 /// Words of all arguments, and of these and the counts that follow; then come the bins'.
 pub(super) const GROUPS_WORDS: usize = offset_of!(Totals, larges) / 4;
 pub(super) const COUNTS_WORDS: usize = offset_of!(Totals, bin_counts) / 4;

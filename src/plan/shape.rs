@@ -109,6 +109,11 @@ pub(super) fn shape_of(scene: &Scene, primitive: Primitive, optics: Optics) -> R
 }
 
 impl DrawnShape {
+    /// Whether the falling drops of `scene` are drawn flattened.
+    pub fn flattens_rain(&self, scene: &Scene) -> bool {
+        NoSpheres::of(scene).falls && self.model != ShapeModel::Sphere
+    }
+
     /// Whether rays are traced through drops.
     pub fn is_traced(&self) -> bool {
         matches!(self.model, ShapeModel::Spheroid | ShapeModel::Equilibrium)

@@ -13,6 +13,7 @@ use crate::abi::{self, CELLS_GROUP, MAX_BANDS};
 pub use crate::abi::{RainClass as ClassRecord, Slab};
 use crate::rain::cells::{CellDrop, DIAMETER_UNIT, Lattice, Place};
 use crate::rain::cull::{Sight, Sighting};
+use crate::rain::flat_sizes::Parted;
 use crate::rain::grain::{Grain, GrainRecord};
 use crate::rain::law::Law;
 use crate::rain::medium::{MediumRecord, Outlines};
@@ -56,6 +57,8 @@ pub struct Seen {
     pub cutoff_px: f32,
     /// Radius of a drop for each unit of its diameter, in scene units.
     pub radius_unit: f32,
+    /// Diameter in millimetres of a drop with a radius of one scene unit.
+    pub millimetres: f32,
     /// Squared distance to the rain's end, in scene units.
     pub extent2: f32,
     /// Depths that part the drops into bands of equal number, nearest first, in scene units.
@@ -102,11 +105,11 @@ impl Field {
         Self { outlines, ..self }
     }
 
-    /// What flattened drops show of a small bright source ([`super::flat_suns`]), from where `scene`'s camera stands, if
-    /// those over `cutoff_px` pixels of radius are shown by themselves.
-    pub(crate) fn flat_suns(&self, scene: &Scene, cutoff_px: f64) -> Vec<[f32; 4]> {
+    /// What of the rain is a medium from where `scene`'s camera stands, if drops over `cutoff_px` pixels of radius are shown
+    /// by themselves.
+    pub(crate) fn parted(&self, scene: &Scene, cutoff_px: f64) -> Parted<'_> {
         let one_by_one = scene.view().focal_px * 5e-4 / cutoff_px; // metres for a millimetre
-        super::flat_suns::of_law(&self.law, one_by_one, self.rain.extent)
+        Parted { law: &self.law, one_by_one, extent: self.rain.extent }
     }
 
     /// The same with the noise of single drops in the medium, or without.
@@ -154,6 +157,7 @@ impl Field {
             slabs: Vec::new(),
             cutoff_px: cutoff_px as f32,
             radius_unit: (0.5e-3 * DIAMETER_UNIT / metres) as f32,
+            millimetres: (2e3 * metres) as f32,
             extent2: (self.rain.extent / metres).powi(2).min(f64::from(f32::MAX)) as f32,
             band_depths: [0.0; MAX_BANDS as usize],
             medium: (cutoff_px > 0.0 && scene.model.far_rain != Some(FarRain::None)).then(|| {

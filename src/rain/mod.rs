@@ -12,6 +12,7 @@ pub mod clusters;
 pub mod cull;
 pub mod fall;
 pub mod field;
+pub mod flat_sizes;
 pub mod flat_suns;
 pub mod grain;
 pub mod law;

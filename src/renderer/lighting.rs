@@ -10,6 +10,7 @@ use crate::gpu::{Commands, Device, Recorder};
 use crate::passes::appearance::{Appearance, FarDrop};
 use crate::passes::drops::Table;
 use crate::passes::environment::{EnvironmentMap, stored_scale};
+use crate::passes::flat_light::FlatLight;
 use crate::passes::frame::{Frame, FrameBuffer};
 use crate::passes::glints::{Glints, MOST_SOURCES, bright_parts, shows_apart};
 use crate::passes::renewal::{HostEnvironment, LiveInfo, Renewal};
@@ -38,7 +39,7 @@ pub struct Lighting {
 struct Made {
     /// The environment without what [`Glints`] show of it; none where that is all.
     rest: Option<Arc<EnvironmentMap>>,
-    far_drops: Vec<((Light, bool, bool), Arc<FarDrop>)>,
+    far_drops: Vec<((Light, bool, bool, bool), Arc<FarDrop>)>,
     tables: Vec<(TableOf, Arc<Table>)>,
 }
 
@@ -112,7 +113,7 @@ impl Lighting {
     /// Records that tables of a drop's light are of another environment, after [`Lighting::record`].
     pub(super) fn record_renewed(&self, commands: Recorder<'_>) {
         let made = self.made.lock().unwrap_or_else(PoisonError::into_inner);
-        for (_, far) in made.far_drops.iter().filter(|((.., filled), _)| *filled) {
+        for (_, far) in made.far_drops.iter().filter(|((_, _, filled, _), _)| *filled) {
             far.record_renewed(&self.device, commands);
         }
     }
@@ -129,15 +130,17 @@ impl Lighting {
 
     /// A far drop by this model of light. `apart`: its bright sources are drawn as points of light, and it shows the
     /// rest. With `filled` frames fill it as far as they look around; without it is something to bind, and nothing reads it.
+    /// `flat`: some drops are flattened.
     pub(super) fn far_drop(
         &self,
         light: &Light,
         apart: bool,
         filled: bool,
+        flat: bool,
     ) -> Result<Arc<FarDrop>> {
         let bright = self.bright.as_ref().filter(|_| apart && shows_apart(light));
         let renewed = self.renewal.as_ref().filter(|_| apart && shows_apart(light));
-        let of = (*light, bright.is_some() || renewed.is_some(), filled);
+        let of = (*light, bright.is_some() || renewed.is_some(), filled, flat);
         let mut made = self.made.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some((_, far)) = made.far_drops.iter().find(|(other, _)| *other == of) {
             return Ok(far.clone());
@@ -160,7 +163,8 @@ impl Lighting {
             }
             None => Glints::new(device, bright, scale, light)?,
         };
-        let far = Arc::new(FarDrop { seen, appearance, glints });
+        let flat = flat.then(|| FlatLight::new(device, frame, &seen, light)).transpose()?;
+        let far = Arc::new(FarDrop { seen, appearance, glints, flat });
         if filled {
             device.count(|made| &mut made.tables);
             Commands::once(device, "far drop", |commands| {
@@ -178,7 +182,7 @@ impl Lighting {
         let of = match plan.optics {
             Optics::ClosedForm => return Ok(Arc::new(Table::None)),
             Optics::Far | Optics::Appearance => {
-                return Ok(Arc::new(Table::Pictures(self.far_drop(light, false, true)?)));
+                return Ok(Arc::new(Table::Pictures(self.far_drop(light, false, true, false)?)));
             }
             Optics::Radial => TableOf::Radial(light.fresnel),
             _ => TableOf::Mask(plan.optics, plan.mask_size, *light),

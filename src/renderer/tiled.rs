@@ -25,7 +25,8 @@ pub(super) struct Tiled {
     /// What drops show, far ones from a table.
     pub far: Arc<FarDrop>,
     pub splats: SplatTable,
-    draws_splats: bool,
+    /// Whether frames read what splats show: flattened far rain has its light there.
+    reads_splats: bool,
     /// Whether there are far drops of whom something is shown, and whether they are spread over more than their places.
     shows_far: bool,
     is_spread: bool,
@@ -45,13 +46,14 @@ impl Tiled {
         let shows_sources = plan.lens != Lens::Pinhole && lighting.shows_sources(&plan.light);
         let filled =
             plan.optics == Optics::Appearance || scene.real_rain().is_some() || shows_sources;
-        let far = lighting.far_drop(&plan.light, true, filled)?;
+        let is_flat = plan.shape.flattens_rain(scene);
+        let far = lighting.far_drop(&plan.light, true, filled, is_flat)?;
         let FarDrop { seen, appearance, glints, .. } = &*far;
-        let splats = SplatTable::new(device, frame, appearance, glints)?;
         let nothing = plan.layers.then(|| Behind::Plate(Arc::new(BackgroundImages::none())));
         let behind = behind.or(nothing.as_ref());
         let has_depth = behind.is_some_and(Behind::has_depth);
         let tiles = Tiles::new(device, frame, appearance, rain, scene, plan, has_depth)?;
+        let splats = SplatTable::new(device, frame, &far, &tiles)?;
         let prepared = Prepared {
             frame,
             environment: &lighting.environment,
@@ -67,7 +69,7 @@ impl Tiled {
             tiles,
             composite,
             splats,
-            draws_splats: plan.splat_px > 0.0,
+            reads_splats: plan.splat_px > 0.0 || is_flat,
             shows_far: filled,
             is_spread: plan.lens != Lens::Pinhole || plan.motion != Motion::Instant,
             far,
@@ -130,10 +132,16 @@ impl Tiled {
                 if self.shows_far {
                     let seen = if self.is_spread { Directions::ALL } else { Directions::of(frame) };
                     self.far.appearance.record(commands, seen);
+                    if let Some(flat) = &self.far.flat {
+                        flat.record(commands, Directions::of(frame));
+                    }
                     barrier(&[Use::ComputeWrite], &[Use::ComputeWrite, Use::ComputeRead]);
                 }
-                if self.draws_splats {
+                if self.reads_splats {
                     self.splats.record(commands);
+                    if self.far.flat.is_some() {
+                        barrier(&[Use::ComputeWrite], &[Use::ComputeWrite, Use::ComputeRead]);
+                    }
                 }
                 self.composite.record_sky(device, commands);
             });

@@ -1,0 +1,60 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// The mean light of far drops that are flattened, from each direction in view that has none yet: a word for each of a few
+// diameters. One invocation a direction. See src/passes/flat_light.rs.
+#include "frame.glsl"
+#include "environment.glsl"
+#include "light_model.glsl"
+#include "optics.glsl"
+#include "octahedron.glsl"
+#include "shared_exponent.glsl"
+#include "appearance.glsl"
+#include "drop_light.glsl"
+#include "shape_light.glsl"
+
+layout(local_size_x = 8) in;
+
+layout(set = 0, binding = 1) uniform sampler2D environment_map;
+layout(std430, set = 0, binding = 2) buffer FlatLight { uvec4 flat_light[]; };
+
+// What is looked at, as in appearance.comp; and the shapes (shape.glsl) of the diameters.
+layout(push_constant) uniform FlatLightPush {
+    vec4 planes[4];
+    vec4 shapes[4];
+};
+// Sine of 8°: see appearance.comp.
+const float BEYOND_EDGES = 0.14;
+
+// Rays of a direction and diameter, spread over the outline by Vogel's spiral: each is in a ring of its own, and all rings
+// have equal areas.
+const uint RAYS = 96;
+
+// Mean light of a shape seen along `d`, over its outline: of parallel rays each half's is half an ellipse.
+vec3 mean_light(vec4 shape, vec3 d, vec3 right, vec3 upwards) {
+    float level = length(d.xz);
+    vec2 high = sqrt(shape.yz * shape.yz * level * level + shape.x * shape.x * d.y * d.y); // of the halves' outlines
+    float step = sqrt(PI * shape.x * 0.5 * (high.x + high.y) / float(RAYS));
+    vec4 sum = vec4(0.0);
+    for (uint i = 0u; i < RAYS; ++i) {
+        float far = sqrt((float(i) + 0.5) / float(RAYS)), turn = 2.39996323 * float(i), up = sin(turn);
+        float half_high = up > 0.0 ? high.x : high.y;
+        vec3 to_ray = far * (shape.x * cos(turn) * right + half_high * up * upwards) + vec3(0.0, shape.w, 0.0);
+        sum += half_high * vec4(shape_light_by_index(environment_map, shape, to_ray, d, step), 1.0);
+    }
+    return sum.rgb / sum.a;
+}
+
+void main() {
+    // As in appearance.comp.
+    uint column = gl_GlobalInvocationID.x % DIRECTIONS, row = gl_GlobalInvocationID.x / DIRECTIONS;
+    uint texel = (bitfieldReverse(row) >> (32 - findMSB(DIRECTIONS))) * DIRECTIONS + column;
+    vec3 d = texel_direction(texel);
+    bool wanted = flat_light[texel].x == NO_PICTURE;
+    for (uint i = 0u; i < 4u; ++i) wanted = wanted && dot(d, planes[i].xyz) <= BEYOND_EDGES;
+    if (!wanted) return;
+    vec3 right = dot(d.xz, d.xz) > 1e-12 ? normalize(vec3(-d.z, 0.0, d.x)) : vec3(1.0, 0.0, 0.0);
+    vec3 upwards = cross(right, d);
+    uvec4 words;
+    for (uint i = 0u; i < 4u; ++i) words[i] = pack_radiance(mean_light(shapes[i], d, right, upwards));
+    flat_light[texel] = words;
+}
