@@ -186,7 +186,9 @@ void flatten_colors(inout vec3 upper, inout vec3 lower, uvec2 words, float mm) {
     vec3 first = unpack_radiance(words.x), second = unpack_radiance(words.y), round = 0.5 * (upper + lower);
     precise float flatness = flatness_of(mm);
     float from_first = clamp((flatness - FLATNESS.x) / (FLATNESS.y - FLATNESS.x), 0.0, 1.0);
-    precise vec3 shown = mix(round, mix(first, second, from_first), min(flatness / FLATNESS.x, 1.0));
+    // Totally reflected light grows faster than flatness.
+    precise float from_round = min(flatness / FLATNESS.x, 1.0);
+    precise vec3 shown = mix(round, mix(first, second, from_first), from_round * sqrt(from_round));
     precise vec3 share = shown / max(round, 1e-30);
     precise vec3 above = upper * share, below = lower * share;
     upper = above;

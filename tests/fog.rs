@@ -74,15 +74,15 @@ fn fog_has_the_light_of_flattened_drops() {
     let environment = landscape();
     on_device(|device| {
         for rate in [25.0, 100.0, 500.0] {
-            for elevation in [0.0, 60.0, -60.0, 89.0, -89.0] {
+            for elevation in [0.0, 60.0, -60.0, -89.0] {
                 let scene = fog(rate, elevation);
                 let truth = Truth { samples: 512, rain_to: Some(0.02), ..Truth::default() };
                 let expected = Tracer::new(&scene, &environment, truth).picture();
                 let found = drawn(device, &scene, &environment);
                 let off = off(&found, &expected);
                 println!("{rate} mm/h, {elevation} degrees up: off by {off:.4}");
-                let ratio = thirds(&found).into_iter().zip(thirds(&expected));
-                println!("{:?}", ratio.map(|(a, b)| a / b).collect::<Vec<_>>());
+                // As of spheres it is off by 0.05 to 0.45; the reference's own noise is 0.005.
+                assert!(off < 0.03, "{rate} mm/h, {elevation} degrees up: off by {off}");
             }
         }
     });

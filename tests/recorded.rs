@@ -129,9 +129,11 @@ fn note_dispatch(indirect: bool) {
 }
 
 /// What is done while the first pass is still at work: neither touches what the other does.
-const INDEPENDENT: [(&str, &str); 4] = [
+const INDEPENDENT: [(&str, &str); 6] = [
     ("sort_clusters.comp", "sky.comp"),
     ("sort_clusters.comp", "appearance.comp"),
+    ("sort_clusters.comp", "flat_light.comp"),
+    ("appearance.comp", "flat_light.comp"),
     ("sort_clusters.comp", "splat_table.comp"),
     ("splat_table.comp", "sky.comp"),
 ];

@@ -15,7 +15,7 @@ use crate::abi::{self, CELLS_GROUP, CLUSTER, MAX_BANDS, RainField};
 use crate::gpu::{Buffer, Device, Recorder, update_buffer};
 use crate::rain::cells::Lattice;
 use crate::rain::field::{ClassRecord, Field, MOST_GROUPS, Seen};
-use crate::rain::flat_sizes::Shares;
+use crate::rain::flat_sizes::{Shares, flatness};
 use crate::rain::flat_suns;
 use crate::rain::grain::GrainRecord;
 use crate::rain::medium::MediumRecord;
@@ -100,8 +100,9 @@ impl Cells {
             bytes[at..at + 4 * words.len()].copy_from_slice(bytemuck::cast_slice(&words));
         }
         if is_flattened {
-            let shares = rain.parted(scene, seen.cutoff_px.into()).shares();
-            let (suns, shares) = (flat_suns::of_rain(&shares), flat_words(&shares));
+            let parted = rain.parted(scene, seen.cutoff_px.into());
+            let suns = flat_suns::of_rain(&parted.shares(|diameter| diameter));
+            let shares = flat_words(&parted.shares(flatness));
             for (at, values) in [(FLAT_SUNS, suns), (FLAT_SHARES, shares)] {
                 let values = bytemuck::cast_slice(&values);
                 bytes[at..at + values.len()].copy_from_slice(values);

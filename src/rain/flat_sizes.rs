@@ -1,5 +1,5 @@
 //! Rain as drops of a few diameters: which part of what a rain blocks each of them stands for, by the elevation of the
-//! camera's direction. What a drop shows is tabulated for these diameters, and in between it is linear in the axis ratio.
+//! camera's direction. What a drop shows is tabulated for these diameters, and linear in between in a measure of them.
 
 use std::f64::consts::PI;
 
@@ -31,8 +31,8 @@ pub(crate) struct Parted<'a> {
 pub(crate) type Shares = Vec<[f64; DIAMETERS.len()]>;
 
 impl Parted<'_> {
-    /// Of the drops that are a medium, and of those that are shown one by one.
-    pub(crate) fn shares(&self) -> [Shares; 2] {
+    /// Of the drops that are a medium, and of those that are shown one by one; what they show is linear in `measure`.
+    pub(crate) fn shares(&self, measure: fn(f64) -> f64) -> [Shares; 2] {
         // Of all that drops of a size block, the part by those that are shown one by one, times a factor.
         let is_endless = self.extent == f64::INFINITY;
         let near = |mm: f64| match is_endless {
@@ -40,17 +40,23 @@ impl Parted<'_> {
             false => (self.one_by_one * mm / self.extent).min(1.0),
         };
         let far = |mm: f64| if is_endless { 1.0 } else { 1.0 - near(mm) };
-        [shares_of(self.law, far), shares_of(self.law, near)]
+        [shares_of(self.law, far, measure), shares_of(self.law, near, measure)]
     }
 }
 
-/// By how much a drop of a diameter in mm is lower than wide.
-fn flatness(diameter: f64) -> f64 {
-    if diameter > SMALLEST_FLATTENED { 1.0 - axis_ratio(diameter) } else { 0.0 }
+/// By how much a drop of a diameter in mm is lower than wide; under 2 mm squared, over that of 2 mm: light that is reflected
+/// totally grows so.
+pub(crate) fn flatness(diameter: f64) -> f64 {
+    let [flat, least] = [diameter, DIAMETERS[1]].map(|diameter| 1.0 - axis_ratio(diameter));
+    match diameter {
+        ..=SMALLEST_FLATTENED => 0.0,
+        _ if flat < least => flat * flat / least,
+        _ => flat,
+    }
 }
 
 /// The drops of a law, of which `part` counts by diameter.
-fn shares_of(law: &Law, part: impl Fn(f64) -> f64) -> Shares {
+fn shares_of(law: &Law, part: impl Fn(f64) -> f64, measure: fn(f64) -> f64) -> Shares {
     let sizes: Vec<_> = (0..SIZES)
         .map(|size| law.quantile(2.0, (f64::from(size) + 0.5) / f64::from(SIZES)))
         // No size is left out whole, so that there is a mean even of no drops.
@@ -62,8 +68,8 @@ fn shares_of(law: &Law, part: impl Fn(f64) -> f64) -> Shares {
         for (diameter, part, halves) in &sizes {
             let above = DIAMETERS.partition_point(|of| of <= diameter);
             let above = above.clamp(1, DIAMETERS.len() - 1);
-            let [from, to] = [DIAMETERS[above - 1], DIAMETERS[above]].map(flatness);
-            let share = ((flatness(*diameter) - from) / (to - from)).clamp(0.0, 1.0);
+            let [from, to] = [DIAMETERS[above - 1], DIAMETERS[above]].map(measure);
+            let share = ((measure(*diameter) - from) / (to - from)).clamp(0.0, 1.0);
             let outline = part * halves.outline_area(elevation.sin());
             shares[above - 1] += (1.0 - share) * outline;
             shares[above] += share * outline;

@@ -1,0 +1,31 @@
+//! A picture does not depend on the order in which a driver's threads come to the drops, nor on how many turns of its loops
+//! a driver allows.
+
+mod common;
+
+use std::collections::BTreeSet;
+use std::path::Path;
+
+/// Bytes of a picture that a process of its own draws with so many threads of llvmpipe, and what it says.
+fn drawn(scene: &Path, threads: &str, to: &Path) -> (Vec<u8>, String) {
+    let mut command = common::raindrops();
+    command.arg("render").arg(scene).args(["--preset", "fast", "-o"]).arg(to);
+    let output = command.env("LP_NUM_THREADS", threads).output().expect("a process");
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{said}");
+    (std::fs::read(to).expect("a picture"), said)
+}
+
+#[test]
+fn glints_of_blurred_drops_are_the_same_in_every_run() {
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/lamps-lens.toml");
+    let folder = common::folder();
+    let mut all = BTreeSet::new();
+    for (run, threads) in ["1", "2", "2", "2"].into_iter().enumerate() {
+        let to = folder.path().join(format!("{run}.exr"));
+        let (bytes, said) = drawn(&scene, threads, &to);
+        assert!(!said.contains("not drawn"), "{said}");
+        all.insert(bytes);
+    }
+    assert_eq!(all.len(), 1, "four runs gave {} pictures", all.len());
+}
