@@ -159,6 +159,12 @@ impl Error {
         Self::File { doing: "read", path: path.into(), reason: reason.to_string() }
     }
 
+    /// A file that could not be read, for a problem in words that follow its name, such as "is cut off".
+    pub(crate) fn unread(path: &Path, problem: &str) -> Self {
+        let reason = problem.strip_prefix("cannot be read: ");
+        Self::read(path, reason.map_or_else(|| format!("it {problem}"), Into::into))
+    }
+
     /// A file that could not be written.
     pub fn write(path: &Path, reason: impl ToString) -> Self {
         Self::File { doing: "write", path: path.into(), reason: reason.to_string() }

@@ -49,6 +49,7 @@ use crate::passes::counters::Counts;
 use crate::passes::environment::lost_light;
 use crate::passes::tiles::PIXELS;
 use crate::picture::Picture;
+use crate::picture::plate::Plate;
 use crate::plan::FramePlan;
 use crate::scene::Scene;
 use crate::scene::model::{Lens, Motion};
@@ -275,8 +276,13 @@ fn open_environment(scene: &Scene) -> Result<Environment> {
             file.display()
         );
     }
+    let name = format!("environment {}", environment.name());
+    environment.remarks().iter().for_each(|remark| tell::remark(&name, remark));
     if !environment.mended().is_nothing() {
-        say_once!("environment {}: {}", environment.name(), environment.mended());
+        say_once!("{name}: {}", environment.mended());
+    }
+    for (file, remark) in Plate::of(scene)?.remarks() {
+        tell::remark(&format!("background {}", file.display()), remark);
     }
     let lost = lost_light(&environment);
     if lost > 0.0 {

@@ -7,6 +7,8 @@ use std::sync::{Mutex, PoisonError};
 use clap::{Args, ColorChoice};
 use console::Style;
 
+use crate::remark::{Remark, Severity};
+
 /// Options of every command.
 #[derive(Args)]
 #[command(next_help_heading = "Messages")]
@@ -95,6 +97,16 @@ pub fn once(text: String) {
     let is_new = SAID.lock().unwrap_or_else(PoisonError::into_inner).insert(text.clone());
     if is_new {
         line(&text);
+    }
+}
+
+/// Prints what is worth saying of a thing, once in a run; details only where they are asked for.
+pub fn remark(of: &str, remark: &Remark) {
+    match remark.severity {
+        Severity::Detail if !is_verbose() => {}
+        Severity::Detail => once(format!("{of}: {remark}")),
+        Severity::Note => once(format!("note: {of}: {remark}")),
+        Severity::Warning => once(format!("warning: {of}: {remark}")),
     }
 }
 

@@ -104,6 +104,9 @@ pub struct ImageSize {
 pub struct EnvironmentChoice {
     /// A latitude-longitude image: EXR, Radiance HDR, PNG or JPEG.
     pub file: Option<PathBuf>,
+    /// Its layer, of an EXR; none: the finished picture.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub layer: Option<String>,
     /// The same radiance from everywhere (a white furnace).
     pub radiance: Option<Vec3>,
 }

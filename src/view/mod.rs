@@ -56,7 +56,8 @@ const FETCHED: &str = "assets/environments";
 /// images beside it or among the fetched ones.
 fn environments(scene: &Scene) -> Vec<(String, EnvironmentChoice)> {
     let own = &scene.environment;
-    let white = EnvironmentChoice { file: None, radiance: Some(glam::Vec3::ONE) };
+    let white =
+        EnvironmentChoice { radiance: Some(glam::Vec3::ONE), ..EnvironmentChoice::default() };
     let mut choices = vec![
         ("sky (bundled)".into(), EnvironmentChoice::default()),
         ("white furnace".into(), white.clone()),
@@ -77,7 +78,7 @@ fn environments(scene: &Scene) -> Vec<(String, EnvironmentChoice)> {
     files.dedup();
     choices.extend(files.into_iter().map(|file| {
         let name = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        (name, EnvironmentChoice { file: Some(file), radiance: None })
+        (name, EnvironmentChoice { file: Some(file), ..EnvironmentChoice::default() })
     }));
     choices
 }

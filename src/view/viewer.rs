@@ -291,7 +291,8 @@ impl Viewer {
                 Err(error) => self.say(error.to_string()),
             }
         } else {
-            let choice = EnvironmentChoice { file: Some(path.into()), radiance: None };
+            let choice =
+                EnvironmentChoice { file: Some(path.into()), ..EnvironmentChoice::default() };
             self.scene.environment = choice;
         }
         self.environments = environments(&self.scene);
