@@ -4,6 +4,7 @@
 
 pub mod background;
 pub mod camera;
+mod edit;
 pub mod film;
 mod lines;
 pub mod matrices;
@@ -286,9 +287,18 @@ impl Scene {
     /// # Errors
     /// [`Error::File`] if the file cannot be read; [`Error::Scene`] as [`Scene::parse`].
     pub fn load(path: &Path) -> Result<Self> {
-        let text = std::fs::read_to_string(path).map_err(|error| Error::read(path, error))?;
-        let mut scene = Self::parse(&text, &path.display().to_string())?;
-        if let Some(folder) = path.parent() {
+        Self::parse_in(&Self::read(path)?, &path.display().to_string(), path.parent())
+    }
+
+    /// The text of a scene file.
+    fn read(path: &Path) -> Result<String> {
+        std::fs::read_to_string(path).map_err(|error| Error::read(path, error))
+    }
+
+    /// As [`Scene::parse`], with paths from a folder.
+    fn parse_in(text: &str, name: &str, folder: Option<&Path>) -> Result<Self> {
+        let mut scene = Self::parse(text, name)?;
+        if let Some(folder) = folder {
             scene.files_mut().for_each(|file| *file = folder.join(&*file));
         }
         Ok(scene)
