@@ -13,6 +13,7 @@ pub mod levels;
 mod load;
 mod mend;
 mod open_exr;
+pub mod ordinary;
 pub mod sky;
 
 use std::f64::consts::PI;

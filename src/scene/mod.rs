@@ -20,7 +20,7 @@ use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
 use crate::abi::MOST_POPULATIONS;
-use crate::files::write_whole;
+use crate::files::{read_text, write_whole};
 use crate::optics::{WATER, WATER_RGB};
 use crate::rain::Rain;
 use crate::scene::background::Background;
@@ -283,7 +283,7 @@ impl Scene {
     /// # Errors
     /// [`Error::File`] if the file cannot be read; [`Error::Scene`] as [`Scene::parse`].
     pub fn load(path: &Path) -> Result<Self> {
-        let text = std::fs::read_to_string(path).map_err(|error| Error::read(path, error))?;
+        let text = read_text(path)?;
         let mut scene = Self::parse(&text, &path.display().to_string())?;
         if let Some(folder) = path.parent() {
             scene.files_mut().for_each(|file| *file = folder.join(&*file));
