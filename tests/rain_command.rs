@@ -219,8 +219,8 @@ fn bad_values_get_one_line_that_names_key_and_mend() {
         (with("sizes = \"gamma\"\nmedian_diameter = 6.1"), "median_diameter = 6.1 is not within"),
         (with("sizes = \"gamma\"\nmedian_diameter = nan"), "median_diameter = NaN is not within"),
         (
-            with("sizes = \"gamma\"\nmu = 2.0\ndiameters = [2.0, 2.01]"),
-            "a.toml:4: rain: a gamma law with mu = 2 and drops of 2 to 2.01 mm rains",
+            with("sizes = \"gamma\"\nmu = 0.0\ndiameters = [2.0, 2.01]"),
+            "a.toml:4: rain: a gamma law with mu = 0 and drops of 2 to 2.01 mm rains",
         ),
         (
             with("sizes = \"gamma\"\nmu = 50.0\ndiameters = [0.01, 0.02]"),

@@ -2,6 +2,7 @@
 
 use glam::{DVec3, Vec3};
 use raindrops::environment::Environment;
+use raindrops::picture::Picture;
 use raindrops::picture::metrics::rel_mse;
 use raindrops::plan::{Output, plan};
 use raindrops::renderer::Renderer;
@@ -201,7 +202,7 @@ fn no_texel_changes_the_sky_beside_it() {
                         assert!(most > 1e7 * unit && most > 0.0, "{of}: the sun is lost: {most}");
                     }
                     let shown = display(device, &scene, &sky, Preset::Fast);
-                    let darkest = beside.iter().map(|pixel| shown[4 * pixel + 2]).min();
+                    let darkest = beside.iter().map(|pixel| shown[3 * pixel + 2]).min();
                     assert_eq!(
                         darkest > Some(40),
                         unit > 0.0,
@@ -240,7 +241,7 @@ fn images_of_any_sun_are_finite() {
                 assert!(is_finite, "{preset}, {radiance:e}");
             }
             let shown = display(device, &scene, &sky, Preset::Fast);
-            let dark = shown.chunks_exact(4).filter(|pixel| pixel[..3] == [0; 3]).count();
+            let dark = shown.chunks_exact(3).filter(|pixel| **pixel == [0; 3]).count();
             println!("{radiance:e}: {dark} pixels are black");
             assert!(dark < 100, "{radiance:e}: {dark} pixels are black");
         }
@@ -254,7 +255,7 @@ fn a_guess_holds_the_brightest_plate() {
     let view = Scene::default().camera.view(64, 48);
     let guess = Environment::guessed(&plate, &view).expect("an environment");
     assert!(guess.mended().is_nothing());
-    assert!(guess.texels().iter().all(|texel| *texel == Vec3::splat(3e38)));
+    assert!(guess.texels().iter().all(|texel| (*texel / 3e38 - 1.0).abs().max_element() < 1e-6));
 }
 
 /// What a sun in a picture does to the exposure of the picture: it is one pixel of many.

@@ -197,18 +197,22 @@ fn every_gamma_law_rains_what_was_asked_or_is_refused() {
     let (mut drawn, mut refused) = (0, 0);
     for rate in [0.001, 0.1, 25.0, 2000.0] {
         for mu in [-0.999_999, -0.5, 0.0, 3.0, 20.0, 50.0] {
-            for diameters in [[0.25, 6.0], [0.01, 10.0], [0.01, 0.0101], [9.9, 10.0], [2.0, 2.01]] {
+            for diameters in [[0.25, 6.0], [0.01, 10.0], [0.01, 0.0102], [9.9, 10.0], [2.0, 2.01]] {
                 for air_density in [0.1, 1.2, 10.0] {
                     for share in [None, Some(0.0), Some(0.5), Some(1.0)] {
                         let [from, to] = diameters;
-                        let median_diameter = share.map(|share: f64| (from + share * (to - from)).min(to));
+                        let median_diameter =
+                            share.map(|share: f64| (from + share * (to - from)).min(to));
                         let rain =
                             RealRain { diameters, air_density, median_diameter, ..gamma(rate, mu) };
                         let scene =
                             Scene { rain: Some(RainSettings::of(rain)), ..Scene::default() };
                         if let Err(error) = scene.validate("test") {
                             let (error, mu) = (error.to_string(), format!("mu = {mu} "));
-                            assert!(error.contains(&mu) && error.contains("give median_diameter"));
+                            assert!(
+                                error.contains(&mu) && error.contains("give median_diameter"),
+                                "{rain:?}: {error}"
+                            );
                             assert!(share.is_none() && !error.contains('\n'), "{error}");
                             refused += 1;
                             continue;
@@ -250,7 +254,7 @@ fn a_gamma_law_rains_its_rate_in_thin_air() {
 #[test]
 fn closed_forms_are_the_integrals_for_every_law() {
     let nearly_flat =
-        [1e-12, 1e-4, 0.009, 0.011].map(|slope| Law { slope: slope / 6.0, mu: 49.0, ..laws()[0] });
+        [1e-12, 1e-4, 0.009, 0.011].map(|slope| Law { slope: slope / 6.0, mu: 20.0, ..laws()[0] });
     for law in laws().into_iter().chain(nearly_flat) {
         for k in 0..=4 {
             let expected = integral(&law, law.from, law.to, |d| d.powi(k));
