@@ -178,7 +178,7 @@ fn no_texel_changes_the_sky_beside_it() {
         for (width, suns) in [(128, 1), (256, 5)] {
             for unit in [1.0, 1e-6, 0.0] {
                 let clean = truth(&scene, &sky_with_suns(width, unit, 0, 0.0), 4);
-                for radiance in [1e8, 1e10, 1e12, 3e38] {
+                for radiance in [1e10, 1e12, 3e38] {
                     let sky = sky_with_suns(width, unit, suns, radiance);
                     let reference = truth(&scene, &sky, 4);
                     for preset in PRESETS {
