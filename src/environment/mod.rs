@@ -10,6 +10,7 @@
 pub mod bright;
 pub mod guess;
 pub mod levels;
+pub mod ordinary;
 pub mod sky;
 
 use std::f64::consts::PI;

@@ -6,6 +6,7 @@ use std::path::Path;
 use toml::{Table, Value};
 
 use super::Scene;
+use crate::files::read_text;
 use crate::{Error, Result};
 
 /// Keys whose values are paths: of a scene file from its folder, of an edit from the working folder.
@@ -25,7 +26,7 @@ impl Scene {
         }
         let refuse = |problem: String| Error::Scene { place: "--set".into(), problem };
         let mut document = match path {
-            Some(path) => Self::read(path)?.parse().map_err(|_| refuse("no scene".into()))?,
+            Some(path) => read_text(path)?.parse().map_err(|_| refuse("no scene".into()))?,
             None => Table::new(),
         };
         for edit in edits {

@@ -21,7 +21,7 @@ use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
 use crate::abi::MOST_POPULATIONS;
-use crate::files::write_whole;
+use crate::files::{read_text, write_whole};
 use crate::optics::{WATER, WATER_RGB};
 use crate::rain::Rain;
 use crate::scene::background::Background;
@@ -287,12 +287,7 @@ impl Scene {
     /// # Errors
     /// [`Error::File`] if the file cannot be read; [`Error::Scene`] as [`Scene::parse`].
     pub fn load(path: &Path) -> Result<Self> {
-        Self::parse_in(&Self::read(path)?, &path.display().to_string(), path.parent())
-    }
-
-    /// The text of a scene file.
-    fn read(path: &Path) -> Result<String> {
-        std::fs::read_to_string(path).map_err(|error| Error::read(path, error))
+        Self::parse_in(&read_text(path)?, &path.display().to_string(), path.parent())
     }
 
     /// As [`Scene::parse`], with paths from a folder.

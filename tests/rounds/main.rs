@@ -6,6 +6,7 @@
 mod again;
 #[path = "../common/mod.rs"]
 mod common;
+mod encodings;
 mod kept;
 
 use std::fs;

@@ -25,6 +25,7 @@ use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
 
 use super::{PassRow, Verdict, VerdictRow};
+use crate::files::read_text;
 use crate::measure::bench::DeviceHead;
 use crate::{Error, Result};
 
@@ -155,7 +156,7 @@ impl Expectations {
     /// [`Error::File`] if it cannot be read; [`Error::Scene`], with file and line, if it is no such file or a bound is
     /// none.
     pub fn load(path: &Path) -> Result<Self> {
-        let text = std::fs::read_to_string(path).map_err(|error| Error::read(path, error))?;
+        let text = read_text(path)?;
         toml::from_str(&text).map_err(|error| {
             let line = error.span().map_or(1, |span| text[..span.start].matches('\n').count() + 1);
             Error::Scene {
