@@ -203,7 +203,6 @@ fn one_function_reads_text() {
         "picture/read/mod.rs",
     ];
     let found = sources_with(&["fs::read(", "File::open("]);
-    let unknown: Vec<_> =
-        found.iter().filter(|place| !others.contains(&place.as_str())).collect();
+    let unknown: Vec<_> = found.iter().filter(|place| !others.contains(&place.as_str())).collect();
     assert_eq!(unknown, ["files.rs"]);
 }

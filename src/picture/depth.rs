@@ -1,11 +1,13 @@
 //! How far away what is behind the drops is, pixel by pixel, as tools write it.
 
 use std::io::Cursor;
+use std::path::Path;
 
 use glam::DVec2;
 use image::{DynamicImage, ImageFormat, ImageReader};
 
 use super::read::{Format, Planes, check_claim, depth_planes, guarded};
+use crate::Error;
 use crate::remark::Remark;
 use crate::scene::background::{Background, DepthKind};
 
@@ -37,9 +39,22 @@ struct Stored {
     sky: f64,
 }
 
-/// Reads depth from a file's content: width, height, and what is worth saying. The error is the problem, in words that
-/// follow the file's name.
-pub(super) fn decode(
+impl Depth {
+    /// Reads depth from a file's content, as a background wants it: with its width and height, and what is worth saying.
+    /// `path` stands for the file in messages.
+    ///
+    /// # Errors
+    /// [`Error::File`], one line: it is broken, holds no depth, several that may be meant, or one that is not over 0.
+    pub fn from_bytes(
+        path: &Path,
+        bytes: &[u8],
+        background: &Background,
+    ) -> crate::Result<(Self, (u32, u32), Vec<Remark>)> {
+        decode(bytes, background).map_err(|problem| Error::unread(path, &problem))
+    }
+}
+
+fn decode(
     bytes: &[u8],
     background: &Background,
 ) -> Result<(Depth, (u32, u32), Vec<Remark>), String> {

@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
+use super::Picture;
 pub use super::depth::Depth;
 use super::mend::Edges;
 use super::read::{Decoded, Request, content};
-use super::{Picture, depth};
 use crate::remark::Remark;
 use crate::scene::Scene;
 use crate::scene::background::{Background, DepthKind};
@@ -78,8 +78,8 @@ impl Plate {
         background: &Background,
         wanted: (u32, u32),
     ) -> Result<Depth> {
-        let read = content(path).and_then(|bytes| depth::decode(&bytes, background));
-        let (depth, size, remarks) = read.map_err(|problem| Error::unread(path, &problem))?;
+        let bytes = content(path).map_err(|problem| Error::unread(path, &problem))?;
+        let (depth, size, remarks) = Depth::from_bytes(path, &bytes, background)?;
         if size != wanted {
             let resample = format!("resample it to {} x {}", wanted.0, wanted.1);
             // The picture has the colour's size already.

@@ -121,7 +121,7 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("scene.toml");
         let text = "[environment]\nfile = \"own.exr\"\n[background]\ncolor = \"plate.exr\"\n";
-        std::fs::write(&path, text).expect("a file");
+        crate::files::write_whole(&path, text.as_bytes()).expect("a file");
         let scene = Scene::load_edited(Some(&path), &["environment.file=other.exr".into()]);
         let scene = scene.expect("a scene");
         let here = std::path::absolute("other.exr").expect("a path");

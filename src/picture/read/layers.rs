@@ -236,7 +236,7 @@ pub(super) fn depth(headers: &[Header], name: Option<&str>, key: &str) -> Result
         &|layer| own_name(layer).filter(|_| layer.is_plain),
         &|layer| number(layer).filter(|_| is_named(&layer.name)),
         &|layer| layer.scalar().filter(|_| layer.is_plain && colors == 0),
-        &|layer| layer.rgb().filter(|_| layer.is_plain && colors == 1),
+        &|layer| layer.rgb().filter(|_| layers.len() == 1),
     ];
     for rule in rules {
         let found: Vec<&Layer> = layers.iter().filter(|layer| rule(layer).is_some()).collect();
@@ -385,7 +385,6 @@ mod tests {
         refused(&of(&["R", "G", "B", "N.X", "N.Y", "N.Z"]), "has no depth");
         refused(&of(&["R", "G", "B", "V.Mist.Z"]), "has no depth");
         refused(&of(&["X", "Y", "Z"]), "has no depth");
-        refused(&of(&["R", "G", "B", "Y"]), "has no depth");
         refused(&of(&["a.Depth.Z", "b.Depth.Z"]), "several depth layers: a.Depth, b.Depth");
     }
 
