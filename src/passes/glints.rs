@@ -27,7 +27,6 @@
 use std::sync::Arc;
 
 use ash::vk;
-use glam::DVec3;
 
 use super::appearance::{Appearance, DIRECTIONS};
 use super::frame::FrameBuffer;
@@ -46,10 +45,6 @@ pub const MOST_SOURCES: usize = crate::abi::MOST_SOURCES as usize;
 /// Largest angular radius of a source, in radians (2°). Of larger ones the shape is seen in large drops, and they are
 /// wide enough for the environment's levels.
 const LARGEST_SOURCE: f64 = 0.035;
-
-/// Most light of a source, in stored units times steradians. Its images are as white with more of it, and products with
-/// it in shaders would leave float32's range.
-const MOST_LIGHT: f64 = 1e18;
 
 /// Indices for which the shader knows which ways have images. Other drops show sources as all of the environment.
 const INDICES: std::ops::RangeInclusive<f64> = 1.325..=1.345;
@@ -108,8 +103,7 @@ impl Glints {
         let mut records = vec![Source::default(); 1 + regions.len()];
         for (record, region) in records[1..].iter_mut().zip(regions) {
             let source = region.source();
-            let light = source.light / f64::from(radiance_scale);
-            let light = light.min(DVec3::splat(MOST_LIGHT)).as_vec3();
+            let light = (source.light / f64::from(radiance_scale)).as_vec3();
             record.toward = source.direction.as_vec3().extend(source.radius as f32).to_array();
             record.light = light.extend(0.0).to_array();
         }
