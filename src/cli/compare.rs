@@ -7,7 +7,7 @@ use clap::Args;
 use glam::Vec3;
 use serde_json::json;
 
-use super::tell::say;
+use super::tell::failure;
 use super::{Answer, Format, print_beside, write_json};
 use crate::picture::metrics::{Comparison, Metrics, compare};
 use crate::picture::tone_map::{Exposure, exposure_of};
@@ -136,7 +136,7 @@ fn holds(args: &CompareArgs, metrics: &Metrics) -> bool {
             let holds = if least { value >= bound } else { value <= bound };
             if !holds {
                 let side = if least { "under" } else { "over" };
-                say!("raindrops: {name} is {value:.6}, {side} the bound {bound}");
+                failure!("{name} is {value:.6}, {side} the bound {bound}");
             }
             all &= holds;
         }

@@ -8,7 +8,7 @@ use super::device::DeviceArgs;
 use super::format::{Format, Sheet};
 use super::interrupt::{Interrupted, heed_interrupts, is_interrupted};
 use super::options::SceneArgs;
-use super::tell::{about, line, say};
+use super::tell::{about, note, remark, warning};
 use super::{Answer, parse_seconds, print_beside, progress, waiting, write_json};
 use crate::Error;
 use crate::files::write_whole;
@@ -111,7 +111,7 @@ pub fn run(args: &TradeoffArgs) -> anyhow::Result<Answer> {
     };
     let device = args.device.open()?;
     let (mut host, watch) = (Host::now(), Watch::start());
-    host.doubt().iter().for_each(|warning| say!("warning: {warning}"));
+    host.doubt().iter().for_each(|warning| warning!("{warning}"));
     let effort = Effort {
         time: bench::Effort {
             seconds: args.seconds,
@@ -125,12 +125,12 @@ pub fn run(args: &TradeoffArgs) -> anyhow::Result<Answer> {
         std::fs::create_dir_all(folder).map_err(|error| Error::write(folder, error))?;
     }
     let count: usize = scenes.iter().map(|scene| of_scene(scene).len()).sum();
-    let costs = kept(&device.report, user_folder().as_deref(), line).unwrap_or_default();
+    let costs = kept(&device.report, user_folder().as_deref(), remark).unwrap_or_default();
     let of_scene_s = |scene| expected_s(scene, &of_scene(scene), &effort, &costs);
     let all_s = || scenes.iter().map(of_scene_s).sum::<crate::Result<f64>>();
     let expected = waiting("estimating how long this takes", all_s)?;
-    say!(
-        "note: {} of {}, about {} (by times of {})",
+    note!(
+        "{} of {}, about {} (by times of {})",
         counted(count as u64, "model"),
         counted(scenes.len() as u64, "scene"),
         about(expected),
@@ -181,7 +181,7 @@ pub fn run(args: &TradeoffArgs) -> anyhow::Result<Answer> {
         return Err(error);
     }
     host.others = watch.others();
-    host.others_doubt().iter().for_each(|warning| say!("warning: {warning}"));
+    host.others_doubt().iter().for_each(|warning| warning!("{warning}"));
     let report = Report {
         schema: SCHEMA,
         command: Some(super::command_line()),

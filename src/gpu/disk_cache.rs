@@ -13,6 +13,7 @@ use std::sync::Arc;
 
 use crate::files::write_whole;
 use crate::gpu::{Device, DeviceReport, Instance, PipelineKey};
+use crate::remark::Remark;
 use crate::{Error, Result};
 
 /// What a file begins with, before a CRC-32 and the data.
@@ -178,7 +179,7 @@ impl FiguresFile {
 pub struct KeptDevice {
     device: Arc<Device>,
     file: Option<PipelineFile>,
-    say: fn(&str),
+    say: fn(&Remark),
 }
 
 impl KeptDevice {
@@ -191,7 +192,7 @@ impl KeptDevice {
         instance: &Arc<Instance>,
         report: DeviceReport,
         folder: Option<PathBuf>,
-        say: fn(&str),
+        say: fn(&Remark),
     ) -> Result<Self> {
         let file = folder.map(|folder| PipelineFile::read(&folder, &report.pipeline_key));
         let (file, problem) = match file {
@@ -199,7 +200,7 @@ impl KeptDevice {
             None => (None, Some("compiled pipelines are not kept: there is no home folder".into())),
         };
         if let Some(problem) = problem {
-            say(&format!("note: {problem}"));
+            say(&Remark::note(problem));
         }
         let data = file.as_ref().map_or(&[][..], PipelineFile::data);
         // SAFETY: they are of this device and driver by their head, and as they were written by their sum.
@@ -225,7 +226,8 @@ impl Drop for KeptDevice {
     fn drop(&mut self) {
         let Some(file) = &self.file else { return };
         if let Err(problem) = self.device.pipelines().and_then(|data| file.write(&data)) {
-            (self.say)(&format!("warning: compiled pipelines are not kept: {problem}"));
+            let text = format!("compiled pipelines are not kept: {problem}");
+            (self.say)(&Remark::warning(text));
         }
     }
 }

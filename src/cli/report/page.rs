@@ -11,7 +11,7 @@ use super::plots::{forest, passes, scatter, series};
 use super::{Content, Entry, Tradeoff};
 use crate::cli::compare_devices::table::{devices, stage_lines};
 use crate::cli::format::Format;
-use crate::cli::verdict::table::{sheet, tail_lines};
+use crate::cli::verdict::table::{self, sheet};
 use crate::measure::Host;
 use crate::measure::bench::{self, Build, DeviceHead};
 use crate::measure::drivers;
@@ -272,9 +272,8 @@ fn of_verdict(file: &str, folder: &Path, report: &verdict::Report) -> Markup {
                 } }
             }
         } }
-        ul { @for line in tail_lines(report, Format::Table) {
-            li class=[line.starts_with("warning:").then_some("warning")] { (line.trim()) }
-        } }
+        (warnings(&table::warnings(report)))
+        ul { @for line in table::tail(report) { li { (line.trim()) } } }
         (pictures(folder, report))
     }
 }

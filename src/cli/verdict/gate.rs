@@ -7,11 +7,12 @@ use clap::Args;
 use super::junit;
 use super::table::{sheet, side_lines, tail_lines};
 use crate::cli::format::Format;
-use crate::cli::tell::say;
+use crate::cli::tell::{Kind, failure, line, note, say};
 use crate::cli::{Answer, check_folder, print, write_json};
 use crate::measure::bench::DeviceHead;
 use crate::measure::verdict::expect::{DeviceExpectations, Expectations, Outcome};
 use crate::measure::verdict::{Report, Verdict, VerdictRow};
+use crate::remark::Severity;
 
 /// By how much times must differ, whether that is a failure, and how it is printed.
 #[derive(Args, Clone, Debug, Default)]
@@ -156,9 +157,12 @@ impl GateArgs {
             let (Some(path), Some(outcomes)) = (&self.expect, outcomes) else { continue };
             say_outcomes(report, outcomes);
             let unused = self.expected(report)?.map(|all| all.unused(&report.rows));
-            let kind = if self.fail_unused { "raindrops" } else { "note" };
+            let kind = match self.fail_unused {
+                true => Kind::Failure,
+                false => Kind::Remark(Severity::Note),
+            };
             for what in unused.into_iter().flatten() {
-                say!("{kind}: {}: {what}", path.display());
+                line(kind, &format!("{}: {what}", path.display()));
             }
         }
         if let Some(path) = &self.junit {
@@ -168,13 +172,13 @@ impl GateArgs {
             reports.iter().map(|report| self.failed(report)).collect::<crate::Result<_>>()?;
         let failed = failed.concat();
         if !failed.is_empty() {
-            say!("raindrops: {}", failed.join("; "));
+            failure!("{}", failed.join("; "));
         } else if self.fail_above.is_none() && self.expect.is_none() {
             for verdict in [Verdict::Slower, Verdict::Different] {
                 let is_there = |row: &VerdictRow| row.verdict == verdict;
                 if reports.iter().any(|report| report.rows.iter().any(is_there)) {
                     let name = verdict.name();
-                    say!("note: without --fail-above a {name} row does not change the exit status");
+                    note!("without --fail-above a {name} row does not change the exit status");
                 }
             }
         }

@@ -86,8 +86,32 @@ fn range(low: Option<f64>, high: Option<f64>, threshold: f64) -> String {
     low.zip(high).map_or("-".into(), |(low, high)| format!("{low:.places$} to {high:.places$}"))
 }
 
-/// What the table has no room for: how to read it, passes that are faster or slower, counters that changed, notes.
+/// What makes a comparison's times doubtful, and of which side: most of it two sides of one machine have in common.
+pub fn warnings(report: &Report) -> Vec<String> {
+    let [a, b] = [&report.a.warnings, &report.b.warnings];
+    let of_a = a.iter().map(|warning| (if b.contains(warning) { "" } else { "A: " }, warning));
+    let of_b = b.iter().filter(|warning| !a.contains(warning)).map(|warning| ("B: ", warning));
+    of_a.chain(of_b).map(|(side, warning)| format!("{side}{warning}")).collect()
+}
+
+/// What stands under the table, as lines of text or as a list.
 pub fn tail_lines(report: &Report, format: Format) -> Vec<String> {
+    let warnings = warnings(report).into_iter().map(|warning| format!("warning: {warning}"));
+    let mut lines = tail(report);
+    // The summary is last.
+    let end = lines.len() - 1;
+    lines.splice(end..end, warnings);
+    if format == Format::Markdown {
+        // A list of its own, after the table.
+        lines = lines.into_iter().map(|line| format!("- {}", line.trim())).collect();
+        lines.insert(0, String::new());
+    }
+    lines
+}
+
+/// What the table has no room for, warnings apart: how to read it, passes that are faster or slower, counters that changed,
+/// notes, and a summary.
+pub fn tail(report: &Report) -> Vec<String> {
     let mut lines = vec![legend(report)];
     let bounds = report.bounds.iter();
     lines.extend(
@@ -97,11 +121,6 @@ pub fn tail_lines(report: &Report, format: Format) -> Vec<String> {
         lines.extend(row_lines(row).into_iter().map(|line| format!("   {}: {line}", row.name)));
     }
     lines.extend(report.notes.iter().map(|note| format!("note: {note}")));
-    // Two sides of one machine have most of them in common.
-    let [a, b] = [&report.a.warnings, &report.b.warnings];
-    let of_a = a.iter().map(|warning| (if b.contains(warning) { "" } else { "A: " }, warning));
-    let of_b = b.iter().filter(|warning| !a.contains(warning)).map(|warning| ("B: ", warning));
-    lines.extend(of_a.chain(of_b).map(|(side, warning)| format!("warning: {side}{warning}")));
     lines.extend(report.stopped.iter().map(|why| format!("stopped: {why}")));
     if report.rows.iter().any(|row| row.ratio_low.is_none()) {
         lines.push(
@@ -110,11 +129,6 @@ pub fn tail_lines(report: &Report, format: Format) -> Vec<String> {
         );
     }
     lines.push(summary(report));
-    if format == Format::Markdown {
-        // A list of its own, after the table.
-        lines = lines.into_iter().map(|line| format!("- {}", line.trim())).collect();
-        lines.insert(0, String::new());
-    }
     lines
 }
 
