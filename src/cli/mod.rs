@@ -209,7 +209,7 @@ fn hint(error: &Error) -> Cow<'static, str> {
     }
     Cow::Borrowed(match error {
         Error::NoLoader(_) => "; install libvulkan1 (Debian, Ubuntu: scripts/setup.sh does)",
-        Error::NoDevice => {
+        Error::NoDevice | Error::NoCard { .. } => {
             "; mesa-vulkan-drivers (Debian, Ubuntu) has lavapipe, which needs no GPU: scripts/setup.sh installs it"
         }
         Error::DeviceLacks { .. } => "; --device chooses, raindrops devices lists them",
@@ -312,9 +312,7 @@ fn say_depth_alone(scene: &Scene) {
 /// a factor of `room`.
 fn say_undrawn(counts: &Counts, room: u32) {
     if room > 1 {
-        note!(
-            "more drops in view than was provided for: drawn again with {room} times the room"
-        );
+        note!("more drops in view than was provided for: drawn again with {room} times the room");
     }
     let say = |count: u64, what: &str, why: &str| {
         if count > 0 {
@@ -397,6 +395,15 @@ fn check_folder(path: &Path) -> Result<()> {
             Err(Error::write(path, format!("there is no folder {}", folder.display())))
         }
         _ => Ok(()),
+    }
+}
+
+/// A name or number of JSON without quotes; `-` for none.
+fn plain(value: &serde_json::Value) -> String {
+    match value {
+        serde_json::Value::Null => "-".into(),
+        serde_json::Value::String(text) => text.clone(),
+        other => other.to_string(),
     }
 }
 

@@ -70,11 +70,7 @@ pub fn run(options: Options) -> Result<()> {
     instance.expect_silence()
 }
 
-fn open(
-    instance: &Arc<Instance>,
-    report: DeviceReport,
-    remark: fn(&Remark),
-) -> Result<KeptDevice> {
+fn open(instance: &Arc<Instance>, report: DeviceReport, remark: fn(&Remark)) -> Result<KeptDevice> {
     KeptDevice::open(instance, report, user_folder(), remark)
 }
 

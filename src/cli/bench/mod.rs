@@ -161,9 +161,7 @@ pub fn run(args: &BenchArgs, given: &ArgMatches) -> anyhow::Result<Answer> {
             break;
         }
         if !report.rows.iter().all(Row::passes_add_up) {
-            note!(
-                "the driver's times of the passes do not add up to the frames; trust the frames"
-            );
+            note!("the driver's times of the passes do not add up to the frames; trust the frames");
         }
         if !check_counts(&scene, &report)? {
             answer = Answer::No;

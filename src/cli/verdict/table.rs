@@ -1,7 +1,7 @@
 //! Verdict rows as lines and columns.
 
 use crate::cli::format::{Format, Sheet};
-use crate::measure::verdict::{Method, Report, Verdict, VerdictRow};
+use crate::measure::verdict::{Method, MissingRow, Report, Verdict, VerdictRow};
 use crate::thousands::{counted, thousands, thousands_of};
 
 /// Who is A, who is B, and what differs between them.
@@ -34,6 +34,8 @@ pub fn sheet(report: &Report, format: Format) -> Sheet {
     if format == Format::Csv {
         return plain(report);
     }
+    /// The column of A's times.
+    const MS_A: usize = 4;
     let mut header = ["row", "verdict", "B / A", "95 %", "ms A", "ms B", "rounds", "noise"]
         .map(String::from)
         .to_vec();
@@ -66,6 +68,12 @@ pub fn sheet(report: &Report, format: Format) -> Sheet {
         if has_stages {
             cells.push(row.first_stage_that_differs.clone().unwrap_or("-".into()));
         }
+        rows.push(cells);
+    }
+    for row in &report.missing {
+        let mut cells = vec!["-".to_string(); header.len()];
+        cells[..2].clone_from_slice(&[row.name.clone(), MissingRow::VERDICT.into()]);
+        cells[MS_A] = thousands_of(row.median_ms_a, 2);
         rows.push(cells);
     }
     Sheet { names: 1, header, rows }
@@ -148,7 +156,12 @@ fn summary(report: &Report) -> String {
         1 => "; 1 pass is slower".into(),
         more => format!("; {more} passes are slower"),
     };
-    format!("{}: {}{slower}{most}", counted(report.rows.len() as u64, "row"), counts.join(", "))
+    let missing = match report.missing.len() {
+        0 => String::new(),
+        count => format!("; B lacks {} of A", counted(count as u64, "row")),
+    };
+    let rows = counted(report.rows.len() as u64, "row");
+    format!("{rows}: {}{missing}{slower}{most}", counts.join(", "))
 }
 
 /// How to read the table.
@@ -242,6 +255,20 @@ fn plain(report: &Report) -> Sheet {
             let ratios = [pass.ratio, pass.ratio_low, pass.ratio_high];
             rows.push(of(name, pass.verdict, ratios, [pass.median_ms_a, pass.median_ms_b]));
         }
+    }
+    for row in &report.missing {
+        let mut cells = vec![String::new(); HEADER.len()];
+        let size = [row.width, row.height].map(|pixels| pixels.to_string());
+        let head = [row.preset.clone(), row.drops.to_string()].into_iter().chain(size);
+        let head =
+            head.chain([row.tone_map.to_string(), String::new(), MissingRow::VERDICT.into()]);
+        head.zip(&mut cells).for_each(|(value, cell)| *cell = value);
+        for (name, value) in [("median_ms_a", Some(row.median_ms_a)), ("rate_mm_h", row.rate_mm_h)]
+        {
+            let at = HEADER.iter().position(|column| *column == name);
+            at.into_iter().for_each(|at| cells[at] = number(value));
+        }
+        rows.push(cells);
     }
     Sheet { names: 1, header: HEADER.map(String::from).to_vec(), rows }
 }

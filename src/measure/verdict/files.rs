@@ -4,6 +4,7 @@ use std::path::Path;
 
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
 use super::{Interval, MissingRow, PassRow, VerdictRow, judge, looks, paired, unpaired};
 use crate::measure::Host;
@@ -232,11 +233,6 @@ fn row(a: &[&Row], b: &[&Row], how: How, threshold: f64) -> VerdictRow {
     if first.visible != new.visible && !counters.contains_key("drops_in_view") {
         counters.insert("drops_in_view".into(), (first.visible, new.visible));
     }
-    let models = |row: &Row| [&row.optics, &row.primitive, &row.order].map(String::clone).join(" ");
-    let mut notes = Vec::new();
-    if models(first) != models(new) {
-        notes.push(format!("drawn by {} in A, by {} in B", models(first), models(new)));
-    }
     VerdictRow {
         name: new.name(),
         preset: new.preset.clone(),
@@ -264,8 +260,24 @@ fn row(a: &[&Row], b: &[&Row], how: How, threshold: f64) -> VerdictRow {
         pictures: None,
         counters,
         passes: passes(a, b, how, threshold),
-        notes,
+        notes: other_models(first, new).into_iter().collect(),
     }
+}
+
+/// What is drawn otherwise in B, if anything: by all axes of the models, or by those that older results have.
+fn other_models(a: &Row, b: &Row) -> Option<String> {
+    let models = |row: &Row| [&row.optics, &row.primitive, &row.order].map(String::clone).join(" ");
+    if a.axes.is_empty() || b.axes.is_empty() {
+        let differ = models(a) != models(b);
+        return differ.then(|| format!("drawn by {} in A, by {} in B", models(a), models(b)));
+    }
+    let differing = a.axes.iter().filter_map(|(axis, of_a)| {
+        let of_b = b.axes.get(axis)?;
+        let plain = |value: &Value| value.as_str().map_or(value.to_string(), String::from);
+        (of_a != of_b).then(|| format!("{axis} {} in A, {} in B", plain(of_a), plain(of_b)))
+    });
+    let differing: Vec<String> = differing.collect();
+    (!differing.is_empty()).then(|| format!("drawn with {}", differing.join("; ")))
 }
 
 /// Interval and noise floor of runs' times.

@@ -152,6 +152,11 @@ pub struct MissingRow {
     pub median_ms_a: f64,
 }
 
+impl MissingRow {
+    /// What stands in the place of its verdict.
+    pub const VERDICT: &'static str = "missing";
+}
+
 /// One row of the benchmark, of A and of B.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "the keys of the result file, see docs/result-files.md")]
