@@ -108,32 +108,6 @@ fn no_driver() {
     assert!(files(folder.path()).is_empty());
 }
 
-/// A driver is there, but not its card: the same advice as without a driver.
-#[cfg(target_os = "linux")]
-#[test]
-fn no_card() {
-    let folder = folder();
-    let at = |name: &str| folder.path().join(name);
-    let mut rustc = Command::new("rustc");
-    rustc.args(["--edition", "2024", "--crate-type", "cdylib", "-o"]).arg(at("cardless.so"));
-    rustc.arg(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/drivers/cardless.rs"));
-    assert!(rustc.status().expect("rustc").success(), "the driver does not compile");
-    let manifest = serde_json::json!({ "file_format_version": "1.0.0",
-        "ICD": { "library_path": "./cardless.so", "api_version": "1.3.0" } });
-    fs::write(at("cardless.json"), manifest.to_string()).expect("a manifest");
-    let before = files(folder.path());
-    for arguments in [&["devices"][..], &["render", "-o", "a.png"], &["bench", "--drops", "9"]] {
-        let mut command = raindrops(folder.path(), arguments);
-        command.env("VK_DRIVER_FILES", at("cardless.json"));
-        let line = error_line(&outcome(command.env("VK_ICD_FILENAMES", at("cardless.json"))));
-        assert!(line.contains("no Vulkan device") && line.contains("VK_DRIVER_FILES"), "{line}");
-        for words in ["vkEnumeratePhysicalDevices", "mesa-vulkan-drivers", "scripts/setup.sh"] {
-            assert!(line.contains(words), "{words}: {line}");
-        }
-    }
-    assert_eq!(files(folder.path()), before);
-}
-
 #[test]
 fn no_such_device() {
     let folder = folder();

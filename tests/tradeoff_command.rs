@@ -52,8 +52,8 @@ fn an_interrupt_keeps_the_rows_that_are_finished() {
 #[test]
 fn every_axis_of_a_row_is_recorded() {
     let folder = tempfile::tempdir().expect("a folder");
-    let scene = "[image]\nwidth = 32\nheight = 24\n[camera]\nshutter = 0.002\naperture = 0.01\nfocus = 2.0\n\
-        [rain]\nrate = 25.0\nextent = 20.0\n";
+    let scene = "[image]\nwidth = 16\nheight = 12\n[camera]\nshutter = 0.002\naperture = 0.01\nfocus = 2.0\n\
+        [rain]\nrate = 25.0\nextent = 4.0\n";
     fs::write(folder.path().join("a.toml"), scene).expect("a scene");
     let mut command = common::raindrops();
     command.current_dir(folder.path()).args(["tradeoff", "a.toml", "--truth-samples", "1"]);

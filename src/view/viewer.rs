@@ -79,7 +79,6 @@ pub struct Viewer {
     /// The window itself.
     pub window: Arc<Window>,
     device: Arc<Device>,
-    /// Print on the terminal.
     say: fn(&str),
     remark: fn(&Remark),
 }

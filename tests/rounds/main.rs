@@ -7,10 +7,11 @@ mod again;
 #[path = "../common/mod.rs"]
 mod common;
 mod kept;
+mod missing;
 
 use std::fs;
 use std::os::unix::fs::PermissionsExt as _;
-use std::process::{Command, Output, Stdio};
+use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use common::said::failure as error_line;

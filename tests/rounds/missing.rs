@@ -27,9 +27,8 @@ fn tests(junit: &Report) -> (Vec<[String; 2]>, Vec<[String; 2]>) {
         let class = case.classname.as_ref().expect("a class");
         [class.as_str().to_string(), case.name.as_str().to_string()]
     };
-    let is_failure = |case: &&quick_junit::TestCase| {
-        matches!(case.status, TestCaseStatus::NonSuccess { .. })
-    };
+    let is_failure =
+        |case: &&quick_junit::TestCase| matches!(case.status, TestCaseStatus::NonSuccess { .. });
     (cases.clone().map(key).collect(), cases.filter(is_failure).map(key).collect())
 }
 
@@ -53,9 +52,9 @@ fn tests_of_several_devices_are_told_apart() {
     }
     // Two cards of one kind are told apart, too.
     let text = fs::read_to_string(&three).expect("a file");
-    let alike = ["llvmpipe A", "SwiftShader B"].iter().fold(text, |text, name| {
-        text.replace(name, "Other GPU C")
-    });
+    let alike = ["llvmpipe A", "SwiftShader B"]
+        .iter()
+        .fold(text, |text, name| text.replace(name, "Other GPU C"));
     fs::write(bench.path().join("alike.json"), alike).expect("a file");
     let (all, failures) = judged("alike.json");
     assert_eq!((all.iter().collect::<BTreeSet<_>>().len(), failures.len()), (4, 2), "{all:?}");
@@ -155,7 +154,10 @@ fn a_row_that_is_gone_may_be_expected() {
     assert_eq!(run(&["verdict", "kept.json"]).0, Some(0));
     let (status, said) = run(&["verdict", "kept.json", "--fail-above", "5%"]);
     assert!(status == Some(1) && said.contains("(missing)"), "{said}");
-    assert_eq!(run(&["verdict", "kept.json", "--fail-above", "5%", "--fail-missing=false"]).0, Some(0));
+    assert_eq!(
+        run(&["verdict", "kept.json", "--fail-above", "5%", "--fail-missing=false"]).0,
+        Some(0)
+    );
     // A comparison of devices is no other.
     let kept = bench.json("kept.json");
     let text = fs::read_to_string(data("three-devices.json")).expect("a file");
@@ -189,9 +191,8 @@ fn a_row_is_gone_if_no_result_has_it() {
 fn measurements_that_lack_a_row_fail() {
     let bench = Bench::new();
     let few = ["--rounds", "6", "--fail-above", "5%", "--json", "v.json"];
-    let turns = |side: &str, more: &[&str]| {
-        bench.run(&[&few[..], &[side, "MORE=1"], more].concat())
-    };
+    let turns =
+        |side: &str, more: &[&str]| bench.run(&[&few[..], &[side, "MORE=1"], more].concat());
     let output = turns("--a", &[]);
     assert!(error_line(&output, 1).contains("2,000 drops, paper, 64 x 64 (missing)"));
     assert_eq!(bench.json("v.json")["missing"][0]["drops"], 2000);
@@ -200,7 +201,8 @@ fn measurements_that_lack_a_row_fail() {
     let alone = bench.command(&["bench", "--drops", "9", "--fail-missing"]).output();
     assert!(error_line(&alone.expect("it starts"), 2).contains("are for --baseline"));
 
-    let quick = ["bench", "--size", "16x16", "--mask-size", "16", "--seconds", "0", "--frames", "1"];
+    let quick =
+        ["bench", "--size", "16x16", "--mask-size", "16", "--seconds", "0", "--frames", "1"];
     let run = |more: &[&str]| {
         let output = bench.command(&[&quick, more].concat()).output().expect("it starts");
         (output.status.code(), said(&output))
