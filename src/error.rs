@@ -22,6 +22,18 @@ pub enum Error {
     #[error("no Vulkan device: install a driver, or check VK_DRIVER_FILES")]
     NoDevice,
 
+    /// A driver is there, and finds no device.
+    #[error(
+        "no Vulkan device: {call} failed ({result}): no driver finds a device of its kind; install another driver, or check \
+         VK_DRIVER_FILES"
+    )]
+    NoCard {
+        /// The Vulkan command.
+        call: &'static str,
+        /// What it returned.
+        result: vk::Result,
+    },
+
     /// No device goes by the name or index that was asked for.
     #[error("no Vulkan device matches '{wanted}'; there are: {found}")]
     DeviceNotFound {

@@ -144,7 +144,7 @@ fn all_commands_have_the_same_cut_off() {
     };
     let plan = said(&["plan", path, "--size", "64x64"]);
     assert!(
-        plan.contains(&format!("cut-off     {cutoff} px of radius: no smaller drop shows")),
+        plan.contains(&format!("cutoff_px             {cutoff}: no smaller drop shows")),
         "{plan}"
     );
     // Before a background of its own it follows from that.
@@ -272,10 +272,8 @@ fn the_command_line_refuses_in_one_line() {
     ];
     for (arguments, expected) in cases {
         let output = raindrops(arguments);
-        let stderr = String::from_utf8_lossy(&output.stderr);
-        let errors: Vec<_> = stderr.lines().filter(|l| l.starts_with("raindrops: ")).collect();
-        assert!(errors.len() == 1 && errors[0].contains(expected), "{arguments:?}: {stderr}");
-        assert_eq!(output.status.code(), Some(2));
+        let error = common::said::failure(&output, 2);
+        assert!(error.contains(expected), "{arguments:?}: {error}");
         assert!(output.stdout.is_empty());
     }
     assert!(fs::metadata(picture).is_err());

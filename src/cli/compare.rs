@@ -7,7 +7,7 @@ use clap::Args;
 use glam::Vec3;
 use serde_json::json;
 
-use super::tell::{self, say};
+use super::tell::{failure, remark_once};
 use super::{Answer, Format, print_beside, write_json};
 use crate::picture::metrics::{Comparison, Metrics, compare};
 use crate::picture::read::{Decoded, Request};
@@ -121,7 +121,7 @@ pub fn run(args: &CompareArgs) -> anyhow::Result<Answer> {
 fn read(path: &Path, layer: Option<&str>) -> crate::Result<Decoded> {
     let decoded = Decoded::read(path, Request::new("--layer").layer(layer))?;
     for remark in &decoded.remarks {
-        tell::remark(&path.display().to_string(), remark);
+        remark_once(&path.display().to_string(), remark);
     }
     Ok(decoded)
 }
@@ -151,7 +151,7 @@ fn holds(args: &CompareArgs, metrics: &Metrics) -> bool {
             let holds = if least { value >= bound } else { value <= bound };
             if !holds {
                 let side = if least { "under" } else { "over" };
-                say!("raindrops: {name} is {value:.6}, {side} the bound {bound}");
+                failure!("{name} is {value:.6}, {side} the bound {bound}");
             }
             all &= holds;
         }

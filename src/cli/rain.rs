@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::format::{Format, Sheet};
 use super::options::SceneArgs;
-use super::tell::say;
+use super::tell::note;
 use super::{Answer, print, write_json};
 use crate::files::write_whole;
 use crate::measure::rain_plot;
@@ -96,7 +96,7 @@ pub fn run(args: &RainArgs) -> anyhow::Result<Answer> {
     let cutoff = Cutoff::of(&scene, &rain, &super::open_environment(&scene)?);
     let report = report(args.scene.name(), &scene, &rain, cutoff);
     for note in notes(&rain) {
-        say!("note: {note}");
+        note!("{note}");
     }
     if let Some(path) = &args.json {
         write_json(path, &report)?;

