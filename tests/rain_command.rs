@@ -154,7 +154,8 @@ fn all_commands_have_the_same_cut_off() {
     even.write_exr(&plate).expect("a plate");
     let plate = plate.to_str().expect("UTF-8");
     let before = said(&["plan", path, "--size", "64x64", "--background", plate]);
-    let line = |plan: &str| plan.lines().find(|line| line.starts_with("cut-off")).map(String::from);
+    let line =
+        |plan: &str| plan.lines().find(|line| line.starts_with("cutoff_px")).map(String::from);
     assert!(line(&before).is_some() && line(&before) != line(&plan), "{before}");
     // Bench counts its drops again on the CPU, over this cut-off.
     let quick = ["--size", "64x64", "--seconds", "0.02", "--frames", "1", "--json", "-"];

@@ -97,7 +97,7 @@ fn nothing_there(depth: f64, (x, y): (usize, usize), sky: f64) -> String {
     let unknown = if depth.is_nan() { "nan".into() } else { format!("{depth}") };
     let sky = if sky == FARTHEST { "infinity" } else { "the largest number of a PNG" };
     format!(
-        "has the depth {depth} at column {x}, row {y}, which is not over 0; if {unknown} stands for an unknown depth, \
+        "has a depth that is not over 0: column {x}, row {y} is {depth}; if {unknown} stands for an unknown depth, \
          give background.depth_invalid = {unknown}; where the sky is, store {sky}"
     )
 }

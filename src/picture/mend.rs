@@ -68,7 +68,7 @@ impl fmt::Display for Mended {
 pub(crate) fn mend(pixels: &mut [Vec3], width: usize, edges: Edges) -> Result<Mended, String> {
     let is_hole = |pixel: Vec3| pixel.is_nan() || pixel.min_element() == f32::NEG_INFINITY;
     if pixels.iter().all(|pixel| is_hole(*pixel)) {
-        return Err("is full of NaN or negative infinity: no texel has a value".into());
+        return Err("is full of NaN: no texel is finite".into());
     }
     let finite = pixels.iter().flat_map(|pixel| pixel.to_array()).filter(|part| part.is_finite());
     let overflow = finite.fold(OVERFLOW, f32::max);

@@ -105,7 +105,7 @@ fn patch(bytes: &mut [u8], marker: &[u8], skip: usize, value: &[u8]) {
 }
 
 /// The CRC-32 of PNG.
-fn crc(bytes: &[u8]) -> u32 {
+pub fn crc(bytes: &[u8]) -> u32 {
     let step = |crc: u32, _| if crc & 1 == 1 { 0xedb8_8320 ^ (crc >> 1) } else { crc >> 1 };
     !bytes.iter().fold(!0, |crc, byte| (0..8).fold(crc ^ u32::from(*byte), step))
 }

@@ -397,7 +397,7 @@ fn depth_is_read_as_tools_write_it() {
     ));
 
     refusal(depth("09-depth-as-tools-write-it/middlebury.pfm", |_| ()), "is no depth");
-    refusal(depth("14-png-kinds/gray8.png", metres), "has 16 bits");
+    refusal(depth("14-png-kinds/gray8.png", metres), "depth in a PNG has 16 bits");
     refusal(depth("06-exr-windows/plate.exr", |_| ()), "holds colours and no depth");
     refusal(depth("09-depth-as-tools-write-it/kitti.png", |_| ()), "needs a scale");
 }
@@ -543,6 +543,30 @@ fn adobe_rgb_of_cameras_is_converted() {
     is_color("Adobe RGB", panorama.texels(), COLOR, 0.03);
     let panorama = Environment::from_bytes("sRGB", &jpeg).expect("a panorama");
     assert!(off(panorama.texels(), COLOR) > 0.1, "not converted without the mark");
+}
+
+/// A PNG by code points (cICP): Display P3, and Rec. 2020 in PQ, where 203 cd/m² is 1. Stored values were computed in
+/// numpy by the standards' formulas.
+#[test]
+fn code_points_of_png_are_applied() {
+    let folder = Folder::new();
+    let png = |stored: [u16; 3], points: [u8; 4]| {
+        let path = folder.path("points.png");
+        let image = image::ImageBuffer::from_pixel(4, 2, image::Rgb(stored));
+        image.save(&path).expect("a file");
+        let mut bytes = std::fs::read(&path).expect("a file");
+        // Behind the header, which ends with its sum.
+        let chunk = [&b"cICP"[..], &points].concat();
+        let sum = crate::broken::crc(&chunk).to_be_bytes();
+        bytes.splice(33..33, [&4u32.to_be_bytes()[..], &chunk, &sum].concat());
+        Environment::from_bytes("points", &bytes).expect("a panorama")
+    };
+    let p3 = png([56_383, 39_211, 25_604], [12, 13, 0, 1]);
+    is_color("P3", p3.texels(), COLOR, 1e-3);
+    let pq = png([34_658, 30_743, 24_951], [9, 16, 0, 1]);
+    is_color("PQ", pq.texels(), COLOR, 2e-3);
+    let unknown = png([34_658, 30_743, 24_951], [22, 17, 0, 1]);
+    assert!(says(unknown.remarks().iter().cloned(), Severity::Warning, "cICP 22, 17"));
 }
 
 /// A PNG that the program writes says that it is sRGB, and is read back as it was.

@@ -69,8 +69,7 @@ impl Layer {
             return None;
         }
         let named = ["Z", "V", "Y", "R"].iter().find_map(|name| self.channel(name));
-        let single = || (self.channels.len() == 1).then(|| self.channels[0].1);
-        named.or_else(single).map(|number| vec![number])
+        named.map(|number| vec![number])
     }
 
     /// What the name is behind its last point, in small letters.
@@ -87,6 +86,9 @@ impl Layer {
     fn title(&self) -> String {
         if !self.name.is_empty() {
             return self.name.clone();
+        }
+        if self.rgb().is_some() {
+            return "R G B".into();
         }
         self.channels.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>().join(" ")
     }

@@ -83,9 +83,8 @@ pub(super) fn planes(
     // Without the crate's checks first: of a size that is refused anyway they say something else.
     let meta = MetaData::read_from_buffered(file(), false).map_err(unreadable)?;
     let choice = choose(&meta.headers)?;
-    let Vec2(data_width, data_height) = meta.headers[choice.part].layer_size;
-    check_claim(data_width, data_height, bytes)?;
     let frame = Frame::new(&meta.headers[choice.part], check)?;
+    check_claim(frame.data.0, frame.data.1, bytes)?;
     let reader = exr::block::read(file(), false).map_err(unreadable)?;
     let header = &reader.headers()[choice.part];
     let mut remarks = remarks(header, &choice);
