@@ -10,6 +10,9 @@ use raindrops::scene::{PlacedDrop, Population, RainSettings, Scene};
 use super::random::Random;
 use super::scene::frame;
 
+/// Least field of view of rain by its rate, in degrees.
+const NARROWEST_RAIN: f64 = 20.0;
+
 /// What falls.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Subject {
@@ -83,8 +86,10 @@ fn lens(scene: &mut Scene, distance: f64, random: &mut Random) {
     let per_unit = focal * (distance.recip() - focus.recip()).abs();
     let blur_px = random.log(0.3, 40.0);
     scene.camera.focus = focus;
-    // A lens as wide as its distance from the drops would be all that is seen.
-    scene.camera.aperture = (blur_px / per_unit).min(0.5 * distance);
+    // What is far away is blurred by so many pixels at most; and a lens as wide as its distance from the drops would be all
+    // that is seen.
+    let of_far = if scene.real_rain().is_some() { 25.0 } else { 80.0 } * focus / focal;
+    scene.camera.aperture = (blur_px / per_unit).min(0.5 * distance).min(of_far);
 }
 
 /// The motion of placed drops.
@@ -247,6 +252,10 @@ fn real_rain(scene: &mut Scene, random: &mut Random) {
         scene.camera.target = scene.camera.position + forward;
         scene.metres = metres;
     }
+    // Through a narrower view a reference takes minutes: rays go far through many cells.
+    let narrow = |fov: &mut f64| *fov = fov.max(NARROWEST_RAIN);
+    narrow(&mut scene.camera.vertical_fov);
+    scene.film.camera.iter_mut().filter_map(|key| key.vertical_fov.as_mut()).for_each(narrow);
     let other = random.log(3.0, 3000.0);
     let extent = random.pick(&[(0.3, f64::INFINITY), (0.3, 300.0), (0.4, other)]);
     let sizes =

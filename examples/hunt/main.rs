@@ -68,8 +68,8 @@ struct Means {
     /// Samples a pixel of each half of a reference, at most
     #[arg(long, value_name = "K", default_value_t = 512, value_parser = clap::value_parser!(u32).range(1..=65_536))]
     samples: u32,
-    /// Seconds that a reference may take, more or less
-    #[arg(long, value_name = "S", default_value_t = 12.0)]
+    /// Seconds of processor time that a reference may take, more or less
+    #[arg(long, value_name = "S", default_value_t = 24.0)]
     seconds: f64,
     /// Folder where references are kept; another commit's run takes them from there
     #[arg(long, value_name = "DIR")]

@@ -3,6 +3,7 @@
 //! one that is not fine enough goes on where it was left.
 
 use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
 use std::time::Instant;
 
 use anyhow::{Context as _, ensure};
@@ -17,7 +18,7 @@ use raindrops::scene::model::ModelChoice;
 use raindrops::scene::real_rain::RealRain;
 use raindrops::scene::{PlacedDrop, RainSettings, Scene};
 
-use super::bounds::bound;
+use super::bounds::{bound, noise_of_dots};
 use super::figures::Halves;
 
 /// Samples a pixel of each half at first.
@@ -27,10 +28,17 @@ const FIRST: u32 = 16;
 const SHARE: f64 = 0.25;
 
 /// Drops of real rain that are traced one by one, at most, in the whole picture. Beyond them is a medium.
-const MOST_TRACED: f64 = 3e5;
+const MOST_TRACED: f64 = 1e5;
 
-/// Radius in pixels of the largest drop where the medium may begin: one that small changes no level by itself.
-const MEDIUM_PX: f64 = 0.05;
+/// Drops of it that a ray is tried against, at most.
+const MOST_TRIED: f64 = 150.0;
+
+/// Radius in pixels of the largest drop where the medium may begin: one that small changes its pixel by 2 % of its contrast.
+const MEDIUM_PX: f64 = 0.07;
+
+/// How fast large drops fall, m/s, and about how far away those are that one sees, m.
+const FALL: f64 = 8.0;
+const SEEN: f64 = 10.0;
 
 /// First bytes of a kept reference, with the version of its form.
 const MAGIC: &[u8; 8] = b"halves 1";
@@ -40,7 +48,7 @@ const MAGIC: &[u8; 8] = b"halves 1";
 pub struct Tracing {
     /// Samples a pixel of each half, at most.
     pub most_samples: u32,
-    /// No more are begun after so many seconds.
+    /// No more are begun after half of so many seconds of the process' time on its processors.
     pub most_seconds: f64,
     /// The folder of those that are kept, and what tells the program that traced them.
     pub kept: Option<(PathBuf, u32)>,
@@ -54,7 +62,7 @@ impl Tracing {
         scene: &Scene,
         environment: &Environment,
     ) -> anyhow::Result<Halves> {
-        let since = Instant::now();
+        let before = busy_seconds();
         let plate = Plate::of(scene)?;
         let path = self.kept.as_ref().map(|(folder, program)| {
             folder.join(format!("{name}-{:08x}.halves", key(scene, environment, &plate, *program)))
@@ -68,7 +76,7 @@ impl Tracing {
         let mut has_more = is_new;
         while halves.samples < self.most_samples && is_noisy(scene, &halves) {
             // The next takes as long as all before it.
-            if since.elapsed().as_secs_f64() > 0.5 * self.most_seconds {
+            if busy_seconds() - before > 0.5 * self.most_seconds {
                 break;
             }
             let more = halves.samples.min(self.most_samples - halves.samples);
@@ -83,11 +91,25 @@ impl Tracing {
     }
 }
 
+/// Seconds that the process' threads have run, which other work on the machine does not change; where the system does not
+/// say so, seconds.
+fn busy_seconds() -> f64 {
+    static START: LazyLock<Instant> = LazyLock::new(Instant::now);
+    let of_linux = || -> Option<f64> {
+        let text = std::fs::read_to_string("/proc/self/stat").ok()?;
+        // After the name in parentheses; ticks are hundredths.
+        let (_, rest) = text.rsplit_once(')')?;
+        let ticks = rest.split_whitespace().skip(11).take(2);
+        Some(ticks.filter_map(|word| word.parse::<f64>().ok()).sum::<f64>() / 100.0)
+    };
+    of_linux().unwrap_or_else(|| START.elapsed().as_secs_f64())
+}
+
 /// Whether the noise of the mean of both hides what the bounds of `exact` ask about.
 fn is_noisy(scene: &Scene, halves: &Halves) -> bool {
     let noise = halves.noise(exposure_of(&scene.tone_map, &halves.mean()));
     let over = |figure, noise: f64| noise > SHARE * bound("exact", figure);
-    over("box", noise.boxes) || over("dots", 0.25 * noise.dots) || over("flip", noise.flip)
+    over("box", noise.boxes) || over("dots", noise_of_dots(&noise)) || over("flip", noise.flip)
 }
 
 /// Two halves of so many samples; `after`: samples that others of this scene have, so that the seeds are others.
@@ -111,13 +133,19 @@ fn traced(
     Ok(Halves { halves, opacity, samples })
 }
 
-/// Distance to which real rain is traced drop by drop, in metres.
+/// Distance to which real rain is traced drop by drop, in metres. A ray is tried against every drop whose blur or streak covers
+/// its pixel: where these are large, fewer drops are traced, and show by themselves.
 fn rain_to(scene: &Scene) -> Option<f64> {
     let rain = scene.real_rain()?;
-    let most = usual_bound(scene)? * (MOST_TRACED / raindrops::reference::MOST_TRACED).cbrt();
-    let focal = scene.whole().view().focal_px;
+    let view = scene.whole().view();
+    let focal = view.focal_px;
+    let blur_px = 1.0 + 2.0 * scene.drawn_lens() / scene.camera.focus * focal;
+    let streak_px = FALL * scene.exposed().abs() * focal / SEEN;
+    let share = blur_px * (blur_px + streak_px) / (f64::from(view.width) * f64::from(view.height));
+    let most = MOST_TRACED.min(MOST_TRIED / share);
+    let bound = usual_bound(scene)? * (most / raindrops::reference::MOST_TRACED).cbrt();
     let small = 0.5e-3 * rain.diameters[1] * focal / MEDIUM_PX;
-    Some(most.min(small).min(rain.extent))
+    Some(bound.min(small).min(rain.extent))
 }
 
 /// Means of both, each by its samples.
