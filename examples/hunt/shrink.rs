@@ -57,7 +57,9 @@ fn smaller(table: &Table, worst: [u32; 2]) -> Vec<Table> {
     for (name, value) in table {
         match value {
             Value::Table(inner) => {
-                for key in inner.keys().filter(|key| name != "image" && *key != "rate") {
+                // Without a window the picture is larger.
+                let kept = |key: &str| name == "image" || ["rate", "window"].contains(&key);
+                for key in inner.keys().filter(|key| !kept(key)) {
                     all.push(without(table, &[name, key]));
                 }
             }

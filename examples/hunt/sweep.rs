@@ -17,7 +17,7 @@ pub const STEPS: u32 = 40;
 
 /// Samples a pixel of each half of a step's reference. Their places are the same in every step, so that most of the noise is
 /// the same as well; what is left of it is taken off.
-const SAMPLES: u32 = 32;
+const SAMPLES: u32 = 16;
 
 /// The reference is taken to change by this many levels at least.
 const LEAST_CHANGE: f64 = 0.5;
