@@ -111,7 +111,9 @@ void lay_row_behind(inout Row row, uvec4 colors, uvec2 coverage) {
 }
 
 void write_pixel(uint at, float r, float g, float b, float alpha, uvec2 nearest) {
-    radiance_out[at] = uvec2(packHalf2x16(vec2(r, g)), packHalf2x16(vec2(b, alpha)));
+    // Images of a bright source may add up to more than a half holds; infinity would spread.
+    vec3 light = min(vec3(r, g, b), 65504.0);
+    radiance_out[at] = uvec2(packHalf2x16(light.rg), packHalf2x16(vec2(light.b, alpha)));
     if (NEAREST != 0u) nearest_drops[at] = nearest;
 }
 

@@ -9,7 +9,7 @@
 # FOLDER gets base-1.json … base-N.json (N is BASELINE_RUNS, 3 if unset), and of each run new.json,
 # google-benchmark.json, and once there is a baseline verdict.md, verdict.json, verdict.xml. For another baseline,
 # delete the old one. RAINDROPS names the program. Exit status: 0; 1 if a row is slower by more than FAIL_ABOVE
-# (5% if unset); 2 for an error, such as another device than the baseline's.
+# (5% if unset), or is missing; 2 for an error, such as another device than the baseline's.
 set -euo pipefail
 case ${1-} in -h | --help) sed -n '2,/^set /s/^# \{0,1\}//p' "$0"; exit 0 ;; esac
 [ $# -gt 0 ] || { sed -n '2,/^set /s/^# \{0,1\}//p' "$0" >&2; exit 2; }

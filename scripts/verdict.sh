@@ -7,7 +7,7 @@
 #   scripts/verdict.sh v0.1.0 --preset paper,fast --drops 125000 --fail-above 10%
 #
 # Results go to out/verdict, or to the folder that VERDICT_FOLDER names. Exit status: 0; 1 if --fail-above was
-# given and a row is slower or different; 2 for an error.
+# given and a row is slower, different or missing; 2 for an error.
 set -euo pipefail
 case ${1-} in -h | --help) sed -n '2,/^set /s/^# \{0,1\}//p' "$0"; exit 0 ;; esac
 cd "$(dirname "$0")/.."

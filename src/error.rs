@@ -22,6 +22,18 @@ pub enum Error {
     #[error("no Vulkan device: install a driver, or check VK_DRIVER_FILES")]
     NoDevice,
 
+    /// A driver is there, and finds no device.
+    #[error(
+        "no Vulkan device: {call} failed ({result}): no driver finds a device of its kind; install another driver, or check \
+         VK_DRIVER_FILES"
+    )]
+    NoCard {
+        /// The Vulkan command.
+        call: &'static str,
+        /// What it returned.
+        result: vk::Result,
+    },
+
     /// No device goes by the name or index that was asked for.
     #[error("no Vulkan device matches '{wanted}'; there are: {found}")]
     DeviceNotFound {
@@ -157,6 +169,12 @@ impl Error {
     /// A file that could not be read.
     pub fn read(path: &Path, reason: impl ToString) -> Self {
         Self::File { doing: "read", path: path.into(), reason: reason.to_string() }
+    }
+
+    /// A file that could not be read, for a problem in words that follow its name, such as "is cut off".
+    pub(crate) fn unread(path: &Path, problem: &str) -> Self {
+        let reason = problem.strip_prefix("cannot be read: ");
+        Self::read(path, reason.map_or_else(|| format!("it {problem}"), Into::into))
     }
 
     /// A file that could not be written.

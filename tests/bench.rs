@@ -46,7 +46,7 @@ fn a_benchmark_is_written_and_plotted() {
     let files = ["--seconds", "0", "--frames", "2", "--json", "b.json", "--svg", "b.svg"];
     let mut command = common::raindrops();
     command.current_dir(folder.path()).args(bench).args(files);
-    let output = outcome(command.env("LP_NUM_THREADS", "1").env_remove("LP_PERF"));
+    let output = outcome(command.env("LP_NUM_THREADS", "1"));
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
     let json = fs::read_to_string(folder.path().join("b.json")).expect("figures");
     let json: Value = serde_json::from_str(&json).expect("JSON");
@@ -142,9 +142,8 @@ fn what_cannot_be_measured_is_refused_in_one_line() {
     ];
     for (arguments, expected) in cases {
         let output = raindrops(&[&["bench"], arguments].concat());
-        let stderr = String::from_utf8_lossy(&output.stderr);
-        assert_eq!(output.status.code(), Some(2), "{stderr}");
-        assert!(stderr.contains(expected), "{arguments:?}: {stderr}");
+        let error = common::said::failure(&output, 2);
+        assert!(error.contains(expected), "{arguments:?}: {error}");
         assert!(output.stdout.is_empty());
     }
 }

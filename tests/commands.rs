@@ -12,6 +12,7 @@ use raindrops::gpu::{Device, Instance, Validation};
 use raindrops::picture::Picture;
 use raindrops::picture::layers::Layers;
 
+use common::said::{FAILURE, WARNING, failure, lines, said};
 use common::{folder, outcome};
 
 /// The command, run in `folder`.
@@ -21,22 +22,12 @@ fn raindrops(folder: &Path, arguments: &[&str]) -> Command {
     command
 }
 
-/// The one line of an error: not the lines that say which device and models were taken and what was mended.
+/// The one line of an error.
 #[track_caller]
 fn error_line(output: &Output) -> String {
-    let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
-    let lines: Vec<_> = stderr
-        .lines()
-        .filter(|line| {
-            !["device: ", "auto: ", "environment ", "preparing "]
-                .iter()
-                .any(|said| line.starts_with(said))
-        })
-        .collect();
-    let [line] = lines.as_slice() else { panic!("not one line: {stderr}") };
-    assert_eq!(output.status.code(), Some(2), "{stderr}");
+    let line = failure(output, 2);
     assert!(output.stdout.is_empty(), "an error says nothing on stdout");
-    line.strip_prefix("raindrops: ").unwrap_or_else(|| panic!("{line}")).to_string()
+    line
 }
 
 /// Every file below a folder, with its size.
@@ -75,8 +66,9 @@ fn a_sound_render_succeeds() {
         let mut command = raindrops(folder.path(), &SMALL);
         let output = outcome(command.args(["--validate", "-o", name]));
         assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
-        let stderr = String::from_utf8_lossy(&output.stderr);
-        assert!(stderr.starts_with("device: "), "the device is named: {stderr}");
+        let stderr = said(&output);
+        let is_named = |line: &str| line.starts_with("device: ");
+        assert!(stderr.lines().any(is_named), "the device is not named: {stderr}");
         assert!(folder.path().join(name).exists());
     }
     assert_eq!(files(folder.path()).len(), 2, "and nothing else is left behind");
@@ -405,8 +397,8 @@ fn messages_are_as_they_are_asked_for() {
 fn a_terminal_has_colours_unless_it_wants_none() {
     let line = format!("'{}' render --nonsense", env!("CARGO_BIN_EXE_raindrops"));
     let said = |variable: &str| {
-        let mut command = Command::new("script");
-        command.args(["-qec", &line, "/dev/null"]).env("TERM", "xterm").env_remove("NO_COLOR");
+        let mut command = common::command("script");
+        command.args(["-qec", &line, "/dev/null"]).env("TERM", "xterm");
         let output = outcome(command.env(variable, "1").stdin(Stdio::null()));
         assert_eq!(output.status.code(), Some(2));
         String::from_utf8_lossy(&output.stdout).into_owned()
@@ -429,7 +421,7 @@ fn a_closed_pipe_is_no_error() {
             .expect("the command starts");
         drop(child.stdout.take());
         let output = child.wait_with_output().expect("the command ends");
-        assert_eq!(String::from_utf8_lossy(&output.stderr), "", "{arguments:?}");
+        assert!(lines(&said(&output), FAILURE).is_empty(), "{arguments:?}: {}", said(&output));
         assert_eq!(output.status.code(), Some(0), "{arguments:?}");
     }
     assert!(
@@ -445,6 +437,19 @@ fn plan_prints_passes_with_reasons() {
     let text = String::from_utf8_lossy(&output.stdout);
     for word in ["paper", "mask", "simulate", "sky", "drops", "tone map", "moves 1,000,000 drops"] {
         assert!(text.contains(word), "'{word}' is not in {text}");
+    }
+    // Every axis that a scene can choose has its line.
+    let schema = serde_json::to_value(raindrops::scene::ModelChoice::default()).expect("JSON");
+    for axis in schema.as_object().expect("an object").keys() {
+        let is_line = |line: &str| line.split(' ').next() == Some(axis);
+        assert!(text.lines().any(is_line), "'{axis}' is not in {text}");
+    }
+    for line in [
+        "motion                instant",
+        "lens                  pinhole",
+        "error                 -",
+    ] {
+        assert!(text.lines().any(|found| found == line), "'{line}' is not in {text}");
     }
     let of = |drops| {
         outcome(&mut raindrops(Path::new("."), &["plan", "--preset", "paper", "--drops", drops]))
@@ -470,13 +475,13 @@ fn an_error_that_is_not_promised_is_said() {
     ] {
         let all = [&["plan", "a.toml"], arguments].concat();
         let output = outcome(&mut raindrops(folder.path(), &all));
-        let said = String::from_utf8_lossy(&output.stderr);
+        let said = said(&output);
         assert_eq!(output.status.code(), Some(0), "{arguments:?}: {said}");
         match word {
             Some(word) => {
                 assert!(said.contains("warning: error 0") && said.contains(word), "{said}")
             }
-            None => assert_eq!(said, "", "{arguments:?}"),
+            None => assert!(lines(&said, WARNING).is_empty(), "{arguments:?}: {said}"),
         }
     }
 }

@@ -1,18 +1,16 @@
 //! `raindrops reference` and `raindrops compare` as their users call them: files, figures, exit
 //! status. Neither needs a GPU.
 
+mod common;
+
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
 
 use glam::Vec3;
 use raindrops::picture::{Picture, write_png};
 
 fn raindrops(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_raindrops"))
-        .current_dir(folder)
-        .args(arguments)
-        .output()
-        .expect("the command runs")
+    common::raindrops().current_dir(folder).args(arguments).output().expect("the command runs")
 }
 
 fn status(output: &Output) -> i32 {

@@ -282,3 +282,30 @@ fn a_frame_that_is_not_submitted_changes_nothing() {
     drop(device);
     instance.expect_silence().expect("silence");
 }
+
+/// A driver is there, but not its card: the same advice as without a driver.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_driver_without_its_card_gives_advice() {
+    let folder = common::folder();
+    let at = |name: &str| folder.path().join(name);
+    let mut rustc = std::process::Command::new("rustc");
+    rustc.args(["--edition", "2024", "--crate-type", "cdylib", "-o"]).arg(at("cardless.so"));
+    rustc.arg(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/drivers/cardless.rs"));
+    assert!(rustc.status().expect("rustc").success(), "the driver does not compile");
+    let manifest = serde_json::json!({ "file_format_version": "1.0.0",
+        "ICD": { "library_path": "./cardless.so", "api_version": "1.3.0" } });
+    std::fs::write(at("cardless.json"), manifest.to_string()).expect("a manifest");
+    for arguments in [&["devices"][..], &["render", "-o", "a.png"], &["bench", "--drops", "9"]] {
+        let mut command = common::raindrops();
+        command.current_dir(folder.path()).args(arguments);
+        command.env("VK_DRIVER_FILES", at("cardless.json"));
+        command.env("VK_ICD_FILENAMES", at("cardless.json"));
+        let line = common::said::failure(&common::outcome(&mut command), 2);
+        assert!(line.contains("no Vulkan device") && line.contains("VK_DRIVER_FILES"), "{line}");
+        for words in ["vkEnumeratePhysicalDevices", "mesa-vulkan-drivers", "scripts/setup.sh"] {
+            assert!(line.contains(words), "{words}: {line}");
+        }
+    }
+    assert!(!at("a.png").exists());
+}

@@ -7,10 +7,11 @@ mod common;
 use std::fs;
 use std::os::unix::fs::symlink;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Command;
 
 use raindrops::picture::Picture;
 
+use common::said::failure;
 use common::{folder, outcome};
 
 /// Bytes that a file may have; the kernel then fails writes as it does where a disk is full.
@@ -19,13 +20,12 @@ const ROOM: &str = "--fsize=64";
 /// A command that a limit on the size of files fails and does not kill.
 fn limited(folder: &Path, limit: Option<&str>, arguments: &[&str]) -> Command {
     let program = common::raindrops();
-    let mut command = Command::new("sh");
+    let mut command = common::command("sh");
     command.args(["-c", "trap '' XFSZ; exec \"$@\"", "sh"]);
     if let Some(limit) = limit {
         command.args(["prlimit", limit, "--"]);
     }
     command.arg(program.get_program()).args(arguments).current_dir(folder);
-    command.envs(program.get_envs().filter_map(|(name, value)| Some((name, value?))));
     command
 }
 
@@ -41,20 +41,6 @@ fn files(folder: &Path) -> Vec<(String, Vec<u8>)> {
         .collect();
     files.sort();
     files
-}
-
-/// The line of a run that failed; what the driver's pipelines meet is no error.
-#[track_caller]
-fn error_line(output: &Output) -> String {
-    let said = String::from_utf8_lossy(&output.stderr).into_owned();
-    let no_error =
-        ["device: ", "environment ", "warning: compiled pipelines", "warning: the load", "note: "];
-    let is_error = |line: &&str| !no_error.iter().any(|start| line.starts_with(start));
-    let [line] = said.lines().filter(is_error).collect::<Vec<_>>()[..] else {
-        panic!("not one line: {said}")
-    };
-    assert_eq!(output.status.code(), Some(2), "{said}");
-    line.into()
 }
 
 const SCENE: [&str; 6] = ["--drops", "20", "--size", "16x16", "--preset", "paper"];
@@ -106,7 +92,7 @@ fn a_full_disk_is_one_line_and_leaves_the_old_files() {
             None => arguments.push(name),
         }
         let before = [files(folder.path()), files(&at("masks"))];
-        let line = error_line(&outcome(&mut limited(folder.path(), Some(ROOM), &arguments)));
+        let line = failure(&outcome(&mut limited(folder.path(), Some(ROOM), &arguments)), 2);
         assert!(line.contains(&format!("cannot write {name}: File too large")), "{line}");
         let after = [files(folder.path()), files(&at("masks"))];
         assert!(after == before, "{arguments:?} left something behind");
@@ -120,7 +106,7 @@ fn a_full_device_is_told_and_stays_a_device() {
     let path = folder.path().join("full.png");
     symlink("/dev/full", &path).expect("a link");
     let sky = ["sky", "--width", "16", "-o", "full.png"];
-    let line = error_line(&outcome(&mut limited(folder.path(), None, &sky)));
+    let line = failure(&outcome(&mut limited(folder.path(), None, &sky)), 2);
     assert!(line.contains("cannot write full.png: No space left on device"), "{line}");
     assert!(path.is_symlink() && path.metadata().is_ok_and(|there| !there.is_file()));
 
@@ -129,7 +115,7 @@ fn a_full_device_is_told_and_stays_a_device() {
     for arguments in [&["devices"][..], &["plan"], &["completions", "bash"], &compare] {
         let full = fs::OpenOptions::new().write(true).open("/dev/full").expect("/dev/full");
         let output = outcome(limited(folder.path(), None, arguments).stdout(full));
-        let line = error_line(&output);
+        let line = failure(&output, 2);
         assert!(line.contains("cannot write stdout: No space left"), "{arguments:?}: {line}");
     }
 }
@@ -152,11 +138,11 @@ fn sky_at(path: &Path) {
     assert!(output.expect("the command starts").status.success());
 }
 
-/// That nothing is half written is one function's promise, so no other may write files.
-#[test]
-fn one_function_writes_files() {
-    let mut folders = vec![Path::new(env!("CARGO_MANIFEST_DIR")).join("src")];
-    let mut writers = Vec::new();
+/// The sources of the program that have one of some words, by their place in `src`.
+fn sources_with(words: &[&str]) -> Vec<String> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let mut folders = vec![root.clone()];
+    let mut found = Vec::new();
     while let Some(folder) = folders.pop() {
         for entry in folder.read_dir().expect("a folder") {
             let path = entry.expect("an entry").path();
@@ -165,11 +151,44 @@ fn one_function_writes_files() {
                 continue;
             }
             let text = fs::read_to_string(&path).expect("a source");
-            let ways = ["fs::write", "File::create", "OpenOptions::", "fs::copy", ".persist("];
-            if ways.iter().any(|way| text.contains(way)) {
-                writers.push(path.file_name().expect("a name").to_owned());
+            if words.iter().any(|word| text.contains(word)) {
+                let place = path.strip_prefix(&root).expect("a place in it");
+                found.push(place.to_string_lossy().into_owned());
             }
         }
     }
-    assert_eq!(writers, ["files.rs"]);
+    found.sort();
+    found
+}
+
+/// That nothing is half written is one function's promise, so no other may write files.
+#[test]
+fn one_function_writes_files() {
+    let ways = ["fs::write", "File::create", "OpenOptions::", "fs::copy", ".persist("];
+    assert_eq!(sources_with(&ways), ["files.rs"]);
+}
+
+/// One function knows how other programs encode text. What else reads text reads the kernel's, or the shaders that
+/// the program's own build reads, too.
+#[test]
+fn one_function_reads_text() {
+    let kernels = ["measure/clocks.rs", "measure/host.rs", "measure/others.rs"];
+    let ways = [
+        "read_to_string",
+        "serde_json::from_slice",
+        "serde_json::from_reader",
+        ".lines().map_while",
+    ];
+    assert_eq!(sources_with(&ways), [&["gpu/glsl.rs"][..], &kernels].concat());
+    // Bytes that are text to nobody: pictures, pipelines, stages.
+    let others = [
+        "cli/report/page.rs",
+        "cli/rounds/stages.rs",
+        "gpu/disk_cache.rs",
+        "picture/mod.rs",
+        "picture/read/mod.rs",
+    ];
+    let found = sources_with(&["fs::read(", "File::open("]);
+    let unknown: Vec<_> = found.iter().filter(|place| !others.contains(&place.as_str())).collect();
+    assert_eq!(unknown, ["files.rs"]);
 }

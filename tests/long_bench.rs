@@ -131,7 +131,7 @@ fn a_run_has_its_figures_over_time() {
 #[cfg(unix)]
 fn an_interrupt_keeps_what_was_measured() {
     let folder = tempfile::tempdir().expect("a folder");
-    let mut child = bench(&folder, &["--duration", "40s", "--json", "long.json"])
+    let mut child = bench(&folder, &["--duration", "60s", "--json", "long.json"])
         .stdout(Stdio::null())
         .stderr(Stdio::piped())
         .spawn()
@@ -142,12 +142,11 @@ fn an_interrupt_keeps_what_was_measured() {
     assert!(told.is_some(), "it says how it goes");
     let number = child.id().to_string();
     assert!(Command::new("kill").args(["-INT", &number]).status().expect("kill").success());
-    let last = lines.last().expect("a line").expect("text");
-    assert_eq!(last, "raindrops: interrupted");
+    assert!(lines.any(|line| line.is_ok_and(|line| line == "raindrops: interrupted")));
     assert_eq!(child.wait().expect("it ends").code(), Some(130));
     let stretches = &result(&folder)["rows"][0]["over_time"]["stretches"];
     let to_s = stretches.as_array().and_then(|all| all.last()?["to_s"].as_f64());
-    assert!(to_s.is_some_and(|to_s| (4.0..40.0).contains(&to_s)), "{to_s:?}");
+    assert!(to_s.is_some_and(|to_s| (6.0..60.0).contains(&to_s)), "{to_s:?}");
 }
 
 #[test]
@@ -166,9 +165,8 @@ fn what_cannot_be_measured_is_refused_in_one_line() {
         (&["--duration", "5s", "--svg", "nowhere/x.svg"], "there is no folder nowhere"),
     ] {
         let output = bench(&folder, arguments).output().expect("it starts");
-        let stderr = String::from_utf8_lossy(&output.stderr);
-        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {stderr}");
-        assert!(stderr.lines().count() == 1 && stderr.contains(words), "{arguments:?}: {stderr}");
+        let error = common::said::failure(&output, 2);
+        assert!(error.contains(words), "{arguments:?}: {error}");
         assert_eq!(folder.path().read_dir().expect("a folder").count(), 0);
     }
 }

@@ -59,6 +59,47 @@ fn the_figures_of_a_rate_are_those_of_the_normalised_law() {
     assert!((8.9..9.17).contains(&speed), "{speed}");
 }
 
+/// RAIN's table of gamma laws, of which `tests/physics/rain_law.rs` has more, by the command.
+#[test]
+fn a_gamma_law_is_ulbrichs_by_the_command() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("gamma.toml");
+    let write = |more: &str| {
+        let text = format!("[rain]\nrate = 25.0\nsizes = \"gamma\"\n{more}");
+        fs::write(&path, text).expect("written");
+        path.to_str().expect("UTF-8")
+    };
+    let report = rain(&[write("mu = 3.0\n")]);
+    close(&report["slope_per_mm"], 4.2857, 2e-5);
+    close(&report["median_volume_diameter_mm"], 1.556, 3e-4);
+    close(&report["drops_per_m3"], 1538.0, 3e-4);
+    close(&report["visibility_5_percent_m"], 2225.0, 3e-4);
+    close(&report["rate_that_falls_mm_h"], 25.0, 1e-9);
+    // Willis 1984.
+    let report = rain(&[write("mu = 2.5\nmedian_diameter = 1.6243\n")]);
+    close(&report["median_volume_diameter_mm"], 1.624, 3e-4);
+    close(&report["drops_per_m3"], 1428.0, 4e-4);
+    close(&report["visibility_5_percent_m"], 2364.0, 4e-4);
+    close(&rain(&["--rate", "25"])["slope_per_mm"], 2.0855, 3e-5);
+    // Cut-offs change the median, which is said.
+    let notes = |more: &str| {
+        let output = raindrops(&["rain", write(more)]);
+        assert!(output.status.success());
+        String::from_utf8_lossy(&output.stderr).into_owned()
+    };
+    let said = notes("median_diameter = 5.0\n");
+    assert!(said.contains("note: without cut-offs the median-volume diameter is 5 mm"), "{said}");
+    assert!(!notes("median_diameter = 1.6\n").contains("without cut-offs"));
+    // A law of sizes that does not have the key is refused.
+    let output = raindrops(&["rain", write("median_diameter = 1.5\n"), "--sizes", "uniform"]);
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(
+        said.contains("median_diameter is for sizes = \"gamma\", not for \"uniform\""),
+        "{said}"
+    );
+    assert_eq!(output.status.code(), Some(2));
+}
+
 #[test]
 fn the_cut_off_says_what_is_drawn_and_where_the_medium_begins() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -103,7 +144,7 @@ fn all_commands_have_the_same_cut_off() {
     };
     let plan = said(&["plan", path, "--size", "64x64"]);
     assert!(
-        plan.contains(&format!("cut-off     {cutoff} px of radius: no smaller drop shows")),
+        plan.contains(&format!("cutoff_px             {cutoff}: no smaller drop shows")),
         "{plan}"
     );
     // Before a background of its own it follows from that.
@@ -113,7 +154,8 @@ fn all_commands_have_the_same_cut_off() {
     even.write_exr(&plate).expect("a plate");
     let plate = plate.to_str().expect("UTF-8");
     let before = said(&["plan", path, "--size", "64x64", "--background", plate]);
-    let line = |plan: &str| plan.lines().find(|line| line.starts_with("cut-off")).map(String::from);
+    let line =
+        |plan: &str| plan.lines().find(|line| line.starts_with("cutoff_px")).map(String::from);
     assert!(line(&before).is_some() && line(&before) != line(&plan), "{before}");
     // Bench counts its drops again on the CPU, over this cut-off.
     let quick = ["--size", "64x64", "--seconds", "0.02", "--frames", "1", "--json", "-"];
@@ -124,12 +166,13 @@ fn all_commands_have_the_same_cut_off() {
 
 #[test]
 fn all_keys_of_real_rain_are_read_and_written() {
-    let text = "metres = 0.5\n[rain]\nrate = 5\nsizes = \"gamma\"\nmu = 2.0\ndiameters = [0.5, 5.0]\n\
+    let text = "metres = 0.5\n[rain]\nrate = 5\nsizes = \"gamma\"\nmu = 2.0\nmedian_diameter = 1.25\ndiameters = [0.5, 5.0]\n\
                 air_density = 1.0\nwind = [2.0, 0.0, -1.0]\nshape = \"sphere\"\nextent = inf\n\
                 [model]\nfar_rain = \"medium\"\ncutoff_px = 0.1\n";
     let scene = Scene::parse(text, "a.toml").expect("a scene");
     let rain = scene.real_rain().expect("rain");
     assert_eq!((rain.rate, rain.sizes, rain.mu), (5.0, Sizes::Gamma, 2.0));
+    assert_eq!(rain.median_diameter, Some(1.25));
     assert_eq!((rain.diameters, rain.air_density), ([0.5, 5.0], 1.0));
     assert_eq!((rain.wind.to_array(), rain.shape), ([2.0, 0.0, -1.0], DropShape::Sphere));
     assert!(rain.extent.is_infinite() && scene.metres == 0.5);
@@ -137,8 +180,14 @@ fn all_keys_of_real_rain_are_read_and_written() {
     assert!(scene.rain().is_none() && scene.drop_count() == 0);
     let written = toml::to_string(&scene).expect("TOML");
     assert_eq!(Scene::parse(&written, "b.toml").expect("a scene"), scene);
+    // A file keeps it, and one without it has none.
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("kept.toml");
+    scene.save(&path).expect("saved");
+    assert_eq!(Scene::load(&path).expect("a scene"), scene);
     let default = Scene::parse("[rain]\nrate = 25", "a.toml").expect("a scene");
     let default = default.real_rain().expect("rain");
+    assert_eq!(default.median_diameter, None);
     assert_eq!((default.diameters, default.air_density), ([0.25, 6.0], 1.2));
     assert_eq!(default.sizes, Sizes::MarshallPalmer);
 }
@@ -162,6 +211,26 @@ fn bad_values_get_one_line_that_names_key_and_mend() {
         (with("sizes = \"gamma\"\nmu = nan"), "mu = NaN is not over -1"),
         (with("sizes = \"gamma\"\nmu = 1e3"), "up to 50"),
         (with("mu = 3.0"), "mu is for sizes = \"gamma\""),
+        (with("median_diameter = 1.5"), "median_diameter is for sizes = \"gamma\""),
+        (with("sizes = \"uniform\"\nmedian_diameter = 1.5"), "not for \"uniform\""),
+        (
+            with("sizes = \"gamma\"\nmedian_diameter = 0.2"),
+            "not within the diameters, 0.25 to 6 mm",
+        ),
+        (with("sizes = \"gamma\"\nmedian_diameter = 6.1"), "median_diameter = 6.1 is not within"),
+        (with("sizes = \"gamma\"\nmedian_diameter = nan"), "median_diameter = NaN is not within"),
+        (
+            with("sizes = \"gamma\"\nmu = 0.0\ndiameters = [2.0, 2.01]"),
+            "a.toml:4: rain: a gamma law with mu = 0 and drops of 2 to 2.01 mm rains",
+        ),
+        (
+            with("sizes = \"gamma\"\nmu = 50.0\ndiameters = [0.01, 0.02]"),
+            "mm/h at most, not 25: give median_diameter in mm, another mu, or wider diameters",
+        ),
+        (
+            "[rain]\nmedian_diameter = 1.5".into(),
+            "median_diameter is for rain by its rate; add rate",
+        ),
         (with("sizes = \"gama\""), "did you mean `gamma`?"),
         (with("wind = [1e6, 0.0, 0.0]"), "wind = [1000000, 0, 0] is over 150 m/s"),
         (with("wind = [nan, 0.0, 0.0]"), "wind = [NaN, 0, 0]"),
@@ -204,10 +273,8 @@ fn the_command_line_refuses_in_one_line() {
     ];
     for (arguments, expected) in cases {
         let output = raindrops(arguments);
-        let stderr = String::from_utf8_lossy(&output.stderr);
-        let errors: Vec<_> = stderr.lines().filter(|l| l.starts_with("raindrops: ")).collect();
-        assert!(errors.len() == 1 && errors[0].contains(expected), "{arguments:?}: {stderr}");
-        assert_eq!(output.status.code(), Some(2));
+        let error = common::said::failure(&output, 2);
+        assert!(error.contains(expected), "{arguments:?}: {error}");
         assert!(output.stdout.is_empty());
     }
     assert!(fs::metadata(picture).is_err());

@@ -55,6 +55,12 @@ fn folder() -> TempDir {
 
 fn run(command: &mut Command, folder: &Path) -> (Option<i32>, String) {
     command.current_dir(folder).env("HERE", folder).env("REAL", env!("CARGO_BIN_EXE_raindrops"));
+    // What the tester may have set for the same scripts, and for the program.
+    for name in
+        ["FAIL_ABOVE", "VERDICT_FOLDER", "RAINDROPS_DEVICE", "CLICOLOR_FORCE", "CARGO_TARGET_DIR"]
+    {
+        command.env_remove(name);
+    }
     let Output { status, stdout, stderr } = common::outcome(command);
     let text = [stdout, stderr].map(|bytes| String::from_utf8_lossy(&bytes).into_owned()).concat();
     (status.code(), text)
@@ -89,10 +95,64 @@ fn a_baseline_is_made_and_kept_and_a_slower_run_fails() {
     );
     assert!(kept("verdict.xml").is_ok_and(|xml| xml.contains("failures=\"1\"")));
     assert_eq!(kept("base-1.json").expect("a baseline"), base, "it changes no more");
+    // A row that the run lacks fails, too.
+    let mut lost: serde_json::Value = serde_json::from_str(&base).expect("JSON");
+    let mut row = lost["rows"][0].clone();
+    row["drops"] = 77.into();
+    lost["rows"].as_array_mut().expect("rows").push(row);
+    fs::write(folder.path().join("kept/base-1.json"), lost.to_string()).expect("a file");
+    let (status, text) = against("100");
+    assert_eq!(status, Some(1), "{text}");
+    assert!(text.contains("77 drops, paper, 64 x 64 (missing)"), "{text}");
+    assert!(kept("verdict.xml").is_ok_and(|xml| xml.contains("failures=\"1\"")));
     // An error is no verdict: a program that cannot measure.
     let (status, text) = against("nothing");
     assert_eq!(status, Some(2), "{text}");
     assert!(kept("verdict.md").is_err(), "the verdict of an earlier run is left");
+}
+
+/// `scripts/test.sh` sums up what cargo and the test programs print, here as they did: one program passes, one has failures
+/// and shows what a test said, one crashes, and the documentation's tests are in two groups.
+#[test]
+fn the_last_line_counts_the_tests_of_all_programs() {
+    const SAID: &str = "   Compiling raindrops v0.1.0\n\
+        \u{1b}[1m\u{1b}[32m     Running\u{1b}[0m unittests src/lib.rs (target/debug/deps/raindrops-1)\n\
+        test result: ok. 90 passed; 0 failed; 2 ignored; 0 measured; 0 filtered out; finished in 0.30s\n\
+        \x20    Running tests/abi.rs (target/debug/deps/abi-2)\n---- a stdout ----\n\
+        test result: ok. 5 passed; 7 failed; 9 ignored; 0 measured; 3 filtered out; finished in 0.30s\n\
+        test result: FAILED. 3 passed; 2 failed; 0 ignored; 0 measured; 0 filtered out; finished in 0.30s\n\
+        error: test failed, to rerun pass `--test abi`\n\
+        \x20    Running tests/crash.rs (target/debug/deps/crash-2)\n\
+        error: test failed, to rerun pass `--test crash`\n\
+        \x20  Doc-tests raindrops\n\
+        test result: ok. 4 passed; 0 failed; 0 ignored; 0 measured; 0 filtered out; finished in 0.30s\n\
+        test result: ok. 1 passed; 0 failed; 1 ignored; 0 measured; 0 filtered out; finished in 0.30s\n";
+    let folder = folder();
+    let path = folder.path();
+    fs::create_dir(path.join("scripts")).expect("a folder");
+    let script = path.join("scripts/test.sh");
+    fs::copy(root().join("scripts/test.sh"), &script).expect("a script");
+    write_program(&path.join("scripts/setup.sh"), "#!/bin/sh\n");
+    let cargo = "#!/bin/sh\n[ \"$1\" = test ] || exit 0\necho \"cargo $*\" >&2\ncat said\nexit \"$STATUS\"\n";
+    write_program(&path.join("scripts/cargo.sh"), cargo);
+    let tested = |said: &str, status: i32, options: &[&str]| {
+        fs::write(path.join("said"), said).expect("a file");
+        let mut command = Command::new(&script);
+        let (found, text) = run(command.args(options).env("STATUS", status.to_string()), path);
+        assert_eq!(found, Some(status), "{text}");
+        let first = text.lines().next().expect("a line").to_string();
+        (first, text.lines().last().expect("a line").to_string())
+    };
+    let some = ["--test", "abi", "a::", "--", "--ignored"];
+    let (cargo, last) = tested(SAID, 101, &some);
+    assert_eq!(cargo, "cargo test --no-fail-fast --test abi a:: -- --ignored");
+    assert_eq!(last, "98 passed, 3 failed, 3 ignored");
+    // The first program alone.
+    let sound: String = SAID.split_inclusive('\n').take(3).collect();
+    assert_eq!(tested(&sound, 0, &[]).1, "90 passed, 0 failed, 2 ignored");
+    // What does not build runs nothing.
+    let (cargo, last) = tested("error: could not compile\n", 101, &["--no-fail-fast"]);
+    assert_eq!((&*cargo, &*last), ("cargo test --no-fail-fast", "0 passed, 1 failed, 0 ignored"));
 }
 
 #[test]
@@ -162,7 +222,7 @@ fn two_commits_are_built_and_compared() {
 /// What a recipe runs is there, and takes the options that it gives.
 #[test]
 fn recipes_name_what_there_is() {
-    let help = Command::new(env!("CARGO_BIN_EXE_raindrops")).args(["bench", "--help"]).output();
+    let help = common::raindrops().args(["bench", "--help"]).output();
     let help = String::from_utf8(help.expect("it starts").stdout).expect("text");
     let (mut recipes, mut checked): (Vec<PathBuf>, usize) = (vec![root().join("Containerfile")], 0);
     for folder in [".github/workflows", "docs/ci"] {

@@ -6,6 +6,7 @@ use std::path::Path;
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant, SystemTime};
 
+use common::said::said;
 use common::{folder, outcome};
 
 const SCENE: &str = "
@@ -29,10 +30,6 @@ fn render(scene: &Path, output: &Path, options: &[&str]) -> Command {
         command.args(["--device", &device]);
     }
     command
-}
-
-fn said(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
 fn frame(folder: &Path, number: u32) -> std::path::PathBuf {
@@ -203,14 +200,13 @@ fn harmed(folder: &Path, harm: impl FnOnce(u32)) -> Output {
     // Of an earlier scene; the sequence does not come so far.
     image::GrayImage::new(1, 1).save(frame(&rain, FRAMES - 1)).expect("a frame");
     let program = render(&scene, &rain.join("rain.png"), &["--frames", &FRAMES.to_string()]);
-    let mut command = Command::new("sh");
+    let mut command = common::command("sh");
     command.args(["-c", "trap '' XFSZ; exec \"$@\"", "sh"]).arg(program.get_program());
     command.args(program.get_args());
-    command.envs(program.get_envs().filter_map(|(name, value)| Some((name, value?))));
     let running = command.stderr(Stdio::piped()).spawn().expect("the program starts");
     let start = Instant::now();
     while !frame(&rain, 2).exists() {
-        assert!(start.elapsed() < Duration::from_secs(60), "no frame after a minute");
+        assert!(start.elapsed() < Duration::from_secs(600), "no frame after ten minutes");
         std::thread::sleep(Duration::from_millis(1));
     }
     harm(running.id());
@@ -221,10 +217,8 @@ fn harmed(folder: &Path, harm: impl FnOnce(u32)) -> Output {
 #[cfg(unix)]
 #[track_caller]
 fn ended_whole(ended: &Output, status: i32, word: &str, folder: &Path) {
-    let said = said(ended);
-    let errors: Vec<_> = said.lines().filter(|line| line.starts_with("raindrops: ")).collect();
-    assert_eq!(ended.status.code(), Some(status), "{said}");
-    assert!(errors.len() == 1 && errors[0].contains(word), "{said}");
+    let error = common::said::failure(ended, status);
+    assert!(error.contains(word), "{error}");
     let pictures = (0..FRAMES).filter(|number| frame(folder, *number).exists()).count();
     assert!((3..FRAMES as usize).contains(&pictures), "{pictures} frames");
     let files = folder.read_dir().expect("a folder").count();

@@ -39,13 +39,58 @@ fn an_interrupt_keeps_the_rows_that_are_finished() {
     let stopped = result["stopped"].as_str().expect("a reason");
     let left = format!("{} of ", rows.len());
     assert!(stopped.starts_with(&left) && stopped.ends_with(": interrupted"), "{stopped}");
-    assert!(said.ends_with(&format!("raindrops: {stopped}\n")), "{said}");
+    assert_eq!(common::said::lines(&said, common::said::FAILURE), [stopped], "{said}");
     assert_eq!(rows[0]["scene"], "close-up");
     assert!(rows.len() >= 3 && rows.iter().all(|row| row["scene"] != "lens"), "{stopped}");
     // Times without errors are no rows.
     assert!(rows.iter().all(|row| row["rms"].as_f64() > Some(0.0)), "{rows:?}");
     let csv = fs::read_to_string(folder.path().join("kept.csv")).expect("a table");
     assert_eq!(csv.lines().count(), 1 + rows.len());
+}
+
+/// Which models a row is of, axis by axis: real rain, exposed and out of focus, by `fast` and with each axis taken away.
+#[test]
+fn every_axis_of_a_row_is_recorded() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let scene = "[image]\nwidth = 16\nheight = 12\n[camera]\nshutter = 0.002\naperture = 0.01\nfocus = 2.0\n\
+        [rain]\nrate = 25.0\nextent = 4.0\n";
+    fs::write(folder.path().join("a.toml"), scene).expect("a scene");
+    let mut command = common::raindrops();
+    command.current_dir(folder.path()).args(["tradeoff", "a.toml", "--truth-samples", "1"]);
+    command.args(["--models", "fast motion instant,fast lens pinhole,fast shape sphere"]);
+    command.args(["--seconds", "0", "--min-frames", "1", "--json", "a.json", "--csv", "a.csv"]);
+    let output = command.output().expect("it starts");
+    assert!(output.status.success(), "{}", common::said::said(&output));
+    let text = fs::read_to_string(folder.path().join("a.json")).expect("a result");
+    let result: Value = serde_json::from_str(&text).expect("JSON");
+    let rows = result["rows"].as_array().expect("rows");
+    common::documented_keys("raindrops-tradeoff/1", &[&rows[0]]);
+    // The keys of a scene's models are those of a row.
+    let schema = serde_json::to_value(raindrops::scene::ModelChoice::default()).expect("JSON");
+    for axis in schema.as_object().expect("an object").keys() {
+        assert!(rows.iter().all(|row| row.get(axis).is_some()), "{axis} is not recorded");
+    }
+    let mut csv = csv::Reader::from_path(folder.path().join("a.csv")).expect("a table");
+    let header = csv.headers().expect("names").clone();
+    let lines: Vec<csv::StringRecord> = csv.records().map(|row| row.expect("a row")).collect();
+    let drawn = |model: &str| -> [String; 3] {
+        let at = rows.iter().position(|row| row["model"] == model).expect("a row");
+        ["motion", "lens", "shape"].map(|axis| {
+            let column = header.iter().position(|name| name == axis).expect("a column");
+            let value = rows[at][axis].as_str().expect("a name").to_string();
+            assert_eq!(lines[at][column], value, "{model}: {axis}");
+            value
+        })
+    };
+    assert_eq!(&header[2], "preset", "columns of earlier versions stay where they were");
+    assert_eq!(&header[35], "far_rain");
+    assert_eq!(drawn("fast"), ["streak", "disc", "equilibrium"]);
+    assert_eq!(drawn("fast motion instant"), ["instant", "disc", "equilibrium"]);
+    assert_eq!(drawn("fast lens pinhole"), ["streak", "pinhole", "equilibrium"]);
+    assert_eq!(drawn("fast shape sphere"), ["streak", "disc", "sphere"]);
+    let table = String::from_utf8(output.stdout).expect("text");
+    let line = table.lines().find(|line| line.contains("fast lens pinhole")).expect("a row");
+    assert!(line.contains("pinhole") && line.contains("streak"), "{table}");
 }
 
 /// A name in full is one model, a part of names all that have it; a scene of the study is taken by its name.

@@ -7,9 +7,10 @@ use clap::Args;
 use glam::Vec3;
 use serde_json::json;
 
-use super::tell::say;
+use super::tell::{failure, remark_once};
 use super::{Answer, Format, print_beside, write_json};
 use crate::picture::metrics::{Comparison, Metrics, compare};
+use crate::picture::read::{Decoded, Request};
 use crate::picture::tone_map::{Exposure, exposure_of};
 use crate::picture::{Picture, srgb_byte, write_png};
 use crate::scene::model::Operator;
@@ -23,7 +24,7 @@ use crate::thousands::thousands_of;
 #[command(after_help = "Example:
   raindrops compare truth.exr fast.exr --max-flip 0.05 --difference difference.png")]
 pub struct CompareArgs {
-    /// The truth: EXR (linear radiance) or PNG (display values)
+    /// The truth: EXR or HDR (radiance), PNG or JPEG (display values)
     #[arg(value_name = "TRUTH")]
     a: PathBuf,
     /// The picture to compare with it, of the same kind and size
@@ -45,6 +46,9 @@ pub struct CompareArgs {
     /// (`reference --coverage` writes one)
     #[arg(long, value_name = "FILE")]
     mask: Option<PathBuf>,
+    /// Layer of OpenEXR pictures of several [default: the finished picture]
+    #[arg(long, value_name = "NAME")]
+    layer: Option<String>,
     /// Tone mapping operator before PSNR and FLIP, for radiance
     #[arg(long, value_enum, value_name = "NAME", default_value = "photographic")]
     tone_map: Operator,
@@ -74,20 +78,23 @@ pub fn run(args: &CompareArgs) -> anyhow::Result<Answer> {
     {
         bail!("--difference {}: write it as .png", path.display());
     }
-    let shown = Picture::is_display(&args.a)?;
-    if Picture::is_display(&args.b)? != shown {
+    let a = read(&args.a, args.layer.as_deref())?;
+    let b = read(&args.b, args.layer.as_deref())?;
+    let shown = a.is_display;
+    if b.is_display != shown {
         bail!(
             "{} and {} cannot be compared: one holds radiance, the other display values",
             args.a.display(),
             args.b.display()
         );
     }
-    let a = Picture::read(&args.a)?;
-    let b = read_like(&args.b, &a, &args.a)?;
+    let (a, b) = (a.picture, b.picture);
+    check_size(&args.b, &b, &a, &args.a)?;
     let mask = match &args.mask {
         None => None,
         Some(path) => {
-            let mask = read_like(path, &a, &args.a)?;
+            let mask = read(path, None)?.picture;
+            check_size(path, &mask, &a, &args.a)?;
             let mask: Vec<f32> = mask.pixels.iter().map(|pixel| pixel.max_element()).collect();
             if !mask.iter().any(|share| *share > 0.0) {
                 bail!("--mask {}: it has no pixel over 0, so nothing is compared", path.display());
@@ -99,7 +106,7 @@ pub fn run(args: &CompareArgs) -> anyhow::Result<Answer> {
     let exposure = if shown { Exposure::Clipped(1.0) } else { exposure_of(&tone_map, &a) };
     let comparison = compare(&a, &b, mask.as_deref(), exposure);
 
-    tell(&comparison, args.json.as_ref())?;
+    print_all(&comparison, args.json.as_ref())?;
     if let Some(path) = &args.json {
         write_json(path, &figures(&comparison))?;
     }
@@ -110,9 +117,17 @@ pub fn run(args: &CompareArgs) -> anyhow::Result<Answer> {
     Ok(if holds(args, &comparison.pixels) { Answer::Yes } else { Answer::No })
 }
 
-/// Reads a picture that must be as large as `a`, which stands in `a_path`.
-fn read_like(path: &Path, a: &Picture, a_path: &Path) -> anyhow::Result<Picture> {
-    let picture = Picture::read(path)?;
+/// Reads a picture as it is, and says what of it.
+fn read(path: &Path, layer: Option<&str>) -> crate::Result<Decoded> {
+    let decoded = Decoded::read(path, Request::new("--layer").layer(layer))?;
+    for remark in &decoded.remarks {
+        remark_once(&path.display().to_string(), remark);
+    }
+    Ok(decoded)
+}
+
+/// Refuses a picture that is not as large as `a`, which stands in `a_path`.
+fn check_size(path: &Path, picture: &Picture, a: &Picture, a_path: &Path) -> anyhow::Result<()> {
     if (picture.width, picture.height) != (a.width, a.height) {
         bail!(
             "{} is {} x {}, but {} is {} x {}: sizes must agree",
@@ -124,7 +139,7 @@ fn read_like(path: &Path, a: &Picture, a_path: &Path) -> anyhow::Result<Picture>
             a.height
         );
     }
-    Ok(picture)
+    Ok(())
 }
 
 /// Whether all bounds hold; says on stderr which do not.
@@ -136,7 +151,7 @@ fn holds(args: &CompareArgs, metrics: &Metrics) -> bool {
             let holds = if least { value >= bound } else { value <= bound };
             if !holds {
                 let side = if least { "under" } else { "over" };
-                say!("raindrops: {name} is {value:.6}, {side} the bound {bound}");
+                failure!("{name} is {value:.6}, {side} the bound {bound}");
             }
             all &= holds;
         }
@@ -148,7 +163,7 @@ fn holds(args: &CompareArgs, metrics: &Metrics) -> bool {
     all
 }
 
-fn tell(comparison: &Comparison, json: Option<&PathBuf>) -> crate::Result<()> {
+fn print_all(comparison: &Comparison, json: Option<&PathBuf>) -> crate::Result<()> {
     let print = |line: std::fmt::Arguments<'_>| print_beside(json, line);
     let Comparison { pixels, boxes, mean_a, mean_b, .. } = comparison;
     let figures = [

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use clap::Args;
 
-use super::tell::{line, say};
+use super::tell::{note, remark, say};
 use crate::Result;
 use crate::environment::Environment;
 use crate::gpu::disk_cache::{KeptDevice, user_folder};
@@ -43,18 +43,18 @@ impl DeviceArgs {
 
 /// The devices in the order of `raindrops devices`.
 pub fn devices(instance: &Arc<Instance>) -> Result<Vec<DeviceReport>> {
-    let ranked = ranked(instance, user_folder().as_deref(), line)?;
+    let ranked = ranked(instance, user_folder().as_deref(), remark)?;
     Ok(ranked.into_iter().map(|device| device.report).collect())
 }
 
 /// The device that `wanted` means; without it, and among several of the same kind, the quickest, and says so.
 pub fn choose_device(instance: &Arc<Instance>, wanted: Option<&str>) -> Result<DeviceReport> {
-    let ranked = ranked(instance, user_folder().as_deref(), line)?;
+    let ranked = ranked(instance, user_folder().as_deref(), remark)?;
     let times: Vec<String> =
         ranked.iter().filter_map(|d| Some(format!("{:.0}", d.frame_ms?))).collect();
     if wanted.is_none() && times.len() > 1 {
-        say!(
-            "note: the quickest of {} devices of its kind; a frame of the paper's scene takes about {} ms",
+        note!(
+            "the quickest of {} devices of its kind; a frame of the paper's scene takes about {} ms",
             times.len(),
             times.join(", ")
         );
@@ -66,7 +66,7 @@ pub fn choose_device(instance: &Arc<Instance>, wanted: Option<&str>) -> Result<D
 /// Opens a device, with the user's file of compiled pipelines, and says on stderr which one.
 pub fn open_device(instance: &Arc<Instance>, report: DeviceReport) -> Result<KeptDevice> {
     say!("device: {}", report.summary());
-    KeptDevice::open(instance, report, user_folder(), line)
+    KeptDevice::open(instance, report, user_folder(), remark)
 }
 
 /// What preset `auto` takes for `scene` on `device`, said on stderr; `None` for another preset.
@@ -78,7 +78,7 @@ pub fn resolve(
     if scene.model.preset != Preset::Auto {
         return Ok(None);
     }
-    let costs = costs(device, user_folder().as_deref(), line)?;
+    let costs = costs(device, user_folder().as_deref(), remark)?;
     let choice = measure::resolve(device, scene, environment, &costs)?;
     if let Some(choice) = &choice {
         say!("auto: {}", choice.summary());

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use serde_json::json;
 
-use super::tell::line;
+use super::tell::remark;
 use super::{Answer, print_beside, write_json};
 use crate::Error;
 use crate::gpu::disk_cache::user_folder;
@@ -28,7 +28,7 @@ pub struct DevicesArgs {
 /// Runs the command.
 pub fn run(args: &DevicesArgs) -> anyhow::Result<Answer> {
     let instance = Instance::new(Validation::Off)?;
-    let devices = ranked(&instance, user_folder().as_deref(), line)?;
+    let devices = ranked(&instance, user_folder().as_deref(), remark)?;
     if devices.is_empty() {
         return Err(Error::NoDevice.into());
     }

@@ -40,7 +40,9 @@ use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 
 use self::interrupt::Interrupted;
 use self::progress::{progress, waiting};
-use self::tell::{TellArgs, say, say_once};
+use self::tell::{
+    TellArgs, failure, note, note_once, remark_once, say_once, warning, warning_once,
+};
 use crate::environment::Environment;
 use crate::environment::guess::is_guessed;
 use crate::files::write_whole;
@@ -49,6 +51,7 @@ use crate::passes::counters::Counts;
 use crate::passes::environment::lost_light;
 use crate::passes::tiles::PIXELS;
 use crate::picture::Picture;
+use crate::picture::plate::Plate;
 use crate::plan::FramePlan;
 use crate::scene::Scene;
 use crate::scene::model::{Lens, Motion};
@@ -175,7 +178,7 @@ pub fn main() -> ExitCode {
         Err(error) => {
             // `{:#}` puts the chain of causes on one line.
             let hint = error.downcast_ref().map_or(Cow::Borrowed(""), hint);
-            say!("raindrops: {}{hint}", format!("{error:#}").replace('\n', " "));
+            failure!("{}{hint}", format!("{error:#}").replace('\n', " "));
             ExitCode::from(if error.is::<Interrupted>() { Interrupted::STATUS } else { 2 })
         }
     }
@@ -209,7 +212,7 @@ fn hint(error: &Error) -> Cow<'static, str> {
     }
     Cow::Borrowed(match error {
         Error::NoLoader(_) => "; install libvulkan1 (Debian, Ubuntu: scripts/setup.sh does)",
-        Error::NoDevice => {
+        Error::NoDevice | Error::NoCard { .. } => {
             "; mesa-vulkan-drivers (Debian, Ubuntu) has lavapipe, which needs no GPU: scripts/setup.sh installs it"
         }
         Error::DeviceLacks { .. } => "; --device chooses, raindrops devices lists them",
@@ -244,7 +247,7 @@ fn refuse(error: &clap::Error) -> ExitCode {
         ErrorKind::MissingRequiredArgument => output_example(&problem),
         _ => "",
     };
-    say!("raindrops: {}{example} (see --help)", problem.trim_start_matches("error: "));
+    failure!("{}{example} (see --help)", problem.trim_start_matches("error: "));
     ExitCode::from(2)
 }
 
@@ -269,19 +272,24 @@ fn open_environment(scene: &Scene) -> Result<Environment> {
     };
     let environment = waiting(&format!("reading {}", file.display()), || Environment::of(scene))?;
     if is_guessed {
-        say_once!(
-            "note: no environment is given: what the drops show is guessed from {}, continued around the camera; a sun or \
+        note_once!(
+            "no environment is given: what the drops show is guessed from {}, continued around the camera; a sun or \
              lamp that is not in it is missing (--environment gives a panorama)",
             file.display()
         );
     }
+    let name = format!("environment {}", environment.name());
+    environment.remarks().iter().for_each(|remark| remark_once(&name, remark));
     if !environment.mended().is_nothing() {
-        say_once!("environment {}: {}", environment.name(), environment.mended());
+        say_once!("{name}: {}", environment.mended());
+    }
+    for (file, remark) in Plate::of(scene)?.remarks() {
+        remark_once(&format!("background {}", file.display()), remark);
     }
     let lost = lost_light(&environment);
     if lost > 0.0 {
-        say_once!(
-            "warning: environment {}: texels over 10⁹ times the mean of the others are stored as that much; the sky and \
+        warning_once!(
+            "environment {}: texels over 10⁹ times the mean of the others are stored as that much; the sky and \
              drops drawn as points lose {:.3} % of its light",
             environment.name(),
             100.0 * lost
@@ -293,7 +301,7 @@ fn open_environment(scene: &Scene) -> Result<Environment> {
 /// Writes a picture as halves, and says once in a run if it is brighter than they can hold.
 fn write_half(picture: &Picture, path: &Path) -> Result<()> {
     if picture.write_exr_f16(path)? {
-        say_once!("warning: radiance over 65,504 is stored as that much in pictures of halves");
+        warning_once!("radiance over 65,504 is stored as that much in pictures of halves");
     }
     Ok(())
 }
@@ -301,8 +309,8 @@ fn write_half(picture: &Picture, path: &Path) -> Result<()> {
 /// Says on stderr that drops will be hidden by what a picture does not show.
 fn say_depth_alone(scene: &Scene) {
     if scene.background.depth.is_some() && scene.background.color.is_none() {
-        say!(
-            "warning: a depth without a background: drops are hidden behind things that the picture does not show; \
+        warning!(
+            "a depth without a background: drops are hidden behind things that the picture does not show; \
              --background shows it"
         );
     }
@@ -312,13 +320,11 @@ fn say_depth_alone(scene: &Scene) {
 /// a factor of `room`.
 fn say_undrawn(counts: &Counts, room: u32) {
     if room > 1 {
-        say!(
-            "note: more drops in view than was provided for: drawn again with {room} times the room"
-        );
+        note!("more drops in view than was provided for: drawn again with {room} times the room");
     }
     let say = |count: u64, what: &str, why: &str| {
         if count > 0 {
-            say!("warning: {} {what}: {why}", counted(count, "drop"));
+            warning!("{} {what}: {why}", counted(count, "drop"));
         }
     };
     say(
@@ -349,11 +355,11 @@ fn command_line() -> String {
 /// Says on stderr that a plan may not keep the error that was accepted.
 fn say_doubt(plan: &FramePlan) {
     if let Some(doubt) = &plan.doubt {
-        say!("warning: {doubt}");
+        warning!("{doubt}");
     }
     if plan.layers && (plan.motion == Motion::Streak || plan.lens == Lens::Disc) {
-        say!(
-            "warning: streaks and discs of one colour are in R, G, B and A, but not in Z, motion, count and id; these have every \
+        warning!(
+            "streaks and discs of one colour are in R, G, B and A, but not in Z, motion, count and id; these have every \
              drop with shutter = 0 and aperture = 0, or preset exact"
         );
     }
@@ -397,6 +403,15 @@ fn check_folder(path: &Path) -> Result<()> {
             Err(Error::write(path, format!("there is no folder {}", folder.display())))
         }
         _ => Ok(()),
+    }
+}
+
+/// A name or number of JSON without quotes; `-` for none.
+fn plain(value: &serde_json::Value) -> String {
+    match value {
+        serde_json::Value::Null => "-".into(),
+        serde_json::Value::String(text) => text.clone(),
+        other => other.to_string(),
     }
 }
 

@@ -119,6 +119,9 @@ impl RainValues {
 #[derive(Args, Clone, Debug, Default, PartialEq)]
 #[command(next_help_heading = "Scene")]
 pub struct SceneValues {
+    /// Set any key of the scene: --set rain.rate=50 --set camera.position=0,2,0 --set model.fresnel=schlick
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
     /// Seed of the random drops
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
@@ -313,10 +316,7 @@ impl SceneArgs {
 impl SceneValues {
     /// The scene of `file`, or the default one, with these values set in it, validated.
     pub fn load(&self, file: Option<&std::path::Path>) -> Result<Scene> {
-        let mut scene = match file {
-            Some(path) => Scene::load(path)?,
-            None => Scene::default(),
-        };
+        let mut scene = Scene::load_edited(file, &self.set)?;
         scene.seed = self.seed.unwrap_or(scene.seed);
         scene.time = self.time.unwrap_or(scene.time);
         if let Some((width, height)) = self.size {

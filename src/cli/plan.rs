@@ -3,8 +3,8 @@
 use clap::Args;
 
 use super::options::{BackgroundArgs, ModelArgs, SceneArgs};
-use super::{Answer, print, say_doubt};
-use crate::plan::{Output, plan};
+use super::{Answer, plain, print, say_doubt};
+use crate::plan::{Axes, Output, plan};
 
 /// Print which passes and models a scene needs, and why
 #[derive(Args)]
@@ -25,30 +25,16 @@ pub fn run(args: &PlanArgs) -> anyhow::Result<Answer> {
     let environment = super::open_environment(&scene)?;
     let plan = plan(&scene, &environment, Output::Display)?;
     say_doubt(&plan);
-    let light = &plan.light;
-    print(format_args!("preset      {}", plan.preset))?;
-    if let Some(why) = &plan.why {
-        print(format_args!("            {why}"))?;
+    for (name, value) in Axes::of(&scene, &plan).values() {
+        let why = match name.as_str() {
+            "preset" => plan.why.as_deref(),
+            "cutoff_px" => plan.cutoff.as_ref().map(|cutoff| cutoff.why.as_str()),
+            "shape" => Some(plan.shape.why.as_str()),
+            _ => None,
+        };
+        let why = why.map_or(String::new(), |why| format!(": {why}"));
+        print(format_args!("{name:21} {}{why}", plain(&value)))?;
     }
-    match plan.optics.is_mask() {
-        true => {
-            print(format_args!("optics      {}, {} texels an edge", plan.optics, plan.mask_size))?
-        }
-        false => print(format_args!("optics      {}", plan.optics))?,
-    }
-    if let Some(cutoff) = &plan.cutoff {
-        print(format_args!("cut-off     {} px of radius: {}", cutoff.px, cutoff.why))?;
-    }
-    print(format_args!("primitive   {}", plan.primitive))?;
-    print(format_args!("order       {}", plan.order))?;
-    print(format_args!("simulation  {}", plan.simulation))?;
-    print(format_args!("samples     {} a pixel", plan.samples))?;
-    let shape = &plan.shape;
-    print(format_args!("shape       {}: {}", shape.model, shape.why))?;
-    print(format_args!(
-        "light       {} internal reflections, weights {}, fresnel {}, reflection {}, lookup {}",
-        light.internal_reflections, light.weights, light.fresnel, light.reflection, light.lookup
-    ))?;
     print("passes")?;
     for (name, reason) in &plan.passes {
         print(format_args!("  {name:14} {reason}"))?;

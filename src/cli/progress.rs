@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 
-use super::tell::{is_quiet, is_verbose, say};
+use super::tell::{detail, is_quiet, say};
 
 /// How often a line says how far work is, where there is no terminal for a bar.
 const EVERY: Duration = Duration::from_secs(30);
@@ -67,8 +67,6 @@ pub(super) fn waiting<T>(what: &str, work: impl FnOnce() -> T) -> T {
         drop(done);
         outcome
     });
-    if is_verbose() {
-        say!("{what}: done in {:.2} s", since.elapsed().as_secs_f64());
-    }
+    detail!("{what}: done in {:.2} s", since.elapsed().as_secs_f64());
     outcome
 }

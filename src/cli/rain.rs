@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::format::{Format, Sheet};
 use super::options::SceneArgs;
-use super::tell::say;
+use super::tell::note;
 use super::{Answer, print, write_json};
 use crate::files::write_whole;
 use crate::measure::rain_plot;
@@ -49,6 +49,8 @@ struct Report {
     scene: String,
     rate_mm_h: f64,
     rate_that_falls_mm_h: f64,
+    /// Λ of the law of sizes.
+    slope_per_mm: f64,
     drops_per_m3: f64,
     mean_diameter_mm: f64,
     median_volume_diameter_mm: f64,
@@ -94,7 +96,7 @@ pub fn run(args: &RainArgs) -> anyhow::Result<Answer> {
     let cutoff = Cutoff::of(&scene, &rain, &super::open_environment(&scene)?);
     let report = report(args.scene.name(), &scene, &rain, cutoff);
     for note in notes(&rain) {
-        say!("note: {note}");
+        note!("{note}");
     }
     if let Some(path) = &args.json {
         write_json(path, &report)?;
@@ -125,6 +127,7 @@ fn report(name: String, scene: &Scene, rain: &RealRain, cutoff: Cutoff) -> Repor
         scene: name,
         rate_mm_h: rain.rate,
         rate_that_falls_mm_h: rain.rate_that_falls(),
+        slope_per_mm: law.slope,
         drops_per_m3: law.number(),
         mean_diameter_mm: law.mean_diameter(),
         median_volume_diameter_mm: law.median_volume_diameter(),
@@ -151,7 +154,10 @@ fn report(name: String, scene: &Scene, rain: &RealRain, cutoff: Cutoff) -> Repor
     }
 }
 
-/// What is taken as constant because no measurement goes on.
+/// Part by which cut-offs may change the median-volume diameter that was asked for before it is said.
+const MEDIAN_KEPT: f64 = 0.02;
+
+/// What is otherwise than a reader of the scene may think: constant because no measurement goes on, or cut off.
 fn notes(rain: &RealRain) -> Vec<String> {
     let mut notes = Vec::new();
     let largest = rain.diameters[1];
@@ -160,6 +166,14 @@ fn notes(rain: &RealRain) -> Vec<String> {
     }
     if largest > shape::LARGEST {
         notes.push(format!("above {} mm drops have the shape of those of it", shape::LARGEST));
+    }
+    let median = rain.law().median_volume_diameter();
+    if let Some(asked) =
+        rain.median_diameter.filter(|asked| (median / asked - 1.0).abs() > MEDIAN_KEPT)
+    {
+        notes.push(format!(
+            "without cut-offs the median-volume diameter is {asked} mm, as asked; within rain.diameters it is {median:.3} mm"
+        ));
     }
     if rain.wind.y != 0.0 {
         notes.push("wind up or down changes the rate that falls, not the number of drops".into());
@@ -173,6 +187,7 @@ fn show(report: &Report) -> anyhow::Result<()> {
     };
     line("rate", report.rate_mm_h, "mm/h")?;
     line("rate that falls", report.rate_that_falls_mm_h, "mm/h")?;
+    line("slope of the sizes", report.slope_per_mm, "per mm")?;
     line("drops", report.drops_per_m3, "per m³")?;
     line("mean diameter", report.mean_diameter_mm, "mm")?;
     line("median-volume diameter", report.median_volume_diameter_mm, "mm")?;

@@ -7,7 +7,7 @@ use clap::Args;
 use glam::Vec3;
 
 use super::options::{BackgroundArgs, SceneArgs};
-use super::tell::say;
+use super::tell::note;
 use super::{Answer, Format, progress};
 use crate::picture::Picture;
 use crate::picture::plate::Plate;
@@ -154,8 +154,8 @@ fn say_rain(scene: &Scene, args: &ReferenceArgs) -> anyhow::Result<()> {
         bail!("--rain-to inf: this rain has no end; give metres, or --extent");
     }
     if bound < rain.extent {
-        say!(
-            "note: rain is traced drop by drop to {bound:.1} m, beyond it as a medium; it may take minutes \
+        note!(
+            "rain is traced drop by drop to {bound:.1} m, beyond it as a medium; it may take minutes \
              (--rain-to {:.0} is quicker)",
             (0.5 * bound).max(1.0)
         );

@@ -10,7 +10,7 @@ use super::interrupt::{Interrupted, heed_interrupts, is_interrupted};
 use super::options::PictureArgs;
 use super::rounds::stages::{self, paper_stages};
 use super::sequence::Sequence;
-use super::tell::{is_verbose, say};
+use super::tell::{detail, note, say, warning};
 use super::{Answer, Format, progress, say_doubt, waiting};
 use crate::passes::counters::Counts;
 use crate::picture::layers::Layers;
@@ -99,9 +99,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<Answer> {
     };
     let plan = plan_by(&scene, &environment, choice.as_ref(), output)?;
     say_doubt(&plan);
-    if is_verbose() {
-        plan.passes.iter().for_each(|(name, reason)| say!("pass {name}: {reason}"));
-    }
+    plan.passes.iter().for_each(|(name, reason)| detail!("pass {name}: {reason}"));
     if (args.resume || first > 0) && plan.simulation == Simulation::Stored {
         anyhow::bail!(
             "{}: stored positions come from the frame before; render from the beginning, or with --simulation integer",
@@ -138,8 +136,8 @@ fn say_curve_on_photograph(scene: &Scene) -> crate::Result<()> {
         && scene.tone_map.operator == Operator::Photographic
         && Picture::is_display(file)?
     {
-        say!(
-            "note: the background is a picture of 8 bits, which the tone mapping changes; --tone-map none keeps its colours"
+        note!(
+            "the background is a picture of 8 bits, which the tone mapping changes; --tone-map none keeps its colours"
         );
     }
     Ok(())
@@ -213,8 +211,8 @@ fn draw(
         drawn.room = drawn.room.max(report.room);
         drawn.last = report;
         if let (0, Some(most)) = (done, parts.clips_background()) {
-            say!(
-                "warning: the background is brighter than {most}, which is clipped: it is stored as the environment is"
+            warning!(
+                "the background is brighter than {most}, which is clipped: it is stored as the environment is"
             );
         }
         bar.inc(1);
@@ -233,14 +231,12 @@ fn tell(scene: &Scene, plan: &FramePlan, drawn: &Drawn) {
         "{all}, {} in view (hidden ones and those under a pixel included)",
         thousands(drawn.last.counts.visible)
     );
-    if is_verbose() {
-        drawn.last.passes_ms.iter().for_each(|(name, ms)| say!("pass {name}: {ms:.2} ms"));
-    }
+    drawn.last.passes_ms.iter().for_each(|(name, ms)| detail!("pass {name}: {ms:.2} ms"));
     super::say_undrawn(&drawn.undrawn, drawn.room);
     let planned = plan.cutoff.as_ref().map_or(0.0, |cutoff| cutoff.px as f32);
     if drawn.cutoff_px > planned {
-        say!(
-            "note: drops under {} px of radius are part of the medium, not only those under {planned} px: \
+        note!(
+            "drops under {} px of radius are part of the medium, not only those under {planned} px: \
              more cells of the rain than can be numbered",
             drawn.cutoff_px
         );

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use super::tell::say;
 use crate::environment::Environment;
-use crate::files::write_whole;
+use crate::files::{read_text_if_there, write_whole};
 use crate::picture::Picture;
 use crate::picture::plate::Plate;
 use crate::plan::Choice;
@@ -101,17 +101,13 @@ impl Sequence {
             return Ok(None);
         }
         let path = self.manifest_path();
-        let there = match std::fs::read_to_string(&path) {
-            Ok(there) => there,
-            Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
-                if (0..self.frames).any(|number| self.path(number).exists()) {
-                    let problem = "it is not there, so nothing says what the frames beside it are of; \
-                                   render without --resume";
-                    return Err(Error::read(&path, problem));
-                }
-                return Ok(None);
+        let Some(there) = read_text_if_there(&path)? else {
+            if (0..self.frames).any(|number| self.path(number).exists()) {
+                let problem = "it is not there, so nothing says what the frames beside it are of; \
+                               render without --resume";
+                return Err(Error::read(&path, problem));
             }
-            Err(error) => return Err(Error::read(&path, error)),
+            return Ok(None);
         };
         let Kept { auto, frames } =
             toml::from_str(&there).unwrap_or(Kept { auto: None, frames: None });

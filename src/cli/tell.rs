@@ -7,6 +7,8 @@ use std::sync::{Mutex, PoisonError};
 use clap::{Args, ColorChoice};
 use console::Style;
 
+use crate::remark::{Remark, Severity};
+
 /// Options of every command.
 #[derive(Args)]
 #[command(next_help_heading = "Messages")]
@@ -59,43 +61,79 @@ pub fn color_of(mut words: impl Iterator<Item = String>) -> ColorChoice {
     value.and_then(|value| value.parse().ok()).unwrap_or(ColorChoice::Auto)
 }
 
-/// Whether the passes and times of a frame are asked for.
-pub fn is_verbose() -> bool {
-    VOLUME.load(Ordering::Relaxed) == VERBOSE
-}
-
 /// Whether only warnings and errors are asked for.
 pub fn is_quiet() -> bool {
     VOLUME.load(Ordering::Relaxed) == QUIET
 }
 
-/// Prints a line. What it begins with says what it is: `warning:`, `error:` and `raindrops:` are printed in any case,
-/// other lines not with `-q`.
-pub fn line(line: &str) {
-    let label = |name: &str| line.strip_prefix(name).map(|rest| (name.to_string(), rest));
-    let important = ["warning:", "error:", "raindrops:"].into_iter().find_map(label);
-    let style = Style::new().bold().for_stderr();
-    match important {
-        Some((name, rest)) => {
-            let style = if name == "warning:" { style.yellow() } else { style.red() };
-            eprintln!("{}{rest}", style.apply_to(name));
+/// What a line on stderr is. It decides on the line's label and whether the line is printed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// What was done, and how far it is.
+    Progress,
+    /// What is worth saying beside a result.
+    Remark(Severity),
+    /// An error, or a check that fails.
+    Failure,
+}
+
+impl Kind {
+    /// Whether a line of this kind is printed at a volume.
+    fn is_printed(self, volume: u8) -> bool {
+        match self {
+            Self::Remark(Severity::Detail) => volume == VERBOSE,
+            Self::Progress | Self::Remark(Severity::Note) => volume != QUIET,
+            Self::Remark(Severity::Warning) | Self::Failure => true,
         }
-        None if is_quiet() => {}
-        None => match label("note:") {
-            Some((name, rest)) => eprintln!("{}{rest}", style.cyan().apply_to(name)),
-            None => eprintln!("{line}"),
-        },
+    }
+
+    /// What stands before the text.
+    fn label(self) -> Option<(&'static str, Style)> {
+        let style = Style::new().bold().for_stderr();
+        match self {
+            Self::Progress | Self::Remark(Severity::Detail) => None,
+            Self::Remark(Severity::Note) => Some(("note:", style.cyan())),
+            Self::Remark(Severity::Warning) => Some(("warning:", style.yellow())),
+            Self::Failure => Some(("raindrops:", style.red())),
+        }
     }
 }
 
+/// Prints a line of a kind, without its label.
+pub fn line(kind: Kind, text: &str) {
+    if !kind.is_printed(VOLUME.load(Ordering::Relaxed)) {
+        return;
+    }
+    match kind.label() {
+        Some((label, style)) => eprintln!("{} {text}", style.apply_to(label)),
+        None => eprintln!("{text}"),
+    }
+}
+
+/// Prints a line without a label, as [`say!`] does.
+#[cfg(feature = "view")]
+pub fn plain(text: &str) {
+    line(Kind::Progress, text);
+}
+
+/// Prints a remark.
+pub fn remark(remark: &Remark) {
+    line(Kind::Remark(remark.severity), &remark.text);
+}
+
 /// Prints a line as [`line`](fn@line) does, unless this run has printed it already.
-pub fn once(text: String) {
+pub fn once(kind: Kind, text: String) {
     static SAID: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
     // Whoever panicked while it was locked has left a whole set.
     let is_new = SAID.lock().unwrap_or_else(PoisonError::into_inner).insert(text.clone());
     if is_new {
-        line(&text);
+        line(kind, &text);
     }
+}
+
+/// Prints what is worth saying of a thing, unless this run has printed it already.
+pub fn remark_once(of: &str, remark: &Remark) {
+    once(Kind::Remark(remark.severity), format!("{of}: {remark}"));
 }
 
 /// A time as an estimate is told: `48 s`, `3 min`.
@@ -106,21 +144,96 @@ pub fn about(seconds: f64) -> String {
     }
 }
 
-/// Prints a line on stderr, formatted; see [`line`](fn@line).
+/// Prints what was done or how far it is, formatted; see [`Kind`].
 macro_rules! say {
-    ($($argument:tt)*) => { $crate::cli::tell::line(&format!($($argument)*)) };
+    ($($argument:tt)*) => {
+        $crate::cli::tell::line($crate::cli::tell::Kind::Progress, &format!($($argument)*))
+    };
 }
 pub(super) use say;
 
 /// As [`say!`], once in a run.
 macro_rules! say_once {
-    ($($argument:tt)*) => { $crate::cli::tell::once(format!($($argument)*)) };
+    ($($argument:tt)*) => {
+        $crate::cli::tell::once($crate::cli::tell::Kind::Progress, format!($($argument)*))
+    };
 }
 pub(super) use say_once;
+
+/// Prints what only `-v` shows, formatted.
+macro_rules! detail {
+    ($($argument:tt)*) => {
+        $crate::cli::tell::remark(&$crate::remark::Remark::detail(format!($($argument)*)))
+    };
+}
+pub(super) use detail;
+
+/// Prints a note, formatted.
+macro_rules! note {
+    ($($argument:tt)*) => {
+        $crate::cli::tell::remark(&$crate::remark::Remark::note(format!($($argument)*)))
+    };
+}
+pub(super) use note;
+
+/// As [`note!`], once in a run.
+macro_rules! note_once {
+    ($($argument:tt)*) => {
+        $crate::cli::tell::once(
+            $crate::cli::tell::Kind::Remark($crate::remark::Severity::Note),
+            format!($($argument)*),
+        )
+    };
+}
+pub(super) use note_once;
+
+/// Prints a warning, formatted.
+macro_rules! warning {
+    ($($argument:tt)*) => {
+        $crate::cli::tell::remark(&$crate::remark::Remark::warning(format!($($argument)*)))
+    };
+}
+pub(super) use warning;
+
+/// As [`warning!`], once in a run.
+macro_rules! warning_once {
+    ($($argument:tt)*) => {
+        $crate::cli::tell::once(
+            $crate::cli::tell::Kind::Remark($crate::remark::Severity::Warning),
+            format!($($argument)*),
+        )
+    };
+}
+pub(super) use warning_once;
+
+/// Prints an error, or why a check fails, formatted.
+macro_rules! failure {
+    ($($argument:tt)*) => {
+        $crate::cli::tell::line($crate::cli::tell::Kind::Failure, &format!($($argument)*))
+    };
+}
+pub(super) use failure;
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A line is what it was printed as, whatever it begins with.
+    #[test]
+    fn a_line_is_printed_by_its_kind() {
+        let volumes = |kind: Kind| [QUIET, USUAL, VERBOSE].map(|volume| kind.is_printed(volume));
+        assert_eq!(volumes(Kind::Failure), [true; 3]);
+        assert_eq!(volumes(Kind::Remark(Severity::Warning)), [true; 3]);
+        assert_eq!(volumes(Kind::Remark(Severity::Note)), [false, true, true]);
+        assert_eq!(volumes(Kind::Progress), [false, true, true]);
+        assert_eq!(volumes(Kind::Remark(Severity::Detail)), [false, false, true]);
+        let label = |kind: Kind| kind.label().map(|(label, _)| label);
+        assert_eq!(label(Kind::Failure), Some("raindrops:"));
+        assert_eq!(label(Kind::Remark(Severity::Warning)), Some("warning:"));
+        assert_eq!(label(Kind::Remark(Severity::Note)), Some("note:"));
+        assert_eq!(label(Kind::Progress), None);
+        assert_eq!(label(Kind::Remark(Severity::Detail)), None);
+    }
 
     #[test]
     fn times_are_rounded_up() {

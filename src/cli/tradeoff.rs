@@ -3,12 +3,13 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use serde_json::{Map, Value};
 
 use super::device::DeviceArgs;
 use super::format::{Format, Sheet};
 use super::interrupt::{Interrupted, heed_interrupts, is_interrupted};
 use super::options::SceneArgs;
-use super::tell::{about, line, say};
+use super::tell::{about, note, remark, warning};
 use super::{Answer, parse_seconds, print_beside, progress, waiting, write_json};
 use crate::Error;
 use crate::files::write_whole;
@@ -20,6 +21,7 @@ use crate::measure::tradeoff::{
     models_of_rain, of_file, plot, standard_set, study, weather,
 };
 use crate::measure::{Host, Watch};
+use crate::scene::model::{Lens, Motion, ShapeModel};
 use crate::thousands::{counted, thousands_of};
 
 /// Measure every model's time and error
@@ -111,7 +113,7 @@ pub fn run(args: &TradeoffArgs) -> anyhow::Result<Answer> {
     };
     let device = args.device.open()?;
     let (mut host, watch) = (Host::now(), Watch::start());
-    host.doubt().iter().for_each(|warning| say!("warning: {warning}"));
+    host.doubt().iter().for_each(|warning| warning!("{warning}"));
     let effort = Effort {
         time: bench::Effort {
             seconds: args.seconds,
@@ -125,12 +127,12 @@ pub fn run(args: &TradeoffArgs) -> anyhow::Result<Answer> {
         std::fs::create_dir_all(folder).map_err(|error| Error::write(folder, error))?;
     }
     let count: usize = scenes.iter().map(|scene| of_scene(scene).len()).sum();
-    let costs = kept(&device.report, user_folder().as_deref(), line).unwrap_or_default();
+    let costs = kept(&device.report, user_folder().as_deref(), remark).unwrap_or_default();
     let of_scene_s = |scene| expected_s(scene, &of_scene(scene), &effort, &costs);
     let all_s = || scenes.iter().map(of_scene_s).sum::<crate::Result<f64>>();
     let expected = waiting("estimating how long this takes", all_s)?;
-    say!(
-        "note: {} of {}, about {} (by times of {})",
+    note!(
+        "{} of {}, about {} (by times of {})",
         counted(count as u64, "model"),
         counted(scenes.len() as u64, "scene"),
         about(expected),
@@ -181,7 +183,7 @@ pub fn run(args: &TradeoffArgs) -> anyhow::Result<Answer> {
         return Err(error);
     }
     host.others = watch.others();
-    host.others_doubt().iter().for_each(|warning| say!("warning: {warning}"));
+    host.others_doubt().iter().for_each(|warning| warning!("{warning}"));
     let report = Report {
         schema: SCHEMA,
         command: Some(super::command_line()),
@@ -210,6 +212,10 @@ pub fn run(args: &TradeoffArgs) -> anyhow::Result<Answer> {
     Ok(Answer::Yes)
 }
 
+fn told((word, is_told): (&'static str, bool)) -> Option<&'static str> {
+    is_told.then_some(word)
+}
+
 /// The rows of a scene, quickest first; a star marks the front.
 fn table(rows: &[Row]) -> Sheet {
     let mut sorted: Vec<&Row> = rows.iter().collect();
@@ -220,6 +226,14 @@ fn table(rows: &[Row]) -> Sheet {
     let mut header = vec!["  model", "speed", of, "ms", "rms x255", "relMSE"];
     header.extend(["FLIP", "FLIP 99 %", "FLIP boxes"]);
     header.extend(moves.then_some("flicker x255"));
+    // How drops are drawn that fall, are out of focus, or are no spheres; where the scene has none, all are drawn alike.
+    let drawn = |row: &Row| {
+        let axes = &row.axes;
+        [axes.motion.name(), axes.lens.name(), axes.shape.name()]
+    };
+    let plain = [Motion::Instant.name(), Lens::Pinhole.name(), ShapeModel::Sphere.name()];
+    let is_told = [0, 1, 2].map(|axis| rows.iter().any(|row| drawn(row)[axis] != plain[axis]));
+    header.extend(["motion", "lens", "shape"].into_iter().zip(is_told).filter_map(told));
     let cells = |row: &Row| {
         let errors = &row.errors;
         let mut cells = vec![
@@ -234,6 +248,7 @@ fn table(rows: &[Row]) -> Sheet {
             format!("{:.4}", errors.box_flip),
         ];
         cells.extend(errors.flicker.map(|flicker| format!("{:.2}", 255.0 * flicker)));
+        cells.extend(drawn(row).into_iter().zip(is_told).filter_map(told).map(String::from));
         cells
     };
     let header = header.into_iter().map(String::from).collect();
@@ -251,32 +266,27 @@ fn noise_line(noise: &Noise) -> String {
     )
 }
 
-/// All rows, with the keys of the JSON.
+/// All rows, with the keys of the JSON. Axes that a later version has added stand last.
 fn plain(rows: &[Row]) -> Sheet {
-    const HEADER: &str = "scene,model,preset,optics,primitive,order,simulation,samples,internal_reflections,weights,\
+    const FIRST: &str = "scene,model,preset,optics,primitive,order,simulation,samples,internal_reflections,weights,\
          fresnel,reflection,lookup,mask_size,drops,visible,width,height,median_ms,p10_ms,p90_ms,\
          speed,speed_over_compact,rms,rel_mse,psnr_db,flip,flip_p99,max_error,box_rel_mse,box_flip,flicker,pareto,rate_mm_h,\
          cutoff_px,far_rain";
-    let number = |value: Option<f64>| value.map_or(String::new(), |value| value.to_string());
-    let cells = |row: &Row| {
-        let e = &row.errors;
-        let mut cells = vec![row.scene.clone(), row.model.clone()];
-        let models = [row.preset, row.optics, row.primitive, row.order, row.simulation];
-        cells.extend(models.map(String::from));
-        cells.extend([row.samples, row.internal_reflections].map(|number| number.to_string()));
-        cells.extend([row.weights, row.fresnel, row.reflection, row.lookup].map(String::from));
-        cells.extend([row.mask_size, row.drops].map(|number| number.to_string()));
-        cells.push(row.visible.to_string());
-        cells.extend([row.width, row.height].map(|number| number.to_string()));
-        let times = [row.median_ms, row.p10_ms, row.p90_ms, row.speed, row.speed_over_compact];
-        let errors = [e.rms, e.rel_mse, e.psnr_db, e.flip, e.flip_p99, e.max_error];
-        let all = times.into_iter().chain(errors).chain([e.box_rel_mse, e.box_flip]);
-        cells.extend(all.map(|figure| figure.to_string()));
-        cells.extend([number(e.flicker), row.pareto.to_string()]);
-        cells.extend([row.rate_mm_h, row.cutoff_px].map(number));
-        cells.push(row.far_rain.unwrap_or_default().into());
-        cells
+    let of_row = |row: &Row| match serde_json::to_value(row) {
+        Ok(Value::Object(values)) => values,
+        // What a row consists of has a form in JSON.
+        _ => Map::new(),
     };
-    let header = HEADER.split(',').map(String::from).collect();
-    Sheet { names: 2, header, rows: rows.iter().map(cells).collect() }
+    let rows: Vec<Map<String, Value>> = rows.iter().map(of_row).collect();
+    let mut header: Vec<String> = FIRST.split(',').map(String::from).collect();
+    let keys = rows.first().into_iter().flat_map(Map::keys);
+    let more: Vec<String> = keys.filter(|key| !header.contains(key)).cloned().collect();
+    header.extend(more);
+    let cell = |value: Option<&Value>| match value {
+        None | Some(Value::Null) => String::new(),
+        Some(value) => super::plain(value),
+    };
+    let cells = |row: &Map<String, Value>| header.iter().map(|key| cell(row.get(key))).collect();
+    let rows = rows.iter().map(cells).collect();
+    Sheet { names: 2, header, rows }
 }

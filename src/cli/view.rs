@@ -7,7 +7,7 @@ use clap::Args;
 use super::Answer;
 use super::device::DeviceArgs;
 use super::options::{ModelArgs, SceneArgs};
-use super::tell::say;
+use super::tell::note;
 use crate::gpu::Validation;
 use crate::scene::camera::WHOLE;
 use crate::view::{Options, run as open_window};
@@ -45,7 +45,7 @@ pub fn run(args: &ViewArgs) -> anyhow::Result<Answer> {
     let mut scene = args.scene.load()?;
     args.model.apply(&mut scene)?;
     if scene.camera.window != WHOLE {
-        say!("note: the window shows the whole picture, not the scene's camera.window");
+        note!("the window shows the whole picture, not the scene's camera.window");
         scene = scene.whole();
     }
     if !args.output.is_dir() {
@@ -60,7 +60,8 @@ pub fn run(args: &ViewArgs) -> anyhow::Result<Answer> {
         panel: !args.no_panel,
         vsync: !args.no_vsync,
         keep_in: args.output.clone(),
-        say: super::tell::line,
+        say: super::tell::plain,
+        remark: super::tell::remark,
     })?;
     Ok(Answer::Yes)
 }

@@ -12,11 +12,8 @@ use std::f64::consts::{PI, TAU};
 use glam::{DVec3, Vec3};
 
 use super::levels::interpolate;
+use super::ordinary::THRESHOLD;
 use super::{Environment, LUMINANCE};
-
-/// Mean luminances above which a texel has an excess. What stays below it adds a standard deviation
-/// of 30 √p means to a sample, p its share of the sphere: 0.1 for the sun's.
-const THRESHOLD: f64 = 30.0;
 
 /// Mean square of an excess over the sphere, over the square of the mean luminance, under which
 /// samples serve: this many samples a pixel bring the noise down to the mean itself.
@@ -27,10 +24,6 @@ const LARGEST: f64 = 15.0 * PI / 180.0;
 
 /// Most regions that the reference looks for; those of the most noise. Each costs time in every drop.
 const MOST: usize = 16;
-
-/// Times that the threshold is found anew without what is above it; a texel a million times as bright as all
-/// others together needs six.
-const MOST_ROUNDS: usize = 32;
 
 /// An environment in two parts.
 #[derive(Clone, Debug)]
@@ -212,7 +205,7 @@ pub fn split_off(
     most: usize,
     wanted: impl Fn(&Region) -> bool,
 ) -> Option<Bright> {
-    let mean = mean_of_rest(environment);
+    let mean = environment.ordinary_luminance();
     let mut found: Vec<(f64, Region)> = Vec::new();
     let (mut from, mut is_wide) = ((THRESHOLD * mean) as f32, true);
     while is_wide {
@@ -222,12 +215,12 @@ pub fn split_off(
                 continue;
             }
             let (mean_square, region) = region(environment, &texels, from);
-            let noise = mean_square / (mean * mean);
-            if noise >= WORTHWHILE && wanted(&region) {
-                found.push((noise, region));
+            let is_worthwhile = mean_square >= WORTHWHILE * mean * mean;
+            if is_worthwhile && wanted(&region) {
+                found.push((mean_square, region));
             } else {
                 // With a higher bound it would be the less worth while.
-                is_wide |= noise >= WORTHWHILE;
+                is_wide |= is_worthwhile;
             }
         }
         // Before black no bound is twice the one before.
@@ -251,21 +244,6 @@ pub fn split_off(
         }
     }
     Some(Bright { rest, regions })
-}
-
-/// Mean luminance without what is above the threshold that it sets: a source may be brighter than all the rest, and
-/// then the mean says nothing of what is beside it.
-fn mean_of_rest(environment: &Environment) -> f64 {
-    let mut mean = environment.mean_luminance();
-    for _ in 0..MOST_ROUNDS {
-        let threshold = Vec3::splat((THRESHOLD * mean) as f32);
-        let lower = environment.mean_luminance_of(|texel| texel.min(threshold));
-        if lower > 0.99 * mean {
-            break;
-        }
-        mean = lower;
-    }
-    mean
 }
 
 /// Columns and rows of the texels above the threshold, those together that touch, by a corner too.

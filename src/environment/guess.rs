@@ -5,7 +5,7 @@
 //! and colour are about right around the horizon, and a drop shows what is behind it, upside down. What is not in the plate is
 //! not in the guess: a sun outside of it, a lamp behind the camera. What that costs: docs/data-set.md.
 
-use glam::{DVec2, Vec3};
+use glam::{DVec2, DVec3, Vec3};
 
 use super::Environment;
 use crate::picture::Picture;
@@ -102,9 +102,8 @@ fn shrink(picture: &Picture, factor: u32) -> Picture {
     let mean = |at: u32| {
         let (x, y) = (at % width * factor, at / width * factor);
         let one = |n: u32| (y + n / factor) * picture.width + x + n % factor;
-        let sum: Vec3 =
-            (0..factor * factor).map(|n| picture.pixels[one(n) as usize].max(Vec3::ZERO)).sum();
-        sum / (factor * factor) as f32
+        let pixels = (0..factor * factor).map(|n| picture.pixels[one(n) as usize]);
+        mean_of(pixels.map(|pixel| pixel.max(Vec3::ZERO)), factor * factor)
     };
     Picture { width, height, pixels: (0..width * height).map(mean).collect() }
 }
@@ -112,7 +111,12 @@ fn shrink(picture: &Picture, factor: u32) -> Picture {
 fn row_mean(picture: &Picture, row: u32) -> Vec3 {
     let from = (row * picture.width) as usize;
     let row = &picture.pixels[from..from + picture.width as usize];
-    row.iter().sum::<Vec3>() / picture.width as f32
+    mean_of(row.iter().copied(), picture.width)
+}
+
+/// In float64: a sum of bright pixels may be over float32's range, and beside one of them it would lose the others.
+fn mean_of(pixels: impl Iterator<Item = Vec3>, count: u32) -> Vec3 {
+    (pixels.map(Vec3::as_dvec3).sum::<DVec3>() / f64::from(count)).as_vec3()
 }
 
 fn bilinear(picture: &Picture, at: DVec2) -> Vec3 {

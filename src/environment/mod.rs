@@ -10,9 +10,7 @@
 pub mod bright;
 pub mod guess;
 pub mod levels;
-mod load;
-mod mend;
-mod open_exr;
+pub mod ordinary;
 pub mod sky;
 
 use std::f64::consts::PI;
@@ -20,7 +18,10 @@ use std::path::Path;
 
 use glam::{DVec3, Vec3};
 
-pub use self::mend::Mended;
+pub use crate::picture::mend::Mended;
+use crate::picture::mend::{Edges, clip_negative, mend};
+use crate::picture::read::{self, Decoded, Request};
+use crate::remark::Remark;
 use crate::scene::EnvironmentChoice;
 use crate::{Error, Result};
 
@@ -45,6 +46,7 @@ pub struct Environment {
     height: u32,
     texels: Vec<Vec3>,
     mended: Mended,
+    remarks: Vec<Remark>,
 }
 
 impl Environment {
@@ -54,7 +56,7 @@ impl Environment {
     /// As [`Environment::load`]; a constant that is negative or not finite.
     pub fn open(choice: &EnvironmentChoice) -> Result<Self> {
         match (&choice.file, choice.radiance) {
-            (Some(file), _) => Self::load(file),
+            (Some(file), _) => Self::load_layer(file, choice.layer.as_deref()),
             (None, Some(radiance)) if radiance.is_finite() && radiance.min_element() >= 0.0 => {
                 Ok(Self::constant(radiance))
             }
@@ -66,28 +68,27 @@ impl Environment {
         }
     }
 
-    /// Loads an image file, whose first bytes, not its name, tell its format:
+    /// Loads an image file as a panorama: the finished picture of an OpenEXR file, Radiance HDR, PNG or JPEG
+    /// ([`Decoded`]). Alpha is left out: the colours already are radiance. What the data window leaves out of the
+    /// display window is black.
     ///
-    /// - OpenEXR, every compression but HTJ2K: the first layer that has channels R, G, B (half,
-    ///   float or u32; else a group such as `Combined.R`, …; else luminance Y alone). Alpha is left
-    ///   out: the colours already are radiance. What the data window leaves out of the display
-    ///   window is black.
-    /// - Radiance HDR: the stored values, without the header's EXPOSURE, as other programs do it.
-    /// - PNG and JPEG: sRGB, decoded to linear radiance of 0 to 1.
-    ///
-    /// Memory: 12 bytes a texel (1.6 GB for the largest image), as much again while PNG and JPEG are decoded.
+    /// Memory: 12 bytes a texel (1.6 GB for the largest image), twice that for EXR, PNG and JPEG while they are decoded.
     ///
     /// # Errors
     /// [`Error::Environment`], one line, for a file that cannot be read, is none of these, is cut
     /// off or broken, is over [`MAX_WIDTH`] x [`MAX_HEIGHT`] (known from its header, before memory
-    /// is taken for it), is not twice as wide as it is high, or has no finite texel.
+    /// is taken for it), is not twice as wide as it is high, has several layers that may be meant, or has no finite texel.
     pub fn load(path: &Path) -> Result<Self> {
+        Self::load_layer(path, None)
+    }
+
+    fn load_layer(path: &Path, layer: Option<&str>) -> Result<Self> {
         let name = match path.file_stem() {
             Some(stem) => stem.to_string_lossy().into_owned(),
             None => path.display().to_string(),
         };
-        load::from_file(path)
-            .and_then(|image| Self::from_image(name, image))
+        read::content(path)
+            .and_then(|bytes| Self::decode(name, &bytes, layer))
             .map_err(|problem| Error::Environment { path: path.into(), problem })
     }
 
@@ -97,9 +98,20 @@ impl Environment {
     /// As [`Environment::load`], with `name` for the path.
     pub fn from_bytes(name: impl Into<String>, bytes: &[u8]) -> Result<Self> {
         let name = name.into();
-        load::from_bytes(bytes)
-            .and_then(|image| Self::from_image(name.clone(), image))
+        Self::decode(name.clone(), bytes, None)
             .map_err(|problem| Error::Environment { path: name.into(), problem })
+    }
+
+    fn decode(name: String, bytes: &[u8], layer: Option<&str>) -> Result<Self, String> {
+        let request = Request::new("environment.layer").layer(layer).mended(Edges::Joined);
+        let decoded = read::decode(bytes, request.checked(&check_size))?;
+        let Decoded { picture, remarks, mended, missing, .. } = decoded;
+        // A picture that was turned has another shape than its header said.
+        check_size(picture.width as usize, picture.height as usize)?;
+        let (width, height, mut texels) = (picture.width, picture.height, picture.pixels);
+        let negative = clip_negative(&mut texels);
+        let mended = Mended { negative, missing, ..mended };
+        Ok(Self { name, width, height, texels, mended, remarks })
     }
 
     /// A hash of the texels (FNV-1a, 64 bits), by which other texels are told apart; not by whoever
@@ -128,6 +140,7 @@ impl Environment {
             height: 2,
             texels: vec![radiance; 8],
             mended: Mended::default(),
+            remarks: Vec::new(),
         }
     }
 
@@ -145,19 +158,15 @@ impl Environment {
         texels: Vec<Vec3>,
     ) -> Result<Self> {
         let name = name.into();
-        let image = Image { width, height, texels, missing: 0 };
-        Self::from_image(name.clone(), image)
-            .map_err(|problem| Error::Environment { path: name.into(), problem })
-    }
-
-    fn from_image(name: String, image: Image) -> Result<Self, String> {
-        let Image { width, height, mut texels, missing } = image;
-        load::check_size(u64::from(width), u64::from(height))?;
+        let refuse = |problem| Error::Environment { path: name.clone().into(), problem };
+        check_size(width as usize, height as usize).map_err(refuse)?;
         if texels.len() != width as usize * height as usize {
-            return Err(format!("has {} texels, not {width} x {height}", texels.len()));
+            return Err(refuse(format!("has {} texels, not {width} x {height}", texels.len())));
         }
-        let mended = Mended { missing, ..mend::mend(&mut texels, width as usize)? };
-        Ok(Self { name, width, height, texels, mended })
+        let mut texels = texels;
+        let mended = mend(&mut texels, width as usize, Edges::Joined).map_err(refuse)?;
+        let mended = Mended { negative: clip_negative(&mut texels), ..mended };
+        Ok(Self { name, width, height, texels, mended, remarks: Vec::new() })
     }
 
     /// What tables call it: the file's stem, `sky (bundled)`, `constant 1`.
@@ -183,6 +192,11 @@ impl Environment {
     /// What had to be made safe; its `Display` is a log line.
     pub fn mended(&self) -> Mended {
         self.mended
+    }
+
+    /// What was chosen in its file, converted or left out.
+    pub fn remarks(&self) -> &[Remark] {
+        &self.remarks
     }
 
     /// Largest component of all texels. Over 65 504 the texels must be scaled to fit into float16.
@@ -213,14 +227,23 @@ impl Environment {
     }
 }
 
-/// A decoded image before it is made safe.
-struct Image {
-    width: u32,
-    height: u32,
-    /// Linear radiance, row by row from the top; may hold anything.
-    texels: Vec<Vec3>,
-    /// Texels that the file says it leaves out.
-    missing: u64,
+/// Refuses what is too large or not twice as wide as high. Called with what a header claims,
+/// before memory is taken for it.
+fn check_size(width: usize, height: usize) -> Result<(), String> {
+    if width > MAX_WIDTH as usize || height > MAX_HEIGHT as usize {
+        return Err(format!(
+            "is {width} x {height}, over the limit of {MAX_WIDTH} x {MAX_HEIGHT}; scale it down"
+        ));
+    }
+    if width == 0 || width != 2 * height {
+        return Err(format!(
+            "is {width} x {height}, but a latitude-longitude image is twice as wide as it is high; \
+             resample it, say to {} x {}",
+            2 * height.max(1),
+            height.max(1)
+        ));
+    }
+    Ok(())
 }
 
 /// `constant 1`, or `constant 1 0.5 0.25`.

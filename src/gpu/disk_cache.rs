@@ -5,14 +5,17 @@
 //! agrees and the data names this device and driver. Otherwise pipelines are compiled anew, and the
 //! file is written anew. Figures are checked likewise, and measured anew. It is a cache.
 
+use std::fmt::Display;
 use std::fs::File;
 use std::io::{ErrorKind, Read as _};
 use std::ops::Deref;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use super::pipeline_cache::HEADER;
 use crate::files::write_whole;
 use crate::gpu::{Device, DeviceReport, Instance, PipelineKey};
+use crate::remark::Remark;
 use crate::{Error, Result};
 
 /// What a file begins with, before a CRC-32 and the data.
@@ -37,17 +40,28 @@ pub struct PipelineFile {
 
 impl PipelineFile {
     /// The file for `key` in `folder`, read if it is there; and what is wrong with it, if anything.
-    pub fn read(folder: &Path, key: &PipelineKey) -> (Self, Option<Error>) {
+    pub fn read(folder: &Path, key: &PipelineKey) -> (Self, Option<Remark>) {
         let path = path_of(folder, "pipelines", key);
-        let (data, problem) = match read_pipelines(&path, key) {
-            Ok(data) => (data, None),
-            Err(problem) => {
-                let anew =
-                    |reason| Error::read(&path, format!("{reason}; pipelines are compiled anew"));
-                (Vec::new(), problem.map(anew))
-            }
+        let file = |data| Self { path: path.clone(), key: *key, data };
+        let anew = |reason: &str| {
+            Error::read(&path, format!("{reason}; pipelines are compiled anew")).to_string()
         };
-        (Self { path, key: *key, data }, problem)
+        match read(&path, key) {
+            Ok(data) if key.heads(&data) => (file(data), None),
+            // An earlier version of the program kept these, and the driver gives no others.
+            Ok(data) if data.len() < HEADER => {
+                let what = anew("it has less than the header of compiled pipelines");
+                (file(Vec::new()), Some(Remark::detail(what)))
+            }
+            Ok(_) => {
+                let what = anew("it is of another device or driver");
+                (file(Vec::new()), Some(Remark::note(what)))
+            }
+            Err(problem) => {
+                let problem = problem.map(|reason| Remark::note(anew(&reason)));
+                (file(Vec::new()), problem)
+            }
+        }
     }
 
     /// Where it is.
@@ -60,17 +74,24 @@ impl PipelineFile {
         &self.data
     }
 
-    /// Writes `data` in place of what was read, if there is anything new in it.
+    /// Writes `data` in place of what was read, if there is anything new in it. Some drivers give data that do not begin as
+    /// Vulkan has it, and that would be refused by the next run: then no file is kept, and the answer is `false`.
     ///
     /// # Errors
     /// [`Error::File`].
-    pub fn write(&self, data: &[u8]) -> Result<()> {
+    pub fn write(&self, data: &[u8]) -> Result<bool> {
+        if !self.key.heads(data) {
+            return match std::fs::remove_file(&self.path) {
+                Err(error) if error.kind() == ErrorKind::NotFound => Ok(false),
+                removed => removed.map(|()| false).map_err(|error| Error::write(&self.path, error)),
+            };
+        }
         // SwiftShader puts a header before what it was opened with: that is nothing new either, and
         // would grow by one from run to run.
-        if !self.data.is_empty() && data.ends_with(&self.data) {
-            return Ok(());
+        if self.data.is_empty() || !data.ends_with(&self.data) {
+            write(&self.path, &self.key, data)?;
         }
-        write(&self.path, &self.key, data)
+        Ok(true)
     }
 }
 
@@ -99,16 +120,7 @@ fn path_of(folder: &Path, kind: &str, key: &PipelineKey) -> PathBuf {
     folder.join(format!("{kind}-{vendor:04x}-{device:04x}-{driver_version:08x}-{uuid:032x}"))
 }
 
-/// The data of a sound file of this device and driver, or what is wrong: nothing, if it is not there.
-fn read_pipelines(path: &Path, key: &PipelineKey) -> Result<Vec<u8>, Option<String>> {
-    let data = read(path, key)?;
-    match key.heads(&data) {
-        true => Ok(data),
-        false => Err(Some("it is of another device or driver".into())),
-    }
-}
-
-/// The data of a sound file, whatever they are.
+/// The data of a sound file, whatever they are, or what is wrong: nothing, if it is not there.
 fn read(path: &Path, key: &PipelineKey) -> Result<Vec<u8>, Option<String>> {
     let failed = |error: std::io::Error| match error.kind() {
         ErrorKind::NotFound => None,
@@ -178,7 +190,7 @@ impl FiguresFile {
 pub struct KeptDevice {
     device: Arc<Device>,
     file: Option<PipelineFile>,
-    say: fn(&str),
+    say: fn(&Remark),
 }
 
 impl KeptDevice {
@@ -191,15 +203,18 @@ impl KeptDevice {
         instance: &Arc<Instance>,
         report: DeviceReport,
         folder: Option<PathBuf>,
-        say: fn(&str),
+        say: fn(&Remark),
     ) -> Result<Self> {
         let file = folder.map(|folder| PipelineFile::read(&folder, &report.pipeline_key));
         let (file, problem) = match file {
-            Some((file, problem)) => (Some(file), problem.map(|problem| problem.to_string())),
-            None => (None, Some("compiled pipelines are not kept: there is no home folder".into())),
+            Some((file, problem)) => (Some(file), problem),
+            None => {
+                let what = "compiled pipelines are not kept: there is no home folder";
+                (None, Some(Remark::note(what)))
+            }
         };
         if let Some(problem) = problem {
-            say(&format!("note: {problem}"));
+            say(&problem);
         }
         let data = file.as_ref().map_or(&[][..], PipelineFile::data);
         // SAFETY: they are of this device and driver by their head, and as they were written by their sum.
@@ -224,8 +239,14 @@ impl Deref for KeptDevice {
 impl Drop for KeptDevice {
     fn drop(&mut self) {
         let Some(file) = &self.file else { return };
-        if let Err(problem) = self.device.pipelines().and_then(|data| file.write(&data)) {
-            (self.say)(&format!("warning: compiled pipelines are not kept: {problem}"));
+        let not_kept = |why: &dyn Display| format!("compiled pipelines are not kept: {why}");
+        match self.device.pipelines().and_then(|data| file.write(&data)) {
+            Ok(true) => {}
+            Ok(false) => {
+                let why = "the driver's do not begin with the header that Vulkan defines";
+                (self.say)(&Remark::detail(not_kept(&why)));
+            }
+            Err(problem) => (self.say)(&Remark::warning(not_kept(&problem))),
         }
     }
 }

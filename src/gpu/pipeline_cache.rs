@@ -7,7 +7,7 @@ use crate::Result;
 
 /// Bytes that the driver's data begins with, as Vulkan defines them: length of this header, its
 /// version, vendor, device, UUID.
-const HEADER: usize = 16 + vk::UUID_SIZE;
+pub(super) const HEADER: usize = 16 + vk::UUID_SIZE;
 
 /// What compiled pipelines belong to: a device under a version of its driver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

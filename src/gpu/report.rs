@@ -83,11 +83,16 @@ impl Instance {
     /// of one kind is the quickest is found by measuring (`measure::costs::ranked`).
     ///
     /// # Errors
-    /// [`Error::Vulkan`] if a driver fails while devices are listed.
+    /// [`Error::NoCard`] if no driver finds a device; [`Error::Vulkan`] if one fails otherwise while devices are listed.
     pub fn devices(&self) -> Result<Vec<DeviceReport>> {
+        let call = "vkEnumeratePhysicalDevices";
         // SAFETY: the instance is alive.
-        let physical = unsafe { self.raw.enumerate_physical_devices() }
-            .named("vkEnumeratePhysicalDevices", "the instance")?;
+        let physical = match unsafe { self.raw.enumerate_physical_devices() } {
+            Err(result @ vk::Result::ERROR_INITIALIZATION_FAILED) => {
+                return Err(Error::NoCard { call, result });
+            }
+            listed => listed.named(call, "the instance")?,
+        };
         let mut reports: Vec<_> =
             physical.into_iter().map(|physical| self.report(physical)).collect();
         reports.sort_by_key(|report| (!report.missing.is_empty(), report.rank));

@@ -14,6 +14,7 @@ use crate::gpu::disk_cache::FiguresFile;
 use crate::gpu::{Device, DeviceReport, Instance};
 use crate::plan::{Costs, Demand, Output, plan};
 use crate::rain::cull::count_visible;
+use crate::remark::Remark;
 use crate::renderer::Renderer;
 use crate::scene::model::Preset;
 use crate::scene::{ModelChoice, PlacedDrop, RainSettings, Scene};
@@ -123,9 +124,9 @@ pub fn measure(device: &Arc<Device>) -> Result<Costs> {
 
 /// The costs that are kept of a device. `say` gets what is wrong with their file, which is no reason to
 /// fail.
-pub fn kept(report: &DeviceReport, folder: Option<&Path>, say: fn(&str)) -> Option<Costs> {
+pub fn kept(report: &DeviceReport, folder: Option<&Path>, say: fn(&Remark)) -> Option<Costs> {
     let text = FiguresFile::new(folder?, &report.pipeline_key).read().unwrap_or_else(|problem| {
-        say(&format!("note: {problem}"));
+        say(&Remark::note(problem.to_string()));
         None
     });
     let kept = toml::from_str::<Kept>(&text?).ok()?;
@@ -136,7 +137,7 @@ pub fn kept(report: &DeviceReport, folder: Option<&Path>, say: fn(&str)) -> Opti
 ///
 /// # Errors
 /// Those of [`measure`].
-pub fn costs(device: &Arc<Device>, folder: Option<&Path>, say: fn(&str)) -> Result<Costs> {
+pub fn costs(device: &Arc<Device>, folder: Option<&Path>, say: fn(&Remark)) -> Result<Costs> {
     if let Some(costs) = kept(&device.report, folder, say) {
         return Ok(costs);
     }
@@ -144,7 +145,7 @@ pub fn costs(device: &Arc<Device>, folder: Option<&Path>, say: fn(&str)) -> Resu
     if let (Some(folder), Ok(text)) = (folder, toml::to_string(&kept))
         && let Err(problem) = FiguresFile::new(folder, &device.report.pipeline_key).write(&text)
     {
-        say(&format!("warning: the device's times are not kept: {problem}"));
+        say(&Remark::warning(format!("the device's times are not kept: {problem}")));
     }
     Ok(kept.costs)
 }
@@ -167,7 +168,7 @@ pub struct Ranked {
 pub fn ranked(
     instance: &Arc<Instance>,
     folder: Option<&Path>,
-    say: fn(&str),
+    say: fn(&Remark),
 ) -> Result<Vec<Ranked>> {
     let devices = instance.devices()?;
     let is_rival = |d: &DeviceReport| d.missing.is_empty() && d.is_as_fit_as(&devices[0]);
@@ -175,7 +176,8 @@ pub fn ranked(
     let of = |report: &DeviceReport| match kept(report, folder, say) {
         Some(costs) => Ok(costs),
         None => {
-            say(&format!("note: finding out how fast {} is, once: some seconds", report.name));
+            let what = format!("finding out how fast {} is, once: some seconds", report.name);
+            say(&Remark::note(what));
             costs(&Device::open(instance, report.clone())?, folder, say)
         }
     };
@@ -184,7 +186,7 @@ pub fn ranked(
         let frame_ms = measured.map(|costs| {
             costs.map_or_else(
                 |problem| {
-                    say(&format!("note: {} is not measured: {problem}", report.name));
+                    say(&Remark::note(format!("{} is not measured: {problem}", report.name)));
                     f64::INFINITY
                 },
                 |costs| frame_ms(&costs),

@@ -18,7 +18,6 @@ use rayon::prelude::*;
 
 use crate::Result;
 use crate::environment::Environment;
-use crate::environment::bright::split;
 use crate::environment::levels::for_each_level;
 use crate::gpu::{
     Buffer, Commands, Device, Image, ImageInfo, Memory, Sampler, Use, copy_rows, copy_to_image,
@@ -34,18 +33,18 @@ const STRIP_BYTES: usize = 32 << 20;
 /// Least mean that is stored, of all but small bright sources: float16 steps by 2^-24 there, a thousandth of it.
 const LEAST_MEAN: f64 = 1.0 / 32_768.0;
 
-/// Mean of the rest over the brightest texel under which the rest is black.
-const LEAST_REST: f64 = 1e-16;
+/// Mean of the rest that counts as black beside a source beyond float16: there is nothing to keep.
+const BLACK: f64 = 1e-11;
 
 /// Radiance of a stored 1: a power of two, so that texels keep their digits. 1, but for suns beyond float16, and for
-/// nights so dark that float16 would lose them. `mean` is the luminance without small bright sources.
-pub fn stored_scale(environment: &Environment, mean: f64) -> f32 {
+/// nights so dark that float16 would lose them.
+pub fn stored_scale(environment: &Environment) -> f32 {
     let brightest = environment.max_radiance();
     let exponent = if brightest > MAX_STORED {
         let whole = (brightest / MAX_STORED).log2().ceil();
+        let mean = environment.ordinary_luminance();
         let bound = (mean / LEAST_MEAN).log2().floor() as f32;
-        // Beside a rest that is black there is nothing to keep.
-        if mean > LEAST_REST * f64::from(brightest) { whole.min(bound) } else { whole }
+        if mean > BLACK { whole.min(bound) } else { whole }
     } else if brightest > 0.0 && brightest < 1.0 {
         brightest.log2().floor().max(f32::MIN_EXP as f32)
     } else {
@@ -57,9 +56,7 @@ pub fn stored_scale(environment: &Environment, mean: f64) -> f32 {
 /// The part of an environment's light that its texture leaves out, 0 to 1: that of texels too bright to be stored beside
 /// the rest. Drops on tiles show it all the same; the sky behind them is white there.
 pub fn lost_light(environment: &Environment) -> f64 {
-    let mean = split(environment)
-        .map_or_else(|| environment.mean_luminance(), |bright| bright.rest.mean_luminance());
-    let most = Vec3::splat(stored_scale(environment, mean) * MAX_STORED);
+    let most = Vec3::splat(stored_scale(environment) * MAX_STORED);
     if environment.max_radiance() <= most.x {
         return 0.0;
     }

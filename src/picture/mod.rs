@@ -1,35 +1,26 @@
 //! Pictures on disk: linear radiance as EXR, display colour as PNG.
 
-pub(crate) mod dwa;
+pub mod depth;
 pub mod flip;
 pub mod layers;
 pub mod masks;
+pub mod mend;
 pub mod metrics;
 pub mod plate;
+pub mod read;
 pub mod sidecar;
 pub mod tone_map;
 
 use std::fs::File;
 use std::io::{BufReader, Cursor, Read, Seek as _, SeekFrom};
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
-use exr::meta::header::Header;
 use exr::prelude::{WritableImage, f16};
 use glam::Vec3;
 
+use self::read::{Decoded, Format, Request, guarded};
 use crate::files::write_whole;
-use crate::scene::MAX_IMAGE_EDGE;
 use crate::{Error, Result};
-
-/// What is wrong with an EXR for which [`is_deep`] holds.
-pub(crate) const DEEP: &str = "holds deep data (several samples a pixel), which is not read; flatten it to one sample a pixel";
-
-/// Whether the EXR that begins with these bytes, a magic number and the version with its flags, holds a deep
-/// layer. The decoder reads none of the others then either.
-pub(crate) fn is_deep([.., flags, _, _]: [u8; 8]) -> bool {
-    flags & 0x08 != 0
-}
 
 /// The last chunk of a PNG: without data, `IEND`, and the sum of that.
 const PNG_END: [u8; 12] = *b"\0\0\0\0IEND\xae\x42\x60\x82";
@@ -46,17 +37,13 @@ pub struct Picture {
 }
 
 impl Picture {
-    /// Reads a picture as linear RGB: an EXR as it is (its first layer with R, G and B), a PNG or
-    /// JPEG, recognised by their content, through the sRGB curve to 0 to 1, alpha ignored.
-    ///
-    /// Values are returned as they stand in the file: negative, infinite or NaN ones too.
+    /// Reads a picture as linear Rec. 709, without what is worth saying of it: [`Decoded::read`]. Values are returned as
+    /// they stand in the file: negative, infinite or NaN ones too.
     ///
     /// # Errors
-    /// [`Error::File`] if it cannot be read, is broken, or claims more pixels than so many bytes can
-    /// hold.
+    /// Those of [`Decoded::read`].
     pub fn read(path: &Path) -> Result<Self> {
-        let bytes = std::fs::read(path).map_err(|error| Error::read(path, error))?;
-        Self::from_bytes(path, &bytes)
+        Decoded::read(path, Request::new("its layer")).map(|decoded| decoded.picture)
     }
 
     /// As [`Picture::read`], from what stands in a file; `path` stands for it in messages.
@@ -64,14 +51,12 @@ impl Picture {
     /// # Errors
     /// Those of [`Picture::read`].
     pub fn from_bytes(path: &Path, bytes: &[u8]) -> Result<Self> {
-        let picture = guarded(GAVE_UP, || match bytes.starts_with(&EXR_MAGIC) {
-            true => read_exr(bytes),
-            false => read_display(bytes),
-        });
-        picture.map_err(|problem| Error::read(path, problem))
+        let decoded = read::decode(bytes, Request::new("its layer"));
+        let decoded = decoded.map_err(|problem| Error::unread(path, &problem))?;
+        Ok(decoded.picture)
     }
 
-    /// Whether the file at `path` holds display values (PNG, JPEG) rather than radiance (EXR), by
+    /// Whether the file at `path` holds display values (PNG, JPEG) rather than radiance (EXR, HDR), by
     /// its first bytes.
     ///
     /// # Errors
@@ -79,7 +64,8 @@ impl Picture {
     pub fn is_display(path: &Path) -> Result<bool> {
         let mut start = [0; 4];
         let read = File::open(path).and_then(|mut file| file.read(&mut start));
-        read.map(|_| start != EXR_MAGIC).map_err(|error| Error::read(path, error))
+        read.map(|_| !matches!(Format::of(&start), Some(Format::Exr | Format::Radiance)))
+            .map_err(|error| Error::read(path, error))
     }
 
     /// Whether the file at `path` ends where a PNG or an EXR does, by its last chunk or its blocks, none of
@@ -91,8 +77,8 @@ impl Picture {
         if file.read_exact(&mut start).and_then(|()| file.rewind()).is_err() {
             return false;
         }
-        if start == EXR_MAGIC {
-            let blocks = guarded(GAVE_UP, || {
+        if Format::of(&start) == Some(Format::Exr) {
+            let blocks = guarded(|| {
                 let reader = exr::block::read(file, false).map_err(|error| error.to_string())?;
                 reader.filter_chunks(true, |_, _, _| true).map_err(|error| error.to_string())
             });
@@ -161,24 +147,6 @@ impl Picture {
     }
 }
 
-/// What a picture is whose decoder panicked.
-const GAVE_UP: &str = "it is broken: its decoder gave up";
-
-/// Decodes, and says in one line why it cannot be done; `gave_up` where the decoder panicked.
-///
-/// The last resort. The decoders are other people's code on other people's bytes, and some panic
-/// on broken ones: exr 1.74 subtracts below zero in a B44 block, where overflow is checked; the
-/// HDR decoder of image 0.25 overflows on a long chain of empty runs. A picture must not take
-/// the program down. Nothing that `decode` touches may outlive a panic.
-pub(crate) fn guarded<T>(
-    gave_up: &str,
-    decode: impl FnOnce() -> Result<T, String>,
-) -> Result<T, String> {
-    let outcome = catch_unwind(AssertUnwindSafe(decode)).unwrap_or_else(|_| Err(gave_up.into()));
-    // Some decoders' messages have several lines.
-    outcome.map_err(|problem| problem.split_whitespace().collect::<Vec<_>>().join(" "))
-}
-
 /// Copies a part's pixels, rows of `width` of them, to their place in the whole picture.
 pub fn place<T: Copy>(
     whole: &mut [T],
@@ -193,105 +161,25 @@ pub fn place<T: Copy>(
     }
 }
 
-/// The first bytes of every OpenEXR file.
-const EXR_MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
-
-/// Most pixels that a byte of a file can stand for: deflate packs 1032 to 1, a pixel is at least a bit.
-const MOST_PIXELS_A_BYTE: usize = 1032 * 8;
-
-/// Refuses a claim that the file cannot hold, before memory is taken for it.
-fn check_claim(width: usize, height: usize, bytes: &[u8]) -> Result<(), String> {
-    let most = MAX_IMAGE_EDGE as usize;
-    if width > most || height > most || width * height > MOST_PIXELS_A_BYTE * bytes.len() {
-        return Err(format!("it claims {width} x {height} pixels in {} bytes", bytes.len()));
-    }
-    Ok(())
-}
-
-/// Names of the channels of all layers, for a message.
-fn channels(headers: &[Header]) -> String {
-    let all = headers.iter().flat_map(|header| &header.channels.list);
-    all.map(|channel| channel.name.to_string()).collect::<Vec<_>>().join(", ")
-}
-
-fn read_exr(bytes: &[u8]) -> Result<Picture, String> {
-    use exr::prelude::{ReadChannels, ReadLayers};
-    if bytes.first_chunk().is_some_and(|start| is_deep(*start)) {
-        return Err(DEEP.into());
-    }
-    let meta = exr::meta::MetaData::read_from_buffered(Cursor::new(bytes), false)
-        .map_err(|error| error.to_string())?;
-    for header in &meta.headers {
-        check_claim(header.layer_size.width(), header.layer_size.height(), bytes)?;
-    }
-    crate::picture::dwa::check_claims(Cursor::new(bytes))?;
-    let is_color = |header: &Header| {
-        ["R", "G", "B"]
-            .iter()
-            .all(|name| header.channels.find_index_of_channel(&(*name).into()).is_some())
-    };
-    if !meta.headers.iter().any(is_color) {
-        return Err(format!("it has no channels R, G and B (it has {})", channels(&meta.headers)));
-    }
-    // In one thread: the crate's thread pool aborts the process where a decoder panics.
-    let image = exr::prelude::read()
-        .no_deep_data()
-        .largest_resolution_level()
-        .rgb_channels(
-            |size, _| (size.width(), vec![Vec3::ZERO; size.area()]),
-            |(width, pixels): &mut (usize, Vec<Vec3>), at, (r, g, b): (f32, f32, f32)| {
-                pixels[at.y() * *width + at.x()] = Vec3::new(r, g, b);
-            },
-        )
-        .first_valid_layer()
-        .all_attributes()
-        .non_parallel()
-        .from_buffered(Cursor::new(bytes))
-        .map_err(|error| error.to_string())?;
-    let size = image.layer_data.size;
-    Ok(Picture {
-        width: size.width() as u32,
-        height: size.height() as u32,
-        pixels: image.layer_data.channel_data.pixels.1,
-    })
-}
-
-fn read_display(bytes: &[u8]) -> Result<Picture, String> {
-    use image::ImageFormat::{Jpeg, Png};
-    let format = image::guess_format(bytes).ok().filter(|format| [Png, Jpeg].contains(format));
-    let Some(format) = format else {
-        return Err("it is no EXR, PNG or JPEG picture".into());
-    };
-    let reader = || image::ImageReader::with_format(Cursor::new(bytes), format);
-    let (width, height) = reader().into_dimensions().map_err(|error| error.to_string())?;
-    check_claim(width as usize, height as usize, bytes)?;
-    let decoded = reader().into_decoder().and_then(upright);
-    let image = decoded.map_err(|error| error.to_string())?.into_rgb16();
-    let linear = |value: u16| linear_of_srgb(f32::from(value) / 65_535.0);
-    let pixels = image.pixels().map(|p| Vec3::from_array(p.0.map(linear))).collect();
-    Ok(Picture { width: image.width(), height: image.height(), pixels })
-}
-
-/// Decodes a picture, and turns it as its EXIF data says: cameras that were held upright store it lying.
-pub(crate) fn upright(
-    mut decoder: impl image::ImageDecoder,
-) -> image::ImageResult<image::DynamicImage> {
-    let orientation = decoder.orientation()?;
-    let mut image = image::DynamicImage::from_decoder(decoder)?;
-    image.apply_orientation(orientation);
-    Ok(image)
-}
-
-/// Writes 8-bit sRGB, `width * height` RGB triples row by row from the top, as PNG.
+/// Writes 8-bit sRGB, `width * height` RGB triples row by row from the top, as PNG
+/// with a chunk that says so.
 ///
 /// # Errors
 /// [`Error::File`] if it cannot be encoded or written.
 pub fn write_png(path: &Path, width: u32, height: u32, srgb: &[u8]) -> Result<()> {
     let mut bytes = Vec::new();
-    let encoder = image::codecs::png::PngEncoder::new(&mut bytes);
-    let color = image::ColorType::Rgb8.into();
-    image::ImageEncoder::write_image(encoder, srgb, width, height, color)
-        .map_err(|error| Error::write(path, error))?;
+    let encode = |bytes: &mut Vec<u8>| -> std::result::Result<(), png::EncodingError> {
+        let mut encoder = png::Encoder::new(bytes, width, height);
+        encoder.set_color(png::ColorType::Rgb);
+        encoder.set_depth(png::BitDepth::Eight);
+        encoder.set_compression(png::Compression::Fast);
+        // What the values are, for programs that heed it; with gAMA and cHRM for older ones.
+        encoder.set_source_srgb(png::SrgbRenderingIntent::RelativeColorimetric);
+        let mut writer = encoder.write_header()?;
+        writer.write_image_data(srgb)?;
+        writer.finish()
+    };
+    encode(&mut bytes).map_err(|error| Error::write(path, error))?;
     write_whole(path, &bytes)
 }
 

@@ -10,15 +10,17 @@
 //! of one picture, share it.
 //!
 //! δ keeps black pixels from pulling L̄ to zero. A fixed δ makes the picture depend on the unit of
-//! radiance, so it is [`DELTA`] times the mean luminance: twice the light gives the same picture.
+//! radiance, so it is [`DELTA`] times the mean luminance of all but small bright parts. So neither
+//! the unit nor a sun in the picture decides how bright the rest is.
 
 use glam::{DVec3, Vec3};
 
+use crate::environment::ordinary::settled;
 use crate::picture::Picture;
 use crate::scene::ToneMap;
 use crate::scene::model::Operator;
 
-/// δ over the mean luminance. A black pixel then counts as four decades under the mean: with a
+/// δ over the mean luminance of all but small bright parts. A black pixel then counts as four decades under the mean: with a
 /// tenth of the pixels black the log-average falls by a factor of 0.4, and no further however
 /// black they are.
 pub const DELTA: f64 = 1e-4;
@@ -46,7 +48,14 @@ pub fn log_average(picture: &Picture) -> f64 {
         all.filter(|luminance| luminance.is_finite()).map(|luminance| luminance.max(0.0))
     };
     let count = luminances().count() as f64;
-    let delta = DELTA * luminances().sum::<f64>() / count;
+    let sum_of = |seen: &dyn Fn(f64) -> f64| luminances().map(seen).sum::<f64>() / count;
+    let mean = sum_of(&|luminance| luminance);
+    // Without a sun in the picture, beside which all else would be as black as δ.
+    let ordinary = settled(mean, |bound| {
+        let others = sum_of(&|luminance| if luminance > bound { 0.0 } else { luminance });
+        (others, sum_of(&|luminance| f64::from(u8::from(luminance > bound))))
+    });
+    let delta = DELTA * if ordinary > 0.0 { ordinary } else { mean };
     // An empty picture's mean is 0/0, which fails the test as well.
     if delta > 0.0 {
         (luminances().map(|luminance| (delta + luminance).ln()).sum::<f64>() / count).exp()

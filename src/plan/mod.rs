@@ -1,6 +1,7 @@
 //! The frame plan: which passes and models a scene requires, and why. A pure function of the scene.
 
 mod auto;
+mod axes;
 mod background;
 mod costs;
 mod cutoff;
@@ -13,6 +14,7 @@ mod requirements;
 mod shape;
 
 pub use auto::{Choice, Prospect, choose, expected_ms, keep, pick, prospects};
+pub use axes::Axes;
 pub use costs::Costs;
 pub use cutoff::Cutoff;
 pub use demand::{Demand, SizeClass, contrast};

@@ -1,9 +1,13 @@
 //! How many drops of which size: N(D) = N0 D^μ exp(-ΛD) between two cut-offs, in drops per m³ and mm.
 //!
-//! Marshall and Palmer (1948) have μ = 0 and Λ = 4.1 R^-0.21 per mm for a rain rate R in mm/h; Ulbrich's gamma
-//! law (1983) has the same Λ and another μ; a uniform law has neither. N0 is such that the rate that falls is
-//! the rate that was asked: with its own N0 = 8000, Marshall and Palmer's law rains 3 to 18 % more than its
-//! label. The shape of the law, and with it the median-volume diameter, is kept.
+//! In every law the rate that falls is the rate that was asked.
+//!
+//! - Marshall and Palmer (1948) have μ = 0 and Λ = 4.1 R^-0.21 per mm for a rain rate R in mm/h. With its own
+//!   N0 = 8000 their law rains 3 to 18 % more than its label. So N0 follows from the rate; the shape of the law, and with
+//!   it the median-volume diameter, is kept.
+//! - A gamma law (Ulbrich 1983) has the N0 that Ulbrich found for its μ, and Λ follows from the rate. Or its
+//!   median-volume diameter D0 is given: then Λ = (3.67 + μ) / D0, and N0 follows from the rate.
+//! - A uniform law has neither μ nor Λ.
 //!
 //! All moments ∫ N D^k dD are incomplete gamma functions; nothing is integrated numerically.
 
@@ -33,7 +37,61 @@ pub fn marshall_palmer_slope(rate: f64) -> f64 {
     4.1 * rate.powf(-0.21)
 }
 
+/// N0 in m⁻³ mm^-(1+μ) that goes with μ in measured rain (Ulbrich 1983).
+pub fn ulbrich_intercept(mu: f64) -> f64 {
+    6e4 * (3.2 * mu).exp() * 10_f64.powf(-(mu + 1.0))
+}
+
+/// Λ in mm⁻¹ of a gamma law whose median-volume diameter, without cut-offs, is `diameter` mm.
+pub fn slope_of_median(mu: f64, diameter: f64) -> f64 {
+    (3.67 + mu) / diameter
+}
+
+/// Λ times the largest diameter under which moments are sums of a few powers. Their closed form is a product of a large
+/// number and a small one, which leave float64's range where Λ is nearly 0.
+const NEARLY_FLAT: f64 = 0.01;
+
+/// Steps of a search, far more than any takes.
+const MOST_STEPS: u32 = 200;
+
 impl Law {
+    /// The same law with the least Λ with which no more than `rate` mm/h fall in air of `air_density` kg/m³. 0 if no Λ
+    /// over 0 rains as much: see [`Law::most_rate`].
+    pub fn with_slope_of_rate(self, rate: f64, air_density: f64) -> Self {
+        let with = |slope| Self { slope, ..self };
+        let (mut low, mut high) = (0.0, 1.0);
+        while with(high).rate(air_density) > rate {
+            (low, high) = (high, 2.0 * high);
+        }
+        // The logarithm of the rate is convex over Λ, so that Newton's steps from below do not pass the root; halvings
+        // where one leads out of what is left.
+        let mut slope = 0.5 * (low + high);
+        for _ in 0..MOST_STEPS {
+            let law = with(slope);
+            let over = (law.rate(air_density) / rate).ln();
+            if over > 0.0 {
+                low = slope
+            } else {
+                high = slope
+            }
+            let newton =
+                slope + over * law.flux(3.0, law.from, law.to) / law.flux(4.0, law.from, law.to);
+            let next = if low < newton && newton < high { newton } else { 0.5 * (low + high) };
+            // What matters is Λ D.
+            let is_found = (next - slope).abs() <= 2.0 * f64::EPSILON * (slope + self.to.recip());
+            slope = next;
+            if is_found {
+                break;
+            }
+        }
+        with(slope)
+    }
+
+    /// The largest rate in mm/h that the law's N0 and μ allow: that with Λ = 0.
+    pub fn most_rate(self, air_density: f64) -> f64 {
+        Self { slope: 0.0, ..self }.rate(air_density)
+    }
+
     /// The same law with as many drops as make `rate` mm/h fall in air of `air_density` kg/m³.
     pub fn normalised(self, rate: f64, air_density: f64) -> Self {
         let unit = Self { intercept: 1.0, ..self };
@@ -47,14 +105,29 @@ impl Law {
             return 0.0;
         }
         let s = k + self.mu + 1.0;
-        if self.slope == 0.0 {
-            return self.intercept * (to.powf(s) - from.powf(s)) / s;
+        if self.slope * to < NEARLY_FLAT {
+            return self.intercept * self.nearly_flat(s, from, to);
         }
         let (a, b) = (self.slope * from, self.slope * to);
         // Of the two incomplete functions the one that is small here: their difference cancels least.
         let share =
             if a > s { gamma_ur(s, a) - gamma_ur(s, b) } else { gamma_lr(s, b) - gamma_lr(s, a) };
         self.intercept * (ln_gamma(s) - s * self.slope.ln()).exp() * share
+    }
+
+    /// ∫ D^(s-1) exp(-ΛD) dD where ΛD is small: the exponential as a sum of powers.
+    fn nearly_flat(&self, s: f64, from: f64, to: f64) -> f64 {
+        let (mut sum, mut factor) = (0.0, 1.0);
+        for n in 0..MOST_STEPS {
+            let power = s + f64::from(n);
+            let term = factor * (to.powf(power) - from.powf(power)) / power;
+            sum += term;
+            if term.abs() <= f64::EPSILON * sum.abs() {
+                break;
+            }
+            factor *= -self.slope / f64::from(n + 1);
+        }
+        sum
     }
 
     /// ∫ N D^k dD between the cut-offs.
@@ -95,11 +168,16 @@ impl Law {
 
     /// ∫ N D³ v dD over some diameters in the speed table's air, mm³ m⁻³ m/s.
     pub fn water_flux(&self, from: f64, to: f64) -> f64 {
+        self.flux(3.0, from, to)
+    }
+
+    /// ∫ N D^k v dD over some diameters in the speed table's air.
+    fn flux(&self, k: f64, from: f64, to: f64) -> f64 {
         let (from, to) = (from.max(self.from), to.min(self.to));
         fall::pieces(from, to)
             .map(|piece| {
-                piece.at_zero * self.moment_between(3.0, piece.from, piece.to)
-                    + piece.slope * self.moment_between(4.0, piece.from, piece.to)
+                piece.at_zero * self.moment_between(k, piece.from, piece.to)
+                    + piece.slope * self.moment_between(k + 1.0, piece.from, piece.to)
             })
             .sum()
     }

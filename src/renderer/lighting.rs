@@ -22,7 +22,7 @@ pub struct Lighting {
     pub(super) environment: Arc<EnvironmentMap>,
     /// Milliseconds that its levels took.
     pub(super) environment_ms: f64,
-    /// Mean luminance without small bright sources, of which one may outshine all the rest.
+    /// Mean luminance without bright parts, of which one may outshine all the rest.
     pub(super) mean_luminance: f64,
     bright: Option<Bright>,
     /// What renews it in a host's frames.
@@ -59,9 +59,8 @@ impl Lighting {
     pub fn new(device: &Arc<Device>, environment: &Environment) -> Result<Self> {
         let before = Instant::now();
         let bright = bright_parts(environment);
-        let rest = bright.as_ref().map_or(environment, |bright| &bright.rest);
-        let mean_luminance = rest.mean_luminance();
-        let scale = stored_scale(environment, mean_luminance);
+        let mean_luminance = environment.ordinary_luminance();
+        let scale = stored_scale(environment);
         let environment = Arc::new(EnvironmentMap::new(device, environment, scale)?);
         let environment_ms = before.elapsed().as_secs_f64() * 1e3;
         let constants = Frame {

@@ -8,17 +8,26 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Background {
-    /// Linear radiance, of the picture's size.
+    /// A picture of the picture's size.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub color: Option<PathBuf>,
-    /// Depth, of the picture's size: channel Z of an EXR, or a 16-bit PNG of one channel.
+    /// Its layer, of an EXR; none: the finished picture.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub color_layer: Option<String>,
+    /// Depth, of the picture's size: an EXR with a channel such as Z, or a 16-bit PNG.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub depth: Option<PathBuf>,
+    /// Its layer or channel, of an EXR; none: `Z`, or what is named depth.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub depth_layer: Option<String>,
     /// How depth is measured.
     pub depth_kind: DepthKind,
     /// Scene units a stored unit; 1 where it is left out, which a PNG must not.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub depth_scale: Option<f64>,
+    /// The stored number that stands for an unknown depth; such pixels take the nearest known one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub depth_invalid: Option<f64>,
 }
 
 /// How depth is measured.
@@ -41,14 +50,18 @@ impl Background {
 
     /// Checks every value; a problem is an error in words.
     pub(crate) fn validate(&self) -> Result<(), String> {
-        match self.depth_scale {
-            Some(scale) if !(scale.is_finite() && scale > 0.0) => {
-                Err(format!("background: depth_scale = {scale} is not finite and over 0"))
-            }
-            Some(_) if self.depth.is_none() => {
-                Err("background: depth_scale is given, but no depth".into())
-            }
-            _ => Ok(()),
+        if let Some(scale) = self.depth_scale.filter(|scale| !(scale.is_finite() && *scale > 0.0)) {
+            return Err(format!("background: depth_scale = {scale} is not finite and over 0"));
+        }
+        let needs = [
+            ("color_layer", self.color_layer.is_some(), "color", self.color.is_some()),
+            ("depth_layer", self.depth_layer.is_some(), "depth", self.depth.is_some()),
+            ("depth_scale", self.depth_scale.is_some(), "depth", self.depth.is_some()),
+            ("depth_invalid", self.depth_invalid.is_some(), "depth", self.depth.is_some()),
+        ];
+        match needs.iter().find(|(_, is_given, _, is_there)| *is_given && !is_there) {
+            Some((key, _, file, _)) => Err(format!("background: {key} is given, but no {file}")),
+            None => Ok(()),
         }
     }
 }

@@ -4,6 +4,7 @@
 
 pub mod background;
 pub mod camera;
+mod edit;
 pub mod film;
 mod lines;
 pub mod matrices;
@@ -20,7 +21,7 @@ use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
 use crate::abi::MOST_POPULATIONS;
-use crate::files::write_whole;
+use crate::files::{read_text, write_whole};
 use crate::optics::{WATER, WATER_RGB};
 use crate::rain::Rain;
 use crate::scene::background::Background;
@@ -104,6 +105,9 @@ pub struct ImageSize {
 pub struct EnvironmentChoice {
     /// A latitude-longitude image: EXR, Radiance HDR, PNG or JPEG.
     pub file: Option<PathBuf>,
+    /// Its layer, of an EXR; none: the finished picture.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub layer: Option<String>,
     /// The same radiance from everywhere (a white furnace).
     pub radiance: Option<Vec3>,
 }
@@ -283,9 +287,13 @@ impl Scene {
     /// # Errors
     /// [`Error::File`] if the file cannot be read; [`Error::Scene`] as [`Scene::parse`].
     pub fn load(path: &Path) -> Result<Self> {
-        let text = std::fs::read_to_string(path).map_err(|error| Error::read(path, error))?;
-        let mut scene = Self::parse(&text, &path.display().to_string())?;
-        if let Some(folder) = path.parent() {
+        Self::parse_in(&read_text(path)?, &path.display().to_string(), path.parent())
+    }
+
+    /// As [`Scene::parse`], with paths from a folder.
+    fn parse_in(text: &str, name: &str, folder: Option<&Path>) -> Result<Self> {
+        let mut scene = Self::parse(text, name)?;
+        if let Some(folder) = folder {
             scene.files_mut().for_each(|file| *file = folder.join(&*file));
         }
         Ok(scene)

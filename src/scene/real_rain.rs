@@ -15,7 +15,7 @@ use super::{Population, RainSettings};
 use crate::abi::MOST_POPULATIONS;
 use crate::rain::cells::{FARTHEST, Lattice, lattices};
 use crate::rain::classes::{Class, classes};
-use crate::rain::law::{Law, marshall_palmer_slope};
+use crate::rain::law::{Law, marshall_palmer_slope, slope_of_median, ulbrich_intercept};
 
 /// Rates in mm/h: from a trace to the heaviest minute on record.
 pub const RATES: std::ops::RangeInclusive<f64> = 0.001..=2000.0;
@@ -40,6 +40,8 @@ pub struct RealRain {
     pub diameters: [f64; 2],
     /// Exponent μ of the gamma law.
     pub mu: f64,
+    /// Median-volume diameter of the gamma law without cut-offs, mm. Where none is given it follows from the rate and μ.
+    pub median_diameter: Option<f64>,
     /// Air density, kg/m³: drops fall faster in thin air.
     pub air_density: f64,
     /// Added to the velocity at which each size falls, m/s.
@@ -57,6 +59,7 @@ impl Default for RealRain {
             sizes: Sizes::MarshallPalmer,
             diameters: [0.25, 6.0],
             mu: 3.0,
+            median_diameter: None,
             air_density: 1.20,
             wind: DVec3::ZERO,
             shape: DropShape::Equilibrium,
@@ -66,16 +69,30 @@ impl Default for RealRain {
 }
 
 impl RealRain {
-    /// The law of sizes, with as many drops as make the rate.
+    /// The law of sizes, with as many drops as make the rate in this air.
+    ///
+    /// A gamma law without a median-volume diameter rains less where Λ would have to be under 0, which
+    /// [`crate::scene::Scene::validate`] refuses.
     pub fn law(&self) -> Law {
+        let Self { rate, mu, air_density, .. } = *self;
         let [from, to] = self.diameters;
-        let slope = marshall_palmer_slope(self.rate);
-        let law = match self.sizes {
-            Sizes::MarshallPalmer => Law { intercept: 1.0, mu: 0.0, slope, from, to },
-            Sizes::Gamma => Law { intercept: 1.0, mu: self.mu, slope, from, to },
-            Sizes::Uniform => Law { intercept: 1.0, mu: 0.0, slope: 0.0, from, to },
-        };
-        law.normalised(self.rate, self.air_density)
+        let law = |mu, slope| Law { intercept: 1.0, mu, slope, from, to };
+        match (self.sizes, self.median_diameter) {
+            (Sizes::Gamma, None) => self.ulbrich().with_slope_of_rate(rate, air_density),
+            (Sizes::Gamma, Some(median)) => {
+                law(mu, slope_of_median(mu, median)).normalised(rate, air_density)
+            }
+            (Sizes::MarshallPalmer, _) => {
+                law(0.0, marshall_palmer_slope(rate)).normalised(rate, air_density)
+            }
+            (Sizes::Uniform, _) => law(0.0, 0.0).normalised(rate, air_density),
+        }
+    }
+
+    /// Ulbrich's law of this μ, before its Λ is known.
+    fn ulbrich(&self) -> Law {
+        let [from, to] = self.diameters;
+        Law { intercept: ulbrich_intercept(self.mu), mu: self.mu, slope: 0.0, from, to }
     }
 
     /// The drops by the speed at which they fall.
@@ -127,6 +144,7 @@ impl RealRain {
             ));
         }
         within(0.1..=10.0, air_density, "air_density", "kg/m³")?;
+        self.validate_median()?;
         if !wind.is_finite() || wind.length() > FASTEST_WIND {
             return Err(format!(
                 "rain: wind = [{}, {}, {}] is over {FASTEST_WIND} m/s; give metres a second",
@@ -137,6 +155,31 @@ impl RealRain {
             return Err(format!("rain: extent = {extent} is not over 0 m (inf is allowed)"));
         }
         Ok(())
+    }
+
+    /// Says what is wrong with the median-volume diameter, or with a gamma law that has none.
+    fn validate_median(&self) -> Result<(), String> {
+        let Self { rate, sizes, diameters: [from, to], mu, median_diameter, .. } = *self;
+        match (sizes, median_diameter) {
+            (Sizes::Gamma, Some(median)) if !(from..=to).contains(&median) => Err(format!(
+                "rain: median_diameter = {median} is not within the diameters, {from} to {to} mm"
+            )),
+            (Sizes::Gamma, None) => {
+                let most = self.ulbrich().most_rate(self.air_density);
+                if rate <= most {
+                    return Ok(());
+                }
+                let most = if most < 0.01 { format!("{most:.1e}") } else { format!("{most:.2}") };
+                Err(format!(
+                    "rain: a gamma law with mu = {mu} and drops of {from} to {to} mm rains {most} mm/h at most, not \
+                     {rate}: give median_diameter in mm, another mu, or wider diameters"
+                ))
+            }
+            (Sizes::MarshallPalmer | Sizes::Uniform, Some(_)) => {
+                Err(format!("rain: median_diameter is for sizes = \"gamma\", not for \"{sizes}\""))
+            }
+            _ => Ok(()),
+        }
     }
 
     /// Says what is wrong with a camera for this rain.
@@ -170,6 +213,8 @@ pub(super) struct RainTable {
     diameters: Option<[f64; 2]>,
     #[serde(skip_serializing_if = "Option::is_none")]
     mu: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    median_diameter: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     air_density: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -274,6 +319,7 @@ impl TryFrom<RainTable> for RainSettings {
             ("sizes", table.sizes.is_some()),
             ("diameters", table.diameters.is_some()),
             ("mu", table.mu.is_some()),
+            ("median_diameter", table.median_diameter.is_some()),
             ("air_density", table.air_density.is_some()),
             ("wind", table.wind.is_some()),
             ("shape", table.shape.is_some()),
@@ -309,6 +355,7 @@ impl TryFrom<RainTable> for RainSettings {
             sizes,
             diameters: table.diameters.unwrap_or(default.diameters),
             mu: table.mu.unwrap_or(default.mu),
+            median_diameter: table.median_diameter,
             air_density: table.air_density.unwrap_or(default.air_density),
             wind: table.wind.unwrap_or(default.wind),
             shape: table.shape.unwrap_or(default.shape),
@@ -333,6 +380,7 @@ impl From<RainSettings> for RainTable {
                 sizes: Some(rain.sizes),
                 diameters: Some(rain.diameters),
                 mu: (rain.sizes == Sizes::Gamma).then_some(rain.mu),
+                median_diameter: rain.median_diameter,
                 air_density: Some(rain.air_density),
                 wind: Some(rain.wind),
                 shape: Some(rain.shape),

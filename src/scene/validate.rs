@@ -120,6 +120,9 @@ fn window(camera: &Camera, image: ImageSize) -> Result<(), String> {
 
 /// One source of radiance, finite.
 fn environment(scene: &Scene) -> Result<(), String> {
+    check(scene.environment.layer.is_none() || scene.environment.file.is_some(), || {
+        "environment: layer is given, but no file".into()
+    })?;
     if let Some(radiance) = scene.environment.radiance {
         check(scene.environment.file.is_none(), || {
             "environment: give a file or a radiance, not both".into()

@@ -17,6 +17,7 @@ use super::viewer::Viewer;
 use crate::gpu::disk_cache::{KeptDevice, user_folder};
 use crate::gpu::{DeviceReport, Instance, choose_among};
 use crate::measure::costs::ranked;
+use crate::remark::Remark;
 use crate::{Error, Result};
 
 /// A device that is lost so soon after another is not replaced: the scene itself may be what it fails on.
@@ -43,15 +44,15 @@ pub fn run(options: Options) -> Result<()> {
     };
     let events = EventLoop::new().map_err(problem)?;
     let instance = Instance::for_windows(options.validation, &events.owned_display_handle())?;
-    let ranked = ranked(&instance, user_folder().as_deref(), options.say)?;
+    let ranked = ranked(&instance, user_folder().as_deref(), options.remark)?;
     let reports: Vec<DeviceReport> = ranked.into_iter().map(|device| device.report).collect();
     let report = choose_among(&reports, options.device.as_deref())?;
-    let say = options.say;
-    say(&format!("device: {}", report.summary()));
-    let device = open(&instance, report, say)?;
+    let remark = options.remark;
+    (options.say)(&format!("device: {}", report.summary()));
+    let device = open(&instance, report, remark)?;
     let mut app = App {
         device,
-        say,
+        remark,
         options: Some(options),
         viewer: None,
         modifiers: ModifiersState::empty(),
@@ -69,13 +70,13 @@ pub fn run(options: Options) -> Result<()> {
     instance.expect_silence()
 }
 
-fn open(instance: &Arc<Instance>, report: DeviceReport, say: fn(&str)) -> Result<KeptDevice> {
-    KeptDevice::open(instance, report, user_folder(), say)
+fn open(instance: &Arc<Instance>, report: DeviceReport, remark: fn(&Remark)) -> Result<KeptDevice> {
+    KeptDevice::open(instance, report, user_folder(), remark)
 }
 
 /// What the event loop calls.
 struct App {
-    say: fn(&str),
+    remark: fn(&Remark),
     viewer: Option<Viewer>,
     /// Until the window is open.
     options: Option<Options>,
@@ -122,11 +123,11 @@ impl App {
         let Some(viewer) = self.viewer.as_mut().filter(|_| error.is_lost() && !is_again) else {
             return Err(error);
         };
-        let device = open(self.device.instance(), self.device.report.clone(), self.say)?;
+        let device = open(self.device.instance(), self.device.report.clone(), self.remark)?;
         viewer.renew(&device)?;
         self.device = device;
         self.renewed = Some(Instant::now());
-        viewer.say(format!("{error}; the device was opened again"));
+        viewer.warn(format!("{error}; the device was opened again"));
         Ok(())
     }
 

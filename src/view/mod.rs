@@ -24,6 +24,7 @@ use std::path::{Path, PathBuf};
 
 pub use self::app::run;
 use crate::gpu::Validation;
+use crate::remark::Remark;
 use crate::scene::{EnvironmentChoice, Scene};
 
 /// How the window opens.
@@ -45,8 +46,10 @@ pub struct Options {
     pub vsync: bool,
     /// Folder of screenshots and scene files.
     pub keep_in: PathBuf,
-    /// Where lines for the terminal go.
+    /// Prints on the terminal what was done.
     pub say: fn(&str),
+    /// Prints on the terminal what is worth saying beside that.
+    pub remark: fn(&Remark),
 }
 
 /// Where `scripts/setup.sh` puts real environments, from the project's folder.
@@ -56,7 +59,8 @@ const FETCHED: &str = "assets/environments";
 /// images beside it or among the fetched ones.
 fn environments(scene: &Scene) -> Vec<(String, EnvironmentChoice)> {
     let own = &scene.environment;
-    let white = EnvironmentChoice { file: None, radiance: Some(glam::Vec3::ONE) };
+    let white =
+        EnvironmentChoice { radiance: Some(glam::Vec3::ONE), ..EnvironmentChoice::default() };
     let mut choices = vec![
         ("sky (bundled)".into(), EnvironmentChoice::default()),
         ("white furnace".into(), white.clone()),
@@ -77,7 +81,7 @@ fn environments(scene: &Scene) -> Vec<(String, EnvironmentChoice)> {
     files.dedup();
     choices.extend(files.into_iter().map(|file| {
         let name = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        (name, EnvironmentChoice { file: Some(file), radiance: None })
+        (name, EnvironmentChoice { file: Some(file), ..EnvironmentChoice::default() })
     }));
     choices
 }

@@ -1,6 +1,6 @@
 //! The open window: what it shows, and what is asked of it from one frame to the next.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -21,6 +21,7 @@ use super::{Options, environments};
 use crate::Result;
 use crate::gpu::{Device, Surface};
 use crate::passes::present::SPLIT_PANES;
+use crate::remark::Remark;
 use crate::scene::model::Preset;
 use crate::scene::{
     EnvironmentChoice, ImageSize, MAX_DROPS, ModelChoice, RainSettings, Scene, real_rain,
@@ -78,8 +79,8 @@ pub struct Viewer {
     /// The window itself.
     pub window: Arc<Window>,
     device: Arc<Device>,
-    /// Prints a line on the terminal.
     say: fn(&str),
+    remark: fn(&Remark),
 }
 
 impl Viewer {
@@ -109,6 +110,7 @@ impl Viewer {
             name: options.name,
             keep: Keep::new(options.keep_in),
             say: options.say,
+            remark: options.remark,
             reload: Reload::new(),
             screen,
             stage: Stage::new(device, scene.environment.clone()),
@@ -138,6 +140,18 @@ impl Viewer {
     pub fn say(&mut self, message: String) {
         (self.say)(&message);
         self.message = Some((message, Instant::now()));
+    }
+
+    /// Says for a while, in the window and on the terminal, that something did not go as it should.
+    pub fn warn(&mut self, problem: String) {
+        (self.remark)(&Remark::warning(problem.as_str()));
+        self.message = Some((problem, Instant::now()));
+    }
+
+    /// Says where something was kept, or why it was not.
+    fn say_kept(&mut self, kept: Result<PathBuf>) {
+        let said = kept.map(|path| self.say(format!("kept as {}", path.display())));
+        said.unwrap_or_else(|error| self.warn(error.to_string()));
     }
 
     /// What a key asks for is done with the next frame, but the window closes at once.
@@ -203,7 +217,7 @@ impl Viewer {
                 match self.screen.read(&self.stage.pictures(), shapes)? {
                     Some(srgb) => {
                         let kept = self.keep.picture(&srgb, self.screen.size());
-                        self.say(kept.map_or_else(|error| error.to_string(), |path| said(&path)));
+                        self.say_kept(kept);
                     }
                     None => self.say("there is no picture to keep yet".into()),
                 }
@@ -265,7 +279,7 @@ impl Viewer {
     /// Keeps a scene file of what one sees.
     pub fn keep_scene(&mut self) {
         let kept = self.keep.scene(&self.scene);
-        self.say(kept.map_or_else(|error| error.to_string(), |path| said(&path)));
+        self.say_kept(kept);
     }
 
     fn reloaded(&mut self, outcome: std::result::Result<usize, String>) {
@@ -274,7 +288,7 @@ impl Viewer {
                 self.stage.invalidate();
                 self.say(format!("{} reloaded", counted(count as u64, "shader")));
             }
-            Err(problem) => self.say(format!("the last good shaders stay: {problem}")),
+            Err(problem) => self.warn(format!("the last good shaders stay: {problem}")),
         }
     }
 
@@ -288,10 +302,11 @@ impl Viewer {
                     self.name = path.display().to_string();
                     self.scene = scene;
                 }
-                Err(error) => self.say(error.to_string()),
+                Err(error) => self.warn(error.to_string()),
             }
         } else {
-            let choice = EnvironmentChoice { file: Some(path.into()), radiance: None };
+            let choice =
+                EnvironmentChoice { file: Some(path.into()), ..EnvironmentChoice::default() };
             self.scene.environment = choice;
         }
         self.environments = environments(&self.scene);
@@ -376,7 +391,7 @@ impl Viewer {
                 self.environments = environments(&self.scene);
                 is_asked_for = false;
             }
-            self.say(problem);
+            self.warn(problem);
         }
         self.lay_out();
         // Minimised, or before the first frame, there is nothing to keep.
@@ -482,8 +497,4 @@ fn tell(ui: &mut egui::Ui, message: Option<&str>, waits_for: Option<&(String, Du
     if let Some(message) = message {
         ui.label(message);
     }
-}
-
-fn said(path: &Path) -> String {
-    format!("kept as {}", path.display())
 }

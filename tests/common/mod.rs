@@ -10,9 +10,11 @@
 
 pub mod hooks;
 pub mod picture;
+pub mod said;
 #[cfg(target_os = "linux")]
 pub mod stand_in;
 
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::Arc;
@@ -26,11 +28,35 @@ use raindrops::scene::model::Preset;
 use raindrops::scene::{ImageSize, PlacedDrop, Scene};
 use tempfile::TempDir;
 
-/// The command, which keeps compiled pipelines among the build's files instead of the user's cache.
-pub fn raindrops() -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_raindrops"));
-    command.env("XDG_CACHE_HOME", env!("CARGO_TARGET_TMPDIR"));
+/// The variables that a program under test gets from the tester: where programs, libraries and temporary files are, and which
+/// drivers there are.
+const KEPT_VARIABLES: [&str; 11] = [
+    "PATH",
+    "LD_LIBRARY_PATH",
+    "DYLD_LIBRARY_PATH",
+    "TMPDIR",
+    "VK_DRIVER_FILES",
+    "VK_ICD_FILENAMES",
+    "VK_ADD_DRIVER_FILES",
+    "VK_LOADER_DRIVERS_SELECT",
+    "VK_LOADER_DRIVERS_DISABLE",
+    "VK_LAYER_PATH",
+    "VK_ADD_LAYER_PATH",
+];
+
+/// A program that gets no more of the tester's environment than it needs: what it says must not depend on colours, languages,
+/// a terminal's width, layers, or files of the home folder. What it keeps goes among the build's files.
+pub fn command(program: impl AsRef<OsStr>) -> Command {
+    let mut command = Command::new(program);
+    let kept = KEPT_VARIABLES.iter().filter_map(|name| Some((name, std::env::var_os(name)?)));
+    command.env_clear().envs(kept).env("VK_LOADER_LAYERS_DISABLE", "~implicit~");
+    command.env("HOME", kept_folder("home")).env("XDG_CACHE_HOME", env!("CARGO_TARGET_TMPDIR"));
     command
+}
+
+/// The command.
+pub fn raindrops() -> Command {
+    command(env!("CARGO_BIN_EXE_raindrops"))
 }
 
 /// Runs `test` on a device of its own under validation with synchronization checks, and fails if

@@ -10,8 +10,8 @@ use serde_json::Value;
 use tempfile::TempDir;
 
 /// A program that `bench` starts: its row takes MS milliseconds, on device DEVICE, at WIDTH pixels; with
-/// NOISY 10 to 70 milliseconds, with NOISY_PASS its pass alone. With COLD the first two starts take two seconds. `render`
-/// copies PICTURE. Each start leaves its number in `started`.
+/// NOISY 10 to 70 milliseconds, with NOISY_PASS its pass alone. With COLD the first two starts take so many seconds, with MORE there is
+/// a second row. `render` copies PICTURE. Each start leaves its number in `started`.
 const PROGRAM: &str = r#"#!/bin/sh
 echo $$ >> "$HERE/started"
 count=$(wc -l < "$HERE/started")
@@ -20,21 +20,25 @@ while [ $# -gt 0 ]; do
   shift
 done
 if [ -n "$picture" ]; then cp "$HERE/${PICTURE:-black}.exr" "$file"; exit 0; fi
-[ -n "$COLD" ] && [ "$count" -le 2 ] && sleep 2
+[ -n "$COLD" ] && [ "$count" -le 2 ] && sleep "$COLD"
 [ -z "$NOISY" ] || MS=$((10 + count * 7 % 13 * 5))
 [ -z "$NOISY_PASS" ] || PASS=$((10 + count * 7 % 13 * 5))
 [ "$count" = "$CRASH_AT" ] && { echo "raindrops: the device is lost" >&2; exit 2; }
 [ "$count" = "$HANG_AT" ] && exec sleep 600
 [ "$count" = "$RUBBISH_AT" ] && { printf '{"schema": "raindrops-' > "$file"; exit 0; }
+row() { cat <<END
+{"preset": "paper", "optics": "mask", "primitive": "point", "order": "unsorted", "drops": $1,
+   "visible": ${VISIBLE:-200}, "width": ${WIDTH:-64}, "height": 64, "tone_map": true, "samples_ms": [${MS:-10}],
+   "median_ms": ${MS:-10}, "p10_ms": 1, "p90_ms": 1, "fps": 1, "passes": {"drops": ${PASS:-${MS:-10}}},
+   "counters": {"drops_in_view": ${VISIBLE:-200}, "tiles_done_again": $$},
+   "rounds": [{"median_ms": ${MS:-10}, "passes": {"drops": ${PASS:-${MS:-10}}, "sky": 1}}]}
+END
+}
 cat > "$file" <<END
 {"schema": "raindrops-bench/1", "environment": "sky",
  "device": {"name": "${DEVICE:-D}", "driver": "V", "driver_info": "${DRIVER:-1}", "api_version": "1.3.0", "type": "CPU"},
  "build": {"version": "0.1.0", "commit": "unknown"}, "host": {"cpu": "C", "cores": 2, "os": "O"},
- "rows": [{"preset": "paper", "optics": "mask", "primitive": "point", "order": "unsorted", "drops": 1000,
-   "visible": ${VISIBLE:-200}, "width": ${WIDTH:-64}, "height": 64, "tone_map": true, "samples_ms": [${MS:-10}],
-   "median_ms": ${MS:-10}, "p10_ms": 1, "p90_ms": 1, "fps": 1, "passes": {"drops": ${PASS:-${MS:-10}}},
-   "counters": {"drops_in_view": ${VISIBLE:-200}, "tiles_done_again": $$},
-   "rounds": [{"median_ms": ${MS:-10}, "passes": {"drops": ${PASS:-${MS:-10}}, "sky": 1}}]}]}
+ "rows": [$(row 1000)${MORE:+, $(row 2000)}]}
 END
 "#;
 

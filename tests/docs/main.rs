@@ -153,7 +153,7 @@ fn root() -> &'static Path {
 
 /// What the program says to `arguments` on stdout.
 fn said(arguments: &[&str]) -> String {
-    let output = Command::new(env!("CARGO_BIN_EXE_raindrops")).args(arguments).output();
+    let output = Command::new(env!("CARGO_BIN_EXE_raindrops")).env_clear().args(arguments).output();
     String::from_utf8(output.expect("it starts").stdout).expect("text")
 }
 

@@ -2,6 +2,7 @@
 
 mod broken;
 mod files;
+mod reading;
 mod scenes_and_pictures;
 mod sky;
 mod sound;

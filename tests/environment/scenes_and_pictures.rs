@@ -3,10 +3,12 @@
 use std::time::{Duration, Instant};
 
 use glam::Vec3;
+use raindrops::picture::depth::Depth;
 use raindrops::picture::{Picture, write_png};
 use raindrops::scene::Scene;
+use raindrops::scene::background::Background;
 
-use crate::broken::{MUTATIONS, Random, scaled};
+use crate::broken::{HANGS, MUTATIONS, Random, scaled};
 use crate::files::{DWA, Folder, exr_half, largest_allocation};
 
 const SCENE: &str = r#"
@@ -66,7 +68,7 @@ fn mutants_of_a_scene_are_parsed_or_refused_in_one_line() {
     println!(
         "scenes: {parsed} parsed, {refused} refused, slowest {slowest:?}, largest {largest} bytes"
     );
-    assert!(largest < 1 << 20 && slowest < Duration::from_secs(1));
+    assert!(largest < 1 << 20 && slowest < HANGS, "{largest} bytes, {slowest:?}");
     assert!(parsed > 0 && refused > parsed / 10);
 }
 
@@ -81,7 +83,17 @@ fn mutants_of_pictures_are_read_or_refused() {
     let [_, dwab] = DWA.map(|(name, bytes)| folder.write(name, bytes));
     // Its decoder panics on some, where overflow is checked.
     let b44 = folder.write("b44.exr", &exr_half(exr::prelude::Compression::B44));
-    for path in [exr, png, dwab, b44] {
+    let kinds = [
+        "05-cut-off-jpeg/plate-progressive-whole.jpg",
+        "03-jpeg-cmyk-ycck/ycck-adobe.jpg",
+        "08-layers-of-colour/multipart.exr",
+        "04-colour-profile/display-p3.png",
+        "02-hdr-header/orient3.hdr",
+    ];
+    let kinds = kinds.map(|name| {
+        std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/cases").join(name)
+    });
+    for path in [exr, png, dwab, b44].into_iter().chain(kinds) {
         let bytes = std::fs::read(&path).expect("a picture");
         Picture::from_bytes(&path, &bytes).expect("the control");
         let mut random = Random(5);
@@ -107,8 +119,42 @@ fn mutants_of_pictures_are_read_or_refused() {
             "{}: {read} read, {refused} refused, slowest {slowest:?}, largest {most} bytes",
             path.display()
         );
-        assert!(most < 1 << 30 && slowest < Duration::from_secs(5));
+        assert!(most < 1 << 30 && slowest < HANGS, "{most} bytes, {slowest:?}");
         assert!(refused > 0);
+    }
+}
+
+/// Depth of files that are changed at random is over 0, or refused in a line.
+#[test]
+fn mutants_of_depth_are_read_or_refused() {
+    let cases = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/cases");
+    let background =
+        Background { depth_scale: Some(0.01), depth_invalid: Some(0.0), ..Background::default() };
+    for name in ["07-depth-among-aovs/arnold.exr", "09-depth-as-tools-write-it/kitti.png"] {
+        let path = cases.join(name);
+        let bytes = std::fs::read(&path).expect("a file");
+        Depth::from_bytes(&path, &bytes, &background).expect("the control");
+        let (mut random, mut read, mut refused) = (Random(7), 0, 0);
+        for _ in 0..scaled(MUTATIONS) {
+            let mut changed = bytes.clone();
+            random.mutate(&mut changed);
+            let (outcome, most) =
+                largest_allocation(|| Depth::from_bytes(&path, &changed, &background));
+            assert!(most < 1 << 30, "{name}: {most} bytes at once");
+            match outcome {
+                Ok((depth, (width, height), _)) => {
+                    read += 1;
+                    assert_eq!(depth.values.len() as u32, width * height);
+                    assert!(depth.values.iter().all(|depth| depth.is_finite() && *depth > 0.0));
+                }
+                Err(error) => {
+                    refused += 1;
+                    assert!(!error.to_string().contains('\n'), "{error}");
+                }
+            }
+        }
+        println!("{name}: {read} read, {refused} refused");
+        assert!(read > 0 && refused > 0);
     }
 }
 
@@ -134,6 +180,7 @@ fn seeds() {
     let mut files = vec![("scene", "scene.toml".to_string(), SCENE.as_bytes().to_vec())];
     for (name, bytes) in crate::files::all() {
         files.push(("environment", name.clone(), bytes.clone()));
+        files.push(("depth", name.clone(), bytes.clone()));
         files.push(("picture", name, bytes));
     }
     for (target, name, bytes) in files {

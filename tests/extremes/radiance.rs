@@ -2,6 +2,7 @@
 
 use glam::{DVec3, Vec3};
 use raindrops::environment::Environment;
+use raindrops::picture::Picture;
 use raindrops::picture::metrics::rel_mse;
 use raindrops::plan::{Output, plan};
 use raindrops::renderer::Renderer;
@@ -99,7 +100,7 @@ fn broken_texels_leave_no_trace() {
         let clean = smooth();
         let mut texels = clean.texels().to_vec();
         texels[128 * 31 + 64] = Vec3::NAN;
-        texels[128 * 40 + 10] = Vec3::INFINITY;
+        texels[128 * 40 + 10] = Vec3::new(f32::INFINITY, f32::NAN, 1.0);
         texels[128 * 20 + 90] = Vec3::splat(f32::NEG_INFINITY);
         let mended = Environment::from_texels("broken", 128, 64, texels.clone()).expect("mended");
         assert_eq!((mended.mended().non_finite, mended.mended().negative), (3, 0));
@@ -136,6 +137,165 @@ fn one_bright_texel() {
             assert!(shown.contains(&255), "{preset}: the sun is not shown");
         }
     });
+}
+
+/// A sky of 0.2 to 1 times `unit`, and single texels of `radiance` in it: in view, and where drops show them.
+fn sky_with_suns(width: u32, unit: f32, suns: usize, radiance: f32) -> Environment {
+    let height = width / 2;
+    let texels = (0..width * height).map(|index| {
+        let height = (index / width) as f32 / height as f32;
+        Vec3::new(0.2, 0.6 - 0.4 * height, 1.0 - 0.8 * height) * unit
+    });
+    let mut texels: Vec<Vec3> = texels.collect();
+    // In parts of the image from its left and upper edge.
+    for (x, y) in [(0.52, 0.44), (0.9, 0.3), (0.2, 0.6), (0.05, 0.5), (0.7, 0.8)].iter().take(suns)
+    {
+        let (column, row) = ((x * f64::from(width)) as u32, (y * f64::from(height)) as u32);
+        texels[(row * width + column) as usize] = Vec3::splat(radiance);
+    }
+    Environment::from_texels("suns", width, height, texels).expect("an environment")
+}
+
+/// However bright single texels are, what is beside them keeps its light: one that is too wide a source to be taken out
+/// of the texture, and one more than are taken out.
+#[test]
+fn no_texel_changes_the_sky_beside_it() {
+    const PRESETS: [Preset; 4] = [Preset::Paper, Preset::Fast, Preset::Exact, Preset::Auto];
+    on_device(|device| {
+        let mut scene = placed(&[(DVec3::new(-1.2, -1.0, -4.0), 0.5)], (64, 64));
+        scene.camera.vertical_fov = 60.0;
+        let view = scene.view();
+        // The first sun's direction is within some texels, or the drop is.
+        let is_beside = |pixel: usize| {
+            let (x, y) = ((pixel % 64) as f64 + 0.5, (pixel / 64) as f64 + 0.5);
+            let ray = view.ray(x, y).normalize();
+            let sun = DVec3::new(0.13, 0.19, -1.0).normalize();
+            let drop = DVec3::new(-1.2, -1.0, -4.0).normalize();
+            ray.angle_between(sun) > 0.2 && ray.angle_between(drop) > 0.2
+        };
+        let beside: Vec<usize> = (0..64 * 64).filter(|pixel| is_beside(*pixel)).collect();
+        assert!(beside.len() > 3000);
+        for (width, suns) in [(128, 1), (256, 5)] {
+            for unit in [1.0, 1e-6, 0.0] {
+                let clean = truth(&scene, &sky_with_suns(width, unit, 0, 0.0), 4);
+                for radiance in [1e10, 1e12, 3e38] {
+                    let sky = sky_with_suns(width, unit, suns, radiance);
+                    let reference = truth(&scene, &sky, 4);
+                    for preset in PRESETS {
+                        let (picture, _) = draw(device, &scene, &sky, preset);
+                        let off = |other: &Picture| {
+                            let off = |pixel: &usize| {
+                                let [a, b] = [&picture, other].map(|of| of.pixels[*pixel]);
+                                (a - b).abs().max_element()
+                            };
+                            beside.iter().map(off).fold(0.0, f32::max)
+                        };
+                        let (off, off_truth) = (off(&clean), off(&reference));
+                        let of = format!("{preset}, {suns} of {radiance:e} on {unit:e}");
+                        println!("{of}: {off:e}, {off_truth:e} beside the reference");
+                        // Half a step of float16, 2^-25, of a mean of 2^-15, and what interpolation adds.
+                        assert!(
+                            off <= 3e-3 * unit && off_truth <= 4e-3 * unit,
+                            "{of}: {off}, {off_truth}"
+                        );
+                        let most = picture.pixels.iter().map(|pixel| pixel.x).fold(0.0, f32::max);
+                        assert!(most > 1e7 * unit && most > 0.0, "{of}: the sun is lost: {most}");
+                    }
+                    let shown = display(device, &scene, &sky, Preset::Fast);
+                    let darkest = beside.iter().map(|pixel| shown[3 * pixel + 2]).min();
+                    assert_eq!(
+                        darkest > Some(40),
+                        unit > 0.0,
+                        "{radiance:e} on {unit:e}: {darkest:?}"
+                    );
+                }
+            }
+        }
+    });
+}
+
+/// Many small drops, each with images of suns: splats of over a pixel, and larger drops. All finite, and shown.
+#[test]
+fn images_of_any_sun_are_finite() {
+    on_device(|device| {
+        let mut random = crate::common::Random(11);
+        let mut at = || 2.0 * random.unit() - 1.0;
+        let drops: Vec<(DVec3, f64)> = (0..300)
+            .map(|number| {
+                let (x, y, radius) = (at(), at(), if number % 10 == 0 { 0.1 } else { 0.024 });
+                (DVec3::new(0.5 * x, 0.5 * y, -1.0), radius)
+            })
+            .collect();
+        let mut scene = placed(&drops, (64, 64));
+        scene.camera.vertical_fov = 60.0;
+        for radiance in [1e8, 1e12, 1e25, 3e38] {
+            let sky = sky_with_suns(256, 1.0, 5, radiance);
+            for preset in PRESETS {
+                let mut scene = scene.clone();
+                scene.model.take_preset(preset);
+                if preset == Preset::Fast {
+                    scene.model.splat_px = Some(1.5);
+                }
+                let picture = crate::common::picture::picture_of(device, &scene, &sky);
+                let is_finite = picture.pixels.iter().all(|pixel| pixel.is_finite());
+                assert!(is_finite, "{preset}, {radiance:e}");
+            }
+            let shown = display(device, &scene, &sky, Preset::Fast);
+            let dark = shown.chunks_exact(3).filter(|pixel| **pixel == [0; 3]).count();
+            println!("{radiance:e}: {dark} pixels are black");
+            assert!(dark < 100, "{radiance:e}: {dark} pixels are black");
+        }
+    });
+}
+
+/// The environment that is guessed from a plate as bright as float32 holds is as bright.
+#[test]
+fn a_guess_holds_the_brightest_plate() {
+    let plate = Picture { width: 64, height: 48, pixels: vec![Vec3::splat(3e38); 64 * 48] };
+    let view = Scene::default().camera.view(64, 48);
+    let guess = Environment::guessed(&plate, &view).expect("an environment");
+    assert!(guess.mended().is_nothing());
+    assert!(guess.texels().iter().all(|texel| (*texel / 3e38 - 1.0).abs().max_element() < 1e-6));
+}
+
+/// What a sun in a picture does to the exposure of the picture: it is one pixel of many.
+#[test]
+fn a_sun_in_a_picture_leaves_its_exposure() {
+    let exposure = |sun: f32| {
+        let mut pixels: Vec<Vec3> =
+            (0..4096).map(|at| Vec3::splat(0.2 + 0.8 * at as f32 / 4096.0)).collect();
+        pixels[77] = Vec3::splat(sun);
+        raindrops::picture::tone_map::log_average(&Picture { width: 64, height: 64, pixels })
+    };
+    // One of 4096 logarithms is larger by ln 10³⁸.
+    let (without, with) = (exposure(0.5), exposure(3e38));
+    assert!((with / without - 1.0219).abs() < 1e-3, "{without}, {with}");
+    // Nothing but a lamp: its own mean decides.
+    let mut pixels = vec![Vec3::ZERO; 4096];
+    pixels[77] = Vec3::splat(1e5);
+    let lamp = Picture { width: 64, height: 64, pixels };
+    assert!(raindrops::picture::tone_map::log_average(&lamp) > 0.0);
+}
+
+#[test]
+fn the_ordinary_mean_is_that_without_suns() {
+    let of = |width, unit, suns, radiance| {
+        sky_with_suns(width, unit, suns, radiance).ordinary_luminance()
+    };
+    for (width, suns) in [(16, 1), (128, 1), (128, 5), (256, 5)] {
+        let clean = of(width, 1.0, 0, 0.0);
+        assert_eq!(clean, sky_with_suns(width, 1.0, 0, 0.0).mean_luminance(), "nothing is bright");
+        let found = [1e3, 1e8, 1e12, 3e38].map(|radiance| of(width, 1.0, suns, radiance));
+        // Each of them counts as 30 means, whatever it is.
+        assert!(found.iter().all(|mean| (mean / found[1] - 1.0).abs() < 1e-6), "{found:?}");
+        let most = if width == 16 { 2.0 } else { 1.06 };
+        assert!(found[1] / clean > 1.0 && found[1] / clean < most, "{clean}, {found:?}");
+        assert_eq!(of(width, 0.0, suns, 1e12), 0.0);
+    }
+    // Half of the sphere is no small part.
+    let texels = (0..32 * 16).map(|at| Vec3::splat(if at < 16 * 16 { 1e12 } else { 1.0 }));
+    let half = Environment::from_texels("half", 32, 16, texels.collect()).expect("an environment");
+    assert!((half.ordinary_luminance() / 5e11 - 1.0).abs() < 1e-6);
 }
 
 /// Drops of 0.04 px, all behind the same 4 x 4 pixels of a picture of one degree.

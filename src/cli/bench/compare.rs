@@ -14,15 +14,16 @@ use crate::cli::rounds::environment::{Variables, parse};
 use crate::cli::rounds::pictures::{Eye, PictureFolder};
 use crate::cli::rounds::process::{Arm, Limits};
 use crate::cli::rounds::{Bound, Work, alone, passed_on, take_turns};
-use crate::cli::tell::say;
+use crate::cli::tell::{note, warning};
 use crate::cli::verdict::gate::{GateArgs, MAX_FLIP, parse_flip};
-use crate::cli::verdict::{borrowed, notes, runs, side};
+use crate::cli::verdict::{borrowed, notes, of_runs, runs, side};
 use crate::cli::{Answer, Cli, command_line, open_environment, progress};
 use crate::measure::bench::{Amount, Report as Kept};
 use crate::measure::verdict::looks::looks;
-use crate::measure::verdict::{self, Method, Side, kept};
+use crate::measure::verdict::{self, Method, MissingRow, Side, kept};
 use crate::picture::flip::PIXELS_PER_DEGREE;
 use crate::scene::Scene;
+use crate::scene::model::Preset;
 
 /// Rounds that a result is kept with.
 const KEPT_ROUNDS: usize = 10;
@@ -116,7 +117,7 @@ impl CompareArgs {
         };
         if gate.is_asked() && !self.is_in_turn() && self.baseline.is_empty() {
             anyhow::bail!(
-                "--threshold, --fail-above, --fail-undecided, --junit and --expect are for --baseline, --a, --b, --a-binary and --b-binary"
+                "--threshold, --fail-above, --fail-undecided, --fail-missing, --junit and --expect are for --baseline, --a, --b, --a-binary and --b-binary"
             );
         }
         let of_rounds = [("max_time", "--max-time"), ("timeout", "--timeout")];
@@ -193,7 +194,7 @@ pub fn run(args: &BenchArgs, scene: &Scene, given: &ArgMatches) -> anyhow::Resul
     }
     heed_interrupts()?;
     let most = humantime::format_duration(compare.max_time);
-    say!("note: rounds of fresh processes, for at most {most} and one round (--max-time)");
+    note!("rounds of fresh processes, for at most {most} and one round (--max-time)");
     if compare.is_in_turn() {
         let not_of_pictures: Vec<&str> = own.iter().chain(&NOT_OF_PICTURES).copied().collect();
         in_turn(args, scene, &work, passed_on(command, given, &not_of_pictures))
@@ -228,6 +229,14 @@ fn of_baseline(args: &BenchArgs, base: &Kept, work: &mut Work) {
     }
 }
 
+/// Whether a row of the baseline was to be measured: options that choose amounts or presets leave out the others.
+fn is_asked(args: &BenchArgs, work: &Work, row: &MissingRow) -> bool {
+    let is_preset = |preset: &Preset| preset.name() == row.preset;
+    let is_amount = work.series.is_empty()
+        || work.series.contains(&Amount::of_row(row.drops, row.rate_mm_h, work.placed));
+    is_amount && (args.preset.is_empty() || args.preset.iter().any(is_preset))
+}
+
 /// Two arms in turn, then their pictures.
 fn in_turn(
     args: &BenchArgs,
@@ -240,7 +249,7 @@ fn in_turn(
     let most = compare.rounds.map_or(MOST_ROUNDS, usize::from);
     let threshold = args.gate.threshold();
     if looks(most)[0].rank == 0 {
-        say!("note: with fewer than six rounds there is no interval, and nothing is decided");
+        note!("with fewer than six rounds there is no interval, and nothing is decided");
     }
     let bar = progress(most as u64, "rounds");
     // Each is one frame where a round has eight or more.
@@ -272,8 +281,10 @@ fn in_turn(
     let Some([of_a, of_b]) = &turns.reports else {
         return Err(failed.unwrap_or_else(|| anyhow::anyhow!("nothing was measured")));
     };
-    let (sides, notes) = ([Side::of(&a.label, of_a), Side::of(&b.label, of_b)], notes(of_a, of_b));
+    let sides = [Side::of(&a.label, of_a), Side::of(&b.label, of_b)];
+    let (notes, missing) = notes(&[of_a], &[of_b]);
     let report = verdict::Report {
+        missing,
         command: Some(command_line()),
         max_flip: seen.then_some(compare.max_flip),
         flip_pixels_per_degree: seen.then_some(PIXELS_PER_DEGREE),
@@ -308,15 +319,18 @@ fn against(
     let Some(mut found) = found else {
         return Err(failed.unwrap_or_else(|| anyhow::anyhow!("nothing was measured")));
     };
-    found.warnings.iter().for_each(|warning| say!("warning: {warning}"));
+    found.warnings.iter().for_each(|warning| warning!("{warning}"));
     // Not that of its first process.
     found.command = Some(command_line());
     if bases.is_empty() {
         super::write(args, super::is_papers(scene), &found, std::iter::once(&found))?;
         return failed.map_or(Ok(Answer::Yes), Err);
     }
-    let (sides, notes) = ([side(bases), Side::of(name, &found)], notes(&bases[0].1, &found));
+    let sides = [side(bases), Side::of(name, &found)];
+    let (notes, mut missing) = notes(&of_runs(bases), &[&found]);
+    missing.retain(|row| is_asked(args, work, row));
     let report = verdict::Report {
+        missing,
         command: Some(command_line()),
         stopped: failed.as_ref().map(|error| format!("{error:#}")),
         ..verdict::Report::of(Method::Unpaired, sides, threshold, notes, rows(&found)?)

@@ -6,7 +6,7 @@ use super::{BenchArgs, begun, check_counts, is_papers, write};
 use crate::cli::device::{choose_device, open_device, resolve};
 use crate::cli::format::Format;
 use crate::cli::interrupt::{Interrupted, heed_interrupts, is_interrupted};
-use crate::cli::tell::say;
+use crate::cli::tell::{note, say};
 use crate::cli::{Answer, open_environment, print, progress, say_doubt};
 use crate::files::write_whole;
 use crate::measure::bench::{Amount, OverTime, Row, Stretch, Variant, Watch, long_plot, watch};
@@ -123,7 +123,7 @@ fn one_preset(args: &BenchArgs, scene: &Scene) -> anyhow::Result<Preset> {
 /// How much rain; none: the scene's.
 fn one_amount(args: &BenchArgs) -> anyhow::Result<Option<Amount>> {
     if args.scene.is_none() && args.drops.is_empty() && args.rain.is_empty() {
-        say!("note: {USUAL_DROPS} drops; a scene, --drops or --rain chooses");
+        note!("{USUAL_DROPS} drops; a scene, --drops or --rain chooses");
         return Ok(Some(Amount::Drops(USUAL_DROPS)));
     }
     match args.series().as_slice() {

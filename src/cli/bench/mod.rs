@@ -18,7 +18,7 @@ use super::interrupt::{Interrupted, heed_interrupts, is_interrupted};
 use super::options::{AxisArgs, SceneValues, parse_drops};
 use super::verdict::gate::GateArgs;
 use super::{Answer, parse_seconds, print, progress, say_doubt, write_json};
-use crate::cli::tell::{about, line, say};
+use crate::cli::tell::{about, failure, note, remark, say, warning};
 use crate::environment::Environment;
 use crate::files::write_whole;
 use crate::gpu::disk_cache::{KeptDevice, user_folder};
@@ -129,7 +129,7 @@ pub fn run(args: &BenchArgs, given: &ArgMatches) -> anyhow::Result<Answer> {
         return long::run(args, &scene, duration);
     }
     if scene.tone_map.operator == Operator::None {
-        say!("note: the tone-mapped rows clip instead of compressing (operator none)");
+        note!("the tone-mapped rows clip instead of compressing (operator none)");
     }
     let mut presets = args.preset.clone();
     if presets.is_empty() {
@@ -161,9 +161,7 @@ pub fn run(args: &BenchArgs, given: &ArgMatches) -> anyhow::Result<Answer> {
             break;
         }
         if !report.rows.iter().all(Row::passes_add_up) {
-            say!(
-                "note: the driver's times of the passes do not add up to the frames; trust the frames"
-            );
+            note!("the driver's times of the passes do not add up to the frames; trust the frames");
         }
         if !check_counts(&scene, &report)? {
             answer = Answer::No;
@@ -262,7 +260,7 @@ fn write<'a>(
 fn begun(device: &KeptDevice, environment: &Environment) -> Report {
     let host = Host::now();
     let warnings: Vec<String> = host.doubt().into_iter().collect();
-    warnings.iter().for_each(|warning| say!("warning: {warning}"));
+    warnings.iter().for_each(|warning| warning!("{warning}"));
     Report {
         schema: SCHEMA.into(),
         device: DeviceHead::of(&device.report),
@@ -341,7 +339,7 @@ fn bench(
     bar.finish_and_clear();
     report.rows = rows;
     report.ended(watch.others());
-    report.host.others_doubt().iter().for_each(|warning| say!("warning: {warning}"));
+    report.host.others_doubt().iter().for_each(|warning| warning!("{warning}"));
     (report, failed)
 }
 
@@ -354,7 +352,7 @@ fn say_expected(
     environment: &Environment,
     effort: Effort,
 ) {
-    let costs = kept(&device.report, user_folder().as_deref(), line).unwrap_or_default();
+    let costs = kept(&device.report, user_folder().as_deref(), remark).unwrap_or_default();
     // A row that cannot be drawn is refused when its turn comes.
     let of_row = |amount: &Option<Amount>, preset: &Preset| -> crate::Result<f64> {
         let mut scene = scene.clone();
@@ -367,8 +365,8 @@ fn say_expected(
     let seconds: f64 =
         pairs.clone().filter_map(|(amount, preset)| of_row(amount, preset).ok()).sum();
     let lines = counted(pairs.count() as u64, "measurement");
-    say!(
-        "note: {lines}, each with tone mapping and without it: about {} (by times of {})",
+    note!(
+        "{lines}, each with tone mapping and without it: about {} (by times of {})",
         about(2.0 * seconds),
         costs.of
     );
@@ -428,8 +426,8 @@ fn check_counts(scene: &Scene, report: &Report) -> anyhow::Result<bool> {
         let expected = count_visible(&scene)
             + of_rain.map_or(0, |(field, cutoff_px)| field.count_visible(&scene, cutoff_px));
         if row.visible != expected {
-            say!(
-                "error: {} of {} drops in view on the GPU, {expected} by the CPU's count",
+            failure!(
+                "{} of {} drops in view on the GPU, {expected} by the CPU's count",
                 row.visible,
                 row.drops
             );

@@ -20,7 +20,7 @@ use super::rounds::pictures::PictureFolder;
 use super::rounds::process::{Arm, Limits};
 use super::rounds::stages::paper_stages;
 use super::rounds::{Bound, Work, take_turns};
-use super::tell::say;
+use super::tell::{failure, say};
 use super::verdict::gate::{GateArgs, MAX_FLIP, parse_flip};
 use super::verdict::notes;
 use super::{Answer, command_line, progress};
@@ -151,7 +151,7 @@ pub fn are_alike(report: &Report, max_flip: Option<f64>) -> bool {
     let largest = report.largest_flip();
     let is_over = max_flip.is_some_and(|most| largest > most);
     if is_over {
-        say!("raindrops: two drivers are FLIP {largest:.5} apart");
+        failure!("two drivers are FLIP {largest:.5} apart");
     }
     !is_over
 }
@@ -306,8 +306,9 @@ impl Times<'_> {
             bar.finish_and_clear();
             if let Some([of_a, of_b]) = &turns.reports {
                 let sides = [Side::of(&a.label, of_a), Side::of(&b.label, of_b)];
-                let notes = notes(of_a, of_b);
+                let (notes, missing) = notes(&[of_a], &[of_b]);
                 let report = verdict::Report {
+                    missing,
                     command: Some(command_line()),
                     max_flip: Some(args.max_flip.unwrap_or(MAX_FLIP)),
                     flip_pixels_per_degree: Some(PIXELS_PER_DEGREE),

@@ -8,7 +8,7 @@ use serde::Serialize;
 use super::DatasetArgs;
 use crate::cli::render::motion_end;
 use crate::environment::Environment;
-use crate::files::write_whole;
+use crate::files::{read_text, read_text_if_there, write_whole};
 use crate::picture::plate::Plate;
 use crate::scene::Scene;
 use crate::scene::model::FarRain;
@@ -120,11 +120,7 @@ impl Set {
     /// If it has those of another.
     pub(super) fn is_begun(&self) -> Result<bool> {
         let (path, text) = (self.head_path(), self.head()?);
-        let there = match std::fs::read_to_string(&path) {
-            Ok(there) => there,
-            Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(false),
-            Err(error) => return Err(Error::read(&path, error)),
-        };
+        let Some(there) = read_text_if_there(&path)? else { return Ok(false) };
         if there == text {
             return Ok(true);
         }
@@ -158,8 +154,7 @@ impl Set {
     }
 
     pub(super) fn line(&self, view: u32) -> Result<String> {
-        let path = self.record_path(view);
-        std::fs::read_to_string(&path).map_err(|error| Error::read(&path, error))
+        read_text(&self.record_path(view))
     }
 
     /// The scene of a view, and where its motion ends. Each view has drops of its own.

@@ -11,11 +11,11 @@ use super::plots::{forest, passes, scatter, series};
 use super::{Content, Entry, Tradeoff};
 use crate::cli::compare_devices::table::{devices, stage_lines};
 use crate::cli::format::Format;
-use crate::cli::verdict::table::{sheet, tail_lines};
+use crate::cli::verdict::table::{self, sheet};
 use crate::measure::Host;
 use crate::measure::bench::{self, Build, DeviceHead};
 use crate::measure::drivers;
-use crate::measure::verdict::{self, Pictures};
+use crate::measure::verdict::{self, MissingRow, Pictures};
 use crate::thousands::{counted, thousands};
 
 /// Colours of series are Okabe and Ito's (2008), told apart by everyone; in the dark their light variants.
@@ -40,7 +40,7 @@ table { border-collapse: collapse; font-size: .9rem; font-variant-numeric: tabul
 th, td { padding: .25rem .5rem; text-align: right; border-bottom: 1px solid var(--line); white-space: nowrap; }
 th.side { white-space: normal; min-width: 8rem; max-width: 16rem; font-size: .85rem; }
 th:first-child, td:first-child { text-align: left; padding-left: 0; } th { font-weight: 600; }
-.slower, .different { color: var(--bad); font-weight: 600; } .faster { color: var(--good); font-weight: 600; }
+.slower, .different, .missing { color: var(--bad); font-weight: 600; } .faster { color: var(--good); font-weight: 600; }
 .undecided { color: var(--soft); } p.warning, li.warning { color: var(--bad); }
 code { overflow-wrap: anywhere; }
 .pictures { display: grid; grid-template-columns: repeat(auto-fit, minmax(15rem, 1fr)); gap: 1rem; }
@@ -265,16 +265,17 @@ fn of_verdict(file: &str, folder: &Path, report: &verdict::Report) -> Markup {
         div.wide { (forest(report)) }
         div.wide { table {
             tr { @for name in &table.header { th { (name) } } }
-            @for (row, cells) in report.rows.iter().zip(&table.rows) {
+            // Rows that B lacks follow those that both have.
+            @let verdicts = report.rows.iter().map(|row| row.verdict.name());
+            @for (name, cells) in verdicts.chain(report.missing.iter().map(|_| MissingRow::VERDICT)).zip(&table.rows) {
                 tr { @for cell in cells {
-                    @let verdict = (cell == row.verdict.name()).then_some(cell);
+                    @let verdict = (cell == name).then_some(cell);
                     td class=[verdict] { (cell) }
                 } }
             }
         } }
-        ul { @for line in tail_lines(report, Format::Table) {
-            li class=[line.starts_with("warning:").then_some("warning")] { (line.trim()) }
-        } }
+        (warnings(&table::warnings(report)))
+        ul { @for line in table::tail(report) { li { (line.trim()) } } }
         (pictures(folder, report))
     }
 }

@@ -14,7 +14,7 @@ use indicatif::ProgressBar;
 
 use self::process::{Arm, Limits};
 use super::interrupt::{Interrupted, is_interrupted};
-use crate::cli::tell::{about, say};
+use crate::cli::tell::{about, note, say};
 use crate::measure::bench::{Amount, Report};
 use crate::measure::verdict::looks::{Look, at_the_end, looks};
 use crate::measure::verdict::{Verdict, VerdictRow, in_turn};
@@ -160,11 +160,11 @@ fn say_expected(first: Duration, most: usize, pictures: f64, end: Duration) {
     let (first, rounds) = (about(round), counted(most as u64, "round"));
     let take = if most == 1 { "takes" } else { "take" };
     match all > end.as_secs_f64() {
-        true => say!(
-            "note: the first round took {first}; up to {rounds}, as many as fit into {} (--max-time)",
+        true => note!(
+            "the first round took {first}; up to {rounds}, as many as fit into {} (--max-time)",
             format_duration(end)
         ),
-        false => say!("note: the first round took {first}; {rounds} {take} up to {}", about(all)),
+        false => note!("the first round took {first}; {rounds} {take} up to {}", about(all)),
     }
 }
 

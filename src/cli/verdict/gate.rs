@@ -7,11 +7,12 @@ use clap::Args;
 use super::junit;
 use super::table::{sheet, side_lines, tail_lines};
 use crate::cli::format::Format;
-use crate::cli::tell::say;
+use crate::cli::tell::{Kind, failure, line, note, say};
 use crate::cli::{Answer, check_folder, print, write_json};
 use crate::measure::bench::DeviceHead;
 use crate::measure::verdict::expect::{DeviceExpectations, Expectations, Outcome};
-use crate::measure::verdict::{Report, Verdict, VerdictRow};
+use crate::measure::verdict::{MissingRow, Report, Verdict, VerdictRow};
+use crate::remark::Severity;
 
 /// By how much times must differ, whether that is a failure, and how it is printed.
 #[derive(Args, Clone, Debug, Default)]
@@ -28,6 +29,9 @@ pub struct GateArgs {
     /// Exit with status 1 if a row is undecided: nothing is known of it
     #[arg(long)]
     fail_undecided: bool,
+    /// Exit with status 1 if B lacks a row of A [default: true with --fail-above, else false]
+    #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true")]
+    fail_missing: Option<bool>,
     /// How the rows are printed
     #[arg(long, value_enum, value_name = "NAME", default_value_t = Format::Table)]
     pub format: Format,
@@ -49,10 +53,11 @@ pub struct GateArgs {
 
 impl GateArgs {
     /// The ids of its options, for whoever passes the others on.
-    pub const IDS: [&str; 8] = [
+    pub const IDS: [&str; 9] = [
         "threshold",
         "fail_above",
         "fail_undecided",
+        "fail_missing",
         "format",
         "json",
         "junit",
@@ -70,12 +75,18 @@ impl GateArgs {
         self.fail_above.or(self.threshold).unwrap_or(usual)
     }
 
+    /// Whether a row of A that B lacks fails.
+    fn fails_missing(&self) -> bool {
+        self.fail_missing.unwrap_or(self.fail_above.is_some())
+    }
+
     /// Whether an option was given that only a comparison has.
     pub fn is_asked(&self) -> bool {
         let files = [&self.junit, &self.expect];
         self.threshold.is_some()
             || self.fail_above.is_some()
             || self.fail_undecided
+            || self.fail_missing.is_some()
             || files.into_iter().any(Option::is_some)
     }
 
@@ -135,7 +146,8 @@ impl GateArgs {
         let expected = self.expected(report)?;
         report.bounds = expected.as_ref().and_then(DeviceExpectations::bounds);
         if self.fail_unused {
-            report.failed.extend(expected.iter().flat_map(|all| all.unused(&report.rows)));
+            let unused = expected.map_or(Vec::new(), |all| all.unused(report));
+            report.failed.extend(unused);
         }
         let outcomes = self.outcomes(report)?;
         for (row, outcome) in report.rows.iter_mut().zip(outcomes.iter().flatten()) {
@@ -155,10 +167,13 @@ impl GateArgs {
         for (report, outcomes) in reports.iter().zip(&outcomes) {
             let (Some(path), Some(outcomes)) = (&self.expect, outcomes) else { continue };
             say_outcomes(report, outcomes);
-            let unused = self.expected(report)?.map(|all| all.unused(&report.rows));
-            let kind = if self.fail_unused { "raindrops" } else { "note" };
+            let unused = self.expected(report)?.map(|all| all.unused(report));
+            let kind = match self.fail_unused {
+                true => Kind::Failure,
+                false => Kind::Remark(Severity::Note),
+            };
             for what in unused.into_iter().flatten() {
-                say!("{kind}: {}: {what}", path.display());
+                line(kind, &format!("{}: {what}", path.display()));
             }
         }
         if let Some(path) = &self.junit {
@@ -168,21 +183,25 @@ impl GateArgs {
             reports.iter().map(|report| self.failed(report)).collect::<crate::Result<_>>()?;
         let failed = failed.concat();
         if !failed.is_empty() {
-            say!("raindrops: {}", failed.join("; "));
+            failure!("{}", failed.join("; "));
         } else if self.fail_above.is_none() && self.expect.is_none() {
             for verdict in [Verdict::Slower, Verdict::Different] {
                 let is_there = |row: &VerdictRow| row.verdict == verdict;
                 if reports.iter().any(|report| report.rows.iter().any(is_there)) {
                     let name = verdict.name();
-                    say!("note: without --fail-above a {name} row does not change the exit status");
+                    note!("without --fail-above a {name} row does not change the exit status");
                 }
+            }
+            if !self.fails_missing() && reports.iter().any(|report| !report.missing.is_empty()) {
+                note!("without --fail-missing a row that B lacks does not change the exit status");
             }
         }
         let holds = reports.iter().all(|report| report.failed.is_empty());
         Ok(if holds { Answer::Yes } else { Answer::No })
     }
 
-    /// The rows that `--fail-above` and `--fail-undecided` fail. Those that a file of expectations lists are left to it.
+    /// The rows that `--fail-above`, `--fail-undecided` and `--fail-missing` fail. Those that a file of expectations lists are
+    /// left to it.
     fn failed(&self, report: &Report) -> crate::Result<Vec<String>> {
         let expected = self.expected(report)?;
         let is_bounded = self.fail_above.is_some();
@@ -196,10 +215,12 @@ impl GateArgs {
             }
             Verdict::Faster | Verdict::Same => false,
         };
-        let rows = report.rows.iter().filter(fails);
-        let is_listed = |row: &VerdictRow| expected.as_ref().is_some_and(|all| all.lists(row));
-        let rows = rows.filter(|row| !is_listed(row));
-        Ok(rows.map(|row| format!("{} ({})", row.name, row.verdict.name())).collect())
+        let rows = report.rows.iter().filter(fails).map(|row| (&row.name, row.verdict.name()));
+        let missing = report.missing.iter().filter(|_| self.fails_missing());
+        let rows = rows.chain(missing.map(|row| (&row.name, MissingRow::VERDICT)));
+        let is_listed = |name: &str| expected.as_ref().is_some_and(|all| all.lists(name));
+        let rows = rows.filter(|(name, _)| !is_listed(name));
+        Ok(rows.map(|(name, why)| format!("{name} ({why})")).collect())
     }
 
     /// What became of each row by the expectations file; none where there is no file.

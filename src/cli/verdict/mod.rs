@@ -12,7 +12,7 @@ use clap::Args;
 use self::gate::{GateArgs, parse_flip};
 use super::{Answer, command_line};
 use crate::measure::bench::{Report, read};
-use crate::measure::verdict::{self, Method, Side, kept};
+use crate::measure::verdict::{self, Method, MissingRow, Side, kept};
 
 /// Judge two kept results of bench, row by row, or a kept comparison again
 ///
@@ -57,9 +57,10 @@ pub fn run(args: &VerdictArgs) -> anyhow::Result<Answer> {
     let (a, b) = (runs(&args.base)?, runs(new)?);
     let threshold = args.gate.threshold();
     let rows = kept(&borrowed(&a), &borrowed(&b), args.same_device, threshold)?;
-    let notes = notes(&a[0].1, &b[0].1);
+    let (notes, missing) = notes(&of_runs(&a), &of_runs(&b));
     let report = verdict::Report {
         command: Some(command_line()),
+        missing,
         ..verdict::Report::of(Method::Unpaired, [side(&a), side(&b)], threshold, notes, rows)
     };
     args.gate.tell(report)
@@ -95,8 +96,27 @@ pub fn side(runs: &[(PathBuf, Report)]) -> Side {
     side
 }
 
-/// What may differ between two results, with a note.
-pub fn notes(a: &Report, b: &Report) -> Vec<String> {
+/// The reports of runs.
+pub fn of_runs(runs: &[(PathBuf, Report)]) -> Vec<&Report> {
+    runs.iter().map(|(_, report)| report).collect()
+}
+
+/// What may differ between two sides' runs, with a note each; and the rows of A that B lacks.
+pub fn notes(a: &[&Report], b: &[&Report]) -> (Vec<String>, Vec<MissingRow>) {
+    let alone = |one: &[&Report], other: &[&Report]| {
+        verdict::missing(one.iter().copied(), other.iter().copied())
+    };
+    let (of_a, of_b) = (alone(a, b), alone(b, a));
+    let rows = [("A", &of_a), ("B", &of_b)].into_iter().filter(|(_, rows)| !rows.is_empty());
+    let rows = rows.map(|(side, rows)| {
+        let names: Vec<&str> = rows.iter().map(|row| row.name.as_str()).collect();
+        format!("only in {side}, so not compared: {}", names.join("; "))
+    });
+    (differences(a[0], b[0]).into_iter().chain(rows).collect(), of_a)
+}
+
+/// What is not the same of the devices, programs and machines of two runs.
+fn differences(a: &Report, b: &Report) -> Vec<String> {
     let figures = [
         ("the device", a.device.name.clone(), b.device.name.clone()),
         (
@@ -113,13 +133,7 @@ pub fn notes(a: &Report, b: &Report) -> Vec<String> {
     let differ = figures.into_iter().filter(|(_, a, b)| a != b).chain(processors);
     let differ =
         differ.map(|(what, a, b)| format!("{what} is {} in A, {} in B", a.trim(), b.trim()));
-    let differ = differ.chain(variables(a, b));
-    let alone = [("A", verdict::missing(a, b)), ("B", verdict::missing(b, a))];
-    let alone = alone
-        .into_iter()
-        .filter(|(_, rows)| !rows.is_empty())
-        .map(|(side, rows)| format!("only in {side}, so not compared: {}", rows.join("; ")));
-    differ.chain(alone).collect()
+    differ.chain(variables(a, b)).collect()
 }
 
 /// Environment variables that are not the same on both sides.
@@ -153,10 +167,10 @@ mod tests {
             "LP_NUM_THREADS is '1' in A, not set in B",
             "VK_DRIVER_FILES is not set in A, 'a.json' in B",
         ];
-        assert_eq!(notes(&one, &other), told);
+        assert_eq!(differences(&one, &other), told);
         let mut moved = one.clone();
         moved.host.cpu = "another".into();
-        assert_eq!(notes(&one, &moved), ["the processor is C in A, another in B"]);
-        assert!(notes(&one, &one).is_empty());
+        assert_eq!(differences(&one, &moved), ["the processor is C in A, another in B"]);
+        assert!(differences(&one, &one).is_empty());
     }
 }

@@ -1,7 +1,7 @@
 //! Verdict rows as lines and columns.
 
 use crate::cli::format::{Format, Sheet};
-use crate::measure::verdict::{Method, Report, Verdict, VerdictRow};
+use crate::measure::verdict::{Method, MissingRow, Report, Verdict, VerdictRow};
 use crate::thousands::{counted, thousands, thousands_of};
 
 /// Who is A, who is B, and what differs between them.
@@ -34,6 +34,8 @@ pub fn sheet(report: &Report, format: Format) -> Sheet {
     if format == Format::Csv {
         return plain(report);
     }
+    /// The column of A's times.
+    const MS_A: usize = 4;
     let mut header = ["row", "verdict", "B / A", "95 %", "ms A", "ms B", "rounds", "noise"]
         .map(String::from)
         .to_vec();
@@ -68,6 +70,12 @@ pub fn sheet(report: &Report, format: Format) -> Sheet {
         }
         rows.push(cells);
     }
+    for row in &report.missing {
+        let mut cells = vec!["-".to_string(); header.len()];
+        cells[..2].clone_from_slice(&[row.name.clone(), MissingRow::VERDICT.into()]);
+        cells[MS_A] = thousands_of(row.median_ms_a, 2);
+        rows.push(cells);
+    }
     Sheet { names: 1, header, rows }
 }
 
@@ -86,8 +94,32 @@ fn range(low: Option<f64>, high: Option<f64>, threshold: f64) -> String {
     low.zip(high).map_or("-".into(), |(low, high)| format!("{low:.places$} to {high:.places$}"))
 }
 
-/// What the table has no room for: how to read it, passes that are faster or slower, counters that changed, notes.
+/// What makes a comparison's times doubtful, and of which side: most of it two sides of one machine have in common.
+pub fn warnings(report: &Report) -> Vec<String> {
+    let [a, b] = [&report.a.warnings, &report.b.warnings];
+    let of_a = a.iter().map(|warning| (if b.contains(warning) { "" } else { "A: " }, warning));
+    let of_b = b.iter().filter(|warning| !a.contains(warning)).map(|warning| ("B: ", warning));
+    of_a.chain(of_b).map(|(side, warning)| format!("{side}{warning}")).collect()
+}
+
+/// What stands under the table, as lines of text or as a list.
 pub fn tail_lines(report: &Report, format: Format) -> Vec<String> {
+    let warnings = warnings(report).into_iter().map(|warning| format!("warning: {warning}"));
+    let mut lines = tail(report);
+    // The summary is last.
+    let end = lines.len() - 1;
+    lines.splice(end..end, warnings);
+    if format == Format::Markdown {
+        // A list of its own, after the table.
+        lines = lines.into_iter().map(|line| format!("- {}", line.trim())).collect();
+        lines.insert(0, String::new());
+    }
+    lines
+}
+
+/// What the table has no room for, warnings apart: how to read it, passes that are faster or slower, counters that changed,
+/// notes, and a summary.
+pub fn tail(report: &Report) -> Vec<String> {
     let mut lines = vec![legend(report)];
     let bounds = report.bounds.iter();
     lines.extend(
@@ -97,11 +129,6 @@ pub fn tail_lines(report: &Report, format: Format) -> Vec<String> {
         lines.extend(row_lines(row).into_iter().map(|line| format!("   {}: {line}", row.name)));
     }
     lines.extend(report.notes.iter().map(|note| format!("note: {note}")));
-    // Two sides of one machine have most of them in common.
-    let [a, b] = [&report.a.warnings, &report.b.warnings];
-    let of_a = a.iter().map(|warning| (if b.contains(warning) { "" } else { "A: " }, warning));
-    let of_b = b.iter().filter(|warning| !a.contains(warning)).map(|warning| ("B: ", warning));
-    lines.extend(of_a.chain(of_b).map(|(side, warning)| format!("warning: {side}{warning}")));
     lines.extend(report.stopped.iter().map(|why| format!("stopped: {why}")));
     if report.rows.iter().any(|row| row.ratio_low.is_none()) {
         lines.push(
@@ -110,11 +137,6 @@ pub fn tail_lines(report: &Report, format: Format) -> Vec<String> {
         );
     }
     lines.push(summary(report));
-    if format == Format::Markdown {
-        // A list of its own, after the table.
-        lines = lines.into_iter().map(|line| format!("- {}", line.trim())).collect();
-        lines.insert(0, String::new());
-    }
     lines
 }
 
@@ -134,7 +156,12 @@ fn summary(report: &Report) -> String {
         1 => "; 1 pass is slower".into(),
         more => format!("; {more} passes are slower"),
     };
-    format!("{}: {}{slower}{most}", counted(report.rows.len() as u64, "row"), counts.join(", "))
+    let missing = match report.missing.len() {
+        0 => String::new(),
+        count => format!("; B lacks {} of A", counted(count as u64, "row")),
+    };
+    let rows = counted(report.rows.len() as u64, "row");
+    format!("{rows}: {}{missing}{slower}{most}", counts.join(", "))
 }
 
 /// How to read the table.
@@ -228,6 +255,20 @@ fn plain(report: &Report) -> Sheet {
             let ratios = [pass.ratio, pass.ratio_low, pass.ratio_high];
             rows.push(of(name, pass.verdict, ratios, [pass.median_ms_a, pass.median_ms_b]));
         }
+    }
+    for row in &report.missing {
+        let mut cells = vec![String::new(); HEADER.len()];
+        let size = [row.width, row.height].map(|pixels| pixels.to_string());
+        let head = [row.preset.clone(), row.drops.to_string()].into_iter().chain(size);
+        let head =
+            head.chain([row.tone_map.to_string(), String::new(), MissingRow::VERDICT.into()]);
+        head.zip(&mut cells).for_each(|(value, cell)| *cell = value);
+        for (name, value) in [("median_ms_a", Some(row.median_ms_a)), ("rate_mm_h", row.rate_mm_h)]
+        {
+            let at = HEADER.iter().position(|column| *column == name);
+            at.into_iter().for_each(|at| cells[at] = number(value));
+        }
+        rows.push(cells);
     }
     Sheet { names: 1, header: HEADER.map(String::from).to_vec(), rows }
 }

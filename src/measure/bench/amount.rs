@@ -18,7 +18,7 @@ pub enum Amount {
 impl Amount {
     /// That of a row, whose scene has `placed` drops placed by hand.
     pub fn of_row(drops: u32, rate_mm_h: Option<f64>, placed: u32) -> Self {
-        rate_mm_h.map_or(Self::Drops(drops - placed), Self::Rate)
+        rate_mm_h.map_or(Self::Drops(drops.saturating_sub(placed)), Self::Rate)
     }
 
     /// The scene with so much rain; what else it says of its rain it keeps.

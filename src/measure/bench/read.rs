@@ -1,17 +1,13 @@
 //! Result files read back, each mistake in one line.
 
-use std::fs::File;
-use std::io::Read as _;
 use std::path::Path;
 
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
 use super::report::{Report, Round, SCHEMA};
+use crate::files::read_text;
 use crate::{Error, Result};
-
-/// A file over this is no result of ours.
-const MAX_BYTES: u64 = 256 << 20;
 
 /// Reads a result file of `bench --json`: one device's, or with `--device all` a list of several.
 ///
@@ -50,21 +46,11 @@ pub fn of_value(path: &Path, value: Value) -> Result<Report> {
 /// # Errors
 /// As [`read`].
 pub fn read_json(path: &Path) -> Result<Value> {
-    let failed = |error: std::io::Error| Error::read(path, error);
-    // Asked before it is opened: opening a pipe waits for its other end.
-    if path.metadata().map_err(failed)?.is_dir() {
-        return Err(Error::read(path, "it is a folder, not a result file"));
-    }
-    let mut bytes = Vec::new();
-    let file = File::open(path).map_err(failed)?;
-    file.take(MAX_BYTES + 1).read_to_end(&mut bytes).map_err(failed)?;
-    if bytes.len() as u64 > MAX_BYTES {
-        return Err(Error::read(path, "it is over 256 MiB: no result file"));
-    }
-    if bytes.iter().all(u8::is_ascii_whitespace) {
+    let text = read_text(path)?;
+    if text.trim_ascii().is_empty() {
         return Err(Error::read(path, "it is empty; write it again by bench --json"));
     }
-    serde_json::from_slice(&bytes).map_err(|error| {
+    serde_json::from_str(&text).map_err(|error| {
         let what = match error.is_eof() {
             true => format!("it ends in the middle, at line {}; write it again", error.line()),
             false => format!("it is no JSON: {error}"),

@@ -4,6 +4,7 @@
 
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
 
 use super::measure::{Measured, Variant};
 use super::over_time::OverTime;
@@ -13,6 +14,7 @@ use crate::gpu::DeviceReport;
 use crate::measure::Host;
 use crate::measure::statistics::{median, quantile};
 use crate::measure::verdict::looks::Look;
+use crate::plan::Axes;
 use crate::thousands::counted;
 
 /// Name and version of the format.
@@ -111,6 +113,9 @@ pub struct Row {
     pub order: String,
     #[serde(default)]
     pub simulation: String,
+    /// Every axis of the models, as drawn.
+    #[serde(default, skip_serializing_if = "Map::is_empty")]
+    pub axes: Map<String, Value>,
     /// Those that have a number: not those of real rain.
     pub drops: u32,
     /// Of real rain, mm/h.
@@ -233,6 +238,7 @@ impl Row {
             primitive: plan.primitive.name().into(),
             order: plan.order.name().into(),
             simulation: plan.simulation.name().into(),
+            axes: Axes::of(scene, plan).values(),
             drops: scene.drop_count(),
             rate_mm_h: scene.real_rain().map(|rain| rain.rate),
             cutoff_px: plan.cutoff.as_ref().map(|cutoff| cutoff.px),

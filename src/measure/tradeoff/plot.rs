@@ -91,7 +91,7 @@ fn panel(scene: &str, rows: &[&Row], area: &Area<'_>) -> std::result::Result<(),
     front.sort_by(|a, b| a.0.total_cmp(&b.0));
     chart.draw_series(LineSeries::new(front, BLACK.mix(0.4)))?;
     for (family, color) in PRESETS {
-        let of_family = rows.iter().filter(|row| row.preset == family);
+        let of_family = rows.iter().filter(|row| row.axes.preset.name() == family);
         chart
             .draw_series(of_family.map(|row| {
                 let style = if row.pareto { color.filled() } else { color.stroke_width(1) };
@@ -127,7 +127,7 @@ fn names<'a>(
     on_panel: impl Fn(&Row) -> (f64, f64),
 ) -> Vec<(&'a Row, (f64, f64))> {
     const GAP: f64 = 7.0;
-    let is_preset = |row: &Row| row.model == row.preset;
+    let is_preset = |row: &Row| row.model == row.axes.preset.name();
     let mut wanted: Vec<&Row> =
         rows.iter().copied().filter(|row| row.pareto || is_preset(row)).collect();
     wanted.sort_by_key(|row| !is_preset(row));

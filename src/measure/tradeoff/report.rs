@@ -6,7 +6,7 @@ use super::models::BASES;
 use crate::measure::Host;
 use crate::measure::bench::{Build, DeviceHead, Measured, Variant};
 use crate::measure::statistics::{median, quantile};
-use crate::scene::model::FarRain;
+use crate::plan::Axes;
 
 /// Name and version of the format.
 pub const SCHEMA: &str = "raindrops-tradeoff/1";
@@ -54,18 +54,9 @@ pub struct Noise {
 pub struct Row {
     pub scene: String,
     pub model: String,
-    pub preset: &'static str,
-    pub optics: &'static str,
-    pub primitive: &'static str,
-    pub order: &'static str,
-    pub simulation: &'static str,
-    pub samples: u32,
-    pub internal_reflections: u32,
-    pub weights: &'static str,
-    pub fresnel: &'static str,
-    pub reflection: &'static str,
-    pub lookup: &'static str,
-    pub mask_size: u32,
+    /// As drawn, after the preset's or `auto`'s choice.
+    #[serde(flatten)]
+    pub axes: Axes,
     pub drops: u32,
     pub visible: u64,
     pub width: u32,
@@ -80,10 +71,8 @@ pub struct Row {
     #[serde(flatten)]
     pub errors: Errors,
     pub pareto: bool,
-    /// Of real rain, mm/h; with its models.
+    /// Of real rain, mm/h.
     pub rate_mm_h: Option<f64>,
-    pub cutoff_px: Option<f64>,
-    pub far_rain: Option<&'static str>,
 }
 
 /// How far a model is from the truth; means over frames.
@@ -118,27 +107,13 @@ impl Row {
         measured: &Measured,
         base_ms: [f64; BASES],
     ) -> Self {
-        let plan = &variant.plan;
         let median_ms = median(&measured.samples_ms);
         Self {
             scene: scene.into(),
             model: model.into(),
-            preset: plan.preset.name(),
-            optics: plan.optics.name(),
-            primitive: plan.primitive.name(),
-            order: plan.order.name(),
-            simulation: plan.simulation.name(),
-            samples: plan.samples,
-            internal_reflections: plan.light.internal_reflections,
-            weights: plan.light.weights.name(),
-            fresnel: plan.light.fresnel.name(),
-            reflection: plan.light.reflection.name(),
-            lookup: plan.light.lookup.name(),
-            mask_size: plan.mask_size,
+            axes: Axes::of(&variant.scene, &variant.plan),
             drops: variant.scene.drop_count(),
             rate_mm_h: variant.scene.real_rain().map(|rain| rain.rate),
-            cutoff_px: variant.plan.cutoff.as_ref().map(|cutoff| cutoff.px),
-            far_rain: variant.scene.model.far_rain.map(FarRain::name),
             visible: measured.first.counts.visible,
             width: variant.scene.picture_size().0,
             height: variant.scene.picture_size().1,

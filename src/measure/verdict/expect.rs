@@ -24,7 +24,8 @@ use indexmap::IndexMap;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
 
-use super::{PassRow, Verdict, VerdictRow};
+use super::{PassRow, Report, Verdict, VerdictRow};
+use crate::files::read_text;
 use crate::measure::bench::DeviceHead;
 use crate::{Error, Result};
 
@@ -155,7 +156,7 @@ impl Expectations {
     /// [`Error::File`] if it cannot be read; [`Error::Scene`], with file and line, if it is no such file or a bound is
     /// none.
     pub fn load(path: &Path) -> Result<Self> {
-        let text = std::fs::read_to_string(path).map_err(|error| Error::read(path, error))?;
+        let text = read_text(path)?;
         toml::from_str(&text).map_err(|error| {
             let line = error.span().map_or(1, |span| text[..span.start].matches('\n').count() + 1);
             Error::Scene {
@@ -181,10 +182,15 @@ impl Expectations {
 
 /// Whether a row's name holds `part`, or is what follows a `=`; numbers may have commas at their thousands.
 fn is_named(row: &VerdictRow, part: &str) -> bool {
+    is_name(&row.name, part)
+}
+
+/// The same of a name alone.
+fn is_name(name: &str, part: &str) -> bool {
     let plain = |text: &str| text.replace(',', "");
     match part.strip_prefix('=') {
-        Some(whole) => plain(&row.name) == plain(whole),
-        None => plain(&row.name).contains(&plain(part)),
+        Some(whole) => plain(name) == plain(whole),
+        None => plain(name).contains(&plain(part)),
     }
 }
 
@@ -220,10 +226,10 @@ impl DeviceExpectations {
         }
     }
 
-    /// Whether a row is in one of its lists, and so judged by this file alone.
-    pub fn lists(&self, row: &VerdictRow) -> bool {
+    /// Whether a row of this name is in one of its lists, and so judged by this file alone.
+    pub fn lists(&self, name: &str) -> bool {
         let mut all = self.skips.iter().chain(&self.flakes).chain(&self.fails);
-        all.any(|part| is_named(row, part))
+        all.any(|part| is_name(name, part))
     }
 
     /// Why nothing can be said of a row that is beyond no bound; none if it is within them all.
@@ -302,13 +308,15 @@ impl DeviceExpectations {
 
     /// What in it holds for nothing, in words: names that the rows lack, rows that an earlier name takes, bounds of what was
     /// not measured. It is of no use any more, or misspelt, or the run left it out.
-    pub fn unused(&self, rows: &[VerdictRow]) -> Vec<String> {
+    pub fn unused(&self, report: &Report) -> Vec<String> {
+        let rows = &report.rows;
         let Some(first) = rows.first() else { return Vec::new() };
         let like = format!("; one is '{}'", first.name);
         let is_there = |part: &str| rows.iter().any(|row| is_named(row, part));
         let of_rows = self.row.iter().map(|row| &row.pattern);
         let parts = self.fails.iter().chain(&self.flakes).chain(&self.skips).chain(of_rows);
-        let parts = parts.filter(|part| !is_there(part));
+        let is_missing = |part: &str| report.missing.iter().any(|row| is_name(&row.name, part));
+        let parts = parts.filter(|part| !is_there(part) && !is_missing(part));
         let parts = parts.map(|part| match part.strip_prefix('=') {
             Some(whole) => format!("no row's name is '{whole}'{like}"),
             None => format!("no row's name contains '{part}'{like}"),

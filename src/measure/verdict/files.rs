@@ -4,8 +4,9 @@ use std::path::Path;
 
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
-use super::{Interval, PassRow, VerdictRow, judge, looks, paired, unpaired};
+use super::{Interval, MissingRow, PassRow, VerdictRow, judge, looks, paired, unpaired};
 use crate::measure::Host;
 use crate::measure::bench::{Build, DeviceHead, Report, Row};
 use crate::measure::statistics::median;
@@ -75,9 +76,9 @@ pub fn in_turn(
 /// # Errors
 /// [`Error::Scene`], naming what differs: another scene, size or environment; among a side's own runs
 /// another device too, and between the sides if `one_device`.
-pub fn kept(
-    a: &[(&Path, Report)],
-    b: &[(&Path, Report)],
+pub fn kept<'a>(
+    a: &'a [(&Path, Report)],
+    b: &'a [(&Path, Report)],
     one_device: bool,
     threshold: f64,
 ) -> Result<Vec<VerdictRow>> {
@@ -96,17 +97,20 @@ pub fn kept(
     for (path, run) in &b[1..] {
         same_device((&name(b[0].0), new), (&name(path), run))?;
     }
-    let of_run = |run: &Report, like: &Row| -> Option<Row> {
-        run.rows.iter().find(|row| is_same(row, like)).cloned()
-    };
     let mut rows = Vec::new();
-    for (_, like) in matched(first, new) {
-        let found = |runs: &[(&Path, Report)]| -> Vec<Row> {
-            runs.iter().filter_map(|(_, run)| of_run(run, like)).collect()
+    for like in all_rows(a.iter().map(|(_, run)| run)) {
+        let of_run = |(path, run): &'a (&Path, Report)| {
+            Some((name(path), run.rows.iter().find(|row| is_same(row, like))?))
         };
-        let (a, b) = (found(a), found(b));
-        let (a, b): (Vec<&Row>, Vec<&Row>) = (a.iter().collect(), b.iter().collect());
-        rows.push(row(&a, &b, How::Unpaired, threshold));
+        let [a, b] = [a, b].map(|runs| runs.iter().filter_map(of_run).collect::<Vec<_>>());
+        let mut pairs = a.iter().chain(&b);
+        if let Some((first, one)) = pairs.next() {
+            pairs.try_for_each(|(path, other)| same_row((first, one), (path, other)))?;
+        }
+        let [a, b] = [a, b].map(|found| found.into_iter().map(|(_, row)| row).collect::<Vec<_>>());
+        if !b.is_empty() {
+            rows.push(row(&a, &b, How::Unpaired, threshold));
+        }
     }
     Ok(rows)
 }
@@ -117,10 +121,35 @@ fn is_same(a: &Row, b: &Row) -> bool {
     asked(a) == asked(b)
 }
 
-/// Names of the rows of `a` that `b` lacks.
-pub fn missing(a: &Report, b: &Report) -> Vec<String> {
-    let alone = a.rows.iter().filter(|row| !b.rows.iter().any(|other| is_same(row, other)));
-    alone.map(Row::name).collect()
+/// The rows that any of a side's runs has, each once.
+fn all_rows<'a>(runs: impl Iterator<Item = &'a Report>) -> Vec<&'a Row> {
+    let mut all: Vec<&Row> = Vec::new();
+    for row in runs.flat_map(|run| &run.rows) {
+        if !all.iter().any(|known| is_same(known, row)) {
+            all.push(row);
+        }
+    }
+    all
+}
+
+/// The rows of a side's runs that no run of the other side has.
+pub fn missing<'a>(
+    a: impl Iterator<Item = &'a Report>,
+    b: impl Iterator<Item = &'a Report>,
+) -> Vec<MissingRow> {
+    let of_b = all_rows(b);
+    let is_alone = |row: &&Row| !of_b.iter().any(|other| is_same(row, other));
+    let missing = |row: &Row| MissingRow {
+        name: row.name(),
+        preset: row.preset.clone(),
+        drops: row.drops,
+        rate_mm_h: row.rate_mm_h,
+        width: row.width,
+        height: row.height,
+        tone_map: row.tone_map,
+        median_ms_a: row.median_ms,
+    };
+    all_rows(a).into_iter().filter(is_alone).map(missing).collect()
 }
 
 fn matched<'a>(a: &'a Report, b: &'a Report) -> Vec<(&'a Row, &'a Row)> {
@@ -147,11 +176,8 @@ fn same_device(a: (&str, &Report), b: (&str, &Report)) -> Result<()> {
 }
 
 fn same_rows(a: (&str, &Report), b: (&str, &Report)) -> Result<()> {
-    let differ = |what: &str, one: &str, other: &str| {
-        Err(refused(format!("{what} is {one} in {}, {other} in {}", a.0, b.0)))
-    };
     if a.1.environment != b.1.environment {
-        return differ("the environment", &a.1.environment, &b.1.environment);
+        return differ("the environment", (a.0, &a.1.environment), (b.0, &b.1.environment));
     }
     let rows = matched(a.1, b.1);
     if rows.is_empty() {
@@ -164,18 +190,26 @@ fn same_rows(a: (&str, &Report), b: (&str, &Report)) -> Result<()> {
             names(b.1)
         )));
     }
-    for (one, other) in rows {
-        if (one.width, one.height) != (other.width, other.height) {
-            let size = |row: &Row| format!("{} x {}", row.width, row.height);
-            return differ("the size", &size(one), &size(other));
-        }
-        if let (Some(one), Some(other)) = (&one.scene, &other.scene)
-            && let Some((key, one, other)) = one.difference(other)
-        {
-            return differ(&format!("the scene's {key}"), &one, &other);
-        }
+    rows.into_iter().try_for_each(|(one, other)| same_row((a.0, one), (b.0, other)))
+}
+
+/// Fails unless two rows that were asked for alike are of one scene.
+fn same_row(a: (&str, &Row), b: (&str, &Row)) -> Result<()> {
+    if (a.1.width, a.1.height) != (b.1.width, b.1.height) {
+        let size = |row: &Row| format!("{} x {}", row.width, row.height);
+        return differ("the size", (a.0, &size(a.1)), (b.0, &size(b.1)));
+    }
+    if let (Some(one), Some(other)) = (&a.1.scene, &b.1.scene)
+        && let Some((key, one, other)) = one.difference(other)
+    {
+        return differ(&format!("the scene's {key}"), (a.0, &one), (b.0, &other));
     }
     Ok(())
+}
+
+/// That something is not the same in two files.
+fn differ(what: &str, a: (&str, &str), b: (&str, &str)) -> Result<()> {
+    Err(refused(format!("{what} is {} in {}, {} in {}", a.1, a.0, b.1, b.0)))
 }
 
 /// Times of a row's rounds.
@@ -198,11 +232,6 @@ fn row(a: &[&Row], b: &[&Row], how: How, threshold: f64) -> VerdictRow {
     let mut counters: IndexMap<String, (u64, u64)> = changed.collect();
     if first.visible != new.visible && !counters.contains_key("drops_in_view") {
         counters.insert("drops_in_view".into(), (first.visible, new.visible));
-    }
-    let models = |row: &Row| [&row.optics, &row.primitive, &row.order].map(String::clone).join(" ");
-    let mut notes = Vec::new();
-    if models(first) != models(new) {
-        notes.push(format!("drawn by {} in A, by {} in B", models(first), models(new)));
     }
     VerdictRow {
         name: new.name(),
@@ -231,8 +260,24 @@ fn row(a: &[&Row], b: &[&Row], how: How, threshold: f64) -> VerdictRow {
         pictures: None,
         counters,
         passes: passes(a, b, how, threshold),
-        notes,
+        notes: other_models(first, new).into_iter().collect(),
     }
+}
+
+/// What is drawn otherwise in B, if anything: by all axes of the models, or by those that older results have.
+fn other_models(a: &Row, b: &Row) -> Option<String> {
+    let models = |row: &Row| [&row.optics, &row.primitive, &row.order].map(String::clone).join(" ");
+    if a.axes.is_empty() || b.axes.is_empty() {
+        let differ = models(a) != models(b);
+        return differ.then(|| format!("drawn by {} in A, by {} in B", models(a), models(b)));
+    }
+    let differing = a.axes.iter().filter_map(|(axis, of_a)| {
+        let of_b = b.axes.get(axis)?;
+        let plain = |value: &Value| value.as_str().map_or(value.to_string(), String::from);
+        (of_a != of_b).then(|| format!("{axis} {} in A, {} in B", plain(of_a), plain(of_b)))
+    });
+    let differing: Vec<String> = differing.collect();
+    (!differing.is_empty()).then(|| format!("drawn with {}", differing.join("; ")))
 }
 
 /// Interval and noise floor of runs' times.

@@ -15,7 +15,7 @@ mod row;
 pub mod unpaired;
 
 pub use files::{Side, in_turn, kept, missing};
-pub use row::{Method, PassRow, Pictures, Report, SCHEMA, Verdict, VerdictRow, judge};
+pub use row::{Method, MissingRow, PassRow, Pictures, Report, SCHEMA, Verdict, VerdictRow, judge};
 
 /// Part of all intervals that may miss the ratio, all looks at a row together.
 pub const ERROR: f64 = 0.05;

@@ -100,7 +100,10 @@ pub struct Report {
     /// where nothing was to fail it.
     #[serde(default)]
     pub failed: Vec<String>,
-    /// One row a row of the benchmark.
+    /// The rows of A that B lacks.
+    #[serde(default)]
+    pub missing: Vec<MissingRow>,
+    /// One row a row of the benchmark that both have.
     pub rows: Vec<VerdictRow>,
 }
 
@@ -127,9 +130,31 @@ impl Report {
             bounds: None,
             counts: IndexMap::new(),
             failed: Vec::new(),
+            missing: Vec::new(),
             rows,
         }
     }
+}
+
+/// A row of A that B lacks.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[allow(missing_docs, reason = "the keys of the result file, see docs/result-files.md")]
+pub struct MissingRow {
+    pub name: String,
+    pub preset: String,
+    pub drops: u32,
+    /// Of real rain, mm/h.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rate_mm_h: Option<f64>,
+    pub width: u32,
+    pub height: u32,
+    pub tone_map: bool,
+    pub median_ms_a: f64,
+}
+
+impl MissingRow {
+    /// What stands in the place of its verdict.
+    pub const VERDICT: &'static str = "missing";
 }
 
 /// One row of the benchmark, of A and of B.

@@ -3,10 +3,7 @@
 //! Each block begins with eleven counters, and exr 1.74 allocates what five of them say: a broken file
 //! of 1.6 kB asked for 4 PB, which no `catch_unwind` survives.
 
-use std::io::{Read, Seek};
-
 use exr::block::chunk::{Chunk, CompressedBlock};
-use exr::block::reader::ChunksReader as _;
 use exr::meta::header::Header;
 use exr::prelude::Compression;
 
@@ -14,31 +11,19 @@ use exr::prelude::Compression;
 /// run lengths packed and unpacked, numbers of cosine coefficients and of their means.
 const CLAIMS: [usize; 5] = [1, 6, 7, 8, 9];
 
-/// Refuses a file of which a block claims more than its pixels could give. Whatever else is wrong is
-/// the decoder's to say.
-pub(crate) fn check_claims(file: impl Read + Seek) -> Result<(), String> {
-    let Ok(reader) = exr::block::read(file, false) else { return Ok(()) };
-    if !reader.headers().iter().any(is_dwa) {
-        return Ok(());
+/// Refuses a block that claims more than its pixels could give. Whatever else is wrong is the decoder's to say.
+pub(super) fn check_claim(header: &Header, chunk: &Chunk) -> Result<(), String> {
+    match excess(header, chunk) {
+        Some(claim) => Err(super::broken(format!("a block of it claims to hold {claim} values"))),
+        None => Ok(()),
     }
-    // As the decoder finds them: by the table of their places.
-    let Ok(chunks) = reader.filter_chunks(false, |_, _, _| true) else { return Ok(()) };
-    let headers = chunks.meta_data().headers.clone();
-    for chunk in chunks.filter_map(Result::ok) {
-        let header = headers.get(chunk.layer_index).filter(|header| is_dwa(header));
-        if let Some(claim) = header.and_then(|header| excess(header, &chunk)) {
-            return Err(format!("a block of it claims to hold {claim} values"));
-        }
-    }
-    Ok(())
-}
-
-fn is_dwa(header: &Header) -> bool {
-    matches!(header.compression, Compression::DWAA(_) | Compression::DWAB(_))
 }
 
 /// A claim that the block cannot keep, if there is one.
 fn excess(header: &Header, chunk: &Chunk) -> Option<u64> {
+    if !matches!(header.compression, Compression::DWAA(_) | Compression::DWAB(_)) {
+        return None;
+    }
     let bytes = match &chunk.compressed_block {
         CompressedBlock::ScanLine(block) => &block.compressed_pixels_le,
         CompressedBlock::Tile(block) => &block.compressed_pixels_le,
