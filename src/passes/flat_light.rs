@@ -9,7 +9,8 @@
 //! one, and of a splat by its size.
 //!
 //! Cost: 96 rays a diameter and direction, once an environment, for the directions in view; a frame reads as many words as
-//! without it. Rain of spheres has no table. Error: 0.5 % by the number of rays, 1 % between diameters.
+//! without it. Rain of spheres has no table. Error before a landscape of
+//! high contrast: up to 4 % of a third of the picture, where spheres are off by 5 to 45 % (`tests/fog.rs`).
 
 use std::sync::Arc;
 

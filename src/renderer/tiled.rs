@@ -27,6 +27,7 @@ pub(super) struct Tiled {
     pub splats: SplatTable,
     /// Whether frames read what splats show: flattened far rain has its light there.
     reads_splats: bool,
+    has_medium: bool,
     /// Whether there are far drops of whom something is shown, and whether they are spread over more than their places.
     shows_far: bool,
     is_spread: bool,
@@ -70,6 +71,7 @@ impl Tiled {
             composite,
             splats,
             reads_splats: plan.splat_px > 0.0 || is_flat,
+            has_medium: scene.real_rain().is_some(),
             shows_far: filled,
             is_spread: plan.lens != Lens::Pinhole || plan.motion != Motion::Instant,
             far,
@@ -139,7 +141,8 @@ impl Tiled {
                 }
                 if self.reads_splats {
                     self.splats.record(commands);
-                    if self.far.flat.is_some() {
+                    // The sky's medium reads it; without one it is read after the sky.
+                    if self.has_medium {
                         barrier(&[Use::ComputeWrite], &[Use::ComputeWrite, Use::ComputeRead]);
                     }
                 }
