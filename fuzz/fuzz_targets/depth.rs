@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use libfuzzer_sys::fuzz_target;
-use raindrops::picture::depth::Depth;
+use raindrops::picture::depth::DecodedDepth;
 use raindrops::scene::background::Background;
 
 fuzz_target!(
@@ -16,8 +16,8 @@ fuzz_target!(
             depth_invalid: Some(0.0),
             ..Background::default()
         };
-        match Depth::from_bytes(Path::new("fuzzed"), bytes, &background) {
-            Ok((depth, (width, height), _)) => {
+        match DecodedDepth::from_bytes(Path::new("fuzzed"), bytes, &background) {
+            Ok(DecodedDepth { depth, width, height, .. }) => {
                 assert_eq!(depth.values.len(), width as usize * height as usize);
                 assert!(depth.values.iter().all(|depth| depth.is_finite() && *depth > 0.0));
             }

@@ -29,6 +29,19 @@ pub struct Depth {
     pub kind: DepthKind,
 }
 
+/// What a file of depth holds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DecodedDepth {
+    /// Of `width * height` pixels.
+    pub depth: Depth,
+    /// Pixels across.
+    pub width: u32,
+    /// Pixels down.
+    pub height: u32,
+    /// What was chosen, filled or left out.
+    pub remarks: Vec<Remark>,
+}
+
 /// Depth as a file has it.
 struct Stored {
     width: usize,
@@ -39,25 +52,17 @@ struct Stored {
     sky: f64,
 }
 
-impl Depth {
-    /// Reads depth from a file's content, as a background wants it: with its width and height, and what is worth saying.
-    /// `path` stands for the file in messages.
+impl DecodedDepth {
+    /// Reads depth from a file's content, as a background wants it. `path` stands for the file in messages.
     ///
     /// # Errors
     /// [`Error::File`], one line: it is broken, holds no depth, several that may be meant, or one that is not over 0.
-    pub fn from_bytes(
-        path: &Path,
-        bytes: &[u8],
-        background: &Background,
-    ) -> crate::Result<(Self, (u32, u32), Vec<Remark>)> {
+    pub fn from_bytes(path: &Path, bytes: &[u8], background: &Background) -> crate::Result<Self> {
         decode(bytes, background).map_err(|problem| Error::unread(path, &problem))
     }
 }
 
-fn decode(
-    bytes: &[u8],
-    background: &Background,
-) -> Result<(Depth, (u32, u32), Vec<Remark>), String> {
+fn decode(bytes: &[u8], background: &Background) -> Result<DecodedDepth, String> {
     let stored = match Format::of(bytes) {
         Some(Format::Exr) => of_exr(bytes, background.depth_layer.as_deref())?,
         Some(Format::Display(ImageFormat::Png)) => of_png(bytes, background)?,
@@ -88,8 +93,8 @@ fn decode(
     if beyond > 0 {
         remarks.push(Remark::detail(format!("{beyond} texels of depth are the sky")));
     }
-    let size = (width as u32, height as u32);
-    Ok((Depth { values, kind: background.depth_kind }, size, remarks))
+    let depth = Depth { values, kind: background.depth_kind };
+    Ok(DecodedDepth { depth, width: width as u32, height: height as u32, remarks })
 }
 
 /// What is wrong with a depth, and what helps.
@@ -247,7 +252,8 @@ mod tests {
     fn nearest_known_pixels_are_nearest() {
         let (width, height) = (17, 11);
         for pattern in 1_usize..40 {
-            let known = |index: usize| (index * 7919 + pattern * 104_729) % (3 * pattern + 1) == 0;
+            let known =
+                |index: usize| (index * 7919 + pattern * 104_729).is_multiple_of(3 * pattern + 1);
             let is_known: Vec<bool> = (0..width * height).map(known).collect();
             if !is_known.contains(&true) {
                 continue;

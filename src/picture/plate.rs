@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::Picture;
-pub use super::depth::Depth;
+pub use super::depth::{DecodedDepth, Depth};
 use super::mend::Edges;
 use super::read::{Decoded, Request, content};
 use crate::remark::Remark;
@@ -79,7 +79,9 @@ impl Plate {
         wanted: (u32, u32),
     ) -> Result<Depth> {
         let bytes = content(path).map_err(|problem| Error::unread(path, &problem))?;
-        let (depth, size, remarks) = Depth::from_bytes(path, &bytes, background)?;
+        let DecodedDepth { depth, width, height, remarks } =
+            DecodedDepth::from_bytes(path, &bytes, background)?;
+        let size = (width, height);
         if size != wanted {
             let resample = format!("resample it to {} x {}", wanted.0, wanted.1);
             // The picture has the colour's size already.

@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use glam::Vec3;
-use raindrops::picture::depth::Depth;
+use raindrops::picture::depth::DecodedDepth;
 use raindrops::picture::{Picture, write_png};
 use raindrops::scene::Scene;
 use raindrops::scene::background::Background;
@@ -133,17 +133,18 @@ fn mutants_of_depth_are_read_or_refused() {
     for name in ["07-depth-among-aovs/arnold.exr", "09-depth-as-tools-write-it/kitti.png"] {
         let path = cases.join(name);
         let bytes = std::fs::read(&path).expect("a file");
-        Depth::from_bytes(&path, &bytes, &background).expect("the control");
+        DecodedDepth::from_bytes(&path, &bytes, &background).expect("the control");
         let (mut random, mut read, mut refused) = (Random(7), 0, 0);
         for _ in 0..scaled(MUTATIONS) {
             let mut changed = bytes.clone();
             random.mutate(&mut changed);
             let (outcome, most) =
-                largest_allocation(|| Depth::from_bytes(&path, &changed, &background));
+                largest_allocation(|| DecodedDepth::from_bytes(&path, &changed, &background));
             assert!(most < 1 << 30, "{name}: {most} bytes at once");
             match outcome {
-                Ok((depth, (width, height), _)) => {
+                Ok(read_depth) => {
                     read += 1;
+                    let DecodedDepth { depth, width, height, .. } = read_depth;
                     assert_eq!(depth.values.len() as u32, width * height);
                     assert!(depth.values.iter().all(|depth| depth.is_finite() && *depth > 0.0));
                 }

@@ -49,7 +49,7 @@ fn figures(halves: &Halves, picture: &Picture) -> Figures {
 }
 
 fn checkered(x: u32, y: u32) -> f64 {
-    if (x + y) % 2 == 0 { 20.0 } else { -20.0 }
+    if (x + y).is_multiple_of(2) { 20.0 } else { -20.0 }
 }
 
 #[track_caller]

@@ -30,7 +30,7 @@ pub(super) fn whole(bytes: &[u8]) -> Result<(Cow<'_, [u8]>, Option<Remark>), Str
         match marker {
             END => {
                 let rough = walk.frame.as_ref().and_then(Frame::missing);
-                return Ok((Cow::Borrowed(bytes), rough.map(|rough| Remark::warning(rough))));
+                return Ok((Cow::Borrowed(bytes), rough.map(Remark::warning)));
             }
             HUFFMAN => walk.define_tables(segment)?,
             RESTARTS => walk.restarts = usize::from(be16(segment, 0).ok_or_else(damaged)?),

@@ -289,12 +289,10 @@ mod tests {
         parts.iter().map(part).collect()
     }
 
-    /// Name and first channel of what a rule finds, or what it says.
-    fn found(
-        rule: fn(&[Header], Option<&str>, &str) -> Result<Choice, String>,
-        parts: &[Part<'_>],
-        name: Option<&str>,
-    ) -> Result<String, String> {
+    type Rule = fn(&[Header], Option<&str>, &str) -> Result<Choice, String>;
+
+    /// Channels of what a rule finds, or what it says.
+    fn found(rule: Rule, parts: &[Part<'_>], name: Option<&str>) -> Result<String, String> {
         let headers = file(parts);
         let choice = rule(&headers, name, "the key")?;
         let channels = choice

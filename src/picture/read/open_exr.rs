@@ -151,9 +151,8 @@ fn primaries(header: &Header, remarks: &mut Vec<Remark>) -> Option<Primaries> {
         return Some(Primaries::from_array(std::array::from_fn(|n| f64::from(each[n / 2][n % 2]))));
     }
     let others = [&header.shared_attributes.other, &header.own_attributes.other];
-    let value = |name: &str| {
-        others.iter().flat_map(|all| all.iter()).find(|(key, _)| key.to_string() == name)
-    };
+    let value =
+        |name: &str| others.iter().flat_map(|all| all.iter()).find(|(key, _)| **key == *name);
     if let Some((_, AttributeValue::I32(1))) = value("acesImageContainerFlag") {
         return Some(color::ACES_AP0);
     }
