@@ -267,6 +267,9 @@ fn real_rain(scene: &mut Scene, random: &mut Random) {
     if random.chance(0.15) {
         let from = random.log(0.15, 2.0);
         rain.diameters = [from, (from * random.log(1.2, 6.0)).min(8.0)];
+        // Between narrow diameters Ulbrich's law makes no heavy rain.
+        let [from, to] = rain.diameters;
+        rain.median_diameter = (sizes == Sizes::Gamma).then(|| (from * to).sqrt());
     }
     if random.chance(0.1) {
         rain.air_density = random.between(0.4, 2.0);

@@ -13,7 +13,7 @@ use crate::scene::{frame, make};
 const SCENES: u64 = 1000;
 
 /// Keys that no scene of a hunt gives, and why.
-const NEVER: [(&str, &str); 25] = [
+const NEVER: [(&str, &str); 24] = [
     ("model.preset", "each scene is drawn by three presets"),
     ("model.optics", "the presets' models are what is held to the bounds"),
     ("model.primitive", "as optics"),
@@ -36,7 +36,6 @@ const NEVER: [(&str, &str); 25] = [
     ("background.color_layer", "the files of a hunt have one layer"),
     ("background.depth_layer", "the files of a hunt have one layer"),
     ("background.depth_invalid", "every depth of a hunt is known"),
-    ("rain.median_diameter", "another way to say how large drops are, which rates and mu vary"),
     // The two keys below are lists of keys of their own.
     ("film.camera.vertical_fov", "left out: that of the scene"),
     ("film.pace.at", "the first frame is drawn"),
