@@ -34,12 +34,15 @@ pub struct Lighting {
     device: Arc<Device>,
 }
 
+/// What a far drop is made for: the light, and the three choices of `Lighting::far_drop`.
+type FarDropKey = (Light, bool, bool, bool);
+
 /// What was asked for so far.
 #[derive(Default)]
 struct Made {
     /// The environment without what [`Glints`] show of it; none where that is all.
     rest: Option<Arc<EnvironmentMap>>,
-    far_drops: Vec<((Light, bool, bool, bool), Arc<FarDrop>)>,
+    far_drops: Vec<(FarDropKey, Arc<FarDrop>)>,
     tables: Vec<(TableOf, Arc<Table>)>,
 }
 
