@@ -59,6 +59,7 @@ const STRUCTURES: &[&str] = &[
     "Frame",
     "Large",
     "LargeShape",
+    "LogSumsPush",
     "Motion",
     "MotionDepthPush",
     "Part",

@@ -145,26 +145,27 @@ void write_blurred_colors(uint at, uint picture, vec2 from, vec4 to_disc, float 
     }
 }
 
-// Its colours are found by rays, eight invocations of 256 a workgroup. One atomic a subgroup.
-void note_ray_block(uint at) {
-    uvec4 here = subgroupBallot(true);
-    uint first = 0u;
+// Notes the blocks whose colours are found by rays, eight invocations of 256 a workgroup. One atomic a subgroup, so that
+// all of it must come here.
+void note_ray_block(uint at, bool rays) {
+    uvec4 here = subgroupBallot(rays);
+    uint first = 0u, count = subgroupBallotBitCount(here);
+    if (count == 0u) return;
     if (subgroupElect()) {
-        uint count = subgroupBallotBitCount(here);
         first = atomicAdd(totals.ray_blocks, count);
         uint groups = (first + count + 256u / PIXELS - 1u) / (256u / PIXELS);
         atomicMax(totals.ray_groups.x, min(groups, ROW));
         if (groups > ROW) atomicMax(totals.ray_groups.y, (groups + ROW - 1u) / ROW);
     }
-    blocks[MAX_BLOCKS + subgroupBroadcastFirst(first) + subgroupBallotExclusiveBitCount(here)] = at;
+    uint place = subgroupBroadcastFirst(first) + subgroupBallotExclusiveBitCount(here);
+    if (rays) blocks[MAX_BLOCKS + place] = at;
 }
 
-void main() {
-    uint at = group_number() * gl_WorkGroupSize.x + gl_LocalInvocationID.x;
-    if (at >= min(totals.blocks, block_room())) return;
+// Fills a block's node; whether its colours are to be found by rays.
+bool fill_block(uint at) {
     uint node = block_node(at);
     Large r = large_at(blocks[at]);
-    if ((r.look & AS_SPLATS) != 0u) return;
+    if ((r.look & AS_SPLATS) != 0u) return false;
     uint number = at - r.first_block;
     uvec2 at_tile = uvec2(r.first_tile & 0xffffu, r.first_tile >> 16)
         + divided(number, r.across).yx;
@@ -251,5 +252,12 @@ void main() {
         uint link = node + NEXT_OF_BLOCK, tile = tile_number(at_tile);
         nodes[link] = atomicExchange(heads[tile], link);
     }
-    if (highest > 0.0 && rays) note_ray_block(at);
+    return highest > 0.0 && rays;
+}
+
+void main() {
+    uint at = group_number() * gl_WorkGroupSize.x + gl_LocalInvocationID.x;
+    bool rays = false;
+    if (at < min(totals.blocks, block_room())) rays = fill_block(at);
+    note_ray_block(at, rays);
 }

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 // Adds the images of the bright sources to the pixels of the large drops' tile fragments, after their colours are
-// there; one invocation eight drops. SHARED: of the drops that the others leave, as they take long; a workgroup one drop.
+// there; one workgroup 64 drops. SHARED: of the drops that the others leave, as they take long; a workgroup one drop.
 // See src/passes/glints.rs.
 //
 // llvmpipe ends the loops of a vector of invocations after some 65,000 turns together. So no order of the drops may decide
@@ -18,10 +18,11 @@
 #define COUNTERS_BINDING 15
 #include "counters.glsl"
 
-// CPU drivers run a vector of eight invocations as long as one of them has an image to solve for, so each takes as
-// many drops as there are in a vector, and solves for those alone that need it: one in twenty.
-const uint WIDE = 8;
-layout(local_size_x = WIDE) in;
+// Invocations of a workgroup (src/gpu/machine.rs), and how many drops each of them takes: 64 together.
+layout(constant_id = 26) const uint GLINT_LANES = 8;
+layout(local_size_x_id = 26) in;
+const uint WIDE = GLINT_LANES;
+const uint DROPS = 64 / GLINT_LANES;
 
 // The drops that are left to SHARED, where composite.comp lists tiles later.
 layout(std430, set = 0, binding = 14) buffer Disordered { uint shared_drops[]; };
@@ -339,9 +340,9 @@ void share(uint drop) {
 }
 
 void main() {
-    uint first = gl_WorkGroupID.x * (WIDE * WIDE) + gl_LocalInvocationID.x, todo = 0u;
+    uint first = gl_WorkGroupID.x * 64u + gl_LocalInvocationID.x, todo = 0u;
     uint end = min(totals.larges, MAX_LARGES);
-    for (uint i = 0u; i < WIDE && first + i * WIDE < end; ++i) {
+    for (uint i = 0u; i < DROPS && first + i * WIDE < end; ++i) {
         uint drop = first + i * WIDE;
         Large r = larges[drop];
         bool shown = (r.look & AS_SPLATS) == 0u && r.look >> 16 != 0u;

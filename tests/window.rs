@@ -4,10 +4,10 @@ mod common;
 
 use std::sync::Arc;
 
-use common::{on_device, painted};
+use common::{on_adjusted_device, on_device, painted};
 use glam::{DVec3, Vec3};
 use raindrops::environment::Environment;
-use raindrops::gpu::Device;
+use raindrops::gpu::{Device, Machine};
 use raindrops::picture::Picture;
 use raindrops::plan::{Output, plan};
 use raindrops::rain::cull::count_visible;
@@ -93,21 +93,24 @@ const WHOLE: Grid = Grid { columns: 1, rows: 1 };
 
 #[test]
 fn parts_are_the_whole_to_the_byte() {
-    for preset in [Preset::Fast, Preset::Exact] {
-        on_device(|device| {
-            let mut scene = scene(preset);
-            scene.model.samples = Some(if preset == Preset::Exact { 4 } else { 1 });
-            let (whole, in_view) = drawn(device, &scene, Output::Display, WHOLE);
-            assert!(whole.shown.iter().any(|p| (40..220).contains(&p[0])), "nothing to see");
-            let grid = Grid { columns: 3, rows: 2 };
-            let (parts, in_parts) = drawn(device, &scene, Output::Display, grid);
-            let found = first_difference(&whole.radiance.pixels, &parts.radiance.pixels);
-            assert_eq!(found, None, "{preset}: radiance");
-            let found = first_difference(&whole.shown, &parts.shown);
-            assert_eq!(found, None, "{preset}: display");
-            // Each part passes over what the others show.
-            assert!(in_parts < 2 * in_view, "{in_parts} drops in view of the parts, {in_view}");
-        });
+    for (preset, machine) in [(Preset::Fast, Machine::Gpu), (Preset::Exact, Machine::Cpu)] {
+        on_adjusted_device(
+            |report| report.machine = machine,
+            |device| {
+                let mut scene = scene(preset);
+                scene.model.samples = Some(if preset == Preset::Exact { 4 } else { 1 });
+                let (whole, in_view) = drawn(device, &scene, Output::Display, WHOLE);
+                assert!(whole.shown.iter().any(|p| (40..220).contains(&p[0])), "nothing to see");
+                let grid = Grid { columns: 3, rows: 2 };
+                let (parts, in_parts) = drawn(device, &scene, Output::Display, grid);
+                let found = first_difference(&whole.radiance.pixels, &parts.radiance.pixels);
+                assert_eq!(found, None, "{preset}: radiance");
+                let found = first_difference(&whole.shown, &parts.shown);
+                assert_eq!(found, None, "{preset}: display");
+                // Each part passes over what the others show.
+                assert!(in_parts < 2 * in_view, "{in_parts} drops in view of the parts, {in_view}");
+            },
+        );
     }
 }
 

@@ -8,7 +8,7 @@ use super::tell::{note, remark, say};
 use crate::Result;
 use crate::environment::Environment;
 use crate::gpu::disk_cache::{KeptDevice, user_folder};
-use crate::gpu::{Device, DeviceReport, Instance, Validation, choose_among};
+use crate::gpu::{Device, DeviceReport, Instance, Machine, Validation, choose_among};
 use crate::measure;
 use crate::measure::costs::{costs, ranked};
 use crate::plan::Choice;
@@ -34,7 +34,7 @@ impl DeviceArgs {
     }
 
     /// Opens the device and says on stderr which one.
-    pub fn open(&self) -> Result<KeptDevice> {
+    pub fn open(&self) -> anyhow::Result<KeptDevice> {
         let instance = self.instance()?;
         let report = choose_device(&instance, self.device.as_deref())?;
         open_device(&instance, report)
@@ -63,10 +63,24 @@ pub fn choose_device(instance: &Arc<Instance>, wanted: Option<&str>) -> Result<D
     choose_among(&reports, wanted)
 }
 
+/// Names the machine for which passes are laid out, in place of the device's own.
+const MACHINE: &str = "RAINDROPS_MACHINE";
+
 /// Opens a device, with the user's file of compiled pipelines, and says on stderr which one.
-pub fn open_device(instance: &Arc<Instance>, report: DeviceReport) -> Result<KeptDevice> {
+pub fn open_device(
+    instance: &Arc<Instance>,
+    mut report: DeviceReport,
+) -> anyhow::Result<KeptDevice> {
     say!("device: {}", report.summary());
-    KeptDevice::open(instance, report, user_folder(), remark)
+    if let Some(wanted) = std::env::var_os(MACHINE).filter(|wanted| !wanted.is_empty()) {
+        report.machine = match wanted.to_str() {
+            Some("cpu") => Machine::Cpu,
+            Some("gpu") => Machine::Gpu,
+            _ => anyhow::bail!("{MACHINE} is {}: cpu or gpu", wanted.display()),
+        };
+        say!("passes are laid out for a {} ({MACHINE})", wanted.display());
+    }
+    Ok(KeptDevice::open(instance, report, user_folder(), remark)?)
 }
 
 /// What preset `auto` takes for `scene` on `device`, said on stderr; `None` for another preset.

@@ -16,6 +16,7 @@ mod host;
 mod host_image;
 mod image;
 mod instance;
+mod machine;
 mod pipeline;
 mod pipeline_cache;
 pub mod probe;
@@ -47,6 +48,7 @@ pub use host::{HostDevice, QueueLock};
 pub use host_image::{HostImage, ImageState};
 pub use image::{Image, ImageInfo, Sampler, Samples};
 pub use instance::{Instance, Validation};
+pub use machine::Machine;
 pub use pipeline::{
     Alpha, ComputePipeline, GraphicsPipeline, GraphicsState, Shader, Specialization,
 };

@@ -5,7 +5,7 @@ use std::ffi::CStr;
 use ash::vk;
 
 use super::requirements::{Capabilities, Features, Requirements};
-use super::{Instance, Named, PipelineKey};
+use super::{Instance, Machine, Named, PipelineKey};
 use crate::{Error, Result};
 
 /// What a device is and can do, as it says itself.
@@ -24,6 +24,8 @@ pub struct DeviceReport {
     pub api_version: String,
     /// `discrete GPU`, `integrated GPU`, `virtual GPU`, `CPU` or `other`.
     pub kind: &'static str,
+    /// For which machine passes are laid out on it: by its kind, unless somebody sets another.
+    pub machine: Machine,
     /// What the renderer needs and the device lacks, by its Vulkan names; empty if it will do.
     pub missing: Vec<&'static str>,
     /// Of the features that the renderer knows, those that the device has; of one that is open, those that are enabled.
@@ -194,6 +196,7 @@ impl Instance {
                 vk::api_version_patch(base.api_version)
             ),
             kind,
+            machine: if kind == CPU { Machine::Cpu } else { Machine::Gpu },
             missing: required.missing(&has),
             features: has.features,
             limits: base.limits,

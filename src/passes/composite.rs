@@ -33,7 +33,7 @@ use super::frame::{Frame, FrameBuffer};
 use super::glints::{Glints, SplatTable};
 use super::tile_grid::TILE_PIXELS;
 use super::tiles::Tiles;
-use super::tone_map::{FINAL_SUMS, Source};
+use super::tone_map::{Source, further_sums};
 use super::totals::{
     DISORDERED_GROUPS, LARGE_GROUPS, LINE_GROUPS, LISTED_GROUPS, RAY_GROUPS, SHARED_GROUPS,
 };
@@ -176,7 +176,11 @@ impl Buffers {
         Ok(Self {
             radiance: make("radiance", PIXEL_BYTES * pixels, Usage::TRANSFER_SRC | texels)?,
             nearest: maybe(has_nearest, "nearest drops", 8 * pixels, Usage::TRANSFER_SRC)?,
-            log_sums: make("log luminance sums", 4 * (count + u64::from(FINAL_SUMS)), moved)?,
+            log_sums: make(
+                "log luminance sums",
+                4 * (count + u64::from(further_sums(device.report.machine))),
+                moved,
+            )?,
             sky: make("sky", PIXEL_BYTES * TILE_PIXELS * count, texels)?,
             // Before composite lists tiles here, glints lists large drops.
             disordered_tiles: make(
@@ -285,6 +289,7 @@ impl Passes {
             [constant::LOG_SUMS, plan.log_average.into()],
             [constant::PREFETCH, tiles.prefetch.into()],
             [constant::GLINTS, glints.count],
+            [constant::GLINT_LANES, device.report.machine.glint_lanes()],
             [constant::LAYERS, plan.layers.into()],
         ];
         let constants: Vec<_> = tiles.constants.iter().copied().chain(own).collect();

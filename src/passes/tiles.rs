@@ -41,8 +41,8 @@ use super::{light_constants, rows_of, side_by_side};
 use crate::abi::{CLUSTER, END, MAX_BANDS, STRETCHES};
 use crate::gpu::sets::{constant, group, tiles as slot};
 use crate::gpu::{
-    Bindings, Buffer, ComputePipeline, Device, Memory, Recorder, Resource, Slot, Use, fill_buffer,
-    memory_barrier, shaders, update_buffer,
+    Bindings, Buffer, ComputePipeline, Device, Machine, Memory, Recorder, Resource, Slot, Use,
+    fill_buffer, memory_barrier, shaders, update_buffer,
 };
 use crate::plan::FramePlan;
 use crate::rain::field::Seen;
@@ -330,7 +330,9 @@ impl Tiles {
             in_pixels,
             in_regions: regions.tiles,
             // Where each word read is dear, it costs more than it saves.
-            prefetch: device.report.is_cpu() && texels.is_some() && plan.splat_px > 0.0,
+            prefetch: device.report.machine == Machine::Cpu
+                && texels.is_some()
+                && plan.splat_px > 0.0,
             counters,
             reach,
             records,

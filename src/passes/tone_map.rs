@@ -7,10 +7,10 @@
 //! relative to the scene: a fraction of the environment's mean luminance, so that a picture does not
 //! change with the unit of its radiance.
 //!
-//! The sum runs in three steps without shared memory or barriers: 16,384 strided sums (or those of the
-//! tiles, which `composite.rs` leaves), 128 sums of those, and the rest in the vertex shader of the
-//! full-screen triangle. On CPU drivers a
-//! tree reduction with barriers takes five to eighty times as long; on GPUs the strides coalesce.
+//! The sum runs in steps without shared memory or barriers: 16,384 strided sums (or those of the tiles, which
+//! `composite.rs` leaves), on a GPU 4,096 sums of those, 128 sums, and the rest in the vertex shader of the full-screen
+//! triangle. On CPU drivers a tree reduction with barriers takes five to eighty times as long; on GPUs the strides
+//! coalesce, but 128 invocations alone waited for a thousand loads each, longer than all else took.
 
 use std::sync::Arc;
 
@@ -19,10 +19,11 @@ use ash::vk;
 use super::frame::FrameBuffer;
 use super::{attachment, rendering};
 use crate::Result;
+use crate::abi::LogSumsPush;
 use crate::gpu::sets::{constant, group, tone_map as slot};
 use crate::gpu::{
-    Bindings, Buffer, ComputePipeline, Device, GraphicsPipeline, GraphicsState, Image, Memory,
-    Recorder, Resource, Sampler, Shader, Slot, Texel, Texels, Use, memory_barrier, shaders,
+    Bindings, Buffer, ComputePipeline, Device, GraphicsPipeline, GraphicsState, Image, Machine,
+    Memory, Recorder, Resource, Sampler, Shader, Slot, Texel, Texels, Use, memory_barrier, shaders,
     update_buffer,
 };
 use crate::scene::model::Operator;
@@ -32,18 +33,29 @@ pub const DISPLAY: vk::Format = vk::Format::R8G8B8A8_SRGB;
 
 /// Sums of the first step over an image.
 const SUMS: u32 = 16_384;
-/// Sums of the second step.
-pub(super) const FINAL_SUMS: u32 = 128;
+/// The last sums before that of the vertex shader.
+const FINAL_SUMS: u32 = 128;
 
-/// What the second step leaves.
+/// Them, of one picture.
 pub type FinalSums = [f32; FINAL_SUMS as usize];
 
-/// The second step on the CPU, to the bit: over the sums of a picture that was drawn in parts.
-pub fn final_sums(sums: &[f32]) -> FinalSums {
-    let of = |first| {
-        sums.iter().skip(first).step_by(FINAL_SUMS as usize).fold(0.0, |sum, log| sum + log)
-    };
-    std::array::from_fn(of)
+/// How many sums follow those of the first step in their buffer: the final ones, and those between.
+pub fn further_sums(machine: Machine) -> u32 {
+    FINAL_SUMS + machine.log_sums_between().unwrap_or(0)
+}
+
+/// What `glsl/sum_logs.comp` leaves of the sums of the first step, to the bit: of a picture that was drawn in parts.
+pub fn final_sums(sums: &[f32], machine: Machine) -> FinalSums {
+    let between = machine.log_sums_between().map(|count| strided(sums, count as usize));
+    let sums = between.as_deref().unwrap_or(sums);
+    let found = strided(sums, FINAL_SUMS as usize);
+    std::array::from_fn(|at| found[at])
+}
+
+/// So many sums, each of a stride of values.
+fn strided(values: &[f32], count: usize) -> Vec<f32> {
+    let of = |first| values.iter().skip(first).step_by(count).fold(0.0, |sum, log| sum + log);
+    (0..count).map(of).collect()
 }
 
 /// Where the radiance is.
@@ -55,7 +67,7 @@ pub enum Source<'a> {
     Tiles {
         /// Row by row.
         radiance: &'a Buffer,
-        /// A sum of log(delta + luminance) for each tile, then room for `FINAL_SUMS` more.
+        /// A sum of log(delta + luminance) for each tile, then room for [`further_sums`].
         log_sums: &'a Buffer,
         /// Number of tiles.
         count: u32,
@@ -132,7 +144,7 @@ impl ToneMap {
     ) -> Result<Self> {
         let own_sums = match source {
             Source::Image(_) => {
-                let bytes = 4 * u64::from(SUMS + FINAL_SUMS);
+                let bytes = 4 * u64::from(SUMS + further_sums(device.report.machine));
                 let usage = vk::BufferUsageFlags::STORAGE_BUFFER
                     | vk::BufferUsageFlags::TRANSFER_SRC
                     | vk::BufferUsageFlags::TRANSFER_DST;
@@ -160,7 +172,10 @@ impl ToneMap {
             }
             Source::Tiles { .. } => None,
         };
-        let sum_up = ComputePipeline::new(device, shaders::SUM_LOGS_COMP, &bindings, 0, &[])?;
+        let sum_up = {
+            let bytes = size_of::<LogSumsPush>() as u32;
+            ComputePipeline::new(device, shaders::SUM_LOGS_COMP, &bindings, bytes, &[])?
+        };
         let apply = GraphicsPipeline::new(
             device,
             [shaders::TONE_MAP_VERT, apply_shader],
@@ -187,13 +202,20 @@ impl ToneMap {
             );
             memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::ComputeWrite]);
         }
-        self.sum_up.dispatch(
-            commands,
-            &self.bindings,
-            0,
-            &[],
-            [FINAL_SUMS / group::SUM_LOGS_COMP[0], 1, 1],
-        );
+        let sum_up = |[first, count, to, sums]: [u32; 4]| {
+            let push = LogSumsPush { first, count, to };
+            let groups = [sums / group::SUM_LOGS_COMP[0], 1, 1];
+            self.sum_up.dispatch(commands, &self.bindings, 0, bytemuck::bytes_of(&push), groups);
+        };
+        match device.report.machine.log_sums_between() {
+            None => sum_up([0, self.count, self.count, FINAL_SUMS]),
+            Some(between) => {
+                let at = self.count + FINAL_SUMS;
+                sum_up([0, self.count, at, between]);
+                memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::ComputeWrite]);
+                sum_up([at, between, self.count, FINAL_SUMS]);
+            }
+        }
     }
 
     /// Records the sums of another picture in place of those of `source`, which the pass was made for: those of the

@@ -33,7 +33,7 @@ pub use crate::passes::background::{DepthConvention, HostBackground};
 use crate::passes::counters::Counts;
 pub use crate::passes::rain_field::RainField;
 pub use crate::passes::renewal::{HostEnvironment, LiveInfo};
-use crate::passes::tone_map::FinalSums;
+use crate::passes::tone_map::{FinalSums, further_sums};
 use crate::passes::totals::TileCounts;
 use crate::picture::Picture;
 use crate::picture::layers::Layers;
@@ -285,7 +285,7 @@ impl Renderer {
         let own = || self.view.display.as_ref().and_then(|display| display.tone_map.own_sums());
         let Some(sums) = tiled.or_else(own) else { return Ok(Vec::new()) };
         let mut all: Vec<f32> = self.read_buffer(sums)?;
-        all.truncate(all.len() - size_of::<FinalSums>() / 4);
+        all.truncate(all.len() - further_sums(self.view.lighting.device().report.machine) as usize);
         Ok(all)
     }
 

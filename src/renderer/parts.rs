@@ -232,7 +232,8 @@ impl<'a> Parts<'a> {
     ) -> Result<(&Renderer, FrameReport)> {
         let (size, mut renderer) = self.take_renderer(scene)?;
         let pixels = scene.image.width as f32 * scene.image.height as f32;
-        renderer.whole_sums = exposure.map(|sums| (final_sums(sums), pixels));
+        renderer.whole_sums =
+            exposure.map(|sums| (final_sums(sums, self.device.report.machine), pixels));
         let report = match &self.until {
             Some(until) => {
                 let mut until = until.clone();

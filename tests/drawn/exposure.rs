@@ -3,10 +3,10 @@
 
 use std::sync::Arc;
 
-use crate::common::on_device;
+use crate::common::{on_adjusted_device, on_device};
 use glam::{DVec3, Vec3};
 use raindrops::environment::Environment;
-use raindrops::gpu::Device;
+use raindrops::gpu::{Device, Machine};
 use raindrops::picture::Picture;
 use raindrops::picture::tone_map::{DELTA, Exposure, display, luminance};
 use raindrops::plan::{Output, plan};
@@ -93,22 +93,27 @@ fn a_sequence_does_not_breathe() {
 
 #[test]
 fn the_derived_exposure_can_be_held() {
-    for preset in [Preset::Paper, Preset::Fast] {
-        on_device(|device| {
-            let mut scene = scene(preset, 1.0);
-            let derived = shown(&mut renderer(device, &scene, Output::Display), &scene);
-            let mut renderer = renderer(device, &scene, Output::Radiance);
-            renderer.submit(&scene).expect("a frame");
-            let radiance = renderer.read_radiance().expect("a picture");
-            // The GPU's delta is told from the environment, not from the picture.
-            let delta = DELTA * bright_above().mean_luminance();
-            let logs = radiance.pixels.iter().map(|p| (delta + luminance(p.as_dvec3())).ln());
-            let average = (logs.sum::<f64>() / radiance.pixels.len() as f64).exp();
-            scene.tone_map.exposure = Some(scene.tone_map.key / average);
-            let held = shown(&mut self::renderer(device, &scene, Output::Display), &scene);
-            let (largest, share) = differences(&derived, &held);
-            assert!(largest <= 1 && share < 0.01, "{preset}: {largest}, {share}");
-        });
+    let on_cpus = [(Preset::Paper, Machine::Cpu), (Preset::Fast, Machine::Cpu)];
+    let on_gpus = [(Preset::Paper, Machine::Gpu), (Preset::Fast, Machine::Gpu)];
+    for (preset, machine) in on_cpus.into_iter().chain(on_gpus) {
+        on_adjusted_device(
+            |report| report.machine = machine,
+            |device| {
+                let mut scene = scene(preset, 1.0);
+                let derived = shown(&mut renderer(device, &scene, Output::Display), &scene);
+                let mut renderer = renderer(device, &scene, Output::Radiance);
+                renderer.submit(&scene).expect("a frame");
+                let radiance = renderer.read_radiance().expect("a picture");
+                // The GPU's delta is told from the environment, not from the picture.
+                let delta = DELTA * bright_above().mean_luminance();
+                let logs = radiance.pixels.iter().map(|p| (delta + luminance(p.as_dvec3())).ln());
+                let average = (logs.sum::<f64>() / radiance.pixels.len() as f64).exp();
+                scene.tone_map.exposure = Some(scene.tone_map.key / average);
+                let held = shown(&mut self::renderer(device, &scene, Output::Display), &scene);
+                let (largest, share) = differences(&derived, &held);
+                assert!(largest <= 1 && share < 0.01, "{preset}, {machine:?}: {largest}, {share}");
+            },
+        );
     }
 }
 

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
 use raindrops::environment::Environment;
-use raindrops::gpu::Device;
+use raindrops::gpu::{Device, PointRules};
 use raindrops::passes::counters::Counts;
 use raindrops::picture::Picture;
 use raindrops::plan::{Output, plan};
@@ -187,6 +187,9 @@ const ACROSS_SUBMISSIONS: (&str, &str) =
 #[ignore = "run by `no_hazard_between_frames`, in an environment of its own"]
 fn frames_without_waiting() {
     crate::common::on_device(|device| {
+        // Whoever finds them out draws and waits.
+        let rules = PointRules { limit_px: 64.0, draws_off_screen: true };
+        device.point_rules.set(rules).expect("not yet probed");
         let mut scene = Scene {
             rain: Some(RainSettings { count: 1000, ..RainSettings::default() }),
             image: ImageSize { width: 64, height: 64 },

@@ -132,9 +132,12 @@ impl<'a> Shooter<'a> {
     }
 }
 
+/// Pixels of a row of [`limit_shots`] that a point leaves.
+const BESIDE_PX: u32 = 16;
+
 /// Rows through points of falling sizes, the claimed limit first.
 pub fn limit_shots(claimed: f32) -> Vec<Shot> {
-    let width = claimed.ceil() as u32 + 16;
+    let width = claimed.ceil() as u32 + BESIDE_PX;
     [claimed, claimed.floor(), 0.75 * claimed, 0.5 * claimed, 0.25 * claimed, 64.0, 16.0, 1.0]
         .into_iter()
         .filter(|size| *size <= claimed)
@@ -167,7 +170,10 @@ pub fn limit_of(shots: &[Shot], marks: &[Vec<Mark>]) -> f32 {
 /// Finds what the renderer must know.
 pub(super) fn rules(device: &Arc<Device>) -> Result<PointRules> {
     let mut shooter = Shooter::new(device)?;
-    let shots = limit_shots(device.report.limits.point_size_range[1]);
+    let limits = &device.report.limits;
+    // A device may claim larger points than an image holds.
+    let widest = limits.max_image_dimension2_d.saturating_sub(BESIDE_PX);
+    let shots = limit_shots(limits.point_size_range[1].min(widest as f32));
     let limit_px = limit_of(&shots, &shooter.shoot(&shots)?);
     let shots = off_screen_shots(limit_px);
     let marks = shooter.shoot(&shots)?;
@@ -203,8 +209,9 @@ impl Points {
     pub(super) fn of(device: &Arc<Device>) -> Result<Self> {
         let rules = super::point_rules(device)?;
         let mut shooter = Shooter::new(device)?;
-        let claimed_px = device.report.limits.point_size_range;
-        let wide = claimed_px[1].ceil() as u32 + 96;
+        let limits = &device.report.limits;
+        let claimed_px = limits.point_size_range;
+        let wide = (claimed_px[1].ceil() as u32 + 96).min(limits.max_image_dimension2_d);
         let cell = Cell { at: [0, 0, wide, 1] };
         let center = Vec2::new(0.5 * wide as f32, 0.5);
         let shot = Shot { cell, center, size: claimed_px[1] + 64.0 };
