@@ -277,6 +277,70 @@ bool spreads_glints(uint drop, Large r) {
     return (r.look & BY_RAYS) != 0u && is_lens() && has_spread_glints(r.sphere, move.xyz, move.w);
 }
 
+// A source's disc in parts, as a drop shows it.
+struct Parts {
+    vec3 toward, u, v; // its middle and two directions across, in view space
+    float wide;        // angular radius of the source
+    uint count;
+    float part;        // root of a part's share of the solid angle
+    float radius;      // angular, of a part
+};
+
+Parts parts_in(vec4 source, vec3 axis, float pixels) {
+    Parts p;
+    p.toward = to_view(source.xyz);
+    p.u = aside_of(p.toward, axis);
+    p.v = cross(p.toward, p.u);
+    p.wide = source.w;
+    p.count = parts_of(pixels, source.w);
+    p.part = inversesqrt(float(p.count));
+    p.radius = max(source.w * p.part, 1e-3);
+    return p;
+}
+
+// Where a part is: evenly over the disc, by turns of the golden angle.
+vec3 toward_part(Parts p, uint number) {
+    float out_by = p.count > 1u ? p.wide * p.part * sqrt(float(number) + 0.5) : 0.0, turn = 2.39996323 * float(number);
+    return normalize(p.toward + out_by * (cos(turn) * p.u + sin(turn) * p.v));
+}
+
+// The ways by which a drop shows a part that is `off` its axis. In a large drop even an image of a thirtieth of the light is
+// seen.
+uint ways_in(Large r, float off, float radius, float sine) {
+    return ways_of(off, radius, sine) | ((r.look & BY_RAYS) != 0u ? FAINT_WAYS : 0u);
+}
+
+vec2 image_in(uint way, float off, float radius, float sine) {
+    bool closed = sine < FAR_SINE && (CLOSED_WAYS >> way & 1u) != 0u;
+    return closed ? far_image_of(way, off, sine) : image_of(way, off, radius, sine);
+}
+
+#ifdef SHARED
+// Of a GPU the invocations of a workgroup find the images of so many parts together, each a way of one part.
+const uint FOUND_PARTS = 8, WAYS = 8;
+const bool FINDS_TOGETHER = GLINT_LANES == FOUND_PARTS * WAYS;
+shared vec2 found_images[FOUND_PARTS * WAYS * 3u];
+
+uint place_found(uint number, uint way, uint index) {
+    return (number % FOUND_PARTS * WAYS + way) * INDICES + index;
+}
+
+void find_images(Parts p, uint first, Large r, vec3 axis, float sine) {
+    uint number = first + gl_LocalInvocationID.x / WAYS, way = gl_LocalInvocationID.x % WAYS;
+    barrier();
+    if (number < p.count) {
+        float off = angle_between(axis, toward_part(p, number));
+        if ((ways_in(r, off, p.radius, sine) >> way & 1u) != 0u) {
+            for (uint k = 0u; k < INDICES; ++k) {
+                take_index(k);
+                found_images[place_found(number, way, k)] = image_in(way, off, p.radius, sine);
+            }
+        }
+    }
+    barrier();
+}
+#endif
+
 void solve(uint drop) {
     Large r = larges[drop];
     float far = length(r.sphere.xyz), sine = min(r.sphere.w / far, 0.99999);
@@ -285,25 +349,24 @@ void solve(uint drop) {
     vec4 shape = ROUND;
     if (is_flat(r)) shape = large_shapes[drop].shape;
     for (uint i = 0u; i < source_count.x; ++i) {
-        vec4 source = sources[i].toward;
-        vec3 toward = to_view(source.xyz), u = aside_of(toward, axis), v = cross(toward, u);
-        uint parts = parts_of(pixels, source.w);
-        // Each part is a disc of its share of the solid angle.
-        float part = inversesqrt(float(parts)), radius = max(source.w * part, 1e-3);
-        vec3 light = sources[i].light.rgb * (part * part * pixels * pixels);
-        for (uint j = 0u; j < parts; ++j) {
-            // Evenly over the disc: turns by the golden angle.
-            float out_by = parts > 1u ? source.w * part * sqrt(float(j) + 0.5) : 0.0, turn = 2.39996323 * float(j);
-            vec3 s = normalize(toward + out_by * (cos(turn) * u + sin(turn) * v)), aside = aside_of(axis, s);
+        Parts p = parts_in(sources[i].toward, axis, pixels);
+        vec3 light = sources[i].light.rgb * (p.part * p.part * pixels * pixels);
+        for (uint j = 0u; j < p.count; ++j) {
+#ifdef SHARED
+            if (FINDS_TOGETHER && j % FOUND_PARTS == 0u) find_images(p, j, r, axis, sine);
+#endif
+            vec3 s = toward_part(p, j), aside = aside_of(axis, s);
             float off = angle_between(axis, s);
-            // In a large drop even an image of a thirtieth of the light is seen.
-            uint faint = (r.look & BY_RAYS) != 0u ? FAINT_WAYS : 0u;
-            for (uint ways = ways_of(off, radius, sine) | faint; ways != 0u; ways &= ways - 1u) {
+            for (uint ways = ways_in(r, off, p.radius, sine); ways != 0u; ways &= ways - 1u) {
+                uint way = uint(findLSB(ways));
                 for (uint k = 0u; k < INDICES; ++k) {
                     vec3 color = take_index(k);
-                    uint way = uint(findLSB(ways));
-                    bool closed = sine < FAR_SINE && (CLOSED_WAYS >> way & 1u) != 0u;
-                    vec2 image = closed ? far_image_of(way, off, sine) : image_of(way, off, radius, sine);
+                    vec2 image;
+#ifdef SHARED
+                    if (FINDS_TOGETHER) image = found_images[place_found(j, way, k)];
+                    else
+#endif
+                    image = image_in(way, off, p.radius, sine);
                     add_image(drop, r, image, axis, aside, sine, shape, color * light);
                 }
             }

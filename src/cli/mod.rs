@@ -25,6 +25,7 @@ mod report;
 mod rounds;
 mod sequence;
 mod sky;
+mod survey;
 mod tell;
 mod tradeoff;
 mod verdict;
@@ -72,7 +73,7 @@ const GROUPS: [(&str, &[&str]); 5] = [
     ("Look", &["view", "render", "dataset", "sky", "mask"]),
     ("Ask", &["plan", "rain", "devices"]),
     ("Measure truth", &["reference", "compare", "errors"]),
-    ("Measure time", &["bench", "tradeoff", "compare-devices", "verdict", "report"]),
+    ("Measure time", &["bench", "survey", "tradeoff", "compare-devices", "verdict", "report"]),
     ("Shell", &["completions", "man", "help"]),
 ];
 
@@ -101,6 +102,7 @@ enum Command {
     Compare(compare::CompareArgs),
     Errors(errors::ErrorsArgs),
     Bench(bench::BenchArgs),
+    Survey(survey::SurveyArgs),
     Tradeoff(tradeoff::TradeoffArgs),
     CompareDevices(compare_devices::CompareDevicesArgs),
     Verdict(verdict::VerdictArgs),
@@ -157,6 +159,7 @@ pub fn main() -> ExitCode {
         #[cfg(feature = "view")]
         Command::View(args) => view::run(&args),
         Command::Bench(args) => bench::run(&args, &given),
+        Command::Survey(args) => survey::run(&args),
         Command::Mask(args) => mask::run(&args),
         Command::Plan(args) => plan::run(&args),
         Command::Rain(args) => rain::run(&args),

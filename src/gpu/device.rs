@@ -95,8 +95,10 @@ impl Device {
                 found: "those of another instance".into(),
             });
         }
-        // What was changed in the report says nothing of the device.
-        let report = instance.report(report.physical);
+        // What was changed in the report says nothing of the device, but for what passes are laid out for.
+        let machine = report.machine;
+        let mut report = instance.report(report.physical);
+        report.machine = machine;
         // SAFETY: by contract; the report is the instance's own.
         unsafe { Self::open_as(instance, report, pipelines) }
     }

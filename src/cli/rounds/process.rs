@@ -85,7 +85,7 @@ impl Arm {
     }
 
     /// Runs it to its end; gives what it said last.
-    fn run(&self, arguments: &[OsString], limits: Limits) -> anyhow::Result<String> {
+    pub fn run(&self, arguments: &[OsString], limits: Limits) -> anyhow::Result<String> {
         // A file, not a pipe: whatever it says, it never waits for us.
         let mut said = tempfile::tempfile().context("no temporary file")?;
         let mut command = Command::new(&self.program);

@@ -1,0 +1,260 @@
+//! `raindrops survey`: what a device is, how fast it draws and how truly, in a few minutes and one folder that can be sent.
+//!
+//! Each step is a process of its own, so that a driver that fails in one leaves the others; what failed is in the result.
+
+mod pictures;
+mod steps;
+
+use std::fs::File;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use anyhow::Context as _;
+use clap::Args;
+use serde::Serialize;
+use zip::ZipWriter;
+use zip::write::SimpleFileOptions;
+
+use self::pictures::{Seen, cases};
+use self::steps::{Step, steps};
+use super::device::{DeviceArgs, choose_device};
+use super::interrupt::heed_interrupts;
+use super::rounds::process::{Arm, Limits};
+use super::tell::{say, warning};
+use super::{Answer, command_line, print, progress, write_json};
+use crate::Error;
+use crate::measure::Host;
+use crate::measure::bench::{Build, DeviceHead};
+
+/// Version of the format of its result.
+const SCHEMA: &str = "raindrops-survey/1";
+
+/// Measure a device in a few minutes: one folder and one zip file to send
+///
+/// What drawing shows of the driver, Table II, `exact`, the passes as they are laid out for the other kind of
+/// machine, real rain at rest and exposed, three pictures held against kept references, a small trade-off, and a page of all.
+#[derive(Args)]
+#[command(after_help = "Example:
+  raindrops survey -o my-card
+
+Send my-card.zip to whoever compares devices; `raindrops report my-card/*.json other/*.json -o both.html` sets two beside each other.")]
+pub struct SurveyArgs {
+    /// Folder to write into; beside it DIR.zip
+    #[arg(short, long, value_name = "DIR", default_value = "survey")]
+    output: PathBuf,
+    /// Time for all; steps that no longer fit are left out, and named
+    #[arg(long, value_name = "TIME", default_value = "8m", value_parser = humantime::parse_duration)]
+    max_time: Duration,
+    /// Only these steps, comma-separated, by the names of their files: devices, table-2, drop-fast, …
+    #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
+    only: Vec<String>,
+    #[command(flatten)]
+    device: DeviceArgs,
+}
+
+impl SurveyArgs {
+    fn takes(&self, name: &str) -> bool {
+        self.only.is_empty() || self.only.iter().any(|wanted| wanted == name)
+    }
+
+    /// Refuses a step that there is not.
+    fn check(&self, steps: &[Step]) -> anyhow::Result<()> {
+        let names = || steps.iter().map(|step| step.name).chain(cases().map(|case| case.name));
+        match self.only.iter().find(|wanted| !names().any(|name| name == **wanted)) {
+            None => Ok(()),
+            Some(unknown) => {
+                let names: Vec<_> = names().collect();
+                anyhow::bail!("--only {unknown}: there are {}", names.join(", "))
+            }
+        }
+    }
+}
+
+/// What is written as `survey.json`.
+#[derive(Serialize)]
+struct Report {
+    schema: &'static str,
+    device: DeviceHead,
+    build: Build,
+    host: Host,
+    command: String,
+    steps: Vec<Done>,
+    pictures: Vec<Seen>,
+}
+
+/// A step that was done, or was to be.
+#[derive(Serialize)]
+struct Done {
+    name: &'static str,
+    seconds: f64,
+    /// Why there is no result.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    failed: Option<String>,
+}
+
+/// Runs the command.
+pub fn run(args: &SurveyArgs) -> anyhow::Result<Answer> {
+    let folder = &args.output;
+    std::fs::create_dir_all(folder).map_err(|error| Error::write(folder, error))?;
+    let host = Host::now();
+    let instance = args.device.instance()?;
+    let report = choose_device(&instance, args.device.device.as_deref())?;
+    say!("device: {}", report.summary());
+    heed_interrupts()?;
+
+    let mut survey = Survey::new(args)?;
+    let mut steps = steps(report.machine);
+    args.check(&steps)?;
+    steps.retain(|step| args.takes(step.name));
+    let bar = progress(steps.len() as u64 + 2, "steps");
+    for step in steps {
+        bar.set_message(step.name);
+        survey.take(step.name, &step.arguments(folder), &step.variables, step.most)?;
+        bar.inc(1);
+    }
+    bar.set_message("pictures");
+    let pictures = survey.pictures()?;
+    bar.inc(1);
+    bar.set_message("report");
+    survey.page()?;
+    bar.finish_and_clear();
+
+    let written = Report {
+        schema: SCHEMA,
+        device: DeviceHead::of(&report),
+        build: Build::this(),
+        host,
+        command: command_line(),
+        steps: survey.done,
+        pictures,
+    };
+    write_json(&folder.join("survey.json"), &written)?;
+    let packed = pack(folder)?;
+    print(&tell(&written))?;
+    print(&format!("{}, and all of it in {}", folder.display(), packed.display()))?;
+    let is_whole = written.steps.iter().all(|step| step.failed.is_none());
+    let is_true = written.pictures.iter().all(Seen::holds);
+    Ok(if is_whole && is_true { Answer::Yes } else { Answer::No })
+}
+
+/// A survey under way.
+struct Survey<'a> {
+    args: &'a SurveyArgs,
+    program: PathBuf,
+    since: Instant,
+    done: Vec<Done>,
+}
+
+impl<'a> Survey<'a> {
+    fn new(args: &'a SurveyArgs) -> anyhow::Result<Self> {
+        let program = std::env::current_exe().context("this program's file is not known")?;
+        Ok(Self { args, program, since: Instant::now(), done: Vec::new() })
+    }
+
+    /// Runs the program with `arguments` for at most `most`; whether it did what it was to do. Only an interrupt is an
+    /// error.
+    fn take(
+        &mut self,
+        name: &'static str,
+        arguments: &[std::ffi::OsString],
+        variables: &[(&str, &str)],
+        most: Duration,
+    ) -> anyhow::Result<bool> {
+        let (start, left) =
+            (Instant::now(), self.args.max_time.saturating_sub(self.since.elapsed()));
+        let arm = Arm {
+            label: name.into(),
+            program: self.program.clone(),
+            variables: variables
+                .iter()
+                .map(|(name, value)| ((*name).into(), (*value).into()))
+                .collect(),
+            options: Vec::new(),
+        };
+        let failed = match left < Duration::from_secs(5) {
+            true => Some(format!(
+                "left out: --max-time {} is over",
+                humantime::format_duration(self.args.max_time)
+            )),
+            false => match arm.run(arguments, Limits { timeout: most.min(left) }) {
+                Err(error) if error.is::<super::Interrupted>() => return Err(error),
+                outcome => outcome.err().map(|error| format!("{error:#}")),
+            },
+        };
+        if let Some(why) = &failed {
+            warning!("{name}: {why}");
+        }
+        let is_done = failed.is_none();
+        self.done.push(Done { name, seconds: start.elapsed().as_secs_f64(), failed });
+        Ok(is_done)
+    }
+
+    /// Draws the three scenes by each preset that can draw them, and compares them with their references.
+    fn pictures(&mut self) -> anyhow::Result<Vec<Seen>> {
+        let folder = &self.args.output;
+        let mut all = Vec::new();
+        pictures::prepare(folder)?;
+        for case in cases().filter(|case| self.args.takes(case.name)) {
+            if self.take(case.name, &case.arguments(folder), &[], Duration::from_secs(60))? {
+                all.push(case.compare(folder)?);
+            }
+        }
+        Ok(all)
+    }
+
+    /// All that was measured, as a page.
+    fn page(&mut self) -> anyhow::Result<()> {
+        let folder = &self.args.output;
+        let results = self.done.iter().filter(|done| done.failed.is_none());
+        let results = results.map(|done| folder.join(done.name).with_extension("json"));
+        let is_reported = |path: &PathBuf| path.exists() && !path.ends_with("devices.json");
+        let results: Vec<_> = results.filter(is_reported).collect();
+        if results.is_empty() {
+            return Ok(());
+        }
+        let page = folder.join("report.html").into();
+        let mut arguments = vec!["report".into(), "-o".into(), page];
+        arguments.extend(results.into_iter().map(PathBuf::into_os_string));
+        self.take("report", &arguments, &[], Duration::from_secs(60)).map(|_| ())
+    }
+}
+
+/// Packs the files of a folder into a zip file beside it; gives its path.
+fn pack(folder: &Path) -> anyhow::Result<PathBuf> {
+    let mut name = folder.as_os_str().to_owned();
+    name.push(".zip");
+    let path = PathBuf::from(name);
+    let failed = |error: std::io::Error| Error::write(&path, error);
+    let mut files: Vec<_> = std::fs::read_dir(folder)
+        .and_then(|entries| entries.map(|entry| entry.map(|entry| entry.path())).collect())
+        .map_err(|error| Error::read(folder, error))?;
+    files.retain(|file: &PathBuf| file.is_file());
+    files.sort();
+    let mut packed = ZipWriter::new(File::create(&path).map_err(failed)?);
+    for file in files {
+        let bytes = std::fs::read(&file).map_err(|error| Error::read(&file, error))?;
+        let name = file.file_name().unwrap_or_default().to_string_lossy();
+        packed.start_file(name, SimpleFileOptions::default())?;
+        packed.write_all(&bytes).map_err(failed)?;
+    }
+    packed.finish()?;
+    Ok(path)
+}
+
+/// The pictures as a table, and what failed.
+fn tell(report: &Report) -> String {
+    let mut lines = vec!["picture            mean FLIP   at most".to_string()];
+    for seen in &report.pictures {
+        let over = if seen.holds() { "" } else { "   OVER" };
+        lines.push(format!("{:<18} {:>9.4} {:>9.4}{over}", seen.name, seen.flip, seen.most_flip));
+    }
+    for step in &report.steps {
+        if let Some(why) = &step.failed {
+            lines.push(format!("{} failed: {why}", step.name));
+        }
+    }
+    let seconds: f64 = report.steps.iter().map(|step| step.seconds).sum();
+    lines.push(format!("{} steps in {seconds:.0} s", report.steps.len()));
+    lines.join("\n")
+}

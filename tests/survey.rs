@@ -1,0 +1,79 @@
+//! `raindrops survey`: its files, what it says of steps that fail, and what it refuses.
+
+mod common;
+
+use std::io::Read as _;
+
+use common::{documented_keys, folder, outcome, raindrops};
+use serde_json::Value;
+
+/// Runs it in a fresh folder; its exit status, what it says, its result and the names in its zip file.
+fn survey(arguments: &[&str]) -> (Option<i32>, String, Option<(Value, Vec<String>)>) {
+    let place = folder();
+    let ran = outcome(
+        raindrops().current_dir(place.path()).args(["survey", "-o", "card"]).args(arguments),
+    );
+    let said = String::from_utf8_lossy(&ran.stderr).into_owned();
+    let result = std::fs::read_to_string(place.path().join("card/survey.json")).ok().map(|text| {
+        let file = std::fs::File::open(place.path().join("card.zip")).expect("a zip file");
+        let mut packed = zip::ZipArchive::new(file).expect("a sound zip file");
+        let mut kept = String::new();
+        let mut inside = packed.by_name("survey.json").expect("the result is in it");
+        inside.read_to_string(&mut kept).expect("text");
+        drop(inside);
+        assert_eq!(kept, text, "what is sent is what is kept");
+        let names = packed.file_names().map(|name| name.expect("a name").into_owned()).collect();
+        (serde_json::from_str(&text).expect("JSON"), names)
+    });
+    (ran.status.code(), said, result)
+}
+
+#[test]
+fn pictures_are_as_true_as_they_should_be() {
+    let (status, said, result) = survey(&["--only", "devices,drop-fast,box-paper,shower-exact"]);
+    assert_eq!(status, Some(0), "{said}");
+    let (result, names) = result.expect("a result");
+    documented_keys("raindrops-survey/1", &[&result, &result["steps"][0], &result["pictures"][0]]);
+    let steps = result["steps"].as_array().expect("steps");
+    assert_eq!(steps.len(), 4, "{steps:?}");
+    assert_eq!(result["pictures"].as_array().expect("pictures").len(), 3);
+    for wanted in ["devices.json", "drop-fast.png", "drop-reference.png", "shower.toml"] {
+        assert!(names.iter().any(|name| name == wanted), "{wanted} is not in {names:?}");
+    }
+}
+
+/// What is not measured is said, in the result too, and is no success.
+#[test]
+fn steps_that_no_longer_fit_are_named() {
+    let (status, said, result) = survey(&["--max-time", "1s", "--only", "table-2,drop-fast"]);
+    assert_eq!(status, Some(1), "{said}");
+    assert!(said.contains("warning: table-2: left out: --max-time 1s is over"), "{said}");
+    let (result, _) = result.expect("a result");
+    let steps = result["steps"].as_array().expect("steps");
+    assert!(steps.iter().all(|step| step["failed"].is_string()), "{steps:?}");
+}
+
+#[test]
+fn a_step_that_there_is_not_is_refused() {
+    let (status, said, result) = survey(&["--only", "table2"]);
+    assert_eq!(status, Some(2), "{said}");
+    assert!(said.contains("--only table2: there are devices, table-2, "), "{said}");
+    assert!(result.is_none());
+}
+
+/// A step of which a process fails is named with what the process said.
+#[test]
+fn a_step_that_fails_is_named() {
+    let place = folder();
+    let ran =
+        outcome(raindrops().current_dir(place.path()).env("RAINDROPS_MACHINE", "abacus").args([
+            "survey",
+            "-o",
+            "card",
+            "--only",
+            "drop-fast",
+        ]));
+    let said = String::from_utf8_lossy(&ran.stderr);
+    assert_eq!(ran.status.code(), Some(1), "{said}");
+    assert!(said.contains("RAINDROPS_MACHINE is abacus: cpu or gpu"), "{said}");
+}
