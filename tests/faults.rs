@@ -309,3 +309,30 @@ fn a_driver_without_its_card_gives_advice() {
     }
     assert!(!at("a.png").exists());
 }
+
+/// A driver over another interface, such as MoltenVK, says so in its manifest, and the loader hides it from whoever does not
+/// ask: here the CPU's, whose manifest says so too.
+#[test]
+fn portability_drivers_are_found() {
+    let folders = ["/usr/share/vulkan/icd.d", "/etc/vulkan/icd.d", ".setup/lavapipe-backports"];
+    let files = folders.iter().filter_map(|folder| std::fs::read_dir(folder).ok()).flatten();
+    let paths = files.filter_map(|file| Some(file.ok()?.path()));
+    let of_cpu = |path: &std::path::PathBuf| path.to_string_lossy().contains("lvp_icd");
+    let path = paths.into_iter().find(of_cpu).expect("lavapipe's manifest");
+    let text = std::fs::read_to_string(path).expect("a manifest");
+    let mut manifest: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    manifest["ICD"]["is_portability_driver"] = true.into();
+    manifest["file_format_version"] = "1.0.1".into();
+    let folder = common::folder();
+    let at = |name: &str| folder.path().join(name);
+    std::fs::write(at("portable.json"), manifest.to_string()).expect("a manifest");
+    for arguments in [&["devices"][..], &["render", "--size", "64x48", "-o", "a.png"]] {
+        let mut command = common::raindrops();
+        command.current_dir(folder.path()).args(arguments);
+        command.env("VK_DRIVER_FILES", at("portable.json"));
+        command.env("VK_ICD_FILENAMES", at("portable.json"));
+        let ran = common::outcome(&mut command);
+        assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
+    }
+    assert!(at("a.png").exists());
+}

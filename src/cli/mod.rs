@@ -216,7 +216,8 @@ fn hint(error: &Error) -> Cow<'static, str> {
     Cow::Borrowed(match error {
         Error::NoLoader(_) => "; install libvulkan1 (Debian, Ubuntu: scripts/setup.sh does)",
         Error::NoDevice | Error::NoCard { .. } => {
-            "; mesa-vulkan-drivers (Debian, Ubuntu) has lavapipe, which needs no GPU: scripts/setup.sh installs it"
+            "; mesa-vulkan-drivers (Debian, Ubuntu) has lavapipe, which needs no GPU: scripts/setup.sh installs it; \
+             with VK_LOADER_DEBUG=driver the loader says why a driver that is there is not taken"
         }
         Error::DeviceLacks { .. } => "; --device chooses, raindrops devices lists them",
         Error::Validation(problem) if problem.contains("not installed") => {

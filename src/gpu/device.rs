@@ -124,18 +124,22 @@ impl Device {
                 missing: report.missing.join(", "),
             });
         };
+        // SAFETY: the physical device comes from this instance.
+        let known = unsafe { instance.raw.enumerate_device_extension_properties(report.physical) }
+            .named("vkEnumerateDeviceExtensionProperties", &report.name)?;
+        let has = |name| known.iter().any(|e| e.extension_name_as_c_str() == Ok(name));
         let mut extensions = Vec::new();
         if instance.presents {
-            // SAFETY: the physical device comes from this instance.
-            let known =
-                unsafe { instance.raw.enumerate_device_extension_properties(report.physical) }
-                    .named("vkEnumerateDeviceExtensionProperties", &report.name)?;
             let name = khr::swapchain::NAME;
-            if !known.iter().any(|e| e.extension_name_as_c_str() == Ok(name)) {
+            if !has(name) {
                 let missing = name.to_string_lossy().into_owned();
                 return Err(Error::DeviceLacks { device: report.name, missing });
             }
             extensions.push(name.as_ptr());
+        }
+        // A device that has it must be made with it.
+        if has(khr::portability_subset::NAME) {
+            extensions.push(khr::portability_subset::NAME.as_ptr());
         }
         let priorities = [1.0];
         let queues = [vk::DeviceQueueCreateInfo::default()

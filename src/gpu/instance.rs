@@ -4,7 +4,7 @@ use std::ffi::{CStr, c_char, c_void};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use ash::{ext, vk};
+use ash::{ext, khr, vk};
 #[cfg(feature = "view")]
 use raw_window_handle::HasDisplayHandle;
 
@@ -89,8 +89,8 @@ impl Instance {
         // SAFETY: no preconditions beyond a loaded entry.
         let extensions = unsafe { entry.enumerate_instance_extension_properties(None) }
             .named("vkEnumerateInstanceExtensionProperties", "the loader")?;
-        let debug_utils = is_watched
-            || extensions.iter().any(|e| e.extension_name_as_c_str() == Ok(ext::debug_utils::NAME));
+        let has = |name| extensions.iter().any(|e| e.extension_name_as_c_str() == Ok(name));
+        let debug_utils = is_watched || has(ext::debug_utils::NAME);
 
         let application = vk::ApplicationInfo::default()
             .application_name(c"raindrops")
@@ -110,6 +110,11 @@ impl Instance {
             vk::ValidationFeaturesEXT::default().enabled_validation_features(&enabled[..count]);
         let mut messenger_info = messenger_info(&messages);
         let mut info = vk::InstanceCreateInfo::default().application_info(&application);
+        // Else the loader hides drivers over another interface, such as MoltenVK.
+        if has(khr::portability_enumeration::NAME) {
+            extension_names.push(khr::portability_enumeration::NAME.as_ptr());
+            info = info.flags(vk::InstanceCreateFlags::ENUMERATE_PORTABILITY_KHR);
+        }
         if is_watched {
             // SAFETY: no preconditions beyond a loaded entry.
             let layers = unsafe { entry.enumerate_instance_layer_properties() }

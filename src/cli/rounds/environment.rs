@@ -1,7 +1,5 @@
 //! `--a ENV=VALUE,…`: environment variables from the command line.
 
-use std::path::Path;
-
 /// Variables and their values.
 pub type Variables = Vec<(String, String)>;
 
@@ -23,9 +21,10 @@ pub fn parse(text: &str) -> Result<Variables, String> {
             return Err(format!("'{name}' is not the name of a variable"));
         }
         if DRIVER_FILES.contains(&name) {
-            let missing = value.split(':').find(|file| !Path::new(file).exists());
+            // As the platform parts them: by `;` on Windows, whose paths have colons.
+            let missing = std::env::split_paths(value).find(|file| !file.exists());
             if let Some(file) = missing.filter(|_| !value.is_empty()) {
-                return Err(format!("{name}: there is no file '{file}'"));
+                return Err(format!("{name}: there is no file '{}'", file.display()));
             }
         }
         if variables.iter().any(|(other, _)| other == name) {
