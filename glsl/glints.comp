@@ -418,6 +418,10 @@ void main() {
         // One of its images is by no closed form, but it may be small, and the nearest direction's will do.
         if (!add_by_table(drop, r)) todo |= 1u << i;
     }
-    for (; todo != 0u; todo &= todo - 1u) solve(first + uint(findLSB(todo)) * WIDE);
+    if (DROPS > 1u) {
+        for (; todo != 0u; todo &= todo - 1u) solve(first + uint(findLSB(todo)) * WIDE);
+    } else if (todo != 0u) {
+        solve(first);
+    }
 }
 #endif

@@ -51,6 +51,32 @@ pub enum Resource<'a> {
     SampledView(vk::ImageView, &'a Sampler),
 }
 
+/// The layout of a set with the given slots, visible to all stages.
+pub(super) fn set_layout(
+    device: &ash::Device,
+    name: &str,
+    slots: &[Slot],
+) -> Result<vk::DescriptorSetLayout> {
+    let layout_bindings: Vec<_> = slots
+        .iter()
+        .map(|slot| {
+            vk::DescriptorSetLayoutBinding::default()
+                .binding(slot.number)
+                .descriptor_type(slot.kind)
+                .descriptor_count(1)
+                .stage_flags(
+                    vk::ShaderStageFlags::COMPUTE
+                        | vk::ShaderStageFlags::VERTEX
+                        | vk::ShaderStageFlags::FRAGMENT,
+                )
+        })
+        .collect();
+    let info = vk::DescriptorSetLayoutCreateInfo::default().bindings(&layout_bindings);
+    // SAFETY: `info` outlives the call.
+    unsafe { device.create_descriptor_set_layout(&info, None) }
+        .named("vkCreateDescriptorSetLayout", name)
+}
+
 /// Keeps something of the device.
 type Held = Arc<dyn Any + Send + Sync>;
 
@@ -94,26 +120,10 @@ impl Bindings {
             held: Mutex::new(vec![[None, None]; slots.len() * count as usize]),
             device: device.clone(),
         };
-        let layout_bindings: Vec<_> = slots
-            .iter()
-            .map(|slot| {
-                vk::DescriptorSetLayoutBinding::default()
-                    .binding(slot.number)
-                    .descriptor_type(slot.kind)
-                    .descriptor_count(1)
-                    .stage_flags(
-                        vk::ShaderStageFlags::COMPUTE
-                            | vk::ShaderStageFlags::VERTEX
-                            | vk::ShaderStageFlags::FRAGMENT,
-                    )
-            })
-            .collect();
         let storage = slots.iter().filter(|slot| slot.kind == Binding::STORAGE_BUFFER).count();
         debug_assert!(storage <= STORAGE_BUFFERS as usize, "{name}: {storage} storage buffers");
-        let info = vk::DescriptorSetLayoutCreateInfo::default().bindings(&layout_bindings);
-        // SAFETY: `info` outlives the call; `bindings` owns the handle.
-        bindings.layout = unsafe { device.raw.create_descriptor_set_layout(&info, None) }
-            .named("vkCreateDescriptorSetLayout", name)?;
+        // `bindings` owns the handle.
+        bindings.layout = set_layout(&device.raw, name, slots)?;
         let sizes: Vec<_> = slots
             .iter()
             .map(|slot| vk::DescriptorPoolSize { ty: slot.kind, descriptor_count: count })

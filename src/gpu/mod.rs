@@ -15,6 +15,7 @@ mod glsl;
 mod host;
 mod host_image;
 mod image;
+mod inspect;
 mod instance;
 mod machine;
 mod pipeline;
@@ -47,6 +48,8 @@ pub use glsl::Glsl;
 pub use host::{HostDevice, QueueLock};
 pub use host_image::{HostImage, ImageState};
 pub use image::{Image, ImageInfo, Sampler, Samples};
+#[doc(hidden)]
+pub use inspect::Compiled;
 pub use instance::{Instance, Validation};
 pub use machine::Machine;
 pub use pipeline::{

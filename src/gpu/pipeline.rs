@@ -57,6 +57,11 @@ pub(super) struct Pipelines {
 }
 
 impl Pipelines {
+    /// What was asked for.
+    pub(super) fn all(&self) -> impl Iterator<Item = &PipelineOf> {
+        self.made.keys()
+    }
+
     /// # Safety
     /// Nothing uses any of them any more, the device's queue included.
     pub(super) unsafe fn destroy(&mut self, device: &ash::Device) {
@@ -80,20 +85,15 @@ impl Made {
 }
 
 impl Device {
-    /// The pipeline that `of` describes, made by `make` with a layout for `bindings` if there is none yet.
-    fn pipeline(
-        &self,
-        name: &str,
-        bindings: &Bindings,
-        of: PipelineOf,
-        make: impl FnOnce(&[Code], vk::PipelineLayout) -> Result<vk::Pipeline>,
-    ) -> Result<Made> {
+    /// The pipeline that `of` describes, made with a layout for `bindings` if there is none yet.
+    fn pipeline(&self, bindings: &Bindings, of: PipelineOf) -> Result<Made> {
+        let name = of.name();
         if let Some(made) = self.pipelines_made().made.get(&of) {
             return Ok(*made);
         }
         // Not under the lock: drivers compile for seconds.
-        let layout = make_layout(self, name, bindings, of.push_bytes)?;
-        let raw = make(&of.shaders, layout);
+        let layout = of.layout(&self.raw, bindings.layout)?;
+        let raw = of.make(&self.raw, self.pipeline_cache, layout, vk::PipelineCreateFlags::empty());
         let made = Made { raw: *raw.as_ref().unwrap_or(&vk::Pipeline::null()), layout };
         if let Err(error) = raw {
             // SAFETY: just made, and not used.
@@ -147,15 +147,15 @@ pub type Specialization<'a> = &'a [[u32; 2]];
 /// A shader with its constants given, which lives as long as the pipeline is made.
 struct Module<'a> {
     raw: vk::ShaderModule,
-    device: &'a Device,
+    device: &'a ash::Device,
 }
 
 impl<'a> Module<'a> {
-    fn new(device: &'a Device, code: &Code, constants: Specialization<'_>) -> Result<Self> {
+    fn new(device: &'a ash::Device, code: &Code, constants: Specialization<'_>) -> Result<Self> {
         let words = specialize(code.words(), constants);
         let info = vk::ShaderModuleCreateInfo::default().code(&words);
         // SAFETY: the words are SPIR-V, as whoever made the shader or replaced it has promised.
-        let raw = unsafe { device.raw.create_shader_module(&info, None) }
+        let raw = unsafe { device.create_shader_module(&info, None) }
             .named("vkCreateShaderModule", code.name)?;
         Ok(Self { raw, device })
     }
@@ -164,26 +164,156 @@ impl<'a> Module<'a> {
 impl Drop for Module<'_> {
     fn drop(&mut self) {
         // SAFETY: pipelines do not need their modules once made.
-        unsafe { self.device.raw.destroy_shader_module(self.raw, None) };
+        unsafe { self.device.destroy_shader_module(self.raw, None) };
     }
 }
 
-fn make_layout(
-    device: &Device,
-    name: &str,
-    bindings: &Bindings,
-    push_bytes: u32,
-) -> Result<vk::PipelineLayout> {
-    let sets = [bindings.layout];
-    let ranges = [vk::PushConstantRange {
-        stage_flags: vk::ShaderStageFlags::ALL,
-        offset: 0,
-        size: push_bytes,
-    }];
-    let info = vk::PipelineLayoutCreateInfo::default().set_layouts(&sets);
-    let info = if push_bytes > 0 { info.push_constant_ranges(&ranges) } else { info };
-    // SAFETY: `info` and all it points to outlive the call.
-    unsafe { device.raw.create_pipeline_layout(&info, None) }.named("vkCreatePipelineLayout", name)
+impl PipelineOf {
+    /// What it is called: by its first shader.
+    pub(super) fn name(&self) -> &'static str {
+        self.shaders[0].name
+    }
+
+    /// Its fragment shader, or its other one.
+    pub(super) fn shader_of(&self, fragment: bool) -> &'static str {
+        self.shaders[if fragment { 1 } else { 0 }].name
+    }
+
+    /// Its specialization constants.
+    pub(super) fn constants(&self) -> Specialization<'_> {
+        &self.constants
+    }
+
+    /// What its set 0 holds.
+    pub(super) fn slots(&self) -> &[Slot] {
+        &self.slots
+    }
+
+    /// A layout for it, with set 0 of a layout.
+    pub(super) fn layout(
+        &self,
+        device: &ash::Device,
+        set: vk::DescriptorSetLayout,
+    ) -> Result<vk::PipelineLayout> {
+        let sets = [set];
+        let ranges = [vk::PushConstantRange {
+            stage_flags: vk::ShaderStageFlags::ALL,
+            offset: 0,
+            size: self.push_bytes,
+        }];
+        let info = vk::PipelineLayoutCreateInfo::default().set_layouts(&sets);
+        let info = if self.push_bytes > 0 { info.push_constant_ranges(&ranges) } else { info };
+        // SAFETY: `info` and all it points to outlive the call.
+        unsafe { device.create_pipeline_layout(&info, None) }
+            .named("vkCreatePipelineLayout", self.name())
+    }
+
+    /// Makes it on a device, with a layout that fits.
+    pub(super) fn make(
+        &self,
+        device: &ash::Device,
+        cache: vk::PipelineCache,
+        layout: vk::PipelineLayout,
+        flags: vk::PipelineCreateFlags,
+    ) -> Result<vk::Pipeline> {
+        if let Some(state) = &self.state {
+            return self.make_graphics(device, cache, layout, flags, state);
+        }
+        let module = Module::new(device, &self.shaders[0], &self.constants)?;
+        let stage = vk::PipelineShaderStageCreateInfo::default()
+            .stage(vk::ShaderStageFlags::COMPUTE)
+            .module(module.raw)
+            .name(MAIN);
+        let info =
+            [vk::ComputePipelineCreateInfo::default().stage(stage).layout(layout).flags(flags)];
+        // SAFETY: `info` and all it points to outlive the call.
+        let made = unsafe { device.create_compute_pipelines(cache, &info, None) };
+        Ok(made.map_err(|(_, result)| result).named("vkCreateComputePipelines", self.name())?[0])
+    }
+
+    fn make_graphics(
+        &self,
+        device: &ash::Device,
+        cache: vk::PipelineCache,
+        layout: vk::PipelineLayout,
+        flags: vk::PipelineCreateFlags,
+        state: &GraphicsState,
+    ) -> Result<vk::Pipeline> {
+        let modules = [
+            Module::new(device, &self.shaders[0], &self.constants)?,
+            Module::new(device, &self.shaders[1], &self.constants)?,
+        ];
+        let stages = [
+            (vk::ShaderStageFlags::VERTEX, &modules[0]),
+            (vk::ShaderStageFlags::FRAGMENT, &modules[1]),
+        ]
+        .map(|(stage, module)| {
+            vk::PipelineShaderStageCreateInfo::default().stage(stage).module(module.raw).name(MAIN)
+        });
+        let vertex_bindings = [vk::VertexInputBindingDescription {
+            binding: 0,
+            stride: 16,
+            input_rate: state.attribute.unwrap_or_default(),
+        }];
+        let vertex_attributes = [vk::VertexInputAttributeDescription {
+            location: 0,
+            binding: 0,
+            format: vk::Format::R32G32B32A32_SFLOAT,
+            offset: 0,
+        }];
+        let mut vertex_input = vk::PipelineVertexInputStateCreateInfo::default();
+        if state.attribute.is_some() {
+            vertex_input = vertex_input
+                .vertex_binding_descriptions(&vertex_bindings)
+                .vertex_attribute_descriptions(&vertex_attributes);
+        }
+        let assembly = vk::PipelineInputAssemblyStateCreateInfo::default().topology(state.topology);
+        let viewport =
+            vk::PipelineViewportStateCreateInfo::default().viewport_count(1).scissor_count(1);
+        let raster = vk::PipelineRasterizationStateCreateInfo::default().line_width(1.0);
+        let samples = vk::PipelineMultisampleStateCreateInfo::default()
+            .rasterization_samples(state.samples.flags())
+            .alpha_to_coverage_enable(state.alpha == Alpha::ToCoverage);
+        let depth = vk::PipelineDepthStencilStateCreateInfo::default()
+            .depth_test_enable(state.depth)
+            .depth_write_enable(state.depth)
+            .depth_compare_op(vk::CompareOp::GREATER);
+        let attachment = [vk::PipelineColorBlendAttachmentState::default()
+            .color_write_mask(vk::ColorComponentFlags::RGBA)
+            .blend_enable(matches!(state.alpha, Alpha::Blended | Alpha::Premultiplied))
+            .src_color_blend_factor(match state.alpha {
+                Alpha::Premultiplied => vk::BlendFactor::ONE,
+                _ => vk::BlendFactor::SRC_ALPHA,
+            })
+            .dst_color_blend_factor(vk::BlendFactor::ONE_MINUS_SRC_ALPHA)
+            .src_alpha_blend_factor(vk::BlendFactor::ONE)
+            .dst_alpha_blend_factor(vk::BlendFactor::ONE_MINUS_SRC_ALPHA)];
+        let blend = vk::PipelineColorBlendStateCreateInfo::default().attachments(&attachment);
+        let dynamic = [vk::DynamicState::VIEWPORT, vk::DynamicState::SCISSOR];
+        let dynamic = vk::PipelineDynamicStateCreateInfo::default().dynamic_states(&dynamic);
+        let colors = [state.color];
+        let mut rendering =
+            vk::PipelineRenderingCreateInfo::default().color_attachment_formats(&colors);
+        if state.depth {
+            rendering = rendering.depth_attachment_format(vk::Format::D32_SFLOAT);
+        }
+        let info = [vk::GraphicsPipelineCreateInfo::default()
+            .stages(&stages)
+            .vertex_input_state(&vertex_input)
+            .input_assembly_state(&assembly)
+            .viewport_state(&viewport)
+            .rasterization_state(&raster)
+            .multisample_state(&samples)
+            .depth_stencil_state(&depth)
+            .color_blend_state(&blend)
+            .dynamic_state(&dynamic)
+            .layout(layout)
+            .flags(flags)
+            .push_next(&mut rendering)];
+        // SAFETY: `info` and all it points to outlive the call.
+        let made = unsafe { device.create_graphics_pipelines(cache, &info, None) };
+        Ok(made.map_err(|(_, result)| result).named("vkCreateGraphicsPipelines", self.name())?[0])
+    }
 }
 
 /// A compute pipeline; it lives as long as its device.
@@ -213,20 +343,7 @@ impl ComputePipeline {
             constants: specialization.to_vec(),
             state: None,
         };
-        let make = |code: &[Code], layout| {
-            let module = Module::new(device, &code[0], specialization)?;
-            let stage = vk::PipelineShaderStageCreateInfo::default()
-                .stage(vk::ShaderStageFlags::COMPUTE)
-                .module(module.raw)
-                .name(MAIN);
-            let info = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(layout)];
-            // SAFETY: `info` and all it points to outlive the call.
-            let made =
-                unsafe { device.raw.create_compute_pipelines(device.pipeline_cache, &info, None) };
-            Ok(made.map_err(|(_, result)| result).named("vkCreateComputePipelines", shader.name)?
-                [0])
-        };
-        let Made { raw, layout } = device.pipeline(shader.name, bindings, of, make)?;
+        let Made { raw, layout } = device.pipeline(bindings, of)?;
         Ok(Self { raw, layout, device: device.clone() })
     }
 
@@ -358,92 +475,8 @@ impl GraphicsPipeline {
             constants: specialization.to_vec(),
             state: Some(*state),
         };
-        let make = |code: &[Code], layout| Self::make(device, code, layout, specialization, state);
-        let Made { raw, layout } = device.pipeline(vertex.name, bindings, of, make)?;
+        let Made { raw, layout } = device.pipeline(bindings, of)?;
         Ok(Self { raw, layout, device: device.clone() })
-    }
-
-    fn make(
-        device: &Device,
-        code: &[Code],
-        layout: vk::PipelineLayout,
-        specialization: Specialization<'_>,
-        state: &GraphicsState,
-    ) -> Result<vk::Pipeline> {
-        let modules = [
-            Module::new(device, &code[0], specialization)?,
-            Module::new(device, &code[1], specialization)?,
-        ];
-        let stages = [
-            (vk::ShaderStageFlags::VERTEX, &modules[0]),
-            (vk::ShaderStageFlags::FRAGMENT, &modules[1]),
-        ]
-        .map(|(stage, module)| {
-            vk::PipelineShaderStageCreateInfo::default().stage(stage).module(module.raw).name(MAIN)
-        });
-        let vertex_bindings = [vk::VertexInputBindingDescription {
-            binding: 0,
-            stride: 16,
-            input_rate: state.attribute.unwrap_or_default(),
-        }];
-        let vertex_attributes = [vk::VertexInputAttributeDescription {
-            location: 0,
-            binding: 0,
-            format: vk::Format::R32G32B32A32_SFLOAT,
-            offset: 0,
-        }];
-        let mut vertex_input = vk::PipelineVertexInputStateCreateInfo::default();
-        if state.attribute.is_some() {
-            vertex_input = vertex_input
-                .vertex_binding_descriptions(&vertex_bindings)
-                .vertex_attribute_descriptions(&vertex_attributes);
-        }
-        let assembly = vk::PipelineInputAssemblyStateCreateInfo::default().topology(state.topology);
-        let viewport =
-            vk::PipelineViewportStateCreateInfo::default().viewport_count(1).scissor_count(1);
-        let raster = vk::PipelineRasterizationStateCreateInfo::default().line_width(1.0);
-        let samples = vk::PipelineMultisampleStateCreateInfo::default()
-            .rasterization_samples(state.samples.flags())
-            .alpha_to_coverage_enable(state.alpha == Alpha::ToCoverage);
-        let depth = vk::PipelineDepthStencilStateCreateInfo::default()
-            .depth_test_enable(state.depth)
-            .depth_write_enable(state.depth)
-            .depth_compare_op(vk::CompareOp::GREATER);
-        let attachment = [vk::PipelineColorBlendAttachmentState::default()
-            .color_write_mask(vk::ColorComponentFlags::RGBA)
-            .blend_enable(matches!(state.alpha, Alpha::Blended | Alpha::Premultiplied))
-            .src_color_blend_factor(match state.alpha {
-                Alpha::Premultiplied => vk::BlendFactor::ONE,
-                _ => vk::BlendFactor::SRC_ALPHA,
-            })
-            .dst_color_blend_factor(vk::BlendFactor::ONE_MINUS_SRC_ALPHA)
-            .src_alpha_blend_factor(vk::BlendFactor::ONE)
-            .dst_alpha_blend_factor(vk::BlendFactor::ONE_MINUS_SRC_ALPHA)];
-        let blend = vk::PipelineColorBlendStateCreateInfo::default().attachments(&attachment);
-        let dynamic = [vk::DynamicState::VIEWPORT, vk::DynamicState::SCISSOR];
-        let dynamic = vk::PipelineDynamicStateCreateInfo::default().dynamic_states(&dynamic);
-        let colors = [state.color];
-        let mut rendering =
-            vk::PipelineRenderingCreateInfo::default().color_attachment_formats(&colors);
-        if state.depth {
-            rendering = rendering.depth_attachment_format(vk::Format::D32_SFLOAT);
-        }
-        let info = [vk::GraphicsPipelineCreateInfo::default()
-            .stages(&stages)
-            .vertex_input_state(&vertex_input)
-            .input_assembly_state(&assembly)
-            .viewport_state(&viewport)
-            .rasterization_state(&raster)
-            .multisample_state(&samples)
-            .depth_stencil_state(&depth)
-            .color_blend_state(&blend)
-            .dynamic_state(&dynamic)
-            .layout(layout)
-            .push_next(&mut rendering)];
-        // SAFETY: `info` and all it points to outlive the call.
-        let made =
-            unsafe { device.raw.create_graphics_pipelines(device.pipeline_cache, &info, None) };
-        Ok(made.map_err(|(_, result)| result).named("vkCreateGraphicsPipelines", code[0].name)?[0])
     }
 
     /// Binds the pipeline with set 0 of `bindings` and its push constants.

@@ -1,0 +1,135 @@
+//! What another driver's compiler makes of the pipelines of a device (`VK_KHR_pipeline_executable_properties`): of a card that
+//! is not there, too, as RADV compiles for any of its cards. Nothing is drawn by it.
+
+use std::ffi::CStr;
+
+use ash::{khr, vk};
+
+use super::bindings::set_layout;
+use super::pipeline::PipelineOf;
+use super::report::every_preset;
+use super::{Device, DeviceReport, Named};
+use crate::{Error, Result};
+
+/// What a compiler says of a shader of a pipeline: names as the driver has them.
+#[doc(hidden)]
+#[derive(Clone, Debug)]
+pub struct Compiled {
+    /// The shader.
+    pub shader: &'static str,
+    /// The specialization constants: number and value.
+    pub constants: Vec<[u32; 2]>,
+    /// Registers, bytes, …
+    pub figures: Vec<(String, u64)>,
+}
+
+impl Device {
+    /// Makes every pipeline that was made on this device on another of its instance, and gives what its driver says of each.
+    ///
+    /// # Errors
+    /// [`Error::DeviceLacks`] if it does not tell; [`Error::Vulkan`] if a pipeline cannot be made there.
+    #[doc(hidden)]
+    pub fn pipelines_compiled_for(&self, other: &DeviceReport) -> Result<Vec<Compiled>> {
+        let instance = &self.instance().raw;
+        // SAFETY: the physical device comes from this instance.
+        let known = unsafe { instance.enumerate_device_extension_properties(other.physical) }
+            .named("vkEnumerateDeviceExtensionProperties", &other.name)?;
+        let name = khr::pipeline_executable_properties::NAME;
+        if !known.iter().any(|e| e.extension_name_as_c_str() == Ok(name)) {
+            let missing = name.to_string_lossy().into_owned();
+            return Err(Error::DeviceLacks { device: other.name.clone(), missing });
+        }
+        let priorities = [1.0];
+        let queues = [vk::DeviceQueueCreateInfo::default()
+            .queue_family_index(other.queue_family.unwrap_or(0))
+            .queue_priorities(&priorities)];
+        let mut enabled = vk::PhysicalDeviceFeatures::default();
+        let mut enabled12 = vk::PhysicalDeviceVulkan12Features::default();
+        let mut enabled13 = vk::PhysicalDeviceVulkan13Features::default();
+        every_preset().features.enable(&mut enabled, &mut enabled12, &mut enabled13);
+        let mut told = vk::PhysicalDevicePipelineExecutablePropertiesFeaturesKHR::default()
+            .pipeline_executable_info(true);
+        let extensions = [name.as_ptr()];
+        let info = vk::DeviceCreateInfo::default()
+            .queue_create_infos(&queues)
+            .enabled_features(&enabled)
+            .enabled_extension_names(&extensions)
+            .push_next(&mut enabled12)
+            .push_next(&mut enabled13)
+            .push_next(&mut told);
+        // SAFETY: `info` and all it points to outlive the call; the device has the extension.
+        let raw = unsafe { instance.create_device(other.physical, &info, None) }
+            .named("vkCreateDevice", &other.name)?;
+        let told = khr::pipeline_executable_properties::Device::new(instance, &raw);
+        let made = self.pipelines_made();
+        let all = made.all().map(|of| compiled(&raw, &told, of));
+        let all: Result<Vec<_>> = all.collect();
+        // SAFETY: what was made from it is gone.
+        unsafe { raw.destroy_device(None) };
+        Ok(all?.into_iter().flatten().collect())
+    }
+}
+
+/// Makes a pipeline, asks what came of it, and destroys it.
+fn compiled(
+    device: &ash::Device,
+    told: &khr::pipeline_executable_properties::Device,
+    of: &PipelineOf,
+) -> Result<Vec<Compiled>> {
+    let set = set_layout(device, of.name(), of.slots())?;
+    let layout = of.layout(device, set)?;
+    let flags = vk::PipelineCreateFlags::CAPTURE_STATISTICS_KHR;
+    let pipeline = of.make(device, vk::PipelineCache::null(), layout, flags);
+    let stages = match &pipeline {
+        // SAFETY: the pipeline was made so that it tells.
+        Ok(pipeline) => unsafe { stages(told, *pipeline) },
+        Err(_) => Ok(Vec::new()),
+    };
+    // SAFETY: nothing uses them; null is ignored.
+    unsafe {
+        device.destroy_pipeline(*pipeline.as_ref().unwrap_or(&vk::Pipeline::null()), None);
+        device.destroy_pipeline_layout(layout, None);
+        device.destroy_descriptor_set_layout(set, None);
+    }
+    pipeline?;
+    let of_stage = |(stage, figures): (String, _)| Compiled {
+        shader: of.shader_of(stage.starts_with("Fragment")),
+        constants: of.constants().to_vec(),
+        figures,
+    };
+    Ok(stages?.into_iter().map(of_stage).collect())
+}
+
+/// The stages of a pipeline, and what the driver says of each.
+///
+/// # Safety
+/// The pipeline is of this device, and was made with `CAPTURE_STATISTICS_KHR`.
+unsafe fn stages(
+    told: &khr::pipeline_executable_properties::Device,
+    pipeline: vk::Pipeline,
+) -> Result<Vec<(String, Vec<(String, u64)>)>> {
+    let text = |name: std::result::Result<&CStr, _>| {
+        name.map_or_else(|_| "?".into(), |name| name.to_string_lossy().into_owned())
+    };
+    let info = vk::PipelineInfoKHR::default().pipeline(pipeline);
+    // SAFETY: by contract.
+    let stages = unsafe { told.get_pipeline_executable_properties(&info) }
+        .named("vkGetPipelineExecutablePropertiesKHR", "a pipeline")?;
+    let mut all = Vec::new();
+    for (number, stage) in (0..).zip(&stages) {
+        let info =
+            vk::PipelineExecutableInfoKHR::default().pipeline(pipeline).executable_index(number);
+        // SAFETY: by contract.
+        let figures = unsafe { told.get_pipeline_executable_statistics(&info) }
+            .named("vkGetPipelineExecutableStatisticsKHR", "a pipeline")?;
+        let is_count = |figure: &&vk::PipelineExecutableStatisticKHR<'_>| {
+            figure.format == vk::PipelineExecutableStatisticFormatKHR::UINT64
+        };
+        let figures = figures.iter().filter(is_count).map(|figure| {
+            // SAFETY: the format says which it is.
+            (text(figure.name_as_c_str()), unsafe { figure.value.u64 })
+        });
+        all.push((text(stage.name_as_c_str()), figures.collect()));
+    }
+    Ok(all)
+}
