@@ -25,6 +25,7 @@ const VARIANTS: &[(&str, &str, &str)] = &[
     ("sky.comp", "_CELLS_BEFORE", "CELLS_BEFORE"),
     ("large.comp", "_CELLS", "CELLS"),
     ("composite.comp", "_DISORDERED", "DISORDERED"),
+    ("composite.comp", "_CROWDED", "CROWDED"),
     ("glints.comp", "_SHARED", "SHARED"),
     ("composite.comp", "_TEXELS", "TEXELS"),
     ("composite.comp", "_FEW", "FEW"),

@@ -2,7 +2,8 @@
 #extension GL_GOOGLE_include_directive : require
 // Every tile's drops over one another, front to back, the sky behind; one invocation a tile, its
 // pixels in registers. DISORDERED: of the tiles only that were found to need it, after their lists are
-// put in order. FEW: of tiles with one entry or none. See src/passes/composite.rs.
+// put in order. CROWDED: of those that streaks make too long for one invocation, a workgroup a tile. FEW: of tiles with one
+// entry or none. See src/passes/composite.rs.
 #ifdef FEW_TEXELS
 #define FEW
 #define TEXELS
@@ -13,7 +14,12 @@
 #include "shared_exponent.glsl"
 #include "appearance.glsl"
 
+#ifdef CROWDED
+const uint CROWD = 16; // invocations that draw a crowded tile
+layout(local_size_x = CROWD) in;
+#else
 layout(local_size_x = 64) in;
+#endif
 
 layout(constant_id = 17) const uint LOG_SUMS = 0; // 1: the display needs the log average
 layout(constant_id = 18) const uint PREFETCH = 0; // 1: see `prefetch_nodes`
@@ -26,7 +32,8 @@ layout(std430, set = 0, binding = 11) writeonly buffer Radiance { uvec2 radiance
 layout(std430, set = 0, binding = 12) readonly buffer Sky { uvec2 sky[]; };
 // For each tile the sum of its pixels' log(delta + luminance).
 layout(std430, set = 0, binding = 13) writeonly buffer LogSums { float log_sums[]; };
-// The tiles whose lists the window did not bring into order: number, and entries.
+// The tiles whose lists the window did not bring into order: number, and entries. From TILE_COUNT on: which of them are
+// crowded.
 layout(std430, set = 0, binding = 14) buffer Disordered { uvec2 disordered_tiles[]; };
 
 // What splats show (splat_table.comp).
@@ -269,14 +276,17 @@ void lay_splat_behind(inout Row upper, inout Row lower, uint link) {
     lay_part_behind(lower, below_columns, rows.y, second);
 }
 
-// Lays what of the veil is from a squared distance to another, as bits, behind a tile's pixels.
-void lay_veil_behind(inout Row upper, inout Row lower, uint tile, uvec2 in_pixels, uint from, uint to) {
-    vec4 above, below;
-    veil_cover(in_pixels, from, to, above, below);
+// Lays streaks of so great optical depths behind a tile's pixels.
+void lay_depths_behind(inout Row upper, inout Row lower, uint tile, Depths depths) {
     uvec4 words = veil_of_tile(tile);
     vec3 light = vec3(unpackHalf2x16(words.x), unpackHalf2x16(words.y).x);
-    lay_behind(upper, above, vec4(light.r), vec4(light.g), vec4(light.b));
-    lay_behind(lower, below, vec4(light.r), vec4(light.g), vec4(light.b));
+    lay_behind(upper, cover_of(depths.upper), vec4(light.r), vec4(light.g), vec4(light.b));
+    lay_behind(lower, cover_of(depths.lower), vec4(light.r), vec4(light.g), vec4(light.b));
+}
+
+// Lays what of the veil is from a squared distance to another, as bits, behind a tile's pixels.
+void lay_veil_behind(inout Row upper, inout Row lower, uint tile, uvec2 in_pixels, uint from, uint to) {
+    lay_depths_behind(upper, lower, tile, veil_depths(in_pixels, from, to));
 }
 
 // Whether blocks behind splats are drawn here. Drops of one size look larger the nearer they are, so a block is in
@@ -346,6 +356,8 @@ void main() {
     if (LIST == ONE_SPLAT) lay_splat_behind(upper, lower, heads[tile]);
     finish_tile(at, tile, upper, lower);
 }
+#elif defined(CROWDED)
+#include "crowded_tile.glsl"
 #else
 #ifndef DISORDERED
 layout(push_constant) uniform Push { uint listed; } push; // 1: tiles with several entries; 0: all, region after region
@@ -357,7 +369,8 @@ void main() {
     if (number >= totals.disordered) return;
     uint tile = disordered_tiles[number].x, entries = disordered_tiles[number].y;
     uvec2 at = place_of_tile(tile);
-    Window window = open_window(order_tile(tile));
+    uint sorted = order_tile(tile);
+    Window window = open_window(sorted);
 #else
     uint region = number >> region_bits(), place = number & (1u << region_bits()) - 1u, tile;
     uvec2 at, bits = region_tile_bits();
@@ -410,6 +423,15 @@ void main() {
     // llvmpipe stops an invocation's loops after some 65,000 passes: it may leave the longest of lists early,
     // here or while they are sorted. Then what the first dispatch drew stays, which is nearly in order.
 #ifdef DISORDERED
+    if (is_veiled() && (veil_is_cut || window.nearest.link != END)) {
+        // Here eight tiles share the bound on loops, there each has it for itself, and walks once.
+        heads[tile] = sorted;
+        uint next = atomicAdd(totals.crowded, 1u);
+        disordered_tiles[TILE_COUNT + next].x = number;
+        atomicMax(totals.crowded_groups.x, min(next + 1u, ROW));
+        atomicMax(totals.crowded_groups.y, next / ROW + 1u);
+        return;
+    }
     if (window.taken < entries) {
         atomicAdd(counters.lost, entries - window.taken);
         return;
@@ -417,7 +439,7 @@ void main() {
 #else
     // Links of splats, and END, have this bit, those of blocks do not.
     bool block_behind = (splat_links & LINKS) == 0u;
-    if (window.disordered || block_behind || window.nearest.link != END) {
+    if (window.disordered || block_behind || window.nearest.link != END || veil_is_cut) {
         uint next = atomicAdd(totals.disordered, 1u);
         disordered_tiles[next] = uvec2(tile, window.taken);
         atomicMax(totals.disordered_groups.x, next / 64u + 1u);

@@ -86,6 +86,6 @@ fn fog_has_the_light_of_flattened_drops() {
             }
         }
     });
-    // As of spheres it is off by 0.05 to 0.45; the reference's own noise is 0.005. Usual: 0.036, looking down at 25 mm/h.
-    assert!(worst < 0.045, "off by {worst}");
+    // As of spheres it is off by 0.05 to 0.45; the reference's own noise is 0.005. Usual: 0.022, at 60 degrees down, as of spheres.
+    assert!(worst < 0.027, "off by {worst}");
 }

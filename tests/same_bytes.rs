@@ -16,9 +16,9 @@ fn drawn(scene: &Path, threads: &str, to: &Path) -> (Vec<u8>, String) {
     (std::fs::read(to).expect("a picture"), said)
 }
 
-#[test]
-fn glints_of_blurred_drops_are_the_same_in_every_run() {
-    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/lamps-lens.toml");
+/// Draws a scene of `tests/data` four times, with one thread and with two, and asks for the same bytes and that nothing is lost.
+fn is_the_same_in_every_run(name: &str) {
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(name);
     let folder = common::folder();
     let mut all = BTreeSet::new();
     for (run, threads) in ["1", "2", "2", "2"].into_iter().enumerate() {
@@ -28,4 +28,15 @@ fn glints_of_blurred_drops_are_the_same_in_every_run() {
         all.insert(bytes);
     }
     assert_eq!(all.len(), 1, "four runs gave {} pictures", all.len());
+}
+
+#[test]
+fn glints_of_blurred_drops_are_the_same_in_every_run() {
+    is_the_same_in_every_run("lamps-lens.toml");
+}
+
+/// Larger drops are streaks over hundreds of tiles each.
+#[test]
+fn rain_towards_the_camera_is_the_same_in_every_run() {
+    is_the_same_in_every_run("towards.toml");
 }

@@ -51,6 +51,7 @@ layout(std430, set = 0, binding = 3) buffer Totals {
     uvec4 disordered_groups;        // over the disordered tiles
     uvec4 line_groups;              // over the parts of streaks that have lines
     uvec4 shared_groups;            // over the large drops whose glints take a workgroup each
+    uvec4 crowded_groups;           // over the crowded tiles, a workgroup each
     uint larges;
     uint bigs;
     uint blocks;
@@ -62,6 +63,7 @@ layout(std430, set = 0, binding = 3) buffer Totals {
     uint veil_links;                // of the veil's cells
     uint line_parts;                // parts of its streaks that have lines
     uint shared_drops;              // large drops whose glints take a workgroup each
+    uint crowded;                   // tiles that streaks make too long for one invocation (crowded_tile.glsl)
     uint lacks_room;                // 1: something was lost for which more room can be made
     uint bin_counts[MAX_BINS];      // clusters in view of a band and region: bin band * REGIONS + region
     uint bin_starts[MAX_BINS + 1u]; // their first place, when they are sorted

@@ -1,4 +1,4 @@
-// What of the veil is between two distances, over a tile's pixels. Needs veil.glsl, disc.glsl, by_four.glsl, counters.glsl.
+// What of the veil is between two distances, over a tile's pixels. Needs veil.glsl, disc.glsl, by_four.glsl.
 
 // Optical depths are summed up in whole units, so that no order of the streaks changes a bit.
 const float DEPTH_UNITS = 16777216.0;
@@ -40,48 +40,66 @@ uvec2 link_at(uint link) { return uvec2(veil[VEIL_HEADS + 2u * link], veil[VEIL_
 
 const uint NO_LINK = 0x80000000u; // more than there can be
 
-// Adds the streaks of a cell whose squared distances, as bits, are from `from` on and under `to`. llvmpipe stops an
-// invocation's loops after some 65,000 passes; a list that it leaves early is counted. (If the loop asked for END itself, a
-// compiler would take the check after it for true.)
-void add_cell(inout Depths depths, const uint kind, uvec2 in_pixels, vec2 corner, uint from, uint to) {
+// The first link of a tile's cell of a kind; `in_pixels`: the tile's corner from that of the first tile.
+uint first_link(const uint kind, uvec2 in_pixels) {
     uvec2 cell = in_pixels / CELLS_PX[kind];
-    uint link = veil[first_cell(kind) + cell.y * cells_of(kind).x + cell.x];
-    while (link < NO_LINK) {
-        uvec2 pair = link_at(link);
-        uint record = pair.x;
-        link = pair.y;
-        uvec4 first = four_of_nodes(record);
-        ivec4 above, below;
-        if (kind >= DISCS) {
-            Disc d = unpack_disc(first.zw, four_of_nodes(record + 4u));
-            if (first.x < from || first.x >= to) d.opacity = 0.0;
-            vec2 upper = corner + 0.5 - d.center;
-            above = optical_depth(disc_coverage(d, upper));
-            below = optical_depth(disc_coverage(d, upper + vec2(0.0, 1.0)));
-            add_depths(depths, first.x, above, below);
-            continue;
-        }
-        Streak s = unpack_streak(first.zw, four_of_nodes(record + 4u));
-        if (first.x < from || first.x >= to) s.area = 0.0;
-        vec2 upper = corner + 0.5 - s.center, lower = upper + vec2(0.0, 1.0);
-        if (kind == SQUARES) {
-            above = optical_depth(streak_coverage(s, upper));
-            below = optical_depth(streak_coverage(s, lower));
-        } else if (kind == COLUMNS || kind == SHORT_COLUMNS) {
-            above = thin_optical_depth(upright_coverage(s, upper));
-            below = thin_optical_depth(upright_coverage(s, lower));
-        } else {
-            s.upright = false;
-            above = thin_optical_depth(streak_coverage(s, upper));
-            below = thin_optical_depth(streak_coverage(s, lower));
-        }
-        add_depths(depths, first.x, above, below);
-    }
-    if (link != END) atomicAdd(counters.lost, 1u);
+    return veil[first_cell(kind) + cell.y * cells_of(kind).x + cell.x];
 }
 
-// What of the veil covers a tile's pixels; `in_pixels`: its corner from that of the first tile.
-void veil_cover(uvec2 in_pixels, uint from, uint to, out vec4 upper, out vec4 lower) {
+// Adds what a record covers of a tile, if its squared distance, as bits, is from `from` on and under `to`. `first`: its first
+// words; `corner`: of the tile in the whole picture.
+void add_record(inout Depths depths, const uint kind, uint record, uvec4 first, vec2 corner, uint from, uint to) {
+    ivec4 above, below;
+    if (kind >= DISCS) {
+        Disc d = unpack_disc(first.zw, four_of_nodes(record + 4u));
+        if (first.x < from || first.x >= to) d.opacity = 0.0;
+        vec2 upper = corner + 0.5 - d.center;
+        above = optical_depth(disc_coverage(d, upper));
+        below = optical_depth(disc_coverage(d, upper + vec2(0.0, 1.0)));
+        add_depths(depths, first.x, above, below);
+        return;
+    }
+    Streak s = unpack_streak(first.zw, four_of_nodes(record + 4u));
+    if (first.x < from || first.x >= to) s.area = 0.0;
+    vec2 upper = corner + 0.5 - s.center, lower = upper + vec2(0.0, 1.0);
+    if (kind == SQUARES) {
+        above = optical_depth(streak_coverage(s, upper));
+        below = optical_depth(streak_coverage(s, lower));
+    } else if (kind == COLUMNS || kind == SHORT_COLUMNS) {
+        above = thin_optical_depth(upright_coverage(s, upper));
+        below = thin_optical_depth(upright_coverage(s, lower));
+    } else {
+        s.upright = false;
+        above = thin_optical_depth(streak_coverage(s, upper));
+        below = thin_optical_depth(streak_coverage(s, lower));
+    }
+    add_depths(depths, first.x, above, below);
+}
+
+// Whether the driver has ended a walk along a list early: llvmpipe ends all loops of eight invocations after 65,535 passes
+// together. A tile walks its lists once before each of its blocks, so some hundred streaks before some dozens of blocks
+// take as many. Such tiles are left to crowded_tile.glsl.
+bool veil_is_cut = false;
+
+// Adds the streaks of a cell from a squared distance, as bits, to another. (If the loop asked for END itself, a compiler
+// would take the check after it for true.)
+void add_cell(inout Depths depths, const uint kind, uvec2 in_pixels, vec2 corner, uint from, uint to) {
+    uint link = first_link(kind, in_pixels);
+    while (link < NO_LINK) {
+        uvec2 pair = link_at(link);
+        link = pair.y;
+        add_record(depths, kind, pair.x, four_of_nodes(pair.x), corner, from, to);
+    }
+    veil_is_cut = veil_is_cut || link != END;
+}
+
+// What passes through optical depths is left out of 1.
+vec4 cover_of(ivec4 depth) {
+    return 1.0 - exp(vec4(depth) * (-1.0 / DEPTH_UNITS));
+}
+
+// Optical depths of the veil over a tile's pixels; `in_pixels`: its corner from that of the first tile.
+Depths veil_depths(uvec2 in_pixels, uint from, uint to) {
     Depths depths = Depths(ivec4(0), ivec4(0));
     vec2 corner = vec2(in_pixels + first_tile() * TILE);
     add_cell(depths, SQUARES, in_pixels, corner, from, to);
@@ -92,6 +110,5 @@ void veil_cover(uvec2 in_pixels, uint from, uint to, out vec4 upper, out vec4 lo
         add_cell(depths, DISCS, in_pixels, corner, from, to);
         add_cell(depths, WIDE_DISCS, in_pixels, corner, from, to);
     }
-    upper = 1.0 - exp(vec4(depths.upper) * (-1.0 / DEPTH_UNITS));
-    lower = 1.0 - exp(vec4(depths.lower) * (-1.0 / DEPTH_UNITS));
+    return depths;
 }

@@ -19,6 +19,7 @@ use crate::picture::{Picture, write_png};
 use crate::plan::{FramePlan, Output, plan_by};
 use crate::renderer::parts::{Grid, Parts, empty_picture, place};
 use crate::renderer::{FrameReport, Renderer};
+use crate::scene::camera::WHOLE;
 use crate::scene::model::{Operator, Simulation};
 use crate::scene::{ImageSize, Scene};
 use crate::thousands::{counted, thousands};
@@ -186,6 +187,7 @@ fn draw(
     let bar = progress(missing.len() as u64, "frames");
     let (last, undrawn) = (FrameReport::default(), Counts::default());
     let mut drawn = Drawn { last, undrawn, room: 1, cutoff_px: 0.0 };
+    let mut grid = args.tiles;
     for (done, number) in missing.iter().enumerate() {
         if is_interrupted() {
             let left = missing.len() - done;
@@ -198,13 +200,26 @@ fn draw(
         let until = (until_frame.time, plan.cutoff.as_ref().map_or(0.0, |cutoff| cutoff.px));
         parts.move_until(until_frame);
         let path = sequence.map_or(args.output.clone(), |all| all.path(*number));
-        let report = match args.tiles {
-            Some(grid) => draw_parts(parts, &frame, until, grid, output, &path)?,
+        let whole = match grid {
+            Some(_) => None,
             None => {
                 let (renderer, report) = parts.draw_window(&frame)?;
-                write(renderer, &frame, until, output, &path)?;
-                report
+                if report.lacks_room() && can_be_parted(&frame, plan) {
+                    note!(
+                        "more on the picture's tiles than the device has room for at once: drawn in parts"
+                    );
+                    // The frames after it are like it.
+                    grid = Some(Grid { columns: 2, rows: 2 });
+                    None
+                } else {
+                    write(renderer, &frame, until, output, &path)?;
+                    Some(report)
+                }
             }
+        };
+        let report = match (whole, grid) {
+            (None, Some(grid)) => draw_parts(parts, &frame, until, grid, output, &path)?,
+            (whole, _) => whole.unwrap_or_default(),
         };
         drawn.cutoff_px = drawn.cutoff_px.max(report.cutoff_px.unwrap_or(0.0));
         drawn.undrawn.add(&report.counts);
@@ -219,6 +234,12 @@ fn draw(
     }
     bar.finish_and_clear();
     Ok(drawn)
+}
+
+/// Whether [`Parts::draw_all`] takes the scene, in parts of 2 x 2.
+fn can_be_parted(scene: &Scene, plan: &FramePlan) -> bool {
+    let ImageSize { width, height } = scene.image;
+    scene.camera.window == WHOLE && plan.simulation != Simulation::Stored && width.min(height) > 8
 }
 
 /// Says what was drawn and what was not.

@@ -15,7 +15,7 @@ use crate::abi::{self, CELLS_GROUP, CLUSTER, MAX_BANDS, RainField};
 use crate::gpu::{Buffer, Device, Recorder, update_buffer};
 use crate::rain::cells::Lattice;
 use crate::rain::field::{ClassRecord, Field, MOST_GROUPS, Seen};
-use crate::rain::flat_sizes::{Shares, flatness};
+use crate::rain::flat_sizes::Shares;
 use crate::rain::flat_suns;
 use crate::rain::grain::GrainRecord;
 use crate::rain::medium::MediumRecord;
@@ -101,8 +101,8 @@ impl Cells {
         }
         if is_flattened {
             let parted = rain.parted(scene, seen.cutoff_px.into());
-            let suns = flat_suns::of_rain(&parted.shares(|diameter| diameter));
-            let shares = flat_words(&parted.shares(flatness));
+            let suns = flat_suns::of_rain(&parted.shares_of_suns());
+            let shares = flat_words(&parted.shares_of_light());
             for (at, values) in [(FLAT_SUNS, suns), (FLAT_SHARES, shares)] {
                 let values = bytemuck::cast_slice(&values);
                 bytes[at..at + values.len()].copy_from_slice(values);

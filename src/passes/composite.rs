@@ -12,6 +12,10 @@
 //! was right. The few tiles where it was not are done again by a second dispatch, their lists sorted
 //! (`tile_order.glsl`).
 //!
+//! Streaks are in lists of their own, which a tile walks once before each of its larger drops. llvmpipe bounds the passes of
+//! an invocation's loops, so a tile with many of both is left to a third dispatch, a workgroup a tile, which walks them
+//! once (`crowded_tile.glsl`): whether or not it is, the tile has the same bytes.
+//!
 //! Where lists are short, `glsl/tiles_to_draw.comp` first sorts the tiles by how much there is to do in them: several
 //! entries, one splat, one block, none. Each of these has a pipeline of its own, so that no lane runs or waits for what
 //! only others need. A tile without entries is drawn only if the sky is new, or if it had some when it was drawn last:
@@ -35,7 +39,8 @@ use super::tile_grid::TILE_PIXELS;
 use super::tiles::Tiles;
 use super::tone_map::{Source, further_sums};
 use super::totals::{
-    DISORDERED_GROUPS, LARGE_GROUPS, LINE_GROUPS, LISTED_GROUPS, RAY_GROUPS, SHARED_GROUPS,
+    CROWDED_GROUPS, DISORDERED_GROUPS, LARGE_GROUPS, LINE_GROUPS, LISTED_GROUPS, RAY_GROUPS,
+    SHARED_GROUPS,
 };
 use super::{rows_of, side_by_side};
 use crate::Result;
@@ -126,6 +131,8 @@ struct Passes {
     /// None where there may be streaks, which are in lists of their own.
     listed: Option<Listed>,
     disordered: ComputePipeline,
+    /// None where there are no streaks.
+    crowded: Option<ComputePipeline>,
 }
 
 /// The passes by which tiles are drawn by how much there is to do in them: those without drops not at all while the sky behind
@@ -183,9 +190,10 @@ impl Buffers {
             )?,
             sky: make("sky", PIXEL_BYTES * TILE_PIXELS * count, texels)?,
             // Before composite lists tiles here, glints lists large drops.
+            // Where there are streaks, it lists crowded tiles behind them.
             disordered_tiles: make(
                 "disordered tiles",
-                (8 * count).max(4 * tiles.room_for_larges()),
+                (8 * count + 8 * lit).max(4 * tiles.room_for_larges()),
                 Usage::empty(),
             )?,
             drawn_tiles: make("drawn tiles", 4 * u64::from(drawn), Usage::empty())?,
@@ -347,15 +355,18 @@ impl Passes {
                         Ok((of_large, maybe(buffers.line_sums.is_some(), shaders::LINES_COMP)?))
                     },
                     || -> Result<_> {
-                        Ok((sky()?, maybe(tiles.has_veil(), shaders::VEIL_LIGHT_COMP)?))
+                        let of_veil = [shaders::VEIL_LIGHT_COMP, shaders::COMPOSITE_COMP_CROWDED];
+                        let both = || side_by_side(of_veil, pipeline);
+                        Ok((sky()?, tiles.has_veil().then(both).transpose()?))
                     },
                 )
             },
         );
         let ([disordered, composite, rays], listed) = of_all?;
         let (glints, lines) = of_glints?;
-        let (sky, veil_light) = others?;
-        Ok(Self { sky, veil_light, rays, glints, lines, composite, listed, disordered })
+        let (sky, of_veil) = others?;
+        let (veil_light, crowded) = of_veil.map(|[light, crowded]| (light, crowded)).unzip();
+        Ok(Self { sky, veil_light, rays, glints, lines, composite, listed, disordered, crowded })
     }
 }
 
@@ -508,5 +519,9 @@ impl Composite {
         }
         memory_barrier(device, commands, &[Use::ComputeWrite], &after);
         passes.disordered.dispatch_indirect(commands, bindings, &[], totals, DISORDERED_GROUPS);
+        if let Some(crowded) = &passes.crowded {
+            memory_barrier(device, commands, &[Use::ComputeWrite], &after);
+            crowded.dispatch_indirect(commands, bindings, &[], totals, CROWDED_GROUPS);
+        }
     }
 }

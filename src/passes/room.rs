@@ -3,7 +3,7 @@
 //! more ([`crate::renderer::Renderer::grow`], [`crate::renderer::View::grow`]).
 
 use super::tile_lists::{LARGE_BYTES, NODE_BYTES};
-use crate::abi::CLUSTER;
+use crate::abi::{CLUSTER, LargeShape};
 use crate::gpu::DeviceReport;
 use crate::plan::FramePlan;
 
@@ -20,6 +20,12 @@ const BLOCKS_SHARE: u64 = 8;
 /// Blocks in any case: on images of a few tiles many drops share one.
 const LEAST_BLOCKS: u64 = 16_384;
 
+/// Bytes of the largest record that each larger drop has: all of these are one binding.
+const MOST_LARGE_BYTES: u64 = {
+    let shape = size_of::<LargeShape>() as u64;
+    if shape > LARGE_BYTES { shape } else { LARGE_BYTES }
+};
+
 /// Numbers of records.
 pub(super) struct Room {
     /// Splats, and twice the blocks.
@@ -32,7 +38,8 @@ pub(super) struct Room {
 
 impl Room {
     /// That of a view of so many `tiles`, on a device and by a plan, whose `room` is a factor. `drops` are those that
-    /// there are in so many `clusters`; `are_near`: but for a few, all are in view.
+    /// there are in so many `clusters`; `are_near`: they are those of cells in view, but for a few, and are more by the
+    /// factor already.
     pub fn of(
         device: &DeviceReport,
         plan: &FramePlan,
@@ -48,22 +55,23 @@ impl Room {
             false => all.min(LEAST_DROPS.max((SHARE * all as f64) as u64)),
         };
         let drops_a_large = if plan.splat_px > 0.0 { DROPS_A_LARGE } else { 1 };
-        let larges = (in_view(drops) / drops_a_large).max(LEAST_DROPS / DROPS_A_LARGE);
+        let usual = if are_near { drops / factor } else { drops };
+        let larges = (in_view(usual) / drops_a_large).max(LEAST_DROPS / DROPS_A_LARGE);
         // A place for each drop of a cluster in view.
         let places = u64::from(clusters) * u64::from(CLUSTER);
         let splats = match plan.splat_px > 0.0 {
             true => in_view(places).saturating_mul(factor).min(places),
             false => 0,
         };
-        let blocks = (BLOCKS_A_TILE * u64::from(tiles) + larges.min(drops))
+        let blocks = (BLOCKS_A_TILE * u64::from(tiles) + larges.min(usual))
             .max(LEAST_BLOCKS)
             .saturating_mul(factor)
             .min(range / (2 * NODE_BYTES))
             .min(device.max_allocation / (BLOCKS_SHARE * 2 * NODE_BYTES));
         // Where that is less than both may take, blocks have the places of the clusters out of view.
         let nodes = (splats + 2 * blocks).min(range / (2 * NODE_BYTES) * 2);
-        let larges =
-            larges.saturating_mul(factor).min(drops).min(range / LARGE_BYTES).min(64 * groups);
+        let most_larges = (range / MOST_LARGE_BYTES).min(64 * groups);
+        let larges = larges.saturating_mul(factor).min(drops).min(most_larges);
         Self { nodes, blocks, larges }
     }
 }

@@ -16,6 +16,7 @@ pub(super) const BLOCK_GROUPS: u64 = offset_of!(Totals, block_groups) as u64;
 pub(super) const RAY_GROUPS: u64 = offset_of!(Totals, ray_groups) as u64;
 pub(super) const LISTED_GROUPS: u64 = offset_of!(Totals, listed_groups) as u64; // of the first list
 pub(super) const DISORDERED_GROUPS: u64 = offset_of!(Totals, disordered_groups) as u64;
+pub(super) const CROWDED_GROUPS: u64 = offset_of!(Totals, crowded_groups) as u64;
 pub(super) const LINE_GROUPS: u64 = offset_of!(Totals, line_groups) as u64;
 pub(super) const SHARED_GROUPS: u64 = offset_of!(Totals, shared_groups) as u64;
 /// Words of all arguments, and of these and the counts that follow; then come the bins'.
@@ -36,6 +37,8 @@ pub struct TileCounts {
     pub ray_fragments: u64,
     /// Tiles drawn a second time, their lists sorted.
     pub tiles_again: u64,
+    /// Of those, drawn by a workgroup each, as they have too many streaks for one invocation.
+    pub crowded_tiles: u64,
     /// Whether something was lost for which more room can be made.
     pub lacks_room: bool,
 }
@@ -49,6 +52,7 @@ impl TileCounts {
             fragments: word(offset_of!(Totals, blocks)),
             ray_fragments: word(offset_of!(Totals, ray_blocks)),
             tiles_again: word(offset_of!(Totals, disordered)),
+            crowded_tiles: word(offset_of!(Totals, crowded)),
             clusters: word(offset_of!(Totals, in_view)),
             lacks_room: word(offset_of!(Totals, lacks_room)) != 0,
         }

@@ -1,5 +1,6 @@
 //! Rain as drops of a few diameters: which part of what a rain blocks each of them stands for, by the elevation of the
-//! camera's direction. What a drop shows is tabulated for these diameters, and linear in between in a measure of them.
+//! camera's direction. What a drop shows is tabulated for these diameters. In between what suns show is linear in the diameter;
+//! other light is a cubic in how flat the drop is, as light that is reflected totally grows faster than any line.
 
 use std::f64::consts::PI;
 
@@ -27,12 +28,25 @@ pub(crate) struct Parted<'a> {
     pub extent: f64,
 }
 
-/// By elevation: the shares of [`DIAMETERS`], one in all.
+/// Diameters whose cubic a drop's light is on.
+const OF_CUBIC: usize = 4;
+
+/// By elevation: the shares of [`DIAMETERS`], one in all; some are under 0 where a cubic is.
 pub(crate) type Shares = Vec<[f64; DIAMETERS.len()]>;
 
 impl Parted<'_> {
-    /// Of the drops that are a medium, and of those that are shown one by one; what they show is linear in `measure`.
-    pub(crate) fn shares(&self, measure: fn(f64) -> f64) -> [Shares; 2] {
+    /// Of the drops that are a medium, and of those that are shown one by one, for what suns show.
+    pub(crate) fn shares_of_suns(&self) -> [Shares; 2] {
+        self.shares(on_a_line)
+    }
+
+    /// The same for other light.
+    pub(crate) fn shares_of_light(&self) -> [Shares; 2] {
+        self.shares(on_a_cubic)
+    }
+
+    /// `parts`: what a drop of a diameter shows of each of [`DIAMETERS`].
+    fn shares(&self, parts: fn(f64) -> [f64; DIAMETERS.len()]) -> [Shares; 2] {
         // Of all that drops of a size block, the part by those that are shown one by one, times a factor.
         let is_endless = self.extent == f64::INFINITY;
         let near = |mm: f64| match is_endless {
@@ -40,23 +54,51 @@ impl Parted<'_> {
             false => (self.one_by_one * mm / self.extent).min(1.0),
         };
         let far = |mm: f64| if is_endless { 1.0 } else { 1.0 - near(mm) };
-        [shares_of(self.law, far, measure), shares_of(self.law, near, measure)]
+        [shares_of(self.law, far, parts), shares_of(self.law, near, parts)]
     }
 }
 
-/// By how much a drop of a diameter in mm is lower than wide; under 2 mm squared, over that of 2 mm: light that is reflected
-/// totally grows so.
-pub(crate) fn flatness(diameter: f64) -> f64 {
-    let [flat, least] = [diameter, DIAMETERS[1]].map(|diameter| 1.0 - axis_ratio(diameter));
-    match diameter {
-        ..=SMALLEST_FLATTENED => 0.0,
-        _ if flat < least => flat * flat / least,
-        _ => flat,
+/// Number of the diameter above one, from the second on.
+fn above(diameter: f64) -> usize {
+    DIAMETERS.partition_point(|of| *of <= diameter).clamp(1, DIAMETERS.len() - 1)
+}
+
+fn on_a_line(diameter: f64) -> [f64; DIAMETERS.len()] {
+    let above = above(diameter);
+    let [from, to] = [DIAMETERS[above - 1], DIAMETERS[above]];
+    let share = ((diameter - from) / (to - from)).clamp(0.0, 1.0);
+    let mut parts = [0.0; DIAMETERS.len()];
+    (parts[above - 1], parts[above]) = (1.0 - share, share);
+    parts
+}
+
+/// By Lagrange's polynomials: each is 1 at its diameter, and 0 at the others.
+fn on_a_cubic(diameter: f64) -> [f64; DIAMETERS.len()] {
+    let first = above(diameter).saturating_sub(OF_CUBIC / 2).min(DIAMETERS.len() - OF_CUBIC);
+    let at = flatness(diameter.min(DIAMETERS[DIAMETERS.len() - 1]));
+    let mut parts = [0.0; DIAMETERS.len()];
+    for of in first..first + OF_CUBIC {
+        let others = (first..first + OF_CUBIC).filter(|other| *other != of);
+        let factor = |other: usize| {
+            let other = flatness(DIAMETERS[other]);
+            (at - other) / (flatness(DIAMETERS[of]) - other)
+        };
+        parts[of] = others.map(factor).product();
     }
+    parts
+}
+
+/// By how much a drop of a diameter in mm is lower than wide.
+fn flatness(diameter: f64) -> f64 {
+    if diameter > SMALLEST_FLATTENED { 1.0 - axis_ratio(diameter) } else { 0.0 }
 }
 
 /// The drops of a law, of which `part` counts by diameter.
-fn shares_of(law: &Law, part: impl Fn(f64) -> f64, measure: fn(f64) -> f64) -> Shares {
+fn shares_of(
+    law: &Law,
+    part: impl Fn(f64) -> f64,
+    parts: fn(f64) -> [f64; DIAMETERS.len()],
+) -> Shares {
     let sizes: Vec<_> = (0..SIZES)
         .map(|size| law.quantile(2.0, (f64::from(size) + 0.5) / f64::from(SIZES)))
         // No size is left out whole, so that there is a mean even of no drops.
@@ -66,13 +108,9 @@ fn shares_of(law: &Law, part: impl Fn(f64) -> f64, measure: fn(f64) -> f64) -> S
         let elevation = PI * (number as f64 / (ELEVATIONS - 1) as f64 - 0.5);
         let mut shares = [0.0; DIAMETERS.len()];
         for (diameter, part, halves) in &sizes {
-            let above = DIAMETERS.partition_point(|of| of <= diameter);
-            let above = above.clamp(1, DIAMETERS.len() - 1);
-            let [from, to] = [DIAMETERS[above - 1], DIAMETERS[above]].map(measure);
-            let share = ((measure(*diameter) - from) / (to - from)).clamp(0.0, 1.0);
             let outline = part * halves.outline_area(elevation.sin());
-            shares[above - 1] += (1.0 - share) * outline;
-            shares[above] += share * outline;
+            let of_drop = parts(*diameter);
+            shares.iter_mut().zip(of_drop).for_each(|(sum, part)| *sum += part * outline);
         }
         let all = shares.iter().sum::<f64>();
         shares.map(|share| share / all)

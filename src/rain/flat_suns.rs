@@ -38,7 +38,7 @@ fn shown_of(byte: u8) -> f64 {
 
 /// For the drops of a rain together, by elevation of the source, elevation of the camera's direction and azimuth: the part of
 /// spheres' light that is shown, and what is shown besides, over the source's irradiance. First of the drops that are a
-/// medium, then of those that are shown one by one: their [`Parted::shares`].
+/// medium, then of those that are shown one by one: their [`Parted::shares_of_suns`].
 pub(crate) fn of_rain(shares: &[Shares; 2]) -> Vec<[f32; 4]> {
     let image = image::load_from_memory(FILE).expect("a PNG").into_luma8();
     let shown: Vec<f64> = image.as_raw().iter().map(|byte| shown_of(*byte)).collect();

@@ -82,7 +82,7 @@ pub struct FrameReport {
 
 impl FrameReport {
     /// Whether something was lost for which more room can be made.
-    fn lacks_room(&self) -> bool {
+    pub(crate) fn lacks_room(&self) -> bool {
         self.tiles.is_some_and(|tiles| tiles.lacks_room)
     }
 }

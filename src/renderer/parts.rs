@@ -3,6 +3,9 @@
 //!
 //! An exposure that is derived is the whole's: first every part's sums of log luminance are found, then each part is
 //! drawn with the sums of all of them, added up in the order in which the whole's would be.
+//!
+//! Lists of tiles grow with what is on the tiles, up to what the device binds at once. A part that needs more is drawn in
+//! four parts of its own, so that nothing is lost in pictures of any size.
 
 use std::sync::Arc;
 
@@ -73,6 +76,27 @@ impl Grid {
     }
 }
 
+/// Four parts of a window, or two; none of one that is a step wide and high.
+fn parts_of([left, top, right, bottom]: [f64; 4], image: ImageSize) -> Option<Vec<[f64; 4]>> {
+    let halves = |from: f64, to: f64, pixels: u32| {
+        let pixels = f64::from(pixels);
+        let step = f64::from(STEP);
+        let middle = (0.5 * (from + to) * pixels / step).round() * step / pixels;
+        match from < middle && middle < to {
+            true => vec![[from, middle], [middle, to]],
+            false => vec![[from, to]],
+        }
+    };
+    let columns = halves(left, right, image.width);
+    let parts: Vec<_> = halves(top, bottom, image.height)
+        .into_iter()
+        .flat_map(|[top, bottom]| {
+            columns.iter().map(move |[left, right]| [*left, top, *right, bottom])
+        })
+        .collect();
+    (parts.len() > 1).then_some(parts)
+}
+
 /// Draws parts of pictures, all by one plan.
 pub struct Parts<'a> {
     device: &'a Arc<Device>,
@@ -108,7 +132,7 @@ impl<'a> Parts<'a> {
     }
 
     /// Draws the picture of `scene`, whose window is the whole, by the parts of `grid`; `take` is called with the place
-    /// of each part's first pixel, a renderer that has drawn it, and its report.
+    /// of each part's first pixel, a renderer that has drawn it, and its report. Parts that lack room are parted further.
     ///
     /// # Errors
     /// [`Error::Scene`] if the scene has a window of its own, or if the plan's positions come from the frame before;
@@ -122,12 +146,16 @@ impl<'a> Parts<'a> {
         if self.plan.simulation == Simulation::Stored {
             return refuse("stored positions go on with every part; take simulation integer");
         }
-        let windows = grid.windows(scene.image)?;
-        let exposure = self.exposure(scene, &windows)?;
-        for window in windows {
+        let mut windows = grid.windows(scene.image)?;
+        let exposure = self.exposure(scene, &mut windows)?;
+        windows.reverse();
+        while let Some(window) = windows.pop() {
             let part = part(scene, window);
             let (renderer, report) = self.draw(&part, exposure.as_ref())?;
-            take(part.view().origin, renderer, report)?;
+            match parts_of(window, scene.image) {
+                Some(parts) if report.lacks_room() => windows.extend(parts.into_iter().rev()),
+                _ => take(part.view().origin, renderer, report)?,
+            }
         }
         Ok(())
     }
@@ -153,16 +181,17 @@ impl<'a> Parts<'a> {
         let exposure = if scene.camera.window == WHOLE {
             None
         } else {
-            let windows = Grid::like(scene.camera.window, scene.image).windows(scene.image)?;
-            self.exposure(scene, &windows)?
+            let grid = Grid::like(scene.camera.window, scene.image);
+            self.exposure(scene, &mut grid.windows(scene.image)?)?
         };
         let (renderer, report) = self.draw(scene, exposure.as_ref())?;
         Ok((renderer, report))
     }
 
-    /// The sums of log luminance of the whole picture, in the whole's order, if an exposure is to be derived.
-    fn exposure(&mut self, scene: &Scene, windows: &[[f64; 4]]) -> Result<Option<Vec<f32>>> {
-        if !self.plan.log_average || windows.len() < 2 {
+    /// The sums of log luminance of the whole picture, in the whole's order, if an exposure is to be derived. Windows that lack
+    /// room become several.
+    fn exposure(&mut self, scene: &Scene, windows: &mut Vec<[f64; 4]>) -> Result<Option<Vec<f32>>> {
+        if !self.plan.log_average {
             return Ok(None);
         }
         let tiles_of = |size: u32, edge: u32| size.div_ceil(edge) as usize;
@@ -171,10 +200,16 @@ impl<'a> Parts<'a> {
             Primitive::Tile => vec![0.0; whole_across * tiles_of(scene.image.height, TILE.1)],
             _ => Vec::new(),
         };
-        for window in windows {
-            let part = part(scene, *window);
+        let mut left: Vec<_> = windows.drain(..).rev().collect();
+        while let Some(window) = left.pop() {
+            let part = part(scene, window);
             let view = part.view();
-            let (renderer, _) = self.draw(&part, None)?;
+            let (renderer, report) = self.draw(&part, None)?;
+            if let (true, Some(parts)) = (report.lacks_room(), parts_of(window, scene.image)) {
+                left.extend(parts.into_iter().rev());
+                continue;
+            }
+            windows.push(window);
             let found = renderer.read_log_sums()?;
             if self.plan.primitive != Primitive::Tile {
                 sums.extend(found);

@@ -1,11 +1,14 @@
 //! What does not fit into a view's lists is told, and our own frames are then drawn again with more room.
 
+use std::path::Path;
 use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
+use raindrops::environment::Environment;
 use raindrops::gpu::Device;
 use raindrops::plan::{Output, plan};
 use raindrops::renderer::Renderer;
+use raindrops::renderer::parts::{Grid, Parts, empty_picture, place};
 use raindrops::scene::model::Preset;
 use raindrops::scene::{ImageSize, PlacedDrop, Scene};
 
@@ -24,10 +27,13 @@ fn layers() -> Scene {
     scene
 }
 
+fn ramps() -> Environment {
+    painted(64, |d| Vec3::new(1.5 + d.x as f32, 1.5 + d.y as f32, 1.5 + d.z as f32))
+}
+
 /// A renderer by a plan with `room`.
 fn renderer(device: &Arc<Device>, scene: &Scene, room: u32) -> Renderer {
-    let environment =
-        painted(64, |d| Vec3::new(1.5 + d.x as f32, 1.5 + d.y as f32, 1.5 + d.z as f32));
+    let environment = ramps();
     let mut plan = plan(scene, &environment, Output::Display).expect("a plan");
     plan.room = room;
     Renderer::new(device, scene, &environment, &plan).expect("a renderer")
@@ -97,6 +103,85 @@ fn a_full_device_is_told_and_drawn_with() {
             let mut renderer = renderer(device, &scene, 1);
             let report = renderer.draw(&scene).expect("a frame");
             assert!(report.counts.overflow > 0, "{report:?}");
+        },
+    );
+}
+
+/// Rain whose larger drops are streaks over hundreds of tiles each.
+fn towards() -> Scene {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/towards.toml");
+    Scene::load(&path).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// Lists that are short get more room where others have all that one binding holds: here those of large drops, of which
+/// there are few.
+#[test]
+fn full_lists_do_not_keep_others_from_growing() {
+    on_adjusted_device(
+        |report| report.limits.max_storage_buffer_range = 8 << 20,
+        |device| {
+            let report = renderer(device, &towards(), 1).draw(&towards()).expect("a frame");
+            assert!(report.room > 1, "the control: all of it fits");
+            assert_eq!(report.counts.overflow, 0, "{report:?}");
+        },
+    );
+}
+
+/// What a device has no room for at once is drawn in parts, with the bytes of the whole; where an exposure is derived, its
+/// sums are found in parts before.
+#[test]
+fn a_picture_that_a_device_has_no_room_for_is_drawn_in_parts() {
+    let scene = towards();
+    let (mut whole_pixels, mut whole_bytes) = (Vec::new(), Vec::new());
+    on_device(|device| {
+        let mut renderer = renderer(device, &scene, 2);
+        let report = renderer.draw(&scene).expect("a frame");
+        assert_eq!(report.counts.overflow, 0, "{report:?}");
+        whole_pixels = renderer.read_radiance().expect("pixels").pixels;
+        whole_bytes = renderer.read_display().expect("pixels");
+    });
+    on_adjusted_device(
+        |report| report.max_allocation = 24 << 20,
+        |device| {
+            for output in [Output::Display, Output::Radiance] {
+                let environment = ramps();
+                let plan = plan(&scene, &environment, output).expect("a plan");
+                let mut parts = Parts::new(device, &environment, &plan);
+                let (_, report) = parts.draw_window(&scene).expect("a frame");
+                assert!(report.counts.overflow > 0, "the control: all of it fits");
+
+                let width = scene.image.width;
+                let mut pixels = empty_picture(scene.image).pixels;
+                let mut bytes = vec![[0u8; 3]; pixels.len()];
+                let (mut lost, mut taken) = (0, 0);
+                let one = Grid { columns: 1, rows: 1 };
+                parts
+                    .draw_all(&scene, one, &mut |origin, renderer, report| {
+                        lost += report.counts.overflow;
+                        taken += 1;
+                        let part = renderer.read_radiance()?;
+                        place(&mut pixels, width, origin, &part.pixels, part.width);
+                        if output == Output::Display {
+                            let shown = renderer.read_display()?;
+                            place(
+                                &mut bytes,
+                                width,
+                                origin,
+                                bytemuck::cast_slice(&shown),
+                                part.width,
+                            );
+                        }
+                        Ok(())
+                    })
+                    .expect("parts");
+                assert!(lost == 0 && taken > 1, "{lost} lost in {taken} parts");
+                assert!(pixels == whole_pixels, "the parts differ from the whole");
+                let is_exposed_so = bytes.as_flattened() == &whole_bytes[..];
+                assert!(
+                    is_exposed_so || output != Output::Display,
+                    "the parts are exposed otherwise"
+                );
+            }
         },
     );
 }
