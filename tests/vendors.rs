@@ -192,6 +192,11 @@ fn compile_all() {
     let devices = instance.devices().expect("devices");
     let mut cpu = devices.iter().find(|report| report.is_cpu()).expect("a CPU driver").clone();
     let card = devices.iter().find(|report| !report.is_cpu()).expect("a card's driver");
+    assert_eq!(
+        (cpu.machine, card.machine),
+        (Machine::Cpu, Machine::Gpu),
+        "what they are laid out for"
+    );
     cpu.machine = Machine::Gpu;
     let device = Device::open(&instance, cpu).expect("a device");
     let (light, settings) = (common::with_halo(DVec3::Y), settings());
