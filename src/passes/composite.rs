@@ -26,18 +26,14 @@
 //! prefiltered pictures (`appearance.rs`). Above, `glsl/rays.comp` has computed its pixels before:
 //! the closed form along rays through several places of the pixel, one invocation a pixel.
 
+mod buffers;
+
 use std::sync::Arc;
 
-use ash::vk;
-
-use super::appearance::Appearance;
 use super::background::{Background, Behind, HostBackground};
-use super::environment::EnvironmentMap;
-use super::frame::{Frame, FrameBuffer};
-use super::glints::{Glints, SplatTable};
-use super::tile_grid::TILE_PIXELS;
+use super::frame::Frame;
 use super::tiles::Tiles;
-use super::tone_map::{Source, further_sums};
+use super::tone_map::Source;
 use super::totals::{
     CROWDED_GROUPS, DISORDERED_GROUPS, LARGE_GROUPS, LINE_GROUPS, LISTED_GROUPS, RAY_GROUPS,
     SHARED_GROUPS,
@@ -45,15 +41,14 @@ use super::totals::{
 use super::{rows_of, side_by_side};
 use crate::Result;
 use crate::abi::{LISTED_TILES, LISTS};
-use crate::gpu::sets::{composite as slot, constant, group};
+use crate::gpu::sets::{constant, group};
 use crate::gpu::{
-    Bindings, Buffer, ComputePipeline, Device, Memory, Recorder, Resource, Slot, Texel, Texels,
-    Use, fill_buffer, memory_barrier, shaders,
+    Bindings, Buffer, ComputePipeline, Device, Recorder, Use, fill_buffer, memory_barrier, shaders,
 };
 use crate::plan::FramePlan;
+use buffers::Buffers;
+pub use buffers::Prepared;
 
-/// Bytes a pixel, of the picture and of the sky.
-const PIXEL_BYTES: u64 = 8;
 /// Pixels of a workgroup of the sky's pass: whole tiles.
 const SKY_GROUP: [u32; 3] = group::SKY_COMP;
 
@@ -84,37 +79,6 @@ pub struct Composite {
     is_listed: bool,
     bindings: Bindings,
     passes: Passes,
-}
-
-/// What others have prepared, which the passes read.
-#[derive(Clone, Copy)]
-pub struct Prepared<'a> {
-    /// The frame's constants.
-    pub frame: &'a FrameBuffer,
-    /// The whole environment, which is behind the drops.
-    pub environment: &'a EnvironmentMap,
-    /// What drops see of it as a texture.
-    pub seen_by_drops: &'a EnvironmentMap,
-    /// A far drop's pictures.
-    pub appearance: &'a Appearance,
-    /// The bright sources, and their images in a far drop.
-    pub glints: &'a Glints,
-    /// What splats show.
-    pub splats: &'a SplatTable,
-    /// The drops on each tile.
-    pub tiles: &'a Tiles,
-}
-
-/// What the passes write.
-struct Buffers {
-    radiance: Buffer,
-    nearest: Option<Buffer>,
-    log_sums: Buffer,
-    sky: Buffer,
-    disordered_tiles: Buffer,
-    drawn_tiles: Buffer,
-    veil_light: Buffer,
-    line_sums: Option<Buffer>,
 }
 
 /// Their pipelines.
@@ -156,131 +120,6 @@ type View = ([[f32; 4]; 5], [f32; 4], [u32; 4]);
 fn view_of(frame: &Frame) -> View {
     let of_camera = [frame.right, frame.up, frame.back, frame.image, frame.principal];
     (of_camera, frame.lens, frame.window)
-}
-
-impl Buffers {
-    fn new(
-        device: &Arc<Device>,
-        tiles: &Tiles,
-        pixels: u64,
-        has_nearest: bool,
-        is_listed: bool,
-        has_lines: bool,
-    ) -> Result<Self> {
-        use vk::BufferUsageFlags as Usage;
-        let make = |name, bytes, usage| {
-            Buffer::new(device, name, bytes, Usage::STORAGE_BUFFER | usage, Memory::Device)
-        };
-        let maybe = |is_wanted: bool, name, bytes, usage| {
-            is_wanted.then(|| make(name, bytes, usage)).transpose()
-        };
-        let (count, texels) = (u64::from(tiles.count), Usage::UNIFORM_TEXEL_BUFFER);
-        let drawn = 2 * tiles.count + tiles.count.div_ceil(LISTED_TILES);
-        let drawn = if is_listed { drawn } else { 1 };
-        let lit = if tiles.has_veil() { count } else { 1 };
-        let moved = Usage::TRANSFER_SRC | Usage::TRANSFER_DST;
-        let of_lines = Usage::TRANSFER_DST | texels;
-        Ok(Self {
-            radiance: make("radiance", PIXEL_BYTES * pixels, Usage::TRANSFER_SRC | texels)?,
-            nearest: maybe(has_nearest, "nearest drops", 8 * pixels, Usage::TRANSFER_SRC)?,
-            log_sums: make(
-                "log luminance sums",
-                4 * (count + u64::from(further_sums(device.report.machine))),
-                moved,
-            )?,
-            sky: make("sky", PIXEL_BYTES * TILE_PIXELS * count, texels)?,
-            // Before composite lists tiles here, glints lists large drops.
-            // Where there are streaks, it lists crowded tiles behind them.
-            disordered_tiles: make(
-                "disordered tiles",
-                (8 * count + 8 * lit).max(4 * tiles.room_for_larges()),
-                Usage::empty(),
-            )?,
-            drawn_tiles: make("drawn tiles", 4 * u64::from(drawn), Usage::empty())?,
-            veil_light: make("veil light", 16 * lit, texels)?,
-            line_sums: maybe(has_lines, "sums of lines", 4 * TILE_PIXELS * count, of_lines)?,
-        })
-    }
-
-    /// What the shaders read a texel at a time; none where the device takes no texel buffers so large.
-    fn texels(
-        &self,
-        device: &Arc<Device>,
-        Prepared { splats, tiles, .. }: Prepared<'_>,
-    ) -> Result<Option<[(Slot, Texels); 5]>> {
-        let [veil, ..] = tiles.of_larges();
-        let fit = tiles.texels.is_some()
-            && Texels::fit(device, &self.sky, Texel::FourWords)
-            && Texels::fit(device, veil, Texel::TwoWords);
-        if !fit {
-            return Ok(None);
-        }
-        let four_words = |name, buffer| Texels::new(device, name, buffer, Texel::FourWords);
-        let lines = self.line_sums.as_ref().unwrap_or(&self.sky);
-        let links = Texels::new(device, "texels of the veil's links", veil, Texel::TwoWords)?;
-        Ok(Some([
-            (slot::SKY_TEXELS, four_words("texels of the sky", &self.sky)?),
-            (slot::SPLAT_TEXELS, four_words("texels of splats", &splats.table)?),
-            (slot::LINE_TEXELS, four_words("texels of lines", lines)?),
-            (slot::VEIL_TEXELS, four_words("texels of the veil's light", &self.veil_light)?),
-            (slot::LINK_TEXELS, links),
-        ]))
-    }
-
-    /// What is bound for all passes.
-    fn bindings(
-        &self,
-        device: &Arc<Device>,
-        prepared: Prepared<'_>,
-        texels: Option<&[(Slot, Texels); 5]>,
-    ) -> Result<Bindings> {
-        let Prepared { frame, environment, seen_by_drops, appearance, glints, splats, tiles } =
-            prepared;
-        let (lists, [veil, moves, shapes]) = (&tiles.lists, tiles.of_larges());
-        let buffers = [
-            (slot::CONSTANTS, &frame.buffer),
-            (slot::RAIN_FIELD, tiles.field_or(&self.sky)),
-            (slot::TOTALS, &lists.totals),
-            (slot::NODES, &lists.nodes),
-            (slot::HEADS, &lists.heads),
-            (slot::LARGES, &lists.larges),
-            (slot::BLOCKS, &lists.blocks),
-            (slot::PICTURES, &appearance.table),
-            (slot::RADIANCE, &self.radiance),
-            (slot::SKY, &self.sky),
-            (slot::LOG_SUMS, &self.log_sums),
-            (slot::DISORDERED, &self.disordered_tiles),
-            (slot::DRAWN_TILES, &self.drawn_tiles),
-            (slot::COUNTERS, &tiles.counters),
-            (slot::SPLAT_TABLE, &splats.table),
-            (slot::SOURCES, &glints.sources),
-            (slot::BOW, &glints.bow),
-            // Without a depth no shader reads it.
-            (slot::REACH, tiles.reach.as_ref().unwrap_or(&self.sky)),
-            (slot::VEIL, veil),
-            (slot::VEIL_LIGHT, &self.veil_light),
-            // Without lines no shader reads it.
-            (slot::LINE_SUMS, self.line_sums.as_ref().unwrap_or(&self.sky)),
-            (slot::MOVES, moves),
-            (slot::LARGE_SHAPES, shapes),
-            // Where it is not wanted no shader writes it.
-            (slot::NEAREST_DROPS, self.nearest.as_ref().unwrap_or(&self.sky)),
-        ];
-        let maps = [(slot::ENVIRONMENT_MAP, seen_by_drops), (slot::WHOLE_MAP, environment)];
-        let of_tiles = tiles.texels.iter().flat_map(|of_tiles| {
-            [(slot::NODE_TEXELS, &of_tiles.nodes), (slot::HEAD_TEXELS, &of_tiles.heads)]
-        });
-        let views = texels
-            .into_iter()
-            .flat_map(|own| of_tiles.clone().chain(own.iter().map(|(slot, view)| (*slot, view))));
-        let slots: Vec<_> = buffers
-            .map(|(slot, buffer)| (slot, Resource::Buffer(buffer)))
-            .into_iter()
-            .chain(maps.map(|(slot, map)| (slot, Resource::Sampled(&map.image, &map.sampler))))
-            .chain(views.map(|(slot, view)| (slot, Resource::Texels(view))))
-            .collect();
-        Bindings::of(device, "composite", &slots)
-    }
 }
 
 impl Passes {
