@@ -53,7 +53,11 @@ pub(super) fn specialize(words: &[u32], values: Specialization<'_>) -> Vec<u32> 
             _ => None,
         };
         let Some((of, id, value)) = constant else {
-            made.extend(instruction);
+            // The size of a workgroup, whose members are given by now.
+            let is_composite = first & 0xffff == Op::SpecConstantComposite as u32;
+            let op = if is_composite { Op::ConstantComposite as u32 } else { first & 0xffff };
+            made.push(first & 0xffff_0000 | op);
+            made.extend(&instruction[1..]);
             continue;
         };
         known.insert(*id, value);
@@ -76,6 +80,7 @@ fn computed(op: Op, operands: &[u32]) -> Option<u32> {
     Some(match (op, operands) {
         (Op::IAdd, [a, b]) => a.wrapping_add(*b),
         (Op::ISub, [a, b]) => a.wrapping_sub(*b),
+        (Op::UDiv, [a, b]) => a.checked_div(*b)?,
         (Op::IEqual, [a, b]) => u32::from(a == b),
         (Op::INotEqual, [a, b]) => u32::from(a != b),
         (Op::UGreaterThan, [a, b]) => u32::from(a > b),
