@@ -10,8 +10,8 @@ use crate::environment::Environment;
 use crate::gpu::disk_cache::{KeptDevice, user_folder};
 use crate::gpu::{Device, DeviceReport, Instance, Machine, Validation, choose_among};
 use crate::measure;
-use crate::measure::costs::{costs, ranked};
-use crate::plan::Choice;
+use crate::measure::costs::{costs, kept, ranked};
+use crate::plan::{Choice, Costs};
 use crate::scene::Scene;
 use crate::scene::model::Preset;
 
@@ -81,6 +81,13 @@ pub fn open_device(
         say!("passes are laid out for a {} ({MACHINE})", wanted.display());
     }
     Ok(KeptDevice::open(instance, report, user_folder(), remark)?)
+}
+
+/// The times by which it is told how long something will take: those that are kept of the device, else of a CPU those that
+/// are assumed; of a GPU that was not measured they would tell nothing.
+pub fn expected_costs(report: &DeviceReport) -> Option<Costs> {
+    let assumed = || (report.machine == Machine::Cpu).then(Costs::default);
+    kept(report, user_folder().as_deref(), remark).or_else(assumed)
 }
 
 /// What preset `auto` takes for `scene` on `device`, said on stderr; `None` for another preset.

@@ -5,17 +5,15 @@ use std::path::PathBuf;
 use clap::Args;
 use serde_json::{Map, Value};
 
-use super::device::DeviceArgs;
+use super::device::{DeviceArgs, expected_costs};
 use super::format::{Format, Sheet};
 use super::interrupt::{Interrupted, heed_interrupts, is_interrupted};
 use super::options::SceneArgs;
-use super::tell::{about, note, remark, warning};
+use super::tell::{about, note, warning};
 use super::{Answer, parse_seconds, print_beside, progress, waiting, write_json};
 use crate::Error;
 use crate::files::write_whole;
-use crate::gpu::disk_cache::user_folder;
 use crate::measure::bench::{self, Build, DeviceHead};
-use crate::measure::costs::kept;
 use crate::measure::tradeoff::{
     BASES, Effort, Noise, Report, Row, SCHEMA, Study, StudyScene, expected_s, models, models_of,
     models_of_rain, of_file, plot, standard_set, study, weather,
@@ -127,17 +125,17 @@ pub fn run(args: &TradeoffArgs) -> anyhow::Result<Answer> {
         std::fs::create_dir_all(folder).map_err(|error| Error::write(folder, error))?;
     }
     let count: usize = scenes.iter().map(|scene| of_scene(scene).len()).sum();
-    let costs = kept(&device.report, user_folder().as_deref(), remark).unwrap_or_default();
-    let of_scene_s = |scene| expected_s(scene, &of_scene(scene), &effort, &costs);
-    let all_s = || scenes.iter().map(of_scene_s).sum::<crate::Result<f64>>();
-    let expected = waiting("estimating how long this takes", all_s)?;
-    note!(
-        "{} of {}, about {} (by times of {})",
-        counted(count as u64, "model"),
-        counted(scenes.len() as u64, "scene"),
-        about(expected),
-        costs.of
-    );
+    let work =
+        format!("{} of {}", counted(count as u64, "model"), counted(scenes.len() as u64, "scene"));
+    match expected_costs(&device.report) {
+        Some(costs) => {
+            let of_scene_s = |scene| expected_s(scene, &of_scene(scene), &effort, &costs);
+            let all_s = || scenes.iter().map(of_scene_s).sum::<crate::Result<f64>>();
+            let expected = waiting("estimating how long this takes", all_s)?;
+            note!("{work}, about {} (by times of {})", about(expected), costs.of);
+        }
+        None => note!("{work}"),
+    }
     heed_interrupts()?;
     let bar = progress(100 * scenes.len() as u64, "%");
     let (mut rows, mut noises) = (Vec::new(), Vec::new());

@@ -12,20 +12,19 @@ use anyhow::Context as _;
 use clap::{ArgMatches, Args};
 
 use self::table::{plain, table};
-use super::device::{DeviceArgs, choose_device, devices, open_device, resolve};
+use super::device::{DeviceArgs, choose_device, devices, expected_costs, open_device, resolve};
 use super::format::Format;
 use super::interrupt::{Interrupted, heed_interrupts, is_interrupted};
 use super::options::{AxisArgs, SceneValues, parse_drops};
 use super::verdict::gate::GateArgs;
 use super::{Answer, parse_seconds, print, progress, say_doubt, write_json};
-use crate::cli::tell::{about, failure, note, remark, say, warning};
+use crate::cli::tell::{about, failure, note, say, warning};
 use crate::environment::Environment;
 use crate::files::write_whole;
-use crate::gpu::disk_cache::{KeptDevice, user_folder};
+use crate::gpu::disk_cache::KeptDevice;
 use crate::measure::bench::{
     Amount, Build, DeviceHead, Effort, Report, Row, SCHEMA, Variant, measure, plot,
 };
-use crate::measure::costs::kept;
 use crate::measure::{Host, Watch};
 use crate::plan::{Output, expected_ms, plan, plan_by};
 use crate::rain::cull::count_visible;
@@ -352,7 +351,7 @@ fn say_expected(
     environment: &Environment,
     effort: Effort,
 ) {
-    let costs = kept(&device.report, user_folder().as_deref(), remark).unwrap_or_default();
+    let Some(costs) = expected_costs(&device.report) else { return };
     // A row that cannot be drawn is refused when its turn comes.
     let of_row = |amount: &Option<Amount>, preset: &Preset| -> crate::Result<f64> {
         let mut scene = scene.clone();

@@ -5,8 +5,7 @@
 mod pictures;
 mod steps;
 
-use std::fs::File;
-use std::io::Write as _;
+use std::io::{Cursor, Write as _};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -24,6 +23,7 @@ use super::rounds::process::{Arm, Limits};
 use super::tell::{say, warning};
 use super::{Answer, command_line, print, progress, write_json};
 use crate::Error;
+use crate::files::write_whole;
 use crate::measure::Host;
 use crate::measure::bench::{Build, DeviceHead};
 
@@ -225,20 +225,19 @@ fn pack(folder: &Path) -> anyhow::Result<PathBuf> {
     let mut name = folder.as_os_str().to_owned();
     name.push(".zip");
     let path = PathBuf::from(name);
-    let failed = |error: std::io::Error| Error::write(&path, error);
     let mut files: Vec<_> = std::fs::read_dir(folder)
         .and_then(|entries| entries.map(|entry| entry.map(|entry| entry.path())).collect())
         .map_err(|error| Error::read(folder, error))?;
     files.retain(|file: &PathBuf| file.is_file());
     files.sort();
-    let mut packed = ZipWriter::new(File::create(&path).map_err(failed)?);
+    let mut packed = ZipWriter::new(Cursor::new(Vec::new()));
     for file in files {
         let bytes = std::fs::read(&file).map_err(|error| Error::read(&file, error))?;
         let name = file.file_name().unwrap_or_default().to_string_lossy();
         packed.start_file(name, SimpleFileOptions::default())?;
-        packed.write_all(&bytes).map_err(failed)?;
+        packed.write_all(&bytes)?;
     }
-    packed.finish()?;
+    write_whole(&path, packed.finish()?.get_ref())?;
     Ok(path)
 }
 
