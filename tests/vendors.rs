@@ -88,7 +88,7 @@ fn make(device: &Arc<Device>, settings: &[String], light: &Environment) -> bool 
 /// The axes that decide which passes a frame has, and which of their branches.
 const DECIDING: [&str; 5] = ["optics", "far_rain", "motion", "lens", "shape"];
 
-/// Everything that is made: scene by scene and preset by preset, each axis alone; and by `fast` and `exact`, of what moves and
+/// Everything that is made: scene by scene and preset by preset, each axis alone; and by `fast`, of what moves and
 /// is out of focus, each pair of the axes that decide.
 fn settings() -> Vec<Vec<String>> {
     let mut all = Vec::new();
@@ -102,7 +102,7 @@ fn settings() -> Vec<Vec<String>> {
             all.push(with(&[]));
             let axes = axes();
             all.extend(axes.iter().flatten().map(|value| with(&[value])));
-            if number % 2 == 0 || !["fast", "exact"].contains(&preset) {
+            if number % 2 == 0 || preset != "fast" {
                 continue;
             }
             let is_deciding = |axis: &&Vec<String>| {

@@ -4,6 +4,7 @@
 use std::ffi::CStr;
 
 use ash::{khr, vk};
+use rayon::prelude::*;
 
 use super::bindings::set_layout;
 use super::pipeline::PipelineOf;
@@ -62,7 +63,8 @@ impl Device {
             .named("vkCreateDevice", &other.name)?;
         let told = khr::pipeline_executable_properties::Device::new(instance, &raw);
         let made = self.pipelines_made();
-        let all = made.all().map(|of| compiled(&raw, &told, of));
+        let of_all: Vec<_> = made.all().collect();
+        let all = of_all.par_iter().map(|of| compiled(&raw, &told, of));
         let all: Result<Vec<_>> = all.collect();
         // SAFETY: what was made from it is gone.
         unsafe { raw.destroy_device(None) };
