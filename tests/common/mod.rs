@@ -30,7 +30,9 @@ use tempfile::TempDir;
 
 /// The variables that a program under test gets from the tester: where programs, libraries and temporary files are, and which
 /// drivers there are.
-const KEPT_VARIABLES: [&str; 11] = [
+const KEPT_VARIABLES: [&str; 12] = [
+    // Which planted fault is chosen (tests/mutants.rs).
+    "RAINDROPS_MUTANT",
     "PATH",
     "LD_LIBRARY_PATH",
     "DYLD_LIBRARY_PATH",
