@@ -77,3 +77,16 @@ fn a_step_that_fails_is_named() {
     assert_eq!(ran.status.code(), Some(1), "{said}");
     assert!(said.contains("RAINDROPS_MACHINE is abacus: cpu or gpu"), "{said}");
 }
+
+/// The steps are of the device that was asked for, not of that which they would choose.
+#[test]
+fn steps_draw_on_the_device_that_is_asked_for() {
+    let (_, said, result) = survey(&["--device", "llvmpipe", "--only", "drop-fast"]);
+    assert!(result.is_some(), "{said}");
+    let place = folder();
+    let mut other = raindrops();
+    other.env("RAINDROPS_DEVICE", "no such device").current_dir(place.path());
+    let chosen = ["survey", "-o", "card", "--device", "0", "--only", "drop-fast"];
+    let ran = outcome(other.args(chosen));
+    assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
+}

@@ -17,13 +17,14 @@ use zip::write::SimpleFileOptions;
 
 use self::pictures::{Seen, cases};
 use self::steps::{Step, steps};
-use super::device::{DeviceArgs, choose_device};
+use super::device::choose_device;
 use super::interrupt::heed_interrupts;
 use super::rounds::process::{Arm, Limits};
 use super::tell::{say, warning};
 use super::{Answer, command_line, print, progress, write_json};
 use crate::Error;
 use crate::files::write_whole;
+use crate::gpu::{Instance, Validation};
 use crate::measure::Host;
 use crate::measure::bench::{Build, DeviceHead};
 
@@ -49,9 +50,13 @@ pub struct SurveyArgs {
     /// Only these steps, comma-separated, by the names of their files: devices, table-2, drop-fast, …
     #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
     only: Vec<String>,
-    #[command(flatten)]
-    device: DeviceArgs,
+    /// Vulkan device: a part of its name or driver, or its index in `raindrops devices`
+    #[arg(long, value_name = "NAME|INDEX", env = DEVICE, hide_env_values = true)]
+    device: Option<String>,
 }
+
+/// How the device reaches the processes of the steps.
+const DEVICE: &str = "RAINDROPS_DEVICE";
 
 impl SurveyArgs {
     fn takes(&self, name: &str) -> bool {
@@ -98,8 +103,8 @@ pub fn run(args: &SurveyArgs) -> anyhow::Result<Answer> {
     let folder = &args.output;
     std::fs::create_dir_all(folder).map_err(|error| Error::write(folder, error))?;
     let host = Host::now();
-    let instance = args.device.instance()?;
-    let report = choose_device(&instance, args.device.device.as_deref())?;
+    let instance = Instance::new(Validation::Off)?;
+    let report = choose_device(&instance, args.device.as_deref())?;
     say!("device: {}", report.summary());
     heed_interrupts()?;
 
@@ -168,7 +173,9 @@ impl<'a> Survey<'a> {
             program: self.program.clone(),
             variables: variables
                 .iter()
-                .map(|(name, value)| ((*name).into(), (*value).into()))
+                .copied()
+                .chain(self.args.device.as_deref().map(|device| (DEVICE, device)))
+                .map(|(name, value)| (name.into(), value.into()))
                 .collect(),
             options: Vec::new(),
         };
