@@ -7,14 +7,28 @@ use std::io::Read as _;
 use common::{documented_keys, folder, outcome, raindrops};
 use serde_json::Value;
 
-/// Runs it in a fresh folder; its exit status, what it says, its result and the names in its zip file.
-fn survey(arguments: &[&str]) -> (Option<i32>, String, Option<(Value, Vec<String>)>) {
+/// What a survey came to.
+struct Outcome {
+    status: Option<i32>,
+    said: String,
+    written: Option<Written>,
+}
+
+/// Its result, and the names in its zip file.
+struct Written {
+    result: Value,
+    names: Vec<String>,
+}
+
+/// Runs it in a folder that holds something else too.
+fn survey(arguments: &[&str]) -> Outcome {
     let place = folder();
-    let ran = outcome(
-        raindrops().current_dir(place.path()).args(["survey", "-o", "card"]).args(arguments),
-    );
+    let card = place.path().join("card");
+    std::fs::create_dir(&card).expect("a folder");
+    std::fs::write(card.join("mine.txt"), "not for others").expect("a file");
+    let ran = outcome(raindrops().current_dir(&card).args(["survey", "-o", "."]).args(arguments));
     let said = String::from_utf8_lossy(&ran.stderr).into_owned();
-    let result = std::fs::read_to_string(place.path().join("card/survey.json")).ok().map(|text| {
+    let written = std::fs::read_to_string(card.join("survey.json")).ok().map(|text| {
         let file = std::fs::File::open(place.path().join("card.zip")).expect("a zip file");
         let mut packed = zip::ZipArchive::new(file).expect("a sound zip file");
         let mut kept = String::new();
@@ -23,16 +37,17 @@ fn survey(arguments: &[&str]) -> (Option<i32>, String, Option<(Value, Vec<String
         drop(inside);
         assert_eq!(kept, text, "what is sent is what is kept");
         let names = packed.file_names().map(|name| name.expect("a name").into_owned()).collect();
-        (serde_json::from_str(&text).expect("JSON"), names)
+        Written { result: serde_json::from_str(&text).expect("JSON"), names }
     });
-    (ran.status.code(), said, result)
+    Outcome { status: ran.status.code(), said, written }
 }
 
 #[test]
 fn pictures_are_as_true_as_they_should_be() {
-    let (status, said, result) = survey(&["--only", "devices,drop-fast,box-paper,shower-exact"]);
+    let Outcome { status, said, written } =
+        survey(&["--only", "devices,drop-fast,box-paper,shower-exact"]);
     assert_eq!(status, Some(0), "{said}");
-    let (result, names) = result.expect("a result");
+    let Written { result, names } = written.expect("a result");
     documented_keys("raindrops-survey/1", &[&result, &result["steps"][0], &result["pictures"][0]]);
     let steps = result["steps"].as_array().expect("steps");
     assert_eq!(steps.len(), 4, "{steps:?}");
@@ -40,25 +55,27 @@ fn pictures_are_as_true_as_they_should_be() {
     for wanted in ["devices.json", "drop-fast.png", "drop-reference.png", "shower.toml"] {
         assert!(names.iter().any(|name| name == wanted), "{wanted} is not in {names:?}");
     }
+    assert!(!names.iter().any(|name| name == "mine.txt"), "what others keep there is not sent");
 }
 
 /// What is not measured is said, in the result too, and is no success.
 #[test]
 fn steps_that_no_longer_fit_are_named() {
-    let (status, said, result) = survey(&["--max-time", "1s", "--only", "table-2,drop-fast"]);
+    let Outcome { status, said, written } =
+        survey(&["--max-time", "1s", "--only", "table-2,drop-fast"]);
     assert_eq!(status, Some(1), "{said}");
     assert!(said.contains("warning: table-2: left out: --max-time 1s is over"), "{said}");
-    let (result, _) = result.expect("a result");
+    let Written { result, .. } = written.expect("a result");
     let steps = result["steps"].as_array().expect("steps");
     assert!(steps.iter().all(|step| step["failed"].is_string()), "{steps:?}");
 }
 
 #[test]
 fn a_step_that_there_is_not_is_refused() {
-    let (status, said, result) = survey(&["--only", "table2"]);
+    let Outcome { status, said, written } = survey(&["--only", "table2"]);
     assert_eq!(status, Some(2), "{said}");
     assert!(said.contains("--only table2: there are devices, table-2, "), "{said}");
-    assert!(result.is_none());
+    assert!(written.is_none());
 }
 
 /// A step of which a process fails is named with what the process said.
@@ -81,8 +98,8 @@ fn a_step_that_fails_is_named() {
 /// The steps are of the device that was asked for, not of that which they would choose.
 #[test]
 fn steps_draw_on_the_device_that_is_asked_for() {
-    let (_, said, result) = survey(&["--device", "llvmpipe", "--only", "drop-fast"]);
-    assert!(result.is_some(), "{said}");
+    let Outcome { said, written, .. } = survey(&["--device", "llvmpipe", "--only", "drop-fast"]);
+    assert!(written.is_some(), "{said}");
     let place = folder();
     let mut other = raindrops();
     other.env("RAINDROPS_DEVICE", "no such device").current_dir(place.path());

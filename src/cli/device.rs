@@ -66,20 +66,28 @@ pub fn choose_device(instance: &Arc<Instance>, wanted: Option<&str>) -> Result<D
 /// Names the machine for which passes are laid out, in place of the device's own.
 const MACHINE: &str = "RAINDROPS_MACHINE";
 
+/// The machine that it names, said on stderr.
+pub fn wanted_machine() -> anyhow::Result<Option<Machine>> {
+    let wanted = std::env::var_os(MACHINE).filter(|wanted| !wanted.is_empty());
+    let machine = match wanted.as_ref().map(|wanted| wanted.to_str()) {
+        None => return Ok(None),
+        Some(Some("cpu")) => Machine::Cpu,
+        Some(Some("gpu")) => Machine::Gpu,
+        Some(_) => {
+            anyhow::bail!("{MACHINE} is {}: cpu or gpu", wanted.unwrap_or_default().display())
+        }
+    };
+    say!("passes are laid out for a {} ({MACHINE})", wanted.unwrap_or_default().display());
+    Ok(Some(machine))
+}
+
 /// Opens a device, with the user's file of compiled pipelines, and says on stderr which one.
 pub fn open_device(
     instance: &Arc<Instance>,
     mut report: DeviceReport,
 ) -> anyhow::Result<KeptDevice> {
     say!("device: {}", report.summary());
-    if let Some(wanted) = std::env::var_os(MACHINE).filter(|wanted| !wanted.is_empty()) {
-        report.machine = match wanted.to_str() {
-            Some("cpu") => Machine::Cpu,
-            Some("gpu") => Machine::Gpu,
-            _ => anyhow::bail!("{MACHINE} is {}: cpu or gpu", wanted.display()),
-        };
-        say!("passes are laid out for a {} ({MACHINE})", wanted.display());
-    }
+    report.machine = wanted_machine()?.unwrap_or(report.machine);
     Ok(KeptDevice::open(instance, report, user_folder(), remark)?)
 }
 

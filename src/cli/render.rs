@@ -202,24 +202,15 @@ fn draw(
         let path = sequence.map_or(args.output.clone(), |all| all.path(*number));
         let whole = match grid {
             Some(_) => None,
-            None => {
-                let (renderer, report) = parts.draw_window(&frame)?;
-                if report.lacks_room() && can_be_parted(&frame, plan) {
-                    note!(
-                        "more on the picture's tiles than the device has room for at once: drawn in parts"
-                    );
-                    // The frames after it are like it.
-                    grid = Some(Grid { columns: 2, rows: 2 });
-                    None
-                } else {
-                    write(renderer, &frame, until, output, &path)?;
-                    Some(report)
-                }
-            }
+            None => draw_whole(parts, &frame, until, plan, output, &path)?,
         };
-        let report = match (whole, grid) {
-            (None, Some(grid)) => draw_parts(parts, &frame, until, grid, output, &path)?,
-            (whole, _) => whole.unwrap_or_default(),
+        let report = match whole {
+            Some(report) => report,
+            None => {
+                // Where one lacks room, the frames after it are like it.
+                let grid = *grid.get_or_insert(Grid { columns: 2, rows: 2 });
+                draw_parts(parts, &frame, until, grid, output, &path)?
+            }
         };
         drawn.cutoff_px = drawn.cutoff_px.max(report.cutoff_px.unwrap_or(0.0));
         drawn.undrawn.add(&report.counts);
@@ -234,6 +225,24 @@ fn draw(
     }
     bar.finish_and_clear();
     Ok(drawn)
+}
+
+/// Draws a picture at once and writes it; `None` if the device has no room for it, and parts of it can be drawn.
+fn draw_whole(
+    parts: &mut Parts<'_>,
+    frame: &Scene,
+    until: (f64, f64),
+    plan: &FramePlan,
+    output: Output,
+    path: &Path,
+) -> crate::Result<Option<FrameReport>> {
+    let (renderer, report) = parts.draw_window(frame)?;
+    if report.lacks_room() && can_be_parted(frame, plan) {
+        note!("more on the picture's tiles than the device has room for at once: drawn in parts");
+        return Ok(None);
+    }
+    write(renderer, frame, until, output, path)?;
+    Ok(Some(report))
 }
 
 /// Whether [`Parts::draw_all`] takes the scene, in parts of 2 x 2.

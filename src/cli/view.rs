@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::Answer;
-use super::device::DeviceArgs;
+use super::device::{DeviceArgs, wanted_machine};
 use super::options::{ModelArgs, SceneArgs};
 use super::tell::note;
 use crate::gpu::Validation;
@@ -55,6 +55,7 @@ pub fn run(args: &ViewArgs) -> anyhow::Result<Answer> {
         scene,
         name: args.scene.name(),
         device: args.device.device.clone(),
+        machine: wanted_machine()?,
         validation: if args.device.validate { Validation::On } else { Validation::Off },
         paused: args.paused,
         panel: !args.no_panel,

@@ -12,6 +12,9 @@ use super::report::every_preset;
 use super::{Device, DeviceReport, Named};
 use crate::{Error, Result};
 
+/// What a driver says of a compiled stage: names and counts.
+type Figures = Vec<(String, u64)>;
+
 /// What a compiler says of a shader of a pipeline: names as the driver has them.
 #[doc(hidden)]
 #[derive(Clone, Debug)]
@@ -21,7 +24,7 @@ pub struct Compiled {
     /// The specialization constants: number and value.
     pub constants: Vec<[u32; 2]>,
     /// Registers, bytes, …
-    pub figures: Vec<(String, u64)>,
+    pub figures: Figures,
 }
 
 impl Device {
@@ -109,7 +112,7 @@ fn compiled(
 unsafe fn stages(
     told: &khr::pipeline_executable_properties::Device,
     pipeline: vk::Pipeline,
-) -> Result<Vec<(String, Vec<(String, u64)>)>> {
+) -> Result<Vec<(String, Figures)>> {
     let text = |name: std::result::Result<&CStr, _>| {
         name.map_or_else(|_| "?".into(), |name| name.to_string_lossy().into_owned())
     };

@@ -46,7 +46,8 @@ pub fn run(options: Options) -> Result<()> {
     let instance = Instance::for_windows(options.validation, &events.owned_display_handle())?;
     let ranked = ranked(&instance, user_folder().as_deref(), options.remark)?;
     let reports: Vec<DeviceReport> = ranked.into_iter().map(|device| device.report).collect();
-    let report = choose_among(&reports, options.device.as_deref())?;
+    let mut report = choose_among(&reports, options.device.as_deref())?;
+    report.machine = options.machine.unwrap_or(report.machine);
     let remark = options.remark;
     (options.say)(&format!("device: {}", report.summary()));
     let device = open(&instance, report, remark)?;

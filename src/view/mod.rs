@@ -23,7 +23,7 @@ mod weather;
 use std::path::{Path, PathBuf};
 
 pub use self::app::run;
-use crate::gpu::Validation;
+use crate::gpu::{Machine, Validation};
 use crate::remark::Remark;
 use crate::scene::{EnvironmentChoice, Scene};
 
@@ -36,6 +36,8 @@ pub struct Options {
     pub name: String,
     /// Which device; see [`crate::gpu::Instance::choose`].
     pub device: Option<String>,
+    /// For which machine passes are laid out, in place of the device's own.
+    pub machine: Option<Machine>,
     /// Whether the validation layer watches.
     pub validation: Validation,
     /// Whether time stands still at first.

@@ -5,6 +5,7 @@
 mod pictures;
 mod steps;
 
+use std::ffi::OsString;
 use std::io::{Cursor, Write as _};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -58,6 +59,9 @@ pub struct SurveyArgs {
 /// How the device reaches the processes of the steps.
 const DEVICE: &str = "RAINDROPS_DEVICE";
 
+/// A step is not begun with less time left: to open a device alone takes a second or two.
+const LEAST: Duration = Duration::from_secs(5);
+
 impl SurveyArgs {
     fn takes(&self, name: &str) -> bool {
         self.only.is_empty() || self.only.iter().any(|wanted| wanted == name)
@@ -100,22 +104,23 @@ struct Done {
 
 /// Runs the command.
 pub fn run(args: &SurveyArgs) -> anyhow::Result<Answer> {
-    let folder = &args.output;
-    std::fs::create_dir_all(folder).map_err(|error| Error::write(folder, error))?;
+    let folder = std::fs::create_dir_all(&args.output)
+        .and_then(|()| args.output.canonicalize())
+        .map_err(|error| Error::write(&args.output, error))?;
     let host = Host::now();
     let instance = Instance::new(Validation::Off)?;
     let report = choose_device(&instance, args.device.as_deref())?;
     say!("device: {}", report.summary());
     heed_interrupts()?;
 
-    let mut survey = Survey::new(args)?;
+    let mut survey = Survey::new(args, folder)?;
     let mut steps = steps(report.machine);
     args.check(&steps)?;
     steps.retain(|step| args.takes(step.name));
     let bar = progress(steps.len() as u64 + 2, "steps");
     for step in steps {
         bar.set_message(step.name);
-        survey.take(step.name, &step.arguments(folder), &step.variables, step.most)?;
+        survey.step(&step)?;
         bar.inc(1);
     }
     bar.set_message("pictures");
@@ -125,19 +130,21 @@ pub fn run(args: &SurveyArgs) -> anyhow::Result<Answer> {
     survey.page()?;
     bar.finish_and_clear();
 
+    let Survey { folder, done, mut files, .. } = survey;
     let written = Report {
         schema: SCHEMA,
         device: DeviceHead::of(&report),
         build: Build::this(),
         host,
         command: command_line(),
-        steps: survey.done,
+        steps: done,
         pictures,
     };
+    files.push(folder.join("survey.json"));
     write_json(&folder.join("survey.json"), &written)?;
-    let packed = pack(folder)?;
-    print(&tell(&written))?;
-    print(&format!("{}, and all of it in {}", folder.display(), packed.display()))?;
+    let packed = pack(&folder, files)?;
+    print(tell(&written))?;
+    print(format!("{}, and all of it in {}", folder.display(), packed.display()))?;
     let is_whole = written.steps.iter().all(|step| step.failed.is_none());
     let is_true = written.pictures.iter().all(Seen::holds);
     Ok(if is_whole && is_true { Answer::Yes } else { Answer::No })
@@ -146,25 +153,36 @@ pub fn run(args: &SurveyArgs) -> anyhow::Result<Answer> {
 /// A survey under way.
 struct Survey<'a> {
     args: &'a SurveyArgs,
+    folder: PathBuf,
     program: PathBuf,
     since: Instant,
     done: Vec<Done>,
+    /// What it wrote: the folder may hold other things.
+    files: Vec<PathBuf>,
 }
 
 impl<'a> Survey<'a> {
-    fn new(args: &'a SurveyArgs) -> anyhow::Result<Self> {
+    fn new(args: &'a SurveyArgs, folder: PathBuf) -> anyhow::Result<Self> {
         let program = std::env::current_exe().context("this program's file is not known")?;
-        Ok(Self { args, program, since: Instant::now(), done: Vec::new() })
+        let (done, files) = (Vec::new(), Vec::new());
+        Ok(Self { args, folder, program, since: Instant::now(), done, files })
     }
 
-    /// Runs the program with `arguments` for at most `most`; whether it did what it was to do. Only an interrupt is an
-    /// error.
+    /// Runs a step of its own result.
+    fn step(&mut self, step: &Step) -> anyhow::Result<bool> {
+        let result = step.result(&self.folder);
+        self.take(step.name, &step.arguments(&result), &step.variables, step.most, result)
+    }
+
+    /// Runs the program with `arguments`, which write `file`, for at most `most`; whether it did what it was to do. Only an
+    /// interrupt is an error.
     fn take(
         &mut self,
         name: &'static str,
-        arguments: &[std::ffi::OsString],
+        arguments: &[OsString],
         variables: &[(&str, &str)],
         most: Duration,
+        file: PathBuf,
     ) -> anyhow::Result<bool> {
         let (start, left) =
             (Instant::now(), self.args.max_time.saturating_sub(self.since.elapsed()));
@@ -179,7 +197,7 @@ impl<'a> Survey<'a> {
                 .collect(),
             options: Vec::new(),
         };
-        let failed = match left < Duration::from_secs(5) {
+        let failed = match left < LEAST {
             true => Some(format!(
                 "left out: --max-time {} is over",
                 humantime::format_duration(self.args.max_time)
@@ -193,18 +211,21 @@ impl<'a> Survey<'a> {
             warning!("{name}: {why}");
         }
         let is_done = failed.is_none();
+        if is_done {
+            self.files.push(file);
+        }
         self.done.push(Done { name, seconds: start.elapsed().as_secs_f64(), failed });
         Ok(is_done)
     }
 
     /// Draws the three scenes by each preset that can draw them, and compares them with their references.
     fn pictures(&mut self) -> anyhow::Result<Vec<Seen>> {
-        let folder = &self.args.output;
         let mut all = Vec::new();
-        pictures::prepare(folder)?;
+        self.files.extend(pictures::prepare(&self.folder)?);
         for case in cases().filter(|case| self.args.takes(case.name)) {
-            if self.take(case.name, &case.arguments(folder), &[], Duration::from_secs(60))? {
-                all.push(case.compare(folder)?);
+            let (arguments, file) = (case.arguments(&self.folder), case.file(&self.folder));
+            if self.take(case.name, &arguments, &[], Duration::from_secs(60), file)? {
+                all.push(case.compare(&self.folder)?);
             }
         }
         Ok(all)
@@ -212,30 +233,25 @@ impl<'a> Survey<'a> {
 
     /// All that was measured, as a page.
     fn page(&mut self) -> anyhow::Result<()> {
-        let folder = &self.args.output;
-        let results = self.done.iter().filter(|done| done.failed.is_none());
-        let results = results.map(|done| folder.join(done.name).with_extension("json"));
-        let is_reported = |path: &PathBuf| path.exists() && !path.ends_with("devices.json");
-        let results: Vec<_> = results.filter(is_reported).collect();
+        let is_reported = |path: &&PathBuf| {
+            path.extension().is_some_and(|kind| kind == "json") && !path.ends_with("devices.json")
+        };
+        let results: Vec<_> = self.files.iter().filter(is_reported).cloned().collect();
         if results.is_empty() {
             return Ok(());
         }
-        let page = folder.join("report.html").into();
-        let mut arguments = vec!["report".into(), "-o".into(), page];
+        let page = self.folder.join("report.html");
+        let mut arguments = vec!["report".into(), "-o".into(), page.clone().into()];
         arguments.extend(results.into_iter().map(PathBuf::into_os_string));
-        self.take("report", &arguments, &[], Duration::from_secs(60)).map(|_| ())
+        self.take("report", &arguments, &[], Duration::from_secs(60), page).map(|_| ())
     }
 }
 
 /// Packs the files of a folder into a zip file beside it; gives its path.
-fn pack(folder: &Path) -> anyhow::Result<PathBuf> {
-    let mut name = folder.as_os_str().to_owned();
-    name.push(".zip");
-    let path = PathBuf::from(name);
-    let mut files: Vec<_> = std::fs::read_dir(folder)
-        .and_then(|entries| entries.map(|entry| entry.map(|entry| entry.path())).collect())
-        .map_err(|error| Error::read(folder, error))?;
-    files.retain(|file: &PathBuf| file.is_file());
+fn pack(folder: &Path, mut files: Vec<PathBuf>) -> anyhow::Result<PathBuf> {
+    let mut path = folder.to_owned().into_os_string();
+    path.push(".zip");
+    let path = PathBuf::from(path);
     files.sort();
     let mut packed = ZipWriter::new(Cursor::new(Vec::new()));
     for file in files {

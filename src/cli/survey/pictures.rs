@@ -80,17 +80,20 @@ pub(super) fn cases() -> impl Iterator<Item = Case> {
     CASES.into_iter().map(case)
 }
 
-/// Writes the scenes, their sky and their references into a folder.
-pub(super) fn prepare(folder: &Path) -> Result<()> {
-    write_half(
-        &sky::picture(512, Sun { elevation: 12.0, azimuth: 180.0 }),
-        &folder.join("low-sun.exr"),
-    )?;
+/// Writes the scenes, their sky and their references into a folder; gives the files.
+pub(super) fn prepare(folder: &Path) -> Result<Vec<PathBuf>> {
+    let sky = folder.join("low-sun.exr");
+    write_half(&sky::picture(512, Sun { elevation: 12.0, azimuth: 180.0 }), &sky)?;
+    let mut files = vec![sky];
     for (name, text, reference) in SCENES {
-        write_whole(&scene_in(folder, name), text.as_bytes())?;
-        write_whole(&reference_in(folder, name), reference)?;
+        for (path, bytes) in
+            [(scene_in(folder, name), text.as_bytes()), (reference_in(folder, name), reference)]
+        {
+            write_whole(&path, bytes)?;
+            files.push(path);
+        }
     }
-    Ok(())
+    Ok(files)
 }
 
 fn scene_in(folder: &Path, name: &str) -> PathBuf {

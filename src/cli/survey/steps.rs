@@ -1,7 +1,7 @@
 //! What a survey measures, besides its pictures.
 
 use std::ffi::OsString;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use crate::gpu::Machine;
@@ -22,11 +22,15 @@ impl Step {
         Self { name, words: words.to_vec(), variables: Vec::new(), most }
     }
 
+    /// The file that it writes.
+    pub fn result(&self, folder: &Path) -> PathBuf {
+        folder.join(self.name).with_extension("json")
+    }
+
     /// The words of its command line.
-    pub fn arguments(&self, folder: &Path) -> Vec<OsString> {
-        let result = folder.join(self.name).with_extension("json");
+    pub fn arguments(&self, result: &Path) -> Vec<OsString> {
         let words = self.words.iter().map(OsString::from);
-        words.chain(["--json".into(), result.into_os_string()]).collect()
+        words.chain(["--json".into(), result.into()]).collect()
     }
 }
 
