@@ -4,7 +4,8 @@
 #
 #   scripts/release.sh [FOLDER]      writes FOLDER/raindrops-VERSION-TARGET.tar.gz; FOLDER is out if not given
 #
-# RAINDROPS names the program, else it is built. Exit status: 0; 2 for an error.
+# RAINDROPS names the program, else it is built. RAINDROPS_WINDOWS names raindrops.exe of the same sources, which scripts/windows.sh
+# builds: then it is packed, as raindrops-VERSION-x86_64-pc-windows-gnu.zip. Exit status: 0; 2 for an error.
 set -euo pipefail
 case ${1-} in -h | --help) sed -n '2,/^set /s/^# \{0,1\}//p' "$0"; exit 0 ;; esac
 folder=${1:-out}
@@ -12,6 +13,7 @@ case $folder in -*) sed -n '2,/^set /s/^# \{0,1\}//p' "$0" >&2; exit 2 ;; esac
 mkdir -p "$folder"
 folder=$(cd "$folder" && pwd)
 program=${RAINDROPS:+$(realpath "$RAINDROPS")}
+windows=${RAINDROPS_WINDOWS:+$(realpath "$RAINDROPS_WINDOWS")}
 cd "$(dirname "$0")/.."
 fail() { echo "release: $*" >&2; exit 2; }
 if [ -z "$program" ]; then
@@ -22,19 +24,27 @@ fi
 
 version=$("$program" --version | cut -d ' ' -f 2)
 target=$(PATH=$PATH:${CARGO_HOME:-$HOME/.cargo}/bin rustc -vV | sed -n 's/^host: //p')
+[ -z "$windows" ] || target=x86_64-pc-windows-gnu
 name=raindrops-$version-$target
 tree=$(mktemp -d)
 trap 'rm -rf "$tree"' EXIT
 into=$tree/$name
-mkdir -p "$into"/{bin,completions,man/man1,licences,assets}
+mkdir -p "$into"/{licences,assets,completions}
 
-cp "$program" "$into/bin/raindrops"
-strip "$into/bin/raindrops"
 cp README.md CHANGELOG.md "$into/"
 cp -r assets/scenes assets/low-sun.exr assets/sky.exr "$into/assets/"
 if [ -d assets/environments ]; then cp -r assets/environments "$into/assets/"; fi
-for shell in bash zsh fish; do "$program" completions $shell >"$into/completions/raindrops.$shell"; done
-"$program" --quiet man -o "$into/man/man1"
+if [ -n "$windows" ]; then
+  cp "$windows" "$into/raindrops.exe"
+  x86_64-w64-mingw32-strip "$into/raindrops.exe"
+  "$program" completions powershell >"$into/completions/raindrops.ps1"
+else
+  mkdir -p "$into"/{bin,man/man1}
+  cp "$program" "$into/bin/raindrops"
+  strip "$into/bin/raindrops"
+  for shell in bash zsh fish; do "$program" completions $shell >"$into/completions/raindrops.$shell"; done
+  "$program" --quiet man -o "$into/man/man1"
+fi
 
 # Licences: this program's, the sky model's, and those of each crate that is linked. A crate without a text of its own
 # is named with its licence's identifier; the texts of MIT and Apache 2.0 stand beside.
@@ -62,7 +72,7 @@ missing = [key for key in linked - found if key[0] != "raindrops"]
 assert not missing and len(found) > 50, (missing, len(found))
 PYTHON
 
-{
+installation() {
   echo "raindrops $version for $target"
   echo
   echo "bin/raindrops view assets/scenes/rain.toml --drops 200000"
@@ -80,9 +90,44 @@ PYTHON
   echo
   echo "completions: bash into ~/.local/share/bash-completion/completions/raindrops, zsh as _raindrops into a folder of \$fpath,"
   echo "fish into ~/.config/fish/completions. Manual pages: man/man1 into ~/.local/share/man."
-} >"$into/INSTALL.txt"
+}
 
-archive=$folder/$name.tar.gz
-tar --create --directory "$tree" --sort=name --owner=0 --group=0 --numeric-owner "$name" | gzip -n >"$archive.part"
+installation_on_windows() {
+  cat <<TEXT
+raindrops $version for $target: Windows 10 or later, x86-64
+
+In PowerShell or the command prompt, in this folder:
+
+.\raindrops.exe view assets/scenes/rain.toml --drops 200000
+.\raindrops.exe bench --preset paper,fast --drops 125000
+.\raindrops.exe render assets/scenes/rain.toml -o rain.png
+
+The machine must have a driver for Vulkan 1.3, as those of AMD, Intel and NVIDIA are; it brings the loader (vulkan-1.dll).
+Nothing is installed: delete the folder, and %LOCALAPPDATA%\raindrops with what was measured of devices.
+README.md is that of the sources: the scripts and documents that it names are there.
+
+The program is linked with:
+$(x86_64-w64-mingw32-objdump -p "$into/raindrops.exe" | sed -n 's/^.*DLL Name: /  /p' | sort -f)
+
+completions: add the line ". PATH\completions\raindrops.ps1" to the file that \$PROFILE names.
+TEXT
+}
+
+if [ -n "$windows" ]; then
+  installation_on_windows | sed 's/$/\r/' >"$into/INSTALL.txt"
+  archive=$folder/$name.zip
+  # Every file of one date, so that the same files make the same archive.
+  python3 - "$tree" "$archive.part" <<'PYTHON' || fail "no archive"
+import pathlib, sys, zipfile
+tree = pathlib.Path(sys.argv[1])
+with zipfile.ZipFile(sys.argv[2], "w", zipfile.ZIP_DEFLATED) as archive:
+    for file in sorted(path for path in tree.glob("raindrops-*/**/*") if path.is_file()):
+        archive.writestr(zipfile.ZipInfo(str(file.relative_to(tree))), file.read_bytes(), zipfile.ZIP_DEFLATED)
+PYTHON
+else
+  installation >"$into/INSTALL.txt"
+  archive=$folder/$name.tar.gz
+  tar --create --directory "$tree" --sort=name --owner=0 --group=0 --numeric-owner "$name" | gzip -n >"$archive.part"
+fi
 mv "$archive.part" "$archive"
 echo "release: $archive, $(du -h "$archive" | cut -f 1)" >&2

@@ -7,6 +7,8 @@
 #   scripts/setup.sh --tests         also what scripts/test.sh needs for the window: a virtual X server
 #   scripts/setup.sh --drivers       also SwiftShader and a newer lavapipe, for comparing drivers; the
 #                                    last line says how to select all of them (Debian, Ubuntu)
+#   scripts/setup.sh --windows       also what scripts/windows.sh needs: MinGW, Rust's standard library for
+#                                    Windows, and a Debian 13 with Wine in .setup/wine, 1.7 GB (Debian; root)
 #   scripts/setup.sh --help          this text
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -15,13 +17,14 @@ environments=assets/environments
 
 say() { echo "setup: $*" >&2; }
 
-with_tests=no with_drivers=no
+with_tests=no with_drivers=no with_windows=no
 for argument in "$@"; do
   case $argument in
     --tests) with_tests=yes ;;
     --drivers) with_drivers=yes ;;
+    --windows) with_windows=yes ;;
     -h | --help) sed -n '2,/^set /s/^# \{0,1\}//p' scripts/setup.sh; exit 0 ;;
-    *) say "unknown argument '$argument'; usage: scripts/setup.sh [--tests] [--drivers]"; exit 2 ;;
+    *) say "unknown argument '$argument'; usage: scripts/setup.sh [--tests] [--drivers] [--windows]"; exit 2 ;;
   esac
 done
 
@@ -172,6 +175,17 @@ fetch_package() { # package, folder: unpack Debian's package there; with further
   (cd "$into" && apt-get "$@" download -qq "$package" 2>/dev/null && dpkg-deb -x "${package%%/*}"_*.deb .)
 }
 
+# Other releases of Debian, beside the system's: sets the options of apt-get by which it sees them alone.
+releases() { # folder for their lists, releases
+  local folder=$1 release
+  shift
+  chmod 755 "$folder" # apt fetches as a user of its own
+  mkdir -p "$folder"/{lists,cache/archives}/partial
+  for release in "$@"; do echo "deb http://deb.debian.org/debian $release main"; done >"$folder/sources"
+  only=(-o Dir::Etc::sourcelist="$folder/sources" -o Dir::Etc::sourceparts=/dev/null
+        -o Dir::State::lists="$folder/lists" -o Dir::Cache="$folder/cache")
+}
+
 # SwiftShader, out of Debian's Chromium.
 fetch_swiftshader() {
   local into=$setup/swiftshader folder
@@ -190,18 +204,14 @@ fetch_swiftshader() {
 # The lavapipe of Debian 12's backports, beside the system's older one. It needs the same LLVM 15,
 # which other releases do not have; those come with a newer Mesa themselves.
 fetch_newer_lavapipe() {
-  local into=$setup/lavapipe-backports folder
+  local into=$setup/lavapipe-backports folder only
   [ -f $into/lvp_icd.json ] && return 0
   if ! grep -qs '^VERSION_CODENAME=bookworm' /etc/os-release; then
     say "a newer lavapipe is fetched on Debian 12 only"
     return 0
   fi
   folder=$(mktemp -d)
-  chmod 755 "$folder" # apt fetches as a user of its own
-  mkdir -p "$folder"/{lists,cache/archives}/partial
-  echo "deb http://deb.debian.org/debian bookworm-backports main" >"$folder/sources"
-  local only=(-o Dir::Etc::sourcelist="$folder/sources" -o Dir::Etc::sourceparts=/dev/null
-              -o Dir::State::lists="$folder/lists" -o Dir::Cache="$folder/cache")
+  releases "$folder" bookworm-backports
   if quietly as_root apt-get "${only[@]}" update -qq &&
      fetch_package mesa-vulkan-drivers/bookworm-backports "$folder" "${only[@]}"; then
     mkdir -p $into
@@ -226,4 +236,49 @@ if [ $with_drivers = yes ]; then
     [ -f "$manifest" ] && drivers+=${drivers:+:}$manifest
   done
   say "all of them at once: export VK_DRIVER_FILES=$drivers"
+fi
+
+# Rust's standard library for Windows: ready-made by rustup, else its sources, of which cargo builds it. Those must be of the
+# compiler's own version.
+fetch_windows_library() {
+  local version folder only package
+  PATH=$PATH:${CARGO_HOME:-$HOME/.cargo}/bin
+  version=$(rustc -V | cut -d ' ' -f 2)
+  [ ! -d "$(rustc --print sysroot)/lib/rustlib/x86_64-pc-windows-gnu" ] || return 0
+  [ ! -d "$setup/rust-src/$version" ] || return 0
+  if command -v rustup >/dev/null && timeout 90 rustup target add x86_64-pc-windows-gnu >/dev/null 2>&1; then
+    say "rustup installed the standard library for Windows"
+    return 0
+  fi
+  folder=$(mktemp -d)
+  releases "$folder" trixie trixie-backports sid
+  quietly as_root apt-get "${only[@]}" update -qq
+  package=$(apt-cache "${only[@]}" madison rust-src | awk -v version="$version+" 'index($3, version) == 1 { print $3; exit }')
+  if [ -z "$package" ]; then
+    say "Debian has no rust-src of Rust $version, and rustup reaches no server: install the target x86_64-pc-windows-gnu"
+    return 1
+  fi
+  (cd "$folder" && apt-get "${only[@]}" download -qq "rust-src=$package" 2>/dev/null)
+  mkdir -p $setup/rust-src
+  dpkg-deb --fsys-tarfile "$folder"/rust-src_*.deb | tar -x -C "$folder" "./usr/src/rustc-$version/library"
+  mv "$folder/usr/src/rustc-$version" "$setup/rust-src/$version"
+  rm -rf "$folder"
+  say "fetched the sources of Rust's standard library into $setup/rust-src/$version"
+}
+
+# Wine 10 and lavapipe of Debian 13: older ones lack what Rust's programs call.
+make_wine() {
+  [ ! -d $setup/wine ] || return 0
+  say "installing a Debian 13 with Wine in $setup/wine"
+  as_root rm -rf $setup/wine.part
+  quietly as_root debootstrap --variant=minbase \
+    --include=wine64,wine,libvulkan1,mesa-vulkan-drivers,procps,xvfb,xdotool trixie $setup/wine.part http://deb.debian.org/debian
+  as_root mv $setup/wine.part $setup/wine
+}
+
+if [ $with_windows = yes ]; then
+  grep -qs '^ID=debian' /etc/os-release || { say "--windows works on Debian only"; exit 1; }
+  install gcc-mingw-w64-x86-64 debootstrap
+  fetch_windows_library
+  make_wine
 fi

@@ -85,6 +85,17 @@ fn no_text(why: &str) -> String {
     format!("it is neither UTF-8 nor UTF-16 with a byte-order mark ({why}); save it as UTF-8")
 }
 
+/// The whole path of what is there: as [`Path::canonicalize`], but on Windows without its prefix `\\?\`, which is for no reader
+/// and which few programs take.
+#[cfg(feature = "cli")]
+pub(crate) fn whole_path(path: &Path) -> io::Result<std::path::PathBuf> {
+    if cfg!(windows) {
+        path.metadata().and_then(|_| std::path::absolute(path))
+    } else {
+        path.canonicalize()
+    }
+}
+
 /// Writes `bytes` beside `path` and renames them into place: on any failure, a full disk among them,
 /// what was there before is there still, and nothing else. A pipe or a device (`/dev/stdout`,
 /// `/dev/null`) is written to, never replaced.

@@ -43,8 +43,13 @@ fn end_at_once(status: i32) -> ! {
     unsafe { nix::libc::_exit(status) }
 }
 
-#[cfg(not(unix))]
+/// As on Unix. `ExitProcess` would end the other threads first and then run the destructors, which may wait for what those held.
+#[cfg(windows)]
 fn end_at_once(status: i32) -> ! {
+    use windows_sys::Win32::System::Threading::{GetCurrentProcess, TerminateProcess};
+    // SAFETY: the handle is this process's own.
+    unsafe { TerminateProcess(GetCurrentProcess(), status as u32) };
+    // Not reached, unless the system refuses.
     std::process::exit(status)
 }
 

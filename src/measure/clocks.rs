@@ -37,12 +37,14 @@ pub enum Clock {
 impl Clock {
     /// That of a device on this machine.
     pub fn of(device: &DeviceHead) -> Self {
-        Self::below(Path::new("/"), device, SMI.as_ref())
+        let root = cfg!(target_os = "linux").then_some(Path::new("/"));
+        Self::below(root, device, SMI.as_ref())
     }
 
-    /// As [`Clock::of`], with the system's files below `root`.
-    fn below(root: &Path, device: &DeviceHead, program: &Path) -> Self {
+    /// As [`Clock::of`], with the system's files below `root`; none on a system that has no such files.
+    fn below(root: Option<&Path>, device: &DeviceHead, program: &Path) -> Self {
         if device.kind == "CPU" {
+            let Some(root) = root else { return Self::unread("a processor's") };
             let files = matches(root, "sys/devices/system/cpu/*/cpufreq/scaling_cur_freq");
             if !files.is_empty() {
                 return Self::Files(files, 1e3);
@@ -56,6 +58,17 @@ impl Clock {
         let (Some(vendor), Some(number)) = (device.vendor_id, device.device_id) else {
             return Self::Untold("the device has no PCI number".into());
         };
+        if vendor == NVIDIA {
+            let found = Self::Program(program.into(), (number << 16) | vendor);
+            return match found.mhz() {
+                Some(_) => found,
+                None => Self::Untold(format!(
+                    "{} reports no clock of one such device",
+                    program.display()
+                )),
+            };
+        }
+        let Some(root) = root else { return Self::unread("this device's") };
         let is_it = |card: &PathBuf| {
             let id = |name| number_in(&card.join("device").join(name));
             (id("vendor"), id("device")) == (Some(vendor), Some(number))
@@ -67,16 +80,6 @@ impl Clock {
             name.strip_prefix("card").is_some_and(|rest| rest.parse::<u32>().is_ok())
         });
         cards.retain(is_it);
-        if vendor == NVIDIA {
-            let found = Self::Program(program.into(), (number << 16) | vendor);
-            return match found.mhz() {
-                Some(_) => found,
-                None => Self::Untold(format!(
-                    "{} reports no clock of one such device",
-                    program.display()
-                )),
-            };
-        }
         match cards.as_slice() {
             [] => Self::Untold("no kernel driver lists a card of the device's PCI number".into()),
             [card] => {
@@ -88,6 +91,10 @@ impl Clock {
             }
             _ => Self::Untold("several cards have the device's PCI number".into()),
         }
+    }
+
+    fn unread(whose: &str) -> Self {
+        Self::Untold(format!("{whose} clock is read on Linux only"))
     }
 
     /// Megahertz now; none where it is not reported.
@@ -210,7 +217,7 @@ mod tests {
     fn each_driver_tells_in_its_own_place() {
         let of = |files: &[(&str, &str)], kind: &str, ids: (u32, u32)| {
             let root = system(files);
-            Clock::below(root.path(), &device(kind, Some(ids)), "nowhere".as_ref()).mhz()
+            Clock::below(Some(root.path()), &device(kind, Some(ids)), "nowhere".as_ref()).mhz()
         };
         assert_eq!(of(&AMD, "discrete GPU", (0x1002, 0x744c)), Some(2450.0));
         assert_eq!(of(&AMD, "discrete GPU", (0x1002, 0x744d)), None, "another card's");
@@ -239,7 +246,10 @@ mod tests {
             let text = format!("#!/bin/sh\nprintf '{lines}'\n");
             crate::files::write_whole(&program, text.as_bytes()).expect("a program");
             fs::set_permissions(&program, fs::Permissions::from_mode(0o755)).expect("its mode");
-            Clock::below(root.path(), &device("discrete GPU", Some((0x10de, 0x2330))), &program)
+            let nvidia = device("discrete GPU", Some((0x10de, 0x2330)));
+            let found = Clock::below(Some(root.path()), &nvidia, &program);
+            assert_eq!(found, Clock::below(None, &nvidia, &program), "where there are no files");
+            found
         };
         assert_eq!(ask(r"0x250310DE, 300\n0x233010DE, 1980\n").mhz(), Some(1980.0));
         let two = ask(r"0x233010DE, 300\n0x233010DE, 1980\n");
@@ -249,7 +259,7 @@ mod tests {
     #[test]
     fn what_is_not_told_is_said() {
         let why = |files: &[(&str, &str)], device: DeviceHead| {
-            Clock::below(system(files).path(), &device, "nowhere".as_ref()).source()
+            Clock::below(Some(system(files).path()), &device, "nowhere".as_ref()).source()
         };
         let gpu = |ids| device("discrete GPU", ids);
         assert!(why(&[], gpu(None)).starts_with("unknown: the device has no PCI number"));
@@ -257,5 +267,10 @@ mod tests {
         assert!(why(&AMD[..2], gpu(Some((0x1002, 0x744c)))).contains("reports no clock"));
         assert!(why(&[], gpu(Some((0x10de, 1)))).contains("nowhere reports no clock"));
         assert!(why(&[], device("CPU", None)).contains("no clock of its processors"));
+        // Elsewhere than on Linux the same names would be files of somebody else.
+        for other in [device("CPU", None), gpu(Some((0x1002, 0x744c)))] {
+            let found = Clock::below(None, &other, "nowhere".as_ref());
+            assert!(found.source().contains("read on Linux only"), "{}", found.source());
+        }
     }
 }

@@ -3,7 +3,9 @@
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 
-use super::others;
+#[cfg(feature = "cli")]
+use super::system::FAMILY;
+use super::{others, system};
 use crate::thousands::counted;
 
 /// Environment variables that decide which driver runs, with which layers, or how fast a driver on the CPU is.
@@ -23,9 +25,6 @@ const VARIABLES: [&str; 14] = [
     "GALLIVM_DEBUG",
     "GALLIVM_PERF",
 ];
-
-/// Between a processor's name and its family.
-const FAMILY: &str = " (family ";
 
 /// CPU, cores, system, load and variables.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -50,14 +49,9 @@ pub struct Host {
 impl Host {
     /// This machine, now.
     pub fn now() -> Self {
-        let file = |path| std::fs::read_to_string(path).unwrap_or_default();
-        let cpu = processor(&file("/proc/cpuinfo"));
-        let release = file("/etc/os-release")
-            .lines()
-            .find_map(|line| line.strip_prefix("PRETTY_NAME="))
-            .map_or(std::env::consts::OS.into(), |name| name.trim_matches('"').to_string());
+        let release = system::release().unwrap_or(std::env::consts::OS.into());
         Self {
-            cpu,
+            cpu: system::processor(),
             cores: std::thread::available_parallelism().map_or(1, Into::into),
             os: format!("{release} {}", std::env::consts::ARCH),
             load: Self::load_now(),
@@ -88,8 +82,7 @@ impl Host {
 
     /// Load average of the last minute; none where the system has none.
     pub fn load_now() -> Option<f64> {
-        let text = std::fs::read_to_string("/proc/loadavg").ok()?;
-        text.split(' ').next()?.parse().ok()
+        system::load()
     }
 
     /// What makes times doubtful that are measured from now on, in a line; none if nothing does.
@@ -107,44 +100,9 @@ impl Host {
     }
 }
 
-/// The name of a processor, with family and model where the system tells them: machines that are lent often give several
-/// kinds of processors one name.
-fn processor(cpuinfo: &str) -> String {
-    let value = |key: &str| {
-        let lines = cpuinfo.lines().filter_map(|line| line.split_once(':'));
-        let mut found = lines.filter(|(name, _)| name.trim() == key);
-        found.next().map(|(_, value)| value.trim().to_string())
-    };
-    let name = value("model name").unwrap_or("unknown".into());
-    match value("cpu family").zip(value("model")) {
-        Some((family, model)) => format!("{name}{FAMILY}{family}, model {model})"),
-        None => name,
-    }
-}
-
-/// Memory of this process that is in the machine's memory; none where the system does not tell.
-#[cfg(feature = "cli")]
-pub(crate) fn resident_bytes() -> Option<u64> {
-    let text = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = text.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;
-    let kib: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
-    Some(1024 * kib)
-}
-
 #[cfg(test)]
 mod tests {
-    use super::{Host, processor};
-
-    #[test]
-    fn processors_of_one_name_are_told_apart() {
-        let of = |family: u32| {
-            processor(&format!(
-                "processor\t: 0\ncpu family\t: {family}\nmodel\t\t: 1\nmodel name\t: AMD EPYC\n\nprocessor\t: 1\nmodel\t\t: 9\n"
-            ))
-        };
-        assert_eq!((of(25), of(26) != of(25)), ("AMD EPYC (family 25, model 1)".into(), true));
-        assert_eq!(processor("processor : 0\nBogoMIPS : 50\n"), "unknown");
-    }
+    use super::Host;
 
     #[cfg(feature = "cli")]
     #[test]

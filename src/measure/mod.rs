@@ -13,6 +13,7 @@ mod others;
 pub mod rain_plot;
 mod resolve;
 pub mod statistics;
+mod system;
 pub mod tradeoff;
 pub mod verdict;
 

@@ -28,7 +28,11 @@ impl Ticks {
         Some(Self { all, busy: all - states[3] - states[4], own: own.sum::<Option<u64>>()? })
     }
 
+    /// On Linux alone: other systems do not count what a process' children took, which would then be others'.
     fn now() -> Option<Self> {
+        if !cfg!(target_os = "linux") {
+            return None;
+        }
         let file = |path| std::fs::read_to_string(path).ok();
         Self::read(&file("/proc/stat")?, &file("/proc/self/stat")?)
     }

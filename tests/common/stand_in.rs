@@ -4,6 +4,7 @@ use std::fs;
 use std::os::unix::fs::PermissionsExt as _;
 use std::path::Path;
 use std::process::{Command, Output};
+use std::time::Duration;
 
 use raindrops::picture::Picture;
 use serde_json::Value;
@@ -24,7 +25,7 @@ if [ -n "$picture" ]; then cp "$HERE/${PICTURE:-black}.exr" "$file"; exit 0; fi
 [ -z "$NOISY" ] || MS=$((10 + count * 7 % 13 * 5))
 [ -z "$NOISY_PASS" ] || PASS=$((10 + count * 7 % 13 * 5))
 [ "$count" = "$CRASH_AT" ] && { echo "raindrops: the device is lost" >&2; exit 2; }
-[ "$count" = "$HANG_AT" ] && exec sleep 600
+[ "$count" = "$HANG_AT" ] && { sleep 600 & echo $! >> "$HERE/children"; wait; }
 [ "$count" = "$RUBBISH_AT" ] && { printf '{"schema": "raindrops-' > "$file"; exit 0; }
 row() { cat <<END
 {"preset": "paper", "optics": "mask", "primitive": "point", "order": "unsorted", "drops": $1,
@@ -86,9 +87,22 @@ impl Bench {
         fs::read_to_string(self.path().join("started")).unwrap_or_default().lines().count()
     }
 
-    /// None of the processes that were started is alive.
+    /// None of the processes that were started is alive, nor what they started.
     pub fn all_have_ended(&self) -> bool {
-        let started = fs::read_to_string(self.path().join("started")).unwrap_or_default();
-        started.lines().all(|number| !Path::new("/proc").join(number).exists())
+        let read = |name| fs::read_to_string(self.path().join(name)).unwrap_or_default();
+        let all = read("started") + &read("children");
+        let has_ended = |number: &str| {
+            let stat = fs::read_to_string(Path::new("/proc").join(number).join("stat"));
+            // Killed, and waited for by nobody.
+            stat.map_or(true, |stat| stat.rsplit(')').next().is_some_and(|of| of.starts_with(" Z")))
+        };
+        // A group that is killed takes a moment to end.
+        (0..500).any(|_| {
+            let all_have = all.lines().all(has_ended);
+            if !all_have {
+                std::thread::sleep(Duration::from_millis(10));
+            }
+            all_have
+        })
     }
 }

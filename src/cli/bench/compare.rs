@@ -18,6 +18,7 @@ use crate::cli::tell::{note, warning};
 use crate::cli::verdict::gate::{GateArgs, MAX_FLIP, parse_flip};
 use crate::cli::verdict::{borrowed, notes, of_runs, runs, side};
 use crate::cli::{Answer, Cli, command_line, open_environment, progress};
+use crate::files::whole_path;
 use crate::measure::bench::{Amount, Report as Kept};
 use crate::measure::verdict::looks::looks;
 use crate::measure::verdict::{self, Method, MissingRow, Side, kept};
@@ -147,7 +148,7 @@ impl CompareArgs {
         let program = match binary {
             None => std::env::current_exe().context("this program's file is not known")?,
             Some(path) if path.is_file() => {
-                path.canonicalize().with_context(|| format!("{}", path.display()))?
+                whole_path(path).with_context(|| format!("{}", path.display()))?
             }
             Some(path) => anyhow::bail!("{}: there is no such program", path.display()),
         };

@@ -8,11 +8,11 @@ pub type Variables = Vec<(String, String)>;
 const DRIVER_FILES: [&str; 2] = ["VK_DRIVER_FILES", "VK_ICD_FILENAMES"];
 
 /// Parses `NAME=VALUE,NAME=VALUE`. A value with commas, or with spaces at its ends, stands in quotes, single
-/// or double; a backslash takes the next character as it is. Nothing at all is an environment, too: that of
-/// the command itself.
+/// or double; a backslash takes the next character as it is, but on Windows, where it stands in paths. Nothing at all is an
+/// environment, too: that of the command itself.
 pub fn parse(text: &str) -> Result<Variables, String> {
     let mut variables = Variables::new();
-    for item in split(text)? {
+    for item in split(text, !cfg!(windows))? {
         let Some((name, value)) = item.split_once('=') else {
             return Err(format!("'{item}' is not NAME=VALUE"));
         };
@@ -35,15 +35,15 @@ pub fn parse(text: &str) -> Result<Variables, String> {
     Ok(variables)
 }
 
-/// The items between commas, quotes taken off; spaces around an item are none of it.
-fn split(text: &str) -> Result<Vec<String>, String> {
+/// The items between commas, quotes taken off; spaces around an item are none of it. `escapes`: a backslash is one.
+fn split(text: &str, escapes: bool) -> Result<Vec<String>, String> {
     let (mut items, mut item, mut quote) = (Vec::new(), String::new(), None);
     // How much of the item was quoted, and so is kept although it may be space.
     let mut kept = 0;
     let mut characters = text.chars();
     while let Some(character) = characters.next() {
         match (character, quote) {
-            ('\\', None | Some('"')) => {
+            ('\\', None | Some('"')) if escapes => {
                 item.push(characters.next().ok_or("it ends with a backslash")?);
                 kept = item.len();
             }
@@ -77,7 +77,7 @@ fn ended(item: &mut String, kept: &mut usize) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::parse;
+    use super::{parse, split};
 
     #[test]
     fn spaces_and_quotes() {
@@ -91,6 +91,14 @@ mod tests {
         assert_eq!(of(r"A=x\,y,B=\ "), ["A|x,y", "B| "]);
         assert_eq!(of("A=b=c"), ["A|b=c"]);
         assert!(of("").is_empty());
+    }
+
+    #[test]
+    fn a_backslash_of_windows_is_one() {
+        let paths = r#"A=C:\a.json;\\host\b, B="C:\with, comma\""#;
+        let items = split(paths, false).expect(paths);
+        assert_eq!(items, [r"A=C:\a.json;\\host\b", r"B=C:\with, comma\"]);
+        assert_eq!(split(r"A=C:\a", true).expect("an escape"), ["A=C:a"]);
     }
 
     #[test]

@@ -4,6 +4,7 @@ pub mod environment;
 pub mod pictures;
 pub mod process;
 pub mod stages;
+mod tree;
 
 use std::ffi::OsString;
 use std::time::{Duration, Instant};

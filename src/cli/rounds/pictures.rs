@@ -10,6 +10,7 @@ use super::stages::between;
 use crate::cli::compare::false_color;
 use crate::cli::interrupt::is_interrupted;
 use crate::environment::Environment;
+use crate::files::whole_path;
 use crate::measure::bench::Amount;
 use crate::measure::verdict::{Pictures, VerdictRow};
 use crate::picture::metrics::compare;
@@ -216,7 +217,7 @@ impl PictureFolder<'_> {
 
 /// A file's path relative to a result file's folder if it lies below it, so that both can be moved; else the whole path.
 pub fn as_seen_from(result: Option<&Path>, path: &Path) -> anyhow::Result<PathBuf> {
-    let whole = |path: &Path| path.canonicalize().with_context(|| format!("{}", path.display()));
+    let whole = |path: &Path| whole_path(path).with_context(|| format!("{}", path.display()));
     let path = whole(path)?;
     let folder = result.and_then(Path::parent);
     let folder = folder.map(|folder| match folder.as_os_str().is_empty() {

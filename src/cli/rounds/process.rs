@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 use anyhow::{Context as _, bail};
 
 use super::environment::Variables;
+use super::tree::Tree;
 use crate::cli::interrupt::{Interrupted, is_interrupted, set_at_work};
 use crate::measure::bench::{Report, read};
 
@@ -131,31 +132,16 @@ fn last_words(said: &mut File) -> String {
 /// A process and all that it started, ended when this goes.
 struct Running {
     child: Child,
+    tree: Tree,
     has_ended: bool,
 }
 
 impl Running {
-    fn start(mut command: Command) -> std::io::Result<Self> {
-        #[cfg(unix)]
-        {
-            use std::os::unix::process::CommandExt as _;
-            // A group of its own, so that what it starts can be ended with it; interrupts of the terminal
-            // then reach this process alone.
-            command.process_group(0);
-        }
-        #[cfg(target_os = "linux")]
-        {
-            use std::os::unix::process::CommandExt as _;
-            // SAFETY: between fork and exec this makes one system call, which is allowed there.
-            unsafe {
-                // Even if this process is killed, none is left behind.
-                command.pre_exec(|| Ok(nix::sys::prctl::set_pdeathsig(nix::sys::signal::SIGKILL)?));
-            }
-        }
+    fn start(command: Command) -> std::io::Result<Self> {
         set_at_work(true);
-        let started = command.spawn();
+        let started = Tree::start(command);
         set_at_work(started.is_ok());
-        started.map(|child| Self { child, has_ended: false })
+        started.map(|(child, tree)| Self { child, tree, has_ended: false })
     }
 
     /// Waits until it has ended; none if that took longer than `timeout`.
@@ -181,12 +167,7 @@ impl Drop for Running {
     fn drop(&mut self) {
         // Once it was waited for, its number may be another's.
         if !self.has_ended {
-            #[cfg(unix)]
-            {
-                let group = nix::unistd::Pid::from_raw(self.child.id() as i32);
-                // Best effort: it may be ending by itself.
-                let _ = nix::sys::signal::killpg(group, nix::sys::signal::SIGKILL);
-            }
+            self.tree.end();
             let _ = self.child.kill();
             let _ = self.child.wait();
         }

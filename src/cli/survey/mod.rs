@@ -24,7 +24,7 @@ use super::rounds::process::{Arm, Limits};
 use super::tell::{say, warning};
 use super::{Answer, command_line, print, progress, write_json};
 use crate::Error;
-use crate::files::write_whole;
+use crate::files::{whole_path, write_whole};
 use crate::gpu::{Instance, Validation};
 use crate::measure::Host;
 use crate::measure::bench::{Build, DeviceHead};
@@ -105,7 +105,7 @@ struct Done {
 /// Runs the command.
 pub fn run(args: &SurveyArgs) -> anyhow::Result<Answer> {
     let folder = std::fs::create_dir_all(&args.output)
-        .and_then(|()| args.output.canonicalize())
+        .and_then(|()| whole_path(&args.output))
         .map_err(|error| Error::write(&args.output, error))?;
     let host = Host::now();
     let instance = Instance::new(Validation::Off)?;

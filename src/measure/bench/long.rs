@@ -13,8 +13,8 @@ use crate::environment::Environment;
 use crate::gpu::Device;
 use crate::measure::Host;
 use crate::measure::clocks::Clock;
-use crate::measure::host::resident_bytes;
 use crate::measure::statistics::quantile;
+use crate::measure::system::resident_bytes;
 
 /// Frames that are kept, at most; a power of two.
 const KEPT: usize = 8192;
