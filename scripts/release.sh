@@ -107,7 +107,7 @@ Nothing is installed: delete the folder, and %LOCALAPPDATA%\raindrops with what 
 README.md is that of the sources: the scripts and documents that it names are there.
 
 The program is linked with:
-$(x86_64-w64-mingw32-objdump -p "$into/raindrops.exe" | sed -n 's/^.*DLL Name: /  /p' | sort -f)
+$(x86_64-w64-mingw32-objdump -p "$into/raindrops.exe" | sed -n 's/^.*DLL Name: /  /p' | sort -fu)
 
 completions: add the line ". PATH\completions\raindrops.ps1" to the file that \$PROFILE names.
 TEXT

@@ -57,7 +57,7 @@ mod of {
         pub fn start(mut command: Command) -> io::Result<(Child, Self)> {
             let job = Self::new()?;
             let mut child = command.creation_flags(CREATE_NEW_PROCESS_GROUP).spawn()?;
-            // What the process starts before this line would be left out; it has hardly begun.
+            // Left out is what it starts before this call, and itself if this program is killed before it: some microseconds.
             // SAFETY: both handles are open.
             let assigned = whether(unsafe {
                 AssignProcessToJobObject(job.0.as_raw_handle(), child.as_raw_handle())
