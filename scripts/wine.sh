@@ -4,6 +4,7 @@
 #
 # Exit status: 0 if all pass, else 1.
 set -uo pipefail
+case ${1-} in -h | --help) sed -n '2,/^set /s/^# \{0,1\}//p' "$0"; exit 0 ;; esac
 cd /try || exit 2
 mkdir -p home prefix /tmp
 export HOME=/try/home WINEPREFIX=/try/prefix WINEDEBUG=-all WINEDLLOVERRIDES="mscoree,mshtml=" XDG_RUNTIME_DIR=/tmp
