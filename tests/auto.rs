@@ -53,7 +53,7 @@ fn the_error_table_is_what_is_measured() {
             .collect();
         assert_eq!(wanted.len(), ERRORS.len(), "the table names models that nothing measures");
         let (contrast, bright) = (contrast(&sky), split(&sky).expect("a bare sun"));
-        let rows = by_size(device, &[sky], &wanted, &radii, 8, &|_| ()).expect("errors");
+        let rows = by_size(device, &[sky], &wanted, &radii, 5, &|_| ()).expect("errors");
         let mut ratios: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
         for row in &rows {
             let number = ERRORS.iter().position(|(name, _)| *name == row.model).expect("a row");

@@ -171,7 +171,7 @@ fn drops_become_streaks_without_a_break() {
             // Drops are in the same place at the middle of each exposure.
             frame.time = -0.5 * frame.camera.shutter;
             let truths = [0, 1].map(|seed| {
-                let truth = Truth { samples: 16, seed, ..Truth::default() };
+                let truth = Truth { samples: 8, seed, ..Truth::default() };
                 Tracer::new(&frame, &environment, truth).picture()
             });
             let (picture, _) = draw(&mut renderer(device, &frame, &environment), &frame);

@@ -155,6 +155,7 @@ fn parts_of_real_rain_have_the_chances_of_the_whole() {
             scene.rain = Some(RainSettings::of(rain));
             scene.camera.vertical_fov = 10.0;
             (scene.camera.shutter, scene.camera.aperture) = (shutter, aperture);
+            scene.model.samples = Some(2);
             let by = |scene: &Scene, grid| drawn(device, scene, Output::Radiance, grid).0.radiance;
             let whole = by(&scene, WHOLE);
             let dry = by(&Scene { rain: None, ..scene.clone() }, WHOLE);

@@ -41,7 +41,7 @@ fn a_furnace_of_any_radiance() {
         let scene = scene();
         for preset in PRESETS {
             let reference = display(device, &scene, &Environment::constant(Vec3::ONE), preset);
-            for radiance in [1e-38f32, 6e-8, 1e9, 1e30] {
+            for radiance in [1e-38f32, 1e30] {
                 let furnace = Environment::constant(Vec3::splat(radiance));
                 let (picture, _) = draw(device, &scene, &furnace, preset);
                 let off = picture
@@ -326,7 +326,7 @@ fn a_list_that_is_cut_is_told() {
     on_device(|device| {
         let (scene, hole) = (thin_layers(80_000), hole(1.5, Vec3::ONE));
         let (picture, counts) = draw(device, &scene, &hole, Preset::Fast);
-        let share = sum(&picture) / sum(&truth(&scene, &hole, 256));
+        let share = sum(&picture) / sum(&truth(&scene, &hole, 64));
         println!("{share:.4} of the light of 80,000 thin layers, {} told", counts.overflow);
         assert!((share - 1.0).abs() < 0.03, "{share} of the light");
         let is_cut = cuts_lists(device);

@@ -68,8 +68,8 @@ fn drops(elevation: f64, shape: Option<DropShape>) -> Scene {
 /// Whether the mean light and that of boxes is that by chance; and that it is not without reflections on the outside.
 fn assert_found(scene: &Scene, environment: &Environment, name: &str) {
     assert_eq!(split(environment).expect("a disc").regions.len(), 1);
-    let whole = Truth { samples: 64, ..Truth::default() };
-    let met = pictures(scene, environment, Truth { samples: 256, glints: false, ..whole });
+    let whole = Truth { samples: 48, ..Truth::default() };
+    let met = pictures(scene, environment, Truth { samples: 192, glints: false, ..whole });
     let far_apart = |truth: Truth| {
         let found = pictures(scene, environment, truth);
         let ([pixels, mean], [boxes, _]) =
@@ -87,10 +87,8 @@ fn assert_found(scene: &Scene, environment: &Environment, name: &str) {
 #[test]
 fn glints_of_flat_drops_are_those_that_chance_meets() {
     for (elevation, shape, disc) in [
-        (0.0, Some(DropShape::Equilibrium), toward(20.0, 50.0)),
         (-40.0, Some(DropShape::Equilibrium), toward(10.0, 170.0)),
         (50.0, None, toward(50.0, 0.0)),
-        (10.0, None, toward(30.0, -100.0)),
     ] {
         let scene = drops(elevation, shape);
         assert_found(&scene, &with_disc(disc, 4.0), &format!("{elevation} {shape:?}"));
@@ -151,9 +149,10 @@ fn small_flat_drops_show_as_much_of_a_sun_as_chance_meets() {
         let (scene, environment) = (rain(elevation, shutter, extent), with_disc(disc, 8.0));
         let truth = Truth { rain_to: Some(extent.min(20.0)), ..Truth::default() };
         let found = pictures(&scene, &environment, Truth { samples: 64, ..truth });
-        let by_chance = Truth { samples: 1024, glints: false, ..truth };
-        let met = pictures(&scene, &environment, by_chance);
-        let without = pictures(&scene, &split(&environment).expect("a disc").rest, by_chance);
+        let by_chance = |samples| Truth { samples, glints: false, ..truth };
+        let met = pictures(&scene, &environment, by_chance(256));
+        let rest = split(&environment).expect("a disc").rest;
+        let without = pictures(&scene, &rest, by_chance(64));
         let light = |pictures: &[Picture]| {
             let sum =
                 |picture: &Picture| picture.pixels.iter().map(|p| f64::from(p.y)).sum::<f64>();

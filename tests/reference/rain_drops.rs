@@ -100,7 +100,7 @@ fn slope() -> Environment {
 #[test]
 fn no_drop_of_the_cells_is_missed_or_misplaced() {
     let environment = slope();
-    let truth = Truth { samples: 40, glints: false, ..Truth::default() };
+    let truth = Truth { samples: 12, glints: false, ..Truth::default() };
     let instant = weathered(8, 6.0);
     let mut streaks = weathered(8, 3.0);
     streaks.camera.shutter = 0.2;

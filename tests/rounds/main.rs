@@ -214,10 +214,15 @@ fn undecided_rows_are_counted_and_may_fail() {
 #[test]
 fn a_film_and_a_box_of_drops_are_compared() {
     let bench = Bench::new();
-    let film = "[image]\nwidth = 32\nheight = 24\n[rain]\ncount = 500\n[film]\npace = [{ at = 0, rate = 1.0 }, \
-                { at = 9, rate = 1.0 }]\n";
-    fs::write(bench.path().join("film.toml"), film).expect("a scene");
-    for amount in [["--drops", "100"], ["--rain", "10"]] {
+    // In rain of a few metres a truth takes a second.
+    for (rain, amount) in
+        [("count = 500", ["--drops", "100"]), ("rate = 8\nextent = 4", ["--rain", "10"])]
+    {
+        let film = format!(
+            "[image]\nwidth = 32\nheight = 24\n[rain]\n{rain}\n[film]\npace = [{{ at = 0, rate = 1.0 }}, \
+             {{ at = 9, rate = 1.0 }}]\n"
+        );
+        fs::write(bench.path().join("film.toml"), film).expect("a scene");
         let sides = ["bench", "film.toml", "--a", "LP_NUM_THREADS=1", "--b", "LP_NUM_THREADS=2"];
         let few = ["--rounds", "1", "--frames", "1", "--seconds", "0", "--preset", "fast"];
         let found = ["--truth-samples", "1", "--json", "v.json"];
