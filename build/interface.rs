@@ -1,7 +1,7 @@
 //! What shaders and Rust share besides constants, read from the shaders and written for Rust: numbers of bindings and of
 //! specialization constants, set by set; structures, member for member; sizes of workgroups.
 //!
-//! `build.rs` writes it, and fails where shaders of one set do not agree. `tests/abi.rs` holds it against the sources again.
+//! `build.rs` writes it, and fails where shaders of one set do not agree. `tests/house/abi.rs` holds it against the sources again.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;

@@ -192,7 +192,7 @@ window() { # the window with its panel, and two models with their difference
     >>"$work/log" 2>&1 || { tail -n 20 "$work/log" >&2; return 1; }
   made window.png split.png
   [ $notes = yes ] || return 0
-  # Which passes the panel shows: tests/docs/figures.rs compares them with the program's.
+  # Which passes the panel shows: tests/house/docs/figures.rs compares them with the program's.
   passes=$(raindrops plan $scenes/rain.toml | sed -n '/^passes/,$s/^  \([a-z]\+\( [a-z]\+\)*\)  .*/\1/p' | paste -sd,)
   { grep -v '^passes ' "$out"/made.txt; echo "passes of window.png: ${passes//,/, }"; } >"$work/made.txt"
   LC_ALL=C sort "$work/made.txt" >"$out"/made.txt

@@ -16,4 +16,4 @@ esac
 "$here/setup.sh" --tests
 RAINDROPS_MUTANTS=$(IFS='|'; echo "$*")
 export RAINDROPS_MUTANTS
-exec "$here/cargo.sh" test --test mutants -- --ignored --exact every_mutant_is_killed --nocapture
+exec "$here/cargo.sh" test --test house mutants -- --ignored --exact mutants::every_mutant_is_killed --nocapture

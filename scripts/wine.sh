@@ -114,6 +114,8 @@ killed_parent() {
 }
 
 window() {
+  # A session of Wine keeps the display that it began with.
+  wineserver -k; wineserver -w
   Xvfb :7 -screen 0 800x600x24 >/dev/null 2>&1 &
   local server=$! status=0
   export DISPLAY=:7

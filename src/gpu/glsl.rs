@@ -40,7 +40,7 @@ impl Glsl {
     ///
     /// # Errors
     /// Those of [`Glsl::compile`].
-    #[allow(dead_code, reason = "for `build.rs` and `tests/abi.rs`")]
+    #[allow(dead_code, reason = "for `build.rs` and `tests/house/abi.rs`")]
     pub fn compile_with_names(&self, name: &str, define: Option<&str>) -> Result<Vec<u32>, String> {
         self.compile_at(OptimizationLevel::Zero, name, define)
     }

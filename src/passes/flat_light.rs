@@ -10,7 +10,7 @@
 //!
 //! Cost: 96 rays a diameter and direction, once an environment, for the directions in view; a frame reads as many words as
 //! without it. Rain of spheres has no table. Error before a landscape of
-//! high contrast: up to 2.6 % of a third of the picture, where spheres are off by 5 to 45 % (`tests/fog.rs`).
+//! high contrast: up to 2.6 % of a third of the picture, where spheres are off by 5 to 45 % (`tests/drawn/fog.rs`).
 
 use std::sync::Arc;
 

@@ -1,7 +1,7 @@
 //! The measured error of each way to draw a drop, by its radius in pixels.
 //!
 //! RMS of sRGB values inside the drop over the environment's contrast ([`super::contrast`]); medians
-//! over eight photographed environments, made by `raindrops errors` (docs/auto.md). `tests/auto.rs`
+//! over eight photographed environments, made by `raindrops errors` (docs/auto.md). `tests/drawn/auto.rs`
 //! measures them anew under the bundled sky at three radii; each model's mean ratio to the tables must be
 //! 0.4 to 2.5, for one sky is not eight photographs.
 //!

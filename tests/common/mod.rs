@@ -4,7 +4,7 @@
 //! no validation layer, the tests fail: a test that skips itself proves nothing and looks the same.
 //!
 //! `RAINDROPS_TEST_GLSL`, a folder of shaders' sources and of what they were compiled to, replaces the shaders
-//! that the program was built with: `tests/mutants.rs` tries faults in them without a build for each.
+//! that the program was built with: `tests/house/mutants.rs` tries faults in them without a build for each.
 
 #![allow(dead_code, reason = "every test file is a crate of its own and uses a part of this")]
 
@@ -31,7 +31,7 @@ use tempfile::TempDir;
 /// The variables that a program under test gets from the tester: where programs, libraries and temporary files are, and which
 /// drivers there are.
 const KEPT_VARIABLES: [&str; 12] = [
-    // Which planted fault is chosen (tests/mutants.rs).
+    // Which planted fault is chosen (tests/house/mutants.rs).
     "RAINDROPS_MUTANT",
     "PATH",
     "LD_LIBRARY_PATH",

@@ -47,7 +47,7 @@ fn shape_of(diameter_mm: f64) -> Shape {
 
 /// Where rays of a direction through drops of a law that block as much as each other meet them: a sample of each.
 fn meetings(law: &Law, d: DVec3) -> impl Iterator<Item = (Shape, DVec3)> {
-    const RAYS: u32 = 400_000;
+    const RAYS: u32 = 120_000;
     let (u, v) = d.any_orthonormal_pair();
     let mut random = Random(3);
     (0..RAYS).filter_map(move |number| {

@@ -212,7 +212,7 @@ fn the_footprint_has_the_true_area_off_the_axis() {
             let mut scene = one_drop(12.0 * DVec3::new(sine, 0.0, -cosine), 1.0);
             scene.camera.vertical_fov = 2.0 * 62f64.to_radians().tan().atan().to_degrees() + 6.0;
             scene.image = ImageSize { width: 512, height: 512 };
-            let truth = Truth { samples: 256, reflection: false, ..Truth::default() };
+            let truth = Truth { samples: 64, reflection: false, ..Truth::default() };
             let truth = darkness(&Tracer::new(&scene, &white, truth).picture());
             for preset in [Preset::Fast, Preset::Exact] {
                 let model = ModelChoice {

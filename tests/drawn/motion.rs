@@ -59,7 +59,7 @@ fn picture(renderer: &mut Renderer, scene: &Scene) -> Picture {
 fn a_moving_drop_is_where_it_should_be() {
     on_device(|device| {
         for preset in [Preset::Fast, Preset::Exact, Preset::Paper] {
-            for time in [0.0, 0.125, -7.0, 3.0e6] {
+            for time in [0.125, -7.0, 3.0e6] {
                 // 3e6 s: 27,000 km of fall, to the last bit of float64.
                 let scene = moving(time, preset);
                 let rest = at_rest(&scene);

@@ -203,7 +203,7 @@ fn a_medium_is_as_opaque_as_its_drops() {
             scene.image = ImageSize { width: 64, height: 64 };
             scene.camera.target = scene.camera.position + toward;
             scene.camera.vertical_fov = fov;
-            let pictures = 5;
+            let pictures = 3;
             let mut means = [0.0; 2];
             let mut errors = [0.0; 2];
             for (kind, far_rain) in [FarRain::Medium, FarRain::Drops].into_iter().enumerate() {

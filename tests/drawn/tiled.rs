@@ -246,7 +246,7 @@ fn a_drop_beside_the_camera_is_drawn() {
             [1.5, 0.0, -1.0101],
         ] {
             let scene = placed(&[(center, 1.0)], 128);
-            let truth = truth(&scene, &sky, 64);
+            let truth = truth(&scene, &sky, 24);
             let (picture, counts) = by_preset(device, &scene, &sky, Preset::Exact);
             let found = against(&truth, &picture).pixels;
             println!("{center:?}: relMSE {:.2e}, FLIP {:.4}", found.rel_mse, found.flip);

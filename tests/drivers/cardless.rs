@@ -1,5 +1,5 @@
 //! A Vulkan driver that finds no card, as radv on a machine without one: its instance stands, and it lists no devices. The loader
-//! makes a failure of that. A shared library, compiled by `tests/faults.rs`.
+//! makes a failure of that. A shared library, compiled by `tests/faults/failing_calls.rs`.
 
 use std::ffi::{CStr, c_char, c_void};
 use std::mem::transmute;

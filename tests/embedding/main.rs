@@ -9,6 +9,7 @@ mod host;
 mod calls;
 mod contract;
 mod embedded;
+mod host_scene;
 mod images;
 mod memory;
 mod motion_depth;

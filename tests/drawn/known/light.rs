@@ -1,0 +1,171 @@
+//! How much light a drop shows, and where: a white drop on black is as bright as its outline is large.
+
+use std::f64::consts::PI;
+
+use glam::{DVec2, DVec3, Vec3};
+use raindrops::environment::Environment;
+use raindrops::picture::Picture;
+use raindrops::scene::Scene;
+use raindrops::scene::model::{Preset, Weights};
+use raindrops::scene::water::Index;
+
+use super::{draw, placed};
+use crate::common::picture::sum;
+use crate::common::{hole, on_device, painted};
+
+/// Half-angle of the dark hole about -z, in degrees: more than an image of one degree shows.
+const HOLE: f64 = 1.5;
+
+/// Half the sides of a splat's box are stored in steps of 1/512 pixel. A disc's box of equal area has sides of
+/// √π radii.
+fn radius_of_half_side(steps: u32) -> f64 {
+    f64::from(steps) / 512.0 * 2.0 / PI.sqrt()
+}
+
+/// What a drop shows of a white environment with a dark hole: all but the light that comes through its middle.
+/// Near the axis refraction turns a ray by 2 b (1 - 1/n), and two surfaces let 0.98² of it pass; the outer
+/// reflection reaches the hole within 1e-4 of the rim.
+fn shown() -> f64 {
+    let b = HOLE.to_radians() / (2.0 * (1.0 - 1.0 / 1.33));
+    1.0 - 0.96 * b * b - 1.5e-4
+}
+
+/// White everywhere but in the hole, and by so much over 1 that what a drop shows is a step of its 9-bit colours.
+fn white_around_a_hole() -> Environment {
+    hole(HOLE, Vec3::splat((511.0 / 512.0 / shown()) as f32))
+}
+
+/// Drops of `radius` pixels in rows `spacing` pixels apart, at all places between pixels and in tiles, in an image
+/// of `edge` pixels and one degree; and the light of their ellipses in all.
+fn rows(radius: f64, spacing: u32, edge: u32) -> (Scene, f64) {
+    let focal = 0.5 * f64::from(edge) / 0.5f64.to_radians().tan();
+    let depth = focal / radius;
+    let number = edge / spacing;
+    let places: Vec<DVec2> = (0..number * number)
+        .map(|at| {
+            let cell = DVec2::new((at % number).into(), (at / number).into()) + 0.5;
+            // Eighths of a pixel, each as often, and pixels of a tile.
+            let phase =
+                DVec2::new(f64::from(at % 8) / 8.0 + 0.0625, f64::from(at / 8 % 8) / 8.0 + 0.0625);
+            let pixel = DVec2::new((at / 3 % 4).into(), (at / 5 % 2).into());
+            cell * f64::from(spacing) + phase + pixel
+        })
+        .collect();
+    let center = |place: &DVec2| {
+        let from = (*place - 0.5 * f64::from(edge)) * depth / focal;
+        DVec3::new(from.x, -from.y, -depth)
+    };
+    // Semi-axes of a sphere's outline, in focal lengths: r √(d²-r²) / (z²-r²) and r / √(z²-r²).
+    let area = |place: &DVec2| {
+        let (d2, flat2) = (center(place).length_squared(), depth * depth - 1.0);
+        PI * focal * focal * (d2 - 1.0).sqrt() / flat2.powf(1.5)
+    };
+    let light = 511.0 / 512.0 * places.iter().map(area).sum::<f64>();
+    let mut scene = placed(places.iter().map(|place| (center(place), 1.0)), edge);
+    scene.camera.vertical_fov = 1.0;
+    (scene, light)
+}
+
+/// Mean of the pixels' centres, weighted by their light.
+fn middle(picture: &Picture) -> DVec2 {
+    let weighted = picture.pixels.iter().enumerate().map(|(at, pixel)| {
+        let at = at as u32;
+        let center = DVec2::new((at % picture.width).into(), (at / picture.width).into()) + 0.5;
+        f64::from(pixel.y) * center
+    });
+    weighted.sum::<DVec2>() / sum(picture)
+}
+
+/// Splats, on one to three rows of tiles; blocks; rays.
+#[test]
+fn a_white_drop_is_as_bright_as_its_ellipse_is_large() {
+    on_device(|device| {
+        let hole = white_around_a_hole();
+        let splats = [100, 250, 400, 550, 650].map(|steps| (radius_of_half_side(steps), 0.002));
+        let larger = [1.6, 2.3, 3.7, 5.0].map(|radius| (radius, 0.0025));
+        for (radius, bound) in splats.into_iter().chain(larger) {
+            let (scene, light) = rows(radius, 24, 192);
+            let picture = draw(device, &scene, &hole, Preset::Fast);
+            let off = sum(&picture) / light - 1.0;
+            let middle = middle(&picture) - middle_of(&scene);
+            println!("fast, {radius:.3} px: light {off:+.5}, middle {middle:+.4}");
+            assert!(off.abs() < bound, "fast, {radius} px: light off by {off}");
+            assert!(middle.length() < 0.02, "fast, {radius} px: {middle} pixels aside");
+        }
+        for (preset, radius) in [(Preset::Fast, 14.0), (Preset::Fast, 25.0), (Preset::Exact, 9.0)] {
+            let (scene, light) = rows(radius, 64, 192);
+            let picture = draw(device, &scene, &hole, preset);
+            let off = sum(&picture) / light - 1.0;
+            let middle = middle(&picture) - middle_of(&scene);
+            println!("{preset}, {radius} px: light {off:+.5}, middle {middle:+.4}");
+            assert!(off.abs() < 0.002, "{preset}, {radius} px: light off by {off}");
+            assert!(middle.length() < 0.05, "{preset}, {radius} px: {middle} pixels aside");
+        }
+    });
+}
+
+/// Mean of the places, in pixels, where a scene's drops are seen.
+fn middle_of(scene: &Scene) -> DVec2 {
+    let focal = scene.view().focal_px;
+    let half = 0.5 * f64::from(scene.image.width);
+    let place = |center: DVec3| half + focal * DVec2::new(center.x, -center.y) / -center.z;
+    let sum: DVec2 = scene.drops.iter().map(|drop| place(drop.center)).sum();
+    sum / scene.drops.len() as f64
+}
+
+/// Beyond the near plane a drop fades in as 3 x² - 2 x³ over the fade's length.
+#[test]
+fn the_near_fade_is_smooth() {
+    on_device(|device| {
+        let hole = white_around_a_hole();
+        for preset in [Preset::Paper, Preset::Fast, Preset::Exact] {
+            let (mut scene, _) = rows(5.0, 64, 128);
+            let distance = scene.drops[0].center.length();
+            let opaque = sum(&draw(device, &scene, &hole, preset));
+            for (share, expected) in [(0.25, 0.15625), (0.5, 0.5), (0.75, 0.84375)] {
+                scene.camera.near_fade = 0.5 * distance;
+                scene.camera.near = distance * (1.0 - 0.5 * share);
+                let found = sum(&draw(device, &scene, &hole, preset)) / opaque;
+                println!("{preset}, {share} of the fade: {found:.4} for {expected}");
+                assert!((found / expected - 1.0).abs() < 0.01, "{preset}: {found}, {expected}");
+            }
+        }
+    });
+}
+
+/// The share of unpolarised light that water reflects, by Fresnel's sines and tangents.
+fn fresnel(incidence: f64, index: f64) -> f64 {
+    let inside = (incidence.sin() / index).asin();
+    let (sum, difference) = (incidence + inside, incidence - inside);
+    let (s, p) = (difference.sin() / sum.sin(), difference.tan() / sum.tan());
+    0.5 * (s * s + p * p)
+}
+
+/// What is behind the camera is seen in a far drop's middle by the reflection outside alone, where no light is followed
+/// inside.
+#[test]
+fn a_drop_reflects_as_much_as_fresnel_says() {
+    on_device(|device| {
+        let behind = painted(256, |d| if d.z > 0.05 { Vec3::ONE } else { Vec3::ZERO });
+        let radius = 40.0;
+        let mut scene = placed([(DVec3::new(0.0, 0.0, -1000.0), 1.0)], 96);
+        scene.camera.vertical_fov = 2.0 * (48.0 / (radius * 1000.0f64)).atan().to_degrees();
+        scene.model.internal_reflections = Some(0);
+        scene.model.weights = Some(Weights::Physical);
+        scene.water.index = Some(Index::One(1.33));
+        for preset in [Preset::Exact, Preset::Fast] {
+            let picture = draw(device, &scene, &behind, preset);
+            let mut worst = 0.0f64;
+            for (at, pixel) in (0..).zip(&picture.pixels) {
+                let place = DVec2::new((at % 96).into(), (at / 96).into()) + 0.5 - 48.0;
+                let b = place.length() / radius;
+                if (0.1..0.55).contains(&b) {
+                    let expected = fresnel(b.asin(), 1.33);
+                    worst = worst.max((f64::from(pixel.y) / expected - 1.0).abs());
+                }
+            }
+            println!("{preset}: off by {worst:.4} at most");
+            assert!(worst < 0.01, "{preset}: {worst}");
+        }
+    });
+}
