@@ -281,12 +281,18 @@ pub(super) fn parse_grid(text: &str) -> Result<Grid, String> {
         .ok_or_else(|| format!("'{text}' is not a number of parts like 2x2"))
 }
 
-/// Where the motion of a frame ends: with its exposure, or, of an instant, with the next frame.
+/// Where the motion of a frame ends: with its exposure, or, of an instant, with the next frame. A camera with a velocity of
+/// its own moves by that, whatever the film's path.
 pub(super) fn motion_end(scene: &Scene, frame: &Scene, number: u32) -> Scene {
     if frame.shutter() > 0.0 {
-        return Scene { time: frame.time + frame.exposed(), ..frame.clone() };
+        let camera = frame.camera.moved_by(frame.camera_motion());
+        return Scene { time: frame.time + frame.exposed(), camera, ..frame.clone() };
     }
-    scene.film.frame(scene, number.saturating_add(1))
+    let mut next = scene.film.frame(scene, number.saturating_add(1));
+    if let Some(velocity) = scene.camera.velocity {
+        next.camera = frame.camera.moved_by(velocity / scene.film.fps.abs());
+    }
+    next
 }
 
 /// Writes layers, and before them what stands beside them: where layers are, all of it is.

@@ -6,6 +6,7 @@
 use std::sync::Arc;
 
 use ash::vk;
+use glam::DVec3;
 
 use crate::Result;
 use crate::gpu::{Buffer, Device, Memory, Recorder, update_buffer};
@@ -31,7 +32,8 @@ impl PlacedDrops {
     /// Those of [`Buffer::new`].
     pub fn new(device: &Arc<Device>, scene: &Scene, is_exposed: bool) -> Result<Self> {
         use vk::BufferUsageFlags as Usage;
-        let moves = scene.drops.iter().any(|drop| drop.velocity != glam::DVec3::ZERO);
+        // While the shutter is open the camera may move, too.
+        let moves = is_exposed || scene.drops.iter().any(|drop| drop.velocity != DVec3::ZERO);
         let usage = Usage::STORAGE_BUFFER;
         let buffer = if moves {
             let bytes = size_of::<Record>() * scene.drops.len();
@@ -54,9 +56,9 @@ impl PlacedDrops {
             update_buffer(device, commands, &self.buffer, 0, bytemuck::cast_slice(&records));
         }
         if self.is_exposed && !scene.drops.is_empty() {
-            let exposed = scene.drawn_exposure();
-            let motion =
-                |drop: &PlacedDrop| (drop.velocity * exposed).as_vec3().extend(0.0).to_array();
+            let motion = |drop: &PlacedDrop| {
+                scene.drawn_motion_of(drop.velocity).as_vec3().extend(0.0).to_array()
+            };
             let motions: Vec<[f32; 4]> = scene.drops.iter().map(motion).collect();
             update_buffer(device, commands, &self.motions, 0, bytemuck::cast_slice(&motions));
         }
@@ -65,7 +67,7 @@ impl PlacedDrops {
 
 fn records(scene: &Scene) -> Vec<Record> {
     let record = |drop: &PlacedDrop| {
-        let [high, low] = split(drop.center_at(scene.drawn_time()));
+        let [high, low] = split(scene.drawn_center(drop));
         [high.extend(drop.radius as f32), low.extend(0.0)].map(Into::into)
     };
     scene.drops.iter().map(record).collect()

@@ -5,6 +5,7 @@
 pub mod background;
 pub mod camera;
 mod edit;
+mod exposure;
 pub mod film;
 mod lines;
 pub mod matrices;
@@ -28,7 +29,7 @@ use crate::scene::background::Background;
 use crate::scene::camera::{Camera, View};
 use crate::scene::film::Film;
 pub use crate::scene::model::ModelChoice;
-use crate::scene::model::{DropShape, Lens, Motion, Operator};
+use crate::scene::model::{DropShape, Lens, Operator};
 use crate::scene::real_rain::{RainTables, RealRain};
 use crate::scene::water::Water;
 use crate::{Error, Result};
@@ -372,33 +373,9 @@ impl Scene {
         self.water.relative(if is_real { WATER_RGB } else { [WATER; 3] })
     }
 
-    /// For how long the shutter is open, in the camera's seconds.
-    pub fn shutter(&self) -> f64 {
-        match self.camera.shutter_angle {
-            Some(angle) => angle / 360.0 / self.film.fps.abs(),
-            None => self.camera.shutter,
-        }
-    }
-
-    /// The scene's time that is exposed from `time` on, in seconds; negative where the pace is.
-    pub fn exposed(&self) -> f64 {
-        self.shutter() * self.pace
-    }
-
-    /// The scene's time that drops move for in what is drawn, in seconds: that which is exposed, but none where an
-    /// instant is asked for.
-    pub fn drawn_exposure(&self) -> f64 {
-        if self.model.motion == Some(Motion::Instant) { 0.0 } else { self.exposed() }
-    }
-
     /// Radius of the lens in what is drawn, in scene units; 0: a pinhole, also where one is asked for.
     pub fn drawn_lens(&self) -> f64 {
         if self.model.lens == Some(Lens::Pinhole) { 0.0 } else { 0.5 * self.camera.aperture }
-    }
-
-    /// The time of the drops' places in what is drawn: the middle of the exposure.
-    pub fn drawn_time(&self) -> f64 {
-        self.time + 0.5 * self.drawn_exposure()
     }
 
     /// Width and height in pixels of the picture that is drawn: the image, or the camera's window of it.

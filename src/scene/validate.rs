@@ -1,6 +1,6 @@
 //! Whether every value of a scene is within its range and goes with the others.
 
-use super::camera::Camera;
+use super::camera::{Camera, FASTEST};
 use super::{AXIS_RATIOS, EXPOSURES, ImageSize, MAX_CROSSINGS, MAX_DROPS, MAX_IMAGE_EDGE, Scene};
 use crate::Error;
 use crate::scene::model::{Preset, Simulation};
@@ -252,11 +252,13 @@ fn tone_map(scene: &Scene) -> Result<(), String> {
 fn exposed_motion(scene: &Scene) -> Result<(), String> {
     let fastest = scene.film.pace.iter().map(|key| key.rate.abs()).fold(scene.pace.abs(), f64::max);
     let seconds = scene.shutter() * fastest;
-    let crossings = scene
-        .populations()
-        .iter()
-        .map(|rain| (rain.velocity * seconds / (2.0 * rain.half_extent)).abs().max_element())
-        .fold(0.0, f64::max);
+    check(scene.shutter() == 0.0 || scene.path_velocity().length() <= FASTEST, || {
+        format!(
+            "film: between two camera keys the camera is faster than {FASTEST:e} scene units a second; part the keys, \
+             or set camera.velocity"
+        )
+    })?;
+    let crossings = scene.most_crossed();
     check(crossings <= MAX_CROSSINGS, || {
         format!(
             "camera: while the shutter is open for {seconds} s of the scene's time, the rain crosses its \
