@@ -3,8 +3,10 @@
 
 mod common;
 
+use std::path::Path;
 use std::sync::Arc;
 
+use exr::prelude::{ReadChannels as _, ReadLayers as _};
 use glam::{DVec3, Vec3};
 use raindrops::gpu::Device;
 use raindrops::picture::Picture;
@@ -12,13 +14,13 @@ use raindrops::picture::layers::Layers;
 use raindrops::plan::{Output, plan};
 use raindrops::reference::{Tracer, Truth};
 use raindrops::renderer::Renderer;
-use raindrops::scene::film::{CameraKey, PaceKey};
+use raindrops::scene::film::PaceKey;
 use raindrops::scene::model::Preset;
 use raindrops::scene::real_rain::RealRain;
-use raindrops::scene::{PlacedDrop, RainSettings, Scene};
+use raindrops::scene::{ImageSize, PlacedDrop, RainSettings, Scene};
 
 use common::picture::{light_rain, moving, square};
-use common::{on_device, waves};
+use common::{emptied_folder, on_device, run, waves};
 
 const VELOCITY: DVec3 = DVec3::new(3.0, 0.7, -13.9);
 
@@ -86,18 +88,22 @@ fn boxed(preset: Preset) -> Scene {
     Scene { time, rain: Some(light_rain()), ..exposed(preset) }
 }
 
-fn drawn(device: &Arc<Device>, scene: &Scene) -> (Layers, Picture) {
+fn drawn(device: &Arc<Device>, scene: &Scene, output: Output) -> Renderer {
     let sky = waves();
-    let of = |output| {
-        let plan = plan(scene, &sky, output).expect("a plan");
-        let mut renderer = Renderer::new(device, scene, &sky, &plan).expect("a renderer");
-        let camera = scene.camera.moved_by(scene.camera_motion());
-        let until = Scene { time: scene.time + scene.exposed(), camera, ..scene.clone() };
-        renderer.draw_until(scene, &until).expect("a frame");
-        renderer
-    };
-    let layers = of(Output::Layers).read_layers().expect("layers");
-    (layers, of(Output::Radiance).read_radiance().expect("a picture"))
+    let plan = plan(scene, &sky, output).expect("a plan");
+    let mut renderer = Renderer::new(device, scene, &sky, &plan).expect("a renderer");
+    let camera = scene.camera.moved_by(scene.camera_motion());
+    let until = Scene { time: scene.time + scene.exposed(), camera, ..scene.clone() };
+    renderer.draw_until(scene, &until).expect("a frame");
+    renderer
+}
+
+fn layers_of(device: &Arc<Device>, scene: &Scene) -> Layers {
+    drawn(device, scene, Output::Layers).read_layers().expect("layers")
+}
+
+fn picture_of(device: &Arc<Device>, scene: &Scene) -> Picture {
+    drawn(device, scene, Output::Radiance).read_radiance().expect("a picture")
 }
 
 fn traced(scene: &Scene, samples: u32) -> Picture {
@@ -119,11 +125,15 @@ fn placed_drops_at_time_0_are_the_same_to_the_byte() {
     on_device(|device| {
         for preset in [Preset::Fast, Preset::Exact] {
             let scene = placed(preset);
-            let (by_camera, by_air) =
-                (drawn(device, &by_camera(&scene)), drawn(device, &by_air(&scene)));
-            assert!(by_camera == by_air, "{preset}");
-            assert!(by_camera.0.id.iter().any(|id| *id != 0), "{preset}: no drops");
-            assert!(drawn(device, &scene) != by_air, "{preset}: the camera's motion does nothing");
+            let (camera, air) = (by_camera(&scene), by_air(&scene));
+            let layers = layers_of(device, &air);
+            assert!(layers_of(device, &camera) == layers, "{preset}");
+            assert!(picture_of(device, &camera) == picture_of(device, &air), "{preset}");
+            assert!(layers.id.iter().any(|id| *id != 0), "{preset}: no drops");
+            assert!(
+                layers_of(device, &scene) != layers,
+                "{preset}: the camera's motion does nothing"
+            );
         }
     });
 }
@@ -131,26 +141,24 @@ fn placed_drops_at_time_0_are_the_same_to_the_byte() {
 #[test]
 fn rain_is_the_same_but_for_rounding() {
     on_device(|device| {
-        for preset in [Preset::Fast, Preset::Exact] {
-            for (name, scene) in [("real", weather(preset)), ("in a box", boxed(preset))] {
-                let (a, b) = (drawn(device, &by_camera(&scene)), drawn(device, &by_air(&scene)));
-                let at_rest = drawn(device, &scene);
-                let same = a.0.id.iter().zip(&b.0.id).filter(|(a, b)| a == b).count();
-                let moved = a.0.motion.iter().zip(&b.0.motion).filter(|(a, b)| {
-                    [0, 1].iter().any(|&i| (a[i].to_f32() - b[i].to_f32()).abs() > 0.02)
-                });
-                let (far, control) = (apart(&a.1, &b.1), apart(&at_rest.1, &b.1));
-                let moved = moved.count();
-                println!(
-                    "{preset} {name}: {far:.5}, at rest {control:.5}; {same} the same, {moved} off"
-                );
-                assert!(far < 0.05 * control, "{preset} {name}: {far}, {control}");
-                let all = a.0.id.len();
-                assert!(
-                    same > all * 98 / 100 && moved < all / 50,
-                    "{preset} {name}: {same} {moved}"
-                );
-            }
+        for (name, scene) in [("real", weather(Preset::Fast)), ("in a box", boxed(Preset::Fast))] {
+            let [a, b, at_rest] = [by_camera(&scene), by_air(&scene), scene].map(|scene| {
+                let layers = layers_of(device, &scene);
+                let ImageSize { width, height } = scene.image;
+                let sky =
+                    Picture { width, height, pixels: vec![Vec3::ONE; (width * height) as usize] };
+                (layers.over(&sky), layers)
+            });
+            let same = a.1.id.iter().zip(&b.1.id).filter(|(a, b)| a == b).count();
+            let moved = a.1.motion.iter().zip(&b.1.motion).filter(|(a, b)| {
+                [0, 1].iter().any(|&i| (a[i].to_f32() - b[i].to_f32()).abs() > 0.02)
+            });
+            let (far, control) = (apart(&a.0, &b.0), apart(&at_rest.0, &b.0));
+            let moved = moved.count();
+            println!("{name}: {far:.5}, at rest {control:.5}; {same} the same, {moved} off");
+            assert!(far < 0.05 * control, "{name}: {far}, {control}");
+            let all = a.1.id.len();
+            assert!(same > all * 98 / 100 && moved < all / 50, "{name}: {same} {moved}");
         }
     });
     for (name, scene) in [("real", weather(Preset::Fast)), ("in a box", boxed(Preset::Fast))] {
@@ -166,57 +174,90 @@ fn rain_is_the_same_but_for_rounding() {
     }
 }
 
-/// Cars are filmed so: the streaks spread from where it drives to, as the motion in its layers.
-fn drive() -> Scene {
-    let mut scene = Scene { seed: 3, ..Scene::default() };
-    (scene.image.width, scene.image.height) = (160, 120);
-    (scene.camera.vertical_fov, scene.camera.near) = (40.0, 1.0);
-    scene.camera.shutter = 0.01;
-    scene.rain =
-        Some(RainSettings::of(RealRain { rate: 50.0, extent: 8.0, ..RealRain::default() }));
-    scene.film.fps = 10.0;
-    let key = |at: f64, z: f64| CameraKey {
-        at,
-        position: DVec3::new(0.0, 1.7, z),
-        target: DVec3::new(0.0, 1.7, z - 100.0),
-        vertical_fov: None,
+/// A car at 13.9 m/s, two seconds after it began to drive.
+const DRIVE: &str = "seed = 3
+[camera]
+vertical_fov = 40
+near = 1.0
+shutter = 0.01
+[image]
+width = 160
+height = 120
+[environment]
+radiance = [1, 1, 1]
+[rain]
+rate = 50
+extent = 8
+[film]
+fps = 10
+[[film.camera]]
+at = 0.0
+position = [0, 1.7, 0]
+target = [0, 1.7, -100]
+[[film.camera]]
+at = 10.0
+position = [0, 1.7, -139]
+target = [0, 1.7, -239]
+";
+
+/// Where there is a drop: pixels from the middle, half the width being 80; the channels `Z` and `motion.X`, in such pixels.
+fn depth_and_motion(path: &Path) -> Vec<(f64, f64, f64)> {
+    let image = exr::prelude::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels()
+        .first_valid_layer()
+        .all_attributes()
+        .from_file(path)
+        .expect("an EXR");
+    let values = |name: &str| -> Vec<f64> {
+        let all = &image.layer_data.channel_data.list;
+        let found = all.iter().find(|channel| channel.name.to_string() == name);
+        found.expect("a channel").sample_data.values_as_f32().map(f64::from).collect()
     };
-    scene.film.camera = vec![key(0.0, 0.0), key(10.0, -139.0)];
-    scene
+    let width = image.layer_data.size.width();
+    let both = values("Z").into_iter().zip(values("motion.X")).enumerate();
+    both.filter(|(_, (depth, _))| depth.is_finite())
+        .map(|(at, (z, x))| (at % width, z, x))
+        .collect()
 }
 
+/// As the command writes it.
 #[test]
 fn streaks_spread_from_where_a_car_drives_to() {
-    let scene = drive();
+    let folder = emptied_folder("moving-camera");
+    std::fs::write(folder.join("drive.toml"), DRIVE).expect("a scene");
     // A path of two keys goes as 3 t^2 - 2 t^3, whose slope at a fifth is 24/25.
-    let frame = scene.film.frame(&scene, 20);
-    let way = -0.96 * 13.9 * 0.01;
-    let moves = frame.camera_motion();
-    assert!((moves - DVec3::Z * way).length() < 1e-12, "{moves}");
-    on_device(|device| {
-        for preset in [Preset::Fast, Preset::Exact] {
-            let mut frame = frame.clone();
-            frame.model.take_preset(preset);
-            let (layers, _) = drawn(device, &frame);
-            let mut sides = [(0.0, 0); 2];
-            for (at, id) in layers.id.iter().enumerate().filter(|(_, id)| **id != 0) {
-                let (column, depth) = (at % 160, f64::from(layers.depth[at]));
-                let x = column as f64 + 0.5 - 80.0;
-                // From the middle of the exposure on for as long as it lasts; the pixel is on the streak, not in its middle.
-                let right = -x * way / (depth + way);
-                let found = f64::from(layers.motion[at][0].to_f32());
-                let apart = (found - right).abs();
-                assert!(apart < 0.6 + 0.5 * right.abs(), "{preset} {id}: {found}, not {right}");
-                if !(8..152).contains(&column) {
-                    let side = &mut sides[usize::from(x > 0.0)];
-                    *side = (side.0 + found, side.1 + 1);
-                }
+    let way = 0.96 * 13.9 * 0.01;
+    let edges = |arguments: &[&str]| {
+        let all = ["render", "drive.toml", "--frame", "20", "--layers", "-o", "rain.exr"];
+        let (is_done, said) = run(&folder, &[&all, arguments].concat());
+        assert!(is_done, "{said}");
+        let mut sides = [(0.0, 0); 2];
+        let mut farthest = 0.0_f64;
+        for (x, depth, found) in depth_and_motion(&folder.join("rain.exr")) {
+            // From the middle of the exposure on; the pixel is on the streak, not always in its middle.
+            farthest =
+                farthest.max((found - x * way / (depth - way)).abs() / (1.0 + 0.5 * found.abs()));
+            if x.abs() > 72.0 {
+                let side = &mut sides[usize::from(x > 0.0)];
+                *side = (side.0 + found, side.1 + 1);
             }
-            let [left, right] = sides.map(|(sum, count)| sum / f64::from(count));
-            println!("{preset}: {left:.2} px at the left edge, {right:.2} at the right one");
-            assert!((-6.0..=-2.0).contains(&left) && (2.0..=6.0).contains(&right));
         }
-    });
+        let [left, right] = sides.map(|(sum, count)| sum / f64::from(count));
+        println!(
+            "{arguments:?}: {left:.2} px at the left edge, {right:.2} at the right one, off by {farthest:.2}"
+        );
+        (left, right, farthest)
+    };
+    // Before even light no single drop shows, so few would be drawn one by one.
+    let many = ["--preset", "fast", "--set", "model.cutoff_px=0.2"];
+    let (left, right, farthest) = edges(&many);
+    assert!((-6.0..=-2.0).contains(&left) && (2.0..=6.0).contains(&right) && farthest < 1.0);
+    let (.., farthest) = edges(&["--preset", "exact", "--size", "80x60"]);
+    assert!(farthest < 1.0);
+    let (left, right, _) = edges(&[&many[..], &["--set", "camera.velocity=[0,0,0]"]].concat());
+    assert!(left.abs() < 0.1 && right.abs() < 0.1, "{left} {right}");
 }
 
 /// While the pace is 0 the drops stand, and the camera goes on.
@@ -232,6 +273,6 @@ fn a_camera_moves_through_drops_that_stand() {
     on_device(|device| {
         // The same models: those of a film, whose drops may stand.
         stopped.film = scene.film.clone();
-        assert!(drawn(device, &frame) == drawn(device, &stopped));
+        assert!(layers_of(device, &frame) == layers_of(device, &stopped));
     });
 }

@@ -20,7 +20,7 @@ const float FARTHEST_MOTION = 65504.0; // a half's largest
 
 #ifdef CELLS
 uvec2 number_of(uint index) {
-    if (is_by_hand(index)) return uvec2(by_hand_number(index) + 1u, 0u);
+    if (is_by_hand(index)) return uvec2(placed[by_hand_number(index)].number, 0u);
     Slab slab = slab_of(index);
     ivec3 from_camera = cell_of(slab, index / 64u - slab.first_group * CELLS_GROUP);
     // `drop_number` in src/rain/field.rs: seventeen bits of the cell's number along each axis.
@@ -33,7 +33,7 @@ vec3 moved_by(uint index) {
 }
 #else
 uvec2 number_of(uint index) {
-    return uvec2(index + 1u, 0u);
+    return uvec2(is_by_hand(index) ? placed[by_hand_number(index)].number : index + 1u, 0u);
 }
 
 vec3 moved_by(uint index) {

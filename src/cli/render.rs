@@ -88,6 +88,11 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<Answer> {
         say!("{} made already", counted(frames.into(), "frame"));
         return Ok(Answer::Yes);
     }
+    if output == Output::Layers && scene.placed().any(|drop| drop.id == Some(u32::MAX)) {
+        note!("a particle of id 0 is number {} in layers, where 0 is no drop", u32::MAX);
+    }
+    // A sequence that ends early is refused before anything is written.
+    scene.find_particles(missing.iter().copied())?;
     let device = args.picture.device.open()?;
     if let Some(path) = &args.stages
         && let Some((stages, picture)) = paper_stages(&device, &scene, &environment)?
@@ -195,7 +200,8 @@ fn draw(
                 format!("{left} of {} missing; --resume goes on", counted(frames.into(), "frame"));
             return Err(Interrupted).context(left);
         }
-        let frame = scene.film.frame(scene, *number);
+        let mut frame = scene.film.frame(scene, *number);
+        frame.read_particles()?;
         let until_frame = motion_end(scene, &frame, *number);
         let until = (until_frame.time, plan.cutoff.as_ref().map_or(0.0, |cutoff| cutoff.px));
         parts.move_until(until_frame);

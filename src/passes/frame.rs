@@ -45,7 +45,7 @@ impl Frame {
         let least_radius = populations
             .iter()
             .map(|rain| rain.radius)
-            .chain(scene.drops.iter().map(|drop| drop.radius))
+            .chain(scene.placed().map(|drop| drop.radius))
             .fold(f64::INFINITY, f64::min);
         let mut frame = Self {
             right: with(sight.axes[0], 0.0),

@@ -45,7 +45,7 @@ impl DropRecords {
         use vk::BufferUsageFlags as Usage;
         let make = |name, bytes, usage| Buffer::new(device, name, bytes, usage, Memory::Device);
         let (storage, written) = (Usage::STORAGE_BUFFER, Usage::TRANSFER_DST);
-        let moved = 16 * scene.drops.len().max(1) as u64;
+        let moved = 16 * u64::from(scene.placed_count().max(1));
         Ok(Self {
             records: make("drop records", 16 * count, storage | Usage::TRANSFER_SRC)?,
             motion: make("motion", size_of::<Motion>() as u64, Usage::UNIFORM_BUFFER | written)?,
@@ -93,7 +93,7 @@ impl DropRecords {
         for (moved, lattice) in motion.classes.iter_mut().zip(lattices) {
             *moved = seen(lattice.velocity * (seconds / scene.metres));
         }
-        let placed: Vec<_> = scene.drops.iter().map(|drop| seen(drop.velocity * seconds)).collect();
+        let placed: Vec<_> = scene.placed().map(|drop| seen(drop.velocity * seconds)).collect();
         update_buffer(device, commands, &self.motion, 0, bytemuck::bytes_of(&motion));
         update_buffer(device, commands, &self.placed_moved, 0, bytemuck::cast_slice(&placed));
     }

@@ -151,25 +151,26 @@ pub fn drops_in_view(scene: &Scene, cutoff_px: f64) -> Vec<DropRecord> {
             add(drop.number, drop.from_camera, size, drop.velocity, drop.sighting);
         });
     }
-    let count = scene.random_count();
+    let mut placed = (0..).zip(scene.placed());
     let mut random = scene.populations().into_iter().flat_map(|rain| {
         let seen = rain.seen_from(scene.drawn_position(), tick_of_seconds(scene.drawn_time()));
         (0..rain.count).map(move |index| (seen.drop_at(index).as_dvec3(), rain.velocity))
     });
-    for (index, (_, radius, sighting)) in (0..).zip(sightings(scene)) {
+    for (index, (_, radius, sighting)) in (0u32..).zip(sightings(scene)) {
         let of_box = random.next();
+        let by_hand = if of_box.is_none() { placed.next() } else { None };
         if matches!(sighting, Sighting::OutOfView) {
             continue;
         }
         if let Some((from_camera, velocity)) = of_box {
             let size = (radius.into(), 1.0);
             add(u64::from(index) + 1, from_camera, size, velocity, sighting);
-        } else {
-            let drop = &scene.drops[(index - count) as usize];
+        } else if let Some((place, drop)) = by_hand {
             let from_camera = scene.drawn_center(drop) - view.position;
             // Of real rain, where random drops have no index, placed ones begin with 1 too.
             let size = (drop.radius, reach_of_placed(scene, drop));
-            add(u64::from(index) + 1, from_camera, size, drop.velocity, sighting);
+            let number = scene.number_of(drop, place);
+            add(number.into(), from_camera, size, drop.velocity, sighting);
         }
     }
     found

@@ -152,7 +152,7 @@ pub fn sightings(scene: &Scene) -> impl Iterator<Item = (Vec3, f32, Sighting)> {
         let moved = scene.drawn_motion_of(rain.velocity).as_vec3();
         (0..rain.count).map(move |index| (seen.drop_at(index), moved, rain.radius as f32))
     });
-    let placed = scene.drops.iter().map(move |drop| {
+    let placed = scene.placed().map(move |drop| {
         let moved = scene.drawn_motion_of(drop.velocity).as_vec3();
         (sight.relative_placed(scene.drawn_center(drop)), moved, drop.radius as f32)
     });

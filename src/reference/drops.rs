@@ -82,7 +82,7 @@ pub fn of_scene(scene: &Scene) -> Drops {
             .map(|center| Drop { center, radius: rain.radius, population });
         drops.all.par_extend(all);
     }
-    for placed in &scene.drops {
+    for placed in scene.placed() {
         let motion = scene.motion_of(placed.velocity);
         let center = placed.center_at(scene.time) - camera.position;
         let shape = shape_of(placed, scene);
