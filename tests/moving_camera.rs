@@ -217,9 +217,10 @@ fn depth_and_motion(path: &Path) -> Vec<(f64, f64, f64)> {
     };
     let width = image.layer_data.size.width();
     let both = values("Z").into_iter().zip(values("motion.X")).enumerate();
-    both.filter(|(_, (depth, _))| depth.is_finite())
-        .map(|(at, (z, x))| (at % width, z, x))
-        .collect()
+    let pixel = 160.0 / width as f64;
+    let right = |at: usize| ((at % width) as f64 + 0.5) * pixel - 80.0;
+    let drops = both.filter(|(_, (depth, _))| depth.is_finite());
+    drops.map(|(at, (depth, motion))| (right(at), depth, motion * pixel)).collect()
 }
 
 /// As the command writes it.
@@ -251,9 +252,9 @@ fn streaks_spread_from_where_a_car_drives_to() {
         (left, right, farthest)
     };
     // Before even light no single drop shows, so few would be drawn one by one.
-    let many = ["--preset", "fast", "--set", "model.cutoff_px=0.2"];
+    let many = ["--preset", "fast", "--set", "model.cutoff_px=0.03"];
     let (left, right, farthest) = edges(&many);
-    assert!((-6.0..=-2.0).contains(&left) && (2.0..=6.0).contains(&right) && farthest < 1.0);
+    assert!((-9.0..=-1.5).contains(&left) && (1.5..=9.0).contains(&right) && farthest < 1.0);
     let (.., farthest) = edges(&["--preset", "exact", "--size", "80x60"]);
     assert!(farthest < 1.0);
     let (left, right, _) = edges(&[&many[..], &["--set", "camera.velocity=[0,0,0]"]].concat());
