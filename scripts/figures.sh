@@ -8,7 +8,8 @@
 #   scripts/figures.sh --out DIR figure-4   into DIR, and no note of it: the tracked pictures stay as they are
 #
 # Steps:
-#   dusk rainbow real-rain rain        pictures of README and guide
+#   dusk dash-cam rainbow real-rain rain
+#                                      pictures of README and guide
 #   figure-1 figure-3 figure-4 figure-5 figure-7
 #                                      the paper's figures; 7 and real-rain need the environments of scripts/setup.sh
 #   shapes                             flattened drops
@@ -32,7 +33,7 @@ if [ "${1-}" = --out ]; then
   shift 2
 fi
 cd "$(dirname "$0")/.."
-steps=(dusk rainbow real-rain rain figure-1 figure-3 figure-4 figure-5 figure-7 shapes film errors window)
+steps=(dusk dash-cam rainbow real-rain rain figure-1 figure-3 figure-4 figure-5 figure-7 shapes film errors window)
 case ${1-} in -*) sed -n '2,/^set /s/^# \{0,1\}//p' scripts/figures.sh >&2; exit 2 ;; esac
 [ $# = 0 ] || steps=("$@")
 if [ -z "${RAINDROPS-}" ]; then
@@ -49,6 +50,12 @@ raindrops() { "$RAINDROPS" "$@" 2>>"$work/log" || { tail -n 3 "$work/log" >&2; r
 dusk() { # streaks at dusk
   raindrops render $scenes/dusk.toml -o "$out"/dusk.png
   made dusk.png
+}
+
+dash_cam() { # from a car, and the same from a camera that stands
+  raindrops render $scenes/dash-cam.toml -o "$out"/dash-cam.png
+  raindrops render $scenes/dash-cam.toml --set 'camera.velocity=[0,0,0]' -o "$out"/dash-cam-at-rest.png
+  made dash-cam.png dash-cam-at-rest.png
 }
 
 rainbow() { # rain of 20 mm/h, the bundled sky's sun behind the camera

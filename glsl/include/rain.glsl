@@ -35,7 +35,8 @@ vec4 drop_at(Population p, uint index) {
 
 struct Placed {
     vec4 high; // centre in float32, radius
-    vec4 low;  // what float32 lost of the centre
+    vec3 low;  // what float32 lost of the centre
+    uint number; // in layers
 };
 
 vec3 relative_placed(Placed drop) {

@@ -332,6 +332,7 @@ impl SceneValues {
         scene.tone_map.operator = self.tone_map.unwrap_or(scene.tone_map.operator);
         scene.tone_map.exposure = self.exposure.or(scene.tone_map.exposure);
         scene.validate("command line")?;
+        scene.read_particles()?;
         Ok(scene)
     }
 }

@@ -90,6 +90,7 @@ pub fn run(args: &ReferenceArgs) -> anyhow::Result<Answer> {
     }
     if let Some(number) = args.frame {
         scene = scene.film.frame(&scene, number);
+        scene.read_particles()?;
     }
     let plate = Plate::of(&scene)?;
     if format == Format::Png && scene.camera.window != WHOLE && scene.tone_map.derives_exposure() {

@@ -88,6 +88,11 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<Answer> {
         say!("{} made already", counted(frames.into(), "frame"));
         return Ok(Answer::Yes);
     }
+    if output == Output::Layers && scene.placed().any(|drop| drop.id == Some(u32::MAX)) {
+        note!("a particle of id 0 is number {} in layers, where 0 is no drop", u32::MAX);
+    }
+    // A sequence that ends early is refused before anything is written.
+    scene.find_particles(missing.iter().copied())?;
     let device = args.picture.device.open()?;
     if let Some(path) = &args.stages
         && let Some((stages, picture)) = paper_stages(&device, &scene, &environment)?
@@ -195,7 +200,8 @@ fn draw(
                 format!("{left} of {} missing; --resume goes on", counted(frames.into(), "frame"));
             return Err(Interrupted).context(left);
         }
-        let frame = scene.film.frame(scene, *number);
+        let mut frame = scene.film.frame(scene, *number);
+        frame.read_particles()?;
         let until_frame = motion_end(scene, &frame, *number);
         let until = (until_frame.time, plan.cutoff.as_ref().map_or(0.0, |cutoff| cutoff.px));
         parts.move_until(until_frame);
@@ -281,12 +287,18 @@ pub(super) fn parse_grid(text: &str) -> Result<Grid, String> {
         .ok_or_else(|| format!("'{text}' is not a number of parts like 2x2"))
 }
 
-/// Where the motion of a frame ends: with its exposure, or, of an instant, with the next frame.
+/// Where the motion of a frame ends: with its exposure, or, of an instant, with the next frame. A camera with a velocity of
+/// its own moves by that, whatever the film's path.
 pub(super) fn motion_end(scene: &Scene, frame: &Scene, number: u32) -> Scene {
     if frame.shutter() > 0.0 {
-        return Scene { time: frame.time + frame.exposed(), ..frame.clone() };
+        let camera = frame.camera.moved_by(frame.camera_motion());
+        return Scene { time: frame.time + frame.exposed(), camera, ..frame.clone() };
     }
-    scene.film.frame(scene, number.saturating_add(1))
+    let mut next = scene.film.frame(scene, number.saturating_add(1));
+    if let Some(velocity) = scene.camera.velocity {
+        next.camera = frame.camera.moved_by(velocity / scene.film.fps.abs());
+    }
+    next
 }
 
 /// Writes layers, and before them what stands beside them: where layers are, all of it is.

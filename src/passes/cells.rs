@@ -87,7 +87,7 @@ impl Cells {
         let Some(rain) = Field::of(scene) else { return Ok(None) };
         let rain = rain.flattened(is_flattened).grainy(is_grainy);
         let seen = rain.seen(scene, cutoff_px);
-        let placed = scene.drops.len() as u32;
+        let placed = scene.placed_count();
         let room_for = |expected: f64| {
             let usual = (SPARE * expected) as u32 + LEAST_ROOM;
             usual.saturating_mul(factor).saturating_add(placed)

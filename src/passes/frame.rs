@@ -40,12 +40,12 @@ impl Frame {
         let sight = Sight::of(scene);
         let with = |v: Vec3, w: f32| [v.x, v.y, v.z, w];
         let tick = drawn_tick(scene);
-        let exposed = scene.drawn_exposure();
+        let is_exposed = if scene.is_exposed() { 1.0 } else { 0.0 };
         let populations = scene.populations();
         let least_radius = populations
             .iter()
             .map(|rain| rain.radius)
-            .chain(scene.drops.iter().map(|drop| drop.radius))
+            .chain(scene.placed().map(|drop| drop.radius))
             .fold(f64::INFINITY, f64::min);
         let mut frame = Self {
             right: with(sight.axes[0], 0.0),
@@ -73,7 +73,7 @@ impl Frame {
                 stored_exposure(scene, around),
                 view.width as f32 * view.height as f32,
             ],
-            moved: [0.0, 0.0, 0.0, exposed as f32],
+            moved: [0.0, 0.0, 0.0, is_exposed],
             lens: lens(&sight, view.focal_px),
             ..Self::default()
         };
@@ -84,7 +84,7 @@ impl Frame {
             } = first;
             (frame.units, frame.camera_place) = (units, camera_place);
             frame.shift = [x, y, z, scene.drop_count()];
-            frame.moved = [a, b, c, exposed as f32];
+            frame.moved = [a, b, c, is_exposed];
             frame.seed[..2].copy_from_slice(&first.seed[..2]);
             let extent =
                 populations.iter().fold(DVec3::ZERO, |most, rain| most.max(rain.half_extent));
@@ -109,10 +109,10 @@ fn drawn_tick(scene: &Scene) -> Tick {
 fn population_of(rain: &Rain, scene: &Scene, number: u32) -> Population {
     let with = |[x, y, z]: [u32; 3], w: u32| [x, y, z, w];
     let [x, y, z] = rain.units().to_array();
-    let moved = (rain.velocity * scene.drawn_exposure()).as_vec3();
+    let moved = scene.drawn_motion_of(rain.velocity).as_vec3();
     Population {
         units: [x, y, z, rain.radius as f32],
-        camera_place: with(rain.camera_place(scene.camera.position), number),
+        camera_place: with(rain.camera_place(scene.drawn_position()), number),
         shift: with(rain.shift(drawn_tick(scene)), 0),
         seed: [rain.seed as u32, (rain.seed >> 32) as u32, 0, 0],
         moved: moved.extend(0.0).to_array(),

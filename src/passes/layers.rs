@@ -45,7 +45,7 @@ impl DropRecords {
         use vk::BufferUsageFlags as Usage;
         let make = |name, bytes, usage| Buffer::new(device, name, bytes, usage, Memory::Device);
         let (storage, written) = (Usage::STORAGE_BUFFER, Usage::TRANSFER_DST);
-        let moved = 16 * scene.drops.len().max(1) as u64;
+        let moved = 16 * u64::from(scene.placed_count().max(1));
         Ok(Self {
             records: make("drop records", 16 * count, storage | Usage::TRANSFER_SRC)?,
             motion: make("motion", size_of::<Motion>() as u64, Usage::UNIFORM_BUFFER | written)?,
@@ -75,25 +75,25 @@ impl DropRecords {
         lattices: &[Lattice],
         (then, seconds): (&View, f64),
     ) {
-        let now = scene.camera.position;
+        let of_camera = then.position - scene.camera.position;
+        let seen = |way: DVec3| (way - of_camera).as_vec3().extend(0.0).to_array();
         let with = |v: DVec3, w: f64| v.as_vec3().extend(w as f32).to_array();
         let mut motion = Motion {
             right: with(then.right, 0.0),
             up: with(then.up, 0.0),
             back: with(then.back, 0.0),
-            shift: with(now - then.position, then.focal_px),
             ..Motion::default()
         };
         let [column, row] = then.origin.map(f64::from);
-        motion.principal = with(then.principal.extend(0.0) + DVec3::new(column, row, 0.0), 0.0);
+        let principal = then.principal.extend(0.0) + DVec3::new(column, row, 0.0);
+        motion.principal = with(principal, then.focal_px);
         for (moved, rain) in motion.rain.iter_mut().zip(scene.populations()) {
-            *moved = with(rain.velocity * seconds, 0.0);
+            *moved = seen(rain.velocity * seconds);
         }
         for (moved, lattice) in motion.classes.iter_mut().zip(lattices) {
-            *moved = with(lattice.velocity * (seconds / scene.metres), 0.0);
+            *moved = seen(lattice.velocity * (seconds / scene.metres));
         }
-        let of_drop = |velocity: DVec3| -> [f32; 4] { with(velocity * seconds, 0.0) };
-        let placed: Vec<_> = scene.drops.iter().map(|drop| of_drop(drop.velocity)).collect();
+        let placed: Vec<_> = scene.placed().map(|drop| seen(drop.velocity * seconds)).collect();
         update_buffer(device, commands, &self.motion, 0, bytemuck::bytes_of(&motion));
         update_buffer(device, commands, &self.placed_moved, 0, bytemuck::cast_slice(&placed));
     }

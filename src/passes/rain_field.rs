@@ -7,13 +7,14 @@ use ash::vk;
 use crate::Result;
 use crate::gpu::{Buffer, Device};
 use crate::rain::clusters::Clusters;
+use crate::scene::particles::Particles;
 use crate::scene::real_rain::RealRain;
 use crate::scene::{PlacedDrop, Scene};
 
 /// The drops of a scene.
 pub struct RainField {
     random: Random,
-    placed: Vec<PlacedDrop>,
+    placed: (Vec<PlacedDrop>, Option<Particles>),
     clusters: Mutex<Option<Arc<SortedDrops>>>,
     device: Arc<Device>,
 }
@@ -39,12 +40,15 @@ impl RainField {
     /// The drops of `scene`; what pictures need of them is made when the first asks.
     pub fn new(device: &Arc<Device>, scene: &Scene) -> Self {
         let (clusters, device) = (Mutex::default(), device.clone());
-        Self { random: random_of(scene), placed: scene.drops.clone(), clusters, device }
+        let placed = (scene.drops.clone(), scene.particles.clone());
+        Self { random: random_of(scene), placed, clusters, device }
     }
 
     /// Whether these are the drops of `scene`. Their size, box and velocity are taken from each frame's scene.
     pub fn is_of(&self, scene: &Scene) -> bool {
-        self.random == random_of(scene) && self.placed == scene.drops
+        self.random == random_of(scene)
+            && self.placed.0 == scene.drops
+            && self.placed.1 == scene.particles
     }
 
     /// The device that it is on.
@@ -59,7 +63,7 @@ impl RainField {
             return Ok(sorted.clone());
         }
         let storage = vk::BufferUsageFlags::STORAGE_BUFFER;
-        let clusters = Clusters::new(&scene.populations(), scene.drops.len() as u32);
+        let clusters = Clusters::new(&scene.populations(), scene.placed_count());
         self.device.count(|made| &mut made.sorts);
         let made = SortedDrops {
             order: Buffer::upload_device(&self.device, "drop order", &clusters.order, storage)?,

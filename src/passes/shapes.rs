@@ -59,7 +59,7 @@ fn given(scene: &Scene, model: ShapeModel) -> Vec<[f32; 4]> {
     let head = [(2000.0 * scene.metres) as f32, f32::from(u8::from(falls_flat)), 0.0, 0.0];
     let diameter = |row: u32| SMALLEST_FLATTENED + f64::from(row) / f64::from(DIAMETERS_A_MM);
     let table = (0..DIAMETERS).map(|row| of_diameter(model, diameter(row)));
-    let placed = scene.drops.iter().map(|drop| of_placed(model, drop, scene.metres));
+    let placed = scene.placed().map(|drop| of_placed(model, drop, scene.metres));
     let shapes = table.chain(placed).map(|shape| shape.map(|value| value as f32));
     std::iter::once(head).chain(shapes).collect()
 }

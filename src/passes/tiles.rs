@@ -212,7 +212,7 @@ fn constants_of(
         [constant::HAS_LENS, (plan.lens != Lens::Pinhole).into()],
         [constant::SPLAT_PX, plan.splat_px.to_bits()],
         [constant::RAYS_PX, plan.rays_px.to_bits()],
-        [constant::HAS_PLACED, (has_cells || is_several || !scene.drops.is_empty()).into()],
+        [constant::HAS_PLACED, (has_cells || is_several || scene.placed_count() > 0).into()],
         [constant::SAMPLES, plan.samples],
         [constant::SEVERAL, is_several.into()],
         [constant::HAS_DEPTH, has_depth.into()],

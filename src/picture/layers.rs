@@ -70,7 +70,8 @@ impl Layers {
     }
 
     /// Writes one EXR: `R G B A` and `motion.X motion.Y` as float16, `Z` as float32, `count`, `id` and, where numbers have
-    /// 64 bits, `id_high` as integers.
+    /// 64 bits, `id_high` as integers. For tools that hold float32 alone, whose integers are exact up to 2²⁴, the number
+    /// again by 24 bits each: `id.low`, `id.high` and, where numbers have 64 bits, `id.top`.
     ///
     /// # Errors
     /// [`Error::File`] if it cannot be encoded or written.
@@ -90,7 +91,14 @@ impl Layers {
             AnyChannel::new("count", FlatSamples::U32(self.count.clone())),
             AnyChannel::new("id", FlatSamples::U32(self.id.iter().map(|id| *id as u32).collect())),
         ];
+        let part = |shift: u32| {
+            let bits = |id: &u64| (id >> shift & 0xff_ffff) as f32;
+            FlatSamples::F32(self.id.iter().map(bits).collect())
+        };
+        channels.push(AnyChannel::new("id.low", part(0)));
+        channels.push(AnyChannel::new("id.high", part(24)));
         if self.has_wide_ids {
+            channels.push(AnyChannel::new("id.top", part(48)));
             let high = self.id.iter().map(|id| (id >> 32) as u32).collect();
             channels.push(AnyChannel::new("id_high", FlatSamples::U32(high)));
         }

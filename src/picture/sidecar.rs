@@ -35,7 +35,10 @@ pub struct Sidecar {
 /// A camera as a file tells it.
 #[derive(Clone, Debug, Serialize)]
 pub struct CameraRecord {
+    /// At the file's time.
     position: DVec3,
+    /// Scene units a second of the camera, while the shutter is open.
+    velocity: DVec3,
     /// Unit vectors: to the right and the top of the picture, and against the view direction.
     right: DVec3,
     up: DVec3,
@@ -56,6 +59,7 @@ impl CameraRecord {
         let view = scene.view();
         Self {
             position: view.position,
+            velocity: scene.camera.velocity(),
             right: view.right,
             up: view.up,
             back: view.back,
@@ -132,11 +136,11 @@ pub fn drops_in_view(scene: &Scene, cutoff_px: f64) -> Vec<DropRecord> {
                    (radius, reach): (f64, f64),
                    velocity: DVec3,
                    sighting| {
-        let half_way = 0.5 * scene.drawn_exposure() * velocity;
+        let half_way = 0.5 * scene.drawn_motion_of(velocity);
         let ends = [from_camera - half_way, from_camera + half_way];
         let is_seen = matches!(sighting, Sighting::Visible | Sighting::BesideCamera);
         if let (true, Some(pixels)) = (is_seen, pixels_of(&view, ends, reach * radius, lens)) {
-            let center = view.position + from_camera;
+            let center = scene.drawn_position() + from_camera;
             found.push(DropRecord { number, center, radius, velocity, pixels });
         }
     };
@@ -147,25 +151,26 @@ pub fn drops_in_view(scene: &Scene, cutoff_px: f64) -> Vec<DropRecord> {
             add(drop.number, drop.from_camera, size, drop.velocity, drop.sighting);
         });
     }
-    let count = scene.random_count();
+    let mut placed = (0..).zip(scene.placed());
     let mut random = scene.populations().into_iter().flat_map(|rain| {
-        let seen = rain.seen_from(scene.camera.position, tick_of_seconds(scene.drawn_time()));
+        let seen = rain.seen_from(scene.drawn_position(), tick_of_seconds(scene.drawn_time()));
         (0..rain.count).map(move |index| (seen.drop_at(index).as_dvec3(), rain.velocity))
     });
-    for (index, (_, radius, sighting)) in (0..).zip(sightings(scene)) {
+    for (index, (_, radius, sighting)) in (0u32..).zip(sightings(scene)) {
         let of_box = random.next();
+        let by_hand = if of_box.is_none() { placed.next() } else { None };
         if matches!(sighting, Sighting::OutOfView) {
             continue;
         }
         if let Some((from_camera, velocity)) = of_box {
             let size = (radius.into(), 1.0);
             add(u64::from(index) + 1, from_camera, size, velocity, sighting);
-        } else {
-            let drop = &scene.drops[(index - count) as usize];
-            let from_camera = drop.center_at(scene.drawn_time()) - view.position;
+        } else if let Some((place, drop)) = by_hand {
+            let from_camera = scene.drawn_center(drop) - view.position;
             // Of real rain, where random drops have no index, placed ones begin with 1 too.
             let size = (drop.radius, reach_of_placed(scene, drop));
-            add(u64::from(index) + 1, from_camera, size, drop.velocity, sighting);
+            let number = scene.number_of(drop, place);
+            add(number.into(), from_camera, size, drop.velocity, sighting);
         }
     }
     found

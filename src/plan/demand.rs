@@ -66,7 +66,7 @@ impl Demand {
     }
 
     fn add_placed(&mut self, scene: &Scene, view: &View, near_radii: f64) {
-        for drop in &scene.drops {
+        for drop in scene.placed() {
             let v = drop.center_at(scene.time) - view.position;
             let (x, y, z) = (v.dot(view.right), v.dot(view.up), -v.dot(view.back));
             let distance = v.length();
@@ -150,7 +150,7 @@ impl Demand {
 pub(super) fn drops_above(scene: &Scene, radius_px: f64) -> f64 {
     let view = scene.view();
     let frustum = |extent| Frustum::of(&view, extent);
-    let placed = scene.drops.len() as f64;
+    let placed = f64::from(scene.placed_count());
     if let Some(rain) = scene.real_rain() {
         return placed + frustum(rain.extent).drops_above(&rain.law(), radius_px);
     }

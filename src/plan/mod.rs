@@ -267,6 +267,7 @@ pub fn plan_by(
     chosen: Option<&Choice>,
     output: Output,
 ) -> Result<FramePlan> {
+    scene.expect_particles()?;
     let models = Models::of(&scene.model, chosen);
     refused::check(scene, models, chosen.is_some(), output)?;
     let Models { optics, primitive, order, simulation, samples } = models;

@@ -45,18 +45,15 @@ pub(super) fn motion_of(scene: &Scene, primitive: Primitive, optics: Optics) -> 
         }
         _ => {}
     }
-    for rain in scene.populations() {
-        let part =
-            (rain.velocity * scene.drawn_exposure() / (2.0 * rain.half_extent)).abs().max_element();
-        if part > MOST_OF_BOX {
-            return refuse(
-                "camera: shutter",
-                format!(
-                    "while it is open the rain moves through {part:.2} of its box, and over {MOST_OF_BOX} no preset \
-                     draws; shorten it, enlarge rain.half_extent, or use `raindrops reference`"
-                ),
-            );
-        }
+    let part = scene.most_crossed();
+    if part > MOST_OF_BOX {
+        return refuse(
+            "camera: shutter",
+            format!(
+                "while it is open the rain moves through {part:.2} of its box, and over {MOST_OF_BOX} no preset draws; \
+                 shorten it, enlarge rain.half_extent, or use `raindrops reference`"
+            ),
+        );
     }
     Ok(usual)
 }

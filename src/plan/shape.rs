@@ -35,7 +35,7 @@ impl NoSpheres {
         let falls = scene.real_rain().is_some_and(|rain| {
             rain.shape == DropShape::Equilibrium && rain.diameters[1] > SMALLEST_FLATTENED
         });
-        let placed = (1..).zip(&scene.drops).find_map(|(number, drop)| {
+        let placed = (1..).zip(scene.placed()).find_map(|(number, drop)| {
             if drop.axis_ratio.is_some_and(|ratio| ratio != 1.0) {
                 return Some((number, "axis_ratio"));
             }
@@ -49,7 +49,7 @@ impl NoSpheres {
     /// Whether some are flatter below than above.
     fn is_halved(scene: &Scene) -> bool {
         let is_equilibrium = |drop: &PlacedDrop| drop.shape == Some(DropShape::Equilibrium);
-        scene.real_rain().is_some() || scene.drops.iter().any(is_equilibrium)
+        scene.real_rain().is_some() || scene.placed().any(is_equilibrium)
     }
 }
 

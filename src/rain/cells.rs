@@ -182,12 +182,12 @@ impl Lattice {
     /// Visits every cell within `reach` metres of the camera on each axis whose drops may be in a region.
     /// `meets` tells whether a box, given by its lower and upper corner relative to the camera in metres, may
     /// hold a part of the region; boxes are halved until they are cells. They are larger than the cells by a
-    /// drop's radius and by how far drops move during `exposure` seconds.
+    /// drop's radius and by how far drops move, in metres.
     pub fn visit(
         &self,
         camera: &Place,
         reach: f64,
-        exposure: f64,
+        moved: DVec3,
         meets: &dyn Fn(DVec3, DVec3) -> bool,
         visit: &mut dyn FnMut([i64; 3]),
     ) {
@@ -195,7 +195,6 @@ impl Lattice {
         // Relative to the camera's cell; no more than a lattice of a picture needs, and far from overflow.
         let most = (reach / edge).ceil().min(1e9) as i64 + 1;
         let corner = DVec3::from_array(camera.fraction.map(f64::from)) / -4_294_967_296.0;
-        let moved = self.velocity * exposure;
         let (below, above) =
             (self.radius - moved.min(DVec3::ZERO), self.radius + moved.max(DVec3::ZERO));
         let mut stack = vec![([-most; 3], [most; 3])];

@@ -148,13 +148,13 @@ pub fn sightings(scene: &Scene) -> impl Iterator<Item = (Vec3, f32, Sighting)> {
     let sight = Sight::of(scene);
     let tick = crate::rain::tick_of_seconds(scene.drawn_time());
     let random = scene.populations().into_iter().flat_map(move |rain| {
-        let seen = rain.seen_from(scene.camera.position, tick);
-        let moved = (rain.velocity * scene.drawn_exposure()).as_vec3();
+        let seen = rain.seen_from(scene.drawn_position(), tick);
+        let moved = scene.drawn_motion_of(rain.velocity).as_vec3();
         (0..rain.count).map(move |index| (seen.drop_at(index), moved, rain.radius as f32))
     });
-    let placed = scene.drops.iter().map(move |drop| {
-        let moved = (drop.velocity * scene.drawn_exposure()).as_vec3();
-        (sight.relative_placed(drop.center_at(scene.drawn_time())), moved, drop.radius as f32)
+    let placed = scene.placed().map(move |drop| {
+        let moved = scene.drawn_motion_of(drop.velocity).as_vec3();
+        (sight.relative_placed(scene.drawn_center(drop)), moved, drop.radius as f32)
     });
     random.chain(placed).map(move |(relative, moved, radius)| {
         let center = sight.view_space(relative);

@@ -151,6 +151,7 @@ impl Field {
         let (view, metres) = (scene.view(), scene.metres);
         let tick = tick_of_seconds(scene.drawn_time());
         let exposed = scene.drawn_exposure();
+        let camera = scene.drawn_position() * metres;
         let pyramid = Pyramid::of(&view, scene);
         let mut seen = Seen {
             classes: Vec::new(),
@@ -177,8 +178,8 @@ impl Field {
                 _ => depth_of_radius(view.focal_px, 2e3 * lattice.radius, cutoff_px),
             };
             let depth = depth.min(self.rain.extent);
-            let place = lattice.place(scene.camera.position * metres, tick);
-            let moved = lattice.velocity * exposed;
+            let place = lattice.place(camera, tick);
+            let moved = scene.drawn_motion_of(lattice.velocity / metres) * metres;
             let reach = self.reach(lattice);
             for slab in pyramid.slabs(lattice, reach, &place, depth, moved) {
                 let cells = f64::from(slab.cells);
@@ -200,7 +201,8 @@ impl Field {
             let focal_px = view.focal_px;
             let grain = Grain { law, air_density, focal_px, cutoff_px, exposed, widened };
             let (lattice, place) = (&self.lattices[number], &seen.places[number]);
-            seen.grain = grain.record(median, lattice, place, metres);
+            let way = scene.drawn_motion_of(lattice.velocity / metres).length() * metres;
+            seen.grain = grain.record(median, lattice, place, way, metres);
         }
         seen.band_depths = band_depths(&self.lattices, &seen.classes);
         Some(seen)

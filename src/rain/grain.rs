@@ -11,7 +11,8 @@
 //! noise stands still in the world when the camera turns, goes by no faster than drops do, and any time is as near as any
 //! other.
 //!
-//! Error: all drops go at one speed at one distance; streaks are upright, whatever the wind.
+//! Error: all drops go at one speed at one distance; streaks are upright, and as many as in still air, whatever the
+//! wind and the camera's velocity.
 
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
@@ -58,18 +59,19 @@ pub struct Grain<'a> {
 }
 
 impl Grain<'_> {
-    /// As the shader has it: by the lattice of the drops of the median size, and the camera's place in it; `metres` a scene
-    /// unit.
+    /// As the shader has it: by the lattice of the drops of the median size, and the camera's place in it; a drop's
+    /// `way` in metres while it is seen; `metres` a scene unit.
     pub fn record(
         &self,
         median: f64,
         lattice: &Lattice,
         camera: &Place,
+        way: f64,
         metres: f64,
     ) -> GrainRecord {
         let far = 2.0 * depth_of_radius(self.focal_px, median, self.cutoff_px);
         let pixel = far / self.focal_px;
-        let streak = streak_px(self.focal_px, lattice.velocity.length(), self.exposed.abs(), far);
+        let streak = streak_px(self.focal_px, way, 1.0, far);
         let log2 = (pixel * DVec3::new(1.0, 1.0 + streak, 1.0)).to_array().map(|edge| edge.log2());
         let (mut base, mut within, mut scale) = ([lattice.salt[0]; 4], [0.0; 4], [0.0; 4]);
         for axis in 0..3 {

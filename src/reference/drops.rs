@@ -26,7 +26,7 @@ pub struct Drop {
 pub struct Population {
     /// The surface, in radii.
     pub shape: Shape,
-    /// The way of a centre while the shutter is open, in scene units.
+    /// The way of a centre while the shutter is open, as the camera sees it, in scene units.
     pub motion: DVec3,
     /// Half the edges of a box around the camera beyond which a drop is not seen: it is its image at
     /// the opposite wall that is.
@@ -64,13 +64,12 @@ impl Drops {
 /// A drop at rest whose centre is nearer than `camera.near` is left out here.
 pub fn of_scene(scene: &Scene) -> Drops {
     let camera = &scene.camera;
-    let exposed = scene.exposed();
     let mut drops = Drops::default();
     let is_drawn = |center: DVec3, motion: DVec3| {
         motion != DVec3::ZERO || fade(center.length(), camera.near, camera.near_fade) > 0.0
     };
     for rain in scene.populations() {
-        let motion = rain.velocity * exposed;
+        let motion = scene.motion_of(rain.velocity);
         let half_extent = (motion != DVec3::ZERO).then_some(rain.half_extent);
         let population = drops.populations.len() as u32;
         drops.populations.push(Population { shape: Shape::Sphere, motion, half_extent });
@@ -83,8 +82,8 @@ pub fn of_scene(scene: &Scene) -> Drops {
             .map(|center| Drop { center, radius: rain.radius, population });
         drops.all.par_extend(all);
     }
-    for placed in &scene.drops {
-        let motion = placed.velocity * exposed;
+    for placed in scene.placed() {
+        let motion = scene.motion_of(placed.velocity);
         let center = placed.center_at(scene.time) - camera.position;
         let shape = shape_of(placed, scene);
         let population = Population { shape, motion, half_extent: None };

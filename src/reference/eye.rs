@@ -2,7 +2,7 @@
 //! pixel.
 //!
 //! The lens is thin and without faults: all rays through one place of the picture meet in the plane of
-//! focus. The camera stands where it stood when the shutter opened.
+//! focus. Places are from where the camera is: what it moves by is in the motion of the drops.
 
 use glam::{DVec2, DVec3};
 

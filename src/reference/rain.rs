@@ -37,13 +37,12 @@ pub fn usual_bound(scene: &Scene) -> Option<f64> {
 /// The drops of real rain near the camera.
 #[derive(Clone, Debug)]
 pub(super) struct NearRain {
-    /// The classes' cells, and where the camera is among them.
-    classes: Vec<(Lattice, Place)>,
+    /// The classes' cells, where the camera is among them as the shutter opens, and how far they move while it is open, as
+    /// the camera sees it, in scene units.
+    classes: Vec<(Lattice, Place, DVec3)>,
     shape: DropShape,
     /// Length of a scene unit, m.
     metres: f64,
-    /// The scene's seconds that are exposed.
-    exposed: f64,
     /// Distance to which drops are there, in scene units.
     pub(super) end: f64,
 }
@@ -78,20 +77,20 @@ impl NearRain {
         let lattices = rain.lattices(scene.seed).into_iter();
         let classes = lattices.map(|lattice| {
             let place = lattice.place(camera, tick);
-            (lattice, place)
+            let motion = scene.motion_of(lattice.velocity / scene.metres);
+            (lattice, place, motion)
         });
         Self {
             classes: classes.collect(),
             shape: rain.shape,
             metres: scene.metres,
-            exposed: scene.exposed(),
             end: end / scene.metres,
         }
     }
 
     /// Whether drops move while the shutter is open.
     pub(super) fn moves(&self) -> bool {
-        self.exposed != 0.0
+        self.classes.iter().any(|(.., motion)| *motion != DVec3::ZERO)
     }
 
     /// The drops that rays of the pyramid can meet at distances within the shell, in a fixed order; `None` if
@@ -99,8 +98,8 @@ impl NearRain {
     pub(super) fn within(&self, pyramid: &Pyramid, shell: Shell, most: usize) -> Option<Drops> {
         let mut drops = Drops::default();
         let found = Cell::new(0);
-        for (lattice, place) in &self.classes {
-            let motion = lattice.velocity * self.exposed / self.metres;
+        for (lattice, place, motion) in &self.classes {
+            let motion = *motion;
             let round = Population { shape: Shape::Sphere, motion, half_extent: None };
             drops.populations.push(round);
             let of_class = drops.populations.len() as u32 - 1;
@@ -115,7 +114,8 @@ impl NearRain {
                     && shell.meets(nearest, farthest, pyramid)
                     && !pyramid.misses_box(low, high)
             };
-            lattice.visit(place, self.end * self.metres, self.exposed, &meets, &mut |cell| {
+            let (reach, moved) = (self.end * self.metres, motion * self.metres);
+            lattice.visit(place, reach, moved, &meets, &mut |cell| {
                 for drop in lattice.drops(cell) {
                     let center = lattice.between(place, &drop.place) / self.metres;
                     let (diameter, ends) = (drop.diameter_mm(), [center, center + motion]);

@@ -332,7 +332,7 @@ impl View {
                 "metres: the view was made for drops of other sizes, which have other shapes",
             );
         }
-        if scene.drawn_exposure() != 0.0 && made.shutter() == 0.0 {
+        if scene.is_exposed() && made.shutter() == 0.0 {
             return refuse(
                 "camera: shutter: the view was made for an instant; set a shutter before `plan` and `View::new`, too",
             );

@@ -27,6 +27,9 @@ pub struct Camera {
     /// The same as a share of a film's frame, in degrees: shutter = angle / 360 / fps.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shutter_angle: Option<f64>,
+    /// Its velocity while the shutter is open, in scene units a second of its own; none: that of a film's path, else 0.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub velocity: Option<DVec3>,
     /// The lens's diameter, in scene units; 0: a pinhole.
     pub aperture: f64,
     /// Distance along the view axis of the plane in focus, in scene units; may be infinite.
@@ -39,6 +42,9 @@ pub struct Camera {
     #[serde(skip_serializing_if = "is_centered")]
     pub principal: [f64; 2],
 }
+
+/// Fastest camera, in scene units a second: beyond it float32 leaves a streak too few digits.
+pub const FASTEST: f64 = 1e6;
 
 /// The principal point in the middle of the picture.
 const CENTERED: [f64; 2] = [0.5, 0.5];
@@ -65,6 +71,7 @@ impl Default for Camera {
             near_fade: 0.0,
             shutter: 0.0,
             shutter_angle: None,
+            velocity: None,
             aperture: 0.0,
             focus: 5.0,
             window: WHOLE,
@@ -92,6 +99,12 @@ impl Camera {
                 return Err("camera: give shutter or shutter_angle, not both".into());
             }
         }
+        let DVec3 { x, y, z } = self.velocity();
+        if !self.velocity().is_finite() || self.velocity().length() > FASTEST {
+            return Err(format!(
+                "camera: velocity = [{x}, {y}, {z}] is not finite and up to {FASTEST:e} scene units a second"
+            ));
+        }
         // Infinity is a focus.
         if self.focus.is_nan() || self.focus <= 0.0 {
             return Err(format!(
@@ -100,6 +113,16 @@ impl Camera {
             ));
         }
         Ok(())
+    }
+
+    /// Its velocity, in scene units a second of its own.
+    pub fn velocity(&self) -> DVec3 {
+        self.velocity.unwrap_or(DVec3::ZERO)
+    }
+
+    /// The camera elsewhere, looking in the same direction.
+    pub fn moved_by(&self, way: DVec3) -> Self {
+        Self { position: self.position + way, target: self.target + way, ..*self }
     }
 
     /// Unit vector of the view direction.

@@ -10,17 +10,18 @@ use crate::files::read_text;
 use crate::{Error, Result};
 
 /// Keys whose values are paths: of a scene file from its folder, of an edit from the working folder.
-const PATHS: [&str; 3] = ["environment.file", "background.color", "background.depth"];
+const PATHS: [&str; 4] =
+    ["environment.file", "background.color", "background.depth", "particles.file"];
 
 impl Scene {
-    /// The scene of a file, or the default one, with keys set: each edit is `table.key=value`, its value TOML, numbers
+    /// The scene of a file, or the default one, with keys set, and without its particles: each edit is `table.key=value`, its value TOML, numbers
     /// with commas between them, or a bare word.
     ///
     /// # Errors
     /// Those of [`Scene::load`]; [`Error::Scene`] for an edit that is none, or leads to no scene.
     pub fn load_edited(path: Option<&Path>, edits: &[String]) -> Result<Self> {
         // Of the file itself, what is wrong has a line.
-        let scene = path.map_or_else(|| Ok(Self::default()), Self::load)?;
+        let scene = path.map_or_else(|| Ok(Self::default()), Self::load_alone)?;
         if edits.is_empty() {
             return Ok(scene);
         }

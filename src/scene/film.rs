@@ -126,6 +126,19 @@ impl Film {
         let mut still = Scene { time: frame.time + exposed.min(0.0), pace: 1.0, ..frame.clone() };
         (still.camera.shutter, still.camera.shutter_angle) = (exposed.abs(), None);
         still.film = Self { fps: frame.film.fps.abs(), ..Self::default() };
+        let velocity = frame.camera.velocity();
+        still.camera.velocity = None;
+        if velocity != DVec3::ZERO && frame.pace == 0.0 {
+            // Only a film has a camera that moves through drops that stand.
+            (still.camera.shutter, still.camera.velocity) = (frame.shutter(), Some(velocity));
+            still.film.pace = vec![PaceKey { at: 0.0, rate: 0.0 }];
+        } else if velocity != DVec3::ZERO {
+            still.camera.velocity = Some(velocity / frame.pace);
+            if exposed < 0.0 {
+                // What was exposed last comes first.
+                still.camera = still.camera.moved_by(frame.camera_motion());
+            }
+        }
         still
     }
 
@@ -185,12 +198,23 @@ impl Film {
             .collect();
         let (Some(first), Some(last)) = (keys.first(), keys.last()) else { return *scene };
         let next = keys.partition_point(|key| key.at <= at);
-        let [position, target, fov] = match next {
-            0 => first.value,
-            next if next == keys.len() => last.value,
-            next => hermite(&keys, next - 1, at),
+        let (value, velocity) = match next {
+            0 => (first.value, DVec3::ZERO),
+            next if next == keys.len() => (last.value, DVec3::ZERO),
+            next => (hermite(&keys, next - 1, at), velocity(&keys, next - 1, at)),
         };
-        Camera { position, target, vertical_fov: fov.x, ..*scene }
+        let [position, target, fov] = value;
+        let velocity = scene.velocity.or(Some(velocity));
+        Camera { position, target, vertical_fov: fov.x, velocity, ..*scene }
+    }
+
+    /// At least the largest velocity on each axis, backwards or forwards, that the camera has on its path.
+    pub(super) fn fastest(&self) -> DVec3 {
+        let key =
+            |key: &CameraKey| Key { at: key.at, value: [key.position, key.target, DVec3::ZERO] };
+        let keys: Vec<Key> = self.camera.iter().map(key).collect();
+        let all = (1..keys.len()).flat_map(|next| velocities(&keys, next - 1));
+        all.fold(DVec3::ZERO, |most, velocity| most.max(velocity.abs()))
     }
 }
 
@@ -217,6 +241,22 @@ fn hermite(keys: &[Key], number: usize, at: f64) -> [DVec3; 3] {
             + (3.0 * t2 - 2.0 * t3) * (to.value[i] - from.value[i])
             + span * ((t3 - 2.0 * t2 + t) * m0[i] + (t3 - t2) * m1[i])
     })
+}
+
+/// The camera's velocity between keys `number` and `number + 1`: the derivative of [`hermite`].
+fn velocity(keys: &[Key], number: usize, at: f64) -> DVec3 {
+    let (from, to) = (keys[number], keys[number + 1]);
+    let t = (at - from.at) / (to.at - from.at);
+    let [a, b, c] = velocities(keys, number);
+    (1.0 - t) * (1.0 - t) * a + 2.0 * t * (1.0 - t) * b + t * t * c
+}
+
+/// The same as the control points of a parabola, which lies within their hull (Bézier).
+fn velocities(keys: &[Key], number: usize) -> [DVec3; 3] {
+    let (from, to) = (keys[number], keys[number + 1]);
+    let [[m0, ..], [m1, ..]] = [number, number + 1].map(|number| tangents(keys, number));
+    let mean = (to.value[0] - from.value[0]) / (to.at - from.at);
+    [m0, 3.0 * mean - m0 - m1, m1]
 }
 
 /// Velocities at a key: those of the parabola through it and its neighbours; 0 at the ends, and where
@@ -280,6 +320,55 @@ mod tests {
             assert_eq!(still.shutter(), longest * scene.shutter(), "frame {number}");
             assert_eq!((still.film.frames(), still.film.fps), (1, scene.film.fps));
         }
+    }
+
+    /// Of a camera that moves: where it is at both ends, and how far drops move by it, at every pace.
+    #[test]
+    fn a_still_moves_as_its_frame() {
+        let keys = [(0.0, DVec3::ZERO), (1.0, DVec3::X), (4.0, DVec3::new(9.0, 0.0, 1.0))];
+        let film = Film { pace: pace(&[(0.0, 1.0), (4.0, -1.0)]).pace, ..path(&keys) };
+        let mut scene = Scene { film, ..Scene::default() };
+        scene.camera.shutter = 0.02;
+        let ends = |scene: &Scene| {
+            let from = scene.camera.position;
+            let ends =
+                [(scene.time, from), (scene.time + scene.exposed(), from + scene.camera_motion())];
+            if ends[0].0 > ends[1].0 { [ends[1], ends[0]] } else { ends }
+        };
+        for number in [20, 60, 70, 100] {
+            let frame = scene.film.frame(&scene, number);
+            let still = Film::still(&frame);
+            let still = still.film.frame(&still, 0);
+            assert!(frame.camera_motion().length() > 0.01);
+            for (a, b) in ends(&frame).into_iter().zip(ends(&still)) {
+                assert!((a.0 - b.0).abs() < 1e-12 && a.1.distance(b.1) < 1e-12, "{a:?} {b:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_path_has_a_velocity_unless_one_is_given() {
+        let keys = [
+            (0.0, DVec3::ZERO),
+            (1.0, DVec3::X),
+            (1.5, DVec3::ONE),
+            (4.0, DVec3::new(9.0, 0.0, 1.0)),
+        ];
+        let (film, camera) = (path(&keys), Camera::default());
+        let (mut most, h) = (DVec3::ZERO, 1e-6);
+        for step in -20..120 {
+            let at = 0.0401 * f64::from(step);
+            let place = |at: f64| film.camera_at(&camera, at).position;
+            let slope = (place(at + h) - place(at - h)) / (2.0 * h);
+            let velocity = film.camera_at(&camera, at).velocity();
+            assert!(velocity.distance(slope) < 1e-5, "at {at}: {velocity}, not {slope}");
+            most = most.max(velocity.abs());
+        }
+        let bound = film.fastest();
+        assert!(most.cmple(bound).all() && bound.cmple(1.5 * most + 0.1).all(), "{most} {bound}");
+        let given = Camera { velocity: Some(DVec3::ZERO), ..camera };
+        assert_eq!(film.camera_at(&given, 2.0).velocity(), DVec3::ZERO);
+        assert_eq!(Film::default().camera_at(&camera, 2.0).velocity, None);
     }
 
     /// Stops within 2 s, stands for 4, is back to speed within 2.

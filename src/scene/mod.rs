@@ -5,10 +5,12 @@
 pub mod background;
 pub mod camera;
 mod edit;
+mod exposure;
 pub mod film;
 mod lines;
 pub mod matrices;
 pub mod model;
+pub mod particles;
 pub mod projection;
 pub mod real_rain;
 mod validate;
@@ -28,7 +30,8 @@ use crate::scene::background::Background;
 use crate::scene::camera::{Camera, View};
 use crate::scene::film::Film;
 pub use crate::scene::model::ModelChoice;
-use crate::scene::model::{DropShape, Lens, Motion, Operator};
+use crate::scene::model::{DropShape, Lens, Operator};
+use crate::scene::particles::Particles;
 use crate::scene::real_rain::{RainTables, RealRain};
 use crate::scene::water::Water;
 use crate::{Error, Result};
@@ -72,6 +75,9 @@ pub struct Scene {
     /// Drops placed by hand.
     #[serde(rename = "drop", skip_serializing_if = "Vec::is_empty")]
     pub drops: Vec<PlacedDrop>,
+    /// Drops that somebody else simulated.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub particles: Option<Particles>,
     /// What drops are made of.
     pub water: Water,
     /// What is behind the drops instead of the sky.
@@ -179,6 +185,9 @@ pub struct PlacedDrop {
     /// In scene units a second: at time t the centre is `center + velocity t`.
     #[serde(default, skip_serializing_if = "is_at_rest")]
     pub velocity: DVec3,
+    /// Its number in layers, over 0; none: by its place in the list.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub id: Option<u32>,
 }
 
 impl PlacedDrop {
@@ -202,6 +211,7 @@ impl Default for PlacedDrop {
             axis_ratio: None,
             shape: None,
             velocity: DVec3::ZERO,
+            id: None,
         }
     }
 }
@@ -245,6 +255,7 @@ impl Default for Scene {
             environment: EnvironmentChoice::default(),
             rain: Some(RainSettings::default()),
             drops: Vec::new(),
+            particles: None,
             water: Water::default(),
             background: Background::default(),
             model: ModelChoice::default(),
@@ -282,11 +293,20 @@ impl Default for ToneMap {
 }
 
 impl Scene {
-    /// Reads and validates a scene file. Relative paths in it are from its folder.
+    /// Reads and validates a scene file, with the particles that it shows at its time. Relative paths in it are from its
+    /// folder.
     ///
     /// # Errors
-    /// [`Error::File`] if the file cannot be read; [`Error::Scene`] as [`Scene::parse`].
+    /// [`Error::File`] if the file cannot be read; [`Error::Scene`] as [`Scene::parse`]; those of
+    /// [`Scene::read_particles`].
     pub fn load(path: &Path) -> Result<Self> {
+        let mut scene = Self::load_alone(path)?;
+        scene.read_particles()?;
+        Ok(scene)
+    }
+
+    /// The same without its particles.
+    fn load_alone(path: &Path) -> Result<Self> {
         Self::parse_in(&read_text(path)?, &path.display().to_string(), path.parent())
     }
 
@@ -309,7 +329,7 @@ impl Scene {
             // Relative to the new file it would be another one.
             *file = std::path::absolute(&*file).map_err(|error| Error::write(path, error))?;
         }
-        if scene.rain.is_none() && scene.drops.is_empty() {
+        if scene.rain.is_none() && scene.drops.is_empty() && scene.particles.is_none() {
             // Left out, rain would be the default one.
             scene.rain = Some(RainSettings { count: 0, ..RainSettings::default() });
         }
@@ -330,7 +350,8 @@ impl Scene {
     /// The files that it names.
     fn files_mut(&mut self) -> impl Iterator<Item = &mut PathBuf> {
         let Background { color, depth, .. } = &mut self.background;
-        [&mut self.environment.file, color, depth].into_iter().flatten()
+        let particles = self.particles.as_mut().map(|particles| &mut particles.file);
+        [&mut self.environment.file, color, depth].into_iter().flatten().chain(particles)
     }
 
     /// Parses and validates the text of a scene file; `name` stands for it in messages.
@@ -352,7 +373,7 @@ impl Scene {
         })?;
         // The default scene's rain is for files that name no drops at all.
         let names_rain = text.parse::<toml::Table>().is_ok_and(|table| table.contains_key("rain"));
-        if !scene.drops.is_empty() && !names_rain {
+        if (!scene.drops.is_empty() || scene.particles.is_some()) && !names_rain {
             scene.rain = None;
         }
         validate::problem(&scene).map_err(|problem| {
@@ -372,33 +393,9 @@ impl Scene {
         self.water.relative(if is_real { WATER_RGB } else { [WATER; 3] })
     }
 
-    /// For how long the shutter is open, in the camera's seconds.
-    pub fn shutter(&self) -> f64 {
-        match self.camera.shutter_angle {
-            Some(angle) => angle / 360.0 / self.film.fps.abs(),
-            None => self.camera.shutter,
-        }
-    }
-
-    /// The scene's time that is exposed from `time` on, in seconds; negative where the pace is.
-    pub fn exposed(&self) -> f64 {
-        self.shutter() * self.pace
-    }
-
-    /// The scene's time that drops move for in what is drawn, in seconds: that which is exposed, but none where an
-    /// instant is asked for.
-    pub fn drawn_exposure(&self) -> f64 {
-        if self.model.motion == Some(Motion::Instant) { 0.0 } else { self.exposed() }
-    }
-
     /// Radius of the lens in what is drawn, in scene units; 0: a pinhole, also where one is asked for.
     pub fn drawn_lens(&self) -> f64 {
         if self.model.lens == Some(Lens::Pinhole) { 0.0 } else { 0.5 * self.camera.aperture }
-    }
-
-    /// The time of the drops' places in what is drawn: the middle of the exposure.
-    pub fn drawn_time(&self) -> f64 {
-        self.time + 0.5 * self.drawn_exposure()
     }
 
     /// Width and height in pixels of the picture that is drawn: the image, or the camera's window of it.
@@ -465,9 +462,25 @@ impl Scene {
         Ok(())
     }
 
-    /// Number of drops, random and placed by hand; those of real rain have no number.
+    /// The drops that have a place: those placed by hand, then the particles that were read.
+    pub fn placed(&self) -> impl Iterator<Item = &PlacedDrop> + Clone {
+        self.drops.iter().chain(self.particles.iter().flat_map(Particles::drops))
+    }
+
+    /// How many have a place.
+    pub fn placed_count(&self) -> u32 {
+        let particles = self.particles.as_ref().map_or(0, |particles| particles.drops().len());
+        (self.drops.len() + particles) as u32
+    }
+
+    /// Number in layers of a drop that is the `place`th, from 0 on, of those that have a place.
+    pub fn number_of(&self, drop: &PlacedDrop, place: u32) -> u32 {
+        drop.id.unwrap_or(self.random_count() + place + 1)
+    }
+
+    /// Number of drops, random ones and those that have a place; those of real rain have no number.
     pub fn drop_count(&self) -> u32 {
-        self.random_count() + self.drops.len() as u32
+        self.random_count() + self.placed_count()
     }
 }
 

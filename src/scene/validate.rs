@@ -1,9 +1,10 @@
 //! Whether every value of a scene is within its range and goes with the others.
 
-use super::camera::Camera;
+use super::camera::{Camera, FASTEST};
 use super::{AXIS_RATIOS, EXPOSURES, ImageSize, MAX_CROSSINGS, MAX_DROPS, MAX_IMAGE_EDGE, Scene};
 use crate::Error;
 use crate::scene::model::{Preset, Simulation};
+use crate::scene::particles::Particles;
 use crate::scene::real_rain::RealRain;
 
 impl Scene {
@@ -34,6 +35,7 @@ pub(super) fn problem(scene: &Scene) -> Result<(), String> {
     check(positive(scene.metres), || {
         format!("metres = {} must be finite and over 0", scene.metres)
     })?;
+    scene.particles.iter().try_for_each(Particles::validate)?;
     scene.camera.validate_exposure()?;
     real_rain(scene)?;
     scene.model.validate_far_rain(scene.real_rain().as_ref())?;
@@ -164,7 +166,7 @@ fn rain(scene: &Scene) -> Result<(), String> {
         })?;
         check(rain.velocity.is_finite(), || format!("{name}: velocity must be finite"))?;
     }
-    let count = scene.random_count();
+    let count = scene.random_count().saturating_add(scene.placed_count());
     check(count <= MAX_DROPS, || format!("rain: count = {count} is over {MAX_DROPS}"))?;
     let is_stored = scene.model.simulation == Some(Simulation::Stored);
     check(populations.len() <= 1 || !is_stored, || {
@@ -190,6 +192,9 @@ fn drops(scene: &Scene) -> Result<(), String> {
         })?;
         check(drop.axis_ratio.is_none() || drop.shape.is_none(), || {
             format!("drop {}: give an axis_ratio or a shape, not both", number + 1)
+        })?;
+        check(drop.id != Some(0), || {
+            format!("drop {}: id = 0 is no drop's; ids begin with 1", number + 1)
         })?;
         check(drop.velocity.is_finite(), || {
             format!("drop {}: velocity must be finite", number + 1)
@@ -252,18 +257,20 @@ fn tone_map(scene: &Scene) -> Result<(), String> {
 fn exposed_motion(scene: &Scene) -> Result<(), String> {
     let fastest = scene.film.pace.iter().map(|key| key.rate.abs()).fold(scene.pace.abs(), f64::max);
     let seconds = scene.shutter() * fastest;
-    let crossings = scene
-        .populations()
-        .iter()
-        .map(|rain| (rain.velocity * seconds / (2.0 * rain.half_extent)).abs().max_element())
-        .fold(0.0, f64::max);
+    check(scene.shutter() == 0.0 || scene.path_velocity().length() <= FASTEST, || {
+        format!(
+            "film: between two camera keys the camera is faster than {FASTEST:e} scene units a second; part the keys, \
+             or set camera.velocity"
+        )
+    })?;
+    let crossings = scene.most_crossed();
     check(crossings <= MAX_CROSSINGS, || {
         format!(
             "camera: while the shutter is open for {seconds} s of the scene's time, the rain crosses its \
              box {crossings:.1} times, over {MAX_CROSSINGS}; shorten the shutter, or enlarge half_extent"
         )
     })?;
-    check(scene.drops.iter().all(|drop| (drop.velocity * seconds).is_finite()), || {
+    check(scene.placed().all(|drop| (drop.velocity * seconds).is_finite()), || {
         format!("camera: in {seconds} s of the scene's time a drop moves beyond all numbers")
     })
 }

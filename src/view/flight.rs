@@ -34,7 +34,7 @@ pub struct Flight {
 impl Flight {
     /// At rest, with a speed that suits the scene: twenty radii of its smallest drop a second.
     pub fn new(scene: &Scene) -> Self {
-        let radii = scene.drops.iter().map(|drop| drop.radius);
+        let radii = scene.placed().map(|drop| drop.radius);
         let falling = scene.populations().into_iter().map(|rain| rain.radius);
         let least = radii.chain(falling).fold(f64::INFINITY, f64::min);
         Self { held: HashSet::new(), speed: 20.0 * if least.is_finite() { least } else { 1.0 } }

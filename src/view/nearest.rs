@@ -23,8 +23,7 @@ pub(super) fn nearest(
     let near = |center, radius| (distance(center, radius), center, radius);
     let nearer = |a: Near, b: Near| if b.0 < a.0 { b } else { a };
     let nowhere = (f64::INFINITY, DVec3::ZERO, 0.0);
-    let placed =
-        scene.drops.iter().map(|drop| near(drop.center_at(scene.time) - camera, drop.radius));
+    let placed = scene.placed().map(|drop| near(drop.center_at(scene.time) - camera, drop.radius));
     let mut found = placed.fold(nowhere, nearer);
     for rain in scene.populations() {
         let seen = rain.seen_from(camera, tick_of_seconds(scene.time));

@@ -419,7 +419,10 @@ fn a_file_has_the_channels_that_compositors_read() {
         .expect("an EXR");
     let list = &image.layer_data.channel_data.list;
     let names: Vec<String> = list.iter().map(|channel| channel.name.to_string()).collect();
-    let expected = ["A", "B", "G", "R", "Z", "count", "id", "id_high", "motion.X", "motion.Y"];
+    let expected = [
+        "A", "B", "G", "R", "Z", "count", "id", "id.high", "id.low", "id.top", "id_high",
+        "motion.X", "motion.Y",
+    ];
     assert_eq!(names, expected);
     let text = std::fs::read_to_string(folder.join("rain-0001.json")).expect("beside it");
     let beside: serde_json::Value = serde_json::from_str(&text).expect("JSON");
@@ -441,5 +444,50 @@ fn a_file_has_the_channels_that_compositors_read() {
             run(&folder, &[&["render", "scene.toml"], arguments.as_slice()].concat());
         assert!(!is_done && said.contains(told), "{arguments:?}: {said}");
         assert!(!folder.join("x.exr").exists() && !folder.join("x.json").exists());
+    }
+}
+
+/// Every number from channels of float32, as Blender and Nuke hold them.
+#[test]
+fn numbers_are_exact_in_float32() {
+    let folder = emptied_folder("layers/float32");
+    for (name, ids, parts) in [
+        ("narrow", [0, 1, (1 << 24) + 1, u64::from(u32::MAX)], &["id.low", "id.high"][..]),
+        (
+            "wide",
+            [0, (1 << 48) + 1, u64::MAX, 0x0123_4567_89ab_cdef],
+            &["id.low", "id.high", "id.top"],
+        ),
+    ] {
+        let mut layers = Layers::empty(2, 2);
+        (layers.id, layers.has_wide_ids) = (ids.to_vec(), name == "wide");
+        let path = folder.join(format!("{name}.exr"));
+        layers.write_exr(&path).expect("written");
+        let image = exr::prelude::read()
+            .no_deep_data()
+            .largest_resolution_level()
+            .all_channels()
+            .first_valid_layer()
+            .all_attributes()
+            .from_file(&path)
+            .expect("an EXR");
+        let list = &image.layer_data.channel_data.list;
+        let mut found = [0_u64; 4];
+        for (number, part) in parts.iter().enumerate() {
+            let channel = list.iter().find(|channel| channel.name.to_string() == *part);
+            let exr::prelude::FlatSamples::F32(values) = &channel.expect("a channel").sample_data
+            else {
+                panic!("{part} is not float32");
+            };
+            for (found, value) in found.iter_mut().zip(values) {
+                assert_eq!(value.fract(), 0.0);
+                *found += (*value as u64) << (24 * number);
+            }
+        }
+        assert_eq!(found, ids, "{name}");
+        assert_eq!(
+            list.iter().filter(|channel| channel.name.to_string().starts_with("id.")).count(),
+            parts.len()
+        );
     }
 }

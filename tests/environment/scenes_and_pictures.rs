@@ -179,6 +179,12 @@ fn pictures_of_halves_have_no_infinity() {
 fn seeds() {
     let corpus = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus");
     let mut files = vec![("scene", "scene.toml".to_string(), SCENE.as_bytes().to_vec())];
+    let table = b"x,y,z,pscale,id\n1,2,3,0.1,7\n";
+    let header = b"ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nend_header\n1 2 3\n";
+    let array = b"\x93NUMPY\x01\0\x43\0{'descr': '<f4', 'fortran_order': False, 'shape': (1, 3), }       \n\0\0\0\0\0\0\0\0\0\0\0\0";
+    for (name, bytes) in [("p.csv", &table[..]), ("p.ply", header), ("p.npy", array)] {
+        files.push(("particles", name.into(), bytes.to_vec()));
+    }
     for (name, bytes) in crate::files::all() {
         files.push(("environment", name.clone(), bytes.clone()));
         files.push(("depth", name.clone(), bytes.clone()));

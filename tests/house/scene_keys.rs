@@ -27,6 +27,18 @@ fn bad_values_are_refused_with_their_key() {
         ("[camera]\nfocus = 0.0", "focus = 0 is not before"),
         ("[camera]\nfocus = -2.0", "focus = -2 is not before"),
         ("[camera]\nfocus = nan", "focus = NaN"),
+        ("[camera]\nvelocity = [0.0, nan, 0.0]", "velocity = [0, NaN, 0] is not finite"),
+        (
+            "[camera]\nvelocity = [8e5, 8e5, 0.0]",
+            "is not finite and up to 1e6 scene units a second",
+        ),
+        ("[camera]\nvelocity = [0.0, inf, 0.0]", "velocity = [0, inf, 0]"),
+        (
+            "[camera]\nshutter = 0.1\n[[film.camera]]\nat = 0.0\nposition = [0, 0, 0]\ntarget = [0, 0, -1]\n\
+             [[film.camera]]\nat = 1e-6\nposition = [1, 0, 0]\ntarget = [0, 0, -1]",
+            "the camera is faster than 1e6",
+        ),
+        ("[camera]\nshutter = 1.0\nvelocity = [-1e5, 0, 0]", "crosses its box 48.8 times"),
         // The default rain falls 9 units a second through 2050.
         ("[camera]\nshutter = 7200.0", "crosses its box 31.6 times"),
         ("[camera]\nshutter = 1.0\n[rain]\nvelocity = [1e6, 0, 0]", "crosses its box 487.8 times"),

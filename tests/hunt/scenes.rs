@@ -13,7 +13,7 @@ use crate::scene::{frame, make};
 const SCENES: u64 = 1000;
 
 /// Keys that no scene of a hunt gives, and why.
-const NEVER: [(&str, &str); 24] = [
+const NEVER: [(&str, &str); 31] = [
     ("model.preset", "each scene is drawn by three presets"),
     ("model.optics", "the presets' models are what is held to the bounds"),
     ("model.primitive", "as optics"),
@@ -39,17 +39,25 @@ const NEVER: [(&str, &str); 24] = [
     // The two keys below are lists of keys of their own.
     ("film.camera.vertical_fov", "left out: that of the scene"),
     ("film.pace.at", "the first frame is drawn"),
+    ("camera.velocity", "the picture of other velocities, by tests/drawn/moving_camera.rs"),
+    ("drop.id", "changes no picture"),
+    ("particles.file", "as placed drops, by tests/drawn/particles.rs"),
+    ("particles.radius", "as the file"),
+    ("particles.scale", "as the file"),
+    ("particles.fps", "as the file"),
+    ("particles.first", "as the file"),
 ];
 
 /// Every key of the scene file, as the program names them where it meets one that it does not know.
 fn keys() -> BTreeSet<String> {
-    const TABLES: [&str; 9] = [
+    const TABLES: [&str; 10] = [
         "camera",
         "image",
         "environment",
         "water",
         "background",
         "rain",
+        "particles",
         "model",
         "tone_map",
         "film",

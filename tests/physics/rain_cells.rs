@@ -105,7 +105,7 @@ fn seen(
     let place = lattice.place(camera, tick_of_seconds(seconds));
     let mut found = BTreeMap::new();
     let inside = |low: DVec3, high: DVec3| low.max(-high).max_element() <= reach;
-    lattice.visit(&place, reach, 0.0, &inside, &mut |cell| {
+    lattice.visit(&place, reach, DVec3::ZERO, &inside, &mut |cell| {
         for drop in lattice.drops(cell) {
             let relative = lattice.between(&place, &drop.place);
             if relative.abs().max_element() < reach {
@@ -283,7 +283,8 @@ fn a_visit_misses_no_cell() {
     let (center, radius) = (DVec3::new(1.0, -0.5, 2.0), 4.0 * lattice.edge());
     let meets = |low: DVec3, high: DVec3| center.distance(center.clamp(low, high)) < radius;
     let mut visited = Vec::new();
-    lattice.visit(&camera, 9.0 * lattice.edge(), 0.0, &meets, &mut |cell| visited.push(cell));
+    lattice
+        .visit(&camera, 9.0 * lattice.edge(), DVec3::ZERO, &meets, &mut |cell| visited.push(cell));
     let unique: BTreeSet<_> = visited.iter().copied().collect();
     assert_eq!(unique.len(), visited.len());
     let mut inside = 0;

@@ -185,7 +185,7 @@ pub fn run(args: &BenchArgs, scene: &Scene, given: &ArgMatches) -> anyhow::Resul
     let mut work = Work {
         arguments: passed_on(command, given, &own),
         series: args.series().into_iter().flatten().collect(),
-        placed: scene.drops.len() as u32,
+        placed: scene.placed_count(),
         limits,
     };
     work.arguments.push(format!("--seconds={}", args.seconds.unwrap_or(0.2)).into());

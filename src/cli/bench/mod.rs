@@ -416,7 +416,7 @@ fn check_counts(scene: &Scene, report: &Report) -> anyhow::Result<bool> {
     let mut agree = true;
     for row in report.rows.iter().filter(|row| row.tone_map && row.simulation == "integer") {
         let mut scene = scene.clone();
-        let placed = scene.drops.len() as u32;
+        let placed = scene.placed_count();
         // To a scene without random drops none are to be added.
         if row.rate_mm_h.is_some() || row.drops > placed || scene.rain.is_some() {
             Amount::of_row(row.drops, row.rate_mm_h, placed).apply(&mut scene)?;

@@ -292,7 +292,7 @@ impl Times<'_> {
                 format!("--frames={}", args.min_frames).into(),
             ],
             series: Vec::new(),
-            placed: scene.drops.len() as u32,
+            placed: scene.placed_count(),
             limits: Limits { timeout: args.timeout },
         };
         let each = args.max_time / (self.portraits.len() as u32 - 1);

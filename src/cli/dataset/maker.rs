@@ -122,7 +122,8 @@ impl<'a> Maker<'a> {
     /// Draws and writes a view, its `view.json` last.
     pub(super) fn view(&mut self, view: u32) -> Result<()> {
         let set = self.set;
-        let (scene, until) = set.scene_of(view);
+        let (mut scene, until) = set.scene_of(view);
+        scene.read_particles()?;
         let folder = set.folder.join(Set::name(view));
         std::fs::create_dir_all(&folder).map_err(|error| Error::write(&folder, error))?;
         let in_view = |name: &str| format!("{}/{name}", Set::name(view));

@@ -186,7 +186,7 @@ impl Set {
 
 /// The scene without rain.
 pub(super) fn dry(scene: &Scene) -> Scene {
-    let mut dry = Scene { rain: None, drops: Vec::new(), ..scene.clone() };
+    let mut dry = Scene { rain: None, drops: Vec::new(), particles: None, ..scene.clone() };
     (dry.model.far_rain, dry.model.cutoff_px) = (None, None);
     dry
 }
@@ -196,7 +196,7 @@ pub(super) fn dry(scene: &Scene) -> Scene {
 pub(super) fn misty(scene: &Scene) -> Scene {
     let has_medium = scene.model.far_rain != Some(FarRain::None);
     let Some(rain) = scene.real_rain().filter(|_| has_medium) else { return dry(scene) };
-    let mut misty = Scene { drops: Vec::new(), ..scene.clone() };
+    let mut misty = Scene { drops: Vec::new(), particles: None, ..scene.clone() };
     misty.camera.near = rain.extent.min(BEYOND) / scene.metres;
     (misty.model.far_rain, misty.model.cutoff_px) = (Some(FarRain::Medium), Some(1.0));
     misty

@@ -89,7 +89,7 @@ impl Eye<'_> {
 
     /// Drops placed by hand.
     fn placed(&self) -> u32 {
-        self.scene.drops.len() as u32
+        self.scene.placed_count()
     }
 
     /// FLIP between the two, and the RMS error of each against the reference.
@@ -124,7 +124,7 @@ impl Eye<'_> {
         let found = compare(&a, &b, None, exposure);
         let plate = Plate::of(self.scene)?;
         let errors = self.reference.map(|samples| -> crate::Result<_> {
-            let mut scene = self.scene.film.frame(self.scene, 0);
+            let mut scene = self.scene.film.frame(self.scene, 0); // particles as of the scene, whose time it has
             if self.is_series {
                 amount.apply(&mut scene)?;
             }

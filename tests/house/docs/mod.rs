@@ -340,6 +340,7 @@ fn the_scenes_keys_are_the_programs() {
         "water",
         "background",
         "rain",
+        "particles",
         "model",
         "tone_map",
         "film",
