@@ -11,6 +11,7 @@ const uvec2 TILE = uvec2(TILE_ACROSS, TILE_DOWN);
 const uint PIXELS = TILE.x * TILE.y;
 const uint MOST_BIG_GROUPS = 4096; // workgroups that give the others theirs, each drop after drop
 const uint MAX_BINS = MAX_BANDS * MAX_REGIONS;
+const uint MOST_TOGETHER = 128; // invocations of the largest subgroup there can be
 const uint ROW = 32768; // workgroups of a row, where there may be more than a device takes along an axis
 
 // A pipeline has those of light_model.glsl before.
@@ -66,7 +67,7 @@ layout(std430, set = 0, binding = 3) buffer Totals {
     uint crowded;                   // tiles that streaks make too long for one invocation (crowded_tile.glsl)
     uint lacks_room;                // 1: something was lost for which more room can be made
     uint bin_counts[MAX_BINS];      // clusters in view of a band and region: bin band * REGIONS + region
-    uint bin_starts[MAX_BINS + 1u]; // their first place, when they are sorted
+    uint bin_starts[MAX_BINS + MOST_TOGETHER]; // their first place, when they are sorted; beyond the last bin the sum
 } totals;
 
 // Entries of the tiles' lists. From the first place on those of splats, drops so small that they have one
