@@ -154,9 +154,11 @@ void note_ray_block(uint at, bool rays) {
     TAKE_TOGETHER(totals.ray_blocks, count, leads, first);
     if (count == 0u) return;
     if (leads) {
-        uint groups = (first + count + 256u / PIXELS - 1u) / (256u / PIXELS);
-        atomicMax(totals.ray_groups.x, min(groups, ROW));
-        if (groups > ROW) atomicMax(totals.ray_groups.y, (groups + ROW - 1u) / ROW);
+        uint end = first + count;
+        for (uint piece = first / RAY_PIECE; piece * RAY_PIECE < end; ++piece) {
+            uint in_piece = min(end - piece * RAY_PIECE, RAY_PIECE);
+            atomicMax(totals.ray_groups[piece].x, (in_piece + 256u / PIXELS - 1u) / (256u / PIXELS));
+        }
     }
     if (rays) blocks[MAX_BLOCKS + first + before] = at;
 }

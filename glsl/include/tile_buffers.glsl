@@ -32,6 +32,7 @@ const uint SPHERES = 0, STRETCHED = 1, TRACED = 2;   // of SHAPE; stretched: a s
 #define REGION_SHIFT frame.tiles.y // a region has REGION_ACROSS << this by REGION_DOWN << this tiles
 #define REGIONS_ACROSS frame.tiles.z
 #define REGIONS frame.tiles.w
+#define RAY_PIECE frame.clusters.z // blocks that one dispatch draws by rays, at most
 #define MAX_NODES frame.room.x     // splats, and twice the blocks
 #define MAX_BLOCKS frame.room.y
 #define MAX_LARGES frame.room.z
@@ -47,7 +48,7 @@ layout(std430, set = 0, binding = 3) buffer Totals {
     uvec4 large_groups;             // over the large drops,
     uvec4 big_groups;               // over those of many tiles, one group each,
     uvec4 block_groups;             // over the blocks,
-    uvec4 ray_groups;               // over the pixels of blocks drawn by rays,
+    uvec4 ray_groups[RAY_PIECES];   // over the pixels of blocks drawn by rays, piece after piece (src/passes/pieces.rs),
     uvec4 listed_groups[LISTS];     // over the tiles of drawn_tiles.glsl,
     uvec4 disordered_groups;        // over the disordered tiles
     uvec4 line_groups;              // over the parts of streaks that have lines
