@@ -3,22 +3,25 @@
 #extension GL_KHR_shader_subgroup_arithmetic : require
 // Where the clusters of each bin begin when they are sorted: sums of the counts before; one subgroup, an
 // invocation a bin. CELLS: drops were counted, and fill up clusters. See src/passes/tiles.rs.
+//
+// Invocations beyond the last bin do all that the others do, as nothing promises that those come together again which a
+// branch has parted (together.glsl).
 #include "frame.glsl"
 #include "tile_buffers.glsl"
 #include "clusters.glsl"
 
-layout(local_size_x = 128) in; // the largest subgroup there can be
+layout(local_size_x = MOST_TOGETHER) in;
 
 void main() {
     if (gl_SubgroupID > 0u) return;
     uint together = subgroupAdd(1u), mine = subgroupExclusiveAdd(1u), bins = BANDS * REGIONS, sum = 0u;
-    for (uint first = 0u; first < bins; first += together) {
-        uint bin = first + mine, count = bin < bins ? totals.bin_counts[bin] : 0u;
+    for (uint first = 0u; first <= bins; first += together) {
+        uint bin = first + mine, count = totals.bin_counts[min(bin, bins - 1u)] * uint(bin < bins);
 #ifdef CELLS
         count = (count + CLUSTER - 1u) / CLUSTER;
 #endif
-        uint start = sum + subgroupExclusiveAdd(count);
-        if (bin < bins) totals.bin_starts[bin] = start;
+        // The first beyond the last bin has the sum of all.
+        totals.bin_starts[bin] = sum + subgroupExclusiveAdd(count);
         sum += subgroupAdd(count);
     }
     if (subgroupElect()) {
@@ -28,7 +31,6 @@ void main() {
         found = max(min(totals.cells_in_view, MOST_CELLS), bins);
         totals.in_view = min(sum, CLUSTERS);
 #endif
-        totals.bin_starts[bins] = sum;
         totals.sort_groups.x = max((found + 63u) / 64u, 1u);
     }
 }

@@ -13,6 +13,7 @@
 #include "reach.glsl"
 #include "shared_exponent.glsl"
 #include "streak.glsl"
+#include "together.glsl"
 
 layout(std430, set = 0, binding = 16) readonly buffer Moves { vec4 moves[]; };
 #define LARGE_SHAPES_BINDING 18
@@ -145,20 +146,21 @@ void write_blurred_colors(uint at, uint picture, vec2 from, vec4 to_disc, float 
     }
 }
 
-// Notes the blocks whose colours are found by rays, eight invocations of 256 a workgroup. One atomic a subgroup, so that
-// all of it must come here.
+// Notes the blocks whose colours are found by rays, eight invocations of 256 a workgroup.
 void note_ray_block(uint at, bool rays) {
     uvec4 here = subgroupBallot(rays);
-    uint first = 0u, count = subgroupBallotBitCount(here);
+    uint first = 0u, count = subgroupBallotBitCount(here), before = subgroupBallotExclusiveBitCount(here);
+    bool leads = subgroupElect();
+    TAKE_TOGETHER(totals.ray_blocks, count, leads, first);
     if (count == 0u) return;
-    if (subgroupElect()) {
-        first = atomicAdd(totals.ray_blocks, count);
-        uint groups = (first + count + 256u / PIXELS - 1u) / (256u / PIXELS);
-        atomicMax(totals.ray_groups.x, min(groups, ROW));
-        if (groups > ROW) atomicMax(totals.ray_groups.y, (groups + ROW - 1u) / ROW);
+    if (leads) {
+        uint end = first + count;
+        for (uint piece = first / RAY_PIECE; piece * RAY_PIECE < end; ++piece) {
+            uint in_piece = min(end - piece * RAY_PIECE, RAY_PIECE);
+            atomicMax(totals.ray_groups[piece].x, (in_piece + 256u / PIXELS - 1u) / (256u / PIXELS));
+        }
     }
-    uint place = subgroupBroadcastFirst(first) + subgroupBallotExclusiveBitCount(here);
-    if (rays) blocks[MAX_BLOCKS + place] = at;
+    if (rays) blocks[MAX_BLOCKS + first + before] = at;
 }
 
 // Fills a block's node; whether its colours are to be found by rays.

@@ -12,6 +12,7 @@
 #include "cells.glsl"
 #include "view_volume.glsl"
 #include "lens.glsl"
+#include "together.glsl"
 
 layout(local_size_x = CELLS_GROUP) in;
 
@@ -55,10 +56,11 @@ void main() {
         first = IS_PLACED | number;
     }
     uvec4 found = subgroupBallot(drops > 0u);
-    uint number = 0u;
-    if (subgroupElect()) number = atomicAdd(totals.cells_in_view, subgroupBallotBitCount(found));
-    number = subgroupBroadcastFirst(number) + subgroupBallotExclusiveBitCount(found);
+    uint number = 0u, count = subgroupBallotBitCount(found), before = subgroupBallotExclusiveBitCount(found);
+    bool leads = subgroupElect();
+    TAKE_TOGETHER(totals.cells_in_view, count, leads, number);
     if (drops == 0u) return;
+    number += before;
     if (number >= MOST_CELLS) {
         atomicAdd(counters.lost, drops);
         atomicOr(totals.lacks_room, 1u);

@@ -10,6 +10,7 @@
 #include "clusters.glsl"
 #include "view_volume.glsl"
 #include "lens.glsl"
+#include "together.glsl"
 
 layout(local_size_x = 64) in;
 
@@ -54,10 +55,11 @@ void main() {
         region = region_at(middle, depth, p.units.w);
     }
     uvec4 seen_here = subgroupBallot(seen);
-    uint number = 0u;
-    if (subgroupElect()) number = atomicAdd(totals.in_view, subgroupBallotBitCount(seen_here));
-    number = subgroupBroadcastFirst(number) + subgroupBallotExclusiveBitCount(seen_here);
+    uint number = 0u, count = subgroupBallotBitCount(seen_here), before = subgroupBallotExclusiveBitCount(seen_here);
+    bool leads = subgroupElect();
+    TAKE_TOGETHER(totals.in_view, count, leads, number);
     if (!seen) return;
+    number += before;
     uint bin = band * REGIONS + region, at = found_at(number);
     clusters_in_view[at] = cluster;
     clusters_in_view[at + 1u] = bin;

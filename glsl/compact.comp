@@ -16,15 +16,19 @@ void main() {
     if (number >= BLOCKS) return;
     uint first = min(number * block, length), end = min(first + block, length);
     uint lanes = lanes(), lane = lane(), before = 0u;
-    for (uint at = lane; at < number; at += lanes) before += counts[chunk * BLOCKS + at];
-    uint place = subgroupAdd(before);
+    // As many turns for all, so that they stay together.
+    for (uint base = 0u; base < number; base += lanes) {
+        uint at = base + lane;
+        before += counts[chunk * BLOCKS + min(at, number - 1u)] * uint(at < number);
+    }
+    uint place = RECONVERGES != 0u ? subgroupAdd(before) : before;
     for (uint base = first; base < end; base += lanes) {
         uint at = base + lane;
         vec4 drop = drops[min(at, end - 1u)];
-        bool in_view = at < end && drop.w > 0.0;
-        uvec4 here = subgroupBallot(in_view);
-        if (in_view) compacted[place + subgroupBallotExclusiveBitCount(here)] = drop;
-        place += subgroupBallotBitCount(here);
+        bool in_view = drop.w * float(at < end) > 0.0;
+        uint ahead, here = in_view_here(in_view, ahead);
+        if (in_view) compacted[place + ahead] = drop;
+        place += here;
     }
     if (number == BLOCKS - 1u && lane == 0u) {
         arguments[chunk] = QUADS != 0u ? uvec4(4u, place, 0u, 0u) : uvec4(place, 1u, 0u, 0u);

@@ -11,8 +11,10 @@ void main() {
     uint lanes = lanes(), lane = lane(), count = 0u;
     for (uint base = first; base < end; base += lanes) {
         uint at = base + lane;
-        bool in_view = at < end && drops[min(at, end - 1u)].w > 0.0;
-        count += subgroupBallotBitCount(subgroupBallot(in_view));
+        // No branch, which might part the invocations.
+        float radius = drops[min(at, end - 1u)].w * float(at < end);
+        uint before;
+        count += in_view_here(radius > 0.0, before);
     }
     if (lane == 0u) counts[chunk * BLOCKS + number] = count;
 }

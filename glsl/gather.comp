@@ -28,6 +28,7 @@ layout(local_size_x = GATHER_GROUP) in;
 
 #define COUNTERS_BINDING 11
 #include "counters.glsl"
+#include "together.glsl"
 #include "veil_parts.glsl"
 
 layout(push_constant) uniform Push { uint band; } push;
@@ -100,18 +101,17 @@ void main() {
     // One atomic a subgroup: a counter that every lane adds to is fought over.
     uvec4 visible_here = subgroupBallot(what == VISIBLE);
     uvec4 larges_here = subgroupBallot(large);
-    uint large_count = subgroupBallotBitCount(larges_here);
+    uint large_count = subgroupBallotBitCount(larges_here), larges_before = subgroupBallotExclusiveBitCount(larges_here);
     uint at = 0u;
-    if (subgroupElect()) {
+    bool leads = subgroupElect();
+    TAKE_TOGETHER(totals.larges, large_count, leads, at);
+    if (leads) {
         // Threads of a CPU, each of which draws one half, add to lines of their own.
         uint half_of_all = 2u * group >= gl_NumWorkGroups.x * gl_NumWorkGroups.y ? 32u : 0u;
         atomicAdd(counters.visible[(group & 31u) + half_of_all], subgroupBallotBitCount(visible_here));
-        if (large_count > 0u) {
-            at = atomicAdd(totals.larges, large_count);
-            atomicMax(totals.large_groups.x, (min(at + large_count, MAX_LARGES) + 63u) / 64u);
-        }
+        if (large_count > 0u) atomicMax(totals.large_groups.x, (min(at + large_count, MAX_LARGES) + 63u) / 64u);
     }
-    at = subgroupBroadcastFirst(at) + subgroupBallotExclusiveBitCount(larges_here);
+    at += larges_before;
     if (what == CAMERA_INSIDE) atomicAdd(counters.camera_inside, 1u);
     uint number = place * CLUSTER + in_cluster;
     if ((splat || streak) && number >= MAX_SPLATS || large && at >= MAX_LARGES) {
@@ -142,9 +142,11 @@ void main() {
     }
     VeilCells cells = cells_met(s, kind);
     uint wanted = streak ? cells.rows * cells.across : 0u, all_here = subgroupAdd(wanted), link = 0u;
+    uint wanted_before = subgroupExclusiveAdd(wanted);
+    leads = subgroupElect();
+    TAKE_TOGETHER(totals.veil_links, all_here, leads, link);
     if (all_here == 0u) return;
-    if (subgroupElect()) link = atomicAdd(totals.veil_links, all_here);
-    link = subgroupBroadcastFirst(link) + subgroupExclusiveAdd(wanted);
+    link += wanted_before;
     if (wanted > 0u && (link > VEIL_LINKS || link + wanted > VEIL_LINKS)) {
         atomicAdd(counters.lost, 1u);
         atomicOr(totals.lacks_room, 1u);

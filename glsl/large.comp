@@ -31,16 +31,13 @@ layout(std430, set = 0, binding = 16) writeonly buffer Moves { vec4 moves[]; };
 
 #define COUNTERS_BINDING 11
 #include "counters.glsl"
+#include "together.glsl"
 
-// The first of `wanted` blocks for a subgroup; from `most` on there is no room.
-uint take_blocks(uint wanted, uint most) {
-    // Once there is no room nobody asks for more, so that the count does not wrap.
-    if (totals.blocks >= most) return most;
-    uint first = atomicAdd(totals.blocks, wanted);
-    uint groups = (min(first + wanted, most) + 63u) / 64u;
+// Asks for workgroups that fill so many blocks, as far as there are `most`.
+void ask_for_groups(uint blocks, uint most) {
+    uint groups = (min(blocks, most) + 63u) / 64u;
     atomicMax(totals.block_groups.x, min(groups, ROW));
     if (groups > ROW) atomicMax(totals.block_groups.y, (groups + ROW - 1u) / ROW);
-    return first;
 }
 
 // Where a sphere beside the camera is seen along one axis of the screen, in focal lengths from the middle: its
@@ -215,9 +212,13 @@ void main() {
     r.first_tile = first.x | first.y << 16;
     r.across = count.x;
 
-    uint block = 0u, before = subgroupExclusiveAdd(tiles), all_here = subgroupAdd(tiles);
-    if (subgroupElect()) block = take_blocks(all_here, most);
-    block = subgroupBroadcastFirst(block) + before;
+    // Once there is no room nobody asks for more, so that the count does not wrap.
+    bool has_room = totals.blocks < most;
+    uint block = most, before = subgroupExclusiveAdd(tiles), all_here = subgroupAdd(tiles), asked = uint(has_room) * all_here;
+    bool leads = subgroupElect();
+    TAKE_TOGETHER(totals.blocks, asked, leads, block);
+    if (leads && asked > 0u) ask_for_groups(block + asked, most);
+    block += before;
     uint room = most - min(block, most);
     if (touched > room) {
         atomicAdd(counters.lost, 1u);

@@ -14,6 +14,7 @@
 #include "appearance.glsl"
 
 layout(local_size_x = 256) in;
+layout(push_constant) uniform Push { uint piece; } push; // which of those among which blocks are shared out
 
 layout(std430, set = 0, binding = 23) readonly buffer Moves { vec4 moves[]; };
 layout(set = 0, binding = 10) uniform sampler2D environment_map;
@@ -92,8 +93,8 @@ uint color(vec2 low, vec2 high, vec4 sphere, Body body, float pixels, vec2 moved
 
 void main() {
     uint invocation = group_number() * gl_WorkGroupSize.x + gl_LocalInvocationID.x;
-    uint number = invocation / PIXELS, pixel = invocation % PIXELS;
-    if (number >= totals.ray_blocks) return;
+    uint in_piece = invocation / PIXELS, number = push.piece * RAY_PIECE + in_piece, pixel = invocation % PIXELS;
+    if (in_piece >= RAY_PIECE || number >= totals.ray_blocks) return;
     uint at = blocks[MAX_BLOCKS + number];
     Large r = larges[blocks[at]];
     uint place = at - r.first_block;

@@ -8,6 +8,7 @@
 #include "frame.glsl"
 #include "tile_buffers.glsl"
 #include "drawn_tiles.glsl"
+#include "together.glsl"
 
 layout(local_size_x = 64) in;
 layout(push_constant) uniform Push { uint new_sky; } push; // 1: no tile shows it yet
@@ -48,18 +49,21 @@ void main() {
         drawn_tiles[had] = drawn;
     }
 
-    uvec4 mine = uvec4(bitCount(lists)), count = subgroupAdd(mine), at = uvec4(0u);
+    uvec4 mine = uvec4(bitCount(lists)), count = subgroupAdd(mine), before = subgroupExclusiveAdd(mine), at = uvec4(0u);
+    bool leads = subgroupElect();
+    TAKE_TOGETHER(totals.listed[0], count.x, leads, at.x);
+    TAKE_TOGETHER(totals.listed[1], count.y, leads, at.y);
+    TAKE_TOGETHER(totals.listed[2], count.z, leads, at.z);
+    TAKE_TOGETHER(totals.listed[3], count.w, leads, at.w);
     if (count == uvec4(0u)) return;
-    if (subgroupElect()) {
+    if (leads) {
         for (uint list = 0u; list < LISTS; ++list) {
-            at[list] = atomicAdd(totals.listed[list], count[list]);
             // Of the workgroups of 64 those that these tiles begin.
             uint groups = (at[list] + count[list] + 63u) / 64u - (at[list] + 63u) / 64u;
             atomicAdd(totals.listed_groups[list].x, groups);
         }
     }
-    at = uvec4(subgroupBroadcastFirst(at.x), subgroupBroadcastFirst(at.y), subgroupBroadcastFirst(at.z),
-               subgroupBroadcastFirst(at.w)) + subgroupExclusiveAdd(mine);
+    at += before;
     for (uint list = 0u; list < LISTS; ++list) {
         for (uint left = lists[list]; left != 0u; left &= left - 1u) {
             drawn_tiles[listed_at(list, at[list]++)] = first + findLSB(left);

@@ -11,6 +11,7 @@ const uvec2 TILE = uvec2(TILE_ACROSS, TILE_DOWN);
 const uint PIXELS = TILE.x * TILE.y;
 const uint MOST_BIG_GROUPS = 4096; // workgroups that give the others theirs, each drop after drop
 const uint MAX_BINS = MAX_BANDS * MAX_REGIONS;
+const uint MOST_TOGETHER = 128; // invocations of the largest subgroup there can be
 const uint ROW = 32768; // workgroups of a row, where there may be more than a device takes along an axis
 
 // A pipeline has those of light_model.glsl before.
@@ -31,6 +32,7 @@ const uint SPHERES = 0, STRETCHED = 1, TRACED = 2;   // of SHAPE; stretched: a s
 #define REGION_SHIFT frame.tiles.y // a region has REGION_ACROSS << this by REGION_DOWN << this tiles
 #define REGIONS_ACROSS frame.tiles.z
 #define REGIONS frame.tiles.w
+#define RAY_PIECE frame.clusters.z // blocks that one dispatch draws by rays, at most
 #define MAX_NODES frame.room.x     // splats, and twice the blocks
 #define MAX_BLOCKS frame.room.y
 #define MAX_LARGES frame.room.z
@@ -46,7 +48,7 @@ layout(std430, set = 0, binding = 3) buffer Totals {
     uvec4 large_groups;             // over the large drops,
     uvec4 big_groups;               // over those of many tiles, one group each,
     uvec4 block_groups;             // over the blocks,
-    uvec4 ray_groups;               // over the pixels of blocks drawn by rays,
+    uvec4 ray_groups[RAY_PIECES];   // over the pixels of blocks drawn by rays, piece after piece (src/passes/pieces.rs),
     uvec4 listed_groups[LISTS];     // over the tiles of drawn_tiles.glsl,
     uvec4 disordered_groups;        // over the disordered tiles
     uvec4 line_groups;              // over the parts of streaks that have lines
@@ -66,7 +68,7 @@ layout(std430, set = 0, binding = 3) buffer Totals {
     uint crowded;                   // tiles that streaks make too long for one invocation (crowded_tile.glsl)
     uint lacks_room;                // 1: something was lost for which more room can be made
     uint bin_counts[MAX_BINS];      // clusters in view of a band and region: bin band * REGIONS + region
-    uint bin_starts[MAX_BINS + 1u]; // their first place, when they are sorted
+    uint bin_starts[MAX_BINS + MOST_TOGETHER]; // their first place, when they are sorted; beyond the last bin the sum
 } totals;
 
 // Entries of the tiles' lists. From the first place on those of splats, drops so small that they have one

@@ -1,6 +1,6 @@
-// Enters streaks of which a bright source draws lines, part by part, for lines.comp. Needs veil.glsl, counters.glsl.
+// Enters streaks of which a bright source draws lines, part by part, for lines.comp. Needs veil.glsl, counters.glsl,
+// together.glsl.
 
-// One atomic a subgroup.
 void enter_parts(uint record, Streak s, bool has_lines) {
     vec2 from = vec2(first_tile() * TILE), to = vec2(end_tile() * TILE);
     float along = s.upright ? s.center.y : s.center.x, half_length = 0.5 * (s.full + s.ends);
@@ -8,12 +8,12 @@ void enter_parts(uint record, Streak s, bool has_lines) {
     uint first = uint(clamp(along - half_length, begin, end)) / LINE_PART;
     uint after = uint(ceil(clamp(along + half_length, begin, end) / float(LINE_PART)));
     uint count = has_lines && after > first ? after - first : 0u, all_here = subgroupAdd(count), place = 0u;
+    uint before = subgroupExclusiveAdd(count);
+    bool leads = subgroupElect();
+    TAKE_TOGETHER(totals.line_parts, all_here, leads, place);
     if (all_here == 0u) return;
-    if (subgroupElect()) {
-        place = atomicAdd(totals.line_parts, all_here);
-        atomicMax(totals.line_groups.x, (min(place + all_here, LINE_PARTS) + 63u) / 64u);
-    }
-    place = subgroupBroadcastFirst(place) + subgroupExclusiveAdd(count);
+    if (leads) atomicMax(totals.line_groups.x, (min(place + all_here, LINE_PARTS) + 63u) / 64u);
+    place += before;
     if (count > 0u && (place > LINE_PARTS || place + count > LINE_PARTS)) {
         atomicAdd(counters.lost, 1u);
         atomicOr(totals.lacks_room, 1u);

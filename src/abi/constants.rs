@@ -62,6 +62,8 @@ constants! {
     MAX_BANDS: u32 = 16;
     /// Tiles of a drop at most whose blocks one invocation gives out; of others a workgroup does.
     MOST_TILES: u32 = 12;
+    /// Dispatches at most among which blocks that are drawn by rays are shared out.
+    RAY_PIECES: u32 = 64;
     /// Words of a splat's node; a block has two nodes.
     NODE: u32 = 8;
     /// End of a tile's list.

@@ -2,16 +2,18 @@
 
 use std::path::PathBuf;
 
-use clap::Args;
+use clap::{Args, ValueEnum as _};
 use serde_json::json;
 
 use super::tell::remark;
 use super::{Answer, print_beside, write_json};
 use crate::Error;
 use crate::gpu::disk_cache::user_folder;
-use crate::gpu::probe::{Findings, Rounding};
+use crate::gpu::probe::{Findings, Points, Rounding};
 use crate::gpu::{Device, DeviceReport, Instance, Validation};
 use crate::measure::costs::{Ranked, ranked};
+use crate::plan::requirements;
+use crate::scene::model::Preset;
 use crate::thousands::{thousands, thousands_of};
 
 /// List the Vulkan devices: driver, limits, missing features
@@ -53,10 +55,8 @@ pub fn run(args: &DevicesArgs) -> anyhow::Result<Answer> {
 
 fn describe(index: usize, device: &DeviceReport, frame_ms: Option<f64>) -> String {
     let limits = &device.limits;
-    let fit = match device.missing.as_slice() {
-        [] => "yes".into(),
-        missing => format!("no, it lacks {}", missing.join(", ")),
-    };
+    let [rounding, reconvergence] = device.promises.words();
+    let fit = fit(device);
     let speed = frame_ms.map_or(String::new(), |ms| {
         format!(
             "\n   speed           about {} ms for a frame of a million drops by preset fast (measured once, then kept)",
@@ -72,6 +72,8 @@ fn describe(index: usize, device: &DeviceReport, frame_ms: Option<f64>) -> Strin
    memory          {} MiB at once
    storage buffer  {} MiB a binding ({:.1} M drops; more go in chunks)
    timestamps      {} ns a tick
+   float32         {rounding}
+   invocations     {reconvergence}
    fit             {fit}{speed}",
         device.name,
         device.kind,
@@ -89,16 +91,31 @@ fn describe(index: usize, device: &DeviceReport, frame_ms: Option<f64>) -> Strin
     )
 }
 
+/// Which presets it can draw, and what it lacks for the others.
+fn fit(device: &DeviceReport) -> String {
+    if !device.missing.is_empty() {
+        return format!("no, it lacks {}", device.missing.join(", "));
+    }
+    // `auto` takes points only where a scene asks for them.
+    let others = Preset::value_variants().iter().filter(|preset| **preset != Preset::Auto);
+    let others = others.filter_map(|preset| {
+        let lacks = device.lacks(&requirements(*preset));
+        (!lacks.is_empty()).then(|| format!("{} lacks {}", preset.name(), lacks.join(", ")))
+    });
+    let others: Vec<_> = others.collect();
+    if others.is_empty() { "yes".into() } else { format!("yes, but {}", others.join("; ")) }
+}
+
 /// What was found, in words.
 fn tell(findings: &Findings) -> String {
     let Findings { points, sampling, halves, clock } = findings;
-    let drawn = |draws: bool| if draws { "drawn" } else { "clipped" };
     let rounded = |rounding: Rounding| match rounding {
         Rounding::Nearest => "to the nearest",
         Rounding::TowardZero => "towards zero",
         Rounding::Other => "by a rule of its own",
     };
-    let [least, most] = points.sub_pixel;
+    let points =
+        points.as_ref().map_or("points          none: it lacks largePoints".into(), tell_points);
     let clock = match clock {
         None => "none".into(),
         Some(clock) => format!(
@@ -110,22 +127,11 @@ fn tell(findings: &Findings) -> String {
     };
     format!(
         "   found by drawing:
-   points          to {} px at their size; asked for {} px: {} px wide
-   off screen      a point whose centre is off the viewport is {} (claimed: {})
-   sub-pixel       a point of 0.3 px is {least} to {most} pixels
-   coordinates     off by {:.4} px at most; {} places a pixel, {} sizes a pixel or more
+   {points}
    texture levels  given: off by {:.4}, implied: by {:.4}; {} blends of two levels in 32 steps
    texture filter  {} blends of two texels in 512 steps
    float16         written {}, packed {}; 65,520 becomes {}; denormals {}; least alpha that shows 2^{}
    timestamps      {clock}",
-        points.limit_px,
-        points.claimed_px[1] + 64.0,
-        points.beyond_limit_px,
-        drawn(points.draws_off_screen),
-        drawn(points.claims_to_draw_off_screen),
-        points.coordinate_error_px,
-        16 * points.places_a_sixteenth,
-        points.sizes_a_pixel,
         sampling.explicit_level_error,
         sampling.implicit_level_error,
         sampling.blends_a_level,
@@ -135,5 +141,24 @@ fn tell(findings: &Findings) -> String {
         halves.overflow,
         if halves.keeps_denormals { "kept" } else { "lost" },
         halves.least_alpha_log2,
+    )
+}
+
+fn tell_points(points: &Points) -> String {
+    let drawn = |draws: bool| if draws { "drawn" } else { "clipped" };
+    let [least, most] = points.sub_pixel;
+    format!(
+        "points          to {} px at their size; asked for {} px: {} px wide
+   off screen      a point whose centre is off the viewport is {} (claimed: {})
+   sub-pixel       a point of 0.3 px is {least} to {most} pixels
+   coordinates     off by {:.4} px at most; {} places a pixel, {} sizes a pixel or more",
+        points.limit_px,
+        points.claimed_px[1] + 64.0,
+        points.beyond_limit_px,
+        drawn(points.draws_off_screen),
+        drawn(points.claims_to_draw_off_screen),
+        points.coordinate_error_px,
+        16 * points.places_a_sixteenth,
+        points.sizes_a_pixel,
     )
 }

@@ -29,6 +29,22 @@ pub struct Buffer {
     pub(super) held: Arc<BufferMemory>,
 }
 
+/// The window that every card has into its memory, bytes: system and driver need it, too.
+const SMALL_WINDOW: u64 = 256 << 20;
+
+/// Whether what the host writes, each frame or once, is best written to the device's own memory: where all of that can be
+/// written, or more than the small window of a card without a resizable one; or where there is no other.
+pub(super) fn writes_to_device(memory: &vk::PhysicalDeviceMemoryProperties) -> bool {
+    use vk::MemoryPropertyFlags as Flags;
+    let written = Flags::HOST_VISIBLE | Flags::HOST_COHERENT;
+    let mut types =
+        memory.memory_types_as_slice().iter().filter(|of| of.property_flags.contains(written));
+    let heap = |of: &vk::MemoryType| memory.memory_heaps[of.heap_index as usize].size;
+    let is_own = |of: &&vk::MemoryType| of.property_flags.contains(Flags::DEVICE_LOCAL);
+    let has_others = types.clone().any(|of| !is_own(&of));
+    types.any(|of| is_own(&of) && (heap(of) > SMALL_WINDOW || !has_others))
+}
+
 /// What is freed with a buffer.
 pub(super) struct BufferMemory {
     raw: vk::Buffer,
@@ -60,7 +76,10 @@ impl Buffer {
         let requirements = unsafe { device.raw.get_buffer_memory_requirements(raw) };
         let location = match memory {
             Memory::Device => MemoryLocation::GpuOnly,
-            Memory::Upload => MemoryLocation::CpuToGpu,
+            // The allocator takes the device's own memory for it, where it can.
+            Memory::Upload if device.report.writes_to_device => MemoryLocation::CpuToGpu,
+            // The host's, of which the allocator has no other name.
+            Memory::Upload => MemoryLocation::GpuToCpu,
             Memory::Readback => MemoryLocation::GpuToCpu,
         };
         let allocation = device
@@ -163,5 +182,42 @@ impl Drop for BufferMemory {
     fn drop(&mut self) {
         let memory = self.allocation.take().map(Object::Memory);
         self.device.retire([Object::Buffer(self.raw)].into_iter().chain(memory));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use vk::MemoryPropertyFlags as Flags;
+
+    use super::*;
+
+    /// A device's memory: heaps in MiB, types by heap and properties.
+    fn memory(heaps: &[u64], types: &[(u32, Flags)]) -> vk::PhysicalDeviceMemoryProperties {
+        let mut of = vk::PhysicalDeviceMemoryProperties {
+            memory_heap_count: heaps.len() as u32,
+            memory_type_count: types.len() as u32,
+            ..Default::default()
+        };
+        for (heap, mebibytes) in of.memory_heaps.iter_mut().zip(heaps) {
+            heap.size = mebibytes << 20;
+        }
+        for (of, (heap_index, property_flags)) in of.memory_types.iter_mut().zip(types) {
+            *of = vk::MemoryType { property_flags: *property_flags, heap_index: *heap_index };
+        }
+        of
+    }
+
+    #[test]
+    fn the_host_writes_to_the_device_where_its_window_is_large() {
+        let (own, host) = (Flags::DEVICE_LOCAL, Flags::HOST_VISIBLE | Flags::HOST_COHERENT);
+        let types = [(0, own), (1, host), (1, host | Flags::HOST_CACHED), (2, own | host)];
+        // A card with the window of old, with a larger one, with one over all of its memory, and without one.
+        assert!(!writes_to_device(&memory(&[8192, 16384, 256], &types)));
+        assert!(writes_to_device(&memory(&[8192, 16384, 257], &types)));
+        let over_all = [(0, own), (1, host), (0, own | host)];
+        assert!(writes_to_device(&memory(&[8192, 16384], &over_all)));
+        assert!(!writes_to_device(&memory(&[8192, 16384], &over_all[..2])));
+        // One memory for both, however small.
+        assert!(writes_to_device(&memory(&[128], &[(0, own | host)])));
     }
 }

@@ -10,7 +10,8 @@ use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
 
 use super::host::OfHost;
 use super::pipeline::Pipelines;
-use super::report::{DeviceReport, every_preset};
+use super::promises::{MAXIMAL_RECONVERGENCE, Reconvergence};
+use super::report::DeviceReport;
 use super::requirements::Requirements;
 use super::retired::Retired;
 use super::{Instance, Named, Recorder, Shader, pipeline_cache};
@@ -114,7 +115,7 @@ impl Device {
     #[doc(hidden)]
     pub unsafe fn open_as(
         instance: &Arc<Instance>,
-        mut report: DeviceReport,
+        report: DeviceReport,
         pipelines: &[u8],
     ) -> Result<Arc<Self>> {
         let queue_family = report.queue_family.filter(|_| report.missing.is_empty());
@@ -141,6 +142,10 @@ impl Device {
         if has(khr::portability_subset::NAME) {
             extensions.push(khr::portability_subset::NAME.as_ptr());
         }
+        let reconverges = report.promises.reconvergence == Reconvergence::Promised;
+        if reconverges {
+            extensions.push(MAXIMAL_RECONVERGENCE.as_ptr());
+        }
         let priorities = [1.0];
         let queues = [vk::DeviceQueueCreateInfo::default()
             .queue_family_index(queue_family)
@@ -148,13 +153,18 @@ impl Device {
         let mut enabled = vk::PhysicalDeviceFeatures::default();
         let mut enabled12 = vk::PhysicalDeviceVulkan12Features::default();
         let mut enabled13 = vk::PhysicalDeviceVulkan13Features::default();
-        every_preset().features.enable(&mut enabled, &mut enabled12, &mut enabled13);
-        let info = vk::DeviceCreateInfo::default()
+        report.features.enable(&mut enabled, &mut enabled12, &mut enabled13);
+        let mut reconvergence = vk::PhysicalDeviceShaderMaximalReconvergenceFeaturesKHR::default()
+            .shader_maximal_reconvergence(true);
+        let mut info = vk::DeviceCreateInfo::default()
             .queue_create_infos(&queues)
             .enabled_features(&enabled)
             .enabled_extension_names(&extensions)
             .push_next(&mut enabled12)
             .push_next(&mut enabled13);
+        if reconverges {
+            info = info.push_next(&mut reconvergence);
+        }
         // SAFETY: `info` and all it points to outlive the call; the features were found above.
         let raw = unsafe { instance.raw.create_device(report.physical, &info, None) }
             .named("vkCreateDevice", &report.name)?;
@@ -177,7 +187,6 @@ impl Device {
                 return Err(error);
             }
         };
-        report.features = every_preset().features;
         Ok(Self::of_parts(
             instance,
             raw,
@@ -242,12 +251,7 @@ impl Device {
     /// # Errors
     /// [`Error::DeviceLacks`] with the features.
     pub(crate) fn require(&self, required: &Requirements) -> Result<()> {
-        let enabled = self.report.features.named();
-        let pairs = required.features.named().into_iter().zip(enabled);
-        let missing: Vec<_> = pairs
-            .filter(|((_, wanted), (_, is))| *wanted && !is)
-            .map(|((name, _), _)| name)
-            .collect();
+        let missing = self.report.lacks(required);
         if missing.is_empty() {
             return Ok(());
         }

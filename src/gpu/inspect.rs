@@ -8,8 +8,8 @@ use rayon::prelude::*;
 
 use super::bindings::set_layout;
 use super::pipeline::PipelineOf;
-use super::report::every_preset;
-use super::{Device, DeviceReport, Named};
+use super::promises::{MAXIMAL_RECONVERGENCE, Reconvergence};
+use super::{Device, DeviceReport, Named, Promises};
 use crate::{Error, Result};
 
 /// What a driver says of a compiled stage: names and counts.
@@ -50,24 +50,33 @@ impl Device {
         let mut enabled = vk::PhysicalDeviceFeatures::default();
         let mut enabled12 = vk::PhysicalDeviceVulkan12Features::default();
         let mut enabled13 = vk::PhysicalDeviceVulkan13Features::default();
-        every_preset().features.enable(&mut enabled, &mut enabled12, &mut enabled13);
+        other.features.enable(&mut enabled, &mut enabled12, &mut enabled13);
         let mut told = vk::PhysicalDevicePipelineExecutablePropertiesFeaturesKHR::default()
             .pipeline_executable_info(true);
-        let extensions = [name.as_ptr()];
-        let info = vk::DeviceCreateInfo::default()
+        let mut extensions = vec![name.as_ptr()];
+        let reconverges = other.promises.reconvergence == Reconvergence::Promised;
+        if reconverges {
+            extensions.push(MAXIMAL_RECONVERGENCE.as_ptr());
+        }
+        let mut reconvergence = vk::PhysicalDeviceShaderMaximalReconvergenceFeaturesKHR::default()
+            .shader_maximal_reconvergence(true);
+        let mut info = vk::DeviceCreateInfo::default()
             .queue_create_infos(&queues)
             .enabled_features(&enabled)
             .enabled_extension_names(&extensions)
             .push_next(&mut enabled12)
             .push_next(&mut enabled13)
             .push_next(&mut told);
+        if reconverges {
+            info = info.push_next(&mut reconvergence);
+        }
         // SAFETY: `info` and all it points to outlive the call; the device has the extension.
         let raw = unsafe { instance.create_device(other.physical, &info, None) }
             .named("vkCreateDevice", &other.name)?;
         let told = khr::pipeline_executable_properties::Device::new(instance, &raw);
         let made = self.pipelines_made();
         let of_all: Vec<_> = made.all().collect();
-        let all = of_all.par_iter().map(|of| compiled(&raw, &told, of));
+        let all = of_all.par_iter().map(|of| compiled(&raw, other.promises, &told, of));
         let all: Result<Vec<_>> = all.collect();
         // SAFETY: what was made from it is gone.
         unsafe { raw.destroy_device(None) };
@@ -78,13 +87,14 @@ impl Device {
 /// Makes a pipeline, asks what came of it, and destroys it.
 fn compiled(
     device: &ash::Device,
+    promises: Promises,
     told: &khr::pipeline_executable_properties::Device,
     of: &PipelineOf,
 ) -> Result<Vec<Compiled>> {
     let set = set_layout(device, of.name(), of.slots())?;
     let layout = of.layout(device, set)?;
     let flags = vk::PipelineCreateFlags::CAPTURE_STATISTICS_KHR;
-    let pipeline = of.make(device, vk::PipelineCache::null(), layout, flags);
+    let pipeline = of.make(device, promises, vk::PipelineCache::null(), layout, flags);
     let stages = match &pipeline {
         // SAFETY: the pipeline was made so that it tells.
         Ok(pipeline) => unsafe { stages(told, *pipeline) },

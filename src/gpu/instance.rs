@@ -41,6 +41,8 @@ pub struct Instance {
     pub(super) presents: bool,
     /// Tells it from the others of this process.
     pub(super) number: u64,
+    /// Version of Vulkan that the validation layer knows, where it watches.
+    pub(super) layer_version: Option<u32>,
     messenger: Option<(ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
     messages: Box<Messages>,
 }
@@ -115,15 +117,15 @@ impl Instance {
             extension_names.push(khr::portability_enumeration::NAME.as_ptr());
             info = info.flags(vk::InstanceCreateFlags::ENUMERATE_PORTABILITY_KHR);
         }
+        let mut layer_version = None;
         if is_watched {
             // SAFETY: no preconditions beyond a loaded entry.
             let layers = unsafe { entry.enumerate_instance_layer_properties() }
                 .named("vkEnumerateInstanceLayerProperties", "the loader")?;
-            if !layers.iter().any(|l| l.layer_name_as_c_str() == Ok(VALIDATION_LAYER)) {
-                return Err(Error::Validation(
-                    "the layer VK_LAYER_KHRONOS_validation is not installed".into(),
-                ));
-            }
+            let layer = layers.iter().find(|l| l.layer_name_as_c_str() == Ok(VALIDATION_LAYER));
+            layer_version = Some(layer.map(|layer| layer.spec_version).ok_or_else(|| {
+                Error::Validation("the layer VK_LAYER_KHRONOS_validation is not installed".into())
+            })?);
             layer_names.push(VALIDATION_LAYER.as_ptr());
             extension_names.push(ext::validation_features::NAME.as_ptr());
             info = info.push_next(&mut features).push_next(&mut messenger_info);
@@ -149,6 +151,7 @@ impl Instance {
             is_owned: true,
             presents,
             number: next_number(),
+            layer_version,
             messenger: None,
             messages,
         };
@@ -182,6 +185,7 @@ impl Instance {
             is_owned: false,
             presents: false,
             number: next_number(),
+            layer_version: None,
             messenger: None,
             messages: Box::default(),
         })

@@ -21,6 +21,7 @@ mod machine;
 mod pipeline;
 mod pipeline_cache;
 pub mod probe;
+mod promises;
 mod rendering;
 mod report;
 mod requirements;
@@ -56,6 +57,7 @@ pub use pipeline::{
     Alpha, ComputePipeline, GraphicsPipeline, GraphicsState, Shader, Specialization,
 };
 pub use pipeline_cache::PipelineKey;
+pub use promises::{Promises, Reconvergence};
 pub(crate) use rendering::{attachment, attachment_of, rendering};
 pub use report::{DeviceReport, choose_among};
 pub use requirements::{Features, Requirements};

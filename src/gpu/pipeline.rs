@@ -7,7 +7,7 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::specialize::specialize;
-use super::{Bindings, Buffer, Device, Named, Recorder, Samples, Slot};
+use super::{Bindings, Buffer, Device, Named, Promises, Recorder, Samples, Slot};
 use crate::Result;
 
 const MAIN: &CStr = c"main";
@@ -93,7 +93,8 @@ impl Device {
         }
         // Not under the lock: drivers compile for seconds.
         let layout = of.layout(&self.raw, bindings.layout)?;
-        let raw = of.make(&self.raw, self.pipeline_cache, layout, vk::PipelineCreateFlags::empty());
+        let flags = vk::PipelineCreateFlags::empty();
+        let raw = of.make(&self.raw, self.report.promises, self.pipeline_cache, layout, flags);
         let made = Made { raw: *raw.as_ref().unwrap_or(&vk::Pipeline::null()), layout };
         if let Err(error) = raw {
             // SAFETY: just made, and not used.
@@ -151,8 +152,13 @@ struct Module<'a> {
 }
 
 impl<'a> Module<'a> {
-    fn new(device: &'a ash::Device, code: &Code, constants: Specialization<'_>) -> Result<Self> {
-        let words = specialize(code.words(), constants);
+    fn new(
+        device: &'a ash::Device,
+        promises: Promises,
+        code: &Code,
+        constants: Specialization<'_>,
+    ) -> Result<Self> {
+        let words = specialize(code.words(), constants, promises);
         let info = vk::ShaderModuleCreateInfo::default().code(&words);
         // SAFETY: the words are SPIR-V, as whoever made the shader or replaced it has promised.
         let raw = unsafe { device.create_shader_module(&info, None) }
@@ -208,18 +214,19 @@ impl PipelineOf {
             .named("vkCreatePipelineLayout", self.name())
     }
 
-    /// Makes it on a device, with a layout that fits.
+    /// Makes it on a device that promises so much, with a layout that fits.
     pub(super) fn make(
         &self,
         device: &ash::Device,
+        promises: Promises,
         cache: vk::PipelineCache,
         layout: vk::PipelineLayout,
         flags: vk::PipelineCreateFlags,
     ) -> Result<vk::Pipeline> {
         if let Some(state) = &self.state {
-            return self.make_graphics(device, cache, layout, flags, state);
+            return self.make_graphics(device, promises, cache, layout, flags, state);
         }
-        let module = Module::new(device, &self.shaders[0], &self.constants)?;
+        let module = Module::new(device, promises, &self.shaders[0], &self.constants)?;
         let stage = vk::PipelineShaderStageCreateInfo::default()
             .stage(vk::ShaderStageFlags::COMPUTE)
             .module(module.raw)
@@ -234,14 +241,15 @@ impl PipelineOf {
     fn make_graphics(
         &self,
         device: &ash::Device,
+        promises: Promises,
         cache: vk::PipelineCache,
         layout: vk::PipelineLayout,
         flags: vk::PipelineCreateFlags,
         state: &GraphicsState,
     ) -> Result<vk::Pipeline> {
         let modules = [
-            Module::new(device, &self.shaders[0], &self.constants)?,
-            Module::new(device, &self.shaders[1], &self.constants)?,
+            Module::new(device, promises, &self.shaders[0], &self.constants)?,
+            Module::new(device, promises, &self.shaders[1], &self.constants)?,
         ];
         let stages = [
             (vk::ShaderStageFlags::VERTEX, &modules[0]),

@@ -4,6 +4,7 @@ use std::ffi::CStr;
 
 use ash::vk;
 
+use super::promises::{self, Promises};
 use super::requirements::{Capabilities, Features, Requirements};
 use super::{Instance, Machine, Named, PipelineKey};
 use crate::{Error, Result};
@@ -26,12 +27,14 @@ pub struct DeviceReport {
     pub kind: &'static str,
     /// For which machine passes are laid out on it: by its kind, unless somebody sets another.
     pub machine: Machine,
-    /// What the renderer needs and the device lacks, by its Vulkan names; empty if it will do.
+    /// What all presets need and the device lacks, by its Vulkan names; empty if it will do.
     pub missing: Vec<&'static str>,
     /// Of the features that the renderer knows, those that the device has; of one that is open, those that are enabled.
     pub features: Features,
     /// The device's limits.
     pub limits: vk::PhysicalDeviceLimits,
+    /// What it promises of how shaders run, which they declare.
+    pub promises: Promises,
     /// The device says that points whose centre is off the viewport are clipped (two of three drivers
     /// say so and draw them).
     pub claims_to_clip_points: bool,
@@ -39,6 +42,8 @@ pub struct DeviceReport {
     /// and by the largest heap.
     pub max_allocation: u64,
     pub(super) queue_family: Option<u32>,
+    /// Whether what the host writes is best written to the device's own memory ([`super::buffer::writes_to_device`]).
+    pub(super) writes_to_device: bool,
     /// What compiled pipelines of this device belong to.
     pub pipeline_key: PipelineKey,
     /// The build of the driver, in 16 bytes of its own; all 0 before Vulkan 1.3.
@@ -69,15 +74,27 @@ impl DeviceReport {
         (self.missing.is_empty(), self.rank) == (other.missing.is_empty(), other.rank)
     }
 
+    /// Features that are required and that it has not, by their Vulkan names.
+    pub fn lacks(&self, required: &Requirements) -> Vec<&'static str> {
+        let pairs = required.features.named().into_iter().zip(self.features.named());
+        pairs.filter(|((_, wanted), (_, is))| *wanted && !is).map(|((name, _), _)| name).collect()
+    }
+
+    /// Nanoseconds a tick of its timer, and the bits of it that count; without bits it has none.
+    pub fn timer(&self) -> (f64, u32) {
+        (self.limits.timestamp_period.into(), self.timestamp_bits)
+    }
+
     /// Does the driver run shaders on the host's processor?
     pub fn is_cpu(&self) -> bool {
         self.kind == CPU
     }
 }
 
-/// What our own devices must have: enough for every preset, of which a device may draw any.
-pub(super) fn every_preset() -> Requirements {
-    Requirements::new(true, true)
+/// What our own devices must have: enough for `fast` and `exact`. What a plan needs besides is asked when it is drawn
+/// ([`super::Device::require`]); of the features for it a device has those enabled that it has.
+fn some_preset() -> Requirements {
+    Requirements::new(false, false)
 }
 
 impl Instance {
@@ -102,7 +119,7 @@ impl Instance {
     }
 
     pub(super) fn report(&self, physical: vk::PhysicalDevice) -> DeviceReport {
-        self.report_of(physical, None, None, &every_preset())
+        self.report_of(physical, None, None, &some_preset())
     }
 
     /// What a device says of itself, and what it lacks of what is required. `family`: of a queue that was chosen for it;
@@ -114,11 +131,14 @@ impl Instance {
         enabled: Option<Features>,
         required: &Requirements,
     ) -> DeviceReport {
+        // What a host has enabled beside what is required is not known.
+        let is_own = enabled.is_none();
         // SAFETY: `physical` comes from this instance.
         let base = unsafe { self.raw.get_physical_device_properties(physical) };
         let mut driver = vk::PhysicalDeviceDriverProperties::default();
         let mut properties11 = vk::PhysicalDeviceVulkan11Properties::default();
         let mut properties13 = vk::PhysicalDeviceVulkan13Properties::default();
+        let mut floats = vk::PhysicalDeviceFloatControlsProperties::default();
         let mut features11 = vk::PhysicalDeviceVulkan11Features::default();
         let mut features12 = vk::PhysicalDeviceVulkan12Features::default();
         let mut features13 = vk::PhysicalDeviceVulkan13Features::default();
@@ -129,7 +149,8 @@ impl Instance {
             let mut properties = vk::PhysicalDeviceProperties2::default()
                 .push_next(&mut driver)
                 .push_next(&mut properties11)
-                .push_next(&mut properties13);
+                .push_next(&mut properties13)
+                .push_next(&mut floats);
             features = features
                 .push_next(&mut features11)
                 .push_next(&mut features12)
@@ -200,15 +221,37 @@ impl Instance {
             missing: required.missing(&has),
             features: has.features,
             limits: base.limits,
+            promises: Promises::of(
+                &floats,
+                has_13 && is_own && self.reconverges(physical),
+                kind == CPU,
+            ),
             claims_to_clip_points: properties11.point_clipping_behavior
                 == vk::PointClippingBehavior::ALL_CLIP_PLANES,
             max_allocation,
+            writes_to_device: super::buffer::writes_to_device(&memory),
             queue_family: family,
             pipeline_key: PipelineKey::of(&base),
             driver_uuid: properties11.driver_uuid,
             timestamp_bits: properties.timestamp_valid_bits,
             rank,
         }
+    }
+
+    /// Whether a device has `VK_KHR_shader_maximal_reconvergence`, and a layer that watches knows it.
+    fn reconverges(&self, physical: vk::PhysicalDevice) -> bool {
+        // SAFETY: `physical` comes from this instance.
+        let known = unsafe { self.raw.enumerate_device_extension_properties(physical) };
+        let name = Ok(promises::MAXIMAL_RECONVERGENCE);
+        if !known.unwrap_or_default().iter().any(|e| e.extension_name_as_c_str() == name) {
+            return false;
+        }
+        let mut feature = vk::PhysicalDeviceShaderMaximalReconvergenceFeaturesKHR::default();
+        let mut features = vk::PhysicalDeviceFeatures2::default().push_next(&mut feature);
+        // SAFETY: as above; the device knows the structure of its extension.
+        unsafe { self.raw.get_physical_device_features2(physical, &mut features) };
+        feature.shader_maximal_reconvergence == vk::TRUE
+            && self.layer_version.is_none_or(|layer| layer >= promises::LAYER_KNOWS_IT)
     }
 
     /// The device that `wanted` means among [`Instance::devices`], as [`choose_among`] says.

@@ -1,4 +1,4 @@
-//! SPIR-V with its specialization constants given.
+//! SPIR-V with its specialization constants given, and with what the device promises declared.
 //!
 //! Drivers do this themselves when a pipeline is made. But SwiftShader does not compute what depends on such constants
 //! alone (`OpSpecConstantOp`, such as `MOTION != 0u`): it compiles both sides of each `if`, runs both, and so takes 4.4
@@ -6,22 +6,35 @@
 
 use std::collections::{HashMap, HashSet};
 
-use spirv::{Decoration, Op};
+use spirv::{Capability, Decoration, ExecutionMode, Op};
 
-use super::Specialization;
+use super::sets::constant;
+use super::{Promises, Reconvergence, Specialization};
 
 /// Words before the first instruction.
 const HEADER: usize = 5;
+/// Of the execution modes, the one that the crate does not know yet.
+const MAXIMALLY_RECONVERGES: u32 = 6023;
+const EXTENSION: &[u8] = b"SPV_KHR_maximal_reconvergence\0\0\0";
 
 /// The module with `values` in place of its specialization constants, and the results in place of what is computed
-/// from them. A constant that is not given keeps its default. `words`: valid SPIR-V; its constants have 32 bits.
-pub(super) fn specialize(words: &[u32], values: Specialization<'_>) -> Vec<u32> {
-    let given: HashMap<u32, u32> = values.iter().map(|[number, value]| (*number, *value)).collect();
+/// from them; what `promises` say is declared. A constant that is not given keeps its default. `words`: valid SPIR-V; its
+/// constants have 32 bits.
+pub(super) fn specialize(
+    words: &[u32],
+    values: Specialization<'_>,
+    promises: Promises,
+) -> Vec<u32> {
+    let mut given: HashMap<u32, u32> =
+        values.iter().map(|[number, value]| (*number, *value)).collect();
+    given.insert(constant::RECONVERGES, (promises.reconvergence != Reconvergence::Open).into());
     let (mut numbers, mut bools, mut known) = (HashMap::new(), HashSet::new(), HashMap::new());
     let (mut made, mut rest) = (words[..HEADER].to_vec(), &words[HEADER..]);
+    let mut declared = Declared::of(promises);
     while let Some(first) = rest.first() {
         let (instruction, after) = rest.split_at((first >> 16) as usize);
         rest = after;
+        declared.before(instruction, &mut made);
         let value_of = |id: &u32, default| {
             let number = numbers.get(id);
             number.and_then(|number| given.get(number)).copied().unwrap_or(default)
@@ -70,6 +83,52 @@ pub(super) fn specialize(words: &[u32], values: Specialization<'_>) -> Vec<u32> 
     made
 }
 
+/// What is declared of a device's promises. SPIR-V has capabilities, then extensions, then entry points and their modes.
+struct Declared {
+    promises: Promises,
+    /// Declarations that were put in: capabilities, extensions, modes.
+    is_put: [bool; 3],
+    entry: u32,
+}
+
+impl Declared {
+    fn of(promises: Promises) -> Self {
+        Self { promises, is_put: [false; 3], entry: 0 }
+    }
+
+    /// Puts in what comes before an instruction.
+    fn before(&mut self, instruction: &[u32], made: &mut Vec<u32>) {
+        let op = Op::from_u32(instruction[0] & 0xffff);
+        let rounds = self.promises.rounds_to_nearest;
+        let reconverges = self.promises.reconvergence == Reconvergence::Promised;
+        let mut comes = |which: usize, is_here: bool, is_wanted: bool| {
+            let is_first = is_here && !self.is_put[which];
+            self.is_put[which] |= is_here;
+            is_first && is_wanted
+        };
+        if comes(0, true, rounds) {
+            made.extend([head(Op::Capability, 2), Capability::RoundingModeRTE as u32]);
+        }
+        if comes(1, op != Some(Op::Capability), reconverges) {
+            let text =
+                EXTENSION.chunks_exact(4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]));
+            made.push(head(Op::Extension, 1 + EXTENSION.len() as u32 / 4));
+            made.extend(text);
+        }
+        if op == Some(Op::EntryPoint) {
+            self.entry = instruction[2];
+        } else if self.entry != 0 && comes(2, true, true) {
+            let mode = ExecutionMode::RoundingModeRTE as u32;
+            if rounds {
+                made.extend([head(Op::ExecutionMode, 4), self.entry, mode, 32]);
+            }
+            if reconverges {
+                made.extend([head(Op::ExecutionMode, 3), self.entry, MAXIMALLY_RECONVERGES]);
+            }
+        }
+    }
+}
+
 /// The first word of an instruction of so many.
 fn head(op: Op, words: u32) -> u32 {
     words << 16 | op as u32
@@ -94,21 +153,34 @@ fn computed(op: Op, operands: &[u32]) -> Option<u32> {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeSet;
+
     use spirq::ReflectConfig;
 
     use super::*;
     use crate::gpu::shaders;
 
+    const ALL: Promises =
+        Promises { rounds_to_nearest: true, reconvergence: Reconvergence::Promised };
+
+    /// The instructions, each with its operation.
+    fn instructions(words: &[u32]) -> Vec<(Op, &[u32])> {
+        let (mut all, mut rest) = (Vec::new(), &words[HEADER..]);
+        while let Some(first) = rest.first() {
+            let (instruction, after) = rest.split_at((first >> 16) as usize);
+            rest = after;
+            all.push((Op::from_u32(first & 0xffff).expect("an operation"), instruction));
+        }
+        all
+    }
+
     #[test]
     fn nothing_is_left_of_any_shader() {
         for shader in shaders::ALL {
-            let made = specialize(shader.words(), &[]);
-            let mut rest = &made[HEADER..];
-            while let Some(first) = rest.first() {
-                let op = Op::from_u32(first & 0xffff).expect("an operation");
+            let made = specialize(shader.words(), &[], Promises::default());
+            for (op, _) in instructions(&made) {
                 let of = (shader.name, shader.define);
                 assert!(!format!("{op:?}").starts_with("SpecConstant"), "{op:?} in {of:?}");
-                rest = &rest[(first >> 16) as usize..];
             }
             // A reader of its own finds no number of a constant either.
             let mut reader = ReflectConfig::new();
@@ -118,6 +190,137 @@ mod tests {
                 vars.into_iter()
                     .all(|var| !matches!(var, spirq::var::Variable::SpecConstant { .. }))
             );
+        }
+    }
+
+    #[test]
+    fn what_a_device_promises_is_declared_where_spir_v_has_it() {
+        for shader in shaders::ALL {
+            let made = specialize(shader.words(), &[], ALL);
+            // Capabilities, extensions, imports and the memory model, entry points, modes, the rest.
+            let part = |op: &Op| match op {
+                Op::Capability => 0,
+                Op::Extension => 1,
+                Op::ExtInstImport | Op::MemoryModel => 2,
+                Op::EntryPoint => 3,
+                Op::ExecutionMode | Op::ExecutionModeId => 4,
+                _ => 5,
+            };
+            let all = instructions(&made);
+            assert!(all.iter().map(|(op, _)| part(op)).is_sorted(), "{}", shader.name);
+            let has = |op: Op, operands: &[u32]| {
+                all.iter().filter(|(is, i)| *is == op && i[1..].ends_with(operands)).count()
+            };
+            assert_eq!(has(Op::Capability, &[4467]), 1, "RoundingModeRTE in {}", shader.name);
+            assert_eq!(has(Op::ExecutionMode, &[4462, 32]), 1, "{}", shader.name);
+            assert_eq!(has(Op::ExecutionMode, &[6023]), 1, "{}", shader.name);
+            let bare = specialize(shader.words(), &[], Promises::default());
+            let more = made.len() - bare.len();
+            assert_eq!(more, 2 + 9 + 4 + 3, "without promises nothing of it is in {}", shader.name);
+        }
+    }
+
+    /// The blocks of a function, each with what it does for subgroups, and where it goes.
+    #[derive(Default)]
+    struct Blocks {
+        operations: HashMap<u32, Vec<Op>>,
+        next: HashMap<u32, Vec<u32>>,
+        first: u32,
+    }
+
+    impl Blocks {
+        /// Of a shader of one function; conditions that are constants are followed.
+        fn of(words: &[u32]) -> Self {
+            let (mut blocks, mut at, mut known) = (Self::default(), 0, HashMap::new());
+            for (op, i) in instructions(words) {
+                match op {
+                    Op::ConstantTrue => drop(known.insert(i[2], 1)),
+                    Op::ConstantFalse => drop(known.insert(i[2], 2)),
+                    Op::Label => {
+                        at = i[1];
+                        blocks.first = if blocks.first == 0 { at } else { blocks.first };
+                        blocks.next.insert(at, Vec::new());
+                    }
+                    Op::Branch => blocks.next.entry(at).or_default().push(i[1]),
+                    Op::BranchConditional => {
+                        let to = known.get(&i[1]).map_or(i[2..4].to_vec(), |one| vec![i[1 + one]]);
+                        blocks.next.insert(at, to);
+                    }
+                    Op::Switch => {
+                        let to = i[3..].chunks(2).filter_map(|pair| pair.get(1));
+                        blocks.next.insert(at, to.chain([&i[2]]).copied().collect());
+                    }
+                    _ if format!("{op:?}").starts_with("GroupNonUniform") => {
+                        blocks.operations.entry(at).or_default().push(op);
+                    }
+                    _ => (),
+                }
+            }
+            blocks
+        }
+
+        /// All that may come after a block.
+        fn after(&self, block: u32) -> BTreeSet<u32> {
+            let (mut found, mut left) = (BTreeSet::new(), self.next[&block].clone());
+            while let Some(at) = left.pop() {
+                if found.insert(at) {
+                    left.extend(&self.next[&at]);
+                }
+            }
+            found
+        }
+
+        /// Why its subgroups need more than Vulkan promises, if they do: some take what one alone took in a branch, or
+        /// work together in a loop in which a branch may part them.
+        fn counts_on_more(&self) -> Option<&'static str> {
+            let reached: BTreeSet<u32> =
+                self.after(self.first).into_iter().chain([self.first]).collect();
+            let ways_to = |block: u32| {
+                let comes = |from: &&u32| self.next[*from].contains(&block);
+                reached.iter().filter(comes).copied().collect::<Vec<_>>()
+            };
+            let works = |block: &u32| self.operations.contains_key(block);
+            for block in reached.iter().filter(|block| works(block)) {
+                let mut before = self.operations[block].clone();
+                let mut at = *block;
+                while let [from] = ways_to(at)[..]
+                    && self.next[&from].len() == 1
+                {
+                    before.extend(self.operations.get(&from).into_iter().flatten());
+                    at = from;
+                }
+                let takes = self.operations[block].contains(&Op::GroupNonUniformBroadcastFirst);
+                if takes && !before.contains(&Op::GroupNonUniformElect) {
+                    return Some("a branch");
+                }
+                let own = self.after(*block);
+                let parts = reached.iter().filter(|branch| {
+                    self.next[branch].len() > 1
+                        && own.contains(branch)
+                        && self.after(**branch).contains(block)
+                });
+                if parts.count() > 1 {
+                    return Some("a loop");
+                }
+            }
+            None
+        }
+    }
+
+    #[test]
+    fn without_a_promise_no_subgroup_counts_on_more() {
+        let mut promised = BTreeSet::new();
+        for shader in shaders::ALL {
+            let of = |reconvergence| {
+                let promises = Promises { rounds_to_nearest: false, reconvergence };
+                Blocks::of(&specialize(shader.words(), &[], promises)).counts_on_more()
+            };
+            assert_eq!(of(Reconvergence::Open), None, "{} {:?}", shader.name, shader.define);
+            promised.extend(of(Reconvergence::Promised).map(|why| (shader.name, why)));
+        }
+        // The control: with it several do.
+        for control in [("gather.comp", "a branch"), ("compact.comp", "a loop")] {
+            assert!(promised.contains(&control), "{promised:?}");
         }
     }
 }

@@ -11,7 +11,8 @@ use serde::{Deserialize, Serialize};
 use crate::Result;
 use crate::environment::Environment;
 use crate::gpu::disk_cache::FiguresFile;
-use crate::gpu::{Device, DeviceReport, Instance};
+use crate::gpu::{Device, DeviceReport, Instance, Machine};
+use crate::measure::bench::WarmUp;
 use crate::plan::{Costs, Demand, Output, plan};
 use crate::rain::cull::count_visible;
 use crate::remark::Remark;
@@ -86,6 +87,11 @@ pub fn measure(device: &Arc<Device>) -> Result<Costs> {
     // The first of each compiles.
     for near in looks {
         look(near)?;
+    }
+    // A card at rest runs at a fraction of its clock.
+    let mut warm_up = WarmUp::default();
+    while device.report.machine == Machine::Gpu && warm_up.goes_on() {
+        warm_up.take(1e-6 * look(near)?);
     }
     // The least of each: what else the machine does only adds.
     let mut least = [f64::INFINITY; 3];

@@ -24,7 +24,8 @@
 //! A drop's outline is the true ellipse; the part of a pixel that it covers keeps the sum over all
 //! pixels equal to the outline's area. Up to some pixels of radius its colour comes from the
 //! prefiltered pictures (`appearance.rs`). Above, `glsl/rays.comp` has computed its pixels before:
-//! the closed form along rays through several places of the pixel, one invocation a pixel.
+//! the closed form along rays through several places of the pixel, one invocation a pixel; in several dispatches where they
+//! are many (`pieces.rs`).
 
 mod buffers;
 
@@ -180,7 +181,7 @@ impl Passes {
         let (of_all, (of_glints, others)) = rayon::join(
             || -> Result<_> {
                 let all = side_by_side(
-                    [(shaders::COMPOSITE_COMP_DISORDERED, 0), (over, 4), (shaders::RAYS_COMP, 0)],
+                    [(shaders::COMPOSITE_COMP_DISORDERED, 0), (over, 4), (shaders::RAYS_COMP, 4)],
                     |(shader, bytes)| pushed(shader, bytes, &constants),
                 )?;
                 Ok((all, listed()?))
@@ -307,9 +308,16 @@ impl Composite {
     }
 
     /// Records the pixels of the large drops, after the tiles' lists and a barrier.
-    pub fn record_rays(&self, commands: Recorder<'_>, tiles: &Tiles) {
-        let totals = tiles.totals();
-        self.passes.rays.dispatch_indirect(commands, &self.bindings, &[], totals, RAY_GROUPS);
+    pub fn record_rays(&self, device: &Device, commands: Recorder<'_>, tiles: &Tiles) {
+        for piece in 0..tiles.ray_pieces.count {
+            if piece > 0 {
+                // They write to other places of the same buffers, which no layer can know.
+                memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::ComputeWrite]);
+            }
+            let (push, at) = (bytemuck::bytes_of(&piece), RAY_GROUPS + 16 * u64::from(piece));
+            let (rays, totals) = (&self.passes.rays, tiles.totals());
+            rays.dispatch_indirect(commands, &self.bindings, push, totals, at);
+        }
     }
 
     /// Records the reset of what is summed up. A barrier to compute must follow.

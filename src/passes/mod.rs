@@ -18,6 +18,7 @@ pub mod motion_depth;
 pub mod output;
 #[cfg(feature = "view")]
 pub mod overlay;
+mod pieces;
 mod placed;
 #[cfg(feature = "view")]
 pub mod present;

@@ -26,6 +26,7 @@ use super::cells::Cells;
 use super::counters;
 use super::frame::{Frame, FrameBuffer};
 use super::layers::DropRecords;
+use super::pieces::RayPieces;
 use super::placed::PlacedDrops;
 use super::rain_field::{RainField, SortedDrops};
 use super::room::Room;
@@ -83,6 +84,8 @@ pub struct Tiles {
     pub(crate) records: Option<DropRecords>,
     source: Source,
     pub(crate) lists: Lists,
+    /// Which dispatches draw blocks by rays.
+    pub(crate) ray_pieces: RayPieces,
     /// What frames say of the tiles, of the room in their lists, and of clusters.
     in_frame: [[u32; 4]; 3],
     bindings: Bindings,
@@ -262,10 +265,12 @@ impl Tiles {
         let (source, [clusters, others]) = Source::new(device, scene, rain, cells)?;
 
         let room = Room::of(&device.report, plan, count, (drops, clusters), has_cells);
+        let most_groups = device.report.limits.max_compute_work_group_count[0];
+        let ray_pieces = RayPieces::of(room.blocks, plan.samples, most_groups);
         let in_frame = [
             [count, regions.shift, regions.across, regions.count],
             [room.nodes as u32, room.blocks as u32, room.larges as u32, bands],
-            [clusters, others, 0, 0],
+            [clusters, others, ray_pieces.blocks, 0],
         ];
 
         let lists = Lists::new(device, &room, count)?;
@@ -340,6 +345,7 @@ impl Tiles {
             in_frame,
             passes,
             lists,
+            ray_pieces,
             constants,
             texels,
             bindings,

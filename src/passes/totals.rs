@@ -13,7 +13,7 @@ pub(super) const GATHER_GROUPS: u64 = offset_of!(Totals, gather_groups) as u64; 
 pub(super) const LARGE_GROUPS: u64 = offset_of!(Totals, large_groups) as u64;
 pub(super) const BIG_GROUPS: u64 = offset_of!(Totals, big_groups) as u64;
 pub(super) const BLOCK_GROUPS: u64 = offset_of!(Totals, block_groups) as u64;
-pub(super) const RAY_GROUPS: u64 = offset_of!(Totals, ray_groups) as u64;
+pub(super) const RAY_GROUPS: u64 = offset_of!(Totals, ray_groups) as u64; // of the first piece
 pub(super) const LISTED_GROUPS: u64 = offset_of!(Totals, listed_groups) as u64; // of the first list
 pub(super) const DISORDERED_GROUPS: u64 = offset_of!(Totals, disordered_groups) as u64;
 pub(super) const CROWDED_GROUPS: u64 = offset_of!(Totals, crowded_groups) as u64;
@@ -35,6 +35,8 @@ pub struct TileCounts {
     pub fragments: u64,
     /// Of those, drawn by rays.
     pub ray_fragments: u64,
+    /// Of those, by the dispatch that does most.
+    pub ray_fragments_a_dispatch: u64,
     /// Tiles drawn a second time, their lists sorted.
     pub tiles_again: u64,
     /// Of those, drawn by a workgroup each, as they have too many streaks for one invocation.
@@ -44,13 +46,15 @@ pub struct TileCounts {
 }
 
 impl TileCounts {
-    /// Reads what [`COUNTS`] holds: the shaders' `Totals` from `larges` on.
-    pub(crate) fn of(words: &[u32]) -> Self {
+    /// Reads what [`COUNTS`] holds: the shaders' `Totals` from `larges` on. `ray_piece`: fragments that a dispatch draws by
+    /// rays, at most.
+    pub(crate) fn of(words: &[u32], ray_piece: u32) -> Self {
         let word = |offset: usize| u64::from(words[offset / 4 - GROUPS_WORDS]);
         Self {
             large: word(offset_of!(Totals, larges)),
             fragments: word(offset_of!(Totals, blocks)),
             ray_fragments: word(offset_of!(Totals, ray_blocks)),
+            ray_fragments_a_dispatch: word(offset_of!(Totals, ray_blocks)).min(ray_piece.into()),
             tiles_again: word(offset_of!(Totals, disordered)),
             crowded_tiles: word(offset_of!(Totals, crowded)),
             clusters: word(offset_of!(Totals, in_view)),

@@ -64,7 +64,7 @@ impl Slot {
         }
         let (of_drops, of_tiles) = words.split_at(counters::WORDS);
         let counts = drawing.counters().map(|_| Counts::of(of_drops)).unwrap_or_default();
-        let tiles = drawing.totals().map(|_| TileCounts::of(of_tiles));
+        let tiles = drawing.ray_piece().map(|piece| TileCounts::of(of_tiles, piece));
         let (cutoff_px, passes_ms) = (self.cutoff_px, self.timestamps.read_ms()?);
         Ok(Some(FrameReport { counts, tiles, cutoff_px, room, passes_ms }))
     }

@@ -159,7 +159,7 @@ impl Tiled {
         });
         time.time(commands, "rays", || {
             barrier(&[Use::ComputeWrite], &[Use::ComputeWrite, Use::Indirect]);
-            self.composite.record_rays(commands, &self.tiles);
+            self.composite.record_rays(device, commands, &self.tiles);
         });
         if self.far.glints.count > 0 {
             time.time(commands, "glints", || {

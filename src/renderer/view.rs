@@ -50,6 +50,14 @@ impl Drawing {
         }
     }
 
+    /// Fragments that a dispatch draws by rays, at most; none without tiles.
+    pub fn ray_piece(&self) -> Option<u32> {
+        match self {
+            Self::Points(_) => None,
+            Self::Tiled(tiled) => Some(tiled.tiles.ray_pieces.blocks),
+        }
+    }
+
     /// What the passes after it read.
     pub fn source(&self) -> Source<'_> {
         match self {

@@ -3,6 +3,7 @@
 use std::fs;
 use std::process::{Child, Command, Output, Stdio};
 
+use raindrops::measure::bench::{Timer, WarmUp};
 use serde_json::{Value, json};
 
 use crate::common::outcome;
@@ -186,4 +187,60 @@ fn a_verdict_is_of_rows_of_one_rate() {
     let rows: Vec<csv::StringRecord> = reader.records().map(|row| row.expect("a row")).collect();
     let rates: Vec<&str> = rows.iter().filter_map(|row| row.iter().next_back()).collect();
     assert_eq!(rates, ["1", "25"]);
+}
+
+/// Warms up by frames of these times; how many it took, and whether they settled.
+fn warmed(time: impl Fn(f64) -> f64) -> (f64, f64, bool) {
+    let (mut warm_up, mut at, mut last) = (WarmUp::default(), 0.0, 0.0);
+    while warm_up.goes_on() {
+        last = time(at);
+        at += last;
+        warm_up.take(last);
+    }
+    (at, last, warm_up.has_settled())
+}
+
+#[test]
+fn nothing_counts_before_the_clock_has_settled() {
+    // From 300 MHz to 1,980 MHz within 0.6 s, of frames that take 0.4 ms in the end.
+    let ramp = |at: f64| 0.4 * 1980.0 / (300.0 + 1680.0 * (at / 600.0).min(1.0));
+    let (spent, last, has_settled) = warmed(ramp);
+    assert!(has_settled && (600.0..1200.0).contains(&spent), "{spent} ms");
+    assert!((last - 0.4).abs() < 1e-9, "{last}");
+    // At its clock from the first frame on.
+    let (spent, _, has_settled) = warmed(|_| 0.4);
+    assert!(has_settled && spent < 310.0, "{spent} ms");
+    // Frames longer than a stretch.
+    let (spent, _, has_settled) = warmed(|_| 60.0);
+    assert!(has_settled && spent < 800.0, "{spent} ms");
+    // Never: it ends all the same, and says so.
+    let (spent, _, has_settled) = warmed(|at| 1.0 + (at / 500.0).fract());
+    assert!(!has_settled && (2000.0..2010.0).contains(&spent), "{spent} ms");
+    let (spent, _, has_settled) = warmed(|_| 1500.0);
+    assert!(!has_settled && spent == 3000.0, "{spent} ms");
+}
+
+const CARD: Timer = Timer { tick_ns: 83.3, bits: 36, submission_ms: 0.03 };
+
+#[test]
+fn short_times_are_said_to_be_short() {
+    let passes = [("gather", 0.1), ("rays", 0.0005), ("glints", 0.0)];
+    let doubts = CARD.doubts(0.3, &passes, true);
+    assert_eq!(doubts.len(), 1, "{doubts:?}");
+    assert!(doubts[0].starts_with("rays, glints under ten ticks"), "{doubts:?}");
+    let doubts = CARD.doubts(0.05, &passes[..1], true);
+    assert!(doubts.len() == 1 && doubts[0].contains("an empty submission 0.030 ms"), "{doubts:?}");
+    let doubts = CARD.doubts(0.3, &passes[..1], false);
+    assert!(doubts.len() == 1 && doubts[0].contains("not settled after 2 s"), "{doubts:?}");
+    assert_eq!(CARD.doubts(0.3, &passes[..1], true), Vec::<String>::new());
+}
+
+#[test]
+fn a_timer_that_begins_again_is_said() {
+    let short = Timer { tick_ns: 1.0, bits: 24, submission_ms: 0.0 };
+    assert!(short.doubts(17.0, &[], true)[0].starts_with("the timer begins again after 17 ms"));
+    assert!(short.doubts(16.0, &[], true).is_empty());
+    // Without a timer there are no times of passes to doubt.
+    let none = Timer { bits: 0, ..short };
+    assert!(none.doubts(17.0, &[("rays", 0.0)], true).is_empty());
 }

@@ -4,11 +4,16 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use raindrops::Error;
-use raindrops::gpu::{Device, Instance, Validation};
+use raindrops::environment::Environment;
+use raindrops::gpu::probe::Findings;
+use raindrops::gpu::{Device, DeviceReport, Instance, Validation};
 use raindrops::picture::Picture;
 use raindrops::picture::layers::Layers;
+use raindrops::plan::{self, plan, requirements};
+use raindrops::renderer::Renderer;
+use raindrops::scene::model::Preset;
 
 use crate::common::said::{FAILURE, WARNING, failure, lines, said};
 use crate::common::{folder, outcome};
@@ -128,6 +133,36 @@ fn a_missing_feature_is_named() {
     assert!(matches!(error, Error::DeviceLacks { .. }));
     let line = error.to_string();
     assert!(line.starts_with(&format!("{name} lacks largePoints, synchronization2: ")), "{line}");
+}
+
+/// A device without what only the paper's presets need draws by the others, under validation.
+#[test]
+fn a_preset_asks_for_what_it_needs_alone() {
+    let adjust = |report: &mut DeviceReport| {
+        report.features.large_points = false;
+        report.features.shader_storage_image_write_without_format = false;
+    };
+    crate::common::on_adjusted_device(adjust, |device| {
+        for preset in [Preset::Fast, Preset::Exact, Preset::Auto] {
+            let picture = crate::common::frame(device, preset);
+            assert!(picture.iter().any(|byte| *byte > 0), "{} draws", preset.name());
+        }
+        for preset in [Preset::Paper, Preset::PaperCompact] {
+            let lacks = device.report.lacks(&requirements(preset));
+            assert_eq!(lacks, ["largePoints", "shaderStorageImageWriteWithoutFormat"]);
+        }
+        let mut scene = crate::common::one_drop(DVec3::new(0.0, 0.0, -5.0), 1.0);
+        scene.model.preset = Preset::Paper;
+        let white = Environment::constant(Vec3::ONE);
+        let plan = plan(&scene, &white, plan::Output::Radiance).expect("a plan");
+        let Err(error) = Renderer::new(device, &scene, &white, &plan) else {
+            panic!("it is drawn")
+        };
+        let line = error.to_string();
+        let lacks = " lacks largePoints, shaderStorageImageWriteWithoutFormat: ";
+        assert!(line.contains(lacks), "{line}");
+        assert_eq!(Findings::of(device).expect("findings").points, None);
+    });
 }
 
 #[test]

@@ -295,6 +295,36 @@ fn what_a_device_takes_does_not_show_in_other_models() {
     draw_alike(&scenes, &[SIDES[0], SIDES[2]], frame);
 }
 
+/// Rays that are more than a dispatch does are found by further ones. On a device of 64 workgroups along an axis it does the
+/// blocks of so many.
+#[test]
+fn rays_in_several_dispatches_have_the_same_bytes() {
+    let image = ImageSize { width: 128, height: 64 };
+    let mut scene = Scene { rain: None, image, ..Scene::default() };
+    scene.model.preset = Preset::Exact;
+    scene.model.samples = Some(1);
+    scene.drops = (0..300)
+        .map(|layer| {
+            let depth = 500.0 + f64::from(layer);
+            let center = DVec3::new(f64::from(layer % 20 - 10) * 0.03, 0.0, -1.0) * depth;
+            PlacedDrop::sphere(center, 0.2 * depth)
+        })
+        .collect();
+    let adjust = |report: &mut DeviceReport| report.limits.max_compute_work_group_count[0] = 64;
+    let mut expected = None;
+    on_device(|device| expected = Some(frame(device, &scene)));
+    on_adjusted_device(adjust, |device| {
+        let white = Environment::constant(Vec3::ONE);
+        let plan = plan(&scene, &white, Output::Radiance).expect("a plan");
+        let mut renderer = Renderer::new(device, &scene, &white, &plan).expect("a renderer");
+        let tiles = renderer.draw(&scene).expect("a frame").tiles.expect("tiles");
+        assert!(tiles.ray_fragments > 2 * 64 * 32, "the control: {tiles:?}");
+        let drawn = frame(device, &scene);
+        assert_eq!(drawn.counts.overflow, 0);
+        assert!(Some(drawn) == expected, "it is another frame");
+    });
+}
+
 /// Nor in the images of a sun: in drops at rest, that move, out of focus; in one as large as half of the picture.
 #[test]
 fn what_a_device_takes_does_not_show_in_images_of_a_sun() {

@@ -147,14 +147,14 @@ fn compare(gpu: &Picture, twin: &PaperTwin, sprites: &[Sprite], edge_px: f64) ->
 /// Distance of the places, in pixels, to which a device is found to snap points where it snaps them
 /// visibly: 1/16 on SwiftShader, 1/256 or less elsewhere.
 fn coarse_grid(device: &Arc<Device>) -> Option<f64> {
-    let places = Findings::of(device).expect("findings").points.places_a_sixteenth;
+    let places = Findings::of(device).expect("findings").points.expect("points").places_a_sixteenth;
     (places < 16).then_some(1.0 / 16.0)
 }
 
 /// Steps, in pixels, of the sizes that a device is found to give points where those are coarse: 1/32 on NVIDIA's, which
 /// takes the step below.
 fn coarse_sizes(device: &Arc<Device>) -> Option<f64> {
-    let sizes = Findings::of(device).expect("findings").points.sizes_a_pixel;
+    let sizes = Findings::of(device).expect("findings").points.expect("points").sizes_a_pixel;
     (sizes < 60).then(|| 1.0 / f64::from(sizes))
 }
 

@@ -258,7 +258,7 @@ fn cards_compile_every_pipeline() {
     }
     let family = std::env::var("RAINDROPS_TEST_FAMILY").unwrap_or_else(|_| FAMILY.into());
     let ran = Command::new(std::env::current_exe().expect("this test"))
-        .args(["--ignored", "--exact", "compile_all", "--nocapture"])
+        .args(["--ignored", "--exact", "vendors::compile_all", "--nocapture"])
         .env("VK_DRIVER_FILES", drivers.join(":"))
         .env("RADV_FORCE_FAMILY", family)
         .output()

@@ -292,40 +292,50 @@ fn bench(
     };
     say_expected(device, scene, presets, &series, environment, effort);
     let bar = progress(100 * series.len() as u64, "%");
-    let of_amount = |number: usize, amount: Option<Amount>| -> anyhow::Result<Vec<Row>> {
-        bar.set_message(match amount {
-            Some(Amount::Rate(rate)) => format!("{rate} mm/h"),
-            Some(Amount::Drops(count)) => counted(count.into(), "drop"),
-            None => counted(scene.drop_count().into(), "drop"),
-        });
-        let mut variants = Vec::new();
-        for preset in presets {
-            let mut scene = scene.clone();
-            scene.model.take_preset(*preset);
-            if let Some(amount) = amount {
-                amount.apply(&mut scene)?;
-            }
-            scene.validate("command line")?;
-            let choice = bar.suspend(|| resolve(device, &scene, environment))?;
-            for output in [Output::Display, Output::Radiance] {
-                let plan = plan_by(&scene, environment, choice.as_ref(), output)?;
-                if output == Output::Display {
-                    bar.suspend(|| say_doubt(&plan));
+    let start = report.start.clone();
+    let of_amount =
+        |number: usize, amount: Option<Amount>| -> anyhow::Result<(Vec<Row>, Vec<String>)> {
+            bar.set_message(match amount {
+                Some(Amount::Rate(rate)) => format!("{rate} mm/h"),
+                Some(Amount::Drops(count)) => counted(count.into(), "drop"),
+                None => counted(scene.drop_count().into(), "drop"),
+            });
+            let mut variants = Vec::new();
+            for preset in presets {
+                let mut scene = scene.clone();
+                scene.model.take_preset(*preset);
+                if let Some(amount) = amount {
+                    amount.apply(&mut scene)?;
                 }
-                variants.push(Variant { plan, scene: scene.clone() });
+                scene.validate("command line")?;
+                let choice = bar.suspend(|| resolve(device, &scene, environment))?;
+                for output in [Output::Display, Output::Radiance] {
+                    let plan = plan_by(&scene, environment, choice.as_ref(), output)?;
+                    if output == Output::Display {
+                        bar.suspend(|| say_doubt(&plan));
+                    }
+                    variants.push(Variant { plan, scene: scene.clone() });
+                }
             }
-        }
-        let tick = |share: f64| bar.set_position(((number as f64 + share) * 100.0) as u64);
-        let measured = measure(device, environment, &variants, effort, &tick)?;
-        let all = variants.iter().zip(&measured);
-        Ok(all
-            .map(|(variant, of)| Row::new(variant, environment, of, report.start.clone()))
-            .collect())
-    };
+            let tick = |share: f64| bar.set_position(((number as f64 + share) * 100.0) as u64);
+            let measured = measure(device, environment, &variants, effort, &tick)?;
+            let all = variants.iter().zip(&measured);
+            let (mut rows, mut doubts) = (Vec::new(), Vec::new());
+            for (variant, of) in all {
+                let row = Row::new(variant, environment, of, start.clone());
+                doubts.extend(of.doubts.iter().map(|doubt| format!("{}: {doubt}", row.name())));
+                rows.push(row);
+            }
+            bar.suspend(|| doubts.iter().for_each(|doubt| warning!("{doubt}")));
+            Ok((rows, doubts))
+        };
     let (mut rows, mut failed) = (Vec::new(), None);
     for (number, amount) in series.into_iter().enumerate() {
         match of_amount(number, amount) {
-            Ok(found) => rows.extend(found),
+            Ok((found, doubts)) => {
+                rows.extend(found);
+                report.warnings.extend(doubts);
+            }
             Err(error) => failed = Some(error),
         }
         if is_interrupted() {

@@ -25,8 +25,8 @@ pub use sampling::Sampling;
 /// Everything that was found out about a device.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Findings {
-    /// Points.
-    pub points: Points,
+    /// Points; none if the device lacks `largePoints`.
+    pub points: Option<Points>,
     /// Texture levels and filters.
     pub sampling: Sampling,
     /// float16.
@@ -43,7 +43,7 @@ impl Findings {
     /// [`crate::Error::Memory`] or [`crate::Error::Vulkan`]: what the driver says.
     pub fn of(device: &Arc<Device>) -> Result<Self> {
         Ok(Self {
-            points: Points::of(device)?,
+            points: device.report.features.large_points.then(|| Points::of(device)).transpose()?,
             sampling: Sampling::of(device)?,
             halves: Halves::of(device)?,
             clock: Clock::of(device)?,
@@ -60,7 +60,11 @@ pub fn point_rules(device: &Arc<Device>) -> Result<PointRules> {
     if let Some(rules) = device.point_rules.get() {
         return Ok(*rules);
     }
-    let rules = points::rules(device)?;
+    let rules = match device.report.features.large_points {
+        true => points::rules(device)?,
+        // No larger ones may be asked for.
+        false => PointRules { limit_px: 1.0, draws_off_screen: false },
+    };
     // Whoever was first has found the same.
     Ok(*device.point_rules.get_or_init(|| rules))
 }

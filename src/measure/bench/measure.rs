@@ -3,15 +3,18 @@
 //! Machines are noisy and clocks drift, so variants that are compared run alternately in short
 //! batches, and medians are reported. A sample is the wall-clock time between two frames that come
 //! out of a queue kept two frames deep: the throughput that a frame rate means. The first frame
-//! stands apart, because drivers compile late; the first two of a batch only fill the queue.
+//! stands apart, because drivers compile late; the first two of a batch only fill the queue. On a GPU nothing counts
+//! before its clock has settled (`believed.rs`); a CPU's is that of the whole machine, and its frames are long.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Instant;
 
+use super::believed::{Timer, WarmUp};
 use crate::Result;
 use crate::environment::Environment;
-use crate::gpu::Device;
+use crate::gpu::{Commands, Device, Machine};
+use crate::measure::statistics::median;
 use crate::plan::FramePlan;
 use crate::renderer::{FrameReport, Renderer};
 use crate::scene::Scene;
@@ -78,6 +81,8 @@ pub struct Measured {
     pub samples_ms: Vec<f64>,
     /// GPU milliseconds of each pass, by name, in the order of the frame.
     pub passes_ms: Vec<(&'static str, Vec<f64>)>,
+    /// Why its times say little, a line each.
+    pub doubts: Vec<String>,
 }
 
 /// A variant that is drawn.
@@ -86,6 +91,8 @@ pub(super) struct Run {
     pub(super) scene: Scene,
     pub(super) measured: Measured,
     passes: BTreeMap<&'static str, Vec<f64>>,
+    /// The last frames before those that count.
+    warm_up: WarmUp,
 }
 
 /// Measures every variant, in turn; `tick` is called with the share done, from 0 to 1.
@@ -104,6 +111,11 @@ pub fn measure(
     for variant in variants {
         runs.push(Run::start(device, environment, variant)?);
     }
+    // Only now: what makes a renderer leaves a card at rest.
+    for run in runs.iter_mut().filter(|_| device.report.machine == Machine::Gpu) {
+        run.warm_up(effort)?;
+    }
+    let timer = timer(device)?;
     loop {
         let share = |run: &Run| -> f64 {
             let spent: f64 = run.measured.samples_ms.iter().sum::<f64>() * 1e-3;
@@ -123,7 +135,26 @@ pub fn measure(
             break;
         }
     }
-    Ok(runs.into_iter().map(Run::end).collect())
+    let is_gpu = device.report.machine == Machine::Gpu;
+    Ok(runs.into_iter().map(|run| run.doubted(&timer, is_gpu).end()).collect())
+}
+
+/// Empty submissions of which the least is taken: what else the machine does only adds.
+const EMPTY: usize = 9;
+
+/// What the device's timer tells apart, and what a submission costs.
+fn timer(device: &Arc<Device>) -> Result<Timer> {
+    let mut submission_ms = f64::INFINITY;
+    let mut commands = Commands::new(device, "nothing")?;
+    for _ in 0..EMPTY {
+        commands.begin()?;
+        let before = Instant::now();
+        commands.submit()?;
+        commands.wait()?;
+        submission_ms = submission_ms.min(ms_since(before));
+    }
+    let (tick_ns, bits) = device.report.timer();
+    Ok(Timer { tick_ns, bits, submission_ms })
 }
 
 impl Run {
@@ -150,9 +181,37 @@ impl Run {
             bytes,
             samples_ms: Vec::new(),
             passes_ms,
+            doubts: Vec::new(),
         };
         let scene = variant.scene.clone();
-        Ok(Self { renderer, scene, measured, passes: BTreeMap::new() })
+        let (passes, warm_up) = (BTreeMap::new(), WarmUp::default());
+        Ok(Self { renderer, scene, measured, passes, warm_up })
+    }
+
+    /// Draws until successive frames take equally long, which does not count.
+    fn warm_up(&mut self, effort: Effort) -> Result<()> {
+        let mut last = Instant::now();
+        while self.warm_up.goes_on() && !(effort.stop)() {
+            self.scene.time += STEP_SECONDS;
+            self.renderer.submit(&self.scene)?;
+            let now = Instant::now();
+            self.warm_up.take((now - last).as_secs_f64() * 1e3);
+            last = now;
+        }
+        self.renderer.finish()?;
+        Ok(())
+    }
+
+    /// Itself, with why its times say little.
+    fn doubted(mut self, timer: &Timer, warms_up: bool) -> Self {
+        let medians = self.passes.iter().map(|(name, ms)| (*name, median(ms)));
+        let medians: Vec<(&str, f64)> = medians.collect();
+        if !self.measured.samples_ms.is_empty() {
+            let has_settled = !warms_up || self.warm_up.has_settled();
+            let frame_ms = median(&self.measured.samples_ms);
+            self.measured.doubts = timer.doubts(frame_ms, &medians, has_settled);
+        }
+        self
     }
 
     /// A few frames, or a sixth of the effort where frames are short.

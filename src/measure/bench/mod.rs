@@ -2,6 +2,7 @@
 
 #[cfg(feature = "cli")]
 mod amount;
+mod believed;
 #[cfg(feature = "cli")]
 mod long;
 #[cfg(feature = "cli")]
@@ -16,6 +17,7 @@ mod scene_head;
 
 #[cfg(feature = "cli")]
 pub use amount::Amount;
+pub use believed::{Timer, WarmUp};
 #[cfg(feature = "cli")]
 pub use long::{Samples, Watch, Watched, watch};
 #[cfg(feature = "cli")]

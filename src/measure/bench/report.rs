@@ -343,6 +343,7 @@ fn counters(measured: &Measured) -> IndexMap<String, u64> {
             ("list_entries", counts.visible.saturating_sub(tiles.large) + tiles.fragments),
             ("fragments", tiles.fragments),
             ("ray_fragments", tiles.ray_fragments),
+            ("ray_fragments_a_dispatch", tiles.ray_fragments_a_dispatch),
             ("tiles_done_again", tiles.tiles_again),
         ]),
     }
