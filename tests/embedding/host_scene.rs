@@ -5,8 +5,6 @@
 mod frame;
 #[path = "../../examples/host_ash/src/ground.rs"]
 mod ground;
-#[path = "../../examples/host_ash/src/host.rs"]
-mod host;
 
 use frame::{Around, Outcome};
 use glam::Vec3;
@@ -19,6 +17,8 @@ use raindrops::reference::{Tracer, Truth};
 use raindrops::scene::Scene;
 use raindrops::scene::background::DepthKind;
 use raindrops::scene::model::Preset;
+
+use crate::host;
 
 const SIZE: (u32, u32) = (240, 136);
 

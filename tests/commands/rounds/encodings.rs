@@ -6,8 +6,8 @@ use std::path::Path;
 
 use raindrops::scene::Scene;
 
-use crate::common::stand_in::Bench;
 use super::{error_line, keep};
+use crate::common::stand_in::Bench;
 
 type Encode = fn(&str) -> Vec<u8>;
 

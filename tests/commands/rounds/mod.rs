@@ -4,7 +4,6 @@
 #![cfg(target_os = "linux")]
 
 mod again;
-#[path = "../../common/mod.rs"]
 mod encodings;
 mod kept;
 mod missing;

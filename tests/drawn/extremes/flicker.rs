@@ -9,8 +9,8 @@ use raindrops::scene::Scene;
 use raindrops::scene::camera::Camera;
 use raindrops::scene::model::Preset;
 
-use crate::common::{hole, on_adjusted_device, on_device};
 use super::{PRESETS, placed, renderer, smooth, sum};
+use crate::common::{hole, on_adjusted_device, on_device};
 
 /// Largest change of the mean radiance from one frame to the next while `camera` moves from 0 to 1 in
 /// `steps`, and the largest change of any frame.

@@ -1,7 +1,6 @@
 //! Numbers at their extremes and past them: float16 and float32 on the GPU against float64. What is
 //! promised and what was measured stands in `docs/stability.md`.
 
-#[path = "../../common/mod.rs"]
 mod flicker;
 mod geometry;
 mod radiance;

@@ -6,8 +6,8 @@ use raindrops::renderer::Renderer;
 use raindrops::scene::ImageSize;
 use raindrops::scene::model::Preset;
 
-use crate::common::{on_device, painted};
 use super::placed;
+use crate::common::{on_device, painted};
 
 /// sRGB's transfer function, 0 to 1.
 fn encoded(linear: f64) -> f64 {

@@ -1,7 +1,6 @@
 //! Known answers: what comes out is held against closed forms and exact integers that share no code with what
 //! computes it, so that a fault in what the GPU and its reference implementation share is seen as well.
 
-#[path = "../../common/mod.rs"]
 mod exposure;
 mod levels;
 mod light;
