@@ -11,6 +11,7 @@ mod lines;
 pub mod matrices;
 pub mod model;
 pub mod particles;
+mod placed;
 pub mod projection;
 pub mod real_rain;
 mod validate;
@@ -30,8 +31,9 @@ use crate::scene::background::Background;
 use crate::scene::camera::{Camera, View};
 use crate::scene::film::Film;
 pub use crate::scene::model::ModelChoice;
-use crate::scene::model::{DropShape, Lens, Operator};
+use crate::scene::model::{Lens, Operator};
 use crate::scene::particles::Particles;
+pub use crate::scene::placed::PlacedDrop;
 use crate::scene::real_rain::{RainTables, RealRain};
 use crate::scene::water::Water;
 use crate::{Error, Result};
@@ -165,63 +167,6 @@ impl RainSettings {
         let first = Population { seed, count, half_extent, radius, velocity };
         std::iter::once(first).chain(others.into_iter().flatten())
     }
-}
-
-/// A drop placed by hand.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct PlacedDrop {
-    /// Its centre, in scene units.
-    pub center: DVec3,
-    /// Radius of the sphere of equal volume, in scene units.
-    #[serde(default = "unit_radius")]
-    pub radius: f64,
-    /// Of a spheroid about +y: its height over its width.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub axis_ratio: Option<f64>,
-    /// Instead of an axis ratio.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub shape: Option<DropShape>,
-    /// In scene units a second: at time t the centre is `center + velocity t`.
-    #[serde(default, skip_serializing_if = "is_at_rest")]
-    pub velocity: DVec3,
-    /// Its number in layers, over 0; none: by its place in the list.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub id: Option<u32>,
-}
-
-impl PlacedDrop {
-    /// A sphere at rest.
-    pub fn sphere(center: DVec3, radius: f64) -> Self {
-        Self { center, radius, ..Self::default() }
-    }
-
-    /// Its centre at a time in seconds.
-    pub fn center_at(&self, time: f64) -> DVec3 {
-        self.center + self.velocity * time
-    }
-}
-
-impl Default for PlacedDrop {
-    /// At rest at the origin, of radius 1.
-    fn default() -> Self {
-        Self {
-            center: DVec3::ZERO,
-            radius: unit_radius(),
-            axis_ratio: None,
-            shape: None,
-            velocity: DVec3::ZERO,
-            id: None,
-        }
-    }
-}
-
-fn unit_radius() -> f64 {
-    1.0
-}
-
-fn is_at_rest(velocity: &DVec3) -> bool {
-    *velocity == DVec3::ZERO
 }
 
 /// From radiance to display colour.

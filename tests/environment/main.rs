@@ -3,6 +3,7 @@
 mod broken;
 mod files;
 mod reading;
+mod reading_depth;
 mod scenes_and_pictures;
 mod sky;
 mod sound;
