@@ -17,7 +17,7 @@ pub mod stand_in;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use glam::{DVec3, Vec3};
 use raindrops::environment::Environment;
@@ -61,28 +61,69 @@ pub fn raindrops() -> Command {
     command(env!("CARGO_BIN_EXE_raindrops"))
 }
 
-/// Runs `test` on a device of its own under validation with synchronization checks, and fails if
-/// the layer says anything by the time that everything is freed.
+/// Most tests that draw on one device, one after the other. Pipelines are compiled once a device, which takes longer than
+/// most tests; but what a test did not free the layer tells only as the device goes.
+const TESTS_A_DEVICE: u32 = 12;
+
+/// Devices on which no test draws, and how many did.
+static IDLE: Mutex<Vec<(Arc<Device>, u32)>> = Mutex::new(Vec::new());
+
+/// Runs `test` on a device under validation with synchronization checks, and fails if the layer says anything.
 pub fn on_device(test: impl FnOnce(&Arc<Device>)) {
+    let idle = || IDLE.lock().unwrap_or_else(PoisonError::into_inner);
+    let kept = idle().pop();
+    let (device, tests) = kept.unwrap_or_else(|| (opened(|_| {}), 0));
+    test(&device);
+    assert_alone(&device);
+    match tests + 1 < TESTS_A_DEVICE {
+        true => {
+            assert_silent(device.instance(), &device.report.name);
+            idle().push((device, tests + 1));
+        }
+        false => end(device),
+    }
+}
+
+/// As [`on_device`], on a device of its own.
+pub fn on_fresh_device(test: impl FnOnce(&Arc<Device>)) {
     on_adjusted_device(|_| {}, test);
 }
 
-/// As [`on_device`], on a device whose report was changed before it was opened, so that limits of
-/// other devices can be tried.
+/// As [`on_fresh_device`], on one whose report was changed before it was opened, so that limits of other devices
+/// can be tried.
 pub fn on_adjusted_device(adjust: impl FnOnce(&mut DeviceReport), test: impl FnOnce(&Arc<Device>)) {
+    let device = opened(adjust);
+    test(&device);
+    assert_alone(&device);
+    end(device);
+}
+
+fn opened(adjust: impl FnOnce(&mut DeviceReport)) -> Arc<Device> {
     let instance = validated_instance();
     let mut report = chosen(&instance);
     adjust(&mut report);
-    let name = report.name.clone();
     // SAFETY: tests take from the device, and say no more of it than it takes.
     let device = unsafe { Device::open_as(&instance, report, &[]) }
         .unwrap_or_else(|error| panic!("the device does not open: {error}"));
     // SAFETY: the compiler made them; a fault that is put in changes no interface.
     unsafe { device.replace_shaders(replaced_shaders()) };
-    test(&device);
-    assert_eq!(Arc::strong_count(&device), 1, "something made on {name} outlives its test");
-    drop(device);
+    device
+}
+
+fn assert_alone(device: &Arc<Device>) {
+    let name = &device.report.name;
+    assert_eq!(Arc::strong_count(device), 1, "something made on {name} outlives its test");
+}
+
+fn assert_silent(instance: &Instance, name: &str) {
     instance.expect_silence().unwrap_or_else(|error| panic!("on {name}: {error}"));
+}
+
+/// Frees a device, and fails if the layer says anything by the time that it is gone.
+fn end(device: Arc<Device>) {
+    let (instance, name) = (device.instance().clone(), device.report.name.clone());
+    drop(device);
+    assert_silent(&instance, &name);
 }
 
 /// Where the shaders' sources are.

@@ -60,7 +60,7 @@ fn since(device: &Device, before: MadeCounts) -> [u32; 4] {
 #[test]
 fn only_what_is_new_is_made() {
     let environment = sun();
-    crate::common::on_device(|device| {
+    crate::common::on_fresh_device(|device| {
         let before = device.made();
         let lighting = Arc::new(Lighting::new(device, &environment).expect("light"));
         let fast = scene(Preset::Fast);

@@ -17,7 +17,7 @@ use raindrops::plan::{Output, plan};
 use raindrops::renderer::Renderer;
 use raindrops::scene::{ImageSize, PlacedDrop, RainSettings, Scene, ToneMap};
 
-use crate::common::on_device;
+use crate::common::{on_device, on_fresh_device};
 
 #[test]
 fn the_device_is_as_it_is_found() {
@@ -145,7 +145,7 @@ fn the_picture_does_not_depend_on_the_rules() {
     let scene = edges();
     let with = |rules: Option<PointRules>| {
         let mut picture = None;
-        on_device(|device| {
+        on_fresh_device(|device| {
             if let Some(rules) = rules {
                 device.point_rules.set(rules).expect("not yet probed");
             }
