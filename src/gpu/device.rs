@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 use std::mem::ManuallyDrop;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use ash::{ext, khr, vk};
@@ -58,6 +58,7 @@ pub struct Device {
     pub(super) retired: Mutex<Retired>,
     replaced_shaders: Mutex<ReplacedShaders>,
     long_jobs: AtomicUsize,
+    pub(super) only_describes: AtomicBool,
     /// What the device says of itself.
     pub report: DeviceReport,
     /// Filled by `probe::point_rules` when it is first asked.
@@ -225,6 +226,7 @@ impl Device {
             retired: Mutex::default(),
             replaced_shaders: Mutex::default(),
             long_jobs: AtomicUsize::new(0),
+            only_describes: AtomicBool::new(false),
             report,
             point_rules: OnceLock::new(),
             instance: instance.clone(),

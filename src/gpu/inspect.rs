@@ -2,6 +2,7 @@
 //! is not there, too, as RADV compiles for any of its cards. Nothing is drawn by it.
 
 use std::ffi::CStr;
+use std::sync::atomic::Ordering;
 
 use ash::{khr, vk};
 use rayon::prelude::*;
@@ -28,7 +29,18 @@ pub struct Compiled {
 }
 
 impl Device {
-    /// Makes every pipeline that was made on this device on another of its instance, and gives what its driver says of each.
+    /// From now on pipelines are described and not made, and none is dispatched: for [`Device::pipelines_compiled_for`], which
+    /// makes them elsewhere. Nothing may be drawn.
+    #[doc(hidden)]
+    pub fn only_describe(&self) {
+        self.only_describes.store(true, Ordering::Relaxed);
+    }
+
+    pub(super) fn only_describes(&self) -> bool {
+        self.only_describes.load(Ordering::Relaxed)
+    }
+
+    /// Makes every pipeline that was asked for on this device on another of its instance, and gives what its driver says of each.
     ///
     /// # Errors
     /// [`Error::DeviceLacks`] if it does not tell; [`Error::Vulkan`] if a pipeline cannot be made there.

@@ -365,7 +365,8 @@ mod tests {
             most = most.max(velocity.abs());
         }
         let bound = film.fastest();
-        assert!(most.cmple(bound).all() && bound.cmple(1.5 * most + 0.1).all(), "{most} {bound}");
+        // Of the hull of the velocities, so that it is over them by up to 1.94 here.
+        assert!(most.cmple(bound).all() && bound.cmple(2.0 * most).all(), "{most} {bound}");
         let given = Camera { velocity: Some(DVec3::ZERO), ..camera };
         assert_eq!(film.camera_at(&given, 2.0).velocity(), DVec3::ZERO);
         assert_eq!(Film::default().camera_at(&camera, 2.0).velocity, None);
