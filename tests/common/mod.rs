@@ -19,6 +19,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::{Arc, Mutex, PoisonError};
 
+use exr::prelude::{AnyChannels, FlatSamples, Image, Layer, ReadChannels, ReadLayers};
 use glam::{DVec3, Vec3};
 use raindrops::environment::Environment;
 use raindrops::gpu::{Device, DeviceReport, Instance, ReplacedShaders, Validation, shaders};
@@ -323,4 +324,16 @@ pub fn waves() -> Environment {
 pub fn hole(half_angle: f64, white: Vec3) -> Environment {
     let inside = half_angle.to_radians().cos();
     painted(1024, move |d| if -d.z > inside { Vec3::ZERO } else { white })
+}
+
+/// The first layer of an EXR file, with all of its channels, as another program reads them.
+pub fn exr_layer(path: &Path) -> Image<Layer<AnyChannels<FlatSamples>>> {
+    exr::prelude::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels()
+        .first_valid_layer()
+        .all_attributes()
+        .from_file(path)
+        .expect("an EXR")
 }

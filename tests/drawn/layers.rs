@@ -4,7 +4,6 @@
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
-use exr::prelude::{ReadChannels as _, ReadLayers as _};
 use glam::{DVec2, DVec3, Vec3};
 use raindrops::gpu::Device;
 use raindrops::picture::Picture;
@@ -409,14 +408,7 @@ fn a_file_has_the_channels_that_compositors_read() {
     let (is_done, said) =
         run(&folder, &["render", "scene.toml", "--layers", "--frames", "2", "-o", "rain.exr"]);
     assert!(is_done, "{said}");
-    let image = exr::prelude::read()
-        .no_deep_data()
-        .largest_resolution_level()
-        .all_channels()
-        .first_valid_layer()
-        .all_attributes()
-        .from_file(folder.join("rain-0000.exr"))
-        .expect("an EXR");
+    let image = crate::common::exr_layer(&folder.join("rain-0000.exr"));
     let list = &image.layer_data.channel_data.list;
     let names: Vec<String> = list.iter().map(|channel| channel.name.to_string()).collect();
     let expected = [
@@ -463,14 +455,7 @@ fn numbers_are_exact_in_float32() {
         (layers.id, layers.has_wide_ids) = (ids.to_vec(), name == "wide");
         let path = folder.join(format!("{name}.exr"));
         layers.write_exr(&path).expect("written");
-        let image = exr::prelude::read()
-            .no_deep_data()
-            .largest_resolution_level()
-            .all_channels()
-            .first_valid_layer()
-            .all_attributes()
-            .from_file(&path)
-            .expect("an EXR");
+        let image = crate::common::exr_layer(&path);
         let list = &image.layer_data.channel_data.list;
         let mut found = [0_u64; 4];
         for (number, part) in parts.iter().enumerate() {

@@ -4,7 +4,6 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use exr::prelude::{ReadChannels as _, ReadLayers as _};
 use glam::{DVec3, Vec3};
 use raindrops::gpu::Device;
 use raindrops::picture::Picture;
@@ -200,14 +199,7 @@ target = [0, 1.7, -239]
 
 /// Where there is a drop: pixels from the middle, half the width being 80; the channels `Z` and `motion.X`, in such pixels.
 fn depth_and_motion(path: &Path) -> Vec<(f64, f64, f64)> {
-    let image = exr::prelude::read()
-        .no_deep_data()
-        .largest_resolution_level()
-        .all_channels()
-        .first_valid_layer()
-        .all_attributes()
-        .from_file(path)
-        .expect("an EXR");
+    let image = crate::common::exr_layer(path);
     let values = |name: &str| -> Vec<f64> {
         let all = &image.layer_data.channel_data.list;
         let found = all.iter().find(|channel| channel.name.to_string() == name);
