@@ -481,21 +481,20 @@ fn the_passes_that_are_shown_are_the_plans() {
     assert_eq!(named, all);
 }
 
-/// The front page of the library compiles what the page on embedding shows.
+/// The front page of the library compiles what the pages on embedding show.
 #[test]
 fn what_embedding_shows_is_compiled() {
     let library = fs::read_to_string(root().join("src/lib.rs")).expect("the library");
     let compiled: BTreeSet<&str> =
         library.lines().filter_map(|line| line.strip_prefix("//! ")).map(str::trim).collect();
     let mut lines = 0;
-    for block in blocks(&root().join("docs/embedding.md")) {
-        let Some(text) = block.strip_prefix("rust\n") else { continue };
-        for line in text.lines().map(str::trim).filter(|line| !line.is_empty()) {
-            assert!(
-                compiled.contains(line),
-                "docs/embedding.md: src/lib.rs does not have '{line}'"
-            );
-            lines += 1;
+    for page in ["docs/embedding.md", "docs/embedding-more.md"] {
+        for block in blocks(&root().join(page)) {
+            let Some(text) = block.strip_prefix("rust\n") else { continue };
+            for line in text.lines().map(str::trim).filter(|line| !line.is_empty()) {
+                assert!(compiled.contains(line), "{page}: src/lib.rs does not have '{line}'");
+                lines += 1;
+            }
         }
     }
     assert!(lines > 15, "{lines} lines");
