@@ -49,3 +49,22 @@ fn no_link_of_a_page_leaves_the_folder() {
     }
     assert!(links > 100, "{links} links: are they looked for?");
 }
+
+/// What people read from top to bottom. Pages below "Understand" are for whoever changes the program.
+#[test]
+fn pages_for_users_are_short() {
+    const MOST_WORDS: usize = 2500;
+    let text = fs::read_to_string(root().join(CONTENTS)).expect("the contents");
+    let (for_users, _) = text.split_once("# Understand").expect("the developers' part");
+    let mut pages = vec![PathBuf::from("README.md")];
+    let links = between(for_users, "](", ')').into_iter().filter(|link| !link.is_empty());
+    pages.extend(links.map(|link| resolved(Path::new(CONTENTS), link)));
+    // The help of every command, and measured tables.
+    pages.retain(|page| !page.ends_with("options.md") && !page.starts_with("docs/results"));
+    assert!(pages.len() > 15, "{} pages: are they looked for?", pages.len());
+    for page in pages {
+        let words =
+            fs::read_to_string(root().join(&page)).expect("a page").split_whitespace().count();
+        assert!(words <= MOST_WORDS, "{}: {words} words, {MOST_WORDS} at most", page.display());
+    }
+}
