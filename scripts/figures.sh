@@ -55,7 +55,7 @@ sunrise-drops | Drops that stand still. Each is a lens with the landscape upside
 studio | Drops in a studio, with a lamp in each. | assets/scenes/studio.toml --environment assets/environments/studio.exr
 dusk | A shower against a low sun out of the picture, exposed for 1/1000 s; far rain is like fog. | assets/scenes/dusk.toml
 real-rain | Rain of 100 mm/h at sunrise, the scene of the guide. | --rate 100 --preset fast --size 900x600 --environment assets/environments/sunrise.exr --set camera.position=0,1.7,0 --set camera.target=-0.2,1.95,-1 --set camera.vertical_fov=36
-rainbow | Rain of 20 mm/h with the sun behind the camera: both rainbows. | --rate 20 --preset fast --size 900x520 --set camera.position=0,1.7,0 --set camera.target=-8.83,2.6,4.69 --set camera.vertical_fov=75 --set rain.extent=2000 --set tone_map.key=0.36
+rainbow | Rain of 20 mm/h with the sun behind the camera: both rainbows. | --set rain.rate=20 --preset fast --size 900x520 --set camera.position=0,1.7,0 --set camera.target=-8.83,2.6,4.69 --set camera.vertical_fov=75 --set rain.extent=2000 --set tone_map.key=0.36
 dash-cam | From a car at 50 km/h, exposed for 1/60 s: streaks spread from where it drives to. | assets/scenes/dash-cam.toml
 film-0096 | One frame of a film, while the rain stands still. | assets/scenes/film.toml --frame 96
 drop | One drop close up: the world upside down, bent around at the rim. | assets/scenes/drop.toml
@@ -70,16 +70,18 @@ gallery() { # docs/gallery.md and its pictures
   {
     printf '# Gallery\n\nFor anyone who wants to see what the program draws: twelve pictures, each with its command and what that printed. '
     printf 'Photographs come from `scripts/setup.sh` on Debian and Ubuntu.\n\n'
-    printf 'The time is what the whole command took of the processor, compiling of the shaders included: %s, %d cores, no GPU.\n' \
+    printf 'The time is what the whole command took of the processor (the driver keeps compiled shaders from run to run): %s, %d cores, no GPU.\n' \
       "$("$RAINDROPS" devices | sed -n '1s/^0: //p')" "$(nproc)"
   } >"$work/gallery.md"
   while IFS='|' read -r name caption arguments; do
     [ -n "$name" ] || continue
     read -r name <<<"$name" && read -r caption <<<"$caption" && read -r arguments <<<"$arguments"
     # shellcheck disable=SC2086 # arguments are words
-    took=$(TIMEFORMAT='%U %S'; { time raindrops render $arguments -o "$out/$name.png"; } 2>&1 | awk '{ printf "%.1f s", $1 + $2 }')
+    : >"$work/log"
+    { TIMEFORMAT='%U %S'; time raindrops render $arguments -o "$out/$name.png"; } 2>"$work/took" || { cat "$work/took" >&2; return 1; }
+    took=$(awk '{ printf "%.1f s", $1 + $2 }' "$work/took")
     printf '\n## %s\n\n![%s](%s%s.png)\n\n%s\n\n```\nraindrops render %s -o %s.png\n```\n\n`%s`, %s\n' "${caption%%[.:,]*}" \
-      "${caption%%[.:,]*}" "$folder" "$name" "$caption" "$arguments" "$name" "$(grep -E '^[0-9,]+ drops?, ' "$work/log" | tail -n 1)" "$took" >>"$work/gallery.md"
+      "${caption%%[.:,]*}" "$folder" "$name" "$caption" "$arguments" "$name" "$(grep ' in view (' "$work/log" | tail -n 1)" "$took" >>"$work/gallery.md"
     made "$name.png"
   done <<<"$GALLERY"
   cp "$work/gallery.md" "$page"

@@ -252,8 +252,8 @@ fn every_command_and_option_that_is_shown_is_there() {
     assert!(calls > 80 && single > 40, "{calls} calls, {single} options: are they looked for?");
 }
 
-/// Options of other programs that the documents name.
-const OTHERS: [&str; 3] = ["--features", "--ignored", "--test"];
+/// Options of scripts and of other programs that the documents name.
+const OTHERS: [&str; 4] = ["--deb", "--features", "--ignored", "--test"];
 
 /// `docs/options.md` is the help of every command.
 #[test]
