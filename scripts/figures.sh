@@ -80,6 +80,7 @@ gallery() { # docs/gallery.md and its pictures
     : >"$work/log"
     { TIMEFORMAT='%U %S'; time raindrops render $arguments -o "$out/$name.png"; } 2>"$work/took" || { cat "$work/took" >&2; return 1; }
     took=$(awk '{ printf "%.1f s", $1 + $2 }' "$work/took")
+    [ ${#arguments} -lt 60 ] || arguments=${arguments// --/ \\$'\n'  --}
     printf '\n## %s\n\n![%s](%s%s.png)\n\n%s\n\n```\nraindrops render %s -o %s.png\n```\n\n`%s`, %s\n' "${caption%%[.:,]*}" \
       "${caption%%[.:,]*}" "$folder" "$name" "$caption" "$arguments" "$name" "$(grep ' in view (' "$work/log" | tail -n 1)" "$took" >>"$work/gallery.md"
     made "$name.png"
