@@ -96,7 +96,7 @@ x = lambda ms: 70 + 550 * log10(ms / 10) / 3
 y = lambda rms: 330 - 280 * log10(rms / 0.8) / log10(12 / 0.8)
 text = lambda at, down, words, anchor="middle", size=13: f'<text x="{at:.0f}" y="{down:.0f}" text-anchor="{anchor}" font-size="{size}">{words}</text>'
 first = of["paper"]
-svg = ['<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 660 420" font-family="sans-serif">', '<rect width="660" height="420" fill="#fff"/>',
+svg = ['<svg xmlns="http://www.w3.org/2000/svg" width="660" height="420" viewBox="0 0 660 420" font-family="sans-serif">', '<rect width="660" height="420" fill="#fff"/>',
        text(345, 28, f"{first['drops']:,} drops, {first['width']} x {first['height']}: time against error", size=16)]
 for ms in (10, 100, 1000, 10000):
     svg += [f'<path d="M{x(ms):.0f} 50V330" stroke="#ccc"/>', text(x(ms), 350, f"{ms:,}")]
