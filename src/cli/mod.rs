@@ -23,6 +23,7 @@ mod reference;
 mod render;
 mod report;
 mod rounds;
+mod schema;
 mod sequence;
 mod sky;
 mod survey;
@@ -71,7 +72,7 @@ Exit status: 0 done, 1 a check fails, 2 an error, 130 interrupted.";
 /// The commands by purpose, as the help lists them.
 const GROUPS: [(&str, &[&str]); 5] = [
     ("Look", &["view", "render", "dataset", "sky", "mask"]),
-    ("Ask", &["plan", "rain", "devices"]),
+    ("Ask", &["plan", "rain", "devices", "schema"]),
     ("Measure truth", &["reference", "compare", "errors"]),
     ("Measure time", &["bench", "survey", "tradeoff", "compare-devices", "verdict", "report"]),
     ("Shell", &["completions", "man", "help"]),
@@ -98,6 +99,7 @@ enum Command {
     Plan(plan::PlanArgs),
     Rain(rain::RainArgs),
     Devices(devices::DevicesArgs),
+    Schema(schema::SchemaArgs),
     Reference(reference::ReferenceArgs),
     Compare(compare::CompareArgs),
     Errors(errors::ErrorsArgs),
@@ -164,6 +166,7 @@ pub fn main() -> ExitCode {
         Command::Plan(args) => plan::run(&args),
         Command::Rain(args) => rain::run(&args),
         Command::Devices(args) => devices::run(&args),
+        Command::Schema(_) => schema::run(),
         Command::Sky(args) => sky::run(&args),
         Command::Reference(args) => reference::run(&args),
         Command::Compare(args) => compare::run(&args),

@@ -11,4 +11,5 @@ mod interface;
 mod abi;
 mod docs;
 mod mutants;
+mod new_key;
 mod scene_keys;

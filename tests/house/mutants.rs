@@ -29,7 +29,7 @@ struct List {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Mutant {
+pub struct Mutant {
     /// What is wrong.
     name: String,
     file: PathBuf,
@@ -68,7 +68,7 @@ impl Mutant {
     }
 }
 
-fn root() -> &'static Path {
+pub fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
@@ -147,7 +147,7 @@ fn write(path: &Path, content: &[u8]) {
 }
 
 /// Copies the sources to `tree`, the faults in Rust among them, and removes what is there no longer.
-fn copy_sources(tree: &Path, mutants: &[Mutant]) {
+pub fn copy_sources(tree: &Path, mutants: &[Mutant]) {
     let listed = Command::new("git")
         .args(["ls-files", "-z", "--cached", "--others", "--exclude-standard"])
         .current_dir(root())

@@ -1,6 +1,7 @@
 //! The documents: what they link to, name, show and quote is there, and is the program's.
 
 mod figures;
+mod keys;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
