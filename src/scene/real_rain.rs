@@ -173,7 +173,7 @@ pub(super) struct RainTable {
     #[serde(skip_serializing_if = "Option::is_none")]
     seed: Option<u64>,
     /// How many equal drops; excludes `rate`.
-    #[schemars(range(max = MAX_DROPS), extend("x-default" = "1000000"))]
+    #[schemars(range(max = MAX_DROPS), extend("x-default" = "1,000,000"))]
     #[serde(skip_serializing_if = "Option::is_none")]
     count: Option<u32>,
     /// Half the edges of the box that holds equal drops; it repeats around the camera.
