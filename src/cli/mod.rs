@@ -3,6 +3,7 @@
 //! Exit status: 0 done, 1 a check that was asked for fails (a bound is exceeded),
 //! 2 an error, in one line on stderr, 130 interrupted. Results go to stdout or to `-o`, progress to stderr.
 
+mod aliases;
 mod bench;
 mod compare;
 mod compare_devices;
@@ -67,6 +68,7 @@ const STATUS: &str = "Examples:
   raindrops bench --preset paper,fast --drops 125000
 
 `raindrops COMMAND --help` explains each option and its values, -h is shorter.
+`--color auto|always|never` colours help and messages.
 Exit status: 0 done, 1 a check fails, 2 an error, 130 interrupted.";
 
 /// The commands by purpose, as the help lists them.

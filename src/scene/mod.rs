@@ -31,6 +31,8 @@ use crate::optics::{WATER, WATER_RGB};
 use crate::rain::Rain;
 use crate::scene::background::Background;
 use crate::scene::camera::{Camera, View};
+#[cfg(feature = "cli")]
+pub(crate) use crate::scene::edit::with_keys;
 use crate::scene::film::Film;
 pub use crate::scene::model::ModelChoice;
 use crate::scene::model::{Lens, Operator};
