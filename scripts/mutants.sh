@@ -5,15 +5,18 @@
 #   scripts/mutants.sh                        all of them
 #   scripts/mutants.sh --only WORD...         those in whose name, file or test one of the words is
 #   scripts/mutants.sh --only layers.rs 'layers numbers_depths'
+#   scripts/mutants.sh --generated [PART]     faults made by rule (tests/generated.toml), of one part or of all: how many are
+#                                             noticed. RAINDROPS_SHARE=0.1 takes a tenth of them; a run goes on where the last ended
 set -euo pipefail
 case ${1-} in -h | --help) sed -n '2,/^set /s/^# \{0,1\}//p' "$0"; exit 0 ;; esac
 here=$(dirname "$0")
 case ${1:-} in
   '') ;;
   --only) shift ;;
-  *) echo "usage: scripts/mutants.sh [--only WORD...]" >&2; exit 2 ;;
+  --generated) shift; case=generated::most_generated_faults_are_noticed ;;
+  *) echo "usage: scripts/mutants.sh [--only WORD... | --generated [PART]]" >&2; exit 2 ;;
 esac
 "$here/setup.sh" --tests
 RAINDROPS_MUTANTS=$(IFS='|'; echo "$*")
 export RAINDROPS_MUTANTS
-exec "$here/cargo.sh" test --test house mutants -- --ignored --exact mutants::every_mutant_is_killed --nocapture
+exec "$here/cargo.sh" test --test house -- --ignored --exact "${case:-mutants::every_mutant_is_killed}" --nocapture

@@ -3,6 +3,7 @@
 //! Exit status: 0 done, 1 a check that was asked for fails (a bound is exceeded),
 //! 2 an error, in one line on stderr, 130 interrupted. Results go to stdout or to `-o`, progress to stderr.
 
+mod aliases;
 mod bench;
 mod compare;
 mod compare_devices;
@@ -23,6 +24,7 @@ mod reference;
 mod render;
 mod report;
 mod rounds;
+mod schema;
 mod sequence;
 mod sky;
 mod survey;
@@ -66,12 +68,13 @@ const STATUS: &str = "Examples:
   raindrops bench --preset paper,fast --drops 125000
 
 `raindrops COMMAND --help` explains each option and its values, -h is shorter.
+`--color auto|always|never` colours help and messages.
 Exit status: 0 done, 1 a check fails, 2 an error, 130 interrupted.";
 
 /// The commands by purpose, as the help lists them.
 const GROUPS: [(&str, &[&str]); 5] = [
     ("Look", &["view", "render", "dataset", "sky", "mask"]),
-    ("Ask", &["plan", "rain", "devices"]),
+    ("Ask", &["plan", "rain", "devices", "schema"]),
     ("Measure truth", &["reference", "compare", "errors"]),
     ("Measure time", &["bench", "survey", "tradeoff", "compare-devices", "verdict", "report"]),
     ("Shell", &["completions", "man", "help"]),
@@ -98,6 +101,7 @@ enum Command {
     Plan(plan::PlanArgs),
     Rain(rain::RainArgs),
     Devices(devices::DevicesArgs),
+    Schema(schema::SchemaArgs),
     Reference(reference::ReferenceArgs),
     Compare(compare::CompareArgs),
     Errors(errors::ErrorsArgs),
@@ -164,6 +168,7 @@ pub fn main() -> ExitCode {
         Command::Plan(args) => plan::run(&args),
         Command::Rain(args) => rain::run(&args),
         Command::Devices(args) => devices::run(&args),
+        Command::Schema(_) => schema::run(),
         Command::Sky(args) => sky::run(&args),
         Command::Reference(args) => reference::run(&args),
         Command::Compare(args) => compare::run(&args),

@@ -3,15 +3,13 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use glam::DVec3;
 
+use super::aliases::Aliases;
 use super::device::DeviceArgs;
 use crate::scene::background::DepthKind;
-use crate::scene::model::{
-    DropShape, FarRain, Fresnel, Lens, Lookup, Motion, Operator, Optics, Order, Preset, Primitive,
-    Reflection, ShapeModel, Simulation, Sizes, Weights,
-};
-use crate::scene::{RainSettings, Scene};
+use crate::scene::model::{Operator, Preset};
+use crate::scene::real_rain::RealRain;
+use crate::scene::{ModelChoice, RainSettings, Scene};
 use crate::thousands::counted;
 use crate::{Error, Result};
 
@@ -37,39 +35,8 @@ pub struct RainValues {
     /// Rain rate in mm/h, in place of a number of equal drops
     #[arg(long, value_name = "MM/H", allow_negative_numbers = true)]
     rate: Option<f64>,
-    /// Law of the sizes of drops
-    #[arg(long, value_enum, value_name = "NAME")]
-    sizes: Option<Sizes>,
-    /// Least and largest diameter in mm
-    #[arg(
-        long,
-        value_name = "A,B",
-        value_delimiter = ',',
-        num_args = 1,
-        allow_negative_numbers = true
-    )]
-    diameters: Option<Vec<f64>>,
-    /// Exponent of the gamma law
-    #[arg(long, value_name = "MU", allow_negative_numbers = true)]
-    mu: Option<f64>,
-    /// Air density in kg/m³
-    #[arg(long, value_name = "KG/M³", allow_negative_numbers = true)]
-    air_density: Option<f64>,
-    /// Wind in m/s
-    #[arg(
-        long,
-        value_name = "X,Y,Z",
-        value_delimiter = ',',
-        num_args = 1,
-        allow_hyphen_values = true
-    )]
-    wind: Option<Vec<f64>>,
-    /// Shape of the drops
-    #[arg(long, value_enum, value_name = "NAME")]
-    drop_shape: Option<DropShape>,
-    /// Distance from the camera to the rain's end in metres; inf is allowed
-    #[arg(long, value_name = "M", allow_negative_numbers = true)]
-    extent: Option<f64>,
+    #[command(flatten)]
+    keys: Aliases<RainSettings>,
 }
 
 impl RainValues {
@@ -89,28 +56,8 @@ impl RainValues {
         let Some(rate) = self.rate.or(scene.real_rain().map(|rain| rain.rate)) else {
             return refuse("the scene has no rain by its rate: give --rate 25".into());
         };
-        let array = |values: &[f64]| DVec3::from_slice(values);
-        let mut rain = scene.real_rain().unwrap_or_default();
-        rain.rate = rate;
-        rain.sizes = self.sizes.unwrap_or(rain.sizes);
-        if self.mu.is_some() && rain.sizes != Sizes::Gamma {
-            return refuse(format!("--mu is for --sizes gamma, not for {}", rain.sizes));
-        }
-        rain.mu = self.mu.unwrap_or(rain.mu);
-        rain.air_density = self.air_density.unwrap_or(rain.air_density);
-        rain.shape = self.drop_shape.unwrap_or(rain.shape);
-        rain.extent = self.extent.unwrap_or(rain.extent);
-        match self.diameters.as_deref() {
-            None => {}
-            Some(&[from, to]) => rain.diameters = [from, to],
-            Some(_) => return refuse("--diameters: give two, like 0.25,6".into()),
-        }
-        match self.wind.as_deref() {
-            None => {}
-            Some(wind) if wind.len() == 3 => rain.wind = array(wind),
-            Some(_) => return refuse("--wind: give three numbers, like 2,0,0".into()),
-        }
-        scene.rain = Some(RainSettings::of(rain));
+        let rain = RealRain { rate, ..scene.real_rain().unwrap_or_default() };
+        scene.rain = Some(self.keys.set_in(RainSettings::of(rain))?);
         scene.validate("command line")
     }
 }
@@ -138,7 +85,7 @@ pub struct SceneValues {
     #[arg(long, value_name = "FILE")]
     environment: Option<PathBuf>,
     /// Tone mapping operator
-    #[arg(long, value_enum, value_name = "NAME")]
+    #[arg(long, value_enum, value_name = "NAME", hide = true)]
     tone_map: Option<Operator>,
     /// Fixed factor on linear radiance before the curve (not stops) [default: derived from each picture]
     #[arg(long, value_name = "X", allow_negative_numbers = true)]
@@ -180,93 +127,11 @@ impl BackgroundArgs {
     }
 }
 
-/// One model on each axis, over those of the preset.
-#[derive(Args, Clone, Copy, Debug, Default)]
-#[command(next_help_heading = "Models")]
-pub struct AxisArgs {
-    /// How the light that leaves a drop is found
-    #[arg(long, value_enum, value_name = "NAME")]
-    optics: Option<Optics>,
-    /// What a drop is drawn as
-    #[arg(long, value_enum, value_name = "NAME")]
-    primitive: Option<Primitive>,
-    /// In which order drops are composited
-    #[arg(long, value_enum, value_name = "NAME")]
-    order: Option<Order>,
-    /// Where the drops' positions come from
-    #[arg(long, value_enum, value_name = "NAME")]
-    simulation: Option<Simulation>,
-    /// Edge of the mask's finest level in texels
-    #[arg(long, value_name = "N")]
-    mask_size: Option<u32>,
-    /// Samples a pixel of a drop's light
-    #[arg(long, value_name = "N")]
-    samples: Option<u32>,
-    /// Highest number of reflections inside a drop that is followed
-    #[arg(long, value_name = "K")]
-    internal_reflections: Option<u32>,
-    /// What becomes of the light of internal reflections that are not followed
-    #[arg(long, value_enum, value_name = "NAME")]
-    weights: Option<Weights>,
-    /// Reflectance of the water's surface
-    #[arg(long, value_enum, value_name = "NAME")]
-    fresnel: Option<Fresnel>,
-    /// Whether drops reflect light on their outside
-    #[arg(long, value_enum, value_name = "NAME")]
-    reflection: Option<Reflection>,
-    /// Whether the environment is read as blurred as the pixel is wide, or always at its finest
-    #[arg(long, value_enum, value_name = "NAME")]
-    lookup: Option<Lookup>,
-    /// What becomes of drops of real rain smaller than --cutoff-px
-    #[arg(long, value_enum, value_name = "NAME")]
-    far_rain: Option<FarRain>,
-    /// Radius in pixels under which drops of real rain are not drawn one by one
-    #[arg(long, value_name = "PX", allow_negative_numbers = true)]
-    cutoff_px: Option<f64>,
-    /// Radius in pixels under which optics appearance gives a drop two colours instead of a picture
-    #[arg(long, value_name = "PX", allow_negative_numbers = true)]
-    splat_px: Option<f32>,
-    /// How drops are drawn that move while the shutter is open
-    #[arg(long, value_enum, value_name = "NAME")]
-    motion: Option<Motion>,
-    /// How drops out of focus are drawn
-    #[arg(long, value_enum, value_name = "NAME")]
-    lens: Option<Lens>,
-    /// How drops that are no spheres are drawn
-    #[arg(long, value_enum, value_name = "NAME")]
-    shape: Option<ShapeModel>,
-}
-
-impl AxisArgs {
-    /// Sets the values that were given.
-    pub fn apply(&self, scene: &mut Scene) -> Result<()> {
-        let model = &mut scene.model;
-        model.optics = self.optics.or(model.optics);
-        model.primitive = self.primitive.or(model.primitive);
-        model.order = self.order.or(model.order);
-        model.simulation = self.simulation.or(model.simulation);
-        model.mask_size = self.mask_size.unwrap_or(model.mask_size);
-        model.samples = self.samples.or(model.samples);
-        model.internal_reflections = self.internal_reflections.or(model.internal_reflections);
-        model.weights = self.weights.or(model.weights);
-        model.fresnel = self.fresnel.or(model.fresnel);
-        model.reflection = self.reflection.or(model.reflection);
-        model.lookup = self.lookup.or(model.lookup);
-        model.far_rain = self.far_rain.or(model.far_rain);
-        model.cutoff_px = self.cutoff_px.or(model.cutoff_px);
-        model.splat_px = self.splat_px.or(model.splat_px);
-        model.motion = self.motion.or(model.motion);
-        model.lens = self.lens.or(model.lens);
-        model.shape = self.shape.or(model.shape);
-        scene.validate("command line")
-    }
-}
-
-/// `--preset` and the axes, for commands that render one variant.
-#[derive(Args, Clone, Copy, Debug, Default)]
+/// `--preset` and other keys of the model, for commands that render one variant.
+#[derive(Args, Clone, Debug, Default)]
 #[command(next_help_heading = "Models")]
 pub struct ModelArgs {
-    /// A set of models; the options below change single ones
+    /// A set of models; `--set model.KEY=VALUE` changes single ones
     #[arg(long, value_enum, value_name = "NAME")]
     preset: Option<Preset>,
     /// Largest RMS error that preset auto may make, tone mapped, over 0 to 1
@@ -276,7 +141,7 @@ pub struct ModelArgs {
     #[arg(long, value_name = "MS")]
     budget_ms: Option<f64>,
     #[command(flatten)]
-    axes: AxisArgs,
+    keys: Aliases<ModelChoice>,
 }
 
 impl ModelArgs {
@@ -285,7 +150,8 @@ impl ModelArgs {
         scene.model.take_preset(self.preset.unwrap_or(scene.model.preset));
         scene.model.error = self.error.or(scene.model.error);
         scene.model.budget_ms = self.budget_ms.or(scene.model.budget_ms);
-        self.axes.apply(scene)
+        scene.model = self.keys.set_in(scene.model)?;
+        scene.validate("command line")
     }
 }
 

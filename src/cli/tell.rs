@@ -20,7 +20,14 @@ pub struct TellArgs {
     #[arg(short, long, global = true)]
     verbose: bool,
     /// Colours in help and messages
-    #[arg(long, global = true, value_enum, value_name = "WHEN", default_value = "auto")]
+    #[arg(
+        long,
+        global = true,
+        value_enum,
+        value_name = "WHEN",
+        default_value = "auto",
+        hide = true
+    )]
     color: ColorChoice,
 }
 

@@ -1,4 +1,5 @@
-//! What every axis of the models comes to in a plan: the one list that commands print and result files hold.
+//! What every axis of the models comes to in a plan: the one list that commands print and result files hold. A key of
+//! `[model]` that has no field here stands in it as the scene has it.
 
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
@@ -11,7 +12,7 @@ use crate::scene::model::{
 use crate::scene::{ModelChoice, Scene};
 
 /// The keys of `[model]`, each with what is drawn; absent where the scene has nothing that the axis is about.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "each field is the axis of the same name in `model`")]
 pub struct Axes {
     pub preset: Preset,
@@ -39,34 +40,15 @@ pub struct Axes {
     pub motion: Motion,
     pub lens: Lens,
     pub shape: ShapeModel,
+    /// Keys of the model that nothing above resolves.
+    #[serde(flatten)]
+    pub others: Map<String, Value>,
 }
 
 impl Axes {
     /// Those of a plan of `scene`.
     pub fn of(scene: &Scene, plan: &FramePlan) -> Self {
-        // A key that is added to the models has a place here, too.
-        let ModelChoice {
-            preset,
-            error,
-            budget_ms,
-            optics: _,
-            primitive: _,
-            order: _,
-            simulation: _,
-            mask_size: _,
-            samples: _,
-            internal_reflections: _,
-            weights: _,
-            fresnel: _,
-            reflection: _,
-            lookup: _,
-            far_rain,
-            cutoff_px: _,
-            splat_px: _,
-            motion: _,
-            lens: _,
-            shape: _,
-        } = scene.model;
+        let ModelChoice { preset, error, budget_ms, far_rain, .. } = scene.model;
         let light = &plan.light;
         let by_need = plan.cutoff.as_ref().map(|cutoff| match (cutoff.px, cutoff.is_grainy) {
             (0.0, _) => FarRain::Drops,
@@ -75,7 +57,7 @@ impl Axes {
         });
         // Four decimals, and not those of a float32.
         let rounded = |px: f32| (f64::from(px) * 1e4).round() / 1e4;
-        Self {
+        let mut axes = Self {
             preset,
             error,
             budget_ms,
@@ -96,16 +78,24 @@ impl Axes {
             motion: plan.motion,
             lens: plan.lens,
             shape: plan.shape.model,
-        }
+            others: object(&scene.model),
+        };
+        let resolved = Self { others: Map::new(), ..axes.clone() }.values();
+        axes.others.retain(|key, _| !resolved.contains_key(key));
+        axes
     }
 
     /// Their names and values, in the order of the scene's keys; `null` for what is absent.
     pub fn values(&self) -> Map<String, Value> {
-        match serde_json::to_value(self) {
-            Ok(Value::Object(values)) => values,
-            // Names and finite numbers always have a form in JSON.
-            _ => Map::new(),
-        }
+        object(self)
+    }
+}
+
+fn object(value: &impl Serialize) -> Map<String, Value> {
+    match serde_json::to_value(value) {
+        Ok(Value::Object(values)) => values,
+        // Names and finite numbers always have a form in JSON.
+        _ => Map::new(),
     }
 }
 

@@ -2,36 +2,43 @@
 
 use std::path::PathBuf;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// The files of a background; with neither, the environment is behind the drops.
-#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Background {
-    /// A picture of the picture's size.
+    /// Picture behind the drops, of the picture's size. Relative to the scene file.
+    #[schemars(extend("x-default" = "the sky"))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub color: Option<PathBuf>,
-    /// Its layer, of an EXR; none: the finished picture.
+    /// Its layer, of an EXR.
+    #[schemars(extend("x-default" = "the finished picture"))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub color_layer: Option<String>,
-    /// Depth, of the picture's size: an EXR with a channel such as Z, or a 16-bit PNG.
+    /// Depth at each pixel, of the picture's size, over 0: an EXR with a channel such as `Z`, or a 16-bit PNG with
+    /// `depth_scale`. A drop that a ray meets farther away is hidden.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub depth: Option<PathBuf>,
-    /// Its layer or channel, of an EXR; none: `Z`, or what is named depth.
+    /// Its layer or channel, of an EXR.
+    #[schemars(extend("x-default" = "`Z`, or what is named depth"))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub depth_layer: Option<String>,
     /// How depth is measured.
     pub depth_kind: DepthKind,
-    /// Scene units a stored unit; 1 where it is left out, which a PNG must not.
+    /// Length of a stored unit; a PNG must give it.
+    #[schemars(extend("exclusiveMinimum" = 0, "x-unit" = "scene units", "x-default" = "1"))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub depth_scale: Option<f64>,
     /// The stored number that stands for an unknown depth; such pixels take the nearest known one.
+    #[schemars(extend("x-infinite" = true))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub depth_invalid: Option<f64>,
 }
 
 /// How depth is measured.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]
 pub enum DepthKind {
@@ -50,9 +57,6 @@ impl Background {
 
     /// Checks every value; a problem is an error in words.
     pub(crate) fn validate(&self) -> Result<(), String> {
-        if let Some(scale) = self.depth_scale.filter(|scale| !(scale.is_finite() && *scale > 0.0)) {
-            return Err(format!("background: depth_scale = {scale} is not finite and over 0"));
-        }
         let needs = [
             ("color_layer", self.color_layer.is_some(), "color", self.color.is_some()),
             ("depth_layer", self.depth_layer.is_some(), "depth", self.depth.is_some()),

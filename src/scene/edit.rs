@@ -3,6 +3,8 @@
 
 use std::path::Path;
 
+#[cfg(feature = "cli")]
+use serde::{Serialize, de::DeserializeOwned};
 use toml::{Table, Value};
 
 use super::Scene;
@@ -62,6 +64,20 @@ fn set(document: &mut Table, edit: &str) -> std::result::Result<(), String> {
     }
     table.insert(last.into(), value);
     Ok(())
+}
+
+/// A table of a scene with some of its keys set, each to a text as in [`Scene::load_edited`].
+///
+/// # Errors
+/// What is wrong with a key or its value, in words.
+#[cfg(feature = "cli")]
+pub(crate) fn with_keys<T: Serialize + DeserializeOwned>(
+    table: &T,
+    keys: &[(&str, &str)],
+) -> std::result::Result<T, String> {
+    let mut edited = Table::try_from(table).map_err(|error| error.to_string())?;
+    edited.extend(keys.iter().map(|(key, text)| (key.to_string(), parse(text))));
+    edited.try_into().map_err(|error: toml::de::Error| super::mend(error.message()))
 }
 
 /// TOML, or numbers with commas between them, or a bare word.

@@ -4,45 +4,54 @@
 //! rain's; where `pace` is 0 the drops hang in the air while the camera goes on.
 
 use glam::DVec3;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::scene::Scene;
 use crate::scene::camera::Camera;
 
 /// A film: camera keys and pace keys, in any number.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Film {
-    /// Frames a second of film time; negative runs backwards, from the last key or without keys from 0.
+    /// Frames a second of film time, not 0; negative runs backwards, from the last key or without keys from 0.
     pub fps: f64,
-    /// Where the camera is; without keys it stands where the scene has it.
+    /// Where the camera is: keys `at` (film seconds, each later than the last), `position`, `target`, `vertical_fov`
+    /// (default: as the key before). It passes each key at its time, smoothly, and while the shutter is open it has the
+    /// velocity of its path. Without keys it stands where the scene has it.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub camera: Vec<CameraKey>,
-    /// How fast the rain falls; without keys as in the world.
+    /// How fast the rain falls: keys `at` (film seconds), `rate` (scene seconds a second; 0 stands still), linear between
+    /// keys and constant outside. Without keys as in the world.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub pace: Vec<PaceKey>,
 }
 
 /// The camera at one moment.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CameraKey {
-    /// Film time in seconds.
+    /// Film time, later than that of the key before.
+    #[schemars(extend("x-unit" = "s"))]
     pub at: f64,
-    /// Where the eye is.
+    /// Where the eye is; it passes each key at its time, smoothly.
+    #[schemars(with = "[f64; 3]", extend("x-unit" = "scene units"))]
     pub position: DVec3,
     /// What it looks at.
+    #[schemars(with = "[f64; 3]", extend("x-unit" = "scene units"))]
     pub target: DVec3,
-    /// Degrees; left out: as the key before, or as the scene.
+    /// Angle between the upper and the lower edge of the picture.
+    #[schemars(range(min = 0.01, max = 175.0), extend("x-unit" = "degrees", "x-default" = "as the key before, or as the scene"))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub vertical_fov: Option<f64>,
 }
 
 /// The pace at one moment; between two it changes evenly.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PaceKey {
-    /// Film time in seconds.
+    /// Film time, later than that of the key before.
+    #[schemars(extend("x-unit" = "s"))]
     pub at: f64,
     /// Scene seconds a second of film; 0 stands still, negative runs backwards.
     pub rate: f64,
@@ -62,35 +71,23 @@ impl Film {
 
     /// Checks every value; a problem is an error in words.
     pub(crate) fn validate(&self) -> Result<(), String> {
-        if !self.fps.is_finite() || self.fps == 0.0 {
-            return Err(format!("film: fps = {} is not a finite number other than 0", self.fps));
+        if self.fps == 0.0 {
+            return Err("film: fps = 0 shows no frame".into());
         }
         let camera = self.camera.iter().map(|key| key.at).collect();
         let pace = self.pace.iter().map(|key| key.at).collect();
         for (name, times) in [("camera", camera), ("pace", pace)] {
             let times: Vec<f64> = times;
             let rises = times.windows(2).all(|pair| pair[0] < pair[1]);
-            if !rises || times.iter().any(|at| !at.is_finite()) {
+            if !rises {
                 return Err(format!("film: each {name} key must be at a later time than the last"));
             }
         }
-        for key in &self.camera {
-            let fov = key.vertical_fov.unwrap_or(90.0);
-            if !key.position.is_finite() || !key.target.is_finite() || key.position == key.target {
-                return Err(format!(
-                    "film: camera key at {}: position and target must be finite and differ",
-                    key.at
-                ));
-            }
-            if !(0.01..=175.0).contains(&fov) {
-                return Err(format!(
-                    "film: camera key at {}: vertical_fov = {fov} is not within 0.01 to 175 degrees",
-                    key.at
-                ));
-            }
-        }
-        match self.pace.iter().find(|key| !key.rate.is_finite()) {
-            Some(key) => Err(format!("film: pace key at {}: rate must be finite", key.at)),
+        match self.camera.iter().find(|key| key.position == key.target) {
+            Some(key) => Err(format!(
+                "film: camera key at {}: position and target are the same point",
+                key.at
+            )),
             None => Ok(()),
         }
     }

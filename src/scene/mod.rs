@@ -13,14 +13,16 @@ pub mod model;
 pub mod particles;
 mod placed;
 pub mod projection;
+mod ranges;
 pub mod real_rain;
+mod schema;
 mod validate;
 pub mod water;
 
-use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
 use glam::{DVec3, Vec3};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::abi::MOST_POPULATIONS;
@@ -29,24 +31,21 @@ use crate::optics::{WATER, WATER_RGB};
 use crate::rain::Rain;
 use crate::scene::background::Background;
 use crate::scene::camera::{Camera, View};
+#[cfg(feature = "cli")]
+pub(crate) use crate::scene::edit::with_keys;
 use crate::scene::film::Film;
 pub use crate::scene::model::ModelChoice;
 use crate::scene::model::{Lens, Operator};
 use crate::scene::particles::Particles;
 pub use crate::scene::placed::PlacedDrop;
 use crate::scene::real_rain::{RainTables, RealRain};
+pub use crate::scene::schema::schema;
 use crate::scene::water::Water;
 use crate::{Error, Result};
 
 /// Largest image edge; beyond it float32 pixel coordinates lose their subpixel bits and no device
 /// takes the image anyway.
 pub const MAX_IMAGE_EDGE: u32 = 32_768;
-
-/// Fixed exposures: within these no product with a radiance leaves float64's range.
-pub const EXPOSURES: RangeInclusive<f64> = 1e-30..=1e30;
-
-/// Axis ratios of spheroids: beyond them float64 runs short in the optics.
-pub const AXIS_RATIOS: RangeInclusive<f64> = 0.05..=20.0;
 
 /// Most drops: an index is a `u32` and the paper's benchmark ends at 4 million.
 pub const MAX_DROPS: u32 = 1 << 30;
@@ -56,14 +55,16 @@ pub const MAX_DROPS: u32 = 1 << 30;
 pub const MAX_CROSSINGS: f64 = 16.0;
 
 /// Everything that makes a picture.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Scene {
-    /// Chooses the drops' starting places.
+    /// Chooses the drops' starting places; 64 bits.
     pub seed: u64,
-    /// Scene time in seconds; may be negative, may be huge.
+    /// When the shutter opens; may be negative, may be huge.
+    #[schemars(extend("x-unit" = "s"))]
     pub time: f64,
-    /// Length of one scene unit in metres, for what physics needs.
+    /// Length of a scene unit, for what physics needs.
+    #[schemars(extend("exclusiveMinimum" = 0, "x-unit" = "m"))]
     pub metres: f64,
     /// The eye.
     pub camera: Camera,
@@ -98,30 +99,35 @@ pub struct Scene {
 }
 
 /// Size of the picture in pixels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ImageSize {
-    /// Pixels across.
+    /// Width of the whole picture; the device may take less.
+    #[schemars(range(min = 1, max = MAX_IMAGE_EDGE), extend("x-unit" = "px"))]
     pub width: u32,
-    /// Pixels down.
+    /// Its height.
+    #[schemars(range(min = 1, max = MAX_IMAGE_EDGE), extend("x-unit" = "px"))]
     pub height: u32,
 }
 
 /// Where the radiance comes from: a file, a constant, or (neither) the bundled sky.
-#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct EnvironmentChoice {
-    /// A latitude-longitude image: EXR, Radiance HDR, PNG or JPEG.
+    /// A latitude-longitude image, twice as wide as high: EXR, Radiance HDR, PNG or JPEG. Relative to the scene file.
+    #[schemars(extend("x-default" = "the bundled sky; with `background.color` guessed from it"))]
     pub file: Option<PathBuf>,
-    /// Its layer, of an EXR; none: the finished picture.
+    /// Its layer, of an EXR, by its name or the end of it.
+    #[schemars(extend("x-default" = "the finished picture"))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub layer: Option<String>,
-    /// The same radiance from everywhere (a white furnace).
+    /// Instead of a file: the same radiance from everywhere, red, green and blue (a white furnace).
+    #[schemars(with = "Option<[f32; 3]>", extend("minimum" = 0))]
     pub radiance: Option<Vec3>,
 }
 
 /// The random drops of a scene file: equal ones in a box, or real rain.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(try_from = "RainTables", into = "RainTables")]
 pub struct RainSettings {
     /// Chooses their starting places; none: the scene's.
@@ -170,15 +176,19 @@ impl RainSettings {
 }
 
 /// From radiance to display colour.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ToneMap {
     /// The operator.
     pub operator: Operator,
-    /// What the log-average luminance is mapped to before compression ("key" of the scene).
+    /// What the log-average luminance is mapped to before compression, the "key" of the scene.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub key: f64,
-    /// A fixed factor on linear radiance before the curve, within [`EXPOSURES`]. Without it the photographic
-    /// operator takes `key` over the log-average of each picture, and `none` takes 1.
+    /// A fixed factor on linear radiance before the curve.
+    #[schemars(range(min = 1e-30, max = 1e30), extend(
+        "x-default" = "`key` over each picture's log-average luminance; 1 with operator `none`",
+        "x-advice" = "it is a factor on radiance, not stops"
+    ))]
     pub exposure: Option<f64>,
 }
 

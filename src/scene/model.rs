@@ -3,6 +3,7 @@
 //!
 //! What each computes, costs and gets wrong stands in `docs/method.md`.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::scene::real_rain::RealRain;
@@ -12,7 +13,7 @@ use crate::scene::real_rain::RealRain;
 macro_rules! models {
     ($(#[$meta:meta])* $name:ident { $($(#[$variant_meta:meta])* $variant:ident = $text:literal,)+ }) => {
         $(#[$meta])*
-        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Deserialize, Serialize)]
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Deserialize, Serialize, schemars::JsonSchema)]
         #[cfg_attr(any(feature = "cli", feature = "view"), derive(clap::ValueEnum))]
         pub enum $name {
             $($(#[$variant_meta])* #[serde(rename = $text)]
@@ -252,42 +253,86 @@ models! {
 }
 
 /// A preset and what overrides it. Only TOML is made of it, which leaves out what is not there.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-#[allow(missing_docs, reason = "each field is the axis of the same name in `model`")]
 pub struct ModelChoice {
+    /// Chooses on every axis what no other key does.
     pub preset: Preset,
-    /// The largest RMS error that preset `auto` may make, tone mapped, over 0 to 1. Without it, the truest
-    /// that `budget_ms` or a frame of 1/60 s affords.
+    /// Of preset `auto`: the RMS error of sRGB values, from 0 to 1, that it may make. A grey level is 1/255 = 0.0039.
+    #[schemars(extend(
+        "exclusiveMinimum" = 0,
+        "maximum" = 1,
+        "x-default" = "the least that `budget_ms` or a frame of 1/60 s affords"
+    ))]
     pub error: Option<f64>,
-    /// Milliseconds that preset `auto` may take for a frame on the device at hand.
+    /// Of preset `auto`: what a frame may take on the device at hand.
+    #[schemars(extend("exclusiveMinimum" = 0, "x-unit" = "ms"))]
     pub budget_ms: Option<f64>,
+    /// How the light leaving a point of a drop is found.
+    #[schemars(extend("x-default" = "by preset"))]
     pub optics: Option<Optics>,
+    /// What a drop is drawn as.
+    #[schemars(extend("x-default" = "by preset and optics"))]
     pub primitive: Option<Primitive>,
+    /// In which order drops are composited: tiles are always `sorted`, points and quads never.
+    #[schemars(extend("x-default" = "`sorted` for tiles, else `unsorted`"))]
     pub order: Option<Order>,
+    /// Where the drops' places come from.
+    #[schemars(extend("x-default" = "`integer`"))]
     pub simulation: Option<Simulation>,
-    /// Edge of the mask's finest level in texels, a power of two from 1 to 4096.
+    /// Edge of the mask's finest level, a power of two.
+    #[schemars(range(min = 1, max = 4096), extend("x-unit" = "texels"))]
     pub mask_size: u32,
-    /// Places in a pixel that a drop's light is the mean of, 1 to 256.
+    /// Places in a pixel that a drop's light is the mean of; on tiles rays.
+    #[schemars(range(min = 1, max = 256), extend("x-default" = "by preset"))]
     pub samples: Option<u32>,
-    /// Most reflections inside a drop that are followed, 0 to 8; the paper's mask follows none.
+    /// Most reflections inside a drop that are followed; the paper's mask follows none.
+    #[schemars(range(min = 0, max = 8), extend("x-default" = "by preset"))]
     pub internal_reflections: Option<u32>,
+    /// What becomes of the light of the reflections that are not followed.
+    #[schemars(extend(
+        "x-default" = "`conserving`; `physical` where `closed-form` rays are traced through drops that are no spheres"
+    ))]
     pub weights: Option<Weights>,
+    /// Reflectance of the water's surface.
+    #[schemars(extend("x-default" = "`exact`"))]
     pub fresnel: Option<Fresnel>,
+    /// The light that a drop reflects on its outside.
+    #[schemars(extend("x-default" = "`on`; `auto` may choose off"))]
     pub reflection: Option<Reflection>,
+    /// At which level of its prefilter the environment is read.
+    #[schemars(extend("x-default" = "`footprint`"))]
     pub lookup: Option<Lookup>,
-    /// What becomes of the drops of real rain that are too small in the picture to be drawn one by one.
+    /// What becomes of the drops of real rain under the cut-off; `drops` needs a finite `rain.extent`.
+    #[schemars(extend(
+        "x-default" = "`grain` where its noise is over `error` (a grey level if there is none), else `medium`"
+    ))]
     pub far_rain: Option<FarRain>,
-    /// Radius in pixels under which a drop of real rain is too small for that, 0.001 to 1.
+    /// Radius under which a drop of real rain is not drawn one by one. It follows from the environment's contrast, is 0.053
+    /// at most without `error` and an exposure of 1/250 s or longer, and rises where more than 4 million drops would be
+    /// drawn. One that is given, and `far_rain = "drops"`, rise where more than 8 million would be.
+    #[schemars(range(min = 0.001, max = 1), extend(
+        "x-unit" = "px",
+        "x-default" = "where a drop at rest changes no pixel by more than `error` (a grey level if there is none)"
+    ))]
     pub cutoff_px: Option<f64>,
-    /// Radius in pixels under which optics `appearance` gives a drop two colours instead of a picture, 0.4 to 1.5; by
-    /// default the fewer drops are larger, the smaller.
+    /// Radius under which optics `appearance` on tiles gives a drop two colours instead of a picture.
+    #[schemars(range(min = 0.4, max = 1.5), extend(
+        "x-unit" = "px",
+        "x-default" = "0.7, 1 or 1.5: the first over which fewer than 2,000 drops are expected, else 1.5"
+    ))]
     pub splat_px: Option<f32>,
-    /// How drops are shown that move while the shutter is open.
+    /// How drops are drawn that move while the shutter is open.
+    #[schemars(extend("x-default" = "by the optics: `streak` for `appearance`, `sampled` for `closed-form`"))]
     pub motion: Option<Motion>,
-    /// How drops out of focus are shown.
+    /// How drops out of focus are drawn.
+    #[schemars(extend("x-default" = "by the optics: `disc` for `appearance`, `sampled` for `closed-form`"))]
     pub lens: Option<Lens>,
     /// In what shape drops are drawn that are no spheres.
+    #[schemars(extend(
+        "x-default" = "`equilibrium`; with optics `appearance` and an exposure of 1/250 s or longer `stretched`, unless \
+                       the scene has `[film]` or a placed drop that is no sphere"
+    ))]
     pub shape: Option<ShapeModel>,
 }
 
@@ -310,10 +355,6 @@ impl ModelChoice {
                 false => Ok(()),
             };
         };
-        let cutoff = self.cutoff_px.unwrap_or(1.0);
-        if !(0.001..=1.0).contains(&cutoff) {
-            return Err(format!("model: cutoff_px = {cutoff} is not within 0.001 to 1 pixel"));
-        }
         if self.far_rain == Some(FarRain::Drops) && self.cutoff_px.is_some() {
             return Err("model: far_rain = \"drops\" draws every drop; leave out cutoff_px".into());
         }
@@ -326,26 +367,11 @@ impl ModelChoice {
     }
 
     /// The keys of models that are given, not left to the preset.
-    pub(crate) fn overrides(&self) -> Vec<&'static str> {
-        let given = [
-            ("optics", self.optics.is_some()),
-            ("primitive", self.primitive.is_some()),
-            ("order", self.order.is_some()),
-            ("simulation", self.simulation.is_some()),
-            ("samples", self.samples.is_some()),
-            ("internal_reflections", self.internal_reflections.is_some()),
-            ("weights", self.weights.is_some()),
-            ("fresnel", self.fresnel.is_some()),
-            ("reflection", self.reflection.is_some()),
-            ("lookup", self.lookup.is_some()),
-            ("far_rain", self.far_rain.is_some()),
-            ("cutoff_px", self.cutoff_px.is_some()),
-            ("splat_px", self.splat_px.is_some()),
-            ("motion", self.motion.is_some()),
-            ("lens", self.lens.is_some()),
-            ("shape", self.shape.is_some()),
-        ];
-        given.into_iter().filter(|(_, is_given)| *is_given).map(|(name, _)| name).collect()
+    pub(crate) fn overrides(&self) -> Vec<String> {
+        const OTHERS: [&str; 4] = ["preset", "error", "budget_ms", "mask_size"];
+        // Names and numbers always have a form in TOML; what is not given has none.
+        let given = toml::Table::try_from(self).unwrap_or_default();
+        given.into_iter().map(|(key, _)| key).filter(|key| !OTHERS.contains(&&**key)).collect()
     }
 }
 

@@ -1,29 +1,35 @@
 //! A drop whose place is given.
 
 use glam::DVec3;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::model::DropShape;
 
 /// A drop placed by hand.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PlacedDrop {
-    /// Its centre, in scene units.
+    /// Its centre.
+    #[schemars(with = "[f64; 3]", extend("x-unit" = "scene units"))]
     pub center: DVec3,
-    /// Radius of the sphere of equal volume, in scene units.
+    /// Radius of the sphere of equal volume.
+    #[schemars(extend("exclusiveMinimum" = 0, "x-unit" = "scene units"))]
     #[serde(default = "unit_radius")]
     pub radius: f64,
     /// Of a spheroid about +y: its height over its width.
+    #[schemars(range(min = 0.05, max = 20), extend("x-default" = "1"))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub axis_ratio: Option<f64>,
-    /// Instead of an axis ratio.
+    /// Instead of an axis ratio: a sphere, or two half spheroids by the diameter in mm (`metres`).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shape: Option<DropShape>,
-    /// In scene units a second: at time t the centre is `center + velocity t`.
+    /// At time t the centre is `center + velocity t`.
+    #[schemars(with = "[f64; 3]", extend("x-unit" = "scene units/s"))]
     #[serde(default, skip_serializing_if = "is_at_rest")]
     pub velocity: DVec3,
-    /// Its number in layers, over 0; none: by its place in the list.
+    /// Its number in layers.
+    #[schemars(range(min = 1), extend("x-default" = "by its place in the list"))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub id: Option<u32>,
 }

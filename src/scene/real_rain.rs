@@ -6,12 +6,13 @@
 use std::fmt;
 
 use glam::DVec3;
+use schemars::JsonSchema;
 use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
 use serde::de::{Deserializer, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Serialize};
 
 use super::model::{DropShape, Sizes};
-use super::{Population, RainSettings};
+use super::{MAX_DROPS, Population, RainSettings};
 use crate::abi::MOST_POPULATIONS;
 use crate::rain::cells::{FARTHEST, Lattice, lattices};
 use crate::rain::classes::{Class, classes};
@@ -19,12 +20,6 @@ use crate::rain::law::{Law, marshall_palmer_slope, slope_of_median, ulbrich_inte
 
 /// Rates in mm/h: from a trace to the heaviest minute on record.
 pub const RATES: std::ops::RangeInclusive<f64> = 0.001..=2000.0;
-
-/// Diameters in mm: under the least it is fog, over the largest a drop breaks up.
-const DIAMETERS: std::ops::RangeInclusive<f64> = 0.01..=10.0;
-
-/// Largest μ; a law beyond it is a spike, and `uniform` between narrow cut-offs says it better.
-const MOST_MU: f64 = 50.0;
 
 /// Fastest wind in m/s, over that of any storm on record.
 const FASTEST_WIND: f64 = 150.0;
@@ -118,41 +113,19 @@ impl RealRain {
 
     /// Says what is wrong with a value, and what would be right.
     pub(super) fn validate(&self) -> Result<(), String> {
-        let Self { rate, diameters: [from, to], mu, air_density, wind, extent, .. } = *self;
-        let within = |range: std::ops::RangeInclusive<f64>, value: f64, what: &str, unit: &str| {
-            if range.contains(&value) {
-                return Ok(());
-            }
-            let (least, most) = (range.start(), range.end());
-            Err(format!("rain: {what} = {value} is not within {least} to {most} {unit}"))
-        };
-        if rate == 0.0 {
-            return Err("rain: rate = 0 is no rain: leave the rate out, and give count = 0".into());
-        }
-        within(RATES, rate, "rate", "mm/h")?;
-        within(DIAMETERS, from, "the first of diameters", "mm")?;
-        within(DIAMETERS, to, "the second of diameters", "mm")?;
+        let Self { diameters: [from, to], wind, .. } = *self;
         // A narrower law has fewer than a hundred steps of a drop's diameter.
         if to - from < 1e-4 {
             return Err(format!(
                 "rain: diameters = [{from}, {to}] must ascend by 0.0001 mm at least: the least, then the largest"
             ));
         }
-        if mu.is_nan() || mu <= -1.0 || mu > MOST_MU {
-            return Err(format!(
-                "rain: mu = {mu} is not over -1 (at -1 the number of drops diverges) and up to {MOST_MU}"
-            ));
-        }
-        within(0.1..=10.0, air_density, "air_density", "kg/m³")?;
         self.validate_median()?;
-        if !wind.is_finite() || wind.length() > FASTEST_WIND {
+        if wind.length() > FASTEST_WIND {
             return Err(format!(
                 "rain: wind = [{}, {}, {}] is over {FASTEST_WIND} m/s; give metres a second",
                 wind.x, wind.y, wind.z
             ));
-        }
-        if extent.is_nan() || extent <= 0.0 {
-            return Err(format!("rain: extent = {extent} is not over 0 m (inf is allowed)"));
         }
         Ok(())
     }
@@ -192,41 +165,72 @@ impl RealRain {
 }
 
 /// The `[rain]` table as it is written.
-#[derive(Clone, Default, Deserialize, Serialize)]
+#[derive(Clone, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub(super) struct RainTable {
+    /// Chooses the starting places of drops in a box; 64 bits.
+    #[schemars(extend("x-default" = "the scene's, plus the number of populations before"))]
     #[serde(skip_serializing_if = "Option::is_none")]
     seed: Option<u64>,
+    /// How many equal drops; excludes `rate`.
+    #[schemars(range(max = MAX_DROPS), extend("x-default" = "1,000,000"))]
     #[serde(skip_serializing_if = "Option::is_none")]
     count: Option<u32>,
+    /// Half the edges of the box that holds equal drops; it repeats around the camera.
+    #[schemars(with = "Option<[f64; 3]>", extend("exclusiveMinimum" = 0, "x-unit" = "scene units", "x-default" = "1025 1025 1025"))]
     #[serde(skip_serializing_if = "Option::is_none")]
     half_extent: Option<DVec3>,
+    /// Radius of equal drops; less than every half extent.
+    #[schemars(extend("exclusiveMinimum" = 0, "x-unit" = "scene units", "x-default" = "1"))]
     #[serde(skip_serializing_if = "Option::is_none")]
     radius: Option<f64>,
+    /// Velocity of equal drops.
+    #[schemars(with = "Option<[f64; 3]>", extend("x-unit" = "scene units/s", "x-default" = "0 -9 0"))]
     #[serde(skip_serializing_if = "Option::is_none")]
     velocity: Option<DVec3>,
+    /// Rain that falls in still air: real rain without end instead of a box.
+    #[schemars(range(min = *RATES.start(), max = *RATES.end()), extend(
+        "x-unit" = "mm/h",
+        "x-advice" = "for no rain leave the rate out, and give count = 0"
+    ))]
     #[serde(skip_serializing_if = "Option::is_none")]
     rate: Option<f64>,
+    /// The law of the sizes of real rain.
+    #[schemars(extend("x-default" = "`marshall-palmer`"))]
     #[serde(skip_serializing_if = "Option::is_none")]
     sizes: Option<Sizes>,
+    /// Least and largest diameter of real rain.
+    #[schemars(extend("minimum" = 0.01, "maximum" = 10, "x-unit" = "mm", "x-default" = "0.25 6"))]
     #[serde(skip_serializing_if = "Option::is_none")]
     diameters: Option<[f64; 2]>,
+    /// Exponent μ of the gamma law.
+    #[schemars(extend("exclusiveMinimum" = -1, "maximum" = 50, "x-default" = "3"))]
     #[serde(skip_serializing_if = "Option::is_none")]
     mu: Option<f64>,
+    /// With `sizes = "gamma"`: the median-volume diameter of the law without cut-offs, within `diameters`.
+    #[schemars(extend("x-unit" = "mm", "x-default" = "from the rate and `mu`"))]
     #[serde(skip_serializing_if = "Option::is_none")]
     median_diameter: Option<f64>,
+    /// Density of the air: drops fall faster in thin air.
+    #[schemars(range(min = 0.1, max = 10), extend("x-unit" = "kg/m³", "x-default" = "1.2"))]
     #[serde(skip_serializing_if = "Option::is_none")]
     air_density: Option<f64>,
+    /// Added to the velocity at which each size falls; up to 150 m/s.
+    #[schemars(with = "Option<[f64; 3]>", extend("x-unit" = "m/s", "x-default" = "0 0 0"))]
     #[serde(skip_serializing_if = "Option::is_none")]
     wind: Option<DVec3>,
+    /// The shape of real rain's drops.
+    #[schemars(extend("x-default" = "`equilibrium`"))]
     #[serde(skip_serializing_if = "Option::is_none")]
     shape: Option<DropShape>,
+    /// Distance from the camera to the rain's end.
+    #[schemars(extend("exclusiveMinimum" = 0, "x-infinite" = true, "x-unit" = "m", "x-default" = "300"))]
     #[serde(skip_serializing_if = "Option::is_none")]
     extent: Option<f64>,
 }
 
 /// `[rain]`, or `[[rain]]` for each population.
-#[derive(Clone, Serialize)]
+#[derive(Clone, Serialize, JsonSchema)]
 #[serde(untagged)]
 pub(super) enum RainTables {
     One(Box<RainTable>),

@@ -133,7 +133,7 @@ fn a_scene_of_real_rain_is_measured() {
 #[test]
 fn what_cannot_be_measured_is_refused_in_one_line() {
     let cases: [(&[&str], &str); 5] = [
-        (&["--rain", "0"], "rate = 0 is no rain"),
+        (&["--rain", "0"], "rate = 0 is not within 0.001 to 2000 mm/h"),
         (&["--rain", "5,-1"], "rate = -1 is not within"),
         (&["--rain", "1e6"], "rate = 1000000 is not within"),
         (&["--rain", "5", "--drops", "7"], "cannot be used with"),

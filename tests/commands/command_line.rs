@@ -224,7 +224,7 @@ fn bad_scenes() {
         ("[camera]\ntarget = [0, 0, 0]", &["the same point"]),
         ("[camera]\nup = [0, 0, 0]", &["up"]),
         ("[camera]\nnear = -1", &["near"]),
-        ("[image]\nwidth = 0", &["0 x 1024"]),
+        ("[image]\nwidth = 0", &["width = 0 is not within 1 to 32768 px"]),
         ("[environment]\nradiance = [1, -1, 1]", &["radiance"]),
         ("[environment]\nradiance = [1, 1, 1]\nfile = 'a.exr'", &["not both"]),
         ("[rain]\nradius = -1", &["radius"]),
@@ -252,7 +252,7 @@ fn bad_values_on_the_command_line() {
     let folder = folder();
     let output = ["-o", "a.png"];
     for (arguments, word) in [
-        (["--size", "0x5"], "0 x 5"),
+        (["--size", "0x5"], "width = 0"),
         (["--drops", "4000000000"], "4000000000"),
         (["--time", "nan"], "NaN"),
         (["--fps", "0"], "fps = 0"),

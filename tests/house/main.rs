@@ -10,5 +10,7 @@ mod interface;
 
 mod abi;
 mod docs;
+mod generated;
 mod mutants;
+mod new_key;
 mod scene_keys;

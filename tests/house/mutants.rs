@@ -29,7 +29,7 @@ struct List {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Mutant {
+pub struct Mutant {
     /// What is wrong.
     name: String,
     file: PathBuf,
@@ -68,7 +68,7 @@ impl Mutant {
     }
 }
 
-fn root() -> &'static Path {
+pub fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
@@ -147,7 +147,7 @@ fn write(path: &Path, content: &[u8]) {
 }
 
 /// Copies the sources to `tree`, the faults in Rust among them, and removes what is there no longer.
-fn copy_sources(tree: &Path, mutants: &[Mutant]) {
+pub fn copy_sources(tree: &Path, mutants: &[Mutant]) {
     let listed = Command::new("git")
         .args(["ls-files", "-z", "--cached", "--others", "--exclude-standard"])
         .current_dir(root())
@@ -207,15 +207,21 @@ fn remove_others(tree: &Path, folder: &Path, files: &BTreeSet<PathBuf>) {
     }
 }
 
-/// Builds test binaries in the tree; each one's path, or none if they do not build.
-fn build(tree: &Path, tests: &BTreeSet<&str>) -> Option<BTreeMap<String, PathBuf>> {
+/// Builds test binaries in the tree; each one's path, or none if they do not build. `target` is a folder of its own:
+/// beside the crate's, cargo would take the faulty build for the crate's own.
+pub fn build(
+    tree: &Path,
+    target: &Path,
+    tests: &BTreeSet<&str>,
+) -> Option<BTreeMap<String, PathBuf>> {
     let mut command = Command::new(env!("CARGO"));
     command.args(["test", "--no-run", "--message-format=json-render-diagnostics"]);
     for test in tests {
-        command.args(["--test", test]);
+        match *test {
+            "lib" => command.arg("--lib"),
+            test => command.args(["--test", test]),
+        };
     }
-    // A folder of its own: beside the crate's, cargo would take the faulty build for the crate's own.
-    let target = root().join("target/mutants/build");
     let built = command
         .current_dir(tree)
         .env("CARGO_TARGET_DIR", target)
@@ -227,7 +233,9 @@ fn build(tree: &Path, tests: &BTreeSet<&str>) -> Option<BTreeMap<String, PathBuf
         .filter_map(|line| serde_json::from_str::<serde_json::Value>(line).ok())
         .filter_map(|message| {
             let executable = message["executable"].as_str()?;
-            Some((message["target"]["name"].as_str()?.to_string(), executable.into()))
+            let target = &message["target"];
+            let name = if target["kind"][0] == "lib" { "lib" } else { target["name"].as_str()? };
+            Some((name.to_string(), executable.into()))
         })
         .collect();
     built.status.success().then_some(executables)
@@ -307,11 +315,29 @@ fn passes(
     variable: Option<(&str, &str)>,
     time: Duration,
 ) -> Option<bool> {
+    let mut command = Command::new(executable);
+    command.args(["--exact", case, "--nocapture"]).envs(variable);
+    ended_well(command, tree, time)
+}
+
+/// Whether all tests pass that have one of the words in their names, with the fault of a number; none if they do not end in
+/// time.
+pub fn run_until(
+    executable: &Path,
+    tree: &Path,
+    words: &[&str],
+    fault: Option<usize>,
+    time: Duration,
+) -> Option<bool> {
+    let mut command = Command::new(executable);
+    command.args(words).envs(fault.map(|number| ("RAINDROPS_MUTANT", number.to_string())));
+    ended_well(command, tree, time)
+}
+
+fn ended_well(mut command: Command, tree: &Path, time: Duration) -> Option<bool> {
     let log = fs::File::create(tree.with_file_name("last.log")).expect("a log");
-    let mut running: Child = Command::new(executable)
-        .args(["--exact", case, "--nocapture"])
+    let mut running: Child = command
         .current_dir(tree)
-        .envs(variable)
         .stdout(log.try_clone().expect("a log"))
         .stderr(log)
         .spawn()
@@ -403,7 +429,8 @@ impl Tree {
             let whole = fs::read_to_string(&file).expect("a source");
             let changed = whole.replacen(&mutant.text, &mutant.put, 1);
             write(&file, changed.as_bytes());
-            let built = build(&self.path, &BTreeSet::from([mutant.test.as_str()]));
+            let tests = BTreeSet::from([mutant.test.as_str()]);
+            let built = build(&self.path, &self.path.with_file_name("build"), &tests);
             write(&file, whole.as_bytes());
             let Some(built) = built else {
                 return (Outcome::Stale, "it does not build".into());
@@ -435,7 +462,8 @@ fn every_mutant_is_killed() {
     let path = root().join("target/mutants/tree");
     copy_sources(&path, &all);
     let tests: BTreeSet<&str> = chosen.iter().map(|(_, mutant)| mutant.test.as_str()).collect();
-    let executables = build(&path, &tests).expect("the mutants do not build");
+    let executables =
+        build(&path, &path.with_file_name("build"), &tests).expect("the mutants do not build");
     let mut tree = Tree { path, executables, taken: BTreeMap::new() };
 
     let mut outcomes: BTreeMap<Outcome, Vec<&str>> = BTreeMap::new();

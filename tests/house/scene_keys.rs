@@ -24,15 +24,18 @@ fn bad_values_are_refused_with_their_key() {
         ("[camera]\nshutter_angle = 180.0\nshutter = 0.1", "not both"),
         ("[camera]\naperture = -1.0", "aperture = -1"),
         ("[camera]\naperture = inf", "aperture = inf"),
-        ("[camera]\nfocus = 0.0", "focus = 0 is not before"),
-        ("[camera]\nfocus = -2.0", "focus = -2 is not before"),
-        ("[camera]\nfocus = nan", "focus = NaN"),
-        ("[camera]\nvelocity = [0.0, nan, 0.0]", "velocity = [0, NaN, 0] is not finite"),
         (
-            "[camera]\nvelocity = [8e5, 8e5, 0.0]",
-            "is not finite and up to 1e6 scene units a second",
+            "[camera]\nfocus = 0.0",
+            "focus = 0 is not over 0 scene units; it is a distance before the camera",
         ),
-        ("[camera]\nvelocity = [0.0, inf, 0.0]", "velocity = [0, inf, 0]"),
+        ("[camera]\nfocus = -2.0", "focus = -2 is not over 0"),
+        ("[camera]\nfocus = nan", "focus = NaN"),
+        (
+            "[camera]\nvelocity = [0.0, nan, 0.0]",
+            "camera: the second of velocity = NaN is not finite",
+        ),
+        ("[camera]\nvelocity = [8e5, 8e5, 0.0]", "is not up to 1e6 scene units a second"),
+        ("[camera]\nvelocity = [0.0, inf, 0.0]", "the second of velocity = inf"),
         (
             "[camera]\nshutter = 0.1\n[[film.camera]]\nat = 0.0\nposition = [0, 0, 0]\ntarget = [0, 0, -1]\n\
              [[film.camera]]\nat = 1e-6\nposition = [1, 0, 0]\ntarget = [0, 0, -1]",
@@ -52,7 +55,10 @@ fn bad_values_are_refused_with_their_key() {
         ("[[drop]]\ncenter = [0, 0, -5]\naxis_ratio = -0.5", "axis_ratio = -0.5"),
         ("[[drop]]\ncenter = [0, 0, -5]\naxis_ratio = 0.9\nshape = \"equilibrium\"", "not both"),
         ("[[drop]]\ncenter = [0, 0, -5]\nshape = \"egg\"", "equilibrium"),
-        ("[[drop]]\ncenter = [0, 0, -5]\nvelocity = [0, inf, 0]", "velocity must be finite"),
+        (
+            "[[drop]]\ncenter = [0, 0, -5]\nvelocity = [0, inf, 0]",
+            "drop 1: the second of velocity = inf is not finite",
+        ),
         ("rain = []", "the list is empty"),
         ("[[rain]]\n[[rain]]\n[[rain]]\n[[rain]]\n[[rain]]", "5 populations are over 4"),
         ("[[rain]]\nrate = 5.0\n[[rain]]\ncount = 5", "real rain (rate) stands alone"),
@@ -70,11 +76,11 @@ fn bad_values_are_refused_with_their_key() {
         ("[background]\ndepth = \"d.exr\"\ndepth_kind = \"round\"", "planar"),
         ("[background]\ndepth = \"d.exr\"\ndepth_scale = -1.0", "depth_scale = -1"),
         ("[background]\ndepth_scale = 1.0", "but no depth"),
-        ("[model]\nsplat_px = 0.39", "splat_px = 0.39 is not within 0.4 to 1.5 pixels"),
+        ("[model]\nsplat_px = 0.39", "splat_px = 0.39 is not within 0.4 to 1.5 px"),
         ("[model]\nsplat_px = 1.51", "splat_px = 1.51 is not within"),
         ("[model]\nsplat_px = nan", "splat_px = NaN is not within"),
         ("[model]\nsamples = 257", "samples = 257 is not within 1 to 256"),
-        ("[model]\ninternal_reflections = 9", "internal_reflections = 9 is over 8"),
+        ("[model]\ninternal_reflections = 9", "internal_reflections = 9 is not within 0 to 8"),
     ] {
         let problem = match parse(text) {
             Ok(_) => panic!("{text} is taken"),
@@ -319,7 +325,7 @@ fn what_is_out_of_range_has_its_line() {
     for (line, text) in [
         (2, "seed = 1\ntime = inf"),
         (3, "[camera]\nnear = 1.0\nvertical_fov = 0.0"),
-        (2, "\n[image]\nwidth = 100000"),
+        (3, "\n[image]\nwidth = 100000"),
         (1, "image = { width = 0 }"),
         (1, "tone_map.key = 0.0"),
         (5, "[[rain]]\nradius = 0.1\n[[rain]]\nseed = 2\nradius = -1.0"),

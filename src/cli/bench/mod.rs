@@ -12,10 +12,11 @@ use anyhow::Context as _;
 use clap::{ArgMatches, Args};
 
 use self::table::{plain, table};
+use super::aliases::Aliases;
 use super::device::{DeviceArgs, choose_device, devices, expected_costs, open_device, resolve};
 use super::format::Format;
 use super::interrupt::{Interrupted, heed_interrupts, is_interrupted};
-use super::options::{AxisArgs, SceneValues, parse_drops};
+use super::options::{SceneValues, parse_drops};
 use super::verdict::gate::GateArgs;
 use super::{Answer, parse_seconds, print, progress, say_doubt, write_json};
 use crate::cli::tell::{about, failure, note, say, warning};
@@ -30,7 +31,7 @@ use crate::plan::{Output, expected_ms, plan, plan_by};
 use crate::rain::cull::count_visible;
 use crate::rain::field::Field;
 use crate::scene::model::{Operator, Preset};
-use crate::scene::{RainSettings, Scene};
+use crate::scene::{ModelChoice, RainSettings, Scene};
 use crate::thousands::counted;
 
 /// Measure frame rates: of a scene, or the paper's Table II
@@ -87,7 +88,7 @@ pub struct BenchArgs {
     #[command(flatten)]
     values: SceneValues,
     #[command(flatten)]
-    axes: AxisArgs,
+    model: Aliases<ModelChoice>,
     #[command(flatten)]
     device: DeviceArgs,
     #[command(flatten)]
@@ -103,7 +104,7 @@ const TABLE_II: [u32; 6] = [125_000, 250_000, 500_000, 1_000_000, 2_000_000, 4_0
 pub fn run(args: &BenchArgs, given: &ArgMatches) -> anyhow::Result<Answer> {
     let given = given.subcommand_matches("bench").context("the command is bench")?;
     let mut scene = args.values.load(args.scene.as_deref())?;
-    args.axes.apply(&mut scene)?;
+    scene.model = args.model.set_in(scene.model)?;
     for amount in args.series().into_iter().flatten() {
         let mut scene = scene.clone();
         amount.apply(&mut scene)?;

@@ -13,6 +13,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use glam::DVec3;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{PlacedDrop, Scene};
@@ -23,17 +24,20 @@ use table::Table;
 const MOST: u64 = 1 << 26;
 
 /// The `[particles]` table.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Particles {
-    /// PLY, NPY, NPZ or CSV; with `%04d` in its name for the frame's number a sequence.
+    /// PLY, NPY, NPZ or CSV, relative to the scene file; with `%04d` in its name, for the frame's number, a sequence.
     pub file: PathBuf,
-    /// Radius in scene units of those that have none in the file.
+    /// Radius of those whose file has none, which must have it here.
+    #[schemars(extend("exclusiveMinimum" = 0, "x-unit" = "scene units"))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub radius: Option<f64>,
     /// Factor on the file's lengths: positions, radii and velocities.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub scale: f64,
-    /// Frames a second of a sequence, in the scene's time.
+    /// Frames a second of a sequence, in the scene's time: what is shown is frame `first` + floor(`time` · `fps`).
+    #[schemars(extend("exclusiveMinimum" = 0, "x-unit" = "1/s"))]
     pub fps: f64,
     /// Number of the sequence's frame at time 0.
     pub first: i64,
@@ -76,15 +80,8 @@ impl Particles {
 
     /// Checks the keys; a problem is an error in words.
     pub(super) fn validate(&self) -> std::result::Result<(), String> {
-        let Self { radius, scale, fps, .. } = *self;
-        let positive = |value: f64| value.is_finite() && value > 0.0;
         if self.file.as_os_str().is_empty() {
             return Err("particles: give a file: PLY, NPY, NPZ or CSV".into());
-        }
-        for (name, value) in [("radius", radius.unwrap_or(1.0)), ("scale", scale), ("fps", fps)] {
-            if !positive(value) {
-                return Err(format!("particles: {name} = {value} is not finite and over 0"));
-            }
         }
         Ok(())
     }

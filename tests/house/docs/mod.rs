@@ -1,6 +1,7 @@
 //! The documents: what they link to, name, show and quote is there, and is the program's.
 
 mod figures;
+mod keys;
 mod site;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -213,6 +214,7 @@ fn problem(helps: &BTreeMap<String, String>, (command, arguments): (&str, &str))
 
 #[test]
 fn every_command_and_option_that_is_shown_is_there() {
+    let whole = said(&["--help"]);
     let helps = helps();
     assert!(helps.len() > 15, "{} commands", helps.len());
     let (mut calls, mut single, mut wrong) = (0, 0, Vec::new());
@@ -241,7 +243,8 @@ fn every_command_and_option_that_is_shown_is_there() {
             } else if let Some(option) = code.starts_with("--").then(|| options(code)) {
                 single += 1;
                 let is_known = |option: &&str| {
-                    helps.values().any(|help| has(help, option)) || OTHERS.contains(option)
+                    helps.values().chain([&whole]).any(|help| has(help, option))
+                        || OTHERS.contains(option)
                 };
                 let unknown = option.into_iter().find(|option| !is_known(option));
                 wrong.extend(unknown.map(|option| format!("{place}: no command has {option}")));
