@@ -3,15 +3,15 @@
 # what machine (scripts/made.sh).
 #
 #   scripts/figures.sh                 every step but embedded, host and report: a few minutes on two cores
-#   scripts/figures.sh dusk film       these steps
+#   scripts/figures.sh gallery film       these steps
 #   scripts/figures.sh window embedded host report
 #   scripts/figures.sh --out DIR figure-4   into DIR, and no note of it: the tracked pictures stay as they are
 #
 # Steps:
-#   dusk dash-cam rainbow real-rain rain
-#                                      pictures of README and guide
+#   gallery                            docs/gallery.md and its pictures, which README and guide show too
+#   dash-cam                           the car's picture from a camera that stands
 #   figure-1 figure-3 figure-4 figure-5 figure-7
-#                                      the paper's figures; 7 and real-rain need the environments of scripts/setup.sh
+#                                      the paper's figures; 7 and gallery need the environments of scripts/setup.sh
 #   shapes                             flattened drops
 #   film                               three frames
 #   window                             the window of the guide: tests/view/guide.rs draws it in a virtual X server
@@ -21,8 +21,8 @@
 #   report                             a page of `raindrops report` in a headless Chromium, which must be there
 #                                      (scripts/report-pictures.sh)
 #
-# Plots of measured times are made on a quiet machine: passes.svg by scripts/results.sh, tradeoff.svg by
-# scripts/tradeoff.sh. ray.svg is drawn by hand. RAINDROPS names the program, else it is built.
+# Plots of measured times are made on a quiet machine: passes.svg by scripts/results.sh, tradeoff.svg and
+# presets.svg by scripts/tradeoff.sh. ray.svg is drawn by hand. RAINDROPS names the program, else it is built.
 set -euo pipefail
 case ${1-} in -h | --help) sed -n '2,/^set /s/^# \{0,1\}//p' "$0"; exit 0 ;; esac
 out=docs/pictures notes=yes
@@ -33,7 +33,7 @@ if [ "${1-}" = --out ]; then
   shift 2
 fi
 cd "$(dirname "$0")/.."
-steps=(dusk dash-cam rainbow real-rain rain figure-1 figure-3 figure-4 figure-5 figure-7 shapes film errors window)
+steps=(gallery dash-cam figure-1 figure-3 figure-4 figure-5 figure-7 shapes film errors window)
 case ${1-} in -*) sed -n '2,/^set /s/^# \{0,1\}//p' scripts/figures.sh >&2; exit 2 ;; esac
 [ $# = 0 ] || steps=("$@")
 if [ -z "${RAINDROPS-}" ]; then
@@ -47,64 +47,50 @@ scenes=assets/scenes environments=assets/environments work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 raindrops() { "$RAINDROPS" "$@" 2>>"$work/log" || { tail -n 3 "$work/log" >&2; return 1; }; }
 
-dusk() { # streaks at dusk
-  raindrops render $scenes/dusk.toml -o "$out"/dusk.png
-  made dusk.png
+# One line a picture of the gallery: name | caption | arguments of render.
+GALLERY='
+wide-sunset | A wide lens, 140 degrees, among drops at sunset: perspective draws them out towards the corners. | assets/scenes/wide-sunset.toml --environment assets/environments/sunset.exr
+bubbles-at-sunset | Bubbles of air under water. Their rims reflect all light and are silver. | assets/scenes/bubbles-at-sunset.toml --environment assets/environments/sunset.exr
+sunrise-drops | Drops that stand still. Each is a lens with the landscape upside down. | assets/scenes/sunrise-drops.toml --environment assets/environments/sunrise.exr
+studio | Drops in a studio, with a lamp in each. | assets/scenes/studio.toml --environment assets/environments/studio.exr
+dusk | A shower against a low sun out of the picture, exposed for 1/1000 s; far rain is like fog. | assets/scenes/dusk.toml
+real-rain | Rain of 100 mm/h at sunrise, the scene of the guide. | --rate 100 --preset fast --size 900x600 --environment assets/environments/sunrise.exr --set camera.position=0,1.7,0 --set camera.target=-0.2,1.95,-1 --set camera.vertical_fov=36
+rainbow | Rain of 20 mm/h with the sun behind the camera: both rainbows. | --set rain.rate=20 --preset fast --size 900x520 --set camera.position=0,1.7,0 --set camera.target=-8.83,2.6,4.69 --set camera.vertical_fov=75 --set rain.extent=2000 --set tone_map.key=0.36
+dash-cam | From a car at 50 km/h, exposed for 1/60 s: streaks spread from where it drives to. | assets/scenes/dash-cam.toml
+film-0096 | One frame of a film, while the rain stands still. | assets/scenes/film.toml --frame 96
+drop | One drop close up: the world upside down, bent around at the rim. | assets/scenes/drop.toml
+rain | A million equal drops, the rain of the paper. | assets/scenes/rain.toml
+figure-7-courtyard | A quarter of a million drops between buildings. | --preset fast --size 384x384 --environment assets/environments/courtyard.exr --drops 250000
+'
+
+gallery() { # docs/gallery.md and its pictures
+  local name caption arguments took page=docs/gallery.md folder=pictures/
+  [ $notes = yes ] || page=$out/gallery.md folder=
+  for name in sunset sunrise studio courtyard; do need $environments/$name.exr; done
+  {
+    printf '# Gallery\n\nFor anyone who wants to see what the program draws: twelve pictures, each with its command and what that printed. '
+    printf 'Photographs come from `scripts/setup.sh` on Debian and Ubuntu.\n\n'
+    printf 'The time is what the whole command took of the processor (the driver keeps compiled shaders from run to run): %s, %d cores, no GPU.\n' \
+      "$("$RAINDROPS" devices | sed -n '1s/^0: //p')" "$(nproc)"
+  } >"$work/gallery.md"
+  while IFS='|' read -r name caption arguments; do
+    [ -n "$name" ] || continue
+    read -r name <<<"$name" && read -r caption <<<"$caption" && read -r arguments <<<"$arguments"
+    # shellcheck disable=SC2086 # arguments are words
+    : >"$work/log"
+    { TIMEFORMAT='%U %S'; time raindrops render $arguments -o "$out/$name.png"; } 2>"$work/took" || { cat "$work/took" >&2; return 1; }
+    took=$(awk '{ printf "%.1f s", $1 + $2 }' "$work/took")
+    [ ${#arguments} -lt 60 ] || arguments=${arguments// --/ \\$'\n'  --}
+    printf '\n## %s\n\n![%s](%s%s.png)\n\n%s\n\n```\nraindrops render %s -o %s.png\n```\n\n`%s`, %s\n' "${caption%%[.:,]*}" \
+      "${caption%%[.:,]*}" "$folder" "$name" "$caption" "$arguments" "$name" "$(grep ' in view (' "$work/log" | tail -n 1)" "$took" >>"$work/gallery.md"
+    made "$name.png"
+  done <<<"$GALLERY"
+  cp "$work/gallery.md" "$page"
 }
 
-dash_cam() { # from a car, and the same from a camera that stands
-  raindrops render $scenes/dash-cam.toml -o "$out"/dash-cam.png
+dash_cam() { # what a car sees in the gallery, by a camera that stands
   raindrops render $scenes/dash-cam.toml --set 'camera.velocity=[0,0,0]' -o "$out"/dash-cam-at-rest.png
-  made dash-cam.png dash-cam-at-rest.png
-}
-
-rainbow() { # rain of 20 mm/h, the bundled sky's sun behind the camera
-  cat >"$work/rainbow.toml" <<'SCENE'
-[camera]
-position = [0.0, 1.7, 0.0]
-target = [-8.83, 2.6, 4.69]
-vertical_fov = 75.0
-[image]
-width = 900
-height = 520
-[rain]
-rate = 20.0
-extent = 2000.0
-[tone_map]
-key = 0.36
-[model]
-preset = "fast"
-SCENE
-  raindrops render "$work/rainbow.toml" -o "$out"/rainbow.png
-  made rainbow.png
-}
-
-real_rain() { # 100 mm/h at sunrise, the scene of the guide
-  need $environments/sunrise.exr
-  cat >"$work/cloudburst.toml" <<SCENE
-[camera]
-position = [0.0, 1.7, 0.0]
-target = [-0.2, 1.95, -1.0]
-vertical_fov = 36.0
-[image]
-width = 900
-height = 600
-[environment]
-file = "$PWD/$environments/sunrise.exr"
-[rain]
-rate = 100.0
-extent = 300.0
-[model]
-preset = "fast"
-SCENE
-  raindrops render "$work/cloudburst.toml" -o "$out"/real-rain.png
-  made real-rain.png
-}
-
-rain() { # a million drops, one drop
-  raindrops render $scenes/rain.toml -o "$out"/rain.png
-  raindrops render $scenes/drop.toml -o "$out"/drop.png
-  made rain.png drop.png
+  made dash-cam-at-rest.png
 }
 
 figure_1() { # truth, mask, scene
@@ -145,7 +131,7 @@ figure_5() { # the mask
 
 figure_7() { # environments and numbers of drops
   local pair environment
-  for pair in sunset:1000000 courtyard:250000 forest:125000 city:500000; do
+  for pair in sunset:1000000 forest:125000 city:500000; do # the gallery has courtyard
     environment=$environments/${pair%:*}.exr
     need "$environment"
     raindrops render --preset fast --size 384x384 --environment "$environment" --drops "${pair#*:}" \
@@ -179,12 +165,11 @@ shapes() { # flattened drops of 1 to 6 mm, level and from below, by the referenc
   done
 }
 
-film() { # falling, standing still, halfway round a drop
+film() { # falling, halfway round a drop; the gallery has frame 96, which stands still
   local frame
-  raindrops render $scenes/film.toml -o "$work/film.png"
-  for frame in 0024 0096 0150; do
-    cp "$work/film-$frame.png" "$out"/
-    made "film-$frame.png"
+  for frame in 24 150; do
+    raindrops render $scenes/film.toml --frame $frame -o "$out/film-$(printf %04d $frame).png"
+    made "film-$(printf %04d $frame).png"
   done
 }
 

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Notes in docs/pictures/made.txt what made pictures: the script and its step, the commit, the day, the machine.
 #
-#   scripts/made.sh "scripts/figures.sh dusk" dusk.png
+#   scripts/made.sh "scripts/figures.sh gallery" dusk.png
 #
 # A commit with a + had changes in the sources. RAINDROPS names the program, as in the scripts that call this one.
 set -euo pipefail

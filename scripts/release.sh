@@ -2,12 +2,15 @@
 # Makes an archive of the program that needs no sources: program, scenes, environments, completions, manual pages,
 # licences of all crates in it, and a list of what the target machine must have.
 #
-#   scripts/release.sh [FOLDER]      writes FOLDER/raindrops-VERSION-TARGET.tar.gz; FOLDER is out if not given
+#   scripts/release.sh [FOLDER]         writes FOLDER/raindrops-VERSION-TARGET.tar.gz; FOLDER is out if not given
+#   scripts/release.sh --deb [FOLDER]   also FOLDER/raindrops_VERSION-1_ARCHITECTURE.deb, by cargo-deb (cargo install cargo-deb)
 #
 # RAINDROPS names the program, else it is built. RAINDROPS_WINDOWS names raindrops.exe of the same sources, which scripts/windows.sh
 # builds: then it is packed, as raindrops-VERSION-x86_64-pc-windows-gnu.zip. Exit status: 0; 2 for an error.
 set -euo pipefail
 case ${1-} in -h | --help) sed -n '2,/^set /s/^# \{0,1\}//p' "$0"; exit 0 ;; esac
+deb=
+if [ "${1-}" = --deb ]; then deb=yes; shift; fi
 folder=${1:-out}
 case $folder in -*) sed -n '2,/^set /s/^# \{0,1\}//p' "$0" >&2; exit 2 ;; esac
 mkdir -p "$folder"
@@ -16,6 +19,11 @@ program=${RAINDROPS:+$(realpath "$RAINDROPS")}
 windows=${RAINDROPS_WINDOWS:+$(realpath "$RAINDROPS_WINDOWS")}
 cd "$(dirname "$0")/.."
 fail() { echo "release: $*" >&2; exit 2; }
+if [ -n "$deb" ]; then
+  PATH=$PATH:${CARGO_HOME:-$HOME/.cargo}/bin
+  [ -z "$windows" ] || fail "--deb is for Linux, RAINDROPS_WINDOWS is not"
+  command -v cargo-deb >/dev/null || fail "cargo-deb is missing: cargo install cargo-deb"
+fi
 if [ -z "$program" ]; then
   scripts/setup.sh
   scripts/cargo.sh build --release --locked --bin raindrops || fail "the program does not build"
@@ -32,7 +40,7 @@ into=$tree/$name
 mkdir -p "$into"/{licences,assets,completions}
 
 cp README.md CHANGELOG.md "$into/"
-cp -r assets/scenes assets/low-sun.exr assets/sky.exr "$into/assets/"
+cp -r assets/scenes assets/scene.schema.json assets/low-sun.exr assets/sky.exr "$into/assets/"
 if [ -d assets/environments ]; then cp -r assets/environments "$into/assets/"; fi
 if [ -n "$windows" ]; then
   cp "$windows" "$into/raindrops.exe"
@@ -131,3 +139,13 @@ else
 fi
 mv "$archive.part" "$archive"
 echo "release: $archive, $(du -h "$archive" | cut -f 1)" >&2
+
+# The files of the archive, at the places that Cargo.toml names.
+if [ -n "$deb" ]; then
+  rm -rf target/package/raindrops
+  mkdir -p target/package
+  cp -r "$into" target/package/raindrops
+  made=$(cargo-deb --no-build --no-strip --output "$folder/" 2>"$tree/deb.log" | tail -n 1) || { cat "$tree/deb.log" >&2; fail "no .deb"; }
+  [ -f "$made" ] || { cat "$tree/deb.log" >&2; fail "no .deb"; }
+  echo "release: $made, $(du -h "$made" | cut -f 1)" >&2
+fi

@@ -377,15 +377,17 @@ fn blocks(page: &str, language: &str) -> Vec<String> {
     starts.map(|rest| rest.split_once("```").expect("its end").0.to_string()).collect()
 }
 
-/// Everything that docs/data-set.md says in Python, one block after the other as its reader runs them, with its scene and
+/// Everything that docs/data-set.md and then docs/collection.md say in Python, one block after the other as its reader runs them, with its scene and
 /// its commands for a mask, of one view.
 #[test]
 fn the_data_sets_page_is_run_from_top_to_bottom() {
     let Some(mut python) = python("OpenEXR, numpy, PIL") else {
         return skip("the Python packages OpenEXR, numpy and pillow are not there");
     };
-    let page = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/data-set.md"));
-    let page = page.expect("the page");
+    let pages = ["docs/data-set.md", "docs/collection.md"].map(|page| {
+        fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(page)).expect("the page")
+    });
+    let page = pages.concat();
     let folder = folder();
     let folder = folder.path();
     fs::write(folder.join("plate.toml"), &blocks(&page, "toml")[0]).expect("a scene");

@@ -270,7 +270,7 @@ fn recipes_name_what_there_is() {
 #[test]
 fn the_shards_of_the_recipes_are_the_whole() {
     const VIEWS: u32 = 9;
-    let page = fs::read_to_string(root().join("docs/data-set.md")).expect("the page");
+    let page = fs::read_to_string(root().join("docs/collection.md")).expect("the page");
     let block = |kind: &str, words: &str| {
         let start = format!("```{kind}\n");
         let mut blocks = page.split(&start).skip(1);

@@ -125,7 +125,7 @@ fn a_frame_records_and_does_nothing_else() {
     let mut camera = scene.camera;
     // The control: set-up makes many.
     assert!(calls() - before_set_up > 100, "{}", calls() - before_set_up);
-    let page = include_str!("../../docs/embedding.md");
+    let page = include_str!("../../docs/embedding-more.md");
     let rain = plan.passes.iter().map(|(name, _)| *name);
     let every_pass: Vec<&str> =
         std::iter::once("environment").chain(rain).chain(["output", "motion and depth"]).collect();
@@ -149,7 +149,7 @@ fn a_frame_records_and_does_nothing_else() {
             let renewal = if RENEWED[number - 2] { 0 } else { 1 };
             assert_eq!(passes, every_pass[renewal..], "frame {}", number - 2);
             let unknown = passes.iter().find(|name| !page.contains(&format!("`{name}`")));
-            assert_eq!(unknown, None, "docs/embedding.md names the passes");
+            assert_eq!(unknown, None, "docs/embedding-more.md names the passes");
         }
         host.begin(commands);
         let (before, [copies, sets]) = (calls(), allowed());

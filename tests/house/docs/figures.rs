@@ -70,29 +70,32 @@ fn the_readmes_table_ii_is_in_the_results() {
     assert!(rows >= 4, "{rows} rows");
 }
 
+/// The plot of the README says each preset's time and error, and the noise of the truth.
 #[test]
-fn the_readmes_presets_are_in_the_results() {
-    let readme = fs::read_to_string(root().join("README.md")).expect("README");
-    let (path, commit) = result_after(&readme, "## Time against error", "json");
-    let text = fs::read_to_string(&path).expect("the result");
-    let result: Value = serde_json::from_str(&text).expect("JSON");
-    let built = result["build"]["commit"].as_str().expect("a commit");
-    assert!(built.starts_with(&commit), "README: commit {commit}; {}: {built}", path.display());
-    let mut rows = 0;
-    for line in readme.lines().filter(|line| line.starts_with("| `") && line.contains(" ms |")) {
-        let row = cells(line);
-        let [preset, _, ms, rms, flip] = row[..] else { panic!("{line}") };
-        let mut all = result["rows"].as_array().expect("rows").iter();
-        let found = all.find(|row| row["scene"] == "far" && row["model"] == preset);
-        let found = found.unwrap_or_else(|| panic!("no row of {preset}"));
-        let figure = |key: &str| found[key].as_f64().expect("a figure");
-        let shown = number(ms.trim_end_matches(" ms")).expect("milliseconds");
-        assert_eq!(shown, figure("median_ms").round(), "{line}");
-        assert_eq!(rms, format!("{:.1}", 255.0 * figure("rms")), "{line}");
-        assert_eq!(flip, format!("{:.3}", figure("flip")), "{line}");
-        rows += 1;
+fn the_readmes_plot_is_of_the_results() {
+    let (_, result) = tradeoff();
+    let svg = fs::read_to_string(root().join("docs/pictures/presets.svg")).expect("the plot");
+    let texts = between(&svg, "<text", '<').into_iter().filter_map(|text| text.split_once('>'));
+    let texts: Vec<&str> = texts.map(|(_, text)| text).collect();
+    let rows = result["rows"].as_array().expect("rows");
+    for preset in ["paper", "fast", "exact", "auto"] {
+        let row = rows.iter().find(|row| row["scene"] == "far" && row["model"] == preset);
+        let row = row.unwrap_or_else(|| panic!("no row of {preset}"));
+        let figure = |key: &str| row[key].as_f64().expect("a figure");
+        let start = format!("{preset}: ");
+        let shown = texts.iter().find_map(|text| text.strip_prefix(&start));
+        let shown = shown.unwrap_or_else(|| panic!("the plot does not show {preset}"));
+        let (ms, rms) = shown.split_once(" ms, ").expect("a time and an error");
+        assert_eq!(number(ms), Some(figure("median_ms").round()), "{preset}");
+        assert_eq!(rms, format!("{:.1}", 255.0 * figure("rms")), "{preset}");
     }
-    assert_eq!(rows, 4);
+    let noise = result["noise"].as_array().expect("noise").iter().find(|of| of["scene"] == "far");
+    let noise = 255.0 * noise.expect("the scene's")["rms"].as_f64().expect("a figure");
+    let shown = texts.iter().find_map(|text| text.strip_prefix("noise of the reference "));
+    assert!(shown.is_some_and(|shown| shown.starts_with(&format!("{noise:.1}:"))), "{shown:?}");
+    let built = result["build"]["commit"].as_str().expect("a commit");
+    let device = format!("commit {}", &built[..7]);
+    assert!(texts.iter().any(|text| text.ends_with(&device)), "{texts:?}");
 }
 
 #[test]
@@ -189,9 +192,12 @@ fn pictures_and_results_show_the_programs_passes() {
 /// The result that the README links to.
 fn tradeoff() -> (PathBuf, Value) {
     let readme = fs::read_to_string(root().join("README.md")).expect("README");
-    let (path, _) = result_after(&readme, "## Time against error", "json");
+    let (path, commit) = result_after(&readme, "## Time against error", "json");
     let text = fs::read_to_string(&path).expect("the result");
-    (path, serde_json::from_str(&text).expect("JSON"))
+    let result: Value = serde_json::from_str(&text).expect("JSON");
+    let built = result["build"]["commit"].as_str().expect("a commit");
+    assert!(built.starts_with(&commit), "README: commit {commit}; {}: {built}", path.display());
+    (path, result)
 }
 
 #[test]

@@ -2,6 +2,7 @@
 
 mod figures;
 mod keys;
+mod site;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -254,8 +255,8 @@ fn every_command_and_option_that_is_shown_is_there() {
     assert!(calls > 80 && single > 40, "{calls} calls, {single} options: are they looked for?");
 }
 
-/// Options of other programs that the documents name.
-const OTHERS: [&str; 3] = ["--features", "--ignored", "--test"];
+/// Options of scripts and of other programs that the documents name.
+const OTHERS: [&str; 4] = ["--deb", "--features", "--ignored", "--test"];
 
 /// `docs/options.md` is the help of every command.
 #[test]
@@ -483,21 +484,20 @@ fn the_passes_that_are_shown_are_the_plans() {
     assert_eq!(named, all);
 }
 
-/// The front page of the library compiles what the page on embedding shows.
+/// The front page of the library compiles what the pages on embedding show.
 #[test]
 fn what_embedding_shows_is_compiled() {
     let library = fs::read_to_string(root().join("src/lib.rs")).expect("the library");
     let compiled: BTreeSet<&str> =
         library.lines().filter_map(|line| line.strip_prefix("//! ")).map(str::trim).collect();
     let mut lines = 0;
-    for block in blocks(&root().join("docs/embedding.md")) {
-        let Some(text) = block.strip_prefix("rust\n") else { continue };
-        for line in text.lines().map(str::trim).filter(|line| !line.is_empty()) {
-            assert!(
-                compiled.contains(line),
-                "docs/embedding.md: src/lib.rs does not have '{line}'"
-            );
-            lines += 1;
+    for page in ["docs/embedding.md", "docs/embedding-more.md"] {
+        for block in blocks(&root().join(page)) {
+            let Some(text) = block.strip_prefix("rust\n") else { continue };
+            for line in text.lines().map(str::trim).filter(|line| !line.is_empty()) {
+                assert!(compiled.contains(line), "{page}: src/lib.rs does not have '{line}'");
+                lines += 1;
+            }
         }
     }
     assert!(lines > 15, "{lines} lines");
