@@ -9,21 +9,15 @@
 #include "appearance.glsl"
 #include "projection.glsl"
 #include "divided.glsl"
-#define REACH_BINDING 13
 #include "reach.glsl"
 #include "shared_exponent.glsl"
 #include "streak.glsl"
 #include "together.glsl"
 
-layout(std430, set = 0, binding = 16) readonly buffer Moves { vec4 moves[]; };
-#define LARGE_SHAPES_BINDING 18
-#define LARGE_SHAPES_ACCESS readonly
-#include "large_shape.glsl"
-
 // What is only read, by texels where the device takes buffers of so many (see by_four.glsl).
 #ifdef TEXELS
-layout(set = 0, binding = 19) uniform usamplerBuffer large_texels;
-layout(set = 0, binding = 20) uniform usamplerBuffer picture_texels;
+layout(set = 1, binding = 10) uniform usamplerBuffer large_texels;
+layout(set = 1, binding = 11) uniform usamplerBuffer picture_texels;
 Large large_at(uint number) {
     int at = int(4u * number);
     uvec4 c = texelFetch(large_texels, at + 2), d = texelFetch(large_texels, at + 3);

@@ -16,9 +16,6 @@
 
 layout(local_size_x = CELLS_GROUP) in;
 
-#define COUNTERS_BINDING 11
-#include "counters.glsl"
-
 uint band_at(float depth) {
     uint nearer = 0u;
     for (uint i = 0u; i < BANDS; ++i) {

@@ -27,40 +27,32 @@ layout(constant_id = 19) const uint GLINTS = 0;   // sources of which splats hav
 layout(constant_id = 24) const uint LIST = 0;     // which of `drawn_tiles`
 layout(constant_id = 20) const uint LAYERS = 0;   // 1: premultiplied light over nothing, and its opacity
 // The result: four halves a pixel, row by row.
-layout(std430, set = 0, binding = 11) writeonly buffer Radiance { uvec2 radiance_out[]; };
+layout(std430, set = 1, binding = 0) writeonly buffer Radiance { uvec2 radiance_out[]; };
 // The environment behind, pixel by pixel of a tile after the other.
-layout(std430, set = 0, binding = 12) readonly buffer Sky { uvec2 sky[]; };
+layout(std430, set = 1, binding = 1) readonly buffer Sky { uvec2 sky[]; };
 // For each tile the sum of its pixels' log(delta + luminance).
-layout(std430, set = 0, binding = 13) writeonly buffer LogSums { float log_sums[]; };
+layout(std430, set = 1, binding = 2) writeonly buffer LogSums { float log_sums[]; };
 // The tiles whose lists the window did not bring into order: number, and entries. From TILE_COUNT on: which of them are
 // crowded.
-layout(std430, set = 0, binding = 14) buffer Disordered { uvec2 disordered_tiles[]; };
-
-// What splats show (splat_table.comp).
-layout(std430, set = 0, binding = 16) readonly buffer SplatTable { uvec4 splat_table[]; };
+layout(std430, set = 1, binding = 3) buffer Disordered { uvec2 disordered_tiles[]; };
 
 // What streaks of one colour show in each tile, three halves; and the light of lines along them, packed (veil_light.comp).
-layout(std430, set = 0, binding = 22) readonly buffer VeilLight { uvec4 veil_light[]; };
+layout(std430, set = 1, binding = 6) readonly buffer VeilLight { uvec4 veil_light[]; };
 // How much of it each pixel of the tiles has (lines.comp).
-layout(std430, set = 0, binding = 29) readonly buffer LineSums { ivec4 line_sums[]; };
+layout(std430, set = 1, binding = 7) readonly buffer LineSums { ivec4 line_sums[]; };
 
-#define COUNTERS_BINDING 15
-#include "counters.glsl"
+#include "splat_table.glsl"
 #include "far_glints.glsl"
-#include "rain_field.glsl"
 #include "flat_rain.glsl"
 #include "by_four.glsl"
 #include "projection.glsl"
 #include "divided.glsl"
-#define REACH_BINDING 20
 #include "reach.glsl"
 #include "nearest.glsl"
 #include "tile_window.glsl"
 #include "tile_order.glsl"
 #include "streak.glsl"
 #include "disc.glsl"
-#define VEIL_BINDING 21
-#define VEIL_READ_ONLY
 #include "veil.glsl"
 #include "drawn_tiles.glsl"
 

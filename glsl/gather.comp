@@ -8,6 +8,7 @@
 #include "frame.glsl"
 #include "rain.glsl"
 #include "octahedron.glsl"
+#define VEIL_ACCESS
 #include "tile_buffers.glsl"
 #include "clusters.glsl"
 #include "splat.glsl"
@@ -19,15 +20,12 @@
 #include "drop_records.glsl"
 #include "streak.glsl"
 #include "disc.glsl"
-#define VEIL_BINDING 15
 #include "veil.glsl"
 #include "veil_links.glsl"
 #include "veil_discs.glsl"
 
 layout(local_size_x = GATHER_GROUP) in;
 
-#define COUNTERS_BINDING 11
-#include "counters.glsl"
 #include "together.glsl"
 #include "veil_parts.glsl"
 

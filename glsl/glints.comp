@@ -13,10 +13,7 @@
 #include "tile_buffers.glsl"
 #include "shared_exponent.glsl"
 #include "appearance.glsl"
-#define REACH_BINDING 20
 #include "reach.glsl"
-#define COUNTERS_BINDING 15
-#include "counters.glsl"
 
 // Invocations of a workgroup (src/gpu/machine.rs), and how many drops each of them takes: 64 together.
 layout(constant_id = 26) const uint GLINT_LANES = 8;
@@ -25,18 +22,12 @@ const uint WIDE = GLINT_LANES;
 const uint DROPS = 64 / GLINT_LANES;
 
 // The drops that are left to SHARED, where composite.comp lists tiles later.
-layout(std430, set = 0, binding = 14) buffer Disordered { uint shared_drops[]; };
-layout(std430, set = 0, binding = 23) readonly buffer Moves { vec4 moves[]; };
-// What far drops show (splat_table.comp).
-layout(std430, set = 0, binding = 16) readonly buffer SplatTable { uvec4 splat_table[]; };
-#define SOURCES_BINDING 17
+layout(std430, set = 1, binding = 3) buffer Disordered { uint shared_drops[]; };
+#include "splat_table.glsl"
 #include "glints.glsl"
 #include "far_glints.glsl"
 #include "lens.glsl"
 #include "shape.glsl"
-#define LARGE_SHAPES_BINDING 24
-#define LARGE_SHAPES_ACCESS readonly
-#include "large_shape.glsl"
 
 // Radius in pixels under which a far drop has the images of the nearest direction: a fifth of a pixel off at most.
 const float TABLE_PX = 4.0;

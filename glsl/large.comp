@@ -8,7 +8,9 @@
 #include "frame.glsl"
 #include "rain.glsl"
 #include "octahedron.glsl"
+#define LARGES_ACCESS writeonly
 #include "tile_buffers.glsl"
+#include "bigs.glsl"
 #include "splat.glsl"
 #include "tile_drop.glsl"
 #include "lens.glsl"
@@ -16,21 +18,12 @@
 #include "shape.glsl"
 #include "shape_given.glsl"
 #include "drop_records.glsl"
-#define LARGE_SHAPES_BINDING 18
-#define LARGE_SHAPES_ACCESS writeonly
-#include "large_shape.glsl"
 
 layout(local_size_x = 64) in;
 
 // A disc that is larger than its drop by so much covers a quarter of a unit of coverage (1/65535).
 const float UNSEEN_RADII = 512.0;
 
-// How large drops are spread: w of the first is the largest disc that a lens makes of a point of them, pixels; how they
-// move, in view space; on the screen; z of the second: that disc of their middle.
-layout(std430, set = 0, binding = 16) writeonly buffer Moves { vec4 moves[]; };
-
-#define COUNTERS_BINDING 11
-#include "counters.glsl"
 #include "together.glsl"
 
 // Asks for workgroups that fill so many blocks, as far as there are `most`.

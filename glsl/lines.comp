@@ -6,26 +6,20 @@
 #include "frame.glsl"
 #include "tile_buffers.glsl"
 #include "shared_exponent.glsl"
-#define NODES_BINDING 25
 #include "nodes_by_four.glsl"
 #include "projection.glsl"
 #include "appearance.glsl"
-#define SOURCES_BINDING 17
-#include "sources.glsl"
 #include "far_glints.glsl"
-layout(std430, set = 0, binding = 16) readonly buffer SplatTable { uvec4 splat_table[]; };
+#include "splat_table.glsl"
 #include "veil_lines.glsl"
-#define REACH_BINDING 20
 #include "reach.glsl"
 #include "streak.glsl"
-#define VEIL_BINDING 21
-#define VEIL_READ_ONLY
 #include "veil.glsl"
 
 layout(local_size_x = 64) in;
 
 // Of the pixels of each tile, in LINE_UNITS, for a light of 1.
-layout(std430, set = 0, binding = 29) buffer LineSums { int line_sums[]; };
+layout(std430, set = 1, binding = 7) buffer LineSums { int line_sums[]; };
 
 const float INVERSE_PI = 0.318309886;
 

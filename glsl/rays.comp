@@ -16,26 +16,13 @@
 layout(local_size_x = 256) in;
 layout(push_constant) uniform Push { uint piece; } push; // which of those among which blocks are shared out
 
-layout(std430, set = 0, binding = 23) readonly buffer Moves { vec4 moves[]; };
-layout(set = 0, binding = 10) uniform sampler2D environment_map;
-
-// With its bright sources, which drops that are no spheres are not searched for.
-layout(set = 0, binding = 18) uniform sampler2D whole_map;
+#include "maps.glsl"
 
 #include "drop_light.glsl"
 #include "shape.glsl"
 #include "shape_light.glsl"
-#define LARGE_SHAPES_BINDING 24
-#define LARGE_SHAPES_ACCESS readonly
-#include "large_shape.glsl"
-
-#define SOURCES_BINDING 17
-#include "sources.glsl"
-#include "bow.glsl"
-layout(std430, set = 0, binding = 19) readonly buffer Bow { vec4 bow[]; };
 #include "source_light.glsl"
 
-#define REACH_BINDING 20
 #include "reach.glsl"
 
 #include "ray_in_shape.glsl"

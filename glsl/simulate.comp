@@ -21,7 +21,6 @@ layout(std430, set = 0, binding = 3) buffer Stored { vec4 stored[]; };
 // Drops too large for a point, unordered.
 layout(std430, set = 0, binding = 4) writeonly buffer LargeDrops { vec4 large[]; };
 layout(std430, set = 0, binding = 5) writeonly buffer LargeIndex { uint large_index[]; };
-#define COUNTERS_BINDING 6
 #include "counters.glsl"
 
 vec3 wrap(vec3 p) {

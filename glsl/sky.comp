@@ -9,34 +9,17 @@
 #include "frame.glsl"
 #include "projection.glsl"
 #include "environment.glsl"
+#ifdef BEFORE
+#define REACH_ACCESS writeonly
+#endif
 #include "tile_buffers.glsl"
 #include "lens.glsl"
-
-// BEFORE has a descriptor set of its own, in which the pictures are those of a host perhaps.
-#ifdef BEFORE
-#define SKY_BINDING 5
-#define ENVIRONMENT_BINDING 6
-#define SOURCES_BINDING 7
-#define BOW_BINDING 8
-#define SPLATS_BINDING 10
-#else
-#define SKY_BINDING 12
-#define ENVIRONMENT_BINDING 18
-#define SOURCES_BINDING 17
-#define BOW_BINDING 19
-#define SPLATS_BINDING 16
-#endif
 
 #ifdef CELLS
 #include "octahedron.glsl"
 #include "shared_exponent.glsl"
 #include "appearance.glsl"
-#include "rain_field.glsl"
-
-#include "sources.glsl"
-#include "bow.glsl"
-layout(std430, set = 0, binding = BOW_BINDING) readonly buffer Bow { vec4 bow[]; };
-layout(std430, set = 0, binding = SPLATS_BINDING) readonly buffer SplatTable { uvec4 splat_table[]; };
+#include "splat_table.glsl"
 #include "medium.glsl"
 #endif
 
@@ -45,14 +28,13 @@ layout(local_size_x = 16, local_size_y = 4) in;
 layout(constant_id = 23) const uint GRAIN = 0; // 1: the medium has the noise of its single drops
 #endif
 
-layout(set = 0, binding = ENVIRONMENT_BINDING) uniform sampler2D whole_map;
-layout(std430, set = 0, binding = SKY_BINDING) writeonly buffer Sky { uvec2 sky[]; };
+#include "maps.glsl"
+layout(std430, set = 1, binding = 1) writeonly buffer Sky { uvec2 sky[]; };
 
 #ifdef BEFORE
 // Of the whole picture, a texel a pixel.
-layout(set = 0, binding = 1) uniform sampler2D color_image;
-layout(set = 0, binding = 3) uniform sampler2D depth_image;
-layout(std430, set = 0, binding = 4) writeonly buffer Reach { float reach[]; };
+layout(set = 1, binding = 18) uniform sampler2D color_image;
+layout(set = 1, binding = 19) uniform sampler2D depth_image;
 // `Convention` in src/passes/background.rs.
 layout(push_constant) uniform BackgroundPush {
     vec4 depth;        // a, b, c, d: a stored s is at (a s + b) / (c s + d) scene units; where c s + d is not over 0, nothing is

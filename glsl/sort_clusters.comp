@@ -5,8 +5,6 @@
 #include "frame.glsl"
 #include "tile_buffers.glsl"
 #include "clusters.glsl"
-#define COUNTERS_BINDING 11
-#include "counters.glsl"
 
 layout(local_size_x = 64) in;
 

@@ -1,3 +1,5 @@
+#ifndef CELLS_GLSL
+#define CELLS_GLSL
 // Real rain: each class of drops has cells that fall with it, and a cell's drops come from a hash of its number; the
 // twin of src/rain/cells.rs and src/rain/field.rs, bit for bit. Needs frame.glsl and rain.glsl.
 #include "rain_field.glsl"
@@ -47,3 +49,4 @@ bool shown_alone(vec3 v, float radius, float distance2) {
     precise float size = radius * frame.image.z, least = field.shown.x * -v.z;
     return size >= least && distance2 <= field.shown.z;
 }
+#endif

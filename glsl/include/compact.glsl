@@ -1,3 +1,5 @@
+#ifndef COMPACT_GLSL
+#define COMPACT_GLSL
 // The drops in view moved up, block by block, each by one subgroup: what both passes of
 // src/passes/compact.rs share. A subgroup alone needs no shared memory, and its loop over a block keeps the order.
 //
@@ -45,3 +47,4 @@ uint in_view_here(bool in_view, out uint before) {
     before = subgroupBallotExclusiveBitCount(here);
     return subgroupBallotBitCount(here);
 }
+#endif

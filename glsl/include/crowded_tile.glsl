@@ -1,3 +1,5 @@
+#ifndef CROWDED_TILE_GLSL
+#define CROWDED_TILE_GLSL
 // A tile whose streaks are too many for one invocation, as its lists are walked once before each of its blocks. Here a
 // workgroup walks them once for all of its blocks: each turn takes one streak for each invocation, which finds between
 // which blocks it lies, and adds to the sums there. Sums are in whole units, so that the picture is that of one invocation.
@@ -139,3 +141,4 @@ void main() {
     if (taken < entries) atomicAdd(counters.lost, entries - taken);
     finish_tile(at, tile, upper, lower);
 }
+#endif

@@ -1,3 +1,5 @@
+#ifndef DISC_GLSL
+#define DISC_GLSL
 // How much a drop out of focus covers of each pixel: the overlap of its outline and the lens's disc, over that disc.
 
 struct Disc {
@@ -39,3 +41,4 @@ vec4 overlap(float a, float b, vec4 off) {
     vec4 product = (a + b - d) * (d + a - b) * (d - a + b) * (d + a + b);
     return a * a * angle_a + b * b * angle_b - 0.5 * sqrt(max(product, 0.0));
 }
+#endif

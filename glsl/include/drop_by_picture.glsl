@@ -1,3 +1,5 @@
+#ifndef DROP_BY_PICTURE_GLSL
+#define DROP_BY_PICTURE_GLSL
 // A drop's light from the prefiltered pictures of a far drop (src/passes/appearance.rs).
 #include "octahedron.glsl"
 #include "shared_exponent.glsl"
@@ -23,3 +25,4 @@ vec4 drop_at(vec2 at, float pixels) {
     vec3 light = picture_light(picture_word(texel, uint(edge)), edge, picture_steepness(pixels, edge), at_picture);
     return vec4(light, disc_coverage(st, pixels));
 }
+#endif

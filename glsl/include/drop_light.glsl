@@ -1,3 +1,5 @@
+#ifndef DROP_LIGHT_GLSL
+#define DROP_LIGHT_GLSL
 // Radiance that leaves a drop along a ray, by the closed form: reflection, refraction and internal
 // reflections with the Fresnel weights. Needs light_model.glsl, optics.glsl and environment.glsl.
 // Where DEVIATION_TABLE is defined, deviation and reflectance come from `tabulated` instead.
@@ -60,3 +62,4 @@ vec3 drop_light(sampler2D map, Encounter e, mat3 rotation, float step) {
     for (uint i = 0u; i < INDICES; ++i) sum += take_index(i) * drop_light_by_index(map, e, rotation, step);
     return sum;
 }
+#endif

@@ -1,8 +1,10 @@
+#ifndef DROP_RECORDS_GLSL
+#define DROP_RECORDS_GLSL
 // A record of each drop for layers and hosts: depth, motion, number. `gather` and `large` write it, as they know where the
 // drop is. See src/passes/layers.rs. Needs tile_drop.glsl.
 
 // Where camera and drops are at the end of the motion.
-layout(std140, set = 0, binding = 21) uniform Motion {
+layout(std140, set = 1, binding = 7) uniform Motion {
     vec4 right;         // xyz: the camera's axes then, in world space
     vec4 up;
     vec4 back;
@@ -11,10 +13,10 @@ layout(std140, set = 0, binding = 21) uniform Motion {
     vec4 classes[MOST_CLASSES];   // xyz: the same of those of each class of real rain
 } motion;
 // xyz: how far each placed drop moves, less the camera's motion.
-layout(std430, set = 0, binding = 22) readonly buffer PlacedMoved { vec4 placed_moved[]; };
+layout(std430, set = 1, binding = 8) readonly buffer PlacedMoved { vec4 placed_moved[]; };
 // That of a splat has its node's number, that of a large drop `large_record`: planar depth as bits; motion in pixels, two
 // halves; the drop's number, low and high word.
-layout(std430, set = 0, binding = 23) writeonly buffer DropRecords { uvec4 drop_records[]; };
+layout(std430, set = 1, binding = 9) writeonly buffer DropRecords { uvec4 drop_records[]; };
 
 const float FARTHEST_MOTION = 65504.0; // a half's largest
 
@@ -50,3 +52,4 @@ uvec4 record_of(uint index, Drop drop) {
     vec2 moves = now.z < 0.0 && then.z < 0.0 ? clamp(there - here, -FARTHEST_MOTION, FARTHEST_MOTION) : vec2(0.0);
     return uvec4(floatBitsToUint(-now.z), packHalf2x16(moves), number_of(index));
 }
+#endif

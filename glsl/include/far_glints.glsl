@@ -1,3 +1,5 @@
+#ifndef FAR_GLINTS_GLSL
+#define FAR_GLINTS_GLSL
 // The two brightest images of each source in a far drop, by the angle between the two (far_glints.comp), and the table of
 // what splats show that holds them (splat_table.comp). Needs appearance.glsl.
 //
@@ -31,3 +33,4 @@ float angle_numbered(uint number) {
 vec2 toward_on_screen(vec3 axis, vec3 toward) {
     return -axis.z * vec2(toward.x, -toward.y) + toward.z * vec2(axis.x, -axis.y);
 }
+#endif

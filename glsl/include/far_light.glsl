@@ -1,5 +1,6 @@
-// The mean light of a far drop by its direction. Needs octahedron.glsl, appearance.glsl, rain_field.glsl, sources.glsl,
-// `splat_table` and the table `bow`.
+#ifndef FAR_LIGHT_GLSL
+#define FAR_LIGHT_GLSL
+// The mean light of a far drop by its direction. Needs octahedron.glsl, appearance.glsl, tile_buffers.glsl, splat_table.glsl.
 
 #include "flat_rain.glsl"
 #include "flat_suns.glsl"
@@ -33,3 +34,4 @@ vec3 far_light(vec3 d, bool one_by_one) {
     for (uint i = 0u; i < source_count.x; ++i) sum += rain_light_of_source(i, d, one_by_one);
     return sum;
 }
+#endif

@@ -1,3 +1,5 @@
+#ifndef FLAT_SUNS_GLSL
+#define FLAT_SUNS_GLSL
 // What far rain with flattened drops shows of a bright source (src/rain/flat_suns.rs). Needs rain_field.glsl, flat_rain.glsl
 // and what source_light.glsl does.
 #include "source_light.glsl"
@@ -23,3 +25,4 @@ vec3 rain_light_of_source(uint source, vec3 d, bool one_by_one) {
     }
     return shown.x * of_spheres + shown.y * sources[source].light.rgb;
 }
+#endif

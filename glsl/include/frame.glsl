@@ -1,3 +1,5 @@
+#ifndef FRAME_GLSL
+#define FRAME_GLSL
 // What every pass of a frame needs to know: `Frame` in src/passes/frame.rs, member for member.
 // Everything is a vec4, so that std140 and Rust's repr(C) agree.
 struct Frame {
@@ -46,3 +48,4 @@ layout(std140, set = 0, binding = 0) uniform Constants {
 // Read at the very start of a shader: behind a branch llvmpipe, which sees that lanes may have left, fetches a
 // constant for each lane by itself, 30 instructions instead of 3. (`gather`: a sixth of its time.)
 Frame frame = constants;
+#endif

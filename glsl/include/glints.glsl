@@ -1,3 +1,5 @@
+#ifndef GLINTS_GLSL
+#define GLINTS_GLSL
 // The images of small bright sources in a drop, found instead of met by rays: the float32 version of
 // src/reference/glints.rs, which derives it. Needs light_model.glsl and optics.glsl.
 //
@@ -155,3 +157,4 @@ vec3 aside_of(vec3 axis, vec3 toward) {
 float angle_between(vec3 a, vec3 b) {
     return atan(length(cross(a, b)), dot(a, b));
 }
+#endif

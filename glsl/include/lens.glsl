@@ -1,3 +1,5 @@
+#ifndef LENS_GLSL
+#define LENS_GLSL
 // What a lens makes of drops: of a point that is out of focus a disc. Needs frame.glsl, tile_buffers.glsl.
 //
 // Seen from a place L of the lens, what is at depth z stands f L (1/z - 1/focus) beside where the pinhole in the lens's
@@ -75,3 +77,4 @@ vec2 place_on_unit_disc(uint number, uint count, float turned) {
     float angle = 2.39996323 * float(number) + 6.2831853 * turned, far = sqrt((float(number) + 0.5) / float(count));
     return far * vec2(cos(angle), sin(angle));
 }
+#endif

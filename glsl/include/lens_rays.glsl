@@ -1,3 +1,5 @@
+#ifndef LENS_RAYS_GLSL
+#define LENS_RAYS_GLSL
 // The light of a drop through a lens, by rays: each from a place on the lens, through a place in the pixel. Needs what
 // rays.comp includes, moving_rays.glsl, lens.glsl, source_light.glsl.
 //
@@ -131,3 +133,4 @@ uint lens_color(vec2 corner, vec4 sphere, Body body, vec3 motion, float pixels, 
     if (!(SHAPE == TRACED && body.is_flat) && has_spread_glints(sphere, motion, blur)) light += light_of_sources(world * normalize(sphere.xyz));
     return pack_radiance(light);
 }
+#endif

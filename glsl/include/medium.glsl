@@ -1,3 +1,5 @@
+#ifndef MEDIUM_GLSL
+#define MEDIUM_GLSL
 // Far rain as a medium (src/rain/medium.rs): it takes light out of a ray and puts in that of a far drop. Drops that are
 // shown by themselves have the same mean light, so all of the medium may stand behind them. Needs projection.glsl,
 // rain_field.glsl and what far_light.glsl does.
@@ -59,3 +61,4 @@ float medium_grain(vec3 view, vec3 world, float distance) {
 float medium_passes(vec3 view, float distance, float grain) {
     return max(1.0 - grain * (1.0 - exp(-medium_depth(view, distance).y)), 0.0);
 }
+#endif

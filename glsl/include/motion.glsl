@@ -1,8 +1,10 @@
+#ifndef MOTION_GLSL
+#define MOTION_GLSL
 // How drops move on the screen while the shutter is open. A drop's place is that at the middle of the exposure. Needs
 // frame.glsl, rain.glsl, projection.glsl, tile_drop.glsl, lens.glsl.
 
 // How far each placed drop moves, world axes.
-layout(std430, set = 0, binding = 14) readonly buffer PlacedMotions { vec4 placed_motions[]; };
+layout(std430, set = 1, binding = 4) readonly buffer PlacedMotions { vec4 placed_motions[]; };
 
 // Of a longer way a drop is blurred, or a streak: pixels, and radii.
 const float SHORT_PX = 1.0, SHORT_RADII = 1.5;
@@ -112,3 +114,4 @@ vec2 blurred(vec2 half_sides, Path p, out float opacity) {
     opacity = half_sides.x * half_sides.y / (wide.x * wide.y);
     return wide;
 }
+#endif

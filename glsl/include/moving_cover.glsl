@@ -1,3 +1,5 @@
+#ifndef MOVING_COVER_GLSL
+#define MOVING_COVER_GLSL
 // How much a drop with an outline that moves evenly covers of a row of pixels, on the mean, and where in its picture the
 // row's colours stand meanwhile. Needs tile_buffers.glsl, streak.glsl; `cover` for a drop at rest.
 
@@ -69,3 +71,4 @@ vec2 place_on_disc(vec2 at, vec2 moved, float part) {
     float from = clamp(middle - reach, -0.5, 0.5), to = clamp(middle + reach, -0.5, 0.5);
     return at - moved * mix(from, to, part);
 }
+#endif

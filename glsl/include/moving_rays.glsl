@@ -1,3 +1,5 @@
+#ifndef MOVING_RAYS_GLSL
+#define MOVING_RAYS_GLSL
 // The light of a drop that moves, by rays: each meets it for a part of the exposure, in closed form, and follows what it
 // shows at one moment of that. Needs what rays.comp includes.
 
@@ -90,3 +92,4 @@ uint moving_color(vec2 low, vec2 high, vec4 sphere, Body body, vec3 motion, floa
     covered /= float(rays);
     return pack_radiance(sum / weights);
 }
+#endif

@@ -1,3 +1,5 @@
+#ifndef OPTICS_GLSL
+#define OPTICS_GLSL
 // One drop in float32; the twin of src/optics/mod.rs, which tells the physics. Needs light_model.glsl.
 
 const bool DISPERSES = INDEX_RED != INDEX_GREEN || INDEX_BLUE != INDEX_GREEN;
@@ -79,3 +81,4 @@ Encounter mask_encounter(vec2 st, float sin_a, float cos_a) {
         r / norm,
         cos_a * sqrt((1.0 - r) * (1.0 + r)) / norm);
 }
+#endif

@@ -1,3 +1,5 @@
+#ifndef PICTURE_LIGHT_GLSL
+#define PICTURE_LIGHT_GLSL
 // The light of a pixel from a far drop's picture. Needs appearance.glsl, shared_exponent.glsl and `picture_at`, a word of
 // the pictures.
 
@@ -22,3 +24,4 @@ vec3 picture_light(uint picture, float edge, float steepness, vec2 at) {
     unpack_radiances(uvec4(picture_at(words.x), picture_at(words.y), picture_at(words.z), picture_at(words.w)), r, g, b);
     return vec3(dot(r, weights), dot(g, weights), dot(b, weights));
 }
+#endif

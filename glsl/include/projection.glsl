@@ -1,3 +1,5 @@
+#ifndef PROJECTION_GLSL
+#define PROJECTION_GLSL
 // Between directions in view space and pixels; the twin of src/scene/projection.rs. Needs frame.glsl.
 //
 // Pixels are told in the whole picture, whichever part of it is drawn: so a part has the bits of the whole. A point of
@@ -21,3 +23,4 @@ vec3 ray_through(vec2 pixel) {
     vec2 plane = plane_of(pixel);
     return vec3(plane.x, -plane.y, -frame.image.z);
 }
+#endif

@@ -1,3 +1,5 @@
+#ifndef RAIN_GLSL
+#define RAIN_GLSL
 // Where a drop is and whether it is in view; the twin of src/rain/mod.rs and src/rain/cull.rs, bit for bit.
 // `precise` keeps every product and sum apart, so that each rounds as the CPU's does.
 
@@ -77,3 +79,4 @@ uint sighting(vec3 v, float radius, float reach, out float distance2) {
 uint sighting(vec3 v, float radius, out float distance2) {
     return sighting(v, radius, radius, distance2);
 }
+#endif

@@ -1,6 +1,6 @@
-// How far what is behind the drops is, along the ray through the middle of each pixel: a float a pixel of each tile, which
-// sky.comp writes where the background has a depth. REACH_BINDING: its binding. Needs tile_buffers.glsl, projection.glsl.
-layout(std430, set = 0, binding = REACH_BINDING) readonly buffer Reach { float reach[]; };
+#ifndef REACH_GLSL
+#define REACH_GLSL
+// What hides drops: `reach` of tile_buffers.glsl, and drops that cut it. Needs projection.glsl.
 
 // Those of a row of a tile's pixels.
 vec4 reach_of_row(uint tile, uint row) {
@@ -27,3 +27,4 @@ vec4 row_before(vec4 sphere, vec2 first, vec4 far) {
     return vec4(share_before(sphere, first, far.x), share_before(sphere, first + vec2(1.0, 0.0), far.y),
                 share_before(sphere, first + vec2(2.0, 0.0), far.z), share_before(sphere, first + vec2(3.0, 0.0), far.w));
 }
+#endif

@@ -1,8 +1,10 @@
+#ifndef SHAPE_GIVEN_GLSL
+#define SHAPE_GIVEN_GLSL
 // Which shape a drop has, and what follows for its outline. Needs shape.glsl, tile_drop.glsl, motion.glsl.
 
 // `Given` in src/passes/shapes.rs: diameter in mm of a drop of radius 1, which is the first's x; the shapes of falling
 // drops by diameter; those of drops placed by hand.
-layout(std430, set = 0, binding = 17) readonly buffer Shapes { vec4 shapes[]; };
+layout(std430, set = 1, binding = 5) readonly buffer Shapes { vec4 shapes[]; };
 const uint BY_DIAMETER = 1;
 
 vec4 shape_of(uint index, Drop drop) {
@@ -42,3 +44,4 @@ bool may_show(Drop drop, Path path, vec4 shape, float distance2) {
     uint what = moves ? sighting_moving(drop.view, path.moved, reach) : sighting(drop.view, reach, reach_across(drop.view, reach), unused);
     return what != OUT_OF_VIEW && distance2 >= near * near;
 }
+#endif

@@ -1,3 +1,5 @@
+#ifndef SHAPE_LIGHT_GLSL
+#define SHAPE_LIGHT_GLSL
 // Radiance that leaves a drop that is no sphere along a ray, traced from surface to surface; the float32 form of
 // src/optics/spheroid.rs. Needs light_model.glsl, optics.glsl, environment.glsl, shape.glsl.
 //
@@ -159,3 +161,4 @@ vec3 shape_light(sampler2D map, vec4 shape, vec3 to_ray, vec3 d, float step) {
     for (uint i = 0u; i < INDICES; ++i) sum += take_index(i) * shape_light_by_index(map, shape, to_ray, d, step);
     return sum;
 }
+#endif

@@ -1,3 +1,5 @@
+#ifndef SHARED_EXPONENT_GLSL
+#define SHARED_EXPONENT_GLSL
 // Radiance in one word: three 9-bit mantissas, one 5-bit exponent (as VK_FORMAT_E5B9G9R9). Error:
 // 2^-9 of the largest component at most. Range: 0 to 65,408, over that of the stored units.
 
@@ -24,3 +26,4 @@ void unpack_radiances(uvec4 words, out vec4 r, out vec4 g, out vec4 b) {
     g = vec4((words >> 9) & 511u) * scale;
     b = vec4((words >> 18) & 511u) * scale;
 }
+#endif

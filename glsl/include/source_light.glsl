@@ -1,4 +1,6 @@
-// The light of bright sources in far drops. Needs sources.glsl, bow.glsl and the table `bow`.
+#ifndef SOURCE_LIGHT_GLSL
+#define SOURCE_LIGHT_GLSL
+// The light of bright sources in far drops. Needs tile_buffers.glsl.
 
 // Mean light of all images of one in a far sphere in a unit direction in world space.
 vec3 light_of_source(uint source, vec3 d) {
@@ -14,3 +16,4 @@ vec3 light_of_sources(vec3 d) {
     for (uint i = 0u; i < source_count.x; ++i) sum += light_of_source(i, d);
     return sum;
 }
+#endif

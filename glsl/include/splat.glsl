@@ -1,3 +1,5 @@
+#ifndef SPLAT_GLSL
+#define SPLAT_GLSL
 // A splat: its node, in two words of which are its centre in 1/2048 pixel; its half sides in 1/512 pixel, and
 // above their bits the number of its direction (octahedron.glsl), which tells its colour. Needs tile_buffers.glsl.
 const uint HALF_SIDES_BITS = 20;
@@ -73,3 +75,4 @@ void hang_splat(uint node, uvec2 first, uvec2 last) {
         }
     }
 }
+#endif

@@ -1,3 +1,5 @@
+#ifndef STREAK_GLSL
+#define STREAK_GLSL
 // How much a small drop covers of each pixel that it passes over, at rest on the mean. See docs/exposure.md.
 //
 // Seen along the longer axis of its way the drop is a column that leans: across, in a row of pixels, a parabola of the
@@ -106,3 +108,4 @@ vec4 upright_coverage(Streak s, vec2 from) {
     precise vec4 covered = width * share;
     return min(covered, vec4(1.0));
 }
+#endif

@@ -1,10 +1,12 @@
+#ifndef TILE_DROP_GLSL
+#define TILE_DROP_GLSL
 // Where a drop stands and what it covers on the screen. Needs frame.glsl, rain.glsl, tile_buffers.glsl.
 
 #include "projection.glsl"
 
 const float NEAR_RADII = 32.0; // nearer than this a drop does not look like a far one: over 1.4°
 
-layout(std430, set = 0, binding = 10) readonly buffer PlacedDrops { Placed placed[]; };
+layout(std430, set = 1, binding = 3) readonly buffer PlacedDrops { Placed placed[]; };
 
 struct Drop {
     vec3 relative; // centre, from the camera, along the world's axes
@@ -105,3 +107,4 @@ ivec4 pixels_in(vec2 center, vec2 box) {
     return ivec4(clamp(ivec2(floor(center - box)), ivec2(0), size),
                  clamp(ivec2(ceil(center + box)) - 1, ivec2(-1), size - 1));
 }
+#endif

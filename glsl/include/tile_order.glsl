@@ -1,3 +1,5 @@
+#ifndef TILE_ORDER_GLSL
+#define TILE_ORDER_GLSL
 // The order of a tile's drops, where the window of tile_window.glsl does not do: by distance, then by
 // index, a total order, so that the picture is the same on every run. Needs tile_buffers.glsl.
 //
@@ -112,3 +114,4 @@ uint order_tile(uint tile) {
     for (uint i = 0u; i < MOST_RUNS; ++i) sorted = merge(runs[i], sorted);
     return sorted;
 }
+#endif

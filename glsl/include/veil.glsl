@@ -1,3 +1,5 @@
+#ifndef VEIL_GLSL
+#define VEIL_GLSL
 // Streaks of one colour, all of them together: a veil. A far drop's mean colour depends on its direction alone, so all
 // that is behind one another has the colour of its pixel, and only how much passes between them all is needed: a sum
 // of optical depths, in no order. Needs tile_buffers.glsl, streak.glsl.
@@ -13,13 +15,8 @@ const float SLANT = 0.25;        // pixels across for one along
 const float THIN = 0.6;          // most that those in columns and rows cover of a pixel
 const float LINED_SHARE = 0.1;   // least that a bright source's line has in a pixel, of its image in a drop of a pixel
 
-// The first link of each cell; then links: record, a word of `nodes`, and next; then parts of streaks that have lines:
+// `veil` of tile_buffers.glsl: the first link of each cell; then links: record, a word of `nodes`, and next; then parts of streaks that have lines:
 // record, and number of the part along the streak's longer axis, from the whole picture's edge on.
-#ifndef VEIL_READ_ONLY
-layout(std430, set = 0, binding = VEIL_BINDING) buffer Veil { uint veil[]; };
-#else
-layout(std430, set = 0, binding = VEIL_BINDING) readonly buffer Veil { uint veil[]; };
-#endif
 #define VEIL_HEADS frame.veil.x // words
 #define VEIL_LINKS frame.veil.y // room for so many
 #define LINE_PARTS frame.veil.z // room for so many; 0: there are no lines
@@ -56,3 +53,4 @@ uint first_cell(uint kind) {
     }
     return sum;
 }
+#endif

@@ -1,3 +1,5 @@
+#ifndef VEIL_BEHIND_GLSL
+#define VEIL_BEHIND_GLSL
 // What of the veil is between two distances, over a tile's pixels. Needs veil.glsl, disc.glsl, by_four.glsl.
 
 // Optical depths are summed up in whole units, so that no order of the streaks changes a bit.
@@ -112,3 +114,4 @@ Depths veil_depths(uvec2 in_pixels, uint from, uint to) {
     }
     return depths;
 }
+#endif

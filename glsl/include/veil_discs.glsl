@@ -1,3 +1,5 @@
+#ifndef VEIL_DISCS_GLSL
+#define VEIL_DISCS_GLSL
 // Drops out of focus in the lists of the veil's cells: discs, drawn out along their way if they move. Needs veil_links.glsl
 // and disc.glsl.
 //
@@ -48,3 +50,4 @@ Streak around_disc(Disc d) {
     vec2 box = box_of_disc(d);
     return Streak(d.center, 0.0, true, 0.0, 1.0 / max(box.x - 0.5, 0.1), 2.0 * box.y, 0.0, 0.0);
 }
+#endif

@@ -1,3 +1,5 @@
+#ifndef VEIL_LINES_GLSL
+#define VEIL_LINES_GLSL
 // The lines that the brightest source draws along wide streaks of the veil: while a drop falls, each of its images of the
 // source stays at one place of its outline. The two brightest are drawn (lines.comp); other light is spread over the
 // streak. Needs projection.glsl, appearance.glsl, sources.glsl, far_glints.glsl, `splat_table`.
@@ -30,3 +32,4 @@ Lines lines_at(vec2 pixel) {
     float share = dot(unpack_radiance(images.z), LUMINANCE) / max(brightest, 1e-30);
     return Lines(places.x * on_screen, places.y * on_screen, share, images.y);
 }
+#endif

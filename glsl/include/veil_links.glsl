@@ -1,3 +1,5 @@
+#ifndef VEIL_LINKS_GLSL
+#define VEIL_LINKS_GLSL
 // Enters streaks into the lists of the veil's cells. Needs veil.glsl, counters.glsl.
 
 // A node that holds a streak, or a disc, packed.
@@ -75,3 +77,4 @@ void enter_streak(uint record, Streak s, VeilCells c, uint link) {
         }
     }
 }
+#endif

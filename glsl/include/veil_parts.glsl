@@ -1,3 +1,5 @@
+#ifndef VEIL_PARTS_GLSL
+#define VEIL_PARTS_GLSL
 // Enters streaks of which a bright source draws lines, part by part, for lines.comp. Needs veil.glsl, counters.glsl,
 // together.glsl.
 
@@ -24,3 +26,4 @@ void enter_parts(uint record, Streak s, bool has_lines) {
         veil[line_part(place + i) + 1u] = first + i;
     }
 }
+#endif

@@ -1,3 +1,5 @@
+#ifndef VIEW_VOLUME_GLSL
+#define VIEW_VOLUME_GLSL
 // Whether a box of drops is in view, and where. Needs frame.glsl, projection.glsl, tile_buffers.glsl.
 
 // May a drop that reaches over a box by `reach` at most be in view? The box from the camera, along the world's axes.
@@ -23,3 +25,4 @@ uint region_at(vec3 point, float depth, float least) {
     uvec2 tile = uvec2(clamp(pixel, first, last)) / TILE, region = tile - first_tile() >> region_tile_bits();
     return region.y * REGIONS_ACROSS + region.x;
 }
+#endif
