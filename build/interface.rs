@@ -20,9 +20,9 @@ const VARIANTS: &[(&str, &str, &str)] = &[
     ("bin_starts.comp", "_CELLS", "CELLS"),
     ("sort_clusters.comp", "_CELLS", "CELLS"),
     ("gather.comp", "_CELLS", "CELLS"),
-    ("sky.comp", "_CELLS", "CELLS"),
+    ("sky.comp", "_MEDIUM", "MEDIUM"),
     ("sky.comp", "_BEFORE", "BEFORE"),
-    ("sky.comp", "_CELLS_BEFORE", "CELLS_BEFORE"),
+    ("sky.comp", "_MEDIUM_BEFORE", "MEDIUM_BEFORE"),
     ("large.comp", "_CELLS", "CELLS"),
     ("composite.comp", "_DISORDERED", "DISORDERED"),
     ("composite.comp", "_CROWDED", "CROWDED"),
@@ -45,7 +45,7 @@ const VARIANTS: &[(&str, &str, &str)] = &[
 /// Names that variants of a shader give to one number, of which a pass fills that of the variant it takes.
 const ALTERNATIVES: &[&[&str]] = &[
     &["RADIANCE_IMAGE", "RADIANCE", "RADIANCE_TEXELS"],
-    &["MASK", "TABLE", "PICTURES"],
+    &["MASK", "TABLE"],
     &["INTERVALS", "FINEST"],
 ];
 
@@ -98,7 +98,7 @@ impl Variant {
     /// What the set is called that it shares with few others.
     fn own_set(&self) -> &str {
         match (self.file.as_str(), self.define) {
-            ("sky.comp", Some("BEFORE" | "CELLS_BEFORE")) => "background",
+            ("sky.comp", Some("BEFORE" | "MEDIUM_BEFORE")) => "background",
             (
                 "sky.comp" | "rays.comp" | "glints.comp" | "composite.comp" | "lines.comp"
                 | "veil_light.comp" | "tiles_to_draw.comp",

@@ -17,17 +17,14 @@
 // What is only read, by texels where the device takes buffers of so many (see by_four.glsl).
 #ifdef TEXELS
 layout(set = 1, binding = 10) uniform usamplerBuffer large_texels;
-layout(set = 1, binding = 11) uniform usamplerBuffer picture_texels;
 Large large_at(uint number) {
     int at = int(4u * number);
     uvec4 c = texelFetch(large_texels, at + 2), d = texelFetch(large_texels, at + 3);
     return Large(uintBitsToFloat(texelFetch(large_texels, at)), uintBitsToFloat(texelFetch(large_texels, at + 1)),
                  uintBitsToFloat(c.xy), c.z, c.w, d.x, d.y, d.z, d.w);
 }
-uint picture_at(uint word) { return texelFetch(picture_texels, int(word)).x; }
 #else
 Large large_at(uint number) { return larges[number]; }
-uint picture_at(uint word) { return pictures[word]; }
 #endif
 #include "picture_light.glsl"
 

@@ -3,13 +3,11 @@
 #extension GL_KHR_shader_subgroup_ballot : require
 // Which cells of the rain are in view, how many drops each holds, and in which bin they are: band of depth, and region
 // of the image. One invocation a cell, then one a drop placed by hand. See src/passes/cells.rs.
-#define CELLS
 #include "frame.glsl"
 #include "rain.glsl"
 #include "projection.glsl"
 #include "tile_buffers.glsl"
-#include "clusters.glsl"
-#include "cells.glsl"
+#include "cell_population.glsl"
 #include "view_volume.glsl"
 #include "lens.glsl"
 #include "together.glsl"

@@ -7,7 +7,7 @@
 #include "projection.glsl"
 #include "tile_buffers.glsl"
 #include "rain.glsl"
-#include "clusters.glsl"
+#include "box_population.glsl"
 #include "view_volume.glsl"
 #include "lens.glsl"
 #include "together.glsl"

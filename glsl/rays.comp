@@ -78,6 +78,27 @@ uint color(vec2 low, vec2 high, vec4 sphere, Body body, float pixels, vec2 moved
 #include "lens.glsl"
 #include "lens_rays.glsl"
 
+// What rays need of a large drop beside its sphere; `around`: its outline's box, from the centre on.
+Body body_of(uint drop, Large r, out vec4 around) {
+    vec4 m = r.to_disc;
+    vec2 box = vec2(length(m.wz), length(m.yx)) / abs(m.x * m.w - m.y * m.z);
+    Body body;
+    body.is_flat = SHAPE != SPHERES && (r.look & FLAT) != 0u;
+    around = vec4(-box, box);
+    if (body.is_flat) {
+        LargeShape l = large_shapes[drop];
+        body.shape = l.shape;
+        body.has_outline = has_outline(l);
+        around = l.box;
+    }
+    return body;
+}
+
+// Adds what rays found covered to a block's coverage, which is nothing before: whole units of 1/65535.
+void add_coverage(uint node, uint pixel, uint units) {
+    atomicOr(nodes[node + COVERAGE + pixel / 2u], units << 16u * (pixel & 1u));
+}
+
 void main() {
     uint invocation = group_number() * gl_WorkGroupSize.x + gl_LocalInvocationID.x;
     uint in_piece = invocation / PIXELS, number = push.piece * RAY_PIECE + in_piece, pixel = invocation % PIXELS;
@@ -88,17 +109,8 @@ void main() {
     uvec2 tile = uvec2(r.first_tile & 0xffffu, r.first_tile >> 16)
         + divided(place, r.across).yx;
     vec2 corner = vec2(tile * TILE + uvec2(pixel % TILE.x, pixel / TILE.x));
-    vec4 m = r.to_disc;
-    vec2 box = vec2(length(m.wz), length(m.yx)) / abs(m.x * m.w - m.y * m.z);
-    Body body;
-    body.is_flat = SHAPE != SPHERES && (r.look & FLAT) != 0u;
-    vec4 around = vec4(-box, box);
-    if (body.is_flat) {
-        LargeShape l = large_shapes[blocks[at]];
-        body.shape = l.shape;
-        body.has_outline = has_outline(l);
-        around = l.box;
-    }
+    vec4 around;
+    Body body = body_of(blocks[at], r, around);
     vec2 low = clamp(r.center + around.xy, corner, corner + 1.0);
     vec2 high = clamp(r.center + around.zw, corner, corner + 1.0);
     // A pixel beside the box, which no more than the smoothed edge reaches: the nearest point.
@@ -121,7 +133,7 @@ void main() {
         if ((r.look & COVER_BY_RAYS) == 0u) return;
         // The part of a unit that is left over is rounded by chance, so that what is faint keeps its light on the mean.
         float units = covered * float(r.look >> 16) + fract(dot(corner, vec2(0.75487767, 0.56984029)) + place_moved(r.index).x);
-        atomicOr(nodes[node + COVERAGE + pixel / 2u], min(uint(units), 65535u) << 16u * (pixel & 1u));
+        add_coverage(node, pixel, min(uint(units), 65535u));
         return;
     }
     bool is_moving = motion != vec3(0.0);
@@ -138,6 +150,6 @@ void main() {
     nodes[node + COLORS + pixel] = moving_color(low, high, r.sphere, body, motion, pixels, place_moved(r.index), behind, covered);
     if ((r.look & COVER_BY_RAYS) != 0u) {
         covered *= float(r.look >> 16);
-        atomicOr(nodes[node + COVERAGE + pixel / 2u], uint(covered + 0.5) << 16u * (pixel & 1u));
+        add_coverage(node, pixel, uint(covered + 0.5));
     }
 }

@@ -1,9 +1,9 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// What is behind the drops of tiles, CELLS: through far rain; one invocation a pixel. The environment, or BEFORE: a
+// What is behind the drops of tiles, MEDIUM: through far rain; one invocation a pixel. The environment, or BEFORE: a
 // picture, and how far it is at each pixel. See src/passes/background.rs.
-#ifdef CELLS_BEFORE
-#define CELLS
+#ifdef MEDIUM_BEFORE
+#define MEDIUM
 #define BEFORE
 #endif
 #include "frame.glsl"
@@ -15,7 +15,7 @@
 #include "tile_buffers.glsl"
 #include "lens.glsl"
 
-#ifdef CELLS
+#ifdef MEDIUM
 #include "octahedron.glsl"
 #include "shared_exponent.glsl"
 #include "appearance.glsl"
@@ -24,7 +24,7 @@
 #endif
 
 layout(local_size_x = 16, local_size_y = 4) in;
-#ifdef CELLS
+#ifdef MEDIUM
 layout(constant_id = 23) const uint GRAIN = 0; // 1: the medium has the noise of its single drops
 #endif
 
@@ -67,30 +67,19 @@ uint samples_along(float focal) {
 // Places on a lens's disc that the sky is the mean of: each stands for a 64th of it.
 const uint LENS_PLACES = 64;
 
-void main() {
-    uvec2 place = gl_GlobalInvocationID.xy, in_tile = place % TILE;
-    uint tile = place.y / TILE.y * tiles_across() + place.x / TILE.x;
-    if (place.x >= tiles_across() * TILE.x || tile >= TILE_COUNT) return;
-    uint at = tile * PIXELS + in_tile.y * TILE.x + in_tile.x;
-    float focal = frame.image.z;
-    mat3 world = mat3(frame.right.xyz, frame.up.xyz, frame.back.xyz);
+// The light behind a pixel; `pixel`: of the whole picture.
+vec3 light_behind(uvec2 pixel, mat3 world) {
+    float focal = frame.image.z, blur = is_lens() && frame.lens.w >= LEAST_BLUR_PX ? frame.lens.w : 0.0;
     uint edge = samples_along(focal);
 #ifdef BEFORE
-    ivec2 pixel = ivec2(place + first_tile() * TILE);
-    float farthest = reach_of(pixel, ray_through(vec2(pixel) + 0.5));
-    // Without a depth there is no buffer of distances, and the binding is the sky itself.
-    if (push.depth_kind != 0u) reach[at] = farthest;
-    bool has_color = push.color_scale > 0.0;
-    if (has_color || push.layers != 0u) edge = 1u;
-    float hidden = 0.0;
-#elif defined(CELLS)
-    float farthest = field.medium.z;
-#endif
-    float share = 1.0 / float(edge), blur = is_lens() && frame.lens.w >= LEAST_BLUR_PX ? frame.lens.w : 0.0;
-#ifdef BEFORE
     // A picture is sharp, whatever the lens.
-    if (has_color || push.layers != 0u) blur = 0.0;
+    bool has_color = push.color_scale > 0.0;
+    if (has_color || push.layers != 0u) {
+        edge = 1u;
+        blur = 0.0;
+    }
 #endif
+    float share = 1.0 / float(edge);
     uint places = blur > 0.0 ? LENS_PLACES : edge * edge;
     float spread = blur > 0.0 ? sqrt((1.0 + PI * blur * blur) / float(LENS_PLACES)) : share;
     vec3 c = vec3(0.0);
@@ -99,11 +88,11 @@ void main() {
         if (HAS_LENS != 0u && blur > 0.0) {
             at = fract(vec2(0.75487767, 0.56984029) * float(i)) + blur * place_on_unit_disc(i, places, 0.0);
         }
-        vec3 ray = ray_through(vec2(place + first_tile() * TILE) + at);
+        vec3 ray = ray_through(vec2(pixel) + at);
         float far = length(ray);
 #ifdef BEFORE
         vec3 behind = has_color
-            ? push.color_scale * texelFetch(color_image, min(pixel, textureSize(color_image, 0) - 1), 0).rgb
+            ? push.color_scale * texelFetch(color_image, min(ivec2(pixel), textureSize(color_image, 0) - 1), 0).rgb
             : radiance(whole_map, world * ray / far, spread * sqrt(focal / far) / far);
         if (push.layers != 0u) behind = vec3(0.0);
 #else
@@ -111,11 +100,28 @@ void main() {
 #endif
         c += behind;
     }
-    c *= blur > 0.0 ? 1.0 / float(LENS_PLACES) : share * share;
-#ifdef CELLS
+    return c * (blur > 0.0 ? 1.0 / float(LENS_PLACES) : share * share);
+}
+
+void main() {
+    uvec2 place = gl_GlobalInvocationID.xy, in_tile = place % TILE, pixel = place + first_tile() * TILE;
+    uint tile = place.y / TILE.y * tiles_across() + place.x / TILE.x;
+    if (place.x >= tiles_across() * TILE.x || tile >= TILE_COUNT) return;
+    uint at = tile * PIXELS + in_tile.y * TILE.x + in_tile.x;
+    mat3 world = mat3(frame.right.xyz, frame.up.xyz, frame.back.xyz);
+    float hidden = 0.0;
+#ifdef BEFORE
+    float farthest = reach_of(ivec2(pixel), ray_through(vec2(pixel) + 0.5));
+    // Without a depth there is no buffer of distances, and the binding is another.
+    if (push.depth_kind != 0u) reach[at] = farthest;
+#elif defined(MEDIUM)
+    float farthest = field.medium.z;
+#endif
+    vec3 c = light_behind(pixel, world);
+#ifdef MEDIUM
     // The medium hardly changes over a pixel.
     if (field.medium.w > 0.0) {
-        vec3 middle = normalize(ray_through(vec2(place + first_tile() * TILE) + 0.5));
+        vec3 middle = normalize(ray_through(vec2(pixel) + 0.5));
         float grain = 1.0;
         if (GRAIN != 0u) grain = medium_grain(middle, world * middle, farthest);
         float passes = medium_passes(middle, farthest, grain);
@@ -125,11 +131,9 @@ void main() {
 #endif
     }
 #endif
-    // A picture's colours may be more than a half holds.
 #ifdef BEFORE
+    // A picture's colours may be more than a half holds.
     c = min(c, 65504.0);
-    sky[at] = uvec2(packHalf2x16(c.rg), packHalf2x16(vec2(c.b, hidden)));
-#else
-    sky[at] = uvec2(packHalf2x16(c.rg), packHalf2x16(vec2(c.b, 0.0)));
 #endif
+    sky[at] = uvec2(packHalf2x16(c.rg), packHalf2x16(vec2(c.b, hidden)));
 }

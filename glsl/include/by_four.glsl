@@ -1,8 +1,15 @@
 #ifndef BY_FOUR_GLSL
 #define BY_FOUR_GLSL
-// What composite.comp reads, as texels, most of four words (nodes_by_four.glsl). Needs tile_buffers.glsl, `sky`,
-// `splat_table`, `veil_light` and `line_sums`.
+// What composite.comp reads, as texels, most of four words (nodes_by_four.glsl).
 #include "nodes_by_four.glsl"
+#include "splat_table.glsl"
+
+// The environment behind, pixel by pixel of a tile after the other.
+layout(std430, set = 1, binding = 1) readonly buffer Sky { uvec2 sky[]; };
+// What streaks of one colour show in each tile, three halves; and the light of lines along them, packed (veil_light.comp).
+layout(std430, set = 1, binding = 6) readonly buffer VeilLight { uvec4 veil_light[]; };
+// How much of it each pixel of the tiles has (lines.comp).
+layout(std430, set = 1, binding = 7) readonly buffer LineSums { ivec4 line_sums[]; };
 #ifdef TEXELS
 layout(set = 1, binding = 13) uniform usamplerBuffer sky_texels;
 layout(set = 1, binding = 14) uniform usamplerBuffer splat_texels;

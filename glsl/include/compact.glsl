@@ -5,6 +5,7 @@
 //
 // The loop parts its invocations, as only some have a drop to write. Where nothing promises that they come together again
 // (together.glsl), an invocation does a block alone.
+#include "constants.glsl"
 #include "together.glsl"
 
 layout(local_size_x = 64) in;
@@ -14,8 +15,6 @@ layout(push_constant) uniform Push {
     uint length; // drops in it
     uint block;  // drops of a block
 };
-
-#include "constants.glsl"
 
 // Records of the simulation: centre in view space, radius; radius 0: nothing to draw.
 layout(std430, set = 0, binding = 0) readonly buffer Drops { vec4 drops[]; };

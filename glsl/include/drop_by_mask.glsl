@@ -1,6 +1,7 @@
 #ifndef DROP_BY_MASK_GLSL
 #define DROP_BY_MASK_GLSL
 // A drop's light by the paper's mask (equation 5): two directions and a reflectance per texel.
+#include "drop_fragment.glsl"
 
 layout(set = 0, binding = 2) uniform sampler2DArray mask;
 

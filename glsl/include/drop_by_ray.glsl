@@ -2,6 +2,7 @@
 #define DROP_BY_RAY_GLSL
 // A drop's light along a ray, from the same billboard as the mask's: by the closed form or, where
 // DEVIATION_TABLE is defined, from a table over the impact parameter.
+#include "drop_fragment.glsl"
 #include "optics.glsl"
 
 #ifdef DEVIATION_TABLE

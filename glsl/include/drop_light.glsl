@@ -1,8 +1,11 @@
 #ifndef DROP_LIGHT_GLSL
 #define DROP_LIGHT_GLSL
 // Radiance that leaves a drop along a ray, by the closed form: reflection, refraction and internal
-// reflections with the Fresnel weights. Needs light_model.glsl, optics.glsl and environment.glsl.
+// reflections with the Fresnel weights.
 // Where DEVIATION_TABLE is defined, deviation and reflectance come from `tabulated` instead.
+#include "environment.glsl"
+#include "light_model.glsl"
+#include "optics.glsl"
 
 // How far directions fan out for a unit step of the impact parameter: the root of the product of
 // the radial and the tangential derivative of a deviation whose derivative is `rate`.

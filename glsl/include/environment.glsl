@@ -2,6 +2,7 @@
 #define ENVIRONMENT_GLSL
 // Radiance from a direction: a latitude-longitude texture whose levels are blurred equally in all
 // directions (src/environment/levels.rs), so that one level serves from equator to pole.
+#include "frame.glsl"
 
 const float PI = 3.14159265358979;
 

@@ -1,9 +1,13 @@
 #ifndef FAR_LIGHT_GLSL
 #define FAR_LIGHT_GLSL
-// The mean light of a far drop by its direction. Needs octahedron.glsl, appearance.glsl, tile_buffers.glsl, splat_table.glsl.
-
+// The mean light of a far drop by its direction.
+#include "appearance.glsl"
 #include "flat_rain.glsl"
 #include "flat_suns.glsl"
+#include "octahedron.glsl"
+#include "shared_exponent.glsl"
+#include "splat_table.glsl"
+#include "tile_buffers.glsl"
 
 // Number of the texel at a place of the octahedral map, of which one beyond an edge is another within.
 uint wrapped_texel(ivec2 at) {

@@ -1,6 +1,8 @@
 #ifndef FLAT_RAIN_GLSL
 #define FLAT_RAIN_GLSL
-// Far rain whose drops are flattened (src/passes/flat_light.rs). Needs appearance.glsl, `splat_table`.
+// Far rain whose drops are flattened (src/passes/flat_light.rs).
+#include "appearance.glsl"
+#include "splat_table.glsl"
 
 layout(constant_id = 25) const uint FLAT_RAIN = 0; // 1: there is rain, and its drops are drawn flattened
 

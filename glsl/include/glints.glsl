@@ -1,7 +1,7 @@
 #ifndef GLINTS_GLSL
 #define GLINTS_GLSL
 // The images of small bright sources in a drop, found instead of met by rays: the float32 version of
-// src/reference/glints.rs, which derives it. Needs light_model.glsl and optics.glsl.
+// src/reference/glints.rs, which derives it.
 //
 // All happens in the plane of the drop's axis (from the camera to its centre) and the source. A ray that leaves
 // the axis by α meets the drop at the angle of incidence θ, sin α = (r/d) sin θ, and comes from ψ off the axis:
@@ -9,10 +9,11 @@
 //   after k internal reflections    ψ = α - 2θ + 2(k+1)θt - kπ
 // ψ is concave in θ, so it has one crest (the rainbow's ray, or θ = 0) and is monotone on either side of it. A
 // source Φ off the axis is seen where ψ = Φ, or on the other side of the drop where ψ = -Φ, up to whole turns.
+#include "light_model.glsl"
+#include "optics.glsl"
+#include "sources.glsl"
 
 const float HALF_TURN = 3.14159265358979;
-
-#include "sources.glsl"
 
 // The ways of light that have images: 0 by the reflection outside; after k = 0, 1, 2 internal reflections between
 // crest and rim 1, 3, 5, between the middle and the crest 2, 4 (k = 1, 2). A drop nearer than 2 radii is a lens that

@@ -1,9 +1,10 @@
 #ifndef LENS_GLSL
 #define LENS_GLSL
-// What a lens makes of drops: of a point that is out of focus a disc. Needs frame.glsl, tile_buffers.glsl.
+// What a lens makes of drops: of a point that is out of focus a disc.
 //
 // Seen from a place L of the lens, what is at depth z stands f L (1/z - 1/focus) beside where the pinhole in the lens's
 // middle sees it (f: focal length in pixels). So a drop's outline is spread evenly over a disc.
+#include "tile_buffers.glsl"
 
 // Radius in pixels under which nothing is changed by such a disc; and the largest that is told.
 const float LEAST_BLUR_PX = 0.5, MOST_BLUR_PX = 1e6;

@@ -1,11 +1,13 @@
 #ifndef LENS_RAYS_GLSL
 #define LENS_RAYS_GLSL
-// The light of a drop through a lens, by rays: each from a place on the lens, through a place in the pixel. Needs what
-// rays.comp includes, moving_rays.glsl, lens.glsl, source_light.glsl.
+// The light of a drop through a lens, by rays: each from a place on the lens, through a place in the pixel.
 //
 // All rays of a place in the pixel pass through one point of the plane in focus. Those of them that meet a sphere are
 // within a cone, and so is an ellipse on the lens: places are taken within that where it is smaller than the lens, so
 // that of a drop that is spread over hundreds of pixels each finds as many rays as of one in focus.
+#include "lens.glsl"
+#include "moving_rays.glsl"
+#include "source_light.glsl"
 
 // Fewest rays of a pixel: they are a mean over the lens.
 const uint LEAST_LENS_RAYS = 16;

@@ -1,14 +1,14 @@
 #ifndef MEDIUM_GLSL
 #define MEDIUM_GLSL
 // Far rain as a medium (src/rain/medium.rs): it takes light out of a ray and puts in that of a far drop. Drops that are
-// shown by themselves have the same mean light, so all of the medium may stand behind them. Needs projection.glsl,
-// rain_field.glsl and what far_light.glsl does.
-#include "far_light.glsl"
-#include "pcg4d.glsl"
-
+// shown by themselves have the same mean light, so all of the medium may stand behind them.
 // Optical depth from the camera along the view axis, of drops that are seen by an angle to the level of this sine, squared.
 // Flattened ones cover the more the steeper they are seen: a spheroid's outline squared is a mean of that seen level and that
 // from below.
+#include "far_light.glsl"
+#include "pcg4d.glsl"
+#include "projection.glsl"
+
 float optical_depth(float depth, float sine2) {
     float starts = field.medium.x, at = float(MEDIUM_DEPTHS - 1u) * min(depth / starts, 1.0);
     uint below = min(uint(at), MEDIUM_DEPTHS - 2u), above = below + 1u;

@@ -1,10 +1,8 @@
 #ifndef MOTION_GLSL
 #define MOTION_GLSL
-// How drops move on the screen while the shutter is open. A drop's place is that at the middle of the exposure. Needs
-// frame.glsl, rain.glsl, projection.glsl, tile_drop.glsl, lens.glsl.
-
-// How far each placed drop moves, world axes.
-layout(std430, set = 1, binding = 4) readonly buffer PlacedMotions { vec4 placed_motions[]; };
+// How drops move on the screen while the shutter is open. A drop's place is that at the middle of the exposure.
+#include "lens.glsl"
+#include "tile_drop.glsl"
 
 // Of a longer way a drop is blurred, or a streak: pixels, and radii.
 const float SHORT_PX = 1.0, SHORT_RADII = 1.5;
@@ -29,11 +27,7 @@ struct Path {
 // How far a drop moves, along the world's axes.
 vec3 motion_of(uint index) {
     if (is_by_hand(index)) return placed_motions[by_hand_number(index)].xyz;
-#ifdef CELLS
-    return field.classes[slab_of(index).kind].moved.xyz;
-#else
-    return population_numbered(population_number(index)).moved.xyz;
-#endif
+    return random_motion(index);
 }
 
 Path path_at_rest() {

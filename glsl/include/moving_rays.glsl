@@ -1,7 +1,10 @@
 #ifndef MOVING_RAYS_GLSL
 #define MOVING_RAYS_GLSL
 // The light of a drop that moves, by rays: each meets it for a part of the exposure, in closed form, and follows what it
-// shows at one moment of that. Needs what rays.comp includes.
+// shows at one moment of that.
+#include "places.glsl"
+#include "ray_in_shape.glsl"
+#include "shared_exponent.glsl"
 
 // Fewest rays of a pixel, so that the picture is a mean over time. A drop that covers it for a part o under half of the time
 // changes it by o of its colour: 16 o² rays have a quarter of one ray's noise at o = 1.

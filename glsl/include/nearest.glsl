@@ -1,7 +1,9 @@
 #ifndef NEAREST_GLSL
 #define NEAREST_GLSL
 // For each pixel of a tile the nearest drop that covers a part of it, and how many do, while its drops are taken front to
-// back. Needs tile_buffers.glsl and shared_exponent.glsl.
+// back.
+#include "appearance.glsl"
+#include "tile_buffers.glsl"
 
 // Two words a pixel, row by row: number of the nearest drop's record (drop_records.glsl), END: none; drops that cover a
 // part of the pixel.

@@ -2,7 +2,9 @@
 #define NODES_BY_FOUR_GLSL
 // The nodes of the tiles' lists, four words at a time: as texels where the device takes texel buffers so large. CPU
 // drivers charge for each word that a lane reads from a storage buffer, and hardly more for the four of a texel than for
-// one of those. Needs tile_buffers.glsl.
+// one of those.
+#include "tile_buffers.glsl"
+
 #ifdef TEXELS
 layout(set = 1, binding = 11) uniform usamplerBuffer node_texels;
 uvec4 four_of_nodes(uint word) { return texelFetch(node_texels, int(word / 4u)); }

@@ -1,7 +1,6 @@
 #ifndef OCTAHEDRON_GLSL
 #define OCTAHEDRON_GLSL
 // Directions as texels of an octahedral map (Meyer et al. 2010), and a basis about each.
-
 #include "constants.glsl"
 
 // Where a direction is on the map, from -1 to 1.

@@ -1,6 +1,7 @@
 #ifndef OPTICS_GLSL
 #define OPTICS_GLSL
-// One drop in float32; the twin of src/optics/mod.rs, which tells the physics. Needs light_model.glsl.
+// One drop in float32; the twin of src/optics/mod.rs, which tells the physics.
+#include "light_model.glsl"
 
 const bool DISPERSES = INDEX_RED != INDEX_GREEN || INDEX_BLUE != INDEX_GREEN;
 const uint INDICES = DISPERSES ? 3u : 1u;

@@ -2,7 +2,7 @@
 #define RAIN_GLSL
 // Where a drop is and whether it is in view; the twin of src/rain/mod.rs and src/rain/cull.rs, bit for bit.
 // `precise` keeps every product and sum apart, so that each rounds as the CPU's does.
-
+#include "frame.glsl"
 #include "pcg4d.glsl"
 
 layout(constant_id = 21) const uint SEVERAL = 0; // 1: there are several populations of drops in boxes

@@ -1,6 +1,9 @@
 #ifndef RAY_IN_SHAPE_GLSL
 #define RAY_IN_SHAPE_GLSL
-// A ray that meets a drop that is no sphere: where, and what it shows, by SHAPE. Needs what rays.comp includes.
+// A ray that meets a drop that is no sphere: where, and what it shows, by SHAPE.
+#include "drop_light.glsl"
+#include "maps.glsl"
+#include "shape_light.glsl"
 
 // What rays need of a drop beside its sphere.
 struct Body {

@@ -1,6 +1,11 @@
 #ifndef REACH_GLSL
 #define REACH_GLSL
-// What hides drops: `reach` of tile_buffers.glsl, and drops that cut it. Needs projection.glsl.
+// What hides drops: `reach` of tile_buffers.glsl, and drops that cut it.
+#include "projection.glsl"
+#include "tile_buffers.glsl"
+
+// Squared, of the tile that an invocation of composite.comp draws.
+vec4 upper_reach2, lower_reach2;
 
 // Those of a row of a tile's pixels.
 vec4 reach_of_row(uint tile, uint row) {

@@ -1,6 +1,8 @@
 #ifndef SHAPE_GIVEN_GLSL
 #define SHAPE_GIVEN_GLSL
-// Which shape a drop has, and what follows for its outline. Needs shape.glsl, tile_drop.glsl, motion.glsl.
+// Which shape a drop has, and what follows for its outline.
+#include "motion.glsl"
+#include "shape.glsl"
 
 // `Given` in src/passes/shapes.rs: diameter in mm of a drop of radius 1, which is the first's x; the shapes of falling
 // drops by diameter; those of drops placed by hand.
@@ -10,14 +12,10 @@ const uint BY_DIAMETER = 1;
 vec4 shape_of(uint index, Drop drop) {
     if (SHAPE == SPHERES) return ROUND;
     if (is_by_hand(index)) return shapes[BY_DIAMETER + DIAMETERS + by_hand_number(index)];
-#ifdef CELLS
-    float at = (shapes[0].x * drop.radius - float(SMALLEST_MM)) * float(DIAMETERS_A_MM);
+    float at = (flattened_mm(drop, shapes[0].x) - float(SMALLEST_MM)) * float(DIAMETERS_A_MM);
     if (at < 0.0 || shapes[0].y == 0.0) return ROUND;
     uint below = min(uint(at), DIAMETERS - 2u);
     return mix(shapes[BY_DIAMETER + below], shapes[BY_DIAMETER + below + 1u], min(at - float(below), 1.0));
-#else
-    return ROUND;
-#endif
 }
 
 Outline outline_of_shape(Drop drop, vec4 shape) {

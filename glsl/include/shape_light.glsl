@@ -1,7 +1,7 @@
 #ifndef SHAPE_LIGHT_GLSL
 #define SHAPE_LIGHT_GLSL
 // Radiance that leaves a drop that is no sphere along a ray, traced from surface to surface; the float32 form of
-// src/optics/spheroid.rs. Needs light_model.glsl, optics.glsl, environment.glsl, shape.glsl.
+// src/optics/spheroid.rs.
 //
 // Everything is seen from the middle of the plane that joins the halves, along the world's axes, in radii. A half scaled
 // to the unit sphere is met by a quadratic equation; directions and normals stay those of unscaled space. Which half a
@@ -9,6 +9,8 @@
 //
 // With the ray go the differentials of two neighbours (Igehy 1999): how far their light fans out is the level at which
 // the environment is read, as it is for the sphere in closed form (drop_light.glsl).
+#include "drop_light.glsl"
+#include "shape.glsl"
 
 // Most surfaces that light is followed to beyond the last order, where that carries what is left and is reflected totally.
 const uint MOST_MORE = 16;

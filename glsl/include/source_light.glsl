@@ -1,6 +1,7 @@
 #ifndef SOURCE_LIGHT_GLSL
 #define SOURCE_LIGHT_GLSL
-// The light of bright sources in far drops. Needs tile_buffers.glsl.
+// The light of bright sources in far drops.
+#include "tile_buffers.glsl"
 
 // Mean light of all images of one in a far sphere in a unit direction in world space.
 vec3 light_of_source(uint source, vec3 d) {

@@ -1,7 +1,9 @@
 #ifndef SPLAT_GLSL
 #define SPLAT_GLSL
 // A splat: its node, in two words of which are its centre in 1/2048 pixel; its half sides in 1/512 pixel, and
-// above their bits the number of its direction (octahedron.glsl), which tells its colour. Needs tile_buffers.glsl.
+// above their bits the number of its direction (octahedron.glsl), which tells its colour.
+#include "tile_buffers.glsl"
+
 const uint HALF_SIDES_BITS = 20;
 const float LONGEST_HALF_SIDE = 1023.0 / 512.0; // pixels; an outline far off the axis may have longer ones
 

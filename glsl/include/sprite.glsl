@@ -2,7 +2,6 @@
 #define SPRITE_GLSL
 // The paper's section 3.3, vertex half: where a drop's square stands, how large it is, which mask
 // level it reads and how the mask is turned. Shared by drops_point.vert and drops_quad.vert.
-
 #include "projection.glsl"
 
 struct Sprite {

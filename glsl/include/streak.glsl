@@ -5,6 +5,7 @@
 // Seen along the longer axis of its way the drop is a column that leans: across, in a row of pixels, a parabola of the
 // outline's variance and of what the row leans by; along, a box whose ends fall over a whole number of pixels. Each has
 // the same sum over pixels wherever it lies, so that a streak has the drop's light at every size, length and angle.
+#include "tile_buffers.glsl"
 
 struct Streak {
     vec2 center;   // pixels

@@ -13,6 +13,7 @@
 #include "frame.glsl"
 #include "counters.glsl"
 #include "large_shape.glsl"
+#include "pictures.glsl"
 #include "rain_field.glsl"
 #include "sources.glsl"
 
@@ -125,8 +126,6 @@ layout(std430, set = 0, binding = 7) LARGES_ACCESS buffer Moves { vec4 moves[]; 
 layout(std430, set = 0, binding = 10) LARGES_ACCESS buffer LargeShapes { LargeShape large_shapes[]; };
 // Number of the large drop of each block; from MAX_BLOCKS on the blocks drawn by rays.
 layout(std430, set = 0, binding = 8) buffer Blocks { uint blocks[]; };
-// The prefiltered pictures of a far drop (appearance.glsl).
-layout(std430, set = 0, binding = 9) readonly buffer Pictures { uint pictures[]; };
 // How far what is behind the drops is, along the ray through the middle of each pixel: a float a pixel of each tile, which
 // sky.comp writes where the background has a depth.
 #ifndef REACH_ACCESS

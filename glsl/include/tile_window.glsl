@@ -4,7 +4,7 @@
 // drops, the near ones, last, those that are two splats among them. The nearest of a window of six is taken,
 // the next of the list comes in. Where more than that is out of order, or two are equally far, it is known
 // afterwards, and the tile is done again.
-// Needs by_four.glsl.
+#include "by_four.glsl"
 
 // What the window holds of an entry is little: all of it takes part in each exchange. Its other words
 // are in the cache when its turn comes.

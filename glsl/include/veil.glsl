@@ -2,12 +2,14 @@
 #define VEIL_GLSL
 // Streaks of one colour, all of them together: a veil. A far drop's mean colour depends on its direction alone, so all
 // that is behind one another has the colour of its pixel, and only how much passes between them all is needed: a sum
-// of optical depths, in no order. Needs tile_buffers.glsl, streak.glsl.
+// of optical depths, in no order.
 //
 // They are in lists by cells of the picture larger than tiles, of six kinds: squares for slanting streaks, short level
 // ones and those that cover much; columns and short columns for upright ones, rows for level ones; squares of two sizes for
 // drops out of focus. A tile reads the lists of its cells.
 // So a streak has few entries, and each pixel meets few that pass it by.
+#include "tile_buffers.glsl"
+
 const uint SQUARES = 0, COLUMNS = 1, ROWS = 2, SHORT_COLUMNS = 3, DISCS = 4, WIDE_DISCS = 5;
 const uint CELL_KINDS = CELLS_PX.length();
 const float SHORT_STREAK = 12.0; // pixels

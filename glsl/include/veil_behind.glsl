@@ -1,6 +1,11 @@
 #ifndef VEIL_BEHIND_GLSL
 #define VEIL_BEHIND_GLSL
-// What of the veil is between two distances, over a tile's pixels. Needs veil.glsl, disc.glsl, by_four.glsl.
+// What of the veil is between two distances, over a tile's pixels.
+#include "by_four.glsl"
+#include "disc.glsl"
+#include "reach.glsl"
+#include "streak.glsl"
+#include "veil.glsl"
 
 // Optical depths are summed up in whole units, so that no order of the streaks changes a bit.
 const float DEPTH_UNITS = 16777216.0;

@@ -1,10 +1,11 @@
 #ifndef VEIL_DISCS_GLSL
 #define VEIL_DISCS_GLSL
-// Drops out of focus in the lists of the veil's cells: discs, drawn out along their way if they move. Needs veil_links.glsl
-// and disc.glsl.
+// Drops out of focus in the lists of the veil's cells: discs, drawn out along their way if they move.
 //
 // They enter the lists by the same loops as streaks: llvmpipe 22.3.6 also runs the loops of a branch that no lane takes,
 // and keeps what they exchange.
+#include "disc.glsl"
+#include "veil_links.glsl"
 
 // Of a longer way, in radii of its disc, a drop is a streak as wide as that.
 const float DISC_RADII = 3.0;

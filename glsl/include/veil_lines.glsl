@@ -2,7 +2,12 @@
 #define VEIL_LINES_GLSL
 // The lines that the brightest source draws along wide streaks of the veil: while a drop falls, each of its images of the
 // source stays at one place of its outline. The two brightest are drawn (lines.comp); other light is spread over the
-// streak. Needs projection.glsl, appearance.glsl, sources.glsl, far_glints.glsl, `splat_table`.
+// streak.
+#include "far_glints.glsl"
+#include "projection.glsl"
+#include "shared_exponent.glsl"
+#include "splat_table.glsl"
+#include "tile_buffers.glsl"
 
 const vec3 LUMINANCE = vec3(0.2126, 0.7152, 0.0722); // Rec. 709
 

@@ -1,6 +1,12 @@
 #ifndef VEIL_LINKS_GLSL
 #define VEIL_LINKS_GLSL
-// Enters streaks into the lists of the veil's cells. Needs veil.glsl, counters.glsl.
+// Enters streaks into the lists of the veil's cells.
+#ifndef VEIL_ACCESS
+#define VEIL_ACCESS
+#endif
+#include "motion.glsl"
+#include "streak.glsl"
+#include "veil.glsl"
 
 // A node that holds a streak, or a disc, packed.
 void write_veil_node(uint node, float distance2, uvec2 at, uvec4 rest) {

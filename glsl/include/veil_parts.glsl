@@ -1,7 +1,12 @@
 #ifndef VEIL_PARTS_GLSL
 #define VEIL_PARTS_GLSL
-// Enters streaks of which a bright source draws lines, part by part, for lines.comp. Needs veil.glsl, counters.glsl,
-// together.glsl.
+// Enters streaks of which a bright source draws lines, part by part, for lines.comp.
+#ifndef VEIL_ACCESS
+#define VEIL_ACCESS
+#endif
+#include "streak.glsl"
+#include "together.glsl"
+#include "veil.glsl"
 
 void enter_parts(uint record, Streak s, bool has_lines) {
     vec2 from = vec2(first_tile() * TILE), to = vec2(end_tile() * TILE);

@@ -277,7 +277,7 @@ impl Background {
         let bindings = Bindings::all(device, "background", &slots, sets)?.beside(&tiles.shared);
         let by_cells = tiles.has_cells();
         let shader =
-            if by_cells { shaders::SKY_COMP_CELLS_BEFORE } else { shaders::SKY_COMP_BEFORE };
+            if by_cells { shaders::SKY_COMP_MEDIUM_BEFORE } else { shaders::SKY_COMP_BEFORE };
         let push = size_of::<BackgroundPush>() as u32;
         let pass = ComputePipeline::new(device, shader, &bindings, push, &tiles.constants)?;
         let radiance_scale = environment.radiance_scale;

@@ -12,3 +12,4 @@ mod abi;
 mod docs;
 mod mutants;
 mod scene_keys;
+mod shaders;
