@@ -33,7 +33,7 @@ layout(local_size_x = 64) in;
 // Radius in pixels from which a drop is never drawn as a box: across a long outline that leans it would be too far off.
 const float BOX_PX = 1.5;
 
-// Of a row of pixels, in texels of a picture.
+// Where a row of pixels is in a picture, in texels.
 struct Places {
     vec4 x, y;
 };
@@ -43,7 +43,7 @@ struct Places {
 vec4 cover(vec2 from, vec4 to_disc, vec2 half_side, float radius, bool is_box, float edge, out Places places) {
     vec4 x = from.x + vec4(0.0, 1.0, 2.0, 3.0);
     vec4 s = to_disc.x * x + to_disc.z * from.y, t = to_disc.y * x + to_disc.w * from.y;
-    // Of a pixel that the rim cuts the drop is seen inwards of its middle.
+    // A pixel that the rim cuts sees the drop inwards of the pixel's middle.
     vec4 disc = sqrt(s * s + t * t), inwards = min(vec4(1.0), max(1.0 - 0.25 / radius, 0.5) / max(disc, 1e-3));
     places.x = clamp((0.5 * s * inwards + 0.5) * edge - 0.5, 0.0, edge - 1.0);
     places.y = clamp((0.5 * t * inwards + 0.5) * edge - 0.5, 0.0, edge - 1.0);
@@ -58,7 +58,7 @@ vec4 cover(vec2 from, vec4 to_disc, vec2 half_side, float radius, bool is_box, f
     return is_box ? overlap : mix(ramp, vec4(1.0), lessThan(disc, vec4(1e-3)));
 }
 
-// The same by a drop that is no sphere; `from` its upper ellipse's centre.
+// Does what `cover` does, for a drop that is no sphere; `from`: its upper ellipse's centre.
 vec4 cover_flat(vec2 from, vec4 to_disc, LargeShape l, bool is_box, float edge, out Places places) {
     vec2 half_side = box_of_equal_area(0.5 * (l.box.zw - l.box.xy), l.radius), middle = 0.5 * (l.box.xy + l.box.zw);
     vec4 upper = cover(from - (is_box ? middle : vec2(0.0)), to_disc, half_side, l.radius, is_box, edge, places);
@@ -75,7 +75,7 @@ vec4 cover_flat(vec2 from, vec4 to_disc, LargeShape l, bool is_box, float edge, 
 #include "disc.glsl"
 #include "blurred_cover.glsl"
 
-// As `cover`, of a drop that moves.
+// Does what `cover` does, for a drop that moves.
 vec4 cover_moving(vec2 from, vec4 to_disc, vec2 half_side, float radius, float edge, vec2 way) {
     float length = length(way);
     Places places;

@@ -35,7 +35,7 @@ void main() {
         vec3 corner = (vec3(cell) - vec3(field.classes[slab.kind].fraction.xyz) * (1.0 / 4294967296.0)) * edge;
         vec3 center = corner + 0.5 * edge, half_size = 0.5 * (edge + abs(moved));
         vec2 limits = field.classes[slab.kind].limits.xy;
-        // Rounding must not lose a drop that `sighting` would show.
+        // Rounding must not lose a drop that `visibility` would show.
         float reach = limits.x * 1.001 + 1e-5 * limits.y;
         float nearest = -dot(frame.back.xyz, center) - dot(abs(frame.back.xyz), half_size);
         if (number < slab.cells && nearest <= limits.y + reach && meets_view(center, half_size, reach_from_box(center, half_size, reach))) {

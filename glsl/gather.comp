@@ -19,14 +19,14 @@
 #include "drop_records.glsl"
 #include "streak.glsl"
 #include "disc.glsl"
-#include "veil.glsl"
-#include "veil_links.glsl"
-#include "veil_discs.glsl"
+#include "streak_layer.glsl"
+#include "streak_layer_links.glsl"
+#include "streak_layer_discs.glsl"
 
 layout(local_size_x = GATHER_GROUP) in;
 
 #include "together.glsl"
-#include "veil_parts.glsl"
+#include "streak_layer_parts.glsl"
 
 layout(push_constant) uniform Push { uint band; } push;
 
@@ -46,7 +46,7 @@ Located locate(uint index) {
     bool is_drop = index != NO_DROP;
     l.index = is_drop ? index : 0u;
     l.drop = drop_of(l.index);
-    l.visibility = sighting(l.drop.view, l.drop.radius, reach_across(l.drop.view, l.drop.radius), l.distance2);
+    l.visibility = visibility(l.drop.view, l.drop.radius, reach_across(l.drop.view, l.drop.radius), l.distance2);
     l.path = path_at_rest();
     l.shape = shape_of(l.index, l.drop);
     if (is_exposed()) {
@@ -192,7 +192,7 @@ void main() {
     if (f.splat) {
         uint direction = direction_texel(l.drop.relative * inversesqrt(l.distance2));
         write_splat(node, l.distance2, index, o.center, f.half_sides, f.opacity, direction, f.first);
-        hang_splat(node, f.first, f.last);
+        push_splat(node, f.first, f.last);
     }
     if (NEAREST != 0u && f.splat) drop_records[number] = record_of(index, l.drop);
     if (is_spread()) enter_streaks(node, l, o, f);

@@ -66,7 +66,7 @@ bool is_mine(int number) { return true; }
 // Part of a pixel that a fragment must cover to take light: a colour counts as much as its pixel is covered, so that
 // a little part would have to be brighter than a colour can be.
 const float LEAST_COVER = 1.0 / 32.0;
-// The same of a drop out of focus: no pixel takes more than its share of the light, however little it is covered.
+// The least part for a drop out of focus: no pixel takes more than its share of the light, however little it is covered.
 const float LEAST_BLURRED_COVER = 1.0 / 1024.0;
 
 // Adds light to the pixel at a place on the screen, if a tile fragment of the drop is there that covers at least a part of
@@ -87,7 +87,7 @@ bool add_light_at(uint drop, Large r, vec2 at, vec3 light, float least, bool min
     uint covered = nodes[node + COVERAGE + in_tile / 2u] >> 16u * (in_tile & 1u) & 0xffffu;
     uint color = nodes[node + COLORS + in_tile];
     float share = float(covered) / float(r.look >> 16);
-    // Of what the drop covers of the pixel, the hidden part is no reason to draw the image elsewhere.
+    // The image is not drawn elsewhere because a part of what the drop covers of the pixel is hidden.
     if (share < least * before || color == NO_COLOR) return false;
     if (share < least) return HAS_DEPTH != 0u;
     if (mine) nodes[node + COLORS + in_tile] = pack_radiance(unpack_radiance(color) + light / share);
@@ -95,7 +95,7 @@ bool add_light_at(uint drop, Large r, vec2 at, vec3 light, float least, bool min
 }
 
 #ifdef SHARED
-// The same of a drop out of focus: a point of light is a disc, `blur` pixels of radius. Each invocation has rows of tiles of
+// Adds light of a drop out of focus: a point of light is a disc, `blur` pixels of radius. Each invocation has rows of tiles of
 // its own.
 void add_disc_of_light(uint drop, Large r, vec2 at, vec3 light, float blur) {
     float wide = blur + 0.5;
@@ -120,7 +120,7 @@ void add_disc_of_light(uint drop, Large r, vec2 at, vec3 light, float blur) {
 }
 #endif
 
-// The same of a drop that moves while the shutter is open, by the length of its way in each column of pixels, or in each row
+// Adds light of a drop that moves while the shutter is open, by the length of its way in each column of pixels, or in each row
 // if that is longer. Of SHARED each invocation has columns, or rows, of its own.
 void add_line_of_light(uint drop, Large r, vec2 at, vec3 light) {
     vec2 way = moves[2u * drop + 1u].xy;
@@ -307,7 +307,7 @@ vec2 image_in(uint way, float off, float radius, float sine) {
 }
 
 #ifdef SHARED
-// Of a GPU the invocations of a workgroup find the images of so many parts together, each a way of one part.
+// On a GPU a workgroup finds the images of so many parts together, each invocation a way of one part.
 const uint FOUND_PARTS = 8, WAYS = 8;
 const bool FINDS_TOGETHER = GLINT_LANES == FOUND_PARTS * WAYS;
 shared vec2 found_images[FOUND_PARTS * WAYS * 3u];

@@ -49,7 +49,7 @@ vec2 seen_along(float across, float depth, float radius) {
     return across > 0.0 ? vec2(low, NOWHERE) : vec2(-NOWHERE, -low);
 }
 
-// The same of one that moves between two places, each across and depth: all, where it comes over the camera or its plane.
+// Where a sphere is seen that moves between two places, each across and depth: everywhere, where it comes over the camera or its plane.
 vec2 passes_along(vec2 from, vec2 to, float radius) {
     const float NOWHERE = 1e4;
     vec2 a = seen_along(from.x, from.y, radius), b = seen_along(to.x, to.y, radius), way = to - from;
@@ -77,7 +77,7 @@ Found find(uint index) {
     Found f;
     f.drop = drop_of(index);
     vec3 v = f.drop.view;
-    sighting(v, f.drop.radius, f.distance2);
+    visibility(v, f.drop.radius, f.distance2);
     f.radius2 = f.drop.radius * f.drop.radius;
     f.shape = shape_of(index, f.drop);
     f.is_flat = !is_round(f.shape);
@@ -221,11 +221,11 @@ void write_two_splats(uint block, Found f, uint index, uint texel, uvec2 upper, 
     uint node = block_node(block);
     uvec2 lower = upper + uvec2(0, 2);
     write_splat(node, f.distance2, index, f.outline.center, f.half_sides, f.opacity, texel, upper);
-    hang_splat(node, upper, last);
+    push_splat(node, upper, last);
     if (NEAREST != 0u) drop_records[node / NODE] = record;
     node += NODE;
     write_splat(node, f.distance2, index, f.outline.center, f.half_sides, f.opacity, texel, lower);
-    hang_splat(node, lower, last);
+    push_splat(node, lower, last);
     if (NEAREST != 0u) drop_records[node / NODE] = record;
 }
 

@@ -99,6 +99,17 @@ void add_coverage(uint node, uint pixel, uint units) {
     atomicOr(nodes[node + COVERAGE + pixel / 2u], units << 16u * (pixel & 1u));
 }
 
+// Writes what rays through a lens find of a drop in a pixel.
+void write_lens_color(uint node, uint pixel, Large r, Body body, vec2 corner, vec3 motion, float pixels, float blur, float behind) {
+    float covered;
+    uint found = lens_color(corner, r.sphere, body, motion, pixels, blur, place_moved(r.index), behind, covered);
+    nodes[node + COLORS + pixel] = found;
+    if ((r.look & COVER_BY_RAYS) == 0u) return;
+    // The part of a unit that is left over is rounded by chance, so that what is faint keeps its light on the mean.
+    float units = covered * float(r.look >> 16) + fract(dot(corner, vec2(0.75487767, 0.56984029)) + place_moved(r.index).x);
+    add_coverage(node, pixel, min(uint(units), 65535u));
+}
+
 void main() {
     uint invocation = group_number() * gl_WorkGroupSize.x + gl_LocalInvocationID.x;
     uint in_piece = invocation / PIXELS, number = push.piece * RAY_PIECE + in_piece, pixel = invocation % PIXELS;
@@ -117,7 +128,7 @@ void main() {
     high = max(high, low + 1e-3);
     float d2 = dot(r.sphere.xyz, r.sphere.xyz), r2 = r.sphere.w * r.sphere.w;
     float pixels = frame.image.z * r.sphere.w * inversesqrt(max(d2 - r2, 1e-6 * r2));
-    // Of small drops one sees thousands at once: their places are moved, each drop's otherwise, so that
+    // Thousands of small drops are seen at once: their places are moved, each drop's otherwise, so that
     // all are not wrong in the same way. (Forest, 250,000 drops, 16 rays: FLIP of 8 x 8 boxes 0.039 to
     // 0.029.)
     vec2 moved = SAMPLES > 1u && pixels < 2.0 ? place_moved(r.index) : vec2(0.0);
@@ -127,13 +138,7 @@ void main() {
     if (is_exposed()) motion = moves[2u * blocks[at]].xyz;
     float blur = is_lens() ? moves[2u * blocks[at]].w : 0.0;
     if (HAS_LENS != 0u && blur > 0.0) {
-        float covered;
-        uint found = lens_color(corner, r.sphere, body, motion, pixels, blur, place_moved(r.index), behind, covered);
-        nodes[node + COLORS + pixel] = found;
-        if ((r.look & COVER_BY_RAYS) == 0u) return;
-        // The part of a unit that is left over is rounded by chance, so that what is faint keeps its light on the mean.
-        float units = covered * float(r.look >> 16) + fract(dot(corner, vec2(0.75487767, 0.56984029)) + place_moved(r.index).x);
-        add_coverage(node, pixel, min(uint(units), 65535u));
+        write_lens_color(node, pixel, r, body, corner, motion, pixels, blur, behind);
         return;
     }
     bool is_moving = motion != vec3(0.0);

@@ -58,7 +58,7 @@ void main() {
 
     vec3 v = view_space(p);
     float distance2;
-    uint what = sighting(v, radius, distance2);
+    uint what = visibility(v, radius, distance2);
     if (what == CAMERA_INSIDE) atomicAdd(counters.camera_inside, 1u);
     if (what == BESIDE_CAMERA) atomicAdd(counters.beside_camera, 1u);
     bool visible = what == VISIBLE;

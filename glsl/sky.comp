@@ -32,7 +32,7 @@ layout(constant_id = 23) const uint GRAIN = 0; // 1: the medium has the noise of
 layout(std430, set = 1, binding = 1) writeonly buffer Sky { uvec2 sky[]; };
 
 #ifdef BEFORE
-// Of the whole picture, a texel a pixel.
+// Both images show the whole picture, a texel a pixel.
 layout(set = 1, binding = 18) uniform sampler2D color_image;
 layout(set = 1, binding = 19) uniform sampler2D depth_image;
 // `Convention` in src/passes/background.rs.
@@ -51,7 +51,7 @@ float reach_of(ivec2 pixel, vec3 ray) {
     float below = push.depth.z * stored + push.depth.w;
     float depth = below > 0.0 ? (push.depth.x * stored + push.depth.y) / below : FARTHEST;
     float far = push.depth_kind == 1u ? depth * length(ray) / -ray.z : depth;
-    // Of a host: NaN is as far as the sky; squares of distances are compared.
+    // A host may store NaN, which is as far as the sky; squares of distances are compared.
     return far < FARTHEST ? max(far, 0.0) : FARTHEST;
 }
 #endif

@@ -58,7 +58,7 @@ void main() {
     if (count == uvec4(0u)) return;
     if (leads) {
         for (uint list = 0u; list < LISTS; ++list) {
-            // Of the workgroups of 64 those that these tiles begin.
+            // A workgroup takes 64 tiles: the invocation with its first one asks for it.
             uint groups = (at[list] + count[list] + 63u) / 64u - (at[list] + 63u) / 64u;
             atomicAdd(totals.listed_groups[list].x, groups);
         }

@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// What the streaks of the veil show at the middle of each tile, the mean light of a far drop, and that of the first line
+// What the streaks of the streak layer show at the middle of each tile, the mean light of a far drop, and that of the first line
 // that the brightest source draws along them; one invocation a tile, when the view turns. See src/passes/composite.rs.
 #include "frame.glsl"
 #include "projection.glsl"
@@ -12,7 +12,7 @@
 #include "splat_table.glsl"
 #include "far_light.glsl"
 #include "far_glints.glsl"
-#include "veil_lines.glsl"
+#include "streak_layer_lines.glsl"
 
 layout(local_size_x = 64) in;
 

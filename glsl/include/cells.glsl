@@ -1,7 +1,7 @@
 #ifndef CELLS_GLSL
 #define CELLS_GLSL
 // Real rain: each class of drops has cells that fall with it, and a cell's drops come from a hash of its number; the
-// twin of src/rain/cells.rs and src/rain/field.rs, bit for bit.
+// same as src/rain/cells.rs and src/rain/field.rs, bit for bit.
 // The cell of a slab, relative to the camera's.
 #include "rain.glsl"
 #include "rain_field.glsl"

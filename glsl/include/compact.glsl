@@ -38,7 +38,7 @@ uint lane() {
     return subgroupBallotExclusiveBitCount(subgroupBallot(true));
 }
 
-// Of how many of them a drop is in view, and of how many before this one.
+// Counts the invocations whose drop is in view, and those of them before this one.
 uint in_view_here(bool in_view, out uint before) {
     before = 0u;
     if (RECONVERGES == 0u) return uint(in_view);

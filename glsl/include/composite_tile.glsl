@@ -32,7 +32,7 @@ layout(std430, set = 1, binding = 3) buffer Disordered { uvec2 disordered_tiles[
 #include "tile_order.glsl"
 #include "streak.glsl"
 #include "disc.glsl"
-#include "veil.glsl"
+#include "streak_layer.glsl"
 #include "drawn_tiles.glsl"
 
 const vec4 MOST_HALF = vec4(65504.0);
@@ -45,7 +45,7 @@ struct Row {
 };
 
 // Precise: a tile has the same colours whichever of the two pipelines draws it.
-void lay_behind(inout Row row, vec4 coverage, vec4 r, vec4 g, vec4 b) {
+void composite_row(inout Row row, vec4 coverage, vec4 r, vec4 g, vec4 b) {
     precise vec4 share = row.through * coverage;
     precise vec4 sum_r = fma(share, r, row.r), sum_g = fma(share, g, row.g), sum_b = fma(share, b, row.b);
     precise vec4 through = row.through - share;
@@ -85,7 +85,7 @@ void add_glint(inout Row upper, inout Row lower, vec2 at, vec3 light, bvec4 uppe
 void lay_row_behind(inout Row row, uvec4 colors, uvec2 coverage) {
     vec4 r, g, b, alpha = vec4(unpackUnorm2x16(coverage.x), unpackUnorm2x16(coverage.y));
     unpack_radiances(colors, r, g, b);
-    lay_behind(row, mix(alpha, vec4(0.0), equal(colors, uvec4(NO_COLOR))), r, g, b);
+    composite_row(row, mix(alpha, vec4(0.0), equal(colors, uvec4(NO_COLOR))), r, g, b);
 }
 
 void write_pixel(uint at, float r, float g, float b, float alpha, uvec2 nearest) {
@@ -109,7 +109,7 @@ float finish(Row row, Nearest nearest, uint behind, uvec2 first) {
                            unpackHalf2x16(right.y).y, unpackHalf2x16(right.w).y);
         alpha = 1.0 - row.through * (1.0 - hidden);
     }
-    lay_behind(row, vec4(1.0), vec4(rg_left.xz, rg_right.xz), vec4(rg_left.yw, rg_right.yw), b);
+    composite_row(row, vec4(1.0), vec4(rg_left.xz, rg_right.xz), vec4(rg_left.yw, rg_right.yw), b);
     if (GLINTS != 0u && is_veiled()) {
         // In front of all.
         vec4 share = vec4(lines_of_row(behind / TILE.x)) * (1.0 / LINE_UNITS);
@@ -144,7 +144,7 @@ float inverse_focal;
 uvec4 first_source;
 // Their nearest drops so far.
 Nearest upper_nearest, lower_nearest;
-#include "veil_behind.glsl"
+#include "streak_layer_behind.glsl"
 
 void lay_block_behind(inout Row upper, inout Row lower, uint link) {
     uint node = node_of(link);
@@ -208,7 +208,7 @@ void lay_splat_behind(inout Row upper, inout Row lower, uint link) {
         uvec4 glints = splat_of(ANGLES + i * GLINT_ANGLES + angle_number(dot(axis, toward)));
         vec3 first_light = unpack_radiance(glints.y), second_light = unpack_radiance(glints.z);
         if (HAS_LENS != 0u && spread && (words.z & IS_FAINT) != 0u) {
-            // Of a splat out of focus they are spread as all of it is.
+            // A splat out of focus spreads them as all of its light.
             upper_color += (first_light + second_light) * (1.0 / 3.14159265);
             lower_color += (first_light + second_light) * (1.0 / 3.14159265);
         } else {
@@ -249,11 +249,11 @@ void lay_splat_behind(inout Row upper, inout Row lower, uint link) {
 void lay_depths_behind(inout Row upper, inout Row lower, uint tile, Depths depths) {
     uvec4 words = veil_of_tile(tile);
     vec3 light = vec3(unpackHalf2x16(words.x), unpackHalf2x16(words.y).x);
-    lay_behind(upper, cover_of(depths.upper), vec4(light.r), vec4(light.g), vec4(light.b));
-    lay_behind(lower, cover_of(depths.lower), vec4(light.r), vec4(light.g), vec4(light.b));
+    composite_row(upper, cover_of(depths.upper), vec4(light.r), vec4(light.g), vec4(light.b));
+    composite_row(lower, cover_of(depths.lower), vec4(light.r), vec4(light.g), vec4(light.b));
 }
 
-// Lays what of the veil is from a squared distance to another, as bits, behind a tile's pixels.
+// Lays what of the streak layer is from a squared distance to another, as bits, behind a tile's pixels.
 void lay_veil_behind(inout Row upper, inout Row lower, uint tile, uvec2 in_pixels, uint from, uint to) {
     lay_depths_behind(upper, lower, tile, veil_depths(in_pixels, from, to));
 }

@@ -11,7 +11,7 @@ struct Disc {
     float edge;    // pixels over which its edge falls off
 };
 
-// As six words.
+// A disc takes six words.
 void pack_disc(Disc d, out uvec2 at, out uvec4 rest) {
     at = floatBitsToUint(d.center);
     rest = uvec4(packHalf2x16(d.along), packHalf2x16(vec2(min(d.longer, 6e4), min(d.edge, 6e4))),

@@ -17,7 +17,7 @@ float fan(float rate, float sine, float b) {
 // drop that is after two or three, at the rim after eight or more. See docs/method.md, "How many orders".
 const float LEAST_REST = 1e-4;
 
-// `rotation` takes the encounter's vectors to world space. `step`: the impact parameter's change
+// `rotation` takes the ray's vectors to world space. `step`: the impact parameter's change
 // over one sample, the reciprocal of the drop's radius in samples.
 vec3 drop_light_by_index(sampler2D map, Encounter e, mat3 rotation, float step) {
     float ci = e.cos_incidence, ct = cos_refraction(e), st = sin_refraction(e);
@@ -59,7 +59,7 @@ vec3 drop_light_by_index(sampler2D map, Encounter e, mat3 rotation, float step) 
     return sum;
 }
 
-// The same for each colour by its own index.
+// Takes each colour by its own index.
 vec3 drop_light(sampler2D map, Encounter e, mat3 rotation, float step) {
     vec3 sum = vec3(0.0);
     for (uint i = 0u; i < INDICES; ++i) sum += take_index(i) * drop_light_by_index(map, e, rotation, step);

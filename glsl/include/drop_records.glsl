@@ -14,7 +14,7 @@ layout(std140, set = 1, binding = 7) uniform Motion {
 } motion;
 // xyz: how far each placed drop moves, less the camera's motion.
 layout(std430, set = 1, binding = 8) readonly buffer PlacedMoved { vec4 placed_moved[]; };
-// That of a splat has its node's number, that of a large drop `large_record`: planar depth as bits; motion in pixels, two
+// A splat's record has its node's number, a large drop's `large_record`. It holds planar depth as bits; motion in pixels, two
 // halves; the drop's number, low and high word.
 layout(std430, set = 1, binding = 9) writeonly buffer DropRecords { uvec4 drop_records[]; };
 

@@ -17,7 +17,7 @@ uint wrapped_texel(ivec2 at) {
     return uint(at.y) * DIRECTIONS + uint(at.x);
 }
 
-// That of the environment without its bright sources, of a texel.
+// Light of a texel from the environment without its bright sources.
 vec3 light_of_texel(uint texel, bool one_by_one) {
     if (FLAT_RAIN == 0u) return unpack_radiance(pictures[picture_word(texel, 1u)]);
     uvec2 words = splat_table[flat_rain_entry(texel)].xy;

@@ -66,7 +66,7 @@ float incidence_of(Branch w, float value) {
     return w.crest + w.away * u;
 }
 
-// Those of k = 2, a bit each: but for the rainbow an image has a thirtieth of the light of that outside.
+// The ways of k = 2 have a bit each: but for the rainbow an image has a thirtieth of the light of that outside.
 const uint FAINT_WAYS = 48u;
 
 // The ways that may have images, a bit each, so that most of them need no look. Of k = 2 the rainbow alone.
@@ -122,7 +122,7 @@ vec2 image_of(uint way, float off, float radius, float sine) {
 const uint CLOSED_WAYS = 3u;
 const float FAR_SINE = 1.0 / 30.0;
 
-// As `image_of` by one of them: the drop turns light by Φ' = π - 2θ outside, and by Φ' = 2θ - 2θt straight through, which
+// Does what `image_of` does, for one of them: the drop turns light by Φ' = π - 2θ outside, and by Φ' = 2θ - 2θt straight through, which
 // leads to tan θt = sin(Φ'/2) / (n - cos(Φ'/2)). By the ray's angle α the camera's Φ is a little more, or less; two passes
 // find it, with b within 3e-4 by estimate.
 vec2 far_image_of(uint way, float off, float sine) {

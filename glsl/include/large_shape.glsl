@@ -12,7 +12,7 @@ struct LargeShape {
     vec2 unused;
 };
 
-// Of a drop whose outline is no ellipse: it is everywhere, and its rays tell where.
+// A drop whose outline is no ellipse may be anywhere: its rays tell where it is.
 LargeShape no_outline(vec4 shape) {
     return LargeShape(shape, vec4(1e-6, 0.0, 0.0, 1e-6), vec2(0.0), vec2(0.0), vec4(-1e6, -1e6, 1e6, 1e6), -1.0, 1e6, vec2(0.0));
 }

@@ -29,14 +29,14 @@ float blur_of(vec3 v, vec3 moved, float radius) {
 }
 
 // How far from its centre a drop is seen across the view axis: by its radius, and by how far the places of the lens see it
-// apart; the twin of `Sight::reach`, bit for bit.
+// apart; the same as `Sight::reach`, bit for bit.
 float reach_across(vec3 v, float radius) {
     if (!is_lens()) return radius;
     precise float reach = radius + frame.lens.x * (abs(1.0 + v.z * frame.lens.y) + radius * frame.lens.y);
     return reach;
 }
 
-// The same of a drop somewhere in a box.
+// How far a drop somewhere in a box is seen at most.
 float reach_from_box(vec3 center, vec3 half_size, float radius) {
     if (!is_lens()) return radius;
     float depth = -dot(frame.back.xyz, center), deep = dot(abs(frame.back.xyz), half_size) + radius;
@@ -67,7 +67,7 @@ bool is_little(float radius, float blur) {
     return blur <= max(1.0, 1.5 * radius);
 }
 
-// Of a drop by rays: are the images of bright sources in it spread evenly over its disc? They are where it moves, and where
+// Are the images of bright sources in a drop by rays spread evenly over its disc? They are where it moves, and where
 // the disc is larger than the drop, which could not be told from discs of their own.
 bool has_spread_glints(vec4 sphere, vec3 motion, float blur) {
     return blur > 0.0 && (motion != vec3(0.0) || blur > 2.0 * frame.image.z * sphere.w / max(-sphere.z, sphere.w));

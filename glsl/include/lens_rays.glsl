@@ -11,7 +11,7 @@
 
 // Fewest rays of a pixel: they are a mean over the lens.
 const uint LEAST_LENS_RAYS = 16;
-// Of their spacing on the drop, what the environment is blurred by. They take other places in each pixel, so that noise
+// The environment is blurred by this part of their spacing on the drop. They take other places in each pixel, so that noise
 // averages out; what is blurred too much does not (by the whole spacing a near drop's light is off by up to a quarter).
 const float LENS_SPACING = 0.2;
 
@@ -57,7 +57,7 @@ vec2 lens_place(uint number, uint count, float turned, vec3 d, vec3 center, vec3
         }
         return place;
     }
-    // Of a sphere that moves, within a strip along the way of its ellipse, as far as that crosses the lens.
+    // Rays meet a sphere that moves within a strip along the way of its ellipse, as far as that crosses the lens.
     LensPlaces a = places_that_meet(d, center - 0.5 * motion, radius), b = places_that_meet(d, center + 0.5 * motion, radius);
     if (!a.is_ellipse || !b.is_ellipse || a.is_beyond != b.is_beyond) return place;
     vec2 way = b.center - a.center;
@@ -75,12 +75,12 @@ vec2 lens_place(uint number, uint count, float turned, vec3 d, vec3 center, vec3
     return place;
 }
 
-// As `moving_color`: the drop's light in a pixel from `corner` on; `covered`: part of the lens and of the time for which it
+// Does what `moving_color` does: the drop's light in a pixel from `corner` on; `covered`: part of the lens and of the time for which it
 // covers the pixel.
 uint lens_color(vec2 corner, vec4 sphere, Body body, vec3 motion, float pixels, float blur, vec2 moved, float behind, out float covered) {
     vec3 sum = vec3(0.0);
     float weights = 0.0, radius = sphere.w, focal = frame.image.z;
-    // Of a sphere around what is none.
+    // A drop that is no sphere is within a sphere of this radius.
     float reach = body.is_flat ? radius * reach_of_shape(body.shape) : radius;
     mat3 world = mat3(frame.right.xyz, frame.up.xyz, frame.back.xyz);
     uint rays = max(SAMPLES, LEAST_LENS_RAYS);

@@ -51,7 +51,7 @@ float medium_grain(vec3 view, vec3 world, float distance) {
     float at = float(MEDIUM_DEPTHS - 1u) * (1.0 - pow(min(field.grain_within.w / depth.x, 1.0), 1.0 / 3.0));
     uint below = min(uint(at), MEDIUM_DEPTHS - 2u), above = below + 1u;
     float variance = mix(field.grain[below / 4u][below % 4u], field.grain[above / 4u][above % 4u], at - float(below));
-    // Of the opacity, over its mean.
+    // This is the opacity's deviation over its mean.
     float deviation = sqrt(variance) / max(-view.z, 1e-6) * passes / opacity;
     float of_log = log(1.0 + deviation * deviation);
     return exp(sqrt(of_log) * grain_at(world) - 0.5 * of_log);

@@ -4,7 +4,7 @@
 #include "lens.glsl"
 #include "tile_drop.glsl"
 
-// Of a longer way a drop is blurred, or a streak: pixels, and radii.
+// A drop with a longer way is blurred, or a streak: pixels, and radii.
 const float SHORT_PX = 1.0, SHORT_RADII = 1.5;
 // A larger drop that moves by so many radii is as faint as a quarter, so that one colour will do.
 const float FAINT_RADII = 8.0;
@@ -58,7 +58,7 @@ vec4 beyond(vec3 v) {
     return vec4(left, right, top, bottom);
 }
 
-// `sighting` of a drop that moves: whether it may be in view at any time; the twin of `Sight::sighting_moving`, bit for
+// `visibility` of a drop that moves: whether it may be in view at any time; the same as `Sight::sighting_moving`, bit for
 // bit.
 uint sighting_moving(vec3 v, vec3 moved, float radius) {
     precise vec3 half_way = 0.5 * moved;
@@ -81,7 +81,7 @@ bool is_short(Outline o, Path p) {
     return p.even && length(p.way) <= max(SHORT_PX, SHORT_RADII * o.radius);
 }
 
-// Is a drop that is no splat part of the veil? It is far, and small or faint.
+// Is a drop that is no splat part of the streak layer? It is far, and small or faint.
 bool is_streak(Drop drop, Outline o, Path p, float distance2) {
     float length = length(p.way);
     float near = max(FAINT_NEAR_RADII * FAINT_RADII * o.radius / max(length, 1e-30), FAINTEST_NEAR_RADII) * drop.radius;
@@ -91,7 +91,7 @@ bool is_streak(Drop drop, Outline o, Path p, float distance2) {
                 : o.radius < SPLAT_PX && distance2 >= NEAR_RADII * NEAR_RADII * drop.radius * drop.radius);
 }
 
-// Is a drop that is out of focus part of the veil? It is far, and small or faint.
+// Is a drop that is out of focus part of the streak layer? It is far, and small or faint.
 bool is_veil_disc(Drop drop, Outline o, Path p, float blur, float distance2) {
     if (SPLAT_PX == 0.0 || !p.even) return false;
     float wide = max(o.radius, blur), area = wide * (wide + 0.64 * length(p.way));

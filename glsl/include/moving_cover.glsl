@@ -3,7 +3,7 @@
 // How much a drop with an outline that moves evenly covers of a row of pixels, on the mean, and where in its picture the
 // row's colours stand meanwhile. Needs tile_buffers.glsl, streak.glsl; `cover` for a drop at rest.
 
-// Of a longer way an outline's mean is found column by column, of a shorter one by four of its places.
+// The mean of an outline over a longer way is found column by column, over a shorter one by four of its places.
 const float STEPS_PX = 4.0;
 const uint STEPS = 4;
 // Least side of a box that is divided by.
@@ -16,7 +16,7 @@ vec4 boxes_to(vec4 t, vec4 narrow, vec4 wide) {
     return sign(t) * mix(slope, off / wide, lessThan(off, 0.5 * (wide - narrow)));
 }
 
-// Of an outline at rest: its edge is a straight line in each pixel, but for how far it bends over the line's part there. The
+// What an outline at rest covers: its edge is a straight line in each pixel, but for how far it bends over the line's part there. The
 // sum over pixels is the outline's area within 1 % from 1.5 pixels of radius on, wherever it lies; by a ramp of one pixel, as
 // `cover` has it, within 5 %. `radius`: its mean, pixels.
 vec4 cover_at(vec2 from, vec4 to_disc, float radius) {

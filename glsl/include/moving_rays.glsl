@@ -34,7 +34,7 @@ vec2 times_met(vec3 d, vec3 center, vec3 motion, float radius, out float nearest
     return vec2(max(middle - reach, before.x), min(middle + reach, before.y));
 }
 
-// The same of a drop that is no sphere, along the world's axes. Each half is scaled to a unit sphere; what a ray meets of a
+// When a ray meets a drop that is no sphere, along the world's axes. Each half is scaled to a unit sphere; what a ray meets of a
 // convex body is one stretch of time, whose ends are those of the half that is met then.
 vec2 times_met_shape(vec3 d, vec3 center, vec3 motion, float radius, vec4 shape, out float nearest) {
     const vec3 up = vec3(0.0, 1.0, 0.0);
@@ -55,7 +55,7 @@ vec2 times_met_shape(vec3 d, vec3 center, vec3 motion, float radius, vec4 shape,
     return times;
 }
 
-// As `color`; `covered`: part of the time, on the mean over the rays.
+// Does what `color` does; `covered`: part of the time, on the mean over the rays.
 uint moving_color(vec2 low, vec2 high, vec4 sphere, Body body, vec3 motion, float pixels, vec2 moved, float behind, out float covered) {
     vec3 sum = vec3(0.0);
     float weights = 0.0;

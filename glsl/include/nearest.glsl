@@ -9,7 +9,7 @@
 // part of the pixel.
 layout(std430, set = 1, binding = 8) writeonly buffer NearestDrops { uvec2 nearest_drops[]; };
 
-// The same of a row of a tile's pixels.
+// Holds both for a row of a tile's pixels.
 struct Nearest {
     uvec4 record, count;
 };

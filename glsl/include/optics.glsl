@@ -1,6 +1,6 @@
 #ifndef OPTICS_GLSL
 #define OPTICS_GLSL
-// One drop in float32; the twin of src/optics/mod.rs, which tells the physics.
+// One drop in float32; the same as src/optics/mod.rs, which tells the physics.
 #include "light_model.glsl"
 
 const bool DISPERSES = INDEX_RED != INDEX_GREEN || INDEX_BLUE != INDEX_GREEN;

@@ -1,6 +1,6 @@
 #ifndef PROJECTION_GLSL
 #define PROJECTION_GLSL
-// Between directions in view space and pixels; the twin of src/scene/projection.rs.
+// Between directions in view space and pixels; the same as src/scene/projection.rs.
 //
 // Pixels are told in the whole picture, whichever part of it is drawn: so a part has the bits of the whole. A point of
 // the image plane is told from the view axis, in pixels, right and down.

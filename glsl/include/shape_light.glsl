@@ -73,7 +73,7 @@ vec3 mirrored(vec3 d, vec3 normal, vec3 d_moved, vec3 normal_moved) {
     return d_moved - 2.0 * (turn * normal + dot(d, normal) * normal_moved);
 }
 
-// The same by a refraction; the normal is on the ray's side, `ratio` the index before over that beyond.
+// A direction's change by a refraction; the normal is on the ray's side, `ratio` the index before over that beyond.
 vec3 refracted(vec3 d, vec3 normal, vec3 d_moved, vec3 normal_moved, float ratio, float cos_in, float cos_out) {
     float turn = -(dot(d_moved, normal) + dot(d, normal_moved));
     float scale = ratio * cos_in - cos_out, scale_moved = (ratio - ratio * ratio * cos_in / cos_out) * turn;
@@ -157,7 +157,7 @@ vec3 shape_light_by_index(sampler2D map, vec4 shape, vec3 to_ray, vec3 d, float 
     return sum;
 }
 
-// The same for each colour by its own index.
+// Takes each colour by its own index.
 vec3 shape_light(sampler2D map, vec4 shape, vec3 to_ray, vec3 d, float step) {
     vec3 sum = vec3(0.0);
     for (uint i = 0u; i < INDICES; ++i) sum += take_index(i) * shape_light_by_index(map, shape, to_ray, d, step);

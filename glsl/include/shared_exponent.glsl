@@ -19,7 +19,7 @@ vec3 unpack_radiance(uint word) {
     return vec3(word & 511u, (word >> 9) & 511u, (word >> 18) & 511u) * scale;
 }
 
-// Of four words.
+// Unpacks four words.
 void unpack_radiances(uvec4 words, out vec4 r, out vec4 g, out vec4 b) {
     vec4 scale = uintBitsToFloat(((words >> 27) + 103u) << 23);
     r = vec4(words & 511u) * scale;

@@ -11,7 +11,7 @@ vec3 light_of_source(uint source, vec3 d) {
     return mix(bow[entry].rgb, bow[entry + 1u].rgb, turn - float(below));
 }
 
-// That of all sources.
+// Sums up the light of all sources.
 vec3 light_of_sources(vec3 d) {
     vec3 sum = vec3(0.0);
     for (uint i = 0u; i < source_count.x; ++i) sum += light_of_source(i, d);

@@ -57,7 +57,7 @@ Streak line_along(Streak s, vec2 at) {
     return s;
 }
 
-// As six words, of which the last is needed with a lens alone.
+// A streak takes six words, of which only a lens needs the last.
 void pack_streak(Streak s, out uvec2 at, out uvec4 rest) {
     at = floatBitsToUint(s.center);
     rest = uvec4(packHalf2x16(vec2(s.slope, s.inverse)), packHalf2x16(vec2(s.full, s.ends)),
@@ -93,12 +93,12 @@ vec4 streak_share(Streak s, vec2 from) {
     return share;
 }
 
-// The same as coverage.
+// Caps the share, which is coverage then.
 vec4 streak_coverage(Streak s, vec2 from) {
     return min(streak_share(s, from), vec4(1.0));
 }
 
-// The same of one that is upright: neighbouring pixels share an edge.
+// Does the same for an upright streak, whose neighbouring pixels share an edge.
 vec4 upright_coverage(Streak s, vec2 from) {
     precise float first = (from.x - 0.5 - s.slope * from.y) * s.inverse;
     precise vec4 off = first + s.inverse * vec4(0.0, 1.0, 2.0, 3.0);

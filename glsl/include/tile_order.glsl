@@ -24,7 +24,7 @@ bool is_farther(uvec3 a, uvec3 b) {
     return a.x > b.x || a.x == b.x && a.y >= b.y;
 }
 
-// Of an entry and the one in `place` the farther stays, the other goes on.
+// The farther of an entry and the one in `place` stays, the other goes on.
 void keep_farther(inout uvec3 place, inout uvec3 entry) {
     uvec3 other = place;
     bool farther = is_farther(entry, other);

@@ -18,7 +18,7 @@
 //!
 //! - **Far rain** as a medium shows all images of a source as one mean, by the angle between source and drop (`bow`):
 //!   there the bows are, finer than any table of directions. Along streaks of one colour the two brightest draw lines
-//!   (`veil.rs`).
+//!   (`streak_layer.rs`).
 //!
 //! The light of an image is that of its source's mean magnification, so that a rainbow's has a bound. It goes to
 //! one pixel, whole: the box filter of a point. Error: a place is off by up to 0.001 of the radius (of splats see

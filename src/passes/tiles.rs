@@ -31,13 +31,13 @@ use super::placed::PlacedDrops;
 use super::rain_field::{RainField, SortedDrops};
 use super::room::Room;
 use super::shapes::Shapes;
+use super::streak_layer::StreakLayer;
 use super::tile_grid::{Regions, TILE, TILE_PIXELS, of_view};
 use super::tile_lists::{Lists, TileTexels};
 use super::totals::{
     BIG_GROUPS, BLOCK_GROUPS, COUNTS_WORDS, GATHER_GROUPS, GROUPS_WORDS, LARGE_GROUPS, MAX_BINS,
     SORT_GROUPS,
 };
-use super::veil::Veil;
 use super::{light_constants, rows_of, side_by_side};
 use crate::abi::{CLUSTER, END, MAX_BANDS, STRETCHES};
 use crate::gpu::sets::{constant, group, tile_frame, tiles as slot};
@@ -91,7 +91,7 @@ pub struct Tiles {
     bindings: Bindings,
     passes: Passes,
     placed: PlacedDrops,
-    pub(super) veil: Veil,
+    pub(super) streak_layer: StreakLayer,
 }
 
 /// The pipelines.
@@ -276,7 +276,7 @@ impl Tiles {
         let lens = plan.lens != Lens::Pinhole;
         let placed = PlacedDrops::new(device, scene, moves)?;
         let in_pixels = (across * TILE.0, down * TILE.1);
-        let veil = Veil::new(device, scene, plan, in_pixels, in_view)?;
+        let streak_layer = StreakLayer::new(device, scene, plan, in_pixels, in_view)?;
         let large_moves =
             make("motions of large drops", 32 * if moves || lens { room.larges } else { 1 })?;
         let shapes = Shapes::new(device, scene, plan, room.larges)?;
@@ -305,7 +305,7 @@ impl Tiles {
             (tile_frame::PICTURES, &appearance.table),
             (tile_frame::SOURCES, &glints.sources),
             (tile_frame::BOW, &glints.bow),
-            (tile_frame::VEIL, &veil.buffer),
+            (tile_frame::VEIL, &streak_layer.buffer),
             (tile_frame::COUNTERS, &counters),
         ]
         .map(|(slot, buffer)| (slot, Resource::Buffer(buffer)));
@@ -353,7 +353,7 @@ impl Tiles {
             shared,
             bindings,
             placed,
-            veil,
+            streak_layer,
         })
     }
 
@@ -369,7 +369,7 @@ impl Tiles {
 
     /// Whether there may be streaks of one colour.
     pub(super) fn has_veil(&self) -> bool {
-        self.veil.reset > 0
+        self.streak_layer.reset > 0
     }
 
     /// Large drops that there is room for.
@@ -385,7 +385,7 @@ impl Tiles {
     /// Completes a frame's constants.
     pub fn complete(&self, frame: &mut Frame) {
         [frame.tiles, frame.room, frame.clusters] = self.in_frame;
-        frame.veil = self.veil.in_frame;
+        frame.streaks = self.streak_layer.in_frame;
     }
 
     /// Records the reset of what is counted and linked, the placed drops' places, what is `seen` of real rain
@@ -414,8 +414,14 @@ impl Tiles {
         for (buffer, value) in [(&self.counters, 0), (&self.lists.heads, END)] {
             fill_buffer(device, commands, buffer, 0..buffer.size, value);
         }
-        if self.veil.reset > 0 {
-            fill_buffer(device, commands, &self.veil.buffer, 0..self.veil.reset, END);
+        if self.streak_layer.reset > 0 {
+            fill_buffer(
+                device,
+                commands,
+                &self.streak_layer.buffer,
+                0..self.streak_layer.reset,
+                END,
+            );
         }
         // 0 x 1 x 1 workgroups each; all counts 0.
         let mut totals = [0u32; COUNTS_WORDS];
@@ -429,7 +435,7 @@ impl Tiles {
 
     /// Whether a view of the same with the other's room has more.
     pub fn has_more_room_than(&self, other: &Self) -> bool {
-        let room = |tiles: &Self| (tiles.in_frame, tiles.veil.in_frame);
+        let room = |tiles: &Self| (tiles.in_frame, tiles.streak_layer.in_frame);
         room(self) != room(other)
     }
 

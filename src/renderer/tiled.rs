@@ -81,7 +81,7 @@ impl Tiled {
         self.tiles.complete(frame);
         if self.far.glints.count == 0 {
             // Nothing draws lines.
-            frame.veil[2] = 0;
+            frame.streaks[2] = 0;
         }
     }
 

@@ -83,7 +83,7 @@ impl Buffers {
                 Usage::empty(),
             )?,
             drawn_tiles: make("drawn tiles", 4 * u64::from(drawn), Usage::empty())?,
-            veil_light: make("veil light", 16 * lit, texels)?,
+            veil_light: make("light of streaks", 16 * lit, texels)?,
             line_sums: maybe(has_lines, "sums of lines", 4 * TILE_PIXELS * count, of_lines)?,
         })
     }
@@ -94,21 +94,21 @@ impl Buffers {
         device: &Arc<Device>,
         Prepared { splats, tiles, .. }: Prepared<'_>,
     ) -> Result<Option<[(Slot, Texels); 5]>> {
-        let veil = &tiles.veil.buffer;
+        let links = &tiles.streak_layer.buffer;
         let fit = tiles.texels.is_some()
             && Texels::fit(device, &self.sky, Texel::FourWords)
-            && Texels::fit(device, veil, Texel::TwoWords);
+            && Texels::fit(device, links, Texel::TwoWords);
         if !fit {
             return Ok(None);
         }
         let four_words = |name, buffer| Texels::new(device, name, buffer, Texel::FourWords);
         let lines = self.line_sums.as_ref().unwrap_or(&self.sky);
-        let links = Texels::new(device, "texels of the veil's links", veil, Texel::TwoWords)?;
+        let links = Texels::new(device, "texels of streaks' links", links, Texel::TwoWords)?;
         Ok(Some([
             (slot::SKY_TEXELS, four_words("texels of the sky", &self.sky)?),
             (slot::SPLAT_TEXELS, four_words("texels of splats", &splats.table)?),
             (slot::LINE_TEXELS, four_words("texels of lines", lines)?),
-            (slot::VEIL_TEXELS, four_words("texels of the veil's light", &self.veil_light)?),
+            (slot::VEIL_TEXELS, four_words("texels of their light", &self.veil_light)?),
             (slot::LINK_TEXELS, links),
         ]))
     }
