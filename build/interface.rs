@@ -20,9 +20,9 @@ const VARIANTS: &[(&str, &str, &str)] = &[
     ("bin_starts.comp", "_CELLS", "CELLS"),
     ("sort_clusters.comp", "_CELLS", "CELLS"),
     ("gather.comp", "_CELLS", "CELLS"),
-    ("sky.comp", "_CELLS", "CELLS"),
+    ("sky.comp", "_MEDIUM", "MEDIUM"),
     ("sky.comp", "_BEFORE", "BEFORE"),
-    ("sky.comp", "_CELLS_BEFORE", "CELLS_BEFORE"),
+    ("sky.comp", "_MEDIUM_BEFORE", "MEDIUM_BEFORE"),
     ("large.comp", "_CELLS", "CELLS"),
     ("composite.comp", "_DISORDERED", "DISORDERED"),
     ("composite.comp", "_CROWDED", "CROWDED"),
@@ -45,9 +45,8 @@ const VARIANTS: &[(&str, &str, &str)] = &[
 /// Names that variants of a shader give to one number, of which a pass fills that of the variant it takes.
 const ALTERNATIVES: &[&[&str]] = &[
     &["RADIANCE_IMAGE", "RADIANCE", "RADIANCE_TEXELS"],
-    &["MASK", "TABLE", "PICTURES"],
+    &["MASK", "TABLE"],
     &["INTERVALS", "FINEST"],
-    &["CLUSTER_BOXES", "RAIN_FIELD"],
 ];
 
 /// Structures that Rust writes or reads, or whose size it needs. A shader may declare the first members alone.
@@ -88,10 +87,18 @@ impl Variant {
         self.file.replace('.', "_").to_uppercase() + self.suffix
     }
 
-    /// The descriptor set that it is used with.
-    fn set(&self) -> &str {
+    /// What its descriptor set `number` is called: the first of a stage of the tile frame is that of all of them.
+    fn set(&self, number: u32) -> &str {
+        match self.own_set() {
+            "tiles" | "composite" | "background" | "splat_table" if number == 0 => "tile_frame",
+            own => own,
+        }
+    }
+
+    /// What the set is called that it shares with few others.
+    fn own_set(&self) -> &str {
         match (self.file.as_str(), self.define) {
-            ("sky.comp", Some("BEFORE" | "CELLS_BEFORE")) => "background",
+            ("sky.comp", Some("BEFORE" | "MEDIUM_BEFORE")) => "background",
             (
                 "sky.comp" | "rays.comp" | "glints.comp" | "composite.comp" | "lines.comp"
                 | "veil_light.comp" | "tiles_to_draw.comp",
@@ -176,7 +183,6 @@ impl Interface {
             entries.map_err(|error| error.to_string())
         };
         let (declared, used) = (read(true)?, read(false)?);
-        let set = self.sets.entry(variant.set().into()).or_default();
         for (entry, used) in declared.iter().zip(&used) {
             for variable in &entry.vars {
                 match variable {
@@ -192,10 +198,12 @@ impl Interface {
                             _ => name.as_deref(),
                         };
                         let slot = (desc_bind.bind(), kind_of(desc_ty)?);
+                        let set = self.sets.entry(variant.set(desc_bind.set()).into()).or_default();
                         same(&mut set.slots, name.unwrap_or_default(), slot)?;
                     }
                     Variable::PushConstant { ty, .. } => gather(&mut self.structures, ty)?,
                     Variable::SpecConstant { name: Some(name), spec_id, .. } => {
+                        let set = self.sets.entry(variant.own_set().into()).or_default();
                         same(&mut set.constants, name, *spec_id)?;
                         same(&mut self.constants, name, *spec_id)?;
                     }

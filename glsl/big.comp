@@ -3,6 +3,7 @@
 // Gives the drops that touch many tiles, a few in a thousand, their blocks; one workgroup a drop.
 #include "frame.glsl"
 #include "tile_buffers.glsl"
+#include "bigs.glsl"
 
 layout(local_size_x = 32) in;
 

@@ -9,31 +9,22 @@
 #include "appearance.glsl"
 #include "projection.glsl"
 #include "divided.glsl"
-#define REACH_BINDING 13
 #include "reach.glsl"
 #include "shared_exponent.glsl"
 #include "streak.glsl"
 #include "together.glsl"
 
-layout(std430, set = 0, binding = 16) readonly buffer Moves { vec4 moves[]; };
-#define LARGE_SHAPES_BINDING 18
-#define LARGE_SHAPES_ACCESS readonly
-#include "large_shape.glsl"
-
 // What is only read, by texels where the device takes buffers of so many (see by_four.glsl).
 #ifdef TEXELS
-layout(set = 0, binding = 19) uniform usamplerBuffer large_texels;
-layout(set = 0, binding = 20) uniform usamplerBuffer picture_texels;
+layout(set = 1, binding = 10) uniform usamplerBuffer large_texels;
 Large large_at(uint number) {
     int at = int(4u * number);
     uvec4 c = texelFetch(large_texels, at + 2), d = texelFetch(large_texels, at + 3);
     return Large(uintBitsToFloat(texelFetch(large_texels, at)), uintBitsToFloat(texelFetch(large_texels, at + 1)),
                  uintBitsToFloat(c.xy), c.z, c.w, d.x, d.y, d.z, d.w);
 }
-uint picture_at(uint word) { return texelFetch(picture_texels, int(word)).x; }
 #else
 Large large_at(uint number) { return larges[number]; }
-uint picture_at(uint word) { return pictures[word]; }
 #endif
 #include "picture_light.glsl"
 
@@ -42,7 +33,7 @@ layout(local_size_x = 64) in;
 // Radius in pixels from which a drop is never drawn as a box: across a long outline that leans it would be too far off.
 const float BOX_PX = 1.5;
 
-// Of a row of pixels, in texels of a picture.
+// Where a row of pixels is in a picture, in texels.
 struct Places {
     vec4 x, y;
 };
@@ -52,7 +43,7 @@ struct Places {
 vec4 cover(vec2 from, vec4 to_disc, vec2 half_side, float radius, bool is_box, float edge, out Places places) {
     vec4 x = from.x + vec4(0.0, 1.0, 2.0, 3.0);
     vec4 s = to_disc.x * x + to_disc.z * from.y, t = to_disc.y * x + to_disc.w * from.y;
-    // Of a pixel that the rim cuts the drop is seen inwards of its middle.
+    // A pixel that the rim cuts sees the drop inwards of the pixel's middle.
     vec4 disc = sqrt(s * s + t * t), inwards = min(vec4(1.0), max(1.0 - 0.25 / radius, 0.5) / max(disc, 1e-3));
     places.x = clamp((0.5 * s * inwards + 0.5) * edge - 0.5, 0.0, edge - 1.0);
     places.y = clamp((0.5 * t * inwards + 0.5) * edge - 0.5, 0.0, edge - 1.0);
@@ -67,7 +58,7 @@ vec4 cover(vec2 from, vec4 to_disc, vec2 half_side, float radius, bool is_box, f
     return is_box ? overlap : mix(ramp, vec4(1.0), lessThan(disc, vec4(1e-3)));
 }
 
-// The same by a drop that is no sphere; `from` its upper ellipse's centre.
+// Does what `cover` does, for a drop that is no sphere; `from`: its upper ellipse's centre.
 vec4 cover_flat(vec2 from, vec4 to_disc, LargeShape l, bool is_box, float edge, out Places places) {
     vec2 half_side = box_of_equal_area(0.5 * (l.box.zw - l.box.xy), l.radius), middle = 0.5 * (l.box.xy + l.box.zw);
     vec4 upper = cover(from - (is_box ? middle : vec2(0.0)), to_disc, half_side, l.radius, is_box, edge, places);
@@ -84,7 +75,7 @@ vec4 cover_flat(vec2 from, vec4 to_disc, LargeShape l, bool is_box, float edge, 
 #include "disc.glsl"
 #include "blurred_cover.glsl"
 
-// As `cover`, of a drop that moves.
+// Does what `cover` does, for a drop that moves.
 vec4 cover_moving(vec2 from, vec4 to_disc, vec2 half_side, float radius, float edge, vec2 way) {
     float length = length(way);
     Places places;

@@ -8,9 +8,8 @@
 
 layout(local_size_x = 64) in;
 
-#define SOURCES_BINDING 1
 #include "glints.glsl"
-#include "bow.glsl"
+#include "constants.glsl"
 layout(std430, set = 0, binding = 3) writeonly buffer BowOut { vec4 bow[]; };
 
 const uint STRIPS = 16;

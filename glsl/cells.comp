@@ -3,21 +3,16 @@
 #extension GL_KHR_shader_subgroup_ballot : require
 // Which cells of the rain are in view, how many drops each holds, and in which bin they are: band of depth, and region
 // of the image. One invocation a cell, then one a drop placed by hand. See src/passes/cells.rs.
-#define CELLS
 #include "frame.glsl"
 #include "rain.glsl"
 #include "projection.glsl"
 #include "tile_buffers.glsl"
-#include "clusters.glsl"
-#include "cells.glsl"
+#include "cell_population.glsl"
 #include "view_volume.glsl"
 #include "lens.glsl"
 #include "together.glsl"
 
 layout(local_size_x = CELLS_GROUP) in;
-
-#define COUNTERS_BINDING 11
-#include "counters.glsl"
 
 uint band_at(float depth) {
     uint nearer = 0u;
@@ -40,7 +35,7 @@ void main() {
         vec3 corner = (vec3(cell) - vec3(field.classes[slab.kind].fraction.xyz) * (1.0 / 4294967296.0)) * edge;
         vec3 center = corner + 0.5 * edge, half_size = 0.5 * (edge + abs(moved));
         vec2 limits = field.classes[slab.kind].limits.xy;
-        // Rounding must not lose a drop that `sighting` would show.
+        // Rounding must not lose a drop that `visibility` would show.
         float reach = limits.x * 1.001 + 1e-5 * limits.y;
         float nearest = -dot(frame.back.xyz, center) - dot(abs(frame.back.xyz), half_size);
         if (number < slab.cells && nearest <= limits.y + reach && meets_view(center, half_size, reach_from_box(center, half_size, reach))) {

@@ -7,7 +7,7 @@
 #include "projection.glsl"
 #include "tile_buffers.glsl"
 #include "rain.glsl"
-#include "clusters.glsl"
+#include "box_population.glsl"
 #include "view_volume.glsl"
 #include "lens.glsl"
 #include "together.glsl"
@@ -24,7 +24,7 @@ bool in_view(Population p, uvec3 low, uvec3 edges, out vec3 middle) {
     vec3 to = mix(vec3(ivec3(high)), vec3(2147483648.0), straddles) * p.units.xyz;
     vec3 center = 0.5 * (from + to), half_size = 0.5 * (to - from);
     half_size += 0.5 * abs(p.moved.xyz);
-    // Rounding must not lose a drop that `sighting` would show.
+    // Rounding must not lose a drop that `visibility` would show.
     float reach = p.units.w * 1.001 + 1e-5 * length(frame.extent.xyz);
     bool result = meets_view(center, half_size, reach_from_box(center, half_size, reach));
     middle = mix(center, -sign(frame.back.xyz) * half_size, straddles);

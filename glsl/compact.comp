@@ -16,7 +16,7 @@ void main() {
     if (number >= BLOCKS) return;
     uint first = min(number * block, length), end = min(first + block, length);
     uint lanes = lanes(), lane = lane(), before = 0u;
-    // As many turns for all, so that they stay together.
+    // All invocations take as many turns, so that they stay together.
     for (uint base = 0u; base < number; base += lanes) {
         uint at = base + lane;
         before += counts[chunk * BLOCKS + min(at, number - 1u)] * uint(at < number);

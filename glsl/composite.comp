@@ -8,341 +8,12 @@
 #define FEW
 #define TEXELS
 #endif
-#include "frame.glsl"
-#include "tile_buffers.glsl"
-#include "splat.glsl"
-#include "shared_exponent.glsl"
-#include "appearance.glsl"
-
 #ifdef CROWDED
-const uint CROWD = 16; // invocations that draw a crowded tile
-layout(local_size_x = CROWD) in;
+#include "crowded_tile.glsl"
 #else
+#include "composite_tile.glsl"
+
 layout(local_size_x = 64) in;
-#endif
-
-layout(constant_id = 17) const uint LOG_SUMS = 0; // 1: the display needs the log average
-layout(constant_id = 18) const uint PREFETCH = 0; // 1: see `prefetch_nodes`
-layout(constant_id = 19) const uint GLINTS = 0;   // sources of which splats have glints, at most (src/passes/glints.rs)
-layout(constant_id = 24) const uint LIST = 0;     // which of `drawn_tiles`
-layout(constant_id = 20) const uint LAYERS = 0;   // 1: premultiplied light over nothing, and its opacity
-// The result: four halves a pixel, row by row.
-layout(std430, set = 0, binding = 11) writeonly buffer Radiance { uvec2 radiance_out[]; };
-// The environment behind, pixel by pixel of a tile after the other.
-layout(std430, set = 0, binding = 12) readonly buffer Sky { uvec2 sky[]; };
-// For each tile the sum of its pixels' log(delta + luminance).
-layout(std430, set = 0, binding = 13) writeonly buffer LogSums { float log_sums[]; };
-// The tiles whose lists the window did not bring into order: number, and entries. From TILE_COUNT on: which of them are
-// crowded.
-layout(std430, set = 0, binding = 14) buffer Disordered { uvec2 disordered_tiles[]; };
-
-// What splats show (splat_table.comp).
-layout(std430, set = 0, binding = 16) readonly buffer SplatTable { uvec4 splat_table[]; };
-
-// What streaks of one colour show in each tile, three halves; and the light of lines along them, packed (veil_light.comp).
-layout(std430, set = 0, binding = 22) readonly buffer VeilLight { uvec4 veil_light[]; };
-// How much of it each pixel of the tiles has (lines.comp).
-layout(std430, set = 0, binding = 29) readonly buffer LineSums { ivec4 line_sums[]; };
-
-#define COUNTERS_BINDING 15
-#include "counters.glsl"
-#include "far_glints.glsl"
-#include "rain_field.glsl"
-#include "flat_rain.glsl"
-#include "by_four.glsl"
-#include "projection.glsl"
-#include "divided.glsl"
-#define REACH_BINDING 20
-#include "reach.glsl"
-#include "nearest.glsl"
-#include "tile_window.glsl"
-#include "tile_order.glsl"
-#include "streak.glsl"
-#include "disc.glsl"
-#define VEIL_BINDING 21
-#define VEIL_READ_ONLY
-#include "veil.glsl"
-#include "drawn_tiles.glsl"
-
-const vec4 MOST_HALF = vec4(65504.0);
-const vec3 LUMINANCE = vec3(0.2126, 0.7152, 0.0722); // Rec. 709
-
-// A row of a tile's pixels: the light so far, and the share of what is behind that passes. Vectors, not
-// arrays: SwiftShader keeps an array that a loop indexes in memory.
-struct Row {
-    vec4 r, g, b, through;
-};
-
-// Precise: a tile has the same colours whichever of the two pipelines draws it.
-void lay_behind(inout Row row, vec4 coverage, vec4 r, vec4 g, vec4 b) {
-    precise vec4 share = row.through * coverage;
-    precise vec4 sum_r = fma(share, r, row.r), sum_g = fma(share, g, row.g), sum_b = fma(share, b, row.b);
-    precise vec4 through = row.through - share;
-    row = Row(sum_r, sum_g, sum_b, through);
-}
-
-// The part of a splat in a row of pixels: what it has of each column, and of the row; its light in a column it fills.
-void lay_part_behind(inout Row row, vec4 columns, float height, vec3 light) {
-    precise vec4 share = row.through * columns;
-    precise vec4 sum_r = fma(share, vec4(light.r), row.r), sum_g = fma(share, vec4(light.g), row.g);
-    precise vec4 sum_b = fma(share, vec4(light.b), row.b);
-    precise vec4 through = row.through - share * height;
-    row = Row(sum_r, sum_g, sum_b, through);
-}
-
-// Adds light to pixels that `hit` marks, as far as the drops before let it pass.
-void add_light(inout Row row, vec4 hit, vec3 light) {
-    precise vec4 share = row.through * hit;
-    precise vec4 r = fma(share, vec4(light.r), row.r), g = fma(share, vec4(light.g), row.g);
-    precise vec4 b = fma(share, vec4(light.b), row.b);
-    row = Row(r, g, b, row.through);
-}
-
-// A point of light `at` pixels from the first pixel's corner.
-void add_glint(inout Row upper, inout Row lower, vec2 at, vec3 light, bvec4 upper_hidden, bvec4 lower_hidden) {
-    vec2 pixel = floor(at);
-    vec4 column = vec4(equal(vec4(pixel.x), vec4(0.0, 1.0, 2.0, 3.0)));
-    vec4 above = pixel.y == 0.0 ? column : vec4(0.0), below = pixel.y == 1.0 ? column : vec4(0.0);
-    if (HAS_DEPTH != 0u) {
-        above = mix(above, vec4(0.0), upper_hidden);
-        below = mix(below, vec4(0.0), lower_hidden);
-    }
-    add_light(upper, above, light);
-    add_light(lower, below, light);
-}
-
-void lay_row_behind(inout Row row, uvec4 colors, uvec2 coverage) {
-    vec4 r, g, b, alpha = vec4(unpackUnorm2x16(coverage.x), unpackUnorm2x16(coverage.y));
-    unpack_radiances(colors, r, g, b);
-    lay_behind(row, mix(alpha, vec4(0.0), equal(colors, uvec4(NO_COLOR))), r, g, b);
-}
-
-void write_pixel(uint at, float r, float g, float b, float alpha, uvec2 nearest) {
-    // Images of a bright source may add up to more than a half holds; infinity would spread.
-    vec3 light = min(vec3(r, g, b), 65504.0);
-    radiance_out[at] = uvec2(packHalf2x16(light.rg), packHalf2x16(vec2(light.b, alpha)));
-    if (NEAREST != 0u) nearest_drops[at] = nearest;
-}
-
-// Lays the sky behind a row and writes what of it is drawn; returns the sum of its log(delta + luminance). `first`:
-// from the first pixel that is drawn, modulo 2^32, so that pixels before it are beyond the size.
-float finish(Row row, Nearest nearest, uint behind, uvec2 first) {
-    uvec4 left = two_of_sky(behind), right = two_of_sky(behind + 2u);
-    vec4 rg_left = vec4(unpackHalf2x16(left.x), unpackHalf2x16(left.z));
-    vec4 rg_right = vec4(unpackHalf2x16(right.x), unpackHalf2x16(right.z));
-    vec4 b = vec4(unpackHalf2x16(left.y).x, unpackHalf2x16(left.w).x,
-                  unpackHalf2x16(right.y).x, unpackHalf2x16(right.w).x);
-    vec4 alpha = vec4(1.0);
-    if (LAYERS != 0u) {
-        vec4 hidden = vec4(unpackHalf2x16(left.y).y, unpackHalf2x16(left.w).y,
-                           unpackHalf2x16(right.y).y, unpackHalf2x16(right.w).y);
-        alpha = 1.0 - row.through * (1.0 - hidden);
-    }
-    lay_behind(row, vec4(1.0), vec4(rg_left.xz, rg_right.xz), vec4(rg_left.yw, rg_right.yw), b);
-    if (GLINTS != 0u && is_veiled()) {
-        // In front of all.
-        vec4 share = vec4(lines_of_row(behind / TILE.x)) * (1.0 / LINE_UNITS);
-        vec3 light = unpack_radiance(veil_of_tile(behind / PIXELS).z);
-        precise vec4 r = fma(share, vec4(light.r), row.r), g = fma(share, vec4(light.g), row.g);
-        precise vec4 b = fma(share, vec4(light.b), row.b);
-        row = Row(r, g, b, row.through);
-    }
-    // Glints may lie in one pixel until it is beyond what a half holds; a line's spread light may be behind a drop.
-    row.r = clamp(row.r, vec4(0.0), MOST_HALF);
-    row.g = clamp(row.g, vec4(0.0), MOST_HALF);
-    row.b = clamp(row.b, vec4(0.0), MOST_HALF);
-
-    uvec2 size = frame.window.zw;
-    uint at = first.y * size.x + first.x;
-    bvec4 drawn = lessThan(first.x + uvec4(0, 1, 2, 3), uvec4(first.y < size.y ? size.x : 0u));
-    if (drawn.x) write_pixel(at, row.r.x, row.g.x, row.b.x, alpha.x, uvec2(nearest.record.x, nearest.count.x));
-    if (drawn.y) write_pixel(at + 1u, row.r.y, row.g.y, row.b.y, alpha.y, uvec2(nearest.record.y, nearest.count.y));
-    if (drawn.z) write_pixel(at + 2u, row.r.z, row.g.z, row.b.z, alpha.z, uvec2(nearest.record.z, nearest.count.z));
-    if (drawn.w) write_pixel(at + 3u, row.r.w, row.g.w, row.b.w, alpha.w, uvec2(nearest.record.w, nearest.count.w));
-    precise vec4 luminance = LUMINANCE.r * row.r + LUMINANCE.g * row.g + LUMINANCE.b * row.b;
-    // Logarithms of products of two, which stay within a float.
-    vec4 shifted = mix(vec4(1.0), frame.tone.y + luminance, drawn);
-    vec2 logs = log(shifted.xy * shifted.zw);
-    return logs.x + logs.y;
-}
-
-// The tile's first pixel, from the view axis; one over the focal length in pixels.
-vec2 plane_corner;
-float inverse_focal;
-// Where the first source is, in the splats' table.
-uvec4 first_source;
-// Squared distances of what is behind a tile's pixels.
-vec4 upper_reach2, lower_reach2;
-// Their nearest drops so far.
-Nearest upper_nearest, lower_nearest;
-#include "veil_behind.glsl"
-
-void lay_block_behind(inout Row upper, inout Row lower, uint link) {
-    uint node = node_of(link);
-    uvec4 coverage = four_of_nodes(node + COVERAGE);
-    uvec4 above = four_of_nodes(node + COLORS), below = four_of_nodes(node + COLORS + TILE.x);
-    if (NEAREST != 0u) {
-        uint record = large_record(blocks[block_of_node(node)]);
-        meet(upper_nearest, met_by_block(coverage.xy, above), record);
-        meet(lower_nearest, met_by_block(coverage.zw, below), record);
-    }
-    lay_row_behind(upper, above, coverage.xy);
-    lay_row_behind(lower, below, coverage.zw);
-}
-
-// Gives the colours of a sphere's halves the mean light of a flattened drop of a diameter. `words`: of those of FLATNESS.
-void flatten_colors(inout vec3 upper, inout vec3 lower, uvec2 words, float mm) {
-    vec3 first = unpack_radiance(words.x), second = unpack_radiance(words.y), round = 0.5 * (upper + lower);
-    precise float flatness = flatness_of(mm);
-    float from_first = clamp((flatness - FLATNESS.x) / (FLATNESS.y - FLATNESS.x), 0.0, 1.0);
-    // Totally reflected light grows faster than flatness.
-    precise float from_round = min(flatness / FLATNESS.x, 1.0);
-    precise vec3 shown = mix(round, mix(first, second, from_first), from_round * sqrt(from_round));
-    precise vec3 share = shown / max(round, 1e-30);
-    precise vec3 above = upper * share, below = lower * share;
-    upper = above;
-    lower = below;
-}
-
-// An entry that is no splat covers nothing.
-void lay_splat_behind(inout Row upper, inout Row lower, uint link) {
-    bool splat = link != END && !is_block(link);
-    uvec4 words = four_of_nodes(splat ? node_of(link) : 0u);
-    if (!splat) words.w = 0u;
-    // The centre is told from the corner of the splat's first tile: 0, or 1 to the right, 2 and 3 below.
-    uint which = link & 3u;
-    vec2 half_sides = unpack_half_sides(words.w);
-    bool spread = is_spread();
-    vec2 from = vec2(uvec2(which & 1u, which >> 1) * TILE) - splat_center(words.z);
-    uint direction = words.w >> HALF_SIDES_BITS;
-    uvec4 shown = splat_of(direction);
-    // A splat is hidden where its centre is farther than what is behind.
-    float distance2 = uintBitsToFloat(words.x);
-    bvec4 upper_hidden = lessThanEqual(upper_reach2, vec4(distance2));
-    bvec4 lower_hidden = lessThanEqual(lower_reach2, vec4(distance2));
-    vec3 upper_color = unpack_radiance(shown.x), lower_color = unpack_radiance(shown.y);
-    // The disc's area is the box's.
-    float squared = half_sides.x * half_sides.y / 0.78539816;
-    if (spread) squared *= unpack_opacity(words.z);
-    vec2 center = plane_corner - from;
-    float away2 = dot(center, center) + frame.image.z * frame.image.z, near = inversesqrt(away2);
-    vec3 axis = near * vec3(center.x, -center.y, -frame.image.z);
-    float radius = sqrt(squared * away2 * near * inverse_focal); // over the root of the axis' depth
-    if (FLAT_RAIN != 0u && (words.y & IS_PLACED) == 0u) {
-        precise float mm = field.shown.w * frame.image.z * near * near * radius * sqrt(distance2);
-        flatten_colors(upper_color, lower_color, shown.zw, mm);
-    }
-    for (uint i = 0u; i < GLINTS; ++i) {
-        uvec4 source = i == 0u ? first_source : splat_of(TOWARD_SOURCES + i);
-        if (i > 0u && source.w == 0u) break;
-        vec3 toward = uintBitsToFloat(source.xyz);
-        uvec4 glints = splat_of(ANGLES + i * GLINT_ANGLES + angle_number(dot(axis, toward)));
-        vec3 first_light = unpack_radiance(glints.y), second_light = unpack_radiance(glints.z);
-        if (HAS_LENS != 0u && spread && (words.z & IS_FAINT) != 0u) {
-            // Of a splat out of focus they are spread as all of it is.
-            upper_color += (first_light + second_light) * (1.0 / 3.14159265);
-            lower_color += (first_light + second_light) * (1.0 / 3.14159265);
-        } else {
-            vec2 places = radius * unpackHalf2x16(glints.x), on_screen = toward_on_screen(axis, toward);
-            add_glint(upper, lower, places.x * on_screen - from, squared * first_light, upper_hidden, lower_hidden);
-            add_glint(upper, lower, places.y * on_screen - from, squared * second_light, upper_hidden, lower_hidden);
-        }
-    }
-    // What each column of pixels has of the box, and each row of its upper and its lower half.
-    vec4 x = from.x + vec4(0.0, 1.0, 2.0, 3.0);
-    vec4 columns = clamp(half_sides.x - x, 0.0, 1.0) - clamp(-half_sides.x - x, 0.0, 1.0);
-    bvec4 met = greaterThan(columns, vec4(0.0));
-    if (spread) columns *= unpack_opacity(words.z);
-    vec2 y = from.y + vec2(0.0, 1.0), middle = clamp(-y, 0.0, 1.0);
-    vec2 above = middle - clamp(-half_sides.y - y, 0.0, 1.0), below = clamp(half_sides.y - y, 0.0, 1.0) - middle;
-    precise vec3 first = fma(lower_color, vec3(below.x), upper_color * above.x);
-    precise vec3 second = fma(lower_color, vec3(below.y), upper_color * above.y);
-    precise vec2 rows = above + below;
-    vec4 above_columns = columns, below_columns = columns;
-    if (HAS_DEPTH != 0u) {
-        above_columns = mix(columns, vec4(0.0), upper_hidden);
-        below_columns = mix(columns, vec4(0.0), lower_hidden);
-    }
-    if (NEAREST != 0u) {
-        bvec4 upper_met = both(met, bvec4(rows.x > 0.0)), lower_met = both(met, bvec4(rows.y > 0.0));
-        if (HAS_DEPTH != 0u) {
-            upper_met = both(upper_met, not(upper_hidden));
-            lower_met = both(lower_met, not(lower_hidden));
-        }
-        meet(upper_nearest, upper_met, node_of(link) / NODE);
-        meet(lower_nearest, lower_met, node_of(link) / NODE);
-    }
-    lay_part_behind(upper, above_columns, rows.x, first);
-    lay_part_behind(lower, below_columns, rows.y, second);
-}
-
-// Lays streaks of so great optical depths behind a tile's pixels.
-void lay_depths_behind(inout Row upper, inout Row lower, uint tile, Depths depths) {
-    uvec4 words = veil_of_tile(tile);
-    vec3 light = vec3(unpackHalf2x16(words.x), unpackHalf2x16(words.y).x);
-    lay_behind(upper, cover_of(depths.upper), vec4(light.r), vec4(light.g), vec4(light.b));
-    lay_behind(lower, cover_of(depths.lower), vec4(light.r), vec4(light.g), vec4(light.b));
-}
-
-// Lays what of the veil is from a squared distance to another, as bits, behind a tile's pixels.
-void lay_veil_behind(inout Row upper, inout Row lower, uint tile, uvec2 in_pixels, uint from, uint to) {
-    lay_depths_behind(upper, lower, tile, veil_depths(in_pixels, from, to));
-}
-
-// Whether blocks behind splats are drawn here. Drops of one size look larger the nearer they are, so a block is in
-// front of all splats. That does not hold if sizes differ, nor in tiles that the first dispatch found in disorder.
-#ifdef DISORDERED
-const bool MIXED = true;
-#else
-const bool MIXED = HAS_PLACED != 0u;
-#endif
-
-// CPU drivers run the invocations of a dispatch one vector after the other, and wait for each node that is not in a
-// cache. So the tiles of a region prefetch the nodes of the next region, line after line: a vector reads the eight
-// lines of a cluster, each of its invocations one line.
-void prefetch_nodes(uint region, uint place) {
-    uvec2 turn = divided(place / 8u, BANDS);
-    uint band = turn.y, parts = divided((1u << region_bits()) / 8u, BANDS).x, bin = band * REGIONS + region, sum = 0u;
-    if (region >= REGIONS || turn.x >= parts) return;
-    uint end = min(totals.bin_starts[bin + 1u], MAX_SPLATS / CLUSTER);
-    for (uint i = totals.bin_starts[bin] + turn.x; i < end; i += parts) {
-        sum |= four_of_nodes((i * CLUSTER + place % 8u * 2u) * NODE).x;
-    }
-    // Never true, but the compiler cannot know: without a use the reads would be removed.
-    if (sum == END) atomicAdd(totals.disordered, 0u);
-}
-
-// Never reached. Without this bound a compiler assumes that the loop around the two reaches the list's end, and removes
-// the check after it.
-const uint MOST_TURNS = 0x7fffffffu;
-
-const Row NOTHING = Row(vec4(0.0), vec4(0.0), vec4(0.0), vec4(1.0));
-
-// Where a tile is, by its number.
-uvec2 place_of_tile(uint tile) {
-    return divided(tile, tiles_across()).yx;
-}
-
-// What its drops ask for.
-void start_tile(uvec2 at, uint tile) {
-    if (HAS_DEPTH != 0u) {
-        vec4 upper_reach = reach_of_row(tile, 0u), lower_reach = reach_of_row(tile, 1u);
-        upper_reach2 = upper_reach * upper_reach;
-        lower_reach2 = lower_reach * lower_reach;
-    }
-    plane_corner = plane_of(vec2((at + first_tile()) * TILE));
-    inverse_focal = 1.0 / frame.image.z;
-    if (GLINTS != 0u) first_source = splat_of(TOWARD_SOURCES);
-    upper_nearest = lower_nearest = NONE_MET;
-}
-
-// Draws its pixels, and sums up their logarithms.
-void finish_tile(uvec2 at, uint tile, Row upper, Row lower) {
-    uvec2 corner = (at + first_tile()) * TILE - frame.window.xy;
-    float logs = finish(upper, upper_nearest, tile * PIXELS, corner)
-        + finish(lower, lower_nearest, tile * PIXELS + TILE.x, corner + uvec2(0, 1));
-    if (LOG_SUMS != 0u) log_sums[tile] = logs;
-}
 
 #ifdef FEW
 void main() {
@@ -356,50 +27,16 @@ void main() {
     if (LIST == ONE_SPLAT) lay_splat_behind(upper, lower, heads[tile]);
     finish_tile(at, tile, upper, lower);
 }
-#elif defined(CROWDED)
-#include "crowded_tile.glsl"
 #else
-#ifndef DISORDERED
-layout(push_constant) uniform Push { uint listed; } push; // 1: tiles with several entries; 0: all, region after region
-#endif
-
-void main() {
-    uint number = group_number() * 64u + gl_LocalInvocationID.x;
-#ifdef DISORDERED
-    if (number >= totals.disordered) return;
-    uint tile = disordered_tiles[number].x, entries = disordered_tiles[number].y;
-    uvec2 at = place_of_tile(tile);
-    uint sorted = order_tile(tile);
-    Window window = open_window(sorted);
-#else
-    uint region = number >> region_bits(), place = number & (1u << region_bits()) - 1u, tile;
-    uvec2 at, bits = region_tile_bits();
-    if (push.listed != 0u) {
-        if (number >= totals.listed[SEVERAL_ENTRIES]) return;
-        tile = drawn_tiles[listed_at(SEVERAL_ENTRIES, number)];
-        at = place_of_tile(tile);
-    } else {
-        // Lanes under each other share the veil's columns.
-        at = is_veiled() ? uvec2(place >> bits.y, place & (1u << bits.y) - 1u)
-            : uvec2(place & (1u << bits.x) - 1u, place >> bits.x);
-        at += divided(region, REGIONS_ACROSS).yx << bits;
-        tile = at.y * tiles_across() + at.x;
-        // Where lists are short, it costs more than it saves.
-        if (PREFETCH != 0u && BANDS > 1u) prefetch_nodes(region + 1u, place);
-        if (at.x >= tiles_across() || tile >= TILE_COUNT) return;
-    }
-    Window window = open_window(heads[tile]);
-#endif
-    Row upper = NOTHING, lower = NOTHING;
-    start_tile(at, tile);
-
+// Lays a tile's entries over one another, front to back; returns what the links of its splats have in common.
+uint lay_entries_behind(inout Row upper, inout Row lower, inout Window window, uint tile, uvec2 in_pixels) {
     // Blocks, then splats, and that once where it can be: a loop around the two costs a tenth of all.
     uint turns = 0u, splat_links = END, veil_from = 0u;
     do {
         while (is_block(window.nearest.link)) {
             if (is_veiled()) {
                 uint to = max(window.nearest.distance2, veil_from);
-                lay_veil_behind(upper, lower, tile, at * TILE, veil_from, to);
+                lay_veil_behind(upper, lower, tile, in_pixels, veil_from, to);
                 veil_from = to;
             }
             lay_block_behind(upper, lower, window.nearest.link);
@@ -417,34 +54,86 @@ void main() {
             }
         }
     } while (MIXED && window.nearest.link != END && ++turns < MOST_TURNS);
+    if (is_veiled()) lay_veil_behind(upper, lower, tile, in_pixels, veil_from, END);
+    return splat_links;
+}
 
-    if (is_veiled()) lay_veil_behind(upper, lower, tile, at * TILE, veil_from, END);
-
-    // llvmpipe stops an invocation's loops after some 65,000 passes: it may leave the longest of lists early,
-    // here or while they are sorted. Then what the first dispatch drew stays, which is nearly in order.
+// llvmpipe stops an invocation's loops after some 65,000 passes: it may leave the longest of lists early, while they are
+// drawn or sorted. Then what the first dispatch drew stays, which is nearly in order.
 #ifdef DISORDERED
+// Leaves a tile, whose list is in order now, to a workgroup of its own: here eight tiles share the bound on loops, there each
+// has it for itself, and walks once.
+void leave_to_crowd(uint number, uint tile, uint sorted) {
+    heads[tile] = sorted;
+    uint next = atomicAdd(totals.crowded, 1u);
+    disordered_tiles[TILE_COUNT + next].x = number;
+    atomicMax(totals.crowded_groups.x, min(next + 1u, ROW));
+    atomicMax(totals.crowded_groups.y, next / ROW + 1u);
+}
+
+void main() {
+    uint number = group_number() * 64u + gl_LocalInvocationID.x;
+    if (number >= totals.disordered) return;
+    uint tile = disordered_tiles[number].x, entries = disordered_tiles[number].y;
+    uvec2 at = place_of_tile(tile);
+    uint sorted = order_tile(tile);
+    Window window = open_window(sorted);
+    Row upper = NOTHING, lower = NOTHING;
+    start_tile(at, tile);
+    lay_entries_behind(upper, lower, window, tile, at * TILE);
     if (is_veiled() && (veil_is_cut || window.nearest.link != END)) {
-        // Here eight tiles share the bound on loops, there each has it for itself, and walks once.
-        heads[tile] = sorted;
-        uint next = atomicAdd(totals.crowded, 1u);
-        disordered_tiles[TILE_COUNT + next].x = number;
-        atomicMax(totals.crowded_groups.x, min(next + 1u, ROW));
-        atomicMax(totals.crowded_groups.y, next / ROW + 1u);
+        leave_to_crowd(number, tile, sorted);
         return;
     }
     if (window.taken < entries) {
         atomicAdd(counters.lost, entries - window.taken);
         return;
     }
+    finish_tile(at, tile, upper, lower);
+}
 #else
-    // Links of splats, and END, have this bit, those of blocks do not.
+layout(push_constant) uniform Push { uint listed; } push; // 1: tiles with several entries; 0: all, region after region
+
+// Where the place of a region is, in tiles. Lanes under each other share the columns of streaks.
+uvec2 place_in_region(uint region, uint place) {
+    uvec2 bits = region_tile_bits();
+    uvec2 at = is_veiled() ? uvec2(place >> bits.y, place & (1u << bits.y) - 1u)
+        : uvec2(place & (1u << bits.x) - 1u, place >> bits.x);
+    return at + (divided(region, REGIONS_ACROSS).yx << bits);
+}
+
+// Lists a tile whose entries did not come in order. Links of splats, and END, have the bit LINKS, those of blocks do not.
+void list_if_disordered(uint tile, Window window, uint splat_links) {
     bool block_behind = (splat_links & LINKS) == 0u;
     if (window.disordered || block_behind || window.nearest.link != END || veil_is_cut) {
         uint next = atomicAdd(totals.disordered, 1u);
         disordered_tiles[next] = uvec2(tile, window.taken);
         atomicMax(totals.disordered_groups.x, next / 64u + 1u);
     }
-#endif
+}
+
+void main() {
+    uint number = group_number() * 64u + gl_LocalInvocationID.x, tile;
+    uvec2 at;
+    if (push.listed != 0u) {
+        if (number >= totals.listed[SEVERAL_ENTRIES]) return;
+        tile = drawn_tiles[listed_at(SEVERAL_ENTRIES, number)];
+        at = place_of_tile(tile);
+    } else {
+        uint region = number >> region_bits(), place = number & (1u << region_bits()) - 1u;
+        at = place_in_region(region, place);
+        tile = at.y * tiles_across() + at.x;
+        // Where lists are short, it costs more than it saves.
+        if (PREFETCH != 0u && BANDS > 1u) prefetch_nodes(region + 1u, place);
+        if (at.x >= tiles_across() || tile >= TILE_COUNT) return;
+    }
+    Window window = open_window(heads[tile]);
+    Row upper = NOTHING, lower = NOTHING;
+    start_tile(at, tile);
+    uint splat_links = lay_entries_behind(upper, lower, window, tile, at * TILE);
+    list_if_disordered(tile, window, splat_links);
     finish_tile(at, tile, upper, lower);
 }
+#endif
+#endif
 #endif

@@ -9,7 +9,6 @@
 
 layout(local_size_x = 8) in;
 
-#define SOURCES_BINDING 1
 #include "glints.glsl"
 #include "far_glints.glsl"
 layout(std430, set = 0, binding = 2) writeonly buffer FarGlintsOut { uvec4 far_glints[]; };

@@ -45,7 +45,7 @@ vec3 mean_light(vec4 shape, vec3 d, vec3 right, vec3 upwards) {
 }
 
 void main() {
-    // As in appearance.comp.
+    // appearance.comp says why rows are taken in this order.
     uint column = gl_GlobalInvocationID.x % DIRECTIONS, row = gl_GlobalInvocationID.x / DIRECTIONS;
     uint texel = (bitfieldReverse(row) >> (32 - findMSB(DIRECTIONS))) * DIRECTIONS + column;
     vec3 d = texel_direction(texel);

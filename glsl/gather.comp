@@ -8,8 +8,8 @@
 #include "frame.glsl"
 #include "rain.glsl"
 #include "octahedron.glsl"
+#define VEIL_ACCESS
 #include "tile_buffers.glsl"
-#include "clusters.glsl"
 #include "splat.glsl"
 #include "tile_drop.glsl"
 #include "lens.glsl"
@@ -19,131 +19,139 @@
 #include "drop_records.glsl"
 #include "streak.glsl"
 #include "disc.glsl"
-#define VEIL_BINDING 15
-#include "veil.glsl"
-#include "veil_links.glsl"
-#include "veil_discs.glsl"
+#include "streak_layer.glsl"
+#include "streak_layer_links.glsl"
+#include "streak_layer_discs.glsl"
 
 layout(local_size_x = GATHER_GROUP) in;
 
-#define COUNTERS_BINDING 11
-#include "counters.glsl"
 #include "together.glsl"
-#include "veil_parts.glsl"
+#include "streak_layer_parts.glsl"
 
 layout(push_constant) uniform Push { uint band; } push;
 
-void main() {
-    uint group = group_number();
-    uint place = totals.bin_starts[push.band * REGIONS]
-        + group * CLUSTERS_A_GROUP + gl_LocalInvocationID.x / CLUSTER;
-    if (place >= totals.bin_starts[(push.band + 1u) * REGIONS]) return;
-    uint in_cluster = gl_LocalInvocationID.x % CLUSTER;
-#ifdef CELLS
-    if (place >= CLUSTERS) return;
-    uint index = drop_order[place * CLUSTER + in_cluster];
-#else
-    uint index = drop_order[clusters_in_view[place] * CLUSTER + in_cluster];
-#endif
-    bool is_drop = index != NO_DROP;
-    Drop drop = drop_of(is_drop ? index : 0u);
+// Where a drop is, how it moves, and whether it is seen as the sphere of its volume.
+struct Located {
+    uint index;
+    Drop drop;
     float distance2;
-    uint what = sighting(drop.view, drop.radius, reach_across(drop.view, drop.radius), distance2);
-    bool exposed = is_exposed();
-    Path path = path_at_rest();
-    vec4 shape = shape_of(is_drop ? index : 0u, drop);
-    if (exposed) {
-        path = path_of(drop.view, drop.radius * reach_of_shape(shape), motion_of(is_drop ? index : 0u));
-        if (path.moved != vec3(0.0)) what = sighting_moving(drop.view, path.moved, drop.radius);
-    }
-    bool known = is_drop && is_shown(index, drop, distance2);
-    if (!known) what = OUT_OF_VIEW;
+    vec4 shape;
+    Path path;
+    bool is_known; // it is a drop, and none of the medium
+    uint visibility;
+};
 
-    Outline o = outline_of(drop, distance2);
-    float deep = drop.radius;
-    bool drawn = what == VISIBLE || what == BESIDE_CAMERA;
-    if (!is_round(shape)) {
-        // It is counted as the sphere of its volume is, and drawn where it is.
-        deep = depth_of_shape(drop.radius, shape);
-        if (!is_beside(drop.view, deep)) o = outline_of_shape(drop, seen_as(shape, path));
-        bool inside = known && holds_camera(shape, -drop.relative / drop.radius);
-        drawn = known && !inside && may_show(drop, path, shape, distance2);
-        if (what == CAMERA_INSIDE && !inside) what = OUT_OF_VIEW;
+Located locate(uint index) {
+    Located l;
+    bool is_drop = index != NO_DROP;
+    l.index = is_drop ? index : 0u;
+    l.drop = drop_of(l.index);
+    l.visibility = visibility(l.drop.view, l.drop.radius, reach_across(l.drop.view, l.drop.radius), l.distance2);
+    l.path = path_at_rest();
+    l.shape = shape_of(l.index, l.drop);
+    if (is_exposed()) {
+        l.path = path_of(l.drop.view, l.drop.radius * reach_of_shape(l.shape), motion_of(l.index));
+        if (l.path.moved != vec3(0.0)) l.visibility = sighting_moving(l.drop.view, l.path.moved, l.drop.radius);
     }
-    vec2 half_sides = box_of_equal_area(o.box, o.radius);
-    bool beside = drawn && (is_beside(drop.view, deep) || !path.even);
-    bool streak = exposed && drawn && !beside && is_streak(drop, o, path, distance2);
-    float opacity = 1.0;
-    if (exposed) half_sides = blurred(half_sides, path, opacity);
-    float blur = blur_of(drop.view, path.moved, drop.radius), disc = 0.0;
+    l.is_known = is_drop && is_shown(index, l.drop, l.distance2);
+    if (!l.is_known) l.visibility = OUT_OF_VIEW;
+    return l;
+}
+
+// Whether anything of a drop is drawn, its outline, and whether it is beside the camera and has none. A drop that is no
+// sphere is counted as the sphere of its volume is, and drawn where it is.
+bool is_drawn(inout Located l, out Outline o, out bool beside) {
+    o = outline_of(l.drop, l.distance2);
+    float deep = l.drop.radius;
+    bool drawn = l.visibility == VISIBLE || l.visibility == BESIDE_CAMERA;
+    if (!is_round(l.shape)) {
+        deep = depth_of_shape(l.drop.radius, l.shape);
+        if (!is_beside(l.drop.view, deep)) o = outline_of_shape(l.drop, seen_as(l.shape, l.path));
+        bool inside = l.is_known && holds_camera(l.shape, -l.drop.relative / l.drop.radius);
+        drawn = l.is_known && !inside && may_show(l.drop, l.path, l.shape, l.distance2);
+        if (l.visibility == CAMERA_INSIDE && !inside) l.visibility = OUT_OF_VIEW;
+    }
+    beside = drawn && (is_beside(l.drop.view, deep) || !l.path.even);
+    return drawn;
+}
+
+// What a drop is drawn as: at most one of the three.
+struct Form {
+    bool splat, streak, large;
+    vec2 half_sides; // of the splat's box
+    float opacity;   // of the splat, for how it is spread
+    float disc;      // pixels of radius of what a lens makes of a point of it
+    uvec2 first, last; // tiles
+};
+
+// Moves the outline's centre to the middle of its way.
+Form form_of(Located l, inout Outline o, bool drawn, bool beside) {
+    Form f;
+    bool exposed = is_exposed();
+    f.half_sides = box_of_equal_area(o.box, o.radius);
+    f.streak = exposed && drawn && !beside && is_streak(l.drop, o, l.path, l.distance2);
+    f.opacity = 1.0;
+    if (exposed) f.half_sides = blurred(f.half_sides, l.path, f.opacity);
+    float blur = blur_of(l.drop.view, l.path.moved, l.drop.radius);
+    f.disc = 0.0;
     if (is_lens() && blur > 0.0) {
-        disc = disc_of(-drop.view.z);
-        streak = streak || drawn && !beside && is_veil_disc(drop, o, path, disc, distance2);
-        half_sides = defocused(half_sides, disc, opacity);
+        f.disc = disc_of(-l.drop.view.z);
+        f.streak = f.streak || drawn && !beside && is_veil_disc(l.drop, o, l.path, f.disc, l.distance2);
+        f.half_sides = defocused(f.half_sides, f.disc, f.opacity);
     }
-    bool small = drawn && !beside && !streak && is_small(drop, o, half_sides, distance2) && is_short(o, path)
-        && is_little(o.radius, disc);
-    vec2 box = small ? half_sides : o.box;
+    bool small = drawn && !beside && !f.streak && is_small(l.drop, o, f.half_sides, l.distance2) && is_short(o, l.path)
+        && is_little(o.radius, f.disc);
+    vec2 box = small ? f.half_sides : o.box;
     if (exposed) {
-        o.center += path.aside;
-        box += small ? vec2(0.0) : reach_of(path);
+        o.center += l.path.aside;
+        box += small ? vec2(0.0) : reach_of(l.path);
     }
     if (is_lens() && !small) box += blur;
     ivec4 pixels = pixels_in(o.center, box);
-    bool shown = drawn && !beside && !streak && all(lessThanEqual(pixels.xy, pixels.zw));
-    uvec2 first = uvec2(pixels.xy) / TILE, last = uvec2(pixels.zw) / TILE;
-    // Of the drops in the whole picture those that the part shows.
-    shown = shown && all(lessThan(first, end_tile())) && all(greaterThanEqual(last, first_tile()));
-    bool splat = small && shown && all(lessThanEqual(last - first, uvec2(1u)));
+    bool shown = drawn && !beside && !f.streak && all(lessThanEqual(pixels.xy, pixels.zw));
+    f.first = uvec2(pixels.xy) / TILE;
+    f.last = uvec2(pixels.zw) / TILE;
+    // Only the part of the picture that is drawn counts.
+    shown = shown && all(lessThan(f.first, end_tile())) && all(greaterThanEqual(f.last, first_tile()));
+    f.splat = small && shown && all(lessThanEqual(f.last - f.first, uvec2(1u)));
     // A drop beside the camera has no outline: any pixel may see it.
-    bool large = shown && !splat || beside;
+    f.large = shown && !f.splat || beside;
+    return f;
+}
 
-    // One atomic a subgroup: a counter that every lane adds to is fought over.
-    uvec4 visible_here = subgroupBallot(what == VISIBLE);
-    uvec4 larges_here = subgroupBallot(large);
-    uint large_count = subgroupBallotBitCount(larges_here), larges_before = subgroupBallotExclusiveBitCount(larges_here);
-    uint at = 0u;
+// Counts the subgroup's visible drops, and numbers its large ones; returns this invocation's number. One atomic a subgroup: a
+// counter that every lane adds to is fought over.
+uint number_large(uint group, bool visible, bool large) {
+    uvec4 visible_here = subgroupBallot(visible), larges_here = subgroupBallot(large);
+    uint count = subgroupBallotBitCount(larges_here), before = subgroupBallotExclusiveBitCount(larges_here), at = 0u;
     bool leads = subgroupElect();
-    TAKE_TOGETHER(totals.larges, large_count, leads, at);
+    TAKE_TOGETHER(totals.larges, count, leads, at);
     if (leads) {
         // Threads of a CPU, each of which draws one half, add to lines of their own.
         uint half_of_all = 2u * group >= gl_NumWorkGroups.x * gl_NumWorkGroups.y ? 32u : 0u;
         atomicAdd(counters.visible[(group & 31u) + half_of_all], subgroupBallotBitCount(visible_here));
-        if (large_count > 0u) atomicMax(totals.large_groups.x, (min(at + large_count, MAX_LARGES) + 63u) / 64u);
+        if (count > 0u) atomicMax(totals.large_groups.x, (min(at + count, MAX_LARGES) + 63u) / 64u);
     }
-    at += larges_before;
-    if (what == CAMERA_INSIDE) atomicAdd(counters.camera_inside, 1u);
-    uint number = place * CLUSTER + in_cluster;
-    if ((splat || streak) && number >= MAX_SPLATS || large && at >= MAX_LARGES) {
-        atomicAdd(counters.lost, 1u);
-        atomicOr(totals.lacks_room, 1u);
-        splat = streak = large = false;
-    }
-    if (large) larges[at].index = index;
-    uint node = number * NODE;
-    if (splat) {
-        uint direction = direction_texel(drop.relative * inversesqrt(distance2));
-        write_splat(node, distance2, index, o.center, half_sides, opacity, direction, first);
-        hang_splat(node, first, last);
-    }
-    if (NEAREST != 0u && splat) drop_records[number] = record_of(index, drop);
-    if (!is_spread()) return;
+    return at + before;
+}
 
-    Streak s = streak_of_drop(drop, o, path, disc, distance2);
+// Enters the subgroup's streaks and discs into the lists of their cells.
+void enter_streaks(uint node, Located l, Outline o, Form f) {
+    Streak s = streak_of_drop(l.drop, o, l.path, f.disc, l.distance2);
     uint kind = kind_of_streak(s);
     uvec2 at_center;
     uvec4 rest;
     pack_streak(s, at_center, rest);
-    if (is_lens() && is_disc(path, disc)) {
-        Disc d = disc_of_drop(o, path, disc, opacity_at(distance2));
+    if (is_lens() && is_disc(l.path, f.disc)) {
+        Disc d = disc_of_drop(o, l.path, f.disc, opacity_at(l.distance2));
         pack_disc(d, at_center, rest);
         kind = kind_of_disc(d);
         s = around_disc(d);
     }
     VeilCells cells = cells_met(s, kind);
-    uint wanted = streak ? cells.rows * cells.across : 0u, all_here = subgroupAdd(wanted), link = 0u;
+    uint wanted = f.streak ? cells.rows * cells.across : 0u, all_here = subgroupAdd(wanted), link = 0u;
     uint wanted_before = subgroupExclusiveAdd(wanted);
-    leads = subgroupElect();
+    bool leads = subgroupElect();
     TAKE_TOGETHER(totals.veil_links, all_here, leads, link);
     if (all_here == 0u) return;
     link += wanted_before;
@@ -151,10 +159,41 @@ void main() {
         atomicAdd(counters.lost, 1u);
         atomicOr(totals.lacks_room, 1u);
     } else if (wanted > 0u) {
-        write_veil_node(node, distance2, at_center, rest);
+        write_veil_node(node, l.distance2, at_center, rest);
         enter_streak(node, s, cells, link);
     }
     bool has_lines = wanted > 0u && LINE_PARTS != 0u && kind < DISCS && o.radius >= LINED_PX
-        && o.radius * o.radius >= LINED_SHARE * length(path.way);
+        && o.radius * o.radius >= LINED_SHARE * length(l.path.way);
     enter_parts(node, s, has_lines);
+}
+
+void main() {
+    uint group = group_number();
+    uint place = totals.bin_starts[push.band * REGIONS]
+        + group * CLUSTERS_A_GROUP + gl_LocalInvocationID.x / CLUSTER;
+    if (place >= totals.bin_starts[(push.band + 1u) * REGIONS]) return;
+    uint in_cluster = gl_LocalInvocationID.x % CLUSTER;
+    if (!is_cluster(place)) return;
+    uint index = index_at(place, in_cluster);
+    Located l = locate(index);
+    Outline o;
+    bool beside, drawn = is_drawn(l, o, beside);
+    Form f = form_of(l, o, drawn, beside);
+
+    uint at = number_large(group, l.visibility == VISIBLE, f.large);
+    if (l.visibility == CAMERA_INSIDE) atomicAdd(counters.camera_inside, 1u);
+    uint number = place * CLUSTER + in_cluster, node = number * NODE;
+    if ((f.splat || f.streak) && number >= MAX_SPLATS || f.large && at >= MAX_LARGES) {
+        atomicAdd(counters.lost, 1u);
+        atomicOr(totals.lacks_room, 1u);
+        f.splat = f.streak = f.large = false;
+    }
+    if (f.large) larges[at].index = index;
+    if (f.splat) {
+        uint direction = direction_texel(l.drop.relative * inversesqrt(l.distance2));
+        write_splat(node, l.distance2, index, o.center, f.half_sides, f.opacity, direction, f.first);
+        push_splat(node, f.first, f.last);
+    }
+    if (NEAREST != 0u && f.splat) drop_records[number] = record_of(index, l.drop);
+    if (is_spread()) enter_streaks(node, l, o, f);
 }

@@ -13,10 +13,7 @@
 #include "tile_buffers.glsl"
 #include "shared_exponent.glsl"
 #include "appearance.glsl"
-#define REACH_BINDING 20
 #include "reach.glsl"
-#define COUNTERS_BINDING 15
-#include "counters.glsl"
 
 // Invocations of a workgroup (src/gpu/machine.rs), and how many drops each of them takes: 64 together.
 layout(constant_id = 26) const uint GLINT_LANES = 8;
@@ -25,18 +22,12 @@ const uint WIDE = GLINT_LANES;
 const uint DROPS = 64 / GLINT_LANES;
 
 // The drops that are left to SHARED, where composite.comp lists tiles later.
-layout(std430, set = 0, binding = 14) buffer Disordered { uint shared_drops[]; };
-layout(std430, set = 0, binding = 23) readonly buffer Moves { vec4 moves[]; };
-// What far drops show (splat_table.comp).
-layout(std430, set = 0, binding = 16) readonly buffer SplatTable { uvec4 splat_table[]; };
-#define SOURCES_BINDING 17
+layout(std430, set = 1, binding = 3) buffer Disordered { uint shared_drops[]; };
+#include "splat_table.glsl"
 #include "glints.glsl"
 #include "far_glints.glsl"
 #include "lens.glsl"
 #include "shape.glsl"
-#define LARGE_SHAPES_BINDING 24
-#define LARGE_SHAPES_ACCESS readonly
-#include "large_shape.glsl"
 
 // Radius in pixels under which a far drop has the images of the nearest direction: a fifth of a pixel off at most.
 const float TABLE_PX = 4.0;
@@ -75,7 +66,7 @@ bool is_mine(int number) { return true; }
 // Part of a pixel that a fragment must cover to take light: a colour counts as much as its pixel is covered, so that
 // a little part would have to be brighter than a colour can be.
 const float LEAST_COVER = 1.0 / 32.0;
-// The same of a drop out of focus: no pixel takes more than its share of the light, however little it is covered.
+// The least part for a drop out of focus: no pixel takes more than its share of the light, however little it is covered.
 const float LEAST_BLURRED_COVER = 1.0 / 1024.0;
 
 // Adds light to the pixel at a place on the screen, if a tile fragment of the drop is there that covers at least a part of
@@ -96,7 +87,7 @@ bool add_light_at(uint drop, Large r, vec2 at, vec3 light, float least, bool min
     uint covered = nodes[node + COVERAGE + in_tile / 2u] >> 16u * (in_tile & 1u) & 0xffffu;
     uint color = nodes[node + COLORS + in_tile];
     float share = float(covered) / float(r.look >> 16);
-    // Of what the drop covers of the pixel, the hidden part is no reason to draw the image elsewhere.
+    // The image is not drawn elsewhere because a part of what the drop covers of the pixel is hidden.
     if (share < least * before || color == NO_COLOR) return false;
     if (share < least) return HAS_DEPTH != 0u;
     if (mine) nodes[node + COLORS + in_tile] = pack_radiance(unpack_radiance(color) + light / share);
@@ -104,7 +95,7 @@ bool add_light_at(uint drop, Large r, vec2 at, vec3 light, float least, bool min
 }
 
 #ifdef SHARED
-// The same of a drop out of focus: a point of light is a disc, `blur` pixels of radius. Each invocation has rows of tiles of
+// Adds light of a drop out of focus: a point of light is a disc, `blur` pixels of radius. Each invocation has rows of tiles of
 // its own.
 void add_disc_of_light(uint drop, Large r, vec2 at, vec3 light, float blur) {
     float wide = blur + 0.5;
@@ -129,7 +120,7 @@ void add_disc_of_light(uint drop, Large r, vec2 at, vec3 light, float blur) {
 }
 #endif
 
-// The same of a drop that moves while the shutter is open, by the length of its way in each column of pixels, or in each row
+// Adds light of a drop that moves while the shutter is open, by the length of its way in each column of pixels, or in each row
 // if that is longer. Of SHARED each invocation has columns, or rows, of its own.
 void add_line_of_light(uint drop, Large r, vec2 at, vec3 light) {
     vec2 way = moves[2u * drop + 1u].xy;
@@ -316,7 +307,7 @@ vec2 image_in(uint way, float off, float radius, float sine) {
 }
 
 #ifdef SHARED
-// Of a GPU the invocations of a workgroup find the images of so many parts together, each a way of one part.
+// On a GPU a workgroup finds the images of so many parts together, each invocation a way of one part.
 const uint FOUND_PARTS = 8, WAYS = 8;
 const bool FINDS_TOGETHER = GLINT_LANES == FOUND_PARTS * WAYS;
 shared vec2 found_images[FOUND_PARTS * WAYS * 3u];

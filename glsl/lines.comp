@@ -1,31 +1,25 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Lines of the brightest source along wide streaks of the veil: what they add to each pixel, less what of their light the
-// veil spreads over the streak; one invocation a part of a streak. They are in front of all other drops, which are
-// mostly farther. See src/passes/veil.rs.
+// Lines of the brightest source along wide streaks of the streak layer: what they add to each pixel, less what of their light the
+// streak layer spreads over the streak; one invocation a part of a streak. They are in front of all other drops, which are
+// mostly farther. See src/passes/streak_layer.rs.
 #include "frame.glsl"
 #include "tile_buffers.glsl"
 #include "shared_exponent.glsl"
-#define NODES_BINDING 25
 #include "nodes_by_four.glsl"
 #include "projection.glsl"
 #include "appearance.glsl"
-#define SOURCES_BINDING 17
-#include "sources.glsl"
 #include "far_glints.glsl"
-layout(std430, set = 0, binding = 16) readonly buffer SplatTable { uvec4 splat_table[]; };
-#include "veil_lines.glsl"
-#define REACH_BINDING 20
+#include "splat_table.glsl"
+#include "streak_layer_lines.glsl"
 #include "reach.glsl"
 #include "streak.glsl"
-#define VEIL_BINDING 21
-#define VEIL_READ_ONLY
-#include "veil.glsl"
+#include "streak_layer.glsl"
 
 layout(local_size_x = 64) in;
 
-// Of the pixels of each tile, in LINE_UNITS, for a light of 1.
-layout(std430, set = 0, binding = 29) buffer LineSums { int line_sums[]; };
+// Each pixel of each tile has a sum in LINE_UNITS, for a light of 1.
+layout(std430, set = 1, binding = 7) buffer LineSums { int line_sums[]; };
 
 const float INVERSE_PI = 0.318309886;
 
@@ -57,7 +51,7 @@ vec4 places_in_drop(vec2 center, float radius, out float second_share) {
 void main() {
     uint number = gl_WorkGroupID.x * gl_WorkGroupSize.x + gl_LocalInvocationID.x;
     if (number >= min(totals.line_parts, LINE_PARTS)) return;
-    uint record = veil[line_part(number)], part = veil[line_part(number) + 1u];
+    uint record = streak_layer[line_part(number)], part = streak_layer[line_part(number) + 1u];
     uvec4 first = four_of_nodes(record);
     Streak s = unpack_streak(first.zw, four_of_nodes(record + 4u));
 

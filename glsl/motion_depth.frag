@@ -4,7 +4,7 @@
 // src/passes/motion_depth.rs.
 #include "frame.glsl"
 
-// As nearest.glsl and drop_records.glsl have them.
+// nearest.glsl and drop_records.glsl say what they hold.
 layout(std430, set = 0, binding = 1) readonly buffer NearestDrops { uvec2 nearest_drops[]; };
 layout(std430, set = 0, binding = 2) readonly buffer DropRecords { uvec4 drop_records[]; };
 layout(push_constant) uniform MotionDepthPush {

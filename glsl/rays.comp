@@ -16,26 +16,13 @@
 layout(local_size_x = 256) in;
 layout(push_constant) uniform Push { uint piece; } push; // which of those among which blocks are shared out
 
-layout(std430, set = 0, binding = 23) readonly buffer Moves { vec4 moves[]; };
-layout(set = 0, binding = 10) uniform sampler2D environment_map;
-
-// With its bright sources, which drops that are no spheres are not searched for.
-layout(set = 0, binding = 18) uniform sampler2D whole_map;
+#include "maps.glsl"
 
 #include "drop_light.glsl"
 #include "shape.glsl"
 #include "shape_light.glsl"
-#define LARGE_SHAPES_BINDING 24
-#define LARGE_SHAPES_ACCESS readonly
-#include "large_shape.glsl"
-
-#define SOURCES_BINDING 17
-#include "sources.glsl"
-#include "bow.glsl"
-layout(std430, set = 0, binding = 19) readonly buffer Bow { vec4 bow[]; };
 #include "source_light.glsl"
 
-#define REACH_BINDING 20
 #include "reach.glsl"
 
 #include "ray_in_shape.glsl"
@@ -91,6 +78,38 @@ uint color(vec2 low, vec2 high, vec4 sphere, Body body, float pixels, vec2 moved
 #include "lens.glsl"
 #include "lens_rays.glsl"
 
+// What rays need of a large drop beside its sphere; `around`: its outline's box, from the centre on.
+Body body_of(uint drop, Large r, out vec4 around) {
+    vec4 m = r.to_disc;
+    vec2 box = vec2(length(m.wz), length(m.yx)) / abs(m.x * m.w - m.y * m.z);
+    Body body;
+    body.is_flat = SHAPE != SPHERES && (r.look & FLAT) != 0u;
+    around = vec4(-box, box);
+    if (body.is_flat) {
+        LargeShape l = large_shapes[drop];
+        body.shape = l.shape;
+        body.has_outline = has_outline(l);
+        around = l.box;
+    }
+    return body;
+}
+
+// Adds what rays found covered to a block's coverage, which is nothing before: whole units of 1/65535.
+void add_coverage(uint node, uint pixel, uint units) {
+    atomicOr(nodes[node + COVERAGE + pixel / 2u], units << 16u * (pixel & 1u));
+}
+
+// Writes what rays through a lens find of a drop in a pixel.
+void write_lens_color(uint node, uint pixel, Large r, Body body, vec2 corner, vec3 motion, float pixels, float blur, float behind) {
+    float covered;
+    uint found = lens_color(corner, r.sphere, body, motion, pixels, blur, place_moved(r.index), behind, covered);
+    nodes[node + COLORS + pixel] = found;
+    if ((r.look & COVER_BY_RAYS) == 0u) return;
+    // The part of a unit that is left over is rounded by chance, so that what is faint keeps its light on the mean.
+    float units = covered * float(r.look >> 16) + fract(dot(corner, vec2(0.75487767, 0.56984029)) + place_moved(r.index).x);
+    add_coverage(node, pixel, min(uint(units), 65535u));
+}
+
 void main() {
     uint invocation = group_number() * gl_WorkGroupSize.x + gl_LocalInvocationID.x;
     uint in_piece = invocation / PIXELS, number = push.piece * RAY_PIECE + in_piece, pixel = invocation % PIXELS;
@@ -101,24 +120,15 @@ void main() {
     uvec2 tile = uvec2(r.first_tile & 0xffffu, r.first_tile >> 16)
         + divided(place, r.across).yx;
     vec2 corner = vec2(tile * TILE + uvec2(pixel % TILE.x, pixel / TILE.x));
-    vec4 m = r.to_disc;
-    vec2 box = vec2(length(m.wz), length(m.yx)) / abs(m.x * m.w - m.y * m.z);
-    Body body;
-    body.is_flat = SHAPE != SPHERES && (r.look & FLAT) != 0u;
-    vec4 around = vec4(-box, box);
-    if (body.is_flat) {
-        LargeShape l = large_shapes[blocks[at]];
-        body.shape = l.shape;
-        body.has_outline = has_outline(l);
-        around = l.box;
-    }
+    vec4 around;
+    Body body = body_of(blocks[at], r, around);
     vec2 low = clamp(r.center + around.xy, corner, corner + 1.0);
     vec2 high = clamp(r.center + around.zw, corner, corner + 1.0);
     // A pixel beside the box, which no more than the smoothed edge reaches: the nearest point.
     high = max(high, low + 1e-3);
     float d2 = dot(r.sphere.xyz, r.sphere.xyz), r2 = r.sphere.w * r.sphere.w;
     float pixels = frame.image.z * r.sphere.w * inversesqrt(max(d2 - r2, 1e-6 * r2));
-    // Of small drops one sees thousands at once: their places are moved, each drop's otherwise, so that
+    // Thousands of small drops are seen at once: their places are moved, each drop's otherwise, so that
     // all are not wrong in the same way. (Forest, 250,000 drops, 16 rays: FLIP of 8 x 8 boxes 0.039 to
     // 0.029.)
     vec2 moved = SAMPLES > 1u && pixels < 2.0 ? place_moved(r.index) : vec2(0.0);
@@ -128,13 +138,7 @@ void main() {
     if (is_exposed()) motion = moves[2u * blocks[at]].xyz;
     float blur = is_lens() ? moves[2u * blocks[at]].w : 0.0;
     if (HAS_LENS != 0u && blur > 0.0) {
-        float covered;
-        uint found = lens_color(corner, r.sphere, body, motion, pixels, blur, place_moved(r.index), behind, covered);
-        nodes[node + COLORS + pixel] = found;
-        if ((r.look & COVER_BY_RAYS) == 0u) return;
-        // The part of a unit that is left over is rounded by chance, so that what is faint keeps its light on the mean.
-        float units = covered * float(r.look >> 16) + fract(dot(corner, vec2(0.75487767, 0.56984029)) + place_moved(r.index).x);
-        atomicOr(nodes[node + COVERAGE + pixel / 2u], min(uint(units), 65535u) << 16u * (pixel & 1u));
+        write_lens_color(node, pixel, r, body, corner, motion, pixels, blur, behind);
         return;
     }
     bool is_moving = motion != vec3(0.0);
@@ -151,6 +155,6 @@ void main() {
     nodes[node + COLORS + pixel] = moving_color(low, high, r.sphere, body, motion, pixels, place_moved(r.index), behind, covered);
     if ((r.look & COVER_BY_RAYS) != 0u) {
         covered *= float(r.look >> 16);
-        atomicOr(nodes[node + COVERAGE + pixel / 2u], uint(covered + 0.5) << 16u * (pixel & 1u));
+        add_coverage(node, pixel, uint(covered + 0.5));
     }
 }

@@ -72,87 +72,94 @@ bool is_in(vec3 d, vec3 toward, float texel) {
     return distance(d, toward) < 2.0 * (LARGEST + texel);
 }
 
-void main() {
-    uvec2 size = uvec2(imageSize(rest));
-    uint texels = size.x * size.y, stride = gl_GlobalInvocationID.x;
+// A round of the mean of the rest.
+void sum_rest(uint stride, uvec2 size) {
+    uint texels = size.x * size.y;
+    float most = round_number == 0u ? 3e38 : threshold((round_number + 1u) % 2u), sum = 0.0;
+    for (uint i = stride; i < texels; i += STRIDES) {
+        sum += solid_angle_of(i, size) * dot(min(texel_at(i, size), most), LUMINANCE);
+    }
+    means[round_number % 2u][stride] = sum;
+}
+
+// The brightest texel in no part that was found.
+void find_brightest(uint stride, uvec2 size, float most) {
+    uint texels = size.x * size.y;
     float texel = PI / float(size.y);
-    if (step_number == 0u) { // a round of the mean of the rest
-        float most = round_number == 0u ? 3e38 : threshold((round_number + 1u) % 2u), sum = 0.0;
-        for (uint i = stride; i < texels; i += STRIDES) {
-            sum += solid_angle_of(i, size) * dot(min(texel_at(i, size), most), LUMINANCE);
+    vec2 best = vec2(0.0);
+    for (uint i = stride; i < texels; i += STRIDES) {
+        vec3 c = texel_at(i, size);
+        float over = dot(c - min(c, most), LUMINANCE);
+        if (over <= best.x) continue;
+        vec3 d = direction_of(i, size);
+        bool is_new = true;
+        for (uint k = 0u; k < round_number; ++k) is_new = is_new && !is_in(d, found[k].toward.xyz, texel);
+        if (is_new) best = vec2(over, uintBitsToFloat(i));
+    }
+    brightest[stride] = best;
+}
+
+// What is around it, beyond each bound.
+void sum_part(uint stride, uvec2 size, float most) {
+    float texel = PI / float(size.y);
+    vec2 best = brightest[0];
+    for (uint i = 1u; i < STRIDES; ++i) if (brightest[i].x > best.x) best = brightest[i];
+    vec3 toward = direction_of(floatBitsToUint(best.y), size);
+    if (stride == 0u) found[round_number].toward = vec4(best.x > 0.0 ? toward : vec3(0.0), 0.0);
+    float bound = exp2(float(stride / LANES)) * most;
+    int row = int(floatBitsToUint(best.y) / size.x), rows = int(2.0 * LARGEST / texel) + 4; // of the cap, on either side
+    uint end = best.x > 0.0 ? uint(min(row + rows, int(size.y))) * size.x : 0u;
+    Part part = Part(vec4(0.0), vec4(0.0), 0.0, 0.0);
+    for (uint i = uint(max(row - rows, 0)) * size.x + stride % LANES; i < end; i += LANES) {
+        vec3 c = texel_at(i, size), excess = c - min(c, bound);
+        if (excess == vec3(0.0)) continue;
+        vec3 d = direction_of(i, size);
+        bool is_new = is_in(d, toward, texel);
+        for (uint k = 0u; k < round_number; ++k) is_new = is_new && !is_in(d, found[k].toward.xyz, texel);
+        if (!is_new) continue;
+        float angle = solid_angle_of(i, size), luminance = dot(excess, LUMINANCE);
+        part.light += angle * vec4(excess, luminance);
+        part.offset += angle * luminance * vec4(d - toward, dot(d - toward, d - toward));
+        part.square += angle * luminance * luminance;
+        part.farthest = max(part.farthest, distance(d, toward));
+    }
+    parts[stride] = part;
+}
+
+// Beyond which bound it is a source.
+void choose_bound(uint stride, uvec2 size, float most) {
+    float texel = PI / float(size.y);
+    if (stride != 0u) return;
+    if (round_number == 0u) source_count = uvec4(0u);
+    vec3 toward = found[round_number].toward.xyz;
+    float mean = most / THRESHOLD;
+    for (uint k = 0u; k < BOUNDS; ++k) {
+        Part all = Part(vec4(0.0), vec4(0.0), 0.0, 0.0);
+        for (uint i = k * LANES; i < (k + 1u) * LANES; ++i) {
+            all.light += parts[i].light;
+            all.offset += parts[i].offset;
+            all.square += parts[i].square;
+            all.farthest = max(all.farthest, parts[i].farthest);
         }
-        means[round_number % 2u][stride] = sum;
+        // Beyond a higher bound it would be the less worth while.
+        if (all.light.w <= 0.0 || all.square < WORTHWHILE * 4.0 * PI * mean * mean) return;
+        vec3 to_middle = all.offset.xyz / all.light.w;
+        // A texel's own light is spread as interpolation does it, by a sixth of its square along each axis.
+        float mean_square = max(all.offset.w / all.light.w - dot(to_middle, to_middle), 0.0) + texel * texel / 3.0;
+        float radius = sqrt(2.0 * mean_square);
+        // A sun in its halo goes on beyond the disc; the brightest texel may lie at the disc's edge.
+        if (radius > LARGEST || all.farthest > 2.0 * radius + texel) continue;
+        found[round_number].toward.w = exp2(float(k)) * most;
+        sources[source_count.x] = Source(vec4(normalize(toward + to_middle), radius), vec4(all.light.rgb, 0.0));
+        source_count.x += 1u;
         return;
     }
-    float most = threshold(1u); // the last round's number is odd
-    if (step_number == 1u) { // the brightest texel in no part that was found
-        vec2 best = vec2(0.0);
-        for (uint i = stride; i < texels; i += STRIDES) {
-            vec3 c = texel_at(i, size);
-            float over = dot(c - min(c, most), LUMINANCE);
-            if (over <= best.x) continue;
-            vec3 d = direction_of(i, size);
-            bool is_new = true;
-            for (uint k = 0u; k < round_number; ++k) is_new = is_new && !is_in(d, found[k].toward.xyz, texel);
-            if (is_new) best = vec2(over, uintBitsToFloat(i));
-        }
-        brightest[stride] = best;
-        return;
-    }
-    if (step_number == 2u) { // what is around it, beyond each bound
-        vec2 best = brightest[0];
-        for (uint i = 1u; i < STRIDES; ++i) if (brightest[i].x > best.x) best = brightest[i];
-        vec3 toward = direction_of(floatBitsToUint(best.y), size);
-        if (stride == 0u) found[round_number].toward = vec4(best.x > 0.0 ? toward : vec3(0.0), 0.0);
-        float bound = exp2(float(stride / LANES)) * most;
-        int row = int(floatBitsToUint(best.y) / size.x), rows = int(2.0 * LARGEST / texel) + 4; // of the cap, on either side
-        uint end = best.x > 0.0 ? uint(min(row + rows, int(size.y))) * size.x : 0u;
-        Part part = Part(vec4(0.0), vec4(0.0), 0.0, 0.0);
-        for (uint i = uint(max(row - rows, 0)) * size.x + stride % LANES; i < end; i += LANES) {
-            vec3 c = texel_at(i, size), excess = c - min(c, bound);
-            if (excess == vec3(0.0)) continue;
-            vec3 d = direction_of(i, size);
-            bool is_new = is_in(d, toward, texel);
-            for (uint k = 0u; k < round_number; ++k) is_new = is_new && !is_in(d, found[k].toward.xyz, texel);
-            if (!is_new) continue;
-            float angle = solid_angle_of(i, size), luminance = dot(excess, LUMINANCE);
-            part.light += angle * vec4(excess, luminance);
-            part.offset += angle * luminance * vec4(d - toward, dot(d - toward, d - toward));
-            part.square += angle * luminance * luminance;
-            part.farthest = max(part.farthest, distance(d, toward));
-        }
-        parts[stride] = part;
-        return;
-    }
-    if (step_number == 3u) { // beyond which bound it is a source
-        if (stride != 0u) return;
-        if (round_number == 0u) source_count = uvec4(0u);
-        vec3 toward = found[round_number].toward.xyz;
-        float mean = most / THRESHOLD;
-        for (uint k = 0u; k < BOUNDS; ++k) {
-            Part all = Part(vec4(0.0), vec4(0.0), 0.0, 0.0);
-            for (uint i = k * LANES; i < (k + 1u) * LANES; ++i) {
-                all.light += parts[i].light;
-                all.offset += parts[i].offset;
-                all.square += parts[i].square;
-                all.farthest = max(all.farthest, parts[i].farthest);
-            }
-            // Beyond a higher bound it would be the less worth while.
-            if (all.light.w <= 0.0 || all.square < WORTHWHILE * 4.0 * PI * mean * mean) return;
-            vec3 to_middle = all.offset.xyz / all.light.w;
-            // A texel's own light is spread as interpolation does it, by a sixth of its square along each axis.
-            float mean_square = max(all.offset.w / all.light.w - dot(to_middle, to_middle), 0.0) + texel * texel / 3.0;
-            float radius = sqrt(2.0 * mean_square);
-            // A sun in its halo goes on beyond the disc; the brightest texel may lie at the disc's edge.
-            if (radius > LARGEST || all.farthest > 2.0 * radius + texel) continue;
-            found[round_number].toward.w = exp2(float(k)) * most;
-            sources[source_count.x] = Source(vec4(normalize(toward + to_middle), radius), vec4(all.light.rgb, 0.0));
-            source_count.x += 1u;
-            return;
-        }
-        return;
-    }
-    // Sources are taken out; the place beyond the strides is not of them.
+}
+
+// Takes the sources out. The place beyond the strides is not of them.
+void take_out(uint stride, uvec2 size, float most) {
+    uint texels = size.x * size.y;
+    float texel = PI / float(size.y);
     uint i = stride;
     if (i >= texels) return;
     vec3 c = texel_at(i, size);
@@ -164,5 +171,21 @@ void main() {
             imageStore(rest, ivec2(i % size.x, i / size.x), vec4(min(c, bound), 1.0));
             return;
         }
+    }
+}
+
+void main() {
+    uvec2 size = uvec2(imageSize(rest));
+    uint stride = gl_GlobalInvocationID.x;
+    if (step_number == 0u) {
+        sum_rest(stride, size);
+        return;
+    }
+    float most = threshold(1u); // the last round's number is odd
+    switch (step_number) {
+    case 1u: find_brightest(stride, size, most); break;
+    case 2u: sum_part(stride, size, most); break;
+    case 3u: choose_bound(stride, size, most); break;
+    default: take_out(stride, size, most);
     }
 }

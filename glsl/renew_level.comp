@@ -1,6 +1,6 @@
 #version 460
 // A level of the environment from the next finer one: the mean over the same solid angle from equator to pole. The
-// twin of `coarser` in src/environment/levels.rs, in float32. One invocation a texel.
+// same as `coarser` in src/environment/levels.rs, in float32. One invocation a texel.
 layout(local_size_x = 64) in;
 
 layout(set = 0, binding = 0, rgba16f) uniform readonly image2D fine;

@@ -21,7 +21,6 @@ layout(std430, set = 0, binding = 3) buffer Stored { vec4 stored[]; };
 // Drops too large for a point, unordered.
 layout(std430, set = 0, binding = 4) writeonly buffer LargeDrops { vec4 large[]; };
 layout(std430, set = 0, binding = 5) writeonly buffer LargeIndex { uint large_index[]; };
-#define COUNTERS_BINDING 6
 #include "counters.glsl"
 
 vec3 wrap(vec3 p) {
@@ -59,7 +58,7 @@ void main() {
 
     vec3 v = view_space(p);
     float distance2;
-    uint what = sighting(v, radius, distance2);
+    uint what = visibility(v, radius, distance2);
     if (what == CAMERA_INSIDE) atomicAdd(counters.camera_inside, 1u);
     if (what == BESIDE_CAMERA) atomicAdd(counters.beside_camera, 1u);
     bool visible = what == VISIBLE;

@@ -1,58 +1,40 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// What is behind the drops of tiles, CELLS: through far rain; one invocation a pixel. The environment, or BEFORE: a
+// What is behind the drops of tiles, MEDIUM: through far rain; one invocation a pixel. The environment, or BEFORE: a
 // picture, and how far it is at each pixel. See src/passes/background.rs.
-#ifdef CELLS_BEFORE
-#define CELLS
+#ifdef MEDIUM_BEFORE
+#define MEDIUM
 #define BEFORE
 #endif
 #include "frame.glsl"
 #include "projection.glsl"
 #include "environment.glsl"
+#ifdef BEFORE
+#define REACH_ACCESS writeonly
+#endif
 #include "tile_buffers.glsl"
 #include "lens.glsl"
 
-// BEFORE has a descriptor set of its own, in which the pictures are those of a host perhaps.
-#ifdef BEFORE
-#define SKY_BINDING 5
-#define ENVIRONMENT_BINDING 6
-#define SOURCES_BINDING 7
-#define BOW_BINDING 8
-#define SPLATS_BINDING 10
-#else
-#define SKY_BINDING 12
-#define ENVIRONMENT_BINDING 18
-#define SOURCES_BINDING 17
-#define BOW_BINDING 19
-#define SPLATS_BINDING 16
-#endif
-
-#ifdef CELLS
+#ifdef MEDIUM
 #include "octahedron.glsl"
 #include "shared_exponent.glsl"
 #include "appearance.glsl"
-#include "rain_field.glsl"
-
-#include "sources.glsl"
-#include "bow.glsl"
-layout(std430, set = 0, binding = BOW_BINDING) readonly buffer Bow { vec4 bow[]; };
-layout(std430, set = 0, binding = SPLATS_BINDING) readonly buffer SplatTable { uvec4 splat_table[]; };
+#include "splat_table.glsl"
 #include "medium.glsl"
 #endif
 
 layout(local_size_x = 16, local_size_y = 4) in;
-#ifdef CELLS
+#ifdef MEDIUM
 layout(constant_id = 23) const uint GRAIN = 0; // 1: the medium has the noise of its single drops
 #endif
 
-layout(set = 0, binding = ENVIRONMENT_BINDING) uniform sampler2D whole_map;
-layout(std430, set = 0, binding = SKY_BINDING) writeonly buffer Sky { uvec2 sky[]; };
+#include "maps.glsl"
+layout(std430, set = 1, binding = 1) writeonly buffer Sky { uvec2 sky[]; };
 
 #ifdef BEFORE
-// Of the whole picture, a texel a pixel.
-layout(set = 0, binding = 1) uniform sampler2D color_image;
-layout(set = 0, binding = 3) uniform sampler2D depth_image;
-layout(std430, set = 0, binding = 4) writeonly buffer Reach { float reach[]; };
+// Both images show the whole picture, a texel a pixel.
+layout(set = 1, binding = 18) uniform sampler2D color_image;
+layout(set = 1, binding = 19) uniform sampler2D depth_image;
 // `Convention` in src/passes/background.rs.
 layout(push_constant) uniform BackgroundPush {
     vec4 depth;        // a, b, c, d: a stored s is at (a s + b) / (c s + d) scene units; where c s + d is not over 0, nothing is
@@ -69,7 +51,7 @@ float reach_of(ivec2 pixel, vec3 ray) {
     float below = push.depth.z * stored + push.depth.w;
     float depth = below > 0.0 ? (push.depth.x * stored + push.depth.y) / below : FARTHEST;
     float far = push.depth_kind == 1u ? depth * length(ray) / -ray.z : depth;
-    // Of a host: NaN is as far as the sky; squares of distances are compared.
+    // A host may store NaN, which is as far as the sky; squares of distances are compared.
     return far < FARTHEST ? max(far, 0.0) : FARTHEST;
 }
 #endif
@@ -85,30 +67,19 @@ uint samples_along(float focal) {
 // Places on a lens's disc that the sky is the mean of: each stands for a 64th of it.
 const uint LENS_PLACES = 64;
 
-void main() {
-    uvec2 place = gl_GlobalInvocationID.xy, in_tile = place % TILE;
-    uint tile = place.y / TILE.y * tiles_across() + place.x / TILE.x;
-    if (place.x >= tiles_across() * TILE.x || tile >= TILE_COUNT) return;
-    uint at = tile * PIXELS + in_tile.y * TILE.x + in_tile.x;
-    float focal = frame.image.z;
-    mat3 world = mat3(frame.right.xyz, frame.up.xyz, frame.back.xyz);
+// The light behind a pixel; `pixel`: of the whole picture.
+vec3 light_behind(uvec2 pixel, mat3 world) {
+    float focal = frame.image.z, blur = is_lens() && frame.lens.w >= LEAST_BLUR_PX ? frame.lens.w : 0.0;
     uint edge = samples_along(focal);
 #ifdef BEFORE
-    ivec2 pixel = ivec2(place + first_tile() * TILE);
-    float farthest = reach_of(pixel, ray_through(vec2(pixel) + 0.5));
-    // Without a depth there is no buffer of distances, and the binding is the sky itself.
-    if (push.depth_kind != 0u) reach[at] = farthest;
-    bool has_color = push.color_scale > 0.0;
-    if (has_color || push.layers != 0u) edge = 1u;
-    float hidden = 0.0;
-#elif defined(CELLS)
-    float farthest = field.medium.z;
-#endif
-    float share = 1.0 / float(edge), blur = is_lens() && frame.lens.w >= LEAST_BLUR_PX ? frame.lens.w : 0.0;
-#ifdef BEFORE
     // A picture is sharp, whatever the lens.
-    if (has_color || push.layers != 0u) blur = 0.0;
+    bool has_color = push.color_scale > 0.0;
+    if (has_color || push.layers != 0u) {
+        edge = 1u;
+        blur = 0.0;
+    }
 #endif
+    float share = 1.0 / float(edge);
     uint places = blur > 0.0 ? LENS_PLACES : edge * edge;
     float spread = blur > 0.0 ? sqrt((1.0 + PI * blur * blur) / float(LENS_PLACES)) : share;
     vec3 c = vec3(0.0);
@@ -117,11 +88,11 @@ void main() {
         if (HAS_LENS != 0u && blur > 0.0) {
             at = fract(vec2(0.75487767, 0.56984029) * float(i)) + blur * place_on_unit_disc(i, places, 0.0);
         }
-        vec3 ray = ray_through(vec2(place + first_tile() * TILE) + at);
+        vec3 ray = ray_through(vec2(pixel) + at);
         float far = length(ray);
 #ifdef BEFORE
         vec3 behind = has_color
-            ? push.color_scale * texelFetch(color_image, min(pixel, textureSize(color_image, 0) - 1), 0).rgb
+            ? push.color_scale * texelFetch(color_image, min(ivec2(pixel), textureSize(color_image, 0) - 1), 0).rgb
             : radiance(whole_map, world * ray / far, spread * sqrt(focal / far) / far);
         if (push.layers != 0u) behind = vec3(0.0);
 #else
@@ -129,11 +100,28 @@ void main() {
 #endif
         c += behind;
     }
-    c *= blur > 0.0 ? 1.0 / float(LENS_PLACES) : share * share;
-#ifdef CELLS
+    return c * (blur > 0.0 ? 1.0 / float(LENS_PLACES) : share * share);
+}
+
+void main() {
+    uvec2 place = gl_GlobalInvocationID.xy, in_tile = place % TILE, pixel = place + first_tile() * TILE;
+    uint tile = place.y / TILE.y * tiles_across() + place.x / TILE.x;
+    if (place.x >= tiles_across() * TILE.x || tile >= TILE_COUNT) return;
+    uint at = tile * PIXELS + in_tile.y * TILE.x + in_tile.x;
+    mat3 world = mat3(frame.right.xyz, frame.up.xyz, frame.back.xyz);
+    float hidden = 0.0;
+#ifdef BEFORE
+    float farthest = reach_of(ivec2(pixel), ray_through(vec2(pixel) + 0.5));
+    // Without a depth there is no buffer of distances, and the binding is another.
+    if (push.depth_kind != 0u) reach[at] = farthest;
+#elif defined(MEDIUM)
+    float farthest = field.medium.z;
+#endif
+    vec3 c = light_behind(pixel, world);
+#ifdef MEDIUM
     // The medium hardly changes over a pixel.
     if (field.medium.w > 0.0) {
-        vec3 middle = normalize(ray_through(vec2(place + first_tile() * TILE) + 0.5));
+        vec3 middle = normalize(ray_through(vec2(pixel) + 0.5));
         float grain = 1.0;
         if (GRAIN != 0u) grain = medium_grain(middle, world * middle, farthest);
         float passes = medium_passes(middle, farthest, grain);
@@ -143,11 +131,9 @@ void main() {
 #endif
     }
 #endif
-    // A picture's colours may be more than a half holds.
 #ifdef BEFORE
+    // A picture's colours may be more than a half holds.
     c = min(c, 65504.0);
-    sky[at] = uvec2(packHalf2x16(c.rg), packHalf2x16(vec2(c.b, hidden)));
-#else
-    sky[at] = uvec2(packHalf2x16(c.rg), packHalf2x16(vec2(c.b, 0.0)));
 #endif
+    sky[at] = uvec2(packHalf2x16(c.rg), packHalf2x16(vec2(c.b, hidden)));
 }

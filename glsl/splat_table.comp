@@ -4,21 +4,18 @@
 // direction the colours of its upper and its lower half on the screen, and the mean light of flattened drops of two
 // diameters; the sources' directions in view space; by its angle to each its glints (far_glints.glsl); of flattened rain the
 // mean light (flat_rain.glsl). See src/passes/glints.rs.
-#include "frame.glsl"
+#include "tile_buffers.glsl"
+#define SPLAT_TABLE_ACCESS writeonly
+#include "splat_table.glsl"
 #include "octahedron.glsl"
 #include "shared_exponent.glsl"
 #include "appearance.glsl"
-#define SOURCES_BINDING 1
-#include "sources.glsl"
 #include "far_glints.glsl"
-#include "rain_field.glsl"
 
 layout(local_size_x = 64) in;
 
-layout(std430, set = 0, binding = 5) readonly buffer FarGlintsIn { uvec4 far_glints[]; };
-layout(std430, set = 0, binding = 3) readonly buffer Pictures { uint pictures[]; };
-layout(std430, set = 0, binding = 4) writeonly buffer SplatTable { uvec4 splat_table[]; };
-layout(std430, set = 0, binding = 6) readonly buffer FlatLight { uvec4 flat_light[]; };
+layout(std430, set = 1, binding = 0) readonly buffer FarGlintsIn { uvec4 far_glints[]; };
+layout(std430, set = 1, binding = 1) readonly buffer FlatLight { uvec4 flat_light[]; };
 #include "flat_rain.glsl"
 
 vec3 to_view(vec3 world) {

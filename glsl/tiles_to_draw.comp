@@ -15,7 +15,7 @@ layout(push_constant) uniform Push { uint new_sky; } push; // 1: no tile shows i
 
 // Four tiles' links at a time, as texels where the device takes them (nodes_by_four.glsl says why).
 #ifdef TEXELS
-layout(set = 0, binding = 34) uniform usamplerBuffer head_texels;
+layout(set = 1, binding = 12) uniform usamplerBuffer head_texels;
 uvec4 four_of_heads(uint tile) { return texelFetch(head_texels, int(tile / 4u)); }
 #else
 uvec4 four_of_heads(uint tile) { return uvec4(heads[tile], heads[tile + 1u], heads[tile + 2u], heads[tile + 3u]); }
@@ -58,7 +58,7 @@ void main() {
     if (count == uvec4(0u)) return;
     if (leads) {
         for (uint list = 0u; list < LISTS; ++list) {
-            // Of the workgroups of 64 those that these tiles begin.
+            // A workgroup takes 64 tiles: the invocation with its first one asks for it.
             uint groups = (at[list] + count[list] + 63u) / 64u - (at[list] + 63u) / 64u;
             atomicAdd(totals.listed_groups[list].x, groups);
         }

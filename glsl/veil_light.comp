@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// What the streaks of the veil show at the middle of each tile, the mean light of a far drop, and that of the first line
+// What the streaks of the streak layer show at the middle of each tile, the mean light of a far drop, and that of the first line
 // that the brightest source draws along them; one invocation a tile, when the view turns. See src/passes/composite.rs.
 #include "frame.glsl"
 #include "projection.glsl"
@@ -9,21 +9,16 @@
 #include "octahedron.glsl"
 #include "shared_exponent.glsl"
 #include "appearance.glsl"
-#define SOURCES_BINDING 17
-#include "sources.glsl"
-#include "bow.glsl"
-#include "rain_field.glsl"
-layout(std430, set = 0, binding = 19) readonly buffer Bow { vec4 bow[]; };
-layout(std430, set = 0, binding = 16) readonly buffer SplatTable { uvec4 splat_table[]; };
+#include "splat_table.glsl"
 #include "far_light.glsl"
 #include "far_glints.glsl"
-#include "veil_lines.glsl"
+#include "streak_layer_lines.glsl"
 
 layout(local_size_x = 64) in;
 
 layout(constant_id = 19) const uint GLINTS = 0; // bright sources, at most (src/passes/glints.rs)
 
-layout(std430, set = 0, binding = 22) writeonly buffer VeilLight { uvec4 veil_light[]; };
+layout(std430, set = 1, binding = 6) writeonly buffer VeilLight { uvec4 veil_light[]; };
 
 void main() {
     uint tile = group_number() * gl_WorkGroupSize.x + gl_LocalInvocationID.x;

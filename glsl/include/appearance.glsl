@@ -1,3 +1,5 @@
+#ifndef APPEARANCE_GLSL
+#define APPEARANCE_GLSL
 // Where the pictures of src/passes/appearance.rs lie, one word a texel: first those of one texel, of all
 // directions, which splats need by the hundred thousand and caches keep; then for each direction the square
 // pictures of 2, 4, 8 and 16 texels an edge.
@@ -11,3 +13,4 @@ const uint NO_COLOR = 0xffffffffu; // a pixel of a block that its drop does not 
 uint picture_word(uint direction, uint edge) {
     return edge == 1u ? direction : SINGLE_TEXELS + direction * PYRAMID + (edge * edge - 4u) / 3u;
 }
+#endif

@@ -1,5 +1,8 @@
+#ifndef BLURRED_COVER_GLSL
+#define BLURRED_COVER_GLSL
 // How much a drop with an outline that is out of focus covers of a row of pixels, and its colours there: its picture,
-// blurred by as much. Needs tile_buffers.glsl, disc.glsl.
+// blurred by as much.
+#include "disc.glsl"
 
 // Over so many times the other an overlap's edge is taken for straight: float32 tells its angles no more.
 const float STRAIGHT = 4.0;
@@ -31,3 +34,4 @@ vec4 blurred_cover(vec2 from, vec4 to_disc, float radius, float blur) {
     }
     return min(overlap(wide, with_pixel, off) * (top / (3.14159265 * with_pixel * with_pixel)), 1.0);
 }
+#endif

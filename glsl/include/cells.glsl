@@ -1,8 +1,11 @@
+#ifndef CELLS_GLSL
+#define CELLS_GLSL
 // Real rain: each class of drops has cells that fall with it, and a cell's drops come from a hash of its number; the
-// twin of src/rain/cells.rs and src/rain/field.rs, bit for bit. Needs frame.glsl and rain.glsl.
+// same as src/rain/cells.rs and src/rain/field.rs, bit for bit.
+// The cell of a slab, relative to the camera's.
+#include "rain.glsl"
 #include "rain_field.glsl"
 
-// The cell of a slab, relative to the camera's.
 ivec3 cell_of(Slab slab, uint number) {
     uint layer = slab.across.x * slab.across.y, in_layer = number % layer;
     return slab.first + ivec3(in_layer % slab.across.x, in_layer / slab.across.x, number / layer);
@@ -47,3 +50,4 @@ bool shown_alone(vec3 v, float radius, float distance2) {
     precise float size = radius * frame.image.z, least = field.shown.x * -v.z;
     return size >= least && distance2 <= field.shown.z;
 }
+#endif

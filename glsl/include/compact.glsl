@@ -1,8 +1,11 @@
+#ifndef COMPACT_GLSL
+#define COMPACT_GLSL
 // The drops in view moved up, block by block, each by one subgroup: what both passes of
 // src/passes/compact.rs share. A subgroup alone needs no shared memory, and its loop over a block keeps the order.
 //
 // The loop parts its invocations, as only some have a drop to write. Where nothing promises that they come together again
 // (together.glsl), an invocation does a block alone.
+#include "constants.glsl"
 #include "together.glsl"
 
 layout(local_size_x = 64) in;
@@ -12,8 +15,6 @@ layout(push_constant) uniform Push {
     uint length; // drops in it
     uint block;  // drops of a block
 };
-
-#include "constants.glsl"
 
 // Records of the simulation: centre in view space, radius; radius 0: nothing to draw.
 layout(std430, set = 0, binding = 0) readonly buffer Drops { vec4 drops[]; };
@@ -37,7 +38,7 @@ uint lane() {
     return subgroupBallotExclusiveBitCount(subgroupBallot(true));
 }
 
-// Of how many of them a drop is in view, and of how many before this one.
+// Counts the invocations whose drop is in view, and those of them before this one.
 uint in_view_here(bool in_view, out uint before) {
     before = 0u;
     if (RECONVERGES == 0u) return uint(in_view);
@@ -45,3 +46,4 @@ uint in_view_here(bool in_view, out uint before) {
     before = subgroupBallotExclusiveBitCount(here);
     return subgroupBallotBitCount(here);
 }
+#endif

@@ -1,9 +1,16 @@
+#ifndef CROWDED_TILE_GLSL
+#define CROWDED_TILE_GLSL
 // A tile whose streaks are too many for one invocation, as its lists are walked once before each of its blocks. Here a
 // workgroup walks them once for all of its blocks: each turn takes one streak for each invocation, which finds between
 // which blocks it lies, and adds to the sums there. Sums are in whole units, so that the picture is that of one invocation.
 //
 // llvmpipe ends an invocation's loops after 65,535 passes together, so a million streaks over one tile are drawn; what is
 // beyond is counted. Needs all that composite.comp includes.
+
+#include "composite_tile.glsl"
+
+const uint CROWD = 16; // invocations that draw a tile
+layout(local_size_x = CROWD) in;
 
 const uint INTERVALS = 128; // before, between and behind blocks; a tile with more walks its lists again
 const uint NO_RECORD = 0xffffffffu;
@@ -83,6 +90,39 @@ Depths depths_of_interval(uint interval) {
 }
 
 // Every invocation does all but the sums; the first one writes.
+// Empties the sums, and begins an interval before each block from `link` on, as far as there is room; returns the link of the
+// next. `from`: where the first interval begins; then the last.
+uint open_intervals(uint link, inout uint from) {
+    uint in_group = gl_LocalInvocationID.x;
+    for (uint i = in_group; i < INTERVALS; i += CROWD) interval_from[i] = END;
+    for (uint i = in_group; i < INTERVALS * PIXELS; i += CROWD) interval_sums[i] = 0u;
+    barrier();
+    if (in_group == 0u) interval_from[0] = from;
+    uint next = link, intervals = 1u;
+    while (next != END && intervals < INTERVALS) {
+        if (is_block(next)) {
+            from = max(nodes[node_of(next)], from);
+            if (in_group == 0u) interval_from[intervals] = from;
+            ++intervals;
+        }
+        next = nodes[next];
+    }
+    barrier();
+    return next;
+}
+
+// Adds all streaks and discs of the tile's cells.
+void share_cells(uvec2 in_pixels, vec2 corner, uint to) {
+    share_cell(SQUARES, in_pixels, corner, to);
+    share_cell(COLUMNS, in_pixels, corner, to);
+    share_cell(ROWS, in_pixels, corner, to);
+    share_cell(SHORT_COLUMNS, in_pixels, corner, to);
+    if (HAS_LENS != 0u) {
+        share_cell(DISCS, in_pixels, corner, to);
+        share_cell(WIDE_DISCS, in_pixels, corner, to);
+    }
+}
+
 void main() {
     uint number = group_number(), in_group = gl_LocalInvocationID.x;
     if (number >= totals.crowded) return;
@@ -94,30 +134,9 @@ void main() {
     start_tile(at, tile);
 
     do {
-        for (uint i = in_group; i < INTERVALS; i += CROWD) interval_from[i] = END;
-        for (uint i = in_group; i < INTERVALS * PIXELS; i += CROWD) interval_sums[i] = 0u;
-        barrier();
-        // The intervals before the next blocks, as far as there is room.
-        if (in_group == 0u) interval_from[0] = from;
-        uint next = link, intervals = 1u;
-        while (next != END && intervals < INTERVALS) {
-            if (is_block(next)) {
-                from = max(nodes[node_of(next)], from);
-                if (in_group == 0u) interval_from[intervals] = from;
-                ++intervals;
-            }
-            next = nodes[next];
-        }
-        barrier();
+        uint next = open_intervals(link, from);
         uint to = next == END ? END : from;
-        share_cell(SQUARES, in_pixels, corner, to);
-        share_cell(COLUMNS, in_pixels, corner, to);
-        share_cell(ROWS, in_pixels, corner, to);
-        share_cell(SHORT_COLUMNS, in_pixels, corner, to);
-        if (HAS_LENS != 0u) {
-            share_cell(DISCS, in_pixels, corner, to);
-            share_cell(WIDE_DISCS, in_pixels, corner, to);
-        }
+        share_cells(in_pixels, corner, to);
         barrier();
         uint interval = 0u;
         while (link != next) {
@@ -139,3 +158,4 @@ void main() {
     if (taken < entries) atomicAdd(counters.lost, entries - taken);
     finish_tile(at, tile, upper, lower);
 }
+#endif

@@ -1,3 +1,5 @@
+#ifndef DISC_GLSL
+#define DISC_GLSL
 // How much a drop out of focus covers of each pixel: the overlap of its outline and the lens's disc, over that disc.
 
 struct Disc {
@@ -9,7 +11,7 @@ struct Disc {
     float edge;    // pixels over which its edge falls off
 };
 
-// As six words.
+// A disc takes six words.
 void pack_disc(Disc d, out uvec2 at, out uvec4 rest) {
     at = floatBitsToUint(d.center);
     rest = uvec4(packHalf2x16(d.along), packHalf2x16(vec2(min(d.longer, 6e4), min(d.edge, 6e4))),
@@ -39,3 +41,4 @@ vec4 overlap(float a, float b, vec4 off) {
     vec4 product = (a + b - d) * (d + a - b) * (d - a + b) * (d + a + b);
     return a * a * angle_a + b * b * angle_b - 0.5 * sqrt(max(product, 0.0));
 }
+#endif

@@ -1,7 +1,11 @@
+#ifndef DRAWN_TILES_GLSL
+#define DRAWN_TILES_GLSL
 // Numbers of the tiles that a frame draws, where they are listed, in four lists: those with several entries; those with one
 // splat; with one block; and with none, if they do not show the sky yet. Then for each LISTED_TILES tiles a bit each,
-// whether they had entries when they were drawn last. Needs tile_buffers.glsl.
-layout(std430, set = 0, binding = 33) buffer DrawnTiles { uint drawn_tiles[]; };
+// whether they had entries when they were drawn last.
+#include "tile_buffers.glsl"
+
+layout(std430, set = 1, binding = 4) buffer DrawnTiles { uint drawn_tiles[]; };
 const uint SEVERAL_ENTRIES = 0, ONE_SPLAT = 1, ONE_BLOCK = 2, SKY_ALONE = 3;
 
 // Two lists share a stretch, one from its first place on, one from its last.
@@ -13,3 +17,4 @@ uint listed_at(uint list, uint number) {
 uint had_drops(uint word) {
     return 2u * TILE_COUNT + word;
 }
+#endif

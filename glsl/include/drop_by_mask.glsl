@@ -1,4 +1,7 @@
+#ifndef DROP_BY_MASK_GLSL
+#define DROP_BY_MASK_GLSL
 // A drop's light by the paper's mask (equation 5): two directions and a reflectance per texel.
+#include "drop_fragment.glsl"
 
 layout(set = 0, binding = 2) uniform sampler2DArray mask;
 
@@ -30,3 +33,4 @@ vec4 drop_at(vec2 at, float pixels) {
     if (REFLECTION != 0u) light += f * radiance(environment_map, reflected, 2.0 * spread);
     return vec4(light, transmission.a);
 }
+#endif

@@ -1,13 +1,12 @@
+#ifndef DROP_BY_PICTURE_GLSL
+#define DROP_BY_PICTURE_GLSL
 // A drop's light from the prefiltered pictures of a far drop (src/passes/appearance.rs).
+#include "drop_fragment.glsl"
 #include "octahedron.glsl"
-#include "shared_exponent.glsl"
-#include "appearance.glsl"
+#include "picture_light.glsl"
 
 layout(constant_id = 10) const uint FINEST = 4; // level of the largest picture; 0: one colour
 
-layout(std430, set = 0, binding = 2) readonly buffer Pictures { uint pictures[]; };
-uint picture_at(uint word) { return pictures[word]; }
-#include "picture_light.glsl"
 
 // Radiance and coverage at `at` of the sprite; `pixels`: its radius in samples.
 vec4 drop_at(vec2 at, float pixels) {
@@ -23,3 +22,4 @@ vec4 drop_at(vec2 at, float pixels) {
     vec3 light = picture_light(picture_word(texel, uint(edge)), edge, picture_steepness(pixels, edge), at_picture);
     return vec4(light, disc_coverage(st, pixels));
 }
+#endif

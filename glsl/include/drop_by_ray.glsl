@@ -1,5 +1,8 @@
+#ifndef DROP_BY_RAY_GLSL
+#define DROP_BY_RAY_GLSL
 // A drop's light along a ray, from the same billboard as the mask's: by the closed form or, where
 // DEVIATION_TABLE is defined, from a table over the impact parameter.
+#include "drop_fragment.glsl"
 #include "optics.glsl"
 
 #ifdef DEVIATION_TABLE
@@ -27,3 +30,4 @@ vec4 drop_at(vec2 at, float pixels) {
     e.cos_incidence = max(e.cos_incidence, 4.5e-3);
     return vec4(drop_light(environment_map, e, rotation, 1.0 / pixels), disc_coverage(st, pixels));
 }
+#endif

@@ -1,6 +1,11 @@
+#ifndef DROP_LIGHT_GLSL
+#define DROP_LIGHT_GLSL
 // Radiance that leaves a drop along a ray, by the closed form: reflection, refraction and internal
-// reflections with the Fresnel weights. Needs light_model.glsl, optics.glsl and environment.glsl.
+// reflections with the Fresnel weights.
 // Where DEVIATION_TABLE is defined, deviation and reflectance come from `tabulated` instead.
+#include "environment.glsl"
+#include "light_model.glsl"
+#include "optics.glsl"
 
 // How far directions fan out for a unit step of the impact parameter: the root of the product of
 // the radial and the tangential derivative of a deviation whose derivative is `rate`.
@@ -12,7 +17,7 @@ float fan(float rate, float sine, float b) {
 // drop that is after two or three, at the rim after eight or more. See docs/method.md, "How many orders".
 const float LEAST_REST = 1e-4;
 
-// `rotation` takes the encounter's vectors to world space. `step`: the impact parameter's change
+// `rotation` takes the ray's vectors to world space. `step`: the impact parameter's change
 // over one sample, the reciprocal of the drop's radius in samples.
 vec3 drop_light_by_index(sampler2D map, Encounter e, mat3 rotation, float step) {
     float ci = e.cos_incidence, ct = cos_refraction(e), st = sin_refraction(e);
@@ -54,9 +59,10 @@ vec3 drop_light_by_index(sampler2D map, Encounter e, mat3 rotation, float step) 
     return sum;
 }
 
-// The same for each colour by its own index.
+// Takes each colour by its own index.
 vec3 drop_light(sampler2D map, Encounter e, mat3 rotation, float step) {
     vec3 sum = vec3(0.0);
     for (uint i = 0u; i < INDICES; ++i) sum += take_index(i) * drop_light_by_index(map, e, rotation, step);
     return sum;
 }
+#endif

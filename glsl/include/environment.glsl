@@ -1,5 +1,8 @@
+#ifndef ENVIRONMENT_GLSL
+#define ENVIRONMENT_GLSL
 // Radiance from a direction: a latitude-longitude texture whose levels are blurred equally in all
 // directions (src/environment/levels.rs), so that one level serves from equator to pole.
+#include "frame.glsl"
 
 const float PI = 3.14159265358979;
 
@@ -10,3 +13,4 @@ vec3 radiance(sampler2D map, vec3 d, float spread) {
     vec2 uv = vec2(0.5 + atan(d.x, -d.z) / (2.0 * PI), atan(length(d.xz), d.y) / PI);
     return textureLod(map, uv, log2(max(spread, 1e-9) / frame.environment.x)).rgb;
 }
+#endif

@@ -1,9 +1,12 @@
+#ifndef FAR_GLINTS_GLSL
+#define FAR_GLINTS_GLSL
 // The two brightest images of each source in a far drop, by the angle between the two (far_glints.comp), and the table of
-// what splats show that holds them (splat_table.comp). Needs appearance.glsl.
+// what splats show that holds them (splat_table.comp).
 //
 // An angle's four words: the images' impact parameters over the sine of the angle, as halves; their light for a drop with
 // a radius of a pixel; that of all further images. Impact parameters so divided are nearly even where images move fastest,
 // before the sun.
+#include "appearance.glsl"
 
 const uint HALF_ANGLES = GLINT_ANGLES / 2u;
 
@@ -31,3 +34,4 @@ float angle_numbered(uint number) {
 vec2 toward_on_screen(vec3 axis, vec3 toward) {
     return -axis.z * vec2(toward.x, -toward.y) + toward.z * vec2(axis.x, -axis.y);
 }
+#endif

@@ -1,8 +1,13 @@
-// The mean light of a far drop by its direction. Needs octahedron.glsl, appearance.glsl, rain_field.glsl, sources.glsl,
-// `splat_table` and the table `bow`.
-
+#ifndef FAR_LIGHT_GLSL
+#define FAR_LIGHT_GLSL
+// The mean light of a far drop by its direction.
+#include "appearance.glsl"
 #include "flat_rain.glsl"
 #include "flat_suns.glsl"
+#include "octahedron.glsl"
+#include "shared_exponent.glsl"
+#include "splat_table.glsl"
+#include "tile_buffers.glsl"
 
 // Number of the texel at a place of the octahedral map, of which one beyond an edge is another within.
 uint wrapped_texel(ivec2 at) {
@@ -12,7 +17,7 @@ uint wrapped_texel(ivec2 at) {
     return uint(at.y) * DIRECTIONS + uint(at.x);
 }
 
-// That of the environment without its bright sources, of a texel.
+// Light of a texel from the environment without its bright sources.
 vec3 light_of_texel(uint texel, bool one_by_one) {
     if (FLAT_RAIN == 0u) return unpack_radiance(pictures[picture_word(texel, 1u)]);
     uvec2 words = splat_table[flat_rain_entry(texel)].xy;
@@ -33,3 +38,4 @@ vec3 far_light(vec3 d, bool one_by_one) {
     for (uint i = 0u; i < source_count.x; ++i) sum += rain_light_of_source(i, d, one_by_one);
     return sum;
 }
+#endif

@@ -1,4 +1,8 @@
-// Far rain whose drops are flattened (src/passes/flat_light.rs). Needs appearance.glsl, `splat_table`.
+#ifndef FLAT_RAIN_GLSL
+#define FLAT_RAIN_GLSL
+// Far rain whose drops are flattened (src/passes/flat_light.rs).
+#include "appearance.glsl"
+#include "splat_table.glsl"
 
 layout(constant_id = 25) const uint FLAT_RAIN = 0; // 1: there is rain, and its drops are drawn flattened
 
@@ -16,3 +20,4 @@ const vec2 FLATNESS = vec2(0.1442, 0.3599);
 uint flat_rain_entry(uint texel) {
     return uint(splat_table.length()) - SINGLE_TEXELS + texel;
 }
+#endif

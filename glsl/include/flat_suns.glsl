@@ -1,8 +1,10 @@
-// What far rain with flattened drops shows of a bright source (src/rain/flat_suns.rs). Needs rain_field.glsl, flat_rain.glsl
-// and what source_light.glsl does.
+#ifndef FLAT_SUNS_GLSL
+#define FLAT_SUNS_GLSL
+// What far rain with flattened drops shows of a bright source (src/rain/flat_suns.rs).
+// Mean light of a source in far rain, in a unit direction in world space: of all drops, or of those shown one by one.
+#include "flat_rain.glsl"
 #include "source_light.glsl"
 
-// Mean light of a source in far rain, in a unit direction in world space: of all drops, or of those shown one by one.
 vec3 rain_light_of_source(uint source, vec3 d, bool one_by_one) {
     vec3 of_spheres = light_of_source(source, d), toward = sources[source].toward.xyz;
     if (FLAT_RAIN == 0u) return of_spheres;
@@ -23,3 +25,4 @@ vec3 rain_light_of_source(uint source, vec3 d, bool one_by_one) {
     }
     return shown.x * of_spheres + shown.y * sources[source].light.rgb;
 }
+#endif

@@ -1,3 +1,5 @@
+#ifndef FRAME_GLSL
+#define FRAME_GLSL
 // What every pass of a frame needs to know: `Frame` in src/passes/frame.rs, member for member.
 // Everything is a vec4, so that std140 and Rust's repr(C) agree.
 struct Frame {
@@ -26,7 +28,7 @@ struct Frame {
                         // z: blocks that one dispatch draws by rays
     vec4 moved;         // xyz: how far drops of the rain's box move while the shutter is open, as the camera sees them;
                         // w: 1 where drops of any kind may
-    uvec4 veil;         // words of its first links, room for links and for parts of lines (veil.glsl); w: radius of those, bits
+    uvec4 streaks;      // words of its first links, room for links and for parts of lines (streak_layer.glsl); w: radius of those, bits
     vec4 lens;          // x: its radius, scene units, 0: a pinhole; y: inverse distance of the focus; z: radius in pixels of
                         // the disc that a point at depth 1 becomes, focused at infinity; w: that a point at infinity becomes
 };
@@ -46,3 +48,4 @@ layout(std140, set = 0, binding = 0) uniform Constants {
 // Read at the very start of a shader: behind a branch llvmpipe, which sees that lanes may have left, fetches a
 // constant for each lane by itself, 30 instructions instead of 3. (`gather`: a sixth of its time.)
 Frame frame = constants;
+#endif

@@ -1,5 +1,7 @@
+#ifndef GLINTS_GLSL
+#define GLINTS_GLSL
 // The images of small bright sources in a drop, found instead of met by rays: the float32 version of
-// src/reference/glints.rs, which derives it. Needs light_model.glsl and optics.glsl.
+// src/reference/glints.rs, which derives it.
 //
 // All happens in the plane of the drop's axis (from the camera to its centre) and the source. A ray that leaves
 // the axis by α meets the drop at the angle of incidence θ, sin α = (r/d) sin θ, and comes from ψ off the axis:
@@ -7,10 +9,11 @@
 //   after k internal reflections    ψ = α - 2θ + 2(k+1)θt - kπ
 // ψ is concave in θ, so it has one crest (the rainbow's ray, or θ = 0) and is monotone on either side of it. A
 // source Φ off the axis is seen where ψ = Φ, or on the other side of the drop where ψ = -Φ, up to whole turns.
+#include "light_model.glsl"
+#include "optics.glsl"
+#include "sources.glsl"
 
 const float HALF_TURN = 3.14159265358979;
-
-#include "sources.glsl"
 
 // The ways of light that have images: 0 by the reflection outside; after k = 0, 1, 2 internal reflections between
 // crest and rim 1, 3, 5, between the middle and the crest 2, 4 (k = 1, 2). A drop nearer than 2 radii is a lens that
@@ -63,7 +66,7 @@ float incidence_of(Branch w, float value) {
     return w.crest + w.away * u;
 }
 
-// Those of k = 2, a bit each: but for the rainbow an image has a thirtieth of the light of that outside.
+// The ways of k = 2 have a bit each: but for the rainbow an image has a thirtieth of the light of that outside.
 const uint FAINT_WAYS = 48u;
 
 // The ways that may have images, a bit each, so that most of them need no look. Of k = 2 the rainbow alone.
@@ -119,7 +122,7 @@ vec2 image_of(uint way, float off, float radius, float sine) {
 const uint CLOSED_WAYS = 3u;
 const float FAR_SINE = 1.0 / 30.0;
 
-// As `image_of` by one of them: the drop turns light by Φ' = π - 2θ outside, and by Φ' = 2θ - 2θt straight through, which
+// Does what `image_of` does, for one of them: the drop turns light by Φ' = π - 2θ outside, and by Φ' = 2θ - 2θt straight through, which
 // leads to tan θt = sin(Φ'/2) / (n - cos(Φ'/2)). By the ray's angle α the camera's Φ is a little more, or less; two passes
 // find it, with b within 3e-4 by estimate.
 vec2 far_image_of(uint way, float off, float sine) {
@@ -155,3 +158,4 @@ vec3 aside_of(vec3 axis, vec3 toward) {
 float angle_between(vec3 a, vec3 b) {
     return atan(length(cross(a, b)), dot(a, b));
 }
+#endif

@@ -1,5 +1,6 @@
-// What large drops that are no spheres have beside `Large`, written by large.comp. LARGE_SHAPES_BINDING: the buffer's
-// binding; LARGE_SHAPES_ACCESS: readonly or writeonly.
+#ifndef LARGE_SHAPE_GLSL
+#define LARGE_SHAPE_GLSL
+// What large drops that are no spheres have beside `Large`.
 struct LargeShape {
     vec4 shape;         // see shape.glsl
     vec4 lower_to_disc; // of the lower half's ellipse, as `to_disc` of the upper's
@@ -10,9 +11,8 @@ struct LargeShape {
     float radius;       // of a disc of the outline's area, pixels
     vec2 unused;
 };
-layout(std430, set = 0, binding = LARGE_SHAPES_BINDING) LARGE_SHAPES_ACCESS buffer LargeShapes { LargeShape large_shapes[]; };
 
-// Of a drop whose outline is no ellipse: it is everywhere, and its rays tell where.
+// A drop whose outline is no ellipse may be anywhere: its rays tell where it is.
 LargeShape no_outline(vec4 shape) {
     return LargeShape(shape, vec4(1e-6, 0.0, 0.0, 1e-6), vec2(0.0), vec2(0.0), vec4(-1e6, -1e6, 1e6, 1e6), -1.0, 1e6, vec2(0.0));
 }
@@ -20,3 +20,4 @@ LargeShape no_outline(vec4 shape) {
 bool has_outline(LargeShape l) {
     return l.radius < 1e6;
 }
+#endif

@@ -1,7 +1,10 @@
-// What a lens makes of drops: of a point that is out of focus a disc. Needs frame.glsl, tile_buffers.glsl.
+#ifndef LENS_GLSL
+#define LENS_GLSL
+// What a lens makes of drops: of a point that is out of focus a disc.
 //
 // Seen from a place L of the lens, what is at depth z stands f L (1/z - 1/focus) beside where the pinhole in the lens's
 // middle sees it (f: focal length in pixels). So a drop's outline is spread evenly over a disc.
+#include "tile_buffers.glsl"
 
 // Radius in pixels under which nothing is changed by such a disc; and the largest that is told.
 const float LEAST_BLUR_PX = 0.5, MOST_BLUR_PX = 1e6;
@@ -26,14 +29,14 @@ float blur_of(vec3 v, vec3 moved, float radius) {
 }
 
 // How far from its centre a drop is seen across the view axis: by its radius, and by how far the places of the lens see it
-// apart; the twin of `Sight::reach`, bit for bit.
+// apart; the same as `Sight::reach`, bit for bit.
 float reach_across(vec3 v, float radius) {
     if (!is_lens()) return radius;
     precise float reach = radius + frame.lens.x * (abs(1.0 + v.z * frame.lens.y) + radius * frame.lens.y);
     return reach;
 }
 
-// The same of a drop somewhere in a box.
+// How far a drop somewhere in a box is seen at most.
 float reach_from_box(vec3 center, vec3 half_size, float radius) {
     if (!is_lens()) return radius;
     float depth = -dot(frame.back.xyz, center), deep = dot(abs(frame.back.xyz), half_size) + radius;
@@ -64,7 +67,7 @@ bool is_little(float radius, float blur) {
     return blur <= max(1.0, 1.5 * radius);
 }
 
-// Of a drop by rays: are the images of bright sources in it spread evenly over its disc? They are where it moves, and where
+// Are the images of bright sources in a drop by rays spread evenly over its disc? They are where it moves, and where
 // the disc is larger than the drop, which could not be told from discs of their own.
 bool has_spread_glints(vec4 sphere, vec3 motion, float blur) {
     return blur > 0.0 && (motion != vec3(0.0) || blur > 2.0 * frame.image.z * sphere.w / max(-sphere.z, sphere.w));
@@ -75,3 +78,4 @@ vec2 place_on_unit_disc(uint number, uint count, float turned) {
     float angle = 2.39996323 * float(number) + 6.2831853 * turned, far = sqrt((float(number) + 0.5) / float(count));
     return far * vec2(cos(angle), sin(angle));
 }
+#endif

@@ -1,13 +1,17 @@
-// The light of a drop through a lens, by rays: each from a place on the lens, through a place in the pixel. Needs what
-// rays.comp includes, moving_rays.glsl, lens.glsl, source_light.glsl.
+#ifndef LENS_RAYS_GLSL
+#define LENS_RAYS_GLSL
+// The light of a drop through a lens, by rays: each from a place on the lens, through a place in the pixel.
 //
 // All rays of a place in the pixel pass through one point of the plane in focus. Those of them that meet a sphere are
 // within a cone, and so is an ellipse on the lens: places are taken within that where it is smaller than the lens, so
 // that of a drop that is spread over hundreds of pixels each finds as many rays as of one in focus.
+#include "lens.glsl"
+#include "moving_rays.glsl"
+#include "source_light.glsl"
 
 // Fewest rays of a pixel: they are a mean over the lens.
 const uint LEAST_LENS_RAYS = 16;
-// Of their spacing on the drop, what the environment is blurred by. They take other places in each pixel, so that noise
+// The environment is blurred by this part of their spacing on the drop. They take other places in each pixel, so that noise
 // averages out; what is blurred too much does not (by the whole spacing a near drop's light is off by up to a quarter).
 const float LENS_SPACING = 0.2;
 
@@ -53,7 +57,7 @@ vec2 lens_place(uint number, uint count, float turned, vec3 d, vec3 center, vec3
         }
         return place;
     }
-    // Of a sphere that moves, within a strip along the way of its ellipse, as far as that crosses the lens.
+    // Rays meet a sphere that moves within a strip along the way of its ellipse, as far as that crosses the lens.
     LensPlaces a = places_that_meet(d, center - 0.5 * motion, radius), b = places_that_meet(d, center + 0.5 * motion, radius);
     if (!a.is_ellipse || !b.is_ellipse || a.is_beyond != b.is_beyond) return place;
     vec2 way = b.center - a.center;
@@ -71,12 +75,12 @@ vec2 lens_place(uint number, uint count, float turned, vec3 d, vec3 center, vec3
     return place;
 }
 
-// As `moving_color`: the drop's light in a pixel from `corner` on; `covered`: part of the lens and of the time for which it
+// Does what `moving_color` does: the drop's light in a pixel from `corner` on; `covered`: part of the lens and of the time for which it
 // covers the pixel.
 uint lens_color(vec2 corner, vec4 sphere, Body body, vec3 motion, float pixels, float blur, vec2 moved, float behind, out float covered) {
     vec3 sum = vec3(0.0);
     float weights = 0.0, radius = sphere.w, focal = frame.image.z;
-    // Of a sphere around what is none.
+    // A drop that is no sphere is within a sphere of this radius.
     float reach = body.is_flat ? radius * reach_of_shape(body.shape) : radius;
     mat3 world = mat3(frame.right.xyz, frame.up.xyz, frame.back.xyz);
     uint rays = max(SAMPLES, LEAST_LENS_RAYS);
@@ -131,3 +135,4 @@ uint lens_color(vec2 corner, vec4 sphere, Body body, vec3 motion, float pixels, 
     if (!(SHAPE == TRACED && body.is_flat) && has_spread_glints(sphere, motion, blur)) light += light_of_sources(world * normalize(sphere.xyz));
     return pack_radiance(light);
 }
+#endif

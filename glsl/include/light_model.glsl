@@ -1,3 +1,5 @@
+#ifndef LIGHT_MODEL_GLSL
+#define LIGHT_MODEL_GLSL
 // What a drop does to a ray of light: `Light` in src/plan/mod.rs. A pipeline that includes this has these
 // constants first.
 layout(constant_id = 0) const uint INTERNAL_REFLECTIONS = 2; // most that are followed
@@ -10,3 +12,4 @@ layout(constant_id = 4) const uint FOOTPRINT = 1; // 0: the environment's finest
 layout(constant_id = 5) const uint INDEX_RED = 0x3faa3d71u; // 1.33
 layout(constant_id = 6) const uint INDEX_GREEN = 0x3faa3d71u;
 layout(constant_id = 7) const uint INDEX_BLUE = 0x3faa3d71u;
+#endif

@@ -1,12 +1,14 @@
+#ifndef MEDIUM_GLSL
+#define MEDIUM_GLSL
 // Far rain as a medium (src/rain/medium.rs): it takes light out of a ray and puts in that of a far drop. Drops that are
-// shown by themselves have the same mean light, so all of the medium may stand behind them. Needs projection.glsl,
-// rain_field.glsl and what far_light.glsl does.
-#include "far_light.glsl"
-#include "pcg4d.glsl"
-
+// shown by themselves have the same mean light, so all of the medium may stand behind them.
 // Optical depth from the camera along the view axis, of drops that are seen by an angle to the level of this sine, squared.
 // Flattened ones cover the more the steeper they are seen: a spheroid's outline squared is a mean of that seen level and that
 // from below.
+#include "far_light.glsl"
+#include "pcg4d.glsl"
+#include "projection.glsl"
+
 float optical_depth(float depth, float sine2) {
     float starts = field.medium.x, at = float(MEDIUM_DEPTHS - 1u) * min(depth / starts, 1.0);
     uint below = min(uint(at), MEDIUM_DEPTHS - 2u), above = below + 1u;
@@ -49,7 +51,7 @@ float medium_grain(vec3 view, vec3 world, float distance) {
     float at = float(MEDIUM_DEPTHS - 1u) * (1.0 - pow(min(field.grain_within.w / depth.x, 1.0), 1.0 / 3.0));
     uint below = min(uint(at), MEDIUM_DEPTHS - 2u), above = below + 1u;
     float variance = mix(field.grain[below / 4u][below % 4u], field.grain[above / 4u][above % 4u], at - float(below));
-    // Of the opacity, over its mean.
+    // This is the opacity's deviation over its mean.
     float deviation = sqrt(variance) / max(-view.z, 1e-6) * passes / opacity;
     float of_log = log(1.0 + deviation * deviation);
     return exp(sqrt(of_log) * grain_at(world) - 0.5 * of_log);
@@ -59,3 +61,4 @@ float medium_grain(vec3 view, vec3 world, float distance) {
 float medium_passes(vec3 view, float distance, float grain) {
     return max(1.0 - grain * (1.0 - exp(-medium_depth(view, distance).y)), 0.0);
 }
+#endif

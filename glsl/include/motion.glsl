@@ -1,10 +1,10 @@
-// How drops move on the screen while the shutter is open. A drop's place is that at the middle of the exposure. Needs
-// frame.glsl, rain.glsl, projection.glsl, tile_drop.glsl, lens.glsl.
+#ifndef MOTION_GLSL
+#define MOTION_GLSL
+// How drops move on the screen while the shutter is open. A drop's place is that at the middle of the exposure.
+#include "lens.glsl"
+#include "tile_drop.glsl"
 
-// How far each placed drop moves, world axes.
-layout(std430, set = 0, binding = 14) readonly buffer PlacedMotions { vec4 placed_motions[]; };
-
-// Of a longer way a drop is blurred, or a streak: pixels, and radii.
+// A drop with a longer way is blurred, or a streak: pixels, and radii.
 const float SHORT_PX = 1.0, SHORT_RADII = 1.5;
 // A larger drop that moves by so many radii is as faint as a quarter, so that one colour will do.
 const float FAINT_RADII = 8.0;
@@ -27,11 +27,7 @@ struct Path {
 // How far a drop moves, along the world's axes.
 vec3 motion_of(uint index) {
     if (is_by_hand(index)) return placed_motions[by_hand_number(index)].xyz;
-#ifdef CELLS
-    return field.classes[slab_of(index).kind].moved.xyz;
-#else
-    return population_numbered(population_number(index)).moved.xyz;
-#endif
+    return random_motion(index);
 }
 
 Path path_at_rest() {
@@ -62,7 +58,7 @@ vec4 beyond(vec3 v) {
     return vec4(left, right, top, bottom);
 }
 
-// `sighting` of a drop that moves: whether it may be in view at any time; the twin of `Sight::sighting_moving`, bit for
+// `visibility` of a drop that moves: whether it may be in view at any time; the same as `Sight::sighting_moving`, bit for
 // bit.
 uint sighting_moving(vec3 v, vec3 moved, float radius) {
     precise vec3 half_way = 0.5 * moved;
@@ -85,7 +81,7 @@ bool is_short(Outline o, Path p) {
     return p.even && length(p.way) <= max(SHORT_PX, SHORT_RADII * o.radius);
 }
 
-// Is a drop that is no splat part of the veil? It is far, and small or faint.
+// Is a drop that is no splat part of the streak layer? It is far, and small or faint.
 bool is_streak(Drop drop, Outline o, Path p, float distance2) {
     float length = length(p.way);
     float near = max(FAINT_NEAR_RADII * FAINT_RADII * o.radius / max(length, 1e-30), FAINTEST_NEAR_RADII) * drop.radius;
@@ -95,7 +91,7 @@ bool is_streak(Drop drop, Outline o, Path p, float distance2) {
                 : o.radius < SPLAT_PX && distance2 >= NEAR_RADII * NEAR_RADII * drop.radius * drop.radius);
 }
 
-// Is a drop that is out of focus part of the veil? It is far, and small or faint.
+// Is a drop that is out of focus part of the streak layer? It is far, and small or faint.
 bool is_veil_disc(Drop drop, Outline o, Path p, float blur, float distance2) {
     if (SPLAT_PX == 0.0 || !p.even) return false;
     float wide = max(o.radius, blur), area = wide * (wide + 0.64 * length(p.way));
@@ -112,3 +108,4 @@ vec2 blurred(vec2 half_sides, Path p, out float opacity) {
     opacity = half_sides.x * half_sides.y / (wide.x * wide.y);
     return wide;
 }
+#endif

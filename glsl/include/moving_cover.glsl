@@ -1,7 +1,9 @@
+#ifndef MOVING_COVER_GLSL
+#define MOVING_COVER_GLSL
 // How much a drop with an outline that moves evenly covers of a row of pixels, on the mean, and where in its picture the
 // row's colours stand meanwhile. Needs tile_buffers.glsl, streak.glsl; `cover` for a drop at rest.
 
-// Of a longer way an outline's mean is found column by column, of a shorter one by four of its places.
+// The mean of an outline over a longer way is found column by column, over a shorter one by four of its places.
 const float STEPS_PX = 4.0;
 const uint STEPS = 4;
 // Least side of a box that is divided by.
@@ -14,7 +16,7 @@ vec4 boxes_to(vec4 t, vec4 narrow, vec4 wide) {
     return sign(t) * mix(slope, off / wide, lessThan(off, 0.5 * (wide - narrow)));
 }
 
-// Of an outline at rest: its edge is a straight line in each pixel, but for how far it bends over the line's part there. The
+// What an outline at rest covers: its edge is a straight line in each pixel, but for how far it bends over the line's part there. The
 // sum over pixels is the outline's area within 1 % from 1.5 pixels of radius on, wherever it lies; by a ramp of one pixel, as
 // `cover` has it, within 5 %. `radius`: its mean, pixels.
 vec4 cover_at(vec2 from, vec4 to_disc, float radius) {
@@ -69,3 +71,4 @@ vec2 place_on_disc(vec2 at, vec2 moved, float part) {
     float from = clamp(middle - reach, -0.5, 0.5), to = clamp(middle + reach, -0.5, 0.5);
     return at - moved * mix(from, to, part);
 }
+#endif

@@ -1,5 +1,10 @@
+#ifndef MOVING_RAYS_GLSL
+#define MOVING_RAYS_GLSL
 // The light of a drop that moves, by rays: each meets it for a part of the exposure, in closed form, and follows what it
-// shows at one moment of that. Needs what rays.comp includes.
+// shows at one moment of that.
+#include "places.glsl"
+#include "ray_in_shape.glsl"
+#include "shared_exponent.glsl"
 
 // Fewest rays of a pixel, so that the picture is a mean over time. A drop that covers it for a part o under half of the time
 // changes it by o of its colour: 16 o² rays have a quarter of one ray's noise at o = 1.
@@ -29,7 +34,7 @@ vec2 times_met(vec3 d, vec3 center, vec3 motion, float radius, out float nearest
     return vec2(max(middle - reach, before.x), min(middle + reach, before.y));
 }
 
-// The same of a drop that is no sphere, along the world's axes. Each half is scaled to a unit sphere; what a ray meets of a
+// When a ray meets a drop that is no sphere, along the world's axes. Each half is scaled to a unit sphere; what a ray meets of a
 // convex body is one stretch of time, whose ends are those of the half that is met then.
 vec2 times_met_shape(vec3 d, vec3 center, vec3 motion, float radius, vec4 shape, out float nearest) {
     const vec3 up = vec3(0.0, 1.0, 0.0);
@@ -50,7 +55,7 @@ vec2 times_met_shape(vec3 d, vec3 center, vec3 motion, float radius, vec4 shape,
     return times;
 }
 
-// As `color`; `covered`: part of the time, on the mean over the rays.
+// Does what `color` does; `covered`: part of the time, on the mean over the rays.
 uint moving_color(vec2 low, vec2 high, vec4 sphere, Body body, vec3 motion, float pixels, vec2 moved, float behind, out float covered) {
     vec3 sum = vec3(0.0);
     float weights = 0.0;
@@ -90,3 +95,4 @@ uint moving_color(vec2 low, vec2 high, vec4 sphere, Body body, vec3 motion, floa
     covered /= float(rays);
     return pack_radiance(sum / weights);
 }
+#endif

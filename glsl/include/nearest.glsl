@@ -1,11 +1,15 @@
+#ifndef NEAREST_GLSL
+#define NEAREST_GLSL
 // For each pixel of a tile the nearest drop that covers a part of it, and how many do, while its drops are taken front to
-// back. Needs tile_buffers.glsl and shared_exponent.glsl.
+// back.
+#include "appearance.glsl"
+#include "tile_buffers.glsl"
 
 // Two words a pixel, row by row: number of the nearest drop's record (drop_records.glsl), END: none; drops that cover a
 // part of the pixel.
-layout(std430, set = 0, binding = 28) writeonly buffer NearestDrops { uvec2 nearest_drops[]; };
+layout(std430, set = 1, binding = 8) writeonly buffer NearestDrops { uvec2 nearest_drops[]; };
 
-// The same of a row of a tile's pixels.
+// Holds both for a row of a tile's pixels.
 struct Nearest {
     uvec4 record, count;
 };
@@ -26,3 +30,4 @@ void meet(inout Nearest row, bvec4 met, uint record) {
     row.record = mix(row.record, uvec4(record), both(met, equal(row.count, uvec4(0u))));
     row.count += uvec4(met);
 }
+#endif

@@ -1,5 +1,6 @@
+#ifndef OCTAHEDRON_GLSL
+#define OCTAHEDRON_GLSL
 // Directions as texels of an octahedral map (Meyer et al. 2010), and a basis about each.
-
 #include "constants.glsl"
 
 // Where a direction is on the map, from -1 to 1.
@@ -32,3 +33,4 @@ void basis(vec3 n, out vec3 u, out vec3 v) {
     u = vec3(1.0 + s * n.x * n.x * a, s * b, -s * n.x);
     v = vec3(b, s + n.y * n.y * a, -n.y);
 }
+#endif

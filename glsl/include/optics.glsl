@@ -1,4 +1,7 @@
-// One drop in float32; the twin of src/optics/mod.rs, which tells the physics. Needs light_model.glsl.
+#ifndef OPTICS_GLSL
+#define OPTICS_GLSL
+// One drop in float32; the same as src/optics/mod.rs, which tells the physics.
+#include "light_model.glsl"
 
 const bool DISPERSES = INDEX_RED != INDEX_GREEN || INDEX_BLUE != INDEX_GREEN;
 const uint INDICES = DISPERSES ? 3u : 1u;
@@ -79,3 +82,4 @@ Encounter mask_encounter(vec2 st, float sin_a, float cos_a) {
         r / norm,
         cos_a * sqrt((1.0 - r) * (1.0 + r)) / norm);
 }
+#endif

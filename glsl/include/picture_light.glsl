@@ -1,5 +1,17 @@
-// The light of a pixel from a far drop's picture. Needs appearance.glsl, shared_exponent.glsl and `picture_at`, a word of
-// the pictures.
+#ifndef PICTURE_LIGHT_GLSL
+#define PICTURE_LIGHT_GLSL
+// The light of a pixel from a far drop's picture.
+#include "appearance.glsl"
+#include "pictures.glsl"
+#include "shared_exponent.glsl"
+
+// By texels where the device takes buffers of so many (see nodes_by_four.glsl).
+#ifdef TEXELS
+layout(set = 1, binding = 11) uniform usamplerBuffer picture_texels;
+uint picture_at(uint word) { return texelFetch(picture_texels, int(word)).x; }
+#else
+uint picture_at(uint word) { return pictures[word]; }
+#endif
 
 // Texels an edge of the picture, up to 2^`finest`, for a drop of so many pixels of radius: texels of 0.41 to 0.82 pixels.
 // Between four of 0.58, light is spread as far as within a pixel: p²/4 = 1/12.
@@ -22,3 +34,4 @@ vec3 picture_light(uint picture, float edge, float steepness, vec2 at) {
     unpack_radiances(uvec4(picture_at(words.x), picture_at(words.y), picture_at(words.z), picture_at(words.w)), r, g, b);
     return vec3(dot(r, weights), dot(g, weights), dot(b, weights));
 }
+#endif

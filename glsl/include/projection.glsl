@@ -1,7 +1,10 @@
-// Between directions in view space and pixels; the twin of src/scene/projection.rs. Needs frame.glsl.
+#ifndef PROJECTION_GLSL
+#define PROJECTION_GLSL
+// Between directions in view space and pixels; the same as src/scene/projection.rs.
 //
 // Pixels are told in the whole picture, whichever part of it is drawn: so a part has the bits of the whole. A point of
 // the image plane is told from the view axis, in pixels, right and down.
+#include "frame.glsl"
 
 vec2 pixel_of(vec2 plane) {
     return frame.principal.xy + plane;
@@ -21,3 +24,4 @@ vec3 ray_through(vec2 pixel) {
     vec2 plane = plane_of(pixel);
     return vec3(plane.x, -plane.y, -frame.image.z);
 }
+#endif

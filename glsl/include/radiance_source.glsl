@@ -1,3 +1,5 @@
+#ifndef RADIANCE_SOURCE_GLSL
+#define RADIANCE_SOURCE_GLSL
 // The radiance that a display pass reads: an image, or a buffer of four halves a pixel, by texels where the device
 // takes so many (on CPU drivers each word of a buffer is a read a lane). `width`: of the picture.
 #ifdef RADIANCE_IN_TEXELS
@@ -19,4 +21,5 @@ layout(set = 0, binding = 1) uniform sampler2D radiance_image;
 vec4 pixel_at(uvec2 at, uint width) {
     return texelFetch(radiance_image, ivec2(at), 0);
 }
+#endif
 #endif

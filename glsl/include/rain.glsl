@@ -1,6 +1,8 @@
-// Where a drop is and whether it is in view; the twin of src/rain/mod.rs and src/rain/cull.rs, bit for bit.
+#ifndef RAIN_GLSL
+#define RAIN_GLSL
+// Where a drop is and whether it is in view; the same as src/rain/mod.rs and src/rain/cull.rs, bit for bit.
 // `precise` keeps every product and sum apart, so that each rounds as the CPU's does.
-
+#include "frame.glsl"
 #include "pcg4d.glsl"
 
 layout(constant_id = 21) const uint SEVERAL = 0; // 1: there are several populations of drops in boxes
@@ -57,7 +59,7 @@ const uint OUT_OF_VIEW = 0, VISIBLE = 1, CAMERA_INSIDE = 2, BESIDE_CAMERA = 3;
 
 // What becomes of a drop with its centre at `v` in view space, which is seen across the view axis as far as `reach` from
 // there; `distance2` is its square's length.
-uint sighting(vec3 v, float radius, float reach, out float distance2) {
+uint visibility(vec3 v, float radius, float reach, out float distance2) {
     precise float depth = -v.z;
     precise float square = (v.x * v.x + v.y * v.y) + v.z * v.z;
     precise float radius2 = radius * radius;
@@ -73,7 +75,8 @@ uint sighting(vec3 v, float radius, float reach, out float distance2) {
     return depth <= radius ? BESIDE_CAMERA : VISIBLE;
 }
 
-// The same through a pinhole.
-uint sighting(vec3 v, float radius, out float distance2) {
-    return sighting(v, radius, radius, distance2);
+// A pinhole sees a drop across the view axis by its radius.
+uint visibility(vec3 v, float radius, out float distance2) {
+    return visibility(v, radius, radius, distance2);
 }
+#endif

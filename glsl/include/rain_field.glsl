@@ -1,3 +1,5 @@
+#ifndef RAIN_FIELD_GLSL
+#define RAIN_FIELD_GLSL
 // What a frame sees of real rain: `RainField`, written by src/passes/cells.rs.
 #include "constants.glsl"
 
@@ -42,3 +44,4 @@ layout(std430, set = 0, binding = 2) readonly buffer RainField {
     Slab slabs[MOST_SLABS];
     uint group_slabs[];  // for each group of cells the number of its slab
 } field;
+#endif

@@ -1,4 +1,9 @@
-// A ray that meets a drop that is no sphere: where, and what it shows, by SHAPE. Needs what rays.comp includes.
+#ifndef RAY_IN_SHAPE_GLSL
+#define RAY_IN_SHAPE_GLSL
+// A ray that meets a drop that is no sphere: where, and what it shows, by SHAPE.
+#include "drop_light.glsl"
+#include "maps.glsl"
+#include "shape_light.glsl"
 
 // What rays need of a drop beside its sphere.
 struct Body {
@@ -32,3 +37,4 @@ vec3 light_in(RayInShape ray, Body body, mat3 world, float step) {
     Encounter e = Encounter(ray.direction, ray.disc / max(b, 1e-9), b, sqrt((1.0 - b) * (1.0 + b)));
     return drop_light(environment_map, e, world, step);
 }
+#endif

@@ -1,8 +1,13 @@
-// How far what is behind the drops is, along the ray through the middle of each pixel: a float a pixel of each tile, which
-// sky.comp writes where the background has a depth. REACH_BINDING: its binding. Needs tile_buffers.glsl, projection.glsl.
-layout(std430, set = 0, binding = REACH_BINDING) readonly buffer Reach { float reach[]; };
+#ifndef REACH_GLSL
+#define REACH_GLSL
+// What hides drops: `reach` of tile_buffers.glsl, and drops that cut it.
+#include "projection.glsl"
+#include "tile_buffers.glsl"
 
-// Those of a row of a tile's pixels.
+// Squared, of the tile that an invocation of composite.comp draws.
+vec4 upper_reach2, lower_reach2;
+
+// Reads the distances of a row of a tile's pixels.
 vec4 reach_of_row(uint tile, uint row) {
     uint at = tile * PIXELS + row * TILE.x;
     return vec4(reach[at], reach[at + 1u], reach[at + 2u], reach[at + 3u]);
@@ -22,8 +27,9 @@ float share_before(vec4 sphere, vec2 pixel, float far) {
     return clamp((far - nearest) / max(farthest - nearest, 1e-6 * abs(along)), 0.0, 1.0);
 }
 
-// The same of a row of pixels, from the middle of the first on.
+// Finds the shares of a row of pixels, from the middle of the first on.
 vec4 row_before(vec4 sphere, vec2 first, vec4 far) {
     return vec4(share_before(sphere, first, far.x), share_before(sphere, first + vec2(1.0, 0.0), far.y),
                 share_before(sphere, first + vec2(2.0, 0.0), far.z), share_before(sphere, first + vec2(3.0, 0.0), far.w));
 }
+#endif

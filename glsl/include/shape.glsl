@@ -1,8 +1,11 @@
+#ifndef SHAPE_GLSL
+#define SHAPE_GLSL
 // The shape of a drop that is no sphere: a figure of revolution about the world's vertical, of two half spheroids of one
 // width. Four numbers, over the radius of the sphere of equal volume: half its width; the heights of its upper and its
 // lower half; the height over the drop's centre of the plane that joins them. Of a spheroid both halves are alike.
-// The physics stands in src/optics/spheroid.rs, what of it is drawn in src/passes/shapes.rs. Needs frame.glsl,
-// tile_buffers.glsl.
+// The physics stands in src/optics/spheroid.rs, what of it is drawn in src/passes/shapes.rs.
+#include "projection.glsl"
+#include "tile_buffers.glsl"
 
 const vec4 ROUND = vec4(1.0, 1.0, 1.0, 0.0);
 
@@ -153,3 +156,4 @@ vec3 flattened(vec4 shape, vec3 at, vec3 d, vec3 up, out float larger) {
     larger = shape.x * seen;
     return shape.x * at + upright * (dot(at, up) / cosine2 * (seen - shape.x) + shape.w + 0.5 * (shape.y - shape.z));
 }
+#endif

@@ -1,21 +1,21 @@
-// Which shape a drop has, and what follows for its outline. Needs shape.glsl, tile_drop.glsl, motion.glsl.
+#ifndef SHAPE_GIVEN_GLSL
+#define SHAPE_GIVEN_GLSL
+// Which shape a drop has, and what follows for its outline.
+#include "motion.glsl"
+#include "shape.glsl"
 
 // `Given` in src/passes/shapes.rs: diameter in mm of a drop of radius 1, which is the first's x; the shapes of falling
 // drops by diameter; those of drops placed by hand.
-layout(std430, set = 0, binding = 17) readonly buffer Shapes { vec4 shapes[]; };
+layout(std430, set = 1, binding = 5) readonly buffer Shapes { vec4 shapes[]; };
 const uint BY_DIAMETER = 1;
 
 vec4 shape_of(uint index, Drop drop) {
     if (SHAPE == SPHERES) return ROUND;
     if (is_by_hand(index)) return shapes[BY_DIAMETER + DIAMETERS + by_hand_number(index)];
-#ifdef CELLS
-    float at = (shapes[0].x * drop.radius - float(SMALLEST_MM)) * float(DIAMETERS_A_MM);
+    float at = (flattened_mm(drop, shapes[0].x) - float(SMALLEST_MM)) * float(DIAMETERS_A_MM);
     if (at < 0.0 || shapes[0].y == 0.0) return ROUND;
     uint below = min(uint(at), DIAMETERS - 2u);
     return mix(shapes[BY_DIAMETER + below], shapes[BY_DIAMETER + below + 1u], min(at - float(below), 1.0));
-#else
-    return ROUND;
-#endif
 }
 
 Outline outline_of_shape(Drop drop, vec4 shape) {
@@ -39,6 +39,7 @@ vec4 seen_as(vec4 shape, Path path) {
 bool may_show(Drop drop, Path path, vec4 shape, float distance2) {
     float reach = drop.radius * reach_of_shape(shape), unused, near = frame.camera_high.w;
     bool moves = is_exposed() && path.moved != vec3(0.0);
-    uint what = moves ? sighting_moving(drop.view, path.moved, reach) : sighting(drop.view, reach, reach_across(drop.view, reach), unused);
+    uint what = moves ? sighting_moving(drop.view, path.moved, reach) : visibility(drop.view, reach, reach_across(drop.view, reach), unused);
     return what != OUT_OF_VIEW && distance2 >= near * near;
 }
+#endif

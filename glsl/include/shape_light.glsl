@@ -1,5 +1,7 @@
+#ifndef SHAPE_LIGHT_GLSL
+#define SHAPE_LIGHT_GLSL
 // Radiance that leaves a drop that is no sphere along a ray, traced from surface to surface; the float32 form of
-// src/optics/spheroid.rs. Needs light_model.glsl, optics.glsl, environment.glsl, shape.glsl.
+// src/optics/spheroid.rs.
 //
 // Everything is seen from the middle of the plane that joins the halves, along the world's axes, in radii. A half scaled
 // to the unit sphere is met by a quadratic equation; directions and normals stay those of unscaled space. Which half a
@@ -7,6 +9,8 @@
 //
 // With the ray go the differentials of two neighbours (Igehy 1999): how far their light fans out is the level at which
 // the environment is read, as it is for the sphere in closed form (drop_light.glsl).
+#include "drop_light.glsl"
+#include "shape.glsl"
 
 // Most surfaces that light is followed to beyond the last order, where that carries what is left and is reflected totally.
 const uint MOST_MORE = 16;
@@ -69,7 +73,7 @@ vec3 mirrored(vec3 d, vec3 normal, vec3 d_moved, vec3 normal_moved) {
     return d_moved - 2.0 * (turn * normal + dot(d, normal) * normal_moved);
 }
 
-// The same by a refraction; the normal is on the ray's side, `ratio` the index before over that beyond.
+// A direction's change by a refraction; the normal is on the ray's side, `ratio` the index before over that beyond.
 vec3 refracted(vec3 d, vec3 normal, vec3 d_moved, vec3 normal_moved, float ratio, float cos_in, float cos_out) {
     float turn = -(dot(d_moved, normal) + dot(d, normal_moved));
     float scale = ratio * cos_in - cos_out, scale_moved = (ratio - ratio * ratio * cos_in / cos_out) * turn;
@@ -153,9 +157,10 @@ vec3 shape_light_by_index(sampler2D map, vec4 shape, vec3 to_ray, vec3 d, float 
     return sum;
 }
 
-// The same for each colour by its own index.
+// Takes each colour by its own index.
 vec3 shape_light(sampler2D map, vec4 shape, vec3 to_ray, vec3 d, float step) {
     vec3 sum = vec3(0.0);
     for (uint i = 0u; i < INDICES; ++i) sum += take_index(i) * shape_light_by_index(map, shape, to_ray, d, step);
     return sum;
 }
+#endif

@@ -1,3 +1,5 @@
+#ifndef SHARED_EXPONENT_GLSL
+#define SHARED_EXPONENT_GLSL
 // Radiance in one word: three 9-bit mantissas, one 5-bit exponent (as VK_FORMAT_E5B9G9R9). Error:
 // 2^-9 of the largest component at most. Range: 0 to 65,408, over that of the stored units.
 
@@ -17,10 +19,11 @@ vec3 unpack_radiance(uint word) {
     return vec3(word & 511u, (word >> 9) & 511u, (word >> 18) & 511u) * scale;
 }
 
-// Of four words.
+// Unpacks four words.
 void unpack_radiances(uvec4 words, out vec4 r, out vec4 g, out vec4 b) {
     vec4 scale = uintBitsToFloat(((words >> 27) + 103u) << 23);
     r = vec4(words & 511u) * scale;
     g = vec4((words >> 9) & 511u) * scale;
     b = vec4((words >> 18) & 511u) * scale;
 }
+#endif

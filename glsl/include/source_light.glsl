@@ -1,4 +1,7 @@
-// The light of bright sources in far drops. Needs sources.glsl, bow.glsl and the table `bow`.
+#ifndef SOURCE_LIGHT_GLSL
+#define SOURCE_LIGHT_GLSL
+// The light of bright sources in far drops.
+#include "tile_buffers.glsl"
 
 // Mean light of all images of one in a far sphere in a unit direction in world space.
 vec3 light_of_source(uint source, vec3 d) {
@@ -8,9 +11,10 @@ vec3 light_of_source(uint source, vec3 d) {
     return mix(bow[entry].rgb, bow[entry + 1u].rgb, turn - float(below));
 }
 
-// That of all sources.
+// Sums up the light of all sources.
 vec3 light_of_sources(vec3 d) {
     vec3 sum = vec3(0.0);
     for (uint i = 0u; i < source_count.x; ++i) sum += light_of_source(i, d);
     return sum;
 }
+#endif

@@ -1,4 +1,6 @@
-// The small bright sources that drops show apart (src/passes/glints.rs). Define SOURCES_BINDING before.
+#ifndef SOURCES_GLSL
+#define SOURCES_GLSL
+// The small bright sources that drops show apart (src/passes/glints.rs).
 
 // Light of a source, as if all of it came from a disc of an even radiance.
 struct Source {
@@ -6,7 +8,8 @@ struct Source {
     vec4 light;  // radiance times solid angle, stored units
 };
 
-layout(std430, set = 0, binding = SOURCES_BINDING) readonly buffer Sources {
+layout(std430, set = 0, binding = 14) readonly buffer Sources {
     uvec4 source_count; // x
     Source sources[];
 };
+#endif

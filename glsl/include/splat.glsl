@@ -1,5 +1,9 @@
+#ifndef SPLAT_GLSL
+#define SPLAT_GLSL
 // A splat: its node, in two words of which are its centre in 1/2048 pixel; its half sides in 1/512 pixel, and
-// above their bits the number of its direction (octahedron.glsl), which tells its colour. Needs tile_buffers.glsl.
+// above their bits the number of its direction (octahedron.glsl), which tells its colour.
+#include "tile_buffers.glsl"
+
 const uint HALF_SIDES_BITS = 20;
 const float LONGEST_HALF_SIDE = 1023.0 / 512.0; // pixels; an outline far off the axis may have longer ones
 
@@ -62,8 +66,8 @@ void write_splat(uint node, float distance2, uint index, vec2 center, vec2 half_
     nodes[node + 3u] = pack_half_sides(half_sides) | direction << HALF_SIDES_BITS;
 }
 
-// Hangs a splat into the lists of its tiles that are drawn: 2 x 2 of them from `first` on, but none beyond `last`.
-void hang_splat(uint node, uvec2 first, uvec2 last) {
+// Pushes a splat to the front of the lists of its tiles that are drawn: 2 x 2 of them from `first` on, but none beyond `last`.
+void push_splat(uint node, uvec2 first, uvec2 last) {
     uvec2 low = first_tile(), end = min(last + 1u, end_tile());
     for (uint i = 0u; i < 4u; ++i) {
         uvec2 tile = first + uvec2(i & 1u, i >> 1);
@@ -73,3 +77,4 @@ void hang_splat(uint node, uvec2 first, uvec2 last) {
         }
     }
 }
+#endif

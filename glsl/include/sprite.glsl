@@ -1,6 +1,7 @@
+#ifndef SPRITE_GLSL
+#define SPRITE_GLSL
 // The paper's section 3.3, vertex half: where a drop's square stands, how large it is, which mask
 // level it reads and how the mask is turned. Shared by drops_point.vert and drops_quad.vert.
-
 #include "projection.glsl"
 
 struct Sprite {
@@ -44,3 +45,4 @@ Sprite sprite(vec3 center, float radius) {
     s.rotation = mat3(frame.right.xyz, frame.up.xyz, frame.back.xyz) * mat3(u, v, n);
     return s;
 }
+#endif

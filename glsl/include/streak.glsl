@@ -1,8 +1,11 @@
+#ifndef STREAK_GLSL
+#define STREAK_GLSL
 // How much a small drop covers of each pixel that it passes over, at rest on the mean. See docs/exposure.md.
 //
 // Seen along the longer axis of its way the drop is a column that leans: across, in a row of pixels, a parabola of the
 // outline's variance and of what the row leans by; along, a box whose ends fall over a whole number of pixels. Each has
 // the same sum over pixels wherever it lies, so that a streak has the drop's light at every size, length and angle.
+#include "tile_buffers.glsl"
 
 struct Streak {
     vec2 center;   // pixels
@@ -54,7 +57,7 @@ Streak line_along(Streak s, vec2 at) {
     return s;
 }
 
-// As six words, of which the last is needed with a lens alone.
+// A streak takes six words, of which only a lens needs the last.
 void pack_streak(Streak s, out uvec2 at, out uvec4 rest) {
     at = floatBitsToUint(s.center);
     rest = uvec4(packHalf2x16(vec2(s.slope, s.inverse)), packHalf2x16(vec2(s.full, s.ends)),
@@ -90,12 +93,12 @@ vec4 streak_share(Streak s, vec2 from) {
     return share;
 }
 
-// The same as coverage.
+// Caps the share, which is coverage then.
 vec4 streak_coverage(Streak s, vec2 from) {
     return min(streak_share(s, from), vec4(1.0));
 }
 
-// The same of one that is upright: neighbouring pixels share an edge.
+// Does the same for an upright streak, whose neighbouring pixels share an edge.
 vec4 upright_coverage(Streak s, vec2 from) {
     precise float first = (from.x - 0.5 - s.slope * from.y) * s.inverse;
     precise vec4 off = first + s.inverse * vec4(0.0, 1.0, 2.0, 3.0);
@@ -106,3 +109,4 @@ vec4 upright_coverage(Streak s, vec2 from) {
     precise vec4 covered = width * share;
     return min(covered, vec4(1.0));
 }
+#endif

@@ -1,3 +1,5 @@
+#ifndef TILE_BUFFERS_GLSL
+#define TILE_BUFFERS_GLSL
 // What the passes of src/passes/tiles.rs and composite.rs hand to each other. A tile has 4 x 2 pixels:
 // so few that one invocation holds them in registers.
 //
@@ -5,7 +7,15 @@
 // each word that a lane reads or writes. So the passes are many and each does one thing for every
 // lane; what few drops need has passes of its own.
 
-#include "constants.glsl"
+// Set 0 is what all stages of the frame share, declared here and, what other frames have as well, in what is included here.
+// Set 1 is a stage's own.
+
+#include "frame.glsl"
+#include "counters.glsl"
+#include "large_shape.glsl"
+#include "pictures.glsl"
+#include "rain_field.glsl"
+#include "sources.glsl"
 
 const uvec2 TILE = uvec2(TILE_ACROSS, TILE_DOWN);
 const uint PIXELS = TILE.x * TILE.y;
@@ -41,7 +51,6 @@ const uint SPHERES = 0, STRETCHED = 1, TRACED = 2;   // of SHAPE; stretched: a s
 // Part of the nodes is the blocks' in any case: they are the nearest drops.
 #define MAX_SPLATS (MAX_NODES - MAX_NODES / 16u)
 
-// Bindings 1 and 2 are those of clusters.glsl.
 layout(std430, set = 0, binding = 3) buffer Totals {
     uvec4 sort_groups;              // of indirect dispatches: over the clusters in view,
     uvec4 gather_groups[MAX_BANDS]; // over those of a band,
@@ -62,7 +71,7 @@ layout(std430, set = 0, binding = 3) buffer Totals {
     uint disordered;
     uint in_view;                   // clusters
     uint cells_in_view;
-    uint veil_links;                // of the veil's cells
+    uint veil_links;                // of the streak layer's cells
     uint line_parts;                // parts of its streaks that have lines
     uint shared_drops;              // large drops whose glints take a workgroup each
     uint crowded;                   // tiles that streaks make too long for one invocation (crowded_tile.glsl)
@@ -107,13 +116,29 @@ const uint COVER_BY_RAYS = 0x2000u;
 // It is no sphere: `large_shapes` (large_shape.glsl) has the rest, and its outline is that of two ellipses.
 const uint FLAT = 0x1000u;
 layout(std430, set = 0, binding = 6) buffer Larges { Large larges[]; };
-// Those that have more than MOST_TILES blocks: number, and how many blocks. As each has so many,
-// there is room for all.
-layout(std430, set = 0, binding = 7) buffer Bigs { uvec2 bigs[]; };
+// `large_shapes` has the rest of drops that are FLAT. `moves`, two for each drop where drops may be spread: how it moves in
+// view space, and in w the largest disc that a lens makes of a point of it, pixels; how it moves on the screen, and in z that
+// disc of its middle. Both are written by large.comp.
+#ifndef LARGES_ACCESS
+#define LARGES_ACCESS readonly
+#endif
+layout(std430, set = 0, binding = 7) LARGES_ACCESS buffer Moves { vec4 moves[]; };
+layout(std430, set = 0, binding = 10) LARGES_ACCESS buffer LargeShapes { LargeShape large_shapes[]; };
 // Number of the large drop of each block; from MAX_BLOCKS on the blocks drawn by rays.
 layout(std430, set = 0, binding = 8) buffer Blocks { uint blocks[]; };
-// The prefiltered pictures of a far drop (appearance.glsl).
-layout(std430, set = 0, binding = 9) readonly buffer Pictures { uint pictures[]; };
+// How far what is behind the drops is, along the ray through the middle of each pixel: a float a pixel of each tile, which
+// sky.comp writes where the background has a depth.
+#ifndef REACH_ACCESS
+#define REACH_ACCESS readonly
+#endif
+layout(std430, set = 0, binding = 12) REACH_ACCESS buffer Reach { float reach[]; };
+// The lists of streaks (streak_layer.glsl), which gather.comp writes.
+#ifndef VEIL_ACCESS
+#define VEIL_ACCESS readonly
+#endif
+layout(std430, set = 0, binding = 13) VEIL_ACCESS buffer Veil { uint streak_layer[]; };
+// A far drop's mean light from a source by the angle between them, which bow.comp finds at BOW_ANGLES angles.
+layout(std430, set = 0, binding = 15) readonly buffer Bow { vec4 bow[]; };
 
 // Whether drops move in this frame.
 bool is_exposed() {
@@ -202,3 +227,4 @@ bool is_beside(vec3 view, float radius) {
 vec2 box_of_equal_area(vec2 box, float radius) {
     return box * (0.8862269 * radius * inversesqrt(box.x * box.y));
 }
+#endif

@@ -1,71 +1,12 @@
-// Where a drop stands and what it covers on the screen. Needs frame.glsl, rain.glsl, tile_buffers.glsl.
-
+#ifndef TILE_DROP_GLSL
+#define TILE_DROP_GLSL
+// Where a drop stands and what it covers on the screen.
+#include "population.glsl"
 #include "projection.glsl"
+#include "splat.glsl"
+#include "tile_buffers.glsl"
 
 const float NEAR_RADII = 32.0; // nearer than this a drop does not look like a far one: over 1.4°
-
-layout(std430, set = 0, binding = 10) readonly buffer PlacedDrops { Placed placed[]; };
-
-struct Drop {
-    vec3 relative; // centre, from the camera, along the world's axes
-    vec3 view;     // the same in view space
-    float radius;
-};
-
-#ifdef CELLS
-#include "cells.glsl"
-
-Slab slab_of(uint index) {
-    return field.slabs[field.group_slabs[min(index / (64u * CELLS_GROUP), field.groups.x - 1u)]];
-}
-
-Drop random_drop(uint index) {
-    Slab slab = slab_of(index);
-    ivec3 cell = cell_of(slab, index / 64u - slab.first_group * CELLS_GROUP);
-    vec4 at = drop_in_cell(slab.kind, cell, index % 64u);
-    return Drop(at.xyz, vec3(0.0), at.w);
-}
-
-bool is_by_hand(uint index) {
-    return index >= IS_PLACED;
-}
-
-uint by_hand_number(uint index) {
-    return index & ~IS_PLACED;
-}
-
-bool is_shown(uint index, Drop drop, float distance2) {
-    return is_by_hand(index) || shown_alone(drop.view, drop.radius, distance2);
-}
-#else
-Drop random_drop(uint index) {
-    vec4 at = drop_at(population_numbered(population_number(index)), index);
-    return Drop(at.xyz, vec3(0.0), at.w);
-}
-
-bool is_by_hand(uint index) {
-    return HAS_PLACED != 0u && index >= frame.camera_place.w;
-}
-
-uint by_hand_number(uint index) {
-    return index - frame.camera_place.w;
-}
-
-bool is_shown(uint index, Drop drop, float distance2) {
-    return true;
-}
-#endif
-
-Drop drop_of(uint index) {
-    Drop drop = random_drop(index);
-    if (is_by_hand(index)) {
-        Placed by_hand = placed[by_hand_number(index)];
-        drop.relative = relative_placed(by_hand);
-        drop.radius = by_hand.high.w;
-    }
-    drop.view = view_space(drop.relative);
-    return drop;
-}
 
 // The silhouette: an ellipse of semi-axes r √(d²-r²) / (z²-r²), away from the image's middle, and
 // r / √(z²-r²), in focal lengths; pixels.
@@ -91,7 +32,7 @@ float opacity_at(float distance2) {
     return fade > 0.0 ? smoothstep(near, near + fade, sqrt(distance2)) : 1.0;
 }
 
-// Is it so small, far and opaque that two colours will do? `half_sides`: of its box as a splat. Needs splat.glsl.
+// Is it so small, far and opaque that two colours will do? `half_sides`: of its box as a splat.
 bool is_small(Drop drop, Outline o, vec2 half_sides, float distance2) {
     return o.radius < SPLAT_PX && all(lessThan(half_sides, vec2(LONGEST_HALF_SIDE)))
         && distance2 >= NEAR_RADII * NEAR_RADII * drop.radius * drop.radius
@@ -105,3 +46,4 @@ ivec4 pixels_in(vec2 center, vec2 box) {
     return ivec4(clamp(ivec2(floor(center - box)), ivec2(0), size),
                  clamp(ivec2(ceil(center + box)) - 1, ivec2(-1), size - 1));
 }
+#endif

@@ -1,8 +1,11 @@
+#ifndef TILE_ORDER_GLSL
+#define TILE_ORDER_GLSL
 // The order of a tile's drops, where the window of tile_window.glsl does not do: by distance, then by
-// index, a total order, so that the picture is the same on every run. Needs tile_buffers.glsl.
+// index, a total order, so that the picture is the same on every run.
 //
 // Loops test before each pass, not after it: there llvmpipe 22.3.6 keeps no lane's values that has left before
 // the others. And they are few: it stops an invocation's loops, without a word, at 65,535 passes together.
+#include "tile_buffers.glsl"
 
 // An entry: squared distance, index, link.
 const uvec3 NO_ENTRY_AT = uvec3(0u, 0u, END);
@@ -21,7 +24,7 @@ bool is_farther(uvec3 a, uvec3 b) {
     return a.x > b.x || a.x == b.x && a.y >= b.y;
 }
 
-// Of an entry and the one in `place` the farther stays, the other goes on.
+// The farther of an entry and the one in `place` stays, the other goes on.
 void keep_farther(inout uvec3 place, inout uvec3 entry) {
     uvec3 other = place;
     bool farther = is_farther(entry, other);
@@ -112,3 +115,4 @@ uint order_tile(uint tile) {
     for (uint i = 0u; i < MOST_RUNS; ++i) sorted = merge(runs[i], sorted);
     return sorted;
 }
+#endif

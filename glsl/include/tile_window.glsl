@@ -1,8 +1,10 @@
+#ifndef TILE_WINDOW_GLSL
+#define TILE_WINDOW_GLSL
 // A tile's entries, nearest first: its list has them nearly so, as drops come far bands first and larger
 // drops, the near ones, last, those that are two splats among them. The nearest of a window of six is taken,
 // the next of the list comes in. Where more than that is out of order, or two are equally far, it is known
 // afterwards, and the tile is done again.
-// Needs by_four.glsl.
+#include "by_four.glsl"
 
 // What the window holds of an entry is little: all of it takes part in each exchange. Its other words
 // are in the cache when its turn comes.
@@ -72,3 +74,4 @@ void take_nearest(inout Window w) {
     let_rise(w);
     w.disordered = w.disordered || w.nearest.distance2 <= before && w.nearest.link != END;
 }
+#endif

@@ -1,3 +1,5 @@
+#ifndef TOGETHER_GLSL
+#define TOGETHER_GLSL
 // What the invocations of a subgroup take together from a counter: one atomic for all of them, as a counter that every lane
 // adds to is fought over.
 //
@@ -12,3 +14,4 @@ layout(constant_id = 27) const uint RECONVERGES = 0; // 1: they do come together
     if (RECONVERGES == 0u) first = atomicAdd(counter, uint(leads) * count); \
     else if (leads && count > 0u) first = atomicAdd(counter, count); \
     first = subgroupBroadcastFirst(first)
+#endif

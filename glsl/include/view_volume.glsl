@@ -1,4 +1,8 @@
-// Whether a box of drops is in view, and where. Needs frame.glsl, projection.glsl, tile_buffers.glsl.
+#ifndef VIEW_VOLUME_GLSL
+#define VIEW_VOLUME_GLSL
+// Whether a box of drops is in view, and where.
+#include "projection.glsl"
+#include "tile_buffers.glsl"
 
 // May a drop that reaches over a box by `reach` at most be in view? The box from the camera, along the world's axes.
 bool meets_view(vec3 center, vec3 half_size, float reach) {
@@ -23,3 +27,4 @@ uint region_at(vec3 point, float depth, float least) {
     uvec2 tile = uvec2(clamp(pixel, first, last)) / TILE, region = tile - first_tile() >> region_tile_bits();
     return region.y * REGIONS_ACROSS + region.x;
 }
+#endif

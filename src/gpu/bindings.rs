@@ -95,12 +95,14 @@ impl Resource<'_> {
     }
 }
 
-/// A layout and one or more sets of it, which keep what they hold.
+/// A layout and one or more sets of it, which keep what they hold. They are set 0 of their pipelines, or set 1 beside what
+/// several share.
 pub struct Bindings {
-    pub(super) layout: vk::DescriptorSetLayout,
+    shared: Option<Arc<Bindings>>,
+    layout: vk::DescriptorSetLayout,
     pool: vk::DescriptorPool,
     sets: Vec<vk::DescriptorSet>,
-    pub(super) slots: Vec<Slot>,
+    slots: Vec<Slot>,
     /// What each slot of each set holds.
     held: Mutex<Vec<[Option<Held>; 2]>>,
     device: Arc<Device>,
@@ -113,6 +115,7 @@ impl Bindings {
     /// [`Error::Vulkan`] if the driver refuses.
     pub fn new(device: &Arc<Device>, name: &str, slots: &[Slot], count: u32) -> Result<Self> {
         let mut bindings = Self {
+            shared: None,
             layout: vk::DescriptorSetLayout::null(),
             pool: vk::DescriptorPool::null(),
             sets: Vec::new(),
@@ -120,8 +123,6 @@ impl Bindings {
             held: Mutex::new(vec![[None, None]; slots.len() * count as usize]),
             device: device.clone(),
         };
-        let storage = slots.iter().filter(|slot| slot.kind == Binding::STORAGE_BUFFER).count();
-        debug_assert!(storage <= STORAGE_BUFFERS as usize, "{name}: {storage} storage buffers");
         // `bindings` owns the handle.
         bindings.layout = set_layout(&device.raw, name, slots)?;
         let sizes: Vec<_> = slots
@@ -143,6 +144,30 @@ impl Bindings {
             device.name(*set, name);
         }
         Ok(bindings)
+    }
+
+    /// The same as set 1 of pipelines whose set 0 is the first of `shared`.
+    pub fn beside(mut self, shared: &Arc<Self>) -> Self {
+        self.shared = Some(shared.clone());
+        let slots = self.slots().concat();
+        let storage = slots.iter().filter(|slot| slot.kind == Binding::STORAGE_BUFFER).count();
+        debug_assert!(storage <= STORAGE_BUFFERS as usize, "{storage} storage buffers");
+        self
+    }
+
+    /// The sets of a pipeline, the shared one first.
+    fn sets(&self) -> impl Iterator<Item = &Self> {
+        self.shared.as_deref().into_iter().chain([self])
+    }
+
+    /// The slots of each of a pipeline's sets.
+    pub(super) fn slots(&self) -> Vec<Vec<Slot>> {
+        self.sets().map(|set| set.slots.clone()).collect()
+    }
+
+    /// Their layouts.
+    pub(super) fn layouts(&self) -> Vec<vk::DescriptorSetLayout> {
+        self.sets().map(|set| set.layout).collect()
     }
 
     /// One set, filled with a resource for each slot.
@@ -246,7 +271,7 @@ impl Bindings {
         Ok(())
     }
 
-    /// Binds set `index` at `bind_point`.
+    /// Binds set `index` at `bind_point`, and the shared one.
     pub(super) fn bind(
         &self,
         commands: Recorder<'_>,
@@ -254,14 +279,16 @@ impl Bindings {
         layout: vk::PipelineLayout,
         index: usize,
     ) {
-        // SAFETY: the layout was made from this set's layout; the command buffer is recorded.
+        let sets: Vec<_> = self.shared.iter().map(|shared| shared.sets[0]).collect();
+        let sets = [&sets[..], &[self.sets[index]]].concat();
+        // SAFETY: the layout was made from these sets' layouts; the command buffer is recorded.
         unsafe {
             self.device.raw.cmd_bind_descriptor_sets(
                 commands.raw(),
                 bind_point,
                 layout,
                 0,
-                &[self.sets[index]],
+                &sets,
                 &[],
             );
         }

@@ -51,11 +51,22 @@ impl Glsl {
         name: &str,
         define: Option<&str>,
     ) -> Result<Vec<u32>, String> {
+        self.compile_text(level, name, &read(&self.folder.join(name))?, define)
+    }
+
+    /// SPIR-V of the text of a shader, of the kind that `name` has by its extension.
+    ///
+    /// # Errors
+    /// Those of [`Glsl::compile`].
+    pub fn compile_text(
+        &self,
+        level: OptimizationLevel,
+        name: &str,
+        source: &str,
+        define: Option<&str>,
+    ) -> Result<Vec<u32>, String> {
         let path = self.folder.join(name);
         let kind = kind(&path).ok_or_else(|| format!("{name} is no .comp, .vert or .frag"))?;
-        let read = |path: &Path| {
-            fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))
-        };
         let mut options = CompileOptions::new().map_err(|error| error.to_string())?;
         options.set_target_env(TargetEnv::Vulkan, EnvVersion::Vulkan1_3 as u32);
         options.set_optimization_level(level);
@@ -72,11 +83,15 @@ impl Glsl {
         if let Some(define) = define {
             options.add_macro_definition(define, None);
         }
-        let (source, shown) = (read(&path)?, path.to_string_lossy());
+        let shown = path.to_string_lossy();
         let compiled =
-            self.compiler.compile_into_spirv(&source, kind, &shown, "main", Some(&options));
+            self.compiler.compile_into_spirv(source, kind, &shown, "main", Some(&options));
         compiled.map(|spirv| spirv.as_binary().to_vec()).map_err(|error| error.to_string())
     }
+}
+
+fn read(path: &Path) -> Result<String, String> {
+    fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))
 }
 
 /// What a file is by its extension; none if it is no shader.

@@ -103,8 +103,9 @@ fn compiled(
     told: &khr::pipeline_executable_properties::Device,
     of: &PipelineOf,
 ) -> Result<Vec<Compiled>> {
-    let set = set_layout(device, of.name(), of.slots())?;
-    let layout = of.layout(device, set)?;
+    let sets = of.slots().iter().map(|slots| set_layout(device, of.name(), slots));
+    let sets = sets.collect::<Result<Vec<_>>>()?;
+    let layout = of.layout(device, &sets)?;
     let flags = vk::PipelineCreateFlags::CAPTURE_STATISTICS_KHR;
     let pipeline = of.make(device, promises, vk::PipelineCache::null(), layout, flags);
     let stages = match &pipeline {
@@ -116,7 +117,7 @@ fn compiled(
     unsafe {
         device.destroy_pipeline(*pipeline.as_ref().unwrap_or(&vk::Pipeline::null()), None);
         device.destroy_pipeline_layout(layout, None);
-        device.destroy_descriptor_set_layout(set, None);
+        sets.iter().for_each(|set| device.destroy_descriptor_set_layout(*set, None));
     }
     pipeline?;
     let of_stage = |(stage, figures): (String, _)| Compiled {

@@ -1,4 +1,4 @@
-//! Compute and graphics pipelines, each with the layout of its one descriptor set.
+//! Compute and graphics pipelines, each with the layout of its descriptor sets.
 
 use std::collections::HashMap;
 use std::ffi::CStr;
@@ -16,7 +16,8 @@ const MAIN: &CStr = c"main";
 #[derive(PartialEq, Eq, Hash)]
 pub(super) struct PipelineOf {
     shaders: Vec<Code>,
-    slots: Vec<Slot>,
+    /// Of each of its descriptor sets.
+    slots: Vec<Vec<Slot>>,
     push_bytes: u32,
     constants: Vec<[u32; 2]>,
     state: Option<GraphicsState>,
@@ -92,7 +93,7 @@ impl Device {
             return Ok(*made);
         }
         // Not under the lock: drivers compile for seconds.
-        let layout = of.layout(&self.raw, bindings.layout)?;
+        let layout = of.layout(&self.raw, &bindings.layouts())?;
         if self.only_describes() {
             let made = Made { raw: vk::Pipeline::null(), layout };
             self.pipelines_made().made.insert(of, made);
@@ -195,24 +196,23 @@ impl PipelineOf {
         &self.constants
     }
 
-    /// What its set 0 holds.
-    pub(super) fn slots(&self) -> &[Slot] {
+    /// What its sets hold.
+    pub(super) fn slots(&self) -> &[Vec<Slot>] {
         &self.slots
     }
 
-    /// A layout for it, with set 0 of a layout.
+    /// A layout for it, with these of its sets.
     pub(super) fn layout(
         &self,
         device: &ash::Device,
-        set: vk::DescriptorSetLayout,
+        sets: &[vk::DescriptorSetLayout],
     ) -> Result<vk::PipelineLayout> {
-        let sets = [set];
         let ranges = [vk::PushConstantRange {
             stage_flags: vk::ShaderStageFlags::ALL,
             offset: 0,
             size: self.push_bytes,
         }];
-        let info = vk::PipelineLayoutCreateInfo::default().set_layouts(&sets);
+        let info = vk::PipelineLayoutCreateInfo::default().set_layouts(sets);
         let info = if self.push_bytes > 0 { info.push_constant_ranges(&ranges) } else { info };
         // SAFETY: `info` and all it points to outlive the call.
         unsafe { device.create_pipeline_layout(&info, None) }
@@ -337,7 +337,7 @@ pub struct ComputePipeline {
 }
 
 impl ComputePipeline {
-    /// Makes the pipeline of a compute shader whose set 0 is `bindings` and whose push constants
+    /// Makes the pipeline of a compute shader with the sets of `bindings`, and whose push constants
     /// take `push_bytes`.
     ///
     /// # Errors
@@ -351,7 +351,7 @@ impl ComputePipeline {
     ) -> Result<Self> {
         let of = PipelineOf {
             shaders: vec![Code::of(device, shader)],
-            slots: bindings.slots.clone(),
+            slots: bindings.slots(),
             push_bytes,
             constants: specialization.to_vec(),
             state: None,
@@ -384,7 +384,7 @@ impl ComputePipeline {
 }
 
 impl ComputePipeline {
-    /// Dispatches as many workgroups as `arguments` holds at a byte offset, with set 0 of `bindings`.
+    /// Dispatches as many workgroups as `arguments` holds at a byte offset, with the first set of `bindings`.
     pub fn dispatch_indirect(
         &self,
         commands: Recorder<'_>,
@@ -474,7 +474,7 @@ pub struct GraphicsPipeline {
 }
 
 impl GraphicsPipeline {
-    /// Makes the pipeline of a vertex and a fragment shader whose set 0 is `bindings`. Both get the
+    /// Makes the pipeline of a vertex and a fragment shader with the sets of `bindings`. Both get the
     /// same specialization constants.
     ///
     /// # Errors
@@ -489,7 +489,7 @@ impl GraphicsPipeline {
     ) -> Result<Self> {
         let of = PipelineOf {
             shaders: [vertex, fragment].map(|shader| Code::of(device, shader)).into(),
-            slots: bindings.slots.clone(),
+            slots: bindings.slots(),
             push_bytes,
             constants: specialization.to_vec(),
             state: Some(*state),
@@ -498,7 +498,7 @@ impl GraphicsPipeline {
         Ok(Self { raw, layout, device: device.clone() })
     }
 
-    /// Binds the pipeline with set 0 of `bindings` and its push constants.
+    /// Binds the pipeline with the first set of `bindings` and its push constants.
     pub fn bind(&self, commands: Recorder<'_>, bindings: &Bindings, push: &[u8]) {
         let bind_point = vk::PipelineBindPoint::GRAPHICS;
         bindings.bind(commands, bind_point, self.layout, 0);
@@ -509,7 +509,7 @@ impl GraphicsPipeline {
         }
     }
 
-    /// Draws one triangle within a rendering, with set 0 of `bindings`: that of a vertex shader which covers all pixels.
+    /// Draws one triangle within a rendering, with the first set of `bindings`: that of a vertex shader which covers all pixels.
     pub fn draw_triangle(&self, commands: Recorder<'_>, bindings: &Bindings, push: &[u8]) {
         self.bind(commands, bindings, push);
         // SAFETY: everything is bound, and by contract within a rendering.

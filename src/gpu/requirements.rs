@@ -115,7 +115,7 @@ pub(super) struct Capabilities {
     pub storage_buffers_per_stage: u32,
 }
 
-/// Most storage buffers of a set: those of `composite.comp` and the passes that share its set.
+/// Most storage buffers of a pipeline: those that all stages of the tile frame share, and those of `composite.comp`.
 pub(super) const STORAGE_BUFFERS: u32 = 23;
 
 impl Requirements {

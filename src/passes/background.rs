@@ -246,7 +246,7 @@ impl Background {
     /// [`crate::Error::Vulkan`] if the driver refuses.
     pub(super) fn new(
         device: &Arc<Device>,
-        Prepared { frame, environment, appearance, glints, splats, tiles, .. }: Prepared<'_>,
+        Prepared { environment, splats, tiles, .. }: Prepared<'_>,
         sky: &Buffer,
         behind: &Behind,
         layers: bool,
@@ -268,22 +268,16 @@ impl Background {
         });
         let around = Resource::Sampled(&environment.image, &environment.sampler);
         let slots = [
-            (slot::CONSTANTS, Resource::Buffer(&frame.buffer)),
             (slot::COLOR_IMAGE, color),
-            (slot::RAIN_FIELD, Resource::Buffer(tiles.field_or(sky))),
             (slot::DEPTH_IMAGE, depth),
-            (slot::REACH, Resource::Buffer(tiles.reach.as_ref().unwrap_or(sky))),
             (slot::SKY, Resource::Buffer(sky)),
             (slot::WHOLE_MAP, around),
-            (slot::SOURCES, Resource::Buffer(&glints.sources)),
-            (slot::BOW, Resource::Buffer(&glints.bow)),
-            (slot::PICTURES, Resource::Buffer(&appearance.table)),
             (slot::SPLAT_TABLE, Resource::Buffer(&splats.table)),
         ];
-        let bindings = Bindings::all(device, "background", &slots, sets)?;
+        let bindings = Bindings::all(device, "background", &slots, sets)?.beside(&tiles.shared);
         let by_cells = tiles.has_cells();
         let shader =
-            if by_cells { shaders::SKY_COMP_CELLS_BEFORE } else { shaders::SKY_COMP_BEFORE };
+            if by_cells { shaders::SKY_COMP_MEDIUM_BEFORE } else { shaders::SKY_COMP_BEFORE };
         let push = size_of::<BackgroundPush>() as u32;
         let pass = ComputePipeline::new(device, shader, &bindings, push, &tiles.constants)?;
         let radiance_scale = environment.radiance_scale;

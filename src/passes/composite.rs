@@ -159,7 +159,7 @@ impl Passes {
         let sky = || -> Result<SkyPass> {
             let Some(behind) = behind else {
                 let by_cells = tiles.has_cells();
-                let shader = if by_cells { shaders::SKY_COMP_CELLS } else { shaders::SKY_COMP };
+                let shader = if by_cells { shaders::SKY_COMP_MEDIUM } else { shaders::SKY_COMP };
                 return Ok(SkyPass::Environment(pipeline(shader)?));
             };
             let pass = Background::new(device, prepared, &buffers.sky, behind, plan.layers)?;

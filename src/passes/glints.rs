@@ -18,7 +18,7 @@
 //!
 //! - **Far rain** as a medium shows all images of a source as one mean, by the angle between source and drop (`bow`):
 //!   there the bows are, finer than any table of directions. Along streaks of one colour the two brightest draw lines
-//!   (`veil.rs`).
+//!   (`streak_layer.rs`).
 //!
 //! The light of an image is that of its source's mean magnification, so that a rainbow's has a bound. It goes to
 //! one pixel, whole: the box filter of a point. Error: a place is off by up to 0.001 of the radius (of splats see
@@ -29,7 +29,6 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::appearance::{DIRECTIONS, FarDrop};
-use super::frame::FrameBuffer;
 use super::light_constants;
 use super::tiles::Tiles;
 use crate::Result;
@@ -160,7 +159,6 @@ impl SplatTable {
     /// As [`Glints::new`].
     pub(crate) fn new(
         device: &Arc<Device>,
-        frame: &FrameBuffer,
         FarDrop { appearance, glints, flat, .. }: &FarDrop,
         tiles: &Tiles,
     ) -> Result<Self> {
@@ -171,19 +169,15 @@ impl SplatTable {
         let bytes = ENTRY_BYTES * u64::from(entries);
         let table = Buffer::new(device, "splat table", bytes, usage, Memory::Device)?;
         let slots = [
-            (of_splats::CONSTANTS, Resource::Buffer(&frame.buffer)),
-            (of_splats::SOURCES, Resource::Buffer(&glints.sources)),
             (of_splats::FAR_GLINTS_IN, Resource::Buffer(&glints.far_glints)),
-            (of_splats::PICTURES, Resource::Buffer(&appearance.table)),
             (of_splats::SPLAT_TABLE, Resource::Buffer(&table)),
-            // Without flattened rain no shader reads these two.
-            (of_splats::RAIN_FIELD, Resource::Buffer(tiles.field_or(&appearance.table))),
+            // Without flattened rain no shader reads it.
             (
                 of_splats::FLAT_LIGHT,
                 Resource::Buffer(flat.as_ref().map_or(&appearance.table, |flat| &flat.table)),
             ),
         ];
-        let bindings = Bindings::of(device, "splat table", &slots)?;
+        let bindings = Bindings::of(device, "splat table", &slots)?.beside(&tiles.shared);
         let constants = [[constant::FLAT_RAIN, flat.is_some().into()]];
         let shader = shaders::SPLAT_TABLE_COMP;
         let pipeline = ComputePipeline::new(device, shader, &bindings, 0, &constants)?;

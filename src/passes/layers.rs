@@ -87,11 +87,12 @@ impl DropRecords {
         let [column, row] = then.origin.map(f64::from);
         let principal = then.principal.extend(0.0) + DVec3::new(column, row, 0.0);
         motion.principal = with(principal, then.focal_px);
-        for (moved, rain) in motion.rain.iter_mut().zip(scene.populations()) {
-            *moved = seen(rain.velocity * seconds);
-        }
-        for (moved, lattice) in motion.classes.iter_mut().zip(lattices) {
-            *moved = seen(lattice.velocity * (seconds / scene.metres));
+        // Real rain stands alone: there are populations, or lattices.
+        let populations = scene.populations();
+        let boxes = populations.iter().map(|rain| rain.velocity * seconds);
+        let classes = lattices.iter().map(|class| class.velocity * (seconds / scene.metres));
+        for (moved, way) in motion.random.iter_mut().zip(boxes.chain(classes)) {
+            *moved = seen(way);
         }
         let placed: Vec<_> = scene.placed().map(|drop| seen(drop.velocity * seconds)).collect();
         update_buffer(device, commands, &self.motion, 0, bytemuck::bytes_of(&motion));

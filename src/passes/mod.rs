@@ -29,12 +29,12 @@ mod room;
 mod shapes;
 pub mod simulate;
 pub mod sky;
+mod streak_layer;
 pub(crate) mod tile_grid;
 mod tile_lists;
 pub mod tiles;
 pub mod tone_map;
 pub mod totals;
-mod veil;
 
 use rayon::prelude::*;
 

@@ -19,7 +19,7 @@ pub struct RainField {
     device: Arc<Device>,
 }
 
-/// Drops in clusters, as the shaders' `clusters.glsl` has them.
+/// Drops in clusters, as the shaders' `box_population.glsl` has them.
 pub(crate) struct SortedDrops {
     pub order: Buffer,
     pub boxes: Buffer,

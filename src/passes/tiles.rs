@@ -21,7 +21,7 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::appearance::Appearance;
+use super::appearance::FarDrop;
 use super::cells::Cells;
 use super::counters;
 use super::frame::{Frame, FrameBuffer};
@@ -31,18 +31,18 @@ use super::placed::PlacedDrops;
 use super::rain_field::{RainField, SortedDrops};
 use super::room::Room;
 use super::shapes::Shapes;
+use super::streak_layer::StreakLayer;
 use super::tile_grid::{Regions, TILE, TILE_PIXELS, of_view};
 use super::tile_lists::{Lists, TileTexels};
 use super::totals::{
     BIG_GROUPS, BLOCK_GROUPS, COUNTS_WORDS, GATHER_GROUPS, GROUPS_WORDS, LARGE_GROUPS, MAX_BINS,
     SORT_GROUPS,
 };
-use super::veil::Veil;
 use super::{light_constants, rows_of, side_by_side};
 use crate::abi::{CLUSTER, END, MAX_BANDS, STRETCHES};
-use crate::gpu::sets::{constant, group, tiles as slot};
+use crate::gpu::sets::{constant, group, tile_frame, tiles as slot};
 use crate::gpu::{
-    Bindings, Buffer, ComputePipeline, Device, Machine, Memory, Recorder, Resource, Slot, Use,
+    Bindings, Buffer, ComputePipeline, Device, Machine, Memory, Recorder, Resource, Use,
     fill_buffer, memory_barrier, shaders, update_buffer,
 };
 use crate::plan::FramePlan;
@@ -78,8 +78,6 @@ pub struct Tiles {
     pub(super) texels: Option<TileTexels>,
     /// Specialization constants of all passes over the tiles.
     pub(super) constants: Vec<[u32; 2]>,
-    /// How far what is behind the drops is (`glsl/include/reach.glsl`), where it has a depth.
-    pub(super) reach: Option<Buffer>,
     /// The drops' records, where each pixel's nearest drop is wanted.
     pub(crate) records: Option<DropRecords>,
     source: Source,
@@ -88,13 +86,12 @@ pub struct Tiles {
     pub(crate) ray_pieces: RayPieces,
     /// What frames say of the tiles, of the room in their lists, and of clusters.
     in_frame: [[u32; 4]; 3],
+    /// Set 0 of all stages of the frame.
+    pub(super) shared: Arc<Bindings>,
     bindings: Bindings,
     passes: Passes,
     placed: PlacedDrops,
-    veil: Veil,
-    /// How large drops move.
-    moves: Buffer,
-    shapes: Shapes,
+    pub(super) streak_layer: StreakLayer,
 }
 
 /// The pipelines.
@@ -137,16 +134,11 @@ impl Source {
         Ok((Self::Cells(Box::new((cells, [order, field]))), room))
     }
 
-    /// What is bound for `clusters.glsl`, or `cells.glsl`.
-    fn slots(&self) -> [(Slot, &Buffer); 2] {
+    /// The drops' order; the boxes of clusters and the `RainField`, one of which is missing.
+    fn buffers(&self) -> (&Buffer, [Option<&Buffer>; 2]) {
         match self {
-            Self::Clusters(sorted) => {
-                [(slot::DROP_ORDER, &sorted.order), (slot::CLUSTER_BOXES, &sorted.boxes)]
-            }
-            Self::Cells(cells) => {
-                let [order, field] = &cells.1;
-                [(slot::DROP_ORDER, order), (slot::RAIN_FIELD, field)]
-            }
+            Self::Clusters(sorted) => (&sorted.order, [Some(&sorted.boxes), None]),
+            Self::Cells(cells) => (&cells.1[0], [None, Some(&cells.1[1])]),
         }
     }
 }
@@ -237,10 +229,10 @@ impl Tiles {
     /// [`Error::Limit`] if the drops or the image's pixels are more than the device's bindings or
     /// dispatches take; [`Error::Memory`] if it has no room for them; [`Error::Vulkan`] if the driver
     /// refuses.
-    pub fn new(
+    pub(crate) fn new(
         device: &Arc<Device>,
         frame: &FrameBuffer,
-        appearance: &Appearance,
+        FarDrop { appearance, glints, .. }: &FarDrop,
         rain: &RainField,
         scene: &Scene,
         plan: &FramePlan,
@@ -284,7 +276,7 @@ impl Tiles {
         let lens = plan.lens != Lens::Pinhole;
         let placed = PlacedDrops::new(device, scene, moves)?;
         let in_pixels = (across * TILE.0, down * TILE.1);
-        let veil = Veil::new(device, scene, plan, in_pixels, in_view)?;
+        let streak_layer = StreakLayer::new(device, scene, plan, in_pixels, in_view)?;
         let large_moves =
             make("motions of large drops", 32 * if moves || lens { room.larges } else { 1 })?;
         let shapes = Shapes::new(device, scene, plan, room.larges)?;
@@ -297,29 +289,40 @@ impl Tiles {
         let found = make("clusters in view", found)?;
         let counters = counters::buffer(device)?;
         let texels = TileTexels::of(device, &lists, &appearance.table)?;
+        let (order, [boxes, field]) = source.buffers();
+        let shared = [
+            (tile_frame::CONSTANTS, &frame.buffer),
+            // Without cells no shader reads it, without a depth none the next.
+            (tile_frame::RAIN_FIELD, field.unwrap_or(&found)),
+            (tile_frame::REACH, reach.as_ref().unwrap_or(&found)),
+            (tile_frame::TOTALS, &lists.totals),
+            (tile_frame::NODES, &lists.nodes),
+            (tile_frame::HEADS, &lists.heads),
+            (tile_frame::LARGES, &lists.larges),
+            (tile_frame::MOVES, &large_moves),
+            (tile_frame::LARGE_SHAPES, &shapes.large),
+            (tile_frame::BLOCKS, &lists.blocks),
+            (tile_frame::PICTURES, &appearance.table),
+            (tile_frame::SOURCES, &glints.sources),
+            (tile_frame::BOW, &glints.bow),
+            (tile_frame::VEIL, &streak_layer.buffer),
+            (tile_frame::COUNTERS, &counters),
+        ]
+        .map(|(slot, buffer)| (slot, Resource::Buffer(buffer)));
+        let shared = Arc::new(Bindings::of(device, "tile frame", &shared)?);
         // Without records no shader reads or writes them.
         let record_slots = DropRecords::slots(records.as_ref(), (&found, &frame.buffer));
         let buffers = [
-            (slot::CONSTANTS, &frame.buffer),
-            (slot::TOTALS, &lists.totals),
-            (slot::NODES, &lists.nodes),
-            (slot::HEADS, &lists.heads),
-            (slot::LARGES, &lists.larges),
-            (slot::BIGS, &lists.bigs),
-            (slot::BLOCKS, &lists.blocks),
-            (slot::PICTURES, &appearance.table),
-            (slot::PLACED_DROPS, &placed.buffer),
-            (slot::COUNTERS, &counters),
+            (slot::DROP_ORDER, order),
+            // Cells have none.
+            (slot::CLUSTER_BOXES, boxes.unwrap_or(&found)),
             (slot::IN_VIEW, &found),
-            // Without a depth no shader reads it.
-            (slot::REACH, reach.as_ref().unwrap_or(&found)),
+            (slot::PLACED_DROPS, &placed.buffer),
             (slot::PLACED_MOTIONS, &placed.motions),
-            (slot::VEIL, &veil.buffer),
-            (slot::MOVES, &large_moves),
             (slot::SHAPES, &shapes.given),
-            (slot::LARGE_SHAPES, &shapes.large),
+            (slot::BIGS, &lists.bigs),
         ];
-        let buffers = buffers.into_iter().chain(source.slots()).chain(record_slots);
+        let buffers = buffers.into_iter().chain(record_slots);
         let views = texels.iter().flat_map(|texels| {
             [(slot::LARGE_TEXELS, &texels.larges), (slot::PICTURE_TEXELS, &texels.pictures)]
         });
@@ -327,7 +330,7 @@ impl Tiles {
             .map(|(slot, buffer)| (slot, Resource::Buffer(buffer)))
             .chain(views.map(|(slot, view)| (slot, Resource::Texels(view))))
             .collect();
-        let bindings = Bindings::of(device, "tiles", &slots)?;
+        let bindings = Bindings::of(device, "tiles", &slots)?.beside(&shared);
         let constants = constants_of(scene, plan, [has_cells, has_depth, is_flat]);
         let passes = Passes::new(device, &bindings, &constants, has_cells, texels.is_some())?;
         Ok(Self {
@@ -339,7 +342,6 @@ impl Tiles {
                 && texels.is_some()
                 && plan.splat_px > 0.0,
             counters,
-            reach,
             records,
             source,
             in_frame,
@@ -348,11 +350,10 @@ impl Tiles {
             ray_pieces,
             constants,
             texels,
+            shared,
             bindings,
             placed,
-            veil,
-            moves: large_moves,
-            shapes,
+            streak_layer,
         })
     }
 
@@ -361,27 +362,14 @@ impl Tiles {
         matches!(self.source, Source::Cells(..))
     }
 
-    /// The `RainField` of real rain, or what is to be bound in its place.
-    pub(super) fn field_or<'a>(&'a self, other: &'a Buffer) -> &'a Buffer {
-        match &self.source {
-            Source::Cells(cells) => &cells.1[1],
-            Source::Clusters(_) => other,
-        }
-    }
-
     /// Numbers of workgroups that the passes leave for indirect dispatches.
     pub(crate) fn totals(&self) -> &Buffer {
         &self.lists.totals
     }
 
-    /// The lists of the veil, how large drops move, and what shape they have.
-    pub(super) fn of_larges(&self) -> [&Buffer; 3] {
-        [&self.veil.buffer, &self.moves, &self.shapes.large]
-    }
-
     /// Whether there may be streaks of one colour.
     pub(super) fn has_veil(&self) -> bool {
-        self.veil.reset > 0
+        self.streak_layer.reset > 0
     }
 
     /// Large drops that there is room for.
@@ -397,7 +385,7 @@ impl Tiles {
     /// Completes a frame's constants.
     pub fn complete(&self, frame: &mut Frame) {
         [frame.tiles, frame.room, frame.clusters] = self.in_frame;
-        frame.veil = self.veil.in_frame;
+        frame.streaks = self.streak_layer.in_frame;
     }
 
     /// Records the reset of what is counted and linked, the placed drops' places, what is `seen` of real rain
@@ -426,8 +414,14 @@ impl Tiles {
         for (buffer, value) in [(&self.counters, 0), (&self.lists.heads, END)] {
             fill_buffer(device, commands, buffer, 0..buffer.size, value);
         }
-        if self.veil.reset > 0 {
-            fill_buffer(device, commands, &self.veil.buffer, 0..self.veil.reset, END);
+        if self.streak_layer.reset > 0 {
+            fill_buffer(
+                device,
+                commands,
+                &self.streak_layer.buffer,
+                0..self.streak_layer.reset,
+                END,
+            );
         }
         // 0 x 1 x 1 workgroups each; all counts 0.
         let mut totals = [0u32; COUNTS_WORDS];
@@ -441,7 +435,7 @@ impl Tiles {
 
     /// Whether a view of the same with the other's room has more.
     pub fn has_more_room_than(&self, other: &Self) -> bool {
-        let room = |tiles: &Self| (tiles.in_frame, tiles.veil.in_frame);
+        let room = |tiles: &Self| (tiles.in_frame, tiles.streak_layer.in_frame);
         room(self) != room(other)
     }
 

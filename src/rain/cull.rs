@@ -1,4 +1,4 @@
-//! Which drops are in view: the twin of the second half of `glsl/simulate.comp`, bit for bit.
+//! Which drops are in view: the same as the second half of `glsl/simulate.comp`, bit for bit.
 //!
 //! Only products, sums and comparisons of float32, each rounded by itself, so that every driver and
 //! the CPU agree on every drop, and counts can be compared exactly.

@@ -1,4 +1,4 @@
-//! Where every drop of the rain is at any time: exact integers, the twin of `glsl/simulate.comp`.
+//! Where every drop of the rain is at any time: exact integers, the same as `glsl/simulate.comp`.
 //!
 //! A drop's place in the rain box is three `u32` fractions of the box, so wrapping around is what
 //! the integers do by themselves: `place(t) = start(seed, index) + shift(t)`. The start is a hash;

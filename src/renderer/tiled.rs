@@ -49,17 +49,15 @@ impl Tiled {
             plan.optics == Optics::Appearance || scene.real_rain().is_some() || shows_sources;
         let is_flat = plan.shape.flattens_rain(scene);
         let far = lighting.far_drop(&plan.light, true, filled, is_flat)?;
-        let FarDrop { seen, appearance, glints, .. } = &*far;
+        let FarDrop { seen, glints, .. } = &*far;
         let nothing = plan.layers.then(|| Behind::Plate(Arc::new(BackgroundImages::none())));
         let behind = behind.or(nothing.as_ref());
         let has_depth = behind.is_some_and(Behind::has_depth);
-        let tiles = Tiles::new(device, frame, appearance, rain, scene, plan, has_depth)?;
-        let splats = SplatTable::new(device, frame, &far, &tiles)?;
+        let tiles = Tiles::new(device, frame, &far, rain, scene, plan, has_depth)?;
+        let splats = SplatTable::new(device, &far, &tiles)?;
         let prepared = Prepared {
-            frame,
             environment: &lighting.environment,
             seen_by_drops: seen,
-            appearance,
             glints,
             splats: &splats,
             tiles: &tiles,
@@ -83,7 +81,7 @@ impl Tiled {
         self.tiles.complete(frame);
         if self.far.glints.count == 0 {
             // Nothing draws lines.
-            frame.veil[2] = 0;
+            frame.streaks[2] = 0;
         }
     }
 

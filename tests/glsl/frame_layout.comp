@@ -31,6 +31,6 @@ void main() {
     copies[19] = frame.room;
     copies[20] = frame.clusters;
     copies[21] = floatBitsToUint(frame.moved);
-    copies[22] = frame.veil;
+    copies[22] = frame.streaks;
     copies[23] = floatBitsToUint(frame.lens);
 }

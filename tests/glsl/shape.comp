@@ -6,10 +6,14 @@
 #include "light_model.glsl"
 #include "optics.glsl"
 
+// In place of tile_buffers.glsl and drop_light.glsl.
+#define TILE_BUFFERS_GLSL
 const uint SPHERES = 0, SHAPE = 2;
+#define DROP_LIGHT_GLSL
 const float LEAST_REST = 1e-4;
 
-// In place of the environment: where it is asked for radiance, and how wide.
+// In place of environment.glsl: where it is asked for radiance, and how wide.
+#define ENVIRONMENT_GLSL
 vec4 asked[4] = vec4[4](vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0));
 uint times_asked = 0u;
 #define sampler2D int

@@ -58,14 +58,18 @@ fn some_numbers_are_those_that_a_reader_finds_in_the_shaders() {
         assert!(own.lines().any(|other| other.trim() == line), "{module}: no '{line}' in {own}");
     };
     for (set, slot, number, kind) in [
-        ("background", "COLOR_IMAGE", 1, "COMBINED_IMAGE_SAMPLER"),
-        ("background", "DEPTH_IMAGE", 3, "COMBINED_IMAGE_SAMPLER"),
-        ("background", "REACH", 4, "STORAGE_BUFFER"),
-        // One name in two sets: SKY_BINDING of sky.comp.
-        ("background", "SKY", 5, "STORAGE_BUFFER"),
-        ("composite", "SKY", 12, "STORAGE_BUFFER"),
-        ("composite", "SPLAT_TABLE", 16, "STORAGE_BUFFER"),
-        ("tiles", "NODES", 4, "STORAGE_BUFFER"),
+        ("background", "COLOR_IMAGE", 18, "COMBINED_IMAGE_SAMPLER"),
+        ("background", "DEPTH_IMAGE", 19, "COMBINED_IMAGE_SAMPLER"),
+        // sky.comp is in two sets, and writes one buffer.
+        ("background", "SKY", 1, "STORAGE_BUFFER"),
+        ("composite", "SKY", 1, "STORAGE_BUFFER"),
+        ("composite", "SPLAT_TABLE", 5, "STORAGE_BUFFER"),
+        ("splat_table", "SPLAT_TABLE", 5, "STORAGE_BUFFER"),
+        ("tile_frame", "CONSTANTS", 0, "UNIFORM_BUFFER"),
+        ("tile_frame", "NODES", 4, "STORAGE_BUFFER"),
+        ("tile_frame", "REACH", 12, "STORAGE_BUFFER"),
+        ("glints", "SOURCES", 14, "STORAGE_BUFFER"),
+        ("simulate", "COUNTERS", 11, "STORAGE_BUFFER"),
         ("renew_map", "HOST_IMAGE", 0, "COMBINED_IMAGE_SAMPLER"),
         ("renew_map", "REST", 2, "STORAGE_IMAGE"),
         ("motion_depth", "CONSTANTS", 0, "UNIFORM_BUFFER"),

@@ -14,3 +14,4 @@ mod generated;
 mod mutants;
 mod new_key;
 mod scene_keys;
+mod shaders;

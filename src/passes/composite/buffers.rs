@@ -8,9 +8,7 @@ use crate::Result;
 use crate::abi::LISTED_TILES;
 use crate::gpu::sets::composite as slot;
 use crate::gpu::{Bindings, Buffer, Device, Memory, Resource, Slot, Texel, Texels};
-use crate::passes::appearance::Appearance;
 use crate::passes::environment::EnvironmentMap;
-use crate::passes::frame::FrameBuffer;
 use crate::passes::glints::{Glints, SplatTable};
 use crate::passes::tile_grid::TILE_PIXELS;
 use crate::passes::tiles::Tiles;
@@ -22,15 +20,11 @@ const PIXEL_BYTES: u64 = 8;
 /// What others have prepared, which the passes read.
 #[derive(Clone, Copy)]
 pub struct Prepared<'a> {
-    /// The frame's constants.
-    pub frame: &'a FrameBuffer,
     /// The whole environment, which is behind the drops.
     pub environment: &'a EnvironmentMap,
     /// What drops see of it as a texture.
     pub seen_by_drops: &'a EnvironmentMap,
-    /// A far drop's pictures.
-    pub appearance: &'a Appearance,
-    /// The bright sources, and their images in a far drop.
+    /// The bright sources.
     pub glints: &'a Glints,
     /// What splats show.
     pub splats: &'a SplatTable,
@@ -89,7 +83,7 @@ impl Buffers {
                 Usage::empty(),
             )?,
             drawn_tiles: make("drawn tiles", 4 * u64::from(drawn), Usage::empty())?,
-            veil_light: make("veil light", 16 * lit, texels)?,
+            veil_light: make("light of streaks", 16 * lit, texels)?,
             line_sums: maybe(has_lines, "sums of lines", 4 * TILE_PIXELS * count, of_lines)?,
         })
     }
@@ -100,21 +94,21 @@ impl Buffers {
         device: &Arc<Device>,
         Prepared { splats, tiles, .. }: Prepared<'_>,
     ) -> Result<Option<[(Slot, Texels); 5]>> {
-        let [veil, ..] = tiles.of_larges();
+        let links = &tiles.streak_layer.buffer;
         let fit = tiles.texels.is_some()
             && Texels::fit(device, &self.sky, Texel::FourWords)
-            && Texels::fit(device, veil, Texel::TwoWords);
+            && Texels::fit(device, links, Texel::TwoWords);
         if !fit {
             return Ok(None);
         }
         let four_words = |name, buffer| Texels::new(device, name, buffer, Texel::FourWords);
         let lines = self.line_sums.as_ref().unwrap_or(&self.sky);
-        let links = Texels::new(device, "texels of the veil's links", veil, Texel::TwoWords)?;
+        let links = Texels::new(device, "texels of streaks' links", links, Texel::TwoWords)?;
         Ok(Some([
             (slot::SKY_TEXELS, four_words("texels of the sky", &self.sky)?),
             (slot::SPLAT_TEXELS, four_words("texels of splats", &splats.table)?),
             (slot::LINE_TEXELS, four_words("texels of lines", lines)?),
-            (slot::VEIL_TEXELS, four_words("texels of the veil's light", &self.veil_light)?),
+            (slot::VEIL_TEXELS, four_words("texels of their light", &self.veil_light)?),
             (slot::LINK_TEXELS, links),
         ]))
     }
@@ -126,35 +120,17 @@ impl Buffers {
         prepared: Prepared<'_>,
         texels: Option<&[(Slot, Texels); 5]>,
     ) -> Result<Bindings> {
-        let Prepared { frame, environment, seen_by_drops, appearance, glints, splats, tiles } =
-            prepared;
-        let (lists, [veil, moves, shapes]) = (&tiles.lists, tiles.of_larges());
+        let Prepared { environment, seen_by_drops, splats, tiles, .. } = prepared;
         let buffers = [
-            (slot::CONSTANTS, &frame.buffer),
-            (slot::RAIN_FIELD, tiles.field_or(&self.sky)),
-            (slot::TOTALS, &lists.totals),
-            (slot::NODES, &lists.nodes),
-            (slot::HEADS, &lists.heads),
-            (slot::LARGES, &lists.larges),
-            (slot::BLOCKS, &lists.blocks),
-            (slot::PICTURES, &appearance.table),
             (slot::RADIANCE, &self.radiance),
             (slot::SKY, &self.sky),
             (slot::LOG_SUMS, &self.log_sums),
             (slot::DISORDERED, &self.disordered_tiles),
             (slot::DRAWN_TILES, &self.drawn_tiles),
-            (slot::COUNTERS, &tiles.counters),
             (slot::SPLAT_TABLE, &splats.table),
-            (slot::SOURCES, &glints.sources),
-            (slot::BOW, &glints.bow),
-            // Without a depth no shader reads it.
-            (slot::REACH, tiles.reach.as_ref().unwrap_or(&self.sky)),
-            (slot::VEIL, veil),
             (slot::VEIL_LIGHT, &self.veil_light),
             // Without lines no shader reads it.
             (slot::LINE_SUMS, self.line_sums.as_ref().unwrap_or(&self.sky)),
-            (slot::MOVES, moves),
-            (slot::LARGE_SHAPES, shapes),
             // Where it is not wanted no shader writes it.
             (slot::NEAREST_DROPS, self.nearest.as_ref().unwrap_or(&self.sky)),
         ];
@@ -171,6 +147,6 @@ impl Buffers {
             .chain(maps.map(|(slot, map)| (slot, Resource::Sampled(&map.image, &map.sampler))))
             .chain(views.map(|(slot, view)| (slot, Resource::Texels(view))))
             .collect();
-        Bindings::of(device, "composite", &slots)
+        Ok(Bindings::of(device, "composite", &slots)?.beside(&tiles.shared))
     }
 }

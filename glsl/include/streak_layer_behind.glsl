@@ -1,4 +1,11 @@
-// What of the veil is between two distances, over a tile's pixels. Needs veil.glsl, disc.glsl, by_four.glsl.
+#ifndef STREAK_LAYER_BEHIND_GLSL
+#define STREAK_LAYER_BEHIND_GLSL
+// What of the streak layer is between two distances, over a tile's pixels.
+#include "by_four.glsl"
+#include "disc.glsl"
+#include "reach.glsl"
+#include "streak.glsl"
+#include "streak_layer.glsl"
 
 // Optical depths are summed up in whole units, so that no order of the streaks changes a bit.
 const float DEPTH_UNITS = 16777216.0;
@@ -11,7 +18,7 @@ ivec4 optical_depth(vec4 x) {
     return ivec4(depth * DEPTH_UNITS + 0.5);
 }
 
-// The same within 0.2 % of x up to THIN, without a root and a division, which take half of a streak's time on CPU drivers.
+// Is within 0.2 % of that for x up to THIN, without a root and a division, which take half of a streak's time on CPU drivers.
 ivec4 thin_optical_depth(vec4 x) {
     precise vec4 depth = x * (1.0 + x * (0.5 + x * (0.3333333 + x * (0.25 + 0.38 * x))));
     return ivec4(depth * DEPTH_UNITS + 0.5);
@@ -35,7 +42,7 @@ void add_depths(inout Depths depths, uint distance2, ivec4 above, ivec4 below) {
 #ifdef TEXELS
 uvec2 link_at(uint link) { return texelFetch(link_texels, int(VEIL_HEADS / 2u + link)).xy; }
 #else
-uvec2 link_at(uint link) { return uvec2(veil[VEIL_HEADS + 2u * link], veil[VEIL_HEADS + 2u * link + 1u]); }
+uvec2 link_at(uint link) { return uvec2(streak_layer[VEIL_HEADS + 2u * link], streak_layer[VEIL_HEADS + 2u * link + 1u]); }
 #endif
 
 const uint NO_LINK = 0x80000000u; // more than there can be
@@ -43,7 +50,7 @@ const uint NO_LINK = 0x80000000u; // more than there can be
 // The first link of a tile's cell of a kind; `in_pixels`: the tile's corner from that of the first tile.
 uint first_link(const uint kind, uvec2 in_pixels) {
     uvec2 cell = in_pixels / CELLS_PX[kind];
-    return veil[first_cell(kind) + cell.y * cells_of(kind).x + cell.x];
+    return streak_layer[first_cell(kind) + cell.y * cells_of(kind).x + cell.x];
 }
 
 // Adds what a record covers of a tile, if its squared distance, as bits, is from `from` on and under `to`. `first`: its first
@@ -98,7 +105,7 @@ vec4 cover_of(ivec4 depth) {
     return 1.0 - exp(vec4(depth) * (-1.0 / DEPTH_UNITS));
 }
 
-// Optical depths of the veil over a tile's pixels; `in_pixels`: its corner from that of the first tile.
+// Optical depths of the streak layer over a tile's pixels; `in_pixels`: its corner from that of the first tile.
 Depths veil_depths(uvec2 in_pixels, uint from, uint to) {
     Depths depths = Depths(ivec4(0), ivec4(0));
     vec2 corner = vec2(in_pixels + first_tile() * TILE);
@@ -112,3 +119,4 @@ Depths veil_depths(uvec2 in_pixels, uint from, uint to) {
     }
     return depths;
 }
+#endif

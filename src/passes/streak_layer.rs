@@ -1,4 +1,4 @@
-//! Streaks of one colour, which need no order: the lists that `glsl/include/veil.glsl` has of them.
+//! Streaks of one colour, which need no order: the lists that `glsl/include/streak_layer.glsl` has of them.
 //!
 //! While the shutter is open a small drop becomes a streak, thin and long: it meets many tiles, and covers little of
 //! each. Most of rain is of this kind. A far drop's mean light depends on its direction alone, so streaks over one
@@ -45,7 +45,7 @@ const LINKS_A_PART: u64 = 4;
 const MOST_PARTS: u64 = (MOST_GROUPS * group::LINES_COMP[0]) as u64;
 
 /// The lists of the cells.
-pub(super) struct Veil {
+pub(super) struct StreakLayer {
     pub buffer: Buffer,
     /// Bytes of the cells' first links, which are reset for each frame.
     pub reset: u64,
@@ -53,7 +53,7 @@ pub(super) struct Veil {
     pub in_frame: [u32; 4],
 }
 
-impl Veil {
+impl StreakLayer {
     /// Lists for tiles of so many pixels and drops in view; where they are not used, something to bind.
     ///
     /// # Errors
@@ -98,7 +98,7 @@ impl Veil {
         let usage = vk::BufferUsageFlags::STORAGE_BUFFER
             | vk::BufferUsageFlags::UNIFORM_TEXEL_BUFFER
             | vk::BufferUsageFlags::TRANSFER_DST;
-        let buffer = Buffer::new(device, "veil", bytes, usage, Memory::Device)?;
+        let buffer = Buffer::new(device, "streak layer", bytes, usage, Memory::Device)?;
         Ok(Self {
             buffer,
             reset,

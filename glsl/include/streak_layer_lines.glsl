@@ -1,6 +1,13 @@
-// The lines that the brightest source draws along wide streaks of the veil: while a drop falls, each of its images of the
+#ifndef STREAK_LAYER_LINES_GLSL
+#define STREAK_LAYER_LINES_GLSL
+// The lines that the brightest source draws along wide streaks of the streak layer: while a drop falls, each of its images of the
 // source stays at one place of its outline. The two brightest are drawn (lines.comp); other light is spread over the
-// streak. Needs projection.glsl, appearance.glsl, sources.glsl, far_glints.glsl, `splat_table`.
+// streak.
+#include "far_glints.glsl"
+#include "projection.glsl"
+#include "shared_exponent.glsl"
+#include "splat_table.glsl"
+#include "tile_buffers.glsl"
 
 const vec3 LUMINANCE = vec3(0.2126, 0.7152, 0.0722); // Rec. 709
 
@@ -10,7 +17,7 @@ struct Lines {
     uint light;         // of the first, packed
 };
 
-// Of a drop at a pixel of the whole picture. Without an image in it the light is 0.
+// Finds the lines of a drop at a pixel of the whole picture. Without an image in it the light is 0.
 Lines lines_at(vec2 pixel) {
     vec3 ray = normalize(ray_through(pixel));
     mat3 world = mat3(frame.right.xyz, frame.up.xyz, frame.back.xyz);
@@ -30,3 +37,4 @@ Lines lines_at(vec2 pixel) {
     float share = dot(unpack_radiance(images.z), LUMINANCE) / max(brightest, 1e-30);
     return Lines(places.x * on_screen, places.y * on_screen, share, images.y);
 }
+#endif

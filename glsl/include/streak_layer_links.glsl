@@ -1,4 +1,12 @@
-// Enters streaks into the lists of the veil's cells. Needs veil.glsl, counters.glsl.
+#ifndef STREAK_LAYER_LINKS_GLSL
+#define STREAK_LAYER_LINKS_GLSL
+// Enters streaks into the lists of the streak layer's cells.
+#ifndef VEIL_ACCESS
+#define VEIL_ACCESS
+#endif
+#include "motion.glsl"
+#include "streak.glsl"
+#include "streak_layer.glsl"
 
 // A node that holds a streak, or a disc, packed.
 void write_veil_node(uint node, float distance2, uvec2 at, uvec4 rest) {
@@ -69,9 +77,10 @@ void enter_streak(uint record, Streak s, VeilCells c, uint link) {
         for (int i = first; i <= last; ++i) {
             uvec2 place = s.upright ? uvec2(i, c.first + row) : uvec2(c.first + row, i);
             uint head = heads + place.y * uint(count.x) + place.x, word = links + 2u * link;
-            veil[word] = record;
-            veil[word + 1u] = atomicExchange(veil[head], link);
+            streak_layer[word] = record;
+            streak_layer[word + 1u] = atomicExchange(streak_layer[head], link);
             ++link;
         }
     }
 }
+#endif

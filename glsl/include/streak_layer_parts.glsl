@@ -1,5 +1,12 @@
-// Enters streaks of which a bright source draws lines, part by part, for lines.comp. Needs veil.glsl, counters.glsl,
-// together.glsl.
+#ifndef STREAK_LAYER_PARTS_GLSL
+#define STREAK_LAYER_PARTS_GLSL
+// Enters streaks of which a bright source draws lines, part by part, for lines.comp.
+#ifndef VEIL_ACCESS
+#define VEIL_ACCESS
+#endif
+#include "streak.glsl"
+#include "together.glsl"
+#include "streak_layer.glsl"
 
 void enter_parts(uint record, Streak s, bool has_lines) {
     vec2 from = vec2(first_tile() * TILE), to = vec2(end_tile() * TILE);
@@ -20,7 +27,8 @@ void enter_parts(uint record, Streak s, bool has_lines) {
         count = 0u;
     }
     for (uint i = 0u; i < count; ++i) {
-        veil[line_part(place + i)] = record;
-        veil[line_part(place + i) + 1u] = first + i;
+        streak_layer[line_part(place + i)] = record;
+        streak_layer[line_part(place + i) + 1u] = first + i;
     }
 }
+#endif
