@@ -30,7 +30,7 @@ fn rain(c: &mut Criterion) {
         b.iter(|| (0..rain.count).for_each(|index| _ = black_box(rain.place(index, shift))));
     });
     group.bench_function("count_visible", |b| b.iter(|| count_visible(black_box(&scene))));
-    group.bench_function("clusters", |b| b.iter(|| Clusters::new(black_box(&[rain]), 0)));
+    group.bench_function("clusters", |b| b.iter(|| Clusters::new(black_box(&[rain]), &[])));
     group.finish();
 }
 

@@ -14,21 +14,50 @@
 
 layout(local_size_x = 64) in;
 
-// Is any drop in view whose place from the camera is in the box? `middle`: of the box, on the side of those
-// drops.
-bool in_view(Population p, uvec3 low, uvec3 edges, out vec3 middle) {
-    uvec3 high = low + edges;
+// The drops, then two for each of their clusters (`records` in src/passes/placed.rs).
+layout(std430, set = 1, binding = 3) readonly buffer PlacedDrops { Placed placed[]; };
+
+// Where the drops of a cluster may be, from the camera along the world's axes, and how far they reach over it.
+struct Around {
+    vec3 center;
+    vec3 half_size;
+    float reach;
+    vec3 middle; // on the side of the drops: in front of the camera, or behind
+};
+
+// Rounding must not lose a drop that `visibility` would show.
+float with_rounding(float reach, vec3 size) {
+    return reach * 1.001 + 1e-5 * length(size);
+}
+
+// Random drops: their box at tick 0, moved.
+Around around_random(uint cluster) {
+    uvec4 box = cluster_boxes[cluster];
+    uvec3 edges = ((uvec3(box.w, box.w >> 10, box.w >> 20) & 1023u) + 1u << 22) - 1u;
+    Population p = population_numbered(box.w >> 30);
+    uvec3 low = box.xyz + p.shift.xyz - p.camera_place.xyz, high = low + edges;
     // A box that straddles the far side of the rain's has drops on both sides of the camera.
     bvec3 straddles = lessThan(ivec3(high), ivec3(low));
     vec3 from = mix(vec3(ivec3(low)), vec3(-2147483648.0), straddles) * p.units.xyz;
     vec3 to = mix(vec3(ivec3(high)), vec3(2147483648.0), straddles) * p.units.xyz;
-    vec3 center = 0.5 * (from + to), half_size = 0.5 * (to - from);
-    half_size += 0.5 * abs(p.moved.xyz);
-    // Rounding must not lose a drop that `visibility` would show.
-    float reach = p.units.w * 1.001 + 1e-5 * length(frame.extent.xyz);
-    bool result = meets_view(center, half_size, reach_from_box(center, half_size, reach));
-    middle = mix(center, -sign(frame.back.xyz) * half_size, straddles);
-    return result;
+    Around a;
+    a.center = 0.5 * (from + to);
+    a.half_size = 0.5 * (to - from) + 0.5 * abs(p.moved.xyz);
+    a.reach = with_rounding(p.units.w, frame.extent.xyz);
+    a.middle = mix(a.center, -sign(frame.back.xyz) * a.half_size, straddles);
+    return a;
+}
+
+// Placed drops: the box that holds them in this frame.
+Around around_placed(uint number) {
+    uint at = frame.shift.w - frame.camera_place.w + 2u * number;
+    Placed box = placed[at];
+    Around a;
+    a.center = relative_placed(box);
+    a.half_size = placed[at + 1u].high.xyz;
+    a.reach = with_rounding(box.high.w, abs(a.center) + a.half_size);
+    a.middle = a.center;
+    return a;
 }
 
 void main() {
@@ -39,21 +68,18 @@ void main() {
     uint cluster = group * gl_WorkGroupSize.x + gl_LocalInvocationID.x;
     if (cluster >= CLUSTERS) return;
 
-    // Drops placed by hand can be anywhere.
-    uint band = BANDS - 1u, region = cluster % MAX_REGIONS * REGIONS / MAX_REGIONS;
-    bool seen = true;
-    if (cluster < RANDOM_CLUSTERS) {
-        uvec4 around = cluster_boxes[cluster];
-        uvec3 edges = ((uvec3(around.w, around.w >> 10, around.w >> 20) & 1023u) + 1u << 22) - 1u;
-        vec3 middle;
-        Population p = population_numbered(around.w >> 30);
-        seen = in_view(p, around.xyz + p.shift.xyz - p.camera_place.xyz, edges, middle);
-        float depth = -dot(frame.back.xyz, middle);
-        // Bands have equal volumes in any pixel's view.
-        float share = clamp(depth / dot(abs(frame.back.xyz), frame.extent.xyz), 0.0, 1.0);
-        band -= min(uint(pow(share, 3.0) * float(BANDS)), BANDS - 1u);
-        region = region_at(middle, depth, p.units.w);
+    Around a;
+    if (HAS_PLACED != 0u && cluster >= RANDOM_CLUSTERS) {
+        a = around_placed(cluster - RANDOM_CLUSTERS);
+    } else {
+        a = around_random(cluster);
     }
+    bool seen = meets_view(a.center, a.half_size, reach_from_box(a.center, a.half_size, a.reach));
+    float depth = -dot(frame.back.xyz, a.middle);
+    // Bands have equal volumes in any pixel's view.
+    float share = clamp(depth / dot(abs(frame.back.xyz), max(frame.extent.xyz, vec3(uintBitsToFloat(frame.clusters.w)))), 0.0, 1.0);
+    uint band = BANDS - 1u - min(uint(pow(share, 3.0) * float(BANDS)), BANDS - 1u);
+    uint region = region_at(a.middle, depth, a.reach);
     uvec4 seen_here = subgroupBallot(seen);
     uint number = 0u, count = subgroupBallotBitCount(seen_here), before = subgroupBallotExclusiveBitCount(seen_here);
     bool leads = subgroupElect();

@@ -82,7 +82,7 @@ pub struct Frame {
 impl Frame {
     /// Of a scene of rain alone, whose image is whole tiles.
     pub fn new(scene: &Scene, environment: &Environment) -> Self {
-        let clusters = Clusters::new(&scene.populations(), 0);
+        let clusters = Clusters::new(&scene.populations(), &[]);
         let start = |axis: usize| {
             clusters.order.par_iter().map(|index| start(scene.seed, *index)[axis]).collect()
         };

@@ -42,11 +42,8 @@ impl Frame {
         let tick = drawn_tick(scene);
         let is_exposed = if scene.is_exposed() { 1.0 } else { 0.0 };
         let populations = scene.populations();
-        let least_radius = populations
-            .iter()
-            .map(|rain| rain.radius)
-            .chain(scene.placed().map(|drop| drop.radius))
-            .fold(f64::INFINITY, f64::min);
+        let least_radius =
+            populations.iter().map(|rain| rain.radius).fold(scene.least_placed_radius(), f64::min);
         let mut frame = Self {
             right: with(sight.axes[0], 0.0),
             up: with(sight.axes[1], 0.0),

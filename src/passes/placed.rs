@@ -7,18 +7,26 @@ use std::sync::Arc;
 
 use ash::vk;
 use glam::DVec3;
+use rayon::prelude::*;
 
 use crate::Result;
+use crate::abi::CLUSTER;
 use crate::gpu::{Buffer, Device, Memory, Recorder, update_buffer};
 use crate::rain::cull::split;
 use crate::scene::{PlacedDrop, Scene};
+
+/// How far a spheroid of the largest axis ratio, 20, reaches beyond the sphere of its volume, in radii.
+const MOST_OF_SHAPE: f64 = 7.4;
 
 /// Centre in float32 and radius; what float32 lost of the centre, and the number. Words, as a number may be no float.
 type Record = [u32; 8];
 
 /// The buffers, and whether they change from frame to frame.
 pub(super) struct PlacedDrops {
+    /// The drops, then two records for each cluster.
     pub buffer: Buffer,
+    /// Places of the drops in their list, cluster by cluster.
+    clusters: Arc<[u32]>,
     /// How far each moves while the shutter is open; of no use where none does.
     pub motions: Buffer,
     moves: bool,
@@ -26,33 +34,39 @@ pub(super) struct PlacedDrops {
 }
 
 impl PlacedDrops {
-    /// The drops of `scene` at its time.
+    /// The drops of `scene` at its time, in `clusters` (none: what draws them takes them one by one).
     ///
     /// # Errors
     /// Those of [`Buffer::new`].
-    pub fn new(device: &Arc<Device>, scene: &Scene, is_exposed: bool) -> Result<Self> {
+    pub fn new(
+        device: &Arc<Device>,
+        scene: &Scene,
+        is_exposed: bool,
+        clusters: Arc<[u32]>,
+    ) -> Result<Self> {
         use vk::BufferUsageFlags as Usage;
         // While the shutter is open the camera may move, too.
         let moves = is_exposed || scene.placed().any(|drop| drop.velocity != DVec3::ZERO);
         let usage = Usage::STORAGE_BUFFER;
         let buffer = if moves {
-            let bytes = size_of::<Record>() * scene.placed_count() as usize;
+            let records = scene.placed_count() as usize + 2 * clusters.len() / CLUSTER as usize;
+            let bytes = (size_of::<Record>() * records) as u64;
             let usage = usage | Usage::TRANSFER_DST;
-            Buffer::new(device, "placed drops", bytes as u64, usage, Memory::Device)?
+            Buffer::new(device, "placed drops", bytes, usage, Memory::Device)?
         } else {
-            Buffer::upload(device, "placed drops", &records(scene), usage)?
+            Buffer::upload(device, "placed drops", &records(scene, &clusters), usage)?
         };
         let count = if is_exposed { scene.placed_count().max(1) as usize } else { 1 };
         let bytes = (size_of::<[f32; 4]>() * count) as u64;
         let usage = Usage::STORAGE_BUFFER | Usage::TRANSFER_DST;
         let motions = Buffer::new(device, "motions of placed drops", bytes, usage, Memory::Device)?;
-        Ok(Self { buffer, motions, moves, is_exposed })
+        Ok(Self { buffer, clusters, motions, moves, is_exposed })
     }
 
     /// Records the places in this frame, where they change; a barrier to compute must follow.
     pub fn record(&self, device: &Device, commands: Recorder<'_>, scene: &Scene) {
         if self.moves {
-            let records = records(scene);
+            let records = records(scene, &self.clusters);
             update_buffer(device, commands, &self.buffer, 0, bytemuck::cast_slice(&records));
         }
         if self.is_exposed && scene.placed_count() > 0 {
@@ -65,12 +79,29 @@ impl PlacedDrops {
     }
 }
 
-fn records(scene: &Scene) -> Vec<Record> {
-    let record = |(place, drop): (u32, &PlacedDrop)| {
-        let [high, low] =
-            split(scene.drawn_center(drop)).map(|part| part.to_array().map(f32::to_bits));
-        let ([x, y, z], [dx, dy, dz]) = (high, low);
-        [x, y, z, (drop.radius as f32).to_bits(), dx, dy, dz, scene.number_of(drop, place)]
+/// A point, a number that goes with it, and another.
+fn record(point: DVec3, with: f64, number: u32) -> Record {
+    let [[x, y, z], [dx, dy, dz]] = split(point).map(|part| part.to_array().map(f32::to_bits));
+    [x, y, z, (with as f32).to_bits(), dx, dy, dz, number]
+}
+
+/// The drops; and the box around each cluster of them while the shutter is open: its middle and how far a drop reaches beyond
+/// its centre, then half its edges.
+fn records(scene: &Scene, clusters: &[u32]) -> Vec<Record> {
+    let drops: Vec<&PlacedDrop> = scene.placed().collect();
+    let around = |cluster: &[u32]| {
+        let (mut low, mut high, mut reach) = (DVec3::INFINITY, DVec3::NEG_INFINITY, 0.0_f64);
+        for drop in cluster.iter().filter_map(|place| drops.get(*place as usize)) {
+            let center = scene.drawn_center(drop);
+            let half_way = 0.5 * scene.drawn_motion_of(drop.velocity).abs();
+            (low, high) = (low.min(center - half_way), high.max(center + half_way));
+            reach = reach.max(drop.radius * if drop.is_sphere() { 1.0 } else { MOST_OF_SHAPE });
+        }
+        [record(0.5 * (low + high), reach, 0), record(0.5 * (high - low), 0.0, 0)]
     };
-    (0..).zip(scene.placed()).map(record).collect()
+    let boxes = clusters.par_chunks(CLUSTER as usize).flat_map_iter(around);
+    let drop = |(place, drop): (usize, &&PlacedDrop)| {
+        record(scene.drawn_center(drop), drop.radius, scene.number_of(drop, place as u32))
+    };
+    drops.par_iter().enumerate().map(drop).chain(boxes).collect()
 }

@@ -23,6 +23,8 @@ pub struct RainField {
 pub(crate) struct SortedDrops {
     pub order: Buffer,
     pub boxes: Buffer,
+    /// Places of the placed drops in their list, cluster by cluster; those that lack [`NO_DROP`].
+    pub placed: Arc<[u32]>,
     /// Clusters, and those among them of random drops.
     pub counts: [u32; 2],
 }
@@ -63,11 +65,13 @@ impl RainField {
             return Ok(sorted.clone());
         }
         let storage = vk::BufferUsageFlags::STORAGE_BUFFER;
-        let clusters = Clusters::new(&scene.populations(), scene.placed_count());
+        let centers: Vec<_> = scene.placed().map(|drop| drop.center).collect();
+        let clusters = Clusters::new(&scene.populations(), &centers);
         self.device.count(|made| &mut made.sorts);
         let made = SortedDrops {
             order: Buffer::upload_device(&self.device, "drop order", &clusters.order, storage)?,
             boxes: Buffer::upload_device(&self.device, "clusters", &clusters.boxes, storage)?,
+            placed: clusters.placed(scene.random_count()),
             counts: [clusters.count(), clusters.boxes.len() as u32],
         };
         Ok(sorted.insert(Arc::new(made)).clone())

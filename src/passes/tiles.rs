@@ -20,6 +20,7 @@
 use std::sync::Arc;
 
 use ash::vk;
+use glam::DVec3;
 
 use super::appearance::FarDrop;
 use super::cells::Cells;
@@ -191,6 +192,12 @@ fn check_limits(device: &Device, drops: u64, tiles: u32) -> Result<()> {
     within(PIXELS, TILE_PIXELS * u64::from(tiles), most_pixels)
 }
 
+/// How far placed drops are from the camera as it stands now, at most along any axis: by this they are parted into bands.
+fn farthest_placed(scene: &Scene) -> f32 {
+    let from = |center: DVec3| (center - scene.camera.position).abs().max_element();
+    scene.placed().map(|drop| from(drop.center)).fold(0.0, f64::max) as f32
+}
+
 /// Specialization constants of all passes over the tiles.
 fn constants_of(
     scene: &Scene,
@@ -262,7 +269,7 @@ impl Tiles {
         let in_frame = [
             [count, regions.shift, regions.across, regions.count],
             [room.nodes as u32, room.blocks as u32, room.larges as u32, bands],
-            [clusters, others, ray_pieces.blocks, 0],
+            [clusters, others, ray_pieces.blocks, farthest_placed(scene).to_bits()],
         ];
 
         let lists = Lists::new(device, &room, count)?;
@@ -274,7 +281,11 @@ impl Tiles {
         };
         let moves = plan.motion != Motion::Instant;
         let lens = plan.lens != Lens::Pinhole;
-        let placed = PlacedDrops::new(device, scene, moves)?;
+        let in_clusters = match &source {
+            Source::Clusters(sorted) => sorted.placed.clone(),
+            Source::Cells(_) => Arc::default(),
+        };
+        let placed = PlacedDrops::new(device, scene, moves, in_clusters)?;
         let in_pixels = (across * TILE.0, down * TILE.1);
         let streak_layer = StreakLayer::new(device, scene, plan, in_pixels, in_view)?;
         let large_moves =

@@ -3,6 +3,9 @@
 //! All drops fall alike, so which of them are neighbours never changes: the clusters fall with them. One
 //! sort when the scene is made lets every frame pass over whole clusters that are out of view.
 
+use std::sync::Arc;
+
+use glam::DVec3;
 use rayon::prelude::*;
 
 pub use crate::abi::{CLUSTER, NO_DROP};
@@ -15,6 +18,9 @@ const DROPS_A_CELL: f64 = 8.0;
 /// Finest grid: 128 cells an edge.
 const MAX_BITS: u32 = 7;
 
+/// Cells an edge by which placed drops are sorted, as a power of two.
+const PLACED_BITS: u32 = 10;
+
 /// Binary digits of a box's edges.
 const EDGE_BITS: u32 = 10;
 
@@ -23,7 +29,7 @@ pub struct Clusters {
     /// Indices of the random drops, then of the drops placed by hand; [`CLUSTER`] for each cluster, those
     /// that lack [`NO_DROP`].
     pub order: Vec<u32>,
-    /// The box around each cluster of random drops.
+    /// The box around each cluster of random drops. Placed drops may move apart: theirs are found in each frame.
     pub boxes: Vec<ClusterBox>,
 }
 
@@ -33,9 +39,9 @@ pub struct Clusters {
 pub type ClusterBox = [u32; 4];
 
 impl Clusters {
-    /// Sorts the drops of each population, whose indices follow one another, and appends `placed` drops; all in clusters
-    /// of their own. Those of placed drops have no box.
-    pub fn new(populations: &[Rain], placed: u32) -> Self {
+    /// Sorts the drops of each population, whose indices follow one another, and those that have a `placed` centre, which
+    /// follow; all in clusters of their own.
+    pub fn new(populations: &[Rain], placed: &[DVec3]) -> Self {
         let (mut order, mut boxes) = (Vec::new(), Vec::new());
         let mut first = 0;
         for (number, rain) in (0..).zip(populations) {
@@ -53,9 +59,15 @@ impl Clusters {
             }
             first += rain.count;
         }
-        order.extend(first..first + placed);
+        order.extend(placed_in_order(placed).into_iter().map(|number| first + number));
         fill_last(&mut order);
         Self { order, boxes }
+    }
+
+    /// The placed drops' places in their list, cluster by cluster, where `first` drops are before them.
+    pub fn placed(&self, first: u32) -> Arc<[u32]> {
+        let order = &self.order[self.boxes.len() * CLUSTER as usize..];
+        order.iter().map(|i| if *i == NO_DROP { NO_DROP } else { i - first }).collect()
     }
 
     /// Clusters in all, those of the placed drops included.
@@ -92,6 +104,22 @@ fn in_order(rain: &Rain) -> Vec<u32> {
     order
 }
 
+/// Numbers of placed drops along the same curve through the box that holds them.
+fn placed_in_order(centers: &[DVec3]) -> Vec<u32> {
+    let low = centers.iter().copied().reduce(DVec3::min).unwrap_or_default();
+    let high = centers.iter().copied().reduce(DVec3::max).unwrap_or_default();
+    // All in one place: any order. The cast saturates.
+    let scale = (high - low).map(|edge| f64::from(u32::MAX) / edge.max(f64::MIN_POSITIVE));
+    let key = |center: &DVec3| {
+        let place = ((*center - low) * scale).to_array().map(|part| part as u32);
+        along_curve(place, PLACED_BITS)
+    };
+    let mut keyed: Vec<(u32, u32)> =
+        centers.par_iter().map(key).zip(0..centers.len() as u32).collect();
+    keyed.par_sort_unstable();
+    keyed.into_iter().map(|(_, number)| number).collect()
+}
+
 /// Number along the curve of the cell that holds a place: the coordinates' first bits, interleaved.
 fn along_curve(place: [u32; 3], bits: u32) -> u32 {
     (32 - bits..32).rev().fold(0, |number, bit| {
@@ -113,8 +141,6 @@ fn box_around(seed: u64, drops: &[u32]) -> ClusterBox {
 
 #[cfg(test)]
 mod tests {
-    use glam::DVec3;
-
     use super::*;
 
     fn rain(count: u32) -> Rain {
@@ -124,7 +150,9 @@ mod tests {
     #[test]
     fn every_drop_is_in_a_cluster_once() {
         for (count, placed) in [(0, 0), (0, 3), (1, 0), (16, 16), (20_001, 3)] {
-            let clusters = Clusters::new(&[rain(count)], placed);
+            let centers: Vec<DVec3> =
+                (0..placed).map(|i| DVec3::splat(-f64::from(i % 5))).collect();
+            let clusters = Clusters::new(&[rain(count)], &centers);
             assert_eq!(clusters.boxes.len() as u32, count.div_ceil(CLUSTER));
             assert_eq!(clusters.count(), count.div_ceil(CLUSTER) + placed.div_ceil(CLUSTER));
             let (random, by_hand) =
@@ -132,15 +160,17 @@ mod tests {
             let mut seen: Vec<u32> = random.iter().copied().filter(|i| *i != NO_DROP).collect();
             seen.sort_unstable();
             assert!(seen.into_iter().eq(0..count));
-            let placed_here = by_hand.iter().copied().filter(|index| *index != NO_DROP);
-            assert!(placed_here.eq(count..count + placed));
+            let mut placed_here: Vec<u32> =
+                by_hand.iter().copied().filter(|index| *index != NO_DROP).collect();
+            placed_here.sort_unstable();
+            assert!(placed_here.into_iter().eq(count..count + placed));
         }
     }
 
     #[test]
     fn a_cluster_is_of_one_population() {
         let counts = [5_000, 17, 1];
-        let clusters = Clusters::new(&counts.map(rain), 2);
+        let clusters = Clusters::new(&counts.map(rain), &[DVec3::ZERO; 2]);
         let firsts = [0, 5_000, 5_017, 5_018];
         let mut seen = [0; 3];
         for (around, drops) in clusters.boxes.iter().zip(clusters.order.chunks(16)) {
@@ -154,8 +184,24 @@ mod tests {
     }
 
     #[test]
+    fn placed_drops_of_a_cluster_are_neighbours() {
+        let centers: Vec<DVec3> = (0..4096u32)
+            .map(|index| start(7, index).map(|part| f64::from(part) / 4_294_967_296.0).into())
+            .collect();
+        let clusters = Clusters::new(&[], &centers);
+        let volumes = clusters.order.chunks(CLUSTER as usize).map(|drops| {
+            let places = || drops.iter().map(|index| centers[*index as usize]);
+            let low = places().reduce(DVec3::min).expect("drops");
+            (places().reduce(DVec3::max).expect("drops") - low).element_product()
+        });
+        // Sixteen drops at random would have a box of two thirds of the space.
+        let mean = volumes.sum::<f64>() / 256.0;
+        assert!(mean < 0.01, "{mean}");
+    }
+
+    #[test]
     fn boxes_hold_their_drops_and_are_small() {
-        let clusters = Clusters::new(&[rain(20_000)], 0);
+        let clusters = Clusters::new(&[rain(20_000)], &[]);
         let mut volume = 0.0;
         for ([x, y, z, edges], drops) in clusters.boxes.iter().zip(clusters.order.chunks(16)) {
             let edges = [0, 10, 20].map(|shift| (u64::from(edges >> shift & 1023) + 1) << 22);

@@ -40,6 +40,11 @@ impl PlacedDrop {
         Self { center, radius, ..Self::default() }
     }
 
+    /// Whether it is a sphere, whatever its size.
+    pub fn is_sphere(&self) -> bool {
+        self.axis_ratio.is_none() && self.shape.is_none_or(|shape| shape == DropShape::Sphere)
+    }
+
     /// Its centre at a time in seconds.
     pub fn center_at(&self, time: f64) -> DVec3 {
         self.center + self.velocity * time

@@ -212,7 +212,7 @@ fn binning_enters_each_drop_into_the_tiles_that_it_touches() {
 #[test]
 fn binning_takes_slabs_of_depth_in_order() {
     for case in cases().iter().filter(|case| case.scene.rain.is_some()) {
-        let clusters = Clusters::new(&case.scene.populations(), 0);
+        let clusters = Clusters::new(&case.scene.populations(), &[]);
         let extent = case.scene.populations()[0].half_extent.z;
         let depths: Vec<f64> = sightings(&case.scene).map(|(v, ..)| -f64::from(v.z)).collect();
         // The first and the last band that each drop's cluster may be in: its box is rounded.

@@ -46,7 +46,7 @@ fn a_key_is_added_in_one_file() {
     assert!(run(&["schema"]).contains("A key that nothing reads."));
     let result = tree.join("bench.json");
     let file = result.to_str().expect("UTF-8");
-    run(&["bench", "--drops", "100", "--size", "16x16", "--set", "model.dummy=3", "-o", file]);
+    run(&["bench", "--drops", "100", "--size", "16x16", "--set", "model.dummy=3", "--json", file]);
     let result: serde_json::Value =
         serde_json::from_str(&fs::read_to_string(&result).expect("results")).expect("JSON");
     assert_eq!(result["rows"][0]["dummy"], 3, "{result:#}");

@@ -58,6 +58,8 @@ struct Shared {
     /// Number of the frame, of a sequence.
     frame: Option<i64>,
     drops: Arc<[PlacedDrop]>,
+    /// Radius of the smallest; infinite if there is none.
+    least_radius: f64,
 }
 
 impl PartialEq for Shared {
@@ -131,7 +133,8 @@ impl Particles {
             let at = (frame - self.first) as f64 / self.fps;
             drops.iter_mut().for_each(|drop| drop.center -= drop.velocity * at);
         }
-        Ok(Shared { frame, drops: drops.into() })
+        let least_radius = least_radius(&drops);
+        Ok(Shared { frame, drops: drops.into(), least_radius })
     }
 
     /// The drops of a file, and whether it has velocities.
@@ -197,6 +200,12 @@ impl Scene {
         Ok(())
     }
 
+    /// Radius of the smallest drop that has a place; infinite if there is none.
+    pub(crate) fn least_placed_radius(&self) -> f64 {
+        let read = self.particles.iter().filter_map(|particles| particles.read.as_ref());
+        read.map(|read| read.least_radius).fold(least_radius(&self.drops), f64::min)
+    }
+
     /// Fails if particles are not read.
     pub(crate) fn expect_particles(&self) -> Result<()> {
         match &self.particles {
@@ -207,6 +216,10 @@ impl Scene {
             _ => Ok(()),
         }
     }
+}
+
+fn least_radius(drops: &[PlacedDrop]) -> f64 {
+    drops.iter().map(|drop| drop.radius).fold(f64::INFINITY, f64::min)
 }
 
 /// The columns of a particle file, whatever its format; its problem in words.
