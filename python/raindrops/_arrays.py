@@ -42,7 +42,7 @@ def picture(value: Image, name: str) -> npt.NDArray[Any]:
         raise ArrayError(f"{name}: its shape is {array.shape}: it has no pixels")
     if array.dtype == np.uint8:
         return np.ascontiguousarray(array)
-    if array.dtype in (np.float16, np.float32):
+    if array.dtype.newbyteorder("=") in (np.float16, np.float32):
         return np.ascontiguousarray(array, dtype=np.float32)
     raise ArrayError(
         f"{name}: its type is {array.dtype}; give uint8 (sRGB), or float16 or float32 (linear), "
@@ -57,7 +57,7 @@ def depth(value: Any, shape: tuple[int, ...]) -> npt.NDArray[np.float64]:
         array = array[:, :, 0]
     if array.ndim != 2 or array.shape != shape[:2]:
         raise ArrayError(f"depth: its shape is {array.shape}, the image's is {shape}: give {shape[:2]}")
-    if array.dtype not in (np.float16, np.float32, np.float64):
+    if array.dtype.newbyteorder("=") not in (np.float16, np.float32, np.float64):
         raise ArrayError(
             f"depth: its type is {array.dtype}; give floats, in scene units: "
             "of whole millimetres depth.astype(numpy.float32) / 1000"

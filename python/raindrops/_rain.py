@@ -60,7 +60,7 @@ class Rain:
         extent: metres from the camera to the rain's end.
         near: scene units; nearer drops are left out.
         fov: the camera's vertical field of view in degrees; 90 unless the scene says otherwise.
-        preset: the models; ``fast`` (the default here), ``exact``, ``auto``.
+        preset: the models; ``fast``, ``exact``, ``auto``; ``fast`` unless the dict says otherwise, or the file's.
         seed: chooses the drops' places.
         scene: a dict of the keys of a scene file, or a path to one, for all other keys.
         device: a part of a Vulkan device's name or driver, or its index in ``devices()``; else that of the environment
@@ -85,7 +85,9 @@ class Rain:
         scene: SceneLike = None,
         device: str | None = None,
     ) -> None:
-        if preset is None and not isinstance(scene, (str, os.PathLike)):
+        if rate is None and scene is None:
+            raise TypeError("rate: give millimetres an hour, or a scene with rain")
+        if preset is None and (scene is None or isinstance(scene, Mapping)):
             model = (scene or {}).get("model", {})
             preset = None if isinstance(model, Mapping) and "preset" in model else "fast"
         keys = {

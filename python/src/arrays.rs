@@ -22,18 +22,18 @@ impl Pixels<'_> {
 
     /// Linear Rec. 709, by the curve by which files of 8 bits are read.
     pub fn picture(&self) -> PyResult<Picture> {
-        let (height, width, pixels) = match self {
+        let ((height, width, _), pixels) = match self {
             Self::Display(array) => {
                 let linear: [f32; 256] =
                     std::array::from_fn(|value| linear_of_srgb((value as f64 / 255.0) as f32));
                 let values = array.as_slice()?.chunks_exact(3);
                 let pixels = values
                     .map(|v| Vec3::from_array(std::array::from_fn(|n| linear[usize::from(v[n])])));
-                (array.as_array().nrows(), array.as_array().shape()[1], pixels.collect())
+                (array.as_array().dim(), pixels.collect())
             }
             Self::Linear(array) => {
                 let pixels = array.as_slice()?.chunks_exact(3).map(Vec3::from_slice);
-                (array.as_array().nrows(), array.as_array().shape()[1], pixels.collect())
+                (array.as_array().dim(), pixels.collect())
             }
         };
         Ok(Picture { width: width as u32, height: height as u32, pixels })

@@ -53,7 +53,9 @@ pub fn bench(
     let mut wanted = Vec::new();
     for name in presets {
         let preset: Result<Preset, _> = serde_json::from_value(name.into());
-        wanted.push(preset.map_err(|error| exception(py, "SceneError", &format!("preset: {error}")))?);
+        wanted.push(
+            preset.map_err(|error| exception(py, "SceneError", &format!("preset: {error}")))?,
+        );
     }
     let mut amounts: Vec<Amount> = drops.into_iter().map(Amount::Drops).collect();
     amounts.extend(rates.into_iter().map(Amount::Rate));

@@ -115,7 +115,7 @@ impl Drawing {
 
     /// Every layer, H x W, as a dict; `color` is H x W x 4 and `motion` H x W x 2, halves as their bits.
     fn layers<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let layers = self.draw(py, |device| self.layers_of(device, &self.frame))?;
+        let layers = self.draw(py, |device| self.layers_of(device, &self.frame, true))?;
         let size = (layers.width, layers.height);
         let bits = |halves: &[f16]| halves.iter().map(|half| half.to_bits()).collect::<Vec<u16>>();
         let all = PyDict::new(py);
@@ -133,8 +133,8 @@ impl Drawing {
         py: Python<'py>,
     ) -> PyResult<(Bound<'py, PyArray2<f32>>, Bound<'py, PyArray2<f32>>)> {
         let masks = self.draw(py, |device| {
-            let (layers, mut remarks) = self.layers_of(device, &self.frame)?;
-            let (medium, more) = self.layers_of(device, &self.frame.as_medium())?;
+            let (layers, mut remarks) = self.layers_of(device, &self.frame, false)?;
+            let (medium, more) = self.layers_of(device, &self.frame.as_medium(), false)?;
             remarks.extend(more);
             let (behind, more) = self.radiance_of(device, &self.frame.without_rain())?;
             remarks.extend(more);
@@ -153,11 +153,8 @@ impl Drawing {
         samples: u32,
         seed: u64,
         rain_to: Option<f64>,
-    ) -> PyResult<(
-        Bound<'py, PyArray3<f32>>,
-        Bound<'py, PyArray2<f32>>,
-        Bound<'py, PyArray2<f32>>,
-    )> {
+    ) -> PyResult<(Bound<'py, PyArray3<f32>>, Bound<'py, PyArray2<f32>>, Bound<'py, PyArray2<f32>>)>
+    {
         enter()?;
         let truth = Truth { samples, seed, rain_to, ..Truth::default() };
         let traced = listening(py, || -> raindrops::Result<_> {
@@ -203,12 +200,26 @@ impl Drawing {
         Ok(made)
     }
 
-    fn radiance_of(&self, device: &Arc<Device>, scene: &Parsed) -> raindrops::Result<Drawn<Picture>> {
+    fn radiance_of(
+        &self,
+        device: &Arc<Device>,
+        scene: &Parsed,
+    ) -> raindrops::Result<Drawn<Picture>> {
         self.drawn(device, scene, Output::Radiance, |parts| parts.radiance(scene))
     }
 
-    fn layers_of(&self, device: &Arc<Device>, scene: &Parsed) -> raindrops::Result<Drawn<Layers>> {
-        self.drawn(device, scene, Output::Layers, |parts| parts.layers(scene))
+    /// `is_read`: whether the user gets all of them, so that what the plan leaves out is worth saying.
+    fn layers_of(
+        &self,
+        device: &Arc<Device>,
+        scene: &Parsed,
+        is_read: bool,
+    ) -> raindrops::Result<Drawn<Layers>> {
+        let plan = self.plan(device, scene, Output::Layers)?;
+        let drawn = self.drawn_by(device, scene, &plan, |parts| parts.layers(scene))?;
+        let (layers, mut remarks) = drawn;
+        remarks.extend(is_read.then(|| plan.remarks()).into_iter().flatten());
+        Ok((layers, remarks))
     }
 
     /// What `draw` makes of the parts of `scene`.
@@ -220,21 +231,34 @@ impl Drawing {
         draw: impl FnOnce(&mut Parts<'_>) -> raindrops::Result<(T, FrameReport)>,
     ) -> raindrops::Result<Drawn<T>> {
         let plan = self.plan(device, scene, output)?;
+        let (made, mut remarks) = self.drawn_by(device, scene, &plan, draw)?;
+        remarks.extend(plan.remarks());
+        Ok((made, remarks))
+    }
+
+    /// The same by a plan, whose own remarks are left out.
+    fn drawn_by<T>(
+        &self,
+        device: &Arc<Device>,
+        scene: &Parsed,
+        plan: &FramePlan,
+        draw: impl FnOnce(&mut Parts<'_>) -> raindrops::Result<(T, FrameReport)>,
+    ) -> raindrops::Result<Drawn<T>> {
         let lighting = self.session.get().lighting(device, &self.environment)?;
         let rain = Arc::new(RainField::new(device, scene));
-        let mut parts = Parts::new(device, &self.environment, &plan).showing(&lighting, &rain);
+        let mut parts = Parts::new(device, &self.environment, plan).showing(&lighting, &rain);
         if let Some(plate) = &self.plate {
             parts = parts.before(plate);
         }
-        if output == Output::Layers {
+        if plan.layers {
             let until = Parsed { time: self.until.time, ..scene.clone() };
-            let camera = raindrops::scene::camera::Camera { near: scene.camera.near, ..self.until.camera };
+            let camera =
+                raindrops::scene::camera::Camera { near: scene.camera.near, ..self.until.camera };
             parts.move_until(Parsed { camera, ..until });
         }
         let (made, report) = draw(&mut parts)?;
-        let mut remarks = plan.remarks();
-        remarks.extend(report.counts.remarks(report.room));
-        if let (Some(most), true) = (parts.clips_background(), output != Output::Layers) {
+        let mut remarks = report.counts.remarks(report.room);
+        if let (Some(most), true) = (parts.clips_background(), !plan.layers) {
             remarks.push(Remark::warning(format!(
                 "the background is brighter than {most}, which is clipped: it is stored as the environment is"
             )));
@@ -317,7 +341,8 @@ fn surroundings(
         }
     };
     let named = background.remarks().iter();
-    remarks.extend(named.map(|(file, remark)| of(&format!("background {}", file.display()), remark)));
+    remarks
+        .extend(named.map(|(file, remark)| of(&format!("background {}", file.display()), remark)));
     if background.depth().is_some() && background.color().is_none() {
         remarks.push(Remark::warning(
             "a depth without a background: drops are hidden behind things that the picture does not show",
