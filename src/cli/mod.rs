@@ -41,9 +41,7 @@ use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 
 use self::interrupt::Interrupted;
 use self::progress::{progress, waiting};
-use self::tell::{
-    TellArgs, failure, note, note_once, remark_once, say_once, warning, warning_once,
-};
+use self::tell::{TellArgs, failure, note_once, remark_once, say_once, warning, warning_once};
 use crate::environment::Environment;
 use crate::environment::guess::is_guessed;
 use crate::files::write_whole;

@@ -207,7 +207,7 @@ fn draw(
         let path = sequence.map_or(args.output.clone(), |all| all.path(*number));
         let whole = match grid {
             Some(_) => None,
-            None => draw_whole(parts, &frame, until, plan, output, &path)?,
+            None => draw_whole(parts, &frame, until, output, &path)?,
         };
         let report = match whole {
             Some(report) => report,
@@ -237,12 +237,12 @@ fn draw_whole(
     parts: &mut Parts<'_>,
     frame: &Scene,
     until: (f64, f64),
-    plan: &FramePlan,
     output: Output,
     path: &Path,
 ) -> crate::Result<Option<FrameReport>> {
+    let can_part = parts.can_part(frame);
     let (renderer, report) = parts.draw_window(frame)?;
-    if report.lacks_room() && parts.can_part(frame) {
+    if report.lacks_room() && can_part {
         note!("more on the picture's tiles than the device has room for at once: drawn in parts");
         return Ok(None);
     }

@@ -10,7 +10,6 @@ use crate::environment::Environment;
 use crate::files::{read_text, read_text_if_there, write_whole};
 use crate::picture::plate::Plate;
 use crate::scene::Scene;
-use crate::scene::model::FarRain;
 use crate::{Error, Result};
 
 /// What a data set is of: `dataset.toml`.
