@@ -34,7 +34,7 @@ class Rain(A.ImageOnlyTransform):  # type: ignore[misc]
 
 
 if __name__ == "__main__":
-    photo = np.full((96, 128, 3), 60, np.uint8)
+    photo = np.random.default_rng(1).integers(20, 120, (96, 128, 3), np.uint8)
     drawn = A.Compose([Rain(), A.HorizontalFlip(p=0.5)], seed=1)(image=photo, mask=photo[..., 0])
     clip = A.Compose([Rain()], seed=1)(images=np.stack([photo] * 3))["images"]
     print(drawn["image"].shape, drawn["mask"].max(), (clip[0] != clip[1]).any())

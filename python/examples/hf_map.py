@@ -25,7 +25,7 @@ def with_rain(row: dict[str, Any], number: int) -> dict[str, Any]:
 if __name__ == "__main__":
     # Workers may be forked, as this process draws nothing before.
     multiprocess.set_start_method("spawn", force=True)
-    photos = [np.full((48, 64, 3), 30 + 10 * n, np.uint8) for n in range(4)]
+    photos = [np.random.default_rng(n).integers(20, 120, (48, 64, 3), np.uint8) for n in range(4)]
     clean = Dataset.from_dict({"image": photos}, features=Features({"image": Image()}))
     both = Features({"image": Image(), "rainy": Image()})
     rainy = clean.map(with_rain, with_indices=True, num_proc=2, features=both)

@@ -29,7 +29,7 @@ class RainyPhotos:
 
 
 if __name__ == "__main__":
-    photos = [np.full((48, 64, 3), 30 + 10 * n, np.uint8) for n in range(4)]
+    photos = [np.random.default_rng(n).integers(20, 120, (48, 64, 3), np.uint8) for n in range(4)]
     dataset = RainyPhotos(photos)
     with get_context("spawn").Pool(2) as workers:
         drawn = workers.map(dataset.__getitem__, range(len(dataset)))

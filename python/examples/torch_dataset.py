@@ -27,7 +27,7 @@ class RainyTensors(torch.utils.data.Dataset[tuple[torch.Tensor, torch.Tensor]]):
 
 
 if __name__ == "__main__":
-    photos = [np.full((48, 64, 3), 30 + 10 * n, np.uint8) for n in range(8)]
+    photos = [np.random.default_rng(n).integers(20, 120, (48, 64, 3), np.uint8) for n in range(8)]
     # Workers are spawned: a graphics driver does not live on in a forked child.
     loader = DataLoader(RainyTensors(photos), batch_size=4, num_workers=2, multiprocessing_context="spawn")
     for images, masks in loader:

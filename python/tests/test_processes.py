@@ -15,11 +15,11 @@ import multiprocessing, os, sys, time
 import numpy as np
 import raindrops
 
-rain = raindrops.Rain(rate=25)
-image = np.full((16, 16, 3), 40, np.uint8)
+rain = raindrops.Rain(rate=200)
+image = np.random.default_rng(1).integers(0, 255, (16, 16, 3), np.uint8)
 
 def draw(seed):
-    return rain.over(image, seed=seed).image
+    return rain.over(image, seed=seed).linear
 """
 
 
@@ -140,7 +140,7 @@ def test_ctrl_c_ends_a_reference(python):
 
         threading.Timer(1.0, os.kill, (os.getpid(), signal.SIGINT)).start()
         try:
-            raindrops.reference({"image": {"width": 512, "height": 512}}, samples=1 << 16)
+            raindrops.reference({"image": {"width": 4096, "height": 4096}}, samples=256)
         except KeyboardInterrupt:
             # What was stopped does not stop what comes after.
             raindrops.reference({"image": {"width": 8, "height": 8}, "rain": {"count": 10}}, samples=1)
