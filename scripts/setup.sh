@@ -91,7 +91,7 @@ esac
 # has them, a server may not.
 if [ $with_tests = yes ]; then
   case $manager in
-    apt) install xvfb xkb-data libx11-6 libx11-xcb1 libxcursor1 libxi6 libxkbcommon0 libxkbcommon-x11-0 ;;
+    apt) install python3-venv xvfb xkb-data libx11-6 libx11-xcb1 libxcursor1 libxi6 libxkbcommon0 libxkbcommon-x11-0 ;;
     dnf) install xorg-x11-server-Xvfb libX11 libX11-xcb libXcursor libXi libxkbcommon libxkbcommon-x11 ;;
     pacman) install xorg-server-xvfb libx11 libxcursor libxi libxkbcommon libxkbcommon-x11 ;;
     brew) ;; # there is no X on macOS

@@ -3,6 +3,6 @@
 pub use crate::gpu::disk_cache::{KeptDevice, user_folder};
 pub use crate::gpu::{
     Device, DeviceReport, Features, HostDevice, HostImage, ImageState, Instance, QueueLock,
-    Requirements, Validation,
+    Requirements, Validation, choose_among,
 };
 pub use crate::plan::requirements;

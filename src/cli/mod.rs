@@ -43,22 +43,18 @@ use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 
 use self::interrupt::Interrupted;
 use self::progress::{progress, waiting};
-use self::tell::{
-    TellArgs, failure, note, note_once, remark_once, say_once, warning, warning_once,
-};
+use self::tell::{TellArgs, failure, note_once, remark_once, say_once, warning, warning_once};
 use crate::environment::Environment;
 use crate::environment::guess::is_guessed;
 use crate::files::write_whole;
 use crate::gpu::BUFFER_BYTES;
 use crate::passes::counters::Counts;
-use crate::passes::environment::lost_light;
 use crate::passes::tiles::PIXELS;
 use crate::picture::Picture;
 use crate::picture::plate::Plate;
 use crate::plan::FramePlan;
+use crate::renderer::lost_light;
 use crate::scene::Scene;
-use crate::scene::model::{Lens, Motion};
-use crate::thousands::counted;
 use crate::{Error, Result};
 
 /// What the help ends with.
@@ -328,25 +324,7 @@ fn say_depth_alone(scene: &Scene) {
 /// Says on stderr which drops were left out of frames, and why; and whether their lists had to be larger than usual, by
 /// a factor of `room`.
 fn say_undrawn(counts: &Counts, room: u32) {
-    if room > 1 {
-        note!("more drops in view than was provided for: drawn again with {room} times the room");
-    }
-    let say = |count: u64, what: &str, why: &str| {
-        if count > 0 {
-            warning!("{} {what}: {why}", counted(count, "drop"));
-        }
-    };
-    say(
-        counts.overflow,
-        "not drawn, or out of order",
-        "more, tile by tile, than the lists hold or the driver goes through",
-    );
-    say(counts.camera_inside, "not drawn", "the camera is inside");
-    say(
-        counts.beside_camera,
-        "not drawn",
-        "they reach beside the camera, where a billboard has no shape",
-    );
+    counts.remarks(room).iter().for_each(tell::remark);
 }
 
 /// The words of the command line; a path need not be text.
@@ -361,17 +339,9 @@ fn command_line() -> String {
     shlex::try_join(words.iter().map(String::as_str)).unwrap_or_else(|_| words.join(" "))
 }
 
-/// Says on stderr that a plan may not keep the error that was accepted.
+/// Says on stderr that a plan may not keep the error that was accepted, or leaves something out of layers.
 fn say_doubt(plan: &FramePlan) {
-    if let Some(doubt) = &plan.doubt {
-        warning!("{doubt}");
-    }
-    if plan.layers && (plan.motion == Motion::Streak || plan.lens == Lens::Disc) {
-        warning!(
-            "streaks and discs of one colour are in R, G, B and A, but not in Z, motion, count and id; these have every \
-             drop with shutter = 0 and aperture = 0, or preset exact"
-        );
-    }
+    plan.remarks().iter().for_each(tell::remark);
 }
 
 /// Seconds that a measurement takes.

@@ -17,9 +17,8 @@ use crate::picture::layers::Layers;
 use crate::picture::sidecar::Sidecar;
 use crate::picture::{Picture, write_png};
 use crate::plan::{FramePlan, Output, plan_by};
-use crate::renderer::parts::{Grid, Parts, empty_picture, place};
+use crate::renderer::parts::{Grid, HALVES, Parts};
 use crate::renderer::{FrameReport, Renderer};
-use crate::scene::camera::WHOLE;
 use crate::scene::model::{Operator, Simulation};
 use crate::scene::{ImageSize, Scene};
 use crate::thousands::{counted, thousands};
@@ -202,19 +201,19 @@ fn draw(
         }
         let mut frame = scene.film.frame(scene, *number);
         frame.read_particles()?;
-        let until_frame = motion_end(scene, &frame, *number);
+        let until_frame = scene.motion_end(&frame, *number);
         let until = (until_frame.time, plan.cutoff.as_ref().map_or(0.0, |cutoff| cutoff.px));
         parts.move_until(until_frame);
         let path = sequence.map_or(args.output.clone(), |all| all.path(*number));
         let whole = match grid {
             Some(_) => None,
-            None => draw_whole(parts, &frame, until, plan, output, &path)?,
+            None => draw_whole(parts, &frame, until, output, &path)?,
         };
         let report = match whole {
             Some(report) => report,
             None => {
                 // Where one lacks room, the frames after it are like it.
-                let grid = *grid.get_or_insert(Grid { columns: 2, rows: 2 });
+                let grid = *grid.get_or_insert(HALVES);
                 draw_parts(parts, &frame, until, grid, output, &path)?
             }
         };
@@ -238,23 +237,17 @@ fn draw_whole(
     parts: &mut Parts<'_>,
     frame: &Scene,
     until: (f64, f64),
-    plan: &FramePlan,
     output: Output,
     path: &Path,
 ) -> crate::Result<Option<FrameReport>> {
+    let can_part = parts.can_part(frame);
     let (renderer, report) = parts.draw_window(frame)?;
-    if report.lacks_room() && can_be_parted(frame, plan) {
+    if report.lacks_room() && can_part {
         note!("more on the picture's tiles than the device has room for at once: drawn in parts");
         return Ok(None);
     }
     write(renderer, frame, until, output, path)?;
     Ok(Some(report))
-}
-
-/// Whether [`Parts::draw_all`] takes the scene, in parts of 2 x 2.
-fn can_be_parted(scene: &Scene, plan: &FramePlan) -> bool {
-    let ImageSize { width, height } = scene.image;
-    scene.camera.window == WHOLE && plan.simulation != Simulation::Stored && width.min(height) > 8
 }
 
 /// Says what was drawn and what was not.
@@ -285,20 +278,6 @@ pub(super) fn parse_grid(text: &str) -> Result<Grid, String> {
     text.split_once(['x', 'X'])
         .and_then(|(columns, rows)| Some(Grid { columns: number(columns)?, rows: number(rows)? }))
         .ok_or_else(|| format!("'{text}' is not a number of parts like 2x2"))
-}
-
-/// Where the motion of a frame ends: with its exposure, or, of an instant, with the next frame. A camera with a velocity of
-/// its own moves by that, whatever the film's path.
-pub(super) fn motion_end(scene: &Scene, frame: &Scene, number: u32) -> Scene {
-    if frame.shutter() > 0.0 {
-        let camera = frame.camera.moved_by(frame.camera_motion());
-        return Scene { time: frame.time + frame.exposed(), camera, ..frame.clone() };
-    }
-    let mut next = scene.film.frame(scene, number.saturating_add(1));
-    if let Some(velocity) = scene.camera.velocity {
-        next.camera = frame.camera.moved_by(velocity / scene.film.fps.abs());
-    }
-    next
 }
 
 /// Writes layers, and before them what stands beside them: where layers are, all of it is.
@@ -343,73 +322,20 @@ fn draw_parts(
 ) -> crate::Result<FrameReport> {
     match output {
         Output::Layers => {
-            let (layers, report) = layers_by_parts(parts, scene, grid)?;
+            let (layers, report) = parts.layers_by(scene, grid)?;
             write_layers(&layers, scene, until, path)?;
             Ok(report)
         }
         Output::Radiance => {
-            let (radiance, report) = radiance_by_parts(parts, scene, grid)?;
+            let (radiance, report) = parts.radiance_by(scene, grid)?;
             radiance.write_exr(path)?;
             Ok(report)
         }
         Output::Display => {
+            let (shown, report) = parts.display_by(scene, grid)?;
             let ImageSize { width, height } = scene.image;
-            let mut shown = vec![[0u8; 3]; width as usize * height as usize];
-            let report = by_parts(parts, scene, grid, &mut |origin, renderer| {
-                let bytes = renderer.read_display()?;
-                let pixels: &[[u8; 3]] = bytemuck::cast_slice(&bytes);
-                place(&mut shown, width, origin, pixels, renderer.size().0);
-                Ok(())
-            })?;
-            write_png(path, width, height, bytemuck::cast_slice(&shown))?;
+            write_png(path, width, height, &shown)?;
             Ok(report)
         }
     }
-}
-
-/// Linear radiance, drawn part by part.
-pub(super) fn radiance_by_parts(
-    parts: &mut Parts<'_>,
-    scene: &Scene,
-    grid: Grid,
-) -> crate::Result<(Picture, FrameReport)> {
-    let mut whole = empty_picture(scene.image);
-    let report = by_parts(parts, scene, grid, &mut |origin, renderer| {
-        let part = renderer.read_radiance()?;
-        place(&mut whole.pixels, whole.width, origin, &part.pixels, part.width);
-        Ok(())
-    })?;
-    Ok((whole, report))
-}
-
-/// Layers, drawn part by part.
-pub(super) fn layers_by_parts(
-    parts: &mut Parts<'_>,
-    scene: &Scene,
-    grid: Grid,
-) -> crate::Result<(Layers, FrameReport)> {
-    let mut whole = Layers::empty(scene.image.width, scene.image.height);
-    let report = by_parts(parts, scene, grid, &mut |origin, renderer| {
-        whole.place(origin, &renderer.read_layers()?);
-        Ok(())
-    })?;
-    Ok((whole, report))
-}
-
-/// Draws part by part; `take` is called with the place of each part's first pixel and a renderer that has drawn it. The
-/// report is of all of them.
-fn by_parts(
-    parts: &mut Parts<'_>,
-    scene: &Scene,
-    grid: Grid,
-    take: &mut dyn FnMut([u32; 2], &Renderer) -> crate::Result<()>,
-) -> crate::Result<FrameReport> {
-    let mut all = FrameReport::default();
-    parts.draw_all(scene, grid, &mut |origin, renderer, report| {
-        all.counts.add(&report.counts);
-        all.cutoff_px = report.cutoff_px;
-        all.room = all.room.max(report.room);
-        take(origin, renderer)
-    })?;
-    Ok(all)
 }

@@ -7,6 +7,8 @@ use ash::vk;
 use crate::Result;
 use crate::abi::Counters;
 use crate::gpu::{Buffer, Device, Memory};
+use crate::remark::Remark;
+use crate::thousands::counted;
 
 /// Words of the buffer.
 pub const WORDS: usize = size_of::<Counters>() / 4;
@@ -48,6 +50,34 @@ impl Counts {
             camera_inside: counters.camera_inside.into(),
             beside_camera: counters.beside_camera.into(),
         }
+    }
+
+    /// Which drops were left out, and why; and whether their lists had to be larger than usual, by a factor of `room`.
+    pub fn remarks(&self, room: u32) -> Vec<Remark> {
+        let mut remarks = Vec::new();
+        if room > 1 {
+            remarks.push(Remark::note(format!(
+                "more drops in view than was provided for: drawn again with {room} times the room"
+            )));
+        }
+        let whys = [
+            (
+                self.overflow,
+                "not drawn, or out of order",
+                "more, tile by tile, than the lists hold or the driver goes through",
+            ),
+            (self.camera_inside, "not drawn", "the camera is inside"),
+            (
+                self.beside_camera,
+                "not drawn",
+                "they reach beside the camera, where a billboard has no shape",
+            ),
+        ];
+        let undrawn = whys.into_iter().filter(|(count, ..)| *count > 0);
+        remarks.extend(undrawn.map(|(count, what, why)| {
+            Remark::warning(format!("{} {what}: {why}", counted(count, "drop")))
+        }));
+        remarks
     }
 
     /// Adds what another frame, or another part of the picture, counted.

@@ -60,6 +60,16 @@ impl DecodedDepth {
     pub fn from_bytes(path: &Path, bytes: &[u8], background: &Background) -> crate::Result<Self> {
         decode(bytes, background).map_err(|problem| Error::unread(path, &problem))
     }
+
+    /// Depth in memory, row by row from the top, by the rules for that of an EXR; the problem in words that follow its name.
+    pub(super) fn from_values(
+        (width, height): (u32, u32),
+        values: Vec<f64>,
+        background: &Background,
+    ) -> Result<Self, String> {
+        let (width, height, remarks) = (width as usize, height as usize, Vec::new());
+        in_scene_units(Stored { width, height, values, remarks, sky: FARTHEST }, background)
+    }
 }
 
 fn decode(bytes: &[u8], background: &Background) -> Result<DecodedDepth, String> {
@@ -72,6 +82,11 @@ fn decode(bytes: &[u8], background: &Background) -> Result<DecodedDepth, String>
             );
         }
     };
+    in_scene_units(stored, background)
+}
+
+/// Gives unknown depths the nearest known one, refuses what is not over 0, and sets the sky's.
+fn in_scene_units(stored: Stored, background: &Background) -> Result<DecodedDepth, String> {
     let Stored { width, height, mut values, mut remarks, sky } = stored;
     if let Some(invalid) = background.depth_invalid {
         let count = fill_unknown(&mut values, width, invalid)?;

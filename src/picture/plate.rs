@@ -25,6 +25,46 @@ impl Plate {
         Self { color, depth, remarks: Vec::new() }
     }
 
+    /// Of pixels in memory, by the rules for files: colour that is not finite is mended, depth is checked and brought to
+    /// scene units as `background` says, of which the files are not read. Both have this width and height.
+    ///
+    /// # Errors
+    /// [`Error::Scene`]: colour or depth of another number of pixels, colour without a finite pixel, a depth that is no
+    /// number or not over 0.
+    pub fn from_pixels(
+        (width, height): (u32, u32),
+        color: Option<Picture>,
+        depth: Option<Vec<f64>>,
+        background: &Background,
+    ) -> Result<Self> {
+        let refuse = |place: &str, problem: String| Error::Scene { place: place.into(), problem };
+        let pixels = width as usize * height as usize;
+        let mut plate = Self::default();
+        if let Some(mut picture) = color {
+            let place = "the background's colour";
+            if picture.pixels.len() != pixels || picture.width != width {
+                return Err(refuse(place, format!("is not {width} x {height} pixels")));
+            }
+            let mended = super::mend::mend(&mut picture.pixels, width as usize, Edges::Open);
+            let mended = mended.map_err(|problem| refuse(place, problem))?;
+            if !mended.is_nothing() {
+                plate.remark(Path::new("colour"), vec![Remark::warning(mended.to_string())]);
+            }
+            plate.color = Some(picture);
+        }
+        if let Some(values) = depth {
+            let place = "the background's depth";
+            if values.len() != pixels {
+                return Err(refuse(place, format!("is not {width} x {height} pixels")));
+            }
+            let decoded = DecodedDepth::from_values((width, height), values, background);
+            let decoded = decoded.map_err(|problem| refuse(place, problem))?;
+            plate.remark(Path::new("depth"), decoded.remarks);
+            plate.depth = Some(decoded.depth);
+        }
+        Ok(plate)
+    }
+
     /// Reads the background of a scene; empty if it has none.
     ///
     /// # Errors

@@ -29,6 +29,7 @@ use crate::environment::Environment;
 use crate::optics::WATER;
 use crate::rain::medium;
 use crate::rain::visibility::Frustum;
+use crate::remark::Remark;
 use crate::scene::model::{
     FarRain, Fresnel, Lens, Lookup, Motion, Operator, Optics, Order, Preset, Primitive, Reflection,
     Simulation, Weights,
@@ -118,6 +119,21 @@ pub struct FramePlan {
     pub doubt: Option<String>,
     /// Every pass in the order of the frame, with its reason.
     pub passes: Vec<(&'static str, String)>,
+}
+
+impl FramePlan {
+    /// That it may not keep the error that was accepted, and what it leaves out of layers.
+    pub fn remarks(&self) -> Vec<Remark> {
+        let doubt = self.doubt.as_ref().map(Remark::warning);
+        let is_flat = self.layers && (self.motion == Motion::Streak || self.lens == Lens::Disc);
+        let flat = is_flat.then(|| {
+            Remark::warning(
+                "streaks and discs of one colour are in R, G, B and A, but not in Z, motion, count and id; these have \
+                 every drop with shutter = 0 and aperture = 0, or preset exact",
+            )
+        });
+        doubt.into_iter().chain(flat).collect()
+    }
 }
 
 /// What a drop does to a ray of light.

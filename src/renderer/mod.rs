@@ -31,6 +31,7 @@ use crate::gpu::{
 use crate::passes::background::{BackgroundImages, Behind};
 pub use crate::passes::background::{DepthConvention, HostBackground};
 use crate::passes::counters::Counts;
+pub use crate::passes::environment::lost_light;
 pub use crate::passes::rain_field::RainField;
 pub use crate::passes::renewal::{HostEnvironment, LiveInfo};
 use crate::passes::tone_map::{FinalSums, further_sums};

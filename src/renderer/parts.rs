@@ -9,14 +9,16 @@
 
 use std::sync::Arc;
 
-use super::{FrameReport, Lighting, RainField, Renderer, background_of, lattice_of};
+use super::{FrameReport, Lighting, RainField, Renderer, background_of, lattice_of, refuse};
 use crate::environment::Environment;
 use crate::gpu::Device;
 use crate::passes::background::{BackgroundImages, most_stored};
 use crate::passes::tile_grid::{self, TILE};
 use crate::passes::tone_map::final_sums;
 use crate::picture::Picture;
+use crate::picture::layers::Layers;
 pub use crate::picture::place;
+use crate::picture::plate::Plate;
 use crate::plan::FramePlan;
 use crate::scene::camera::WHOLE;
 use crate::scene::model::{Primitive, Simulation};
@@ -25,6 +27,9 @@ use crate::{Error, Result};
 
 /// Edges of parts are multiples of this many pixels, so that no tile is in two of them.
 const STEP: u32 = 8;
+
+/// The parts of a picture that the device has no room for at once.
+pub const HALVES: Grid = Grid { columns: 2, rows: 2 };
 
 /// A number of parts across and down.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -104,6 +109,8 @@ pub struct Parts<'a> {
     plan: &'a FramePlan,
     /// What parts of all sizes show.
     shown: Option<(Arc<Lighting>, Arc<RainField>)>,
+    /// What is behind the drops in place of the scenes' files.
+    plate: Option<&'a Plate>,
     /// What is behind the drops, and of which scene's files.
     background: Option<(scene::background::Background, Option<Arc<BackgroundImages>>)>,
     /// Where motion ends, of a plan for layers.
@@ -125,10 +132,22 @@ impl<'a> Parts<'a> {
             environment,
             plan,
             shown: None,
+            plate: None,
             background: None,
             until: None,
             renderer: None,
         }
+    }
+
+    /// The same, with light and rain that other pictures show too; the rain is made again for a scene of other drops.
+    pub fn showing(self, lighting: &Arc<Lighting>, rain: &Arc<RainField>) -> Self {
+        Self { shown: Some((lighting.clone(), rain.clone())), ..self }
+    }
+
+    /// The same, with what is behind the drops from memory, in place of the files that scenes name. It has the size of
+    /// their pictures.
+    pub fn before(self, plate: &'a Plate) -> Self {
+        Self { plate: Some(plate), ..self }
     }
 
     /// Draws the picture of `scene`, whose window is the whole, by the parts of `grid`; `take` is called with the place
@@ -186,6 +205,130 @@ impl<'a> Parts<'a> {
         };
         let (renderer, report) = self.draw(scene, exposure.as_ref())?;
         Ok((renderer, report))
+    }
+
+    /// Linear radiance of `scene`, drawn at once, or in parts if the device has no room for all of it at once.
+    ///
+    /// # Errors
+    /// As [`Parts::draw_all`].
+    pub fn radiance(&mut self, scene: &Scene) -> Result<(Picture, FrameReport)> {
+        let (renderer, report) = self.draw_window(scene)?;
+        if !report.lacks_room() {
+            return Ok((renderer.read_radiance()?, report));
+        }
+        match self.can_part(scene) {
+            true => self.radiance_by(scene, HALVES),
+            false => Ok((self.last()?.read_radiance()?, report)),
+        }
+    }
+
+    /// As [`Parts::radiance`], of a plan for layers.
+    ///
+    /// # Errors
+    /// As [`Parts::draw_all`].
+    pub fn layers(&mut self, scene: &Scene) -> Result<(Layers, FrameReport)> {
+        let (renderer, report) = self.draw_window(scene)?;
+        if !report.lacks_room() {
+            return Ok((renderer.read_layers()?, report));
+        }
+        match self.can_part(scene) {
+            true => self.layers_by(scene, HALVES),
+            false => Ok((self.last()?.read_layers()?, report)),
+        }
+    }
+
+    /// Linear radiance, drawn part by part.
+    ///
+    /// # Errors
+    /// As [`Parts::draw_all`].
+    pub fn radiance_by(&mut self, scene: &Scene, grid: Grid) -> Result<(Picture, FrameReport)> {
+        let mut whole = empty_picture(scene.image);
+        let report = self.draw_by(scene, grid, &mut |origin, renderer| {
+            let part = renderer.read_radiance()?;
+            place(&mut whole.pixels, whole.width, origin, &part.pixels, part.width);
+            Ok(())
+        })?;
+        Ok((whole, report))
+    }
+
+    /// Layers, drawn part by part.
+    ///
+    /// # Errors
+    /// As [`Parts::draw_all`].
+    pub fn layers_by(&mut self, scene: &Scene, grid: Grid) -> Result<(Layers, FrameReport)> {
+        let mut whole = Layers::empty(scene.image.width, scene.image.height);
+        let report = self.draw_by(scene, grid, &mut |origin, renderer| {
+            whole.place(origin, &renderer.read_layers()?);
+            Ok(())
+        })?;
+        Ok((whole, report))
+    }
+
+    /// As [`Parts::radiance`], of a plan for display: sRGB bytes.
+    ///
+    /// # Errors
+    /// As [`Parts::draw_all`].
+    pub fn display(&mut self, scene: &Scene) -> Result<(Vec<u8>, FrameReport)> {
+        let (renderer, report) = self.draw_window(scene)?;
+        if !report.lacks_room() {
+            return Ok((renderer.read_display()?, report));
+        }
+        match self.can_part(scene) {
+            true => self.display_by(scene, HALVES),
+            false => Ok((self.last()?.read_display()?, report)),
+        }
+    }
+
+    /// sRGB bytes, drawn part by part.
+    ///
+    /// # Errors
+    /// As [`Parts::draw_all`].
+    pub fn display_by(&mut self, scene: &Scene, grid: Grid) -> Result<(Vec<u8>, FrameReport)> {
+        let ImageSize { width, height } = scene.image;
+        let mut shown = vec![[0_u8; 3]; width as usize * height as usize];
+        let report = self.draw_by(scene, grid, &mut |origin, renderer| {
+            let bytes = renderer.read_display()?;
+            let pixels: &[[u8; 3]] = bytemuck::cast_slice(&bytes);
+            place(&mut shown, width, origin, pixels, renderer.size().0);
+            Ok(())
+        })?;
+        Ok((shown.into_flattened(), report))
+    }
+
+    /// Draws part by part; `take` is called with the place of each part's first pixel and a renderer that has drawn it. The
+    /// report is of all of them.
+    ///
+    /// # Errors
+    /// As [`Parts::draw_all`].
+    pub fn draw_by(
+        &mut self,
+        scene: &Scene,
+        grid: Grid,
+        take: &mut dyn FnMut([u32; 2], &Renderer) -> Result<()>,
+    ) -> Result<FrameReport> {
+        let mut all = FrameReport::default();
+        self.draw_all(scene, grid, &mut |origin, renderer, report| {
+            all.counts.add(&report.counts);
+            all.cutoff_px = report.cutoff_px;
+            all.room = all.room.max(report.room);
+            take(origin, renderer)
+        })?;
+        Ok(all)
+    }
+
+    /// Whether [`Parts::draw_all`] takes the scene, in parts of 2 x 2.
+    pub fn can_part(&self, scene: &Scene) -> bool {
+        let ImageSize { width, height } = scene.image;
+        let is_stored = self.plan.simulation == Simulation::Stored;
+        scene.camera.window == WHOLE && !is_stored && width.min(height) > STEP
+    }
+
+    /// The renderer of the last part.
+    fn last(&self) -> Result<&Renderer> {
+        match &self.renderer {
+            Some((_, renderer)) => Ok(renderer),
+            None => refuse("nothing is drawn yet"),
+        }
     }
 
     /// The sums of log luminance of the whole picture, in the whole's order, if an exposure is to be derived. Windows that lack
@@ -252,7 +395,13 @@ impl<'a> Parts<'a> {
             self.shown = Some((lighting, Arc::new(RainField::new(self.device, scene))));
         }
         if self.background.as_ref().is_none_or(|(of, _)| *of != scene.background) {
-            let images = background_of(self.device, scene)?;
+            let images = match self.plate {
+                Some(plate) => {
+                    let size = (scene.image.width, scene.image.height);
+                    Some(Arc::new(BackgroundImages::of_plate(self.device, plate, size)?))
+                }
+                _ => background_of(self.device, scene)?,
+            };
             self.background = Some((scene.background.clone(), images));
         }
         let (lighting, rain) = self.shown.as_ref().expect("just made");

@@ -62,6 +62,20 @@ impl Scene {
         self.camera.velocity() * self.shutter()
     }
 
+    /// Where the motion of `frame`, that number of this scene's film, ends: with its exposure, or, of an instant, with the
+    /// next frame. A camera with a velocity of its own moves by that, whatever the film's path.
+    pub fn motion_end(&self, frame: &Self, number: u32) -> Self {
+        if frame.shutter() > 0.0 {
+            let camera = frame.camera.moved_by(frame.camera_motion());
+            return Self { time: frame.time + frame.exposed(), camera, ..frame.clone() };
+        }
+        let mut next = self.film.frame(self, number.saturating_add(1));
+        if let Some(velocity) = self.camera.velocity {
+            next.camera = frame.camera.moved_by(velocity / self.film.fps.abs());
+        }
+        next
+    }
+
     fn drawn_camera_motion(&self) -> DVec3 {
         self.camera.velocity() * self.drawn_shutter()
     }

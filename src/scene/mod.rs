@@ -35,7 +35,7 @@ use crate::scene::camera::{Camera, View};
 pub(crate) use crate::scene::edit::with_keys;
 use crate::scene::film::Film;
 pub use crate::scene::model::ModelChoice;
-use crate::scene::model::{Lens, Operator};
+use crate::scene::model::{FarRain, Lens, Operator};
 use crate::scene::particles::Particles;
 pub use crate::scene::placed::PlacedDrop;
 use crate::scene::real_rain::{RainTables, RealRain};
@@ -53,6 +53,9 @@ pub const MAX_DROPS: u32 = 1 << 30;
 /// Most times that the rain may cross its box while the shutter is open. Each crossing is one more drop to
 /// trace, and a drop that comes by so often is a blur anyway.
 pub const MAX_CROSSINGS: f64 = 16.0;
+
+/// Metres within which every drop of a pixel or more is, however far rain goes.
+const BEYOND: f64 = 1e5;
 
 /// Everything that makes a picture.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
@@ -363,6 +366,26 @@ impl Scene {
     pub fn whole(&self) -> Self {
         let camera = Camera { window: camera::WHOLE, ..self.camera };
         Self { camera, ..self.clone() }
+    }
+
+    /// The scene without rain.
+    pub fn without_rain(&self) -> Self {
+        let mut dry = Self { rain: None, drops: Vec::new(), particles: None, ..self.clone() };
+        (dry.model.far_rain, dry.model.cutoff_px) = (None, None);
+        dry
+    }
+
+    /// The same rain as a medium, without a single drop: those of real rain of under a pixel are the medium, larger ones are
+    /// nearer than the camera sees. Other rain, and real rain that is drawn without a medium, is left out.
+    pub fn as_medium(&self) -> Self {
+        let has_medium = self.model.far_rain != Some(FarRain::None);
+        let Some(rain) = self.real_rain().filter(|_| has_medium) else {
+            return self.without_rain();
+        };
+        let mut misty = Self { drops: Vec::new(), particles: None, ..self.clone() };
+        misty.camera.near = rain.extent.min(BEYOND) / self.metres;
+        (misty.model.far_rain, misty.model.cutoff_px) = (Some(FarRain::Medium), Some(1.0));
+        misty
     }
 
     /// The camera's frame for this scene's image, or its window of it.

@@ -14,7 +14,7 @@ use raindrops::picture::tone_map::exposure_of;
 use raindrops::plan::{Output, plan};
 use raindrops::reference::{Tracer, Truth};
 use raindrops::renderer::parts::{Grid, Parts, empty_picture, place};
-use raindrops::scene::background::DepthKind;
+use raindrops::scene::background::{Background, DepthKind};
 use raindrops::scene::model::Preset;
 use raindrops::scene::real_rain::RealRain;
 use raindrops::scene::{PlacedDrop, RainSettings, Scene, ToneMap};
@@ -221,6 +221,60 @@ fn colour_is_behind_the_drops_in_every_part() {
             .expect("parts");
         assert!(together == whole, "the parts are not the whole");
     });
+}
+
+/// A plate in memory is the plate of its files, also in parts, and stands in place of what the scene names.
+#[test]
+fn a_plate_in_memory_is_that_of_its_files() {
+    let sky = waves();
+    let mut scene = drops(60);
+    scene.background.color = Some(color_file("memory.exr"));
+    scene.background.depth = Some(depth_file("memory-depth.exr", |x, _| 3.0 + x as f32 / 12.0));
+    scene.background.depth_kind = DepthKind::Radial;
+    scene.model.take_preset(Preset::Fast);
+    let color = Picture::read(scene.background.color.as_deref().expect("named")).expect("read");
+    let depth: Vec<f64> =
+        (0..EDGE * EDGE).map(|at| f64::from(3.0 + (at % EDGE) as f32 / 12.0)).collect();
+    let size = (EDGE, EDGE);
+    let plate = Plate::from_pixels(size, Some(color), Some(depth), &scene.background);
+    let plate = plate.expect("a plate");
+    let of_files = Plate::of(&scene).expect("a plate");
+    assert!(plate.color() == of_files.color() && plate.depth() == of_files.depth());
+    let plan = plan(&scene, &sky, Output::Radiance).expect("a plan");
+    on_device(|device| {
+        let (of_files, _) = Parts::new(device, &sky, &plan).radiance(&scene).expect("drawn");
+        let mut bare = scene.clone();
+        bare.background = Default::default();
+        let mut parts = Parts::new(device, &sky, &plan).before(&plate);
+        let (whole, _) = parts.radiance(&bare).expect("drawn");
+        assert!(whole == of_files, "a plate in memory is another");
+        let (together, _) = parts.radiance_by(&bare, Grid { columns: 2, rows: 2 }).expect("drawn");
+        assert!(together == of_files, "its parts are others");
+        let (nothing, _) = Parts::new(device, &sky, &plan).radiance(&bare).expect("drawn");
+        assert!(nothing != of_files, "the plate is not seen");
+    });
+}
+
+/// What is wrong with pixels in memory is said by the rules for files.
+#[test]
+fn pixels_in_memory_are_checked() {
+    let background = Background { depth_invalid: Some(0.0), ..Background::default() };
+    let of = |color: Vec<Vec3>, depth: Vec<f64>| {
+        let color = Picture { width: 2, height: 1, pixels: color };
+        Plate::from_pixels((2, 1), Some(color), Some(depth), &background)
+    };
+    let said =
+        |color: Vec<Vec3>, depth: Vec<f64>| of(color, depth).expect_err("refused").to_string();
+    let white = vec![Vec3::ONE; 2];
+    assert!(said(vec![Vec3::ONE], vec![1.0; 2]).contains("colour: is not 2 x 1 pixels"));
+    assert!(said(white.clone(), vec![1.0]).contains("depth: is not 2 x 1 pixels"));
+    assert!(said(vec![Vec3::NAN; 2], vec![1.0; 2]).contains("is full of NaN"));
+    assert!(said(white.clone(), vec![1.0, f64::NAN]).contains("column 1, row 0 is NaN"));
+    assert!(said(white, vec![1.0, -2.0]).contains("column 1, row 0 is -2"));
+    let plate = of(vec![Vec3::NAN, Vec3::ONE], vec![0.0, 3.0]).expect("mended");
+    assert_eq!(plate.color().expect("a colour").pixels, [Vec3::ONE; 2]);
+    assert_eq!(plate.depth().expect("a depth").values, [3.0; 2]);
+    assert_eq!(plate.remarks().len(), 2);
 }
 
 /// Real rain before a wall: its drops and its medium end there.

@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use serde::Serialize;
 
-use super::set::{Set, dry, misty};
-use crate::cli::render::{layers_by_parts, radiance_by_parts, write_layers};
+use super::set::Set;
+use crate::cli::render::write_layers;
 use crate::cli::{say_undrawn, write_half};
 use crate::files::write_whole;
 use crate::gpu::Device;
@@ -80,10 +80,11 @@ pub(super) struct Plans {
 impl Plans {
     pub(super) fn of(set: &Set) -> Result<Self> {
         let plan_of = |scene: &Scene, output: Output| plan(scene, &set.environment, output);
-        let misty = set.masks.then(|| plan_of(&misty(&set.scene), Output::Layers)).transpose()?;
+        let misty =
+            set.masks.then(|| plan_of(&set.scene.as_medium(), Output::Layers)).transpose()?;
         Ok(Self {
             rainy: plan_of(&set.scene, Output::Layers)?,
-            clean: plan_of(&dry(&set.scene), Output::Radiance)?,
+            clean: plan_of(&set.scene.without_rain(), Output::Radiance)?,
             misty,
         })
     }
@@ -112,7 +113,7 @@ impl<'a> Maker<'a> {
     ) -> Result<Self> {
         let mut clean = Parts::new(device, &set.environment, &plans.clean);
         match tiles {
-            None => clean.prepare(&dry(&set.scene))?,
+            None => clean.prepare(&set.scene.without_rain())?,
             Some(grid) => drop(grid.windows(set.scene.image)?),
         }
         let misty = plans.misty.as_ref().map(|plan| Parts::new(device, &set.environment, plan));
@@ -139,7 +140,7 @@ impl<'a> Maker<'a> {
         let layers = self.draw_layers(&scene, until.clone())?;
         write_half(&layers.over(&clean), &folder.join("rainy.exr"))?;
         if let Some(parts) = &mut self.misty {
-            let (medium, _) = layers_of(parts, &misty(&scene), self.tiles)?;
+            let (medium, _) = layers_of(parts, &scene.as_medium(), self.tiles)?;
             Masks::of(&layers, &medium, &clean).write_exr(&folder.join(MASK))?;
         }
         let cutoff_px = self.plans.rainy.cutoff.as_ref().map(|cutoff| cutoff.px);
@@ -181,8 +182,8 @@ impl<'a> Maker<'a> {
 
     fn draw_clean(&mut self, scene: &Scene) -> Result<Picture> {
         match self.tiles {
-            Some(grid) => Ok(radiance_by_parts(&mut self.clean, &dry(scene), grid)?.0),
-            None => self.clean.draw_window(&dry(scene))?.0.read_radiance(),
+            Some(grid) => Ok(self.clean.radiance_by(&scene.without_rain(), grid)?.0),
+            None => self.clean.draw_window(&scene.without_rain())?.0.read_radiance(),
         }
     }
 
@@ -219,7 +220,7 @@ fn layers_of(
     tiles: Option<Grid>,
 ) -> Result<(Layers, FrameReport)> {
     match tiles {
-        Some(grid) => layers_by_parts(parts, scene, grid),
+        Some(grid) => parts.layers_by(scene, grid),
         None => {
             let (renderer, report) = parts.draw_window(scene)?;
             Ok((renderer.read_layers()?, report))

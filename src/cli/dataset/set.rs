@@ -6,16 +6,11 @@ use glam::{DQuat, DVec3};
 use serde::Serialize;
 
 use super::DatasetArgs;
-use crate::cli::render::motion_end;
 use crate::environment::Environment;
 use crate::files::{read_text, read_text_if_there, write_whole};
 use crate::picture::plate::Plate;
 use crate::scene::Scene;
-use crate::scene::model::FarRain;
 use crate::{Error, Result};
-
-/// Metres within which every drop of a pixel or more is, however far rain goes.
-const BEYOND: f64 = 1e5;
 
 /// What a data set is of: `dataset.toml`.
 #[derive(Serialize)]
@@ -179,27 +174,9 @@ impl Set {
         }
         let number = if self.scene.film.frames() > 1 { view } else { 0 };
         let frame = base.film.frame(&base, number);
-        let until = motion_end(&base, &frame, number);
+        let until = base.motion_end(&frame, number);
         (frame, until)
     }
-}
-
-/// The scene without rain.
-pub(super) fn dry(scene: &Scene) -> Scene {
-    let mut dry = Scene { rain: None, drops: Vec::new(), particles: None, ..scene.clone() };
-    (dry.model.far_rain, dry.model.cutoff_px) = (None, None);
-    dry
-}
-
-/// The same rain as a medium, without a single drop: those of real rain of under a pixel are the medium, larger ones are
-/// nearer than the camera sees. Other rain, and real rain that is drawn without a medium, is left out.
-pub(super) fn misty(scene: &Scene) -> Scene {
-    let has_medium = scene.model.far_rain != Some(FarRain::None);
-    let Some(rain) = scene.real_rain().filter(|_| has_medium) else { return dry(scene) };
-    let mut misty = Scene { drops: Vec::new(), particles: None, ..scene.clone() };
-    misty.camera.near = rain.extent.min(BEYOND) / scene.metres;
-    (misty.model.far_rain, misty.model.cutoff_px) = (Some(FarRain::Medium), Some(1.0));
-    misty
 }
 
 /// splitmix64.

@@ -120,7 +120,8 @@ fn every_source_has_a_row_in_the_table_of_files() {
             rows.insert(path);
         }
     }
-    let mut folders = ["src", "benches", "examples", "scripts"].map(String::from).to_vec();
+    let mut folders =
+        ["src", "benches", "examples", "python/src", "scripts"].map(String::from).to_vec();
     let (mut sources, mut without) = (0, Vec::new());
     while let Some(folder) = folders.pop() {
         if rows.contains(&format!("{folder}/")) {

@@ -1,0 +1,65 @@
+"""Arrays of users, checked: what comes out is C-contiguous and of a type that the compiled part takes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ._errors import ArrayError
+
+#: A picture: H x W x 3, row 0 at the top; uint8 sRGB, or float16 or float32 linear.
+Image = Any
+
+
+def _array(value: Any, name: str) -> npt.NDArray[Any]:
+    """Of an array, of what has ``__array__``, or of a DLPack tensor on the CPU; not copied where it need not be."""
+    if isinstance(value, np.ndarray):
+        return value
+    try:
+        if hasattr(value, "__array__") or hasattr(value, "__array_interface__"):
+            return np.asarray(value)
+        if hasattr(value, "__dlpack__"):
+            return np.from_dlpack(value)
+    except Exception as error:
+        raise ArrayError(f"{name}: cannot be read as an array on the CPU: {error}") from error
+    kind = type(value).__name__
+    raise ArrayError(f"{name}: a {kind} is no array; give a NumPy array, or what has __array__ or __dlpack__")
+
+
+def picture(value: Image, name: str) -> npt.NDArray[Any]:
+    """A picture as uint8 or float32."""
+    array = _array(value, name)
+    if array.ndim != 3 or array.shape[2] != 3:
+        mend = ""
+        if array.ndim == 3 and array.shape[2] == 4:
+            mend = "; leave out the alpha: [..., :3]"
+        elif array.ndim == 3 and array.shape[0] == 3:
+            mend = "; channels come last: transpose(1, 2, 0), of a tensor permute(1, 2, 0)"
+        raise ArrayError(f"{name}: its shape is {array.shape}, not (height, width, 3){mend}")
+    if array.size == 0:
+        raise ArrayError(f"{name}: its shape is {array.shape}: it has no pixels")
+    if array.dtype == np.uint8:
+        return np.ascontiguousarray(array)
+    if array.dtype.newbyteorder("=") in (np.float16, np.float32):
+        return np.ascontiguousarray(array, dtype=np.float32)
+    raise ArrayError(
+        f"{name}: its type is {array.dtype}; give uint8 (sRGB), or float16 or float32 (linear), "
+        "such as by astype(numpy.float32)"
+    )
+
+
+def depth(value: Any, shape: tuple[int, ...]) -> npt.NDArray[np.float64]:
+    """Depth of a picture of this shape, as float64."""
+    array = _array(value, "depth")
+    if array.ndim == 3 and array.shape[2] == 1:
+        array = array[:, :, 0]
+    if array.ndim != 2 or array.shape != shape[:2]:
+        raise ArrayError(f"depth: its shape is {array.shape}, the image's is {shape}: give {shape[:2]}")
+    if array.dtype.newbyteorder("=") not in (np.float16, np.float32, np.float64):
+        raise ArrayError(
+            f"depth: its type is {array.dtype}; give floats, in scene units: "
+            "of whole millimetres depth.astype(numpy.float32) / 1000"
+        )
+    return np.ascontiguousarray(array, dtype=np.float64)

@@ -1,0 +1,124 @@
+//! A scene, read once: from a dict, a TOML text or a scene file, with single keys set.
+
+use std::path::PathBuf;
+
+use glam::DVec3;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use raindrops::scene::Scene as Parsed;
+use raindrops::{Error, scene::ImageSize};
+use toml::Table;
+
+use crate::document::{line, set, table, value};
+use crate::raise::Raise as _;
+
+/// What stands for the document in messages.
+const NAME: &str = "scene";
+
+/// A valid scene.
+#[pyclass(frozen, module = "raindrops._native")]
+pub struct Scene {
+    pub(crate) scene: Parsed,
+}
+
+#[pymethods]
+impl Scene {
+    /// Of a dict, a text or a file, or the default one, with keys such as `rain.rate` set.
+    #[staticmethod]
+    #[pyo3(signature = (dict=None, text=None, path=None, keys=None))]
+    fn read(
+        py: Python<'_>,
+        dict: Option<&Bound<'_, PyDict>>,
+        text: Option<&str>,
+        path: Option<PathBuf>,
+        keys: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
+        let mut edits = Vec::new();
+        for (key, item) in keys.into_iter().flatten() {
+            let key: String = key.extract()?;
+            let item = value(&item, &key)?;
+            edits.push((key, item));
+        }
+        let scene = match (dict, text, path) {
+            (None, None, Some(path)) => {
+                let edits: Vec<String> =
+                    edits.iter().map(|(key, value)| format!("{key}={value}")).collect();
+                Parsed::load_edited(Some(&path), &edits).map_err(|error| match error {
+                    Error::Scene { place, problem } if place == "--set" => {
+                        Error::Scene { place: path.display().to_string(), problem }
+                    }
+                    other => other,
+                })
+            }
+            (_, Some(text), _) if edits.is_empty() => Parsed::parse(text, NAME),
+            (_, Some(text), _) => {
+                // What is wrong with the text itself has a line of it.
+                Parsed::parse(text, NAME).raise(py)?;
+                edited(text.parse().unwrap_or_default(), edits)
+            }
+            (Some(dict), ..) => edited(table(dict, "")?, edits),
+            (None, None, None) => edited(Table::new(), edits),
+        };
+        Ok(Self { scene: scene.raise(py)? })
+    }
+
+    /// The same with other values of a picture; `moved`: the camera, by so much.
+    #[pyo3(signature = (size=None, seed=None, time=None, fov=None, moved=None))]
+    fn with_(
+        &self,
+        py: Python<'_>,
+        size: Option<(u32, u32)>,
+        seed: Option<u64>,
+        time: Option<f64>,
+        fov: Option<f64>,
+        moved: Option<[f64; 3]>,
+    ) -> PyResult<Self> {
+        let mut scene = self.scene.clone();
+        if let Some((width, height)) = size {
+            scene.image = ImageSize { width, height };
+        }
+        scene.seed = seed.unwrap_or(scene.seed);
+        scene.time = time.unwrap_or(scene.time);
+        scene.camera.vertical_fov = fov.unwrap_or(scene.camera.vertical_fov);
+        if let Some(way) = moved {
+            scene.camera = scene.camera.moved_by(DVec3::from_array(way));
+        }
+        scene.validate(NAME).raise(py)?;
+        Ok(Self { scene })
+    }
+
+    /// Width and height in pixels.
+    #[getter]
+    fn size(&self) -> (u32, u32) {
+        (self.scene.image.width, self.scene.image.height)
+    }
+
+    /// Seconds.
+    #[getter]
+    fn time(&self) -> f64 {
+        self.scene.time
+    }
+
+    /// Chooses the drops' places.
+    #[getter]
+    fn seed(&self) -> u64 {
+        self.scene.seed
+    }
+}
+
+/// The scene of a document with keys set.
+fn edited(mut document: Table, edits: Vec<(String, toml::Value)>) -> raindrops::Result<Parsed> {
+    let refuse = |problem: String| Error::Scene { place: NAME.into(), problem };
+    for (key, value) in edits {
+        set(&mut document, &key, value).map_err(refuse)?;
+    }
+    let text = toml::to_string(&document).map_err(|error| refuse(error.to_string()))?;
+    Parsed::parse(&text, NAME).map_err(|error| match error {
+        Error::Scene { place, problem } => {
+            let number = place.strip_prefix("scene:").and_then(|number| number.parse().ok());
+            let place = number.map_or(place, |number| format!("{NAME}, {}", line(&text, number)));
+            Error::Scene { place, problem }
+        }
+        other => other,
+    })
+}

@@ -1,0 +1,163 @@
+"""What is wrong is said in one line, before anything is drawn."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+import pytest
+
+import raindrops
+
+
+@pytest.fixture
+def rain():
+    return raindrops.Rain(rate=25)
+
+
+@pytest.mark.parametrize(
+    ("made", "said"),
+    [
+        (np.zeros((4, 5), np.uint8), r"image: its shape is \(4, 5\), not \(height, width, 3\)"),
+        (np.zeros((3, 4, 5), np.uint8), "channels come last"),
+        (np.zeros((4, 5, 4), np.uint8), "leave out the alpha"),
+        (np.zeros((0, 5, 3), np.uint8), "it has no pixels"),
+        (np.zeros((4, 5, 3), np.float64), r"its type is float64; give uint8"),
+        (np.zeros((4, 5, 3), np.int64), "its type is int64"),
+        ([[1, 2, 3]], "a list is no array"),
+        (None, "a NoneType is no array"),
+    ],
+)
+def test_images(rain, made, said):
+    with pytest.raises(raindrops.ArrayError, match=said):
+        rain.over(made)
+
+
+def test_depths(rain, image, depth):
+    holes = depth.copy()
+    holes[3, 7] = np.nan
+    for made, error, said in [
+        (depth[1:], raindrops.ArrayError, r"its shape is \(39, 64\), the image's is \(40, 64, 3\)"),
+        (np.ones((40, 64), np.uint16), raindrops.ArrayError, "its type is uint16; give floats"),
+        (holes, raindrops.SceneError, r"not over 0: column 7, row 3 is NaN.*depth_invalid = nan"),
+        (-depth, raindrops.SceneError, "not over 0"),
+    ]:
+        with pytest.raises(error, match=said):
+            rain.over(image, depth=made)
+    # Unknown ones take the nearest known, which is said.
+    with pytest.warns(raindrops.RaindropsNote, match="1 texels of unknown depth"):
+        rain.over(image, depth=holes, depth_invalid=np.nan)
+    with pytest.raises(raindrops.SceneError, match="depth_kind is 'along'"):
+        rain.over(image, depth=depth, depth_kind="along")
+
+
+def test_environments(rain, image):
+    with pytest.raises(raindrops.SceneError, match="is 64 x 40, but a latitude-longitude image is twice as wide"):
+        rain.over(image, environment=image)
+    panorama = np.ones((8, 16, 3), np.float32)
+    panorama[2, 3] = np.nan
+    with pytest.warns(raindrops.RaindropsWarning, match="1 NaN"):
+        rain.over(image, environment=panorama)
+
+
+def test_pixels_that_are_no_number_are_mended_with_a_warning(rain, image):
+    plate = (image / np.float32(255)).astype(np.float32)
+    plate[1, 1] = np.nan
+    with pytest.warns(raindrops.RaindropsWarning, match="1 NaN"):
+        out = rain.over(plate)
+    assert np.isfinite(out.image).all()
+
+
+def test_strides_types_and_read_only_arrays_make_no_difference(rain, image):
+    plain = rain.over(image).image
+    fixed = image.copy()
+    fixed.setflags(write=False)
+    turned = image[::-1].copy()[::-1]
+    apart = np.repeat(image, 2, axis=1)[:, ::2]
+
+    class Wrapped:
+        def __array__(self, dtype=None, copy=None):
+            return image
+
+    class Tensor:
+        def __dlpack__(self, **keywords):
+            return image.__dlpack__(**keywords)
+
+        def __dlpack_device__(self):
+            return image.__dlpack_device__()
+
+    for other in [fixed, turned, apart, Wrapped(), Tensor()]:
+        np.testing.assert_array_equal(rain.over(other).image, plain)
+    half = (image / np.float32(255)).astype(np.float16)
+    assert rain.over(half).image.dtype == np.float16
+    swapped = half.astype(np.float32).astype(">f4")
+    np.testing.assert_array_equal(rain.over(swapped).image, rain.over(half).linear)
+
+
+@pytest.mark.parametrize(
+    ("scene", "said"),
+    [
+        ({"rain": {"rat": 5}}, r"scene, \[rain\] rat = 5: unknown field `rat`.*did you mean `rate`"),
+        ({"rain": {"rate": -1.0}}, r"scene, \[rain\] rate = -1.0: .*not within"),
+        ({"rain": {"rate": "much"}}, "rate: invalid type"),
+        ({"seed": {"more": 1}}, "seed"),
+        ("seed = 1\nrate = 5\n", "scene:2: unknown field `rate`"),
+    ],
+)
+def test_scenes(scene, said):
+    with pytest.raises(raindrops.SceneError, match=said):
+        raindrops.render(scene)
+
+
+def test_the_line_is_the_commands(command, tmp_path):
+    path = tmp_path / "wrong.toml"
+    path.write_text("seed = 1\n[rain]\nrate = 3000.0\n")
+    with pytest.raises(raindrops.SceneError) as raised:
+        raindrops.render(path)
+    said = command("render", path, "-o", "out.png", status=2)
+    assert said.strip().endswith(str(raised.value)) and "wrong.toml:3" in said
+
+
+def test_values(image):
+    for call, error, said in [
+        (lambda: raindrops.Rain(rate=0), raindrops.SceneError, "rate"),
+        (lambda: raindrops.Rain(rate=25, wind=[1, 2]), raindrops.SceneError, "wind"),
+        (lambda: raindrops.Rain(rate=25, scene={"rain": None}), TypeError, "rain is None"),
+        (lambda: raindrops.Rain(rate=25, scene=7), TypeError, "a int is none"),
+        (lambda: raindrops.Rain(rate=25).over(image, fov=180), raindrops.SceneError, "vertical_fov"),
+        (lambda: raindrops.Rain(rate=25).over(image, moved=[1, 2]), ValueError, "give three"),
+        (lambda: raindrops.render("missing.toml"), raindrops.FileError, "cannot read missing.toml"),
+        (lambda: raindrops.render(rate=25, device="nothing"), raindrops.DeviceError, "no Vulkan device matches 'nothing'"),
+        (lambda: raindrops.reference(samples=0), ValueError, "samples = 0"),
+        (lambda: raindrops.compare(image, image[1:]), raindrops.ArrayError, "sizes must agree"),
+        (lambda: raindrops.compare(image, image.astype(np.float32)), raindrops.ArrayError, "compare uint8 with uint8"),
+        (lambda: raindrops.bench(preset="faster"), raindrops.SceneError, "faster"),
+    ]:
+        with pytest.raises(error, match=said):
+            call()
+
+
+def test_warnings_name_the_callers_line_and_may_be_errors(rain, image):
+    with pytest.warns(raindrops.RaindropsNote, match="guessed from the picture") as caught:
+        rain.over(image)
+    assert {str(one.filename) for one in caught} == {__file__}
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", raindrops.RaindropsNote)
+        with pytest.raises(raindrops.RaindropsNote):
+            rain.over(image)
+
+
+def test_without_a_driver(python):
+    status, said = python(
+        """
+        import raindrops
+        try:
+            raindrops.render(rate=25, size=(8, 8))
+        except raindrops.NoDeviceError as error:
+            print(error)
+        """,
+        VK_DRIVER_FILES="/nowhere.json",
+        VK_ICD_FILENAMES="/nowhere.json",
+    )
+    assert status == 0 and len(said.splitlines()) == 1, said
+    assert "apt install libvulkan1 mesa-vulkan-drivers" in said

@@ -1,0 +1,46 @@
+#!/usr/bin/env bash
+# The examples of the Python package that need large packages: albumentations, datasets, Jupyter and torch, in a virtual
+# environment under target/python. Some GB are fetched from PyPI; .ci/run does not call this. Needs the wheel of
+# scripts/python.sh, which it builds if it is not there.
+#
+#   scripts/python-large.sh                       all of them
+#   scripts/python-large.sh albumentations jupyter    some: albumentations, datasets, jupyter, torch
+set -euo pipefail
+case ${1-} in -h | --help) sed -n '2,/^set /s/^# \{0,1\}//p' "$0"; exit 0 ;; esac
+cd "$(dirname "$0")/.."
+work=$PWD/target/python
+examples=$PWD/python/examples
+wheel=$(echo "$work"/wheels/*.whl)
+[ -f "$wheel" ] || wheel=$(scripts/python.sh --wheel | tail -1)
+[ $# -gt 0 ] || set -- albumentations datasets jupyter torch
+
+with() { # name, packages: an environment of its own, as the packages ask for different NumPys
+  local at=$work/large-$1
+  shift
+  [ -x "$at/bin/python" ] || python3 -m venv "$at"
+  "$at/bin/python" -m pip install --quiet --disable-pip-version-check --force-reinstall --no-deps "$wheel"
+  "$at/bin/python" -m pip install --quiet --disable-pip-version-check "$wheel" "$@"
+  PATH=$at/bin:$PATH
+}
+
+for name in "$@"; do
+  echo "python-large: $name" >&2
+  case $name in
+    albumentations) (with "$name" 'albumentations>=2,<3' && cd "$work" && python "$examples/albumentations_rain.py") ;;
+    datasets) (with "$name" datasets pillow && cd "$work" && python "$examples/hf_map.py") ;;
+    torch) (with "$name" torch && cd "$work" && python "$examples/torch_dataset.py") ;;
+    jupyter)
+      (
+        with "$name" nbconvert ipykernel
+        cd "$work"
+        jupyter nbconvert --to notebook --execute --output-dir "$work" --output rain "$examples/rain.ipynb"
+        # A picture of each of the two that show one.
+        python -c 'import json; cells = json.load(open("rain.ipynb"))["cells"]
+shown = [out for cell in cells for out in cell.get("outputs", []) if "image/png" in out.get("data", {})]
+assert len(shown) == 2, shown
+print(len(shown), "pictures in the notebook")'
+      )
+      ;;
+    *) echo "python-large: there is no example '$name'" >&2; exit 2 ;;
+  esac
+done
