@@ -16,6 +16,7 @@ mod interrupt;
 mod man;
 mod mask;
 mod options;
+mod pane;
 mod plan;
 mod progress;
 mod rain;
@@ -71,7 +72,7 @@ Exit status: 0 done, 1 a check fails, 2 an error, 130 interrupted.";
 /// The commands by purpose, as the help lists them.
 const GROUPS: [(&str, &[&str]); 5] = [
     ("Look", &["view", "render", "dataset", "sky", "mask"]),
-    ("Ask", &["plan", "rain", "devices"]),
+    ("Ask", &["plan", "rain", "pane", "devices"]),
     ("Measure truth", &["reference", "compare", "errors"]),
     ("Measure time", &["bench", "survey", "tradeoff", "compare-devices", "verdict", "report"]),
     ("Shell", &["completions", "man", "help"]),
@@ -97,6 +98,7 @@ enum Command {
     Mask(mask::MaskArgs),
     Plan(plan::PlanArgs),
     Rain(rain::RainArgs),
+    Pane(pane::PaneArgs),
     Devices(devices::DevicesArgs),
     Reference(reference::ReferenceArgs),
     Compare(compare::CompareArgs),
@@ -163,6 +165,7 @@ pub fn main() -> ExitCode {
         Command::Mask(args) => mask::run(&args),
         Command::Plan(args) => plan::run(&args),
         Command::Rain(args) => rain::run(&args),
+        Command::Pane(args) => pane::run(&args),
         Command::Devices(args) => devices::run(&args),
         Command::Sky(args) => sky::run(&args),
         Command::Reference(args) => reference::run(&args),

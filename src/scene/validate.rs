@@ -42,6 +42,7 @@ pub(super) fn problem(scene: &Scene) -> Result<(), String> {
     rain(scene)?;
     drops(scene)?;
     scene.water.validate()?;
+    super::pane::problem(scene)?;
     scene.background.validate()?;
     model(scene)?;
     tone_map(scene)?;
