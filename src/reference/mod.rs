@@ -221,15 +221,19 @@ impl<'a> Tracer<'a> {
         &self.tree
     }
 
-    /// Radiance that arrives from a unit direction, in world space, as the shutter opens; without plate,
-    /// lens, pane and real rain.
+    /// Radiance that arrives from a unit direction, in world space, as the shutter opens; without lens and real rain, and
+    /// with the plate only as drops on a pane show it.
     pub fn radiance_along(&self, direction: DVec3) -> DVec3 {
-        let ray = Ray::along(direction);
+        let Passed { light: of_pane, left: through, covered, ray, from } =
+            self.pass(&Ray::along(direction));
+        if covered {
+            return of_pane;
+        }
         let depth = self.truth.drops_see_drops;
-        let next = |after| self.tree.first_hit(&ray, after, None);
+        let next = |after: Hit| self.tree.first_hit(&ray, after.after(from), None);
         let around = Around { tree: &self.tree, glints: false, small: None };
         let (light, left) = self.gather(&around, &ray, 1.0, depth, f64::INFINITY, next);
-        light + left * self.environment.radiance(direction)
+        of_pane + through * (light + left * self.environment.radiance(direction))
     }
 
     /// The picture, on the threads of the current rayon pool; the same for any number of them.

@@ -134,7 +134,7 @@ fn light(
         &format!("[[pane.drop]]\nat = [0, 0]\nradius = 1.0\n{drop}"),
         &camera,
     );
-    let truth = Truth { internal_reflections: orders, ..Truth::default() };
+    let truth = Truth { internal_reflections: orders, glints: false, ..Truth::default() };
     Tracer::new(&scene, environment, truth).radiance_along(world(way))
 }
 
@@ -394,8 +394,100 @@ fn a_furnace_stays_white() {
     let sum: f64 = picture.pixels.iter().map(|pixel| f64::from(pixel.x)).sum();
     let covered: f64 = coverage.iter().map(|share| f64::from(*share)).sum();
     let beside = 0.918_318 * (picture.pixels.len() as f64 - covered);
-    let of_drop = (sum - beside) / covered / (0.957_415 * 0.995_705);
-    close(of_drop, 0.7005 + 0.0271 + 0.0155, 1e-3, "budget");
+    let of_drop = (sum - beside) / covered / (0.957_420 * 0.995_704);
+    close(of_drop, budget(60.0).sky, 3e-3, "budget");
+}
+
+/// Where the light comes from that enters a drop square on, as means over its disc.
+#[derive(Default)]
+struct Budget {
+    first: f64,
+    later: f64,
+    beside: f64,
+    inside: f64,
+    caught: f64,
+    /// All of the sky's, by way of the pane too.
+    sky: f64,
+}
+
+/// By angles in the plane of the drop's axis, where all of a ray stays that meets it square on.
+fn budget(angle: f64) -> Budget {
+    let (sine, cosine) = angle.to_radians().sin_cos();
+    let (radius, center) = (1.0 / sine, -cosine / sine);
+    let fresnel = |i: f64, index: f64| {
+        let sine = i.sin() / index;
+        if sine >= 1.0 {
+            return (1.0, None);
+        }
+        if i < 1e-9 {
+            return (((1.0 - index) / (1.0 + index)).powi(2), Some(0.0));
+        }
+        let t = sine.asin();
+        let s = ((i - t).sin() / (i + t).sin()).powi(2);
+        (0.5 * (s + ((i - t).tan() / (i + t).tan()).powi(2)), Some(t))
+    };
+    let mut sums = Budget::default();
+    const PLACES: u32 = 4000;
+    for number in 0..PLACES {
+        // Rings of equal area.
+        let mut x = ((f64::from(number) + 0.5) / f64::from(PLACES)).sqrt();
+        let (mut z, mut left) = (0.0, 1.0 / f64::from(PLACES));
+        // The ray's angle from the axis, positive towards +x.
+        let mut way = 0.0_f64;
+        for order in 0..=8 {
+            let (dx, dz) = way.sin_cos();
+            let b = x * dx + (z - center) * dz;
+            let to_cap =
+                -b + (b * b - x * x - (z - center).powi(2) + radius * radius).max(0.0).sqrt();
+            let reflectance;
+            if dz < 0.0 && -z / dz < to_cap {
+                (x, z) = (x - z / dz * dx, 0.0);
+                let i = (-dz).min(1.0).acos();
+                let (f, in_glass) = fresnel(i, GLASS / WATER);
+                reflectance = f;
+                if let Some(in_glass) = in_glass {
+                    let through = left * (1.0 - f);
+                    let (back, is_out) = fresnel(in_glass, 1.0 / GLASS);
+                    if is_out.is_none() {
+                        sums.caught += through;
+                    } else {
+                        sums.beside += through * back / (1.0 + back);
+                        sums.sky += through * back / (1.0 + back);
+                        sums.inside += through / (1.0 + back);
+                    }
+                }
+                way = std::f64::consts::PI - way;
+            } else {
+                (x, z) = (x + to_cap * dx, z + to_cap * dz);
+                let normal = x.atan2(z - center);
+                let i = (way - normal).sin().atan2((way - normal).cos());
+                let (f, out) = fresnel(i.abs(), 1.0 / WATER);
+                reflectance = f;
+                if let Some(out) = out {
+                    let through = left * (1.0 - f);
+                    let up = (normal + out.copysign(i)).cos();
+                    *(if order == 0 { &mut sums.first } else { &mut sums.later }) += through;
+                    sums.sky += if up > 0.0 { through } else { through * (1.0 - dry(-up)) };
+                }
+                way = 2.0 * normal + std::f64::consts::PI - way;
+            }
+            left *= reflectance;
+        }
+    }
+    sums
+}
+
+#[test]
+fn the_budget_of_the_tests_is_that_of_the_table() {
+    for (angle, wanted) in [
+        (60.0, [0.7005, 0.0271, 0.0155, 0.1891, 0.0678]),
+        (90.0, [0.525, 0.024, 0.018, 0.396, 0.002]),
+    ] {
+        let Budget { first, later, beside, inside, caught, .. } = budget(angle);
+        for (found, wanted) in [first, later, beside, inside, caught].into_iter().zip(wanted) {
+            close(found, wanted, 6e-4, "share");
+        }
+    }
 }
 
 #[test]
@@ -403,24 +495,24 @@ fn a_lens_spreads_drops_and_loses_none() {
     let white = Environment::constant(Vec3::ONE);
     let covered = |aperture: f64| {
         let camera = format!(
-            "position = [0, 0, 0.1]\ntarget = [0, 0, 0]\nvertical_fov = 8\nfocus = inf\naperture = {aperture}"
+            "position = [0, 0, 0.1]\ntarget = [0, 0, 0]\nvertical_fov = 3.004\nfocus = inf\naperture = {aperture}"
         );
         let drop = "[[pane.drop]]\nat = [0.0007, 0]\nradius = 0.0003\ncontact_angle = 40";
         let mut scene = scene("thickness = 0.0", drop, &camera);
-        (scene.image.width, scene.image.height) = (64, 64);
-        let truth = Truth { samples: 64, ..Truth::default() };
+        (scene.image.width, scene.image.height) = (24, 24);
+        let truth = Truth { samples: 256, ..Truth::default() };
         let coverage = picture(&scene, &white, truth).coverage;
-        // The drop's middle is a tenth of a pixel to the right of this column.
+        // The drop's middle is in the sixteenth column.
         (
             coverage.iter().map(|share| f64::from(*share)).sum::<f64>(),
-            f64::from(coverage[32 * 64 + 35]),
+            f64::from(coverage[12 * 24 + 15]),
         )
     };
     let ((pinhole, sharp), (lens, blurred)) = (covered(0.0), covered(0.0015));
-    assert!((lens / pinhole - 1.0).abs() < 0.01, "{lens} for {pinhole}");
+    assert!((lens / pinhole - 1.0).abs() < 0.02, "{lens} for {pinhole}");
     // (2a / A)² in the middle of the blurred disc.
     close(sharp, 1.0, 0.5, "sharp");
-    close(blurred, 0.16, 0.01, "opacity in the middle");
+    close(blurred, 0.16, 0.02, "opacity in the middle");
 }
 
 #[test]
