@@ -22,9 +22,10 @@ pub(super) fn line_of(text: &str, problem: &str) -> Option<usize> {
 /// Where the key, or else the table, begins in a table, or in one of a list of them.
 fn in_value(value: &Spanned<DeValue<'_>>, number: usize, problem: &str) -> Option<usize> {
     match value.get_ref() {
-        DeValue::Table(table) => in_nested(table, problem)
-            .or_else(|| key_named(table, problem))
-            .or(Some(value.span().start)),
+        DeValue::Table(table) => {
+            let found = in_nested(table, problem).or_else(|| key_named(table, problem));
+            found.or(Some(value.span().start))
+        }
         DeValue::Array(list) => in_value(list.get(number.checked_sub(1)?)?, 1, problem),
         _ => Some(value.span().start),
     }

@@ -662,3 +662,38 @@ fn many_drops_are_found_as_by_trying_all() {
     assert!(all.iter().sum::<f32>() > 50.0);
     assert_eq!(all, each);
 }
+
+#[test]
+fn real_rain_is_seen_through_the_pane_and_begins_behind_it() {
+    let environment = telling();
+    let traced = |keys: &str, bound: f64| {
+        let text = format!(
+            "[water]\nindex = {WATER}\n[rain]\nrate = 100.0\nextent = 6.0\n{keys}\n[camera]\nvertical_fov = 40\n[image]\nwidth = 16\n\
+             height = 16"
+        );
+        let scene = Scene::parse(&text, "a.toml").expect("a scene");
+        let truth = Truth { samples: 16, rain_to: Some(bound), ..Truth::default() };
+        picture(&scene, &environment, truth)
+    };
+    let pane = |distance: f64, index: f64| {
+        format!("[pane]\ndistance = {distance}\nthickness = 0.0\nindex = {index}")
+    };
+    let sum = |of: &[f32]| of.iter().sum::<f32>();
+    let (bare, near, far) =
+        (traced("", 6.0), traced(&pane(0.001, 1.0), 6.0), traced(&pane(5.0, 1.0), 6.0));
+    // No glass just before the lens changes nothing.
+    assert_eq!(near, bare);
+    assert!(sum(&bare.coverage) > 1.0);
+    assert!(sum(&far.coverage) < 0.3 * sum(&bare.coverage), "drops before the pane are drawn");
+    // Glass dims rain and sky alike.
+    let glass = traced(&pane(0.001, GLASS), 6.0);
+    assert_eq!(glass.coverage, bare.coverage);
+    for (dimmed, bright) in glass.picture.pixels.iter().zip(&bare.picture.pixels) {
+        // Within the picture T is 0.9183 to 0.9179.
+        assert!((*dimmed / *bright - 0.918).abs().max_element() < 1.5e-3);
+    }
+    // The medium, too, is outside alone: with a sixth of its depth it takes about a sixth of the light.
+    let (all, part) = (traced("", 0.0), traced(&pane(5.0, 1.0), 0.0));
+    let share = sum(&part.opacity) / sum(&all.opacity);
+    assert!((share - 1.0 / 6.0).abs() < 0.02, "{share}");
+}
