@@ -83,13 +83,13 @@ impl PaneCap {
     }
 
     /// A place as seen from the centre of its sphere.
-    fn from_center(&self, place: DVec3) -> DVec3 {
+    fn seen_from_center(&self, place: DVec3) -> DVec3 {
         place - self.at.extend(self.center)
     }
 
     /// Distance at which a ray that begins outside meets the sphere, over the wet face.
     pub(super) fn meet(&self, place: DVec3, direction: DVec3) -> Option<f64> {
-        let from = self.from_center(place);
+        let from = self.seen_from_center(place);
         let b = from.dot(direction);
         let miss2 = (from - b * direction).length_squared();
         let half2 = self.sphere * self.sphere - miss2;
@@ -99,8 +99,8 @@ impl PaneCap {
     }
 
     /// Distance from a place within to the cap.
-    fn to_cap(&self, place: DVec3, direction: DVec3) -> f64 {
-        let from = self.from_center(place);
+    fn distance_to(&self, place: DVec3, direction: DVec3) -> f64 {
+        let from = self.seen_from_center(place);
         let b = from.dot(direction);
         let within = from.length_squared() - self.sphere * self.sphere;
         (-b + (b * b - within).max(0.0).sqrt()).max(0.0)
@@ -177,7 +177,7 @@ impl Tracer<'_> {
         let inside = (1.0 - through) * pane.inside;
         if let Some((cap, distance)) = pane.grid.first_met(wet, direction) {
             let place = wet + distance * direction;
-            let normal = cap.from_center(place).normalize();
+            let normal = cap.seen_from_center(place).normalize();
             let light = self.by_colors(|index| {
                 let met = Interface::meet(direction, normal, index);
                 let water = met
@@ -216,17 +216,17 @@ impl Tracer<'_> {
         let (mut place, mut direction) = (place, direction);
         let (mut light, mut left) = (DVec3::ZERO, 1.0);
         for _ in 0..=self.truth.internal_reflections {
-            let to_cap = cap.to_cap(place, direction);
+            let to_cap = cap.distance_to(place, direction);
             let to_base = if direction.z < 0.0 { -place.z / direction.z } else { f64::INFINITY };
             let met = if to_base < to_cap {
                 place = (place + to_base * direction).truncate().extend(0.0);
                 let met = Interface::meet(direction, DVec3::Z, pane.index / index);
                 if let Some(in_glass) = met.refracted {
-                    light += left * (1.0 - met.reflectance) * self.from_base(pane, in_glass);
+                    light += left * (1.0 - met.reflectance) * self.behind_base(pane, in_glass);
                 }
                 met
             } else {
-                let normal = cap.from_center(place + to_cap * direction).normalize();
+                let normal = cap.seen_from_center(place + to_cap * direction).normalize();
                 place = cap.at.extend(cap.center) + cap.sphere * normal;
                 let met = Interface::meet(direction, -normal, 1.0 / index);
                 if let Some(in_air) = met.refracted {
@@ -244,7 +244,7 @@ impl Tracer<'_> {
     }
 
     /// Radiance that arrives in the glass from a direction towards the dry face.
-    fn from_base(&self, pane: &Pane, in_glass: DVec3) -> DVec3 {
+    fn behind_base(&self, pane: &Pane, in_glass: DVec3) -> DVec3 {
         let dry = Interface::meet(in_glass, DVec3::Z, 1.0 / pane.index);
         let Some(inside) = dry.refracted else { return pane.inside };
         let back = dry.reflectance / (1.0 + dry.reflectance);
