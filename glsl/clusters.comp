@@ -14,9 +14,6 @@
 
 layout(local_size_x = 64) in;
 
-// The drops, then two for each of their clusters (`records` in src/passes/placed.rs).
-layout(std430, set = 1, binding = 3) readonly buffer PlacedDrops { Placed placed[]; };
-
 // Where the drops of a cluster may be, from the camera along the world's axes, and how far they reach over it.
 struct Around {
     vec3 center;
@@ -48,7 +45,8 @@ Around around_random(uint cluster) {
     return a;
 }
 
-// Placed drops: the box that holds them in this frame.
+// Placed drops: the box that holds them in this frame, two records after those of all of them (`records` in
+// src/passes/placed.rs).
 Around around_placed(uint number) {
     uint at = frame.shift.w - frame.camera_place.w + 2u * number;
     Placed box = placed[at];
@@ -77,7 +75,8 @@ void main() {
     bool seen = meets_view(a.center, a.half_size, reach_from_box(a.center, a.half_size, a.reach));
     float depth = -dot(frame.back.xyz, a.middle);
     // Bands have equal volumes in any pixel's view.
-    float share = clamp(depth / dot(abs(frame.back.xyz), max(frame.extent.xyz, vec3(uintBitsToFloat(frame.clusters.w)))), 0.0, 1.0);
+    vec3 farthest = max(frame.extent.xyz, vec3(uintBitsToFloat(frame.clusters.w)));
+    float share = clamp(depth / dot(abs(frame.back.xyz), farthest), 0.0, 1.0);
     uint band = BANDS - 1u - min(uint(pow(share, 3.0) * float(BANDS)), BANDS - 1u);
     uint region = region_at(a.middle, depth, a.reach);
     uvec4 seen_here = subgroupBallot(seen);

@@ -141,6 +141,7 @@ pub mod files;
 pub mod gpu;
 pub mod measure;
 pub mod optics;
+pub mod pane;
 #[doc(hidden)]
 pub mod passes;
 pub mod picture;

@@ -17,6 +17,7 @@ mod interrupt;
 mod man;
 mod mask;
 mod options;
+mod pane;
 mod plan;
 mod progress;
 mod rain;
@@ -70,7 +71,7 @@ Exit status: 0 done, 1 a check fails, 2 an error, 130 interrupted.";
 /// The commands by purpose, as the help lists them.
 const GROUPS: [(&str, &[&str]); 5] = [
     ("Look", &["view", "render", "dataset", "sky", "mask"]),
-    ("Ask", &["plan", "rain", "devices", "schema"]),
+    ("Ask", &["plan", "rain", "pane", "devices", "schema"]),
     ("Measure truth", &["reference", "compare", "errors"]),
     ("Measure time", &["bench", "survey", "tradeoff", "compare-devices", "verdict", "report"]),
     ("Shell", &["completions", "man", "help"]),
@@ -96,6 +97,7 @@ enum Command {
     Mask(mask::MaskArgs),
     Plan(plan::PlanArgs),
     Rain(rain::RainArgs),
+    Pane(pane::PaneArgs),
     Devices(devices::DevicesArgs),
     Schema(schema::SchemaArgs),
     Reference(reference::ReferenceArgs),
@@ -163,6 +165,7 @@ pub fn main() -> ExitCode {
         Command::Mask(args) => mask::run(&args),
         Command::Plan(args) => plan::run(&args),
         Command::Rain(args) => rain::run(&args),
+        Command::Pane(args) => pane::run(&args),
         Command::Devices(args) => devices::run(&args),
         Command::Schema(_) => schema::run(),
         Command::Sky(args) => sky::run(&args),

@@ -224,7 +224,7 @@ fn show(report: &Report) -> anyhow::Result<()> {
 }
 
 /// Four significant digits; from 1,000 on a whole number.
-fn significant(value: f64) -> String {
+pub(super) fn significant(value: f64) -> String {
     if value != 0.0 && !(1e-3..1e7).contains(&value.abs()) {
         return format!("{value:.3e}");
     }

@@ -90,6 +90,10 @@ pub fn run(args: &ReferenceArgs) -> anyhow::Result<Answer> {
     }
     if let Some(number) = args.frame {
         scene = scene.film.frame(&scene, number);
+        if scene.pane.is_some() {
+            // A camera on its way may come through a pane that stands.
+            scene.validate(&format!("frame {number}"))?;
+        }
         scene.read_particles()?;
     }
     let plate = Plate::of(&scene)?;

@@ -3,13 +3,16 @@
 //! - `interface.rs`: what a flat piece of the surface does to a ray.
 //! - `sphere.rs`: a sphere of water, or a bubble in water, in closed form.
 //! - `spheroid.rs`: drops that the air flattens, traced from surface to surface.
+//! - `cap.rs`: a drop on a pane.
 //! - `mask.rs`: the geometry of the paper's mask.
 
+mod cap;
 mod interface;
 mod mask;
 mod sphere;
 mod spheroid;
 
+pub use cap::{Cap, FirstExit};
 pub use interface::{Interface, fresnel, schlick};
 pub use mask::{level_distance, level_half_angle, mask_encounter};
 pub use sphere::Encounter;

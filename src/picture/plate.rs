@@ -172,6 +172,22 @@ impl Plate {
         self.color.as_ref().map(|color| color.pixels[pixel as usize].as_dvec3())
     }
 
+    /// Radiance at a place of the picture, in pixels from its upper left corner: bilinear between the middles of pixels,
+    /// and that of the nearest at the edge.
+    pub fn bilinear(&self, place: glam::DVec2) -> Option<glam::DVec3> {
+        let color = self.color.as_ref()?;
+        let last = glam::DVec2::new(f64::from(color.width), f64::from(color.height)) - 1.0;
+        let place = (place - 0.5).clamp(glam::DVec2::ZERO, last);
+        let (first, share) = (place.floor(), place.fract());
+        let next = (first + 1.0).min(last);
+        let pixel = |x: f64, y: f64| {
+            color.pixels[y as usize * color.width as usize + x as usize].as_dvec3()
+        };
+        let upper = pixel(first.x, first.y).lerp(pixel(next.x, first.y), share.x);
+        let lower = pixel(first.x, next.y).lerp(pixel(next.x, next.y), share.x);
+        Some(upper.lerp(lower, share.y))
+    }
+
     /// Where a ray comes to what is behind: distance along it, given the cosine of its angle to the view
     /// axis.
     pub fn reach(&self, pixel: u32, cos_view: f64) -> f64 {

@@ -149,7 +149,7 @@ mod tests {
 
     #[test]
     fn every_drop_is_in_a_cluster_once() {
-        for (count, placed) in [(0, 0), (0, 3), (1, 0), (16, 16), (20_001, 3)] {
+        for (count, placed) in [(0, 0_u32), (0, 3), (1, 0), (16, 16), (20_001, 3)] {
             let centers: Vec<DVec3> =
                 (0..placed).map(|i| DVec3::splat(-f64::from(i % 5))).collect();
             let clusters = Clusters::new(&[rain(count)], &centers);

@@ -29,6 +29,8 @@ mod flat_light;
 mod glints;
 mod light;
 mod outline;
+mod pane;
+mod pane_grid;
 pub mod paper;
 mod rain;
 mod samples;
@@ -50,6 +52,7 @@ use rayon::prelude::*;
 
 use self::far::{FarRain, SmallDrops};
 use self::glints::Glints;
+use self::pane::{Pane, Passed};
 use self::rain::NearRain;
 use self::weather::Weather;
 use crate::environment::Environment;
@@ -150,6 +153,7 @@ pub struct Tracer<'a> {
     glints: Option<Glints>,
     tree: Tree,
     rain: Option<Box<Weather>>,
+    pane: Option<Box<Pane>>,
     /// See [`Tracer::until`].
     stop: fn() -> bool,
 }
@@ -167,7 +171,10 @@ impl<'a> Tracer<'a> {
     /// The drops of a validated scene. The scene's models are ignored: the reference has none.
     pub fn new(scene: &Scene, environment: &'a Environment, truth: Truth) -> Self {
         let drops = of_scene(scene);
-        let tracer = Self::of_drops(Eye::of_scene(scene), drops, environment, truth);
+        let mut tracer = Self::of_drops(Eye::of_scene(scene), drops, environment, truth);
+        tracer.pane = Pane::new(scene).map(Box::new);
+        // Images of a bare sun are looked for without a pane alone.
+        tracer.glints = tracer.glints.filter(|_| tracer.pane.is_none());
         let indices = by_color(scene.indices());
         let Some((rain, bound)) = scene.real_rain().zip(usual_bound(scene)) else {
             return Self { indices, ..tracer };
@@ -185,7 +192,18 @@ impl<'a> Tracer<'a> {
         let indices = vec![(WATER, DVec3::ONE)];
         let tree = Tree::new(drops);
         let plate = Plate::default();
-        Self { truth, eye, environment, plate, indices, glints, tree, rain: None, stop: || false }
+        Self {
+            truth,
+            eye,
+            environment,
+            plate,
+            indices,
+            glints,
+            tree,
+            rain: None,
+            pane: None,
+            stop: || false,
+        }
     }
 
     /// The same drops before a background of the picture's size.
@@ -203,15 +221,19 @@ impl<'a> Tracer<'a> {
         &self.tree
     }
 
-    /// Radiance that arrives from a unit direction, in world space, as the shutter opens; without plate,
-    /// lens and real rain.
+    /// Radiance that arrives from a unit direction, in world space, as the shutter opens; without lens and real rain, and
+    /// with the plate only as drops on a pane show it.
     pub fn radiance_along(&self, direction: DVec3) -> DVec3 {
-        let ray = Ray::along(direction);
+        let Passed { light: of_pane, left: through, covered, ray, from } =
+            self.pass(&Ray::along(direction));
+        if covered {
+            return of_pane;
+        }
         let depth = self.truth.drops_see_drops;
-        let next = |after| self.tree.first_hit(&ray, after, None);
+        let next = |after: Hit| self.tree.first_hit(&ray, after.after(from), None);
         let around = Around { tree: &self.tree, glints: false, small: None };
         let (light, left) = self.gather(&around, &ray, 1.0, depth, f64::INFINITY, next);
-        light + left * self.environment.radiance(direction)
+        of_pane + through * (light + left * self.environment.radiance(direction))
     }
 
     /// The picture, on the threads of the current rayon pool; the same for any number of them.
@@ -275,9 +297,9 @@ impl<'a> Tracer<'a> {
         self.eye.view.width.div_ceil(TILE) * self.eye.view.height.div_ceil(TILE)
     }
 
-    /// Whether a drop may be seen in a tile. Of real rain one always may.
+    /// Whether a drop may be seen in a tile. Of real rain, and behind a pane, one always may.
     pub fn shows_drops(&self, tile: u32) -> bool {
-        if self.rain.is_some() {
+        if self.rain.is_some() || self.pane.is_some() {
             return true;
         }
         let mut found = Vec::new();
@@ -320,14 +342,20 @@ impl<'a> Tracer<'a> {
     /// The rays through a rectangle of the picture, from a column and row to others.
     fn pyramid_between(&self, (left, upper): (u32, u32), (right, lower): (u32, u32)) -> Pyramid {
         let corners = [left, upper, right, lower].map(f64::from);
-        Pyramid::between(self.eye.view.corners(corners)).through(&self.eye)
+        // A pane shifts no ray farther than it is thick.
+        let shift = self.pane.as_ref().map_or(0.0, |pane| pane.thickness);
+        Pyramid::between(self.eye.view.corners(corners)).through(&self.eye).shifted(shift)
     }
 
     /// Whether it matters when a ray is, or where on the lens it begins.
     fn is_exposed(&self) -> bool {
         let populations = &self.tree.drops().populations;
         let rain_moves = self.rain.as_ref().is_some_and(|rain| rain.near.moves());
-        rain_moves || self.eye.lens > 0.0 || populations.iter().any(|all| all.motion != DVec3::ZERO)
+        let pane_moves = self.pane.as_ref().is_some_and(|pane| pane.motion != DVec3::ZERO);
+        rain_moves
+            || pane_moves
+            || self.eye.lens > 0.0
+            || populations.iter().any(|all| all.motion != DVec3::ZERO)
     }
 
     /// The pixels of a tile, row by row; a tile at the right or lower edge may be narrower.
@@ -348,23 +376,31 @@ impl<'a> Tracer<'a> {
         self.pixels_of(left, upper)
             .map(|(x, y)| {
                 let pixel = self.eye.view.number_in_whole(x, y);
-                let (mut radiance, mut covered) = (DVec3::ZERO, 0.0);
+                let (mut radiance, mut covered, mut opacity) = (DVec3::ZERO, 0.0, 0.0);
                 samples.of_pixel(pixel, places);
                 for sample in places.iter() {
-                    let ray = self.eye.ray(x, y, sample);
-                    let reach = self.reach(pixel, &ray);
-                    let next = |after| self.tree.first_hit_of(candidates, &ray, after);
-                    let depth = self.truth.drops_see_drops;
-                    let (light, left) = self.gather(&around, &ray, 1.0, depth, reach, next);
+                    let Passed { light, left: through, covered: is_covered, ray, from } =
+                        self.pass(&self.eye.ray(x, y, sample));
                     radiance += light;
+                    if is_covered {
+                        (covered, opacity) = (covered + 1.0, opacity + 1.0);
+                        continue;
+                    }
+                    let reach = self.reach(pixel, &ray);
+                    let next =
+                        |after: Hit| self.tree.first_hit_of(candidates, &ray, after.after(from));
+                    let depth = self.truth.drops_see_drops;
+                    let (light, left) = self.gather(&around, &ray, through, depth, reach, next);
+                    radiance += through * light;
                     if left > 0.0 {
-                        radiance += left * self.behind(pixel, &ray);
+                        radiance += through * left * self.behind(pixel, &ray);
                     }
                     covered += 1.0 - left;
+                    opacity += 1.0 - through * left;
                 }
                 let count = places.len() as f64;
-                let coverage = covered / count;
-                Found { radiance: radiance / count, coverage, opacity: coverage }
+                let [coverage, opacity] = [covered, opacity].map(|sum| sum / count);
+                Found { radiance: radiance / count, coverage, opacity }
             })
             .collect()
     }

@@ -57,7 +57,7 @@ pub(super) struct Shell {
 impl Shell {
     /// Whether rays of the pyramid may meet in it what is between two distances from the camera.
     fn meets(&self, nearest: f64, farthest: f64, pyramid: &Pyramid) -> bool {
-        nearest - pyramid.lens < self.to && farthest + pyramid.lens >= self.from
+        nearest - pyramid.origins() < self.to && farthest + pyramid.origins() >= self.from
     }
 
     /// Two shells of one volume instead of this; `None` if they would be thinner than float64 can tell apart.

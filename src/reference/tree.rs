@@ -39,6 +39,11 @@ impl Hit {
     pub const START: Self = Self { distance: f64::NEG_INFINITY, drop: 0 };
     /// After every hit: nothing was met.
     pub const NONE: Self = Self { distance: f64::INFINITY, drop: u32::MAX };
+
+    /// The later of a hit and of all that are nearer than `distance`.
+    pub(super) fn after(self, distance: f64) -> Self {
+        if distance > self.distance { Self { distance, drop: 0 } } else { self }
+    }
 }
 
 /// The rays of a rectangle of the picture: a pyramid from the origin by four planes through it, wider by
@@ -48,9 +53,11 @@ pub struct Pyramid {
     /// Unit normals, pointing inwards.
     normals: [DVec3; 4],
     /// Radius of the lens.
-    pub(super) lens: f64,
+    lens: f64,
     focus: f64,
     forward: DVec3,
+    /// How far a pane of glass shifts rays aside.
+    shift: f64,
 }
 
 impl Pyramid {
@@ -61,7 +68,7 @@ impl Pyramid {
             let normal = corners[i].cross(corners[(i + 1) % 4]).normalize_or_zero();
             if normal.dot(middle) < 0.0 { -normal } else { normal }
         });
-        Self { normals, lens: 0.0, focus: f64::INFINITY, forward: DVec3::ZERO }
+        Self { normals, lens: 0.0, focus: f64::INFINITY, forward: DVec3::ZERO, shift: 0.0 }
     }
 
     /// The rays from all of the eye's lens that meet those of the pyramid in the plane of focus.
@@ -69,15 +76,25 @@ impl Pyramid {
         Self { lens: eye.lens, focus: eye.focus, forward: -eye.view.back, ..self }
     }
 
+    /// The same rays, each shifted aside by up to so much.
+    pub(super) fn shifted(self, shift: f64) -> Self {
+        Self { shift, ..self }
+    }
+
+    /// How far from the origin a ray may begin.
+    pub(super) fn origins(&self) -> f64 {
+        self.lens + self.shift
+    }
+
     /// How far a ray may be outside of a plane between two depths: the lens seen through the plane of
     /// focus. (A ray from o on the lens is at o (1-u) + p u where its depth is u times the focus, with p
     /// in the pyramid.)
     fn blur(&self, depths: [f64; 2]) -> f64 {
         if self.lens == 0.0 {
-            return 0.0;
+            return self.shift;
         }
         let [a, b] = depths.map(|depth| (1.0 - depth / self.focus).abs());
-        self.lens * a.max(b)
+        self.lens * a.max(b) + self.shift
     }
 
     /// Whether it misses all between two corners.
@@ -215,7 +232,7 @@ impl Tree {
     pub fn within(&self, pyramid: &Pyramid, reach: f64, found: &mut Vec<Hit>) {
         found.clear();
         // A ray may begin anywhere on the lens.
-        let reach2 = (reach + pyramid.lens).powi(2);
+        let reach2 = (reach + pyramid.origins()).powi(2);
         let mut stack = [0_u32; MAX_DEPTH];
         let mut depth = usize::from(!self.nodes.is_empty());
         while depth > 0 {
@@ -236,7 +253,7 @@ impl Tree {
                     if !pyramid.misses_sphere(ends, radius) {
                         let length = nearest_between(ends);
                         // Rounded down, so that it bounds the distance of every hit from below.
-                        let distance = length - radius - SLACK * length - pyramid.lens;
+                        let distance = length - radius - SLACK * length - pyramid.origins();
                         if distance < reach {
                             found.push(Hit { distance, drop: number });
                         }

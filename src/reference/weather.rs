@@ -5,6 +5,7 @@ use glam::{DMat2, DVec2, DVec3};
 
 use super::drops::{Drop, Drops};
 use super::far::{Chance, FarRain};
+use super::pane::Passed;
 use super::rain::{NearRain, Shell};
 use super::{Around, Found, Hit, Pyramid, Ray, Samples, Scratch, Strata, TILE, Tracer, Tree};
 use crate::rain::{pcg4d, unit};
@@ -29,12 +30,15 @@ pub(super) struct Weather {
 /// A sample on its way.
 struct Path {
     ray: Ray,
-    /// Where the background is.
+    /// From where on it is outside, and where the background is.
+    from: f64,
     reach: f64,
     chance: Chance,
     light: DVec3,
     /// What is let through so far.
     left: f64,
+    /// Share that a pane lets through.
+    through: f64,
 }
 
 /// A pixel and its samples.
@@ -103,8 +107,10 @@ impl Tracer<'_> {
         samples.of_pixel(number, &mut scratch.samples);
         let chances = chances(number, scratch.samples.len() as u32, self.truth.seed);
         let path = |(sample, chance)| {
-            let ray = self.eye.ray(at.0, at.1, sample);
-            Path { ray, reach: self.reach(number, &ray), chance, light: DVec3::ZERO, left: 1.0 }
+            let Passed { light, left: through, covered, ray, from } =
+                self.pass(&self.eye.ray(at.0, at.1, sample));
+            let left = if covered { 0.0 } else { 1.0 };
+            Path { ray, from, reach: self.reach(number, &ray), chance, light, left, through }
         };
         let paths: Vec<Path> = scratch.samples.iter().zip(chances).map(path).collect();
         let suns = paths.iter().map(|path| rain.far.of_suns(path.ray.direction, path.chance.place));
@@ -144,6 +150,7 @@ impl Tracer<'_> {
                     Around { tree: &tree, glints: false, small: rain.far.small_drops(*sun) };
                 for path in paths.iter_mut().filter(|path| goes_on(path)) {
                     let ray = path.ray;
+                    let start = start.after(path.from);
                     let next = |after: Hit| {
                         tree.first_hit_of(
                             candidates,
@@ -153,7 +160,7 @@ impl Tracer<'_> {
                     };
                     let reach = path.reach.min(shell.to);
                     let (light, left) = self.gather(&around, &ray, path.left, 0, reach, next);
-                    path.light += path.left * light;
+                    path.light += path.through * path.left * light;
                     path.left *= left;
                 }
             }
@@ -208,7 +215,7 @@ impl Tracer<'_> {
         let mut mean = Mean::default();
         for path in pixel.paths.iter().filter(|path| path.left > 0.0) {
             let direction = path.ray.direction;
-            if rain.far.transmittance(direction, path.reach) < 1.0 {
+            if self.through_medium(rain, path) < 1.0 {
                 let (indices, all) = (&self.indices, self.environment);
                 mean.sum += rain.far.of_drop(&self.truth, indices, all, direction, path.chance);
                 mean.place += place_of(pixel);
@@ -218,15 +225,24 @@ impl Tracer<'_> {
         mean
     }
 
+    /// What the medium lets through that is outside.
+    fn through_medium(&self, rain: &Weather, path: &Path) -> f64 {
+        let to = |reach| rain.far.transmittance(path.ray.direction, reach);
+        match path.from > 0.0 && path.from < path.reach {
+            true => to(path.reach) / to(path.from),
+            false => to(path.reach),
+        }
+    }
+
     /// A pixel: behind its drops the medium of a far drop's `light`, behind that the background.
     fn end(&self, rain: &Weather, pixel: &Pixel, light: DVec3) -> Found {
         let number = self.eye.view.number_in_whole(pixel.at.0, pixel.at.1);
         let (mut radiance, mut coverage, mut opacity) = (DVec3::ZERO, 0.0, 0.0);
         for path in &pixel.paths {
-            let through = rain.far.transmittance(path.ray.direction, path.reach);
+            let through = self.through_medium(rain, path);
             radiance += path.light;
-            radiance += path.left * (1.0 - through) * (light + pixel.sun_of_medium);
-            let left = path.left * through;
+            radiance += path.through * path.left * (1.0 - through) * (light + pixel.sun_of_medium);
+            let left = path.through * path.left * through;
             if left > 0.0 {
                 radiance += left * self.behind(number, &path.ray);
             }

@@ -109,10 +109,12 @@ impl Film {
     pub fn frame(&self, scene: &Scene, number: u32) -> Scene {
         let first = if self.fps < 0.0 { self.seconds() } else { 0.0 };
         let at = first + f64::from(number) / self.fps;
+        let seconds = self.scene_seconds(at);
         Scene {
-            time: scene.time + self.scene_seconds(at),
+            time: scene.time + seconds,
             pace: self.pace_at(at),
             camera: self.camera_at(&scene.camera, at),
+            pane: scene.pane.as_ref().map(|pane| pane.after(seconds)),
             ..scene.clone()
         }
     }

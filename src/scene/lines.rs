@@ -22,10 +22,21 @@ pub(super) fn line_of(text: &str, problem: &str) -> Option<usize> {
 /// Where the key, or else the table, begins in a table, or in one of a list of them.
 fn in_value(value: &Spanned<DeValue<'_>>, number: usize, problem: &str) -> Option<usize> {
     match value.get_ref() {
-        DeValue::Table(table) => key_named(table, problem).or(Some(value.span().start)),
+        DeValue::Table(table) => {
+            let found = in_nested(table, problem).or_else(|| key_named(table, problem));
+            found.or(Some(value.span().start))
+        }
         DeValue::Array(list) => in_value(list.get(number.checked_sub(1)?)?, 1, problem),
         _ => Some(value.span().start),
     }
+}
+
+/// Where it is in a list of tables within a table: "drop 3: …".
+fn in_nested(table: &DeTable<'_>, problem: &str) -> Option<usize> {
+    let (head, rest) = problem.split_once(": ")?;
+    let (name, number) = head.split_once(' ')?;
+    let (_, list) = table.iter().find(|(key, _)| key.get_ref() == name)?;
+    in_value(list, number.parse().ok()?, rest)
 }
 
 /// Where the key begins that a message names first.

@@ -10,6 +10,7 @@ pub mod film;
 mod lines;
 pub mod matrices;
 pub mod model;
+pub mod pane;
 pub mod particles;
 mod placed;
 pub mod projection;
@@ -36,6 +37,7 @@ pub(crate) use crate::scene::edit::with_keys;
 use crate::scene::film::Film;
 pub use crate::scene::model::ModelChoice;
 use crate::scene::model::{FarRain, Lens, Operator};
+pub use crate::scene::pane::Pane;
 use crate::scene::particles::Particles;
 pub use crate::scene::placed::PlacedDrop;
 use crate::scene::real_rain::{RainTables, RealRain};
@@ -84,6 +86,9 @@ pub struct Scene {
     /// Drops that somebody else simulated.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub particles: Option<Particles>,
+    /// A pane of glass between the camera and the rain.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pane: Option<Pane>,
     /// What drops are made of.
     pub water: Water,
     /// What is behind the drops instead of the sky.
@@ -214,6 +219,7 @@ impl Default for Scene {
             rain: Some(RainSettings::default()),
             drops: Vec::new(),
             particles: None,
+            pane: None,
             water: Water::default(),
             background: Background::default(),
             model: ModelChoice::default(),
@@ -287,7 +293,7 @@ impl Scene {
             // Relative to the new file it would be another one.
             *file = std::path::absolute(&*file).map_err(|error| Error::write(path, error))?;
         }
-        if scene.rain.is_none() && scene.drops.is_empty() && scene.particles.is_none() {
+        if scene.rain.is_none() && !scene.names_drops() {
             // Left out, rain would be the default one.
             scene.rain = Some(RainSettings { count: 0, ..RainSettings::default() });
         }
@@ -331,7 +337,7 @@ impl Scene {
         })?;
         // The default scene's rain is for files that name no drops at all.
         let names_rain = text.parse::<toml::Table>().is_ok_and(|table| table.contains_key("rain"));
-        if (!scene.drops.is_empty() || scene.particles.is_some()) && !names_rain {
+        if scene.names_drops() && !names_rain {
             scene.rain = None;
         }
         validate::problem(&scene).map_err(|problem| {
@@ -342,6 +348,11 @@ impl Scene {
             Error::Scene { place, problem }
         })?;
         Ok(scene)
+    }
+
+    /// Whether it says itself what is to be seen, so that no default rain falls.
+    fn names_drops(&self) -> bool {
+        !self.drops.is_empty() || self.particles.is_some() || self.pane.is_some()
     }
 
     /// Refractive index inside drops over that outside, for red, green and blue. Where nothing is said, that

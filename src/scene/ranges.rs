@@ -20,6 +20,8 @@ struct Rule {
     /// Whether `least` itself is refused.
     is_over: bool,
     most: Option<f64>,
+    /// Whether `most` itself is refused.
+    is_under: bool,
     may_be_infinite: bool,
     unit: String,
     /// What to do about a value outside.
@@ -54,7 +56,9 @@ impl Rule {
         let over = number("exclusiveMinimum");
         self.is_over |= over.is_some();
         self.least = over.or(number("minimum")).or(self.least);
-        self.most = number("maximum").or(self.most);
+        let under = number("exclusiveMaximum");
+        self.is_under |= under.is_some();
+        self.most = under.or(number("maximum")).or(self.most);
         self.may_be_infinite |= part.get("x-infinite").is_some_and(|flag| *flag == true);
         self.unit = text("x-unit").unwrap_or_else(|| std::mem::take(&mut self.unit));
         self.advice = text("x-advice").unwrap_or_else(|| std::mem::take(&mut self.advice));
@@ -79,11 +83,14 @@ impl Rule {
         let finite = if self.may_be_infinite { "" } else { "finite and " };
         let is_within =
             self.least.is_none_or(|least| value > least || (!self.is_over && value == least))
-                && self.most.is_none_or(|most| value <= most);
+                && self.most.is_none_or(|most| value < most || (!self.is_under && value == most));
         if is_within && !value.is_nan() && (value.is_finite() || self.may_be_infinite) {
             return None;
         }
         let mut words = match (self.least.map(Short), self.most.map(Short)) {
+            (Some(least), Some(most)) if self.is_over && self.is_under => {
+                format!("is not between {least} and {most}")
+            }
             (Some(least), Some(most)) if self.is_over => {
                 format!("is not over {least} and up to {most}")
             }

@@ -37,6 +37,7 @@ pub(super) fn problem(scene: &Scene) -> Result<(), String> {
     scene.model.validate_far_rain(scene.real_rain().as_ref())?;
     rain(scene)?;
     drops(scene)?;
+    super::pane::problem(scene)?;
     scene.background.validate()?;
     model(scene)?;
     scene.film.validate()?;

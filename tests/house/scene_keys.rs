@@ -76,6 +76,66 @@ fn bad_values_are_refused_with_their_key() {
         ("[background]\ndepth = \"d.exr\"\ndepth_kind = \"round\"", "planar"),
         ("[background]\ndepth = \"d.exr\"\ndepth_scale = -1.0", "depth_scale = -1"),
         ("[background]\ndepth_scale = 1.0", "but no depth"),
+        ("[pane]\nthickness = 0.0", "pane: it has no place"),
+        ("[pane]\npoint = [0, 0, -1]", "pane: it has no place"),
+        ("[pane]\ndistance = 1.0\npoint = [0, 0, -1]", "not both"),
+        ("[pane]\ndistance = 0.0", "distance = 0"),
+        ("[pane]\ndistance = 1.0\ntilt = 90.0", "tilt = 90"),
+        ("[pane]\npoint = [0, 0, -1]\nnormal = [0, 0, -1]\ntilt = 3.0", "tilt goes with distance"),
+        ("[pane]\npoint = [0, 0, -1]\nnormal = [0, 0, 0]", "normal"),
+        ("[pane]\npoint = [0, 0, -1]\nnormal = [0, 0, 1]", "is on the wet side"),
+        ("[pane]\npoint = [0, 0, -1]\nnormal = [0, 0, -1]\nthickness = 1.0", "is within the glass"),
+        (
+            "[camera]\naperture = 3.0\n[pane]\npoint = [0, 0, -1]\nnormal = [0, 1, -1]",
+            "nearer to the dry face than its lens",
+        ),
+        (
+            "[pane]\npoint = [0, 0, -1]\nnormal = [0, 0, -1]\n[[film.camera]]\nat = 0.0\nposition = [0, 0, -3]\n\
+             target = [0, 0, -4]",
+            "[0, 0, -3] is on the wet side",
+        ),
+        ("[pane]\ndistance = 1.0\nthickness = -0.1", "thickness = -0.1"),
+        ("[pane]\ndistance = 1.0\nindex = 0.9", "index = 0.9"),
+        ("[pane]\ndistance = 1.0\ncontact_angle = 180.0", "contact_angle = 180"),
+        ("[pane]\ndistance = 1.0\ncontact_angle = 0.0", "contact_angle = 0"),
+        ("[pane]\ndistance = 1.0\ninside = [0, 0, -1]", "inside"),
+        ("[pane]\ndistance = 1.0\nframe = \"car\"", "world"),
+        ("[pane]\ndistance = 1.0\n[water]\noutside = 1.33", "water.outside must be 1"),
+        (
+            "[pane]\ndistance = 1.0\n[[pane.drop]]\nat = [0, 0]\nradius = 0.0",
+            "pane: drop 1: radius = 0",
+        ),
+        (
+            "[pane]\ndistance = 1.0\n[[pane.drop]]\nat = [0, nan]\nradius = 0.1",
+            "pane: drop 1: the second of at = NaN",
+        ),
+        (
+            "[pane]\ndistance = 1.0\n[[pane.drop]]\nat = [0, 0]\nradius = 0.1\ncontact_angle = 171.0",
+            "pane: drop 1: contact_angle = 171",
+        ),
+        (
+            "[pane]\ndistance = 1.0\n[[pane.drop]]\nat = [0, 0]\nradius = 0.1\n[[pane.drop]]\nat = [9, 0]\nradius = 0.1\n\
+             [[pane.drop]]\nat = [0.1, 0.1]\nradius = 0.1",
+            "pane: drop 3: its disc overlaps that of drop 1",
+        ),
+        ("[pane]\ndistance = 1.0\nage = 5.0", "need a rate"),
+        ("[pane]\ndistance = 1.0\nrate = 2001.0", "rate = 2001"),
+        ("[pane]\ndistance = 1.0\nrate = -1.0", "rate = -1"),
+        ("[pane]\ndistance = 1.0\nrate = 5.0\nage = -1.0", "age = -1"),
+        (
+            "[pane]\ndistance = 1.0\nrate = 5.0\nage = 31536000.0\nvelocity = [0, 0, -14]",
+            "pane: age = 31536000 s: some",
+        ),
+        ("[pane]\ndistance = 1.0\nrate = 5.0\nvelocity = [0, 0, -400]", "velocity"),
+        ("[pane]\ndistance = 1.0\nrate = 5.0\nangles = [20, 50]", "angles = [20, 50]"),
+        ("[pane]\ndistance = 1.0\nrate = 5.0\nretained = 0.0", "retained = 0"),
+        ("[pane]\ndistance = 1.0\nrate = 5.0\ntrail = -0.1", "trail = -0.1"),
+        ("[pane]\ndistance = 1.0\nrate = 5.0\nextent = [0, 1]", "the first of extent = 0"),
+        ("[pane]\ndistance = 1.0\ntilt = 60.0\nrate = 5.0", "sees it to the horizon"),
+        (
+            "[pane]\ndistance = 1.0\nrate = 5.0\nextent = [1, 1]\n[[pane.drop]]\nat = [0, 0]\nradius = 0.6",
+            "pane: drop 1: radius = 0.6",
+        ),
         ("[model]\nsplat_px = 0.39", "splat_px = 0.39 is not within 0.4 to 1.5 px"),
         ("[model]\nsplat_px = 1.51", "splat_px = 1.51 is not within"),
         ("[model]\nsplat_px = nan", "splat_px = NaN is not within"),
@@ -93,6 +153,11 @@ fn bad_values_are_refused_with_their_key() {
     for text in [
         "[camera]\nshutter = 3600.0\nfocus = inf\naperture = 2.0",
         "[camera]\nshutter_angle = 360.0",
+        "[pane]\ndistance = 1.0\nthickness = 0.0\nindex = 1.0\n[[pane.drop]]\nat = [0, 0]\nradius = 5.0",
+        "[pane]\ndistance = 1.5\nthickness = 1.0\nindex = 1.2\n[camera]\naperture = 0.9",
+        "[pane]\ndistance = 1.0\nrate = 0.0",
+        "[pane]\ndistance = 1.0\nrate = 2000.0\nage = 1.0\nextent = [0.1, 0.1]\nsimulation = \"running\"",
+        "[pane]\npoint = [0, 0, 9]\nnormal = [0, 0, 1]",
         "[model]\nsplat_px = 0.4",
         "[model]\nsplat_px = 1.5",
         "[water]\nindex = 1\noutside = 1.33",
@@ -139,6 +204,9 @@ fn what_no_preset_draws_is_said_with_the_command_that_does() {
         };
         assert!(problem.starts_with(key) && problem.contains("raindrops reference"), "{problem}");
     }
+    let pane = parse("[pane]\ndistance = 1.0").expect("a scene");
+    let problem = plan(&pane, &sky, Output::Display).expect_err("a pane").to_string();
+    assert!(problem.starts_with("pane: ") && problem.contains("raindrops reference"), "{problem}");
     // The paper's mask is of water in air.
     for text in ["[water]\nindex = 1.34", "[water]\nindex = 1.0\noutside = 1.33"] {
         let mut scene = parse(text).expect("a scene");
@@ -334,6 +402,11 @@ fn what_is_out_of_range_has_its_line() {
             "[[drop]]\ncenter = [0.0, 0.0, 0.0]\nradius = 0.1\n[[drop]]\ncenter = [0.0, 0.0, 0.0]\nradius = 0.0",
         ),
         (3, "[rain]\nrate = 25.0\ndiameters = [2.0, 1.0]"),
+        (3, "[pane]\ndistance = 1.0\nindex = 0.5"),
+        (
+            8,
+            "[pane]\ndistance = 1.0\n[[pane.drop]]\nat = [0.0, 0.0]\nradius = 0.1\n[[pane.drop]]\nat = [5.0, 0.0]\nradius = 0.0",
+        ),
         (2, "[model]\nerror = 0.1\npreset = \"paper\""),
         (2, "[film]\npace = [{ at = 1.0, rate = 1.0 }, { at = 0.0, rate = 1.0 }]"),
     ] {

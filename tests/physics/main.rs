@@ -10,6 +10,8 @@ mod independent;
 mod matrices;
 mod metrics;
 mod optics;
+mod pane;
+mod pane_rain;
 mod plates;
 mod rain_cells;
 mod rain_drops;
