@@ -34,7 +34,7 @@ fn markers() -> ([[u32; 4]; 24], Frame) {
         room: words[19],
         clusters: words[20],
         moved: float(21),
-        veil: words[22],
+        streaks: words[22],
         lens: float(23),
     };
     (words, frame)
@@ -65,7 +65,7 @@ fn offsets_are_those_of_std140() {
         offset_of!(Frame, room),
         offset_of!(Frame, clusters),
         offset_of!(Frame, moved),
-        offset_of!(Frame, veil),
+        offset_of!(Frame, streaks),
         offset_of!(Frame, lens),
     ];
     for (member, offset) in offsets.into_iter().enumerate() {
