@@ -45,14 +45,13 @@ Around around_random(uint cluster) {
     return a;
 }
 
-// Placed drops: the box that holds them in this frame, two records after those of all of them (`records` in
+// Placed drops: the box that holds them in this frame, a record after those of all of them (`records` in
 // src/passes/placed.rs).
 Around around_placed(uint number) {
-    uint at = frame.shift.w - frame.camera_place.w + 2u * number;
-    Placed box = placed[at];
+    Placed box = placed[frame.shift.w - frame.camera_place.w + number];
     Around a;
-    a.center = relative_placed(box);
-    a.half_size = placed[at + 1u].high.xyz;
+    a.center = relative_placed(Placed(box.high, vec3(0.0), 0u));
+    a.half_size = box.low;
     a.reach = with_rounding(box.high.w, abs(a.center) + a.half_size);
     a.middle = a.center;
     return a;

@@ -6,7 +6,7 @@
 use std::sync::Arc;
 
 use ash::vk;
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use crate::Result;
@@ -23,7 +23,7 @@ type Record = [u32; 8];
 
 /// The buffers, and whether they change from frame to frame.
 pub(super) struct PlacedDrops {
-    /// The drops, then two records for each cluster.
+    /// The drops, then a record for each cluster.
     pub buffer: Buffer,
     /// Places of the drops in their list, cluster by cluster.
     clusters: Arc<[u32]>,
@@ -49,7 +49,7 @@ impl PlacedDrops {
         let moves = is_exposed || scene.placed().any(|drop| drop.velocity != DVec3::ZERO);
         let usage = Usage::STORAGE_BUFFER;
         let buffer = if moves {
-            let records = scene.placed_count() as usize + 2 * clusters.len() / CLUSTER as usize;
+            let records = scene.placed_count() as usize + clusters.len() / CLUSTER as usize;
             let bytes = (size_of::<Record>() * records) as u64;
             let usage = usage | Usage::TRANSFER_DST;
             Buffer::new(device, "placed drops", bytes, usage, Memory::Device)?
@@ -79,14 +79,15 @@ impl PlacedDrops {
     }
 }
 
-/// A point, a number that goes with it, and another.
-fn record(point: DVec3, with: f64, number: u32) -> Record {
-    let [[x, y, z], [dx, dy, dz]] = split(point).map(|part| part.to_array().map(f32::to_bits));
-    [x, y, z, (with as f32).to_bits(), dx, dy, dz, number]
+/// Two points, a length and a number.
+fn record([at, more]: [Vec3; 2], length: f64, number: u32) -> Record {
+    let ([x, y, z], [a, b, c]) =
+        (at.to_array().map(f32::to_bits), more.to_array().map(f32::to_bits));
+    [x, y, z, (length as f32).to_bits(), a, b, c, number]
 }
 
-/// The drops; and the box around each cluster of them while the shutter is open: its middle and how far a drop reaches beyond
-/// its centre, then half its edges.
+/// The drops; and the box around each cluster of them while the shutter is open: its middle, how far a drop reaches beyond its
+/// centre, and half the edges.
 fn records(scene: &Scene, clusters: &[u32]) -> Vec<Record> {
     let drops: Vec<&PlacedDrop> = scene.placed().collect();
     let around = |cluster: &[u32]| {
@@ -97,11 +98,15 @@ fn records(scene: &Scene, clusters: &[u32]) -> Vec<Record> {
             (low, high) = (low.min(center - half_way), high.max(center + half_way));
             reach = reach.max(drop.radius * if drop.is_sphere() { 1.0 } else { MOST_OF_SHAPE });
         }
-        [record(0.5 * (low + high), reach, 0), record(0.5 * (high - low), 0.0, 0)]
+        let middle = 0.5 * (low + high);
+        // As much larger as the middle is rounded.
+        let half = 0.5 * (high - low) + f64::from(f32::EPSILON) * middle.abs();
+        record([middle.as_vec3(), half.as_vec3()], reach, 0)
     };
-    let boxes = clusters.par_chunks(CLUSTER as usize).flat_map_iter(around);
+    let boxes = clusters.par_chunks(CLUSTER as usize).map(around);
     let drop = |(place, drop): (usize, &&PlacedDrop)| {
-        record(scene.drawn_center(drop), drop.radius, scene.number_of(drop, place as u32))
+        let number = scene.number_of(drop, place as u32);
+        record(split(scene.drawn_center(drop)), drop.radius, number)
     };
     drops.par_iter().enumerate().map(drop).chain(boxes).collect()
 }

@@ -275,10 +275,9 @@ impl Tiles {
         let lists = Lists::new(device, &room, count)?;
         let storage = vk::BufferUsageFlags::STORAGE_BUFFER;
         let make = |name, bytes| Buffer::new(device, name, bytes, storage, Memory::Device);
-        let reach = match has_depth {
-            true => Some(make("reach", 4 * TILE_PIXELS * u64::from(count))?),
-            false => None,
-        };
+        // Without a depth no shader reads or writes it.
+        let reached = if has_depth { TILE_PIXELS * u64::from(count) } else { 1 };
+        let reach = make("reach", 4 * reached)?;
         let moves = plan.motion != Motion::Instant;
         let lens = plan.lens != Lens::Pinhole;
         let in_clusters = match &source {
@@ -303,9 +302,9 @@ impl Tiles {
         let (order, [boxes, field]) = source.buffers();
         let shared = [
             (tile_frame::CONSTANTS, &frame.buffer),
-            // Without cells no shader reads it, without a depth none the next.
+            // Without cells no shader reads it.
             (tile_frame::RAIN_FIELD, field.unwrap_or(&found)),
-            (tile_frame::REACH, reach.as_ref().unwrap_or(&found)),
+            (tile_frame::REACH, &reach),
             (tile_frame::TOTALS, &lists.totals),
             (tile_frame::NODES, &lists.nodes),
             (tile_frame::HEADS, &lists.heads),
