@@ -5,6 +5,7 @@
 #
 #   scripts/python.sh            all of it
 #   scripts/python.sh --wheel    only the wheel, whose path is the last line
+#   scripts/python.sh --reachable    only whether PyPI can be reached, by its exit status
 #
 # RAINDROPS_COMMAND names the command that pictures are compared with, else a development build of it is made.
 set -euo pipefail
@@ -25,6 +26,7 @@ pip_in() { # name, words of pip install
 
 environment build
 pip_in build 'maturin>=1.9,<2'
+[ "${1-}" != --reachable ] || exit 0
 rm -rf "$work/wheels"
 "$work/build/bin/maturin" build --release --quiet --locked --manifest-path python/Cargo.toml \
   --interpreter "$work/build/bin/python" --target-dir "$work/cargo" --out "$work/wheels"
