@@ -4,8 +4,6 @@
 //! that the environment chooses; those that do not build are set aside and others taken. What became of each is kept in
 //! `target/generated/results.tsv`, so that a run goes on where the one before ended.
 
-mod rust;
-
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::fs;
 use std::io::Write as _;
@@ -39,10 +37,31 @@ struct Part {
     tests: Vec<String>,
 }
 
+/// What stands in a place of a source instead.
+#[derive(Clone, Deserialize)]
+struct Fault {
+    place: Range<usize>,
+    put: String,
+    line: usize,
+}
+
+/// Every fault of a file, by the generator, which is a package of its own.
+fn faults(file: &str) -> Vec<Fault> {
+    let printed = Command::new(env!("CARGO"))
+        .args(["run", "--quiet", "--manifest-path", "tests/generator/Cargo.toml", "--", file])
+        .current_dir(root())
+        .env("CARGO_TARGET_DIR", root().join("target/generated/generator"))
+        .stderr(Stdio::inherit())
+        .output()
+        .expect("cargo");
+    assert!(printed.status.success(), "{file}: no faults");
+    serde_json::from_slice(&printed.stdout).expect("the faults")
+}
+
 struct Chosen<'a> {
     part: &'a Part,
     file: PathBuf,
-    fault: rust::Fault,
+    fault: Fault,
 }
 
 impl Chosen<'_> {
@@ -62,17 +81,14 @@ fn random(state: &mut u64) -> u64 {
 }
 
 /// The faults of a part in random order, none within another.
-fn shuffled(part: &Part, seed: u64) -> Vec<(PathBuf, rust::Fault)> {
+fn shuffled(part: &Part, seed: u64) -> Vec<(PathBuf, Fault)> {
     let listed = Command::new("git").args(["ls-files", "src"]).current_dir(root()).output();
     let listed = String::from_utf8(listed.expect("git").stdout).expect("names in UTF-8");
     let files = listed.lines().filter(|file| {
         file.ends_with(".rs") && part.files.iter().any(|start| file.starts_with(start))
     });
-    let mut all: Vec<(PathBuf, rust::Fault)> = files
-        .flat_map(|file| {
-            let source = fs::read_to_string(root().join(file)).expect("a source");
-            rust::faults(&source).into_iter().map(move |fault| (PathBuf::from(file), fault))
-        })
+    let mut all: Vec<(PathBuf, Fault)> = files
+        .flat_map(|file| faults(file).into_iter().map(move |fault| (PathBuf::from(file), fault)))
         .collect();
     assert!(!all.is_empty(), "{}: no file has a fault", part.name);
     let mut state = part.name.bytes().fold(seed, |state, byte| state ^ u64::from(byte) << 7);
@@ -94,7 +110,7 @@ fn shuffled(part: &Part, seed: u64) -> Vec<(PathBuf, rust::Fault)> {
 }
 
 /// Writes a file's faults into the tree, each behind its number; where each then stands.
-fn plant(tree: &Path, file: &Path, faults: &[(usize, &rust::Fault)]) -> Vec<(Range<usize>, usize)> {
+fn plant(tree: &Path, file: &Path, faults: &[(usize, &Fault)]) -> Vec<(Range<usize>, usize)> {
     let source = fs::read_to_string(root().join(file)).expect("a source");
     let mut sorted = faults.to_vec();
     sorted.sort_by_key(|(_, fault)| fault.place.start);
@@ -183,7 +199,7 @@ fn most_generated_faults_are_noticed() {
     }
     // Numbers stay those of the first that were taken; what takes the place of one has its number.
     loop {
-        let mut numbered: BTreeMap<PathBuf, Vec<(usize, &rust::Fault)>> = BTreeMap::new();
+        let mut numbered: BTreeMap<PathBuf, Vec<(usize, &Fault)>> = BTreeMap::new();
         for (number, one) in (1..).zip(chosen.iter().flatten()) {
             numbered.entry(one.file.clone()).or_default().push((number, &one.fault));
         }

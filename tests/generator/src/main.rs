@@ -1,23 +1,34 @@
-//! Small faults of a Rust source, each wherever it fits: what a hand slips on, by no author's choice.
+//! Prints small faults of a Rust source, each wherever it fits, as JSON: what a hand slips on, by no author's choice.
+//!
+//! `cargo run --manifest-path tests/generator/Cargo.toml -- FILE`. A package of its own: what it needs of the parser would
+//! make every build of the tests slower.
 
 use std::ops::Range;
 
 use proc_macro2::Span;
+use serde::Serialize;
 use syn::spanned::Spanned as _;
 use syn::visit::{self, Visit};
 use syn::{BinOp, Expr, Lit, UnOp};
 
 /// A fault: what stands in a place of the source instead.
-#[derive(Clone, Debug)]
-pub struct Fault {
-    pub place: Range<usize>,
-    pub put: String,
-    pub line: usize,
+#[derive(Serialize)]
+struct Fault {
+    /// Bytes of the source.
+    place: Range<usize>,
+    put: String,
+    line: usize,
+}
+
+fn main() {
+    let path = std::env::args().nth(1).expect("the name of a Rust source");
+    let source = std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{path}: {error}"));
+    println!("{}", serde_json::to_string(&faults(&source)).expect("JSON"));
 }
 
 /// Every fault of a source, in order. Those in constants, types, patterns and tests are left out: no number can choose
 /// them while the program runs, or they are no program.
-pub fn faults(source: &str) -> Vec<Fault> {
+fn faults(source: &str) -> Vec<Fault> {
     let file = syn::parse_file(source).expect("a Rust source");
     let mut found = Finder { source, faults: Vec::new() };
     found.visit_file(&file);
