@@ -169,7 +169,12 @@ impl SceneArgs {
 
     /// The scene file with the command line's values set in it, validated.
     pub fn load(&self) -> Result<Scene> {
-        let mut scene = self.values.load(self.scene.as_deref())?;
+        let mut values = self.values.clone();
+        if let Some(rate) = self.rain.rate.filter(|_| values.sets("rain.")) {
+            // Keys of real rain are read with the rate that makes it.
+            values.set.insert(0, format!("rain.rate={rate}"));
+        }
+        let mut scene = values.load(self.scene.as_deref())?;
         if let Some(count) = self.drops {
             scene.set_random_count(count)?;
             scene.validate("command line")?;
@@ -180,6 +185,11 @@ impl SceneArgs {
 }
 
 impl SceneValues {
+    /// Whether `--set` is given for a key that begins so.
+    fn sets(&self, start: &str) -> bool {
+        self.set.iter().any(|edit| edit.trim_start().starts_with(start))
+    }
+
     /// The scene of `file`, or the default one, with these values set in it, validated.
     pub fn load(&self, file: Option<&std::path::Path>) -> Result<Scene> {
         let mut scene = Scene::load_edited(file, &self.set)?;

@@ -88,6 +88,9 @@ fn a_gamma_law_is_ulbrichs_by_the_command() {
     let said = notes("median_diameter = 5.0\n");
     assert!(said.contains("note: without cut-offs the median-volume diameter is 5 mm"), "{said}");
     assert!(!notes("median_diameter = 1.6\n").contains("without cut-offs"));
+    // Keys of real rain beside an option that makes it.
+    let set = rain(&["--rate", "25", "--set", "rain.air_density=0.9"]);
+    assert_eq!(set["water_g_m3"], rain(&["--rate", "25", "--air-density", "0.9"])["water_g_m3"]);
     // A law of sizes that does not have the key is refused.
     let output = raindrops(&["rain", write("median_diameter = 1.5\n"), "--sizes", "uniform"]);
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
