@@ -32,7 +32,7 @@ pub struct Background {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub depth_scale: Option<f64>,
     /// The stored number that stands for an unknown depth; such pixels take the nearest known one.
-    #[schemars(extend("x-infinite" = true))]
+    #[schemars(extend("x-infinite" = true, "x-nan" = true))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub depth_invalid: Option<f64>,
 }

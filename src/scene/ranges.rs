@@ -23,6 +23,7 @@ struct Rule {
     /// Whether `most` itself is refused.
     is_under: bool,
     may_be_infinite: bool,
+    may_be_nan: bool,
     unit: String,
     /// What to do about a value outside.
     advice: String,
@@ -60,6 +61,7 @@ impl Rule {
         self.is_under |= under.is_some();
         self.most = under.or(number("maximum")).or(self.most);
         self.may_be_infinite |= part.get("x-infinite").is_some_and(|flag| *flag == true);
+        self.may_be_nan |= part.get("x-nan").is_some_and(|flag| *flag == true);
         self.unit = text("x-unit").unwrap_or_else(|| std::mem::take(&mut self.unit));
         self.advice = text("x-advice").unwrap_or_else(|| std::mem::take(&mut self.advice));
         if let Some(place) = part.get("$ref").and_then(Value::as_str) {
@@ -80,6 +82,9 @@ impl Rule {
 
     /// What is wrong with a number.
     fn problem(&self, value: f64) -> Option<String> {
+        if self.may_be_nan && value.is_nan() {
+            return None;
+        }
         let finite = if self.may_be_infinite { "" } else { "finite and " };
         let is_within =
             self.least.is_none_or(|least| value > least || (!self.is_over && value == least))
@@ -100,10 +105,11 @@ impl Rule {
             (None, Some(most)) => format!("is not {finite}up to {most}"),
             (None, None) => "is not finite".into(),
         };
-        for (before, more) in [(" ", &self.unit), ("; ", &self.advice)] {
-            if !more.is_empty() {
-                let _ = write!(words, "{before}{more}");
-            }
+        if self.least.or(self.most).is_some() && !self.unit.is_empty() {
+            let _ = write!(words, " {}", self.unit);
+        }
+        if !self.advice.is_empty() {
+            let _ = write!(words, "; {}", self.advice);
         }
         Some(words)
     }

@@ -1,7 +1,7 @@
 //! What a scene file may hold, as a JSON Schema: from the types in this folder, their comments, defaults and ranges.
 //!
-//! Two keywords are its own: `x-unit`, and `x-infinite` for numbers that may be infinite, which all others may not. TOML has
-//! both. A key that nothing is said of has no default in the schema; what then holds is said in `x-default`.
+//! Keywords of its own: `x-unit`, `x-advice` for who gives a value out of range, and `x-infinite` and `x-nan` for numbers that
+//! may be what all others may not, which TOML has. A key that nothing is said of has no default in the schema; what then holds is said in `x-default`.
 
 use schemars::Schema;
 use schemars::generate::SchemaSettings;
@@ -11,8 +11,8 @@ use serde_json::{Value, json};
 use super::Scene;
 
 /// Keywords about one number.
-const OF_NUMBERS: [&str; 6] =
-    ["minimum", "maximum", "exclusiveMinimum", "exclusiveMaximum", "x-unit", "x-infinite"];
+const OF_NUMBERS: [&str; 7] =
+    ["minimum", "maximum", "exclusiveMinimum", "exclusiveMaximum", "x-unit", "x-infinite", "x-nan"];
 
 /// The schema of scene files: JSON Schema 2020-12. Editors complete and check scenes by it.
 pub fn schema() -> Value {

@@ -96,7 +96,10 @@ fn what_does_not_fit_is_refused() {
             (input, "name an image for it"),
             (input.moved(since(camera, good)), "R16G16B16A16_SFLOAT; the view was made for R32G32"),
             (input.moved(since(camera, empty)), "holds nothing"),
-            (input.moved(since(nan, held)).nearest(depth), "the frame before: camera: position"),
+            (
+                input.moved(since(nan, held)).nearest(depth),
+                "the frame before: camera: the first of position",
+            ),
             (input.moved(HostMotion::since(camera, f64::NAN, held)).nearest(depth), "not finite"),
             (input.moved(since(camera, held)), "draw nearest depth; name an image for it"),
         ] {

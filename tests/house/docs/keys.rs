@@ -98,6 +98,9 @@ fn limits(schema: &Value, part: &Value) -> String {
     if of.get("x-infinite").is_some() {
         words.push_str(", may be `inf`");
     }
+    if of.get("x-nan").is_some() {
+        words.push_str(" or `nan`");
+    }
     words.trim_start_matches([' ', ',']).to_string()
 }
 
