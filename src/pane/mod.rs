@@ -6,7 +6,7 @@
 //! - `discs.rs`: their contact discs, found by place.
 //!
 //! **The same drops on every machine.** Arrivals are hashes of their number. What libraries may compute differently in the
-//! last digit (exponentials, angles) is rounded to 40 bits once ([`settled`]); from there on there are only sums, products,
+//! last digit (exponentials, angles) is rounded to 40 bits once (`settled`); from there on there are only sums, products,
 //! quotients and square roots of float64 in a fixed order.
 
 pub mod arrivals;
