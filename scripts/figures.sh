@@ -10,6 +10,7 @@
 # Steps:
 #   gallery                            docs/gallery.md and its pictures, which README and guide show too
 #   dash-cam                           the car's picture from a camera that stands
+#   pane                               drops on a window and on a windscreen
 #   figure-1 figure-3 figure-4 figure-5 figure-7
 #                                      the paper's figures; 7 and gallery need the environments of scripts/setup.sh
 #   shapes                             flattened drops
@@ -33,7 +34,7 @@ if [ "${1-}" = --out ]; then
   shift 2
 fi
 cd "$(dirname "$0")/.."
-steps=(gallery dash-cam figure-1 figure-3 figure-4 figure-5 figure-7 shapes film errors window)
+steps=(gallery dash-cam pane figure-1 figure-3 figure-4 figure-5 figure-7 shapes film errors window)
 case ${1-} in -*) sed -n '2,/^set /s/^# \{0,1\}//p' scripts/figures.sh >&2; exit 2 ;; esac
 [ $# = 0 ] || steps=("$@")
 if [ -z "${RAINDROPS-}" ]; then
@@ -91,6 +92,12 @@ gallery() { # docs/gallery.md and its pictures
 dash_cam() { # what a car sees in the gallery, by a camera that stands
   raindrops render $scenes/dash-cam.toml --set 'camera.velocity=[0,0,0]' -o "$out"/dash-cam-at-rest.png
   made dash-cam-at-rest.png
+}
+
+pane() { # drops on glass, which the reference draws
+  raindrops reference $scenes/window.toml --size 800x450 --samples 64 -o "$out"/pane.png
+  raindrops reference $scenes/windscreen.toml --size 800x450 --samples 64 --rain-to 2 -o "$out"/windscreen.png
+  made pane.png windscreen.png
 }
 
 figure_1() { # truth, mask, scene
