@@ -49,7 +49,7 @@ def command(tmp_path):
 def python(tmp_path):
     """Runs a program in a process of its own; its status and all that it says."""
 
-    def run(text: str, seconds: float = 120, **variables: str) -> tuple[int, str]:
+    def run(text: str, seconds: float = 900, **variables: str) -> tuple[int, str]:
         path = tmp_path / "program.py"
         path.write_text(textwrap.dedent(text))
         environment = {**os.environ, **variables}

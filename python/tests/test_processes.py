@@ -140,7 +140,7 @@ def test_ctrl_c_ends_a_reference(python):
 
         threading.Timer(1.0, os.kill, (os.getpid(), signal.SIGINT)).start()
         try:
-            raindrops.reference({"image": {"width": 4096, "height": 4096}}, samples=256)
+            raindrops.reference({"image": {"width": 4096, "height": 4096}, "rain": {"count": 1000}}, samples=64)
         except KeyboardInterrupt:
             # What was stopped does not stop what comes after.
             raindrops.reference({"image": {"width": 8, "height": 8}, "rain": {"count": 10}}, samples=1)

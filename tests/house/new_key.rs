@@ -49,7 +49,7 @@ fn a_key_is_added_in_one_file() {
     run(&["bench", "--drops", "100", "--size", "16x16", "--set", "model.dummy=3", "--json", file]);
     let result: serde_json::Value =
         serde_json::from_str(&fs::read_to_string(&result).expect("results")).expect("JSON");
-    assert_eq!(result["rows"][0]["dummy"], 3, "{result:#}");
+    assert_eq!(result["rows"][0]["axes"]["dummy"], 3, "{result:#}");
 
     let mut docs = cargo(&["test", "--test", "house", "tables_of_keys"]);
     told(docs.env("RAINDROPS_WRITE_KEYS", "1"));
