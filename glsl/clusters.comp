@@ -40,7 +40,7 @@ Around around_random(uint cluster) {
     Around a;
     a.center = 0.5 * (from + to);
     a.half_size = 0.5 * (to - from) + 0.5 * abs(p.moved.xyz);
-    a.reach = with_rounding(p.units.w, frame.extent.xyz);
+    a.reach = with_rounding(p.units.w, 2147483648.0 * p.units.xyz);
     a.middle = mix(a.center, -sign(frame.back.xyz) * a.half_size, straddles);
     return a;
 }
@@ -74,8 +74,7 @@ void main() {
     bool seen = meets_view(a.center, a.half_size, reach_from_box(a.center, a.half_size, a.reach));
     float depth = -dot(frame.back.xyz, a.middle);
     // Bands have equal volumes in any pixel's view.
-    vec3 farthest = max(frame.extent.xyz, vec3(uintBitsToFloat(frame.clusters.w)));
-    float share = clamp(depth / dot(abs(frame.back.xyz), farthest), 0.0, 1.0);
+    float share = clamp(depth / dot(abs(frame.back.xyz), frame.extent.xyz), 0.0, 1.0);
     uint band = BANDS - 1u - min(uint(pow(share, 3.0) * float(BANDS)), BANDS - 1u);
     uint region = region_at(a.middle, depth, a.reach);
     uvec4 seen_here = subgroupBallot(seen);

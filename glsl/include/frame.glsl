@@ -13,7 +13,8 @@ struct Frame {
     vec4 motion;        // xyz: stored positions: displacement since the last frame, scene units
     vec4 camera_high;   // xyz: camera position, float32 part; w: near
     vec4 camera_low;    // xyz: what float32 lost of it; w: near fade
-    vec4 extent;        // xyz: half extent of the rain box, the largest of several; w: depth reference, the least radius
+    vec4 extent;        // xyz: half extent of the rain box, the largest of several, and on tiles of what holds all drops;
+                        // w: depth reference, the least radius
     vec4 image;         // of the whole picture: width, height, focal length, all in pixels; w: largest point, pixels
     uvec4 window;       // the part that is drawn: xy: its first pixel in the whole picture; zw: its size
     vec4 principal;     // where the view axis meets the picture: xy: pixels of the whole; zw: device coordinates
@@ -25,7 +26,7 @@ struct Frame {
     uvec4 tiles;        // of the part that is drawn: tiles, or sums of log luminance; regions, how many times 2 along both axes, across, in all
     uvec4 room;         // of the tiles' lists: nodes, blocks, large drops; w: bands of depth
     uvec4 clusters;     // x: clusters of drops, or room for those in view; y: clusters of random drops, or room for cells;
-                        // z: blocks that one dispatch draws by rays; w: bits of how far placed drops are, scene units
+                        // z: blocks that one dispatch draws by rays
     vec4 moved;         // xyz: how far drops of the rain's box move while the shutter is open, as the camera sees them;
                         // w: 1 where drops of any kind may
     uvec4 streaks;      // words of its first links, room for links and for parts of lines (streak_layer.glsl); w: radius of those, bits

@@ -11,25 +11,33 @@ use serde::{Serialize, de::DeserializeOwned};
 use crate::scene::{ModelChoice, RainSettings, with_keys};
 use crate::{Error, Result};
 
+/// An option, and the key that it stands for.
+pub struct Alias {
+    long: String,
+    key: String,
+    /// Numbers with commas between them, of which the first may be under 0.
+    is_list: bool,
+}
+
 /// A table of the scene whose keys are options.
 pub trait Aliased: Serialize + DeserializeOwned {
-    /// The options and their keys.
-    fn options() -> &'static [(String, String)];
+    /// The options.
+    fn options() -> &'static [Alias];
 }
 
 impl Aliased for ModelChoice {
-    fn options() -> &'static [(String, String)] {
+    fn options() -> &'static [Alias] {
         // These have options of their own, which the help shows.
-        static OPTIONS: LazyLock<Vec<(String, String)>> =
+        static OPTIONS: LazyLock<Vec<Alias>> =
             LazyLock::new(|| options_of("ModelChoice", &["preset", "error", "budget_ms"]));
         &OPTIONS
     }
 }
 
 impl Aliased for RainSettings {
-    fn options() -> &'static [(String, String)] {
+    fn options() -> &'static [Alias] {
         // A rate has an option of its own; the keys of rain in a box have none.
-        static OPTIONS: LazyLock<Vec<(String, String)>> = LazyLock::new(|| {
+        static OPTIONS: LazyLock<Vec<Alias>> = LazyLock::new(|| {
             let not = ["rate", "seed", "count", "half_extent", "radius", "velocity"];
             options_of("RainTable", &not)
         });
@@ -37,17 +45,17 @@ impl Aliased for RainSettings {
     }
 }
 
-fn options_of(table: &str, not: &[&str]) -> Vec<(String, String)> {
+fn options_of(table: &str, not: &[&str]) -> Vec<Alias> {
     let schema = crate::scene::schema();
     let keys = schema["$defs"][table]["properties"].as_object().into_iter().flatten();
-    let keys = keys.map(|(key, _)| key).filter(|key| !not.contains(&key.as_str()));
-    keys.map(|key| {
+    let keys = keys.filter(|(key, _)| !not.contains(&key.as_str()));
+    keys.map(|(key, part)| {
         // `--shape` is the model's.
         let long = match (table, &**key) {
             ("RainTable", "shape") => "drop-shape".into(),
             _ => key.replace('_', "-"),
         };
-        (long, key.clone())
+        Alias { long, key: key.clone(), is_list: part["type"] == "array" }
     })
     .collect()
 }
@@ -84,7 +92,7 @@ impl<T: Aliased> Aliases<T> {
 
 impl<T: Aliased> clap::FromArgMatches for Aliases<T> {
     fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
-        let given = T::options().iter().filter_map(|(long, key)| {
+        let given = T::options().iter().filter_map(|Alias { long, key, .. }| {
             Some((&**long, &**key, matches.get_one::<String>(long)?.clone()))
         });
         Ok(Self { given: given.collect(), table: PhantomData })
@@ -98,8 +106,9 @@ impl<T: Aliased> clap::FromArgMatches for Aliases<T> {
 
 impl<T: Aliased> clap::Args for Aliases<T> {
     fn augment_args(command: Command) -> Command {
-        let option = |(long, key): &'static (String, String)| {
-            Arg::new(&**long).long(&**long).value_name(&**key).allow_hyphen_values(true).hide(true)
+        let option = |Alias { long, key, is_list }: &'static Alias| {
+            let option = Arg::new(&**long).long(&**long).value_name(&**key).hide(true);
+            option.allow_negative_numbers(true).allow_hyphen_values(*is_list)
         };
         command.args(T::options().iter().map(option))
     }

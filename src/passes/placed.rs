@@ -29,6 +29,9 @@ pub(super) struct PlacedDrops {
     clusters: Arc<[u32]>,
     /// How far each moves while the shutter is open; of no use where none does.
     pub motions: Buffer,
+    /// How far they are from the camera as it first stands, at most along any axis: by this they are parted into bands of
+    /// depth.
+    pub farthest: f32,
     moves: bool,
     is_exposed: bool,
 }
@@ -60,7 +63,9 @@ impl PlacedDrops {
         let bytes = (size_of::<[f32; 4]>() * count) as u64;
         let usage = Usage::STORAGE_BUFFER | Usage::TRANSFER_DST;
         let motions = Buffer::new(device, "motions of placed drops", bytes, usage, Memory::Device)?;
-        Ok(Self { buffer, clusters, motions, moves, is_exposed })
+        let apart = |drop: &PlacedDrop| (drop.center - scene.camera.position).abs().max_element();
+        let farthest = scene.placed().map(apart).fold(0.0, f64::max) as f32;
+        Ok(Self { buffer, clusters, motions, farthest, moves, is_exposed })
     }
 
     /// Records the places in this frame, where they change; a barrier to compute must follow.

@@ -20,7 +20,6 @@
 use std::sync::Arc;
 
 use ash::vk;
-use glam::DVec3;
 
 use super::appearance::FarDrop;
 use super::cells::Cells;
@@ -192,12 +191,6 @@ fn check_limits(device: &Device, drops: u64, tiles: u32) -> Result<()> {
     within(PIXELS, TILE_PIXELS * u64::from(tiles), most_pixels)
 }
 
-/// How far placed drops are from the camera as it stands now, at most along any axis: by this they are parted into bands.
-fn farthest_placed(scene: &Scene) -> f32 {
-    let from = |center: DVec3| (center - scene.camera.position).abs().max_element();
-    scene.placed().map(|drop| from(drop.center)).fold(0.0, f64::max) as f32
-}
-
 /// Specialization constants of all passes over the tiles.
 fn constants_of(
     scene: &Scene,
@@ -269,7 +262,7 @@ impl Tiles {
         let in_frame = [
             [count, regions.shift, regions.across, regions.count],
             [room.nodes as u32, room.blocks as u32, room.larges as u32, bands],
-            [clusters, others, ray_pieces.blocks, farthest_placed(scene).to_bits()],
+            [clusters, others, ray_pieces.blocks, 0],
         ];
 
         let lists = Lists::new(device, &room, count)?;
@@ -396,6 +389,9 @@ impl Tiles {
     pub fn complete(&self, frame: &mut Frame) {
         [frame.tiles, frame.room, frame.clusters] = self.in_frame;
         frame.streaks = self.streak_layer.in_frame;
+        for extent in &mut frame.extent[..3] {
+            *extent = extent.max(self.placed.farthest);
+        }
     }
 
     /// Records the reset of what is counted and linked, the placed drops' places, what is `seen` of real rain

@@ -207,19 +207,29 @@ impl<'a> Parts<'a> {
         Ok((renderer, report))
     }
 
+    /// What is read of `scene` drawn at once, or, if the device has no room for all of it at once, `by` parts.
+    fn whole_or_by<T>(
+        &mut self,
+        scene: &Scene,
+        read: fn(&Renderer) -> Result<T>,
+        by: fn(&mut Self, &Scene, Grid) -> Result<(T, FrameReport)>,
+    ) -> Result<(T, FrameReport)> {
+        let (renderer, report) = self.draw_window(scene)?;
+        if !report.lacks_room() {
+            return Ok((read(renderer)?, report));
+        }
+        match self.can_part(scene) {
+            true => by(self, scene, HALVES),
+            false => Ok((read(self.last()?)?, report)),
+        }
+    }
+
     /// Linear radiance of `scene`, drawn at once, or in parts if the device has no room for all of it at once.
     ///
     /// # Errors
     /// As [`Parts::draw_all`].
     pub fn radiance(&mut self, scene: &Scene) -> Result<(Picture, FrameReport)> {
-        let (renderer, report) = self.draw_window(scene)?;
-        if !report.lacks_room() {
-            return Ok((renderer.read_radiance()?, report));
-        }
-        match self.can_part(scene) {
-            true => self.radiance_by(scene, HALVES),
-            false => Ok((self.last()?.read_radiance()?, report)),
-        }
+        self.whole_or_by(scene, Renderer::read_radiance, Self::radiance_by)
     }
 
     /// As [`Parts::radiance`], of a plan for layers.
@@ -227,14 +237,7 @@ impl<'a> Parts<'a> {
     /// # Errors
     /// As [`Parts::draw_all`].
     pub fn layers(&mut self, scene: &Scene) -> Result<(Layers, FrameReport)> {
-        let (renderer, report) = self.draw_window(scene)?;
-        if !report.lacks_room() {
-            return Ok((renderer.read_layers()?, report));
-        }
-        match self.can_part(scene) {
-            true => self.layers_by(scene, HALVES),
-            false => Ok((self.last()?.read_layers()?, report)),
-        }
+        self.whole_or_by(scene, Renderer::read_layers, Self::layers_by)
     }
 
     /// Linear radiance, drawn part by part.
@@ -269,14 +272,7 @@ impl<'a> Parts<'a> {
     /// # Errors
     /// As [`Parts::draw_all`].
     pub fn display(&mut self, scene: &Scene) -> Result<(Vec<u8>, FrameReport)> {
-        let (renderer, report) = self.draw_window(scene)?;
-        if !report.lacks_room() {
-            return Ok((renderer.read_display()?, report));
-        }
-        match self.can_part(scene) {
-            true => self.display_by(scene, HALVES),
-            false => Ok((self.last()?.read_display()?, report)),
-        }
+        self.whole_or_by(scene, Renderer::read_display, Self::display_by)
     }
 
     /// sRGB bytes, drawn part by part.

@@ -11,6 +11,7 @@ mod matrices;
 mod metrics;
 mod optics;
 mod pane;
+mod pane_pictures;
 mod pane_rain;
 mod plates;
 mod rain_cells;
