@@ -1,10 +1,12 @@
 #!/usr/bin/env bash
-# The examples of the Python package that need large packages: albumentations, datasets, Jupyter and torch, in a virtual
-# environment under target/python. Some GB are fetched from PyPI; .ci/run does not call this. Needs the wheel of
-# scripts/python.sh, which it builds if it is not there.
+# The examples of the Python package that need large packages: albumentations, Blender, datasets, Jupyter, torch and USD, in
+# virtual environments under target/python. Some GB are fetched from PyPI; .ci/run does not call this. Needs the wheel of
+# scripts/python.sh, which it builds if it is not there. Blender's module needs Python 3.11.
 #
 #   scripts/python-large.sh                       all of them
-#   scripts/python-large.sh albumentations jupyter    some: albumentations, datasets, jupyter, torch
+#   scripts/python-large.sh albumentations jupyter    some: albumentations, blender, datasets, jupyter, torch, usd
+#
+# RAINDROPS_COMMAND names the command that draws what Blender reads, else a development build of it is made.
 set -euo pipefail
 case ${1-} in -h | --help) sed -n '2,/^set /s/^# \{0,1\}//p' "$0"; exit 0 ;; esac
 cd "$(dirname "$0")/.."
@@ -12,7 +14,7 @@ work=$PWD/target/python
 examples=$PWD/python/examples
 wheel=$(echo "$work"/wheels/*.whl)
 [ -f "$wheel" ] || wheel=$(scripts/python.sh --wheel | tail -1)
-[ $# -gt 0 ] || set -- albumentations datasets jupyter torch
+[ $# -gt 0 ] || set -- albumentations blender datasets jupyter torch usd
 
 with() { # name, packages: an environment of its own, as the packages ask for different NumPys
   local at=$work/large-$1
@@ -28,6 +30,16 @@ for name in "$@"; do
   case $name in
     albumentations) (with "$name" 'albumentations>=2,<3' && cd "$work" && python "$examples/albumentations_rain.py") ;;
     datasets) (with "$name" datasets pillow && cd "$work" && python "$examples/hf_map.py") ;;
+    usd) (with "$name" usd-core && cd "$work" && python "$examples/usd_particles.py") ;;
+    blender)
+      command=${RAINDROPS_COMMAND-}
+      if [ -z "$command" ]; then
+        scripts/cargo.sh build --quiet --bin raindrops
+        command=${CARGO_TARGET_DIR:-$PWD/target}/debug/raindrops
+      fi
+      "$command" render assets/scenes/steady-rain.toml --size 160x120 --preset fast --layers -o "$work/rain.exr"
+      (with "$name" 'bpy>=4.2,<5' 'numpy<2' OpenEXR && python "$examples/../tests/large_blender.py" "$work/rain.exr")
+      ;;
     torch) (with "$name" torch && cd "$work" && python "$examples/torch_dataset.py") ;;
     jupyter)
       (

@@ -71,7 +71,8 @@ impl Layers {
 
     /// Writes one EXR: `R G B A` and `motion.X motion.Y` as float16, `Z` as float32, `count`, `id` and, where numbers have
     /// 64 bits, `id_high` as integers. For tools that hold float32 alone, whose integers are exact up to 2²⁴, the number
-    /// again by 24 bits each: `id.low`, `id.high` and, where numbers have 64 bits, `id.top`.
+    /// again by 24 bits each: `id.low`, `id.high` and, where numbers have 64 bits, `id.top`. Blender takes all channels
+    /// of one name before the dot for one unless a single letter follows it, so the same stands in `id24.X` to `id24.Z`.
     ///
     /// # Errors
     /// [`Error::File`] if it cannot be encoded or written.
@@ -95,10 +96,12 @@ impl Layers {
             let bits = |id: &u64| (id >> shift & 0xff_ffff) as f32;
             FlatSamples::F32(self.id.iter().map(bits).collect())
         };
-        channels.push(AnyChannel::new("id.low", part(0)));
-        channels.push(AnyChannel::new("id.high", part(24)));
+        let parts = [("id.low", "id24.X"), ("id.high", "id24.Y"), ("id.top", "id24.Z")];
+        let needed = if self.has_wide_ids { 3 } else { 2 };
+        for ((name, letter), shift) in parts[..needed].iter().zip([0, 24, 48]) {
+            channels.extend([name, letter].map(|name| AnyChannel::new(*name, part(shift))));
+        }
         if self.has_wide_ids {
-            channels.push(AnyChannel::new("id.top", part(48)));
             let high = self.id.iter().map(|id| (id >> 32) as u32).collect();
             channels.push(AnyChannel::new("id_high", FlatSamples::U32(high)));
         }
