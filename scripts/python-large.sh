@@ -38,7 +38,7 @@ for name in "$@"; do
         command=${CARGO_TARGET_DIR:-$PWD/target}/debug/raindrops
       fi
       "$command" render assets/scenes/steady-rain.toml --size 160x120 --preset fast --layers -o "$work/rain.exr"
-      (with "$name" 'bpy>=4.2,<5' 'numpy<2' OpenEXR && python "$examples/../tests/large_blender.py" "$work/rain.exr")
+      (with "$name" 'bpy>=4.2,<4.5' 'numpy<2' OpenEXR && python "$examples/../tests/large_blender.py" "$work/rain.exr")
       ;;
     torch) (with "$name" torch && cd "$work" && python "$examples/torch_dataset.py") ;;
     jupyter)
