@@ -39,10 +39,10 @@ pub fn read_text(path: &Path) -> Result<String> {
     text_of(bytes).map_err(|problem| Error::read(path, problem))
 }
 
-/// As [`read_text`]; `None` if there is no such file.
+/// Like [`read_text`]; `None` if there is no such file.
 ///
 /// # Errors
-/// Those of [`read_text`], but for a file that is not there.
+/// See [`read_text`], but for a file that is not there.
 pub fn read_text_if_there(path: &Path) -> Result<Option<String>> {
     match path.metadata() {
         Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),

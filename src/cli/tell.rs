@@ -159,7 +159,7 @@ macro_rules! say {
 }
 pub(super) use say;
 
-/// As [`say!`], once in a run.
+/// Like [`say!`], once in a run.
 macro_rules! say_once {
     ($($argument:tt)*) => {
         $crate::cli::tell::once($crate::cli::tell::Kind::Progress, format!($($argument)*))
@@ -183,7 +183,7 @@ macro_rules! note {
 }
 pub(super) use note;
 
-/// As [`note!`], once in a run.
+/// Like [`note!`], once in a run.
 macro_rules! note_once {
     ($($argument:tt)*) => {
         $crate::cli::tell::once(
@@ -202,7 +202,7 @@ macro_rules! warning {
 }
 pub(super) use warning;
 
-/// As [`warning!`], once in a run.
+/// Like [`warning!`], once in a run.
 macro_rules! warning_once {
     ($($argument:tt)*) => {
         $crate::cli::tell::once(

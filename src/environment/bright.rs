@@ -198,7 +198,7 @@ fn layers(environment: &Environment, region: Region, found: &mut Vec<Region>) {
     }
 }
 
-/// As [`split`], but `most` regions at most, and those alone that are `wanted`; further ones stay in the rest. Of another,
+/// Like [`split`], but `most` regions at most, and those alone that are `wanted`; further ones stay in the rest. Of another,
 /// such as a sun in its halo, what is brighter than a bound is a region where that is wanted: the halo stays in the rest.
 pub fn split_off(
     environment: &Environment,

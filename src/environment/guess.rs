@@ -22,7 +22,7 @@ impl Environment {
     /// The environment of a scene: what it names, or, where it names none but has a plate, one that is guessed from that.
     ///
     /// # Errors
-    /// Those of [`Environment::open`] and [`Plate::open`].
+    /// See [`Environment::open`] and [`Plate::open`].
     pub fn of(scene: &Scene) -> Result<Self> {
         if !is_guessed(scene) {
             return Self::open(&scene.environment);

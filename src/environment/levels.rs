@@ -131,7 +131,7 @@ pub(super) fn bilinear(texels: &[Vec3], width: u32, height: u32, direction: DVec
     })
 }
 
-/// As [`bilinear`], of texels by column and row.
+/// Like [`bilinear`], of texels by column and row.
 pub(super) fn interpolate(
     width: u32,
     height: u32,

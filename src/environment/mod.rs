@@ -53,7 +53,7 @@ impl Environment {
     /// What a scene asks for: its file, its constant radiance, or (neither) the bundled sky.
     ///
     /// # Errors
-    /// As [`Environment::load`]; a constant that is negative or not finite.
+    /// Like [`Environment::load`]; a constant that is negative or not finite.
     pub fn open(choice: &EnvironmentChoice) -> Result<Self> {
         match (&choice.file, choice.radiance) {
             (Some(file), _) => Self::load_layer(file, choice.layer.as_deref()),
@@ -95,7 +95,7 @@ impl Environment {
     /// An image file's content, in memory; else as [`Environment::load`].
     ///
     /// # Errors
-    /// As [`Environment::load`], with `name` for the path.
+    /// Like [`Environment::load`], with `name` for the path.
     pub fn from_bytes(name: impl Into<String>, bytes: &[u8]) -> Result<Self> {
         let name = name.into();
         Self::decode(name.clone(), bytes, None)

@@ -126,7 +126,7 @@ pub fn image_barrier(
     transition(device, commands, image, &[before], before.scope().2, after);
 }
 
-/// As [`image_barrier`], after any of several uses, whose content is lost.
+/// Like [`image_barrier`], after any of several uses, whose content is lost.
 pub fn image_discard(
     device: &Device,
     commands: Recorder<'_>,

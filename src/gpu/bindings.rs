@@ -178,10 +178,10 @@ impl Bindings {
         Self::all(device, name, slots, 1)
     }
 
-    /// As [`Bindings::of`], `count` sets that are alike.
+    /// Like [`Bindings::of`], `count` sets that are alike.
     ///
     /// # Errors
-    /// Those of [`Bindings::of`].
+    /// See [`Bindings::of`].
     pub fn all(
         device: &Arc<Device>,
         name: &str,

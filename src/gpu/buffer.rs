@@ -107,7 +107,7 @@ impl Buffer {
     /// A host-visible buffer that holds `values`.
     ///
     /// # Errors
-    /// Those of [`Buffer::new`].
+    /// See [`Buffer::new`].
     pub fn upload<T: bytemuck::Pod>(
         device: &Arc<Device>,
         name: &str,
@@ -123,7 +123,7 @@ impl Buffer {
     /// A buffer on the device that holds `values`, copied there.
     ///
     /// # Errors
-    /// Those of [`Buffer::new`] and [`Commands::once`].
+    /// See [`Buffer::new`] and [`Commands::once`].
     pub fn upload_device<T: bytemuck::Pod>(
         device: &Arc<Device>,
         name: &str,
@@ -140,7 +140,7 @@ impl Buffer {
     /// A host-visible buffer that `bytes` are copied to, for [`Buffer::read`].
     ///
     /// # Errors
-    /// Those of [`Buffer::new`].
+    /// See [`Buffer::new`].
     pub fn readback(device: &Arc<Device>, name: &str, bytes: u64) -> Result<Self> {
         Self::new(device, name, bytes, vk::BufferUsageFlags::TRANSFER_DST, Memory::Readback)
     }

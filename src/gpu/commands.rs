@@ -125,7 +125,7 @@ impl Commands {
         self.submit_between(None, None)
     }
 
-    /// As [`Commands::submit`]; colour attachments wait for one semaphore, and another is signalled
+    /// Like [`Commands::submit`]; colour attachments wait for one semaphore, and another is signalled
     /// when all is done.
     pub(super) fn submit_between(
         &mut self,

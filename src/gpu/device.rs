@@ -78,11 +78,11 @@ impl Device {
         unsafe { Self::open_with_pipelines(instance, report, &[]) }
     }
 
-    /// As [`Device::open`], with pipelines that [`Device::pipelines`] gave in an earlier run: what is
+    /// Like [`Device::open`], with pipelines that [`Device::pipelines`] gave in an earlier run: what is
     /// among them need not be compiled again.
     ///
     /// # Errors
-    /// Those of [`Device::open`].
+    /// See [`Device::open`].
     ///
     /// # Safety
     /// Drivers trust the pipelines: they must come from this device and its driver, unchanged.
@@ -105,10 +105,10 @@ impl Device {
         unsafe { Self::open_as(instance, report, pipelines) }
     }
 
-    /// As [`Device::open_with_pipelines`], and takes the device for what the report says.
+    /// Like [`Device::open_with_pipelines`], and takes the device for what the report says.
     ///
     /// # Errors
-    /// Those of [`Device::open`].
+    /// See [`Device::open`].
     ///
     /// # Safety
     /// That of [`Device::open_with_pipelines`]. The report is of this instance, and says of the device no more than it

@@ -198,7 +198,7 @@ impl KeptDevice {
     /// or something goes wrong with it, `say` is told in a line, and all else goes on.
     ///
     /// # Errors
-    /// Those of [`Device::open`].
+    /// See [`Device::open`].
     pub fn open(
         instance: &Arc<Instance>,
         report: DeviceReport,

@@ -39,7 +39,7 @@ impl Glsl {
     /// The same, not optimised: with the names of what it declares.
     ///
     /// # Errors
-    /// Those of [`Glsl::compile`].
+    /// See [`Glsl::compile`].
     #[allow(dead_code, reason = "for `build.rs` and `tests/house/abi.rs`")]
     pub fn compile_with_names(&self, name: &str, define: Option<&str>) -> Result<Vec<u32>, String> {
         self.compile_at(OptimizationLevel::Zero, name, define)
@@ -57,7 +57,7 @@ impl Glsl {
     /// SPIR-V of the text of a shader, of the kind that `name` has by its extension.
     ///
     /// # Errors
-    /// Those of [`Glsl::compile`].
+    /// See [`Glsl::compile`].
     pub fn compile_text(
         &self,
         level: OptimizationLevel,

@@ -57,18 +57,18 @@ impl Instance {
         Self::with_extensions(load()?, validation, &[])
     }
 
-    /// As [`Instance::new`], by a Vulkan that the caller has loaded.
+    /// Like [`Instance::new`], by a Vulkan that the caller has loaded.
     ///
     /// # Errors
-    /// As [`Instance::new`].
+    /// Like [`Instance::new`].
     pub fn with_entry(entry: ash::Entry, validation: Validation) -> Result<Arc<Self>> {
         Self::with_extensions(entry, validation, &[])
     }
 
-    /// As [`Instance::new`], with what surfaces on `display` need.
+    /// Like [`Instance::new`], with what surfaces on `display` need.
     ///
     /// # Errors
-    /// As [`Instance::new`]; [`Error::Window`] for a display that Vulkan does not know.
+    /// Like [`Instance::new`]; [`Error::Window`] for a display that Vulkan does not know.
     #[cfg(feature = "view")]
     pub fn for_windows(
         validation: Validation,

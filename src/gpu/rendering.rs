@@ -12,7 +12,7 @@ pub(crate) fn attachment(
     attachment_of(image.view(), load)
 }
 
-/// As [`attachment`], of a view.
+/// Like [`attachment`], of a view.
 pub(crate) fn attachment_of(
     view: vk::ImageView,
     load: vk::AttachmentLoadOp,

@@ -257,7 +257,7 @@ impl Instance {
     /// The device that `wanted` means among [`Instance::devices`], as [`choose_among`] says.
     ///
     /// # Errors
-    /// Those of [`choose_among`] and of [`Instance::devices`].
+    /// See [`choose_among`] and [`Instance::devices`].
     pub fn choose(&self, wanted: Option<&str>) -> Result<DeviceReport> {
         choose_among(&self.devices()?, wanted)
     }

@@ -41,7 +41,7 @@ impl Clock {
         Self::below(root, device, SMI.as_ref())
     }
 
-    /// As [`Clock::of`], with the system's files below `root`; none on a system that has no such files.
+    /// Like [`Clock::of`], with the system's files below `root`; none on a system that has no such files.
     fn below(root: Option<&Path>, device: &DeviceHead, program: &Path) -> Self {
         if device.kind == "CPU" {
             let Some(root) = root else { return Self::unread("a processor's") };

@@ -67,7 +67,7 @@ fn scene() -> Scene {
 /// Measures `device`.
 ///
 /// # Errors
-/// Those of [`Renderer::new`], [`Renderer::submit`] and [`Renderer::finish`].
+/// See [`Renderer::new`], [`Renderer::submit`] and [`Renderer::finish`].
 pub fn measure(device: &Arc<Device>) -> Result<Costs> {
     let small = Scene { drops: Vec::new(), ..scene() };
     let scene = scene();
@@ -142,7 +142,7 @@ pub fn kept(report: &DeviceReport, folder: Option<&Path>, say: fn(&Remark)) -> O
 /// The costs of a device: those that are kept, or measured now and kept.
 ///
 /// # Errors
-/// Those of [`measure`].
+/// See [`measure`].
 pub fn costs(device: &Arc<Device>, folder: Option<&Path>, say: fn(&Remark)) -> Result<Costs> {
     if let Some(costs) = kept(&device.report, folder, say) {
         return Ok(costs);
@@ -170,7 +170,7 @@ pub struct Ranked {
 /// while it is measured comes last of them, and is reported.
 ///
 /// # Errors
-/// Those of [`Instance::devices`].
+/// See [`Instance::devices`].
 pub fn ranked(
     instance: &Arc<Instance>,
     folder: Option<&Path>,

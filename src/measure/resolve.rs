@@ -33,11 +33,11 @@ const WORTH: f64 = 1.5;
 /// and is expected to be within the error times this.
 const DOUBT: f64 = 1.2;
 
-/// As [`choose`]; with an accepted error what is chosen has been rendered once on `device` and held against
+/// Like [`choose`]; with an accepted error what is chosen has been rendered once on `device` and held against
 /// the reference. Takes as long as some frames and as tracing 30,000 pixels.
 ///
 /// # Errors
-/// Those of [`Renderer::new`], [`Renderer::submit`] and [`Renderer::read_radiance`].
+/// See [`Renderer::new`], [`Renderer::submit`] and [`Renderer::read_radiance`].
 pub fn resolve(
     device: &Arc<Device>,
     scene: &Scene,

@@ -287,7 +287,7 @@ impl Background {
     /// Takes a host's images for the frame that is to be recorded, in a descriptor set of its own.
     ///
     /// # Errors
-    /// Those of [`Bindings::write`].
+    /// See [`Bindings::write`].
     ///
     /// # Safety
     /// The set is not in use, and the images stay until it is not again.

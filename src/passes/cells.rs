@@ -75,7 +75,7 @@ impl Cells {
     /// the noise of single drops.
     ///
     /// # Errors
-    /// Those of [`Buffer::new`].
+    /// See [`Buffer::new`].
     pub fn new(
         device: &Arc<Device>,
         scene: &Scene,

@@ -273,7 +273,7 @@ impl Composite {
     /// Takes a host's images for the frame that is to be recorded.
     ///
     /// # Errors
-    /// Those of [`Background::set_images`].
+    /// See [`Background::set_images`].
     ///
     /// # Safety
     /// That of [`Background::set_images`].

@@ -16,7 +16,7 @@ pub const WORDS: usize = size_of::<Counters>() / 4;
 /// A buffer for what is counted.
 ///
 /// # Errors
-/// Those of [`Buffer::new`].
+/// See [`Buffer::new`].
 pub fn buffer(device: &Arc<Device>) -> Result<Buffer> {
     use vk::BufferUsageFlags as Usage;
     let usage = Usage::STORAGE_BUFFER | Usage::TRANSFER_SRC | Usage::TRANSFER_DST;

@@ -127,7 +127,7 @@ pub struct Drops {
 /// the viewport.
 ///
 /// # Errors
-/// Those of [`point_rules`].
+/// See [`point_rules`].
 pub fn guard_band(device: &Arc<Device>, width: u32, height: u32) -> Result<(f32, f32)> {
     let rules = point_rules(device)?;
     if rules.draws_off_screen {

@@ -48,7 +48,7 @@ impl FlatLight {
     /// Makes an empty table.
     ///
     /// # Errors
-    /// Those of [`super::appearance::Appearance::new`].
+    /// See [`super::appearance::Appearance::new`].
     pub(crate) fn new(
         device: &Arc<Device>,
         frame: &FrameBuffer,

@@ -153,7 +153,7 @@ impl FrameBuffer {
     /// A buffer for one frame.
     ///
     /// # Errors
-    /// Those of [`Buffer::new`].
+    /// See [`Buffer::new`].
     pub fn new(device: &Arc<Device>) -> Result<Self> {
         let usage = vk::BufferUsageFlags::UNIFORM_BUFFER
             | vk::BufferUsageFlags::TRANSFER_DST

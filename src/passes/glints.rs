@@ -117,7 +117,7 @@ impl Glints {
     /// Of sources that are written on the device: `most` of them, or fewer.
     ///
     /// # Errors
-    /// As [`Glints::new`].
+    /// Like [`Glints::new`].
     pub fn of(
         device: &Arc<Device>,
         sources: Arc<Buffer>,
@@ -156,7 +156,7 @@ impl SplatTable {
     /// A table of what a far drop shows, and the far rain of `tiles`.
     ///
     /// # Errors
-    /// As [`Glints::new`].
+    /// Like [`Glints::new`].
     pub(crate) fn new(
         device: &Arc<Device>,
         FarDrop { appearance, glints, flat, .. }: &FarDrop,

@@ -40,7 +40,7 @@ impl DropRecords {
     /// Room for so many records of drops of `scene`.
     ///
     /// # Errors
-    /// Those of [`Buffer::new`].
+    /// See [`Buffer::new`].
     pub(super) fn new(device: &Arc<Device>, count: u64, scene: &Scene) -> Result<Self> {
         use vk::BufferUsageFlags as Usage;
         let make = |name, bytes, usage| Buffer::new(device, name, bytes, usage, Memory::Device);

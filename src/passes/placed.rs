@@ -40,7 +40,7 @@ impl PlacedDrops {
     /// The drops of `scene` at its time, in `clusters` (none: what draws them takes them one by one).
     ///
     /// # Errors
-    /// Those of [`Buffer::new`].
+    /// See [`Buffer::new`].
     pub fn new(
         device: &Arc<Device>,
         scene: &Scene,

@@ -26,7 +26,7 @@ impl Radial {
     /// Computes and uploads the table.
     ///
     /// # Errors
-    /// Those of [`Buffer::upload_device`].
+    /// See [`Buffer::upload_device`].
     pub fn new(device: &Arc<Device>, fresnel: Fresnel) -> Result<Self> {
         let rows: Vec<[f32; 4]> = (0..=INTERVALS)
             .map(|row| row_at(f64::from(row) / f64::from(INTERVALS), fresnel))

@@ -201,7 +201,7 @@ impl Renewal {
     /// Takes a host's image, which [`HostEnvironment::check`] lets pass, in descriptor set `set`.
     ///
     /// # Errors
-    /// Those of [`Bindings::write`].
+    /// See [`Bindings::write`].
     ///
     /// # Safety
     /// The set is not in use, and the image stays until it is not again.

@@ -38,7 +38,7 @@ impl Shapes {
     /// For the drops of `scene`, of which `larges` may be large.
     ///
     /// # Errors
-    /// Those of [`Buffer::new`].
+    /// See [`Buffer::new`].
     pub fn new(device: &Arc<Device>, scene: &Scene, plan: &FramePlan, larges: u64) -> Result<Self> {
         let usage = vk::BufferUsageFlags::STORAGE_BUFFER;
         let (given, larges) = match plan.shape.model {

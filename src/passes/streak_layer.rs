@@ -57,7 +57,7 @@ impl StreakLayer {
     /// Lists for tiles of so many pixels and drops in view; where they are not used, something to bind.
     ///
     /// # Errors
-    /// Those of [`Buffer::new`].
+    /// See [`Buffer::new`].
     pub fn new(
         device: &Arc<Device>,
         scene: &Scene,

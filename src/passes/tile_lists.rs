@@ -40,7 +40,7 @@ impl Lists {
     /// With so much room, for so many tiles.
     ///
     /// # Errors
-    /// Those of [`Buffer::new`].
+    /// See [`Buffer::new`].
     pub(super) fn new(device: &Arc<Device>, room: &Room, tiles: u32) -> Result<Self> {
         use vk::BufferUsageFlags as Usage;
         let storage = Usage::STORAGE_BUFFER;
@@ -70,7 +70,7 @@ impl TileTexels {
     /// None where the device takes no texel buffers so large.
     ///
     /// # Errors
-    /// Those of [`Texels::new`].
+    /// See [`Texels::new`].
     pub fn of(device: &Arc<Device>, lists: &Lists, pictures: &Buffer) -> Result<Option<Self>> {
         let (nodes, heads, larges) = (&lists.nodes, &lists.heads, &lists.larges);
         let four = Texel::FourWords;

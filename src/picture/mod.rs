@@ -41,15 +41,15 @@ impl Picture {
     /// they stand in the file: negative, infinite or NaN ones too.
     ///
     /// # Errors
-    /// Those of [`Decoded::read`].
+    /// See [`Decoded::read`].
     pub fn read(path: &Path) -> Result<Self> {
         Decoded::read(path, Request::new("its layer")).map(|decoded| decoded.picture)
     }
 
-    /// As [`Picture::read`], from what stands in a file; `path` stands for it in messages.
+    /// Like [`Picture::read`], from what stands in a file; `path` stands for it in messages.
     ///
     /// # Errors
-    /// Those of [`Picture::read`].
+    /// See [`Picture::read`].
     pub fn from_bytes(path: &Path, bytes: &[u8]) -> Result<Self> {
         let decoded = read::decode(bytes, Request::new("its layer"));
         let decoded = decoded.map_err(|problem| Error::unread(path, &problem))?;
@@ -101,7 +101,7 @@ impl Picture {
     /// not matter. What is over 65,504 is stored as that much; returns whether anything is.
     ///
     /// # Errors
-    /// Those of [`Picture::write_exr`].
+    /// See [`Picture::write_exr`].
     pub fn write_exr_f16(&self, path: &Path) -> Result<bool> {
         let most = f16::MAX.to_f32();
         let half = |value: f32| f16::from_f32(value.min(most));

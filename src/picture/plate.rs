@@ -68,7 +68,7 @@ impl Plate {
     /// Reads the background of a scene; empty if it has none.
     ///
     /// # Errors
-    /// Those of [`Plate::open`].
+    /// See [`Plate::open`].
     pub fn of(scene: &Scene) -> Result<Self> {
         Self::open(&scene.background, scene.image.width, scene.image.height)
     }
@@ -76,7 +76,7 @@ impl Plate {
     /// Reads a background for a picture of this size.
     ///
     /// # Errors
-    /// Those of [`Decoded::read`]; [`Error::File`], one line, for a file of another size, a file without depth, a depth
+    /// See [`Decoded::read`]; [`Error::File`], one line, for a file of another size, a file without depth, a depth
     /// that is no number or not over 0, a PNG of depth that has not 16 bits or comes without a scale.
     pub fn open(background: &Background, width: u32, height: u32) -> Result<Self> {
         let mut plate = Self::default();

@@ -273,10 +273,10 @@ pub fn plan(scene: &Scene, environment: &Environment, output: Output) -> Result<
     plan_by(scene, environment, chosen.as_ref(), output)
 }
 
-/// As [`plan`], with the choice of preset `auto` made; `None` for another preset.
+/// Like [`plan`], with the choice of preset `auto` made; `None` for another preset.
 ///
 /// # Errors
-/// As [`plan`].
+/// Like [`plan`].
 pub fn plan_by(
     scene: &Scene,
     environment: &Environment,

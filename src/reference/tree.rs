@@ -267,7 +267,7 @@ impl Tree {
         found.sort_unstable_by(|a, b| a.distance.total_cmp(&b.distance).then(a.drop.cmp(&b.drop)));
     }
 
-    /// As [`Tree::first_hit`] for a ray of the camera, of the candidates that [`Tree::within`] found for a
+    /// Like [`Tree::first_hit`] for a ray of the camera, of the candidates that [`Tree::within`] found for a
     /// pyramid that holds the ray.
     pub fn first_hit_of(&self, candidates: &[Hit], ray: &Ray, after: Hit) -> Hit {
         let mut best = Hit::NONE;

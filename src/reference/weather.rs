@@ -72,7 +72,7 @@ fn place_of(pixel: &Pixel) -> DVec2 {
 }
 
 impl Tracer<'_> {
-    /// As [`Tracer::tile`], of a scene with real rain.
+    /// Like [`Tracer::tile`], of a scene with real rain.
     pub(super) fn tile_of_rain(
         &self,
         rain: &Weather,

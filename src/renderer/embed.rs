@@ -293,7 +293,7 @@ impl View {
     /// retire.
     ///
     /// # Errors
-    /// Those of [`View::new`].
+    /// See [`View::new`].
     pub fn grow(&mut self) -> Result<()> {
         let Some(info) = self.info else {
             return refuse("the view was made for no host");

@@ -86,7 +86,7 @@ impl Lighting {
     /// An environment that a host renews in its frames ([`super::FrameInput::around`]); black until it does.
     ///
     /// # Errors
-    /// Those of [`Renewal::new`].
+    /// See [`Renewal::new`].
     pub fn live(device: &Arc<Device>, info: LiveInfo) -> Result<Self> {
         let renewal = Renewal::new(device, info)?;
         let environment = renewal.whole.clone();

@@ -52,7 +52,7 @@ const FLIGHTS: usize = 2;
 /// The background of a scene, read and on the device; none if it has none.
 ///
 /// # Errors
-/// Those of [`Plate::open`] and of [`BackgroundImages::of_plate`].
+/// See [`Plate::open`] and of [`BackgroundImages::of_plate`].
 pub(crate) fn background_of(
     device: &Arc<Device>,
     scene: &Scene,
@@ -110,7 +110,7 @@ impl Renderer {
     /// Makes everything that frames of `scene` by `plan` need.
     ///
     /// # Errors
-    /// Those of [`Lighting::new`] and [`Renderer::of`].
+    /// See [`Lighting::new`] and [`Renderer::of`].
     pub fn new(
         device: &Arc<Device>,
         scene: &Scene,
@@ -125,7 +125,7 @@ impl Renderer {
     /// the picture's size, and pipelines and tables that no picture on the device has asked for yet.
     ///
     /// # Errors
-    /// Those of [`Plate::open`]; [`Error::Scene`] if the rain is not the scene's, or on another device than the light; [`Error::Limit`] if the
+    /// See [`Plate::open`]; [`Error::Scene`] if the rain is not the scene's, or on another device than the light; [`Error::Limit`] if the
     /// image or the drops are more than the device takes; [`Error::Memory`] if it
     /// has no room for them; [`Error::DeviceLacks`] if it cannot store and filter the mask's format;
     /// [`Error::Vulkan`] if a call fails, a lost device among the reasons ([`Error::is_lost`]).
@@ -139,10 +139,10 @@ impl Renderer {
         Self::before(lighting, rain, background.as_ref(), scene, plan)
     }
 
-    /// As [`Renderer::of`], with what is behind the drops on the device already; none: the environment.
+    /// Like [`Renderer::of`], with what is behind the drops on the device already; none: the environment.
     ///
     /// # Errors
-    /// As [`Renderer::of`], but for the background's files.
+    /// Like [`Renderer::of`], but for the background's files.
     pub(crate) fn before(
         lighting: &Arc<Lighting>,
         rain: &Arc<RainField>,
@@ -196,15 +196,15 @@ impl Renderer {
     /// Draws a frame as [`Renderer::submit`] records it, with as much room as it takes, and waits for it.
     ///
     /// # Errors
-    /// Those of [`Renderer::submit`] and [`Renderer::finish`].
+    /// See [`Renderer::submit`] and [`Renderer::finish`].
     pub fn draw(&mut self, scene: &Scene) -> Result<FrameReport> {
         self.draw_until(scene, scene)
     }
 
-    /// As [`Renderer::draw`], with the motion of [`Renderer::submit_until`].
+    /// Like [`Renderer::draw`], with the motion of [`Renderer::submit_until`].
     ///
     /// # Errors
-    /// Those of [`Renderer::draw`].
+    /// See [`Renderer::draw`].
     pub fn draw_until(&mut self, scene: &Scene, until: &Scene) -> Result<FrameReport> {
         loop {
             self.submit_until(scene, until)?;
@@ -248,11 +248,11 @@ impl Renderer {
         self.submit_until(scene, scene)
     }
 
-    /// As [`Renderer::submit`], of a plan for layers: motion is that from `scene` to `until`, which differs from it in
+    /// Like [`Renderer::submit`], of a plan for layers: motion is that from `scene` to `until`, which differs from it in
     /// camera and time alone.
     ///
     /// # Errors
-    /// Those of [`Renderer::submit`].
+    /// See [`Renderer::submit`].
     pub fn submit_until(&mut self, scene: &Scene, until: &Scene) -> Result<Option<FrameReport>> {
         self.view.check(scene)?;
         self.flights[self.next].wait()?;
@@ -310,7 +310,7 @@ impl Renderer {
     /// Linear radiance of the last frame, which it waits for.
     ///
     /// # Errors
-    /// As [`Renderer::finish`]; [`Error::Memory`] if there is no room for the copy, [`Error::Vulkan`] if it
+    /// Like [`Renderer::finish`]; [`Error::Memory`] if there is no room for the copy, [`Error::Vulkan`] if it
     /// fails.
     pub fn read_radiance(&self) -> Result<Picture> {
         let halves: Vec<[f16; 4]> = match &self.view.drawing {
@@ -389,7 +389,7 @@ impl Renderer {
     /// radius 0 for those out of view or drawn as quads. Empty without such a frame.
     ///
     /// # Errors
-    /// As [`Renderer::read_radiance`], where there are records to read.
+    /// Like [`Renderer::read_radiance`], where there are records to read.
     pub fn read_drops(&self) -> Result<Vec<[f32; 4]>> {
         match &self.view.drawing {
             Drawing::Points(points) => points

@@ -195,7 +195,7 @@ impl<'a> Parts<'a> {
     /// Draws the window of `scene`, exposed as the whole.
     ///
     /// # Errors
-    /// As [`Parts::draw_all`].
+    /// Like [`Parts::draw_all`].
     pub fn draw_window(&mut self, scene: &Scene) -> Result<(&Renderer, FrameReport)> {
         let exposure = if scene.camera.window == WHOLE {
             None
@@ -227,15 +227,15 @@ impl<'a> Parts<'a> {
     /// Linear radiance of `scene`, drawn at once, or in parts if the device has no room for all of it at once.
     ///
     /// # Errors
-    /// As [`Parts::draw_all`].
+    /// Like [`Parts::draw_all`].
     pub fn radiance(&mut self, scene: &Scene) -> Result<(Picture, FrameReport)> {
         self.whole_or_by(scene, Renderer::read_radiance, Self::radiance_by)
     }
 
-    /// As [`Parts::radiance`], of a plan for layers.
+    /// Like [`Parts::radiance`], of a plan for layers.
     ///
     /// # Errors
-    /// As [`Parts::draw_all`].
+    /// Like [`Parts::draw_all`].
     pub fn layers(&mut self, scene: &Scene) -> Result<(Layers, FrameReport)> {
         self.whole_or_by(scene, Renderer::read_layers, Self::layers_by)
     }
@@ -243,7 +243,7 @@ impl<'a> Parts<'a> {
     /// Linear radiance, drawn part by part.
     ///
     /// # Errors
-    /// As [`Parts::draw_all`].
+    /// Like [`Parts::draw_all`].
     pub fn radiance_by(&mut self, scene: &Scene, grid: Grid) -> Result<(Picture, FrameReport)> {
         let mut whole = empty_picture(scene.image);
         let report = self.draw_by(scene, grid, &mut |origin, renderer| {
@@ -257,7 +257,7 @@ impl<'a> Parts<'a> {
     /// Layers, drawn part by part.
     ///
     /// # Errors
-    /// As [`Parts::draw_all`].
+    /// Like [`Parts::draw_all`].
     pub fn layers_by(&mut self, scene: &Scene, grid: Grid) -> Result<(Layers, FrameReport)> {
         let mut whole = Layers::empty(scene.image.width, scene.image.height);
         let report = self.draw_by(scene, grid, &mut |origin, renderer| {
@@ -267,10 +267,10 @@ impl<'a> Parts<'a> {
         Ok((whole, report))
     }
 
-    /// As [`Parts::radiance`], of a plan for display: sRGB bytes.
+    /// Like [`Parts::radiance`], of a plan for display: sRGB bytes.
     ///
     /// # Errors
-    /// As [`Parts::draw_all`].
+    /// Like [`Parts::draw_all`].
     pub fn display(&mut self, scene: &Scene) -> Result<(Vec<u8>, FrameReport)> {
         self.whole_or_by(scene, Renderer::read_display, Self::display_by)
     }
@@ -278,7 +278,7 @@ impl<'a> Parts<'a> {
     /// sRGB bytes, drawn part by part.
     ///
     /// # Errors
-    /// As [`Parts::draw_all`].
+    /// Like [`Parts::draw_all`].
     pub fn display_by(&mut self, scene: &Scene, grid: Grid) -> Result<(Vec<u8>, FrameReport)> {
         let ImageSize { width, height } = scene.image;
         let mut shown = vec![[0_u8; 3]; width as usize * height as usize];
@@ -295,7 +295,7 @@ impl<'a> Parts<'a> {
     /// report is of all of them.
     ///
     /// # Errors
-    /// As [`Parts::draw_all`].
+    /// Like [`Parts::draw_all`].
     pub fn draw_by(
         &mut self,
         scene: &Scene,
@@ -368,7 +368,7 @@ impl<'a> Parts<'a> {
     /// Makes the renderer that draws the window of `scene`, so that its first picture need not wait for it.
     ///
     /// # Errors
-    /// Those of [`Renderer::new`].
+    /// See [`Renderer::new`].
     pub fn prepare(&mut self, scene: &Scene) -> Result<()> {
         let made = self.take_renderer(scene)?;
         self.renderer = Some(made);

@@ -34,7 +34,7 @@ impl TileStages {
     /// Draws `scene` by a plan for tiles.
     ///
     /// # Errors
-    /// Those of [`super::Renderer::new`] and [`super::Renderer::submit`].
+    /// See [`super::Renderer::new`] and [`super::Renderer::submit`].
     pub fn draw(lighting: &Lighting, scene: &Scene, plan: &FramePlan) -> Result<Self> {
         let device = lighting.device();
         let rain = RainField::new(device, scene);

@@ -20,7 +20,7 @@ impl Scene {
     /// with commas between them, or a bare word.
     ///
     /// # Errors
-    /// Those of [`Scene::load`]; [`Error::Scene`] for an edit that is none, or leads to no scene.
+    /// See [`Scene::load`]; [`Error::Scene`] for an edit that is none, or leads to no scene.
     pub fn load_edited(path: Option<&Path>, edits: &[String]) -> Result<Self> {
         // Of the file itself, what is wrong has a line.
         let scene = path.map_or_else(|| Ok(Self::default()), Self::load_alone)?;

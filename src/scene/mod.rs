@@ -274,7 +274,7 @@ impl Scene {
         Self::parse_in(&read_text(path)?, &path.display().to_string(), path.parent())
     }
 
-    /// As [`Scene::parse`], with paths from a folder.
+    /// Like [`Scene::parse`], with paths from a folder.
     fn parse_in(text: &str, name: &str, folder: Option<&Path>) -> Result<Self> {
         let mut scene = Self::parse(text, name)?;
         if let Some(folder) = folder {

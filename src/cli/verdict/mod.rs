@@ -83,7 +83,7 @@ pub fn runs(paths: &[PathBuf]) -> anyhow::Result<Vec<(PathBuf, Report)>> {
     Ok(all)
 }
 
-/// As [`kept`] takes them.
+/// Such as [`kept`] takes.
 pub fn borrowed(runs: &[(PathBuf, Report)]) -> Vec<(&Path, Report)> {
     runs.iter().map(|(path, report)| (path.as_path(), report.clone())).collect()
 }

@@ -24,7 +24,7 @@ impl Amount {
     /// The scene with so much rain; what else it says of its rain it keeps.
     ///
     /// # Errors
-    /// Those of [`Scene::set_random_count`].
+    /// See [`Scene::set_random_count`].
     pub fn apply(self, scene: &mut Scene) -> Result<()> {
         match self {
             Self::Drops(count) => scene.set_random_count(count)?,

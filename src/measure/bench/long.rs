@@ -94,7 +94,7 @@ impl Samples {
 /// Draws a variant for a long time.
 ///
 /// # Errors
-/// As [`crate::renderer::Renderer::new`], and of the first frame. A later one's failure is among what was
+/// Like [`crate::renderer::Renderer::new`], and of the first frame. A later one's failure is among what was
 /// measured.
 pub fn watch(
     device: &Arc<Device>,

@@ -98,7 +98,7 @@ pub(super) struct Run {
 /// Measures every variant, in turn; `tick` is called with the share done, from 0 to 1.
 ///
 /// # Errors
-/// As [`Renderer::new`], [`Renderer::submit`] and [`Renderer::finish`], by the first variant that fails;
+/// Like [`Renderer::new`], [`Renderer::submit`] and [`Renderer::finish`], by the first variant that fails;
 /// what was measured until then is lost.
 pub fn measure(
     device: &Arc<Device>,

@@ -29,7 +29,7 @@ pub fn read(path: &Path) -> Result<Vec<Report>> {
 /// One device's result from a file's JSON.
 ///
 /// # Errors
-/// As [`read`].
+/// Like [`read`].
 pub fn of_value(path: &Path, value: Value) -> Result<Report> {
     let mut report: Report = of_schema(path, value, SCHEMA)?;
     check(&report).map_err(|problem| Error::read(path, problem))?;
@@ -44,7 +44,7 @@ pub fn of_value(path: &Path, value: Value) -> Result<Report> {
 /// Reads a file's JSON, whatever its schema.
 ///
 /// # Errors
-/// As [`read`].
+/// Like [`read`].
 pub fn read_json(path: &Path) -> Result<Value> {
     let text = read_text(path)?;
     if text.trim_ascii().is_empty() {

@@ -22,7 +22,7 @@ const WITH_PICTURES: f64 = 1.5;
 /// a part of the picture, which is traced for it.
 ///
 /// # Errors
-/// Those of [`crate::picture::plate::Plate::of`].
+/// See [`crate::picture::plate::Plate::of`].
 pub fn expected_s(
     scene: &StudyScene,
     models: &[Model],

@@ -28,7 +28,7 @@ pub fn of_file(name: &str, scene: Scene, environment: Environment) -> StudyScene
 /// at rest and in motion. Modest in size: with every model it takes minutes on two cores.
 ///
 /// # Errors
-/// As [`Environment::bundled`]: none for an intact program.
+/// Like [`Environment::bundled`]: none for an intact program.
 pub fn standard_set() -> Result<Vec<StudyScene>> {
     let sky = Environment::bundled()?;
     // The sun's disc brought down to a veil: glints are asked for in one scene, `sun`.
@@ -59,7 +59,7 @@ pub fn standard_set() -> Result<Vec<StudyScene>> {
 /// second by a long lens; and near by, through a wide one that is focused among its drops.
 ///
 /// # Errors
-/// As [`standard_set`].
+/// Like [`standard_set`].
 pub fn weather() -> Result<[StudyScene; 2]> {
     let sky = Environment::bundled()?;
     let veiled = clipped(&sky, "veiled sky", 30.0 * sky.mean_luminance() as f32)?;

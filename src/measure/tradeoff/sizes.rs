@@ -137,7 +137,7 @@ fn scenes(radius_px: f64, views: u32) -> Vec<Scene> {
 /// Every candidate at every radius.
 ///
 /// # Errors
-/// Those of [`crate::plan::plan`], [`Renderer::new`], [`Renderer::submit`] and
+/// See [`crate::plan::plan`], [`Renderer::new`], [`Renderer::submit`] and
 /// [`Renderer::read_radiance`], for the first model that fails.
 pub fn by_size(
     device: &Arc<Device>,
@@ -206,7 +206,7 @@ pub fn by_size(
 /// ([`Bright::strength`]); its root. `None` for an environment without such sources.
 ///
 /// # Errors
-/// Those of [`by_size`].
+/// See [`by_size`].
 ///
 /// [`Bright::strength`]: crate::environment::bright::Bright::strength
 pub fn glints_by_size(

@@ -65,7 +65,7 @@ pub struct Study {
 /// it ends early with the models whose errors are known by then.
 ///
 /// # Errors
-/// Those of [`crate::plan::plan`], [`Renderer::new`], [`Renderer::submit`] and
+/// See [`crate::plan::plan`], [`Renderer::new`], [`Renderer::submit`] and
 /// [`Renderer::read_radiance`], for the first model that fails.
 pub fn study(
     device: &Arc<Device>,
