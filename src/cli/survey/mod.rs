@@ -45,7 +45,8 @@ pub struct SurveyArgs {
     /// Folder to write into; beside it DIR.zip
     #[arg(short, long, value_name = "DIR", default_value = "survey")]
     output: PathBuf,
-    /// Time for all; steps that no longer fit are left out, and named
+    /// Time for all, and with more than eight minutes for each step in proportion; steps that no longer fit are left out, and
+    /// named
     #[arg(long, value_name = "TIME", default_value = "8m", value_parser = humantime::parse_duration)]
     max_time: Duration,
     /// Only these steps, comma-separated, by the names of their files: devices, table-2, drop-fast, …
@@ -63,6 +64,12 @@ const DEVICE: &str = "RAINDROPS_DEVICE";
 const LEAST: Duration = Duration::from_secs(5);
 
 impl SurveyArgs {
+    /// Time for a step that has `most` of the eight minutes.
+    fn time_of(&self, most: Duration) -> Duration {
+        let times = (self.max_time.as_secs_f64() / 480.0).max(1.0);
+        Duration::try_from_secs_f64(most.as_secs_f64() * times).unwrap_or(Duration::MAX)
+    }
+
     fn takes(&self, name: &str) -> bool {
         self.only.is_empty() || self.only.iter().any(|wanted| wanted == name)
     }
@@ -202,10 +209,12 @@ impl<'a> Survey<'a> {
                 "left out: --max-time {} is over",
                 humantime::format_duration(self.args.max_time)
             )),
-            false => match arm.run(arguments, Limits { timeout: most.min(left) }) {
-                Err(error) if error.is::<super::Interrupted>() => return Err(error),
-                outcome => outcome.err().map(|error| format!("{error:#}")),
-            },
+            false => {
+                match arm.run(arguments, Limits { timeout: self.args.time_of(most).min(left) }) {
+                    Err(error) if error.is::<super::Interrupted>() => return Err(error),
+                    outcome => outcome.err().map(|error| format!("{error:#}")),
+                }
+            }
         };
         if let Some(why) = &failed {
             warning!("{name}: {why}");

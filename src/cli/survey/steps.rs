@@ -12,7 +12,7 @@ pub(super) struct Step {
     /// But for the result.
     words: Vec<&'static str>,
     pub variables: Vec<(&'static str, &'static str)>,
-    /// Time for it alone.
+    /// Time for it alone, of the eight minutes that a survey has.
     pub most: Duration,
 }
 
