@@ -25,8 +25,11 @@ type Record = [u32; 8];
 pub(super) struct PlacedDrops {
     /// The drops, then a record for each cluster.
     pub buffer: Buffer,
-    /// Places of the drops in their list, cluster by cluster.
+    /// Places of the drops that the scene knows in their list, cluster by cluster.
     clusters: Arc<[u32]>,
+    /// Where the record of the first cluster of a host's particles stands, which are written on the device (`particles.rs`);
+    /// none if they are taken one by one.
+    pub boxes_of_host: Option<u32>,
     /// How far each moves while the shutter is open; of no use where none does.
     pub motions: Buffer,
     /// How far they are from the camera as it first stands, at most along any axis: by this they are parted into bands of
@@ -49,10 +52,19 @@ impl PlacedDrops {
     ) -> Result<Self> {
         use vk::BufferUsageFlags as Usage;
         // While the shutter is open the camera may move, too.
-        let moves = is_exposed || scene.placed().any(|drop| drop.velocity != DVec3::ZERO);
+        let moves = is_exposed
+            || scene.host_particles > 0
+            || scene.placed().any(|drop| drop.velocity != DVec3::ZERO);
         let usage = Usage::STORAGE_BUFFER;
+        let boxes = clusters.len() as u32 / CLUSTER;
+        let known = scene.known_count().div_ceil(CLUSTER).min(boxes);
+        let boxes_of_host = (boxes > known).then(|| scene.placed_count() + known);
+        let clusters: Arc<[u32]> = match boxes_of_host {
+            Some(_) => clusters[..(known * CLUSTER) as usize].into(),
+            None => clusters,
+        };
         let buffer = if moves {
-            let records = scene.placed_count() as usize + clusters.len() / CLUSTER as usize;
+            let records = (scene.placed_count() + boxes) as usize;
             let bytes = (size_of::<Record>() * records) as u64;
             let usage = usage | Usage::TRANSFER_DST;
             Buffer::new(device, "placed drops", bytes, usage, Memory::Device)?
@@ -65,14 +77,22 @@ impl PlacedDrops {
         let motions = Buffer::new(device, "motions of placed drops", bytes, usage, Memory::Device)?;
         let apart = |drop: &PlacedDrop| (drop.center - scene.camera.position).abs().max_element();
         let farthest = scene.placed().map(apart).fold(0.0, f64::max) as f32;
-        Ok(Self { buffer, clusters, motions, farthest, moves, is_exposed })
+        Ok(Self { buffer, clusters, boxes_of_host, motions, farthest, moves, is_exposed })
     }
 
     /// Records the places in this frame, where they change; a barrier to compute must follow.
     pub fn record(&self, device: &Device, commands: Recorder<'_>, scene: &Scene) {
         if self.moves {
             let records = records(scene, &self.clusters);
-            update_buffer(device, commands, &self.buffer, 0, bytemuck::cast_slice(&records));
+            // A host's particles are between the drops and the boxes.
+            let (drops, boxes) = match scene.host_particles {
+                0 => (&records[..], &[][..]),
+                _ => records.split_at(scene.known_count() as usize),
+            };
+            let first_box = size_of::<Record>() as u64 * u64::from(scene.placed_count());
+            for (at, part) in [(0, drops), (first_box, boxes)] {
+                update_buffer(device, commands, &self.buffer, at, bytemuck::cast_slice(part));
+            }
         }
         if self.is_exposed && scene.placed_count() > 0 {
             let motion = |drop: &PlacedDrop| {

@@ -90,7 +90,7 @@ pub struct Tiles {
     pub(super) shared: Arc<Bindings>,
     bindings: Bindings,
     passes: Passes,
-    placed: PlacedDrops,
+    pub(super) placed: PlacedDrops,
     pub(super) streak_layer: StreakLayer,
 }
 
