@@ -16,9 +16,9 @@ use raindrops::picture::Picture;
 use raindrops::picture::metrics::{box_filter, rel_mse};
 use raindrops::picture::plate::{Depth, Plate};
 use raindrops::reference::{Tracer, Truth};
-use raindrops::scene::{PlacedDrop, Scene};
 use raindrops::scene::background::DepthKind;
 use raindrops::scene::model::Preset;
+use raindrops::scene::{PlacedDrop, Scene};
 
 use crate::host;
 
@@ -148,7 +148,8 @@ fn a_hosts_fountain_is_the_references() {
     assert_eq!(words.len() as u32, DROPS);
     // They collide with the ground: none is in it, and some go up from it again more slowly than they were thrown.
     let lowest = words.iter().map(|[_, y, _, radius, ..]| y - radius).fold(f32::MAX, f32::min);
-    let rebound = words.iter().filter(|[_, y, _, _, _, up, ..]| *y < 0.05 && *up > 0.3 && *up < 2.0);
+    let rebound =
+        words.iter().filter(|[_, y, _, _, _, up, ..]| *y < 0.05 && *up > 0.3 && *up < 2.0);
     assert!(lowest > -1e-3 && rebound.count() > 10, "{lowest}");
 
     let shown = |beside: f64| {
