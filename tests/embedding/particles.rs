@@ -156,7 +156,13 @@ fn drawn(
 /// of the same drops in the scene, bit for bit.
 #[test]
 fn particles_are_drawn_as_placed_drops() {
-    let particles = cloud(333);
+    let mut particles = cloud(333);
+    // A cluster whose drops have their centres over the picture's upper edge, and reach into it.
+    let edge = 5.0 * dry(Preset::Fast).view().tan_edges()[1].abs() as f32;
+    for (number, particle) in particles[..16].iter_mut().enumerate() {
+        let (x, y) = (0.25 * number as f32 - 2.0, (64.0 * edge).ceil() / 64.0 + 0.25);
+        (particle.position, particle.radius) = (BASE + Vec3::new(x, y, -5.0), 0.5);
+    }
     let beside = |preset| {
         let mut scene = exposed(preset);
         scene.rain = Some(RainSettings { count: 2000, ..RainSettings::default() });
