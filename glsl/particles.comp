@@ -99,22 +99,6 @@ void write_none(uint number) {
     if (MOTION != 0u) placed_motions[push.first + number] = vec4(0.0);
 }
 
-struct Box {
-    vec3 low;
-    vec3 high;
-    float reach; // of the largest drop's radius
-};
-
-// What `records` in src/passes/placed.rs writes of a cluster: its box is as much larger as float32 rounds.
-void write_box(Box box, uint cluster) {
-    Placed around = unseen();
-    if (box.reach > 0.0) {
-        vec3 rounded = 5e-7 * (abs(box.low) + abs(box.high));
-        around = Placed(vec4(0.5 * box.low + 0.5 * box.high, box.reach), 0.5 * box.high - 0.5 * box.low + rounded, 0u);
-    }
-    placed[push.boxes + cluster] = around;
-}
-
 void main() {
     uint group = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x;
     uint cluster = group * gl_WorkGroupSize.x + gl_LocalInvocationID.x, first = cluster * CLUSTER;
@@ -122,7 +106,7 @@ void main() {
     uint count = min(claimed, push.capacity), unfit = 0u;
     if (cluster == 0u) counters.beyond = claimed - count;
     if (first >= push.most) return;
-    Box box = Box(vec3(3e38), vec3(-3e38), 0.0);
+    Box box = NO_BOX;
     for (uint number = first; number < min(first + CLUSTER, push.most); ++number) {
         if (number >= count) {
             write_none(number);
@@ -131,14 +115,12 @@ void main() {
         Particle p = particle_at(number);
         if (p.fits) {
             write_drop(p, number);
-            box.low = min(box.low, p.center - 0.5 * abs(p.motion));
-            box.high = max(box.high, p.center + 0.5 * abs(p.motion));
-            box.reach = max(box.reach, p.radius);
+            box = box_with(box, p.center, p.motion, p.radius);
         } else {
             write_none(number);
             unfit++;
         }
     }
     if (unfit > 0u) atomicAdd(counters.unfit, unfit);
-    if (push.boxes != NOTHING) write_box(box, cluster);
+    if (push.boxes != NOTHING) placed[push.boxes + cluster] = box.reach > 0.0 ? record_of_box(box) : unseen();
 }

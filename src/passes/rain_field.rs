@@ -66,7 +66,7 @@ impl RainField {
             return Ok(sorted.clone());
         }
         let storage = vk::BufferUsageFlags::STORAGE_BUFFER;
-        let centers: Vec<_> = scene.placed().map(|drop| drop.center).collect();
+        let centers: Vec<_> = scene.placed().map(|drop| drop.center_at(scene.time)).collect();
         let known = scene.random_count() + scene.known_count();
         let clusters =
             Clusters::new(&scene.populations(), &centers).followed_by(known, scene.host_particles);
