@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Motion or depth of each pixel's nearest drop, into an image of a host's. A pixel without a drop keeps what it holds. See
+// Motion, depth or (NUMBER) number of each pixel's nearest drop, into an image of a host's. A pixel without a drop keeps what it holds. See
 // src/passes/motion_depth.rs.
 #include "frame.glsl"
 
@@ -12,13 +12,21 @@ layout(push_constant) uniform MotionDepthPush {
     uint is_depth; // 1: depth, 0: motion
 } push;
 
+#ifdef NUMBER
+layout(location = 0) out uvec4 texel;
+#else
 layout(location = 0) out vec4 texel;
+#endif
 
 void main() {
     uvec2 at = uvec2(gl_FragCoord.xy);
     uint number = nearest_drops[at.y * frame.window.z + at.x].x;
     if (number == END) discard;
     uvec4 record = drop_records[number];
+#ifdef NUMBER
+    texel = uvec4(record.zw, 0u, 0u);
+#else
     texel = push.is_depth != 0u ? vec4(uintBitsToFloat(record.x), 0.0, 0.0, 1.0)
                                 : vec4(push.pixel * unpackHalf2x16(record.y), 0.0, 1.0);
+#endif
 }

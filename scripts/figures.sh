@@ -2,9 +2,9 @@
 # Makes the pictures of docs/pictures, and notes in made.txt beside them which step made each, at which commit and on
 # what machine (scripts/made.sh).
 #
-#   scripts/figures.sh                 every step but embedded, host and report: a few minutes on two cores
+#   scripts/figures.sh                 every step but embedded, fountain, host and report: a few minutes on two cores
 #   scripts/figures.sh gallery film       these steps
-#   scripts/figures.sh window embedded host report
+#   scripts/figures.sh window embedded fountain host report
 #   scripts/figures.sh --out DIR figure-4   into DIR, and no note of it: the tracked pictures stay as they are
 #
 # Steps:
@@ -17,6 +17,7 @@
 #   film                               three frames
 #   window                             the window of the guide: tests/view/guide.rs draws it in a virtual X server
 #   embedded                           real rain in a frame of examples/host_ash
+#   fountain                           drops that examples/host_ash simulates itself
 #   host                               rain in a frame of wgpu's (scripts/host-wgpu.sh); its build takes minutes
 #   errors                             error by a drop's size, from docs/results/2026-11-errors.json
 #   report                             a page of `raindrops report` in a headless Chromium, which must be there
@@ -203,10 +204,18 @@ host() { # rain before, behind and beside the boxes of a wgpu program
   made host-wgpu.png
 }
 
+by_ash() { # by_ash ARGUMENT NAME: a picture of the program by ash
+  scripts/cargo.sh run --locked --release -p host_ash "$1" >>"$work/log" 2>&1 || { tail -n 20 "$work/log" >&2; return 1; }
+  mv host_ash.png "$out/$2".png
+  made "$2".png
+}
+
 embedded() { # real rain among the boxes of a program by ash
-  scripts/cargo.sh run --locked --release -p host_ash 25 >>"$work/log" 2>&1 || { tail -n 20 "$work/log" >&2; return 1; }
-  mv host_ash.png "$out"/embedded.png
-  made embedded.png
+  by_ash 25 embedded
+}
+
+fountain() { # a fountain of its own
+  by_ash fountain fountain
 }
 
 report() { # a page of two small results in a headless Chromium

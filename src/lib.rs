@@ -17,7 +17,8 @@
 //! use raindrops::environment::Environment;
 //! use raindrops::plan::{Output, plan};
 //! use raindrops::renderer::{
-//!     Blend, DepthConvention, FrameInput, HostEnvironment, HostMotion, Lighting, LiveInfo, RainField, View, ViewInfo,
+//!     Blend, DepthConvention, FrameInput, HostEnvironment, HostMotion, HostParticles, Lighting, LiveInfo, ParticleCount,
+//!     ParticleLayout, RainField, View, ViewInfo,
 //! };
 //! use raindrops::scene::{ImageSize, RainSettings, Scene};
 //! use raindrops::scene::background::DepthKind;
@@ -29,6 +30,7 @@
 //! # fn rain(
 //! #     host: HostDevice,
 //! #     [output, color, depth, cube, motion, nearest]: [HostImage; 6],
+//! #     ([drops, counts], bytes): ([vk::Buffer; 2], u64),
 //! #     (camera_before, seconds_before): (Camera, f64),
 //! #     (commands, slot, seconds): (vk::CommandBuffer, usize, f64),
 //! #     (view_matrix, projection, size): (DMat4, DMat4, (u32, u32)),
@@ -71,6 +73,14 @@
 //! let input = input
 //!     .moved(HostMotion::since(camera_before, seconds_before, motion)) // where the drop was, less where it is
 //!     .nearest(nearest);                 // of its centre along the view axis, scene units
+//!
+//! // Drops of your own: how many there may be is said before `plan`, where they are with each frame.
+//! scene.host_particles = 50_000;         // at most; before `plan`
+//! let layout = ParticleLayout { stride: 32, position: 0, radius: 12, velocity: Some(16), id: Some(28) };
+//! let count = ParticleCount::OnDevice(counts, 0);           // or `Number`
+//! let within = [DVec3::splat(-4.0), DVec3::splat(4.0)];     // the box that holds them
+//! let own = HostParticles::new((drops, bytes), layout, count, within, 0.02); // the largest radius
+//! let input = FrameInput::new(&scene, output).with_particles(own);
 //!
 //! // Light that changes, in place of that above.
 //! let lighting = Arc::new(Lighting::live(&device, LiveInfo::default())?); // a cube map

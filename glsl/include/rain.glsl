@@ -4,6 +4,7 @@
 // `precise` keeps every product and sum apart, so that each rounds as the CPU's does.
 #include "frame.glsl"
 #include "pcg4d.glsl"
+#include "placed_boxes.glsl"
 
 layout(constant_id = 21) const uint SEVERAL = 0; // 1: there are several populations of drops in boxes
 
@@ -34,12 +35,6 @@ vec4 drop_at(Population p, uint index) {
     precise vec3 relative = vec3(place) * p.units.xyz;
     return vec4(relative, p.units.w);
 }
-
-struct Placed {
-    vec4 high; // centre in float32, radius
-    vec3 low;  // what float32 lost of the centre
-    uint number; // in layers
-};
 
 vec3 relative_placed(Placed drop) {
     precise vec3 relative =

@@ -47,6 +47,8 @@ pub enum Resource<'a> {
     Sampled(&'a Image, &'a Sampler),
     /// One level of an image, with a sampler.
     SampledLevel(&'a Image, u32, &'a Sampler),
+    /// A byte range of a host's storage buffer, which the set does not keep.
+    HostRange(vk::Buffer, u64, u64),
     /// A view of a host's image, which the set does not keep, with a sampler.
     SampledView(vk::ImageView, &'a Sampler),
 }
@@ -91,6 +93,7 @@ impl Resource<'_> {
                 [Some(image.held.clone()), Some(sampler.held.clone())]
             }
             Self::SampledView(_, sampler) => [Some(sampler.held.clone()), None],
+            Self::HostRange(..) => [None, None],
         }
     }
 }
@@ -241,6 +244,10 @@ impl Bindings {
             }
             Resource::Range(b, offset, range) => {
                 buffers = buffer(b, offset, range);
+                write.buffer_info(&buffers)
+            }
+            Resource::HostRange(buffer, offset, range) => {
+                buffers = [vk::DescriptorBufferInfo { buffer, offset, range }];
                 write.buffer_info(&buffers)
             }
             Resource::Texels(texels) => {

@@ -37,6 +37,10 @@ pub struct Counts {
     pub camera_inside: u64,
     /// Drops whose outline reaches the camera plane; points and quads do not draw them. Tiles draw them, and count none.
     pub beside_camera: u64,
+    /// A host's particles that are left out: not finite, out of the limits that it gave, or with a radius that is not over 0.
+    pub unfit: u64,
+    /// A host's particles that are left out: more, by its count, than the view was made for or its buffer holds.
+    pub beyond: u64,
 }
 
 impl Counts {
@@ -49,6 +53,8 @@ impl Counts {
             overflow: counters.lost.into(),
             camera_inside: counters.camera_inside.into(),
             beside_camera: counters.beside_camera.into(),
+            unfit: counters.unfit.into(),
+            beyond: counters.beyond.into(),
         }
     }
 
@@ -72,6 +78,12 @@ impl Counts {
                 "not drawn",
                 "they reach beside the camera, where a billboard has no shape",
             ),
+            (
+                self.unfit,
+                "not drawn",
+                "not finite, out of their limits, or with a radius that is not over 0",
+            ),
+            (self.beyond, "not drawn", "more particles than there is room for"),
         ];
         let undrawn = whys.into_iter().filter(|(count, ..)| *count > 0);
         remarks.extend(undrawn.map(|(count, what, why)| {
@@ -87,5 +99,7 @@ impl Counts {
         self.overflow += other.overflow;
         self.camera_inside += other.camera_inside;
         self.beside_camera += other.beside_camera;
+        self.unfit += other.unfit;
+        self.beyond += other.beyond;
     }
 }

@@ -33,7 +33,7 @@ pub struct DropRecords {
     /// number's low and high word.
     pub records: Buffer,
     motion: Buffer,
-    placed_moved: Buffer,
+    pub(super) placed_moved: Buffer,
 }
 
 impl DropRecords {

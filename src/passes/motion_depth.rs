@@ -1,4 +1,4 @@
-//! Motion vectors and depth of each pixel's nearest drop, into images of a host's (`glsl/motion_depth.frag`): motion since
+//! Motion vectors, depth and number of each pixel's nearest drop, into images of a host's (`glsl/motion_depth.frag`): motion since
 //! the frame before. A pixel without a drop keeps what the host has there: its own motion vectors and depth, or what it
 //! has cleared them to.
 //!
@@ -21,7 +21,7 @@ use crate::gpu::{
 use crate::scene::camera::Camera;
 use crate::{Error, Result};
 
-/// Formats of motion and of depth. Every device draws into them.
+/// Formats of motion, of depth and of numbers. Every device draws into them.
 const MOTION_FORMATS: [vk::Format; 4] = [
     vk::Format::R16G16_SFLOAT,
     vk::Format::R32G32_SFLOAT,
@@ -29,6 +29,7 @@ const MOTION_FORMATS: [vk::Format; 4] = [
     vk::Format::R32G32B32A32_SFLOAT,
 ];
 const DEPTH_FORMATS: [vk::Format; 2] = [vk::Format::R32_SFLOAT, vk::Format::R16_SFLOAT];
+const NUMBER_FORMATS: [vk::Format; 2] = [vk::Format::R32_UINT, vk::Format::R32G32_UINT];
 
 /// Where a host has the motion of each pixel's nearest drop drawn, and since when.
 #[derive(Clone, Copy, Debug)]
@@ -56,10 +57,11 @@ pub struct MotionDepth {
     bindings: Bindings,
     motion: Option<GraphicsPipeline>,
     depth: Option<GraphicsPipeline>,
+    number: Option<GraphicsPipeline>,
 }
 
 impl MotionDepth {
-    /// Of what `composite` finds; none if nothing is asked for. `formats`: of motion, of depth.
+    /// Of what `composite` finds; none if nothing is asked for. `formats`: of motion, of depth, of numbers.
     ///
     /// # Errors
     /// [`Error::Scene`] for a format that cannot hold it; [`Error::Vulkan`] if the driver refuses.
@@ -68,7 +70,7 @@ impl MotionDepth {
         frame: &FrameBuffer,
         tiles: &Tiles,
         composite: &Composite,
-        formats: [Option<vk::Format>; 2],
+        formats: [Option<vk::Format>; 3],
     ) -> Result<Option<Self>> {
         let (Some(records), Some(nearest)) = (&tiles.records, &composite.nearest) else {
             return Ok(None);
@@ -82,7 +84,7 @@ impl MotionDepth {
             (slot::DROP_RECORDS, Resource::Buffer(&records.records)),
         ];
         let bindings = Bindings::of(device, "motion and depth", &slots)?;
-        let pipeline = |name: &str, format: Option<vk::Format>, known: &[vk::Format]| {
+        let pipeline = |name: &str, fragment, format: Option<vk::Format>, known: &[vk::Format]| {
             let Some(format) = format else { return Ok(None) };
             if !known.contains(&format) {
                 let known: Vec<_> = known.iter().map(|format| format!("{format:?}")).collect();
@@ -92,14 +94,16 @@ impl MotionDepth {
                 });
             }
             let state = GraphicsState::triangles(format);
-            let shaders = [shaders::FULLSCREEN_VERT, shaders::MOTION_DEPTH_FRAG];
+            let shaders = [shaders::FULLSCREEN_VERT, fragment];
             let push = size_of::<MotionDepthPush>() as u32;
             GraphicsPipeline::new(device, shaders, &bindings, push, &[], &state).map(Some)
         };
-        let [motion, depth] = formats;
+        let [motion, depth, number] = formats;
+        let (floats, numbers) = (shaders::MOTION_DEPTH_FRAG, shaders::MOTION_DEPTH_FRAG_NUMBER);
         Ok(Some(Self {
-            motion: pipeline("motion", motion, &MOTION_FORMATS)?,
-            depth: pipeline("nearest depth", depth, &DEPTH_FORMATS)?,
+            motion: pipeline("motion", floats, motion, &MOTION_FORMATS)?,
+            depth: pipeline("nearest depth", floats, depth, &DEPTH_FORMATS)?,
+            number: pipeline("nearest number", numbers, number, &NUMBER_FORMATS)?,
             bindings,
         }))
     }
@@ -109,7 +113,8 @@ impl MotionDepth {
         &self,
         device: &Device,
         commands: Recorder<'_>,
-        (motion, depth): (Option<&HostMotion>, Option<&HostImage>),
+        motion: Option<&HostMotion>,
+        [depth, number]: [Option<&HostImage>; 2],
     ) {
         let draw = |pipeline: &GraphicsPipeline, image: &HostImage, push: MotionDepthPush| {
             image.take(device, commands, Use::ColorAttachment);
@@ -124,6 +129,9 @@ impl MotionDepth {
         }
         if let (Some(pipeline), Some(image)) = (&self.depth, depth) {
             draw(pipeline, image, MotionDepthPush { pixel: [0.0; 2], is_depth: 1 });
+        }
+        if let (Some(pipeline), Some(image)) = (&self.number, number) {
+            draw(pipeline, image, MotionDepthPush::default());
         }
     }
 }

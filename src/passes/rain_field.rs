@@ -14,7 +14,7 @@ use crate::scene::{PlacedDrop, Scene};
 /// The drops of a scene.
 pub struct RainField {
     random: Random,
-    placed: (Vec<PlacedDrop>, Option<Particles>),
+    placed: (Vec<PlacedDrop>, Option<Particles>, u32),
     clusters: Mutex<Option<Arc<SortedDrops>>>,
     device: Arc<Device>,
 }
@@ -42,7 +42,7 @@ impl RainField {
     /// The drops of `scene`; what pictures need of them is made when the first asks.
     pub fn new(device: &Arc<Device>, scene: &Scene) -> Self {
         let (clusters, device) = (Mutex::default(), device.clone());
-        let placed = (scene.drops.clone(), scene.particles.clone());
+        let placed = (scene.drops.clone(), scene.particles.clone(), scene.host_particles);
         Self { random: random_of(scene), placed, clusters, device }
     }
 
@@ -51,6 +51,7 @@ impl RainField {
         self.random == random_of(scene)
             && self.placed.0 == scene.drops
             && self.placed.1 == scene.particles
+            && self.placed.2 == scene.host_particles
     }
 
     /// The device that it is on.
@@ -65,8 +66,10 @@ impl RainField {
             return Ok(sorted.clone());
         }
         let storage = vk::BufferUsageFlags::STORAGE_BUFFER;
-        let centers: Vec<_> = scene.placed().map(|drop| drop.center).collect();
-        let clusters = Clusters::new(&scene.populations(), &centers);
+        let centers: Vec<_> = scene.placed().map(|drop| drop.center_at(scene.time)).collect();
+        let known = scene.random_count() + scene.known_count();
+        let clusters =
+            Clusters::new(&scene.populations(), &centers).followed_by(known, scene.host_particles);
         self.device.count(|made| &mut made.sorts);
         let made = SortedDrops {
             order: Buffer::upload_device(&self.device, "drop order", &clusters.order, storage)?,

@@ -60,7 +60,8 @@ fn given(scene: &Scene, model: ShapeModel) -> Vec<[f32; 4]> {
     let diameter = |row: u32| SMALLEST_FLATTENED + f64::from(row) / f64::from(DIAMETERS_A_MM);
     let table = (0..DIAMETERS).map(|row| of_diameter(model, diameter(row)));
     let placed = scene.placed().map(|drop| of_placed(model, drop, scene.metres));
-    let shapes = table.chain(placed).map(|shape| shape.map(|value| value as f32));
+    let of_host = std::iter::repeat_n(ROUND, scene.host_particles as usize);
+    let shapes = table.chain(placed).chain(of_host).map(|shape| shape.map(|value| value as f32));
     std::iter::once(head).chain(shapes).collect()
 }
 

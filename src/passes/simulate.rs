@@ -95,7 +95,7 @@ impl Simulate {
         )?;
         let arguments = make("large drops' draw", 16, storage | Usage::INDIRECT_BUFFER)?;
         let counters = counters::buffer(device)?;
-        let placed = PlacedDrops::new(device, scene, false, Arc::default())?;
+        let placed = PlacedDrops::new(device, (frame, &[]), scene, false, Arc::default())?;
 
         let chunks = count.div_ceil(chunk).max(1);
         let slots = [

@@ -90,7 +90,7 @@ pub struct Tiles {
     pub(super) shared: Arc<Bindings>,
     bindings: Bindings,
     passes: Passes,
-    placed: PlacedDrops,
+    pub(super) placed: PlacedDrops,
     pub(super) streak_layer: StreakLayer,
 }
 
@@ -277,7 +277,8 @@ impl Tiles {
             Source::Clusters(sorted) => sorted.placed.clone(),
             Source::Cells(_) => Arc::default(),
         };
-        let placed = PlacedDrops::new(device, scene, moves, in_clusters)?;
+        let constants = constants_of(scene, plan, [has_cells, has_depth, is_flat]);
+        let placed = PlacedDrops::new(device, (frame, &constants), scene, moves, in_clusters)?;
         let in_pixels = (across * TILE.0, down * TILE.1);
         let streak_layer = StreakLayer::new(device, scene, plan, in_pixels, in_view)?;
         let large_moves =
@@ -334,7 +335,6 @@ impl Tiles {
             .chain(views.map(|(slot, view)| (slot, Resource::Texels(view))))
             .collect();
         let bindings = Bindings::of(device, "tiles", &slots)?.beside(&shared);
-        let constants = constants_of(scene, plan, [has_cells, has_depth, is_flat]);
         let passes = Passes::new(device, &bindings, &constants, has_cells, texels.is_some())?;
         Ok(Self {
             count,

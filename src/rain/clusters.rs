@@ -64,6 +64,14 @@ impl Clusters {
         Self { order, boxes }
     }
 
+    /// With `count` more drops, from index `first` on, whose places are not known: those that follow one another share a
+    /// cluster.
+    pub fn followed_by(mut self, first: u32, count: u32) -> Self {
+        self.order.extend(first..first + count);
+        fill_last(&mut self.order);
+        self
+    }
+
     /// The placed drops' places in their list, cluster by cluster, where `first` drops are before them.
     pub fn placed(&self, first: u32) -> Arc<[u32]> {
         let order = &self.order[self.boxes.len() * CLUSTER as usize..];

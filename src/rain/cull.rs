@@ -5,6 +5,7 @@
 
 use glam::{DVec3, Vec3};
 
+use crate::rain::pairs::{Pair, carried, moment};
 use crate::scene::Scene;
 use crate::scene::camera::View;
 
@@ -65,9 +66,8 @@ impl Sight {
 
     /// Centre of a hand-placed drop relative to the camera along the world's axes. Differences of
     /// the two halves apart keep a drop's place exact far from the world's origin.
-    pub fn relative_placed(&self, center: DVec3) -> Vec3 {
-        let [high, low] = split(center);
-        (high - self.position[0]) + (low - self.position[1])
+    pub fn relative_placed(&self, center: Pair) -> Vec3 {
+        (center.high - self.position[0]) + (center.low - self.position[1])
     }
 
     /// From world axes to the camera's axes.
@@ -152,9 +152,10 @@ pub fn sightings(scene: &Scene) -> impl Iterator<Item = (Vec3, f32, Sighting)> {
         let moved = scene.drawn_motion_of(rain.velocity).as_vec3();
         (0..rain.count).map(move |index| (seen.drop_at(index), moved, rain.radius as f32))
     });
+    let moment = moment(scene);
     let placed = scene.placed().map(move |drop| {
-        let moved = scene.drawn_motion_of(drop.velocity).as_vec3();
-        (sight.relative_placed(scene.drawn_center(drop)), moved, drop.radius as f32)
+        let (center, moved) = carried(drop, &moment);
+        (sight.relative_placed(center), moved, drop.radius as f32)
     });
     random.chain(placed).map(move |(relative, moved, radius)| {
         let center = sight.view_space(relative);

@@ -17,6 +17,7 @@ pub mod flat_suns;
 pub mod grain;
 pub mod law;
 pub mod medium;
+pub mod pairs;
 pub mod shape;
 pub mod visibility;
 

@@ -5,16 +5,20 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::view::{Drawing, View, refuse};
-use super::{DepthConvention, FrameReport, HostBackground, HostEnvironment, Lighting, RainField};
+use super::{
+    DepthConvention, FrameReport, HostBackground, HostEnvironment, HostParticles, Lighting,
+    RainField,
+};
 use crate::gpu::{HostImage, Recorder};
 use crate::passes::background::Behind;
 pub use crate::passes::motion_depth::HostMotion;
 use crate::passes::motion_depth::MotionDepth;
 pub use crate::passes::output::Blend;
 use crate::passes::output::{FORMATS, Output};
+use crate::passes::particles::Particles;
 use crate::plan::FramePlan;
 use crate::scene::Scene;
-use crate::scene::model::{Primitive, Simulation};
+use crate::scene::model::{Preset, Primitive, Simulation};
 use crate::{Error, Result};
 
 /// What a view is made for, beside what it shows.
@@ -35,6 +39,8 @@ pub struct ViewInfo {
     pub motion: Option<vk::Format>,
     /// The same of its depth: a float.
     pub nearest_depth: Option<vk::Format>,
+    /// The same of its number in layers: one unsigned integer, or two for real rain, whose numbers have 64 bits.
+    pub nearest_number: Option<vk::Format>,
 }
 
 impl Default for ViewInfo {
@@ -49,6 +55,7 @@ impl Default for ViewInfo {
             has_depth: false,
             motion: None,
             nearest_depth: None,
+            nearest_number: None,
         }
     }
 }
@@ -71,6 +78,10 @@ pub struct FrameInput<'a> {
     /// Where its depth is drawn: that of its centre along the view axis, in scene units. A pixel without a drop keeps
     /// what it holds.
     pub nearest_depth: Option<HostImage>,
+    /// Where its number is drawn.
+    pub nearest_number: Option<HostImage>,
+    /// Drops of the host's own, if the scene says that there may be some ([`Scene::host_particles`]).
+    pub particles: Option<HostParticles>,
 }
 
 impl<'a> FrameInput<'a> {
@@ -83,6 +94,8 @@ impl<'a> FrameInput<'a> {
             environment: None,
             motion: None,
             nearest_depth: None,
+            nearest_number: None,
+            particles: None,
         }
     }
 
@@ -112,6 +125,20 @@ impl<'a> FrameInput<'a> {
     #[must_use]
     pub fn nearest(mut self, depth: HostImage) -> Self {
         self.nearest_depth = Some(depth);
+        self
+    }
+
+    /// With the number of each pixel's nearest drop.
+    #[must_use]
+    pub fn numbered(mut self, number: HostImage) -> Self {
+        self.nearest_number = Some(number);
+        self
+    }
+
+    /// With drops of the host's own.
+    #[must_use]
+    pub fn with_particles(mut self, particles: HostParticles) -> Self {
+        self.particles = Some(particles);
         self
     }
 
@@ -147,6 +174,13 @@ impl View {
                 "stored positions go on with every frame that is recorded, submitted or not; take simulation integer",
             );
         }
+        if scene.host_particles > 0
+            && (plan.primitive != Primitive::Tile || scene.model.preset == Preset::Auto)
+        {
+            return refuse(
+                "a host's particles are drawn by tiles, and their sizes are not known to auto; take preset fast or exact",
+            );
+        }
         if info.frames_in_flight == 0 {
             return refuse("a host has one frame in flight at least");
         }
@@ -168,10 +202,10 @@ impl View {
         if of_light.is_some_and(|frames| frames < frames_in_flight) {
             return refuse("the light was made for fewer frames in flight");
         }
-        let nearest = [info.motion, info.nearest_depth];
+        let nearest = [info.motion, info.nearest_depth, info.nearest_number];
         if nearest.iter().any(Option::is_some) && plan.primitive != Primitive::Tile {
             return refuse(
-                "motion and nearest depth are those of tiles; take preset fast, exact or auto",
+                "motion, depth and number of the nearest drop are those of tiles; take preset fast, exact or auto",
             );
         }
         let plan = &FramePlan { nearest: nearest.iter().any(Option::is_some), ..plan.clone() };
@@ -188,6 +222,10 @@ impl View {
             }
             Drawing::Points(_) => None,
         };
+        if let Drawing::Tiled(tiled) = &view.drawing {
+            let (tiles, frames) = (&tiled.tiles, frames_in_flight);
+            view.particles = Particles::new(device, frame, tiles, scene, plan, frames)?;
+        }
         Ok(view)
     }
 
@@ -210,8 +248,10 @@ impl View {
     ///   in which the view recorded them.
     /// - The images are the host's device's, and as `input` describes them when the commands are executed: of this size,
     ///   format and number of samples, in this layout, used before by no other stages and accesses than stated. They and
-    ///   their views live until the slot has retired. Those that are drawn into (output, motion, nearest depth) have usage
+    ///   their views live until the slot has retired. Those that are drawn into (output, motion, nearest depth and number) have usage
     ///   `COLOR_ATTACHMENT`, the others `SAMPLED`.
+    /// - The buffers of particles are the host's device's, as [`HostParticles`] describes them, and live until the slot has
+    ///   retired.
     /// - Of the views of a light that is renewed always the same one names an environment; another may once all slots of
     ///   that one have retired.
     /// - The view is dropped when the queue is done with all that it has recorded.
@@ -237,6 +277,7 @@ impl View {
         check_background(&input.background, &info, input.scene)?;
         check_nearest(input, &info, self.size)?;
         check_apart(input)?;
+        check_particles(self, input)?;
         if let Some(environment) = &input.environment {
             let Some(renewal) = &self.lighting.renewal else {
                 return refuse("the light is not one that is renewed; make it by Lighting::live");
@@ -248,6 +289,11 @@ impl View {
         if let Some(HostMotion { camera, time, .. }) = &input.motion {
             let image = input.scene.image;
             frame = frame.until(camera.view(image.width, image.height), *time);
+        }
+        if let (Some(pass), Some(particles)) = (&self.particles, &input.particles) {
+            frame = frame.as_far_as(particles.farthest(input.scene.camera.position));
+            // SAFETY: the slot is free, so its set is not in use; the host keeps the buffers until it is free again.
+            unsafe { pass.set_buffers(&self.device, slot, particles)? };
         }
         // SAFETY: by contract.
         let recorder = unsafe { Recorder::of_host(commands) };
@@ -380,6 +426,7 @@ fn check_nearest(input: &FrameInput<'_>, info: &ViewInfo, size: (u32, u32)) -> R
     for (name, image, wanted) in [
         ("motion", motion, info.motion),
         ("nearest depth", input.nearest_depth, info.nearest_depth),
+        ("nearest number", input.nearest_number, info.nearest_number),
     ] {
         match (image, wanted) {
             (None, None) => {}
@@ -406,6 +453,20 @@ fn check_nearest(input: &FrameInput<'_>, info: &ViewInfo, size: (u32, u32)) -> R
     camera.validate(input.scene.image).map_err(of_before)
 }
 
+/// Refuses particles that the view was not made for, or cannot be read.
+fn check_particles(view: &View, input: &FrameInput<'_>) -> Result<()> {
+    match (&input.particles, view.made_for.host_particles) {
+        (None, 0) => Ok(()),
+        (Some(particles), most) if most > 0 => particles.check(&view.device, most),
+        (Some(_), _) => {
+            refuse("the view was made for no particles; set host_particles of its scene")
+        }
+        (None, _) => {
+            refuse("the view was made for a host's particles; name them, were it a count of 0")
+        }
+    }
+}
+
 /// Refuses one image for two things: it is taken from one layout and handed back in one.
 fn check_apart(input: &FrameInput<'_>) -> Result<()> {
     let images = [
@@ -415,6 +476,7 @@ fn check_apart(input: &FrameInput<'_>) -> Result<()> {
         ("the environment", input.environment.map(|environment| environment.image)),
         ("motion", input.motion.map(|motion| motion.image)),
         ("nearest depth", input.nearest_depth),
+        ("nearest number", input.nearest_number),
     ];
     for (number, (name, image)) in images.iter().enumerate() {
         let Some(image) = image else { continue };

@@ -32,6 +32,7 @@ use crate::passes::background::{BackgroundImages, Behind};
 pub use crate::passes::background::{DepthConvention, HostBackground};
 use crate::passes::counters::Counts;
 pub use crate::passes::environment::lost_light;
+pub use crate::passes::particles::{HostParticles, ParticleCount, ParticleLayout};
 pub use crate::passes::rain_field::RainField;
 pub use crate::passes::renewal::{HostEnvironment, LiveInfo};
 use crate::passes::tone_map::{FinalSums, further_sums};
@@ -150,6 +151,9 @@ impl Renderer {
         scene: &Scene,
         plan: &FramePlan,
     ) -> Result<Self> {
+        if scene.host_particles > 0 {
+            return refuse("only frames of a host's show its particles; take a View");
+        }
         let device = lighting.device();
         let behind = background.map(|images| Behind::Plate(images.clone()));
         Ok(Self {

@@ -17,6 +17,7 @@ use crate::passes::drops::guard_band;
 use crate::passes::frame::{Frame, FrameBuffer, Surroundings};
 use crate::passes::motion_depth::MotionDepth;
 use crate::passes::output::Output;
+use crate::passes::particles::Particles;
 use crate::passes::rain_field::RainField;
 use crate::passes::tile_grid;
 use crate::passes::tone_map::{DISPLAY, FinalSums, Source, ToneMap};
@@ -162,6 +163,8 @@ pub struct View {
     pub(super) output: Option<Output>,
     /// The pass that draws motion and depth of each pixel's nearest drop, where a host asks.
     pub(super) motion_depth: Option<MotionDepth>,
+    /// The pass that takes a host's particles, where the scene says that there may be some.
+    pub(super) particles: Option<Particles>,
     pub(super) info: Option<ViewInfo>,
     pub(super) device: Arc<Device>,
 }
@@ -181,6 +184,14 @@ impl<'a> ViewFrame<'a> {
     /// With motion to another view of the scene and time.
     pub fn until(self, view: projection::View, time: f64) -> Self {
         Self { until: (view, time - self.scene.time), ..self }
+    }
+
+    /// With drops that are so far from the camera along an axis.
+    pub fn as_far_as(mut self, farthest: f32) -> Self {
+        for extent in &mut self.constants.extent[..3] {
+            *extent = extent.max(farthest);
+        }
+        self
     }
 }
 
@@ -278,6 +289,7 @@ impl View {
             drawing,
             output: None,
             motion_depth: None,
+            particles: None,
             info: None,
             device: device.clone(),
         })
@@ -428,6 +440,16 @@ impl View {
             Drawing::Tiled(tiled) => {
                 let (view, seconds) = &*until;
                 tiled.record_reset(device, commands, scene, (view, *seconds), seen.as_ref());
+                let particles = host.and_then(|input| input.particles.as_ref());
+                if let (Some(pass), Some(particles)) = (&self.particles, particles) {
+                    let after = [Use::Uniform, Use::ComputeWrite];
+                    memory_barrier(device, commands, &[Use::TransferWrite], &after);
+                    let until = (view, *seconds);
+                    time.time(commands, "particles", || {
+                        pass.record(device, commands, number, scene, until, particles);
+                    });
+                    memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::ComputeWrite]);
+                }
                 tiled.record(device, commands, time, slot.recording, constants, seen.as_ref());
             }
         }
@@ -443,8 +465,11 @@ impl View {
             self.drawing.record_display(device, commands);
             time.time(commands, "output", || pass.record(device, commands, image));
             if let Some(pass) = &self.motion_depth {
-                let into = (input.motion.as_ref(), input.nearest_depth.as_ref());
-                time.time(commands, "motion and depth", || pass.record(device, commands, into));
+                let images = [&input.nearest_depth, &input.nearest_number].map(Option::as_ref);
+                let motion = input.motion.as_ref();
+                time.time(commands, "motion and depth", || {
+                    pass.record(device, commands, motion, images);
+                });
             }
         }
         slot.record_counts(device, commands, &self.drawing, &self.frame_buffer);

@@ -104,6 +104,10 @@ pub struct Scene {
     /// Scene seconds a camera second: of a film's frame its pace, else 1.
     #[serde(skip)]
     pub pace: f64,
+    /// Most drops that a host gives with each frame in a buffer of its own ([`crate::renderer::HostParticles`]). Only a host's
+    /// frames show them.
+    #[serde(skip)]
+    pub host_particles: u32,
 }
 
 /// Size of the picture in pixels.
@@ -226,6 +230,7 @@ impl Default for Scene {
             tone_map: ToneMap::default(),
             film: Film::default(),
             pace: 1.0,
+            host_particles: 0,
         }
     }
 }
@@ -381,9 +386,14 @@ impl Scene {
 
     /// The scene without rain.
     pub fn without_rain(&self) -> Self {
-        let mut dry = Self { rain: None, drops: Vec::new(), particles: None, ..self.clone() };
+        let mut dry = Self { rain: None, ..self.clone() }.without_placed();
         (dry.model.far_rain, dry.model.cutoff_px) = (None, None);
         dry
+    }
+
+    /// The scene without drops that have a place.
+    fn without_placed(self) -> Self {
+        Self { drops: Vec::new(), particles: None, host_particles: 0, ..self }
     }
 
     /// The same rain as a medium, without a single drop: those of real rain of under a pixel are the medium, larger ones are
@@ -393,7 +403,7 @@ impl Scene {
         let Some(rain) = self.real_rain().filter(|_| has_medium) else {
             return self.without_rain();
         };
-        let mut misty = Self { drops: Vec::new(), particles: None, ..self.clone() };
+        let mut misty = self.clone().without_placed();
         misty.camera.near = rain.extent.min(BEYOND) / self.metres;
         (misty.model.far_rain, misty.model.cutoff_px) = (Some(FarRain::Medium), Some(1.0));
         misty
@@ -451,13 +461,18 @@ impl Scene {
         Ok(())
     }
 
-    /// The drops that have a place: those placed by hand, then the particles that were read.
+    /// The drops whose place the scene knows: those placed by hand, then the particles that were read.
     pub fn placed(&self) -> impl Iterator<Item = &PlacedDrop> + Clone {
         self.drops.iter().chain(self.particles.iter().flat_map(Particles::drops))
     }
 
-    /// How many have a place.
+    /// How many have a place; of a host's particles as many as there may be, which come after those of [`Scene::placed`].
     pub fn placed_count(&self) -> u32 {
+        self.known_count().saturating_add(self.host_particles)
+    }
+
+    /// How many [`Scene::placed`] has.
+    pub(crate) fn known_count(&self) -> u32 {
         let particles = self.particles.as_ref().map_or(0, |particles| particles.drops().len());
         (self.drops.len() + particles) as u32
     }

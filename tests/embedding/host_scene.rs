@@ -1,22 +1,24 @@
 //! The example of a host with a scene of its own: silent under validation, rain before and behind its boxes as the
 //! reference has it with the same colour and depth.
 
+#[path = "../../examples/host_ash/src/fountain.rs"]
+mod fountain;
 #[path = "../../examples/host_ash/src/frame.rs"]
 mod frame;
 #[path = "../../examples/host_ash/src/ground.rs"]
 mod ground;
 
 use frame::{Around, Outcome};
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use half::f16;
 use raindrops::device::{Device, requirements};
 use raindrops::picture::Picture;
 use raindrops::picture::metrics::{box_filter, rel_mse};
 use raindrops::picture::plate::{Depth, Plate};
 use raindrops::reference::{Tracer, Truth};
-use raindrops::scene::Scene;
 use raindrops::scene::background::DepthKind;
 use raindrops::scene::model::Preset;
+use raindrops::scene::{PlacedDrop, Scene};
 
 use crate::host;
 
@@ -64,6 +66,21 @@ fn picture(pixels: &[[f16; 4]]) -> Picture {
     Picture { width: SIZE.0, height: SIZE.1, pixels: pixels.iter().map(light).collect() }
 }
 
+/// How far a stored depth is.
+fn distance(stored: &f32) -> f64 {
+    ground::NEAR / f64::from(*stored)
+}
+
+/// The reference's picture of a scene's drops before the host's colour, hidden by its depth, of which each distance becomes
+/// another.
+fn reference(outcome: &Outcome, scene: &Scene, depth: fn(f64) -> f64) -> Picture {
+    let values = outcome.depth.iter().map(distance).map(depth).collect();
+    let depth = Depth { values, kind: DepthKind::Planar };
+    let truth = Truth { samples: 64, ..Truth::default() };
+    let tracer = Tracer::new(scene, &outcome.environment, truth);
+    tracer.before(Plate::new(Some(picture(&outcome.color)), Some(depth))).picture()
+}
+
 #[test]
 fn rain_among_a_hosts_boxes_is_the_references() {
     let outcome = run(5, true, Around::Painted);
@@ -72,16 +89,7 @@ fn rain_among_a_hosts_boxes_is_the_references() {
 
     let drawn = picture(&outcome.picture);
     let without = picture(&outcome.color);
-    let distance = |stored: &f32| ground::NEAR / f64::from(*stored);
-    let depth = |all: fn(f64) -> f64| Depth {
-        values: outcome.depth.iter().map(distance).map(all).collect(),
-        kind: DepthKind::Planar,
-    };
-    let reference = |depth| {
-        let truth = Truth { samples: 64, ..Truth::default() };
-        let tracer = Tracer::new(&outcome.scene, &outcome.environment, truth);
-        tracer.before(Plate::new(Some(without.clone()), Some(depth))).picture()
-    };
+    let reference = |depth| reference(&outcome, &outcome.scene, depth);
     // What is told of drops: none is behind the host's boxes, and they fall.
     let (mut told, mut falls) = (0, 0);
     for ((nearest, motion), stored) in
@@ -97,11 +105,11 @@ fn rain_among_a_hosts_boxes_is_the_references() {
     assert!(told > 3000 && falls > told / 2);
 
     let blurred = |picture: &Picture| box_filter(picture);
-    let truth = blurred(&reference(depth(|distance| distance)));
+    let truth = blurred(&reference(|distance| distance));
     let error = rel_mse(&truth, &blurred(&drawn), None);
     // The controls: without rain, and with rain that nothing hides, the error is several times as large.
     let no_rain = rel_mse(&truth, &blurred(&without), None);
-    let unhidden = rel_mse(&truth, &blurred(&reference(depth(|_| f64::INFINITY))), None);
+    let unhidden = rel_mse(&truth, &blurred(&reference(|_| f64::INFINITY)), None);
     println!(
         "relMSE of 8 x 8 boxes: {error:.5}; without rain {no_rain:.5}; with nothing hidden {unhidden:.5}"
     );
@@ -126,4 +134,38 @@ fn drops_show_what_is_around_them() {
         error(&scene)
     );
     assert!(error(&sky) < 0.1 * error(&scene));
+}
+
+/// The drops of the host's own, which it has simulated on the device, as the reference draws them by what its buffer holds.
+#[test]
+fn a_hosts_fountain_is_the_references() {
+    const DROPS: u32 = 1500;
+    let outcome = run_scene(frame::fountain(SIZE, DROPS), 4, false, Around::Painted);
+    assert_eq!(outcome.messages, Vec::<String>::new());
+    let counts = outcome.report.counts;
+    assert!(counts.visible > 1000 && counts.overflow + counts.unfit + counts.beyond == 0);
+    let words: Vec<[f32; 8]> = bytemuck::pod_collect_to_vec(&outcome.particles);
+    assert_eq!(words.len() as u32, DROPS);
+    // They collide with the ground: none is in it, and some go up from it again more slowly than they were thrown.
+    let lowest = words.iter().map(|[_, y, _, radius, ..]| y - radius).fold(f32::MAX, f32::min);
+    let rebound =
+        words.iter().filter(|[_, y, _, _, _, up, ..]| *y < 0.05 && *up > 0.3 && *up < 2.0);
+    assert!(lowest > -1e-3 && rebound.count() > 10, "{lowest}");
+
+    let shown = |beside: f64| {
+        let place = |[x, y, z, radius, ..]: &[f32; 8]| {
+            let center = DVec3::new(f64::from(*x) + beside, (*y).into(), (*z).into());
+            PlacedDrop::sphere(center, (*radius).into())
+        };
+        let drops = words.iter().map(place).collect();
+        Scene { drops, host_particles: 0, ..outcome.scene.clone() }
+    };
+    let traced = |scene: &Scene| box_filter(&reference(&outcome, scene, |distance| distance));
+    let truth = traced(&shown(0.0));
+    let error = |other: &Picture| rel_mse(&truth, other, None);
+    let drawn = error(&box_filter(&picture(&outcome.picture)));
+    // The controls: no drops, and drops a hand's breadth beside.
+    let (none, aside) = (error(&box_filter(&picture(&outcome.color))), error(&traced(&shown(0.1))));
+    println!("relMSE of 8 x 8 boxes: {drawn:.5}; without {none:.5}; beside {aside:.5}");
+    assert!(drawn < 0.2 * none && drawn < 0.2 * aside);
 }

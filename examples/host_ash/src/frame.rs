@@ -20,6 +20,7 @@ use raindrops::scene::model::Preset;
 use raindrops::scene::real_rain::RealRain;
 use raindrops::scene::{ImageSize, PlacedDrop, RainSettings, Scene};
 
+use super::fountain::Fountain;
 use super::ground::{self, Ground};
 use super::host::{Host, Texture};
 
@@ -32,6 +33,8 @@ pub struct Outcome {
     /// Of each pixel's nearest drop: pixels back to the frame before, 0 where none is; depth, 0 where none is.
     pub motion: Vec<[f16; 2]>,
     pub nearest: Vec<f32>,
+    /// The drops of the host's own, as its buffer has them.
+    pub particles: Vec<u8>,
     /// The rain's scene of that frame.
     pub scene: Scene,
     pub projected: DepthConvention,
@@ -85,6 +88,11 @@ pub fn large_drops(size: (u32, u32)) -> Scene {
     let hanging = [(DVec3::new(-0.62, 1.0, -0.9), 0.16), (DVec3::new(0.55, 0.9, -2.9), 0.2)];
     scene.drops = hanging.map(|(center, radius)| PlacedDrop::sphere(center, radius)).into();
     scene
+}
+
+/// No rain, but a fountain of so many drops.
+pub fn fountain(size: (u32, u32), drops: u32) -> Scene {
+    Scene { rain: None, host_particles: drops, ..dry(size) }
 }
 
 /// What the drops show.
@@ -184,6 +192,8 @@ pub fn draw(
     let motion = host.image(vk::Format::R16G16_SFLOAT, size, 1, told);
     let nearest = host.image(vk::Format::R32_SFLOAT, size, 1, told);
     let ground = Ground::new(host);
+    let count = scene.host_particles;
+    let fountain = (count > 0).then(|| Fountain::new(host, count));
 
     // Set-up, once: the light, the drops, and a view of them for pictures of this size.
     let environment = environment();
@@ -268,7 +278,11 @@ pub fn draw(
                 input.around(cube.draw(host, recorded, &ground, DVec3::new(0.0, 1.0, -1.5), shown))
             }
         };
-        // SAFETY: the images are as described; frames are submitted in the order in which they are recorded.
+        let input = match &fountain {
+            None => input,
+            Some(fountain) => input.with_particles(fountain.record(host, recorded, time)),
+        };
+        // SAFETY: images and buffers are as described; frames are submitted in the order in which they are recorded.
         unsafe { view.record(recorded, slot, &input) }.expect("a recording");
         host.end(recorded);
         host.submit(recorded, fences[slot]);
@@ -287,6 +301,7 @@ pub fn draw(
         depth: bytemuck::pod_collect_to_vec(&host.read(&depth, 4 * pixels)),
         motion: bytemuck::pod_collect_to_vec(&host.read(&motion, 4 * pixels)),
         nearest: bytemuck::pod_collect_to_vec(&host.read(&nearest, 4 * pixels)),
+        particles: fountain.as_ref().map_or_else(Vec::new, Fountain::read),
         scene,
         projected,
         environment,
@@ -295,6 +310,7 @@ pub fn draw(
     };
     fences.into_iter().for_each(|fence| host.destroy_fence(fence));
     ground.destroy(host);
+    fountain.into_iter().for_each(|fountain| fountain.destroy(host));
     let of_cube = cube.into_iter().flat_map(|cube| [cube.color, cube.depth]);
     [color, depth, output, motion, nearest]
         .into_iter()

@@ -95,11 +95,14 @@ pub struct Ground {
     pipeline: vk::Pipeline,
 }
 
-fn compiled(kind: shaderc::ShaderKind, define: &str) -> Vec<u32> {
+/// SPIR-V of a shader; `define`: the macro that tells it from others of its text.
+pub fn compiled(text: &str, kind: shaderc::ShaderKind, define: Option<&str>) -> Vec<u32> {
     let compiler = shaderc::Compiler::new().expect("a compiler");
     let mut options = shaderc::CompileOptions::new().expect("options");
-    options.add_macro_definition(define, None);
-    let made = compiler.compile_into_spirv(GLSL, kind, "ground.glsl", "main", Some(&options));
+    if let Some(define) = define {
+        options.add_macro_definition(define, None);
+    }
+    let made = compiler.compile_into_spirv(text, kind, "the host's", "main", Some(&options));
     made.expect("the host's shaders").as_binary().to_vec()
 }
 
@@ -118,7 +121,7 @@ impl Ground {
         unsafe {
             let layout = device.create_pipeline_layout(&info, None).expect("a layout");
             let stages = shaders.map(|(kind, define, stage)| {
-                let code = compiled(kind, define);
+                let code = compiled(GLSL, kind, Some(define));
                 let info = vk::ShaderModuleCreateInfo::default().code(&code);
                 let module = device.create_shader_module(&info, None).expect("a module");
                 vk::PipelineShaderStageCreateInfo::default()

@@ -317,9 +317,6 @@ impl Host {
 
     /// Fills an image, layer after layer, and leaves it to be sampled.
     pub fn write(&self, texture: &Texture, bytes: &[u8]) {
-        use vk::MemoryPropertyFlags as Memory;
-        let usage = vk::BufferUsageFlags::TRANSFER_SRC;
-        let info = vk::BufferCreateInfo::default().size(bytes.len() as u64).usage(usage);
         let layers = vk::ImageSubresourceLayers::default()
             .aspect_mask(texture.aspect)
             .layer_count(texture.layers);
@@ -350,74 +347,113 @@ impl Host {
         let copied = (Stage::COPY, Access::TRANSFER_WRITE, Layout::TRANSFER_DST_OPTIMAL);
         let after =
             (Stage::COMPUTE_SHADER, Access::SHADER_SAMPLED_READ, Layout::SHADER_READ_ONLY_OPTIMAL);
-        // SAFETY: valid infos; the buffer holds the image, and is freed when the queue is done.
-        unsafe {
-            let buffer = self.device.create_buffer(&info, None).expect("a buffer");
-            let needs = self.device.get_buffer_memory_requirements(buffer);
-            let memory = self.memory(needs, Memory::HOST_VISIBLE | Memory::HOST_COHERENT);
-            self.device.bind_buffer_memory(buffer, memory, 0).expect("memory");
-            let mapped =
-                self.device.map_memory(memory, 0, vk::WHOLE_SIZE, vk::MemoryMapFlags::empty());
-            let to = mapped.expect("a mapping").cast::<u8>();
-            std::ptr::copy_nonoverlapping(bytes.as_ptr(), to, bytes.len());
-            self.once(|commands| {
-                change(commands, before, copied);
-                let layout = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
+        let staging = self.buffer(bytes.len() as u64, vk::BufferUsageFlags::TRANSFER_SRC);
+        staging.put(0, bytes);
+        self.once(|commands| {
+            change(commands, before, copied);
+            let layout = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
+            // SAFETY: the buffer holds the image, and is freed when the queue is done.
+            unsafe {
                 self.device.cmd_copy_buffer_to_image(
                     commands,
-                    buffer,
+                    staging.raw,
                     texture.image,
                     layout,
                     &region,
                 );
-                change(commands, copied, after);
-            });
-            self.device.destroy_buffer(buffer, None);
-            self.device.free_memory(memory, None);
-        }
+            }
+            change(commands, copied, after);
+        });
+        self.destroy_buffer(staging);
     }
 
     /// The bytes of a one-layer image that was left as a source of copies.
     pub fn read(&self, texture: &Texture, bytes: u64) -> Vec<u8> {
-        let usage = vk::BufferUsageFlags::TRANSFER_DST;
-        let info = vk::BufferCreateInfo::default().size(bytes).usage(usage);
-        use vk::MemoryPropertyFlags as Memory;
-        // SAFETY: valid infos; the buffer holds the image, and is read when the queue is done.
-        unsafe {
-            let buffer = self.device.create_buffer(&info, None).expect("a buffer");
-            let needs = self.device.get_buffer_memory_requirements(buffer);
-            let memory = self.memory(needs, Memory::HOST_VISIBLE | Memory::HOST_COHERENT);
-            self.device.bind_buffer_memory(buffer, memory, 0).expect("memory");
-            let layers =
-                vk::ImageSubresourceLayers::default().aspect_mask(texture.aspect).layer_count(1);
-            let (width, height) = texture.size;
-            let region = [vk::BufferImageCopy::default()
-                .image_subresource(layers)
-                .image_extent(vk::Extent3D { width, height, depth: 1 })];
-            let layout = vk::ImageLayout::TRANSFER_SRC_OPTIMAL;
-            self.once(|commands| {
+        let staging = self.buffer(bytes, vk::BufferUsageFlags::TRANSFER_DST);
+        let layers =
+            vk::ImageSubresourceLayers::default().aspect_mask(texture.aspect).layer_count(1);
+        let (width, height) = texture.size;
+        let region = [vk::BufferImageCopy::default()
+            .image_subresource(layers)
+            .image_extent(vk::Extent3D { width, height, depth: 1 })];
+        let layout = vk::ImageLayout::TRANSFER_SRC_OPTIMAL;
+        self.once(|commands| {
+            // SAFETY: the buffer holds the image, which is in that layout.
+            unsafe {
                 self.device.cmd_copy_image_to_buffer(
                     commands,
                     texture.image,
                     layout,
-                    buffer,
+                    staging.raw,
                     &region,
                 );
-                let to_host = [vk::MemoryBarrier2::default()
-                    .src_stage_mask(vk::PipelineStageFlags2::COPY)
-                    .src_access_mask(vk::AccessFlags2::TRANSFER_WRITE)
-                    .dst_stage_mask(vk::PipelineStageFlags2::HOST)
-                    .dst_access_mask(vk::AccessFlags2::HOST_READ)];
-                let info = vk::DependencyInfo::default().memory_barriers(&to_host);
-                self.device.cmd_pipeline_barrier2(commands, &info);
-            });
-            let mapped = self.device.map_memory(memory, 0, bytes, vk::MemoryMapFlags::empty());
-            let from = mapped.expect("a mapping").cast::<u8>();
-            let read = std::slice::from_raw_parts(from, bytes as usize).to_vec();
-            self.device.destroy_buffer(buffer, None);
-            self.device.free_memory(memory, None);
-            read
+            }
+            self.copied_for_cpu(commands);
+        });
+        let read = staging.get();
+        self.destroy_buffer(staging);
+        read
+    }
+
+    /// A barrier after copies that the CPU reads.
+    pub fn copied_for_cpu(&self, commands: vk::CommandBuffer) {
+        let to_host = [vk::MemoryBarrier2::default()
+            .src_stage_mask(vk::PipelineStageFlags2::COPY)
+            .src_access_mask(vk::AccessFlags2::TRANSFER_WRITE)
+            .dst_stage_mask(vk::PipelineStageFlags2::HOST)
+            .dst_access_mask(vk::AccessFlags2::HOST_READ)];
+        let info = vk::DependencyInfo::default().memory_barriers(&to_host);
+        // SAFETY: the command buffer is being recorded, outside of any rendering.
+        unsafe { self.device.cmd_pipeline_barrier2(commands, &info) };
+    }
+
+    /// A buffer that the CPU writes and reads.
+    pub fn buffer(&self, bytes: u64, usage: vk::BufferUsageFlags) -> Mapped {
+        use vk::MemoryPropertyFlags as Memory;
+        let info = vk::BufferCreateInfo::default().size(bytes).usage(usage);
+        // SAFETY: valid infos; memory of the buffer's own requirements, mapped once.
+        unsafe {
+            let raw = self.device.create_buffer(&info, None).expect("a buffer");
+            let needs = self.device.get_buffer_memory_requirements(raw);
+            let memory = self.memory(needs, Memory::HOST_VISIBLE | Memory::HOST_COHERENT);
+            self.device.bind_buffer_memory(raw, memory, 0).expect("memory");
+            let whole = vk::WHOLE_SIZE;
+            let mapped = self.device.map_memory(memory, 0, whole, vk::MemoryMapFlags::empty());
+            Mapped { raw, bytes, memory, mapped: mapped.expect("a mapping").cast() }
         }
+    }
+
+    pub fn destroy_buffer(&self, buffer: Mapped) {
+        // SAFETY: nothing uses it.
+        unsafe {
+            self.device.destroy_buffer(buffer.raw, None);
+            self.device.free_memory(buffer.memory, None);
+        }
+    }
+}
+
+/// A buffer with memory that the CPU sees.
+pub struct Mapped {
+    pub raw: vk::Buffer,
+    pub bytes: u64,
+    memory: vk::DeviceMemory,
+    mapped: *mut u8,
+}
+
+impl Mapped {
+    /// Writes bytes from an offset on. The device must not be using them.
+    pub fn put(&self, offset: usize, bytes: &[u8]) {
+        assert!((offset + bytes.len()) as u64 <= self.bytes, "the buffer has room");
+        // SAFETY: the memory is mapped, and the bytes are within it.
+        unsafe {
+            std::ptr::copy_nonoverlapping(bytes.as_ptr(), self.mapped.add(offset), bytes.len());
+        }
+    }
+
+    /// What is in it. The device must not be writing it.
+    pub fn get(&self) -> Vec<u8> {
+        // SAFETY: the memory is mapped, and as large.
+        unsafe { std::slice::from_raw_parts(self.mapped, self.bytes as usize) }.to_vec()
     }
 }
 

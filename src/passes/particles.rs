@@ -1,0 +1,322 @@
+//! A host's particles, in a buffer of its own that it renews with each frame (`glsl/particles.comp`). They become placed drops
+//! on the device, before any other pass of the frame, and nothing of them is read back.
+//!
+//! Drops that follow one another in the buffer share a cluster, sixteen of them, whose box is found here. So the less space
+//! those take, the less a frame costs; the picture is the same in whatever order they are.
+//!
+//! Nothing is read outside of the buffer: the CPU knows how many particles it holds, and the device takes no more, whatever
+//! their count says. A particle that cannot be drawn is put behind the camera, counted, and reported with the frame.
+
+use std::sync::Arc;
+
+use ash::vk;
+use glam::DVec3;
+
+use super::frame::FrameBuffer;
+use super::rows_of;
+use super::tiles::Tiles;
+use crate::abi::{CLUSTER, ParticlesPush};
+use crate::gpu::sets::{constant, group, particles as slot};
+use crate::gpu::{Bindings, ComputePipeline, Device, Recorder, Resource, shaders};
+use crate::plan::FramePlan;
+use crate::scene::model::Motion;
+use crate::scene::{Scene, projection};
+use crate::{Error, Result};
+
+/// In the place of a word's number: there is none.
+const NOTHING: u32 = u32::MAX;
+/// Clusters of a workgroup.
+const GROUP: u32 = group::PARTICLES_COMP[0];
+
+/// Particles of a host's, in a buffer on its device, as they are at the time of the frame's scene.
+///
+/// The buffer has usage `STORAGE_BUFFER`, as that of the count does. What wrote them must have been made available and visible
+/// to accesses `SHADER_STORAGE_READ` of stage `COMPUTE_SHADER` before the frame's commands; what writes them next waits for
+/// that stage of those commands.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HostParticles {
+    /// The buffer that they are in.
+    pub buffer: vk::Buffer,
+    /// Where in it the first one begins, in bytes.
+    pub offset: u64,
+    /// Bytes of the buffer from there on that may be read. Particles that do not fit are left out and counted.
+    pub bytes: u64,
+    /// Where in a particle each of its values is.
+    pub layout: ParticleLayout,
+    /// How many there are.
+    pub count: ParticleCount,
+    /// The smallest and the largest coordinates of a particle, in scene units. One that is out of this box is left out and
+    /// counted.
+    pub within: [DVec3; 2],
+    /// The largest radius. A particle with a larger one is left out and counted.
+    pub largest_radius: f32,
+}
+
+/// Where in a particle its values are, in bytes from its start; multiples of 4. They are those of the machine, float32 but for
+/// the number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ParticleLayout {
+    /// From one particle to the next.
+    pub stride: u32,
+    /// Centre: x, y and z, in scene units.
+    pub position: u32,
+    /// Radius, in scene units.
+    pub radius: u32,
+    /// Velocity: x, y and z, in scene units a second; none: they are at rest.
+    pub velocity: Option<u32>,
+    /// Number in layers, 32 bits; none: by the place in the buffer, after the scene's own drops.
+    pub id: Option<u32>,
+}
+
+/// How many particles there are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ParticleCount {
+    /// So many.
+    Number(u32),
+    /// As many as the 32 bits at an offset in bytes of this buffer say when the commands are executed.
+    OnDevice(vk::Buffer, u64),
+}
+
+impl ParticleLayout {
+    /// Bytes from a particle's start to the end of its last value.
+    fn end(&self) -> u32 {
+        self.values().map(|(_, at, bytes)| at.saturating_add(bytes)).max().unwrap_or_default()
+    }
+
+    /// Name, offset and bytes of each value that it has.
+    fn values(&self) -> impl Iterator<Item = (&'static str, u32, u32)> {
+        let values = [
+            ("position", Some(self.position), 12),
+            ("radius", Some(self.radius), 4),
+            ("velocity", self.velocity, 12),
+            ("id", self.id, 4),
+        ];
+        values.into_iter().filter_map(|(name, at, bytes)| Some((name, at?, bytes)))
+    }
+}
+
+impl HostParticles {
+    /// Particles of a layout, from the start of a buffer of so many bytes on.
+    pub fn new(
+        (buffer, bytes): (vk::Buffer, u64),
+        layout: ParticleLayout,
+        count: ParticleCount,
+        within: [DVec3; 2],
+        largest_radius: f32,
+    ) -> Self {
+        Self { buffer, offset: 0, bytes, layout, count, within, largest_radius }
+    }
+
+    /// How many of `most` the buffer holds.
+    fn capacity(&self, most: u32) -> u32 {
+        let beside = self.bytes.saturating_sub(self.layout.end().into());
+        let held = beside / u64::from(self.layout.stride) + 1;
+        held.min(most.into()) as u32
+    }
+
+    /// Refuses what cannot be read.
+    pub(crate) fn check(&self, device: &Device, most: u32) -> Result<()> {
+        let refuse = |problem: String| Err(Error::Scene { place: "the particles".into(), problem });
+        let Self { layout, within: [low, high], .. } = self;
+        let stride = layout.stride;
+        if stride == 0 || stride % 4 != 0 || self.offset % 4 != 0 {
+            return refuse(format!(
+                "offset {} or stride {stride} is no multiple of 4, or 0 bytes from one to the next",
+                self.offset
+            ));
+        }
+        for (name, at, bytes) in layout.values() {
+            if at % 4 != 0 || at.saturating_add(bytes) > stride {
+                return refuse(format!(
+                    "{name} at byte {at} takes {bytes}: it begins at no multiple of 4, or ends beyond the stride, {stride}"
+                ));
+            }
+        }
+        if self.bytes < layout.end().into() {
+            return refuse(format!(
+                "{} bytes of their buffer hold not one, which ends at byte {}",
+                self.bytes,
+                layout.end()
+            ));
+        }
+        let is_box = low.is_finite() && high.is_finite() && low.cmple(*high).all();
+        if !is_box || !(self.largest_radius.is_finite() && self.largest_radius > 0.0) {
+            return refuse(format!(
+                "within {low} to {high}, radius {}: limits are finite, from the smaller to the larger, and over 0 for the \
+                 radius",
+                self.largest_radius
+            ));
+        }
+        let is_null = |buffer: &vk::Buffer| *buffer == vk::Buffer::null();
+        match &self.count {
+            ParticleCount::OnDevice(buffer, at) if is_null(buffer) || at % 4 != 0 => {
+                return refuse(format!(
+                    "their count is in no buffer, or at byte {at}, no multiple of 4"
+                ));
+            }
+            _ if is_null(&self.buffer) => return refuse("their buffer is null".into()),
+            _ => {}
+        }
+        let range = self.range(device, most).1;
+        let limit = device.report.limits.max_storage_buffer_range.into();
+        if range > limit {
+            let device = device.report.name.clone();
+            return Err(Error::Limit {
+                what: "the bytes of a host's particles",
+                wanted: range,
+                limit,
+                device,
+            });
+        }
+        Ok(())
+    }
+
+    /// What of the buffer is bound, offset and bytes, and where in it the first particle begins.
+    fn range(&self, device: &Device, most: u32) -> (u64, u64, u64) {
+        let held = u64::from(self.capacity(most));
+        let used = (held - 1) * u64::from(self.layout.stride) + u64::from(self.layout.end());
+        aligned(device, self.offset, used)
+    }
+
+    /// How far a particle may be from a place along any axis.
+    pub(crate) fn farthest(&self, from: DVec3) -> f32 {
+        self.within
+            .map(|corner| (corner - from).abs().max_element() as f32)
+            .into_iter()
+            .fold(0.0, f32::max)
+    }
+}
+
+/// A range of a buffer that can be bound, and where what was asked for begins in it.
+fn aligned(device: &Device, offset: u64, bytes: u64) -> (u64, u64, u64) {
+    let alignment = device.report.limits.min_storage_buffer_offset_alignment.max(4);
+    let beside = offset % alignment;
+    (offset - beside, bytes + beside, beside)
+}
+
+/// The pass.
+pub(crate) struct Particles {
+    bindings: Bindings,
+    pass: ComputePipeline,
+    /// Particles that there is room for, the first one's place among the placed drops, and that of their first box.
+    most: u32,
+    first: u32,
+    boxes: Option<u32>,
+}
+
+impl Particles {
+    /// The pass for the particles of a host's frames of `scene`, of which so many may be under way; none if it has none.
+    ///
+    /// # Errors
+    /// [`Error::Vulkan`] if the driver refuses.
+    pub fn new(
+        device: &Arc<Device>,
+        frame: &FrameBuffer,
+        tiles: &Tiles,
+        scene: &Scene,
+        plan: &FramePlan,
+        frames: usize,
+    ) -> Result<Option<Self>> {
+        if scene.host_particles == 0 {
+            return Ok(None);
+        }
+        let placed = &tiles.placed;
+        // Without records no shader reads or writes them.
+        let moved = tiles.records.as_ref().map_or(&placed.motions, |records| &records.placed_moved);
+        let slots = [
+            (slot::CONSTANTS, &frame.buffer),
+            // A frame fills these two with the host's.
+            (slot::PARTICLES, &placed.motions),
+            (slot::PARTICLE_COUNT, &placed.motions),
+            (slot::PLACED_DROPS, &placed.buffer),
+            (slot::PLACED_MOTIONS, &placed.motions),
+            (slot::PLACED_MOVED, moved),
+            (slot::COUNTERS, &tiles.counters),
+        ]
+        .map(|(slot, buffer)| (slot, Resource::Buffer(buffer)));
+        let bindings = Bindings::all(device, "particles", &slots, frames as u32)?;
+        let constants = [
+            [constant::MOTION, (plan.motion != Motion::Instant).into()],
+            [constant::NEAREST, plan.nearest.into()],
+        ];
+        let push = size_of::<ParticlesPush>() as u32;
+        let pass =
+            ComputePipeline::new(device, shaders::PARTICLES_COMP, &bindings, push, &constants)?;
+        let (most, first, boxes) =
+            (scene.host_particles, scene.known_count(), placed.boxes_of_host);
+        Ok(Some(Self { bindings, pass, most, first, boxes }))
+    }
+
+    /// Fills a set with a frame's buffers.
+    ///
+    /// # Errors
+    /// Those of [`Bindings::write`].
+    ///
+    /// # Safety
+    /// The set is not in use, and the buffers live until it is no more.
+    pub unsafe fn set_buffers(
+        &self,
+        device: &Device,
+        set: usize,
+        particles: &HostParticles,
+    ) -> Result<()> {
+        let (offset, bytes, _) = particles.range(device, self.most);
+        let own = Resource::HostRange(particles.buffer, offset, bytes);
+        let count = match particles.count {
+            ParticleCount::Number(_) => Resource::HostRange(particles.buffer, offset, bytes),
+            ParticleCount::OnDevice(buffer, at) => {
+                let (offset, bytes, _) = aligned(device, at, 4);
+                Resource::HostRange(buffer, offset, bytes)
+            }
+        };
+        // SAFETY: by contract.
+        unsafe {
+            self.bindings.write(set, slot::PARTICLES, &own)?;
+            self.bindings.write(set, slot::PARTICLE_COUNT, &count)
+        }
+    }
+
+    /// Records the drops of a frame of `scene`, whose constants are ready, and how far they move until what a view shows so
+    /// many seconds later. A barrier must follow.
+    pub fn record(
+        &self,
+        device: &Device,
+        commands: Recorder<'_>,
+        set: usize,
+        scene: &Scene,
+        (until, seconds): (&projection::View, f64),
+        particles: &HostParticles,
+    ) {
+        let HostParticles { layout, within, largest_radius, .. } = particles;
+        let [low, high] = within.map(|corner| corner.as_vec3().to_array());
+        let (count, count_at) = match particles.count {
+            ParticleCount::Number(count) => (count, NOTHING),
+            ParticleCount::OnDevice(_, at) => (0, (aligned(device, at, 4).2 / 4) as u32),
+        };
+        let word = |byte: Option<u32>| byte.map_or(NOTHING, |byte| byte / 4);
+        let push = ParticlesPush {
+            low,
+            largest_radius: *largest_radius,
+            high,
+            exposed: scene.drawn_exposure() as f32,
+            camera_exposed: scene.drawn_motion_of(DVec3::ZERO).as_vec3().to_array().map(|way| -way),
+            until: seconds as f32,
+            camera_until: (until.position - scene.camera.position).as_vec3().to_array(),
+            start: (particles.range(device, self.most).2 / 4) as u32,
+            stride: layout.stride / 4,
+            position: layout.position / 4,
+            radius: layout.radius / 4,
+            velocity: word(layout.velocity),
+            id: word(layout.id),
+            count,
+            count_at,
+            capacity: particles.capacity(self.most),
+            most: self.most,
+            first: self.first,
+            boxes: self.boxes.unwrap_or(NOTHING),
+            number: scene.random_count() + self.first + 1,
+        };
+        let groups = rows_of(self.most.div_ceil(CLUSTER).div_ceil(GROUP));
+        self.pass.dispatch(commands, &self.bindings, set, bytemuck::bytes_of(&push), groups);
+    }
+}
