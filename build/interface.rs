@@ -140,7 +140,7 @@ pub fn variants(folder: &Path) -> std::io::Result<Vec<Variant>> {
     Ok(names.flat_map(of).collect())
 }
 
-/// Of one descriptor set: what its shaders call its bindings and constants, and the numbers.
+/// The interface of one descriptor set: the names of its bindings and constants in its shaders, with their numbers.
 #[derive(Default)]
 struct Set {
     slots: BTreeMap<String, (u32, &'static str)>,

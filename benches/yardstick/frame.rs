@@ -80,7 +80,7 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// Of a scene of rain alone, whose image is whole tiles.
+    /// A frame of a scene that has rain alone and whose image is whole tiles.
     pub fn new(scene: &Scene, environment: &Environment) -> Self {
         let clusters = Clusters::new(&scene.populations(), &[]);
         let start = |axis: usize| {

@@ -43,7 +43,7 @@ fn end_at_once(status: i32) -> ! {
     unsafe { nix::libc::_exit(status) }
 }
 
-/// As on Unix. `ExitProcess` would end the other threads first and then run the destructors, which may wait for what those held.
+/// Ends the process as the Unix function does. `ExitProcess` would end the other threads first and then run the destructors, which may wait for what those held.
 #[cfg(windows)]
 fn end_at_once(status: i32) -> ! {
     use windows_sys::Win32::System::Threading::{GetCurrentProcess, TerminateProcess};

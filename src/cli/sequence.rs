@@ -35,9 +35,9 @@ struct Manifest<'a> {
     /// What this file is, for whoever finds it.
     about: &'static str,
     version: &'static str,
-    /// Of the environment's texels.
+    /// Hash of the environment's texels.
     environment_hash: String,
-    /// Of what is behind the drops.
+    /// Hash of what is behind the drops.
     background_hash: Option<String>,
     /// Whether frames are layers; left out where they are pictures.
     #[serde(skip_serializing_if = "std::ops::Not::not")]

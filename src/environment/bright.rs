@@ -35,8 +35,8 @@ pub struct Bright {
 }
 
 impl Bright {
-    /// The same parts of `environment`, but a region whose middle is far brighter than its edge, as a sun in its halo, is
-    /// several: see `layers`.
+    /// These parts of `environment`, where a region whose middle is far brighter than its edge, such as a sun in its halo,
+    /// becomes several: see `layers`.
     pub fn in_layers(self, environment: &Environment) -> Self {
         let mut regions = Vec::new();
         for region in self.regions {
@@ -67,7 +67,7 @@ pub struct Region {
     pub radius: f64,
     /// Mean luminance of the excess over the cap.
     pub luminance: f64,
-    /// Of the whole environment.
+    /// Size of the whole environment, in texels.
     width: u32,
     height: u32,
     /// Leftmost column and uppermost row of the texels below; the columns go on around the seam.
@@ -129,7 +129,7 @@ impl Region {
         Source { direction: self.direction, radius: (2.0 * mean_square).sqrt(), light }
     }
 
-    /// Of each of its texels the direction, and excess times solid angle.
+    /// The direction of each texel of the region, and its excess times its solid angle.
     fn lights(&self) -> impl Iterator<Item = (DVec3, DVec3)> {
         let (width, height) = (f64::from(self.width), f64::from(self.height));
         (0..).zip(&self.excess).map(move |(index, excess)| {

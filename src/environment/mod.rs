@@ -132,7 +132,7 @@ impl Environment {
         Self::from_bytes("sky (bundled)", BUNDLED_SKY)
     }
 
-    /// The same radiance from everywhere: a white furnace.
+    /// An environment with one radiance from everywhere: a white furnace.
     pub fn constant(radiance: Vec3) -> Self {
         Self {
             name: constant_name(radiance),

@@ -182,7 +182,7 @@ fn texel_solid_angle(width: u32, height: u32, row: u32) -> f64 {
 struct Scenery {
     sky: SkyState,
     sun: DVec3,
-    /// Of the sun on a surface that faces it.
+    /// Irradiance by the sun on a surface that faces it.
     sun_irradiance: DVec3,
     /// From the model's units to ours.
     scale: f64,

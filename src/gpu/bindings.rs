@@ -149,7 +149,7 @@ impl Bindings {
         Ok(bindings)
     }
 
-    /// The same as set 1 of pipelines whose set 0 is the first of `shared`.
+    /// Makes these set 1 of pipelines whose set 0 is the first of `shared`.
     pub fn beside(mut self, shared: &Arc<Self>) -> Self {
         self.shared = Some(shared.clone());
         let slots = self.slots().concat();

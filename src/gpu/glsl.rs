@@ -36,7 +36,7 @@ impl Glsl {
         self.compile_at(OptimizationLevel::Performance, name, define)
     }
 
-    /// The same, not optimised: with the names of what it declares.
+    /// Like [`Glsl::compile`], but without optimisation: the result keeps the names of what it declares.
     ///
     /// # Errors
     /// See [`Glsl::compile`].

@@ -83,7 +83,7 @@ pub struct Image {
 /// What is freed with an image.
 pub(super) struct ImageMemory {
     raw: vk::Image,
-    /// Of every level and layer; then one a level, over all layers.
+    /// The first view shows every level and layer; each of the others shows one level with all its layers.
     views: Vec<vk::ImageView>,
     allocation: Option<Allocation>,
     /// Whether the handle is to be destroyed; a swapchain's images are its own.

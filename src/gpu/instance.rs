@@ -20,7 +20,7 @@ pub enum Validation {
     Off,
     /// Loaded; any warning or error is collected (see [`Instance::messages`]).
     On,
-    /// The same, with the layer's advice on good practice.
+    /// Messages as by `On`, with the layer's advice on good practice.
     BestPractices,
 }
 

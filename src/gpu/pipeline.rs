@@ -16,7 +16,7 @@ const MAIN: &CStr = c"main";
 #[derive(PartialEq, Eq, Hash)]
 pub(super) struct PipelineOf {
     shaders: Vec<Code>,
-    /// Of each of its descriptor sets.
+    /// The slots of each of its descriptor sets.
     slots: Vec<Vec<Slot>>,
     push_bytes: u32,
     constants: Vec<[u32; 2]>,

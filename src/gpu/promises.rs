@@ -32,12 +32,12 @@ pub enum Reconvergence {
 pub struct Promises {
     /// Results in float32 are the nearest ones (`shaderRoundingModeRTEFloat32`).
     pub rounds_to_nearest: bool,
-    /// Of the invocations of a subgroup.
+    /// Whether the invocations of a subgroup come together again after a branch.
     pub reconvergence: Reconvergence,
 }
 
 impl Promises {
-    /// Of a device with these properties. A driver that cannot round 32 bits by a rule of their own promises nothing.
+    /// What a device with these properties promises. A driver that cannot round 32 bits by a rule of their own promises nothing.
     pub(super) fn of(
         floats: &vk::PhysicalDeviceFloatControlsProperties<'_>,
         has_extension: bool,

@@ -29,7 +29,7 @@ pub struct DeviceReport {
     pub machine: Machine,
     /// What all presets need and the device lacks, by its Vulkan names; empty if it will do.
     pub missing: Vec<&'static str>,
-    /// Of the features that the renderer knows, those that the device has; of one that is open, those that are enabled.
+    /// The features, among those the renderer knows, that the device has; once it is open, those that are enabled.
     pub features: Features,
     /// The device's limits.
     pub limits: vk::PhysicalDeviceLimits,

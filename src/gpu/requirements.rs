@@ -8,24 +8,24 @@ use ash::vk;
 /// there on every device of Vulkan 1.3; they must be enabled all the same.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Features {
-    /// Of `VkPhysicalDeviceFeatures`.
+    /// A member of `VkPhysicalDeviceFeatures`.
     pub large_points: bool,
-    /// Of `VkPhysicalDeviceFeatures`.
+    /// A member of `VkPhysicalDeviceFeatures`.
     pub shader_storage_image_write_without_format: bool,
-    /// Of `VkPhysicalDeviceVulkan12Features`.
+    /// A member of `VkPhysicalDeviceVulkan12Features`.
     pub timeline_semaphore: bool,
-    /// Of `VkPhysicalDeviceVulkan12Features`.
+    /// A member of `VkPhysicalDeviceVulkan12Features`.
     pub host_query_reset: bool,
-    /// Of `VkPhysicalDeviceVulkan13Features`.
+    /// A member of `VkPhysicalDeviceVulkan13Features`.
     pub dynamic_rendering: bool,
-    /// Of `VkPhysicalDeviceVulkan13Features`.
+    /// A member of `VkPhysicalDeviceVulkan13Features`.
     pub synchronization2: bool,
-    /// Of `VkPhysicalDeviceVulkan13Features`. SPIR-V 1.6 gives workgroup sizes by LocalSizeId, which is part of it.
+    /// A member of `VkPhysicalDeviceVulkan13Features`. SPIR-V 1.6 gives workgroup sizes by LocalSizeId, which is part of it.
     pub maintenance4: bool,
 }
 
 impl Features {
-    /// Those that are set in the structures that a device is made with, or that it reports.
+    /// The features that are set in these structures, which a device is made with or reports.
     pub fn of(
         core: &vk::PhysicalDeviceFeatures,
         vulkan12: &vk::PhysicalDeviceVulkan12Features<'_>,
@@ -107,7 +107,7 @@ pub struct Requirements {
 pub(super) struct Capabilities {
     pub api_version: u32,
     pub features: Features,
-    /// Of the queue family; none where no family has what is required.
+    /// What the queue family can do; none where no family has what is required.
     pub queue_flags: vk::QueueFlags,
     /// In compute shaders.
     pub subgroup_operations: vk::SubgroupFeatureFlags,
@@ -134,7 +134,7 @@ impl Requirements {
             },
             extensions: &[],
             queue_flags: vk::QueueFlags::GRAPHICS | vk::QueueFlags::COMPUTE,
-            // Of `gather.comp` and others.
+            // `gather.comp` and others use them.
             subgroup_operations: vk::SubgroupFeatureFlags::BASIC
                 | vk::SubgroupFeatureFlags::BALLOT
                 | vk::SubgroupFeatureFlags::ARITHMETIC,

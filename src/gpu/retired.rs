@@ -22,7 +22,7 @@ pub(super) enum Object {
     DescriptorPool(vk::DescriptorPool),
     DescriptorSetLayout(vk::DescriptorSetLayout),
     QueryPool(vk::QueryPool),
-    /// Of what is freed before it.
+    /// The memory of an object that is freed before it.
     Memory(Allocation),
 }
 

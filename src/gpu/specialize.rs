@@ -13,7 +13,7 @@ use super::{Promises, Reconvergence, Specialization};
 
 /// Words before the first instruction.
 const HEADER: usize = 5;
-/// Of the execution modes, the one that the crate does not know yet.
+/// The execution mode that the crate does not know yet.
 const MAXIMALLY_RECONVERGES: u32 = 6023;
 const EXTENSION: &[u8] = b"SPV_KHR_maximal_reconvergence\0\0\0";
 
@@ -39,7 +39,7 @@ pub(super) fn specialize(
             let number = numbers.get(id);
             number.and_then(|number| given.get(number)).copied().unwrap_or(default)
         };
-        // Of a constant its type, itself, and its value.
+        // A constant gives its type, its id and its value.
         let constant = match (Op::from_u32(first & 0xffff), &instruction[1..]) {
             (Some(Op::Decorate), [id, decoration, number])
                 if *decoration == Decoration::SpecId as u32 =>
@@ -229,7 +229,7 @@ mod tests {
     }
 
     impl Blocks {
-        /// Of a shader of one function; conditions that are constants are followed.
+        /// The blocks of a shader that has one function; branches on constants are followed.
         fn of(words: &[u32]) -> Self {
             let (mut blocks, mut at, mut known) = (Self::default(), 0, HashMap::new());
             for (op, i) in instructions(words) {

@@ -121,7 +121,7 @@ impl Clock {
                     let (id, mhz) = line.split_once(',')?;
                     (hexadecimal(id) == Some(*wanted)).then(|| mhz.trim().parse::<f64>().ok())?
                 });
-                // Of two alike nobody knows which one draws.
+                // With two devices alike nobody knows which one draws.
                 found.next().filter(|_| found.next().is_none())
             }
             Self::Untold(_) => None,

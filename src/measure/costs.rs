@@ -44,7 +44,7 @@ const DROP_IN_VISIBLE: f64 = 1.0 / 190.0;
 /// The figures of a device, as they are kept.
 #[derive(Serialize, Deserialize)]
 struct Kept {
-    /// Of this version of the program.
+    /// Version of the program that measured them; another version measures again.
     version: String,
     costs: Costs,
 }

@@ -41,7 +41,7 @@ pub struct Host {
     /// where the system does not tell.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub others: Option<f64>,
-    /// Those of the environment variables that decide on the driver and its speed that are set.
+    /// Environment variables that are set and that decide on the driver or its speed.
     #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
     pub variables: IndexMap<String, String>,
 }

@@ -6,11 +6,11 @@ const DOUBTFUL: f64 = 0.1;
 /// The system's counts of processor time since its start, in ticks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Ticks {
-    /// Of all processors, idle ones too.
+    /// Time of all processors, idle ones too.
     all: u64,
-    /// Of those that worked, or that a virtual machine was not given.
+    /// Time in which processors worked, or that a virtual machine was not given.
     busy: u64,
-    /// Of this process and of those that it started and waited for.
+    /// Time of this process and of those that it started and waited for.
     own: u64,
 }
 

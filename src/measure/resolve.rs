@@ -88,8 +88,8 @@ pub fn resolve(
     Ok(Some(Choice { reason, ..chosen }))
 }
 
-/// Of what was not tried, takes at most `1 / WORTH` of the time of `best` and may keep the error all the same: what takes
-/// longest, as it is the truest.
+/// The slowest model that was not tried, takes at most `1 / WORTH` of the time of `best` and may keep the error all the same.
+/// The slowest is chosen because it is the truest.
 fn quicker(
     accepted: f64,
     known: &[Prospect],
@@ -173,7 +173,7 @@ impl<'a> Pilot<'a> {
             let of_part = squares.iter().sum::<f64>() / count;
             let spread = squares.iter().map(|square| (square - of_part).powi(2)).sum::<f64>();
             mean += share * of_part;
-            // Of a part that was traced whole nothing is left to chance.
+            // A part that was traced whole leaves nothing to chance.
             variance += untraced * share * share * spread / (count * count);
         }
         (mean + 2.0 * variance.sqrt()).max(0.0).sqrt()

@@ -48,7 +48,7 @@ impl Encounter {
         Some(Self { direction, offset, impact_parameter, cos_incidence, index: WATER })
     }
 
-    /// The same ray and sphere of another substance.
+    /// This ray and sphere, with another refractive index.
     pub fn with_index(self, index: f64) -> Self {
         Self { index, ..self }
     }

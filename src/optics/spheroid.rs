@@ -57,7 +57,7 @@ impl Quadric {
         let point = (point - DVec3::Y * self.middle) * scale;
         let direction = direction * scale;
         let a = direction.length_squared();
-        // Of the line's nearest point to the centre, so that nothing large cancels.
+        // The line's parameter at its point nearest the centre: from there on nothing large cancels.
         let nearest = -point.dot(direction) / a;
         let left = 1.0 - (point + nearest * direction).length_squared();
         (left >= 0.0).then(|| {

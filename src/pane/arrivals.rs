@@ -103,7 +103,7 @@ pub struct Arrivals {
 }
 
 impl Arrivals {
-    /// Those of a flux on so many square metres.
+    /// The arrivals by a flux on so many square metres.
     pub fn new(flux: &Flux, area: f64, seed: u64) -> Self {
         let (number, law) = (flux.number(), flux.law);
         let step = settled((law.to - law.from) / INTERVALS as f64);

@@ -52,7 +52,7 @@ impl Directions {
     /// All of them.
     pub const ALL: Self = Self([Vec4::ZERO; 4]);
 
-    /// Those in which a frame shows far drops that stand still and are sharp.
+    /// The directions in which a frame shows far drops that stand still and are sharp.
     pub fn of(frame: &Frame) -> Self {
         let [right, up, back] = [frame.right, frame.up, frame.back].map(Vec4::from_array);
         let (x, y) = (frame.frustum_x, frame.frustum_y);

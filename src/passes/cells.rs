@@ -115,7 +115,7 @@ impl Cells {
         Ok(Some((Self { room, drops, rain, cutoff_px, placed }, field)))
     }
 
-    /// Those of the classes, as the shaders number them.
+    /// The lattices of the classes, in the order in which the shaders number them.
     pub fn lattices(&self) -> &[Lattice] {
         self.rain.lattices()
     }

@@ -91,7 +91,7 @@ impl Compact {
         }
     }
 
-    /// Of each chunk where its records begin, and where the arguments of its draw do, in bytes.
+    /// Where the records of each chunk begin, and where the arguments of its draw do, in bytes.
     pub fn draws(&self) -> impl Iterator<Item = (u64, u64)> {
         let chunk = RECORD * u64::from(self.chunk);
         (0..self.lengths.len() as u64).map(move |index| (chunk * index, 4 * ARGUMENTS * index))

@@ -105,7 +105,7 @@ struct Passes {
 struct Listed {
     to_draw: ComputePipeline,
     groups: u32,
-    /// Of tiles with one splat, one block, and none.
+    /// The pipelines for tiles with one splat, with one block, and with nothing.
     few: [ComputePipeline; LISTS as usize - 1],
 }
 

@@ -28,7 +28,7 @@ pub fn buffer(device: &Arc<Device>) -> Result<Buffer> {
 pub struct Counts {
     /// Drops in view.
     pub visible: u64,
-    /// Of those, larger than a point may be; tiles count none.
+    /// Drops in view that are larger than a point may be; tiles count none.
     pub large: u64,
     /// Without room in a list, such as that of [`MAX_LARGE`](super::simulate::MAX_LARGE), and not drawn, or in part;
     /// and entries of tiles' lists that the driver did not go through, perhaps drawn out of order.

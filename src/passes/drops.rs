@@ -41,7 +41,7 @@ use crate::scene::model::{Optics, Primitive};
 /// What the drops are drawn on.
 #[derive(Clone, Copy, Debug)]
 pub struct Target {
-    /// Of the colour attachment.
+    /// Format of the colour attachment.
     pub format: vk::Format,
     /// Samples a pixel of the attachments.
     pub samples: Samples,

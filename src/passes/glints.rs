@@ -114,7 +114,7 @@ impl Glints {
         Self::of(device, Arc::new(sources), regions.len() as u32, light)
     }
 
-    /// Of sources that are written on the device: `most` of them, or fewer.
+    /// Glints of sources that are written on the device: `most` of them, or fewer.
     ///
     /// # Errors
     /// Like [`Glints::new`].

@@ -61,7 +61,7 @@ pub struct MotionDepth {
 }
 
 impl MotionDepth {
-    /// Of what `composite` finds; none if nothing is asked for. `formats`: of motion, of depth, of numbers.
+    /// Writes what `composite` finds; none if nothing is asked for. `formats`: of motion, of depth, of numbers.
     ///
     /// # Errors
     /// [`Error::Scene`] for a format that cannot hold it; [`Error::Vulkan`] if the driver refuses.

@@ -258,7 +258,7 @@ fn records(scene: &Scene, clusters: &[u32]) -> Vec<Record> {
             most = most.max(reach(drop));
         }
         let middle = 0.5 * (low + high);
-        // As much larger as the middle is rounded.
+        // The half extent grows by as much as the middle was rounded.
         let half = 0.5 * (high - low) + f64::from(f32::EPSILON) * middle.abs();
         record([middle.as_vec3(), half.as_vec3()], most, 0)
     };

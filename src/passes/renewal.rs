@@ -230,7 +230,7 @@ impl Renewal {
         let groups = [(width * height).div_ceil(GROUP), 1, 1];
 
         image.take(device, commands, Use::ComputeRead);
-        // As many samples as the image has texels: of a cube, a face is a quarter of the equator, and its texels are nowhere
+        // There are as many samples as the image has texels: a face of a cube is a quarter of the equator, and its texels are nowhere
         // the map's. An image of the map's size is taken as it is.
         let (across, least) =
             if self.info.cube { (4 * image.size.0, 2) } else { (image.size.0, 1) };

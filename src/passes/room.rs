@@ -11,7 +11,7 @@ use crate::plan::FramePlan;
 /// 90° some 0.18 are in view, in 0.25 of the clusters.
 const LEAST_DROPS: u64 = 1 << 20;
 const SHARE: f64 = 0.28;
-/// Of every so many drops that may be in view one is larger than a splat, and has a block, where splats are drawn.
+/// One drop in this many that may be in view is larger than a splat and needs a block, where splats are drawn.
 const DROPS_A_LARGE: u64 = 4;
 /// Blocks for each tile besides: so many layers of the whole image may be large drops.
 const BLOCKS_A_TILE: u64 = 4;

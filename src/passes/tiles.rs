@@ -288,7 +288,7 @@ impl Tiles {
             true => Some(DropRecords::new(device, room.nodes + room.larges, scene)?),
             false => None,
         };
-        // Of real rain, cells in view that hold drops.
+        // With real rain these are the cells in view that hold drops.
         let found = 16 * u64::from(if has_cells { others } else { clusters });
         let found = make("clusters in view", found)?;
         let counters = counters::buffer(device)?;

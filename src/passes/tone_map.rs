@@ -82,7 +82,7 @@ pub(super) enum Radiance<'a> {
 }
 
 impl<'a> Source<'a> {
-    /// As the device can read it best.
+    /// The kind of reading that suits the device best.
     ///
     /// # Errors
     /// [`crate::Error::Vulkan`] if the driver refuses.

@@ -33,13 +33,13 @@ pub struct TileCounts {
     pub large: u64,
     /// Tile fragments of those: one for each tile that one of them touches.
     pub fragments: u64,
-    /// Of those, drawn by rays.
+    /// Fragments that are drawn by rays.
     pub ray_fragments: u64,
-    /// Of those, by the dispatch that does most.
+    /// Fragments by rays of the dispatch that draws most of them.
     pub ray_fragments_a_dispatch: u64,
     /// Tiles drawn a second time, their lists sorted.
     pub tiles_again: u64,
-    /// Of those, drawn by a workgroup each, as they have too many streaks for one invocation.
+    /// Tiles, of those drawn again, that get a workgroup each, as they have too many streaks for one invocation.
     pub crowded_tiles: u64,
     /// Whether something was lost for which more room can be made.
     pub lacks_room: bool,

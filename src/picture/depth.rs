@@ -32,7 +32,7 @@ pub struct Depth {
 /// What a file of depth holds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DecodedDepth {
-    /// Of `width * height` pixels.
+    /// One value for each of `width * height` pixels.
     pub depth: Depth,
     /// Pixels across.
     pub width: u32,

@@ -31,7 +31,7 @@ pub struct Masks {
 }
 
 impl Masks {
-    /// Of rain, the same rain as a medium, and what is behind both.
+    /// The masks of rain, from its layers, those of the same rain as a medium, and what is behind both.
     pub fn of(rain: &Layers, medium: &Layers, behind: &Picture) -> Self {
         let passes = |layers: &Layers| -> Vec<f32> {
             layers.color.iter().map(|[.., opacity]| 1.0 - opacity.to_f32()).collect()

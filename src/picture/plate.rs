@@ -20,13 +20,13 @@ pub struct Plate {
 }
 
 impl Plate {
-    /// Of pictures in memory, both of the size of what is drawn.
+    /// A background of pictures in memory, both of the size of what is drawn.
     pub fn new(color: Option<Picture>, depth: Option<Depth>) -> Self {
         Self { color, depth, remarks: Vec::new() }
     }
 
-    /// Of pixels in memory, by the rules for files: colour that is not finite is mended, depth is checked and brought to
-    /// scene units as `background` says, of which the files are not read. Both have this width and height.
+    /// A background of pixels in memory, by the rules for files: colour that is not finite is mended, depth is checked and brought
+    /// to scene units as `background` says, whose files are not read. Both have this width and height.
     ///
     /// # Errors
     /// [`Error::Scene`]: colour or depth of another number of pixels, colour without a finite pixel, a depth that is no

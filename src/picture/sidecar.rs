@@ -47,7 +47,7 @@ pub struct CameraRecord {
     /// Pixels: a length of 1 at depth 1, and where the view axis meets the picture.
     focal_px: f64,
     principal_px: [f64; 2],
-    /// Of the whole picture, and of what is drawn the first pixel and the size.
+    /// Size of the whole picture; first pixel and size of what is drawn.
     whole: [u32; 2],
     origin: [u32; 2],
     size: [u32; 2],
@@ -80,7 +80,7 @@ pub struct DropRecord {
     pub number: u64,
     /// In the middle of what is exposed: at the file's time where nothing is.
     pub center: DVec3,
-    /// Of the sphere.
+    /// Radius of the sphere of the drop's volume.
     pub radius: f64,
     /// Scene units a second.
     pub velocity: DVec3,
@@ -167,7 +167,7 @@ pub fn drops_in_view(scene: &Scene, cutoff_px: f64) -> Vec<DropRecord> {
             add(u64::from(index) + 1, from_camera, size, velocity, sighting);
         } else if let Some((place, drop)) = by_hand {
             let from_camera = scene.drawn_center(drop) - view.position;
-            // Of real rain, where random drops have no index, placed ones begin with 1 too.
+            // With real rain, where random drops have no index, placed ones begin with 1 too.
             let size = (drop.radius, reach_of_placed(scene, drop));
             let number = scene.number_of(drop, place);
             add(number.into(), from_camera, size, drop.velocity, sighting);
@@ -185,7 +185,7 @@ fn reach_of_falling(scene: &Scene, radius: f64) -> f64 {
     }
 }
 
-/// The same of a drop placed by hand.
+/// How far a drop placed by hand reaches from its centre, in radii.
 fn reach_of_placed(scene: &Scene, drop: &PlacedDrop) -> f64 {
     match (scene.model.shape, drop.axis_ratio, drop.shape) {
         (Some(ShapeModel::Sphere), ..) => 1.0,

@@ -66,7 +66,7 @@ pub struct Prospect {
 }
 
 impl Prospect {
-    /// The same with an error that is better known.
+    /// This prospect with an error that is better known.
     pub fn with_error(self, error: f64) -> Self {
         Self { error, ..self }
     }
@@ -319,7 +319,7 @@ impl Candidate {
             class.weight.min(1.0) * square
         };
         let each: f64 = demand.classes.iter().map(of_class).sum();
-        // Of drops under a pixel the table has a part that goes with their size; many fill a pixel.
+        // The error at 1 pixel stands for smaller drops too: one of them covers a pixel in part, but many fill it.
         let of_all =
             |class: &SizeClass| class.share * contrast * left.of_contrast(class.radius_px.max(1.0));
         let all: f64 = demand.classes.iter().map(of_all).sum();

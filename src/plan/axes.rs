@@ -23,7 +23,7 @@ pub struct Axes {
     pub primitive: Primitive,
     pub order: Order,
     pub simulation: Simulation,
-    /// Of optics by a mask.
+    /// Size of the mask; only optics by a mask use it.
     pub mask_size: u32,
     pub samples: u32,
     pub internal_reflections: u32,
@@ -31,11 +31,11 @@ pub struct Axes {
     pub fresnel: Fresnel,
     pub reflection: Reflection,
     pub lookup: Lookup,
-    /// Of real rain.
+    /// How far rain is drawn; only real rain has it.
     pub far_rain: Option<FarRain>,
-    /// Of real rain.
+    /// Least radius of a drop that is drawn by itself; only real rain has it.
     pub cutoff_px: Option<f64>,
-    /// Of optics `appearance`.
+    /// Largest radius of a splat; only optics `appearance` has it.
     pub splat_px: Option<f64>,
     pub motion: Motion,
     pub lens: Lens,
@@ -46,7 +46,7 @@ pub struct Axes {
 }
 
 impl Axes {
-    /// Those of a plan of `scene`.
+    /// The axes of a plan of `scene`.
     pub fn of(scene: &Scene, plan: &FramePlan) -> Self {
         let ModelChoice { preset, error, budget_ms, far_rain, .. } = scene.model;
         let light = &plan.light;

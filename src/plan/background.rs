@@ -18,7 +18,7 @@ const FILTER: f64 = 0.001;
 /// The sky of a scene.
 #[derive(Clone, Copy, Debug)]
 pub struct Background {
-    /// Of the sky alone.
+    /// Exposure by the sky alone.
     pub exposure: Exposure,
     /// RMS of sRGB values, 0 to 1, as `glsl/sky.comp` draws it.
     pub error: f64,

@@ -24,7 +24,7 @@ pub struct Costs {
 }
 
 impl Default for Costs {
-    /// Those of llvmpipe on two cores (docs/performance.md), where no device has been measured.
+    /// The costs of llvmpipe on two cores (docs/performance.md), for where no device has been measured.
     fn default() -> Self {
         Self {
             of: "two CPU cores, assumed: no device was measured".into(),

@@ -14,8 +14,8 @@ use crate::scene::real_rain::RealRain;
 const LEAST_SEEN: f64 = 1.0 / 255.0;
 /// Least contrast between drops and what is behind them that is reckoned with: there is no even sky.
 const LEAST_CONTRAST: f64 = 0.1;
-/// The same of streaks of a long exposure. A single one shows less than its drop, but many lie over one another. With
-/// this, the error is at most a fifth of that of the medium alone (docs/exposure.md, "Are streaks truer").
+/// The least contrast of streaks of a long exposure. A single one shows less than its drop, but many lie over one another.
+/// With this, the error is at most a fifth of that of the medium alone (docs/exposure.md, "Are streaks truer").
 const LEAST_CONTRAST_OF_STREAKS: f64 = 0.45;
 /// Most drops that a picture draws one by one where no cut-off is given, the paper's largest scene; and where the
 /// scene asks for them. What is over it goes into the medium.
@@ -39,7 +39,7 @@ impl Cutoff {
     /// That of `scene`, whose rain is `rain`: as the scene says, else from the contrast of its environment and the
     /// accepted error; larger where that would be more drops or cells than a picture takes.
     ///
-    /// Of the exposure it follows the camera's shutter alone, so that a film that slows down keeps its drops.
+    /// Only the camera's shutter counts, not the film's pace, so that a film that slows down keeps its drops.
     pub fn of(scene: &Scene, rain: &RealRain, environment: &Environment) -> Self {
         let contrast = contrast(environment).clamp(LEAST_CONTRAST, 1.0);
         let (px, why) = Self::px_of(scene, rain, contrast);

@@ -15,7 +15,7 @@ use crate::scene::camera::View;
 use crate::scene::real_rain::RealRain;
 use crate::scene::{Scene, ToneMap};
 
-/// Of real rain: the smallest drops in pixels that are told apart by size, and how few drops are none.
+/// Smallest radius in pixels by which drops of real rain are told apart, and the number of drops that counts as none.
 const LEAST_RADIUS_PX: f64 = 1e-3;
 const FEWEST: f64 = 0.01;
 
@@ -31,8 +31,8 @@ pub struct SizeClass {
     pub is_near: bool,
     /// Share of the picture in which they are what one sees.
     pub share: f64,
-    /// The same for the square of what each of them adds: under drops smaller than a pixel, which let a part
-    /// through, less is left of a square.
+    /// The share that holds for the square of what each drop adds. It is less than `share` for drops smaller than a pixel, which
+    /// let a part of the light through.
     pub weight: f64,
     /// Pixels that they cover, hidden ones counted.
     pub pixels: f64,
@@ -172,7 +172,7 @@ impl Demand {
         let part = self.pixels / (frustum.width * frustum.height);
         let above = |radius_px: f64| part * frustum.drops_above(&law, radius_px);
         self.visible += above(cutoff_px);
-        // As many again come along in the cells.
+        // The cells in view hold as many drops again that are out of view.
         self.drops += 2.0 * above(cutoff_px);
         let mut from = cutoff_px.max(LEAST_RADIUS_PX);
         while above(from) > FEWEST {
@@ -220,7 +220,7 @@ pub fn contrast(environment: &Environment) -> f64 {
     contrast_at(environment, exposure_of(&ToneMap::default(), &of_environment(environment)))
 }
 
-/// Of a large image every so many texels: further pictures of it would take 12 bytes for each.
+/// The environment, or every n-th texel of a large one: further pictures of it would take 12 bytes for each texel.
 fn of_environment(environment: &Environment) -> Picture {
     let step = environment.width().div_ceil(MOST_ACROSS);
     let (width, height) = (environment.width() / step, environment.height() / step);
@@ -230,7 +230,7 @@ fn of_environment(environment: &Environment) -> Picture {
     Picture { width, height, pixels }
 }
 
-/// The same for a picture's exposure.
+/// [`contrast`] at a picture's exposure.
 pub fn contrast_at(environment: &Environment, exposure: Exposure) -> f64 {
     let shown = display(exposure, &of_environment(environment));
     let (mut sum, mut squares, mut total) = (0.0, 0.0, 0.0);

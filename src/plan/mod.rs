@@ -39,7 +39,7 @@ use crate::scene::{ModelChoice, Scene};
 use crate::thousands::counted;
 
 /// Nearer than so many radii a drop does not look as from afar: its directions are off by over 1.4°.
-/// As in `glsl/include/tile_drop.glsl`.
+/// `glsl/include/tile_drop.glsl` has the same limit.
 const NEAR_RADII: f64 = 32.0;
 
 /// Radius in pixels from which a drop is drawn by rays rather than by its prefiltered picture: the

@@ -30,7 +30,7 @@ pub struct Sight {
     pub axes: [Vec3; 3],
     /// Cosine and sine of the angle from the view axis to the left edge, then to the right one.
     pub frustum_x: [f32; 4],
-    /// The same of the upper and the lower edge.
+    /// Cosine and sine of the angle from the view axis to the upper edge, then to the lower one.
     pub frustum_y: [f32; 4],
     /// Near plane: least distance of a drop's centre.
     pub near: f32,

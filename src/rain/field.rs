@@ -40,7 +40,7 @@ pub struct Field {
     lattices: Vec<Lattice>,
     law: Law,
     rain: RealRain,
-    /// Of drops that are drawn flattened.
+    /// Outlines of the law's drops, where they are drawn flattened.
     outlines: Option<Outlines>,
     /// Median-volume diameter and its lattice's number, where the medium has the noise of single drops.
     grain: Option<(f64, usize)>,
@@ -69,7 +69,7 @@ pub struct Seen {
     pub grain: GrainRecord,
     /// Drops of the cells that are looked into, on average.
     pub drops_in_cells: f64,
-    /// Of those cells the ones that hold a drop, on average.
+    /// Number of these cells that hold a drop, on average.
     pub cells_with_drops: f64,
     // For the CPU's own look at the drops.
     places: Vec<Place>,
@@ -98,8 +98,8 @@ impl Field {
         Some(Self { lattices, law: rain.law(), rain, outlines: None, grain: None })
     }
 
-    /// The same where drops are drawn flattened: they are wider than their spheres, so that cells farther out of view may
-    /// show some. (What is counted as in view are the spheres, all the same.)
+    /// This rain with its drops drawn flattened, or not. Flattened ones are wider than their spheres, so that cells farther out of
+    /// view may show some. (The drops counted as in view are the spheres, all the same.)
     pub fn flattened(self, is_flattened: bool) -> Self {
         let outlines = is_flattened.then(|| Outlines::new(&self.law));
         Self { outlines, ..self }
@@ -112,7 +112,7 @@ impl Field {
         Parted { law: &self.law, one_by_one, extent: self.rain.extent }
     }
 
-    /// The same with the noise of single drops in the medium, or without.
+    /// This rain with the noise of single drops in its medium, or without.
     pub fn grainy(self, is_grainy: bool) -> Self {
         let median = self.law.median_volume_diameter();
         let holds = |lattice: &Lattice| 2e3 * lattice.radius >= median;
@@ -146,7 +146,7 @@ impl Field {
         }
     }
 
-    /// The same; none if the cells cannot be numbered.
+    /// [`RainField::seen`] at exactly this cut-off; none if the cells cannot be numbered.
     fn seen_over(&self, scene: &Scene, cutoff_px: f64) -> Option<Seen> {
         let (view, metres) = (scene.view(), scene.metres);
         let tick = tick_of_seconds(scene.drawn_time());
@@ -283,8 +283,8 @@ pub struct ShownDrop {
 
 /// Number of a drop of real rain, from its class, its cell and its number in the cell: `number_of` in `glsl/include/drop_records.glsl`.
 ///
-/// Of a cell's number along each axis it has 17 bits, so drops that are 131,072 cells apart, of the smallest cells eight
-/// kilometres, may have the same. It is never 0, nor is its low or its high half.
+/// It keeps 17 bits of a cell's number along each axis, so drops that are 131,072 cells apart (eight kilometres with the
+/// smallest cells) may have the same number. It is never 0, nor is its low or its high half.
 pub fn drop_number(class: u32, cell: [i64; 3], in_cell: u32) -> u64 {
     let [x, y, z] = cell.map(|number| number as u64 & 0x1_ffff);
     u64::from(in_cell + 1) | x << 7 | y << 24 | z << 41 | u64::from(class + 1) << 58
@@ -345,7 +345,7 @@ impl Lattice {
 /// Depths that part what is seen of all classes into bands of equal number of drops, in scene units.
 fn band_depths(lattices: &[Lattice], classes: &[ClassRecord]) -> [f32; MAX_BANDS as usize] {
     let depth_of = |class: &ClassRecord| f64::from(class.limits[1]);
-    // Of a class that reaches to depth z, as many as in a pyramid.
+    // How many drops a pyramid to this depth holds, each class to its own depth at most.
     let until = |depth: f64| {
         let of_class = |(lattice, class): (&Lattice, &ClassRecord)| {
             lattice.mean * (depth.min(depth_of(class)) / f64::from(class.moved[3])).powi(3)

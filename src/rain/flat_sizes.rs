@@ -35,19 +35,19 @@ const OF_CUBIC: usize = 4;
 pub(crate) type Shares = Vec<[f64; DIAMETERS.len()]>;
 
 impl Parted<'_> {
-    /// Of the drops that are a medium, and of those that are shown one by one, for what suns show.
+    /// Shares for the light of suns: of the drops that are a medium, then of those that are shown one by one.
     pub(crate) fn shares_of_suns(&self) -> [Shares; 2] {
         self.shares(on_a_line)
     }
 
-    /// The same for other light.
+    /// Shares for other light, in the order of [`Parted::shares_of_suns`].
     pub(crate) fn shares_of_light(&self) -> [Shares; 2] {
         self.shares(on_a_cubic)
     }
 
     /// `parts`: what a drop of a diameter shows of each of [`DIAMETERS`].
     fn shares(&self, parts: fn(f64) -> [f64; DIAMETERS.len()]) -> [Shares; 2] {
-        // Of all that drops of a size block, the part by those that are shown one by one, times a factor.
+        // The share of what the drops of a size block that those shown one by one block, up to a constant factor.
         let is_endless = self.extent == f64::INFINITY;
         let near = |mm: f64| match is_endless {
             true => mm,

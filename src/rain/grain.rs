@@ -59,8 +59,8 @@ pub struct Grain<'a> {
 }
 
 impl Grain<'_> {
-    /// As the shader has it: by the lattice of the drops of the median size, and the camera's place in it; a drop's
-    /// `way` in metres while it is seen; `metres` a scene unit.
+    /// The record that the shader reads: by the lattice of the drops of the median size, and the camera's place in it; `way` is
+    /// how far a drop moves while it is seen, in metres; `metres` are in a scene unit.
     pub fn record(
         &self,
         median: f64,

@@ -55,8 +55,8 @@ const NEARLY_FLAT: f64 = 0.01;
 const MOST_STEPS: u32 = 200;
 
 impl Law {
-    /// The same law with the least Λ with which no more than `rate` mm/h fall in air of `air_density` kg/m³. 0 if no Λ
-    /// over 0 rains as much: see [`Law::most_rate`].
+    /// This law with the least Λ with which no more than `rate` mm/h fall in air of `air_density` kg/m³. Λ is 0 if no Λ over 0
+    /// rains as much: see [`Law::most_rate`].
     pub fn with_slope_of_rate(self, rate: f64, air_density: f64) -> Self {
         let with = |slope| Self { slope, ..self };
         let (mut low, mut high) = (0.0, 1.0);
@@ -92,7 +92,7 @@ impl Law {
         Self { slope: 0.0, ..self }.rate(air_density)
     }
 
-    /// The same law with as many drops as make `rate` mm/h fall in air of `air_density` kg/m³.
+    /// This law with as many drops as make `rate` mm/h fall in air of `air_density` kg/m³.
     pub fn normalised(self, rate: f64, air_density: f64) -> Self {
         let unit = Self { intercept: 1.0, ..self };
         Self { intercept: rate / unit.rate(air_density), ..self }
@@ -109,7 +109,7 @@ impl Law {
             return self.intercept * self.nearly_flat(s, from, to);
         }
         let (a, b) = (self.slope * from, self.slope * to);
-        // Of the two incomplete functions the one that is small here: their difference cancels least.
+        // The incomplete function that is small here is taken: its difference cancels least.
         let share =
             if a > s { gamma_ur(s, a) - gamma_ur(s, b) } else { gamma_lr(s, b) - gamma_lr(s, a) };
         self.intercept * (ln_gamma(s) - s * self.slope.ln()).exp() * share
@@ -188,7 +188,7 @@ impl Law {
         self.quantile_between(k, u, self.from, self.to)
     }
 
-    /// The same of the drops between two diameters alone.
+    /// The quantile among the drops between two diameters alone.
     pub fn quantile_between(&self, k: f64, u: f64, from: f64, to: f64) -> f64 {
         let wanted = u * self.moment_between(k, from, to);
         let (mut low, mut high) = (from, to);

@@ -41,12 +41,12 @@ pub struct Outlines {
     law: Law,
     /// Diameter in mm; ∫ N D^k A dD up to it, of k 2 and 3, A the outline's area over the sphere's: level, from below.
     below: Vec<(f64, [[f64; 2]; 2])>,
-    /// Of the step after each of them.
+    /// Outline's area over the sphere's in the step after each of them: level, from below.
     areas: Vec<[f64; 2]>,
 }
 
 impl Outlines {
-    /// Those of drops of the equilibrium shape.
+    /// The outlines of a law's drops, which have the equilibrium shape.
     pub fn new(law: &Law) -> Self {
         let width = (law.to - law.from) / STEPS as f64;
         let below = vec![(law.from, [[0.0; 2]; 2])];
@@ -114,7 +114,7 @@ pub struct MediumRecord {
     pub range: [f32; 4],
     /// Optical depth along the view axis at depths up to the first of these, equally far apart: seen level.
     pub optical_depths: [f32; DEPTHS],
-    /// The same seen from below.
+    /// Optical depths at these depths, seen from below.
     pub from_below: [f32; DEPTHS],
 }
 

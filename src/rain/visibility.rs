@@ -40,7 +40,7 @@ pub struct Frustum {
 }
 
 impl Frustum {
-    /// Of the whole picture that a view is of, or a part of.
+    /// The frustum of the whole picture, of which a view may be a part.
     pub fn of(view: &View, extent: f64) -> Self {
         let [width, height] = view.whole.map(f64::from);
         Self { focal_px: view.focal_px, width, height, extent }
@@ -94,7 +94,7 @@ impl Frustum {
         self.noise_beyond(law, air_density, nearest, shutter)
     }
 
-    /// The same by the drops that are farther than a depth, which may depend on their diameter.
+    /// [`Frustum::noise`] by the drops that are farther than a depth, which may depend on their diameter.
     pub fn noise_beyond(
         &self,
         law: &Law,

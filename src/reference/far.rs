@@ -83,7 +83,7 @@ pub(super) struct SmallDrops<'a> {
     pub(super) rest: &'a Environment,
     /// Their light in a sphere.
     of_sphere: DVec3,
-    /// The same in flattened drops, and millimetres of diameter for each unit of radius.
+    /// Their light in flattened drops, and millimetres of diameter for each unit of radius.
     flat: Option<(&'a FlatLight, f64)>,
 }
 

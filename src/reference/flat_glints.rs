@@ -198,7 +198,7 @@ impl Slice<'_> {
         }
     }
 
-    /// As many samples of a part as its pixels get, and more if it shows a source.
+    /// Number of samples of a part: as many as its pixels get, and more if it shows a source.
     fn samples(&self, part: &Part, moment: f64) -> u32 {
         let look = self.look(part.at(0.5, 0.5), moment);
         let steradians = self.length * part.area() * look.solid_angle;

@@ -47,7 +47,7 @@ pub(super) struct FlatLight {
     blocks: Blocks,
     /// By class, then by block.
     light: Vec<Vec<Vec3>>,
-    /// Of all classes together, by block.
+    /// Mean light of all classes together, by block.
     mean: Vec<Vec3>,
 }
 
@@ -124,7 +124,7 @@ impl Blocks {
 }
 
 impl FlatLight {
-    /// Of the flattened drops of a law; `None` if it has none.
+    /// The light of the flattened drops of a law; `None` if it has none.
     pub(super) fn new(
         view: View,
         law: &Law,
@@ -177,7 +177,7 @@ impl FlatLight {
 struct Beam<'a> {
     blocks: &'a Blocks,
     region: &'a Region,
-    /// Of the light of all regions.
+    /// This region's share of the light of all regions.
     share: f64,
     truth: &'a Truth,
     indices: &'a [(f64, DVec3)],

@@ -279,7 +279,7 @@ impl Glints {
 /// What a drop shows of a source one way: one image, or the half of one that a rainbow doubles.
 struct Glint<'a> {
     way: Way,
-    /// Of the drop, and the colours that it is for.
+    /// The drop's refractive index, and the colours that it is for.
     index: f64,
     colors: DVec3,
     region: &'a Region,
@@ -390,7 +390,7 @@ impl<'a> Mirror<'a> {
         pixels
     }
 
-    /// As many samples as its pixels get, fewer where it is less bright than the environment's `mean`.
+    /// Number of samples: as many as its pixels get, fewer where it is less bright than the environment's `mean`.
     fn samples(&self, glint: &Glint, mean: f64) -> u32 {
         let truth = &self.tracer.truth;
         let (encounter, cos_alpha) = self.ray(glint, (0.5, 0.5));

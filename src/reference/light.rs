@@ -128,7 +128,7 @@ impl Truth {
         }
     }
 
-    /// The same through another shape that is entered at `point`, in radii from its centre.
+    /// The light through another shape that is entered at `point`, in radii from its centre.
     pub(super) fn of_shape(
         &self,
         shape: Shape,

@@ -73,7 +73,7 @@ pub enum Weights {
     /// F for the reflection, (1-F)² F^k after k internal reflections: what a sphere does.
     #[default]
     Physical,
-    /// The same, but the last order that is followed carries all that is left: no light is lost.
+    /// Like `Physical`, but the last order that is followed carries all that is left: no light is lost.
     Conserving,
     /// F for the reflection, 1-F for the twice refracted ray, no internal reflections (the paper's
     /// equation 5).
@@ -206,12 +206,12 @@ impl<'a> Tracer<'a> {
         }
     }
 
-    /// The same drops before a background of the picture's size.
+    /// These drops before a background of the picture's size.
     pub fn before(self, plate: Plate) -> Self {
         Self { plate, ..self }
     }
 
-    /// The same, but [`Tracer::trace`] ends early once `stop` is true: with a picture that is not whole.
+    /// [`Tracer::trace`] ends early once `stop` is true, with an incomplete picture.
     pub fn until(self, stop: fn() -> bool) -> Self {
         Self { stop, ..self }
     }
@@ -283,7 +283,7 @@ impl<'a> Tracer<'a> {
         self.trace(&|_| ()).picture
     }
 
-    /// The same with other places for its samples.
+    /// This tracer with other places for its samples.
     pub fn with_seed(&self, seed: u64) -> Self {
         let mut tracer = Self { truth: Truth { seed, ..self.truth }, ..self.clone() };
         if let Some(rain) = tracer.rain.as_mut().filter(|_| seed != self.truth.seed) {

@@ -27,9 +27,9 @@ pub struct Sprite {
     pub nearness: f64,
     /// Distance of the centre from the eye.
     pub distance: f64,
-    /// Of the mask.
+    /// Level of the mask.
     pub level: f64,
-    /// Of the whole drop: near fade, and the area that a one-pixel point lacks.
+    /// Opacity of the whole drop: near fade, and the area that a one-pixel point lacks.
     pub opacity: f64,
     /// From the pose of the preprocessing to world space.
     pub rotation: DMat3,

@@ -76,7 +76,7 @@ impl Pyramid {
         Self { lens: eye.lens, focus: eye.focus, forward: -eye.view.back, ..self }
     }
 
-    /// The same rays, each shifted aside by up to so much.
+    /// These rays, each shifted aside by up to so much.
     pub(super) fn shifted(self, shift: f64) -> Self {
         Self { shift, ..self }
     }
@@ -157,8 +157,8 @@ impl Tree {
     /// Where a ray meets the drop of this number from outside; `None` if it misses it, the drop is behind,
     /// or the ray begins within.
     ///
-    /// The same decision at a sphere's rim as [`crate::optics::Encounter::of_ray`]: distance² - along²
-    /// cancels there, so it only rejects what is surely outside, and the cross product decides the rest.
+    /// The rule at a sphere's rim is that of [`crate::optics::Encounter::of_ray`]: distance² - along² cancels there, so it only
+    /// rejects what is surely outside, and the cross product decides the rest.
     pub fn meet(&self, number: u32, ray: &Ray) -> Option<f64> {
         let drop = &self.drops.all[number as usize];
         let population = self.drops.population(drop);

@@ -47,7 +47,7 @@ struct Pixel {
     at: (u32, u32),
     /// The bright parts' light in a small sphere.
     sun: DVec3,
-    /// The same in a drop of the medium.
+    /// The bright parts' light in a drop of the medium.
     sun_of_medium: DVec3,
     paths: Vec<Path>,
 }

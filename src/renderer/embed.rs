@@ -37,7 +37,7 @@ pub struct ViewInfo {
     /// Format of the images that the motion of each pixel's nearest drop is drawn into, where that is asked for:
     /// two or four floats.
     pub motion: Option<vk::Format>,
-    /// The same of its depth: a float.
+    /// Format of the images that the depth of the nearest drop is drawn into, where that is asked for: a float.
     pub nearest_depth: Option<vk::Format>,
     /// The same of its number in layers: one unsigned integer, or two for real rain, whose numbers have 64 bits.
     pub nearest_number: Option<vk::Format>,

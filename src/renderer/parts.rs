@@ -139,13 +139,13 @@ impl<'a> Parts<'a> {
         }
     }
 
-    /// The same, with light and rain that other pictures show too; the rain is made again for a scene of other drops.
+    /// This picture with light and rain that other pictures show too; the rain is made again for a scene of other drops.
     pub fn showing(self, lighting: &Arc<Lighting>, rain: &Arc<RainField>) -> Self {
         Self { shown: Some((lighting.clone(), rain.clone())), ..self }
     }
 
-    /// The same, with what is behind the drops from memory, in place of the files that scenes name. It has the size of
-    /// their pictures.
+    /// This picture with what is behind the drops from memory, in place of the files that scenes name. It has the size of their
+    /// pictures.
     pub fn before(self, plate: &'a Plate) -> Self {
         Self { plate: Some(plate), ..self }
     }
@@ -354,7 +354,7 @@ impl<'a> Parts<'a> {
                 sums.extend(found);
                 continue;
             }
-            // Of the tiles around the part's own no pixel is drawn: they add 0.
+            // The part draws no pixel of the tiles around its own: they add 0.
             let (first, end) = tile_grid::of_view(&view);
             let [column, row] = first.map(|tile| tile as usize);
             for (number, found) in found.chunks_exact((end[0] - first[0]) as usize).enumerate() {

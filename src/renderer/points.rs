@@ -35,7 +35,7 @@ struct Rain {
 /// The passes of the frame, up to its radiance.
 pub(super) struct Points {
     pub radiance: Image,
-    /// Of several samples a pixel, where alpha goes to coverage: drawn in, resolved to `radiance`.
+    /// The image with several samples a pixel, where alpha goes to coverage: drawn into, resolved to `radiance`.
     samples: Option<Image>,
     sky: Sky,
     rain: Option<Rain>,

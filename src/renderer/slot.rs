@@ -21,7 +21,7 @@ pub(super) struct Slot {
     pub recording: u32,
     /// Least radius in pixels of a drop of real rain that was drawn by itself, by what was recorded last.
     pub cutoff_px: Option<f32>,
-    /// Of a host's commands, until it says that the slot has retired.
+    /// Ticket of a host's commands, until it says that the slot has retired.
     pub ticket: Option<u64>,
 }
 

@@ -111,7 +111,7 @@ impl Tiled {
         self.record_composite(device, commands, time);
     }
 
-    /// As far as the tiles' lists, the colours of all that is in them, and the sky.
+    /// Records the frame up to the tiles' lists, the colours of all that is in them, and the sky.
     pub fn record_lists(
         &mut self,
         device: &Device,

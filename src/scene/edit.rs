@@ -22,7 +22,7 @@ impl Scene {
     /// # Errors
     /// See [`Scene::load`]; [`Error::Scene`] for an edit that is none, or leads to no scene.
     pub fn load_edited(path: Option<&Path>, edits: &[String]) -> Result<Self> {
-        // Of the file itself, what is wrong has a line.
+        // The file is first read alone, so that an error in it names its line.
         let scene = path.map_or_else(|| Ok(Self::default()), Self::load_alone)?;
         if edits.is_empty() {
             return Ok(scene);

@@ -17,7 +17,7 @@ impl Scene {
         }
     }
 
-    /// The same in what is drawn: 0 where an instant is asked for.
+    /// For how long the shutter is open in what is drawn: 0 where an instant is asked for.
     fn drawn_shutter(&self) -> f64 {
         if self.model.motion == Some(Motion::Instant) { 0.0 } else { self.shutter() }
     }
@@ -48,7 +48,7 @@ impl Scene {
         self.seen_motion(velocity, self.shutter())
     }
 
-    /// The same in what is drawn.
+    /// By how much a drop of this velocity moves in what is drawn; in scene units.
     pub fn drawn_motion_of(&self, velocity: DVec3) -> DVec3 {
         self.seen_motion(velocity, self.drawn_shutter())
     }

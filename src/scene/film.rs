@@ -250,7 +250,7 @@ fn velocity(keys: &[Key], number: usize, at: f64) -> DVec3 {
     (1.0 - t) * (1.0 - t) * a + 2.0 * t * (1.0 - t) * b + t * t * c
 }
 
-/// The same as the control points of a parabola, which lies within their hull (Bézier).
+/// The velocities between two keys as the control points of a parabola, which lies within their hull (Bézier).
 fn velocities(keys: &[Key], number: usize) -> [DVec3; 3] {
     let (from, to) = (keys[number], keys[number + 1]);
     let [[m0, ..], [m1, ..]] = [number, number + 1].map(|number| tangents(keys, number));
@@ -321,7 +321,7 @@ mod tests {
         }
     }
 
-    /// Of a camera that moves: where it is at both ends, and how far drops move by it, at every pace.
+    /// A camera that moves is at the same places at both ends, and moves drops by as much, at every pace.
     #[test]
     fn a_still_moves_as_its_frame() {
         let keys = [(0.0, DVec3::ZERO), (1.0, DVec3::X), (4.0, DVec3::new(9.0, 0.0, 1.0))];
@@ -364,7 +364,7 @@ mod tests {
             most = most.max(velocity.abs());
         }
         let bound = film.fastest();
-        // Of the hull of the velocities, so that it is over them by up to 1.94 here.
+        // The bound is that of the hull of the velocities, which is over them by up to 1.94 times here.
         assert!(most.cmple(bound).all() && bound.cmple(2.0 * most).all(), "{most} {bound}");
         let given = Camera { velocity: Some(DVec3::ZERO), ..camera };
         assert_eq!(film.camera_at(&given, 2.0).velocity(), DVec3::ZERO);

@@ -165,11 +165,11 @@ pub struct Population {
     pub seed: Option<u64>,
     /// How many.
     pub count: u32,
-    /// As of [`RainSettings`].
+    /// Half of the box's edges, like [`RainSettings::half_extent`].
     pub half_extent: DVec3,
-    /// As of [`RainSettings`].
+    /// Radius of each drop, like [`RainSettings::radius`].
     pub radius: f64,
-    /// As of [`RainSettings`].
+    /// Velocity of each drop, like [`RainSettings::velocity`].
     pub velocity: DVec3,
 }
 
@@ -274,7 +274,7 @@ impl Scene {
         Ok(scene)
     }
 
-    /// The same without its particles.
+    /// Reads the scene without its particles.
     fn load_alone(path: &Path) -> Result<Self> {
         Self::parse_in(&read_text(path)?, &path.display().to_string(), path.parent())
     }
@@ -396,8 +396,8 @@ impl Scene {
         Self { drops: Vec::new(), particles: None, host_particles: 0, ..self }
     }
 
-    /// The same rain as a medium, without a single drop: those of real rain of under a pixel are the medium, larger ones are
-    /// nearer than the camera sees. Other rain, and real rain that is drawn without a medium, is left out.
+    /// This rain as a medium, without a single drop: real rain's drops of under a pixel are the medium, larger ones are nearer than
+    /// the camera sees. Other rain, and real rain that is drawn without a medium, is left out.
     pub fn as_medium(&self) -> Self {
         let has_medium = self.model.far_rain != Some(FarRain::None);
         let Some(rain) = self.real_rain().filter(|_| has_medium) else {

@@ -58,9 +58,9 @@ models! {
         /// The paper's hierarchical mask: directions, reflectance and coverage from a ray-traced
         /// table at float16.
         Mask = "mask",
-        /// The same at float32.
+        /// The paper's mask at float32.
         MaskF32 = "mask-f32",
-        /// The same at 16-bit signed normalised integers.
+        /// The paper's mask at 16-bit signed normalised integers.
         MaskSnorm16 = "mask-snorm16",
         /// A mask whose every level is the drop seen from infinity (Rousseau et al. 2006).
         SingleMask = "single-mask",
@@ -158,10 +158,10 @@ models! {
 models! {
     /// In which order drops are composited.
     Order {
-        /// As they come, blended and resolved by the depth test (the paper's).
+        /// Drawn as they come, blended and resolved by the depth test (the paper's).
         Unsorted = "unsorted",
-        /// As they come, into four samples a pixel of which alpha says how many a drop takes; the
-        /// depth test resolves the order sample by sample.
+        /// Drawn as they come, into four samples a pixel of which alpha says how many a drop takes; the depth test
+        /// resolves the order sample by sample.
         AlphaToCoverage = "alpha-to-coverage",
         /// Exactly front to back, by distance and index.
         Sorted = "sorted",
@@ -175,7 +175,7 @@ models! {
         MarshallPalmer = "marshall-palmer",
         /// Ulbrich 1983: a power times an exponential.
         Gamma = "gamma",
-        /// As many of every diameter.
+        /// Equally many drops of every diameter.
         Uniform = "uniform",
     }
 }
@@ -193,13 +193,13 @@ models! {
 models! {
     /// In what shape drops are drawn that are no spheres.
     ShapeModel {
-        /// As spheres of their volume.
+        /// Spheres of their volume.
         Sphere = "sphere",
         /// A sphere's picture on the outline of a spheroid.
         Stretched = "stretched",
         /// Spheroids, each ray traced from surface to surface.
         Spheroid = "spheroid",
-        /// As the scene has them: two half spheroids of the equilibrium shape, spheroids by `axis_ratio`, both traced.
+        /// The scene's shapes: two half spheroids of the equilibrium shape, spheroids by `axis_ratio`, both traced.
         Equilibrium = "equilibrium",
     }
 }
@@ -211,7 +211,7 @@ models! {
         Drops = "drops",
         /// They are a medium that takes out and puts in the light that they would.
         Medium = "medium",
-        /// The same, with the noise that single drops make.
+        /// `medium`, with the noise that single drops make.
         Grain = "grain",
         /// They are left out: the picture is too clear and too dark.
         None = "none",
@@ -233,7 +233,7 @@ models! {
 models! {
     /// How drops out of focus are shown.
     Lens {
-        /// As through a pinhole: sharp.
+        /// A pinhole: drops are sharp.
         Pinhole = "pinhole",
         /// Their outline spread over the disc that a point becomes, in closed form; small and faint ones of one colour.
         Disc = "disc",
@@ -258,14 +258,14 @@ models! {
 pub struct ModelChoice {
     /// Chooses on every axis what no other key does.
     pub preset: Preset,
-    /// Of preset `auto`: the RMS error of sRGB values, from 0 to 1, that it may make. A grey level is 1/255 = 0.0039.
+    /// The RMS error of sRGB values, from 0 to 1, that preset `auto` may make. A grey level is 1/255 = 0.0039.
     #[schemars(extend(
         "exclusiveMinimum" = 0,
         "maximum" = 1,
         "x-default" = "the least that `budget_ms` or a frame of 1/60 s affords"
     ))]
     pub error: Option<f64>,
-    /// Of preset `auto`: what a frame may take on the device at hand.
+    /// What a frame by preset `auto` may take on the device at hand.
     #[schemars(extend("exclusiveMinimum" = 0, "x-unit" = "ms"))]
     pub budget_ms: Option<f64>,
     /// How the light leaving a point of a drop is found.

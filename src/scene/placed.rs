@@ -17,7 +17,7 @@ pub struct PlacedDrop {
     #[schemars(extend("exclusiveMinimum" = 0, "x-unit" = "scene units"))]
     #[serde(default = "unit_radius")]
     pub radius: f64,
-    /// Of a spheroid about +y: its height over its width.
+    /// Height over width of a spheroid about +y.
     #[schemars(range(min = 0.05, max = 20), extend("x-default" = "1"))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub axis_ratio: Option<f64>,

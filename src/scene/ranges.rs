@@ -43,7 +43,7 @@ pub(super) fn check(scene: &Scene) -> Result<(), String> {
     scene.serialize(Walk(Some(&RULES))).map_err(|problem| problem.to_string())
 }
 
-/// The same for a camera alone.
+/// Checks the ranges of a camera alone.
 pub(super) fn check_camera(camera: &Camera) -> Result<(), String> {
     let rule = RULES.keys.get("camera");
     camera.serialize(Walk(rule)).map_err(|problem| problem.at(Step::Key("camera")).to_string())
@@ -237,7 +237,7 @@ impl<'a> Serializer for Walk<'a> {
         serialize_u16(u16), serialize_u32(u32), serialize_u64(u64)
     }
 
-    /// As the number that was written: 0.4 in 32 bits is another one.
+    /// The number is read from its text: 0.4 in 32 bits is another number in 64.
     fn serialize_f32(self, value: f32) -> Result<(), Problem> {
         self.number(value.to_string().parse().unwrap_or(value.into()))
     }

@@ -204,7 +204,7 @@ mod tests {
         assert!((look([12.0, 150.0]) - 400.0).abs() < 1e-6, "it does not cover the drop");
     }
 
-    /// Of real rain, too.
+    /// A visit finds drops of real rain, too.
     #[test]
     fn a_drop_of_real_rain_is_visited() {
         let rain = RainSettings::of(RealRain { rate: 25.0, ..RealRain::default() });

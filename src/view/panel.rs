@@ -353,7 +353,7 @@ fn axis<T: ValueEnum + Copy + PartialEq + std::fmt::Display>(
     ui.end_row();
 }
 
-/// The same for a number.
+/// A row of the panel for an axis that is a number.
 fn number(
     ui: &mut Ui,
     name: &str,

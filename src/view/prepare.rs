@@ -31,7 +31,7 @@ use crate::{Error, Result};
 pub struct Pane {
     /// Models and passes.
     pub plan: FramePlan,
-    /// Of the last finished frame.
+    /// Report on the last finished frame.
     pub report: FrameReport,
     renderer: Renderer,
 }

@@ -73,7 +73,7 @@ impl Drop for Busy {
     }
 }
 
-/// As many programs as there are processors, which do nothing but work.
+/// There are as many programs as processors, and they do nothing but work.
 #[cfg(target_os = "linux")]
 #[test]
 fn the_work_of_others_is_warned_of() {
@@ -181,7 +181,7 @@ fn a_verdict_is_of_rows_of_one_rate() {
         row["median_ms_b"].as_f64().expect("ms") / row["median_ms_a"].as_f64().expect("ms")
     };
     assert_eq!([ratio(1.0), ratio(25.0)], [2.0, 1.0]);
-    // As lines, too.
+    // CSV has both rates, too.
     let output = raindrops(&["verdict", &a, &b, "--format", "csv"]);
     let mut reader = csv::Reader::from_reader(output.stdout.as_slice());
     let rows: Vec<csv::StringRecord> = reader.records().map(|row| row.expect("a row")).collect();

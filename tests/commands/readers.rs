@@ -241,7 +241,7 @@ fn each_device_is_compared_with_each() {
     let (status, said) = judged("apart.json", &[]);
     assert!(status == Some(2) && said.contains("1 of 2 devices have a verdict"), "{said}");
     let count = |key: &str| figures[key].as_array().map(Vec::len);
-    // Of a pair one is the first for each verdict.
+    // Each verdict compares a device with the first.
     assert_eq!((count("devices"), count("pairs"), count("verdicts")), (Some(3), Some(3), Some(2)));
     assert_eq!(figures["devices"][0]["flip"][0], 0.0);
     let of_second = &figures["verdicts"][1]["verdict"];
@@ -434,7 +434,7 @@ print(abs(read('panorama.exr')['R'].mean() / panorama['R'].mean() - factor) < 1e
         lines[1..],
         ["clean.png opacity.png rain.png rainy.png seen.png", "0", "True", "True"]
     );
-    // Of two photographs.
+    // The remark comes once for two photographs.
     assert_eq!(told.iter().filter(|line| line.contains("streaks and discs")).count(), 1, "{said}");
     for depth in [&["depth.exr"][..], &["depth.png", "--depth-scale", "0.01"]] {
         let arguments = ["render", "plate.toml", "--background", "photo.exr", "-o", "rainy.exr"];

@@ -102,7 +102,7 @@ fn an_earlier_sequence_is_not_gone_on_with() {
     draw(&["--frames", "4", "--seed", "5", "--resume"]);
     assert_eq!(kept, [0, 3].map(|number| changed(&frame(folder.path(), number))));
 
-    // As an interrupt leaves it.
+    // An interrupt leaves the folder like this.
     draw(&["--frames", "4"]);
     std::fs::remove_file(frame(folder.path(), 0)).expect("removed");
     std::fs::remove_file(folder.path().join("rain.frames.toml")).expect("removed");
@@ -132,7 +132,7 @@ fn a_sequence_keeps_its_background() {
     let folder = folder();
     let (scene, output) = (folder.path().join("scene.toml"), folder.path().join("rain.png"));
     fs_write(&scene, SCENE);
-    // Of a colour the environment would be guessed, and have another hash itself.
+    // An environment of one colour would be guessed, and have another hash itself.
     let plate = folder.path().join("plate.exr");
     let paint = |far: f32| {
         let mut depth = raindrops::picture::layers::Layers::empty(32, 24);
@@ -195,7 +195,7 @@ fn harmed(folder: &Path, harm: impl FnOnce(u32)) -> Output {
     let (scene, rain) = (folder.join("scene.toml"), folder.join("rain"));
     std::fs::write(&scene, SCENE).expect("a scene");
     std::fs::create_dir_all(&rain).expect("a folder");
-    // Of an earlier scene; the sequence does not come so far.
+    // The frame is of an earlier scene; the sequence does not come so far.
     image::GrayImage::new(1, 1).save(frame(&rain, FRAMES - 1)).expect("a frame");
     let program = render(&scene, &rain.join("rain.png"), &["--frames", &FRAMES.to_string()]);
     let mut command = crate::common::command("sh");

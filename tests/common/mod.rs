@@ -85,12 +85,12 @@ pub fn on_device(test: impl FnOnce(&Arc<Device>)) {
     }
 }
 
-/// As [`on_device`], on a device of its own.
+/// Like [`on_device`], on a device of its own.
 pub fn on_fresh_device(test: impl FnOnce(&Arc<Device>)) {
     on_adjusted_device(|_| {}, test);
 }
 
-/// As [`on_fresh_device`], on one whose report was changed before it was opened, so that limits of other devices
+/// Like [`on_fresh_device`], on a device whose report is changed before it is opened, so that limits of other devices
 /// can be tried.
 pub fn on_adjusted_device(adjust: impl FnOnce(&mut DeviceReport), test: impl FnOnce(&Arc<Device>)) {
     let device = opened(adjust);
@@ -212,7 +212,7 @@ pub fn kept_folder(name: &str) -> PathBuf {
     folder
 }
 
-/// The same, without what an earlier run left in it.
+/// [`kept_folder`], without what an earlier run left in it.
 pub fn emptied_folder(name: &str) -> PathBuf {
     let _ = std::fs::remove_dir_all(kept_folder(name));
     kept_folder(name)
@@ -288,7 +288,7 @@ impl Random {
     }
 }
 
-/// The same scene by the paper's method.
+/// This scene by the paper's method.
 #[allow(dead_code, reason = "not every test draws by it")]
 pub fn by_paper(scene: &Scene) -> Scene {
     let mut scene = scene.clone();

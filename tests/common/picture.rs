@@ -37,7 +37,7 @@ pub fn moving(center: [f64; 3], velocity: [f64; 3], radius: f64) -> PlacedDrop {
     PlacedDrop { velocity: velocity.into(), ..PlacedDrop::sphere(center.into(), radius) }
 }
 
-/// Of linear radiance.
+/// A renderer of linear radiance.
 pub fn renderer(device: &Arc<Device>, scene: &Scene, environment: &Environment) -> Renderer {
     let plan = plan(scene, environment, Output::Radiance).expect("a plan");
     Renderer::new(device, scene, environment, &plan).expect("a renderer")
@@ -61,7 +61,7 @@ pub fn picture_of(device: &Arc<Device>, scene: &Scene, environment: &Environment
     frame(&mut renderer(device, scene, environment), scene).0
 }
 
-/// The same by a preset, and what was counted.
+/// The picture of a scene by a preset, and its counts.
 pub fn by_preset(
     device: &Arc<Device>,
     scene: &Scene,
@@ -77,7 +77,7 @@ pub fn truth(scene: &Scene, environment: &Environment, samples: u32) -> Picture 
     Tracer::new(scene, environment, Truth { samples, ..Truth::default() }).picture()
 }
 
-/// Of the green.
+/// Sum of the green channel.
 pub fn sum(picture: &Picture) -> f64 {
     picture.pixels.iter().map(|pixel| f64::from(pixel.y)).sum()
 }

@@ -48,7 +48,7 @@ pub fn run(
     run_with(device, name, constants, &[], input, outputs)
 }
 
-/// The same with specialization constants.
+/// [`run`] with specialization constants.
 pub fn run_with(
     device: &Arc<Device>,
     name: &'static str,

@@ -20,7 +20,7 @@ fn with_sun(toward: DVec3, grey: f32, radiance: f32) -> Environment {
     with_suns(&[toward], grey, radiance)
 }
 
-/// The same with several.
+/// [`with_sun`] with several suns.
 fn with_suns(toward: &[DVec3], grey: f32, radiance: f32) -> Environment {
     painted(512, |direction| {
         let is_lit = toward.iter().any(|sun| direction.angle_between(*sun) < 1.2_f64.to_radians());
@@ -73,8 +73,8 @@ fn square_to_the_sun_a_drop_is_a_mirror_ball() {
     });
 }
 
-/// Of four suns a splat shows the light of each: of two images of each as points, of the others spread over it. Behind the
-/// camera, within the rainbows, there are others.
+/// A splat shows the light of each of four suns: of two it shows the images as points, of the others spread over it. More suns
+/// stand behind the camera, within the rainbows.
 #[test]
 fn the_light_of_suns_adds_up() {
     on_device(|device| {
@@ -274,7 +274,7 @@ fn a_large_drop_shows_a_halo_beside_its_sun() {
 /// Light that is reflected twice inside shows the sun anew, a thirtieth as bright as that reflected outside.
 #[test]
 fn a_large_drop_shows_the_sun_by_two_reflections_inside() {
-    // Of a far drop the image for an impact parameter of 0.41 is 60° off the axis.
+    // A far drop shows the image for an impact parameter of 0.41 at 60° off the axis.
     let toward = DVec3::new(60_f64.to_radians().sin(), 0.0, -(60_f64.to_radians().cos()));
     let environment = with_sun(toward, 0.1, 3e4);
     let mut scene = one_drop(DVec3::new(0.0, 0.0, -100.0), 1.0);

@@ -19,7 +19,7 @@ fn against(truth: &Picture, picture: &Picture) -> Comparison {
     compare(truth, picture, None, exposure_of(&ToneMap::default(), truth))
 }
 
-/// Of display values from 0 to 1.
+/// RMS error of boxes, in display values from 0 to 1.
 fn boxed_error(truth: &Picture, picture: &Picture) -> f64 {
     against(truth, picture).boxes.rms()
 }

@@ -27,7 +27,7 @@ fn by_camera(scene: &Scene) -> Scene {
     scene
 }
 
-/// The same seen from a camera at rest in the air that comes towards it: at the scene's time it is where the moving one is,
+/// The scene seen from a camera at rest in the air that comes towards it: at the scene's time it is where the moving one is,
 /// from where the air was at time 0.
 fn by_air(scene: &Scene) -> Scene {
     let mut scene = scene.clone();
@@ -213,7 +213,7 @@ fn depth_and_motion(path: &Path) -> Vec<(f64, f64, f64)> {
     drops.map(|(at, (depth, motion))| (right(at), depth, motion * pixel)).collect()
 }
 
-/// As the command writes it.
+/// The pictures are those that the command writes.
 #[test]
 fn streaks_spread_from_where_a_car_drives_to() {
     let folder = emptied_folder("moving-camera");
@@ -241,7 +241,7 @@ fn streaks_spread_from_where_a_car_drives_to() {
         );
         (left, right, farthest)
     };
-    // Of drops 1 to 8 m away 1.3 to 12 pixels. Before even light no single drop shows, so few would be drawn one by one.
+    // Drops 1 to 8 m away move by 1.3 to 12 pixels. Before even light no single drop shows, so few would be drawn one by one.
     let many = ["--preset", "exact", "--set", "model.cutoff_px=0.1"];
     let (left, right, farthest) = edges(&many);
     assert!((-12.0..=-1.3).contains(&left) && (1.3..=12.0).contains(&right) && farthest < 1.0);
@@ -260,7 +260,7 @@ fn a_camera_moves_through_drops_that_stand() {
     stopped.drops.iter_mut().for_each(|drop| drop.velocity = DVec3::ZERO);
     assert_eq!(traced(&frame, 1), traced(&stopped, 1));
     on_device(|device| {
-        // The same models: those of a film, whose drops may stand.
+        // The still takes the models of a film, whose drops may stand.
         stopped.film = scene.film.clone();
         assert!(layers_of(device, &frame) == layers_of(device, &stopped));
     });

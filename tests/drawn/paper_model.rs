@@ -109,7 +109,7 @@ const SMOOTH: Bound =
 const PHOTOGRAPH: Bound =
     Bound { mean: 5e-3, mean_of_few: 5e-3, most_of_99: 1e-2, most: 0.3, of_99_in_steps: 4e-2 };
 
-/// The same at float16, whose directions are off by 0.025°, a seventh of a texel.
+/// The bound at float16, whose directions are off by 0.025°, a seventh of a texel.
 const PHOTOGRAPH_F16: Bound =
     Bound { mean: 5e-3, mean_of_few: 5e-3, most_of_99: 2e-2, most: 0.5, of_99_in_steps: 4e-2 };
 

@@ -301,7 +301,7 @@ fn an_id_of_0_is_a_drop_too() {
     assert_eq!(drops.iter().map(|drop| drop.id).collect::<Vec<_>>(), [Some(u32::MAX), Some(1)]);
 }
 
-/// Of each format; never a panic.
+/// Damaged files of each format are tried; none may panic.
 #[test]
 fn mutants_are_read_or_refused_in_a_line() {
     let (rows, mut random) = (&rows()[..4], Random(7));
@@ -392,7 +392,7 @@ fn a_sequence_has_a_file_a_frame_and_moves_between_them() {
     );
 }
 
-/// Of a film whose sequence ends early nothing is written.
+/// Nothing is written for a film whose sequence ends early.
 #[test]
 fn a_film_beyond_its_sequence_is_refused_before_it_begins() {
     let folder = emptied_folder("particles/film");

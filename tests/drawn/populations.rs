@@ -57,7 +57,7 @@ fn alone(scene: &Scene, number: usize) -> Scene {
     Scene { rain: Some(rain), ..scene.clone() }
 }
 
-/// The same, after populations that have no drops.
+/// [`alone`], after populations that have no drops.
 fn after_none(scene: &Scene, number: usize) -> Scene {
     let mut scene = alone(scene, number);
     let rain = scene.rain.expect("rain");

@@ -224,7 +224,7 @@ fn a_medium_is_as_opaque_as_its_drops() {
     });
 }
 
-/// Of rain that no drop of is drawn by itself as much light passes as its law's extinction lets through.
+/// The rain has no drop that is drawn by itself: as much light passes as its law's extinction lets through.
 #[test]
 fn a_medium_of_all_drops_is_as_opaque_as_its_law_says() {
     on_device(|device| {
@@ -265,7 +265,7 @@ fn far_rain_has_the_light_of_far_drops() {
             let off = (*found - *expected).abs().max_element() / expected.max_element();
             assert!(off < 0.03, "{number}: {found}, not {expected}");
         }
-        // Of all pixels the reference's chance is less.
+        // The sum over all pixels has less of the reference's noise.
         let [found, expected] =
             [found, expected].map(|picture| picture.pixels.iter().sum::<Vec3>());
         let off = (found / expected - 1.0).abs().max_element();

@@ -77,7 +77,7 @@ fn streaks_that_lack_room_are_drawn_again_with_more() {
     });
 }
 
-/// As the window does, which waits for no frame; it goes on showing the image that it began with.
+/// The window draws like this: it waits for no frame, and goes on showing the image that it began with.
 #[test]
 fn frames_in_flight_get_more_room_too() {
     let scene = layers();

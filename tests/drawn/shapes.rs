@@ -226,7 +226,7 @@ fn spheres_are_the_same_beside_flat_drops() {
         let mut both = alone.clone();
         let behind = PlacedDrop { center: -alone.drops[0].center, ..spheroid(0.5) };
         both.drops.push(behind);
-        // Of ratio 1, too.
+        // A ratio of 1 is traced as a spheroid, too.
         both.drops[0].axis_ratio = Some(1.0);
         assert_eq!(planned(&alone, &sky).shape.model, ShapeModel::Sphere);
         assert_eq!(planned(&both, &sky).shape.model, ShapeModel::Equilibrium);

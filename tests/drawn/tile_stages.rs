@@ -230,7 +230,7 @@ fn binning_takes_slabs_of_depth_in_order() {
         }
         let mut steps = 0;
         for (tile, list) in &case.lists {
-            // Those that came with the larger drops, after all bands, are first.
+            // Entries that came with the larger drops, after all bands, are first.
             let by_bands = list.iter().filter(|entry| entry.node < clusters.order.len() as u32);
             let mut nearest = 0;
             for entry in by_bands {

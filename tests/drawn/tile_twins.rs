@@ -40,9 +40,9 @@ impl Rect {
 /// How a drop is drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Kind {
-    /// As the box of its outline's area, in two colours: it is small and far.
+    /// The box of its outline's area, in two colours: it is small and far.
     Splat,
-    /// As that box, pixel after pixel: it has less than a pixel of radius.
+    /// That box, pixel after pixel: it has less than a pixel of radius.
     Box,
     /// By its outline.
     Outline,
@@ -62,7 +62,7 @@ pub struct Shown {
     opacity: f64,
     /// Around its outline.
     pub outline: Rect,
-    /// Of its outline's area.
+    /// A box of its outline's area.
     equal: Rect,
     view: View,
 }
@@ -82,7 +82,7 @@ pub fn drops_in_view(scene: &Scene, plan: &FramePlan) -> Vec<Shown> {
 fn shown(index: u32, center: DVec3, radius: f64, scene: &Scene, plan: &FramePlan) -> Shown {
     let (view, distance) = (scene.view(), center.length());
     let (f, depth) = (view.focal_px, -center.z);
-    // Of the angles between the view axis and the sphere's tangents in the plane of one axis of the picture.
+    // Projects the sphere's two tangents in the plane of one axis of the picture, by their angles to the view axis.
     let along = |across: f64| {
         let middle = across.atan2(depth);
         let half = (radius / across.hypot(depth)).min(1.0).asin();

@@ -112,7 +112,7 @@ fn settings() -> Vec<Vec<String>> {
     all
 }
 
-/// Of all variants of a shader: how many there are, and the most of each figure.
+/// Figures of all variants of a shader: how many there are, and the most of each figure.
 type Table = BTreeMap<String, (usize, Figures)>;
 
 /// Vector registers, bytes of shared memory, instructions; and what of registers is kept elsewhere.

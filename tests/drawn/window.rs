@@ -47,7 +47,7 @@ fn drawn(device: &Arc<Device>, scene: &Scene, output: Output, grid: Grid) -> (Dr
     drawn_in(device, &environment(), scene, output, grid)
 }
 
-/// The same in another light.
+/// [`drawn`] in another light.
 fn drawn_in(
     device: &Arc<Device>,
     environment: &Environment,

@@ -24,7 +24,7 @@ use crate::host;
 
 const SIZE: (u32, u32) = (240, 136);
 
-/// As the example runs, with the shaders that `tests/house/mutants.rs` has put a fault in.
+/// Runs the example, with the shaders that `tests/house/mutants.rs` has put a fault in.
 fn run(frames: usize, jitter: bool, around: Around) -> Outcome {
     run_scene(frame::large_drops(SIZE), frames, jitter, around)
 }

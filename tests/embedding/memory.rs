@@ -88,7 +88,7 @@ fn staging_is_freed_when_the_host_says_that_frames_have_retired() {
         let report = unsafe { embedded.view.retired(0) }.expect("no error");
         assert_eq!(report.is_some(), is_executed);
         assert_eq!(uploads(), 0, "kept after the frame has retired");
-        // Of lists that took half as much and of light that was dropped nothing is left.
+        // Nothing is left of lists that took half as much, nor of light that was dropped.
         assert!(bytes() < grown && bytes() < 2 * before, "{before}, {grown}, {}", bytes());
     }
     host.destroy_image(embedded.target);

@@ -63,7 +63,7 @@ fn layers(scene: &Scene) -> Layers {
     layers.expect("drawn")
 }
 
-/// As light and opacity of the layers say, within float16's rounding of the blended sum; and opaque as the image was.
+/// The result is what light and opacity of the layers say, within float16's rounding of the blended sum, and as opaque as the image was.
 #[test]
 fn rain_is_laid_over_what_the_image_holds() {
     let mut real = scene(Preset::Fast);

@@ -32,7 +32,7 @@ fn commands_that_are_never_submitted_do_no_harm() {
     on_host(Preset::Fast, |host, device| {
         let mut embedded = Embedded::new(host, device, &scenes[0], &ViewInfo::default());
         for (number, scene) in scenes.iter().enumerate() {
-            // Of this view and of another, before each frame.
+            // Commands for this view and for another are recorded before each frame.
             for other in [number, (number + 2) % scenes.len()] {
                 embedded.record(host, 1, &scenes[other]);
                 // SAFETY: it is never submitted.

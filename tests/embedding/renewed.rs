@@ -24,7 +24,7 @@ use crate::host::{Host, Texture};
 #[test]
 fn renewed_light_is_that_of_the_same_environment() {
     let scene = scene(Preset::Fast);
-    // The same, turned by a quarter.
+    // The second environment is the first, turned by a quarter.
     let (sky, turned) = (environment(), {
         let sky = environment();
         common::painted(256, move |d| sky.radiance(DVec3::new(-d.z, d.y, d.x)).as_vec3())

@@ -65,7 +65,7 @@ pub fn says(remarks: impl Iterator<Item = Remark>, severity: Severity, expected:
     remarks.any(|remark| remark.severity == severity && remark.text.contains(expected))
 }
 
-/// As environment, as plate and by `compare` a file is the same.
+/// A file means the same as environment, as plate and to `compare`.
 #[test]
 fn primaries_of_open_exr_are_converted() {
     for name in ["rec709", "aces-ap0", "xyz"] {

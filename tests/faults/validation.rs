@@ -99,8 +99,8 @@ const SLOTS: [Slot; 5] =
     [slot::LARGE_DROPS, slot::LARGE_INDEX, slot::COUNTERS, slot::ORDERED, slot::ARGUMENTS];
 const CONSTANTS: [[u32; 2]; 1] = [[constant::MAX_LARGE, 1]];
 
-/// The same between shaders, through descriptors: what the first dispatch writes the second reads.
-/// (Of two dispatches that only *write* one buffer the layer of 2023 says nothing, by design.)
+/// A hazard between shaders, through descriptors: the second dispatch reads what the first writes.
+/// (The layer of 2023 by design says nothing about two dispatches that only *write* one buffer.)
 fn two_dispatches(with_barrier: bool) -> Option<String> {
     complaint(|device| {
         let usage = vk::BufferUsageFlags::STORAGE_BUFFER;

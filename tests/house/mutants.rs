@@ -402,7 +402,7 @@ impl Tree {
     /// What becomes of mutant `number`, and why.
     fn outcome(&mut self, number: usize, mutant: &Mutant) -> (Outcome, String) {
         let file = self.path.join(&mutant.file);
-        // Of a file with faults in it already, the text may stand behind a number.
+        // The text is looked for in the tree itself: in a file that has faults already it may stand behind a number.
         if let Err(error) = fs::read_to_string(root().join(&mutant.file))
             .map_err(|error| error.to_string())
             .and_then(|source| place(mutant, &source))

@@ -74,7 +74,7 @@ fn boxes_of_a_patch() {
     assert_eq!(worst, [28, 20]);
 }
 
-/// Of a checkerboard of ±20 levels five of nine neighbours are alike: dots of 20 - 20/9, and hardly a box.
+/// Five of nine neighbours on a checkerboard of ±20 levels are alike: dots of 20 - 20/9, and hardly a box.
 #[test]
 fn dots_of_a_checkerboard() {
     let truth = certain(&picture(|_, _| 100.0), |x, y| {
@@ -85,7 +85,7 @@ fn dots_of_a_checkerboard() {
     near(found.dots, 20.0 - 20.0 / 9.0, 0.01);
     near(found.boxes, 0.0, 0.01);
     assert!(found.flip > 0.05, "{found:?}");
-    // The same beside the drops counts for none of their figures.
+    // A checkerboard beside the drops counts for none of their figures.
     let beside =
         figures(&truth, &picture(|x, y| if x < 4 { 100.0 + checkered(x, y) } else { 100.0 }));
     near(beside.dots, 0.0, 1e-3);
@@ -111,12 +111,12 @@ fn noise_is_taken_off() {
     let level = |x: u32, y: u32| 90.0 + 0.5 * f64::from(x + y);
     let halves = noisy(level, 12.0);
     let noise = halves.noise(AS_IT_IS);
-    // Of the mean of two halves: 12/√2; less the mean of 3 x 3 it has √(8/9) of it.
+    // The mean of two halves has noise of 12/√2; less the mean of 3 x 3 it has √(8/9) of it.
     near(255.0 * noise.rms, 12.0 / 2f64.sqrt(), 0.3);
     near(noise.dots, 12.0 / 2f64.sqrt() * (8.0f64 / 9.0).sqrt(), 0.4);
     let right = figures(&halves, &picture(level));
     assert!(right.dots < 3.0 && 255.0 * right.rms < 3.0, "{right:?}, {noise:?}");
-    // Of 64 means of 64 pixels with noise of 1.1 levels the largest is what both halves agree upon.
+    // The largest of 64 means, each of 64 pixels with noise of 1.1 levels, is what both halves agree upon.
     assert!(right.boxes < 4.0, "{right:?}");
     assert!(right.flip < 0.6 * noise.flip, "{right:?}, {noise:?}");
     let wrong = figures(&halves, &picture(|x, y| level(x, y) + checkered(x, y)));

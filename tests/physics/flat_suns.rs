@@ -140,7 +140,7 @@ fn rain(elevation: f64, shutter: f64, extent: f64) -> Scene {
 
 #[test]
 fn small_flat_drops_show_as_much_of_a_sun_as_chance_meets() {
-    // Of the last most of the light is the medium's.
+    // In the last case most of the light is the medium's.
     for (elevation, shutter, extent, disc) in [
         (0.0, 0.0, 20.0, toward(25.0, 30.0)),
         (45.0, 0.004, 20.0, toward(20.0, 30.0)),

@@ -145,7 +145,7 @@ fn under_a_bare_sun_the_truth_converges() {
     // The control: by chance it is.
     assert!(of_met > 4.0 * of_rest);
 
-    // The same light: eight pictures by chance have a mean, and an error of it.
+    // The light is equal: eight pictures by chance have a mean, and an error of it.
     let means: Vec<f64> = met.iter().map(mean).collect();
     let middle = means.iter().sum::<f64>() / 8.0;
     let spread = means.iter().map(|mean| (mean - middle).powi(2)).sum::<f64>() / 7.0;

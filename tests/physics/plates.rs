@@ -26,7 +26,7 @@ fn truth() -> Truth {
     Truth { samples: 64, ..Truth::default() }
 }
 
-/// The same depth everywhere, but `left` in the left half.
+/// One depth everywhere, but `left` in the left half.
 fn depth(left: f64, right: f64, kind: DepthKind) -> Plate {
     let values = (0..48 * 48).map(|pixel| if pixel % 48 < 24 { left } else { right }).collect();
     Plate::new(None, Some(Depth { values, kind }))
@@ -144,7 +144,7 @@ fn write_png(path: &Path, value: impl Fn(u32) -> u16) {
 
 /// Runs `reference` on a drop at depth 2 to 4, 8 x 8: what the drop covers, or the problem.
 fn reference(arguments: &[&str]) -> std::result::Result<Picture, String> {
-    // Of its own: tests run side by side, and a file that another writes anew is empty for a moment.
+    // The folder is this call's own: tests run side by side, and a file that another rewrites is empty for a moment.
     let folder = tempfile::tempdir().expect("a folder");
     let [scene, coverage, picture] =
         ["drop.toml", "coverage.exr", "picture.exr"].map(|name| folder.path().join(name));

@@ -1,5 +1,5 @@
 //! Where the reference sees the drops of real rain: against drops that are found here by walking through every cell.
-//! Of the program it shares what *is* the rain: which drops a cell holds.
+//! It shares with the program what *is* the rain: which drops a cell holds.
 
 use std::f64::consts::PI;
 
@@ -52,7 +52,7 @@ fn walk(scene: &Scene, reach: f64) -> Vec<Found> {
     found
 }
 
-/// The same rain as a list of drops in scene units, each with a population of its own.
+/// The rain as a list of drops in scene units, each with a population of its own.
 fn as_list(scene: &Scene, reach: f64, is_flat: bool) -> Drops {
     let mut drops = Drops::default();
     let forward = (scene.camera.target - scene.camera.position).normalize();
@@ -161,7 +161,7 @@ fn a_drop_is_seen_at_its_pixel() {
         most += area;
         if is_within(x) && is_within(y) {
             least += area;
-            // Of a pixel whose corner it is around, a drop of 0.75 pixels covers 0.44.
+            // A drop of 0.75 pixels around a pixel's corner covers 0.44 of the pixel.
             if radius > 0.75 {
                 assert!(covered[y as usize * 512 + x as usize] > 0.3, "at {x}, {y}: {radius}");
                 seen += 1;
@@ -222,7 +222,7 @@ fn a_streak_is_as_opaque_as_its_drop_is_long_there() {
 #[test]
 fn the_usual_bound_holds_so_many_drops() {
     let law: Law = raining(25.0, 1e3, 8, 60.0).real_rain().expect("rain").law();
-    // Of 60 degrees, square: the integral of 1/(1 + x² + y²)^(3/2).
+    // Solid angle of a square picture: the integral of 1/(1 + x² + y²)^(3/2).
     let solid_angle = |tan: f64| {
         let steps = 1000;
         let at = |n: i32| tan * (2.0 * (f64::from(n) + 0.5) / f64::from(steps) - 1.0);

@@ -134,7 +134,7 @@ fn over_sizes(of_diameter: impl Fn(f64) -> f64) -> f64 {
         .sum()
 }
 
-/// Of a pixel's opacity; the two pictures of other seeds share the rain, but no sample.
+/// The variance is of a pixel's opacity; the two pictures of other seeds share the rain, but no sample.
 #[test]
 fn a_pixel_is_as_noisy_as_its_drops_make_it() {
     const EDGE: u32 = 128;

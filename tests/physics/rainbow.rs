@@ -60,7 +60,7 @@ fn brightest(rings: &[f64]) -> f64 {
 fn the_bow_stands_where_descartes_says() {
     let point = bow_of_a_point();
     let expected = brightest(&over_the_disc(&point));
-    // Of a point it would be 41.89 degrees; the disc takes it inwards.
+    // A point source would make it 41.89 degrees; the disc takes it inwards.
     assert!((brightest(&point) - 41.85).abs() < 0.06, "{}", brightest(&point));
     assert!((0.1..0.3).contains(&(41.89 - expected)), "{expected}");
 

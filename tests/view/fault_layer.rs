@@ -22,7 +22,7 @@ const DEVICE_LOST: i32 = -4;
 const OF_INSTANCE: i32 = 47;
 const OF_DEVICE: i32 = 48;
 
-/// Of `vk_layer.h`: how a layer finds the next one.
+/// The chain by which a layer finds the next one, from `vk_layer.h`.
 #[repr(C)]
 struct Link {
     next: *mut Link,
@@ -78,7 +78,7 @@ fn hold(name: &str) {
     }
 }
 
-/// As [`fault`], of the device.
+/// Like [`fault`], for a call of the device.
 fn device_fault(name: &str) -> Option<i32> {
     if LOST.load(SeqCst) {
         return Some(DEVICE_LOST);

@@ -142,7 +142,7 @@ fn all_passes<'a>(rows: impl Iterator<Item = &'a Parts>) -> Vec<&'a str> {
     all
 }
 
-/// Of the median, over rounds.
+/// The 95 % interval of the median over rounds.
 fn interval(row: &Row) -> String {
     let ends = row.median_low_ms.zip(row.median_high_ms);
     ends.map_or("-".into(), |(low, high)| {

@@ -81,7 +81,7 @@ pub fn stage_lines(apart: &[Apart]) -> Vec<String> {
         if *alone > 0.0 {
             line += &format!(", {:.4} % drawn by one alone", 100.0 * alone);
         }
-        // As many digits as it takes: a difference is never shown as none.
+        // The number has enough digits that a difference is never shown as zero.
         if *largest > 0.0 {
             line += &format!(", largest {largest:.1e}");
         }

@@ -70,7 +70,7 @@ struct Shard {
 /// Runs the command.
 pub fn run(args: &DatasetArgs) -> anyhow::Result<Answer> {
     let set = Set::new(args)?;
-    // Of a set that is there whole, too.
+    // Even where nothing is left to draw, the folder must not hold views of another set.
     set.is_begun()?;
     let mine: Vec<u32> = (0..set.views)
         .filter(|view| view % args.shard.of == args.shard.number - 1)

@@ -33,7 +33,7 @@ struct Head<'a> {
 pub(super) struct Set {
     pub(super) scene: Scene,
     pub(super) environment: Environment,
-    /// Of the plate, if there is one.
+    /// Hash of the plate, if there is one.
     background_hash: Option<u32>,
     pub(super) folder: PathBuf,
     pub(super) views: u32,

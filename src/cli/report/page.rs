@@ -52,7 +52,7 @@ svg { min-width: 40rem; max-width: 100%; height: auto; display: block; margin: .
 svg .soft { fill: var(--soft); } svg .axis { stroke: var(--line); }
 ";
 
-/// Of a plot that is a file of its own.
+/// The style of a plot that is a file of its own.
 pub(super) const ALONE: &str =
     "text { fill: var(--ink); font: 12px sans-serif; } .soft { fill: var(--soft); }";
 

@@ -21,7 +21,7 @@ pub fn parse(text: &str) -> Result<Variables, String> {
             return Err(format!("'{name}' is not the name of a variable"));
         }
         if DRIVER_FILES.contains(&name) {
-            // As the platform parts them: by `;` on Windows, whose paths have colons.
+            // The platform separates the paths: by `;` on Windows, whose paths have colons.
             let missing = std::env::split_paths(value).find(|file| !file.exists());
             if let Some(file) = missing.filter(|_| !value.is_empty()) {
                 return Err(format!("{name}: there is no file '{}'", file.display()));

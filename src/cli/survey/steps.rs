@@ -34,7 +34,7 @@ impl Step {
     }
 }
 
-/// Those for a machine: on a CPU fewer drops and less rain, so that all are done in time.
+/// The steps for a machine: on a CPU they have fewer drops and less rain, so that all finish in time.
 pub(super) fn steps(machine: Machine) -> Vec<Step> {
     let [all, few, rates, presets, size, other] = match machine {
         Machine::Cpu => ["125000,1000000", "125000", "8,25", "fast", "512x512", "gpu"],

@@ -70,7 +70,7 @@ impl GateArgs {
         self.threshold_or(0.05)
     }
 
-    /// The same; `usual` where nothing was given.
+    /// The threshold as a part of 1; `usual` where no option gives one.
     pub fn threshold_or(&self, usual: f64) -> f64 {
         self.fail_above.or(self.threshold).unwrap_or(usual)
     }

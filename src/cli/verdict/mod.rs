@@ -33,8 +33,8 @@ pub struct VerdictArgs {
     /// Refuse results of different devices; their drivers may be of different versions
     #[arg(long, requires = "new")]
     same_device: bool,
-    /// Of a comparison: a row whose pictures are farther apart (mean FLIP) is `different`; of one of compare-devices the exit
-    /// status is then 1, as there [default: as it was measured]
+    /// A row of a comparison is `different` if its pictures are farther apart than this mean FLIP; for a comparison by
+    /// compare-devices the exit status is then 1, as there [default: as it was measured]
     #[arg(long, value_name = "X", value_parser = parse_flip, conflicts_with = "new")]
     max_flip: Option<f64>,
     #[command(flatten)]

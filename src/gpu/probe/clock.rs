@@ -24,7 +24,7 @@ const ENOUGH_MS: f64 = 10.0;
 pub struct Clock {
     /// Time between first and last timestamp, over the time that the CPU waited.
     pub share_of_wall: f64,
-    /// Of that time, the part booked on the pass that did all but a thousandth of the work.
+    /// The part of that time which is booked on the pass that did all but a thousandth of the work.
     pub share_of_heavy: f64,
 }
 

@@ -30,9 +30,9 @@ pub enum Rounding {
 /// What a device does with float16.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Halves {
-    /// Of a value written to a colour target.
+    /// How a value that is written to a colour target is rounded.
     pub written: Rounding,
-    /// Of `packHalf2x16`.
+    /// How `packHalf2x16` rounds.
     pub packed: Rounding,
     /// What a target holds of 65,520, which is nearer to infinity than to the largest half, 65,504.
     pub overflow: f32,

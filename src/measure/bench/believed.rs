@@ -25,7 +25,7 @@ const LEAST_SUBMISSIONS: f64 = 2.0;
 pub struct WarmUp {
     stretches: Vec<f64>,
     frames: Vec<f64>,
-    /// Of all frames, milliseconds.
+    /// Time of all frames so far, milliseconds.
     spent: f64,
 }
 

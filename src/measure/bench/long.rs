@@ -44,7 +44,7 @@ pub struct Watched {
     pub stretches: Vec<Stretch>,
     /// Times of frames, and of each pass, with the seconds at which they ended.
     pub samples: Samples,
-    /// Of each pass, by name, in the order of the frame.
+    /// Times of each pass, by name, in the order of the frame.
     pub passes: Vec<(&'static str, Samples)>,
     /// What ended it too early.
     pub failed: Option<crate::Error>,
@@ -85,7 +85,7 @@ impl Samples {
         self.seen += 1;
     }
 
-    /// Those from a time on.
+    /// The values from a time on.
     pub fn since(&self, from_s: f64) -> Vec<f64> {
         self.kept.iter().filter(|(at, _)| *at > from_s).map(|(_, value)| *value).collect()
     }

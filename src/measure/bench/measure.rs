@@ -69,7 +69,7 @@ pub struct Variant {
 pub struct Measured {
     /// Milliseconds to make the renderer: mask, environment, pipelines, buffers.
     pub setup_ms: f64,
-    /// Those of its parts that are made once, such as the mask.
+    /// Times of the parts that are made once, such as the mask, in milliseconds.
     pub setup_parts: Vec<(&'static str, f64)>,
     /// Milliseconds of the first frame.
     pub first_frame_ms: f64,
@@ -267,7 +267,7 @@ mod tests {
         assert!((2.0..2.2).contains(&of(1.0)), "{}", of(1.0));
         // Frames of 1.5 s: a batch is one sample after two that fill the queue, and twelve are wanted.
         assert!((of(1500.0) - 54.0).abs() < 1e-6, "{}", of(1500.0));
-        // Of 15 s: no more than twenty seconds of samples.
+        // Frames of 15 s get no more than twenty seconds of samples.
         assert!((of(15_000.0) - 90.0).abs() < 1e-6, "{}", of(15_000.0));
     }
 }

@@ -37,7 +37,7 @@ pub struct OverTime {
     /// Median of the stretches before that, and from there on.
     pub before_ms: Option<f64>,
     pub steady_ms: Option<f64>,
-    /// Of the steady part, else of the whole; absent with too few stretches.
+    /// Trend of the steady part, or of the whole where none is steady; absent with too few stretches.
     pub frame_time: Option<Trend>,
     pub memory: Option<Trend>,
 }

@@ -77,7 +77,7 @@ pub fn of_schema<T: DeserializeOwned>(path: &Path, value: Value, schema: &str) -
     }
     serde_path_to_error::deserialize(value).map_err(|error| {
         let place = error.path().to_string();
-        // Of the whole file it is a dot.
+        // The path is a dot where the error concerns the whole file.
         let place = if place == "." { String::new() } else { format!("{place}: ") };
         Error::read(path, format!("{place}{}", error.into_inner()))
     })

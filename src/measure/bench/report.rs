@@ -116,12 +116,12 @@ pub struct Row {
     /// Every axis of the models, as drawn.
     #[serde(default, skip_serializing_if = "Map::is_empty")]
     pub axes: Map<String, Value>,
-    /// Those that have a number: not those of real rain.
+    /// Number of drops in boxes and placed ones; drops of real rain have no number.
     pub drops: u32,
-    /// Of real rain, mm/h.
+    /// The rate of real rain, mm/h; none for other rain.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rate_mm_h: Option<f64>,
-    /// Of real rain: least radius of a drop that is drawn by itself, pixels.
+    /// Least radius of a drop of real rain that is drawn by itself, pixels; none for other rain.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cutoff_px: Option<f64>,
     pub visible: u64,
@@ -153,7 +153,7 @@ pub struct Row {
     pub passes: Parts,
     #[serde(default)]
     pub rounds: Vec<Round>,
-    /// Of a long measurement alone.
+    /// How the frame time changed; only a long measurement has it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub over_time: Option<OverTime>,
 }

@@ -18,7 +18,7 @@ pub struct Report {
     pub devices: Vec<DeviceRow>,
     /// Any two of them, where the scene has stages.
     pub pairs: Vec<Pair>,
-    /// Of each device but the first.
+    /// One verdict for each device but the first.
     #[serde(default)]
     pub verdicts: Vec<Compared>,
 }
@@ -28,7 +28,7 @@ pub struct Report {
 #[allow(missing_docs, reason = "the keys of the result file, see docs/result-files.md")]
 pub struct DeviceRow {
     pub device: DeviceHead,
-    /// Of its tone-mapped frame, over its rounds.
+    /// Median time of its tone-mapped frame over its rounds.
     pub median_ms: Option<f64>,
     /// Drops in view.
     pub visible: u64,

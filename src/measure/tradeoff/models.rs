@@ -12,7 +12,7 @@ use crate::scene::{ModelChoice, Scene};
 pub struct Model {
     /// The preset and what differs from it, as on the command line.
     pub name: String,
-    /// The same for a scene.
+    /// The model itself, as a scene has it.
     pub choice: ModelChoice,
 }
 

@@ -40,11 +40,11 @@ pub struct Report {
 pub struct Noise {
     /// The scene's name.
     pub scene: String,
-    /// As `rms` of a row.
+    /// RMS error by the noise, in the unit of a row's `rms`.
     pub rms: f64,
-    /// As `flip` of a row.
+    /// FLIP by the noise, in the unit of a row's `flip`.
     pub flip: f64,
-    /// As `box_flip` of a row.
+    /// FLIP of boxes by the noise, in the unit of a row's `box_flip`.
     pub box_flip: f64,
 }
 
@@ -54,7 +54,7 @@ pub struct Noise {
 pub struct Row {
     pub scene: String,
     pub model: String,
-    /// As drawn, after the preset's or `auto`'s choice.
+    /// The axes that were drawn, after the preset's or `auto`'s choice.
     #[serde(flatten)]
     pub axes: Axes,
     pub drops: u32,
@@ -66,12 +66,12 @@ pub struct Row {
     pub p90_ms: f64,
     /// Times as fast as the first model, which ran in turn with it.
     pub speed: f64,
-    /// The same of the second: `paper-compact`, which draws the drops in view alone; with real rain `exact`.
+    /// Times as fast as the second model: `paper-compact`, which draws the drops in view alone; with real rain `exact`.
     pub speed_over_compact: f64,
     #[serde(flatten)]
     pub errors: Errors,
     pub pareto: bool,
-    /// Of real rain, mm/h.
+    /// The rate of real rain, mm/h; none for other rain.
     pub rate_mm_h: Option<f64>,
 }
 
@@ -80,9 +80,9 @@ pub struct Row {
 pub struct Errors {
     /// Root of the mean squared error of sRGB values 0 to 1, tone mapped with the truth's exposure.
     pub rms: f64,
-    /// Of linear radiance, over the pixels that drops touch.
+    /// Relative mean squared error of linear radiance, over the pixels that drops touch.
     pub rel_mse: f64,
-    /// Of the same as `rms`.
+    /// Peak signal-to-noise ratio by `rms`.
     pub psnr_db: f64,
     /// Mean FLIP error.
     pub flip: f64,

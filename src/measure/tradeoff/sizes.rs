@@ -153,7 +153,7 @@ pub fn by_size(
         let mut found = vec![Vec::new(); candidates.len()];
         for (index, environment) in environments.iter().enumerate() {
             say((number * environments.len() + index) as f64 / steps);
-            // As many samples in a drop, whatever its size; 64 a pixel at least.
+            // A drop gets the same number of samples whatever its size, and a pixel at least 64.
             let samples = ((200_000.0 / (radius_px * radius_px)) as u32).clamp(64, 4096);
             let picture = of_environment(environment);
             let exposure = exposure_of(&ToneMap::default(), &picture);

@@ -27,7 +27,7 @@ const GROUP: usize = 6;
 /// How long to measure, and how finely to trace.
 #[derive(Clone, Copy, Debug)]
 pub struct Effort<'a> {
-    /// Of each model's times.
+    /// How long each model's time is measured.
     pub time: bench::Effort,
     /// Samples a pixel of the truth.
     pub truth_samples: u32,
@@ -252,7 +252,7 @@ mod tests {
             bits = bits.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
             (bits >> 8) as f32 / (1 << 24) as f32
         };
-        // Of four samples each, so that FLIP is far from proportional to them.
+        // Each value is the mean of four samples, so that FLIP is far from proportional to them.
         let mut truth = || -> Vec<Vec3> {
             let mut sample = || (0..4).map(|_| 0.25 * uniform()).sum::<f32>();
             (0..width * height).map(|_| Vec3::new(sample(), sample(), sample())).collect()

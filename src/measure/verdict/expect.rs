@@ -166,7 +166,7 @@ impl Expectations {
         })
     }
 
-    /// Those of a device: the first whose `match` its summary holds.
+    /// The expectations of a device: the first whose `match` its summary holds.
     ///
     /// # Errors
     /// [`Error::Scene`] if there are none.
@@ -185,7 +185,7 @@ fn is_named(row: &VerdictRow, part: &str) -> bool {
     is_name(&row.name, part)
 }
 
-/// The same of a name alone.
+/// [`is_named`] for a name without its row.
 fn is_name(name: &str, part: &str) -> bool {
     let plain = |text: &str| text.replace(',', "");
     match part.strip_prefix('=') {
@@ -194,7 +194,7 @@ fn is_name(name: &str, part: &str) -> bool {
     }
 }
 
-/// Those of a ratio, FLIP, an error and passes.
+/// The bounds of a ratio, FLIP, an error and passes, as words.
 fn bounds_in_words(bounds: [Option<f64>; 3], passes: &IndexMap<String, Bound>) -> Option<String> {
     let names = ["B / A", "FLIP", "error"].into_iter().zip(bounds);
     let names = names.filter_map(|(name, bound)| Some(format!("{name} {}", bound?)));

@@ -32,7 +32,7 @@ pub struct Interval {
 }
 
 impl Interval {
-    /// As a result file has it; none without its ends.
+    /// The interval by the three fields of a result file; none if one is missing.
     fn of_ends(ratio: Option<f64>, low: Option<f64>, high: Option<f64>) -> Option<Self> {
         Some(Self { ratio: ratio?, low: low?, high: high? })
     }

@@ -26,8 +26,8 @@ fn of_logs(mut logs: Vec<f64>, look: &Look) -> Option<Interval> {
 /// each other, and likewise of B, at the same number of rounds. It is the farther end of their interval,
 /// as a part of 1; none if there are too few rounds.
 ///
-/// As the order within a pair alternates, consecutive rounds of one side stand once before, once after
-/// the other side: what the order does shows here, too.
+/// The order within a pair alternates, so consecutive rounds of one side stand once before and once after the other side:
+/// an effect of the order shows here, too.
 pub fn noise_floor(pairs: &[Pair]) -> Option<f64> {
     let halves = |side: fn(&Pair) -> f64| {
         pairs.chunks_exact(2).map(move |two| (side(&two[1]) / side(&two[0])).ln())

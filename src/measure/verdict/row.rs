@@ -108,7 +108,7 @@ pub struct Report {
 }
 
 impl Report {
-    /// Of A and B in full, and not of their pictures; its command is the caller's.
+    /// A report on A and B without their pictures; the caller adds its command.
     pub fn of(
         method: Method,
         [a, b]: [Side; 2],
@@ -143,7 +143,7 @@ pub struct MissingRow {
     pub name: String,
     pub preset: String,
     pub drops: u32,
-    /// Of real rain, mm/h.
+    /// The rate of real rain, mm/h; none for other rain.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rate_mm_h: Option<f64>,
     pub width: u32,
@@ -164,24 +164,24 @@ pub struct VerdictRow {
     pub name: String,
     pub preset: String,
     pub drops: u32,
-    /// Of real rain, mm/h.
+    /// The rate of real rain, mm/h; none for other rain.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rate_mm_h: Option<f64>,
     pub width: u32,
     pub height: u32,
     pub tone_map: bool,
     pub verdict: Verdict,
-    /// Of times, B over A; absent with too few rounds, as are its ends.
+    /// Time of B over that of A; absent with too few rounds, as are its ends.
     pub ratio: Option<f64>,
     pub ratio_low: Option<f64>,
     pub ratio_high: Option<f64>,
     pub threshold: f64,
-    /// Of the side that has fewer.
+    /// Rounds of the side that has fewer.
     pub rounds: usize,
     pub noise_floor: Option<f64>,
     pub median_ms_a: f64,
     pub median_ms_b: f64,
-    /// Of every round, in turn.
+    /// Median of every round, in turn.
     pub rounds_ms_a: Vec<f64>,
     pub rounds_ms_b: Vec<f64>,
     pub flip_between: Option<f64>,
@@ -194,7 +194,7 @@ pub struct VerdictRow {
     /// Files of its two pictures, where they were kept.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pictures: Option<Pictures>,
-    /// Those that are not the same.
+    /// Counters that differ: A's value, then B's.
     pub counters: IndexMap<String, (u64, u64)>,
     pub passes: IndexMap<String, PassRow>,
     pub notes: Vec<String>,
@@ -203,9 +203,9 @@ pub struct VerdictRow {
 /// Pictures as PNG, their paths relative to the result file's folder or absolute.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Pictures {
-    /// Of A, tone mapped.
+    /// Picture of A, tone mapped.
     pub a: PathBuf,
-    /// Of B, by the exposure of A.
+    /// Picture of B, by the exposure of A.
     pub b: PathBuf,
     /// FLIP's error of each pixel in false colours: black for none, violet for 1/16, red for 1/4, yellow for 9/16, white for 1.
     pub difference: PathBuf,

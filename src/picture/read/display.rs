@@ -42,7 +42,7 @@ impl Meaning {
         Self { curves: vec![srgb()], matrix: None, remark }
     }
 
-    /// Of one curve and primaries.
+    /// The meaning of values by one curve and one set of primaries.
     fn of(curve: Curve, primaries: Primaries, name: &str) -> Result<Self, String> {
         let matrix = primaries.to_rec709()?;
         Ok(Self {

@@ -70,7 +70,7 @@ struct Component {
     height: usize,
     /// The last bit of each coefficient that a scan has brought; none: not yet any.
     bits: [Option<u8>; 64],
-    /// Of each block, with those that only fill up the last units, which coefficients are not 0.
+    /// Which coefficients of each block are not 0, blocks that only fill up the last units included.
     nonzero: Vec<u64>,
     /// Blocks in a row of `nonzero`.
     stride: usize,
@@ -378,7 +378,7 @@ impl Codes<'_> {
     fn skip(&mut self, band: Band, mut at: usize, mut zeros: u32, nonzero: u64) -> Option<usize> {
         while at <= band.to {
             if nonzero >> at & 1 == 1 {
-                // Of a first scan there are none before.
+                // A first scan never comes here: no coefficient has a value yet.
                 self.bit()?;
             } else if zeros == 0 {
                 break;

@@ -81,7 +81,7 @@ impl Decoded {
         Self { picture, is_display: false, missing: 0, remarks, mended, matrix: None }
     }
 
-    /// The same, whose colours are of these primaries.
+    /// This decoding with colours of these primaries.
     fn of_primaries(mut self, primaries: Primaries) -> std::result::Result<Self, String> {
         self.matrix = primaries.to_rec709()?;
         if self.matrix.is_some() {

@@ -70,7 +70,7 @@ impl PartialEq for Shared {
 }
 
 impl Particles {
-    /// Those of a file.
+    /// The particles of a file.
     pub fn of(file: impl Into<PathBuf>) -> Self {
         Self { file: file.into(), ..Self::default() }
     }

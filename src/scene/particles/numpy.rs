@@ -114,7 +114,7 @@ fn flatten(fields: &mut Vec<Field>, name: &str, at: usize, dtype: &DType) -> Res
                 flatten(fields, &format!("{name}{axis}"), at + number * size, inner)?;
             }
         }
-        // Of no use here.
+        // Other arrays hold nothing that particles need.
         DType::Array(..) => {}
         DType::Record(all) => {
             let mut at = at;

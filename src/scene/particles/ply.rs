@@ -9,7 +9,7 @@ use super::table::{Table, has_positions, is_used};
 #[derive(Default)]
 struct Row(Vec<f64>);
 
-/// Of elements that are not read.
+/// A row of elements that are not read.
 struct Nothing;
 
 macro_rules! pushes {

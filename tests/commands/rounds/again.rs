@@ -33,7 +33,7 @@ fn a_comparison_is_judged_again() {
         again(&["--expect", "e.toml"])
     };
 
-    // As it was measured: nothing is lost, and nothing runs.
+    // With the bounds of the measurement nothing is lost, and nothing runs.
     let started = bench.started();
     assert_eq!(again(&[]).0, Some(0));
     let file = bench.json("sub/again.json");

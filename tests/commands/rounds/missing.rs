@@ -187,7 +187,7 @@ fn a_row_is_gone_if_no_result_has_it() {
     assert_eq!(status(&both, &gone), Some(1));
 }
 
-/// The same of rounds in turn, and of a baseline; of that, what was not to be measured is not missed.
+/// Rounds in turn and a baseline fail when a row is missing; a row that was not to be measured is not missed.
 #[test]
 fn measurements_that_lack_a_row_fail() {
     let bench = Bench::new();

@@ -456,7 +456,7 @@ fn expectations_hold_both_ways() {
     let xml = fs::read_to_string(bench.path().join("j.xml")).expect("a file");
     let read = quick_junit::Report::deserialize_from_str(&xml).expect("JUnit");
     assert_eq!((read.tests, read.failures), (1, 1), "{xml}");
-    // Of an undecided row nothing is known, listed or not.
+    // Nothing is known of an undecided row, listed or not.
     for lists in ["", "fails = ['paper']"] {
         expect(lists, &noisy);
         let xml = fs::read_to_string(bench.path().join("j.xml")).expect("a file");

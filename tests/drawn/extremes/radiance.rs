@@ -334,7 +334,7 @@ fn a_list_that_is_cut_is_told() {
     });
 }
 
-/// Of streaks of one colour, whose lists have no order, none is lost: what one invocation may not go through a workgroup does.
+/// No streak is lost where streaks have one colour and their lists no order: a workgroup goes through what is too long for one invocation.
 /// Light of several lists is known from that of each, as what passes through all is the product of what passes through each.
 #[test]
 fn a_long_list_of_streaks_loses_nothing() {

@@ -24,7 +24,7 @@ fn corners() -> Environment {
     })
 }
 
-/// Of drops exactly equally far the one that comes first in the scene is in front, as if it were nearer by a hair.
+/// Two drops are exactly equally far: the one that comes first in the scene is in front, as if it were nearer by a hair.
 #[test]
 fn of_drops_equally_far_the_first_is_in_front() {
     on_device(|device| {
@@ -61,7 +61,7 @@ fn of_drops_equally_far_the_first_is_in_front() {
     });
 }
 
-/// Of two drops in one place the tile that they are in is drawn again, and told.
+/// The tile of two drops in one place is drawn again, and counted.
 #[test]
 fn tiles_that_are_drawn_again_are_counted() {
     on_device(|device| {

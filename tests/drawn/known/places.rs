@@ -69,7 +69,7 @@ fn the_rain_moves_by_whole_steps_downwards_rounded() {
     }
 }
 
-/// The same for any velocity: floor(motion x tick / 2^32) modulo 2^32, with the motion of a tick rounded once.
+/// The rule for any velocity: floor(motion x tick / 2^32) modulo 2^32, with the motion of a tick rounded once.
 #[test]
 fn the_rain_moves_as_wide_integers_say() {
     let mut random = Random(77);

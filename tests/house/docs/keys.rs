@@ -42,7 +42,7 @@ fn keys<'a>(schema: &'a Value, table: &str) -> Vec<(String, &'a Value)> {
     let mut part = schema;
     for name in table.split('.') {
         part = resolved(schema, &part["properties"][name]);
-        // Of one table or several: the one.
+        // A key for one table or several leads to the one.
         part = part.get("anyOf").map_or(part, |either| resolved(schema, &either[0]));
         part = part.get("items").map_or(part, |item| resolved(schema, item));
     }
@@ -78,7 +78,7 @@ fn limits(schema: &Value, part: &Value) -> String {
         });
         return names.map(|name| text(&name)).collect::<Vec<_>>().join(", ");
     }
-    // Of a number or a list of them: the number.
+    // A key for a number or a list of them has the number's limits.
     let one = part.get("anyOf").map_or(part, |either| &either[0]);
     let of = part.get("items").unwrap_or(one);
     let limit = |name: &str| of.get(name).map(text);
