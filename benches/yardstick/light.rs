@@ -1,4 +1,4 @@
-//! What a direction of the sky and a drop look like, in float32: the twin of
+//! What a direction of the sky and a drop look like, in float32, by the formulas of
 //! `glsl/include/environment.glsl` and `drop_light.glsl`, and pictures of far drops by direction.
 
 use std::f32::consts::{FRAC_PI_2, LOG2_E, PI, TAU};

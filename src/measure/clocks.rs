@@ -31,7 +31,7 @@ pub enum Clock {
     /// The driver's own program, which lists devices of this PCI number.
     Program(PathBuf, u32),
     /// Nowhere, and why.
-    Untold(String),
+    Unknown(String),
 }
 
 impl Clock {
@@ -52,17 +52,17 @@ impl Clock {
             let listed = Self::CpuInfo(root.join("proc/cpuinfo"));
             return match listed.mhz() {
                 Some(_) => listed,
-                None => Self::Untold("the system reports no clock of its processors".into()),
+                None => Self::Unknown("the system reports no clock of its processors".into()),
             };
         }
         let (Some(vendor), Some(number)) = (device.vendor_id, device.device_id) else {
-            return Self::Untold("the device has no PCI number".into());
+            return Self::Unknown("the device has no PCI number".into());
         };
         if vendor == NVIDIA {
             let found = Self::Program(program.into(), (number << 16) | vendor);
             return match found.mhz() {
                 Some(_) => found,
-                None => Self::Untold(format!(
+                None => Self::Unknown(format!(
                     "{} reports no clock of one such device",
                     program.display()
                 )),
@@ -81,20 +81,20 @@ impl Clock {
         });
         cards.retain(is_it);
         match cards.as_slice() {
-            [] => Self::Untold("no kernel driver lists a card of the device's PCI number".into()),
+            [] => Self::Unknown("no kernel driver lists a card of the device's PCI number".into()),
             [card] => {
                 let known = FILES.iter().find_map(|(pattern, unit)| {
                     let file = matches(card, pattern).into_iter().next()?;
                     Some(Self::Files(vec![file], *unit))
                 });
-                known.unwrap_or_else(|| Self::Untold("its kernel driver reports no clock".into()))
+                known.unwrap_or_else(|| Self::Unknown("its kernel driver reports no clock".into()))
             }
-            _ => Self::Untold("several cards have the device's PCI number".into()),
+            _ => Self::Unknown("several cards have the device's PCI number".into()),
         }
     }
 
     fn unread(whose: &str) -> Self {
-        Self::Untold(format!("{whose} clock is read on Linux only"))
+        Self::Unknown(format!("{whose} clock is read on Linux only"))
     }
 
     /// Megahertz now; none where it is not reported.
@@ -124,7 +124,7 @@ impl Clock {
                 // With two devices alike nobody knows which one draws.
                 found.next().filter(|_| found.next().is_none())
             }
-            Self::Untold(_) => None,
+            Self::Unknown(_) => None,
         }
     }
 
@@ -140,7 +140,7 @@ impl Clock {
                 format!("cpu MHz of {}; in a virtual machine a constant", file.display())
             }
             Self::Program(program, _) => program.display().to_string(),
-            Self::Untold(why) => format!("unknown: {why}"),
+            Self::Unknown(why) => format!("unknown: {why}"),
         }
     }
 }
@@ -253,7 +253,7 @@ mod tests {
         };
         assert_eq!(ask(r"0x250310DE, 300\n0x233010DE, 1980\n").mhz(), Some(1980.0));
         let two = ask(r"0x233010DE, 300\n0x233010DE, 1980\n");
-        assert!(matches!(two, Clock::Untold(_)), "which of the two draws is not known");
+        assert!(matches!(two, Clock::Unknown(_)), "which of the two draws is not known");
     }
 
     #[test]

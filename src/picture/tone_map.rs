@@ -1,5 +1,5 @@
 //! From radiance to display in float64: the global photographic operator of Reinhard, Stark,
-//! Shirley and Ferwerda 2002 ("Photographic tone reproduction for digital images"). The twin of
+//! Shirley and Ferwerda 2002 ("Photographic tone reproduction for digital images"). The formulas are those of
 //! `glsl/tone_map.frag`.
 //!
 //! With luminance Lw (Rec. 709) and log-average L̄ = exp(mean(log(δ + Lw))):

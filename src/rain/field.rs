@@ -146,7 +146,7 @@ impl Field {
         }
     }
 
-    /// [`RainField::seen`] at exactly this cut-off; none if the cells cannot be numbered.
+    /// [`Field::seen`] at exactly this cut-off; none if the cells cannot be numbered.
     fn seen_over(&self, scene: &Scene, cutoff_px: f64) -> Option<Seen> {
         let (view, metres) = (scene.view(), scene.metres);
         let tick = tick_of_seconds(scene.drawn_time());

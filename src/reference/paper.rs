@@ -1,4 +1,4 @@
-//! The paper's model in plain float64, pixel by pixel: the serial twin of `drops_point.vert`,
+//! The paper's model in plain float64, pixel by pixel: the serial model of `drops_point.vert`,
 //! `drops_quad.vert`, `drops.frag` and `sky.frag`.
 //!
 //! It computes what the method *says*, with every texel of the mask evaluated when it is asked for,
@@ -16,7 +16,7 @@ use crate::rain::cull::{Sighting, sightings};
 use crate::scene::Scene;
 use crate::scene::camera::{Camera, View};
 
-/// A drop's square on the screen: the twin of `glsl/include/sprite.glsl`.
+/// A drop's square on the screen, by the rules of `glsl/include/sprite.glsl`.
 #[derive(Clone, Copy, Debug)]
 pub struct Sprite {
     /// Centre, in pixels from the upper left corner of the image.

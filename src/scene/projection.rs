@@ -1,4 +1,4 @@
-//! Between directions and pixels, the principal point included; the twin of `glsl/include/projection.glsl`.
+//! Between directions and pixels, the principal point included, as in `glsl/include/projection.glsl`.
 
 use glam::{DMat3, DVec2, DVec3};
 

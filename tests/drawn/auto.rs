@@ -27,8 +27,8 @@ use raindrops::scene::{ModelChoice, PlacedDrop, RainSettings, Scene};
 
 use crate::common::on_device;
 
-/// The bundled sky with its sun brought down to a veil.
-fn veiled() -> Environment {
+/// The bundled sky with its sun dimmed as by haze.
+fn hazy() -> Environment {
     let set = standard_set().expect("the set");
     set.into_iter().find(|scene| scene.name == "near").expect("the scene").environment
 }
@@ -263,7 +263,7 @@ fn a_tile_of_the_reference_is_that_of_the_whole() {
 
 #[test]
 fn a_scene_pays_only_for_what_it_shows() {
-    let sky = veiled();
+    let sky = hazy();
     // An environment without contrast has nothing to be wrong about.
     let grey = Environment::constant(Vec3::ONE);
     let grey = chosen(&Scene::default(), &grey, Some(0.01));

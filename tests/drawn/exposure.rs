@@ -127,10 +127,10 @@ fn the_gpu_maps_tones_as_the_cpu_does() {
             let radiance = linear.read_radiance().expect("a picture");
             let photographic = |e| Exposure::Photographic(e);
             let clipped = |e| Exposure::Clipped(e);
-            type Twin = fn(f64) -> Exposure;
-            let operators: [(Operator, Twin); 2] =
+            type OnCpu = fn(f64) -> Exposure;
+            let operators: [(Operator, OnCpu); 2] =
                 [(Operator::Photographic, photographic), (Operator::None, clipped)];
-            for (operator, twin) in operators {
+            for (operator, on_cpu) in operators {
                 scene.tone_map.operator = operator;
                 scene.tone_map.exposure = Some(1.0);
                 // Another exposure needs no other renderer.
@@ -138,7 +138,7 @@ fn the_gpu_maps_tones_as_the_cpu_does() {
                 for exposure in [1e-30, 3e-7, 1e-6, 0.05, 1e30] {
                     scene.tone_map.exposure = Some(exposure);
                     let found = shown(&mut renderer, &scene);
-                    let (largest, _) = differences(&found, &bytes_of(twin(exposure), &radiance));
+                    let (largest, _) = differences(&found, &bytes_of(on_cpu(exposure), &radiance));
                     assert!(largest <= 1, "{preset} {operator} {exposure}: off by {largest}");
                 }
             }

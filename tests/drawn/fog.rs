@@ -1,4 +1,4 @@
-//! The light of flattened drops that are too small to show their shape, in the fog and the veil of heavy rain, against the
+//! The light of flattened drops that are too small to show their shape, in fog and in the haze of heavy rain, against the
 //! reference (`src/passes/flat_light.rs`).
 
 use std::sync::Arc;

@@ -120,7 +120,7 @@ fn edge_px(device: &Arc<Device>) -> f64 {
     coarse_grid(device).unwrap_or(1.0 / 100.0).max(of_size)
 }
 
-fn compare(gpu: &Picture, twin: &PaperTwin, sprites: &[Sprite], edge_px: f64) -> Off {
+fn compare(gpu: &Picture, model: &PaperTwin, sprites: &[Sprite], edge_px: f64) -> Off {
     let is_at_edge = |sprite: &Sprite, point: DVec2| {
         let edge = (point - sprite.center).abs() - 0.5 * sprite.drawn();
         edge.abs().min_element() < edge_px
@@ -133,7 +133,7 @@ fn compare(gpu: &Picture, twin: &PaperTwin, sprites: &[Sprite], edge_px: f64) ->
             if sprites.iter().any(|sprite| is_at_edge(sprite, point)) {
                 return None;
             }
-            let exact = twin.pixel(sprites, point);
+            let exact = model.pixel(sprites, point);
             let off = (gpu.pixels[index as usize].as_dvec3() - exact).abs().max_element();
             let st = DVec2::new(2.0 * at.x - 1.0, 1.0 - 2.0 * at.y);
             Some((off / exact.max_element(), st))
@@ -164,7 +164,7 @@ fn coarse_sizes(device: &Arc<Device>) -> Option<f64> {
     (sizes < 60).then(|| 1.0 / f64::from(sizes))
 }
 
-/// The twin's sprites as this device places them and of the sizes that it gives them. With those of the scene instead, a
+/// The model's sprites as this device places them and of the sizes that it gives them. With those of the scene instead, a
 /// rim pixel is off by a hundred times as much on SwiftShader.
 fn sprites(device: &Arc<Device>, scene: &Scene) -> Vec<Sprite> {
     let mut sprites = PaperTwin::sprites(scene, point_limit(device));
@@ -194,10 +194,10 @@ fn check(environment: &Environment, optics: Optics, bound: &Bound) {
             for distance in DISTANCES {
                 let mut scene = scene(distance, off_axis);
                 scene.model.optics = Some(optics);
-                let twin = PaperTwin::new(&scene, environment);
+                let model = PaperTwin::new(&scene, environment);
                 let sprites = sprites(device, &scene);
                 assert_eq!(sprites.len(), 1);
-                let off = compare(&render(device, &scene, environment), &twin, &sprites, edge_px);
+                let off = compare(&render(device, &scene, environment), &model, &sprites, edge_px);
                 println!(
                     "{}, {optics}, d = {distance}{}: {} pixels, mean {:.1e}, 99 % {:.1e}, largest \
                      {:.1e} at ({:+.3}, {:+.3}), {:.3} of the radius, level {:.2}",
@@ -260,34 +260,34 @@ fn drops_over_drops() {
             drop(0.2, -0.9, -1.9),
         ];
         let environment = gradient();
-        let twin = PaperTwin::new(&scene, &environment);
+        let model = PaperTwin::new(&scene, &environment);
         let sprites = sprites(device, &scene);
         assert_eq!(sprites.len(), 5);
         let picture = render(device, &scene, &environment);
-        let off = compare(&picture, &twin, &sprites, edge_px);
+        let off = compare(&picture, &model, &sprites, edge_px);
         println!("five drops: {off:?}");
         assert!(off.is_within(&SMOOTH), "{off:?}");
         // The control: the other order.
         let reversed: Vec<_> = sprites.iter().rev().copied().collect();
-        assert!(!compare(&picture, &twin, &reversed, edge_px).is_within(&SMOOTH));
+        assert!(!compare(&picture, &model, &reversed, edge_px).is_within(&SMOOTH));
     });
 }
 
-/// Twins that are wrong on purpose must fail the loosest of the bounds that they stand under.
+/// Models that are wrong on purpose must fail the loosest of the bounds that they stand under.
 #[test]
-fn a_wrong_twin_is_found_out() {
+fn a_wrong_model_is_found_out() {
     crate::common::on_device(|device| {
         let edge_px = edge_px(device);
         let environment = gradient();
         for distance in [1.6, 3.0, 10.0, 60.0] {
             let scene = scene(distance, true);
-            let twin = PaperTwin::new(&scene, &environment);
+            let model = PaperTwin::new(&scene, &environment);
             let sprites = sprites(device, &scene);
             let picture = render(device, &scene, &environment);
             let with = |change: &dyn Fn(&mut Sprite)| {
                 let mut changed = sprites.clone();
                 changed.iter_mut().for_each(change);
-                compare(&picture, &twin, &changed, edge_px)
+                compare(&picture, &model, &changed, edge_px)
             };
             assert!(with(&|_| {}).is_within(&SMOOTH), "d = {distance}: right as it is");
             let flip = DMat3::from_diagonal(DVec3::new(1.0, -1.0, 1.0));

@@ -292,7 +292,7 @@ fn real_rain_ends_at_the_plate() {
         f64::from(sum.element_sum()) / f64::from(3 * EDGE * EDGE)
     };
     on_device(|device| {
-        let mut veils = Vec::new();
+        let mut dimmed = Vec::new();
         let plate =
             mean(&Picture::read(scene.background.color.as_deref().expect("named")).expect("read"));
         for depth in [40.0, 200.0] {
@@ -307,8 +307,8 @@ fn real_rain_ends_at_the_plate() {
                 (drawn - expected).abs() < 0.2 * (plate - expected),
                 "{depth}: {drawn}, {expected}"
             );
-            veils.push(plate - drawn);
+            dimmed.push(plate - drawn);
         }
-        assert!(veils[1] > 3.0 * veils[0], "the rain goes on behind the wall: {veils:?}");
+        assert!(dimmed[1] > 3.0 * dimmed[0], "the rain goes on behind the wall: {dimmed:?}");
     });
 }

@@ -93,7 +93,7 @@ fn each_is_where_it_would_be_alone() {
 }
 
 #[test]
-fn places_are_the_twins_bit_for_bit() {
+fn places_are_the_cpus_bit_for_bit() {
     on_device(|device| {
         let mut scene = by_paper(&three());
         scene.image = ImageSize { width: 16, height: 16 };

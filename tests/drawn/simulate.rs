@@ -1,4 +1,4 @@
-//! The simulation on the GPU against its CPU twin: places bit for bit, counts exactly, and what time
+//! The simulation on the GPU against the CPU: places bit for bit, counts exactly, and what time
 //! does to them.
 
 use std::sync::Arc;
@@ -37,7 +37,7 @@ fn small(count: u32) -> Scene {
     }
 }
 
-/// Renders a frame and compares every drop record with the twin's; returns how many were.
+/// Renders a frame and compares every drop record with the CPU's; returns how many were.
 pub fn compare_records(renderer: &mut Renderer, scene: &Scene, point_limit_px: f64) -> u64 {
     renderer.submit(scene).expect("a frame");
     let records = renderer.read_drops().expect("records");
@@ -80,7 +80,7 @@ fn point_limit_px(device: &std::sync::Arc<Device>, scene: &Scene) -> f64 {
 }
 
 #[test]
-fn places_are_the_twins_bit_for_bit() {
+fn places_are_the_cpus_bit_for_bit() {
     crate::common::on_device(|device| {
         let mut random = Random(2011);
         let mut compared = 0;
@@ -130,7 +130,7 @@ fn places_are_the_twins_bit_for_bit() {
     });
 }
 
-/// The control: a twin of another seed, or a tick later, must not agree.
+/// The control: the CPU with another seed, or a tick later, must not agree.
 #[test]
 fn places_of_another_seed_or_tick_differ() {
     let places = |scene: &Scene| -> Vec<_> { sightings(scene).map(|(v, ..)| v).collect() };
@@ -143,8 +143,8 @@ fn places_of_another_seed_or_tick_differ() {
     assert_eq!(same(&Scene { time: 1e-4, ..scene.clone() }), 0);
 }
 
-/// What the twin counts; `large` as a range, since roots may round differently.
-fn twin_counts(scene: &Scene, point_limit_px: f64) -> (Counts, std::ops::RangeInclusive<u64>) {
+/// What the CPU counts; `large` as a range, since roots may round differently.
+fn cpu_counts(scene: &Scene, point_limit_px: f64) -> (Counts, std::ops::RangeInclusive<u64>) {
     let mut counts = Counts::default();
     let mut unsure = 0;
     for (center, radius, sighting) in sightings(scene) {
@@ -172,15 +172,15 @@ fn check_counts(device: &Arc<Device>, name: &str, scene: &Scene) -> Counts {
     let mut rain = renderer(device, scene);
     rain.submit(scene).expect("a frame");
     let found = rain.finish().expect("a report").counts;
-    let (twin, large) = twin_counts(scene, point_limit_px(device, scene));
+    let (cpu, large) = cpu_counts(scene, point_limit_px(device, scene));
     println!("{name}: {found:?}");
     assert!(large.contains(&found.large), "{name}: {} large, not {large:?}", found.large);
-    assert_eq!(Counts { large: twin.large, ..found }, twin, "{name}");
+    assert_eq!(Counts { large: cpu.large, ..found }, cpu, "{name}");
     found
 }
 
 #[test]
-fn counts_are_the_twins() {
+fn counts_are_the_cpus() {
     const YEAR: f64 = 365.25 * 86_400.0;
     crate::common::on_device(|device| {
         let image = ImageSize { width: 64, height: 64 };

@@ -5,7 +5,7 @@ use glam::{DVec2, DVec3};
 use raindrops::abi::{END, NODE, TILE_ACROSS, TILE_DOWN};
 use raindrops::renderer::tile_stages::TileStages;
 
-use crate::tile_twins::Rect;
+use crate::tile_serial::Rect;
 
 const TILE: DVec2 = DVec2::new(TILE_ACROSS as f64, TILE_DOWN as f64);
 pub const PIXELS: u32 = TILE_ACROSS * TILE_DOWN;

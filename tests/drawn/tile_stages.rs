@@ -1,4 +1,4 @@
-//! Binning, fragments and composite of the frame by tiles, each against its serial implementation (`tile_twins.rs`), on
+//! Binning, fragments and composite of the frame by tiles, each against its serial implementation (`tile_serial.rs`), on
 //! random drops and on extreme ones.
 
 use std::cmp::Reverse;
@@ -18,7 +18,7 @@ use raindrops::scene::{ImageSize, PlacedDrop, RainSettings, Scene};
 
 use crate::common::{Random, on_device, waves};
 use crate::tile_entries::{Entry, PIXELS, lists, pixel, square};
-use crate::tile_twins::{Kind, Shown, drops_in_view, over};
+use crate::tile_serial::{Kind, Shown, drops_in_view, over};
 
 /// The last tiles have pixels beyond the edges.
 const IMAGE: ImageSize = ImageSize { width: 94, height: 63 };

@@ -204,7 +204,7 @@ fn the_tree_finds_what_brute_force_finds() {
                     break;
                 }
                 met += 1;
-                // Past every twin at the same place, as the brute force does.
+                // Past every drop at the same place, as the brute force does.
                 after = Hit { distance: found.distance, drop: u32::MAX };
             }
         }

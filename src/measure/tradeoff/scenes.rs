@@ -31,8 +31,8 @@ pub fn of_file(name: &str, scene: Scene, environment: Environment) -> StudyScene
 /// Like [`Environment::bundled`]: none for an intact program.
 pub fn standard_set() -> Result<Vec<StudyScene>> {
     let sky = Environment::bundled()?;
-    // The sun's disc brought down to a veil: glints are asked for in one scene, `sun`.
-    let veiled = clipped(&sky, "veiled sky", 30.0 * sky.mean_luminance() as f32)?;
+    // The sun's disc is dimmed as by haze: glints are asked for in one scene, `sun`.
+    let hazy = clipped(&sky, "veiled sky", 30.0 * sky.mean_luminance() as f32)?;
     let low = clipped(&sky, "low dynamic range sky", 1.0)?;
     let still = |name: &str, asks, scene: Scene, environment: &Environment| StudyScene {
         name: name.into(),
@@ -41,16 +41,16 @@ pub fn standard_set() -> Result<Vec<StudyScene>> {
         environment: environment.clone(),
     };
     Ok(vec![
-        still("close-up", "one drop of 130 pixels of radius", close_up(320), &veiled),
-        still("near", "hundreds of drops of 1 to 50 pixels", near(320), &veiled),
-        still("far", "a million drops, most under a pixel", rain(1_000_000, 512), &veiled),
+        still("close-up", "one drop of 130 pixels of radius", close_up(320), &hazy),
+        still("near", "hundreds of drops of 1 to 50 pixels", near(320), &hazy),
+        still("far", "a million drops, most under a pixel", rain(1_000_000, 512), &hazy),
         still("sun", "the same light, 100,000 drops, with a bare sun", rain(100_000, 320), &sky),
         still("low range", "a sky that a display could show", rain(100_000, 320), &low),
         StudyScene {
             name: "pan".into(),
             asks: "a slow pan: flicker",
             frames: pan(&near(192), 4),
-            environment: veiled,
+            environment: hazy,
         },
     ])
 }
@@ -62,7 +62,7 @@ pub fn standard_set() -> Result<Vec<StudyScene>> {
 /// Like [`standard_set`].
 pub fn weather() -> Result<[StudyScene; 2]> {
     let sky = Environment::bundled()?;
-    let veiled = clipped(&sky, "veiled sky", 30.0 * sky.mean_luminance() as f32)?;
+    let hazy = clipped(&sky, "veiled sky", 30.0 * sky.mean_luminance() as f32)?;
     let raining = |extent: f64, vertical_fov: f64| {
         let rain = RealRain { extent, ..RealRain::default() };
         let mut scene = Scene { rain: Some(RainSettings::of(rain)), ..square(192) };
@@ -78,7 +78,7 @@ pub fn weather() -> Result<[StudyScene; 2]> {
         name: name.into(),
         asks,
         frames: vec![scene],
-        environment: veiled.clone(),
+        environment: hazy.clone(),
     };
     let millions = "real rain of 25 mm/h, two million drops, exposed for 1/1000 s";
     Ok([

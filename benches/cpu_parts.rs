@@ -1,4 +1,4 @@
-//! The parts that run on the CPU, and the serial twins of shaders: `cargo bench --bench twins`.
+//! The parts that run on the CPU, and the serial implementations of shaders: `cargo bench --bench cpu_parts`.
 //!
 //! A million drops of the paper's scene, the bundled sky, and one ray or texel of the optics.
 
