@@ -66,13 +66,13 @@ figure-7-courtyard | A quarter of a million drops between buildings. | --preset 
 '
 
 gallery() { # docs/gallery.md and its pictures
-  local name caption arguments took page=docs/gallery.md folder=pictures/
+  local name caption rest arguments took page=docs/gallery.md folder=pictures/
   [ $notes = yes ] || page=$out/gallery.md folder=
   for name in sunset sunrise studio courtyard; do need $environments/$name.exr; done
   {
-    printf '# Gallery\n\nFor anyone who wants to see what the program draws: twelve pictures, each with its command and what that printed. '
+    printf '# Gallery\n\nTwelve pictures, each with its command and the drops in view, hidden ones and those under a pixel included. '
     printf 'Photographs come from `scripts/setup.sh` on Debian and Ubuntu.\n\n'
-    printf 'The time is what the whole command took of the processor (the driver keeps compiled shaders from run to run): %s, %d cores, no GPU.\n' \
+    printf 'The time is what the command took of the processor, shaders compiled before: %s, %d cores, no GPU.\n' \
       "$("$RAINDROPS" devices | sed -n '1s/^0: //p')" "$(nproc)"
   } >"$work/gallery.md"
   while IFS='|' read -r name caption arguments; do
@@ -83,8 +83,10 @@ gallery() { # docs/gallery.md and its pictures
     { TIMEFORMAT='%U %S'; time raindrops render $arguments -o "$out/$name.png"; } 2>"$work/took" || { cat "$work/took" >&2; return 1; }
     took=$(awk '{ printf "%.1f s", $1 + $2 }' "$work/took")
     [ ${#arguments} -lt 60 ] || arguments=${arguments// --/ \\$'\n'  --}
-    printf '\n## %s\n\n![%s](%s%s.png)\n\n%s\n\n```\nraindrops render %s -o %s.png\n```\n\n`%s`, %s\n' "${caption%%[.:,]*}" \
-      "${caption%%[.:,]*}" "$folder" "$name" "$caption" "$arguments" "$name" "$(grep ' in view (' "$work/log" | tail -n 1)" "$took" >>"$work/gallery.md"
+    rest=${caption#"${caption%%[.:,]*}"} # the heading has the first part
+    rest=${rest#[.:,]} && rest=${rest# } && [ -z "$rest" ] || rest="${rest^}"$'\n\n'
+    printf '\n## %s\n\n![%s](%s%s.png)\n\n%s```\nraindrops render %s -o %s.png\n```\n\n`%s`, %s\n' "${caption%%[.:,]*}" \
+      "${caption%%[.:,]*}" "$folder" "$name" "$rest" "$arguments" "$name" "$(sed -n 's/ in view (.*/ in view/p' "$work/log" | tail -n 1)" "$took" >>"$work/gallery.md"
     made "$name.png"
   done <<<"$GALLERY"
   cp "$work/gallery.md" "$page"
