@@ -7,7 +7,7 @@ struct Pair {
     vec3 low;
 };
 
-// Of two of which the first is larger, or 0.
+// The sum of two, of which the first is larger, or 0.
 Pair pair_of_sum(vec3 large, vec3 small) {
     precise vec3 high = large + small, low = small - (high - large);
     return Pair(high, low);

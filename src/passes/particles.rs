@@ -73,7 +73,7 @@ pub struct ParticleLayout {
 pub enum ParticleCount {
     /// So many.
     Number(u32),
-    /// As many as the 32 bits at an offset in bytes of this buffer say when the commands are executed.
+    /// The 32 bits at an offset in bytes of this buffer, when the commands are executed.
     OnDevice(vk::Buffer, u64),
 }
 
@@ -250,7 +250,7 @@ impl Particles {
     /// Fills a set with a frame's buffers.
     ///
     /// # Errors
-    /// Those of [`Bindings::write`].
+    /// See [`Bindings::write`].
     ///
     /// # Safety
     /// The set is not in use, and the buffers live until it is no more.

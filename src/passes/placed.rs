@@ -208,7 +208,7 @@ fn around(scene: &Scene, drops: &[&PlacedDrop], cluster: &[u32]) -> KnownCluster
     let bounds = |part: &dyn Fn(&PlacedDrop) -> DVec3| {
         let from = of().map(|drop| part(drop)).fold(DVec3::INFINITY, DVec3::min);
         let to = of().map(|drop| part(drop)).fold(DVec3::NEG_INFINITY, DVec3::max);
-        // As much wider as they are rounded.
+        // The bounds grow by as much as they are rounded.
         let rounded = f64::from(f32::EPSILON) * from.abs().max(to.abs());
         [from - rounded, to + rounded].map(|bound| bound.as_vec3().to_array())
     };

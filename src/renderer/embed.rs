@@ -39,7 +39,8 @@ pub struct ViewInfo {
     pub motion: Option<vk::Format>,
     /// Format of the images that the depth of the nearest drop is drawn into, where that is asked for: a float.
     pub nearest_depth: Option<vk::Format>,
-    /// The same of its number in layers: one unsigned integer, or two for real rain, whose numbers have 64 bits.
+    /// Format of the images that its number in layers is drawn into: one unsigned integer, or two for real rain, whose numbers
+    /// have 64 bits.
     pub nearest_number: Option<vk::Format>,
 }
 

@@ -99,7 +99,7 @@ fn dry(preset: Preset) -> Scene {
     scene
 }
 
-/// The same while the shutter is open, by a camera that moves.
+/// The scene of [`dry`] while the shutter is open, by a camera that moves.
 fn exposed(preset: Preset) -> Scene {
     let mut scene = dry(preset);
     // Half of every motion is a sum of powers of two, which no float32 rounds.
@@ -308,7 +308,7 @@ fn a_count_on_the_device_is_kept_to_the_room() {
             let expected = if drops == 70 { &expected } else { &by_scene(drops) };
             assert!(found == *expected, "a count of {claimed}");
         }
-        // The same by a number.
+        // A number cuts off as many.
         let by_number = HostParticles { count: ParticleCount::Number(75), ..cut };
         let (found, report) = drawn(host, device, &scene, Some(by_number));
         assert!(found == expected && report.counts.beyond == 5);
