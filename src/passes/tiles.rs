@@ -31,6 +31,7 @@ use super::placed::PlacedDrops;
 use super::rain_field::{RainField, SortedDrops};
 use super::room::Room;
 use super::shapes::Shapes;
+use super::shelter::ShelterMap;
 use super::streak_layer::StreakLayer;
 use super::tile_grid::{Regions, TILE, TILE_PIXELS, of_view};
 use super::tile_lists::{Lists, TileTexels};
@@ -91,6 +92,8 @@ pub struct Tiles {
     bindings: Bindings,
     passes: Passes,
     placed: PlacedDrops,
+    /// What keeps rain off; none in a scene without a shelter.
+    pub(super) shelter: Option<ShelterMap>,
     pub(super) streak_layer: StreakLayer,
 }
 
@@ -144,19 +147,21 @@ impl Source {
 }
 
 impl Passes {
-    /// `has_cells`: drops are those of cells. `has_texels`: [`TileTexels`] are bound.
+    /// `has_cells`: drops are those of cells. `has_texels`: [`TileTexels`] are bound. `has_shelter`: a [`ShelterMap`] is.
     fn new(
         device: &Arc<Device>,
         bindings: &Bindings,
         constants: &[[u32; 2]],
-        has_cells: bool,
-        has_texels: bool,
+        [has_cells, has_texels, has_shelter]: [bool; 3],
     ) -> Result<Self> {
         let by = |of_cells, of_clusters| if has_cells { of_cells } else { of_clusters };
         let find = by(shaders::CELLS_COMP, shaders::CLUSTERS_COMP);
         let starts = by(shaders::BIN_STARTS_COMP_CELLS, shaders::BIN_STARTS_COMP);
         let sort = by(shaders::SORT_CLUSTERS_COMP_CELLS, shaders::SORT_CLUSTERS_COMP);
-        let gather = by(shaders::GATHER_COMP_CELLS, shaders::GATHER_COMP);
+        let gather = match has_shelter {
+            true => by(shaders::GATHER_COMP_CELLS_SHELTER, shaders::GATHER_COMP_SHELTER),
+            false => by(shaders::GATHER_COMP_CELLS, shaders::GATHER_COMP),
+        };
         let large = by(shaders::LARGE_COMP_CELLS, shaders::LARGE_COMP);
         let blocks = if has_texels { shaders::BLOCKS_COMP_TEXELS } else { shaders::BLOCKS_COMP };
         let big = shaders::BIG_COMP;
@@ -277,6 +282,7 @@ impl Tiles {
             Source::Clusters(sorted) => sorted.placed.clone(),
             Source::Cells(_) => Arc::default(),
         };
+        let shelter = ShelterMap::new(device, scene)?;
         let placed = PlacedDrops::new(device, scene, moves, in_clusters)?;
         let in_pixels = (across * TILE.0, down * TILE.1);
         let streak_layer = StreakLayer::new(device, scene, plan, in_pixels, in_view)?;
@@ -332,10 +338,21 @@ impl Tiles {
         let slots: Vec<_> = buffers
             .map(|(slot, buffer)| (slot, Resource::Buffer(buffer)))
             .chain(views.map(|(slot, view)| (slot, Resource::Texels(view))))
+            .chain(shelter.iter().flat_map(|shelter| {
+                [
+                    (slot::HEIGHT_MAP, Resource::Sampled(&shelter.heights, &shelter.nearest)),
+                    (slot::SHELTER, Resource::Buffer(&shelter.constants)),
+                ]
+            }))
             .collect();
         let bindings = Bindings::of(device, "tiles", &slots)?.beside(&shared);
         let constants = constants_of(scene, plan, [has_cells, has_depth, is_flat]);
-        let passes = Passes::new(device, &bindings, &constants, has_cells, texels.is_some())?;
+        let passes = Passes::new(
+            device,
+            &bindings,
+            &constants,
+            [has_cells, texels.is_some(), shelter.is_some()],
+        )?;
         Ok(Self {
             count,
             in_pixels,
@@ -356,6 +373,7 @@ impl Tiles {
             shared,
             bindings,
             placed,
+            shelter,
             streak_layer,
         })
     }
@@ -406,11 +424,14 @@ impl Tiles {
         seen: Option<&Seen>,
     ) {
         self.placed.record(device, commands, scene);
+        let lattices = match &self.source {
+            Source::Cells(cells) => cells.0.lattices(),
+            Source::Clusters(_) => &[],
+        };
+        if let Some(shelter) = &self.shelter {
+            shelter.record(device, commands, scene, lattices);
+        }
         if let Some(records) = &self.records {
-            let lattices = match &self.source {
-                Source::Cells(cells) => cells.0.lattices(),
-                Source::Clusters(_) => &[],
-            };
             records.record_motion(device, commands, scene, lattices, until);
         }
         if let (Source::Cells(cells), Some(seen)) = (&self.source, seen) {

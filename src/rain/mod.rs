@@ -18,6 +18,7 @@ pub mod grain;
 pub mod law;
 pub mod medium;
 pub mod shape;
+pub mod shelter;
 pub mod visibility;
 
 use glam::{DVec3, Vec3};
