@@ -25,6 +25,8 @@ const VARIANTS: &[(&str, &str, &str)] = &[
     ("sky.comp", "_MEDIUM", "MEDIUM"),
     ("sky.comp", "_BEFORE", "BEFORE"),
     ("sky.comp", "_MEDIUM_BEFORE", "MEDIUM_BEFORE"),
+    ("sky.comp", "_MEDIUM_SHELTER", "MEDIUM_SHELTER"),
+    ("sky.comp", "_MEDIUM_BEFORE_SHELTER", "MEDIUM_BEFORE_SHELTER"),
     ("large.comp", "_CELLS", "CELLS"),
     ("composite.comp", "_DISORDERED", "DISORDERED"),
     ("composite.comp", "_CROWDED", "CROWDED"),
@@ -101,7 +103,9 @@ impl Variant {
     /// What the set is called that it shares with few others.
     fn own_set(&self) -> &str {
         match (self.file.as_str(), self.define) {
-            ("sky.comp", Some("BEFORE" | "MEDIUM_BEFORE")) => "background",
+            ("sky.comp", Some("BEFORE" | "MEDIUM_BEFORE" | "MEDIUM_BEFORE_SHELTER")) => {
+                "background"
+            }
             (
                 "sky.comp" | "rays.comp" | "glints.comp" | "composite.comp" | "lines.comp"
                 | "veil_light.comp" | "tiles_to_draw.comp",

@@ -2,28 +2,35 @@
 //! past it (`glsl/include/shelter.glsl`).
 //!
 //! `gather` leaves out sheltered drops, before anything is made of them, so that no later pass knows of a shelter. Its walks over
-//! the map are exact: `src/rain/shelter.rs` has the same answer for every drop. Without a shelter no pass is another.
+//! the map are exact: `src/rain/shelter.rs` has the same answer for every drop. `sky` leaves out what is sheltered of the medium
+//! (`glsl/include/sheltered_medium.glsl`), pixel by pixel, for all of it as if it fell with its mean velocity. Error: far rain is
+//! small drops of some metres a second, each of which slants by itself. Without a shelter no pass is another.
 
 use std::sync::Arc;
 
 use ash::vk;
+use glam::DVec3;
 
 use crate::Result;
 use crate::abi::Shelter;
 use crate::gpu::{
-    Buffer, Commands, Device, Image, ImageInfo, Memory, Recorder, Sampler, Use, copy_rows,
-    copy_to_image, image_barrier, update_buffer,
+    Buffer, Commands, Device, Image, ImageInfo, Memory, Recorder, Resource, Sampler, Slot, Use,
+    copy_rows, copy_to_image, image_barrier, update_buffer,
 };
 use crate::picture::heights::HeightMap;
 use crate::rain::cells::Lattice;
+use crate::rain::classes::Class;
 use crate::rain::shelter::{Roofs, levels};
 use crate::scene::Scene;
+use crate::scene::real_rain::RealRain;
 
 /// The map, and the frame's constants.
 pub(crate) struct ShelterMap {
     pub heights: Image,
     pub nearest: Sampler,
     pub constants: Buffer,
+    /// The mean velocity of what drops of real rain block; none without.
+    medium: Option<DVec3>,
 }
 
 impl ShelterMap {
@@ -44,6 +51,7 @@ impl ShelterMap {
             heights: upload(device, map)?,
             nearest: Sampler::nearest(device, "height map")?,
             constants: Buffer::new(device, name, bytes, usage, Memory::Device)?,
+            medium: scene.real_rain().map(|rain| mean_velocity(&rain) / scene.metres),
         }))
     }
 
@@ -55,26 +63,46 @@ impl ShelterMap {
         scene: &Scene,
         lattices: &[Lattice],
     ) {
-        let Some(roofs) = roofs_of(scene, lattices) else { return };
+        let Some(roofs) = self.roofs(scene, lattices) else { return };
         let (map, [x, z], at) = (roofs.map(), roofs.scale, roofs.origin);
         let mut constants = Shelter {
             origin: [at.x, at.y, at.z, roofs.highest],
             scale: [x, z, map.columns as f32, map.rows as f32],
             ..Shelter::default()
         };
-        for (line, of_kind) in constants.lines.iter_mut().zip(&roofs.lines) {
+        let all = constants.lines.iter_mut();
+        let kinds = roofs.lines.iter().take(roofs.lines.len() - usize::from(self.medium.is_some()));
+        for (line, of_kind) in all.zip(kinds) {
             *line = *of_kind;
         }
+        constants.medium = roofs.lines.last().copied().unwrap_or_default();
         update_buffer(device, commands, &self.constants, 0, bytemuck::bytes_of(&constants));
+    }
+
+    /// The surfaces over the drops of a scene: of boxes, or of the lattices' classes and the medium.
+    fn roofs(&self, scene: &Scene, lattices: &[Lattice]) -> Option<Roofs> {
+        let classes = lattices.iter().map(|class| class.velocity / scene.metres);
+        let boxes = scene.populations().into_iter().map(|rain| rain.velocity);
+        Roofs::of(scene, boxes.chain(classes).chain(self.medium))
+    }
+
+    /// What is bound for passes that ask for it.
+    pub fn slots(&self, [heights, constants]: [Slot; 2]) -> [(Slot, Resource<'_>); 2] {
+        [
+            (heights, Resource::Sampled(&self.heights, &self.nearest)),
+            (constants, Resource::Buffer(&self.constants)),
+        ]
     }
 }
 
-/// The surfaces over the drops of a scene: of boxes, or of the lattices' classes, as real rain stands alone.
-fn roofs_of(scene: &Scene, lattices: &[Lattice]) -> Option<Roofs> {
-    if lattices.is_empty() {
-        return Roofs::of_boxes(scene);
-    }
-    Roofs::of(scene, lattices.iter().map(|class| class.velocity / scene.metres))
+/// The mean velocity of drops by what they block, m/s.
+fn mean_velocity(rain: &RealRain) -> DVec3 {
+    let law = rain.law();
+    let blocked = |class: &Class| law.moment_between(2.0, class.from, class.to);
+    let classes = rain.classes();
+    let all: f64 = classes.iter().map(blocked).sum();
+    let speed = classes.iter().map(|class| class.speed * blocked(class)).sum::<f64>() / all;
+    rain.wind - speed * DVec3::Y
 }
 
 /// An image of the map with all its levels, ready to be sampled.

@@ -43,7 +43,7 @@ use super::{light_constants, rows_of, side_by_side};
 use crate::abi::{CLUSTER, END, MAX_BANDS, STRETCHES};
 use crate::gpu::sets::{constant, group, tile_frame, tiles as slot};
 use crate::gpu::{
-    Bindings, Buffer, ComputePipeline, Device, Machine, Memory, Recorder, Resource, Use,
+    Bindings, Buffer, ComputePipeline, Device, Machine, Memory, Recorder, Resource, Slot, Use,
     fill_buffer, memory_barrier, shaders, update_buffer,
 };
 use crate::plan::FramePlan;
@@ -93,7 +93,7 @@ pub struct Tiles {
     passes: Passes,
     placed: PlacedDrops,
     /// What keeps rain off; none in a scene without a shelter.
-    pub(super) shelter: Option<ShelterMap>,
+    shelter: Option<ShelterMap>,
     pub(super) streak_layer: StreakLayer,
 }
 
@@ -338,12 +338,7 @@ impl Tiles {
         let slots: Vec<_> = buffers
             .map(|(slot, buffer)| (slot, Resource::Buffer(buffer)))
             .chain(views.map(|(slot, view)| (slot, Resource::Texels(view))))
-            .chain(shelter.iter().flat_map(|shelter| {
-                [
-                    (slot::HEIGHT_MAP, Resource::Sampled(&shelter.heights, &shelter.nearest)),
-                    (slot::SHELTER, Resource::Buffer(&shelter.constants)),
-                ]
-            }))
+            .chain(shelter.iter().flat_map(|all| all.slots([slot::HEIGHT_MAP, slot::SHELTER])))
             .collect();
         let bindings = Bindings::of(device, "tiles", &slots)?.beside(&shared);
         let constants = constants_of(scene, plan, [has_cells, has_depth, is_flat]);
@@ -381,6 +376,19 @@ impl Tiles {
     /// Whether drops come from the cells of real rain.
     pub(super) fn has_cells(&self) -> bool {
         matches!(self.source, Source::Cells(..))
+    }
+
+    /// Whether surfaces keep rain off.
+    pub(super) fn has_shelter(&self) -> bool {
+        self.shelter.is_some()
+    }
+
+    /// What is bound for passes that ask for these surfaces.
+    pub(super) fn shelter_slots(
+        &self,
+        slots: [Slot; 2],
+    ) -> impl Iterator<Item = (Slot, Resource<'_>)> {
+        self.shelter.iter().flat_map(move |shelter| shelter.slots(slots))
     }
 
     /// Numbers of workgroups that the passes leave for indirect dispatches.
