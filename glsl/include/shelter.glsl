@@ -19,9 +19,11 @@ float highest_along(vec2 at, vec2 across, float from, float to) {
     vec2 a = at + from * across, b = at + to * across, last = shelter.scale.zw - 1.0;
     ivec2 low = ivec2(clamp(floor(min(a, b)) - 1.0, vec2(0.0), last));
     ivec2 high = ivec2(clamp(floor(max(a, b)) + 1.0, vec2(0.0), last));
-    int span = max(high.x - low.x, high.y - low.y), level = span <= 1 ? 0 : findMSB(span - 1) + 1;
-    // A level without all of a texel's four has them in its last one.
-    ivec2 most = textureSize(height_map, level) - 1;
+    ivec2 span = high - low, size = ivec2(shelter.scale.zw);
+    // At this level they are two neighbours, or at the last one texel.
+    int level = min(findMSB(max(max(span.x, span.y) - 1, 0)) + 1, findMSB(max(size.x, size.y)));
+    // A level that has no pair for its last texel has it in the one before. (llvmpipe has one `textureSize` for all lanes.)
+    ivec2 most = max(size >> level, 1) - 1;
     low = min(low >> level, most);
     high = min(high >> level, most);
     return max(max(texelFetch(height_map, low, level).r, texelFetch(height_map, ivec2(high.x, low.y), level).r),

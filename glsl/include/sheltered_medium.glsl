@@ -1,7 +1,7 @@
 #ifndef SHELTERED_MEDIUM_GLSL
 #define SHELTERED_MEDIUM_GLSL
-// What surfaces keep off of the medium, which falls with the mean velocity of what its drops block. Along a ray of the camera
-// it is asked at some places whether they are sheltered; an edge between two of them is found by halving.
+// What surfaces keep off of the medium, which falls as its drops do on the mean. Along a ray of the camera it is asked
+// at some places whether they are sheltered; an edge between two of them is found by halving.
 #include "medium.glsl"
 #include "shelter.glsl"
 

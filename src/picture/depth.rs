@@ -159,10 +159,7 @@ fn of_png(bytes: &[u8], background: &Background) -> Result<Stored, String> {
 }
 
 /// Width, height and the numbers of a PNG of 16 bits that holds one number a pixel: `what`.
-pub(super) fn png_of_16_bits(
-    bytes: &[u8],
-    what: &str,
-) -> Result<(usize, usize, Vec<f64>), String> {
+pub(super) fn png_of_16_bits(bytes: &[u8], what: &str) -> Result<(usize, usize, Vec<f64>), String> {
     guarded(|| {
         let reader = || ImageReader::with_format(Cursor::new(bytes), ImageFormat::Png);
         let broken = |error: image::ImageError| format!("is broken or cut off: {error}");

@@ -82,7 +82,8 @@ fn of_exr(bytes: &[u8]) -> Result<(usize, usize, Vec<f64>), String> {
     // A height map has one layer: none is chosen.
     let planes = depth_planes(bytes, None, "the layer's name")?;
     let (first, others) = planes.values.split_first().ok_or("has no channel")?;
-    let differ = |other: &Vec<f32>| first.iter().zip(other).position(|(a, b)| a.to_bits() != b.to_bits());
+    let differ =
+        |other: &Vec<f32>| first.iter().zip(other).position(|(a, b)| a.to_bits() != b.to_bits());
     if let Some(index) = others.iter().find_map(differ) {
         return Err(format!(
             "holds colours and no heights: its channels differ at column {}, row {}",

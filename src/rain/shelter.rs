@@ -73,10 +73,7 @@ impl Roofs {
         let height = relative.y - self.origin.y;
         let (ahead_x, ahead_z) = (across_x >= 0.0, across_z >= 0.0);
         let end = |ahead: bool, size: f32| if ahead { size } else { 0.0 };
-        let comes = [
-            (end(!ahead_x, wide) - x) * rise_x,
-            (end(!ahead_z, deep) - z) * rise_z,
-        ];
+        let comes = [(end(!ahead_x, wide) - x) * rise_x, (end(!ahead_z, deep) - z) * rise_z];
         let goes = [(end(ahead_x, wide) - x) * rise_x, (end(ahead_z, deep) - z) * rise_z];
         let mut up = comes[0].max(comes[1]).max(0.0);
         if up > goes[0].min(goes[1]) {
@@ -117,7 +114,8 @@ fn line(velocity: DVec3, scale: DVec2) -> Line {
         false => UPRIGHT,
     });
     // An upright line has no sign, which its rise must not have either.
-    let across = across.to_array().map(|across| if across.abs() * UPRIGHT > 1.0 { across } else { 0.0 });
+    let across =
+        across.to_array().map(|across| if across.abs() * UPRIGHT > 1.0 { across } else { 0.0 });
     [across[0] as f32, across[1] as f32, rise[0] as f32, rise[1] as f32]
 }
 

@@ -53,9 +53,8 @@ impl Roof {
     /// When a drop is there that is at `center`, from the camera, as the shutter opens; none if never.
     pub fn there(&self, center: DVec3, velocity: DVec3) -> Option<[f64; 2]> {
         let opens = self.camera + center;
-        let is_sheltered = |moment: f64| {
-            self.shelters(opens + moment * self.exposed * velocity, velocity)
-        };
+        let is_sheltered =
+            |moment: f64| self.shelters(opens + moment * self.exposed * velocity, velocity);
         let ends = [is_sheltered(0.0), is_sheltered(1.0)];
         if ends[0] == ends[1] {
             return (!ends[0]).then_some(ALWAYS);
@@ -122,7 +121,8 @@ impl Roof {
         let step = (to - from) / f64::from(PLACES);
         let (mut sum, mut was_under, mut since) = (0.0, is_under(from), from);
         for place in 1..=PLACES {
-            let (before, along) = (from + step * f64::from(place - 1), from + step * f64::from(place));
+            let (before, along) =
+                (from + step * f64::from(place - 1), from + step * f64::from(place));
             if is_under(along) == was_under {
                 continue;
             }
@@ -151,8 +151,7 @@ impl Roof {
         // Each is `offset + slope * distance <= 0`.
         let below = self.camera.y - self.highest;
         let mut limits = vec![(below, direction.y)];
-        for (axis, at, along) in
-            [(0, self.camera.x, direction.x), (1, self.camera.z, direction.z)]
+        for (axis, at, along) in [(0, self.camera.x, direction.x), (1, self.camera.z, direction.z)]
         {
             let leans = (lean[axis] * below, lean[axis] * direction.y);
             limits.push((at - self.to[axis] + leans.0, along + leans.1));
