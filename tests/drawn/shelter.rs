@@ -14,7 +14,7 @@ use raindrops::plan::{Output, plan};
 use raindrops::rain::cull::count_visible;
 use raindrops::rain::field::{Field, ShownDrop};
 use raindrops::rain::tick_of_seconds;
-use raindrops::reference::{Tracer, Truth, of_scene};
+use raindrops::reference::{Ray, Tracer, Tree, Truth, of_scene};
 use raindrops::renderer::tile_stages::TileStages;
 use raindrops::renderer::{Lighting, Renderer};
 use raindrops::scene::model::{FarRain, Preset};
@@ -173,6 +173,7 @@ fn the_reference_has_the_same_drops() {
     for pace in [1.0, -1.0] {
         exposed.pace = pace;
         let drops = of_scene(&exposed);
+        let tree = Tree::new(drops.clone());
         let mut met = 0;
         for (number, drop) in (0..).zip(&drops.all) {
             let velocity = velocity(drop.population);
@@ -180,6 +181,10 @@ fn the_reference_has_the_same_drops() {
                 let place = place_of(drop.center) + moment * exposed.exposed() * velocity;
                 let expected = !is_sheltered(shelter, place, velocity);
                 assert_eq!(drops.is_there(number, moment), expected, "drop {number} at {moment}");
+                let center = drops.center(drop, moment);
+                let ray = Ray { origin: center + 9.0 * DVec3::Z, direction: DVec3::NEG_Z, moment };
+                let is_in_box = center.abs().max_element() < 1025.0;
+                assert_eq!(tree.meet(number, &ray).is_some(), expected && is_in_box);
                 met += u32::from(!expected);
             }
         }
