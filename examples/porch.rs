@@ -1,4 +1,4 @@
-//! Makes the files of `assets/scenes/porch/` anew: what is seen out of a porch, how far away it is, and the heights of what keeps
+//! Makes the files of `assets/porch/` anew: what is seen out of a porch, how far away it is, and the heights of what keeps
 //! rain off, from one list of boxes. `cargo run --release --example porch`.
 
 use std::path::Path;
@@ -86,7 +86,7 @@ fn light(solids: &[Solid], sky: &Environment, origin: DVec3, direction: DVec3) -
 }
 
 fn main() -> anyhow::Result<()> {
-    let folder = Path::new("assets/scenes/porch");
+    let folder = Path::new("assets/porch");
     let text = std::fs::read_to_string("assets/scenes/porch.toml")?;
     let (scene, solids) = (Scene::parse(&text, "porch.toml")?, solids());
     let sky = Environment::load(Path::new("assets/low-sun.exr"))?;

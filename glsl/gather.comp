@@ -6,7 +6,6 @@
 // into the lists of their tiles, the numbers of the others noted. One invocation a drop, a dispatch a
 // band of depth, the farthest first. See src/passes/tiles.rs. SHELTER: some drops are kept off by a surface above.
 #ifdef CELLS_SHELTER
-#define CELLS
 #define SHELTER
 #endif
 #include "frame.glsl"

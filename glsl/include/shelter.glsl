@@ -43,21 +43,22 @@ bool is_sheltered(vec3 relative, vec4 line) {
     precise float begin = height + up;
     float out_at = min(goes.x, goes.y), top = shelter.origin.w;
     if (up > out_at || begin > top) return false;
+    precise vec2 first = at + up * line.xy;
+    ivec2 cell = ivec2(clamp(floor(first), vec2(0.0), size - 1.0)), edge = ivec2(ahead), forward = 2 * edge - 1;
+    if (begin <= texelFetch(height_map, cell, 0).r) return true;
     for (uint i = 0u; i < 2u; ++i) {
         top = min(top, highest_along(at, line.xy, up, min(out_at, top - height)));
         if (begin > top) return false;
     }
-    precise vec2 first = at + up * line.xy;
-    ivec2 cell = ivec2(clamp(floor(first), vec2(0.0), size - 1.0)), edge = ivec2(ahead), forward = 2 * edge - 1;
     for (;;) {
-        precise float here = height + up;
-        if (here > top) return false;
-        if (here <= texelFetch(height_map, cell, 0).r) return true;
         precise vec2 next = (vec2(cell + edge) - at) * line.zw;
         bool along_x = next.x <= next.y;
         up = along_x ? next.x : next.y;
         cell += along_x ? ivec2(forward.x, 0) : ivec2(0, forward.y);
-        if (any(lessThan(cell, ivec2(0))) || any(greaterThanEqual(cell, ivec2(size)))) return false;
+        precise float here = height + up;
+        bool is_over = any(lessThan(cell, ivec2(0))) || any(greaterThanEqual(cell, ivec2(size))) || here > top;
+        if (is_over) return false;
+        if (here <= texelFetch(height_map, cell, 0).r) return true;
     }
 }
 #endif

@@ -5,7 +5,11 @@
 #include "medium.glsl"
 #include "shelter.glsl"
 
-const uint SHELTER_PLACES = 32, SHELTER_HALVINGS = 5;
+// Places at most and at least, and what optical depth lies between two at most if these are enough.
+const float SHELTER_PLACES = 32.0, FEWEST_PLACES = 2.0, BETWEEN_PLACES = 0.004;
+// An edge is found within this optical depth, but after so many halvings in any case.
+const float SHELTER_EDGE = 0.0005;
+const uint SHELTER_HALVINGS = 6;
 
 // The part of a ray beyond which nothing is sheltered: no farther beside the map than the lines lean below the highest surface,
 // and below that.
@@ -31,14 +35,16 @@ vec2 within_shelter(vec3 world, float from, float to) {
 float sheltered_depth(vec3 view, vec3 world, float distance) {
     vec2 range = within_shelter(world, 0.0, min(distance, field.medium.z));
     if (range.x >= range.y) return 0.0;
-    float each = (range.y - range.x) / float(SHELTER_PLACES), sum = 0.0;
+    float since = medium_depth(view, range.x).y, all = medium_depth(view, range.y).y - since, sum = 0.0;
+    if (all < SHELTER_EDGE) return 0.0;
+    float places = clamp(ceil(all / BETWEEN_PLACES), FEWEST_PLACES, SHELTER_PLACES), each = (range.y - range.x) / places;
+    float fine = SHELTER_EDGE * (range.y - range.x) / all;
     bool was_under = is_sheltered(range.x * world, shelter.medium);
-    float since = medium_depth(view, range.x).y;
-    for (uint i = 1u; i <= SHELTER_PLACES; ++i) {
-        float high = range.x + each * float(i), low = high - each;
+    for (float i = 1.0; i <= places; i += 1.0) {
+        float high = range.x + each * i, low = high - each;
         bool is_under = is_sheltered(high * world, shelter.medium);
-        if (is_under == was_under && i < SHELTER_PLACES) continue;
-        for (uint half_ = 0u; half_ < SHELTER_HALVINGS && is_under != was_under; ++half_) {
+        if (is_under == was_under && i < places) continue;
+        for (uint halving = 0u; halving < SHELTER_HALVINGS && is_under != was_under && high - low > fine; ++halving) {
             float middle = 0.5 * (low + high);
             bool is_low = is_sheltered(middle * world, shelter.medium) == was_under;
             low = is_low ? middle : low;
