@@ -35,7 +35,7 @@ pub(crate) struct ShelterMap {
 }
 
 impl ShelterMap {
-    /// That of a scene; none if it has none.
+    /// The map of a scene; none if it has none.
     ///
     /// # Errors
     /// [`crate::Error::Limit`] if an edge is over the device's limit for images; [`crate::Error::Memory`] if the device has no

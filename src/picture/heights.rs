@@ -38,10 +38,10 @@ impl HeightMap {
         map.map_err(|problem| Error::unread(path, &problem))
     }
 
-    /// The same from a file's content; the problem in words that follow its name.
+    /// Reads a file's content likewise; the problem in words that follow its name.
     ///
     /// # Errors
-    /// Those of [`HeightMap::read`].
+    /// See [`HeightMap::read`].
     pub fn from_bytes(bytes: &[u8], scale: f64) -> Result<Self, String> {
         let (columns, rows, values) = match Format::of(bytes) {
             Some(Format::Exr) => of_exr(bytes)?,

@@ -36,7 +36,7 @@ pub struct Roofs {
 }
 
 impl Roofs {
-    /// Those of a scene whose drops of each kind have these velocities; none without a shelter, or before its map is read.
+    /// A scene's surfaces over drops that have these velocities, kind by kind; none without a shelter, or before its map is read.
     pub fn of(scene: &Scene, velocities: impl IntoIterator<Item = DVec3>) -> Option<Self> {
         let shelter = scene.shelter.as_ref()?;
         let map = shelter.map()?.clone();
@@ -53,7 +53,7 @@ impl Roofs {
         })
     }
 
-    /// Those over the populations of drops in boxes.
+    /// A scene's surfaces over its populations of drops in boxes.
     pub fn of_boxes(scene: &Scene) -> Option<Self> {
         Self::of(scene, scene.populations().into_iter().map(|rain| rain.velocity))
     }

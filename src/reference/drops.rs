@@ -42,8 +42,8 @@ pub struct Drops {
     pub all: Vec<Drop>,
     /// Their populations.
     pub populations: Vec<Population>,
-    /// Of drops that a surface may keep off: the shares of the exposure from and until which each is there. Drops beyond the
-    /// list's end are there always.
+    /// The shares of the exposure from and until which each drop is there that a surface may keep off. Drops beyond the list's
+    /// end are there always.
     pub there: Vec<[f64; 2]>,
 }
 

@@ -36,7 +36,7 @@ pub(super) struct Roof {
 pub(super) const ALWAYS: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
 
 impl Roof {
-    /// Those of a scene; none without a shelter.
+    /// A scene's surfaces; none without a shelter.
     pub fn of(scene: &Scene) -> Option<Self> {
         let shelter = scene.shelter.as_ref()?;
         let map = shelter.map()?.clone();

@@ -276,7 +276,7 @@ impl Scene {
         Ok(scene)
     }
 
-    /// The same without its particles and the map of its shelter.
+    /// Reads it without its particles and the map of its shelter.
     fn load_alone(path: &Path) -> Result<Self> {
         Self::parse_in(&read_text(path)?, &path.display().to_string(), path.parent())
     }

@@ -45,7 +45,7 @@ impl Default for Shelter {
 }
 
 impl Shelter {
-    /// That of a map in memory, whose heights are in scene units.
+    /// A shelter by a map in memory, whose heights are in scene units.
     pub fn of(map: HeightMap, from: [f64; 2], to: [f64; 2]) -> Self {
         Self { from, to, map: Some(Arc::new(map)), ..Self::default() }
     }
