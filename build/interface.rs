@@ -20,9 +20,13 @@ const VARIANTS: &[(&str, &str, &str)] = &[
     ("bin_starts.comp", "_CELLS", "CELLS"),
     ("sort_clusters.comp", "_CELLS", "CELLS"),
     ("gather.comp", "_CELLS", "CELLS"),
+    ("gather.comp", "_SHELTER", "SHELTER"),
+    ("gather.comp", "_CELLS_SHELTER", "CELLS_SHELTER"),
     ("sky.comp", "_MEDIUM", "MEDIUM"),
     ("sky.comp", "_BEFORE", "BEFORE"),
     ("sky.comp", "_MEDIUM_BEFORE", "MEDIUM_BEFORE"),
+    ("sky.comp", "_MEDIUM_SHELTER", "MEDIUM_SHELTER"),
+    ("sky.comp", "_MEDIUM_BEFORE_SHELTER", "MEDIUM_BEFORE_SHELTER"),
     ("large.comp", "_CELLS", "CELLS"),
     ("composite.comp", "_DISORDERED", "DISORDERED"),
     ("composite.comp", "_CROWDED", "CROWDED"),
@@ -73,6 +77,7 @@ const STRUCTURES: &[&str] = &[
     "RainClass",
     "RainField",
     "RenewalPush",
+    "Shelter",
     "Slab",
     "Source",
     "Totals",
@@ -103,7 +108,9 @@ impl Variant {
     /// What the set is called that it shares with few others.
     fn own_set(&self) -> &str {
         match (self.file.as_str(), self.define) {
-            ("sky.comp", Some("BEFORE" | "MEDIUM_BEFORE")) => "background",
+            ("sky.comp", Some("BEFORE" | "MEDIUM_BEFORE" | "MEDIUM_BEFORE_SHELTER")) => {
+                "background"
+            }
             (
                 "sky.comp" | "rays.comp" | "glints.comp" | "composite.comp" | "lines.comp"
                 | "veil_light.comp" | "tiles_to_draw.comp",

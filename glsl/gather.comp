@@ -4,7 +4,10 @@
 #extension GL_KHR_shader_subgroup_ballot : require
 // The drops of the clusters in view: where each is, whether it is in view; the small ones are entered
 // into the lists of their tiles, the numbers of the others noted. One invocation a drop, a dispatch a
-// band of depth, the farthest first. See src/passes/tiles.rs.
+// band of depth, the farthest first. See src/passes/tiles.rs. SHELTER: some drops are kept off by a surface above.
+#ifdef CELLS_SHELTER
+#define SHELTER
+#endif
 #include "frame.glsl"
 #include "rain.glsl"
 #include "octahedron.glsl"
@@ -22,6 +25,9 @@
 #include "streak_layer.glsl"
 #include "streak_layer_links.glsl"
 #include "streak_layer_discs.glsl"
+#ifdef SHELTER
+#include "shelter.glsl"
+#endif
 
 layout(local_size_x = GATHER_GROUP) in;
 
@@ -54,6 +60,9 @@ Located locate(uint index) {
         if (l.path.moved != vec3(0.0)) l.visibility = sighting_moving(l.drop.view, l.path.moved, l.drop.radius);
     }
     l.is_known = is_drop && is_shown(index, l.drop, l.distance2);
+#ifdef SHELTER
+    if (l.is_known && !is_by_hand(index)) l.is_known = !is_sheltered(l.drop.relative, shelter.lines[kind_of(index)]);
+#endif
     if (!l.is_known) l.visibility = OUT_OF_VIEW;
     return l;
 }

@@ -1,10 +1,19 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 // What is behind the drops of tiles, MEDIUM: through far rain; one invocation a pixel. The environment, or BEFORE: a
-// picture, and how far it is at each pixel. See src/passes/background.rs.
+// picture, and how far it is at each pixel. SHELTER: surfaces keep a part of the medium off. See src/passes/background.rs.
 #ifdef MEDIUM_BEFORE
 #define MEDIUM
 #define BEFORE
+#endif
+#ifdef MEDIUM_SHELTER
+#define MEDIUM
+#define SHELTER
+#endif
+#ifdef MEDIUM_BEFORE_SHELTER
+#define MEDIUM
+#define BEFORE
+#define SHELTER
 #endif
 #include "frame.glsl"
 #include "projection.glsl"
@@ -21,6 +30,9 @@
 #include "appearance.glsl"
 #include "splat_table.glsl"
 #include "medium.glsl"
+#ifdef SHELTER
+#include "sheltered_medium.glsl"
+#endif
 #endif
 
 layout(local_size_x = 16, local_size_y = 4) in;
@@ -123,8 +135,12 @@ void main() {
     if (field.medium.w > 0.0) {
         vec3 middle = normalize(ray_through(vec2(pixel) + 0.5));
         float grain = 1.0;
-        if (GRAIN != 0u) grain = medium_grain(middle, world * middle, farthest);
-        float passes = medium_passes(middle, farthest, grain);
+        vec2 depth = medium_depth(middle, farthest);
+#ifdef SHELTER
+        depth.y = max(depth.y - sheltered_depth(middle, world * middle, farthest), 0.0);
+#endif
+        if (GRAIN != 0u) grain = medium_grain(middle, world * middle, depth);
+        float passes = medium_passes(depth.y, grain);
         c = passes * c + (1.0 - passes) * far_light(world * middle, false);
 #ifdef BEFORE
         hidden = 1.0 - passes;

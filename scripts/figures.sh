@@ -10,6 +10,7 @@
 # Steps:
 #   gallery                            docs/gallery.md and its pictures, which README and guide show too
 #   dash-cam                           the car's picture from a camera that stands
+#   shelter                            out of a porch, and the same without its roof for the rain
 #   pane                               drops on a window and on a windscreen
 #   figure-1 figure-3 figure-4 figure-5 figure-7
 #                                      the paper's figures; 7 and gallery need the environments of scripts/setup.sh
@@ -35,7 +36,7 @@ if [ "${1-}" = --out ]; then
   shift 2
 fi
 cd "$(dirname "$0")/.."
-steps=(gallery dash-cam pane figure-1 figure-3 figure-4 figure-5 figure-7 shapes film errors window)
+steps=(gallery dash-cam shelter pane figure-1 figure-3 figure-4 figure-5 figure-7 shapes film errors window)
 case ${1-} in -*) sed -n '2,/^set /s/^# \{0,1\}//p' scripts/figures.sh >&2; exit 2 ;; esac
 [ $# = 0 ] || steps=("$@")
 if [ -z "${RAINDROPS-}" ]; then
@@ -95,6 +96,13 @@ gallery() { # docs/gallery.md and its pictures
 dash_cam() { # what a car sees in the gallery, by a camera that stands
   raindrops render $scenes/dash-cam.toml --set 'camera.velocity=[0,0,0]' -o "$out"/dash-cam-at-rest.png
   made dash-cam-at-rest.png
+}
+
+shelter() { # rain outside a porch, and as if there were no roof
+  raindrops render $scenes/porch.toml -o "$out"/porch.png
+  # Far away a roof keeps nothing off.
+  raindrops render $scenes/porch.toml --set shelter.from=900,900 --set shelter.to=916,916 -o "$out"/porch-open.png
+  made porch.png porch-open.png
 }
 
 pane() { # drops on glass, which the reference draws

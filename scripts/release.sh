@@ -40,7 +40,7 @@ into=$tree/$name
 mkdir -p "$into"/{licences,assets,completions}
 
 cp README.md CHANGELOG.md "$into/"
-cp -r assets/scenes assets/scene.schema.json assets/low-sun.exr assets/sky.exr "$into/assets/"
+cp -r assets/scenes assets/scene.schema.json assets/low-sun.exr assets/porch assets/sky.exr "$into/assets/"
 if [ -d assets/environments ]; then cp -r assets/environments "$into/assets/"; fi
 if [ -n "$windows" ]; then
   cp "$windows" "$into/raindrops.exe"

@@ -42,9 +42,9 @@ float grain_at(vec3 world) {
     return sum * sqrt(3.0 / squares);
 }
 
-// Factor on the medium's opacity by the noise of single drops, of mean 1, along a unit direction in view space.
-float medium_grain(vec3 view, vec3 world, float distance) {
-    vec2 depth = medium_depth(view, distance);
+// Factor on the medium's opacity by the noise of single drops, of mean 1, along a unit direction in view space; `depth`: that
+// of `medium_depth`.
+float medium_grain(vec3 view, vec3 world, vec2 depth) {
     // So little of the medium that its opacity, which is divided by, rounds to 0 has no noise.
     float passes = exp(-depth.y), opacity = 1.0 - passes;
     if (field.grain_within.w == 0.0 || opacity <= 0.0) return 1.0;
@@ -57,8 +57,8 @@ float medium_grain(vec3 view, vec3 world, float distance) {
     return exp(sqrt(of_log) * grain_at(world) - 0.5 * of_log);
 }
 
-// The share of light that passes the medium along a unit direction in view space, up to a distance.
-float medium_passes(vec3 view, float distance, float grain) {
-    return max(1.0 - grain * (1.0 - exp(-medium_depth(view, distance).y)), 0.0);
+// The share of light that passes the medium, of an optical depth.
+float medium_passes(float optical, float grain) {
+    return max(1.0 - grain * (1.0 - exp(-optical)), 0.0);
 }
 #endif

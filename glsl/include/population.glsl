@@ -2,7 +2,7 @@
 #define POPULATION_GLSL
 // The drops of a frame: how they are walked, and what each is. Drops in boxes and placed ones stand in clusters; CELLS: those
 // of real rain in cells. Both includes have the same functions.
-#ifdef CELLS
+#if defined(CELLS) || defined(CELLS_SHELTER)
 #include "cell_population.glsl"
 #else
 #include "box_population.glsl"

@@ -75,6 +75,7 @@ pub fn bench(
                 amount.apply(&mut scene)?;
                 scene.validate("bench")?;
                 scene.read_particles()?;
+                scene.read_shelter()?;
                 let choice = match preset {
                     Preset::Auto => {
                         let costs = costs(&device, user_folder().as_deref(), crate::process::say)?;

@@ -86,6 +86,7 @@ impl Drawing {
                 plate = Some(Plate::from_pixels(size, color, depth, &background)?);
                 scene.background = Background::default();
             }
+            scene.read_shelter()?;
             let mut frame = scene.film.frame(&scene, frame);
             frame.read_particles()?;
             let until = scene.motion_end(&frame, 0);
@@ -160,6 +161,7 @@ impl Drawing {
         let traced = listening(py, || -> raindrops::Result<_> {
             let mut scene = self.scene.clone();
             scene.read_particles()?;
+            scene.read_shelter()?;
             let plate = match &self.plate {
                 Some(plate) => plate.clone(),
                 None => Plate::of(&scene)?,

@@ -209,6 +209,7 @@ impl SceneValues {
         scene.tone_map.exposure = self.exposure.or(scene.tone_map.exposure);
         scene.validate("command line")?;
         scene.read_particles()?;
+        scene.read_shelter()?;
         Ok(scene)
     }
 }

@@ -267,17 +267,22 @@ impl Background {
             None => Resource::Sampled(&environment.image, &environment.sampler),
         });
         let around = Resource::Sampled(&environment.image, &environment.sampler);
-        let slots = [
+        let slots: Vec<_> = [
             (slot::COLOR_IMAGE, color),
             (slot::DEPTH_IMAGE, depth),
             (slot::SKY, Resource::Buffer(sky)),
             (slot::WHOLE_MAP, around),
             (slot::SPLAT_TABLE, Resource::Buffer(&splats.table)),
-        ];
+        ]
+        .into_iter()
+        .chain(tiles.shelter_slots([slot::HEIGHT_MAP, slot::SHELTER]))
+        .collect();
         let bindings = Bindings::all(device, "background", &slots, sets)?.beside(&tiles.shared);
-        let by_cells = tiles.has_cells();
-        let shader =
-            if by_cells { shaders::SKY_COMP_MEDIUM_BEFORE } else { shaders::SKY_COMP_BEFORE };
+        let shader = match (tiles.has_cells(), tiles.has_shelter()) {
+            (true, true) => shaders::SKY_COMP_MEDIUM_BEFORE_SHELTER,
+            (true, false) => shaders::SKY_COMP_MEDIUM_BEFORE,
+            (false, _) => shaders::SKY_COMP_BEFORE,
+        };
         let push = size_of::<BackgroundPush>() as u32;
         let pass = ComputePipeline::new(device, shader, &bindings, push, &tiles.constants)?;
         let radiance_scale = environment.radiance_scale;

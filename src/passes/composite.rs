@@ -73,6 +73,8 @@ pub struct Composite {
     sky_of: Option<View>,
     sky_since: u32,
     sky_is_there: bool,
+    /// Whether surfaces keep a part of the medium off.
+    is_sheltered: bool,
     /// Whether what is behind the drops, or what they show, is another with every frame.
     changes: bool,
     groups: [u32; 3],
@@ -116,11 +118,13 @@ enum SkyPass {
 }
 
 /// The part of the frame's constants that the sky depends on: axes, image, lens, and what of it is drawn.
-type View = ([[f32; 4]; 5], [f32; 4], [u32; 4]);
+type View = ([[f32; 4]; 5], [f32; 4], [u32; 4], [[f32; 4]; 2]);
 
-fn view_of(frame: &Frame) -> View {
+/// `is_sheltered`: what surfaces keep off of the medium depends on where the camera is.
+fn view_of(frame: &Frame, is_sheltered: bool) -> View {
     let of_camera = [frame.right, frame.up, frame.back, frame.image, frame.principal];
-    (of_camera, frame.lens, frame.window)
+    let place = if is_sheltered { [frame.camera_high, frame.camera_low] } else { [[0.0; 4]; 2] };
+    (of_camera, frame.lens, frame.window, place)
 }
 
 impl Passes {
@@ -158,8 +162,11 @@ impl Passes {
         };
         let sky = || -> Result<SkyPass> {
             let Some(behind) = behind else {
-                let by_cells = tiles.has_cells();
-                let shader = if by_cells { shaders::SKY_COMP_MEDIUM } else { shaders::SKY_COMP };
+                let shader = match (tiles.has_cells(), tiles.has_shelter()) {
+                    (true, true) => shaders::SKY_COMP_MEDIUM_SHELTER,
+                    (true, false) => shaders::SKY_COMP_MEDIUM,
+                    (false, _) => shaders::SKY_COMP,
+                };
                 return Ok(SkyPass::Environment(pipeline(shader)?));
             };
             let pass = Background::new(device, prepared, &buffers.sky, behind, plan.layers)?;
@@ -245,6 +252,7 @@ impl Composite {
             sky_of: None,
             sky_since: 0,
             sky_is_there: false,
+            is_sheltered: tiles.has_shelter(),
             changes: is_renewed || plan.is_grainy() || matches!(behind, Some(Behind::Host { .. })),
             // All tiles of whole regions.
             groups: rows_of(tiles.in_regions.div_ceil(64)),
@@ -262,8 +270,8 @@ impl Composite {
     /// Whether the commands of this number, which are being recorded, must draw the sky of `frame`: it is kept as long
     /// as the view stands still, once one of the recordings that draw it was executed ([`Composite::executed`]).
     pub fn needs_sky(&mut self, frame: &Frame, recording: u32) -> bool {
-        if self.sky_of != Some(view_of(frame)) {
-            self.sky_of = Some(view_of(frame));
+        if self.sky_of != Some(view_of(frame, self.is_sheltered)) {
+            self.sky_of = Some(view_of(frame, self.is_sheltered));
             (self.sky_since, self.sky_is_there) = (recording, false);
         }
         self.keeps_sky = self.sky_is_there && !self.changes;

@@ -28,6 +28,7 @@ pub mod rain_field;
 pub mod renewal;
 mod room;
 mod shapes;
+mod shelter;
 pub mod simulate;
 pub mod sky;
 mod streak_layer;

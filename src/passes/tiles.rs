@@ -31,6 +31,7 @@ use super::placed::PlacedDrops;
 use super::rain_field::{RainField, SortedDrops};
 use super::room::Room;
 use super::shapes::Shapes;
+use super::shelter::ShelterMap;
 use super::streak_layer::StreakLayer;
 use super::tile_grid::{Regions, TILE, TILE_PIXELS, of_view};
 use super::tile_lists::{Lists, TileTexels};
@@ -42,7 +43,7 @@ use super::{light_constants, rows_of, side_by_side};
 use crate::abi::{CLUSTER, END, MAX_BANDS, STRETCHES};
 use crate::gpu::sets::{constant, group, tile_frame, tiles as slot};
 use crate::gpu::{
-    Bindings, Buffer, ComputePipeline, Device, Machine, Memory, Recorder, Resource, Use,
+    Bindings, Buffer, ComputePipeline, Device, Machine, Memory, Recorder, Resource, Slot, Use,
     fill_buffer, memory_barrier, shaders, update_buffer,
 };
 use crate::plan::FramePlan;
@@ -91,6 +92,8 @@ pub struct Tiles {
     bindings: Bindings,
     passes: Passes,
     pub(super) placed: PlacedDrops,
+    /// What keeps rain off; none in a scene without a shelter.
+    shelter: Option<ShelterMap>,
     pub(super) streak_layer: StreakLayer,
 }
 
@@ -144,19 +147,21 @@ impl Source {
 }
 
 impl Passes {
-    /// `has_cells`: drops are those of cells. `has_texels`: [`TileTexels`] are bound.
+    /// `has_cells`: drops are those of cells. `has_texels`: [`TileTexels`] are bound. `has_shelter`: a [`ShelterMap`] is.
     fn new(
         device: &Arc<Device>,
         bindings: &Bindings,
         constants: &[[u32; 2]],
-        has_cells: bool,
-        has_texels: bool,
+        [has_cells, has_texels, has_shelter]: [bool; 3],
     ) -> Result<Self> {
         let by = |of_cells, of_clusters| if has_cells { of_cells } else { of_clusters };
         let find = by(shaders::CELLS_COMP, shaders::CLUSTERS_COMP);
         let starts = by(shaders::BIN_STARTS_COMP_CELLS, shaders::BIN_STARTS_COMP);
         let sort = by(shaders::SORT_CLUSTERS_COMP_CELLS, shaders::SORT_CLUSTERS_COMP);
-        let gather = by(shaders::GATHER_COMP_CELLS, shaders::GATHER_COMP);
+        let gather = match has_shelter {
+            true => by(shaders::GATHER_COMP_CELLS_SHELTER, shaders::GATHER_COMP_SHELTER),
+            false => by(shaders::GATHER_COMP_CELLS, shaders::GATHER_COMP),
+        };
         let large = by(shaders::LARGE_COMP_CELLS, shaders::LARGE_COMP);
         let blocks = if has_texels { shaders::BLOCKS_COMP_TEXELS } else { shaders::BLOCKS_COMP };
         let big = shaders::BIG_COMP;
@@ -277,6 +282,7 @@ impl Tiles {
             Source::Clusters(sorted) => sorted.placed.clone(),
             Source::Cells(_) => Arc::default(),
         };
+        let shelter = ShelterMap::new(device, scene)?;
         let constants = constants_of(scene, plan, [has_cells, has_depth, is_flat]);
         let placed = PlacedDrops::new(device, (frame, &constants), scene, moves, in_clusters)?;
         let in_pixels = (across * TILE.0, down * TILE.1);
@@ -333,9 +339,15 @@ impl Tiles {
         let slots: Vec<_> = buffers
             .map(|(slot, buffer)| (slot, Resource::Buffer(buffer)))
             .chain(views.map(|(slot, view)| (slot, Resource::Texels(view))))
+            .chain(shelter.iter().flat_map(|all| all.slots([slot::HEIGHT_MAP, slot::SHELTER])))
             .collect();
         let bindings = Bindings::of(device, "tiles", &slots)?.beside(&shared);
-        let passes = Passes::new(device, &bindings, &constants, has_cells, texels.is_some())?;
+        let passes = Passes::new(
+            device,
+            &bindings,
+            &constants,
+            [has_cells, texels.is_some(), shelter.is_some()],
+        )?;
         Ok(Self {
             count,
             in_pixels,
@@ -356,6 +368,7 @@ impl Tiles {
             shared,
             bindings,
             placed,
+            shelter,
             streak_layer,
         })
     }
@@ -363,6 +376,19 @@ impl Tiles {
     /// Whether drops come from the cells of real rain.
     pub(super) fn has_cells(&self) -> bool {
         matches!(self.source, Source::Cells(..))
+    }
+
+    /// Whether surfaces keep rain off.
+    pub(super) fn has_shelter(&self) -> bool {
+        self.shelter.is_some()
+    }
+
+    /// What is bound for passes that ask for these surfaces.
+    pub(super) fn shelter_slots(
+        &self,
+        slots: [Slot; 2],
+    ) -> impl Iterator<Item = (Slot, Resource<'_>)> {
+        self.shelter.iter().flat_map(move |shelter| shelter.slots(slots))
     }
 
     /// Numbers of workgroups that the passes leave for indirect dispatches.
@@ -406,11 +432,14 @@ impl Tiles {
         seen: Option<&Seen>,
     ) {
         self.placed.record(device, commands, scene);
+        let lattices = match &self.source {
+            Source::Cells(cells) => cells.0.lattices(),
+            Source::Clusters(_) => &[],
+        };
+        if let Some(shelter) = &self.shelter {
+            shelter.record(device, commands, scene, lattices);
+        }
         if let Some(records) = &self.records {
-            let lattices = match &self.source {
-                Source::Cells(cells) => cells.0.lattices(),
-                Source::Clusters(_) => &[],
-            };
             records.record_motion(device, commands, scene, lattices, until);
         }
         if let (Source::Cells(cells), Some(seen)) = (&self.source, seen) {

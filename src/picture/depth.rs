@@ -153,6 +153,13 @@ fn of_png(bytes: &[u8], background: &Background) -> Result<Stored, String> {
             "is a PNG, whose depth needs a scale: give depth_scale (--depth-scale), scene units a stored unit".into(),
         );
     }
+    let (width, height, values) = png_of_16_bits(bytes, "depth")?;
+    let remarks = Vec::new();
+    Ok(Stored { width, height, values, remarks, sky: f64::from(LARGEST) })
+}
+
+/// Width, height and the numbers of a PNG of 16 bits that holds one number a pixel: `what`.
+pub(super) fn png_of_16_bits(bytes: &[u8], what: &str) -> Result<(usize, usize, Vec<f64>), String> {
     guarded(|| {
         let reader = || ImageReader::with_format(Cursor::new(bytes), ImageFormat::Png);
         let broken = |error: image::ImageError| format!("is broken or cut off: {error}");
@@ -170,20 +177,19 @@ fn of_png(bytes: &[u8], background: &Background) -> Result<Stored, String> {
             }
             _ => {
                 return Err(format!(
-                    "has pixels of {color:?}; depth in a PNG has 16 bits, and one channel or equal ones"
+                    "has pixels of {color:?}; {what} in a PNG has 16 bits, and one channel or equal ones"
                 ));
             }
         };
         if let Some(index) = pixels.iter().position(|[r, g, b]| r != g || g != b) {
             return Err(format!(
-                "holds colours and no depth: its channels differ at column {}, row {}",
+                "holds colours and no {what}: its channels differ at column {}, row {}",
                 index % width,
                 index / width
             ));
         }
         let values = pixels.iter().map(|pixel| f64::from(pixel[0])).collect();
-        let remarks = Vec::new();
-        Ok(Stored { width, height, values, remarks, sky: f64::from(LARGEST) })
+        Ok((width, height, values))
     })
 }
 

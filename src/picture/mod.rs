@@ -2,6 +2,7 @@
 
 pub mod depth;
 pub mod flip;
+pub mod heights;
 pub mod layers;
 pub mod masks;
 pub mod mend;

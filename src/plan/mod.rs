@@ -284,6 +284,7 @@ pub fn plan_by(
     output: Output,
 ) -> Result<FramePlan> {
     scene.expect_particles()?;
+    scene.expect_shelter()?;
     let models = Models::of(&scene.model, chosen);
     refused::check(scene, models, chosen.is_some(), output)?;
     let Models { optics, primitive, order, simulation, samples } = models;

@@ -46,6 +46,11 @@ pub(super) fn check(scene: &Scene, models: Models, is_chosen: bool, output: Outp
             "optics {optics} has water's index {WATER} alone; take preset fast, exact or auto"
         ));
     }
+    if !is_tile && scene.shelter.is_some() {
+        return refuse(format!(
+            "a shelter keeps rain off that is drawn as tile, not as {primitive}; take preset fast, exact or auto"
+        ));
+    }
     if !is_tile && !scene.background.is_none() {
         return refuse(format!(
             "a background is drawn behind tiles, not behind a {primitive}; take preset fast, exact or auto"

@@ -3,9 +3,12 @@
 //! Only products, sums and comparisons of float32, each rounded by itself, so that every driver and
 //! the CPU agree on every drop, and counts can be compared exactly.
 
+use std::sync::Arc;
+
 use glam::{DVec3, Vec3};
 
 use crate::rain::pairs::{Pair, carried, moment};
+use crate::rain::shelter::Roofs;
 use crate::scene::Scene;
 use crate::scene::camera::View;
 
@@ -14,7 +17,7 @@ use crate::scene::camera::View;
 pub enum Sighting {
     /// Its sphere meets the view volume: drawn.
     Visible,
-    /// Out of the view volume, or nearer than the near plane.
+    /// Out of the view volume, nearer than the near plane, or kept off by a shelter.
     OutOfView,
     /// The camera is inside it: not drawn.
     CameraInside,
@@ -147,19 +150,30 @@ pub fn split(v: DVec3) -> [Vec3; 2] {
 pub fn sightings(scene: &Scene) -> impl Iterator<Item = (Vec3, f32, Sighting)> {
     let sight = Sight::of(scene);
     let tick = crate::rain::tick_of_seconds(scene.drawn_time());
-    let random = scene.populations().into_iter().flat_map(move |rain| {
+    let roofs = Arc::new(Roofs::of_boxes(scene));
+    let random = (0..).zip(scene.populations()).flat_map(move |(kind, rain)| {
         let seen = rain.seen_from(scene.drawn_position(), tick);
         let moved = scene.drawn_motion_of(rain.velocity).as_vec3();
-        (0..rain.count).map(move |index| (seen.drop_at(index), moved, rain.radius as f32))
+        let roofs = roofs.clone();
+        (0..rain.count).map(move |index| {
+            let relative = seen.drop_at(index);
+            let sheltered =
+                roofs.as_ref().as_ref().is_some_and(|roofs| roofs.shelter(relative, kind));
+            (relative, moved, rain.radius as f32, sheltered)
+        })
     });
     let moment = moment(scene);
     let placed = scene.placed().map(move |drop| {
         let (center, moved) = carried(drop, &moment);
-        (sight.relative_placed(center), moved, drop.radius as f32)
+        (sight.relative_placed(center), moved, drop.radius as f32, false)
     });
-    random.chain(placed).map(move |(relative, moved, radius)| {
+    random.chain(placed).map(move |(relative, moved, radius, sheltered)| {
         let center = sight.view_space(relative);
-        (center, radius, sight.sighting_moving(center, sight.view_space(moved), radius))
+        let sighting = match sheltered {
+            true => Sighting::OutOfView,
+            false => sight.sighting_moving(center, sight.view_space(moved), radius),
+        };
+        (center, radius, sighting)
     })
 }
 

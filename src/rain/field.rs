@@ -18,6 +18,7 @@ use crate::rain::grain::{Grain, GrainRecord};
 use crate::rain::law::Law;
 use crate::rain::medium::{MediumRecord, Outlines};
 use crate::rain::shape::Halves;
+use crate::rain::shelter::Roofs;
 use crate::rain::tick_of_seconds;
 use crate::rain::visibility::{Frustum, depth_of_radius};
 use crate::scene::Scene;
@@ -223,6 +224,8 @@ impl Field {
         let seen = self.seen(scene, cutoff_px);
         let view = scene.view();
         let sight = Sight::of(scene);
+        let velocities = self.lattices.iter().map(|lattice| lattice.velocity / scene.metres);
+        let roofs = Roofs::of(scene, velocities);
         for slab in &seen.slabs {
             let class = slab.kind as usize;
             let (lattice, place) = (&self.lattices[class], &seen.places[class]);
@@ -234,7 +237,9 @@ impl Field {
                     let radius = drop.diameter as f32 * seen.radius_unit;
                     let relative = relative(&drop, place, edge);
                     let center = sight.view_space(relative);
-                    if seen.shows(center, radius, view.focal_px as f32) {
+                    let is_sheltered =
+                        || roofs.as_ref().is_some_and(|roofs| roofs.shelter(relative, class));
+                    if seen.shows(center, radius, view.focal_px as f32) && !is_sheltered() {
                         visit(ShownDrop {
                             number: drop_number(slab.kind, cell, drop.number),
                             view: center,

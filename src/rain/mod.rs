@@ -19,6 +19,7 @@ pub mod law;
 pub mod medium;
 pub mod pairs;
 pub mod shape;
+pub mod shelter;
 pub mod visibility;
 
 use glam::{DVec3, Vec3};

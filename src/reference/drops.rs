@@ -4,6 +4,8 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::shelter::Roof;
+
 use crate::optics::Shape;
 use crate::rain::shape::Halves;
 use crate::rain::tick_of_seconds;
@@ -40,12 +42,32 @@ pub struct Drops {
     pub all: Vec<Drop>,
     /// Their populations.
     pub populations: Vec<Population>,
+    /// The shares of the exposure from and until which each drop is there that a surface may keep off. Drops beyond the list's
+    /// end are there always.
+    pub there: Vec<[f64; 2]>,
 }
 
 impl Drops {
     /// The population of a drop.
     pub fn population(&self, drop: &Drop) -> &Population {
         &self.populations[drop.population as usize]
+    }
+
+    /// Whether the drop of a number is there when a share `moment` of the exposure has gone by, and not kept off by a surface.
+    pub fn is_there(&self, number: u32, moment: f64) -> bool {
+        let range = self.there.get(number as usize);
+        range.is_none_or(|[from, until]| *from <= moment && moment < *until)
+    }
+
+    /// Leaves out those drops from the `first` on, of a velocity, that a roof keeps off all the while.
+    fn shelter(&mut self, first: usize, roof: &Roof, velocity: DVec3) {
+        let found: Vec<_> = self.all[first..]
+            .par_iter()
+            .filter_map(|drop| Some((*drop, roof.there(drop.center, velocity)?)))
+            .collect();
+        self.all.truncate(first);
+        self.all.extend(found.iter().map(|(drop, _)| *drop));
+        self.there.extend(found.iter().map(|(_, there)| *there));
     }
 
     /// Centre of a drop when a share `moment` of the exposure has gone by.
@@ -65,6 +87,7 @@ impl Drops {
 pub fn of_scene(scene: &Scene) -> Drops {
     let camera = &scene.camera;
     let mut drops = Drops::default();
+    let roof = Roof::of(scene);
     let is_drawn = |center: DVec3, motion: DVec3| {
         motion != DVec3::ZERO || fade(center.length(), camera.near, camera.near_fade) > 0.0
     };
@@ -80,7 +103,11 @@ pub fn of_scene(scene: &Scene) -> Drops {
             .filter(|center| is_drawn(*center, motion))
             .flat_map_iter(|center| images(center, motion, half_extent))
             .map(|center| Drop { center, radius: rain.radius, population });
+        let first = drops.all.len();
         drops.all.par_extend(all);
+        if let Some(roof) = &roof {
+            drops.shelter(first, roof, rain.velocity);
+        }
     }
     for placed in scene.placed() {
         let motion = scene.motion_of(placed.velocity);

@@ -17,6 +17,7 @@ use glam::DVec3;
 
 use super::Truth;
 use super::flat_light::FlatLight;
+use super::shelter::Roof;
 use crate::environment::Environment;
 use crate::environment::bright::{Bright, Region, split};
 use crate::optics::{Encounter, Shape};
@@ -56,6 +57,8 @@ pub(super) struct FarRain {
     flat: Option<(Law, f64)>,
     /// Length of a scene unit, m.
     metres: f64,
+    /// What shelters it, with the velocity of each class and its share of what drops block.
+    sheltered: Option<(Roof, Vec<(DVec3, f64)>)>,
     suns: Option<Suns>,
 }
 
@@ -135,8 +138,17 @@ impl FarRain {
             let of_flat = law.moment_between(2.0, SMALLEST_FLATTENED, law.to);
             (law, of_flat / law.moment(2.0))
         });
+        let sheltered = Roof::of(scene).map(|roof| {
+            let all = law.moment(2.0);
+            let classes = rain.classes().into_iter().map(|class| {
+                let velocity = (rain.wind - class.speed * DVec3::Y) / scene.metres;
+                (velocity, law.moment_between(2.0, class.from, class.to) / all)
+            });
+            (roof, classes.collect())
+        });
         Self {
             flat,
+            sheltered,
             metres: scene.metres,
             extinction: extinction.collect(),
             from: bound / scene.metres,
@@ -146,9 +158,21 @@ impl FarRain {
         }
     }
 
-    /// What the medium lets through along a unit direction to `reach`.
-    pub(super) fn transmittance(&self, direction: DVec3, reach: f64) -> f64 {
-        let length = self.to.min(reach) - self.from;
+    /// The part of what drops block along a unit direction between two distances that no surface keeps off.
+    pub(super) fn clear(&self, direction: DVec3, from: f64, reach: f64) -> f64 {
+        let (from, to) = (self.from.max(from), self.to.min(reach));
+        let Some((roof, classes)) = self.sheltered.as_ref().filter(|_| from < to) else {
+            return 1.0;
+        };
+        let under = |(velocity, share): &(DVec3, f64)| {
+            share * roof.length_under(direction, [from, to], *velocity)
+        };
+        1.0 - classes.iter().map(under).sum::<f64>() / (to - from)
+    }
+
+    /// What the medium lets through along a unit direction between two distances, of which a part is `clear`.
+    pub(super) fn transmittance(&self, direction: DVec3, from: f64, reach: f64, clear: f64) -> f64 {
+        let length = clear * (self.to.min(reach) - self.from.max(from));
         if length <= 0.0 {
             return 1.0;
         }

@@ -34,6 +34,7 @@ mod pane_grid;
 pub mod paper;
 mod rain;
 mod samples;
+mod shelter;
 mod sobol;
 mod tree;
 mod weather;

@@ -9,6 +9,7 @@ use std::cell::Cell;
 use glam::DVec3;
 
 use super::drops::{Drop, Drops, Population};
+use super::shelter::Roof;
 use super::tree::{Pyramid, nearest_between};
 use crate::optics::Shape;
 use crate::rain::cells::{Lattice, Place};
@@ -41,6 +42,7 @@ pub(super) struct NearRain {
     /// the camera sees it, in scene units.
     classes: Vec<(Lattice, Place, DVec3)>,
     shape: DropShape,
+    roof: Option<Roof>,
     /// Length of a scene unit, m.
     metres: f64,
     /// Distance to which drops are there, in scene units.
@@ -83,6 +85,7 @@ impl NearRain {
         Self {
             classes: classes.collect(),
             shape: rain.shape,
+            roof: Roof::of(scene),
             metres: scene.metres,
             end: end / scene.metres,
         }
@@ -128,6 +131,11 @@ impl NearRain {
                         || pyramid.misses_sphere(ends, reach)
                     {
                         continue;
+                    }
+                    if let Some(roof) = &self.roof {
+                        let velocity = lattice.velocity / self.metres;
+                        let Some(there) = roof.there(center, velocity) else { continue };
+                        drops.there.push(there);
                     }
                     let mut population = of_class;
                     if shape != Shape::Sphere {

@@ -160,6 +160,9 @@ impl Tree {
     /// The rule at a sphere's rim is that of [`crate::optics::Encounter::of_ray`]: distance² - along² cancels there, so it only
     /// rejects what is surely outside, and the cross product decides the rest.
     pub fn meet(&self, number: u32, ray: &Ray) -> Option<f64> {
+        if !self.drops.is_there(number, ray.moment) {
+            return None;
+        }
         let drop = &self.drops.all[number as usize];
         let population = self.drops.population(drop);
         let center = drop.center + ray.moment * population.motion;

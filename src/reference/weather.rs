@@ -16,6 +16,9 @@ const MOST_HELD: usize = 1 << 17;
 /// Rays that are followed together, if a pixel has not more: some 150 bytes each, for every thread.
 const PATHS: usize = 1 << 16;
 
+/// Samples of a pixel along which it is found what surfaces keep off of the medium; it hardly changes within a pixel.
+const CLEAR_PATHS: usize = 4;
+
 /// Angle of a tile in radians under which a far drop's light is a plane over it: it changes by a few thousandths
 /// a degree, most of that evenly.
 const NARROW: f64 = 0.04;
@@ -49,6 +52,8 @@ struct Pixel {
     sun: DVec3,
     /// The bright parts' light in a drop of the medium.
     sun_of_medium: DVec3,
+    /// The part of the medium that no surface keeps off.
+    clear: f64,
     paths: Vec<Path>,
 }
 
@@ -117,7 +122,12 @@ impl Tracer<'_> {
         let sun = suns.sum::<DVec3>() / paths.len() as f64;
         let of_medium = |path: &Path| rain.far.of_suns_in_medium(path.ray.direction, sun);
         let sun_of_medium = paths.iter().map(of_medium).sum::<DVec3>() / paths.len() as f64;
-        Pixel { at, sun, sun_of_medium, paths }
+        let step = paths.len().div_ceil(CLEAR_PATHS).max(1);
+        let some = paths.iter().step_by(step);
+        let clear =
+            some.clone().map(|path| rain.far.clear(path.ray.direction, path.from, path.reach));
+        let clear = clear.sum::<f64>() / some.len() as f64;
+        Pixel { at, sun, sun_of_medium, clear, paths }
     }
 
     /// Follows paths through the drops of real rain and those placed by hand.
@@ -215,7 +225,7 @@ impl Tracer<'_> {
         let mut mean = Mean::default();
         for path in pixel.paths.iter().filter(|path| path.left > 0.0) {
             let direction = path.ray.direction;
-            if self.through_medium(rain, path) < 1.0 {
+            if through_medium(rain, path, pixel.clear) < 1.0 {
                 let (indices, all) = (&self.indices, self.environment);
                 mean.sum += rain.far.of_drop(&self.truth, indices, all, direction, path.chance);
                 mean.place += place_of(pixel);
@@ -225,21 +235,12 @@ impl Tracer<'_> {
         mean
     }
 
-    /// What the medium lets through that is outside.
-    fn through_medium(&self, rain: &Weather, path: &Path) -> f64 {
-        let to = |reach| rain.far.transmittance(path.ray.direction, reach);
-        match path.from > 0.0 && path.from < path.reach {
-            true => to(path.reach) / to(path.from),
-            false => to(path.reach),
-        }
-    }
-
     /// A pixel: behind its drops the medium of a far drop's `light`, behind that the background.
     fn end(&self, rain: &Weather, pixel: &Pixel, light: DVec3) -> Found {
         let number = self.eye.view.number_in_whole(pixel.at.0, pixel.at.1);
         let (mut radiance, mut coverage, mut opacity) = (DVec3::ZERO, 0.0, 0.0);
         for path in &pixel.paths {
-            let through = self.through_medium(rain, path);
+            let through = through_medium(rain, path, pixel.clear);
             radiance += path.light;
             radiance += path.through * path.left * (1.0 - through) * (light + pixel.sun_of_medium);
             let left = path.through * path.left * through;
@@ -252,6 +253,12 @@ impl Tracer<'_> {
         let count = pixel.paths.len() as f64;
         Found { radiance: radiance / count, coverage: coverage / count, opacity: opacity / count }
     }
+}
+
+/// What the medium lets through that is outside, of which a part is `clear`.
+fn through_medium(rain: &Weather, path: &Path, clear: f64) -> f64 {
+    let from = if path.from < path.reach { path.from } else { 0.0 };
+    rain.far.transmittance(path.ray.direction, from, path.reach, clear)
 }
 
 /// What the samples of a pixel meet in the medium: numbers that fill the square evenly together. Where a sample

@@ -344,6 +344,9 @@ impl View {
         if scene.background != made.background {
             return refuse("the view was made for another background");
         }
+        if scene.shelter != made.shelter {
+            return refuse("the view was made for another shelter");
+        }
         if scene.model != made.model {
             return refuse("the view was made for other models");
         }

@@ -12,11 +12,16 @@ use crate::files::read_text;
 use crate::{Error, Result};
 
 /// Keys whose values are paths: of a scene file from its folder, of an edit from the working folder.
-const PATHS: [&str; 4] =
-    ["environment.file", "background.color", "background.depth", "particles.file"];
+const PATHS: [&str; 5] = [
+    "environment.file",
+    "background.color",
+    "background.depth",
+    "particles.file",
+    "shelter.height",
+];
 
 impl Scene {
-    /// The scene of a file, or the default one, with keys set, and without its particles: each edit is `table.key=value`, its value TOML, numbers
+    /// The scene of a file, or the default one, with keys set, and without its particles and its shelter's map: each edit is `table.key=value`, its value TOML, numbers
     /// with commas between them, or a bare word.
     ///
     /// # Errors

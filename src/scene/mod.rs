@@ -17,6 +17,7 @@ pub mod projection;
 mod ranges;
 pub mod real_rain;
 mod schema;
+pub mod shelter;
 mod validate;
 pub mod water;
 
@@ -42,6 +43,7 @@ use crate::scene::particles::Particles;
 pub use crate::scene::placed::PlacedDrop;
 use crate::scene::real_rain::{RainTables, RealRain};
 pub use crate::scene::schema::schema;
+pub use crate::scene::shelter::Shelter;
 use crate::scene::water::Water;
 use crate::{Error, Result};
 
@@ -86,6 +88,9 @@ pub struct Scene {
     /// Drops that somebody else simulated.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub particles: Option<Particles>,
+    /// Where no random rain falls: below a surface that is in the way of its drops.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shelter: Option<Shelter>,
     /// A pane of glass between the camera and the rain.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pane: Option<Pane>,
@@ -223,6 +228,7 @@ impl Default for Scene {
             rain: Some(RainSettings::default()),
             drops: Vec::new(),
             particles: None,
+            shelter: None,
             pane: None,
             water: Water::default(),
             background: Background::default(),
@@ -267,14 +273,15 @@ impl Scene {
     ///
     /// # Errors
     /// [`Error::File`] if the file cannot be read; [`Error::Scene`] as [`Scene::parse`]; those of
-    /// [`Scene::read_particles`].
+    /// [`Scene::read_particles`] and [`Scene::read_shelter`].
     pub fn load(path: &Path) -> Result<Self> {
         let mut scene = Self::load_alone(path)?;
         scene.read_particles()?;
+        scene.read_shelter()?;
         Ok(scene)
     }
 
-    /// Reads the scene without its particles.
+    /// Reads it without its particles and the map of its shelter.
     fn load_alone(path: &Path) -> Result<Self> {
         Self::parse_in(&read_text(path)?, &path.display().to_string(), path.parent())
     }
@@ -320,7 +327,11 @@ impl Scene {
     fn files_mut(&mut self) -> impl Iterator<Item = &mut PathBuf> {
         let Background { color, depth, .. } = &mut self.background;
         let particles = self.particles.as_mut().map(|particles| &mut particles.file);
-        [&mut self.environment.file, color, depth].into_iter().flatten().chain(particles)
+        // A map that was made in memory has no file.
+        let shelter = self.shelter.as_mut().map(|shelter| &mut shelter.height);
+        let shelter = shelter.filter(|height| !height.as_os_str().is_empty());
+        let others = particles.into_iter().chain(shelter);
+        [&mut self.environment.file, color, depth].into_iter().flatten().chain(others)
     }
 
     /// Parses and validates the text of a scene file; `name` stands for it in messages.

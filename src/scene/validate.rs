@@ -38,6 +38,7 @@ pub(super) fn problem(scene: &Scene) -> Result<(), String> {
     rain(scene)?;
     drops(scene)?;
     super::pane::problem(scene)?;
+    super::shelter::problem(scene)?;
     scene.background.validate()?;
     model(scene)?;
     scene.film.validate()?;

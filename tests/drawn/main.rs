@@ -40,6 +40,7 @@ mod rotation;
 mod same_bytes;
 mod shape_shader;
 mod shapes;
+mod shelter;
 mod simulate;
 mod specialized;
 mod stages;

@@ -2,6 +2,7 @@
 
 mod broken;
 mod files;
+mod heights;
 mod reading;
 mod reading_depth;
 mod scenes_and_pictures;

@@ -146,6 +146,7 @@ impl Buffers {
             .into_iter()
             .chain(maps.map(|(slot, map)| (slot, Resource::Sampled(&map.image, &map.sampler))))
             .chain(views.map(|(slot, view)| (slot, Resource::Texels(view))))
+            .chain(tiles.shelter_slots([slot::HEIGHT_MAP, slot::SHELTER]))
             .collect();
         Ok(Bindings::of(device, "composite", &slots)?.beside(&tiles.shared))
     }

@@ -346,6 +346,7 @@ fn the_scenes_keys_are_the_programs() {
         "background",
         "rain",
         "particles",
+        "shelter",
         "pane",
         "model",
         "tone_map",
