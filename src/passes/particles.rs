@@ -119,14 +119,14 @@ impl HostParticles {
         let refuse = |problem: String| Err(Error::Scene { place: "the particles".into(), problem });
         let Self { layout, within: [low, high], .. } = self;
         let stride = layout.stride;
-        if stride == 0 || stride % 4 != 0 || self.offset % 4 != 0 {
+        if stride == 0 || !stride.is_multiple_of(4) || !self.offset.is_multiple_of(4) {
             return refuse(format!(
                 "offset {} or stride {stride} is no multiple of 4, or 0 bytes from one to the next",
                 self.offset
             ));
         }
         for (name, at, bytes) in layout.values() {
-            if at % 4 != 0 || at.saturating_add(bytes) > stride {
+            if !at.is_multiple_of(4) || at.saturating_add(bytes) > stride {
                 return refuse(format!(
                     "{name} at byte {at} takes {bytes}: it begins at no multiple of 4, or ends beyond the stride, {stride}"
                 ));
@@ -140,7 +140,8 @@ impl HostParticles {
             ));
         }
         let is_box = low.is_finite() && high.is_finite() && low.cmple(*high).all();
-        if !is_box || !(self.largest_radius.is_finite() && self.largest_radius > 0.0) {
+        let is_size = self.largest_radius.is_finite() && self.largest_radius > 0.0;
+        if !(is_box && is_size) {
             return refuse(format!(
                 "within {low} to {high}, radius {}: limits are finite, from the smaller to the larger, and over 0 for the \
                  radius",
@@ -149,7 +150,7 @@ impl HostParticles {
         }
         let is_null = |buffer: &vk::Buffer| *buffer == vk::Buffer::null();
         match &self.count {
-            ParticleCount::OnDevice(buffer, at) if is_null(buffer) || at % 4 != 0 => {
+            ParticleCount::OnDevice(buffer, at) if is_null(buffer) || !at.is_multiple_of(4) => {
                 return refuse(format!(
                     "their count is in no buffer, or at byte {at}, no multiple of 4"
                 ));

@@ -292,7 +292,7 @@ impl View {
             frame = frame.until(camera.view(image.width, image.height), *time);
         }
         if let (Some(pass), Some(particles)) = (&self.particles, &input.particles) {
-            frame = frame.as_far_as(particles.farthest(input.scene.camera.position));
+            frame = frame.reaching(particles.farthest(input.scene.camera.position));
             // SAFETY: the slot is free, so its set is not in use; the host keeps the buffers until it is free again.
             unsafe { pass.set_buffers(&self.device, slot, particles)? };
         }

@@ -187,7 +187,7 @@ impl<'a> ViewFrame<'a> {
     }
 
     /// With drops that are so far from the camera along an axis.
-    pub fn as_far_as(mut self, farthest: f32) -> Self {
+    pub fn reaching(mut self, farthest: f32) -> Self {
         for extent in &mut self.constants.extent[..3] {
             *extent = extent.max(farthest);
         }
