@@ -65,6 +65,8 @@ const STRUCTURES: &[&str] = &[
     "LogSumsPush",
     "Motion",
     "MotionDepthPush",
+    "Pane",
+    "PaneCap",
     "Part",
     "ParticlesPush",
     "Placed",
@@ -118,6 +120,7 @@ impl Variant {
             ("compact_counts.comp", _) => "compact",
             ("drops_point.vert" | "drops_quad.vert", _) => "drops",
             ("log_luminance.comp" | "sum_logs.comp", _) => "tone_map",
+            ("pane_dry.comp" | "pane_rays.comp" | "pane_logs.comp", _) => "pane",
             (file, _) => file.split('.').next().unwrap_or(file),
         }
     }

@@ -243,6 +243,18 @@ models! {
 }
 
 models! {
+    /// How a pane of glass and the drops on it are drawn.
+    PaneModel {
+        /// Rays through each pixel that a drop touches, followed through up to eight reflections within it.
+        Exact = "exact",
+        /// The same, but what does not leave a drop where it meets the surface first is dark.
+        FirstExit = "first-exit",
+        /// Left out, glass and drops: the rain as without a pane.
+        None = "none",
+    }
+}
+
+models! {
     /// How radiance becomes display colour.
     Operator {
         /// The global photographic operator of Reinhard et al. 2002.
@@ -334,6 +346,9 @@ pub struct ModelChoice {
                        the scene has `[film]` or a placed drop that is no sphere"
     ))]
     pub shape: Option<ShapeModel>,
+    /// How a pane of glass and the drops on it are drawn.
+    #[schemars(extend("x-default" = "`exact`"))]
+    pub pane: Option<PaneModel>,
 }
 
 impl ModelChoice {
@@ -398,6 +413,7 @@ impl Default for ModelChoice {
             motion: None,
             lens: None,
             shape: None,
+            pane: None,
         }
     }
 }
