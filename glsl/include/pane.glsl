@@ -6,7 +6,6 @@
 #include "frame.glsl"
 #include "projection.glsl"
 
-layout(constant_id = 0) const uint PANE_RAYS = 16;      // of a pixel that drops touch
 layout(constant_id = 1) const uint PANE_REFLECTIONS = 8; // within a drop, at most
 
 struct Pane {
@@ -28,6 +27,8 @@ struct Pane {
     uvec2 first_tile;  // of what is drawn
     uint tiles_across;
     uint tiles;
+    uint drops;
+    uint rays;         // of a pixel that drops touch
 };
 
 // A drop: a cap of a sphere.

@@ -2,7 +2,7 @@
 
 use super::{FramePlan, Output};
 use crate::scene::Scene;
-use crate::scene::model::{PaneModel, Primitive};
+use crate::scene::model::{Optics, PaneModel, Primitive};
 use crate::scene::pane::PaneTime;
 use crate::thousands::counted;
 use crate::{Error, Result};
@@ -14,10 +14,13 @@ use crate::{Error, Result};
 pub(super) fn pane_of(
     scene: &Scene,
     primitive: Primitive,
+    optics: Optics,
     output: Output,
 ) -> Result<Option<PaneModel>> {
     let Some(pane) = &scene.pane else { return Ok(None) };
-    let model = scene.model.pane.unwrap_or(PaneModel::Exact);
+    let is_by_rays = optics == Optics::ClosedForm;
+    let usual = if is_by_rays { PaneModel::Exact } else { PaneModel::Picture };
+    let model = scene.model.pane.unwrap_or(usual);
     let refuse =
         |problem: &str| Err(Error::Scene { place: "pane".into(), problem: problem.into() });
     if model == PaneModel::None {
@@ -49,6 +52,12 @@ pub(super) fn in_words(scene: &Scene, plan: &FramePlan) -> Option<(&'static str,
         pane => counted(pane.drops.len() as u64, "drop"),
     };
     let rays = match model {
+        PaneModel::Picture if scene.drawn_lens() > 0.0 => {
+            "by rays; those out of focus by a picture each, spread over the lens's disc, or one colour"
+        }
+        PaneModel::Color if scene.drawn_lens() > 0.0 => {
+            "by rays; those out of focus by one colour each, spread over the lens's disc"
+        }
         PaneModel::FirstExit => "by rays as far as they leave a drop first",
         _ => "by rays with up to eight reflections",
     };

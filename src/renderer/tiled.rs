@@ -116,12 +116,12 @@ impl Tiled {
 
     /// The picture, with the pane where there is one.
     pub fn radiance(&self) -> &Buffer {
-        self.pane.as_ref().map_or(&self.composite.radiance, |pane| &pane.radiance)
+        self.pane.as_ref().map_or(&self.composite.radiance, Pane::radiance)
     }
 
     /// Its sums of log luminance, tile by tile.
     pub fn log_sums(&self) -> &Buffer {
-        self.pane.as_ref().map_or(&self.composite.log_sums, |pane| &pane.log_sums)
+        self.pane.as_ref().map_or(&self.composite.log_sums, Pane::log_sums)
     }
 
     /// What the display passes read.

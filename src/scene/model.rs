@@ -249,6 +249,11 @@ models! {
         Exact = "exact",
         /// The same, but what does not leave a drop where it meets the surface first is dark.
         FirstExit = "first-exit",
+        /// Drops out of focus by what is seen of them from the middle of the lens: a picture each, spread over the lens's disc; from
+        /// twice their radius on by one colour.
+        Picture = "picture",
+        /// Drops out of focus by one colour each, spread over the lens's disc.
+        Color = "colour",
         /// Left out, glass and drops: the rain as without a pane.
         None = "none",
     }
@@ -347,7 +352,7 @@ pub struct ModelChoice {
     ))]
     pub shape: Option<ShapeModel>,
     /// How a pane of glass and the drops on it are drawn.
-    #[schemars(extend("x-default" = "`exact`"))]
+    #[schemars(extend("x-default" = "`exact` for optics `closed-form`, else `picture`"))]
     pub pane: Option<PaneModel>,
 }
 

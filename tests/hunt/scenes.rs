@@ -32,6 +32,7 @@ const NEVER: [(&str, &str); 32] = [
     ("model.motion", "as optics"),
     ("model.lens", "as optics"),
     ("model.shape", "as optics"),
+    ("model.pane", "as pane"),
     ("environment.layer", "the files of a hunt have one layer"),
     ("background.color_layer", "the files of a hunt have one layer"),
     ("background.depth_layer", "the files of a hunt have one layer"),
@@ -46,7 +47,7 @@ const NEVER: [(&str, &str); 32] = [
     ("particles.scale", "as the file"),
     ("particles.fps", "as the file"),
     ("particles.first", "as the file"),
-    ("pane", "no preset draws a pane"),
+    ("pane", "by tests/drawn/pane_drawn.rs"),
 ];
 
 /// Every key of the scene file, as the program names them where it meets one that it does not know.

@@ -22,6 +22,7 @@ const MOST_CELLS: f64 = 4096.0;
 
 /// What rays find of the drops.
 pub(crate) struct PaneDrops {
+    pub count: u32,
     pub caps: Buffer,
     pub cells: Buffer,
     /// Place of the grid's corner on the pane, edge of a cell, cells across and down.
@@ -100,6 +101,7 @@ impl PaneDrops {
         let storage = vk::BufferUsageFlags::STORAGE_BUFFER;
         let cosines = caps.iter().map(|(_, cap)| cap.angle.to_radians().cos());
         Ok(Self {
+            count: records.len() as u32,
             caps: match records.is_empty() {
                 true => {
                     Buffer::upload_device(device, "pane's drops", &[PaneCap::default()], storage)?
