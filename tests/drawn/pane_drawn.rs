@@ -84,7 +84,10 @@ fn is_true(name: &str, text: &str) {
 
 #[test]
 fn drops_square_on_are_those_of_the_reference() {
-    is_true("square on", &text("", SQUARE_ON, &MIXED));
+    let bright = text("", SQUARE_ON, &MIXED);
+    is_true("square on", &bright);
+    // Where all is dark within, the little that comes back beside a drop is all that lights its crescents.
+    is_true("dark within", &bright.replace("inside = [0.3, 0.2, 0.1]", "inside = [0, 0, 0]"));
 }
 
 #[test]
