@@ -118,7 +118,7 @@ impl PaneDrops {
     }
 
     /// A place on the pane as the shaders have it.
-    pub fn from_corner(&self, place: DVec3) -> DVec3 {
+    pub fn relative(&self, place: DVec3) -> DVec3 {
         place - self.corner.extend(0.0)
     }
 }

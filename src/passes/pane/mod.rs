@@ -234,7 +234,7 @@ impl Pane {
             let place = DVec3::new(axis.dot(view.right), axis.dot(view.up), axis.dot(view.back));
             place.as_vec3().to_array()
         };
-        let eye = drops.from_corner(face.to_local(view.position - face.point));
+        let eye = drops.relative(face.to_local(view.position - face.point));
         let water = scene.indices().map(|index| index as f32);
         let (first, end) = tile_grid::of_view(&view);
         let least = if scene.drawn_lens() > 0.0 { LEAST_LENS_RAYS } else { LEAST_RAYS };
