@@ -13,7 +13,7 @@ use crate::scene::{frame, make};
 const SCENES: u64 = 1000;
 
 /// Keys that no scene of a hunt gives, and why.
-const NEVER: [(&str, &str); 32] = [
+const NEVER: [(&str, &str); 33] = [
     ("model.preset", "each scene is drawn by three presets"),
     ("model.optics", "the presets' models are what is held to the bounds"),
     ("model.primitive", "as optics"),
