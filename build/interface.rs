@@ -41,6 +41,8 @@ const VARIANTS: &[(&str, &str, &str)] = &[
     ("motion_depth.frag", "_NUMBER", "NUMBER"),
     ("output.frag", "_BUFFER", "RADIANCE_IN_BUFFER"),
     ("output.frag", "_TEXELS", "RADIANCE_IN_TEXELS"),
+    ("pane_looks.comp", "_MEAN", "MEAN"),
+    ("pane_rays.comp", "_BLURRED", "BLURRED"),
     ("renew_map.comp", "_CUBE", "CUBE"),
     ("tiles_to_draw.comp", "_TEXELS", "TEXELS"),
     ("tone_map.frag", "_BUFFER", "RADIANCE_IN_BUFFER"),
@@ -69,6 +71,9 @@ const STRUCTURES: &[&str] = &[
     "LogSumsPush",
     "Motion",
     "MotionDepthPush",
+    "Pane",
+    "PaneCap",
+    "PaneLook",
     "Part",
     "ParticlesPush",
     "Placed",
@@ -125,6 +130,9 @@ impl Variant {
             ("compact_counts.comp", _) => "compact",
             ("drops_point.vert" | "drops_quad.vert", _) => "drops",
             ("log_luminance.comp" | "sum_logs.comp", _) => "tone_map",
+            ("pane_dry.comp" | "pane_looks.comp" | "pane_rays.comp" | "pane_logs.comp", _) => {
+                "pane"
+            }
             (file, _) => file.split('.').next().unwrap_or(file),
         }
     }

@@ -16,10 +16,10 @@ use crate::files::write_whole;
 use crate::measure::bench::{self, Build, DeviceHead};
 use crate::measure::tradeoff::{
     BASES, Effort, Noise, Report, Row, SCHEMA, Study, StudyScene, expected_s, models, models_of,
-    models_of_rain, of_file, plot, standard_set, study, weather,
+    models_of_pane, models_of_rain, of_file, plot, standard_set, study, weather,
 };
 use crate::measure::{Host, Watch};
-use crate::scene::model::{Lens, Motion, ShapeModel};
+use crate::scene::model::{Lens, Motion, Preset, ShapeModel};
 use crate::thousands::{counted, thousands_of};
 
 /// Measure every model's time and error
@@ -90,7 +90,7 @@ pub fn run(args: &TradeoffArgs) -> anyhow::Result<Answer> {
         let environment = super::open_environment(&scene)?;
         vec![of_file(&args.scene.name(), scene, environment)]
     };
-    let all: Vec<_> = models().into_iter().chain(models_of_rain()).collect();
+    let all: Vec<_> = [models(), models_of_rain(), models_of_pane()].concat();
     // A name in full is that model alone.
     let is_name = |text: &str| all.iter().any(|model| model.name == text);
     let holds = |name: &str, text: &String| match is_name(text) {
@@ -219,8 +219,8 @@ fn table(rows: &[Row]) -> Sheet {
     let mut sorted: Vec<&Row> = rows.iter().collect();
     sorted.sort_by(|a, b| b.speed.total_cmp(&a.speed));
     let moves = rows.iter().any(|row| row.errors.flicker.is_some());
-    let is_rain = rows.iter().any(|row| row.rate_mm_h.is_some());
-    let of = if is_rain { "of exact" } else { "of compact" };
+    let has_compact = rows.iter().any(|row| row.model == Preset::PaperCompact.name());
+    let of = if has_compact { "of compact" } else { "of exact" };
     let mut header = vec!["  model", "speed", of, "ms", "rms x255", "relMSE"];
     header.extend(["FLIP", "FLIP 99 %", "FLIP boxes"]);
     header.extend(moves.then_some("flicker x255"));

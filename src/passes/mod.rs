@@ -18,6 +18,7 @@ pub mod motion_depth;
 pub mod output;
 #[cfg(feature = "view")]
 pub mod overlay;
+pub mod pane;
 pub(crate) mod particles;
 mod pieces;
 mod placed;

@@ -6,7 +6,9 @@ use ash::vk;
 
 use crate::Result;
 use crate::gpu::{Buffer, Device};
+use crate::passes::pane::PaneDrops;
 use crate::rain::clusters::Clusters;
+use crate::scene::pane::Pane;
 use crate::scene::particles::Particles;
 use crate::scene::real_rain::RealRain;
 use crate::scene::{PlacedDrop, Scene};
@@ -16,6 +18,8 @@ pub struct RainField {
     random: Random,
     placed: (Vec<PlacedDrop>, Option<Particles>, u32),
     clusters: Mutex<Option<Arc<SortedDrops>>>,
+    pane: Option<Pane>,
+    pane_drops: Mutex<Option<Arc<PaneDrops>>>,
     device: Arc<Device>,
 }
 
@@ -43,7 +47,8 @@ impl RainField {
     pub fn new(device: &Arc<Device>, scene: &Scene) -> Self {
         let (clusters, device) = (Mutex::default(), device.clone());
         let placed = (scene.drops.clone(), scene.particles.clone(), scene.host_particles);
-        Self { random: random_of(scene), placed, clusters, device }
+        let (pane, pane_drops) = (scene.pane.clone(), Mutex::default());
+        Self { random: random_of(scene), placed, clusters, pane, pane_drops, device }
     }
 
     /// Whether these are the drops of `scene`. Their size, box and velocity are taken from each frame's scene.
@@ -52,6 +57,7 @@ impl RainField {
             && self.placed.0 == scene.drops
             && self.placed.1 == scene.particles
             && self.placed.2 == scene.host_particles
+            && self.pane == scene.pane
     }
 
     /// The device that it is on.
@@ -78,5 +84,14 @@ impl RainField {
             counts: [clusters.count(), clusters.boxes.len() as u32],
         };
         Ok(sorted.insert(Arc::new(made)).clone())
+    }
+
+    /// The drops on the pane; found when first asked for. Where no extent is given, rain falls on what `scene` sees of it.
+    pub(crate) fn on_pane(&self, scene: &Scene) -> Result<Arc<PaneDrops>> {
+        let mut drops = self.pane_drops.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(drops) = &*drops {
+            return Ok(drops.clone());
+        }
+        Ok(drops.insert(Arc::new(PaneDrops::new(&self.device, scene)?)).clone())
     }
 }

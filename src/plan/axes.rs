@@ -6,8 +6,8 @@ use serde_json::{Map, Value};
 
 use super::FramePlan;
 use crate::scene::model::{
-    FarRain, Fresnel, Lens, Lookup, Motion, Optics, Order, Preset, Primitive, Reflection,
-    ShapeModel, Simulation, Weights,
+    FarRain, Fresnel, Lens, Lookup, Motion, Optics, Order, PaneModel, Preset, Primitive,
+    Reflection, ShapeModel, Simulation, Weights,
 };
 use crate::scene::{ModelChoice, Scene};
 
@@ -40,6 +40,8 @@ pub struct Axes {
     pub motion: Motion,
     pub lens: Lens,
     pub shape: ShapeModel,
+    /// Of a pane.
+    pub pane: Option<PaneModel>,
     /// Keys of the model that nothing above resolves.
     #[serde(flatten)]
     pub others: Map<String, Value>,
@@ -78,6 +80,7 @@ impl Axes {
             motion: plan.motion,
             lens: plan.lens,
             shape: plan.shape.model,
+            pane: plan.pane,
             others: object(&scene.model),
         };
         let resolved = Self { others: Map::new(), ..axes.clone() }.values();

@@ -9,6 +9,7 @@ mod demand;
 mod errors;
 mod lens;
 mod motion;
+mod pane;
 mod refused;
 mod requirements;
 mod shape;
@@ -31,8 +32,8 @@ use crate::rain::medium;
 use crate::rain::visibility::Frustum;
 use crate::remark::Remark;
 use crate::scene::model::{
-    FarRain, Fresnel, Lens, Lookup, Motion, Operator, Optics, Order, Preset, Primitive, Reflection,
-    Simulation, Weights,
+    FarRain, Fresnel, Lens, Lookup, Motion, Operator, Optics, Order, PaneModel, Preset, Primitive,
+    Reflection, Simulation, Weights,
 };
 use crate::scene::real_rain::RealRain;
 use crate::scene::{ModelChoice, Scene};
@@ -99,6 +100,8 @@ pub struct FramePlan {
     pub lens: Lens,
     /// In what shape drops are drawn that are no spheres.
     pub shape: DrawnShape,
+    /// How a pane and its drops are drawn; none without a pane.
+    pub pane: Option<PaneModel>,
     /// What a drop does to a ray of light.
     pub light: Light,
     /// Factor on the room for drops in view and for their tile fragments; 1 but where a host's view has grown.
@@ -176,6 +179,11 @@ impl FramePlan {
     /// Whether the medium of far rain has the noise of single drops.
     pub fn is_grainy(&self) -> bool {
         self.cutoff.as_ref().is_some_and(|cutoff| cutoff.is_grainy)
+    }
+
+    /// Whether a pane is drawn.
+    pub fn draws_pane(&self) -> bool {
+        self.pane.is_some_and(|model| model != PaneModel::None)
     }
 
     /// Whether both draw by the same models, and so by the same pipelines and tables.
@@ -310,6 +318,7 @@ pub fn plan_by(
         motion,
         lens,
         shape,
+        pane: pane::pane_of(scene, primitive, optics, output)?,
         light,
         room: 1,
         cutoff: scene.real_rain().map(|rain| Cutoff::of(scene, &rain, environment)),
@@ -438,6 +447,7 @@ fn passes(scene: &Scene, plan: &FramePlan) -> Vec<(&'static str, String)> {
             ));
         }
     }
+    passes.extend(pane::in_words(scene, plan));
     if plan.log_average {
         passes.push(("log luminance", "the photographic operator's exposure".into()));
     }

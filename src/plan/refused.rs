@@ -15,12 +15,6 @@ pub(super) fn check(scene: &Scene, models: Models, is_chosen: bool, output: Outp
     let choice = &scene.model;
     let (is_tile, on_tiles) = (primitive == Primitive::Tile, optics.is_on_tiles());
     let refuse = |problem: String| Err(Error::Scene { place: "model".into(), problem });
-    if scene.pane.is_some() {
-        return Err(Error::Scene {
-            place: "pane".into(),
-            problem: "no preset draws a pane yet: raindrops reference does; without [pane] presets draw the rest".into(),
-        });
-    }
     if is_tile && choice.preset == Preset::PaperCompact {
         return refuse("preset paper-compact draws points or quads; tiles cull by clusters".into());
     }

@@ -48,7 +48,7 @@ impl Sight {
     pub fn of(scene: &Scene) -> Self {
         let radius = scene.drawn_lens() as f32;
         let inverse_focus = if radius > 0.0 { scene.camera.focus.recip() as f32 } else { 0.0 };
-        Self { lens: [radius, inverse_focus], ..Self::new(&scene.view(), scene.camera.near) }
+        Self { lens: [radius, inverse_focus], ..Self::new(&scene.view(), scene.drawn_near()) }
     }
 
     /// The constants of a view and a near plane, seen through a pinhole.

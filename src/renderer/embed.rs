@@ -182,6 +182,11 @@ impl View {
                 "a host's particles are drawn by tiles, and their sizes are not known to auto; take preset fast or exact",
             );
         }
+        if plan.draws_pane() {
+            return refuse(
+                "a host's frames have no pane yet; take it out of the scene, or model.pane = \"none\"",
+            );
+        }
         if info.frames_in_flight == 0 {
             return refuse("a host has one frame in flight at least");
         }

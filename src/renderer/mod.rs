@@ -284,7 +284,7 @@ impl Renderer {
     /// The last frame's sums of log(delta + luminance): of the paper's frame in no order, of others tile by tile.
     fn read_log_sums(&self) -> Result<Vec<f32>> {
         let tiled = match &self.view.drawing {
-            Drawing::Tiled(tiled) => Some(&tiled.composite.log_sums),
+            Drawing::Tiled(tiled) => Some(tiled.log_sums()),
             Drawing::Points(_) => None,
         };
         let own = || self.view.display.as_ref().and_then(|display| display.tone_map.own_sums());
@@ -326,7 +326,7 @@ impl Renderer {
                 };
                 self.read_image(&points.radiance, last)?
             }
-            Drawing::Tiled(tiled) => self.read_buffer(&tiled.composite.radiance)?,
+            Drawing::Tiled(tiled) => self.read_buffer(tiled.radiance())?,
         };
         let scale = self.view.surroundings.radiance_scale;
         let (width, height) = self.view.size;

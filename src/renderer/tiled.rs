@@ -4,14 +4,16 @@ use std::sync::Arc;
 
 use super::lighting::Lighting;
 use crate::Result;
-use crate::gpu::{Device, Recorder, Timestamps, Use, memory_barrier};
+use crate::gpu::{Buffer, Device, Recorder, Timestamps, Use, memory_barrier};
 use crate::passes::appearance::{Directions, FarDrop};
 use crate::passes::background::{BackgroundImages, Behind};
 use crate::passes::composite::{Composite, Prepared};
 use crate::passes::frame::{Frame, FrameBuffer};
 use crate::passes::glints::SplatTable;
+use crate::passes::pane::{Before, Pane};
 use crate::passes::rain_field::RainField;
 use crate::passes::tiles::Tiles;
+use crate::passes::tone_map::Source;
 use crate::plan::FramePlan;
 use crate::rain::field::Seen;
 use crate::scene::Scene;
@@ -22,6 +24,8 @@ use crate::scene::projection::View;
 pub(super) struct Tiled {
     pub tiles: Tiles,
     pub composite: Composite,
+    /// Between the rain and the display; none without a pane.
+    pub pane: Option<Pane>,
     /// What drops show, far ones from a table.
     pub far: Arc<FarDrop>,
     pub splats: SplatTable,
@@ -64,9 +68,19 @@ impl Tiled {
         };
         let (size, is_renewed) = (scene.picture_size(), lighting.renewal.is_some());
         let composite = Composite::new(device, prepared, size, plan, behind, is_renewed)?;
+        let pane = match plan.draws_pane() {
+            true => {
+                let (picture, drops) = (&composite.radiance, &rain.on_pane(scene)?);
+                let environment = &lighting.environment;
+                let before = Before { frame, picture, environment, behind, drops };
+                Some(Pane::new(device, scene, plan, before)?)
+            }
+            false => None,
+        };
         Ok(Self {
             tiles,
             composite,
+            pane,
             splats,
             reads_splats: plan.splat_px > 0.0 || is_flat,
             has_medium: scene.real_rain().is_some(),
@@ -95,6 +109,24 @@ impl Tiled {
     ) {
         self.tiles.record_reset(device, commands, scene, until, seen);
         self.composite.record_reset(device, commands);
+        if let Some(pane) = &self.pane {
+            pane.record_reset(device, commands, scene);
+        }
+    }
+
+    /// The picture, with the pane where there is one.
+    pub fn radiance(&self) -> &Buffer {
+        self.pane.as_ref().map_or(&self.composite.radiance, Pane::radiance)
+    }
+
+    /// Its sums of log luminance, tile by tile.
+    pub fn log_sums(&self) -> &Buffer {
+        self.pane.as_ref().map_or(&self.composite.log_sums, Pane::log_sums)
+    }
+
+    /// What the display passes read.
+    pub fn source(&self) -> Source<'_> {
+        self.pane.as_ref().map_or_else(|| self.composite.source(), Pane::source)
     }
 
     /// From the frame's constants to the radiance buffer. `recording`: number of what is recorded.
@@ -109,6 +141,12 @@ impl Tiled {
     ) {
         self.record_lists(device, commands, time, recording, frame, seen);
         self.record_composite(device, commands, time);
+        if let Some(pane) = &self.pane {
+            time.time(commands, "pane", || {
+                memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::ComputeWrite]);
+                pane.record(device, commands);
+            });
+        }
     }
 
     /// Records the frame up to the tiles' lists, the colours of all that is in them, and the sky.

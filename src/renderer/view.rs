@@ -63,7 +63,7 @@ impl Drawing {
     pub fn source(&self) -> Source<'_> {
         match self {
             Self::Points(points) => Source::Image(&points.radiance),
-            Self::Tiled(tiled) => tiled.composite.source(),
+            Self::Tiled(tiled) => tiled.source(),
         }
     }
 
@@ -359,6 +359,12 @@ impl View {
             return refuse(
                 "camera: shutter: the view was made for an instant; set a shutter before `plan` and `View::new`, too",
             );
+        }
+        if self.plan.draws_pane()
+            && let (Some(pane), Some(face)) = (&scene.pane, scene.pane_face())
+            && face.to_local(scene.camera.position - face.point).z >= -pane.thickness
+        {
+            return refuse("pane: the camera is not on its dry side");
         }
         if scene.drawn_lens() != 0.0 && made.camera.aperture == 0.0 {
             return refuse(

@@ -243,6 +243,23 @@ models! {
 }
 
 models! {
+    /// How a pane of glass and the drops on it are drawn.
+    PaneModel {
+        /// Rays through each pixel that a drop touches, followed through up to eight reflections within it.
+        Exact = "exact",
+        /// The same, but what does not leave a drop where it meets the surface first is dark.
+        FirstExit = "first-exit",
+        /// Drops out of focus by what is seen of them from the middle of the lens: a picture each, spread over the lens's disc; from
+        /// twice their radius on by one colour.
+        Picture = "picture",
+        /// Drops out of focus by one colour each, spread over the lens's disc.
+        Color = "colour",
+        /// Left out, glass and drops: the rain as without a pane.
+        None = "none",
+    }
+}
+
+models! {
     /// How radiance becomes display colour.
     Operator {
         /// The global photographic operator of Reinhard et al. 2002.
@@ -334,6 +351,9 @@ pub struct ModelChoice {
                        the scene has `[film]` or a placed drop that is no sphere"
     ))]
     pub shape: Option<ShapeModel>,
+    /// How a pane of glass and the drops on it are drawn.
+    #[schemars(extend("x-default" = "`exact` for optics `closed-form`, else `picture`"))]
+    pub pane: Option<PaneModel>,
 }
 
 impl ModelChoice {
@@ -398,6 +418,7 @@ impl Default for ModelChoice {
             motion: None,
             lens: None,
             shape: None,
+            pane: None,
         }
     }
 }

@@ -28,6 +28,7 @@ mod motion;
 mod moving_camera;
 mod octahedron;
 mod orders;
+mod pane_drawn;
 mod paper_model;
 mod particles;
 mod pipelines;

@@ -18,7 +18,7 @@ mod sizes_plot;
 mod study;
 
 pub use duration::expected_s;
-pub use models::{BASES, Model, models, models_of, models_of_rain};
+pub use models::{BASES, Model, models, models_of, models_of_pane, models_of_rain};
 #[cfg(feature = "cli")]
 pub use plot::plot;
 pub use report::{Noise, Report, Row, SCHEMA};

@@ -2,8 +2,8 @@
 //! it belongs.
 
 use crate::scene::model::{
-    FarRain, Fresnel, Lens, Lookup, Motion, Optics, Order, Preset, Primitive, Reflection,
-    ShapeModel, Simulation, Weights,
+    FarRain, Fresnel, Lens, Lookup, Motion, Optics, Order, PaneModel, Preset, Primitive,
+    Reflection, ShapeModel, Simulation, Weights,
 };
 use crate::scene::{ModelChoice, Scene};
 
@@ -19,9 +19,31 @@ pub struct Model {
 /// How many of the first of [`models`] the others' speeds are ratios to.
 pub const BASES: usize = 2;
 
-/// Every model that draws a scene: of real rain [`models_of_rain`].
+/// Every model that draws a scene: of a pane [`models_of_pane`], of real rain [`models_of_rain`].
 pub fn models_of(scene: &Scene) -> Vec<Model> {
-    if scene.real_rain().is_some() { models_of_rain() } else { models() }
+    match (&scene.pane, scene.real_rain()) {
+        (Some(_), _) => models_of_pane(),
+        (None, Some(_)) => models_of_rain(),
+        (None, None) => models(),
+    }
+}
+
+/// The models of a pane of glass, `fast` first, then `exact`.
+pub fn models_of_pane() -> Vec<Model> {
+    let bases = [Preset::Fast, Preset::Exact];
+    let preset = |preset: Preset| ModelChoice { preset, ..ModelChoice::default() };
+    let mut all: Vec<_> =
+        bases.map(|base| Model { name: base.name().into(), choice: preset(base) }).into();
+    use PaneModel::{Color, Exact, FirstExit, None, Picture};
+    for (base, usual) in bases.into_iter().zip([Picture, Exact]) {
+        for model in
+            [Exact, FirstExit, Picture, Color, None].into_iter().filter(|model| *model != usual)
+        {
+            let choice = ModelChoice { pane: Some(model), ..preset(base) };
+            all.push(Model { name: format!("{base} pane {model}"), choice });
+        }
+    }
+    all
 }
 
 /// The models of real rain, `fast` first, then `exact`: what is drawn one by one, and what becomes of the rest.

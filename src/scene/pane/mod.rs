@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 
 pub(super) use self::refused::problem;
 use super::Scene;
+use super::model::PaneModel;
 use super::real_rain::{RATES, RealRain};
 use crate::optics::Cap;
 use crate::pane::Resting;
@@ -23,6 +24,9 @@ const MARGIN: f64 = 0.05;
 
 /// Least cosine between the normal and what the camera sees of a pane without an extent: beyond it is without end.
 const LEAST_COSINE: f64 = 0.02;
+
+/// Places of the picture along each edge at which the distance of the pane is found.
+const PLACES: u32 = 8;
 
 /// Cosine from which on a normal counts as vertical (within 10⁻⁶).
 const VERTICAL: f64 = 1e-6;
@@ -290,6 +294,40 @@ impl Scene {
             rained.go_on_to(pane.age());
         }
         self.pane_drops_of(rained.as_ref())
+    }
+
+    /// The drops on the pane as caps, each with the middle of its disc.
+    pub fn pane_caps(&self) -> Vec<(DVec2, Cap)> {
+        let Some(pane) = &self.pane else { return Vec::new() };
+        let cap =
+            |drop: PaneDrop| (drop.at, Cap { radius: drop.radius, angle: pane.angle_of(&drop) });
+        self.pane_drops().into_iter().map(cap).collect()
+    }
+
+    /// By how much the pane moves in what is drawn, as the camera sees it, while the shutter is open.
+    pub fn pane_motion(&self) -> DVec3 {
+        match &self.pane {
+            Some(Pane { frame: Frame::World, .. }) => self.drawn_motion_of(DVec3::ZERO),
+            _ => DVec3::ZERO,
+        }
+    }
+
+    /// Least distance of the centre of a drop in the air that is drawn. Rain falls beyond the pane alone, so with one it is about that
+    /// of the nearest glass in the picture; on a pane aslant some rain before the rest of it stays.
+    pub fn drawn_near(&self) -> f64 {
+        let near = self.camera.near;
+        let Some(face) = self.pane_face().filter(|_| self.model.pane != Some(PaneModel::None))
+        else {
+            return near;
+        };
+        let view = self.whole().view();
+        let [width, height] = view.whole.map(f64::from);
+        let places = (0..=PLACES).flat_map(|y| (0..=PLACES).map(move |x| (x, y)));
+        let part = |number: u32| f64::from(number) / f64::from(PLACES);
+        let cosine = |(x, y)| view.ray(width * part(x), height * part(y)).dot(face.normal);
+        let towards = places.map(cosine).fold(0.0, f64::max);
+        let before = (face.point - view.position).dot(face.normal);
+        if towards > 0.0 { near.max(0.98 * before / towards) } else { near }
     }
 
     /// The drops of a population in scene units; without one those placed by hand.

@@ -1,0 +1,80 @@
+#ifndef PANE_DROPS_GLSL
+#define PANE_DROPS_GLSL
+// Which drop of a pane a ray meets.
+#include "pane.glsl"
+
+// The first drop whose disc a place of the wet face is in.
+uint cap_around(vec2 place) {
+    if (!is_over_grid(place)) return NO_CAP;
+    uvec2 range = caps_of(cell_of(place));
+    uint found = NO_CAP;
+    for (uint i = range.x; i < range.y && found == NO_CAP; ++i) {
+        vec2 apart = place - caps[cells[i]].at;
+        float radius = caps[cells[i]].radius;
+        if (dot(apart, apart) < radius * radius) found = cells[i];
+    }
+    return found;
+}
+
+const float NOWHERE = 1e30;
+
+// How far along a ray that leaves the dry glass at a place a drop is met from outside; NOWHERE: not at all.
+float distance_outside(PaneCap cap, vec2 place, vec3 d) {
+    vec3 from = vec3(place - cap.at, -cap.center);
+    float b = dot(from, d);
+    vec3 miss = from - b * d;
+    float half2 = cap.sphere * cap.sphere - dot(miss, miss), distance = -b - sqrt(max(half2, 0.0));
+    return half2 > 0.0 && distance > 0.0 && distance * d.z > 0.0 ? distance : NOWHERE;
+}
+
+// The distances along a ray within which it is over the grid, no higher than the highest drop.
+vec2 over_grid(vec2 place, vec3 d) {
+    vec2 range = vec2(0.0, pane.tallest / d.z), to = pane.cell * vec2(pane.cells);
+    for (uint axis = 0u; axis < 2u; ++axis) {
+        vec2 edges = vec2(-place[axis], to[axis] - place[axis]);
+        if (d[axis] == 0.0) {
+            if (edges.x > 0.0 || edges.y < 0.0) range.y = -1.0;
+            continue;
+        }
+        edges /= d[axis];
+        range = vec2(max(range.x, min(edges.x, edges.y)), min(range.y, max(edges.x, edges.y)));
+    }
+    return range;
+}
+
+// The first drop that a ray from a place of the dry glass meets from outside, and how far along it: cell by cell.
+uint cap_outside(vec2 place, vec3 d, out float nearest) {
+    nearest = NOWHERE;
+    uint found = NO_CAP;
+    if (length(d.xy) <= pane.overhang) return found;
+    vec2 range = over_grid(place, d);
+    ivec2 cell = ivec2(cell_of(place + range.x * d.xy)), step = ivec2(greaterThan(d.xy, vec2(0.0))) * 2 - 1;
+    float at = range.x;
+    while (at <= range.y && nearest >= at) {
+        uvec2 numbers = caps_of(uvec2(cell));
+        for (uint i = numbers.x; i < numbers.y; ++i) {
+            float distance = distance_outside(caps[cells[i]], place, d);
+            if (distance < nearest) {
+                nearest = distance;
+                found = cells[i];
+            }
+        }
+        vec2 edge = pane.cell * vec2(cell + max(step, 0)) - place;
+        vec2 next = vec2(d.x == 0.0 ? NOWHERE : edge.x / d.x, d.y == 0.0 ? NOWHERE : edge.y / d.y);
+        at = min(next.x, next.y);
+        cell += next.x <= next.y ? ivec2(step.x, 0) : ivec2(0, step.y);
+        if (any(lessThan(cell, ivec2(0))) || any(greaterThanEqual(cell, ivec2(pane.cells)))) at = NOWHERE;
+    }
+    return found;
+}
+
+// Whether a drop may be met by rays that leave the glass so near to a place, with about this direction.
+bool may_touch(PaneCap cap, vec2 place, vec2 slope, float around) {
+    vec2 to_cap = cap.at - place, way = cap.height * slope;
+    // The nearest point of the way over which the ray is no higher than the drop.
+    float part = clamp(dot(to_cap, way) / max(dot(way, way), 1e-30), 0.0, 1.0);
+    vec2 apart = to_cap - part * way;
+    float reach = cap.reach + around;
+    return dot(apart, apart) < reach * reach;
+}
+#endif

@@ -1,0 +1,142 @@
+#ifndef PANE_LIGHT_GLSL
+#define PANE_LIGHT_GLSL
+// The light that comes through a pane along a ray. It is followed from surface to surface: src/reference/pane.rs tells the physics.
+//
+// The tangential part of a ray's direction times the index is the same in air, glass and water. So no direction depends on the
+// glass, and a drop's first exit has a closed form (src/optics/cap.rs).
+#include "pane.glsl"
+#include "pane_drops.glsl"
+#include "environment.glsl"
+
+layout(set = 0, binding = 6) uniform sampler2D environment_map;
+// A picture behind the drops, a texel a pixel of the whole.
+layout(set = 0, binding = 7) uniform sampler2D plate_image;
+
+// Light under this share of a ray's is not followed.
+const float FAINT = 1e-6;
+
+// The plate at a place of the picture, bilinear by hand: not every device filters float32.
+vec3 plate_at(vec2 pixel) {
+    ivec2 last = textureSize(plate_image, 0) - 1;
+    vec2 at = clamp(pixel - 0.5, vec2(0.0), vec2(last)), share = fract(at);
+    ivec2 first = ivec2(at), next = min(first + 1, last);
+    vec3 upper = mix(texelFetch(plate_image, first, 0).rgb, texelFetch(plate_image, ivec2(next.x, first.y), 0).rgb, share.x);
+    vec3 lower = mix(texelFetch(plate_image, ivec2(first.x, next.y), 0).rgb, texelFetch(plate_image, next, 0).rgb, share.x);
+    return pane.plate * mix(upper, lower, share.y);
+}
+
+// Radiance from a direction outside: the plate where it is in the picture, else the environment, blurred by `spread` radians.
+vec3 outside_of(vec3 d, float spread) {
+    vec3 view = d.x * pane.u + d.y * pane.v + d.z * pane.normal;
+    if (pane.plate > 0.0 && view.z < 0.0) {
+        vec2 pixel = pixel_of(frame.image.z / -view.z * vec2(view.x, -view.y));
+        if (all(greaterThanEqual(pixel, vec2(0.0))) && all(lessThanEqual(pixel, frame.image.xy))) return plate_at(pixel);
+    }
+    return radiance(environment_map, mat3(frame.right.xyz, frame.up.xyz, frame.back.xyz) * view, spread);
+}
+
+// Radiance from a direction, or by way of the dry pane; of it `share`, and what is left of that sees the inside.
+vec3 sky_of(vec3 d, float share, float spread) {
+    if (d.z <= 0.0) share *= 1.0 - dry_pane(-d.z);
+    return share * outside_of(vec3(d.xy, abs(d.z)), spread) + (1.0 - share) * pane.inside;
+}
+
+// What of a ray's light leaves the water where it meets a surface, and where to.
+struct Exit {
+    vec3 direction;
+    float reflectance;
+    float share; // of what leaves that sees the sky; the rest sees the inside
+};
+
+// `tangent`: of the unit direction in water along the surface, times the index.
+Exit exit_by_cap(vec3 tangent, vec3 normal, float cosine, float water) {
+    float out2 = 1.0 - dot(tangent, tangent), far = sqrt(max(out2, 0.0));
+    return Exit(tangent + far * normal, out2 > 0.0 ? pane_fresnel(cosine, far, 1.0 / water) : 1.0, 1.0);
+}
+
+// Into the glass: caught there, or F/(1+F) comes back out beside the drop.
+Exit exit_by_base(vec3 tangent, float cosine, float water) {
+    float along2 = dot(tangent.xy, tangent.xy), out2 = 1.0 - along2, glass2 = pane.glass * pane.glass - along2;
+    float far = sqrt(max(out2, 0.0)), in_glass = sqrt(max(glass2, 0.0)) / pane.glass;
+    float dry = pane_fresnel(far, in_glass, pane.glass);
+    float reflectance = glass2 > 0.0 ? pane_fresnel(cosine, in_glass, pane.glass / water) : 1.0;
+    return Exit(vec3(tangent.xy, far), reflectance, out2 > 0.0 ? dry / (1.0 + dry) : 0.0);
+}
+
+// Radiance that arrives in the water of a drop at a place, from its disc's middle on, where a ray goes on along a unit direction.
+vec3 light_in_water(PaneCap cap, vec3 place, bool on_cap, vec3 d, float water, float spread) {
+    vec3 light = vec3(0.0), center = vec3(0.0, 0.0, cap.center);
+    float left = 1.0;
+    for (uint i = 0u; i <= PANE_REFLECTIONS && left > FAINT; ++i) {
+        vec3 from = place - center;
+        float b = dot(from, d);
+        // Of a place on the disc, without cancellation.
+        float within = on_cap ? 0.0 : dot(place.xy, place.xy) - cap.radius * cap.radius;
+        float to_cap = max(sqrt(max(b * b - within, 0.0)) - b, 0.0), to_base = d.z < 0.0 ? -place.z / d.z : NOWHERE;
+        on_cap = to_cap <= to_base;
+        place += min(to_cap, to_base) * d;
+        vec3 normal = on_cap ? normalize(place - center) : vec3(0.0, 0.0, -1.0);
+        if (on_cap) place = center + cap.sphere * normal; else place.z = 0.0;
+        float cosine = clamp(dot(d, normal), 0.0, 1.0);
+        vec3 tangent = water * (d - dot(d, normal) * normal);
+        Exit e = exit_by_base(tangent, cosine, water);
+        if (on_cap) e = exit_by_cap(tangent, normal, cosine, water);
+        if (e.reflectance < 1.0) light += left * (1.0 - e.reflectance) * sky_of(e.direction, e.share, spread);
+        left *= e.reflectance;
+        d = normalize(d - 2.0 * dot(d, normal) * normal);
+    }
+    return light;
+}
+
+// Through the disc of a drop.
+vec3 light_by_disc(PaneCap cap, vec2 place, vec3 d, float water, float spread) {
+    vec2 along = d.xy;
+    float in_glass = cosine_in(d.z, pane.glass), in_water = cosine_in(d.z, water);
+    float enters = (1.0 - pane_fresnel(d.z, in_glass, pane.glass)) * (1.0 - pane_fresnel(in_glass, in_water, water / pane.glass));
+    vec3 light = light_in_water(cap, vec3(place - cap.at, 0.0), false, vec3(along / water, in_water), water, spread);
+    return enters * light + (1.0 - enters) * pane.inside;
+}
+
+// Of a drop that is met from outside.
+vec3 light_by_outside(PaneCap cap, vec3 place, vec3 d, float water, float spread) {
+    vec3 from = place - vec3(cap.at, 0.0), normal = normalize(from - vec3(0.0, 0.0, cap.center));
+    float cosine = clamp(-dot(d, normal), 0.0, 1.0), far = cosine_in(cosine, water);
+    float reflectance = pane_fresnel(cosine, far, water);
+    vec3 into = normalize((d + cosine * normal) / water - far * normal);
+    vec3 light = (1.0 - reflectance) * light_in_water(cap, from, true, into, water, spread);
+    return light + reflectance * sky_of(d + 2.0 * cosine * normal, 1.0, spread);
+}
+
+// What a ray sees at the pane, what share of it goes on beyond, and the drop that it has met.
+struct Passed {
+    vec3 light;
+    float left;
+    uint cap;
+};
+
+// `spacing`: of rays on the wet face.
+Passed pass_pane(PaneRay ray, float spacing) {
+    Passed p = Passed(vec3(0.0), 1.0, NO_CAP);
+    vec3 d = ray.direction;
+    if (d.z <= 0.0) return p;
+    vec2 wet = wet_place(ray);
+    float through = dry_pane(d.z), distance = 0.0;
+    uint around = cap_around(wet);
+    p.cap = around;
+    if (around == NO_CAP) p.cap = cap_outside(wet, d, distance);
+    vec3 dry = (1.0 - through) * pane.inside;
+    p.light = dry;
+    p.left = p.cap == NO_CAP ? through : 0.0;
+    // A loop of no turn: CPU drivers run a branch that no lane takes.
+    uint turns = p.cap == NO_CAP ? 0u : pane.indices;
+    for (uint i = 0u; i < turns; ++i) {
+        vec3 colors = turns == 1u ? vec3(1.0) : vec3(equal(uvec3(i), uvec3(0u, 1u, 2u)));
+        PaneCap cap = caps[p.cap];
+        float water = pane.water[i], spread = spacing * (water - 1.0) / cap.sphere;
+        vec3 light = around != NO_CAP ? light_by_disc(cap, wet, d, water, spread)
+            : through * light_by_outside(cap, vec3(wet, 0.0) + distance * d, d, water, spread) + dry;
+        p.light = mix(p.light, light, colors);
+    }
+    return p;
+}
+#endif

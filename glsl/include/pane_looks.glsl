@@ -1,0 +1,68 @@
+#ifndef PANE_LOOKS_GLSL
+#define PANE_LOOKS_GLSL
+// What a drop of a pane that is out of focus looks like from the middle of the lens: at PANE_PLACES places of the wet face, and on
+// the mean. A pixel's light is then a mean over the part of these places that its rays meet, on whichever place of the lens they
+// begin.
+#include "pane.glsl"
+
+layout(constant_id = 2) const uint PANE_PLACES = 64; // of a drop that is out of focus
+layout(constant_id = 3) const uint PANE_MODEL = 0;   // how those are drawn:
+const uint BY_RAYS = 0, BY_PICTURE = 1, BY_COLOR = 2;
+
+// Disc over drop from which on its picture stands for rays, and its colour for its picture. (1 to 3 grey levels of 255.)
+const float LEAST_BLUR = 0.6, MOST_BLUR = 2.0;
+// Discs in pixels under which rays find all that is to be seen.
+const float LEAST_DISC_PX = 1.5;
+
+struct PaneLook {
+    vec2 from, along; // an ellipse around all places where rays meet the drop: middle, from its disc's; an axis
+    vec2 across;      // the other one
+    vec2 middle;      // of those places, on the wet face
+    vec3 color;       // their mean
+    float area;
+    uint kind;        // of the three
+    float spacing;    // of places
+};
+#ifndef LOOKS_ACCESS
+#define LOOKS_ACCESS readonly
+#endif
+layout(std430, set = 0, binding = 10) LOOKS_ACCESS buffer PaneLooks { PaneLook looks[]; };
+// Of each drop's places four halves: light; 1 where its ray meets the drop.
+layout(std430, set = 0, binding = 11) LOOKS_ACCESS buffer PanePlaces { uvec2 places[]; };
+
+// A place of the ellipse, from the disc's middle: the spiral of Vogel, each for an equal area.
+vec2 place_in_look(PaneLook look, uint number) {
+    float angle = 2.39996323 * float(number), far = sqrt((float(number) + 0.5) / float(PANE_PLACES));
+    return look.from + far * (cos(angle) * look.along + sin(angle) * look.across);
+}
+
+// How the lens's disc lies on the wet face, seen from a place of the picture: its axes are columns.
+mat2 lens_on_pane(vec2 pixel) {
+    vec2 right = wet_place(pane_ray(pixel, vec2(1.0, 0.0), 0.5)) - wet_place(pane_ray(pixel, vec2(-1.0, 0.0), 0.5));
+    vec2 up = wet_place(pane_ray(pixel, vec2(0.0, 1.0), 0.5)) - wet_place(pane_ray(pixel, vec2(0.0, -1.0), 0.5));
+    return 0.5 * mat2(right, up);
+}
+
+// How a pixel does.
+mat2 pixel_on_pane(vec2 pixel) {
+    vec2 right = wet_place(pane_ray(pixel + vec2(0.5, 0.0), vec2(0.0), 0.5)) - wet_place(pane_ray(pixel - vec2(0.5, 0.0), vec2(0.0), 0.5));
+    vec2 down = wet_place(pane_ray(pixel + vec2(0.0, 0.5), vec2(0.0), 0.5)) - wet_place(pane_ray(pixel - vec2(0.0, 0.5), vec2(0.0), 0.5));
+    return mat2(right, down);
+}
+
+// The ray from the middle of the lens that leaves the glass at a place, by Newton's method for the tangent of its angle.
+PaneRay ray_to(vec2 place) {
+    vec3 eye = pane.eye - 0.5 * pane.motion;
+    vec2 apart = place - eye.xy;
+    float before = -pane.thickness - eye.z, far = length(apart), tangent = far / (before + pane.thickness);
+    for (uint i = 0u; i < 5u; ++i) {
+        float cosine2 = 1.0 / (1.0 + tangent * tangent), sine2 = tangent * tangent * cosine2;
+        float in_glass2 = pane.glass * pane.glass - sine2;
+        float found = before * tangent + pane.thickness * sqrt(sine2 / in_glass2);
+        float slope = before + pane.thickness * pane.glass * pane.glass * cosine2 * sqrt(cosine2 / in_glass2) / in_glass2;
+        tangent = max(tangent - (found - far) / slope, 0.0);
+    }
+    vec2 way = far > 0.0 ? apart / far : vec2(1.0, 0.0);
+    return PaneRay(eye, normalize(vec3(tangent * way, 1.0)));
+}
+#endif

@@ -1,0 +1,76 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// The pixels that drops of a pane touch, by rays from places of the lens through places of the pixel; one invocation a pixel.
+// BLURRED: drops that are out of focus by what they look like (pane_looks.comp), rays for the others alone.
+// See src/passes/pane/mod.rs.
+#include "pane.glsl"
+#include "pane_light.glsl"
+#include "pane_pictures.glsl"
+#include "places.glsl"
+#ifdef BLURRED
+#include "pane_blur.glsl"
+#endif
+
+layout(local_size_x = 64) in;
+
+// The spiral of Vogel on the unit disc, turned by a part of a whole turn.
+vec2 place_on_lens(uint number, uint count, float turned) {
+    float angle = 2.39996323 * float(number) + 6.2831853 * turned, far = sqrt((float(number) + 0.5) / float(count));
+    return far * vec2(cos(angle), sin(angle));
+}
+
+// How far apart a pixel's rays are on the wet face.
+float spacing_of(vec2 pixel) {
+    vec2 middle = wet_place(pane_ray(pixel + 0.5, vec2(0.0), 0.5));
+    vec2 right = wet_place(pane_ray(pixel + vec2(1.5, 0.5), vec2(0.0), 0.5)) - middle;
+    vec2 down = wet_place(pane_ray(pixel + vec2(0.5, 1.5), vec2(0.0), 0.5)) - middle;
+    float area = abs(right.x * down.y - right.y * down.x);
+    return sqrt(area / float(pane.rays));
+}
+
+// What a pixel sees: the light of the pane and its drops, and the share of the picture behind.
+vec4 by_rays(vec2 pixel) {
+    bool has_lens = frame.lens.x > 0.0;
+    // Through a lens neighbours take other places, or one would see the edges of the few pictures.
+    vec2 turned = fract(vec2(dot(pixel, vec2(0.75487767, 0.56984029)), dot(pixel, vec2(0.81917251, 0.67104361))));
+    float spacing = spacing_of(pixel), left = 0.0, beside = 1.0;
+    vec3 light = vec3(0.0);
+    uint rays = pane.rays;
+#ifdef BLURRED
+    Blurred blurred = blurred_drops(pixel + 0.5);
+    PaneRay middle = pane_ray(pixel + 0.5, vec2(0.0), 0.5);
+    float through = middle.direction.z > 0.0 ? dry_pane(middle.direction.z) : 1.0;
+    vec3 dry = (1.0 - through) * pane.inside;
+    rays = blurred.has_sharp ? rays : 0u;
+#endif
+    for (uint i = 0u; i < rays; ++i) {
+        vec2 in_pixel = has_lens ? fract(vec2(0.75487767, 0.56984029) * float(i) + turned) : place_of(i, rays);
+        vec2 on_lens = has_lens ? place_on_lens(i, rays, turned.x) : vec2(0.0);
+        float moment = fract(0.61803399 * (float(i) + 0.5));
+        Passed p = pass_pane(pane_ray(pixel + in_pixel, on_lens, moment), spacing);
+#ifdef BLURRED
+        bool is_sharp = p.cap != NO_CAP && looks[min(p.cap, pane.drops - 1u)].kind == BY_RAYS;
+        light += is_sharp ? p.light : vec3(0.0);
+        beside -= is_sharp ? 1.0 / float(rays) : 0.0;
+#else
+        light += p.light;
+        left += p.left;
+#endif
+    }
+    float share = 1.0 / float(max(rays, 1u));
+#ifdef BLURRED
+    beside = max(beside - blurred.share, 0.0);
+    return vec4(share * light + blurred.light + beside * dry, beside * through);
+#else
+    return vec4(share * light, share * left);
+#endif
+}
+
+void main() {
+    uint invocation = (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * gl_WorkGroupSize.x + gl_LocalInvocationID.x;
+    if (invocation >= touched_count) return;
+    uint number = touched[invocation], width = frame.window.z;
+    vec2 pixel = vec2(frame.window.xy + uvec2(number % width, number / width));
+    vec4 found = by_rays(pixel), seen = halves_of(behind[number]);
+    radiance_out[number] = halves(vec4(found.a * seen.rgb + found.rgb, seen.a));
+}

@@ -1,0 +1,295 @@
+//! A pane of glass before the camera, and the drops on it (`glsl/pane_*.comp`): between the rain's picture and the display.
+//!
+//! 1. `pane_looks`, by models `picture` and `color`: what each drop that is out of focus shows at 64 places, seen from the middle of
+//!    the lens.
+//! 2. `pane_dry`: each pixel of the rain's picture, dimmed by T of its own ray; and a list of the pixels that drops may touch, found by
+//!    the cells of a grid on the pane (`drops.rs`). Where no drop is, a pane costs no more than this.
+//! 3. `pane_rays`: these pixels. Drops in focus by rays from places of the lens through places of the pixel, followed from surface to
+//!    surface. Drops out of focus by the part of the lens that meets them, times the mean of what is seen of them from there
+//!    (`glsl/include/pane_blur.glsl`). Drops do not overlap, and a ray meets one of them at most: the parts of a pixel add up. The rest
+//!    sees the rain's picture.
+//! 4. `pane_logs`: where an exposure is derived, the sums of log luminance that the composite left are those of the picture without
+//!    the pane; so they are summed again, tile by tile.
+//!
+//! The rain's picture is kept apart, for tiles without drops are drawn once for many frames.
+//!
+//! Error: what is behind the pane is one colour a pixel, seen without the pane's shift; what a drop shows is the environment or the
+//! plate, at the level of the rays' spacing. Rain between the camera and the glass is left out by its distance from the camera alone
+//! ([`Scene::drawn_near`]). A drop out of focus is seen from the middle of the lens.
+
+mod drops;
+
+use std::sync::Arc;
+
+use ash::vk;
+use glam::{DVec3, Vec3};
+
+pub(crate) use self::drops::PaneDrops;
+use super::background::Behind;
+use super::environment::EnvironmentMap;
+use super::frame::FrameBuffer;
+use super::tile_grid;
+use super::tone_map::{Source, further_sums};
+use super::{rows_of, side_by_side};
+use crate::Result;
+use crate::abi::{Pane as Constants, PaneLook};
+use crate::gpu::sets::{constant, group, pane as slot};
+use crate::gpu::{
+    Bindings, Buffer, ComputePipeline, Device, Memory, Recorder, Resource, Sampler, Use,
+    memory_barrier, shaders, update_buffer,
+};
+use crate::plan::FramePlan;
+use crate::scene::Scene;
+use crate::scene::model::PaneModel;
+
+/// Fewest rays of a pixel that a drop touches: 16 are off by 3 to 5 grey levels of 255.
+const LEAST_RAYS: u32 = 16;
+/// Fewest through a lens.
+const LEAST_LENS_RAYS: u32 = 64;
+/// Reflections within a drop that are followed.
+const REFLECTIONS: u32 = 8;
+/// Places at which it is known what a drop that is out of focus shows.
+const PLACES: u32 = 64;
+/// `PANE_MODEL` of `glsl/include/pane_looks.glsl`.
+const BY_PICTURE: u32 = 1;
+const BY_COLOR: u32 = 2;
+/// Words before the list of touched pixels: the groups of a dispatch, and their number.
+const TOUCHED: [u32; 4] = [0, 0, 1, 0];
+
+/// The passes, and the picture with the pane.
+pub struct Pane {
+    buffers: Buffers,
+    drops: Arc<PaneDrops>,
+    radiance_scale: f32,
+    has_plate: bool,
+    tiles: u32,
+    samples: u32,
+    groups: [u32; 3],
+    bindings: Bindings,
+    passes: Passes,
+}
+
+/// What the passes read.
+#[derive(Clone, Copy)]
+pub(crate) struct Before<'a> {
+    pub frame: &'a FrameBuffer,
+    /// The rain's picture.
+    pub picture: &'a Buffer,
+    pub environment: &'a EnvironmentMap,
+    pub behind: Option<&'a Behind>,
+    pub drops: &'a Arc<PaneDrops>,
+}
+
+/// What they write.
+struct Buffers {
+    radiance: Buffer,
+    log_sums: Buffer,
+    constants: Buffer,
+    touched: Buffer,
+    looks: Buffer,
+    places: Buffer,
+}
+
+/// Their pipelines.
+struct Passes {
+    /// What drops out of focus look like; none where all are drawn by rays.
+    looks: Option<[ComputePipeline; 2]>,
+    dry: ComputePipeline,
+    rays: ComputePipeline,
+    /// None where no exposure is derived.
+    logs: Option<ComputePipeline>,
+}
+
+/// Whether drops out of focus are drawn by what they look like.
+fn has_looks(scene: &Scene, plan: &FramePlan) -> bool {
+    let is_by_looks = matches!(plan.pane, Some(PaneModel::Picture | PaneModel::Color));
+    is_by_looks && scene.drawn_lens() > 0.0
+}
+
+impl Buffers {
+    fn new(device: &Arc<Device>, pixels: u64, tiles: u32, looks: u32) -> Result<Self> {
+        use vk::BufferUsageFlags as Usage;
+        let make = |name, bytes, usage| {
+            Buffer::new(device, name, bytes, Usage::STORAGE_BUFFER | usage, Memory::Device)
+        };
+        let (read, written) = (Usage::TRANSFER_SRC, Usage::TRANSFER_DST);
+        let (sums, looks) = (tiles + further_sums(device.report.machine), u64::from(looks));
+        let listed = size_of_val(&TOUCHED) as u64 + 4 * pixels;
+        Ok(Self {
+            radiance: make("picture with a pane", 8 * pixels, read | Usage::UNIFORM_TEXEL_BUFFER)?,
+            log_sums: make("log luminance with a pane", 4 * u64::from(sums), read | written)?,
+            constants: make("pane", size_of::<Constants>() as u64, written)?,
+            touched: make("touched pixels", listed, written | Usage::INDIRECT_BUFFER)?,
+            looks: make("looks of a pane's drops", size_of::<PaneLook>() as u64 * looks, read)?,
+            places: make("places of a pane's drops", 8 * u64::from(PLACES) * looks, read)?,
+        })
+    }
+}
+
+impl Passes {
+    fn new(
+        device: &Arc<Device>,
+        bindings: &Bindings,
+        plan: &FramePlan,
+        has_looks: bool,
+    ) -> Result<Self> {
+        let is_first = plan.pane == Some(PaneModel::FirstExit);
+        let constants = [
+            [constant::PANE_REFLECTIONS, if is_first { 0 } else { REFLECTIONS }],
+            [constant::PANE_PLACES, PLACES],
+            [
+                constant::PANE_MODEL,
+                if plan.pane == Some(PaneModel::Color) { BY_COLOR } else { BY_PICTURE },
+            ],
+        ];
+        let pipeline = |shader| ComputePipeline::new(device, shader, bindings, 0, &constants);
+        let of_looks = [shaders::PANE_LOOKS_COMP, shaders::PANE_LOOKS_COMP_MEAN];
+        let by_rays = match has_looks {
+            true => shaders::PANE_RAYS_COMP_BLURRED,
+            false => shaders::PANE_RAYS_COMP,
+        };
+        let [rays, dry] = side_by_side([by_rays, shaders::PANE_DRY_COMP], pipeline)?;
+        let logs = plan.log_average.then(|| pipeline(shaders::PANE_LOGS_COMP)).transpose()?;
+        let looks = has_looks.then(|| side_by_side(of_looks, pipeline)).transpose()?;
+        Ok(Self { looks, dry, rays, logs })
+    }
+}
+
+impl Pane {
+    /// The passes before a picture of this size, by a plan that draws a pane.
+    ///
+    /// # Errors
+    /// [`crate::Error::Limit`] if the picture does not fit in one binding; [`crate::Error::Memory`] if the device has no room;
+    /// [`crate::Error::Vulkan`] if the driver refuses.
+    pub(crate) fn new(
+        device: &Arc<Device>,
+        scene: &Scene,
+        plan: &FramePlan,
+        before: Before<'_>,
+    ) -> Result<Self> {
+        let Before { frame, picture, environment, behind, drops } = before;
+        let (width, height) = scene.picture_size();
+        let pixels = u64::from(width) * u64::from(height);
+        let (first, end) = tile_grid::of_view(&scene.view());
+        let tiles = (end[0] - first[0]) * (end[1] - first[1]);
+        let has_looks = has_looks(scene, plan);
+        let buffers = Buffers::new(device, pixels, tiles, if has_looks { drops.count } else { 0 })?;
+        let nearest = Sampler::nearest(device, "plate behind a pane")?;
+        let plate = match behind {
+            Some(Behind::Plate(images)) => images.color.as_ref(),
+            _ => None,
+        };
+        // Without a plate no shader reads it.
+        let plate_image = plate.unwrap_or(&environment.image);
+        let slots = [
+            (slot::CONSTANTS, Resource::Buffer(&frame.buffer)),
+            (slot::BEHIND, Resource::Buffer(picture)),
+            (slot::RADIANCE, Resource::Buffer(&buffers.radiance)),
+            (slot::PANE_CONSTANTS, Resource::Buffer(&buffers.constants)),
+            (slot::PANE_CAPS, Resource::Buffer(&drops.caps)),
+            (slot::PANE_CELLS, Resource::Buffer(&drops.cells)),
+            (slot::ENVIRONMENT_MAP, Resource::Sampled(&environment.image, &environment.sampler)),
+            (slot::PLATE_IMAGE, Resource::Sampled(plate_image, &nearest)),
+            (slot::TOUCHED, Resource::Buffer(&buffers.touched)),
+            (slot::LOG_SUMS, Resource::Buffer(&buffers.log_sums)),
+            (slot::PANE_LOOKS, Resource::Buffer(&buffers.looks)),
+            (slot::PANE_PLACES, Resource::Buffer(&buffers.places)),
+        ];
+        let bindings = Bindings::of(device, "pane", &slots)?;
+        let [across, down, _] = group::PANE_DRY_COMP;
+        Ok(Self {
+            passes: Passes::new(device, &bindings, plan, has_looks)?,
+            buffers,
+            drops: drops.clone(),
+            radiance_scale: environment.radiance_scale,
+            has_plate: plate.is_some(),
+            tiles,
+            samples: plan.samples,
+            groups: [width.div_ceil(across), height.div_ceil(down), 1],
+            bindings,
+        })
+    }
+
+    /// Four halves a pixel, row by row from the top, in stored units.
+    pub fn radiance(&self) -> &Buffer {
+        &self.buffers.radiance
+    }
+
+    /// A sum of log(delta + luminance) for each tile, then those of `tone_map.rs`.
+    pub fn log_sums(&self) -> &Buffer {
+        &self.buffers.log_sums
+    }
+
+    /// What the display passes read.
+    pub fn source(&self) -> Source<'_> {
+        let Buffers { radiance, log_sums, .. } = &self.buffers;
+        Source::Tiles { radiance, log_sums, count: self.tiles }
+    }
+
+    /// The constants of a frame; none of a scene without a pane.
+    fn constants_of(&self, scene: &Scene) -> Option<Constants> {
+        let (pane, face) = (scene.pane.as_ref()?, scene.pane_face()?);
+        let (view, drops) = (scene.view(), &self.drops);
+        let in_view = |axis: DVec3| {
+            let place = DVec3::new(axis.dot(view.right), axis.dot(view.up), axis.dot(view.back));
+            place.as_vec3().to_array()
+        };
+        let eye = drops.relative(face.to_local(view.position - face.point));
+        let water = scene.indices().map(|index| index as f32);
+        let (first, end) = tile_grid::of_view(&view);
+        let least = if scene.drawn_lens() > 0.0 { LEAST_LENS_RAYS } else { LEAST_RAYS };
+        Some(Constants {
+            u: in_view(face.u),
+            thickness: pane.thickness as f32,
+            v: in_view(face.v),
+            glass: pane.index as f32,
+            normal: in_view(face.normal),
+            cell: drops.cell as f32,
+            eye: eye.as_vec3().to_array(),
+            tallest: drops.tallest as f32,
+            motion: face.to_local(scene.pane_motion()).as_vec3().to_array(),
+            overhang: drops.overhang as f32,
+            inside: (pane.inside.as_vec3() / Vec3::splat(self.radiance_scale)).to_array(),
+            plate: if self.has_plate { 1.0 / self.radiance_scale } else { 0.0 },
+            water,
+            indices: if water[0] == water[1] && water[1] == water[2] { 1 } else { 3 },
+            cells: drops.size.to_array(),
+            first_tile: first,
+            tiles_across: end[0] - first[0],
+            tiles: self.tiles,
+            drops: drops.count,
+            rays: self.samples.max(least),
+        })
+    }
+
+    /// Records what changes with the frame; a barrier to compute and to indirect arguments must follow.
+    pub fn record_reset(&self, device: &Device, commands: Recorder<'_>, scene: &Scene) {
+        let Buffers { constants, touched, .. } = &self.buffers;
+        if let Some(of_frame) = self.constants_of(scene) {
+            update_buffer(device, commands, constants, 0, bytemuck::bytes_of(&of_frame));
+        }
+        update_buffer(device, commands, touched, 0, bytemuck::bytes_of(&TOUCHED));
+    }
+
+    /// Records the picture with the pane, after that of the rain and a barrier.
+    pub fn record(&self, device: &Device, commands: Recorder<'_>) {
+        let Passes { looks, dry, rays, logs } = &self.passes;
+        let wait = |after: &[Use]| memory_barrier(device, commands, &[Use::ComputeWrite], after);
+        let dispatch = |pass: &ComputePipeline, groups: [u32; 3]| {
+            pass.dispatch(commands, &self.bindings, 0, &[], groups);
+        };
+        let all = |invocations: u32, of: [u32; 3]| rows_of(invocations.div_ceil(of[0]));
+        if let (Some([places, means]), count @ 1..) = (looks, self.drops.count) {
+            dispatch(places, rows_of(count * PLACES / group::PANE_LOOKS_COMP[0]));
+            wait(&[Use::ComputeWrite]);
+            dispatch(means, all(count, group::PANE_LOOKS_COMP_MEAN));
+        }
+        dispatch(dry, self.groups);
+        wait(&[Use::ComputeWrite, Use::Indirect]);
+        rays.dispatch_indirect(commands, &self.bindings, &[], &self.buffers.touched, 0);
+        if let Some(logs) = logs {
+            wait(&[Use::ComputeWrite]);
+            dispatch(logs, all(self.tiles, group::PANE_LOGS_COMP));
+        }
+    }
+}
