@@ -9,7 +9,7 @@ use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use glam::DVec3;
 use raindrops::environment::Environment;
 use raindrops::environment::levels::{levels, sample};
-use raindrops::optics::{Encounter, level_half_angle, mask_encounter};
+use raindrops::optics::{Intersection, level_half_angle, mask_intersection};
 use raindrops::rain::clusters::Clusters;
 use raindrops::rain::cull::count_visible;
 use raindrops::rain::tick_of_seconds;
@@ -56,22 +56,22 @@ fn optics(c: &mut Criterion) {
     group.throughput(Throughput::Elements(RAYS.into()));
     // A drop that fills the rays' bundle, so that all of them meet it.
     let (center, radius) = (DVec3::new(0.0, 0.0, -3.0), 2.0);
-    group.bench_function("encounter", |b| {
-        b.iter(|| rays().filter_map(|ray| Encounter::of_ray(ray, center, radius)).count());
+    group.bench_function("intersection", |b| {
+        b.iter(|| rays().filter_map(|ray| Intersection::of_ray(ray, center, radius)).count());
     });
-    group.bench_function("encounter, every direction and weight", |b| {
+    group.bench_function("intersection, every direction and weight", |b| {
         b.iter(|| {
-            let encounters = rays().filter_map(|ray| Encounter::of_ray(ray, center, radius));
-            encounters.map(|e| all_orders(&e)).sum::<DVec3>()
+            let intersections = rays().filter_map(|ray| Intersection::of_ray(ray, center, radius));
+            intersections.map(|e| all_orders(&e)).sum::<DVec3>()
         });
     });
-    group.bench_function("mask_encounter", |b| {
+    group.bench_function("mask_intersection", |b| {
         let half_angle = level_half_angle(3);
         b.iter(|| {
             let texels = (0..RAYS).map(|index| {
                 let at = |i: u32| (f64::from(i) + 0.5) / 16.0 - 1.0;
-                let encounter = mask_encounter(at(index % 32), at(index / 32), half_angle);
-                encounter.reflected() + encounter.transmitted() * encounter.reflectance()
+                let intersection = mask_intersection(at(index % 32), at(index / 32), half_angle);
+                intersection.reflected() + intersection.transmitted() * intersection.reflectance()
             });
             texels.sum::<DVec3>()
         });
@@ -80,11 +80,11 @@ fn optics(c: &mut Criterion) {
 }
 
 /// Reflection, refraction and two internal reflections, each by its weight.
-fn all_orders(encounter: &Encounter) -> DVec3 {
+fn all_orders(intersection: &Intersection) -> DVec3 {
     let inside = (0..3).map(|k| {
-        encounter.weight_of_internal_reflections(k) * encounter.after_internal_reflections(k)
+        intersection.weight_of_internal_reflections(k) * intersection.after_internal_reflections(k)
     });
-    encounter.reflectance() * encounter.reflected() + inside.sum::<DVec3>()
+    intersection.reflectance() * intersection.reflected() + inside.sum::<DVec3>()
 }
 
 /// Unit directions about -z, up to 19° off.

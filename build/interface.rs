@@ -117,8 +117,13 @@ impl Variant {
                 "background"
             }
             (
-                "sky.comp" | "rays.comp" | "glints.comp" | "composite.comp" | "lines.comp"
-                | "veil_light.comp" | "tiles_to_draw.comp",
+                "sky.comp"
+                | "rays.comp"
+                | "glints.comp"
+                | "composite.comp"
+                | "lines.comp"
+                | "streak_layer_light.comp"
+                | "tiles_to_draw.comp",
                 _,
             ) => "composite",
             (

@@ -40,7 +40,7 @@ vec3 light(vec2 st, float step, vec3 n, mat3 axes) {
     float far = length(st);
     float b = min(far, 0.9999);
     vec2 radial = far > 0.0 ? st / far : vec2(1.0, 0.0);
-    Encounter e = Encounter(vec3(0.0, 0.0, 1.0), vec3(radial, 0.0), b, sqrt(1.0 - b * b));
+    Intersection e = Intersection(vec3(0.0, 0.0, 1.0), vec3(radial, 0.0), b, sqrt(1.0 - b * b));
     return drop_light(environment_map, e, axes, step);
 }
 

@@ -23,38 +23,38 @@ void main() {
     uvec2 at = place_of_tile(tile);
     start_tile(at, tile);
     Row upper = NOTHING, lower = NOTHING;
-    if (LIST == ONE_BLOCK) lay_block_behind(upper, lower, heads[tile]);
-    if (LIST == ONE_SPLAT) lay_splat_behind(upper, lower, heads[tile]);
+    if (LIST == ONE_BLOCK) composite_block(upper, lower, heads[tile]);
+    if (LIST == ONE_SPLAT) composite_splat(upper, lower, heads[tile]);
     finish_tile(at, tile, upper, lower);
 }
 #else
 // Lays a tile's entries over one another, front to back; returns what the links of its splats have in common.
-uint lay_entries_behind(inout Row upper, inout Row lower, inout Window window, uint tile, uvec2 in_pixels) {
+uint composite_entries(inout Row upper, inout Row lower, inout Window window, uint tile, uvec2 in_pixels) {
     // Blocks, then splats, and that once where it can be: a loop around the two costs a tenth of all.
-    uint turns = 0u, splat_links = END, veil_from = 0u;
+    uint turns = 0u, splat_links = END, streaks_from = 0u;
     do {
         while (is_block(window.nearest.link)) {
-            if (is_veiled()) {
-                uint to = max(window.nearest.distance2, veil_from);
-                lay_veil_behind(upper, lower, tile, in_pixels, veil_from, to);
-                veil_from = to;
+            if (has_streak_layer()) {
+                uint to = max(window.nearest.distance2, streaks_from);
+                composite_streak_layer(upper, lower, tile, in_pixels, streaks_from, to);
+                streaks_from = to;
             }
-            lay_block_behind(upper, lower, window.nearest.link);
+            composite_block(upper, lower, window.nearest.link);
             take_nearest(window);
         }
         while (window.nearest.link != END && !(MIXED && is_block(window.nearest.link))) {
             splat_links &= window.nearest.link;
-            lay_splat_behind(upper, lower, window.nearest.link);
+            composite_splat(upper, lower, window.nearest.link);
             take_nearest(window);
             if (!MIXED) {
                 // Two a pass: CPU drivers write back all of a tile's pixels in each.
                 splat_links &= window.nearest.link;
-                lay_splat_behind(upper, lower, window.nearest.link);
+                composite_splat(upper, lower, window.nearest.link);
                 take_nearest(window);
             }
         }
     } while (MIXED && window.nearest.link != END && ++turns < MOST_TURNS);
-    if (is_veiled()) lay_veil_behind(upper, lower, tile, in_pixels, veil_from, END);
+    if (has_streak_layer()) composite_streak_layer(upper, lower, tile, in_pixels, streaks_from, END);
     return splat_links;
 }
 
@@ -80,8 +80,8 @@ void main() {
     Window window = open_window(sorted);
     Row upper = NOTHING, lower = NOTHING;
     start_tile(at, tile);
-    lay_entries_behind(upper, lower, window, tile, at * TILE);
-    if (is_veiled() && (veil_is_cut || window.nearest.link != END)) {
+    composite_entries(upper, lower, window, tile, at * TILE);
+    if (has_streak_layer() && (streaks_are_cut || window.nearest.link != END)) {
         leave_to_crowd(number, tile, sorted);
         return;
     }
@@ -97,7 +97,7 @@ layout(push_constant) uniform Push { uint listed; } push; // 1: tiles with sever
 // Where the place of a region is, in tiles. Lanes under each other share the columns of streaks.
 uvec2 place_in_region(uint region, uint place) {
     uvec2 bits = region_tile_bits();
-    uvec2 at = is_veiled() ? uvec2(place >> bits.y, place & (1u << bits.y) - 1u)
+    uvec2 at = has_streak_layer() ? uvec2(place >> bits.y, place & (1u << bits.y) - 1u)
         : uvec2(place & (1u << bits.x) - 1u, place >> bits.x);
     return at + (divided(region, REGIONS_ACROSS).yx << bits);
 }
@@ -105,7 +105,7 @@ uvec2 place_in_region(uint region, uint place) {
 // Lists a tile whose entries did not come in order. Links of splats, and END, have the bit LINKS, those of blocks do not.
 void list_if_disordered(uint tile, Window window, uint splat_links) {
     bool block_behind = (splat_links & LINKS) == 0u;
-    if (window.disordered || block_behind || window.nearest.link != END || veil_is_cut) {
+    if (window.disordered || block_behind || window.nearest.link != END || streaks_are_cut) {
         uint next = atomicAdd(totals.disordered, 1u);
         disordered_tiles[next] = uvec2(tile, window.taken);
         atomicMax(totals.disordered_groups.x, next / 64u + 1u);
@@ -130,7 +130,7 @@ void main() {
     Window window = open_window(heads[tile]);
     Row upper = NOTHING, lower = NOTHING;
     start_tile(at, tile);
-    uint splat_links = lay_entries_behind(upper, lower, window, tile, at * TILE);
+    uint splat_links = composite_entries(upper, lower, window, tile, at * TILE);
     list_if_disordered(tile, window, splat_links);
     finish_tile(at, tile, upper, lower);
 }

@@ -11,7 +11,7 @@
 #include "frame.glsl"
 #include "rain.glsl"
 #include "octahedron.glsl"
-#define VEIL_ACCESS
+#define STREAK_LAYER_ACCESS
 #include "tile_buffers.glsl"
 #include "splat.glsl"
 #include "tile_drop.glsl"
@@ -57,7 +57,7 @@ Located locate(uint index) {
     l.shape = shape_of(l.index, l.drop);
     if (is_exposed()) {
         l.path = path_of(l.drop.view, l.drop.radius * reach_of_shape(l.shape), motion_of(l.index));
-        if (l.path.moved != vec3(0.0)) l.visibility = sighting_moving(l.drop.view, l.path.moved, l.drop.radius);
+        if (l.path.moved != vec3(0.0)) l.visibility = visibility_moving(l.drop.view, l.path.moved, l.drop.radius);
     }
     l.is_known = is_drop && is_shown(index, l.drop, l.distance2);
 #ifdef SHELTER
@@ -105,7 +105,7 @@ Form form_of(Located l, inout Outline o, bool drawn, bool beside) {
     f.disc = 0.0;
     if (is_lens() && blur > 0.0) {
         f.disc = disc_of(-l.drop.view.z);
-        f.streak = f.streak || drawn && !beside && is_veil_disc(l.drop, o, l.path, f.disc, l.distance2);
+        f.streak = f.streak || drawn && !beside && is_one_colour_disc(l.drop, o, l.path, f.disc, l.distance2);
         f.half_sides = defocused(f.half_sides, f.disc, f.opacity);
     }
     bool small = drawn && !beside && !f.streak && is_small(l.drop, o, f.half_sides, l.distance2) && is_short(o, l.path)
@@ -157,18 +157,18 @@ void enter_streaks(uint node, Located l, Outline o, Form f) {
         kind = kind_of_disc(d);
         s = around_disc(d);
     }
-    VeilCells cells = cells_met(s, kind);
+    StreakCells cells = cells_met(s, kind);
     uint wanted = f.streak ? cells.rows * cells.across : 0u, all_here = subgroupAdd(wanted), link = 0u;
     uint wanted_before = subgroupExclusiveAdd(wanted);
     bool leads = subgroupElect();
-    TAKE_TOGETHER(totals.veil_links, all_here, leads, link);
+    TAKE_TOGETHER(totals.streak_links, all_here, leads, link);
     if (all_here == 0u) return;
     link += wanted_before;
-    if (wanted > 0u && (link > VEIL_LINKS || link + wanted > VEIL_LINKS)) {
+    if (wanted > 0u && (link > STREAK_LINKS || link + wanted > STREAK_LINKS)) {
         atomicAdd(counters.lost, 1u);
         atomicOr(totals.lacks_room, 1u);
     } else if (wanted > 0u) {
-        write_veil_node(node, l.distance2, at_center, rest);
+        write_streak_node(node, l.distance2, at_center, rest);
         enter_streak(node, s, cells, link);
     }
     bool has_lines = wanted > 0u && LINE_PARTS != 0u && kind < DISCS && o.radius >= LINED_PX

@@ -35,7 +35,7 @@ void main() {
     float texel = 2.0 / float(size.x);
     vec2 st = (vec2(at) + 0.5) * texel - 1.0;
     st.y = -st.y; // rows go down, t goes up
-    Encounter e = mask_encounter(st, sin_a, cos_a);
+    Intersection e = mask_intersection(st, sin_a, cos_a);
     imageStore(level_image, ivec3(at, 0), vec4(reflected(e), reflectance(e)));
     imageStore(level_image, ivec3(at, 1), vec4(transmitted(e), coverage(st, texel)));
 }

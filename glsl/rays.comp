@@ -66,7 +66,7 @@ uint color(vec2 low, vec2 high, vec4 sphere, Body body, float pixels, vec2 moved
         }
         hits += weight;
         if (HAS_DEPTH != 0u && dot(d, sphere.xyz) - sphere.w * sqrt((1.0 - held) * (1.0 + held)) >= behind) weight = 1e-4;
-        Encounter e = Encounter(d, to_ray / max(b, 1e-9), held, sqrt((1.0 - held) * (1.0 + held)));
+        Intersection e = Intersection(d, to_ray / max(b, 1e-9), held, sqrt((1.0 - held) * (1.0 + held)));
         sum += weight * drop_light(environment_map, e, world, step);
         weights += weight;
     }

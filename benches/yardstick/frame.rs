@@ -189,7 +189,7 @@ fn in_view([x, y, z, edges]: ClusterBox, constants: &Constants) -> bool {
 }
 
 kernel! {
-/// The drops in view of the cluster that begins at `from`, as `Sight::sighting` finds them.
+/// The drops in view of the cluster that begins at `from`, as `Sight::visibility` finds them.
 fn cull(drops: &Drops, from: usize, constants: &Constants, seen: &mut Vec<Seen>) -> () {
     let Constants { sight, shift, units, radius, .. } = *constants;
     let [right, up, back] = sight.axes;

@@ -6,24 +6,24 @@
 
 // The environment behind, pixel by pixel of a tile after the other.
 layout(std430, set = 1, binding = 1) readonly buffer Sky { uvec2 sky[]; };
-// What streaks of one colour show in each tile, three halves; and the light of lines along them, packed (veil_light.comp).
-layout(std430, set = 1, binding = 6) readonly buffer VeilLight { uvec4 veil_light[]; };
+// What streaks of one colour show in each tile, three halves; and the light of lines along them, packed (streak_layer_light.comp).
+layout(std430, set = 1, binding = 6) readonly buffer StreakLayerLight { uvec4 streak_layer_light[]; };
 // How much of it each pixel of the tiles has (lines.comp).
 layout(std430, set = 1, binding = 7) readonly buffer LineSums { ivec4 line_sums[]; };
 #ifdef TEXELS
 layout(set = 1, binding = 13) uniform usamplerBuffer sky_texels;
 layout(set = 1, binding = 14) uniform usamplerBuffer splat_texels;
 layout(set = 1, binding = 15) uniform usamplerBuffer line_texels;
-layout(set = 1, binding = 16) uniform usamplerBuffer veil_texels;
+layout(set = 1, binding = 16) uniform usamplerBuffer streak_layer_texels;
 layout(set = 1, binding = 17) uniform usamplerBuffer link_texels;
 uvec4 two_of_sky(uint pixel) { return texelFetch(sky_texels, int(pixel / 2u)); }
 uvec4 splat_of(uint entry) { return texelFetch(splat_texels, int(entry)); }
-uvec4 veil_of_tile(uint tile) { return texelFetch(veil_texels, int(tile)); }
+uvec4 streak_layer_of_tile(uint tile) { return texelFetch(streak_layer_texels, int(tile)); }
 ivec4 lines_of_row(uint row) { return ivec4(texelFetch(line_texels, int(row))); }
 #else
 uvec4 two_of_sky(uint pixel) { return uvec4(sky[pixel], sky[pixel + 1u]); }
 uvec4 splat_of(uint entry) { return splat_table[entry]; }
-uvec4 veil_of_tile(uint tile) { return veil_light[tile]; }
+uvec4 streak_layer_of_tile(uint tile) { return streak_layer_light[tile]; }
 ivec4 lines_of_row(uint row) { return line_sums[row]; }
 #endif
 #endif

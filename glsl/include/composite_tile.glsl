@@ -53,7 +53,7 @@ void composite_row(inout Row row, vec4 coverage, vec4 r, vec4 g, vec4 b) {
 }
 
 // The part of a splat in a row of pixels: what it has of each column, and of the row; its light in a column it fills.
-void lay_part_behind(inout Row row, vec4 columns, float height, vec3 light) {
+void composite_part(inout Row row, vec4 columns, float height, vec3 light) {
     precise vec4 share = row.through * columns;
     precise vec4 sum_r = fma(share, vec4(light.r), row.r), sum_g = fma(share, vec4(light.g), row.g);
     precise vec4 sum_b = fma(share, vec4(light.b), row.b);
@@ -82,7 +82,7 @@ void add_glint(inout Row upper, inout Row lower, vec2 at, vec3 light, bvec4 uppe
     add_light(lower, below, light);
 }
 
-void lay_row_behind(inout Row row, uvec4 colors, uvec2 coverage) {
+void composite_row_of_colors(inout Row row, uvec4 colors, uvec2 coverage) {
     vec4 r, g, b, alpha = vec4(unpackUnorm2x16(coverage.x), unpackUnorm2x16(coverage.y));
     unpack_radiances(colors, r, g, b);
     composite_row(row, mix(alpha, vec4(0.0), equal(colors, uvec4(NO_COLOR))), r, g, b);
@@ -110,10 +110,10 @@ float finish(Row row, Nearest nearest, uint behind, uvec2 first) {
         alpha = 1.0 - row.through * (1.0 - hidden);
     }
     composite_row(row, vec4(1.0), vec4(rg_left.xz, rg_right.xz), vec4(rg_left.yw, rg_right.yw), b);
-    if (GLINTS != 0u && is_veiled()) {
+    if (GLINTS != 0u && has_streak_layer()) {
         // In front of all.
         vec4 share = vec4(lines_of_row(behind / TILE.x)) * (1.0 / LINE_UNITS);
-        vec3 light = unpack_radiance(veil_of_tile(behind / PIXELS).z);
+        vec3 light = unpack_radiance(streak_layer_of_tile(behind / PIXELS).z);
         precise vec4 r = fma(share, vec4(light.r), row.r), g = fma(share, vec4(light.g), row.g);
         precise vec4 b = fma(share, vec4(light.b), row.b);
         row = Row(r, g, b, row.through);
@@ -146,7 +146,7 @@ uvec4 first_source;
 Nearest upper_nearest, lower_nearest;
 #include "streak_layer_behind.glsl"
 
-void lay_block_behind(inout Row upper, inout Row lower, uint link) {
+void composite_block(inout Row upper, inout Row lower, uint link) {
     uint node = node_of(link);
     uvec4 coverage = four_of_nodes(node + COVERAGE);
     uvec4 above = four_of_nodes(node + COLORS), below = four_of_nodes(node + COLORS + TILE.x);
@@ -155,8 +155,8 @@ void lay_block_behind(inout Row upper, inout Row lower, uint link) {
         meet(upper_nearest, met_by_block(coverage.xy, above), record);
         meet(lower_nearest, met_by_block(coverage.zw, below), record);
     }
-    lay_row_behind(upper, above, coverage.xy);
-    lay_row_behind(lower, below, coverage.zw);
+    composite_row_of_colors(upper, above, coverage.xy);
+    composite_row_of_colors(lower, below, coverage.zw);
 }
 
 // Gives the colours of a sphere's halves the mean light of a flattened drop of a diameter. `words`: of those of FLATNESS.
@@ -174,7 +174,7 @@ void flatten_colors(inout vec3 upper, inout vec3 lower, uvec2 words, float mm) {
 }
 
 // An entry that is no splat covers nothing.
-void lay_splat_behind(inout Row upper, inout Row lower, uint link) {
+void composite_splat(inout Row upper, inout Row lower, uint link) {
     bool splat = link != END && !is_block(link);
     uvec4 words = four_of_nodes(splat ? node_of(link) : 0u);
     if (!splat) words.w = 0u;
@@ -241,21 +241,21 @@ void lay_splat_behind(inout Row upper, inout Row lower, uint link) {
         meet(upper_nearest, upper_met, node_of(link) / NODE);
         meet(lower_nearest, lower_met, node_of(link) / NODE);
     }
-    lay_part_behind(upper, above_columns, rows.x, first);
-    lay_part_behind(lower, below_columns, rows.y, second);
+    composite_part(upper, above_columns, rows.x, first);
+    composite_part(lower, below_columns, rows.y, second);
 }
 
 // Lays streaks of so great optical depths behind a tile's pixels.
-void lay_depths_behind(inout Row upper, inout Row lower, uint tile, Depths depths) {
-    uvec4 words = veil_of_tile(tile);
+void composite_depths(inout Row upper, inout Row lower, uint tile, Depths depths) {
+    uvec4 words = streak_layer_of_tile(tile);
     vec3 light = vec3(unpackHalf2x16(words.x), unpackHalf2x16(words.y).x);
     composite_row(upper, cover_of(depths.upper), vec4(light.r), vec4(light.g), vec4(light.b));
     composite_row(lower, cover_of(depths.lower), vec4(light.r), vec4(light.g), vec4(light.b));
 }
 
 // Lays what of the streak layer is from a squared distance to another, as bits, behind a tile's pixels.
-void lay_veil_behind(inout Row upper, inout Row lower, uint tile, uvec2 in_pixels, uint from, uint to) {
-    lay_depths_behind(upper, lower, tile, veil_depths(in_pixels, from, to));
+void composite_streak_layer(inout Row upper, inout Row lower, uint tile, uvec2 in_pixels, uint from, uint to) {
+    composite_depths(upper, lower, tile, streak_layer_depths(in_pixels, from, to));
 }
 
 // Whether blocks behind splats are drawn here. Drops of one size look larger the nearer they are, so a block is in

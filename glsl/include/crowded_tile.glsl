@@ -141,15 +141,15 @@ void main() {
         uint interval = 0u;
         while (link != next) {
             if (is_block(link)) {
-                lay_depths_behind(upper, lower, tile, depths_of_interval(interval++));
-                lay_block_behind(upper, lower, link);
+                composite_depths(upper, lower, tile, depths_of_interval(interval++));
+                composite_block(upper, lower, link);
             } else {
-                lay_splat_behind(upper, lower, link);
+                composite_splat(upper, lower, link);
             }
             ++taken;
             link = nodes[link];
         }
-        if (link == END) lay_depths_behind(upper, lower, tile, depths_of_interval(interval));
+        if (link == END) composite_depths(upper, lower, tile, depths_of_interval(interval));
         barrier();
     } while (link != END);
 

@@ -10,7 +10,7 @@ layout(constant_id = 10) const uint INTERVALS = 1;
 // Cos of the deviation, its sine over b, reflectance; evenly spaced in cos θi (src/passes/radial.rs).
 layout(std430, set = 0, binding = 2) readonly buffer Table { vec4 table[]; };
 
-vec3 tabulated(Encounter e) {
+vec3 tabulated(Intersection e) {
     float at = e.cos_incidence * float(INTERVALS);
     uint below = min(uint(at), INTERVALS - 1u);
     vec3 entry = mix(table[below].xyz, table[below + 1u].xyz, at - float(below));
@@ -24,7 +24,7 @@ vec4 drop_at(vec2 at, float pixels) {
     vec2 st = vec2(2.0 * at.x - 1.0, 1.0 - 2.0 * at.y);
     // The level is that of the distance: tan a = 2^-level.
     float tan_a = exp2(-look.x), cos_a = inversesqrt(1.0 + tan_a * tan_a);
-    Encounter e = mask_encounter(st, tan_a * cos_a, cos_a);
+    Intersection e = mask_intersection(st, tan_a * cos_a, cos_a);
     // At the rim itself the fan of directions has no bound.
     e.b = min(e.b, 0.99999);
     e.cos_incidence = max(e.cos_incidence, 4.5e-3);

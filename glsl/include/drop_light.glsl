@@ -19,7 +19,7 @@ const float LEAST_REST = 1e-4;
 
 // `rotation` takes the ray's vectors to world space. `step`: the impact parameter's change
 // over one sample, the reciprocal of the drop's radius in samples.
-vec3 drop_light_by_index(sampler2D map, Encounter e, mat3 rotation, float step) {
+vec3 drop_light_by_index(sampler2D map, Intersection e, mat3 rotation, float step) {
     float ci = e.cos_incidence, ct = cos_refraction(e), st = sin_refraction(e);
 #ifdef DEVIATION_TABLE
     vec3 entry = tabulated(e);
@@ -60,7 +60,7 @@ vec3 drop_light_by_index(sampler2D map, Encounter e, mat3 rotation, float step) 
 }
 
 // Takes each colour by its own index.
-vec3 drop_light(sampler2D map, Encounter e, mat3 rotation, float step) {
+vec3 drop_light(sampler2D map, Intersection e, mat3 rotation, float step) {
     vec3 sum = vec3(0.0);
     for (uint i = 0u; i < INDICES; ++i) sum += take_index(i) * drop_light_by_index(map, e, rotation, step);
     return sum;

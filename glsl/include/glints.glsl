@@ -107,7 +107,7 @@ vec2 image_of(uint way, float off, float radius, float sine) {
     float annulus = 2.0 * sin(0.5 * (range.x + range.y)) * sin(0.5 * (range.y - range.x));
     float b = min(sqrt(0.5 * (sin(first) * sin(first) + sin(last) * sin(last))), 0.99999);
 
-    float f = reflectance(Encounter(vec3(0.0), vec3(0.0), b, sqrt((1.0 - b) * (1.0 + b))));
+    float f = reflectance(Intersection(vec3(0.0), vec3(0.0), b, sqrt((1.0 - b) * (1.0 + b))));
     float share = f;
     if (!outside) {
         share = (1.0 - f) * (1.0 - f) * (order > 0u ? f : 1.0) * (order > 1u ? f : 1.0);
@@ -137,7 +137,7 @@ vec2 far_image_of(uint way, float off, float sine) {
     if (outside ? REFLECTION == 0u : WATER * c <= 1.0) return vec2(0.0);
     b = min(b, 0.99999);
     float cos_incidence = sqrt((1.0 - b) * (1.0 + b));
-    float f = reflectance(Encounter(vec3(0.0), vec3(0.0), b, cos_incidence));
+    float f = reflectance(Intersection(vec3(0.0), vec3(0.0), b, cos_incidence));
     // Half of d(b²) / d(cos Φ'), then from Φ' to Φ.
     float light = outside ? 0.25 * f
         : 0.25 * (1.0 - f) * (1.0 - f) * WATER * WATER * (WATER * c - 1.0) * (WATER - c) / (c * apart * apart);

@@ -124,7 +124,7 @@ uint lens_color(vec2 corner, vec4 sphere, Body body, vec3 motion, float pixels, 
         if (HAS_DEPTH != 0u && dot(d, center) - radius * cosine >= deep / max(-d.z, 1e-6)) share = 0.0;
         // Beyond the rim, the rim, for pixels that no ray hits but the outline touches.
         float weight = max(share, 1e-6);
-        Encounter e = Encounter(d, to_ray / max(b, 1e-9), held, cosine);
+        Intersection e = Intersection(d, to_ray / max(b, 1e-9), held, cosine);
         sum += weight * drop_light(environment_map, e, world, step);
         weights += weight;
         covered += share;

@@ -58,9 +58,9 @@ vec4 beyond(vec3 v) {
     return vec4(left, right, top, bottom);
 }
 
-// `visibility` of a drop that moves: whether it may be in view at any time; the same as `Sight::sighting_moving`, bit for
+// `visibility` of a drop that moves: whether it may be in view at any time; the same as `Sight::visibility_moving`, bit for
 // bit.
-uint sighting_moving(vec3 v, vec3 moved, float radius) {
+uint visibility_moving(vec3 v, vec3 moved, float radius) {
     precise vec3 half_way = 0.5 * moved;
     precise vec3 from = v - half_way, to = v + half_way;
     precise float square = (v.x * v.x + v.y * v.y) + v.z * v.z;
@@ -92,7 +92,7 @@ bool is_streak(Drop drop, Outline o, Path p, float distance2) {
 }
 
 // Is a drop that is out of focus part of the streak layer? It is far, and small or faint.
-bool is_veil_disc(Drop drop, Outline o, Path p, float blur, float distance2) {
+bool is_one_colour_disc(Drop drop, Outline o, Path p, float blur, float distance2) {
     if (SPLAT_PX == 0.0 || !p.even) return false;
     float wide = max(o.radius, blur), area = wide * (wide + 0.64 * length(p.way));
     float near2 = distance2 / (drop.radius * drop.radius);

@@ -87,7 +87,7 @@ uint moving_color(vec2 low, vec2 high, vec4 sphere, Body body, vec3 motion, floa
         }
         if (HAS_DEPTH != 0u && dot(d, center) - sphere.w * sqrt((1.0 - held) * (1.0 + held)) >= behind) share = 0.0;
         float weight = max(share, 1e-6);
-        Encounter e = Encounter(d, to_ray / max(b, 1e-9), held, sqrt((1.0 - held) * (1.0 + held)));
+        Intersection e = Intersection(d, to_ray / max(b, 1e-9), held, sqrt((1.0 - held) * (1.0 + held)));
         sum += weight * drop_light(environment_map, e, world, step);
         weights += weight;
         covered += share;

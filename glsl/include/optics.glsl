@@ -18,7 +18,7 @@ vec3 take_index(uint number) {
 
 // A ray that meets a drop: unit direction, unit vector from the drop's centre to the ray
 // (perpendicular to it), impact parameter b and cos of the incidence angle.
-struct Encounter {
+struct Intersection {
     vec3 direction;
     vec3 offset;
     float b;
@@ -26,37 +26,37 @@ struct Encounter {
 };
 
 // 1 where all light is reflected, as at the rim of a bubble.
-float sin_refraction(Encounter e) {
+float sin_refraction(Intersection e) {
     return min(e.b / WATER, 1.0);
 }
 
-float cos_refraction(Encounter e) {
+float cos_refraction(Intersection e) {
     float s = sin_refraction(e);
     return sqrt(1.0 - s * s);
 }
 
 // R = (1-2ci²) D + 2 b ci e
-vec3 reflected(Encounter e) {
+vec3 reflected(Intersection e) {
     float ci = e.cos_incidence;
     return (1.0 - 2.0 * ci * ci) * e.direction + 2.0 * e.b * ci * e.offset;
 }
 
 // Cos and sin of the deviation δ = 2(θi-θt): the closed form, without trigonometry. Two explicit
 // refractions in float32 are 2,500 times less exact at the rim.
-vec2 deviation(Encounter e) {
+vec2 deviation(Intersection e) {
     float ci = e.cos_incidence, ct = cos_refraction(e), st = sin_refraction(e);
     float c = ci * ct + e.b * st, s = e.b * ct - ci * st;
     return vec2(c * c - s * s, 2.0 * c * s);
 }
 
 // T = cos δ D - sin δ e
-vec3 transmitted(Encounter e) {
+vec3 transmitted(Intersection e) {
     vec2 d = deviation(e);
     return d.x * e.direction - d.y * e.offset;
 }
 
 // For unpolarised light; exact, or Schlick's approximation of 1994.
-float reflectance(Encounter e) {
+float reflectance(Intersection e) {
     float ci = e.cos_incidence, ct = cos_refraction(e);
     if (SCHLICK != 0u) {
         float normal = (WATER - 1.0) / (WATER + 1.0), x = 1.0 - ci;
@@ -70,13 +70,13 @@ float reflectance(Encounter e) {
 // The mask's texel (s, t) of the level with this half-angle, in the pose of the preprocessing. Sine and
 // cosine come from the CPU: a driver's own may be off by 1e-4, which is 0.01° in a direction.
 // Beyond the unit disc the rim is continued, so that filtering finds no zeros there.
-Encounter mask_encounter(vec2 st, float sin_a, float cos_a) {
+Intersection mask_intersection(vec2 st, float sin_a, float cos_a) {
     float far = length(st);
     vec2 radial = far > 0.0 ? st / far : vec2(1.0, 0.0);
     float r = min(far, 1.0);
     float norm = sqrt(cos_a * cos_a + r * r * sin_a * sin_a);
     float sin_theta = r * sin_a / norm, cos_theta = cos_a / norm;
-    return Encounter(
+    return Intersection(
         vec3(radial * sin_theta, -cos_theta),
         vec3(radial * cos_theta, sin_theta),
         r / norm,

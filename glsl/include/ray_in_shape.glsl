@@ -34,7 +34,7 @@ float front_in(RayInShape ray, Body body) {
 vec3 light_in(RayInShape ray, Body body, mat3 world, float step) {
     if (SHAPE == TRACED) return shape_light(whole_map, body.shape, world * ray.to_ray, world * ray.direction, step);
     float b = length(ray.disc);
-    Encounter e = Encounter(ray.direction, ray.disc / max(b, 1e-9), b, sqrt((1.0 - b) * (1.0 + b)));
+    Intersection e = Intersection(ray.direction, ray.disc / max(b, 1e-9), b, sqrt((1.0 - b) * (1.0 + b)));
     return drop_light(environment_map, e, world, step);
 }
 #endif

@@ -39,7 +39,7 @@ vec4 seen_as(vec4 shape, Path path) {
 bool may_show(Drop drop, Path path, vec4 shape, float distance2) {
     float reach = drop.radius * reach_of_shape(shape), unused, near = frame.camera_high.w;
     bool moves = is_exposed() && path.moved != vec3(0.0);
-    uint what = moves ? sighting_moving(drop.view, path.moved, reach) : visibility(drop.view, reach, reach_across(drop.view, reach), unused);
+    uint what = moves ? visibility_moving(drop.view, path.moved, reach) : visibility(drop.view, reach, reach_across(drop.view, reach), unused);
     return what != OUT_OF_VIEW && distance2 >= near * near;
 }
 #endif

@@ -19,8 +19,8 @@ const float LINED_SHARE = 0.1;   // least that a bright source's line has in a p
 
 // `streak_layer` of tile_buffers.glsl: the first link of each cell; then links: record, a word of `nodes`, and next; then parts of streaks that have lines:
 // record, and number of the part along the streak's longer axis, from the whole picture's edge on.
-#define VEIL_HEADS frame.streaks.x // words
-#define VEIL_LINKS frame.streaks.y // room for so many
+#define STREAK_HEADS frame.streaks.x // words
+#define STREAK_LINKS frame.streaks.y // room for so many
 #define LINE_PARTS frame.streaks.z // room for so many; 0: there are no lines
 #define LINED_PX uintBitsToFloat(frame.streaks.w) // radius from which on a drop's streak has them
 
@@ -29,21 +29,21 @@ const uint LINE_PART = 16; // pixels of a part
 const float LINE_UNITS = 1048576.0;
 
 uint line_part(uint number) {
-    return VEIL_HEADS + 2u * (VEIL_LINKS + number);
+    return STREAK_HEADS + 2u * (STREAK_LINKS + number);
 }
 
 // Whether there may be streaks of one colour in this frame.
-bool is_veiled() {
-    return is_spread() && VEIL_LINKS != 0u;
+bool has_streak_layer() {
+    return is_spread() && STREAK_LINKS != 0u;
 }
 
 // Pixels of the tiles, across and down.
-uvec2 veil_size() {
+uvec2 streak_layer_size() {
     return (end_tile() - first_tile()) * TILE;
 }
 
 uvec2 cells_of(uint kind) {
-    return (veil_size() + CELLS_PX[kind] - 1u) / CELLS_PX[kind];
+    return (streak_layer_size() + CELLS_PX[kind] - 1u) / CELLS_PX[kind];
 }
 
 // Number of the first cell of a kind.

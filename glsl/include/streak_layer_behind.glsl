@@ -40,9 +40,9 @@ void add_depths(inout Depths depths, uint distance2, ivec4 above, ivec4 below) {
 
 // A link's record, and the next link.
 #ifdef TEXELS
-uvec2 link_at(uint link) { return texelFetch(link_texels, int(VEIL_HEADS / 2u + link)).xy; }
+uvec2 link_at(uint link) { return texelFetch(link_texels, int(STREAK_HEADS / 2u + link)).xy; }
 #else
-uvec2 link_at(uint link) { return uvec2(streak_layer[VEIL_HEADS + 2u * link], streak_layer[VEIL_HEADS + 2u * link + 1u]); }
+uvec2 link_at(uint link) { return uvec2(streak_layer[STREAK_HEADS + 2u * link], streak_layer[STREAK_HEADS + 2u * link + 1u]); }
 #endif
 
 const uint NO_LINK = 0x80000000u; // more than there can be
@@ -86,7 +86,7 @@ void add_record(inout Depths depths, const uint kind, uint record, uvec4 first, 
 // Whether the driver has ended a walk along a list early: llvmpipe ends all loops of eight invocations after 65,535 passes
 // together. A tile walks its lists once before each of its blocks, so some hundred streaks before some dozens of blocks
 // take as many. Such tiles are left to crowded_tile.glsl.
-bool veil_is_cut = false;
+bool streaks_are_cut = false;
 
 // Adds the streaks of a cell from a squared distance, as bits, to another. (If the loop asked for END itself, a compiler
 // would take the check after it for true.)
@@ -97,7 +97,7 @@ void add_cell(inout Depths depths, const uint kind, uvec2 in_pixels, vec2 corner
         link = pair.y;
         add_record(depths, kind, pair.x, four_of_nodes(pair.x), corner, from, to);
     }
-    veil_is_cut = veil_is_cut || link != END;
+    streaks_are_cut = streaks_are_cut || link != END;
 }
 
 // What passes through optical depths is left out of 1.
@@ -106,7 +106,7 @@ vec4 cover_of(ivec4 depth) {
 }
 
 // Optical depths of the streak layer over a tile's pixels; `in_pixels`: its corner from that of the first tile.
-Depths veil_depths(uvec2 in_pixels, uint from, uint to) {
+Depths streak_layer_depths(uvec2 in_pixels, uint from, uint to) {
     Depths depths = Depths(ivec4(0), ivec4(0));
     vec2 corner = vec2(in_pixels + first_tile() * TILE);
     add_cell(depths, SQUARES, in_pixels, corner, from, to);

@@ -1,15 +1,15 @@
 #ifndef STREAK_LAYER_LINKS_GLSL
 #define STREAK_LAYER_LINKS_GLSL
 // Enters streaks into the lists of the streak layer's cells.
-#ifndef VEIL_ACCESS
-#define VEIL_ACCESS
+#ifndef STREAK_LAYER_ACCESS
+#define STREAK_LAYER_ACCESS
 #endif
 #include "motion.glsl"
 #include "streak.glsl"
 #include "streak_layer.glsl"
 
 // A node that holds a streak, or a disc, packed.
-void write_veil_node(uint node, float distance2, uvec2 at, uvec4 rest) {
+void write_streak_node(uint node, float distance2, uvec2 at, uvec4 rest) {
     nodes[node] = floatBitsToUint(distance2);
     nodes[node + 2u] = at.x;
     nodes[node + 3u] = at.y;
@@ -30,7 +30,7 @@ Streak streak_of_drop(Drop drop, Outline o, Path p, float blur, float distance2)
 }
 
 // Cells that a streak may meet: from the first along its longer axis on, `across` of them each.
-struct VeilCells {
+struct StreakCells {
     uint kind, first, rows, across;
 };
 
@@ -41,8 +41,8 @@ uint kind_of_streak(Streak s) {
         : is_short ? SHORT_COLUMNS : s.upright ? COLUMNS : ROWS;
 }
 
-VeilCells cells_met(Streak s, uint kind) {
-    VeilCells c;
+StreakCells cells_met(Streak s, uint kind) {
+    StreakCells c;
     c.kind = kind;
     vec2 origin = vec2(first_tile() * TILE), at = s.center - origin;
     vec2 size = vec2(CELLS_PX[c.kind]);
@@ -60,14 +60,14 @@ VeilCells cells_met(Streak s, uint kind) {
 }
 
 // Enters the streak of a record; `link`: the first of as many links as it may meet cells.
-void enter_streak(uint record, Streak s, VeilCells c, uint link) {
+void enter_streak(uint record, Streak s, StreakCells c, uint link) {
     vec2 at = s.center - vec2(first_tile() * TILE), size = vec2(CELLS_PX[c.kind]);
     ivec2 count = ivec2(cells_of(c.kind));
     float along = s.upright ? at.y : at.x, off = s.upright ? at.x : at.y;
     float cell = s.upright ? size.y : size.x, aside = s.upright ? size.x : size.y;
     float half_width = 1.0 / s.inverse + 0.5, half_length = 0.5 * (s.full + s.ends);
     int least = s.upright ? count.x : count.y;
-    uint heads = first_cell(c.kind), links = VEIL_HEADS;
+    uint heads = first_cell(c.kind), links = STREAK_HEADS;
     for (uint row = 0u; row < c.rows; ++row) {
         float from = max(float(c.first + row) * cell - along, -half_length);
         float to = min(float(c.first + row + 1u) * cell - along, half_length);

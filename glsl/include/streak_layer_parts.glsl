@@ -1,8 +1,8 @@
 #ifndef STREAK_LAYER_PARTS_GLSL
 #define STREAK_LAYER_PARTS_GLSL
 // Enters streaks of which a bright source draws lines, part by part, for lines.comp.
-#ifndef VEIL_ACCESS
-#define VEIL_ACCESS
+#ifndef STREAK_LAYER_ACCESS
+#define STREAK_LAYER_ACCESS
 #endif
 #include "streak.glsl"
 #include "together.glsl"

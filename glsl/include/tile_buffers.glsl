@@ -71,7 +71,7 @@ layout(std430, set = 0, binding = 3) buffer Totals {
     uint disordered;
     uint in_view;                   // clusters
     uint cells_in_view;
-    uint veil_links;                // of the streak layer's cells
+    uint streak_links;                // of the streak layer's cells
     uint line_parts;                // parts of its streaks that have lines
     uint shared_drops;              // large drops whose glints take a workgroup each
     uint crowded;                   // tiles that streaks make too long for one invocation (crowded_tile.glsl)
@@ -133,10 +133,10 @@ layout(std430, set = 0, binding = 8) buffer Blocks { uint blocks[]; };
 #endif
 layout(std430, set = 0, binding = 12) REACH_ACCESS buffer Reach { float reach[]; };
 // The lists of streaks (streak_layer.glsl), which gather.comp writes.
-#ifndef VEIL_ACCESS
-#define VEIL_ACCESS readonly
+#ifndef STREAK_LAYER_ACCESS
+#define STREAK_LAYER_ACCESS readonly
 #endif
-layout(std430, set = 0, binding = 13) VEIL_ACCESS buffer Veil { uint streak_layer[]; };
+layout(std430, set = 0, binding = 13) STREAK_LAYER_ACCESS buffer StreakLayer { uint streak_layer[]; };
 // A far drop's mean light from a source by the angle between them, which bow.comp finds at BOW_ANGLES angles.
 layout(std430, set = 0, binding = 15) readonly buffer Bow { vec4 bow[]; };
 

@@ -1,8 +1,8 @@
-//! The geometry of the paper's mask: its levels, and the encounter that each texel stands for.
+//! The geometry of the paper's mask: its levels, and the intersection that each texel stands for.
 
 use glam::DVec3;
 
-use super::{Encounter, WATER};
+use super::{Intersection, WATER};
 
 /// Half-angle of the mask's level `i`, in radians: atan(2^-i) (Table I).
 pub fn level_half_angle(level: u32) -> f64 {
@@ -14,11 +14,11 @@ pub fn level_distance(level: u32) -> f64 {
     1.0 / level_half_angle(level).sin()
 }
 
-/// The encounter of the mask's texel (s, t) in [-1, 1]² of a level of the given half-angle, seen
+/// The intersection of the mask's texel (s, t) in [-1, 1]² of a level of the given half-angle, seen
 /// in the pose of the preprocessing: eye at the origin, looking along -z, y up. Outside the unit
-/// disc it is the encounter of the nearest point of the rim, so that filtering across the rim finds
+/// disc it is the intersection of the nearest point of the rim, so that filtering across the rim finds
 /// unit vectors and reflectance 1 there instead of zeros.
-pub fn mask_encounter(s: f64, t: f64, half_angle: f64) -> Encounter {
+pub fn mask_intersection(s: f64, t: f64, half_angle: f64) -> Intersection {
     let (sin_a, cos_a) = half_angle.sin_cos();
     let distance = s.hypot(t);
     let (radial_x, radial_y) =
@@ -27,7 +27,7 @@ pub fn mask_encounter(s: f64, t: f64, half_angle: f64) -> Encounter {
     // With θ the ray's angle to the axis, tan θ = r tan a; b = sin θ / sin a.
     let norm = (cos_a * cos_a + r * r * sin_a * sin_a).sqrt();
     let (sin_theta, cos_theta) = (r * sin_a / norm, cos_a / norm);
-    Encounter {
+    Intersection {
         direction: DVec3::new(radial_x * sin_theta, radial_y * sin_theta, -cos_theta),
         offset: DVec3::new(radial_x * cos_theta, radial_y * cos_theta, sin_theta),
         impact_parameter: r / norm,

@@ -14,8 +14,8 @@ mod spheroid;
 
 pub use cap::{Cap, FirstExit};
 pub use interface::{Interface, fresnel, schlick};
-pub use mask::{level_distance, level_half_angle, mask_encounter};
-pub use sphere::Encounter;
+pub use mask::{level_distance, level_half_angle, mask_intersection};
+pub use sphere::Intersection;
 pub use spheroid::{Exit, Shape, Walk, semi_axes};
 
 /// Refractive index of water at 589 nm over that of air, as the paper has it.

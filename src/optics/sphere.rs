@@ -14,7 +14,7 @@ use super::{WATER, fresnel};
 
 /// A ray that meets a drop, reduced to what the optics depend on.
 #[derive(Clone, Copy, Debug)]
-pub struct Encounter {
+pub struct Intersection {
     /// The ray's unit direction.
     pub direction: DVec3,
     /// Unit vector from the drop's centre to the ray, perpendicular to `direction`. For a ray
@@ -28,8 +28,8 @@ pub struct Encounter {
     pub index: f64,
 }
 
-impl Encounter {
-    /// The encounter of a ray that starts at the origin with a sphere; `None` if the ray's line
+impl Intersection {
+    /// The intersection of a ray that starts at the origin with a sphere; `None` if the ray's line
     /// misses the sphere or the sphere is behind the origin. The origin must be outside the sphere.
     pub fn of_ray(direction: DVec3, center: DVec3, radius: f64) -> Option<Self> {
         let along = center.dot(direction);

@@ -88,7 +88,7 @@ pub struct Composite {
 struct Passes {
     sky: SkyPass,
     /// What streaks of one colour show; none where there are none.
-    veil_light: Option<ComputePipeline>,
+    streak_layer_light: Option<ComputePipeline>,
     rays: ComputePipeline,
     /// Adds the images of bright sources to large drops, then to those that take long; none where there are no sources.
     glints: Option<[ComputePipeline; 2]>,
@@ -173,7 +173,7 @@ impl Passes {
             Ok(SkyPass::Background(Box::new(pass)))
         };
         let listed = || -> Result<Option<Listed>> {
-            if tiles.has_veil() {
+            if tiles.has_streak_layer() {
                 return Ok(None);
             }
             let listing = LISTED_TILES * group::TILES_TO_DRAW_COMP[0];
@@ -202,18 +202,30 @@ impl Passes {
                         Ok((of_large, maybe(buffers.line_sums.is_some(), shaders::LINES_COMP)?))
                     },
                     || -> Result<_> {
-                        let of_veil = [shaders::VEIL_LIGHT_COMP, shaders::COMPOSITE_COMP_CROWDED];
-                        let both = || side_by_side(of_veil, pipeline);
-                        Ok((sky()?, tiles.has_veil().then(both).transpose()?))
+                        let of_streak_layer =
+                            [shaders::STREAK_LAYER_LIGHT_COMP, shaders::COMPOSITE_COMP_CROWDED];
+                        let both = || side_by_side(of_streak_layer, pipeline);
+                        Ok((sky()?, tiles.has_streak_layer().then(both).transpose()?))
                     },
                 )
             },
         );
         let ([disordered, composite, rays], listed) = of_all?;
         let (glints, lines) = of_glints?;
-        let (sky, of_veil) = others?;
-        let (veil_light, crowded) = of_veil.map(|[light, crowded]| (light, crowded)).unzip();
-        Ok(Self { sky, veil_light, rays, glints, lines, composite, listed, disordered, crowded })
+        let (sky, of_streak_layer) = others?;
+        let (streak_layer_light, crowded) =
+            of_streak_layer.map(|[light, crowded]| (light, crowded)).unzip();
+        Ok(Self {
+            sky,
+            streak_layer_light,
+            rays,
+            glints,
+            lines,
+            composite,
+            listed,
+            disordered,
+            crowded,
+        })
     }
 }
 
@@ -233,8 +245,8 @@ impl Composite {
     ) -> Result<Self> {
         let Prepared { glints, tiles, .. } = prepared;
         let pixels = u64::from(width) * u64::from(height);
-        let has_lines = tiles.has_veil() && glints.count > 0;
-        let is_listed = !tiles.has_veil() && tiles.bands() == 1;
+        let has_lines = tiles.has_streak_layer() && glints.count > 0;
+        let is_listed = !tiles.has_streak_layer() && tiles.bands() == 1;
         let buffers = Buffers::new(device, tiles, pixels, plan.nearest, is_listed, has_lines)?;
         let texels = buffers.texels(device, prepared)?;
         let bindings = buffers.bindings(device, prepared, texels.as_ref())?;
@@ -308,10 +320,10 @@ impl Composite {
             SkyPass::Environment(pass) => pass.dispatch(commands, &self.bindings, 0, &[], groups),
             SkyPass::Background(pass) => pass.record(commands, groups),
         }
-        if let Some(veil_light) = &self.passes.veil_light {
+        if let Some(streak_layer_light) = &self.passes.streak_layer_light {
             let groups = rows_of(self.tiles.div_ceil(64));
             memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::ComputeRead]);
-            veil_light.dispatch(commands, &self.bindings, 0, &[], groups);
+            streak_layer_light.dispatch(commands, &self.bindings, 0, &[], groups);
         }
     }
 

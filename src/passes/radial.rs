@@ -10,7 +10,7 @@ use ash::vk;
 
 use crate::Result;
 use crate::gpu::{Buffer, Device};
-use crate::optics::{Encounter, WATER, schlick};
+use crate::optics::{Intersection, WATER, schlick};
 use crate::scene::model::Fresnel;
 
 /// Intervals between the table's rows, which are one more.
@@ -42,10 +42,11 @@ fn row_at(cos_incidence: f64, fresnel: Fresnel) -> [f32; 4] {
     // In the very middle the sine over b is a limit; so near it, it is reached.
     let impact_parameter = (1.0 - cos_incidence * cos_incidence).sqrt().max(1e-7);
     let (direction, offset) = (glam::DVec3::NEG_Z, glam::DVec3::X);
-    let encounter = Encounter { direction, offset, impact_parameter, cos_incidence, index: WATER };
-    let (cosine, sine) = encounter.deviation(0);
+    let intersection =
+        Intersection { direction, offset, impact_parameter, cos_incidence, index: WATER };
+    let (cosine, sine) = intersection.deviation(0);
     let reflectance = match fresnel {
-        Fresnel::Exact => encounter.reflectance(),
+        Fresnel::Exact => intersection.reflectance(),
         Fresnel::Schlick => schlick(cos_incidence),
     };
     [cosine as f32, (sine / impact_parameter) as f32, reflectance as f32, 0.0]

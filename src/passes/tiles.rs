@@ -315,7 +315,7 @@ impl Tiles {
             (tile_frame::PICTURES, &appearance.table),
             (tile_frame::SOURCES, &glints.sources),
             (tile_frame::BOW, &glints.bow),
-            (tile_frame::VEIL, &streak_layer.buffer),
+            (tile_frame::STREAK_LAYER, &streak_layer.buffer),
             (tile_frame::COUNTERS, &counters),
         ]
         .map(|(slot, buffer)| (slot, Resource::Buffer(buffer)));
@@ -397,7 +397,7 @@ impl Tiles {
     }
 
     /// Whether there may be streaks of one colour.
-    pub(super) fn has_veil(&self) -> bool {
+    pub(super) fn has_streak_layer(&self) -> bool {
         self.streak_layer.reset > 0
     }
 

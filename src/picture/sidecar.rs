@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use crate::Result;
 use crate::optics::Shape;
-use crate::rain::cull::{Sighting, sightings};
+use crate::rain::cull::{Visibility, drops_with_visibility};
 use crate::rain::field::Field;
 use crate::rain::shape::Halves;
 use crate::rain::tick_of_seconds;
@@ -135,10 +135,10 @@ pub fn drops_in_view(scene: &Scene, cutoff_px: f64) -> Vec<DropRecord> {
                    from_camera: DVec3,
                    (radius, reach): (f64, f64),
                    velocity: DVec3,
-                   sighting| {
+                   visibility| {
         let half_way = 0.5 * scene.drawn_motion_of(velocity);
         let ends = [from_camera - half_way, from_camera + half_way];
-        let is_seen = matches!(sighting, Sighting::Visible | Sighting::BesideCamera);
+        let is_seen = matches!(visibility, Visibility::Visible | Visibility::BesideCamera);
         if let (true, Some(pixels)) = (is_seen, pixels_of(&view, ends, reach * radius, lens)) {
             let center = scene.drawn_position() + from_camera;
             found.push(DropRecord { number, center, radius, velocity, pixels });
@@ -148,7 +148,7 @@ pub fn drops_in_view(scene: &Scene, cutoff_px: f64) -> Vec<DropRecord> {
         field.for_each_shown(scene, cutoff_px, &mut |drop| {
             let radius = f64::from(drop.radius);
             let size = (radius, reach_of_falling(scene, radius));
-            add(drop.number, drop.from_camera, size, drop.velocity, drop.sighting);
+            add(drop.number, drop.from_camera, size, drop.velocity, drop.visibility);
         });
     }
     let mut placed = (0..).zip(scene.placed());
@@ -156,21 +156,21 @@ pub fn drops_in_view(scene: &Scene, cutoff_px: f64) -> Vec<DropRecord> {
         let seen = rain.seen_from(scene.drawn_position(), tick_of_seconds(scene.drawn_time()));
         (0..rain.count).map(move |index| (seen.drop_at(index).as_dvec3(), rain.velocity))
     });
-    for (index, (_, radius, sighting)) in (0u32..).zip(sightings(scene)) {
+    for (index, (_, radius, visibility)) in (0u32..).zip(drops_with_visibility(scene)) {
         let of_box = random.next();
         let by_hand = if of_box.is_none() { placed.next() } else { None };
-        if matches!(sighting, Sighting::OutOfView) {
+        if matches!(visibility, Visibility::OutOfView) {
             continue;
         }
         if let Some((from_camera, velocity)) = of_box {
             let size = (radius.into(), 1.0);
-            add(u64::from(index) + 1, from_camera, size, velocity, sighting);
+            add(u64::from(index) + 1, from_camera, size, velocity, visibility);
         } else if let Some((place, drop)) = by_hand {
             let from_camera = scene.drawn_center(drop) - view.position;
             // With real rain, where random drops have no index, placed ones begin with 1 too.
             let size = (drop.radius, reach_of_placed(scene, drop));
             let number = scene.number_of(drop, place);
-            add(number.into(), from_camera, size, drop.velocity, sighting);
+            add(number.into(), from_camera, size, drop.velocity, visibility);
         }
     }
     found

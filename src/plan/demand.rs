@@ -252,7 +252,7 @@ mod tests {
     use glam::DVec2;
 
     use super::*;
-    use crate::rain::cull::sightings;
+    use crate::rain::cull::drops_with_visibility;
     use crate::scene::{ImageSize, RainSettings};
 
     #[test]
@@ -275,7 +275,8 @@ mod tests {
                     && depth < view.focal_px / px
                     && center.truncate().abs().cmple(half * depth).all()
             };
-            let larger = sightings(&scene).filter(|(center, ..)| is_larger(center.as_dvec3()));
+            let larger =
+                drops_with_visibility(&scene).filter(|(center, ..)| is_larger(center.as_dvec3()));
             let counted = larger.count() as f64;
             println!("{px} px: {counted}, {expected:.0} expected");
             assert!((counted - expected).abs() < 4.0 * expected.sqrt());

@@ -14,7 +14,7 @@ use crate::scene::camera::View;
 
 /// What became of a drop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Sighting {
+pub enum Visibility {
     /// Its sphere meets the view volume: drawn.
     Visible,
     /// Out of the view volume, nearer than the near plane, or kept off by a shelter.
@@ -102,9 +102,9 @@ impl Sight {
 
     /// What becomes of a drop that moves so far, both in view space, around this centre: whether it may be in view at
     /// any time.
-    pub fn sighting_moving(&self, v: Vec3, moved: Vec3, radius: f32) -> Sighting {
+    pub fn visibility_moving(&self, v: Vec3, moved: Vec3, radius: f32) -> Visibility {
         if moved == Vec3::ZERO {
-            return self.sighting(v, radius);
+            return self.visibility(v, radius);
         }
         let half_way = 0.5 * moved;
         let (from, to) = (v - half_way, v + half_way);
@@ -113,28 +113,28 @@ impl Sight {
         let reach = self.reach(from, radius).max(self.reach(to, radius));
         let in_frustum = a.into_iter().zip(b).all(|(a, b)| a.min(b) <= reach);
         if !in_frustum || square < self.near * self.near || (-from.z).max(-to.z) <= -radius {
-            Sighting::OutOfView
+            Visibility::OutOfView
         } else if (-from.z).min(-to.z) <= radius {
-            Sighting::BesideCamera
+            Visibility::BesideCamera
         } else {
-            Sighting::Visible
+            Visibility::Visible
         }
     }
 
     /// What becomes of a drop with this centre in view space.
-    pub fn sighting(&self, v: Vec3, radius: f32) -> Sighting {
+    pub fn visibility(&self, v: Vec3, radius: f32) -> Visibility {
         let depth = -v.z;
         let distance2 = (v.x * v.x + v.y * v.y) + v.z * v.z;
         let reach = self.reach(v, radius);
         let in_frustum = self.beyond(v).into_iter().all(|beyond| beyond <= reach);
         if distance2 <= radius * radius {
-            Sighting::CameraInside
+            Visibility::CameraInside
         } else if !in_frustum || distance2 < self.near * self.near || depth <= -radius {
-            Sighting::OutOfView
+            Visibility::OutOfView
         } else if depth <= radius {
-            Sighting::BesideCamera
+            Visibility::BesideCamera
         } else {
-            Sighting::Visible
+            Visibility::Visible
         }
     }
 }
@@ -146,8 +146,8 @@ pub fn split(v: DVec3) -> [Vec3; 2] {
 }
 
 /// Every drop of a scene in view space in the middle of what is exposed, with what became of it; by index, the random
-/// drops in a box before the placed ones. Those of real rain have no index: [`crate::rain::field::Field::sightings`].
-pub fn sightings(scene: &Scene) -> impl Iterator<Item = (Vec3, f32, Sighting)> {
+/// drops in a box before the placed ones. Those of real rain have no index: [`crate::rain::field::Field::drops_with_visibility`].
+pub fn drops_with_visibility(scene: &Scene) -> impl Iterator<Item = (Vec3, f32, Visibility)> {
     let sight = Sight::of(scene);
     let tick = crate::rain::tick_of_seconds(scene.drawn_time());
     let roofs = Arc::new(Roofs::of_boxes(scene));
@@ -169,17 +169,18 @@ pub fn sightings(scene: &Scene) -> impl Iterator<Item = (Vec3, f32, Sighting)> {
     });
     random.chain(placed).map(move |(relative, moved, radius, sheltered)| {
         let center = sight.view_space(relative);
-        let sighting = match sheltered {
-            true => Sighting::OutOfView,
-            false => sight.sighting_moving(center, sight.view_space(moved), radius),
+        let visibility = match sheltered {
+            true => Visibility::OutOfView,
+            false => sight.visibility_moving(center, sight.view_space(moved), radius),
         };
-        (center, radius, sighting)
+        (center, radius, visibility)
     })
 }
 
 /// Number of drops in view, as every driver must count them; without those of real rain
 /// ([`crate::rain::field::Field::count_visible`]).
 pub fn count_visible(scene: &Scene) -> u64 {
-    let is_visible = |(_, _, sighting): &(Vec3, f32, Sighting)| *sighting == Sighting::Visible;
-    sightings(scene).filter(is_visible).count() as u64
+    let is_visible =
+        |(_, _, visibility): &(Vec3, f32, Visibility)| *visibility == Visibility::Visible;
+    drops_with_visibility(scene).filter(is_visible).count() as u64
 }

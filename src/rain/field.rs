@@ -12,7 +12,7 @@ use glam::{DVec3, Vec3};
 use crate::abi::{self, CELLS_GROUP, MAX_BANDS};
 pub use crate::abi::{RainClass as ClassRecord, Slab};
 use crate::rain::cells::{CellDrop, DIAMETER_UNIT, Lattice, Place};
-use crate::rain::cull::{Sight, Sighting};
+use crate::rain::cull::{Sight, Visibility};
 use crate::rain::flat_sizes::Parted;
 use crate::rain::grain::{Grain, GrainRecord};
 use crate::rain::law::Law;
@@ -211,10 +211,14 @@ impl Field {
 
     /// Every drop that `scene` shows by itself over a cut-off ([`Field::seen`]), with what became of it, as every
     /// driver must find them: centre in view space, and radius, in scene units.
-    pub fn sightings(&self, scene: &Scene, cutoff_px: f64) -> Vec<(Vec3, f32, Sighting)> {
+    pub fn drops_with_visibility(
+        &self,
+        scene: &Scene,
+        cutoff_px: f64,
+    ) -> Vec<(Vec3, f32, Visibility)> {
         let mut found = Vec::new();
         self.for_each_shown(scene, cutoff_px, &mut |drop| {
-            found.push((drop.view, drop.radius, drop.sighting));
+            found.push((drop.view, drop.radius, drop.visibility));
         });
         found
     }
@@ -246,7 +250,7 @@ impl Field {
                             from_camera: lattice.between(place, &drop.place) / scene.metres,
                             radius,
                             velocity: lattice.velocity / scene.metres,
-                            sighting: sight.sighting_moving(center, moved, radius),
+                            visibility: sight.visibility_moving(center, moved, radius),
                         });
                     }
                 }
@@ -263,7 +267,7 @@ impl Field {
     pub fn count_visible(&self, scene: &Scene, cutoff_px: f64) -> u64 {
         let mut visible = 0;
         self.for_each_shown(scene, cutoff_px, &mut |drop| {
-            visible += u64::from(drop.sighting == Sighting::Visible);
+            visible += u64::from(drop.visibility == Visibility::Visible);
         });
         visible
     }
@@ -283,7 +287,7 @@ pub struct ShownDrop {
     /// Scene units a second.
     pub velocity: DVec3,
     /// What becomes of it in the picture.
-    pub sighting: Sighting,
+    pub visibility: Visibility,
 }
 
 /// Number of a drop of real rain, from its class, its cell and its number in the cell: `number_of` in `glsl/include/drop_records.glsl`.

@@ -20,7 +20,7 @@ use super::flat_light::FlatLight;
 use super::shelter::Roof;
 use crate::environment::Environment;
 use crate::environment::bright::{Bright, Region, split};
-use crate::optics::{Encounter, Shape};
+use crate::optics::{Intersection, Shape};
 use crate::rain::law::Law;
 use crate::rain::shape::{Halves, SMALLEST_FLATTENED};
 use crate::scene::Scene;
@@ -232,9 +232,9 @@ impl FarRain {
         let mut sum = DVec3::ZERO;
         if halves.top == halves.equatorial {
             let (u, v) = direction.any_orthonormal_pair();
-            let encounter = encounter(direction, cosine * u + sine * v, square);
+            let intersection = intersection(direction, cosine * u + sine * v, square);
             for &(index, colors) in indices {
-                truth.of_sphere(&encounter.with_index(index), |_, weight, direction, _| {
+                truth.of_sphere(&intersection.with_index(index), |_, weight, direction, _| {
                     sum += weight * colors * environment.radiance(direction);
                 });
             }
@@ -300,8 +300,8 @@ fn across(direction: DVec3) -> (DVec3, DVec3) {
 }
 
 /// A ray that meets a sphere at the square of an impact parameter.
-fn encounter(direction: DVec3, offset: DVec3, square: f64) -> Encounter {
-    Encounter {
+fn intersection(direction: DVec3, offset: DVec3, square: f64) -> Intersection {
+    Intersection {
         direction,
         offset,
         impact_parameter: square.sqrt(),
@@ -318,9 +318,9 @@ impl Phase {
         let [mut before, mut now] = [Vec::<(f64, f64)>::new(), Vec::new()];
         for ring in 0..=RINGS {
             let square = f64::from(ring) / f64::from(RINGS);
-            let encounter = encounter(DVec3::NEG_Z, DVec3::X, square).with_index(index);
+            let intersection = intersection(DVec3::NEG_Z, DVec3::X, square).with_index(index);
             now.clear();
-            truth.of_sphere(&encounter, |_, weight, direction, _| {
+            truth.of_sphere(&intersection, |_, weight, direction, _| {
                 let angle = direction.x.hypot(direction.y).atan2(-direction.z);
                 now.push((weight, angle * ANGLES as f64 / PI));
             });

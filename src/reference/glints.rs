@@ -32,7 +32,7 @@ use super::tree::{Hit, Pyramid};
 use super::{Drop, Ray, Tracer, Truth, Weights, flat_glints};
 use crate::environment::Environment;
 use crate::environment::bright::{Bright, Region, split};
-use crate::optics::{Encounter, Shape};
+use crate::optics::{Intersection, Shape};
 use crate::rain::pcg4d;
 
 /// Most internal reflections whose glints are looked for; of light that takes more, 0.02 % of all,
@@ -74,10 +74,10 @@ impl Way {
     }
 
     /// Where the light comes from.
-    fn direction(self, encounter: &Encounter) -> DVec3 {
+    fn direction(self, intersection: &Intersection) -> DVec3 {
         match self {
-            Self::Outside => encounter.reflected(),
-            Self::Inside(k) => encounter.after_internal_reflections(k),
+            Self::Outside => intersection.reflected(),
+            Self::Inside(k) => intersection.after_internal_reflections(k),
         }
     }
 
@@ -393,13 +393,13 @@ impl<'a> Mirror<'a> {
     /// Number of samples: as many as its pixels get, fewer where it is less bright than the environment's `mean`.
     fn samples(&self, glint: &Glint, mean: f64) -> u32 {
         let truth = &self.tracer.truth;
-        let (encounter, cos_alpha) = self.ray(glint, (0.5, 0.5));
+        let (intersection, cos_alpha) = self.ray(glint, (0.5, 0.5));
         let view = &self.tracer.eye.view;
         let picture = f64::from(view.whole[0]) * f64::from(view.whole[1]);
         // A drop that reaches out of view may have its middle there: no farther out than 78 degrees.
-        let cos_gamma = -encounter.direction.dot(view.back).min(-0.2);
+        let cos_gamma = -intersection.direction.dot(view.back).min(-0.2);
         let pixels = (glint.patch.area() * self.density(cos_alpha, cos_gamma)).min(picture);
-        let light = glint.way.weight(&encounter, truth) * glint.region.luminance * pixels;
+        let light = glint.way.weight(&intersection, truth) * glint.region.luminance * pixels;
         (f64::from(truth.samples) * pixels.max(1.0).min(light / mean)).max(FEWEST) as u32
     }
 
@@ -416,26 +416,31 @@ impl<'a> Mirror<'a> {
         let opacity = self.tracer.eye.opacity(self.drop.center);
         let share = glint.patch.area() / f64::from(samples);
         for ((x, y), sample) in Strata::new(samples, seed).places(number).zip(0_u32..) {
-            let (encounter, cos_alpha) = self.ray(glint, (x, y));
-            let Some((column, row)) = view.pixel(encounter.direction) else { continue };
-            let light = glint.region.radiance(glint.way.direction(&encounter));
+            let (intersection, cos_alpha) = self.ray(glint, (x, y));
+            let Some((column, row)) = view.pixel(intersection.direction) else { continue };
+            let light = glint.region.radiance(glint.way.direction(&intersection));
             if light == DVec3::ZERO {
                 continue;
             }
-            let area = share * self.density(cos_alpha, -encounter.direction.dot(view.back));
+            let area = share * self.density(cos_alpha, -intersection.direction.dot(view.back));
             // Only drops that move ask for it: independent of the place in the patch.
             let moment = [number, sample, seed as u32, !(seed >> 32) as u32];
             let moment = f64::from(pcg4d(moment)[0]) / 4_294_967_296.0;
             let weight = area
-                * glint.way.weight(&encounter, &self.tracer.truth)
+                * glint.way.weight(&intersection, &self.tracer.truth)
                 * opacity
-                * self.unhidden(&encounter, cos_alpha, view.number_in_whole(column, row), moment);
+                * self.unhidden(
+                    &intersection,
+                    cos_alpha,
+                    view.number_in_whole(column, row),
+                    moment,
+                );
             *pixels.entry(row * view.width + column).or_default() += weight * light * glint.colors;
         }
     }
 
-    /// The encounter of the ray that meets the drop at a place of a glint's patch, and cos α.
-    fn ray(&self, glint: &Glint, place: (f64, f64)) -> (Encounter, f64) {
+    /// The intersection of the ray that meets the drop at a place of a glint's patch, and cos α.
+    fn ray(&self, glint: &Glint, place: (f64, f64)) -> (Intersection, f64) {
         let (square, azimuth) = glint.patch.at(place.0, place.1);
         let frame = glint.frame;
         let impact_parameter = square.sqrt();
@@ -443,14 +448,14 @@ impl<'a> Mirror<'a> {
         let cos_alpha = (1.0 - sin_alpha * sin_alpha).sqrt();
         let (sine, cosine) = azimuth.sin_cos();
         let aside = cosine * frame.0 + sine * frame.1;
-        let encounter = Encounter {
+        let intersection = Intersection {
             direction: cos_alpha * self.axis + sin_alpha * aside,
             offset: cos_alpha * aside - sin_alpha * self.axis,
             impact_parameter,
             cos_incidence: (1.0 - square).sqrt(),
             index: glint.index,
         };
-        (encounter, cos_alpha)
+        (intersection, cos_alpha)
     }
 
     /// Pixels for each unit of b² and azimuth.
@@ -461,10 +466,16 @@ impl<'a> Mirror<'a> {
 
     /// What the background and the drops before this one let through, at a moment: drops that move may be
     /// before it for a part of the exposure.
-    fn unhidden(&self, encounter: &Encounter, cos_alpha: f64, pixel: u32, moment: f64) -> f64 {
-        let distance = self.distance * cos_alpha - self.drop.radius * encounter.cos_incidence;
+    fn unhidden(
+        &self,
+        intersection: &Intersection,
+        cos_alpha: f64,
+        pixel: u32,
+        moment: f64,
+    ) -> f64 {
+        let distance = self.distance * cos_alpha - self.drop.radius * intersection.cos_incidence;
         let own = Hit { distance, drop: self.number };
-        let ray = Ray { moment, ..Ray::along(encounter.direction) };
+        let ray = Ray { moment, ..Ray::along(intersection.direction) };
         self.tracer.unhidden(own, &ray, self.before, pixel)
     }
 }

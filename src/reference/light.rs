@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::far::SMALL_PX;
 use super::glints::{Glints, MOST_REFLECTIONS};
 use super::{Around, Drop, Ray, Tracer, Truth, Weights};
-use crate::optics::{Encounter, Exit, Shape, Walk};
+use crate::optics::{Exit, Intersection, Shape, Walk};
 
 /// A ray that carries less than this share of its pixel meets no further drops and takes the
 /// environment instead. Bounds the fan of rays that [`super::Truth::drops_see_drops`] opens (an error of
@@ -23,15 +23,15 @@ pub(super) enum Way {
 
 impl Way {
     /// Share of the radiance that arrives this way through a sphere.
-    pub(super) fn weight(self, encounter: &Encounter, truth: &Truth) -> f64 {
+    pub(super) fn weight(self, intersection: &Intersection, truth: &Truth) -> f64 {
         match (self, truth.weights) {
-            (Self::Outside, _) => encounter.reflectance(),
-            (Self::Inside(_), Weights::Paper) => 1.0 - encounter.reflectance(),
+            (Self::Outside, _) => intersection.reflectance(),
+            (Self::Inside(_), Weights::Paper) => 1.0 - intersection.reflectance(),
             (Self::Inside(k), Weights::Conserving) if k == truth.internal_reflections => {
-                let reflectance = encounter.reflectance();
+                let reflectance = intersection.reflectance();
                 (1.0 - reflectance) * reflectance.powi(k as i32)
             }
-            (Self::Inside(k), _) => encounter.weight_of_internal_reflections(k),
+            (Self::Inside(k), _) => intersection.weight_of_internal_reflections(k),
         }
     }
 }
@@ -81,7 +81,7 @@ impl Tracer<'_> {
             let seen = center - ray.origin;
             match population.shape {
                 Shape::Sphere => {
-                    if let Some(met) = Encounter::of_ray(ray.direction, seen, drop.radius) {
+                    if let Some(met) = Intersection::of_ray(ray.direction, seen, drop.radius) {
                         self.truth.of_sphere(&met.with_index(index), arriving);
                     }
                 }
@@ -109,20 +109,22 @@ impl Truth {
     /// sphere that leaves.
     pub(super) fn of_sphere(
         &self,
-        encounter: &Encounter,
+        intersection: &Intersection,
         mut arriving: impl FnMut(Way, f64, DVec3, &dyn Fn() -> DVec3),
     ) {
         if self.reflection {
-            let (way, direction) = (Way::Outside, encounter.reflected());
-            arriving(way, way.weight(encounter, self), direction, &|| encounter.normal());
+            let (way, direction) = (Way::Outside, intersection.reflected());
+            arriving(way, way.weight(intersection, self), direction, &|| intersection.normal());
         }
         let last = self.last_order();
         for k in 0..=last {
             let way = Way::Inside(k);
-            let direction = encounter.after_internal_reflections(k);
-            arriving(way, way.weight(encounter, self), direction, &|| encounter.exit_normal(k));
+            let direction = intersection.after_internal_reflections(k);
+            arriving(way, way.weight(intersection, self), direction, &|| {
+                intersection.exit_normal(k)
+            });
             // Away from the rim F is a few percent: a dozen orders exhaust float64.
-            if encounter.weight_beyond_internal_reflections(k) < f64::EPSILON {
+            if intersection.weight_beyond_internal_reflections(k) < f64::EPSILON {
                 break;
             }
         }

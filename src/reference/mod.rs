@@ -89,7 +89,7 @@ pub struct Truth {
     /// Chooses the samples' places within their strata.
     pub seed: u64,
     /// Most internal reflections K. What is left out is a share (1-F) F^(K+1) of a ray's light
-    /// ([`crate::optics::Encounter::weight_beyond_internal_reflections`]): over a far drop's disc 5 % for K = 0,
+    /// ([`crate::optics::Intersection::weight_beyond_internal_reflections`]): over a far drop's disc 5 % for K = 0,
     /// 0.8 % for K = 1, under 0.02 % for K = 8.
     pub internal_reflections: u32,
     /// Physical weights or the paper's.

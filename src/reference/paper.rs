@@ -11,8 +11,8 @@ use glam::{DMat3, DVec2, DVec3, DVec4};
 
 use crate::environment::Environment;
 use crate::environment::levels::{Level, levels, sample};
-use crate::optics::{WATER, level_half_angle, mask_encounter};
-use crate::rain::cull::{Sighting, sightings};
+use crate::optics::{WATER, level_half_angle, mask_intersection};
+use crate::rain::cull::{Visibility, drops_with_visibility};
 use crate::scene::Scene;
 use crate::scene::camera::{Camera, View};
 
@@ -109,10 +109,10 @@ pub fn texel_coverage(size: u32, x: u32, y: u32) -> f64 {
 fn texel(level: u32, size: u32, x: u32, y: u32) -> [DVec4; 2] {
     let edge = 2.0 / f64::from(size);
     let (s, t) = ((f64::from(x) + 0.5) * edge - 1.0, 1.0 - (f64::from(y) + 0.5) * edge);
-    let encounter = mask_encounter(s, t, level_half_angle(level));
+    let intersection = mask_intersection(s, t, level_half_angle(level));
     [
-        encounter.reflected().extend(encounter.reflectance()),
-        encounter.transmitted().extend(texel_coverage(size, x, y)),
+        intersection.reflected().extend(intersection.reflectance()),
+        intersection.transmitted().extend(texel_coverage(size, x, y)),
     ]
 }
 
@@ -136,14 +136,14 @@ pub fn sample_mask(mask_size: u32, at: DVec2, level: f64) -> [DVec4; 2] {
 }
 
 /// Evaluates the paper's model for single pixels of a scene.
-pub struct PaperTwin {
+pub struct PaperModel {
     view: View,
     mask_size: u32,
     chain: Vec<Level>,
     texel_angle: f64,
 }
 
-impl PaperTwin {
+impl PaperModel {
     /// Prefilters the environment.
     pub fn new(scene: &Scene, environment: &Environment) -> Self {
         Self {
@@ -158,8 +158,8 @@ impl PaperTwin {
     /// those over `point_limit` pixels from back to front.
     pub fn sprites(scene: &Scene, point_limit: f64) -> Vec<Sprite> {
         let view = scene.view();
-        let (points, mut quads): (Vec<_>, Vec<_>) = sightings(scene)
-            .filter(|(_, _, sighting)| *sighting == Sighting::Visible)
+        let (points, mut quads): (Vec<_>, Vec<_>) = drops_with_visibility(scene)
+            .filter(|(_, _, visibility)| *visibility == Visibility::Visible)
             .map(|(center, radius, _)| {
                 Sprite::new(&view, &scene.camera, center.as_dvec3(), radius.into())
             })

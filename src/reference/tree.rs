@@ -157,7 +157,7 @@ impl Tree {
     /// Where a ray meets the drop of this number from outside; `None` if it misses it, the drop is behind,
     /// or the ray begins within.
     ///
-    /// The rule at a sphere's rim is that of [`crate::optics::Encounter::of_ray`]: distance² - along² cancels there, so it only
+    /// The rule at a sphere's rim is that of [`crate::optics::Intersection::of_ray`]: distance² - along² cancels there, so it only
     /// rejects what is surely outside, and the cross product decides the rest.
     pub fn meet(&self, number: u32, ray: &Ray) -> Option<f64> {
         if !self.drops.is_there(number, ray.moment) {

@@ -66,7 +66,7 @@ mod tests {
         // One of the rain's box: where the GPU has it.
         scene.drops.clear();
         scene.rain = Some(RainSettings { count: 1, ..RainSettings::default() });
-        let (center, ..) = crate::rain::cull::sightings(&scene).next().expect("a drop");
+        let (center, ..) = crate::rain::cull::drops_with_visibility(&scene).next().expect("a drop");
         scene.camera.target = scene.view().to_world() * center.as_dvec3();
         assert!(focus_on(&mut scene, DVec2::new(100.0, 50.0)));
         assert!((scene.camera.focus - f64::from(center.length())).abs() < 1e-3);

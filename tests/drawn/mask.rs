@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use raindrops::gpu::Device;
-use raindrops::optics::{level_half_angle, mask_encounter};
+use raindrops::optics::{level_half_angle, mask_intersection};
 use raindrops::passes::mask::{Mask, MaskLevel};
 use raindrops::plan::Light;
 use raindrops::reference::paper::texel_coverage;
@@ -59,9 +59,9 @@ fn deviation(level: &MaskLevel, half_angle: f64) -> Deviation {
             let index = (y * size + x) as usize;
             let (front, through) = (level.reflection[index], level.transmission[index]);
             let (s, t) = place(size, x, y);
-            let encounter = mask_encounter(s, t, half_angle);
+            let intersection = mask_intersection(s, t, half_angle);
             for (found, exact) in
-                [(xyz(front), encounter.reflected()), (xyz(through), encounter.transmitted())]
+                [(xyz(front), intersection.reflected()), (xyz(through), intersection.transmitted())]
             {
                 if s.hypot(t) <= 1.0 {
                     let angle = angle_degrees(found, exact);
@@ -73,7 +73,7 @@ fn deviation(level: &MaskLevel, half_angle: f64) -> Deviation {
                     worst.length_beyond_rim = worst.length_beyond_rim.max(length);
                 }
             }
-            let reflectance = (f64::from(front[3]) - encounter.reflectance()).abs();
+            let reflectance = (f64::from(front[3]) - intersection.reflectance()).abs();
             worst.reflectance = worst.reflectance.max(reflectance);
             let coverage = f64::from(through[3]);
             let error = (coverage - texel_coverage(size, x, y)).abs();

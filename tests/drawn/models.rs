@@ -8,7 +8,7 @@ use raindrops::gpu::{
     Binding, Bindings, Buffer, Commands, ComputePipeline, Device, Memory, Resource, Shader, Slot,
     Use, memory_barrier,
 };
-use raindrops::optics::{Encounter, mask_encounter};
+use raindrops::optics::{Intersection, mask_intersection};
 use raindrops::picture::Picture;
 use raindrops::plan::{Output, plan};
 use raindrops::reference::paper::{Sprite, rotation};
@@ -57,7 +57,7 @@ fn directions_on_gpu(device: &std::sync::Arc<Device>, sphere: [f32; 4]) -> Vec<[
              vec3 d = normalize(vec3(offset.x, -offset.y, -{FOCAL:?}));
              vec3 to_ray = cross(cross(d, sphere.xyz), d) / -sphere.w;
              float b = length(to_ray), held = min(b, 1.0);
-             Encounter e = Encounter(d, to_ray / max(b, 1e-9), held, sqrt((1.0 - held) * (1.0 + held)));
+             Intersection e = Intersection(d, to_ray / max(b, 1e-9), held, sqrt((1.0 - held) * (1.0 + held)));
              outs[2u * at] = vec4(reflected(e), b);
              outs[2u * at + 1u] = vec4(transmitted(e), b);
          }}"
@@ -108,7 +108,9 @@ fn the_closed_form_in_float32_keeps_its_directions() {
                 let x = f64::from(at % EDGE) + 0.5 - 0.5 * f64::from(EDGE);
                 let y = f64::from(at / EDGE) + 0.5 - 0.5 * f64::from(EDGE);
                 let ray = DVec3::new(x, -y, -f64::from(FOCAL)).normalize();
-                let Some(exact) = Encounter::of_ray(ray, center.as_dvec3(), 1.0) else { continue };
+                let Some(exact) = Intersection::of_ray(ray, center.as_dvec3(), 1.0) else {
+                    continue;
+                };
                 if exact.impact_parameter >= 0.999 {
                     continue;
                 }
@@ -161,9 +163,9 @@ fn billboard_angles(off_axis: f64, published: bool) -> [f64; 2] {
         for column in 0..64 {
             let st = (DVec2::new(column.into(), row.into()) + 0.5) / 32.0 - 1.0;
             let pixel = sprite.center + 0.5 * sprite.diameter * DVec2::new(st.x, -st.y);
-            let exact = Encounter::of_ray(view.ray(pixel.x, pixel.y), center, 1.0);
+            let exact = Intersection::of_ray(view.ray(pixel.x, pixel.y), center, 1.0);
             let (true, Some(exact)) = (st.length() < 1.0, exact) else { continue };
-            let masked = mask_encounter(st.x, st.y, half_angle);
+            let masked = mask_intersection(st.x, st.y, half_angle);
             sums[0] += angle(turn * masked.reflected(), exact.reflected());
             sums[1] += angle(turn * masked.transmitted(), exact.transmitted());
             count += 1.0;

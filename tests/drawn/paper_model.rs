@@ -8,7 +8,7 @@ use raindrops::gpu::Device;
 use raindrops::gpu::probe::Findings;
 use raindrops::passes::drops::guard_band;
 use raindrops::picture::Picture;
-use raindrops::reference::paper::{PaperTwin, Sprite};
+use raindrops::reference::paper::{PaperModel, Sprite};
 use raindrops::scene::model::Optics;
 use raindrops::scene::{ImageSize, Scene};
 use rayon::prelude::*;
@@ -120,7 +120,7 @@ fn edge_px(device: &Arc<Device>) -> f64 {
     coarse_grid(device).unwrap_or(1.0 / 100.0).max(of_size)
 }
 
-fn compare(gpu: &Picture, model: &PaperTwin, sprites: &[Sprite], edge_px: f64) -> Off {
+fn compare(gpu: &Picture, model: &PaperModel, sprites: &[Sprite], edge_px: f64) -> Off {
     let is_at_edge = |sprite: &Sprite, point: DVec2| {
         let edge = (point - sprite.center).abs() - 0.5 * sprite.drawn();
         edge.abs().min_element() < edge_px
@@ -167,7 +167,7 @@ fn coarse_sizes(device: &Arc<Device>) -> Option<f64> {
 /// The model's sprites as this device places them and of the sizes that it gives them. With those of the scene instead, a
 /// rim pixel is off by a hundred times as much on SwiftShader.
 fn sprites(device: &Arc<Device>, scene: &Scene) -> Vec<Sprite> {
-    let mut sprites = PaperTwin::sprites(scene, point_limit(device));
+    let mut sprites = PaperModel::sprites(scene, point_limit(device));
     if let Some(step) = coarse_grid(device) {
         for sprite in &mut sprites {
             sprite.center = (sprite.center / step).round() * step;
@@ -194,7 +194,7 @@ fn check(environment: &Environment, optics: Optics, bound: &Bound) {
             for distance in DISTANCES {
                 let mut scene = scene(distance, off_axis);
                 scene.model.optics = Some(optics);
-                let model = PaperTwin::new(&scene, environment);
+                let model = PaperModel::new(&scene, environment);
                 let sprites = sprites(device, &scene);
                 assert_eq!(sprites.len(), 1);
                 let off = compare(&render(device, &scene, environment), &model, &sprites, edge_px);
@@ -260,7 +260,7 @@ fn drops_over_drops() {
             drop(0.2, -0.9, -1.9),
         ];
         let environment = gradient();
-        let model = PaperTwin::new(&scene, &environment);
+        let model = PaperModel::new(&scene, &environment);
         let sprites = sprites(device, &scene);
         assert_eq!(sprites.len(), 5);
         let picture = render(device, &scene, &environment);
@@ -281,7 +281,7 @@ fn a_wrong_model_is_found_out() {
         let environment = gradient();
         for distance in [1.6, 3.0, 10.0, 60.0] {
             let scene = scene(distance, true);
-            let model = PaperTwin::new(&scene, &environment);
+            let model = PaperModel::new(&scene, &environment);
             let sprites = sprites(device, &scene);
             let picture = render(device, &scene, &environment);
             let with = |change: &dyn Fn(&mut Sprite)| {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use raindrops::gpu::Device;
-use raindrops::rain::cull::{count_visible, sightings};
+use raindrops::rain::cull::{count_visible, drops_with_visibility};
 use raindrops::rain::tick_of_seconds;
 use raindrops::scene::camera::Camera;
 use raindrops::scene::model::Preset;
@@ -76,9 +76,9 @@ fn each_is_where_it_would_be_alone() {
     assert_eq!(seeds, [0xfeed_0000_0bad, u64::MAX - 7, 0xfeed_0000_0baf]);
     for time in [0.0, 2.5, -2.5, 1e7, -1e7] {
         scene.time = time;
-        let together: Vec<_> = sightings(&scene).collect();
+        let together: Vec<_> = drops_with_visibility(&scene).collect();
         let apart: Vec<_> = (0..3)
-            .flat_map(|number| sightings(&alone(&scene, number)).collect::<Vec<_>>())
+            .flat_map(|number| drops_with_visibility(&alone(&scene, number)).collect::<Vec<_>>())
             .collect();
         assert!(together == apart, "at {time} s");
         // By their own speeds, rounded to half a step of the box a second.

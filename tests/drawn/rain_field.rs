@@ -10,7 +10,7 @@ use raindrops::environment::Environment;
 use raindrops::gpu::Device;
 use raindrops::picture::Picture;
 use raindrops::plan::{Cutoff, Output, plan};
-use raindrops::rain::cull::{Sight, Sighting};
+use raindrops::rain::cull::{Sight, Visibility};
 use raindrops::rain::field::{Field, MOST_GROUPS, MOST_SLABS};
 use raindrops::rain::tick_of_seconds;
 use raindrops::rain::visibility::Frustum;
@@ -80,8 +80,8 @@ fn brute_force(scene: &Scene) -> Vec<[u32; 3]> {
                 let at = lattice.between(&camera, &drop.place);
                 let depth = -at.dot(view.back);
                 let radius = 0.5e-3 * drop.diameter_mm();
-                let seen = sight.sighting(sight.view_space(at.as_vec3()), radius as f32);
-                if seen == Sighting::Visible && radius * view.focal_px >= 0.2 * depth {
+                let seen = sight.visibility(sight.view_space(at.as_vec3()), radius as f32);
+                if seen == Visibility::Visible && radius * view.focal_px >= 0.2 * depth {
                     found.push((at * 1e4).round().as_ivec3().to_array().map(|x| x as u32));
                 }
             }

@@ -3,7 +3,7 @@
 
 use crate::common::Random;
 use glam::{DMat3, DVec3};
-use raindrops::optics::{Encounter, mask_encounter};
+use raindrops::optics::{Intersection, mask_intersection};
 use raindrops::passes::frame::Frame;
 use raindrops::reference::paper::rotation;
 
@@ -126,8 +126,8 @@ fn worst_angle(center: DVec3, turn: DMat3) -> f64 {
     for (s, t) in places {
         let point = middle + radius * glam::DVec2::new(s, t);
         let ray = point.extend(-1.0).normalize();
-        let exact = Encounter::of_ray(ray, center, 1.0).expect("a ray that meets the drop");
-        let masked = mask_encounter(s, t, half_angle);
+        let exact = Intersection::of_ray(ray, center, 1.0).expect("a ray that meets the drop");
+        let masked = mask_intersection(s, t, half_angle);
         let pairs =
             [(exact.transmitted(), masked.transmitted()), (exact.reflected(), masked.reflected())];
         for (exact, masked) in pairs {

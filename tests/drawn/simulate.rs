@@ -11,7 +11,7 @@ use raindrops::passes::counters::Counts;
 use raindrops::passes::drops::guard_band;
 use raindrops::plan::{Output, plan};
 use raindrops::rain::TICKS_PER_SECOND;
-use raindrops::rain::cull::{Sighting, sightings};
+use raindrops::rain::cull::{Visibility, drops_with_visibility};
 use raindrops::renderer::{RainField, Renderer};
 use raindrops::scene::camera::Camera;
 use raindrops::scene::model::Simulation;
@@ -42,8 +42,8 @@ pub fn compare_records(renderer: &mut Renderer, scene: &Scene, point_limit_px: f
     renderer.submit(scene).expect("a frame");
     let records = renderer.read_drops().expect("records");
     assert_eq!(records.len(), scene.drop_count() as usize);
-    for (index, (record, (center, radius, sighting))) in
-        records.iter().zip(sightings(scene)).enumerate()
+    for (index, (record, (center, radius, visibility))) in
+        records.iter().zip(drops_with_visibility(scene)).enumerate()
     {
         let bits = [record[0], record[1], record[2]].map(f32::to_bits);
         assert_eq!(
@@ -53,7 +53,7 @@ pub fn compare_records(renderer: &mut Renderer, scene: &Scene, point_limit_px: f
             scene.seed,
             scene.time,
         );
-        let drawn = sighting == Sighting::Visible
+        let drawn = visibility == Visibility::Visible
             && diameter_px(scene, center.as_dvec3(), radius.into()) <= point_limit_px;
         if !is_borderline(scene, center.as_dvec3(), radius.into(), point_limit_px) {
             assert_eq!(record[3], if drawn { radius } else { 0.0 }, "drop {index}");
@@ -133,7 +133,8 @@ fn places_are_the_cpus_bit_for_bit() {
 /// The control: the CPU with another seed, or a tick later, must not agree.
 #[test]
 fn places_of_another_seed_or_tick_differ() {
-    let places = |scene: &Scene| -> Vec<_> { sightings(scene).map(|(v, ..)| v).collect() };
+    let places =
+        |scene: &Scene| -> Vec<_> { drops_with_visibility(scene).map(|(v, ..)| v).collect() };
     let scene = small(1000);
     let same =
         |other: &Scene| places(&scene).iter().zip(places(other)).filter(|(a, b)| **a == *b).count();
@@ -147,9 +148,9 @@ fn places_of_another_seed_or_tick_differ() {
 fn cpu_counts(scene: &Scene, point_limit_px: f64) -> (Counts, std::ops::RangeInclusive<u64>) {
     let mut counts = Counts::default();
     let mut unsure = 0;
-    for (center, radius, sighting) in sightings(scene) {
-        match sighting {
-            Sighting::Visible => {
+    for (center, radius, visibility) in drops_with_visibility(scene) {
+        match visibility {
+            Visibility::Visible => {
                 counts.visible += 1;
                 let (center, radius) = (center.as_dvec3(), f64::from(radius));
                 if is_borderline(scene, center, radius, point_limit_px) {
@@ -158,9 +159,9 @@ fn cpu_counts(scene: &Scene, point_limit_px: f64) -> (Counts, std::ops::RangeInc
                     counts.large += 1;
                 }
             }
-            Sighting::CameraInside => counts.camera_inside += 1,
-            Sighting::BesideCamera => counts.beside_camera += 1,
-            Sighting::OutOfView => {}
+            Visibility::CameraInside => counts.camera_inside += 1,
+            Visibility::BesideCamera => counts.beside_camera += 1,
+            Visibility::OutOfView => {}
         }
     }
     let large = counts.large..=counts.large + unsure;
@@ -250,7 +251,7 @@ fn drift(renderer: &Renderer, scene: &Scene) -> f64 {
     let box_edge = 2.0 * scene.rain.expect("rain").half_extent;
     let records = renderer.read_drops().expect("records");
     let mut most = 0f64;
-    for (record, (exact, ..)) in records.iter().zip(sightings(scene)) {
+    for (record, (exact, ..)) in records.iter().zip(drops_with_visibility(scene)) {
         let off =
             DVec3::new(record[0].into(), record[1].into(), record[2].into()) - exact.as_dvec3();
         most = most.max((off - (off / box_edge).round() * box_edge).length());

@@ -3,7 +3,7 @@
 
 use glam::{DVec2, DVec3};
 use raindrops::plan::FramePlan;
-use raindrops::rain::cull::{Sighting, sightings};
+use raindrops::rain::cull::{Visibility, drops_with_visibility};
 use raindrops::scene::Scene;
 use raindrops::scene::projection::View;
 
@@ -69,10 +69,10 @@ pub struct Shown {
 
 /// Every drop of a scene that may be seen.
 pub fn drops_in_view(scene: &Scene, plan: &FramePlan) -> Vec<Shown> {
-    let is_seen = |sighting| matches!(sighting, Sighting::Visible | Sighting::BesideCamera);
+    let is_seen = |visibility| matches!(visibility, Visibility::Visible | Visibility::BesideCamera);
     (0..)
-        .zip(sightings(scene))
-        .filter(|(_, (.., sighting))| is_seen(*sighting))
+        .zip(drops_with_visibility(scene))
+        .filter(|(_, (.., visibility))| is_seen(*visibility))
         .map(|(index, (center, radius, _))| {
             shown(index, center.as_dvec3(), radius.into(), scene, plan)
         })

@@ -9,7 +9,7 @@ use glam::{DVec2, DVec3};
 use half::f16;
 use raindrops::plan::{Output, plan};
 use raindrops::rain::clusters::{CLUSTER, Clusters};
-use raindrops::rain::cull::sightings;
+use raindrops::rain::cull::drops_with_visibility;
 use raindrops::renderer::Lighting;
 use raindrops::renderer::tile_stages::TileStages;
 use raindrops::scene::camera::Camera;
@@ -214,7 +214,8 @@ fn binning_takes_slabs_of_depth_in_order() {
     for case in cases().iter().filter(|case| case.scene.rain.is_some()) {
         let clusters = Clusters::new(&case.scene.populations(), &[]);
         let extent = case.scene.populations()[0].half_extent.z;
-        let depths: Vec<f64> = sightings(&case.scene).map(|(v, ..)| -f64::from(v.z)).collect();
+        let depths: Vec<f64> =
+            drops_with_visibility(&case.scene).map(|(v, ..)| -f64::from(v.z)).collect();
         // The first and the last band that each drop's cluster may be in: its box is rounded.
         let mut bands = BTreeMap::new();
         for cluster in clusters.order.chunks(CLUSTER as usize) {

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use glam::DVec3;
-use raindrops::optics::{Encounter, WATER, fresnel, level_distance, level_half_angle};
+use raindrops::optics::{Intersection, WATER, fresnel, level_distance, level_half_angle};
 
 /// Numbers in 0 to 1 from a linear congruential generator (Knuth's MMIX constants).
 fn random() -> impl FnMut() -> f64 {
@@ -48,8 +48,8 @@ fn closed_forms_agree_with_explicit_refractions() {
         if center.length() <= radius {
             continue;
         }
-        let Some(encounter) = Encounter::of_ray(direction, center, radius) else { continue };
-        let b = encounter.impact_parameter;
+        let Some(intersection) = Intersection::of_ray(direction, center, radius) else { continue };
+        let b = intersection.impact_parameter;
         // The explicit form subtracts squares of the distance (rounding of 1e-16 of them), and its
         // root amplifies that towards the rim by 1/√(1-b²).
         let tolerance =
@@ -58,8 +58,8 @@ fn closed_forms_agree_with_explicit_refractions() {
         let along = center.dot(direction);
         let distance = along - (along * along - center.length_squared() + radius * radius).sqrt();
         let normal = (direction * distance - center) / radius;
-        assert!((encounter.normal() - normal).length() < tolerance);
-        assert!((encounter.reflected() - reflect(direction, normal)).length() < 4.0 * tolerance);
+        assert!((intersection.normal() - normal).length() < tolerance);
+        assert!((intersection.reflected() - reflect(direction, normal)).length() < 4.0 * tolerance);
 
         let mut inside = refract(direction, normal, 1.0 / WATER);
         let mut at = normal;
@@ -67,18 +67,18 @@ fn closed_forms_agree_with_explicit_refractions() {
             // Lengths drift by bounces; without this the drift, not the physics, is compared.
             at = (at - 2.0 * inside.dot(at) * inside).normalize();
             let out = refract(inside, -at, WATER);
-            let difference = (encounter.after_internal_reflections(k) - out).length();
+            let difference = (intersection.after_internal_reflections(k) - out).length();
             assert!(difference < 20.0 * tolerance, "k {k} b {b}: {difference} {tolerance}");
-            assert!((encounter.exit_normal(k) - at).length() < 20.0 * tolerance);
+            assert!((intersection.exit_normal(k) - at).length() < 20.0 * tolerance);
             inside = reflect(inside, at).normalize();
         }
-        assert_eq!(encounter.transmitted(), encounter.after_internal_reflections(0));
+        assert_eq!(intersection.transmitted(), intersection.after_internal_reflections(0));
     }
 }
 
 #[test]
 fn an_axial_ray_goes_straight_through_and_comes_back() {
-    let ray = Encounter::of_ray(DVec3::NEG_Z, DVec3::NEG_Z * 5.0, 1.0).expect("a hit");
+    let ray = Intersection::of_ray(DVec3::NEG_Z, DVec3::NEG_Z * 5.0, 1.0).expect("a hit");
     assert_eq!(ray.impact_parameter, 0.0);
     assert!((ray.transmitted() - DVec3::NEG_Z).length() < 1e-15);
     assert!((ray.reflected() - DVec3::Z).length() < 1e-15);
@@ -89,7 +89,7 @@ fn an_axial_ray_goes_straight_through_and_comes_back() {
 
 #[test]
 fn a_ray_at_the_rim_reflects_wholly_and_onwards() {
-    let rim = Encounter {
+    let rim = Intersection {
         direction: DVec3::NEG_Z,
         offset: DVec3::X,
         impact_parameter: 1.0,
@@ -98,16 +98,16 @@ fn a_ray_at_the_rim_reflects_wholly_and_onwards() {
     };
     assert!((rim.reflected() - DVec3::NEG_Z).length() < 1e-15);
     assert!((rim.reflectance() - 1.0).abs() < 1e-15);
-    // Just beside the sphere, behind it, or from it away: no encounter.
+    // Just beside the sphere, behind it, or from it away: no intersection.
     let beside = DVec3::new(1.0 + 1e-12, 0.0, -5.0);
-    assert!(Encounter::of_ray(DVec3::NEG_Z, beside, 1.0).is_none());
-    assert!(Encounter::of_ray(DVec3::NEG_Z, DVec3::Z * 5.0, 1.0).is_none());
+    assert!(Intersection::of_ray(DVec3::NEG_Z, beside, 1.0).is_none());
+    assert!(Intersection::of_ray(DVec3::NEG_Z, DVec3::Z * 5.0, 1.0).is_none());
     let within = DVec3::new(1.0 - 1e-12, 0.0, -5.0);
-    assert!(Encounter::of_ray(DVec3::NEG_Z, within, 1.0).is_some());
+    assert!(Intersection::of_ray(DVec3::NEG_Z, within, 1.0).is_some());
 }
 
-fn encounter_at(b: f64) -> Encounter {
-    Encounter {
+fn intersection_at(b: f64) -> Intersection {
+    Intersection {
         direction: DVec3::NEG_Z,
         offset: DVec3::X,
         impact_parameter: b,
@@ -123,14 +123,14 @@ fn the_deviation_is_twice_the_difference_of_the_angles() {
         let deviation = 2.0 * (b.asin() - (b / WATER).asin());
         // Towards the centre, which lies at -offset.
         let expected = deviation.cos() * DVec3::NEG_Z - deviation.sin() * DVec3::X;
-        assert!((encounter_at(b).transmitted() - expected).length() < 1e-13);
+        assert!((intersection_at(b).transmitted() - expected).length() < 1e-13);
     }
 }
 
 #[test]
 fn the_second_interface_reflects_as_much_as_the_first() {
     for step in 0..=1000 {
-        let ray = encounter_at(f64::from(step) / 1000.0);
+        let ray = intersection_at(f64::from(step) / 1000.0);
         // From water to air the roles of the angles and the indices change places.
         let (ci, ct) = (ray.cos_incidence, ray.cos_refraction());
         let s = (WATER * ct - ci) / (WATER * ct + ci);
@@ -142,7 +142,7 @@ fn the_second_interface_reflects_as_much_as_the_first() {
 #[test]
 fn the_orders_share_all_of_the_light() {
     for step in 0..1000 {
-        let ray = encounter_at(f64::from(step) / 1000.0);
+        let ray = intersection_at(f64::from(step) / 1000.0);
         let orders = |last| (0..=last).map(|k| ray.weight_of_internal_reflections(k)).sum::<f64>();
         for last in [0, 1, 8, 40] {
             let all =
@@ -153,9 +153,9 @@ fn the_orders_share_all_of_the_light() {
 }
 
 /// Mean over a far drop's disc: all of it has the same distance, so b² is uniform.
-fn mean_over_disc(value: impl Fn(&Encounter) -> f64) -> f64 {
+fn mean_over_disc(value: impl Fn(&Intersection) -> f64) -> f64 {
     let steps = 1_000_000;
-    let at = |step: i32| encounter_at(((f64::from(step) + 0.5) / f64::from(steps)).sqrt());
+    let at = |step: i32| intersection_at(((f64::from(step) + 0.5) / f64::from(steps)).sqrt());
     (0..steps).map(|step| value(&at(step))).sum::<f64>() / f64::from(steps)
 }
 
@@ -165,7 +165,7 @@ fn the_discs_means_are_the_known_ones() {
     let near = |value: f64, expected: f64, digit: f64| {
         assert!((value - expected).abs() < 0.6 * digit, "{value} is not {expected}");
     };
-    near(mean_over_disc(Encounter::reflectance), 0.066, 0.001);
+    near(mean_over_disc(Intersection::reflectance), 0.066, 0.001);
     near(mean_over_disc(|ray| ray.weight_of_internal_reflections(0)), 0.882, 0.001);
     near(mean_over_disc(|ray| ray.weight_of_internal_reflections(1)), 0.044, 0.001);
     near(mean_over_disc(|ray| ray.weight_of_internal_reflections(2)), 0.0055, 0.0001);
@@ -175,7 +175,7 @@ fn the_discs_means_are_the_known_ones() {
 #[test]
 fn the_rainbow_is_where_descartes_found_it() {
     let deviation = |b: f64| {
-        let out = encounter_at(b).after_internal_reflections(1);
+        let out = intersection_at(b).after_internal_reflections(1);
         // Unfolded: between 90° and 180° the cosine tells it uniquely.
         out.dot(DVec3::NEG_Z).clamp(-1.0, 1.0).acos()
     };

@@ -216,8 +216,9 @@ fn the_tree_finds_what_brute_force_finds() {
 fn a_single_ray_has_the_radiance_of_the_formula() {
     let environment = two_halves();
     let scene = scene_of(&[(DVec3::new(0.0, 0.4, -3.0), 1.0)], 16);
-    let ray = raindrops::optics::Encounter::of_ray(DVec3::NEG_Z, DVec3::new(0.0, 0.4, -3.0), 1.0)
-        .expect("a hit");
+    let ray =
+        raindrops::optics::Intersection::of_ray(DVec3::NEG_Z, DVec3::new(0.0, 0.4, -3.0), 1.0)
+            .expect("a hit");
     let reflectance = ray.reflectance();
     let radiance = |truth| Tracer::new(&scene, &environment, truth).radiance_along(DVec3::NEG_Z);
     let physical = Truth { internal_reflections: 1, ..Truth::default() };

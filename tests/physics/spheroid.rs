@@ -2,7 +2,7 @@
 //! closed form, and against what energy and geometry ask for.
 
 use glam::DVec3;
-use raindrops::optics::{Encounter, Interface, Shape, WATER, Walk};
+use raindrops::optics::{Interface, Intersection, Shape, WATER, Walk};
 
 use crate::common::Random;
 
@@ -199,7 +199,7 @@ fn a_round_spheroid_is_the_sphere() {
     for number in 0..20_000 {
         let index = if number % 2 == 0 { WATER } else { 1.0 / 1.333 };
         let (point, direction) = random_hit(&mut random, round);
-        let sphere = Encounter::of_ray(direction, 5.0 * direction - point, 1.0);
+        let sphere = Intersection::of_ray(direction, 5.0 * direction - point, 1.0);
         let Some(sphere) = sphere.map(|sphere| sphere.with_index(index)) else { continue };
         // Within 10⁻³ of the rim, and of the limit of total reflection, a root amplifies rounding.
         if sphere.cos_incidence < 1e-3 || (sphere.impact_parameter - index).abs() < 1e-3 {
@@ -226,7 +226,7 @@ fn a_round_spheroid_is_the_sphere() {
 #[test]
 fn a_bubble_bends_light_outwards_and_reflects_it_totally() {
     let index = 1.0 / 1.333;
-    let at = |b: f64| Encounter {
+    let at = |b: f64| Intersection {
         direction: DVec3::NEG_Z,
         offset: DVec3::X,
         impact_parameter: b,

@@ -40,7 +40,7 @@ pub(super) struct Buffers {
     pub sky: Buffer,
     pub disordered_tiles: Buffer,
     pub drawn_tiles: Buffer,
-    pub veil_light: Buffer,
+    pub streak_layer_light: Buffer,
     pub line_sums: Option<Buffer>,
 }
 
@@ -63,7 +63,7 @@ impl Buffers {
         let (count, texels) = (u64::from(tiles.count), Usage::UNIFORM_TEXEL_BUFFER);
         let drawn = 2 * tiles.count + tiles.count.div_ceil(LISTED_TILES);
         let drawn = if is_listed { drawn } else { 1 };
-        let lit = if tiles.has_veil() { count } else { 1 };
+        let lit = if tiles.has_streak_layer() { count } else { 1 };
         let moved = Usage::TRANSFER_SRC | Usage::TRANSFER_DST;
         let of_lines = Usage::TRANSFER_DST | texels;
         Ok(Self {
@@ -83,7 +83,7 @@ impl Buffers {
                 Usage::empty(),
             )?,
             drawn_tiles: make("drawn tiles", 4 * u64::from(drawn), Usage::empty())?,
-            veil_light: make("light of streaks", 16 * lit, texels)?,
+            streak_layer_light: make("light of streaks", 16 * lit, texels)?,
             line_sums: maybe(has_lines, "sums of lines", 4 * TILE_PIXELS * count, of_lines)?,
         })
     }
@@ -108,7 +108,10 @@ impl Buffers {
             (slot::SKY_TEXELS, four_words("texels of the sky", &self.sky)?),
             (slot::SPLAT_TEXELS, four_words("texels of splats", &splats.table)?),
             (slot::LINE_TEXELS, four_words("texels of lines", lines)?),
-            (slot::VEIL_TEXELS, four_words("texels of their light", &self.veil_light)?),
+            (
+                slot::STREAK_LAYER_TEXELS,
+                four_words("texels of their light", &self.streak_layer_light)?,
+            ),
             (slot::LINK_TEXELS, links),
         ]))
     }
@@ -128,7 +131,7 @@ impl Buffers {
             (slot::DISORDERED, &self.disordered_tiles),
             (slot::DRAWN_TILES, &self.drawn_tiles),
             (slot::SPLAT_TABLE, &splats.table),
-            (slot::VEIL_LIGHT, &self.veil_light),
+            (slot::STREAK_LAYER_LIGHT, &self.streak_layer_light),
             // Without lines no shader reads it.
             (slot::LINE_SUMS, self.line_sums.as_ref().unwrap_or(&self.sky)),
             // Where it is not wanted no shader writes it.

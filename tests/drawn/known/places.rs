@@ -1,7 +1,7 @@
 //! Where the rain is: exact arithmetic in wide integers, and drops far from the world's origin.
 
 use glam::DVec3;
-use raindrops::rain::cull::sightings;
+use raindrops::rain::cull::drops_with_visibility;
 use raindrops::rain::{Rain, start, tick_of_seconds};
 use raindrops::scene::camera::Camera;
 use raindrops::scene::model::Preset;
@@ -142,7 +142,7 @@ fn drops_are_where_they_have_fallen_to() {
         let settings = RainSettings { count: 500, ..RainSettings::default() };
         scene.rain = Some(settings);
         let edge = 2.0 * settings.half_extent;
-        for (index, (center, ..)) in (0..).zip(sightings(&scene)) {
+        for (index, (center, ..)) in (0..).zip(drops_with_visibility(&scene)) {
             let at = start(scene.seed, index).map(|place| f64::from(place) / TWO_32 as f64);
             let fallen = DVec3::from(at) * edge + settings.velocity * time - camera.position;
             let near = fallen - (fallen / edge).round() * edge;

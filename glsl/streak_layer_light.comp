@@ -18,7 +18,7 @@ layout(local_size_x = 64) in;
 
 layout(constant_id = 19) const uint GLINTS = 0; // bright sources, at most (src/passes/glints.rs)
 
-layout(std430, set = 1, binding = 6) writeonly buffer VeilLight { uvec4 veil_light[]; };
+layout(std430, set = 1, binding = 6) writeonly buffer StreakLayerLight { uvec4 streak_layer_light[]; };
 
 void main() {
     uint tile = group_number() * gl_WorkGroupSize.x + gl_LocalInvocationID.x;
@@ -28,5 +28,5 @@ void main() {
     vec2 middle = (vec2(at) + 0.5) * vec2(TILE);
     vec3 c = far_light(world * normalize(ray_through(middle)), true);
     uint of_line = GLINTS != 0u ? lines_at(middle).light : 0u;
-    veil_light[tile] = uvec4(packHalf2x16(c.rg), packHalf2x16(vec2(c.b, 0.0)), of_line, 0u);
+    streak_layer_light[tile] = uvec4(packHalf2x16(c.rg), packHalf2x16(vec2(c.b, 0.0)), of_line, 0u);
 }
