@@ -70,11 +70,26 @@ const SCENES: [&[&str]; 4] = [
     ],
 ];
 
+/// Scenes that ask for passes of their own: drops in motion, a pane in focus and out of it, a shelter.
+const OTHERS: [&[&str]; 4] = [
+    &["drop=[{center=[0,0,-3],radius=0.3,velocity=[1,0,0]}]", "camera.shutter=0.01"],
+    &["pane.distance=0.3", "pane.drop=[{at=[0,0],radius=0.02}]"],
+    &["pane.distance=0.3", "pane.drop=[{at=[0,0],radius=0.02}]", "camera.aperture=0.05"],
+    &[
+        "rain.rate=25",
+        "rain.extent=20",
+        concat!("shelter.height=", env!("CARGO_MANIFEST_DIR"), "/assets/porch/heights.png"),
+        "shelter.from=-8,-8",
+        "shelter.to=8,8",
+    ],
+];
+
 /// Makes what a scene with these settings is drawn by, as a picture and as layers; whether there is a plan for it.
 fn make(device: &Arc<Device>, settings: &[String], light: &Environment) -> bool {
     let size = ["image.width=16", "image.height=16", "model.mask_size=16"];
     let edits: Vec<String> = settings.iter().cloned().chain(size.map(String::from)).collect();
-    let Ok(scene) = Scene::load_edited(None, &edits) else { return false };
+    let Ok(mut scene) = Scene::load_edited(None, &edits) else { return false };
+    scene.read_shelter().expect("a height map");
     let is_made = |output| {
         let plan = plan(&scene, light, output);
         plan.is_ok_and(|plan| Renderer::new(device, &scene, light, &plan).is_ok())
@@ -87,7 +102,12 @@ fn make(device: &Arc<Device>, settings: &[String], light: &Environment) -> bool 
 /// Everything that is made: scene by scene and preset by preset, each axis alone; and by `fast` and `paper`, of what moves and
 /// is out of focus, each pair of axes.
 fn settings() -> Vec<Vec<String>> {
-    let mut all = Vec::new();
+    let mut all: Vec<Vec<String>> = Vec::new();
+    for scene in OTHERS {
+        for preset in ["model.preset=fast", "model.preset=exact"] {
+            all.push([scene, &[preset]].concat().iter().map(|edit| edit.to_string()).collect());
+        }
+    }
     for (number, scene) in SCENES.iter().enumerate() {
         for preset in ["paper", "fast", "exact", "paper-compact"] {
             let with = |others: &[&String]| {
@@ -196,7 +216,9 @@ fn compile_all() {
     let rules = PointRules { limit_px: 250.0, draws_off_screen: false };
     device.point_rules.set(rules).expect("not yet probed");
     let (light, settings) = (crate::common::with_halo(DVec3::Y), settings());
-    let made = settings.par_iter().filter(|settings| make(&device, settings, &light)).count();
+    let made: Vec<bool> = settings.par_iter().map(|some| make(&device, some, &light)).collect();
+    assert!(made[..2 * OTHERS.len()].iter().all(|is_made| *is_made), "{:?}", &settings[..8]);
+    let made = made.iter().filter(|is_made| **is_made).count();
     println!("{made} of {} settings have a plan; {}", settings.len(), card.summary());
 
     let mut table = Table::new();
