@@ -25,7 +25,7 @@ class Raindrops < Formula
     generate_completions_from_executable(bin/"raindrops", "completions")
     system bin/"raindrops", "--quiet", "man", "-o", "man"
     man1.install Dir["man/*"]
-    pkgshare.install "assets/scenes", "assets/scene.schema.json", "assets/sky.exr", "assets/low-sun.exr"
+    pkgshare.install "assets/scenes", "assets/porch", "assets/scene.schema.json", "assets/sky.exr", "assets/low-sun.exr"
   end
 
   test do

@@ -93,7 +93,9 @@ impl Bound {
         if blends >= 512 {
             return Self { ..*self };
         }
-        Self { most_of_99: self.of_99_in_steps, mean_of_few: self.of_99_in_steps, ..*self }
+        let of_99 = self.of_99_in_steps;
+        // Of single pixels at a bright edge a step is three times as much: 0.57 where others have 0.17.
+        Self { most_of_99: of_99, mean_of_few: of_99, most: 3.0 * self.most, ..*self }
     }
 }
 
