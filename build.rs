@@ -15,7 +15,7 @@ mod interface;
 
 fn main() {
     if let Err(error) = build() {
-        // As text: a compiler's message has lines.
+        // `Debug` would show a compiler's message in one line.
         eprintln!("{error}");
         std::process::exit(1);
     }

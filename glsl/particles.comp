@@ -4,6 +4,7 @@
 // passes read it. One invocation a cluster, whose box it finds as well. See src/passes/particles.rs.
 #include "frame.glsl"
 #include "counters.glsl"
+#include "pairs.glsl"
 #include "rain.glsl"
 
 layout(local_size_x = 64) in;
@@ -65,16 +66,14 @@ Particle particle_at(uint number) {
     Particle p;
     p.radius = uintBitsToFloat(particles[at + push.radius]);
     p.velocity = push.velocity == NOTHING ? vec3(0.0) : floats_at(at + push.velocity);
-    precise vec3 motion = p.velocity * push.exposed - push.camera_exposed, half_way = 0.5 * motion;
-    // Knuth's sum of two, which loses nothing.
-    precise vec3 center = position + half_way, added = center - position;
-    precise vec3 lost = (position - (center - added)) + (half_way - added);
+    precise vec3 motion = p.velocity * push.exposed - push.camera_exposed;
+    Pair center = add_pairs(Pair(position, vec3(0.0)), Pair(0.5 * motion, vec3(0.0)));
     p.motion = motion;
-    p.center = center;
-    p.lost = lost;
+    p.center = center.high;
+    p.lost = center.low;
     bool is_within = all(lessThanEqual(push.low, position)) && all(lessThanEqual(position, push.high));
     bool has_size = p.radius > 0.0 && p.radius <= push.largest_radius;
-    p.fits = is_finite(position) && is_finite(vec3(p.radius)) && is_finite(p.velocity) && is_finite(center) && is_within && has_size;
+    p.fits = is_finite(position) && is_finite(vec3(p.radius)) && is_finite(p.velocity) && is_finite(p.center) && is_within && has_size;
     return p;
 }
 

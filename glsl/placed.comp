@@ -39,14 +39,10 @@ struct Known {
 
 // What holds the drops of a cluster at a time, and how fast they are.
 struct KnownCluster {
-    vec3 low;
-    float reach; // how far a drop reaches beyond its centre, at most
-    vec3 high;
-    float unused;
-    vec3 slowest;
-    float no_use;
-    vec3 fastest;
-    float nor_this;
+    vec4 low; // the fourth: how far a drop reaches beyond its centre, at most
+    vec4 high;
+    vec4 slowest;
+    vec4 fastest;
 };
 
 layout(std430, set = 0, binding = 1) readonly buffer KnownDrops { Known known[]; };
@@ -56,11 +52,11 @@ layout(std430, set = 0, binding = 4) writeonly buffer PlacedMotions { vec4 place
 
 // The box around a cluster's drops while the shutter is open: as large as their velocities let it grow.
 Placed box_of(KnownCluster c) {
-    vec3 one = push.since * c.slowest, other = push.since * c.fastest;
-    vec3 low = c.low + min(one, other), high = c.high + max(one, other);
-    vec3 motion = max(abs(push.exposed.x * c.slowest + push.camera_high), abs(push.exposed.x * c.fastest + push.camera_high));
+    vec3 one = push.since * c.slowest.xyz, other = push.since * c.fastest.xyz;
+    vec3 low = c.low.xyz + min(one, other), high = c.high.xyz + max(one, other);
+    vec3 motion = max(abs(push.exposed.x * c.slowest.xyz + push.camera_high), abs(push.exposed.x * c.fastest.xyz + push.camera_high));
     vec3 rounded = 5e-7 * (abs(one) + abs(other));
-    Box box = Box(low + push.before_high - 0.5 * motion - rounded, high + push.before_high + 0.5 * motion + rounded, c.reach);
+    Box box = Box(low + push.before_high - 0.5 * motion - rounded, high + push.before_high + 0.5 * motion + rounded, c.low.w);
     return record_of_box(box);
 }
 

@@ -20,7 +20,7 @@ pub const BOUNDS: [(&str, [f64; 2]); 5] = [
 /// A figure that is over its bound.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub struct Miss {
-    /// Of which model.
+    /// The model whose picture it is of.
     pub model: String,
     /// Which figure.
     pub figure: String,

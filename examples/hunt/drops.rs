@@ -188,7 +188,7 @@ fn moving(
 ) -> PlacedDrop {
     let exposed = frame.exposed();
     let middle = view.position + away * view.ray(at.x, at.y);
-    // Of an instant its velocity does not matter, but is there.
+    // An instant shows no velocity; the drop has one all the same.
     let velocity = if exposed == 0.0 { motion } else { motion / exposed };
     let center = middle - velocity * (frame.time + 0.5 * exposed);
     PlacedDrop { velocity, ..PlacedDrop::sphere(center, radius) }

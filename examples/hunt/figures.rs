@@ -41,7 +41,7 @@ pub struct Levels {
 }
 
 impl Levels {
-    /// Of a picture, by an exposure.
+    /// The levels of a picture by an exposure.
     pub fn of(picture: &Picture, exposure: Exposure) -> Self {
         let level = |linear: f32| 255.0 * f64::from(srgb_of_linear(linear));
         let shown = display(exposure, picture).pixels;

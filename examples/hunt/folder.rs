@@ -15,7 +15,7 @@ use super::scene::{Beside, Made, PHOTOGRAPHS, frame};
 /// A scene that was read, ready to be drawn.
 #[derive(Clone, Debug)]
 pub struct Loaded {
-    /// As the file has it.
+    /// The text of the file.
     pub text: String,
     /// Where the file is; those that it names are beside it.
     pub file: PathBuf,

@@ -48,7 +48,7 @@ impl<'a> Model<'a> {
     /// Plans a frame of the scene.
     ///
     /// # Errors
-    /// Those of [`resolve`] and [`plan_by`].
+    /// See [`resolve`] and [`plan_by`].
     pub fn new(
         place: &'a Place,
         scene: &Scene,
@@ -65,7 +65,7 @@ impl<'a> Model<'a> {
     /// Draws it by a new renderer; `times` frames, of which the least time counts.
     ///
     /// # Errors
-    /// Those of [`Renderer::new`] and [`Renderer::draw`].
+    /// See [`Renderer::new`] and [`Renderer::draw`].
     pub fn draw(&self, times: u32) -> raindrops::Result<Drawn> {
         let Self { place, environment, scene, plan, .. } = self;
         let mut renderer = Renderer::new(&place.device, scene, environment, plan)?;
@@ -81,7 +81,7 @@ impl<'a> Model<'a> {
     /// Draws it part by part; none of a scene that is a part itself.
     ///
     /// # Errors
-    /// Those of [`Parts::draw_all`].
+    /// See [`Parts::draw_all`].
     pub fn draw_by_parts(&self) -> raindrops::Result<Option<Picture>> {
         if self.scene.camera.window != WHOLE {
             return Ok(None);

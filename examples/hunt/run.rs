@@ -21,7 +21,7 @@ use super::sweep::Swept;
 use super::trace::Tracing;
 use super::{Means, keep, report, scene, scene_file};
 
-/// Of so many scenes one is swept, and one is drawn again for its bytes.
+/// One scene in so many is swept, and one in so many is drawn again to compare its bytes.
 const SWEPT: u64 = 50;
 const REPEATED: u64 = 10;
 

@@ -8,7 +8,7 @@ use raindrops::picture::depth::DecodedDepth;
 use raindrops::scene::background::Background;
 
 fuzz_target!(
-    // As for environments.
+    // The reason is that of the target `environment`.
     init: std::panic::set_hook(Box::new(|_| {})),
     |bytes: &[u8]| {
         let background = Background {

@@ -5,7 +5,7 @@ use libfuzzer_sys::fuzz_target;
 use raindrops::scene::particles::drops_of_bytes;
 
 fuzz_target!(
-    // As for environments.
+    // The reason is that of the target `environment`.
     init: std::panic::set_hook(Box::new(|_| {})),
     |bytes: &[u8]| match drops_of_bytes(bytes) {
         Ok(drops) => assert!(

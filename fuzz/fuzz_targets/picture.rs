@@ -7,7 +7,7 @@ use libfuzzer_sys::fuzz_target;
 use raindrops::picture::Picture;
 
 fuzz_target!(
-    // As for environments.
+    // The reason is that of the target `environment`.
     init: std::panic::set_hook(Box::new(|_| {})),
     |bytes: &[u8]| match Picture::from_bytes(Path::new("fuzzed"), bytes) {
         Ok(picture) => {

@@ -46,7 +46,7 @@ layout(std430, set = 0, binding = 3) readonly buffer PaneConstants { Pane pane_c
 layout(std430, set = 0, binding = 4) readonly buffer PaneCaps { PaneCap caps[]; };
 // For each cell, row by row, where its drops begin, and where the last one's end; then the drops' numbers, rising in each.
 layout(std430, set = 0, binding = 5) readonly buffer PaneCells { uint cells[]; };
-// As `frame`, read once.
+// A copy that is read once, as `frame` is.
 Pane pane = pane_constants;
 
 const uint NO_CAP = 0xffffffffu;

@@ -70,7 +70,7 @@ vec3 light_in_water(PaneCap cap, vec3 place, bool on_cap, vec3 d, float water, f
     for (uint i = 0u; i <= PANE_REFLECTIONS && left > FAINT; ++i) {
         vec3 from = place - center;
         float b = dot(from, d);
-        // Of a place on the disc, without cancellation.
+        // By the distance from the disc's rim nothing cancels: both squares of the sphere's radius are left out.
         float within = on_cap ? 0.0 : dot(place.xy, place.xy) - cap.radius * cap.radius;
         float to_cap = max(sqrt(max(b * b - within, 0.0)) - b, 0.0), to_base = d.z < 0.0 ? -place.z / d.z : NOWHERE;
         on_cap = to_cap <= to_base;
@@ -97,7 +97,7 @@ vec3 light_by_disc(PaneCap cap, vec2 place, vec3 d, float water, float spread) {
     return enters * light + (1.0 - enters) * pane.inside;
 }
 
-// Of a drop that is met from outside.
+// The light of a drop that a ray meets from outside.
 vec3 light_by_outside(PaneCap cap, vec3 place, vec3 d, float water, float spread) {
     vec3 from = place - vec3(cap.at, 0.0), normal = normalize(from - vec3(0.0, 0.0, cap.center));
     float cosine = clamp(-dot(d, normal), 0.0, 1.0), far = cosine_in(cosine, water);

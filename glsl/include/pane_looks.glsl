@@ -27,7 +27,7 @@ struct PaneLook {
 #define LOOKS_ACCESS readonly
 #endif
 layout(std430, set = 0, binding = 10) LOOKS_ACCESS buffer PaneLooks { PaneLook looks[]; };
-// Of each drop's places four halves: light; 1 where its ray meets the drop.
+// Four halves for each place of each drop: light; 1 where its ray meets the drop.
 layout(std430, set = 0, binding = 11) LOOKS_ACCESS buffer PanePlaces { uvec2 places[]; };
 
 // A place of the ellipse, from the disc's middle: the spiral of Vogel, each for an equal area.

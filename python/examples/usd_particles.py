@@ -48,7 +48,7 @@ if __name__ == "__main__":
         view = {"image": {"width": 96, "height": 64}, "camera": {"position": [0, 2, 0], "target": [0, 2, -1]}}
         drawn = raindrops.render({**view, "particles": {"file": pattern, "fps": 24}}, time=1 / 24)
         ids = drawn.layers["id"]
-    # The same two drops of frame 2, placed by hand.
+    # Both drops of frame 2 again, placed by hand.
     by_hand = [
         {"center": [-0.5, 2.5, -4], "radius": 0.25, "velocity": [0, 6, 0], "id": 7},
         {"center": [0.5, 2, -5], "radius": 0.125, "velocity": [0, 0, 0], "id": 9},

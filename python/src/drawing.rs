@@ -33,7 +33,7 @@ use crate::scene::Scene;
 /// A picture that is drawn when it is asked for.
 #[pyclass(frozen, module = "raindrops._native")]
 pub struct Drawing {
-    /// As it was given: what the reference traces.
+    /// The scene that was given, which the reference traces.
     scene: Parsed,
     /// The frame of its film, and where that frame's motion ends.
     frame: Parsed,
@@ -238,7 +238,7 @@ impl Drawing {
         Ok((made, remarks))
     }
 
-    /// The same by a plan, whose own remarks are left out.
+    /// Draws by a plan, whose own remarks are left out.
     fn drawn_by<T>(
         &self,
         device: &Arc<Device>,

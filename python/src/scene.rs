@@ -23,7 +23,7 @@ pub struct Scene {
 
 #[pymethods]
 impl Scene {
-    /// Of a dict, a text or a file, or the default one, with keys such as `rain.rate` set.
+    /// Reads a dict, a text or a file, or takes the default scene, with keys such as `rain.rate` set.
     #[staticmethod]
     #[pyo3(signature = (dict=None, text=None, path=None, keys=None))]
     fn read(
@@ -62,7 +62,7 @@ impl Scene {
         Ok(Self { scene: scene.raise(py)? })
     }
 
-    /// The same with other values of a picture; `moved`: the camera, by so much.
+    /// A copy with other values of a picture; `moved`: the camera, by so much.
     #[pyo3(signature = (size=None, seed=None, time=None, fov=None, moved=None))]
     fn with_(
         &self,

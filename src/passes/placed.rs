@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use ash::vk;
 use bytemuck::Zeroable as _;
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec3, Vec4};
 use rayon::prelude::*;
 
 use super::frame::FrameBuffer;
@@ -205,17 +205,17 @@ fn part_of(buffer: &Buffer, bytes: u64, number: u32) -> Resource<'_> {
 /// What holds a cluster's drops at the scene's time, and how fast they are.
 fn around(scene: &Scene, drops: &[&PlacedDrop], cluster: &[u32]) -> KnownCluster {
     let of = || cluster.iter().filter_map(|place| drops.get(*place as usize));
-    let bounds = |part: &dyn Fn(&PlacedDrop) -> DVec3| {
+    let bounds = |part: &dyn Fn(&PlacedDrop) -> DVec3, length: f64| {
         let from = of().map(|drop| part(drop)).fold(DVec3::INFINITY, DVec3::min);
         let to = of().map(|drop| part(drop)).fold(DVec3::NEG_INFINITY, DVec3::max);
-        // The bounds grow by as much as they are rounded.
+        // As much wider as they are rounded.
         let rounded = f64::from(f32::EPSILON) * from.abs().max(to.abs());
-        [from - rounded, to + rounded].map(|bound| bound.as_vec3().to_array())
+        [from - rounded, to + rounded].map(|v| v.as_vec3().extend(length as f32).to_array())
     };
-    let [low, high] = bounds(&|drop| drop.center_at(scene.time));
-    let [slowest, fastest] = bounds(&|drop| drop.velocity);
-    let reach = of().map(|drop| reach(drop)).fold(0.0, f64::max) as f32;
-    KnownCluster { low, reach, high, slowest, fastest, ..KnownCluster::zeroed() }
+    let reach = of().map(|drop| reach(drop)).fold(0.0, f64::max);
+    let [low, high] = bounds(&|drop| drop.center_at(scene.time), reach);
+    let [slowest, fastest] = bounds(&|drop| drop.velocity, 0.0);
+    KnownCluster { low, high, slowest, fastest }
 }
 
 /// The drops that the scene knows at time 0, cluster by cluster, or in their order; the last ones of a cluster may be none.
@@ -252,15 +252,12 @@ fn record([at, more]: [Vec3; 2], length: f64, number: u32) -> Record {
 fn records(scene: &Scene, clusters: &[u32]) -> Vec<Record> {
     let drops: Vec<&PlacedDrop> = scene.placed().collect();
     let around = |cluster: &[u32]| {
-        let (mut low, mut high, mut most) = (DVec3::INFINITY, DVec3::NEG_INFINITY, 0.0_f64);
-        for drop in cluster.iter().filter_map(|place| drops.get(*place as usize)) {
-            (low, high) = (low.min(drop.center), high.max(drop.center));
-            most = most.max(reach(drop));
-        }
-        let middle = 0.5 * (low + high);
-        // The half extent grows by as much as the middle was rounded.
-        let half = 0.5 * (high - low) + f64::from(f32::EPSILON) * middle.abs();
-        record([middle.as_vec3(), half.as_vec3()], most, 0)
+        let KnownCluster { low, high, .. } = around(scene, &drops, cluster);
+        let [low, high] = [low, high].map(|bound| Vec4::from(bound).as_dvec4());
+        let (middle, half) = (0.5 * (low + high).truncate(), 0.5 * (high - low).truncate());
+        // As much larger as the middle is rounded.
+        let half = half + f64::from(f32::EPSILON) * middle.abs();
+        record([middle.as_vec3(), half.as_vec3()], low.w, 0)
     };
     let boxes = clusters.par_chunks(CLUSTER as usize).map(around);
     let drop = |(place, drop): (usize, &&PlacedDrop)| {

@@ -17,10 +17,13 @@
 //!
 //! No pass uses shared memory or barriers within a workgroup, poison on CPU drivers.
 
+mod source;
+
 use std::sync::Arc;
 
 use ash::vk;
 
+use self::source::Source;
 use super::appearance::FarDrop;
 use super::cells::Cells;
 use super::counters;
@@ -28,7 +31,7 @@ use super::frame::{Frame, FrameBuffer};
 use super::layers::DropRecords;
 use super::pieces::RayPieces;
 use super::placed::PlacedDrops;
-use super::rain_field::{RainField, SortedDrops};
+use super::rain_field::RainField;
 use super::room::Room;
 use super::shapes::Shapes;
 use super::shelter::ShelterMap;
@@ -106,44 +109,6 @@ struct Passes {
     large: ComputePipeline,
     big: ComputePipeline,
     blocks: ComputePipeline,
-}
-
-/// Where drops come from.
-enum Source {
-    /// Drops in a box and placed ones, in clusters that never change.
-    Clusters(Arc<SortedDrops>),
-    /// Real rain's cells, and placed drops; the drops' order, and the `RainField`.
-    Cells(Box<(Cells, [Buffer; 2])>),
-}
-
-impl Source {
-    /// The drops of `cells`, else those of `rain`; with how many clusters there is room for (see [`Cells::room`],
-    /// [`SortedDrops::counts`]).
-    fn new(
-        device: &Arc<Device>,
-        scene: &Scene,
-        rain: &RainField,
-        cells: Option<(Cells, Buffer)>,
-    ) -> Result<(Self, [u32; 2])> {
-        let Some((cells, field)) = cells else {
-            let sorted = rain.sorted(scene)?;
-            let counts = sorted.counts;
-            return Ok((Self::Clusters(sorted), counts));
-        };
-        let room = cells.room;
-        let bytes = 4 * u64::from(CLUSTER) * u64::from(room[0]);
-        let usage = vk::BufferUsageFlags::STORAGE_BUFFER;
-        let order = Buffer::new(device, "drop order", bytes, usage, Memory::Device)?;
-        Ok((Self::Cells(Box::new((cells, [order, field]))), room))
-    }
-
-    /// The drops' order; the boxes of clusters and the `RainField`, one of which is missing.
-    fn buffers(&self) -> (&Buffer, [Option<&Buffer>; 2]) {
-        match self {
-            Self::Clusters(sorted) => (&sorted.order, [Some(&sorted.boxes), None]),
-            Self::Cells(cells) => (&cells.1[0], [None, Some(&cells.1[1])]),
-        }
-    }
 }
 
 impl Passes {

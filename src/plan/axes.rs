@@ -40,7 +40,7 @@ pub struct Axes {
     pub motion: Motion,
     pub lens: Lens,
     pub shape: ShapeModel,
-    /// Of a pane.
+    /// How a pane is drawn; none if the scene has none.
     pub pane: Option<PaneModel>,
     /// Keys of the model that nothing above resolves.
     #[serde(flatten)]

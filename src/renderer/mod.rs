@@ -4,6 +4,7 @@
 //! Four things, none remade when only one after it changes: the [`Device`] with its pipelines; the light
 //! ([`Lighting`]); the drops ([`RainField`]); and the view, which has the size of a picture.
 
+mod display;
 mod embed;
 mod lighting;
 pub mod parts;
@@ -53,7 +54,7 @@ const FLIGHTS: usize = 2;
 /// The background of a scene, read and on the device; none if it has none.
 ///
 /// # Errors
-/// See [`Plate::open`] and of [`BackgroundImages::of_plate`].
+/// See [`Plate::open`] and [`BackgroundImages::of_plate`].
 pub(crate) fn background_of(
     device: &Arc<Device>,
     scene: &Scene,

@@ -2,16 +2,13 @@
 
 use std::sync::Arc;
 
-use ash::vk;
-
+use super::display::Display;
 use super::lighting::Lighting;
 use super::points::Points;
 use super::slot::Slot;
 use super::tiled::Tiled;
 use super::{FrameInput, FrameReport, ViewInfo};
-use crate::gpu::{
-    Buffer, Device, Image, ImageInfo, Recorder, Timestamps, Use, image_discard, memory_barrier,
-};
+use crate::gpu::{Buffer, Device, Recorder, Use, memory_barrier};
 use crate::passes::background::Behind;
 use crate::passes::drops::guard_band;
 use crate::passes::frame::{Frame, FrameBuffer, Surroundings};
@@ -20,7 +17,7 @@ use crate::passes::output::Output;
 use crate::passes::particles::Particles;
 use crate::passes::rain_field::RainField;
 use crate::passes::tile_grid;
-use crate::passes::tone_map::{DISPLAY, FinalSums, Source, ToneMap};
+use crate::passes::tone_map::{FinalSums, Source, ToneMap};
 use crate::picture::tone_map::DELTA;
 use crate::plan::FramePlan;
 use crate::rain::field::Seen;
@@ -92,14 +89,6 @@ impl Drawing {
             Self::Tiled(_) => None,
         }
     }
-}
-
-/// The pass that turns radiance into display colour, and its target.
-pub(super) struct Display {
-    pub tone_map: ToneMap,
-    pub image: Image,
-    /// Whether the frame sums up the logarithms that a derived exposure needs.
-    pub log_average: bool,
 }
 
 /// What has the size of one picture: passes, targets, lists of tiles. A host records it into its own frames, each with a
@@ -260,14 +249,8 @@ impl View {
         };
         let display = match plan.tone_map {
             Some(operator) => {
-                let source = drawing.source();
-                let usage = vk::ImageUsageFlags::COLOR_ATTACHMENT
-                    | vk::ImageUsageFlags::TRANSFER_SRC
-                    | vk::ImageUsageFlags::SAMPLED;
-                let info = ImageInfo::flat("display", [width, height], DISPLAY, usage);
-                let tone_map = ToneMap::new(device, &frame, source, operator)?;
-                let log_average = plan.log_average;
-                Some(Display { tone_map, image: Image::new(device, &info)?, log_average })
+                let tone_map = ToneMap::new(device, &frame, drawing.source(), operator)?;
+                Some(Display::new(device, tone_map, [width, height], plan.log_average)?)
             }
             None => None,
         };
@@ -482,33 +465,5 @@ impl View {
             }
         }
         slot.record_counts(device, commands, &self.drawing, &self.frame_buffer);
-    }
-}
-
-impl Display {
-    /// Records the display image of `source`. `sums`: of log luminance, in place of the picture's own.
-    fn record(
-        &self,
-        device: &Device,
-        commands: Recorder<'_>,
-        time: &mut Timestamps,
-        source: Source<'_>,
-        derives_exposure: bool,
-        sums: Option<&FinalSums>,
-    ) {
-        let tone_map = &self.tone_map;
-        if let (true, Some(sums)) = (derives_exposure, sums) {
-            memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::TransferWrite]);
-            tone_map.record_sums(device, commands, source, sums);
-            memory_barrier(device, commands, &[Use::TransferWrite], &[Use::GraphicsRead]);
-        } else if derives_exposure {
-            time.time(commands, "log luminance", || {
-                tone_map.record_log_luminance(device, commands);
-            });
-            memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::GraphicsRead]);
-        }
-        let before = [Use::TransferRead, Use::ColorAttachment];
-        image_discard(device, commands, &self.image, &before, Use::ColorAttachment);
-        time.time(commands, "tone map", || tone_map.record(device, commands, &self.image));
     }
 }

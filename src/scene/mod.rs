@@ -471,32 +471,6 @@ impl Scene {
         rain.count = first as u32;
         Ok(())
     }
-
-    /// The drops whose place the scene knows: those placed by hand, then the particles that were read.
-    pub fn placed(&self) -> impl Iterator<Item = &PlacedDrop> + Clone {
-        self.drops.iter().chain(self.particles.iter().flat_map(Particles::drops))
-    }
-
-    /// How many have a place; of a host's particles as many as there may be, which come after those of [`Scene::placed`].
-    pub fn placed_count(&self) -> u32 {
-        self.known_count().saturating_add(self.host_particles)
-    }
-
-    /// How many [`Scene::placed`] has.
-    pub(crate) fn known_count(&self) -> u32 {
-        let particles = self.particles.as_ref().map_or(0, |particles| particles.drops().len());
-        (self.drops.len() + particles) as u32
-    }
-
-    /// Number in layers of a drop that is the `place`th, from 0 on, of those that have a place.
-    pub fn number_of(&self, drop: &PlacedDrop, place: u32) -> u32 {
-        drop.id.unwrap_or(self.random_count() + place + 1)
-    }
-
-    /// Number of drops, random ones and those that have a place; those of real rain have no number.
-    pub fn drop_count(&self) -> u32 {
-        self.random_count() + self.placed_count()
-    }
 }
 
 /// The key whose value begins after `text`, on the same line.

@@ -247,7 +247,7 @@ models! {
     PaneModel {
         /// Rays through each pixel that a drop touches, followed through up to eight reflections within it.
         Exact = "exact",
-        /// The same, but what does not leave a drop where it meets the surface first is dark.
+        /// Rays as in `exact`, but what does not leave a drop where it meets the surface first is dark.
         FirstExit = "first-exit",
         /// Drops out of focus by what is seen of them from the middle of the lens: a picture each, spread over the lens's disc; from
         /// twice their radius on by one colour.

@@ -32,6 +32,7 @@ mod pane_drawn;
 mod paper_model;
 mod particles;
 mod pipelines;
+mod placed;
 mod plates_drawn;
 mod populations;
 mod probe;

@@ -94,7 +94,7 @@ impl Bound {
             return Self { ..*self };
         }
         let of_99 = self.of_99_in_steps;
-        // Of single pixels at a bright edge a step is three times as much: 0.57 where others have 0.17.
+        // A single pixel at a bright edge is off by three times as much: 0.57 where others have 0.17.
         Self { most_of_99: of_99, mean_of_few: of_99, most: 3.0 * self.most, ..*self }
     }
 }

@@ -45,7 +45,7 @@ void main() {
     vec4 chance = random(number, 0u);
     bool is_middle = jet == JETS - 1u;
 
-    // As it is thrown.
+    // The velocity with which it is thrown.
     float angle = 6.2831853 * float(jet) / float(JETS - 1u);
     vec2 outward = is_middle ? vec2(0.0) : vec2(cos(angle), sin(angle));
     float spread = is_middle ? 0.5 : 0.22, up = is_middle ? 6.2 : 4.9;

@@ -30,7 +30,7 @@ pub struct Outcome {
     pub picture: Vec<[f16; 4]>,
     pub color: Vec<[f16; 4]>,
     pub depth: Vec<f32>,
-    /// Of each pixel's nearest drop: pixels back to the frame before, 0 where none is; depth, 0 where none is.
+    /// How far each pixel's nearest drop has moved since the frame before, in pixels back to there, and its depth; 0 where none is.
     pub motion: Vec<[f16; 2]>,
     pub nearest: Vec<f32>,
     /// The drops of the host's own, as its buffer has them.

@@ -461,7 +461,7 @@ impl Mapped {
 pub struct Texture {
     pub image: vk::Image,
     pub view: vk::ImageView,
-    /// Of a cube: a view of each face.
+    /// A view of each face, if it is a cube.
     pub faces: Vec<vk::ImageView>,
     memory: vk::DeviceMemory,
     pub format: vk::Format,

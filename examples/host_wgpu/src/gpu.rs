@@ -76,7 +76,7 @@ pub fn open(adapter: &wgpu::Adapter, required: &Requirements) -> (wgpu::Device, 
     }
 }
 
-/// The same device for `raindrops`.
+/// Lends the device to `raindrops`.
 ///
 /// # Safety
 /// The device was opened by [`open`] with these requirements, outlives what is returned, and is idle when that is dropped.

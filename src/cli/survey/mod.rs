@@ -31,6 +31,8 @@ use crate::measure::bench::{Build, DeviceHead};
 
 /// Version of the format of its result.
 const SCHEMA: &str = "raindrops-survey/1";
+/// Seconds that all steps together have where `--max-time` is not given.
+const USUAL_TIME_S: f64 = 480.0;
 
 /// Measure a device in a few minutes: one folder and one zip file to send
 ///
@@ -66,7 +68,7 @@ const LEAST: Duration = Duration::from_secs(5);
 impl SurveyArgs {
     /// Time for a step that has `most` of the eight minutes.
     fn time_of(&self, most: Duration) -> Duration {
-        let times = (self.max_time.as_secs_f64() / 480.0).max(1.0);
+        let times = (self.max_time.as_secs_f64() / USUAL_TIME_S).max(1.0);
         Duration::try_from_secs_f64(most.as_secs_f64() * times).unwrap_or(Duration::MAX)
     }
 

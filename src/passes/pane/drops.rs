@@ -81,10 +81,10 @@ impl Grid {
 }
 
 impl PaneDrops {
-    /// Those of a scene's pane.
+    /// Puts the drops on a scene's pane on the device.
     ///
     /// # Errors
-    /// Those of [`Buffer::upload_device`].
+    /// See [`Buffer::upload_device`].
     pub fn new(device: &Arc<Device>, scene: &Scene) -> Result<Self> {
         let caps = scene.pane_caps();
         let Grid { corner, cell, size, words } = Grid::new(&caps);
