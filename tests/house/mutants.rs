@@ -125,6 +125,10 @@ fn each_mutant_has_its_place_and_its_test() {
         if mutant.put == mutant.text || !names.insert(mutant.name.clone()) {
             wrong.push(format!("'{}' changes nothing, or stands there twice", mutant.name));
         }
+        let chosen = !mutant.is_shader() && !mutant.alone && !mutant.put.contains("MUTANT");
+        if chosen && ![&mutant.text, &mutant.put].into_iter().all(|text| may_be_expression(text)) {
+            wrong.push(format!("'{}' is no expression that a number can choose", mutant.name));
+        }
     }
     let all = mutants();
     for file in all.iter().map(|mutant| &mutant.file).collect::<BTreeSet<_>>() {
@@ -135,6 +139,35 @@ fn each_mutant_has_its_place_and_its_test() {
     }
     assert!(wrong.is_empty(), "tests/mutants.toml:\n{}", wrong.join("\n"));
     assert!(names.len() >= 30, "{} mutants", names.len());
+}
+
+/// Whether a text can stand between parentheses: its brackets close, it does not go on from what stands before it,
+/// and no comma is outside of its brackets.
+fn may_be_expression(text: &str) -> bool {
+    let mut open = Vec::new();
+    for letter in text.chars() {
+        match letter {
+            '(' | '[' | '{' => open.push(letter),
+            ')' | ']' | '}' => {
+                let pair = [open.pop().unwrap_or(' '), letter];
+                if ![['(', ')'], ['[', ']'], ['{', '}']].contains(&pair) {
+                    return false;
+                }
+            }
+            ',' if open.is_empty() => return false,
+            _ => {}
+        }
+    }
+    open.is_empty() && !text.trim_start().starts_with('.')
+}
+
+#[test]
+fn what_cannot_be_chosen_is_told() {
+    let cases =
+        [(".zip(a)", false), ("a, b", false), ("f(a, b)", true), ("(a]", false), ("a)", false)];
+    for (text, is) in cases {
+        assert_eq!(may_be_expression(text), is, "{text}");
+    }
 }
 
 /// Writes a file unless it has that content already, so that what has not changed is not built again.
