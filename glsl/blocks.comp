@@ -96,19 +96,17 @@ vec4 cover_moving(vec2 from, vec4 to_disc, vec2 half_side, float radius, float e
     return sum / float(STEPS);
 }
 
-// The colours of a row of pixels: of each the mean along the chord of its picture that moves over it.
+// The colours of a row of pixels of a drop that moves: of each the mean of its picture along what moves over the pixel.
 void write_moving_colors(uint at, uint picture, vec2 from, vec4 to_disc, float edge, vec2 way) {
     vec2 moved = vec2(to_disc.x * way.x + to_disc.z * way.y, to_disc.y * way.x + to_disc.w * way.y);
+    // Half a pixel more at each end: the pixel's own extent.
+    vec2 half_pixel = moved * (0.25 * edge / length(way));
     for (uint pixel = 0u; pixel < TILE.x; ++pixel) {
         vec2 p = vec2(from.x + float(pixel), from.y);
         vec2 on_disc = vec2(to_disc.x * p.x + to_disc.z * p.y, to_disc.y * p.x + to_disc.w * p.y);
-        vec3 sum = vec3(0.0);
-        for (uint i = 0u; i < STEPS; ++i) {
-            vec2 place = place_on_disc(on_disc, moved, (float(i) + 0.5) / float(STEPS));
-            uvec2 texel = uvec2(clamp((0.5 * place + 0.5) * edge, 0.0, edge - 1.0));
-            sum += unpack_radiance(picture_at(picture + texel.y * uint(edge) + texel.x));
-        }
-        nodes[at + pixel] = pack_radiance(sum / float(STEPS));
+        vec2 first = (0.5 * place_on_disc(on_disc, moved, 1.0) + 0.5) * edge - half_pixel;
+        vec2 last = (0.5 * place_on_disc(on_disc, moved, 0.0) + 0.5) * edge + half_pixel;
+        nodes[at + pixel] = pack_radiance(picture_along(picture, edge, first, last));
     }
 }
 
@@ -119,21 +117,13 @@ void write_colors(uint at, uint picture, float edge, float steepness, Places pla
     nodes[at + 3u] = pack_radiance(picture_light(picture, edge, steepness, vec2(places.x.w, places.y.w)));
 }
 
-// The colours of a row of pixels of a drop out of focus: of each the mean of its picture over the lens's disc, as far as
-// that is on it.
+// The colours of a row of pixels of a drop out of focus.
 void write_blurred_colors(uint at, uint picture, vec2 from, vec4 to_disc, float edge, float blur) {
+    PictureBlur b = picture_blur(to_disc, edge, blur);
     for (uint pixel = 0u; pixel < TILE.x; ++pixel) {
-        vec3 sum = vec3(0.0);
-        for (uint i = 0u; i < BLUR_PLACES; ++i) {
-            // One in the middle, the others around it: of the disc's variance.
-            float angle = 1.5707963 * float(i) + 0.4, far = i == 0u ? 0.0 : 0.79 * blur;
-            vec2 p = vec2(from.x + float(pixel), from.y) + far * vec2(cos(angle), sin(angle));
-            vec2 place = vec2(to_disc.x * p.x + to_disc.z * p.y, to_disc.y * p.x + to_disc.w * p.y);
-            place *= min(1.0, inversesqrt(max(dot(place, place), 1e-12)));
-            uvec2 texel = uvec2(clamp((0.5 * place + 0.5) * edge, 0.0, edge - 1.0));
-            sum += unpack_radiance(picture_at(picture + texel.y * uint(edge) + texel.x));
-        }
-        nodes[at + pixel] = pack_radiance(sum / float(BLUR_PLACES));
+        vec2 p = vec2(from.x + float(pixel), from.y);
+        vec2 on_disc = vec2(to_disc.x * p.x + to_disc.z * p.y, to_disc.y * p.x + to_disc.w * p.y);
+        nodes[at + pixel] = pack_radiance(picture_around(picture, edge, on_disc, b));
     }
 }
 
@@ -208,8 +198,8 @@ bool fill_block(uint at) {
             vec2 first = vec2(at_tile * TILE);
             above = dithered(fade * blurred_cover(from, m, radius, blur), first, r.index);
             below = dithered(fade * blurred_cover(from + vec2(0.0, 1.0), m, radius, blur), first + vec2(0.0, 1.0), r.index);
-            // Texels no finer than what the disc leaves.
-            float held = exp2(clamp(ceil(log2(2.0 * radius / max(1.0, blur))), 0.0, log2(edge)));
+            // Texels of an eighth to a quarter of what disc and pixel blur.
+            float held = exp2(clamp(ceil(log2(8.0 * radius * inversesqrt(blur * blur + 1.0 / 3.0))), 0.0, log2(edge)));
             uint coarser = picture_word(r.look & 0xfffu, uint(held));
             if (!rays) {
                 write_blurred_colors(node + COLORS, coarser, from, m, held, blur);

@@ -66,8 +66,9 @@ bool is_mine(int number) { return true; }
 // Part of a pixel that a fragment must cover to take light: a colour counts as much as its pixel is covered, so that
 // a little part would have to be brighter than a colour can be.
 const float LEAST_COVER = 1.0 / 32.0;
-// The least part for a drop out of focus: no pixel takes more than its share of the light, however little it is covered.
-const float LEAST_BLURRED_COVER = 1.0 / 1024.0;
+// The least part for a drop that is spread, by a lens or its motion: no pixel takes more than its share of the light, however
+// little it is covered.
+const float LEAST_SPREAD_COVER = 1.0 / 1024.0;
 
 // Adds light to the pixel at a place on the screen, if a tile fragment of the drop is there that covers at least a part of
 // it; whether it is.
@@ -113,7 +114,7 @@ void add_disc_of_light(uint drop, Large r, vec2 at, vec3 light, float blur) {
             for (uint i = 0u; i < PIXELS; ++i) {
                 vec2 pixel = vec2(ivec2(column, row) * ivec2(TILE) + ivec2(i % TILE.x, i / TILE.x)) + 0.5;
                 float part = clamp(wide - length(pixel - at), 0.0, 1.0);
-                if (part > 0.0) add_light_at(drop, r, pixel, part * light, LEAST_BLURRED_COVER, true);
+                if (part > 0.0) add_light_at(drop, r, pixel, part * light, LEAST_SPREAD_COVER, true);
             }
         }
     }
@@ -140,9 +141,15 @@ void add_line_of_light(uint drop, Large r, vec2 at, vec3 light) {
     first += int((gl_LocalInvocationID.x + WIDE - uint(first) % WIDE) % WIDE);
 #endif
     for (int i = first; i <= last; i += stride) {
-        float low = max(from, float(i)), high = min(to, float(i + 1)), along = 0.5 * (low + high) - middle;
-        vec2 place = is_across ? vec2(along, slope * along) : vec2(slope * along, along);
-        add_light_at(drop, r, at + place, light * ((high - low) / abs(length)), LEAST_COVER, true);
+        float low = max(from, float(i)), high = min(to, float(i + 1));
+        // Within a column the line crosses into another row at most once.
+        float aside = is_across ? at.y : at.x, row = max(floor(aside + slope * (low - middle)), floor(aside + slope * (high - middle)));
+        float crossing = slope != 0.0 ? clamp(middle + (row - aside) / slope, low, high) : high;
+        for (uint part = 0u; part < 2u; ++part) {
+            float along = 0.5 * (part == 0u ? low + crossing : crossing + high) - middle, share = part == 0u ? crossing - low : high - crossing;
+            vec2 place = is_across ? vec2(along, slope * along) : vec2(slope * along, along);
+            if (share > 0.0) add_light_at(drop, r, at + place, light * (share / abs(length)), LEAST_SPREAD_COVER, true);
+        }
     }
 }
 

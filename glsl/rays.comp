@@ -152,7 +152,7 @@ void main() {
     low = clamp(r.center + around.xy, corner, corner + 1.0);
     high = max(clamp(r.center + around.zw, corner, corner + 1.0), low + 1e-3);
     float covered;
-    nodes[node + COLORS + pixel] = moving_color(low, high, r.sphere, body, motion, pixels, place_moved(r.index), behind, covered);
+    nodes[node + COLORS + pixel] = moving_color(corner, low, high, r.sphere, body, motion, pixels, place_moved(r.index), behind, covered);
     if ((r.look & COVER_BY_RAYS) != 0u) {
         covered *= float(r.look >> 16);
         add_coverage(node, pixel, uint(covered + 0.5));

@@ -1,13 +1,10 @@
 #ifndef BLURRED_COVER_GLSL
 #define BLURRED_COVER_GLSL
-// How much a drop with an outline that is out of focus covers of a row of pixels, and its colours there: its picture,
-// blurred by as much.
+// How much a drop with an outline that is out of focus covers of a row of pixels.
 #include "disc.glsl"
 
 // Over so many times the other an overlap's edge is taken for straight: float32 tells its angles no more.
 const float STRAIGHT = 4.0;
-// Places over the lens's disc that a colour is the mean of.
-const uint BLUR_PLACES = 5;
 
 // What a row's coverage is changed by before it is rounded to units of 1/65535, so that what is faint keeps its light on the
 // mean. `first`: the row's first pixel in the picture.

@@ -73,6 +73,11 @@ bool has_spread_glints(vec4 sphere, vec3 motion, float blur) {
     return blur > 0.0 && (motion != vec3(0.0) || blur > 2.0 * frame.image.z * sphere.w / max(-sphere.z, sphere.w));
 }
 
+// The place of the unit disc that stands for one of the unit square.
+vec2 on_unit_disc(vec2 square) {
+    return sqrt(square.x) * vec2(cos(6.2831853 * square.y), sin(6.2831853 * square.y));
+}
+
 // A place on the unit disc, the spiral of Vogel, turned by a part of a whole turn.
 vec2 place_on_unit_disc(uint number, uint count, float turned) {
     float angle = 2.39996323 * float(number) + 6.2831853 * turned, far = sqrt((float(number) + 0.5) / float(count));

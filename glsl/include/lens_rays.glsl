@@ -9,8 +9,8 @@
 #include "moving_rays.glsl"
 #include "source_light.glsl"
 
-// Fewest rays of a pixel: they are a mean over the lens.
-const uint LEAST_LENS_RAYS = 16;
+// Fewest and most rays of a pixel: they are a mean over the lens.
+const uint LEAST_LENS_RAYS = 16, MOST_LENS_RAYS = 128;
 // The environment is blurred by this part of their spacing on the drop. They take other places in each pixel, so that noise
 // averages out; what is blurred too much does not (by the whole spacing a near drop's light is off by up to a quarter).
 const float LENS_SPACING = 0.2;
@@ -42,24 +42,37 @@ LensPlaces places_that_meet(vec3 d, vec3 center, float radius) {
     return p;
 }
 
-// Where on the lens a ray begins; `share`: the part of the lens that it stands for, 0 beside the lens.
-vec2 lens_place(uint number, uint count, float turned, vec3 d, vec3 center, vec3 motion, float radius, out float share) {
+// A place of the unit square in a box on the lens, `along` and across; `share` as of `lens_place`.
+vec2 place_in_box(vec2 square, vec2 along, vec2 from, vec2 to, out float share) {
+    vec2 sides = max(to - from, 0.0), at = from + sides * square, place = at.x * along + at.y * vec2(-along.y, along.x);
+    float lens2 = frame.lens.x * frame.lens.x;
+    share = dot(place, place) <= lens2 ? sides.x * sides.y / (3.14159265 * lens2) : 0.0;
+    return place;
+}
+
+// Where on the lens a ray begins, for a place of the unit square; `share`: the part of the lens that it stands for, 0 beside
+// the lens. Places are where rays meet the drop, as far as that has a simple form.
+vec2 lens_place(vec2 square, vec3 d, vec3 center, vec3 motion, float radius, out float share) {
     float lens = frame.lens.x;
-    vec2 unit = place_on_unit_disc(number, count, turned), place = lens * unit;
     share = 1.0;
     if (motion == vec3(0.0)) {
         LensPlaces p = places_that_meet(d, center, radius);
-        float part = p.axes.x * p.axes.y / (lens * lens);
-        if (p.is_ellipse && part < 1.0) {
-            vec2 from = p.axes * unit;
-            place = p.center + from.x * p.axis + from.y * vec2(-p.axis.y, p.axis.x);
-            share = dot(place, place) <= lens * lens ? part : 0.0;
+        float far = length(p.center), wide = max(p.axes.x, p.axes.y);
+        if (!p.is_ellipse || far + lens <= min(p.axes.x, p.axes.y)) return lens * on_unit_disc(square);
+        if (far + wide <= lens) {
+            vec2 from = p.axes * on_unit_disc(square);
+            share = p.axes.x * p.axes.y / (lens * lens);
+            return p.center + from.x * p.axis + from.y * vec2(-p.axis.y, p.axis.x);
         }
-        return place;
+        // Lens and ellipse overlap: the box of that, as if the ellipse were a circle around it.
+        float crossing = (far * far + lens * lens - wide * wide) / (2.0 * max(far, 1e-12)), high = min(wide, lens);
+        if (crossing > 0.0 && crossing < far) high = sqrt(max(lens * lens - crossing * crossing, 0.0));
+        vec2 along = far > 0.0 ? p.center / far : vec2(1.0, 0.0);
+        return place_in_box(square, along, vec2(max(far - wide, -lens), -high), vec2(min(far + wide, lens), high), share);
     }
     // Rays meet a sphere that moves within a strip along the way of its ellipse, as far as that crosses the lens.
     LensPlaces a = places_that_meet(d, center - 0.5 * motion, radius), b = places_that_meet(d, center + 0.5 * motion, radius);
-    if (!a.is_ellipse || !b.is_ellipse || a.is_beyond != b.is_beyond) return place;
+    if (!a.is_ellipse || !b.is_ellipse || a.is_beyond != b.is_beyond) return lens * on_unit_disc(square);
     vec2 way = b.center - a.center;
     float length2 = dot(way, way), wide = max(max(a.axes.x, a.axes.y), max(b.axes.x, b.axes.y));
     vec2 along = length2 > 1e-12 * wide * wide ? way * inversesqrt(length2) : vec2(1.0, 0.0);
@@ -67,36 +80,32 @@ vec2 lens_place(uint number, uint count, float turned, vec3 d, vec3 center, vec3
     vec2 from = vec2(max(dot(a.center, along) - wide, -lens), max(dot(a.center, across) - wide, -lens));
     vec2 to = vec2(min(dot(b.center, along) + wide, lens), min(dot(a.center, across) + wide, lens));
     vec2 sides = max(to - from, 0.0);
-    float part = sides.x * sides.y / (3.14159265 * lens * lens);
-    if (part >= 1.0) return place;
-    vec2 at = from + sides * fract(vec2((float(number) + 0.5) / float(count), 0.61803399 * float(number) + turned));
-    place = at.x * along + at.y * across;
-    share = dot(place, place) <= lens * lens ? part : 0.0;
-    return place;
+    if (sides.x * sides.y >= 3.14159265 * lens * lens) return lens * on_unit_disc(square);
+    return place_in_box(square, along, from, to, share);
 }
 
 // Does what `moving_color` does: the drop's light in a pixel from `corner` on; `covered`: part of the lens and of the time for which it
 // covers the pixel.
 uint lens_color(vec2 corner, vec4 sphere, Body body, vec3 motion, float pixels, float blur, vec2 moved, float behind, out float covered) {
-    vec3 sum = vec3(0.0);
-    float weights = 0.0, radius = sphere.w, focal = frame.image.z;
+    float radius = sphere.w, focal = frame.image.z;
     // A drop that is no sphere is within a sphere of this radius.
     float reach = body.is_flat ? radius * reach_of_shape(body.shape) : radius;
     mat3 world = mat3(frame.right.xyz, frame.up.xyz, frame.back.xyz);
-    uint rays = max(SAMPLES, LEAST_LENS_RAYS);
-    // Neighbours take other places, or the edges of the few pictures would show.
-    vec2 turned = fract(vec2(dot(corner, vec2(0.75487767, 0.56984029)), dot(corner, vec2(0.81917251, 0.67104361))) + moved);
+    uint least = max(SAMPLES, LEAST_LENS_RAYS), rays = 0u;
+    vec2 turned = turned_of(corner, moved);
     // What a ray stands for, on the drop: of the pixel and the disc around it, but no more than the drop has.
     float area = min(1.0 + 3.14159265 * blur * blur, 3.14159265 * pixels * pixels + 1.0);
-    float step = LENS_SPACING * sqrt(area / float(rays)) / pixels;
+    float step = LENS_SPACING * sqrt(area / float(least)) / pixels;
     // How deep what is behind the pixel is.
     float deep = behind * focal / length(ray_through(corner + 0.5));
     covered = 0.0;
-    for (uint i = 0u; i < rays; ++i) {
-        vec2 in_pixel = fract(vec2(0.75487767, 0.56984029) * float(i) + turned);
+    Rays mean = Rays(vec3(0.0), 0.0, 0.0, 0.0);
+    for (; rays < MOST_LENS_RAYS && (rays < least || !is_known(mean, rays)); ++rays) {
+        vec2 in_pixel = fract(vec2(0.81917251, 0.67104361) * float(rays) + turned.yx);
         vec3 through = ray_through(corner + in_pixel) / focal;
         float share;
-        vec2 place = lens_place(i, rays, turned.x, through, sphere.xyz, motion, reach, share);
+        vec2 square = fract(vec2(0.75487767, 0.56984029) * float(rays) + turned);
+        vec2 place = lens_place(square, through, sphere.xyz, motion, reach, share);
         vec3 d = normalize(through - vec3(place * frame.lens.y, 0.0)), from = sphere.xyz - vec3(place, 0.0);
         vec3 center = from;
         if (motion != vec3(0.0)) {
@@ -104,33 +113,28 @@ uint lens_color(vec2 corner, vec4 sphere, Body body, vec3 motion, float pixels, 
             vec2 times = times_met(d, from, motion, reach, nearest);
             float part = max(times.y - times.x, 0.0);
             share *= part;
-            float moment = part > 0.0 ? mix(times.x, times.y, fract(0.75487767 * float(i) + turned.y)) : nearest;
+            float moment = part > 0.0 ? mix(times.x, times.y, fract(0.61803399 * float(rays) + turned.y)) : nearest;
             center = from + moment * motion;
         }
-        vec3 to_ray = cross(cross(d, center), d) / -radius;
+        vec3 to_ray = cross(cross(d, center), d) / -radius, light;
         if (body.is_flat) {
             RayInShape flat_ray = ray_in_shape(body, to_ray, d);
             if (!flat_ray.hits || dot(d, center) <= 0.0) share = 0.0;
             float front = dot(d, center) + radius * front_in(flat_ray, body);
             if (HAS_DEPTH != 0u && front >= deep / max(-d.z, 1e-6)) share = 0.0;
-            float weight = max(share, 1e-6);
-            sum += weight * light_in(flat_ray, body, world, step);
-            weights += weight;
-            covered += share;
-            continue;
+            light = light_in(flat_ray, body, world, step);
+        } else {
+            float b = length(to_ray), held = min(b, 0.99999), cosine = sqrt((1.0 - held) * (1.0 + held));
+            if (b >= 1.0 || dot(d, center) <= 0.0) share = 0.0;
+            if (HAS_DEPTH != 0u && dot(d, center) - radius * cosine >= deep / max(-d.z, 1e-6)) share = 0.0;
+            // Beyond the rim, the rim, for pixels that no ray hits but the outline touches.
+            light = drop_light(environment_map, Intersection(d, to_ray / max(b, 1e-9), held, cosine), world, step);
         }
-        float b = length(to_ray), held = min(b, 0.99999), cosine = sqrt((1.0 - held) * (1.0 + held));
-        if (b >= 1.0 || dot(d, center) <= 0.0) share = 0.0;
-        if (HAS_DEPTH != 0u && dot(d, center) - radius * cosine >= deep / max(-d.z, 1e-6)) share = 0.0;
-        // Beyond the rim, the rim, for pixels that no ray hits but the outline touches.
-        float weight = max(share, 1e-6);
-        Intersection e = Intersection(d, to_ray / max(b, 1e-9), held, cosine);
-        sum += weight * drop_light(environment_map, e, world, step);
-        weights += weight;
+        add(mean, light, share);
         covered += share;
     }
     covered /= float(rays);
-    vec3 light = sum / weights;
+    vec3 light = mean.sum / mean.shares;
     // Rays through what is no sphere meet the sources themselves.
     if (!(SHAPE == TRACED && body.is_flat) && has_spread_glints(sphere, motion, blur)) light += light_of_sources(world * normalize(sphere.xyz));
     return pack_radiance(light);

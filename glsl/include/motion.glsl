@@ -6,10 +6,11 @@
 
 // A drop with a longer way is blurred, or a streak: pixels, and radii.
 const float SHORT_PX = 1.0, SHORT_RADII = 1.5;
-// A larger drop that moves by so many radii is as faint as a quarter, so that one colour will do.
-const float FAINT_RADII = 8.0;
-// One that is out of focus is, if it is as faint as that.
-const float FAINT = 0.25;
+// A larger drop that moves by so many radii is as faint as a quarter, so that one colour will do as far as it is narrow. In a
+// streak as wide as several pixels the drop's colours are seen side by side: up to so many times as long.
+const float FAINT_RADII = 8.0, NARROW_PX = 0.6, WIDE = 5.0;
+// One that is out of focus is, if it is as faint as that, by as much less up to so many pixels.
+const float FAINT = 0.25, FAINT_DISC_PX = 2.5;
 // Nearer than this, in radii, even a faint drop is no far one; the nearer, the fainter, down to the other.
 const float FAINT_NEAR_RADII = 4.0, FAINTEST_NEAR_RADII = 1.5;
 // Most that a drop's depth may change by for its outline to be taken for one that moves evenly.
@@ -83,10 +84,10 @@ bool is_short(Outline o, Path p) {
 
 // Is a drop that is no splat part of the streak layer? It is far, and small or faint.
 bool is_streak(Drop drop, Outline o, Path p, float distance2) {
-    float length = length(p.way);
+    float length = length(p.way), faint = FAINT_RADII * o.radius * clamp(o.radius / NARROW_PX, 1.0, WIDE);
     float near = max(FAINT_NEAR_RADII * FAINT_RADII * o.radius / max(length, 1e-30), FAINTEST_NEAR_RADII) * drop.radius;
     return SPLAT_PX > 0.0 && p.even && !is_short(o, p)
-        && (length > FAINT_RADII * o.radius
+        && (length > faint
                 ? distance2 >= near * near
                 : o.radius < SPLAT_PX && distance2 >= NEAR_RADII * NEAR_RADII * drop.radius * drop.radius);
 }
@@ -97,7 +98,7 @@ bool is_one_colour_disc(Drop drop, Outline o, Path p, float blur, float distance
     float wide = max(o.radius, blur), area = wide * (wide + 0.64 * length(p.way));
     float near2 = distance2 / (drop.radius * drop.radius);
     bool little = is_short(o, p) && is_little(o.radius, blur);
-    return !little && (o.radius * o.radius <= FAINT * area
+    return !little && (o.radius * o.radius * clamp(o.radius, 1.0, FAINT_DISC_PX) <= FAINT * area
                            ? near2 >= FAINT_NEAR_RADII * FAINT_NEAR_RADII
                            : o.radius < SPLAT_PX && near2 >= NEAR_RADII * NEAR_RADII);
 }

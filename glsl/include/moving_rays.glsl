@@ -6,13 +6,42 @@
 #include "ray_in_shape.glsl"
 #include "shared_exponent.glsl"
 
-// Fewest rays of a pixel, so that the picture is a mean over time. A drop that covers it for a part o under half of the time
-// changes it by o of its colour: 16 o² rays have a quarter of one ray's noise at o = 1.
-const uint LEAST_RAYS = 4;
+// Fewest and most rays of a pixel, so that the picture is a mean over time. A drop that covers it for a part o under half of
+// the time changes it by o of its colour: 16 o² rays have a quarter of one ray's noise at o = 1.
+const uint LEAST_RAYS = 8, MOST_RAYS = 64;
 
 uint rays_of(vec3 d, vec3 motion, float radius) {
     float opacity = min(2.0 * radius / max(length(cross(d, motion)), 1e-30), 0.5);
     return max(SAMPLES, uint(ceil(4.0 * float(LEAST_RAYS) * opacity * opacity)));
+}
+
+// How much a pixel's light may be off by chance, of the drop's own, as independent rays would have it. They are spread evenly,
+// so that it is a third of this or less. The second: where a pixel has more than one ray at rest.
+const float CHANCE = 0.06, LITTLE_CHANCE = 0.04;
+
+// The mean of rays, each with the share that it has of the pixel.
+struct Rays {
+    vec3 sum;
+    float shares, brightness, squares;
+};
+
+float luminance(vec3 light) {
+    return dot(light, vec3(0.2126, 0.7152, 0.0722));
+}
+
+void add(inout Rays r, vec3 light, float share) {
+    r.sum += max(share, 1e-6) * light;
+    r.shares += max(share, 1e-6);
+    float bright = share * luminance(light);
+    r.brightness += bright;
+    r.squares += bright * bright;
+}
+
+// Whether the mean of so many rays is known well enough.
+bool is_known(Rays r, uint count) {
+    float n = float(count), mean = r.brightness / n, light = luminance(r.sum) / r.shares;
+    float chance = (SAMPLES > 1u ? LITTLE_CHANCE : CHANCE) * light;
+    return max(r.squares / n - mean * mean, 0.0) <= chance * chance * n;
 }
 
 // When a ray meets the sphere, as parts of the exposure from its middle on; empty: none. `nearest`: when it is nearest.
@@ -55,44 +84,46 @@ vec2 times_met_shape(vec3 d, vec3 center, vec3 motion, float radius, vec4 shape,
     return times;
 }
 
-// Does what `color` does; `covered`: part of the time, on the mean over the rays.
-uint moving_color(vec2 low, vec2 high, vec4 sphere, Body body, vec3 motion, float pixels, vec2 moved, float behind, out float covered) {
-    vec3 sum = vec3(0.0);
-    float weights = 0.0;
+// What tells a pixel's rays from its neighbours', `moved`: and a drop's from another's. If all pixels took the same moments, the
+// picture would be that of those moments.
+vec2 turned_of(vec2 corner, vec2 moved) {
+    return fract(vec2(dot(corner, vec2(0.75487767, 0.56984029)), dot(corner, vec2(0.81917251, 0.67104361))) + moved);
+}
+
+// Does what `color` does, in the pixel from `corner` on; `covered`: part of the time, on the mean over the rays.
+uint moving_color(vec2 corner, vec2 low, vec2 high, vec4 sphere, Body body, vec3 motion, float pixels, vec2 moved, float behind, out float covered) {
     mat3 world = mat3(frame.right.xyz, frame.up.xyz, frame.back.xyz);
-    vec2 extent = high - low;
-    uint rays = rays_of(normalize(ray_through(0.5 * (low + high))), motion, sphere.w);
-    float step = clamp(0.25 * pixels, 0.5, 1.0) * sqrt(extent.x * extent.y / float(rays)) / pixels;
+    vec2 extent = high - low, turned = turned_of(corner, moved);
+    uint least = rays_of(normalize(ray_through(0.5 * (low + high))), motion, sphere.w), rays = 0u;
+    float step = clamp(0.25 * pixels, 0.5, 1.0) * sqrt(extent.x * extent.y / float(least)) / pixels;
     covered = 0.0;
-    for (uint i = 0u; i < rays; ++i) {
-        vec3 d = normalize(ray_through(low + fract(place_of(i, rays) + moved) * extent));
+    Rays mean = Rays(vec3(0.0), 0.0, 0.0, 0.0);
+    for (; rays < MOST_RAYS && (rays < least || !is_known(mean, rays)); ++rays) {
+        vec3 d = normalize(ray_through(low + fract(vec2(0.75487767, 0.56984029) * float(rays) + turned) * extent));
         float nearest;
         vec2 times;
         if (body.is_flat) times = times_met_shape(world * d, world * sphere.xyz, world * motion, sphere.w, body.shape, nearest);
         else times = times_met(d, sphere.xyz, motion, sphere.w, nearest);
         float share = max(times.y - times.x, 0.0);
         // Evenly over the time, in another order than over the pixel: by the golden ratio.
-        float moment = share > 0.0 ? mix(times.x, times.y, fract(0.61803399 * float(i) + moved.x)) : nearest;
+        float moment = share > 0.0 ? mix(times.x, times.y, fract(0.61803399 * float(rays) + turned.y)) : nearest;
         vec3 center = sphere.xyz + moment * motion;
         vec3 to_ray = cross(cross(d, center), d) / -sphere.w;
         float b = length(to_ray), held = min(b, 0.99999);
+        vec3 light;
         if (body.is_flat) {
             RayInShape flat_ray = ray_in_shape(body, to_ray, d);
             if (HAS_DEPTH != 0u && dot(d, center) + sphere.w * front_in(flat_ray, body) >= behind) share = 0.0;
-            float weight = max(share, 1e-6);
-            sum += weight * light_in(flat_ray, body, world, step);
-            weights += weight;
-            covered += share;
-            continue;
+            light = light_in(flat_ray, body, world, step);
+        } else {
+            float cosine = sqrt((1.0 - held) * (1.0 + held));
+            if (HAS_DEPTH != 0u && dot(d, center) - sphere.w * cosine >= behind) share = 0.0;
+            light = drop_light(environment_map, Intersection(d, to_ray / max(b, 1e-9), held, cosine), world, step);
         }
-        if (HAS_DEPTH != 0u && dot(d, center) - sphere.w * sqrt((1.0 - held) * (1.0 + held)) >= behind) share = 0.0;
-        float weight = max(share, 1e-6);
-        Intersection e = Intersection(d, to_ray / max(b, 1e-9), held, sqrt((1.0 - held) * (1.0 + held)));
-        sum += weight * drop_light(environment_map, e, world, step);
-        weights += weight;
+        add(mean, light, share);
         covered += share;
     }
     covered /= float(rays);
-    return pack_radiance(sum / weights);
+    return pack_radiance(mean.sum / mean.shares);
 }
 #endif
