@@ -11,6 +11,7 @@
 #include "divided.glsl"
 #include "reach.glsl"
 #include "shared_exponent.glsl"
+#include "shape_front.glsl"
 #include "streak.glsl"
 #include "together.glsl"
 
@@ -144,6 +145,19 @@ void note_ray_block(uint at, bool rays) {
     if (rays) blocks[MAX_BLOCKS + first + before] = at;
 }
 
+// By what a drop at rest is in order in a block, if drops may intersect: its front's squared distance along the ray of the
+// block's middle; beyond the rim, that of its tangent.
+uint front_in_block(Large r, vec4 shape, vec2 middle) {
+    vec3 d = normalize(ray_through(middle)), c = r.sphere.xyz, to_ray = cross(cross(d, c), d) / -r.sphere.w;
+    float before = sqrt(max(1.0 - dot(to_ray, to_ray), 0.0));
+    if (!is_round(shape)) {
+        mat3 world = mat3(frame.right.xyz, frame.up.xyz, frame.back.xyz);
+        before = -front_of(shape, world * to_ray, world * d);
+    }
+    float front = max(dot(d, c) - before * r.sphere.w, 0.0);
+    return floatBitsToUint(front * front);
+}
+
 // Fills a block's node; whether its colours are to be found by rays.
 bool fill_block(uint at) {
     uint node = block_node(at);
@@ -198,8 +212,8 @@ bool fill_block(uint at) {
             vec2 first = vec2(at_tile * TILE);
             above = dithered(fade * blurred_cover(from, m, radius, blur), first, r.index);
             below = dithered(fade * blurred_cover(from + vec2(0.0, 1.0), m, radius, blur), first + vec2(0.0, 1.0), r.index);
-            // Texels of an eighth to a quarter of what disc and pixel blur.
-            float held = exp2(clamp(ceil(log2(8.0 * radius * inversesqrt(blur * blur + 1.0 / 3.0))), 0.0, log2(edge)));
+            // Texels of a sixth to a third of what disc and pixel blur.
+            float held = exp2(clamp(ceil(log2(6.0 * radius * inversesqrt(blur * blur + 1.0 / 3.0))), 0.0, log2(edge)));
             uint coarser = picture_word(r.look & 0xfffu, uint(held));
             if (!rays) {
                 write_blurred_colors(node + COLORS, coarser, from, m, held, blur);
@@ -230,7 +244,8 @@ bool fill_block(uint at) {
 
     // The outline's box has corners that the outline does not reach.
     if (highest > 0.0) {
-        nodes[node] = r.distance2;
+        bool is_still = !moves_over && !is_blurred && !covered_by_rays;
+        nodes[node] = HAS_PLACED != 0u && is_still ? front_in_block(r, is_flat ? l.shape : ROUND, vec2(at_tile * TILE) + 0.5 * vec2(TILE)) : r.distance2;
         nodes[node + 1u] = r.index;
         uint link = node + NEXT_OF_BLOCK, tile = tile_number(at_tile);
         nodes[link] = atomicExchange(heads[tile], link);

@@ -17,7 +17,7 @@ uint rays_of(vec3 d, vec3 motion, float radius) {
 
 // How much a pixel's light may be off by chance, of the drop's own, as independent rays would have it. They are spread evenly,
 // so that it is a third of this or less. The second: where a pixel has more than one ray at rest.
-const float CHANCE = 0.06, LITTLE_CHANCE = 0.04;
+const float CHANCE = 0.08, LITTLE_CHANCE = 0.04;
 
 // The mean of rays, each with the share that it has of the pixel.
 struct Rays {

@@ -4,13 +4,12 @@
 // src/optics/spheroid.rs.
 //
 // Everything is seen from the middle of the plane that joins the halves, along the world's axes, in radii. A half scaled
-// to the unit sphere is met by a quadratic equation; directions and normals stay those of unscaled space. Which half a
-// line meets follows from where it crosses the joint's plane, so that one equation is solved a surface.
+// to the unit sphere is met by a quadratic equation (shape_front.glsl); directions and normals stay those of unscaled space.
 //
 // With the ray go the differentials of two neighbours (Igehy 1999): how far their light fans out is the level at which
 // the environment is read, as it is for the sphere in closed form (drop_light.glsl).
 #include "drop_light.glsl"
-#include "shape.glsl"
+#include "shape_front.glsl"
 
 // Most surfaces that light is followed to beyond the last order, where that carries what is left and is reflected totally.
 const uint MOST_MORE = 16;
@@ -20,29 +19,6 @@ struct Traced {
     vec3 point, direction;
     vec3 point_1, point_2, direction_1, direction_2;
 };
-
-// Whether it is the upper half that a line enters, and that it leaves.
-bvec2 upper_met(vec4 shape, vec3 p, vec3 d) {
-    vec2 at = p.xz * d.y - d.xz * p.y; // where it crosses the plane, times d.y
-    float across = shape.x * d.y, side = -dot(d.xz, at);
-    bool through = dot(at, at) < across * across;
-    return bvec2(through ? d.y < 0.0 : side > 0.0, through ? d.y > 0.0 : side > 0.0);
-}
-
-// Reciprocal semi-axes of a half.
-vec3 scale_of(vec4 shape, bool upper) {
-    float across = 1.0 / shape.x;
-    return vec3(across, 1.0 / (upper ? shape.y : shape.z), across);
-}
-
-// Where a line enters a scaled half, or leaves it: the point, moved onto the surface so that no rounding adds up.
-vec3 crossing(vec3 p, vec3 d, vec3 scale, float side, out float along) {
-    vec3 from = p * scale, to = d * scale;
-    float a = dot(to, to), nearest = -dot(from, to) / a;
-    vec3 middle = from + nearest * to;
-    along = nearest + side * sqrt(max(1.0 - dot(middle, middle), 1e-12) / a);
-    return normalize(from + along * to) / scale;
-}
 
 // How the unit normal changes where the point does; `gradient`: length of the normal's own before it was made a unit.
 vec3 bent(vec3 normal, vec3 scale, float gradient, vec3 moved) {
@@ -78,14 +54,6 @@ vec3 refracted(vec3 d, vec3 normal, vec3 d_moved, vec3 normal_moved, float ratio
     float turn = -(dot(d_moved, normal) + dot(d, normal_moved));
     float scale = ratio * cos_in - cos_out, scale_moved = (ratio - ratio * ratio * cos_in / cos_out) * turn;
     return ratio * d_moved + scale * normal_moved + scale_moved * normal;
-}
-
-// How far before the point that is nearest to the centre a ray meets the drop.
-float front_of(vec4 shape, vec3 to_ray, vec3 d) {
-    vec3 p = to_ray - vec3(0.0, shape.w, 0.0);
-    float along;
-    crossing(p, d, scale_of(shape, upper_met(shape, p, d).x), -1.0, along);
-    return along;
 }
 
 // `to_ray`: from the centre to the ray. `step`: how far rays are apart, in radii.

@@ -28,7 +28,7 @@ const CLEAR: &str = "[camera]\nvertical_fov = 40.0\n[image]\nwidth = 64\nheight 
     [[drop]]\ncenter = [0.3, 0.3, -4.0]\nradius = 0.15\n\
     [[drop]]\ncenter = [0.2, -0.5, -4.0]\nradius = 0.06\n";
 
-fn hunt(device: &std::sync::Arc<raindrops::gpu::Device>, kept: Option<&Path>) -> Hunt {
+pub fn hunt(device: &std::sync::Arc<raindrops::gpu::Device>, kept: Option<&Path>) -> Hunt {
     let place = Place { device: device.clone(), costs: Costs::default() };
     let kept = kept.map(|folder| (folder.to_path_buf(), 7));
     let tracing = Tracing { most_samples: 128, most_seconds: 60.0, kept };
@@ -37,7 +37,7 @@ fn hunt(device: &std::sync::Arc<raindrops::gpu::Device>, kept: Option<&Path>) ->
 }
 
 /// A sky of waves, which no drop makes a glint of.
-fn sky() -> (String, crate::scene::Beside) {
+pub fn sky() -> (String, crate::scene::Beside) {
     let waves = crate::common::waves();
     let (width, height) = (waves.width(), waves.height());
     let pixels = waves.texels().to_vec();

@@ -7,6 +7,7 @@
 mod common;
 mod drawn;
 mod figures_known;
+mod kinds;
 mod scenes;
 mod smaller;
 

@@ -1,0 +1,105 @@
+//! Scenes of the kinds that were plainly wrong once, within the bounds of the search: drops out of focus, side by side in
+//! motion, with a long way, and in one another.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use crate::bounds::Miss;
+use crate::common::{folder, on_device};
+use crate::drawn::{hunt, sky};
+use crate::folder::{read, write};
+use crate::measure::Asked;
+use crate::row::Row;
+use crate::scene::Made;
+
+/// Measures the models' pictures of a scene of so many pixels.
+fn measured(name: &str, [width, height]: [u32; 2], camera: &str, drops: &[String]) -> Row {
+    let mut text = format!(
+        "[camera]\n{camera}\n[image]\nwidth = {width}\nheight = {height}\n[environment]\nfile = \"sky.exr\"\n"
+    );
+    for drop in drops {
+        write!(text, "[[drop]]\n{drop}\n").expect("a text");
+    }
+    let place = folder();
+    write(&Made { text, files: vec![sky()] }, place.path()).expect("a scene");
+    let loaded = read(&place.path().join("scene.toml"), Path::new("none")).expect("a scene");
+    on_device(|device| {
+        let measured =
+            hunt(device, None).measure(name, &loaded, &Asked::default()).expect("figures");
+        for (model, row) in &measured.row.models {
+            println!("{name}, {model}: {:?}", row.figures);
+        }
+        row = Some(measured.row);
+    });
+    row.expect("a device")
+}
+
+/// Measures such a scene; panics with what is over a bound.
+fn assert_within(name: &str, size: [u32; 2], camera: &str, drops: &[String]) {
+    let row = measured(name, size, camera, drops);
+    let misses: Vec<_> = row.misses().into_iter().filter(Miss::counts).collect();
+    assert!(misses.is_empty(), "{name}: {misses:?}");
+}
+
+/// A drop 50 units before the camera, so many pixels beside the middle of a picture of 64 rows at ten degrees.
+fn drop_at(across: f64, down: f64, radius: f64) -> String {
+    let pixel = 50.0 * 2.0 * 5.0_f64.to_radians().tan() / 64.0;
+    format!("center = [{}, {}, -50.0]\nradius = {}", across * pixel, -down * pixel, radius * pixel)
+}
+
+#[test]
+fn drops_out_of_focus_are_their_pictures_blurred() {
+    let drops = [(-46.0, 3.0), (-22.0, 5.0), (6.0, 8.0), (42.0, 11.5)];
+    let drops: Vec<_> =
+        drops.iter().map(|(across, radius)| drop_at(*across, 0.0, *radius)).collect();
+    for blur in [3.0, 8.0] {
+        // The disc has the aperture's size at the drop: pixels are 0.137 units there.
+        let camera = format!("vertical_fov = 10.0\nfocus = inf\naperture = {}", 0.2734 * blur);
+        assert_within("out of focus", [128, 64], &camera, &drops);
+    }
+}
+
+#[test]
+fn drops_that_move_have_their_colours_along_the_way() {
+    let radii = [(-46.0, 3.0), (-22.0, 5.0), (6.0, 8.0), (42.0, 12.5)];
+    let drops: Vec<_> = radii
+        .iter()
+        .map(|(across, radius)| {
+            format!("{}\nvelocity = [0.8, -3.4, 0.0]", drop_at(*across, -12.0, *radius))
+        })
+        .collect();
+    assert_within("a long way", [128, 64], "vertical_fov = 10.0\nshutter = 1.0", &drops);
+}
+
+#[test]
+fn equal_drops_that_fall_side_by_side_are_equal() {
+    let drops: Vec<_> = (0..4)
+        .map(|number| {
+            let across = -0.6 + 0.4 * f64::from(number);
+            format!("center = [{across}, 0.25, -1.5]\nradius = 0.13\nvelocity = [0.0, -25.0, 0.0]")
+        })
+        .collect();
+    assert_within("side by side", [96, 64], "vertical_fov = 60.0\nshutter = 0.02", &drops);
+}
+
+#[test]
+fn drops_in_one_another_hide_each_other_where_they_are_nearer() {
+    let shapes = ["", "axis_ratio = 0.35", "", "shape = \"equilibrium\"", "axis_ratio = 0.8"];
+    let drops: Vec<_> = (0..)
+        .zip(shapes)
+        .map(|(number, shape)| {
+            let along = f64::from(number) - 2.0;
+            format!(
+                "center = [{}, {}, {}]\nradius = 1.4\n{shape}",
+                1.2 * along,
+                -0.5 * along,
+                -30.0 + 0.3 * along
+            )
+        })
+        .collect();
+    // Which is nearer is told by tiles of 4 x 2 pixels: boxes are off by 7.3 levels, by 54 in the order of whole drops.
+    let row = measured("in one another", [96, 64], "vertical_fov = 14.0", &drops);
+    for (model, row) in &row.models {
+        assert!(row.figures.boxes < 15.0, "{model}: {:?}", row.figures);
+    }
+}
