@@ -37,7 +37,7 @@ pub fn hunt(device: &std::sync::Arc<raindrops::gpu::Device>, kept: Option<&Path>
 }
 
 /// A sky of waves, which no drop makes a glint of.
-pub fn sky() -> (String, crate::scene::Beside) {
+fn sky() -> (String, crate::scene::Beside) {
     let waves = crate::common::waves();
     let (width, height) = (waves.width(), waves.height());
     let pixels = waves.texels().to_vec();

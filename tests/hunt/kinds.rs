@@ -4,13 +4,32 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
+use raindrops::glam::Vec3;
+use raindrops::picture::Picture;
+
 use crate::bounds::Miss;
-use crate::common::{folder, on_device};
-use crate::drawn::{hunt, sky};
+
+use crate::common::{folder, on_device, painted};
+use crate::drawn::hunt;
 use crate::folder::{read, write};
 use crate::measure::Asked;
 use crate::row::Row;
-use crate::scene::Made;
+use crate::scene::{Beside, Made};
+
+/// A blue sky over brown ground, with bright walls between: what a drop shows has edges and other colours on each side.
+fn street() -> (String, Beside) {
+    let street = painted(512, |d| {
+        let turn = d.x.atan2(-d.z);
+        match d.y {
+            y if y.abs() < 0.3 && (3.0 * turn).sin() > 0.2 => Vec3::new(2.5, 2.2, 1.8),
+            y if y > 0.0 => Vec3::new(0.4, 0.7, 1.2),
+            _ => Vec3::new(0.12, 0.08, 0.05),
+        }
+    });
+    let (width, height) = (street.width(), street.height());
+    let pixels = street.texels().to_vec();
+    ("sky.exr".into(), Beside::Radiance(Picture { width, height, pixels }))
+}
 
 /// Measures the models' pictures of a scene of so many pixels.
 fn measured(name: &str, [width, height]: [u32; 2], camera: &str, drops: &[String]) -> Row {
@@ -21,8 +40,9 @@ fn measured(name: &str, [width, height]: [u32; 2], camera: &str, drops: &[String
         write!(text, "[[drop]]\n{drop}\n").expect("a text");
     }
     let place = folder();
-    write(&Made { text, files: vec![sky()] }, place.path()).expect("a scene");
+    write(&Made { text, files: vec![street()] }, place.path()).expect("a scene");
     let loaded = read(&place.path().join("scene.toml"), Path::new("none")).expect("a scene");
+    let mut row = None;
     on_device(|device| {
         let measured =
             hunt(device, None).measure(name, &loaded, &Asked::default()).expect("figures");
@@ -97,9 +117,9 @@ fn drops_in_one_another_hide_each_other_where_they_are_nearer() {
             )
         })
         .collect();
-    // Which is nearer is told by tiles of 4 x 2 pixels: boxes are off by 7.3 levels, by 54 in the order of whole drops.
+    // Which is nearer is told by tiles of 4 x 2 pixels: boxes are off by 11.5 levels, by 55 in the order of whole drops.
     let row = measured("in one another", [96, 64], "vertical_fov = 14.0", &drops);
     for (model, row) in &row.models {
-        assert!(row.figures.boxes < 15.0, "{model}: {:?}", row.figures);
+        assert!(row.figures.boxes < 20.0, "{model}: {:?}", row.figures);
     }
 }
