@@ -8,7 +8,7 @@
 
 // Fewest and most rays of a pixel, so that the picture is a mean over time. A drop that covers it for a part o under half of
 // the time changes it by o of its colour: 16 o² rays have a quarter of one ray's noise at o = 1.
-const uint LEAST_RAYS = 8, MOST_RAYS = 64;
+const uint LEAST_RAYS = 8, MOST_RAYS = 48;
 
 uint rays_of(vec3 d, vec3 motion, float radius) {
     float opacity = min(2.0 * radius / max(length(cross(d, motion)), 1e-30), 0.5);
@@ -17,7 +17,7 @@ uint rays_of(vec3 d, vec3 motion, float radius) {
 
 // How much a pixel's light may be off by chance, of the drop's own, as independent rays would have it. They are spread evenly,
 // so that it is a third of this or less. The second: where a pixel has more than one ray at rest.
-const float CHANCE = 0.08, LITTLE_CHANCE = 0.04;
+const float CHANCE = 0.1, LITTLE_CHANCE = 0.04;
 
 // The mean of rays, each with the share that it has of the pixel.
 struct Rays {

@@ -59,7 +59,7 @@ struct PictureBlur {
     vec3 form;   // squared pixels of a way (s, t) on the drop's disc: form.x s² + 2 form.y s t + form.z t²
     vec2 reach;  // of the blur, texels
     float wide;  // its radius, pixels
-    float texel; // side of a texel, pixels
+    float steep; // how fast a texel leaves it, for each squared pixel of distance
 };
 
 // `to_disc`: of pixels, `blur`: the disc's radius in pixels. A disc of radius R has the variance R²/4 along an axis, a pixel's
@@ -68,9 +68,10 @@ PictureBlur picture_blur(vec4 to_disc, float edge, float blur) {
     vec4 m = vec4(to_disc.w, -to_disc.y, -to_disc.z, to_disc.x) / (to_disc.x * to_disc.w - to_disc.y * to_disc.z);
     PictureBlur b;
     b.form = vec3(dot(m.xy, m.xy), dot(m.xy, m.zw), dot(m.zw, m.zw));
-    b.texel = 2.0 / edge * sqrt(sqrt(max(b.form.x * b.form.z - b.form.y * b.form.y, 0.0)));
-    b.wide = sqrt(max(blur * blur + (1.0 - b.texel * b.texel) / 3.0, 0.25 * b.texel * b.texel));
-    b.reach = 0.5 * edge * (b.wide + 0.5 * b.texel) * vec2(length(to_disc.xz), length(to_disc.yw));
+    float texel = 2.0 / edge * sqrt(sqrt(max(b.form.x * b.form.z - b.form.y * b.form.y, 0.0)));
+    b.wide = sqrt(max(blur * blur + (1.0 - texel * texel) / 3.0, 0.25 * texel * texel));
+    b.steep = 0.5 / (b.wide * texel);
+    b.reach = 0.5 * edge * (b.wide + 0.5 * texel) * vec2(length(to_disc.xz), length(to_disc.yw));
     return b;
 }
 
@@ -86,9 +87,10 @@ vec3 picture_around(uint picture, float edge, vec2 on_disc, PictureBlur b) {
         for (int x = low.x; x <= high.x; ++x) {
             vec2 texel = (vec2(x, y) + 0.5) * (2.0 / edge) - 1.0, way = texel - on_disc;
             float far2 = b.form.x * way.x * way.x + 2.0 * b.form.y * way.x * way.y + b.form.z * way.y * way.y;
-            float covered = clamp(0.5 * edge * (1.0 - length(texel)) + 0.5, 0.0, 1.0);
-            float weight = clamp((b.wide - sqrt(far2)) / b.texel + 0.5, 0.0, 1.0) * covered + (ivec2(x, y) == nearest ? 1e-6 : 0.0);
-            if (weight > 0.0) sum += weight * vec4(unpack_radiance(picture_at(picture + uint(y) * uint(edge) + uint(x))), 1.0);
+            // What the disc holds of the texel, and the drop; each in the square of its distance.
+            float held = clamp((b.wide * b.wide - far2) * b.steep + 0.5, 0.0, 1.0), covered = clamp(0.25 * edge * (1.0 - dot(texel, texel)) + 0.5, 0.0, 1.0);
+            float weight = held * covered + (ivec2(x, y) == nearest ? 1e-6 : 0.0);
+            sum += weight * vec4(unpack_radiance(picture_at(picture + uint(y) * uint(edge) + uint(x))), 1.0);
         }
     }
     return sum.rgb / sum.a;
