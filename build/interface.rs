@@ -64,6 +64,7 @@ const STRUCTURES: &[&str] = &[
     "FlatLightPush",
     "Found",
     "Frame",
+    "HeightsPush",
     "Known",
     "KnownCluster",
     "Large",

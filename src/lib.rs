@@ -17,10 +17,10 @@
 //! use raindrops::environment::Environment;
 //! use raindrops::plan::{Output, plan};
 //! use raindrops::renderer::{
-//!     Blend, DepthConvention, FrameInput, HostEnvironment, HostMotion, HostParticles, Lighting, LiveInfo, ParticleCount,
-//!     ParticleLayout, RainField, View, ViewInfo,
+//!     Blend, DepthConvention, FrameInput, HostEnvironment, HostMotion, HostParticles, HostShelter, Lighting, LiveInfo,
+//!     ParticleCount, ParticleLayout, RainField, View, ViewInfo,
 //! };
-//! use raindrops::scene::{ImageSize, RainSettings, Scene};
+//! use raindrops::scene::{ImageSize, RainSettings, Scene, Shelter};
 //! use raindrops::scene::background::DepthKind;
 //! use raindrops::scene::camera::Camera;
 //! use raindrops::scene::matrices::ClipSpace;
@@ -29,11 +29,12 @@
 //!
 //! # fn rain(
 //! #     host: HostDevice,
-//! #     [output, color, depth, cube, motion, nearest]: [HostImage; 6],
+//! #     [output, color, depth, cube, motion, nearest, above]: [HostImage; 7],
 //! #     ([drops, counts], bytes): ([vk::Buffer; 2], u64),
 //! #     (camera_before, seconds_before): (Camera, f64),
 //! #     (commands, slot, seconds): (vk::CommandBuffer, usize, f64),
 //! #     (view_matrix, projection, size): (DMat4, DMat4, (u32, u32)),
+//! #     (view_above, projection_above): (DMat4, DMat4),
 //! # ) -> raindrops::Result<()> {
 //! # let (mut core, mut vulkan12, mut vulkan13) = Default::default();
 //! # let (width, height) = size;
@@ -81,6 +82,11 @@
 //! let within = [DVec3::splat(-4.0), DVec3::splat(4.0)];     // the box that holds them
 //! let own = HostParticles::new((drops, bytes), layout, count, within, 0.02); // the largest radius
 //! let input = FrameInput::new(&scene, output).with_particles(own);
+//!
+//! // No rain under your roofs: the depth that a camera sees from above, of as many texels as are said before `plan`.
+//! scene.shelter = Some(Shelter::of_host(512, 512));         // columns along x, rows along z; before `plan`
+//! let roofs = HostShelter::from_above(above, projection_above * view_above, ClipSpace::YDown)?;
+//! let input = FrameInput::new(&scene, output).under(roofs); // with each frame
 //!
 //! // Light that changes, in place of that above.
 //! let lighting = Arc::new(Lighting::live(&device, LiveInfo::default())?); // a cube map

@@ -46,10 +46,8 @@ bool is_sheltered(vec3 relative, vec4 line) {
     precise vec2 first = at + up * line.xy;
     ivec2 cell = ivec2(clamp(floor(first), vec2(0.0), size - 1.0)), edge = ivec2(ahead), forward = 2 * edge - 1;
     if (begin <= texelFetch(height_map, cell, 0).r) return true;
-    for (uint i = 0u; i < 2u; ++i) {
-        top = min(top, highest_along(at, line.xy, up, min(out_at, top - height)));
-        if (begin > top) return false;
-    }
+    top = min(top, highest_along(at, line.xy, up, min(out_at, top - height)));
+    if (begin > top) return false;
     for (;;) {
         precise vec2 next = (vec2(cell + edge) - at) * line.zw;
         bool along_x = next.x <= next.y;

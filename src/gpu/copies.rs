@@ -55,16 +55,16 @@ pub fn copy_range(
     unsafe { device.raw().cmd_copy_buffer(commands.raw(), from.raw(), to.raw(), &region) };
 }
 
-/// Records the copy of a whole level, all layers, into a buffer that holds it. The image is to be read by transfers.
+/// Records the copy of a whole level, all layers, to a byte offset of a buffer that holds it there. The image is to be read by
+/// transfers.
 pub fn copy_to_buffer(
     device: &Device,
     commands: Recorder<'_>,
-    image: &Image,
-    level: u32,
-    buffer: &Buffer,
+    (image, level): (&Image, u32),
+    (buffer, offset): (&Buffer, u64),
 ) {
     let layout = vk::ImageLayout::TRANSFER_SRC_OPTIMAL;
-    let (image, from, to) = (image.level_copy(level, 0), image.raw(), buffer.raw());
+    let (image, from, to) = (image.level_copy(level, offset), image.raw(), buffer.raw());
     // SAFETY: by contract the buffer holds the level, and the image is in this layout.
     unsafe { device.raw().cmd_copy_image_to_buffer(commands.raw(), from, layout, to, &[image]) };
 }

@@ -278,7 +278,7 @@ impl Background {
         .chain(tiles.shelter_slots([slot::HEIGHT_MAP, slot::SHELTER]))
         .collect();
         let bindings = Bindings::all(device, "background", &slots, sets)?.beside(&tiles.shared);
-        let shader = match (tiles.has_cells(), tiles.has_shelter()) {
+        let shader = match (tiles.has_cells(), tiles.shelter().is_some()) {
             (true, true) => shaders::SKY_COMP_MEDIUM_BEFORE_SHELTER,
             (true, false) => shaders::SKY_COMP_MEDIUM_BEFORE,
             (false, _) => shaders::SKY_COMP_BEFORE,

@@ -33,6 +33,7 @@ use std::sync::Arc;
 
 use super::background::{Background, Behind, HostBackground};
 use super::frame::Frame;
+use super::shelter::ShelterMap;
 use super::tiles::Tiles;
 use super::tone_map::Source;
 use super::totals::{
@@ -162,7 +163,7 @@ impl Passes {
         };
         let sky = || -> Result<SkyPass> {
             let Some(behind) = behind else {
-                let shader = match (tiles.has_cells(), tiles.has_shelter()) {
+                let shader = match (tiles.has_cells(), tiles.shelter().is_some()) {
                     (true, true) => shaders::SKY_COMP_MEDIUM_SHELTER,
                     (true, false) => shaders::SKY_COMP_MEDIUM,
                     (false, _) => shaders::SKY_COMP,
@@ -253,6 +254,8 @@ impl Composite {
         let of = (&buffers, &bindings);
         let passes = Passes::new(device, prepared, of, texels.is_some(), plan, behind)?;
         let Buffers { radiance, nearest, log_sums, line_sums, .. } = buffers;
+        let is_by_host = matches!(behind, Some(Behind::Host { .. }))
+            || tiles.shelter().is_some_and(ShelterMap::renews_medium);
         Ok(Self {
             radiance,
             nearest,
@@ -264,8 +267,8 @@ impl Composite {
             sky_of: None,
             sky_since: 0,
             sky_is_there: false,
-            is_sheltered: tiles.has_shelter(),
-            changes: is_renewed || plan.is_grainy() || matches!(behind, Some(Behind::Host { .. })),
+            is_sheltered: tiles.shelter().is_some(),
+            changes: is_renewed || plan.is_grainy() || is_by_host,
             // All tiles of whole regions.
             groups: rows_of(tiles.in_regions.div_ceil(64)),
             is_listed,

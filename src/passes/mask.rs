@@ -119,7 +119,7 @@ impl Mask {
         let staging = Buffer::readback(device, "mask read back", bytes)?;
         Commands::once(device, "read mask", |commands| {
             image_barrier(device, commands, &self.image, Use::GraphicsRead, Use::TransferRead);
-            copy_to_buffer(device, commands, &self.image, level, &staging);
+            copy_to_buffer(device, commands, (&self.image, level), (&staging, 0));
             image_barrier(device, commands, &self.image, Use::TransferRead, Use::GraphicsRead);
             memory_barrier(device, commands, &[Use::TransferWrite], &[Use::HostRead]);
         })?;

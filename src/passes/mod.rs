@@ -12,6 +12,7 @@ pub mod environment;
 pub mod flat_light;
 pub mod frame;
 pub mod glints;
+pub(crate) mod heights;
 pub mod layers;
 pub mod mask;
 pub mod motion_depth;

@@ -18,10 +18,10 @@ use crate::gpu::{
     Buffer, Commands, Device, Image, ImageInfo, Memory, Recorder, Resource, Sampler, Slot, Use,
     copy_rows, copy_to_image, image_barrier, update_buffer,
 };
-use crate::picture::heights::HeightMap;
+use crate::picture::heights::{HeightMap, NOTHING};
 use crate::rain::cells::Lattice;
 use crate::rain::classes::Class;
-use crate::rain::shelter::{Roofs, levels};
+use crate::rain::shelter::{Falls, levels};
 use crate::scene::Scene;
 use crate::scene::real_rain::RealRain;
 
@@ -30,33 +30,51 @@ pub(crate) struct ShelterMap {
     pub heights: Image,
     pub nearest: Sampler,
     pub constants: Buffer,
+    /// Whether a host renews it with each frame.
+    pub is_of_host: bool,
+    /// The largest height of a scene's own map.
+    highest: f32,
     /// How the medium of real rain falls; none without.
     medium: Option<DVec3>,
 }
 
 impl ShelterMap {
-    /// The map of a scene; none if it has none.
+    /// Where in the constants the largest height is, in bytes.
+    pub const HIGHEST_AT: u64 = (std::mem::offset_of!(Shelter, origin) + 3 * 4) as u64;
+
+    /// The map of a scene, or room for that of a host; none if it has none.
     ///
     /// # Errors
     /// [`crate::Error::Limit`] if an edge is over the device's limit for images; [`crate::Error::Memory`] if the device has no
     /// room for it; [`crate::Error::Vulkan`] if the driver refuses.
     pub fn new(device: &Arc<Device>, scene: &Scene) -> Result<Option<Self>> {
-        let Some(map) = scene.shelter.as_ref().and_then(|shelter| shelter.map()) else {
-            return Ok(None);
+        let own = scene.shelter.as_ref().and_then(|shelter| shelter.map());
+        let heights = match (own, scene.host_shelter()) {
+            (Some(map), _) => upload(device, map)?,
+            (None, Some(size)) => of_host(device, size)?,
+            (None, None) => return Ok(None),
         };
         use vk::BufferUsageFlags as Usage;
         let name = "constants of the shelter";
         let usage = Usage::UNIFORM_BUFFER | Usage::TRANSFER_DST;
         let bytes = size_of::<Shelter>() as u64;
         Ok(Some(Self {
-            heights: upload(device, map)?,
+            heights,
+            is_of_host: own.is_none(),
+            highest: own.map_or(NOTHING, |map| map.highest()),
             nearest: Sampler::nearest(device, "height map")?,
             constants: Buffer::new(device, name, bytes, usage, Memory::Device)?,
             medium: scene.real_rain().map(|rain| mean_slant(&rain)),
         }))
     }
 
-    /// Records how the drops of `scene`, whose real rain has these lattices, fall past the map; a barrier to compute must follow.
+    /// Whether the medium is another in each frame, with a host's map.
+    pub fn renews_medium(&self) -> bool {
+        self.is_of_host && self.medium.is_some()
+    }
+
+    /// Records how the drops of `scene`, whose real rain has these lattices, fall past its own map; a barrier to compute must
+    /// follow.
     pub fn record(
         &self,
         device: &Device,
@@ -64,27 +82,40 @@ impl ShelterMap {
         scene: &Scene,
         lattices: &[Lattice],
     ) {
-        let Some(roofs) = self.roofs(scene, lattices) else { return };
-        let (map, [x, z], at) = (roofs.map(), roofs.scale, roofs.origin);
+        if let Some(shelter) = scene.shelter.as_ref().filter(|_| !self.is_of_host) {
+            let corners = [shelter.from, shelter.to];
+            self.record_at(device, commands, scene, lattices, corners);
+        }
+    }
+
+    /// The same for a map from corner to corner.
+    pub fn record_at(
+        &self,
+        device: &Device,
+        commands: Recorder<'_>,
+        scene: &Scene,
+        lattices: &[Lattice],
+        corners: [[f64; 2]; 2],
+    ) {
+        // Drops in boxes, or the lattices' classes and the medium.
+        let classes = lattices.iter().map(|class| class.velocity / scene.metres);
+        let boxes = scene.populations().into_iter().map(|rain| rain.velocity);
+        let kinds = boxes.chain(classes).chain(self.medium);
+        let (columns, rows) = (self.heights.width, self.heights.height);
+        let Falls { origin, scale: [x, z], lines } =
+            Falls::past(scene, corners, [columns as usize, rows as usize], kinds);
         let mut constants = Shelter {
-            origin: [at.x, at.y, at.z, roofs.highest],
-            scale: [x, z, map.columns as f32, map.rows as f32],
+            origin: [origin.x, origin.y, origin.z, self.highest],
+            scale: [x, z, columns as f32, rows as f32],
             ..Shelter::default()
         };
         let all = constants.lines.iter_mut();
-        let kinds = roofs.lines.iter().take(roofs.lines.len() - usize::from(self.medium.is_some()));
+        let kinds = lines.iter().take(lines.len() - usize::from(self.medium.is_some()));
         for (line, of_kind) in all.zip(kinds) {
             *line = *of_kind;
         }
-        constants.medium = roofs.lines.last().copied().unwrap_or_default();
+        constants.medium = lines.last().copied().unwrap_or_default();
         update_buffer(device, commands, &self.constants, 0, bytemuck::bytes_of(&constants));
-    }
-
-    /// The surfaces over the drops of a scene: of boxes, or of the lattices' classes and the medium.
-    fn roofs(&self, scene: &Scene, lattices: &[Lattice]) -> Option<Roofs> {
-        let classes = lattices.iter().map(|class| class.velocity / scene.metres);
-        let boxes = scene.populations().into_iter().map(|rain| rain.velocity);
-        Roofs::of(scene, boxes.chain(classes).chain(self.medium))
     }
 
     /// What is bound for passes that ask for it.
@@ -106,6 +137,15 @@ fn mean_slant(rain: &RealRain) -> DVec3 {
     };
     let (slants, blocked): (Vec<DVec3>, Vec<f64>) = rain.classes().iter().map(of_class).unzip();
     slants.into_iter().sum::<DVec3>() / blocked.into_iter().sum::<f64>()
+}
+
+/// An image of a host's map with all its levels, which `src/passes/heights.rs` fills.
+fn of_host(device: &Arc<Device>, size: [u32; 2]) -> Result<Image> {
+    use vk::ImageUsageFlags as Usage;
+    let usage = Usage::SAMPLED | Usage::STORAGE | Usage::TRANSFER_SRC;
+    let flat = ImageInfo::flat("a host's height map", size, vk::Format::R32_SFLOAT, usage);
+    let levels = 1 + size[0].max(size[1]).ilog2();
+    Image::new(device, &ImageInfo { levels, ..flat })
 }
 
 /// An image of the map with all its levels, ready to be sampled.

@@ -50,6 +50,7 @@ use crate::gpu::{
     fill_buffer, memory_barrier, shaders, update_buffer,
 };
 use crate::plan::FramePlan;
+use crate::rain::cells::Lattice;
 use crate::rain::field::Seen;
 use crate::scene::Scene;
 use crate::scene::model::{Lens, Motion, ShapeModel};
@@ -343,9 +344,17 @@ impl Tiles {
         matches!(self.source, Source::Cells(..))
     }
 
-    /// Whether surfaces keep rain off.
-    pub(super) fn has_shelter(&self) -> bool {
-        self.shelter.is_some()
+    /// Those of real rain; none without.
+    pub fn lattices(&self) -> &[Lattice] {
+        match &self.source {
+            Source::Cells(cells) => cells.0.lattices(),
+            Source::Clusters(_) => &[],
+        }
+    }
+
+    /// The map of the surfaces that keep rain off, if there are any.
+    pub(crate) fn shelter(&self) -> Option<&ShelterMap> {
+        self.shelter.as_ref()
     }
 
     /// What is bound for passes that ask for these surfaces.
@@ -385,9 +394,8 @@ impl Tiles {
         }
     }
 
-    /// Records the reset of what is counted and linked, the placed drops' places, what is `seen` of real rain
-    /// ([`Tiles::seen`]), and how far drops move until what a view shows so many seconds later. A barrier to
-    /// compute must follow.
+    /// Records the reset of what is counted and linked, the placed drops' places, what is `seen` of real rain ([`Tiles::seen`]),
+    /// and how far drops move until what a view shows so many seconds later. A barrier to compute must follow.
     pub fn record_reset(
         &self,
         device: &Device,
@@ -397,10 +405,7 @@ impl Tiles {
         seen: Option<&Seen>,
     ) {
         self.placed.record(device, commands, scene);
-        let lattices = match &self.source {
-            Source::Cells(cells) => cells.0.lattices(),
-            Source::Clusters(_) => &[],
-        };
+        let lattices = self.lattices();
         if let Some(shelter) = &self.shelter {
             shelter.record(device, commands, scene, lattices);
         }

@@ -21,18 +21,42 @@ const UPRIGHT: f64 = 1e20;
 /// How the drops of a kind fall: texels along x and z by which one is farther back a unit of height, and units of height a texel.
 pub type Line = [f32; 4];
 
-/// A scene's surfaces as its camera sees them.
+/// How drops fall past a height map, as a camera sees them.
 #[derive(Clone, Debug)]
-pub struct Roofs {
-    map: Arc<HeightMap>,
+pub struct Falls {
     /// The map's first corner, at height 0, from the camera.
     pub origin: Vec3,
     /// Texels a scene unit.
     pub scale: [f32; 2],
-    /// The largest height.
-    pub highest: f32,
-    /// How the drops of each kind fall: of each population, or of each class of real rain.
+    /// The lines of each kind: of each population, or of each class of real rain.
     pub lines: Vec<Line>,
+}
+
+impl Falls {
+    /// Drops of these velocities, kind by kind, past a map of so many columns and rows from corner to corner.
+    pub fn past(
+        scene: &Scene,
+        corners: [[f64; 2]; 2],
+        [columns, rows]: [usize; 2],
+        velocities: impl IntoIterator<Item = DVec3>,
+    ) -> Self {
+        let [from, to] = corners.map(DVec2::from);
+        let scale = DVec2::new(columns as f64, rows as f64) / (to - from);
+        let origin = DVec3::new(from.x, 0.0, from.y) - scene.drawn_position();
+        Self {
+            origin: origin.as_vec3(),
+            scale: scale.as_vec2().to_array(),
+            lines: velocities.into_iter().map(|velocity| line(velocity, scale)).collect(),
+        }
+    }
+}
+
+/// A scene's surfaces as its camera sees them.
+#[derive(Clone, Debug)]
+pub struct Roofs {
+    map: Arc<HeightMap>,
+    highest: f32,
+    falls: Falls,
 }
 
 impl Roofs {
@@ -40,17 +64,9 @@ impl Roofs {
     pub fn of(scene: &Scene, velocities: impl IntoIterator<Item = DVec3>) -> Option<Self> {
         let shelter = scene.shelter.as_ref()?;
         let map = shelter.map()?.clone();
-        let (from, to) = (DVec2::from(shelter.from), DVec2::from(shelter.to));
-        let scale = DVec2::new(map.columns as f64, map.rows as f64) / (to - from);
-        let origin = DVec3::new(from.x, 0.0, from.y) - scene.drawn_position();
-        let lines = velocities.into_iter().map(|velocity| line(velocity, scale));
-        Some(Self {
-            origin: origin.as_vec3(),
-            scale: scale.as_vec2().to_array(),
-            highest: map.highest(),
-            lines: lines.collect(),
-            map,
-        })
+        let corners = [shelter.from, shelter.to];
+        let falls = Falls::past(scene, corners, [map.columns, map.rows], velocities);
+        Some(Self { highest: map.highest(), falls, map })
     }
 
     /// A scene's surfaces over its populations of drops in boxes.
@@ -58,19 +74,15 @@ impl Roofs {
         Self::of(scene, scene.populations().into_iter().map(|rain| rain.velocity))
     }
 
-    /// The map.
-    pub fn map(&self) -> &HeightMap {
-        &self.map
-    }
-
     /// Whether they keep off a drop of a kind; `relative`: its place from the camera along the world's axes.
     pub fn shelter(&self, relative: Vec3, kind: usize) -> bool {
-        let [across_x, across_z, rise_x, rise_z] = self.lines[kind];
+        let Falls { origin, scale, lines } = &self.falls;
+        let [across_x, across_z, rise_x, rise_z] = lines[kind];
         let (columns, rows) = (self.map.columns, self.map.rows);
         let (wide, deep) = (columns as f32, rows as f32);
-        let x = (relative.x - self.origin.x) * self.scale[0];
-        let z = (relative.z - self.origin.z) * self.scale[1];
-        let height = relative.y - self.origin.y;
+        let x = (relative.x - origin.x) * scale[0];
+        let z = (relative.z - origin.z) * scale[1];
+        let height = relative.y - origin.y;
         let (ahead_x, ahead_z) = (across_x >= 0.0, across_z >= 0.0);
         let end = |ahead: bool, size: f32| if ahead { size } else { 0.0 };
         let comes = [(end(!ahead_x, wide) - x) * rise_x, (end(!ahead_z, deep) - z) * rise_z];

@@ -4,22 +4,26 @@ use std::sync::Arc;
 
 use ash::vk;
 
+use super::host_checks::{
+    check_apart, check_background, check_nearest, check_particles, check_shelter,
+};
 use super::view::{Drawing, View, refuse};
 use super::{
-    DepthConvention, FrameReport, HostBackground, HostEnvironment, HostParticles, Lighting,
-    RainField,
+    DepthConvention, FrameReport, HostBackground, HostEnvironment, HostParticles, HostShelter,
+    Lighting, RainField,
 };
+use crate::Result;
 use crate::gpu::{HostImage, Recorder};
 use crate::passes::background::Behind;
+use crate::passes::heights::Heights;
 pub use crate::passes::motion_depth::HostMotion;
 use crate::passes::motion_depth::MotionDepth;
 pub use crate::passes::output::Blend;
-use crate::passes::output::{FORMATS, Output};
+use crate::passes::output::Output;
 use crate::passes::particles::Particles;
 use crate::plan::FramePlan;
 use crate::scene::Scene;
 use crate::scene::model::{Preset, Primitive, Simulation};
-use crate::{Error, Result};
 
 /// What a view is made for, beside what it shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -83,6 +87,8 @@ pub struct FrameInput<'a> {
     pub nearest_number: Option<HostImage>,
     /// Drops of the host's own, if the scene says that there may be some ([`Scene::host_particles`]).
     pub particles: Option<HostParticles>,
+    /// What keeps rain off in this frame, if the scene says that it is a host's ([`crate::scene::shelter::Shelter::of_host`]).
+    pub shelter: Option<HostShelter>,
 }
 
 impl<'a> FrameInput<'a> {
@@ -97,6 +103,7 @@ impl<'a> FrameInput<'a> {
             nearest_depth: None,
             nearest_number: None,
             particles: None,
+            shelter: None,
         }
     }
 
@@ -140,6 +147,13 @@ impl<'a> FrameInput<'a> {
     #[must_use]
     pub fn with_particles(mut self, particles: HostParticles) -> Self {
         self.particles = Some(particles);
+        self
+    }
+
+    /// With surfaces that keep rain off.
+    #[must_use]
+    pub fn under(mut self, shelter: HostShelter) -> Self {
+        self.shelter = Some(shelter);
         self
     }
 
@@ -231,6 +245,10 @@ impl View {
         if let Drawing::Tiled(tiled) = &view.drawing {
             let (tiles, frames) = (&tiled.tiles, frames_in_flight);
             view.particles = Particles::new(device, frame, tiles, scene, plan, frames)?;
+            view.heights = match tiles.shelter().filter(|map| map.is_of_host) {
+                Some(map) => Some(Heights::new(device, map, frames)?),
+                None => None,
+            };
         }
         Ok(view)
     }
@@ -284,6 +302,7 @@ impl View {
         check_nearest(input, &info, self.size)?;
         check_apart(input)?;
         check_particles(self, input)?;
+        check_shelter(input, &self.made_for)?;
         if let Some(environment) = &input.environment {
             let Some(renewal) = &self.lighting.renewal else {
                 return refuse("the light is not one that is renewed; make it by Lighting::live");
@@ -304,6 +323,12 @@ impl View {
         // SAFETY: by contract.
         let recorder = unsafe { Recorder::of_host(commands) };
         if let Drawing::Tiled(tiled) = &mut self.drawing {
+            if let (Some(pass), Some(map), Some(shelter)) =
+                (&self.heights, tiled.tiles.shelter(), &input.shelter)
+            {
+                // SAFETY: the slot is free, so its set is not in use; the host keeps the image until it is free again.
+                unsafe { pass.set_image(slot, map, shelter)? };
+            }
             // SAFETY: the slot is free, so its set is not in use; the host keeps the images until it is free again.
             unsafe { tiled.composite.set_images(slot, &input.background)? };
         }
@@ -371,127 +396,4 @@ impl Drop for View {
         let tickets = self.slots.iter().filter_map(|slot| slot.ticket);
         tickets.for_each(|ticket| self.device.close_ticket(ticket));
     }
-}
-
-/// Formats that a depth may be in; of those with stencil the view is of depth alone.
-const DEPTH_FORMATS: [vk::Format; 8] = [
-    vk::Format::D16_UNORM,
-    vk::Format::X8_D24_UNORM_PACK32,
-    vk::Format::D32_SFLOAT,
-    vk::Format::D16_UNORM_S8_UINT,
-    vk::Format::D24_UNORM_S8_UINT,
-    vk::Format::D32_SFLOAT_S8_UINT,
-    vk::Format::R16_SFLOAT,
-    vk::Format::R32_SFLOAT,
-];
-
-/// Refuses a background that is not what the view was made for, or cannot be read.
-fn check_background(background: &HostBackground, info: &ViewInfo, scene: &Scene) -> Result<()> {
-    let whole = (scene.image.width, scene.image.height);
-    let fits = |name: &str, is: bool, wanted: bool| match (is, wanted) {
-        (true, false) => refuse(&format!("the view was made for no background {name}")),
-        (false, true) => refuse(&format!("the view was made for a background {name}; name one")),
-        _ => Ok(()),
-    };
-    fits("colour", background.color.is_some(), info.has_color)?;
-    fits("depth", background.depth.is_some(), info.has_depth)?;
-    let refuse_image =
-        |name: &str, problem: String| Err(Error::Scene { place: name.into(), problem });
-    if let Some((image, radiance)) = &background.color {
-        let name = "the background colour";
-        if !FORMATS.contains(&image.format) {
-            return refuse_image(name, format!("its format is {:?}, no colour", image.format));
-        }
-        if !(radiance.is_finite() && *radiance > 0.0) {
-            return refuse_image(
-                name,
-                format!("the radiance of a 1 is {radiance}, not finite and over 0"),
-            );
-        }
-        image.check(name, whole, true)?;
-    }
-    if let Some((image, convention)) = &background.depth {
-        let name = "the background depth";
-        if !DEPTH_FORMATS.contains(&image.format) {
-            return refuse_image(name, format!("its format is {:?}, no depth", image.format));
-        }
-        if convention.map.iter().any(|number| !number.is_finite()) {
-            return refuse_image(
-                name,
-                format!("its convention is {:?}, not finite", convention.map),
-            );
-        }
-        image.check(name, whole, true)?;
-    }
-    Ok(())
-}
-
-/// Refuses images of motion and depth that are not what the view was made for, or cannot be drawn into.
-fn check_nearest(input: &FrameInput<'_>, info: &ViewInfo, size: (u32, u32)) -> Result<()> {
-    let motion = input.motion.map(|motion| motion.image);
-    for (name, image, wanted) in [
-        ("motion", motion, info.motion),
-        ("nearest depth", input.nearest_depth, info.nearest_depth),
-        ("nearest number", input.nearest_number, info.nearest_number),
-    ] {
-        match (image, wanted) {
-            (None, None) => {}
-            (Some(image), Some(format)) if image.format == format => {
-                image.check(name, size, true)?
-            }
-            (Some(image), Some(format)) => {
-                return refuse(&format!(
-                    "the format of {name} is {:?}; the view was made for {format:?}",
-                    image.format
-                ));
-            }
-            (Some(_), None) => return refuse(&format!("the view was made for no {name}")),
-            (None, Some(_)) => {
-                return refuse(&format!("the view was made to draw {name}; name an image for it"));
-            }
-        }
-    }
-    let Some(HostMotion { camera, time, pixel, .. }) = input.motion else { return Ok(()) };
-    if !time.is_finite() || !pixel.iter().all(|part| part.is_finite()) {
-        return refuse("motion is since a time or in a unit that is not finite");
-    }
-    let of_before = |problem| Error::Scene { place: "the frame before".into(), problem };
-    camera.validate(input.scene.image).map_err(of_before)
-}
-
-/// Refuses particles that the view was not made for, or cannot be read.
-fn check_particles(view: &View, input: &FrameInput<'_>) -> Result<()> {
-    match (&input.particles, view.made_for.host_particles) {
-        (None, 0) => Ok(()),
-        (Some(particles), most) if most > 0 => particles.check(&view.device, most),
-        (Some(_), _) => {
-            refuse("the view was made for no particles; set host_particles of its scene")
-        }
-        (None, _) => {
-            refuse("the view was made for a host's particles; name them, were it a count of 0")
-        }
-    }
-}
-
-/// Refuses one image for two things: it is taken from one layout and handed back in one.
-fn check_apart(input: &FrameInput<'_>) -> Result<()> {
-    let images = [
-        ("the output", Some(input.output)),
-        ("the background colour", input.background.color.map(|(image, _)| image)),
-        ("the background depth", input.background.depth.map(|(image, _)| image)),
-        ("the environment", input.environment.map(|environment| environment.image)),
-        ("motion", input.motion.map(|motion| motion.image)),
-        ("nearest depth", input.nearest_depth),
-        ("nearest number", input.nearest_number),
-    ];
-    for (number, (name, image)) in images.iter().enumerate() {
-        let Some(image) = image else { continue };
-        let is_same = |other: &HostImage| other.image == image.image;
-        if let Some((other, _)) =
-            images[..number].iter().find(|(_, other)| other.as_ref().is_some_and(is_same))
-        {
-            return refuse(&format!("{other} and {name} are one image; each needs its own"));
-        }
-    }
-    Ok(())
 }

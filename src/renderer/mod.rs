@@ -6,6 +6,7 @@
 
 mod display;
 mod embed;
+mod host_checks;
 mod lighting;
 pub mod parts;
 mod points;
@@ -33,6 +34,7 @@ use crate::passes::background::{BackgroundImages, Behind};
 pub use crate::passes::background::{DepthConvention, HostBackground};
 use crate::passes::counters::Counts;
 pub use crate::passes::environment::lost_light;
+pub use crate::passes::heights::HostShelter;
 pub use crate::passes::particles::{HostParticles, ParticleCount, ParticleLayout};
 pub use crate::passes::rain_field::RainField;
 pub use crate::passes::renewal::{HostEnvironment, LiveInfo};
@@ -154,6 +156,9 @@ impl Renderer {
     ) -> Result<Self> {
         if scene.host_particles > 0 {
             return refuse("only frames of a host's show its particles; take a View");
+        }
+        if scene.host_shelter().is_some() {
+            return refuse("only frames of a host's have its shelter; take a View");
         }
         let device = lighting.device();
         let behind = background.map(|images| Behind::Plate(images.clone()));
@@ -426,7 +431,7 @@ impl Renderer {
         let device = &*self.device;
         Commands::once(&self.device, "read back", |commands| {
             image_barrier(device, commands, image, last, Use::TransferRead);
-            copy_to_buffer(device, commands, image, 0, &staging);
+            copy_to_buffer(device, commands, (image, 0), (&staging, 0));
             image_barrier(device, commands, image, Use::TransferRead, last);
             memory_barrier(device, commands, &[Use::TransferWrite], &[Use::HostRead]);
         })?;

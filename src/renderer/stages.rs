@@ -99,7 +99,7 @@ impl Stages {
                 drops.record(device, commands, (&simulate, None), color, (width, height), &depth);
                 image_barrier(device, commands, &target, color_use, Use::TransferRead);
                 copy_buffer(device, commands, &simulate.drops, &records);
-                copy_to_buffer(device, commands, &target, 0, &picture);
+                copy_to_buffer(device, commands, (&target, 0), (&picture, 0));
                 memory_barrier(device, commands, &[Use::TransferWrite], &[Use::HostRead]);
             })?;
             Ok::<_, Error>(picture.read(pixels))

@@ -12,6 +12,7 @@ use crate::gpu::{Buffer, Device, Recorder, Use, memory_barrier};
 use crate::passes::background::Behind;
 use crate::passes::drops::guard_band;
 use crate::passes::frame::{Frame, FrameBuffer, Surroundings};
+use crate::passes::heights::Heights;
 use crate::passes::motion_depth::MotionDepth;
 use crate::passes::output::Output;
 use crate::passes::particles::Particles;
@@ -154,6 +155,8 @@ pub struct View {
     pub(super) motion_depth: Option<MotionDepth>,
     /// The pass that takes a host's particles, where the scene says that there may be some.
     pub(super) particles: Option<Particles>,
+    /// The passes that take a host's heights, where the scene says that its shelter is a host's.
+    pub(super) heights: Option<Heights>,
     pub(super) info: Option<ViewInfo>,
     pub(super) device: Arc<Device>,
 }
@@ -273,6 +276,7 @@ impl View {
             output: None,
             motion_depth: None,
             particles: None,
+            heights: None,
             info: None,
             device: device.clone(),
         })
@@ -441,6 +445,16 @@ impl View {
                         pass.record(device, commands, number, scene, until, particles);
                     });
                     memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::ComputeWrite]);
+                }
+                let shelter = host.and_then(|input| input.shelter.as_ref());
+                if let (Some(pass), Some(map), Some(shelter)) =
+                    (&self.heights, tiled.tiles.shelter(), shelter)
+                {
+                    let (lattices, corners) = (tiled.tiles.lattices(), shelter.sorted());
+                    map.record_at(device, commands, scene, lattices, corners);
+                    time.time(commands, "shelter", || {
+                        pass.record(device, commands, number, map, shelter);
+                    });
                 }
                 tiled.record(device, commands, time, slot.recording, constants, seen.as_ref());
             }

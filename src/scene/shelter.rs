@@ -30,6 +30,9 @@ pub struct Shelter {
     /// What was read.
     #[serde(skip)]
     map: Option<Arc<HeightMap>>,
+    /// Columns and rows of the map that a host gives with each frame instead.
+    #[serde(skip)]
+    of_host: Option<[u32; 2]>,
 }
 
 impl Default for Shelter {
@@ -40,6 +43,7 @@ impl Default for Shelter {
             from: [-20.0; 2],
             to: [20.0; 2],
             map: None,
+            of_host: None,
         }
     }
 }
@@ -50,7 +54,13 @@ impl Shelter {
         Self { from, to, map: Some(Arc::new(map)), ..Self::default() }
     }
 
-    /// The map; none before it is read.
+    /// A shelter whose map of so many columns along x and rows along z a host gives with each frame, with where it is
+    /// ([`crate::renderer::HostShelter`]). Only a host's frames have it.
+    pub fn of_host(columns: u32, rows: u32) -> Self {
+        Self { of_host: Some([columns, rows]), ..Self::default() }
+    }
+
+    /// The map; none before it is read, and of a host's.
     pub fn map(&self) -> Option<&Arc<HeightMap>> {
         self.map.as_ref()
     }
@@ -59,8 +69,11 @@ impl Shelter {
 /// What is wrong with a scene's shelter, and what would be right.
 pub(super) fn problem(scene: &Scene) -> std::result::Result<(), String> {
     let Some(shelter) = &scene.shelter else { return Ok(()) };
-    let Shelter { height, from, to, map, .. } = shelter;
-    if height.as_os_str().is_empty() && map.is_none() {
+    let Shelter { height, from, to, map, of_host, .. } = shelter;
+    if of_host.is_some_and(|size| size.contains(&0)) {
+        return Err("shelter: a host's map has one column and one row at least".into());
+    }
+    if height.as_os_str().is_empty() && map.is_none() && of_host.is_none() {
         return Err("shelter: give a height map: height = \"roofs.exr\"".into());
     }
     for (axis, from, to) in [("x", from[0], to[0]), ("z", from[1], to[1])] {
@@ -96,17 +109,23 @@ impl Scene {
     /// # Errors
     /// [`Error::File`] for a file that cannot be read or is no height map.
     pub fn read_shelter(&mut self) -> Result<()> {
-        if let Some(shelter) = self.shelter.as_mut().filter(|shelter| shelter.map.is_none()) {
+        let is_unread = |shelter: &&mut Shelter| shelter.map.is_none() && shelter.of_host.is_none();
+        if let Some(shelter) = self.shelter.as_mut().filter(is_unread) {
             let map = HeightMap::read(&shelter.height, shelter.height_scale)?;
             shelter.map = Some(Arc::new(map));
         }
         Ok(())
     }
 
+    /// Columns and rows of the height map that a host gives with each frame, if it does.
+    pub fn host_shelter(&self) -> Option<[u32; 2]> {
+        self.shelter.as_ref()?.of_host
+    }
+
     /// Fails if the height map is not read.
     pub(crate) fn expect_shelter(&self) -> Result<()> {
         match &self.shelter {
-            Some(Shelter { map: None, .. }) => Err(Error::Scene {
+            Some(Shelter { map: None, of_host: None, .. }) => Err(Error::Scene {
                 place: "shelter".into(),
                 problem: "its map is not read; call Scene::read_shelter".into(),
             }),

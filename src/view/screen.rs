@@ -189,7 +189,7 @@ impl Screen {
         image_discard(device, commands, &image, &[Use::Nothing], attachment);
         record(device, commands, &mut frame.timestamps, passes, 0, &image, pictures, shapes)?;
         image_barrier(device, commands, &image, attachment, Use::TransferRead);
-        copy_to_buffer(device, commands, &image, 0, &staging);
+        copy_to_buffer(device, commands, (&image, 0), (&staging, 0));
         memory_barrier(device, commands, &[Use::TransferWrite], &[Use::HostRead]);
         frame.commands.submit()?;
         frame.commands.wait()?;

@@ -18,3 +18,4 @@ mod particles;
 mod pictures;
 mod refused_images;
 mod renewed;
+mod shelter;

@@ -48,7 +48,7 @@ impl<'a> Canvas<'a> {
             memory_barrier(device, commands, &copied, &[Use::TransferWrite]);
             self.record(commands, || draw(commands));
             image_barrier(device, commands, &self.image, Use::ColorAttachment, Use::TransferRead);
-            copy_to_buffer(device, commands, &self.image, 0, &pixels);
+            copy_to_buffer(device, commands, (&self.image, 0), (&pixels, 0));
             memory_barrier(device, commands, &[Use::TransferWrite], &[Use::HostRead]);
         })?;
         Ok(pixels.read(count))
