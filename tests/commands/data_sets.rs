@@ -270,8 +270,7 @@ fn an_exposure_is_given_by_an_option() {
         std::fs::read(folder.join("rain.exr")).expect("a picture")
     };
     let (instant, exposed) = (draw(&["scene.toml"]), draw(&["exposed.toml"]));
-    assert!(instant != exposed && exposed == draw(&["scene.toml", "--shutter", "1/50"]));
-    assert!(exposed == draw(&["angle.toml", "--shutter", "0.02"]));
+    assert!(instant != exposed && exposed == draw(&["angle.toml", "--shutter", "1/50"]));
     assert!(instant == draw(&["exposed.toml", "--shutter", "0"]));
     for wrong in ["1/0", "-0.1", "1/60s"] {
         let shutter = format!("--shutter={wrong}");
