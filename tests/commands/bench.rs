@@ -126,7 +126,7 @@ fn a_scene_of_real_rain_is_measured() {
     let rows = one["rows"].as_array().expect("rows");
     assert!(rows.len() == 2 && rows.iter().all(|row| row["drops"] == 1), "{rows:?}");
     // The paper's drops have no rate.
-    let papers = bench(&["--drops", "1000"]);
+    let papers = bench(&["--drops", "1000", "--preset", "paper"]);
     assert!(papers["rows"][0].get("rate_mm_h").is_none());
 }
 

@@ -374,11 +374,11 @@ fn messages_are_as_they_are_asked_for() {
         let output = outcome(command.args(arguments));
         (output.status.code(), String::from_utf8(output.stderr).expect("text"))
     };
-    assert_eq!(said(&["--quiet", "--preset", "fast"]), (Some(0), String::new()));
-    let (_, usual) = said(&["--preset", "fast"]);
-    assert!(usual.contains("in view") && !usual.contains("pass gather"), "{usual}");
-    let (_, verbose) = said(&["-v", "--preset", "fast"]);
-    for word in ["pass gather: ", "preparing the renderer: done in", "in view"] {
+    assert_eq!(said(&["--quiet", "--preset", "paper"]), (Some(0), String::new()));
+    let (_, usual) = said(&["--preset", "paper"]);
+    assert!(usual.contains("in view") && !usual.contains("pass simulate"), "{usual}");
+    let (_, verbose) = said(&["-v", "--preset", "paper"]);
+    for word in ["pass simulate: ", "preparing the renderer: done in", "in view"] {
         assert!(verbose.contains(word), "no '{word}' in {verbose}");
     }
     // Warnings and errors are printed in any case.

@@ -132,11 +132,6 @@ fn shards_together_are_the_data_set() {
     assert!(is_done, "{said}");
     let of_view = folder.join("whole/00001/layers.exr");
     assert!(read(folder.join("again.exr")) == read(of_view), "the view is another");
-    // In parts it is the same.
-    let parts = ["--views", "3", "--rates", "5,50", "--tiles", "2x3", "-o", "tiles"];
-    let (is_done, said) = run(&folder, &[&["dataset", "scene.toml"], parts.as_slice()].concat());
-    assert!(is_done, "{said}");
-    assert!(whole == files(&folder.join("tiles")), "the parts are not the whole");
     let (is_done, said) = run(&folder, &["dataset", "scene.toml", "--views", "4", "-o", "whole"]);
     assert!(!is_done && said.contains("something else"), "{said}");
 }
@@ -275,8 +270,7 @@ fn an_exposure_is_given_by_an_option() {
         std::fs::read(folder.join("rain.exr")).expect("a picture")
     };
     let (instant, exposed) = (draw(&["scene.toml"]), draw(&["exposed.toml"]));
-    assert!(instant != exposed && exposed == draw(&["scene.toml", "--shutter", "1/50"]));
-    assert!(exposed == draw(&["angle.toml", "--shutter", "0.02"]));
+    assert!(instant != exposed && exposed == draw(&["angle.toml", "--shutter", "1/50"]));
     assert!(instant == draw(&["exposed.toml", "--shutter", "0"]));
     for wrong in ["1/0", "-0.1", "1/60s"] {
         let shutter = format!("--shutter={wrong}");

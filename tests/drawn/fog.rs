@@ -72,7 +72,7 @@ fn fog_has_the_light_of_flattened_drops() {
     let environment = landscape();
     let mut worst = 0.0_f32;
     on_device(|device| {
-        for rate in [25.0, 100.0, 500.0] {
+        for rate in [25.0, 500.0] {
             for elevation in [0.0, 60.0, -60.0, -89.0] {
                 let scene = fog(rate, elevation);
                 let truth = Truth { samples: 512, rain_to: Some(0.02), ..Truth::default() };

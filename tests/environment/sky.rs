@@ -36,7 +36,7 @@ fn the_committed_sky_is_the_computed_one() {
 
 #[test]
 fn the_sun_is_brightest_and_its_irradiance_does_not_depend_on_the_width() {
-    for width in [64, 250, 512, 700] {
+    for width in [64, 150, 400] {
         let picture = sky::picture(width, sky::Sun::default());
         assert!(picture.pixels.iter().all(|p| p.is_finite() && p.min_element() >= 0.0));
         // Fits into float16.

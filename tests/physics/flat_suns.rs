@@ -6,16 +6,13 @@ use raindrops::environment::Environment;
 use raindrops::environment::bright::split;
 use raindrops::picture::Picture;
 use raindrops::picture::metrics::box_filter;
-use raindrops::reference::{Tracer, Truth};
+use raindrops::reference::Truth;
 use raindrops::scene::model::DropShape;
 use raindrops::scene::real_rain::RealRain;
 use raindrops::scene::{PlacedDrop, RainSettings, Scene};
 
 use crate::common::painted;
-use crate::glints::{apart, traced};
-
-/// Seeds that tell a picture's noise.
-const SEEDS: u64 = 8;
+use crate::glints::{SEEDS, apart, by_seed, traced};
 
 /// A grey slope with a disc of so many degrees of radius, so large that rays meet it.
 fn with_disc(toward: DVec3, degrees: f64) -> Environment {
@@ -27,8 +24,7 @@ fn with_disc(toward: DVec3, degrees: f64) -> Environment {
 }
 
 fn pictures(scene: &Scene, environment: &Environment, truth: Truth) -> Vec<Picture> {
-    let tracer = Tracer::new(scene, environment, truth);
-    (0..SEEDS).map(|seed| tracer.with_seed(seed).picture()).collect()
+    by_seed(scene, environment, truth, SEEDS)
 }
 
 fn boxed(pictures: &[Picture]) -> Vec<Picture> {
