@@ -93,7 +93,7 @@ fn main() -> raindrops::Result<()> {
         }
         image_barrier(device, commands, rain, from, Use::ColorAttachment);
         image_barrier(device, commands, &target, to, from);
-        copy_to_buffer(device, commands, &target, 0, &read);
+        copy_to_buffer(device, commands, (&target, 0), (&read, 0));
         memory_barrier(device, commands, &[Use::TransferWrite], &[Use::HostRead]);
     })?;
     let pixels: Vec<[u8; 4]> = read.read(count);
