@@ -329,7 +329,7 @@ fn near_drops_are_in_the_masks() {
 fn drops_on_a_pane_are_apart_from_rain() {
     let folder = emptied_folder("data-sets/pane");
     let scene = "seed = 3\n[image]\nwidth = 64\nheight = 64\n[camera]\nposition = [0, 0, 0.3]\ntarget = [0, 0, 0]\n\
-                 vertical_fov = 40.0\n[[drop]]\ncenter = [0.2, 0.3, -1]\nradius = 0.15\n[pane]\npoint = [0, 0, 0]\n\
+                 vertical_fov = 40.0\n[[drop]]\ncenter = [0, 0.2, -1]\nradius = 0.15\n[pane]\npoint = [0, 0, 0]\n\
                  normal = [0, 0, -1]\nthickness = 0\ninside = [0.5, 0.5, 0.5]\n[[pane.drop]]\nat = [-0.03, 0.02]\nradius = 0.025\n\
                  contact_angle = 60.0\n";
     std::fs::write(folder.join("pane.toml"), scene).expect("a scene");
@@ -365,11 +365,13 @@ fn drops_on_a_pane_are_apart_from_rain() {
     assert!((record["pane_cover"].as_f64().expect("a share") - sum / 4096.0).abs() < 1e-6);
     assert_eq!((&record["pane_pixels"], &record["pane_drops"]), (&touched.into(), &1.into()));
 
-    // The drop in the air is elsewhere, and in the other channels alone.
+    // The drop in the air is in the other channels; the mask has what of it is not behind the drop on the glass.
     let (opacity, count) = (channel(&file("mask"), "opacity"), channel(&file("layers"), "count"));
-    assert!(glass.iter().zip(&opacity).all(|(glass, air)| *glass == 0.0 || air.abs() < 2e-3));
+    let is_hidden = |(glass, air): (&f32, &f32)| *air <= 1.0 - glass + 2e-3;
+    assert!(glass.iter().zip(&opacity).all(is_hidden));
     assert!(opacity.iter().filter(|share| **share > 0.99).count() > 100);
-    assert!(count.iter().zip(&glass).all(|(count, glass)| *count == 0.0 || *glass == 0.0));
+    let behind = count.iter().zip(&glass).filter(|(count, glass)| **count > 0.0 && **glass == 1.0);
+    assert!(behind.count() > 20);
 
     // Clean is what is behind through the dry pane: the drop aside, the picture is that where no rain is.
     let [clean, behind, rainy] =

@@ -98,7 +98,7 @@ fn a_window_in_use() {
 #[test]
 fn a_pane_in_a_window() {
     let folder = tempfile::tempdir().expect("a folder");
-    let scene = "[pane]\ndistance = 0.3\nrate = 50.0\nage = 5.0\nextent = [0.4, 0.3]\nsimulation = \"running\"\n";
+    let scene = "[pane]\ndistance = 0.3\nrate = 50.0\nvelocity = [0, 0, -14]\nage = 5.0\nextent = [0.4, 0.3]\nsimulation = \"running\"\n";
     let path = folder.path().join("pane.toml");
     std::fs::write(&path, scene).expect("a scene");
     let mut opened = Opened::on((640, 480), SIZE, |command| {
