@@ -72,8 +72,8 @@ void main() {
     // A pixel of whose rays some may not meet the pane is drawn by rays.
     bool meets = ray.direction.z > 0.0, is_edge = abs(ray.direction.z) < 2.0 / frame.image.z + frame.lens.x * frame.lens.y;
     bool touched = is_drawn && (is_edge || meets && is_touched(footprint_of(pixel)));
-    vec4 seen = halves_of(behind[number]);
     float through = meets ? dry_pane(ray.direction.z) : 1.0;
-    if (is_drawn) radiance_out[number] = halves(vec4(through * seen.rgb + (1.0 - through) * pane.inside, seen.a));
+    if (is_drawn) radiance_out[number] = before_picture(number, (1.0 - through) * pane.inside, through);
+    if (is_drawn && PANE_NEAREST != 0u) nearest_caps[number] = uvec2(NO_CAP, 0u);
     note(touched, number);
 }

@@ -28,14 +28,20 @@ float spacing_of(vec2 pixel) {
     return sqrt(area / float(pane.rays));
 }
 
-// What a pixel sees: the light of the pane and its drops, and the share of the picture behind.
-vec4 by_rays(vec2 pixel) {
+// What a pixel sees: the light of the pane and its drops, the share of the picture behind; the share of drops, and the nearest.
+struct Seen {
+    vec3 light;
+    float left, drops;
+    uint cap;
+};
+
+Seen by_rays(vec2 pixel) {
     bool has_lens = frame.lens.x > 0.0;
     // Through a lens neighbours take other places, or one would see the edges of the few pictures.
     vec2 turned = fract(vec2(dot(pixel, vec2(0.75487767, 0.56984029)), dot(pixel, vec2(0.81917251, 0.67104361))));
     float spacing = spacing_of(pixel), left = 0.0, beside = 1.0;
     vec3 light = vec3(0.0);
-    uint rays = pane.rays;
+    uint rays = pane.rays, met = 0u, nearest = NO_CAP;
 #ifdef BLURRED
     Blurred blurred = blurred_drops(pixel + 0.5);
     PaneRay middle = pane_ray(pixel + 0.5, vec2(0.0), 0.5);
@@ -53,16 +59,21 @@ vec4 by_rays(vec2 pixel) {
         light += is_sharp ? p.light : vec3(0.0);
         beside -= is_sharp ? 1.0 / float(rays) : 0.0;
 #else
+        bool is_sharp = p.cap != NO_CAP;
         light += p.light;
         left += p.left;
 #endif
+        met += uint(is_sharp);
+        if (PANE_NEAREST != 0u && is_sharp) nearest = nearer_cap(nearest, p.cap);
     }
     float share = 1.0 / float(max(rays, 1u));
 #ifdef BLURRED
     beside = max(beside - blurred.share, 0.0);
-    return vec4(share * light + blurred.light + beside * dry, beside * through);
+    if (PANE_NEAREST != 0u) nearest = nearer_cap(nearest, blurred.cap);
+    float drops = min(share * float(met) + blurred.share, 1.0);
+    return Seen(share * light + blurred.light + beside * dry, beside * through, drops, nearest);
 #else
-    return vec4(share * light, share * left);
+    return Seen(share * light, share * left, share * float(met), nearest);
 #endif
 }
 
@@ -71,6 +82,7 @@ void main() {
     if (invocation >= touched_count) return;
     uint number = touched[invocation], width = frame.window.z;
     vec2 pixel = vec2(frame.window.xy + uvec2(number % width, number / width));
-    vec4 found = by_rays(pixel), seen = halves_of(behind[number]);
-    radiance_out[number] = halves(vec4(found.a * seen.rgb + found.rgb, seen.a));
+    Seen seen = by_rays(pixel);
+    radiance_out[number] = before_picture(number, seen.light, seen.left);
+    if (PANE_NEAREST != 0u) nearest_caps[number] = uvec2(seen.cap, floatBitsToUint(seen.drops));
 }

@@ -7,6 +7,7 @@
 #include "projection.glsl"
 
 layout(constant_id = 1) const uint PANE_REFLECTIONS = 8; // within a drop, at most
+layout(constant_id = 4) const uint PANE_NEAREST = 0;     // 1: each pixel's nearest drop is noted
 
 struct Pane {
     vec3 u;            // its axes in view space

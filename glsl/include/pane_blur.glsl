@@ -7,10 +7,11 @@
 #include "pane_looks.glsl"
 #include "shared_halves.glsl"
 
-// What of a pixel's rays drops that are out of focus take, their light, and whether there are others.
+// What of a pixel's rays drops that are out of focus take, their light, the nearest of them, and whether there are others.
 struct Blurred {
     vec3 light;
     float share;
+    uint cap;
     bool has_sharp;
 };
 
@@ -45,11 +46,12 @@ void add_blurred(inout Blurred sum, uint number, vec2 at, vec2 middle, mat2 to_l
     if (weights > 0.0) color = light / weights;
     sum.light += part * color;
     sum.share += part;
+    if (PANE_NEAREST != 0u && part > 0.0) sum.cap = nearer_cap(sum.cap, number);
 }
 
 // All drops that a pixel's rays may meet.
 Blurred blurred_drops(vec2 pixel) {
-    Blurred sum = Blurred(vec3(0.0), 0.0, false);
+    Blurred sum = Blurred(vec3(0.0), 0.0, NO_CAP, false);
     PaneRay ray = pane_ray(pixel, vec2(0.0), 0.5);
     if (ray.direction.z <= 0.0) return sum;
     vec2 middle = wet_place(ray), slope = ray.direction.xy / ray.direction.z;

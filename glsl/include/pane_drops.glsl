@@ -68,6 +68,13 @@ uint cap_outside(vec2 place, vec3 d, out float nearest) {
     return found;
 }
 
+// Which of two drops is nearer, by the planar depth of the middle of its disc, then by its number; either may be none.
+uint nearer_cap(uint a, uint b) {
+    if (a == b || a == NO_CAP || b == NO_CAP) return min(a, b);
+    float nearer = dot(caps[b].at - caps[a].at, vec2(pane.u.z, pane.v.z));
+    return nearer > 0.0 || nearer == 0.0 && b < a ? b : a;
+}
+
 // Whether a drop may be met by rays that leave the glass so near to a place, with about this direction.
 bool may_touch(PaneCap cap, vec2 place, vec2 slope, float around) {
     vec2 to_cap = cap.at - place, way = cap.height * slope;

@@ -12,4 +12,13 @@ layout(std430, set = 0, binding = 8) buffer Touched {
     uint touched[];       // pixels, in no order: each is drawn by itself
 };
 
+// Two words a pixel, where PANE_NEAREST: number of the nearest drop that covers a part of it, NO_CAP: none; the part that drops
+// cover, as the bits of a float.
+layout(std430, set = 0, binding = 12) writeonly buffer NearestCaps { uvec2 nearest_caps[]; };
+
+// The picture behind, of which `left` is seen, and light before it. Opacity is 1 but in layers.
+uvec2 before_picture(uint pixel, vec3 light, float left) {
+    vec4 seen = halves_of(behind[pixel]);
+    return halves(vec4(left * seen.rgb + light, 1.0 - left * (1.0 - seen.a)));
+}
 #endif

@@ -6,7 +6,7 @@ use ash::vk;
 
 use crate::Result;
 use crate::gpu::{Buffer, Device};
-use crate::passes::pane::PaneDrops;
+use crate::passes::pane::{AgingDrops, PaneDrops};
 use crate::rain::clusters::Clusters;
 use crate::scene::pane::Pane;
 use crate::scene::particles::Particles;
@@ -19,7 +19,7 @@ pub struct RainField {
     placed: (Vec<PlacedDrop>, Option<Particles>, u32),
     clusters: Mutex<Option<Arc<SortedDrops>>>,
     pane: Option<Pane>,
-    pane_drops: Mutex<Option<Arc<PaneDrops>>>,
+    pane_drops: Mutex<AgingDrops>,
     device: Arc<Device>,
 }
 
@@ -51,13 +51,17 @@ impl RainField {
         Self { random: random_of(scene), placed, clusters, pane, pane_drops, device }
     }
 
-    /// Whether these are the drops of `scene`. Their size, box and velocity are taken from each frame's scene.
+    /// Whether these are the drops of `scene`. Their size, box and velocity are taken from each frame's scene, as is the age of a
+    /// pane.
     pub fn is_of(&self, scene: &Scene) -> bool {
         self.random == random_of(scene)
             && self.placed.0 == scene.drops
             && self.placed.1 == scene.particles
             && self.placed.2 == scene.host_particles
-            && self.pane == scene.pane
+            && match (&self.pane, &scene.pane) {
+                (Some(pane), Some(other)) => pane.is_same_but_aged(other),
+                (pane, other) => pane.is_none() && other.is_none(),
+            }
     }
 
     /// The device that it is on.
@@ -86,12 +90,9 @@ impl RainField {
         Ok(sorted.insert(Arc::new(made)).clone())
     }
 
-    /// The drops on the pane; found when first asked for. Where no extent is given, rain falls on what `scene` sees of it.
+    /// The drops on the pane at its age in `scene`, whose drops these are.
     pub(crate) fn on_pane(&self, scene: &Scene) -> Result<Arc<PaneDrops>> {
         let mut drops = self.pane_drops.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(drops) = &*drops {
-            return Ok(drops.clone());
-        }
-        Ok(drops.insert(Arc::new(PaneDrops::new(&self.device, scene)?)).clone())
+        drops.of(&self.device, scene)
     }
 }

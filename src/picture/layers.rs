@@ -25,10 +25,13 @@ pub struct Layers {
     pub depth: Vec<f32>,
     /// By how many pixels that drop's centre moves, to the right and down.
     pub motion: Vec<[f16; 2]>,
-    /// Drops that cover a part of the pixel.
+    /// Drops in the air that cover a part of the pixel, those behind one on a pane too.
     pub count: Vec<u32>,
-    /// Number of the nearest one; 0 where there is none.
+    /// Number of the nearest one; 0 where there is none. A drop on a pane is nearer than all others: where it covers a part,
+    /// number, depth and motion are its own.
     pub id: Vec<u64>,
+    /// Part of the pixel that drops on a pane cover; empty without a pane.
+    pub glass: Vec<f16>,
     /// Whether numbers have 64 bits: those of real rain.
     pub has_wide_ids: bool,
 }
@@ -45,6 +48,7 @@ impl Layers {
             motion: vec![[f16::ZERO; 2]; pixels],
             count: vec![0; pixels],
             id: vec![0; pixels],
+            glass: Vec::new(),
             has_wide_ids: false,
         }
     }
@@ -58,6 +62,10 @@ impl Layers {
         place(&mut self.count, whole, origin, &part.count, width);
         place(&mut self.id, whole, origin, &part.id, width);
         self.has_wide_ids |= part.has_wide_ids;
+        if !part.glass.is_empty() {
+            self.glass.resize(self.color.len(), f16::ZERO);
+            place(&mut self.glass, whole, origin, &part.glass, width);
+        }
     }
 
     /// The rain over a plate of its size.
@@ -70,7 +78,7 @@ impl Layers {
     }
 
     /// Writes one EXR: `R G B A` and `motion.X motion.Y` as float16, `Z` as float32, `count`, `id` and, where numbers have
-    /// 64 bits, `id_high` as integers. For tools that hold float32 alone, whose integers are exact up to 2²⁴, the number
+    /// 64 bits, `id_high` as integers; with a pane `pane.A` as float16. For tools that hold float32 alone, whose integers are exact up to 2²⁴, the number
     /// again by 24 bits each: `id.low`, `id.high` and, where numbers have 64 bits, `id.top`. Blender takes all channels
     /// of one name before the dot for one unless a single letter follows it, so the same stands in `id24.X` to `id24.Z`.
     ///
@@ -92,6 +100,9 @@ impl Layers {
             AnyChannel::new("count", FlatSamples::U32(self.count.clone())),
             AnyChannel::new("id", FlatSamples::U32(self.id.iter().map(|id| *id as u32).collect())),
         ];
+        if !self.glass.is_empty() {
+            channels.push(AnyChannel::new("pane.A", half(&|at| self.glass[at])));
+        }
         let part = |shift: u32| {
             let bits = |id: &u64| (id >> shift & 0xff_ffff) as f32;
             FlatSamples::F32(self.id.iter().map(bits).collect())

@@ -28,6 +28,8 @@ pub struct Masks {
     /// How far the picture's brightness is from the medium's, over the sum of the medium's there and 2 % of the medium's mean:
     /// what an eye, or a network, can see.
     pub contrast: Vec<f32>,
+    /// Share of the pixel that drops on a pane cover; empty without a pane. Rain behind them is hidden, and in neither of the others.
+    pub glass: Vec<f32>,
 }
 
 impl Masks {
@@ -42,7 +44,12 @@ impl Masks {
         // Behind a wall of haze there is nothing that drops could take.
         let share =
             |(rain, medium): (f32, f32)| if medium > 0.0 { 1.0 - rain / medium } else { 0.0 };
-        let opacity = passes(rain).into_iter().zip(passes(medium)).map(share).collect();
+        let mut opacity: Vec<f32> =
+            passes(rain).into_iter().zip(passes(medium)).map(share).collect();
+        let glass: Vec<f32> = rain.glass.iter().map(|share| share.to_f32()).collect();
+        for (opacity, glass) in opacity.iter_mut().zip(&glass) {
+            *opacity *= 1.0 - glass;
+        }
         let (rainy, misty) = (light(rain), light(medium));
         let sum: f64 = misty.iter().copied().map(f64::from).sum();
         let floor = DARK * (sum / misty.len().max(1) as f64) as f32;
@@ -51,10 +58,10 @@ impl Masks {
             over => (rainy - misty).abs() / over,
         };
         let contrast = rainy.iter().zip(&misty).map(contrast).collect();
-        Self { width: rain.width, height: rain.height, opacity, contrast }
+        Self { width: rain.width, height: rain.height, opacity, contrast, glass }
     }
 
-    /// Writes one EXR with the channels `opacity` and `contrast`, float16.
+    /// Writes one EXR with the channels `opacity` and `contrast`, with a pane `pane` too, float16.
     ///
     /// # Errors
     /// [`crate::Error::File`] if it cannot be encoded or written.
@@ -63,7 +70,11 @@ impl Masks {
         let channel = |name: &str, of: &[f32]| {
             AnyChannel::new(name, FlatSamples::F16(of.iter().map(half).collect()))
         };
-        let channels = vec![channel("opacity", &self.opacity), channel("contrast", &self.contrast)];
+        let mut channels =
+            vec![channel("opacity", &self.opacity), channel("contrast", &self.contrast)];
+        if !self.glass.is_empty() {
+            channels.push(channel("pane", &self.glass));
+        }
         write_channels(path, (self.width, self.height), channels)
     }
 }
@@ -89,6 +100,10 @@ mod tests {
         assert_eq!(masks.opacity, [0.25, 0.0, 0.5]);
         assert!((masks.contrast[0] - 0.125 / (0.5 * 1.02)).abs() < 1e-6, "{masks:?}");
         assert_eq!(masks.contrast[1..], [0.0, 0.0]);
+        // Of a drop of a quarter, a drop on the glass hides the half.
+        let half = Layers { glass: vec![f16::from_f32(0.5); 3], ..rain };
+        let masks = Masks::of(&half, &layers([haze; 3]), &behind);
+        assert_eq!((masks.opacity, masks.glass), (vec![0.125, 0.0, 0.25], vec![0.5; 3]));
         // In the dark, and where haze takes all.
         let wall = layers([[0.0, 0.0, 0.0, 1.0]; 3]);
         let masks = Masks::of(&wall, &wall, &behind);

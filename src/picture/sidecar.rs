@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use serde::Serialize;
 
 use crate::Result;
@@ -11,7 +11,7 @@ use crate::rain::cull::{Visibility, drops_with_visibility};
 use crate::rain::field::Field;
 use crate::rain::shape::Halves;
 use crate::rain::tick_of_seconds;
-use crate::scene::model::{DropShape, ShapeModel};
+use crate::scene::model::{DropShape, PaneModel, ShapeModel};
 use crate::scene::projection::View;
 use crate::scene::{PlacedDrop, Scene};
 
@@ -28,8 +28,59 @@ pub struct Sidecar {
     until: f64,
     metres: f64,
     camera: CameraRecord,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pane: Option<PaneRecord>,
     /// Every drop in view.
     pub drops: Vec<DropRecord>,
+}
+
+/// A pane as a file tells it: its wet face, as the shutter opens, and the drops on it.
+#[derive(Debug, Serialize)]
+struct PaneRecord {
+    /// Where u and v are 0, and unit vectors along them and to the outside.
+    point: DVec3,
+    u: DVec3,
+    v: DVec3,
+    normal: DVec3,
+    thickness: f64,
+    index: f64,
+    /// In view or not; the first has number 1 in `id`.
+    drops: Vec<OnPaneRecord>,
+}
+
+/// A drop on a pane.
+#[derive(Debug, Serialize)]
+struct OnPaneRecord {
+    number: u32,
+    /// The middle of its contact disc along u and v.
+    at: DVec2,
+    radius: f64,
+    contact_angle: f64,
+}
+
+impl PaneRecord {
+    /// That of a scene whose layers show it.
+    fn of(scene: &Scene) -> Option<Self> {
+        if scene.model.pane == Some(PaneModel::None) {
+            return None;
+        }
+        let (pane, face) = (scene.pane.as_ref()?, scene.pane_face()?);
+        let drops = (1..).zip(scene.pane_drops()).map(|(number, drop)| OnPaneRecord {
+            number,
+            at: drop.at,
+            radius: drop.radius,
+            contact_angle: pane.angle_of(&drop),
+        });
+        Some(Self {
+            point: face.point,
+            u: face.u,
+            v: face.v,
+            normal: face.normal,
+            thickness: pane.thickness,
+            index: pane.index,
+            drops: drops.collect(),
+        })
+    }
 }
 
 /// A camera as a file tells it.
@@ -100,6 +151,7 @@ impl Sidecar {
             until,
             metres: scene.metres,
             camera: CameraRecord::of(scene),
+            pane: PaneRecord::of(scene),
             drops: drops_in_view(scene, cutoff_px),
         }
     }

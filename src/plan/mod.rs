@@ -318,7 +318,7 @@ pub fn plan_by(
         motion,
         lens,
         shape,
-        pane: pane::pane_of(scene, primitive, optics, output)?,
+        pane: pane::pane_of(scene, primitive, optics)?,
         light,
         room: 1,
         cutoff: scene.real_rain().map(|rain| Cutoff::of(scene, &rain, environment)),

@@ -1,9 +1,8 @@
 //! How a pane of glass and the drops on it are drawn.
 
-use super::{FramePlan, Output};
+use super::FramePlan;
 use crate::scene::Scene;
 use crate::scene::model::{Optics, PaneModel, Primitive};
-use crate::scene::pane::PaneTime;
 use crate::thousands::counted;
 use crate::{Error, Result};
 
@@ -15,9 +14,10 @@ pub(super) fn pane_of(
     scene: &Scene,
     primitive: Primitive,
     optics: Optics,
-    output: Output,
 ) -> Result<Option<PaneModel>> {
-    let Some(pane) = &scene.pane else { return Ok(None) };
+    if scene.pane.is_none() {
+        return Ok(None);
+    }
     let is_by_rays = optics == Optics::ClosedForm;
     let usual = if is_by_rays { PaneModel::Exact } else { PaneModel::Picture };
     let model = scene.model.pane.unwrap_or(usual);
@@ -29,16 +29,6 @@ pub(super) fn pane_of(
     if primitive != Primitive::Tile {
         return refuse(
             "a pane is drawn before tiles; take preset fast, exact or auto, or model.pane = \"none\"",
-        );
-    }
-    if output == Output::Layers {
-        return refuse(
-            "layers and data sets have no pane yet: take a picture, `raindrops reference --coverage`, or model.pane = \"none\"",
-        );
-    }
-    if pane.simulation == Some(PaneTime::Running) {
-        return refuse(
-            "no preset draws simulation = \"running\" yet: `raindrops reference` does; presets draw \"static\"",
         );
     }
     Ok(Some(model))

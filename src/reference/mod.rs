@@ -53,7 +53,7 @@ use rayon::prelude::*;
 
 use self::far::{FarRain, SmallDrops};
 use self::glints::Glints;
-use self::pane::{Pane, Passed};
+use self::pane::{Pane, Passed, Told};
 use self::rain::NearRain;
 use self::weather::Weather;
 use crate::environment::Environment;
@@ -133,6 +133,34 @@ pub struct Traced {
     pub coverage: Vec<f32>,
     /// Share of the light behind that drops and medium take away, likewise.
     pub opacity: Vec<f32>,
+    /// The drops on the pane, likewise; empty without a pane.
+    pub on_pane: Vec<OnPane>,
+}
+
+/// Drops on a pane in a pixel: what layers hold of them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OnPane {
+    /// Share of the pixel that they cover.
+    pub share: f32,
+    /// Number of the nearest, from 1 on; 0: there is none.
+    pub number: u32,
+    /// Planar depth of the middle of its disc; infinite where there is none.
+    pub depth: f32,
+}
+
+impl OnPane {
+    /// Of what so many samples have met.
+    fn of(met: impl Iterator<Item = Option<Told>>, samples: usize) -> Self {
+        let (mut count, mut nearest) = (0.0, Told { number: 0, depth: f64::INFINITY });
+        for told in met.flatten() {
+            count += 1.0;
+            if (told.depth, told.number) < (nearest.depth, nearest.number) {
+                nearest = told;
+            }
+        }
+        let share = count / samples as f64;
+        Self { share: share as f32, number: nearest.number, depth: nearest.depth as f32 }
+    }
 }
 
 /// Means over a pixel's samples.
@@ -140,6 +168,7 @@ struct Found {
     radiance: DVec3,
     coverage: f64,
     opacity: f64,
+    on_pane: OnPane,
 }
 
 /// A scene made ready for tracing.
@@ -225,9 +254,9 @@ impl<'a> Tracer<'a> {
     /// Radiance that arrives from a unit direction, in world space, as the shutter opens; without lens and real rain, and
     /// with the plate only as drops on a pane show it.
     pub fn radiance_along(&self, direction: DVec3) -> DVec3 {
-        let Passed { light: of_pane, left: through, covered, ray, from } =
+        let Passed { light: of_pane, left: through, drop, ray, from } =
             self.pass(&Ray::along(direction));
-        if covered {
+        if drop.is_some() {
             return of_pane;
         }
         let depth = self.truth.drops_see_drops;
@@ -262,12 +291,17 @@ impl<'a> Tracer<'a> {
 
         let mut pixels = vec![DVec3::ZERO; width as usize * height as usize];
         let [mut coverage, mut opacity] = [(); 2].map(|()| vec![0.0_f32; pixels.len()]);
+        let nothing = OnPane::of(std::iter::empty(), 1);
+        let mut on_pane = vec![nothing; if self.pane.is_some() { pixels.len() } else { 0 }];
         for (tile, traced) in (0..).zip(tiles) {
             let (left, upper) = self.corner_of(tile);
             for ((x, y), found) in self.pixels_of(left, upper).zip(traced) {
                 let at = y as usize * width as usize + x as usize;
                 pixels[at] = found.radiance;
                 (coverage[at], opacity[at]) = (found.coverage as f32, found.opacity as f32);
+                if let Some(on_pane) = on_pane.get_mut(at) {
+                    *on_pane = found.on_pane;
+                }
             }
         }
         let of_glints = |share: f64| progress(of_tiles + (1.0 - of_tiles) * share);
@@ -276,7 +310,7 @@ impl<'a> Tracer<'a> {
             pixels[pixel as usize] += light;
         }
         let pixels = pixels.iter().map(|pixel| pixel.as_vec3()).collect();
-        Traced { picture: Picture { width, height, pixels }, coverage, opacity }
+        Traced { picture: Picture { width, height, pixels }, coverage, opacity, on_pane }
     }
 
     /// The picture alone, without progress.
@@ -371,7 +405,7 @@ impl<'a> Tracer<'a> {
         if let Some(rain) = &self.rain {
             return self.tile_of_rain(rain, (left, upper), samples, scratch);
         }
-        let Scratch { candidates, samples: places } = scratch;
+        let Scratch { candidates, samples: places, on_pane } = scratch;
         let around = Around { tree: &self.tree, glints: true, small: None };
         self.tree.within(&self.pyramid_of(left, upper), f64::INFINITY, candidates);
         self.pixels_of(left, upper)
@@ -379,11 +413,13 @@ impl<'a> Tracer<'a> {
                 let pixel = self.eye.view.number_in_whole(x, y);
                 let (mut radiance, mut covered, mut opacity) = (DVec3::ZERO, 0.0, 0.0);
                 samples.of_pixel(pixel, places);
+                on_pane.clear();
                 for sample in places.iter() {
-                    let Passed { light, left: through, covered: is_covered, ray, from } =
+                    let Passed { light, left: through, drop, ray, from } =
                         self.pass(&self.eye.ray(x, y, sample));
                     radiance += light;
-                    if is_covered {
+                    on_pane.push(drop);
+                    if drop.is_some() {
                         (covered, opacity) = (covered + 1.0, opacity + 1.0);
                         continue;
                     }
@@ -401,7 +437,8 @@ impl<'a> Tracer<'a> {
                 }
                 let count = places.len() as f64;
                 let [coverage, opacity] = [covered, opacity].map(|sum| sum / count);
-                Found { radiance: radiance / count, coverage, opacity }
+                let on_pane = OnPane::of(on_pane.iter().copied(), places.len());
+                Found { radiance: radiance / count, coverage, opacity, on_pane }
             })
             .collect()
     }
@@ -454,6 +491,7 @@ impl<'a> Tracer<'a> {
 struct Scratch {
     candidates: Vec<Hit>,
     samples: Vec<Sample>,
+    on_pane: Vec<Option<Told>>,
 }
 
 /// Each index once, with the colours that it is for.

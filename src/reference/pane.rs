@@ -40,6 +40,17 @@ pub(super) struct PaneCap {
     /// Radius of its sphere, and the height of that's centre.
     sphere: f64,
     center: f64,
+    /// What layers tell of it.
+    told: Told,
+}
+
+/// Which drop of a pane a ray has met.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Told {
+    /// From 1 on, in the order of the pane's drops.
+    pub(super) number: u32,
+    /// Planar depth of the middle of its disc, in the middle of the exposure.
+    pub(super) depth: f64,
 }
 
 /// The pane of a scene.
@@ -63,15 +74,15 @@ pub(super) struct Passed {
     pub(super) light: DVec3,
     /// Share of it that goes on.
     pub(super) left: f64,
-    /// Whether it has met a drop.
-    pub(super) covered: bool,
+    /// The drop that it has met.
+    pub(super) drop: Option<Told>,
     /// The ray that goes on, and the distance along it from which on it is outside.
     pub(super) ray: Ray,
     pub(super) from: f64,
 }
 
 impl PaneCap {
-    fn new(at: DVec2, cap: Cap) -> Self {
+    fn new(at: DVec2, cap: Cap, told: Told) -> Self {
         Self {
             at,
             radius: cap.radius,
@@ -79,6 +90,7 @@ impl PaneCap {
             height: cap.height(),
             sphere: cap.sphere_radius(),
             center: cap.center_height(),
+            told,
         }
     }
 
@@ -112,13 +124,16 @@ impl Pane {
     pub(super) fn new(scene: &Scene) -> Option<Self> {
         let (pane, face) = (scene.pane.as_ref()?, scene.pane_face()?);
         let is_fixed = pane.frame == crate::scene::pane::Frame::World;
-        let caps = scene.pane_drops().into_iter().map(|drop| {
+        let motion = if is_fixed { scene.motion_of(DVec3::ZERO) } else { DVec3::ZERO };
+        let (from, back) = (face.point - scene.camera.position, scene.view().back);
+        let caps = (1..).zip(scene.pane_drops()).map(|(number, drop)| {
             let cap = Cap { radius: drop.radius, angle: pane.angle_of(&drop) };
-            PaneCap::new(drop.at, cap)
+            let middle = from + face.to_world(drop.at.extend(0.0)) + 0.5 * motion;
+            PaneCap::new(drop.at, cap, Told { number, depth: -middle.dot(back) })
         });
         Some(Self {
-            face: Face { point: face.point - scene.camera.position, ..face },
-            motion: if is_fixed { scene.motion_of(DVec3::ZERO) } else { DVec3::ZERO },
+            face: Face { point: from, ..face },
+            motion,
             thickness: pane.thickness,
             index: pane.index,
             inside: pane.inside,
@@ -144,7 +159,7 @@ impl Tracer<'_> {
         let untouched = Passed {
             light: DVec3::ZERO,
             left: 1.0,
-            covered: false,
+            drop: None,
             ray: *ray,
             from: f64::NEG_INFINITY,
         };
@@ -171,7 +186,7 @@ impl Tracer<'_> {
                     .map_or(DVec3::ZERO, |way| self.in_water(pane, cap, wet, way, index));
                 into * water + (1.0 - into) * pane.inside
             });
-            return Passed { light, left: 0.0, covered: true, ..untouched };
+            return Passed { light, left: 0.0, drop: Some(cap.told), ..untouched };
         }
         let through = pane.transmitted(direction.z);
         let inside = (1.0 - through) * pane.inside;
@@ -188,7 +203,7 @@ impl Tracer<'_> {
             return Passed {
                 light: inside + through * light,
                 left: 0.0,
-                covered: true,
+                drop: Some(cap.told),
                 ..untouched
             };
         }
@@ -196,7 +211,7 @@ impl Tracer<'_> {
         let moved = wet - direction * ((wet - origin).dot(direction));
         let ray = Ray { origin: point + pane.face.to_world(moved), ..*ray };
         let from = (wet - moved).dot(direction);
-        Passed { light: inside, left: through, covered: false, ray, from }
+        Passed { light: inside, left: through, drop: None, ray, from }
     }
 
     /// The light for each colour of its own index.

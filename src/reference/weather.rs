@@ -5,9 +5,11 @@ use glam::{DMat2, DVec2, DVec3};
 
 use super::drops::{Drop, Drops};
 use super::far::{Chance, FarRain};
-use super::pane::Passed;
+use super::pane::{Passed, Told};
 use super::rain::{NearRain, Shell};
-use super::{Around, Found, Hit, Pyramid, Ray, Samples, Scratch, Strata, TILE, Tracer, Tree};
+use super::{
+    Around, Found, Hit, OnPane, Pyramid, Ray, Samples, Scratch, Strata, TILE, Tracer, Tree,
+};
 use crate::rain::{pcg4d, unit};
 
 /// Most drops of real rain that a tile has in memory: some 200 bytes each, for every thread.
@@ -40,8 +42,9 @@ struct Path {
     light: DVec3,
     /// What is let through so far.
     left: f64,
-    /// Share that a pane lets through.
+    /// Share that a pane lets through, and the drop on it that was met.
     through: f64,
+    on_pane: Option<Told>,
 }
 
 /// A pixel and its samples.
@@ -112,10 +115,11 @@ impl Tracer<'_> {
         samples.of_pixel(number, &mut scratch.samples);
         let chances = chances(number, scratch.samples.len() as u32, self.truth.seed);
         let path = |(sample, chance)| {
-            let Passed { light, left: through, covered, ray, from } =
+            let Passed { light, left: through, drop: on_pane, ray, from } =
                 self.pass(&self.eye.ray(at.0, at.1, sample));
-            let left = if covered { 0.0 } else { 1.0 };
-            Path { ray, from, reach: self.reach(number, &ray), chance, light, left, through }
+            let left = if on_pane.is_some() { 0.0 } else { 1.0 };
+            let reach = self.reach(number, &ray);
+            Path { ray, from, reach, chance, light, left, through, on_pane }
         };
         let paths: Vec<Path> = scratch.samples.iter().zip(chances).map(path).collect();
         let suns = paths.iter().map(|path| rain.far.of_suns(path.ray.direction, path.chance.place));
@@ -251,7 +255,13 @@ impl Tracer<'_> {
             opacity += 1.0 - left;
         }
         let count = pixel.paths.len() as f64;
-        Found { radiance: radiance / count, coverage: coverage / count, opacity: opacity / count }
+        let met = pixel.paths.iter().map(|path| path.on_pane);
+        Found {
+            radiance: radiance / count,
+            coverage: coverage / count,
+            opacity: opacity / count,
+            on_pane: OnPane::of(met, pixel.paths.len()),
+        }
     }
 }
 

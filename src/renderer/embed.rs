@@ -196,9 +196,10 @@ impl View {
                 "a host's particles are drawn by tiles, and their sizes are not known to auto; take preset fast or exact",
             );
         }
-        if plan.draws_pane() {
+        let nearest = [info.motion, info.nearest_depth, info.nearest_number];
+        if plan.draws_pane() && nearest.iter().any(Option::is_some) {
             return refuse(
-                "a host's frames have no pane yet; take it out of the scene, or model.pane = \"none\"",
+                "motion, depth and number of the nearest drop leave out those on a pane yet; take out one of the two, or model.pane = \"none\"",
             );
         }
         if info.frames_in_flight == 0 {
@@ -222,7 +223,6 @@ impl View {
         if of_light.is_some_and(|frames| frames < frames_in_flight) {
             return refuse("the light was made for fewer frames in flight");
         }
-        let nearest = [info.motion, info.nearest_depth, info.nearest_number];
         if nearest.iter().any(Option::is_some) && plan.primitive != Primitive::Tile {
             return refuse(
                 "motion, depth and number of the nearest drop are those of tiles; take preset fast, exact or auto",
@@ -297,6 +297,11 @@ impl View {
         };
         input.scene.validate("the frame")?;
         let mut frame = self.frame(input.scene, None)?;
+        if self.drawing.pane().is_some() && input.scene.pane != self.made_for.pane {
+            return refuse(
+                "pane: the view shows its drops at another age; call View::age_pane first",
+            );
+        }
         output.check(&input.output, self.size)?;
         check_background(&input.background, &info, input.scene)?;
         check_nearest(input, &info, self.size)?;
@@ -363,6 +368,28 @@ impl View {
             return refuse(&format!("there is no slot {slot}: the view has {}", self.slots.len()));
         };
         Ok(state)
+    }
+
+    /// Shows the drops that are on the pane at its age in `scene`, by the host's own decision: outside of recording, since it
+    /// allocates and uploads. All slots must have retired.
+    ///
+    /// # Errors
+    /// [`Error::Scene`] if a slot is taken, or if the scene is another than the view's by more than camera, time and age;
+    /// [`Error::Memory`] if the device has no room for the drops.
+    pub fn age_pane(&mut self, scene: &Scene) -> Result<()> {
+        scene.validate("the frame")?;
+        self.check(scene)?;
+        if let Some(taken) = self.slots.iter().position(|slot| slot.ticket.is_some()) {
+            return refuse(&format!(
+                "slot {taken} is taken by a frame that has not retired: its commands show the drops that are there"
+            ));
+        }
+        if let Some(drops) = self.other_on_pane(scene)? {
+            // SAFETY: all slots have retired, so by the contract of `retired` no commands of the view are on the queue or will be.
+            unsafe { self.take_on_pane(&drops)? };
+        }
+        self.made_for.pane.clone_from(&scene.pane);
+        Ok(())
     }
 
     /// Makes room for twice as many drops in view and tile fragments, by the host's own decision: outside of recording,

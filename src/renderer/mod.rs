@@ -35,6 +35,7 @@ pub use crate::passes::background::{DepthConvention, HostBackground};
 use crate::passes::counters::Counts;
 pub use crate::passes::environment::lost_light;
 pub use crate::passes::heights::HostShelter;
+use crate::passes::pane::SeenOnPane;
 pub use crate::passes::particles::{HostParticles, ParticleCount, ParticleLayout};
 pub use crate::passes::rain_field::RainField;
 pub use crate::passes::renewal::{HostEnvironment, LiveInfo};
@@ -104,6 +105,8 @@ pub struct Renderer {
     background: Option<Arc<BackgroundImages>>,
     /// There is no more room to be had.
     is_full: bool,
+    /// What layers tell of the last frame's drops on a pane.
+    on_pane: Vec<SeenOnPane>,
     /// In place of the frame's own: the sums of the whole picture that it is a part of, and that one's pixels.
     whole_sums: Option<(FinalSums, f32)>,
     // Last: all of the above is freed before it.
@@ -168,6 +171,7 @@ impl Renderer {
             view: View::of(lighting, rain, scene, plan, FLIGHTS, behind)?,
             background: background.cloned(),
             is_full: false,
+            on_pane: Vec::new(),
             whole_sums: None,
             device: device.clone(),
         })
@@ -265,6 +269,11 @@ impl Renderer {
     /// See [`Renderer::submit`].
     pub fn submit_until(&mut self, scene: &Scene, until: &Scene) -> Result<Option<FrameReport>> {
         self.view.check(scene)?;
+        if let Some(drops) = self.view.other_on_pane(scene)? {
+            self.flights.iter_mut().try_for_each(|flight| flight.wait().map(drop))?;
+            // SAFETY: all that was recorded is done.
+            unsafe { self.view.take_on_pane(&drops)? };
+        }
         self.flights[self.next].wait()?;
         let finished = self.view.report(self.next)?;
         if finished.as_ref().is_some_and(FrameReport::lacks_room) {
@@ -272,6 +281,9 @@ impl Renderer {
         }
         let whole = self.whole_sums.as_ref().map(|(sums, pixels)| (sums, *pixels));
         let mut frame = self.view.frame(scene, whole)?.until(until.view(), until.time);
+        if let (true, Some(pane)) = (self.view.plan.nearest, self.view.drawing.pane()) {
+            self.on_pane = pane.seen(scene, until);
+        }
         let commands = &mut self.flights[self.next];
         let recorder = commands.begin()?;
         self.view.record_frame(recorder, self.next, &mut frame, None);
@@ -355,7 +367,7 @@ impl Renderer {
         };
         let (width, height) = self.view.size;
         let pixels = width as usize * height as usize;
-        let mut color: Vec<[f16; 4]> = self.read_buffer(&tiled.composite.radiance)?;
+        let mut color: Vec<[f16; 4]> = self.read_buffer(tiled.radiance())?;
         color.truncate(pixels);
         let scale = self.view.surroundings.radiance_scale;
         if scale != 1.0 {
@@ -375,6 +387,17 @@ impl Renderer {
             layers.motion[at] = [*motion as u16, (*motion >> 16) as u16].map(f16::from_bits);
             layers.count[at] = count;
             layers.id[at] = u64::from(*low) | u64::from(*high) << 32;
+        }
+        if let Some(pane) = &tiled.pane {
+            let nearest: Vec<[u32; 2]> = self.read_buffer(pane.nearest())?;
+            layers.glass = vec![f16::ZERO; pixels];
+            for (at, [number, part]) in nearest.into_iter().take(pixels).enumerate() {
+                // Beyond all where no drop is. Rain is behind the glass, so a drop on it is the nearest.
+                let Some(seen) = self.on_pane.get(number as usize) else { continue };
+                layers.glass[at] = f16::from_f32(f32::from_bits(part));
+                (layers.depth[at], layers.motion[at]) = (seen.depth, seen.motion);
+                layers.id[at] = u64::from(number) + 1;
+            }
         }
         Ok(Layers { has_wide_ids: self.view.made_for.real_rain().is_some(), ..layers })
     }

@@ -15,6 +15,7 @@ use crate::passes::frame::{Frame, FrameBuffer, Surroundings};
 use crate::passes::heights::Heights;
 use crate::passes::motion_depth::MotionDepth;
 use crate::passes::output::Output;
+use crate::passes::pane::{Pane, PaneDrops};
 use crate::passes::particles::Particles;
 use crate::passes::rain_field::RainField;
 use crate::passes::tile_grid;
@@ -46,6 +47,14 @@ impl Drawing {
         match self {
             Self::Points(_) => None,
             Self::Tiled(tiled) => Some(tiled.tiles.totals()),
+        }
+    }
+
+    /// The pane's passes; none of a picture without one.
+    pub fn pane(&self) -> Option<&Pane> {
+        match self {
+            Self::Points(_) => None,
+            Self::Tiled(tiled) => tiled.pane.as_ref(),
         }
     }
 
@@ -347,10 +356,7 @@ impl View {
                 "camera: shutter: the view was made for an instant; set a shutter before `plan` and `View::new`, too",
             );
         }
-        if self.plan.draws_pane()
-            && let (Some(pane), Some(face)) = (&scene.pane, scene.pane_face())
-            && face.to_local(scene.camera.position - face.point).z >= -pane.thickness
-        {
+        if !scene.is_behind_glass() {
             return refuse("pane: the camera is not on its dry side");
         }
         if scene.drawn_lens() != 0.0 && made.camera.aperture == 0.0 {
@@ -363,6 +369,38 @@ impl View {
             return refuse("tone_map: the view was made for a fixed exposure");
         }
         Ok(())
+    }
+
+    /// The drops on `scene`'s pane, where those that are shown are others.
+    ///
+    /// # Errors
+    /// See [`RainField::on_pane`].
+    pub(super) fn other_on_pane(&self, scene: &Scene) -> Result<Option<Arc<PaneDrops>>> {
+        match self.drawing.pane() {
+            Some(pane) if self.rain.is_of(scene) => {
+                let drops = self.rain.on_pane(scene)?;
+                Ok((!pane.shows(&drops)).then_some(drops))
+            }
+            _ => Ok(None),
+        }
+    }
+
+    /// Shows other drops on the pane from the next frame on.
+    ///
+    /// # Errors
+    /// See [`Pane::take`].
+    ///
+    /// # Safety
+    /// That of [`Pane::take`].
+    pub(super) unsafe fn take_on_pane(&mut self, drops: &Arc<PaneDrops>) -> Result<()> {
+        match &mut self.drawing {
+            Drawing::Tiled(tiled) => match &mut tiled.pane {
+                // SAFETY: by contract.
+                Some(pane) => unsafe { pane.take(&self.device, drops) },
+                None => Ok(()),
+            },
+            Drawing::Points(_) => Ok(()),
+        }
     }
 
     /// The commands that were recorded last into a slot are on the queue, or have been executed.

@@ -28,6 +28,8 @@ pub enum Action {
         /// Twice, not half.
         more: bool,
     },
+    /// Wipes the pane.
+    Wipe,
     /// A brighter or darker picture.
     Exposure {
         /// Brighter, not darker.
@@ -77,7 +79,7 @@ const PLAIN: [bool; 2] = [false, false];
 const SHIFT: [bool; 2] = [true, false];
 const CONTROL: [bool; 2] = [false, true];
 
-const KEYS: [Key; 29] = [
+const KEYS: [Key; 30] = [
     (KeyCode::Space, PLAIN, Action::Pause),
     (KeyCode::KeyR, PLAIN, Action::Reverse),
     (KeyCode::Home, PLAIN, Action::Rewind),
@@ -96,6 +98,7 @@ const KEYS: [Key; 29] = [
     (KeyCode::NumpadAdd, PLAIN, Action::Exposure { brighter: true }),
     (KeyCode::Minus, PLAIN, Action::Exposure { brighter: false }),
     (KeyCode::NumpadSubtract, PLAIN, Action::Exposure { brighter: false }),
+    (KeyCode::KeyX, PLAIN, Action::Wipe),
     (KeyCode::KeyF, PLAIN, Action::Visit),
     (KeyCode::KeyB, PLAIN, Action::Split),
     (KeyCode::KeyM, PLAIN, Action::Measure),
@@ -116,7 +119,7 @@ pub fn action(code: KeyCode, shift: bool, control: bool) -> Option<Action> {
 }
 
 /// The keys as the panel and `docs/guide.md` tell them.
-pub const HELP: [(&str, &str); 21] = [
+pub const HELP: [(&str, &str); 22] = [
     ("W A S D, Q E", "fly; with Shift ten times as fast"),
     ("arrows, drag", "look around"),
     ("wheel", "speed of flight"),
@@ -129,6 +132,7 @@ pub const HELP: [(&str, &str); 21] = [
     ("Home", "to where time began, at once"),
     ("1 2 3 4", "presets"),
     ("Page Up, Down", "twice or half as much rain"),
+    ("X", "wipe the pane, if rain falls on one"),
     ("+ and -", "exposure"),
     ("B", "a second model beside the first"),
     ("M", "measure how they differ"),

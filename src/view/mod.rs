@@ -8,6 +8,7 @@ mod app;
 mod clock;
 mod flight;
 mod focus;
+mod glass;
 mod history;
 mod keep;
 pub mod keys;

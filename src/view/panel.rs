@@ -5,6 +5,7 @@ use egui::{Color32, RichText, Ui};
 
 use super::clock::Clock;
 use super::focus::lens;
+use super::glass::glass;
 use super::history::History;
 use super::keys::{Action, HELP};
 use super::prepare::Pane;
@@ -198,6 +199,7 @@ fn scene(ui: &mut Ui, controls: &mut Controls<'_>, facts: &Facts<'_>) {
     weather(ui, scene);
     shutter(ui, scene);
     lens(ui, scene);
+    glass(ui, scene);
     if let Some(rain) = scene.rain.as_mut().filter(|rain| rain.real.is_none()) {
         ui.horizontal(|ui| {
             let is_one = rain.others.iter().all(Option::is_none);

@@ -246,15 +246,7 @@ pub fn plan_of(device: &Device, environment: &Environment, scene: &Scene) -> Res
     // What is expected, by the times that are kept of the device: nothing is measured beside the window.
     let costs = kept(&device.report, user_folder().as_deref(), |_| ());
     let choice = choose(scene, environment, &costs.unwrap_or_default());
-    let plan = plan_by(scene, environment, choice.as_ref(), Output::Display)?;
-    if plan.draws_pane() {
-        // One flies through it, and rain on it is that of one view.
-        return Err(Error::Scene {
-            place: "pane".into(),
-            problem: "the window shows no pane yet; `raindrops render` does, and --set model.pane=none leaves it out".into(),
-        });
-    }
-    Ok(plan)
+    plan_by(scene, environment, choice.as_ref(), Output::Display)
 }
 
 /// A renderer that has drawn `scene`. It shows what is `shown` already, where that is the scene's; else the next may

@@ -7,20 +7,20 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use super::prepare::{Known, Pane, Prepared, Preparing, Request, draw_first, plan_of};
+use super::prepare::{Known, Pane as Shown, Prepared, Preparing, Request, draw_first, plan_of};
 use crate::environment::Environment;
 use crate::gpu::{Device, Image};
 use crate::picture::flip::{PIXELS_PER_DEGREE, flip};
 use crate::picture::{Picture, linear_of_srgb};
 use crate::scene::camera::Camera;
-use crate::scene::{EnvironmentChoice, ImageSize, ModelChoice, Scene};
+use crate::scene::{EnvironmentChoice, ImageSize, ModelChoice, Pane, Scene};
 use crate::{Error, Result};
 
 /// The renderers of the window.
 pub struct Stage {
     // Dropped first: its thread uses the device.
     preparing: Option<Preparing>,
-    panes: Vec<Pane>,
+    panes: Vec<Shown>,
     /// What the panes were made for; none while there are none.
     made_for: Option<Request>,
     /// The last request that could not be granted, and why.
@@ -111,7 +111,7 @@ impl Stage {
         let panes = if is_current { &self.panes[..] } else { &[] };
         Some(Known {
             environment: (self.environment_of.clone(), self.environment.clone()?),
-            shown: panes.first().map(Pane::shown),
+            shown: panes.first().map(Shown::shown),
             plans: panes.iter().map(|pane| pane.plan.clone()).collect(),
         })
     }
@@ -194,17 +194,17 @@ impl Stage {
 
     /// Waits for the frames under way, so that the reports are those of what is on show.
     pub fn finish(&mut self) -> Result<()> {
-        self.panes.iter_mut().try_for_each(Pane::finish)
+        self.panes.iter_mut().try_for_each(Shown::finish)
     }
 
     /// The renderers: one, or two side by side.
-    pub fn panes(&self) -> &[Pane] {
+    pub fn panes(&self) -> &[Shown] {
         &self.panes
     }
 
     /// The pictures on show.
     pub fn pictures(&self) -> Vec<&Image> {
-        self.panes.iter().filter_map(Pane::picture).collect()
+        self.panes.iter().filter_map(Shown::picture).collect()
     }
 
     /// The environment's name; empty until it is read.
@@ -238,10 +238,12 @@ fn fixed_part(scene: &Scene) -> Scene {
     other.camera.shutter = if scene.shutter() > 0.0 { 1.0 } else { 0.0 };
     // So is a lens, and how wide it is.
     other.camera.aperture = if scene.camera.aperture > 0.0 { 1.0 } else { 0.0 };
+    // A pane that is wiped is the same one.
+    other.pane = scene.pane.clone().map(|pane| Pane { age: Some(0.0), ..pane });
     moved(scene, &other)
 }
 
-/// `scene` with the camera (but no exposure and no lens where it has none), the time, its pace, the key and, if both have one, the fixed exposure of another.
+/// `scene` with the camera (but no exposure and no lens where it has none), the time, its pace, the age of a pane in the rain, the key and, if both have one, the fixed exposure of another.
 fn moved(scene: &Scene, other: &Scene) -> Scene {
     let (time, pace) = (other.time, other.pace);
     let mut moved = Scene { camera: other.camera, time, pace, ..scene.clone() };
@@ -253,5 +255,11 @@ fn moved(scene: &Scene, other: &Scene) -> Scene {
     }
     moved.tone_map.key = other.tone_map.key;
     moved.tone_map.exposure = scene.tone_map.exposure.and(other.tone_map.exposure);
+    if let (Some(pane), Some(other)) = (&mut moved.pane, &other.pane)
+        && pane.has_population()
+        && other.has_population()
+    {
+        pane.age = Some(other.age());
+    }
     moved
 }

@@ -10,6 +10,7 @@ use winit::window::{Fullscreen, Window};
 use super::clock::Clock;
 use super::flight::{Flight, look_past, visit};
 use super::focus::focus_on;
+use super::glass::{stop_at_glass, wipe};
 use super::history::History;
 use super::keep::Keep;
 use super::keys::Action;
@@ -188,6 +189,11 @@ impl Viewer {
                     rain.count = count.min(MAX_DROPS);
                 }
             }
+            Action::Wipe => {
+                if !wipe(&mut self.scene) {
+                    self.say("there is no pane that rain falls on".into());
+                }
+            }
             Action::Exposure { brighter } => {
                 let tone_map = &mut self.scene.tone_map;
                 *tone_map.exposure.as_mut().unwrap_or(&mut tone_map.key) *=
@@ -359,12 +365,16 @@ impl Viewer {
         if self.is_moving() {
             self.history.push(elapsed);
         }
+        let before = self.scene.camera;
         self.act_while(|action| !action.is_of_picture())?;
         if let Some(outcome) = self.reload.poll(&self.device, now) {
             self.reloaded(outcome);
         }
         self.clock.advance(elapsed);
         self.flight.fly(&mut self.scene.camera, elapsed.min(LONGEST_STEP));
+        stop_at_glass(&mut self.scene, &before);
+        let goes_by = self.clock.seconds() - self.scene.time;
+        self.scene.pane = self.scene.pane.take().map(|pane| pane.after(goes_by));
         self.scene.time = self.clock.seconds();
         // Where time is stopped the picture stays as it was.
         self.scene.pace = if self.clock.backwards { -self.clock.rate() } else { self.clock.rate() };

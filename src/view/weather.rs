@@ -54,7 +54,7 @@ pub(super) fn shutter(ui: &mut Ui, scene: &mut Scene) {
 }
 
 /// A slider whose value is taken when it is let go.
-fn held(
+pub(super) fn held(
     ui: &mut Ui,
     name: &str,
     value: &mut f64,

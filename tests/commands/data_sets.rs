@@ -322,3 +322,68 @@ fn near_drops_are_in_the_masks() {
     let (count, least) = within.fold((0, 1.0f32), |(n, least), of| (n + 1, least.min(*of)));
     assert!(count > 20 && least > 0.9, "{count} pixels, {least}");
 }
+
+/// A drop of 60 degrees on a pane of no thickness square on covers a disc. Its middle and radius by hand: of 64 pixels at 40 degrees
+/// a length of 1 at a depth of 1 has 32 / tan(20).
+#[test]
+fn drops_on_a_pane_are_apart_from_rain() {
+    let folder = emptied_folder("data-sets/pane");
+    let scene = "seed = 3\n[image]\nwidth = 64\nheight = 64\n[camera]\nposition = [0, 0, 0.3]\ntarget = [0, 0, 0]\n\
+                 vertical_fov = 40.0\n[[drop]]\ncenter = [0, 0.2, -1]\nradius = 0.15\n[pane]\npoint = [0, 0, 0]\n\
+                 normal = [0, 0, -1]\nthickness = 0\ninside = [0.5, 0.5, 0.5]\n[[pane.drop]]\nat = [-0.03, 0.02]\nradius = 0.025\n\
+                 contact_angle = 60.0\n";
+    std::fs::write(folder.join("pane.toml"), scene).expect("a scene");
+    let arguments =
+        ["dataset", "pane.toml", "--views", "1", "--masks", "--preset", "exact", "-o", "set"];
+    let (is_done, said) = run(&folder, &arguments);
+    assert!(is_done, "{said}");
+    let set = folder.join("set");
+    let line = std::fs::read_to_string(set.join("manifest.jsonl")).expect("a manifest");
+    let record: serde_json::Value = serde_json::from_str(&line).expect("JSON");
+    documented_keys("raindrops-dataset/1", &[&record, &record["files"]]);
+    let beside = std::fs::read_to_string(set.join("00000/layers.json")).expect("a file");
+    let beside: serde_json::Value = serde_json::from_str(&beside).expect("JSON");
+    documented_keys("raindrops-layers/1", &[&beside, &beside["pane"], &beside["pane"]["drops"][0]]);
+
+    let focal = 32.0 / 20.0_f64.to_radians().tan() / 0.3;
+    let (across, down, radius) = (32.0 - 0.03 * focal, 32.0 - 0.02 * focal, 0.025 * focal);
+    let file = |name: &str| set.join(record["files"][name].as_str().expect("a file"));
+    let glass = channel(&file("mask"), "pane");
+    assert_eq!(glass, channel(&file("layers"), "pane.A"));
+    let (mut sum, mut touched) = (0.0, 0);
+    for (at, share) in glass.iter().enumerate() {
+        let (x, y) = ((at % 64) as f64 + 0.5, (at / 64) as f64 + 0.5);
+        let apart = (x - across).hypot(y - down) - radius;
+        if apart.abs() > 0.75 {
+            assert_eq!(*share, if apart < 0.0 { 1.0 } else { 0.0 }, "{x}, {y}");
+        }
+        sum += f64::from(*share);
+        touched += u32::from(*share > 0.0);
+    }
+    let area = std::f64::consts::PI * radius * radius;
+    assert!((sum / area - 1.0).abs() < 0.01, "{sum} for {area}");
+    assert!((record["pane_cover"].as_f64().expect("a share") - sum / 4096.0).abs() < 1e-6);
+    assert_eq!((&record["pane_pixels"], &record["pane_drops"]), (&touched.into(), &1.into()));
+
+    // The drop in the air is in the other channels; the mask has what of it is not behind the drop on the glass.
+    let (opacity, count) = (channel(&file("mask"), "opacity"), channel(&file("layers"), "count"));
+    let is_hidden = |(glass, air): (&f32, &f32)| *air <= 1.0 - glass + 2e-3;
+    assert!(glass.iter().zip(&opacity).all(is_hidden));
+    assert!(opacity.iter().filter(|share| **share > 0.99).count() > 100);
+    let behind = count.iter().zip(&glass).filter(|(count, glass)| **count > 0.0 && **glass == 1.0);
+    assert!(behind.count() > 20);
+
+    // Clean is what is behind through the dry pane: the drop aside, the picture is that where no rain is.
+    let [clean, behind, rainy] =
+        ["clean", "behind", "rainy"].map(|name| Picture::read(&file(name)).expect("a picture"));
+    let mut without = 0;
+    for at in 0..4096 {
+        assert_ne!(clean.pixels[at], behind.pixels[at]);
+        let apart = (rainy.pixels[at] - clean.pixels[at]).abs().max_element();
+        if glass[at] == 0.0 && opacity[at] == 0.0 {
+            assert!(apart < 2e-3 * clean.pixels[at].max_element(), "{at}: {apart}");
+            without += 1;
+        }
+    }
+    assert!(without > 2000, "{without}");
+}

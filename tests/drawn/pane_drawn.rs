@@ -21,7 +21,7 @@ use crate::common::{on_device, waves};
 const EDGE: u32 = 64;
 
 /// Drops of several angles before a camera that looks along the normal; keys of tables that come first.
-fn text(camera: &str, pane: &str, drops: &[[f64; 4]]) -> String {
+pub fn text(camera: &str, pane: &str, drops: &[[f64; 4]]) -> String {
     let drops = drops.iter().map(|[u, v, radius, angle]| {
         format!("[[pane.drop]]\nat = [{u}, {v}]\nradius = {radius}\ncontact_angle = {angle}\n")
     });
@@ -32,7 +32,7 @@ fn text(camera: &str, pane: &str, drops: &[[f64; 4]]) -> String {
     )
 }
 
-fn scene(text: &str) -> Scene {
+pub fn scene(text: &str) -> Scene {
     let mut scene =
         Scene::parse(text, "pane.toml").unwrap_or_else(|error| panic!("{error}: {text}"));
     scene.model.preset = Preset::Exact;
@@ -40,15 +40,15 @@ fn scene(text: &str) -> Scene {
     scene
 }
 
-const SQUARE_ON: &str = "point = [0, 0, 0]\nnormal = [0, 0, -1]\nthickness = 0.004";
-const MIXED: [[f64; 4]; 5] = [
+pub const SQUARE_ON: &str = "point = [0, 0, 0]\nnormal = [0, 0, -1]\nthickness = 0.004";
+pub const MIXED: [[f64; 4]; 5] = [
     [0.0, 0.0, 0.025, 60.0],
     [-0.06, 0.05, 0.02, 35.0],
     [0.06, 0.04, 0.02, 90.0],
     [0.05, -0.06, 0.015, 75.0],
     [-0.05, -0.05, 0.004, 50.0],
 ];
-const STEEP: [[f64; 4]; 4] = [
+pub const STEEP: [[f64; 4]; 4] = [
     [0.0, 0.0, 0.025, 100.0],
     [-0.06, 0.05, 0.02, 110.0],
     [0.06, 0.04, 0.02, 95.0],

@@ -1,6 +1,7 @@
 //! The picture in a host's frame is the one that `render` makes.
 
-use raindrops::renderer::{FrameReport, ViewInfo};
+use raindrops::renderer::{FrameInput, FrameReport, ViewInfo};
+use raindrops::scene::Pane;
 use raindrops::scene::model::Preset;
 
 use crate::embedded::{Embedded, film, on_host, rendered, scene};
@@ -59,4 +60,53 @@ fn a_view_that_stands_still_keeps_its_sky() {
         assert_eq!(drawn, [true, false, false, false]);
         host.destroy_image(embedded.target);
     });
+}
+
+/// A windscreen before rain: as `render` shows it, and at another age after [`raindrops::renderer::View::age_pane`].
+#[test]
+fn a_pane_is_that_of_render() {
+    let pane = Pane {
+        distance: Some(0.3),
+        tilt: Some(20.0),
+        rate: Some(50.0),
+        age: Some(4.0),
+        extent: Some([0.4, 0.3]),
+        ..Pane::default()
+    };
+    for preset in [Preset::Fast, Preset::Exact] {
+        let mut scenes = film(preset);
+        scenes.truncate(3);
+        scenes.iter_mut().for_each(|scene| scene.pane = Some(pane.clone()));
+        let mut older = scenes[2].clone();
+        older.pane = Some(Pane { age: Some(9.0), ..pane.clone() });
+        scenes.push(older);
+        let expected = rendered(&scenes);
+        let mut bare = scenes[0].clone();
+        bare.pane = None;
+        assert!(rendered(&[bare])[0] != expected[0], "the pane is not to be seen");
+        assert!(expected[2] != expected[3], "five seconds of rain are not to be seen");
+        on_host(preset, |host, device| {
+            let mut embedded = Embedded::new(host, device, &scenes[0], &ViewInfo::default());
+            for (number, scene) in scenes.iter().enumerate() {
+                if number == 3 {
+                    // SAFETY: it is refused before anything is recorded.
+                    let refused = unsafe {
+                        let input = FrameInput::new(scene, embedded.output());
+                        embedded.view.record(embedded.commands[0], 0, &input)
+                    };
+                    assert!(refused.unwrap_err().to_string().contains("age_pane"));
+                    embedded.record(host, 0, &scenes[2]);
+                    let taken = embedded.view.age_pane(scene).unwrap_err().to_string();
+                    assert!(taken.contains("slot 0"), "{taken}");
+                    // SAFETY: it is never submitted.
+                    unsafe { embedded.view.retired(0) }.expect("no error");
+                    embedded.view.age_pane(scene).expect("drops");
+                }
+                let (picture, _) = embedded.frame(host, number % 2, scene);
+                let differ = picture.iter().zip(&expected[number]).filter(|(a, b)| a != b).count();
+                assert!(differ == 0, "{preset} frame {number}: {differ} pixels differ");
+            }
+            host.destroy_image(embedded.target);
+        });
+    }
 }

@@ -220,10 +220,6 @@ fn what_no_preset_draws_is_said_with_the_command_that_does() {
         };
         assert!(problem.starts_with(key) && problem.contains("raindrops reference"), "{problem}");
     }
-    let pane =
-        parse("[pane]\ndistance = 1.0\nrate = 5.0\nsimulation = \"running\"").expect("a scene");
-    let problem = plan(&pane, &sky, Output::Display).expect_err("a pane").to_string();
-    assert!(problem.starts_with("pane: ") && problem.contains("raindrops reference"), "{problem}");
     // The paper's mask is of water in air.
     for text in ["[water]\nindex = 1.34", "[water]\nindex = 1.0\noutside = 1.33"] {
         let mut scene = parse(text).expect("a scene");

@@ -94,6 +94,44 @@ fn a_window_in_use() {
     opened.close();
 }
 
+/// A windscreen in the rain: wiped, it gathers drops again as time goes by, and a kept scene has what is seen.
+#[test]
+fn a_pane_in_a_window() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let scene = "[pane]\ndistance = 0.3\nrate = 50.0\nvelocity = [0, 0, -14]\nage = 5.0\nextent = [0.4, 0.3]\nsimulation = \"running\"\n";
+    let path = folder.path().join("pane.toml");
+    std::fs::write(&path, scene).expect("a scene");
+    let mut opened = Opened::on((640, 480), SIZE, |command| {
+        command.arg("--validate").arg(&path);
+    });
+    let seen = &mut opened.seen;
+    let rained = seen.screenshot(&[key::F12]);
+    seen.press(&[key::X]);
+    let wiped = seen.screenshot(&[key::F12]);
+    assert!(wiped != rained, "it is not wiped");
+    seen.press(&[key::SPACE]);
+    seen.wait_for_title("it runs", |title| !title.ends_with("stopped"));
+    wait_for("drops arrive", || (wiped != seen.screenshot(&[key::F12])).then_some(()));
+    seen.press(&[key::SPACE]);
+    seen.wait_for_title("it stands still", |title| title.ends_with("stopped"));
+    let later = seen.screenshot(&[key::F12]);
+    seen.press(&[key::CONTROL, key::S]);
+    let scene = opened.folder.path().join("raindrops-0001.toml");
+    wait_for("a scene file", || scene.exists().then_some(()));
+    let drawn = opened.folder.path().join("drawn.png");
+    let mut render = common::raindrops();
+    render.arg("render").arg(&scene).arg("-o").arg(&drawn);
+    if let Ok(device) = std::env::var("RAINDROPS_TEST_DEVICE") {
+        render.args(["--device", &device]);
+    }
+    assert!(render.output().expect("it renders").status.success());
+    assert!(
+        later == std::fs::read(&drawn).expect("a picture"),
+        "the scene file is another picture"
+    );
+    opened.close();
+}
+
 /// Without a display: one line, exit status 2.
 #[test]
 fn no_display_is_told() {

@@ -26,6 +26,7 @@ const PATIENCE: Duration = Duration::from_secs(600);
 /// Key codes of X: those of evdev, and 8.
 pub mod key {
     pub const ESCAPE: u8 = 9;
+    pub const X: u8 = 53;
     pub const ONE: u8 = 10;
     pub const TWO: u8 = 11;
     pub const R: u8 = 27;

@@ -18,9 +18,9 @@ use crate::picture::sidecar::CameraRecord;
 use crate::plan::{FramePlan, Output, plan};
 use crate::renderer::FrameReport;
 use crate::renderer::parts::{Grid, Parts};
-use crate::scene::Scene;
 use crate::scene::film::Film;
 use crate::scene::model::Optics;
+use crate::scene::{Pane, Scene};
 use crate::{Error, Result};
 
 /// A line of the manifest; paths are relative to the folder.
@@ -39,8 +39,15 @@ struct Record {
     #[serde(skip_serializing_if = "Option::is_none")]
     cutoff_px: Option<f64>,
     camera: CameraRecord,
-    /// Pixels that drops cover a part of.
+    /// Pixels that drops in the air cover a part of.
     covered_pixels: usize,
+    /// Pixels that drops on the pane cover a part of, their share of all pixels together, and how many drops are on the pane.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pane_pixels: Option<usize>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pane_cover: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pane_drops: Option<usize>,
     #[serde(skip_serializing_if = "Option::is_none")]
     drops: Option<usize>,
     files: Files,
@@ -50,6 +57,9 @@ struct Record {
 struct Files {
     rainy: String,
     clean: String,
+    /// What layers go over; with a pane, where `clean` is seen through it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    behind: Option<String>,
     layers: String,
     #[serde(skip_serializing_if = "Option::is_none")]
     drops: Option<String>,
@@ -71,8 +81,10 @@ const MASK: &str = "mask.exr";
 pub(super) struct Plans {
     /// With rain, as layers.
     pub(super) rainy: FramePlan,
-    /// Without.
-    clean: FramePlan,
+    /// Without, and without a pane.
+    behind: FramePlan,
+    /// Without rain through the dry pane, where there is one.
+    dry: Option<FramePlan>,
     /// With all rain as a medium, as layers, where masks are wanted.
     misty: Option<FramePlan>,
 }
@@ -82,12 +94,27 @@ impl Plans {
         let plan_of = |scene: &Scene, output: Output| plan(scene, &set.environment, output);
         let misty =
             set.masks.then(|| plan_of(&set.scene.as_medium(), Output::Layers)).transpose()?;
+        let rainy = plan_of(&set.scene, Output::Layers)?;
+        let dry = rainy.draws_pane().then(|| dry(&set.scene));
         Ok(Self {
-            rainy: plan_of(&set.scene, Output::Layers)?,
-            clean: plan_of(&set.scene.without_rain(), Output::Radiance)?,
+            rainy,
+            behind: plan_of(&behind(&set.scene), Output::Radiance)?,
+            dry: dry.map(|scene| plan_of(&scene, Output::Radiance)).transpose()?,
             misty,
         })
     }
+}
+
+/// What layers of a view go over: no rain, and no pane.
+fn behind(scene: &Scene) -> Scene {
+    Scene { pane: None, ..scene.without_rain() }
+}
+
+/// A view without rain, in the air and on its pane.
+fn dry(scene: &Scene) -> Scene {
+    let mut dry = scene.without_rain();
+    dry.pane = dry.pane.map(Pane::dry);
+    dry
 }
 
 /// Draws views and writes them.
@@ -96,7 +123,9 @@ pub(super) struct Maker<'a> {
     device: &'a Arc<Device>,
     plans: &'a Plans,
     tiles: Option<Grid>,
-    clean: Parts<'a>,
+    behind: Parts<'a>,
+    /// Without rain through the dry pane, where there is one.
+    dry: Option<Parts<'a>>,
     /// The rain as a medium, where masks are wanted.
     misty: Option<Parts<'a>>,
     /// What is behind the rain in every view, where the camera stands still before a plate.
@@ -111,13 +140,14 @@ impl<'a> Maker<'a> {
         plans: &'a Plans,
         tiles: Option<Grid>,
     ) -> Result<Self> {
-        let mut clean = Parts::new(device, &set.environment, &plans.clean);
+        let parts = |plan| Parts::new(device, &set.environment, plan);
+        let mut without = parts(&plans.behind);
         match tiles {
-            None => clean.prepare(&set.scene.without_rain())?,
+            None => without.prepare(&behind(&set.scene))?,
             Some(grid) => drop(grid.windows(set.scene.image)?),
         }
-        let misty = plans.misty.as_ref().map(|plan| Parts::new(device, &set.environment, plan));
-        Ok(Self { set, device, plans, tiles, clean, misty, kept: None })
+        let [dry, misty] = [&plans.dry, &plans.misty].map(|plan| plan.as_ref().map(parts));
+        Ok(Self { set, device, plans, tiles, behind: without, dry, misty, kept: None })
     }
 
     /// Draws and writes a view, its `view.json` last.
@@ -130,19 +160,33 @@ impl<'a> Maker<'a> {
         let in_view = |name: &str| format!("{}/{name}", Set::name(view));
 
         let has_plate = !set.scene.background.is_none();
-        let (clean, clean_file, depth) = if has_plate {
-            (self.plate()?, format!("{PLATE}/clean.exr"), scene.background.depth.is_some())
-        } else {
-            let clean = self.draw_clean(&scene)?;
-            write_half(&clean, &folder.join("clean.exr"))?;
-            (clean, in_view("clean.exr"), false)
+        let depth = has_plate && scene.background.depth.is_some();
+        let (without, file) = match (has_plate, self.dry.is_some()) {
+            (true, _) => (self.plate()?, format!("{PLATE}/clean.exr")),
+            (false, has_pane) => {
+                let name = if has_pane { "behind.exr" } else { "clean.exr" };
+                let without = radiance_of(&mut self.behind, &behind(&scene), self.tiles)?;
+                write_half(&without, &folder.join(name))?;
+                (without, in_view(name))
+            }
+        };
+        let (clean_file, behind_file) = match &mut self.dry {
+            Some(parts) => {
+                let clean = radiance_of(parts, &dry(&scene), self.tiles)?;
+                write_half(&clean, &folder.join("clean.exr"))?;
+                (in_view("clean.exr"), Some(file))
+            }
+            None => (file, None),
         };
         let layers = self.draw_layers(&scene, until.clone())?;
-        write_half(&layers.over(&clean), &folder.join("rainy.exr"))?;
+        write_half(&layers.over(&without), &folder.join("rainy.exr"))?;
         if let Some(parts) = &mut self.misty {
             let (medium, _) = layers_of(parts, &scene.as_medium(), self.tiles)?;
-            Masks::of(&layers, &medium, &clean).write_exr(&folder.join(MASK))?;
+            Masks::of(&layers, &medium, &without).write_exr(&folder.join(MASK))?;
         }
+        let has_glass = self.dry.is_some();
+        let glass = layers.glass.iter().map(|share| f64::from(share.to_f32()));
+        let cover = glass.sum::<f64>() / layers.color.len() as f64;
         let cutoff_px = self.plans.rainy.cutoff.as_ref().map(|cutoff| cutoff.px);
         let least = cutoff_px.unwrap_or(0.0);
         let path = folder.join("layers.exr");
@@ -162,10 +206,15 @@ impl<'a> Maker<'a> {
             cutoff_px,
             camera: CameraRecord::of(&scene),
             covered_pixels: layers.count.iter().filter(|count| **count > 0).count(),
+            pane_pixels: has_glass
+                .then(|| layers.glass.iter().filter(|share| share.to_f32() > 0.0).count()),
+            pane_cover: has_glass.then_some(cover),
+            pane_drops: has_glass.then(|| scene.pane_drops().len()),
             drops,
             files: Files {
                 rainy: in_view("rainy.exr"),
                 clean: clean_file,
+                behind: behind_file,
                 layers: in_view("layers.exr"),
                 drops: set.drop_lists.then(|| in_view("layers.json")),
                 depth: depth.then(|| format!("{PLATE}/depth.exr")),
@@ -178,13 +227,6 @@ impl<'a> Maker<'a> {
             serde_json::to_string(&record).map_err(|error| Error::write(&path, error))?;
         line.push('\n');
         write_whole(&path, line.as_bytes())
-    }
-
-    fn draw_clean(&mut self, scene: &Scene) -> Result<Picture> {
-        match self.tiles {
-            Some(grid) => Ok(self.clean.radiance_by(&scene.without_rain(), grid)?.0),
-            None => self.clean.draw_window(&scene.without_rain())?.0.read_radiance(),
-        }
     }
 
     fn draw_layers(&self, scene: &Scene, until: Scene) -> Result<Layers> {
@@ -204,12 +246,20 @@ impl<'a> Maker<'a> {
         let (scene, _) = self.set.scene_of(0);
         let folder = self.set.folder.join(PLATE);
         std::fs::create_dir_all(&folder).map_err(|error| Error::write(&folder, error))?;
-        let clean = self.draw_clean(&scene)?;
+        let clean = radiance_of(&mut self.behind, &behind(&scene), self.tiles)?;
         write_half(&clean, &folder.join("clean.exr"))?;
         if let Some(depth) = Plate::of(&scene)?.depth() {
             write_depth(&folder.join("depth.exr"), &scene, &depth.values)?;
         }
         Ok(self.kept.insert(clean).clone())
+    }
+}
+
+/// Draws a scene's radiance, in parts if asked to.
+fn radiance_of(parts: &mut Parts<'_>, scene: &Scene, tiles: Option<Grid>) -> Result<Picture> {
+    match tiles {
+        Some(grid) => Ok(parts.radiance_by(scene, grid)?.0),
+        None => parts.draw_window(scene)?.0.read_radiance(),
     }
 }
 

@@ -9,7 +9,7 @@ use super::DatasetArgs;
 use crate::environment::Environment;
 use crate::files::{read_text, read_text_if_there, write_whole};
 use crate::picture::plate::Plate;
-use crate::scene::Scene;
+use crate::scene::{Pane, Scene};
 use crate::{Error, Result};
 
 /// What a data set is of: `dataset.toml`.
@@ -48,7 +48,9 @@ impl Set {
     pub(super) fn new(args: &DatasetArgs) -> anyhow::Result<Self> {
         let scene = args.picture.load()?;
         let is_fixed = !scene.background.is_none() || !scene.film.camera.is_empty();
-        let turn = args.turn.unwrap_or(if is_fixed { 0.0 } else { 180.0 });
+        // A camera that turns would look past a pane that stands.
+        let looks_through = scene.pane.as_ref().is_some_and(Pane::stands);
+        let turn = args.turn.unwrap_or(if is_fixed || looks_through { 0.0 } else { 180.0 });
         if turn > 0.0 && is_fixed {
             anyhow::bail!(
                 "--turn {turn}: a background and a film say where the camera looks; leave it out"

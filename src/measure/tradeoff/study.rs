@@ -263,7 +263,8 @@ mod tests {
         let exposure = Exposure::Clipped(1.0);
         let error = compare(&first, &mean, None, exposure);
         let shares = vec![1.0; first.pixels.len()];
-        let traced = Traced { picture: first, coverage: shares.clone(), opacity: shares };
+        let (coverage, opacity, on_pane) = (shares.clone(), shares, Vec::new());
+        let traced = Traced { picture: first, coverage, opacity, on_pane };
         let noise = of_noise("", &Known { traced, exposure }, &again);
         let off = |found: f64, wanted: f64| (found / wanted - 1.0).abs();
         assert!(off(noise.rms, error.pixels.rms()) < 0.03, "{noise:?} {}", error.pixels.rms());

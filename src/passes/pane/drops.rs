@@ -1,6 +1,6 @@
 //! The drops on a pane, on the device: caps, and a grid of cells by which a ray finds those that it may meet.
 //!
-//! They stand still on the pane, so no camera and no picture changes them: the grid is made once. Each cell has the numbers of all
+//! They stand still on the pane, so no camera and no picture changes them: the grid is made once, or when others arrive (`aging.rs`). Each cell has the numbers of all
 //! drops whose circle, seen square on, reaches into its box, rising: a ray's drop does not depend on the order of any thread.
 //! Places are from the grid's corner in float32: beside drops of 0.1 mm on a pane of 2 m they are off by a thousandth of a radius.
 
@@ -13,7 +13,6 @@ use crate::Result;
 use crate::abi::PaneCap;
 use crate::gpu::{Buffer, Device};
 use crate::optics::Cap;
-use crate::scene::Scene;
 
 /// Cells for each drop, about: finer ones are entered by more drops each, coarser ones have more of them.
 const CELLS_A_DROP: f64 = 2.0;
@@ -23,6 +22,8 @@ const MOST_CELLS: f64 = 4096.0;
 /// What rays find of the drops.
 pub(crate) struct PaneDrops {
     pub count: u32,
+    /// The middles of their discs, along the pane's u and v.
+    pub at: Vec<DVec2>,
     pub caps: Buffer,
     pub cells: Buffer,
     /// Place of the grid's corner on the pane, edge of a cell, cells across and down.
@@ -81,13 +82,12 @@ impl Grid {
 }
 
 impl PaneDrops {
-    /// Puts the drops on a scene's pane on the device.
+    /// Puts the drops on a pane on the device.
     ///
     /// # Errors
     /// See [`Buffer::upload_device`].
-    pub fn new(device: &Arc<Device>, scene: &Scene) -> Result<Self> {
-        let caps = scene.pane_caps();
-        let Grid { corner, cell, size, words } = Grid::new(&caps);
+    pub fn new(device: &Arc<Device>, caps: &[(DVec2, Cap)]) -> Result<Self> {
+        let Grid { corner, cell, size, words } = Grid::new(caps);
         let record = |(number, (at, cap)): (u32, &(DVec2, Cap))| PaneCap {
             at: (*at - corner).as_vec2().to_array(),
             radius: cap.radius as f32,
@@ -97,11 +97,12 @@ impl PaneDrops {
             center: cap.center_height() as f32,
             number,
         };
-        let records: Vec<PaneCap> = (0..).zip(&caps).map(record).collect();
+        let records: Vec<PaneCap> = (0..).zip(caps).map(record).collect();
         let storage = vk::BufferUsageFlags::STORAGE_BUFFER;
         let cosines = caps.iter().map(|(_, cap)| cap.angle.to_radians().cos());
         Ok(Self {
             count: records.len() as u32,
+            at: caps.iter().map(|(at, _)| *at).collect(),
             caps: match records.is_empty() {
                 true => {
                     Buffer::upload_device(device, "pane's drops", &[PaneCap::default()], storage)?

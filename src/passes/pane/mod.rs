@@ -11,20 +11,27 @@
 //! 4. `pane_logs`: where an exposure is derived, the sums of log luminance that the composite left are those of the picture without
 //!    the pane; so they are summed again, tile by tile.
 //!
+//! Layers are over nothing, with 1-T as the opacity of the dry pane and 1 as that of drops. Which drop is nearest in a pixel, and what
+//! part of it drops cover, is noted beside (`seen.rs`).
+//!
 //! The rain's picture is kept apart, for tiles without drops are drawn once for many frames.
 //!
 //! Error: what is behind the pane is one colour a pixel, seen without the pane's shift; what a drop shows is the environment or the
 //! plate, at the level of the rays' spacing. Rain between the camera and the glass is left out by its distance from the camera alone
 //! ([`Scene::drawn_near`]). A drop out of focus is seen from the middle of the lens.
 
+mod aging;
 mod drops;
+mod seen;
 
 use std::sync::Arc;
 
 use ash::vk;
 use glam::{DVec3, Vec3};
 
+pub(crate) use self::aging::AgingDrops;
 pub(crate) use self::drops::PaneDrops;
+pub use self::seen::SeenOnPane;
 use super::background::Behind;
 use super::environment::EnvironmentMap;
 use super::frame::FrameBuffer;
@@ -64,6 +71,7 @@ pub struct Pane {
     drops: Arc<PaneDrops>,
     radiance_scale: f32,
     has_plate: bool,
+    has_looks: bool,
     tiles: u32,
     samples: u32,
     least_rays: [u32; 2],
@@ -91,6 +99,19 @@ struct Buffers {
     touched: Buffer,
     looks: Buffer,
     places: Buffer,
+    /// One pixel's where nobody asks.
+    nearest: Buffer,
+}
+
+/// What so many drops look like, and at how many places.
+fn looks_of(device: &Arc<Device>, drops: u32) -> Result<[Buffer; 2]> {
+    let usage = vk::BufferUsageFlags::STORAGE_BUFFER | vk::BufferUsageFlags::TRANSFER_SRC;
+    let make = |name, bytes| Buffer::new(device, name, bytes, usage, Memory::Device);
+    let drops = u64::from(drops);
+    Ok([
+        make("looks of a pane's drops", size_of::<PaneLook>() as u64 * drops)?,
+        make("places of a pane's drops", 8 * u64::from(PLACES) * drops)?,
+    ])
 }
 
 /// Their pipelines.
@@ -114,21 +135,28 @@ fn has_looks(scene: &Scene, plan: &FramePlan) -> bool {
 }
 
 impl Buffers {
-    fn new(device: &Arc<Device>, pixels: u64, tiles: u32, looks: u32) -> Result<Self> {
+    fn new(
+        device: &Arc<Device>,
+        (pixels, of_nearest): (u64, u64),
+        tiles: u32,
+        looks: u32,
+    ) -> Result<Self> {
         use vk::BufferUsageFlags as Usage;
         let make = |name, bytes, usage| {
             Buffer::new(device, name, bytes, Usage::STORAGE_BUFFER | usage, Memory::Device)
         };
         let (read, written) = (Usage::TRANSFER_SRC, Usage::TRANSFER_DST);
-        let (sums, looks) = (tiles + further_sums(device.report.machine), u64::from(looks));
+        let sums = tiles + further_sums(device.report.machine);
+        let [looks, places] = looks_of(device, looks)?;
         let listed = size_of_val(&TOUCHED) as u64 + 4 * pixels;
         Ok(Self {
             radiance: make("picture with a pane", 8 * pixels, read | Usage::UNIFORM_TEXEL_BUFFER)?,
             log_sums: make("log luminance with a pane", 4 * u64::from(sums), read | written)?,
             constants: make("pane", size_of::<Constants>() as u64, written)?,
             touched: make("touched pixels", listed, written | Usage::INDIRECT_BUFFER)?,
-            looks: make("looks of a pane's drops", size_of::<PaneLook>() as u64 * looks, read)?,
-            places: make("places of a pane's drops", 8 * u64::from(PLACES) * looks, read)?,
+            looks,
+            places,
+            nearest: make("nearest drops on a pane", 8 * of_nearest, read)?,
         })
     }
 }
@@ -144,6 +172,7 @@ impl Passes {
         let constants = [
             [constant::PANE_REFLECTIONS, if is_first { 0 } else { REFLECTIONS }],
             [constant::PANE_PLACES, PLACES],
+            [constant::PANE_NEAREST, plan.nearest.into()],
             [
                 constant::PANE_MODEL,
                 if plan.pane == Some(PaneModel::Color) { BY_COLOR } else { BY_PICTURE },
@@ -180,7 +209,9 @@ impl Pane {
         let (first, end) = tile_grid::of_view(&scene.view());
         let tiles = (end[0] - first[0]) * (end[1] - first[1]);
         let has_looks = has_looks(scene, plan);
-        let buffers = Buffers::new(device, pixels, tiles, if has_looks { drops.count } else { 0 })?;
+        let of_nearest = if plan.nearest { pixels } else { 1 };
+        let looks = if has_looks { drops.count } else { 0 };
+        let buffers = Buffers::new(device, (pixels, of_nearest), tiles, looks)?;
         let nearest = Sampler::nearest(device, "plate behind a pane")?;
         let plate = match behind {
             Some(Behind::Plate(images)) => images.color.as_ref(),
@@ -201,6 +232,7 @@ impl Pane {
             (slot::LOG_SUMS, Resource::Buffer(&buffers.log_sums)),
             (slot::PANE_LOOKS, Resource::Buffer(&buffers.looks)),
             (slot::PANE_PLACES, Resource::Buffer(&buffers.places)),
+            (slot::NEAREST_CAPS, Resource::Buffer(&buffers.nearest)),
         ];
         let bindings = Bindings::of(device, "pane", &slots)?;
         let [across, down, _] = group::PANE_DRY_COMP;
@@ -210,6 +242,7 @@ impl Pane {
             drops: drops.clone(),
             radiance_scale: environment.radiance_scale,
             has_plate: plate.is_some(),
+            has_looks,
             tiles,
             samples: plan.samples,
             least_rays: if is_by_looks(plan) { LEAST_SHARP_RAYS } else { LEAST_RAYS },
@@ -218,9 +251,50 @@ impl Pane {
         })
     }
 
+    /// Whether it shows these drops.
+    pub(crate) fn shows(&self, drops: &Arc<PaneDrops>) -> bool {
+        Arc::ptr_eq(&self.drops, drops)
+    }
+
+    /// Shows other drops from the next frame on that is recorded.
+    ///
+    /// # Errors
+    /// [`crate::Error::Memory`] if the device has no room; [`crate::Error::Limit`] if they do not fit in one binding.
+    ///
+    /// # Safety
+    /// No commands that were recorded are on the queue, or will be.
+    pub(crate) unsafe fn take(
+        &mut self,
+        device: &Arc<Device>,
+        drops: &Arc<PaneDrops>,
+    ) -> Result<()> {
+        let [looks, places] = looks_of(device, if self.has_looks { drops.count } else { 0 })?;
+        for (slot, buffer) in [
+            (slot::PANE_CAPS, &drops.caps),
+            (slot::PANE_CELLS, &drops.cells),
+            (slot::PANE_LOOKS, &looks),
+            (slot::PANE_PLACES, &places),
+        ] {
+            // SAFETY: by contract no commands use the set.
+            unsafe { self.bindings.write(0, slot, &Resource::Buffer(buffer))? };
+        }
+        (self.buffers.looks, self.buffers.places, self.drops) = (looks, places, drops.clone());
+        Ok(())
+    }
+
     /// Four halves a pixel, row by row from the top, in stored units.
     pub fn radiance(&self) -> &Buffer {
         &self.buffers.radiance
+    }
+
+    /// Two words a pixel of layers: number of the nearest drop, and the part of the pixel that drops cover, as bits.
+    pub fn nearest(&self) -> &Buffer {
+        &self.buffers.nearest
+    }
+
+    /// The drops as layers tell of them, from what `scene` shows to what `until` does.
+    pub fn seen(&self, scene: &Scene, until: &Scene) -> Vec<SeenOnPane> {
+        self.drops.seen(scene, until)
     }
 
     /// A sum of log(delta + luminance) for each tile, then those of `tone_map.rs`.

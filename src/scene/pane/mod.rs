@@ -236,6 +236,17 @@ impl Pane {
             || self.simulation.is_some()
     }
 
+    /// The glass without a drop.
+    pub fn dry(self) -> Self {
+        let Self { point, normal, distance, tilt, frame, thickness, index, inside, .. } = self;
+        Self { point, normal, distance, tilt, frame, thickness, index, inside, ..Self::default() }
+    }
+
+    /// Whether it stays where it is when the camera moves.
+    pub fn stands(&self) -> bool {
+        self.frame == Frame::World && self.distance.is_none()
+    }
+
     /// Contact angle of a placed drop.
     pub fn angle_of(&self, drop: &PaneDrop) -> f64 {
         drop.contact_angle.unwrap_or(self.contact_angle)
@@ -247,13 +258,19 @@ impl Pane {
     }
 
     /// The pane as it is when so many seconds of the scene have gone by.
-    pub(super) fn after(&self, seconds: f64) -> Self {
+    pub fn after(&self, seconds: f64) -> Self {
         match self.simulation {
             Some(PaneTime::Running) => {
                 Self { age: Some((self.age() + seconds).max(0.0)), ..self.clone() }
             }
             _ => self.clone(),
         }
+    }
+
+    /// Whether it is this pane, at whatever age.
+    pub(crate) fn is_same_but_aged(&self, other: &Self) -> bool {
+        let aged = || Self { age: other.age, ..self.clone() } == *other;
+        self == other || self.has_population() == other.has_population() && aged()
     }
 
     /// Velocity through the air, m/s.
@@ -296,12 +313,22 @@ impl Scene {
         self.pane_drops_of(rained.as_ref())
     }
 
-    /// The drops on the pane as caps, each with the middle of its disc.
-    pub fn pane_caps(&self) -> Vec<(DVec2, Cap)> {
+    /// The drops of a population, without one those placed by hand, as caps, each with the middle of its disc.
+    pub(crate) fn pane_caps_of(&self, rained: Option<&Population>) -> Vec<(DVec2, Cap)> {
         let Some(pane) = &self.pane else { return Vec::new() };
         let cap =
             |drop: PaneDrop| (drop.at, Cap { radius: drop.radius, angle: pane.angle_of(&drop) });
-        self.pane_drops().into_iter().map(cap).collect()
+        self.pane_drops_of(rained).into_iter().map(cap).collect()
+    }
+
+    /// Whether the camera is on the dry side of the pane that is drawn, if there is one.
+    pub fn is_behind_glass(&self) -> bool {
+        match (&self.pane, self.pane_face(), self.model.pane) {
+            (_, _, Some(PaneModel::None)) | (None, ..) | (_, None, _) => true,
+            (Some(pane), Some(face), _) => {
+                face.to_local(self.camera.position - face.point).z < -pane.thickness
+            }
+        }
     }
 
     /// By how much the pane moves in what is drawn, as the camera sees it, while the shutter is open.
@@ -374,6 +401,12 @@ impl Scene {
         }
         let velocity = pane.velocity() - rain.wind;
         Some(Flux::new(rain.law(), rain.air_density, self.pane_face()?.normal, velocity))
+    }
+
+    /// Drops that arrive on the pane each second; 0 without rain on it.
+    pub fn pane_arrivals_a_second(&self) -> f64 {
+        let flux = self.pane_flux().map_or(0.0, |flux| flux.number());
+        self.pane_extent().map_or(0.0, |(from, to)| flux * (to - from).element_product())
     }
 
     /// The rain that falls on the pane: as real rain, with the pane's rate.
