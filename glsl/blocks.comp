@@ -72,6 +72,19 @@ vec4 cover_flat(vec2 from, vec4 to_disc, LargeShape l, bool is_box, float edge, 
     return mix(upper, lower, greaterThan(parting, vec4(0.0)));
 }
 
+#include "disc_cover.glsl"
+
+// Does what `cover` does for a drop whose colours are found by rays, without an error; `l`: of one that is no sphere.
+vec4 cover_exactly(vec2 from, vec4 to_disc, bool is_flat, LargeShape l) {
+    vec4 covered;
+    for (uint i = 0u; i < TILE.x; ++i) {
+        vec2 at = from + vec2(float(i), 0.0);
+        bool lower = is_flat && l.at_upper + dot(l.gradient, at) > 0.0;
+        covered[i] = lower ? disc_cover(at - l.lower, l.lower_to_disc) : disc_cover(at, to_disc);
+    }
+    return covered;
+}
+
 #include "moving_cover.glsl"
 #include "disc.glsl"
 #include "blurred_cover.glsl"
@@ -189,7 +202,10 @@ bool fill_block(uint at) {
     Places places_above, places_below;
     vec4 above = fade * cover(from, m, half_side, radius, is_box, edge, places_above);
     vec4 below = fade * cover(from + vec2(0.0, 1.0), m, half_side, radius, is_box, edge, places_below);
-    if (is_flat) {
+    if (rays) {
+        above = fade * cover_exactly(from, m, is_flat, l);
+        below = fade * cover_exactly(from + vec2(0.0, 1.0), m, is_flat, l);
+    } else if (is_flat) {
         above = fade * cover_flat(from, m, l, is_box, edge, places_above);
         below = fade * cover_flat(from + vec2(0.0, 1.0), m, l, is_box, edge, places_below);
     }

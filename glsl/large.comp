@@ -103,10 +103,16 @@ Found find(uint index) {
     return f;
 }
 
+// Radii in pixels from which on drops that are spread are drawn by rays at the earliest: spheres, and others that are traced.
+const float SPREAD_RAYS_PX = 12.0, FLAT_SPREAD_RAYS_PX = 4.0;
+
 // Whether a drop's colours are found by rays. What moves and is spread over a disc as well has no closed form, nor has what is
 // no sphere.
 bool is_by_rays(Found f) {
     float rays_px = f.is_flat ? FLAT_RAYS_PX : RAYS_PX;
+    // A small drop that is spread has less noise by its picture.
+    bool is_spread_out = f.path.moved != vec3(0.0) || f.blur > 0.0;
+    if (rays_px > 0.0 && is_spread_out) rays_px = max(rays_px, f.is_flat && SHAPE == TRACED ? FLAT_SPREAD_RAYS_PX : SPREAD_RAYS_PX);
     bool rays = f.is_beside || !f.path.even || f.outline.radius > rays_px
         || f.distance2 < NEAR_RADII * NEAR_RADII * f.radius2;
     return rays || is_lens() && f.blur > 0.0 && (f.path.moved != vec3(0.0) || f.is_flat);

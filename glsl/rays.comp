@@ -26,11 +26,12 @@ layout(push_constant) uniform Push { uint piece; } push; // which of those among
 #include "reach.glsl"
 
 #include "ray_in_shape.glsl"
+#include "ray_count.glsl"
 
 // Fewest rays of a pixel of a drop that is no sphere: beside the rim, where light is reflected totally, one is speckled.
 const uint LEAST_FLAT_RAYS = 4;
 
-// The mean over those of SAMPLES places where the ray hits the drop,
+// The mean over those of some places where the ray hits the drop,
 // by the closed form. The places fill the part of the pixel that the box around the outline leaves,
 // from `low` to `high`: a drop far smaller than the pixel gets all of them. `pixels`: its radius. Places where the drop is
 // farther than `behind` count as if they missed it.
@@ -43,7 +44,9 @@ uint color(vec2 low, vec2 high, vec4 sphere, Body body, float pixels, vec2 moved
     // much again by interpolation. (Eight pixels, 64 rays: RMS error 1.3 grey levels, by half 2.6;
     // under a pixel, 4 rays: 6.6 and by half 4.3.)
     float spacing = clamp(0.25 * pixels, 0.5, 1.0);
-    uint rays = body.is_flat ? max(SAMPLES, LEAST_FLAT_RAYS) : SAMPLES;
+    vec3 middle = normalize(ray_through(0.5 * (low + high))), aside = cross(cross(middle, sphere.xyz), middle) / -sphere.w;
+    uint rays = rays_at(body.is_flat ? 1.0 : length(aside), pixels);
+    if (body.is_flat) rays = max(rays, LEAST_FLAT_RAYS);
     // None for a drop that moves: CPU drivers run a branch that no lane takes, but no loop without turns.
     if (MOTION != 0u && is_moving) rays = 0u;
     float step = spacing * sqrt(extent.x * extent.y / float(rays)) / pixels;

@@ -180,6 +180,7 @@ fn constants_of(
         [constant::RAYS_PX, plan.rays_px.to_bits()],
         [constant::HAS_PLACED, (has_cells || is_several || scene.placed_count() > 0).into()],
         [constant::SAMPLES, plan.samples],
+        [constant::MOST_RAYS, plan.most_rays],
         [constant::SEVERAL, is_several.into()],
         [constant::HAS_DEPTH, has_depth.into()],
         [constant::NEAREST, plan.nearest.into()],
@@ -229,7 +230,7 @@ impl Tiles {
 
         let room = Room::of(&device.report, plan, count, (drops, clusters), has_cells);
         let most_groups = device.report.limits.max_compute_work_group_count[0];
-        let ray_pieces = RayPieces::of(room.blocks, plan.samples, most_groups);
+        let ray_pieces = RayPieces::of(room.blocks, plan.most_rays, most_groups);
         let in_frame = [
             [count, regions.shift, regions.across, regions.count],
             [room.nodes as u32, room.blocks as u32, room.larges as u32, bands],

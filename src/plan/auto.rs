@@ -14,7 +14,7 @@ use super::costs::{Costs, Rays};
 use super::cutoff::Cutoff;
 use super::demand::{Demand, SizeClass, contrast_at};
 use super::errors::{Error, Left, expected};
-use super::{FramePlan, Light, NEAR_RADII, RAYS_PX};
+use super::{FramePlan, Light, MOST_RAYS_PX, NEAR_RADII};
 use crate::environment::Environment;
 use crate::environment::bright::split;
 use crate::scene::model::{Optics, Order, Preset, Primitive, Reflection, Simulation};
@@ -289,7 +289,7 @@ impl Candidate {
     fn rays(&self, class: &SizeClass) -> Option<Rays> {
         let by_rays = self.optics == Optics::ClosedForm
             || class.is_near
-            || class.radius_px > f64::from(RAYS_PX);
+            || class.radius_px > f64::from(MOST_RAYS_PX);
         let outside = if self.reflection == Reflection::On { 1 } else { 0 };
         // A ray follows no more orders than matter to it: of eight, three on the mean at most.
         let fetches = outside + self.internal_reflections.min(3) + 1;

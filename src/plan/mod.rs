@@ -43,9 +43,18 @@ use crate::thousands::counted;
 /// `glsl/include/tile_drop.glsl` has the same limit.
 const NEAR_RADII: f64 = 32.0;
 
-/// Radius in pixels from which a drop is drawn by rays rather than by its prefiltered picture: the
-/// finest has 16 texels an edge, and above this one sees them.
-const RAYS_PX: f32 = 12.0;
+/// Radii in pixels from which on a drop is drawn by rays rather than by its prefiltered picture: the first over which rays are
+/// affordable, else the last. The finest picture has 16 texels an edge, and above the last one sees them.
+const RAYS_PX: [f32; 5] = [0.7, 1.5, 3.0, 6.0, MOST_RAYS_PX];
+const MOST_RAYS_PX: f32 = 12.0;
+/// Rays are affordable over a radius if so many drops are, at most, times the squared radius: they cover some 9 times as many
+/// pixels, for in space as many drops are larger as the radius' inverse cube tells.
+const AFFORDABLE: f64 = 1000.0;
+/// Most rays of a pixel in which a drop's light changes fast, as it does towards the rim; where rays are not affordable, all
+/// pixels have [`FramePlan::samples`].
+const MOST_FAST_RAYS: u32 = 32;
+/// The same where all drops are drawn by rays.
+const MOST_EXACT_RAYS: u32 = 64;
 /// Radii in pixels under which a drop shows two colours, the means of its upper and its lower half: the first over which
 /// few drops are expected, else the last.
 const SPLAT_PX: [f32; 3] = [0.7, 1.0, 1.5];
@@ -94,6 +103,8 @@ pub struct FramePlan {
     pub rays_px: f32,
     /// Places in a pixel that a drop's light is the mean of; of tiles, where rays are followed.
     pub samples: u32,
+    /// Rays of a pixel at most, where a drop's light changes fast.
+    pub most_rays: u32,
     /// How drops are shown that move while the shutter is open.
     pub motion: Motion,
     /// How drops out of focus are shown.
@@ -296,7 +307,15 @@ pub fn plan_by(
     let models = Models::of(&scene.model, chosen);
     refused::check(scene, models, chosen.is_some(), output)?;
     let Models { optics, primitive, order, simulation, samples } = models;
-    let shape = shape::shape_of(scene, primitive, optics)?;
+    let by_pictures = optics == Optics::Appearance;
+    let affordable_px = affordable_px(scene);
+    let most_rays = match (by_pictures, affordable_px) {
+        (true, None) => samples,
+        (true, Some(_)) => MOST_FAST_RAYS.max(samples),
+        (false, _) => MOST_EXACT_RAYS.max(samples),
+    };
+    let rays_px = affordable_px.unwrap_or(MOST_RAYS_PX);
+    let shape = shape::shape_of(scene, primitive, optics, rays_px)?;
     let light = Light::of(scene, models, chosen, shape.is_traced());
     let motion = motion::motion_of(scene, primitive, optics)?;
     let lens = lens::lens_of(scene, primitive, optics)?;
@@ -311,10 +330,11 @@ pub fn plan_by(
         simulation,
         compacts: choice.preset == Preset::PaperCompact,
         mask_size: choice.mask_size,
-        splat_px: if optics == Optics::Appearance { splat_px } else { 0.0 },
+        splat_px: if by_pictures { splat_px } else { 0.0 },
         line_px: first_over_few(scene, &LINE_PX, FEW_LINED),
-        rays_px: if optics == Optics::Appearance { RAYS_PX } else { 0.0 },
+        rays_px: if by_pictures { rays_px } else { 0.0 },
         samples,
+        most_rays,
         motion,
         lens,
         shape,
@@ -337,6 +357,15 @@ pub fn plan_by(
 fn first_over_few(scene: &Scene, radii: &[f32], few: f64) -> f32 {
     let is_enough = |px: &&f32| demand::drops_above(scene, f64::from(**px)) < few;
     *radii.iter().find(is_enough).unwrap_or(&radii[radii.len() - 1])
+}
+
+/// The least radius in pixels over which rays are affordable, if there is one.
+fn affordable_px(scene: &Scene) -> Option<f32> {
+    let is_affordable = |px: &f32| {
+        let px = f64::from(*px);
+        px * px * demand::drops_above(scene, px) <= AFFORDABLE
+    };
+    RAYS_PX.into_iter().find(is_affordable)
 }
 
 /// What is passed over, what stands behind, and how many drops there are.

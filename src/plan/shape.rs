@@ -1,6 +1,6 @@
 //! In what shape drops are drawn that are no spheres in the scene.
 
-use super::{Optics, RAYS_PX};
+use super::Optics;
 use crate::rain::shape::SMALLEST_FLATTENED;
 use crate::scene::model::{DropShape, Primitive, ShapeModel};
 use crate::scene::{PlacedDrop, Scene};
@@ -10,7 +10,8 @@ use crate::{Error, Result};
 /// its shape: off by under 5/255 at every size. Its outline counts, as many such streaks lie over one another.
 pub(super) const LONG_EXPOSURE: f64 = 1.0 / 250.0;
 
-/// Radius in pixels from which a drop that is no sphere is traced rather than shown by a sphere's picture, flattened.
+/// Radius in pixels from which a drop that is no sphere is traced rather than shown by a sphere's picture, flattened;
+/// less where rays are affordable over a smaller one.
 const FLAT_RAYS_PX: f32 = 4.0;
 
 /// The shape that drops are drawn in.
@@ -53,18 +54,25 @@ impl NoSpheres {
     }
 }
 
-/// The model for the drops of `scene` that are no spheres, drawn as `primitive` by `optics`.
+/// The model for the drops of `scene` that are no spheres, drawn as `primitive` by `optics`; spheres are drawn by rays from
+/// `sphere_rays_px` on.
 ///
 /// # Errors
 /// [`Error::Scene`] if they cannot be drawn so, with what can.
-pub(super) fn shape_of(scene: &Scene, primitive: Primitive, optics: Optics) -> Result<DrawnShape> {
+pub(super) fn shape_of(
+    scene: &Scene,
+    primitive: Primitive,
+    optics: Optics,
+    sphere_rays_px: f32,
+) -> Result<DrawnShape> {
     let NoSpheres { falls, placed } = NoSpheres::of(scene);
     let by_pictures = optics == Optics::Appearance;
+    let traced_px = sphere_rays_px.min(FLAT_RAYS_PX);
     let drawn = |model, why: String| {
         let rays_px = match (by_pictures, model) {
             (false, _) => 0.0,
-            (true, ShapeModel::Sphere | ShapeModel::Stretched) => RAYS_PX,
-            (true, ShapeModel::Spheroid | ShapeModel::Equilibrium) => FLAT_RAYS_PX,
+            (true, ShapeModel::Sphere | ShapeModel::Stretched) => sphere_rays_px,
+            (true, ShapeModel::Spheroid | ShapeModel::Equilibrium) => traced_px,
         };
         Ok(DrawnShape { model, rays_px, why })
     };
@@ -101,7 +109,7 @@ pub(super) fn shape_of(scene: &Scene, primitive: Primitive, optics: Optics) -> R
     };
     let under = match (by_pictures, model) {
         (true, ShapeModel::Spheroid | ShapeModel::Equilibrium) => {
-            format!("; under {FLAT_RAYS_PX} px of radius a sphere's picture on their outline")
+            format!("; under {traced_px} px of radius a sphere's picture on their outline")
         }
         _ => String::new(),
     };
