@@ -110,16 +110,26 @@ vec4 cover_moving(vec2 from, vec4 to_disc, vec2 half_side, float radius, float e
     return sum / float(STEPS);
 }
 
+// When each pixel of a row, of which `first` is the first one's middle, is on a drop that moves and is before what is behind.
+void find_times(vec2 from, vec2 first, vec4 to_disc, vec2 moved, vec4 sphere, vec3 motion, vec4 behind, out vec2 times[4], out vec4 shares) {
+    for (uint pixel = 0u; pixel < TILE.x; ++pixel) {
+        vec2 p = vec2(from.x + float(pixel), from.y);
+        times[pixel] = times_over(vec2(to_disc.x * p.x + to_disc.z * p.y, to_disc.y * p.x + to_disc.w * p.y), moved);
+        float all = times[pixel].y - times[pixel].x;
+        if (HAS_DEPTH != 0u) times[pixel] = times_before(times[pixel], sphere, motion, first + vec2(pixel, 0.0), behind[pixel]);
+        shares[pixel] = all > 0.0 ? (times[pixel].y - times[pixel].x) / all : 1.0;
+    }
+}
+
 // The colours of a row of pixels of a drop that moves: of each the mean of its picture along what moves over the pixel.
-void write_moving_colors(uint at, uint picture, vec2 from, vec4 to_disc, float edge, vec2 way) {
-    vec2 moved = vec2(to_disc.x * way.x + to_disc.z * way.y, to_disc.y * way.x + to_disc.w * way.y);
+void write_moving_colors(uint at, uint picture, vec2 from, vec4 to_disc, float edge, vec2 moved, float way, vec2 times[4]) {
     // Half a pixel more at each end: the pixel's own extent.
-    vec2 half_pixel = moved * (0.25 * edge / length(way));
+    vec2 half_pixel = moved * (0.25 * edge / way);
     for (uint pixel = 0u; pixel < TILE.x; ++pixel) {
         vec2 p = vec2(from.x + float(pixel), from.y);
         vec2 on_disc = vec2(to_disc.x * p.x + to_disc.z * p.y, to_disc.y * p.x + to_disc.w * p.y);
-        vec2 first = (0.5 * place_on_disc(on_disc, moved, 1.0) + 0.5) * edge - half_pixel;
-        vec2 last = (0.5 * place_on_disc(on_disc, moved, 0.0) + 0.5) * edge + half_pixel;
+        vec2 first = (0.5 * (on_disc - moved * times[pixel].y) + 0.5) * edge - half_pixel;
+        vec2 last = (0.5 * (on_disc - moved * times[pixel].x) + 0.5) * edge + half_pixel;
         nodes[at + pixel] = pack_radiance(picture_along(picture, edge, first, last));
     }
 }
@@ -215,11 +225,14 @@ bool fill_block(uint at) {
         covered_by_rays = (r.look & COVER_BY_RAYS) != 0u;
         moves_over = way != vec2(0.0) && !covered_by_rays;
         if (moves_over) {
-            above = fade * cover_moving(from, m, half_side, radius, edge, way);
-            below = fade * cover_moving(from + vec2(0.0, 1.0), m, half_side, radius, edge, way);
-            if (!rays) {
-                write_moving_colors(node + COLORS, picture, from, m, edge, way);
-                write_moving_colors(node + COLORS + TILE.x, picture, from + vec2(0.0, 1.0), m, edge, way);
+            vec2 first = vec2(at_tile * TILE) + 0.5, moved = vec2(m.x * way.x + m.z * way.y, m.y * way.x + m.w * way.y);
+            for (uint row = 0u; row < TILE.y; ++row) {
+                vec2 down = vec2(0.0, row), times[4];
+                vec4 behind = HAS_DEPTH != 0u ? reach_of_row(tile_number(at_tile), row) : vec4(0.0), shares;
+                find_times(from + down, first + down, m, moved, r.sphere, moves[2u * blocks[at]].xyz, behind, times, shares);
+                vec4 covered = fade * shares * cover_moving(from + down, m, half_side, radius, edge, way);
+                if (row == 0u) above = covered; else below = covered;
+                if (!rays) write_moving_colors(node + COLORS + row * TILE.x, picture, from + down, m, edge, moved, length(way), times);
             }
         }
         float blur = moves[2u * blocks[at] + 1u].z;
@@ -238,7 +251,7 @@ bool fill_block(uint at) {
         }
         if (covered_by_rays) above = below = vec4(1.0);
     }
-    if (HAS_DEPTH != 0u) {
+    if (HAS_DEPTH != 0u && !moves_over && !covered_by_rays) {
         vec2 first = vec2(at_tile * TILE) + 0.5;
         uint behind = tile_number(at_tile);
         above *= row_before(r.sphere, first, reach_of_row(behind, 0u));

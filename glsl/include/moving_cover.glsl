@@ -1,7 +1,8 @@
 #ifndef MOVING_COVER_GLSL
 #define MOVING_COVER_GLSL
 // How much a drop with an outline that moves evenly covers of a row of pixels, on the mean, and where in its picture the
-// row's colours stand meanwhile. Needs tile_buffers.glsl, streak.glsl; `cover` for a drop at rest.
+// row's colours stand meanwhile. `cover` is for a drop at rest.
+#include "projection.glsl"
 
 // The mean of an outline over a longer way is found column by column, over a shorter one by four of its places.
 const float STEPS_PX = 4.0;
@@ -63,12 +64,21 @@ vec4 cover_by_columns(vec2 from, vec4 to_disc, vec2 way) {
     return area * (boxes_to(place + 0.5, narrow, longer) - boxes_to(place - 0.5, narrow, longer));
 }
 
-// Where the pixel at (s, t) of the disc is on it at a part of the time that it covers the pixel.
-vec2 place_on_disc(vec2 at, vec2 moved, float part) {
+// When the pixel at (s, t) of the disc is on it, as parts of the exposure from its middle on.
+vec2 times_over(vec2 at, vec2 moved) {
     float length2 = max(dot(moved, moved), 1e-12), middle = dot(at, moved) / length2;
     float across = (at.x * moved.y - at.y * moved.x) * inversesqrt(length2);
     float reach = sqrt(max(1.0 - across * across, 0.0) / length2);
-    float from = clamp(middle - reach, -0.5, 0.5), to = clamp(middle + reach, -0.5, 0.5);
-    return at - moved * mix(from, to, part);
+    return clamp(vec2(middle - reach, middle + reach), -0.5, 0.5);
+}
+
+// The part of those times in which the drop is before what is `far` along the pixel's ray. Its front is taken to be as far before
+// its middle as it is on the mean over a disc's chord.
+vec2 times_before(vec2 times, vec4 sphere, vec3 motion, vec2 pixel, float far) {
+    vec3 d = normalize(ray_through(pixel));
+    float rate = dot(d, motion), left = far - dot(d, sphere.xyz) + 0.7 * sphere.w;
+    if (abs(rate) < 1e-6 * sphere.w) return left > 0.0 ? times : times.xx;
+    float passes = clamp(left / rate, times.x, times.y);
+    return rate > 0.0 ? vec2(times.x, passes) : vec2(passes, times.y);
 }
 #endif

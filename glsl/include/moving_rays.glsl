@@ -8,7 +8,7 @@
 
 // Fewest and most rays of a pixel, so that the picture is a mean over time. A drop that covers it for a part o under half of
 // the time changes it by o of its colour: 16 o² rays have a quarter of one ray's noise at o = 1.
-const uint LEAST_RAYS = 8, MOST_RAYS = 48;
+const uint LEAST_RAYS = 8, MOST_MOVING_RAYS = 48;
 
 uint rays_of(vec3 d, vec3 motion, float radius) {
     float opacity = min(2.0 * radius / max(length(cross(d, motion)), 1e-30), 0.5);
@@ -98,7 +98,7 @@ uint moving_color(vec2 corner, vec2 low, vec2 high, vec4 sphere, Body body, vec3
     float step = clamp(0.25 * pixels, 0.5, 1.0) * sqrt(extent.x * extent.y / float(least)) / pixels;
     covered = 0.0;
     Rays mean = Rays(vec3(0.0), 0.0, 0.0, 0.0);
-    for (; rays < MOST_RAYS && (rays < least || !is_known(mean, rays)); ++rays) {
+    for (; rays < MOST_MOVING_RAYS && (rays < least || !is_known(mean, rays)); ++rays) {
         vec3 d = normalize(ray_through(low + fract(vec2(0.75487767, 0.56984029) * float(rays) + turned) * extent));
         float nearest;
         vec2 times;

@@ -31,16 +31,30 @@ fn street() -> (String, Beside) {
     ("sky.exr".into(), Beside::Radiance(Picture { width, height, pixels }))
 }
 
-/// Measures the models' pictures of a scene of so many pixels.
-fn measured(name: &str, [width, height]: [u32; 2], camera: &str, drops: &[String]) -> Row {
+/// Measures the models' pictures of a scene of so many pixels; `wall`: how far a wall behind it all is.
+fn measured(
+    name: &str,
+    [width, height]: [u32; 2],
+    camera: &str,
+    drops: &[String],
+    wall: Option<f32>,
+) -> Row {
+    let (pixels, mut files) = ((width * height) as usize, vec![street()]);
     let mut text = format!(
         "[camera]\n{camera}\n[image]\nwidth = {width}\nheight = {height}\n[environment]\nfile = \"sky.exr\"\n"
     );
     for drop in drops {
         write!(text, "[[drop]]\n{drop}\n").expect("a text");
     }
+    if let Some(wall) = wall {
+        text += "[background]\ncolor = \"color.exr\"\ndepth = \"depth.exr\"\n";
+        let pixels = vec![Vec3::splat(0.3); pixels];
+        files.push(("color.exr".into(), Beside::Radiance(Picture { width, height, pixels })));
+        let depth = vec![wall; (width * height) as usize];
+        files.push(("depth.exr".into(), Beside::Depth([width, height], depth)));
+    }
     let place = folder();
-    write(&Made { text, files: vec![street()] }, place.path()).expect("a scene");
+    write(&Made { text, files }, place.path()).expect("a scene");
     let loaded = read(&place.path().join("scene.toml"), Path::new("none")).expect("a scene");
     let mut row = None;
     on_device(|device| {
@@ -55,8 +69,8 @@ fn measured(name: &str, [width, height]: [u32; 2], camera: &str, drops: &[String
 }
 
 /// Measures such a scene; panics with what is over a bound.
-fn assert_within(name: &str, size: [u32; 2], camera: &str, drops: &[String]) {
-    let row = measured(name, size, camera, drops);
+fn assert_within(name: &str, size: [u32; 2], camera: &str, drops: &[String], wall: Option<f32>) {
+    let row = measured(name, size, camera, drops, wall);
     let misses: Vec<_> = row.misses().into_iter().filter(Miss::counts).collect();
     assert!(misses.is_empty(), "{name}: {misses:?}");
 }
@@ -75,7 +89,7 @@ fn drops_out_of_focus_are_their_pictures_blurred() {
     for blur in [3.0, 8.0] {
         // The disc has the aperture's size at the drop: pixels are 0.137 units there.
         let camera = format!("vertical_fov = 10.0\nfocus = inf\naperture = {}", 0.2734 * blur);
-        assert_within("out of focus", [128, 64], &camera, &drops);
+        assert_within("out of focus", [128, 64], &camera, &drops, None);
     }
 }
 
@@ -88,7 +102,7 @@ fn drops_that_move_have_their_colours_along_the_way() {
             format!("{}\nvelocity = [0.8, -3.4, 0.0]", drop_at(*across, -12.0, *radius))
         })
         .collect();
-    assert_within("a long way", [128, 64], "vertical_fov = 10.0\nshutter = 1.0", &drops);
+    assert_within("a long way", [128, 64], "vertical_fov = 10.0\nshutter = 1.0", &drops, None);
 }
 
 #[test]
@@ -99,7 +113,7 @@ fn equal_drops_that_fall_side_by_side_are_equal() {
             format!("center = [{across}, 0.25, -1.5]\nradius = 0.13\nvelocity = [0.0, -25.0, 0.0]")
         })
         .collect();
-    assert_within("side by side", [96, 64], "vertical_fov = 60.0\nshutter = 0.02", &drops);
+    assert_within("side by side", [96, 64], "vertical_fov = 60.0\nshutter = 0.02", &drops, None);
 }
 
 #[test]
@@ -118,8 +132,37 @@ fn drops_in_one_another_hide_each_other_where_they_are_nearer() {
         })
         .collect();
     // Which is nearer is told by tiles of 4 x 2 pixels: boxes are off by 11.5 levels, by 55 in the order of whole drops.
-    let row = measured("in one another", [96, 64], "vertical_fov = 14.0", &drops);
+    let row = measured("in one another", [96, 64], "vertical_fov = 14.0", &drops, None);
     for (model, row) in &row.models {
         assert!(row.figures.boxes < 20.0, "{model}: {:?}", row.figures);
     }
+}
+
+/// One by its picture, one by rays that fly evenly, one by rays that find what it covers.
+#[test]
+fn drops_that_come_out_of_a_wall_fade_in() {
+    let drops: Vec<_> = [(-16.0, 2.0, 0.2), (0.0, 5.0, 2.0), (16.0, 5.0, 20.0)]
+        .map(|(across, radius, nearer)| {
+            let of_drop = drop_at(across, -4.0, radius);
+            format!("{of_drop}\nvelocity = [0.3, -1.4, {nearer}]")
+        })
+        .into();
+    assert_within(
+        "out of a wall",
+        [64, 64],
+        "vertical_fov = 10.0\nshutter = 1.0",
+        &drops,
+        Some(49.7),
+    );
+}
+
+/// Seen level and from above: few drops are drawn by rays from the first pixel on.
+#[test]
+fn flattened_drops_of_some_pixels_have_their_rings() {
+    let drops: Vec<_> = [(-40.0, 1.5), (-26.0, 2.5), (-8.0, 4.0), (14.0, 7.0), (42.0, 11.5)]
+        .map(|(across, radius)| format!("{}\naxis_ratio = 0.7", drop_at(across, 0.0, radius)))
+        .into();
+    assert_within("flattened, level", [128, 64], "vertical_fov = 10.0", &drops, None);
+    let above = "vertical_fov = 10.0\nposition = [0.0, 40.0, -20.0]\ntarget = [0.0, 0.0, -50.0]";
+    assert_within("flattened, from above", [128, 64], above, &drops, None);
 }
