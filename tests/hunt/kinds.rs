@@ -147,13 +147,12 @@ fn drops_that_come_out_of_a_wall_fade_in() {
             format!("{of_drop}\nvelocity = [0.3, -1.4, {nearer}]")
         })
         .into();
-    assert_within(
-        "out of a wall",
-        [64, 64],
-        "vertical_fov = 10.0\nshutter = 1.0",
-        &drops,
-        Some(49.7),
-    );
+    // FLIP is 0.09 to 0.11, of a drop that is cut at one moment's depth 0.18 to 0.19.
+    let camera = "vertical_fov = 10.0\nshutter = 1.0";
+    let row = measured("out of a wall", [64, 64], camera, &drops, Some(49.7));
+    for (model, row) in &row.models {
+        assert!(row.figures.flip < 0.15, "{model}: {:?}", row.figures);
+    }
 }
 
 /// Seen level and from above: few drops are drawn by rays from the first pixel on.
