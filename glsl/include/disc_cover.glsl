@@ -26,12 +26,16 @@ float disc_in_triangle(vec2 a, vec2 b) {
     return area;
 }
 
+// Less than this is rounding: the pixel beside an outline that touches it.
+const float LEAST_AREA = 1e-4;
+
 // The part of the pixel's square about `at` that is covered by what `to_disc` takes to the unit disc.
 float disc_cover(vec2 at, vec4 to_disc) {
     mat2 m = mat2(to_disc.xy, to_disc.zw);
     vec2 middle = m * at, right = 0.5 * m[0], down = 0.5 * m[1];
     vec2 a = middle - right - down, b = middle + right - down, c = middle + right + down, d = middle - right + down;
     float area = disc_in_triangle(a, b) + disc_in_triangle(b, c) + disc_in_triangle(c, d) + disc_in_triangle(d, a);
-    return clamp(area / determinant(m), 0.0, 1.0);
+    float covered = min(area / determinant(m), 1.0);
+    return covered < LEAST_AREA ? 0.0 : covered;
 }
 #endif

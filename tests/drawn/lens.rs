@@ -131,7 +131,7 @@ fn drops_out_of_focus_are_near_the_reference() {
             let sharp = draw(&mut renderer(device, &scene, &environment), &scene).0;
             let control = against(&truth, &sharp).pixels.rel_mse;
             scene.model.lens = None;
-            for (preset, bound) in [(Preset::Exact, 0.0009), (Preset::Fast, 0.0012)] {
+            for (preset, bound) in [(Preset::Exact, 0.0009), (Preset::Fast, 0.0023)] {
                 scene.model.preset = preset;
                 let (picture, counts) = draw(&mut renderer(device, &scene, &environment), &scene);
                 assert_eq!(counts.visible, count_visible(&scene));
@@ -141,7 +141,7 @@ fn drops_out_of_focus_are_near_the_reference() {
                     "{preset} {radius} {ratio}: {error:.5}, relMSE {rel_mse:.6}, pinhole {control:.6}"
                 );
                 assert!(
-                    error < bound && rel_mse < 2.5e-3,
+                    error < bound && rel_mse < 1.5e-3,
                     "{preset}: radius {radius}, ratio {ratio}"
                 );
                 assert!(
