@@ -72,22 +72,28 @@ vec4 cover_flat(vec2 from, vec4 to_disc, LargeShape l, bool is_box, float edge, 
     return mix(upper, lower, greaterThan(parting, vec4(0.0)));
 }
 
+#include "moving_cover.glsl"
+#include "disc.glsl"
 #include "disc_cover.glsl"
+#include "blurred_cover.glsl"
 
-// Does what `cover` does for a drop whose colours are found by rays, without an error; `l`: of one that is no sphere.
-vec4 cover_exactly(vec2 from, vec4 to_disc, bool is_flat, LargeShape l) {
-    vec4 covered;
+// Radius in pixels over which an outline is straight in a pixel, but for its bend: the areas of a disc have too few digits.
+const float STRAIGHT_PX = 16.0;
+
+// Does what `cover` does for a drop whose colours are found by rays, without its error; `l`: of one that is no sphere.
+vec4 cover_exactly(vec2 from, vec4 to_disc, float radius, bool is_flat, LargeShape l) {
+    vec4 at_lower = vec4(0.0), covered;
+    if (is_flat) at_lower = l.at_upper + l.gradient.x * (from.x + vec4(0.0, 1.0, 2.0, 3.0)) + l.gradient.y * from.y;
+    if (radius > STRAIGHT_PX) {
+        vec4 upper = cover_at(from, to_disc, radius);
+        return is_flat ? mix(upper, cover_at(from - l.lower, l.lower_to_disc, radius), greaterThan(at_lower, vec4(0.0))) : upper;
+    }
     for (uint i = 0u; i < TILE.x; ++i) {
         vec2 at = from + vec2(float(i), 0.0);
-        bool lower = is_flat && l.at_upper + dot(l.gradient, at) > 0.0;
-        covered[i] = lower ? disc_cover(at - l.lower, l.lower_to_disc) : disc_cover(at, to_disc);
+        covered[i] = at_lower[i] > 0.0 ? disc_cover(at - l.lower, l.lower_to_disc) : disc_cover(at, to_disc);
     }
     return covered;
 }
-
-#include "moving_cover.glsl"
-#include "disc.glsl"
-#include "blurred_cover.glsl"
 
 // Does what `cover` does, for a drop that moves.
 vec4 cover_moving(vec2 from, vec4 to_disc, vec2 half_side, float radius, float edge, vec2 way) {
@@ -212,9 +218,9 @@ bool fill_block(uint at) {
     Places places_above, places_below;
     vec4 above = fade * cover(from, m, half_side, radius, is_box, edge, places_above);
     vec4 below = fade * cover(from + vec2(0.0, 1.0), m, half_side, radius, is_box, edge, places_below);
-    if (rays) {
-        above = fade * cover_exactly(from, m, is_flat, l);
-        below = fade * cover_exactly(from + vec2(0.0, 1.0), m, is_flat, l);
+    if (rays && !is_box) {
+        above = fade * cover_exactly(from, m, radius, is_flat, l);
+        below = fade * cover_exactly(from + vec2(0.0, 1.0), m, radius, is_flat, l);
     } else if (is_flat) {
         above = fade * cover_flat(from, m, l, is_box, edge, places_above);
         below = fade * cover_flat(from + vec2(0.0, 1.0), m, l, is_box, edge, places_below);
@@ -273,8 +279,9 @@ bool fill_block(uint at) {
 
     // The outline's box has corners that the outline does not reach.
     if (highest > 0.0) {
-        bool is_still = !moves_over && !is_blurred && !covered_by_rays;
-        nodes[node] = HAS_PLACED != 0u && is_still ? front_in_block(r, is_flat ? l.shape : ROUND, vec2(at_tile * TILE) + 0.5 * vec2(TILE)) : r.distance2;
+        bool by_front = (r.distance2 & PLACED_BIT) != 0u && !moves_over && !is_blurred && !covered_by_rays;
+        nodes[node] = by_front ? front_in_block(r, is_flat ? l.shape : ROUND, vec2(at_tile * TILE) + 0.5 * vec2(TILE))
+                               : r.distance2 & ~PLACED_BIT;
         nodes[node + 1u] = r.index;
         uint link = node + NEXT_OF_BLOCK, tile = tile_number(at_tile);
         nodes[link] = atomicExchange(heads[tile], link);

@@ -272,7 +272,7 @@ void main() {
     // Drops are ordered by their tangents' length: of two that do not touch, the one with the shorter is
     // never behind the other. By their centres a small drop behind a large one's rim would be before it. (A
     // splat's radius is nothing beside its distance.)
-    r.distance2 = floatBitsToUint(f.is_flat ? max(f.distance2 - f.radius2, 0.0) : f.distance2 - f.radius2);
+    r.distance2 = floatBitsToUint(max(f.distance2 - f.radius2, 0.0)) | (is_by_hand(r.index) ? PLACED_BIT : 0u);
     bool rays = is_by_rays(f);
     uint texel = orient(r, f, at, rays), opacity = uint(opacity_at(f.distance2) * 65535.0 + 0.5);
     r.look = texel | (rays ? BY_RAYS : 0u) | (f.is_flat ? FLAT : 0u) | opacity << 16;

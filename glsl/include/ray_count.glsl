@@ -8,13 +8,13 @@
 
 // A pixel has MOST_RAYS where light fans out over so many texels.
 const float MOST_TEXELS = 32.0;
-// Radius in pixels under which drops have an eighth of them: there are many, and each is a pixel or two.
-const float LEAST_PX = 1.0;
+// Radius in pixels under which drops have half of them: each is a pixel or two, so that chance is seen as flicker.
+const float LEAST_PX = 1.5;
 
 // `b`: impact parameter at the pixel's middle; `pixels`: the drop's radius.
 uint rays_at(float b, float pixels) {
     if (MOST_RAYS == SAMPLES) return SAMPLES;
-    if (pixels < LEAST_PX) return max(SAMPLES, MOST_RAYS / 8u);
+    if (pixels < LEAST_PX) return max(SAMPLES, MOST_RAYS / 2u);
     float farthest = min(b + 0.5 / pixels, 0.9999), inside = min(farthest / WATER, 0.99);
     float fan = 2.0 * inversesqrt(1.0 - farthest * farthest) - 2.0 / WATER * inversesqrt(1.0 - inside * inside);
     float texels = abs(fan) / (pixels * frame.environment.x);

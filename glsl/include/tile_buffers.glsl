@@ -107,8 +107,10 @@ struct Large {
     uint first_tile; // x and y, 16 bits each
     uint across;     // tiles
     uint first_block;
-    uint distance2;  // less the squared radius; bits
+    uint distance2;  // less the squared radius; bits; PLACED_BIT, which no distance has
 };
+// A drop that is placed, and may so intersect others: blocks.comp orders it by its front.
+const uint PLACED_BIT = 0x80000000u;
 const uint BY_RAYS = 0x8000u;
 // It is a splat's size, but meets three rows of tiles: its one block's place holds the nodes of two splats.
 const uint AS_SPLATS = 0x4000u;

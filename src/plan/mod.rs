@@ -45,7 +45,7 @@ const NEAR_RADII: f64 = 32.0;
 
 /// Radii in pixels from which on a drop is drawn by rays rather than by its prefiltered picture: the first over which rays are
 /// affordable, else the last. The finest picture has 16 texels an edge, and above the last one sees them.
-const RAYS_PX: [f32; 5] = [0.7, 1.5, 3.0, 6.0, MOST_RAYS_PX];
+const RAYS_PX: [f32; 4] = [1.5, 3.0, 6.0, MOST_RAYS_PX];
 const MOST_RAYS_PX: f32 = 12.0;
 /// Rays are affordable over a radius if so many drops are, at most, times the squared radius: they cover some 9 times as many
 /// pixels, for in space as many drops are larger as the radius' inverse cube tells.
@@ -308,11 +308,13 @@ pub fn plan_by(
     refused::check(scene, models, chosen.is_some(), output)?;
     let Models { optics, primitive, order, simulation, samples } = models;
     let by_pictures = optics == Optics::Appearance;
-    let affordable_px = affordable_px(scene);
+    // A number that is asked for, or that `auto` has weighed, is that of every pixel.
+    let is_weighed = scene.model.samples.is_some() || chosen.is_some();
+    let affordable_px = affordable_px(scene).filter(|_| !is_weighed);
     let most_rays = match (by_pictures, affordable_px) {
-        (true, None) => samples,
-        (true, Some(_)) => MOST_FAST_RAYS.max(samples),
-        (false, _) => MOST_EXACT_RAYS.max(samples),
+        (true, Some(_)) => MOST_FAST_RAYS,
+        (false, _) if !is_weighed => MOST_EXACT_RAYS,
+        _ => samples,
     };
     let rays_px = affordable_px.unwrap_or(MOST_RAYS_PX);
     let shape = shape::shape_of(scene, primitive, optics, rays_px)?;

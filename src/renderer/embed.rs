@@ -4,10 +4,11 @@ use std::sync::Arc;
 
 use ash::vk;
 
+use super::drawing::Drawing;
 use super::host_checks::{
     check_apart, check_background, check_nearest, check_particles, check_shelter,
 };
-use super::view::{Drawing, View, refuse};
+use super::view::{View, refuse};
 use super::{
     DepthConvention, FrameReport, HostBackground, HostEnvironment, HostParticles, HostShelter,
     Lighting, RainField,

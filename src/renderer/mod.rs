@@ -5,6 +5,7 @@
 //! ([`Lighting`]); the drops ([`RainField`]); and the view, which has the size of a picture.
 
 mod display;
+mod drawing;
 mod embed;
 mod host_checks;
 mod lighting;
@@ -21,10 +22,11 @@ use std::sync::Arc;
 
 use half::f16;
 
+use self::drawing::Drawing;
 pub use self::embed::{Blend, FrameInput, HostMotion, ViewInfo};
 pub use self::lighting::Lighting;
 pub use self::view::View;
-use self::view::{Drawing, lattice_of, refuse};
+use self::view::{lattice_of, refuse};
 use crate::environment::Environment;
 use crate::gpu::{
     Buffer, Commands, Device, Image, Use, copy_buffer, copy_to_buffer, image_barrier,

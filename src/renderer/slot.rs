@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::FrameReport;
-use super::view::Drawing;
+use super::drawing::Drawing;
 use crate::Result;
 use crate::gpu::{Buffer, Device, Recorder, Timestamps, Use, copy_range, memory_barrier};
 use crate::passes::counters::{self, Counts};

@@ -3,23 +3,24 @@
 use std::sync::Arc;
 
 use super::display::Display;
+use super::drawing::Drawing;
 use super::lighting::Lighting;
 use super::points::Points;
 use super::slot::Slot;
 use super::tiled::Tiled;
 use super::{FrameInput, FrameReport, ViewInfo};
-use crate::gpu::{Buffer, Device, Recorder, Use, memory_barrier};
+use crate::gpu::{Device, Recorder, Use, memory_barrier};
 use crate::passes::background::Behind;
 use crate::passes::drops::guard_band;
 use crate::passes::frame::{Frame, FrameBuffer, Surroundings};
 use crate::passes::heights::Heights;
 use crate::passes::motion_depth::MotionDepth;
 use crate::passes::output::Output;
-use crate::passes::pane::{Pane, PaneDrops};
+use crate::passes::pane::PaneDrops;
 use crate::passes::particles::Particles;
 use crate::passes::rain_field::RainField;
 use crate::passes::tile_grid;
-use crate::passes::tone_map::{FinalSums, Source, ToneMap};
+use crate::passes::tone_map::{FinalSums, ToneMap};
 use crate::picture::tone_map::DELTA;
 use crate::plan::FramePlan;
 use crate::rain::field::Seen;
@@ -27,79 +28,6 @@ use crate::rain::{Tick, tick_of_seconds};
 use crate::scene::model::{Primitive, ShapeModel};
 use crate::scene::{Scene, projection};
 use crate::{Error, Result};
-
-/// From a scene to its radiance.
-pub(super) enum Drawing {
-    Points(Box<Points>),
-    Tiled(Box<Tiled>),
-}
-
-impl Drawing {
-    pub fn counters(&self) -> Option<&Buffer> {
-        match self {
-            Self::Points(points) => points.simulate().map(|simulate| &simulate.counters),
-            Self::Tiled(tiled) => Some(&tiled.tiles.counters),
-        }
-    }
-
-    /// What the tiles' passes hand to each other, counts among it.
-    pub fn totals(&self) -> Option<&Buffer> {
-        match self {
-            Self::Points(_) => None,
-            Self::Tiled(tiled) => Some(tiled.tiles.totals()),
-        }
-    }
-
-    /// The pane's passes; none of a picture without one.
-    pub fn pane(&self) -> Option<&Pane> {
-        match self {
-            Self::Points(_) => None,
-            Self::Tiled(tiled) => tiled.pane.as_ref(),
-        }
-    }
-
-    /// Fragments that a dispatch draws by rays, at most; none without tiles.
-    pub fn ray_piece(&self) -> Option<u32> {
-        match self {
-            Self::Points(_) => None,
-            Self::Tiled(tiled) => Some(tiled.tiles.ray_pieces.blocks),
-        }
-    }
-
-    /// What the passes after it read.
-    pub fn source(&self) -> Source<'_> {
-        match self {
-            Self::Points(points) => Source::Image(&points.radiance),
-            Self::Tiled(tiled) => tiled.source(),
-        }
-    }
-
-    /// Makes the radiance ready to be read by a fragment shader.
-    fn record_display(&self, device: &Device, commands: Recorder<'_>) {
-        match self {
-            Self::Points(points) => points.record_display(device, commands),
-            Self::Tiled(tiled) => tiled.record_display(device, commands),
-        }
-    }
-
-    /// Whether it has lists with more room than the other's.
-    pub fn has_more_room_than(&self, other: &Self) -> bool {
-        match (self, other) {
-            (Self::Tiled(tiled), Self::Tiled(other)) => {
-                tiled.tiles.has_more_room_than(&other.tiles)
-            }
-            _ => false,
-        }
-    }
-
-    /// What the table of a drop's light is, and the milliseconds that it took.
-    pub fn table_ms(&self) -> Option<(&'static str, f64)> {
-        match self {
-            Self::Points(points) => points.table_ms(),
-            Self::Tiled(_) => None,
-        }
-    }
-}
 
 /// What has the size of one picture: passes, targets, lists of tiles. A host records it into its own frames, each with a
 /// camera and images of the host's; views of any number share light and rain.

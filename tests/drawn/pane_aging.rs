@@ -59,7 +59,7 @@ fn a_running_pane_is_another_in_each_frame() {
             let mut still = rained("static", "");
             let pane = still.pane.as_mut().expect("a pane");
             pane.age = Some(1.5 + f64::from(number) / 30.0);
-            (still.time, still.model) = (shown.time, shown.model.clone());
+            (still.time, still.model) = (shown.time, shown.model);
             assert!(picture == picture_of(device, &still, &sky), "frame {number}");
             covers.push(shown.pane_drops().len());
         }

@@ -67,6 +67,13 @@ pub struct Shown {
     view: View,
 }
 
+impl Shown {
+    /// Whether their distances differ by less than both radii.
+    pub fn reaches(&self, other: &Self) -> bool {
+        (self.center.length() - other.center.length()).abs() < self.radius + other.radius
+    }
+}
+
 /// Every drop of a scene that may be seen.
 pub fn drops_in_view(scene: &Scene, plan: &FramePlan) -> Vec<Shown> {
     let is_seen = |visibility| matches!(visibility, Visibility::Visible | Visibility::BesideCamera);

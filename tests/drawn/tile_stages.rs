@@ -270,6 +270,10 @@ fn fragments_are_what_covers_a_pixel_in_order() {
             }
             for pair in list.windows(2) {
                 let [(_, near), (_, far)] = pair else { continue };
+                // Which of two that reach into one another's depth is nearer differs from place to place.
+                if [near.kind, far.kind] != [Kind::Splat; 2] && near.reaches(far) {
+                    continue;
+                }
                 let is_before = near.distance2 < far.distance2 * (1.0 + 1e-6);
                 assert!(is_before, "{}, {tile:?}: {} before {}", case.name, near.index, far.index);
                 let is_tie = near.distance2 == far.distance2;

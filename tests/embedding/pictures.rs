@@ -94,9 +94,9 @@ fn a_pane_is_that_of_render() {
                         let input = FrameInput::new(scene, embedded.output());
                         embedded.view.record(embedded.commands[0], 0, &input)
                     };
-                    assert!(refused.unwrap_err().to_string().contains("age_pane"));
+                    assert!(refused.is_err_and(|error| error.to_string().contains("age_pane")));
                     embedded.record(host, 0, &scenes[2]);
-                    let taken = embedded.view.age_pane(scene).unwrap_err().to_string();
+                    let taken = embedded.view.age_pane(scene).expect_err("refused").to_string();
                     assert!(taken.contains("slot 0"), "{taken}");
                     // SAFETY: it is never submitted.
                     unsafe { embedded.view.retired(0) }.expect("no error");

@@ -10,6 +10,7 @@ mod interface;
 
 mod abi;
 mod docs;
+mod expression;
 mod generated;
 mod mutants;
 mod new_key;

@@ -16,6 +16,7 @@ use std::time::{Duration, Instant};
 use raindrops::gpu::shaders;
 use serde::Deserialize;
 
+use crate::expression::may_be_expression;
 use crate::glsl;
 
 /// A test has noticed that takes longer than so many times what it takes without the fault, and this besides.
@@ -139,35 +140,6 @@ fn each_mutant_has_its_place_and_its_test() {
     }
     assert!(wrong.is_empty(), "tests/mutants.toml:\n{}", wrong.join("\n"));
     assert!(names.len() >= 30, "{} mutants", names.len());
-}
-
-/// Whether a text can stand between parentheses: its brackets close, it does not go on from what stands before it,
-/// and no comma is outside of its brackets.
-fn may_be_expression(text: &str) -> bool {
-    let mut open = Vec::new();
-    for letter in text.chars() {
-        match letter {
-            '(' | '[' | '{' => open.push(letter),
-            ')' | ']' | '}' => {
-                let pair = [open.pop().unwrap_or(' '), letter];
-                if ![['(', ')'], ['[', ']'], ['{', '}']].contains(&pair) {
-                    return false;
-                }
-            }
-            ',' if open.is_empty() => return false,
-            _ => {}
-        }
-    }
-    open.is_empty() && !text.trim_start().starts_with('.')
-}
-
-#[test]
-fn what_cannot_be_chosen_is_told() {
-    let cases =
-        [(".zip(a)", false), ("a, b", false), ("f(a, b)", true), ("(a]", false), ("a)", false)];
-    for (text, is) in cases {
-        assert_eq!(may_be_expression(text), is, "{text}");
-    }
 }
 
 /// Writes a file unless it has that content already, so that what has not changed is not built again.
