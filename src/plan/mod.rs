@@ -308,8 +308,8 @@ pub fn plan_by(
     refused::check(scene, models, chosen.is_some(), output)?;
     let Models { optics, primitive, order, simulation, samples } = models;
     let by_pictures = optics == Optics::Appearance;
-    // A number that is asked for, or that `auto` has weighed, is that of every pixel.
-    let is_weighed = scene.model.samples.is_some() || chosen.is_some();
+    // A number that is asked for, or that `auto` has weighed, is that of every pixel; its pictures are `fast`'s.
+    let is_weighed = scene.model.samples.is_some() || chosen.is_some() && !by_pictures;
     let affordable_px = affordable_px(scene).filter(|_| !is_weighed);
     let most_rays = match (by_pictures, affordable_px) {
         (true, Some(_)) => MOST_FAST_RAYS,
