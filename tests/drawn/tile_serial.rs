@@ -56,6 +56,7 @@ pub struct Shown {
     pub kind: Kind,
     /// What drops are ordered by: squared length of the tangents from the camera, of splats that to the centre.
     pub distance2: f64,
+    is_placed: bool,
     /// In view space.
     center: DVec3,
     radius: f64,
@@ -68,9 +69,18 @@ pub struct Shown {
 }
 
 impl Shown {
-    /// Whether their distances differ by less than both radii.
-    pub fn reaches(&self, other: &Self) -> bool {
-        (self.center.length() - other.center.length()).abs() < self.radius + other.radius
+    /// What it is ordered by in a tile: of a larger placed drop the squared distance to where the ray of the tile's middle meets
+    /// it, or comes nearest.
+    pub fn order_in(&self, middle: DVec2) -> f64 {
+        if self.kind == Kind::Splat || !self.is_placed {
+            return self.distance2;
+        }
+        let at = (middle - self.view.principal) / self.view.focal_px;
+        let ray = DVec3::new(at.x, -at.y, -1.0).normalize();
+        let along = ray.dot(self.center);
+        let aside2 = self.center.length_squared() - along * along;
+        let front = along - (self.radius * self.radius - aside2).max(0.0).sqrt();
+        front.max(0.0).powi(2)
     }
 }
 
@@ -133,6 +143,7 @@ fn shown(index: u32, center: DVec3, radius: f64, scene: &Scene, plan: &FramePlan
         index,
         kind,
         distance2: distance * distance - tangents2,
+        is_placed: index >= scene.random_count(),
         center,
         radius,
         opacity,
