@@ -69,10 +69,17 @@ fn measured(
 }
 
 /// Measures such a scene; panics with what is over a bound.
-fn assert_within(name: &str, size: [u32; 2], camera: &str, drops: &[String], wall: Option<f32>) {
+fn assert_within(
+    name: &str,
+    size: [u32; 2],
+    camera: &str,
+    drops: &[String],
+    wall: Option<f32>,
+) -> Row {
     let row = measured(name, size, camera, drops, wall);
     let misses: Vec<_> = row.misses().into_iter().filter(Miss::counts).collect();
     assert!(misses.is_empty(), "{name}: {misses:?}");
+    row
 }
 
 /// A drop 50 units before the camera, so many pixels beside the middle of a picture of 64 rows at ten degrees.
@@ -113,7 +120,10 @@ fn equal_drops_that_fall_side_by_side_are_equal() {
             format!("center = [{across}, 0.25, -1.5]\nradius = 0.13\nvelocity = [0.0, -25.0, 0.0]")
         })
         .collect();
-    assert_within("side by side", [96, 64], "vertical_fov = 60.0\nshutter = 0.02", &drops, None);
+    let camera = "vertical_fov = 60.0\nshutter = 0.02";
+    let row = assert_within("side by side", [96, 64], camera, &drops, None);
+    // 0.8; 1.8 if all pixels of a drop take the same moments.
+    assert!(row.models["fast"].figures.boxes < 1.3, "{:?}", row.models["fast"].figures);
 }
 
 #[test]
@@ -161,7 +171,11 @@ fn flattened_drops_of_some_pixels_have_their_rings() {
     let drops: Vec<_> = [(-40.0, 1.5), (-26.0, 2.5), (-8.0, 4.0), (14.0, 7.0), (42.0, 11.5)]
         .map(|(across, radius)| format!("{}\naxis_ratio = 0.7", drop_at(across, 0.0, radius)))
         .into();
-    assert_within("flattened, level", [128, 64], "vertical_fov = 10.0", &drops, None);
+    let level = "vertical_fov = 10.0";
     let above = "vertical_fov = 10.0\nposition = [0.0, 40.0, -20.0]\ntarget = [0.0, 0.0, -50.0]";
-    assert_within("flattened, from above", [128, 64], above, &drops, None);
+    for (name, camera) in [("flattened, level", level), ("flattened, from above", above)] {
+        let row = assert_within(name, [128, 64], camera, &drops, None);
+        // 0.7; 2.7 and 3.0 if what they cover of a pixel is a ramp across the rim.
+        assert!(row.models["exact"].figures.dots < 1.6, "{:?}", row.models["exact"].figures);
+    }
 }
