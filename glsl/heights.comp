@@ -14,7 +14,7 @@ layout(push_constant) uniform HeightsPush {
     float empty;      // what is stored where no surface is
 } push;
 
-// As in src/picture/heights.rs: where nothing is, and between what heights something may be.
+// src/picture/heights.rs has these too: the height where nothing is, and between what heights something may be.
 const float NOTHING = -1e30, MOST = 1e9;
 
 // A compiler may take it that no float is NaN; it cannot of bits.

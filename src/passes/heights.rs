@@ -153,7 +153,7 @@ impl HostShelter {
 /// The passes.
 pub(crate) struct Heights {
     finest: (Bindings, ComputePipeline),
-    /// Those of each level after the finest.
+    /// One for each level after the finest.
     levels: Vec<Bindings>,
     /// None for a map of one texel.
     largest: Option<ComputePipeline>,

@@ -208,7 +208,7 @@ fn around(scene: &Scene, drops: &[&PlacedDrop], cluster: &[u32]) -> KnownCluster
     let bounds = |part: &dyn Fn(&PlacedDrop) -> DVec3, length: f64| {
         let from = of().map(|drop| part(drop)).fold(DVec3::INFINITY, DVec3::min);
         let to = of().map(|drop| part(drop)).fold(DVec3::NEG_INFINITY, DVec3::max);
-        // As much wider as they are rounded.
+        // They are wider by as much as they are rounded.
         let rounded = f64::from(f32::EPSILON) * from.abs().max(to.abs());
         [from - rounded, to + rounded].map(|v| v.as_vec3().extend(length as f32).to_array())
     };
@@ -255,7 +255,7 @@ fn records(scene: &Scene, clusters: &[u32]) -> Vec<Record> {
         let KnownCluster { low, high, .. } = around(scene, &drops, cluster);
         let [low, high] = [low, high].map(|bound| Vec4::from(bound).as_dvec4());
         let (middle, half) = (0.5 * (low + high).truncate(), 0.5 * (high - low).truncate());
-        // As much larger as the middle is rounded.
+        // It is larger by as much as the middle is rounded.
         let half = half + f64::from(f32::EPSILON) * middle.abs();
         record([middle.as_vec3(), half.as_vec3()], low.w, 0)
     };

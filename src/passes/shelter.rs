@@ -88,7 +88,7 @@ impl ShelterMap {
         }
     }
 
-    /// The same for a map from corner to corner.
+    /// Does what [`Self::record`] does, for a map from corner to corner.
     pub fn record_at(
         &self,
         device: &Device,

@@ -345,7 +345,7 @@ impl Tiles {
         matches!(self.source, Source::Cells(..))
     }
 
-    /// Those of real rain.
+    /// The lattices of real rain.
     pub fn lattices(&self) -> &[Lattice] {
         match &self.source {
             Source::Cells(cells) => cells.0.lattices(),

@@ -100,7 +100,7 @@ mod tests {
         assert_eq!(masks.opacity, [0.25, 0.0, 0.5]);
         assert!((masks.contrast[0] - 0.125 / (0.5 * 1.02)).abs() < 1e-6, "{masks:?}");
         assert_eq!(masks.contrast[1..], [0.0, 0.0]);
-        // Of a drop of a quarter, a drop on the glass hides the half.
+        // A drop on the glass hides half of a drop that covers a quarter.
         let half = Layers { glass: vec![f16::from_f32(0.5); 3], ..rain };
         let masks = Masks::of(&half, &layers([haze; 3]), &behind);
         assert_eq!((masks.opacity, masks.glass), (vec![0.125, 0.0, 0.25], vec![0.5; 3]));

@@ -41,6 +41,7 @@ mod weather;
 
 pub use drops::{Drop, Drops, Population, fade, of_scene};
 pub use eye::{Eye, Ray};
+pub use pane::OnPane;
 pub use rain::{MOST_TRACED, usual_bound};
 pub use samples::{Sample, Samples, Strata};
 pub use sobol::Sobol;
@@ -135,32 +136,6 @@ pub struct Traced {
     pub opacity: Vec<f32>,
     /// The drops on the pane, likewise; empty without a pane.
     pub on_pane: Vec<OnPane>,
-}
-
-/// Drops on a pane in a pixel: what layers hold of them.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct OnPane {
-    /// Share of the pixel that they cover.
-    pub share: f32,
-    /// Number of the nearest, from 1 on; 0: there is none.
-    pub number: u32,
-    /// Planar depth of the middle of its disc; infinite where there is none.
-    pub depth: f32,
-}
-
-impl OnPane {
-    /// Of what so many samples have met.
-    fn of(met: impl Iterator<Item = Option<Told>>, samples: usize) -> Self {
-        let (mut count, mut nearest) = (0.0, Told { number: 0, depth: f64::INFINITY });
-        for told in met.flatten() {
-            count += 1.0;
-            if (told.depth, told.number) < (nearest.depth, nearest.number) {
-                nearest = told;
-            }
-        }
-        let share = count / samples as f64;
-        Self { share: share as f32, number: nearest.number, depth: nearest.depth as f32 }
-    }
 }
 
 /// Means over a pixel's samples.

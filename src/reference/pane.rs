@@ -53,6 +53,32 @@ pub(super) struct Told {
     pub(super) depth: f64,
 }
 
+/// Drops on a pane in a pixel: what layers hold of them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OnPane {
+    /// Share of the pixel that they cover.
+    pub share: f32,
+    /// Number of the nearest, from 1 on; 0: there is none.
+    pub number: u32,
+    /// Planar depth of the middle of its disc; infinite where there is none.
+    pub depth: f32,
+}
+
+impl OnPane {
+    /// What so many samples have met, taken together.
+    pub(super) fn of(met: impl Iterator<Item = Option<Told>>, samples: usize) -> Self {
+        let (mut count, mut nearest) = (0.0, Told { number: 0, depth: f64::INFINITY });
+        for told in met.flatten() {
+            count += 1.0;
+            if (told.depth, told.number) < (nearest.depth, nearest.number) {
+                nearest = told;
+            }
+        }
+        let share = count / samples as f64;
+        Self { share: share as f32, number: nearest.number, depth: nearest.depth as f32 }
+    }
+}
+
 /// The pane of a scene.
 #[derive(Clone, Debug)]
 pub(super) struct Pane {

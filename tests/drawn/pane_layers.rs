@@ -52,7 +52,7 @@ fn covers_numbers_and_depths_are_those_of_the_reference() {
                     continue;
                 }
                 covered += 1;
-                // Of drops at one depth either is the nearest.
+                // If drops have one depth, either is the nearest.
                 let is_told = (found.depth[at] - truth.depth).abs() < 1e-5 * truth.depth;
                 let is_it = found.id[at] == u64::from(truth.number);
                 others += u32::from(!is_told || !is_it);

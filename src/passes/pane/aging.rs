@@ -21,7 +21,7 @@ pub(crate) struct AgingDrops {
 }
 
 impl AgingDrops {
-    /// Those of `scene`, whose pane is another than that of the first scene by its age alone. The same as before where none has
+    /// The drops of `scene`, whose pane differs from that of the first scene by its age alone; what the last call gave, if none has
     /// arrived since.
     ///
     /// # Errors
