@@ -10,6 +10,8 @@
 const float MOST_TEXELS = 32.0;
 // Radius in pixels under which drops have half of them: each is a pixel or two, so that chance is seen as flicker.
 const float LEAST_PX = 1.5;
+// Radius from which on a pixel has fewer: the rim, where light fans out most, is more pixels wide.
+const float MANY_PX = 16.0;
 
 // `b`: impact parameter at the pixel's middle; `pixels`: the drop's radius.
 uint rays_at(float b, float pixels) {
@@ -18,6 +20,7 @@ uint rays_at(float b, float pixels) {
     float farthest = min(b + 0.5 / pixels, 0.9999), inside = min(farthest / WATER, 0.99);
     float fan = 2.0 * inversesqrt(1.0 - farthest * farthest) - 2.0 / WATER * inversesqrt(1.0 - inside * inside);
     float texels = abs(fan) / (pixels * frame.environment.x);
-    return clamp(uint(texels * (float(MOST_RAYS) / MOST_TEXELS)), SAMPLES, MOST_RAYS);
+    uint most = max(SAMPLES, uint(float(MOST_RAYS) * min(1.0, MANY_PX * MANY_PX / (pixels * pixels))));
+    return clamp(uint(texels * (float(MOST_RAYS) / MOST_TEXELS)), SAMPLES, most);
 }
 #endif

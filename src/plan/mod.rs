@@ -52,7 +52,7 @@ const MOST_RAYS_PX: f32 = 12.0;
 const AFFORDABLE: f64 = 1000.0;
 /// Most rays of a pixel in which a drop's light changes fast, as it does towards the rim; where rays are not affordable, all
 /// pixels have [`FramePlan::samples`].
-const MOST_FAST_RAYS: u32 = 16;
+const MOST_FAST_RAYS: u32 = 32;
 /// Most rays of such a pixel where all drops are drawn by rays.
 const MOST_EXACT_RAYS: u32 = 64;
 /// Radii in pixels under which a drop shows two colours, the means of its upper and its lower half: the first over which
