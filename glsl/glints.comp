@@ -36,15 +36,17 @@ const float TABLE_PX = 4.0;
 // in drops of over 900 pixels of radius, are mottled.
 const uint MOST_PARTS = 256;
 
-// Drops with more parts of a source are left to SHARED, and those that move with more than MOVING_PARTS, or over more than
-// so many pixels. Others take an invocation at most 4 sources x 8 parts x (8 ways x 3 indices x 5 + 9), or 4 x 2 x (8 x 3 x
-// 18 + 9) turns each, loops within loops counted; it has eight of them, 33,000 turns.
-const uint STILL_PARTS = 8, MOVING_PARTS = 2;
+// Drops with more parts of all sources are left to SHARED, and those that move with more than MOVING_PARTS, or over more than
+// so many pixels. Others take an invocation at most 32 parts x (8 ways x 3 indices x 5 + 9), or 8 x (8 x 3 x 18 + 9) turns
+// each, loops within loops counted; it has eight of them, 33,000 turns.
+const uint STILL_PARTS = 32, MOVING_PARTS = 8;
+// Up to so many sources a drop has the parts of one as if there were so many.
+const uint FEW_SOURCES = 4;
 const float MOVING_PX = 12.0;
 
 // Turns that SHARED takes for discs and ways, at most, besides 33,000 to find all images of a drop; what is beyond is left
 // out, and counted.
-const uint MOST_TURNS = 30000;
+const uint MOST_TURNS = 60000;
 uint turns = 0u;
 bool is_over = false;
 
@@ -388,6 +390,7 @@ bool takes_long(uint drop, Large r) {
     for (uint i = 0u; i < source_count.x; ++i) {
         most = max(most, parts_of(frame.image.z * min(r.sphere.w / length(r.sphere.xyz), 0.99999), sources[i].toward.w));
     }
+    most *= max(source_count.x, FEW_SOURCES);
     if (!is_spread()) return most > STILL_PARTS;
     vec2 way = abs(moves[2u * drop + 1u].xy);
     return most > MOVING_PARTS || max(way.x, way.y) > MOVING_PX || HAS_LENS != 0u && moves[2u * drop].w > 0.0;

@@ -9,8 +9,8 @@
 #include "moving_rays.glsl"
 #include "source_light.glsl"
 
-// Fewest and most rays of a pixel: they are a mean over the lens.
-const uint LEAST_LENS_RAYS = 16, MOST_LENS_RAYS = 128;
+// Fewest rays of a pixel: they are a mean over the lens.
+const uint LEAST_LENS_RAYS = 16;
 // The environment is blurred by this part of their spacing on the drop. They take other places in each pixel, so that noise
 // averages out; what is blurred too much does not (by the whole spacing a near drop's light is off by up to a quarter).
 const float LENS_SPACING = 0.2;

@@ -6,11 +6,11 @@
 #include "ray_in_shape.glsl"
 #include "shared_exponent.glsl"
 
-// Fewest and most rays of a pixel, so that the picture is a mean over time. A drop that covers it for a part o under half of
+// Fewest rays of a pixel, so that the picture is a mean over time. A drop that covers it for a part o under half of
 // the time changes it by o of its colour: 64 o² rays have an eighth of one ray's noise at o = 1. The number is left to chance:
 // where the fewest all miss what is bright for a short time, no more follow, and the mean is too dark. With 8, streaks
 // of 100 pixels before a bright window were up to 25 of 255 levels too dark over 8 x 8 pixels, with 16 half as much.
-const uint LEAST_RAYS = 16, MOST_MOVING_RAYS = 48;
+const uint LEAST_RAYS = 16;
 
 uint rays_of(vec3 d, vec3 motion, float radius) {
     float opacity = min(2.0 * radius / max(length(cross(d, motion)), 1e-30), 0.5);

@@ -107,7 +107,11 @@ constants! {
     SMALLEST_MM: u32 = 1;
     /// Most bright sources; each costs every large drop a microsecond on one CPU core. Further ones stay in the
     /// environment that drops see: they are filtered as all of it is.
-    MOST_SOURCES: u32 = 4;
+    MOST_SOURCES: u32 = 8;
+    /// Most rays of a pixel of a drop that moves: how many it has is found as they are traced.
+    MOST_MOVING_RAYS: u32 = 48;
+    /// Most rays of a pixel of a drop out of focus.
+    MOST_LENS_RAYS: u32 = 128;
     /// Strided sums by which bright sources are found.
     STRIDES: u32 = 1024;
     /// Largest radiance that an environment stores: half of float16's largest, so that sums of a few fit.

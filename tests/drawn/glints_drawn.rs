@@ -100,6 +100,31 @@ fn the_light_of_suns_adds_up() {
     });
 }
 
+/// Each of eight lamps around the view shows in a drop as bright, in the same pixel, as it does alone. (Left in the environment
+/// it is spread over several pixels.)
+#[test]
+fn eight_lamps_have_a_glint_each() {
+    on_device(|device| {
+        let (mut scene, toward) = a_drop(5.0);
+        let (u, v) = toward.any_orthonormal_pair();
+        let lamps = [0.2, 1.0, 1.8, 2.6, 3.3, 4.1, 4.9, 5.7_f64].map(|azimuth| {
+            let aside = azimuth.cos() * u + azimuth.sin() * v;
+            (0.5 * aside + 0.87 * toward).normalize()
+        });
+        for preset in [Preset::Fast, Preset::Exact] {
+            scene.model.preset = preset;
+            let together = picture_of(device, &scene, &with_suns(&lamps, 0.0, 1e4));
+            for (number, lamp) in lamps.iter().enumerate() {
+                let alone = picture_of(device, &scene, &with_sun(*lamp, 0.0, 1e4));
+                let (_, brightest) = light_of(&alone);
+                let share = together.pixels[brightest].x / alone.pixels[brightest].x;
+                println!("{preset}, lamp {number}: {share:.3} of its light alone");
+                assert!(share > 0.9, "{preset}, lamp {number}: {share}");
+            }
+        }
+    });
+}
+
 /// In front, aside, in the secondary and the primary rainbow, behind: the reference's light in the reference's pixel.
 #[test]
 fn glints_have_their_light_in_their_pixel() {
