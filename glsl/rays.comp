@@ -45,7 +45,7 @@ uint color(vec2 low, vec2 high, vec4 sphere, Body body, float pixels, vec2 moved
     // under a pixel, 4 rays: 6.6 and by half 4.3.)
     float spacing = clamp(0.25 * pixels, 0.5, 1.0);
     vec3 middle = normalize(ray_through(0.5 * (low + high))), aside = cross(cross(middle, sphere.xyz), middle) / -sphere.w;
-    uint rays = rays_at(body.is_flat ? 1.0 : length(aside), pixels);
+    uint rays = rays_at(body.is_flat ? 1.0 : length(aside), pixels, is_beside(sphere.xyz, sphere.w));
     if (body.is_flat) rays = max(rays, LEAST_FLAT_RAYS);
     // None for a drop that moves: CPU drivers run a branch that no lane takes, but no loop without turns.
     if (MOTION != 0u && is_moving) rays = 0u;
