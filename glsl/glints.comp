@@ -40,7 +40,7 @@ const uint MOST_PARTS = 256;
 // so many pixels. Others take an invocation at most 32 parts x (8 ways x 3 indices x 5 + 9), or 8 x (8 x 3 x 18 + 9) turns
 // each, loops within loops counted; it has eight of them, 33,000 turns.
 const uint STILL_PARTS = 32, MOVING_PARTS = 8;
-// Up to so many sources a drop has the parts of one as if there were so many.
+// Fewer sources than so many count as so many: a drop under one sun is left to SHARED as early as under four.
 const uint FEW_SOURCES = 4;
 const float MOVING_PX = 12.0;
 

@@ -10,7 +10,7 @@
 const float MOST_TEXELS = 32.0;
 // Radius in pixels under which drops have half of them: each is a pixel or two, so that chance is seen as flicker.
 const float LEAST_PX = 1.5;
-// Radius from which on a pixel has fewer: the rim, where light fans out most, is more pixels wide.
+// Radius in pixels over which a pixel has fewer than MOST_RAYS: the rim, where light fans out most, is more pixels wide.
 const float MANY_PX = 16.0;
 
 // `b`: impact parameter at the pixel's middle; `pixels`: the drop's radius; `tells_cover`: rays find what it covers, too.

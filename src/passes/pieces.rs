@@ -5,7 +5,9 @@
 //! there is nothing have no workgroups; and a view records only as many as its room for blocks can ask for, most often one.
 
 use super::tile_grid::TILE_PIXELS;
-use crate::abi::RAY_PIECES;
+use crate::abi::{MOST_LENS_RAYS, MOST_MOVING_RAYS, RAY_PIECES};
+use crate::plan::FramePlan;
+use crate::scene::model::{Lens, Motion};
 
 /// Rays of a dispatch, at most: 7 ms on an NVIDIA H100, where `exact` takes 87 ms for 64 rays a pixel of 4 M drops.
 const MOST_RAYS: u64 = 1 << 26;
@@ -15,6 +17,15 @@ const BLOCKS_A_GROUP: u64 = 256 / TILE_PIXELS;
 const MOST_GROUPS: u64 = 32_768;
 /// Rays of a pixel of a drop that is no sphere, at least (`LEAST_FLAT_RAYS`).
 const LEAST_RAYS: u64 = 4;
+
+/// Rays of a pixel at most. How many one of a drop that moves or is out of focus has is found as they are traced.
+pub(crate) fn rays_of_a_pixel(plan: &FramePlan) -> u32 {
+    match (plan.lens, plan.motion) {
+        (Lens::Pinhole, Motion::Instant) => plan.most_rays,
+        (Lens::Pinhole, _) => plan.most_rays.max(MOST_MOVING_RAYS),
+        _ => plan.most_rays.max(MOST_LENS_RAYS),
+    }
+}
 
 /// How blocks that are drawn by rays are shared out among dispatches.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -26,7 +37,7 @@ pub(crate) struct RayPieces {
 }
 
 impl RayPieces {
-    /// For so much `room` for blocks, of `samples` rays a pixel, on a device with so many workgroups along an axis. More
+    /// For so much `room` for blocks, of at most `samples` rays a pixel, on a device with so many workgroups along an axis. More
     /// than [`RAY_PIECES`] there cannot be: beyond that each does more.
     pub fn of(room: u64, samples: u32, groups: u32) -> Self {
         let most = MOST_RAYS / (TILE_PIXELS * u64::from(samples).max(LEAST_RAYS));
@@ -40,6 +51,24 @@ impl RayPieces {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::environment::Environment;
+    use crate::plan::{Output, plan};
+    use crate::scene::Scene;
+
+    #[test]
+    fn drops_that_are_spread_have_more_rays_a_pixel() {
+        let white = Environment::constant(glam::Vec3::ONE);
+        let rays = |text: &str| {
+            let scene = Scene::parse(&format!("[rain]\ncount = 1000000\n{text}"), "a.toml")
+                .expect("a scene");
+            rays_of_a_pixel(&plan(&scene, &white, Output::Display).expect("a plan"))
+        };
+        assert_eq!(rays("[model]\npreset = \"fast\""), 1);
+        assert_eq!(rays("[camera]\nshutter = 0.02\n[model]\npreset = \"fast\""), MOST_MOVING_RAYS);
+        let lens = "[camera]\naperture = 0.05\nfocus = 3.0\n[model]\npreset = \"fast\"";
+        assert_eq!(rays(lens), MOST_LENS_RAYS);
+        assert_eq!(rays(&format!("{lens}\nsamples = 256")), 256);
+    }
 
     #[test]
     fn no_dispatch_does_more_than_is_stated_and_none_is_left_out() {

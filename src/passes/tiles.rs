@@ -29,7 +29,7 @@ use super::cells::Cells;
 use super::counters;
 use super::frame::{Frame, FrameBuffer};
 use super::layers::DropRecords;
-use super::pieces::RayPieces;
+use super::pieces::{RayPieces, rays_of_a_pixel};
 use super::placed::PlacedDrops;
 use super::rain_field::RainField;
 use super::room::Room;
@@ -43,7 +43,7 @@ use super::totals::{
     SORT_GROUPS,
 };
 use super::{light_constants, rows_of, side_by_side};
-use crate::abi::{CLUSTER, END, MAX_BANDS, MOST_LENS_RAYS, MOST_MOVING_RAYS, STRETCHES};
+use crate::abi::{CLUSTER, END, MAX_BANDS, STRETCHES};
 use crate::gpu::sets::{constant, group, tile_frame, tiles as slot};
 use crate::gpu::{
     Bindings, Buffer, ComputePipeline, Device, Machine, Memory, Recorder, Resource, Slot, Use,
@@ -230,12 +230,7 @@ impl Tiles {
 
         let room = Room::of(&device.report, plan, count, (drops, clusters), has_cells);
         let most_groups = device.report.limits.max_compute_work_group_count[0];
-        let most_rays = match (plan.lens, plan.motion) {
-            (Lens::Pinhole, Motion::Instant) => plan.most_rays,
-            (Lens::Pinhole, _) => plan.most_rays.max(MOST_MOVING_RAYS),
-            _ => plan.most_rays.max(MOST_LENS_RAYS),
-        };
-        let ray_pieces = RayPieces::of(room.blocks, most_rays, most_groups);
+        let ray_pieces = RayPieces::of(room.blocks, rays_of_a_pixel(plan), most_groups);
         let in_frame = [
             [count, regions.shift, regions.across, regions.count],
             [room.nodes as u32, room.blocks as u32, room.larges as u32, bands],

@@ -10,6 +10,7 @@ mod errors;
 mod lens;
 mod motion;
 mod pane;
+mod rays;
 mod refused;
 mod requirements;
 mod shape;
@@ -25,6 +26,7 @@ pub use shape::DrawnShape;
 
 use serde::{Deserialize, Serialize};
 
+use self::rays::{DrawnRays, rays_of};
 use crate::Result;
 use crate::environment::Environment;
 use crate::optics::WATER;
@@ -43,19 +45,6 @@ use crate::thousands::counted;
 /// `glsl/include/tile_drop.glsl` has the same limit.
 const NEAR_RADII: f64 = 32.0;
 
-/// Radii in pixels from which on a drop is drawn by rays rather than by its prefiltered picture: the first over which rays are
-/// affordable, else the last. The finest picture has 16 texels an edge, and above the last one sees them.
-const RAYS_PX: [f32; 4] = [1.5, 3.0, 6.0, MOST_RAYS_PX];
-const MOST_RAYS_PX: f32 = 12.0;
-/// Rays are affordable over a radius if so many drops are, at most, times the squared radius: they cover some 9 times as many
-/// pixels, for in space as many drops are larger as the radius' inverse cube tells. They then take two CPU cores some 4 ms at
-/// most. (With ten times as many, Table II's 125,000 drops took 49 ms where 21 do.)
-const AFFORDABLE: f64 = 100.0;
-/// Most rays of a pixel in which a drop's light changes fast, as it does towards the rim; where rays are not affordable, all
-/// pixels have [`FramePlan::samples`].
-const MOST_FAST_RAYS: u32 = 32;
-/// Most rays of such a pixel where all drops are drawn by rays.
-const MOST_EXACT_RAYS: u32 = 64;
 /// Radii in pixels under which a drop shows two colours, the means of its upper and its lower half: the first over which
 /// few drops are expected, else the last.
 const SPLAT_PX: [f32; 3] = [0.7, 1.0, 1.5];
@@ -309,15 +298,7 @@ pub fn plan_by(
     refused::check(scene, models, chosen.is_some(), output)?;
     let Models { optics, primitive, order, simulation, samples } = models;
     let by_pictures = optics == Optics::Appearance;
-    // A number that is asked for, or that `auto` has weighed, is that of every pixel; its pictures are `fast`'s.
-    let is_weighed = scene.model.samples.is_some() || chosen.is_some() && !by_pictures;
-    let affordable_px = affordable_px(scene).filter(|_| !is_weighed);
-    let most_rays = match (by_pictures, affordable_px) {
-        (true, Some(_)) => MOST_FAST_RAYS,
-        (false, _) if !is_weighed => MOST_EXACT_RAYS,
-        _ => samples,
-    };
-    let rays_px = affordable_px.unwrap_or(MOST_RAYS_PX);
+    let DrawnRays { from_px: rays_px, most: most_rays } = rays_of(scene, models, chosen.is_some());
     let shape = shape::shape_of(scene, primitive, optics, rays_px)?;
     let light = Light::of(scene, models, chosen, shape.is_traced());
     let motion = motion::motion_of(scene, primitive, optics)?;
@@ -360,15 +341,6 @@ pub fn plan_by(
 fn first_over_few(scene: &Scene, radii: &[f32], few: f64) -> f32 {
     let is_enough = |px: &&f32| demand::drops_above(scene, f64::from(**px)) < few;
     *radii.iter().find(is_enough).unwrap_or(&radii[radii.len() - 1])
-}
-
-/// The least radius in pixels over which rays are affordable, if there is one.
-fn affordable_px(scene: &Scene) -> Option<f32> {
-    let is_affordable = |px: &f32| {
-        let px = f64::from(*px);
-        px * px * demand::drops_above(scene, px) <= AFFORDABLE
-    };
-    RAYS_PX.into_iter().find(is_affordable)
 }
 
 /// What is passed over, what stands behind, and how many drops there are.

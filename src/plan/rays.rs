@@ -1,0 +1,84 @@
+//! From which radius on drops are drawn by rays, and by how many.
+
+use super::{Models, demand};
+use crate::scene::Scene;
+use crate::scene::model::Optics;
+
+/// Radii in pixels from which on a drop is drawn by rays rather than by its prefiltered picture: the first over which rays are
+/// affordable, else the last. The finest picture has 16 texels an edge, and above the last one sees them.
+const RAYS_PX: [f32; 4] = [1.5, 3.0, 6.0, MOST_RAYS_PX];
+pub(super) const MOST_RAYS_PX: f32 = 12.0;
+/// Rays are affordable over a radius if so many drops are, at most, times the squared radius: they cover some 9 times as many
+/// pixels, for in space as many drops are larger as the radius' inverse cube tells. 8,000 drops of Table II's
+/// scene are near that limit, and take two CPU cores a millisecond more. (With ten times as many, 125,000 took 49 ms where 21 do.)
+const AFFORDABLE: f64 = 100.0;
+/// Most rays of a pixel in which a drop's light changes fast, as it does towards the rim; where rays are not affordable, all
+/// pixels have the samples of the model.
+const MOST_FAST_RAYS: u32 = 32;
+/// Most rays of such a pixel where all drops are drawn by rays.
+const MOST_EXACT_RAYS: u32 = 64;
+
+/// How drops are drawn by rays.
+pub(super) struct DrawnRays {
+    /// Radius in pixels from which on they are.
+    pub from_px: f32,
+    /// Most rays of a pixel of a drop at rest.
+    pub most: u32,
+}
+
+/// The rays of a scene by these models; `is_chosen`: by `auto`.
+pub(super) fn rays_of(scene: &Scene, models: Models, is_chosen: bool) -> DrawnRays {
+    let by_pictures = models.optics == Optics::Appearance;
+    // A number that is asked for, or that `auto` has weighed, is that of every pixel; its pictures are `fast`'s.
+    let is_weighed = scene.model.samples.is_some() || is_chosen && !by_pictures;
+    let affordable_px = affordable_px(scene).filter(|_| !is_weighed);
+    let most = match (by_pictures, affordable_px) {
+        (true, Some(_)) => MOST_FAST_RAYS,
+        (false, _) if !is_weighed => MOST_EXACT_RAYS,
+        _ => models.samples,
+    };
+    DrawnRays { from_px: affordable_px.unwrap_or(MOST_RAYS_PX), most }
+}
+
+/// The least radius in pixels over which rays are affordable, if there is one. None in real rain: its drops are no spheres, and
+/// for each of their pixels rays are traced as at the rim. (44 drops of over 1.5 pixels of 25 mm/h took 28 ms of 96.)
+fn affordable_px(scene: &Scene) -> Option<f32> {
+    if scene.real_rain().is_some() {
+        return None;
+    }
+    let is_affordable = |px: &f32| {
+        let px = f64::from(*px);
+        px * px * demand::drops_above(scene, px) <= AFFORDABLE
+    };
+    RAYS_PX.into_iter().find(is_affordable)
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::environment::Environment;
+    use crate::plan::{Output, plan};
+    use crate::scene::Scene;
+
+    /// From which radius on, and how many, in `fast`'s plan of a scene.
+    fn rays(text: &str) -> (f32, u32) {
+        let white = Environment::constant(glam::Vec3::ONE);
+        let scene = format!("{text}\n[model]\npreset = \"fast\"\n");
+        let scene = Scene::parse(&scene, "a.toml").expect("a scene");
+        let plan = plan(&scene, &white, Output::Display).expect("a plan");
+        (plan.rays_px, plan.most_rays)
+    }
+
+    /// Table II's least has some 165 drops of over 3 pixels, whose many rays would take longer than all else.
+    #[test]
+    fn a_crowd_pays_for_no_rays_of_small_drops() {
+        for count in [125_000, 250_000, 1_000_000, 4_000_000] {
+            assert_eq!(rays(&format!("[rain]\ncount = {count}")), (12.0, 1), "{count} drops");
+        }
+        assert_eq!(rays("[rain]\nrate = 25.0"), (12.0, 1));
+    }
+
+    #[test]
+    fn a_few_drops_are_drawn_by_many_rays() {
+        assert_eq!(rays("[[drop]]\ncenter = [0.0, 0.0, -9.0]\nradius = 1.0"), (1.5, 32));
+    }
+}
