@@ -9,6 +9,7 @@
 #include "appearance.glsl"
 #include "projection.glsl"
 #include "divided.glsl"
+#include "rounded.glsl"
 #include "reach.glsl"
 #include "shared_exponent.glsl"
 #include "shape_front.glsl"
@@ -274,10 +275,10 @@ bool fill_block(uint at) {
     }
     // Rays add what they find to nothing.
     float known = covered_by_rays ? 0.0 : 1.0;
-    nodes[node + COVERAGE] = packUnorm2x16(known * above.xy);
-    nodes[node + COVERAGE + 1u] = packUnorm2x16(known * above.zw);
-    nodes[node + COVERAGE + 2u] = packUnorm2x16(known * below.xy);
-    nodes[node + COVERAGE + 3u] = packUnorm2x16(known * below.zw);
+    nodes[node + COVERAGE] = pack_shares(known * above.xy);
+    nodes[node + COVERAGE + 1u] = pack_shares(known * above.zw);
+    nodes[node + COVERAGE + 2u] = pack_shares(known * below.xy);
+    nodes[node + COVERAGE + 3u] = pack_shares(known * below.zw);
     vec4 larger = max(above, below);
     float highest = max(max(larger.x, larger.y), max(larger.z, larger.w));
 

@@ -14,6 +14,7 @@
 #include "streak_layer_lines.glsl"
 #include "reach.glsl"
 #include "streak.glsl"
+#include "rounded.glsl"
 #include "streak_layer.glsl"
 
 layout(local_size_x = 64) in;
@@ -32,7 +33,7 @@ void add_row(Streak s, Streak first, Streak second, float second_share, uint til
         vec4 behind = reach_of_row(tile, row);
         brighter = mix(vec4(0.0), brighter, greaterThan(behind * behind, vec4(distance2)));
     }
-    ivec4 units = ivec4(round(clamp(brighter, -1.0, 1000.0) * LINE_UNITS));
+    ivec4 units = ivec4(rounded(clamp(brighter, -1.0, 1000.0) * LINE_UNITS));
     uint at = tile * PIXELS + row * TILE.x;
     if (units.x != 0) atomicAdd(line_sums[at], units.x);
     if (units.y != 0) atomicAdd(line_sums[at + 1u], units.y);

@@ -3,12 +3,13 @@
 // A splat: its node, in two words of which are its centre in 1/2048 pixel; its half sides in 1/512 pixel, and
 // above their bits the number of its direction (octahedron.glsl), which tells its colour.
 #include "tile_buffers.glsl"
+#include "rounded.glsl"
 
 const uint HALF_SIDES_BITS = 20;
 const float LONGEST_HALF_SIDE = 1023.0 / 512.0; // pixels; an outline far off the axis may have longer ones
 
 uint pack_center(vec2 from_corner) {
-    ivec2 at = ivec2(round(clamp(from_corner, -15.9, 15.9) * 2048.0));
+    ivec2 at = ivec2(rounded(clamp(from_corner, -15.9, 15.9) * 2048.0));
     return (uint(at.x) & 0xffffu) | uint(at.y) << 16;
 }
 
@@ -30,8 +31,8 @@ vec2 unpack_half_sides(uint word) {
 const uint IS_FAINT = 0x80000000u;
 
 uint pack_spread(vec2 from_corner, float opacity) {
-    ivec2 fine = ivec2(round(clamp(from_corner, vec2(-15.9, -7.9), vec2(15.9, 7.9)) * 2048.0));
-    ivec2 coarse = ivec2(round(clamp(from_corner, vec2(-15.9, -7.9), vec2(15.9, 7.9)) * 128.0));
+    ivec2 fine = ivec2(rounded(clamp(from_corner, vec2(-15.9, -7.9), vec2(15.9, 7.9)) * 2048.0));
+    ivec2 coarse = ivec2(rounded(clamp(from_corner, vec2(-15.9, -7.9), vec2(15.9, 7.9)) * 128.0));
     uint root = uint(sqrt(opacity) * 255.0 + 0.5);
     return opacity == 1.0 ? (uint(fine.x) & 0xffffu) | (uint(fine.y) & 0x7fffu) << 16
         : (uint(coarse.x) & 0xfffu) | (uint(coarse.y) & 0x7ffu) << 12 | root << 23 | IS_FAINT;

@@ -1,0 +1,21 @@
+#ifndef ROUNDED_GLSL
+#define ROUNDED_GLSL
+// The nearest whole number, halves upward. GLSL leaves it to the driver where round() and packUnorm2x16() take halves, and
+// llvmpipe takes them elsewhere by vectors that the CPU does not have.
+vec2 rounded(vec2 x) {
+    precise vec2 above = x + 0.5;
+    return floor(above);
+}
+
+vec4 rounded(vec4 x) {
+    precise vec4 above = x + 0.5;
+    return floor(above);
+}
+
+// Two shares, from 0 to 1 in 16 bits each.
+uint pack_shares(vec2 shares) {
+    precise vec2 above = clamp(shares, 0.0, 1.0) * 65535.0 + 0.5;
+    uvec2 units = uvec2(above);
+    return units.x | units.y << 16;
+}
+#endif
