@@ -1,4 +1,8 @@
-//! The fast frame: whole clusters culled, drops in tiles front to back, by compute alone.
+//! The frame of presets `fast` and `exact`, by compute alone: whole clusters are culled, drops are entered into tiles and
+//! composited front to back. Each pass is explained where it is: `src/passes/tiles.rs`, `composite.rs`, `glints.rs`, `pane/`.
+//!
+//! The order is that of [`Tiled::record`], read downwards: `clusters`, `sky` (if what is behind the drops has changed),
+//! `gather`, `large`, `rays`, `glints`, `composite`, `pane`. Every barrier between two passes is here.
 
 use std::sync::Arc;
 
@@ -26,14 +30,17 @@ pub(super) struct Tiled {
     pub composite: Composite,
     /// Between the rain and the display; none without a pane.
     pub pane: Option<Pane>,
-    /// What drops show, far ones from a table.
+    /// The environment as drops see it, and the tables of a far drop by direction: pictures, glints, light of flattened drops.
     pub far: Arc<FarDrop>,
     pub splats: SplatTable,
-    /// Whether frames read what splats show: flattened far rain has its light there.
+    /// Whether frames read `splats`: splats do, and the medium of flattened rain, whose light is in that table.
     reads_splats: bool,
+    /// Whether far rain is a medium, which `sky` draws.
     has_medium: bool,
-    /// Whether there are far drops of whom something is shown, and whether they are spread over more than their places.
+    /// Whether frames read the tables of `far`, which `sky` fills before they do.
     shows_far: bool,
+    /// Whether drops may move or be out of focus. A streak or a disc may be read in a direction far from its drop's place, so
+    /// the tables are then filled for all directions, not for those in view alone.
     is_spread: bool,
 }
 
@@ -47,7 +54,7 @@ impl Tiled {
         behind: Option<&Behind>,
     ) -> Result<Self> {
         let device = lighting.device();
-        // Far rain shows what is in the table, and drops out of focus what sources do in them.
+        // Three read a far drop's tables: optics `appearance`, far rain, and drops out of focus, whose glints are found there.
         let shows_sources = plan.lens != Lens::Pinhole && lighting.shows_sources(&plan.light);
         let filled =
             plan.optics == Optics::Appearance || scene.real_rain().is_some() || shows_sources;
@@ -94,11 +101,13 @@ impl Tiled {
     pub fn complete(&self, frame: &mut Frame) {
         self.tiles.complete(frame);
         if self.far.glints.count == 0 {
-            // Nothing draws lines.
+            // LINE_PARTS of `streak_layer.glsl`: without a bright source no streak has lines.
             frame.streaks[2] = 0;
         }
     }
 
+    /// Records what empties the lists and counters of the frame before. `until`: the view and the seconds to where motion in
+    /// layers ends; `seen`: the cells of real rain that are in view.
     pub fn record_reset(
         &self,
         device: &Device,
@@ -119,17 +128,18 @@ impl Tiled {
         self.pane.as_ref().map_or(&self.composite.radiance, Pane::radiance)
     }
 
-    /// Its sums of log luminance, tile by tile.
+    /// That picture's sums of log luminance, tile by tile.
     pub fn log_sums(&self) -> &Buffer {
         self.pane.as_ref().map_or(&self.composite.log_sums, Pane::log_sums)
     }
 
-    /// What the display passes read.
+    /// That picture as the display passes read it.
     pub fn source(&self) -> Source<'_> {
         self.pane.as_ref().map_or_else(|| self.composite.source(), Pane::source)
     }
 
-    /// From the frame's constants to the radiance buffer. `recording`: number of what is recorded.
+    /// Records all passes from the frame's constants to the radiance buffer. `recording` counts the view's recordings: by it
+    /// `composite` knows whether the sky that it keeps was ever executed.
     pub fn record(
         &mut self,
         device: &Device,
@@ -149,7 +159,7 @@ impl Tiled {
         }
     }
 
-    /// Records the frame up to the tiles' lists, the colours of all that is in them, and the sky.
+    /// Records all before `composite`: the tiles' lists, the colours of the drops in them, and the sky.
     pub fn record_lists(
         &mut self,
         device: &Device,
@@ -177,7 +187,7 @@ impl Tiled {
                 }
                 if self.reads_splats {
                     self.splats.record(commands);
-                    // The sky's medium reads it; without one it is read after the sky.
+                    // The sky's medium reads the table. Without a medium its first reader is after the barrier of `gather`.
                     if self.has_medium {
                         barrier(&[Use::ComputeWrite], &[Use::ComputeWrite, Use::ComputeRead]);
                     }
@@ -208,7 +218,7 @@ impl Tiled {
         }
     }
 
-    /// What is in the lists over one another and over the sky.
+    /// Records the pass that composites the lists' drops over one another and over the sky.
     pub fn record_composite(&self, device: &Device, commands: Recorder<'_>, time: &mut Timestamps) {
         let barrier =
             |before: &[Use], after: &[Use]| memory_barrier(device, commands, before, after);
