@@ -2,9 +2,10 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_KHR_shader_subgroup_arithmetic : require
 #extension GL_KHR_shader_subgroup_ballot : require
-// The drops of the clusters in view: where each is, whether it is in view; the small ones are entered
-// into the lists of their tiles, the numbers of the others noted. One invocation a drop, a dispatch a
-// band of depth, the farthest first. See src/passes/tiles.rs. SHELTER: some drops are kept off by a surface above.
+// Takes the drops of the clusters in view, finds where each is and what it is drawn as, and hands it on: a small drop is entered
+// into the lists of its tiles, a streak or disc of one colour into the lists of its cells, a large drop is noted for large.comp.
+// One invocation a drop; a dispatch a band of depth, the farthest first, so that lists are nearly in order. See
+// src/passes/tiles.rs. SHELTER: drops below a surface are left out.
 #ifdef CELLS_SHELTER
 #define SHELTER
 #endif
@@ -36,15 +37,15 @@ layout(local_size_x = GATHER_GROUP) in;
 
 layout(push_constant) uniform Push { uint band; } push;
 
-// Where a drop is, how it moves, and whether it is seen as the sphere of its volume.
+// Where a drop is, how it moves, and where the sphere of its volume is seen.
 struct Located {
     uint index;
     Drop drop;
-    float distance2;
-    vec4 shape;
-    Path path;
-    bool is_known; // it is a drop, and none of the medium
-    uint visibility;
+    float distance2; // from the camera to its centre, squared
+    vec4 shape;      // see shape.glsl
+    Path path;       // how it moves while the shutter is open
+    bool is_known;   // it is drawn by itself: it is a drop (the last cluster has gaps), not part of the medium, not sheltered
+    uint visibility; // of that sphere, at any time of the exposure; OUT_OF_VIEW unless `is_known`
 };
 
 Located locate(uint index) {
@@ -67,11 +68,12 @@ Located locate(uint index) {
     return l;
 }
 
-// Whether anything of a drop is drawn, its outline, and whether it is beside the camera and has none. A drop that is no
-// sphere is counted as the sphere of its volume is, and drawn where it is.
+// Whether anything of a drop is drawn; its outline; and whether it is `beside`: at the camera's plane, or so much nearer at one
+// end of the exposure that no outline tells where it is. A drop that is no sphere is counted where the sphere of its volume is,
+// but drawn where it is itself.
 bool is_drawn(inout Located l, out Outline o, out bool beside) {
     o = outline_of(l.drop, l.distance2);
-    float deep = l.drop.radius;
+    float deep = l.drop.radius; // how far it reaches along the view axis
     bool drawn = l.visibility == VISIBLE || l.visibility == BESIDE_CAMERA;
     if (!is_round(l.shape)) {
         deep = depth_of_shape(l.drop.radius, l.shape);
@@ -84,16 +86,17 @@ bool is_drawn(inout Located l, out Outline o, out bool beside) {
     return drawn;
 }
 
-// What a drop is drawn as: at most one of the three.
+// What a drop is drawn as: at most one of the three. A splat is a box of two colours on at most 2 x 2 tiles; a streak, or a disc
+// of a drop out of focus, has one colour; all else is large.
 struct Form {
     bool splat, streak, large;
-    vec2 half_sides; // of the splat's box
-    float opacity;   // of the splat, for how it is spread
-    float disc;      // pixels of radius of what a lens makes of a point of it
-    uvec2 first, last; // tiles
+    vec2 half_sides; // of the splat's box, in pixels; wider where motion or lens spread the drop
+    float opacity;   // of the splat: under 1 where its box is wider than the drop
+    float disc;      // radius in pixels of the disc that the lens makes of a point of the drop; 0: in focus
+    uvec2 first, last; // tiles that the drop touches
 };
 
-// Moves the outline's centre to the middle of its way.
+// The form of a drop. Moves the outline's centre to the middle of the drop's way.
 Form form_of(Located l, inout Outline o, bool drawn, bool beside) {
     Form f;
     bool exposed = is_exposed();
@@ -128,8 +131,8 @@ Form form_of(Located l, inout Outline o, bool drawn, bool beside) {
     return f;
 }
 
-// Counts the subgroup's visible drops, and numbers its large ones; returns this invocation's number. One atomic a subgroup: a
-// counter that every lane adds to is fought over.
+// Counts the subgroup's visible drops, and numbers its large ones; returns this invocation's number. One atomic a subgroup,
+// because lanes wait for each other at a counter that all add to.
 uint number_large(uint group, bool visible, bool large) {
     uvec4 visible_here = subgroupBallot(visible), larges_here = subgroupBallot(large);
     uint count = subgroupBallotBitCount(larges_here), before = subgroupBallotExclusiveBitCount(larges_here), at = 0u;
@@ -144,7 +147,8 @@ uint number_large(uint group, bool visible, bool large) {
     return at + before;
 }
 
-// Enters the subgroup's streaks and discs into the lists of their cells.
+// Enters the subgroup's streaks and discs into the lists of their cells (streak_layer.glsl). All invocations come here, also
+// those without a streak, because the subgroup takes its links together.
 void enter_streaks(uint node, Located l, Outline o, Form f) {
     Streak s = streak_of_drop(l.drop, o, l.path, f.disc, l.distance2);
     uint kind = kind_of_streak(s);
