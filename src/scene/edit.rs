@@ -21,8 +21,8 @@ const PATHS: [&str; 5] = [
 ];
 
 impl Scene {
-    /// The scene of a file, or the default one, with keys set, and without its particles and its shelter's map: each edit is `table.key=value`, its value TOML, numbers
-    /// with commas between them, or a bare word.
+    /// The scene of a file, or the default one, with keys set; its particles and its shelter's map are not read yet. Each edit is
+    /// `table.key=value`; the value is TOML, numbers with commas between them, or a bare word.
     ///
     /// # Errors
     /// See [`Scene::load`]; [`Error::Scene`] for an edit that is none, or leads to no scene.

@@ -85,8 +85,8 @@ impl Scene {
         self.camera.position + 0.5 * self.drawn_camera_motion()
     }
 
-    /// Where a placed drop is in the middle of what is drawn, less what the camera has moved by then: as one sees it who
-    /// stands where the camera is as the shutter opens.
+    /// Where a placed drop is in the middle of what is drawn, in axes that move with the camera and are the world's as the
+    /// shutter opens.
     pub fn drawn_center(&self, drop: &PlacedDrop) -> DVec3 {
         drop.center_at(self.time) + 0.5 * self.drawn_motion_of(drop.velocity)
     }

@@ -1,6 +1,13 @@
 //! What to show: pure data from a TOML file and the command line, validated once.
 //!
 //! An empty file is the paper's benchmark scene: a million drops of radius 1 in a box of ±1025.
+//!
+//! How a file becomes a scene: `edit.rs` sets keys of the document (`--set`), [`Scene::parse`] reads it by serde, `ranges.rs`
+//! holds each number against its range in the schema, `validate.rs` holds values against one another, and `lines.rs` finds the
+//! line that a problem is about. What a scene needs of other files, particles and a shelter's map, is read after that.
+//!
+//! Comments on keys are for users: `schema.rs` makes a JSON Schema of them, from which `docs/scene.md` and
+//! `assets/scene.schema.json` are written. `RAINDROPS_WRITE_KEYS=1 cargo test --test house keys` writes both.
 
 pub mod background;
 pub mod camera;
@@ -58,7 +65,7 @@ pub const MAX_DROPS: u32 = 1 << 30;
 /// trace, and a drop that comes by so often is a blur anyway.
 pub const MAX_CROSSINGS: f64 = 16.0;
 
-/// Metres within which every drop of a pixel or more is, however far rain goes.
+/// Distance in metres beyond which no drop has the size of a pixel, however far rain goes.
 const BEYOND: f64 = 1e5;
 
 /// Everything that makes a picture.
@@ -313,7 +320,7 @@ impl Scene {
         write_whole(path, text.as_bytes())
     }
 
-    /// The scene with the names alone of the files that it names, for whoever knows them by what stands in them.
+    /// The scene with files by their names alone, for whoever compares files by their content, wherever they lie.
     #[cfg(feature = "cli")]
     pub(crate) fn without_folders(&self) -> Self {
         let mut scene = self.clone();
@@ -366,7 +373,7 @@ impl Scene {
         Ok(scene)
     }
 
-    /// Whether it says itself what is to be seen, so that no default rain falls.
+    /// Whether it names drops or a pane. If it does, a scene without `[rain]` has no rain; else it has the default one.
     fn names_drops(&self) -> bool {
         !self.drops.is_empty() || self.particles.is_some() || self.pane.is_some()
     }
@@ -407,8 +414,8 @@ impl Scene {
         Self { drops: Vec::new(), particles: None, host_particles: 0, ..self }
     }
 
-    /// This rain as a medium, without a single drop: real rain's drops of under a pixel are the medium, larger ones are nearer than
-    /// the camera sees. Other rain, and real rain that is drawn without a medium, is left out.
+    /// This rain as a medium, without a single drop: drops of real rain under a pixel are the medium, and a near plane beyond all
+    /// larger ones leaves these out. Other rain, and real rain that is drawn without a medium, is left out.
     pub fn as_medium(&self) -> Self {
         let has_medium = self.model.far_rain != Some(FarRain::None);
         let Some(rain) = self.real_rain().filter(|_| has_medium) else {

@@ -1,6 +1,7 @@
 //! Whether each number of a scene is within the range that its schema has for it.
 //!
-//! The scene is serialised beside the rules, and nothing is kept of it: a host checks each frame.
+//! A rule for each key is made of the schema once. A check then serialises the scene by [`Walk`], which writes nothing and looks
+//! at each number beside its rule: no copy of the scene is made, because a host's scene is checked with each frame.
 
 use std::collections::HashMap;
 use std::fmt::{self, Display, Write as _};
@@ -38,7 +39,7 @@ static RULES: LazyLock<Rule> = LazyLock::new(|| {
     rule
 });
 
-/// Checks every number; the first that is outside of its range is told in the words that `super::lines` reads.
+/// Checks every number; an error names the first that is outside of its range, in the form that `super::lines` reads.
 pub(super) fn check(scene: &Scene) -> Result<(), String> {
     scene.serialize(Walk(Some(&RULES))).map_err(|problem| problem.to_string())
 }

@@ -1,7 +1,8 @@
 //! What a scene file may hold, as a JSON Schema: from the types in this folder, their comments, defaults and ranges.
 //!
-//! Keywords of its own: `x-unit`, `x-advice` for who gives a value out of range, and `x-infinite` and `x-nan` for numbers that
-//! may be what all others may not, which TOML has. A key that nothing is said of has no default in the schema; what then holds is said in `x-default`.
+//! Keywords of its own: `x-unit`; `x-advice`, which ends the message about a value out of range; `x-infinite` and `x-nan` for
+//! numbers that may be `inf` or `nan`, which no other number may; and `x-default`. A key whose default is no fixed value has no
+//! `default` in the schema: `x-default` says in words what holds where it is left out.
 
 use schemars::Schema;
 use schemars::generate::SchemaSettings;
@@ -24,8 +25,8 @@ pub fn schema() -> Value {
     schema.to_value()
 }
 
-/// TOML has no null: what may be left out is left out. A table's defaults are those of its keys, and a comment's lines one
-/// text.
+/// Takes out what TOML has not. TOML has no null: a key that may be null for serde may be left out instead. Defaults of a whole
+/// table go, as its keys have their own. The lines of a comment become one text.
 fn as_toml(schema: &mut Schema) {
     let is_null = |kind: &Value| *kind == "null" || kind.get("type").is_some_and(|t| t == "null");
     for list in ["type", "anyOf"] {
