@@ -81,8 +81,8 @@ layout(std430, set = 0, binding = 3) buffer Totals {
     uint bin_starts[MAX_BINS + MOST_TOGETHER]; // their first place, when they are sorted; beyond the last bin the sum
 } totals;
 
-// Entries of the tiles' lists. From the first place on those of splats, drops so small that they have one
-// colour and touch no more than 2 x 2 tiles, eight words each, with a place for each drop of each cluster in
+// Entries of the tiles' lists. From the first place on those of splats, drops so small that two colours
+// will do and that touch no more than 2 x 2 tiles, eight words each, with a place for each drop of each cluster in
 // view; from the last place on those of blocks, each a tile of a larger drop, sixteen words, a cache line.
 //   0  squared distance of the drop's centre, of blocks squared length of its tangents, as bits, which
 //      sort as it does
