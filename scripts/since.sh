@@ -63,7 +63,7 @@ for row in report["rows"]:
         continue
     figures = [row[key] for key in ("ratio", "ratio_low", "ratio_high", "median_ms_a", "median_ms_b")]
     what = row["name"].replace(",", "")
-    print(head, commit, name, what, *(f"{figure:.4g}" for figure in figures), row["rounds"], report["b"]["host"]["processor"].replace(",", ""), sep=",")
+    print(head, commit, name, what, *(f"{figure:.4g}" for figure in figures), row["rounds"], report["b"]["host"]["cpu"].replace(",", ""), sep=",")
 PY
   done
 done
