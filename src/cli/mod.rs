@@ -44,7 +44,7 @@ use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 
 use self::interrupt::Interrupted;
 use self::progress::{progress, waiting};
-use self::tell::{TellArgs, failure, note_once, remark_once, say_once, warning, warning_once};
+use self::tell::{Kind, TellArgs, failure, once, remark_once, warning};
 use crate::environment::Environment;
 use crate::environment::guess::is_guessed;
 use crate::files::write_whole;
@@ -54,6 +54,7 @@ use crate::passes::tiles::PIXELS;
 use crate::picture::Picture;
 use crate::picture::plate::Plate;
 use crate::plan::FramePlan;
+use crate::remark::{Remark, Severity};
 use crate::renderer::lost_light;
 use crate::scene::Scene;
 use crate::{Error, Result};
@@ -280,28 +281,29 @@ fn open_environment(scene: &Scene) -> Result<Environment> {
     };
     let environment = waiting(&format!("reading {}", file.display()), || Environment::of(scene))?;
     if is_guessed {
-        note_once!(
+        let text = format!(
             "no environment is given: what the drops show is guessed from {}, continued around the camera; a sun or \
              lamp that is not in it is missing (--environment gives a panorama)",
             file.display()
         );
+        once(Kind::Remark(Severity::Note), text);
     }
     let name = format!("environment {}", environment.name());
     environment.remarks().iter().for_each(|remark| remark_once(&name, remark));
     if !environment.mended().is_nothing() {
-        say_once!("{name}: {}", environment.mended());
+        once(Kind::Progress, format!("{name}: {}", environment.mended()));
     }
     for (file, remark) in Plate::of(scene)?.remarks() {
         remark_once(&format!("background {}", file.display()), remark);
     }
     let lost = lost_light(&environment);
     if lost > 0.0 {
-        warning_once!(
-            "environment {}: texels over 10⁹ times the mean of the others are stored as that much; the sky and \
-             drops drawn as points lose {:.3} % of its light",
-            environment.name(),
+        let text = format!(
+            "texels over 10⁹ times the mean of the others are stored as that much; the sky and drops drawn as \
+             points lose {:.3} % of its light",
             100.0 * lost
         );
+        remark_once(&name, &Remark::warning(text));
     }
     Ok(environment)
 }
@@ -309,7 +311,8 @@ fn open_environment(scene: &Scene) -> Result<Environment> {
 /// Writes a picture as halves, and says once in a run if it is brighter than they can hold.
 fn write_half(picture: &Picture, path: &Path) -> Result<()> {
     if picture.write_exr_f16(path)? {
-        warning_once!("radiance over 65,504 is stored as that much in pictures of halves");
+        let text = "radiance over 65,504 is stored as that much in pictures of halves";
+        once(Kind::Remark(Severity::Warning), text.into());
     }
     Ok(())
 }

@@ -117,12 +117,6 @@ pub fn line(kind: Kind, text: &str) {
     }
 }
 
-/// Prints a line without a label, as [`say!`] does.
-#[cfg(feature = "view")]
-pub fn plain(text: &str) {
-    line(Kind::Progress, text);
-}
-
 /// Prints a remark.
 pub fn remark(remark: &Remark) {
     line(Kind::Remark(remark.severity), &remark.text);
@@ -159,14 +153,6 @@ macro_rules! say {
 }
 pub(super) use say;
 
-/// Like [`say!`], once in a run.
-macro_rules! say_once {
-    ($($argument:tt)*) => {
-        $crate::cli::tell::once($crate::cli::tell::Kind::Progress, format!($($argument)*))
-    };
-}
-pub(super) use say_once;
-
 /// Prints what only `-v` shows, formatted.
 macro_rules! detail {
     ($($argument:tt)*) => {
@@ -183,17 +169,6 @@ macro_rules! note {
 }
 pub(super) use note;
 
-/// Like [`note!`], once in a run.
-macro_rules! note_once {
-    ($($argument:tt)*) => {
-        $crate::cli::tell::once(
-            $crate::cli::tell::Kind::Remark($crate::remark::Severity::Note),
-            format!($($argument)*),
-        )
-    };
-}
-pub(super) use note_once;
-
 /// Prints a warning, formatted.
 macro_rules! warning {
     ($($argument:tt)*) => {
@@ -201,17 +176,6 @@ macro_rules! warning {
     };
 }
 pub(super) use warning;
-
-/// Like [`warning!`], once in a run.
-macro_rules! warning_once {
-    ($($argument:tt)*) => {
-        $crate::cli::tell::once(
-            $crate::cli::tell::Kind::Remark($crate::remark::Severity::Warning),
-            format!($($argument)*),
-        )
-    };
-}
-pub(super) use warning_once;
 
 /// Prints an error, or why a check fails, formatted.
 macro_rules! failure {

@@ -7,7 +7,7 @@ use clap::Args;
 use super::Answer;
 use super::device::{DeviceArgs, wanted_machine};
 use super::options::{ModelArgs, SceneArgs};
-use super::tell::note;
+use super::tell::{Kind, line, note, remark};
 use crate::gpu::Validation;
 use crate::scene::camera::WHOLE;
 use crate::view::{Options, run as open_window};
@@ -61,8 +61,8 @@ pub fn run(args: &ViewArgs) -> anyhow::Result<Answer> {
         panel: !args.no_panel,
         vsync: !args.no_vsync,
         keep_in: args.output.clone(),
-        say: super::tell::plain,
-        remark: super::tell::remark,
+        say: |text| line(Kind::Progress, text),
+        remark,
     })?;
     Ok(Answer::Yes)
 }
