@@ -12,7 +12,7 @@ use super::BenchArgs;
 use crate::cli::interrupt::heed_interrupts;
 use crate::cli::rounds::environment::{Variables, parse};
 use crate::cli::rounds::pictures::{Eye, PictureFolder};
-use crate::cli::rounds::process::{Arm, Limits};
+use crate::cli::rounds::process::Arm;
 use crate::cli::rounds::{Bound, Work, alone, passed_on, take_turns};
 use crate::cli::tell::{note, warning};
 use crate::cli::verdict::gate::{GateArgs, MAX_FLIP, parse_flip};
@@ -181,12 +181,11 @@ pub fn run(args: &BenchArgs, scene: &Scene, given: &ArgMatches) -> anyhow::Resul
     let command = Cli::command();
     let command = command.find_subcommand("bench").context("there is no command bench")?;
     let own: Vec<&str> = OWN.iter().chain(&GateArgs::IDS).copied().collect();
-    let limits = Limits { timeout: compare.timeout };
     let mut work = Work {
         arguments: passed_on(command, given, &own),
         series: args.series().into_iter().flatten().collect(),
         placed: scene.placed_count(),
-        limits,
+        timeout: compare.timeout,
     };
     work.arguments.push(format!("--seconds={}", args.seconds.unwrap_or(0.2)).into());
     work.arguments.push(format!("--frames={}", args.min_frames.unwrap_or(2)).into());
@@ -269,7 +268,7 @@ fn in_turn(
             max_flip: compare.max_flip,
             reference: compare.reference,
             kept: compare.pictures.as_deref().map(|path| PictureFolder { path, result }),
-            limits: work.limits,
+            timeout: work.timeout,
         };
         let say = |what: &str| bar.set_message(what.to_string());
         match eye.look([&a, &b], &mut turns.rows, &say) {

@@ -17,7 +17,7 @@ use super::device::{choose_device, devices, open_device, resolve};
 use super::interrupt::heed_interrupts;
 use super::options::{ModelArgs, SceneArgs};
 use super::rounds::pictures::PictureFolder;
-use super::rounds::process::{Arm, Limits};
+use super::rounds::process::Arm;
 use super::rounds::stages::paper_stages;
 use super::rounds::{Bound, Work, take_turns};
 use super::tell::{failure, say};
@@ -293,7 +293,7 @@ impl Times<'_> {
             ],
             series: Vec::new(),
             placed: scene.placed_count(),
-            limits: Limits { timeout: args.timeout },
+            timeout: args.timeout,
         };
         let each = args.max_time / (self.portraits.len() as u32 - 1);
         for device in 1..self.portraits.len() {

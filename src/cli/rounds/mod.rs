@@ -13,7 +13,7 @@ use clap::ArgMatches;
 use humantime::format_duration;
 use indicatif::ProgressBar;
 
-use self::process::{Arm, Limits};
+use self::process::Arm;
 use super::interrupt::{Interrupted, is_interrupted};
 use crate::cli::tell::{about, note, say};
 use crate::measure::bench::{Amount, Report};
@@ -30,8 +30,8 @@ pub struct Work {
     pub series: Vec<Amount>,
     /// Drops placed by hand, which count among a row's.
     pub placed: u32,
-    /// What holds each process back.
-    pub limits: Limits,
+    /// A process that takes longer is ended.
+    pub timeout: Duration,
 }
 
 impl Work {
@@ -98,7 +98,7 @@ pub fn take_turns(
             bar.set_message(progress_line(rounds, most, look, &turns.rows));
             let before = Instant::now();
             if let Err(error) =
-                turns.round(arms, work.limits, &work.arguments(&open), rounds % 2 == 1)
+                turns.round(arms, work.timeout, &work.arguments(&open), rounds % 2 == 1)
             {
                 turns.look(&at_the_end(&looks[..number], rounds), threshold);
                 turns.failed = Some(error);
@@ -183,13 +183,13 @@ impl Turns {
     fn round(
         &mut self,
         arms: [&Arm; 2],
-        limits: Limits,
+        timeout: Duration,
         arguments: &[OsString],
         b_first: bool,
     ) -> anyhow::Result<()> {
         let mut found = [None, None];
         for side in if b_first { [1, 0] } else { [0, 1] } {
-            found[side] = Some(arms[side].bench(arguments, limits)?);
+            found[side] = Some(arms[side].bench(arguments, timeout)?);
             if is_interrupted() {
                 return Err(Interrupted.into());
             }
@@ -286,7 +286,7 @@ pub fn alone(
             break;
         }
         let before = Instant::now();
-        let found = arm.bench(&work.arguments(&work.series), work.limits);
+        let found = arm.bench(&work.arguments(&work.series), work.timeout);
         needed = before.elapsed();
         if round == 0 && rounds > 1 {
             bar.suspend(|| say_expected(needed, rounds, 0.0, time));

@@ -2,10 +2,11 @@
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use anyhow::Context as _;
 
-use super::process::{Arm, Limits};
+use super::process::Arm;
 use super::stages::between;
 use crate::cli::compare::false_color;
 use crate::cli::interrupt::is_interrupted;
@@ -36,8 +37,8 @@ pub struct Eye<'a> {
     pub reference: Option<u32>,
     /// Where to keep them; none: nowhere.
     pub kept: Option<PictureFolder<'a>>,
-    /// What holds each process back.
-    pub limits: Limits,
+    /// A process that takes longer is ended.
+    pub timeout: Duration,
 }
 
 /// What was seen of a preset's pictures.
@@ -64,7 +65,7 @@ impl Eye<'_> {
         let folder = tempfile::tempdir().context("no temporary folder")?;
         let mut all: Vec<(String, Amount, Seen)> = Vec::new();
         for row in rows {
-            let amount = Amount::of_row(row.drops, row.rate_mm_h, self.placed());
+            let amount = Amount::of_row(row.drops, row.rate_mm_h, self.scene.placed_count());
             let same = |(preset, other, _): &&(String, Amount, Seen)| {
                 (preset, *other) == (&row.preset, amount)
             };
@@ -87,16 +88,11 @@ impl Eye<'_> {
         Ok(())
     }
 
-    /// Drops placed by hand.
-    fn placed(&self) -> u32 {
-        self.scene.placed_count()
-    }
-
     /// FLIP between the two, and the RMS error of each against the reference.
     fn compare(&self, arms: [&Arm; 2], row: &VerdictRow, folder: &Path) -> anyhow::Result<Seen> {
         let mut arguments = self.arguments.clone();
         arguments.push(format!("--preset={}", row.preset).into());
-        let amount = Amount::of_row(row.drops, row.rate_mm_h, self.placed());
+        let amount = Amount::of_row(row.drops, row.rate_mm_h, self.scene.placed_count());
         if self.is_series {
             arguments.push(match amount {
                 Amount::Drops(count) => format!("--drops={count}").into(),
@@ -112,7 +108,7 @@ impl Eye<'_> {
         }
         let draw = |arm: &Arm, name: &str| -> anyhow::Result<Picture> {
             let path = folder.join(name);
-            arm.render(&arguments, &path, self.limits)?;
+            arm.render(&arguments, &path, self.timeout)?;
             let picture = Picture::read(&path)?;
             // The next row's must not be taken for this one's.
             std::fs::remove_file(&path).context("a temporary file stays")?;
@@ -169,7 +165,7 @@ impl Eye<'_> {
             let mut option = OsString::from("--stages=");
             option.push(path);
             let arguments = [arguments, &[option]].concat();
-            arm.render(&arguments, &folder.join("again.exr"), self.limits)?;
+            arm.render(&arguments, &folder.join("again.exr"), self.timeout)?;
         }
         let all = between(&paths[0], &paths[1])?;
         Ok(all.iter().find(|stage| stage.differs()).map(|stage| stage.stage.to_string()))

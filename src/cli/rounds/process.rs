@@ -32,22 +32,15 @@ pub struct Arm {
     pub options: Vec<OsString>,
 }
 
-/// What was said to a process, besides what it is.
-#[derive(Clone, Copy, Debug)]
-pub struct Limits {
-    /// A process that takes longer is ended.
-    pub timeout: Duration,
-}
-
 impl Arm {
     /// Runs `bench` in a fresh process and reads its result.
-    pub fn bench(&self, arguments: &[OsString], limits: Limits) -> anyhow::Result<Report> {
+    pub fn bench(&self, arguments: &[OsString], timeout: Duration) -> anyhow::Result<Report> {
         let folder = tempfile::tempdir().context("no temporary folder")?;
         let path = folder.path().join("result.json");
         let mut all = vec![OsString::from("bench")];
         all.extend_from_slice(arguments);
         all.extend(["--json".into(), path.clone().into_os_string()]);
-        let last_words = self.run(&all, limits)?;
+        let last_words = self.run(&all, timeout)?;
         if !path.exists() {
             bail!("{} ended without a result: {last_words}", self.name());
         }
@@ -69,12 +62,12 @@ impl Arm {
         &self,
         arguments: &[OsString],
         picture: &Path,
-        limits: Limits,
+        timeout: Duration,
     ) -> anyhow::Result<()> {
         let mut all = vec![OsString::from("render")];
         all.extend_from_slice(arguments);
         all.extend(["-o".into(), picture.into()]);
-        let last_words = self.run(&all, limits)?;
+        let last_words = self.run(&all, timeout)?;
         if !picture.exists() {
             bail!("{} ended without a picture: {last_words}", self.name());
         }
@@ -85,8 +78,8 @@ impl Arm {
         format!("{} ({})", self.program.display(), self.label)
     }
 
-    /// Runs it to its end; gives what it said last.
-    pub fn run(&self, arguments: &[OsString], limits: Limits) -> anyhow::Result<String> {
+    /// Runs it to its end, or ends it where it takes longer than `timeout`; gives what it said last.
+    pub fn run(&self, arguments: &[OsString], timeout: Duration) -> anyhow::Result<String> {
         // A file, not a pipe: whatever it says, it never waits for us.
         let mut said = tempfile::tempfile().context("no temporary file")?;
         let mut command = Command::new(&self.program);
@@ -99,14 +92,14 @@ impl Arm {
             .stderr(said.try_clone().context("no temporary file")?);
         let mut running = Running::start(command)
             .with_context(|| format!("{} does not start", self.program.display()))?;
-        let status = running.wait(limits.timeout);
+        let status = running.wait(timeout);
         drop(running);
         let last_words = last_words(&mut said);
         match status? {
             None => bail!(
                 "{} was ended: it took longer than {} s (--timeout)",
                 self.name(),
-                limits.timeout.as_secs_f64()
+                timeout.as_secs_f64()
             ),
             // A check that fails, such as drops in view, is no reason to lose a round's times.
             Some(status) if matches!(status.code(), Some(0 | 1)) => Ok(last_words),

@@ -20,7 +20,7 @@ use self::pictures::{Seen, cases};
 use self::steps::{Step, steps};
 use super::device::choose_device;
 use super::interrupt::heed_interrupts;
-use super::rounds::process::{Arm, Limits};
+use super::rounds::process::Arm;
 use super::tell::{say, warning};
 use super::{Answer, command_line, print, progress, write_json};
 use crate::Error;
@@ -211,12 +211,10 @@ impl<'a> Survey<'a> {
                 "left out: --max-time {} is over",
                 humantime::format_duration(self.args.max_time)
             )),
-            false => {
-                match arm.run(arguments, Limits { timeout: self.args.time_of(most).min(left) }) {
-                    Err(error) if error.is::<super::Interrupted>() => return Err(error),
-                    outcome => outcome.err().map(|error| format!("{error:#}")),
-                }
-            }
+            false => match arm.run(arguments, self.args.time_of(most).min(left)) {
+                Err(error) if error.is::<super::Interrupted>() => return Err(error),
+                outcome => outcome.err().map(|error| format!("{error:#}")),
+            },
         };
         if let Some(why) = &failed {
             warning!("{name}: {why}");
