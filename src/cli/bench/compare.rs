@@ -22,7 +22,6 @@ use crate::files::whole_path;
 use crate::measure::bench::{Amount, Report as Kept};
 use crate::measure::verdict::looks::looks;
 use crate::measure::verdict::{self, Method, MissingRow, Side, kept};
-use crate::picture::flip::PIXELS_PER_DEGREE;
 use crate::scene::Scene;
 use crate::scene::model::Preset;
 
@@ -277,22 +276,12 @@ fn in_turn(
         }
     }
     bar.finish_and_clear();
-    let failed = turns.failed;
-    let Some([of_a, of_b]) = &turns.reports else {
-        return Err(failed.unwrap_or_else(|| anyhow::anyhow!("nothing was measured")));
-    };
-    let sides = [Side::of(&a.label, of_a), Side::of(&b.label, of_b)];
-    let (notes, missing) = notes(&[of_a], &[of_b]);
-    let report = verdict::Report {
-        missing,
-        command: Some(command_line()),
-        max_flip: seen.then_some(compare.max_flip),
-        flip_pixels_per_degree: seen.then_some(PIXELS_PER_DEGREE),
-        stopped: failed.as_ref().map(|error| format!("{error:#}")).or(turns.stopped),
-        ..verdict::Report::of(Method::Paired, sides, threshold, notes, turns.rows)
+    let report = turns.report([&a, &b], threshold, seen.then_some(compare.max_flip));
+    let Some(report) = report else {
+        return Err(turns.failed.unwrap_or_else(|| anyhow::anyhow!("nothing was measured")));
     };
     let answer = args.gate.tell(report)?;
-    failed.map_or(Ok(answer), Err)
+    turns.failed.map_or(Ok(answer), Err)
 }
 
 /// Rounds of this program alone: a result to keep, or to hold against one that was kept.

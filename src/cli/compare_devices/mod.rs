@@ -22,15 +22,13 @@ use super::rounds::stages::paper_stages;
 use super::rounds::{Bound, Work, take_turns};
 use super::tell::{failure, say};
 use super::verdict::gate::{GateArgs, MAX_FLIP, parse_flip};
-use super::verdict::notes;
-use super::{Answer, command_line, progress};
+use super::{Answer, progress};
 use crate::environment::Environment;
 use crate::gpu::{Device, DeviceReport, Instance, Validation};
 use crate::measure::bench::{DeviceHead, Report as Kept};
 use crate::measure::drivers::{Compared, DeviceRow, Pair, Report, SCHEMA, apart, difference};
-use crate::measure::verdict::{self, Method, Side};
+use crate::measure::verdict;
 use crate::picture::Picture;
-use crate::picture::flip::PIXELS_PER_DEGREE;
 use crate::picture::metrics::compare;
 use crate::picture::plate::Plate;
 use crate::picture::tone_map::{Exposure, exposure_of};
@@ -124,8 +122,7 @@ pub fn run(args: &CompareDevicesArgs) -> anyhow::Result<Answer> {
     });
 
     let stages = stages_apart(&portraits);
-    let times = Times { args, scene: &scene, instance: &instance, portraits: &portraits };
-    let (mut verdicts, failed) = times.measure()?;
+    let (mut verdicts, failed) = measure(args, &scene, &instance, &portraits)?;
     let pictures =
         Pictures { portraits: &portraits, truth: truth.as_ref(), exposure, stages: &stages };
     pictures.judge(&mut verdicts, args.max_flip.unwrap_or(MAX_FLIP));
@@ -256,77 +253,55 @@ fn chosen(
     Ok(sound)
 }
 
-/// What the times are measured of.
-struct Times<'a> {
-    args: &'a CompareDevicesArgs,
-    scene: &'a Scene,
-    instance: &'a Arc<Instance>,
-    portraits: &'a [Portrait],
-}
-
-impl Times<'_> {
-    /// Each device in turn with the first; what was measured before something failed is kept.
-    fn measure(&self) -> anyhow::Result<(Vec<Compared>, Option<anyhow::Error>)> {
-        let args = self.args;
-        let mut verdicts = Vec::new();
-        heed_interrupts()?;
-        let folder = tempfile::tempdir().context("no temporary folder")?;
-        let (scene, path) = (self.scene, folder.path().join("scene.toml"));
-        scene.save(&path)?;
-        let listed = devices(self.instance)?;
-        let threshold = args.gate.threshold();
-        let program = std::env::current_exe().context("this program's file is not known")?;
-        let arm = |number: usize| {
-            let shown = &self.portraits[number].report;
-            // By its place in the list: names of two versions of a driver, or of two cards, may be alike.
-            let index = listed.iter().position(|report| report.is_of_same_device(shown));
-            let options =
-                index.map(|index| format!("--device={index}").into()).into_iter().collect();
-            let label = DeviceHead::of(shown).summary();
-            Arm { label, program: program.clone(), variables: vec![], options }
-        };
-        let work = Work {
-            arguments: vec![
-                path.into(),
-                format!("--seconds={}", args.seconds).into(),
-                format!("--frames={}", args.min_frames).into(),
-            ],
-            series: Vec::new(),
-            placed: scene.placed_count(),
-            timeout: args.timeout,
-        };
-        let each = args.max_time / (self.portraits.len() as u32 - 1);
-        for device in 1..self.portraits.len() {
-            let (a, b) = (arm(0), arm(device));
-            let bar = progress(args.rounds.into(), "rounds");
-            let bound = Bound { end: each, pictures: 0.0 };
-            let fits = |of_b: &Kept| args.gate.fits(&of_b.device);
-            let turns =
-                take_turns([&a, &b], &work, args.rounds.into(), threshold, bound, &bar, &fits);
-            bar.finish_and_clear();
-            if let Some([of_a, of_b]) = &turns.reports {
-                let sides = [Side::of(&a.label, of_a), Side::of(&b.label, of_b)];
-                let (notes, missing) = notes(&[of_a], &[of_b]);
-                let report = verdict::Report {
-                    missing,
-                    command: Some(command_line()),
-                    max_flip: Some(args.max_flip.unwrap_or(MAX_FLIP)),
-                    flip_pixels_per_degree: Some(PIXELS_PER_DEGREE),
-                    stopped: turns
-                        .failed
-                        .as_ref()
-                        .map(|error| format!("{error:#}"))
-                        .or(turns.stopped),
-                    ..verdict::Report::of(Method::Paired, sides, threshold, notes, turns.rows)
-                };
-                verdicts.push(Compared { a: 0, b: device, verdict: report });
-            }
-            if turns.failed.is_some() {
-                return Ok((verdicts, turns.failed));
-            }
+/// Times of each device in turn with the first; what was measured before something failed is kept.
+fn measure(
+    args: &CompareDevicesArgs,
+    scene: &Scene,
+    instance: &Arc<Instance>,
+    portraits: &[Portrait],
+) -> anyhow::Result<(Vec<Compared>, Option<anyhow::Error>)> {
+    let mut verdicts = Vec::new();
+    heed_interrupts()?;
+    let folder = tempfile::tempdir().context("no temporary folder")?;
+    let path = folder.path().join("scene.toml");
+    scene.save(&path)?;
+    let listed = devices(instance)?;
+    let threshold = args.gate.threshold();
+    let program = std::env::current_exe().context("this program's file is not known")?;
+    let arm = |number: usize| {
+        let shown = &portraits[number].report;
+        // By its place in the list: names of two versions of a driver, or of two cards, may be alike.
+        let index = listed.iter().position(|report| report.is_of_same_device(shown));
+        let options = index.map(|index| format!("--device={index}").into()).into_iter().collect();
+        let label = DeviceHead::of(shown).summary();
+        Arm { label, program: program.clone(), variables: vec![], options }
+    };
+    let work = Work {
+        arguments: vec![
+            path.into(),
+            format!("--seconds={}", args.seconds).into(),
+            format!("--frames={}", args.min_frames).into(),
+        ],
+        series: Vec::new(),
+        placed: scene.placed_count(),
+        timeout: args.timeout,
+    };
+    let each = args.max_time / (portraits.len() as u32 - 1);
+    for device in 1..portraits.len() {
+        let (a, b) = (arm(0), arm(device));
+        let bar = progress(args.rounds.into(), "rounds");
+        let bound = Bound { end: each, pictures: 0.0 };
+        let fits = |of_b: &Kept| args.gate.fits(&of_b.device);
+        let turns = take_turns([&a, &b], &work, args.rounds.into(), threshold, bound, &bar, &fits);
+        bar.finish_and_clear();
+        let max_flip = args.max_flip.unwrap_or(MAX_FLIP);
+        let verdict = turns.report([&a, &b], threshold, Some(max_flip));
+        verdicts.extend(verdict.map(|verdict| Compared { a: 0, b: device, verdict }));
+        if turns.failed.is_some() {
+            return Ok((verdicts, turns.failed));
         }
-        Ok((verdicts, None))
     }
+    Ok((verdicts, None))
 }
 
 /// Milliseconds of a device's tone-mapped frame, over its rounds.

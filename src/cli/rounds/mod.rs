@@ -14,11 +14,14 @@ use humantime::format_duration;
 use indicatif::ProgressBar;
 
 use self::process::Arm;
+use super::command_line;
 use super::interrupt::{Interrupted, is_interrupted};
+use super::verdict::notes;
 use crate::cli::tell::{about, note, say};
 use crate::measure::bench::{Amount, Report};
 use crate::measure::verdict::looks::{Look, at_the_end, looks};
-use crate::measure::verdict::{Verdict, VerdictRow, in_turn};
+use crate::measure::verdict::{self, Method, Side, Verdict, VerdictRow, in_turn};
+use crate::picture::flip::PIXELS_PER_DEGREE;
 use crate::thousands::counted;
 
 /// What the processes are to measure.
@@ -179,6 +182,28 @@ pub struct Bound {
 }
 
 impl Turns {
+    /// What it came to; none if nothing was measured. `max_flip`: the FLIP by which pictures are different, where they were
+    /// compared.
+    pub fn report(
+        &self,
+        [a, b]: [&Arm; 2],
+        threshold: f64,
+        max_flip: Option<f64>,
+    ) -> Option<verdict::Report> {
+        let [of_a, of_b] = self.reports.as_ref()?;
+        let sides = [Side::of(&a.label, of_a), Side::of(&b.label, of_b)];
+        let (notes, missing) = notes(&[of_a], &[of_b]);
+        let failed = self.failed.as_ref().map(|error| format!("{error:#}"));
+        Some(verdict::Report {
+            missing,
+            command: Some(command_line()),
+            max_flip,
+            flip_pixels_per_degree: max_flip.map(|_| PIXELS_PER_DEGREE),
+            stopped: failed.or_else(|| self.stopped.clone()),
+            ..verdict::Report::of(Method::Paired, sides, threshold, notes, self.rows.clone())
+        })
+    }
+
     /// One round: a process of either side.
     fn round(
         &mut self,
