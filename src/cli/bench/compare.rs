@@ -2,7 +2,7 @@
 //! kept result.
 
 use std::ffi::OsString;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Duration;
 
 use anyhow::Context as _;
@@ -16,7 +16,7 @@ use crate::cli::rounds::process::Arm;
 use crate::cli::rounds::{Bound, Work, alone, passed_on, take_turns};
 use crate::cli::tell::{note, warning};
 use crate::cli::verdict::gate::{GateArgs, MAX_FLIP, parse_flip};
-use crate::cli::verdict::{borrowed, notes, of_runs, runs, side};
+use crate::cli::verdict::{notes, of_runs, runs, side};
 use crate::cli::{Answer, Cli, command_line, open_environment, progress};
 use crate::files::whole_path;
 use crate::measure::bench::{Amount, Report as Kept};
@@ -296,8 +296,7 @@ fn against(
     let (arm, time) = (args.compare.arm(false)?, args.compare.max_time);
     let threshold = args.gate.threshold();
     let name = "this measurement";
-    let rows =
-        |new: &Kept| kept(&borrowed(bases), &[(Path::new(name), new.clone())], true, threshold);
+    let rows = |new: &Kept| kept(bases, &[(name.into(), new.clone())], true, threshold);
     // Before the other rounds; without a baseline there are no rows, and all fits.
     let fits = |first: &Kept| {
         rows(first)?;

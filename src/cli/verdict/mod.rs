@@ -5,7 +5,7 @@ pub mod gate;
 mod junit;
 pub mod table;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
 
@@ -56,7 +56,7 @@ pub fn run(args: &VerdictArgs) -> anyhow::Result<Answer> {
     };
     let (a, b) = (runs(&args.base)?, runs(new)?);
     let threshold = args.gate.threshold();
-    let rows = kept(&borrowed(&a), &borrowed(&b), args.same_device, threshold)?;
+    let rows = kept(&a, &b, args.same_device, threshold)?;
     let (notes, missing) = notes(&of_runs(&a), &of_runs(&b));
     let report = verdict::Report {
         command: Some(command_line()),
@@ -81,11 +81,6 @@ pub fn runs(paths: &[PathBuf]) -> anyhow::Result<Vec<(PathBuf, Report)>> {
         }
     }
     Ok(all)
-}
-
-/// Such as [`kept`] takes.
-pub fn borrowed(runs: &[(PathBuf, Report)]) -> Vec<(&Path, Report)> {
-    runs.iter().map(|(path, report)| (path.as_path(), report.clone())).collect()
 }
 
 /// The side that runs make up, by their files' names.

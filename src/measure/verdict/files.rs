@@ -1,6 +1,6 @@
 //! Which rows of two results belong together, and what may not differ between them.
 
-use std::path::Path;
+use std::path::PathBuf;
 
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
@@ -77,12 +77,12 @@ pub fn in_turn(
 /// [`Error::Scene`], naming what differs: another scene, size or environment; among a side's own runs
 /// another device too, and between the sides if `one_device`.
 pub fn kept<'a>(
-    a: &'a [(&Path, Report)],
-    b: &'a [(&Path, Report)],
+    a: &'a [(PathBuf, Report)],
+    b: &'a [(PathBuf, Report)],
     one_device: bool,
     threshold: f64,
 ) -> Result<Vec<VerdictRow>> {
-    let name = |path: &Path| path.display().to_string();
+    let name = |path: &PathBuf| path.display().to_string();
     let (Some((first_path, first)), Some((_, new))) = (a.first(), b.first()) else {
         return Ok(Vec::new());
     };
@@ -95,11 +95,11 @@ pub fn kept<'a>(
         same_rows(one, other)?;
     }
     for (path, run) in &b[1..] {
-        same_device((&name(b[0].0), new), (&name(path), run))?;
+        same_device((&name(&b[0].0), new), (&name(path), run))?;
     }
     let mut rows = Vec::new();
     for like in all_rows(a.iter().map(|(_, run)| run)) {
-        let of_run = |(path, run): &'a (&Path, Report)| {
+        let of_run = |(path, run): &'a (PathBuf, Report)| {
             Some((name(path), run.rows.iter().find(|row| is_same(row, like))?))
         };
         let [a, b] = [a, b].map(|runs| runs.iter().filter_map(of_run).collect::<Vec<_>>());
