@@ -9,17 +9,17 @@ use crate::gpu::Machine;
 /// A command of this program that leaves `NAME.json`.
 pub(super) struct Step {
     pub name: &'static str,
-    /// But for the result.
-    words: Vec<&'static str>,
+    /// Words of its command line with a space between them, but for the result.
+    words: String,
     pub variables: Vec<(&'static str, &'static str)>,
     /// Time for it alone, of the eight minutes that a survey has.
     pub most: Duration,
 }
 
 impl Step {
-    fn new(name: &'static str, most_s: u64, words: &[&'static str]) -> Self {
+    fn new(name: &'static str, most_s: u64, words: &str) -> Self {
         let most = Duration::from_secs(most_s);
-        Self { name, words: words.to_vec(), variables: Vec::new(), most }
+        Self { name, words: words.into(), variables: Vec::new(), most }
     }
 
     /// The file that it writes.
@@ -29,7 +29,7 @@ impl Step {
 
     /// The words of its command line.
     pub fn arguments(&self, result: &Path) -> Vec<OsString> {
-        let words = self.words.iter().map(OsString::from);
+        let words = self.words.split(' ').map(OsString::from);
         words.chain(["--json".into(), result.into()]).collect()
     }
 }
@@ -47,21 +47,19 @@ pub(super) fn steps(machine: Machine) -> Vec<Step> {
             "cpu",
         ],
     };
-    let bench = |name, most_s, words: &[&'static str]| {
-        let words = [&["bench", "--min-frames", "3", "--seconds"], words].concat();
-        Step::new(name, most_s, &words)
+    let bench = |name, most_s, words: &str| {
+        Step::new(name, most_s, &format!("bench --min-frames 3 --seconds {words}"))
     };
-    let rain = |name, shutter| {
-        let of_rain = ["--rain", rates, "--size", size, "--preset", presets, "--shutter", shutter];
-        bench(name, 90, &[&["0.5"], &of_rain[..]].concat())
+    let rain = |name, shutter: &str| {
+        let kind = format!("--rain {rates} --size {size} --preset {presets} --shutter {shutter}");
+        bench(name, 90, &format!("0.5 {kind}"))
     };
-    let mut on_other =
-        bench("laid-out-otherwise", 60, &["0.5", "--preset", "fast", "--drops", all]);
+    let mut on_other = bench("laid-out-otherwise", 60, &format!("0.5 --preset fast --drops {all}"));
     on_other.variables = vec![("RAINDROPS_MACHINE", other)];
     vec![
-        Step::new("devices", 60, &["devices", "--probe"]),
-        bench("table-2", 150, &["1", "--preset", "paper,fast", "--drops", all]),
-        bench("exact", 60, &["0.5", "--preset", "exact", "--drops", few]),
+        Step::new("devices", 60, "devices --probe"),
+        bench("table-2", 150, &format!("1 --preset paper,fast --drops {all}")),
+        bench("exact", 60, &format!("0.5 --preset exact --drops {few}")),
         on_other,
         rain("rain-at-rest", "0"),
         rain("rain-exposed", "1/60"),
@@ -69,19 +67,7 @@ pub(super) fn steps(machine: Machine) -> Vec<Step> {
         Step::new(
             "tradeoff",
             120,
-            &[
-                "tradeoff",
-                "--drops",
-                "20000",
-                "--size",
-                "256x256",
-                "--truth-samples",
-                "32",
-                "--seconds",
-                "0.1",
-                "--min-frames",
-                "2",
-            ],
+            "tradeoff --drops 20000 --size 256x256 --truth-samples 32 --seconds 0.1 --min-frames 2",
         ),
     ]
 }
