@@ -7,6 +7,7 @@ use std::time::Duration;
 
 use anyhow::Context as _;
 use clap::{ArgMatches, Args, CommandFactory as _};
+use indexmap::IndexSet;
 
 use super::BenchArgs;
 use crate::cli::interrupt::heed_interrupts;
@@ -78,28 +79,16 @@ fn variables(text: &str) -> Result<Shared, String> {
     parse(text).map(Shared::new)
 }
 
-/// Options that are this process's alone, not of those that it starts.
-const OWN: [&str; 17] = [
-    "a",
-    "b",
-    "a_binary",
-    "b_binary",
-    "baseline",
-    "rounds",
-    "max_time",
-    "timeout",
-    "max_flip",
-    "pictures",
-    "reference",
-    "drops",
-    "rain",
-    "seconds",
-    "min_frames",
-    "svg",
-    "google_benchmark",
-];
-/// What `render` does not know.
-const NOT_OF_PICTURES: [&str; 1] = ["preset"];
+/// Options that are this process's alone, not of those that it starts, besides those of the comparison and its gate.
+const OWN: [&str; 6] = ["drops", "rain", "seconds", "min_frames", "svg", "google_benchmark"];
+
+/// The ids of all options that are this process's alone.
+fn own() -> Vec<String> {
+    let compared = CompareArgs::augment_args(clap::Command::new("compared"));
+    let compared = GateArgs::augment_args(compared);
+    let ids = compared.get_arguments().map(|argument| argument.get_id().to_string());
+    ids.chain(OWN.map(String::from)).collect()
+}
 
 impl CompareArgs {
     /// Whether this is more than one measurement in this process.
@@ -179,7 +168,7 @@ pub fn run(args: &BenchArgs, scene: &Scene, given: &ArgMatches) -> anyhow::Resul
     let bases = runs(&compare.baseline)?;
     let command = Cli::command();
     let command = command.find_subcommand("bench").context("there is no command bench")?;
-    let own: Vec<&str> = OWN.iter().chain(&GateArgs::IDS).copied().collect();
+    let mut own = own();
     let mut work = Work {
         arguments: passed_on(command, given, &own),
         series: args.series().into_iter().flatten().collect(),
@@ -195,8 +184,9 @@ pub fn run(args: &BenchArgs, scene: &Scene, given: &ArgMatches) -> anyhow::Resul
     let most = humantime::format_duration(compare.max_time);
     note!("rounds of fresh processes, for at most {most} and one round (--max-time)");
     if compare.is_in_turn() {
-        let not_of_pictures: Vec<&str> = own.iter().chain(&NOT_OF_PICTURES).copied().collect();
-        in_turn(args, scene, &work, passed_on(command, given, &not_of_pictures))
+        // `render` gets another for each picture.
+        own.push("preset".into());
+        in_turn(args, scene, &work, passed_on(command, given, &own))
     } else {
         against(args, scene, &work, &bases)
     }
@@ -204,15 +194,6 @@ pub fn run(args: &BenchArgs, scene: &Scene, given: &ArgMatches) -> anyhow::Resul
 
 /// Without a scene and values of its own, what the baseline measured is measured again.
 fn of_baseline(args: &BenchArgs, base: &Kept, work: &mut Work) {
-    let distinct = |values: Vec<String>| {
-        let mut kept: Vec<String> = Vec::new();
-        values.into_iter().for_each(|value| {
-            if !kept.contains(&value) {
-                kept.push(value);
-            }
-        });
-        kept
-    };
     if args.drops.is_empty() && args.rain.is_empty() {
         work.series.clear();
         for row in &base.rows {
@@ -223,7 +204,8 @@ fn of_baseline(args: &BenchArgs, base: &Kept, work: &mut Work) {
         }
     }
     if args.preset.is_empty() {
-        let all = distinct(base.rows.iter().map(|row| row.preset.clone()).collect());
+        let all: IndexSet<&str> = base.rows.iter().map(|row| row.preset.as_str()).collect();
+        let all: Vec<&str> = all.into_iter().collect();
         work.arguments.push(format!("--preset={}", all.join(",")).into());
     }
 }

@@ -330,12 +330,12 @@ pub fn alone(
 }
 
 /// The options of a command as they were given, but for its `own`, for another process of it.
-pub fn passed_on(command: &clap::Command, matches: &ArgMatches, own: &[&str]) -> Vec<OsString> {
+pub fn passed_on(command: &clap::Command, matches: &ArgMatches, own: &[String]) -> Vec<OsString> {
     let mut arguments = Vec::new();
     for argument in command.get_arguments() {
         let id = argument.get_id().as_str();
         let given = matches.value_source(id) == Some(clap::parser::ValueSource::CommandLine);
-        if own.contains(&id) || !given {
+        if own.iter().any(|own| own == id) || !given {
             continue;
         }
         let values = matches.get_raw(id).into_iter().flatten();

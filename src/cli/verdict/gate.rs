@@ -52,19 +52,6 @@ pub struct GateArgs {
 }
 
 impl GateArgs {
-    /// The ids of its options, for whoever passes the others on.
-    pub const IDS: [&str; 9] = [
-        "threshold",
-        "fail_above",
-        "fail_undecided",
-        "fail_missing",
-        "format",
-        "json",
-        "junit",
-        "expect",
-        "fail_unused",
-    ];
-
     /// By how much, as a part of 1.
     pub fn threshold(&self) -> f64 {
         self.threshold_or(0.05)
