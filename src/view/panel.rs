@@ -2,6 +2,7 @@
 
 use clap::ValueEnum;
 use egui::{Color32, RichText, Ui};
+use indexmap::IndexSet;
 
 use super::clock::Clock;
 use super::focus::lens;
@@ -115,12 +116,8 @@ fn speed(ui: &mut Ui, facts: &Facts<'_>) {
         }
         ui.end_row();
         // The second model may have passes that the first has not.
-        let mut names: Vec<&str> = Vec::new();
-        for (name, _) in panes.iter().flat_map(|pane| &pane.report.passes_ms) {
-            if !names.contains(name) {
-                names.push(name);
-            }
-        }
+        let passes = panes.iter().flat_map(|pane| &pane.report.passes_ms);
+        let names: IndexSet<&str> = passes.map(|(name, _)| *name).collect();
         for name in names {
             ui.label(name);
             for pane in panes {

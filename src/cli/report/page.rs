@@ -4,6 +4,7 @@ use std::path::Path;
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
+use indexmap::IndexSet;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::over_time::over_time;
@@ -122,12 +123,8 @@ fn command(line: Option<&str>) -> Markup {
 
 /// A row a row that any of the files has, a column a file.
 fn side_by_side(benches: &[(&str, &bench::Report)]) -> Markup {
-    let mut names: Vec<String> = Vec::new();
-    for row in benches.iter().flat_map(|(_, report)| &report.rows) {
-        if !names.contains(&row.name()) {
-            names.push(row.name());
-        }
-    }
+    let rows = benches.iter().flat_map(|(_, report)| &report.rows);
+    let names: IndexSet<String> = rows.map(bench::Row::name).collect();
     html! {
         div.wide { table {
             tr {

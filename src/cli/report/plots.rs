@@ -1,5 +1,6 @@
 //! Plots as SVG within the page, in its colours.
 
+use indexmap::IndexSet;
 use maud::{Markup, PreEscaped, html};
 use plotters::style::BLACK;
 
@@ -145,12 +146,8 @@ pub(super) fn series(reports: &[(&str, &bench::Report)]) -> Markup {
 /// Each row's passes as one bar; with a `style`, as a picture of its own.
 pub(super) fn passes(rows: &[Row], style: Option<&str>) -> Markup {
     let rows: Vec<&Row> = rows.iter().filter(|row| !row.passes.is_empty()).collect();
-    let mut names: Vec<&str> = Vec::new();
-    for name in rows.iter().flat_map(|row| row.passes.keys()) {
-        if !names.contains(&name.as_str()) {
-            names.push(name);
-        }
-    }
+    let names: IndexSet<&String> = rows.iter().flat_map(|row| row.passes.keys()).collect();
+    let names: Vec<&String> = names.into_iter().collect();
     let most =
         rows.iter().map(|row| row.passes.values().sum::<f64>()).fold(0.0, f64::max).max(1e-9);
     let scale = (WIDTH - NAMES - 100.0) / most;
