@@ -66,22 +66,19 @@ pub fn run(args: &ErrorsArgs) -> anyhow::Result<Answer> {
         environments.push(Environment::bundled()?);
     }
     let device = args.device.open()?;
-    let candidates = candidates();
     if args.glints {
         return glints(args, &device, &environments);
     }
-    let bar = progress(1000, "");
+    let (json, bar) = (args.json.as_ref(), progress(1000, ""));
     let say = |share: f64| bar.set_position((1000.0 * share) as u64);
-    let rows = by_size(&device, &environments, &candidates, &args.radii, args.views, &say)?;
+    let rows = by_size(&device, &environments, &candidates(), &args.radii, args.views, &say)?;
     bar.finish_and_clear();
     show(args, &rows)?;
     for environment in &environments {
-        print_beside(
-            args.json.as_ref(),
-            format_args!("contrast {:.3}  {}", contrast(environment), environment.name()),
-        )?;
+        let contrast = contrast(environment);
+        print_beside(json, format_args!("contrast {contrast:.3}  {}", environment.name()))?;
     }
-    if let Some(path) = &args.json {
+    if let Some(path) = json {
         write_json(path, &rows)?;
     }
     device.instance().expect_silence()?;
@@ -90,16 +87,16 @@ pub fn run(args: &ErrorsArgs) -> anyhow::Result<Answer> {
 
 /// Prints rows as a table, and plots them if that was asked for.
 fn show(args: &ErrorsArgs, rows: &[SizeRow]) -> anyhow::Result<Answer> {
+    let json = args.json.as_ref();
     let mut radii: Vec<f64> = rows.iter().map(|row| row.radius_px).collect();
     radii.dedup();
     let cells = rows
         .iter()
         .map(|row| (row.model.as_str(), format!("{:.1} / {:.3}", 255.0 * row.rms, row.flip)));
-    print_beside(args.json.as_ref(), table(cells.collect(), &radii))?;
-    print_beside(
-        args.json.as_ref(),
-        "RMS error in grey levels of 255 / mean FLIP, inside the drop; medians over environments",
-    )?;
+    print_beside(json, table(cells.collect(), &radii))?;
+    let unit =
+        "RMS error in grey levels of 255 / mean FLIP, inside the drop; medians over environments";
+    print_beside(json, unit)?;
     if let Some(path) = &args.svg {
         write_whole(path, sizes_plot(rows)?.as_bytes())?;
     }
@@ -112,8 +109,7 @@ fn glints(
     device: &Arc<Device>,
     environments: &[Environment],
 ) -> anyhow::Result<Answer> {
-    let candidates = candidates();
-    let mut all = Vec::new();
+    let (json, candidates, mut all) = (args.json.as_ref(), candidates(), Vec::new());
     for environment in environments {
         let bar = progress(1000, "");
         let say = |share: f64| bar.set_position((1000.0 * share) as u64);
@@ -121,26 +117,21 @@ fn glints(
         let rows = glints_by_size(device, environment, &candidates, radii, views, &say)?;
         bar.finish_and_clear();
         let (Some(rows), Some(bright)) = (rows, split(environment)) else {
-            print_beside(
-                args.json.as_ref(),
-                format_args!("no small bright sources in {}", environment.name()),
-            )?;
+            print_beside(json, format_args!("no small bright sources in {}", environment.name()))?;
             continue;
         };
         let cells = rows.iter().map(|row| (row.model.as_str(), format!("{:.3}", row.rms)));
-        print_beside(args.json.as_ref(), table(cells.collect(), radii))?;
-        print_beside(
-            args.json.as_ref(),
-            format_args!(
-                "RMS error, 0 to 1, over the area of the drop and the root of the sources' light, which is \
-             {:.3} of the rest's in {}",
-                bright.strength(),
-                environment.name()
-            ),
-        )?;
+        print_beside(json, table(cells.collect(), radii))?;
+        let unit = format!(
+            "RMS error, 0 to 1, over the area of the drop and the root of the sources' light, which is {:.3} of the \
+             rest's in {}",
+            bright.strength(),
+            environment.name()
+        );
+        print_beside(json, unit)?;
         all.push(rows);
     }
-    if let Some(path) = &args.json {
+    if let Some(path) = json {
         write_json(path, &all)?;
     }
     device.instance().expect_silence()?;

@@ -147,16 +147,11 @@ pub fn run(args: &TradeoffArgs) -> anyhow::Result<Answer> {
         let Study { rows: found, noise } = study(&device, scene, &of_scene(scene), effort, &say)?;
         if let Some(Row { width, height, .. }) = found.first() {
             bar.suspend(|| {
-                print_beside(
-                    args.json.as_ref(),
-                    format_args!("{}: {}, {width} x {height}", scene.name, scene.asks),
-                )?;
-                print_beside(
-                    args.json.as_ref(),
-                    format_args!("{}", table(&found).text(Format::Table)),
-                )?;
+                let (name, asks) = (&scene.name, scene.asks);
+                let table = table(&found).text(Format::Table);
                 let line = noise.as_ref().map_or(String::new(), noise_line);
-                print_beside(args.json.as_ref(), format_args!("{line}\n"))
+                let text = format!("{name}: {asks}, {width} x {height}\n{table}\n{line}\n");
+                print_beside(args.json.as_ref(), text)
             })?;
         }
         rows.extend(found);
