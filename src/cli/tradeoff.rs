@@ -16,7 +16,7 @@ use crate::files::write_whole;
 use crate::measure::bench::{self, Build, DeviceHead};
 use crate::measure::tradeoff::{
     BASES, Effort, Noise, Report, Row, SCHEMA, Study, StudyScene, expected_s, models, models_of,
-    models_of_pane, models_of_rain, of_file, plot, standard_set, study, weather,
+    models_of_pane, models_of_rain, plot, standard_set, still, study, weather,
 };
 use crate::measure::{Host, Watch};
 use crate::scene::model::{Lens, Motion, Preset, ShapeModel};
@@ -88,7 +88,7 @@ pub fn run(args: &TradeoffArgs) -> anyhow::Result<Answer> {
     } else {
         let scene = args.scene.load()?;
         let environment = super::open_environment(&scene)?;
-        vec![of_file(&args.scene.name(), scene, environment)]
+        vec![still(&args.scene.name(), "not of the study", scene, &environment)]
     };
     let all: Vec<_> = [models(), models_of_rain(), models_of_pane()].concat();
     // A name in full is that model alone.

@@ -22,7 +22,7 @@ pub use models::{BASES, Model, models, models_of, models_of_pane, models_of_rain
 #[cfg(feature = "cli")]
 pub use plot::plot;
 pub use report::{Noise, Report, Row, SCHEMA};
-pub use scenes::{StudyScene, of_file, standard_set, weather};
+pub use scenes::{StudyScene, standard_set, still, weather};
 pub use sizes::{Candidate, GlintRow, SizeRow, by_size, candidates, glints_by_size};
 #[cfg(feature = "cli")]
 pub use sizes_plot::sizes_plot;

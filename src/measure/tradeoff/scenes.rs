@@ -19,9 +19,15 @@ pub struct StudyScene {
     pub environment: Environment,
 }
 
-/// A still from a user's scene.
-pub fn of_file(name: &str, scene: Scene, environment: Environment) -> StudyScene {
-    StudyScene { name: name.into(), asks: "not of the study", frames: vec![scene], environment }
+/// A scene of one frame.
+pub fn still(
+    name: &str,
+    asks: &'static str,
+    scene: Scene,
+    environment: &Environment,
+) -> StudyScene {
+    let environment = environment.clone();
+    StudyScene { name: name.into(), asks, frames: vec![scene], environment }
 }
 
 /// The default set: from one drop to a million, from a bare sun to a sky that a display could show,
@@ -34,12 +40,6 @@ pub fn standard_set() -> Result<Vec<StudyScene>> {
     // The sun's disc is dimmed as by haze: glints are asked for in one scene, `sun`.
     let hazy = clipped(&sky, "veiled sky", 30.0 * sky.mean_luminance() as f32)?;
     let low = clipped(&sky, "low dynamic range sky", 1.0)?;
-    let still = |name: &str, asks, scene: Scene, environment: &Environment| StudyScene {
-        name: name.into(),
-        asks,
-        frames: vec![scene],
-        environment: environment.clone(),
-    };
     Ok(vec![
         still("close-up", "one drop of 130 pixels of radius", close_up(320), &hazy),
         still("near", "hundreds of drops of 1 to 50 pixels", near(320), &hazy),
@@ -74,17 +74,9 @@ pub fn weather() -> Result<[StudyScene; 2]> {
     exposed.camera.shutter = 1e-3;
     let mut out_of_focus = raining(8.0, 30.0);
     (out_of_focus.camera.aperture, out_of_focus.camera.focus) = (0.02, 2.0);
-    let still = |name: &str, asks, scene| StudyScene {
-        name: name.into(),
-        asks,
-        frames: vec![scene],
-        environment: hazy.clone(),
-    };
     let millions = "real rain of 25 mm/h, two million drops, exposed for 1/1000 s";
-    Ok([
-        still("weather", millions, exposed),
-        still("lens", "real rain of 25 mm/h out of focus, nearer than 8 m", out_of_focus),
-    ])
+    let near_by = "real rain of 25 mm/h out of focus, nearer than 8 m";
+    Ok([still("weather", millions, exposed, &hazy), still("lens", near_by, out_of_focus, &hazy)])
 }
 
 fn clipped(environment: &Environment, name: &str, most: f32) -> Result<Environment> {

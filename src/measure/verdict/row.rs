@@ -263,11 +263,6 @@ impl Report {
     pub fn count(&self, verdict: Verdict) -> usize {
         self.rows.iter().filter(|row| row.verdict == verdict).count()
     }
-
-    /// Whether a gate fails: a row is slower, or its picture another.
-    pub fn fails(&self) -> bool {
-        self.count(Verdict::Slower) + self.count(Verdict::Different) > 0
-    }
 }
 
 #[cfg(test)]
