@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 use serde::Serialize;
+use serde_json::{Value, json};
 
 use crate::Result;
 use crate::optics::Shape;
@@ -27,101 +28,51 @@ pub struct Sidecar {
     /// When the motion ends.
     until: f64,
     metres: f64,
-    camera: CameraRecord,
+    camera: Value,
     #[serde(skip_serializing_if = "Option::is_none")]
-    pane: Option<PaneRecord>,
+    pane: Option<Value>,
     /// Every drop in view.
     pub drops: Vec<DropRecord>,
 }
 
-/// A pane as a file tells it: its wet face, as the shutter opens, and the drops on it.
-#[derive(Debug, Serialize)]
-struct PaneRecord {
-    /// Where u and v are 0, and unit vectors along them and to the outside.
-    point: DVec3,
-    u: DVec3,
-    v: DVec3,
-    normal: DVec3,
-    thickness: f64,
-    index: f64,
-    /// In view or not; the first has number 1 in `id`.
-    drops: Vec<OnPaneRecord>,
-}
-
-/// A drop on a pane.
-#[derive(Debug, Serialize)]
-struct OnPaneRecord {
-    number: u32,
-    /// The middle of its contact disc along u and v.
-    at: DVec2,
-    radius: f64,
-    contact_angle: f64,
-}
-
-impl PaneRecord {
-    /// That of a scene whose layers show it.
-    fn of(scene: &Scene) -> Option<Self> {
-        if scene.model.pane == Some(PaneModel::None) {
-            return None;
-        }
-        let (pane, face) = (scene.pane.as_ref()?, scene.pane_face()?);
-        let drops = (1..).zip(scene.pane_drops()).map(|(number, drop)| OnPaneRecord {
-            number,
-            at: drop.at,
-            radius: drop.radius,
-            contact_angle: pane.angle_of(&drop),
-        });
-        Some(Self {
-            point: face.point,
-            u: face.u,
-            v: face.v,
-            normal: face.normal,
-            thickness: pane.thickness,
-            index: pane.index,
-            drops: drops.collect(),
-        })
+/// A pane as a file tells it, where layers show it: its wet face, as the shutter opens, and the drops on it, in view or not;
+/// the first has number 1 in `id`.
+fn pane(scene: &Scene) -> Option<Value> {
+    if scene.model.pane == Some(PaneModel::None) {
+        return None;
     }
+    let (pane, face) = (scene.pane.as_ref()?, scene.pane_face()?);
+    let drops = (1u32..).zip(scene.pane_drops()).map(|(number, drop)| {
+        let contact_angle = pane.angle_of(&drop);
+        json!({"number": number, "at": drop.at, "radius": drop.radius, "contact_angle": contact_angle})
+    });
+    Some(json!({
+        "point": face.point,
+        "u": face.u,
+        "v": face.v,
+        "normal": face.normal,
+        "thickness": pane.thickness,
+        "index": pane.index,
+        "drops": drops.collect::<Vec<_>>(),
+    }))
 }
 
-/// A camera as a file tells it.
-#[derive(Clone, Debug, Serialize)]
-pub struct CameraRecord {
-    /// At the file's time.
-    position: DVec3,
-    /// Scene units a second of the camera, while the shutter is open.
-    velocity: DVec3,
-    /// Unit vectors: to the right and the top of the picture, and against the view direction.
-    right: DVec3,
-    up: DVec3,
-    back: DVec3,
-    vertical_fov: f64,
-    /// Pixels: a length of 1 at depth 1, and where the view axis meets the picture.
-    focal_px: f64,
-    principal_px: [f64; 2],
-    /// Size of the whole picture; first pixel and size of what is drawn.
-    whole: [u32; 2],
-    origin: [u32; 2],
-    size: [u32; 2],
-}
-
-impl CameraRecord {
-    /// That of `scene`.
-    pub fn of(scene: &Scene) -> Self {
-        let view = scene.view();
-        Self {
-            position: view.position,
-            velocity: scene.camera.velocity(),
-            right: view.right,
-            up: view.up,
-            back: view.back,
-            vertical_fov: scene.camera.vertical_fov,
-            focal_px: view.focal_px,
-            principal_px: view.principal.to_array(),
-            whole: view.whole,
-            origin: view.origin,
-            size: [view.width, view.height],
-        }
-    }
+/// The camera of `scene` as a file tells it; `docs/result-files.md` says what the keys mean.
+pub fn camera(scene: &Scene) -> Value {
+    let view = scene.view();
+    json!({
+        "position": view.position,
+        "velocity": scene.camera.velocity(),
+        "right": view.right,
+        "up": view.up,
+        "back": view.back,
+        "vertical_fov": scene.camera.vertical_fov,
+        "focal_px": view.focal_px,
+        "principal_px": view.principal.to_array(),
+        "whole": view.whole,
+        "origin": view.origin,
+        "size": [view.width, view.height],
+    })
 }
 
 /// A drop in view.
@@ -150,8 +101,8 @@ impl Sidecar {
             time: scene.time,
             until,
             metres: scene.metres,
-            camera: CameraRecord::of(scene),
-            pane: PaneRecord::of(scene),
+            camera: camera(scene),
+            pane: pane(scene),
             drops: drops_in_view(scene, cutoff_px),
         }
     }

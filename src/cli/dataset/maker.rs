@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use serde::Serialize;
+use serde_json::{Value, json};
 
 use super::set::Set;
 use crate::cli::render::write_layers;
@@ -14,63 +14,15 @@ use crate::picture::Picture;
 use crate::picture::layers::Layers;
 use crate::picture::masks::Masks;
 use crate::picture::plate::Plate;
-use crate::picture::sidecar::CameraRecord;
+use crate::picture::sidecar::camera;
 use crate::plan::{FramePlan, Output, plan};
 use crate::renderer::FrameReport;
 use crate::renderer::parts::{Grid, Parts};
 use crate::scene::film::Film;
-use crate::scene::model::Optics;
 use crate::scene::{Pane, Scene};
 use crate::{Error, Result};
 
-/// A line of the manifest; paths are relative to the folder.
-#[derive(Serialize)]
-struct Record {
-    format: &'static str,
-    view: u32,
-    seed: u64,
-    time: f64,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    rate_mm_h: Option<f64>,
-    /// How it was drawn, which preset `auto` leaves open: optics, samples a pixel, and of real rain the radius in pixels
-    /// under which drops are far rain.
-    optics: Optics,
-    samples: u32,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    cutoff_px: Option<f64>,
-    camera: CameraRecord,
-    /// Pixels that drops in the air cover a part of.
-    covered_pixels: usize,
-    /// Pixels that drops on the pane cover a part of, their share of all pixels together, and how many drops are on the pane.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pane_pixels: Option<usize>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pane_cover: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pane_drops: Option<usize>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    drops: Option<usize>,
-    files: Files,
-}
-
-#[derive(Serialize)]
-struct Files {
-    rainy: String,
-    clean: String,
-    /// What layers go over; with a pane, where `clean` is seen through it.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    behind: Option<String>,
-    layers: String,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    drops: Option<String>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    depth: Option<String>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    mask: Option<String>,
-    scene: String,
-}
-
-/// Format of a line.
+/// Format of a line of the manifest, whose paths are relative to the folder; `docs/result-files.md` says what its keys mean.
 const FORMAT: &str = "raindrops-dataset/1";
 /// Where the plate's own files are.
 const PLATE: &str = "plate";
@@ -195,38 +147,39 @@ impl<'a> Maker<'a> {
             false => layers.write_exr(&path).map(|()| None)?,
         };
         Film::still(&scene).save(&folder.join("scene.toml"))?;
-        let record = Record {
-            format: FORMAT,
-            view,
-            seed: scene.seed,
-            time: scene.time,
-            rate_mm_h: scene.real_rain().map(|rain| rain.rate),
-            optics: self.plans.rainy.optics,
-            samples: self.plans.rainy.samples,
-            cutoff_px,
-            camera: CameraRecord::of(&scene),
-            covered_pixels: layers.count.iter().filter(|count| **count > 0).count(),
-            pane_pixels: has_glass
-                .then(|| layers.glass.iter().filter(|share| share.to_f32() > 0.0).count()),
-            pane_cover: has_glass.then_some(cover),
-            pane_drops: has_glass.then(|| scene.pane_drops().len()),
-            drops,
-            files: Files {
-                rainy: in_view("rainy.exr"),
-                clean: clean_file,
-                behind: behind_file,
-                layers: in_view("layers.exr"),
-                drops: set.drop_lists.then(|| in_view("layers.json")),
-                depth: depth.then(|| format!("{PLATE}/depth.exr")),
-                mask: set.masks.then(|| in_view(MASK)),
-                scene: in_view("scene.toml"),
-            },
-        };
-        let path = set.record_path(view);
-        let mut line =
-            serde_json::to_string(&record).map_err(|error| Error::write(&path, error))?;
-        line.push('\n');
-        write_whole(&path, line.as_bytes())
+        let mut files = json!({
+            "rainy": in_view("rainy.exr"),
+            "clean": clean_file,
+            // What layers go over; with a pane, where `clean` is seen through it.
+            "behind": behind_file,
+            "layers": in_view("layers.exr"),
+            "drops": set.drop_lists.then(|| in_view("layers.json")),
+            "depth": depth.then(|| format!("{PLATE}/depth.exr")),
+            "mask": set.masks.then(|| in_view(MASK)),
+            "scene": in_view("scene.toml"),
+        });
+        remove_nulls(&mut files);
+        let on_pane = || layers.glass.iter().filter(|share| share.to_f32() > 0.0).count();
+        let mut record = json!({
+            "format": FORMAT,
+            "view": view,
+            "seed": scene.seed,
+            "time": scene.time,
+            "rate_mm_h": scene.real_rain().map(|rain| rain.rate),
+            // How it was drawn, which preset `auto` leaves open.
+            "optics": self.plans.rainy.optics,
+            "samples": self.plans.rainy.samples,
+            "cutoff_px": cutoff_px,
+            "camera": camera(&scene),
+            "covered_pixels": layers.count.iter().filter(|count| **count > 0).count(),
+            "pane_pixels": has_glass.then(on_pane),
+            "pane_cover": has_glass.then_some(cover),
+            "pane_drops": has_glass.then(|| scene.pane_drops().len()),
+            "drops": drops,
+            "files": files,
+        });
+        remove_nulls(&mut record);
+        write_whole(&set.record_path(view), format!("{record}\n").as_bytes())
     }
 
     fn draw_layers(&self, scene: &Scene, until: Scene) -> Result<Layers> {
@@ -253,6 +206,11 @@ impl<'a> Maker<'a> {
         }
         Ok(self.kept.insert(clean).clone())
     }
+}
+
+/// Removes the keys that a view has no value for.
+fn remove_nulls(value: &mut Value) {
+    value.as_object_mut().into_iter().for_each(|keys| keys.retain(|_, value| !value.is_null()));
 }
 
 /// Draws a scene's radiance, in parts if asked to.
