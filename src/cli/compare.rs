@@ -70,9 +70,7 @@ pub struct CompareArgs {
 pub fn run(args: &CompareArgs) -> anyhow::Result<Answer> {
     let tone_map = ToneMap { operator: args.tone_map, key: args.key, exposure: args.exposure };
     Scene { tone_map, ..Scene::default() }.validate("command line")?;
-    if let Some(path) = &args.json {
-        super::check_folder(path)?;
-    }
+    super::check_folders([&args.json])?;
     if let Some(path) = &args.difference
         && Format::of(path)? != Format::Png
     {
@@ -107,9 +105,7 @@ pub fn run(args: &CompareArgs) -> anyhow::Result<Answer> {
     let comparison = compare(&a, &b, mask.as_deref(), exposure);
 
     print_all(&comparison, args.json.as_ref())?;
-    if let Some(path) = &args.json {
-        write_json(path, &figures(&comparison))?;
-    }
+    write_json(args.json.as_ref(), &figures(&comparison))?;
     if let Some(path) = &args.difference {
         let srgb: Vec<u8> = comparison.flip_map.iter().flat_map(|&e| false_color(e)).collect();
         write_png(path, a.width, a.height, &srgb)?;

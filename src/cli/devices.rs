@@ -47,9 +47,7 @@ pub fn run(args: &DevicesArgs) -> anyhow::Result<Answer> {
             }));
         }
     }
-    if let Some(path) = &args.json {
-        write_json(path, &probed)?;
-    }
+    write_json(args.json.as_ref(), &probed)?;
     Ok(Answer::Yes)
 }
 

@@ -47,9 +47,7 @@ pub struct ErrorsArgs {
 
 /// Runs the command.
 pub fn run(args: &ErrorsArgs) -> anyhow::Result<Answer> {
-    for path in args.json.iter().chain(&args.svg) {
-        super::check_folder(path)?;
-    }
+    super::check_folders([&args.json, &args.svg])?;
     if let Some(path) = &args.from {
         let rows: Vec<SizeRow> = serde_json::from_value(read_json(path)?)
             .map_err(|error| Error::read(path, format!("no rows of `errors --json`: {error}")))?;
@@ -78,9 +76,7 @@ pub fn run(args: &ErrorsArgs) -> anyhow::Result<Answer> {
         let contrast = contrast(environment);
         print_beside(json, format_args!("contrast {contrast:.3}  {}", environment.name()))?;
     }
-    if let Some(path) = json {
-        write_json(path, &rows)?;
-    }
+    write_json(json, &rows)?;
     device.instance().expect_silence()?;
     Ok(Answer::Yes)
 }
@@ -131,9 +127,7 @@ fn glints(
         print_beside(json, unit)?;
         all.push(rows);
     }
-    if let Some(path) = json {
-        write_json(path, &all)?;
-    }
+    write_json(json, &all)?;
     device.instance().expect_silence()?;
     Ok(Answer::Yes)
 }

@@ -391,6 +391,11 @@ fn check_folder(path: &Path) -> Result<()> {
     }
 }
 
+/// Like [`check_folder`], for each file that was asked for.
+fn check_folders<const N: usize>(files: [&Option<PathBuf>; N]) -> Result<()> {
+    files.into_iter().flatten().try_for_each(|file| check_folder(file))
+}
+
 /// A name or number of JSON without quotes; `-` for none.
 fn plain(value: &serde_json::Value) -> String {
     match value {
@@ -400,8 +405,9 @@ fn plain(value: &serde_json::Value) -> String {
     }
 }
 
-/// Writes figures as JSON; `-` is stdout.
-fn write_json(path: &Path, value: &impl serde::Serialize) -> Result<()> {
+/// Writes figures as JSON where they were asked for; `-` is stdout.
+fn write_json(path: Option<&PathBuf>, value: &impl serde::Serialize) -> Result<()> {
+    let Some(path) = path else { return Ok(()) };
     let mut text =
         serde_json::to_string_pretty(value).map_err(|error| Error::write(path, error))?;
     if path.as_os_str() == "-" {

@@ -37,9 +37,7 @@ pub fn run(args: &PaneArgs) -> anyhow::Result<Answer> {
     let Some(pane) = &scene.pane else {
         bail!("{} has no pane: give [pane], with point and normal or distance", args.scene.name());
     };
-    if let Some(file) = &args.output {
-        super::check_folder(file)?;
-    }
+    super::check_folders([&args.output])?;
     let mut rained = scene.pane_population();
     if let Some(rained) = &mut rained {
         rained.go_on_to(pane.age());

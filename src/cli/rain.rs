@@ -90,17 +90,13 @@ pub fn run(args: &RainArgs) -> anyhow::Result<Answer> {
         );
     };
     scene.validate("command line")?;
-    for file in [&args.json, &args.svg].into_iter().flatten() {
-        super::check_folder(file)?;
-    }
+    super::check_folders([&args.json, &args.svg])?;
     let cutoff = Cutoff::of(&scene, &rain, &super::open_environment(&scene)?);
     let report = report(args.scene.name(), &scene, &rain, cutoff);
     for note in notes(&rain) {
         note!("{note}");
     }
-    if let Some(path) = &args.json {
-        write_json(path, &report)?;
-    }
+    write_json(args.json.as_ref(), &report)?;
     if args.json.as_ref().is_none_or(|path| path.as_os_str() != "-") {
         show(&report)?;
     }

@@ -69,9 +69,7 @@ pub struct TradeoffArgs {
 
 /// Runs the command.
 pub fn run(args: &TradeoffArgs) -> anyhow::Result<Answer> {
-    for path in [&args.json, &args.csv, &args.svg].into_iter().flatten() {
-        super::check_folder(path)?;
-    }
+    super::check_folders([&args.json, &args.csv, &args.svg])?;
     let scenes = if args.scene.is_default() {
         let mut set = standard_set()?;
         set.extend(weather()?);
@@ -188,9 +186,7 @@ pub fn run(args: &TradeoffArgs) -> anyhow::Result<Answer> {
         noise: noises,
         rows,
     };
-    if let Some(path) = &args.json {
-        write_json(path, &report)?;
-    }
+    write_json(args.json.as_ref(), &report)?;
     if let Some(path) = &args.csv {
         let text = plain(&report.rows).text(Format::Csv) + "\n";
         write_whole(path, text.as_bytes())?;

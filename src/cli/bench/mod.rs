@@ -111,9 +111,7 @@ pub fn run(args: &BenchArgs, given: &ArgMatches) -> anyhow::Result<Answer> {
         scene.validate("command line")?;
     }
     args.gate.check()?;
-    for file in [&args.google_benchmark, &args.svg].into_iter().flatten() {
-        super::check_folder(file)?;
-    }
+    super::check_folders([&args.google_benchmark, &args.svg])?;
     let is_all = args.device.device.as_deref() == Some("all");
     if is_all && args.svg.is_some() {
         anyhow::bail!("--svg draws one device; choose it by --device");
@@ -226,9 +224,7 @@ fn write<'a>(
 ) -> anyhow::Result<()> {
     args.gate.write_json(file)?;
     for report in reports.clone() {
-        if let Some(path) = &args.google_benchmark {
-            write_json(path, &google::google_benchmark(report))?;
-        }
+        write_json(args.google_benchmark.as_ref(), &google::google_benchmark(report))?;
     }
     if args.gate.is_json() {
         return Ok(());

@@ -150,7 +150,7 @@ pub fn run(args: &SurveyArgs) -> anyhow::Result<Answer> {
         pictures,
     };
     files.push(folder.join("survey.json"));
-    write_json(&folder.join("survey.json"), &written)?;
+    write_json(files.last(), &written)?;
     let packed = pack(&folder, files)?;
     print(tell(&written))?;
     print(format!("{}, and all of it in {}", folder.display(), packed.display()))?;

@@ -8,7 +8,7 @@ use super::junit;
 use super::table::{sheet, side_lines, tail_lines};
 use crate::cli::format::Format;
 use crate::cli::tell::{Kind, failure, line, note, say};
-use crate::cli::{Answer, check_folder, print, write_json};
+use crate::cli::{Answer, check_folders, print, write_json};
 use crate::measure::bench::DeviceHead;
 use crate::measure::verdict::expect::{DeviceExpectations, Expectations, Outcome};
 use crate::measure::verdict::{MissingRow, Report, Verdict, VerdictRow};
@@ -85,7 +85,7 @@ impl GateArgs {
 
     /// Fails before the work if the result could not be written after it.
     pub fn check(&self) -> anyhow::Result<()> {
-        [&self.json, &self.junit].into_iter().flatten().try_for_each(|path| check_folder(path))?;
+        check_folders([&self.json, &self.junit])?;
         // A mistake in it is reported before the measurement, not after.
         Ok(self.expect.as_deref().map_or(Ok(()), |path| Expectations::load(path).map(drop))?)
     }
@@ -116,11 +116,9 @@ impl GateArgs {
 
     /// Writes the result file where it was asked for: to a file, to stdout, to both.
     pub fn write_json(&self, value: &impl serde::Serialize) -> crate::Result<()> {
-        if let Some(path) = &self.json {
-            write_json(path, value)?;
-        }
+        write_json(self.json.as_ref(), value)?;
         if self.is_json() && self.json.as_ref().is_none_or(|path| path.as_os_str() != "-") {
-            write_json("-".as_ref(), value)?;
+            write_json(Some(&"-".into()), value)?;
         }
         Ok(())
     }
