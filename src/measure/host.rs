@@ -54,7 +54,7 @@ impl Host {
             cpu: system::processor(),
             cores: std::thread::available_parallelism().map_or(1, Into::into),
             os: format!("{release} {}", std::env::consts::ARCH),
-            load: Self::load_now(),
+            load: system::load(),
             others: None,
             variables: VARIABLES
                 .iter()
@@ -78,11 +78,6 @@ impl Host {
     #[cfg(feature = "cli")]
     pub(crate) fn settings(&self) -> String {
         self.variables.iter().map(|(name, value)| format!(", {name}={value}")).collect()
-    }
-
-    /// Load average of the last minute; none where the system has none.
-    pub fn load_now() -> Option<f64> {
-        system::load()
     }
 
     /// What makes times doubtful that are measured from now on, in a line; none if nothing does.

@@ -45,12 +45,6 @@ impl Pane {
         Ok(())
     }
 
-    /// Draws a frame, and waits for it.
-    pub fn draw(&mut self, scene: &Scene) -> Result<()> {
-        self.report = self.renderer.draw(scene)?;
-        Ok(())
-    }
-
     /// Waits for the last frame.
     pub fn finish(&mut self) -> Result<()> {
         self.report = self.renderer.finish()?;
@@ -263,10 +257,9 @@ pub fn draw_first(
         None => (Arc::new(Lighting::new(device, environment)?), None),
     };
     let rain = rain.unwrap_or_else(|| Arc::new(RainField::new(device, scene)));
-    let renderer = Renderer::of(&lighting, &rain, scene, &plan)?;
+    let mut renderer = Renderer::of(&lighting, &rain, scene, &plan)?;
     *shown = Some((lighting, rain));
-    let mut pane = Pane { plan, report: FrameReport::default(), renderer };
     let _long_job = device.long_job();
-    pane.draw(scene)?;
-    Ok(pane)
+    let report = renderer.draw(scene)?;
+    Ok(Pane { plan, report, renderer })
 }

@@ -11,10 +11,9 @@ use super::over_time::Stretch;
 use crate::Result;
 use crate::environment::Environment;
 use crate::gpu::Device;
-use crate::measure::Host;
 use crate::measure::clocks::Clock;
 use crate::measure::statistics::quantile;
-use crate::measure::system::resident_bytes;
+use crate::measure::system::{load, resident_bytes};
 
 /// Frames that are kept, at most; a power of two.
 const KEPT: usize = 8192;
@@ -166,7 +165,7 @@ fn stretch(device: &Arc<Device>, to_s: f64, frames: &[f64], clock: &Clock) -> St
         resident_bytes: resident_bytes(),
         device_bytes: device.allocated_bytes(),
         clock_mhz: clock.mhz(),
-        load: Host::load_now(),
+        load: load(),
     }
 }
 

@@ -13,6 +13,7 @@ use crate::environment::Environment;
 use crate::gpu::DeviceReport;
 use crate::measure::Host;
 use crate::measure::statistics::{median, quantile};
+use crate::measure::system::load;
 use crate::measure::verdict::looks::Look;
 use crate::plan::Axes;
 use crate::thousands::counted;
@@ -261,7 +262,7 @@ impl Row {
             passes: Parts::new(),
             rounds: vec![Round {
                 start,
-                load: Host::load_now(),
+                load: load(),
                 median_ms: rounded(median(&measured.samples_ms)),
                 passes,
             }],
