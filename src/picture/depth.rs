@@ -124,24 +124,31 @@ fn nothing_there(depth: f64, (x, y): (usize, usize), sky: f64) -> String {
 
 fn of_exr(bytes: &[u8], layer: Option<&str>) -> Result<Stored, String> {
     let planes = depth_planes(bytes, layer, "background.depth_layer")?;
-    let Planes { width, height, values, mut remarks, missing, .. } = planes;
-    let (first, others) = values.split_first().ok_or("has no channel")?;
-    let differ = |other: &Vec<f32>| {
-        first.iter().zip(other).position(|(a, b)| a != b && !(a.is_nan() && b.is_nan()))
-    };
-    if let Some(index) = others.iter().find_map(differ) {
-        return Err(format!(
-            "holds colours and no depth: its channels differ at column {}, row {}",
-            index % width,
-            index / width
-        ));
-    }
+    let values = numbers(&planes, "depth")?;
+    let Planes { width, height, mut remarks, missing, .. } = planes;
     if missing > 0 {
         remarks
             .push(Remark::note(format!("{missing} pixels are outside its data window: the sky")));
     }
-    let values = first.iter().copied().map(f64::from).collect();
     Ok(Stored { width, height, values, remarks, sky: FARTHEST })
+}
+
+/// The numbers of a file that holds one a pixel, `what`, in one channel or in equal ones.
+pub(super) fn numbers(planes: &Planes, what: &str) -> Result<Vec<f64>, String> {
+    let (first, others) = planes.values.split_first().ok_or("has no channel")?;
+    let differ = |other: &Vec<f32>| {
+        first.iter().zip(other).position(|(a, b)| a != b && !(a.is_nan() && b.is_nan()))
+    };
+    match others.iter().find_map(differ) {
+        Some(index) => Err(of_colors(what, index, planes.width)),
+        None => Ok(first.iter().copied().map(f64::from).collect()),
+    }
+}
+
+/// What is wrong with channels that differ at a pixel.
+fn of_colors(what: &str, index: usize, width: usize) -> String {
+    let (column, row) = (index % width, index / width);
+    format!("holds colours and no {what}: its channels differ at column {column}, row {row}")
 }
 
 fn of_png(bytes: &[u8], background: &Background) -> Result<Stored, String> {
@@ -182,11 +189,7 @@ pub(super) fn png_of_16_bits(bytes: &[u8], what: &str) -> Result<(usize, usize, 
             }
         };
         if let Some(index) = pixels.iter().position(|[r, g, b]| r != g || g != b) {
-            return Err(format!(
-                "holds colours and no {what}: its channels differ at column {}, row {}",
-                index % width,
-                index / width
-            ));
+            return Err(of_colors(what, index, width));
         }
         let values = pixels.iter().map(|pixel| f64::from(pixel[0])).collect();
         Ok((width, height, values))

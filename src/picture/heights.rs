@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::depth::png_of_16_bits;
+use super::depth::{numbers, png_of_16_bits};
 use super::read::{Format, content, depth_planes};
 use crate::Error;
 use image::ImageFormat;
@@ -81,21 +81,12 @@ impl HeightMap {
 fn of_exr(bytes: &[u8]) -> Result<(usize, usize, Vec<f64>), String> {
     // A height map has one layer: none is chosen.
     let planes = depth_planes(bytes, None, "the layer's name")?;
-    let (first, others) = planes.values.split_first().ok_or("has no channel")?;
-    let differ =
-        |other: &Vec<f32>| first.iter().zip(other).position(|(a, b)| a.to_bits() != b.to_bits());
-    if let Some(index) = others.iter().find_map(differ) {
-        return Err(format!(
-            "holds colours and no heights: its channels differ at column {}, row {}",
-            index % planes.width,
-            index / planes.width
-        ));
-    }
+    let values = numbers(&planes, "heights")?;
     if planes.missing > 0 {
         return Err(format!(
             "leaves out {} pixels of its display window; write the whole map",
             planes.missing
         ));
     }
-    Ok((planes.width, planes.height, first.iter().copied().map(f64::from).collect()))
+    Ok((planes.width, planes.height, values))
 }
