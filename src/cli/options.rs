@@ -114,13 +114,8 @@ impl BackgroundArgs {
     /// Sets the values that were given.
     pub fn apply(&self, scene: &mut Scene) -> Result<()> {
         let background = &mut scene.background;
-        let instead = |given: &Option<PathBuf>, own: &mut Option<PathBuf>| {
-            if given.is_some() {
-                own.clone_from(given);
-            }
-        };
-        instead(&self.background, &mut background.color);
-        instead(&self.depth, &mut background.depth);
+        background.color = self.background.clone().or(background.color.take());
+        background.depth = self.depth.clone().or(background.depth.take());
         background.depth_kind = self.depth_kind.unwrap_or(background.depth_kind);
         background.depth_scale = self.depth_scale.or(background.depth_scale);
         scene.validate("command line")

@@ -8,7 +8,7 @@ use anyhow::bail;
 use clap::Args;
 
 use super::options::SceneArgs;
-use super::rain::significant;
+use super::rain::line;
 use super::tell::{note, warning};
 use super::{Answer, print};
 use crate::files::write_whole;
@@ -64,10 +64,6 @@ fn listed(drops: &[PaneDrop]) -> Result<String, std::fmt::Error> {
         text.push('\n');
     }
     Ok(text)
-}
-
-fn line(name: &str, value: f64, unit: &str) -> crate::Result<()> {
-    print(format_args!("{name:24} {:>12} {unit}", significant(value)))
 }
 
 /// Figures of the drops that are there.

@@ -177,10 +177,12 @@ fn notes(rain: &RealRain) -> Vec<String> {
     notes
 }
 
+/// Prints a figure, as `pane` does, too.
+pub(super) fn line(name: &str, value: f64, unit: &str) -> crate::Result<()> {
+    print(format_args!("{name:24} {:>12} {unit}", significant(value)))
+}
+
 fn show(report: &Report) -> anyhow::Result<()> {
-    let line = |name: &str, value: f64, unit: &str| {
-        print(format_args!("{name:24} {:>12} {unit}", significant(value)))
-    };
     line("rate", report.rate_mm_h, "mm/h")?;
     line("rate that falls", report.rate_that_falls_mm_h, "mm/h")?;
     line("slope of the sizes", report.slope_per_mm, "per mm")?;
@@ -220,7 +222,7 @@ fn show(report: &Report) -> anyhow::Result<()> {
 }
 
 /// Four significant digits; from 1,000 on a whole number.
-pub(super) fn significant(value: f64) -> String {
+fn significant(value: f64) -> String {
     if value != 0.0 && !(1e-3..1e7).contains(&value.abs()) {
         return format!("{value:.3e}");
     }

@@ -29,9 +29,8 @@ type Curve = (&'static str, RGBColor, Vec<(f64, f64)>);
 /// # Errors
 /// [`crate::Error::Plot`].
 pub fn long_plot(report: &Report) -> Result<Option<String>> {
-    let long = |row: &'_ Row| row.over_time.is_some();
-    let Some(row) = report.rows.iter().find(|row| long(row)) else { return Ok(None) };
-    let Some(over_time) = &row.over_time else { return Ok(None) };
+    let mut long = report.rows.iter().filter_map(|row| Some((row, row.over_time.as_ref()?)));
+    let Some((row, over_time)) = long.next() else { return Ok(None) };
     let mut svg = String::new();
     draw(report, row, over_time, &mut svg)?;
     Ok(Some(svg))

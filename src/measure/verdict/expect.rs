@@ -181,11 +181,6 @@ impl Expectations {
 }
 
 /// Whether a row's name holds `part`, or is what follows a `=`; numbers may have commas at their thousands.
-fn is_named(row: &VerdictRow, part: &str) -> bool {
-    is_name(&row.name, part)
-}
-
-/// [`is_named`] for a name without its row.
 fn is_name(name: &str, part: &str) -> bool {
     let plain = |text: &str| text.replace(',', "");
     match part.strip_prefix('=') {
@@ -206,7 +201,7 @@ fn bounds_in_words(bounds: [Option<f64>; 3], passes: &IndexMap<String, Bound>) -
 impl DeviceExpectations {
     /// What becomes of a row.
     pub fn judge(&self, row: &VerdictRow) -> Outcome {
-        let is_in = |parts: &[String]| parts.iter().any(|part| is_named(row, part));
+        let is_in = |parts: &[String]| parts.iter().any(|part| is_name(&row.name, part));
         if is_in(&self.skips) {
             return Outcome::Skip;
         }
@@ -253,7 +248,7 @@ impl DeviceExpectations {
 
     /// The rows' own bounds that hold for a row.
     fn own(&self, row: &VerdictRow) -> Option<&RowExpectations> {
-        self.row.iter().find(|own| is_named(row, &own.pattern))
+        self.row.iter().find(|own| is_name(&row.name, &own.pattern))
     }
 
     /// The bound of a row's ratio.
@@ -312,7 +307,7 @@ impl DeviceExpectations {
         let rows = &report.rows;
         let Some(first) = rows.first() else { return Vec::new() };
         let like = format!("; one is '{}'", first.name);
-        let is_there = |part: &str| rows.iter().any(|row| is_named(row, part));
+        let is_there = |part: &str| rows.iter().any(|row| is_name(&row.name, part));
         let of_rows = self.row.iter().map(|row| &row.pattern);
         let parts = self.fails.iter().chain(&self.flakes).chain(&self.skips).chain(of_rows);
         let is_missing = |part: &str| report.missing.iter().any(|row| is_name(&row.name, part));
@@ -335,7 +330,7 @@ impl DeviceExpectations {
             .flat_map(|own| own.passes.keys().map(|pass| (pass, own.pattern.as_str())));
         let passes = everywhere.chain(own).filter_map(|(pass, of)| {
             // Where no row is of that name, that is said already.
-            let mut named = rows.iter().filter(|row| is_named(row, of)).peekable();
+            let mut named = rows.iter().filter(|row| is_name(&row.name, of)).peekable();
             let first = *named.peek()?;
             let known: Vec<&str> = first.passes.keys().map(String::as_str).collect();
             let has_it = named.any(|row| row.passes.contains_key(pass));
