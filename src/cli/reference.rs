@@ -1,6 +1,6 @@
 //! `raindrops reference`: a scene by the float64 ray tracer.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use anyhow::bail;
 use clap::Args;
@@ -124,7 +124,10 @@ pub fn run(args: &ReferenceArgs) -> anyhow::Result<Answer> {
 
     match format {
         Format::Exr => traced.picture.write_exr(&args.output)?,
-        Format::Png => write_display(&scene, &traced.picture, &args.output)?,
+        Format::Png => {
+            let exposure = tone_map::exposure_of(&scene.tone_map, &traced.picture);
+            tone_map::display(exposure, &traced.picture).write_png(&args.output)?;
+        }
     }
     if let Some(path) = &args.coverage {
         let pixels = traced.coverage.iter().map(|&share| Vec3::splat(share)).collect();
@@ -166,10 +169,4 @@ fn say_rain(scene: &Scene, args: &ReferenceArgs) -> anyhow::Result<()> {
         );
     }
     Ok(())
-}
-
-/// Writes the picture as the scene's operator shows it, with the scene's exposure or its own.
-fn write_display(scene: &Scene, picture: &Picture, path: &Path) -> crate::Result<()> {
-    let exposure = tone_map::exposure_of(&scene.tone_map, picture);
-    tone_map::display(exposure, picture).write_png(path)
 }

@@ -122,15 +122,12 @@ fn load(path: &Path) -> anyhow::Result<Vec<Entry>> {
             verdict::SCHEMA => Content::Verdict(Box::new(of_schema(path, value, verdict::SCHEMA)?)),
             drivers::SCHEMA => Content::Drivers(Box::new(of_schema(path, value, drivers::SCHEMA)?)),
             "raindrops-tradeoff/1" => Content::Tradeoff(of_schema(path, value, &schema)?),
-            "" => {
-                return Err(
-                    Error::read(path, "it is no result of raindrops: it names no schema").into()
-                );
-            }
             other => {
-                return Err(
-                    Error::read(path, format!("there is no page for the schema {other}")).into()
-                );
+                let problem = match other {
+                    "" => "it is no result of raindrops: it names no schema".into(),
+                    _ => format!("there is no page for the schema {other}"),
+                };
+                return Err(Error::read(path, problem).into());
             }
         };
         let file = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
