@@ -83,6 +83,26 @@ impl Made {
             device.destroy_pipeline_layout(self.layout, None);
         }
     }
+
+    /// Records that it is bound, with set `index` of `bindings` and its push constants.
+    fn bind(
+        self,
+        device: &Device,
+        commands: Recorder<'_>,
+        kind: vk::PipelineBindPoint,
+        (bindings, index): (&Bindings, usize),
+        push: &[u8],
+    ) {
+        bindings.bind(commands, kind, self.layout, index);
+        // SAFETY: the set matches the layout, which has room for `push`; the command buffer is recorded.
+        unsafe {
+            device.raw.cmd_bind_pipeline(commands.raw(), kind, self.raw);
+            if !push.is_empty() {
+                let stages = vk::ShaderStageFlags::ALL;
+                device.raw.cmd_push_constants(commands.raw(), self.layout, stages, 0, push);
+            }
+        }
+    }
 }
 
 impl Device {
@@ -228,14 +248,18 @@ impl PipelineOf {
         layout: vk::PipelineLayout,
         flags: vk::PipelineCreateFlags,
     ) -> Result<vk::Pipeline> {
+        use vk::ShaderStageFlags as Kind;
+        let module = |code| Module::new(device, promises, code, &self.constants);
+        let modules = self.shaders.iter().map(module).collect::<Result<Vec<_>>>()?;
+        let stage = |stage, number: usize| {
+            let raw = modules[number].raw;
+            vk::PipelineShaderStageCreateInfo::default().stage(stage).module(raw).name(MAIN)
+        };
         if let Some(state) = &self.state {
-            return self.make_graphics(device, promises, cache, layout, flags, state);
+            let stages = [stage(Kind::VERTEX, 0), stage(Kind::FRAGMENT, 1)];
+            return self.make_graphics(device, cache, layout, flags, state, &stages);
         }
-        let module = Module::new(device, promises, &self.shaders[0], &self.constants)?;
-        let stage = vk::PipelineShaderStageCreateInfo::default()
-            .stage(vk::ShaderStageFlags::COMPUTE)
-            .module(module.raw)
-            .name(MAIN);
+        let stage = stage(Kind::COMPUTE, 0);
         let info =
             [vk::ComputePipelineCreateInfo::default().stage(stage).layout(layout).flags(flags)];
         // SAFETY: `info` and all it points to outlive the call.
@@ -246,23 +270,12 @@ impl PipelineOf {
     fn make_graphics(
         &self,
         device: &ash::Device,
-        promises: Promises,
         cache: vk::PipelineCache,
         layout: vk::PipelineLayout,
         flags: vk::PipelineCreateFlags,
         state: &GraphicsState,
+        stages: &[vk::PipelineShaderStageCreateInfo<'_>],
     ) -> Result<vk::Pipeline> {
-        let modules = [
-            Module::new(device, promises, &self.shaders[0], &self.constants)?,
-            Module::new(device, promises, &self.shaders[1], &self.constants)?,
-        ];
-        let stages = [
-            (vk::ShaderStageFlags::VERTEX, &modules[0]),
-            (vk::ShaderStageFlags::FRAGMENT, &modules[1]),
-        ]
-        .map(|(stage, module)| {
-            vk::PipelineShaderStageCreateInfo::default().stage(stage).module(module.raw).name(MAIN)
-        });
         let vertex_bindings = [vk::VertexInputBindingDescription {
             binding: 0,
             stride: 16,
@@ -311,7 +324,7 @@ impl PipelineOf {
             rendering = rendering.depth_attachment_format(vk::Format::D32_SFLOAT);
         }
         let info = [vk::GraphicsPipelineCreateInfo::default()
-            .stages(&stages)
+            .stages(stages)
             .vertex_input_state(&vertex_input)
             .input_assembly_state(&assembly)
             .viewport_state(&viewport)
@@ -331,8 +344,7 @@ impl PipelineOf {
 
 /// A compute pipeline; it lives as long as its device.
 pub struct ComputePipeline {
-    raw: vk::Pipeline,
-    layout: vk::PipelineLayout,
+    made: Made,
     device: Arc<Device>,
 }
 
@@ -356,8 +368,7 @@ impl ComputePipeline {
             constants: specialization.to_vec(),
             state: None,
         };
-        let Made { raw, layout } = device.pipeline(bindings, of)?;
-        Ok(Self { raw, layout, device: device.clone() })
+        Ok(Self { made: device.pipeline(bindings, of)?, device: device.clone() })
     }
 
     /// Dispatches `groups` workgroups along x, y and z with set `index` of `bindings`.
@@ -372,18 +383,12 @@ impl ComputePipeline {
         if self.device.only_describes() {
             return;
         }
-        let bind_point = vk::PipelineBindPoint::COMPUTE;
-        bindings.bind(commands, bind_point, self.layout, index);
-        // SAFETY: the set matches the layout; the command buffer is recorded outside rendering.
-        unsafe {
-            self.device.raw.cmd_bind_pipeline(commands.raw(), bind_point, self.raw);
-            push_constants(&self.device, commands, self.layout, push);
-            self.device.raw.cmd_dispatch(commands.raw(), groups[0], groups[1], groups[2]);
-        }
+        let (kind, [x, y, z]) = (vk::PipelineBindPoint::COMPUTE, groups);
+        self.made.bind(&self.device, commands, kind, (bindings, index), push);
+        // SAFETY: everything is bound; the command buffer is recorded outside rendering.
+        unsafe { self.device.raw.cmd_dispatch(commands.raw(), x, y, z) };
     }
-}
 
-impl ComputePipeline {
     /// Dispatches as many workgroups as `arguments` holds at a byte offset, with the first set of `bindings`.
     pub fn dispatch_indirect(
         &self,
@@ -396,29 +401,10 @@ impl ComputePipeline {
         if self.device.only_describes() {
             return;
         }
-        let bind_point = vk::PipelineBindPoint::COMPUTE;
-        bindings.bind(commands, bind_point, self.layout, 0);
-        // SAFETY: the set matches the layout; the command buffer is recorded outside rendering; the
-        // buffer was made for indirect use.
-        unsafe {
-            self.device.raw.cmd_bind_pipeline(commands.raw(), bind_point, self.raw);
-            push_constants(&self.device, commands, self.layout, push);
-            self.device.raw.cmd_dispatch_indirect(commands.raw(), arguments.raw, offset);
-        }
-    }
-}
-
-/// SAFETY: the command buffer must be recorded, and `layout` must have room for `push`.
-unsafe fn push_constants(
-    device: &Device,
-    commands: Recorder<'_>,
-    layout: vk::PipelineLayout,
-    push: &[u8],
-) {
-    if !push.is_empty() {
-        let stages = vk::ShaderStageFlags::ALL;
-        // SAFETY: by contract.
-        unsafe { device.raw.cmd_push_constants(commands.raw(), layout, stages, 0, push) };
+        let (kind, raw) = (vk::PipelineBindPoint::COMPUTE, &self.device.raw);
+        self.made.bind(&self.device, commands, kind, (bindings, 0), push);
+        // SAFETY: as for `dispatch`; the buffer was made for indirect use.
+        unsafe { raw.cmd_dispatch_indirect(commands.raw(), arguments.raw, offset) };
     }
 }
 
@@ -468,8 +454,7 @@ impl GraphicsState {
 
 /// A graphics pipeline with dynamic viewport and scissor; it lives as long as its device.
 pub struct GraphicsPipeline {
-    raw: vk::Pipeline,
-    layout: vk::PipelineLayout,
+    made: Made,
     device: Arc<Device>,
 }
 
@@ -494,19 +479,13 @@ impl GraphicsPipeline {
             constants: specialization.to_vec(),
             state: Some(*state),
         };
-        let Made { raw, layout } = device.pipeline(bindings, of)?;
-        Ok(Self { raw, layout, device: device.clone() })
+        Ok(Self { made: device.pipeline(bindings, of)?, device: device.clone() })
     }
 
     /// Binds the pipeline with the first set of `bindings` and its push constants.
     pub fn bind(&self, commands: Recorder<'_>, bindings: &Bindings, push: &[u8]) {
-        let bind_point = vk::PipelineBindPoint::GRAPHICS;
-        bindings.bind(commands, bind_point, self.layout, 0);
-        // SAFETY: the set matches the layout; the command buffer is recorded.
-        unsafe {
-            self.device.raw.cmd_bind_pipeline(commands.raw(), bind_point, self.raw);
-            push_constants(&self.device, commands, self.layout, push);
-        }
+        let kind = vk::PipelineBindPoint::GRAPHICS;
+        self.made.bind(&self.device, commands, kind, (bindings, 0), push);
     }
 
     /// Draws one triangle within a rendering, with the first set of `bindings`: that of a vertex shader which covers all pixels.
