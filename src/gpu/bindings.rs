@@ -193,13 +193,30 @@ impl Bindings {
     ) -> Result<Self> {
         let each: Vec<_> = slots.iter().map(|(slot, _)| *slot).collect();
         let bindings = Self::new(device, name, &each, count)?;
-        for index in 0..count as usize {
-            for (slot, resource) in slots {
-                // SAFETY: no commands have it yet.
-                unsafe { bindings.write(index, *slot, resource)? };
-            }
-        }
+        (0..count).try_for_each(|index| bindings.fill(index, slots))?;
         Ok(bindings)
+    }
+
+    /// Like [`Bindings::of`], `count` sets, one at least: `slots` has what fills each by its number.
+    ///
+    /// # Errors
+    /// See [`Bindings::of`].
+    pub fn each<'a, const N: usize>(
+        device: &Arc<Device>,
+        name: &str,
+        count: u32,
+        slots: impl Fn(u32) -> [(Slot, Resource<'a>); N],
+    ) -> Result<Self> {
+        let bindings = Self::new(device, name, &slots(0).map(|(slot, _)| slot), count)?;
+        (0..count).try_for_each(|index| bindings.fill(index, &slots(index)))?;
+        Ok(bindings)
+    }
+
+    fn fill(&self, index: u32, slots: &[(Slot, Resource<'_>)]) -> Result<()> {
+        slots.iter().try_for_each(|(slot, resource)| {
+            // SAFETY: no commands have it yet.
+            unsafe { self.write(index as usize, *slot, resource) }
+        })
     }
 
     /// Fills `slot`, which it was made with, of set `index`.

@@ -55,22 +55,16 @@ impl Compact {
         let counts = make("counts in view", 4 * chunks * u64::from(BLOCKS), Usage::empty())?;
         let arguments = make("draws in view", 4 * ARGUMENTS * chunks, Usage::INDIRECT_BUFFER)?;
         let chunk = simulate.chunk();
-        let slots = [slot::DROPS, slot::COUNTS, slot::COMPACTED, slot::ARGUMENTS];
-        let bindings = Bindings::new(device, "compact", &slots, chunks as u32)?;
-        for (index, length) in lengths.iter().enumerate() {
-            let offset = index as u64 * u64::from(chunk) * RECORD;
-            let bytes = u64::from(*length) * RECORD;
-            let resources = [
-                Resource::Range(&simulate.drops, offset, bytes),
-                Resource::Buffer(&counts),
-                Resource::Range(&drops, offset, bytes),
-                Resource::Buffer(&arguments),
-            ];
-            for (slot, resource) in slots.into_iter().zip(&resources) {
-                // SAFETY: no commands have it yet.
-                unsafe { bindings.write(index, slot, resource)? };
-            }
-        }
+        let bindings = Bindings::each(device, "compact", chunks as u32, |index| {
+            let offset = u64::from(index) * u64::from(chunk) * RECORD;
+            let bytes = u64::from(lengths[index as usize]) * RECORD;
+            [
+                (slot::DROPS, Resource::Range(&simulate.drops, offset, bytes)),
+                (slot::COUNTS, Resource::Buffer(&counts)),
+                (slot::COMPACTED, Resource::Range(&drops, offset, bytes)),
+                (slot::ARGUMENTS, Resource::Buffer(&arguments)),
+            ]
+        })?;
         let is_quad = u32::from(primitive == Primitive::Quad);
         let count = ComputePipeline::new(device, shaders::COMPACT_COUNTS_COMP, &bindings, 12, &[])?;
         let constants = [[constant::QUADS, is_quad]];

@@ -74,17 +74,8 @@ impl Mask {
             | vk::ImageUsageFlags::TRANSFER_SRC;
         let flat = ImageInfo::flat("mask", [size; 2], format, usage);
         let image = Image::new(device, &ImageInfo { levels, layers: 2, ..flat })?;
-        let bindings = Bindings::new(device, "mask", &[slot::LEVEL_IMAGE], levels)?;
-        for level in 0..levels {
-            // SAFETY: no commands have it yet.
-            unsafe {
-                bindings.write(
-                    level as usize,
-                    slot::LEVEL_IMAGE,
-                    &Resource::Storage(&image, level),
-                )?
-            };
-        }
+        let of_level = |level| [(slot::LEVEL_IMAGE, Resource::Storage(&image, level))];
+        let bindings = Bindings::each(device, "mask", levels, of_level)?;
         let constants = light_constants(light);
         let pipeline = ComputePipeline::new(device, shaders::MASK_COMP, &bindings, 8, &constants)?;
         device.count(|made| &mut made.tables);

@@ -149,30 +149,18 @@ impl Carried {
         let usage = vk::BufferUsageFlags::STORAGE_BUFFER;
         let known = Buffer::upload_device(device, "placed drops at time 0", &known, usage)?;
         let around = Buffer::upload_device(device, "clusters of placed drops", &around, usage)?;
-        let slots = [
-            slot::CONSTANTS,
-            slot::KNOWN_DROPS,
-            slot::KNOWN_CLUSTERS,
-            slot::PLACED_DROPS,
-            slot::PLACED_MOTIONS,
-        ];
-        let chunks = count.div_ceil(chunk);
-        let bindings = Bindings::new(device, "placed drops", &slots, chunks)?;
-        for index in 0..chunks {
+        let bindings = Bindings::each(device, "placed drops", count.div_ceil(chunk), |index| {
             let part = |buffer, bytes| part_of(buffer, bytes * u64::from(chunk), index);
-            let resources = [
-                Resource::Buffer(&frame.buffer),
-                part(&known, bytes[0]),
-                // Without clusters none is read.
-                part(&around, if clusters.is_empty() { 0 } else { bytes[1] }),
-                Resource::Buffer(placed),
-                Resource::Buffer(motions),
-            ];
-            for (slot, resource) in slots.iter().zip(&resources) {
-                // SAFETY: no commands have it yet.
-                unsafe { bindings.write(index as usize, *slot, resource)? };
-            }
-        }
+            // Without clusters none is read.
+            let around = part(&around, if clusters.is_empty() { 0 } else { bytes[1] });
+            [
+                (slot::CONSTANTS, Resource::Buffer(&frame.buffer)),
+                (slot::KNOWN_DROPS, part(&known, bytes[0])),
+                (slot::KNOWN_CLUSTERS, around),
+                (slot::PLACED_DROPS, Resource::Buffer(placed)),
+                (slot::PLACED_MOTIONS, Resource::Buffer(motions)),
+            ]
+        })?;
         let push = size_of::<PlacedPush>() as u32;
         let pass = ComputePipeline::new(device, shaders::PLACED_COMP, &bindings, push, constants)?;
         let boxes = (!clusters.is_empty()).then(|| scene.placed_count());
@@ -194,7 +182,7 @@ impl Carried {
 }
 
 /// The part of a buffer with this number, where each but the last has so many bytes; 0: all of it.
-fn part_of(buffer: &Buffer, bytes: u64, number: u32) -> Resource<'_> {
+pub(super) fn part_of(buffer: &Buffer, bytes: u64, number: u32) -> Resource<'_> {
     let offset = bytes * u64::from(number);
     match bytes {
         0 => Resource::Buffer(buffer),

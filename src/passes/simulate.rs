@@ -21,7 +21,7 @@ use crate::gpu::{
 };
 use crate::passes::counters;
 use crate::passes::frame::FrameBuffer;
-use crate::passes::placed::PlacedDrops;
+use crate::passes::placed::{PlacedDrops, part_of};
 use crate::scene::Scene;
 use crate::scene::model::Simulation;
 
@@ -98,36 +98,20 @@ impl Simulate {
         let placed = PlacedDrops::new(device, (frame, &[]), scene, false, Arc::default())?;
 
         let chunks = count.div_ceil(chunk).max(1);
-        let slots = [
-            slot::CONSTANTS,
-            slot::DROPS,
-            slot::PLACED_DROPS,
-            slot::STORED,
-            slot::LARGE_DROPS,
-            slot::LARGE_INDEX,
-            slot::COUNTERS,
-        ];
-        let bindings = Bindings::new(device, "simulate", &slots, chunks)?;
-        for index in 0..chunks {
-            let offset = u64::from(index) * u64::from(chunk) * RECORD;
-            let part = |buffer: &Buffer| (u64::from(chunk) * RECORD).min(buffer.size - offset);
+        let bindings = Bindings::each(device, "simulate", chunks, |index| {
+            let bytes = RECORD * u64::from(chunk);
             // Placed drops come last, so a chunk may hold no stored position: bind the first.
-            let stored_offset = if offset < stored.size { offset } else { 0 };
-            let stored_range = (u64::from(chunk) * RECORD).min(stored.size - stored_offset);
-            let resources = [
-                Resource::Buffer(&frame.buffer),
-                Resource::Range(&drops, offset, part(&drops)),
-                Resource::Buffer(&placed.buffer),
-                Resource::Range(&stored, stored_offset, stored_range),
-                Resource::Buffer(&large),
-                Resource::Buffer(&large_index),
-                Resource::Buffer(&counters),
-            ];
-            for (slot, resource) in slots.into_iter().zip(&resources) {
-                // SAFETY: no commands have it yet.
-                unsafe { bindings.write(index as usize, slot, resource)? };
-            }
-        }
+            let of_stored = if bytes * u64::from(index) < stored.size { index } else { 0 };
+            [
+                (slot::CONSTANTS, Resource::Buffer(&frame.buffer)),
+                (slot::DROPS, part_of(&drops, bytes, index)),
+                (slot::PLACED_DROPS, Resource::Buffer(&placed.buffer)),
+                (slot::STORED, part_of(&stored, bytes, of_stored)),
+                (slot::LARGE_DROPS, Resource::Buffer(&large)),
+                (slot::LARGE_INDEX, Resource::Buffer(&large_index)),
+                (slot::COUNTERS, Resource::Buffer(&counters)),
+            ]
+        })?;
         let is_stored = u32::from(simulation == Simulation::Stored);
         let pipeline = ComputePipeline::new(
             device,
