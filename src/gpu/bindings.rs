@@ -11,9 +11,9 @@ use ash::vk;
 use super::requirements::STORAGE_BUFFERS;
 use super::retired::Object;
 use super::{Buffer, Device, Image, Named, Recorder, Sampler, Texels};
-use crate::{Error, Result};
+use crate::Result;
 
-/// What is too large for one binding of a device, of [`Error::Limit`].
+/// What is too large for one binding of a device, of [`crate::Error::Limit`].
 pub(crate) const BUFFER_BYTES: &str = "the bytes of a storage buffer";
 
 /// What kind of resource fills a slot.
@@ -115,7 +115,7 @@ impl Bindings {
     /// Makes `count` sets with the given slots, visible to all stages.
     ///
     /// # Errors
-    /// [`Error::Vulkan`] if the driver refuses.
+    /// [`crate::Error::Vulkan`] if the driver refuses.
     pub fn new(device: &Arc<Device>, name: &str, slots: &[Slot], count: u32) -> Result<Self> {
         let mut bindings = Self {
             shared: None,
@@ -176,7 +176,7 @@ impl Bindings {
     /// One set, filled with a resource for each slot.
     ///
     /// # Errors
-    /// [`Error::Vulkan`] if the driver refuses; those of [`Bindings::write`].
+    /// [`crate::Error::Vulkan`] if the driver refuses; those of [`Bindings::write`].
     pub fn of(device: &Arc<Device>, name: &str, slots: &[(Slot, Resource<'_>)]) -> Result<Self> {
         Self::all(device, name, slots, 1)
     }
@@ -222,7 +222,7 @@ impl Bindings {
     /// Fills `slot`, which it was made with, of set `index`.
     ///
     /// # Errors
-    /// [`Error::Limit`] if a storage buffer is bound whole that is longer than a binding may be.
+    /// [`crate::Error::Limit`] if a storage buffer is bound whole that is longer than a binding may be.
     ///
     /// # Safety
     /// The set must not be in use: neither by the device, nor by commands that are yet to be submitted.
@@ -248,13 +248,8 @@ impl Bindings {
         let write = match *resource {
             Resource::Buffer(b) => {
                 let limit = self.device.report.limits.max_storage_buffer_range.into();
-                if kind == Binding::STORAGE_BUFFER && b.size > limit {
-                    return Err(Error::Limit {
-                        what: BUFFER_BYTES,
-                        wanted: b.size,
-                        limit,
-                        device: self.device.report.name.clone(),
-                    });
+                if kind == Binding::STORAGE_BUFFER {
+                    self.device.report.check_limit(BUFFER_BYTES, b.size, limit)?;
                 }
                 buffers = buffer(b, 0, vk::WHOLE_SIZE);
                 write.buffer_info(&buffers)

@@ -121,10 +121,7 @@ impl Device {
     ) -> Result<Arc<Self>> {
         let queue_family = report.queue_family.filter(|_| report.missing.is_empty());
         let Some(queue_family) = queue_family else {
-            return Err(Error::DeviceLacks {
-                device: report.name,
-                missing: report.missing.join(", "),
-            });
+            return Err(report.lacking(report.missing.join(", ")));
         };
         // SAFETY: the physical device comes from this instance.
         let known = unsafe { instance.raw.enumerate_device_extension_properties(report.physical) }
@@ -254,10 +251,7 @@ impl Device {
     /// [`Error::DeviceLacks`] with the features.
     pub(crate) fn require(&self, required: &Requirements) -> Result<()> {
         let missing = self.report.lacks(required);
-        if missing.is_empty() {
-            return Ok(());
-        }
-        Err(Error::DeviceLacks { device: self.report.name.clone(), missing: missing.join(", ") })
+        if missing.is_empty() { Ok(()) } else { Err(self.report.lacking(missing.join(", "))) }
     }
 
     /// What was made on it so far.

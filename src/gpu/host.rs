@@ -7,7 +7,7 @@ use gpu_allocator::vulkan::Allocator;
 
 use super::device::new_allocator;
 use super::{Device, Features, Instance, Requirements, pipeline_cache};
-use crate::{Error, Result};
+use crate::Result;
 
 /// Calls what it is given, once, while nobody else uses the queue.
 pub type QueueLock = Arc<dyn Fn(&mut dyn FnMut()) + Send + Sync>;
@@ -49,8 +49,8 @@ impl Device {
     /// Takes a host's device, for what `requirements` say ([`crate::plan::requirements`]).
     ///
     /// # Errors
-    /// [`Error::DeviceLacks`] with everything that is missing; [`Error::Memory`] if no allocator can be made for it;
-    /// [`Error::Vulkan`] if the driver refuses.
+    /// [`crate::Error::DeviceLacks`] with everything that is missing; [`crate::Error::Memory`] if no allocator can be made
+    /// for it; [`crate::Error::Vulkan`] if the driver refuses.
     ///
     /// # Safety
     /// - All that `host` says is so, and its objects belong together. Its pipelines come from this device and its driver,
@@ -65,10 +65,7 @@ impl Device {
         let report =
             instance.report_of(host.physical_device, family, Some(host.features), requirements);
         if !report.missing.is_empty() {
-            return Err(Error::DeviceLacks {
-                device: report.name,
-                missing: report.missing.join(", "),
-            });
+            return Err(report.lacking(report.missing.join(", ")));
         }
         let allocator = match host.allocator {
             Some(allocator) => allocator,

@@ -98,16 +98,9 @@ impl Image {
     /// [`Error::Limit`] if an edge is over the device's limit; [`Error::Memory`] or [`Error::Vulkan`]:
     /// what the driver says.
     pub fn new(device: &Arc<Device>, info: &ImageInfo<'_>) -> Result<Self> {
-        let limit = device.report.limits.max_image_dimension2_d;
-        let edge = info.width.max(info.height);
-        if edge > limit {
-            return Err(Error::Limit {
-                what: "an image's edge in pixels",
-                wanted: edge.into(),
-                limit: limit.into(),
-                device: device.report.name.clone(),
-            });
-        }
+        let limit = device.report.limits.max_image_dimension2_d.into();
+        let edge = info.width.max(info.height).into();
+        device.report.check_limit("an image's edge in pixels", edge, limit)?;
         let create = vk::ImageCreateInfo::default()
             .image_type(vk::ImageType::TYPE_2D)
             .format(info.format)

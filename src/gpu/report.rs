@@ -80,6 +80,22 @@ impl DeviceReport {
         pairs.filter(|((_, wanted), (_, is))| *wanted && !is).map(|((name, _), _)| name).collect()
     }
 
+    /// The error of a device that lacks something.
+    pub(crate) fn lacking(&self, missing: impl Into<String>) -> Error {
+        Error::DeviceLacks { device: self.name.clone(), missing: missing.into() }
+    }
+
+    /// Fails if more of something is wanted than the device takes.
+    ///
+    /// # Errors
+    /// [`Error::Limit`], with both figures.
+    pub(crate) fn check_limit(&self, what: &'static str, wanted: u64, limit: u64) -> Result<()> {
+        if wanted <= limit {
+            return Ok(());
+        }
+        Err(Error::Limit { what, wanted, limit, device: self.name.clone() })
+    }
+
     /// Nanoseconds a tick of its timer, and the bits of it that count; without bits it has none.
     pub fn timer(&self) -> (f64, u32) {
         (self.limits.timestamp_period.into(), self.timestamp_bits)
@@ -291,10 +307,7 @@ pub fn choose_among(devices: &[DeviceReport], wanted: Option<&str>) -> Result<De
         });
     };
     if !chosen.missing.is_empty() {
-        return Err(Error::DeviceLacks {
-            device: chosen.name.clone(),
-            missing: chosen.missing.join(", "),
-        });
+        return Err(chosen.lacking(chosen.missing.join(", ")));
     }
     Ok(chosen.clone())
 }

@@ -19,6 +19,7 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::light_constants;
+use crate::Result;
 use crate::gpu::sets::{group, mask as slot};
 use crate::gpu::{
     Bindings, Buffer, Commands, ComputePipeline, Device, Image, ImageInfo, Resource, Sampler, Use,
@@ -27,7 +28,6 @@ use crate::gpu::{
 use crate::optics::level_half_angle;
 use crate::plan::Light;
 use crate::scene::model::Optics;
-use crate::{Error, Result};
 
 /// The mask on the device, ready to be sampled.
 pub struct Mask {
@@ -51,9 +51,9 @@ impl Mask {
     /// Traces a mask whose finest level has `size` texels an edge.
     ///
     /// # Errors
-    /// [`Error::DeviceLacks`] if the device cannot store and filter the format that the optics need;
-    /// [`Error::Limit`] if `size` is over its limit for images; [`Error::Memory`] if it has no room for
-    /// the mask; [`Error::Vulkan`] if the driver refuses.
+    /// [`crate::Error::DeviceLacks`] if the device cannot store and filter the format that the optics need;
+    /// [`crate::Error::Limit`] if `size` is over its limit for images; [`crate::Error::Memory`] if it has no
+    /// room for the mask; [`crate::Error::Vulkan`] if the driver refuses.
     pub fn trace(device: &Arc<Device>, size: u32, optics: Optics, light: &Light) -> Result<Self> {
         let format = match optics {
             Optics::MaskF32 => vk::Format::R32G32B32A32_SFLOAT,
@@ -63,10 +63,8 @@ impl Mask {
         let needs = vk::FormatFeatureFlags::STORAGE_IMAGE
             | vk::FormatFeatureFlags::SAMPLED_IMAGE_FILTER_LINEAR;
         if !device.format_features(format).contains(needs) {
-            return Err(Error::DeviceLacks {
-                device: device.report.name.clone(),
-                missing: format!("storing and filtering {format:?}, which {optics} needs"),
-            });
+            let missing = format!("storing and filtering {format:?}, which {optics} needs");
+            return Err(device.report.lacking(missing));
         }
         let levels = size.ilog2() + 1;
         let usage = vk::ImageUsageFlags::STORAGE
@@ -102,7 +100,7 @@ impl Mask {
     /// Reads a level back.
     ///
     /// # Errors
-    /// [`Error::Memory`] if there is no room for the copy; [`Error::Vulkan`] if it fails.
+    /// [`crate::Error::Memory`] if there is no room for the copy; [`crate::Error::Vulkan`] if it fails.
     pub fn read(&self, device: &Arc<Device>, level: u32) -> Result<MaskLevel> {
         let size = self.image.width >> level;
         let texels = 2 * size as usize * size as usize;

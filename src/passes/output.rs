@@ -72,10 +72,7 @@ impl Output {
             needs |= vk::FormatFeatureFlags::COLOR_ATTACHMENT_BLEND;
         }
         if !device.format_features(format).contains(needs) {
-            return Err(Error::DeviceLacks {
-                device: device.report.name.clone(),
-                missing: format!("drawing into {format:?} with {blend:?}"),
-            });
+            return Err(device.report.lacking(format!("drawing into {format:?} with {blend:?}")));
         }
         let radiance = source.radiance(device)?;
         let (radiance, shader) = radiance.choose([

@@ -158,18 +158,9 @@ impl HostParticles {
             _ if is_null(&self.buffer) => return refuse("their buffer is null".into()),
             _ => {}
         }
-        let range = self.range(device, most).1;
+        let (_, range, _) = self.range(device, most);
         let limit = device.report.limits.max_storage_buffer_range.into();
-        if range > limit {
-            let device = device.report.name.clone();
-            return Err(Error::Limit {
-                what: "the bytes of a host's particles",
-                wanted: range,
-                limit,
-                device,
-            });
-        }
-        Ok(())
+        device.report.check_limit("the bytes of a host's particles", range, limit)
     }
 
     /// What of the buffer is bound, offset and bytes, and where in it the first particle begins.

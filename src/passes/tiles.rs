@@ -43,6 +43,7 @@ use super::totals::{
     SORT_GROUPS,
 };
 use super::{light_constants, rows_of, side_by_side};
+use crate::Result;
 use crate::abi::{CLUSTER, END, MAX_BANDS, STRETCHES};
 use crate::gpu::sets::{constant, group, tile_frame, tiles as slot};
 use crate::gpu::{
@@ -55,7 +56,6 @@ use crate::rain::field::Seen;
 use crate::scene::Scene;
 use crate::scene::model::{Lens, Motion, ShapeModel};
 use crate::scene::projection::View;
-use crate::{Error, Result};
 
 /// Tiles that a drop at the paper's sizes touches.
 const TILES_A_DROP: f64 = 2.0;
@@ -139,7 +139,7 @@ impl Passes {
     }
 }
 
-/// What a picture has too many of for a device, of [`Error::Limit`].
+/// What a picture has too many of for a device, of [`crate::Error::Limit`].
 pub(crate) const PIXELS: &str = "the picture's number of pixels";
 
 /// Refuses more drops, or more tiles, than the passes can number on a device.
@@ -147,19 +147,15 @@ fn check_limits(device: &Device, drops: u64, tiles: u32) -> Result<()> {
     let limits = &device.report.limits;
     let range = u64::from(limits.max_storage_buffer_range);
     let groups = u64::from(limits.max_compute_work_group_count[0]);
-    let within = |what, wanted: u64, limit: u64| {
-        let device = device.report.name.clone();
-        if wanted > limit { Err(Error::Limit { what, wanted, limit, device }) } else { Ok(()) }
-    };
     // Their order, a word each, is one binding, and one dispatch goes over their clusters, of which
     // random and placed drops each fill up a last one.
     let most_clusters = groups / u64::from(STRETCHES) * u64::from(STRETCHES * CLUSTERS_GROUP);
     let most_drops = (range / 4).min(most_clusters * u64::from(CLUSTER)) - 2 * u64::from(CLUSTER);
-    within("the number of drops in tiles", drops, most_drops)?;
+    device.report.check_limit("the number of drops in tiles", drops, most_drops)?;
     // A row of workgroups takes an invocation for each disordered tile, of which there may be as many as
     // tiles; pixels, 8 bytes each, are one binding.
     let most_pixels = (TILE_PIXELS * 64 * groups).min(range / 8);
-    within(PIXELS, TILE_PIXELS * u64::from(tiles), most_pixels)
+    device.report.check_limit(PIXELS, TILE_PIXELS * u64::from(tiles), most_pixels)
 }
 
 /// Specialization constants of all passes over the tiles.
@@ -198,9 +194,9 @@ impl Tiles {
     /// are farther.
     ///
     /// # Errors
-    /// [`Error::Limit`] if the drops or the image's pixels are more than the device's bindings or
-    /// dispatches take; [`Error::Memory`] if it has no room for them; [`Error::Vulkan`] if the driver
-    /// refuses.
+    /// [`crate::Error::Limit`] if the drops or the image's pixels are more than the device's bindings or
+    /// dispatches take; [`crate::Error::Memory`] if it has no room for them; [`crate::Error::Vulkan`] if the
+    /// driver refuses.
     pub(crate) fn new(
         device: &Arc<Device>,
         frame: &FrameBuffer,
