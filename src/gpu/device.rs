@@ -1,6 +1,7 @@
 //! A Vulkan device with one queue for everything.
 
 use std::collections::HashMap;
+use std::ffi::CStr;
 use std::mem::ManuallyDrop;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
@@ -123,49 +124,21 @@ impl Device {
         let Some(queue_family) = queue_family else {
             return Err(report.lacking(report.missing.join(", ")));
         };
-        // SAFETY: the physical device comes from this instance.
-        let known = unsafe { instance.raw.enumerate_device_extension_properties(report.physical) }
-            .named("vkEnumerateDeviceExtensionProperties", &report.name)?;
-        let has = |name| known.iter().any(|e| e.extension_name_as_c_str() == Ok(name));
+        let has = extensions_of(&instance.raw, &report)?;
         let mut extensions = Vec::new();
         if instance.presents {
             let name = khr::swapchain::NAME;
             if !has(name) {
-                let missing = name.to_string_lossy().into_owned();
-                return Err(Error::DeviceLacks { device: report.name, missing });
+                return Err(report.lacking(name.to_string_lossy()));
             }
-            extensions.push(name.as_ptr());
+            extensions.push(name);
         }
         // A device that has it must be made with it.
         if has(khr::portability_subset::NAME) {
-            extensions.push(khr::portability_subset::NAME.as_ptr());
+            extensions.push(khr::portability_subset::NAME);
         }
-        let reconverges = report.promises.reconvergence == Reconvergence::Promised;
-        if reconverges {
-            extensions.push(MAXIMAL_RECONVERGENCE.as_ptr());
-        }
-        let priorities = [1.0];
-        let queues = [vk::DeviceQueueCreateInfo::default()
-            .queue_family_index(queue_family)
-            .queue_priorities(&priorities)];
-        let mut enabled = vk::PhysicalDeviceFeatures::default();
-        let mut enabled12 = vk::PhysicalDeviceVulkan12Features::default();
-        let mut enabled13 = vk::PhysicalDeviceVulkan13Features::default();
-        report.features.enable(&mut enabled, &mut enabled12, &mut enabled13);
-        let mut reconvergence = vk::PhysicalDeviceShaderMaximalReconvergenceFeaturesKHR::default()
-            .shader_maximal_reconvergence(true);
-        let mut info = vk::DeviceCreateInfo::default()
-            .queue_create_infos(&queues)
-            .enabled_features(&enabled)
-            .enabled_extension_names(&extensions)
-            .push_next(&mut enabled12)
-            .push_next(&mut enabled13);
-        if reconverges {
-            info = info.push_next(&mut reconvergence);
-        }
-        // SAFETY: `info` and all it points to outlive the call; the features were found above.
-        let raw = unsafe { instance.raw.create_device(report.physical, &info, None) }
-            .named("vkCreateDevice", &report.name)?;
+        let info = vk::DeviceCreateInfo::default();
+        let raw = create(&instance.raw, &report, queue_family, extensions, info)?;
         // SAFETY: the family was asked for one queue.
         let queue = unsafe { raw.get_device_queue(queue_family, 0) };
         let allocator = match new_allocator(&instance.raw, &raw, report.physical) {
@@ -419,6 +392,55 @@ impl Drop for Device {
             }
         }
     }
+}
+
+/// Which extensions a device of this instance has.
+pub(super) fn extensions_of(
+    instance: &ash::Instance,
+    report: &DeviceReport,
+) -> Result<impl Fn(&CStr) -> bool + use<>> {
+    // SAFETY: the physical device comes from this instance.
+    let known = unsafe { instance.enumerate_device_extension_properties(report.physical) }
+        .named("vkEnumerateDeviceExtensionProperties", &report.name)?;
+    Ok(move |name: &CStr| known.iter().any(|e| e.extension_name_as_c_str() == Ok(name)))
+}
+
+/// A device of this instance with one queue of a family, with the features and promises of its report, these extensions,
+/// which it has, and what else `info` says.
+pub(super) fn create(
+    instance: &ash::Instance,
+    report: &DeviceReport,
+    queue_family: u32,
+    mut extensions: Vec<&CStr>,
+    info: vk::DeviceCreateInfo<'_>,
+) -> Result<ash::Device> {
+    let reconverges = report.promises.reconvergence == Reconvergence::Promised;
+    if reconverges {
+        extensions.push(MAXIMAL_RECONVERGENCE);
+    }
+    let extensions: Vec<_> = extensions.into_iter().map(CStr::as_ptr).collect();
+    let priorities = [1.0];
+    let queues = [vk::DeviceQueueCreateInfo::default()
+        .queue_family_index(queue_family)
+        .queue_priorities(&priorities)];
+    let mut enabled = vk::PhysicalDeviceFeatures::default();
+    let mut enabled12 = vk::PhysicalDeviceVulkan12Features::default();
+    let mut enabled13 = vk::PhysicalDeviceVulkan13Features::default();
+    report.features.enable(&mut enabled, &mut enabled12, &mut enabled13);
+    let mut reconvergence = vk::PhysicalDeviceShaderMaximalReconvergenceFeaturesKHR::default()
+        .shader_maximal_reconvergence(true);
+    let mut info = info
+        .queue_create_infos(&queues)
+        .enabled_features(&enabled)
+        .enabled_extension_names(&extensions)
+        .push_next(&mut enabled12)
+        .push_next(&mut enabled13);
+    if reconverges {
+        info = info.push_next(&mut reconvergence);
+    }
+    // SAFETY: `info` and all it points to outlive the call; the device has what is enabled.
+    unsafe { instance.create_device(report.physical, &info, None) }
+        .named("vkCreateDevice", &report.name)
 }
 
 /// An allocator of memory of a device.

@@ -8,10 +8,10 @@ use ash::{khr, vk};
 use rayon::prelude::*;
 
 use super::bindings::set_layout;
+use super::device::{create, extensions_of};
 use super::pipeline::PipelineOf;
-use super::promises::{MAXIMAL_RECONVERGENCE, Reconvergence};
 use super::{Device, DeviceReport, Named, Promises};
-use crate::{Error, Result};
+use crate::Result;
 
 /// What a driver says of a compiled stage: names and counts.
 type Figures = Vec<(String, u64)>;
@@ -43,48 +43,19 @@ impl Device {
     /// Makes every pipeline that was asked for on this device on another of its instance, and gives what its driver says of each.
     ///
     /// # Errors
-    /// [`Error::DeviceLacks`] if it does not tell; [`Error::Vulkan`] if a pipeline cannot be made there.
+    /// [`crate::Error::DeviceLacks`] if it does not tell; [`crate::Error::Vulkan`] if a pipeline cannot be made there.
     #[doc(hidden)]
     pub fn pipelines_compiled_for(&self, other: &DeviceReport) -> Result<Vec<Compiled>> {
         let instance = &self.instance().raw;
-        // SAFETY: the physical device comes from this instance.
-        let known = unsafe { instance.enumerate_device_extension_properties(other.physical) }
-            .named("vkEnumerateDeviceExtensionProperties", &other.name)?;
         let name = khr::pipeline_executable_properties::NAME;
-        if !known.iter().any(|e| e.extension_name_as_c_str() == Ok(name)) {
-            let missing = name.to_string_lossy().into_owned();
-            return Err(Error::DeviceLacks { device: other.name.clone(), missing });
+        if !extensions_of(instance, other)?(name) {
+            return Err(other.lacking(name.to_string_lossy()));
         }
-        let priorities = [1.0];
-        let queues = [vk::DeviceQueueCreateInfo::default()
-            .queue_family_index(other.queue_family.unwrap_or(0))
-            .queue_priorities(&priorities)];
-        let mut enabled = vk::PhysicalDeviceFeatures::default();
-        let mut enabled12 = vk::PhysicalDeviceVulkan12Features::default();
-        let mut enabled13 = vk::PhysicalDeviceVulkan13Features::default();
-        other.features.enable(&mut enabled, &mut enabled12, &mut enabled13);
         let mut told = vk::PhysicalDevicePipelineExecutablePropertiesFeaturesKHR::default()
             .pipeline_executable_info(true);
-        let mut extensions = vec![name.as_ptr()];
-        let reconverges = other.promises.reconvergence == Reconvergence::Promised;
-        if reconverges {
-            extensions.push(MAXIMAL_RECONVERGENCE.as_ptr());
-        }
-        let mut reconvergence = vk::PhysicalDeviceShaderMaximalReconvergenceFeaturesKHR::default()
-            .shader_maximal_reconvergence(true);
-        let mut info = vk::DeviceCreateInfo::default()
-            .queue_create_infos(&queues)
-            .enabled_features(&enabled)
-            .enabled_extension_names(&extensions)
-            .push_next(&mut enabled12)
-            .push_next(&mut enabled13)
-            .push_next(&mut told);
-        if reconverges {
-            info = info.push_next(&mut reconvergence);
-        }
-        // SAFETY: `info` and all it points to outlive the call; the device has the extension.
-        let raw = unsafe { instance.create_device(other.physical, &info, None) }
-            .named("vkCreateDevice", &other.name)?;
+        let info = vk::DeviceCreateInfo::default().push_next(&mut told);
+        let queue_family = other.queue_family.unwrap_or(0);
+        let raw = create(instance, other, queue_family, vec![name], info)?;
         let told = khr::pipeline_executable_properties::Device::new(instance, &raw);
         let made = self.pipelines_made();
         let of_all: Vec<_> = made.all().collect();
