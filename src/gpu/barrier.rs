@@ -2,6 +2,7 @@
 
 use ash::vk::{self, AccessFlags2 as Access, ImageLayout as Layout, PipelineStageFlags2 as Stage};
 
+use super::host_image::ImageState;
 use super::{Device, Image, Recorder};
 
 /// What a resource is used for: its stages, accesses and, for an image, its layout.
@@ -123,7 +124,8 @@ pub fn image_barrier(
     before: Use,
     after: Use,
 ) {
-    transition(device, commands, image, &[before], before.scope().2, after);
+    let states = [ImageState::of(before), ImageState::of(after)];
+    transition(device, commands, (image.raw, all_of(image)), states);
 }
 
 /// Like [`image_barrier`], after any of several uses, whose content is lost.
@@ -134,34 +136,35 @@ pub fn image_discard(
     before: &[Use],
     after: Use,
 ) {
-    transition(device, commands, image, before, Layout::UNDEFINED, after);
+    let (stages, access) = join(before);
+    let states = [ImageState { layout: Layout::UNDEFINED, stages, access }, ImageState::of(after)];
+    transition(device, commands, (image.raw, all_of(image)), states);
 }
 
-fn transition(
+fn all_of(image: &Image) -> vk::ImageSubresourceRange {
+    vk::ImageSubresourceRange::default()
+        .aspect_mask(image.aspect())
+        .level_count(image.levels)
+        .layer_count(image.layers)
+}
+
+/// Makes a part of an image that was used in one way ready for another.
+pub(super) fn transition(
     device: &Device,
     commands: Recorder<'_>,
-    image: &Image,
-    before: &[Use],
-    old: Layout,
-    after: Use,
+    (image, range): (vk::Image, vk::ImageSubresourceRange),
+    [before, after]: [ImageState; 2],
 ) {
-    let (src_stage, src_access) = join(before);
-    let (dst_stage, dst_access, new) = after.scope();
     let barrier = [vk::ImageMemoryBarrier2::default()
-        .src_stage_mask(src_stage)
-        .src_access_mask(src_access)
-        .dst_stage_mask(dst_stage)
-        .dst_access_mask(dst_access)
-        .old_layout(old)
-        .new_layout(new)
-        .image(image.raw)
-        .subresource_range(
-            vk::ImageSubresourceRange::default()
-                .aspect_mask(image.aspect())
-                .level_count(image.levels)
-                .layer_count(image.layers),
-        )];
+        .src_stage_mask(before.stages)
+        .src_access_mask(before.access)
+        .dst_stage_mask(after.stages)
+        .dst_access_mask(after.access)
+        .old_layout(before.layout)
+        .new_layout(after.layout)
+        .image(image)
+        .subresource_range(range)];
     let info = vk::DependencyInfo::default().image_memory_barriers(&barrier);
-    // SAFETY: the command buffer is being recorded, outside of any rendering.
+    // SAFETY: the command buffer is being recorded, outside of any rendering; of a host's image the host says how it is used.
     unsafe { device.raw.cmd_pipeline_barrier2(commands.raw(), &info) };
 }

@@ -2,7 +2,7 @@
 
 use ash::vk::{self, AccessFlags2 as Access, ImageLayout as Layout, PipelineStageFlags2 as Stage};
 
-use super::barrier::Use;
+use super::barrier::{Use, transition};
 use super::{Device, Recorder};
 use crate::{Error, Result};
 
@@ -59,7 +59,7 @@ impl ImageState {
         access: Access::TRANSFER_WRITE,
     };
 
-    fn of(used: Use) -> Self {
+    pub(super) fn of(used: Use) -> Self {
         let (stages, access, layout) = used.scope();
         Self { layout, stages, access }
     }
@@ -158,32 +158,13 @@ impl HostImage {
 
     /// Makes it ready to be used as `used`.
     pub(crate) fn take(&self, device: &Device, commands: Recorder<'_>, used: Use) {
-        self.change(device, commands, self.entry, ImageState::of(used));
+        let states = [self.entry, ImageState::of(used)];
+        transition(device, commands, (self.image, self.range), states);
     }
 
     /// Hands it back after it was used as `used`.
     pub(crate) fn give_back(&self, device: &Device, commands: Recorder<'_>, used: Use) {
-        self.change(device, commands, ImageState::of(used), self.exit);
-    }
-
-    fn change(
-        &self,
-        device: &Device,
-        commands: Recorder<'_>,
-        before: ImageState,
-        after: ImageState,
-    ) {
-        let barrier = [vk::ImageMemoryBarrier2::default()
-            .src_stage_mask(before.stages)
-            .src_access_mask(before.access)
-            .dst_stage_mask(after.stages)
-            .dst_access_mask(after.access)
-            .old_layout(before.layout)
-            .new_layout(after.layout)
-            .image(self.image)
-            .subresource_range(self.range)];
-        let info = vk::DependencyInfo::default().image_memory_barriers(&barrier);
-        // SAFETY: the command buffer is being recorded, outside of any rendering; the host says how the image is used.
-        unsafe { device.raw.cmd_pipeline_barrier2(commands.raw(), &info) };
+        let states = [ImageState::of(used), self.exit];
+        transition(device, commands, (self.image, self.range), states);
     }
 }
