@@ -1,11 +1,16 @@
 //! Copies between images and tightly packed buffers, and what fills a buffer. All are recorded outside of any rendering.
-//! The barriers around them are the caller's.
+//! The barriers around them are the caller's. An [`Upload`] fills an image and has its own.
 
+use std::marker::PhantomData;
 use std::ops::Range;
+use std::sync::Arc;
 
 use ash::vk;
+use bytemuck::Pod;
+use rayon::prelude::*;
 
-use super::{Buffer, Device, Image, Recorder};
+use super::{Buffer, Commands, Device, Image, Memory, Recorder, Use, image_barrier};
+use crate::Result;
 
 /// Most bytes that one `vkCmdUpdateBuffer` takes.
 const MOST_UPDATED: usize = 65_536;
@@ -83,11 +88,97 @@ pub fn copy_to_image(
     unsafe { device.raw().cmd_copy_buffer_to_image(commands.raw(), from, to, layout, parts) };
 }
 
-/// The part of a level of so many rows from `top` on.
-pub fn copy_rows(image: &Image, level: u32, top: u32, height: u32) -> vk::BufferImageCopy {
-    let (width, _) = image.level_size(level);
-    image
-        .level_copy(level, 0)
-        .image_offset(vk::Offset3D { x: 0, y: top as i32, z: 0 })
-        .image_extent(vk::Extent3D { width, height, depth: 1 })
+/// Bytes that are converted and copied at once, so that an upload's memory does not grow with the image.
+const STRIP_BYTES: usize = 32 << 20;
+
+/// Texels of `T` that are copied at once to a level of this width: whole rows, one at least.
+fn strip<T>(width: usize) -> usize {
+    (STRIP_BYTES / size_of::<T>() / width).max(1) * width
+}
+
+/// The most that are copied at once to any level of an image. (A level may have longer strips than the finest.)
+fn longest_strip<T>(width: usize, height: usize) -> usize {
+    (STRIP_BYTES / size_of::<T>()).max(width).min(width * height)
+}
+
+/// An image that is filled level by level with texels of `T`; what it held is lost.
+pub struct Upload<'a, T> {
+    device: &'a Arc<Device>,
+    name: &'a str,
+    image: &'a Image,
+    staging: Buffer,
+    of: PhantomData<T>,
+}
+
+impl<'a, T: Pod + Send> Upload<'a, T> {
+    /// Begins it.
+    ///
+    /// # Errors
+    /// See [`Buffer::new`] and [`Commands::once`].
+    pub fn new(device: &'a Arc<Device>, name: &'a str, image: &'a Image) -> Result<Self> {
+        let texels = longest_strip::<T>(image.width as usize, image.height as usize);
+        let (bytes, usage) = (size_of::<T>() * texels, vk::BufferUsageFlags::TRANSFER_SRC);
+        let staging = Buffer::new(device, name, bytes as u64, usage, Memory::Upload)?;
+        let upload = Self { device, name, image, staging, of: PhantomData };
+        upload.change(Use::Nothing, Use::TransferWrite)?;
+        Ok(upload)
+    }
+
+    /// Fills a level, row by row from the top, with what `texel` makes of each value.
+    ///
+    /// # Errors
+    /// See [`Commands::once`].
+    pub fn level<V: Sync>(
+        &mut self,
+        level: u32,
+        values: &[V],
+        texel: impl Fn(&V) -> T + Sync,
+    ) -> Result<()> {
+        let (width, _) = self.image.level_size(level);
+        let row = width as usize;
+        for (number, values) in values.chunks(strip::<T>(row)).enumerate() {
+            self.staging.write(0, &values.par_iter().map(&texel).collect::<Vec<T>>());
+            let (y, height) = (number * strip::<T>(row) / row, (values.len() / row) as u32);
+            let part = [self
+                .image
+                .level_copy(level, 0)
+                .image_offset(vk::Offset3D { x: 0, y: y as i32, z: 0 })
+                .image_extent(vk::Extent3D { width, height, depth: 1 })];
+            Commands::once(self.device, self.name, |commands| {
+                copy_to_image(self.device, commands, &self.staging, self.image, &part);
+            })?;
+        }
+        Ok(())
+    }
+
+    /// Makes the image ready to be sampled.
+    ///
+    /// # Errors
+    /// See [`Commands::once`].
+    pub fn end(self) -> Result<()> {
+        self.change(Use::TransferWrite, Use::ShaderRead)
+    }
+
+    fn change(&self, before: Use, after: Use) -> Result<()> {
+        Commands::once(self.device, self.name, |commands| {
+            image_barrier(self.device, commands, self.image, before, after);
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{longest_strip, strip};
+
+    #[test]
+    fn a_strip_of_any_level_fits_into_the_buffer() {
+        type Texel = [u16; 4];
+        for width in (2..=32_768).step_by(2) {
+            let room = longest_strip::<Texel>(width, width / 2);
+            for level in 0..=width.ilog2() {
+                let (width, height) = ((width >> level).max(1), ((width / 2) >> level).max(1));
+                assert!(strip::<Texel>(width).min(width * height) <= room, "{width} x {height}");
+            }
+        }
+    }
 }

@@ -41,7 +41,7 @@ pub use bindings::{Binding, Bindings, Resource, Slot};
 pub use buffer::{Buffer, Memory};
 pub use commands::{Commands, Recorder};
 pub use copies::{
-    copy_buffer, copy_range, copy_rows, copy_to_buffer, copy_to_image, fill_buffer, update_buffer,
+    Upload, copy_buffer, copy_range, copy_to_buffer, copy_to_image, fill_buffer, update_buffer,
 };
 pub use device::{Device, MadeCounts, PointRules, ReplacedShaders};
 #[cfg(feature = "reload")]

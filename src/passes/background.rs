@@ -16,8 +16,6 @@
 use std::sync::Arc;
 
 use ash::vk;
-use bytemuck::Pod;
-use glam::Vec3;
 use half::f16;
 
 use super::composite::Prepared;
@@ -25,15 +23,12 @@ use crate::Result;
 use crate::abi::BackgroundPush;
 use crate::gpu::sets::background as slot;
 use crate::gpu::{
-    Bindings, Buffer, Commands, ComputePipeline, Device, HostImage, Image, ImageInfo, Memory,
-    Recorder, Resource, Sampler, Use, copy_rows, copy_to_image, image_barrier, shaders,
+    Bindings, Buffer, ComputePipeline, Device, HostImage, Image, ImageInfo, Recorder, Resource,
+    Sampler, Upload, Use, shaders,
 };
 use crate::picture::plate::Plate;
 use crate::scene::background::DepthKind;
 use crate::scene::matrices::ProjectedDepth;
-
-/// Bytes that are copied at once, so that the upload's memory does not grow with the picture.
-const STRIP_BYTES: usize = 32 << 20;
 
 /// What the images of a background hold.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -112,12 +107,14 @@ impl BackgroundImages {
             let usage = vk::ImageUsageFlags::SAMPLED | vk::ImageUsageFlags::TRANSFER_DST;
             Image::new(device, &ImageInfo::flat(name, [width, height], format, usage))
         };
+        let name = "background upload";
         let color = match plate.color() {
             None => None,
             Some(picture) => {
                 let image = image("background colour", vk::Format::R32G32B32A32_SFLOAT)?;
-                let texel = |pixel: &Vec3| pixel.extend(1.0).to_array();
-                upload(device, &image, &picture.pixels, texel)?;
+                let mut upload = Upload::new(device, name, &image)?;
+                upload.level(0, &picture.pixels, |pixel| pixel.extend(1.0).to_array())?;
+                upload.end()?;
                 Some(image)
             }
         };
@@ -125,7 +122,9 @@ impl BackgroundImages {
             None => None,
             Some(depth) => {
                 let image = image("background depth", vk::Format::R32_SFLOAT)?;
-                upload(device, &image, &depth.values, |depth: &f64| [*depth as f32])?;
+                let mut upload = Upload::new(device, name, &image)?;
+                upload.level(0, &depth.values, |depth| *depth as f32)?;
+                upload.end()?;
                 Some(image)
             }
         };
@@ -190,35 +189,6 @@ impl HostBackground {
     pub(crate) fn give_back(&self, device: &Device, commands: Recorder<'_>) {
         self.images().for_each(|image| image.give_back(device, commands, Use::ComputeRead));
     }
-}
-
-/// Fills an image, row by row from the top, and leaves it ready to be sampled.
-fn upload<T, U: Pod>(
-    device: &Arc<Device>,
-    image: &Image,
-    values: &[T],
-    texel: impl Fn(&T) -> U,
-) -> Result<()> {
-    let name = "background upload";
-    let width = image.width as usize;
-    let strip = (STRIP_BYTES / size_of::<U>() / width).max(1) * width;
-    let bytes = (size_of::<U>() * strip.min(values.len())) as u64;
-    let usage = vk::BufferUsageFlags::TRANSFER_SRC;
-    let mut staging = Buffer::new(device, name, bytes, usage, Memory::Upload)?;
-    Commands::once(device, name, |commands| {
-        image_barrier(device, commands, image, Use::Nothing, Use::TransferWrite);
-    })?;
-    for (number, values) in values.chunks(strip).enumerate() {
-        staging.write(0, &values.iter().map(&texel).collect::<Vec<_>>());
-        let (top, height) = (number * strip / width, values.len() / width);
-        let part = copy_rows(image, 0, top as u32, height as u32);
-        Commands::once(device, name, |commands| {
-            copy_to_image(device, commands, &staging, image, &[part]);
-        })?;
-    }
-    Commands::once(device, name, |commands| {
-        image_barrier(device, commands, image, Use::TransferWrite, Use::ShaderRead);
-    })
 }
 
 /// The largest radiance behind the drops that is stored, where a stored 1 is `radiance_scale`; what is brighter is clipped.

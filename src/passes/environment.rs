@@ -14,21 +14,14 @@ use std::sync::Arc;
 use ash::vk;
 use glam::Vec3;
 use half::f16;
-use rayon::prelude::*;
 
 use crate::Result;
 use crate::environment::Environment;
 use crate::environment::levels::for_each_level;
-use crate::gpu::{
-    Buffer, Commands, Device, Image, ImageInfo, Memory, Sampler, Use, copy_rows, copy_to_image,
-    image_barrier,
-};
+use crate::gpu::{Commands, Device, Image, ImageInfo, Sampler, Upload, Use, image_barrier};
 
 /// Largest radiance that is stored.
 const MAX_STORED: f32 = crate::abi::MAX_STORED as f32;
-
-/// Bytes that are converted and copied at once, so that the upload's memory does not grow with the image.
-const STRIP_BYTES: usize = 32 << 20;
 
 /// Least mean that is stored, of all but small bright sources: float16 steps by 2^-24 there, a thousandth of it.
 const LEAST_MEAN: f64 = 1.0 / 32_768.0;
@@ -134,7 +127,14 @@ impl EnvironmentMap {
                 .map(f16::from_f32)
         };
         device.count(|made| &mut made.environments);
-        upload(device, environment, &image, stored)?;
+        let mut upload = Upload::new(device, "environment upload", &image)?;
+        let mut level = 0;
+        for_each_level(environment, |_, _, texels| {
+            upload.level(level, texels, &stored)?;
+            level += 1;
+            Ok::<_, crate::Error>(())
+        })?;
+        upload.end()?;
         Self::of(device, image, radiance_scale)
     }
 }
@@ -148,40 +148,4 @@ fn environment_image(
     let format = vk::Format::R16G16B16A16_SFLOAT;
     let flat = ImageInfo::flat("environment", size.into(), format, usage);
     Image::new(device, &ImageInfo { levels: size.1.ilog2() + 1, ..flat })
-}
-
-/// Fills every level of `image`, in strips of rows, and leaves it ready to be sampled.
-fn upload(
-    device: &Arc<Device>,
-    environment: &Environment,
-    image: &Image,
-    stored: impl Fn(&Vec3) -> [f16; 4] + Sync,
-) -> Result<()> {
-    const TEXEL_BYTES: usize = size_of::<[f16; 4]>();
-    let name = "environment upload";
-    let change = |before, after| {
-        Commands::once(device, name, |commands| {
-            image_barrier(device, commands, image, before, after);
-        })
-    };
-    let strip = |width: u32| (STRIP_BYTES / TEXEL_BYTES / width as usize).max(1) * width as usize;
-    let bytes = TEXEL_BYTES * environment.texels().len().min(strip(environment.width()));
-    let usage = vk::BufferUsageFlags::TRANSFER_SRC;
-    let mut staging = Buffer::new(device, name, bytes as u64, usage, Memory::Upload)?;
-    change(Use::Nothing, Use::TransferWrite)?;
-    let mut level = 0;
-    for_each_level(environment, |width, _, texels| {
-        for (number, texels) in texels.chunks(strip(width)).enumerate() {
-            staging.write(0, &texels.par_iter().map(&stored).collect::<Vec<_>>());
-            let rows = |count: usize| (count / width as usize) as u32;
-            let top = rows(number * strip(width));
-            let part = copy_rows(image, level, top, rows(texels.len()));
-            Commands::once(device, name, |commands| {
-                copy_to_image(device, commands, &staging, image, &[part]);
-            })?;
-        }
-        level += 1;
-        Ok::<_, crate::Error>(())
-    })?;
-    change(Use::TransferWrite, Use::ShaderRead)
 }

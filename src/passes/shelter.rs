@@ -15,8 +15,8 @@ use glam::DVec3;
 use crate::Result;
 use crate::abi::Shelter;
 use crate::gpu::{
-    Buffer, Commands, Device, Image, ImageInfo, Memory, Recorder, Resource, Sampler, Slot, Use,
-    copy_rows, copy_to_image, image_barrier, update_buffer,
+    Buffer, Device, Image, ImageInfo, Memory, Recorder, Resource, Sampler, Slot, Upload,
+    update_buffer,
 };
 use crate::picture::heights::{HeightMap, NOTHING};
 use crate::rain::cells::Lattice;
@@ -150,27 +150,15 @@ fn of_host(device: &Arc<Device>, size: [u32; 2]) -> Result<Image> {
 
 /// An image of the map with all its levels, ready to be sampled.
 fn upload(device: &Arc<Device>, map: &Arc<HeightMap>) -> Result<Image> {
-    let name = "height map";
     let usage = vk::ImageUsageFlags::SAMPLED | vk::ImageUsageFlags::TRANSFER_DST;
     let size = [map.columns as u32, map.rows as u32];
-    let flat = ImageInfo::flat(name, size, vk::Format::R32_SFLOAT, usage);
+    let flat = ImageInfo::flat("height map", size, vk::Format::R32_SFLOAT, usage);
     let coarse = levels(map);
     let image = Image::new(device, &ImageInfo { levels: 1 + coarse.len() as u32, ..flat })?;
-    let usage = vk::BufferUsageFlags::TRANSFER_SRC;
-    let bytes = size_of_val(&map.heights[..]) as u64;
-    let mut staging = Buffer::new(device, "height map upload", bytes, usage, Memory::Upload)?;
-    Commands::once(device, name, |commands| {
-        image_barrier(device, commands, &image, Use::Nothing, Use::TransferWrite);
-    })?;
+    let mut upload = Upload::new(device, "height map upload", &image)?;
     for (level, map) in (0..).zip(std::iter::once(&**map).chain(&coarse)) {
-        staging.write(0, &map.heights);
-        let whole = copy_rows(&image, level, 0, map.rows as u32);
-        Commands::once(device, name, |commands| {
-            copy_to_image(device, commands, &staging, &image, &[whole]);
-        })?;
+        upload.level(level, &map.heights, |height| *height)?;
     }
-    Commands::once(device, name, |commands| {
-        image_barrier(device, commands, &image, Use::TransferWrite, Use::ShaderRead);
-    })?;
+    upload.end()?;
     Ok(image)
 }

@@ -11,8 +11,8 @@ use super::canvas::Canvas;
 use crate::Result;
 use crate::gpu::sets::probe_sample as slot;
 use crate::gpu::{
-    Bindings, Buffer, Commands, Device, GraphicsPipeline, GraphicsState, Image, ImageInfo, Memory,
-    Resource, Sampler, Use, copy_to_image, image_barrier, shaders,
+    Bindings, Device, GraphicsPipeline, GraphicsState, Image, ImageInfo, Resource, Sampler, Upload,
+    shaders,
 };
 
 const FORMAT: vk::Format = vk::Format::R32G32B32A32_SFLOAT;
@@ -45,23 +45,11 @@ fn texture(device: &Arc<Device>, size: (u32, u32), levels: &[Vec<f16>]) -> Resul
     let format = vk::Format::R16G16B16A16_SFLOAT;
     let flat = ImageInfo::flat("probe texture", size.into(), format, usage);
     let image = Image::new(device, &ImageInfo { levels: levels.len() as u32, ..flat })?;
-    let texels: Vec<[f16; 4]> = levels.iter().flatten().map(|value| [*value; 4]).collect();
-    let usage = vk::BufferUsageFlags::TRANSFER_SRC;
-    let bytes = size_of_val(texels.as_slice()) as u64;
-    let mut staging = Buffer::new(device, "probe texture", bytes, usage, Memory::Upload)?;
-    staging.write(0, &texels);
-    let mut offset = 0;
-    let copies = (0..).zip(levels).map(|(level, texels)| {
-        let copy = image.level_copy(level, offset);
-        offset += 8 * texels.len() as u64;
-        copy
-    });
-    let copies: Vec<_> = copies.collect();
-    Commands::once(device, "probe texture", |commands| {
-        image_barrier(device, commands, &image, Use::Nothing, Use::TransferWrite);
-        copy_to_image(device, commands, &staging, &image, &copies);
-        image_barrier(device, commands, &image, Use::TransferWrite, Use::GraphicsRead);
-    })?;
+    let mut upload = Upload::new(device, "probe texture", &image)?;
+    for (level, values) in (0..).zip(levels) {
+        upload.level(level, values, |value| [*value; 4])?;
+    }
+    upload.end()?;
     Ok(image)
 }
 
