@@ -82,7 +82,7 @@ pub(crate) fn with_keys<T: Serialize + DeserializeOwned>(
 ) -> std::result::Result<T, String> {
     let mut edited = Table::try_from(table).map_err(|error| error.to_string())?;
     edited.extend(keys.iter().map(|(key, text)| (key.to_string(), parse(text))));
-    edited.try_into().map_err(|error: toml::de::Error| super::mend(error.message()))
+    edited.try_into().map_err(|error: toml::de::Error| super::lines::mend(error.message()))
 }
 
 /// TOML, or numbers with commas between them, or a bare word.

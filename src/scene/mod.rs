@@ -348,14 +348,7 @@ impl Scene {
     /// what [`Scene::validate`] refuses.
     pub fn parse(text: &str, name: &str) -> Result<Self> {
         let mut scene: Scene = toml::from_str(text).map_err(|error| {
-            let start = error.span().map_or(0, |span| span.start);
-            let line = text[..start].matches('\n').count() + 1;
-            let problem = match (mend(error.message()), key_before(&text[..start])) {
-                (problem, Some(key)) if problem.starts_with("invalid ") => {
-                    format!("{key}: {problem}")
-                }
-                (problem, _) => problem,
-            };
+            let (line, problem) = lines::of_reader(text, &error);
             Error::Scene { place: format!("{name}:{line}"), problem }
         })?;
         // The default scene's rain is for files that name no drops at all.
@@ -477,36 +470,5 @@ impl Scene {
         })?;
         rain.count = first as u32;
         Ok(())
-    }
-}
-
-/// The key whose value begins after `text`, on the same line.
-fn key_before(text: &str) -> Option<&str> {
-    let line = text.rsplit('\n').next()?;
-    let (before, _) = line.rsplit_once('=')?;
-    let key = before.rsplit(['{', ',']).next()?.trim();
-    (!key.is_empty()).then_some(key)
-}
-
-/// Adds the nearest known name to serde's message about an unknown one, if one is near: a slip of the
-/// hand changes a third of a name at most.
-fn mend(message: &str) -> String {
-    let line = message.lines().next().unwrap_or(message);
-    let mut names = line.split('`').skip(1).step_by(2);
-    let Some(unknown) = names.next().filter(|_| line.starts_with("unknown ")) else {
-        let types = [
-            ("expected f64", "expected a number"),
-            ("expected f32", "expected a number"),
-            ("expected u32", "expected a whole number"),
-            ("expected u64", "expected a whole number"),
-            ("expected a boolean", "expected true or false"),
-        ];
-        return types.iter().fold(line.into(), |line, (name, words)| line.replace(name, words));
-    };
-    let far = |name: &str| strsim::damerau_levenshtein(name, unknown);
-    let most = unknown.len().div_ceil(3);
-    match names.min_by_key(|name| far(name)).filter(|name| far(name) <= most) {
-        Some(nearest) => format!("{line}; did you mean `{nearest}`?"),
-        None => line.into(),
     }
 }
