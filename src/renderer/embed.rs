@@ -8,7 +8,7 @@ use super::drawing::Drawing;
 use super::host_checks::{
     check_apart, check_background, check_nearest, check_particles, check_shelter,
 };
-use super::view::{View, refuse};
+use super::view::{View, refuse, refuse_first};
 use super::{
     DepthConvention, FrameReport, HostBackground, HostEnvironment, HostParticles, HostShelter,
     Lighting, RainField,
@@ -182,54 +182,49 @@ impl View {
         plan: &FramePlan,
         info: &ViewInfo,
     ) -> Result<Self> {
-        if plan.tone_map.is_some() {
-            return refuse("a host maps tones itself; plan for Output::Radiance");
-        }
-        if plan.simulation == Simulation::Stored {
-            return refuse(
-                "stored positions go on with every frame that is recorded, submitted or not; take simulation integer",
-            );
-        }
-        if scene.host_particles > 0
-            && (plan.primitive != Primitive::Tile || scene.model.preset == Preset::Auto)
-        {
-            return refuse(
-                "a host's particles are drawn by tiles, and their sizes are not known to auto; take preset fast or exact",
-            );
-        }
-        let nearest = [info.motion, info.nearest_depth, info.nearest_number];
-        if plan.draws_pane() && nearest.iter().any(Option::is_some) {
-            return refuse(
-                "motion, depth and number of the nearest drop leave out those on a pane yet; take out one of the two, or model.pane = \"none\"",
-            );
-        }
-        if info.frames_in_flight == 0 {
-            return refuse("a host has one frame in flight at least");
-        }
         let ViewInfo { has_color: color, has_depth: depth, frames_in_flight, .. } = *info;
-        if (color || depth) && plan.primitive != Primitive::Tile {
-            return refuse("a background is behind tiles; take preset fast, exact or auto");
-        }
-        if color && plan.layers {
-            return refuse(
-                "layers are over nothing; for a background's colour plan for Output::Radiance",
-            );
-        }
-        if info.blend == Blend::Over && !plan.layers {
-            return refuse(
-                "a picture hides what the output holds; to lay rain over it plan for Output::Layers",
-            );
-        }
+        let nearest = [info.motion, info.nearest_depth, info.nearest_number];
+        let has_nearest = nearest.iter().any(Option::is_some);
+        let is_tiled = plan.primitive == Primitive::Tile;
         let of_light = lighting.renewal.as_ref().map(|renewal| renewal.info.frames_in_flight);
-        if of_light.is_some_and(|frames| frames < frames_in_flight) {
-            return refuse("the light was made for fewer frames in flight");
-        }
-        if nearest.iter().any(Option::is_some) && plan.primitive != Primitive::Tile {
-            return refuse(
+        refuse_first(&[
+            (plan.tone_map.is_some(), "a host maps tones itself; plan for Output::Radiance"),
+            (
+                plan.simulation == Simulation::Stored,
+                "stored positions go on with every frame that is recorded, submitted or not; take simulation integer",
+            ),
+            (
+                scene.host_particles > 0 && (!is_tiled || scene.model.preset == Preset::Auto),
+                "a host's particles are drawn by tiles, and their sizes are not known to auto; take preset fast or exact",
+            ),
+            (
+                plan.draws_pane() && has_nearest,
+                "motion, depth and number of the nearest drop leave out those on a pane yet; take out one of the two, or \
+                 model.pane = \"none\"",
+            ),
+            (frames_in_flight == 0, "a host has one frame in flight at least"),
+            (
+                (color || depth) && !is_tiled,
+                "a background is behind tiles; take preset fast, exact or auto",
+            ),
+            (
+                color && plan.layers,
+                "layers are over nothing; for a background's colour plan for Output::Radiance",
+            ),
+            (
+                info.blend == Blend::Over && !plan.layers,
+                "a picture hides what the output holds; to lay rain over it plan for Output::Layers",
+            ),
+            (
+                of_light.is_some_and(|frames| frames < frames_in_flight),
+                "the light was made for fewer frames in flight",
+            ),
+            (
+                has_nearest && !is_tiled,
                 "motion, depth and number of the nearest drop are those of tiles; take preset fast, exact or auto",
-            );
-        }
-        let plan = &FramePlan { nearest: nearest.iter().any(Option::is_some), ..plan.clone() };
+            ),
+        ])?;
+        let plan = &FramePlan { nearest: has_nearest, ..plan.clone() };
         let frames = frames_in_flight as u32;
         let behind = (color || depth).then_some(Behind::Host { color, depth, frames });
         let mut view = Self::of(lighting, rain, scene, plan, frames_in_flight, behind)?;

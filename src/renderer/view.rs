@@ -160,6 +160,11 @@ pub(super) fn refuse<T>(problem: &str) -> Result<T> {
     Err(Error::Scene { place: "the frame".into(), problem: problem.into() })
 }
 
+/// Refuses a frame for the first of these that is so.
+pub(super) fn refuse_first(reasons: &[(bool, &str)]) -> Result<()> {
+    reasons.iter().find(|(is_so, _)| *is_so).map_or(Ok(()), |(_, problem)| refuse(problem))
+}
+
 impl View {
     /// With so many slots, each for a frame that may be under way beside the others.
     pub(super) fn of(
@@ -259,44 +264,31 @@ impl View {
                  {other} x {high}"
             ));
         }
-        if !self.rain.is_of(scene) {
-            return refuse("the view was made for other drops, or another seed");
-        }
-        if scene.environment != made.environment {
-            return refuse("the view was made for another environment");
-        }
-        if scene.background != made.background {
-            return refuse("the view was made for another background");
-        }
-        if scene.shelter != made.shelter {
-            return refuse("the view was made for another shelter");
-        }
-        if scene.model != made.model {
-            return refuse("the view was made for other models");
-        }
-        if scene.metres != made.metres && self.plan.shape.model != ShapeModel::Sphere {
-            return refuse(
-                "metres: the view was made for drops of other sizes, which have other shapes",
-            );
-        }
-        if scene.is_exposed() && made.shutter() == 0.0 {
-            return refuse(
-                "camera: shutter: the view was made for an instant; set a shutter before `plan` and `View::new`, too",
-            );
-        }
-        if !scene.is_behind_glass() {
-            return refuse("pane: the camera is not on its dry side");
-        }
-        if scene.drawn_lens() != 0.0 && made.camera.aperture == 0.0 {
-            return refuse(
-                "camera: aperture: the view was made for a pinhole; set an aperture before `plan` and `View::new`, too",
-            );
-        }
         let sums_up = self.display.as_ref().is_none_or(|display| display.log_average);
-        if scene.tone_map.derives_exposure() && !sums_up {
-            return refuse("tone_map: the view was made for a fixed exposure");
-        }
-        Ok(())
+        refuse_first(&[
+            (!self.rain.is_of(scene), "the view was made for other drops, or another seed"),
+            (scene.environment != made.environment, "the view was made for another environment"),
+            (scene.background != made.background, "the view was made for another background"),
+            (scene.shelter != made.shelter, "the view was made for another shelter"),
+            (scene.model != made.model, "the view was made for other models"),
+            (
+                scene.metres != made.metres && self.plan.shape.model != ShapeModel::Sphere,
+                "metres: the view was made for drops of other sizes, which have other shapes",
+            ),
+            (
+                scene.is_exposed() && made.shutter() == 0.0,
+                "camera: shutter: the view was made for an instant; set a shutter before `plan` and `View::new`, too",
+            ),
+            (!scene.is_behind_glass(), "pane: the camera is not on its dry side"),
+            (
+                scene.drawn_lens() != 0.0 && made.camera.aperture == 0.0,
+                "camera: aperture: the view was made for a pinhole; set an aperture before `plan` and `View::new`, too",
+            ),
+            (
+                scene.tone_map.derives_exposure() && !sums_up,
+                "tone_map: the view was made for a fixed exposure",
+            ),
+        ])
     }
 
     /// The drops on `scene`'s pane, where those that are shown are others.
