@@ -66,21 +66,8 @@ impl Lighting {
         let scale = stored_scale(environment);
         let environment = Arc::new(EnvironmentMap::new(device, environment, scale)?);
         let environment_ms = before.elapsed().as_secs_f64() * 1e3;
-        let constants = Frame {
-            environment: [environment.texel_angle, environment.radiance_scale, 0.0, 0.0],
-            ..Frame::default()
-        };
-        Ok(Self {
-            environment,
-            environment_ms,
-            mean_luminance,
-            bright,
-            renewal: None,
-            frame: FrameBuffer::new(device)?,
-            constants,
-            made: Mutex::default(),
-            device: device.clone(),
-        })
+        let unmade = Self::unmade(device, environment, mean_luminance)?;
+        Ok(Self { environment_ms, bright, ..unmade })
     }
 
     /// An environment that a host renews in its frames ([`super::FrameInput::around`]); black until it does.
@@ -90,15 +77,25 @@ impl Lighting {
     pub fn live(device: &Arc<Device>, info: LiveInfo) -> Result<Self> {
         let renewal = Renewal::new(device, info)?;
         let environment = renewal.whole.clone();
-        let angles = [environment.texel_angle, environment.radiance_scale, 0.0, 0.0];
+        let unmade = Self::unmade(device, environment, f64::from(info.radiance_scale))?;
+        Ok(Self { renewal: Some(renewal), ..unmade })
+    }
+
+    /// Of an environment on the device, without bright parts and tables.
+    fn unmade(
+        device: &Arc<Device>,
+        environment: Arc<EnvironmentMap>,
+        mean_luminance: f64,
+    ) -> Result<Self> {
+        let of_frame = [environment.texel_angle, environment.radiance_scale, 0.0, 0.0];
         Ok(Self {
             environment,
             environment_ms: 0.0,
-            mean_luminance: f64::from(info.radiance_scale),
+            mean_luminance,
             bright: None,
-            renewal: Some(renewal),
+            renewal: None,
             frame: FrameBuffer::new(device)?,
-            constants: Frame { environment: angles, ..Frame::default() },
+            constants: Frame { environment: of_frame, ..Frame::default() },
             made: Mutex::default(),
             device: device.clone(),
         })
