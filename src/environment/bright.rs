@@ -11,7 +11,7 @@ use std::f64::consts::{PI, TAU};
 
 use glam::{DVec3, Vec3};
 
-use super::levels::interpolate;
+use super::levels::{direction_of, interpolate};
 use super::ordinary::THRESHOLD;
 use super::{Environment, LUMINANCE};
 
@@ -273,12 +273,6 @@ fn connected(environment: &Environment, threshold: Vec3) -> Vec<Vec<(i64, i64)>>
         all.push(texels);
     }
     all
-}
-
-/// Unit vector to a place in the image, 0 to 1 from the left and the upper edge; beyond a pole there is the pole.
-fn direction_of(u: f64, v: f64) -> DVec3 {
-    let (azimuth, polar) = ((u - 0.5) * TAU, v.clamp(0.0, 1.0) * PI);
-    DVec3::new(azimuth.sin() * polar.sin(), polar.cos(), -azimuth.cos() * polar.sin())
 }
 
 /// A region of what these texels have beyond `from`, and the mean square of its luminance over the sphere.

@@ -123,6 +123,12 @@ pub fn sample(chain: &[Level], direction: DVec3, level: f64) -> DVec3 {
     at(fine).lerp(at(fine + 1), level.fract())
 }
 
+/// Unit vector to a place in the image, 0 to 1 from the left and the upper edge; beyond a pole there is the pole.
+pub(super) fn direction_of(u: f64, v: f64) -> DVec3 {
+    let (azimuth, polar) = ((u - 0.5) * TAU, v.clamp(0.0, 1.0) * PI);
+    DVec3::new(azimuth.sin() * polar.sin(), polar.cos(), -azimuth.cos() * polar.sin())
+}
+
 /// Radiance from a unit direction: bilinear between texel centres, around the seam, clamped at the
 /// poles.
 pub(super) fn bilinear(texels: &[Vec3], width: u32, height: u32, direction: DVec3) -> DVec3 {

@@ -13,6 +13,8 @@ use glam::{DVec2, DVec3};
 use hw_skymodel::rgb::{Channel, SkyParams, SkyState};
 use rayon::prelude::*;
 
+use super::LUMINANCE;
+use super::levels::direction_of;
 use crate::picture::Picture;
 
 /// Texels across of the bundled sky.
@@ -81,7 +83,7 @@ pub fn picture(width: u32, sun: Sun) -> Picture {
             for sample in 0..samples * samples {
                 let x = column + (f64::from(sample % samples) + 0.5) / f64::from(samples);
                 let y = row + (f64::from(sample / samples) + 0.5) / f64::from(samples);
-                sum += scenery.radiance(direction(x / f64::from(width), y / f64::from(height)));
+                sum += scenery.radiance(direction_of(x / f64::from(width), y / f64::from(height)));
             }
             sum / f64::from(samples * samples)
         })
@@ -131,12 +133,6 @@ fn sun_solid_angle() -> f64 {
     2.0 * PI * (1.0 - SUN_RADIUS_DEGREES.to_radians().cos())
 }
 
-/// The unit vector of a place in the picture, u and v in 0 to 1.
-fn direction(u: f64, v: f64) -> DVec3 {
-    let (azimuth, polar) = ((u - 0.5) * 2.0 * PI, v * PI);
-    DVec3::new(azimuth.sin() * polar.sin(), polar.cos(), -azimuth.cos() * polar.sin())
-}
-
 /// The texels that the sun touches and the part of each that it covers. Sampling finds the shape;
 /// the sum is then scaled so that it holds the disc's solid angle exactly.
 fn sun_texels(width: u32, height: u32, sun: Sun) -> Vec<(usize, f64)> {
@@ -149,7 +145,7 @@ fn sun_texels(width: u32, height: u32, sun: Sun) -> Vec<(usize, f64)> {
     for index in 0..width * height {
         let (column, row) = (f64::from(index % width), f64::from(index / width));
         let at = |x: f64, y: f64| {
-            direction((column + x) / f64::from(width), (row + y) / f64::from(height))
+            direction_of((column + x) / f64::from(width), (row + y) / f64::from(height))
         };
         if at(0.5, 0.5).dot(sun) < reach {
             continue;
@@ -214,14 +210,14 @@ impl Scenery {
         for row in 0..height / 2 {
             let solid_angle = texel_solid_angle(width, height, row);
             for column in 0..width {
-                let toward = direction(
+                let toward = direction_of(
                     (f64::from(column) + 0.5) / f64::from(width),
                     (f64::from(row) + 0.5) / f64::from(height),
                 );
                 irradiance += scenery.clear_sky(toward) * toward.y * solid_angle;
             }
         }
-        scenery.scale = luminance(scenery.sun_irradiance) / SUN_TO_SKY / luminance(irradiance);
+        scenery.scale = scenery.sun_irradiance.dot(LUMINANCE) / SUN_TO_SKY / irradiance.dot(LUMINANCE);
         scenery.sky_irradiance = irradiance * scenery.scale;
         scenery.ground_irradiance = scenery.sky_irradiance + scenery.sun_irradiance * scenery.sun.y;
         scenery
@@ -353,9 +349,4 @@ fn hash(place: DVec3) -> f64 {
 fn smooth_step(from: f64, to: f64, value: f64) -> f64 {
     let t = ((value - from) / (to - from)).clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)
-}
-
-/// Luminance of linear Rec. 709 colour.
-fn luminance(radiance: DVec3) -> f64 {
-    radiance.dot(DVec3::new(0.2126, 0.7152, 0.0722))
 }

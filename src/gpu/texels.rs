@@ -23,22 +23,13 @@ pub enum Texel {
 }
 
 impl Texel {
-    fn bytes(self) -> u64 {
+    /// Its bytes, and a format that every device has for texel buffers.
+    fn layout(self) -> (u64, vk::Format) {
         match self {
-            Self::Word => 4,
-            Self::TwoWords => 8,
-            Self::FourWords => 16,
-            Self::FourHalves => 8,
-        }
-    }
-
-    /// Every device has these for texel buffers.
-    fn format(self) -> vk::Format {
-        match self {
-            Self::Word => vk::Format::R32_UINT,
-            Self::TwoWords => vk::Format::R32G32_UINT,
-            Self::FourWords => vk::Format::R32G32B32A32_UINT,
-            Self::FourHalves => vk::Format::R16G16B16A16_SFLOAT,
+            Self::Word => (4, vk::Format::R32_UINT),
+            Self::TwoWords => (8, vk::Format::R32G32_UINT),
+            Self::FourWords => (16, vk::Format::R32G32B32A32_UINT),
+            Self::FourHalves => (8, vk::Format::R16G16B16A16_SFLOAT),
         }
     }
 }
@@ -59,7 +50,8 @@ pub(super) struct TexelsOf {
 impl Texels {
     /// Whether a buffer can be viewed: GPUs take 2^27 texels and more, SwiftShader 2^16.
     pub fn fit(device: &Device, buffer: &Buffer, texel: Texel) -> bool {
-        buffer.size / texel.bytes() <= device.report.limits.max_texel_buffer_elements.into()
+        let (bytes, _) = texel.layout();
+        buffer.size / bytes <= device.report.limits.max_texel_buffer_elements.into()
     }
 
     /// The view of a buffer for which [`Texels::fit`] holds.
@@ -67,10 +59,11 @@ impl Texels {
     /// # Errors
     /// [`crate::Error::Vulkan`] if the driver refuses.
     pub fn new(device: &Arc<Device>, name: &str, buffer: &Buffer, texel: Texel) -> Result<Self> {
+        let (bytes, format) = texel.layout();
         let info = vk::BufferViewCreateInfo::default()
             .buffer(buffer.raw)
-            .format(texel.format())
-            .range(buffer.size / texel.bytes() * texel.bytes());
+            .format(format)
+            .range(buffer.size / bytes * bytes);
         // SAFETY: the buffer is alive and of that usage; every device has the format for it.
         let view = unsafe { device.raw.create_buffer_view(&info, None) }
             .named("vkCreateBufferView", name)?;
