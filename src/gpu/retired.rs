@@ -55,33 +55,32 @@ impl Device {
 
     /// The commands of a ticket are done, or will never be submitted.
     pub(crate) fn close_ticket(&self, ticket: u64) {
-        let mut retired = self.retired.lock().unwrap_or_else(PoisonError::into_inner);
-        retired.open.remove(&ticket);
-        let freed = retired.freed();
-        drop(retired);
-        self.free(freed);
+        self.free_after(|retired| {
+            retired.open.remove(&ticket);
+        });
     }
 
     /// Frees objects as soon as no commands use them.
     pub(super) fn retire(&self, objects: impl IntoIterator<Item = Object>) {
-        let mut retired = self.retired.lock().unwrap_or_else(PoisonError::into_inner);
-        let last = retired.tickets;
-        retired.waiting.extend(objects.into_iter().map(|object| (last, object)));
-        let freed = retired.freed();
-        drop(retired);
-        self.free(freed);
+        self.free_after(|retired| {
+            let last = retired.tickets;
+            retired.waiting.extend(objects.into_iter().map(|object| (last, object)));
+        });
     }
 
     /// Frees all that waits. No commands are left that use it.
     pub(super) fn free_all(&self) {
-        let mut retired = self.retired.lock().unwrap_or_else(PoisonError::into_inner);
-        let waiting = std::mem::take(&mut retired.waiting);
-        drop(retired);
-        self.free(waiting.into_iter().map(|(_, object)| object).collect());
+        self.free_after(|retired| retired.open.clear());
     }
 
-    fn free(&self, objects: Vec<Object>) {
-        for object in objects {
+    /// Frees what need not wait any longer after a change.
+    fn free_after(&self, change: impl FnOnce(&mut Retired)) {
+        let mut retired = self.retired.lock().unwrap_or_else(PoisonError::into_inner);
+        change(&mut retired);
+        let freed = retired.freed();
+        // Freeing takes other locks.
+        drop(retired);
+        for object in freed {
             // SAFETY: no one owns it, and no commands that may use it are left; null is ignored.
             unsafe {
                 match object {
