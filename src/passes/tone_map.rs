@@ -166,16 +166,10 @@ impl ToneMap {
         let sums = sums.map(|sums| (slot::SUMS, Resource::Buffer(sums)));
         let slots: Vec<_> = [uniform, radiance].into_iter().chain(sums).collect();
         let bindings = Bindings::of(device, "tone map", &slots)?;
-        let reduce = match source {
-            Source::Image(_) => {
-                Some(ComputePipeline::new(device, shaders::LOG_LUMINANCE_COMP, &bindings, 0, &[])?)
-            }
-            Source::Tiles { .. } => None,
-        };
-        let sum_up = {
-            let bytes = size_of::<LogSumsPush>() as u32;
-            ComputePipeline::new(device, shaders::SUM_LOGS_COMP, &bindings, bytes, &[])?
-        };
+        let compute = |shader, bytes| ComputePipeline::new(device, shader, &bindings, bytes, &[]);
+        let reduces = own_sums.is_some();
+        let reduce = reduces.then(|| compute(shaders::LOG_LUMINANCE_COMP, 0)).transpose()?;
+        let sum_up = compute(shaders::SUM_LOGS_COMP, size_of::<LogSumsPush>() as u32)?;
         let apply = GraphicsPipeline::new(
             device,
             [shaders::TONE_MAP_VERT, apply_shader],
@@ -193,13 +187,8 @@ impl ToneMap {
     /// Records the reduction; the radiance, or the tiles' sums, must be ready to be read by compute.
     pub fn record_log_luminance(&self, device: &Device, commands: Recorder<'_>) {
         if let Some(reduce) = &self.reduce {
-            reduce.dispatch(
-                commands,
-                &self.bindings,
-                0,
-                &[],
-                [SUMS / group::LOG_LUMINANCE_COMP[0], 1, 1],
-            );
+            let groups = [SUMS / group::LOG_LUMINANCE_COMP[0], 1, 1];
+            reduce.dispatch(commands, &self.bindings, 0, &[], groups);
             memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::ComputeWrite]);
         }
         let sum_up = |[first, count, to, sums]: [u32; 4]| {

@@ -13,6 +13,14 @@ pub(super) enum Drawing {
 }
 
 impl Drawing {
+    /// The passes over tiles; none of points.
+    pub fn tiled(&self) -> Option<&Tiled> {
+        match self {
+            Self::Points(_) => None,
+            Self::Tiled(tiled) => Some(tiled),
+        }
+    }
+
     pub fn counters(&self) -> Option<&Buffer> {
         match self {
             Self::Points(points) => points.simulate().map(|simulate| &simulate.counters),
@@ -22,26 +30,17 @@ impl Drawing {
 
     /// What the tiles' passes hand to each other, counts among it.
     pub fn totals(&self) -> Option<&Buffer> {
-        match self {
-            Self::Points(_) => None,
-            Self::Tiled(tiled) => Some(tiled.tiles.totals()),
-        }
+        self.tiled().map(|tiled| tiled.tiles.totals())
     }
 
     /// The pane's passes; none of a picture without one.
     pub fn pane(&self) -> Option<&Pane> {
-        match self {
-            Self::Points(_) => None,
-            Self::Tiled(tiled) => tiled.pane.as_ref(),
-        }
+        self.tiled()?.pane.as_ref()
     }
 
     /// Fragments that a dispatch draws by rays, at most; none without tiles.
     pub fn ray_piece(&self) -> Option<u32> {
-        match self {
-            Self::Points(_) => None,
-            Self::Tiled(tiled) => Some(tiled.tiles.ray_pieces.blocks),
-        }
+        self.tiled().map(|tiled| tiled.tiles.ray_pieces.blocks)
     }
 
     /// What the passes after it read.
@@ -62,12 +61,8 @@ impl Drawing {
 
     /// Whether it has lists with more room than the other's.
     pub fn has_more_room_than(&self, other: &Self) -> bool {
-        match (self, other) {
-            (Self::Tiled(tiled), Self::Tiled(other)) => {
-                tiled.tiles.has_more_room_than(&other.tiles)
-            }
-            _ => false,
-        }
+        let both = self.tiled().zip(other.tiled());
+        both.is_some_and(|(tiled, other)| tiled.tiles.has_more_room_than(&other.tiles))
     }
 
     /// What the table of a drop's light is, and the milliseconds that it took.

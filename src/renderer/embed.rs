@@ -8,6 +8,7 @@ use super::drawing::Drawing;
 use super::host_checks::{
     check_apart, check_background, check_nearest, check_particles, check_shelter,
 };
+use super::tiled::Tiled;
 use super::view::{View, refuse, refuse_first};
 use super::{
     DepthConvention, FrameReport, HostBackground, HostEnvironment, HostParticles, HostShelter,
@@ -232,19 +233,12 @@ impl View {
         let source = view.drawing.source();
         let (device, frame) = (&view.device, &view.frame_buffer);
         view.output = Some(Output::new(device, frame, source, info.format, info.blend)?);
-        view.motion_depth = match &view.drawing {
-            Drawing::Tiled(tiled) => {
-                MotionDepth::new(device, frame, &tiled.tiles, &tiled.composite, nearest)?
-            }
-            Drawing::Points(_) => None,
-        };
-        if let Drawing::Tiled(tiled) = &view.drawing {
-            let (tiles, frames) = (&tiled.tiles, frames_in_flight);
+        if let Some(Tiled { tiles, composite, .. }) = view.drawing.tiled() {
+            let frames = frames_in_flight;
+            view.motion_depth = MotionDepth::new(device, frame, tiles, composite, nearest)?;
             view.particles = Particles::new(device, frame, tiles, scene, plan, frames)?;
-            view.heights = match tiles.shelter().filter(|map| map.is_of_host) {
-                Some(map) => Some(Heights::new(device, map, frames)?),
-                None => None,
-            };
+            let renewed = tiles.shelter().filter(|map| map.is_of_host);
+            view.heights = renewed.map(|map| Heights::new(device, map, frames)).transpose()?;
         }
         Ok(view)
     }

@@ -303,10 +303,7 @@ impl Renderer {
 
     /// The last frame's sums of log(delta + luminance): of the paper's frame in no order, of others tile by tile.
     fn read_log_sums(&self) -> Result<Vec<f32>> {
-        let tiled = match &self.view.drawing {
-            Drawing::Tiled(tiled) => Some(tiled.log_sums()),
-            Drawing::Points(_) => None,
-        };
+        let tiled = self.view.drawing.tiled().map(|tiled| tiled.log_sums());
         let own = || self.view.display.as_ref().and_then(|display| display.tone_map.own_sums());
         let Some(sums) = tiled.or_else(own) else { return Ok(Vec::new()) };
         let mut all: Vec<f32> = self.read_buffer(sums)?;
@@ -362,7 +359,7 @@ impl Renderer {
     /// # Errors
     /// [`Error::Scene`] if the renderer was made for another output; else those of [`Renderer::read_radiance`].
     pub fn read_layers(&self) -> Result<Layers> {
-        let Drawing::Tiled(tiled) = &self.view.drawing else { return refuse(NO_LAYERS) };
+        let Some(tiled) = self.view.drawing.tiled() else { return refuse(NO_LAYERS) };
         let (Some(records), Some(nearest)) = (&tiled.tiles.records, &tiled.composite.nearest)
         else {
             return refuse(NO_LAYERS);

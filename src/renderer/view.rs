@@ -313,14 +313,13 @@ impl View {
     /// # Safety
     /// That of [`Pane::take`].
     pub(super) unsafe fn take_on_pane(&mut self, drops: &Arc<PaneDrops>) -> Result<()> {
-        match &mut self.drawing {
-            Drawing::Tiled(tiled) => match &mut tiled.pane {
-                // SAFETY: by contract.
-                Some(pane) => unsafe { pane.take(&self.device, drops) },
-                None => Ok(()),
-            },
-            Drawing::Points(_) => Ok(()),
+        if let Drawing::Tiled(tiled) = &mut self.drawing
+            && let Some(pane) = &mut tiled.pane
+        {
+            // SAFETY: by contract.
+            unsafe { pane.take(&self.device, drops)? };
         }
+        Ok(())
     }
 
     /// The commands that were recorded last into a slot are on the queue, or have been executed.

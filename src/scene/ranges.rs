@@ -214,8 +214,8 @@ impl Inner<'_> {
 
 /// Serialises each of these types by looking away, or by its number.
 macro_rules! plain {
-    ($($name:ident($type:ty)),* ; $($number:ident($of:ty)),*) => {
-        $(fn $name(self, _: $type) -> Result<(), Problem> { Ok(()) })*
+    ($($name:ident($($type:ty),*)),* ; $($number:ident($of:ty)),*) => {
+        $(fn $name(self, $(_: $type),*) -> Result<(), Problem> { Ok(()) })*
         $(fn $number(self, value: $of) -> Result<(), Problem> { self.number(value as f64) })*
     };
 }
@@ -233,7 +233,7 @@ impl<'a> Serializer for Walk<'a> {
 
     plain! {
         serialize_bool(bool), serialize_char(char), serialize_str(&str), serialize_bytes(&[u8]),
-        serialize_unit_struct(&'static str);
+        serialize_none(), serialize_unit(), serialize_unit_struct(&str), serialize_unit_variant(&str, u32, &str);
         serialize_i8(i8), serialize_i16(i16), serialize_i32(i32), serialize_i64(i64), serialize_u8(u8),
         serialize_u16(u16), serialize_u32(u32), serialize_u64(u64)
     }
@@ -247,20 +247,8 @@ impl<'a> Serializer for Walk<'a> {
         self.number(value)
     }
 
-    fn serialize_none(self) -> Result<(), Problem> {
-        Ok(())
-    }
-
     fn serialize_some<T: Serialize + ?Sized>(self, value: &T) -> Result<(), Problem> {
         value.serialize(self)
-    }
-
-    fn serialize_unit(self) -> Result<(), Problem> {
-        Ok(())
-    }
-
-    fn serialize_unit_variant(self, _: &str, _: u32, _: &str) -> Result<(), Problem> {
-        Ok(())
     }
 
     fn serialize_newtype_struct<T: Serialize + ?Sized>(

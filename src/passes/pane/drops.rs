@@ -97,18 +97,15 @@ impl PaneDrops {
             center: cap.center_height() as f32,
             number,
         };
-        let records: Vec<PaneCap> = (0..).zip(caps).map(record).collect();
+        let mut records: Vec<PaneCap> = (0..).zip(caps).map(record).collect();
+        // A buffer holds one at least.
+        records.resize(caps.len().max(1), PaneCap::default());
         let storage = vk::BufferUsageFlags::STORAGE_BUFFER;
         let cosines = caps.iter().map(|(_, cap)| cap.angle.to_radians().cos());
         Ok(Self {
-            count: records.len() as u32,
+            count: caps.len() as u32,
             at: caps.iter().map(|(at, _)| *at).collect(),
-            caps: match records.is_empty() {
-                true => {
-                    Buffer::upload_device(device, "pane's drops", &[PaneCap::default()], storage)?
-                }
-                false => Buffer::upload_device(device, "pane's drops", &records, storage)?,
-            },
+            caps: Buffer::upload_device(device, "pane's drops", &records, storage)?,
             cells: Buffer::upload_device(device, "cells of a pane", &words, storage)?,
             corner,
             cell,
