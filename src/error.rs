@@ -166,6 +166,11 @@ impl Error {
         )
     }
 
+    /// Something wrong with a scene, or with what goes with one.
+    pub(crate) fn scene(place: impl Into<String>, problem: impl Into<String>) -> Self {
+        Self::Scene { place: place.into(), problem: problem.into() }
+    }
+
     /// A file that could not be read.
     pub fn read(path: &Path, reason: impl ToString) -> Self {
         Self::File { doing: "read", path: path.into(), reason: reason.to_string() }

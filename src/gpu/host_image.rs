@@ -129,7 +129,7 @@ impl HostImage {
 
     /// Refuses what cannot be used as `name` by a view of this size. `keeps`: what it holds is read.
     pub(crate) fn check(&self, name: &str, size: (u32, u32), keeps: bool) -> Result<()> {
-        let refuse = |problem: String| Err(Error::Scene { place: name.into(), problem });
+        let refuse = |problem: String| Err(Error::scene(name, problem));
         if self.image == vk::Image::null() || self.view == vk::ImageView::null() {
             return refuse("image or view is null".into());
         }
@@ -138,10 +138,8 @@ impl HostImage {
             return refuse(format!("{width} x {height} texels; the view has {to_be} x {high}"));
         }
         if self.samples != vk::SampleCountFlags::TYPE_1 {
-            return refuse(format!(
-                "{:?} samples a texel; resolve it first: one is used",
-                self.samples
-            ));
+            let samples = self.samples;
+            return refuse(format!("{samples:?} samples a texel; resolve it first: one is used"));
         }
         let is_content = |layout| ![Layout::UNDEFINED, Layout::PREINITIALIZED].contains(&layout);
         if keeps && !is_content(self.entry.layout) {

@@ -56,9 +56,7 @@ impl HostShelter {
     /// # Errors
     /// [`Error::Scene`], one line, for a matrix of another camera.
     pub fn from_above(image: HostImage, matrix: DMat4, clip_space: ClipSpace) -> Result<Self> {
-        let refuse = |problem: &str| {
-            Err(Error::Scene { place: "the shelter's matrix".into(), problem: problem.into() })
-        };
+        let refuse = |problem: &str| Err(Error::scene("the shelter's matrix", problem));
         if !matrix.is_finite() {
             return refuse("it holds a number that is not finite");
         }
@@ -104,7 +102,7 @@ impl HostShelter {
     pub(crate) fn check(&self, [columns, rows]: [u32; 2]) -> Result<()> {
         let name = "the shelter";
         let Self { corners: [from, to], heights, .. } = self;
-        let refuse = |problem: String| Err(Error::Scene { place: name.into(), problem });
+        let refuse = |problem: String| Err(Error::scene(name, problem));
         if !(from.is_finite() && to.is_finite() && from.cmpne(*to).all()) {
             return refuse(format!(
                 "it is from {from} to {to}: take finite corners, apart along x and z"

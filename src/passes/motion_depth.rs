@@ -88,10 +88,8 @@ impl MotionDepth {
             let Some(format) = format else { return Ok(None) };
             if !known.contains(&format) {
                 let known: Vec<_> = known.iter().map(|format| format!("{format:?}")).collect();
-                return Err(Error::Scene {
-                    place: format!("the format of {name}"),
-                    problem: format!("{format:?} is none of {}", known.join(", ")),
-                });
+                let problem = format!("{format:?} is none of {}", known.join(", "));
+                return Err(Error::scene(format!("the format of {name}"), problem));
             }
             let state = GraphicsState::triangles(format);
             let shaders = [shaders::FULLSCREEN_VERT, fragment];

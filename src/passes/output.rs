@@ -62,10 +62,8 @@ impl Output {
     ) -> Result<Self> {
         if !FORMATS.contains(&format) {
             let known = FORMATS.map(|format| format!("{format:?}"));
-            return Err(Error::Scene {
-                place: "the output's format".into(),
-                problem: format!("{format:?} is none of {}", known.join(", ")),
-            });
+            let problem = format!("{format:?} is none of {}", known.join(", "));
+            return Err(Error::scene("the output's format", problem));
         }
         let mut needs = vk::FormatFeatureFlags::COLOR_ATTACHMENT;
         if blend == Blend::Over {
@@ -100,13 +98,9 @@ impl Output {
     /// [`Error::Scene`] with what is wrong.
     pub fn check(&self, image: &HostImage, size: (u32, u32)) -> Result<()> {
         if image.format != self.format {
-            return Err(Error::Scene {
-                place: "the output".into(),
-                problem: format!(
-                    "its format is {:?}; the view was made for {:?}",
-                    image.format, self.format
-                ),
-            });
+            let (is, wanted) = (image.format, self.format);
+            let problem = format!("its format is {is:?}; the view was made for {wanted:?}");
+            return Err(Error::scene("the output", problem));
         }
         image.check("the output", size, self.blend == Blend::Over)
     }

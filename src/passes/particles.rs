@@ -116,7 +116,7 @@ impl HostParticles {
 
     /// Refuses what cannot be read.
     pub(crate) fn check(&self, device: &Device, most: u32) -> Result<()> {
-        let refuse = |problem: String| Err(Error::Scene { place: "the particles".into(), problem });
+        let refuse = |problem: String| Err(Error::scene("the particles", problem));
         let Self { layout, within: [low, high], .. } = self;
         let stride = layout.stride;
         if stride == 0 || !stride.is_multiple_of(4) || !self.offset.is_multiple_of(4) {

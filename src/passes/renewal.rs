@@ -76,7 +76,7 @@ impl HostEnvironment {
     /// Refuses what cannot be read as the environment that `info` says.
     pub(crate) fn check(&self, info: &LiveInfo) -> Result<()> {
         let name = "the environment";
-        let refuse = |problem: String| Err(Error::Scene { place: name.into(), problem });
+        let refuse = |problem: String| Err(Error::scene(name, problem));
         let image = &self.image;
         let (layers, kind) =
             if info.cube { (6, "cube map") } else { (1, "latitude-longitude image") };
@@ -129,8 +129,7 @@ impl Renewal {
     /// [`Error::Scene`] if a number of `info` is out of its range; [`Error::Memory`] if the device has no room for the
     /// maps; [`Error::Vulkan`] if the driver refuses.
     pub fn new(device: &Arc<Device>, info: LiveInfo) -> Result<Self> {
-        let refuse =
-            |problem: String| Err(Error::Scene { place: "the environment".into(), problem });
+        let refuse = |problem: String| Err(Error::scene("the environment", problem));
         if !(16..=1024).contains(&info.height) {
             return refuse(format!("height = {} is not within 16 to 1024", info.height));
         }

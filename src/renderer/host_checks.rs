@@ -35,18 +35,15 @@ pub(super) fn check_background(
     };
     fits("colour", background.color.is_some(), info.has_color)?;
     fits("depth", background.depth.is_some(), info.has_depth)?;
-    let refuse_image =
-        |name: &str, problem: String| Err(Error::Scene { place: name.into(), problem });
+    let refuse_image = |name: &str, problem: String| Err(Error::scene(name, problem));
     if let Some((image, radiance)) = &background.color {
         let name = "the background colour";
         if !FORMATS.contains(&image.format) {
             return refuse_image(name, format!("its format is {:?}, no colour", image.format));
         }
         if !(radiance.is_finite() && *radiance > 0.0) {
-            return refuse_image(
-                name,
-                format!("the radiance of a 1 is {radiance}, not finite and over 0"),
-            );
+            let problem = format!("the radiance of a 1 is {radiance}, not finite and over 0");
+            return refuse_image(name, problem);
         }
         image.check(name, whole, true)?;
     }
@@ -56,10 +53,8 @@ pub(super) fn check_background(
             return refuse_image(name, format!("its format is {:?}, no depth", image.format));
         }
         if convention.map.iter().any(|number| !number.is_finite()) {
-            return refuse_image(
-                name,
-                format!("its convention is {:?}, not finite", convention.map),
-            );
+            let problem = format!("its convention is {:?}, not finite", convention.map);
+            return refuse_image(name, problem);
         }
         image.check(name, whole, true)?;
     }
@@ -124,10 +119,8 @@ pub(super) fn check_shelter(input: &FrameInput<'_>, made_for: &Scene) -> Result<
         (Some(shelter), Some(size)) => {
             let format = shelter.image.format;
             if !DEPTH_FORMATS.contains(&format) {
-                return Err(Error::Scene {
-                    place: "the shelter".into(),
-                    problem: format!("its format is {format:?}, neither height nor depth"),
-                });
+                let problem = format!("its format is {format:?}, neither height nor depth");
+                return Err(Error::scene("the shelter", problem));
             }
             shelter.check(size)
         }

@@ -408,10 +408,7 @@ impl Renderer {
     /// [`Renderer::read_radiance`].
     pub fn read_display(&self) -> Result<Vec<u8>> {
         let Some(display) = &self.view.display else {
-            return Err(Error::Scene {
-                place: "the frame plan".into(),
-                problem: "it has no display output to read".into(),
-            });
+            return Err(Error::scene("the frame plan", "it has no display output to read"));
         };
         let pixels: Vec<[u8; 4]> = self.read_image(&display.image, Use::ColorAttachment)?;
         Ok(pixels.iter().flat_map(|p| [p[0], p[1], p[2]]).collect())

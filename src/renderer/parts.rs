@@ -49,12 +49,10 @@ impl Grid {
         if self.columns > image.width.div_ceil(STEP) || self.rows > image.height.div_ceil(STEP) {
             let Self { columns, rows } = self;
             let ImageSize { width, height } = image;
-            return Err(Error::Scene {
-                place: "tiles".into(),
-                problem: format!(
-                    "{columns} x {rows} parts of {width} x {height} pixels are under {STEP} pixels"
-                ),
-            });
+            let problem = format!(
+                "{columns} x {rows} parts of {width} x {height} pixels are under {STEP} pixels"
+            );
+            return Err(Error::scene("tiles", problem));
         }
         let edge = |number: u32, parts: u32, pixels: u32| {
             let steps = u64::from(pixels.div_ceil(STEP)) * u64::from(number) / u64::from(parts);
@@ -157,8 +155,7 @@ impl<'a> Parts<'a> {
     /// [`Error::Scene`] if the scene has a window of its own, or if the plan's positions come from the frame before;
     /// those of [`Grid::windows`], [`Renderer::new`], [`Renderer::submit`], and of `take`.
     pub fn draw_all(&mut self, scene: &Scene, grid: Grid, take: &mut Take<'_>) -> Result<()> {
-        let refuse =
-            |problem: &str| Err(Error::Scene { place: "tiles".into(), problem: problem.into() });
+        let refuse = |problem: &str| Err(Error::scene("tiles", problem));
         if scene.camera.window != WHOLE {
             return refuse("camera.window is a part already; leave out one of the two");
         }

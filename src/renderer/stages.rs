@@ -53,10 +53,8 @@ impl Stages {
         plan: &FramePlan,
     ) -> Result<Self> {
         if plan.optics != Optics::Mask {
-            return Err(Error::Scene {
-                place: "stages".into(),
-                problem: format!("they are the mask's, not those of optics {}", plan.optics),
-            });
+            let problem = format!("they are the mask's, not those of optics {}", plan.optics);
+            return Err(Error::scene("stages", problem));
         }
         let (width, height) = scene.picture_size();
         let frame = FrameBuffer::new(device)?;

@@ -157,7 +157,7 @@ pub(super) fn lattice_of(scene: &Scene) -> [u32; 2] {
 
 /// What a frame is refused for.
 pub(super) fn refuse<T>(problem: &str) -> Result<T> {
-    Err(Error::Scene { place: "the frame".into(), problem: problem.into() })
+    Err(Error::scene("the frame", problem))
 }
 
 /// Refuses a frame for the first of these that is so.

@@ -48,8 +48,7 @@ impl Camera {
         size: (u32, u32),
         clip_space: ClipSpace,
     ) -> Result<(Self, ProjectedDepth)> {
-        let refuse =
-            |problem: String| Err(Error::Scene { place: "the camera's matrices".into(), problem });
+        let refuse = |problem: String| Err(Error::scene("the camera's matrices", problem));
         if !view.is_finite() || !projection.is_finite() {
             return refuse("the matrices hold a number that is not finite".into());
         }

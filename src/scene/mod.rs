@@ -464,9 +464,9 @@ impl Scene {
         }
         let others = rain.populations().skip(1).map(|population| u64::from(population.count));
         let others: u64 = others.sum();
-        let first = u64::from(count).checked_sub(others).ok_or_else(|| Error::Scene {
-            place: "rain".into(),
-            problem: format!("count = {count} in all, and {others} of populations after the first"),
+        let first = u64::from(count).checked_sub(others).ok_or_else(|| {
+            let of_others = format!("{others} of populations after the first");
+            Error::scene("rain", format!("count = {count} in all, and {of_others}"))
         })?;
         rain.count = first as u32;
         Ok(())

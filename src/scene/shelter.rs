@@ -125,10 +125,9 @@ impl Scene {
     /// Fails if the height map is not read.
     pub(crate) fn expect_shelter(&self) -> Result<()> {
         match &self.shelter {
-            Some(Shelter { map: None, of_host: None, .. }) => Err(Error::Scene {
-                place: "shelter".into(),
-                problem: "its map is not read; call Scene::read_shelter".into(),
-            }),
+            Some(Shelter { map: None, of_host: None, .. }) => {
+                Err(Error::scene("shelter", "its map is not read; call Scene::read_shelter"))
+            }
             _ => Ok(()),
         }
     }

@@ -109,14 +109,14 @@ impl Particles {
     fn find(&self, frame: Option<i64>, time: f64) -> Result<PathBuf> {
         let path = self.path_of(frame);
         match frame.filter(|_| !path.is_file()) {
-            Some(frame) => Err(Error::Scene {
-                place: "particles".into(),
-                problem: format!(
+            Some(frame) => {
+                let problem = format!(
                     "{} is not there: frame {frame} of the sequence, which time {time} s shows; mend file, first or fps, or \
                      show another time",
                     path.display()
-                ),
-            }),
+                );
+                Err(Error::scene("particles", problem))
+            }
             None => Ok(path),
         }
     }
@@ -209,10 +209,9 @@ impl Scene {
     /// Fails if particles are not read.
     pub(crate) fn expect_particles(&self) -> Result<()> {
         match &self.particles {
-            Some(Particles { read: None, .. }) => Err(Error::Scene {
-                place: "particles".into(),
-                problem: "they are not read; call Scene::read_particles".into(),
-            }),
+            Some(Particles { read: None, .. }) => {
+                Err(Error::scene("particles", "they are not read; call Scene::read_particles"))
+            }
             _ => Ok(()),
         }
     }
