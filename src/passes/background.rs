@@ -71,6 +71,7 @@ impl From<ProjectedDepth> for DepthConvention {
 }
 
 /// The images, and what they hold. Either may be missing.
+#[derive(Default)]
 pub struct BackgroundImages {
     /// Light.
     pub color: Option<Image>,
@@ -83,16 +84,6 @@ pub struct BackgroundImages {
 }
 
 impl BackgroundImages {
-    /// Neither colour nor depth.
-    pub fn none() -> Self {
-        Self {
-            color: None,
-            depth: None,
-            convention: Convention { color: None, depth: None },
-            brightest: 0.0,
-        }
-    }
-
     /// A plate on the device, ready to be sampled.
     ///
     /// # Errors

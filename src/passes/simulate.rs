@@ -112,36 +112,24 @@ impl Simulate {
                 (slot::COUNTERS, Resource::Buffer(&counters)),
             ]
         })?;
-        let is_stored = u32::from(simulation == Simulation::Stored);
-        let pipeline = ComputePipeline::new(
-            device,
-            shaders::SIMULATE_COMP,
-            &bindings,
-            8,
-            &[
-                [constant::STORED, is_stored],
-                [constant::MAX_LARGE, max_large],
-                [constant::SEVERAL, (scene.populations().len() > 1).into()],
-            ],
-        )?;
-        let order_bindings = Bindings::of(
-            device,
-            "order large",
-            &[
-                (order_large::LARGE_DROPS, Resource::Buffer(&large)),
-                (order_large::LARGE_INDEX, Resource::Buffer(&large_index)),
-                (order_large::COUNTERS, Resource::Buffer(&counters)),
-                (order_large::ORDERED, Resource::Buffer(&ordered)),
-                (order_large::ARGUMENTS, Resource::Buffer(&arguments)),
-            ],
-        )?;
-        let order_pipeline = ComputePipeline::new(
-            device,
-            shaders::ORDER_LARGE_COMP,
-            &order_bindings,
-            0,
-            &[[constant::MAX_LARGE, max_large]],
-        )?;
+        let constants = [
+            [constant::STORED, (simulation == Simulation::Stored).into()],
+            [constant::MAX_LARGE, max_large],
+            [constant::SEVERAL, (scene.populations().len() > 1).into()],
+        ];
+        let shader = shaders::SIMULATE_COMP;
+        let pipeline = ComputePipeline::new(device, shader, &bindings, 8, &constants)?;
+        let slots = [
+            (order_large::LARGE_DROPS, &large),
+            (order_large::LARGE_INDEX, &large_index),
+            (order_large::COUNTERS, &counters),
+            (order_large::ORDERED, &ordered),
+            (order_large::ARGUMENTS, &arguments),
+        ]
+        .map(|(slot, buffer)| (slot, Resource::Buffer(buffer)));
+        let order_bindings = Bindings::of(device, "order large", &slots)?;
+        let (shader, constants) = (shaders::ORDER_LARGE_COMP, [[constant::MAX_LARGE, max_large]]);
+        let order_pipeline = ComputePipeline::new(device, shader, &order_bindings, 0, &constants)?;
         Ok(Self {
             drops,
             ordered,
@@ -178,14 +166,9 @@ impl Simulate {
     pub fn record(&self, device: &Device, commands: Recorder<'_>) {
         for (index, length) in self.chunks().into_iter().enumerate() {
             let push = [index as u32 * self.chunk, length];
+            let push = bytemuck::cast_slice(&push);
             let groups = [length.div_ceil(GROUP), 1, 1];
-            self.pipeline.dispatch(
-                commands,
-                &self.bindings,
-                index,
-                bytemuck::cast_slice(&push),
-                groups,
-            );
+            self.pipeline.dispatch(commands, &self.bindings, index, push, groups);
         }
         memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::ComputeWrite]);
         self.order_pipeline.dispatch(commands, &self.order_bindings, 0, &[], [ORDER_GROUPS, 1, 1]);

@@ -32,19 +32,11 @@ impl Sky {
         samples: Samples,
     ) -> Result<Self> {
         let map = Resource::Sampled(&environment.image, &environment.sampler);
-        let bindings = Bindings::of(
-            device,
-            "sky",
-            &[(slot::CONSTANTS, Resource::Buffer(&frame.buffer)), (slot::ENVIRONMENT_MAP, map)],
-        )?;
-        let pipeline = GraphicsPipeline::new(
-            device,
-            [shaders::FULLSCREEN_VERT, shaders::SKY_FRAG],
-            &bindings,
-            0,
-            &[],
-            &GraphicsState { samples, ..GraphicsState::triangles(format) },
-        )?;
+        let constants = (slot::CONSTANTS, Resource::Buffer(&frame.buffer));
+        let bindings = Bindings::of(device, "sky", &[constants, (slot::ENVIRONMENT_MAP, map)])?;
+        let stages = [shaders::FULLSCREEN_VERT, shaders::SKY_FRAG];
+        let state = GraphicsState { samples, ..GraphicsState::triangles(format) };
+        let pipeline = GraphicsPipeline::new(device, stages, &bindings, 0, &[], &state)?;
         Ok(Self { bindings, pipeline })
     }
 

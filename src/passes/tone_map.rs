@@ -170,17 +170,13 @@ impl ToneMap {
         let reduces = own_sums.is_some();
         let reduce = reduces.then(|| compute(shaders::LOG_LUMINANCE_COMP, 0)).transpose()?;
         let sum_up = compute(shaders::SUM_LOGS_COMP, size_of::<LogSumsPush>() as u32)?;
-        let apply = GraphicsPipeline::new(
-            device,
-            [shaders::TONE_MAP_VERT, apply_shader],
-            &bindings,
-            0,
-            &[
-                [constant::FINAL_SUMS, FINAL_SUMS],
-                [constant::PHOTOGRAPHIC, (operator == Operator::Photographic).into()],
-            ],
-            &GraphicsState::triangles(DISPLAY),
-        )?;
+        let stages = [shaders::TONE_MAP_VERT, apply_shader];
+        let constants = [
+            [constant::FINAL_SUMS, FINAL_SUMS],
+            [constant::PHOTOGRAPHIC, (operator == Operator::Photographic).into()],
+        ];
+        let state = GraphicsState::triangles(DISPLAY);
+        let apply = GraphicsPipeline::new(device, stages, &bindings, 0, &constants, &state)?;
         Ok(Self { bindings, reduce, sum_up, apply, count, own_sums })
     }
 

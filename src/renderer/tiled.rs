@@ -61,7 +61,7 @@ impl Tiled {
         let is_flat = plan.shape.flattens_rain(scene);
         let far = lighting.far_drop(&plan.light, true, filled, is_flat)?;
         let FarDrop { seen, glints, .. } = &*far;
-        let nothing = plan.layers.then(|| Behind::Plate(Arc::new(BackgroundImages::none())));
+        let nothing = plan.layers.then(|| Behind::Plate(Arc::new(BackgroundImages::default())));
         let behind = behind.or(nothing.as_ref());
         let has_depth = behind.is_some_and(Behind::has_depth);
         let tiles = Tiles::new(device, frame, &far, rain, scene, plan, has_depth)?;

@@ -40,11 +40,8 @@ impl Clock {
         let stages = [shaders::FULLSCREEN_VERT, shaders::PROBE_WORK_FRAG];
         let state = GraphicsState::triangles(FORMAT);
         let pipeline = GraphicsPipeline::new(device, stages, &bindings, 4, &[], &state)?;
-        let canvases = [
-            Canvas::new(device, (64, 64), FORMAT)?,
-            Canvas::new(device, (64, 64), FORMAT)?,
-            Canvas::new(device, (64, 64), FORMAT)?,
-        ];
+        let canvas = || Canvas::new(device, (64, 64), FORMAT);
+        let canvases = [canvas()?, canvas()?, canvas()?];
         let mut timestamps = Timestamps::new(device)?;
         let mut commands = Commands::new(device, "probe clock")?;
         let mut steps = STEPS;

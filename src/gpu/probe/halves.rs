@@ -88,14 +88,8 @@ impl Halves {
         let pipeline = |format, alpha, packed| {
             let stages = [shaders::FULLSCREEN_VERT, shaders::PROBE_HALF_FRAG];
             let state = GraphicsState { alpha, ..GraphicsState::triangles(format) };
-            GraphicsPipeline::new(
-                device,
-                stages,
-                &bindings,
-                8,
-                &[[constant::PACKED, packed]],
-                &state,
-            )
+            let constants = [[constant::PACKED, packed]];
+            GraphicsPipeline::new(device, stages, &bindings, 8, &constants, &state)
         };
         let size = (values.len() as u32, 1);
         let draw =
