@@ -217,7 +217,8 @@ impl Scenery {
                 irradiance += scenery.clear_sky(toward) * toward.y * solid_angle;
             }
         }
-        scenery.scale = scenery.sun_irradiance.dot(LUMINANCE) / SUN_TO_SKY / irradiance.dot(LUMINANCE);
+        scenery.scale =
+            scenery.sun_irradiance.dot(LUMINANCE) / SUN_TO_SKY / irradiance.dot(LUMINANCE);
         scenery.sky_irradiance = irradiance * scenery.scale;
         scenery.ground_irradiance = scenery.sky_irradiance + scenery.sun_irradiance * scenery.sun.y;
         scenery
