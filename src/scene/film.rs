@@ -302,6 +302,9 @@ mod tests {
         Film { camera: keys.iter().map(key).collect(), ..Film::default() }
     }
 
+    const BENDS: [(f64, DVec3); 4] =
+        [(0.0, DVec3::ZERO), (1.0, DVec3::X), (1.5, DVec3::ONE), (4.0, DVec3::new(9.0, 0.0, 1.0))];
+
     /// Forwards, at rest and backwards.
     #[test]
     fn a_still_is_exposed_as_its_frame() {
@@ -347,13 +350,7 @@ mod tests {
 
     #[test]
     fn a_path_has_a_velocity_unless_one_is_given() {
-        let keys = [
-            (0.0, DVec3::ZERO),
-            (1.0, DVec3::X),
-            (1.5, DVec3::ONE),
-            (4.0, DVec3::new(9.0, 0.0, 1.0)),
-        ];
-        let (film, camera) = (path(&keys), Camera::default());
+        let (film, camera) = (path(&BENDS), Camera::default());
         let (mut most, h) = (DVec3::ZERO, 1e-6);
         for step in -20..120 {
             let at = 0.0401 * f64::from(step);
@@ -409,19 +406,13 @@ mod tests {
 
     #[test]
     fn camera_meets_its_keys_and_does_not_jerk() {
-        let keys = [
-            (0.0, DVec3::ZERO),
-            (1.0, DVec3::X),
-            (1.5, DVec3::ONE),
-            (4.0, DVec3::new(9.0, 0.0, 1.0)),
-        ];
-        let film = path(&keys);
+        let film = path(&BENDS);
         let camera = Camera { vertical_fov: 50.0, ..Camera::default() };
         let place = |at: f64| film.camera_at(&camera, at).position;
-        for (at, position) in keys {
+        for (at, position) in BENDS {
             assert!(place(at).distance(position) < 1e-12, "at {at}");
         }
-        assert_eq!((place(-1.0), place(5.0)), (keys[0].1, keys[3].1));
+        assert_eq!((place(-1.0), place(5.0)), (BENDS[0].1, BENDS[3].1));
         assert_eq!(film.camera_at(&camera, 2.0).vertical_fov, 50.0);
         let h = 1e-6;
         let velocity = |at: f64| (place(at + h) - place(at)) / h;
