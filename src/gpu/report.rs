@@ -107,12 +107,6 @@ impl DeviceReport {
     }
 }
 
-/// What our own devices must have: enough for `fast` and `exact`. What a plan needs besides is asked when it is drawn
-/// ([`super::Device::require`]); of the features for it a device has those enabled that it has.
-fn some_preset() -> Requirements {
-    Requirements::new(false, false)
-}
-
 impl Instance {
     /// Every Vulkan device that the loader knows: those that will do first, and of these by their kind. Which
     /// of one kind is the quickest is found by measuring (`measure::costs::ranked`).
@@ -134,8 +128,10 @@ impl Instance {
         Ok(reports)
     }
 
+    /// What a device says of itself, and what it lacks of what `fast` and `exact` need. What a plan needs besides is asked when
+    /// it is drawn ([`super::Device::require`]); of the features for it a device has those enabled that it has.
     pub(super) fn report(&self, physical: vk::PhysicalDevice) -> DeviceReport {
-        self.report_of(physical, None, None, &some_preset())
+        self.report_of(physical, None, None, &Requirements::new(false, false))
     }
 
     /// What a device says of itself, and what it lacks of what is required. `family`: of a queue that was chosen for it;

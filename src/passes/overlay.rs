@@ -14,7 +14,7 @@ use crate::Result;
 use crate::gpu::sets::overlay as slot;
 use crate::gpu::{
     Alpha, Bindings, Buffer, Commands, Device, GraphicsPipeline, GraphicsState, Image, ImageInfo,
-    Memory, Recorder, Resource, Sampler, Use, copy_to_image, image_barrier, image_discard, shaders,
+    Memory, Recorder, Resource, Sampler, Use, copy_to_image, image_barrier, shaders,
 };
 
 /// Words of a vertex in the buffer: x, y, u, v, colour.
@@ -98,8 +98,8 @@ impl Overlay {
         let ImageData::Color(image) = &change.image;
         let device = &*self.device;
         let [x, y] = change.pos.unwrap_or_default();
-        let (before, is_new) = match change.pos {
-            Some(_) => (Use::GraphicsRead, false),
+        let before = match change.pos {
+            Some(_) => Use::GraphicsRead,
             None => {
                 // Frames under way go on with the old one.
                 self.atlas = make_atlas(&self.device, image.size)?;
@@ -107,7 +107,7 @@ impl Overlay {
                     let atlas = Resource::Sampled(&self.atlas, &self.sampler);
                     *mesh = Mesh::new(&self.device, atlas, mesh.size())?;
                 }
-                (Use::Nothing, true)
+                Use::Nothing
             }
         };
         let texels: Vec<[u8; 4]> = image.pixels.iter().map(|texel| texel.to_array()).collect();
@@ -123,11 +123,7 @@ impl Overlay {
                 depth: 1,
             })];
         Commands::once(&self.device, "font atlas", |commands| {
-            if is_new {
-                image_discard(device, commands, &self.atlas, &[before], Use::TransferWrite);
-            } else {
-                image_barrier(device, commands, &self.atlas, before, Use::TransferWrite);
-            }
+            image_barrier(device, commands, &self.atlas, before, Use::TransferWrite);
             copy_to_image(device, commands, &staging, &self.atlas, &region);
             image_barrier(device, commands, &self.atlas, Use::TransferWrite, Use::GraphicsRead);
         })

@@ -92,13 +92,8 @@ impl PlacedDrops {
         };
         let buffer = if moves {
             let records = u64::from(scene.placed_count() + boxes);
-            Buffer::new(
-                device,
-                "placed drops",
-                size_of::<Record>() as u64 * records,
-                usage,
-                Memory::Device,
-            )?
+            let bytes = size_of::<Record>() as u64 * records;
+            Buffer::new(device, "placed drops", bytes, usage, Memory::Device)?
         } else {
             Buffer::upload(device, "placed drops", &records(scene, &clusters), usage)?
         };
@@ -116,12 +111,8 @@ impl PlacedDrops {
     /// Records the places in this frame, where they change; a barrier to compute must follow.
     pub fn record(&self, device: &Device, commands: Recorder<'_>, scene: &Scene) {
         if let Some(carried) = &self.carried {
-            memory_barrier(
-                device,
-                commands,
-                &[Use::TransferWrite],
-                &[Use::Uniform, Use::ComputeWrite],
-            );
+            let written = [Use::Uniform, Use::ComputeWrite];
+            memory_barrier(device, commands, &[Use::TransferWrite], &written);
             carried.record(commands, scene, self.is_exposed);
             memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::ComputeWrite]);
         }
