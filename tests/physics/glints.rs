@@ -102,10 +102,10 @@ fn found_glints_are_those_that_chance_meets() {
     let whole = Truth { samples: 64, ..Truth::default() };
     // Beside the picture; straight behind a drop, where its image is a ring; straight behind the camera
     // as another drop sees it, likewise.
-    for (disc, truth) in [
-        (DVec3::new(0.8, 0.4, -0.5).normalize(), whole),
-        (toward(1), Truth { weights: Weights::Paper, ..whole }),
-        (-toward(0), Truth { internal_reflections: 1, ..whole }),
+    for (disc, truth, control) in [
+        (DVec3::new(0.8, 0.4, -0.5).normalize(), whole, true),
+        (toward(1), Truth { weights: Weights::Paper, ..whole }, false),
+        (-toward(0), Truth { internal_reflections: 1, ..whole }, false),
     ] {
         let environment = with_disc(disc);
         assert_eq!(split(&environment).expect("a disc").regions.len(), 1);
@@ -120,9 +120,11 @@ fn found_glints_are_those_that_chance_meets() {
         // Some tens of bright pixels make most of the noise: it is known to a fifth or so.
         let (pixels, boxes, mean) = far_apart(truth);
         assert!((0.7..1.4).contains(&pixels) && (0.5..1.6).contains(&boxes) && mean < 3.0);
-        // The control: with a way of the light left out they are apart.
-        let (_, boxes, mean) = far_apart(Truth { reflection: false, ..truth });
-        assert!(boxes > 2.0 && mean > 6.0);
+        if control {
+            // With a way of the light left out they are apart.
+            let (_, boxes, mean) = far_apart(Truth { reflection: false, ..truth });
+            assert!(boxes > 2.0 && mean > 6.0);
+        }
     }
 }
 
