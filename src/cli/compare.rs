@@ -180,14 +180,24 @@ fn print_all(comparison: &Comparison, json: Option<&PathBuf>) -> crate::Result<(
 }
 
 fn figures(comparison: &Comparison) -> serde_json::Value {
-    let mut figures = json!(comparison.pixels);
-    figures["mean_a"] = json!(comparison.mean_a);
-    figures["mean_b"] = json!(comparison.mean_b);
-    let mut boxes = json!(comparison.boxes);
-    // The place of the largest error would be in boxes, not in pixels.
-    let _ = boxes.as_object_mut().map(|boxes| boxes.shift_remove("max_error_at"));
-    figures["box_8x8"] = boxes;
-    figures
+    let Comparison { pixels, boxes, mean_a, mean_b, .. } = comparison;
+    json!({
+        "rel_mse": pixels.rel_mse,
+        "psnr_db": pixels.psnr_db,
+        "flip": pixels.flip,
+        "flip_p99": pixels.flip_p99,
+        "max_error": pixels.max_error,
+        "max_error_at": pixels.max_error_at,
+        "mean_a": mean_a,
+        "mean_b": mean_b,
+        "box_8x8": {
+            "rel_mse": boxes.rel_mse,
+            "psnr_db": boxes.psnr_db,
+            "flip": boxes.flip,
+            "flip_p99": boxes.flip_p99,
+            "max_error": boxes.max_error,
+        },
+    })
 }
 
 /// sRGB bytes of an error 0 to 1: black, violet at 1/16, red at 1/4, yellow at 9/16, white at 1, so that a greater error is

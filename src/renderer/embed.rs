@@ -172,9 +172,9 @@ impl View {
     /// computed or uploaded once is done on the device's queue, under its lock, and waited for.
     ///
     /// # Errors
-    /// [`Error::Scene`] if the rain is not the scene's, for a plan with a display pass or with positions that go on from
+    /// [`crate::Error::Scene`] if the rain is not the scene's, for a plan with a display pass or with positions that go on from
     /// frame to frame, for one that does not go with `info`, or for a format that cannot hold the picture;
-    /// [`Error::DeviceLacks`] if the device was made without a feature that the plan needs; else those of
+    /// [`crate::Error::DeviceLacks`] if the device was made without a feature that the plan needs; else those of
     /// [`super::Renderer::of`].
     pub fn new(
         lighting: &Arc<Lighting>,
@@ -251,8 +251,8 @@ impl View {
     /// command buffer changed.
     ///
     /// # Errors
-    /// [`Error::Scene`], before anything is recorded: if the slot does not exist or is taken, if a value of the scene is out
-    /// of its range, if the scene is not the view's but for camera, time and tone mapping key, if an image does not fit, or
+    /// [`crate::Error::Scene`], before anything is recorded: if the slot does not exist or is taken, if a value of the scene is
+    /// out of its range, if the scene is not the view's but for camera, time and tone mapping key, if an image does not fit, or
     /// if one image is given for two things.
     ///
     /// # Safety
@@ -337,8 +337,8 @@ impl View {
     /// then on.
     ///
     /// # Errors
-    /// [`Error::Scene`] if the view has no such slot; [`Error::Vulkan`] if its timestamps cannot be read, as for a lost
-    /// device.
+    /// [`crate::Error::Scene`] if the view has no such slot; [`crate::Error::Vulkan`] if its timestamps cannot be read, as for a
+    /// lost device.
     ///
     /// # Safety
     /// The slot's commands are not on the queue, and will not be.
@@ -364,8 +364,8 @@ impl View {
     /// allocates and uploads. All slots must have retired.
     ///
     /// # Errors
-    /// [`Error::Scene`] if a slot is taken, or if the scene is another than the view's by more than camera, time and age;
-    /// [`Error::Memory`] if the device has no room for the drops.
+    /// [`crate::Error::Scene`] if a slot is taken, or if the scene is another than the view's by more than camera, time and age;
+    /// [`crate::Error::Memory`] if the device has no room for the drops.
     pub fn age_pane(&mut self, scene: &Scene) -> Result<()> {
         scene.validate("the frame")?;
         self.check(scene)?;

@@ -81,7 +81,7 @@ impl Lighting {
         Ok(Self { renewal: Some(renewal), ..unmade })
     }
 
-    /// Of an environment on the device, without bright parts and tables.
+    /// What an environment on the device lights, before bright parts and tables are made.
     fn unmade(
         device: &Arc<Device>,
         environment: Arc<EnvironmentMap>,

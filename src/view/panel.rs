@@ -1,7 +1,9 @@
 //! The panel over the picture: what is drawn and what it costs, and the controls for it.
 
+use std::time::Duration;
+
 use clap::ValueEnum;
-use egui::{Color32, RichText, Ui};
+use egui::{Align2, Area, Color32, Context, Frame, RichText, Ui};
 use indexmap::IndexSet;
 
 use super::clock::Clock;
@@ -413,4 +415,24 @@ fn keys(ui: &mut Ui) {
 /// The preset of a number, as the keys 1, 2, 3 … choose it.
 pub fn preset(number: usize) -> Option<Preset> {
     Preset::value_variants().get(number).copied()
+}
+
+/// Draws the lines at the window's lower edge, if there are any: what is waited for, with its time so far, and a message.
+pub fn messages(ctx: &Context, message: Option<&str>, waits_for: Option<&(String, Duration)>) {
+    if message.is_none() && waits_for.is_none() {
+        return;
+    }
+    let lines = |ui: &mut Ui| {
+        if let Some((step, since)) = waits_for {
+            ui.horizontal(|ui| {
+                ui.spinner();
+                ui.label(format!("{step}, {:.0} s", since.as_secs_f32().floor()));
+            });
+        }
+        if let Some(message) = message {
+            ui.label(message);
+        }
+    };
+    let area = Area::new("message".into()).anchor(Align2::CENTER_BOTTOM, [0.0, -16.0]);
+    area.show(ctx, |ui| Frame::popup(ui.style()).show(ui, lines));
 }

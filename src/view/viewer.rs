@@ -14,7 +14,7 @@ use super::glass::{stop_at_glass, wipe};
 use super::history::History;
 use super::keep::Keep;
 use super::keys::Action;
-use super::panel::{Controls, Facts, TITLE, panel, preset};
+use super::panel::{Controls, Facts, TITLE, messages, panel, preset};
 use super::reload::Reload;
 use super::screen::{Screen, Shapes};
 use super::stage::{Difference, Stage};
@@ -459,14 +459,7 @@ impl Viewer {
             if self.has_panel {
                 panel(ctx, &mut controls, &facts);
             }
-            if message.is_some() || waits_for.is_some() {
-                egui::Area::new("message".into())
-                    .anchor(egui::Align2::CENTER_BOTTOM, [0.0, -16.0])
-                    .show(ctx, |ui| {
-                        let frame = egui::Frame::popup(ui.style());
-                        frame.show(ui, |ui| tell(ui, message, waits_for.as_ref()));
-                    });
-            }
+            messages(ctx, message, waits_for.as_ref());
         });
         self.input.handle_platform_output(&self.window, output.platform_output);
         self.screen.take_textures(output.textures_delta);
@@ -494,17 +487,4 @@ fn input(device: &Device, window: &Window) -> egui_winit::State {
     let viewport = ctx.viewport_id();
     let most = device.report.limits.max_image_dimension2_d as usize;
     egui_winit::State::new(ctx, viewport, window, None, None, Some(most))
-}
-
-/// The lines at the window's lower edge: what is waited for, and a message.
-fn tell(ui: &mut egui::Ui, message: Option<&str>, waits_for: Option<&(String, Duration)>) {
-    if let Some((step, since)) = waits_for {
-        ui.horizontal(|ui| {
-            ui.spinner();
-            ui.label(format!("{step}, {:.0} s", since.as_secs_f32().floor()));
-        });
-    }
-    if let Some(message) = message {
-        ui.label(message);
-    }
 }

@@ -9,6 +9,7 @@ mod compare_command;
 mod data_sets;
 mod full_disk;
 mod long_bench;
+mod messages;
 mod rain_command;
 mod readers;
 mod recipes;

@@ -41,6 +41,7 @@ mod probe;
 mod rain_field;
 mod room;
 mod rotation;
+mod rounded;
 mod same_bytes;
 mod shape_shader;
 mod shapes;
