@@ -13,9 +13,9 @@ float fan(float rate, float sine, float b) {
     return sqrt(abs(rate * sine / max(b, 1e-3)));
 }
 
-// Where all further orders together carry less than this share of the light, they are not followed: in the middle of a
-// drop that is after two or three, at the rim after eight or more. See docs/method.md, "How many orders".
-const float LEAST_REST = 1e-4;
+// Where all further orders together carry less than this share of the light, they are not followed: of 1e-4 in the middle
+// of a drop after two or three, at the rim after eight or more. See docs/method.md, "How many orders".
+float least_rest() { return frame.environment.z; }
 
 // `rotation` takes the ray's vectors to world space. `step`: the impact parameter's change
 // over one sample, the reciprocal of the drop's radius in samples.
@@ -46,7 +46,7 @@ vec3 drop_light_by_index(sampler2D map, Intersection e, mat3 rotation, float ste
     float weight = (1.0 - f) * (1.0 - f);
     for (uint k = 0u; k <= INTERNAL_REFLECTIONS; ++k) {
         // Σ_{j≥k} (1-F)² F^j = (1-F) F^k: what the omitted orders carry as well.
-        bool last = k == INTERNAL_REFLECTIONS || weight * f < LEAST_REST * (1.0 - f);
+        bool last = k == INTERNAL_REFLECTIONS || weight * f < least_rest() * (1.0 - f);
         float share = CONSERVING != 0u && last ? weight / max(1.0 - f, 1e-9) : weight;
         vec3 out_direction = deviation.x * d - deviation.y * o;
         sum += share * radiance(map, out_direction, fan(rate, deviation.y, e.b) * step);

@@ -20,7 +20,7 @@ struct Frame {
     vec4 principal;     // where the view axis meets the picture: xy: pixels of the whole; zw: device coordinates
     vec4 frustum_x;     // cos and sin of the angle from the view axis to the left edge, then to the right one
     vec4 frustum_y;     // the same of the upper and the lower edge
-    vec4 environment;   // x: angle of a texel, radians; y: radiance of a stored 1; zw: unused
+    vec4 environment;   // x: angle of a texel, radians; y: radiance of a stored 1; z: least share of light that is followed
     vec4 tone;          // x: key; y: delta of the log average, stored units; z: fixed factor on stored
                         // units, 0 to derive it; w: pixels that the log average is of
     uvec4 tiles;        // of the part that is drawn: tiles, or sums of log luminance; regions, how many times 2 along both axes, across, in all

@@ -107,7 +107,7 @@ vec3 shape_light_by_index(sampler2D map, vec4 shape, vec3 to_ray, vec3 d, float 
         ct = sqrt(max(1.0 - sine2, 0.0));
         f = reflectance_of(ci, ct, ratio);
         // Σ over all further orders is what stays inside: the last order takes that as well.
-        bool last = k >= INTERNAL_REFLECTIONS || left * f < LEAST_REST, leaves = f < 1.0;
+        bool last = k >= INTERNAL_REFLECTIONS || left * f < least_rest(), leaves = f < 1.0;
         float share = CONSERVING != 0u && last ? left : left * (1.0 - f);
         bool ends = last && (leaves || CONSERVING == 0u || k == INTERNAL_REFLECTIONS + MOST_MORE);
         if (leaves || ends && CONSERVING != 0u) {

@@ -26,6 +26,8 @@ pub struct Surroundings {
     pub texel_angle: f32,
     /// Radiance of a stored 1.
     pub radiance_scale: f32,
+    /// Share of a ray's light under which it is followed no further.
+    pub least_rest: f32,
     /// Delta of the log average, in stored units.
     pub delta: f32,
 }
@@ -63,7 +65,7 @@ impl Frame {
             principal: principal(&view),
             frustum_x: sight.frustum_x,
             frustum_y: sight.frustum_y,
-            environment: [around.texel_angle, around.radiance_scale, 0.0, 0.0],
+            environment: [around.texel_angle, around.radiance_scale, around.least_rest, 0.0],
             tone: [
                 scene.tone_map.key as f32,
                 around.delta,

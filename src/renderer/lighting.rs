@@ -24,6 +24,8 @@ pub struct Lighting {
     pub(super) environment_ms: f64,
     /// Mean luminance without bright parts, of which one may outshine all the rest.
     pub(super) mean_luminance: f64,
+    /// Share of a ray's light under which it is followed no further.
+    pub(super) least_rest: f32,
     bright: Option<Bright>,
     /// What renews it in a host's frames.
     pub(super) renewal: Option<Renewal>,
@@ -32,6 +34,18 @@ pub struct Lighting {
     constants: Frame,
     made: Mutex<Made>,
     device: Arc<Device>,
+}
+
+/// Most that may be left of a ray's light where it is followed no further, and least, which eight orders leave of most rays.
+const MOST_REST: f32 = 1e-4;
+const LEAST_REST: f32 = 1e-7;
+/// The same where the environment is not known before it is drawn.
+const UNKNOWN_REST: f32 = 1e-5;
+
+/// What may be left of a ray's light: if all of it came from the brightest direction, it would be a hundredth of the median.
+fn least_rest(environment: &Environment) -> f32 {
+    let brightest = environment.max_radiance().max(f32::MIN_POSITIVE);
+    (0.01 * environment.median_luminance() / brightest).clamp(LEAST_REST, MOST_REST)
 }
 
 /// What a far drop is made for: the light, and the three choices of `Lighting::far_drop`.
@@ -63,10 +77,11 @@ impl Lighting {
         let before = Instant::now();
         let bright = bright_parts(environment);
         let mean_luminance = environment.ordinary_luminance();
+        let least_rest = least_rest(bright.as_ref().map_or(environment, |bright| &bright.rest));
         let scale = stored_scale(environment);
         let environment = Arc::new(EnvironmentMap::new(device, environment, scale)?);
         let environment_ms = before.elapsed().as_secs_f64() * 1e3;
-        let unmade = Self::unmade(device, environment, mean_luminance)?;
+        let unmade = Self::unmade(device, environment, mean_luminance, least_rest)?;
         Ok(Self { environment_ms, bright, ..unmade })
     }
 
@@ -77,7 +92,8 @@ impl Lighting {
     pub fn live(device: &Arc<Device>, info: LiveInfo) -> Result<Self> {
         let renewal = Renewal::new(device, info)?;
         let environment = renewal.whole.clone();
-        let unmade = Self::unmade(device, environment, f64::from(info.radiance_scale))?;
+        let scale = f64::from(info.radiance_scale);
+        let unmade = Self::unmade(device, environment, scale, UNKNOWN_REST)?;
         Ok(Self { renewal: Some(renewal), ..unmade })
     }
 
@@ -86,12 +102,14 @@ impl Lighting {
         device: &Arc<Device>,
         environment: Arc<EnvironmentMap>,
         mean_luminance: f64,
+        least_rest: f32,
     ) -> Result<Self> {
-        let of_frame = [environment.texel_angle, environment.radiance_scale, 0.0, 0.0];
+        let of_frame = [environment.texel_angle, environment.radiance_scale, least_rest, 0.0];
         Ok(Self {
             environment,
             environment_ms: 0.0,
             mean_luminance,
+            least_rest,
             bright: None,
             renewal: None,
             frame: FrameBuffer::new(device)?,

@@ -143,6 +143,7 @@ pub(super) fn surroundings(
         point_limit_px,
         texel_angle: environment.texel_angle,
         radiance_scale: environment.radiance_scale,
+        least_rest: lighting.least_rest,
         // Where the environment is black, any δ keeps the logarithm finite whose square is no 0: `composite` takes it of
         // two pixels' product.
         delta: delta.max(1e-18),

@@ -13,6 +13,14 @@ use raindrops::scene::model::Preset;
 
 /// Dim, with a soft light around a direction: no pixel's rays meet it by chance.
 fn soft_light(towards: DVec3) -> Environment {
+    environment_of(|direction| {
+        let cosine = direction.dot(towards.normalize());
+        0.02 + 6.0 * (8.0 * (cosine - 1.0)).exp()
+    })
+}
+
+/// Grey light by direction.
+fn environment_of(radiance: impl Fn(DVec3) -> f64) -> Environment {
     let (width, height) = (128, 64);
     let texels = (0..width * height).map(|at| {
         let u = (f64::from(at % width) + 0.5) / f64::from(width);
@@ -20,11 +28,10 @@ fn soft_light(towards: DVec3) -> Environment {
         let (azimuth, polar) = ((u - 0.5) * std::f64::consts::TAU, v * std::f64::consts::PI);
         let direction =
             DVec3::new(polar.sin() * azimuth.sin(), polar.cos(), -polar.sin() * azimuth.cos());
-        let cosine = direction.dot(towards.normalize());
-        Vec3::splat((0.02 + 6.0 * (8.0 * (cosine - 1.0)).exp()) as f32)
+        Vec3::splat(radiance(direction) as f32)
     });
     let texels = texels.collect();
-    Environment::from_texels("soft light", width, height, texels).expect("an environment")
+    Environment::from_texels("grey", width, height, texels).expect("an environment")
 }
 
 #[test]
@@ -52,5 +59,35 @@ fn a_close_up_shows_all_orders() {
         }
         // The control: with two orders it would be over the bound.
         assert!(worst_of_two > 1e-2, "{worst_of_two}");
+    });
+}
+
+/// A window that is some 10,000 times as bright as its room is seen in light that carries 10^-5 of a ray.
+#[test]
+fn a_dark_room_shows_its_window_in_high_orders() {
+    on_device(|device| {
+        const DIM: f64 = 1e-3;
+        let is_window = |d: DVec3| d.z < 0.0 && d.x.abs() < -0.2 * d.z && d.y.abs() < -0.25 * d.z;
+        let environment = environment_of(|d| if is_window(d) { 10.0 } else { DIM });
+        let mut scene = one_drop(DVec3::new(1.5, -0.8, -10.0), 1.0);
+        scene.image = ImageSize { width: 96, height: 96 };
+        scene.camera.vertical_fov = 30.0;
+        scene.model.preset = Preset::Exact;
+        let truth = Truth { samples: 64, ..Truth::default() };
+        let traced = Tracer::new(&scene, &environment, truth).trace(&|_| {});
+        let drawn = picture_of(device, &scene, &environment);
+        // Where the drop shows neither the room alone nor the window itself. At the window's edges the drawn light is
+        // spread a little further: a median knows nothing of them.
+        let is_dim = |radiance: f32| (1.2..20.0).contains(&(f64::from(radiance) / DIM));
+        let pixels = traced.picture.pixels.iter().zip(&drawn.pixels).zip(&traced.coverage);
+        let mut found: Vec<f64> = pixels
+            .filter(|((truth, _), covered)| **covered > 0.999 && is_dim(truth.y))
+            .map(|((truth, drawn), _)| (f64::from(drawn.y) - DIM) / (f64::from(truth.y) - DIM))
+            .collect();
+        found.sort_by(f64::total_cmp);
+        println!("{found:.2?}");
+        assert!(found.len() > 80, "{} pixels", found.len());
+        let median = found[found.len() / 2];
+        assert!((0.8..1.2).contains(&median), "{median} of the light");
     });
 }

@@ -191,8 +191,13 @@ fn outlines_are_those_of_the_rays() {
     scene.camera.vertical_fov = 70.0;
     scene.camera.target = DVec3::new(0.3, -0.5, -1.0);
     scene.camera.up = DVec3::new(0.2, 1.0, 0.1);
-    let around =
-        Surroundings { point_limit_px: 0.0, texel_angle: 1.0, radiance_scale: 1.0, delta: 1.0 };
+    let around = Surroundings {
+        point_limit_px: 0.0,
+        texel_angle: 1.0,
+        radiance_scale: 1.0,
+        least_rest: 1e-4,
+        delta: 1.0,
+    };
     let (frame, view) = (Frame::new(&scene, &around, None), scene.view());
     let mut random = Random(8);
     let shapes = [

@@ -10,7 +10,7 @@
 #define TILE_BUFFERS_GLSL
 const uint SPHERES = 0, SHAPE = 2;
 #define DROP_LIGHT_GLSL
-const float LEAST_REST = 1e-4;
+float least_rest() { return 1e-4; }
 
 // In place of environment.glsl: where it is asked for radiance, and how wide.
 #define ENVIRONMENT_GLSL

@@ -109,8 +109,8 @@ impl Seen {
             windows.into_iter().find(is_ours)
         });
         // There is no window manager to give it the keyboard.
-        x.set_input_focus(InputFocus::PARENT, window, x11rb::CURRENT_TIME).expect("the focus");
-        x.sync().expect("the X server answers");
+        let focus = || x.set_input_focus(InputFocus::PARENT, window, x11rb::CURRENT_TIME);
+        wait_for("the window has the keyboard", || focus().ok()?.check().ok());
         Self { x, root, window, folder: folder.into(), pictures: 0 }
     }
 
@@ -179,6 +179,19 @@ pub struct Opened {
     pub folder: TempDir,
     viewer: Running,
     _server: Running,
+}
+
+/// A test that waits for what does not happen shows what there was instead.
+impl Drop for Opened {
+    fn drop(&mut self) {
+        if std::thread::panicking() {
+            let Seen { x, window, .. } = &self.seen;
+            let focus = x.get_input_focus().ok().and_then(|focus| focus.reply().ok());
+            eprintln!("the title: {:?}", Seen::title(x, *window));
+            eprintln!("the keyboard: {:?}, the window: {window}", focus.map(|reply| reply.focus));
+            eprintln!("the program runs: {}, and said: {}", self.is_running(), self.said());
+        }
+    }
 }
 
 impl Opened {
