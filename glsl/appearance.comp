@@ -24,10 +24,12 @@ layout(push_constant) uniform Directions { vec4 planes[4]; };
 const float BEYOND_EDGES = 0.14;
 
 const uint FINEST = 16;  // texels an edge of the finest picture
-const uint SAMPLES = 2;  // an edge of a texel
+// Through a bubble directions change without bound up to where all light is reflected, at a distance of its index.
+const bool IS_BUBBLE = INDEX_GREEN < 0x3f800000u; // 1.0
+const uint SAMPLES = IS_BUBBLE ? 4u : 2u; // an edge of a texel
 const float TEXEL = 2.0 / float(FINEST); // of the disc's radius
 // Squared distance from the middle up to which directions change so evenly that one sample's footprint holds a texel.
-const float EVEN = 0.75;
+const float EVEN = IS_BUBBLE ? 0.0 : 0.75;
 
 // The point (s, t) of a texel's sample, within the unit disc where the drop is.
 vec2 sample_of(uvec2 texel, uint sub) {

@@ -242,6 +242,9 @@ impl Models {
     }
 }
 
+/// Most internal reflections that are followed unless a scene asks for more.
+const MOST_ORDERS: u32 = 8;
+
 impl Light {
     /// What a scene asks for, else what `auto` has chosen, else the preset's; `is_traced`: in a shape without a closed form.
     fn of(scene: &Scene, models: Models, chosen: Option<&Choice>, is_traced: bool) -> Self {
@@ -250,15 +253,20 @@ impl Light {
             Some(chosen) if !optics.is_mask() => chosen.light,
             _ => {
                 // A ray follows no more orders than matter to it, so `exact` bounds them last.
-                let most = if choice.preset == Preset::Exact { 8 } else { 2 };
+                let most = if choice.preset == Preset::Exact { MOST_ORDERS } else { 2 };
                 let orders = if models.primitive == Primitive::Tile { most } else { 0 };
                 Light { internal_reflections: orders, ..Light::default() }
             }
         };
-        // Under total reflection much light is still inside after eight orders, and would leave where none does.
-        let usual = match optics == Optics::ClosedForm && is_traced {
-            true => Light { weights: Weights::Physical, ..usual },
-            false => usual,
+        // Under total reflection much light is still inside after eight orders, and would leave where none does. In the few
+        // drops of real rain that `fast` traces it is little.
+        let usual = match optics {
+            Optics::ClosedForm if is_traced => Light { weights: Weights::Physical, ..usual },
+            Optics::Appearance if is_traced && scene.real_rain().is_none() => {
+                let internal_reflections = usual.internal_reflections.max(MOST_ORDERS);
+                Light { weights: Weights::Physical, internal_reflections, ..usual }
+            }
+            _ => usual,
         };
         Self {
             internal_reflections: choice.internal_reflections.unwrap_or(usual.internal_reflections),
