@@ -154,6 +154,11 @@ void main() {
     around += vec4(-wide, wide);
     low = clamp(r.center + around.xy, corner, corner + 1.0);
     high = max(clamp(r.center + around.zw, corner, corner + 1.0), low + 1e-3);
+    if ((r.look & COVER_BY_RAYS) != 0u) {
+        // Rays tell what part of the whole pixel is covered, and the outline of another moment may reach farther.
+        low = corner;
+        high = corner + 1.0;
+    }
     float covered;
     nodes[node + COLORS + pixel] = moving_color(corner, low, high, r.sphere, body, motion, pixels, place_moved(r.index), behind, covered);
     if ((r.look & COVER_BY_RAYS) != 0u) {

@@ -1,7 +1,7 @@
 //! Exposures drawn by the GPU: light, coverage and order of drops that move while the shutter is open, against closed
 //! forms and the reference.
 
-use glam::{DVec3, Vec3};
+use glam::{DVec2, DVec3, Vec3};
 use raindrops::environment::Environment;
 use raindrops::picture::metrics::compare;
 use raindrops::picture::tone_map::{display, exposure_of};
@@ -76,6 +76,55 @@ fn a_streak_has_the_light_of_the_drop_at_rest() {
             }
         }
         println!("off by {worst:.5} at most");
+    });
+}
+
+/// A white drop before black, three radii from the camera, that moves by half of its breadth: its outline is another ellipse
+/// at every moment. The mean over moments of where rays hit it is the truth.
+#[test]
+fn a_near_drop_covers_what_it_moves_over() {
+    const EDGE: u32 = 64;
+    const SAMPLES: u32 = 256;
+    let white = Environment::constant(Vec3::ONE);
+    let mut scene = square(EDGE);
+    scene.background.color = Some(black("near-drop", EDGE));
+    scene.camera.vertical_fov = 60.0;
+    scene.camera.shutter = 1.0;
+    scene.time = -0.5;
+    let (center, radius) = (DVec3::new(0.1, -0.4, -3.0), 0.9);
+    let focal = scene.view().focal_px;
+    on_device(|device| {
+        for velocity in [DVec3::new(0.0, -1.0, 0.0), DVec3::new(0.7, 0.6, 0.0)] {
+            for preset in [Preset::Fast, Preset::Exact] {
+                scene.model.preset = preset;
+                scene.drops = vec![PlacedDrop { velocity, ..PlacedDrop::sphere(center, radius) }];
+                let (picture, _) = draw(&mut renderer(device, &scene, &white), &scene);
+                let mut worst = 0.0_f64;
+                for (block_x, block_y) in (0..64).map(|at| (8 * (at % 8), 8 * (at / 8))) {
+                    let mut off = 0.0;
+                    for (x, y) in (0..64).map(|at| (block_x + at % 8, block_y + at / 8)) {
+                        // Places in the pixel and moments that fill both evenly.
+                        let hits = |number: &u32| {
+                            let number = f64::from(*number) + 0.5;
+                            let place = DVec2::new(0.75487767, 0.56984029) * number;
+                            let place =
+                                place.fract() + DVec2::new(f64::from(x), f64::from(y)) - 32.0;
+                            let ray = DVec3::new(place.x, -place.y, -focal).normalize();
+                            let moment = number / f64::from(SAMPLES) - 0.5;
+                            (center + velocity * moment).cross(ray).length() < radius
+                        };
+                        let covered = (0..SAMPLES).filter(hits).count() as f64 / f64::from(SAMPLES);
+                        off += f64::from(picture.pixels[(y * EDGE + x) as usize].y) - covered;
+                    }
+                    worst = worst.max((off / 64.0).abs());
+                }
+                println!("{preset}, {velocity}: {worst:.4}");
+                assert!(
+                    worst < 0.006,
+                    "{preset}, {velocity}: off by {worst} of a white drop's light"
+                );
+            }
+        }
     });
 }
 
