@@ -136,7 +136,8 @@ impl App {
         // The loop may have more events for a window that is given up.
         let (Some(viewer), Ok(())) = (&mut self.viewer, &self.outcome) else { return Ok(()) };
         let response = viewer.input.on_window_event(&viewer.window, &event);
-        if response.repaint {
+        // After a frame, too, egui asks for one: that would never end.
+        if response.repaint && event != WindowEvent::RedrawRequested {
             viewer.window.request_redraw();
         }
         let ctx = viewer.input.egui_ctx();

@@ -461,6 +461,10 @@ impl Viewer {
             }
             messages(ctx, message, waits_for.as_ref());
         });
+        // As while something fades in.
+        if output.viewport_output.values().any(|viewport| viewport.repaint_delay.is_zero()) {
+            self.window.request_redraw();
+        }
         self.input.handle_platform_output(&self.window, output.platform_output);
         self.screen.take_textures(output.textures_delta);
         self.shapes = Shapes {

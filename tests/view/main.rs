@@ -11,10 +11,15 @@ mod guide;
 mod seen;
 mod waits;
 
+use std::time::Duration;
+
 use x11rb::protocol::xproto::{AtomEnum, ConnectionExt as _, InputFocus, PropMode};
 use x11rb::wrapper::ConnectionExt as _;
 
 use seen::{Opened, SIZE, key, wait_for};
+
+/// For how long a window is watched that should rest.
+const REST: Duration = Duration::from_secs(2);
 
 /// How often the window is resized.
 const RESIZES: u32 = 200;
@@ -129,6 +134,19 @@ fn a_pane_in_a_window() {
         later == std::fs::read(&drawn).expect("a picture"),
         "the scene file is another picture"
     );
+    opened.close();
+}
+
+/// A window in which nothing changes looks four times a second whether something has, and leaves the processor alone.
+#[test]
+fn a_window_at_rest() {
+    let mut opened = Opened::new(|_| ());
+    opened.seen.screenshot(&[key::F12]);
+    wait_for("the message about the screenshot goes, and the window rests", || {
+        let before = opened.processor_seconds();
+        std::thread::sleep(REST);
+        (opened.processor_seconds() - before < 0.3 * REST.as_secs_f64()).then_some(())
+    });
     opened.close();
 }
 

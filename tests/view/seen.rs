@@ -235,6 +235,16 @@ impl Opened {
         wait_for(what, || self.said().contains(what).then_some(()));
     }
 
+    /// Processor time of the program so far, of all its threads, in seconds.
+    pub fn processor_seconds(&self) -> f64 {
+        let stat = std::fs::read_to_string(format!("/proc/{}/stat", self.viewer.0.id()));
+        let stat = stat.expect("a process of Linux");
+        // After the name, which is in parentheses, fields 3 and further; a hundred ticks are a second.
+        let fields = stat.rsplit(") ").next().expect("fields").split(' ');
+        fields.skip(11).take(2).map(|ticks| ticks.parse::<f64>().expect("ticks")).sum::<f64>()
+            / 100.0
+    }
+
     /// Whether the program is still at work.
     pub fn is_running(&mut self) -> bool {
         self.viewer.0.try_wait().expect("a status").is_none()
