@@ -24,16 +24,16 @@ layout(push_constant) uniform Directions { vec4 planes[4]; };
 const float BEYOND_EDGES = 0.14;
 
 const uint FINEST = 16;  // texels an edge of the finest picture
-// Through a bubble directions change without bound up to where all light is reflected, at a distance of its index.
-const bool IS_BUBBLE = INDEX_GREEN < 0x3f800000u; // 1.0
-const uint SAMPLES = IS_BUBBLE ? 4u : 2u; // an edge of a texel
+const uint SAMPLES = 2;  // an edge of a texel
+// The same through a bubble: directions change without bound up to where all light is reflected, at a distance of its index.
+const uint BUBBLE_SAMPLES = 4;
 const float TEXEL = 2.0 / float(FINEST); // of the disc's radius
 // Squared distance from the middle up to which directions change so evenly that one sample's footprint holds a texel.
-const float EVEN = IS_BUBBLE ? 0.0 : 0.75;
+const float EVEN = 0.75;
 
 // The point (s, t) of a texel's sample, within the unit disc where the drop is.
-vec2 sample_of(uvec2 texel, uint sub) {
-    vec2 place = vec2(texel) + (vec2(sub % SAMPLES, sub / SAMPLES) + 0.5) / float(SAMPLES);
+vec2 sample_of(uvec2 texel, uint sub, uint samples) {
+    vec2 place = vec2(texel) + (vec2(sub % samples, sub / samples) + 0.5) / float(samples);
     return place * TEXEL - 1.0;
 }
 
@@ -56,6 +56,7 @@ void main() {
     if (!wanted) return;
     basis(n, u, v);
     mat3 axes = mat3(u, v, n);
+    uint samples = WATER < 1.0 ? BUBBLE_SAMPLES : SAMPLES;
 
     // Along the Morton curve every coarser texel is complete when its four are: one sum a level.
     vec4 sums[4] = vec4[4](vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0));
@@ -65,18 +66,18 @@ void main() {
             at |= (uvec2(morton >> (2u * bit), morton >> (2u * bit + 1u)) & 1u) << bit;
         }
         vec2 middle = (vec2(at) + 0.5) * TEXEL - 1.0;
-        bool even = dot(middle, middle) < EVEN;
+        bool even = samples == SAMPLES && dot(middle, middle) < EVEN;
         // Its samples within the rim; a texel without any is filled by one at the rim, which weighs nearly nothing.
         uint within = 0u;
-        for (uint sub = 0u; sub < SAMPLES * SAMPLES; ++sub) {
-            vec2 st = sample_of(at, sub);
+        for (uint sub = 0u; sub < samples * samples; ++sub) {
+            vec2 st = sample_of(at, sub, samples);
             within |= uint(dot(st, st) <= 1.0) << sub;
         }
-        float weight = even ? float(SAMPLES * SAMPLES) : within == 0u ? 1e-4 : 1.0;
-        float step = even ? TEXEL : TEXEL / float(SAMPLES);
+        float weight = even ? float(samples * samples) : within == 0u ? 1e-4 : 1.0;
+        float step = even ? TEXEL : TEXEL / float(samples);
         vec4 sum = vec4(0.0);
         for (uint left = even ? 1u : max(within, 1u); left != 0u; left &= left - 1u) {
-            vec2 st = even ? middle : sample_of(at, uint(findLSB(left)));
+            vec2 st = even ? middle : sample_of(at, uint(findLSB(left)), samples);
             sum += weight * vec4(light(st, step, n, axes), 1.0);
         }
         pictures[picture_word(texel, FINEST) + at.y * FINEST + at.x] = pack_radiance(sum.rgb / sum.a);

@@ -113,6 +113,20 @@ void write_lens_color(uint node, uint pixel, Large r, Body body, vec2 corner, ve
     add_coverage(node, pixel, min(uint(units), 65535u));
 }
 
+// The same of a drop that moves; `around`: the box of its way, from the outline's centre on.
+void write_moving_color(uint node, uint pixel, Large r, Body body, vec2 corner, vec4 around, vec3 motion, float pixels, float behind) {
+    bool is_cover = (r.look & COVER_BY_RAYS) != 0u;
+    vec2 low = corner, high = corner + 1.0;
+    // What part of the whole pixel is covered rays tell for themselves, and the outline of another moment may reach farther.
+    if (!is_cover) {
+        low = clamp(r.center + around.xy, corner, corner + 1.0);
+        high = max(clamp(r.center + around.zw, corner, corner + 1.0), low + 1e-3);
+    }
+    float covered;
+    nodes[node + COLORS + pixel] = moving_color(corner, low, high, r.sphere, body, motion, pixels, place_moved(r.index), behind, covered);
+    if (is_cover) add_coverage(node, pixel, uint(covered * float(r.look >> 16) + 0.5));
+}
+
 void main() {
     uint invocation = group_number() * gl_WorkGroupSize.x + gl_LocalInvocationID.x;
     uint in_piece = invocation / PIXELS, number = push.piece * RAY_PIECE + in_piece, pixel = invocation % PIXELS;
@@ -151,18 +165,5 @@ void main() {
         return;
     }
     vec2 wide = 0.5 * abs(moves[2u * blocks[at] + 1u].xy);
-    around += vec4(-wide, wide);
-    low = clamp(r.center + around.xy, corner, corner + 1.0);
-    high = max(clamp(r.center + around.zw, corner, corner + 1.0), low + 1e-3);
-    if ((r.look & COVER_BY_RAYS) != 0u) {
-        // Rays tell what part of the whole pixel is covered, and the outline of another moment may reach farther.
-        low = corner;
-        high = corner + 1.0;
-    }
-    float covered;
-    nodes[node + COLORS + pixel] = moving_color(corner, low, high, r.sphere, body, motion, pixels, place_moved(r.index), behind, covered);
-    if ((r.look & COVER_BY_RAYS) != 0u) {
-        covered *= float(r.look >> 16);
-        add_coverage(node, pixel, uint(covered + 0.5));
-    }
+    write_moving_color(node, pixel, r, body, corner, around + vec4(-wide, wide), motion, pixels, behind);
 }
