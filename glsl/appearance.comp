@@ -25,7 +25,7 @@ const float BEYOND_EDGES = 0.14;
 
 const uint FINEST = 16;  // texels an edge of the finest picture
 const uint SAMPLES = 2;  // an edge of a texel
-// The same through a bubble: directions change without bound up to where all light is reflected, at a distance of its index.
+// More through a bubble: directions change without bound up to where all light is reflected, at a distance of its index.
 const uint BUBBLE_SAMPLES = 4;
 const float TEXEL = 2.0 / float(FINEST); // of the disc's radius
 // Squared distance from the middle up to which directions change so evenly that one sample's footprint holds a texel.

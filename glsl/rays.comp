@@ -113,7 +113,7 @@ void write_lens_color(uint node, uint pixel, Large r, Body body, vec2 corner, ve
     add_coverage(node, pixel, min(uint(units), 65535u));
 }
 
-// The same of a drop that moves; `around`: the box of its way, from the outline's centre on.
+// Writes what rays find of a drop that moves; `around`: the box of its way, from the outline's centre on.
 void write_moving_color(uint node, uint pixel, Large r, Body body, vec2 corner, vec4 around, vec3 motion, float pixels, float behind) {
     bool is_cover = (r.look & COVER_BY_RAYS) != 0u;
     vec2 low = corner, high = corner + 1.0;

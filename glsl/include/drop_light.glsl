@@ -13,8 +13,8 @@ float fan(float rate, float sine, float b) {
     return sqrt(abs(rate * sine / max(b, 1e-3)));
 }
 
-// Where all further orders together carry less than this share of the light, they are not followed: of 1e-4 in the middle
-// of a drop after two or three, at the rim after eight or more. See docs/method.md, "How many orders".
+// Where all further orders together carry less than this share of the light, they are not followed. With 1e-4 that is after two
+// or three in the middle of a drop, after eight or more at the rim. See docs/method.md, "How many orders".
 float least_rest() { return frame.environment.z; }
 
 // `rotation` takes the ray's vectors to world space. `step`: the impact parameter's change

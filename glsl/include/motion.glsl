@@ -15,9 +15,10 @@ const float FAINT = 0.25, FAINT_DISC_PX = 2.5;
 const float FAINT_NEAR_RADII = 4.0, FAINTEST_NEAR_RADII = 1.5;
 // Most that a drop's depth may change by for its outline to be taken for one that moves evenly.
 const float EVEN = 1.25;
-// How far the outline of a drop that is no faint one may be off then, at the ends of its way: of the way, and pixels. (A black
-// drop 3 radii from the camera that fell by half of its breadth was up to 37 levels of 255 too dark or too bright.)
-const float LEAST_OFF = 0.02, LEAST_OFF_PX = 0.1;
+// Most that the outline of a drop that is not faint may be off by then, at the ends of its way: as a part of the way, and in
+// pixels; the larger of the two counts. (A black drop 3 radii from the camera that fell by half of its breadth was up to 37 levels of
+// 255 too dark or too bright.)
+const float MOST_OFF = 0.02, MOST_OFF_PX = 0.1;
 
 struct Path {
     vec3 moved;    // in view space
@@ -48,11 +49,11 @@ Path path_of(vec3 v, float radius, vec3 motion) {
     vec2 from = vec2(a.x, -a.y) / -a.z, to = vec2(b.x, -b.y) / -b.z, middle = vec2(v.x, -v.y) / -v.z;
     p.way = p.near ? vec2(0.0) : frame.image.z * (to - from);
     p.aside = p.near ? vec2(0.0) : frame.image.z * (0.5 * (from + to) - middle);
-    // An outline is an ellipse farther from the picture's middle than the drop's centre, and the farther the longer.
+    // The outline's ellipse lies farther from the picture's middle than the drop's centre does, and is longer the farther it lies.
     float square = max(v.z * v.z - radius * radius, 1e-30), pixels = frame.image.z * radius * inversesqrt(square), along = length(p.way);
     float longer = abs(length(b) - length(a)) / -v.z;
     float off = 0.5 * along * radius * radius / square + pixels * longer;
-    p.even = p.even && (along > FAINT_RADII * pixels || off <= max(LEAST_OFF * along, LEAST_OFF_PX));
+    p.even = p.even && (along > FAINT_RADII * pixels || off <= max(MOST_OFF * along, MOST_OFF_PX));
     p.larger = p.even ? v.z * v.z / (a.z * b.z) : 1.0;
     return p;
 }
