@@ -37,6 +37,8 @@ layout(local_size_x = GATHER_GROUP) in;
 
 layout(push_constant) uniform Push { uint band; } push;
 
+const float LEAST_WAY = 0.1; // pixels of a streak, which needs a direction
+
 // Where a drop is, how it moves, and where the sphere of its volume is seen.
 struct Located {
     uint index;
@@ -44,6 +46,7 @@ struct Located {
     float distance2; // from the camera to its centre, squared
     vec4 shape;      // see shape.glsl
     Path path;       // how it moves while the shutter is open
+    float wider;     // as it is drawn, over as it is: over 1, it stands for others
     bool is_known;   // it is drawn by itself: it is a drop (the last cluster has gaps), not part of the medium, not sheltered
     uint visibility; // of that sphere, at any time of the exposure; OUT_OF_VIEW unless `is_known`
 };
@@ -56,6 +59,7 @@ Located locate(uint index) {
     l.visibility = visibility(l.drop.view, l.drop.radius, reach_across(l.drop.view, l.drop.radius), l.distance2);
     l.path = path_at_rest();
     l.shape = shape_of(l.index, l.drop);
+    l.wider = stands_for(l.index, l.drop);
     if (is_exposed()) {
         l.path = path_of(l.drop.view, l.drop.radius * reach_of_shape(l.shape), motion_of(l.index));
         if (l.path.moved != vec3(0.0)) l.visibility = visibility_moving(l.drop.view, l.path.moved, l.drop.radius);
@@ -82,6 +86,8 @@ bool is_drawn(inout Located l, out Outline o, out bool beside) {
         drawn = l.is_known && !inside && may_show(l.drop, l.path, l.shape, l.distance2);
         if (l.visibility == CAMERA_INSIDE && !inside) l.visibility = OUT_OF_VIEW;
     }
+    o.box *= l.wider;
+    o.radius *= l.wider;
     beside = drawn && (is_beside(l.drop.view, deep) || !l.path.even);
     return drawn;
 }
@@ -101,7 +107,9 @@ Form form_of(Located l, inout Outline o, bool drawn, bool beside) {
     Form f;
     bool exposed = is_exposed();
     f.half_sides = box_of_equal_area(o.box, o.radius);
-    f.streak = exposed && drawn && !beside && is_streak(l.drop, o, l.path, l.distance2);
+    // A splat would be noted as a pixel's nearest drop, which a drop that stands for others is not.
+    bool as_streak = l.wider > 1.0 && SPLAT_PX > 0.0 && length(l.path.way) > LEAST_WAY;
+    f.streak = exposed && drawn && !beside && (as_streak || is_streak(l.drop, o, l.path, l.distance2));
     f.opacity = 1.0;
     if (exposed) f.half_sides = blurred(f.half_sides, l.path, f.opacity);
     float blur = blur_of(l.drop.view, l.path.moved, l.drop.radius);

@@ -63,6 +63,10 @@ bool is_shown(uint index, Drop drop, float distance2) {
     return true;
 }
 
+float stands_for(uint index, Drop drop) {
+    return 1.0;
+}
+
 // How far a random drop moves while the shutter is open, world axes.
 vec3 random_motion(uint index) {
     return population_numbered(population_number(index)).moved.xyz;

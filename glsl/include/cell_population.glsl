@@ -68,7 +68,12 @@ uint by_hand_number(uint index) {
 }
 
 bool is_shown(uint index, Drop drop, float distance2) {
-    return is_by_hand(index) || shown_alone(drop.view, drop.radius, distance2);
+    return is_by_hand(index) || shown_alone(slab_of(index).kind, index % 64u, drop.view, drop.radius, distance2);
+}
+
+// How many times as wide a drop is drawn as it is, because it stands for others.
+float stands_for(uint index, Drop drop) {
+    return is_by_hand(index) ? 1.0 : max(field.shown.x * -drop.view.z / (drop.radius * frame.image.z), 1.0);
 }
 
 vec3 random_motion(uint index) {

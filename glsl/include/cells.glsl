@@ -45,9 +45,20 @@ vec4 drop_in_cell(uint kind, ivec3 cell, uint number) {
     return vec4(relative, radius);
 }
 
-// Is a drop shown by itself, or part of the medium?
-bool shown_alone(vec3 v, float radius, float distance2) {
-    precise float size = radius * frame.image.z, least = field.shown.x * -v.z;
-    return size >= least && distance2 <= field.shown.z;
+float to_fourth(float value) {
+    precise float square = value * value, fourth = square * square;
+    return fourth;
+}
+
+// Is drop `number` of its cell shown by itself, or part of the medium? Of those that are too small for all to be shown some are
+// (src/rain/thinned.rs).
+bool shown_alone(uint kind, uint number, vec3 v, float radius, float distance2) {
+    vec2 sizes = field.classes[kind].limits.zw;
+    precise float size = radius * frame.image.z, least = sizes.x * -v.z, most = sizes.y * -v.z;
+    if (size < least || distance2 > field.shown.z) return false;
+    if (size >= most) return kind < field.groups.z;
+    uint bits = pcg4d(uvec4(floatBitsToUint(radius), number, kind, 0x7468696eu)).x;
+    precise float chance = float(bits >> 8) * (1.0 / 16777216.0), wanted = to_fourth(most) * chance;
+    return wanted < to_fourth(size);
 }
 #endif

@@ -12,7 +12,8 @@ struct RainClass {
     uvec4 cell_high; // high words; w: of the salt
     uvec4 fraction;  // the camera's place in its cell in units of 2^-32 of its edge; w: number of thresholds
     vec4 moved;      // xyz: how far drops move while the shutter is open, scene units; w: a cell's edge
-    vec4 limits;     // how far drops reach from their centres at most, and the depth to which drops are shown one by one, scene units
+    vec4 limits;     // how far drops reach from their centres at most, and the depth to which drops are shown one by one, scene units;
+                     // radii in pixels of the least drop that is shown, and of the least of which all are
 };
 
 // A layer of cells.
@@ -25,9 +26,9 @@ struct Slab {
 };
 
 layout(std430, set = 0, binding = 2) readonly buffer RainField {
-    vec4 shown;          // cut-off in pixels, radius for a unit of diameter, squared distance to the rain's end; diameter in mm
+    vec4 shown;          // radius in pixels under which drops are thinned, radius for a unit of diameter, squared distance to the rain's end; diameter in mm
                          // for a radius of 1
-    uvec4 groups;        // x: of cells; y: placed drops
+    uvec4 groups;        // x: of cells; y: placed drops; z: classes of the rain's own, which others follow
     vec4 band_depths[MAX_BANDS / 4u]; // that part the drops into the bands of equal number, nearest first
     vec4 medium;         // depth from which on all rain is medium, extinction a scene unit seen level, distance of the rain's
                          // end, extinction seen from below: over 0 where there is a medium

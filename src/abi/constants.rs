@@ -79,7 +79,7 @@ constants! {
     /// Cells of real rain that one workgroup looks into, all of one slab.
     CELLS_GROUP: u32 = 64;
     /// Classes of real rain at most.
-    MOST_CLASSES: u32 = 32;
+    MOST_CLASSES: u32 = 48;
     /// Slabs of a picture at most. At the default cut-off and 60 degrees there are some thousand.
     MOST_SLABS: u32 = 32_768;
     /// Words of a class's law: [`QUANTILES`], then thresholds.

@@ -16,7 +16,7 @@ use crate::passes::counters::Counts;
 use crate::picture::layers::Layers;
 use crate::picture::sidecar::Sidecar;
 use crate::picture::{Picture, write_png};
-use crate::plan::{FramePlan, Output, plan_by};
+use crate::plan::{Cutoff, FramePlan, Output, plan_by};
 use crate::renderer::parts::{Grid, HALVES, Parts};
 use crate::renderer::{FrameReport, Renderer};
 use crate::scene::model::{Operator, Simulation};
@@ -202,7 +202,7 @@ fn draw(
         let mut frame = scene.film.frame(scene, *number);
         frame.read_particles()?;
         let until_frame = scene.motion_end(&frame, *number);
-        let until = (until_frame.time, plan.cutoff.as_ref().map_or(0.0, |cutoff| cutoff.px));
+        let until = (until_frame.time, plan.cutoff.as_ref().map_or(0.0, Cutoff::single_px));
         parts.move_until(until_frame);
         let path = sequence.map_or(args.output.clone(), |all| all.path(*number));
         let whole = match grid {

@@ -13,6 +13,7 @@ use bytemuck::{Pod, Zeroable};
 use crate::Result;
 use crate::abi::{self, CELLS_GROUP, CLUSTER, MAX_BANDS, RainField};
 use crate::gpu::{Buffer, Device, Recorder, update_buffer};
+use crate::plan::FramePlan;
 use crate::rain::cells::Lattice;
 use crate::rain::field::{ClassRecord, Field, MOST_GROUPS, Seen};
 use crate::rain::flat_sizes::Shares;
@@ -70,27 +71,25 @@ pub struct Cells {
 }
 
 impl Cells {
-    /// The cells of the real rain of `scene`, whose drops over a cut-off in pixels are drawn one by one, and its
-    /// `RainField`; none if it has none. `factor`: on the room for drops. Whether they are drawn flattened, and the others with
-    /// the noise of single drops.
+    /// The cells of the real rain of `scene`, and its `RainField`; none if it has none.
     ///
     /// # Errors
     /// See [`Buffer::new`].
     pub fn new(
         device: &Arc<Device>,
         scene: &Scene,
-        cutoff_px: f64,
-        factor: u32,
-        [is_flattened, is_grainy]: [bool; 2],
+        plan: &FramePlan,
     ) -> Result<Option<(Self, Buffer)>> {
         use vk::BufferUsageFlags as Usage;
-        let Some(rain) = Field::of(scene) else { return Ok(None) };
-        let rain = rain.flattened(is_flattened).grainy(is_grainy);
-        let seen = rain.seen(scene, cutoff_px);
+        let (Some(rain), Some(cutoff)) = (Field::of(scene), &plan.cutoff) else { return Ok(None) };
+        let is_flattened = plan.shape.flattens_rain(scene);
+        let rain = rain.flattened(is_flattened).grainy(cutoff.is_grainy);
+        let rain = rain.thinned(scene, cutoff.thinned_px);
+        let seen = rain.seen(scene, cutoff.px);
         let placed = scene.placed_count();
         let room_for = |expected: f64| {
             let usual = (SPARE * expected) as u32 + LEAST_ROOM;
-            usual.saturating_mul(factor).saturating_add(placed)
+            usual.saturating_mul(plan.room).saturating_add(placed)
         };
         let clusters = room_for(seen.drops_in_cells).div_ceil(CLUSTER);
         let mut bytes = vec![0u8; GROUP_SLABS + 4 * MOST_GROUPS];
@@ -112,7 +111,7 @@ impl Cells {
         let field = Buffer::upload_device(device, "rain field", &bytes, usage)?;
         let room = [clusters, room_for(seen.cells_with_drops)];
         let drops = rain.drops_above(&scene.view(), f64::from(seen.cutoff_px));
-        Ok(Some((Self { room, drops, rain, cutoff_px, placed }, field)))
+        Ok(Some((Self { room, drops, rain, cutoff_px: cutoff.px, placed }, field)))
     }
 
     /// The lattices of the classes, in the order in which the shaders number them.
@@ -133,8 +132,8 @@ impl Cells {
     /// Records what the frame sees; a barrier to compute must follow.
     pub fn record(&self, device: &Device, commands: Recorder<'_>, field: &Buffer, seen: &Seen) {
         let mut head = Head {
-            shown: [seen.cutoff_px, seen.radius_unit, seen.extent2, seen.millimetres],
-            groups: [seen.groups(), self.placed, 0, 0],
+            shown: [seen.thinned_px, seen.radius_unit, seen.extent2, seen.millimetres],
+            groups: [seen.groups(), self.placed, seen.own, 0],
             band_depths: seen.band_depths,
             medium: seen.medium.unwrap_or_else(MediumRecord::zeroed),
             grain: seen.grain,

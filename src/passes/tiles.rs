@@ -206,9 +206,8 @@ impl Tiles {
         plan: &FramePlan,
         has_depth: bool,
     ) -> Result<Self> {
-        let cutoff_px = plan.cutoff.as_ref().map_or(0.0, |cutoff| cutoff.px);
         let is_flat = plan.shape.flattens_rain(scene);
-        let cells = Cells::new(device, scene, cutoff_px, plan.room, [is_flat, plan.is_grainy()])?;
+        let cells = Cells::new(device, scene, plan)?;
         let drops = match &cells {
             Some((cells, _)) => u64::from(cells.room[0]) * u64::from(CLUSTER),
             None => scene.drop_count().into(),

@@ -99,8 +99,8 @@ pub fn choose(scene: &Scene, environment: &Environment, costs: &Costs) -> Option
 fn demand_of(scene: &Scene, environment: &Environment) -> Demand {
     let mut demand = Demand::of(scene, NEAR_RADII);
     if let Some(rain) = scene.real_rain() {
-        let cutoff = Cutoff::of(scene, &rain, environment);
-        demand.add_real_rain(&rain, cutoff.px, &scene.view());
+        let cutoff = Cutoff::thinned(scene, &rain, environment);
+        demand.add_real_rain(&rain, &cutoff, &scene.view());
     }
     demand
 }

@@ -35,6 +35,8 @@ pub struct Axes {
     pub far_rain: Option<FarRain>,
     /// Least radius of a drop that is drawn by itself; only real rain has it.
     pub cutoff_px: Option<f64>,
+    /// Radius under which drops are thinned, none if that is not over the cut-off; only real rain has it.
+    pub thinned_px: Option<f64>,
     /// Largest radius of a splat; only optics `appearance` has it.
     pub splat_px: Option<f64>,
     pub motion: Motion,
@@ -76,6 +78,11 @@ impl Axes {
             lookup: light.lookup,
             far_rain: far_rain.or(by_need),
             cutoff_px: plan.cutoff.as_ref().map(|cutoff| cutoff.px),
+            thinned_px: plan
+                .cutoff
+                .as_ref()
+                .filter(|cutoff| cutoff.thinned_px > 0.0)
+                .map(|cutoff| cutoff.thinned_px),
             splat_px: (plan.optics == Optics::Appearance).then(|| rounded(plan.splat_px)),
             motion: plan.motion,
             lens: plan.lens,

@@ -1,11 +1,14 @@
 //! From which size on drops of real rain are drawn one by one. Smaller ones are a medium.
 
+use std::f64::consts::PI;
+
 use super::demand::contrast;
 use super::shape::LONG_EXPOSURE;
 use crate::environment::Environment;
 use crate::rain::field::Field;
 use crate::rain::medium::{cutoff_of_budget, unseen_radius};
 use crate::rain::visibility::Frustum;
+use crate::rain::{fall, thinned};
 use crate::scene::Scene;
 use crate::scene::model::{FarRain, Motion};
 use crate::scene::real_rain::RealRain;
@@ -17,6 +20,9 @@ const LEAST_CONTRAST: f64 = 0.1;
 /// The least contrast of streaks of a long exposure. A single one shows less than its drop, but many lie over one another.
 /// With this, the error is at most a fifth of that of the medium alone (docs/exposure.md, "Are streaks truer").
 const LEAST_CONTRAST_OF_STREAKS: f64 = 0.45;
+/// Largest radius under which drops are thinned where the scene does not say it: streaks lie over each other, so that a pixel's
+/// noise is not that of a single drop.
+const MOST_THINNED_PX: f64 = 0.15;
 /// Most drops that a picture draws one by one where no cut-off is given, the paper's largest scene; and where the
 /// scene asks for them. What is over it goes into the medium.
 const MOST_DROPS: f64 = 4e6;
@@ -27,6 +33,8 @@ const MOST_ASKED: f64 = 8e6;
 pub struct Cutoff {
     /// Least radius in pixels of a drop that is drawn by itself, at its depth on the view axis; 0: every drop is.
     pub px: f64,
+    /// Radius under which drops are thinned ([`crate::rain::thinned`]), over `px`; 0: none are.
+    pub thinned_px: f64,
     /// Why.
     pub why: String,
     /// Standard deviation of a pixel by the drops that are not drawn: of their opacity, times the contrast.
@@ -37,12 +45,22 @@ pub struct Cutoff {
 
 impl Cutoff {
     /// That of `scene`, whose rain is `rain`: as the scene says, else from the contrast of its environment and the
-    /// accepted error; larger where that would be more drops or cells than a picture takes.
+    /// accepted error; larger where that would be more drops or cells than a picture takes. No drop is thinned.
     ///
     /// Only the camera's shutter counts, not the film's pace, so that a film that slows down keeps its drops.
     pub fn of(scene: &Scene, rain: &RealRain, environment: &Environment) -> Self {
-        let contrast = contrast(environment).clamp(LEAST_CONTRAST, 1.0);
-        let (px, why) = Self::px_of(scene, rain, contrast);
+        Self::with(scene, rain, contrast_of(environment), 0.0)
+    }
+
+    /// [`Cutoff::of`], with drops that are thinned as the scene says, else where their streaks are too faint to be seen.
+    pub fn thinned(scene: &Scene, rain: &RealRain, environment: &Environment) -> Self {
+        let contrast = contrast_of(environment);
+        Self::with(scene, rain, contrast, thinned_px(scene, rain, contrast))
+    }
+
+    fn with(scene: &Scene, rain: &RealRain, contrast: f64, thinned_px: f64) -> Self {
+        let (px, why) = Self::px_of(scene, rain, contrast, thinned_px);
+        let thinned_px = if thinned_px > px { thinned_px } else { 0.0 };
         let frustum = Frustum::of(&scene.view(), rain.extent);
         let deviation = frustum.noise(&rain.law(), rain.air_density, px, exposed(scene).abs());
         let noise = contrast * deviation;
@@ -50,17 +68,23 @@ impl Cutoff {
             None => noise > scene.model.error.unwrap_or(LEAST_SEEN),
             Some(far_rain) => far_rain == FarRain::Grain,
         };
-        Self { px, why, noise, is_grainy }
+        Self { px, thinned_px, why, noise, is_grainy }
     }
 
-    fn px_of(scene: &Scene, rain: &RealRain, contrast: f64) -> (f64, String) {
+    /// Least radius in pixels of a drop that stands for itself alone.
+    pub fn single_px(&self) -> f64 {
+        self.px.max(self.thinned_px)
+    }
+
+    fn px_of(scene: &Scene, rain: &RealRain, contrast: f64, thinned_px: f64) -> (f64, String) {
         let (law, frustum) = (rain.law(), Frustum::of(&scene.view(), rain.extent));
         let ((wanted, why), most) = match (scene.model.far_rain, scene.model.cutoff_px) {
             (Some(FarRain::Drops), _) => ((0.0, "far_rain = \"drops\"".into()), MOST_ASKED),
             (_, Some(px)) => ((px, "as the scene says".into()), MOST_ASKED),
             _ => (of_contrast(scene, contrast), MOST_DROPS),
         };
-        let drops = frustum.drops_above(&law, wanted);
+        let wanted = wanted.max(thinned::LEAST * thinned_px);
+        let drops = thinned::drops_drawn(&frustum, &law, wanted, thinned_px);
         let (fewer, why) = match drops > most {
             true => (
                 cutoff_of_budget(&law, &frustum, most),
@@ -73,6 +97,7 @@ impl Cutoff {
             false => (wanted, why),
         };
         let Some(field) = Field::of(scene) else { return (fewer, why) };
+        let field = field.thinned(scene, thinned_px);
         let px = f64::from(field.seen(scene, fewer).cutoff_px);
         if px as f32 > fewer as f32 {
             return (
@@ -84,9 +109,33 @@ impl Cutoff {
     }
 }
 
+/// Contrast between drops and what is behind them.
+fn contrast_of(environment: &Environment) -> f64 {
+    contrast(environment).clamp(LEAST_CONTRAST, 1.0)
+}
+
 /// For how long each drop is seen. A film may slow down until its drops stand still.
 fn exposed(scene: &Scene) -> f64 {
     if scene.film.is_default() { scene.drawn_exposure() } else { 0.0 }
+}
+
+/// Radius under which drops are thinned; 0: none are. In a streak of so small a drop a pixel changes by what it takes of it, π ρ²
+/// over the streak's length in pixels, which is 2ρ over the drop's diameter times its way.
+fn thinned_px(scene: &Scene, rain: &RealRain, contrast: f64) -> f64 {
+    let model = &scene.model;
+    if let Some(px) = model.thinned_px {
+        return px;
+    }
+    let seen = model.error.unwrap_or(LEAST_SEEN);
+    let is_instant = model.motion == Some(Motion::Instant) || scene.shutter() < LONG_EXPOSURE;
+    if is_instant || seen < LEAST_SEEN || model.far_rain.is_some() || model.cutoff_px.is_some() {
+        return 0.0;
+    }
+    let diameter = rain.law().median_volume_diameter();
+    let speed = fall::density_factor(rain.air_density)
+        * fall::terminal_speed(diameter, fall::TABLE_AIR_DENSITY);
+    let diameters = speed * exposed(scene).abs() / (1e-3 * diameter);
+    (2.0 * diameters * seen / (PI * contrast)).min(MOST_THINNED_PX)
 }
 
 fn of_contrast(scene: &Scene, contrast: f64) -> (f64, String) {

@@ -6,10 +6,12 @@
 
 use glam::DVec3;
 
+use super::Cutoff;
 use crate::environment::Environment;
 use crate::picture::tone_map::{Exposure, display, exposure_of};
 use crate::picture::{Picture, srgb_of_linear};
 use crate::rain::Rain;
+use crate::rain::thinned::drops_drawn;
 use crate::rain::visibility::Frustum;
 use crate::scene::camera::View;
 use crate::scene::real_rain::RealRain;
@@ -165,19 +167,20 @@ pub(super) fn drops_above(scene: &Scene, radius_px: f64) -> f64 {
 }
 
 impl Demand {
-    /// Adds the drops of real rain that are shown by themselves, those over a cut-off in pixels, an octave of radius
-    /// after the other. They take so little of the picture that none hides another.
-    pub(super) fn add_real_rain(&mut self, rain: &RealRain, cutoff_px: f64, view: &View) {
+    /// Adds the drops of real rain that are shown by themselves, those over a cut-off, an octave of radius after the
+    /// other. They take so little of the picture that none hides another.
+    pub(super) fn add_real_rain(&mut self, rain: &RealRain, cutoff: &Cutoff, view: &View) {
         let (law, frustum) = (rain.law(), Frustum::of(view, rain.extent));
         let part = self.pixels / (frustum.width * frustum.height);
-        let above = |radius_px: f64| part * frustum.drops_above(&law, radius_px);
+        let (cutoff_px, thinned_px) = (cutoff.px, cutoff.thinned_px);
+        let above = |radius_px: f64| part * drops_drawn(&frustum, &law, radius_px, thinned_px);
         self.visible += above(cutoff_px);
         // The cells in view hold as many drops again that are out of view.
         self.drops += 2.0 * above(cutoff_px);
         let mut from = cutoff_px.max(LEAST_RADIUS_PX);
         while above(from) > FEWEST {
             let drops = above(from) - above(2.0 * from);
-            let radius_px = std::f64::consts::SQRT_2 * from;
+            let radius_px = (std::f64::consts::SQRT_2 * from).max(thinned_px);
             let pixels = drops * std::f64::consts::PI * radius_px * radius_px;
             let share = pixels / self.pixels;
             self.classes.push(SizeClass {

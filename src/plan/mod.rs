@@ -30,8 +30,8 @@ use self::rays::{DrawnRays, rays_of};
 use crate::Result;
 use crate::environment::Environment;
 use crate::optics::WATER;
-use crate::rain::medium;
 use crate::rain::visibility::Frustum;
+use crate::rain::{medium, thinned};
 use crate::remark::Remark;
 use crate::scene::model::{
     FarRain, Fresnel, Lens, Lookup, Motion, Operator, Optics, Order, PaneModel, Preset, Primitive,
@@ -333,7 +333,10 @@ pub fn plan_by(
         pane: pane::pane_of(scene, primitive, optics)?,
         light,
         room: 1,
-        cutoff: scene.real_rain().map(|rain| Cutoff::of(scene, &rain, environment)),
+        cutoff: scene.real_rain().map(|rain| match by_pictures {
+            true => Cutoff::thinned(scene, &rain, environment),
+            false => Cutoff::of(scene, &rain, environment),
+        }),
         tone_map: (output == Output::Display).then_some(scene.tone_map.operator),
         log_average: output == Output::Display && scene.tone_map.derives_exposure(),
         layers: output == Output::Layers,
@@ -354,11 +357,16 @@ fn first_over_few(scene: &Scene, radii: &[f32], few: f64) -> f32 {
 /// What is passed over, what stands behind, and how many drops there are.
 fn of_real_rain(scene: &Scene, rain: &RealRain, cutoff: &Cutoff) -> (String, String, String) {
     let (law, frustum) = (rain.law(), Frustum::of(&scene.view(), rain.extent));
-    let Cutoff { px: cutoff_px, why, noise, is_grainy } = cutoff;
-    let drops = counted(frustum.drops_above(&law, *cutoff_px).round() as u64, "drop");
+    let Cutoff { px: cutoff_px, thinned_px, why, noise, is_grainy } = cutoff;
+    let drops = thinned::drops_drawn(&frustum, &law, *cutoff_px, *thinned_px);
+    let drops = counted(drops.round() as u64, "drop");
     let drops = format!("some {drops}");
     let skipped = "cells of the rain out of view, or too far for any of their drops to be seen, are passed over";
     let alone = format!("drops of over {cutoff_px:.3} px of radius are shown one by one ({why})");
+    let alone = match *thinned_px > *cutoff_px {
+        true => format!("{alone}, of those under {thinned_px:.3} px a few that stand for all"),
+        false => alone,
+    };
     let far = match scene.model.far_rain {
         Some(FarRain::None) => "the others are left out".to_string(),
         _ if *cutoff_px == 0.0 => "none is left".to_string(),

@@ -88,9 +88,10 @@ impl CellDrop {
     }
 }
 
-/// The lattices of all classes that hold drops.
-pub fn lattices(seed: u64, law: &Law, classes: &[Class], wind: DVec3) -> Vec<Lattice> {
-    (0..)
+/// The lattices of all classes that hold drops; they are numbered from `first` on, by which the cells of one differ from those of
+/// another.
+pub fn lattices(seed: u64, first: u32, law: &Law, classes: &[Class], wind: DVec3) -> Vec<Lattice> {
+    (first..)
         .zip(classes)
         .map(|(number, class)| Lattice::new(salt(seed, number), law, class, wind))
         .filter(|lattice| !lattice.thresholds.is_empty())

@@ -29,18 +29,23 @@ pub struct Class {
 /// The classes of a law in air of `air_density` kg/m³, by diameter. All drops in one where all are equally
 /// fast; a class that no drop of the law falls into is left out.
 pub fn classes(law: &Law, air_density: f64) -> Vec<Class> {
+    of_number(law, air_density, CLASSES)
+}
+
+/// [`classes`], of another number.
+pub fn of_number(law: &Law, air_density: f64, number: u32) -> Vec<Class> {
     let speed = |diameter| fall::terminal_speed(diameter, fall::TABLE_AIR_DENSITY);
     let (slowest, fastest) = (speed(law.from), speed(law.to));
     let edge = |class: u32| match class {
         0 => law.from,
-        CLASSES => law.to,
+        last if last == number => law.to,
         _ => {
-            let share = f64::from(class) / f64::from(CLASSES);
+            let share = f64::from(class) / f64::from(number);
             let diameter = fall::diameter_of_speed(slowest + share * (fastest - slowest));
             diameter.clamp(law.from, law.to)
         }
     };
-    let count = if slowest < fastest { CLASSES } else { 1 };
+    let count = if slowest < fastest { number } else { 1 };
     let edges = (0..count)
         .map(|class| (edge(class), if class + 1 == count { law.to } else { edge(class + 1) }));
     let factor = fall::density_factor(air_density);

@@ -2,9 +2,7 @@
 //! drop that the picture shows by itself. The GPU looks into each of them; nothing is kept from frame to frame.
 //!
 //! A drop is shown by itself if its radius is at least the cut-off in pixels, so each class is seen to a depth
-//! of its own. What is seen of a class is a pyramid; its cells are listed layer by layer across the axis that is
-//! nearest to the view's, each a rectangle around the pyramid's section: [`Slab`]. So the work on the CPU grows
-//! with the layers, some thousand, and not with the cells.
+//! of its own. Its cells are listed in layers: [`Slab`].
 
 use bytemuck::Zeroable as _;
 use glam::{DVec3, Vec3};
@@ -17,10 +15,12 @@ use crate::rain::flat_sizes::Parted;
 use crate::rain::grain::{Grain, GrainRecord};
 use crate::rain::law::Law;
 use crate::rain::medium::{MediumRecord, Outlines};
+use crate::rain::pyramid::Pyramid;
 use crate::rain::shape::Halves;
 use crate::rain::shelter::Roofs;
-use crate::rain::tick_of_seconds;
+use crate::rain::thinned::{self, Reach};
 use crate::rain::visibility::{Frustum, depth_of_radius};
+use crate::rain::{pcg4d, tick_of_seconds};
 use crate::scene::Scene;
 use crate::scene::model::FarRain;
 use crate::scene::projection::View;
@@ -34,6 +34,8 @@ pub const MOST_GROUPS: usize = (1 << 25) / CELLS_GROUP as usize;
 /// shown.
 const RAISED: f64 = 1.25;
 const LEAST_RAISED_PX: f64 = 0.001;
+/// What tells the chance of being drawn from other random numbers.
+const THINNED: u32 = 0x7468_696e; // "thin"
 
 /// The rain of a scene, whatever camera and time.
 #[derive(Clone, Debug)]
@@ -45,6 +47,10 @@ pub struct Field {
     outlines: Option<Outlines>,
     /// Median-volume diameter and its lattice's number, where the medium has the noise of single drops.
     grain: Option<(f64, usize)>,
+    /// How many lattices are the rain's own. The others are of the rain beyond ([`crate::rain::thinned`]).
+    own: usize,
+    /// Radius in pixels under which drops are thinned; 0: none are.
+    thinned_px: f64,
 }
 
 /// The rain of one picture.
@@ -56,6 +62,8 @@ pub struct Seen {
     pub slabs: Vec<Slab>,
     /// Least radius of a drop that is shown by itself, in pixels, at its depth on the view axis; 0: all are.
     pub cutoff_px: f32,
+    /// Radius under which drops are thinned, and which all of them are drawn with; not under the cut-off.
+    pub thinned_px: f32,
     /// Radius of a drop for each unit of its diameter, in scene units.
     pub radius_unit: f32,
     /// Diameter in millimetres of a drop with a radius of one scene unit.
@@ -72,6 +80,8 @@ pub struct Seen {
     pub drops_in_cells: f64,
     /// Number of these cells that hold a drop, on average.
     pub cells_with_drops: f64,
+    /// How many classes are the rain's own.
+    pub own: u32,
     // For the CPU's own look at the drops.
     places: Vec<Place>,
 }
@@ -96,7 +106,25 @@ impl Field {
     pub fn of(scene: &Scene) -> Option<Self> {
         let rain = scene.real_rain()?;
         let lattices = rain.lattices(scene.seed);
-        Some(Self { lattices, law: rain.law(), rain, outlines: None, grain: None })
+        let own = lattices.len();
+        Some(Self {
+            lattices,
+            law: rain.law(),
+            rain,
+            outlines: None,
+            grain: None,
+            own,
+            thinned_px: 0.0,
+        })
+    }
+
+    /// This rain with its drops under a radius in pixels thinned. No drop is drawn under [`thinned::LEAST`] of it. 0: as it is.
+    pub fn thinned(mut self, scene: &Scene, px: f64) -> Self {
+        self.lattices.truncate(self.own);
+        if px > 0.0 {
+            self.lattices.extend(self.rain.lattices_beyond(scene.seed));
+        }
+        Self { thinned_px: px, ..self }
     }
 
     /// This rain with its drops drawn flattened, or not. Flattened ones are wider than their spheres, so that cells farther out of
@@ -109,8 +137,8 @@ impl Field {
     /// What of the rain is a medium from where `scene`'s camera stands, if drops over `cutoff_px` pixels of radius are shown
     /// by themselves.
     pub(crate) fn parted(&self, scene: &Scene, cutoff_px: f64) -> Parted<'_> {
-        let one_by_one = scene.view().focal_px * 5e-4 / cutoff_px; // metres for a millimetre
-        Parted { law: &self.law, one_by_one, extent: self.rain.extent }
+        let reach = Reach::new(scene.view().focal_px, cutoff_px, self.thinned_px);
+        Parted { law: &self.law, reach, extent: self.rain.extent }
     }
 
     /// This rain with the noise of single drops in its medium, or without.
@@ -138,7 +166,7 @@ impl Field {
     /// themselves; 0: all. Over a larger cut-off ([`Seen::cutoff_px`]) where more cells than can be numbered would
     /// have to be looked into.
     pub fn seen(&self, scene: &Scene, cutoff_px: f64) -> Seen {
-        let mut cutoff_px = cutoff_px;
+        let mut cutoff_px = cutoff_px.max(thinned::LEAST * self.thinned_px);
         loop {
             match self.seen_over(scene, cutoff_px) {
                 Some(seen) => return seen,
@@ -158,25 +186,30 @@ impl Field {
             classes: Vec::new(),
             slabs: Vec::new(),
             cutoff_px: cutoff_px as f32,
+            thinned_px: self.thinned_px.max(cutoff_px) as f32,
             radius_unit: (0.5e-3 * DIAMETER_UNIT / metres) as f32,
             millimetres: (2e3 * metres) as f32,
             extent2: (self.rain.extent / metres).powi(2).min(f64::from(f32::MAX)) as f32,
             band_depths: [0.0; MAX_BANDS as usize],
             medium: (cutoff_px > 0.0 && scene.model.far_rain != Some(FarRain::None)).then(|| {
-                let (outlines, scales) = (self.outlines.as_ref(), (view.focal_px, cutoff_px));
+                let scales = (view.focal_px, cutoff_px, self.thinned_px);
+                let outlines = self.outlines.as_ref();
                 MediumRecord::new(&self.law, outlines, scales, self.rain.extent, metres)
             }),
             grain: GrainRecord::zeroed(),
             drops_in_cells: 0.0,
             cells_with_drops: 0.0,
+            own: self.own as u32,
             places: Vec::new(),
         };
         let mut first_group = 0;
+        let sizes = self.sizes(cutoff_px);
         for (class, lattice) in (0..).zip(&self.lattices) {
             // A drop's own depth decides; the largest of the class is seen farthest.
-            let depth = match cutoff_px {
+            let sizes = sizes[usize::from(class as usize >= self.own)];
+            let depth = match sizes[0] {
                 0.0 => self.rain.extent,
-                _ => depth_of_radius(view.focal_px, 2e3 * lattice.radius, cutoff_px),
+                least => depth_of_radius(view.focal_px, 2e3 * lattice.radius, least),
             };
             let depth = depth.min(self.rain.extent);
             let place = lattice.place(camera, tick);
@@ -192,7 +225,7 @@ impl Field {
                     return None;
                 }
             }
-            seen.classes.push(lattice.record(reach, &place, moved, depth, metres));
+            seen.classes.push(lattice.record((reach, depth), sizes, &place, moved, metres));
             seen.places.push(place);
         }
         if let (Some((median, number)), Some(_)) = (self.grain, &seen.medium) {
@@ -223,6 +256,14 @@ impl Field {
         found
     }
 
+    /// Of drops of the rain's own and of those beyond: the least radius in pixels of any that is shown, and that under which
+    /// they are thinned. Those beyond are all under it.
+    fn sizes(&self, cutoff_px: f64) -> [[f64; 2]; 2] {
+        let of = |least: f64, most: f64| [least.max(cutoff_px), most.max(cutoff_px)];
+        let (thinned, own) = (self.thinned_px, thinned::OWN * self.thinned_px);
+        [of(own, thinned), of(thinned::LEAST * thinned, own)]
+    }
+
     /// Calls `visit` for each of those drops.
     pub fn for_each_shown(&self, scene: &Scene, cutoff_px: f64, visit: &mut dyn FnMut(ShownDrop)) {
         let seen = self.seen(scene, cutoff_px);
@@ -243,7 +284,8 @@ impl Field {
                     let center = sight.view_space(relative);
                     let is_sheltered =
                         || roofs.as_ref().is_some_and(|roofs| roofs.shelter(relative, class));
-                    if seen.shows(center, radius, view.focal_px as f32) && !is_sheltered() {
+                    let is_shown = seen.shows(&drop, class, center, radius, view.focal_px as f32);
+                    if is_shown && !is_sheltered() {
                         visit(ShownDrop {
                             number: drop_number(slab.kind, cell, drop.number),
                             view: center,
@@ -258,9 +300,10 @@ impl Field {
         }
     }
 
-    /// Number of drops in a view whose radius is over a cut-off in pixels, on average.
+    /// Number of drops that a view shows by themselves over a cut-off in pixels, on average.
     pub fn drops_above(&self, view: &View, cutoff_px: f64) -> f64 {
-        Frustum::of(view, self.rain.extent).drops_above(&self.law, cutoff_px)
+        let frustum = Frustum::of(view, self.rain.extent);
+        thinned::drops_drawn(&frustum, &self.law, cutoff_px, self.thinned_px)
     }
 
     /// Number of drops in view that `scene` shows by themselves, as every driver must count them.
@@ -301,9 +344,27 @@ pub fn drop_number(class: u32, cell: [i64; 3], in_cell: u32) -> u64 {
 
 impl Seen {
     /// Whether a drop is shown by itself: `shown_alone` of `glsl/include/cells.glsl`.
-    fn shows(&self, center: Vec3, radius: f32, focal_px: f32) -> bool {
+    fn shows(
+        &self,
+        drop: &CellDrop,
+        class: usize,
+        center: Vec3,
+        radius: f32,
+        focal_px: f32,
+    ) -> bool {
         let distance2 = (center.x * center.x + center.y * center.y) + center.z * center.z;
-        radius * focal_px >= self.cutoff_px * -center.z && distance2 <= self.extent2
+        let [.., least, most] = self.classes[class].limits;
+        let (size, depth) = (radius * focal_px, -center.z);
+        if size < least * depth || distance2 > self.extent2 {
+            return false;
+        }
+        if size >= most * depth {
+            return class < self.own as usize;
+        }
+        let [bits, ..] = pcg4d([radius.to_bits(), drop.number, class as u32, THINNED]);
+        let chance = (bits >> 8) as f32 * (1.0 / 16_777_216.0);
+        let fourth = |value: f32| (value * value) * (value * value);
+        fourth(most * depth) * chance < fourth(size)
     }
 }
 
@@ -333,10 +394,10 @@ fn relative(drop: &CellDrop, camera: &Place, edge: f32) -> Vec3 {
 impl Lattice {
     fn record(
         &self,
-        reach: f64,
+        (reach, depth): (f64, f64),
+        sizes: [f64; 2],
         place: &Place,
         moved: DVec3,
-        depth: f64,
         metres: f64,
     ) -> ClassRecord {
         let with = |[x, y, z]: [u32; 3], w: u32| [x, y, z, w];
@@ -346,7 +407,7 @@ impl Lattice {
             cell_high: with(place.cell.map(|cell| (cell >> 32) as u32), self.salt[1]),
             fraction: with(place.fraction, self.thresholds.len() as u32),
             moved: [x, y, z, (self.edge() / metres) as f32],
-            limits: [(reach / metres) as f32, (depth / metres) as f32, 0.0, 0.0],
+            limits: [reach / metres, depth / metres, sizes[0], sizes[1]].map(|limit| limit as f32),
         }
     }
 }
@@ -372,104 +433,4 @@ fn band_depths(lattices: &[Lattice], classes: &[ClassRecord]) -> [f32; MAX_BANDS
         }
         high as f32
     })
-}
-
-/// What a camera sees: a pyramid with its tip in the camera.
-struct Pyramid {
-    /// From the tip to the corners of its section at depth 1.
-    corners: [DVec3; 4],
-    /// The axis that is nearest to the view's.
-    axis: usize,
-    /// Radius of the lens in metres, and inverse distance of the focus.
-    lens: [f64; 2],
-}
-
-impl Pyramid {
-    fn of(view: &View, scene: &Scene) -> Self {
-        let [left, top, right, bottom] = view.tan_edges();
-        let corner = |x: f64, y: f64| x * view.right + y * view.up - view.back;
-        let steep = view.back.abs().to_array();
-        Self {
-            corners: [
-                corner(-left, top),
-                corner(right, top),
-                corner(right, -bottom),
-                corner(-left, -bottom),
-            ],
-            axis: (0..3).max_by(|a, b| steep[*a].total_cmp(&steep[*b])).unwrap_or(2),
-            lens: match scene.drawn_lens() {
-                0.0 => [0.0; 2],
-                radius => [radius * scene.metres, (scene.camera.focus * scene.metres).recip()],
-            },
-        }
-    }
-
-    /// The layers of a lattice's cells whose drops may be in the pyramid, up to a depth in metres, while they move
-    /// by `moved`. Class and group are left 0.
-    fn slabs(
-        &self,
-        lattice: &Lattice,
-        reach: f64,
-        camera: &Place,
-        depth: f64,
-        moved: DVec3,
-    ) -> impl Iterator<Item = Slab> {
-        let edge = lattice.edge();
-        let tip = DVec3::ZERO;
-        let far = self.corners.map(|corner| depth * corner);
-        let mut edges: Vec<[DVec3; 2]> = far.iter().map(|corner| [tip, *corner]).collect();
-        edges.extend((0..4).map(|i| [far[i], far[(i + 1) % 4]]));
-        // Drops reach over their cell by so much; a little more, for rounding on the GPU.
-        let [lens, inverse_focus] = self.lens;
-        let apart = 1.001 * lens * (1.0 + (depth + reach) * inverse_focus);
-        let reach = 1.001 * reach + 1e-5 * depth + apart;
-        // Drops move by as much before the middle of the exposure as after it.
-        let reach = reach + 0.5 * moved.abs();
-        let fraction = DVec3::from_array(camera.fraction.map(f64::from)) / 4_294_967_296.0;
-        let cell = move |metres: f64, axis: usize| (metres / edge + fraction[axis]).floor() as i32;
-
-        let axis = self.axis;
-        let ends = |f: fn(f64, f64) -> f64| far.iter().map(|p| p[axis]).fold(0.0, f);
-        let (lowest, highest) = (ends(f64::min) - reach[axis], ends(f64::max) + reach[axis]);
-        (cell(lowest, axis)..=cell(highest, axis)).filter_map(move |layer| {
-            let from = (f64::from(layer) - fraction[axis]) * edge - reach[axis];
-            let to = (f64::from(layer + 1) - fraction[axis]) * edge + reach[axis];
-            let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-            for [a, b] in &edges {
-                if let Some(part) = between(*a, *b, axis, from, to) {
-                    for point in part {
-                        (low, high) = (low.min(point), high.max(point));
-                    }
-                }
-            }
-            if low.x > high.x {
-                return None;
-            }
-            let mut first = [0; 3];
-            let mut counts = [1; 3];
-            for along in 0..3 {
-                let start = cell(low[along] - reach[along], along);
-                first[along] = start;
-                counts[along] = (cell(high[along] + reach[along], along) - start + 1) as u32;
-            }
-            (first[axis], counts[axis]) = (layer, 1);
-            let [x, y, z] = counts;
-            let cells = x.saturating_mul(y).saturating_mul(z);
-            Some(Slab { first, kind: 0, across: [x, y], cells, first_group: 0 })
-        })
-    }
-}
-
-/// The ends of what of an edge lies between two planes across an axis.
-fn between(a: DVec3, b: DVec3, axis: usize, from: f64, to: f64) -> Option<[DVec3; 2]> {
-    let (low, high) = if a[axis] <= b[axis] { (a, b) } else { (b, a) };
-    if low[axis] > to || high[axis] < from {
-        return None;
-    }
-    let run = high[axis] - low[axis];
-    let at = |height: f64| match run {
-        0.0 => 0.0,
-        _ => ((height - low[axis]) / run).clamp(0.0, 1.0),
-    };
-    Some([low.lerp(high, at(from)), low.lerp(high, at(to))])
 }

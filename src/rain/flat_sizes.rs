@@ -7,6 +7,7 @@ use std::f64::consts::PI;
 use crate::abi::FLAT_ELEVATIONS;
 use crate::rain::law::Law;
 use crate::rain::shape::{Halves, SMALLEST_FLATTENED, axis_ratio};
+use crate::rain::thinned::Reach;
 
 /// The diameters in mm. The first is a sphere.
 pub const DIAMETERS: [f64; 5] = [SMALLEST_FLATTENED, 2.0, 3.0, 4.0, 6.0];
@@ -22,9 +23,9 @@ const SIZES: u32 = 32;
 pub(crate) struct Parted<'a> {
     /// The rain's.
     pub law: &'a Law,
-    /// Distance within which drops are shown one by one, for each millimetre of diameter.
-    pub one_by_one: f64,
-    /// Where the rain ends, in the same unit.
+    /// How far its drops are shown one by one.
+    pub reach: Reach,
+    /// Where the rain ends, in metres.
     pub extent: f64,
 }
 
@@ -51,7 +52,7 @@ impl Parted<'_> {
         let is_endless = self.extent == f64::INFINITY;
         let near = |mm: f64| match is_endless {
             true => mm,
-            false => (self.one_by_one * mm / self.extent).min(1.0),
+            false => self.reach.drawn(mm, self.extent) / self.extent,
         };
         let far = |mm: f64| if is_endless { 1.0 } else { 1.0 - near(mm) };
         [shares_of(self.law, far, parts), shares_of(self.law, near, parts)]

@@ -11,6 +11,7 @@ use std::f64::consts::PI;
 use bytemuck::{Pod, Zeroable};
 
 use crate::rain::shape::Halves;
+use crate::rain::thinned::Reach;
 use crate::rain::visibility::{Frustum, depth_of_radius};
 
 /// Largest radius in pixels under which no single drop at rest changes a pixel by `seen`, at a contrast between drops
@@ -23,12 +24,10 @@ pub fn unseen_radius(contrast: f64, seen: f64) -> f64 {
     (radius / unit).round() * unit
 }
 
-/// Optical depth of the medium from the camera to `depth` metres.
-pub fn optical_depth(law: &Law, focal_px: f64, cutoff_px: f64, depth: f64) -> f64 {
-    let largest = 2e3 * cutoff_px * depth / focal_px;
-    let (m2, m3) =
-        (law.moment_between(2.0, law.from, largest), law.moment_between(3.0, law.from, largest));
-    extinction(depth * m2 - depth_of_radius(focal_px, 1.0, cutoff_px) * m3).max(0.0)
+/// Optical depth of the medium from the camera to `depth` metres, if single drops are seen so far.
+pub fn optical_depth(law: &Law, reach: Reach, depth: f64) -> f64 {
+    let moment = |k: usize, from: f64, to: f64| law.moment_between(2.0 + k as f64, from, to);
+    extinction(reach.left_to_medium(depth, moment))
 }
 
 /// Diameters of a law in so many equal steps, whose drops have one outline.
@@ -39,8 +38,8 @@ const STEPS: usize = 48;
 #[derive(Clone, Debug)]
 pub struct Outlines {
     law: Law,
-    /// Diameter in mm; ∫ N D^k A dD up to it, of k 2 and 3, A the outline's area over the sphere's: level, from below.
-    below: Vec<(f64, [[f64; 2]; 2])>,
+    /// Diameter in mm; ∫ N D^k A dD up to it, of k 2 to 4, A the outline's area over the sphere's: level, from below.
+    below: Vec<(f64, [[f64; 2]; 3])>,
     /// Outline's area over the sphere's in the step after each of them: level, from below.
     areas: Vec<[f64; 2]>,
 }
@@ -49,7 +48,7 @@ impl Outlines {
     /// The outlines of a law's drops, which have the equilibrium shape.
     pub fn new(law: &Law) -> Self {
         let width = (law.to - law.from) / STEPS as f64;
-        let below = vec![(law.from, [[0.0; 2]; 2])];
+        let below = vec![(law.from, [[0.0; 2]; 3])];
         let mut outlines = Self { law: *law, below, areas: Vec::new() };
         for step in 0..STEPS {
             let from = law.from + width * step as f64;
@@ -61,23 +60,27 @@ impl Outlines {
         outlines
     }
 
-    /// ∫ N D^k A dD of the drops under a diameter in mm: by k, 2 and 3, each level and from below.
-    fn moments(&self, diameter: f64) -> [[f64; 2]; 2] {
+    /// ∫ N D^k A dD of the drops under a diameter in mm: by k, 2 to 4, each level and from below.
+    fn moments(&self, diameter: f64) -> [[f64; 2]; 3] {
         let step =
             self.below.partition_point(|(edge, _)| *edge <= diameter).clamp(1, self.areas.len())
                 - 1;
         let (from, known) = self.below[step];
-        [2.0, 3.0].map(|k| {
-            let rest = self.law.moment_between(k, from, diameter);
-            std::array::from_fn(|seen| known[k as usize - 2][seen] + self.areas[step][seen] * rest)
+        [0, 1, 2].map(|k: usize| {
+            let rest = self.law.moment_between(2.0 + k as f64, from, diameter);
+            std::array::from_fn(|seen| known[k][seen] + self.areas[step][seen] * rest)
         })
     }
 
     /// [`optical_depth`], level and from below.
-    pub fn optical_depth(&self, focal_px: f64, cutoff_px: f64, depth: f64) -> [f64; 2] {
-        let [m2, m3] = self.moments(2e3 * cutoff_px * depth / focal_px);
-        let nearest = depth_of_radius(focal_px, 1.0, cutoff_px);
-        std::array::from_fn(|seen| extinction(depth * m2[seen] - nearest * m3[seen]).max(0.0))
+    pub fn optical_depth(&self, reach: Reach, depth: f64) -> [f64; 2] {
+        std::array::from_fn(|seen| {
+            let moment = |k: usize, from: f64, to: f64| {
+                let below = |diameter| self.moments(diameter)[k][seen];
+                below(to) - below(from)
+            };
+            extinction(reach.left_to_medium(depth, moment))
+        })
     }
 
     /// Extinction a metre, level and from below.
@@ -119,20 +122,21 @@ pub struct MediumRecord {
 }
 
 impl MediumRecord {
-    /// That of a law's drops in a picture, with the `outlines` of those that are drawn flattened; rain to `extent` metres, in
-    /// scene units of so many metres.
+    /// That of a law's drops in a picture, with the `outlines` of those that are drawn flattened; those under `thinned_px` are thinned
+    /// ([`crate::rain::thinned`]); rain to `extent` metres, in scene units of so many metres.
     pub fn new(
         law: &Law,
         outlines: Option<&Outlines>,
-        (focal_px, cutoff_px): (f64, f64),
+        (focal_px, cutoff_px, thinned_px): (f64, f64, f64),
         extent: f64,
         metres: f64,
     ) -> Self {
         let starts = starts(law, focal_px, cutoff_px);
+        let reach = Reach::new(focal_px, cutoff_px, thinned_px);
         let depth_of = |i: usize| starts * i as f64 / (DEPTHS - 1) as f64;
         let optical: [[f64; 2]; DEPTHS] = std::array::from_fn(|i| match outlines {
-            Some(outlines) => outlines.optical_depth(focal_px, cutoff_px, depth_of(i)),
-            None => [optical_depth(law, focal_px, cutoff_px, depth_of(i)); 2],
+            Some(outlines) => outlines.optical_depth(reach, depth_of(i)),
+            None => [optical_depth(law, reach, depth_of(i)); 2],
         });
         let extinction = outlines.map_or([law.extinction(); 2], Outlines::extinction);
         let [level, from_below] = extinction.map(|extinction| (extinction * metres) as f32);

@@ -18,8 +18,10 @@ pub mod grain;
 pub mod law;
 pub mod medium;
 pub mod pairs;
+mod pyramid;
 pub mod shape;
 pub mod shelter;
+pub mod thinned;
 pub mod visibility;
 
 use glam::{DVec3, Vec3};

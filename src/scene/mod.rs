@@ -398,7 +398,7 @@ impl Scene {
     /// The scene without rain.
     pub fn without_rain(&self) -> Self {
         let mut dry = Self { rain: None, ..self.clone() }.without_placed();
-        (dry.model.far_rain, dry.model.cutoff_px) = (None, None);
+        (dry.model.far_rain, dry.model.cutoff_px, dry.model.thinned_px) = (None, None, None);
         dry
     }
 

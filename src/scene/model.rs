@@ -333,6 +333,15 @@ pub struct ModelChoice {
         "x-default" = "where a drop at rest changes no pixel by more than `error` (a grey level if there is none)"
     ))]
     pub cutoff_px: Option<f64>,
+    /// Radius under which optics `appearance` draws a few drops of real rain that stand for all, each as large as one of this
+    /// radius: mean, variance and correlation of the picture stay, single drops do not. None is drawn under 0.354 of it.
+    #[schemars(range(min = 0.001, max = 1), extend(
+        "x-unit" = "px",
+        "x-default" = "0.15 or, if that is less, where a streak changes no pixel by more than `error` (a grey level if there \
+                       is none); no drop is thinned without streaks, with an exposure under 1/250 s, or if `far_rain` or \
+                       `cutoff_px` is given"
+    ))]
+    pub thinned_px: Option<f64>,
     /// Radius under which optics `appearance` on tiles gives a drop two colours instead of a picture.
     #[schemars(range(min = 0.4, max = 1.5), extend(
         "x-unit" = "px",
@@ -369,12 +378,23 @@ impl ModelChoice {
         rain: Option<&RealRain>,
     ) -> std::result::Result<(), String> {
         let Some(rain) = rain else {
-            let key = if self.far_rain.is_some() { "far_rain" } else { "cutoff_px" };
-            return match self.far_rain.is_some() || self.cutoff_px.is_some() {
-                true => Err(format!("model: {key} is for real rain; give rain.rate")),
-                false => Ok(()),
+            let given = [
+                ("far_rain", self.far_rain.is_some()),
+                ("cutoff_px", self.cutoff_px.is_some()),
+                ("thinned_px", self.thinned_px.is_some()),
+            ];
+            return match given.iter().find(|(_, is_given)| *is_given) {
+                Some((key, _)) => Err(format!("model: {key} is for real rain; give rain.rate")),
+                None => Ok(()),
             };
         };
+        let is_whole = matches!(self.far_rain, Some(FarRain::Drops | FarRain::None));
+        if let (true, Some(_), Some(far)) = (is_whole, self.thinned_px, self.far_rain) {
+            return Err(format!(
+                "model: thinned_px leaves a part of the rain to the medium, and far_rain = \"{far}\" has none; \
+                 leave one of them out"
+            ));
+        }
         if self.far_rain == Some(FarRain::Drops) && self.cutoff_px.is_some() {
             return Err("model: far_rain = \"drops\" draws every drop; leave out cutoff_px".into());
         }
@@ -414,6 +434,7 @@ impl Default for ModelChoice {
             lookup: None,
             far_rain: None,
             cutoff_px: None,
+            thinned_px: None,
             splat_px: None,
             motion: None,
             lens: None,

@@ -17,6 +17,7 @@ use crate::abi::MOST_POPULATIONS;
 use crate::rain::cells::{FARTHEST, Lattice, lattices};
 use crate::rain::classes::{Class, classes};
 use crate::rain::law::{Law, marshall_palmer_slope, slope_of_median, ulbrich_intercept};
+use crate::rain::thinned;
 
 /// Rates in mm/h: from a trace to the heaviest minute on record.
 pub const RATES: std::ops::RangeInclusive<f64> = 0.001..=2000.0;
@@ -101,7 +102,13 @@ impl RealRain {
 
     /// The cells of every class.
     pub fn lattices(&self, seed: u64) -> Vec<Lattice> {
-        lattices(seed, &self.law(), &self.classes(), self.wind)
+        lattices(seed, 0, &self.law(), &self.classes(), self.wind)
+    }
+
+    /// The cells of the rain that has fewer drops, which are seen beyond where its own are thinned.
+    pub fn lattices_beyond(&self, seed: u64) -> Vec<Lattice> {
+        let (law, first) = (self.law(), crate::rain::classes::CLASSES);
+        lattices(seed, first, &law, &thinned::classes_beyond(&law, self.air_density), self.wind)
     }
 
     /// Rain that falls through a level plane, mm/h: the rate, less what an updraught holds up.

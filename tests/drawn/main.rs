@@ -51,6 +51,7 @@ mod specialized;
 mod stages;
 mod streaks;
 mod suns;
+mod thinned;
 mod tile_entries;
 mod tile_serial;
 mod tile_stages;

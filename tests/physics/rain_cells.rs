@@ -17,7 +17,7 @@ fn law(rate: f64) -> Law {
 fn rain(seed: u64, rate: f64) -> (Law, Vec<Class>, Vec<Lattice>) {
     let law = law(rate);
     let classes = classes(&law, 1.2);
-    let lattices = lattices(seed, &law, &classes, DVec3::new(2.0, 0.0, -1.0));
+    let lattices = lattices(seed, 0, &law, &classes, DVec3::new(2.0, 0.0, -1.0));
     (law, classes, lattices)
 }
 

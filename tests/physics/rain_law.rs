@@ -9,6 +9,7 @@ use raindrops::rain::law::{Law, marshall_palmer_slope};
 use raindrops::rain::medium::{
     cutoff_of_budget, optical_depth, starts, unseen_radius, visibility as visibility_of,
 };
+use raindrops::rain::thinned::{Reach, drops_drawn};
 use raindrops::rain::visibility::{Frustum, depth_of_radius, radius_px, streak_px, streak_share};
 use raindrops::scene::model::Sizes;
 use raindrops::scene::real_rain::RealRain;
@@ -401,14 +402,49 @@ fn a_near_end_of_the_rain_cuts_the_count() {
 fn the_medium_holds_what_is_not_drawn() {
     let law = marshall_palmer(25.0, 0.25, 6.0);
     for (depth, tau) in [(10.0, 0.001866), (30.0, 0.02347), (100.0, 0.11865)] {
-        close(optical_depth(&law, FOCAL, 0.05, depth), tau, 4e-4);
+        close(optical_depth(&law, Reach::new(FOCAL, 0.05, 0.0), depth), tau, 4e-4);
     }
-    assert_eq!(optical_depth(&law, FOCAL, 0.05, 1.0), 0.0);
+    assert_eq!(optical_depth(&law, Reach::new(FOCAL, 0.05, 0.0), 1.0), 0.0);
     let law = marshall_palmer(10.0, 0.25, 6.0);
     // With a huge cut-off everything is medium.
-    let all = optical_depth(&law, FOCAL, 1e6, 50.0);
+    let all = optical_depth(&law, Reach::new(FOCAL, 1e6, 0.0), 50.0);
     close(all, 0.037861, 1e-4);
     close((-all).exp(), 0.962846, 1e-6);
+}
+
+/// Of drops under 0.15 px one in (0.15 px over its radius)⁴ is drawn, with the root of that as its share of the light: summed by
+/// steps of diameter and depth, as are their number and the noise that they make.
+#[test]
+fn thinned_drops_and_the_medium_are_all_of_the_rain() {
+    let law = marshall_palmer(25.0, 0.25, 6.0);
+    let (cutoff, thinned) = (0.06, 0.15);
+    let (sizes, depths) = (400, 2000);
+    let frustum = square(60.0);
+    for end in [10.0, 30.0, 60.0] {
+        let (mut optical, mut drops) = (0.0, 0.0);
+        for place in 0..sizes * depths {
+            let diameter = 0.25 + 5.75 * (f64::from(place % sizes) + 0.5) / f64::from(sizes);
+            let depth = end * (f64::from(place / sizes) + 0.5) / f64::from(depths);
+            let number = law.intercept * (-law.slope * diameter).exp() * 5.75 * end
+                / f64::from(sizes * depths);
+            let radius = FOCAL * 5e-4 * diameter / depth;
+            let share = match radius {
+                _ if radius < cutoff => 0.0,
+                _ if radius < thinned => (radius / thinned).powi(4),
+                _ => 1.0,
+            };
+            optical += number * 0.25e-6 * PI * diameter * diameter * (1.0 - share.sqrt());
+            let area = (frustum.width / FOCAL * depth) * (frustum.height / FOCAL * depth);
+            drops += number * share * area;
+        }
+        let reach = Reach::new(FOCAL, cutoff, thinned);
+        close(optical_depth(&law, reach, end), optical, 2e-3);
+        // All that are drawn are nearer than 60 m.
+        let far = Frustum { extent: f64::INFINITY, ..frustum };
+        if end == 60.0 {
+            close(drops_drawn(&far, &law, cutoff, thinned), drops, 5e-3);
+        }
+    }
 }
 
 /// The plain formulae are upper bounds: they leave out the drop's own size and the light's loss.
@@ -439,7 +475,8 @@ fn a_pixel_flickers_as_much_as_single_drops_make_it() {
         [(0.1, 0.0, 0.01405), (0.05, 0.0, 0.00922), (0.1, 1.0 / 60.0, 0.00634)]
     {
         let noise = square(60.0).noise(&law, 1.2, radius, shutter);
-        let drawn = law.extinction() * 60.0 - optical_depth(&law, FOCAL, radius, 60.0);
+        let reach = Reach::new(FOCAL, radius, 0.0);
+        let drawn = law.extinction() * 60.0 - optical_depth(&law, reach, 60.0);
         close(noise * drawn.exp(), expected, 0.03);
     }
 }

@@ -430,7 +430,11 @@ fn check_counts(scene: &Scene, report: &Report) -> anyhow::Result<bool> {
         }
         let of_rain = Field::of(&scene).zip(row.cutoff_px);
         let expected = count_visible(&scene)
-            + of_rain.map_or(0, |(field, cutoff_px)| field.count_visible(&scene, cutoff_px));
+            + of_rain.map_or(0, |(field, cutoff_px)| {
+                let thinned_px =
+                    row.axes.get("thinned_px").and_then(|px| px.as_f64()).unwrap_or(0.0);
+                field.thinned(&scene, thinned_px).count_visible(&scene, cutoff_px)
+            });
         if row.visible != expected {
             failure!(
                 "{} of {} drops in view on the GPU, {expected} by the CPU's count",

@@ -15,7 +15,7 @@ use crate::picture::layers::Layers;
 use crate::picture::masks::Masks;
 use crate::picture::plate::Plate;
 use crate::picture::sidecar::camera;
-use crate::plan::{FramePlan, Output, plan};
+use crate::plan::{Cutoff, FramePlan, Output, plan};
 use crate::renderer::FrameReport;
 use crate::renderer::parts::{Grid, Parts};
 use crate::scene::film::Film;
@@ -139,8 +139,8 @@ impl<'a> Maker<'a> {
         let has_glass = self.dry.is_some();
         let glass = layers.glass.iter().map(|share| f64::from(share.to_f32()));
         let cover = glass.sum::<f64>() / layers.color.len() as f64;
-        let cutoff_px = self.plans.rainy.cutoff.as_ref().map(|cutoff| cutoff.px);
-        let least = cutoff_px.unwrap_or(0.0);
+        let cutoff = self.plans.rainy.cutoff.as_ref();
+        let least = cutoff.map_or(0.0, Cutoff::single_px);
         let path = folder.join("layers.exr");
         let drops = match set.drop_lists {
             true => Some(write_layers(&layers, &scene, (until.time, least), &path)?),
@@ -169,7 +169,8 @@ impl<'a> Maker<'a> {
             // How it was drawn, which preset `auto` leaves open.
             "optics": self.plans.rainy.optics,
             "samples": self.plans.rainy.samples,
-            "cutoff_px": cutoff_px,
+            "cutoff_px": cutoff.map(|cutoff| cutoff.px),
+            "thinned_px": cutoff.map(|cutoff| cutoff.thinned_px),
             "camera": camera(&scene),
             "covered_pixels": layers.count.iter().filter(|count| **count > 0).count(),
             "pane_pixels": has_glass.then(on_pane),

@@ -58,6 +58,10 @@ pub fn models_of_rain() -> Vec<Model> {
         let choice = ModelChoice { cutoff_px: Some(cutoff_px), ..fast };
         all.push(Model { name: format!("fast cutoff-px {cutoff_px}"), choice });
     }
+    for thinned_px in [0.1, 0.2, 0.3] {
+        let choice = ModelChoice { thinned_px: Some(thinned_px), ..fast };
+        all.push(Model { name: format!("fast thinned-px {thinned_px}"), choice });
+    }
     for far_rain in [FarRain::Drops, FarRain::Medium, FarRain::Grain, FarRain::None] {
         let choice = ModelChoice { far_rain: Some(far_rain), ..fast };
         all.push(Model { name: format!("fast far-rain {far_rain}"), choice });
