@@ -10,6 +10,7 @@ mod commands;
 mod copies;
 mod device;
 pub mod disk_cache;
+mod fold;
 #[cfg(feature = "reload")]
 mod glsl;
 mod host;

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use ash::vk;
 
+use super::fold::folded;
 use super::specialize::specialize;
 use super::{Bindings, Buffer, Device, Named, Promises, Recorder, Samples, Slot};
 use crate::Result;
@@ -184,7 +185,7 @@ impl<'a> Module<'a> {
         code: &Code,
         constants: Specialization<'_>,
     ) -> Result<Self> {
-        let words = specialize(code.words(), constants, promises);
+        let words = folded(&specialize(code.words(), constants, promises));
         let info = vk::ShaderModuleCreateInfo::default().code(&words);
         // SAFETY: the words are SPIR-V, as whoever made the shader or replaced it has promised.
         let raw = unsafe { device.create_shader_module(&info, None) }
