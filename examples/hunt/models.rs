@@ -111,6 +111,7 @@ impl<'a> Model<'a> {
         let of_count = |count: u64, what: &str| (count > 0).then(|| format!("{count} {what}"));
         let all = [
             self.plan.doubt.clone(),
+            self.plan.overlap.clone(),
             of_count(counts.overflow, "drops not drawn, or out of order"),
             of_count(counts.camera_inside, "drops not drawn: the camera is inside"),
             of_count(counts.beside_camera, "drops not drawn: they reach beside the camera"),

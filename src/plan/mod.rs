@@ -9,6 +9,7 @@ mod demand;
 mod errors;
 mod lens;
 mod motion;
+mod overlap;
 mod pane;
 mod rays;
 mod refused;
@@ -121,14 +122,16 @@ pub struct FramePlan {
     pub why: Option<String>,
     /// Why they may not keep the error that was accepted.
     pub doubt: Option<String>,
+    /// Which drops intersect, whose order is not that of each pixel.
+    pub overlap: Option<String>,
     /// Every pass in the order of the frame, with its reason.
     pub passes: Vec<(&'static str, String)>,
 }
 
 impl FramePlan {
-    /// That it may not keep the error that was accepted, and what it leaves out of layers.
+    /// That it may not keep the error that was accepted, what it leaves out of layers, and which drops' order is coarse.
     pub fn remarks(&self) -> Vec<Remark> {
-        let doubt = self.doubt.as_ref().map(Remark::warning);
+        let doubts = self.doubt.iter().chain(&self.overlap).map(Remark::warning);
         let is_flat = self.layers && (self.motion == Motion::Streak || self.lens == Lens::Disc);
         let flat = is_flat.then(|| {
             Remark::warning(
@@ -136,7 +139,7 @@ impl FramePlan {
                  every drop with shutter = 0 and aperture = 0, or preset exact",
             )
         });
-        doubt.into_iter().chain(flat).collect()
+        doubts.chain(flat).collect()
     }
 }
 
@@ -343,6 +346,7 @@ pub fn plan_by(
         nearest: output == Output::Layers,
         doubt: chosen.and_then(|chosen| chosen.doubt.clone()),
         why: chosen.map(|chosen| chosen.reason.clone()),
+        overlap: overlap::in_words(scene).filter(|_| primitive == Primitive::Tile),
         passes: Vec::new(),
     };
     Ok(FramePlan { passes: passes(scene, &plan), ..plan })

@@ -79,6 +79,11 @@ pub(super) fn check(scene: &Scene, models: Models, is_chosen: bool, output: Outp
             "splat_px is for optics appearance on tiles, not for {optics} as {primitive}; take preset fast"
         ));
     }
+    if choice.thinned_px.is_some() && !is_chosen && optics != Optics::Appearance {
+        return refuse(format!(
+            "thinned_px is for optics appearance, not for {optics}, which draws each drop as it is; take preset fast"
+        ));
+    }
     if choice.internal_reflections.is_some_and(|orders| orders > 0) && optics.is_mask() {
         return refuse(format!("optics {optics} holds no internal reflections"));
     }
