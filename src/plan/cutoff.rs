@@ -47,7 +47,7 @@ impl Cutoff {
     /// That of `scene`, whose rain is `rain`: as the scene says, else from the contrast of its environment and the
     /// accepted error; larger where that would be more drops or cells than a picture takes. No drop is thinned.
     ///
-    /// Only the camera's shutter counts, not the film's pace, so that a film that slows down keeps its drops.
+    /// Of a film the camera's shutter and the least pace count, so that it keeps its drops while it slows down.
     pub fn of(scene: &Scene, rain: &RealRain, environment: &Environment) -> Self {
         Self::with(scene, rain, contrast_of(environment), 0.0)
     }
@@ -114,9 +114,12 @@ fn contrast_of(environment: &Environment) -> f64 {
     contrast(environment).clamp(LEAST_CONTRAST, 1.0)
 }
 
-/// For how long each drop is seen. A film may slow down until its drops stand still.
+/// For how long each drop is seen at least: a film may slow down until its drops stand still.
 fn exposed(scene: &Scene) -> f64 {
-    if scene.film.is_default() { scene.drawn_exposure() } else { 0.0 }
+    match scene.film.is_default() {
+        true => scene.drawn_exposure(),
+        false => scene.drawn_shutter() * scene.film.least_pace(),
+    }
 }
 
 /// Radius under which drops are thinned; 0: none are. In a streak of so small a drop a pixel changes by what it takes of it, π ρ²

@@ -18,7 +18,7 @@ impl Scene {
     }
 
     /// For how long the shutter is open in what is drawn: 0 where an instant is asked for.
-    fn drawn_shutter(&self) -> f64 {
+    pub(crate) fn drawn_shutter(&self) -> f64 {
         if self.model.motion == Some(Motion::Instant) { 0.0 } else { self.shutter() }
     }
 

@@ -156,6 +156,13 @@ impl Film {
         last.rate
     }
 
+    /// Its slowest pace, forwards or backwards: 0 if the drops stand still at any time.
+    pub(crate) fn least_pace(&self) -> f64 {
+        let turns = self.pace.windows(2).any(|pair| pair[0].rate * pair[1].rate <= 0.0);
+        let slowest = self.pace.iter().map(|key| key.rate.abs()).reduce(f64::min);
+        if turns { 0.0 } else { slowest.unwrap_or(1.0) }
+    }
+
     /// Scene time that goes by from film time 0 to `at`: the integral of the pace, in closed form (it
     /// is linear between keys, constant before the first and after the last), so that every frame is
     /// right by itself.
@@ -322,6 +329,14 @@ mod tests {
             assert_eq!(still.shutter(), longest * scene.shutter(), "frame {number}");
             assert_eq!((still.film.frames(), still.film.fps), (1, scene.film.fps));
         }
+    }
+
+    #[test]
+    fn the_least_pace_is_0_where_drops_stand_or_turn() {
+        assert_eq!(Film::default().least_pace(), 1.0);
+        assert_eq!(pace(&[(0.0, 1.0), (1.0, 0.25), (2.0, 3.0)]).least_pace(), 0.25);
+        assert_eq!(pace(&[(0.0, -2.0), (1.0, -0.5)]).least_pace(), 0.5);
+        assert_eq!(pace(&[(0.0, 1.0), (1.0, -1.0)]).least_pace(), 0.0);
     }
 
     /// A camera that moves is at the same places at both ends, and moves drops by as much, at every pace.
