@@ -1,8 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_KHR_shader_subgroup_ballot : require
-// Which cells of the rain are in view, how many drops each holds, and in which bin they are: band of depth, and region
-// of the image. One invocation a cell, then one a drop placed by hand. See src/passes/cells.rs.
+// Which cells of the rain are in view, which drops of each may be shown, and in which bin they are: band of depth, and region
+// of the image. What is left out here takes no place among those that gather.comp looks at, which decides. One invocation a cell, then one a drop placed by hand. See src/passes/cells.rs.
 #include "frame.glsl"
 #include "rain.glsl"
 #include "projection.glsl"
@@ -23,9 +23,27 @@ uint band_at(float depth) {
     return BANDS - 1u - min(nearer, BANDS - 1u);
 }
 
+// A bit for each of the first 32 drops of a cell that may be shown; none is left out that gather.comp would show. `more`: how many
+// there are beside these.
+uint drops_that_may_show(uint kind, ivec3 cell, float reach, out uint more) {
+    uvec4 key = key_of(kind, cell);
+    uint drops = drops_in(kind, key), firsts = min(drops, 32u), kept = 0u;
+    vec3 half_way = 0.5 * abs(field.classes[kind].moved.xyz);
+    for (uint number = 0u; number < firsts; ++number) {
+        vec4 drop = drop_of_key(kind, cell, key, number);
+        vec3 v = view_space(drop.xyz);
+        precise float distance2 = (v.x * v.x + v.y * v.y) + v.z * v.z;
+        bool may_show = shown_alone(kind, number, v, drop.w, distance2)
+            && meets_view(drop.xyz, half_way, reach_from_box(drop.xyz, half_way, reach));
+        kept |= uint(may_show) << number;
+    }
+    more = drops - firsts;
+    return kept;
+}
+
 void main() {
     uint group = group_number(), candidate = group * CELLS_GROUP + gl_LocalInvocationID.x;
-    uint drops = 0u, bin = 0u, first = candidate * 64u;
+    uint kept = 0u, more = 0u, bin = 0u, first = candidate * 64u;
     if (group < field.groups.x) {
         Slab slab = field.slabs[field.group_slabs[group]];
         uint number = candidate - slab.first_group * CELLS_GROUP;
@@ -39,17 +57,18 @@ void main() {
         float reach = limits.x * 1.001 + 1e-5 * limits.y;
         float nearest = -dot(frame.back.xyz, center) - dot(abs(frame.back.xyz), half_size);
         if (number < slab.cells && nearest <= limits.y + reach && meets_view(center, half_size, reach_from_box(center, half_size, reach))) {
-            drops = drops_in(slab.kind, key_of(slab.kind, cell));
+            kept = drops_that_may_show(slab.kind, cell, reach, more);
             float depth = -dot(frame.back.xyz, center);
             bin = band_at(depth) * REGIONS + region_at(center, depth, limits.x);
         }
     } else {
         uint number = candidate - field.groups.x * CELLS_GROUP;
-        drops = number < field.groups.y ? 1u : 0u;
+        kept = number < field.groups.y ? 1u : 0u;
         // They can be anywhere.
         bin = (BANDS - 1u) * REGIONS + number % MAX_REGIONS * REGIONS / MAX_REGIONS;
         first = IS_PLACED | number;
     }
+    uint drops = bitCount(kept) + more;
     uvec4 found = subgroupBallot(drops > 0u);
     uint number = 0u, count = subgroupBallotBitCount(found), before = subgroupBallotExclusiveBitCount(found);
     bool leads = subgroupElect();
@@ -61,5 +80,5 @@ void main() {
         atomicOr(totals.lacks_room, 1u);
         return;
     }
-    cells_in_view[number] = uvec4(first, bin, atomicAdd(totals.bin_counts[bin], drops), drops);
+    cells_in_view[number] = uvec4(first, bin | more << 16, atomicAdd(totals.bin_counts[bin], drops), kept);
 }

@@ -9,7 +9,8 @@
 #define MOST_CELLS frame.clusters.y // room for so many in view
 // Numbers (cells.glsl) of the drops of the cells in view, bin after bin, of which each begins with a cluster.
 layout(std430, set = 1, binding = 0) buffer DropOrder { uint drop_order[]; };
-// Cells in view as they were found: number of the first drop, bin, its place in its bin, and drops.
+// Cells in view as they were found: number of the first drop; bin, and in the upper half how many drops after the first 32 there
+// are; its place in its bin; a bit for each of the first 32 drops that may be shown.
 layout(std430, set = 1, binding = 2) buffer InView { uvec4 cells_in_view[]; };
 
 // Drops were counted, and fill up clusters.
@@ -32,10 +33,14 @@ void sort_found(uint number) {
     }
     if (number >= min(totals.cells_in_view, MOST_CELLS)) return;
     uvec4 cell = cells_in_view[number];
-    uint at = totals.bin_starts[cell.y] * CLUSTER + cell.z, room = min(cell.w, ROOM - min(at, ROOM));
-    for (uint i = 0u; i < room; ++i) drop_order[at + i] = cell.x + i;
-    if (room < cell.w) {
-        atomicAdd(counters.lost, cell.w - room);
+    uint at = totals.bin_starts[cell.y & 0xffffu] * CLUSTER + cell.z, firsts = bitCount(cell.w), left = cell.w;
+    uint drops = firsts + (cell.y >> 16), room = min(drops, ROOM - min(at, ROOM));
+    for (uint i = 0u; i < room; ++i) {
+        drop_order[at + i] = cell.x + (i < firsts ? uint(findLSB(left)) : 32u + i - firsts);
+        left &= left - 1u;
+    }
+    if (room < drops) {
+        atomicAdd(counters.lost, drops - room);
         atomicOr(totals.lacks_room, 1u);
     }
 }

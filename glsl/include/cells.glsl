@@ -35,14 +35,17 @@ uint diameter_of(uint kind, uint bits) {
 }
 
 // Where a drop of a cell is relative to the camera, along the world's axes, and its radius; scene units.
-vec4 drop_in_cell(uint kind, ivec3 cell, uint number) {
-    uvec4 key = key_of(kind, cell);
+vec4 drop_of_key(uint kind, ivec3 cell, uvec4 key, uint number) {
     uvec4 words = pcg4d(uvec4(key.xyz, key.w + 1u + number));
     uvec3 from = field.classes[kind].fraction.xyz;
     ivec3 cells = cell - ivec3(lessThan(words.xyz, from));
     precise vec3 relative = (vec3(cells) + vec3(words.xyz - from) * (1.0 / 4294967296.0)) * field.classes[kind].moved.w;
     precise float radius = float(diameter_of(kind, words.w)) * field.shown.y;
     return vec4(relative, radius);
+}
+
+vec4 drop_in_cell(uint kind, ivec3 cell, uint number) {
+    return drop_of_key(kind, cell, key_of(kind, cell), number);
 }
 
 float to_fourth(float value) {

@@ -13,7 +13,7 @@ use crate::scene::{frame, make};
 const SCENES: u64 = 1000;
 
 /// Keys that no scene of a hunt gives, and why.
-const NEVER: [(&str, &str); 34] = [
+const NEVER: [(&str, &str); 35] = [
     ("model.preset", "each scene is drawn by three presets"),
     ("model.optics", "the presets' models are what is held to the bounds"),
     ("model.primitive", "as optics"),
@@ -28,6 +28,7 @@ const NEVER: [(&str, &str); 34] = [
     ("model.lookup", "as optics"),
     ("model.far_rain", "as optics"),
     ("model.cutoff_px", "as optics"),
+    ("model.thinned_px", "as optics"),
     ("model.splat_px", "as optics"),
     ("model.motion", "as optics"),
     ("model.lens", "as optics"),

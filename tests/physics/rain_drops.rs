@@ -100,10 +100,10 @@ fn slope() -> Environment {
 #[test]
 fn no_drop_of_the_cells_is_missed_or_misplaced() {
     let environment = slope();
-    let truth = Truth { samples: 12, glints: false, ..Truth::default() };
+    let truth = Truth { samples: 5, glints: false, ..Truth::default() };
     let instant = weathered(8, 6.0);
     let mut streaks = weathered(8, 3.0);
-    streaks.camera.shutter = 0.2;
+    streaks.camera.shutter = 0.08;
     let mut lens = weathered(24, 3.0);
     (lens.camera.aperture, lens.camera.focus, lens.camera.shutter) = (0.01, 1.0, 0.004);
     let mut flat = with_rain(weathered(24, 3.0), |rain| rain.shape = DropShape::Equilibrium);
