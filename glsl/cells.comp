@@ -2,7 +2,8 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_KHR_shader_subgroup_ballot : require
 // Which cells of the rain are in view, which drops of each may be shown, and in which bin they are: band of depth, and region
-// of the image. What is left out here takes no place among those that gather.comp looks at, which decides. One invocation a cell, then one a drop placed by hand. See src/passes/cells.rs.
+// of the image. gather.comp decides which are shown; most of what it would leave out it does not get. One invocation a cell,
+// then one a drop placed by hand. See src/passes/cells.rs.
 #include "frame.glsl"
 #include "rain.glsl"
 #include "projection.glsl"
@@ -23,8 +24,8 @@ uint band_at(float depth) {
     return BANDS - 1u - min(nearer, BANDS - 1u);
 }
 
-// A bit for each of the first 32 drops of a cell that may be shown; none is left out that gather.comp would show. `more`: how many
-// there are beside these.
+// A bit for each of the first 32 drops of a cell that may be shown; none is left out that gather.comp would show. `more`: how
+// many drops there are beside these 32.
 uint drops_that_may_show(uint kind, ivec3 cell, float reach, out uint more) {
     uvec4 key = key_of(kind, cell);
     uint drops = drops_in(kind, key), firsts = min(drops, 32u), kept = 0u;

@@ -34,6 +34,7 @@ mod surface;
 mod swapchain;
 mod texels;
 mod timestamps;
+mod words;
 
 pub use barrier::{Use, image_barrier, image_discard, memory_barrier};
 #[cfg(feature = "cli")]

@@ -9,10 +9,9 @@ use std::collections::{HashMap, HashSet};
 use spirv::{Capability, Decoration, ExecutionMode, Op};
 
 use super::sets::constant;
+use super::words::{HEADER, computed, head, instructions, op};
 use super::{Promises, Reconvergence, Specialization};
 
-/// Words before the first instruction.
-const HEADER: usize = 5;
 /// The execution mode that the crate does not know yet.
 const MAXIMALLY_RECONVERGES: u32 = 6023;
 const EXTENSION: &[u8] = b"SPV_KHR_maximal_reconvergence\0\0\0";
@@ -29,11 +28,10 @@ pub(super) fn specialize(
         values.iter().map(|[number, value]| (*number, *value)).collect();
     given.insert(constant::RECONVERGES, (promises.reconvergence != Reconvergence::Open).into());
     let (mut numbers, mut bools, mut known) = (HashMap::new(), HashSet::new(), HashMap::new());
-    let (mut made, mut rest) = (words[..HEADER].to_vec(), &words[HEADER..]);
-    let mut declared = Declared::of(promises, has_subgroups(rest));
-    while let Some(first) = rest.first() {
-        let (instruction, after) = rest.split_at((first >> 16) as usize);
-        rest = after;
+    let (mut made, all) = (words[..HEADER].to_vec(), instructions(words));
+    let mut declared = Declared::of(promises, has_subgroups(&all));
+    for instruction in all {
+        let first = instruction[0];
         declared.before(instruction, &mut made);
         let value_of = |id: &u32, default| {
             let number = numbers.get(id);
@@ -134,40 +132,10 @@ impl Declared {
 }
 
 /// Whether a module asks for one of the capabilities of subgroups, which come first in it.
-fn has_subgroups(mut rest: &[u32]) -> bool {
-    let all = Capability::GroupNonUniform as u32..=Capability::GroupNonUniformQuad as u32;
-    while let [first, capability, ..] = rest {
-        if first & 0xffff != Op::Capability as u32 {
-            return false;
-        }
-        if all.contains(capability) {
-            return true;
-        }
-        rest = &rest[(first >> 16) as usize..];
-    }
-    false
-}
-
-/// The first word of an instruction of so many.
-fn head(op: Op, words: u32) -> u32 {
-    words << 16 | op as u32
-}
-
-/// What an operation makes of constants; `None` for one that no shader here has.
-fn computed(op: Op, operands: &[u32]) -> Option<u32> {
-    Some(match (op, operands) {
-        (Op::IAdd, [a, b]) => a.wrapping_add(*b),
-        (Op::ISub, [a, b]) => a.wrapping_sub(*b),
-        (Op::UDiv, [a, b]) => a.checked_div(*b)?,
-        (Op::IEqual, [a, b]) => u32::from(a == b),
-        (Op::INotEqual, [a, b]) => u32::from(a != b),
-        (Op::UGreaterThan, [a, b]) => u32::from(a > b),
-        (Op::LogicalNot, [a]) => u32::from(*a == 0),
-        (Op::LogicalAnd, [a, b]) => a & b,
-        (Op::LogicalOr, [a, b]) => a | b,
-        (Op::Select, [which, a, b]) => *if *which != 0 { a } else { b },
-        _ => return None,
-    })
+fn has_subgroups(all: &[&[u32]]) -> bool {
+    let of_subgroups = Capability::GroupNonUniform as u32..=Capability::GroupNonUniformQuad as u32;
+    let mut asked = all.iter().take_while(|instruction| op(instruction) == Op::Capability);
+    asked.any(|instruction| of_subgroups.contains(&instruction[1]))
 }
 
 #[cfg(test)]
@@ -184,13 +152,8 @@ mod tests {
 
     /// The instructions, each with its operation.
     fn instructions(words: &[u32]) -> Vec<(Op, &[u32])> {
-        let (mut all, mut rest) = (Vec::new(), &words[HEADER..]);
-        while let Some(first) = rest.first() {
-            let (instruction, after) = rest.split_at((first >> 16) as usize);
-            rest = after;
-            all.push((Op::from_u32(first & 0xffff).expect("an operation"), instruction));
-        }
-        all
+        let known = |i: &[u32]| Op::from_u32(i[0] & 0xffff).expect("an operation");
+        super::instructions(words).into_iter().map(|i| (known(i), i)).collect()
     }
 
     #[test]

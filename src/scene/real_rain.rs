@@ -15,7 +15,7 @@ use super::model::{DropShape, Sizes};
 use super::{MAX_DROPS, Population, RainSettings};
 use crate::abi::MOST_POPULATIONS;
 use crate::rain::cells::{FARTHEST, Lattice, lattices};
-use crate::rain::classes::{Class, classes};
+use crate::rain::classes::{CLASSES, Class, classes};
 use crate::rain::law::{Law, marshall_palmer_slope, slope_of_median, ulbrich_intercept};
 use crate::rain::thinned;
 
@@ -107,8 +107,8 @@ impl RealRain {
 
     /// The cells of the rain that has fewer drops, which are seen beyond where its own are thinned.
     pub fn lattices_beyond(&self, seed: u64) -> Vec<Lattice> {
-        let (law, first) = (self.law(), crate::rain::classes::CLASSES);
-        lattices(seed, first, &law, &thinned::classes_beyond(&law, self.air_density), self.wind)
+        let law = self.law();
+        lattices(seed, CLASSES, &law, &thinned::classes_beyond(&law, self.air_density), self.wind)
     }
 
     /// Rain that falls through a level plane, mm/h: the rate, less what an updraught holds up.

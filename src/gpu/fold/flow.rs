@@ -4,8 +4,9 @@ use std::collections::{HashMap, HashSet};
 
 use spirv::Op;
 
+use super::result;
 use super::values::{Is, Unknown, Values, Varies};
-use super::{head, op, result};
+use crate::gpu::words::{head, op};
 
 /// A part of a function that is run from its first instruction to its last, a branch.
 struct Block<'a> {

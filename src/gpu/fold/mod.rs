@@ -17,9 +17,7 @@ use spirv::Op;
 
 use self::flow::Flow;
 use self::values::Values;
-
-/// Words before the first instruction.
-const HEADER: usize = 5;
+use super::words::{HEADER, instructions, op};
 
 /// The module without blocks that are never reached, and with constants in place of what has one value. `words`: valid SPIR-V
 /// without debug lines, whose specialization constants are given.
@@ -45,20 +43,6 @@ pub(super) fn folded(words: &[u32]) -> Vec<u32> {
     made
 }
 
-fn instructions(words: &[u32]) -> Vec<&[u32]> {
-    let (mut all, mut rest) = (Vec::new(), &words[HEADER..]);
-    while let Some(first) = rest.first() {
-        let (instruction, after) = rest.split_at((first >> 16) as usize);
-        rest = after;
-        all.push(instruction);
-    }
-    all
-}
-
-fn op(instruction: &[u32]) -> Op {
-    Op::from_u32(instruction[0] & 0xffff).unwrap_or(Op::Nop)
-}
-
 /// The id that an instruction of a function gives.
 fn result(instruction: &[u32]) -> Option<u32> {
     match op(instruction) {
@@ -82,13 +66,8 @@ fn result(instruction: &[u32]) -> Option<u32> {
         | Op::Unreachable
         | Op::Nop
         | Op::FunctionEnd => None,
-        _ => Some(instruction[2]),
+        _ => instruction.get(2).copied(),
     }
-}
-
-/// The first word of an instruction of so many.
-fn head(op: Op, words: u32) -> u32 {
-    words << 16 | op as u32
 }
 
 #[cfg(test)]
@@ -97,6 +76,7 @@ mod tests {
 
     use super::*;
     use crate::gpu::specialize::specialize;
+    use crate::gpu::words::head;
     use crate::gpu::{Promises, Shader, shaders};
 
     /// Values for all specialization constants, which are under 64.

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use spirv::Op;
 
-use super::{head, op};
+use crate::gpu::words::{computed, head, op};
 
 /// What is known of an id.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -67,7 +67,9 @@ impl Values {
 
     /// What an instruction gives that is no phi.
     pub(super) fn computed(&self, instruction: &[u32]) -> Value {
-        let Some(_) = self.scalars.get(&instruction[1]) else { return Varies };
+        if !self.scalars.contains_key(&instruction[1]) {
+            return Varies;
+        }
         let operands = &instruction[3..];
         let value = |number: usize| self.get(operands[number]);
         match op(instruction) {
@@ -81,17 +83,19 @@ impl Values {
             Op::LogicalOr if [value(0), value(1)].contains(&Is(1)) => return Is(1),
             _ => {}
         }
-        match *operands {
-            [a] => match self.get(a) {
-                Is(a) => of_one(op(instruction), a),
-                not_known => not_known,
-            },
-            [a, b] => match (self.get(a), self.get(b)) {
-                (Is(a), Is(b)) => of_two(op(instruction), a, b),
-                (Varies, _) | (_, Varies) => Varies,
-                _ => Unknown,
-            },
-            _ => Varies,
+        // More operands are not all ids.
+        if operands.len() > 2 {
+            return Varies;
+        }
+        let known: Vec<Value> = operands.iter().map(|operand| self.get(*operand)).collect();
+        let constants: Option<Vec<u32>> = known
+            .iter()
+            .map(|value| if let Is(bits) = value { Some(*bits) } else { None })
+            .collect();
+        match constants {
+            Some(constants) => computed(op(instruction), &constants).map_or(Varies, Is),
+            None if known.contains(&Varies) => Varies,
+            None => Unknown,
         }
     }
 
@@ -106,37 +110,4 @@ impl Values {
             }
         })
     }
-}
-
-fn of_one(op: Op, a: u32) -> Value {
-    match op {
-        Op::LogicalNot => Is(u32::from(a == 0)),
-        Op::Not => Is(!a),
-        Op::SNegate => Is(a.wrapping_neg()),
-        _ => Varies,
-    }
-}
-
-fn of_two(op: Op, a: u32, b: u32) -> Value {
-    let (signed_a, signed_b) = (a as i32, b as i32);
-    Is(match op {
-        Op::IAdd => a.wrapping_add(b),
-        Op::ISub => a.wrapping_sub(b),
-        Op::IMul => a.wrapping_mul(b),
-        Op::BitwiseAnd => a & b,
-        Op::BitwiseOr => a | b,
-        Op::LogicalAnd => a & b,
-        Op::LogicalOr => a | b,
-        Op::IEqual | Op::LogicalEqual => u32::from(a == b),
-        Op::INotEqual | Op::LogicalNotEqual => u32::from(a != b),
-        Op::UGreaterThan => u32::from(a > b),
-        Op::UGreaterThanEqual => u32::from(a >= b),
-        Op::ULessThan => u32::from(a < b),
-        Op::ULessThanEqual => u32::from(a <= b),
-        Op::SGreaterThan => u32::from(signed_a > signed_b),
-        Op::SGreaterThanEqual => u32::from(signed_a >= signed_b),
-        Op::SLessThan => u32::from(signed_a < signed_b),
-        Op::SLessThanEqual => u32::from(signed_a <= signed_b),
-        _ => return Varies,
-    })
 }
