@@ -47,7 +47,7 @@ impl Cutoff {
     /// That of `scene`, whose rain is `rain`: as the scene says, else from the contrast of its environment and the
     /// accepted error; larger where that would be more drops or cells than a picture takes. No drop is thinned.
     ///
-    /// Of a film the camera's shutter and the least pace count, so that it keeps its drops while it slows down.
+    /// A film counts by the camera's shutter and its least pace, so that it keeps its drops while it slows down.
     pub fn of(scene: &Scene, rain: &RealRain, environment: &Environment) -> Self {
         Self::with(scene, rain, contrast_of(environment), 0.0)
     }

@@ -12,7 +12,7 @@ pub(super) const MOST_RAYS_PX: f32 = 12.0;
 /// pixels, for in space as many drops are larger as the radius' inverse cube tells. 8,000 drops of Table II's
 /// scene are near that limit, and take two CPU cores a millisecond more. (With ten times as many, 125,000 took 49 ms where 21 do.)
 const AFFORDABLE: f64 = 100.0;
-/// The same of bubbles, in whose pictures light changes fast everywhere, not towards the rim alone. (918 bubbles of up to 12 pixels
+/// What is affordable of bubbles, in whose pictures light changes fast everywhere, not towards the rim alone. (918 bubbles of up to 12 pixels
 /// under a sky of lamps: RMS error 0.067 to 0.034, largest mean of 8 x 8 pixels 41 to 15 levels.)
 const AFFORDABLE_BUBBLES: f64 = 1_000.0;
 /// Most rays of a pixel in which a drop's light changes fast, as it does towards the rim; where rays are not affordable, all

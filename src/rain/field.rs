@@ -256,8 +256,8 @@ impl Field {
         found
     }
 
-    /// Of drops of the rain's own and of those beyond: the least radius in pixels of any that is shown, and that under which
-    /// they are thinned. Those beyond are all under it.
+    /// The least radius in pixels of any drop that is shown, and that under which drops are thinned: for drops of the rain's
+    /// own and for those beyond, which are all under it.
     fn sizes(&self, cutoff_px: f64) -> [[f64; 2]; 2] {
         let of = |least: f64, most: f64| [least.max(cutoff_px), most.max(cutoff_px)];
         let (thinned, own) = (self.thinned_px, thinned::OWN * self.thinned_px);

@@ -2,7 +2,7 @@
 //! seen, a share is drawn, each as large as the largest of them; the medium has the rest of their light. So mean, variance,
 //! and correlation between pixels and moments stay those of the rain, with a fraction of its drops.
 //!
-//! Of the drops with a radius of ρ pixels under ρt, the share p = (ρ/ρt)⁴ is drawn with 1/√p of their opacity, which is
+//! A share p = (ρ/ρt)⁴ of the drops with a radius of ρ pixels under ρt is drawn with 1/√p of their opacity, which is
 //! that of a drop with radius ρt. The variance of so many is that of all, p (1/√p)² = 1; their mean is √p, and 1 - √p is
 //! left to the medium. Their number between ρ and ρt is at most three times that of the drops over ρt, where that of all
 //! goes as ρ⁻³.
@@ -68,7 +68,7 @@ impl Reach {
     /// What a law's drops block up to `depth` and the medium has: ∫∫ N D² (1 - √p) dz dD, where `moment(k, from, to)` is
     /// ∫ N D²⁺ᵏ dD between diameters in mm.
     pub fn left_to_medium(&self, depth: f64, moment: impl Fn(usize, f64, f64) -> f64) -> f64 {
-        // Of larger ones all are drawn, of smaller ones none.
+        // Larger ones are all drawn, smaller ones not at all.
         let (largest, smallest) = (depth / self.all, depth / self.some);
         let of_end = self.all * (2.0 - self.all / self.some);
         let beyond = depth * moment(0, 0.0, smallest) - of_end * moment(1, 0.0, smallest);

@@ -39,7 +39,7 @@ pub struct Lighting {
 /// Most that may be left of a ray's light where it is followed no further, and least, which eight orders leave of most rays.
 const MOST_REST: f32 = 1e-4;
 const LEAST_REST: f32 = 1e-7;
-/// The same where the environment is not known before it is drawn.
+/// What may be left where the environment is not known before it is drawn.
 const UNKNOWN_REST: f32 = 1e-5;
 
 /// What may be left of a ray's light: if all of it came from the brightest direction, it would be a hundredth of the median.

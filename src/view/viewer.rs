@@ -461,7 +461,7 @@ impl Viewer {
             }
             messages(ctx, message, waits_for.as_ref());
         });
-        // As while something fades in.
+        // It is zero while something fades in, for one.
         if output.viewport_output.values().any(|viewport| viewport.repaint_delay.is_zero()) {
             self.window.request_redraw();
         }
