@@ -46,6 +46,11 @@ bool is_known(Rays r, uint count) {
     return max(r.squares / n - mean * mean, 0.0) <= chance * chance * n;
 }
 
+// Through a flattened drop that moves, rays find the bright sources themselves. They are spread over all that passes over the pixel
+// while they meet it, and the environment is blurred by their spacing on this part of that. By less, a lamp is dots in place of a line;
+// by all, it is a quarter too bright.
+const float SPREAD = 0.5;
+
 // When a ray meets the sphere, as parts of the exposure from its middle on; empty: none. `nearest`: when it is nearest.
 vec2 times_met(vec3 d, vec3 center, vec3 motion, float radius, out float nearest) {
     vec3 c = cross(cross(d, center), d), m = cross(cross(d, motion), d);
@@ -100,6 +105,8 @@ uint moving_color(vec2 corner, vec2 low, vec2 high, vec4 sphere, Body body, vec3
     float step = clamp(0.25 * pixels, 0.5, 1.0) * sqrt(extent.x * extent.y / float(least)) / pixels;
     covered = 0.0;
     Rays mean = Rays(vec3(0.0), 0.0, 0.0, 0.0);
+    // How many times the pixel's side its way is.
+    float way = pixels / sphere.w * length(cross(normalize(sphere.xyz), motion)) / sqrt(extent.x * extent.y);
     for (; rays < MOST_MOVING_RAYS && (rays < least || !is_known(mean, rays)); ++rays) {
         vec3 d = normalize(ray_through(low + fract(vec2(0.75487767, 0.56984029) * float(rays) + turned) * extent));
         float nearest;
@@ -116,7 +123,7 @@ uint moving_color(vec2 corner, vec2 low, vec2 high, vec4 sphere, Body body, vec3
         if (body.is_flat) {
             RayInShape flat_ray = ray_in_shape(body, to_ray, d);
             if (HAS_DEPTH != 0u && dot(d, center) + sphere.w * front_in(flat_ray, body) >= behind) share = 0.0;
-            light = light_in(flat_ray, body, world, step);
+            light = light_in(flat_ray, body, world, step * sqrt(1.0 + SPREAD * share * way));
         } else {
             float cosine = sqrt((1.0 - held) * (1.0 + held));
             if (HAS_DEPTH != 0u && dot(d, center) - sphere.w * cosine >= behind) share = 0.0;

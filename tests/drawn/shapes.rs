@@ -191,6 +191,45 @@ fn flat_drops_that_move_are_near_the_reference() {
     });
 }
 
+/// What each row of a picture has more of, in all, than that of another.
+fn more_by_row(picture: &Picture, other: &Picture) -> Vec<f64> {
+    let width = picture.width as usize;
+    let rows = picture.pixels.chunks(width).zip(other.pixels.chunks(width));
+    rows.map(|(a, b)| a.iter().zip(b).map(|(a, b)| f64::from(a.y - b.y)).sum()).collect()
+}
+
+#[test]
+fn a_lamp_draws_a_line_along_a_flat_drop_that_moves() {
+    let toward = DVec3::new(0.85, 0.1, -0.5);
+    let lamp = |light: f32| {
+        painted(256, |d| Vec3::splat(if d.angle_between(toward) < 0.03 { light } else { 0.1 }))
+    };
+    let (lit, dark) = (lamp(300.0), lamp(0.1));
+    let falling = PlacedDrop { velocity: DVec3::new(0.3, -4.0, 0.4), ..falling(5.0) };
+    let mut scene = one(falling, 0.0, 8.0);
+    scene.camera.vertical_fov *= 4.0;
+    scene.image.height *= 4;
+    scene.camera.shutter = 1.5;
+    // Rows in which all of the drop is seen for a part of the exposure.
+    let whole = 62..86;
+    let count = whole.len() as f64;
+    let traced = reference(&scene, &lit).picture;
+    on_device(|device| {
+        for preset in [Preset::Fast, Preset::Exact] {
+            scene.model.preset = preset;
+            let [with, without] = [&lit, &dark].map(|sky| picture_of(device, &scene, sky));
+            let found = &more_by_row(&with, &without)[whole.clone()];
+            let expected =
+                more_by_row(&traced, &without)[whole.clone()].iter().sum::<f64>() / count;
+            let mean = found.iter().sum::<f64>() / count;
+            let spread = (found.iter().map(|row| (row - mean).powi(2)).sum::<f64>() / count).sqrt();
+            println!("{preset:?}: {mean:.3} +- {spread:.3}, traced {expected:.3}");
+            assert!((mean / expected - 1.0).abs() < 0.2, "{preset:?}: {mean}, traced {expected}");
+            assert!(spread < 0.45 * mean, "{preset:?}: dots, {found:.2?}");
+        }
+    });
+}
+
 /// Rain of large drops, whose shapes follow from their diameters.
 fn downpour() -> Scene {
     let text = "[camera]\nvertical_fov = 1.2\ntarget = [0, 0.3, -1]\nposition = [0, 2, 0]\n[image]\nwidth = 56\nheight = 56\n\
