@@ -11,8 +11,8 @@
 
 // Fewest rays of a pixel: they are a mean over the lens.
 const uint LEAST_LENS_RAYS = 16;
-// The environment is blurred by this part of their spacing on the drop. They take other places in each pixel, so that noise
-// averages out; what is blurred too much does not (by the whole spacing a near drop's light is off by up to a quarter).
+// Behind a sphere the environment is blurred by this part of their spacing on it. They take other places in each pixel, so that
+// noise averages out; what is blurred too much does not (by the whole spacing a near drop's light is off by up to a quarter).
 const float LENS_SPACING = 0.2;
 
 // The places on the lens from which a sphere is met; axes along `axis` and across it. Not `is_ellipse`: it comes to the
@@ -93,9 +93,10 @@ uint lens_color(vec2 corner, vec4 sphere, Body body, vec3 motion, float pixels, 
     mat3 world = mat3(frame.right.xyz, frame.up.xyz, frame.back.xyz);
     uint least = max(SAMPLES, LEAST_LENS_RAYS), rays = 0u;
     vec2 turned = turned_of(corner, moved);
-    // What a ray stands for, on the drop: of the pixel and the disc around it, but no more than the drop has.
-    float area = min(1.0 + 3.14159265 * blur * blur, 3.14159265 * pixels * pixels + 1.0);
-    float step = LENS_SPACING * sqrt(area / float(least)) / pixels;
+    // Rays are spread over the pixel and the disc around it, but over no more than the drop has.
+    float disc = 3.14159265 * blur * blur, whole = 3.14159265 * pixels * pixels;
+    float step = LENS_SPACING * sqrt((1.0 + min(disc, whole)) / float(least)) / pixels;
+    float way = way_across(normalize(ray_through(corner + 0.5)), motion, radius, pixels);
     // How deep what is behind the pixel is.
     float deep = behind * focal / length(ray_through(corner + 0.5));
     covered = 0.0;
@@ -108,11 +109,13 @@ uint lens_color(vec2 corner, vec4 sphere, Body body, vec3 motion, float pixels, 
         vec2 place = lens_place(square, through, sphere.xyz, motion, reach, share);
         vec3 d = normalize(through - vec3(place * frame.lens.y, 0.0)), from = sphere.xyz - vec3(place, 0.0);
         vec3 center = from;
+        float passed = 0.0; // by its way before the ray, pixels
         if (motion != vec3(0.0)) {
             float nearest;
             vec2 times = times_met(d, from, motion, reach, nearest);
             float part = max(times.y - times.x, 0.0);
             share *= part;
+            passed = part * way;
             float moment = part > 0.0 ? mix(times.x, times.y, fract(0.61803399 * float(rays) + turned.y)) : nearest;
             center = from + moment * motion;
         }
@@ -122,7 +125,7 @@ uint lens_color(vec2 corner, vec4 sphere, Body body, vec3 motion, float pixels, 
             if (!flat_ray.hits || dot(d, center) <= 0.0) share = 0.0;
             float front = dot(d, center) + radius * front_in(flat_ray, body);
             if (HAS_DEPTH != 0u && front >= deep / max(-d.z, 1e-6)) share = 0.0;
-            light = light_in(flat_ray, body, world, step);
+            light = light_in(flat_ray, body, world, ray_spacing(1.0, min(disc + passed, whole), pixels, least));
         } else {
             float b = length(to_ray), held = min(b, 0.99999), cosine = sqrt((1.0 - held) * (1.0 + held));
             if (b >= 1.0 || dot(d, center) <= 0.0) share = 0.0;

@@ -46,10 +46,20 @@ bool is_known(Rays r, uint count) {
     return max(r.squares / n - mean * mean, 0.0) <= chance * chance * n;
 }
 
-// Through a flattened drop that moves, rays find the bright sources themselves. They are spread over all that passes over the pixel
-// while they meet it, and the environment is blurred by their spacing on this part of that. By less, a lamp is dots in place of a line;
-// by all, it is a quarter too bright.
+// Through a flattened drop, rays find the bright sources themselves. A pixel's rays are spread over all that a lens and the drop's way
+// bring before it; the environment is blurred by their spacing on this part of that. With less a lamp is missed, or dots in place of
+// a line; with all it is up to a quarter too bright.
 const float SPREAD = 0.5;
+
+// How far so many rays are apart, in a drop's radii: they are spread over `area` squared pixels, and by lens and way over `beyond`.
+float ray_spacing(float area, float beyond, float pixels, uint rays) {
+    return clamp(0.25 * pixels, 0.5, 1.0) * sqrt((area + SPREAD * beyond) / float(rays)) / pixels;
+}
+
+// Pixels by which a drop moves across a ray.
+float way_across(vec3 d, vec3 motion, float radius, float pixels) {
+    return pixels / radius * length(cross(d, motion));
+}
 
 // When a ray meets the sphere, as parts of the exposure from its middle on; empty: none. `nearest`: when it is nearest.
 vec2 times_met(vec3 d, vec3 center, vec3 motion, float radius, out float nearest) {
@@ -101,12 +111,12 @@ vec2 turned_of(vec2 corner, vec2 moved) {
 uint moving_color(vec2 corner, vec2 low, vec2 high, vec4 sphere, Body body, vec3 motion, float pixels, vec2 moved, float behind, out float covered) {
     mat3 world = mat3(frame.right.xyz, frame.up.xyz, frame.back.xyz);
     vec2 extent = high - low, turned = turned_of(corner, moved);
-    uint least = rays_of(normalize(ray_through(0.5 * (low + high))), motion, sphere.w), rays = 0u;
-    float step = clamp(0.25 * pixels, 0.5, 1.0) * sqrt(extent.x * extent.y / float(least)) / pixels;
+    vec3 middle = normalize(ray_through(0.5 * (low + high)));
+    uint least = rays_of(middle, motion, sphere.w), rays = 0u;
+    float area = extent.x * extent.y, way = sqrt(area) * way_across(middle, motion, sphere.w, pixels);
+    float step = ray_spacing(area, 0.0, pixels, least);
     covered = 0.0;
     Rays mean = Rays(vec3(0.0), 0.0, 0.0, 0.0);
-    // How many times the pixel's side its way is.
-    float way = pixels / sphere.w * length(cross(normalize(sphere.xyz), motion)) / sqrt(extent.x * extent.y);
     for (; rays < MOST_MOVING_RAYS && (rays < least || !is_known(mean, rays)); ++rays) {
         vec3 d = normalize(ray_through(low + fract(vec2(0.75487767, 0.56984029) * float(rays) + turned) * extent));
         float nearest;
@@ -123,7 +133,7 @@ uint moving_color(vec2 corner, vec2 low, vec2 high, vec4 sphere, Body body, vec3
         if (body.is_flat) {
             RayInShape flat_ray = ray_in_shape(body, to_ray, d);
             if (HAS_DEPTH != 0u && dot(d, center) + sphere.w * front_in(flat_ray, body) >= behind) share = 0.0;
-            light = light_in(flat_ray, body, world, step * sqrt(1.0 + SPREAD * share * way));
+            light = light_in(flat_ray, body, world, ray_spacing(area, share * way, pixels, least));
         } else {
             float cosine = sqrt((1.0 - held) * (1.0 + held));
             if (HAS_DEPTH != 0u && dot(d, center) - sphere.w * cosine >= behind) share = 0.0;
