@@ -2,9 +2,9 @@
 
 pub mod bench;
 #[cfg(feature = "cli")]
-pub mod clocks;
+pub(crate) mod chart;
 #[cfg(feature = "cli")]
-pub(crate) mod colors;
+pub mod clocks;
 pub mod costs;
 pub mod drivers;
 mod host;

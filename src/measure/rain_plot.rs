@@ -3,7 +3,7 @@
 use plotters::prelude::*;
 
 use crate::Result;
-use crate::error::PlotFailed;
+use crate::measure::chart::{self, Area, Drawn};
 use crate::rain::cells::Lattice;
 use crate::scene::real_rain::RealRain;
 use crate::thousands::thousands_of;
@@ -48,23 +48,14 @@ fn diameters(lattice: &Lattice, cells: i64) -> impl Iterator<Item = f64> {
 /// # Errors
 /// [`crate::Error::Plot`].
 pub fn svg(rain: &RealRain, seed: u64, drops: f64) -> Result<String> {
-    let mut text = String::new();
-    draw(&distribution(rain, seed, drops), rain, drops, &mut text)?;
-    Ok(text)
+    chart::svg((800, 520), |root| draw(&distribution(rain, seed, drops), rain, drops, root))
 }
 
-fn draw(
-    distribution: &Distribution,
-    rain: &RealRain,
-    drops: f64,
-    text: &mut String,
-) -> Result<(), PlotFailed> {
-    let area = SVGBackend::with_string(text, (800, 520)).into_drawing_area();
-    area.fill(&WHITE)?;
+fn draw(distribution: &Distribution, rain: &RealRain, drops: f64, area: &Area<'_>) -> Drawn {
     let Distribution { edges, asked, found } = distribution;
     let all = || asked.iter().chain(found).copied().filter(|value| *value > 0.0);
     let (least, most) = all().fold((f64::MAX, 0.0_f64), |(a, b), v| (a.min(v), b.max(v)));
-    let mut chart = ChartBuilder::on(&area)
+    let mut chart = ChartBuilder::on(area)
         .caption(format!("{} mm/h, {}", rain.rate, rain.sizes), ("sans-serif", 20))
         .margin(12)
         .x_label_area_size(44)
@@ -95,6 +86,5 @@ fn draw(
         .border_style(BLACK)
         .position(SeriesLabelPosition::UpperRight)
         .draw()?;
-    area.present()?;
     Ok(())
 }

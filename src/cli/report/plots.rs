@@ -6,7 +6,7 @@ use plotters::style::BLACK;
 
 use super::TradeoffRow;
 use crate::measure::bench::{self, Row};
-use crate::measure::colors::PRESETS;
+use crate::measure::chart::PRESETS;
 use crate::measure::verdict;
 use crate::thousands::{thousands, thousands_of};
 

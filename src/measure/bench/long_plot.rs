@@ -1,13 +1,12 @@
 //! A long measurement as a picture: frame times, memory, and the device's clock and the machine's load where
 //! they were measured, over time.
 
-use plotters::coord::Shift;
 use plotters::prelude::*;
 
 use super::over_time::{OverTime, Stretch};
 use super::report::{Report, Row};
 use crate::Result;
-use crate::error::PlotFailed;
+use crate::measure::chart::{self, Area, Drawn};
 use crate::thousands::counted;
 
 const WIDTH: u32 = 820;
@@ -31,9 +30,7 @@ type Curve = (&'static str, RGBColor, Vec<(f64, f64)>);
 pub fn long_plot(report: &Report) -> Result<Option<String>> {
     let mut long = report.rows.iter().filter_map(|row| Some((row, row.over_time.as_ref()?)));
     let Some((row, over_time)) = long.next() else { return Ok(None) };
-    let mut svg = String::new();
-    draw(report, row, over_time, &mut svg)?;
-    Ok(Some(svg))
+    draw(report, row, over_time).map(Some)
 }
 
 /// A time in the unit that the whole is read in.
@@ -52,12 +49,7 @@ fn points(over_time: &OverTime, value: impl Fn(&Stretch) -> Option<f64>) -> Vec<
     over_time.stretches.iter().filter_map(point).collect()
 }
 
-fn draw(
-    report: &Report,
-    row: &Row,
-    over_time: &OverTime,
-    svg: &mut String,
-) -> std::result::Result<(), PlotFailed> {
+fn draw(report: &Report, row: &Row, over_time: &OverTime) -> Result<String> {
     const MIB: f64 = 1024.0 * 1024.0;
     let of = |value: fn(&Stretch) -> Option<f64>| points(over_time, value);
     let mut panels: Vec<(&str, Vec<Curve>)> = vec![
@@ -79,14 +71,6 @@ fn draw(
         panels.push(("load", vec![("load of the machine", GREY, load)]));
     }
     let height = HEAD + PANEL * panels.len() as u32 + FOOT;
-    let root = SVGBackend::with_string(svg, (WIDTH, height)).into_drawing_area();
-    root.fill(&WHITE)?;
-    let (head, rest) = root.split_vertically(HEAD);
-    let (area, foot) = rest.split_vertically(height - HEAD - FOOT);
-    head.draw(&Text::new(format!("{} over time", row.name()), (16, 12), ("sans-serif", 18)))?;
-    for (place, (name, curves)) in area.split_evenly((panels.len(), 1)).iter().zip(&panels) {
-        panel(place, name, curves, over_time)?;
-    }
     let clock = if over_time.stretches.iter().any(|stretch| stretch.clock_mhz.is_some()) {
         ""
     } else {
@@ -98,17 +82,19 @@ fn draw(
         report.host.cpu,
         counted(report.host.cores as u64, "core")
     );
-    foot.draw(&Text::new(line, (16, 8), ("sans-serif", 13)))?;
-    root.present()?;
-    Ok(())
+    chart::svg((WIDTH, height), |root| {
+        let (head, rest) = root.split_vertically(HEAD);
+        let (area, foot) = rest.split_vertically(height - HEAD - FOOT);
+        head.draw(&Text::new(format!("{} over time", row.name()), (16, 12), ("sans-serif", 18)))?;
+        for (place, (name, curves)) in area.split_evenly((panels.len(), 1)).iter().zip(&panels) {
+            panel(place, name, curves, over_time)?;
+        }
+        foot.draw(&Text::new(line, (16, 8), ("sans-serif", 13)))?;
+        Ok(())
+    })
 }
 
-fn panel(
-    area: &DrawingArea<SVGBackend<'_>, Shift>,
-    name: &str,
-    curves: &[Curve],
-    over_time: &OverTime,
-) -> std::result::Result<(), PlotFailed> {
+fn panel(area: &Area<'_>, name: &str, curves: &[Curve], over_time: &OverTime) -> Drawn {
     let (scale, unit) = unit(over_time.duration_s);
     let is_time = name == "ms a frame";
     let values = curves.iter().flat_map(|(.., points)| points.iter().map(|point| point.1));
@@ -144,11 +130,7 @@ fn panel(
             .legend(|(x, y)| Rectangle::new([(x, y - 5), (x + 16, y + 5)], BLUE.mix(0.2).filled()));
     }
     for (name, color, points) in curves {
-        let color = *color;
-        chart
-            .draw_series(LineSeries::new(points.iter().copied(), color.stroke_width(2)))?
-            .label(*name)
-            .legend(move |(x, y)| PathElement::new([(x, y), (x + 16, y)], color.stroke_width(2)));
+        chart::curve(&mut chart, *name, color.stroke_width(2), points)?;
     }
     if let Some(from) = over_time.steady_from_s.filter(|_| is_time) {
         let line = [(from / scale, 0.0), (from / scale, top)];
@@ -161,11 +143,5 @@ fn panel(
         return Ok(());
     }
     let (above, beside) = (SeriesLabelPosition::UpperRight, SeriesLabelPosition::MiddleRight);
-    chart
-        .configure_series_labels()
-        .position(if is_time { above } else { beside })
-        .background_style(WHITE.mix(0.8))
-        .label_font(("sans-serif", 13))
-        .draw()?;
-    Ok(())
+    chart::legend(&mut chart, if is_time { above } else { beside }, 13)
 }

@@ -25,8 +25,6 @@ pub use long_plot::long_plot;
 pub use measure::{Effort, Measured, Variant, measure};
 pub use over_time::{OverTime, Stretch, Trend};
 #[cfg(feature = "cli")]
-pub(crate) use plot::label;
-#[cfg(feature = "cli")]
 pub use plot::plot;
 pub use read::{of_schema, of_value, read, read_json};
 pub use report::{Build, DeviceHead, Parts, Report, Round, Row, SCHEMA};

@@ -4,9 +4,8 @@ use plotters::prelude::*;
 
 use super::report::{Report, Row};
 use crate::Result;
-use crate::error::PlotFailed;
-use crate::measure::colors::of_preset;
-use crate::thousands::{counted, thousands};
+use crate::measure::chart::{self, Area, Drawn, of_preset};
+use crate::thousands::counted;
 
 /// Size in the plot's units.
 const SIZE: (u32, u32) = (820, 560);
@@ -34,22 +33,10 @@ const BY_RATE: &str = "Frames a second by rain rate, tone mapped";
 /// # Errors
 /// [`crate::Error::Plot`].
 pub fn plot(report: &Report) -> Result<String> {
-    let mut svg = String::new();
-    draw(report, &mut svg)?;
-    Ok(svg)
+    chart::svg(SIZE, |root| draw(report, root))
 }
 
-/// A number on a logarithmic axis: 1, 2 and 5 and their tenfolds; the others have no room.
-pub(crate) fn label(value: f64) -> String {
-    let leading = value / 10f64.powf(value.log10().floor());
-    match leading.round() as u32 {
-        1 | 2 | 5 | 10 if value >= 1.0 => thousands(value.round() as u64),
-        1 | 2 | 5 | 10 => format!("{value:.1}"),
-        _ => String::new(),
-    }
-}
-
-fn draw(report: &Report, svg: &mut String) -> std::result::Result<(), PlotFailed> {
+fn draw(report: &Report, root: &Area<'_>) -> Drawn {
     let rows: Vec<&Row> = report.rows.iter().filter(|row| row.tone_map).collect();
     let mut presets: Vec<&str> = rows.iter().map(|row| row.preset.as_str()).collect();
     presets.sort_unstable();
@@ -66,8 +53,6 @@ fn draw(report: &Report, svg: &mut String) -> std::result::Result<(), PlotFailed
         0.8 * low..1.2 * all.iter().map(value).fold(0.0, f64::max)
     };
 
-    let root = SVGBackend::with_string(svg, SIZE).into_drawing_area();
-    root.fill(&WHITE)?;
     let (area, foot) = root.split_vertically(SIZE.1 - FOOT);
     let mut chart = ChartBuilder::on(&area)
         .caption(if is_rate { BY_RATE } else { BY_DROPS }, ("sans-serif", 20))
@@ -75,44 +60,22 @@ fn draw(report: &Report, svg: &mut String) -> std::result::Result<(), PlotFailed
         .x_label_area_size(36)
         .y_label_area_size(52)
         .build_cartesian_2d(range(|p| p.0).log_scale(), range(|p| p.1).log_scale())?;
-    chart
-        .configure_mesh()
-        .light_line_style(TRANSPARENT)
-        .x_desc(if is_rate { "rain in mm/h" } else { "drops" })
-        .y_desc("frames a second")
-        .x_label_formatter(&|drops| label(*drops))
-        .y_label_formatter(&|fps| label(*fps))
-        .label_style(("sans-serif", 13))
-        .axis_desc_style(("sans-serif", 14))
-        .draw()?;
+    let along = if is_rate { "rain in mm/h" } else { "drops" };
+    chart::logarithmic_axes(&mut chart, [along, "frames a second"], None)?;
     for (number, (name, points)) in papers.iter().enumerate() {
         let grey = RGBColor(110, 110, 110).mix(1.0 - 0.25 * number as f64);
         let points = points.map(|(drops, fps)| (f64::from(drops), fps));
-        let circles = points.map(|point| Circle::new(point, 3, grey.stroke_width(1)));
-        chart
-            .draw_series(LineSeries::new(points, grey))?
-            .label(format!("{name}, 2011"))
-            .legend(move |(x, y)| PathElement::new([(x, y), (x + 16, y)], grey));
-        chart.draw_series(circles)?;
+        chart::curve(&mut chart, format!("{name}, 2011"), grey.into(), &points)?;
+        chart::circles(&mut chart, 3, grey.stroke_width(1), &points)?;
     }
     for preset in presets {
         let color = of_preset(preset);
         let of_preset = rows.iter().filter(|row| row.preset == preset);
         let points: Vec<(f64, f64)> = of_preset.map(place).collect();
-        let circles: Vec<_> =
-            points.iter().map(|point| Circle::new(*point, 4, color.filled())).collect();
-        chart
-            .draw_series(LineSeries::new(points, color.stroke_width(2)))?
-            .label(preset)
-            .legend(move |(x, y)| PathElement::new([(x, y), (x + 16, y)], color.stroke_width(2)));
-        chart.draw_series(circles)?;
+        chart::curve(&mut chart, preset, color.stroke_width(2), &points)?;
+        chart::circles(&mut chart, 4, color.filled(), &points)?;
     }
-    chart
-        .configure_series_labels()
-        .position(SeriesLabelPosition::UpperRight)
-        .background_style(WHITE.mix(0.8))
-        .label_font(("sans-serif", 13))
-        .draw()?;
+    chart::legend(&mut chart, SeriesLabelPosition::UpperRight, 13)?;
     let (device, host) = (&report.device, &report.host);
     let (width, height) = rows.first().map_or((0, 0), |row| (row.width, row.height));
     let load = host.load.map_or(String::new(), |load| format!(", load {load}"));
@@ -124,6 +87,5 @@ fn draw(report: &Report, svg: &mut String) -> std::result::Result<(), PlotFailed
         counted(host.cores as u64, "core")
     );
     foot.draw(&Text::new(line, (16, 8), ("sans-serif", 13)))?;
-    root.present()?;
     Ok(())
 }

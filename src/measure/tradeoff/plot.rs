@@ -4,9 +4,7 @@ use plotters::prelude::*;
 
 use super::report::{Report, Row};
 use crate::Result;
-use crate::error::PlotFailed;
-use crate::measure::bench::label;
-use crate::measure::colors::PRESETS;
+use crate::measure::chart::{self, Area, Drawn, PRESETS};
 
 /// Size of a panel in the plot's units.
 const PANEL: (u32, u32) = (560, 420);
@@ -22,18 +20,15 @@ const LETTER: (f64, f64) = (5.5, 12.0);
 /// # Errors
 /// [`crate::Error::Plot`] if it cannot be drawn, with the reason.
 pub fn plot(report: &Report) -> Result<String> {
-    let mut svg = String::new();
-    draw(report, &mut svg)?;
-    Ok(svg)
-}
-
-fn draw(report: &Report, svg: &mut String) -> std::result::Result<(), PlotFailed> {
     let mut scenes: Vec<&str> = report.rows.iter().map(|row| row.scene.as_str()).collect();
     scenes.dedup();
     let (columns, lines) = (COLUMNS.min(scenes.len().max(1)), scenes.len().div_ceil(COLUMNS));
     let size = (PANEL.0 * columns as u32, PANEL.1 * lines.max(1) as u32 + FOOT);
-    let root = SVGBackend::with_string(svg, size).into_drawing_area();
-    root.fill(&WHITE)?;
+    chart::svg(size, |root| draw(report, &scenes, [columns, lines], root))
+}
+
+fn draw(report: &Report, scenes: &[&str], [columns, lines]: [usize; 2], root: &Area<'_>) -> Drawn {
+    let size = root.dim_in_pixel();
     let (panels, foot) = root.split_vertically(size.1 - FOOT);
     for (scene, area) in scenes.iter().zip(panels.split_evenly((lines.max(1), columns))) {
         let rows: Vec<&Row> = report.rows.iter().filter(|row| row.scene == *scene).collect();
@@ -50,13 +45,10 @@ fn draw(report: &Report, svg: &mut String) -> std::result::Result<(), PlotFailed
     for (line, down) in lines.into_iter().zip([2, 20]) {
         foot.draw(&Text::new(line, (16, down), ("sans-serif", 14)))?;
     }
-    root.present()?;
     Ok(())
 }
 
-type Area<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
-
-fn panel(scene: &str, rows: &[&Row], area: &Area<'_>) -> std::result::Result<(), PlotFailed> {
+fn panel(scene: &str, rows: &[&Row], area: &Area<'_>) -> Drawn {
     // A model without error has no place on a logarithmic axis: a hundredth of a grey level stands in.
     // Speeds are of models measured in turn, and the front is theirs; times alone are of different minutes.
     let base = rows.iter().find(|row| row.speed == 1.0).map_or(1.0, |row| row.median_ms);
@@ -74,18 +66,9 @@ fn panel(scene: &str, rows: &[&Row], area: &Area<'_>) -> std::result::Result<(),
         .x_label_area_size(36)
         .y_label_area_size(52)
         .build_cartesian_2d(times.clone().log_scale(), errors.clone().log_scale())?;
-    chart
-        .configure_mesh()
-        .light_line_style(TRANSPARENT)
-        .x_labels(6)
-        .y_labels(6)
-        .x_desc("ms a frame: the first model's, divided by the speed")
-        .y_desc("RMS error, grey levels of 255")
-        .x_label_formatter(&|ms| label(*ms))
-        .y_label_formatter(&|rms| label(*rms))
-        .label_style(("sans-serif", 13))
-        .axis_desc_style(("sans-serif", 14))
-        .draw()?;
+    let axes =
+        ["ms a frame: the first model's, divided by the speed", "RMS error, grey levels of 255"];
+    chart::logarithmic_axes(&mut chart, axes, Some(6))?;
     let mut front: Vec<(f64, f64)> =
         rows.iter().filter(|row| row.pareto).map(|row| place(row)).collect();
     front.sort_by(|a, b| a.0.total_cmp(&b.0));

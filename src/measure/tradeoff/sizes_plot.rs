@@ -4,9 +4,7 @@ use plotters::prelude::*;
 
 use super::sizes::SizeRow;
 use crate::Result;
-use crate::error::PlotFailed;
-use crate::measure::bench::label;
-use crate::measure::colors::of_preset;
+use crate::measure::chart::{self, Area, Drawn, of_preset};
 
 /// Size of both panels in the plot's units, and the width of each.
 const SIZE: (u32, u32) = (1120, 480);
@@ -42,23 +40,13 @@ fn left_out() -> [(&'static str, &'static str, RGBColor); 4] {
 /// # Errors
 /// [`crate::Error::Plot`].
 pub fn sizes_plot(rows: &[SizeRow]) -> Result<String> {
-    let mut svg = String::new();
-    draw(rows, &mut svg)?;
-    Ok(svg)
-}
-
-fn draw(rows: &[SizeRow], svg: &mut String) -> std::result::Result<(), PlotFailed> {
-    let root = SVGBackend::with_string(svg, SIZE).into_drawing_area();
-    root.fill(&WHITE)?;
-    let (ways_area, left_area) = root.split_horizontally(PANEL);
     let (below, above) = (SeriesLabelPosition::LowerLeft, SeriesLabelPosition::UpperLeft);
-    panel("By how the light is found", rows, &ways(), below, &ways_area)?;
-    panel("By what light is left out, else converged", rows, &left_out(), above, &left_area)?;
-    root.present()?;
-    Ok(())
+    chart::svg(SIZE, |root| {
+        let (ways_area, left_area) = root.split_horizontally(PANEL);
+        panel("By how the light is found", rows, &ways(), below, &ways_area)?;
+        panel("By what light is left out, else converged", rows, &left_out(), above, &left_area)
+    })
 }
-
-type Area<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
 
 /// A row's place: its radius, and its error in grey levels; of none a hundredth, which has a place on the axis.
 fn place(row: &SizeRow) -> (f64, f64) {
@@ -71,7 +59,7 @@ fn panel(
     curves: &[(&str, &str, RGBColor)],
     names: SeriesLabelPosition,
     area: &Area<'_>,
-) -> std::result::Result<(), PlotFailed> {
+) -> Drawn {
     let range = |value: fn(&SizeRow) -> f64, room: (f64, f64)| {
         let low = rows.iter().map(value).fold(f64::INFINITY, f64::min);
         room.0 * low..room.1 * rows.iter().map(value).fold(0.0, f64::max)
@@ -87,33 +75,13 @@ fn panel(
             range(|row| place(row).0, (0.8, 1.2)).log_scale(),
             errors.log_scale(),
         )?;
-    chart
-        .configure_mesh()
-        .light_line_style(TRANSPARENT)
-        .x_desc("radius in pixels")
-        .y_desc("RMS error, grey levels of 255")
-        .x_label_formatter(&|radius| label(*radius))
-        .y_label_formatter(&|rms| label(*rms))
-        .label_style(("sans-serif", 13))
-        .axis_desc_style(("sans-serif", 14))
-        .draw()?;
+    let axes = ["radius in pixels", "RMS error, grey levels of 255"];
+    chart::logarithmic_axes(&mut chart, axes, None)?;
     for (model, name, color) in curves {
         let of_model = rows.iter().filter(|row| row.model == *model).map(place);
         let points: Vec<(f64, f64)> = of_model.collect();
-        let style = color.stroke_width(2);
-        let circles: Vec<_> =
-            points.iter().map(|point| Circle::new(*point, 3, color.filled())).collect();
-        chart
-            .draw_series(LineSeries::new(points, style))?
-            .label(*name)
-            .legend(move |(x, y)| PathElement::new([(x, y), (x + 16, y)], style));
-        chart.draw_series(circles)?;
+        chart::curve(&mut chart, *name, color.stroke_width(2), &points)?;
+        chart::circles(&mut chart, 3, color.filled(), &points)?;
     }
-    chart
-        .configure_series_labels()
-        .position(names)
-        .background_style(WHITE.mix(0.8))
-        .label_font(("sans-serif", 12))
-        .draw()?;
-    Ok(())
+    chart::legend(&mut chart, names, 12)
 }
