@@ -127,15 +127,15 @@ impl GateArgs {
     pub fn settle(&self, report: &mut Report) -> crate::Result<()> {
         let counts = Verdict::ALL.map(|verdict| (verdict.name().into(), report.count(verdict)));
         report.counts = counts.into_iter().collect();
-        report.failed = self.failed(report)?;
         let expected = self.expected(report)?;
+        report.failed = self.failed(report, expected.as_ref());
         report.bounds = expected.as_ref().and_then(DeviceExpectations::bounds);
+        let Some(expected) = expected else { return Ok(()) };
         if self.fail_unused {
-            let unused = expected.map_or(Vec::new(), |all| all.unused(report));
-            report.failed.extend(unused);
+            report.failed.extend(expected.unused(report));
         }
-        let outcomes = self.outcomes(report)?;
-        for (row, outcome) in report.rows.iter_mut().zip(outcomes.iter().flatten()) {
+        let outcomes = outcomes(report, &expected);
+        for (row, outcome) in report.rows.iter_mut().zip(outcomes) {
             row.outcome = Some(outcome.name().into());
             if outcome.is_unexpected() {
                 report.failed.push(format!("{} ({})", row.name, outcome.name()));
@@ -147,26 +147,25 @@ impl GateArgs {
     /// Holds reports that are settled against what is expected, writes JUnit's file, and answers by the gate. Says on
     /// stderr which rows did not simply pass.
     pub fn judge(&self, reports: &[&Report]) -> anyhow::Result<Answer> {
-        let all = reports.iter().map(|report| self.outcomes(report));
-        let outcomes = all.collect::<crate::Result<Vec<_>>>()?;
-        for (report, outcomes) in reports.iter().zip(&outcomes) {
-            let (Some(path), Some(outcomes)) = (&self.expect, outcomes) else { continue };
-            say_outcomes(report, outcomes);
-            let unused = self.expected(report)?.map(|all| all.unused(report));
+        let (mut failed, mut all_outcomes) = (Vec::new(), Vec::new());
+        for report in reports {
+            let expected = self.expected(report)?;
+            failed.extend(self.failed(report, expected.as_ref()));
+            let of_rows = expected.as_ref().map(|all| outcomes(report, all));
+            say_outcomes(report, of_rows.as_deref().unwrap_or_default());
+            all_outcomes.push(of_rows);
+            let (Some(path), Some(expected)) = (&self.expect, expected) else { continue };
             let kind = match self.fail_unused {
                 true => Kind::Failure,
                 false => Kind::Remark(Severity::Note),
             };
-            for what in unused.into_iter().flatten() {
+            for what in expected.unused(report) {
                 line(kind, &format!("{}: {what}", path.display()));
             }
         }
         if let Some(path) = &self.junit {
-            junit::write(path, reports.iter().copied().zip(&outcomes))?;
+            junit::write(path, reports.iter().copied().zip(&all_outcomes))?;
         }
-        let failed: Vec<_> =
-            reports.iter().map(|report| self.failed(report)).collect::<crate::Result<_>>()?;
-        let failed = failed.concat();
         if !failed.is_empty() {
             failure!("{}", failed.join("; "));
         } else if self.fail_above.is_none() && self.expect.is_none() {
@@ -187,8 +186,7 @@ impl GateArgs {
 
     /// The rows that `--fail-above`, `--fail-undecided` and `--fail-missing` fail. Those that a file of expectations lists are
     /// left to it.
-    fn failed(&self, report: &Report) -> crate::Result<Vec<String>> {
-        let expected = self.expected(report)?;
+    fn failed(&self, report: &Report, expected: Option<&DeviceExpectations>) -> Vec<String> {
         let is_bounded = self.fail_above.is_some();
         let fails = |row: &&VerdictRow| match row.verdict {
             Verdict::Slower | Verdict::Different => is_bounded,
@@ -196,22 +194,16 @@ impl GateArgs {
             Verdict::Undecided => {
                 let is_decided =
                     |all: &DeviceExpectations| !matches!(all.judge(row), Outcome::Undecided(_));
-                self.fail_undecided && !expected.as_ref().is_some_and(is_decided)
+                self.fail_undecided && !expected.is_some_and(is_decided)
             }
             Verdict::Faster | Verdict::Same => false,
         };
         let rows = report.rows.iter().filter(fails).map(|row| (&row.name, row.verdict.name()));
         let missing = report.missing.iter().filter(|_| self.fails_missing());
         let rows = rows.chain(missing.map(|row| (&row.name, MissingRow::VERDICT)));
-        let is_listed = |name: &str| expected.as_ref().is_some_and(|all| all.lists(name));
+        let is_listed = |name: &str| expected.is_some_and(|all| all.lists(name));
         let rows = rows.filter(|(name, _)| !is_listed(name));
-        Ok(rows.map(|(name, why)| format!("{name} ({why})")).collect())
-    }
-
-    /// What became of each row by the expectations file; none where there is no file.
-    fn outcomes(&self, report: &Report) -> crate::Result<Option<Vec<Outcome>>> {
-        let expected = self.expected(report)?;
-        Ok(expected.map(|all| report.rows.iter().map(|row| all.judge(row)).collect()))
+        rows.map(|(name, why)| format!("{name} ({why})")).collect()
     }
 
     /// What is expected of a report's device; none where there is no file.
@@ -219,6 +211,11 @@ impl GateArgs {
         let Some(path) = &self.expect else { return Ok(None) };
         Ok(Some(Expectations::load(path)?.of(path, &report.b.device)?.clone()))
     }
+}
+
+/// What became of each row by what is expected.
+fn outcomes(report: &Report, expected: &DeviceExpectations) -> Vec<Outcome> {
+    report.rows.iter().map(|row| expected.judge(row)).collect()
 }
 
 /// Says on stderr what became of the rows that did not simply pass.
