@@ -144,11 +144,14 @@ fn parts_have_the_lines_of_the_whole() {
 /// Flattened drops of real rain, whose rays are spread by chance: exposed, and through a lens.
 #[test]
 fn parts_of_real_rain_have_the_chances_of_the_whole() {
-    let rain = RealRain { rate: 300.0, diameters: [3.0, 6.0], extent: 20.0, ..RealRain::default() };
     on_device(|device| {
-        for (preset, shutter, aperture) in
-            [(Preset::Fast, 1e-3, 0.0), (Preset::Exact, 1e-3, 0.0), (Preset::Exact, 0.0, 0.02)]
-        {
+        for (preset, rate, shutter, aperture) in [
+            (Preset::Fast, 300.0, 1e-3, 0.0),
+            (Preset::Exact, 60.0, 1e-3, 0.0),
+            (Preset::Exact, 60.0, 0.0, 0.02),
+        ] {
+            let rain =
+                RealRain { rate, diameters: [3.0, 6.0], extent: 20.0, ..RealRain::default() };
             let mut scene = Scene { drops: Vec::new(), ..scene(preset) };
             scene.rain = Some(RainSettings::of(rain));
             scene.camera.vertical_fov = 10.0;
