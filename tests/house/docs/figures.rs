@@ -266,12 +266,18 @@ fn what_is_said_of_the_tradeoff_holds() {
         assert!(exact.0 < 0.5, "{scene}: exact takes at least twice as long as paper");
         match scene {
             "far" | "sun" | "low range" => {
-                assert!(fast.0 > 5.0, "{scene}: fast is over five times as fast")
+                assert!(fast.0 > 3.9, "{scene}: fast is about four times as fast")
             }
             _ => assert!(
-                fast.0 > 0.75 && fast.1 < 0.5 * paper,
-                "{scene}: fast takes a third longer at most, with half of the error"
+                fast.0 > 0.66 && fast.1 < 0.5 * paper,
+                "{scene}: fast takes half longer at most, with half of the error"
             ),
+        }
+    }
+    for (scene, said) in [("sun", [5.3, 1.22, 4.3, 1.19]), ("low range", [4.9, 0.85, 4.0, 0.81])] {
+        let (few, many) = (of(scene, "fast samples 4"), of(scene, "fast"));
+        for (is, said) in [few.0, few.1, many.0, many.1].into_iter().zip(said) {
+            assert!((is - said).abs() < 0.051, "{scene}: {is:.2} of many rays and few, not {said}");
         }
     }
     let (near, far) = (of("close-up", "paper closed-form"), of("far", "paper closed-form"));
