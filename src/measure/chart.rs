@@ -17,6 +17,10 @@ pub(crate) type Drawn = std::result::Result<(), PlotFailed>;
 /// A pair of axes and what is drawn in it.
 type Chart<'a, 'b, X, Y> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<X, Y>>;
 
+/// An axis of numbers.
+pub(crate) trait Axis: Ranged<ValueType = f64> + ValueFormatter<f64> {}
+impl<T: Ranged<ValueType = f64> + ValueFormatter<f64>> Axis for T {}
+
 /// SVG of a size, white where nothing is drawn.
 ///
 /// # Errors
@@ -43,15 +47,11 @@ pub(crate) fn label(value: f64) -> String {
 }
 
 /// What two logarithmic axes are of, and their lines. `ticks`: about how many numbers each has, none for as many as have room.
-pub(crate) fn logarithmic_axes<X, Y>(
+pub(crate) fn logarithmic_axes<X: Axis, Y: Axis>(
     chart: &mut Chart<'_, '_, X, Y>,
     [across, up]: [&str; 2],
     ticks: Option<usize>,
-) -> Drawn
-where
-    X: Ranged<ValueType = f64> + ValueFormatter<f64>,
-    Y: Ranged<ValueType = f64> + ValueFormatter<f64>,
-{
+) -> Drawn {
     let (of_x, of_y) = (|x: &f64| label(*x), |y: &f64| label(*y));
     let mut mesh = chart.configure_mesh();
     if let Some(ticks) = ticks {
@@ -64,16 +64,12 @@ where
 }
 
 /// A line through points, with a place in the legend.
-pub(crate) fn curve<X, Y>(
+pub(crate) fn curve<X: Axis, Y: Axis>(
     chart: &mut Chart<'_, '_, X, Y>,
     name: impl Into<String>,
     style: ShapeStyle,
     points: &[(f64, f64)],
-) -> Drawn
-where
-    X: Ranged<ValueType = f64>,
-    Y: Ranged<ValueType = f64>,
-{
+) -> Drawn {
     chart
         .draw_series(LineSeries::new(points.iter().copied(), style))?
         .label(name)
@@ -82,30 +78,22 @@ where
 }
 
 /// A circle at each point.
-pub(crate) fn circles<X, Y>(
+pub(crate) fn circles<X: Axis, Y: Axis>(
     chart: &mut Chart<'_, '_, X, Y>,
     radius: u32,
     style: ShapeStyle,
     points: &[(f64, f64)],
-) -> Drawn
-where
-    X: Ranged<ValueType = f64>,
-    Y: Ranged<ValueType = f64>,
-{
+) -> Drawn {
     chart.draw_series(points.iter().map(|point| Circle::new(*point, radius, style)))?;
     Ok(())
 }
 
 /// The names of the curves, over a paper that lets a fifth of what is behind shine through.
-pub(crate) fn legend<'a, 'b: 'a, X, Y>(
+pub(crate) fn legend<'a, 'b: 'a, X: Axis, Y: Axis>(
     chart: &mut Chart<'a, 'b, X, Y>,
     place: SeriesLabelPosition,
     size: u32,
-) -> Drawn
-where
-    X: Ranged<ValueType = f64>,
-    Y: Ranged<ValueType = f64>,
-{
+) -> Drawn {
     let mut names = chart.configure_series_labels();
     names.position(place).background_style(WHITE.mix(0.8)).label_font(("sans-serif", size));
     names.draw()?;
