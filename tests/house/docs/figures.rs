@@ -258,21 +258,17 @@ fn what_is_said_of_the_tradeoff_holds() {
             );
         }
         let (fast, exact) = (of(scene, "fast"), of(scene, "exact"));
-        assert!(
-            (exact.1 < fast.1 || scene == "sun") && fast.1 < 0.7 * paper,
-            "{scene}: exact is truer than fast, fast than paper"
-        );
+        assert!(exact.1 < fast.1 || scene == "sun", "{scene}: exact is truer than fast");
         assert!(exact.1 < 1.1 * fast.1, "{scene}: exact is not a tenth worse than fast");
         assert!(exact.0 < 0.5, "{scene}: exact takes at least twice as long as paper");
-        match scene {
-            "far" | "sun" | "low range" => {
-                assert!(fast.0 > 3.9, "{scene}: fast is about four times as fast")
-            }
-            _ => assert!(
-                fast.0 > 0.66 && fast.1 < 0.5 * paper,
-                "{scene}: fast takes half longer at most, with half of the error"
-            ),
-        }
+        let (least, most_error) = match scene {
+            "far" => (5.0, 0.7),
+            "sun" | "low range" => (3.9, 0.7),
+            "pan" => (0.75, 0.5),
+            _ => (0.66, 0.5),
+        };
+        assert!(fast.0 > least, "{scene}: fast is {least} times as fast");
+        assert!(fast.1 < most_error * paper, "{scene}: fast has {most_error} of the error");
     }
     for (scene, said) in [("sun", [5.3, 1.22, 4.3, 1.19]), ("low range", [4.9, 0.85, 4.0, 0.81])] {
         let (few, many) = (of(scene, "fast samples 4"), of(scene, "fast"));
