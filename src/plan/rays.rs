@@ -8,13 +8,15 @@ use crate::scene::model::Optics;
 /// affordable, else the last. The finest picture has 16 texels an edge, and above the last one sees them.
 const RAYS_PX: [f32; 4] = [1.5, 3.0, 6.0, MOST_RAYS_PX];
 pub(super) const MOST_RAYS_PX: f32 = 12.0;
-/// Rays are affordable over a radius if so many drops are, at most, times the squared radius: they cover some 9 times as many
-/// pixels, for in space as many drops are larger as the radius' inverse cube tells. 8,000 drops of Table II's
-/// scene are near that limit, and take two CPU cores a millisecond more. (With ten times as many, 125,000 took 49 ms where 21 do.)
-const AFFORDABLE: f64 = 100.0;
+/// Rays are affordable over a radius if the rain's drops over it, times the squared radius, are at most so many: they cover some
+/// 9 times as many pixels, for in space as many drops are larger as the radius' inverse cube tells. Of Table II's scene that is 8,000
+/// drops from 6 pixels on, and rays are a millisecond of a frame's 14 on two CPU cores. (From 1.5 pixels on they are 7.)
+const AFFORDABLE: f64 = 30.0;
 /// What is affordable of bubbles, in whose pictures light changes fast everywhere, not towards the rim alone. (918 bubbles of up to 12 pixels
 /// under a sky of lamps: RMS error 0.067 to 0.034, largest mean of 8 x 8 pixels 41 to 15 levels.)
 const AFFORDABLE_BUBBLES: f64 = 1_000.0;
+/// Most drops, and most bubbles, with a place of their own over which rays are affordable, of whatever size they are.
+const AFFORDABLE_PLACED: [u32; 2] = [44, 444];
 /// Most rays of a pixel in which a drop's light changes fast, as it does towards the rim; where rays are not affordable, all
 /// pixels have the samples of the model.
 const MOST_FAST_RAYS: u32 = 32;
@@ -51,11 +53,13 @@ fn affordable_px(scene: &Scene) -> Option<f32> {
     }
     let is_bubble = scene.indices().iter().all(|index| *index < 1.0);
     let most = if is_bubble { AFFORDABLE_BUBBLES } else { AFFORDABLE };
+    let placed = scene.placed_count();
     let is_affordable = |px: &f32| {
         let px = f64::from(*px);
-        px * px * demand::drops_above(scene, px) <= most
+        px * px * (demand::drops_above(scene, px) - f64::from(placed)) <= most
     };
-    RAYS_PX.into_iter().find(is_affordable)
+    let are_few = placed <= AFFORDABLE_PLACED[usize::from(is_bubble)];
+    RAYS_PX.into_iter().filter(|_| are_few).find(is_affordable)
 }
 
 #[cfg(test)]
@@ -82,6 +86,14 @@ mod tests {
         assert_eq!(rays("[rain]\nrate = 25.0"), (12.0, 1));
     }
 
+    /// From 1.5 pixels on rays would take as long as all else.
+    #[test]
+    fn fewer_drops_pay_for_rays_of_smaller_ones() {
+        for (count, from_px) in [(2_000, 1.5), (3_000, 3.0), (8_000, 6.0), (16_000, 12.0)] {
+            assert_eq!(rays(&format!("[rain]\ncount = {count}")), (from_px, 32), "{count} drops");
+        }
+    }
+
     #[test]
     fn more_bubbles_than_drops_are_drawn_by_rays() {
         let scene = "[rain]\ncount = 60000";
@@ -91,6 +103,10 @@ mod tests {
 
     #[test]
     fn a_few_drops_are_drawn_by_many_rays() {
-        assert_eq!(rays("[[drop]]\ncenter = [0.0, 0.0, -9.0]\nradius = 1.0"), (1.5, 32));
+        let drop = "[[drop]]\ncenter = [0.0, 0.0, -9.0]\nradius = 1.0\n";
+        for (count, drawn) in [(1, (1.5, 32)), (44, (1.5, 32)), (45, (12.0, 1))] {
+            assert_eq!(rays(&drop.repeat(count)), drawn, "{count} drops");
+        }
+        assert_eq!(rays(&format!("{drop}[rain]\ncount = 8000")), (6.0, 32));
     }
 }
