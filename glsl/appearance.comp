@@ -24,21 +24,22 @@ layout(push_constant) uniform Directions { vec4 planes[4]; };
 const float BEYOND_EDGES = 0.14;
 
 const uint FINEST = 16;  // texels an edge of the finest picture
-const uint SAMPLES = 2;  // an edge of a texel
+const uint SAMPLES = 8;  // of a texel towards the rim
 // More through a bubble: directions change without bound up to where all light is reflected, at a distance of its index.
-const uint BUBBLE_SAMPLES = 4;
+const uint BUBBLE_SAMPLES = 16;
 const float TEXEL = 2.0 / float(FINEST); // of the disc's radius
 // Squared distance from the middle up to which directions change so evenly that one sample's footprint holds a texel.
 const float EVEN = 0.75;
 
-// The point (s, t) of a texel's sample, within the unit disc where the drop is.
-vec2 sample_of(uvec2 texel, uint sub, uint samples) {
-    vec2 place = vec2(texel) + (vec2(sub % samples, sub / samples) + 0.5) / float(samples);
+// The point (s, t) of a texel's sample, by a lattice whose columns and rows have one each: seen along the radius, where
+// directions change fastest, they are at as many distances.
+vec2 sample_of(uvec2 texel, uint number, uint samples) {
+    vec2 place = vec2(texel) + (vec2(number, 5u * number % samples) + 0.5) / float(samples);
     return place * TEXEL - 1.0;
 }
 
-// The point (s, t) of the drop's disc seen along `n`, averaged over `step` in both; beyond the rim, the rim.
-vec3 light(vec2 st, float step, vec3 n, mat3 axes) {
+// The point (s, t) of the drop's disc, averaged over `step` in both; beyond the rim, the rim.
+vec3 light(vec2 st, float step, mat3 axes) {
     float far = length(st);
     float b = min(far, 0.9999);
     vec2 radial = far > 0.0 ? st / far : vec2(1.0, 0.0);
@@ -69,16 +70,16 @@ void main() {
         bool even = samples == SAMPLES && dot(middle, middle) < EVEN;
         // Its samples within the rim; a texel without any is filled by one at the rim, which weighs nearly nothing.
         uint within = 0u;
-        for (uint sub = 0u; sub < samples * samples; ++sub) {
-            vec2 st = sample_of(at, sub, samples);
-            within |= uint(dot(st, st) <= 1.0) << sub;
+        for (uint number = 0u; number < samples; ++number) {
+            vec2 st = sample_of(at, number, samples);
+            within |= uint(dot(st, st) <= 1.0) << number;
         }
-        float weight = even ? float(samples * samples) : within == 0u ? 1e-4 : 1.0;
-        float step = even ? TEXEL : TEXEL / float(samples);
+        float weight = even ? float(samples) : within == 0u ? 1e-4 : 1.0;
+        float step = even ? TEXEL : TEXEL * inversesqrt(float(samples));
         vec4 sum = vec4(0.0);
         for (uint left = even ? 1u : max(within, 1u); left != 0u; left &= left - 1u) {
             vec2 st = even ? middle : sample_of(at, uint(findLSB(left)), samples);
-            sum += weight * vec4(light(st, step, n, axes), 1.0);
+            sum += weight * vec4(light(st, step, axes), 1.0);
         }
         pictures[picture_word(texel, FINEST) + at.y * FINEST + at.x] = pack_radiance(sum.rgb / sum.a);
         uint edge = FINEST;

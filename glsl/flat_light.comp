@@ -25,8 +25,9 @@ layout(push_constant) uniform FlatLightPush {
 // Sine of 8°: see appearance.comp.
 const float BEYOND_EDGES = 0.14;
 
-// Rays of a direction and diameter, spread over the outline by Vogel's spiral: each is in a ring of its own, and all rings
-// have equal areas.
+// Rays of a direction and diameter, spread over the outline by Vogel's spiral: each is in a ring of its own. Rings narrow
+// towards the rim, where directions change fastest: as much as the area that is left of the outline is the square of the share
+// of rays that are left.
 const uint RAYS = 96;
 
 // Mean light of a shape seen along `d`, over its outline: of parallel rays each half's is half an ellipse.
@@ -36,10 +37,12 @@ vec3 mean_light(vec4 shape, vec3 d, vec3 right, vec3 upwards) {
     float step = sqrt(PI * shape.x * 0.5 * (high.x + high.y) / float(RAYS));
     vec4 sum = vec4(0.0);
     for (uint i = 0u; i < RAYS; ++i) {
-        float far = sqrt((float(i) + 0.5) / float(RAYS)), turn = 2.39996323 * float(i), up = sin(turn);
+        float left = 1.0 - (float(i) + 0.5) / float(RAYS), far = sqrt(1.0 - left * left);
+        float turn = 2.39996323 * float(i), up = sin(turn);
         float half_high = up > 0.0 ? high.x : high.y;
         vec3 to_ray = far * (shape.x * cos(turn) * right + half_high * up * upwards) + vec3(0.0, shape.w, 0.0);
-        sum += half_high * vec4(shape_light_by_index(environment_map, shape, to_ray, d, step), 1.0);
+        vec3 light = shape_light_by_index(environment_map, shape, to_ray, d, step * sqrt(2.0 * left));
+        sum += half_high * left * vec4(light, 1.0);
     }
     return sum.rgb / sum.a;
 }

@@ -2,11 +2,11 @@
 //! from directions to appearance (`glsl/appearance.comp`).
 //!
 //! A far drop's picture depends on the view direction and the place on its disc alone. For each of
-//! 64 x 64 directions of an octahedral map it is integrated once, when a frame first looks there: a pyramid of pictures of 16 x 16
-//! down to 1 texel, reflection and all internal orders with their exact Fresnel weights, some 400
-//! samples in all, each with its footprint in the environment: one a texel, towards the rim four. (With four
-//! everywhere it took half as long again, and in eight scenes before photographs errors were the same within 0.5 %.) A drop of up to
-//! some 12 pixels is then one read of a word a pixel.
+//! 64 x 64 directions of an octahedral map it is integrated once, when a frame first looks there: a pyramid of pictures of 16 x 16 down
+//! to 1 texel, reflection and all internal orders with their exact Fresnel weights, some 500 samples in all, each with its footprint
+//! in the environment: one a texel, towards the rim up to eight. (With two a side a footprint there was up to 14° wide, and a far
+//! drop showed a third too much of windows 70° aside.) A drop of up to some 12 pixels is then one read
+//! of a word a pixel.
 //!
 //! The orders beyond the second internal reflection carry 0.1 % of the energy; it goes where the
 //! second goes, so that a white furnace stays white. Memory: 5.6 MB, a word a texel (9 bits a colour,

@@ -1,7 +1,7 @@
 //! A bare sun in far rain whose drops are flattened (`src/rain/flat_suns.rs`), against rays that are traced here in float64
 //! through drops of the law's sizes and counted by the cone that they leave in.
 
-use glam::{DVec3, Vec3};
+use glam::{DQuat, DVec3, Vec3};
 use raindrops::environment::Environment;
 use raindrops::optics::{Shape, WATER, Walk};
 use raindrops::plan::{Output, plan};
@@ -156,5 +156,39 @@ fn streaks_and_medium_share_the_light_of_flattened_drops() {
         let off = luminance(&sky, &scene) / expected - 1.0;
         println!("{far_rain:?} {cutoff_px:?}: {expected:.4} {off:.3}");
         assert!(off.abs() < 0.065, "{far_rain:?} {cutoff_px:?}: off by {off}");
+    }
+}
+
+/// A window in a dark room, seen through the rain at angles that leave drops near their rims too.
+#[test]
+fn flattened_far_drops_show_as_much_of_a_window_as_their_rays() {
+    let mut scene = deep();
+    scene.camera.vertical_fov = 4.0;
+    let law = scene.real_rain().expect("rain").law();
+    for toward in [DVec3::new(0.0, 0.2, -1.0), DVec3::new(0.0, 1.5, -1.0)].map(DVec3::normalize) {
+        let (u, v) = toward.any_orthonormal_pair();
+        let window = |d: DVec3| {
+            let [x, y, z] = [u, v, toward].map(|axis| d.dot(axis));
+            f64::from(u8::from(z > 0.0 && x.abs().max(y.abs()) < 0.105 * z))
+        };
+        let room = painted(1024, |d| Vec3::splat(window(d) as f32));
+        for aside in [20.0f64, 40.0, 75.0, 90.0, 150.0] {
+            for around in [DVec3::X, DVec3::Y] {
+                let axis = around.reject_from(toward).normalize();
+                let d = DQuat::from_axis_angle(axis, aside.to_radians()) * toward;
+                let shown = |(shape, at)| {
+                    let (entry, inside) = Walk::enter(shape, at, d, WATER);
+                    let exits = inside.into_iter().flat_map(|walk| walk.take(12).flatten());
+                    entry.reflectance * window(entry.reflected)
+                        + exits.map(|exit| exit.weight * window(exit.direction)).sum::<f64>()
+                };
+                let rays: Vec<f64> = meetings(&law, d).map(shown).collect();
+                let expected = rays.iter().sum::<f64>() / rays.len() as f64;
+                scene.camera.target = d;
+                let off = luminance(&room, &scene) - expected;
+                println!("{toward:.2}, {aside}° around {around}: {expected:.5}, off {off:+.5}");
+                assert!(off.abs() < 0.09 * expected + 2.3e-4, "{aside}° around {around}: {off}");
+            }
+        }
     }
 }

@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3, Vec3};
 use raindrops::environment::Environment;
+use raindrops::optics::{Shape, Walk};
 use raindrops::picture::Picture;
 use raindrops::scene::Scene;
 use raindrops::scene::model::{Preset, Weights};
@@ -100,6 +101,59 @@ fn a_white_drop_is_as_bright_as_its_ellipse_is_large() {
             println!("{preset}, {radius} px: light {off:+.5}, middle {middle:+.4}");
             assert!(off.abs() < 0.002, "{preset}, {radius} px: light off by {off}");
             assert!(middle.length() < 0.05, "{preset}, {radius} px: {middle} pixels aside");
+        }
+    });
+}
+
+/// A dark room with five windows 12° wide and high, all `aside` degrees from -z.
+fn windows(aside: f64) -> impl Fn(DVec3) -> f64 {
+    let (sine, cosine) = aside.to_radians().sin_cos();
+    let axes = [0.1, 1.3, 2.6, 3.9, 5.1].map(|turn: f64| {
+        let toward = DVec3::new(turn.cos() * sine, turn.sin() * sine, -cosine);
+        let (u, v) = toward.any_orthonormal_pair();
+        [u, v, toward]
+    });
+    move |d| {
+        let is_in = |window: &[DVec3; 3]| {
+            let [x, y, z] = window.map(|axis| d.dot(axis));
+            z > 0.0 && x.abs().max(y.abs()) < 0.105 * z
+        };
+        f64::from(u8::from(axes.iter().any(is_in)))
+    }
+}
+
+/// Mean over the disc of a sphere seen along -z, by rays that are traced from surface to surface.
+fn mean_over_disc(radiance: impl Fn(DVec3) -> f64) -> f64 {
+    const RAYS: u32 = 100_000;
+    let along_ray = |number: u32| {
+        // Vogel's spiral: rings of equal areas.
+        let b = ((f64::from(number) + 0.5) / f64::from(RAYS)).sqrt();
+        let at = b * DVec2::from_angle(2.399_963_229_7 * f64::from(number));
+        let at = at.extend((1.0 - b * b).sqrt());
+        let (entry, inside) = Walk::enter(Shape::Sphere, at, DVec3::NEG_Z, 1.33);
+        let exits = inside.into_iter().flat_map(|walk| walk.take(12).flatten());
+        let through: f64 = exits.map(|exit| exit.weight * radiance(exit.direction)).sum();
+        entry.reflectance * radiance(entry.reflected) + through
+    };
+    (0..RAYS).map(along_ray).sum::<f64>() / f64::from(RAYS)
+}
+
+/// The farther aside a window is, the nearer to the rim it is seen, where directions change much faster along the radius than
+/// across it, and where a pixel shows part of a drop.
+#[test]
+fn small_drops_in_a_dark_room_are_as_bright_as_their_rays() {
+    on_device(|device| {
+        for aside in [20.0, 40.0, 60.0, 70.0, 80.0, 150.0] {
+            let windows = windows(aside);
+            let expected = mean_over_disc(&windows);
+            let environment = painted(1024, |d| Vec3::splat(windows(d) as f32));
+            for radius in [0.4, 1.2, 2.3, 4.0] {
+                let (scene, white) = rows(radius, 24, 192);
+                let light = 511.0 / 512.0 * sum(&draw(device, &scene, &environment, Preset::Fast));
+                let off = light / white - expected;
+                println!("{radius} px, {aside}°: {expected:.5}, off by {off:+.5}");
+                assert!(off.abs() < 0.04 * expected + 1e-4, "{radius} px, {aside}°: {off}");
+            }
         }
     });
 }
