@@ -16,7 +16,7 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::appearance::{DIRECTIONS, Directions};
+use super::appearance::{DIRECTIONS, Directions, light_of_pictures};
 use super::environment::EnvironmentMap;
 use super::frame::FrameBuffer;
 use super::light_constants;
@@ -32,9 +32,6 @@ use crate::rain::shape::Halves;
 
 // The first is a sphere.
 const _: () = assert!(DIAMETERS.len() == 1 + FLAT_DIAMETERS as usize);
-
-/// Internal reflections that are followed, at least: after a total one the next are as bright.
-const LEAST_REFLECTIONS: u32 = 4;
 
 /// The table and the pass that makes it.
 pub struct FlatLight {
@@ -66,12 +63,7 @@ impl FlatLight {
             (slot::FLAT_LIGHT, Resource::Buffer(&table)),
         ];
         let bindings = Bindings::of(device, "flat light", &slots)?;
-        // One index, as for a far drop's pictures.
-        let constants = light_constants(&Light {
-            indices: [light.indices[1]; 3],
-            internal_reflections: light.internal_reflections.max(LEAST_REFLECTIONS),
-            ..*light
-        });
+        let constants = light_constants(&light_of_pictures(light));
         let push = size_of::<FlatLightPush>() as u32;
         let pipeline =
             ComputePipeline::new(device, shaders::FLAT_LIGHT_COMP, &bindings, push, &constants)?;

@@ -148,6 +148,9 @@ impl FramePlan {
 pub struct Light {
     /// Most reflections inside a drop that are followed.
     pub internal_reflections: u32,
+    /// Those that the pictures of far drops show: they are made once, so all orders that matter, unless a scene asks for fewer.
+    #[serde(default)]
+    pub picture_reflections: u32,
     /// What becomes of the others' light.
     pub weights: Weights,
     /// Reflectance of the surface.
@@ -170,6 +173,7 @@ impl Default for Light {
     fn default() -> Self {
         Self {
             internal_reflections: 0,
+            picture_reflections: MOST_ORDERS,
             weights: Weights::Conserving,
             fresnel: Fresnel::Exact,
             reflection: Reflection::On,
@@ -273,6 +277,7 @@ impl Light {
         };
         Self {
             internal_reflections: choice.internal_reflections.unwrap_or(usual.internal_reflections),
+            picture_reflections: choice.internal_reflections.unwrap_or(MOST_ORDERS),
             weights: choice.weights.unwrap_or(usual.weights),
             fresnel: choice.fresnel.unwrap_or(usual.fresnel),
             reflection: choice.reflection.unwrap_or(usual.reflection),

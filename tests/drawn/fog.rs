@@ -84,6 +84,6 @@ fn fog_has_the_light_of_flattened_drops() {
             }
         }
     });
-    // Drawn as spheres it is off by 0.05 to 0.45; the reference's own noise is 0.005. Usual: 0.022, at 60 degrees down, as for spheres.
+    // Drawn as spheres it is off by 0.05 to 0.45; the reference's own noise is 0.005. Usual: 0.025, at 60 degrees down.
     assert!(worst < 0.027, "off by {worst}");
 }

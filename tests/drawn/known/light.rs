@@ -143,7 +143,7 @@ fn mean_over_disc(radiance: impl Fn(DVec3) -> f64) -> f64 {
 #[test]
 fn small_drops_in_a_dark_room_are_as_bright_as_their_rays() {
     on_device(|device| {
-        for aside in [20.0, 40.0, 60.0, 70.0, 80.0, 150.0] {
+        for aside in [20.0, 40.0, 60.0, 70.0, 80.0, 120.0, 150.0] {
             let windows = windows(aside);
             let expected = mean_over_disc(&windows);
             let environment = painted(1024, |d| Vec3::splat(windows(d) as f32));
@@ -152,7 +152,7 @@ fn small_drops_in_a_dark_room_are_as_bright_as_their_rays() {
                 let light = 511.0 / 512.0 * sum(&draw(device, &scene, &environment, Preset::Fast));
                 let off = light / white - expected;
                 println!("{radius} px, {aside}°: {expected:.5}, off by {off:+.5}");
-                assert!(off.abs() < 0.04 * expected + 1e-4, "{radius} px, {aside}°: {off}");
+                assert!(off.abs() < 0.05 * expected + 1e-4, "{radius} px, {aside}°: {off}");
             }
         }
     });
