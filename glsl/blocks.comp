@@ -45,7 +45,7 @@ struct Places {
 vec4 cover(vec2 from, vec4 to_disc, vec2 half_side, float radius, bool is_box, float edge, out Places places) {
     vec4 x = from.x + vec4(0.0, 1.0, 2.0, 3.0);
     vec4 s = to_disc.x * x + to_disc.z * from.y, t = to_disc.y * x + to_disc.w * from.y;
-    // Of what pixels cover whose middle is outside, the middle is a sixth of a pixel inside the rim.
+    // A pixel whose middle is outside covers, in the mean, what is a sixth of a pixel inside the rim.
     vec4 disc = sqrt(s * s + t * t), inwards = min(vec4(1.0), max(1.0 - 1.0 / (6.0 * radius), 0.5) / max(disc, 1e-3));
     places.x = clamp((0.5 * s * inwards + 0.5) * edge - 0.5, 0.0, edge - 1.0);
     places.y = clamp((0.5 * t * inwards + 0.5) * edge - 0.5, 0.0, edge - 1.0);

@@ -25,9 +25,8 @@ layout(push_constant) uniform FlatLightPush {
 // Sine of 8°: see appearance.comp.
 const float BEYOND_EDGES = 0.14;
 
-// Rays of a direction and diameter, spread over the outline by Vogel's spiral: each is in a ring of its own. Rings narrow
-// towards the rim, where directions change fastest: as much as the area that is left of the outline is the square of the share
-// of rays that are left.
+// Rays of a direction and diameter, spread over the outline by Vogel's spiral: each is in a ring of its own. Towards the rim, where
+// directions change fastest, rings are smaller: if a share x of the rays is outside a ring, x² of the outline's area is.
 const uint RAYS = 96;
 
 // Mean light of a shape seen along `d`, over its outline: of parallel rays each half's is half an ellipse.

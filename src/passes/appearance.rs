@@ -4,9 +4,8 @@
 //! A far drop's picture depends on the view direction and the place on its disc alone. For each of
 //! 64 x 64 directions of an octahedral map it is integrated once, when a frame first looks there: a pyramid of pictures of 16 x 16 down
 //! to 1 texel, reflection and all internal orders with their exact Fresnel weights, some 500 samples in all, each with its footprint
-//! in the environment: one a texel, towards the rim up to eight. (With two a side a footprint there was up to 14° wide, and a far
-//! drop showed a third too much of windows 70° aside.) A drop of up to some 12 pixels is then one read
-//! of a word a pixel.
+//! in the environment: one a texel, towards the rim up to eight. (With two by two a footprint there was up to 14° wide, and a
+//! window 70° aside was a third too bright in a far drop.) In a drop of up to some 12 pixels a pixel then reads four words.
 //!
 //! Eight orders are followed, unless a scene asks for fewer; what those beyond carry goes where the last goes, so that a white furnace
 //! stays white. (With two, windows 120° to 130° aside were a third to a half too bright, and fog from above half a percent; a whole

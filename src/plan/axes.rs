@@ -151,4 +151,24 @@ mod tests {
         let drawn = ["motion", "lens", "shape"].map(|axis| exact[axis].clone());
         assert_eq!(drawn, ["instant", "sampled", "equilibrium"].map(Value::from));
     }
+
+    /// Off tiles a picture is held against a mask of the same light.
+    #[test]
+    fn pictures_show_eight_orders_on_tiles_and_else_as_many_as_rays() {
+        let white = Environment::constant(glam::Vec3::ONE);
+        for (model, expected) in [
+            ("preset = 'fast'", (2, 8)),
+            ("preset = 'fast'\ninternal_reflections = 1", (1, 1)),
+            ("preset = 'paper'\noptics = 'appearance'", (0, 0)),
+            ("preset = 'paper'\noptics = 'appearance'\ninternal_reflections = 3", (3, 3)),
+        ] {
+            let scene = Scene::parse(&format!("[model]\n{model}"), "a.toml").expect("a scene");
+            let light = plan(&scene, &white, Output::Display).expect("a plan").light;
+            assert_eq!(
+                (light.internal_reflections, light.picture_reflections),
+                expected,
+                "{model}"
+            );
+        }
+    }
 }

@@ -148,8 +148,9 @@ impl FramePlan {
 pub struct Light {
     /// Most reflections inside a drop that are followed.
     pub internal_reflections: u32,
-    /// Those that the pictures of far drops show: they are made once, so all orders that matter, unless a scene asks for fewer.
-    #[serde(default)]
+    /// As many in the pictures of far drops, which are made once: on tiles eight, unless a scene asks for another number. No
+    /// file has it: it follows from the scene.
+    #[serde(skip)]
     pub picture_reflections: u32,
     /// What becomes of the others' light.
     pub weights: Weights,
@@ -173,7 +174,7 @@ impl Default for Light {
     fn default() -> Self {
         Self {
             internal_reflections: 0,
-            picture_reflections: MOST_ORDERS,
+            picture_reflections: 0,
             weights: Weights::Conserving,
             fresnel: Fresnel::Exact,
             reflection: Reflection::On,
@@ -275,9 +276,11 @@ impl Light {
             }
             _ => usual,
         };
+        let is_tile = models.primitive == Primitive::Tile;
+        let in_pictures = if is_tile { MOST_ORDERS } else { usual.internal_reflections };
         Self {
             internal_reflections: choice.internal_reflections.unwrap_or(usual.internal_reflections),
-            picture_reflections: choice.internal_reflections.unwrap_or(MOST_ORDERS),
+            picture_reflections: choice.internal_reflections.unwrap_or(in_pictures),
             weights: choice.weights.unwrap_or(usual.weights),
             fresnel: choice.fresnel.unwrap_or(usual.fresnel),
             reflection: choice.reflection.unwrap_or(usual.reflection),
