@@ -13,6 +13,7 @@
 #include "reach.glsl"
 #include "shared_exponent.glsl"
 #include "shape_front.glsl"
+#include "flattened.glsl"
 #include "streak.glsl"
 #include "together.glsl"
 
@@ -129,7 +130,7 @@ void find_times(vec2 from, vec2 first, vec4 to_disc, vec2 moved, vec4 sphere, ve
 }
 
 // The colours of a row of pixels of a drop that moves: of each the mean of its picture along what moves over the pixel.
-void write_moving_colors(uint at, uint picture, vec2 from, vec4 to_disc, float edge, vec2 moved, float way, vec2 times[4]) {
+void write_moving_colors(uint at, uint picture, vec2 from, vec4 to_disc, float edge, vec2 moved, float way, vec2 times[4], Lightened l) {
     // Half a pixel more at each end: the pixel's own extent.
     vec2 half_pixel = moved * (0.25 * edge / way);
     for (uint pixel = 0u; pixel < TILE.x; ++pixel) {
@@ -137,24 +138,24 @@ void write_moving_colors(uint at, uint picture, vec2 from, vec4 to_disc, float e
         vec2 on_disc = vec2(to_disc.x * p.x + to_disc.z * p.y, to_disc.y * p.x + to_disc.w * p.y);
         vec2 first = (0.5 * (on_disc - moved * times[pixel].y) + 0.5) * edge - half_pixel;
         vec2 last = (0.5 * (on_disc - moved * times[pixel].x) + 0.5) * edge + half_pixel;
-        nodes[at + pixel] = pack_radiance(picture_along(picture, edge, first, last));
+        nodes[at + pixel] = pack_radiance(lightened(picture_along(picture, edge, first, last), l));
     }
 }
 
-void write_colors(uint at, uint picture, float edge, float steepness, Places places) {
-    nodes[at] = pack_radiance(picture_light(picture, edge, steepness, vec2(places.x.x, places.y.x)));
-    nodes[at + 1u] = pack_radiance(picture_light(picture, edge, steepness, vec2(places.x.y, places.y.y)));
-    nodes[at + 2u] = pack_radiance(picture_light(picture, edge, steepness, vec2(places.x.z, places.y.z)));
-    nodes[at + 3u] = pack_radiance(picture_light(picture, edge, steepness, vec2(places.x.w, places.y.w)));
+void write_colors(uint at, uint picture, float edge, float steepness, Places places, Lightened l) {
+    nodes[at] = pack_radiance(lightened(picture_light(picture, edge, steepness, vec2(places.x.x, places.y.x)), l));
+    nodes[at + 1u] = pack_radiance(lightened(picture_light(picture, edge, steepness, vec2(places.x.y, places.y.y)), l));
+    nodes[at + 2u] = pack_radiance(lightened(picture_light(picture, edge, steepness, vec2(places.x.z, places.y.z)), l));
+    nodes[at + 3u] = pack_radiance(lightened(picture_light(picture, edge, steepness, vec2(places.x.w, places.y.w)), l));
 }
 
 // The colours of a row of pixels of a drop out of focus.
-void write_blurred_colors(uint at, uint picture, vec2 from, vec4 to_disc, float edge, float blur) {
+void write_blurred_colors(uint at, uint picture, vec2 from, vec4 to_disc, float edge, float blur, Lightened l) {
     PictureBlur b = picture_blur(to_disc, edge, blur);
     for (uint pixel = 0u; pixel < TILE.x; ++pixel) {
         vec2 p = vec2(from.x + float(pixel), from.y);
         vec2 on_disc = vec2(to_disc.x * p.x + to_disc.z * p.y, to_disc.y * p.x + to_disc.w * p.y);
-        nodes[at + pixel] = pack_radiance(picture_around(picture, edge, on_disc, b));
+        nodes[at + pixel] = pack_radiance(lightened(picture_around(picture, edge, on_disc, b), l));
     }
 }
 
@@ -208,6 +209,8 @@ bool fill_block(uint at) {
         radius = l.radius;
         half_side = box_of_equal_area(0.5 * (l.box.zw - l.box.xy), radius);
     }
+    Lightened light = Lightened(vec3(1.0), vec3(0.0));
+    if (is_flat) light = unpack_lightened(l.lightened);
     float fade = float(r.look >> 16) / 65535.0;
     // The outline's narrower axis: along it a pixel would miss finer texels, and a ramp would be wider than the drop.
     float squares = dot(m, m), most = 0.5 * (squares + sqrt(max(squares * squares - 4.0 * det * det, 0.0)));
@@ -243,7 +246,7 @@ bool fill_block(uint at) {
                 find_times(from + down, first + down, m, moved, r.sphere, moves[2u * blocks[at]].xyz, behind, times, shares);
                 vec4 covered = fade * shares * cover_moving(from + down, m, half_side, radius, edge, way);
                 if (row == 0u) above = covered; else below = covered;
-                if (!rays) write_moving_colors(node + COLORS + row * TILE.x, picture, from + down, m, edge, moved, length(way), times);
+                if (!rays) write_moving_colors(node + COLORS + row * TILE.x, picture, from + down, m, edge, moved, length(way), times, light);
             }
         }
         float blur = moves[2u * blocks[at] + 1u].z;
@@ -256,8 +259,8 @@ bool fill_block(uint at) {
             float held = exp2(clamp(ceil(log2(6.0 * radius * inversesqrt(blur * blur + 1.0 / 3.0))), 0.0, log2(edge)));
             uint coarser = picture_word(r.look & 0xfffu, uint(held));
             if (!rays) {
-                write_blurred_colors(node + COLORS, coarser, from, m, held, blur);
-                write_blurred_colors(node + COLORS + TILE.x, coarser, from + vec2(0.0, 1.0), m, held, blur);
+                write_blurred_colors(node + COLORS, coarser, from, m, held, blur, light);
+                write_blurred_colors(node + COLORS + TILE.x, coarser, from + vec2(0.0, 1.0), m, held, blur, light);
             }
         }
         if (covered_by_rays) above = below = vec4(1.0);
@@ -270,8 +273,8 @@ bool fill_block(uint at) {
     }
     if (!rays && !moves_over && !is_blurred) {
         float steepness = picture_steepness(narrow, edge);
-        write_colors(node + COLORS, picture, edge, steepness, places_above);
-        write_colors(node + COLORS + TILE.x, picture, edge, steepness, places_below);
+        write_colors(node + COLORS, picture, edge, steepness, places_above, light);
+        write_colors(node + COLORS + TILE.x, picture, edge, steepness, places_below, light);
     }
     // Rays add what they find to nothing.
     float known = covered_by_rays ? 0.0 : 1.0;

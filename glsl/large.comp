@@ -18,6 +18,10 @@
 #include "shape.glsl"
 #include "shape_given.glsl"
 #include "drop_records.glsl"
+#include "flattened.glsl"
+#include "picture_halves.glsl"
+
+layout(std430, set = 1, binding = 12) readonly buffer FlatLight { uvec4 flat_light[]; };
 
 layout(local_size_x = 64) in;
 
@@ -118,6 +122,21 @@ bool is_by_rays(Found f) {
     return rays || is_lens() && f.blur > 0.0 && (f.path.moved != vec3(0.0) || f.is_flat);
 }
 
+// How the picture of a direction is made as light as a drop of a shape; not, where the table has nothing. `upright`: in the
+// picture; `seen`: the shape whose outline has the picture; `radius`: in pixels.
+uvec2 lightened_as(vec4 shape, vec4 seen, uint texel, vec2 upright, float radius) {
+    vec3 mean = unpack_radiance(pictures[picture_word(texel, 1u)]), upper, lower;
+    uvec4 words = flat_light[texel];
+    if (words.x == NO_PICTURE) return pack_lightened(mean, mean);
+    // Each half of the outline has a half of the picture, and as much of the area as it is high. Pixels mix them, a box has no halves.
+    picture_halves(texel, -upright, upper, lower);
+    float cosine2 = min(dot(upright, upright), 1.0);
+    vec2 high = sqrt(seen.yz * seen.yz * cosine2 + seen.x * seen.x * (1.0 - cosine2));
+    vec3 shown = (high.x * upper + high.y * lower) / (high.x + high.y);
+    shown = mix(mean, shown, radius < 1.0 ? 0.0 : 1.0 - 0.35 / radius);
+    return pack_lightened(shown, light_of_flatness(mean, words, flatness_of_shape(shape)));
+}
+
 // Where on its picture a drop's pixels are: the picture of the nearest direction, turned as that direction's basis is, or
 // upright for rays. Writes what a flat drop has besides, and returns the direction's number.
 uint orient(inout Large r, Found f, uint at, bool rays) {
@@ -151,7 +170,9 @@ uint orient(inout Large r, Found f, uint at, bool rays) {
         r.to_disc = vec4(upper[0], upper[1]);
         r.center = f.halves.upper.center + f.path.aside;
         large_shapes[at] = LargeShape(f.shape, vec4(lower[0], lower[1]), f.halves.lower.center - f.halves.upper.center,
-                                      f.halves.gradient, box_of(f.halves), f.halves.at_upper, f.outline.radius, vec2(0.0));
+                                      f.halves.gradient, box_of(f.halves), f.halves.at_upper, f.outline.radius,
+                                      rays ? uvec2(0u)
+                                          : lightened_as(f.shape, seen_as(f.shape, f.path), texel, vec2(u.y, w.y), f.outline.radius));
     }
     return texel;
 }

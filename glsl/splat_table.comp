@@ -8,9 +8,8 @@
 #define SPLAT_TABLE_ACCESS writeonly
 #include "splat_table.glsl"
 #include "octahedron.glsl"
-#include "shared_exponent.glsl"
-#include "appearance.glsl"
 #include "far_glints.glsl"
+#include "picture_halves.glsl"
 
 layout(local_size_x = 64) in;
 
@@ -21,8 +20,6 @@ layout(std430, set = 1, binding = 1) readonly buffer FlatLight { uvec4 flat_ligh
 vec3 to_view(vec3 world) {
     return vec3(dot(frame.right.xyz, world), dot(frame.up.xyz, world), dot(frame.back.xyz, world));
 }
-
-const uint EDGE = 4u; // texels of the picture that the halves are means of
 
 // Light of a far drop's images that are no points of light.
 vec3 light_of_others(vec3 direction) {
@@ -62,32 +59,21 @@ void main() {
     vec3 n = texel_direction(texel), u, w;
     basis(n, u, w);
     vec3 v = to_view(n);
-    // A texel that the line between the halves cuts goes to both by its parts.
-    vec2 down = vec2(toward_on_screen(v, to_view(u)).y, toward_on_screen(v, to_view(w)).y);
-    down *= 0.5 * float(EDGE) / max(length(down), 1e-3);
-    vec4 above = vec4(0.0), below = vec4(0.0);
-    for (uint i = 0u; i < EDGE * EDGE; ++i) {
-        vec2 st = (vec2(i % EDGE, i / EDGE) + 0.5) * (2.0 / float(EDGE)) - 1.0;
-        float inside = clamp((1.0 - length(st)) * 0.5 * float(EDGE) + 0.5, 0.0, 1.0);
-        float lower = clamp(dot(st, down) + 0.5, 0.0, 1.0);
-        vec4 light = inside * vec4(unpack_radiance(pictures[picture_word(texel, EDGE) + i]), 1.0);
-        above += (1.0 - lower) * light;
-        below += lower * light;
-    }
-    // Their mean is that of the whole picture, with what is no glint.
-    vec3 upper_color = above.rgb / above.a, lower_color = below.rgb / below.a;
-    vec3 mean = unpack_radiance(pictures[picture_word(texel, 1u)]);
-    vec3 share = mean / max(0.5 * (upper_color + lower_color), 1e-30);
+    vec3 mean = unpack_radiance(pictures[picture_word(texel, 1u)]), upper_color, lower_color;
+    picture_halves(texel, vec2(toward_on_screen(v, to_view(u)).y, toward_on_screen(v, to_view(w)).y), upper_color, lower_color);
+    // With what is no glint.
     vec3 spread = light_of_others(n) / 3.14159265;
     uvec2 flattened = uvec2(0u);
-    if (FLAT_RAIN != 0u) {
+    if (FLAT_RAIN != 0u || FLAT_PLACED != 0u) {
         uvec4 words = flat_light[texel];
         vec3 of_flat[FLAT_DIAMETERS];
         for (uint i = 0u; i < FLAT_DIAMETERS; ++i) of_flat[i] = unpack_radiance(words[i]);
-        vec3 far = light_of_rain(mean, of_flat, n.y, 0u), near = light_of_rain(mean, of_flat, n.y, 1u);
-        splat_table[flat_rain_entry(texel)] = uvec4(pack_radiance(far), pack_radiance(near), 0u, 0u);
+        if (FLAT_RAIN != 0u) {
+            vec3 far = light_of_rain(mean, of_flat, n.y, 0u), near = light_of_rain(mean, of_flat, n.y, 1u);
+            splat_table[flat_rain_entry(texel)] = uvec4(pack_radiance(far), pack_radiance(near), 0u, 0u);
+        }
         flattened = uvec2(pack_radiance(of_flat[FLAT_SPLATS.x] + spread), pack_radiance(of_flat[FLAT_SPLATS.y] + spread));
     }
     splat_table[texel] =
-        uvec4(pack_radiance(share * upper_color + spread), pack_radiance(share * lower_color + spread), flattened);
+        uvec4(pack_radiance(upper_color + spread), pack_radiance(lower_color + spread), flattened);
 }

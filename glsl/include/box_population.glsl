@@ -1,6 +1,7 @@
 #ifndef BOX_POPULATION_GLSL
 #define BOX_POPULATION_GLSL
 // Drops in boxes, in clusters, of which clusters.comp finds those in view: population.glsl has its functions.
+#include "by_hand.glsl"
 #include "drop.glsl"
 #include "tile_buffers.glsl"
 
@@ -48,14 +49,6 @@ uint index_at(uint place, uint in_cluster) {
 Drop random_drop(uint index) {
     vec4 at = drop_at(population_numbered(population_number(index)), index);
     return Drop(at.xyz, vec3(0.0), at.w);
-}
-
-bool is_by_hand(uint index) {
-    return HAS_PLACED != 0u && index >= frame.camera_place.w;
-}
-
-uint by_hand_number(uint index) {
-    return index - frame.camera_place.w;
 }
 
 // Is a drop shown by itself, or part of a medium?

@@ -2,6 +2,7 @@
 #define CELL_POPULATION_GLSL
 // Drops of real rain, in cells, of which cells.comp finds those in view: population.glsl has its functions.
 #include "cells.glsl"
+#include "by_hand.glsl"
 #include "drop.glsl"
 #include "tile_buffers.glsl"
 
@@ -62,14 +63,6 @@ Drop random_drop(uint index) {
     ivec3 cell = cell_of(slab, index / 64u - slab.first_group * CELLS_GROUP);
     vec4 at = drop_in_cell(slab.kind, cell, index % 64u);
     return Drop(at.xyz, vec3(0.0), at.w);
-}
-
-bool is_by_hand(uint index) {
-    return index >= IS_PLACED;
-}
-
-uint by_hand_number(uint index) {
-    return index & ~IS_PLACED;
 }
 
 bool is_shown(uint index, Drop drop, float distance2) {

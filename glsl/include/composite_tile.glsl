@@ -20,11 +20,15 @@ layout(std430, set = 1, binding = 2) writeonly buffer LogSums { float log_sums[]
 // crowded.
 layout(std430, set = 1, binding = 3) buffer Disordered { uvec2 disordered_tiles[]; };
 
+layout(std430, set = 1, binding = 22) readonly buffer Shapes { vec4 shapes[]; };
+
 #include "splat_table.glsl"
+#include "by_hand.glsl"
 #include "far_glints.glsl"
 #include "flat_rain.glsl"
 #include "by_four.glsl"
 #include "projection.glsl"
+#include "shape.glsl"
 #include "divided.glsl"
 #include "reach.glsl"
 #include "nearest.glsl"
@@ -159,14 +163,10 @@ void composite_block(inout Row upper, inout Row lower, uint link) {
     composite_row_of_colors(lower, below, coverage.zw);
 }
 
-// Gives the colours of a sphere's halves the mean light of a flattened drop of a diameter. `words`: of those of FLATNESS.
-void flatten_colors(inout vec3 upper, inout vec3 lower, uvec2 words, float mm) {
+// Gives the colours of a sphere's halves the mean light of a flattened drop. `words`: of those of FLATNESS.
+void flatten_colors(inout vec3 upper, inout vec3 lower, uvec2 words, float flatness) {
     vec3 first = unpack_radiance(words.x), second = unpack_radiance(words.y), round = 0.5 * (upper + lower);
-    precise float flatness = flatness_of(mm);
-    float from_first = clamp((flatness - FLATNESS.x) / (FLATNESS.y - FLATNESS.x), 0.0, 1.0);
-    // Totally reflected light grows faster than flatness.
-    precise float from_round = min(flatness / FLATNESS.x, 1.0);
-    precise vec3 shown = mix(round, mix(first, second, from_first), from_round * sqrt(from_round));
+    precise vec3 shown = flattened_light(round, first, second, flatness);
     precise vec3 share = shown / max(round, 1e-30);
     precise vec3 above = upper * share, below = lower * share;
     upper = above;
@@ -197,9 +197,11 @@ void composite_splat(inout Row upper, inout Row lower, uint link) {
     float away2 = dot(center, center) + frame.image.z * frame.image.z, near = inversesqrt(away2);
     vec3 axis = near * vec3(center.x, -center.y, -frame.image.z);
     float radius = sqrt(squared * away2 * near * inverse_focal); // over the root of the axis' depth
-    if (FLAT_RAIN != 0u && (words.y & IS_PLACED) == 0u) {
+    if (FLAT_RAIN != 0u || FLAT_PLACED != 0u) {
         precise float mm = field.shown.w * frame.image.z * near * near * radius * sqrt(distance2);
-        flatten_colors(upper_color, lower_color, shown.zw, mm);
+        precise float flatness = FLAT_RAIN != 0u ? flatness_of(mm) : 0.0;
+        if (is_by_hand(words.y)) flatness = FLAT_PLACED != 0u ? flatness_of_shape(shapes[BY_HAND + by_hand_number(words.y)]) : 0.0;
+        flatten_colors(upper_color, lower_color, shown.zw, flatness);
     }
     for (uint i = 0u; i < GLINTS; ++i) {
         uvec4 source = i == 0u ? first_source : splat_of(TOWARD_SOURCES + i);

@@ -5,7 +5,6 @@
 
 // A drop's number: that of its cell among all that are looked into, times 64, and its own in the cell; or with this bit
 // that of a drop placed by hand.
-const uint IS_PLACED = 0x80000000u;
 
 struct RainClass {
     uvec4 cell_low;  // low words of the number of the camera's cell; w: of the salt

@@ -4,13 +4,22 @@
 // width. Four numbers, over the radius of the sphere of equal volume: half its width; the heights of its upper and its
 // lower half; the height over the drop's centre of the plane that joins them. Of a spheroid both halves are alike.
 // The physics stands in src/optics/spheroid.rs, what of it is drawn in src/passes/shapes.rs.
+#include "constants.glsl"
 #include "projection.glsl"
 #include "tile_buffers.glsl"
 
 const vec4 ROUND = vec4(1.0, 1.0, 1.0, 0.0);
 
+// Where the table of shapes has those of falling drops, by diameter, and those of drops placed by hand (`given` in src/passes/shapes.rs).
+const uint BY_DIAMETER = 1, BY_HAND = BY_DIAMETER + DIAMETERS;
+
 bool is_round(vec4 shape) {
     return SHAPE == SPHERES || shape == ROUND;
+}
+
+// By how much it is lower than wide; 0 of one that is higher.
+float flatness_of_shape(vec4 shape) {
+    return max(1.0 - 0.5 * (shape.y + shape.z) / shape.x, 0.0);
 }
 
 // The vertical in view space.

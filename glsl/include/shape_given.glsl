@@ -7,11 +7,10 @@
 // `Given` in src/passes/shapes.rs: diameter in mm of a drop of radius 1, which is the first's x; the shapes of falling
 // drops by diameter; those of drops placed by hand.
 layout(std430, set = 1, binding = 5) readonly buffer Shapes { vec4 shapes[]; };
-const uint BY_DIAMETER = 1;
 
 vec4 shape_of(uint index, Drop drop) {
     if (SHAPE == SPHERES) return ROUND;
-    if (is_by_hand(index)) return shapes[BY_DIAMETER + DIAMETERS + by_hand_number(index)];
+    if (is_by_hand(index)) return shapes[BY_HAND + by_hand_number(index)];
     float at = (flattened_mm(drop, shapes[0].x) - float(SMALLEST_MM)) * float(DIAMETERS_A_MM);
     if (at < 0.0 || shapes[0].y == 0.0) return ROUND;
     uint below = min(uint(at), DIAMETERS - 2u);

@@ -44,6 +44,8 @@ constants! {
     CLUSTER: u32 = 16;
     /// In the place of a drop's index: none, where drops do not fill their last cluster.
     NO_DROP: u32 = u32::MAX;
+    /// In scenes of real rain the first index of the drops placed by hand.
+    IS_PLACED: u32 = 1 << 31;
     /// Populations of drops in boxes at most: the box around a cluster has two bits for the number of its own.
     MOST_POPULATIONS: u32 = 4;
     /// Stretches of all clusters, of which the workgroups that find those in view take parts in turn.

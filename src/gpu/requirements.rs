@@ -116,7 +116,7 @@ pub(super) struct Capabilities {
 }
 
 /// Most storage buffers of a pipeline: those that all stages of the tile frame share, and those of `composite.comp`.
-pub(super) const STORAGE_BUFFERS: u32 = 23;
+pub(super) const STORAGE_BUFFERS: u32 = 24;
 
 impl Requirements {
     /// What `composite.comp` and the other passes of the tiles need, and with `points` and `masks` what the paper's do.

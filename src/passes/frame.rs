@@ -10,7 +10,7 @@ use glam::{DVec2, DVec3, Vec3};
 
 use crate::Result;
 pub use crate::abi::Frame;
-use crate::abi::{Constants, MOST_POPULATIONS, Population};
+use crate::abi::{Constants, IS_PLACED, MOST_POPULATIONS, Population};
 use crate::gpu::{Buffer, Device, Memory, Recorder, update_buffer};
 use crate::rain::cull::Sight;
 use crate::rain::{Rain, Tick, tick_of_seconds};
@@ -76,6 +76,9 @@ impl Frame {
             lens: lens(&sight, view.focal_px),
             ..Self::default()
         };
+        if scene.real_rain().is_some() {
+            frame.camera_place[3] = IS_PLACED;
+        }
         if let Some(rain) = populations.first() {
             let first = population_of(rain, scene, scene.random_count());
             let Population {

@@ -35,7 +35,7 @@ use crate::Result;
 use crate::abi::{BOW_ANGLES, GLINT_ANGLES, Source};
 use crate::environment::Environment;
 use crate::environment::bright::{Bright, split_off};
-use crate::gpu::sets::{constant, glints as slot, group, splat_table as of_splats};
+use crate::gpu::sets::{glints as slot, group, splat_table as of_splats};
 use crate::gpu::{Bindings, Buffer, ComputePipeline, Device, Memory, Recorder, Resource, shaders};
 use crate::plan::Light;
 
@@ -164,7 +164,7 @@ impl SplatTable {
     ) -> Result<Self> {
         use vk::BufferUsageFlags as Usage;
         let usage = Usage::STORAGE_BUFFER | Usage::UNIFORM_TEXEL_BUFFER | Usage::TRANSFER_SRC;
-        let of_rain = if flat.is_some() { DIRECTIONS } else { 0 };
+        let of_rain = if tiles.has_flat_rain { DIRECTIONS } else { 0 };
         let entries = DIRECTIONS + crate::abi::MOST_SOURCES + GLINT_ANGLES * glints.count + of_rain;
         let bytes = ENTRY_BYTES * u64::from(entries);
         let table = Buffer::new(device, "splat table", bytes, usage, Memory::Device)?;
@@ -178,9 +178,8 @@ impl SplatTable {
             ),
         ];
         let bindings = Bindings::of(device, "splat table", &slots)?.beside(&tiles.shared);
-        let constants = [[constant::FLAT_RAIN, flat.is_some().into()]];
         let shader = shaders::SPLAT_TABLE_COMP;
-        let pipeline = ComputePipeline::new(device, shader, &bindings, 0, &constants)?;
+        let pipeline = ComputePipeline::new(device, shader, &bindings, 0, &tiles.constants)?;
         Ok(Self { table, bindings, pipeline })
     }
 

@@ -96,6 +96,9 @@ pub struct Tiles {
     bindings: Bindings,
     passes: Passes,
     pub(super) placed: PlacedDrops,
+    pub(super) shapes: Shapes,
+    /// Whether there is rain whose drops are drawn flattened.
+    pub(super) has_flat_rain: bool,
     /// What keeps rain off; none in a scene without a shelter.
     shelter: Option<ShelterMap>,
     pub(super) streak_layer: StreakLayer,
@@ -162,7 +165,7 @@ fn check_limits(device: &Device, drops: u64, tiles: u32) -> Result<()> {
 fn constants_of(
     scene: &Scene,
     plan: &FramePlan,
-    [has_cells, has_depth, is_flat]: [bool; 3],
+    [has_cells, has_depth]: [bool; 2],
 ) -> Vec<[u32; 2]> {
     let is_several = scene.populations().len() > 1;
     let shape = match plan.shape.model {
@@ -183,7 +186,8 @@ fn constants_of(
         [constant::GRAIN, plan.is_grainy().into()],
         [constant::MOTION, (plan.motion != Motion::Instant).into()],
         [constant::SHAPE, shape],
-        [constant::FLAT_RAIN, is_flat.into()],
+        [constant::FLAT_RAIN, plan.shape.flattens_rain(scene).into()],
+        [constant::FLAT_PLACED, plan.shape.flattens_placed(scene).into()],
         [constant::FLAT_RAYS_PX, plan.shape.rays_px.to_bits()],
     ];
     light_constants(&plan.light).into_iter().chain(own).collect()
@@ -200,13 +204,12 @@ impl Tiles {
     pub(crate) fn new(
         device: &Arc<Device>,
         frame: &FrameBuffer,
-        FarDrop { appearance, glints, .. }: &FarDrop,
+        FarDrop { appearance, glints, flat, .. }: &FarDrop,
         rain: &RainField,
         scene: &Scene,
         plan: &FramePlan,
         has_depth: bool,
     ) -> Result<Self> {
-        let is_flat = plan.shape.flattens_rain(scene);
         let cells = Cells::new(device, scene, plan)?;
         let drops = match &cells {
             Some((cells, _)) => u64::from(cells.room[0]) * u64::from(CLUSTER),
@@ -245,7 +248,7 @@ impl Tiles {
             Source::Cells(_) => Arc::default(),
         };
         let shelter = ShelterMap::new(device, scene)?;
-        let constants = constants_of(scene, plan, [has_cells, has_depth, is_flat]);
+        let constants = constants_of(scene, plan, [has_cells, has_depth]);
         let placed = PlacedDrops::new(device, (frame, &constants), scene, moves, in_clusters)?;
         let in_pixels = (across * TILE.0, down * TILE.1);
         let streak_layer = StreakLayer::new(device, scene, plan, in_pixels, in_view)?;
@@ -293,6 +296,8 @@ impl Tiles {
             (slot::PLACED_MOTIONS, &placed.motions),
             (slot::SHAPES, &shapes.given),
             (slot::BIGS, &lists.bigs),
+            // Without flattened drops no shader reads it.
+            (slot::FLAT_LIGHT, flat.as_ref().map_or(&appearance.table, |flat| &flat.table)),
         ];
         let buffers = buffers.into_iter().chain(record_slots);
         let views = texels.iter().flat_map(|texels| {
@@ -330,6 +335,8 @@ impl Tiles {
             shared,
             bindings,
             placed,
+            shapes,
+            has_flat_rain: plan.shape.flattens_rain(scene),
             shelter,
             streak_layer,
         })

@@ -122,6 +122,13 @@ impl DrawnShape {
         NoSpheres::of(scene).falls && self.model != ShapeModel::Sphere
     }
 
+    /// Whether drops that `scene` places are drawn flattened, and by pictures while they are small.
+    pub fn flattens_placed(&self, scene: &Scene) -> bool {
+        NoSpheres::of(scene).placed.is_some()
+            && self.model != ShapeModel::Sphere
+            && self.rays_px > 0.0
+    }
+
     /// Whether rays are traced through drops.
     pub fn is_traced(&self) -> bool {
         matches!(self.model, ShapeModel::Spheroid | ShapeModel::Equilibrium)

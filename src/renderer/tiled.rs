@@ -59,7 +59,8 @@ impl Tiled {
         let filled =
             plan.optics == Optics::Appearance || scene.real_rain().is_some() || shows_sources;
         let is_flat = plan.shape.flattens_rain(scene);
-        let far = lighting.far_drop(&plan.light, true, filled, is_flat)?;
+        let has_flat = is_flat || plan.shape.flattens_placed(scene);
+        let far = lighting.far_drop(&plan.light, true, filled, has_flat)?;
         let FarDrop { seen, glints, .. } = &*far;
         let nothing = plan.layers.then(|| Behind::Plate(Arc::new(BackgroundImages::default())));
         let behind = behind.or(nothing.as_ref());

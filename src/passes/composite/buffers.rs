@@ -131,6 +131,7 @@ impl Buffers {
             (slot::DISORDERED, &self.disordered_tiles),
             (slot::DRAWN_TILES, &self.drawn_tiles),
             (slot::SPLAT_TABLE, &splats.table),
+            (slot::SHAPES, &tiles.shapes.given),
             (slot::STREAK_LAYER_LIGHT, &self.streak_layer_light),
             // Without lines no shader reads it.
             (slot::LINE_SUMS, self.line_sums.as_ref().unwrap_or(&self.sky)),

@@ -2,12 +2,15 @@
 
 use std::f64::consts::PI;
 
-use glam::{DVec2, DVec3, Vec3};
+use glam::{DQuat, DVec2, DVec3, Vec3};
 use raindrops::environment::Environment;
 use raindrops::optics::{Shape, Walk};
 use raindrops::picture::Picture;
+use raindrops::plan::{Output, plan};
+use raindrops::rain::shape::Halves;
+use raindrops::renderer::Renderer;
 use raindrops::scene::Scene;
-use raindrops::scene::model::{Preset, Weights};
+use raindrops::scene::model::{DropShape, Preset, Weights};
 use raindrops::scene::water::Index;
 
 use super::{draw, placed};
@@ -153,6 +156,57 @@ fn small_drops_in_a_dark_room_are_as_bright_as_their_rays() {
                 let off = light / white - expected;
                 println!("{radius} px, {aside}°: {expected:.5}, off by {off:+.5}");
                 assert!(off.abs() < 0.05 * expected + 1e-4, "{radius} px, {aside}°: {off}");
+            }
+        }
+    });
+}
+
+/// Mean over the outline of a flattened drop seen along `d`, by rays that are traced from surface to surface.
+fn mean_of_flattened(mm: f64, d: DVec3, radiance: impl Fn(DVec3) -> f64) -> f64 {
+    const EDGE: u32 = 300;
+    let Halves { joint, equatorial, top, bottom } = Halves::of_diameter(mm);
+    let shape = Shape::Halves { equatorial, top, bottom, joint };
+    let (u, v) = d.any_orthonormal_pair();
+    let at = |number: u32| 1.3 * ((f64::from(number) + 0.5) / f64::from(EDGE) * 2.0 - 1.0);
+    let (mut sum, mut met) = (0.0, 0.0);
+    for number in 0..EDGE * EDGE {
+        let to_ray = at(number % EDGE) * u + at(number / EDGE) * v;
+        let Some((first, _)) = shape.cross(to_ray, d) else { continue };
+        let (entry, inside) = Walk::enter(shape, to_ray + first * d, d, 1.33);
+        let exits = inside.into_iter().flat_map(|walk| walk.take(12).flatten());
+        sum += entry.reflectance * radiance(entry.reflected);
+        sum += exits.map(|exit| exit.weight * radiance(exit.direction)).sum::<f64>();
+        met += 1.0;
+    }
+    sum / met
+}
+
+/// A flattened drop of up to a few pixels has a sphere's colours on its outline, and the light of its own rays.
+#[test]
+fn small_flattened_drops_are_as_bright_as_their_rays() {
+    let landscape = |d: DVec3| if d.y > 0.1 { 1.0 } else { 0.1 };
+    let environment = painted(1024, |d| Vec3::splat(landscape(d) as f32));
+    on_device(|device| {
+        for pitch in [-60.0f64, -30.0, 0.0, 40.0] {
+            let tilt = DQuat::from_rotation_x(pitch.to_radians());
+            let toward = tilt * DVec3::NEG_Z;
+            let expected = mean_of_flattened(5.0, toward, landscape);
+            for radius in [0.5, 0.8, 1.2, 2.3] {
+                let (mut scene, _) = rows(radius, 24, 192);
+                (scene.metres, scene.camera.target) = (0.0025, toward);
+                scene.model.preset = Preset::Fast;
+                for drop in &mut scene.drops {
+                    (drop.center, drop.shape) = (tilt * drop.center, Some(DropShape::Equilibrium));
+                }
+                let plan = plan(&scene, &environment, Output::Layers).expect("a plan");
+                let mut renderer =
+                    Renderer::new(device, &scene, &environment, &plan).expect("a renderer");
+                renderer.draw(&scene).expect("a frame");
+                let colors = renderer.read_layers().expect("layers").color;
+                let sum = |of: usize| colors.iter().map(|color| color[of].to_f64()).sum::<f64>();
+                let off = sum(1) / sum(3) / expected - 1.0;
+                println!("{pitch}°, {radius} px: {expected:.5}, off by {off:+.3}");
+                assert!(off.abs() < 0.06, "{pitch}°, {radius} px: {off}");
             }
         }
     });
