@@ -103,6 +103,18 @@ pub fn mean_product(a: &Levels, b: &Levels, counts: impl Fn(usize) -> bool) -> f
     if count > 0.0 { sum / count } else { 0.0 }
 }
 
+/// The largest RMS over the pixels that count that a change may well have, of which `a` and `b` are independent and noisy: the root of
+/// their mean product with two of its standard errors. 0 if no pixel counts.
+pub fn rms_at_most(a: &Levels, b: &Levels, counts: impl Fn(usize) -> bool) -> f64 {
+    let pairs = a.values.iter().zip(&b.values).enumerate().filter(|(at, _)| counts(*at));
+    let products: Vec<f64> =
+        pairs.map(|(_, (a, b))| (0..3).map(|c| a[c] * b[c]).sum::<f64>() / 3.0).collect();
+    let pixels = products.len().max(1) as f64;
+    let mean = products.iter().sum::<f64>() / pixels;
+    let variance = products.iter().map(|product| (product - mean).powi(2)).sum::<f64>() / pixels;
+    (mean + 2.0 * (variance / pixels).sqrt()).max(0.0).sqrt()
+}
+
 /// Both halves of a reference, and what is of a drop.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Halves {

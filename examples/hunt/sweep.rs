@@ -5,7 +5,7 @@ use raindrops::picture::tone_map::exposure_of;
 use raindrops::scene::Scene;
 use raindrops::scene::model::Preset;
 
-use super::figures::{Halves, Levels, mean_product};
+use super::figures::{Halves, Levels, mean_product, rms_at_most};
 use super::folder::Loaded;
 use super::measure::Hunt;
 use super::models::Model;
@@ -16,7 +16,8 @@ use super::trace::Tracing;
 pub const STEPS: u32 = 40;
 
 /// Samples a pixel of each half of a step's reference. Their places are the same in every step, so that most of the noise is
-/// the same as well; what is left of it is taken off.
+/// the same as well. Where the rest of it hides how much the reference changes, as with drops that few samples meet, that is taken
+/// to be as much as it may well be.
 const SAMPLES: u32 = 16;
 
 /// The reference is taken to change by this many levels at least.
@@ -174,9 +175,7 @@ fn largest(steps: &[Shown], factors: &[f64], swept: Swept) -> Option<Step> {
         let is_drop = |at: usize| before.is_drop[at] || after.is_drop[at];
         let change = after.picture.less(&before.picture);
         let [a, b] = [0, 1].map(|half| after.halves[half].less(&before.halves[half]));
-        let root = |square: f64| square.max(0.0).sqrt();
-        let levels =
-            [root(mean_product(&change, &change, is_drop)), root(mean_product(&a, &b, is_drop))];
+        let levels = [mean_product(&change, &change, is_drop).sqrt(), rms_at_most(&a, &b, is_drop)];
         Step {
             of: swept.name().into(),
             largest: levels[0] / levels[1].max(LEAST_CHANGE),

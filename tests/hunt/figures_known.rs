@@ -8,7 +8,7 @@ use raindrops::picture::{Picture, linear_of_srgb};
 
 use crate::bounds::{Miss, misses};
 use crate::common::Random;
-use crate::figures::{Figures, Halves};
+use crate::figures::{Figures, Halves, Levels, rms_at_most};
 use crate::row::{Bytes, ModelRow, Row};
 
 const EDGE: u32 = 64;
@@ -123,6 +123,22 @@ fn noise_is_taken_off() {
     near(wrong.dots, 20.0 - 20.0 / 9.0, 1.0);
     let patch = |x: u32, y: u32| if x < 16 && y < 16 { 25.0 } else { 0.0 };
     near(figures(&halves, &picture(|x, y| level(x, y) + patch(x, y))).boxes, 25.0, 4.0);
+}
+
+/// A change without noise is as large as it is. With noise of 50 levels in each pixel of a few it is not said to be less than it is.
+#[test]
+fn a_change_of_a_noisy_reference_is_not_underrated() {
+    let levels = |level: &dyn Fn(u32, u32) -> f64| Levels::of(&picture(level), AS_IT_IS);
+    let counts = |at: usize| at % EDGE as usize / 4 == 0 && at / (EDGE as usize) < 8;
+    let change = levels(&|_, _| 108.0).less(&levels(&|_, _| 100.0));
+    near(rms_at_most(&change, &change, counts), 8.0, 0.01);
+    let mut random = Random(5);
+    let mut noisy = || {
+        let noise: Vec<f64> = (0..EDGE * EDGE).map(|_| 100.0 * (random.unit() - 0.5)).collect();
+        levels(&|x, y| 128.0 + noise[(y * EDGE + x) as usize]).less(&levels(&|_, _| 120.0))
+    };
+    let found = (0..50).filter(|_| rms_at_most(&noisy(), &noisy(), counts) >= 8.0).count();
+    assert!(found >= 45, "{found} of 50");
 }
 
 fn missed(model: &str, figures: Figures, noise: Figures, warnings: &[&str]) -> Vec<Miss> {
