@@ -129,6 +129,11 @@ void find_times(vec2 from, vec2 first, vec4 to_disc, vec2 moved, vec4 sphere, ve
     }
 }
 
+// Light of a drop whose picture has `light` at a place of its disc.
+vec3 shown(vec3 light, Lightened l, vec2 on_disc) {
+    return SHAPE == SPHERES ? light : lightened(light, l, on_disc);
+}
+
 // The colours of a row of pixels of a drop that moves: of each the mean of its picture along what moves over the pixel.
 void write_moving_colors(uint at, uint picture, vec2 from, vec4 to_disc, float edge, vec2 moved, float way, vec2 times[4], Lightened l) {
     // Half a pixel more at each end: the pixel's own extent.
@@ -138,15 +143,20 @@ void write_moving_colors(uint at, uint picture, vec2 from, vec4 to_disc, float e
         vec2 on_disc = vec2(to_disc.x * p.x + to_disc.z * p.y, to_disc.y * p.x + to_disc.w * p.y);
         vec2 first = (0.5 * (on_disc - moved * times[pixel].y) + 0.5) * edge - half_pixel;
         vec2 last = (0.5 * (on_disc - moved * times[pixel].x) + 0.5) * edge + half_pixel;
-        nodes[at + pixel] = pack_radiance(lightened(picture_along(picture, edge, first, last), l));
+        nodes[at + pixel] = pack_radiance(shown(picture_along(picture, edge, first, last), l, on_disc));
     }
 }
 
+// The colour at a place in texels from the middle of the first.
+uint color_at(uint picture, float edge, float steepness, vec2 at, Lightened l) {
+    return pack_radiance(shown(picture_light(picture, edge, steepness, at), l, (at + 0.5) * (2.0 / edge) - 1.0));
+}
+
 void write_colors(uint at, uint picture, float edge, float steepness, Places places, Lightened l) {
-    nodes[at] = pack_radiance(lightened(picture_light(picture, edge, steepness, vec2(places.x.x, places.y.x)), l));
-    nodes[at + 1u] = pack_radiance(lightened(picture_light(picture, edge, steepness, vec2(places.x.y, places.y.y)), l));
-    nodes[at + 2u] = pack_radiance(lightened(picture_light(picture, edge, steepness, vec2(places.x.z, places.y.z)), l));
-    nodes[at + 3u] = pack_radiance(lightened(picture_light(picture, edge, steepness, vec2(places.x.w, places.y.w)), l));
+    nodes[at] = color_at(picture, edge, steepness, vec2(places.x.x, places.y.x), l);
+    nodes[at + 1u] = color_at(picture, edge, steepness, vec2(places.x.y, places.y.y), l);
+    nodes[at + 2u] = color_at(picture, edge, steepness, vec2(places.x.z, places.y.z), l);
+    nodes[at + 3u] = color_at(picture, edge, steepness, vec2(places.x.w, places.y.w), l);
 }
 
 // The colours of a row of pixels of a drop out of focus.
@@ -155,7 +165,7 @@ void write_blurred_colors(uint at, uint picture, vec2 from, vec4 to_disc, float 
     for (uint pixel = 0u; pixel < TILE.x; ++pixel) {
         vec2 p = vec2(from.x + float(pixel), from.y);
         vec2 on_disc = vec2(to_disc.x * p.x + to_disc.z * p.y, to_disc.y * p.x + to_disc.w * p.y);
-        nodes[at + pixel] = pack_radiance(lightened(picture_around(picture, edge, on_disc, b), l));
+        nodes[at + pixel] = pack_radiance(shown(picture_around(picture, edge, on_disc, b), l, on_disc));
     }
 }
 
@@ -209,8 +219,8 @@ bool fill_block(uint at) {
         radius = l.radius;
         half_side = box_of_equal_area(0.5 * (l.box.zw - l.box.xy), radius);
     }
-    Lightened light = Lightened(vec3(1.0), vec3(0.0));
-    if (is_flat) light = unpack_lightened(l.lightened);
+    Lightened light = Lightened(vec3[2](vec3(1.0), vec3(1.0)), vec3[2](vec3(0.0), vec3(0.0)), vec2(0.0));
+    if (is_flat) light = unpack_lightened(l.lightened, l.upright);
     float fade = float(r.look >> 16) / 65535.0;
     // The outline's narrower axis: along it a pixel would miss finer texels, and a ramp would be wider than the drop.
     float squares = dot(m, m), most = 0.5 * (squares + sqrt(max(squares * squares - 4.0 * det * det, 0.0)));

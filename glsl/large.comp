@@ -124,17 +124,21 @@ bool is_by_rays(Found f) {
 
 // How the picture of a direction is made as light as a drop of a shape; not, where the table has nothing. `upright`: in the
 // picture; `seen`: the shape whose outline has the picture; `radius`: in pixels.
-uvec2 lightened_as(vec4 shape, vec4 seen, uint texel, vec2 upright, float radius) {
-    vec3 mean = unpack_radiance(pictures[picture_word(texel, 1u)]), upper, lower;
-    uvec4 words = flat_light[texel];
-    if (words.x == NO_PICTURE) return pack_lightened(mean, mean);
-    // Each half of the outline has a half of the picture, and as much of the area as it is high. Pixels mix them, a box has no halves.
-    picture_halves(texel, -upright, upper, lower);
-    float cosine2 = min(dot(upright, upright), 1.0);
+uvec4 lightened_as(vec4 shape, vec4 seen, uint texel, vec2 upright, float radius) {
+    vec3 mean = unpack_radiance(pictures[picture_word(texel, 1u)]), sphere[2], drop[2];
+    uvec4 means = flat_light[2u * texel], lower_means = flat_light[2u * texel + 1u];
+    picture_halves(texel, -upright, sphere[0], sphere[1]);
+    if (means.x == NO_PICTURE) return pack_lightened(sphere, sphere);
+    // Each half of the outline has a half of the picture, and as much of the area as it is high; those of a box are alike.
+    float cosine2 = min(dot(upright, upright), 1.0), flatness = flatness_of_shape(shape);
     vec2 high = sqrt(seen.yz * seen.yz * cosine2 + seen.x * seen.x * (1.0 - cosine2));
-    vec3 shown = (high.x * upper + high.y * lower) / (high.x + high.y);
-    shown = mix(mean, shown, radius < 1.0 ? 0.0 : 1.0 - 0.35 / radius);
-    return pack_lightened(shown, light_of_flatness(mean, words, flatness_of_shape(shape)));
+    high = radius < 1.0 ? vec2(0.5) : high / (high.x + high.y);
+    drop[1] = light_of_flatness(sphere[1], lower_means, flatness);
+    drop[0] = max(light_of_flatness(mean, means, flatness) - high.y * drop[1], 0.0) / high.x;
+    // Pixels mix the halves.
+    vec3 shown = high.x * sphere[0] + high.y * sphere[1];
+    vec3 mixed = mix(mean, shown, max(1.0 - 0.35 / radius, 0.0)) / max(shown, 1e-30);
+    return pack_lightened(vec3[2](mixed * sphere[0], mixed * sphere[1]), drop);
 }
 
 // Where on its picture a drop's pixels are: the picture of the nearest direction, turned as that direction's basis is, or
@@ -171,8 +175,11 @@ uint orient(inout Large r, Found f, uint at, bool rays) {
         r.center = f.halves.upper.center + f.path.aside;
         large_shapes[at] = LargeShape(f.shape, vec4(lower[0], lower[1]), f.halves.lower.center - f.halves.upper.center,
                                       f.halves.gradient, box_of(f.halves), f.halves.at_upper, f.outline.radius,
-                                      rays ? uvec2(0u)
-                                          : lightened_as(f.shape, seen_as(f.shape, f.path), texel, vec2(u.y, w.y), f.outline.radius));
+                                      packSnorm2x16(normalize(vec2(u.y, w.y) + 1e-6)), 0u, uvec4(0u));
+        if (!rays) {
+            vec4 seen = seen_as(f.shape, f.path);
+            large_shapes[at].lightened = lightened_as(f.shape, seen, texel, vec2(u.y, w.y), f.outline.radius);
+        }
     }
     return texel;
 }

@@ -65,7 +65,7 @@ void main() {
     vec3 spread = light_of_others(n) / 3.14159265;
     uvec2 flattened = uvec2(0u);
     if (FLAT_RAIN != 0u || FLAT_PLACED != 0u) {
-        uvec4 words = flat_light[texel];
+        uvec4 words = flat_light[2u * texel];
         vec3 of_flat[FLAT_DIAMETERS];
         for (uint i = 0u; i < FLAT_DIAMETERS; ++i) of_flat[i] = unpack_radiance(words[i]);
         if (FLAT_RAIN != 0u) {

@@ -33,22 +33,31 @@ vec3 light_of_flatness(vec3 round, uvec4 words, float flatness) {
     return mix(round, of_flat, from_round * sqrt(from_round));
 }
 
-// What is lacking is added evenly: bright places of the sphere's are none of the drop's.
+// How the light of a sphere's picture is made that of the drop, for the means of its upper and its lower half: what a half has too
+// much is a share of it, what it lacks is added, for the sphere's bright places are none of the drop's.
 struct Lightened {
-    vec3 share, more; // of the picture's light; radiance
+    vec3 share[2], more[2]; // of the picture's light; radiance
+    vec2 upright;           // in the picture
 };
 
-// Two words for `LargeShape`. Both radiances are means over the outline.
-uvec2 pack_lightened(vec3 of_sphere, vec3 of_drop) {
-    vec3 share = min(of_drop / max(of_sphere, 1e-30), 1.0);
-    return uvec2(pack_radiance(share), pack_radiance(max(of_drop - of_sphere, 0.0)));
+// Five words for `LargeShape`: each half's share and more; where up is. Radiances are means over the halves of the outline.
+uvec4 pack_lightened(vec3 sphere[2], vec3 drop[2]) {
+    uvec4 words;
+    for (uint i = 0u; i < 2u; ++i) {
+        words[i] = pack_radiance(min(drop[i] / max(sphere[i], 1e-30), 1.0));
+        words[2u + i] = pack_radiance(max(drop[i] - sphere[i], 0.0));
+    }
+    return words;
 }
 
-Lightened unpack_lightened(uvec2 words) {
-    return Lightened(unpack_radiance(words.x), unpack_radiance(words.y));
+Lightened unpack_lightened(uvec4 words, uint upright) {
+    return Lightened(vec3[2](unpack_radiance(words.x), unpack_radiance(words.y)),
+                     vec3[2](unpack_radiance(words.z), unpack_radiance(words.w)), unpackSnorm2x16(upright));
 }
 
-vec3 lightened(vec3 light, Lightened l) {
-    return light * l.share + l.more;
+// At a place on the disc. A half disc's middle is 4/3π from the whole one's: between the two it is linear.
+vec3 lightened(vec3 light, Lightened l, vec2 on_disc) {
+    float lower = clamp(0.5 - 1.178 * dot(on_disc, l.upright), 0.0, 1.0);
+    return light * mix(l.share[0], l.share[1], lower) + mix(l.more[0], l.more[1], lower);
 }
 #endif

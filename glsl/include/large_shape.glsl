@@ -9,12 +9,14 @@ struct LargeShape {
     vec4 box;           // around the outline: left, top, right, bottom from the upper ellipse's centre, pixels
     float at_upper;     // what parts them at the upper's centre
     float radius;       // of a disc of the outline's area, pixels
-    uvec2 lightened;    // see flattened.glsl
+    uint upright;       // see flattened.glsl
+    uint unused;
+    uvec4 lightened;
 };
 
 // A drop whose outline is no ellipse may be anywhere: its rays tell where it is.
 LargeShape no_outline(vec4 shape) {
-    return LargeShape(shape, vec4(1e-6, 0.0, 0.0, 1e-6), vec2(0.0), vec2(0.0), vec4(-1e6, -1e6, 1e6, 1e6), -1.0, 1e6, uvec2(0u));
+    return LargeShape(shape, vec4(1e-6, 0.0, 0.0, 1e-6), vec2(0.0), vec2(0.0), vec4(-1e6, -1e6, 1e6, 1e6), -1.0, 1e6, 0u, 0u, uvec4(0u));
 }
 
 bool has_outline(LargeShape l) {

@@ -6,7 +6,7 @@
 //! `appearance.rs`, and for [`FLAT_DIAMETERS`] diameters, the mean over the outline of rays that are traced through two half
 //! spheroids, each with its footprint in the environment. Rain is a mixture of these drops and of spheres
 //! (`src/rain/flat_sizes.rs`), which `glsl/splat_table.comp` makes of it for each view: of the medium, of drops shown one by
-//! one, and of a splat by its size. Drops of a few pixels show a sphere's picture with that light (`glsl/include/flattened.glsl`), and
+//! one, and of a splat by its size. Drops of a few pixels show a sphere's picture with that light in each half of their outline (`glsl/include/flattened.glsl`), and
 //! drops placed by hand do as those of rain of their flatness.
 //!
 //! Cost: 96 rays a diameter and direction, once an environment, for the directions in view; a frame reads as many words as
@@ -36,7 +36,7 @@ const _: () = assert!(DIAMETERS.len() == 1 + FLAT_DIAMETERS as usize);
 
 /// The table and the pass that makes it.
 pub struct FlatLight {
-    /// For each direction a word a diameter.
+    /// For each direction a word a diameter, and as many for the lower half.
     pub(super) table: Buffer,
     bindings: Bindings,
     pipeline: ComputePipeline,
@@ -54,7 +54,7 @@ impl FlatLight {
         light: &Light,
     ) -> Result<Self> {
         use vk::BufferUsageFlags as Usage;
-        let bytes = 4 * u64::from(DIRECTIONS * FLAT_DIAMETERS);
+        let bytes = 2 * 4 * u64::from(DIRECTIONS * FLAT_DIAMETERS);
         let usage = Usage::STORAGE_BUFFER | Usage::TRANSFER_DST;
         let table = Buffer::new(device, "flat light", bytes, usage, Memory::Device)?;
         let map = Resource::Sampled(&environment.image, &environment.sampler);
