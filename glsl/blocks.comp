@@ -219,8 +219,8 @@ bool fill_block(uint at) {
         radius = l.radius;
         half_side = box_of_equal_area(0.5 * (l.box.zw - l.box.xy), radius);
     }
-    Lightened light = Lightened(vec3[2](vec3(1.0), vec3(1.0)), vec3[2](vec3(0.0), vec3(0.0)), vec2(0.0));
-    if (is_flat) light = unpack_lightened(l.lightened, l.upright);
+    Lightened light = Lightened(pack_lightened(vec3[2](vec3(1.0), vec3(1.0)), vec3[2](vec3(1.0), vec3(1.0))), 0u);
+    if (is_flat) light = Lightened(l.lightened, l.upright);
     float fade = float(r.look >> 16) / 65535.0;
     // The outline's narrower axis: along it a pixel would miss finer texels, and a ramp would be wider than the drop.
     float squares = dot(m, m), most = 0.5 * (squares + sqrt(max(squares * squares - 4.0 * det * det, 0.0)));

@@ -34,13 +34,13 @@ vec3 light_of_flatness(vec3 round, uvec4 words, float flatness) {
 }
 
 // How the light of a sphere's picture is made that of the drop, for the means of its upper and its lower half: what a half has too
-// much is a share of it, what it lacks is added, for the sphere's bright places are none of the drop's.
+// much is a share of it, what it lacks is added, for the sphere's bright places are none of the drop's. Packed, for registers.
 struct Lightened {
-    vec3 share[2], more[2]; // of the picture's light; radiance
-    vec2 upright;           // in the picture
+    uvec4 halves; // shares of the picture's light, of both halves; radiances that are added
+    uint upright; // in the picture
 };
 
-// Five words for `LargeShape`: each half's share and more; where up is. Radiances are means over the halves of the outline.
+// Radiances are means over the halves of the outline.
 uvec4 pack_lightened(vec3 sphere[2], vec3 drop[2]) {
     uvec4 words;
     for (uint i = 0u; i < 2u; ++i) {
@@ -50,14 +50,10 @@ uvec4 pack_lightened(vec3 sphere[2], vec3 drop[2]) {
     return words;
 }
 
-Lightened unpack_lightened(uvec4 words, uint upright) {
-    return Lightened(vec3[2](unpack_radiance(words.x), unpack_radiance(words.y)),
-                     vec3[2](unpack_radiance(words.z), unpack_radiance(words.w)), unpackSnorm2x16(upright));
-}
-
 // At a place on the disc. A half disc's middle is 4/3π from the whole one's: between the two it is linear.
 vec3 lightened(vec3 light, Lightened l, vec2 on_disc) {
-    float lower = clamp(0.5 - 1.178 * dot(on_disc, l.upright), 0.0, 1.0);
-    return light * mix(l.share[0], l.share[1], lower) + mix(l.more[0], l.more[1], lower);
+    float lower = clamp(0.5 - 1.178 * dot(on_disc, unpackSnorm2x16(l.upright)), 0.0, 1.0);
+    return light * mix(unpack_radiance(l.halves.x), unpack_radiance(l.halves.y), lower)
+        + mix(unpack_radiance(l.halves.z), unpack_radiance(l.halves.w), lower);
 }
 #endif

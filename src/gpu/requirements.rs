@@ -164,7 +164,7 @@ impl Requirements {
             ),
             (
                 has.storage_buffers_per_stage >= self.storage_buffers_per_stage,
-                "23 storage buffers a stage",
+                "24 storage buffers a stage",
             ),
         ];
         let all = of_queue.into_iter().chain(features).chain(of_shaders);
