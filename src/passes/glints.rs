@@ -35,7 +35,7 @@ use crate::Result;
 use crate::abi::{BOW_ANGLES, GLINT_ANGLES, Source};
 use crate::environment::Environment;
 use crate::environment::bright::{Bright, split_off};
-use crate::gpu::sets::{glints as slot, group, splat_table as of_splats};
+use crate::gpu::sets::{constant, glints as slot, group, splat_table as of_splats};
 use crate::gpu::{Bindings, Buffer, ComputePipeline, Device, Memory, Recorder, Resource, shaders};
 use crate::plan::Light;
 
@@ -179,7 +179,10 @@ impl SplatTable {
         ];
         let bindings = Bindings::of(device, "splat table", &slots)?.beside(&tiles.shared);
         let shader = shaders::SPLAT_TABLE_COMP;
-        let pipeline = ComputePipeline::new(device, shader, &bindings, 0, &tiles.constants)?;
+        let read = [constant::FLAT_RAIN, constant::FLAT_PLACED];
+        let constants: Vec<_> =
+            tiles.constants.iter().filter(|[id, _]| read.contains(id)).copied().collect();
+        let pipeline = ComputePipeline::new(device, shader, &bindings, 0, &constants)?;
         Ok(Self { table, bindings, pipeline })
     }
 
