@@ -103,16 +103,17 @@ pub fn mean_product(a: &Levels, b: &Levels, counts: impl Fn(usize) -> bool) -> f
     if count > 0.0 { sum / count } else { 0.0 }
 }
 
-/// The largest RMS over the pixels that count that a change may well have, of which `a` and `b` are independent and noisy: the root of
-/// their mean product with two of its standard errors. 0 if no pixel counts.
+/// The largest RMS over the pixels that count that a change may well have, which two halves of a reference found as `a` and `b`: the
+/// root of their mean product and of two of its standard errors by the halves' noise. Without noise it is the RMS; 0 if no pixel counts.
 pub fn rms_at_most(a: &Levels, b: &Levels, counts: impl Fn(usize) -> bool) -> f64 {
     let pairs = a.values.iter().zip(&b.values).enumerate().filter(|(at, _)| counts(*at));
-    let products: Vec<f64> =
-        pairs.map(|(_, (a, b))| (0..3).map(|c| a[c] * b[c]).sum::<f64>() / 3.0).collect();
-    let pixels = products.len().max(1) as f64;
-    let mean = products.iter().sum::<f64>() / pixels;
-    let variance = products.iter().map(|product| (product - mean).powi(2)).sum::<f64>() / pixels;
-    (mean + 2.0 * (variance / pixels).sqrt()).max(0.0).sqrt()
+    // The variance of a b: the square of t d, where t is the halves' mean and d their difference.
+    let variances: Vec<f64> = pairs
+        .map(|(_, (a, b))| (0..3).map(|c| 0.5 * (a[c] + b[c]) * (a[c] - b[c])).sum::<f64>() / 3.0)
+        .map(|moved| moved * moved)
+        .collect();
+    let error = variances.iter().sum::<f64>().sqrt() / variances.len().max(1) as f64;
+    (mean_product(a, b, counts) + 2.0 * error).max(0.0).sqrt()
 }
 
 /// Both halves of a reference, and what is of a drop.
