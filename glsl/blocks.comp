@@ -219,7 +219,7 @@ bool fill_block(uint at) {
         radius = l.radius;
         half_side = box_of_equal_area(0.5 * (l.box.zw - l.box.xy), radius);
     }
-    Lightened light = Lightened(pack_lightened(vec3[2](vec3(1.0), vec3(1.0)), vec3[2](vec3(1.0), vec3(1.0))), 0u);
+    Lightened light = not_flattened();
     if (is_flat) light = Lightened(l.lightened, l.upright);
     float fade = float(r.look >> 16) / 65535.0;
     // The outline's narrower axis: along it a pixel would miss finer texels, and a ramp would be wider than the drop.

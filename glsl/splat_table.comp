@@ -15,6 +15,7 @@ layout(local_size_x = 64) in;
 
 layout(std430, set = 1, binding = 0) readonly buffer FarGlintsIn { uvec4 far_glints[]; };
 layout(std430, set = 1, binding = 1) readonly buffer FlatLight { uvec4 flat_light[]; };
+layout(std430, set = 1, binding = 2) readonly buffer Shapes { vec4 shapes[]; };
 #include "flat_rain.glsl"
 
 vec3 to_view(vec3 world) {
@@ -51,7 +52,7 @@ void main() {
     }
     // A renewed environment may have fewer sources than there is room for.
     uint entries = source_count.x * GLINT_ANGLES;
-    uint end = FLAT_RAIN != 0u ? flat_rain_entry(0u) : uint(splat_table.length());
+    uint end = has_flat() ? flat_rain_entry(0u) : uint(splat_table.length());
     for (uint i = texel; ANGLES + i < end; i += SINGLE_TEXELS) {
         splat_table[ANGLES + i] = i < entries ? far_glints[i] : uvec4(0u);
     }
@@ -64,14 +65,18 @@ void main() {
     // With what is no glint.
     vec3 spread = light_of_others(n) / 3.14159265;
     uvec2 flattened = uvec2(0u);
-    if (FLAT_RAIN != 0u || FLAT_PLACED != 0u) {
+    if (has_flat()) {
         uvec4 words = flat_light[2u * texel];
         vec3 of_flat[FLAT_DIAMETERS];
         for (uint i = 0u; i < FLAT_DIAMETERS; ++i) of_flat[i] = unpack_radiance(words[i]);
+        // Rain without flattened drops has none of its light from those that are placed by hand: their parts are 0.
+        vec2 placed = shapes[0].zw;
+        vec3 far = mean, near = (1.0 - placed.x - placed.y) * mean + placed.x * of_flat[FLAT_SPLATS.x] + placed.y * of_flat[FLAT_SPLATS.y];
         if (FLAT_RAIN != 0u) {
-            vec3 far = light_of_rain(mean, of_flat, n.y, 0u), near = light_of_rain(mean, of_flat, n.y, 1u);
-            splat_table[flat_rain_entry(texel)] = uvec4(pack_radiance(far), pack_radiance(near), 0u, 0u);
+            far = light_of_rain(mean, of_flat, n.y, 0u);
+            near = light_of_rain(mean, of_flat, n.y, 1u);
         }
+        splat_table[flat_rain_entry(texel)] = uvec4(pack_radiance(far), pack_radiance(near), 0u, 0u);
         flattened = uvec2(pack_radiance(of_flat[FLAT_SPLATS.x] + spread), pack_radiance(of_flat[FLAT_SPLATS.y] + spread));
     }
     splat_table[texel] =

@@ -197,7 +197,7 @@ void composite_splat(inout Row upper, inout Row lower, uint link) {
     float away2 = dot(center, center) + frame.image.z * frame.image.z, near = inversesqrt(away2);
     vec3 axis = near * vec3(center.x, -center.y, -frame.image.z);
     float radius = sqrt(squared * away2 * near * inverse_focal); // over the root of the axis' depth
-    if (FLAT_RAIN != 0u || FLAT_PLACED != 0u) {
+    if (has_flat()) {
         precise float mm = field.shown.w * frame.image.z * near * near * radius * sqrt(distance2);
         precise float flatness = FLAT_RAIN != 0u ? flatness_of(mm) : 0.0;
         if (is_by_hand(words.y)) flatness = FLAT_PLACED != 0u ? flatness_of_shape(shapes[BY_HAND + by_hand_number(words.y)]) : 0.0;

@@ -19,7 +19,7 @@ uint wrapped_texel(ivec2 at) {
 
 // Light of a texel from the environment without its bright sources.
 vec3 light_of_texel(uint texel, bool one_by_one) {
-    if (FLAT_RAIN == 0u) return unpack_radiance(pictures[picture_word(texel, 1u)]);
+    if (!has_flat()) return unpack_radiance(pictures[picture_word(texel, 1u)]);
     uvec2 words = splat_table[flat_rain_entry(texel)].xy;
     return unpack_radiance(one_by_one ? words.y : words.x);
 }

@@ -40,6 +40,12 @@ struct Lightened {
     uint upright; // in the picture
 };
 
+// Of a sphere: its picture as it is.
+Lightened not_flattened() {
+    uint whole = pack_radiance(vec3(1.0)), none = pack_radiance(vec3(0.0));
+    return Lightened(uvec4(whole, whole, none, none), 0u);
+}
+
 // Radiances are means over the halves of the outline.
 uvec4 pack_lightened(vec3 sphere[2], vec3 drop[2]) {
     uvec4 words;

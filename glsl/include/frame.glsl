@@ -7,7 +7,7 @@ struct Frame {
     vec4 up;
     vec4 back;
     vec4 units;         // xyz: scene units a unit of place; w: radius of the rain's drops
-    uvec4 camera_place; // xyz: the camera's place in the first population's box; w: number of random drops
+    uvec4 camera_place; // xyz: the camera's place in the first population's box; w: index of the first drop placed by hand
     uvec4 shift;        // xyz: how far the rain has moved; w: number of all drops
     uvec4 seed;         // xy: low and high half; z: 1 to restart the stored positions; w: number of the recording, for the CPU
     vec4 motion;        // xyz: stored positions: displacement since the last frame, scene units

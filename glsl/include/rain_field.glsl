@@ -3,8 +3,8 @@
 // What a frame sees of real rain: `RainField`, written by src/passes/cells.rs.
 #include "constants.glsl"
 
-// A drop's number: that of its cell among all that are looked into, times 64, and its own in the cell; or with this bit
-// that of a drop placed by hand.
+// A drop's number: that of its cell among all that are looked into, times 64, and its own in the cell; from
+// IS_PLACED on that of a drop placed by hand.
 
 struct RainClass {
     uvec4 cell_low;  // low words of the number of the camera's cell; w: of the salt

@@ -10,7 +10,8 @@
 
 const vec4 ROUND = vec4(1.0, 1.0, 1.0, 0.0);
 
-// Where the table of shapes has those of falling drops, by diameter, and those of drops placed by hand (`given` in src/passes/shapes.rs).
+// Where the table of shapes has those of falling drops, by diameter, and those of drops placed by hand: `given` in
+// src/passes/shapes.rs.
 const uint BY_DIAMETER = 1, BY_HAND = BY_DIAMETER + DIAMETERS;
 
 bool is_round(vec4 shape) {

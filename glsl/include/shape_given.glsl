@@ -4,8 +4,8 @@
 #include "motion.glsl"
 #include "shape.glsl"
 
-// `Given` in src/passes/shapes.rs: diameter in mm of a drop of radius 1, which is the first's x; the shapes of falling
-// drops by diameter; those of drops placed by hand.
+// `Given` in src/passes/shapes.rs: diameter in mm of a drop of radius 1, which is the first's x, and what else is its head;
+// the shapes of falling drops by diameter; those of drops placed by hand.
 layout(std430, set = 1, binding = 5) readonly buffer Shapes { vec4 shapes[]; };
 
 vec4 shape_of(uint index, Drop drop) {

@@ -6,8 +6,8 @@
 //! `appearance.rs`, and for [`FLAT_DIAMETERS`] diameters, the mean over the outline of rays that are traced through two half
 //! spheroids, each with its footprint in the environment. Rain is a mixture of these drops and of spheres
 //! (`src/rain/flat_sizes.rs`), which `glsl/splat_table.comp` makes of it for each view: of the medium, of drops shown one by
-//! one, and of a splat by its size. Drops of a few pixels show a sphere's picture with that light in each half of their outline (`glsl/include/flattened.glsl`), and
-//! drops placed by hand do as those of rain of their flatness.
+//! one, and of a splat by its size. Drops of a few pixels show a sphere's picture with that light in each half
+//! of their outline (`glsl/include/flattened.glsl`). Drops placed by hand show what rain of their flatness does.
 //!
 //! Cost: 96 rays a diameter and direction, once an environment, for the directions in view; a frame reads as many words as
 //! without it. Scenes of spheres have no table. Error before a landscape of

@@ -164,14 +164,18 @@ impl SplatTable {
     ) -> Result<Self> {
         use vk::BufferUsageFlags as Usage;
         let usage = Usage::STORAGE_BUFFER | Usage::UNIFORM_TEXEL_BUFFER | Usage::TRANSFER_SRC;
-        let of_rain = if tiles.has_flat_rain { DIRECTIONS } else { 0 };
-        let entries = DIRECTIONS + crate::abi::MOST_SOURCES + GLINT_ANGLES * glints.count + of_rain;
+        let read = [constant::FLAT_RAIN, constant::FLAT_PLACED];
+        let constants: Vec<_> =
+            tiles.constants.iter().filter(|[id, _]| read.contains(id)).copied().collect();
+        let of_all = if flat.is_some() { DIRECTIONS } else { 0 };
+        let entries = DIRECTIONS + crate::abi::MOST_SOURCES + GLINT_ANGLES * glints.count + of_all;
         let bytes = ENTRY_BYTES * u64::from(entries);
         let table = Buffer::new(device, "splat table", bytes, usage, Memory::Device)?;
         let slots = [
             (of_splats::FAR_GLINTS_IN, Resource::Buffer(&glints.far_glints)),
             (of_splats::SPLAT_TABLE, Resource::Buffer(&table)),
-            // Without flattened rain no shader reads it.
+            (of_splats::SHAPES, Resource::Buffer(&tiles.shapes.given)),
+            // Without flattened drops no shader reads it.
             (
                 of_splats::FLAT_LIGHT,
                 Resource::Buffer(flat.as_ref().map_or(&appearance.table, |flat| &flat.table)),
@@ -179,9 +183,6 @@ impl SplatTable {
         ];
         let bindings = Bindings::of(device, "splat table", &slots)?.beside(&tiles.shared);
         let shader = shaders::SPLAT_TABLE_COMP;
-        let read = [constant::FLAT_RAIN, constant::FLAT_PLACED];
-        let constants: Vec<_> =
-            tiles.constants.iter().filter(|[id, _]| read.contains(id)).copied().collect();
         let pipeline = ComputePipeline::new(device, shader, &bindings, 0, &constants)?;
         Ok(Self { table, bindings, pipeline })
     }

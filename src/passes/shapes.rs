@@ -53,16 +53,40 @@ impl Shapes {
     }
 }
 
-/// Millimetres of diameter of a drop of radius 1, and whether falling drops are flattened; the table; the placed drops.
+/// Millimetres of diameter of a drop of radius 1, whether falling drops are flattened, and [`parts_of_flat`]; the table; the placed
+/// drops.
 fn given(scene: &Scene, model: ShapeModel) -> Vec<[f32; 4]> {
     let falls_flat = scene.real_rain().is_some_and(|rain| rain.shape == DropShape::Equilibrium);
-    let head = [(2000.0 * scene.metres) as f32, f32::from(u8::from(falls_flat)), 0.0, 0.0];
+    let [first, second] = parts_of_flat(scene, model).map(|part| part as f32);
+    let head = [(2000.0 * scene.metres) as f32, f32::from(u8::from(falls_flat)), first, second];
     let diameter = |row: u32| SMALLEST_FLATTENED + f64::from(row) / f64::from(DIAMETERS_A_MM);
     let table = (0..DIAMETERS).map(|row| of_diameter(model, diameter(row)));
     let placed = scene.placed().map(|drop| of_placed(model, drop, scene.metres));
     let of_host = std::iter::repeat_n(ROUND, scene.host_particles as usize);
     let shapes = table.chain(placed).chain(of_host).map(|shape| shape.map(|value| value as f32));
     std::iter::once(head).chain(shapes).collect()
+}
+
+/// Which parts of the light of placed drops together are that of flattened drops of 3 and 6 mm, by what each blocks and with the law of
+/// `flattened_light` in `glsl/include/flattened.glsl`: small drops that move have one colour together (`glsl/include/streak_layer.glsl`).
+/// Among other rain they have its colour.
+fn parts_of_flat(scene: &Scene, model: ShapeModel) -> [f64; 2] {
+    if scene.real_rain().is_some() || scene.random_count() + scene.host_particles > 0 {
+        return [0.0; 2];
+    }
+    let [first, second] = [3.0, 6.0].map(|mm| 1.0 - axis_ratio(mm));
+    let (mut blocked, mut parts) = (0.0, [0.0; 2]);
+    for drop in scene.placed() {
+        let [wide, above, below, _] = of_placed(model, drop, scene.metres);
+        let flatness = (1.0 - 0.5 * (above + below) / wide).max(0.0);
+        let from_round = (flatness / first).min(1.0).powf(1.5);
+        let from_first = ((flatness - first) / (second - first)).clamp(0.0, 1.0);
+        let area = drop.radius * drop.radius;
+        blocked += area;
+        parts[0] += area * from_round * (1.0 - from_first);
+        parts[1] += area * from_round * from_first;
+    }
+    parts.map(|part| part / f64::max(blocked, f64::MIN_POSITIVE))
 }
 
 /// The shape of a falling drop.

@@ -97,8 +97,6 @@ pub struct Tiles {
     passes: Passes,
     pub(super) placed: PlacedDrops,
     pub(super) shapes: Shapes,
-    /// Whether there is rain whose drops are drawn flattened.
-    pub(super) has_flat_rain: bool,
     /// What keeps rain off; none in a scene without a shelter.
     shelter: Option<ShelterMap>,
     pub(super) streak_layer: StreakLayer,
@@ -336,7 +334,6 @@ impl Tiles {
             bindings,
             placed,
             shapes,
-            has_flat_rain: plan.shape.flattens_rain(scene),
             shelter,
             streak_layer,
         })

@@ -58,8 +58,7 @@ impl Tiled {
         let shows_sources = plan.lens != Lens::Pinhole && lighting.shows_sources(&plan.light);
         let filled =
             plan.optics == Optics::Appearance || scene.real_rain().is_some() || shows_sources;
-        let is_flat = plan.shape.flattens_rain(scene);
-        let has_flat = is_flat || plan.shape.flattens_placed(scene);
+        let has_flat = plan.shape.flattens_rain(scene) || plan.shape.flattens_placed(scene);
         let far = lighting.far_drop(&plan.light, true, filled, has_flat)?;
         let FarDrop { seen, glints, .. } = &*far;
         let nothing = plan.layers.then(|| Behind::Plate(Arc::new(BackgroundImages::default())));
@@ -90,7 +89,7 @@ impl Tiled {
             composite,
             pane,
             splats,
-            reads_splats: plan.splat_px > 0.0 || is_flat,
+            reads_splats: plan.splat_px > 0.0 || has_flat,
             has_medium: scene.real_rain().is_some(),
             shows_far: filled,
             is_spread: plan.lens != Lens::Pinhole || plan.motion != Motion::Instant,
