@@ -13,7 +13,6 @@
 #include "reach.glsl"
 #include "shared_exponent.glsl"
 #include "shape_front.glsl"
-#include "flattened.glsl"
 #include "streak.glsl"
 #include "together.glsl"
 
@@ -29,7 +28,7 @@ Large large_at(uint number) {
 #else
 Large large_at(uint number) { return larges[number]; }
 #endif
-#include "picture_light.glsl"
+#include "spread_picture.glsl"
 
 layout(local_size_x = 64) in;
 
@@ -129,27 +128,26 @@ void find_times(vec2 from, vec2 first, vec4 to_disc, vec2 moved, vec4 sphere, ve
     }
 }
 
-// Light of a drop whose picture has `light` at a place of its disc.
-vec3 shown(vec3 light, Lightened l, vec2 on_disc) {
-    return SHAPE == SPHERES ? light : lightened(light, l, on_disc);
-}
-
 // The colours of a row of pixels of a drop that moves: of each the mean of its picture along what moves over the pixel.
 void write_moving_colors(uint at, uint picture, vec2 from, vec4 to_disc, float edge, vec2 moved, float way, vec2 times[4], Lightened l) {
-    // Half a pixel more at each end: the pixel's own extent.
-    vec2 half_pixel = moved * (0.25 * edge / way);
+    // Half a pixel more at each end, the pixel's own extent, as far as the drop is there.
+    float length = length(moved), half_pixel = 0.5 * length / way;
+    vec2 along = moved / length;
     for (uint pixel = 0u; pixel < TILE.x; ++pixel) {
         vec2 p = vec2(from.x + float(pixel), from.y);
         vec2 on_disc = vec2(to_disc.x * p.x + to_disc.z * p.y, to_disc.y * p.x + to_disc.w * p.y);
-        vec2 first = (0.5 * (on_disc - moved * times[pixel].y) + 0.5) * edge - half_pixel;
-        vec2 last = (0.5 * (on_disc - moved * times[pixel].x) + 0.5) * edge + half_pixel;
-        nodes[at + pixel] = pack_radiance(shown(picture_along(picture, edge, first, last), l, on_disc));
+        float at_pixel = dot(on_disc, along);
+        vec2 aside = on_disc - at_pixel * along;
+        float rim = sqrt(max(1.0 - dot(aside, aside), 0.0));
+        vec2 ends = clamp(at_pixel - length * times[pixel].yx + vec2(-half_pixel, half_pixel), -rim, rim);
+        vec2 first = (0.5 * (aside + ends.x * along) + 0.5) * edge, last = (0.5 * (aside + ends.y * along) + 0.5) * edge;
+        nodes[at + pixel] = pack_radiance(picture_along(picture, edge, first, last, l));
     }
 }
 
 // The colour at a place in texels from the middle of the first.
 uint color_at(uint picture, float edge, float steepness, vec2 at, Lightened l) {
-    return pack_radiance(shown(picture_light(picture, edge, steepness, at), l, (at + 0.5) * (2.0 / edge) - 1.0));
+    return pack_radiance(lightened(picture_light(picture, edge, steepness, at), l, (at + 0.5) * (2.0 / edge) - 1.0));
 }
 
 void write_colors(uint at, uint picture, float edge, float steepness, Places places, Lightened l) {
@@ -165,7 +163,7 @@ void write_blurred_colors(uint at, uint picture, vec2 from, vec4 to_disc, float 
     for (uint pixel = 0u; pixel < TILE.x; ++pixel) {
         vec2 p = vec2(from.x + float(pixel), from.y);
         vec2 on_disc = vec2(to_disc.x * p.x + to_disc.z * p.y, to_disc.y * p.x + to_disc.w * p.y);
-        nodes[at + pixel] = pack_radiance(shown(picture_around(picture, edge, on_disc, b), l, on_disc));
+        nodes[at + pixel] = pack_radiance(picture_around(picture, edge, on_disc, b, l));
     }
 }
 

@@ -122,6 +122,13 @@ bool is_by_rays(Found f) {
     return rays || is_lens() && f.blur > 0.0 && (f.path.moved != vec3(0.0) || f.is_flat);
 }
 
+// Parts of a shape's outline that its upper and its lower half have: each as much as it is high. `cosine2`: squared, of the
+// elevation from which it is seen.
+vec2 halves_of(vec4 shape, float cosine2) {
+    vec2 high = sqrt(shape.yz * shape.yz * cosine2 + shape.x * shape.x * (1.0 - cosine2));
+    return high / (high.x + high.y);
+}
+
 // How the picture of a direction is made as light as a drop of a shape; not, where the table has nothing. `upright`: in the
 // picture; `seen`: the shape whose outline has the picture; `radius`: in pixels.
 uvec4 lightened_as(vec4 shape, vec4 seen, uint texel, vec2 upright, float radius) {
@@ -129,16 +136,16 @@ uvec4 lightened_as(vec4 shape, vec4 seen, uint texel, vec2 upright, float radius
     uvec4 means = flat_light[2u * texel], lower_means = flat_light[2u * texel + 1u];
     picture_halves(texel, -upright, sphere[0], sphere[1]);
     if (means.x == NO_PICTURE) return pack_lightened(sphere, sphere);
-    // Each half of the outline has a half of the picture, and as much of the area as it is high; those of a box are alike.
     float cosine2 = min(dot(upright, upright), 1.0), flatness = flatness_of_shape(shape);
-    vec2 high = sqrt(seen.yz * seen.yz * cosine2 + seen.x * seen.x * (1.0 - cosine2));
-    high = radius < 1.0 ? vec2(0.5) : high / (high.x + high.y);
-    drop[1] = light_of_flatness(sphere[1], lower_means, flatness);
-    drop[0] = max(light_of_flatness(mean, means, flatness) - high.y * drop[1], 0.0) / high.x;
-    // Pixels mix the halves.
-    vec3 shown = high.x * sphere[0] + high.y * sphere[1];
-    vec3 mixed = mix(mean, shown, max(1.0 - 0.35 / radius, 0.0)) / max(shown, 1e-30);
-    return pack_lightened(vec3[2](mixed * sphere[0], mixed * sphere[1]), drop);
+    // Each half of what is drawn has the light of the shape's own half; those of a box are alike.
+    vec2 drawn = radius < 1.0 ? vec2(0.5) : halves_of(seen, cosine2);
+    vec3 below = halves_of(shape, cosine2).y * light_of_flatness(sphere[1], lower_means, flatness);
+    drop[0] = max(light_of_flatness(mean, means, flatness) - below, 0.0) / drawn.x;
+    drop[1] = below / drawn.y;
+    // Pixels mix the picture's halves.
+    float apart = max(1.0 - 0.35 / radius, 0.0);
+    for (uint i = 0u; i < 2u; ++i) sphere[i] = mix(mean, sphere[i], apart);
+    return pack_lightened(sphere, drop);
 }
 
 // Where on its picture a drop's pixels are: the picture of the nearest direction, turned as that direction's basis is, or

@@ -3,6 +3,7 @@
 // The mean light of a flattened drop, and how a sphere's picture on its outline is made as light.
 #include "constants.glsl"
 #include "shared_exponent.glsl"
+#include "tile_buffers.glsl"
 
 // By how much a drop of a diameter in mm is lower than wide (src/rain/shape.rs: Beard and Chuang 1987).
 float flatness_of(float mm) {
@@ -33,12 +34,15 @@ vec3 light_of_flatness(vec3 round, uvec4 words, float flatness) {
     return mix(round, of_flat, from_round * sqrt(from_round));
 }
 
-// How the light of a sphere's picture is made that of the drop, for the means of its upper and its lower half: what a half has too
-// much is a share of it, what it lacks is added, for the sphere's bright places are none of the drop's. Packed, for registers.
+// How the light of a sphere's picture is made that of the drop, for the means of its upper and its lower half. Packed, for registers.
 struct Lightened {
-    uvec4 halves; // shares of the picture's light, of both halves; radiances that are added
+    uvec4 halves; // factors of the picture's light, of both halves; radiances that are added
     uint upright; // in the picture
 };
+
+// Times as light as its sphere's a place may become. All that a half lacks, added, would make a pale disc of a drop in a dark room,
+// which shows windows along its rim; all of it as a factor would take the sphere's bright places for the drop's.
+const float MOST_LIGHTENED = 2.0;
 
 // Of a sphere: its picture as it is.
 Lightened not_flattened() {
@@ -50,14 +54,16 @@ Lightened not_flattened() {
 uvec4 pack_lightened(vec3 sphere[2], vec3 drop[2]) {
     uvec4 words;
     for (uint i = 0u; i < 2u; ++i) {
-        words[i] = pack_radiance(min(drop[i] / max(sphere[i], 1e-30), 1.0));
-        words[2u + i] = pack_radiance(max(drop[i] - sphere[i], 0.0));
+        vec3 share = min(drop[i] / max(sphere[i], 1e-30), MOST_LIGHTENED);
+        words[i] = pack_radiance(share);
+        words[2u + i] = pack_radiance(max(drop[i] - share * sphere[i], 0.0));
     }
     return words;
 }
 
 // At a place on the disc. A half disc's middle is 4/3π from the whole one's: between the two it is linear.
 vec3 lightened(vec3 light, Lightened l, vec2 on_disc) {
+    if (SHAPE == SPHERES) return light;
     float lower = clamp(0.5 - 1.178 * dot(on_disc, unpackSnorm2x16(l.upright)), 0.0, 1.0);
     return light * mix(unpack_radiance(l.halves.x), unpack_radiance(l.halves.y), lower)
         + mix(unpack_radiance(l.halves.z), unpack_radiance(l.halves.w), lower);
