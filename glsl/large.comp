@@ -137,13 +137,15 @@ uvec4 lightened_as(vec4 shape, vec4 seen, uint texel, vec2 upright, float radius
     picture_halves(texel, -upright, sphere[0], sphere[1]);
     if (means.x == NO_PICTURE) return pack_lightened(sphere, sphere);
     float cosine2 = min(dot(upright, upright), 1.0), flatness = flatness_of_shape(shape);
-    // Each half of what is drawn has the light of the shape's own half; those of a box are alike.
-    vec2 drawn = radius < 1.0 ? vec2(0.5) : halves_of(seen, cosine2);
-    vec3 below = halves_of(shape, cosine2).y * light_of_flatness(sphere[1], lower_means, flatness);
-    drop[0] = max(light_of_flatness(mean, means, flatness) - below, 0.0) / drawn.x;
-    drop[1] = below / drawn.y;
+    vec2 own = halves_of(shape, cosine2), drawn = radius < 1.0 ? vec2(0.5) : halves_of(seen, cosine2);
+    vec3 of_drop = light_of_flatness(mean, means, flatness);
+    drop[1] = light_of_flatness(sphere[1], lower_means, flatness);
+    drop[0] = max(of_drop - own.y * drop[1], 0.0) / own.x;
+    // The halves of a box, and of what moves, are drawn as large as each other.
+    vec3 whole = of_drop / max(drawn.x * drop[0] + drawn.y * drop[1], 1e-30);
+    for (uint i = 0u; i < 2u; ++i) drop[i] *= whole;
     // Pixels mix the picture's halves.
-    float apart = max(1.0 - 0.35 / radius, 0.0);
+    float apart = max(1.0 - 0.25 / radius, 0.0);
     for (uint i = 0u; i < 2u; ++i) sphere[i] = mix(mean, sphere[i], apart);
     return pack_lightened(sphere, drop);
 }
