@@ -14,5 +14,6 @@ mod expression;
 mod generated;
 mod mutants;
 mod new_key;
+mod replaced;
 mod scene_keys;
 mod shaders;

@@ -13,11 +13,10 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use raindrops::gpu::shaders;
 use serde::Deserialize;
 
 use crate::expression::may_be_expression;
-use crate::glsl;
+use crate::replaced::{Compiled, compile};
 
 /// A test has noticed that takes longer than so many times what it takes without the fault, and this besides.
 const LIMIT: (u32, Duration) = (20, Duration::from_secs(300));
@@ -143,7 +142,7 @@ fn each_mutant_has_its_place_and_its_test() {
 }
 
 /// Writes a file unless it has that content already, so that what has not changed is not built again.
-fn write(path: &Path, content: &[u8]) {
+pub fn write(path: &Path, content: &[u8]) {
     if fs::read(path).is_ok_and(|there| there == content) {
         return;
     }
@@ -246,72 +245,6 @@ pub fn build(
     built.status.success().then_some(executables)
 }
 
-/// Files of the folder `glsl` in which a file's text ends up: itself, and those that include it.
-fn with_text_of(tree: &Path, file: &Path) -> BTreeSet<String> {
-    let sources: Vec<(String, String)> = ["glsl", "glsl/include"]
-        .into_iter()
-        .flat_map(|folder| fs::read_dir(tree.join(folder)).expect("shaders"))
-        .map(|entry| entry.expect("an entry").path())
-        .filter(|path| path.is_file())
-        .map(|path| (name_of(&path), fs::read_to_string(&path).expect("a shader")))
-        .collect();
-    let mut found = BTreeSet::from([name_of(file)]);
-    loop {
-        let before = found.len();
-        for (name, source) in &sources {
-            if found.iter().any(|of| source.contains(&format!("#include \"{of}\""))) {
-                found.insert(name.clone());
-            }
-        }
-        if found.len() == before {
-            return found;
-        }
-    }
-}
-
-fn name_of(path: &Path) -> String {
-    path.file_name().expect("a file").to_string_lossy().into_owned()
-}
-
-/// The tree's shaders with a fault, as sources and compiled, in `folder`; whether that changes any.
-fn compile(tree: &Path, folder: &Path, mutant: &Mutant) -> bool {
-    let _ = fs::remove_dir_all(folder);
-    for part in ["glsl", "glsl/include"] {
-        for entry in fs::read_dir(tree.join(part)).expect("shaders") {
-            let path = entry.expect("an entry").path();
-            if path.is_file() {
-                let file = path.strip_prefix(tree).expect("below the tree");
-                let mut source = fs::read_to_string(&path).expect("a shader");
-                if file == mutant.file {
-                    let at = place(mutant, &source).unwrap_or_else(|error| panic!("{error}"));
-                    source.replace_range(at..at + mutant.text.len(), &mutant.put);
-                }
-                write(
-                    &folder.join(file.strip_prefix("glsl").expect("a shader")),
-                    source.as_bytes(),
-                );
-            }
-        }
-    }
-    let compiler = glsl::Glsl::new(folder).expect("shaderc");
-    let mut changed = 0;
-    let with_text = with_text_of(tree, &mutant.file);
-    for shader in shaders::ALL.iter().filter(|shader| with_text.contains(shader.name)) {
-        // A shader that does not compile stays as it was: such a fault is noticed by `tests/house/abi.rs` alone.
-        let Ok(words) = compiler.compile(shader.name, shader.define) else {
-            changed += usize::from(mutant.test == "abi");
-            continue;
-        };
-        if words != shader.words() {
-            let file = crate::common::shader_file(shader.name, shader.define);
-            let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
-            fs::write(folder.join(file), bytes).expect("SPIR-V");
-            changed += 1;
-        }
-    }
-    changed > 0
-}
-
 /// Whether a test passes; none if it does not end in time.
 fn passes(
     executable: &Path,
@@ -325,22 +258,23 @@ fn passes(
     ended_well(command, tree, time)
 }
 
-/// Whether all tests pass that have one of the words in their names, with the fault of a number; none if they do not end in
-/// time.
+/// Whether all tests pass that have one of the words in their names, with a fault that a variable of the environment chooses;
+/// none if they do not end in time. The first that fails ends the others.
 pub fn run_until(
     executable: &Path,
     tree: &Path,
     words: &[&str],
-    fault: Option<usize>,
+    fault: Option<(&str, &str)>,
     time: Duration,
 ) -> Option<bool> {
     let mut command = Command::new(executable);
-    command.args(words).envs(fault.map(|number| ("RAINDROPS_MUTANT", number.to_string())));
+    command.args(words).envs(fault);
     ended_well(command, tree, time)
 }
 
 fn ended_well(mut command: Command, tree: &Path, time: Duration) -> Option<bool> {
-    let log = fs::File::create(tree.with_file_name("last.log")).expect("a log");
+    let path = tree.with_file_name("last.log");
+    let log = fs::File::create(&path).expect("a log");
     let mut running: Child = command
         .current_dir(tree)
         .stdout(log.try_clone().expect("a log"))
@@ -352,13 +286,22 @@ fn ended_well(mut command: Command, tree: &Path, time: Duration) -> Option<bool>
         if let Some(status) = running.try_wait().expect("a status") {
             return Some(status.success());
         }
-        if start.elapsed() > time {
+        let has_failed = has_failed(&path);
+        if has_failed || start.elapsed() > time {
             running.kill().expect("killed");
             running.wait().expect("ended");
-            return None;
+            return has_failed.then_some(false);
         }
         std::thread::sleep(Duration::from_millis(20));
     }
+}
+
+/// Whether a test of many has failed, by what its program has printed.
+fn has_failed(log: &Path) -> bool {
+    let log = fs::read(log).unwrap_or_default();
+    String::from_utf8_lossy(&log)
+        .lines()
+        .any(|line| line.starts_with("test ") && line.ends_with("... FAILED"))
 }
 
 /// The line of a failed test that says why.
@@ -425,7 +368,14 @@ impl Tree {
         let executable = &self.executables[&mutant.test];
         let passed = if mutant.is_shader() {
             let shaders = self.path.with_file_name("glsl");
-            if !compile(&self.path, &shaders, mutant) {
+            let file = root().join(&mutant.file);
+            let source = fs::read_to_string(file).expect("it was read");
+            let at = place(mutant, &source).expect("it was found");
+            let text = at..at + mutant.text.len();
+            let Compiled { changed, broken } =
+                compile(&self.path, &shaders, &mutant.file, text, &mutant.put);
+            // A shader that does not compile is noticed by `tests/house/abi.rs` alone.
+            if changed == 0 && !(mutant.case.starts_with("abi::") && broken > 0) {
                 return (Outcome::Stale, "it changes no shader, or does not compile".into());
             }
             let shaders = shaders.to_str().expect("a path in UTF-8");

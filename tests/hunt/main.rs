@@ -8,6 +8,7 @@ mod common;
 mod drawn;
 mod figures_known;
 mod kinds;
+mod pictures;
 mod scenes;
 mod smaller;
 
