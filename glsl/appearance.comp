@@ -77,12 +77,12 @@ void main() {
         float weight = even ? float(samples) : within == 0u ? 1e-4 : 1.0;
         float step = even ? TEXEL : TEXEL * inversesqrt(float(samples));
         vec4 sum = vec4(0.0);
-        for (uint left = even ? 1u : max(within, 1u); left != 0u; left &= left - 1u) {
+        uint left = even ? 1u : max(within, 1u), edge = FINEST;
+        do {
             vec2 st = even ? middle : sample_of(at, uint(findLSB(left)), samples);
             sum += weight * vec4(light(st, step, axes), 1.0);
-        }
+        } while ((left &= left - 1u) != 0u);
         pictures[picture_word(texel, FINEST) + at.y * FINEST + at.x] = pack_radiance(sum.rgb / sum.a);
-        uint edge = FINEST;
         for (uint level = 0u; level < 4u; ++level) {
             edge >>= 1u;
             at >>= 1u;

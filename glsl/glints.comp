@@ -142,7 +142,8 @@ void add_line_of_light(uint drop, Large r, vec2 at, vec3 light) {
     if (!take_turns(float((last - first) / stride + 1))) return;
     first += int((gl_LocalInvocationID.x + WIDE - uint(first) % WIDE) % WIDE);
 #endif
-    for (int i = first; i <= last; i += stride) {
+    int i = first;
+    if (i <= last) do {
         float low = max(from, float(i)), high = min(to, float(i + 1));
         // Within a column the line crosses into another row at most once.
         float aside = is_across ? at.y : at.x, row = max(floor(aside + slope * (low - middle)), floor(aside + slope * (high - middle)));
@@ -152,7 +153,8 @@ void add_line_of_light(uint drop, Large r, vec2 at, vec3 light) {
             vec2 place = is_across ? vec2(along, slope * along) : vec2(slope * along, along);
             if (share > 0.0) add_light_at(drop, r, at + place, light * (share / abs(length)), LEAST_SPREAD_COVER, true);
         }
-    }
+        i += stride;
+    } while (i <= last);
 }
 
 // Adds light to a drop at rest as `add_light_at` does; to another it adds all that falls on its fragments.
@@ -184,7 +186,8 @@ uint parts_of(float pixels, float angle) {
 // Is a drop of some pixels, not drawn by rays, and each of its images a point?
 bool is_small(Large r, float pixels) {
     bool small = SPLAT_PX > 0.0 && (r.look & BY_RAYS) == 0u && pixels <= TABLE_PX;
-    for (uint i = 0u; i < source_count.x; ++i) small = small && parts_of(pixels, sources[i].toward.w) == 1u;
+    uint i = 0u;
+    do small = small && parts_of(pixels, sources[i].toward.w) == 1u; while (++i < source_count.x);
     return small;
 }
 
@@ -211,23 +214,26 @@ bool add_by_closed_form(uint drop, Large r) {
     float far = length(r.sphere.xyz), sine = r.sphere.w / far, pixels = frame.image.z * sine;
     vec3 axis = r.sphere.xyz / far;
     bool closed = is_small(r, pixels) && !is_flat(r) && sine < FAR_SINE;
-    for (uint i = 0u; closed && i < source_count.x; ++i) {
+    uint i = 0u;
+    if (closed) do {
         vec4 source = sources[i].toward;
         uint ways = ways_of(angle_between(axis, to_view(source.xyz)), source.w, sine);
         closed = (ways & ~CLOSED_WAYS) == 0u;
-    }
-    for (uint i = 0u; closed && i < source_count.x; ++i) {
+    } while (closed && ++i < source_count.x);
+    i = 0u;
+    if (closed) do {
         vec4 source = sources[i].toward;
         vec3 toward = to_view(source.xyz), aside = aside_of(axis, toward);
         vec3 light = sources[i].light.rgb * (pixels * pixels);
         float off = angle_between(axis, toward);
-        for (uint ways = ways_of(off, source.w, sine); ways != 0u; ways &= ways - 1u) {
+        uint ways = ways_of(off, source.w, sine);
+        if (ways != 0u) do {
             for (uint k = 0u; k < INDICES; ++k) {
                 vec3 color = take_index(k);
                 add_image(drop, r, far_image_of(uint(findLSB(ways)), off, sine), axis, aside, sine, ROUND, color * light);
             }
-        }
-    }
+        } while ((ways &= ways - 1u) != 0u);
+    } while (++i < source_count.x);
     return closed;
 }
 
@@ -248,7 +254,8 @@ bool add_by_table(uint drop, Large r) {
     // A quarter of a pixel farther in where nothing is covered.
     float far = length(r.sphere.xyz), sine = r.sphere.w / far, inner = 1.0 - 0.25 / radius;
     vec3 axis = r.sphere.xyz / far;
-    for (uint i = 0u; i < source_count.x; ++i) {
+    uint i = 0u;
+    do {
         vec3 toward = to_view(sources[i].toward.xyz);
         float cosine = dot(axis, toward), off = angle_between(axis, toward);
         vec2 on_screen = size * inversesqrt(max(-axis.z, 1e-3)) * toward_on_screen(axis, toward);
@@ -267,7 +274,7 @@ bool add_by_table(uint drop, Large r) {
             vec2 at = out_by * on_screen;
             if (!add_light(drop, r, r.center + at, light)) add_light(drop, r, r.center + inner * at, light);
         }
-    }
+    } while (++i < source_count.x);
     return true;
 }
 
@@ -348,16 +355,19 @@ void solve(uint drop) {
     float pixels = frame.image.z * sine;
     vec4 shape = ROUND;
     if (is_flat(r)) shape = large_shapes[drop].shape;
-    for (uint i = 0u; i < source_count.x; ++i) {
+    uint i = 0u;
+    do {
         Parts p = parts_in(sources[i].toward, axis, pixels);
         vec3 light = sources[i].light.rgb * (p.part * p.part * pixels * pixels);
-        for (uint j = 0u; j < p.count; ++j) {
+        uint j = 0u;
+        do {
 #ifdef SHARED
             if (FINDS_TOGETHER && j % FOUND_PARTS == 0u) find_images(p, j, r, axis, sine);
 #endif
             vec3 s = toward_part(p, j), aside = aside_of(axis, s);
             float off = angle_between(axis, s);
-            for (uint ways = ways_in(r, off, p.radius, sine); ways != 0u; ways &= ways - 1u) {
+            uint ways = ways_in(r, off, p.radius, sine);
+            if (ways != 0u) do {
                 uint way = uint(findLSB(ways));
                 for (uint k = 0u; k < INDICES; ++k) {
                     vec3 color = take_index(k);
@@ -369,15 +379,15 @@ void solve(uint drop) {
                     image = image_in(way, off, p.radius, sine);
                     add_image(drop, r, image, axis, aside, sine, shape, color * light);
                 }
-            }
-        }
-    }
+            } while ((ways &= ways - 1u) != 0u);
+        } while (++j < p.count);
+    } while (++i < source_count.x);
 }
 
 #ifdef SHARED
 void main() {
     uint number = group_number();
-    if (number >= min(totals.shared_drops, MAX_LARGES)) return;
+    if (number >= min(totals.shared_drops, MAX_LARGES) || source_count.x == 0u) return;
     uint drop = shared_drops[number];
     Large r = larges[drop];
     if (!add_by_closed_form(drop, r) && !add_by_table(drop, r)) solve(drop);
@@ -387,9 +397,10 @@ void main() {
 // May it take so long that one drop after the other does not do?
 bool takes_long(uint drop, Large r) {
     uint most = 1u;
-    for (uint i = 0u; i < source_count.x; ++i) {
+    uint i = 0u;
+    do {
         most = max(most, parts_of(frame.image.z * min(r.sphere.w / length(r.sphere.xyz), 0.99999), sources[i].toward.w));
-    }
+    } while (++i < source_count.x);
     most *= max(source_count.x, FEW_SOURCES);
     if (!is_spread()) return most > STILL_PARTS;
     vec2 way = abs(moves[2u * drop + 1u].xy);
@@ -405,7 +416,7 @@ void share(uint drop) {
 
 void main() {
     uint first = gl_WorkGroupID.x * 64u + gl_LocalInvocationID.x, todo = 0u;
-    uint end = min(totals.larges, MAX_LARGES);
+    uint end = source_count.x > 0u ? min(totals.larges, MAX_LARGES) : 0u; // surroundings that are given anew may have no source
     for (uint i = 0u; i < DROPS && first + i * WIDE < end; ++i) {
         uint drop = first + i * WIDE;
         Large r = larges[drop];

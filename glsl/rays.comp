@@ -47,11 +47,13 @@ uint color(vec2 low, vec2 high, vec4 sphere, Body body, float pixels, vec2 moved
     vec3 middle = normalize(ray_through(0.5 * (low + high))), aside = cross(cross(middle, sphere.xyz), middle) / -sphere.w;
     uint rays = rays_at(body.is_flat ? 1.0 : length(aside), pixels, is_beside(sphere.xyz, sphere.w));
     if (body.is_flat) rays = max(rays, LEAST_FLAT_RAYS);
-    // None for a drop that moves: CPU drivers run a branch that no lane takes, but no loop without turns.
+    // None for a drop that moves.
     if (MOTION != 0u && is_moving) rays = 0u;
     float step = spacing * sqrt(extent.x * extent.y / float(rays)) / pixels;
-    for (uint i = 0u; i < rays; ++i) {
-        vec3 d = normalize(ray_through(low + fract(place_of(i, rays) + moved) * extent));
+    // The condition stands last: where it stands first, llvmpipe runs a loop's body once more, with no lane in it.
+    uint i = 0u;
+    if (i < rays) do {
+        vec3 d = normalize(ray_through(low + fract(place_of(i++, rays) + moved) * extent));
         // From the centre to the ray; the cross product keeps its digits at the rim.
         vec3 to_ray = cross(cross(d, sphere.xyz), d) / -sphere.w;
         float b = length(to_ray);
@@ -72,7 +74,7 @@ uint color(vec2 low, vec2 high, vec4 sphere, Body body, float pixels, vec2 moved
         Intersection e = Intersection(d, to_ray / max(b, 1e-9), held, sqrt((1.0 - held) * (1.0 + held)));
         sum += weight * drop_light(environment_map, e, world, step);
         weights += weight;
-    }
+    } while (i < rays);
     // A drop beside the camera has no outline that would tell where it is: its rays do.
     return (body.is_flat ? !body.has_outline : is_beside(sphere.xyz, sphere.w)) && hits < 0.5 * float(rays) ? NO_COLOR : pack_radiance(sum / weights);
 }
