@@ -28,7 +28,7 @@ void main() {
     finish_tile(at, tile, upper, lower);
 }
 #else
-// Whether an entry is drawn after the blocks before it; those behind it, where there are some, come next.
+// Whether a splat comes next. Where no block is behind splats, all that is left is splats.
 bool is_splat(uint link) {
     return link != END && !(MIXED && is_block(link));
 }
