@@ -16,7 +16,6 @@ use crate::glsl::{self, Glsl};
 
 /// Shaders that are compiled a second time: file, suffix of the constant, macro that is defined.
 const VARIANTS: &[(&str, &str, &str)] = &[
-    ("blocks.comp", "_TEXELS", "TEXELS"),
     ("bin_starts.comp", "_CELLS", "CELLS"),
     ("sort_clusters.comp", "_CELLS", "CELLS"),
     ("gather.comp", "_CELLS", "CELLS"),
@@ -31,9 +30,7 @@ const VARIANTS: &[(&str, &str, &str)] = &[
     ("composite.comp", "_DISORDERED", "DISORDERED"),
     ("composite.comp", "_CROWDED", "CROWDED"),
     ("glints.comp", "_SHARED", "SHARED"),
-    ("composite.comp", "_TEXELS", "TEXELS"),
     ("composite.comp", "_FEW", "FEW"),
-    ("composite.comp", "_FEW_TEXELS", "FEW_TEXELS"),
     ("drops.frag", "_CLOSED_FORM", "BY_CLOSED_FORM"),
     ("drops.frag", "_RADIAL", "DEVIATION_TABLE"),
     ("drops.frag", "_PICTURE", "BY_PICTURE"),
@@ -44,7 +41,6 @@ const VARIANTS: &[(&str, &str, &str)] = &[
     ("pane_looks.comp", "_MEAN", "MEAN"),
     ("pane_rays.comp", "_BLURRED", "BLURRED"),
     ("renew_map.comp", "_CUBE", "CUBE"),
-    ("tiles_to_draw.comp", "_TEXELS", "TEXELS"),
     ("tone_map.frag", "_BUFFER", "RADIANCE_IN_BUFFER"),
     ("tone_map.frag", "_TEXELS", "RADIANCE_IN_TEXELS"),
 ];
@@ -82,6 +78,7 @@ const STRUCTURES: &[&str] = &[
     "Population",
     "RainClass",
     "RainField",
+    "RainTables",
     "RenewalPush",
     "Shelter",
     "Slab",

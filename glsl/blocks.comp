@@ -4,6 +4,7 @@
 // The blocks, each a tile of a large drop: what the drop covers of its pixels, its colours there from
 // the prefiltered pictures, and its entry into the tile's list; one invocation a block. See
 // src/passes/tiles.rs.
+#define PICTURE_TEXELS
 #include "frame.glsl"
 #include "tile_buffers.glsl"
 #include "appearance.glsl"
@@ -16,18 +17,6 @@
 #include "streak.glsl"
 #include "together.glsl"
 
-// What is only read, by texels where the device takes buffers of so many (see by_four.glsl).
-#ifdef TEXELS
-layout(set = 1, binding = 10) uniform usamplerBuffer large_texels;
-Large large_at(uint number) {
-    int at = int(4u * number);
-    uvec4 c = texelFetch(large_texels, at + 2), d = texelFetch(large_texels, at + 3);
-    return Large(uintBitsToFloat(texelFetch(large_texels, at)), uintBitsToFloat(texelFetch(large_texels, at + 1)),
-                 uintBitsToFloat(c.xy), c.z, c.w, d.x, d.y, d.z, d.w);
-}
-#else
-Large large_at(uint number) { return larges[number]; }
-#endif
 #include "spread_picture.glsl"
 
 layout(local_size_x = 64) in;
@@ -200,7 +189,8 @@ uint front_in_block(Large r, vec4 shape, vec2 middle) {
 // Fills a block's node; whether its colours are to be found by rays.
 bool fill_block(uint at) {
     uint node = block_node(at);
-    Large r = large_at(blocks[at]);
+    uint drop = large_of_block(at);
+    Large r = large_at(drop);
     if ((r.look & AS_SPLATS) != 0u) return false;
     uint number = at - r.first_block;
     uvec2 at_tile = uvec2(r.first_tile & 0xffffu, r.first_tile >> 16)
@@ -213,7 +203,7 @@ bool fill_block(uint at) {
     bool is_flat = SHAPE != SPHERES && (r.look & FLAT) != 0u;
     LargeShape l;
     if (is_flat) {
-        l = large_shapes[blocks[at]];
+        l = large_shapes[drop];
         radius = l.radius;
         half_side = box_of_equal_area(0.5 * (l.box.zw - l.box.xy), radius);
     }
@@ -243,7 +233,7 @@ bool fill_block(uint at) {
     }
     bool moves_over = false, covered_by_rays = false, is_blurred = false;
     if (is_spread()) {
-        vec2 way = moves[2u * blocks[at] + 1u].xy;
+        vec2 way = moves[2u * drop + 1u].xy;
         covered_by_rays = (r.look & COVER_BY_RAYS) != 0u;
         moves_over = way != vec2(0.0) && !covered_by_rays;
         if (moves_over) {
@@ -251,14 +241,14 @@ bool fill_block(uint at) {
             for (uint row = 0u; row < TILE.y; ++row) {
                 vec2 down = vec2(0.0, row), times[4];
                 vec4 behind = HAS_DEPTH != 0u ? reach_of_row(tile_number(at_tile), row) : vec4(0.0), shares;
-                find_times(from + down, first + down, m, moved, r.sphere, moves[2u * blocks[at]].xyz, behind, times, shares);
+                find_times(from + down, first + down, m, moved, r.sphere, moves[2u * drop].xyz, behind, times, shares);
                 vec4 covered = fade * shares * cover_moving(from + down, m, half_side, radius, edge, way);
                 if (row == 0u) above = covered; else below = covered;
                 if (!rays) write_moving_colors(node + COLORS + row * TILE.x, picture, from + down, m, edge, moved, length(way), times, light);
             }
         }
-        float blur = moves[2u * blocks[at] + 1u].z;
-        is_blurred = HAS_LENS != 0u && moves[2u * blocks[at]].w > 0.0 && !covered_by_rays;
+        float blur = moves[2u * drop + 1u].z;
+        is_blurred = HAS_LENS != 0u && moves[2u * drop].w > 0.0 && !covered_by_rays;
         if (is_blurred) {
             vec2 first = vec2(at_tile * TILE);
             above = dithered(fade * blurred_cover(from, m, radius, blur), first, r.index);

@@ -46,7 +46,7 @@ void main() {
     uint group = group_number(), candidate = group * CELLS_GROUP + gl_LocalInvocationID.x;
     uint kept = 0u, more = 0u, bin = 0u, first = candidate * 64u;
     if (group < field.groups.x) {
-        Slab slab = field.slabs[field.group_slabs[group]];
+        Slab slab = slab_of_group(group);
         uint number = candidate - slab.first_group * CELLS_GROUP;
         ivec3 cell = cell_of(slab, number);
         float edge = field.classes[slab.kind].moved.w;

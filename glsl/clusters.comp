@@ -48,7 +48,7 @@ Around around_random(uint cluster) {
 // Placed drops: the box that holds them in this frame, a record after those of all of them (`records` in
 // src/passes/placed.rs).
 Around around_placed(uint number) {
-    Placed box = placed[frame.shift.w - frame.camera_place.w + number];
+    Placed box = placed_at(frame.shift.w - frame.camera_place.w + number);
     Around a;
     a.center = relative_placed(Placed(box.high, vec3(0.0), 0u));
     a.half_size = box.low;

@@ -4,10 +4,6 @@
 // pixels in registers. DISORDERED: of the tiles only that were found to need it, after their lists are
 // put in order. CROWDED: of those that streaks make too long for one invocation, a workgroup a tile. FEW: of tiles with one
 // entry or none. See src/passes/composite.rs.
-#ifdef FEW_TEXELS
-#define FEW
-#define TEXELS
-#endif
 #ifdef CROWDED
 #include "crowded_tile.glsl"
 #else

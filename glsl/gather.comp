@@ -35,7 +35,7 @@ layout(local_size_x = GATHER_GROUP) in;
 #include "together.glsl"
 #include "streak_layer_parts.glsl"
 
-layout(push_constant) uniform Push { uint band; } push;
+layout(push_constant) uniform Push { uint first_bin, end_bin; } push; // of a band
 
 const float LEAST_WAY = 0.1; // pixels of a streak, which needs a direction
 
@@ -190,9 +190,8 @@ void enter_streaks(uint node, Located l, Outline o, Form f) {
 
 void main() {
     uint group = group_number();
-    uint place = totals.bin_starts[push.band * REGIONS]
-        + group * CLUSTERS_A_GROUP + gl_LocalInvocationID.x / CLUSTER;
-    if (place >= totals.bin_starts[(push.band + 1u) * REGIONS]) return;
+    uint place = totals.bin_starts[push.first_bin] + group * CLUSTERS_A_GROUP + gl_LocalInvocationID.x / CLUSTER;
+    if (place >= totals.bin_starts[push.end_bin]) return;
     uint in_cluster = gl_LocalInvocationID.x % CLUSTER;
     if (!is_cluster(place)) return;
     uint index = index_at(place, in_cluster);

@@ -79,7 +79,7 @@ bool add_light_at(uint drop, Large r, vec2 at, vec3 light, float least, bool min
     uvec2 pixel = uvec2(at), tile = pixel / TILE, first = uvec2(r.first_tile & 0xffffu, r.first_tile >> 16);
     if (any(lessThan(tile, first)) || tile.x - first.x >= r.across) return false;
     uint block = r.first_block + (tile.y - first.y) * r.across + tile.x - first.x;
-    if (block >= min(totals.blocks, MAX_BLOCKS) || blocks[block] != drop) return false;
+    if (block >= min(totals.blocks, MAX_BLOCKS) || large_of_block(block) != drop) return false;
     uint node = block_node(block), in_tile = pixel.y % TILE.y * TILE.x + pixel.x % TILE.x;
     float before = 1.0;
     if (HAS_DEPTH != 0u) {
@@ -349,7 +349,7 @@ void find_images(Parts p, uint first, Large r, vec3 axis, float sine) {
 #endif
 
 void solve(uint drop) {
-    Large r = larges[drop];
+    Large r = large_at(drop);
     float far = length(r.sphere.xyz), sine = min(r.sphere.w / far, 0.99999);
     vec3 axis = r.sphere.xyz / far;
     float pixels = frame.image.z * sine;
@@ -389,7 +389,7 @@ void main() {
     uint number = group_number();
     if (number >= min(totals.shared_drops, MAX_LARGES) || source_count.x == 0u) return;
     uint drop = shared_drops[number];
-    Large r = larges[drop];
+    Large r = large_at(drop);
     if (!add_by_closed_form(drop, r) && !add_by_table(drop, r)) solve(drop);
     if (is_over && gl_LocalInvocationID.x == 0u) atomicAdd(counters.lost, 1u);
 }
@@ -419,7 +419,7 @@ void main() {
     uint end = source_count.x > 0u ? min(totals.larges, MAX_LARGES) : 0u; // surroundings that are given anew may have no source
     for (uint i = 0u; i < DROPS && first + i * WIDE < end; ++i) {
         uint drop = first + i * WIDE;
-        Large r = larges[drop];
+        Large r = large_at(drop);
         bool shown = (r.look & AS_SPLATS) == 0u && r.look >> 16 != 0u;
         if (HAS_LENS != 0u && is_spread()) shown = shown && !spreads_glints(drop, r);
         // Rays that are traced find the sources themselves.

@@ -130,17 +130,18 @@ void write_moving_color(uint node, uint pixel, Large r, Body body, vec2 corner, 
 }
 
 void main() {
+    uint ray_blocks = totals.ray_blocks; // before any branch: there CPU drivers read what is the same for all lanes once
     uint invocation = group_number() * gl_WorkGroupSize.x + gl_LocalInvocationID.x;
     uint in_piece = invocation / PIXELS, number = push.piece * RAY_PIECE + in_piece, pixel = invocation % PIXELS;
-    if (in_piece >= RAY_PIECE || number >= totals.ray_blocks) return;
-    uint at = blocks[MAX_BLOCKS + number];
-    Large r = larges[blocks[at]];
+    if (in_piece >= RAY_PIECE || number >= ray_blocks) return;
+    uint at = ray_block(number), drop = large_of_block(at);
+    Large r = large_at(drop);
     uint place = at - r.first_block;
     uvec2 tile = uvec2(r.first_tile & 0xffffu, r.first_tile >> 16)
         + divided(place, r.across).yx;
     vec2 corner = vec2(tile * TILE + uvec2(pixel % TILE.x, pixel / TILE.x));
     vec4 around;
-    Body body = body_of(blocks[at], r, around);
+    Body body = body_of(drop, r, around);
     vec2 low = clamp(r.center + around.xy, corner, corner + 1.0);
     vec2 high = clamp(r.center + around.zw, corner, corner + 1.0);
     // A pixel beside the box, which no more than the smoothed edge reaches: the nearest point.
@@ -154,8 +155,8 @@ void main() {
     float behind = HAS_DEPTH != 0u ? reach[tile_number(tile) * PIXELS + pixel] : 0.0;
     uint node = block_node(at);
     vec3 motion = vec3(0.0);
-    if (is_exposed()) motion = moves[2u * blocks[at]].xyz;
-    float blur = is_lens() ? moves[2u * blocks[at]].w : 0.0;
+    if (is_exposed()) motion = moves[2u * drop].xyz;
+    float blur = is_lens() ? moves[2u * drop].w : 0.0;
     if (HAS_LENS != 0u && blur > 0.0) {
         write_lens_color(node, pixel, r, body, corner, motion, pixels, blur, behind);
         return;
@@ -166,6 +167,6 @@ void main() {
         nodes[node + COLORS + pixel] = at_rest;
         return;
     }
-    vec2 wide = 0.5 * abs(moves[2u * blocks[at] + 1u].xy);
+    vec2 wide = 0.5 * abs(moves[2u * drop + 1u].xy);
     write_moving_color(node, pixel, r, body, corner, around + vec4(-wide, wide), motion, pixels, behind);
 }

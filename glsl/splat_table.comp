@@ -37,7 +37,7 @@ vec3 light_of_rain(vec3 of_sphere, vec3 of_flat[FLAT_DIAMETERS], float sine, uin
     const uint LAST = FLAT_ELEVATIONS - 1u;
     float at = (asin(clamp(sine, -1.0, 1.0)) / 3.14159265 + 0.5) * float(LAST);
     uint below = min(uint(at), LAST - 1u);
-    vec4 shares = mix(field.flat_shares[2u * below + which], field.flat_shares[2u * below + 2u + which], at - float(below));
+    vec4 shares = mix(tables.flat_shares[2u * below + which], tables.flat_shares[2u * below + 2u + which], at - float(below));
     vec3 sum = (1.0 - dot(shares, vec4(1.0))) * of_sphere;
     for (uint i = 0u; i < FLAT_DIAMETERS; ++i) sum += shares[i] * of_flat[i];
     return sum;

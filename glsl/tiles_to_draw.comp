@@ -13,13 +13,13 @@
 layout(local_size_x = 64) in;
 layout(push_constant) uniform Push { uint new_sky; } push; // 1: no tile shows it yet
 
-// Four tiles' links at a time, as texels where the device takes them (nodes_by_four.glsl says why).
-#ifdef TEXELS
 layout(set = 1, binding = 12) uniform usamplerBuffer head_texels;
-uvec4 four_of_heads(uint tile) { return texelFetch(head_texels, int(tile / 4u)); }
-#else
-uvec4 four_of_heads(uint tile) { return uvec4(heads[tile], heads[tile + 1u], heads[tile + 2u], heads[tile + 3u]); }
-#endif
+
+// Four tiles' links.
+uvec4 four_of_heads(uint tile) {
+    if (BY_TEXELS != 0u) return texelFetch(head_texels, int(tile / 4u));
+    return uvec4(heads[tile], heads[tile + 1u], heads[tile + 2u], heads[tile + 3u]);
+}
 
 // A bit a tile, list by list.
 uvec4 lists_of(uint first, uint tiles) {

@@ -9,11 +9,17 @@
 #define RANDOM_CLUSTERS frame.clusters.y // the others' drops are placed by hand
 // Indices of each cluster's drops. Never changes.
 layout(std430, set = 1, binding = 0) readonly buffer DropOrder { uint drop_order[]; };
+layout(set = 1, binding = 10) uniform usamplerBuffer order_words;
 // `ClusterBox` in src/rain/clusters.rs of each cluster of random drops.
 layout(std430, set = 1, binding = 1) readonly buffer ClusterBoxes { uvec4 cluster_boxes[]; };
 // Numbers of the clusters in view, sorted; from CLUSTERS on, three words each as they were found: number, bin, and
 // place in its bin.
 layout(std430, set = 1, binding = 2) buffer InView { uint clusters_in_view[]; };
+layout(set = 1, binding = 15) uniform usamplerBuffer in_view_words;
+
+uint drop_in_order(uint place) {
+    return BY_TEXELS != 0u ? texelFetch(order_words, int(place)).x : drop_order[place];
+}
 
 uint found_at(uint number) {
     return CLUSTERS + 3u * number;
@@ -43,7 +49,8 @@ bool is_cluster(uint place) {
 
 // Index of a drop of it.
 uint index_at(uint place, uint in_cluster) {
-    return drop_order[clusters_in_view[place] * CLUSTER + in_cluster];
+    uint cluster = BY_TEXELS != 0u ? texelFetch(in_view_words, int(place)).x : clusters_in_view[place];
+    return drop_in_order(cluster * CLUSTER + in_cluster);
 }
 
 Drop random_drop(uint index) {

@@ -10,6 +10,7 @@
 #define MOST_CELLS frame.clusters.y // room for so many in view
 // Numbers (cells.glsl) of the drops of the cells in view, bin after bin, of which each begins with a cluster.
 layout(std430, set = 1, binding = 0) buffer DropOrder { uint drop_order[]; };
+layout(set = 1, binding = 10) uniform usamplerBuffer order_words;
 // Cells in view as they were found: number of the first drop; bin, and in the upper half how many drops after the first 32 there
 // are; its place in its bin; a bit for each of the first 32 drops that may be shown.
 layout(std430, set = 1, binding = 2) buffer InView { uvec4 cells_in_view[]; };
@@ -51,11 +52,12 @@ bool is_cluster(uint place) {
 }
 
 uint index_at(uint place, uint in_cluster) {
-    return drop_order[place * CLUSTER + in_cluster];
+    uint at = place * CLUSTER + in_cluster;
+    return BY_TEXELS != 0u ? texelFetch(order_words, int(at)).x : drop_order[at];
 }
 
 Slab slab_of(uint index) {
-    return field.slabs[field.group_slabs[min(index / (64u * CELLS_GROUP), field.groups.x - 1u)]];
+    return slab_of_group(min(index / (64u * CELLS_GROUP), field.groups.x - 1u));
 }
 
 Drop random_drop(uint index) {

@@ -23,14 +23,14 @@ uvec4 key_of(uint kind, ivec3 cell) {
 
 uint drops_in(uint kind, uvec4 key) {
     uint thresholds = field.classes[kind].fraction.w, count = 0u;
-    while (count < thresholds && field.laws[kind * LAW_WORDS + QUANTILES + count] <= key.w) ++count;
+    while (count < thresholds && law_at(kind * LAW_WORDS + QUANTILES + count) <= key.w) ++count;
     return count;
 }
 
 // Diameter for 32 random bits: the first six choose a segment of the quantiles, the others a place in it.
 uint diameter_of(uint kind, uint bits) {
-    uint at = kind * LAW_WORDS + (bits >> 26), from = field.laws[at], above, below;
-    umulExtended(field.laws[at + 1u] - from, bits << 6, above, below);
+    uint at = kind * LAW_WORDS + (bits >> 26), from = law_at(at), above, below;
+    umulExtended(law_at(at + 1u) - from, bits << 6, above, below);
     return from + above;
 }
 

@@ -155,7 +155,7 @@ void composite_block(inout Row upper, inout Row lower, uint link) {
     uvec4 coverage = four_of_nodes(node + COVERAGE);
     uvec4 above = four_of_nodes(node + COLORS), below = four_of_nodes(node + COLORS + TILE.x);
     if (NEAREST != 0u) {
-        uint record = large_record(blocks[block_of_node(node)]);
+        uint record = large_record(large_of_block(block_of_node(node)));
         meet(upper_nearest, met_by_block(coverage.xy, above), record);
         meet(lower_nearest, met_by_block(coverage.zw, below), record);
     }

@@ -4,8 +4,9 @@
 // drop is. See src/passes/layers.rs.
 #include "tile_drop.glsl"
 
-// Where camera and drops are at the end of the motion.
-layout(std140, set = 1, binding = 7) uniform Motion {
+// Where camera and drops are at the end of the motion. The last uniform buffer of a pipeline: lavapipe of Mesa 22.3 crashes where
+// a branch depends on nothing but the fourth one, and none depends on this.
+layout(std140, set = 1, binding = 24) uniform Motion {
     vec4 right;         // xyz: the camera's axes then, in world space
     vec4 up;
     vec4 back;
@@ -21,7 +22,7 @@ layout(std430, set = 1, binding = 9) writeonly buffer DropRecords { uvec4 drop_r
 const float FARTHEST_MOTION = 65504.0; // a half's largest
 
 uvec2 number_of(uint index) {
-    if (is_by_hand(index)) return uvec2(placed[by_hand_number(index)].number, 0u);
+    if (is_by_hand(index)) return uvec2(placed_at(by_hand_number(index)).number, 0u);
     return random_number(index);
 }
 

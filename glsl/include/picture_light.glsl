@@ -2,13 +2,14 @@
 #define PICTURE_LIGHT_GLSL
 // The light of a pixel from a far drop's picture.
 #include "appearance.glsl"
+#include "by_texels.glsl"
 #include "pictures.glsl"
 #include "shared_exponent.glsl"
 
-// By texels where the device takes buffers of so many (see nodes_by_four.glsl).
-#ifdef TEXELS
+// PICTURE_TEXELS: a pass has them by texels as well.
+#ifdef PICTURE_TEXELS
 layout(set = 1, binding = 11) uniform usamplerBuffer picture_texels;
-uint picture_at(uint word) { return texelFetch(picture_texels, int(word)).x; }
+uint picture_at(uint word) { return BY_TEXELS != 0u ? texelFetch(picture_texels, int(word)).x : pictures[word]; }
 #else
 uint picture_at(uint word) { return pictures[word]; }
 #endif

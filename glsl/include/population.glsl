@@ -13,7 +13,7 @@ const uint GATHER_GROUP = 256, CLUSTERS_A_GROUP = GATHER_GROUP / CLUSTER; // of 
 Drop drop_of(uint index) {
     Drop drop = random_drop(index);
     if (is_by_hand(index)) {
-        Placed by_hand = placed[by_hand_number(index)];
+        Placed by_hand = placed_at(by_hand_number(index));
         drop.relative = relative_placed(by_hand);
         drop.radius = by_hand.high.w;
     }

@@ -2,6 +2,7 @@
 #define RAIN_FIELD_GLSL
 // What a frame sees of real rain: `RainField`, written by src/passes/cells.rs.
 #include "constants.glsl"
+#include "by_texels.glsl"
 
 // A drop's number: that of its cell among all that are looked into, times 64, and its own in the cell; from
 // IS_PLACED on that of a drop placed by hand.
@@ -24,7 +25,7 @@ struct Slab {
     uint first_group;
 };
 
-layout(std430, set = 0, binding = 2) readonly buffer RainField {
+layout(std140, set = 0, binding = 2) uniform RainField {
     vec4 shown;          // radius in pixels under which drops are thinned, radius for a unit of diameter, squared distance to the rain's end; diameter in mm
                          // for a radius of 1
     uvec4 groups;        // x: of cells; y: placed drops; z: classes of the rain's own, which others follow
@@ -38,10 +39,36 @@ layout(std430, set = 0, binding = 2) readonly buffer RainField {
     vec4 grain_scale;    // xyz: cells from the camera to where the noise is
     vec4 grain[MEDIUM_DEPTHS / 4u]; // variance of the optical depth on the axis, by the cube root of the inverse depth
     RainClass classes[MOST_CLASSES];
-    vec4 flat_suns[FLAT_SUN_ANGLES * FLAT_SUN_ANGLES * FLAT_SUN_ANGLES]; // what flattened drops show of a source (flat_suns.glsl)
-    vec4 flat_shares[2u * FLAT_ELEVATIONS]; // what part of the medium is drops of which diameter (flat_light.glsl); of drops shown one by one
+} field;
+
+// What is too large for a uniform buffer.
+layout(std430, set = 0, binding = 16) readonly buffer RainTables {
     uint laws[MOST_CLASSES * LAW_WORDS]; // of each class 65 quantiles of the diameter, then its thresholds
     Slab slabs[MOST_SLABS];
+    vec4 flat_suns[FLAT_SUN_ANGLES * FLAT_SUN_ANGLES * FLAT_SUN_ANGLES]; // what flattened drops show of a source (flat_suns.glsl)
+    vec4 flat_shares[2u * FLAT_ELEVATIONS]; // what part of the medium is drops of which diameter (flat_light.glsl); of drops shown one by one
     uint group_slabs[];  // for each group of cells the number of its slab
-} field;
+} tables;
+
+// Its words, and four of them at a time.
+layout(set = 0, binding = 17) uniform usamplerBuffer table_words;
+layout(set = 0, binding = 18) uniform usamplerBuffer table_texels;
+
+uint law_at(uint word) {
+    return BY_TEXELS != 0u ? texelFetch(table_words, int(word)).x : tables.laws[word];
+}
+
+Slab slab_at(uint number) {
+    if (BY_TEXELS == 0u) return tables.slabs[number];
+    int at = int(MOST_CLASSES * LAW_WORDS / 4u + 2u * number);
+    uvec4 first = texelFetch(table_texels, at), rest = texelFetch(table_texels, at + 1);
+    return Slab(ivec3(first.xyz), first.w, rest.xy, rest.z, rest.w);
+}
+
+// The slab of a group of cells.
+Slab slab_of_group(uint group) {
+    const uint FIRST = MOST_CLASSES * LAW_WORDS + 8u * MOST_SLABS
+        + 4u * (FLAT_SUN_ANGLES * FLAT_SUN_ANGLES * FLAT_SUN_ANGLES + 2u * FLAT_ELEVATIONS);
+    return slab_at(BY_TEXELS != 0u ? texelFetch(table_words, int(FIRST + group)).x : tables.group_slabs[group]);
+}
 #endif

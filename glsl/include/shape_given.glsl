@@ -7,14 +7,20 @@
 // `Given` in src/passes/shapes.rs: diameter in mm of a drop of radius 1, which is the first's x, and what else is its head;
 // the shapes of falling drops by diameter; those of drops placed by hand.
 layout(std430, set = 1, binding = 5) readonly buffer Shapes { vec4 shapes[]; };
+layout(set = 1, binding = 16) uniform usamplerBuffer shape_texels;
+
+vec4 shape_at(uint number) {
+    return BY_TEXELS != 0u ? uintBitsToFloat(texelFetch(shape_texels, int(number))) : shapes[number];
+}
 
 vec4 shape_of(uint index, Drop drop) {
     if (SHAPE == SPHERES) return ROUND;
-    if (is_by_hand(index)) return shapes[BY_HAND + by_hand_number(index)];
-    float at = (flattened_mm(drop, shapes[0].x) - float(SMALLEST_MM)) * float(DIAMETERS_A_MM);
-    if (at < 0.0 || shapes[0].y == 0.0) return ROUND;
+    if (is_by_hand(index)) return shape_at(BY_HAND + by_hand_number(index));
+    vec4 head = shape_at(0u);
+    float at = (flattened_mm(drop, head.x) - float(SMALLEST_MM)) * float(DIAMETERS_A_MM);
+    if (at < 0.0 || head.y == 0.0) return ROUND;
     uint below = min(uint(at), DIAMETERS - 2u);
-    return mix(shapes[BY_DIAMETER + below], shapes[BY_DIAMETER + below + 1u], min(at - float(below), 1.0));
+    return mix(shape_at(BY_DIAMETER + below), shape_at(BY_DIAMETER + below + 1u), min(at - float(below), 1.0));
 }
 
 Outline outline_of_shape(Drop drop, vec4 shape) {

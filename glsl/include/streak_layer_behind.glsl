@@ -39,11 +39,10 @@ void add_depths(inout Depths depths, uint distance2, ivec4 above, ivec4 below) {
 }
 
 // A link's record, and the next link.
-#ifdef TEXELS
-uvec2 link_at(uint link) { return texelFetch(link_texels, int(STREAK_HEADS / 2u + link)).xy; }
-#else
-uvec2 link_at(uint link) { return uvec2(streak_layer[STREAK_HEADS + 2u * link], streak_layer[STREAK_HEADS + 2u * link + 1u]); }
-#endif
+uvec2 link_at(uint link) {
+    if (BY_TEXELS != 0u) return texelFetch(link_texels, int(STREAK_HEADS / 2u + link)).xy;
+    return uvec2(streak_layer[STREAK_HEADS + 2u * link], streak_layer[STREAK_HEADS + 2u * link + 1u]);
+}
 
 const uint NO_LINK = 0x80000000u; // more than there can be
 

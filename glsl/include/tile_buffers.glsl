@@ -10,6 +10,7 @@
 // Set 0 is what all stages of the frame share, declared here and, what other frames have as well, in what is included here.
 // Set 1 is a stage's own.
 
+#include "by_texels.glsl"
 #include "frame.glsl"
 #include "counters.glsl"
 #include "large_shape.glsl"
@@ -129,6 +130,26 @@ layout(std430, set = 0, binding = 7) LARGES_ACCESS buffer Moves { vec4 moves[]; 
 layout(std430, set = 0, binding = 10) LARGES_ACCESS buffer LargeShapes { LargeShape large_shapes[]; };
 // Number of the large drop of each block; from MAX_BLOCKS on the blocks drawn by rays.
 layout(std430, set = 0, binding = 8) buffer Blocks { uint blocks[]; };
+// Both for passes that do not write them.
+layout(set = 0, binding = 19) uniform usamplerBuffer large_texels;
+layout(set = 0, binding = 20) uniform usamplerBuffer block_words;
+
+Large large_at(uint number) {
+    if (BY_TEXELS == 0u) return larges[number];
+    int at = int(4u * number);
+    uvec4 c = texelFetch(large_texels, at + 2), d = texelFetch(large_texels, at + 3);
+    return Large(uintBitsToFloat(texelFetch(large_texels, at)), uintBitsToFloat(texelFetch(large_texels, at + 1)),
+                 uintBitsToFloat(c.xy), c.z, c.w, d.x, d.y, d.z, d.w);
+}
+
+uint large_of_block(uint number) {
+    return BY_TEXELS != 0u ? texelFetch(block_words, int(number)).x : blocks[number];
+}
+
+// Number of a block that is drawn by rays.
+uint ray_block(uint number) {
+    return large_of_block(MAX_BLOCKS + number);
+}
 // How far what is behind the drops is, along the ray through the middle of each pixel: a float a pixel of each tile, which
 // sky.comp writes where the background has a depth.
 #ifndef REACH_ACCESS

@@ -155,6 +155,9 @@ impl Bindings {
         let slots = self.slots().concat();
         let storage = slots.iter().filter(|slot| slot.kind == Binding::STORAGE_BUFFER).count();
         debug_assert!(storage <= STORAGE_BUFFERS as usize, "{storage} storage buffers");
+        // With a fifth, two could be beyond what lavapipe of Mesa 22.3 takes (docs/upstream.md).
+        let uniform = slots.iter().filter(|slot| slot.kind == Binding::UNIFORM_BUFFER).count();
+        debug_assert!(uniform <= 4, "{uniform} uniform buffers");
         self
     }
 

@@ -34,8 +34,10 @@ impl Texel {
     }
 }
 
-/// A view of a whole buffer of usage `UNIFORM_TEXEL_BUFFER` as texels (`usamplerBuffer`, `samplerBuffer`).
+/// A view of a buffer of usage `UNIFORM_TEXEL_BUFFER` as texels (`usamplerBuffer`, `samplerBuffer`).
 pub struct Texels {
+    /// Whether all of it is seen: GPUs take 2^27 texels and more, SwiftShader 2^16.
+    pub is_whole: bool,
     pub(super) view: vk::BufferView,
     pub(super) held: Arc<TexelsOf>,
 }
@@ -48,28 +50,29 @@ pub(super) struct TexelsOf {
 }
 
 impl Texels {
-    /// Whether a buffer can be viewed: GPUs take 2^27 texels and more, SwiftShader 2^16.
+    /// Whether all of a buffer can be seen.
     pub fn fit(device: &Device, buffer: &Buffer, texel: Texel) -> bool {
         let (bytes, _) = texel.layout();
         buffer.size / bytes <= device.report.limits.max_texel_buffer_elements.into()
     }
 
-    /// The view of a buffer for which [`Texels::fit`] holds.
+    /// The view of a buffer, or of so much of it as the device takes.
     ///
     /// # Errors
     /// [`crate::Error::Vulkan`] if the driver refuses.
     pub fn new(device: &Arc<Device>, name: &str, buffer: &Buffer, texel: Texel) -> Result<Self> {
         let (bytes, format) = texel.layout();
+        let most: u64 = device.report.limits.max_texel_buffer_elements.into();
         let info = vk::BufferViewCreateInfo::default()
             .buffer(buffer.raw)
             .format(format)
-            .range(buffer.size / bytes * bytes);
+            .range((buffer.size / bytes).min(most) * bytes);
         // SAFETY: the buffer is alive and of that usage; every device has the format for it.
         let view = unsafe { device.raw.create_buffer_view(&info, None) }
             .named("vkCreateBufferView", name)?;
         device.name(view, name);
         let held = TexelsOf { view, device: device.clone(), _buffer: buffer.held.clone() };
-        Ok(Self { view, held: Arc::new(held) })
+        Ok(Self { is_whole: Self::fit(device, buffer, texel), view, held: Arc::new(held) })
     }
 }
 

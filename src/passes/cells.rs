@@ -11,8 +11,8 @@ use ash::vk;
 use bytemuck::{Pod, Zeroable};
 
 use crate::Result;
-use crate::abi::{self, CELLS_GROUP, CLUSTER, MAX_BANDS, RainField};
-use crate::gpu::{Buffer, Device, Recorder, update_buffer};
+use crate::abi::{self, CELLS_GROUP, CLUSTER, MAX_BANDS, RainField, RainTables};
+use crate::gpu::{Buffer, Device, Memory, Recorder, update_buffer};
 use crate::plan::FramePlan;
 use crate::rain::cells::Lattice;
 use crate::rain::field::{ClassRecord, Field, MOST_GROUPS, Seen};
@@ -26,10 +26,10 @@ use crate::scene::Scene;
 const SPARE: f64 = 1.5;
 const LEAST_ROOM: u32 = 1 << 16;
 
-/// `RainField` of `glsl/include/rain_field.glsl`, as far as it is written anew for each frame.
+/// `RainField` of `glsl/include/rain_field.glsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
-struct Head {
+struct Record {
     shown: [f32; 4],
     groups: [u32; 4],
     band_depths: [f32; MAX_BANDS as usize],
@@ -39,8 +39,8 @@ struct Head {
 }
 
 const _: () = {
-    assert!(offset_of!(Head, band_depths) == offset_of!(RainField, band_depths));
-    assert!(offset_of!(Head, medium) == offset_of!(RainField, medium));
+    assert!(offset_of!(Record, band_depths) == offset_of!(RainField, band_depths));
+    assert!(offset_of!(Record, medium) == offset_of!(RainField, medium));
     assert!(
         offset_of!(MediumRecord, optical_depths)
             == offset_of!(RainField, depths) - offset_of!(RainField, medium)
@@ -49,15 +49,15 @@ const _: () = {
         offset_of!(MediumRecord, from_below)
             == offset_of!(RainField, from_below) - offset_of!(RainField, medium)
     );
-    assert!(offset_of!(Head, grain) == offset_of!(RainField, grain_base));
-    assert!(offset_of!(Head, classes) == offset_of!(RainField, classes));
-    assert!(size_of::<Head>() == offset_of!(RainField, flat_suns));
+    assert!(offset_of!(Record, grain) == offset_of!(RainField, grain_base));
+    assert!(offset_of!(Record, classes) == offset_of!(RainField, classes));
+    assert!(size_of::<Record>() == size_of::<RainField>());
 };
-const FLAT_SUNS: usize = offset_of!(RainField, flat_suns);
-const FLAT_SHARES: usize = offset_of!(RainField, flat_shares);
-const LAWS: usize = offset_of!(RainField, laws);
-const SLABS: usize = offset_of!(RainField, slabs);
-const GROUP_SLABS: usize = size_of::<RainField>();
+const FLAT_SUNS: usize = offset_of!(RainTables, flat_suns);
+const FLAT_SHARES: usize = offset_of!(RainTables, flat_shares);
+const LAWS: usize = offset_of!(RainTables, laws);
+const SLABS: usize = offset_of!(RainTables, slabs);
+const GROUP_SLABS: usize = size_of::<RainTables>();
 
 /// The cells of a scene's rain.
 pub struct Cells {
@@ -65,21 +65,21 @@ pub struct Cells {
     pub room: [u32; 2],
     /// Drops that the first frame shows by themselves, on average.
     pub drops: f64,
+    /// `RainField` of `glsl/include/rain_field.glsl`, written anew for each frame.
+    pub field: Buffer,
+    /// `RainTables`, of which slabs are.
+    pub tables: Buffer,
     rain: Field,
     cutoff_px: f64,
     placed: u32,
 }
 
 impl Cells {
-    /// The cells of the real rain of `scene`, and its `RainField`; none if it has none.
+    /// The cells of the real rain of `scene`; none if it has none.
     ///
     /// # Errors
     /// See [`Buffer::new`].
-    pub fn new(
-        device: &Arc<Device>,
-        scene: &Scene,
-        plan: &FramePlan,
-    ) -> Result<Option<(Self, Buffer)>> {
+    pub fn new(device: &Arc<Device>, scene: &Scene, plan: &FramePlan) -> Result<Option<Self>> {
         use vk::BufferUsageFlags as Usage;
         let (Some(rain), Some(cutoff)) = (Field::of(scene), &plan.cutoff) else { return Ok(None) };
         let is_flattened = plan.shape.flattens_rain(scene);
@@ -107,11 +107,14 @@ impl Cells {
                 bytes[at..at + values.len()].copy_from_slice(values);
             }
         }
-        let usage = Usage::STORAGE_BUFFER | Usage::TRANSFER_DST;
-        let field = Buffer::upload_device(device, "rain field", &bytes, usage)?;
+        let usage = Usage::STORAGE_BUFFER | Usage::UNIFORM_TEXEL_BUFFER | Usage::TRANSFER_DST;
+        let tables = Buffer::upload_device(device, "rain tables", &bytes, usage)?;
+        let (size, usage) =
+            (size_of::<Record>() as u64, Usage::UNIFORM_BUFFER | Usage::TRANSFER_DST);
+        let field = Buffer::new(device, "rain field", size, usage, Memory::Device)?;
         let room = [clusters, room_for(seen.cells_with_drops)];
         let drops = rain.drops_above(&scene.view(), f64::from(seen.cutoff_px));
-        Ok(Some((Self { room, drops, rain, cutoff_px: cutoff.px, placed }, field)))
+        Ok(Some(Self { room, drops, field, tables, rain, cutoff_px: cutoff.px, placed }))
     }
 
     /// The lattices of the classes, in the order in which the shaders number them.
@@ -130,24 +133,24 @@ impl Cells {
     }
 
     /// Records what the frame sees; a barrier to compute must follow.
-    pub fn record(&self, device: &Device, commands: Recorder<'_>, field: &Buffer, seen: &Seen) {
-        let mut head = Head {
+    pub fn record(&self, device: &Device, commands: Recorder<'_>, seen: &Seen) {
+        let mut record = Record {
             shown: [seen.thinned_px, seen.radius_unit, seen.extent2, seen.millimetres],
             groups: [seen.groups(), self.placed, seen.own, 0],
             band_depths: seen.band_depths,
             medium: seen.medium.unwrap_or_else(MediumRecord::zeroed),
             grain: seen.grain,
-            ..Head::zeroed()
+            ..Record::zeroed()
         };
-        head.classes[..seen.classes.len()].copy_from_slice(&seen.classes);
+        record.classes[..seen.classes.len()].copy_from_slice(&seen.classes);
         let group_slabs = seen.group_slabs();
-        let parts: [(usize, &[u8]); 3] = [
-            (0, bytemuck::bytes_of(&head)),
+        update_buffer(device, commands, &self.field, 0, bytemuck::bytes_of(&record));
+        let parts: [(usize, &[u8]); 2] = [
             (SLABS, bytemuck::cast_slice(&seen.slabs)),
             (GROUP_SLABS, bytemuck::cast_slice(&group_slabs)),
         ];
         for (first, bytes) in parts {
-            update_buffer(device, commands, field, first as u64, bytes);
+            update_buffer(device, commands, &self.tables, first as u64, bytes);
         }
     }
 }

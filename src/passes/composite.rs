@@ -133,7 +133,6 @@ impl Passes {
         device: &Arc<Device>,
         prepared: Prepared<'_>,
         (buffers, bindings): (&Buffers, &Bindings),
-        has_texels: bool,
         plan: &FramePlan,
         behind: Option<&Behind>,
     ) -> Result<Self> {
@@ -146,21 +145,16 @@ impl Passes {
             [constant::LAYERS, plan.layers.into()],
         ];
         let constants: Vec<_> = tiles.constants.iter().copied().chain(own).collect();
+        // It writes the nodes that it reads.
+        let in_words: Vec<_> = constants
+            .iter()
+            .map(|[id, value]| [*id, if *id == constant::BY_TEXELS { 0 } else { *value }])
+            .collect();
         let pushed = |shader, bytes, constants: &[_]| {
             ComputePipeline::new(device, shader, bindings, bytes, constants)
         };
         let pipeline = |shader| pushed(shader, 0, &constants);
         let maybe = |is_wanted: bool, shader| is_wanted.then(|| pipeline(shader)).transpose();
-        let [over, few, to_draw] = match has_texels {
-            true => [
-                shaders::COMPOSITE_COMP_TEXELS,
-                shaders::COMPOSITE_COMP_FEW_TEXELS,
-                shaders::TILES_TO_DRAW_COMP_TEXELS,
-            ],
-            false => {
-                [shaders::COMPOSITE_COMP, shaders::COMPOSITE_COMP_FEW, shaders::TILES_TO_DRAW_COMP]
-            }
-        };
         let sky = || -> Result<SkyPass> {
             let Some(behind) = behind else {
                 let shader = match (tiles.has_cells(), tiles.shelter().is_some()) {
@@ -179,18 +173,26 @@ impl Passes {
             }
             let listing = LISTED_TILES * group::TILES_TO_DRAW_COMP[0];
             Ok(Some(Listed {
-                to_draw: pushed(to_draw, 4, &constants)?,
+                to_draw: pushed(shaders::TILES_TO_DRAW_COMP, 4, &constants)?,
                 groups: tiles.count.div_ceil(listing),
                 few: side_by_side(std::array::from_fn(|list| list as u32 + 1), |list| {
-                    pushed(few, 0, &[&constants[..], &[[constant::LIST, list]]].concat())
+                    pushed(
+                        shaders::COMPOSITE_COMP_FEW,
+                        0,
+                        &[&constants[..], &[[constant::LIST, list]]].concat(),
+                    )
                 })?,
             }))
         };
         let (of_all, (of_glints, others)) = rayon::join(
             || -> Result<_> {
                 let all = side_by_side(
-                    [(shaders::COMPOSITE_COMP_DISORDERED, 0), (over, 4), (shaders::RAYS_COMP, 4)],
-                    |(shader, bytes)| pushed(shader, bytes, &constants),
+                    [
+                        (shaders::COMPOSITE_COMP_DISORDERED, 0, &in_words),
+                        (shaders::COMPOSITE_COMP, 4, &constants),
+                        (shaders::RAYS_COMP, 4, &constants),
+                    ],
+                    |(shader, bytes, constants)| pushed(shader, bytes, constants),
                 )?;
                 Ok((all, listed()?))
             },
@@ -250,9 +252,9 @@ impl Composite {
         let is_listed = !tiles.has_streak_layer() && tiles.bands() == 1;
         let buffers = Buffers::new(device, tiles, pixels, plan.nearest, is_listed, has_lines)?;
         let texels = buffers.texels(device, prepared)?;
-        let bindings = buffers.bindings(device, prepared, texels.as_ref())?;
+        let bindings = buffers.bindings(device, prepared, &texels)?;
         let of = (&buffers, &bindings);
-        let passes = Passes::new(device, prepared, of, texels.is_some(), plan, behind)?;
+        let passes = Passes::new(device, prepared, of, plan, behind)?;
         let Buffers { radiance, nearest, log_sums, line_sums, .. } = buffers;
         let is_by_host = matches!(behind, Some(Behind::Host { .. }))
             || tiles.shelter().is_some_and(ShelterMap::renews_medium);

@@ -82,7 +82,8 @@ impl PlacedDrops {
         let moves = is_exposed
             || scene.host_particles > 0
             || scene.placed().any(|drop| drop.velocity != DVec3::ZERO);
-        let usage = vk::BufferUsageFlags::STORAGE_BUFFER;
+        use vk::BufferUsageFlags as Usage;
+        let usage = Usage::STORAGE_BUFFER | Usage::UNIFORM_TEXEL_BUFFER;
         let boxes = clusters.len() as u32 / CLUSTER;
         let known = scene.known_count().div_ceil(CLUSTER).min(boxes);
         let boxes_of_host = (boxes > known).then(|| scene.placed_count() + known);
@@ -114,7 +115,8 @@ impl PlacedDrops {
             let written = [Use::Uniform, Use::ComputeWrite];
             memory_barrier(device, commands, &[Use::TransferWrite], &written);
             carried.record(commands, scene, self.is_exposed);
-            memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::ComputeWrite]);
+            let read = [Use::ComputeWrite, Use::ComputeRead];
+            memory_barrier(device, commands, &[Use::ComputeWrite], &read);
         }
     }
 }

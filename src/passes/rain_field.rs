@@ -76,13 +76,14 @@ impl RainField {
             return Ok(sorted.clone());
         }
         let storage = vk::BufferUsageFlags::STORAGE_BUFFER;
+        let by_words = storage | vk::BufferUsageFlags::UNIFORM_TEXEL_BUFFER;
         let centers: Vec<_> = scene.placed().map(|drop| drop.center_at(scene.time)).collect();
         let known = scene.random_count() + scene.known_count();
         let clusters =
             Clusters::new(&scene.populations(), &centers).followed_by(known, scene.host_particles);
         self.device.count(|made| &mut made.sorts);
         let made = SortedDrops {
-            order: Buffer::upload_device(&self.device, "drop order", &clusters.order, storage)?,
+            order: Buffer::upload_device(&self.device, "drop order", &clusters.order, by_words)?,
             boxes: Buffer::upload_device(&self.device, "clusters", &clusters.boxes, storage)?,
             placed: clusters.placed(scene.random_count()),
             counts: [clusters.count(), clusters.boxes.len() as u32],

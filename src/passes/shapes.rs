@@ -40,14 +40,15 @@ impl Shapes {
     /// # Errors
     /// See [`Buffer::new`].
     pub fn new(device: &Arc<Device>, scene: &Scene, plan: &FramePlan, larges: u64) -> Result<Self> {
-        let usage = vk::BufferUsageFlags::STORAGE_BUFFER;
+        use vk::BufferUsageFlags as Usage;
+        let usage = Usage::STORAGE_BUFFER;
         let (given, larges) = match plan.shape.model {
             ShapeModel::Sphere => (vec![[0.0; 4]], 1),
             model => (given(scene, model), larges),
         };
         let bytes = size_of::<LargeShape>() as u64 * larges;
         Ok(Self {
-            given: Buffer::upload(device, "shapes", &given, usage)?,
+            given: Buffer::upload(device, "shapes", &given, usage | Usage::UNIFORM_TEXEL_BUFFER)?,
             large: Buffer::new(device, "shapes of large drops", bytes, usage, Memory::Device)?,
         })
     }

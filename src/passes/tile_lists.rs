@@ -33,7 +33,13 @@ pub(super) struct TileTexels {
     pub nodes: Texels,
     pub heads: Texels,
     pub larges: Texels,
+    pub blocks: Texels,
     pub pictures: Texels,
+    pub order: Texels,
+    pub in_view: Texels,
+    pub placed: Texels,
+    pub shapes: Texels,
+    pub tables: [Texels; 2],
 }
 
 impl Lists {
@@ -61,30 +67,46 @@ impl Lists {
             )?,
             larges: make("large drops", LARGE_BYTES, room.larges, by_four)?,
             bigs: make("big drops", 8, room.blocks / TILES_OF_BIG + 1, storage)?,
-            blocks: make("blocks", 8, room.blocks, storage)?,
+            blocks: make("blocks", 8, room.blocks, storage | Usage::UNIFORM_TEXEL_BUFFER)?,
         })
     }
 }
 
 impl TileTexels {
-    /// None where the device takes no texel buffers so large.
+    /// `order`, `in_view`, `tables`: of `glsl/include/population.glsl` and `rain_field.glsl`.
     ///
     /// # Errors
     /// See [`Texels::new`].
-    pub fn of(device: &Arc<Device>, lists: &Lists, pictures: &Buffer) -> Result<Option<Self>> {
-        let (nodes, heads, larges) = (&lists.nodes, &lists.heads, &lists.larges);
-        let four = Texel::FourWords;
-        let fit = [(nodes, four), (heads, four), (larges, four), (pictures, Texel::Word)]
-            .iter()
-            .all(|(buffer, words)| Texels::fit(device, buffer, *words));
-        if !fit {
-            return Ok(None);
-        }
-        Ok(Some(Self {
-            nodes: Texels::new(device, "texels of nodes", nodes, four)?,
-            heads: Texels::new(device, "texels of lists", heads, four)?,
-            larges: Texels::new(device, "texels of large drops", larges, four)?,
-            pictures: Texels::new(device, "texels of pictures", pictures, Texel::Word)?,
-        }))
+    pub fn of(
+        device: &Arc<Device>,
+        lists: &Lists,
+        [pictures, order, in_view, placed, shapes, tables]: [&Buffer; 6],
+    ) -> Result<Self> {
+        let texels = |name, buffer, texel| Texels::new(device, name, buffer, texel);
+        Ok(Self {
+            nodes: texels("texels of nodes", &lists.nodes, Texel::FourWords)?,
+            heads: texels("texels of lists", &lists.heads, Texel::FourWords)?,
+            larges: texels("texels of large drops", &lists.larges, Texel::FourWords)?,
+            blocks: texels("words of blocks", &lists.blocks, Texel::Word)?,
+            pictures: texels("words of pictures", pictures, Texel::Word)?,
+            order: texels("words of the drop order", order, Texel::Word)?,
+            in_view: texels("words of clusters in view", in_view, Texel::Word)?,
+            placed: texels("texels of placed drops", placed, Texel::FourWords)?,
+            shapes: texels("texels of shapes", shapes, Texel::FourWords)?,
+            tables: [
+                texels("words of rain tables", tables, Texel::Word)?,
+                texels("texels of rain tables", tables, Texel::FourWords)?,
+            ],
+        })
+    }
+
+    /// Whether the device takes texel buffers so large.
+    pub fn are_whole(&self) -> bool {
+        let Self { nodes, heads, larges, blocks, pictures, order, in_view, placed, shapes, tables } =
+            self;
+        [nodes, heads, larges, blocks, pictures, order, in_view, placed, shapes]
+            .into_iter()
+            .chain(tables)
+            .all(|texels| texels.is_whole)
     }
 }

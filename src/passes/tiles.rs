@@ -17,12 +17,14 @@
 //!
 //! No pass uses shared memory or barriers within a workgroup, poison on CPU drivers.
 
+mod constants;
 mod source;
 
 use std::sync::Arc;
 
 use ash::vk;
 
+use self::constants::constants_of;
 use self::source::Source;
 use super::appearance::FarDrop;
 use super::cells::Cells;
@@ -42,19 +44,19 @@ use super::totals::{
     BIG_GROUPS, BLOCK_GROUPS, COUNTS_WORDS, GATHER_GROUPS, GROUPS_WORDS, LARGE_GROUPS, MAX_BINS,
     SORT_GROUPS,
 };
-use super::{light_constants, rows_of, side_by_side};
+use super::{rows_of, side_by_side};
 use crate::Result;
 use crate::abi::{CLUSTER, END, MAX_BANDS, STRETCHES};
 use crate::gpu::sets::{constant, group, tile_frame, tiles as slot};
 use crate::gpu::{
-    Bindings, Buffer, ComputePipeline, Device, Machine, Memory, Recorder, Resource, Slot, Use,
-    fill_buffer, memory_barrier, shaders, update_buffer,
+    Bindings, Buffer, ComputePipeline, Device, Machine, Memory, Recorder, Resource, Slot, Texel,
+    Texels, Use, fill_buffer, memory_barrier, shaders, update_buffer,
 };
 use crate::plan::FramePlan;
 use crate::rain::cells::Lattice;
 use crate::rain::field::Seen;
 use crate::scene::Scene;
-use crate::scene::model::{Lens, Motion, ShapeModel};
+use crate::scene::model::{Lens, Motion};
 use crate::scene::projection::View;
 
 /// Tiles that a drop at the paper's sizes touches.
@@ -79,8 +81,8 @@ pub struct Tiles {
     pub(super) prefetch: bool,
     /// What was counted (see [`counters`]).
     pub counters: Buffer,
-    /// What passes read a texel at a time, where the device takes texel buffers so large.
-    pub(super) texels: Option<TileTexels>,
+    /// What passes read a texel at a time.
+    pub(super) texels: TileTexels,
     /// Specialization constants of all passes over the tiles.
     pub(super) constants: Vec<[u32; 2]>,
     /// The drops' records, where each pixel's nearest drop is wanted.
@@ -114,12 +116,12 @@ struct Passes {
 }
 
 impl Passes {
-    /// `has_cells`: drops are those of cells. `has_texels`: [`TileTexels`] are bound. `has_shelter`: a [`ShelterMap`] is.
+    /// `has_cells`: drops are those of cells. `has_shelter`: a [`ShelterMap`] is bound.
     fn new(
         device: &Arc<Device>,
         bindings: &Bindings,
         constants: &[[u32; 2]],
-        [has_cells, has_texels, has_shelter]: [bool; 3],
+        [has_cells, has_shelter]: [bool; 2],
     ) -> Result<Self> {
         let by = |of_cells, of_clusters| if has_cells { of_cells } else { of_clusters };
         let find = by(shaders::CELLS_COMP, shaders::CLUSTERS_COMP);
@@ -130,10 +132,9 @@ impl Passes {
             false => by(shaders::GATHER_COMP_CELLS, shaders::GATHER_COMP),
         };
         let large = by(shaders::LARGE_COMP_CELLS, shaders::LARGE_COMP);
-        let blocks = if has_texels { shaders::BLOCKS_COMP_TEXELS } else { shaders::BLOCKS_COMP };
-        let big = shaders::BIG_COMP;
+        let (big, blocks) = (shaders::BIG_COMP, shaders::BLOCKS_COMP);
         let [blocks, large, gather, clusters, bin_starts, sort_clusters, big] = side_by_side(
-            [(blocks, 0), (large, 0), (gather, 4), (find, 0), (starts, 0), (sort, 0), (big, 0)],
+            [(blocks, 0), (large, 0), (gather, 8), (find, 0), (starts, 0), (sort, 0), (big, 0)],
             |(shader, bytes)| ComputePipeline::new(device, shader, bindings, bytes, constants),
         )?;
         Ok(Self { clusters, bin_starts, sort_clusters, gather, large, big, blocks })
@@ -159,38 +160,6 @@ fn check_limits(device: &Device, drops: u64, tiles: u32) -> Result<()> {
     device.report.check_limit(PIXELS, TILE_PIXELS * u64::from(tiles), most_pixels)
 }
 
-/// Specialization constants of all passes over the tiles.
-fn constants_of(
-    scene: &Scene,
-    plan: &FramePlan,
-    [has_cells, has_depth]: [bool; 2],
-) -> Vec<[u32; 2]> {
-    let is_several = scene.populations().len() > 1;
-    let shape = match plan.shape.model {
-        ShapeModel::Sphere => 0,
-        ShapeModel::Stretched => 1,
-        ShapeModel::Spheroid | ShapeModel::Equilibrium => 2,
-    };
-    let own = [
-        [constant::HAS_LENS, (plan.lens != Lens::Pinhole).into()],
-        [constant::SPLAT_PX, plan.splat_px.to_bits()],
-        [constant::RAYS_PX, plan.rays_px.to_bits()],
-        [constant::HAS_PLACED, (has_cells || is_several || scene.placed_count() > 0).into()],
-        [constant::SAMPLES, plan.samples],
-        [constant::MOST_RAYS, plan.most_rays],
-        [constant::SEVERAL, is_several.into()],
-        [constant::HAS_DEPTH, has_depth.into()],
-        [constant::NEAREST, plan.nearest.into()],
-        [constant::GRAIN, plan.is_grainy().into()],
-        [constant::MOTION, (plan.motion != Motion::Instant).into()],
-        [constant::SHAPE, shape],
-        [constant::FLAT_RAIN, plan.shape.flattens_rain(scene).into()],
-        [constant::FLAT_PLACED, plan.shape.flattens_placed(scene).into()],
-        [constant::FLAT_RAYS_PX, plan.shape.rays_px.to_bits()],
-    ];
-    light_constants(&plan.light).into_iter().chain(own).collect()
-}
-
 impl Tiles {
     /// Buffers and pipelines for pictures of the size of `scene`'s. `has_depth`: what is behind the drops hides those that
     /// are farther.
@@ -210,7 +179,7 @@ impl Tiles {
     ) -> Result<Self> {
         let cells = Cells::new(device, scene, plan)?;
         let drops = match &cells {
-            Some((cells, _)) => u64::from(cells.room[0]) * u64::from(CLUSTER),
+            Some(cells) => u64::from(cells.room[0]) * u64::from(CLUSTER),
             None => scene.drop_count().into(),
         };
         let (first, end) = of_view(&scene.view());
@@ -218,7 +187,7 @@ impl Tiles {
         let count = across * down;
         let regions = Regions::of(across, down);
         check_limits(device, drops, count)?;
-        let in_view = cells.as_ref().map_or(drops as f64 * SHARE_IN_VIEW, |(cells, _)| cells.drops);
+        let in_view = cells.as_ref().map_or(drops as f64 * SHARE_IN_VIEW, |cells| cells.drops);
         let a_tile = in_view * TILES_A_DROP / f64::from(count);
         let bands = ((a_tile / DROPS_A_BAND).ceil() as u32).clamp(1, MAX_BANDS);
         let has_cells = cells.is_some();
@@ -236,6 +205,10 @@ impl Tiles {
         let lists = Lists::new(device, &room, count)?;
         let storage = vk::BufferUsageFlags::STORAGE_BUFFER;
         let make = |name, bytes| Buffer::new(device, name, bytes, storage, Memory::Device);
+        // With real rain these are the cells in view that hold drops.
+        let found = 16 * u64::from(if has_cells { others } else { clusters });
+        let by_texels = storage | vk::BufferUsageFlags::UNIFORM_TEXEL_BUFFER;
+        let found = Buffer::new(device, "clusters in view", found, by_texels, Memory::Device)?;
         // Without a depth no shader reads or writes it.
         let reached = if has_depth { TILE_PIXELS * u64::from(count) } else { 1 };
         let reach = make("reach", 4 * reached)?;
@@ -246,27 +219,34 @@ impl Tiles {
             Source::Cells(_) => Arc::default(),
         };
         let shelter = ShelterMap::new(device, scene)?;
-        let constants = constants_of(scene, plan, [has_cells, has_depth]);
-        let placed = PlacedDrops::new(device, (frame, &constants), scene, moves, in_clusters)?;
         let in_pixels = (across * TILE.0, down * TILE.1);
         let streak_layer = StreakLayer::new(device, scene, plan, in_pixels, in_view)?;
+        let mut constants = constants_of(scene, plan, [has_cells, has_depth]);
+        let placed = PlacedDrops::new(device, (frame, &constants), scene, moves, in_clusters)?;
+        let shapes = Shapes::new(device, scene, plan, room.larges)?;
+        // Without cells no shader reads them.
+        let tables = source.cells().map_or(&found, |cells| &cells.tables);
+        let read =
+            [&appearance.table, source.order(), &found, &placed.buffer, &shapes.given, tables];
+        let texels = TileTexels::of(device, &lists, read)?;
+        // The sky has a texel for two pixels.
+        let most = device.report.limits.max_texel_buffer_elements;
+        let reads_texels = texels.are_whole()
+            && u64::from(count) * TILE_PIXELS / 2 <= most.into()
+            && Texels::fit(device, &streak_layer.buffer, Texel::TwoWords);
+        constants.push([constant::BY_TEXELS, reads_texels.into()]);
         let large_moves =
             make("motions of large drops", 32 * if moves || lens { room.larges } else { 1 })?;
-        let shapes = Shapes::new(device, scene, plan, room.larges)?;
         let records = match plan.nearest {
             true => Some(DropRecords::new(device, room.nodes + room.larges, scene)?),
             false => None,
         };
-        // With real rain these are the cells in view that hold drops.
-        let found = 16 * u64::from(if has_cells { others } else { clusters });
-        let found = make("clusters in view", found)?;
         let counters = counters::buffer(device)?;
-        let texels = TileTexels::of(device, &lists, &appearance.table)?;
-        let (order, [boxes, field]) = source.buffers();
         let shared = [
             (tile_frame::CONSTANTS, &frame.buffer),
             // Without cells no shader reads it.
-            (tile_frame::RAIN_FIELD, field.unwrap_or(&found)),
+            (tile_frame::RAIN_FIELD, source.cells().map_or(&frame.buffer, |cells| &cells.field)),
+            (tile_frame::RAIN_TABLES, tables),
             (tile_frame::REACH, &reach),
             (tile_frame::TOTALS, &lists.totals),
             (tile_frame::NODES, &lists.nodes),
@@ -282,13 +262,22 @@ impl Tiles {
             (tile_frame::COUNTERS, &counters),
         ]
         .map(|(slot, buffer)| (slot, Resource::Buffer(buffer)));
+        let [words, four] = &texels.tables;
+        let of_texels = [
+            (tile_frame::TABLE_WORDS, words),
+            (tile_frame::TABLE_TEXELS, four),
+            (tile_frame::LARGE_TEXELS, &texels.larges),
+            (tile_frame::BLOCK_WORDS, &texels.blocks),
+        ]
+        .map(|(slot, view)| (slot, Resource::Texels(view)));
+        let shared: Vec<_> = shared.into_iter().chain(of_texels).collect();
         let shared = Arc::new(Bindings::of(device, "tile frame", &shared)?);
         // Without records no shader reads or writes them.
         let record_slots = DropRecords::slots(records.as_ref(), (&found, &frame.buffer));
         let buffers = [
-            (slot::DROP_ORDER, order),
+            (slot::DROP_ORDER, source.order()),
             // Cells have none.
-            (slot::CLUSTER_BOXES, boxes.unwrap_or(&found)),
+            (slot::CLUSTER_BOXES, source.boxes().unwrap_or(&found)),
             (slot::IN_VIEW, &found),
             (slot::PLACED_DROPS, &placed.buffer),
             (slot::PLACED_MOTIONS, &placed.motions),
@@ -298,29 +287,26 @@ impl Tiles {
             (slot::FLAT_LIGHT, flat.as_ref().map_or(&appearance.table, |flat| &flat.table)),
         ];
         let buffers = buffers.into_iter().chain(record_slots);
-        let views = texels.iter().flat_map(|texels| {
-            [(slot::LARGE_TEXELS, &texels.larges), (slot::PICTURE_TEXELS, &texels.pictures)]
-        });
+        let views = [
+            (slot::PICTURE_TEXELS, &texels.pictures),
+            (slot::ORDER_WORDS, &texels.order),
+            (slot::IN_VIEW_WORDS, &texels.in_view),
+            (slot::SHAPE_TEXELS, &texels.shapes),
+            (slot::PLACED_TEXELS, &texels.placed),
+        ];
         let slots: Vec<_> = buffers
             .map(|(slot, buffer)| (slot, Resource::Buffer(buffer)))
             .chain(views.map(|(slot, view)| (slot, Resource::Texels(view))))
             .chain(shelter.iter().flat_map(|all| all.slots([slot::HEIGHT_MAP, slot::SHELTER])))
             .collect();
         let bindings = Bindings::of(device, "tiles", &slots)?.beside(&shared);
-        let passes = Passes::new(
-            device,
-            &bindings,
-            &constants,
-            [has_cells, texels.is_some(), shelter.is_some()],
-        )?;
+        let passes = Passes::new(device, &bindings, &constants, [has_cells, shelter.is_some()])?;
         Ok(Self {
             count,
             in_pixels,
             in_regions: regions.tiles,
             // Where each word read is dear, it costs more than it saves.
-            prefetch: device.report.machine == Machine::Cpu
-                && texels.is_some()
-                && plan.splat_px > 0.0,
+            prefetch: device.report.machine == Machine::Cpu && reads_texels && plan.splat_px > 0.0,
             counters,
             records,
             source,
@@ -341,15 +327,12 @@ impl Tiles {
 
     /// Whether drops come from the cells of real rain.
     pub(super) fn has_cells(&self) -> bool {
-        matches!(self.source, Source::Cells(..))
+        self.source.cells().is_some()
     }
 
     /// The lattices of real rain.
     pub fn lattices(&self) -> &[Lattice] {
-        match &self.source {
-            Source::Cells(cells) => cells.0.lattices(),
-            Source::Clusters(_) => &[],
-        }
+        self.source.cells().map_or(&[], Cells::lattices)
     }
 
     /// The map of the surfaces that keep rain off, if there are any.
@@ -412,9 +395,8 @@ impl Tiles {
         if let Some(records) = &self.records {
             records.record_motion(device, commands, scene, lattices, until);
         }
-        if let (Source::Cells(cells), Some(seen)) = (&self.source, seen) {
-            let (cells, [_, field]) = &**cells;
-            cells.record(device, commands, field, seen);
+        if let (Some(cells), Some(seen)) = (self.source.cells(), seen) {
+            cells.record(device, commands, seen);
         }
         for (buffer, value) in [(&self.counters, 0), (&self.lists.heads, END)] {
             fill_buffer(device, commands, buffer, 0..buffer.size, value);
@@ -446,10 +428,7 @@ impl Tiles {
 
     /// What of real rain a frame of `scene` shows; none without.
     pub fn seen(&self, scene: &Scene) -> Option<Seen> {
-        match &self.source {
-            Source::Cells(cells) => Some(cells.0.seen(scene)),
-            Source::Clusters(_) => None,
-        }
+        self.source.cells().map(|cells| cells.seen(scene))
     }
 
     /// Records which clusters are in view, and their order. `seen`: what [`Tiles::seen`] said of the frame.
@@ -478,7 +457,8 @@ impl Tiles {
             if band > 0 {
                 memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::ComputeWrite]);
             }
-            let (push, at) = (bytemuck::bytes_of(&band), GATHER_GROUPS + 16 * u64::from(band));
+            let bins = [band, band + 1].map(|band| band * self.in_frame[0][3]);
+            let (push, at) = (bytemuck::bytes_of(&bins), GATHER_GROUPS + 16 * u64::from(band));
             let (gather, totals) = (&self.passes.gather, self.totals());
             gather.dispatch_indirect(commands, &self.bindings, push, totals, at);
         }

@@ -171,8 +171,10 @@ impl Tiled {
     ) {
         let barrier =
             |before: &[Use], after: &[Use]| memory_barrier(device, commands, before, after);
+        // By words and by texels.
+        let read = [Use::ComputeWrite, Use::ComputeRead, Use::Indirect];
         time.time(commands, "clusters", || {
-            barrier(&[Use::TransferWrite], &[Use::Uniform, Use::ComputeWrite]);
+            barrier(&[Use::TransferWrite], &[Use::Uniform, Use::ComputeWrite, Use::ComputeRead]);
             self.tiles.record_clusters(device, commands, seen);
         });
         if self.composite.needs_sky(frame, recording) {
@@ -196,7 +198,7 @@ impl Tiled {
             });
         }
         time.time(commands, "gather", || {
-            barrier(&[Use::ComputeWrite], &[Use::ComputeWrite, Use::Indirect]);
+            barrier(&[Use::ComputeWrite], &read);
             self.tiles.record_gather(device, commands);
         });
         time.time(commands, "large", || {
@@ -204,15 +206,12 @@ impl Tiled {
             self.tiles.record_large(device, commands);
         });
         time.time(commands, "rays", || {
-            barrier(&[Use::ComputeWrite], &[Use::ComputeWrite, Use::Indirect]);
+            barrier(&[Use::ComputeWrite], &read);
             self.composite.record_rays(device, commands, &self.tiles);
         });
         if self.far.glints.count > 0 {
             time.time(commands, "glints", || {
-                barrier(
-                    &[Use::ComputeWrite],
-                    &[Use::ComputeWrite, Use::ComputeRead, Use::Indirect],
-                );
+                barrier(&[Use::ComputeWrite], &read);
                 self.composite.record_glints(device, commands, &self.tiles);
             });
         }

@@ -10,7 +10,7 @@ use crate::glsl::{self, Glsl};
 /// Lines of a `main` at most, its first and last included.
 const LONGEST_MAIN: usize = 50;
 /// Macros that choose between what an include declares.
-const MACROS: [&str; 2] = ["CELLS", "TEXELS"];
+const MACROS: [&str; 2] = ["CELLS", "PICTURE_TEXELS"];
 
 /// The sources: of this tree, or those that `tests/house/mutants.rs` has put a fault in.
 fn folder() -> PathBuf {

@@ -88,23 +88,20 @@ impl Buffers {
         })
     }
 
-    /// What the shaders read a texel at a time; none where the device takes no texel buffers so large.
+    /// What the shaders read a texel at a time, besides what [`Tiles`] has.
+    ///
+    /// # Errors
+    /// See [`Texels::new`].
     pub fn texels(
         &self,
         device: &Arc<Device>,
         Prepared { splats, tiles, .. }: Prepared<'_>,
-    ) -> Result<Option<[(Slot, Texels); 5]>> {
-        let links = &tiles.streak_layer.buffer;
-        let fit = tiles.texels.is_some()
-            && Texels::fit(device, &self.sky, Texel::FourWords)
-            && Texels::fit(device, links, Texel::TwoWords);
-        if !fit {
-            return Ok(None);
-        }
+    ) -> Result<[(Slot, Texels); 5]> {
         let four_words = |name, buffer| Texels::new(device, name, buffer, Texel::FourWords);
         let lines = self.line_sums.as_ref().unwrap_or(&self.sky);
+        let links = &tiles.streak_layer.buffer;
         let links = Texels::new(device, "texels of streaks' links", links, Texel::TwoWords)?;
-        Ok(Some([
+        Ok([
             (slot::SKY_TEXELS, four_words("texels of the sky", &self.sky)?),
             (slot::SPLAT_TEXELS, four_words("texels of splats", &splats.table)?),
             (slot::LINE_TEXELS, four_words("texels of lines", lines)?),
@@ -113,7 +110,7 @@ impl Buffers {
                 four_words("texels of their light", &self.streak_layer_light)?,
             ),
             (slot::LINK_TEXELS, links),
-        ]))
+        ])
     }
 
     /// What is bound for all passes.
@@ -121,7 +118,7 @@ impl Buffers {
         &self,
         device: &Arc<Device>,
         prepared: Prepared<'_>,
-        texels: Option<&[(Slot, Texels); 5]>,
+        texels: &[(Slot, Texels); 5],
     ) -> Result<Bindings> {
         let Prepared { environment, seen_by_drops, splats, tiles, .. } = prepared;
         let buffers = [
@@ -139,12 +136,9 @@ impl Buffers {
             (slot::NEAREST_DROPS, self.nearest.as_ref().unwrap_or(&self.sky)),
         ];
         let maps = [(slot::ENVIRONMENT_MAP, seen_by_drops), (slot::WHOLE_MAP, environment)];
-        let of_tiles = tiles.texels.iter().flat_map(|of_tiles| {
-            [(slot::NODE_TEXELS, &of_tiles.nodes), (slot::HEAD_TEXELS, &of_tiles.heads)]
-        });
-        let views = texels
-            .into_iter()
-            .flat_map(|own| of_tiles.clone().chain(own.iter().map(|(slot, view)| (*slot, view))));
+        let of_tiles =
+            [(slot::NODE_TEXELS, &tiles.texels.nodes), (slot::HEAD_TEXELS, &tiles.texels.heads)];
+        let views = of_tiles.into_iter().chain(texels.iter().map(|(slot, view)| (*slot, view)));
         let slots: Vec<_> = buffers
             .map(|(slot, buffer)| (slot, Resource::Buffer(buffer)))
             .into_iter()

@@ -15,8 +15,8 @@ use crate::scene::Scene;
 pub(super) enum Source {
     /// Drops in a box and placed ones, in clusters that never change.
     Clusters(Arc<SortedDrops>),
-    /// Real rain's cells, and placed drops; the drops' order, and the `RainField`.
-    Cells(Box<(Cells, [Buffer; 2])>),
+    /// Real rain's cells, and placed drops; and the drops' order.
+    Cells(Box<(Cells, Buffer)>),
 }
 
 impl Source {
@@ -26,25 +26,42 @@ impl Source {
         device: &Arc<Device>,
         scene: &Scene,
         rain: &RainField,
-        cells: Option<(Cells, Buffer)>,
+        cells: Option<Cells>,
     ) -> Result<(Self, [u32; 2])> {
-        let Some((cells, field)) = cells else {
+        let Some(cells) = cells else {
             let sorted = rain.sorted(scene)?;
             let counts = sorted.counts;
             return Ok((Self::Clusters(sorted), counts));
         };
         let room = cells.room;
         let bytes = 4 * u64::from(CLUSTER) * u64::from(room[0]);
-        let usage = vk::BufferUsageFlags::STORAGE_BUFFER;
+        use vk::BufferUsageFlags as Usage;
+        let usage = Usage::STORAGE_BUFFER | Usage::UNIFORM_TEXEL_BUFFER;
         let order = Buffer::new(device, "drop order", bytes, usage, Memory::Device)?;
-        Ok((Self::Cells(Box::new((cells, [order, field]))), room))
+        Ok((Self::Cells(Box::new((cells, order))), room))
     }
 
-    /// The drops' order; the boxes of clusters and the `RainField`, one of which is missing.
-    pub fn buffers(&self) -> (&Buffer, [Option<&Buffer>; 2]) {
+    /// The cells of real rain.
+    pub fn cells(&self) -> Option<&Cells> {
         match self {
-            Self::Clusters(sorted) => (&sorted.order, [Some(&sorted.boxes), None]),
-            Self::Cells(cells) => (&cells.1[0], [None, Some(&cells.1[1])]),
+            Self::Clusters(_) => None,
+            Self::Cells(cells) => Some(&cells.0),
+        }
+    }
+
+    /// The drops' order.
+    pub fn order(&self) -> &Buffer {
+        match self {
+            Self::Clusters(sorted) => &sorted.order,
+            Self::Cells(cells) => &cells.1,
+        }
+    }
+
+    /// The boxes of clusters.
+    pub fn boxes(&self) -> Option<&Buffer> {
+        match self {
+            Self::Clusters(sorted) => Some(&sorted.boxes),
+            Self::Cells(_) => None,
         }
     }
 }
