@@ -44,7 +44,7 @@ bool is_touched(Footprint f) {
     for (uint y = first.y; y <= last.y && !found; ++y) {
         // A row's cells are one after the other.
         uint from = caps_of(uvec2(first.x, y)).x, to = caps_of(uvec2(last.x, y)).y;
-        for (uint i = from; i < to && !found; ++i) found = may_touch(caps[cells[i]], f.place, f.slope, f.around);
+        for (uint i = from; i < to && !found; ++i) found = may_touch(cap_at(cell_word(i)), f.place, f.slope, f.around);
     }
     return found;
 }

@@ -31,7 +31,7 @@ void main() {
     }
     float share = 1.0 / max(met, 1.0);
     looks[number].color = share * color;
-    looks[number].middle = caps[number].at + share * middle;
+    looks[number].middle = cap_at(number).at + share * middle;
     looks[number].area = met * look.spacing * look.spacing;
 }
 #else
@@ -69,7 +69,7 @@ uint kind_of(PaneCap cap, vec3 d) {
 void main() {
     uint number = invocation() / PANE_PLACES, place = invocation() % PANE_PLACES;
     if (number >= pane.drops) return;
-    PaneCap cap = caps[number];
+    PaneCap cap = cap_at(number);
     vec3 towards = ray_to(cap.at).direction;
     PaneLook look = look_of(cap, towards);
     look.kind = kind_of(cap, towards);

@@ -55,7 +55,7 @@ Seen by_rays(vec2 pixel) {
         float moment = fract(0.61803399 * (float(i) + 0.5));
         Passed p = pass_pane(pane_ray(pixel + in_pixel, on_lens, moment), spacing);
 #ifdef BLURRED
-        bool is_sharp = p.cap != NO_CAP && looks[min(p.cap, pane.drops - 1u)].kind == BY_RAYS;
+        bool is_sharp = p.cap != NO_CAP && look_at(min(p.cap, pane.drops - 1u)).kind == BY_RAYS;
         light += is_sharp ? p.light : vec3(0.0);
         beside -= is_sharp ? 1.0 / float(rays) : 0.0;
 #else

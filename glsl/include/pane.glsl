@@ -3,6 +3,7 @@
 // A pane of glass before the camera and the drops on it: what the passes of src/passes/pane.rs share.
 //
 // Places are along the pane's u, v and normal, in scene units, from the corner of the grid of its drops, on the wet face.
+#include "by_texels.glsl"
 #include "frame.glsl"
 #include "projection.glsl"
 
@@ -47,6 +48,21 @@ layout(std430, set = 0, binding = 3) readonly buffer PaneConstants { Pane pane_c
 layout(std430, set = 0, binding = 4) readonly buffer PaneCaps { PaneCap caps[]; };
 // For each cell, row by row, where its drops begin, and where the last one's end; then the drops' numbers, rising in each.
 layout(std430, set = 0, binding = 5) readonly buffer PaneCells { uint cells[]; };
+layout(set = 0, binding = 13) uniform usamplerBuffer cap_texels;
+layout(set = 0, binding = 14) uniform usamplerBuffer cell_words;
+
+PaneCap cap_at(uint number) {
+    if (BY_TEXELS == 0u) return caps[number];
+    int at = int(2u * number);
+    uvec4 rest = texelFetch(cap_texels, at + 1);
+    vec4 first = uintBitsToFloat(texelFetch(cap_texels, at)), sizes = uintBitsToFloat(rest);
+    return PaneCap(first.xy, first.z, first.w, sizes.x, sizes.y, sizes.z, rest.w);
+}
+
+uint cell_word(uint at) {
+    return BY_TEXELS != 0u ? texelFetch(cell_words, int(at)).x : cells[at];
+}
+
 // A copy that is read once, as `frame` is.
 Pane pane = pane_constants;
 
@@ -105,6 +121,6 @@ uvec2 cell_of(vec2 place) {
 // Where the numbers of a cell's drops stand: first, and beyond the last.
 uvec2 caps_of(uvec2 cell) {
     uint at = cell.y * pane.cells.x + cell.x;
-    return uvec2(cells[at], cells[at + 1u]);
+    return uvec2(cell_word(at), cell_word(at + 1u));
 }
 #endif

@@ -27,8 +27,7 @@ float covered_part(float apart, float r) {
 }
 
 // Adds a drop. `to_lens`: from the wet face to the lens, in whose unit disc rays are; `middle` of them is here.
-void add_blurred(inout Blurred sum, uint number, vec2 at, vec2 middle, mat2 to_lens) {
-    PaneLook look = looks[number];
+void add_blurred(inout Blurred sum, uint number, PaneLook look, vec2 at, vec2 middle, mat2 to_lens) {
     float scale = sqrt(abs(determinant(to_lens))), part = covered_part(length(to_lens * (look.middle - middle)), scale * sqrt(look.area / 3.14159265));
     vec3 color = look.color;
     uint turns = look.kind == BY_PICTURE ? PANE_PLACES : 0u;
@@ -36,7 +35,7 @@ void add_blurred(inout Blurred sum, uint number, vec2 at, vec2 middle, mat2 to_l
     float edge = 0.75 * scale * look.spacing, weights = 0.0;
     vec3 light = vec3(0.0);
     for (uint i = 0u; i < turns; ++i) {
-        vec4 seen = halves_of(places[number * PANE_PLACES + i]);
+        vec4 seen = halves_of(seen_at(number * PANE_PLACES + i));
         float far = length(to_lens * (at + place_in_look(look, i) - middle));
         float weight = seen.a * clamp((1.0 + edge - far) / (2.0 * edge), 0.0, 1.0);
         light += weight * seen.rgb;
@@ -66,12 +65,15 @@ Blurred blurred_drops(vec2 pixel) {
     for (uint y = first.y; y <= last.y; ++y) {
         uint from = caps_of(uvec2(first.x, y)).x, to = caps_of(uvec2(last.x, y)).y;
         for (uint i = from; i < to; ++i) {
-            PaneCap cap = caps[cells[i]];
+            uint number = cell_word(i);
+            PaneCap cap = cap_at(number);
             // A drop is in several cells: it is taken in the first of those that are looked into.
             uvec2 of_cap = max(cell_of(cap.at - cap.reach), first);
-            bool is_first = of_cap.y == y && i >= caps_of(uvec2(of_cap.x, y)).x && i < caps_of(uvec2(of_cap.x, y)).y;
+            uvec2 others = caps_of(uvec2(of_cap.x, y));
+            bool is_first = of_cap.y == y && i >= others.x && i < others.y;
             if (!is_first || !may_touch(cap, middle, slope, around)) continue;
-            if (looks[cells[i]].kind == BY_RAYS) sum.has_sharp = true; else add_blurred(sum, cells[i], cap.at, middle, to_lens);
+            PaneLook look = look_at(number);
+            if (look.kind == BY_RAYS) sum.has_sharp = true; else add_blurred(sum, number, look, cap.at, middle, to_lens);
         }
     }
     return sum;

@@ -9,9 +9,10 @@ uint cap_around(vec2 place) {
     uvec2 range = caps_of(cell_of(place));
     uint found = NO_CAP;
     for (uint i = range.x; i < range.y && found == NO_CAP; ++i) {
-        vec2 apart = place - caps[cells[i]].at;
-        float radius = caps[cells[i]].radius;
-        if (dot(apart, apart) < radius * radius) found = cells[i];
+        uint number = cell_word(i);
+        PaneCap cap = cap_at(number);
+        vec2 apart = place - cap.at;
+        if (dot(apart, apart) < cap.radius * cap.radius) found = number;
     }
     return found;
 }
@@ -53,10 +54,11 @@ uint cap_outside(vec2 place, vec3 d, out float nearest) {
     while (at <= range.y && nearest >= at) {
         uvec2 numbers = caps_of(uvec2(cell));
         for (uint i = numbers.x; i < numbers.y; ++i) {
-            float distance = distance_outside(caps[cells[i]], place, d);
+            uint number = cell_word(i);
+            float distance = distance_outside(cap_at(number), place, d);
             if (distance < nearest) {
                 nearest = distance;
-                found = cells[i];
+                found = number;
             }
         }
         vec2 edge = pane.cell * vec2(cell + max(step, 0)) - place;
@@ -71,7 +73,7 @@ uint cap_outside(vec2 place, vec3 d, out float nearest) {
 // Which of two drops is nearer, by the planar depth of the middle of its disc, then by its number; either may be none.
 uint nearer_cap(uint a, uint b) {
     if (a == b || a == NO_CAP || b == NO_CAP) return min(a, b);
-    float nearer = dot(caps[b].at - caps[a].at, vec2(pane.u.z, pane.v.z));
+    float nearer = dot(cap_at(b).at - cap_at(a).at, vec2(pane.u.z, pane.v.z));
     return nearer > 0.0 || nearer == 0.0 && b < a ? b : a;
 }
 

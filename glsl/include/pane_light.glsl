@@ -131,7 +131,7 @@ Passed pass_pane(PaneRay ray, float spacing) {
     uint turns = p.cap == NO_CAP ? 0u : pane.indices;
     for (uint i = 0u; i < turns; ++i) {
         vec3 colors = turns == 1u ? vec3(1.0) : vec3(equal(uvec3(i), uvec3(0u, 1u, 2u)));
-        PaneCap cap = caps[p.cap];
+        PaneCap cap = cap_at(p.cap);
         float water = pane.water[i], spread = spacing * (water - 1.0) / cap.sphere;
         vec3 light = around != NO_CAP ? light_by_disc(cap, wet, d, water, spread)
             : through * light_by_outside(cap, vec3(wet, 0.0) + distance * d, d, water, spread) + dry;

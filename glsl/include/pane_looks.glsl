@@ -29,6 +29,22 @@ struct PaneLook {
 layout(std430, set = 0, binding = 10) LOOKS_ACCESS buffer PaneLooks { PaneLook looks[]; };
 // Four halves for each place of each drop: light; 1 where its ray meets the drop.
 layout(std430, set = 0, binding = 11) LOOKS_ACCESS buffer PanePlaces { uvec2 places[]; };
+// Both for passes that do not write them.
+layout(set = 0, binding = 15) uniform usamplerBuffer look_texels;
+layout(set = 0, binding = 16) uniform usamplerBuffer place_texels;
+
+PaneLook look_at(uint number) {
+    if (BY_TEXELS == 0u) return looks[number];
+    int at = int(4u * number);
+    vec4 first = uintBitsToFloat(texelFetch(look_texels, at)), second = uintBitsToFloat(texelFetch(look_texels, at + 1));
+    vec4 light = uintBitsToFloat(texelFetch(look_texels, at + 2));
+    uvec2 rest = texelFetch(look_texels, at + 3).xy;
+    return PaneLook(first.xy, first.zw, second.xy, second.zw, light.rgb, light.w, rest.x, uintBitsToFloat(rest.y));
+}
+
+uvec2 seen_at(uint place) {
+    return BY_TEXELS != 0u ? texelFetch(place_texels, int(place)).xy : places[place];
+}
 
 // A place of the ellipse, from the disc's middle: the spiral of Vogel, each for an equal area.
 vec2 place_in_look(PaneLook look, uint number) {

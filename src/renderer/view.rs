@@ -402,7 +402,8 @@ impl View {
                     time.time(commands, "particles", || {
                         pass.record(device, commands, number, scene, until, particles);
                     });
-                    memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::ComputeWrite]);
+                    let read = [Use::ComputeWrite, Use::ComputeRead];
+                    memory_barrier(device, commands, &[Use::ComputeWrite], &read);
                 }
                 let shelter = host.and_then(|input| input.shelter.as_ref());
                 if let (Some(pass), Some(map), Some(shelter)) =

@@ -11,7 +11,7 @@ use glam::{DVec2, DVec3, UVec2};
 
 use crate::Result;
 use crate::abi::PaneCap;
-use crate::gpu::{Buffer, Device};
+use crate::gpu::{Buffer, Device, Texel, Texels};
 use crate::optics::Cap;
 
 /// Cells for each drop, about: finer ones are entered by more drops each, coarser ones have more of them.
@@ -26,6 +26,8 @@ pub(crate) struct PaneDrops {
     pub at: Vec<DVec2>,
     pub caps: Buffer,
     pub cells: Buffer,
+    /// Of caps and of cells.
+    pub texels: [Texels; 2],
     /// Place of the grid's corner on the pane, edge of a cell, cells across and down.
     pub corner: DVec2,
     pub cell: f64,
@@ -100,13 +102,21 @@ impl PaneDrops {
         let mut records: Vec<PaneCap> = (0..).zip(caps).map(record).collect();
         // A buffer holds one at least.
         records.resize(caps.len().max(1), PaneCap::default());
-        let storage = vk::BufferUsageFlags::STORAGE_BUFFER;
+        use vk::BufferUsageFlags as Usage;
+        let usage = Usage::STORAGE_BUFFER | Usage::UNIFORM_TEXEL_BUFFER;
+        let caps_on_device = Buffer::upload_device(device, "pane's drops", &records, usage)?;
+        let cells = Buffer::upload_device(device, "cells of a pane", &words, usage)?;
+        let texels = [
+            Texels::new(device, "texels of a pane's drops", &caps_on_device, Texel::FourWords)?,
+            Texels::new(device, "words of a pane's cells", &cells, Texel::Word)?,
+        ];
         let cosines = caps.iter().map(|(_, cap)| cap.angle.to_radians().cos());
         Ok(Self {
             count: caps.len() as u32,
             at: caps.iter().map(|(at, _)| *at).collect(),
-            caps: Buffer::upload_device(device, "pane's drops", &records, storage)?,
-            cells: Buffer::upload_device(device, "cells of a pane", &words, storage)?,
+            caps: caps_on_device,
+            cells,
+            texels,
             corner,
             cell,
             size,

@@ -42,8 +42,8 @@ use crate::Result;
 use crate::abi::{Pane as Constants, PaneLook};
 use crate::gpu::sets::{constant, group, pane as slot};
 use crate::gpu::{
-    Bindings, Buffer, ComputePipeline, Device, Memory, Recorder, Resource, Sampler, Use,
-    memory_barrier, shaders, update_buffer,
+    Bindings, Buffer, ComputePipeline, Device, Memory, Recorder, Resource, Sampler, Slot, Texel,
+    Texels, Use, memory_barrier, shaders, update_buffer,
 };
 use crate::plan::FramePlan;
 use crate::scene::Scene;
@@ -97,21 +97,46 @@ struct Buffers {
     log_sums: Buffer,
     constants: Buffer,
     touched: Buffer,
-    looks: Buffer,
-    places: Buffer,
+    looks: Looks,
     /// One pixel's where nobody asks.
     nearest: Buffer,
 }
 
-/// What so many drops look like, and at how many places.
-fn looks_of(device: &Arc<Device>, drops: u32) -> Result<[Buffer; 2]> {
-    let usage = vk::BufferUsageFlags::STORAGE_BUFFER | vk::BufferUsageFlags::TRANSFER_SRC;
-    let make = |name, bytes| Buffer::new(device, name, bytes, usage, Memory::Device);
-    let drops = u64::from(drops);
-    Ok([
-        make("looks of a pane's drops", size_of::<PaneLook>() as u64 * drops)?,
-        make("places of a pane's drops", 8 * u64::from(PLACES) * drops)?,
-    ])
+/// What drops look like, on the mean and at [`PLACES`] places.
+struct Looks {
+    buffers: [Buffer; 2],
+    texels: [Texels; 2],
+}
+
+impl Looks {
+    fn new(device: &Arc<Device>, drops: u32) -> Result<Self> {
+        use vk::BufferUsageFlags as Usage;
+        let usage = Usage::STORAGE_BUFFER | Usage::UNIFORM_TEXEL_BUFFER | Usage::TRANSFER_SRC;
+        let make = |name, bytes| Buffer::new(device, name, bytes, usage, Memory::Device);
+        let drops = u64::from(drops.max(1));
+        let all = make("looks of a pane's drops", size_of::<PaneLook>() as u64 * drops)?;
+        let places = make("places of a pane's drops", 8 * u64::from(PLACES) * drops)?;
+        let texels = [
+            Texels::new(device, "texels of looks", &all, Texel::FourWords)?,
+            Texels::new(device, "texels of places", &places, Texel::TwoWords)?,
+        ];
+        Ok(Self { buffers: [all, places], texels })
+    }
+}
+
+/// What is bound of drops and their looks.
+fn slots_of<'a>(drops: &'a PaneDrops, looks: &'a Looks) -> [(Slot, Resource<'a>); 8] {
+    let ([caps, cells], [all, places]) = (&drops.texels, &looks.texels);
+    [
+        (slot::PANE_CAPS, Resource::Buffer(&drops.caps)),
+        (slot::PANE_CELLS, Resource::Buffer(&drops.cells)),
+        (slot::PANE_LOOKS, Resource::Buffer(&looks.buffers[0])),
+        (slot::PANE_PLACES, Resource::Buffer(&looks.buffers[1])),
+        (slot::CAP_TEXELS, Resource::Texels(caps)),
+        (slot::CELL_WORDS, Resource::Texels(cells)),
+        (slot::LOOK_TEXELS, Resource::Texels(all)),
+        (slot::PLACE_TEXELS, Resource::Texels(places)),
+    ]
 }
 
 /// Their pipelines.
@@ -147,15 +172,13 @@ impl Buffers {
         };
         let (read, written) = (Usage::TRANSFER_SRC, Usage::TRANSFER_DST);
         let sums = tiles + further_sums(device.report.machine);
-        let [looks, places] = looks_of(device, looks)?;
         let listed = size_of_val(&TOUCHED) as u64 + 4 * pixels;
         Ok(Self {
             radiance: make("picture with a pane", 8 * pixels, read | Usage::UNIFORM_TEXEL_BUFFER)?,
             log_sums: make("log luminance with a pane", 4 * u64::from(sums), read | written)?,
             constants: make("pane", size_of::<Constants>() as u64, written)?,
             touched: make("touched pixels", listed, written | Usage::INDIRECT_BUFFER)?,
-            looks,
-            places,
+            looks: Looks::new(device, looks)?,
             nearest: make("nearest drops on a pane", 8 * of_nearest, read)?,
         })
     }
@@ -169,7 +192,10 @@ impl Passes {
         has_looks: bool,
     ) -> Result<Self> {
         let is_first = plan.pane == Some(PaneModel::FirstExit);
+        // 2^26 drops at least.
+        let most = device.report.limits.max_texel_buffer_elements;
         let constants = [
+            [constant::BY_TEXELS, u32::from(most >= 1 << 27)],
             [constant::PANE_REFLECTIONS, if is_first { 0 } else { REFLECTIONS }],
             [constant::PANE_PLACES, PLACES],
             [constant::PANE_NEAREST, plan.nearest.into()],
@@ -224,16 +250,13 @@ impl Pane {
             (slot::BEHIND, Resource::Buffer(picture)),
             (slot::RADIANCE, Resource::Buffer(&buffers.radiance)),
             (slot::PANE_CONSTANTS, Resource::Buffer(&buffers.constants)),
-            (slot::PANE_CAPS, Resource::Buffer(&drops.caps)),
-            (slot::PANE_CELLS, Resource::Buffer(&drops.cells)),
             (slot::ENVIRONMENT_MAP, Resource::Sampled(&environment.image, &environment.sampler)),
             (slot::PLATE_IMAGE, Resource::Sampled(plate_image, &nearest)),
             (slot::TOUCHED, Resource::Buffer(&buffers.touched)),
             (slot::LOG_SUMS, Resource::Buffer(&buffers.log_sums)),
-            (slot::PANE_LOOKS, Resource::Buffer(&buffers.looks)),
-            (slot::PANE_PLACES, Resource::Buffer(&buffers.places)),
             (slot::NEAREST_CAPS, Resource::Buffer(&buffers.nearest)),
         ];
+        let slots: Vec<_> = slots.into_iter().chain(slots_of(drops, &buffers.looks)).collect();
         let bindings = Bindings::of(device, "pane", &slots)?;
         let [across, down, _] = group::PANE_DRY_COMP;
         Ok(Self {
@@ -268,17 +291,12 @@ impl Pane {
         device: &Arc<Device>,
         drops: &Arc<PaneDrops>,
     ) -> Result<()> {
-        let [looks, places] = looks_of(device, if self.has_looks { drops.count } else { 0 })?;
-        for (slot, buffer) in [
-            (slot::PANE_CAPS, &drops.caps),
-            (slot::PANE_CELLS, &drops.cells),
-            (slot::PANE_LOOKS, &looks),
-            (slot::PANE_PLACES, &places),
-        ] {
+        let looks = Looks::new(device, if self.has_looks { drops.count } else { 0 })?;
+        for (slot, resource) in slots_of(drops, &looks) {
             // SAFETY: by contract no commands use the set.
-            unsafe { self.bindings.write(0, slot, &Resource::Buffer(buffer))? };
+            unsafe { self.bindings.write(0, slot, &resource)? };
         }
-        (self.buffers.looks, self.buffers.places, self.drops) = (looks, places, drops.clone());
+        (self.buffers.looks, self.drops) = (looks, drops.clone());
         Ok(())
     }
 
@@ -367,7 +385,7 @@ impl Pane {
             dispatch(means, all(count, group::PANE_LOOKS_COMP_MEAN));
         }
         dispatch(dry, self.groups);
-        wait(&[Use::ComputeWrite, Use::Indirect]);
+        wait(&[Use::ComputeWrite, Use::ComputeRead, Use::Indirect]);
         rays.dispatch_indirect(commands, &self.bindings, &[], &self.buffers.touched, 0);
         if let Some(logs) = logs {
             wait(&[Use::ComputeWrite]);
