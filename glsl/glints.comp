@@ -23,7 +23,7 @@ const uint DROPS = 64 / GLINT_LANES;
 
 // The drops that are left to SHARED, where composite.comp lists tiles later.
 layout(std430, set = 1, binding = 3) buffer Disordered { uint shared_drops[]; };
-#include "splat_table.glsl"
+#include "by_four.glsl"
 #include "glints.glsl"
 #include "far_glints.glsl"
 #include "lens.glsl"
@@ -260,11 +260,11 @@ bool add_by_table(uint drop, Large r) {
         float cosine = dot(axis, toward), off = angle_between(axis, toward);
         vec2 on_screen = size * inversesqrt(max(-axis.z, 1e-3)) * toward_on_screen(axis, toward);
         uint angles = ANGLES + i * GLINT_ANGLES;
-        uvec4 nearest = splat_table[angles + angle_number(cosine)];
+        uvec4 nearest = splat_of(angles + angle_number(cosine));
         for (uint j = 0u; j < 2u; ++j) {
             // The ray to an image is not the axis: the image is that of a farther drop at another angle.
             float place = unpackHalf2x16(nearest.x)[j];
-            uvec4 images = splat_table[angles + angle_number(cos(off - sine * place * sin(off)))];
+            uvec4 images = splat_of(angles + angle_number(cos(off - sine * place * sin(off))));
             vec2 places = unpackHalf2x16(images.x);
             bool is_first = abs(places.x - place) < abs(places.y - place);
             vec3 light = squared * unpack_radiance(is_first ? images.y : images.z);
