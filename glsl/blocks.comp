@@ -70,6 +70,14 @@ vec4 cover_flat(vec2 from, vec4 to_disc, LargeShape l, bool is_box, float edge, 
 // Radius in pixels over which an outline is straight in a pixel, but for its bend: the areas of a disc have too few digits.
 const float STRAIGHT_PX = 16.0;
 
+// Does a disc cover a whole block? `from`: its first pixel's middle, from the disc's.
+bool is_covered(vec2 from, vec4 to_disc) {
+    vec2 middle = from + 0.5 * vec2(TILE) - 0.5, half_side = 0.5 * vec2(TILE);
+    vec2 x = to_disc.xy * half_side.x, y = to_disc.zw * half_side.y, at = to_disc.xy * middle.x + to_disc.zw * middle.y;
+    vec4 corners = vec4(dot(at + x + y, at + x + y), dot(at + x - y, at + x - y), dot(at - x + y, at - x + y), dot(at - x - y, at - x - y));
+    return max(max(corners.x, corners.y), max(corners.z, corners.w)) < 1.0;
+}
+
 // Does what `cover` does for a drop whose colours are found by rays, without its error; `l`: of one that is no sphere.
 vec4 cover_exactly(vec2 from, vec4 to_disc, float radius, bool is_flat, LargeShape l) {
     vec4 at_lower = vec4(0.0), covered;
@@ -220,14 +228,15 @@ bool fill_block(uint at) {
     Places places_above, places_below;
     vec4 above = fade * cover(from, m, half_side, radius, is_box, edge, places_above);
     vec4 below = fade * cover(from + vec2(0.0, 1.0), m, half_side, radius, is_box, edge, places_below);
-    // Exactly where pixels have so many rays that the ramp's error would show. (Else the pass took a third longer.) Loops, for
-    // CPU drivers run a branch that no lane takes, but no loop without turns.
-    uint exact_rows = MOST_RAYS > SAMPLES && rays && !is_box ? TILE.y : 0u;
+    // Exactly where pixels have so many rays that the ramp's error would show, and the outline crosses the block. (Everywhere the
+    // pass took a third longer.) Loops, for CPU drivers run a branch that no lane takes, but no loop without turns.
+    bool is_exact = MOST_RAYS > SAMPLES && rays && !is_box;
+    uint exact_rows = is_exact && (is_flat || !is_covered(from, m)) ? TILE.y : 0u;
     for (uint row = 0u; row < exact_rows; ++row) {
         vec4 covered = fade * cover_exactly(from + vec2(0.0, row), m, radius, is_flat, l);
         if (row == 0u) above = covered; else below = covered;
     }
-    if (is_flat && exact_rows == 0u) {
+    if (is_flat && !is_exact) {
         above = fade * cover_flat(from, m, l, is_box, edge, places_above);
         below = fade * cover_flat(from + vec2(0.0, 1.0), m, l, is_box, edge, places_below);
     }
