@@ -187,7 +187,7 @@ uint parts_of(float pixels, float angle) {
 bool is_small(Large r, float pixels) {
     bool small = SPLAT_PX > 0.0 && (r.look & BY_RAYS) == 0u && pixels <= TABLE_PX;
     uint i = 0u;
-    do small = small && parts_of(pixels, sources[i].toward.w) == 1u; while (++i < source_count.x);
+    do small = small && parts_of(pixels, source_at(i).toward.w) == 1u; while (++i < source_count.x);
     return small;
 }
 
@@ -216,15 +216,15 @@ bool add_by_closed_form(uint drop, Large r) {
     bool closed = is_small(r, pixels) && !is_flat(r) && sine < FAR_SINE;
     uint i = 0u;
     if (closed) do {
-        vec4 source = sources[i].toward;
+        vec4 source = source_at(i).toward;
         uint ways = ways_of(angle_between(axis, to_view(source.xyz)), source.w, sine);
         closed = (ways & ~CLOSED_WAYS) == 0u;
     } while (closed && ++i < source_count.x);
     i = 0u;
     if (closed) do {
-        vec4 source = sources[i].toward;
+        vec4 source = source_at(i).toward;
         vec3 toward = to_view(source.xyz), aside = aside_of(axis, toward);
-        vec3 light = sources[i].light.rgb * (pixels * pixels);
+        vec3 light = source_at(i).light.rgb * (pixels * pixels);
         float off = angle_between(axis, toward);
         uint ways = ways_of(off, source.w, sine);
         if (ways != 0u) do {
@@ -256,7 +256,7 @@ bool add_by_table(uint drop, Large r) {
     vec3 axis = r.sphere.xyz / far;
     uint i = 0u;
     do {
-        vec3 toward = to_view(sources[i].toward.xyz);
+        vec3 toward = to_view(source_at(i).toward.xyz);
         float cosine = dot(axis, toward), off = angle_between(axis, toward);
         vec2 on_screen = size * inversesqrt(max(-axis.z, 1e-3)) * toward_on_screen(axis, toward);
         uint angles = ANGLES + i * GLINT_ANGLES;
@@ -357,8 +357,8 @@ void solve(uint drop) {
     if (is_flat(r)) shape = large_shapes[drop].shape;
     uint i = 0u;
     do {
-        Parts p = parts_in(sources[i].toward, axis, pixels);
-        vec3 light = sources[i].light.rgb * (p.part * p.part * pixels * pixels);
+        Parts p = parts_in(source_at(i).toward, axis, pixels);
+        vec3 light = source_at(i).light.rgb * (p.part * p.part * pixels * pixels);
         uint j = 0u;
         do {
 #ifdef SHARED
@@ -399,7 +399,7 @@ bool takes_long(uint drop, Large r) {
     uint most = 1u;
     uint i = 0u;
     do {
-        most = max(most, parts_of(frame.image.z * min(r.sphere.w / length(r.sphere.xyz), 0.99999), sources[i].toward.w));
+        most = max(most, parts_of(frame.image.z * min(r.sphere.w / length(r.sphere.xyz), 0.99999), source_at(i).toward.w));
     } while (++i < source_count.x);
     most *= max(source_count.x, FEW_SOURCES);
     if (!is_spread()) return most > STILL_PARTS;

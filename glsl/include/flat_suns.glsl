@@ -6,7 +6,7 @@
 #include "source_light.glsl"
 
 vec3 rain_light_of_source(uint source, vec3 d, bool one_by_one) {
-    vec3 of_spheres = light_of_source(source, d), toward = sources[source].toward.xyz;
+    vec3 of_spheres = light_of_source(source, d), toward = source_at(source).toward.xyz;
     if (FLAT_RAIN == 0u) return of_spheres;
     const float HALF_TURN = 3.14159265;
     const uint LAST = FLAT_SUN_ANGLES - 1u;
@@ -23,6 +23,6 @@ vec3 rain_light_of_source(uint source, vec3 d, bool one_by_one) {
         vec4 of_node = tables.flat_suns[entry];
         shown += weights.x * weights.y * weights.z * (one_by_one ? of_node.zw : of_node.xy);
     }
-    return shown.x * of_spheres + shown.y * sources[source].light.rgb;
+    return shown.x * of_spheres + shown.y * source_at(source).light.rgb;
 }
 #endif

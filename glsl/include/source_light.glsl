@@ -5,7 +5,7 @@
 
 // Mean light of all images of one in a far sphere in a unit direction in world space.
 vec3 light_of_source(uint source, vec3 d) {
-    vec3 toward = sources[source].toward.xyz;
+    vec3 toward = source_at(source).toward.xyz;
     float turn = atan(length(cross(d, toward)), dot(d, toward)) / 3.14159265 * float(BOW_ANGLES - 1u);
     uint below = min(uint(turn), BOW_ANGLES - 2u), entry = source * BOW_ANGLES + below;
     return mix(bow[entry].rgb, bow[entry + 1u].rgb, turn - float(below));

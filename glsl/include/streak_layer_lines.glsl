@@ -25,12 +25,12 @@ Lines lines_at(vec2 pixel) {
     uvec4 images = uvec4(0u);
     float brightest = 0.0;
     for (uint i = 0u; i < source_count.x; ++i) {
-        uvec4 other = splat_table[ANGLES + i * GLINT_ANGLES + angle_number(dot(d, sources[i].toward.xyz))];
+        uvec4 other = splat_table[ANGLES + i * GLINT_ANGLES + angle_number(dot(d, source_at(i).toward.xyz))];
         float light = dot(unpack_radiance(other.y), LUMINANCE);
         if (light <= brightest) continue;
         brightest = light;
         images = other;
-        toward = sources[i].toward.xyz;
+        toward = source_at(i).toward.xyz;
     }
     vec2 on_screen = inversesqrt(max(-ray.z, 1e-3)) * toward_on_screen(ray, toward * world);
     vec2 places = unpackHalf2x16(images.x);

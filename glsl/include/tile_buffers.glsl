@@ -164,6 +164,13 @@ layout(std430, set = 0, binding = 13) STREAK_LAYER_ACCESS buffer StreakLayer { u
 // A far drop's mean light from a source by the angle between them, which bow.comp finds at BOW_ANGLES angles.
 layout(std430, set = 0, binding = 15) readonly buffer Bow { vec4 bow[]; };
 
+layout(set = 0, binding = 21) uniform usamplerBuffer source_texels;
+Source source_at(uint number) {
+    if (BY_TEXELS == 0u) return sources[number];
+    int at = int(1u + 2u * number);
+    return Source(uintBitsToFloat(texelFetch(source_texels, at)), uintBitsToFloat(texelFetch(source_texels, at + 1)));
+}
+
 // Whether drops move in this frame.
 bool is_exposed() {
     return MOTION != 0u && frame.moved.w != 0.0;

@@ -109,8 +109,9 @@ impl Glints {
         }
         let mut words: Vec<u32> = bytemuck::cast_slice(&records)[4..].to_vec();
         words[..4].copy_from_slice(&[regions.len() as u32, 0, 0, 0]);
-        let storage = vk::BufferUsageFlags::STORAGE_BUFFER;
-        let sources = Buffer::upload_device(device, "bright sources", &words, storage)?;
+        use vk::BufferUsageFlags as Usage;
+        let usage = Usage::STORAGE_BUFFER | Usage::UNIFORM_TEXEL_BUFFER;
+        let sources = Buffer::upload_device(device, "bright sources", &words, usage)?;
         Self::of(device, Arc::new(sources), regions.len() as u32, light)
     }
 

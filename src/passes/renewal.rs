@@ -145,8 +145,10 @@ impl Renewal {
             Arc::new(EnvironmentMap::black(device, info.height, scale)?),
         ];
         let words = vec![0u32; 4 + 8 * MOST_SOURCES];
-        let storage = vk::BufferUsageFlags::STORAGE_BUFFER;
-        let sources = Arc::new(Buffer::upload_device(device, "bright sources", &words, storage)?);
+        use vk::BufferUsageFlags as Usage;
+        let storage = Usage::STORAGE_BUFFER;
+        let usage = storage | Usage::UNIFORM_TEXEL_BUFFER;
+        let sources = Arc::new(Buffer::upload_device(device, "bright sources", &words, usage)?);
         let bytes = size_of::<Work>() as u64;
         let work = Buffer::new(device, "bright parts", bytes, storage, Memory::Device)?;
         let clamp = vk::SamplerAddressMode::CLAMP_TO_EDGE;

@@ -39,6 +39,7 @@ pub(super) struct TileTexels {
     pub in_view: Texels,
     pub placed: Texels,
     pub shapes: Texels,
+    pub sources: Texels,
     pub tables: [Texels; 2],
 }
 
@@ -80,7 +81,7 @@ impl TileTexels {
     pub fn of(
         device: &Arc<Device>,
         lists: &Lists,
-        [pictures, order, in_view, placed, shapes, tables]: [&Buffer; 6],
+        [pictures, order, in_view, placed, shapes, sources, tables]: [&Buffer; 7],
     ) -> Result<Self> {
         let texels = |name, buffer, texel| Texels::new(device, name, buffer, texel);
         Ok(Self {
@@ -93,6 +94,7 @@ impl TileTexels {
             in_view: texels("words of clusters in view", in_view, Texel::Word)?,
             placed: texels("texels of placed drops", placed, Texel::FourWords)?,
             shapes: texels("texels of shapes", shapes, Texel::FourWords)?,
+            sources: texels("texels of bright sources", sources, Texel::FourWords)?,
             tables: [
                 texels("words of rain tables", tables, Texel::Word)?,
                 texels("texels of rain tables", tables, Texel::FourWords)?,
@@ -102,9 +104,9 @@ impl TileTexels {
 
     /// Whether the device takes texel buffers so large.
     pub fn are_whole(&self) -> bool {
-        let Self { nodes, heads, larges, blocks, pictures, order, in_view, placed, shapes, tables } =
-            self;
-        [nodes, heads, larges, blocks, pictures, order, in_view, placed, shapes]
+        let Self { nodes, heads, larges, blocks, pictures, order, .. } = self;
+        let Self { in_view, placed, shapes, sources, tables, .. } = self;
+        [nodes, heads, larges, blocks, pictures, order, in_view, placed, shapes, sources]
             .into_iter()
             .chain(tables)
             .all(|texels| texels.is_whole)

@@ -226,8 +226,15 @@ impl Tiles {
         let shapes = Shapes::new(device, scene, plan, room.larges)?;
         // Without cells no shader reads them.
         let tables = source.cells().map_or(&found, |cells| &cells.tables);
-        let read =
-            [&appearance.table, source.order(), &found, &placed.buffer, &shapes.given, tables];
+        let read = [
+            &appearance.table,
+            source.order(),
+            &found,
+            &placed.buffer,
+            &shapes.given,
+            &glints.sources,
+            tables,
+        ];
         let texels = TileTexels::of(device, &lists, read)?;
         // The sky has a texel for two pixels.
         let most = device.report.limits.max_texel_buffer_elements;
@@ -268,6 +275,7 @@ impl Tiles {
             (tile_frame::TABLE_TEXELS, four),
             (tile_frame::LARGE_TEXELS, &texels.larges),
             (tile_frame::BLOCK_WORDS, &texels.blocks),
+            (tile_frame::SOURCE_TEXELS, &texels.sources),
         ]
         .map(|(slot, view)| (slot, Resource::Texels(view)));
         let shared: Vec<_> = shared.into_iter().chain(of_texels).collect();
