@@ -190,8 +190,10 @@ void enter_streaks(uint node, Located l, Outline o, Form f) {
 
 void main() {
     uint group = group_number();
+    // Both by an address from the host and before any branch: there CPU drivers read what is the same for all lanes once.
+    uint end = totals.bin_starts[push.end_bin];
     uint place = totals.bin_starts[push.first_bin] + group * CLUSTERS_A_GROUP + gl_LocalInvocationID.x / CLUSTER;
-    if (place >= totals.bin_starts[push.end_bin]) return;
+    if (place >= end) return;
     uint in_cluster = gl_LocalInvocationID.x % CLUSTER;
     if (!is_cluster(place)) return;
     uint index = index_at(place, in_cluster);

@@ -155,6 +155,10 @@ impl Bindings {
         let slots = self.slots().concat();
         let storage = slots.iter().filter(|slot| slot.kind == Binding::STORAGE_BUFFER).count();
         debug_assert!(storage <= STORAGE_BUFFERS as usize, "{storage} storage buffers");
+        // What a stage takes on any device.
+        let sampled = [Binding::UNIFORM_TEXEL_BUFFER, Binding::COMBINED_IMAGE_SAMPLER];
+        let sampled = slots.iter().filter(|slot| sampled.contains(&slot.kind)).count();
+        debug_assert!(sampled <= 16, "{sampled} sampled images");
         // With a fifth, two could be beyond what lavapipe of Mesa 22.3 takes (docs/upstream.md).
         let uniform = slots.iter().filter(|slot| slot.kind == Binding::UNIFORM_BUFFER).count();
         debug_assert!(uniform <= 4, "{uniform} uniform buffers");

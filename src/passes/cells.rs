@@ -59,6 +59,14 @@ const LAWS: usize = offset_of!(RainTables, laws);
 const SLABS: usize = offset_of!(RainTables, slabs);
 const GROUP_SLABS: usize = size_of::<RainTables>();
 
+// Where the shaders count words to.
+const _: () = {
+    let angles = abi::FLAT_SUN_ANGLES as usize;
+    assert!(LAWS == 0 && SLABS == 4 * (abi::MOST_CLASSES * abi::LAW_WORDS) as usize);
+    assert!(FLAT_SUNS == SLABS + 32 * abi::MOST_SLABS as usize);
+    assert!(GROUP_SLABS == FLAT_SUNS + 16 * (angles.pow(3) + 2 * abi::FLAT_ELEVATIONS as usize));
+};
+
 /// The cells of a scene's rain.
 pub struct Cells {
     /// Clusters that there is room for, and cells in view that hold drops.
@@ -67,7 +75,7 @@ pub struct Cells {
     pub drops: f64,
     /// `RainField` of `glsl/include/rain_field.glsl`, written anew for each frame.
     pub field: Buffer,
-    /// `RainTables`, of which slabs are.
+    /// `RainTables`, of which the slabs are written anew for each frame, too.
     pub tables: Buffer,
     rain: Field,
     cutoff_px: f64,

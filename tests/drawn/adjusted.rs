@@ -295,6 +295,22 @@ fn what_a_device_takes_does_not_show_in_other_models() {
     draw_alike(&scenes, &[SIDES[0], SIDES[2]], frame);
 }
 
+/// Nor in drops of a pane, in focus and out of it.
+#[test]
+fn what_a_device_takes_does_not_show_on_a_pane() {
+    let pane = |focus| {
+        let text = format!(
+            "[image]\nwidth = 96\nheight = 54\n[camera]\nvertical_fov = 4.0\naperture = 0.0015\nfocus = {focus}\n\
+             [model]\npreset = \"fast\"\n[rain]\ncount = 20000\n\
+             [pane]\ndistance = 0.3\ncontact_angle = 50.0\nseed = 3\nage = 45.0\nrate = 10.0\n\
+             velocity = [0.0, 0.0, -5.0]\nextent = [0.1, 0.06]"
+        );
+        Scene::parse(&text, "pane.toml").expect("a scene")
+    };
+    let scenes = [("in focus", pane("0.3")), ("out of focus", pane("inf"))];
+    draw_alike(&scenes, &[SIDES[0], SIDES[2]], frame);
+}
+
 /// Rays that are more than a dispatch does are found by further ones. On a device of 64 workgroups along an axis it does the
 /// blocks of so many.
 #[test]

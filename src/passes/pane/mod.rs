@@ -192,7 +192,7 @@ impl Passes {
         has_looks: bool,
     ) -> Result<Self> {
         let is_first = plan.pane == Some(PaneModel::FirstExit);
-        // 2^26 drops at least.
+        // No pane has the 2^26 drops that so many texels hold, so that those of any later frame fit.
         let most = device.report.limits.max_texel_buffer_elements;
         let constants = [
             [constant::BY_TEXELS, u32::from(most >= 1 << 27)],
