@@ -147,11 +147,12 @@ uint color_at(uint picture, float edge, float steepness, vec2 at, Lightened l) {
     return pack_radiance(lightened(picture_light(picture, edge, steepness, at), l, (at + 0.5) * (2.0 / edge) - 1.0));
 }
 
-void write_colors(uint at, uint picture, float edge, float steepness, Places places, Lightened l) {
-    nodes[at] = color_at(picture, edge, steepness, vec2(places.x.x, places.y.x), l);
-    nodes[at + 1u] = color_at(picture, edge, steepness, vec2(places.x.y, places.y.y), l);
-    nodes[at + 2u] = color_at(picture, edge, steepness, vec2(places.x.z, places.y.z), l);
-    nodes[at + 3u] = color_at(picture, edge, steepness, vec2(places.x.w, places.y.w), l);
+// None where the drop covers nothing. (Without a choice at last LLVM packs a colour lane by lane, where it is stored.)
+void write_colors(uint at, uint picture, float edge, float steepness, Places places, vec4 coverage, Lightened l) {
+    nodes[at] = coverage.x > 0.0 ? color_at(picture, edge, steepness, vec2(places.x.x, places.y.x), l) : NO_COLOR;
+    nodes[at + 1u] = coverage.y > 0.0 ? color_at(picture, edge, steepness, vec2(places.x.y, places.y.y), l) : NO_COLOR;
+    nodes[at + 2u] = coverage.z > 0.0 ? color_at(picture, edge, steepness, vec2(places.x.z, places.y.z), l) : NO_COLOR;
+    nodes[at + 3u] = coverage.w > 0.0 ? color_at(picture, edge, steepness, vec2(places.x.w, places.y.w), l) : NO_COLOR;
 }
 
 // The colours of a row of pixels of a drop out of focus.
@@ -280,17 +281,21 @@ bool fill_block(uint at) {
     }
     if (!rays && !moves_over && !is_blurred) {
         float steepness = picture_steepness(narrow, edge);
-        write_colors(node + COLORS, picture, edge, steepness, places_above, light);
-        write_colors(node + COLORS + TILE.x, picture, edge, steepness, places_below, light);
+        write_colors(node + COLORS, picture, edge, steepness, places_above, above, light);
+        write_colors(node + COLORS + TILE.x, picture, edge, steepness, places_below, below, light);
     }
     // Rays add what they find to nothing.
     float known = covered_by_rays ? 0.0 : 1.0;
-    nodes[node + COVERAGE] = pack_shares(known * above.xy);
-    nodes[node + COVERAGE + 1u] = pack_shares(known * above.zw);
-    nodes[node + COVERAGE + 2u] = pack_shares(known * below.xy);
-    nodes[node + COVERAGE + 3u] = pack_shares(known * below.zw);
+    uvec4 shares = uvec4(pack_shares(known * above.xy), pack_shares(known * above.zw), pack_shares(known * below.xy),
+                         pack_shares(known * below.zw));
     vec4 larger = max(above, below);
     float highest = max(max(larger.x, larger.y), max(larger.z, larger.w));
+    // A choice, as above.
+    shares = highest > 0.0 ? shares : uvec4(0u);
+    nodes[node + COVERAGE] = shares.x;
+    nodes[node + COVERAGE + 1u] = shares.y;
+    nodes[node + COVERAGE + 2u] = shares.z;
+    nodes[node + COVERAGE + 3u] = shares.w;
 
     // The outline's box has corners that the outline does not reach.
     if (highest > 0.0) {

@@ -29,7 +29,7 @@ float with_rounding(float reach, vec3 size) {
 
 // Random drops: their box at tick 0, moved.
 Around around_random(uint cluster) {
-    uvec4 box = cluster_boxes[cluster];
+    uvec4 box = box_of(cluster);
     uvec3 edges = ((uvec3(box.w, box.w >> 10, box.w >> 20) & 1023u) + 1u << 22) - 1u;
     Population p = population_numbered(box.w >> 30);
     uvec3 low = box.xyz + p.shift.xyz - p.camera_place.xyz, high = low + edges;

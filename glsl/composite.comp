@@ -19,8 +19,8 @@ void main() {
     uvec2 at = place_of_tile(tile);
     start_tile(at, tile);
     Row upper = NOTHING, lower = NOTHING;
-    if (LIST == ONE_BLOCK) composite_block(upper, lower, heads[tile]);
-    if (LIST == ONE_SPLAT) composite_splat(upper, lower, heads[tile]);
+    if (LIST == ONE_BLOCK) composite_block(upper, lower, head_of(tile));
+    if (LIST == ONE_SPLAT) composite_splat(upper, lower, head_of(tile));
     finish_tile(at, tile, upper, lower);
 }
 #else
@@ -129,7 +129,7 @@ void main() {
         if (PREFETCH != 0u && BANDS > 1u) prefetch_nodes(region + 1u, place);
         if (at.x >= tiles_across() || tile >= TILE_COUNT) return;
     }
-    Window window = open_window(heads[tile]);
+    Window window = open_window(head_of(tile));
     Row upper = NOTHING, lower = NOTHING;
     start_tile(at, tile);
     uint splat_links = composite_entries(upper, lower, window, tile, at * TILE);

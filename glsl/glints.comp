@@ -50,6 +50,14 @@ const uint MOST_TURNS = 60000;
 uint turns = 0u;
 bool is_over = false;
 
+// How many sources and blocks there are: read before any branch, where CPU drivers read what is the same for all lanes once.
+uint all_sources, all_blocks;
+
+void read_counts() {
+    all_sources = source_count.x;
+    all_blocks = min(totals.blocks, MAX_BLOCKS);
+}
+
 // Are there as many turns left? All invocations of a workgroup agree.
 bool take_turns(float wanted) {
     is_over = is_over || float(turns) + wanted > float(MOST_TURNS);
@@ -79,7 +87,7 @@ bool add_light_at(uint drop, Large r, vec2 at, vec3 light, float least, bool min
     uvec2 pixel = uvec2(at), tile = pixel / TILE, first = uvec2(r.first_tile & 0xffffu, r.first_tile >> 16);
     if (any(lessThan(tile, first)) || tile.x - first.x >= r.across) return false;
     uint block = r.first_block + (tile.y - first.y) * r.across + tile.x - first.x;
-    if (block >= min(totals.blocks, MAX_BLOCKS) || large_of_block(block) != drop) return false;
+    if (block >= all_blocks || large_of_block(block) != drop) return false;
     uint node = block_node(block), in_tile = pixel.y % TILE.y * TILE.x + pixel.x % TILE.x;
     float before = 1.0;
     if (HAS_DEPTH != 0u) {
@@ -87,7 +95,7 @@ bool add_light_at(uint drop, Large r, vec2 at, vec3 light, float least, bool min
         before = share_before(r.sphere, vec2(pixel) + 0.5, behind);
         if (share_before(r.sphere, at, behind) < 0.5 || before == 0.0) return true;
     }
-    uint covered = nodes[node + COVERAGE + in_tile / 2u] >> 16u * (in_tile & 1u) & 0xffffu;
+    uint covered = one_of_nodes(node + COVERAGE + in_tile / 2u) >> 16u * (in_tile & 1u) & 0xffffu;
     uint color = nodes[node + COLORS + in_tile];
     float share = float(covered) / float(r.look >> 16);
     // The image is not drawn elsewhere because a part of what the drop covers of the pixel is hidden.
@@ -180,14 +188,14 @@ bool is_flat(Large r) {
 // for rainbows: about five parts a pixel.
 uint parts_of(float pixels, float angle) {
     float wide = 8.0 * pixels * angle;
-    return uint(clamp(wide * wide, 1.0, float(MOST_PARTS / max(source_count.x, 1u))));
+    return uint(clamp(wide * wide, 1.0, float(MOST_PARTS / max(all_sources, 1u))));
 }
 
 // Is a drop of some pixels, not drawn by rays, and each of its images a point?
 bool is_small(Large r, float pixels) {
     bool small = SPLAT_PX > 0.0 && (r.look & BY_RAYS) == 0u && pixels <= TABLE_PX;
     uint i = 0u;
-    do small = small && parts_of(pixels, source_at(i).toward.w) == 1u; while (++i < source_count.x);
+    do small = small && parts_of(pixels, source_at(i).toward.w) == 1u; while (++i < all_sources);
     return small;
 }
 
@@ -219,7 +227,7 @@ bool add_by_closed_form(uint drop, Large r) {
         vec4 source = source_at(i).toward;
         uint ways = ways_of(angle_between(axis, to_view(source.xyz)), source.w, sine);
         closed = (ways & ~CLOSED_WAYS) == 0u;
-    } while (closed && ++i < source_count.x);
+    } while (closed && ++i < all_sources);
     i = 0u;
     if (closed) do {
         vec4 source = source_at(i).toward;
@@ -233,7 +241,7 @@ bool add_by_closed_form(uint drop, Large r) {
                 add_image(drop, r, far_image_of(uint(findLSB(ways)), off, sine), axis, aside, sine, ROUND, color * light);
             }
         } while ((ways &= ways - 1u) != 0u);
-    } while (++i < source_count.x);
+    } while (++i < all_sources);
     return closed;
 }
 
@@ -274,7 +282,7 @@ bool add_by_table(uint drop, Large r) {
             vec2 at = out_by * on_screen;
             if (!add_light(drop, r, r.center + at, light)) add_light(drop, r, r.center + inner * at, light);
         }
-    } while (++i < source_count.x);
+    } while (++i < all_sources);
     return true;
 }
 
@@ -381,13 +389,14 @@ void solve(uint drop) {
                 }
             } while ((ways &= ways - 1u) != 0u);
         } while (++j < p.count);
-    } while (++i < source_count.x);
+    } while (++i < all_sources);
 }
 
 #ifdef SHARED
 void main() {
+    read_counts();
     uint number = group_number();
-    if (number >= min(totals.shared_drops, MAX_LARGES) || source_count.x == 0u) return;
+    if (number >= min(totals.shared_drops, MAX_LARGES) || all_sources == 0u) return;
     uint drop = shared_drops[number];
     Large r = large_at(drop);
     if (!add_by_closed_form(drop, r) && !add_by_table(drop, r)) solve(drop);
@@ -400,8 +409,8 @@ bool takes_long(uint drop, Large r) {
     uint i = 0u;
     do {
         most = max(most, parts_of(frame.image.z * min(r.sphere.w / length(r.sphere.xyz), 0.99999), source_at(i).toward.w));
-    } while (++i < source_count.x);
-    most *= max(source_count.x, FEW_SOURCES);
+    } while (++i < all_sources);
+    most *= max(all_sources, FEW_SOURCES);
     if (!is_spread()) return most > STILL_PARTS;
     vec2 way = abs(moves[2u * drop + 1u].xy);
     return most > MOVING_PARTS || max(way.x, way.y) > MOVING_PX || HAS_LENS != 0u && moves[2u * drop].w > 0.0;
@@ -415,8 +424,9 @@ void share(uint drop) {
 }
 
 void main() {
+    read_counts();
     uint first = gl_WorkGroupID.x * 64u + gl_LocalInvocationID.x, todo = 0u;
-    uint end = source_count.x > 0u ? min(totals.larges, MAX_LARGES) : 0u; // surroundings that are given anew may have no source
+    uint end = all_sources > 0u ? min(totals.larges, MAX_LARGES) : 0u; // surroundings that are given anew may have no source
     for (uint i = 0u; i < DROPS && first + i * WIDE < end; ++i) {
         uint drop = first + i * WIDE;
         Large r = large_at(drop);

@@ -8,18 +8,11 @@
 #include "frame.glsl"
 #include "tile_buffers.glsl"
 #include "drawn_tiles.glsl"
+#include "nodes_by_four.glsl"
 #include "together.glsl"
 
 layout(local_size_x = 64) in;
 layout(push_constant) uniform Push { uint new_sky; } push; // 1: no tile shows it yet
-
-layout(set = 1, binding = 12) uniform usamplerBuffer head_texels;
-
-// Four tiles' links.
-uvec4 four_of_heads(uint tile) {
-    if (BY_TEXELS != 0u) return texelFetch(head_texels, int(tile / 4u));
-    return uvec4(heads[tile], heads[tile + 1u], heads[tile + 2u], heads[tile + 3u]);
-}
 
 // A bit a tile, list by list.
 uvec4 lists_of(uint first, uint tiles) {
@@ -32,8 +25,8 @@ uvec4 lists_of(uint first, uint tiles) {
     filled &= all;
     uvec4 lists = uvec4(0u, 0u, 0u, filled ^ all);
     for (uint left = filled; left != 0u; left &= left - 1u) {
-        uint link = heads[first + findLSB(left)];
-        bool one = nodes[link] == END, block = is_block(link);
+        uint link = head_of(first + findLSB(left));
+        bool one = one_of_nodes(link) == END, block = is_block(link);
         lists.xyz |= uvec3(!one, one && !block, one && block) * (left & -left);
     }
     return lists;

@@ -12,6 +12,7 @@ layout(std430, set = 1, binding = 0) readonly buffer DropOrder { uint drop_order
 layout(set = 1, binding = 10) uniform usamplerBuffer order_words;
 // `ClusterBox` in src/rain/clusters.rs of each cluster of random drops.
 layout(std430, set = 1, binding = 1) readonly buffer ClusterBoxes { uvec4 cluster_boxes[]; };
+layout(set = 1, binding = 17) uniform usamplerBuffer box_texels;
 // Numbers of the clusters in view, sorted; from CLUSTERS on, three words each as they were found: number, bin, and
 // place in its bin.
 layout(std430, set = 1, binding = 2) buffer InView { uint clusters_in_view[]; };
@@ -19,6 +20,10 @@ layout(set = 1, binding = 15) uniform usamplerBuffer in_view_words;
 
 uint drop_in_order(uint place) {
     return BY_TEXELS != 0u ? texelFetch(order_words, int(place)).x : drop_order[place];
+}
+
+uvec4 box_of(uint cluster) {
+    return BY_TEXELS != 0u ? texelFetch(box_texels, int(cluster)) : cluster_boxes[cluster];
 }
 
 uint found_at(uint number) {
@@ -39,7 +44,7 @@ uint note_in_view(uint clusters) {
 void sort_found(uint number) {
     if (number >= totals.in_view) return;
     uint at = found_at(number), bin = clusters_in_view[at + 1u];
-    clusters_in_view[totals.bin_starts[bin] + clusters_in_view[at + 2u]] = clusters_in_view[at];
+    clusters_in_view[start_of_bin(bin) + clusters_in_view[at + 2u]] = clusters_in_view[at];
 }
 
 // Whether there is a sorted cluster at a place.

@@ -29,13 +29,13 @@ uint note_in_view(uint clusters) {
 void sort_found(uint number) {
     const uint ROOM = CLUSTERS * CLUSTER;
     if (number < BANDS * REGIONS) {
-        uint end = min(totals.bin_starts[number + 1u] * CLUSTER, ROOM);
-        uint at = totals.bin_starts[number] * CLUSTER + totals.bin_counts[number];
+        uint end = min(start_of_bin(number + 1u) * CLUSTER, ROOM);
+        uint at = start_of_bin(number) * CLUSTER + totals.bin_counts[number];
         for (; at < end; ++at) drop_order[at] = NO_DROP;
     }
     if (number >= min(totals.cells_in_view, MOST_CELLS)) return;
     uvec4 cell = cells_in_view[number];
-    uint at = totals.bin_starts[cell.y & 0xffffu] * CLUSTER + cell.z, firsts = bitCount(cell.w), left = cell.w;
+    uint at = start_of_bin(cell.y & 0xffffu) * CLUSTER + cell.z, firsts = bitCount(cell.w), left = cell.w;
     uint drops = firsts + (cell.y >> 16), room = min(drops, ROOM - min(at, ROOM));
     for (uint i = 0u; i < room; ++i) {
         drop_order[at + i] = cell.x + (i < firsts ? uint(findLSB(left)) : 32u + i - firsts);

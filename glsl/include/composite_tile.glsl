@@ -30,6 +30,7 @@ layout(std430, set = 1, binding = 22) readonly buffer Shapes { vec4 shapes[]; };
 #include "projection.glsl"
 #include "shape.glsl"
 #include "divided.glsl"
+#include "rounded.glsl"
 #include "reach.glsl"
 #include "nearest.glsl"
 #include "tile_window.glsl"
@@ -92,10 +93,8 @@ void composite_row_of_colors(inout Row row, uvec4 colors, uvec2 coverage) {
     composite_row(row, mix(alpha, vec4(0.0), equal(colors, uvec4(NO_COLOR))), r, g, b);
 }
 
-void write_pixel(uint at, float r, float g, float b, float alpha, uvec2 nearest) {
-    // Images of a bright source may add up to more than a half holds; infinity would spread.
-    vec3 light = min(vec3(r, g, b), 65504.0);
-    radiance_out[at] = uvec2(packHalf2x16(light.rg), packHalf2x16(vec2(light.b, alpha)));
+void write_pixel(uint at, uint rg, uint ba, uvec2 nearest) {
+    radiance_out[at] = uvec2(rg, ba);
     if (NEAREST != 0u) nearest_drops[at] = nearest;
 }
 
@@ -130,10 +129,11 @@ float finish(Row row, Nearest nearest, uint behind, uvec2 first) {
     uvec2 size = frame.window.zw;
     uint at = first.y * size.x + first.x;
     bvec4 drawn = lessThan(first.x + uvec4(0, 1, 2, 3), uvec4(first.y < size.y ? size.x : 0u));
-    if (drawn.x) write_pixel(at, row.r.x, row.g.x, row.b.x, alpha.x, uvec2(nearest.record.x, nearest.count.x));
-    if (drawn.y) write_pixel(at + 1u, row.r.y, row.g.y, row.b.y, alpha.y, uvec2(nearest.record.y, nearest.count.y));
-    if (drawn.z) write_pixel(at + 2u, row.r.z, row.g.z, row.b.z, alpha.z, uvec2(nearest.record.z, nearest.count.z));
-    if (drawn.w) write_pixel(at + 3u, row.r.w, row.g.w, row.b.w, alpha.w, uvec2(nearest.record.w, nearest.count.w));
+    uvec4 rg = half_bits(row.r) | half_bits(row.g) << 16, ba = half_bits(row.b) | half_bits(clamp(alpha, 0.0, 1.0)) << 16;
+    if (drawn.x) write_pixel(at, rg.x, ba.x, uvec2(nearest.record.x, nearest.count.x));
+    if (drawn.y) write_pixel(at + 1u, rg.y, ba.y, uvec2(nearest.record.y, nearest.count.y));
+    if (drawn.z) write_pixel(at + 2u, rg.z, ba.z, uvec2(nearest.record.z, nearest.count.z));
+    if (drawn.w) write_pixel(at + 3u, rg.w, ba.w, uvec2(nearest.record.w, nearest.count.w));
     precise vec4 luminance = LUMINANCE.r * row.r + LUMINANCE.g * row.g + LUMINANCE.b * row.b;
     // Logarithms of products of two, which stay within a float.
     vec4 shifted = mix(vec4(1.0), frame.tone.y + luminance, drawn);
@@ -275,8 +275,8 @@ void prefetch_nodes(uint region, uint place) {
     uvec2 turn = divided(place / 8u, BANDS);
     uint band = turn.y, parts = divided((1u << region_bits()) / 8u, BANDS).x, bin = band * REGIONS + region, sum = 0u;
     if (region >= REGIONS || turn.x >= parts) return;
-    uint end = min(totals.bin_starts[bin + 1u], MAX_SPLATS / CLUSTER);
-    for (uint i = totals.bin_starts[bin] + turn.x; i < end; i += parts) {
+    uint end = min(start_of_bin(bin + 1u), MAX_SPLATS / CLUSTER);
+    for (uint i = start_of_bin(bin) + turn.x; i < end; i += parts) {
         sum |= four_of_nodes((i * CLUSTER + place % 8u * 2u) * NODE).x;
     }
     // Never true, but the compiler cannot know: without a use the reads would be removed.

@@ -18,4 +18,12 @@ uint pack_shares(vec2 shares) {
     uvec2 units = uvec2(above);
     return units.x | units.y << 16;
 }
+
+// The bits of the nearest halves, ties to even, of floats from 0 to 65504: fewer steps than a CPU driver's packHalf2x16 takes.
+uvec4 half_bits(vec4 x) {
+    const float LEAST_NORMAL = 1.0 / 16384.0; // under which a half's last digit is 2^-24, as that of 0.5 is
+    uvec4 bits = floatBitsToUint(x), normal = (bits - 0x37fff001u + (bits >> 13 & 1u)) >> 13;
+    precise vec4 from_half = x + 0.5;
+    return mix(normal, floatBitsToUint(from_half) - floatBitsToUint(0.5), lessThan(x, vec4(LEAST_NORMAL)));
+}
 #endif

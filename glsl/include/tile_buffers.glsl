@@ -81,6 +81,13 @@ layout(std430, set = 0, binding = 3) buffer Totals {
     uint bin_counts[MAX_BINS];      // clusters in view of a band and region: bin band * REGIONS + region
     uint bin_starts[MAX_BINS + MOST_TOGETHER]; // their first place, when they are sorted; beyond the last bin the sum
 } totals;
+layout(set = 0, binding = 22) uniform usamplerBuffer total_words;
+// The word of `totals` with the first of `bin_starts` (src/passes/totals.rs has it as well).
+const uint BIN_STARTS = 4u * (8u + MAX_BANDS + RAY_PIECES + LISTS) + LISTS + 12u + MAX_BINS;
+
+uint start_of_bin(uint bin) {
+    return BY_TEXELS != 0u ? texelFetch(total_words, int(BIN_STARTS + bin)).x : totals.bin_starts[bin];
+}
 
 // Entries of the tiles' lists. From the first place on those of splats, drops so small that two colours
 // will do and that touch no more than 2 x 2 tiles, eight words each, with a place for each drop of each cluster in

@@ -75,16 +75,16 @@ impl RainField {
         if let Some(sorted) = &*sorted {
             return Ok(sorted.clone());
         }
-        let storage = vk::BufferUsageFlags::STORAGE_BUFFER;
-        let by_words = storage | vk::BufferUsageFlags::UNIFORM_TEXEL_BUFFER;
+        use vk::BufferUsageFlags as Usage;
+        let by_texels = Usage::STORAGE_BUFFER | Usage::UNIFORM_TEXEL_BUFFER;
         let centers: Vec<_> = scene.placed().map(|drop| drop.center_at(scene.time)).collect();
         let known = scene.random_count() + scene.known_count();
         let clusters =
             Clusters::new(&scene.populations(), &centers).followed_by(known, scene.host_particles);
         self.device.count(|made| &mut made.sorts);
         let made = SortedDrops {
-            order: Buffer::upload_device(&self.device, "drop order", &clusters.order, by_words)?,
-            boxes: Buffer::upload_device(&self.device, "clusters", &clusters.boxes, storage)?,
+            order: Buffer::upload_device(&self.device, "drop order", &clusters.order, by_texels)?,
+            boxes: Buffer::upload_device(&self.device, "clusters", &clusters.boxes, by_texels)?,
             placed: clusters.placed(scene.random_count()),
             counts: [clusters.count(), clusters.boxes.len() as u32],
         };

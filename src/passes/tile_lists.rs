@@ -30,12 +30,14 @@ pub(crate) struct Lists {
 
 /// Views of what passes read a texel at a time.
 pub(super) struct TileTexels {
+    pub totals: Texels,
     pub nodes: Texels,
     pub heads: Texels,
     pub larges: Texels,
     pub blocks: Texels,
     pub pictures: Texels,
     pub order: Texels,
+    pub boxes: Texels,
     pub in_view: Texels,
     pub placed: Texels,
     pub shapes: Texels,
@@ -56,7 +58,7 @@ impl Lists {
         let make = |name, bytes: u64, count: u64, usage| {
             Buffer::new(device, name, bytes * count, usage, Memory::Device)
         };
-        let of_totals = storage | Usage::INDIRECT_BUFFER | Usage::TRANSFER_DST | copied;
+        let of_totals = by_four | Usage::INDIRECT_BUFFER | Usage::TRANSFER_DST | copied;
         Ok(Self {
             totals: make("totals", size_of::<Totals>() as u64, 1, of_totals)?,
             nodes: make("nodes", NODE_BYTES, room.nodes, by_four | copied)?,
@@ -74,23 +76,25 @@ impl Lists {
 }
 
 impl TileTexels {
-    /// `order`, `in_view`, `tables`: of `glsl/include/population.glsl` and `rain_field.glsl`.
+    /// `order`, `boxes`, `in_view`, `tables`: of `glsl/include/population.glsl` and `rain_field.glsl`.
     ///
     /// # Errors
     /// See [`Texels::new`].
     pub fn of(
         device: &Arc<Device>,
         lists: &Lists,
-        [pictures, order, in_view, placed, shapes, sources, tables]: [&Buffer; 7],
+        [pictures, order, boxes, in_view, placed, shapes, sources, tables]: [&Buffer; 8],
     ) -> Result<Self> {
         let texels = |name, buffer, texel| Texels::new(device, name, buffer, texel);
         Ok(Self {
+            totals: texels("words of totals", &lists.totals, Texel::Word)?,
             nodes: texels("texels of nodes", &lists.nodes, Texel::FourWords)?,
             heads: texels("texels of lists", &lists.heads, Texel::FourWords)?,
             larges: texels("texels of large drops", &lists.larges, Texel::FourWords)?,
             blocks: texels("words of blocks", &lists.blocks, Texel::Word)?,
             pictures: texels("words of pictures", pictures, Texel::Word)?,
             order: texels("words of the drop order", order, Texel::Word)?,
+            boxes: texels("texels of clusters", boxes, Texel::FourWords)?,
             in_view: texels("words of clusters in view", in_view, Texel::Word)?,
             placed: texels("texels of placed drops", placed, Texel::FourWords)?,
             shapes: texels("texels of shapes", shapes, Texel::FourWords)?,
@@ -104,11 +108,14 @@ impl TileTexels {
 
     /// Whether the device takes texel buffers so large.
     pub fn are_whole(&self) -> bool {
-        let Self { nodes, heads, larges, blocks, pictures, order, .. } = self;
+        let Self { totals, nodes, heads, larges, blocks, pictures, order, boxes, .. } = self;
         let Self { in_view, placed, shapes, sources, tables, .. } = self;
-        [nodes, heads, larges, blocks, pictures, order, in_view, placed, shapes, sources]
-            .into_iter()
-            .chain(tables)
-            .all(|texels| texels.is_whole)
+        [
+            totals, nodes, heads, larges, blocks, pictures, order, boxes, in_view, placed, shapes,
+            sources,
+        ]
+        .into_iter()
+        .chain(tables)
+        .all(|texels| texels.is_whole)
     }
 }

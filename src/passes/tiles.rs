@@ -226,9 +226,12 @@ impl Tiles {
         let shapes = Shapes::new(device, scene, plan, room.larges)?;
         // Without cells no shader reads them.
         let tables = source.cells().map_or(&found, |cells| &cells.tables);
+        // Cells have none.
+        let boxes = source.boxes().unwrap_or(&found);
         let read = [
             &appearance.table,
             source.order(),
+            boxes,
             &found,
             &placed.buffer,
             &shapes.given,
@@ -271,6 +274,7 @@ impl Tiles {
         .map(|(slot, buffer)| (slot, Resource::Buffer(buffer)));
         let [words, four] = &texels.tables;
         let of_texels = [
+            (tile_frame::TOTAL_WORDS, &texels.totals),
             (tile_frame::TABLE_WORDS, words),
             (tile_frame::TABLE_TEXELS, four),
             (tile_frame::LARGE_TEXELS, &texels.larges),
@@ -284,8 +288,7 @@ impl Tiles {
         let record_slots = DropRecords::slots(records.as_ref(), (&found, &frame.buffer));
         let buffers = [
             (slot::DROP_ORDER, source.order()),
-            // Cells have none.
-            (slot::CLUSTER_BOXES, source.boxes().unwrap_or(&found)),
+            (slot::CLUSTER_BOXES, boxes),
             (slot::IN_VIEW, &found),
             (slot::PLACED_DROPS, &placed.buffer),
             (slot::PLACED_MOTIONS, &placed.motions),
@@ -298,6 +301,7 @@ impl Tiles {
         let views = [
             (slot::PICTURE_TEXELS, &texels.pictures),
             (slot::ORDER_WORDS, &texels.order),
+            (slot::BOX_TEXELS, &texels.boxes),
             (slot::IN_VIEW_WORDS, &texels.in_view),
             (slot::SHAPE_TEXELS, &texels.shapes),
             (slot::PLACED_TEXELS, &texels.placed),

@@ -3,9 +3,15 @@
 
 use std::mem::offset_of;
 
-use crate::abi::{MAX_BANDS, MAX_REGIONS, Totals};
+use crate::abi::{LISTS, MAX_BANDS, MAX_REGIONS, RAY_PIECES, Totals};
 
 pub(super) const MAX_BINS: usize = (MAX_BANDS * MAX_REGIONS) as usize;
+
+// The word that the shaders count to.
+const _: () = {
+    let word = 4 * (8 + MAX_BANDS + RAY_PIECES + LISTS) as usize + LISTS as usize + 12 + MAX_BINS;
+    assert!(offset_of!(Totals, bin_starts) == 4 * word);
+};
 
 /// Byte offsets of the indirect arguments in the totals.
 pub(super) const SORT_GROUPS: u64 = offset_of!(Totals, sort_groups) as u64;

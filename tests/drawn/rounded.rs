@@ -1,5 +1,6 @@
 //! Rounding (`glsl/include/rounded.glsl`), run on the GPU: halves go upward on every driver, which GLSL's own functions leave open.
 
+use half::f16;
 use raindrops::passes::frame::Frame;
 
 #[test]
@@ -22,6 +23,26 @@ fn halves_go_upward() {
         for ([x, y, _, w], [by_four, by_two, second, packed]) in input.iter().zip(found) {
             assert_eq!([by_four, second, by_two], [*x, *y, *w].map(upward), "{x}, {y} and {w}");
             assert_eq!(packed.to_bits(), units(*x) | units(*y) << 16, "shares {x} and {y}");
+        }
+    });
+}
+
+#[test]
+fn halves_are_the_nearest() {
+    // Every half up to the largest, and floats at, below and above the middle between it and the next.
+    let largest = f16::MAX.to_bits();
+    let between = (0..largest).map(|bits| {
+        let [here, next] = [bits, bits + 1].map(|bits| f16::from_bits(bits).to_f32());
+        let middle = 0.5 * (here + next);
+        [here, middle.next_down(), middle, middle.next_up()]
+    });
+    let last = [f16::MAX.to_f32(), f16::MAX.to_f32().next_down(), 1.0, 0.0];
+    let input: Vec<[f32; 4]> = between.chain([last]).collect();
+    crate::common::on_device(|device| {
+        let found = crate::shader::run(device, "half_bits.comp", &Frame::default(), &input, 1);
+        for (given, found) in input.iter().zip(found) {
+            let nearest = given.map(|x| f32::from(f16::from_f32(x).to_bits()));
+            assert_eq!(found, nearest, "the bits of {given:?}");
         }
     });
 }
