@@ -457,7 +457,7 @@ impl Tiles {
         self.passes.clusters.dispatch(commands, bindings, 0, &[], groups);
         memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::ComputeWrite]);
         self.passes.bin_starts.dispatch(commands, bindings, 0, &[], [1, 1, 1]);
-        let after = [Use::ComputeWrite, Use::Indirect];
+        let after = [Use::ComputeWrite, Use::ComputeRead, Use::Indirect];
         memory_barrier(device, commands, &[Use::ComputeWrite], &after);
         self.passes.sort_clusters.dispatch_indirect(commands, bindings, &[], totals, SORT_GROUPS);
     }

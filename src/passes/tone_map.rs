@@ -146,6 +146,7 @@ impl ToneMap {
             Source::Image(_) => {
                 let bytes = 4 * u64::from(SUMS + further_sums(device.report.machine));
                 let usage = vk::BufferUsageFlags::STORAGE_BUFFER
+                    | vk::BufferUsageFlags::UNIFORM_TEXEL_BUFFER
                     | vk::BufferUsageFlags::TRANSFER_SRC
                     | vk::BufferUsageFlags::TRANSFER_DST;
                 Some(Buffer::new(device, "luminance sums", bytes, usage, Memory::Device)?)
@@ -163,10 +164,16 @@ impl ToneMap {
             (slot::RADIANCE, shaders::TONE_MAP_FRAG_BUFFER),
         ]);
         let uniform = (slot::CONSTANTS, Resource::Buffer(&frame.buffer));
+        let words = sums
+            .map(|sums| Texels::new(device, "words of luminance sums", sums, Texel::Word))
+            .transpose()?;
+        let by_texels = words.as_ref().is_some_and(|words| words.is_whole);
         let sums = sums.map(|sums| (slot::SUMS, Resource::Buffer(sums)));
-        let slots: Vec<_> = [uniform, radiance].into_iter().chain(sums).collect();
+        let words = words.as_ref().map(|words| (slot::SUM_WORDS, Resource::Texels(words)));
+        let slots: Vec<_> = [uniform, radiance].into_iter().chain(sums).chain(words).collect();
         let bindings = Bindings::of(device, "tone map", &slots)?;
-        let compute = |shader, bytes| ComputePipeline::new(device, shader, &bindings, bytes, &[]);
+        let read = [[constant::BY_TEXELS, by_texels.into()]];
+        let compute = |shader, bytes| ComputePipeline::new(device, shader, &bindings, bytes, &read);
         let reduces = own_sums.is_some();
         let reduce = reduces.then(|| compute(shaders::LOG_LUMINANCE_COMP, 0)).transpose()?;
         let sum_up = compute(shaders::SUM_LOGS_COMP, size_of::<LogSumsPush>() as u32)?;
@@ -182,10 +189,11 @@ impl ToneMap {
 
     /// Records the reduction; the radiance, or the tiles' sums, must be ready to be read by compute.
     pub fn record_log_luminance(&self, device: &Device, commands: Recorder<'_>) {
+        let after = [Use::ComputeWrite, Use::ComputeRead];
         if let Some(reduce) = &self.reduce {
             let groups = [SUMS / group::LOG_LUMINANCE_COMP[0], 1, 1];
             reduce.dispatch(commands, &self.bindings, 0, &[], groups);
-            memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::ComputeWrite]);
+            memory_barrier(device, commands, &[Use::ComputeWrite], &after);
         }
         let sum_up = |[first, count, to, sums]: [u32; 4]| {
             let push = LogSumsPush { first, count, to };
@@ -197,7 +205,7 @@ impl ToneMap {
             Some(between) => {
                 let at = self.count + FINAL_SUMS;
                 sum_up([0, self.count, at, between]);
-                memory_barrier(device, commands, &[Use::ComputeWrite], &[Use::ComputeWrite]);
+                memory_barrier(device, commands, &[Use::ComputeWrite], &after);
                 sum_up([at, between, self.count, FINAL_SUMS]);
             }
         }

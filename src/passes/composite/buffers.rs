@@ -72,7 +72,7 @@ impl Buffers {
             log_sums: make(
                 "log luminance sums",
                 4 * (count + u64::from(further_sums(device.report.machine))),
-                moved,
+                moved | texels,
             )?,
             sky: make("sky", PIXEL_BYTES * TILE_PIXELS * count, texels)?,
             // Before composite lists tiles here, glints lists large drops.

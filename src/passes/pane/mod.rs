@@ -172,10 +172,11 @@ impl Buffers {
         };
         let (read, written) = (Usage::TRANSFER_SRC, Usage::TRANSFER_DST);
         let sums = tiles + further_sums(device.report.machine);
+        let of_sums = read | written | Usage::UNIFORM_TEXEL_BUFFER;
         let listed = size_of_val(&TOUCHED) as u64 + 4 * pixels;
         Ok(Self {
             radiance: make("picture with a pane", 8 * pixels, read | Usage::UNIFORM_TEXEL_BUFFER)?,
-            log_sums: make("log luminance with a pane", 4 * u64::from(sums), read | written)?,
+            log_sums: make("log luminance with a pane", 4 * u64::from(sums), of_sums)?,
             constants: make("pane", size_of::<Constants>() as u64, written)?,
             touched: make("touched pixels", listed, written | Usage::INDIRECT_BUFFER)?,
             looks: Looks::new(device, looks)?,
