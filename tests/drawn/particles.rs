@@ -209,6 +209,14 @@ fn what_is_no_file_of_drops_is_refused_in_a_line() {
         ("half a velocity", b"x,y,z,vx,vy\n1,2,3,4,5\n".to_vec(), "a part of v alone"),
         ("a word", b"x,y,z\n1,2,three\n".to_vec(), "line 2: z = 'three' is no number"),
         ("a short line", b"x,y,z\n1,2\n".to_vec(), "line: 2"),
+        (
+            "a row that is no number",
+            header(&format!("ascii 1.0\nelement vertex 2\n{xyz}"))
+                .into_iter()
+                .chain(*b"1 2 3\nnan 0 1\n")
+                .collect(),
+            "line 9: 'nan 0 1' is no row of finite numbers",
+        ),
         ("NaN", some(&|row| row[1] = f64::NAN), "particle 5: its position is"),
         ("a velocity", some(&|row| row[5] = f64::INFINITY), "particle 5: its velocity is"),
         (

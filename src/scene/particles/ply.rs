@@ -41,7 +41,19 @@ impl PropertyAccess for Nothing {
 }
 
 pub(super) fn read(bytes: &[u8]) -> Result<Table, String> {
-    let failed = |error: ply_rs_bw::parser::ParseError| error.to_string();
+    let failed = |error: ply_rs_bw::parser::ParseError| {
+        let text = error.to_string();
+        // What its grammar expected instead says nothing to who wrote the file.
+        let row = text
+            .split_once("Couldn't parse element line")
+            .and_then(|(_, rest)| rest.split('\'').nth(1));
+        match (error.line(), row) {
+            (Some(line), Some(row)) => {
+                format!("line {line}: '{}' is no row of finite numbers", row.trim())
+            }
+            _ => text,
+        }
+    };
     let (rows, others) = (Parser::<Row>::new(), Parser::<Nothing>::new());
     let mut reader = Reader::new(bytes);
     let header = rows.read_header(&mut reader).map_err(failed)?;
