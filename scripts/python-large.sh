@@ -4,7 +4,10 @@
 # scripts/python.sh, which it builds if it is not there. Blender's module needs Python 3.11.
 #
 #   scripts/python-large.sh                       all of them
-#   scripts/python-large.sh albumentations jupyter    some: albumentations, blender, datasets, jupyter, torch, usd
+#   scripts/python-large.sh albumentations jupyter    some: albumentations, beside, blender, datasets, jupyter, torch, usd
+#
+# `beside` is no test: it times this package beside albumentations and kornia, and writes target/python/beside.{md,png}. The machine
+# has to be quiet. RAINDROPS_FRAME names a program raindrops whose frame is timed as well.
 #
 # RAINDROPS_COMMAND names the command that draws what Blender reads, else a development build of it is made.
 set -euo pipefail
@@ -39,6 +42,11 @@ for name in "$@"; do
       fi
       "$command" render assets/scenes/steady-rain.toml --size 160x120 --preset fast --layers -o "$work/rain.exr"
       (with "$name" 'bpy>=4.2,<4.5' 'numpy<2' OpenEXR && python "$examples/../tests/large_blender.py" "$work/rain.exr")
+      ;;
+    beside)
+      environment=$PWD/assets/environments/city.exr
+      (with "$name" 'albumentations>=2,<3' kornia && cd "$work" && python "$examples/../benches/beside_others.py" "$environment" \
+        ${RAINDROPS_FRAME:+--frame "$RAINDROPS_FRAME"} -o beside.png | tee beside.md)
       ;;
     torch) (with "$name" torch && cd "$work" && python "$examples/torch_dataset.py") ;;
     jupyter)
