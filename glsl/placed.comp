@@ -2,6 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 // Where the placed drops that the scene knows are in a frame, and how far they move while the shutter is open. One invocation a
 // cluster: first the box around its drops, then, where that may be in view, each of them. See src/passes/placed.rs.
+#include "by_texels.glsl"
 #include "frame.glsl"
 #include "pairs.glsl"
 #include "placed_boxes.glsl"
@@ -22,6 +23,7 @@ layout(push_constant) uniform PlacedPush {
     uint has_motions; // 1: the drops' motions are wanted
     vec3 camera_low;
     float since;      // seconds from the time of the clusters to the middle of the exposure
+    uint first;       // number of the first cluster of those that the buffers have: texels are those of all
 } push;
 const uint NOTHING = 0xffffffffu;
 
@@ -47,8 +49,29 @@ struct KnownCluster {
 
 layout(std430, set = 0, binding = 1) readonly buffer KnownDrops { Known known[]; };
 layout(std430, set = 0, binding = 2) readonly buffer KnownClusters { KnownCluster known_clusters[]; };
+layout(set = 0, binding = 5) uniform usamplerBuffer known_texels;
+layout(set = 0, binding = 6) uniform usamplerBuffer cluster_texels;
 layout(std430, set = 0, binding = 3) writeonly buffer PlacedDrops { Placed placed[]; };
 layout(std430, set = 0, binding = 4) writeonly buffer PlacedMotions { vec4 placed_motions[]; };
+
+Known known_at(uint number) {
+    if (BY_TEXELS == 0u) return known[number];
+    int at = int(4u * (push.first * CLUSTER + number));
+    uvec4 a = texelFetch(known_texels, at), b = texelFetch(known_texels, at + 1);
+    uvec4 c = texelFetch(known_texels, at + 2), d = texelFetch(known_texels, at + 3);
+    return Known(uintBitsToFloat(a.xyz), uintBitsToFloat(a.w), uintBitsToFloat(b.xyz), b.w,
+                 uintBitsToFloat(c.xyz), c.w, uintBitsToFloat(d.xyz), d.w);
+}
+
+vec4 cluster_texel(int at) {
+    return uintBitsToFloat(texelFetch(cluster_texels, at));
+}
+
+KnownCluster cluster_at(uint number) {
+    if (BY_TEXELS == 0u) return known_clusters[number];
+    int at = int(4u * (push.first + number));
+    return KnownCluster(cluster_texel(at), cluster_texel(at + 1), cluster_texel(at + 2), cluster_texel(at + 3));
+}
 
 // The box around a cluster's drops while the shutter is open: as large as their velocities let it grow.
 Placed box_of(KnownCluster c) {
@@ -82,11 +105,12 @@ void main() {
     uint cluster = group * gl_WorkGroupSize.x + gl_LocalInvocationID.x;
     if (cluster >= push.clusters) return;
     if (push.boxes != NOTHING) {
-        Placed box = box_of(known_clusters[cluster]);
+        Placed box = box_of(cluster_at(cluster));
         placed[push.boxes + cluster] = box;
         if (!may_be_seen(box)) return;
     }
     for (uint i = cluster * CLUSTER; i < cluster * CLUSTER + CLUSTER; ++i) {
-        if (known[i].place != NO_DROP) carry(known[i]);
+        Known drop = known_at(i);
+        if (drop.place != NO_DROP) carry(drop);
     }
 }

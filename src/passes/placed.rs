@@ -16,10 +16,10 @@ use super::frame::FrameBuffer;
 use super::rows_of;
 use crate::Result;
 use crate::abi::{CLUSTER, Known, KnownCluster, NO_DROP, PlacedPush};
-use crate::gpu::sets::{group, placed as slot};
+use crate::gpu::sets::{constant, group, placed as slot};
 use crate::gpu::{
-    Bindings, Buffer, ComputePipeline, Device, Memory, Recorder, Resource, Use, memory_barrier,
-    shaders,
+    Bindings, Buffer, ComputePipeline, Device, Memory, Recorder, Resource, Texel, Texels, Use,
+    memory_barrier, shaders,
 };
 use crate::rain::cull::split;
 use crate::rain::pairs::moment;
@@ -139,9 +139,17 @@ impl Carried {
         let bytes =
             [size_of::<Known>() as u64 * u64::from(CLUSTER), size_of::<KnownCluster>() as u64];
         let chunk = (u64::from(device.report.limits.max_storage_buffer_range) / bytes[0]) as u32;
-        let usage = vk::BufferUsageFlags::STORAGE_BUFFER;
+        use vk::BufferUsageFlags as Usage;
+        let usage = Usage::STORAGE_BUFFER | Usage::UNIFORM_TEXEL_BUFFER;
         let known = Buffer::upload_device(device, "placed drops at time 0", &known, usage)?;
         let around = Buffer::upload_device(device, "clusters of placed drops", &around, usage)?;
+        let texels = |name, buffer| Texels::new(device, name, buffer, Texel::FourWords);
+        let (of_known, of_around) = (
+            texels("texels of known drops", &known)?,
+            texels("texels of their clusters", &around)?,
+        );
+        let by_texels = of_known.is_whole && of_around.is_whole;
+        let constants = [constants, &[[constant::BY_TEXELS, by_texels.into()]]].concat();
         let bindings = Bindings::each(device, "placed drops", count.div_ceil(chunk), |index| {
             let part = |buffer, bytes| part_of(buffer, bytes * u64::from(chunk), index);
             // Without clusters none is read.
@@ -150,12 +158,14 @@ impl Carried {
                 (slot::CONSTANTS, Resource::Buffer(&frame.buffer)),
                 (slot::KNOWN_DROPS, part(&known, bytes[0])),
                 (slot::KNOWN_CLUSTERS, around),
+                (slot::KNOWN_TEXELS, Resource::Texels(&of_known)),
+                (slot::CLUSTER_TEXELS, Resource::Texels(&of_around)),
                 (slot::PLACED_DROPS, Resource::Buffer(placed)),
                 (slot::PLACED_MOTIONS, Resource::Buffer(motions)),
             ]
         })?;
         let push = size_of::<PlacedPush>() as u32;
-        let pass = ComputePipeline::new(device, shaders::PLACED_COMP, &bindings, push, constants)?;
+        let pass = ComputePipeline::new(device, shaders::PLACED_COMP, &bindings, push, &constants)?;
         let boxes = (!clusters.is_empty()).then(|| scene.placed_count());
         Ok(Self { bindings, pass, clusters: count, chunk, boxes, boxed_at: scene.time })
     }
@@ -167,7 +177,7 @@ impl Carried {
             let clusters = self.chunk.min(self.clusters - first);
             let boxes = self.boxes.map_or(NOTHING, |boxes| boxes + first);
             let has_motions = has_motions.into();
-            let push = PlacedPush { clusters, boxes, has_motions, since, ..moment };
+            let push = PlacedPush { clusters, boxes, has_motions, since, first, ..moment };
             let groups = rows_of(clusters.div_ceil(GROUP));
             self.pass.dispatch(commands, &self.bindings, index, bytemuck::bytes_of(&push), groups);
         }
