@@ -31,7 +31,7 @@ import raindrops  # noqa: E402
 
 SIZES = (256, 512, 1024)
 RATE, SHUTTER, FOV = 25, 1 / 60, 60
-ROUNDS, PICTURES = 5, 8
+ROUNDS, PICTURES = 3, 4
 
 
 def by_raindrops() -> Callable[[np.ndarray, int], np.ndarray]:
