@@ -8,6 +8,7 @@
 #include "crowded_tile.glsl"
 #else
 #include "composite_tile.glsl"
+#include "left_lanes.glsl"
 
 layout(local_size_x = 64) in;
 
@@ -45,6 +46,7 @@ uint composite_entries(inout Row upper, inout Row lower, inout Window window, ui
             take_nearest(window);
         }
         if (is_splat(window.nearest.link)) do {
+            if (LOSES_LEFT != 0u && window.taken == END) break;
             splat_links &= window.nearest.link;
             composite_splat(upper, lower, window.nearest.link);
             take_nearest(window);

@@ -6,6 +6,7 @@
 //
 // llvmpipe ends the loops of a vector of invocations after some 65,000 turns together. So no order of the drops may decide
 // how many turns an invocation has: what a drop takes is bounded here, and where it is over a bound, that is counted.
+#include "left_lanes.glsl"
 #include "frame.glsl"
 #include "projection.glsl"
 #include "light_model.glsl"
@@ -224,6 +225,7 @@ bool add_by_closed_form(uint drop, Large r) {
     bool closed = is_small(r, pixels) && !is_flat(r) && sine < FAR_SINE;
     uint i = 0u;
     if (closed) do {
+        if (LOSES_LEFT != 0u && i == END) break;
         vec4 source = source_at(i).toward;
         uint ways = ways_of(angle_between(axis, to_view(source.xyz)), source.w, sine);
         closed = (ways & ~CLOSED_WAYS) == 0u;

@@ -34,6 +34,9 @@ pub struct Promises {
     pub rounds_to_nearest: bool,
     /// Whether the invocations of a subgroup come together again after a branch.
     pub reconvergence: Reconvergence,
+    /// Invocations that leave a loop at its end, while others of their vector go on, lose what they have read last: a defect of
+    /// SwiftShader (docs/upstream.md). There such loops have a way out at their beginning, too, which none takes.
+    pub loses_left: bool,
 }
 
 impl Promises {
@@ -42,6 +45,7 @@ impl Promises {
         floats: &vk::PhysicalDeviceFloatControlsProperties<'_>,
         has_extension: bool,
         is_cpu: bool,
+        driver: vk::DriverId,
     ) -> Self {
         let is_apart =
             floats.rounding_mode_independence != vk::ShaderFloatControlsIndependence::NONE;
@@ -52,6 +56,7 @@ impl Promises {
                 (false, true) => Reconvergence::InOneVector,
                 (false, false) => Reconvergence::Open,
             },
+            loses_left: driver == vk::DriverId::GOOGLE_SWIFTSHADER,
         }
     }
 
@@ -83,7 +88,7 @@ mod tests {
             let floats = vk::PhysicalDeviceFloatControlsProperties::default()
                 .shader_rounding_mode_rte_float32(rounds)
                 .rounding_mode_independence(independence);
-            Promises::of(&floats, has_extension, is_cpu)
+            Promises::of(&floats, has_extension, is_cpu, vk::DriverId::MESA_LLVMPIPE)
         };
         assert!(of(true, Independence::ALL, false, false).rounds_to_nearest);
         assert!(of(true, Independence::TYPE_32_ONLY, false, false).rounds_to_nearest);

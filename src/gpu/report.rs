@@ -237,6 +237,7 @@ impl Instance {
                 &floats,
                 has_13 && is_own && self.reconverges(physical),
                 kind == CPU,
+                driver.driver_id,
             ),
             claims_to_clip_points: properties11.point_clipping_behavior
                 == vk::PointClippingBehavior::ALL_CLIP_PLANES,

@@ -27,6 +27,7 @@ pub(super) fn specialize(
     let mut given: HashMap<u32, u32> =
         values.iter().map(|[number, value]| (*number, *value)).collect();
     given.insert(constant::RECONVERGES, (promises.reconvergence != Reconvergence::Open).into());
+    given.insert(constant::LOSES_LEFT, promises.loses_left.into());
     let (mut numbers, mut bools, mut known) = (HashMap::new(), HashSet::new(), HashMap::new());
     let (mut made, all) = (words[..HEADER].to_vec(), instructions(words));
     let mut declared = Declared::of(promises, has_subgroups(&all));
@@ -147,8 +148,11 @@ mod tests {
     use super::*;
     use crate::gpu::shaders;
 
-    const ALL: Promises =
-        Promises { rounds_to_nearest: true, reconvergence: Reconvergence::Promised };
+    const ALL: Promises = Promises {
+        rounds_to_nearest: true,
+        reconvergence: Reconvergence::Promised,
+        ..Promises::default()
+    };
 
     /// The instructions, each with its operation.
     fn instructions(words: &[u32]) -> Vec<(Op, &[u32])> {
@@ -305,7 +309,7 @@ mod tests {
         let mut promised = BTreeSet::new();
         for shader in shaders::ALL {
             let of = |reconvergence| {
-                let promises = Promises { rounds_to_nearest: false, reconvergence };
+                let promises = Promises { reconvergence, ..Promises::default() };
                 Blocks::of(&specialize(shader.words(), &[], promises)).counts_on_more()
             };
             assert_eq!(of(Reconvergence::Open), None, "{} {:?}", shader.name, shader.define);
