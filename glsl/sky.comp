@@ -23,6 +23,7 @@
 #endif
 #include "tile_buffers.glsl"
 #include "lens.glsl"
+#include "rounded.glsl"
 
 #ifdef MEDIUM
 #include "octahedron.glsl"
@@ -44,21 +45,22 @@ layout(constant_id = 23) const uint GRAIN = 0; // 1: the medium has the noise of
 layout(std430, set = 1, binding = 1) writeonly buffer Sky { uvec2 sky[]; };
 
 #ifdef BEFORE
+layout(constant_id = 20) const uint LAYERS = 0; // 1: nothing is behind; what the medium hides of it stands in the fourth half
+layout(constant_id = 31) const uint HAS_COLOR = 0; // 1: there is a picture; 0: the environment is behind, at the distance of the depth
 // Both images show the whole picture, a texel a pixel.
 layout(set = 1, binding = 18) uniform sampler2D color_image;
 layout(set = 1, binding = 19) uniform sampler2D depth_image;
 // `Convention` in src/passes/background.rs.
 layout(push_constant) uniform BackgroundPush {
     vec4 depth;        // a, b, c, d: a stored s is at (a s + b) / (c s + d) scene units; where c s + d is not over 0, nothing is
-    float color_scale; // stored unit of light a unit of the image; 0: there is no image
-    uint depth_kind;   // 0: there is none, 1: along the view axis, 2: along the ray
-    uint layers;       // 1: nothing is behind; what the medium hides of it stands in the fourth half
+    float color_scale; // stored unit of light a unit of the image
+    uint depth_kind;   // 1: along the view axis, 2: along the ray
 } push;
 // Farther than all; its square is a float.
 const float FARTHEST = 1e18;
 
 float reach_of(ivec2 pixel, vec3 ray) {
-    if (push.depth_kind == 0u) return FARTHEST;
+    if (HAS_DEPTH == 0u) return FARTHEST;
     float stored = texelFetch(depth_image, min(pixel, textureSize(depth_image, 0) - 1), 0).r;
     float below = push.depth.z * stored + push.depth.w;
     float depth = below > 0.0 ? (push.depth.x * stored + push.depth.y) / below : FARTHEST;
@@ -85,8 +87,7 @@ vec3 light_behind(uvec2 pixel, mat3 world) {
     uint edge = samples_along(focal);
 #ifdef BEFORE
     // A picture is sharp, whatever the lens.
-    bool has_color = push.color_scale > 0.0;
-    if (has_color || push.layers != 0u) {
+    if (HAS_COLOR != 0u || LAYERS != 0u) {
         edge = 1u;
         blur = 0.0;
     }
@@ -103,10 +104,9 @@ vec3 light_behind(uvec2 pixel, mat3 world) {
         vec3 ray = ray_through(vec2(pixel) + at);
         float far = length(ray);
 #ifdef BEFORE
-        vec3 behind = has_color
+        vec3 behind = LAYERS != 0u ? vec3(0.0) : HAS_COLOR != 0u
             ? push.color_scale * texelFetch(color_image, min(ivec2(pixel), textureSize(color_image, 0) - 1), 0).rgb
             : radiance(whole_map, world * ray / far, spread * sqrt(focal / far) / far);
-        if (push.layers != 0u) behind = vec3(0.0);
 #else
         vec3 behind = radiance(whole_map, world * ray / far, spread * sqrt(focal / far) / far);
 #endif
@@ -125,7 +125,7 @@ void main() {
 #ifdef BEFORE
     float farthest = reach_of(ivec2(pixel), ray_through(vec2(pixel) + 0.5));
     // Without a depth there is no buffer of distances, and the binding is another.
-    if (push.depth_kind != 0u) reach[at] = farthest;
+    if (HAS_DEPTH != 0u) reach[at] = farthest;
 #elif defined(MEDIUM)
     float farthest = field.medium.z;
 #endif
@@ -151,5 +151,6 @@ void main() {
     // A picture's colours may be more than a half holds.
     c = min(c, 65504.0);
 #endif
-    sky[at] = uvec2(packHalf2x16(c.rg), packHalf2x16(vec2(c.b, hidden)));
+    uvec4 halves = half_bits(vec4(c, hidden));
+    sky[at] = uvec2(halves.x | halves.y << 16, halves.z | halves.w << 16);
 }

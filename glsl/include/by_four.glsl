@@ -2,7 +2,7 @@
 #define BY_FOUR_GLSL
 // What composite.comp reads, most of it four words at a time.
 #include "nodes_by_four.glsl"
-#include "splat_table.glsl"
+#include "splat_texels.glsl"
 
 // The environment behind, pixel by pixel of a tile after the other.
 layout(std430, set = 1, binding = 1) readonly buffer Sky { uvec2 sky[]; };
@@ -11,17 +11,12 @@ layout(std430, set = 1, binding = 6) readonly buffer StreakLayerLight { uvec4 st
 // How much of it each pixel of the tiles has (lines.comp).
 layout(std430, set = 1, binding = 7) readonly buffer LineSums { ivec4 line_sums[]; };
 layout(set = 1, binding = 13) uniform usamplerBuffer sky_texels;
-layout(set = 1, binding = 14) uniform usamplerBuffer splat_texels;
 layout(set = 1, binding = 15) uniform usamplerBuffer line_texels;
 layout(set = 1, binding = 16) uniform usamplerBuffer streak_layer_texels;
 layout(set = 1, binding = 17) uniform usamplerBuffer link_texels;
 
 uvec4 two_of_sky(uint pixel) {
     return BY_TEXELS != 0u ? texelFetch(sky_texels, int(pixel / 2u)) : uvec4(sky[pixel], sky[pixel + 1u]);
-}
-
-uvec4 splat_of(uint entry) {
-    return BY_TEXELS != 0u ? texelFetch(splat_texels, int(entry)) : splat_table[entry];
 }
 
 uvec4 streak_layer_of_tile(uint tile) {

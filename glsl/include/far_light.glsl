@@ -6,7 +6,7 @@
 #include "flat_suns.glsl"
 #include "octahedron.glsl"
 #include "shared_exponent.glsl"
-#include "splat_table.glsl"
+#include "splat_texels.glsl"
 #include "tile_buffers.glsl"
 
 // Number of the texel at a place of the octahedral map, of which one beyond an edge is another within.
@@ -20,7 +20,7 @@ uint wrapped_texel(ivec2 at) {
 // Light of a texel from the environment without its bright sources.
 vec3 light_of_texel(uint texel, bool one_by_one) {
     if (!has_flat()) return unpack_radiance(pictures[picture_word(texel, 1u)]);
-    uvec2 words = splat_table[flat_rain_entry(texel)].xy;
+    uvec2 words = splat_of(flat_rain_entry(texel)).xy;
     return unpack_radiance(one_by_one ? words.y : words.x);
 }
 

@@ -12,8 +12,7 @@
 float optical_depth(float depth, float sine2) {
     float starts = field.medium.x, at = float(MEDIUM_DEPTHS - 1u) * min(depth / starts, 1.0);
     uint below = min(uint(at), MEDIUM_DEPTHS - 2u), above = below + 1u;
-    vec2 low = vec2(field.depths[below / 4u][below % 4u], field.from_below[below / 4u][below % 4u]);
-    vec2 high = vec2(field.depths[above / 4u][above % 4u], field.from_below[above / 4u][above % 4u]);
+    vec2 low = medium_at(below).xy, high = medium_at(above).xy;
     // Rain without end would be infinitely deep; of this depth nothing passes, and its square is a float.
     vec2 seen = min(mix(low, high, at - float(below)) + field.medium.yw * max(depth - starts, 0.0), 1e6);
     return seen.x == seen.y ? seen.x : sqrt(mix(seen.x * seen.x, seen.y * seen.y, sine2));
@@ -50,7 +49,7 @@ float medium_grain(vec3 view, vec3 world, vec2 depth) {
     if (field.grain_within.w == 0.0 || opacity <= 0.0) return 1.0;
     float at = float(MEDIUM_DEPTHS - 1u) * (1.0 - pow(min(field.grain_within.w / depth.x, 1.0), 1.0 / 3.0));
     uint below = min(uint(at), MEDIUM_DEPTHS - 2u), above = below + 1u;
-    float variance = mix(field.grain[below / 4u][below % 4u], field.grain[above / 4u][above % 4u], at - float(below));
+    float variance = mix(medium_at(below).z, medium_at(above).z, at - float(below));
     // This is the opacity's deviation over its mean.
     float deviation = sqrt(variance) / max(-view.z, 1e-6) * passes / opacity;
     float of_log = log(1.0 + deviation * deviation);

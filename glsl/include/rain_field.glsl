@@ -32,12 +32,9 @@ layout(std140, set = 0, binding = 2) uniform RainField {
     vec4 band_depths[MAX_BANDS / 4u]; // that part the drops into the bands of equal number, nearest first
     vec4 medium;         // depth from which on all rain is medium, extinction a scene unit seen level, distance of the rain's
                          // end, extinction seen from below: over 0 where there is a medium
-    vec4 depths[MEDIUM_DEPTHS / 4u]; // optical depth of the medium at so many depths up to the first of these, equally far apart, seen level
-    vec4 from_below[MEDIUM_DEPTHS / 4u]; // the same seen from below
     uvec4 grain_base;    // its noise (src/rain/grain.rs), of a lattice: number of the camera's cell; w: of the salt
     vec4 grain_within;   // where in it; w: depth from which on there is a medium, 0: no noise
     vec4 grain_scale;    // xyz: cells from the camera to where the noise is
-    vec4 grain[MEDIUM_DEPTHS / 4u]; // variance of the optical depth on the axis, by the cube root of the inverse depth
     RainClass classes[MOST_CLASSES];
 } field;
 
@@ -45,6 +42,8 @@ layout(std140, set = 0, binding = 2) uniform RainField {
 layout(std430, set = 0, binding = 16) readonly buffer RainTables {
     uint laws[MOST_CLASSES * LAW_WORDS]; // of each class 65 quantiles of the diameter, then its thresholds
     Slab slabs[MOST_SLABS];
+    vec4 medium[MEDIUM_DEPTHS]; // optical depth of the medium at so many depths up to the first of `field.medium`, equally far apart, seen level
+                                // and from below; its variance on the axis, by the cube root of the inverse depth
     vec4 flat_suns[FLAT_SUN_ANGLES * FLAT_SUN_ANGLES * FLAT_SUN_ANGLES]; // what flattened drops show of a source (flat_suns.glsl)
     vec4 flat_shares[2u * FLAT_ELEVATIONS]; // what part of the medium is drops of which diameter (flat_light.glsl); of drops shown one by one
     uint group_slabs[];  // for each group of cells the number of its slab
@@ -65,10 +64,15 @@ Slab slab_at(uint number) {
     return Slab(ivec3(first.xyz), first.w, rest.xy, rest.z, rest.w);
 }
 
+vec4 medium_at(uint number) {
+    const int FIRST = int(MOST_CLASSES * LAW_WORDS / 4u + 2u * MOST_SLABS);
+    return BY_TEXELS != 0u ? uintBitsToFloat(texelFetch(table_texels, FIRST + int(number))) : tables.medium[number];
+}
+
 // The slab of a group of cells.
 Slab slab_of_group(uint group) {
     const uint FIRST = MOST_CLASSES * LAW_WORDS + 8u * MOST_SLABS
-        + 4u * (FLAT_SUN_ANGLES * FLAT_SUN_ANGLES * FLAT_SUN_ANGLES + 2u * FLAT_ELEVATIONS);
+        + 4u * (MEDIUM_DEPTHS + FLAT_SUN_ANGLES * FLAT_SUN_ANGLES * FLAT_SUN_ANGLES + 2u * FLAT_ELEVATIONS);
     return slab_at(BY_TEXELS != 0u ? texelFetch(table_words, int(FIRST + group)).x : tables.group_slabs[group]);
 }
 #endif

@@ -6,7 +6,7 @@
 #include "far_glints.glsl"
 #include "projection.glsl"
 #include "shared_exponent.glsl"
-#include "splat_table.glsl"
+#include "splat_texels.glsl"
 #include "tile_buffers.glsl"
 
 const vec3 LUMINANCE = vec3(0.2126, 0.7152, 0.0722); // Rec. 709
@@ -25,7 +25,7 @@ Lines lines_at(vec2 pixel) {
     uvec4 images = uvec4(0u);
     float brightest = 0.0;
     for (uint i = 0u; i < source_count.x; ++i) {
-        uvec4 other = splat_table[ANGLES + i * GLINT_ANGLES + angle_number(dot(d, source_at(i).toward.xyz))];
+        uvec4 other = splat_of(ANGLES + i * GLINT_ANGLES + angle_number(dot(d, source_at(i).toward.xyz)));
         float light = dot(unpack_radiance(other.y), LUMINANCE);
         if (light <= brightest) continue;
         brightest = light;

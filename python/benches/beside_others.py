@@ -2,7 +2,7 @@
 
     python beside_others.py ENVIRONMENT.exr [--frame COMMAND] [-o SHOWN.png]
 
-The picture is a view of the environment. --frame: a program `raindrops`, whose frame of the same rain is timed in the same run. Prints a table in Markdown.
+The pictures are a view of the environment, turned by as much as their seed says: no two are the same. --frame: a program `raindrops`, whose frame of the same rain is timed in the same run. Prints a table in Markdown.
 SHOWN.png has the picture with the rain of each beside each other. Needs albumentations 2, kornia and opencv; Linux.
 """
 
@@ -34,9 +34,9 @@ RATE, SHUTTER, FOV = 25, 1 / 60, 60
 ROUNDS, PICTURES = 3, 4
 
 
-def by_raindrops() -> Callable[[np.ndarray, int], np.ndarray]:
+def by_raindrops(panorama: np.ndarray | None) -> Callable[[np.ndarray, int], np.ndarray]:
     rain = raindrops.Rain(rate=RATE, shutter=SHUTTER, fov=FOV)
-    return lambda image, seed: rain.over(image, seed=seed).image
+    return lambda image, seed: rain.over(image, seed=seed, environment=panorama).image
 
 
 def by_albumentations() -> Callable[[np.ndarray, int], np.ndarray]:
@@ -77,7 +77,12 @@ def main() -> None:
     cv2.setNumThreads(1)
     view = {"environment": {"file": given.environment}, "camera": {"vertical_fov": FOV}, "rain": {"count": 0}}
     photo = raindrops.render(view, size=(1024, 1024)).display
-    drawn_by = {"raindrops": by_raindrops(), "albumentations": by_albumentations(), "kornia": by_kornia()}
+    panorama = cv2.resize(photo, (1024, 512))
+    drawn_by = {
+        "raindrops, a panorama given": by_raindrops(panorama),
+        "raindrops, none": by_raindrops(None),
+        "albumentations": by_albumentations(), "kornia": by_kornia(),
+    }
     columns = [*drawn_by, *(["a frame of the given command"] if given.frame else [])]
     print("| picture |", " | ".join(columns), "|")
     print("|---" * (len(columns) + 1) + "|")
@@ -89,8 +94,8 @@ def main() -> None:
         for turn in range(ROUNDS):
             for name, draw in drawn_by.items():
                 before = time.process_time()
-                for seed in range(PICTURES):
-                    draw(image, turn * PICTURES + seed)
+                for seed in range(turn * PICTURES, (turn + 1) * PICTURES):
+                    draw(np.roll(image, 5 * seed, axis=1), seed)
                 times[name].append((time.process_time() - before) / PICTURES)
             if given.frame:
                 times[columns[-1]].append(frame_seconds(given.frame, size))

@@ -39,7 +39,7 @@ pub struct Drawing {
     frame: Parsed,
     until: Parsed,
     plate: Option<Plate>,
-    environment: Environment,
+    environment: Arc<Environment>,
     session: Py<Session>,
     /// What preset `auto` took.
     choice: Mutex<Option<Option<Choice>>>,
@@ -90,7 +90,9 @@ impl Drawing {
             let mut frame = scene.film.frame(&scene, frame);
             frame.read_particles()?;
             let until = scene.motion_end(&frame, 0);
-            let (environment, remarks) = surroundings(&scene, plate.as_ref(), around)?;
+            let held = session.get();
+            let (environment, remarks) = surroundings(held, &scene, plate.as_ref(), around)?;
+            let environment = held.known(environment);
             Ok((Self::of(scene, (frame, until), plate, environment, session), remarks))
         });
         let (drawing, remarks) = made.raise(py)?;
@@ -181,7 +183,7 @@ impl Drawing {
         scene: Parsed,
         (frame, until): (Parsed, Parsed),
         plate: Option<Plate>,
-        environment: Environment,
+        environment: Arc<Environment>,
         session: Py<Session>,
     ) -> Self {
         let choice = Mutex::new(None);
@@ -289,6 +291,7 @@ impl Drawing {
 
 /// What is around the drops, and what is worth saying of it and of the background: as the command `render` has it.
 fn surroundings(
+    session: &Session,
     scene: &Parsed,
     plate: Option<&Plate>,
     around: Option<Picture>,
@@ -309,7 +312,7 @@ fn surroundings(
         }
         (None, Some(color)) if is_plain => {
             remarks.push(guessed("the picture"));
-            Environment::guessed(color, &scene.whole().view())?
+            session.guess(scene).around(color)?
         }
         _ => {
             if is_guessed(scene) {

@@ -10,9 +10,11 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use raindrops::device::{Device, Instance, KeptDevice, Validation, choose_among, user_folder};
 use raindrops::environment::Environment;
+use raindrops::environment::guess::Guess;
 use raindrops::measure::costs::ranked;
 use raindrops::remark::Remark;
 use raindrops::renderer::Lighting;
+use raindrops::scene::Scene;
 
 use crate::raise::{Raise as _, exception, tell};
 
@@ -86,11 +88,13 @@ impl<T> Drop for Owned<T> {
     }
 }
 
-/// Devices' names by which pictures are drawn, and the light that was prepared last.
+/// Devices' names by which pictures are drawn, and what was prepared last: where a guessed environment is in pictures,
+/// and light on the device.
 #[pyclass(frozen, module = "raindrops._native")]
 pub struct Session {
     wanted: Option<String>,
-    lit: Mutex<Owned<(u64, Arc<Lighting>)>>,
+    guess: Mutex<Option<Arc<Guess>>>,
+    lit: Mutex<Owned<(Arc<Environment>, Arc<Lighting>)>>,
 }
 
 #[pymethods]
@@ -98,7 +102,7 @@ impl Session {
     #[new]
     #[pyo3(signature = (device=None))]
     fn new(device: Option<String>) -> Self {
-        Self { wanted: device, lit: Mutex::new(Owned(None)) }
+        Self { wanted: device, guess: Mutex::new(None), lit: Mutex::new(Owned(None)) }
     }
 }
 
@@ -108,21 +112,39 @@ impl Session {
         device(self.wanted.as_deref())
     }
 
+    /// The guess of what is around a picture behind a scene's drops.
+    pub fn guess(&self, scene: &Scene) -> Arc<Guess> {
+        let mut kept = lock(&self.guess);
+        let found = kept.take().filter(|guess| guess.is_for(scene));
+        kept.insert(found.unwrap_or_else(|| Arc::new(Guess::for_scene(scene)))).clone()
+    }
+
+    /// The environment that was prepared last, if it is this one.
+    pub fn known(&self, environment: Environment) -> Arc<Environment> {
+        match &lock(&self.lit).0 {
+            Some((of, _)) if is_same(of, &environment) => of.clone(),
+            _ => Arc::new(environment),
+        }
+    }
+
     /// The environment on the device.
     pub fn lighting(
         &self,
         device: &Arc<Device>,
-        environment: &Environment,
+        environment: &Arc<Environment>,
     ) -> raindrops::Result<Arc<Lighting>> {
-        let hash = environment.hash();
         let mut lit = lock(&self.lit);
-        if let Some((_, lighting)) = lit.0.as_ref().filter(|(of, _)| *of == hash) {
+        if let Some((_, lighting)) = lit.0.as_ref().filter(|(of, _)| is_same(of, environment)) {
             return Ok(lighting.clone());
         }
         let lighting = Arc::new(Lighting::new(device, environment)?);
-        lit.0 = Some((hash, lighting.clone()));
+        lit.0 = Some((environment.clone(), lighting.clone()));
         Ok(lighting)
     }
+}
+
+fn is_same(a: &Arc<Environment>, b: &Environment) -> bool {
+    std::ptr::eq(&raw const **a, b) || (a.width() == b.width() && a.texels() == b.texels())
 }
 
 /// Every Vulkan device, in the order of the command `devices`, as dicts.

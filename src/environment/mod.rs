@@ -15,6 +15,7 @@ pub mod sky;
 
 use std::f64::consts::PI;
 use std::path::Path;
+use std::sync::OnceLock;
 
 use glam::{DVec3, Vec3};
 
@@ -47,6 +48,7 @@ pub struct Environment {
     texels: Vec<Vec3>,
     mended: Mended,
     remarks: Vec<Remark>,
+    contrast: OnceLock<f64>,
 }
 
 impl Environment {
@@ -111,7 +113,7 @@ impl Environment {
         let (width, height, mut texels) = (picture.width, picture.height, picture.pixels);
         let negative = clip_negative(&mut texels);
         let mended = Mended { negative, missing, ..mended };
-        Ok(Self { name, width, height, texels, mended, remarks })
+        Ok(Self { name, width, height, texels, mended, remarks, contrast: OnceLock::new() })
     }
 
     /// A hash of the texels (FNV-1a, 64 bits), by which other texels are told apart; not by whoever
@@ -141,6 +143,7 @@ impl Environment {
             texels: vec![radiance; 8],
             mended: Mended::default(),
             remarks: Vec::new(),
+            contrast: OnceLock::new(),
         }
     }
 
@@ -166,7 +169,8 @@ impl Environment {
         let mut texels = texels;
         let mended = mend(&mut texels, width as usize, Edges::Joined).map_err(refuse)?;
         let mended = Mended { negative: clip_negative(&mut texels), ..mended };
-        Ok(Self { name, width, height, texels, mended, remarks: Vec::new() })
+        let remarks = Vec::new();
+        Ok(Self { name, width, height, texels, mended, remarks, contrast: OnceLock::new() })
     }
 
     /// What tables call it: the file's stem, `sky (bundled)`, `constant 1`.
@@ -208,6 +212,11 @@ impl Environment {
     /// the poles, as a sampler does it.
     pub fn radiance(&self, direction: DVec3) -> DVec3 {
         levels::bilinear(&self.texels, self.width, self.height, direction)
+    }
+
+    /// Its contrast (`plan/demand.rs`), which is asked for with each picture and takes a while: found when it is first asked for.
+    pub(crate) fn contrast_by(&self, find: impl FnOnce() -> f64) -> f64 {
+        *self.contrast.get_or_init(find)
     }
 
     /// Mean luminance over the sphere of directions.

@@ -21,10 +21,10 @@ use half::f16;
 use super::composite::Prepared;
 use crate::Result;
 use crate::abi::BackgroundPush;
-use crate::gpu::sets::background as slot;
+use crate::gpu::sets::{background as slot, constant};
 use crate::gpu::{
     Bindings, Buffer, ComputePipeline, Device, HostImage, Image, ImageInfo, Recorder, Resource,
-    Sampler, Upload, Use, shaders,
+    Sampler, Texel, Texels, Upload, Use, shaders,
 };
 use crate::picture::plate::Plate;
 use crate::scene::background::DepthKind;
@@ -147,6 +147,13 @@ pub enum Behind {
 }
 
 impl Behind {
+    fn has_color(&self) -> bool {
+        match self {
+            Self::Plate(images) => images.convention.color.is_some(),
+            Self::Host { color, .. } => *color,
+        }
+    }
+
     /// Whether there is a depth that hides drops.
     pub fn has_depth(&self) -> bool {
         match self {
@@ -194,8 +201,6 @@ pub struct Background {
     set: usize,
     nearest: Sampler,
     radiance_scale: f32,
-    /// Whether nothing is behind the drops but the medium.
-    layers: bool,
     bindings: Bindings,
     pass: ComputePipeline,
 }
@@ -227,6 +232,8 @@ impl Background {
             // The shader does not read it, or a host's takes its place.
             None => Resource::Sampled(&environment.image, &environment.sampler),
         });
+        let splat_texels =
+            Texels::new(device, "texels of splats", &splats.table, Texel::FourWords)?;
         let around = Resource::Sampled(&environment.image, &environment.sampler);
         let slots: Vec<_> = [
             (slot::COLOR_IMAGE, color),
@@ -234,6 +241,7 @@ impl Background {
             (slot::SKY, Resource::Buffer(sky)),
             (slot::WHOLE_MAP, around),
             (slot::SPLAT_TABLE, Resource::Buffer(&splats.table)),
+            (slot::SPLAT_TEXELS, Resource::Texels(&splat_texels)),
         ]
         .into_iter()
         .chain(tiles.shelter_slots([slot::HEIGHT_MAP, slot::SHELTER]))
@@ -245,9 +253,12 @@ impl Background {
             (false, _) => shaders::SKY_COMP_BEFORE,
         };
         let push = size_of::<BackgroundPush>() as u32;
-        let pass = ComputePipeline::new(device, shader, &bindings, push, &tiles.constants)?;
+        let own =
+            [[constant::HAS_COLOR, behind.has_color().into()], [constant::LAYERS, layers.into()]];
+        let constants = [&tiles.constants[..], &own].concat();
+        let pass = ComputePipeline::new(device, shader, &bindings, push, &constants)?;
         let radiance_scale = environment.radiance_scale;
-        Ok(Self { convention, set: 0, nearest, radiance_scale, layers, bindings, pass })
+        Ok(Self { convention, set: 0, nearest, radiance_scale, bindings, pass })
     }
 
     /// Takes a host's images for the frame that is to be recorded, in a descriptor set of its own.
@@ -285,7 +296,6 @@ impl Background {
                 Some(DepthKind::Planar) => 1,
                 Some(DepthKind::Radial) => 2,
             },
-            layers: self.layers.into(),
         };
         self.pass.dispatch(commands, &self.bindings, self.set, bytemuck::bytes_of(&push), groups);
     }

@@ -19,7 +19,6 @@ use crate::rain::field::{ClassRecord, Field, MOST_GROUPS, Seen};
 use crate::rain::flat_sizes::Shares;
 use crate::rain::flat_suns;
 use crate::rain::grain::GrainRecord;
-use crate::rain::medium::MediumRecord;
 use crate::scene::Scene;
 
 /// Room for more drops than the first frame's cells hold: the next frames' hold others.
@@ -33,7 +32,7 @@ struct Record {
     shown: [f32; 4],
     groups: [u32; 4],
     band_depths: [f32; MAX_BANDS as usize],
-    medium: MediumRecord,
+    medium: [f32; 4],
     grain: GrainRecord,
     classes: [ClassRecord; abi::MOST_CLASSES as usize],
 }
@@ -41,14 +40,6 @@ struct Record {
 const _: () = {
     assert!(offset_of!(Record, band_depths) == offset_of!(RainField, band_depths));
     assert!(offset_of!(Record, medium) == offset_of!(RainField, medium));
-    assert!(
-        offset_of!(MediumRecord, optical_depths)
-            == offset_of!(RainField, depths) - offset_of!(RainField, medium)
-    );
-    assert!(
-        offset_of!(MediumRecord, from_below)
-            == offset_of!(RainField, from_below) - offset_of!(RainField, medium)
-    );
     assert!(offset_of!(Record, grain) == offset_of!(RainField, grain_base));
     assert!(offset_of!(Record, classes) == offset_of!(RainField, classes));
     assert!(size_of::<Record>() == size_of::<RainField>());
@@ -57,13 +48,15 @@ const FLAT_SUNS: usize = offset_of!(RainTables, flat_suns);
 const FLAT_SHARES: usize = offset_of!(RainTables, flat_shares);
 const LAWS: usize = offset_of!(RainTables, laws);
 const SLABS: usize = offset_of!(RainTables, slabs);
+const MEDIUM: usize = offset_of!(RainTables, medium);
 const GROUP_SLABS: usize = size_of::<RainTables>();
 
 // Where the shaders count words to.
 const _: () = {
     let angles = abi::FLAT_SUN_ANGLES as usize;
     assert!(LAWS == 0 && SLABS == 4 * (abi::MOST_CLASSES * abi::LAW_WORDS) as usize);
-    assert!(FLAT_SUNS == SLABS + 32 * abi::MOST_SLABS as usize);
+    assert!(MEDIUM == SLABS + 32 * abi::MOST_SLABS as usize);
+    assert!(FLAT_SUNS == MEDIUM + 16 * abi::MEDIUM_DEPTHS as usize);
     assert!(GROUP_SLABS == FLAT_SUNS + 16 * (angles.pow(3) + 2 * abi::FLAT_ELEVATIONS as usize));
 };
 
@@ -75,7 +68,7 @@ pub struct Cells {
     pub drops: f64,
     /// `RainField` of `glsl/include/rain_field.glsl`, written anew for each frame.
     pub field: Buffer,
-    /// `RainTables`, of which the slabs are written anew for each frame, too.
+    /// `RainTables`, of which slabs and medium are written anew for each frame, too.
     pub tables: Buffer,
     rain: Field,
     cutoff_px: f64,
@@ -146,14 +139,15 @@ impl Cells {
             shown: [seen.thinned_px, seen.radius_unit, seen.extent2, seen.millimetres],
             groups: [seen.groups(), self.placed, seen.own, 0],
             band_depths: seen.band_depths,
-            medium: seen.medium.unwrap_or_else(MediumRecord::zeroed),
-            grain: seen.grain,
+            medium: seen.medium.map_or([0.0; 4], |medium| medium.range),
+            grain: seen.grain.map_or_else(GrainRecord::zeroed, |grain| grain.record),
             ..Record::zeroed()
         };
         record.classes[..seen.classes.len()].copy_from_slice(&seen.classes);
-        let group_slabs = seen.group_slabs();
+        let (group_slabs, medium) = (seen.group_slabs(), medium_words(seen));
         update_buffer(device, commands, &self.field, 0, bytemuck::bytes_of(&record));
-        let parts: [(usize, &[u8]); 2] = [
+        let parts: [(usize, &[u8]); 3] = [
+            (MEDIUM, bytemuck::cast_slice(&medium)),
             (SLABS, bytemuck::cast_slice(&seen.slabs)),
             (GROUP_SLABS, bytemuck::cast_slice(&group_slabs)),
         ];
@@ -161,6 +155,14 @@ impl Cells {
             update_buffer(device, commands, &self.tables, first as u64, bytes);
         }
     }
+}
+
+/// The medium's depth by depth, and its grain's variance; nothing where there is none.
+fn medium_words(seen: &Seen) -> Vec<[f32; 4]> {
+    let Some(medium) = &seen.medium else { return Vec::new() };
+    let variances = seen.grain.map_or([0.0; abi::MEDIUM_DEPTHS as usize], |grain| grain.variances);
+    let depths = medium.optical_depths.iter().zip(medium.from_below).zip(variances);
+    depths.map(|((level, from_below), variance)| [*level, from_below, variance, 0.0]).collect()
 }
 
 /// By elevation: the shares of flattened drops in the medium, then in drops that are shown one by one.

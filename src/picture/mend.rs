@@ -66,6 +66,10 @@ impl fmt::Display for Mended {
 /// # Errors
 /// No pixel has a value: there is nothing to mend from.
 pub(crate) fn mend(pixels: &mut [Vec3], width: usize, edges: Edges) -> Result<Mended, String> {
+    if !pixels.is_empty() && pixels.iter().all(|pixel| pixel.is_finite()) {
+        let overflow = pixels.iter().fold(OVERFLOW, |most, pixel| most.max(pixel.max_element()));
+        return Ok(Mended { overflow, ..Mended::default() });
+    }
     let is_hole = |pixel: Vec3| pixel.is_nan() || pixel.min_element() == f32::NEG_INFINITY;
     if pixels.iter().all(|pixel| is_hole(*pixel)) {
         return Err("is full of NaN: no texel is finite".into());

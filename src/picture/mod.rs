@@ -15,6 +15,7 @@ pub mod tone_map;
 use std::fs::File;
 use std::io::{BufReader, Cursor, Read, Seek as _, SeekFrom};
 use std::path::Path;
+use std::sync::LazyLock;
 
 use exr::prelude::{WritableImage, f16};
 use glam::Vec3;
@@ -184,9 +185,34 @@ pub fn write_png(path: &Path, width: u32, height: u32, srgb: &[u8]) -> Result<()
     write_whole(path, &bytes)
 }
 
-/// Display value of a linear one in 0 to 1, by the sRGB curve (IEC 61966-2-1), rounded to 8 bits.
+/// Linear steps into which 0 to 1 is divided: so fine that no two values of 8 bits begin in the same one.
+const STEPS: usize = 4096;
+
+/// The value of 8 bits at the beginning of each step, and the least linear value of each.
+static BYTES: LazyLock<([u8; STEPS + 1], [f32; 257])> = LazyLock::new(|| {
+    let byte = |linear: f32| (srgb_of_linear(linear) * 255.0).round() as u8;
+    let mut least = [f32::INFINITY; 257];
+    let mut all = 0..=1f32.to_bits();
+    for value in 1..=255 {
+        // Floats over 0 are in the order of their bits.
+        let (mut low, mut high) = (*all.start(), *all.end());
+        while low < high {
+            let middle = low.midpoint(high);
+            if byte(f32::from_bits(middle)) < value { low = middle + 1 } else { high = middle }
+        }
+        least[usize::from(value)] = f32::from_bits(low);
+        all = low..=1f32.to_bits();
+    }
+    (std::array::from_fn(|step| byte(step as f32 / STEPS as f32)), least)
+});
+
+/// Display value of a linear one in 0 to 1, by the sRGB curve (IEC 61966-2-1), rounded to 8 bits; by a table.
 pub fn srgb_byte(linear: f32) -> u8 {
-    (srgb_of_linear(linear) * 255.0).round() as u8
+    // NaN is not over 0.
+    let linear = if linear > 0.0 { linear.min(1.0) } else { 0.0 };
+    let (first, least) = &*BYTES;
+    let byte = first[(linear * STEPS as f32) as usize];
+    byte + u8::from(linear >= least[usize::from(byte) + 1])
 }
 
 /// Display value, 0 to 1, of a linear one (clamped to 0 to 1), by the sRGB curve.

@@ -4,11 +4,13 @@
 //! Along a ray the rain is a Poisson process: with ρ drops a volume, each of radius r, the drops met
 //! per length are σ = ρπr², and the first is met between a and b with probability e^-σa - e^-σb.
 
+use std::f64::consts::PI;
+
 use glam::DVec3;
 
 use super::Cutoff;
 use crate::environment::Environment;
-use crate::picture::tone_map::{Exposure, display, exposure_of};
+use crate::picture::tone_map::{Exposure, apply, exposure_of};
 use crate::picture::{Picture, srgb_of_linear};
 use crate::rain::Rain;
 use crate::rain::thinned::drops_drawn;
@@ -81,7 +83,7 @@ impl Demand {
             if is_seen {
                 let far = (distance * distance - drop.radius * drop.radius).sqrt();
                 let radius_px = view.focal_px * drop.radius / far;
-                let pixels = (std::f64::consts::PI * radius_px * radius_px).min(self.pixels);
+                let pixels = (PI * radius_px * radius_px).min(self.pixels);
                 self.visible += 1.0;
                 self.classes.push(SizeClass {
                     radius_px,
@@ -104,7 +106,7 @@ impl Demand {
     fn add_population(&mut self, rain: &Rain, scene: &Scene, view: &View, near_radii: f64) {
         let half = rain.half_extent;
         let density = f64::from(rain.count) / (8.0 * half.x * half.y * half.z);
-        let met = density * std::f64::consts::PI * rain.radius * rain.radius;
+        let met = density * PI * rain.radius * rain.radius;
         let near = scene.camera.near.max(rain.radius);
         let rays = f64::from(GRID * GRID);
         // Classes an octave of radius apart, from what fills the picture to the box's far corner.
@@ -181,7 +183,7 @@ impl Demand {
         while above(from) > FEWEST {
             let drops = above(from) - above(2.0 * from);
             let radius_px = (std::f64::consts::SQRT_2 * from).max(thinned_px);
-            let pixels = drops * std::f64::consts::PI * radius_px * radius_px;
+            let pixels = drops * PI * radius_px * radius_px;
             let share = pixels / self.pixels;
             self.classes.push(SizeClass {
                 radius_px,
@@ -197,7 +199,7 @@ impl Demand {
 
 /// How much of a pixel a drop takes where it takes any, on the mean over what it takes.
 fn filled(radius_px: f64) -> f64 {
-    let area = std::f64::consts::PI * radius_px * radius_px;
+    let area = PI * radius_px * radius_px;
     area / (1.0 + area)
 }
 
@@ -214,17 +216,24 @@ fn exit(ray: DVec3, half_extent: DVec3) -> f64 {
     (half_extent / ray.abs().max(DVec3::splat(1e-12))).min_element()
 }
 
-/// Texels across of which [`contrast`] takes all.
-const MOST_ACROSS: u32 = 4096;
+/// Texels across of which [`contrast`] takes all; of a wider environment it takes every n-th.
+const MOST_ACROSS: u32 = 512;
 
 /// How much tone-mapped radiance varies over the sphere: standard deviation of the sRGB luminance.
 /// Errors of a drop, which shows the whole sphere, grow with it.
 pub fn contrast(environment: &Environment) -> f64 {
-    contrast_at(environment, exposure_of(&ToneMap::default(), &of_environment(environment)))
+    environment.contrast_by(|| {
+        let seen = some_of(environment);
+        contrast_of(&seen, exposure_of(&ToneMap::default(), &seen))
+    })
 }
 
-/// The environment, or every n-th texel of a large one: further pictures of it would take 12 bytes for each texel.
-fn of_environment(environment: &Environment) -> Picture {
+/// [`contrast`] at a picture's exposure.
+pub fn contrast_at(environment: &Environment, exposure: Exposure) -> f64 {
+    contrast_of(&some_of(environment), exposure)
+}
+
+fn some_of(environment: &Environment) -> Picture {
     let step = environment.width().div_ceil(MOST_ACROSS);
     let (width, height) = (environment.width() / step, environment.height() / step);
     let texel =
@@ -233,18 +242,17 @@ fn of_environment(environment: &Environment) -> Picture {
     Picture { width, height, pixels }
 }
 
-/// [`contrast`] at a picture's exposure.
-pub fn contrast_at(environment: &Environment, exposure: Exposure) -> f64 {
-    let shown = display(exposure, &of_environment(environment));
+fn contrast_of(seen: &Picture, exposure: Exposure) -> f64 {
     let (mut sum, mut squares, mut total) = (0.0, 0.0, 0.0);
-    for (index, pixel) in shown.pixels.iter().enumerate() {
-        let row = (index / shown.width as usize) as f64;
-        let weight = (std::f64::consts::PI * (row + 0.5) / f64::from(shown.height)).sin();
-        for channel in pixel.to_array() {
-            let value = f64::from(srgb_of_linear(channel));
-            sum += weight * value;
-            squares += weight * value * value;
-            total += weight;
+    for (row, pixels) in seen.pixels.chunks_exact(seen.width as usize).enumerate() {
+        let weight = (PI * (row as f64 + 0.5) / f64::from(seen.height)).sin();
+        for pixel in pixels {
+            for channel in apply(exposure, *pixel).to_array() {
+                let value = f64::from(srgb_of_linear(channel));
+                sum += weight * value;
+                squares += weight * value * value;
+                total += weight;
+            }
         }
     }
     (squares / total - (sum / total).powi(2)).max(0.0).sqrt()

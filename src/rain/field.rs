@@ -4,7 +4,6 @@
 //! A drop is shown by itself if its radius is at least the cut-off in pixels, so each class is seen to a depth
 //! of its own. Its cells are listed in layers: [`Slab`].
 
-use bytemuck::Zeroable as _;
 use glam::{DVec3, Vec3};
 
 use crate::abi::{self, CELLS_GROUP, MAX_BANDS};
@@ -12,7 +11,7 @@ pub use crate::abi::{RainClass as ClassRecord, Slab};
 use crate::rain::cells::{CellDrop, DIAMETER_UNIT, Lattice, Place};
 use crate::rain::cull::{Sight, Visibility};
 use crate::rain::flat_sizes::Parted;
-use crate::rain::grain::{Grain, GrainRecord};
+use crate::rain::grain::{Grain, Grained};
 use crate::rain::law::Law;
 use crate::rain::medium::{MediumRecord, Outlines};
 use crate::rain::pyramid::Pyramid;
@@ -75,7 +74,7 @@ pub struct Seen {
     /// Far rain as a medium; none where it is left out, or all drops are shown.
     pub medium: Option<MediumRecord>,
     /// Its noise.
-    pub grain: GrainRecord,
+    pub grain: Option<Grained>,
     /// Drops of the cells that are looked into, on average.
     pub drops_in_cells: f64,
     /// Number of these cells that hold a drop, on average.
@@ -196,7 +195,7 @@ impl Field {
                 let outlines = self.outlines.as_ref();
                 MediumRecord::new(&self.law, outlines, scales, self.rain.extent, metres)
             }),
-            grain: GrainRecord::zeroed(),
+            grain: None,
             drops_in_cells: 0.0,
             cells_with_drops: 0.0,
             own: self.own as u32,
@@ -236,7 +235,7 @@ impl Field {
             let grain = Grain { law, air_density, focal_px, cutoff_px, exposed, widened };
             let (lattice, place) = (&self.lattices[number], &seen.places[number]);
             let way = scene.drawn_motion_of(lattice.velocity / metres).length() * metres;
-            seen.grain = grain.record(median, lattice, place, way, metres);
+            seen.grain = Some(grain.record(median, lattice, place, way, metres));
         }
         seen.band_depths = band_depths(&self.lattices, &seen.classes);
         Some(seen)

@@ -28,7 +28,16 @@ use crate::rain::visibility::{depth_of_radius, radius_px, streak_px, variance_sh
 const DEPTHS: usize = MEDIUM_DEPTHS as usize;
 const SIZES: usize = 64;
 
-/// The grain of a frame, as `RainField` of `glsl/include/rain_field.glsl` has it; all 0 where there is none.
+/// The grain of a frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Grained {
+    /// The lattice that the noise is of.
+    pub record: GrainRecord,
+    /// Variance of the optical depth on the view axis, by the cube root of the inverse depth, from the nearest on.
+    pub variances: [f32; DEPTHS],
+}
+
+/// The lattice of the grain, as `RainField` of `glsl/include/rain_field.glsl` has it; all 0 where there is none.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct GrainRecord {
@@ -38,8 +47,6 @@ pub struct GrainRecord {
     within: [f32; 4],
     /// Cells from the camera to where the noise is; the last is unused.
     scale: [f32; 4],
-    /// Variance of the optical depth on the view axis, by the cube root of the inverse depth, from the nearest on.
-    variances: [f32; DEPTHS],
 }
 
 /// What a frame's grain is of.
@@ -59,7 +66,7 @@ pub struct Grain<'a> {
 }
 
 impl Grain<'_> {
-    /// The record that the shader reads: by the lattice of the drops of the median size, and the camera's place in it; `way` is
+    /// What the shader reads: by the lattice of the drops of the median size, and the camera's place in it; `way` is
     /// how far a drop moves while it is seen, in metres; `metres` are in a scene unit.
     pub fn record(
         &self,
@@ -68,7 +75,7 @@ impl Grain<'_> {
         camera: &Place,
         way: f64,
         metres: f64,
-    ) -> GrainRecord {
+    ) -> Grained {
         let far = 2.0 * depth_of_radius(self.focal_px, median, self.cutoff_px);
         let pixel = far / self.focal_px;
         let streak = streak_px(self.focal_px, way, 1.0, far);
@@ -84,7 +91,8 @@ impl Grain<'_> {
             scale[axis] = (far / 2f64.powi(bits - 32 + lattice.log2_edge)) as f32;
         }
         within[3] = (self.nearest() / metres) as f32;
-        GrainRecord { base, within, scale, variances: self.variances().map(|v| v as f32) }
+        let record = GrainRecord { base, within, scale };
+        Grained { record, variances: self.variances().map(|v| v as f32) }
     }
 
     /// Depth from which on there is a medium, in metres.

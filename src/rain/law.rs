@@ -104,15 +104,24 @@ impl Law {
         if from >= to {
             return 0.0;
         }
+        self.moment_from(k, from)(to)
+    }
+
+    /// [`Law::moment_between`] of diameters from `from` on to any, both within the cut-offs.
+    fn moment_from(&self, k: f64, from: f64) -> impl Fn(f64) -> f64 {
         let s = k + self.mu + 1.0;
-        if self.slope * to < NEARLY_FLAT {
-            return self.intercept * self.nearly_flat(s, from, to);
-        }
-        let (a, b) = (self.slope * from, self.slope * to);
+        let a = self.slope * from;
         // The incomplete function that is small here is taken: its difference cancels least.
-        let share =
-            if a > s { gamma_ur(s, a) - gamma_ur(s, b) } else { gamma_lr(s, b) - gamma_lr(s, a) };
-        self.intercept * (ln_gamma(s) - s * self.slope.ln()).exp() * share
+        let takes_upper = a > s;
+        let first = if takes_upper { gamma_ur(s, a) } else { gamma_lr(s, a) };
+        let all = self.intercept * (ln_gamma(s) - s * self.slope.ln()).exp();
+        move |to| {
+            let b = self.slope * to;
+            if b < NEARLY_FLAT {
+                return self.intercept * self.nearly_flat(s, from, to);
+            }
+            all * if takes_upper { first - gamma_ur(s, b) } else { gamma_lr(s, b) - first }
+        }
     }
 
     /// ∫ D^(s-1) exp(-ΛD) dD where ΛD is small: the exponential as a sum of powers.
@@ -190,20 +199,25 @@ impl Law {
 
     /// The quantile among the drops between two diameters alone.
     pub fn quantile_between(&self, k: f64, u: f64, from: f64, to: f64) -> f64 {
-        let wanted = u * self.moment_between(k, from, to);
+        let moment = self.moment_from(k, from);
+        let wanted = u * moment(to);
         let (mut low, mut high) = (from, to);
-        let mut diameter = 0.5 * (low + high);
-        // Newton's steps, and halvings where one leads out of what is left. They end within rounding.
+        let mut diameter = from + u * (to - from);
+        // Newton's steps, and halvings where one leads out of what is left. They end within rounding: after so small a step of
+        // Newton's what is left is its square.
         loop {
-            let over = self.moment_between(k, from, diameter) - wanted;
+            let over = moment(diameter) - wanted;
             if over < 0.0 {
                 low = diameter
             } else {
                 high = diameter
             }
             let newton = diameter - over / self.density(k, diameter);
-            let next = if low < newton && newton < high { newton } else { 0.5 * (low + high) };
-            if (next - diameter).abs() <= 2.0 * f64::EPSILON * diameter {
+            let (next, least) = match low < newton && newton < high {
+                true => (newton, 1e-9),
+                false => (0.5 * (low + high), 2.0 * f64::EPSILON),
+            };
+            if (next - diameter).abs() <= least * diameter {
                 return next;
             }
             diameter = next;

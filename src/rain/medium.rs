@@ -8,8 +8,6 @@
 use crate::rain::law::{Law, extinction};
 use std::f64::consts::PI;
 
-use bytemuck::{Pod, Zeroable};
-
 use crate::rain::shape::Halves;
 use crate::rain::thinned::Reach;
 use crate::rain::visibility::{Frustum, depth_of_radius};
@@ -108,9 +106,8 @@ pub fn cutoff_of_budget(law: &Law, frustum: &Frustum, drops: f64) -> f64 {
 /// Depths at which a medium's optical depth is tabulated.
 const DEPTHS: usize = crate::abi::MEDIUM_DEPTHS as usize;
 
-/// The medium of a frame, as `RainField` of `glsl/include/rain_field.glsl` has it.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+/// The medium of a frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MediumRecord {
     /// Depth from which on all rain is medium; extinction a scene unit, seen level; distance of the rain's end; extinction
     /// seen from below, over 0.

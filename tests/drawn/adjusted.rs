@@ -311,6 +311,20 @@ fn what_a_device_takes_does_not_show_on_a_pane() {
     draw_alike(&scenes, &[SIDES[0], SIDES[2]], frame);
 }
 
+/// Placed drops that move and are more than a binding holds, of which a dispatch does 131,072: each goes its own way.
+#[test]
+fn placed_drops_in_several_dispatches_go_their_own_ways() {
+    let mut scene =
+        on_tiles(150_000, ImageSize { width: 128, height: 64 }, 0.3, (0.0, 0.0), Preset::Fast);
+    for (number, drop) in scene.drops.iter_mut().enumerate() {
+        drop.velocity = DVec3::new((number % 7) as f64, (number % 11) as f64 - 5.0, 0.0);
+    }
+    scene.time = 0.5;
+    scene.camera.shutter = 0.2;
+    let short: Side = ("short bindings", |report| report.limits.max_storage_buffer_range = 8 << 20);
+    draw_alike(&[("two dispatches", scene)], &[short], frame);
+}
+
 /// Rays that are more than a dispatch does are found by further ones. On a device of 64 workgroups along an axis it does the
 /// blocks of so many.
 #[test]

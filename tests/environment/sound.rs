@@ -3,7 +3,7 @@
 use exr::prelude::*;
 use glam::{DVec3, Vec3, vec3};
 use raindrops::environment::Environment;
-use raindrops::picture::Picture;
+use raindrops::picture::{Picture, srgb_byte};
 use raindrops::scene::EnvironmentChoice;
 
 use crate::files::{self, COMPRESSIONS, Folder, HEIGHT, WIDTH, radiance};
@@ -323,4 +323,24 @@ fn a_scene_s_choice_is_opened() {
     assert!(constant(vec3(f32::NAN, 0.5, 0.0)).is_err());
     let sky = Environment::open(&EnvironmentChoice::default()).expect("the bundled sky");
     assert_eq!(sky.name(), "sky (bundled)");
+}
+
+/// Bytes are looked up; the curve itself says the same, at both sides of each step and everywhere else.
+#[test]
+fn bytes_are_those_of_the_srgb_curve() {
+    let by_curve = |linear: f64| {
+        let encoded = match linear <= 0.003_130_8 {
+            true => 12.92 * linear,
+            false => 1.055 * linear.powf(1.0 / 2.4) - 0.055,
+        };
+        255.0 * encoded
+    };
+    for step in 0..=2_000_000u32 {
+        let linear = f64::from(step) / 2e6;
+        let (found, exact) = (srgb_byte(linear as f32), by_curve(linear));
+        // In float32 a value at half a byte may be either.
+        assert!((f64::from(found) - exact).abs() < 0.5 + 1e-4, "{linear}: {found}, {exact}");
+    }
+    let odd = [-1.0, f32::NAN, f32::NEG_INFINITY, 0.0, 1.0, 2.0, f32::INFINITY];
+    assert_eq!(odd.map(srgb_byte), [0, 0, 0, 0, 255, 255, 255]);
 }

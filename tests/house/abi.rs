@@ -44,10 +44,6 @@ fn some_numbers_are_those_that_a_reader_finds_in_the_shaders() {
         [offset_of!(BackgroundPush, depth), offset_of!(BackgroundPush, color_scale)],
         [0, 16]
     );
-    assert_eq!(
-        [offset_of!(BackgroundPush, depth_kind), offset_of!(BackgroundPush, layers)],
-        [20, 24]
-    );
     // renew_map.comp: three vectors, then two words; motion_depth.frag: two words, then one.
     assert_eq!([offset_of!(RenewalPush, scale), offset_of!(RenewalPush, edge)], [48, 52]);
     assert_eq!([offset_of!(MotionDepthPush, pixel), offset_of!(MotionDepthPush, is_depth)], [0, 8]);

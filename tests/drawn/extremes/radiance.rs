@@ -2,6 +2,7 @@
 
 use glam::{DVec3, Vec3};
 use raindrops::environment::Environment;
+use raindrops::environment::guess::Guess;
 use raindrops::picture::Picture;
 use raindrops::picture::metrics::rel_mse;
 use raindrops::plan::{Output, plan};
@@ -253,7 +254,7 @@ fn images_of_any_sun_are_finite() {
 fn a_guess_holds_the_brightest_plate() {
     let plate = Picture { width: 64, height: 48, pixels: vec![Vec3::splat(3e38); 64 * 48] };
     let view = Scene::default().camera.view(64, 48);
-    let guess = Environment::guessed(&plate, &view).expect("an environment");
+    let guess = Guess::new(&view, 512).around(&plate).expect("an environment");
     assert!(guess.mended().is_nothing());
     assert!(guess.texels().iter().all(|texel| (*texel / 3e38 - 1.0).abs().max_element() < 1e-6));
 }
