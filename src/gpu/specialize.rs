@@ -151,7 +151,7 @@ mod tests {
     const ALL: Promises = Promises {
         rounds_to_nearest: true,
         reconvergence: Reconvergence::Promised,
-        ..Promises::default()
+        loses_left: false,
     };
 
     /// The instructions, each with its operation.

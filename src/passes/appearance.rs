@@ -53,8 +53,23 @@ impl Directions {
 
     /// The directions in which a frame shows far drops that stand still and are sharp.
     pub fn of(frame: &Frame) -> Self {
+        Self::between(frame, frame.frustum_x, frame.frustum_y)
+    }
+
+    /// The directions in which a frame shows any far drops: those of the whole picture, whatever part of it is drawn, for a drop
+    /// that moves or is out of focus has its place in parts that do not show it (`glsl/include/shown_from.glsl`).
+    pub fn of_whole(frame: &Frame) -> Self {
+        let ([width, height, focal, _], [x, y, ..]) = (frame.image, frame.principal);
+        let edges = |before: f32, after: f32| {
+            let [(a, b), (c, d)] = [before, after].map(|across| across.atan2(focal).sin_cos());
+            [b, a, d, c]
+        };
+        Self::between(frame, edges(x, width - x), edges(y, height - y))
+    }
+
+    /// By cosine and sine of the angles from the view axis to the left edge and the right one, and to the upper and the lower one.
+    fn between(frame: &Frame, x: [f32; 4], y: [f32; 4]) -> Self {
         let [right, up, back] = [frame.right, frame.up, frame.back].map(Vec4::from_array);
-        let (x, y) = (frame.frustum_x, frame.frustum_y);
         Self([
             x[1] * back - x[0] * right,
             x[3] * back + x[2] * right,

@@ -113,7 +113,11 @@ impl Law {
         let a = self.slope * from;
         // The incomplete function that is small here is taken: its difference cancels least.
         let takes_upper = a > s;
-        let first = if takes_upper { gamma_ur(s, a) } else { gamma_lr(s, a) };
+        let first = match takes_upper {
+            true => gamma_ur(s, a),
+            false if a > 0.0 => gamma_lr(s, a),
+            false => 0.0,
+        };
         let all = self.intercept * (ln_gamma(s) - s * self.slope.ln()).exp();
         move |to| {
             let b = self.slope * to;

@@ -180,7 +180,10 @@ impl Tiled {
         if self.composite.needs_sky(frame, recording) {
             time.time(commands, "sky", || {
                 if self.shows_far {
-                    let seen = if self.is_spread { Directions::ALL } else { Directions::of(frame) };
+                    let seen = match self.is_spread {
+                        true => Directions::of_whole(frame),
+                        false => Directions::of(frame),
+                    };
                     self.far.appearance.record(commands, seen);
                     if let Some(flat) = &self.far.flat {
                         flat.record(commands, Directions::of(frame));
