@@ -11,9 +11,9 @@
 #endif
 #include "frame.glsl"
 #include "rain.glsl"
-#include "shown_from.glsl"
 #define STREAK_LAYER_ACCESS
 #include "tile_buffers.glsl"
+#include "shown_from.glsl"
 #include "splat.glsl"
 #include "tile_drop.glsl"
 #include "lens.glsl"
@@ -212,7 +212,7 @@ void main() {
     }
     if (f.large) larges[at].index = index;
     if (f.splat) {
-        uint direction = shown_from(l.drop.relative * inversesqrt(l.distance2), l.drop.view, is_spread());
+        uint direction = shown_from(l.drop.relative * inversesqrt(l.distance2), l.drop.view);
         write_splat(node, l.distance2, index, o.center, f.half_sides, f.opacity, direction, f.first);
         push_splat(node, f.first, f.last);
     }

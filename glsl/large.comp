@@ -7,9 +7,9 @@
 // drop. See src/passes/tiles.rs.
 #include "frame.glsl"
 #include "rain.glsl"
-#include "shown_from.glsl"
 #define LARGES_ACCESS writeonly
 #include "tile_buffers.glsl"
+#include "shown_from.glsl"
 #include "bigs.glsl"
 #include "splat.glsl"
 #include "tile_drop.glsl"
@@ -160,7 +160,7 @@ uint orient(inout Large r, Found f, uint at, bool rays) {
     vec2 radial = far > 0.0 ? v.xy / far : vec2(1.0, 0.0), across = vec2(-radial.y, radial.x);
     vec2 axes = frame.image.z * f.drop.radius * vec2(sqrt(f.distance2 - f.radius2) / flat2, inversesqrt(flat2));
     mat3 world = mat3(frame.right.xyz, frame.up.xyz, frame.back.xyz);
-    uint texel = shown_from(f.drop.relative * distance_r, v, is_spread());
+    uint texel = shown_from(f.drop.relative * distance_r, v);
     vec3 n = texel_direction(texel), u, w;
     basis(n, u, w);
     vec3 out_r = world * vec3(radial * (-v.z * distance_r), far * distance_r);

@@ -148,8 +148,8 @@ void main() {
     }
 #endif
 #ifdef BEFORE
-    // A picture's colours may be more than a half holds.
-    c = min(c, 65504.0);
+    // A picture's colours may be more than a half holds, and a host's no light at all: negative, or NaN.
+    c = mix(vec3(0.0), min(c, 65504.0), greaterThan(c, vec3(0.0)));
 #endif
     uvec4 halves = half_bits(vec4(c, hidden));
     sky[at] = uvec2(halves.x | halves.y << 16, halves.z | halves.w << 16);

@@ -64,6 +64,7 @@ Slab slab_at(uint number) {
     return Slab(ivec3(first.xyz), first.w, rest.xy, rest.z, rest.w);
 }
 
+// A row of the table of the medium.
 vec4 medium_at(uint number) {
     const int FIRST = int(MOST_CLASSES * LAW_WORDS / 4u + 2u * MOST_SLABS);
     return BY_TEXELS != 0u ? uintBitsToFloat(texelFetch(table_texels, FIRST + int(number))) : tables.medium[number];

@@ -186,7 +186,7 @@ impl Tiled {
                     };
                     self.far.appearance.record(commands, seen);
                     if let Some(flat) = &self.far.flat {
-                        flat.record(commands, Directions::of(frame));
+                        flat.record(commands, seen);
                     }
                     barrier(&[Use::ComputeWrite], &[Use::ComputeWrite, Use::ComputeRead]);
                 }

@@ -147,6 +147,7 @@ fn parts_of_real_rain_have_the_chances_of_the_whole() {
     on_device(|device| {
         for (preset, rate, shutter, aperture) in [
             (Preset::Fast, 300.0, 1e-3, 0.0),
+            (Preset::Fast, 300.0, 1.0 / 60.0, 0.0),
             (Preset::Exact, 60.0, 1e-3, 0.0),
             (Preset::Exact, 60.0, 0.0, 0.02),
         ] {

@@ -49,6 +49,35 @@ fn as_light(bytes: &[u8]) -> Vec<Vec3> {
 
 const LIGHT: (vk::Format, u64) = (vk::Format::R32G32B32A32_SFLOAT, 16);
 
+/// A negative colour and NaN behind the drops are black.
+#[test]
+fn a_colour_that_is_no_light_is_black() {
+    let scene = scene(Preset::Fast);
+    on_host(Preset::Fast, |host, device| {
+        let before = |texel: [f32; 4]| {
+            let image = Filled::new(host, vk::Format::R32G32B32A32_SFLOAT, &texel);
+            let color = HostImage { exit: ImageState::SAMPLED, ..image.image() };
+            let info = ViewInfo { format: LIGHT.0, has_color: true, ..ViewInfo::default() };
+            let mut embedded = Embedded::new(host, device, &scene, &info);
+            let input = FrameInput::new(&scene, embedded.output()).before(color, 1.0);
+            host.once(|commands| {
+                // SAFETY: the images are as they are described; it is submitted once.
+                unsafe { embedded.view.record(commands, 0, &input) }.expect("a recording");
+            });
+            let light = as_light(&host.read(&embedded.target, LIGHT.1 * PIXELS as u64));
+            drop(embedded.view);
+            host.destroy_image(embedded.target);
+            host.destroy_image(image.0);
+            light
+        };
+        let expected = before([0.0, 0.0, 0.5, 1.0]);
+        assert!(expected.iter().any(|light| *light != Vec3::new(0.0, 0.0, 0.5)), "no drop shows");
+        for [red, green] in [[f32::NAN, -3.0], [-1e-6, f32::NEG_INFINITY], [-0.0, -0.4]] {
+            assert!(before([red, green, 0.5, 1.0]) == expected, "{red}, {green}");
+        }
+    });
+}
+
 /// A slanted wall through the drops, as five kinds of depth tell it.
 #[test]
 fn a_depth_hides_alike_by_every_convention() {
