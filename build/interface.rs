@@ -38,7 +38,8 @@ const VARIANTS: &[(&str, &str, &str)] = &[
     ("motion_depth.frag", "_NUMBER", "NUMBER"),
     ("output.frag", "_BUFFER", "RADIANCE_IN_BUFFER"),
     ("output.frag", "_TEXELS", "RADIANCE_IN_TEXELS"),
-    ("pane_looks.comp", "_MEAN", "MEAN"),
+    ("pane_find.comp", "_COARSE", "COARSE"),
+    ("pane_looks.comp", "_TABLE", "TABLE"),
     ("pane_rays.comp", "_BLURRED", "BLURRED"),
     ("renew_map.comp", "_CUBE", "CUBE"),
     ("tone_map.frag", "_BUFFER", "RADIANCE_IN_BUFFER"),
@@ -133,9 +134,11 @@ impl Variant {
             ("compact_counts.comp", _) => "compact",
             ("drops_point.vert" | "drops_quad.vert", _) => "drops",
             ("log_luminance.comp" | "sum_logs.comp", _) => "tone_map",
-            ("pane_dry.comp" | "pane_looks.comp" | "pane_rays.comp" | "pane_logs.comp", _) => {
-                "pane"
-            }
+            (
+                "pane_dry.comp" | "pane_find.comp" | "pane_looks.comp" | "pane_rays.comp"
+                | "pane_logs.comp",
+                _,
+            ) => "pane",
             (file, _) => file.split('.').next().unwrap_or(file),
         }
     }

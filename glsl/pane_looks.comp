@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// What drops of a pane that are out of focus look like: one invocation a place, PANE_PLACES a drop. MEAN: what is left of these,
-// one invocation a drop. See src/passes/pane/mod.rs.
+// What drops of a pane that are small or out of focus look like: one invocation a place, PANE_PLACES a drop. TABLE: what is left of
+// these, and the table of its picture, one workgroup a drop. See src/passes/pane/mod.rs.
 #define LOOKS_ACCESS
 #include "pane.glsl"
 #include "pane_light.glsl"
@@ -14,25 +14,63 @@ uint invocation() {
     return (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * gl_WorkGroupSize.x + gl_LocalInvocationID.x;
 }
 
-#ifdef MEAN
-void main() {
-    uint number = invocation();
-    if (number >= pane.drops) return;
-    PaneLook look = looks[number];
+// Where a direction is in the picture.
+vec2 pixel_towards(vec3 d) {
+    vec3 view = d.x * pane.u + d.y * pane.v + d.z * pane.normal;
+    return pixel_of(frame.image.z / max(-view.z, 1e-3) * vec2(view.x, -view.y));
+}
+
+#ifdef TABLE
+// What is left of a drop's places, by one lane: their mean.
+void sum_up(uint number, bool is_one, inout PaneLook look) {
     vec3 color = vec3(0.0);
     vec2 middle = vec2(0.0);
     float met = 0.0;
-    uint turns = look.kind == BY_RAYS ? 0u : PANE_PLACES;
+    uint turns = is_one ? look.places : 0u;
     for (uint i = 0u; i < turns; ++i) {
-        vec4 seen = halves_of(places[number * PANE_PLACES + i]);
+        vec4 seen = halves_of(seen_at(number * PANE_WORDS + i));
         color += seen.rgb;
         middle += seen.a * place_in_look(look, i);
         met += seen.a;
     }
     float share = 1.0 / max(met, 1.0);
-    looks[number].color = share * color;
-    looks[number].middle = cap_at(number).at + share * middle;
-    looks[number].area = met * look.spacing * look.spacing;
+    look.color = share * color;
+    look.middle = cap_at(number).at + share * middle;
+    look.area = met * look.spacing * look.spacing;
+}
+
+// What rays see whose disc is so far aside, in its radii.
+vec4 seen_aside(uint number, PaneLook look, vec2 aside, mat2 to_disc) {
+    float edge = soft_edge(look, to_disc);
+    // The angle by which Vogel's spiral turns.
+    const mat2 turn = mat2(-0.73736888, 0.67549029, -0.67549029, -0.73736888);
+    mat2 axes = to_disc * mat2(look.along, look.across);
+    vec2 way = vec2(1.0, 0.0);
+    vec4 sum = vec4(0.0);
+    for (uint i = 0u; i < look.places; ++i) {
+        vec4 seen = halves_of(seen_at(number * PANE_WORDS + i));
+        float far = length(axes * (sqrt((float(i) + 0.5) / float(look.places)) * way) - aside);
+        // Rays meet a place fully or in part, as it is within their disc or at its edge.
+        sum += clamp((1.0 + edge - far) / (2.0 * edge), 0.0, 1.0) * vec4(seen.rgb, seen.a);
+        way = turn * way;
+    }
+    return sum / float(look.places);
+}
+
+void main() {
+    uint number = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x, lane = gl_LocalInvocationID.x;
+    if (number >= pane.drops) return;
+    PaneLook look = looks[number];
+    if (look.kind == BY_RAYS) return;
+    sum_up(number, lane == 0u, look);
+    mat2 to_disc = inverse(rays_on_pane(footprint_of(pixel_towards(ray_to(cap_at(number).at).direction))));
+    look.reach = 1.0 + soft_edge(look, to_disc) + max(length(to_disc * look.along), length(to_disc * look.across));
+    uint edge = table_edge(look), entries = look.kind == BY_COLOR ? 0u : edge * edge;
+    for (uint i = lane; i < entries; i += gl_WorkGroupSize.x) {
+        vec2 aside = look.reach * (2.0 * vec2(i % edge, i / edge) / float(edge - 1u) - 1.0);
+        places[number * PANE_WORDS + PANE_PLACES + i] = halves(seen_aside(number, look, aside, to_disc));
+    }
+    if (lane == 0u) looks[number] = look;
 }
 #else
 // Where rays along a direction meet a drop: its disc and, where they meet it from outside, the shadow of its sphere.
@@ -52,18 +90,27 @@ PaneLook look_of(PaneCap cap, vec3 d) {
     look.from = 0.5 * (low + high) * way;
     look.along = 0.5 * (high - low) * way;
     look.across = across * vec2(-way.y, way.x);
-    look.spacing = sqrt(PI * 0.5 * (high - low) * across / float(PANE_PLACES));
     return look;
 }
 
-// By the disc that the lens makes of a point of it, over its radius.
-uint kind_of(PaneCap cap, vec3 d) {
-    vec3 view = d.x * pane.u + d.y * pane.v + d.z * pane.normal;
-    if (view.z >= -1e-3 || frame.lens.x <= 0.0) return BY_RAYS;
-    vec2 pixel = pixel_of(frame.image.z / -view.z * vec2(view.x, -view.y));
-    float lens = sqrt(abs(determinant(lens_on_pane(pixel)))), step = sqrt(abs(determinant(pixel_on_pane(pixel))));
-    if (lens < LEAST_DISC_PX * step || lens < LEAST_BLUR * cap.radius) return BY_RAYS;
-    return PANE_MODEL == BY_COLOR || lens > MOST_BLUR * cap.radius ? BY_COLOR : BY_PICTURE;
+// Places for a pixel of a drop in focus, about.
+const float PLACES_A_PIXEL = 6.0;
+
+// By its radius, and by the disc that the lens makes of a point of it.
+void choose(inout PaneLook look, PaneCap cap, vec3 d) {
+    look.kind = BY_RAYS;
+    look.places = PANE_PLACES;
+    // Of a drop beside the camera nothing is known.
+    if (dot(d, vec3(pane.u.z, pane.v.z, pane.normal.z)) >= -1e-3) return;
+    Footprint f = footprint_of(pixel_towards(d));
+    float lens2 = abs(determinant(f.lens)), step2 = abs(determinant(f.step));
+    float lens = sqrt(lens2), small = cap.radius * inversesqrt(step2);
+    bool is_sharp = lens2 < LEAST_DISC_PX * LEAST_DISC_PX * step2 || lens < LEAST_BLUR * cap.radius;
+    if (is_sharp && (small > MOST_SMALL_PX || !is_round(look, cap))) return;
+    bool is_even = sqrt(lens2 + step2 / PI) > MOST_BLUR * cap.radius || PANE_MODEL == BY_COLOR && !is_sharp;
+    bool is_wide = 2.0 * (lens + cap.radius) > (is_sharp ? NARROW_SHARP_PX : NARROW_PX) * sqrt(step2);
+    look.kind = is_even ? BY_COLOR : is_wide ? BY_WIDE_PICTURE : BY_PICTURE;
+    if (is_sharp) look.places = min(8u * uint(ceil(PLACES_A_PIXEL * PI * small * small / 8.0)), PANE_PLACES);
 }
 
 void main() {
@@ -72,13 +119,14 @@ void main() {
     PaneCap cap = cap_at(number);
     vec3 towards = ray_to(cap.at).direction;
     PaneLook look = look_of(cap, towards);
-    look.kind = kind_of(cap, towards);
+    choose(look, cap, towards);
+    look.spacing = sqrt(PI * length(look.along) * length(look.across) / float(look.places));
     look.color = vec3(0.0);
     look.middle = cap.at;
-    look.area = 0.0;
+    look.area = look.reach = 0.0;
     if (place == 0u) looks[number] = look;
-    if (look.kind == BY_RAYS) return;
+    if (look.kind == BY_RAYS || place >= look.places) return;
     Passed p = pass_pane(ray_to(cap.at + place_in_look(look, place)), look.spacing);
-    places[number * PANE_PLACES + place] = halves(p.cap == number ? vec4(p.light, 1.0) : vec4(0.0));
+    places[number * PANE_WORDS + place] = halves(p.cap == number ? vec4(p.light, 1.0) : vec4(0.0));
 }
 #endif

@@ -19,15 +19,6 @@ vec2 place_on_lens(uint number, uint count, float turned) {
     return far * vec2(cos(angle), sin(angle));
 }
 
-// How far apart a pixel's rays are on the wet face.
-float spacing_of(vec2 pixel) {
-    vec2 middle = wet_place(pane_ray(pixel + 0.5, vec2(0.0), 0.5));
-    vec2 right = wet_place(pane_ray(pixel + vec2(1.5, 0.5), vec2(0.0), 0.5)) - middle;
-    vec2 down = wet_place(pane_ray(pixel + vec2(0.5, 1.5), vec2(0.0), 0.5)) - middle;
-    float area = abs(right.x * down.y - right.y * down.x);
-    return sqrt(area / float(pane.rays));
-}
-
 // What a pixel sees: the light of the pane and its drops, the share of the picture behind; the share of drops, and the nearest.
 struct Seen {
     vec3 light;
@@ -39,7 +30,7 @@ Seen by_rays(vec2 pixel) {
     bool has_lens = frame.lens.x > 0.0;
     // Through a lens neighbours take other places, or one would see the edges of the few pictures.
     vec2 turned = fract(vec2(dot(pixel, vec2(0.75487767, 0.56984029)), dot(pixel, vec2(0.81917251, 0.67104361))));
-    float spacing = spacing_of(pixel), left = 0.0, beside = 1.0;
+    float spacing = sqrt(abs(determinant(footprint_of(pixel + 0.5).step)) / float(pane.rays)), left = 0.0, beside = 1.0;
     vec3 light = vec3(0.0);
     uint rays = pane.rays, met = 0u, nearest = NO_CAP;
 #ifdef BLURRED
@@ -79,7 +70,7 @@ Seen by_rays(vec2 pixel) {
 
 void main() {
     uint invocation = (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * gl_WorkGroupSize.x + gl_LocalInvocationID.x;
-    if (invocation >= touched_count) return;
+    if (invocation >= lists[1].count) return;
     uint number = touched[invocation], width = frame.window.z;
     vec2 pixel = vec2(frame.window.xy + uvec2(number % width, number / width));
     Seen seen = by_rays(pixel);

@@ -25,6 +25,7 @@
 //! use raindrops::scene::camera::Camera;
 //! use raindrops::scene::matrices::ClipSpace;
 //! use raindrops::scene::model::{FarRain, Preset};
+//! use raindrops::scene::pane::PaneDrop;
 //! use raindrops::scene::real_rain::RealRain;
 //!
 //! # fn rain(
@@ -34,7 +35,7 @@
 //! #     (camera_before, seconds_before): (Camera, f64),
 //! #     (commands, slot, seconds): (vk::CommandBuffer, usize, f64),
 //! #     (view_matrix, projection, size): (DMat4, DMat4, (u32, u32)),
-//! #     (view_above, projection_above): (DMat4, DMat4),
+//! #     (view_above, projection_above, my_drops): (DMat4, DMat4, Vec<PaneDrop>),
 //! # ) -> raindrops::Result<()> {
 //! # let (mut core, mut vulkan12, mut vulkan13) = Default::default();
 //! # let (width, height) = size;
@@ -87,6 +88,10 @@
 //! scene.shelter = Some(Shelter::of_host(512, 512));         // columns along x, rows along z; before `plan`
 //! let roofs = HostShelter::from_above(above, projection_above * view_above, ClipSpace::YDown)?;
 //! let input = FrameInput::new(&scene, output).under(roofs); // with each frame
+//!
+//! // Drops of your own on the scene's pane: outside of recording.
+//! scene.pane.as_mut().unwrap().drops = my_drops;            // at, radius, contact_angle; none may overlap
+//! view.renew_pane(&scene)?;
 //!
 //! // Light that changes, in place of that above.
 //! let lighting = Arc::new(Lighting::live(&device, LiveInfo::default())?); // a cube map

@@ -8,6 +8,7 @@
 #include "projection.glsl"
 
 layout(constant_id = 1) const uint PANE_REFLECTIONS = 8; // within a drop, at most
+layout(constant_id = 3) const uint PANE_MODEL = 0;       // how drops are drawn that need no rays; 0: there are none
 layout(constant_id = 4) const uint PANE_NEAREST = 0;     // 1: each pixel's nearest drop is noted
 
 struct Pane {
@@ -44,7 +45,7 @@ struct PaneCap {
     uint number;
 };
 
-layout(std430, set = 0, binding = 3) readonly buffer PaneConstants { Pane pane_constants; };
+layout(std140, set = 0, binding = 3) uniform PaneConstants { Pane pane_constants; };
 layout(std430, set = 0, binding = 4) readonly buffer PaneCaps { PaneCap caps[]; };
 // For each cell, row by row, where its drops begin, and where the last one's end; then the drops' numbers, rising in each.
 layout(std430, set = 0, binding = 5) readonly buffer PaneCells { uint cells[]; };
@@ -107,6 +108,39 @@ vec2 wet_place(PaneRay ray) {
     float cosine = ray.direction.z, to_dry = (-pane.thickness - ray.origin.z) / cosine;
     vec2 through = along / (pane.glass * cosine_in(cosine, pane.glass));
     return ray.origin.xy + to_dry * along + pane.thickness * through;
+}
+
+// Where the ray from the middle of the lens through a place of the picture leaves the glass, halfway through the exposure, and how that
+// changes: by the radius of the lens, right and down, and by a pixel. `cosine`: of a ray of length 1 along the view axis; under 0 the
+// ray meets no pane, and nothing else holds.
+struct Footprint {
+    vec2 place, slope;
+    float cosine;
+    mat2 lens, step;
+};
+
+Footprint footprint_of(vec2 pixel) {
+    vec3 d = ray_through(pixel) / frame.image.z, eye = pane.eye - 0.5 * pane.motion;
+    Footprint f;
+    f.cosine = dot(pane.normal, d);
+    float share = 1.0 / max(f.cosine, 1e-6), before = -pane.thickness - eye.z, more = pane.glass * pane.glass - 1.0;
+    f.slope = share * vec2(dot(pane.u, d), dot(pane.v, d));
+    float in_glass = inversesqrt(pane.glass * pane.glass + more * dot(f.slope, f.slope));
+    f.place = eye.xy + (before + pane.thickness * in_glass) * f.slope;
+    // How the place changes with the slope; right and down as far as the lens is moved, or the ray at a distance of 1 is.
+    vec2 bent = pane.thickness * more * in_glass * in_glass * in_glass * f.slope;
+    mat2 by_slope = (before + pane.thickness * in_glass) * mat2(1.0) - outerProduct(bent, f.slope);
+    mat2 aside = mat2(vec2(pane.u.x, pane.v.x) - pane.normal.x * f.slope, pane.normal.y * f.slope - vec2(pane.u.y, pane.v.y));
+    mat2 turned = share * by_slope * aside;
+    f.step = turned / frame.image.z;
+    f.lens = frame.lens.x * (aside - frame.lens.y * turned);
+    return f;
+}
+
+// The largest radius of the ellipse that a matrix makes of the unit disc.
+float longest_axis(mat2 m) {
+    float all = dot(m[0], m[0]) + dot(m[1], m[1]), area = determinant(m);
+    return sqrt(0.5 * (all + sqrt(max(all * all - 4.0 * area * area, 0.0))));
 }
 
 bool is_over_grid(vec2 place) {

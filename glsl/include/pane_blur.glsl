@@ -1,13 +1,13 @@
 #ifndef PANE_BLUR_GLSL
 #define PANE_BLUR_GLSL
-// The light of a pane's drops that are out of focus, in a pixel: of each the part of the lens from which it is met, times the mean of
-// what is seen of it from there. Drops do not overlap, so their parts add up.
+// The light of a pane's drops that are small or out of focus, in a pixel: of each the part of the pixel's rays that meet it, times the
+// mean of what these see of it. Drops do not overlap, so their parts add up.
 #include "pane.glsl"
 #include "pane_drops.glsl"
 #include "pane_looks.glsl"
 #include "shared_halves.glsl"
 
-// What of a pixel's rays drops that are out of focus take, their light, the nearest of them, and whether there are others.
+// What of a pixel's rays these drops take, their light, the nearest of them, and whether there are others.
 struct Blurred {
     vec3 light;
     float share;
@@ -26,23 +26,43 @@ float covered_part(float apart, float r) {
     return clamp(sum / 3.14159265, 0.0, all);
 }
 
-// Adds a drop. `to_lens`: from the wet face to the lens, in whose unit disc rays are; `middle` of them is here.
-void add_blurred(inout Blurred sum, uint number, PaneLook look, vec2 at, vec2 middle, mat2 to_lens) {
-    float scale = sqrt(abs(determinant(to_lens))), part = covered_part(length(to_lens * (look.middle - middle)), scale * sqrt(look.area / 3.14159265));
+// The part of the rays around `middle` that meet a drop. They are a disc on the wet face, `rays` by its axes; `to_disc` makes it the
+// unit disc.
+float part_of(PaneLook look, vec2 middle, mat2 rays, mat2 to_disc) {
+    vec2 apart = look.middle - middle;
+    float far = length(apart), radius = sqrt(look.area / 3.14159265), scale = sqrt(abs(determinant(to_disc)));
+    // Of a drop that is wider than the disc its own shape is seen; so it stays round where the disc, seen square on, is not.
+    if (scale * radius < 1.0 || far < 1e-3 * radius) return covered_part(length(to_disc * apart), scale * radius);
+    float wide = length(apart * rays) / far;
+    return covered_part(far / wide, radius / wide);
+}
+
+// The sums of a drop's picture over the places that rays meet around `middle`, between four entries of its table.
+vec4 picture_around(uint number, PaneLook look, PaneCap cap, vec2 middle, mat2 to_disc) {
+    uint edge = table_edge(look);
+    vec2 aside = to_disc * (middle - cap.at - look.from) / look.reach;
+    vec2 at = clamp(0.5 * aside + 0.5, vec2(0.0), vec2(1.0)) * float(edge - 1u);
+    uvec2 first = min(uvec2(at), uvec2(edge - 2u));
+    vec2 share = at - vec2(first);
+    uint from = number * PANE_WORDS + PANE_PLACES + first.y * edge + first.x;
+    vec4 upper = mix(halves_of(seen_at(from)), halves_of(seen_at(from + 1u)), share.x);
+    vec4 lower = mix(halves_of(seen_at(from + edge)), halves_of(seen_at(from + edge + 1u)), share.x);
+    return mix(upper, lower, share.y);
+}
+
+// Adds a drop.
+void add_look(inout Blurred sum, uint number, PaneLook look, PaneCap cap, vec2 middle, mat2 rays, mat2 to_disc) {
+    float part = part_of(look, middle, rays, to_disc);
     vec3 color = look.color;
-    uint turns = look.kind == BY_PICTURE ? PANE_PLACES : 0u;
-    // Rays meet a place fully or in part, as they begin within the lens or at its edge.
-    float edge = 0.75 * scale * look.spacing, weights = 0.0;
-    vec3 light = vec3(0.0);
-    for (uint i = 0u; i < turns; ++i) {
-        vec4 seen = halves_of(seen_at(number * PANE_PLACES + i));
-        float far = length(to_lens * (at + place_in_look(look, i) - middle));
-        float weight = seen.a * clamp((1.0 + edge - far) / (2.0 * edge), 0.0, 1.0);
-        light += weight * seen.rgb;
-        weights += weight;
+    if (look.kind != BY_COLOR) {
+        vec4 seen = picture_around(number, look, cap, middle, to_disc);
+        if (seen.a > 0.0) color = seen.rgb / seen.a;
+        float edge = soft_edge(look, to_disc), of_place = look.spacing * look.spacing * abs(determinant(to_disc));
+        // The sum of a place's weights over all the wet face, in discs.
+        float discs = edge < 1.0 ? 1.0 + edge * edge / 3.0 : pow(1.0 + edge, 3.0) / (6.0 * edge);
+        // A drop that is met beside its disc, too, has another shape: it is where its places are.
+        if (!is_round(look, cap)) part = min(seen.a * float(look.places) * of_place / (3.14159265 * discs), 1.0);
     }
-    if (turns > 0u) part = weights * scale * scale * look.spacing * look.spacing / 3.14159265;
-    if (weights > 0.0) color = light / weights;
     sum.light += part * color;
     sum.share += part;
     if (PANE_NEAREST != 0u && part > 0.0) sum.cap = nearer_cap(sum.cap, number);
@@ -51,15 +71,11 @@ void add_blurred(inout Blurred sum, uint number, PaneLook look, vec2 at, vec2 mi
 // All drops that a pixel's rays may meet.
 Blurred blurred_drops(vec2 pixel) {
     Blurred sum = Blurred(vec3(0.0), 0.0, NO_CAP, false);
-    PaneRay ray = pane_ray(pixel, vec2(0.0), 0.5);
-    if (ray.direction.z <= 0.0) return sum;
-    vec2 middle = wet_place(ray), slope = ray.direction.xy / ray.direction.z;
-    mat2 lens = lens_on_pane(pixel), step = pixel_on_pane(pixel);
-    // The pixel itself spreads its rays, too.
-    lens *= sqrt(1.0 + abs(determinant(step)) / (3.14159265 * max(abs(determinant(lens)), 1e-30)));
-    mat2 to_lens = inverse(lens);
-    float around = 1.1 * (length(vec4(lens[0], lens[1])) + length(vec4(step[0], step[1])));
-    vec2 way = length(ray.direction.xy) > pane.overhang ? pane.tallest * slope : vec2(0.0);
+    Footprint f = footprint_of(pixel);
+    if (f.cosine <= 0.0) return sum;
+    vec2 middle = f.place, slope = f.slope, way = way_over(f);
+    mat2 rays = rays_on_pane(f), to_disc = inverse(rays);
+    float around = around_of(f, 1.0);
     vec2 low = min(middle, middle + way) - around, high = max(middle, middle + way) + around;
     uvec2 first = cell_of(low), last = cell_of(high);
     for (uint y = first.y; y <= last.y; ++y) {
@@ -71,9 +87,12 @@ Blurred blurred_drops(vec2 pixel) {
             uvec2 of_cap = max(cell_of(cap.at - cap.reach), first);
             uvec2 others = caps_of(uvec2(of_cap.x, y));
             bool is_first = of_cap.y == y && i >= others.x && i < others.y;
-            if (!is_first || !may_touch(cap, middle, slope, around)) continue;
-            PaneLook look = look_at(number);
-            if (look.kind == BY_RAYS) sum.has_sharp = true; else add_blurred(sum, number, look, cap.at, middle, to_lens);
+            // A loop of one turn or none: CPU drivers run a branch that no lane takes.
+            uint turns = is_first && may_touch(cap, middle, slope, around) ? 1u : 0u;
+            for (uint turn = 0u; turn < turns; ++turn) {
+                PaneLook look = look_at(number);
+                if (look.kind == BY_RAYS) sum.has_sharp = true; else add_look(sum, number, look, cap, middle, rays, to_disc);
+            }
         }
     }
     return sum;

@@ -77,6 +77,18 @@ uint nearer_cap(uint a, uint b) {
     return nearer > 0.0 || nearer == 0.0 && b < a ? b : a;
 }
 
+// How far from the place of its middle a pixel's rays leave the glass, at most, or those of several pixels along both axes. What the
+// derivatives leave out is far less than the tenth more.
+float around_of(Footprint f, float pixels) {
+    return 1.1 * (longest_axis(f.lens) + 0.70710678 * pixels * longest_axis(f.step)) + length(pane.motion);
+}
+
+// Along the pane, the way of a ray from there until it is above all drops; where it meets none from outside, none.
+vec2 way_over(Footprint f) {
+    bool may_meet = length(f.slope) * inversesqrt(1.0 + dot(f.slope, f.slope)) > pane.overhang;
+    return may_meet ? pane.tallest * f.slope : vec2(0.0);
+}
+
 // Whether a drop may be met by rays that leave the glass so near to a place, with about this direction.
 bool may_touch(PaneCap cap, vec2 place, vec2 slope, float around) {
     vec2 to_cap = cap.at - place, way = cap.height * slope;

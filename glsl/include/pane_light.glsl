@@ -12,8 +12,8 @@ layout(set = 0, binding = 6) uniform sampler2D environment_map;
 // A picture behind the drops, a texel a pixel of the whole.
 layout(set = 0, binding = 7) uniform sampler2D plate_image;
 
-// Light under this share of a ray's is not followed.
-const float FAINT = 1e-6;
+// Light under this share of a ray's is not followed: by rays alone, and beside what drops look like.
+const float FAINT = 1e-6, FAINT_BESIDE_LOOKS = 5e-3;
 
 // The plate at a place of the picture, bilinear by hand: not every device filters float32.
 vec3 plate_at(vec2 pixel) {
@@ -35,10 +35,29 @@ vec3 outside_of(vec3 d, float spread) {
     return radiance(environment_map, mat3(frame.right.xyz, frame.up.xyz, frame.back.xyz) * view, spread);
 }
 
-// Radiance from a direction, or by way of the dry pane; of it `share`, and what is left of that sees the inside.
-vec3 sky_of(vec3 d, float share, float spread) {
+// What a ray through a drop sees. Beside what drops look like, all that it sees of the sky is looked up once, where it sees most of it:
+// what leaves elsewhere is some percent, most of which sees the inside.
+struct Light {
+    vec3 sky;
+    float inside;     // share that sees the inside
+    vec3 direction;   // in which the most is seen
+    float most, share;
+};
+
+// Adds what leaves in a direction. Of its share of the ray's light `weight` so much sees the sky, but for the dry pane, if it leaves
+// towards that.
+void add_exit(inout Light l, vec3 d, float weight, float share, float spread) {
     if (d.z <= 0.0) share *= 1.0 - dry_pane(-d.z);
-    return share * outside_of(vec3(d.xy, abs(d.z)), spread) + (1.0 - share) * pane.inside;
+    float sky = weight * share;
+    l.inside += weight - sky;
+    d.z = abs(d.z);
+    if (PANE_MODEL == 0u) {
+        l.sky += sky * outside_of(d, spread);
+    } else {
+        l.direction = sky > l.most ? d : l.direction;
+        l.most = max(l.most, sky);
+        l.share += sky;
+    }
 }
 
 // What of a ray's light leaves the water where it meets a surface, and where to.
@@ -63,11 +82,11 @@ Exit exit_by_base(vec3 tangent, float cosine, float water) {
     return Exit(vec3(tangent.xy, far), reflectance, out2 > 0.0 ? dry / (1.0 + dry) : 0.0);
 }
 
-// Radiance that arrives in the water of a drop at a place, from its disc's middle on, where a ray goes on along a unit direction.
-vec3 light_in_water(PaneCap cap, vec3 place, bool on_cap, vec3 d, float water, float spread) {
-    vec3 light = vec3(0.0), center = vec3(0.0, 0.0, cap.center);
-    float left = 1.0;
-    for (uint i = 0u; i <= PANE_REFLECTIONS && left > FAINT; ++i) {
+// Adds what arrives in the water of a drop at a place, from its disc's middle on, where `left` of a ray goes on along a unit direction.
+void add_from_water(inout Light l, PaneCap cap, vec3 place, bool on_cap, vec3 d, float left, float water, float spread) {
+    vec3 center = vec3(0.0, 0.0, cap.center);
+    float least = PANE_MODEL == 0u ? FAINT : FAINT_BESIDE_LOOKS;
+    for (uint i = 0u; i <= PANE_REFLECTIONS && left > least; ++i) {
         vec3 from = place - center;
         float b = dot(from, d);
         // By the distance from the disc's rim nothing cancels: both squares of the sphere's radius are left out.
@@ -81,30 +100,29 @@ vec3 light_in_water(PaneCap cap, vec3 place, bool on_cap, vec3 d, float water, f
         vec3 tangent = water * (d - dot(d, normal) * normal);
         Exit e = exit_by_base(tangent, cosine, water);
         if (on_cap) e = exit_by_cap(tangent, normal, cosine, water);
-        if (e.reflectance < 1.0) light += left * (1.0 - e.reflectance) * sky_of(e.direction, e.share, spread);
+        if (e.reflectance < 1.0) add_exit(l, e.direction, left * (1.0 - e.reflectance), e.share, spread);
         left *= e.reflectance;
         d = normalize(d - 2.0 * dot(d, normal) * normal);
     }
-    return light;
 }
 
-// Through the disc of a drop.
-vec3 light_by_disc(PaneCap cap, vec2 place, vec3 d, float water, float spread) {
-    vec2 along = d.xy;
+// What a ray sees that meets a drop at a place, from its disc's middle on: through the disc, or from outside.
+vec3 light_of_drop(PaneCap cap, vec3 place, bool outside, vec3 d, float water, float spread) {
     float in_glass = cosine_in(d.z, pane.glass), in_water = cosine_in(d.z, water);
     float enters = (1.0 - pane_fresnel(d.z, in_glass, pane.glass)) * (1.0 - pane_fresnel(in_glass, in_water, water / pane.glass));
-    vec3 light = light_in_water(cap, vec3(place - cap.at, 0.0), false, vec3(along / water, in_water), water, spread);
-    return enters * light + (1.0 - enters) * pane.inside;
-}
-
-// The light of a drop that a ray meets from outside.
-vec3 light_by_outside(PaneCap cap, vec3 place, vec3 d, float water, float spread) {
-    vec3 from = place - vec3(cap.at, 0.0), normal = normalize(from - vec3(0.0, 0.0, cap.center));
-    float cosine = clamp(-dot(d, normal), 0.0, 1.0), far = cosine_in(cosine, water);
-    float reflectance = pane_fresnel(cosine, far, water);
-    vec3 into = normalize((d + cosine * normal) / water - far * normal);
-    vec3 light = (1.0 - reflectance) * light_in_water(cap, from, true, into, water, spread);
-    return light + reflectance * sky_of(d + 2.0 * cosine * normal, 1.0, spread);
+    vec3 into = vec3(d.xy / water, in_water), reflected = vec3(0.0, 0.0, 1.0);
+    if (outside) {
+        vec3 normal = normalize(place - vec3(0.0, 0.0, cap.center));
+        float cosine = clamp(-dot(d, normal), 0.0, 1.0), far = cosine_in(cosine, water);
+        enters = 1.0 - pane_fresnel(cosine, far, water);
+        into = normalize((d + cosine * normal) / water - far * normal);
+        reflected = d + 2.0 * cosine * normal;
+    }
+    Light l = Light(vec3(0.0), 0.0, vec3(0.0, 0.0, 1.0), 0.0, 0.0);
+    add_exit(l, reflected, 1.0 - enters, outside ? 1.0 : 0.0, spread);
+    add_from_water(l, cap, place, outside, into, enters, water, spread);
+    if (PANE_MODEL != 0u) l.sky = l.share * outside_of(l.direction, spread);
+    return l.sky + l.inside * pane.inside;
 }
 
 // What a ray sees at the pane, what share of it goes on beyond, and the drop that it has met.
@@ -133,8 +151,10 @@ Passed pass_pane(PaneRay ray, float spacing) {
         vec3 colors = turns == 1u ? vec3(1.0) : vec3(equal(uvec3(i), uvec3(0u, 1u, 2u)));
         PaneCap cap = cap_at(p.cap);
         float water = pane.water[i], spread = spacing * (water - 1.0) / cap.sphere;
-        vec3 light = around != NO_CAP ? light_by_disc(cap, wet, d, water, spread)
-            : through * light_by_outside(cap, vec3(wet, 0.0) + distance * d, d, water, spread) + dry;
+        bool outside = around == NO_CAP;
+        vec3 place = vec3(wet - cap.at, 0.0) + (outside ? distance : 0.0) * d;
+        vec3 light = light_of_drop(cap, place, outside, d, water, spread);
+        if (outside) light = through * light + dry;
         p.light = mix(p.light, light, colors);
     }
     return p;

@@ -1,18 +1,18 @@
 #ifndef PANE_LOOKS_GLSL
 #define PANE_LOOKS_GLSL
-// What a drop of a pane that is out of focus looks like from the middle of the lens: at PANE_PLACES places of the wet face, and on
-// the mean. A pixel's light is then a mean over the part of these places that its rays meet, on whichever place of the lens they
-// begin.
+// What a drop of a pane that is small or out of focus looks like from the middle of the lens: at up to PANE_PLACES places of the wet
+// face, and on the mean. A pixel's light is then a mean over the part of these places that its rays meet, on whichever place of the
+// lens they begin.
 #include "pane.glsl"
 
-layout(constant_id = 2) const uint PANE_PLACES = 64; // of a drop that is out of focus
-layout(constant_id = 3) const uint PANE_MODEL = 0;   // how those are drawn:
-const uint BY_RAYS = 0, BY_PICTURE = 1, BY_COLOR = 2;
+layout(constant_id = 2) const uint PANE_PLACES = 64; // of a drop, at most
+// How a drop is drawn; as PANE_MODEL, how those out of focus are. A wide picture has a larger table.
+const uint BY_RAYS = 0, BY_PICTURE = 1, BY_COLOR = 2, BY_WIDE_PICTURE = 3;
 
 // Disc over drop from which on its picture stands for rays, and its colour for its picture. (1 to 3 grey levels of 255.)
 const float LEAST_BLUR = 0.6, MOST_BLUR = 2.0;
-// Discs in pixels under which rays find all that is to be seen.
-const float LEAST_DISC_PX = 1.5;
+// A drop is in focus whose points have discs under so many pixels. Up to this radius in pixels its picture stands for rays.
+const float LEAST_DISC_PX = 1.5, MOST_SMALL_PX = 4.0;
 
 struct PaneLook {
     vec2 from, along; // an ellipse around all places where rays meet the drop: middle, from its disc's; an axis
@@ -20,50 +20,64 @@ struct PaneLook {
     vec2 middle;      // of those places, on the wet face
     vec3 color;       // their mean
     float area;
-    uint kind;        // of the three
+    uint kind;        // of the four
     float spacing;    // of places
+    uint places;
+    float reach;      // of its table, in radii of the disc of a pixel's rays
 };
 #ifndef LOOKS_ACCESS
 #define LOOKS_ACCESS readonly
 #endif
 layout(std430, set = 0, binding = 10) LOOKS_ACCESS buffer PaneLooks { PaneLook looks[]; };
-// Four halves for each place of each drop: light; 1 where its ray meets the drop.
+// PANE_WORDS of four halves for each drop. First its places: light; 1 where their ray meets the drop. Then the table of its picture, row
+// by row, by where a pixel's rays are around the drop: sums over the places that they meet, over the number of places.
 layout(std430, set = 0, binding = 11) LOOKS_ACCESS buffer PanePlaces { uvec2 places[]; };
 // Both for passes that do not write them.
 layout(set = 0, binding = 15) uniform usamplerBuffer look_texels;
 layout(set = 0, binding = 16) uniform usamplerBuffer place_texels;
+// Edge of a table, and of one of a drop that is spread over more than NARROW_PX pixels, or in focus over more than NARROW_SHARP_PX.
+const uint NARROW = 8u, WIDE = 12u;
+const float NARROW_PX = 24.0, NARROW_SHARP_PX = 3.0;
+const uint PANE_WORDS = PANE_PLACES + WIDE * WIDE;
+
+uint table_edge(PaneLook look) {
+    return look.kind == BY_WIDE_PICTURE ? WIDE : NARROW;
+}
 
 PaneLook look_at(uint number) {
     if (BY_TEXELS == 0u) return looks[number];
     int at = int(4u * number);
     vec4 first = uintBitsToFloat(texelFetch(look_texels, at)), second = uintBitsToFloat(texelFetch(look_texels, at + 1));
     vec4 light = uintBitsToFloat(texelFetch(look_texels, at + 2));
-    uvec2 rest = texelFetch(look_texels, at + 3).xy;
-    return PaneLook(first.xy, first.zw, second.xy, second.zw, light.rgb, light.w, rest.x, uintBitsToFloat(rest.y));
+    uvec4 rest = texelFetch(look_texels, at + 3);
+    return PaneLook(first.xy, first.zw, second.xy, second.zw, light.rgb, light.w, rest.x, uintBitsToFloat(rest.y), rest.z, uintBitsToFloat(rest.w));
 }
 
 uvec2 seen_at(uint place) {
     return BY_TEXELS != 0u ? texelFetch(place_texels, int(place)).xy : places[place];
 }
 
+// Whether rays meet the drop within its disc alone.
+bool is_round(PaneLook look, PaneCap cap) {
+    return dot(look.across, look.across) < 1.001 * cap.radius * cap.radius;
+}
+
 // A place of the ellipse, from the disc's middle: the spiral of Vogel, each for an equal area.
 vec2 place_in_look(PaneLook look, uint number) {
-    float angle = 2.39996323 * float(number), far = sqrt((float(number) + 0.5) / float(PANE_PLACES));
+    float angle = 2.39996323 * float(number), far = sqrt((float(number) + 0.5) / float(look.places));
     return look.from + far * (cos(angle) * look.along + sin(angle) * look.across);
 }
 
-// How the lens's disc lies on the wet face, seen from a place of the picture: its axes are columns.
-mat2 lens_on_pane(vec2 pixel) {
-    vec2 right = wet_place(pane_ray(pixel, vec2(1.0, 0.0), 0.5)) - wet_place(pane_ray(pixel, vec2(-1.0, 0.0), 0.5));
-    vec2 up = wet_place(pane_ray(pixel, vec2(0.0, 1.0), 0.5)) - wet_place(pane_ray(pixel, vec2(0.0, -1.0), 0.5));
-    return 0.5 * mat2(right, up);
+// By how much places at the edge of the disc of a pixel's rays are met in part, in its radii.
+float soft_edge(PaneLook look, mat2 to_disc) {
+    return 0.45 * sqrt(abs(determinant(to_disc))) * look.spacing;
 }
 
-// How a pixel does.
-mat2 pixel_on_pane(vec2 pixel) {
-    vec2 right = wet_place(pane_ray(pixel + vec2(0.5, 0.0), vec2(0.0), 0.5)) - wet_place(pane_ray(pixel - vec2(0.5, 0.0), vec2(0.0), 0.5));
-    vec2 down = wet_place(pane_ray(pixel + vec2(0.0, 0.5), vec2(0.0), 0.5)) - wet_place(pane_ray(pixel - vec2(0.0, 0.5), vec2(0.0), 0.5));
-    return mat2(right, down);
+// How a pixel's rays lie on the wet face, as a disc whose axes are columns, of the area of lens and pixel; the pixel's shape is seen where
+// the lens is narrower.
+mat2 rays_on_pane(Footprint f) {
+    float of_lens = 3.14159265 * abs(determinant(f.lens)), of_pixel = abs(determinant(f.step));
+    return of_lens > of_pixel ? sqrt(1.0 + of_pixel / of_lens) * f.lens : sqrt((1.0 + of_lens / of_pixel) / 3.14159265) * f.step;
 }
 
 // The ray from the middle of the lens that leaves the glass at a place, by Newton's method for the tangent of its angle.

@@ -6,10 +6,14 @@
 // Four halves a pixel, row by row: without the pane, and with it.
 layout(std430, set = 0, binding = 1) readonly buffer Behind { uvec2 behind[]; };
 layout(std430, set = 0, binding = 2) buffer Radiance { uvec2 radiance_out[]; };
+struct TouchedList {
+    uvec3 groups; // of an indirect dispatch over it
+    uint count;
+};
+// Blocks of pixels that drops may touch, and pixels: in no order, as each is drawn by itself.
 layout(std430, set = 0, binding = 8) buffer Touched {
-    uvec3 touched_groups; // of an indirect dispatch over them
-    uint touched_count;
-    uint touched[];       // pixels, in no order: each is drawn by itself
+    TouchedList lists[2];
+    uint touched[]; // the pixels, with room for all; then the blocks
 };
 
 // Two words a pixel, where PANE_NEAREST: number of the nearest drop that covers a part of it, NO_CAP: none; the part that drops

@@ -219,6 +219,36 @@ impl Bindings {
         Ok(bindings)
     }
 
+    /// One set like the first of these but for `slots`, beside it: commands that have that one keep it.
+    ///
+    /// # Errors
+    /// See [`Bindings::of`].
+    pub fn but(&self, name: &str, slots: &[(Slot, Resource<'_>)]) -> Result<Self> {
+        let mut other = Self::new(&self.device, name, &self.slots, 1)?;
+        other.shared.clone_from(&self.shared);
+        let copies: Vec<_> = self
+            .slots
+            .iter()
+            .map(|slot| {
+                vk::CopyDescriptorSet::default()
+                    .src_set(self.sets[0])
+                    .src_binding(slot.number)
+                    .dst_set(other.sets[0])
+                    .dst_binding(slot.number)
+                    .descriptor_count(1)
+            })
+            .collect();
+        // SAFETY: the sets are alike; no commands have the new one yet.
+        unsafe { self.device.raw.update_descriptor_sets(&[], &copies) };
+        {
+            let held = self.held.lock().unwrap_or_else(PoisonError::into_inner);
+            let copied = held[..self.slots.len()].to_vec();
+            *other.held.lock().unwrap_or_else(PoisonError::into_inner) = copied;
+        }
+        other.fill(0, slots)?;
+        Ok(other)
+    }
+
     fn fill(&self, index: u32, slots: &[(Slot, Resource<'_>)]) -> Result<()> {
         slots.iter().try_for_each(|(slot, resource)| {
             // SAFETY: no commands have it yet.

@@ -22,6 +22,8 @@ pub struct Features {
     pub synchronization2: bool,
     /// A member of `VkPhysicalDeviceVulkan13Features`. SPIR-V 1.6 gives workgroup sizes by LocalSizeId, which is part of it.
     pub maintenance4: bool,
+    /// A member of `VkPhysicalDeviceVulkan13Features`. What `discard` becomes in SPIR-V 1.6, by compilers from 2024 on.
+    pub shader_demote_to_helper_invocation: bool,
 }
 
 impl Features {
@@ -42,6 +44,7 @@ impl Features {
             dynamic_rendering: is(vulkan13.dynamic_rendering),
             synchronization2: is(vulkan13.synchronization2),
             maintenance4: is(vulkan13.maintenance4),
+            shader_demote_to_helper_invocation: is(vulkan13.shader_demote_to_helper_invocation),
         }
     }
 
@@ -63,10 +66,14 @@ impl Features {
         set(&mut vulkan13.dynamic_rendering, self.dynamic_rendering);
         set(&mut vulkan13.synchronization2, self.synchronization2);
         set(&mut vulkan13.maintenance4, self.maintenance4);
+        set(
+            &mut vulkan13.shader_demote_to_helper_invocation,
+            self.shader_demote_to_helper_invocation,
+        );
     }
 
     /// Each with its Vulkan name.
-    pub fn named(&self) -> [(&'static str, bool); 7] {
+    pub fn named(&self) -> [(&'static str, bool); 8] {
         [
             ("largePoints", self.large_points),
             (
@@ -78,6 +85,7 @@ impl Features {
             ("dynamicRendering", self.dynamic_rendering),
             ("synchronization2", self.synchronization2),
             ("maintenance4", self.maintenance4),
+            ("shaderDemoteToHelperInvocation", self.shader_demote_to_helper_invocation),
         ]
     }
 }
@@ -131,6 +139,7 @@ impl Requirements {
                 dynamic_rendering: true,
                 synchronization2: true,
                 maintenance4: true,
+                shader_demote_to_helper_invocation: true,
             },
             extensions: &[],
             queue_flags: vk::QueueFlags::GRAPHICS | vk::QueueFlags::COMPUTE,

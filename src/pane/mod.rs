@@ -4,6 +4,7 @@
 //! - `arrivals.rs`: when which drop falls where.
 //! - `population.rs`: the drops that are there after some time.
 //! - `discs.rs`: their contact discs, found by place.
+//! - `keyframes.rs`: the drops at any time, also before the last that was asked for.
 //!
 //! **The same drops on every machine.** Arrivals are hashes of their number. What libraries may compute differently in the
 //! last digit (exponentials, angles) is rounded to 40 bits once (`settled`); from there on there are only sums, products,
@@ -11,6 +12,7 @@
 
 pub mod arrivals;
 mod discs;
+pub mod keyframes;
 pub mod population;
 pub mod retention;
 

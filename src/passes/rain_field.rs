@@ -51,15 +51,15 @@ impl RainField {
         Self { random: random_of(scene), placed, clusters, pane, pane_drops, device }
     }
 
-    /// Whether these are the drops of `scene`. Their size, box and velocity are taken from each frame's scene, as is the age of a
-    /// pane.
+    /// Whether these are the drops of `scene`. Their size, box and velocity are taken from each frame's scene, as are the age of a
+    /// pane and drops that are placed on it, if no rain falls there.
     pub fn is_of(&self, scene: &Scene) -> bool {
         self.random == random_of(scene)
             && self.placed.0 == scene.drops
             && self.placed.1 == scene.particles
             && self.placed.2 == scene.host_particles
             && match (&self.pane, &scene.pane) {
-                (Some(pane), Some(other)) => pane.is_same_but_aged(other),
+                (Some(pane), Some(other)) => pane.is_same_glass(other),
                 (pane, other) => pane.is_none() && other.is_none(),
             }
     }
@@ -91,7 +91,7 @@ impl RainField {
         Ok(sorted.insert(Arc::new(made)).clone())
     }
 
-    /// The drops on the pane at its age in `scene`, whose drops these are.
+    /// The drops on the pane in `scene`, whose drops these are.
     pub(crate) fn on_pane(&self, scene: &Scene) -> Result<Arc<PaneDrops>> {
         let mut drops = self.pane_drops.lock().unwrap_or_else(PoisonError::into_inner);
         drops.of(&self.device, scene)

@@ -289,7 +289,7 @@ impl View {
         let mut frame = self.frame(input.scene, None)?;
         if self.drawing.pane().is_some() && input.scene.pane != self.made_for.pane {
             return refuse(
-                "pane: the view shows its drops at another age; call View::age_pane first",
+                "pane: the view shows other drops, or those of another age; call View::renew_pane first",
             );
         }
         output.check(&input.output, self.size)?;
@@ -360,24 +360,17 @@ impl View {
         Ok(state)
     }
 
-    /// Shows the drops that are on the pane at its age in `scene`, by the host's own decision: outside of recording, since it
-    /// allocates and uploads. All slots must have retired.
+    /// Shows the drops that are on the pane in `scene` from the next frame on that is recorded: those of another age, or, where no
+    /// rain falls on the pane, those that the host has placed. Frames under way keep theirs. To be called outside of recording, while
+    /// the host submits nothing: it allocates, and waits for what it uploads.
     ///
     /// # Errors
-    /// [`crate::Error::Scene`] if a slot is taken, or if the scene is another than the view's by more than camera, time and age;
-    /// [`crate::Error::Memory`] if the device has no room for the drops.
-    pub fn age_pane(&mut self, scene: &Scene) -> Result<()> {
+    /// [`crate::Error::Scene`] if the scene is another than the view's by more than camera, time and these drops, or if a value is out
+    /// of its range; [`crate::Error::Memory`] if the device has no room for the drops.
+    pub fn renew_pane(&mut self, scene: &Scene) -> Result<()> {
         scene.validate("the frame")?;
         self.check(scene)?;
-        if let Some(taken) = self.slots.iter().position(|slot| slot.ticket.is_some()) {
-            return refuse(&format!(
-                "slot {taken} is taken by a frame that has not retired: its commands show the drops that are there"
-            ));
-        }
-        if let Some(drops) = self.other_on_pane(scene)? {
-            // SAFETY: all slots have retired, so by the contract of `retired` no commands of the view are on the queue or will be.
-            unsafe { self.take_on_pane(&drops)? };
-        }
+        self.take_on_pane(scene)?;
         self.made_for.pane.clone_from(&scene.pane);
         Ok(())
     }

@@ -271,11 +271,7 @@ impl Renderer {
     /// See [`Renderer::submit`].
     pub fn submit_until(&mut self, scene: &Scene, until: &Scene) -> Result<Option<FrameReport>> {
         self.view.check(scene)?;
-        if let Some(drops) = self.view.other_on_pane(scene)? {
-            self.flights.iter_mut().try_for_each(|flight| flight.wait().map(drop))?;
-            // SAFETY: all that was recorded is done.
-            unsafe { self.view.take_on_pane(&drops)? };
-        }
+        self.view.take_on_pane(scene)?;
         self.flights[self.next].wait()?;
         let finished = self.view.report(self.next)?;
         if finished.as_ref().is_some_and(FrameReport::lacks_room) {

@@ -16,7 +16,6 @@ use crate::passes::frame::{Frame, FrameBuffer, Surroundings};
 use crate::passes::heights::Heights;
 use crate::passes::motion_depth::MotionDepth;
 use crate::passes::output::Output;
-use crate::passes::pane::PaneDrops;
 use crate::passes::particles::Particles;
 use crate::passes::rain_field::RainField;
 use crate::passes::tile_grid;
@@ -292,33 +291,18 @@ impl View {
         ])
     }
 
-    /// The drops on `scene`'s pane, where those that are shown are others.
+    /// Shows the drops that are on `scene`'s pane from the next frame on that is recorded.
     ///
     /// # Errors
-    /// See [`RainField::on_pane`].
-    pub(super) fn other_on_pane(&self, scene: &Scene) -> Result<Option<Arc<PaneDrops>>> {
-        match self.drawing.pane() {
-            Some(pane) if self.rain.is_of(scene) => {
-                let drops = self.rain.on_pane(scene)?;
-                Ok((!pane.shows(&drops)).then_some(drops))
-            }
-            _ => Ok(None),
-        }
-    }
-
-    /// Shows other drops on the pane from the next frame on.
-    ///
-    /// # Errors
-    /// See [`Pane::take`].
-    ///
-    /// # Safety
-    /// That of [`Pane::take`].
-    pub(super) unsafe fn take_on_pane(&mut self, drops: &Arc<PaneDrops>) -> Result<()> {
+    /// See [`RainField::on_pane`] and [`Pane::take`](crate::passes::pane::Pane::take).
+    pub(super) fn take_on_pane(&mut self, scene: &Scene) -> Result<()> {
         if let Drawing::Tiled(tiled) = &mut self.drawing
             && let Some(pane) = &mut tiled.pane
         {
-            // SAFETY: by contract.
-            unsafe { pane.take(&self.device, drops)? };
+            let drops = self.rain.on_pane(scene)?;
+            if !pane.shows(&drops) {
+                pane.take(&self.device, &drops)?;
+            }
         }
         Ok(())
     }

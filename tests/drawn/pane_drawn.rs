@@ -138,6 +138,9 @@ fn fast_is_nearly_as_near_as_exact() {
             ("c = 0.8 r, aslant", "aperture = 0.02", aslant, spread(0.01, 35.0)),
             ("c = 1.3 r, overhang", "aperture = 0.03", aslant, spread(0.01, 95.0)),
             ("c = 0.4 r", "aperture = 0.02", SQUARE_ON, MIXED.to_vec()),
+            ("small", "", SQUARE_ON, spread(0.009, 50.0)),
+            ("small, aslant", "", aslant, spread(0.009, 35.0)),
+            ("small, c = 0.4 r", "aperture = 0.008", SQUARE_ON, spread(0.009, 60.0)),
         ] {
             let camera =
                 if camera.is_empty() { String::new() } else { format!("{camera}\nfocus = inf") };

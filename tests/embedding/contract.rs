@@ -179,6 +179,7 @@ fn requirements_are_known_before_the_device() {
         "dynamicRendering",
         "synchronization2",
         "maintenance4",
+        "shaderDemoteToHelperInvocation",
     ];
     let of_paper = ["largePoints", "shaderStorageImageWriteWithoutFormat"];
     assert_eq!(named(Preset::Fast), of_13);

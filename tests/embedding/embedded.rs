@@ -106,6 +106,11 @@ impl Embedded {
         scene: &Scene,
     ) -> (Vec<[f16; 4]>, FrameReport) {
         self.record(host, slot, scene);
+        self.finish(host, slot)
+    }
+
+    /// Submits what was recorded into a slot, and waits for it.
+    pub fn finish(&mut self, host: &Host, slot: usize) -> (Vec<[f16; 4]>, FrameReport) {
         let fence = host.fence();
         host.submit(self.commands[slot], fence);
         host.wait(fence);

@@ -1,8 +1,10 @@
 //! The picture in a host's frame is the one that `render` makes.
 
+use glam::DVec2;
 use raindrops::renderer::{FrameInput, FrameReport, ViewInfo};
 use raindrops::scene::Pane;
 use raindrops::scene::model::Preset;
+use raindrops::scene::pane::PaneDrop;
 
 use crate::embedded::{Embedded, film, on_host, rendered, scene};
 
@@ -62,50 +64,70 @@ fn a_view_that_stands_still_keeps_its_sky() {
     });
 }
 
-/// A windscreen before rain: as `render` shows it, and at another age after [`raindrops::renderer::View::age_pane`].
+/// A windscreen before rain, as `render` shows it: at another age, and with drops that the host places, whose pane may change while
+/// a frame is under way.
 #[test]
 fn a_pane_is_that_of_render() {
-    let pane = Pane {
-        distance: Some(0.3),
-        tilt: Some(20.0),
+    let glass = Pane { distance: Some(0.3), tilt: Some(20.0), ..Pane::default() };
+    let rained = |age: f64| Pane {
         rate: Some(50.0),
-        age: Some(4.0),
+        age: Some(age),
         extent: Some([0.4, 0.3]),
-        ..Pane::default()
+        ..glass.clone()
     };
-    for preset in [Preset::Fast, Preset::Exact] {
+    let placed = |number: u32| {
+        let drop = |of: u32| PaneDrop {
+            at: 0.03 * DVec2::new(f64::from(of) - 1.0, f64::from(number) - 1.0),
+            radius: 0.004 + 0.002 * f64::from(number),
+            contact_angle: None,
+        };
+        Pane { drops: (0..number + 2).map(drop).collect(), ..glass.clone() }
+    };
+    let rained = [4.0, 4.0, 4.0, 9.0, 2.0].map(rained);
+    let placed = [0, 0, 0, 2, 1].map(placed);
+    for (preset, panes) in
+        [(Preset::Fast, &rained), (Preset::Exact, &rained), (Preset::Fast, &placed)]
+    {
         let mut scenes = film(preset);
-        scenes.truncate(3);
-        scenes.iter_mut().for_each(|scene| scene.pane = Some(pane.clone()));
-        let mut older = scenes[2].clone();
-        older.pane = Some(Pane { age: Some(9.0), ..pane.clone() });
-        scenes.push(older);
+        scenes.truncate(panes.len());
+        scenes.iter_mut().zip(panes).for_each(|(scene, pane)| scene.pane = Some(pane.clone()));
+        // Drops are all that differs from here on.
+        let before = scenes[2].clone();
+        for scene in &mut scenes[3..] {
+            (scene.camera, scene.time) = (before.camera.clone(), before.time);
+        }
         let expected = rendered(&scenes);
         let mut bare = scenes[0].clone();
         bare.pane = None;
         assert!(rendered(&[bare])[0] != expected[0], "the pane is not to be seen");
-        assert!(expected[2] != expected[3], "five seconds of rain are not to be seen");
+        assert!(expected[2] != expected[3] && expected[3] != expected[4], "one drop is as another");
         on_host(preset, |host, device| {
             let mut embedded = Embedded::new(host, device, &scenes[0], &ViewInfo::default());
             for (number, scene) in scenes.iter().enumerate() {
-                if number == 3 {
+                if number >= 3 {
                     // SAFETY: it is refused before anything is recorded.
                     let refused = unsafe {
                         let input = FrameInput::new(scene, embedded.output());
                         embedded.view.record(embedded.commands[0], 0, &input)
                     };
-                    assert!(refused.is_err_and(|error| error.to_string().contains("age_pane")));
-                    embedded.record(host, 0, &scenes[2]);
-                    let taken = embedded.view.age_pane(scene).expect_err("refused").to_string();
-                    assert!(taken.contains("slot 0"), "{taken}");
-                    // SAFETY: it is never submitted.
-                    unsafe { embedded.view.retired(0) }.expect("no error");
-                    embedded.view.age_pane(scene).expect("drops");
+                    assert!(refused.is_err_and(|error| error.to_string().contains("renew_pane")));
+                    // A frame that was recorded before shows what it was recorded for.
+                    embedded.record(host, 0, &scenes[number - 1]);
+                    embedded.view.renew_pane(scene).expect("drops");
+                    embedded.record(host, 1, scene);
+                    for (slot, shown) in [number - 1, number].into_iter().enumerate() {
+                        let (picture, _) = embedded.finish(host, slot);
+                        assert!(picture == expected[shown], "{preset} slot {slot} of {number}");
+                    }
                 }
                 let (picture, _) = embedded.frame(host, number % 2, scene);
                 let differ = picture.iter().zip(&expected[number]).filter(|(a, b)| a != b).count();
                 assert!(differ == 0, "{preset} frame {number}: {differ} pixels differ");
             }
+            // The glass itself is the view's.
+            let mut thicker = scenes[4].clone();
+            thicker.pane.as_mut().expect("a pane").thickness += 0.001;
+            assert!(embedded.view.renew_pane(&thicker).is_err());
             host.destroy_image(embedded.target);
         });
     }

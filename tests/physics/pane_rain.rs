@@ -4,6 +4,7 @@ use glam::{DVec2, DVec3};
 use raindrops::optics::Cap;
 use raindrops::pane::Resting;
 use raindrops::pane::arrivals::{Arrivals, Flux};
+use raindrops::pane::keyframes::Keyframes;
 use raindrops::pane::population::{Population, Surface};
 use raindrops::pane::retention::{Retention, lean};
 use raindrops::rain::law::{Law, marshall_palmer_slope};
@@ -175,6 +176,37 @@ fn water_is_neither_made_nor_lost() {
         again.go_on_to(40.0);
         assert_eq!(again.drops(), rained.drops());
     }
+}
+
+/// More arrivals than states are kept of: 150,000, so that steps are made longer twice.
+#[test]
+fn a_pane_at_any_time_is_that_which_was_wiped_so_long_ago() {
+    let flux = flux(marshall_palmer(25.0), 30.0, 28.0);
+    let wiped = pane(&flux, 30.0, 35.0, [50.0, 20.0], 0.01, 7);
+    let rate = 0.01 * flux.number();
+    let step = 4096.0 / rate;
+    let mut found = Keyframes::new(wiped.clone(), rate);
+    // On, back, to a state that is kept, just before one, and beyond the last.
+    for age in [
+        1.5,
+        0.5 * step,
+        36.7 * step,
+        3.0,
+        16.0 * step,
+        15.999 * step,
+        0.0,
+        5.0 * step,
+        36.8 * step,
+    ] {
+        let mut expected = wiped.clone();
+        expected.go_on_to(age);
+        let found = found.at(age);
+        assert_eq!((found.drops(), found.tally), (expected.drops(), expected.tally), "{age} s");
+    }
+    // Where no rain falls, nothing changes.
+    let away = self::flux(marshall_palmer(5.0), 90.0, -5.0);
+    let dry = pane(&away, 30.0, 35.0, [50.0, 20.0], 0.0, 7);
+    assert!(Keyframes::new(dry, 0.0).at(1e9).drops().is_empty());
 }
 
 /// Mean cover of some seeds at some ages.

@@ -42,12 +42,16 @@ pub fn open(adapter: &wgpu::Adapter, required: &Requirements) -> (wgpu::Device, 
             .dynamic_rendering(required.features.dynamic_rendering);
         let mut synchronization = vk::PhysicalDeviceSynchronization2Features::default()
             .synchronization2(required.features.synchronization2);
+        let wanted = required.features.shader_demote_to_helper_invocation;
+        let mut demotion = vk::PhysicalDeviceShaderDemoteToHelperInvocationFeatures::default()
+            .shader_demote_to_helper_invocation(wanted);
         let info = vk::DeviceCreateInfo::default()
             .queue_create_infos(&queues)
             .enabled_extension_names(&names)
             .push_next(&mut query_reset)
             .push_next(&mut rendering)
-            .push_next(&mut synchronization);
+            .push_next(&mut synchronization)
+            .push_next(&mut demotion);
         let info = of_wgpu.add_to_device_create(info);
         let mut next = info.p_next.cast_mut().cast::<vk::BaseOutStructure<'_>>();
         while !next.is_null() {

@@ -1,51 +1,53 @@
-//! The drops on a scene's pane, at whatever age the pane is.
-//!
-//! Only the way forwards is short: rain goes on from the last age that was asked for. Back, it falls from the wiped pane on again, at
-//! up to a microsecond a drop that arrives. Where no extent is given, rain falls on what the first scene sees of the pane.
+//! The drops on a scene's pane from frame to frame: at whatever age the pane is, or, where no rain falls on it, whichever are placed.
+//! Where no extent is given, rain falls on what the first scene sees of it.
 
 use std::sync::Arc;
 
 use super::PaneDrops;
 use crate::Result;
 use crate::gpu::Device;
-use crate::pane::population::Population;
+use crate::pane::keyframes::Keyframes;
 use crate::scene::Scene;
+use crate::scene::pane::PaneDrop;
 
 /// The drops as they were last asked for, and what others come from.
 #[derive(Default)]
 pub(crate) struct AgingDrops {
-    wiped: Option<Population>,
-    rained: Option<Population>,
-    age: f64,
-    drops: Option<Arc<PaneDrops>>,
+    rained: Option<Keyframes>,
+    shown: Option<Shown>,
+}
+
+/// Drops on the device.
+struct Shown {
+    /// How many had arrived.
+    arrived: u64,
+    placed: Vec<PaneDrop>,
+    drops: Arc<PaneDrops>,
 }
 
 impl AgingDrops {
-    /// The drops of `scene`, whose pane differs from that of the first scene by its age alone; what the last call gave, if none has
-    /// arrived since.
+    /// The drops of `scene`, whose pane is that of the first scene but for its age, or for the drops that are placed; what the last
+    /// call gave, if these are the same.
     ///
     /// # Errors
     /// See [`PaneDrops::new`].
     pub fn of(&mut self, device: &Arc<Device>, scene: &Scene) -> Result<Arc<PaneDrops>> {
-        let age = scene.pane.as_ref().map_or(0.0, |pane| pane.age());
-        if self.drops.is_none() {
-            self.wiped = scene.pane_population();
-            self.rained.clone_from(&self.wiped);
-        } else if age < self.age && self.wiped.is_some() {
-            self.rained.clone_from(&self.wiped);
-            self.drops = None;
+        if self.shown.is_none() {
+            let wiped = scene.pane_population();
+            self.rained = wiped.map(|wiped| Keyframes::new(wiped, scene.pane_arrivals_a_second()));
         }
-        let arrived = |rained: &Option<Population>| rained.as_ref().map(|all| all.tally.arrived);
-        let before = arrived(&self.rained);
-        if let Some(rained) = &mut self.rained {
-            rained.go_on_to(age);
-        }
-        self.age = age;
-        match &self.drops {
-            Some(drops) if arrived(&self.rained) == before => Ok(drops.clone()),
+        let (age, placed) =
+            scene.pane.as_ref().map_or((0.0, &[][..]), |pane| (pane.age(), &pane.drops));
+        let rained = self.rained.as_mut().map(|rained| rained.at(age));
+        let arrived = rained.map_or(0, |rained| rained.tally.arrived);
+        match &self.shown {
+            Some(shown) if shown.arrived == arrived && shown.placed == placed => {
+                Ok(shown.drops.clone())
+            }
             _ => {
-                let caps = scene.pane_caps_of(self.rained.as_ref());
-                Ok(self.drops.insert(Arc::new(PaneDrops::new(device, &caps)?)).clone())
+                let drops = Arc::new(PaneDrops::new(device, &scene.pane_caps_of(rained))?);
+                let shown = Shown { arrived, placed: placed.to_vec(), drops };
+                Ok(self.shown.insert(shown).drops.clone())
             }
         }
     }

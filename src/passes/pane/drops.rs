@@ -15,7 +15,7 @@ use crate::gpu::{Buffer, Device, Texel, Texels};
 use crate::optics::Cap;
 
 /// Cells for each drop, about: finer ones are entered by more drops each, coarser ones have more of them.
-const CELLS_A_DROP: f64 = 2.0;
+const CELLS_A_DROP: f64 = 8.0;
 /// Most cells along an axis.
 const MOST_CELLS: f64 = 4096.0;
 

@@ -1,12 +1,12 @@
 //! A pane of glass before the camera, and the drops on it (`glsl/pane_*.comp`): between the rain's picture and the display.
 //!
-//! 1. `pane_looks`, by models `picture` and `color`: what each drop that is out of focus shows at 64 places, seen from the middle of
-//!    the lens.
+//! 1. `pane_looks`, by models `picture` and `color`: what each drop that is small or out of focus shows at up to 64 places, seen from
+//!    the middle of the lens.
 //! 2. `pane_dry`: each pixel of the rain's picture, dimmed by T of its own ray; and a list of the pixels that drops may touch, found by
 //!    the cells of a grid on the pane (`drops.rs`). Where no drop is, a pane costs no more than this.
 //! 3. `pane_rays`: these pixels. Drops in focus by rays from places of the lens through places of the pixel, followed from surface to
-//!    surface. Drops out of focus by the part of the lens that meets them, times the mean of what is seen of them from there
-//!    (`glsl/include/pane_blur.glsl`). Drops do not overlap, and a ray meets one of them at most: the parts of a pixel add up. The rest
+//!    surface. Drops that are small or out of focus by the part of the pixel's rays that meet them, times the mean of what these see of
+//!    them (`glsl/include/pane_blur.glsl`). Drops do not overlap, and a ray meets one of them at most: the parts of a pixel add up. The rest
 //!    sees the rain's picture.
 //! 4. `pane_logs`: where an exposure is derived, the sums of log luminance that the composite left are those of the picture without
 //!    the pane; so they are summed again, tile by tile.
@@ -49,6 +49,8 @@ use crate::plan::FramePlan;
 use crate::scene::Scene;
 use crate::scene::model::PaneModel;
 
+/// Words of a drop's table, as `glsl/include/pane_looks.glsl` has them.
+const TABLE: u32 = 12 * 12;
 /// Fewest rays of a pixel that a drop touches, through a pinhole and through a lens: 16 in focus are off by 3 to 5 grey levels
 /// of 255.
 const LEAST_RAYS: [u32; 2] = [16, 64];
@@ -57,13 +59,16 @@ const LEAST_RAYS: [u32; 2] = [16, 64];
 const LEAST_SHARP_RAYS: [u32; 2] = [6, 32];
 /// Reflections within a drop that are followed.
 const REFLECTIONS: u32 = 8;
-/// Places at which it is known what a drop that is out of focus shows.
+/// Most places at which it is known what a drop shows that is small or out of focus.
 const PLACES: u32 = 64;
-/// `PANE_MODEL` of `glsl/include/pane_looks.glsl`.
+/// `PANE_MODEL` of `glsl/include/pane.glsl`.
+const BY_RAYS: u32 = 0;
 const BY_PICTURE: u32 = 1;
 const BY_COLOR: u32 = 2;
-/// Words before the list of touched pixels: the groups of a dispatch, and their number.
-const TOUCHED: [u32; 4] = [0, 0, 1, 0];
+/// Words before the lists of touched blocks and pixels: the groups of a dispatch, and their number, of each.
+const TOUCHED: [u32; 8] = [0, 0, 1, 0, 0, 0, 1, 0];
+/// Pixels of a block along both axes.
+const BLOCK: u32 = 8;
 
 /// The passes, and the picture with the pane.
 pub struct Pane {
@@ -73,6 +78,7 @@ pub struct Pane {
     has_plate: bool,
     has_looks: bool,
     tiles: u32,
+    blocks: u32,
     samples: u32,
     least_rays: [u32; 2],
     groups: [u32; 3],
@@ -115,7 +121,7 @@ impl Looks {
         let make = |name, bytes| Buffer::new(device, name, bytes, usage, Memory::Device);
         let drops = u64::from(drops.max(1));
         let all = make("looks of a pane's drops", size_of::<PaneLook>() as u64 * drops)?;
-        let places = make("places of a pane's drops", 8 * u64::from(PLACES) * drops)?;
+        let places = make("places of a pane's drops", 8 * u64::from(PLACES + TABLE) * drops)?;
         let texels = [
             Texels::new(device, "texels of looks", &all, Texel::FourWords)?,
             Texels::new(device, "texels of places", &places, Texel::TwoWords)?,
@@ -144,6 +150,8 @@ struct Passes {
     /// What drops out of focus look like; none where all are drawn by rays.
     looks: Option<[ComputePipeline; 2]>,
     dry: ComputePipeline,
+    /// Touched blocks, touched pixels.
+    find: [ComputePipeline; 2],
     rays: ComputePipeline,
     /// None where no exposure is derived.
     logs: Option<ComputePipeline>,
@@ -154,15 +162,10 @@ fn is_by_looks(plan: &FramePlan) -> bool {
     matches!(plan.pane, Some(PaneModel::Picture | PaneModel::Color))
 }
 
-/// Whether drops out of focus are drawn by what they look like.
-fn has_looks(scene: &Scene, plan: &FramePlan) -> bool {
-    is_by_looks(plan) && scene.drawn_lens() > 0.0
-}
-
 impl Buffers {
     fn new(
         device: &Arc<Device>,
-        (pixels, of_nearest): (u64, u64),
+        (pixels, blocks, of_nearest): (u64, u32, u64),
         tiles: u32,
         looks: u32,
     ) -> Result<Self> {
@@ -173,11 +176,17 @@ impl Buffers {
         let (read, written) = (Usage::TRANSFER_SRC, Usage::TRANSFER_DST);
         let sums = tiles + further_sums(device.report.machine);
         let of_sums = read | written | Usage::UNIFORM_TEXEL_BUFFER;
-        let listed = size_of_val(&TOUCHED) as u64 + 4 * pixels;
+        let listed = size_of_val(&TOUCHED) as u64 + 4 * (pixels + u64::from(blocks));
         Ok(Self {
             radiance: make("picture with a pane", 8 * pixels, read | Usage::UNIFORM_TEXEL_BUFFER)?,
             log_sums: make("log luminance with a pane", 4 * u64::from(sums), of_sums)?,
-            constants: make("pane", size_of::<Constants>() as u64, written)?,
+            constants: Buffer::new(
+                device,
+                "pane",
+                size_of::<Constants>() as u64,
+                Usage::UNIFORM_BUFFER | written,
+                Memory::Device,
+            )?,
             touched: make("touched pixels", listed, written | Usage::INDIRECT_BUFFER)?,
             looks: Looks::new(device, looks)?,
             nearest: make("nearest drops on a pane", 8 * of_nearest, read)?,
@@ -193,6 +202,11 @@ impl Passes {
         has_looks: bool,
     ) -> Result<Self> {
         let is_first = plan.pane == Some(PaneModel::FirstExit);
+        let model = match plan.pane {
+            Some(PaneModel::Picture) => BY_PICTURE,
+            Some(PaneModel::Color) => BY_COLOR,
+            _ => BY_RAYS,
+        };
         // No pane has the 2^26 drops that so many texels hold, so that those of any later frame fit.
         let most = device.report.limits.max_texel_buffer_elements;
         let constants = [
@@ -200,21 +214,20 @@ impl Passes {
             [constant::PANE_REFLECTIONS, if is_first { 0 } else { REFLECTIONS }],
             [constant::PANE_PLACES, PLACES],
             [constant::PANE_NEAREST, plan.nearest.into()],
-            [
-                constant::PANE_MODEL,
-                if plan.pane == Some(PaneModel::Color) { BY_COLOR } else { BY_PICTURE },
-            ],
+            [constant::PANE_MODEL, model],
         ];
         let pipeline = |shader| ComputePipeline::new(device, shader, bindings, 0, &constants);
-        let of_looks = [shaders::PANE_LOOKS_COMP, shaders::PANE_LOOKS_COMP_MEAN];
+        let of_looks = [shaders::PANE_LOOKS_COMP, shaders::PANE_LOOKS_COMP_TABLE];
         let by_rays = match has_looks {
             true => shaders::PANE_RAYS_COMP_BLURRED,
             false => shaders::PANE_RAYS_COMP,
         };
+        let of_find = [shaders::PANE_FIND_COMP_COARSE, shaders::PANE_FIND_COMP];
         let [rays, dry] = side_by_side([by_rays, shaders::PANE_DRY_COMP], pipeline)?;
+        let find = side_by_side(of_find, pipeline)?;
         let logs = plan.log_average.then(|| pipeline(shaders::PANE_LOGS_COMP)).transpose()?;
         let looks = has_looks.then(|| side_by_side(of_looks, pipeline)).transpose()?;
-        Ok(Self { looks, dry, rays, logs })
+        Ok(Self { looks, dry, find, rays, logs })
     }
 }
 
@@ -235,10 +248,11 @@ impl Pane {
         let pixels = u64::from(width) * u64::from(height);
         let (first, end) = tile_grid::of_view(&scene.view());
         let tiles = (end[0] - first[0]) * (end[1] - first[1]);
-        let has_looks = has_looks(scene, plan);
+        let has_looks = is_by_looks(plan);
         let of_nearest = if plan.nearest { pixels } else { 1 };
+        let blocks = width.div_ceil(BLOCK) * height.div_ceil(BLOCK);
         let looks = if has_looks { drops.count } else { 0 };
-        let buffers = Buffers::new(device, (pixels, of_nearest), tiles, looks)?;
+        let buffers = Buffers::new(device, (pixels, blocks, of_nearest), tiles, looks)?;
         let nearest = Sampler::nearest(device, "plate behind a pane")?;
         let plate = match behind {
             Some(Behind::Plate(images)) => images.color.as_ref(),
@@ -268,6 +282,7 @@ impl Pane {
             has_plate: plate.is_some(),
             has_looks,
             tiles,
+            blocks,
             samples: plan.samples,
             least_rays: if is_by_looks(plan) { LEAST_SHARP_RAYS } else { LEAST_RAYS },
             groups: [width.div_ceil(across), height.div_ceil(down), 1],
@@ -280,23 +295,13 @@ impl Pane {
         Arc::ptr_eq(&self.drops, drops)
     }
 
-    /// Shows other drops from the next frame on that is recorded.
+    /// Shows other drops from the next frame on that is recorded. Frames that were recorded before keep theirs.
     ///
     /// # Errors
     /// [`crate::Error::Memory`] if the device has no room; [`crate::Error::Limit`] if they do not fit in one binding.
-    ///
-    /// # Safety
-    /// No commands that were recorded are on the queue, or will be.
-    pub(crate) unsafe fn take(
-        &mut self,
-        device: &Arc<Device>,
-        drops: &Arc<PaneDrops>,
-    ) -> Result<()> {
+    pub(crate) fn take(&mut self, device: &Arc<Device>, drops: &Arc<PaneDrops>) -> Result<()> {
         let looks = Looks::new(device, if self.has_looks { drops.count } else { 0 })?;
-        for (slot, resource) in slots_of(drops, &looks) {
-            // SAFETY: by contract no commands use the set.
-            unsafe { self.bindings.write(0, slot, &resource)? };
-        }
+        self.bindings = self.bindings.but("pane", &slots_of(drops, &looks))?;
         (self.buffers.looks, self.drops) = (looks, drops.clone());
         Ok(())
     }
@@ -374,20 +379,25 @@ impl Pane {
 
     /// Records the picture with the pane, after that of the rain and a barrier.
     pub fn record(&self, device: &Device, commands: Recorder<'_>) {
-        let Passes { looks, dry, rays, logs } = &self.passes;
+        let Passes { looks, dry, find: [blocks, pixels], rays, logs } = &self.passes;
         let wait = |after: &[Use]| memory_barrier(device, commands, &[Use::ComputeWrite], after);
         let dispatch = |pass: &ComputePipeline, groups: [u32; 3]| {
             pass.dispatch(commands, &self.bindings, 0, &[], groups);
         };
         let all = |invocations: u32, of: [u32; 3]| rows_of(invocations.div_ceil(of[0]));
-        if let (Some([places, means]), count @ 1..) = (looks, self.drops.count) {
+        if let (Some([places, tables]), count @ 1..) = (looks, self.drops.count) {
             dispatch(places, rows_of(count * PLACES / group::PANE_LOOKS_COMP[0]));
-            wait(&[Use::ComputeWrite]);
-            dispatch(means, all(count, group::PANE_LOOKS_COMP_MEAN));
+            wait(&[Use::ComputeWrite, Use::ComputeRead]);
+            dispatch(tables, rows_of(count));
         }
         dispatch(dry, self.groups);
-        wait(&[Use::ComputeWrite, Use::ComputeRead, Use::Indirect]);
-        rays.dispatch_indirect(commands, &self.bindings, &[], &self.buffers.touched, 0);
+        dispatch(blocks, all(self.blocks, group::PANE_FIND_COMP_COARSE));
+        let indirect = |pass: &ComputePipeline, list: u64| {
+            wait(&[Use::ComputeWrite, Use::ComputeRead, Use::Indirect]);
+            pass.dispatch_indirect(commands, &self.bindings, &[], &self.buffers.touched, 16 * list);
+        };
+        indirect(pixels, 0);
+        indirect(rays, 1);
         if let Some(logs) = logs {
             wait(&[Use::ComputeWrite]);
             dispatch(logs, all(self.tiles, group::PANE_LOGS_COMP));

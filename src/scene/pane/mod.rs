@@ -267,10 +267,13 @@ impl Pane {
         }
     }
 
-    /// Whether it is this pane, at whatever age.
-    pub(crate) fn is_same_but_aged(&self, other: &Self) -> bool {
-        let aged = || Self { age: other.age, ..self.clone() } == *other;
-        self == other || self.has_population() == other.has_population() && aged()
+    /// Whether it is this pane, at whatever age, or with whatever drops where only those are on it that are placed.
+    pub(crate) fn is_same_glass(&self, other: &Self) -> bool {
+        let mut aged = Self { age: other.age, ..self.clone() };
+        if !self.has_population() && !other.has_population() {
+            aged.drops.clone_from(&other.drops);
+        }
+        self.has_population() == other.has_population() && aged == *other
     }
 
     /// Velocity through the air, m/s.
