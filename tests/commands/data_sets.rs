@@ -73,7 +73,7 @@ fn shards_together_are_the_data_set() {
     for (arguments, told) in [
         (vec!["--shard", "0/2"], "shard"),
         (vec!["--shard", "3/2"], "shard"),
-        (vec!["--rates", "9,3"], "two rates"),
+        (vec!["--rates", "9,3"], "two numbers"),
         (vec!["--rates", "2,5000"], "rate = 5000"),
         (vec!["--turn", "400"], "0 to 180"),
         (vec!["--views", "0"], "--views"),
@@ -386,4 +386,45 @@ fn drops_on_a_pane_are_apart_from_rain() {
         }
     }
     assert!(without > 2000, "{without}");
+}
+
+/// Through a pane that the scene does not have: another age and other drops in each view.
+#[test]
+fn views_look_through_a_pane_that_was_wiped_some_time_ago() {
+    let folder = emptied_folder("data-sets/wiped");
+    let scene = "[image]\nwidth = 48\nheight = 48\n[rain]\nrate = 20.0\nextent = 3.0\n";
+    std::fs::write(folder.join("rain.toml"), scene).expect("a scene");
+    let arguments = ["dataset", "rain.toml", "--views", "4", "--preset", "fast", "--no-drop-lists"];
+    let (is_done, said) =
+        run(&folder, &[&arguments[..], &["--pane-ages", "2,32", "-o", "set"]].concat());
+    assert!(is_done, "{said}");
+    let set = folder.join("set");
+    let lines = std::fs::read_to_string(set.join("manifest.jsonl")).expect("a manifest");
+    let records: Vec<serde_json::Value> =
+        lines.lines().map(|line| serde_json::from_str(line).expect("JSON")).collect();
+    documented_keys("raindrops-dataset/1", &[&records[0], &records[0]["files"]]);
+    let figures = |name: &str| {
+        let figure = |record: &serde_json::Value| record[name].as_f64().expect("a number");
+        let mut found: Vec<f64> = records.iter().map(figure).collect();
+        found.sort_by(f64::total_cmp);
+        found
+    };
+    // Four ages, spread over the four doublings: by the logarithm.
+    let ages = figures("pane_age_s");
+    assert!(ages[0] >= 2.0 && ages[3] <= 32.0 && ages[3] > 6.0 * ages[0], "{ages:?}");
+    assert!(ages[1] < 12.0, "{ages:?}");
+    let covers = figures("pane_cover");
+    assert!(covers[0] > 0.0 && covers[3] > 2.0 * covers[0] && covers[3] < 0.6, "{covers:?}");
+    // Each view as a scene has the pane that was drawn.
+    let text = std::fs::read_to_string(set.join("00002/scene.toml")).expect("a scene");
+    let age = records[2]["pane_age_s"].as_f64().expect("an age");
+    let view = raindrops::scene::Scene::parse(&text, "scene.toml").expect("a scene");
+    assert_eq!(view.pane.expect("a pane").age, Some(age));
+    // Another range is another set.
+    let (is_done, said) =
+        run(&folder, &[&arguments[..], &["--pane-ages", "2,40", "-o", "set"]].concat());
+    assert!(!is_done && said.contains("32.0") && said.contains("40.0"), "{said}");
+    let (is_done, said) =
+        run(&folder, &[&arguments[..], &["--pane-ages", "2,1e9", "-o", "x"]].concat());
+    assert!(!is_done && said.contains("--pane-ages") && !folder.join("x").exists(), "{said}");
 }

@@ -40,8 +40,12 @@ pub struct DatasetArgs {
     #[arg(long, value_name = "DEGREES", value_parser = parse_turn)]
     turn: Option<f64>,
     /// Give each view a rain rate between these, in mm/h, spread evenly over the logarithm [default: the scene's rate]
-    #[arg(long, value_name = "LOW,HIGH", value_parser = parse_rates)]
+    #[arg(long, value_name = "LOW,HIGH", value_parser = parse_range)]
     rates: Option<[f64; 2]>,
+    /// Look through a pane in the rain that was wiped so many seconds before each view, spread evenly over the logarithm: the
+    /// scene's, or one that leans before the camera
+    #[arg(long, value_name = "LOW,HIGH", value_parser = parse_range)]
+    pane_ages: Option<[f64; 2]>,
     /// Make every Nth view only, starting with the Ith: for the Ith of N machines
     #[arg(long, value_name = "I/N", value_parser = parse_shard, default_value = "1/1")]
     shard: Shard,
@@ -130,11 +134,12 @@ fn parse_turn(text: &str) -> std::result::Result<f64, String> {
 }
 
 /// `2,50`.
-fn parse_rates(text: &str) -> std::result::Result<[f64; 2], String> {
-    let number =
-        |text: &str| text.parse().ok().filter(|rate: &f64| rate.is_finite() && *rate > 0.0);
+fn parse_range(text: &str) -> std::result::Result<[f64; 2], String> {
+    let number = |text: &str| text.parse().ok().filter(|one: &f64| one.is_finite() && *one > 0.0);
     text.split_once(',')
         .and_then(|(low, high)| Some([number(low)?, number(high)?]))
         .filter(|[low, high]| low <= high)
-        .ok_or_else(|| format!("'{text}' is not two rates over 0, the lower one first, like 2,50"))
+        .ok_or_else(|| {
+            format!("'{text}' is not two numbers over 0, the lower one first, like 2,50")
+        })
 }

@@ -12,6 +12,9 @@ use crate::picture::plate::Plate;
 use crate::scene::{Pane, Scene};
 use crate::{Error, Result};
 
+/// Rain on a pane that `--pane-ages` puts before a scene without real rain, mm/h.
+const USUAL_RATE: f64 = 5.0;
+
 /// What a data set is of: `dataset.toml`.
 #[derive(Serialize)]
 struct Head<'a> {
@@ -20,6 +23,8 @@ struct Head<'a> {
     views: u32,
     turn_degrees: f64,
     rates_mm_h: Option<[f64; 2]>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pane_ages_s: Option<[f64; 2]>,
     drop_lists: bool,
     /// Sets without are as those of older programs.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
@@ -39,6 +44,7 @@ pub(super) struct Set {
     pub(super) views: u32,
     turn: f64,
     rates: Option<[f64; 2]>,
+    ages: Option<[f64; 2]>,
     pub(super) drop_lists: bool,
     pub(super) masks: bool,
 }
@@ -46,7 +52,15 @@ pub(super) struct Set {
 impl Set {
     /// Fails if the options do not fit the scene.
     pub(super) fn new(args: &DatasetArgs) -> anyhow::Result<Self> {
-        let scene = args.picture.load()?;
+        let mut scene = args.picture.load()?;
+        if args.pane_ages.is_some() {
+            let rate = scene.real_rain().is_none().then_some(USUAL_RATE);
+            let leaning = Pane { distance: Some(0.2), tilt: Some(30.0), rate, ..Pane::default() };
+            scene.pane.get_or_insert(leaning);
+        }
+        for age in args.pane_ages.into_iter().flatten() {
+            aged(&scene, age).validate("--pane-ages")?;
+        }
         let is_fixed = !scene.background.is_none() || !scene.film.camera.is_empty();
         // A camera that turns would look past a pane that stands.
         let looks_through = scene.pane.as_ref().is_some_and(Pane::stands);
@@ -84,6 +98,7 @@ impl Set {
             views,
             turn,
             rates: args.rates,
+            ages: args.pane_ages,
             drop_lists: !args.no_drop_lists,
             masks: args.masks,
         })
@@ -102,6 +117,7 @@ impl Set {
             views: self.views,
             turn_degrees: self.turn,
             rates_mm_h: self.rates,
+            pane_ages_s: self.ages,
             drop_lists: self.drop_lists,
             masks: self.masks,
             environment_hash: format!("{:016x}", self.environment.hash()),
@@ -174,11 +190,23 @@ impl Set {
         {
             rain.rate = low * (high / low).powf(share);
         }
+        if let Some([low, high]) = self.ages {
+            // Another sequence, so that heavy rain falls for short times and for long ones.
+            let share = (first + f64::from(view) * 0.754_877_666_246_692_7).fract();
+            base = aged(&base, low * (high / low).powf(share));
+        }
         let number = if self.scene.film.frames() > 1 { view } else { 0 };
         let frame = base.film.frame(&base, number);
         let until = base.motion_end(&frame, number);
         (frame, until)
     }
+}
+
+/// The scene with a pane of this age, seconds.
+fn aged(scene: &Scene, age: f64) -> Scene {
+    let mut aged = scene.clone();
+    aged.pane = aged.pane.map(|pane| Pane { age: Some(age), ..pane });
+    aged
 }
 
 /// splitmix64.
