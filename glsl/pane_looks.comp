@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// What drops of a pane that are small or out of focus look like: one invocation a place, PANE_PLACES a drop. TABLE: what is left of
+// What drops of a pane that are out of focus look like: one invocation a place, PANE_PLACES a drop. TABLE: what is left of
 // these, and the table of its picture, one workgroup a drop. See src/passes/pane/mod.rs.
 #define LOOKS_ACCESS
 #include "pane.glsl"
@@ -26,7 +26,7 @@ void sum_up(uint number, bool is_one, inout PaneLook look) {
     vec3 color = vec3(0.0);
     vec2 middle = vec2(0.0);
     float met = 0.0;
-    uint turns = is_one ? look.places : 0u;
+    uint turns = is_one ? PANE_PLACES : 0u;
     for (uint i = 0u; i < turns; ++i) {
         vec4 seen = halves_of(seen_at(number * PANE_WORDS + i));
         color += seen.rgb;
@@ -47,14 +47,14 @@ vec4 seen_aside(uint number, PaneLook look, vec2 aside, mat2 to_disc) {
     mat2 axes = to_disc * mat2(look.along, look.across);
     vec2 way = vec2(1.0, 0.0);
     vec4 sum = vec4(0.0);
-    for (uint i = 0u; i < look.places; ++i) {
+    for (uint i = 0u; i < PANE_PLACES; ++i) {
         vec4 seen = halves_of(seen_at(number * PANE_WORDS + i));
-        float far = length(axes * (sqrt((float(i) + 0.5) / float(look.places)) * way) - aside);
+        float far = length(axes * (sqrt((float(i) + 0.5) / float(PANE_PLACES)) * way) - aside);
         // Rays meet a place fully or in part, as it is within their disc or at its edge.
         sum += clamp((1.0 + edge - far) / (2.0 * edge), 0.0, 1.0) * vec4(seen.rgb, seen.a);
         way = turn * way;
     }
-    return sum / float(look.places);
+    return sum / float(PANE_PLACES);
 }
 
 void main() {
@@ -93,24 +93,16 @@ PaneLook look_of(PaneCap cap, vec3 d) {
     return look;
 }
 
-// Places for a pixel of a drop in focus, about.
-const float PLACES_A_PIXEL = 6.0;
-
-// By its radius, and by the disc that the lens makes of a point of it.
-void choose(inout PaneLook look, PaneCap cap, vec3 d) {
-    look.kind = BY_RAYS;
-    look.places = PANE_PLACES;
+// By the disc that the lens makes of a point of it, over its radius.
+uint kind_of(PaneCap cap, vec3 d) {
     // Of a drop beside the camera nothing is known.
-    if (dot(d, vec3(pane.u.z, pane.v.z, pane.normal.z)) >= -1e-3) return;
+    if (dot(d, vec3(pane.u.z, pane.v.z, pane.normal.z)) >= -1e-3) return BY_RAYS;
     Footprint f = footprint_of(pixel_towards(d));
-    float lens2 = abs(determinant(f.lens)), step2 = abs(determinant(f.step));
-    float lens = sqrt(lens2), small = cap.radius * inversesqrt(step2);
-    bool is_sharp = lens2 < LEAST_DISC_PX * LEAST_DISC_PX * step2 || lens < LEAST_BLUR * cap.radius;
-    if (is_sharp && (small > MOST_SMALL_PX || !is_round(look, cap))) return;
-    bool is_even = sqrt(lens2 + step2 / PI) > MOST_BLUR * cap.radius || PANE_MODEL == BY_COLOR && !is_sharp;
-    bool is_wide = 2.0 * (lens + cap.radius) > (is_sharp ? NARROW_SHARP_PX : NARROW_PX) * sqrt(step2);
-    look.kind = is_even ? BY_COLOR : is_wide ? BY_WIDE_PICTURE : BY_PICTURE;
-    if (is_sharp) look.places = min(8u * uint(ceil(PLACES_A_PIXEL * PI * small * small / 8.0)), PANE_PLACES);
+    float lens2 = abs(determinant(f.lens)), step2 = abs(determinant(f.step)), lens = sqrt(lens2);
+    if (lens2 < LEAST_DISC_PX * LEAST_DISC_PX * step2 || lens < LEAST_BLUR * cap.radius) return BY_RAYS;
+    bool is_even = PANE_MODEL == BY_COLOR || sqrt(lens2 + step2 / PI) > MOST_BLUR * cap.radius;
+    bool is_wide = 2.0 * (lens + cap.radius) > NARROW_PX * sqrt(step2);
+    return is_even ? BY_COLOR : is_wide ? BY_WIDE_PICTURE : BY_PICTURE;
 }
 
 void main() {
@@ -119,13 +111,13 @@ void main() {
     PaneCap cap = cap_at(number);
     vec3 towards = ray_to(cap.at).direction;
     PaneLook look = look_of(cap, towards);
-    choose(look, cap, towards);
-    look.spacing = sqrt(PI * length(look.along) * length(look.across) / float(look.places));
+    look.kind = kind_of(cap, towards);
+    look.spacing = sqrt(PI * length(look.along) * length(look.across) / float(PANE_PLACES));
     look.color = vec3(0.0);
     look.middle = cap.at;
     look.area = look.reach = 0.0;
     if (place == 0u) looks[number] = look;
-    if (look.kind == BY_RAYS || place >= look.places) return;
+    if (look.kind == BY_RAYS) return;
     Passed p = pass_pane(ray_to(cap.at + place_in_look(look, place)), look.spacing);
     places[number * PANE_WORDS + place] = halves(p.cap == number ? vec4(p.light, 1.0) : vec4(0.0));
 }

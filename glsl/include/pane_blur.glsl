@@ -1,6 +1,6 @@
 #ifndef PANE_BLUR_GLSL
 #define PANE_BLUR_GLSL
-// The light of a pane's drops that are small or out of focus, in a pixel: of each the part of the pixel's rays that meet it, times the
+// The light of a pane's drops that are out of focus, in a pixel: of each the part of the pixel's rays that meet it, times the
 // mean of what these see of it. Drops do not overlap, so their parts add up.
 #include "pane.glsl"
 #include "pane_drops.glsl"
@@ -61,7 +61,7 @@ void add_look(inout Blurred sum, uint number, PaneLook look, PaneCap cap, vec2 m
         // The sum of a place's weights over all the wet face, in discs.
         float discs = edge < 1.0 ? 1.0 + edge * edge / 3.0 : pow(1.0 + edge, 3.0) / (6.0 * edge);
         // A drop that is met beside its disc, too, has another shape: it is where its places are.
-        if (!is_round(look, cap)) part = min(seen.a * float(look.places) * of_place / (3.14159265 * discs), 1.0);
+        if (!is_round(look, cap)) part = min(seen.a * float(PANE_PLACES) * of_place / (3.14159265 * discs), 1.0);
     }
     sum.light += part * color;
     sum.share += part;

@@ -1,18 +1,18 @@
 #ifndef PANE_LOOKS_GLSL
 #define PANE_LOOKS_GLSL
-// What a drop of a pane that is small or out of focus looks like from the middle of the lens: at up to PANE_PLACES places of the wet
-// face, and on the mean. A pixel's light is then a mean over the part of these places that its rays meet, on whichever place of the
+// What a drop of a pane that is out of focus looks like from the middle of the lens: at PANE_PLACES places of the wet face, and on the
+// mean. A pixel's light is then a mean over the part of these places that its rays meet, on whichever place of the
 // lens they begin.
 #include "pane.glsl"
 
-layout(constant_id = 2) const uint PANE_PLACES = 64; // of a drop, at most
+layout(constant_id = 2) const uint PANE_PLACES = 64; // of a drop
 // How a drop is drawn; as PANE_MODEL, how those out of focus are. A wide picture has a larger table.
 const uint BY_RAYS = 0, BY_PICTURE = 1, BY_COLOR = 2, BY_WIDE_PICTURE = 3;
 
 // Disc over drop from which on its picture stands for rays, and its colour for its picture. (1 to 3 grey levels of 255.)
 const float LEAST_BLUR = 0.6, MOST_BLUR = 2.0;
-// A drop is in focus whose points have discs under so many pixels. Up to this radius in pixels its picture stands for rays.
-const float LEAST_DISC_PX = 1.5, MOST_SMALL_PX = 4.0;
+// Discs in pixels under which rays find all that is to be seen.
+const float LEAST_DISC_PX = 1.5;
 
 struct PaneLook {
     vec2 from, along; // an ellipse around all places where rays meet the drop: middle, from its disc's; an axis
@@ -22,7 +22,6 @@ struct PaneLook {
     float area;
     uint kind;        // of the four
     float spacing;    // of places
-    uint places;
     float reach;      // of its table, in radii of the disc of a pixel's rays
 };
 #ifndef LOOKS_ACCESS
@@ -35,9 +34,9 @@ layout(std430, set = 0, binding = 11) LOOKS_ACCESS buffer PanePlaces { uvec2 pla
 // Both for passes that do not write them.
 layout(set = 0, binding = 15) uniform usamplerBuffer look_texels;
 layout(set = 0, binding = 16) uniform usamplerBuffer place_texels;
-// Edge of a table, and of one of a drop that is spread over more than NARROW_PX pixels, or in focus over more than NARROW_SHARP_PX.
+// Edge of a table, and of one of a drop that is spread over more than NARROW_PX pixels.
 const uint NARROW = 8u, WIDE = 12u;
-const float NARROW_PX = 24.0, NARROW_SHARP_PX = 3.0;
+const float NARROW_PX = 24.0;
 const uint PANE_WORDS = PANE_PLACES + WIDE * WIDE;
 
 uint table_edge(PaneLook look) {
@@ -49,8 +48,8 @@ PaneLook look_at(uint number) {
     int at = int(4u * number);
     vec4 first = uintBitsToFloat(texelFetch(look_texels, at)), second = uintBitsToFloat(texelFetch(look_texels, at + 1));
     vec4 light = uintBitsToFloat(texelFetch(look_texels, at + 2));
-    uvec4 rest = texelFetch(look_texels, at + 3);
-    return PaneLook(first.xy, first.zw, second.xy, second.zw, light.rgb, light.w, rest.x, uintBitsToFloat(rest.y), rest.z, uintBitsToFloat(rest.w));
+    uvec3 rest = texelFetch(look_texels, at + 3).xyz;
+    return PaneLook(first.xy, first.zw, second.xy, second.zw, light.rgb, light.w, rest.x, uintBitsToFloat(rest.y), uintBitsToFloat(rest.z));
 }
 
 uvec2 seen_at(uint place) {
@@ -64,13 +63,13 @@ bool is_round(PaneLook look, PaneCap cap) {
 
 // A place of the ellipse, from the disc's middle: the spiral of Vogel, each for an equal area.
 vec2 place_in_look(PaneLook look, uint number) {
-    float angle = 2.39996323 * float(number), far = sqrt((float(number) + 0.5) / float(look.places));
+    float angle = 2.39996323 * float(number), far = sqrt((float(number) + 0.5) / float(PANE_PLACES));
     return look.from + far * (cos(angle) * look.along + sin(angle) * look.across);
 }
 
 // By how much places at the edge of the disc of a pixel's rays are met in part, in its radii.
 float soft_edge(PaneLook look, mat2 to_disc) {
-    return 0.45 * sqrt(abs(determinant(to_disc))) * look.spacing;
+    return 0.6 * sqrt(abs(determinant(to_disc))) * look.spacing;
 }
 
 // How a pixel's rays lie on the wet face, as a disc whose axes are columns, of the area of lens and pixel; the pixel's shape is seen where

@@ -140,7 +140,6 @@ fn fast_is_nearly_as_near_as_exact() {
             ("c = 0.4 r", "aperture = 0.02", SQUARE_ON, MIXED.to_vec()),
             ("small", "", SQUARE_ON, spread(0.009, 50.0)),
             ("small, aslant", "", aslant, spread(0.009, 35.0)),
-            ("small, c = 0.4 r", "aperture = 0.008", SQUARE_ON, spread(0.009, 60.0)),
         ] {
             let camera =
                 if camera.is_empty() { String::new() } else { format!("{camera}\nfocus = inf") };

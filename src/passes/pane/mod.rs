@@ -1,11 +1,11 @@
 //! A pane of glass before the camera, and the drops on it (`glsl/pane_*.comp`): between the rain's picture and the display.
 //!
-//! 1. `pane_looks`, by models `picture` and `color`: what each drop that is small or out of focus shows at up to 64 places, seen from
-//!    the middle of the lens.
+//! 1. `pane_looks`, by models `picture` and `color`: what each drop that is out of focus shows at 64 places, seen from the middle of
+//!    the lens, and a table of its picture, spread over lens and pixel.
 //! 2. `pane_dry`: each pixel of the rain's picture, dimmed by T of its own ray; and a list of the pixels that drops may touch, found by
 //!    the cells of a grid on the pane (`drops.rs`). Where no drop is, a pane costs no more than this.
 //! 3. `pane_rays`: these pixels. Drops in focus by rays from places of the lens through places of the pixel, followed from surface to
-//!    surface. Drops that are small or out of focus by the part of the pixel's rays that meet them, times the mean of what these see of
+//!    surface. Drops out of focus by the part of the pixel's rays that meet them, times the mean of what these see of
 //!    them (`glsl/include/pane_blur.glsl`). Drops do not overlap, and a ray meets one of them at most: the parts of a pixel add up. The rest
 //!    sees the rain's picture.
 //! 4. `pane_logs`: where an exposure is derived, the sums of log luminance that the composite left are those of the picture without
@@ -59,7 +59,7 @@ const LEAST_RAYS: [u32; 2] = [16, 64];
 const LEAST_SHARP_RAYS: [u32; 2] = [6, 32];
 /// Reflections within a drop that are followed.
 const REFLECTIONS: u32 = 8;
-/// Most places at which it is known what a drop shows that is small or out of focus.
+/// Places at which it is known what a drop shows that is out of focus.
 const PLACES: u32 = 64;
 /// `PANE_MODEL` of `glsl/include/pane.glsl`.
 const BY_RAYS: u32 = 0;
@@ -248,7 +248,7 @@ impl Pane {
         let pixels = u64::from(width) * u64::from(height);
         let (first, end) = tile_grid::of_view(&scene.view());
         let tiles = (end[0] - first[0]) * (end[1] - first[1]);
-        let has_looks = is_by_looks(plan);
+        let has_looks = is_by_looks(plan) && scene.drawn_lens() > 0.0;
         let of_nearest = if plan.nearest { pixels } else { 1 };
         let blocks = width.div_ceil(BLOCK) * height.div_ceil(BLOCK);
         let looks = if has_looks { drops.count } else { 0 };
