@@ -94,7 +94,7 @@ fn a_pane_is_that_of_render() {
         // Drops are all that differs from here on.
         let before = scenes[2].clone();
         for scene in &mut scenes[3..] {
-            (scene.camera, scene.time) = (before.camera.clone(), before.time);
+            (scene.camera, scene.time) = (before.camera, before.time);
         }
         let expected = rendered(&scenes);
         let mut bare = scenes[0].clone();
