@@ -2,7 +2,6 @@
 #extension GL_GOOGLE_include_directive : require
 // The picture through the dry pane, one invocation a pixel. See src/passes/pane/mod.rs.
 #include "pane.glsl"
-#include "pane_drops.glsl"
 #include "pane_pictures.glsl"
 
 layout(local_size_x = 16, local_size_y = 4) in;

@@ -12,7 +12,6 @@
 layout(local_size_x = 64) in;
 
 const uint GROUPS_A_ROW = 32768u; // of an indirect dispatch
-const uint BLOCK = 8u;            // pixels along both axes
 
 #ifdef COARSE
 const uint LIST = 0u, A_GROUP = 1u;
@@ -51,29 +50,28 @@ bool is_touched(Footprint f, float around) {
 }
 
 void main() {
-    uvec2 size = frame.window.zw, blocks = (size + BLOCK - 1u) / BLOCK;
+    uvec2 size = frame.window.zw, blocks = (size + PANE_BLOCK - 1u) / PANE_BLOCK;
     uint group = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x, lane = gl_LocalInvocationID.x, pixels = size.x * size.y;
 #ifdef COARSE
     uint number = group * gl_WorkGroupSize.x + lane;
     bool is_there = number < blocks.x * blocks.y;
-    vec2 middle = (vec2(divided(number, blocks.x).yx) + 0.5) * float(BLOCK);
-    float wide = float(BLOCK);
+    vec2 middle = (vec2(divided(number, blocks.x).yx) + 0.5) * float(PANE_BLOCK);
+    float wide = float(PANE_BLOCK);
 #else
     bool is_listed = group < lists[0].count;
     uint block = touched[pixels + (is_listed ? group : 0u)];
-    uvec2 at = divided(block, blocks.x).yx * BLOCK + uvec2(lane % BLOCK, lane / BLOCK);
+    uvec2 at = divided(block, blocks.x).yx * PANE_BLOCK + uvec2(lane % PANE_BLOCK, lane / PANE_BLOCK);
     bool is_there = is_listed && all(lessThan(at, size));
     uint number = at.y * size.x + at.x;
     vec2 middle = vec2(at) + 0.5;
     float wide = 1.0;
 #endif
     Footprint f = footprint_of(vec2(frame.window.xy) + middle);
-    // By how much cosines may differ from that in the middle, through other pixels and places of the lens.
-    float other = wide * (abs(pane.normal.x) + abs(pane.normal.y)) / frame.image.z + 1.5 * frame.lens.x * frame.lens.y;
-    // Where they may be half of it, the pane is seen edge on: rays find what drops there are.
-    bool is_edge = abs(f.cosine) <= 2.0 * other, meets = f.cosine > 0.0;
-    float more = wide > 1.0 && meets ? 1.0 / pow(max(1.0 - other / f.cosine, 0.5), 2.0) * (1.0 + pane.tallest / -pane.eye.z) : 1.0;
-    bool touches = is_there && (is_edge || meets && is_touched(f, more * around_of(f, wide)));
+    // Where the pane is seen nearly edge on, nothing is known of where rays leave it.
+    bool is_edge = abs(f.cosine) <= 2.0 * other_cosines(wide), meets = f.cosine > 0.0;
+    // Where other rays have another slope, their way over the pane is another, too.
+    float around = (1.0 + pane.tallest / -pane.eye.z) * around_of(f, wide);
+    bool touches = is_there && (is_edge || meets && is_touched(f, around));
 #ifdef COARSE
     note(touches, number, pixels);
 #else

@@ -8,7 +8,7 @@
 #include "projection.glsl"
 
 layout(constant_id = 1) const uint PANE_REFLECTIONS = 8; // within a drop, at most
-layout(constant_id = 3) const uint PANE_MODEL = 0;       // how drops are drawn that need no rays; 0: there are none
+layout(constant_id = 3) const uint PANE_MODEL = 0;       // how drops out of focus are drawn (pane_looks.glsl); 0: by rays, as all others
 layout(constant_id = 4) const uint PANE_NEAREST = 0;     // 1: each pixel's nearest drop is noted
 
 struct Pane {
@@ -110,9 +110,9 @@ vec2 wet_place(PaneRay ray) {
     return ray.origin.xy + to_dry * along + pane.thickness * through;
 }
 
-// Where the ray from the middle of the lens through a place of the picture leaves the glass, halfway through the exposure, and how that
-// changes: by the radius of the lens, right and down, and by a pixel. `cosine`: of a ray of length 1 along the view axis; under 0 the
-// ray meets no pane, and nothing else holds.
+// Where the ray from the middle of the lens through a place of the picture leaves the glass, halfway through the exposure, and how far
+// away others do: from the lens's edge to the right and below, and through the next pixel there. `cosine` is that of the ray to the normal,
+// times its length where it is as long as 1 along the view axis; under 0 it meets no pane, and the rest means nothing.
 struct Footprint {
     vec2 place, slope;
     float cosine;

@@ -26,17 +26,6 @@ float covered_part(float apart, float r) {
     return clamp(sum / 3.14159265, 0.0, all);
 }
 
-// The part of the rays around `middle` that meet a drop. They are a disc on the wet face, `rays` by its axes; `to_disc` makes it the
-// unit disc.
-float part_of(PaneLook look, vec2 middle, mat2 rays, mat2 to_disc) {
-    vec2 apart = look.middle - middle;
-    float far = length(apart), radius = sqrt(look.area / 3.14159265), scale = sqrt(abs(determinant(to_disc)));
-    // Of a drop that is wider than the disc its own shape is seen; so it stays round where the disc, seen square on, is not.
-    if (scale * radius < 1.0 || far < 1e-3 * radius) return covered_part(length(to_disc * apart), scale * radius);
-    float wide = length(apart * rays) / far;
-    return covered_part(far / wide, radius / wide);
-}
-
 // The sums of a drop's picture over the places that rays meet around `middle`, between four entries of its table.
 vec4 picture_around(uint number, PaneLook look, PaneCap cap, vec2 middle, mat2 to_disc) {
     uint edge = table_edge(look);
@@ -50,18 +39,16 @@ vec4 picture_around(uint number, PaneLook look, PaneCap cap, vec2 middle, mat2 t
     return mix(upper, lower, share.y);
 }
 
-// Adds a drop.
-void add_look(inout Blurred sum, uint number, PaneLook look, PaneCap cap, vec2 middle, mat2 rays, mat2 to_disc) {
-    float part = part_of(look, middle, rays, to_disc);
+// Adds a drop. A pixel's rays are a disc around `middle` on the wet face; `to_disc` makes it the unit disc.
+void add_look(inout Blurred sum, uint number, PaneLook look, PaneCap cap, vec2 middle, mat2 to_disc) {
+    float area = abs(determinant(to_disc)), part = covered_part(length(to_disc * (look.middle - middle)), sqrt(area * look.area / 3.14159265));
     vec3 color = look.color;
     if (look.kind != BY_COLOR) {
         vec4 seen = picture_around(number, look, cap, middle, to_disc);
         if (seen.a > 0.0) color = seen.rgb / seen.a;
-        float edge = soft_edge(look, to_disc), of_place = look.spacing * look.spacing * abs(determinant(to_disc));
-        // The sum of a place's weights over all the wet face, in discs.
-        float discs = edge < 1.0 ? 1.0 + edge * edge / 3.0 : pow(1.0 + edge, 3.0) / (6.0 * edge);
-        // A drop that is met beside its disc, too, has another shape: it is where its places are.
-        if (!is_round(look, cap)) part = min(seen.a * float(PANE_PLACES) * of_place / (3.14159265 * discs), 1.0);
+        // Over the sum of a place's weights on all the wet face, in discs, as places are met in part around their edge.
+        float edge = soft_edge(look, to_disc), discs = 1.0 + edge * edge / 3.0;
+        part = min(seen.a * float(PANE_PLACES) * area * look.spacing * look.spacing / (3.14159265 * discs), 1.0);
     }
     sum.light += part * color;
     sum.share += part;
@@ -74,7 +61,7 @@ Blurred blurred_drops(vec2 pixel) {
     Footprint f = footprint_of(pixel);
     if (f.cosine <= 0.0) return sum;
     vec2 middle = f.place, slope = f.slope, way = way_over(f);
-    mat2 rays = rays_on_pane(f), to_disc = inverse(rays);
+    mat2 to_disc = inverse(rays_on_pane(f));
     float around = around_of(f, 1.0);
     vec2 low = min(middle, middle + way) - around, high = max(middle, middle + way) + around;
     uvec2 first = cell_of(low), last = cell_of(high);
@@ -91,7 +78,7 @@ Blurred blurred_drops(vec2 pixel) {
             uint turns = is_first && may_touch(cap, middle, slope, around) ? 1u : 0u;
             for (uint turn = 0u; turn < turns; ++turn) {
                 PaneLook look = look_at(number);
-                if (look.kind == BY_RAYS) sum.has_sharp = true; else add_look(sum, number, look, cap, middle, rays, to_disc);
+                if (look.kind == BY_RAYS) sum.has_sharp = true; else add_look(sum, number, look, cap, middle, to_disc);
             }
         }
     }

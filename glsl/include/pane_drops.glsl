@@ -77,10 +77,16 @@ uint nearer_cap(uint a, uint b) {
     return nearer > 0.0 || nearer == 0.0 && b < a ? b : a;
 }
 
-// How far from the place of its middle a pixel's rays leave the glass, at most, or those of several pixels along both axes. What the
-// derivatives leave out is far less than the tenth more.
+// By how much the cosines of a pixel's rays may differ from that of its middle, or those of so many pixels along both axes.
+float other_cosines(float pixels) {
+    return pixels * (abs(pane.normal.x) + abs(pane.normal.y)) / frame.image.z + 1.5 * frame.lens.x * frame.lens.y;
+}
+
+// How far from the place of the middle such rays leave the glass, at most: by the derivatives there, which grow as the square of the
+// cosine falls, and a tenth more. (No more than half of the cosine may fall.)
 float around_of(Footprint f, float pixels) {
-    return 1.1 * (longest_axis(f.lens) + 0.70710678 * pixels * longest_axis(f.step)) + length(pane.motion);
+    float least = max(1.0 - other_cosines(pixels) / f.cosine, 0.5), wide = longest_axis(f.lens) + 0.70710678 * pixels * longest_axis(f.step);
+    return 1.1 * wide / (least * least) + length(pane.motion);
 }
 
 // Along the pane, the way of a ray from there until it is above all drops; where it meets none from outside, none.

@@ -12,8 +12,8 @@ layout(set = 0, binding = 6) uniform sampler2D environment_map;
 // A picture behind the drops, a texel a pixel of the whole.
 layout(set = 0, binding = 7) uniform sampler2D plate_image;
 
-// Light under this share of a ray's is not followed: by rays alone, and beside what drops look like.
-const float FAINT = 1e-6, FAINT_BESIDE_LOOKS = 5e-3;
+// Light under this share of a ray's is not followed; by models picture and color, under the second.
+const float FAINT = 1e-6, FAINT_BY_LOOKS = 5e-3;
 
 // The plate at a place of the picture, bilinear by hand: not every device filters float32.
 vec3 plate_at(vec2 pixel) {
@@ -35,8 +35,8 @@ vec3 outside_of(vec3 d, float spread) {
     return radiance(environment_map, mat3(frame.right.xyz, frame.up.xyz, frame.back.xyz) * view, spread);
 }
 
-// What a ray through a drop sees. Beside what drops look like, all that it sees of the sky is looked up once, where it sees most of it:
-// what leaves elsewhere is some percent, most of which sees the inside.
+// What a ray through a drop sees. By models picture and color its sky is looked up once, in the direction in which it sees most of it: of
+// the few percent that leave elsewhere most sees the inside.
 struct Light {
     vec3 sky;
     float inside;     // share that sees the inside
@@ -44,8 +44,8 @@ struct Light {
     float most, share;
 };
 
-// Adds what leaves in a direction. Of its share of the ray's light `weight` so much sees the sky, but for the dry pane, if it leaves
-// towards that.
+// Adds what leaves in a direction: `weight` of the ray's light, of which `share` sees the sky, by way of the dry pane if it leaves towards
+// that, and the rest the inside.
 void add_exit(inout Light l, vec3 d, float weight, float share, float spread) {
     if (d.z <= 0.0) share *= 1.0 - dry_pane(-d.z);
     float sky = weight * share;
@@ -85,7 +85,7 @@ Exit exit_by_base(vec3 tangent, float cosine, float water) {
 // Adds what arrives in the water of a drop at a place, from its disc's middle on, where `left` of a ray goes on along a unit direction.
 void add_from_water(inout Light l, PaneCap cap, vec3 place, bool on_cap, vec3 d, float left, float water, float spread) {
     vec3 center = vec3(0.0, 0.0, cap.center);
-    float least = PANE_MODEL == 0u ? FAINT : FAINT_BESIDE_LOOKS;
+    float least = PANE_MODEL == 0u ? FAINT : FAINT_BY_LOOKS;
     for (uint i = 0u; i <= PANE_REFLECTIONS && left > least; ++i) {
         vec3 from = place - center;
         float b = dot(from, d);

@@ -34,13 +34,13 @@ layout(std430, set = 0, binding = 11) LOOKS_ACCESS buffer PanePlaces { uvec2 pla
 // Both for passes that do not write them.
 layout(set = 0, binding = 15) uniform usamplerBuffer look_texels;
 layout(set = 0, binding = 16) uniform usamplerBuffer place_texels;
-// Edge of a table, and of one of a drop that is spread over more than NARROW_PX pixels.
-const uint NARROW = 8u, WIDE = 12u;
+// Edge of a table of a drop that is spread over up to so many pixels; that of others is PANE_TABLE.
+const uint NARROW = 8u;
 const float NARROW_PX = 24.0;
-const uint PANE_WORDS = PANE_PLACES + WIDE * WIDE;
+const uint PANE_WORDS = PANE_PLACES + PANE_TABLE * PANE_TABLE;
 
 uint table_edge(PaneLook look) {
-    return look.kind == BY_WIDE_PICTURE ? WIDE : NARROW;
+    return look.kind == BY_WIDE_PICTURE ? PANE_TABLE : NARROW;
 }
 
 PaneLook look_at(uint number) {
@@ -54,11 +54,6 @@ PaneLook look_at(uint number) {
 
 uvec2 seen_at(uint place) {
     return BY_TEXELS != 0u ? texelFetch(place_texels, int(place)).xy : places[place];
-}
-
-// Whether rays meet the drop within its disc alone.
-bool is_round(PaneLook look, PaneCap cap) {
-    return dot(look.across, look.across) < 1.001 * cap.radius * cap.radius;
 }
 
 // A place of the ellipse, from the disc's middle: the spiral of Vogel, each for an equal area.

@@ -107,6 +107,10 @@ constants! {
     DIAMETERS_A_MM: u32 = 8;
     /// The least of them, mm. Smaller drops are spheres, drops over the largest have its shape.
     SMALLEST_MM: u32 = 1;
+    /// Pixels along both axes of a block in which drops on a pane are looked for.
+    PANE_BLOCK: u32 = 8;
+    /// Entries along an edge of the largest table of a drop on a pane.
+    PANE_TABLE: u32 = 12;
     /// Most bright sources; each costs every large drop a microsecond on one CPU core. Further ones stay in the
     /// environment that drops see: they are filtered as all of it is.
     MOST_SOURCES: u32 = 8;

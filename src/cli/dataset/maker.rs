@@ -176,7 +176,7 @@ impl<'a> Maker<'a> {
             "pane_pixels": has_glass.then(on_pane),
             "pane_cover": has_glass.then_some(cover),
             "pane_drops": has_glass.then(|| scene.pane_drops().len()),
-            "pane_age_s": scene.pane.as_ref().and_then(|pane| pane.age),
+            "pane_age_s": scene.pane.as_ref().filter(|pane| has_glass && pane.has_population()).map(Pane::age),
             "drops": drops,
             "files": files,
         });

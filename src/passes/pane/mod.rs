@@ -39,7 +39,7 @@ use super::tile_grid;
 use super::tone_map::{Source, further_sums};
 use super::{rows_of, side_by_side};
 use crate::Result;
-use crate::abi::{Pane as Constants, PaneLook};
+use crate::abi::{PANE_BLOCK, PANE_TABLE, Pane as Constants, PaneLook};
 use crate::gpu::sets::{constant, group, pane as slot};
 use crate::gpu::{
     Bindings, Buffer, ComputePipeline, Device, Memory, Recorder, Resource, Sampler, Slot, Texel,
@@ -49,8 +49,6 @@ use crate::plan::FramePlan;
 use crate::scene::Scene;
 use crate::scene::model::PaneModel;
 
-/// Words of a drop's table, as `glsl/include/pane_looks.glsl` has them.
-const TABLE: u32 = 12 * 12;
 /// Fewest rays of a pixel that a drop touches, through a pinhole and through a lens: 16 in focus are off by 3 to 5 grey levels
 /// of 255.
 const LEAST_RAYS: [u32; 2] = [16, 64];
@@ -67,8 +65,6 @@ const BY_PICTURE: u32 = 1;
 const BY_COLOR: u32 = 2;
 /// Words before the lists of touched blocks and pixels: the groups of a dispatch, and their number, of each.
 const TOUCHED: [u32; 8] = [0, 0, 1, 0, 0, 0, 1, 0];
-/// Pixels of a block along both axes.
-const BLOCK: u32 = 8;
 
 /// The passes, and the picture with the pane.
 pub struct Pane {
@@ -121,7 +117,10 @@ impl Looks {
         let make = |name, bytes| Buffer::new(device, name, bytes, usage, Memory::Device);
         let drops = u64::from(drops.max(1));
         let all = make("looks of a pane's drops", size_of::<PaneLook>() as u64 * drops)?;
-        let places = make("places of a pane's drops", 8 * u64::from(PLACES + TABLE) * drops)?;
+        let places = make(
+            "places of a pane's drops",
+            8 * u64::from(PLACES + PANE_TABLE * PANE_TABLE) * drops,
+        )?;
         let texels = [
             Texels::new(device, "texels of looks", &all, Texel::FourWords)?,
             Texels::new(device, "texels of places", &places, Texel::TwoWords)?,
@@ -250,7 +249,7 @@ impl Pane {
         let tiles = (end[0] - first[0]) * (end[1] - first[1]);
         let has_looks = is_by_looks(plan) && scene.drawn_lens() > 0.0;
         let of_nearest = if plan.nearest { pixels } else { 1 };
-        let blocks = width.div_ceil(BLOCK) * height.div_ceil(BLOCK);
+        let blocks = width.div_ceil(PANE_BLOCK) * height.div_ceil(PANE_BLOCK);
         let looks = if has_looks { drops.count } else { 0 };
         let buffers = Buffers::new(device, (pixels, blocks, of_nearest), tiles, looks)?;
         let nearest = Sampler::nearest(device, "plate behind a pane")?;
