@@ -39,6 +39,7 @@ const VARIANTS: &[(&str, &str, &str)] = &[
     ("output.frag", "_BUFFER", "RADIANCE_IN_BUFFER"),
     ("output.frag", "_TEXELS", "RADIANCE_IN_TEXELS"),
     ("pane_find.comp", "_COARSE", "COARSE"),
+    ("pane_looks.comp", "_MEAN", "MEAN"),
     ("pane_looks.comp", "_TABLE", "TABLE"),
     ("pane_rays.comp", "_BLURRED", "BLURRED"),
     ("renew_map.comp", "_CUBE", "CUBE"),

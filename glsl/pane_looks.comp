@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// What drops of a pane that are out of focus look like: one invocation a place, PANE_PLACES a drop. TABLE: what is left of
-// these, and the table of its picture, one workgroup a drop. See src/passes/pane/mod.rs.
+// What drops of a pane that are out of focus look like: one invocation a place, PANE_PLACES a drop. MEAN: what is left
+// of these, one invocation a drop. TABLE: their sums by where rays are, one workgroup a drop. See src/passes/pane/mod.rs.
 #define LOOKS_ACCESS
 #include "pane.glsl"
 #include "pane_light.glsl"
@@ -20,57 +20,67 @@ vec2 pixel_towards(vec3 d) {
     return pixel_of(frame.image.z / max(-view.z, 1e-3) * vec2(view.x, -view.y));
 }
 
-#ifdef TABLE
-// What is left of a drop's places, by one lane: their mean.
-void sum_up(uint number, bool is_one, inout PaneLook look) {
+#ifdef MEAN
+// The places that outshine the drop's mean, as `PaneLook` has them.
+uint bright_places(uint from, float mean) {
+    uint bright = NO_BRIGHT;
+    float below = 1e30;
+    for (uint round = 0u; round < MOST_BRIGHT; ++round) {
+        uint found = 0xffu;
+        float most = OUTSHINES * mean;
+        for (uint i = 0u; i < PANE_PLACES; ++i) {
+            vec3 seen = halves_of(seen_at(from + i)).rgb;
+            float light = seen.r + seen.g + seen.b;
+            bool is_more = light > most && light < below;
+            found = is_more ? i : found;
+            most = is_more ? light : most;
+        }
+        below = most;
+        bright = bitfieldInsert(bright, found, int(8u * round), 8);
+    }
+    return bright;
+}
+
+void main() {
+    uint number = invocation(), from = number * PANE_WORDS;
+    if (number >= pane.drops) return;
+    PaneLook look = looks[number];
+    if (look.kind == BY_RAYS) return;
     vec3 color = vec3(0.0);
     vec2 middle = vec2(0.0);
     float met = 0.0;
-    uint turns = is_one ? PANE_PLACES : 0u;
-    for (uint i = 0u; i < turns; ++i) {
-        vec4 seen = halves_of(seen_at(number * PANE_WORDS + i));
+    for (uint i = 0u; i < PANE_PLACES; ++i) {
+        vec4 seen = halves_of(seen_at(from + i));
         color += seen.rgb;
         middle += seen.a * place_in_look(look, i);
         met += seen.a;
     }
     float share = 1.0 / max(met, 1.0);
-    look.color = share * color;
-    look.middle = cap_at(number).at + share * middle;
-    look.area = met * look.spacing * look.spacing;
+    PaneCap cap = cap_at(number);
+    mat2 to_disc = inverse(rays_on_pane(footprint_of(pixel_towards(ray_to(cap.at).direction))));
+    looks[number].color = share * color;
+    looks[number].middle = cap.at + share * middle;
+    looks[number].area = met * look.spacing * look.spacing;
+    looks[number].reach = 1.0 + soft_edge(look, to_disc) + max(length(to_disc * look.along), length(to_disc * look.across));
+    looks[number].bright = bright_places(from, share * (color.r + color.g + color.b));
 }
-
-// What rays see whose disc is so far aside, in its radii.
-vec4 seen_aside(uint number, PaneLook look, vec2 aside, mat2 to_disc) {
-    float edge = soft_edge(look, to_disc);
-    // The angle by which Vogel's spiral turns.
-    const mat2 turn = mat2(-0.73736888, 0.67549029, -0.67549029, -0.73736888);
-    mat2 axes = to_disc * mat2(look.along, look.across);
-    vec2 way = vec2(1.0, 0.0);
-    vec4 sum = vec4(0.0);
-    for (uint i = 0u; i < PANE_PLACES; ++i) {
-        vec4 seen = halves_of(seen_at(number * PANE_WORDS + i));
-        float far = length(axes * (sqrt((float(i) + 0.5) / float(PANE_PLACES)) * way) - aside);
-        // Rays meet a place fully or in part, as it is within their disc or at its edge.
-        sum += clamp((1.0 + edge - far) / (2.0 * edge), 0.0, 1.0) * vec4(seen.rgb, seen.a);
-        way = turn * way;
-    }
-    return sum / float(PANE_PLACES);
-}
-
+#elif defined(TABLE)
 void main() {
-    uint number = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x, lane = gl_LocalInvocationID.x;
+    uint number = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x, from = number * PANE_WORDS;
     if (number >= pane.drops) return;
-    PaneLook look = looks[number];
-    if (look.kind == BY_RAYS) return;
-    sum_up(number, lane == 0u, look);
+    PaneLook look = look_at(number);
+    uint edge = table_edge(look), entries = look.kind == BY_PICTURE || look.kind == BY_WIDE_PICTURE ? edge * edge : 0u;
     mat2 to_disc = inverse(rays_on_pane(footprint_of(pixel_towards(ray_to(cap_at(number).at).direction))));
-    look.reach = 1.0 + soft_edge(look, to_disc) + max(length(to_disc * look.along), length(to_disc * look.across));
-    uint edge = table_edge(look), entries = look.kind == BY_COLOR ? 0u : edge * edge;
-    for (uint i = lane; i < entries; i += gl_WorkGroupSize.x) {
-        vec2 aside = look.reach * (2.0 * vec2(i % edge, i / edge) / float(edge - 1u) - 1.0);
-        places[number * PANE_WORDS + PANE_PLACES + i] = halves(seen_aside(number, look, aside, to_disc));
+    for (uint entry = gl_LocalInvocationID.x; entry < entries; entry += gl_WorkGroupSize.x) {
+        vec2 aside = look.reach * (2.0 * vec2(entry % edge, entry / edge) / float(edge - 1u) - 1.0);
+        vec4 sum = vec4(0.0);
+        for (uint i = 0u; i < PANE_PLACES; ++i) {
+            vec4 seen = halves_of(seen_at(from + i));
+            if (is_bright(look, i)) seen.rgb = vec3(0.0);
+            sum += weight_of(look, to_disc, aside, i) * seen;
+        }
+        places[from + PANE_PLACES + entry] = halves(sum / float(PANE_PLACES));
     }
-    if (lane == 0u) looks[number] = look;
 }
 #else
 // Where rays along a direction meet a drop: its disc and, where they meet it from outside, the shadow of its sphere.
@@ -116,6 +126,7 @@ void main() {
     look.color = vec3(0.0);
     look.middle = cap.at;
     look.area = look.reach = 0.0;
+    look.bright = NO_BRIGHT;
     if (place == 0u) looks[number] = look;
     if (look.kind == BY_RAYS) return;
     Passed p = pass_pane(ray_to(cap.at + place_in_look(look, place)), look.spacing);

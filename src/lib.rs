@@ -89,13 +89,13 @@
 //! let roofs = HostShelter::from_above(above, projection_above * view_above, ClipSpace::YDown)?;
 //! let input = FrameInput::new(&scene, output).under(roofs); // with each frame
 //!
-//! // Drops of your own on the scene's pane: outside of recording.
-//! scene.pane.as_mut().unwrap().drops = my_drops;            // at, radius, contact_angle; none may overlap
-//! view.renew_pane(&scene)?;
-//!
 //! // Light that changes, in place of that above.
 //! let lighting = Arc::new(Lighting::live(&device, LiveInfo::default())?); // a cube map
 //! let input = input.around(HostEnvironment::new(cube));                   // in whichever frame you like
+//!
+//! // Drops of your own on the scene's pane: outside of recording.
+//! scene.pane.as_mut().unwrap().drops = my_drops;            // at, radius, contact_angle; none may overlap
+//! view.renew_pane(&scene)?;
 //! # Ok(())
 //! # }
 //! ```

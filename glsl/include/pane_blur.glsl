@@ -26,17 +26,22 @@ float covered_part(float apart, float r) {
     return clamp(sum / 3.14159265, 0.0, all);
 }
 
-// The sums of a drop's picture over the places that rays meet around `middle`, between four entries of its table.
+// The sums of a drop's picture over the places that rays meet around `middle`: between four entries of its table, and the bright ones.
 vec4 picture_around(uint number, PaneLook look, PaneCap cap, vec2 middle, mat2 to_disc) {
     uint edge = table_edge(look);
-    vec2 aside = to_disc * (middle - cap.at - look.from) / look.reach;
-    vec2 at = clamp(0.5 * aside + 0.5, vec2(0.0), vec2(1.0)) * float(edge - 1u);
+    vec2 aside = to_disc * (middle - cap.at - look.from);
+    vec2 at = clamp(0.5 * aside / look.reach + 0.5, vec2(0.0), vec2(1.0)) * float(edge - 1u);
     uvec2 first = min(uvec2(at), uvec2(edge - 2u));
     vec2 share = at - vec2(first);
     uint from = number * PANE_WORDS + PANE_PLACES + first.y * edge + first.x;
     vec4 upper = mix(halves_of(seen_at(from)), halves_of(seen_at(from + 1u)), share.x);
     vec4 lower = mix(halves_of(seen_at(from + edge)), halves_of(seen_at(from + edge + 1u)), share.x);
-    return mix(upper, lower, share.y);
+    vec4 seen = mix(upper, lower, share.y);
+    for (uint bright = look.bright; (bright & 0xffu) != 0xffu; bright = bright >> 8 | 0xff000000u) {
+        vec3 light = halves_of(seen_at(number * PANE_WORDS + (bright & 0xffu))).rgb;
+        seen.rgb += weight_of(look, to_disc, aside, bright & 0xffu) / float(PANE_PLACES) * light;
+    }
+    return seen;
 }
 
 // Adds a drop. A pixel's rays are a disc around `middle` on the wet face; `to_disc` makes it the unit disc.

@@ -23,13 +23,15 @@ struct PaneLook {
     uint kind;        // of the four
     float spacing;    // of places
     float reach;      // of its table, in radii of the disc of a pixel's rays
+    uint bright;      // its places that outshine it, the brightest in the lowest byte; 0xff: none
 };
 #ifndef LOOKS_ACCESS
 #define LOOKS_ACCESS readonly
 #endif
 layout(std430, set = 0, binding = 10) LOOKS_ACCESS buffer PaneLooks { PaneLook looks[]; };
 // PANE_WORDS of four halves for each drop. First its places: light; 1 where their ray meets the drop. Then the table of its picture, row
-// by row, by where a pixel's rays are around the drop: sums over the places that they meet, over the number of places.
+// by row, by where a pixel's rays are around the drop: sums over the places that they meet, over the number of places; without the light of bright ones,
+// whose discs are seen as such.
 layout(std430, set = 0, binding = 11) LOOKS_ACCESS buffer PanePlaces { uvec2 places[]; };
 // Both for passes that do not write them.
 layout(set = 0, binding = 15) uniform usamplerBuffer look_texels;
@@ -48,8 +50,8 @@ PaneLook look_at(uint number) {
     int at = int(4u * number);
     vec4 first = uintBitsToFloat(texelFetch(look_texels, at)), second = uintBitsToFloat(texelFetch(look_texels, at + 1));
     vec4 light = uintBitsToFloat(texelFetch(look_texels, at + 2));
-    uvec3 rest = texelFetch(look_texels, at + 3).xyz;
-    return PaneLook(first.xy, first.zw, second.xy, second.zw, light.rgb, light.w, rest.x, uintBitsToFloat(rest.y), uintBitsToFloat(rest.z));
+    uvec4 rest = texelFetch(look_texels, at + 3);
+    return PaneLook(first.xy, first.zw, second.xy, second.zw, light.rgb, light.w, rest.x, uintBitsToFloat(rest.y), uintBitsToFloat(rest.z), rest.w);
 }
 
 uvec2 seen_at(uint place) {
@@ -65,6 +67,21 @@ vec2 place_in_look(PaneLook look, uint number) {
 // By how much places at the edge of the disc of a pixel's rays are met in part, in its radii.
 float soft_edge(PaneLook look, mat2 to_disc) {
     return 0.6 * sqrt(abs(determinant(to_disc))) * look.spacing;
+}
+
+// Bright places of a drop, at most; none of them; and how much brighter than its mean they are.
+const uint MOST_BRIGHT = 4u, NO_BRIGHT = 0xffffffffu;
+const float OUTSHINES = 4.0;
+
+bool is_bright(PaneLook look, uint place) {
+    return any(equal(uvec4(look.bright, look.bright >> 8, look.bright >> 16, look.bright >> 24) & 0xffu, uvec4(place)));
+}
+
+// The share of a place that rays meet whose disc is so far aside of the ellipse's middle, in its radii: all, or a part where the place is
+// at the disc's edge.
+float weight_of(PaneLook look, mat2 to_disc, vec2 aside, uint place) {
+    float edge = soft_edge(look, to_disc), far = length(to_disc * (place_in_look(look, place) - look.from) - aside);
+    return clamp((1.0 + edge - far) / (2.0 * edge), 0.0, 1.0);
 }
 
 // How a pixel's rays lie on the wet face, as a disc whose axes are columns, of the area of lens and pixel; the pixel's shape is seen where

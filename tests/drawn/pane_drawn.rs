@@ -185,6 +185,36 @@ fn blurs_of_drops_side_by_side_add_up() {
     });
 }
 
+/// A sun beside the picture, in a drop out of focus: the lens makes a disc of it, with an edge.
+#[test]
+fn the_sun_in_a_drop_out_of_focus_is_a_disc() {
+    let sun = DVec3::new(0.1, 0.5, -0.86).normalize();
+    let sky = crate::common::painted(256, move |d| {
+        Vec3::splat(if d.dot(sun) > 0.9995 { 1e4 } else { 0.0 })
+    });
+    on_device(|device| {
+        for (number, radius) in [0.014, 0.02].into_iter().enumerate() {
+            let drops = [[0.003 * number as f64, 0.002, radius, 60.0]];
+            let camera = format!("aperture = {}\nfocus = inf", 2.0 * radius);
+            let mut scene = scene(&text(&camera, SQUARE_ON, &drops));
+            scene.model.take_preset(Preset::Fast);
+            scene.background.color = Some(crate::common::picture::black("pane-sun", EDGE));
+            scene.pane.as_mut().expect("a pane").inside = DVec3::ZERO;
+            let picture = picture_of(device, &scene, &sky);
+            let brightest = picture.pixels.iter().fold(0.0, |most: f32, pixel| most.max(pixel.y));
+            let over = |part: f32| {
+                picture.pixels.iter().filter(|pixel| pixel.y > part * brightest).count() as f64
+            };
+            let (edge, disc) = (over(0.15) - over(0.85), over(0.5));
+            let wide = edge / (4.0 * std::f64::consts::PI * disc).sqrt();
+            println!(
+                "radius {radius}: a disc of {disc} pixels, whose edge is {wide:.2} pixels wide"
+            );
+            assert!(disc > 20.0 && wide < 1.6, "{disc} pixels, {wide}");
+        }
+    });
+}
+
 #[test]
 fn drops_that_overhang_are_those_of_the_reference() {
     is_true("overhang", &text("", "distance = 0.3\ntilt = 40.0\nthickness = 0.01", &STEEP));

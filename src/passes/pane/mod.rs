@@ -147,7 +147,7 @@ fn slots_of<'a>(drops: &'a PaneDrops, looks: &'a Looks) -> [(Slot, Resource<'a>)
 /// Their pipelines.
 struct Passes {
     /// What drops out of focus look like; none where all are drawn by rays.
-    looks: Option<[ComputePipeline; 2]>,
+    looks: Option<[ComputePipeline; 3]>,
     dry: ComputePipeline,
     /// Touched blocks, touched pixels.
     find: [ComputePipeline; 2],
@@ -216,7 +216,11 @@ impl Passes {
             [constant::PANE_MODEL, model],
         ];
         let pipeline = |shader| ComputePipeline::new(device, shader, bindings, 0, &constants);
-        let of_looks = [shaders::PANE_LOOKS_COMP, shaders::PANE_LOOKS_COMP_TABLE];
+        let of_looks = [
+            shaders::PANE_LOOKS_COMP,
+            shaders::PANE_LOOKS_COMP_MEAN,
+            shaders::PANE_LOOKS_COMP_TABLE,
+        ];
         let by_rays = match has_looks {
             true => shaders::PANE_RAYS_COMP_BLURRED,
             false => shaders::PANE_RAYS_COMP,
@@ -384,8 +388,10 @@ impl Pane {
             pass.dispatch(commands, &self.bindings, 0, &[], groups);
         };
         let all = |invocations: u32, of: [u32; 3]| rows_of(invocations.div_ceil(of[0]));
-        if let (Some([places, tables]), count @ 1..) = (looks, self.drops.count) {
+        if let (Some([places, means, tables]), count @ 1..) = (looks, self.drops.count) {
             dispatch(places, rows_of(count * PLACES / group::PANE_LOOKS_COMP[0]));
+            wait(&[Use::ComputeWrite, Use::ComputeRead]);
+            dispatch(means, all(count, group::PANE_LOOKS_COMP_MEAN));
             wait(&[Use::ComputeWrite, Use::ComputeRead]);
             dispatch(tables, rows_of(count));
         }
