@@ -1,7 +1,7 @@
 #ifndef PANE_BLUR_GLSL
 #define PANE_BLUR_GLSL
-// The light of a pane's drops that are out of focus, in a pixel: of each the part of the pixel's rays that meet it, times the
-// mean of what these see of it. Drops do not overlap, so their parts add up.
+// The light of a pane's drops that are out of focus, in a pixel: of each the part of the pixel's rays that meet it, times the mean of
+// what these see of it. Drops do not overlap, so their parts add up.
 #include "pane.glsl"
 #include "pane_drops.glsl"
 #include "pane_looks.glsl"

@@ -1,8 +1,8 @@
 #ifndef PANE_LOOKS_GLSL
 #define PANE_LOOKS_GLSL
-// What a drop of a pane that is out of focus looks like from the middle of the lens: at PANE_PLACES places of the wet face, and on the
-// mean. A pixel's light is then a mean over the part of these places that its rays meet, on whichever place of the
-// lens they begin.
+// What a drop of a pane that is out of focus looks like from the middle of the lens: at PANE_PLACES places of the wet face, and on
+// the mean. A pixel's light is then a mean over the part of these places that its rays meet, on whichever place of the lens they
+// begin.
 #include "pane.glsl"
 
 layout(constant_id = 2) const uint PANE_PLACES = 64; // of a drop
@@ -23,15 +23,15 @@ struct PaneLook {
     uint kind;        // of the four
     float spacing;    // of places
     float reach;      // of its table, in radii of the disc of a pixel's rays
-    uint bright;      // its places that outshine it, the brightest in the lowest byte; 0xff: none
+    uint bright;      // numbers of its bright places, the brightest in the lowest byte; 0xff: none
 };
 #ifndef LOOKS_ACCESS
 #define LOOKS_ACCESS readonly
 #endif
 layout(std430, set = 0, binding = 10) LOOKS_ACCESS buffer PaneLooks { PaneLook looks[]; };
-// PANE_WORDS of four halves for each drop. First its places: light; 1 where their ray meets the drop. Then the table of its picture, row
-// by row, by where a pixel's rays are around the drop: sums over the places that they meet, over the number of places; without the light of bright ones,
-// whose discs are seen as such.
+// PANE_WORDS of four halves for each drop. First its places: light; 1 where their ray meets the drop. Then the table of its picture,
+// row by row, by where a pixel's rays are around the drop: sums over the places that they meet, over the number of places, without
+// the light of bright ones. They make discs with edges, so each pixel adds them by itself.
 layout(std430, set = 0, binding = 11) LOOKS_ACCESS buffer PanePlaces { uvec2 places[]; };
 // Both for passes that do not write them.
 layout(set = 0, binding = 15) uniform usamplerBuffer look_texels;
