@@ -21,24 +21,22 @@ vec2 pixel_towards(vec3 d) {
 }
 
 #ifdef MEAN
-// The places that outshine the drop's mean, as `PaneLook` has them.
-uint bright_places(uint from, float mean) {
-    uint bright = NO_BRIGHT;
-    float below = 1e30;
-    for (uint round = 0u; round < MOST_BRIGHT; ++round) {
-        uint found = 0xffu;
-        float most = OUTSHINES * mean;
-        for (uint i = 0u; i < PANE_PLACES; ++i) {
-            vec3 seen = halves_of(seen_at(from + i)).rgb;
-            float light = seen.r + seen.g + seen.b;
-            bool is_more = light > most && light < below;
-            found = is_more ? i : found;
-            most = is_more ? light : most;
-        }
-        below = most;
-        bright = bitfieldInsert(bright, found, int(8u * round), 8);
+// The brightest places so far, brightest first, and how bright they are.
+struct Brightest {
+    vec4 light;
+    uvec4 places;
+};
+
+void take(inout Brightest b, float light, uint place) {
+    for (uint i = 0u; i < MOST_BRIGHT; ++i) {
+        bool is_more = light > b.light[i];
+        float other = b.light[i];
+        uint its = b.places[i];
+        b.light[i] = is_more ? light : other;
+        b.places[i] = is_more ? place : its;
+        light = is_more ? other : light;
+        place = is_more ? its : place;
     }
-    return bright;
 }
 
 void main() {
@@ -49,20 +47,23 @@ void main() {
     vec3 color = vec3(0.0);
     vec2 middle = vec2(0.0);
     float met = 0.0;
+    Brightest b = Brightest(vec4(0.0), uvec4(0u));
     for (uint i = 0u; i < PANE_PLACES; ++i) {
         vec4 seen = halves_of(seen_at(from + i));
         color += seen.rgb;
         middle += seen.a * place_in_look(look, i);
         met += seen.a;
+        take(b, seen.r + seen.g + seen.b, i);
     }
-    float share = 1.0 / max(met, 1.0);
+    float share = 1.0 / max(met, 1.0), least = OUTSHINES * share * (color.r + color.g + color.b);
+    uvec4 bright = mix(uvec4(0xffu), b.places, greaterThan(b.light, vec4(least)));
     PaneCap cap = cap_at(number);
     mat2 to_disc = inverse(rays_on_pane(footprint_of(pixel_towards(ray_to(cap.at).direction))));
     looks[number].color = share * color;
     looks[number].middle = cap.at + share * middle;
     looks[number].area = met * look.spacing * look.spacing;
     looks[number].reach = 1.0 + soft_edge(look, to_disc) + max(length(to_disc * look.along), length(to_disc * look.across));
-    looks[number].bright = bright_places(from, share * (color.r + color.g + color.b));
+    looks[number].bright = bright.x | bright.y << 8 | bright.z << 16 | bright.w << 24;
 }
 #elif defined(TABLE)
 void main() {
