@@ -11,7 +11,8 @@ pub use crate::abi::{RainClass as ClassRecord, Slab};
 use crate::rain::cells::{CellDrop, DIAMETER_UNIT, Lattice, Place};
 use crate::rain::cull::{Sight, Visibility};
 use crate::rain::flat_sizes::Parted;
-use crate::rain::grain::{Grain, Grained};
+use crate::rain::grain::{Grain, Grained, Variances};
+use crate::rain::last::Last;
 use crate::rain::law::Law;
 use crate::rain::medium::{MediumRecord, Outlines};
 use crate::rain::pyramid::Pyramid;
@@ -36,6 +37,10 @@ const LEAST_RAISED_PX: f64 = 0.001;
 /// What tells the chance of being drawn from other random numbers.
 const THINNED: u32 = 0x7468_696e; // "thin"
 
+/// Distance of the image plane in pixels, least radius in pixels of a drop that is shown by itself, that under which drops are
+/// thinned, metres in a scene unit; whether drops are flattened.
+type Scales = ([f64; 4], bool);
+
 /// The rain of a scene, whatever camera and time.
 #[derive(Clone, Debug)]
 pub struct Field {
@@ -50,6 +55,10 @@ pub struct Field {
     own: usize,
     /// Radius in pixels under which drops are thinned; 0: none are.
     thinned_px: f64,
+    // A millisecond of integrals, the same until the camera zooms or its shutter changes.
+    bands: Last<Scales, [f32; MAX_BANDS as usize]>,
+    medium: Last<Scales, MediumRecord>,
+    variances: Last<[f64; 4], Variances>,
 }
 
 /// The rain of one picture.
@@ -114,6 +123,9 @@ impl Field {
             grain: None,
             own,
             thinned_px: 0.0,
+            bands: Last::default(),
+            medium: Last::default(),
+            variances: Last::default(),
         })
     }
 
@@ -190,11 +202,7 @@ impl Field {
             millimetres: (2e3 * metres) as f32,
             extent2: (self.rain.extent / metres).powi(2).min(f64::from(f32::MAX)) as f32,
             band_depths: [0.0; MAX_BANDS as usize],
-            medium: (cutoff_px > 0.0 && scene.model.far_rain != Some(FarRain::None)).then(|| {
-                let scales = (view.focal_px, cutoff_px, self.thinned_px);
-                let outlines = self.outlines.as_ref();
-                MediumRecord::new(&self.law, outlines, scales, self.rain.extent, metres)
-            }),
+            medium: None,
             grain: None,
             drops_in_cells: 0.0,
             cells_with_drops: 0.0,
@@ -227,6 +235,14 @@ impl Field {
             seen.classes.push(lattice.record((reach, depth), sizes, &place, moved, metres));
             seen.places.push(place);
         }
+        let is_flattened = self.outlines.is_some();
+        let scales = ([view.focal_px, cutoff_px, self.thinned_px, metres], is_flattened);
+        if cutoff_px > 0.0 && scene.model.far_rain != Some(FarRain::None) {
+            let (law, outlines) = (&self.law, self.outlines.as_ref());
+            let px = (view.focal_px, cutoff_px, self.thinned_px);
+            let medium = || MediumRecord::new(law, outlines, px, self.rain.extent, metres);
+            seen.medium = Some(self.medium.of(scales, medium));
+        }
         if let (Some((median, number)), Some(_)) = (self.grain, &seen.medium) {
             let (law, air_density) = (&self.law, self.rain.air_density);
             let level = self.outlines.as_ref().map(|outlines| outlines.extinction()[0]);
@@ -235,9 +251,12 @@ impl Field {
             let grain = Grain { law, air_density, focal_px, cutoff_px, exposed, widened };
             let (lattice, place) = (&self.lattices[number], &seen.places[number]);
             let way = scene.drawn_motion_of(lattice.velocity / metres).length() * metres;
-            seen.grain = Some(grain.record(median, lattice, place, way, metres));
+            let variances =
+                self.variances.of([focal_px, cutoff_px, exposed, widened], || grain.variances());
+            let record = grain.record(median, lattice, place, way, metres);
+            seen.grain = Some(Grained { record, variances });
         }
-        seen.band_depths = band_depths(&self.lattices, &seen.classes);
+        seen.band_depths = self.bands.of(scales, || band_depths(&self.lattices, &seen.classes));
         Some(seen)
     }
 

@@ -28,13 +28,16 @@ use crate::rain::visibility::{depth_of_radius, radius_px, streak_px, variance_sh
 const DEPTHS: usize = MEDIUM_DEPTHS as usize;
 const SIZES: usize = 64;
 
+/// Variance of the optical depth on the view axis, by the cube root of the inverse depth, from the nearest on.
+pub type Variances = [f32; DEPTHS];
+
 /// The grain of a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Grained {
     /// The lattice that the noise is of.
     pub record: GrainRecord,
-    /// Variance of the optical depth on the view axis, by the cube root of the inverse depth, from the nearest on.
-    pub variances: [f32; DEPTHS],
+    /// How strong it is, by depth.
+    pub variances: Variances,
 }
 
 /// The lattice of the grain, as `RainField` of `glsl/include/rain_field.glsl` has it; all 0 where there is none.
@@ -66,7 +69,7 @@ pub struct Grain<'a> {
 }
 
 impl Grain<'_> {
-    /// What the shader reads: by the lattice of the drops of the median size, and the camera's place in it; `way` is
+    /// The lattice that the shader reads: by that of the drops of the median size, and the camera's place in it; `way` is
     /// how far a drop moves while it is seen, in metres; `metres` are in a scene unit.
     pub fn record(
         &self,
@@ -75,7 +78,7 @@ impl Grain<'_> {
         camera: &Place,
         way: f64,
         metres: f64,
-    ) -> Grained {
+    ) -> GrainRecord {
         let far = 2.0 * depth_of_radius(self.focal_px, median, self.cutoff_px);
         let pixel = far / self.focal_px;
         let streak = streak_px(self.focal_px, way, 1.0, far);
@@ -91,8 +94,7 @@ impl Grain<'_> {
             scale[axis] = (far / 2f64.powi(bits - 32 + lattice.log2_edge)) as f32;
         }
         within[3] = (self.nearest() / metres) as f32;
-        let record = GrainRecord { base, within, scale };
-        Grained { record, variances: self.variances().map(|v| v as f32) }
+        GrainRecord { base, within, scale }
     }
 
     /// Depth from which on there is a medium, in metres.
@@ -101,12 +103,12 @@ impl Grain<'_> {
     }
 
     /// Variance of the optical depth up to depths whose inverse goes as the cube of a number from 1 to 0.
-    fn variances(&self) -> [f64; DEPTHS] {
+    pub fn variances(&self) -> Variances {
         let inverse = |i: usize| {
             let left = 1.0 - i as f64 / (DEPTHS - 1) as f64;
             left.powi(3) / self.nearest()
         };
-        let mut variances = [0.0; DEPTHS];
+        let mut variances = [0.0_f64; DEPTHS];
         let width = (self.law.to - self.law.from) / SIZES as f64;
         let all = PI * PI / 16.0 * self.focal_px.powi(2) * 1e-12 * self.widened.powi(2);
         for size in 0..SIZES {
@@ -131,6 +133,6 @@ impl Grain<'_> {
                 *variance += all * m4 * sum;
             }
         }
-        variances
+        variances.map(|variance| variance as f32)
     }
 }

@@ -15,6 +15,7 @@ pub mod field;
 pub mod flat_sizes;
 pub mod flat_suns;
 pub mod grain;
+mod last;
 pub mod law;
 pub mod medium;
 pub mod pairs;

@@ -6,8 +6,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use glam::DVec3;
 use raindrops::rain::cells::{CellDrop, DIAMETER_UNIT, Lattice, Place, lattices};
 use raindrops::rain::classes::{Class, classes};
+use raindrops::rain::field::{Field, Seen};
 use raindrops::rain::law::{Law, marshall_palmer_slope};
 use raindrops::rain::tick_of_seconds;
+use raindrops::scene::Scene;
 
 fn law(rate: f64) -> Law {
     let slope = marshall_palmer_slope(rate);
@@ -299,4 +301,44 @@ fn a_visit_misses_no_cell() {
         }
     }
     assert!(inside > 100);
+}
+
+/// What a film's frames have in common is kept between them: of another zoom, cut-off, shutter or shape of drops nothing stays.
+#[test]
+fn rain_that_was_seen_before_is_that_seen_anew() {
+    let of = |camera: &str| {
+        let text = format!("[rain]\nrate = 25.0\n[camera]\n{camera}\n");
+        Scene::parse(&text, "test").expect("a scene")
+    };
+    let cameras =
+        ["vertical_fov = 60.0", "vertical_fov = 60.0\nshutter = 0.01", "vertical_fov = 20.0"]
+            .map(of);
+    let made = |scene: &Scene, is_flattened: bool, px: f64| {
+        let field = Field::of(scene).expect("rain").flattened(is_flattened);
+        field.grainy(true).thinned(scene, px)
+    };
+    let told = |seen: &Seen| (seen.medium, seen.grain, seen.band_depths);
+    let mut field = made(&cameras[0], false, 0.2);
+    let mut pictures = Vec::new();
+    // In turn each of these alone is another.
+    for (camera, is_flattened, thinned_px, cutoff_px) in [
+        (0, false, 0.2, 0.1),
+        (1, false, 0.2, 0.1),
+        (1, true, 0.2, 0.1),
+        (1, true, 0.1, 0.1),
+        (1, true, 0.1, 0.2),
+        (2, true, 0.1, 0.2),
+        (2, true, 0.0, 0.2),
+        (2, true, 0.0, 0.0),
+    ] {
+        let scene = &cameras[camera];
+        field = field.flattened(is_flattened).thinned(scene, thinned_px);
+        let seen = told(&field.seen(scene, cutoff_px));
+        assert_eq!(seen, told(&field.seen(scene, cutoff_px)), "again");
+        let anew = made(scene, is_flattened, thinned_px).seen(scene, cutoff_px);
+        assert_eq!(seen, told(&anew), "{thinned_px} {cutoff_px} {:?}", scene.camera);
+        pictures.push(seen);
+    }
+    pictures.dedup();
+    assert_eq!(pictures.len(), 8, "some are equal");
 }

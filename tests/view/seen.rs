@@ -115,7 +115,10 @@ impl Seen {
     }
 
     pub fn wait_for_title(&self, what: &str, is_so: impl Fn(&str) -> bool) {
-        wait_for(what, || Self::title(&self.x, self.window).filter(|title| is_so(title)));
+        wait_for(what, || {
+            let title = Self::title(&self.x, self.window).expect("the window is open");
+            Some(title).filter(|title| is_so(title))
+        });
     }
 
     pub fn key(&self, code: u8, is_down: bool) {
@@ -169,7 +172,13 @@ impl Seen {
     pub fn next_screenshot(&mut self) -> Vec<u8> {
         self.pictures += 1;
         let path = self.folder.join(format!("raindrops-{:04}.png", self.pictures));
-        wait_for("a screenshot", || std::fs::read(&path).ok())
+        wait_for("a screenshot", || {
+            let picture = std::fs::read(&path).ok();
+            // Without its window no program writes one.
+            let is_open = picture.is_some() || Self::title(&self.x, self.window).is_some();
+            assert!(is_open, "the window closed before there was a screenshot");
+            picture
+        })
     }
 }
 
@@ -189,7 +198,11 @@ impl Drop for Opened {
             let focus = x.get_input_focus().ok().and_then(|focus| focus.reply().ok());
             eprintln!("the title: {:?}", Seen::title(x, *window));
             eprintln!("the keyboard: {:?}, the window: {window}", focus.map(|reply| reply.focus));
-            eprintln!("the program runs: {}, and said: {}", self.is_running(), self.said());
+            eprintln!(
+                "the program's end: {:?}, and it said: {}",
+                self.viewer.0.try_wait(),
+                self.said()
+            );
         }
     }
 }
