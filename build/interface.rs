@@ -29,6 +29,7 @@ const VARIANTS: &[(&str, &str, &str)] = &[
     ("large.comp", "_CELLS", "CELLS"),
     ("composite.comp", "_DISORDERED", "DISORDERED"),
     ("composite.comp", "_CROWDED", "CROWDED"),
+    ("composite.comp", "_LONG", "LONG"),
     ("glints.comp", "_SHARED", "SHARED"),
     ("composite.comp", "_FEW", "FEW"),
     ("drops.frag", "_CLOSED_FORM", "BY_CLOSED_FORM"),

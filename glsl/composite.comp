@@ -3,11 +3,11 @@
 // Every tile's drops over one another, front to back, the sky behind; one invocation a tile, its
 // pixels in registers. DISORDERED: of the tiles only that were found to need it, after their lists are
 // put in order. CROWDED: of those that streaks make too long for one invocation, a workgroup a tile. FEW: of tiles with one
-// entry or none. See src/passes/composite.rs.
+// entry or none. LONG: of those whose lists take several dispatches. See src/passes/composite.rs.
 #ifdef CROWDED
 #include "crowded_tile.glsl"
 #else
-#include "composite_tile.glsl"
+#include "unfinished_tile.glsl"
 #include "left_lanes.glsl"
 
 layout(local_size_x = 64) in;
@@ -25,45 +25,45 @@ void main() {
     finish_tile(at, tile, upper, lower);
 }
 #else
-// Whether a splat comes next. Where no block is behind splats, all that is left is splats.
-bool is_splat(uint link) {
-    return link != END && !(MIXED && is_block(link));
+// Whether a splat comes next that this dispatch draws. Where no block is behind splats, all that is left is splats.
+bool is_splat(Window w) {
+    return w.taken < MOST_ENTRIES && w.nearest.link != END && !(MIXED && is_block(w.nearest.link));
 }
 
-// Lays a tile's entries over one another, front to back; returns what the links of its splats have in common.
-uint composite_entries(inout Row upper, inout Row lower, inout Window window, uint tile, uvec2 in_pixels) {
+// Lays a tile's entries over one another, front to back, up to MOST_ENTRIES; returns what the links of its splats have in common.
+uint composite_entries(inout Progress p, uint tile, uvec2 in_pixels) {
     // Blocks, then splats, and that once where it can be: a loop around the two costs a tenth of all. The splats' condition stands
     // last: first, llvmpipe would run the loop's body once more, with no lane in it, a ninth of the pass.
-    uint turns = 0u, splat_links = END, streaks_from = 0u;
+    uint turns = 0u, splat_links = END;
     do {
-        while (is_block(window.nearest.link)) {
+        while (p.window.taken < MOST_ENTRIES && is_block(p.window.nearest.link)) {
             if (has_streak_layer()) {
-                uint to = max(window.nearest.distance2, streaks_from);
-                composite_streak_layer(upper, lower, tile, in_pixels, streaks_from, to);
-                streaks_from = to;
+                uint to = max(p.window.nearest.distance2, p.streaks_from);
+                composite_streak_layer(p.upper, p.lower, tile, in_pixels, p.streaks_from, to);
+                p.streaks_from = to;
             }
-            composite_block(upper, lower, window.nearest.link);
-            take_nearest(window);
+            composite_block(p.upper, p.lower, p.window.nearest.link);
+            take_nearest(p.window);
         }
-        if (is_splat(window.nearest.link)) do {
-            if (LOSES_LEFT != 0u && window.taken == END) break;
-            splat_links &= window.nearest.link;
-            composite_splat(upper, lower, window.nearest.link);
-            take_nearest(window);
+        if (is_splat(p.window)) do {
+            if (LOSES_LEFT != 0u && p.window.taken == END) break;
+            splat_links &= p.window.nearest.link;
+            composite_splat(p.upper, p.lower, p.window.nearest.link);
+            take_nearest(p.window);
             if (!MIXED) {
                 // Two a pass: CPU drivers write back all of a tile's pixels in each.
-                splat_links &= window.nearest.link;
-                composite_splat(upper, lower, window.nearest.link);
-                take_nearest(window);
+                splat_links &= p.window.nearest.link;
+                composite_splat(p.upper, p.lower, p.window.nearest.link);
+                take_nearest(p.window);
             }
-        } while (is_splat(window.nearest.link));
-    } while (MIXED && window.nearest.link != END && ++turns < MOST_TURNS);
-    if (has_streak_layer()) composite_streak_layer(upper, lower, tile, in_pixels, streaks_from, END);
+        } while (is_splat(p.window));
+    } while (MIXED && p.window.nearest.link != END && p.window.taken < MOST_ENTRIES && ++turns < MOST_TURNS);
+    if (has_streak_layer() && p.window.nearest.link == END) {
+        composite_streak_layer(p.upper, p.lower, tile, in_pixels, p.streaks_from, END);
+    }
     return splat_links;
 }
 
-// llvmpipe stops an invocation's loops after some 65,000 passes: it may leave the longest of lists early, while they are
-// drawn or sorted. Then what the first dispatch drew stays, which is nearly in order.
 #ifdef DISORDERED
 // Leaves a tile, whose list is in order now, to a workgroup of its own: here eight tiles share the bound on loops, there each
 // has it for itself, and walks once.
@@ -81,19 +81,42 @@ void main() {
     uint tile = disordered_tiles[number].x, entries = disordered_tiles[number].y;
     uvec2 at = place_of_tile(tile);
     uint sorted = order_tile(tile);
-    Window window = open_window(sorted);
-    Row upper = NOTHING, lower = NOTHING;
+    Progress p = Progress(NOTHING, NOTHING, open_window(sorted), 0u);
     start_tile(at, tile);
-    composite_entries(upper, lower, window, tile, at * TILE);
-    if (has_streak_layer() && (streaks_are_cut || window.nearest.link != END)) {
+    composite_entries(p, tile, at * TILE);
+    if (has_streak_layer() && (streaks_are_cut || p.window.nearest.link != END)) {
         leave_to_crowd(number, tile, sorted);
         return;
     }
-    if (window.taken < entries) {
-        atomicAdd(counters.lost, entries - window.taken);
+    // llvmpipe stops an invocation's loops after some 65,000 passes. Then what the first dispatch drew stays, nearly in order.
+    if (p.window.taken < entries) {
+        atomicAdd(counters.lost, entries - p.window.taken);
         return;
     }
-    finish_tile(at, tile, upper, lower);
+    finish_tile(at, tile, p.upper, p.lower);
+}
+#elif defined(LONG)
+layout(push_constant) uniform Push { uint walk, walks; } push; // which of these dispatches, from 0 on
+
+void main() {
+    uint number = group_number() * 64u + gl_LocalInvocationID.x, first = number * SAVED;
+    if (number >= min(totals.unfinished, MOST_UNFINISHED) || kept(first).w != 0u) return;
+    uvec4 head = kept(first);
+    uint tile = head.x;
+    uvec2 at = place_of_tile(tile);
+    start_tile(at, tile);
+    Progress p;
+    if (push.walk == 0u) p = Progress(NOTHING, NOTHING, open_window(head_of(tile)), 0u);
+    else p = saved(first, head.z != 0u);
+    composite_entries(p, tile, at * TILE);
+    bool is_done = p.window.nearest.link == END;
+    uint taken = head.y + p.window.taken;
+    keep(first, uvec4(tile, taken, uint(p.window.disordered), uint(is_done)));
+    save(first, p);
+    if (!is_done && push.walk + 1u == push.walks) lack_walks();
+    // For an invocation alone it takes too long to sort so many.
+    if (is_done && (p.window.disordered || streaks_are_cut)) atomicAdd(counters.lost, taken);
+    finish_tile(at, tile, p.upper, p.lower);
 }
 #else
 layout(push_constant) uniform Push { uint listed; } push; // 1: tiles with several entries; 0: all, region after region
@@ -106,10 +129,12 @@ uvec2 place_in_region(uint region, uint place) {
     return at + (divided(region, REGIONS_ACROSS).yx << bits);
 }
 
-// Lists a tile whose entries did not come in order. Links of splats, and END, have the bit LINKS, those of blocks do not.
-void list_if_disordered(uint tile, Window window, uint splat_links) {
-    bool block_behind = (splat_links & LINKS) == 0u;
-    if (window.disordered || block_behind || window.nearest.link != END || streaks_are_cut) {
+// Lists a tile whose entries did not all come, or not in order. Links of splats, and END, have the bit LINKS, those of blocks do not.
+void list_if_undone(uint tile, Window window, uint splat_links) {
+    bool block_behind = (splat_links & LINKS) == 0u, is_long = window.nearest.link != END;
+    // A loop without turns is passed over, where both sides of a branch would be run.
+    for (uint once = is_long ? 1u : 0u; once > 0u; --once) leave_unfinished(tile);
+    if (!is_long && (window.disordered || block_behind || streaks_are_cut)) {
         uint next = atomicAdd(totals.disordered, 1u);
         disordered_tiles[next] = uvec2(tile, window.taken);
         atomicMax(totals.disordered_groups.x, next / 64u + 1u);
@@ -131,12 +156,11 @@ void main() {
         if (PREFETCH != 0u && BANDS > 1u) prefetch_nodes(region + 1u, place);
         if (at.x >= tiles_across() || tile >= TILE_COUNT) return;
     }
-    Window window = open_window(head_of(tile));
-    Row upper = NOTHING, lower = NOTHING;
+    Progress p = Progress(NOTHING, NOTHING, open_window(head_of(tile)), 0u);
     start_tile(at, tile);
-    uint splat_links = composite_entries(upper, lower, window, tile, at * TILE);
-    list_if_disordered(tile, window, splat_links);
-    finish_tile(at, tile, upper, lower);
+    uint splat_links = composite_entries(p, tile, at * TILE);
+    list_if_undone(tile, p.window, splat_links);
+    finish_tile(at, tile, p.upper, p.lower);
 }
 #endif
 #endif

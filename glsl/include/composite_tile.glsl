@@ -262,7 +262,7 @@ void composite_streak_layer(inout Row upper, inout Row lower, uint tile, uvec2 i
 
 // Whether blocks behind splats are drawn here. Drops of one size look larger the nearer they are, so a block is in
 // front of all splats. That does not hold if sizes differ, nor in tiles that the first dispatch found in disorder.
-#ifdef DISORDERED
+#if defined(DISORDERED) || defined(LONG)
 const bool MIXED = true;
 #else
 const bool MIXED = HAS_PLACED != 0u;

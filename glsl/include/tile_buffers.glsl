@@ -45,6 +45,7 @@ const uint SPHERES = 0, STRETCHED = 1, TRACED = 2;   // of SHAPE; stretched: a s
 #define REGIONS_ACROSS frame.tiles.z
 #define REGIONS frame.tiles.w
 #define RAY_PIECE frame.clusters.z // blocks that one dispatch draws by rays, at most
+#define MOST_UNFINISHED frame.clusters.w // tiles whose lists take several dispatches, at most
 #define MAX_NODES frame.room.x     // splats, and twice the blocks
 #define MAX_BLOCKS frame.room.y
 #define MAX_LARGES frame.room.z
@@ -65,6 +66,7 @@ layout(std430, set = 0, binding = 3) buffer Totals {
     uvec4 line_groups;              // over the parts of streaks that have lines
     uvec4 shared_groups;            // over the large drops whose glints take a workgroup each
     uvec4 crowded_groups;           // over the crowded tiles, a workgroup each
+    uvec4 unfinished_groups;        // over the unfinished tiles
     uint larges;
     uint bigs;
     uint blocks;
@@ -77,13 +79,14 @@ layout(std430, set = 0, binding = 3) buffer Totals {
     uint line_parts;                // parts of its streaks that have lines
     uint shared_drops;              // large drops whose glints take a workgroup each
     uint crowded;                   // tiles that streaks make too long for one invocation (crowded_tile.glsl)
+    uint unfinished;                // tiles whose lists take several dispatches (unfinished_tile.glsl)
     uint lacks_room;                // 1: something was lost for which more room can be made
     uint bin_counts[MAX_BINS];      // clusters in view of a band and region: bin band * REGIONS + region
     uint bin_starts[MAX_BINS + MOST_TOGETHER]; // their first place, when they are sorted; beyond the last bin the sum
 } totals;
 layout(set = 0, binding = 22) uniform usamplerBuffer total_words;
 // The word of `totals` with the first of `bin_starts` (src/passes/totals.rs has it as well).
-const uint BIN_STARTS = 4u * (8u + MAX_BANDS + RAY_PIECES + LISTS) + LISTS + 12u + MAX_BINS;
+const uint BIN_STARTS = 4u * (9u + MAX_BANDS + RAY_PIECES + LISTS) + LISTS + 13u + MAX_BINS;
 
 uint start_of_bin(uint bin) {
     return BY_TEXELS != 0u ? texelFetch(total_words, int(BIN_STARTS + bin)).x : totals.bin_starts[bin];

@@ -68,6 +68,11 @@ constants! {
     RAY_PIECES: u32 = 64;
     /// Words of a splat's node; a block has two nodes.
     NODE: u32 = 8;
+    /// Entries of a tile's list that a dispatch goes through, or sorts: some 0.3 s on an NVIDIA H200, where a watchdog would wait
+    /// for 2.
+    MOST_ENTRIES: u32 = 65_536;
+    /// Vectors of a tile whose list takes several dispatches.
+    SAVED: u32 = 17;
     /// End of a tile's list.
     END: u32 = u32::MAX;
     /// Directions along an edge of the octahedral map: 2.8° a texel.

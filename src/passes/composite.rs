@@ -16,6 +16,10 @@
 //! an invocation's loops, so a tile with many of both is left to a third dispatch, a workgroup a tile, which walks them
 //! once (`crowded_tile.glsl`): whether or not it is, the tile has the same bytes.
 //!
+//! No dispatch goes through more than `MOST_ENTRIES` of a list, so that each ends before a watchdog would reset the device. Longer
+//! lists, of very many drops on few pixels, are gone on with by further dispatches (`unfinished_tile.glsl`), and are not sorted: that
+//! they may be out of order is told.
+//!
 //! Where lists are short, `glsl/tiles_to_draw.comp` first sorts the tiles by how much there is to do in them: several
 //! entries, one splat, one block, none. Each of these has a pipeline of its own, so that no lane runs or waits for what
 //! only others need. A tile without entries is drawn only if the sky is new, or if it had some when it was drawn last:
@@ -38,7 +42,7 @@ use super::tiles::Tiles;
 use super::tone_map::Source;
 use super::totals::{
     CROWDED_GROUPS, DISORDERED_GROUPS, LARGE_GROUPS, LINE_GROUPS, LISTED_GROUPS, RAY_GROUPS,
-    SHARED_GROUPS,
+    SHARED_GROUPS, UNFINISHED_GROUPS,
 };
 use super::{rows_of, side_by_side};
 use crate::Result;
@@ -101,6 +105,8 @@ struct Passes {
     disordered: ComputePipeline,
     /// None where there are no streaks.
     crowded: Option<ComputePipeline>,
+    /// None where no list is expected to be so long.
+    long: Option<ComputePipeline>,
 }
 
 /// The passes by which tiles are drawn by how much there is to do in them: those without drops not at all while the sky behind
@@ -213,6 +219,9 @@ impl Passes {
                 )
             },
         );
+        let long = (tiles.long_lists.walks > 0)
+            .then(|| pushed(shaders::COMPOSITE_COMP_LONG, 8, &constants))
+            .transpose()?;
         let ([disordered, composite, rays], listed) = of_all?;
         let (glints, lines) = of_glints?;
         let (sky, of_streak_layer) = others?;
@@ -228,6 +237,7 @@ impl Passes {
             listed,
             disordered,
             crowded,
+            long,
         })
     }
 }
@@ -394,6 +404,12 @@ impl Composite {
         if let Some(crowded) = &passes.crowded {
             memory_barrier(device, commands, &[Use::ComputeWrite], &after);
             crowded.dispatch_indirect(commands, bindings, &[], totals, CROWDED_GROUPS);
+        }
+        for (walk, long) in (0..tiles.long_lists.walks).zip(passes.long.iter().cycle()) {
+            memory_barrier(device, commands, &[Use::ComputeWrite], &after);
+            let push = [walk, tiles.long_lists.walks];
+            let push = bytemuck::bytes_of(&push);
+            long.dispatch_indirect(commands, bindings, push, totals, UNFINISHED_GROUPS);
         }
     }
 }

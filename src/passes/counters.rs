@@ -70,7 +70,7 @@ impl Counts {
             (
                 self.overflow,
                 "not drawn, or out of order",
-                "more, tile by tile, than the lists hold or the driver goes through",
+                "more, tile by tile, than the lists hold or are put in order",
             ),
             (self.camera_inside, "not drawn", "the camera is inside"),
             (

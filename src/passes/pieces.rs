@@ -1,11 +1,11 @@
-//! How much a dispatch of rays does at most: known before it is recorded, so that no watchdog of a driver, which resets a
-//! device after some two seconds, ends a long one.
+//! How much a dispatch does at most, of rays and of a tile's list: known before it is recorded, so that no watchdog of a driver,
+//! which resets a device after some two seconds, ends a long one.
 //!
-//! What there is beyond the first piece is found by further dispatches. `blocks.comp` fills their arguments, so those for which
+//! What there is beyond the first piece is found by further dispatches. Of rays: `blocks.comp` fills their arguments, so those for which
 //! there is nothing have no workgroups; and a view records only as many as its room for blocks can ask for, most often one.
 
 use super::tile_grid::TILE_PIXELS;
-use crate::abi::{MOST_LENS_RAYS, MOST_MOVING_RAYS, RAY_PIECES};
+use crate::abi::{MOST_ENTRIES, MOST_LENS_RAYS, MOST_MOVING_RAYS, RAY_PIECES, SAVED};
 use crate::plan::FramePlan;
 use crate::scene::model::{Lens, Motion};
 
@@ -48,6 +48,35 @@ impl RayPieces {
     }
 }
 
+/// Lists of random drops are not so many times as long as they are on the mean.
+const UNEVEN: f64 = 64.0;
+
+/// Tiles whose lists are longer than one dispatch goes through.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct LongLists {
+    /// Dispatches that go on with them.
+    pub walks: u32,
+    /// How many of them there may be; 0 without such dispatches.
+    pub tiles: u32,
+}
+
+impl LongLists {
+    /// Those of lists with room for so many `nodes`, `a_tile` on the mean, where `placed` drops may all be on one tile. With each
+    /// `factor` of more room there are further walks, should lists be longer all the same.
+    pub fn of(nodes: u64, a_tile: f64, placed: usize, factor: u32) -> Self {
+        let tiles = nodes / u64::from(MOST_ENTRIES);
+        let longest = UNEVEN * a_tile + placed as f64;
+        let expected = (longest / f64::from(MOST_ENTRIES)) as u64 + u64::from(factor - 1);
+        let walks = expected.min(tiles) as u32;
+        Self { walks, tiles: if walks > 0 { tiles as u32 } else { 0 } }
+    }
+
+    /// Bytes for what the tiles have come to.
+    pub fn bytes(&self) -> u64 {
+        u64::from(16 * SAVED) * u64::from(self.tiles)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -86,5 +115,21 @@ mod tests {
         // What a frame of today has: one, and the 4 M drops of `exact` with 64 rays several.
         assert_eq!(RayPieces::of(300_000, 4, 65_535).count, 1);
         assert!(RayPieces::of(4_000_000, 64, 65_535).count > 20);
+    }
+
+    /// The usual picture has none; where drops are many for their pixels, or may all be on one, there are as many as their list takes.
+    #[test]
+    fn long_lists_take_further_dispatches() {
+        let walks = |nodes, a_tile, placed, factor| LongLists::of(nodes, a_tile, placed, factor);
+        let usual = walks(3_000_000, 11.0, 1000, 1);
+        assert_eq!((usual.walks, usual.tiles, usual.bytes()), (0, 0, 0));
+        // Four million drops on one tile: all entries that there is room for.
+        let one = walks(3_000_000, 1_440_000.0, 0, 1);
+        assert_eq!((one.walks, one.tiles), (45, 45));
+        assert_eq!(one.bytes(), 45 * 17 * 16);
+        assert_eq!(walks(3_000_000, 0.0, 131_072, 1).walks, 2);
+        // What was told to lack room gets a further one.
+        assert_eq!(walks(3_000_000, 11.0, 0, 2).walks, 1);
+        assert_eq!(walks(65_535, 1e9, 0, 8).walks, 0);
     }
 }

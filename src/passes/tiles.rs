@@ -31,7 +31,7 @@ use super::cells::Cells;
 use super::counters;
 use super::frame::{Frame, FrameBuffer};
 use super::layers::DropRecords;
-use super::pieces::{RayPieces, rays_of_a_pixel};
+use super::pieces::{LongLists, RayPieces, rays_of_a_pixel};
 use super::placed::PlacedDrops;
 use super::rain_field::RainField;
 use super::room::Room;
@@ -91,6 +91,7 @@ pub struct Tiles {
     pub(crate) lists: Lists,
     /// Which dispatches draw blocks by rays.
     pub(crate) ray_pieces: RayPieces,
+    pub(super) long_lists: LongLists,
     /// What frames say of the tiles, of the room in their lists, and of clusters.
     in_frame: [[u32; 4]; 3],
     /// Set 0 of all stages of the frame.
@@ -196,10 +197,11 @@ impl Tiles {
         let room = Room::of(&device.report, plan, count, (drops, clusters), has_cells);
         let most_groups = device.report.limits.max_compute_work_group_count[0];
         let ray_pieces = RayPieces::of(room.blocks, rays_of_a_pixel(plan), most_groups);
+        let long_lists = LongLists::of(room.nodes, a_tile, scene.drops.len(), plan.room);
         let in_frame = [
             [count, regions.shift, regions.across, regions.count],
             [room.nodes as u32, room.blocks as u32, room.larges as u32, bands],
-            [clusters, others, ray_pieces.blocks, 0],
+            [clusters, others, ray_pieces.blocks, long_lists.tiles],
         ];
 
         let lists = Lists::new(device, &room, count)?;
@@ -326,6 +328,7 @@ impl Tiles {
             passes,
             lists,
             ray_pieces,
+            long_lists,
             constants,
             texels,
             shared,
@@ -434,7 +437,7 @@ impl Tiles {
 
     /// Whether a view of the same with the other's room has more.
     pub fn has_more_room_than(&self, other: &Self) -> bool {
-        let room = |tiles: &Self| (tiles.in_frame, tiles.streak_layer.in_frame);
+        let room = |t: &Self| (t.in_frame, t.streak_layer.in_frame, t.long_lists);
         room(self) != room(other)
     }
 

@@ -9,7 +9,7 @@ pub(super) const MAX_BINS: usize = (MAX_BANDS * MAX_REGIONS) as usize;
 
 // The word that the shaders count to.
 const _: () = {
-    let word = 4 * (8 + MAX_BANDS + RAY_PIECES + LISTS) as usize + LISTS as usize + 12 + MAX_BINS;
+    let word = 4 * (9 + MAX_BANDS + RAY_PIECES + LISTS) as usize + LISTS as usize + 13 + MAX_BINS;
     assert!(offset_of!(Totals, bin_starts) == 4 * word);
 };
 
@@ -23,6 +23,7 @@ pub(super) const RAY_GROUPS: u64 = offset_of!(Totals, ray_groups) as u64; // of 
 pub(super) const LISTED_GROUPS: u64 = offset_of!(Totals, listed_groups) as u64; // of the first list
 pub(super) const DISORDERED_GROUPS: u64 = offset_of!(Totals, disordered_groups) as u64;
 pub(super) const CROWDED_GROUPS: u64 = offset_of!(Totals, crowded_groups) as u64;
+pub(super) const UNFINISHED_GROUPS: u64 = offset_of!(Totals, unfinished_groups) as u64;
 pub(super) const LINE_GROUPS: u64 = offset_of!(Totals, line_groups) as u64;
 pub(super) const SHARED_GROUPS: u64 = offset_of!(Totals, shared_groups) as u64;
 /// Words of all arguments, and of these and the counts that follow; then come the bins'.
@@ -47,6 +48,8 @@ pub struct TileCounts {
     pub tiles_again: u64,
     /// Tiles, of those drawn again, that get a workgroup each, as they have too many streaks for one invocation.
     pub crowded_tiles: u64,
+    /// Tiles whose lists are longer than one dispatch goes through, 65,536 entries.
+    pub long_tiles: u64,
     /// Whether something was lost for which more room can be made.
     pub lacks_room: bool,
 }
@@ -63,6 +66,7 @@ impl TileCounts {
             ray_fragments_a_dispatch: word(offset_of!(Totals, ray_blocks)).min(ray_piece.into()),
             tiles_again: word(offset_of!(Totals, disordered)),
             crowded_tiles: word(offset_of!(Totals, crowded)),
+            long_tiles: word(offset_of!(Totals, unfinished)),
             clusters: word(offset_of!(Totals, in_view)),
             lacks_room: word(offset_of!(Totals, lacks_room)) != 0,
         }

@@ -166,6 +166,19 @@ fn coarse_sizes(device: &Arc<Device>) -> Option<f64> {
     (sizes < 60).then(|| 1.0 / f64::from(sizes))
 }
 
+/// Levels of detail that a device takes for one. Where filters are found to be in steps, so are levels, which are cut to those below: of
+/// 1.49999996 is left 1.496, whose directions are off by enough for a hundredth of a photograph's pixels to be off by 12 %. A level
+/// that float32 may have on either side of a step has two.
+fn levels(device: &Arc<Device>, level: f64) -> Vec<f64> {
+    if Findings::of(device).expect("findings").sampling.blends_a_texel >= 512 {
+        return vec![level];
+    }
+    let steps = f64::from(1u32 << device.report.limits.mipmap_precision_bits);
+    let mut levels = [-1e-6, 1e-6].map(|off| ((level + off) * steps).floor() / steps).to_vec();
+    levels.dedup();
+    levels
+}
+
 /// The model's sprites as this device places them and of the sizes that it gives them. With those of the scene instead, a
 /// rim pixel is off by a hundred times as much on SwiftShader.
 fn sprites(device: &Arc<Device>, scene: &Scene) -> Vec<Sprite> {
@@ -198,8 +211,12 @@ fn check(environment: &Environment, optics: Optics, bound: &Bound) {
                 scene.model.optics = Some(optics);
                 let model = PaperModel::new(&scene, environment);
                 let sprites = sprites(device, &scene);
-                assert_eq!(sprites.len(), 1);
-                let off = compare(&render(device, &scene, environment), &model, &sprites, edge_px);
+                let [sprite] = sprites[..] else { panic!("{} sprites", sprites.len()) };
+                let picture = render(device, &scene, environment);
+                let by_level = levels(device, sprite.level)
+                    .into_iter()
+                    .map(|level| compare(&picture, &model, &[Sprite { level, ..sprite }], edge_px));
+                let off = by_level.min_by(|a, b| a.mean.total_cmp(&b.mean)).expect("a level");
                 println!(
                     "{}, {optics}, d = {distance}{}: {} pixels, mean {:.1e}, 99 % {:.1e}, largest \
                      {:.1e} at ({:+.3}, {:+.3}), {:.3} of the radius, level {:.2}",
@@ -212,7 +229,7 @@ fn check(environment: &Environment, optics: Optics, bound: &Bound) {
                     off.at.x,
                     off.at.y,
                     off.at.length(),
-                    sprites[0].level,
+                    sprite.level,
                 );
                 assert!(off.pixels > 0 && off.is_within(&bound), "{off:?}");
             }

@@ -70,9 +70,10 @@ const SCENES: [&[&str]; 4] = [
     ],
 ];
 
-/// Scenes that ask for passes of their own: drops in motion, a pane in focus and out of it, a shelter.
-const OTHERS: [&[&str]; 4] = [
+/// Scenes that ask for passes of their own: drops in motion, long lists, a pane in focus and out of it, a shelter.
+const OTHERS: [&[&str]; 5] = [
     &["drop=[{center=[0,0,-3],radius=0.3,velocity=[1,0,0]}]", "camera.shutter=0.01"],
+    &["rain.count=400000"],
     &["pane.distance=0.3", "pane.drop=[{at=[0,0],radius=0.02}]"],
     &["pane.distance=0.3", "pane.drop=[{at=[0,0],radius=0.02}]", "camera.aperture=0.05"],
     &[
@@ -217,7 +218,11 @@ fn compile_all() {
     device.point_rules.set(rules).expect("not yet probed");
     let (light, settings) = (crate::common::with_halo(DVec3::Y), settings());
     let made: Vec<bool> = settings.par_iter().map(|some| make(&device, some, &light)).collect();
-    assert!(made[..2 * OTHERS.len()].iter().all(|is_made| *is_made), "{:?}", &settings[..8]);
+    assert!(
+        made[..2 * OTHERS.len()].iter().all(|is_made| *is_made),
+        "{:?}",
+        &settings[..2 * OTHERS.len()]
+    );
     let made = made.iter().filter(|is_made| **is_made).count();
     println!("{made} of {} settings have a plan; {}", settings.len(), card.summary());
 

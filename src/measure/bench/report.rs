@@ -345,6 +345,7 @@ fn counters(measured: &Measured) -> IndexMap<String, u64> {
             ("fragments", tiles.fragments),
             ("ray_fragments", tiles.ray_fragments),
             ("ray_fragments_a_dispatch", tiles.ray_fragments_a_dispatch),
+            ("long_tiles", tiles.long_tiles),
             ("tiles_done_again", tiles.tiles_again),
         ]),
     }

@@ -64,6 +64,11 @@ impl Buffers {
         let drawn = 2 * tiles.count + tiles.count.div_ceil(LISTED_TILES);
         let drawn = if is_listed { drawn } else { 1 };
         let lit = if tiles.has_streak_layer() { count } else { 1 };
+        // Disordered tiles; behind them, where there are streaks, crowded ones; then what unfinished ones have come to.
+        let listed = match tiles.long_lists.bytes() {
+            0 => 8 * (count + lit),
+            bytes => 16 * count + bytes,
+        };
         let moved = Usage::TRANSFER_SRC | Usage::TRANSFER_DST;
         let of_lines = Usage::TRANSFER_DST | texels;
         Ok(Self {
@@ -76,10 +81,9 @@ impl Buffers {
             )?,
             sky: make("sky", PIXEL_BYTES * TILE_PIXELS * count, texels)?,
             // Before composite lists tiles here, glints lists large drops.
-            // Where there are streaks, it lists crowded tiles behind them.
             disordered_tiles: make(
                 "disordered tiles",
-                (8 * count + 8 * lit).max(4 * tiles.room_for_larges()),
+                listed.max(4 * tiles.room_for_larges()),
                 Usage::empty(),
             )?,
             drawn_tiles: make("drawn tiles", 4 * u64::from(drawn), Usage::empty())?,

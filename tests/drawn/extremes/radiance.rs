@@ -335,6 +335,31 @@ fn a_list_that_is_cut_is_told() {
     });
 }
 
+/// A list so long that it takes several dispatches: all of its drops are drawn, and that they are not in order is told. What passes
+/// through all of them is the product of what passes through each third, whose lists one dispatch goes through.
+#[test]
+fn a_list_of_several_dispatches_loses_no_light() {
+    on_device(|device| {
+        let (mut scene, hole) = (thin_layers(300_000), hole(1.5, Vec3::ONE));
+        scene.drops.iter_mut().for_each(|drop| drop.radius = 0.25);
+        let passed = |range: std::ops::Range<usize>| {
+            let part = Scene { drops: scene.drops[range].to_vec(), ..scene.clone() };
+            let (picture, counts) = draw(device, &part, &hole, Preset::Fast);
+            let through = |pixel: &Vec3| 1.0 - f64::from(pixel.y);
+            (picture.pixels.iter().map(through).collect::<Vec<_>>(), counts.overflow)
+        };
+        let (all, told) = passed(0..300_000);
+        let thirds = [0, 1, 2].map(|third| passed(third * 100_000..(third + 1) * 100_000).0);
+        // Of a pixel in the middle.
+        let middle = 8 * 16 + 8;
+        let (all, thirds) = (all[middle], thirds.map(|third| third[middle]));
+        let product: f64 = thirds.iter().product();
+        println!("{all:.4} passes, {product:.4} by thirds {thirds:.4?}; {told} told");
+        assert!((all / product - 1.0).abs() < 0.02, "{all} passes, by thirds {product}");
+        assert!(told > 280_000, "{told} told");
+    });
+}
+
 /// No streak is lost where streaks have one colour and their lists no order: a workgroup goes through what is too long for one invocation.
 /// Light of several lists is known from that of each, as what passes through all is the product of what passes through each.
 #[test]
