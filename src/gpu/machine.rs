@@ -22,6 +22,15 @@ impl Machine {
         }
     }
 
+    /// Invocations that put the list of a tile in order whose drops did not come so (`glsl/include/order_together.glsl`). On a CPU
+    /// each waits at a barrier for all of the others' work.
+    pub fn sort_lanes(self) -> u32 {
+        match self {
+            Self::Cpu => 1,
+            Self::Gpu => 64,
+        }
+    }
+
     /// Invocations of a workgroup that draws the images of bright sources in large drops, 64 of them or one
     /// (`glsl/glints.comp`). A vector of a CPU takes as long as the one invocation that has an image to solve for, so each
     /// takes several drops, and solves for those alone that need it.

@@ -10,7 +10,7 @@
 //! the picture is the same on every run. The lists come nearly in order (`tiles.rs`); each tile takes the
 //! nearest of the next six entries (`glsl/include/tile_window.glsl`) and knows afterwards whether that
 //! was right. The few tiles where it was not are done again by a second dispatch, their lists sorted
-//! (`tile_order.glsl`).
+//! (`tile_order.glsl`, on a GPU `order_together.glsl`).
 //!
 //! Streaks are in lists of their own, which a tile walks once before each of its larger drops. llvmpipe bounds the passes of
 //! an invocation's loops, so a tile with many of both is left to a third dispatch, a workgroup a tile, which walks them
@@ -148,6 +148,7 @@ impl Passes {
             [constant::PREFETCH, tiles.prefetch.into()],
             [constant::GLINTS, glints.count],
             [constant::GLINT_LANES, device.report.machine.glint_lanes()],
+            [constant::SORT_LANES, device.report.machine.sort_lanes()],
             [constant::LAYERS, plan.layers.into()],
         ];
         let constants: Vec<_> = tiles.constants.iter().copied().chain(own).collect();

@@ -295,6 +295,30 @@ fn what_a_device_takes_does_not_show_in_other_models() {
     draw_alike(&scenes, &[SIDES[0], SIDES[2]], frame);
 }
 
+/// Nor where drops come out of order: lists of few entries, of many, and of more than a workgroup sorts.
+#[test]
+fn what_a_device_takes_does_not_show_where_lists_are_out_of_order() {
+    let mut random = crate::common::Random(5);
+    let mut tangled = |layers: u32| {
+        let image = ImageSize { width: 16, height: 8 };
+        let mut scene = on_tiles(layers * 16, image, 0.3, (0.0, 0.0), Preset::Fast);
+        for drop in &mut scene.drops {
+            // Anywhere on its tile, so that it matters which is nearer.
+            let aside = DVec3::new(3.0 * random.unit() - 1.5, random.unit() - 0.5, 0.0) / 4.0;
+            drop.center = (1.0 + random.unit()) * (drop.center - drop.center.z * aside);
+            drop.radius *= drop.center.z / -1000.0;
+            drop.velocity = DVec3::splat(100.0);
+        }
+        scene
+    };
+    let scenes = [("twenty", tangled(20)), ("hundreds", tangled(300)), ("many", tangled(900))];
+    draw_alike(&scenes, &[SIDES[2], SIDES[3]], |device, scene| {
+        let drawn = frame(device, scene);
+        assert_eq!(drawn.counts.overflow, 0, "{:?}", drawn.counts);
+        drawn
+    });
+}
+
 /// Nor in drops of a pane, in focus and out of it.
 #[test]
 fn what_a_device_takes_does_not_show_on_a_pane() {
