@@ -57,7 +57,7 @@ fi
 # Licences: this program's, the sky model's, and those of each crate that is linked. A crate without a text of its own
 # is named with its licence's identifier; the texts of MIT and Apache 2.0 stand beside.
 cp LICENSE-MIT LICENSE-APACHE assets/LICENSE-hosek-wilkie "$into/licences/"
-scripts/cargo.sh tree --locked -e normal --prefix none --format '{p}' --target "$target" >"$tree/linked"
+scripts/cargo.sh tree --locked -e normal,no-proc-macro --prefix none --format '{p}' --target "$target" >"$tree/linked"
 scripts/cargo.sh metadata --locked --format-version 1 --filter-platform "$target" >"$tree/metadata"
 python3 - "$tree/linked" "$tree/metadata" >"$into/licences/crates.txt" <<'PYTHON' || fail "no licences"
 import json, pathlib, re, sys
