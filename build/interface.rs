@@ -122,6 +122,7 @@ impl Variant {
                 | "rays.comp"
                 | "glints.comp"
                 | "composite.comp"
+                | "order_lists.comp"
                 | "lines.comp"
                 | "streak_layer_light.comp"
                 | "tiles_to_draw.comp",

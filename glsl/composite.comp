@@ -64,11 +64,9 @@ uint composite_entries(inout Progress p, uint tile, uvec2 in_pixels) {
     return splat_links;
 }
 
-layout(constant_id = 33) const uint SORT_LANES = 1; // invocations that put a disordered tile's list in order
+layout(constant_id = 33) const uint SORTED_BEFORE = 0; // 1: order_lists.comp puts the lists of disordered tiles in order
 
 #ifdef DISORDERED
-#include "order_together.glsl"
-
 // Leaves a tile, whose list is in order now, to a workgroup of its own: here eight tiles share the bound on loops, there each
 // has it for itself, and walks once.
 void leave_to_crowd(uint number, uint tile, uint sorted) {
@@ -80,13 +78,11 @@ void leave_to_crowd(uint number, uint tile, uint sorted) {
 }
 
 void main() {
-    bool is_together = SORT_LANES > 1u;
-    uint number = is_together ? group_number() : group_number() * 64u + gl_LocalInvocationID.x;
+    uint number = group_number() * 64u + gl_LocalInvocationID.x;
     if (number >= totals.disordered) return;
     uint tile = disordered_tiles[number].x, entries = disordered_tiles[number].y;
     uvec2 at = place_of_tile(tile);
-    uint sorted = is_together ? order_together(tile, entries) : order_tile(tile);
-    if (is_together && gl_LocalInvocationID.x > 0u) return;
+    uint sorted = SORTED_BEFORE != 0u ? heads[tile] : order_tile(tile);
     Progress p = Progress(NOTHING, NOTHING, open_window(sorted), 0u);
     start_tile(at, tile);
     composite_entries(p, tile, at * TILE);
@@ -143,9 +139,11 @@ void list_if_undone(uint tile, Window window, uint splat_links) {
     if (!is_long && (window.disordered || block_behind || streaks_are_cut)) {
         uint next = atomicAdd(totals.disordered, 1u);
         disordered_tiles[next] = uvec2(tile, window.taken);
-        uint group = next / (64u / SORT_LANES);
-        atomicMax(totals.disordered_groups.x, min(group + 1u, ROW));
-        atomicMax(totals.disordered_groups.y, group / ROW + 1u);
+        atomicMax(totals.disordered_groups.x, next / 64u + 1u);
+        if (SORTED_BEFORE != 0u) {
+            atomicMax(totals.order_groups.x, min(next + 1u, ROW));
+            atomicMax(totals.order_groups.y, next / ROW + 1u);
+        }
     }
 }
 

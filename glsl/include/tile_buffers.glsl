@@ -66,6 +66,7 @@ layout(std430, set = 0, binding = 3) buffer Totals {
     uvec4 line_groups;              // over the parts of streaks that have lines
     uvec4 shared_groups;            // over the large drops whose glints take a workgroup each
     uvec4 crowded_groups;           // over the crowded tiles, a workgroup each
+    uvec4 order_groups;             // over the disordered tiles, a workgroup each
     uvec4 unfinished_groups;        // over the unfinished tiles
     uint larges;
     uint bigs;
@@ -86,7 +87,7 @@ layout(std430, set = 0, binding = 3) buffer Totals {
 } totals;
 layout(set = 0, binding = 22) uniform usamplerBuffer total_words;
 // The word of `totals` with the first of `bin_starts` (src/passes/totals.rs has it as well).
-const uint BIN_STARTS = 4u * (9u + MAX_BANDS + RAY_PIECES + LISTS) + LISTS + 13u + MAX_BINS;
+const uint BIN_STARTS = 4u * (10u + MAX_BANDS + RAY_PIECES + LISTS) + LISTS + 13u + MAX_BINS;
 
 uint start_of_bin(uint bin) {
     return BY_TEXELS != 0u ? texelFetch(total_words, int(BIN_STARTS + bin)).x : totals.bin_starts[bin];

@@ -22,13 +22,10 @@ impl Machine {
         }
     }
 
-    /// Invocations that put the list of a tile in order whose drops did not come so (`glsl/include/order_together.glsl`). On a CPU
-    /// each waits at a barrier for all of the others' work.
-    pub fn sort_lanes(self) -> u32 {
-        match self {
-            Self::Cpu => 1,
-            Self::Gpu => 64,
-        }
+    /// Whether a workgroup each puts the lists of tiles in order whose drops did not come so (`glsl/order_lists.comp`), not an
+    /// invocation each: on a CPU all would wait at each barrier for the work of the others.
+    pub fn sorts_by_workgroups(self) -> bool {
+        self == Self::Gpu
     }
 
     /// Invocations of a workgroup that draws the images of bright sources in large drops, 64 of them or one

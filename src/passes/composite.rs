@@ -10,7 +10,7 @@
 //! the picture is the same on every run. The lists come nearly in order (`tiles.rs`); each tile takes the
 //! nearest of the next six entries (`glsl/include/tile_window.glsl`) and knows afterwards whether that
 //! was right. The few tiles where it was not are done again by a second dispatch, their lists sorted
-//! (`tile_order.glsl`, on a GPU `order_together.glsl`).
+//! (`tile_order.glsl`; on a GPU before it, by `order_lists.comp`).
 //!
 //! Streaks are in lists of their own, which a tile walks once before each of its larger drops. llvmpipe bounds the passes of
 //! an invocation's loops, so a tile with many of both is left to a third dispatch, a workgroup a tile, which walks them
@@ -41,8 +41,8 @@ use super::shelter::ShelterMap;
 use super::tiles::Tiles;
 use super::tone_map::Source;
 use super::totals::{
-    CROWDED_GROUPS, DISORDERED_GROUPS, LARGE_GROUPS, LINE_GROUPS, LISTED_GROUPS, RAY_GROUPS,
-    SHARED_GROUPS, UNFINISHED_GROUPS,
+    CROWDED_GROUPS, DISORDERED_GROUPS, LARGE_GROUPS, LINE_GROUPS, LISTED_GROUPS, ORDER_GROUPS,
+    RAY_GROUPS, SHARED_GROUPS, UNFINISHED_GROUPS,
 };
 use super::{rows_of, side_by_side};
 use crate::Result;
@@ -102,6 +102,8 @@ struct Passes {
     composite: ComputePipeline,
     /// None where there may be streaks, which are in lists of their own.
     listed: Option<Listed>,
+    /// None where each of the invocations of `disordered` sorts its own list.
+    order: Option<ComputePipeline>,
     disordered: ComputePipeline,
     /// None where there are no streaks.
     crowded: Option<ComputePipeline>,
@@ -143,12 +145,13 @@ impl Passes {
         behind: Option<&Behind>,
     ) -> Result<Self> {
         let Prepared { glints, tiles, .. } = prepared;
+        let sorts_before = device.report.machine.sorts_by_workgroups();
         let own = [
             [constant::LOG_SUMS, plan.log_average.into()],
             [constant::PREFETCH, tiles.prefetch.into()],
             [constant::GLINTS, glints.count],
             [constant::GLINT_LANES, device.report.machine.glint_lanes()],
-            [constant::SORT_LANES, device.report.machine.sort_lanes()],
+            [constant::SORTED_BEFORE, sorts_before.into()],
             [constant::LAYERS, plan.layers.into()],
         ];
         let constants: Vec<_> = tiles.constants.iter().copied().chain(own).collect();
@@ -220,6 +223,7 @@ impl Passes {
                 )
             },
         );
+        let order = maybe(sorts_before, shaders::ORDER_LISTS_COMP)?;
         let long = (tiles.long_lists.walks > 0)
             .then(|| pushed(shaders::COMPOSITE_COMP_LONG, 8, &constants))
             .transpose()?;
@@ -236,6 +240,7 @@ impl Passes {
             lines,
             composite,
             listed,
+            order,
             disordered,
             crowded,
             long,
@@ -399,6 +404,10 @@ impl Composite {
                 }
             }
             _ => passes.composite.dispatch(commands, bindings, 0, &is_listed, self.groups),
+        }
+        if let Some(order) = &passes.order {
+            memory_barrier(device, commands, &[Use::ComputeWrite], &after);
+            order.dispatch_indirect(commands, bindings, &[], totals, ORDER_GROUPS);
         }
         memory_barrier(device, commands, &[Use::ComputeWrite], &after);
         passes.disordered.dispatch_indirect(commands, bindings, &[], totals, DISORDERED_GROUPS);

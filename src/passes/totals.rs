@@ -9,7 +9,7 @@ pub(super) const MAX_BINS: usize = (MAX_BANDS * MAX_REGIONS) as usize;
 
 // The word that the shaders count to.
 const _: () = {
-    let word = 4 * (9 + MAX_BANDS + RAY_PIECES + LISTS) as usize + LISTS as usize + 13 + MAX_BINS;
+    let word = 4 * (10 + MAX_BANDS + RAY_PIECES + LISTS) as usize + LISTS as usize + 13 + MAX_BINS;
     assert!(offset_of!(Totals, bin_starts) == 4 * word);
 };
 
@@ -23,6 +23,7 @@ pub(super) const RAY_GROUPS: u64 = offset_of!(Totals, ray_groups) as u64; // of 
 pub(super) const LISTED_GROUPS: u64 = offset_of!(Totals, listed_groups) as u64; // of the first list
 pub(super) const DISORDERED_GROUPS: u64 = offset_of!(Totals, disordered_groups) as u64;
 pub(super) const CROWDED_GROUPS: u64 = offset_of!(Totals, crowded_groups) as u64;
+pub(super) const ORDER_GROUPS: u64 = offset_of!(Totals, order_groups) as u64;
 pub(super) const UNFINISHED_GROUPS: u64 = offset_of!(Totals, unfinished_groups) as u64;
 pub(super) const LINE_GROUPS: u64 = offset_of!(Totals, line_groups) as u64;
 pub(super) const SHARED_GROUPS: u64 = offset_of!(Totals, shared_groups) as u64;

@@ -311,7 +311,7 @@ fn what_a_device_takes_does_not_show_where_lists_are_out_of_order() {
         }
         scene
     };
-    let scenes = [("twenty", tangled(20)), ("hundreds", tangled(300)), ("many", tangled(900))];
+    let scenes = [("twenty", tangled(20)), ("hundreds", tangled(150)), ("many", tangled(900))];
     draw_alike(&scenes, &[SIDES[2], SIDES[3]], |device, scene| {
         let drawn = frame(device, scene);
         assert_eq!(drawn.counts.overflow, 0, "{:?}", drawn.counts);
