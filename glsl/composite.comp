@@ -111,14 +111,14 @@ void main() {
     if (push.walk == 0u) p = Progress(NOTHING, NOTHING, open_window(head_of(tile)), 0u);
     else p = saved(first, head.z != 0u);
     composite_entries(p, tile, at * TILE);
-    bool is_done = p.window.nearest.link == END;
+    bool is_done = p.window.nearest.link == END, is_last = push.walk + 1u == push.walks;
     uint taken = head.y + p.window.taken;
     keep(first, uvec4(tile, taken, uint(p.window.disordered), uint(is_done)));
     save(first, p);
-    if (!is_done && push.walk + 1u == push.walks) lack_walks();
+    if (!is_done && is_last) lack_walks();
     // For an invocation alone it takes too long to sort so many.
     if (is_done && (p.window.disordered || streaks_are_cut)) atomicAdd(counters.lost, taken);
-    finish_tile(at, tile, p.upper, p.lower);
+    if (is_done || is_last) finish_tile(at, tile, p.upper, p.lower);
 }
 #else
 layout(push_constant) uniform Push { uint listed; } push; // 1: tiles with several entries; 0: all, region after region
@@ -133,10 +133,12 @@ uvec2 place_in_region(uint region, uint place) {
 
 // Lists a tile whose entries did not all come, or not in order. Links of splats, and END, have the bit LINKS, those of blocks do not.
 void list_if_undone(uint tile, Window window, uint splat_links) {
-    bool block_behind = (splat_links & LINKS) == 0u, is_long = window.nearest.link != END;
+    bool block_behind = (splat_links & LINKS) == 0u, is_left = window.nearest.link != END;
+    // Where llvmpipe has ended the loops over streaks before that, a workgroup goes through all.
+    bool is_long = is_left && (window.taken >= MOST_ENTRIES || !has_streak_layer());
     // A loop without turns is passed over, where both sides of a branch would be run.
     for (uint once = is_long ? 1u : 0u; once > 0u; --once) leave_unfinished(tile);
-    if (!is_long && (window.disordered || block_behind || streaks_are_cut)) {
+    if (!is_long && (window.disordered || block_behind || is_left || streaks_are_cut)) {
         uint next = atomicAdd(totals.disordered, 1u);
         disordered_tiles[next] = uvec2(tile, window.taken);
         atomicMax(totals.disordered_groups.x, next / 64u + 1u);

@@ -393,6 +393,30 @@ fn a_long_list_of_streaks_loses_nothing() {
     });
 }
 
+/// Nor is it told so where larger drops lie among them, before each of which a tile goes through its streaks once more.
+#[test]
+fn a_long_list_of_streaks_among_larger_drops_is_not_cut() {
+    on_device(|device| {
+        let mut scene = thin_layers(20_000);
+        scene.camera.shutter = 1.0;
+        let focal = scene.view().focal_px;
+        for (number, drop) in (0..).zip(&mut scene.drops) {
+            let distance = drop.center.z.abs();
+            drop.center.x = 0.2 * drop.center.x - distance / focal;
+            match number % 500 {
+                // Forty of two pixels' radius stand still.
+                0 => {
+                    drop.center.x -= 2.3 * distance / focal;
+                    drop.radius = 2.0 * distance / focal;
+                }
+                _ => drop.velocity = DVec3::new(0.0, 0.1 * distance, 0.0),
+            }
+        }
+        let (_, counts) = draw(device, &scene, &hole(1.5, Vec3::ONE), Preset::Fast);
+        assert_eq!(counts.overflow, 0, "streaks are lost");
+    });
+}
+
 /// Thousands of sub-pixel layers, each of an alpha that float16 blending would lose.
 #[test]
 fn many_thin_layers() {
