@@ -72,7 +72,9 @@ void share_cell(const uint kind, uvec2 in_pixels, vec2 corner, uint to) {
         uint node = is_one ? record : 0u;
         uvec4 first = four_of_nodes(node);
         Depths depths = Depths(ivec4(0), ivec4(0));
-        add_record(depths, kind, node, first, corner, from, is_one ? to : 0u);
+        add_record(depths, kind, node, first, corner, from, to);
+        // What stands in the first node may be no streak, nor a number.
+        if (!is_one) depths = Depths(ivec4(0), ivec4(0));
         uint sums = interval_of(first.x) * PIXELS;
         add_sums(sums, depths.upper);
         add_sums(sums + TILE.x, depths.lower);
