@@ -24,6 +24,7 @@ void main() {
     }
     if (subgroupElect()) {
         uint found = note_in_view(sum);
-        totals.sort_groups.x = max((found + 63u) / 64u, 1u);
+        uint groups = max((found + 63u) / 64u, 1u);
+        totals.sort_groups.xy = uvec2(min(groups, ROW), (groups + ROW - 1u) / ROW);
     }
 }

@@ -56,7 +56,7 @@ uint all_sources, all_blocks;
 
 void read_counts() {
     all_sources = source_count.x;
-    all_blocks = min(totals.blocks, MAX_BLOCKS);
+    all_blocks = min(totals.blocks, block_room());
 }
 
 // Are there as many turns left? All invocations of a workgroup agree.

@@ -11,7 +11,7 @@ layout(local_size_x = 64) in;
 const uint MOST_GROUPS = 65535; // of a dispatch along an axis, on any device
 
 void main() {
-    uint number = gl_GlobalInvocationID.x;
+    uint number = group_number() * 64u + gl_LocalInvocationID.x;
     if (number < BANDS) {
         uint in_band = totals.bin_starts[(number + 1u) * REGIONS] - totals.bin_starts[number * REGIONS];
         uint groups = (in_band + CLUSTERS_A_GROUP - 1u) / CLUSTERS_A_GROUP;
