@@ -1,12 +1,12 @@
 //! An environment prepared on the device, and what drops show of it: made once, shared by every view of it.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
 use crate::Result;
 use crate::environment::Environment;
 use crate::environment::bright::Bright;
-use crate::gpu::{Commands, Device, Recorder};
+use crate::gpu::{Commands, Device, Recorder, Use, memory_barrier};
 use crate::passes::appearance::{Appearance, FarDrop};
 use crate::passes::drops::Table;
 use crate::passes::environment::{EnvironmentMap, stored_scale};
@@ -33,6 +33,9 @@ pub struct Lighting {
     frame: FrameBuffer,
     constants: Frame,
     made: Mutex<Made>,
+    /// The environment without what [`Glints`] show of it; none where that is all, or nothing asked for it. Locked while a far drop or
+    /// a table is made, so that each is made once; frames that are recorded meanwhile do not wait for that.
+    rest: Mutex<Option<Arc<EnvironmentMap>>>,
     device: Arc<Device>,
 }
 
@@ -54,8 +57,6 @@ type FarDropKey = (Light, bool, bool, bool);
 /// What was asked for so far.
 #[derive(Default)]
 struct Made {
-    /// The environment without what [`Glints`] show of it; none where that is all.
-    rest: Option<Arc<EnvironmentMap>>,
     far_drops: Vec<(FarDropKey, Arc<FarDrop>)>,
     tables: Vec<(TableOf, Arc<Table>)>,
 }
@@ -65,6 +66,11 @@ struct Made {
 enum TableOf {
     Mask(Optics, u32, Light),
     Radial(Fresnel),
+}
+
+/// What is in a lock, also where a thread that held it has panicked: nothing is left half done in these.
+fn locked<T>(lock: &Mutex<T>) -> MutexGuard<'_, T> {
+    lock.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl Lighting {
@@ -115,6 +121,7 @@ impl Lighting {
             frame: FrameBuffer::new(device)?,
             constants: Frame { environment: of_frame, ..Frame::default() },
             made: Mutex::default(),
+            rest: Mutex::default(),
             device: device.clone(),
         })
     }
@@ -129,8 +136,8 @@ impl Lighting {
 
     /// Records that tables of a drop's light are of another environment, after [`Lighting::record`].
     pub(super) fn record_renewed(&self, commands: Recorder<'_>) {
-        let made = self.made.lock().unwrap_or_else(PoisonError::into_inner);
-        for (_, far) in made.far_drops.iter().filter(|((_, _, filled, _), _)| *filled) {
+        for (_, far) in locked(&self.made).far_drops.iter().filter(|((_, _, filled, _), _)| *filled)
+        {
             far.record_renewed(&self.device, commands);
         }
     }
@@ -158,19 +165,19 @@ impl Lighting {
         let bright = self.bright.as_ref().filter(|_| apart && shows_apart(light));
         let renewed = self.renewal.as_ref().filter(|_| apart && shows_apart(light));
         let of = (*light, bright.is_some() || renewed.is_some(), filled, flat);
-        let mut made = self.made.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some((_, far)) = made.far_drops.iter().find(|(other, _)| *other == of) {
+        let mut rest = locked(&self.rest);
+        if let Some((_, far)) = locked(&self.made).far_drops.iter().find(|(other, _)| *other == of)
+        {
             return Ok(far.clone());
         }
         let (device, frame) = (&self.device, &self.frame);
         let scale = self.environment.radiance_scale;
-        let seen = match (bright, &made.rest, renewed) {
+        let seen = match (bright, &*rest, renewed) {
             (_, _, Some(renewed)) => renewed.rest.clone(),
             (None, _, None) => self.environment.clone(),
             (Some(_), Some(rest), _) => rest.clone(),
             (Some(bright), None, _) => {
-                let rest = Arc::new(EnvironmentMap::new(device, &bright.rest, scale)?);
-                made.rest.insert(rest).clone()
+                rest.insert(Arc::new(EnvironmentMap::new(device, &bright.rest, scale)?)).clone()
             }
         };
         let appearance = Appearance::new(device, frame, &seen, light)?;
@@ -182,14 +189,23 @@ impl Lighting {
         };
         let flat = flat.then(|| FlatLight::new(device, frame, &seen, light)).transpose()?;
         let far = Arc::new(FarDrop { seen, appearance, glints, flat });
+        // Before it is filled: what a host renews meanwhile is then new for it as well.
+        locked(&self.made).far_drops.push((of, far.clone()));
         if filled {
             device.count(|made| &mut made.tables);
-            Commands::once(device, "far drop", |commands| {
+            let is_filled = Commands::once(device, "far drop", |commands| {
+                // Frames under way read the constants, and may renew it.
+                let before = [Use::Uniform, Use::TransferWrite, Use::ComputeWrite];
+                let after = [Use::TransferWrite, Use::ComputeWrite];
+                memory_barrier(device, commands, &before, &after);
                 frame.record(device, commands, &self.constants);
                 far.record_renewed(device, commands);
-            })?;
+            });
+            if is_filled.is_err() {
+                locked(&self.made).far_drops.retain(|(other, _)| *other != of);
+            }
+            is_filled?;
         }
-        made.far_drops.push((of, far.clone()));
         Ok(far)
     }
 
@@ -204,12 +220,12 @@ impl Lighting {
             Optics::Radial => TableOf::Radial(light.fresnel),
             _ => TableOf::Mask(plan.optics, plan.mask_size, *light),
         };
-        let mut made = self.made.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some((_, table)) = made.tables.iter().find(|(other, _)| *other == of) {
+        let _others_wait = locked(&self.rest);
+        if let Some((_, table)) = locked(&self.made).tables.iter().find(|(other, _)| *other == of) {
             return Ok(table.clone());
         }
         let table = Arc::new(Table::new(&self.device, plan)?);
-        made.tables.push((of, table.clone()));
+        locked(&self.made).tables.push((of, table.clone()));
         Ok(table)
     }
 }
