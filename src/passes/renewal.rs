@@ -73,8 +73,8 @@ impl HostEnvironment {
         Self { image, to_image: Mat3::IDENTITY, radiance: 1.0 }
     }
 
-    /// Refuses what cannot be read as the environment that `info` says.
-    pub(crate) fn check(&self, info: &LiveInfo) -> Result<()> {
+    /// Refuses what cannot be read on this device as the environment that `info` says.
+    pub(crate) fn check(&self, device: &Device, info: &LiveInfo) -> Result<()> {
         let name = "the environment";
         let refuse = |problem: String| Err(Error::scene(name, problem));
         let image = &self.image;
@@ -88,6 +88,13 @@ impl HostEnvironment {
         }
         if !FORMATS.contains(&image.format) {
             return refuse(format!("its format is {:?}, no colour", image.format));
+        }
+        let filtered = vk::FormatFeatureFlags::SAMPLED_IMAGE_FILTER_LINEAR;
+        if !device.format_features(image.format).contains(filtered) {
+            return refuse(format!(
+                "the device filters no images of its format, {:?}",
+                image.format
+            ));
         }
         if image.size.0 == 0 || image.size.1 == 0 {
             return refuse("it has no texels".into());

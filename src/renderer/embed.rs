@@ -302,7 +302,7 @@ impl View {
             let Some(renewal) = &self.lighting.renewal else {
                 return refuse("the light is not one that is renewed; make it by Lighting::live");
             };
-            environment.check(&renewal.info)?;
+            environment.check(&self.device, &renewal.info)?;
             // SAFETY: the slot is free, so its set is not in use; the host keeps the image until it is free again.
             unsafe { renewal.set_image(slot, environment)? };
         }
