@@ -12,8 +12,8 @@
 //! was right. The few tiles where it was not are done again by a second dispatch, their lists sorted
 //! (`tile_order.glsl`; on a GPU before it, by `order_lists.comp`).
 //!
-//! Streaks are in lists of their own, which a tile walks once before each of its larger drops. llvmpipe bounds the passes of
-//! an invocation's loops, so a tile with many of both is left to a third dispatch, a workgroup a tile, which walks them
+//! Streaks are in lists of their own, which a tile walks once before each of its larger drops. What an invocation walks is
+//! bounded (by llvmpipe itself, elsewhere by `MOST_STREAKS`), so a tile with many of both is left to a third dispatch, a workgroup a tile, which walks them
 //! once (`crowded_tile.glsl`): whether or not it is, the tile has the same bytes.
 //!
 //! No dispatch goes through more than `MOST_ENTRIES` of a list, so that each ends before a watchdog would reset the device. Longer
@@ -52,6 +52,8 @@ use crate::gpu::{
     Bindings, Buffer, ComputePipeline, Device, Recorder, Use, fill_buffer, memory_barrier, shaders,
 };
 use crate::plan::FramePlan;
+use crate::rain::field::Seen;
+use crate::rain::medium::MediumRecord;
 use buffers::Buffers;
 pub use buffers::Prepared;
 
@@ -75,7 +77,7 @@ pub struct Composite {
     /// Whether the sky is the same as in the frame before.
     keeps_sky: bool,
     /// What the sky is drawn for by all that was recorded since a number, and whether one of these was executed.
-    sky_of: Option<View>,
+    sky_of: Option<SkyKey>,
     sky_since: u32,
     sky_is_there: bool,
     /// Whether surfaces keep a part of the medium off.
@@ -126,14 +128,16 @@ enum SkyPass {
     Background(Box<Background>),
 }
 
-/// The part of the frame's constants that the sky depends on: axes, image, lens, and what of it is drawn.
-type View = ([[f32; 4]; 5], [f32; 4], [u32; 4], [[f32; 4]; 2]);
+/// What the sky depends on: of the frame's constants axes, image, principal point, lens and window, and the camera's place; the
+/// medium of far rain.
+type SkyKey = ([[f32; 4]; 5], [f32; 4], [u32; 4], [[f32; 4]; 2], Option<MediumRecord>);
 
 /// `is_sheltered`: what surfaces keep off of the medium depends on where the camera is.
-fn view_of(frame: &Frame, is_sheltered: bool) -> View {
-    let of_camera = [frame.right, frame.up, frame.back, frame.image, frame.principal];
+fn sky_key(frame: &Frame, seen: Option<&Seen>, is_sheltered: bool) -> SkyKey {
+    let Frame { right, up, back, image, principal, lens, window, .. } = *frame;
     let place = if is_sheltered { [frame.camera_high, frame.camera_low] } else { [[0.0; 4]; 2] };
-    (of_camera, frame.lens, frame.window, place)
+    let of_camera = [right, up, back, image, principal];
+    (of_camera, lens, window, place, seen.and_then(|seen| seen.medium))
 }
 
 impl Passes {
@@ -302,9 +306,10 @@ impl Composite {
 
     /// Whether the commands of this number, which are being recorded, must draw the sky of `frame`: it is kept as long
     /// as the view stands still, once one of the recordings that draw it was executed ([`Composite::executed`]).
-    pub fn needs_sky(&mut self, frame: &Frame, recording: u32) -> bool {
-        if self.sky_of != Some(view_of(frame, self.is_sheltered)) {
-            self.sky_of = Some(view_of(frame, self.is_sheltered));
+    pub fn needs_sky(&mut self, frame: &Frame, seen: Option<&Seen>, recording: u32) -> bool {
+        let key = Some(sky_key(frame, seen, self.is_sheltered));
+        if self.sky_of != key {
+            self.sky_of = key;
             (self.sky_since, self.sky_is_there) = (recording, false);
         }
         self.keeps_sky = self.sky_is_there && !self.changes;

@@ -177,16 +177,16 @@ impl Tiled {
             barrier(&[Use::TransferWrite], &[Use::Uniform, Use::ComputeWrite, Use::ComputeRead]);
             self.tiles.record_clusters(device, commands, seen);
         });
-        if self.composite.needs_sky(frame, recording) {
+        if self.composite.needs_sky(frame, seen, recording) {
             time.time(commands, "sky", || {
                 if self.shows_far {
-                    let seen = match self.is_spread {
+                    let directions = match self.is_spread {
                         true => Directions::of_whole(frame),
                         false => Directions::of(frame),
                     };
-                    self.far.appearance.record(commands, seen);
+                    self.far.appearance.record(commands, directions);
                     if let Some(flat) = &self.far.flat {
-                        flat.record(commands, seen);
+                        flat.record(commands, directions);
                     }
                     barrier(&[Use::ComputeWrite], &[Use::ComputeWrite, Use::ComputeRead]);
                 }
