@@ -226,6 +226,8 @@ impl Interface {
                             Type::Struct(block) => block.name.as_deref(),
                             _ => name.as_deref(),
                         };
+                        // `XByFour` is X, four words at a time.
+                        let name = name.map(|name| name.strip_suffix("ByFour").unwrap_or(name));
                         let slot = (desc_bind.bind(), kind_of(desc_ty)?);
                         let set = self.sets.entry(variant.set(desc_bind.set()).into()).or_default();
                         same(&mut set.slots, name.unwrap_or_default(), slot)?;

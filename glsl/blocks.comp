@@ -149,10 +149,11 @@ uint color_at(uint picture, float edge, float steepness, vec2 at, Lightened l) {
 
 // None where the drop covers nothing. (Without a choice at last LLVM packs a colour lane by lane, where it is stored.)
 void write_colors(uint at, uint picture, float edge, float steepness, Places places, vec4 coverage, Lightened l) {
-    nodes[at] = coverage.x > 0.0 ? color_at(picture, edge, steepness, vec2(places.x.x, places.y.x), l) : NO_COLOR;
-    nodes[at + 1u] = coverage.y > 0.0 ? color_at(picture, edge, steepness, vec2(places.x.y, places.y.y), l) : NO_COLOR;
-    nodes[at + 2u] = coverage.z > 0.0 ? color_at(picture, edge, steepness, vec2(places.x.z, places.y.z), l) : NO_COLOR;
-    nodes[at + 3u] = coverage.w > 0.0 ? color_at(picture, edge, steepness, vec2(places.x.w, places.y.w), l) : NO_COLOR;
+    uvec4 colors;
+    for (uint i = 0u; i < TILE.x; ++i) {
+        colors[i] = coverage[i] > 0.0 ? color_at(picture, edge, steepness, vec2(places.x[i], places.y[i]), l) : NO_COLOR;
+    }
+    write_four(at, colors);
 }
 
 // The colours of a row of pixels of a drop out of focus.
@@ -292,10 +293,7 @@ bool fill_block(uint at) {
     float highest = max(max(larger.x, larger.y), max(larger.z, larger.w));
     // A choice, as above.
     shares = highest > 0.0 ? shares : uvec4(0u);
-    nodes[node + COVERAGE] = shares.x;
-    nodes[node + COVERAGE + 1u] = shares.y;
-    nodes[node + COVERAGE + 2u] = shares.z;
-    nodes[node + COVERAGE + 3u] = shares.w;
+    write_four(node + COVERAGE, shares);
 
     // The outline's box has corners that the outline does not reach.
     if (highest > 0.0) {
@@ -304,10 +302,8 @@ bool fill_block(uint at) {
         for (uint turn = 0u; turn < uint(by_front); ++turn) {
             before = front_in_block(r, is_flat ? l.shape : ROUND, vec2(at_tile * TILE) + 0.5 * vec2(TILE));
         }
-        nodes[node] = before;
-        nodes[node + 1u] = r.index;
-        uint link = node + NEXT_OF_BLOCK, tile = tile_number(at_tile);
-        nodes[link] = atomicExchange(heads[tile], link);
+        uint next = atomicExchange(heads[tile_number(at_tile)], node + NEXT_OF_BLOCK);
+        write_four(node, uvec4(before, r.index, 0u, next));
     }
     return highest > 0.0 && rays;
 }

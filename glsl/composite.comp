@@ -30,11 +30,12 @@ bool is_splat(Window w) {
     return w.taken < MOST_ENTRIES && w.nearest.link != END && !(MIXED && is_block(w.nearest.link));
 }
 
-// Lays a tile's entries over one another, front to back, up to MOST_ENTRIES; returns what the links of its splats have in common.
+// Lays a tile's entries over one another, front to back, up to MOST_ENTRIES. Returns the bits that all links have which were laid as
+// splats: links of splats, and END, have the bit LINKS, those of blocks do not, so where it is missing a block came after splats.
 uint composite_entries(inout Progress p, uint tile, uvec2 in_pixels) {
     // Blocks, then splats, and that once where it can be: a loop around the two costs a tenth of all. The splats' condition stands
     // last: first, llvmpipe would run the loop's body once more, with no lane in it, a ninth of the pass.
-    uint turns = 0u, splat_links = END;
+    uint turns = 0u, common_bits = END;
     do {
         while (p.window.taken < MOST_ENTRIES && is_block(p.window.nearest.link)) {
             if (has_streak_layer()) {
@@ -47,12 +48,12 @@ uint composite_entries(inout Progress p, uint tile, uvec2 in_pixels) {
         }
         if (is_splat(p.window)) do {
             if (LOSES_LEFT != 0u && p.window.taken == END) break;
-            splat_links &= p.window.nearest.link;
+            common_bits &= p.window.nearest.link;
             composite_splat(p.upper, p.lower, p.window.nearest.link);
             take_nearest(p.window);
-            if (!MIXED) {
-                // Two a pass: CPU drivers write back all of a tile's pixels in each.
-                splat_links &= p.window.nearest.link;
+            if (!MIXED && FOR_GPU == 0u) {
+                // Two a pass: CPU drivers write back all of a tile's pixels in each. On a GPU they would take more registers.
+                common_bits &= p.window.nearest.link;
                 composite_splat(p.upper, p.lower, p.window.nearest.link);
                 take_nearest(p.window);
             }
@@ -61,7 +62,7 @@ uint composite_entries(inout Progress p, uint tile, uvec2 in_pixels) {
     if (has_streak_layer() && p.window.nearest.link == END) {
         composite_streak_layer(p.upper, p.lower, tile, in_pixels, p.streaks_from, END);
     }
-    return splat_links;
+    return common_bits;
 }
 
 layout(constant_id = 33) const uint SORTED_BEFORE = 0; // 1: order_lists.comp puts the lists of disordered tiles in order
@@ -131,9 +132,9 @@ uvec2 place_in_region(uint region, uint place) {
     return at + (divided(region, REGIONS_ACROSS).yx << bits);
 }
 
-// Lists a tile whose entries did not all come, or not in order. Links of splats, and END, have the bit LINKS, those of blocks do not.
-void list_if_undone(uint tile, Window window, uint splat_links) {
-    bool block_behind = (splat_links & LINKS) == 0u, is_left = window.nearest.link != END;
+// Lists a tile whose entries did not all come, or not in order (`common_bits`: see composite_entries).
+void list_if_undone(uint tile, Window window, uint common_bits) {
+    bool block_behind = (common_bits & LINKS) == 0u, is_left = window.nearest.link != END;
     // Where llvmpipe has ended the loops over streaks before that, a workgroup goes through all.
     bool is_long = is_left && (window.taken >= MOST_ENTRIES || !has_streak_layer());
     // A loop without turns is passed over, where both sides of a branch would be run.
@@ -166,8 +167,8 @@ void main() {
     }
     Progress p = Progress(NOTHING, NOTHING, open_window(head_of(tile)), 0u);
     start_tile(at, tile);
-    uint splat_links = composite_entries(p, tile, at * TILE);
-    list_if_undone(tile, p.window, splat_links);
+    uint common_bits = composite_entries(p, tile, at * TILE);
+    list_if_undone(tile, p.window, common_bits);
     finish_tile(at, tile, p.upper, p.lower);
 }
 #endif

@@ -174,6 +174,7 @@ void enter_streaks(uint node, Located l, Outline o, Form f) {
     uint wanted_before = subgroupExclusiveAdd(wanted);
     bool leads = subgroupElect();
     TAKE_TOGETHER(totals.streak_links, all_here, leads, link);
+    STAY_BEYOND(totals.streak_links, STREAK_LINKS, leads, link);
     if (all_here == 0u) return;
     link += wanted_before;
     if (wanted > 0u && (link > STREAK_LINKS || link + wanted > STREAK_LINKS)) {

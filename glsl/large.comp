@@ -241,15 +241,15 @@ ivec4 pixels_of(inout Large r, Found f) {
 }
 
 // Takes places for the blocks of a drop that touches so many tiles, of which there are `most`; returns how many there is room
-// for. Once there is no room nobody asks for more, so that the count does not wrap.
+// for.
 uint take_blocks(uint touched, uint most, out uint block) {
     uint tiles = min(touched, most);
-    bool has_room = totals.blocks < most;
-    uint before = subgroupExclusiveAdd(tiles), all_here = subgroupAdd(tiles), asked = uint(has_room) * all_here;
-    block = most;
+    uint before = subgroupExclusiveAdd(tiles), all_here = subgroupAdd(tiles);
+    block = 0u;
     bool leads = subgroupElect();
-    TAKE_TOGETHER(totals.blocks, asked, leads, block);
-    if (leads && asked > 0u) ask_for_groups(block + asked, most);
+    TAKE_TOGETHER(totals.blocks, all_here, leads, block);
+    STAY_BEYOND(totals.blocks, most, leads, block);
+    if (leads && all_here > 0u) ask_for_groups(min(block, most) + all_here, most);
     block += before;
     uint room = most - min(block, most);
     if (touched > room) {

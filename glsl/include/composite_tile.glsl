@@ -303,7 +303,8 @@ void start_tile(uvec2 at, uint tile) {
     }
     plane_corner = plane_of(vec2((at + first_tile()) * TILE));
     inverse_focal = 1.0 / frame.image.z;
-    if (GLINTS != 0u) first_source = splat_of(TOWARD_SOURCES);
+    // A GPU keeps a word that is the same for all invocations once for all of them, but not a texel.
+    if (GLINTS != 0u) first_source = FOR_GPU != 0u ? splat_table[TOWARD_SOURCES] : splat_of(TOWARD_SOURCES);
     upper_nearest = lower_nearest = NONE_MET;
 }
 

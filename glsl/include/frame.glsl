@@ -26,7 +26,7 @@ struct Frame {
     uvec4 tiles;        // of the part that is drawn: tiles, or sums of log luminance; regions, how many times 2 along both axes, across, in all
     uvec4 room;         // of the tiles' lists: nodes, blocks, large drops; w: bands of depth
     uvec4 clusters;     // x: clusters of drops, or room for those in view; y: clusters of random drops, or room for cells;
-                        // z: blocks that one dispatch draws by rays
+                        // z: blocks that one dispatch draws by rays; w: tiles whose lists take several dispatches, at most
     vec4 moved;         // xyz: how far drops of the rain's box move while the shutter is open, as the camera sees them;
                         // w: 1 where drops of any kind may
     uvec4 streaks;      // words of its first links, room for links and for parts of lines (streak_layer.glsl); w: radius of those, bits

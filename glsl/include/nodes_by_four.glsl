@@ -8,7 +8,7 @@ layout(set = 1, binding = 12) uniform usamplerBuffer head_texels;
 
 uvec4 four_of_nodes(uint word) {
     if (BY_TEXELS != 0u) return texelFetch(node_texels, int(word / 4u));
-    return uvec4(nodes[word], nodes[word + 1u], nodes[word + 2u], nodes[word + 3u]);
+    return nodes_by_four[word / 4u];
 }
 
 // Four tiles' links.

@@ -54,8 +54,6 @@ vec2 splat_center(uint word) {
 // A drop's box and colour, for the tiles from `first` on.
 void write_splat(uint node, float distance2, uint index, vec2 center, vec2 half_sides, float opacity, uint direction,
                  uvec2 first) {
-    nodes[node] = floatBitsToUint(distance2);
-    nodes[node + 1u] = index;
     vec2 at = center - vec2(first * TILE);
     uint place = pack_center(at);
     if (is_spread()) {
@@ -63,19 +61,22 @@ void write_splat(uint node, float distance2, uint index, vec2 center, vec2 half_
         // What the opacity loses by its few bits the sides make up for.
         half_sides *= sqrt(opacity / max(unpack_opacity(place), 1e-9));
     }
-    nodes[node + 2u] = place;
-    nodes[node + 3u] = pack_half_sides(half_sides) | direction << HALF_SIDES_BITS;
+    uint look = pack_half_sides(half_sides) | direction << HALF_SIDES_BITS;
+    write_four(node, uvec4(floatBitsToUint(distance2), index, place, look));
 }
 
 // Pushes a splat to the front of the lists of its tiles that are drawn: 2 x 2 of them from `first` on, but none beyond `last`.
 void push_splat(uint node, uvec2 first, uvec2 last) {
     uvec2 low = first_tile(), end = min(last + 1u, end_tile());
+    uvec4 next = uvec4(END);
     for (uint i = 0u; i < 4u; ++i) {
         uvec2 tile = first + uvec2(i & 1u, i >> 1);
         if (all(greaterThanEqual(tile, low)) && all(lessThan(tile, end))) {
             uint link = node + LINKS + i;
-            nodes[link] = atomicExchange(heads[tile_number(tile)], link);
+            next[i] = atomicExchange(heads[tile_number(tile)], link);
+            if (FOR_GPU == 0u) nodes[link] = next[i];
         }
     }
+    if (FOR_GPU != 0u) write_four(node + LINKS, next);
 }
 #endif

@@ -82,16 +82,20 @@ void add_record(inout Depths depths, const uint kind, uint record, uvec4 first, 
     add_depths(depths, first.x, above, below);
 }
 
-// Whether the driver has ended a walk along a list early: llvmpipe ends all loops of eight invocations after 65,535 passes
-// together. A tile walks its lists once before each of its blocks, so some hundred streaks before some dozens of blocks
-// take as many. Such tiles are left to crowded_tile.glsl.
+// Streaks that an invocation of a GPU walks over, at most: a watchdog resets it.
+const uint MOST_STREAKS = 65535;
+
+// Whether a walk along a list was ended early: by MOST_STREAKS, or by llvmpipe, which ends all loops of eight invocations after
+// 65,535 passes together. A tile walks its lists once before each of its blocks, so some hundred streaks before some dozens of
+// blocks take as many. Such tiles are left to crowded_tile.glsl.
 bool streaks_are_cut = false;
+uint streaks_walked = 0u;
 
 // Adds the streaks of a cell from a squared distance, as bits, to another. (If the loop asked for END itself, a compiler
 // would take the check after it for true.)
 void add_cell(inout Depths depths, const uint kind, uvec2 in_pixels, vec2 corner, uint from, uint to) {
     uint link = first_link(kind, in_pixels);
-    while (link < NO_LINK) {
+    while (link < NO_LINK && (FOR_GPU == 0u || streaks_walked++ < MOST_STREAKS)) {
         uvec2 pair = link_at(link);
         link = pair.y;
         add_record(depths, kind, pair.x, four_of_nodes(pair.x), corner, from, to);

@@ -10,13 +10,8 @@
 
 // A node that holds a streak, or a disc, packed.
 void write_streak_node(uint node, float distance2, uvec2 at, uvec4 rest) {
-    nodes[node] = floatBitsToUint(distance2);
-    nodes[node + 2u] = at.x;
-    nodes[node + 3u] = at.y;
-    nodes[node + 4u] = rest.x;
-    nodes[node + 5u] = rest.y;
-    nodes[node + 6u] = rest.z;
-    if (HAS_LENS != 0u) nodes[node + 7u] = rest.w;
+    write_four(node, uvec4(floatBitsToUint(distance2), 0u, at));
+    write_four(node + 4u, rest);
 }
 
 // A drop's streak, `blur` pixels out of focus. The outline's squares of half widths are those of an ellipse that reaches away from the picture's middle.

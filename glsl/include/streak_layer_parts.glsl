@@ -18,6 +18,7 @@ void enter_parts(uint record, Streak s, bool has_lines) {
     uint before = subgroupExclusiveAdd(count);
     bool leads = subgroupElect();
     TAKE_TOGETHER(totals.line_parts, all_here, leads, place);
+    STAY_BEYOND(totals.line_parts, LINE_PARTS, leads, place);
     if (all_here == 0u) return;
     if (leads) atomicMax(totals.line_groups.x, (min(place + all_here, LINE_PARTS) + 63u) / 64u);
     place += before;

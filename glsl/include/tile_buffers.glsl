@@ -36,6 +36,7 @@ layout(constant_id = 13) const uint HAS_DEPTH = 0;   // 1: what is behind hides 
 layout(constant_id = 14) const uint MOTION = 0;      // 1: the shutter may be open for a time
 layout(constant_id = 15) const uint SHAPE = 0;       // what drops are that are no spheres in the scene (shape.glsl)
 layout(constant_id = 16) const float FLAT_RAYS_PX = 12.0; // radius from which those are drawn by rays
+layout(constant_id = 34) const uint FOR_GPU = 0;     // 1: laid out for a GPU (src/gpu/machine.rs)
 layout(constant_id = 22) const uint NEAREST = 0;     // 1: each pixel's nearest drop is wanted (nearest.glsl, drop_records.glsl)
 const uint SPHERES = 0, STRETCHED = 1, TRACED = 2;   // of SHAPE; stretched: a sphere's picture on their outline
 
@@ -103,8 +104,10 @@ uint start_of_bin(uint bin) {
 //   3  splat: half sides, 20 bits, and number of its direction; block: next in the list
 //   4  splat: next in the list of the first tile, 5 of that to the right, 6 and 7 below
 //      block: colours of its pixels; 12 what they cover, 16 bits each
-// A link is the number of the word that holds the next one.
+// A link is the number of the word that holds the next one. A variable `node` is the number of a node's first word; MAX_NODES and
+// records count nodes.
 layout(std430, set = 0, binding = 4) buffer Nodes { uint nodes[]; };
+layout(std430, set = 0, binding = 4) buffer NodesByFour { uvec4 nodes_by_four[]; };
 const uint LINKS = 4, NEXT_OF_BLOCK = 3, COLORS = 4, COVERAGE = 12;
 // For each tile the link of its list's first entry, the one that came last.
 layout(std430, set = 0, binding = 5) buffer Heads { uint heads[]; };
@@ -225,6 +228,18 @@ uvec2 region_tile_bits() {
 
 uint region_bits() {
     return region_tile_bits().x + region_tile_bits().y;
+}
+
+// Writes four words of the nodes, from a multiple of four on.
+void write_four(uint word, uvec4 four) {
+    if (FOR_GPU != 0u) {
+        nodes_by_four[word / 4u] = four;
+        return;
+    }
+    nodes[word] = four.x;
+    nodes[word + 1u] = four.y;
+    nodes[word + 2u] = four.z;
+    nodes[word + 3u] = four.w;
 }
 
 // First word of the node that holds a link.

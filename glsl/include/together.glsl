@@ -9,9 +9,15 @@
 
 layout(constant_id = 27) const uint RECONVERGES = 0; // 1: they do come together
 
-// `first`: set before to what it is where nothing is taken. `leads`: subgroupElect().
+// In effect the leader's `first = atomicAdd(counter, count)`, for all. `first`: set before to what it is where nothing is taken.
+// `leads`: subgroupElect().
 #define TAKE_TOGETHER(counter, count, leads, first) \
     if (RECONVERGES == 0u) first = atomicAdd(counter, uint(leads) * count); \
     else if (leads && count > 0u) first = atomicAdd(counter, count); \
     first = subgroupBroadcastFirst(first)
+
+// Of a counter of what there is room for `most` of, after TAKE_TOGETHER: once there is none it stays just beyond, so that it does
+// not wrap, and nothing is given out twice.
+#define STAY_BEYOND(counter, most, leads, first) \
+    if (leads && first > most) atomicMin(counter, most + 1u)
 #endif

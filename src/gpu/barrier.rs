@@ -14,9 +14,9 @@ pub enum Use {
     TransferWrite,
     /// Read by a copy.
     TransferRead,
-    /// Read and written by a compute shader.
+    /// Read and written by a compute shader as a storage buffer or a storage image.
     ComputeWrite,
-    /// Read by a compute shader: a storage buffer, or a sampled image.
+    /// Read by a compute shader: a storage buffer, a buffer's texels, or a sampled image.
     ComputeRead,
     /// Sampled, or read as a storage buffer, by a vertex or fragment shader.
     GraphicsRead,

@@ -28,6 +28,14 @@ impl Machine {
         self == Self::Gpu
     }
 
+    /// Whether shaders are laid out for a GPU, where they have the choice (`FOR_GPU`):
+    /// - Four words that lie together are stored at once. A CPU driver stores word by word, so there only those are that are read.
+    /// - What an invocation walks over is bounded before a watchdog would reset the device. llvmpipe ends loops by itself.
+    /// - A pass of a loop takes one splat, not two, for fewer registers. A CPU driver writes back all pixels after each pass.
+    pub fn is_gpu(self) -> bool {
+        self == Self::Gpu
+    }
+
     /// Invocations of a workgroup that draws the images of bright sources in large drops, 64 of them or one
     /// (`glsl/glints.comp`). A vector of a CPU takes as long as the one invocation that has an image to solve for, so each
     /// takes several drops, and solves for those alone that need it.

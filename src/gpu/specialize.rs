@@ -31,6 +31,7 @@ pub(super) fn specialize(
     let (mut numbers, mut bools, mut known) = (HashMap::new(), HashSet::new(), HashMap::new());
     let (mut made, all) = (words[..HEADER].to_vec(), instructions(words));
     let mut declared = Declared::of(promises, has_subgroups(&all));
+    let mut aliases = Aliases::default();
     for instruction in all {
         let first = instruction[0];
         declared.before(instruction, &mut made);
@@ -70,6 +71,7 @@ pub(super) fn specialize(
             let op = if is_composite { Op::ConstantComposite as u32 } else { first & 0xffff };
             made.push(first & 0xffff_0000 | op);
             made.extend(&instruction[1..]);
+            aliases.after(instruction, &mut made);
             continue;
         };
         known.insert(*id, value);
@@ -80,6 +82,35 @@ pub(super) fn specialize(
         }
     }
     made
+}
+
+/// Variables that have one binding, such as `Nodes` and `NodesByFour`: the same memory, which GLSL has no word for.
+#[derive(Default)]
+struct Aliases {
+    /// Set and binding of each variable, as far as they were told.
+    places: HashMap<u32, [Option<u32>; 2]>,
+    bound: HashMap<[u32; 2], u32>,
+}
+
+impl Aliases {
+    /// Decorates both of two such variables after the instruction by which the second one has its place.
+    fn after(&mut self, instruction: &[u32], made: &mut Vec<u32>) {
+        let [_, id, decoration, number] = *instruction else { return };
+        let which = match decoration {
+            _ if op(instruction) != Op::Decorate => return,
+            _ if decoration == Decoration::DescriptorSet as u32 => 0,
+            _ if decoration == Decoration::Binding as u32 => 1,
+            _ => return,
+        };
+        let place = self.places.entry(id).or_default();
+        place[which] = Some(number);
+        let [Some(set), Some(binding)] = *place else { return };
+        if let Some(other) = self.bound.insert([set, binding], id) {
+            for id in [other, id] {
+                made.extend([head(Op::Decorate, 3), id, Decoration::Aliased as u32]);
+            }
+        }
+    }
 }
 
 /// What is declared of a device's promises. SPIR-V has capabilities, then extensions, then entry points and their modes.
@@ -215,6 +246,29 @@ mod tests {
             );
         }
         assert_eq!(kinds.len(), 2, "shaders with subgroups, and without");
+    }
+
+    #[test]
+    fn buffers_of_one_binding_are_aliased() {
+        let mut found = BTreeSet::new();
+        for shader in shaders::ALL {
+            let made = specialize(shader.words(), &[], Promises::default());
+            let of = |decoration: Decoration| {
+                let all = instructions(&made).into_iter();
+                let all = all.filter(|(op, i)| *op == Op::Decorate && i[2] == decoration as u32);
+                all.map(|(_, i)| (i[1], i.get(3).copied())).collect::<HashMap<_, _>>()
+            };
+            let sets = of(Decoration::DescriptorSet);
+            let aliased: BTreeSet<u32> = of(Decoration::Aliased).into_keys().collect();
+            let mut places = HashMap::<_, BTreeSet<u32>>::new();
+            for (id, binding) in of(Decoration::Binding) {
+                places.entry((sets[&id], binding)).or_default().insert(id);
+            }
+            let shared = places.into_values().filter(|ids| ids.len() > 1).flatten();
+            assert_eq!(aliased, shared.collect(), "{}", shader.name);
+            found.extend((!aliased.is_empty()).then_some(shader.name));
+        }
+        assert!(found.contains("gather.comp") && !found.contains("sky.frag"), "{found:?}");
     }
 
     /// The blocks of a function, each with what it does for subgroups, and where it goes.

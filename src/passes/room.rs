@@ -38,24 +38,24 @@ pub(super) struct Room {
 
 impl Room {
     /// That of a view of so many `tiles`, on a device and by a plan, whose `room` is a factor. `drops` are those that
-    /// there are in so many `clusters`; `are_near`: they are those of cells in view, but for a few, and are more by the
-    /// factor already.
+    /// there are in so many `clusters`; `from_cells`: they are those of cells in view, but for a few, and hold the factor
+    /// already (`Cells::room`).
     pub fn of(
         device: &DeviceReport,
         plan: &FramePlan,
         tiles: u32,
         (drops, clusters): (u64, u32),
-        are_near: bool,
+        from_cells: bool,
     ) -> Self {
         let range = u64::from(device.limits.max_storage_buffer_range);
         let groups = u64::from(device.limits.max_compute_work_group_count[0]);
         let factor = u64::from(plan.room);
-        let in_view = |all: u64| match are_near {
+        let in_view = |all: u64| match from_cells {
             true => all,
             false => all.min(LEAST_DROPS.max((SHARE * all as f64) as u64)),
         };
         let drops_a_large = if plan.splat_px > 0.0 { DROPS_A_LARGE } else { 1 };
-        let usual = if are_near { drops / factor } else { drops };
+        let usual = if from_cells { drops / factor } else { drops };
         let larges = (in_view(usual) / drops_a_large).max(LEAST_DROPS / DROPS_A_LARGE);
         // A place for each drop of a cluster in view.
         let places = u64::from(clusters) * u64::from(CLUSTER);

@@ -246,7 +246,11 @@ impl Tiles {
         let reads_texels = texels.are_whole()
             && u64::from(count) * TILE_PIXELS / 2 <= most.into()
             && Texels::fit(device, &streak_layer.buffer, Texel::TwoWords);
-        constants.push([constant::BY_TEXELS, reads_texels.into()]);
+        let for_gpu = device.report.machine.is_gpu();
+        constants.extend([
+            [constant::BY_TEXELS, reads_texels.into()],
+            [constant::FOR_GPU, for_gpu.into()],
+        ]);
         let large_moves =
             make("motions of large drops", 32 * if moves || lens { room.larges } else { 1 })?;
         let records = match plan.nearest {

@@ -6,7 +6,7 @@ use crate::plan::FramePlan;
 use crate::scene::Scene;
 use crate::scene::model::{Lens, Motion, ShapeModel};
 
-/// Specialization constants of all passes over the tiles but `BY_TEXELS`.
+/// Specialization constants of all passes over the tiles but those that the device decides.
 pub fn constants_of(
     scene: &Scene,
     plan: &FramePlan,
