@@ -67,6 +67,6 @@ if [ "${VERDICTS:-yes}" = yes ]; then
 fi
 "$program" report "${results[@]}" -o "$folder/$name.html"
 "$program" report "${results[0]}" -o docs/pictures/passes.svg
-RAINDROPS=$program scripts/made.sh scripts/results.sh passes.svg
+RAINDROPS=$program RESULT=${results[0]} scripts/made.sh scripts/results.sh passes.svg
 cp "$page" "docs/results/$name.md"
 echo "results: docs/results/$name.md, $folder/$name.html" >&2

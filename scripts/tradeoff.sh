@@ -23,7 +23,7 @@ if [ "${1-}" != --page ]; then
   fi
   export RAINDROPS
   "$RAINDROPS" tradeoff "$@" --json "$json" --svg docs/pictures/tradeoff.svg || fail "no result"
-  scripts/made.sh scripts/tradeoff.sh tradeoff.svg presets.svg
+  RESULT=$json scripts/made.sh scripts/tradeoff.sh tradeoff.svg presets.svg
 fi
 
 python3 - "$json" "docs/results/$name.md" <<'PYTHON' || fail "no page"

@@ -29,7 +29,7 @@
 //! use raindrops::scene::real_rain::RealRain;
 //!
 //! # fn rain(
-//! #     host: HostDevice,
+//! #     (host, queue_mutex): (HostDevice, Arc<std::sync::Mutex<()>>),
 //! #     [output, color, depth, cube, motion, nearest, above]: [HostImage; 7],
 //! #     ([drops, counts], bytes): ([vk::Buffer; 2], u64),
 //! #     (camera_before, seconds_before): (Camera, f64),
@@ -39,6 +39,11 @@
 //! # ) -> raindrops::Result<()> {
 //! # let (mut core, mut vulkan12, mut vulkan13) = Default::default();
 //! # let (width, height) = size;
+//! // Where other threads use your queue: their lock.
+//! let mutex = queue_mutex.clone();
+//! let lock: QueueLock = Arc::new(move |work: &mut dyn FnMut()| { let _guard = mutex.lock().expect("the lock"); work() });
+//! let host = HostDevice { queue_lock: Some(lock), ..host };
+//!
 //! let required = requirements(Preset::Fast);
 //! required.features.enable(&mut core, &mut vulkan12, &mut vulkan13); // the structures that you make your device with
 //! let device = unsafe { Device::import(host, &required)? };          // `HostDevice`: what you lend
