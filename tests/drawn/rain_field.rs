@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use crate::common::picture::{draw, renderer};
+use crate::common::picture::{draw, renderer, renderer_of};
 use crate::common::{on_device, painted};
 use glam::{DVec3, Vec3};
 use raindrops::environment::Environment;
@@ -15,7 +15,6 @@ use raindrops::rain::field::{Field, MOST_GROUPS, MOST_SLABS};
 use raindrops::rain::tick_of_seconds;
 use raindrops::rain::visibility::Frustum;
 use raindrops::reference::{Tracer, Truth};
-use raindrops::renderer::Renderer;
 use raindrops::scene::model::{DropShape, FarRain, Motion, Preset, Weights};
 use raindrops::scene::real_rain::RealRain;
 use raindrops::scene::water::Index;
@@ -123,8 +122,7 @@ fn the_device_finds_the_drops_that_the_cpu_finds() {
             scene.camera.position += DVec3::new(1e9, 0.0, -1e9);
             scene.camera.target += DVec3::new(1e9, 0.0, -1e9);
             let white = Environment::constant(Vec3::ONE);
-            let plan = plan(&scene, &white, Output::Radiance).expect("a plan");
-            let mut renderer = Renderer::new(device, &scene, &white, &plan).expect("a renderer");
+            let mut renderer = renderer(device, &scene, &white);
             renderer.submit(&scene).expect("a frame");
             let report = renderer.finish().expect("a report");
             assert_eq!(report.counts.visible, in_view(&scene), "{rate} mm/h at {time} s");
@@ -236,8 +234,7 @@ fn a_medium_of_all_drops_is_as_opaque_as_its_law_says() {
         scene.model.far_rain = Some(FarRain::Medium);
         scene.model.cutoff_px = Some(1e3);
         let white = Environment::constant(Vec3::ONE);
-        let plan = plan(&scene, &white, Output::Layers).expect("a plan");
-        let mut renderer = Renderer::new(device, &scene, &white, &plan).expect("a renderer");
+        let mut renderer = renderer_of(device, &scene, &white, Output::Layers);
         renderer.submit(&scene).expect("a frame");
         for [.., alpha] in renderer.read_layers().expect("layers").color {
             let off = alpha.to_f64() / expected - 1.0;
