@@ -14,6 +14,7 @@ pub mod said;
 #[cfg(target_os = "linux")]
 pub mod stand_in;
 
+use std::collections::BTreeSet;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -242,6 +243,25 @@ pub fn documented_keys(format: &str, objects: &[&serde_json::Value]) {
             assert!(is_told, "{format}: {key} is not documented");
         }
     }
+}
+
+/// Keys of a scene and of these tables and lists of tables in it, as the program names them where it meets one that it
+/// does not know.
+pub fn scene_keys(tables: &[&str], lists: &[&str]) -> BTreeSet<String> {
+    let mut keys = BTreeSet::new();
+    for table in [""].iter().chain(tables).chain(lists) {
+        let (head, start) = match *table {
+            "" => (String::new(), String::new()),
+            list if lists.contains(&list) => (format!("[[{list}]]\n"), format!("{list}.")),
+            table => (format!("[{table}]\n"), format!("{table}.")),
+        };
+        let problem = Scene::parse(&format!("{head}no_such_key = 1"), "a scene");
+        let problem = problem.expect_err("a wrong key").to_string();
+        let (_, known) = problem.split_once("expected").unwrap_or_else(|| panic!("{problem}"));
+        let known = known.split('`').skip(1).step_by(2).map(|key| format!("{start}{key}"));
+        keys.extend(known.filter(|key| !tables.iter().chain(lists).any(|table| *table == key)));
+    }
+    keys
 }
 
 /// A scene without rain, of one drop.
