@@ -8,6 +8,7 @@
 
 #![allow(dead_code, reason = "every test file is a crate of its own and uses a part of this")]
 
+pub mod bow;
 pub mod hooks;
 pub mod picture;
 pub mod said;
