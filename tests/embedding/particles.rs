@@ -133,12 +133,7 @@ fn drawn(
     let input = FrameInput::new(scene, output).moved(since).nearest(depth.image());
     let mut input = input.numbered(number.image());
     input.particles = particles;
-    host.once(|commands| {
-        // SAFETY: images and buffer are as they are described; it is submitted once.
-        unsafe { embedded.view.record(commands, 0, &input) }.expect("a recording");
-    });
-    // SAFETY: it was executed.
-    let report = unsafe { embedded.view.retired(0) }.expect("a report").expect("it was executed");
+    let report = embedded.draw(host, 0, &input);
     let pixels = u64::from(SIZE.0 * SIZE.1);
     let drawn = Drawn {
         picture: embedded.read(host),

@@ -181,17 +181,8 @@ fn frame(
         };
         input = input.around(HostEnvironment::new(image));
     }
-    let (commands, fence) = (embedded.commands[number % 2], host.fence());
-    host.begin(commands);
-    // SAFETY: the images are as they are described; the frames are submitted in order.
-    unsafe { embedded.view.record(commands, number % 2, &input) }.expect("a recording");
-    host.end(commands);
-    host.submit(commands, fence);
-    host.wait(fence);
-    host.destroy_fence(fence);
-    // SAFETY: the fence was signalled.
-    let report = unsafe { embedded.view.retired(number % 2) }.expect("a report");
-    println!("{:?}", &report.expect("it was executed").passes_ms[..2]);
+    let report = embedded.draw(host, number % 2, &input);
+    println!("{:?}", &report.passes_ms[..2]);
     as_picture(&embedded.read(host))
 }
 

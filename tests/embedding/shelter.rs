@@ -112,12 +112,7 @@ fn frame(
 ) -> Vec<[f16; 4]> {
     let mut input = FrameInput::new(scene, embedded.output());
     input.shelter = shelter;
-    host.once(|commands| {
-        // SAFETY: the images are as they are described; it is submitted once.
-        unsafe { embedded.view.record(commands, slot, &input) }.expect("a recording");
-    });
-    // SAFETY: it was executed.
-    unsafe { embedded.view.retired(slot) }.expect("a report").expect("it was executed");
+    embedded.draw(host, slot, &input);
     embedded.read(host)
 }
 
