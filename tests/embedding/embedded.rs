@@ -136,6 +136,14 @@ impl Embedded {
     }
 }
 
+/// Asserts that something is refused, in one line that has these words.
+#[track_caller]
+pub fn says<T>(result: raindrops::Result<T>, words: &str) {
+    let line = result.map(drop).expect_err("a refusal").to_string();
+    println!("{line}");
+    assert!(line.contains(words) && !line.contains('\n'), "'{line}' says not '{words}'");
+}
+
 /// Runs a test on a host of its own, and fails if the layer says anything.
 pub fn on_host(preset: Preset, test: impl FnOnce(&Host, &Arc<Device>)) {
     let host = host(preset);
