@@ -25,8 +25,7 @@ use exr::prelude::{AnyChannels, FlatSamples, Image, Layer, ReadChannels, ReadLay
 use glam::{DVec3, Vec3};
 use raindrops::environment::Environment;
 use raindrops::gpu::{Device, DeviceReport, Instance, ReplacedShaders, Validation, shaders};
-use raindrops::plan::plan;
-use raindrops::renderer::Renderer;
+use raindrops::plan;
 use raindrops::scene::model::Preset;
 use raindrops::scene::{ImageSize, PlacedDrop, Scene};
 use tempfile::TempDir;
@@ -271,14 +270,13 @@ pub fn one_drop(center: DVec3, radius: f64) -> Scene {
 }
 
 /// A small frame in white surroundings, as it is shown.
-pub fn frame(device: &Arc<Device>, preset: Preset) -> Vec<u8> {
-    let mut scene = Scene { image: ImageSize { width: 32, height: 24 }, ..Scene::default() };
+pub fn frame(device: &Arc<Device>, preset: Preset, (width, height): (u32, u32)) -> Vec<u8> {
+    let mut scene = Scene { image: ImageSize { width, height }, ..Scene::default() };
     scene.model.preset = preset;
     scene.model.mask_size = 16;
     scene.rain.get_or_insert_default().count = 1000;
     let white = Environment::constant(Vec3::ONE);
-    let plan = plan(&scene, &white, raindrops::plan::Output::Display).expect("a plan");
-    let mut renderer = Renderer::new(device, &scene, &white, &plan).expect("a renderer");
+    let mut renderer = picture::renderer_of(device, &scene, &white, plan::Output::Display);
     renderer.submit(&scene).expect("a frame");
     renderer.read_display().expect("a picture")
 }
