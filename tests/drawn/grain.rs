@@ -32,7 +32,7 @@ fn far_rain(cutoff_px: f64, shutter: f64) -> Scene {
 }
 
 /// Opacities of a picture's pixels, one picture a scene, by one renderer.
-fn opacities(device: &Arc<Device>, scenes: &[Scene]) -> Vec<Vec<f64>> {
+pub fn opacities(device: &Arc<Device>, scenes: &[Scene]) -> Vec<Vec<f64>> {
     let white = Environment::constant(Vec3::ONE);
     let mut renderer = renderer_of(device, &scenes[0], &white, Output::Layers);
     let mut pictures = Vec::new();
