@@ -308,7 +308,6 @@ impl Random {
 }
 
 /// This scene by the paper's method.
-#[allow(dead_code, reason = "not every test draws by it")]
 pub fn by_paper(scene: &Scene) -> Scene {
     let mut scene = scene.clone();
     scene.model.preset = Preset::Paper;
