@@ -1,5 +1,6 @@
 //! `raindrops sky`: writes the sky that the program computes, which is also the bundled one.
 
+use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
 use clap::Args;
@@ -23,11 +24,12 @@ pub struct SkyArgs {
     #[arg(long, hide = true, value_name = "N", value_parser = parse_width, conflicts_with = "size")]
     width: Option<u32>,
     /// The sun's height above the horizon, degrees
-    #[arg(long, value_name = "DEGREES", default_value_t = Sun::default().elevation, value_parser = parse_elevation)]
+    #[arg(long, value_name = "DEGREES", default_value_t = Sun::default().elevation,
+          value_parser = |text: &str| parse_degrees(text, ELEVATIONS))]
     sun_elevation: f64,
     /// The sun's direction, degrees to the right of -z; 180 is behind a camera that looks along -z
     #[arg(long, value_name = "DEGREES", default_value_t = Sun::default().azimuth, allow_negative_numbers = true,
-          value_parser = parse_azimuth)]
+          value_parser = |text: &str| parse_degrees(text, -360.0..=360.0))]
     sun_azimuth: f64,
 }
 
@@ -63,16 +65,9 @@ fn parse_width(text: &str) -> Result<u32, String> {
     }
 }
 
-fn parse_elevation(text: &str) -> Result<f64, String> {
+fn parse_degrees(text: &str, within: RangeInclusive<f64>) -> Result<f64, String> {
     match text.parse() {
-        Ok(degrees) if ELEVATIONS.contains(&degrees) => Ok(degrees),
-        _ => Err(format!("not within {} to {} degrees", ELEVATIONS.start(), ELEVATIONS.end())),
-    }
-}
-
-fn parse_azimuth(text: &str) -> Result<f64, String> {
-    match text.parse() {
-        Ok(degrees) if (-360.0..=360.0).contains(&degrees) => Ok(degrees),
-        _ => Err("not within -360 to 360 degrees".into()),
+        Ok(degrees) if within.contains(&degrees) => Ok(degrees),
+        _ => Err(format!("not within {} to {} degrees", within.start(), within.end())),
     }
 }

@@ -212,11 +212,30 @@ impl Inner<'_> {
     }
 }
 
-/// Serialises each of these types by looking away, or by its number.
-macro_rules! plain {
-    ($($name:ident($($type:ty),*)),* ; $($number:ident($of:ty)),*) => {
-        $(fn $name(self, $(_: $type),*) -> Result<(), Problem> { Ok(()) })*
-        $(fn $number(self, value: $of) -> Result<(), Problem> { self.number(value as f64) })*
+/// Serialises each of these types: by looking away, by its number, by the value within, item by item, or not at all.
+macro_rules! methods {
+    (
+        nothing: $($nothing:ident($($past:ty),*)),*;
+        number: $($number:ident($of:ty)),*;
+        within: $($within:ident($($name:ty),*)),*;
+        items: $($items:ident($($length:ty),*)),*;
+        none: $($none:ident($($any:ty),*)),*
+    ) => {
+        $(fn $nothing(self, $(_: $past),*) -> Result<(), Problem> {
+            Ok(())
+        })*
+        $(fn $number(self, value: $of) -> Result<(), Problem> {
+            self.number(value as f64)
+        })*
+        $(fn $within<T: Serialize + ?Sized>(self, $(_: $name,)* value: &T) -> Result<(), Problem> {
+            value.serialize(self)
+        })*
+        $(fn $items(self, $(_: $length),*) -> Result<Inner<'a>, Problem> {
+            Ok(Inner { rule: self.0, number: 0 })
+        })*
+        $(fn $none(self, $(_: $any),*) -> Result<Impossible<(), Problem>, Problem> {
+            Err(ser::Error::custom("no scene has maps, or variants with fields"))
+        })*
     };
 }
 
@@ -231,82 +250,21 @@ impl<'a> Serializer for Walk<'a> {
     type SerializeStruct = Inner<'a>;
     type SerializeStructVariant = Impossible<(), Problem>;
 
-    plain! {
-        serialize_bool(bool), serialize_char(char), serialize_str(&str), serialize_bytes(&[u8]),
-        serialize_none(), serialize_unit(), serialize_unit_struct(&str), serialize_unit_variant(&str, u32, &str);
-        serialize_i8(i8), serialize_i16(i16), serialize_i32(i32), serialize_i64(i64), serialize_u8(u8),
-        serialize_u16(u16), serialize_u32(u32), serialize_u64(u64)
+    methods! {
+        nothing: serialize_bool(bool), serialize_char(char), serialize_str(&str), serialize_bytes(&[u8]), serialize_none(),
+            serialize_unit(), serialize_unit_struct(&str), serialize_unit_variant(&str, u32, &str);
+        number: serialize_i8(i8), serialize_i16(i16), serialize_i32(i32), serialize_i64(i64), serialize_u8(u8),
+            serialize_u16(u16), serialize_u32(u32), serialize_u64(u64), serialize_f64(f64);
+        within: serialize_some(), serialize_newtype_struct(&str), serialize_newtype_variant(&str, u32, &str);
+        items: serialize_seq(Option<usize>), serialize_tuple(usize), serialize_tuple_struct(&str, usize),
+            serialize_struct(&str, usize);
+        none: serialize_map(Option<usize>), serialize_tuple_variant(&str, u32, &str, usize),
+            serialize_struct_variant(&str, u32, &str, usize)
     }
 
     /// The number is read from its text: 0.4 in 32 bits is another number in 64.
     fn serialize_f32(self, value: f32) -> Result<(), Problem> {
         self.number(value.to_string().parse().unwrap_or(value.into()))
-    }
-
-    fn serialize_f64(self, value: f64) -> Result<(), Problem> {
-        self.number(value)
-    }
-
-    fn serialize_some<T: Serialize + ?Sized>(self, value: &T) -> Result<(), Problem> {
-        value.serialize(self)
-    }
-
-    fn serialize_newtype_struct<T: Serialize + ?Sized>(
-        self,
-        _: &str,
-        value: &T,
-    ) -> Result<(), Problem> {
-        value.serialize(self)
-    }
-
-    fn serialize_newtype_variant<T: Serialize + ?Sized>(
-        self,
-        _: &str,
-        _: u32,
-        _: &str,
-        value: &T,
-    ) -> Result<(), Problem> {
-        value.serialize(self)
-    }
-
-    fn serialize_seq(self, _: Option<usize>) -> Result<Inner<'a>, Problem> {
-        Ok(Inner { rule: self.0, number: 0 })
-    }
-
-    fn serialize_tuple(self, _: usize) -> Result<Inner<'a>, Problem> {
-        self.serialize_seq(None)
-    }
-
-    fn serialize_tuple_struct(self, _: &str, _: usize) -> Result<Inner<'a>, Problem> {
-        self.serialize_seq(None)
-    }
-
-    fn serialize_tuple_variant(
-        self,
-        _: &str,
-        _: u32,
-        _: &str,
-        _: usize,
-    ) -> Result<Self::SerializeTupleVariant, Problem> {
-        Err(ser::Error::custom("no scene has variants with fields"))
-    }
-
-    fn serialize_map(self, _: Option<usize>) -> Result<Self::SerializeMap, Problem> {
-        Err(ser::Error::custom("no scene has maps"))
-    }
-
-    fn serialize_struct(self, _: &str, _: usize) -> Result<Inner<'a>, Problem> {
-        self.serialize_seq(None)
-    }
-
-    fn serialize_struct_variant(
-        self,
-        _: &str,
-        _: u32,
-        _: &str,
-        _: usize,
-    ) -> Result<Self::SerializeStructVariant, Problem> {
-        Err(ser::Error::custom("no scene has variants with fields"))
     }
 }
 

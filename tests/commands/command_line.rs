@@ -143,7 +143,7 @@ fn a_preset_asks_for_what_it_needs_alone() {
     };
     crate::common::on_adjusted_device(adjust, |device| {
         for preset in [Preset::Fast, Preset::Exact, Preset::Auto] {
-            let picture = crate::common::frame(device, preset);
+            let picture = crate::common::frame(device, preset, (32, 24));
             assert!(picture.iter().any(|byte| *byte > 0), "{} draws", preset.name());
         }
         for preset in [Preset::Paper, Preset::PaperCompact] {

@@ -11,7 +11,7 @@ use raindrops::scene::background::Background;
 use crate::common::{documented_keys, emptied_folder, run, write_scene};
 
 /// Every file of a folder, by its path within it.
-fn files(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
+pub fn files(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
     let mut found = Vec::new();
     let mut folders = vec![folder.to_path_buf()];
     while let Some(next) = folders.pop() {
@@ -19,7 +19,7 @@ fn files(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
             let path = entry.expect("an entry").path();
             if path.is_dir() {
                 folders.push(path);
-            } else {
+            } else if path.is_file() {
                 let name = path.strip_prefix(folder).expect("within").to_path_buf();
                 found.push((name, std::fs::read(&path).expect("a file")));
             }

@@ -11,6 +11,7 @@ use raindrops::picture::Picture;
 
 use crate::common::said::failure;
 use crate::common::{folder, outcome};
+use crate::data_sets::files;
 
 /// Bytes that a file may have; the kernel then fails writes as it does where a disk is full.
 const ROOM: &str = "--fsize=64";
@@ -25,20 +26,6 @@ fn limited(folder: &Path, limit: Option<&str>, arguments: &[&str]) -> Command {
     }
     command.arg(program.get_program()).args(arguments).current_dir(folder);
     command
-}
-
-/// Names and content of the files in a folder.
-fn files(folder: &Path) -> Vec<(String, Vec<u8>)> {
-    let entries = folder.read_dir().expect("a folder").map(|entry| entry.expect("an entry"));
-    let mut files: Vec<_> = entries
-        .filter(|entry| entry.path().is_file())
-        .map(|entry| {
-            let content = fs::read(entry.path()).expect("a file");
-            (entry.file_name().to_string_lossy().into_owned(), content)
-        })
-        .collect();
-    files.sort();
-    files
 }
 
 const SCENE: [&str; 6] = ["--drops", "20", "--size", "16x16", "--preset", "paper"];
@@ -89,10 +76,10 @@ fn a_full_disk_is_one_line_and_leaves_the_old_files() {
             None if arguments.contains(&"b.png") => {}
             None => arguments.push(name),
         }
-        let before = [files(folder.path()), files(&at("masks"))];
+        let before = files(folder.path());
         let line = failure(&outcome(&mut limited(folder.path(), Some(ROOM), &arguments)), 2);
         assert!(line.contains(&format!("cannot write {name}: File too large")), "{line}");
-        let after = [files(folder.path()), files(&at("masks"))];
+        let after = files(folder.path());
         assert!(after == before, "{arguments:?} left something behind");
     }
 }

@@ -8,12 +8,14 @@
 
 #![allow(dead_code, reason = "every test file is a crate of its own and uses a part of this")]
 
+pub mod bow;
 pub mod hooks;
 pub mod picture;
 pub mod said;
 #[cfg(target_os = "linux")]
 pub mod stand_in;
 
+use std::collections::BTreeSet;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -23,8 +25,7 @@ use exr::prelude::{AnyChannels, FlatSamples, Image, Layer, ReadChannels, ReadLay
 use glam::{DVec3, Vec3};
 use raindrops::environment::Environment;
 use raindrops::gpu::{Device, DeviceReport, Instance, ReplacedShaders, Validation, shaders};
-use raindrops::plan::plan;
-use raindrops::renderer::Renderer;
+use raindrops::plan;
 use raindrops::scene::model::Preset;
 use raindrops::scene::{ImageSize, PlacedDrop, Scene};
 use tempfile::TempDir;
@@ -244,20 +245,38 @@ pub fn documented_keys(format: &str, objects: &[&serde_json::Value]) {
     }
 }
 
+/// Keys of a scene and of these tables and lists of tables in it, as the program names them where it meets one that it
+/// does not know.
+pub fn scene_keys(tables: &[&str], lists: &[&str]) -> BTreeSet<String> {
+    let mut keys = BTreeSet::new();
+    for table in [""].iter().chain(tables).chain(lists) {
+        let (head, start) = match *table {
+            "" => (String::new(), String::new()),
+            list if lists.contains(&list) => (format!("[[{list}]]\n"), format!("{list}.")),
+            table => (format!("[{table}]\n"), format!("{table}.")),
+        };
+        let problem = Scene::parse(&format!("{head}no_such_key = 1"), "a scene");
+        let problem = problem.expect_err("a wrong key").to_string();
+        let (_, known) = problem.split_once("expected").unwrap_or_else(|| panic!("{problem}"));
+        let known = known.split('`').skip(1).step_by(2).map(|key| format!("{start}{key}"));
+        keys.extend(known.filter(|key| !tables.iter().chain(lists).any(|table| *table == key)));
+    }
+    keys
+}
+
 /// A scene without rain, of one drop.
 pub fn one_drop(center: DVec3, radius: f64) -> Scene {
     Scene { rain: None, drops: vec![PlacedDrop::sphere(center, radius)], ..Scene::default() }
 }
 
 /// A small frame in white surroundings, as it is shown.
-pub fn frame(device: &Arc<Device>, preset: Preset) -> Vec<u8> {
-    let mut scene = Scene { image: ImageSize { width: 32, height: 24 }, ..Scene::default() };
+pub fn frame(device: &Arc<Device>, preset: Preset, (width, height): (u32, u32)) -> Vec<u8> {
+    let mut scene = Scene { image: ImageSize { width, height }, ..Scene::default() };
     scene.model.preset = preset;
     scene.model.mask_size = 16;
     scene.rain.get_or_insert_default().count = 1000;
     let white = Environment::constant(Vec3::ONE);
-    let plan = plan(&scene, &white, raindrops::plan::Output::Display).expect("a plan");
-    let mut renderer = Renderer::new(device, &scene, &white, &plan).expect("a renderer");
+    let mut renderer = picture::renderer_of(device, &scene, &white, plan::Output::Display);
     renderer.submit(&scene).expect("a frame");
     renderer.read_display().expect("a picture")
 }
@@ -289,7 +308,6 @@ impl Random {
 }
 
 /// This scene by the paper's method.
-#[allow(dead_code, reason = "not every test draws by it")]
 pub fn by_paper(scene: &Scene) -> Scene {
     let mut scene = scene.clone();
     scene.model.preset = Preset::Paper;

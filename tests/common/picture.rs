@@ -8,11 +8,13 @@ use raindrops::environment::Environment;
 use raindrops::gpu::Device;
 use raindrops::passes::counters::Counts;
 use raindrops::picture::Picture;
+use raindrops::picture::metrics::{Comparison, compare};
+use raindrops::picture::tone_map::exposure_of;
 use raindrops::plan::{Output, plan};
 use raindrops::reference::{Tracer, Truth};
 use raindrops::renderer::Renderer;
 use raindrops::scene::model::Preset;
-use raindrops::scene::{PlacedDrop, RainSettings, Scene};
+use raindrops::scene::{PlacedDrop, RainSettings, Scene, ToneMap};
 
 /// No drop yet, a square picture by preset `fast`.
 pub fn square(edge: u32) -> Scene {
@@ -37,10 +39,20 @@ pub fn moving(center: [f64; 3], velocity: [f64; 3], radius: f64) -> PlacedDrop {
     PlacedDrop { velocity: velocity.into(), ..PlacedDrop::sphere(center.into(), radius) }
 }
 
+/// A renderer of a scene, by the plan that is made for it.
+pub fn renderer_of(
+    device: &Arc<Device>,
+    scene: &Scene,
+    environment: &Environment,
+    output: Output,
+) -> Renderer {
+    let plan = plan(scene, environment, output).expect("a plan");
+    Renderer::new(device, scene, environment, &plan).expect("a renderer")
+}
+
 /// A renderer of linear radiance.
 pub fn renderer(device: &Arc<Device>, scene: &Scene, environment: &Environment) -> Renderer {
-    let plan = plan(scene, environment, Output::Radiance).expect("a plan");
-    Renderer::new(device, scene, environment, &plan).expect("a renderer")
+    renderer_of(device, scene, environment, Output::Radiance)
 }
 
 pub fn frame(renderer: &mut Renderer, scene: &Scene) -> (Picture, Counts) {
@@ -75,6 +87,11 @@ pub fn by_preset(
 
 pub fn truth(scene: &Scene, environment: &Environment, samples: u32) -> Picture {
     Tracer::new(scene, environment, Truth { samples, ..Truth::default() }).picture()
+}
+
+/// How far a picture is off, as it is shown.
+pub fn against(truth: &Picture, picture: &Picture) -> Comparison {
+    compare(truth, picture, None, exposure_of(&ToneMap::default(), truth))
 }
 
 /// Sum of the green channel.

@@ -16,15 +16,12 @@ use raindrops::scene::model::Preset;
 use raindrops::scene::real_rain::RealRain;
 use raindrops::scene::{ImageSize, PlacedDrop, RainSettings, Scene};
 
-use crate::common::{on_adjusted_device, on_device, painted, with_halo};
+use crate::common::{on_adjusted_device, on_device, painted, picture, with_halo};
 
 /// What a frame counts.
 fn counts(device: &Arc<Device>, scene: &Scene) -> Counts {
     let white = Environment::constant(Vec3::ONE);
-    let plan = plan(scene, &white, Output::Radiance).expect("a plan");
-    let mut renderer = Renderer::new(device, scene, &white, &plan).expect("a renderer");
-    renderer.submit(scene).expect("a frame");
-    renderer.finish().expect("a report").counts
+    picture::frame(&mut picture::renderer(device, scene, &white), scene).1
 }
 
 /// Drops of `radius` pixels about the middles of the image's tiles of 4 x 2 pixels, or `aside` of them, tile
@@ -206,8 +203,7 @@ fn frame(device: &Arc<Device>, scene: &Scene) -> Frame {
 }
 
 fn frame_in(device: &Arc<Device>, scene: &Scene, light: &Environment) -> Frame {
-    let plan = plan(scene, light, Output::Display).expect("a plan");
-    let mut renderer = Renderer::new(device, scene, light, &plan).expect("a renderer");
+    let mut renderer = picture::renderer_of(device, scene, light, Output::Display);
     renderer.submit(scene).expect("a frame");
     let counts = renderer.finish().expect("a report").counts;
     let radiance = renderer.read_radiance().expect("radiance");
@@ -369,8 +365,7 @@ fn rays_in_several_dispatches_have_the_same_bytes() {
     on_device(|device| expected = Some(frame(device, &scene)));
     on_adjusted_device(adjust, |device| {
         let white = Environment::constant(Vec3::ONE);
-        let plan = plan(&scene, &white, Output::Radiance).expect("a plan");
-        let mut renderer = Renderer::new(device, &scene, &white, &plan).expect("a renderer");
+        let mut renderer = picture::renderer(device, &scene, &white);
         let tiles = renderer.draw(&scene).expect("a frame").tiles.expect("tiles");
         assert!(tiles.ray_fragments > 2 * 64 * 32, "the control: {tiles:?}");
         let drawn = frame(device, &scene);
@@ -414,8 +409,7 @@ fn what_a_device_takes_does_not_show_in_images_of_a_sun() {
 fn what_a_device_takes_does_not_show_in_layers() {
     let layers = |device: &Arc<Device>, scene: &Scene| {
         let sky = painted(64, |d| (3.0 * d).as_vec3().exp());
-        let plan = plan(scene, &sky, Output::Layers).expect("a plan");
-        let mut renderer = Renderer::new(device, scene, &sky, &plan).expect("a renderer");
+        let mut renderer = picture::renderer_of(device, scene, &sky, Output::Layers);
         let until = Scene { time: scene.time + 0.1, ..scene.clone() };
         renderer.submit_until(scene, &until).expect("a frame");
         renderer.read_layers().expect("layers")

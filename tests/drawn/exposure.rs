@@ -3,6 +3,7 @@
 
 use std::sync::Arc;
 
+use crate::common::picture::renderer_of;
 use crate::common::{on_adjusted_device, on_device};
 use glam::{DVec3, Vec3};
 use raindrops::environment::Environment;
@@ -39,9 +40,7 @@ fn scene(preset: Preset, radius: f64) -> Scene {
 }
 
 fn renderer(device: &Arc<Device>, scene: &Scene, output: Output) -> Renderer {
-    let environment = bright_above();
-    let plan = plan(scene, &environment, output).expect("a plan");
-    Renderer::new(device, scene, &environment, &plan).expect("a renderer")
+    renderer_of(device, scene, &bright_above(), output)
 }
 
 fn shown(renderer: &mut Renderer, scene: &Scene) -> Vec<u8> {

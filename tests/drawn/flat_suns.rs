@@ -4,15 +4,15 @@
 use glam::{DQuat, DVec3, Vec3};
 use raindrops::environment::Environment;
 use raindrops::optics::{Shape, WATER, Walk};
-use raindrops::plan::{Output, plan};
+use raindrops::plan::Output;
 use raindrops::rain::law::Law;
 use raindrops::rain::shape::Halves;
-use raindrops::renderer::Renderer;
 use raindrops::scene::model::{FarRain, Preset, ShapeModel};
 use raindrops::scene::real_rain::RealRain;
 use raindrops::scene::water::Index;
 use raindrops::scene::{ImageSize, RainSettings, Scene};
 
+use crate::common::picture::renderer_of;
 use crate::common::{Random, on_device, painted};
 
 const SKY: f64 = 0.02;
@@ -75,8 +75,7 @@ fn luminance(environment: &Environment, scene: &Scene) -> f64 {
     let (view, forward) = (scene.view(), scene.camera.target.normalize());
     let (mut sum, mut pixels) = (0.0, 0.0);
     on_device(|device| {
-        let plan = plan(scene, environment, Output::Layers).expect("a plan");
-        let mut renderer = Renderer::new(device, scene, environment, &plan).expect("a renderer");
+        let mut renderer = renderer_of(device, scene, environment, Output::Layers);
         renderer.draw(scene).expect("a frame");
         let rain = renderer.read_layers().expect("layers");
         for (number, color) in (0..).zip(&rain.color) {

@@ -1,19 +1,15 @@
 //! The light of flattened drops that are too small to show their shape, in fog and in the haze of heavy rain, against the
 //! reference (`src/passes/flat_light.rs`).
 
-use std::sync::Arc;
-
 use glam::{DVec3, Vec3};
 use raindrops::environment::Environment;
-use raindrops::gpu::Device;
 use raindrops::picture::Picture;
-use raindrops::plan::{Output, plan};
 use raindrops::reference::{Tracer, Truth};
-use raindrops::renderer::Renderer;
 use raindrops::scene::model::{FarRain, Preset};
 use raindrops::scene::real_rain::RealRain;
 use raindrops::scene::{ImageSize, RainSettings, Scene};
 
+use crate::common::picture::picture_of;
 use crate::common::{on_device, painted};
 
 const EDGE: u32 = 24;
@@ -47,13 +43,6 @@ fn fog(rate: f64, elevation: f64) -> Scene {
     scene
 }
 
-fn drawn(device: &Arc<Device>, scene: &Scene, environment: &Environment) -> Picture {
-    let plan = plan(scene, environment, Output::Radiance).expect("a plan");
-    let mut renderer = Renderer::new(device, scene, environment, &plan).expect("a renderer");
-    renderer.draw(scene).expect("a frame");
-    renderer.read_radiance().expect("radiance")
-}
-
 /// Mean light of the upper, the middle and the lower third.
 fn thirds(picture: &Picture) -> Vec<Vec3> {
     let rows = picture.height as usize / 3 * picture.width as usize;
@@ -77,7 +66,7 @@ fn fog_has_the_light_of_flattened_drops() {
                 let scene = fog(rate, elevation);
                 let truth = Truth { samples: 512, rain_to: Some(0.02), ..Truth::default() };
                 let expected = Tracer::new(&scene, &environment, truth).picture();
-                let found = drawn(device, &scene, &environment);
+                let found = picture_of(device, &scene, &environment);
                 let off = off(&found, &expected);
                 println!("{rate} mm/h, {elevation} degrees up: off by {off:.4}");
                 worst = worst.max(off);

@@ -9,11 +9,13 @@ use raindrops::environment::Environment;
 use raindrops::gpu::{Device, PointRules};
 use raindrops::passes::counters::Counts;
 use raindrops::picture::Picture;
-use raindrops::plan::{Output, plan};
+use raindrops::plan::Output;
 use raindrops::renderer::Renderer;
 use raindrops::scene::model::{Preset, Simulation};
 use raindrops::scene::real_rain::RealRain;
 use raindrops::scene::{ImageSize, PlacedDrop, RainSettings, Scene};
+
+use crate::common::picture::renderer_of;
 
 /// Another camera, time or key for a frame.
 type Change = fn(&mut Scene);
@@ -46,8 +48,7 @@ fn rain() -> Scene {
 }
 
 fn renderer(device: &Arc<Device>, scene: &Scene, sky: &Environment) -> Renderer {
-    let plan = plan(scene, sky, Output::Display).expect("a plan");
-    Renderer::new(device, scene, sky, &plan).expect("a renderer")
+    renderer_of(device, scene, sky, Output::Display)
 }
 
 /// All that a frame leaves: its counts, radiance and display colours.

@@ -7,11 +7,11 @@ use glam::{DVec3, Vec3};
 use raindrops::environment::Environment;
 use raindrops::gpu::Device;
 use raindrops::plan::{Cutoff, Output, plan};
-use raindrops::renderer::Renderer;
 use raindrops::scene::model::{DropShape, FarRain, Preset};
 use raindrops::scene::real_rain::RealRain;
 use raindrops::scene::{ImageSize, RainSettings, Scene};
 
+use crate::common::picture::renderer_of;
 use crate::common::{on_device, painted};
 
 /// The middle of a picture of 1024 x 1024 pixels, 60° wide, in which no drop is drawn by itself.
@@ -32,10 +32,9 @@ fn far_rain(cutoff_px: f64, shutter: f64) -> Scene {
 }
 
 /// Opacities of a picture's pixels, one picture a scene, by one renderer.
-fn opacities(device: &Arc<Device>, scenes: &[Scene]) -> Vec<Vec<f64>> {
+pub fn opacities(device: &Arc<Device>, scenes: &[Scene]) -> Vec<Vec<f64>> {
     let white = Environment::constant(Vec3::ONE);
-    let plan = plan(&scenes[0], &white, Output::Layers).expect("a plan");
-    let mut renderer = Renderer::new(device, &scenes[0], &white, &plan).expect("a renderer");
+    let mut renderer = renderer_of(device, &scenes[0], &white, Output::Layers);
     let mut pictures = Vec::new();
     for scene in scenes {
         renderer.draw(scene).expect("a frame");

@@ -11,13 +11,13 @@ use raindrops::picture::layers::Layers;
 use raindrops::picture::plate::Plate;
 use raindrops::picture::sidecar::{DropRecord, drops_in_view};
 use raindrops::plan::{Output, plan};
-use raindrops::renderer::Renderer;
 use raindrops::renderer::parts::{Grid, Parts};
 use raindrops::scene::camera::Camera;
 use raindrops::scene::model::Preset;
 use raindrops::scene::real_rain::RealRain;
 use raindrops::scene::{PlacedDrop, Population, RainSettings, Scene};
 
+use crate::common::picture::{picture_of, renderer_of};
 use crate::common::{documented_keys, emptied_folder, on_device, run, waves, write_scene};
 
 const EDGE: u32 = 128;
@@ -62,10 +62,10 @@ fn real(preset: Preset) -> Scene {
     scene
 }
 
-fn layers(device: &Arc<Device>, scene: &Scene, until: &Scene) -> Layers {
+/// The layers of a frame that is exposed until this scene.
+pub fn layers(device: &Arc<Device>, scene: &Scene, until: &Scene) -> Layers {
     let sky = waves();
-    let plan = plan(scene, &sky, Output::Layers).expect("a plan");
-    let mut renderer = Renderer::new(device, scene, &sky, &plan).expect("a renderer");
+    let mut renderer = renderer_of(device, scene, &sky, Output::Layers);
     renderer.draw_until(scene, until).expect("a frame");
     renderer.read_layers().expect("layers")
 }
@@ -95,11 +95,7 @@ fn over_a_plate_they_are_the_picture_before_it() {
         ] {
             let behind = plate(&mut scene, name);
             let sky = waves();
-            let whole = plan(&scene, &sky, Output::Radiance).expect("a plan");
-            let mut renderer = Renderer::new(device, &scene, &sky, &whole).expect("a renderer");
-            renderer.submit(&scene).expect("a frame");
-            let drawn = renderer.read_radiance().expect("a picture");
-            drop(renderer);
+            let drawn = picture_of(device, &scene, &sky);
             let rain = layers(device, &scene, &scene);
             let over = rain.over(&behind);
             let mut covered = 0;

@@ -3,21 +3,17 @@
 use glam::{DVec3, Vec3};
 use raindrops::environment::Environment;
 use raindrops::picture::Picture;
-use raindrops::picture::metrics::{Comparison, compare};
-use raindrops::picture::tone_map::exposure_of;
 use raindrops::plan::{Output, plan};
 use raindrops::rain::cull::count_visible;
 use raindrops::rain::field::Field;
 use raindrops::scene::model::{Lens, Preset, ShapeModel};
 use raindrops::scene::real_rain::RealRain;
-use raindrops::scene::{PlacedDrop, RainSettings, Scene, ToneMap};
+use raindrops::scene::{PlacedDrop, RainSettings, Scene};
 
-use crate::common::picture::{black, draw, light_rain, moving, renderer, square, sum, truth};
+use crate::common::picture::{
+    against, black, draw, light_rain, moving, renderer, square, sum, truth,
+};
 use crate::common::{on_device, waves};
-
-fn against(truth: &Picture, picture: &Picture) -> Comparison {
-    compare(truth, picture, None, exposure_of(&ToneMap::default(), truth))
-}
 
 /// RMS error of boxes, in display values from 0 to 1.
 fn boxed_error(truth: &Picture, picture: &Picture) -> f64 {

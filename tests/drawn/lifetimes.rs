@@ -12,6 +12,8 @@ use raindrops::renderer::{Lighting, RainField, Renderer};
 use raindrops::scene::model::Preset;
 use raindrops::scene::{ImageSize, PlacedDrop, Scene};
 
+use crate::common::picture::{frame, renderer_of};
+
 /// Another scene.
 type Change = fn(&mut Scene);
 
@@ -100,10 +102,8 @@ fn only_what_is_new_is_made() {
 
         // What is shared draws what a renderer of its own draws.
         for (scene, shared) in [(&fast, &picture), (&paper, &by_paper)] {
-            let plan = plan(scene, &environment, Output::Display).expect("a plan");
-            let mut own = Renderer::new(device, scene, &environment, &plan).expect("a renderer");
-            own.submit(scene).expect("a frame");
-            assert!(own.read_radiance().expect("radiance") == *shared);
+            let mut own = renderer_of(device, scene, &environment, Output::Display);
+            assert!(frame(&mut own, scene).0 == *shared);
         }
         // The control: they are counted.
         let [environments, tables, sorts, pipelines] = since(device, before);

@@ -86,10 +86,7 @@ fn a_large_environment_is_uploaded_whole() {
     scene.image = ImageSize { width: 64, height: 512 };
     scene.camera.vertical_fov = 170.0;
     crate::common::on_device(|device| {
-        let plan = plan(&scene, &ramp, Output::Radiance).expect("a plan");
-        let mut renderer = Renderer::new(device, &scene, &ramp, &plan).expect("a renderer");
-        renderer.submit(&scene).expect("a frame");
-        let picture = renderer.read_radiance().expect("radiance");
+        let picture = crate::common::picture::picture_of(device, &scene, &ramp);
         let view = scene.camera.view(scene.image.width, scene.image.height);
         for (y, pixels) in picture.pixels.chunks_exact(64).enumerate() {
             let seen = pixels[32].y;

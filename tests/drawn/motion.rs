@@ -6,12 +6,11 @@ use glam::{DVec3, Vec3};
 use raindrops::environment::Environment;
 use raindrops::gpu::Device;
 use raindrops::picture::Picture;
-use raindrops::plan::{Output, plan};
 use raindrops::renderer::Renderer;
 use raindrops::scene::model::Preset;
 use raindrops::scene::{PlacedDrop, Scene};
 
-use crate::common::on_device;
+use crate::common::{on_device, picture};
 
 /// Brighter to the right and above, so that a drop's picture tells how it stands.
 fn slope() -> Environment {
@@ -44,9 +43,7 @@ fn at_rest(scene: &Scene) -> Scene {
 }
 
 fn renderer(device: &Arc<Device>, scene: &Scene) -> Renderer {
-    let environment = slope();
-    let plan = plan(scene, &environment, Output::Radiance).expect("a plan");
-    Renderer::new(device, scene, &environment, &plan).expect("a renderer")
+    picture::renderer(device, scene, &slope())
 }
 
 fn picture(renderer: &mut Renderer, scene: &Scene) -> Picture {
@@ -104,12 +101,8 @@ fn drops_that_come_from_beyond_the_picture_have_their_light() {
     on_device(|device| {
         for axis_ratio in [None, Some(0.7)] {
             let scene = from_beyond(axis_ratio);
-            let draw = |sky: &Environment, scene: &Scene| {
-                let plan = plan(scene, sky, Output::Radiance).expect("a plan");
-                let mut renderer = Renderer::new(device, scene, sky, &plan).expect("a renderer");
-                renderer.submit(scene).expect("a frame");
-                renderer.read_radiance().expect("radiance").pixels
-            };
+            let draw =
+                |sky: &Environment, scene: &Scene| picture::picture_of(device, scene, sky).pixels;
             let most = |a: &[Vec3], b: &[Vec3]| {
                 a.iter().zip(b).map(|(a, b)| (*a - *b).abs().max_element()).fold(0.0, f32::max)
             };

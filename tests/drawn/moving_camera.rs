@@ -8,7 +8,7 @@ use glam::{DVec3, Vec3};
 use raindrops::gpu::Device;
 use raindrops::picture::Picture;
 use raindrops::picture::layers::Layers;
-use raindrops::plan::{Output, plan};
+use raindrops::plan::Output;
 use raindrops::reference::{Tracer, Truth};
 use raindrops::renderer::Renderer;
 use raindrops::scene::film::PaceKey;
@@ -16,7 +16,7 @@ use raindrops::scene::model::Preset;
 use raindrops::scene::real_rain::RealRain;
 use raindrops::scene::{ImageSize, PlacedDrop, RainSettings, Scene};
 
-use crate::common::picture::{light_rain, moving, square};
+use crate::common::picture::{light_rain, moving, renderer_of, square};
 use crate::common::{emptied_folder, on_device, run, waves};
 
 const VELOCITY: DVec3 = DVec3::new(3.0, 0.7, -13.9);
@@ -87,8 +87,7 @@ fn boxed(preset: Preset) -> Scene {
 
 fn drawn(device: &Arc<Device>, scene: &Scene, output: Output) -> Renderer {
     let sky = waves();
-    let plan = plan(scene, &sky, output).expect("a plan");
-    let mut renderer = Renderer::new(device, scene, &sky, &plan).expect("a renderer");
+    let mut renderer = renderer_of(device, scene, &sky, output);
     let camera = scene.camera.moved_by(scene.camera_motion());
     let until = Scene { time: scene.time + scene.exposed(), camera, ..scene.clone() };
     renderer.draw_until(scene, &until).expect("a frame");

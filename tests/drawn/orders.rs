@@ -1,7 +1,7 @@
 //! `exact` follows as many internal reflections as matter: its pictures are not bounded by the order at which it ends.
 
 use crate::common::picture::picture_of;
-use crate::common::{on_device, one_drop};
+use crate::common::{on_device, one_drop, painted};
 use glam::{DVec3, Vec3};
 use raindrops::environment::Environment;
 use raindrops::picture::Picture;
@@ -13,25 +13,10 @@ use raindrops::scene::model::Preset;
 
 /// Dim, with a soft light around a direction: no pixel's rays meet it by chance.
 fn soft_light(towards: DVec3) -> Environment {
-    environment_of(|direction| {
+    painted(128, |direction| {
         let cosine = direction.dot(towards.normalize());
-        0.02 + 6.0 * (8.0 * (cosine - 1.0)).exp()
+        Vec3::splat((0.02 + 6.0 * (8.0 * (cosine - 1.0)).exp()) as f32)
     })
-}
-
-/// Grey light by direction.
-fn environment_of(radiance: impl Fn(DVec3) -> f64) -> Environment {
-    let (width, height) = (128, 64);
-    let texels = (0..width * height).map(|at| {
-        let u = (f64::from(at % width) + 0.5) / f64::from(width);
-        let v = (f64::from(at / width) + 0.5) / f64::from(height);
-        let (azimuth, polar) = ((u - 0.5) * std::f64::consts::TAU, v * std::f64::consts::PI);
-        let direction =
-            DVec3::new(polar.sin() * azimuth.sin(), polar.cos(), -polar.sin() * azimuth.cos());
-        Vec3::splat(radiance(direction) as f32)
-    });
-    let texels = texels.collect();
-    Environment::from_texels("grey", width, height, texels).expect("an environment")
 }
 
 #[test]
@@ -68,7 +53,8 @@ fn a_dark_room_shows_its_window_in_high_orders() {
     on_device(|device| {
         const DIM: f64 = 1e-3;
         let is_window = |d: DVec3| d.z < 0.0 && d.x.abs() < -0.2 * d.z && d.y.abs() < -0.25 * d.z;
-        let environment = environment_of(|d| if is_window(d) { 10.0 } else { DIM });
+        let environment =
+            painted(128, |d| Vec3::splat(if is_window(d) { 10.0 } else { DIM } as f32));
         let mut scene = one_drop(DVec3::new(1.5, -0.8, -10.0), 1.0);
         scene.image = ImageSize { width: 96, height: 96 };
         scene.camera.vertical_fov = 30.0;

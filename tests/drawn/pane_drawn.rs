@@ -5,16 +5,14 @@ use std::collections::BTreeSet;
 use glam::{DVec3, Vec3};
 use raindrops::environment::Environment;
 use raindrops::picture::Picture;
-use raindrops::picture::metrics::compare;
 use raindrops::picture::plate::Plate;
-use raindrops::picture::tone_map::exposure_of;
 use raindrops::plan::{Output, plan};
 use raindrops::reference::{Tracer, Truth};
 use raindrops::renderer::parts::{Grid, Parts};
+use raindrops::scene::Scene;
 use raindrops::scene::model::{PaneModel, Preset};
-use raindrops::scene::{Scene, ToneMap};
 
-use crate::common::picture::{frame, picture_of, renderer};
+use crate::common::picture::{against, frame, picture_of, renderer};
 use crate::common::{on_device, waves};
 
 const EDGE: u32 = 64;
@@ -60,7 +58,7 @@ fn truth(scene: &Scene, environment: &Environment, plate: &Plate) -> Picture {
 }
 
 fn rel_mse(truth: &Picture, picture: &Picture) -> f64 {
-    compare(truth, picture, None, exposure_of(&ToneMap::default(), truth)).pixels.rel_mse
+    against(truth, picture).pixels.rel_mse
 }
 
 /// Holds `exact` by 64 rays against the reference, and says how far the first exit alone is off.
@@ -105,7 +103,7 @@ fn drops_out_of_focus_are_those_of_the_reference() {
 
 /// FLIP over the pixels whose picture without drops is another.
 fn flip(truth: &Picture, picture: &Picture, without: &Picture) -> f64 {
-    let found = compare(truth, picture, None, exposure_of(&ToneMap::default(), truth)).flip_map;
+    let found = against(truth, picture).flip_map;
     let shown = truth
         .pixels
         .iter()

@@ -1,28 +1,16 @@
 //! Layers of a pane: against the reference, against the picture, and against where a drop must be.
 
-use std::sync::Arc;
-
 use glam::DVec3;
-use raindrops::gpu::Device;
-use raindrops::picture::layers::Layers;
 use raindrops::plan::{Output, plan};
 use raindrops::reference::{Tracer, Truth};
-use raindrops::renderer::Renderer;
 use raindrops::renderer::parts::{Grid, Parts};
 use raindrops::scene::Scene;
 use raindrops::scene::model::{PaneModel, Preset};
 
 use crate::common::picture::picture_of;
 use crate::common::{on_device, waves};
+use crate::layers::layers;
 use crate::pane_drawn::{MIXED, SQUARE_ON, STEEP, scene, text};
-
-fn layers(device: &Arc<Device>, scene: &Scene, until: &Scene) -> Layers {
-    let sky = waves();
-    let plan = plan(scene, &sky, Output::Layers).expect("a plan");
-    let mut renderer = Renderer::new(device, scene, &sky, &plan).expect("a renderer");
-    renderer.draw_until(scene, until).expect("a frame");
-    renderer.read_layers().expect("layers")
-}
 
 const ASLANT: &str = "distance = 0.3\ntilt = 40.0\nthickness = 0.01";
 

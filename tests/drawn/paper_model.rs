@@ -13,23 +13,14 @@ use raindrops::scene::model::Optics;
 use raindrops::scene::{ImageSize, Scene};
 use rayon::prelude::*;
 
-use crate::common::by_paper;
 use crate::common::picture::picture_of;
+use crate::common::{by_paper, painted};
 
 const SIZE: u32 = 512;
 
 /// A smooth environment without edges: a gradient along each axis for each colour.
 fn gradient() -> Environment {
-    let (width, height) = (512u32, 256u32);
-    let texels = (0..width * height).map(|index| {
-        let u = (f64::from(index % width) + 0.5) / f64::from(width);
-        let v = (f64::from(index / width) + 0.5) / f64::from(height);
-        let (longitude, polar) = (std::f64::consts::TAU * (u - 0.5), std::f64::consts::PI * v);
-        let d =
-            DVec3::new(polar.sin() * longitude.sin(), polar.cos(), -polar.sin() * longitude.cos());
-        (1.5 + d).as_vec3()
-    });
-    Environment::from_texels("gradient", width, height, texels.collect()).expect("a sound image")
+    painted(512, |d| (1.5 + d).as_vec3())
 }
 
 fn courtyard() -> Option<Environment> {

@@ -7,13 +7,12 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
-use raindrops::plan::{Output, plan};
-use raindrops::renderer::Renderer;
 use raindrops::scene::particles::{Particles, drops_of_bytes};
 use raindrops::scene::{PlacedDrop, Scene};
 
 use crate::common::picture::square;
-use crate::common::{Random, emptied_folder, on_device, raindrops, waves};
+use crate::common::{Random, emptied_folder, on_device, raindrops};
+use crate::layers::layers;
 
 /// All numbers of a drop, as files hold them: place, radius, velocity, id.
 type Row = [f64; 8];
@@ -167,13 +166,7 @@ fn the_same_drops_in_every_format_are_the_same_to_the_byte() {
     let single = drops_of_bytes(&ply("binary_big_endian", "float", &rows)).expect("drops");
     assert!(single.iter().zip(&expected).all(|(a, b)| a.center.as_vec3() == b.center.as_vec3()));
     on_device(|device| {
-        let sky = waves();
-        let drawn = |scene: &Scene| {
-            let plan = plan(scene, &sky, Output::Layers).expect("a plan");
-            let mut renderer = Renderer::new(device, scene, &sky, &plan).expect("a renderer");
-            renderer.draw_until(scene, &Scene { time: 0.01, ..scene.clone() }).expect("a frame");
-            renderer.read_layers().expect("layers")
-        };
+        let drawn = |scene: &Scene| layers(device, scene, &Scene { time: 0.01, ..scene.clone() });
         let by_hand = drawn(&Scene { drops: expected.clone(), ..scene() });
         assert!(by_hand.id.iter().any(|id| (6950..7000).contains(id)));
         for (name, scene) in [&scenes[1], &scenes[4]] {

@@ -217,7 +217,8 @@ fn kept_pipelines_are_found_under_validation() {
             KeptDevice::open(&instance, report, path, |line| panic!("{line}")).expect("a device");
         assert_eq!(device.bytes_found() > 0, run == 1);
         pictures.push(
-            [Preset::Paper, Preset::Fast].map(|preset| crate::common::frame(&device, preset)),
+            [Preset::Paper, Preset::Fast]
+                .map(|preset| crate::common::frame(&device, preset, (32, 24))),
         );
         assert!(key.heads(&device.pipelines().expect("pipelines")), "not as Vulkan has it");
     }

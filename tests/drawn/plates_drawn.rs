@@ -8,18 +8,16 @@ use glam::{DVec3, Vec3};
 use raindrops::environment::Environment;
 use raindrops::gpu::Device;
 use raindrops::picture::Picture;
-use raindrops::picture::metrics::compare;
 use raindrops::picture::plate::Plate;
-use raindrops::picture::tone_map::exposure_of;
 use raindrops::plan::{Output, plan};
 use raindrops::reference::{Tracer, Truth};
 use raindrops::renderer::parts::{Grid, Parts, empty_picture, place};
 use raindrops::scene::background::{Background, DepthKind};
 use raindrops::scene::model::Preset;
 use raindrops::scene::real_rain::RealRain;
-use raindrops::scene::{PlacedDrop, RainSettings, Scene, ToneMap};
+use raindrops::scene::{PlacedDrop, RainSettings, Scene};
 
-use crate::common::picture::by_preset;
+use crate::common::picture::{against, by_preset};
 use crate::common::{Random, kept_folder, on_device, waves};
 
 const EDGE: u32 = 96;
@@ -84,7 +82,7 @@ fn truth(scene: &Scene, environment: &Environment, samples: u32, rain_to: Option
 
 /// FLIP of pixels.
 fn flip(truth: &Picture, picture: &Picture) -> f64 {
-    compare(truth, picture, None, exposure_of(&ToneMap::default(), truth)).pixels.flip
+    against(truth, picture).pixels.flip
 }
 
 /// A slanted plane, through drops, and a step, along both kinds of depth: as near to the truth as without a depth, and

@@ -3,7 +3,8 @@
 
 use std::sync::Arc;
 
-use crate::common::picture::{draw, renderer};
+use crate::common::bow::{self, DISC, INDEX, bow_of_a_point, over_the_disc};
+use crate::common::picture::{draw, renderer, renderer_of};
 use crate::common::{on_device, painted};
 use glam::{DVec3, Vec3};
 use raindrops::environment::Environment;
@@ -15,7 +16,6 @@ use raindrops::rain::field::{Field, MOST_GROUPS, MOST_SLABS};
 use raindrops::rain::tick_of_seconds;
 use raindrops::rain::visibility::Frustum;
 use raindrops::reference::{Tracer, Truth};
-use raindrops::renderer::Renderer;
 use raindrops::scene::model::{DropShape, FarRain, Motion, Preset, Weights};
 use raindrops::scene::real_rain::RealRain;
 use raindrops::scene::water::Index;
@@ -123,8 +123,7 @@ fn the_device_finds_the_drops_that_the_cpu_finds() {
             scene.camera.position += DVec3::new(1e9, 0.0, -1e9);
             scene.camera.target += DVec3::new(1e9, 0.0, -1e9);
             let white = Environment::constant(Vec3::ONE);
-            let plan = plan(&scene, &white, Output::Radiance).expect("a plan");
-            let mut renderer = Renderer::new(device, &scene, &white, &plan).expect("a renderer");
+            let mut renderer = renderer(device, &scene, &white);
             renderer.submit(&scene).expect("a frame");
             let report = renderer.finish().expect("a report");
             assert_eq!(report.counts.visible, in_view(&scene), "{rate} mm/h at {time} s");
@@ -236,8 +235,7 @@ fn a_medium_of_all_drops_is_as_opaque_as_its_law_says() {
         scene.model.far_rain = Some(FarRain::Medium);
         scene.model.cutoff_px = Some(1e3);
         let white = Environment::constant(Vec3::ONE);
-        let plan = plan(&scene, &white, Output::Layers).expect("a plan");
-        let mut renderer = Renderer::new(device, &scene, &white, &plan).expect("a renderer");
+        let mut renderer = renderer_of(device, &scene, &white, Output::Layers);
         renderer.submit(&scene).expect("a frame");
         for [.., alpha] in renderer.read_layers().expect("layers").color {
             let off = alpha.to_f64() / expected - 1.0;
@@ -304,46 +302,18 @@ fn the_cut_off_follows_contrast_and_error() {
     is(cutoff(&scene, &Environment::constant(Vec3::ONE)), 10.0 / 255.0);
 }
 
-/// Angle from the antisolar point in degrees at which a far drop sends most light of a sun back, after one internal
-/// reflection: rays by the thousand, their light a solid angle, averaged over the sun's disc.
-fn brightest_angle(index: f64, sun_degrees: f64) -> f64 {
-    const BINS_A_DEGREE: f64 = 200.0;
-    let mut light = vec![0.0; (60.0 * BINS_A_DEGREE) as usize];
-    let rays = 4_000_000;
-    for ray in 0..rays {
-        let b = (f64::from(ray) + 0.5) / f64::from(rays);
-        let (incidence, inside) = (b.asin(), (b / index).asin());
-        let angle = (4.0 * inside - 2.0 * incidence).to_degrees();
-        let (s, p) = (
-            ((incidence - inside).sin() / (incidence + inside).sin()).powi(2),
-            ((incidence - inside).tan() / (incidence + inside).tan()).powi(2),
-        );
-        let reflectance = 0.5 * (s + p);
-        let share = (1.0 - reflectance).powi(2) * reflectance;
-        light[(angle * BINS_A_DEGREE) as usize] += share * b / angle.to_radians().sin();
-    }
-    let reach = (sun_degrees * BINS_A_DEGREE) as i64;
-    let chord = |step: i64| (1.0 - (step as f64 / reach as f64).powi(2)).sqrt();
-    let mean = |bin: usize| -> f64 {
-        (-reach..=reach).map(|step| chord(step) * light[(bin as i64 + step) as usize]).sum()
-    };
-    let bins = (30.0 * BINS_A_DEGREE) as usize..(50.0 * BINS_A_DEGREE) as usize;
-    let brightest = bins.max_by(|a, b| mean(*a).total_cmp(&mean(*b))).expect("bins");
-    (brightest as f64 + 0.5) / BINS_A_DEGREE
-}
-
 #[test]
 fn the_bow_stands_where_it_should() {
-    let (sun, index, radius) = (DVec3::new(0.0, 0.3, 1.0).normalize(), 1.3343, 0.27f64);
+    let sun = DVec3::new(0.0, 0.3, 1.0).normalize();
     let sky = |d: DVec3| {
-        let is_sun = d.dot(sun) > radius.to_radians().cos();
+        let is_sun = d.dot(sun) > DISC.to_radians().cos();
         Vec3::splat(if is_sun { 1e5 } else { 0.1 })
     };
     let environment = painted(4096, sky);
     on_device(|device| {
         let mut scene = aslant(25.0);
         scene.rain.get_or_insert_default().real.as_mut().expect("rain").extent = 3000.0;
-        scene.water.index = Some(Index::One(index));
+        scene.water.index = Some(Index::One(INDEX));
         scene.image = ImageSize { width: 16, height: 1200 };
         // The middle of the picture is 42° over the antisolar point.
         let up = DVec3::Y.reject_from(sun).normalize();
@@ -361,7 +331,7 @@ fn the_bow_stands_where_it_should() {
         };
         let brightest = (0..1200).max_by(|a, b| of_row(*a).total_cmp(&of_row(*b))).expect("rows");
         let found = view.ray(8.0, brightest as f64 + 0.5).dot(-sun).acos().to_degrees();
-        let expected = brightest_angle(index, radius);
+        let expected = bow::brightest(&over_the_disc(&bow_of_a_point()));
         assert!((found - expected).abs() < 0.1, "{found}°, not {expected}°");
     });
 }

@@ -9,8 +9,6 @@ use std::sync::Arc;
 use glam::DVec3;
 use raindrops::environment::Environment;
 use raindrops::gpu::{Device, Instance, Reconvergence, Validation};
-use raindrops::plan::{Output, plan};
-use raindrops::renderer::Renderer;
 use raindrops::scene::Scene;
 
 /// Bytes of a picture that a process of its own draws with so many threads of llvmpipe, and what it says.
@@ -88,8 +86,7 @@ fn draw(device: &Arc<Device>, light: &Environment, number: usize, to: &Path) {
     let size = ["image.width=96", "image.height=64", "model.mask_size=64"];
     let edits: Vec<String> = settings.iter().chain(&size).map(|edit| edit.to_string()).collect();
     let scene = Scene::load_edited(None, &edits).expect("a scene");
-    let plan = plan(&scene, light, Output::Radiance).expect("a plan");
-    let mut renderer = Renderer::new(device, &scene, light, &plan).expect("a renderer");
+    let mut renderer = crate::common::picture::renderer(device, &scene, light);
     let counts = renderer.draw(&scene).expect("a frame").counts;
     assert_eq!(counts.overflow, 0, "{settings:?}");
     assert!(counts.visible > 20, "{settings:?} show {} drops", counts.visible);

@@ -15,13 +15,13 @@ use raindrops::rain::cull::count_visible;
 use raindrops::rain::field::{Field, ShownDrop};
 use raindrops::rain::tick_of_seconds;
 use raindrops::reference::{Ray, Tracer, Tree, Truth, of_scene};
+use raindrops::renderer::Lighting;
 use raindrops::renderer::tile_stages::TileStages;
-use raindrops::renderer::{Lighting, Renderer};
 use raindrops::scene::model::{FarRain, Preset};
 use raindrops::scene::real_rain::RealRain;
 use raindrops::scene::{Population, RainSettings, Scene, Shelter};
 
-use crate::common::picture::{draw, renderer, square};
+use crate::common::picture::{draw, renderer, renderer_of, square};
 use crate::common::{Random, on_device, waves};
 use crate::tile_entries::lists;
 
@@ -288,8 +288,7 @@ fn fog() -> Scene {
 /// What passes on the mean, drawn and by the reference.
 fn passes(device: &Arc<Device>, scene: &Scene) -> [f64; 2] {
     let white = Environment::constant(Vec3::ONE);
-    let plan = plan(scene, &white, Output::Layers).expect("a plan");
-    let mut renderer = Renderer::new(device, scene, &white, &plan).expect("a renderer");
+    let mut renderer = renderer_of(device, scene, &white, Output::Layers);
     renderer.submit(scene).expect("a frame");
     renderer.finish().expect("a report");
     let layers: Layers = renderer.read_layers().expect("layers");

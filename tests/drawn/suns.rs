@@ -6,11 +6,10 @@ mod scenes;
 
 use raindrops::environment::Environment;
 use raindrops::picture::metrics::rel_mse;
-use raindrops::plan::{Output, plan};
-use raindrops::renderer::Renderer;
 use raindrops::scene::model::Preset;
 use scenes::{References, SUNS, shown};
 
+use crate::common::picture::picture_of;
 use crate::common::{on_device, photograph};
 
 const SAMPLES: u32 = 16;
@@ -28,11 +27,7 @@ fn under_a_bare_sun_fast_is_truer_than_paper_and_more_rays_are_not_worse() {
             let references = References::new(&scene, &environment, SAMPLES);
             let mut errors = |preset, samples| {
                 (scene.model.preset, scene.model.samples) = (preset, samples);
-                let plan = plan(&scene, &environment, Output::Radiance).expect("a plan");
-                let mut renderer =
-                    Renderer::new(device, &scene, &environment, &plan).expect("a renderer");
-                renderer.submit(&scene).expect("a frame");
-                let picture = renderer.read_radiance().expect("radiance");
+                let picture = picture_of(device, &scene, &environment);
                 let rms = references.rms(&shown(references.exposure, &picture));
                 (rms, rel_mse(&references.mean, &picture, None))
             };

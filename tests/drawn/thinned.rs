@@ -1,10 +1,7 @@
 //! Thinned rain: few drops that stand for many have the mean, the variance and the correlations of all that are drawn one by one.
 
-use std::sync::Arc;
-
 use glam::{DVec3, Vec3};
 use raindrops::environment::Environment;
-use raindrops::gpu::Device;
 use raindrops::plan::{FramePlan, Output, plan};
 use raindrops::rain::field::Field;
 use raindrops::renderer::Renderer;
@@ -13,6 +10,7 @@ use raindrops::scene::real_rain::RealRain;
 use raindrops::scene::{ImageSize, RainSettings, Scene};
 
 use crate::common::on_device;
+use crate::grain::opacities;
 
 const EDGE: usize = 256;
 /// Pictures of each rain. Most of a variance's deviation from one to the other is gone.
@@ -42,18 +40,10 @@ fn planned(scene: &Scene, white: &Environment) -> FramePlan {
     plan(scene, white, Output::Layers).expect("a plan")
 }
 
-/// Opacities of pictures at moments so far apart, in seconds.
-fn opacities(device: &Arc<Device>, scene: &Scene, apart: f64) -> Vec<Vec<f64>> {
-    let white = Environment::constant(Vec3::ONE);
-    let plan = planned(scene, &white);
-    let mut renderer = Renderer::new(device, scene, &white, &plan).expect("a renderer");
-    let mut pictures = Vec::new();
-    for moment in 0..MOMENTS {
-        renderer.draw(&Scene { time: apart * moment as f64, ..scene.clone() }).expect("a frame");
-        let layers = renderer.read_layers().expect("layers");
-        pictures.push(layers.color.iter().map(|[.., alpha]| alpha.to_f64()).collect());
-    }
-    pictures
+/// A rain at moments so far apart, in seconds.
+fn moments(scene: &Scene, apart: f64) -> Vec<Scene> {
+    let at = |moment: usize| Scene { time: apart * moment as f64, ..scene.clone() };
+    (0..MOMENTS).map(at).collect()
 }
 
 /// Mean of products of a picture's deviation from its mean with another's, `across` and `down` pixels further.
@@ -94,8 +84,9 @@ fn thinned_rain_has_the_statistics_of_all() {
         for (shutter, apart) in
             [(1.0 / 60.0, 1.0 / 500.0), (1.0 / 250.0, 1.0 / 1000.0), (0.0, 1.0 / 2000.0)]
         {
-            let [all, thinned] = [None, Some(0.15)]
-                .map(|thinned| statistics(&opacities(device, &scene(shutter, thinned), apart)));
+            let [all, thinned] = [None, Some(0.15)].map(|thinned| {
+                statistics(&opacities(device, &moments(&scene(shutter, thinned), apart)))
+            });
             let variances = thinned[1] / all[1];
             println!(
                 "{shutter:.4} s: {all:.4?}, thinned {thinned:.4?}, variance {variances:.3} of all's"

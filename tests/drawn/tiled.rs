@@ -3,15 +3,14 @@
 use glam::{DVec3, Vec3};
 use raindrops::environment::Environment;
 use raindrops::picture::Picture;
-use raindrops::picture::metrics::{Comparison, compare, rel_mse};
-use raindrops::picture::tone_map::exposure_of;
+use raindrops::picture::metrics::rel_mse;
 use raindrops::rain::cull::count_visible;
 use raindrops::reference::{Tracer, Truth};
 use raindrops::scene::camera::Camera;
 use raindrops::scene::model::Preset;
-use raindrops::scene::{PlacedDrop, RainSettings, Scene, ToneMap};
+use raindrops::scene::{PlacedDrop, RainSettings, Scene};
 
-use crate::common::picture::{by_preset, truth};
+use crate::common::picture::{against, by_preset, truth};
 use crate::common::{Random, on_device};
 
 /// Samples a pixel of the truth that `exact` is held against.
@@ -46,10 +45,6 @@ fn placed(drops: &[([f64; 3], f64)], edge: u32) -> Scene {
     scene.drops = drops.iter().map(drop).collect();
     (scene.image.width, scene.image.height) = (edge, edge);
     scene
-}
-
-fn against(truth: &Picture, picture: &Picture) -> Comparison {
-    compare(truth, picture, None, exposure_of(&ToneMap::default(), truth))
 }
 
 #[test]

@@ -111,20 +111,37 @@ impl Embedded {
 
     /// Submits what was recorded into a slot, and waits for it.
     pub fn finish(&mut self, host: &Host, slot: usize) -> (Vec<[f16; 4]>, FrameReport) {
-        let fence = host.fence();
-        host.submit(self.commands[slot], fence);
-        host.wait(fence);
-        host.destroy_fence(fence);
-        // SAFETY: the fence was signalled.
-        let report =
-            unsafe { self.view.retired(slot) }.expect("a report").expect("it was executed");
-        (self.read(host), report)
+        host.run(self.commands[slot]);
+        (self.read(host), self.executed(slot))
+    }
+
+    /// The report of a slot's frame, which was executed.
+    fn executed(&mut self, slot: usize) -> FrameReport {
+        // SAFETY: it was waited for.
+        unsafe { self.view.retired(slot) }.expect("a report").expect("it was executed")
+    }
+
+    /// Records a frame of an input, submits it and waits for it.
+    pub fn draw(&mut self, host: &Host, slot: usize, input: &FrameInput<'_>) -> FrameReport {
+        host.once(|commands| {
+            // SAFETY: images and buffers are as they are described; it is submitted once, after the frames before it.
+            unsafe { self.view.record(commands, slot, input) }.expect("a recording");
+        });
+        self.executed(slot)
     }
 
     pub fn read(&self, host: &Host) -> Vec<[f16; 4]> {
         let bytes = host.read(&self.target, 8 * u64::from(SIZE.0 * SIZE.1));
         bytemuck::pod_collect_to_vec(&bytes)
     }
+}
+
+/// Asserts that something is refused, in one line that has these words.
+#[track_caller]
+pub fn says<T>(result: raindrops::Result<T>, words: &str) {
+    let line = result.map(drop).expect_err("a refusal").to_string();
+    println!("{line}");
+    assert!(line.contains(words) && !line.contains('\n'), "'{line}' says not '{words}'");
 }
 
 /// Runs a test on a host of its own, and fails if the layer says anything.

@@ -32,10 +32,7 @@ fn drawn(
     if let Some((image, convention)) = depth {
         input = input.hidden_by(image, convention);
     }
-    host.once(|commands| {
-        // SAFETY: the images are as they are described; it is submitted once.
-        unsafe { embedded.view.record(commands, 0, &input) }.expect("a recording");
-    });
+    embedded.draw(host, 0, &input);
     let bytes = host.read(&embedded.target, texel * PIXELS as u64);
     drop(embedded.view);
     host.destroy_image(embedded.target);
@@ -60,10 +57,7 @@ fn a_colour_that_is_no_light_is_black() {
             let info = ViewInfo { format: LIGHT.0, has_color: true, ..ViewInfo::default() };
             let mut embedded = Embedded::new(host, device, &scene, &info);
             let input = FrameInput::new(&scene, embedded.output()).before(color, 1.0);
-            host.once(|commands| {
-                // SAFETY: the images are as they are described; it is submitted once.
-                unsafe { embedded.view.record(commands, 0, &input) }.expect("a recording");
-            });
+            embedded.draw(host, 0, &input);
             let light = as_light(&host.read(&embedded.target, LIGHT.1 * PIXELS as u64));
             drop(embedded.view);
             host.destroy_image(embedded.target);

@@ -65,10 +65,7 @@ fn drawn(
     let depth = Filled::new(host, vk::Format::R32_SFLOAT, &[OWN_DEPTH]);
     let moved = HostMotion { pixel, ..HostMotion::since(before, time, motion.image()) };
     let input = FrameInput::new(scene, embedded.output()).moved(moved).nearest(depth.image());
-    host.once(|commands| {
-        // SAFETY: the images are as they are described; it is submitted once.
-        unsafe { embedded.view.record(commands, 0, &input) }.expect("a recording");
-    });
+    embedded.draw(host, 0, &input);
     let pixels = u64::from(SIZE.0 * SIZE.1);
     let drawn = Drawn {
         motion: bytemuck::pod_collect_to_vec(&host.read(&motion.0, 8 * pixels)),

@@ -16,7 +16,7 @@ use raindrops::scene::real_rain::RealRain;
 use raindrops::scene::{PlacedDrop, RainSettings, Scene};
 
 use crate::common;
-use crate::embedded::{Embedded, SIZE, on_host, scene, view_for, view_of};
+use crate::embedded::{Embedded, SIZE, on_host, says, scene, view_for, view_of};
 use crate::host::{Host, Mapped};
 use crate::motion_depth::{Filled, asked};
 
@@ -133,12 +133,7 @@ fn drawn(
     let input = FrameInput::new(scene, output).moved(since).nearest(depth.image());
     let mut input = input.numbered(number.image());
     input.particles = particles;
-    host.once(|commands| {
-        // SAFETY: images and buffer are as they are described; it is submitted once.
-        unsafe { embedded.view.record(commands, 0, &input) }.expect("a recording");
-    });
-    // SAFETY: it was executed.
-    let report = unsafe { embedded.view.retired(0) }.expect("a report").expect("it was executed");
+    let report = embedded.draw(host, 0, &input);
     let pixels = u64::from(SIZE.0 * SIZE.1);
     let drawn = Drawn {
         picture: embedded.read(host),
@@ -434,15 +429,10 @@ fn particles_that_cannot_be_read_are_refused() {
     let mut scene = dry(Preset::Fast);
     scene.host_particles = 10;
     on_host(Preset::Fast, |host, device| {
-        let says = |result: raindrops::Result<()>, words: &str| {
-            let line = result.expect_err("a refusal").to_string();
-            println!("{line}");
-            assert!(line.contains(words) && !line.contains('\n'), "'{line}' says not '{words}'");
-        };
         let info = ViewInfo::default();
         let mut auto = scene.clone();
         auto.model.preset = Preset::Auto;
-        says(view_of(device, &auto, &info).map(drop), "take preset fast or exact");
+        says(view_of(device, &auto, &info), "take preset fast or exact");
         let mut embedded = Embedded::new(host, device, &scene, &info);
         let (buffer, good) = uploaded(host, &bytes_of(&cloud(10)), ParticleCount::Number(10));
         let output = embedded.output();
@@ -489,7 +479,6 @@ fn particles_that_cannot_be_read_are_refused() {
         let environment = crate::embedded::environment();
         let plan = raindrops::plan::plan(&scene, &environment, Output::Radiance).expect("a plan");
         let made = raindrops::renderer::Renderer::new(device, &scene, &environment, &plan);
-        let line = made.map(drop).expect_err("a refusal").to_string();
-        assert!(line.contains("only frames of a host's show its particles"), "{line}");
+        says(made, "only frames of a host's show its particles");
     });
 }

@@ -1,5 +1,8 @@
 //! Environments: what loads, what is mended, what is refused, and that nothing panics.
 
+#[path = "../common/mod.rs"]
+mod common;
+
 mod broken;
 mod files;
 mod heights;

@@ -1,15 +1,13 @@
 //! Mutants of the other files that are read: scenes, and pictures to compare.
 
-use std::time::{Duration, Instant};
-
 use glam::Vec3;
 use raindrops::picture::depth::DecodedDepth;
 use raindrops::picture::{Picture, write_png};
 use raindrops::scene::Scene;
 use raindrops::scene::background::Background;
 
-use crate::broken::{HANGS, MUTATIONS, Random, scaled};
-use crate::files::{DWA, Folder, exr_half, largest_allocation};
+use crate::broken::mutants;
+use crate::files::{DWA, Folder, exr_half};
 
 const SCENE: &str = r#"
 seed = 7
@@ -40,35 +38,17 @@ key = 0.18
 
 #[test]
 fn mutants_of_a_scene_are_parsed_or_refused_in_one_line() {
-    Scene::parse(SCENE, "scene.toml").expect("the control");
-    let mut random = Random(77);
-    let (mut parsed, mut refused, mut largest, mut slowest) = (0, 0, 0, Duration::ZERO);
-    for number in 0..scaled(MUTATIONS) {
-        let mut bytes = SCENE.as_bytes().to_vec();
-        random.mutate(&mut bytes);
-        let text = String::from_utf8_lossy(&bytes).into_owned();
-        let start = Instant::now();
-        let (outcome, allocated) = largest_allocation(|| Scene::parse(&text, "scene.toml"));
-        (slowest, largest) = (slowest.max(start.elapsed()), largest.max(allocated));
-        match outcome {
-            Ok(scene) => {
-                parsed += 1;
-                // What is accepted can be planned or is refused there, and its camera is sound.
-                let white = raindrops::environment::Environment::constant(glam::Vec3::ONE);
-                let _ = raindrops::plan::plan(&scene, &white, raindrops::plan::Output::Display);
-                assert!(scene.view().focal_px.is_finite(), "mutant {number}: {text}");
-            }
-            Err(error) => {
-                refused += 1;
-                let line = error.to_string();
-                assert!(!line.contains('\n') && line.contains("scene.toml"), "{number}: {line}");
-            }
-        }
-    }
-    println!(
-        "scenes: {parsed} parsed, {refused} refused, slowest {slowest:?}, largest {largest} bytes"
-    );
-    assert!(largest < 1 << 20 && slowest < HANGS, "{largest} bytes, {slowest:?}");
+    let read = |bytes: &[u8]| {
+        let parsed = Scene::parse(&String::from_utf8_lossy(bytes), "scene.toml");
+        parsed.inspect_err(|error| assert!(error.to_string().contains("scene.toml"), "{error}"))
+    };
+    // What is accepted can be planned or is refused there, and its camera is sound.
+    let is_sound = |scene: &Scene| {
+        let white = raindrops::environment::Environment::constant(glam::Vec3::ONE);
+        let _ = raindrops::plan::plan(scene, &white, raindrops::plan::Output::Display);
+        scene.view().focal_px.is_finite()
+    };
+    let (parsed, refused) = mutants("scenes", SCENE.as_bytes(), 77, 1 << 20, read, is_sound);
     assert!(parsed > 0 && refused > parsed / 10);
 }
 
@@ -95,31 +75,11 @@ fn mutants_of_pictures_are_read_or_refused() {
     });
     for path in [exr, png, dwab, b44].into_iter().chain(kinds) {
         let bytes = std::fs::read(&path).expect("a picture");
-        Picture::from_bytes(&path, &bytes).expect("the control");
-        let mut random = Random(5);
-        let (mut read, mut refused, mut most, mut slowest) = (0, 0, 0, Duration::ZERO);
-        for _ in 0..scaled(MUTATIONS) {
-            let mut changed = bytes.clone();
-            random.mutate(&mut changed);
-            let start = Instant::now();
-            let (outcome, allocated) = largest_allocation(|| Picture::from_bytes(&path, &changed));
-            (slowest, most) = (slowest.max(start.elapsed()), most.max(allocated));
-            match outcome {
-                Ok(picture) => {
-                    read += 1;
-                    assert_eq!(picture.pixels.len() as u32, picture.width * picture.height);
-                }
-                Err(error) => {
-                    refused += 1;
-                    assert!(!error.to_string().contains('\n'), "{error}");
-                }
-            }
-        }
-        println!(
-            "{}: {read} read, {refused} refused, slowest {slowest:?}, largest {most} bytes",
-            path.display()
-        );
-        assert!(most < 1 << 30 && slowest < HANGS, "{most} bytes, {slowest:?}");
+        let read = |bytes: &[u8]| Picture::from_bytes(&path, bytes);
+        let is_whole =
+            |picture: &Picture| picture.pixels.len() as u32 == picture.width * picture.height;
+        let name = path.display().to_string();
+        let (_, refused) = mutants(&name, &bytes, 5, 1 << 30, read, is_whole);
         assert!(refused > 0);
     }
 }
@@ -133,28 +93,12 @@ fn mutants_of_depth_are_read_or_refused() {
     for name in ["07-depth-among-aovs/arnold.exr", "09-depth-as-tools-write-it/kitti.png"] {
         let path = cases.join(name);
         let bytes = std::fs::read(&path).expect("a file");
-        DecodedDepth::from_bytes(&path, &bytes, &background).expect("the control");
-        let (mut random, mut read, mut refused) = (Random(7), 0, 0);
-        for _ in 0..scaled(MUTATIONS) {
-            let mut changed = bytes.clone();
-            random.mutate(&mut changed);
-            let (outcome, most) =
-                largest_allocation(|| DecodedDepth::from_bytes(&path, &changed, &background));
-            assert!(most < 1 << 30, "{name}: {most} bytes at once");
-            match outcome {
-                Ok(read_depth) => {
-                    read += 1;
-                    let DecodedDepth { depth, width, height, .. } = read_depth;
-                    assert_eq!(depth.values.len() as u32, width * height);
-                    assert!(depth.values.iter().all(|depth| depth.is_finite() && *depth > 0.0));
-                }
-                Err(error) => {
-                    refused += 1;
-                    assert!(!error.to_string().contains('\n'), "{error}");
-                }
-            }
-        }
-        println!("{name}: {read} read, {refused} refused");
+        let read = |bytes: &[u8]| DecodedDepth::from_bytes(&path, bytes, &background);
+        let is_sound = |DecodedDepth { depth, width, height, .. }: &DecodedDepth| {
+            depth.values.len() as u32 == width * height
+                && depth.values.iter().all(|depth| depth.is_finite() && *depth > 0.0)
+        };
+        let (read, refused) = mutants(name, &bytes, 7, 1 << 30, read, is_sound);
         assert!(read > 0 && refused > 0);
     }
 }

@@ -6,13 +6,8 @@
 use std::process::Command;
 use std::sync::Arc;
 
-use glam::Vec3;
-use raindrops::environment::Environment;
 use raindrops::gpu::{Device, Instance, Validation};
-use raindrops::plan::{Output, plan};
-use raindrops::renderer::Renderer;
 use raindrops::scene::model::Preset;
-use raindrops::scene::{ImageSize, Scene};
 
 /// Resident memory of this process in MiB.
 fn resident_mib() -> f64 {
@@ -22,16 +17,7 @@ fn resident_mib() -> f64 {
 }
 
 fn frame(device: &Arc<Device>, preset: Preset, edge: u32) {
-    let mut scene = Scene::default();
-    scene.model.preset = preset;
-    scene.model.mask_size = 16;
-    scene.rain.get_or_insert_default().count = 1000;
-    scene.image = ImageSize { width: edge, height: edge / 2 };
-    let environment = Environment::constant(Vec3::ONE);
-    let plan = plan(&scene, &environment, Output::Display).expect("a plan");
-    let mut renderer = Renderer::new(device, &scene, &environment, &plan).expect("a renderer");
-    renderer.submit(&scene).expect("a frame");
-    renderer.read_display().expect("display");
+    crate::common::frame(device, preset, (edge, edge / 2));
 }
 
 /// Does it `count` times and returns the growth in MiB over half of them: from the median of the second quarter to

@@ -181,7 +181,7 @@ fn what_is_dropped_in_use_is_freed_later() {
         assert_eq!(device.allocated_bytes(), before);
 
         // Frames under way, of a renderer that is gone.
-        crate::common::frame(device, raindrops::scene::model::Preset::Fast);
+        crate::common::frame(device, raindrops::scene::model::Preset::Fast, (32, 24));
         drop(commands);
         assert_eq!(device.allocated_bytes(), before);
     });

@@ -8,6 +8,8 @@ use raindrops::reference::{Tracer, Truth, Weights};
 use raindrops::scene::model::{Lens, Motion, Preset};
 use raindrops::scene::{PlacedDrop, Scene};
 
+use crate::common::painted;
+
 fn parse(text: &str) -> raindrops::Result<Scene> {
     Scene::parse(text, "test.toml")
 }
@@ -355,18 +357,9 @@ fn each_colour_has_the_light_of_its_own_index() {
 fn the_equilibrium_shape_is_that_of_the_diameter() {
     let direction = glam::DVec3::new(0.465625, 0.806021, 0.365408);
     // White in a cap around where the outside reflects this ray to, else black.
-    let texels = (0..512 * 256).map(|index: u32| {
-        let (u, v) = (f64::from(index % 512) + 0.5, f64::from(index / 512) + 0.5);
-        let (azimuth, polar) =
-            ((u / 512.0 - 0.5) * std::f64::consts::TAU, v / 256.0 * std::f64::consts::PI);
-        let toward = glam::DVec3::new(
-            azimuth.sin() * polar.sin(),
-            polar.cos(),
-            -azimuth.cos() * polar.sin(),
-        );
+    let cap = painted(512, |toward| {
         Vec3::splat(f32::from(u8::from(toward.angle_between(direction) < 0.02)))
     });
-    let cap = Environment::from_texels("cap", 512, 256, texels.collect()).expect("valid");
     let seen = |shape: &str, metres: f64| {
         let scene = parse(&format!(
             "metres = {metres}\n[camera]\nposition = [0.3, 0.4, 10]\ntarget = [0.3, 0.4, 0]\n\

@@ -7,6 +7,7 @@ use raindrops::scene::Scene;
 use raindrops::scene::model::Preset;
 use toml::{Table, Value};
 
+use crate::common::scene_keys;
 use crate::row::tags;
 use crate::scene::{frame, make};
 
@@ -66,24 +67,7 @@ fn keys() -> BTreeSet<String> {
         "tone_map",
         "film",
     ];
-    let mut keys = BTreeSet::new();
-    for table in ["", "drop"].iter().chain(&TABLES) {
-        let text = match *table {
-            "" => "no_such_key = 1".to_string(),
-            "drop" => "[[drop]]\nno_such_key = 1".to_string(),
-            table => format!("[{table}]\nno_such_key = 1"),
-        };
-        let problem = Scene::parse(&text, "a scene").expect_err("a wrong key").to_string();
-        let (_, known) = problem.split_once("expected").expect("the known keys");
-        for key in known.split('`').skip(1).step_by(2) {
-            if !table.is_empty() {
-                keys.insert(format!("{table}.{key}"));
-            } else if !TABLES.contains(&key) && key != "drop" {
-                keys.insert(key.to_string());
-            }
-        }
-    }
-    keys
+    scene_keys(&TABLES, &["drop"])
 }
 
 /// Adds the values that a scene gives each key, lists of tables item by item.

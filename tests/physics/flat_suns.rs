@@ -12,16 +12,7 @@ use raindrops::scene::real_rain::RealRain;
 use raindrops::scene::{PlacedDrop, RainSettings, Scene};
 
 use crate::common::painted;
-use crate::glints::{SEEDS, apart, by_seed, traced};
-
-/// A grey slope with a disc of so many degrees of radius, so large that rays meet it.
-fn with_disc(toward: DVec3, degrees: f64) -> Environment {
-    painted(512, |direction| {
-        let is_lit = direction.angle_between(toward) < degrees.to_radians();
-        let disc = if is_lit { Vec3::new(200.0, 180.0, 150.0) } else { Vec3::ZERO };
-        disc + Vec3::splat(0.6 + 0.4 * direction.y as f32)
-    })
-}
+use crate::glints::{SEEDS, apart, by_seed, traced, with_disc};
 
 fn pictures(scene: &Scene, environment: &Environment, truth: Truth) -> Vec<Picture> {
     by_seed(scene, environment, truth, SEEDS)
@@ -90,7 +81,7 @@ fn glints_of_flat_drops_are_those_that_chance_meets() {
     ] {
         let scene = drops(elevation, shape);
         let name = format!("{elevation} {shape:?}");
-        assert_found(&scene, &with_disc(disc, 4.0), &name, shape.is_some());
+        assert_found(&scene, &with_disc(512, disc, 4.0), &name, shape.is_some());
     }
 }
 
@@ -101,7 +92,7 @@ fn glints_of_moving_flat_drops_are_those_that_chance_meets() {
     for drop in &mut scene.drops {
         drop.velocity = DVec3::new(0.3, -1.5, 0.4);
     }
-    assert_found(&scene, &with_disc(toward(20.0, 50.0), 4.0), "moving", false);
+    assert_found(&scene, &with_disc(512, toward(20.0, 50.0), 4.0), "moving", false);
 }
 
 /// What is looked for has less noise than what chance meets, by far.
@@ -145,7 +136,7 @@ fn small_flat_drops_show_as_much_of_a_sun_as_chance_meets() {
         (45.0, 0.004, 20.0, toward(20.0, 30.0)),
         (-30.0, 0.0, 100.0, toward(30.0, 30.0)),
     ] {
-        let (scene, environment) = (rain(elevation, shutter, extent), with_disc(disc, 8.0));
+        let (scene, environment) = (rain(elevation, shutter, extent), with_disc(512, disc, 8.0));
         let truth = Truth { rain_to: Some(extent.min(20.0)), ..Truth::default() };
         let found = pictures(&scene, &environment, Truth { samples: 64, ..truth });
         let by_chance = |samples| Truth { samples, glints: false, ..truth };

@@ -9,24 +9,15 @@ use raindrops::picture::tone_map::{display, exposure_of};
 use raindrops::reference::{Tracer, Truth, Weights};
 use raindrops::scene::{PlacedDrop, RainSettings, Scene};
 
-use crate::common::{Random, with_halo};
+use crate::common::{Random, painted, with_halo};
 
-/// A grey slope with a disc of 4° of radius, 200 times as bright, so large that samples meet it.
-fn with_disc(toward: DVec3) -> Environment {
-    let (width, height) = (256_u32, 128_u32);
-    let texels = (0..width * height)
-        .map(|index| {
-            let (x, y) = (f64::from(index % width) + 0.5, f64::from(index / width) + 0.5);
-            let azimuth = (x / f64::from(width) - 0.5) * std::f64::consts::TAU;
-            let polar = y / f64::from(height) * std::f64::consts::PI;
-            let (sine, cosine) = polar.sin_cos();
-            let direction = DVec3::new(azimuth.sin() * sine, cosine, -azimuth.cos() * sine);
-            let is_lit = direction.angle_between(toward) < 4_f64.to_radians();
-            let disc = if is_lit { Vec3::new(200.0, 180.0, 150.0) } else { Vec3::ZERO };
-            disc + Vec3::splat(0.6 + 0.4 * cosine as f32)
-        })
-        .collect();
-    Environment::from_texels("disc", width, height, texels).expect("a valid environment")
+/// A grey slope with a disc of so many degrees of radius, 200 times as bright, so large that rays meet it.
+pub fn with_disc(width: u32, toward: DVec3, degrees: f64) -> Environment {
+    painted(width, |direction| {
+        let is_lit = direction.angle_between(toward) < degrees.to_radians();
+        let disc = if is_lit { Vec3::new(200.0, 180.0, 150.0) } else { Vec3::ZERO };
+        disc + Vec3::splat(0.6 + 0.4 * direction.y as f32)
+    })
 }
 
 /// Drops of 12 pixels of radius to a tenth, off the axis, one behind another's rim, one half faded in,
@@ -107,7 +98,7 @@ fn found_glints_are_those_that_chance_meets() {
         (toward(1), Truth { weights: Weights::Paper, ..whole }, false),
         (-toward(0), Truth { internal_reflections: 1, ..whole }, false),
     ] {
-        let environment = with_disc(disc);
+        let environment = with_disc(256, disc, 4.0);
         assert_eq!(split(&environment).expect("a disc").regions.len(), 1);
         let met = all(&environment, Truth { samples: 256, glints: false, ..truth });
         let far_apart = |truth: Truth| {
@@ -167,7 +158,7 @@ fn under_a_bare_sun_the_truth_converges() {
 #[test]
 fn glints_do_not_depend_on_the_threads_and_without_a_source_there_are_none() {
     let scene = drops();
-    let environment = with_disc(DVec3::new(0.8, 0.4, -0.5).normalize());
+    let environment = with_disc(256, DVec3::new(0.8, 0.4, -0.5).normalize(), 4.0);
     let truth = Truth { samples: 4, ..Truth::default() };
     let on = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");

@@ -10,6 +10,8 @@ use raindrops::optics::Cap;
 use raindrops::reference::{Tracer, Truth};
 use raindrops::scene::Scene;
 
+use crate::common::painted;
+
 pub const WATER: f64 = 1.333;
 pub const GLASS: f64 = 1.52;
 
@@ -138,17 +140,7 @@ pub fn light(
 
 /// Radiance that says the direction: 0.5 + 0.4 of each coordinate of the world.
 pub fn telling() -> Environment {
-    let (width, height) = (1024_u32, 512_u32);
-    let texel = |index: u32| {
-        let (u, v) = (f64::from(index % width) + 0.5, f64::from(index / width) + 0.5);
-        let azimuth = (u / f64::from(width) - 0.5) * std::f64::consts::TAU;
-        let polar = v / f64::from(height) * std::f64::consts::PI;
-        let toward =
-            DVec3::new(azimuth.sin() * polar.sin(), polar.cos(), -azimuth.cos() * polar.sin());
-        (0.5 + 0.4 * toward).as_vec3()
-    };
-    let texels = (0..width * height).map(texel).collect();
-    Environment::from_texels("telling", width, height, texels).expect("valid")
+    painted(1024, |d| (0.5 + 0.4 * d).as_vec3())
 }
 
 pub fn told(local: DVec3) -> DVec3 {

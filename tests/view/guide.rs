@@ -17,9 +17,6 @@ fn the_guides_pictures() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut opened = Opened::on((1280, 800), SIZE, |command| {
         command.arg(root.join("assets/scenes/rain.toml")).args(["--drops", "200000"]);
-        if let Ok(device) = std::env::var("RAINDROPS_TEST_DEVICE") {
-            command.args(["--device", &device]);
-        }
     });
     let seen = &mut opened.seen;
     seen.press(&[key::SPACE]);

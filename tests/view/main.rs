@@ -11,18 +11,37 @@ mod guide;
 mod seen;
 mod waits;
 
+use std::path::Path;
 use std::time::Duration;
 
 use x11rb::protocol::xproto::{AtomEnum, ConnectionExt as _, InputFocus, PropMode};
 use x11rb::wrapper::ConnectionExt as _;
 
-use seen::{Opened, SIZE, key, wait_for};
+use seen::{Opened, SIZE, Seen, key, wait_for};
 
 /// For how long a window is watched that should rest.
 const REST: Duration = Duration::from_secs(2);
 
 /// How often the window is resized.
 const RESIZES: u32 = 200;
+
+/// The scene file of what one sees gives the same picture.
+fn assert_kept_is(folder: &Path, seen: &Seen, picture: &[u8]) {
+    seen.press(&[key::CONTROL, key::S]);
+    let scene = folder.join("raindrops-0001.toml");
+    wait_for("a scene file", || scene.exists().then_some(()));
+    let drawn = folder.join("drawn.png");
+    let mut render = common::raindrops();
+    render.arg("render").arg(&scene).arg("-o").arg(&drawn);
+    if let Ok(device) = std::env::var("RAINDROPS_TEST_DEVICE") {
+        render.args(["--device", &device]);
+    }
+    assert!(render.output().expect("it renders").status.success());
+    assert!(
+        picture == std::fs::read(&drawn).expect("a picture"),
+        "the scene file is another picture"
+    );
+}
 
 #[test]
 fn a_window_in_use() {
@@ -39,21 +58,7 @@ fn a_window_in_use() {
     assert!(first == seen.next_screenshot());
     assert!(first != seen.screenshot(&[key::SHIFT, key::F12]), "F12 was held, and asked again");
 
-    // The scene file of what one sees gives the same picture.
-    seen.press(&[key::CONTROL, key::S]);
-    let scene = folder.path().join("raindrops-0001.toml");
-    wait_for("a scene file", || scene.exists().then_some(()));
-    let drawn = folder.path().join("drawn.png");
-    let mut render = common::raindrops();
-    render.arg("render").arg(&scene).arg("-o").arg(&drawn);
-    if let Ok(device) = std::env::var("RAINDROPS_TEST_DEVICE") {
-        render.args(["--device", &device]);
-    }
-    assert!(render.output().expect("it renders").status.success());
-    assert!(
-        first == std::fs::read(&drawn).expect("a picture"),
-        "the scene file is another picture"
-    );
+    assert_kept_is(folder.path(), seen, &first);
 
     // A step on and a step back; time runs, is turned, and stops where it began.
     seen.press(&[key::PERIOD]);
@@ -120,20 +125,7 @@ fn a_pane_in_a_window() {
     seen.press(&[key::SPACE]);
     seen.wait_for_title("it stands still", |title| title.ends_with("stopped"));
     let later = seen.screenshot(&[key::F12]);
-    seen.press(&[key::CONTROL, key::S]);
-    let scene = opened.folder.path().join("raindrops-0001.toml");
-    wait_for("a scene file", || scene.exists().then_some(()));
-    let drawn = opened.folder.path().join("drawn.png");
-    let mut render = common::raindrops();
-    render.arg("render").arg(&scene).arg("-o").arg(&drawn);
-    if let Ok(device) = std::env::var("RAINDROPS_TEST_DEVICE") {
-        render.args(["--device", &device]);
-    }
-    assert!(render.output().expect("it renders").status.success());
-    assert!(
-        later == std::fs::read(&drawn).expect("a picture"),
-        "the scene file is another picture"
-    );
+    assert_kept_is(opened.folder.path(), seen, &later);
     opened.close();
 }
 

@@ -205,15 +205,21 @@ impl Host {
         unsafe { self.device.destroy_fence(fence, None) };
     }
 
-    /// Records, submits and waits.
-    pub fn once(&self, record: impl FnOnce(vk::CommandBuffer)) {
-        let (commands, fence) = (self.commands(), self.fence());
-        self.begin(commands);
-        record(commands);
-        self.end(commands);
+    /// Submits and waits.
+    pub fn run(&self, commands: vk::CommandBuffer) {
+        let fence = self.fence();
         self.submit(commands, fence);
         self.wait(fence);
         self.destroy_fence(fence);
+    }
+
+    /// Records, submits and waits.
+    pub fn once(&self, record: impl FnOnce(vk::CommandBuffer)) {
+        let commands = self.commands();
+        self.begin(commands);
+        record(commands);
+        self.end(commands);
+        self.run(commands);
         // SAFETY: they are done.
         unsafe { self.device.free_command_buffers(self.pool, &[commands]) };
     }

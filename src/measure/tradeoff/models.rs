@@ -1,6 +1,8 @@
 //! The models that are tried: the presets, and each axis varied alone from the preset to which
 //! it belongs.
 
+use std::fmt::Display;
+
 use crate::scene::model::{
     FarRain, Fresnel, Lens, Lookup, Motion, Optics, Order, PaneModel, Preset, Primitive,
     Reflection, ShapeModel, Simulation, Weights,
@@ -28,76 +30,69 @@ pub fn models_of(scene: &Scene) -> Vec<Model> {
     }
 }
 
+/// A preset, and what `set` changes of it.
+fn of(preset: Preset, change: &str, set: impl FnOnce(&mut ModelChoice)) -> Model {
+    let mut choice = ModelChoice { preset, ..ModelChoice::default() };
+    set(&mut choice);
+    Model { name: format!("{preset} {change}").trim_end().into(), choice }
+}
+
+/// A preset as it is.
+fn plain(preset: Preset) -> Model {
+    of(preset, "", |_| ())
+}
+
+/// A preset with each value of a key.
+fn each<T: Copy + Display, const N: usize>(
+    preset: Preset,
+    key: &str,
+    values: [T; N],
+    set: impl Fn(&mut ModelChoice, T),
+) -> [Model; N] {
+    values.map(|value| of(preset, &format!("{key} {value}"), |model| set(model, value)))
+}
+
 /// The models of a pane of glass, `fast` first, then `exact`.
 pub fn models_of_pane() -> Vec<Model> {
-    let bases = [Preset::Fast, Preset::Exact];
-    let preset = |preset: Preset| ModelChoice { preset, ..ModelChoice::default() };
-    let mut all: Vec<_> =
-        bases.map(|base| Model { name: base.name().into(), choice: preset(base) }).into();
     use PaneModel::{Color, Exact, FirstExit, None, Picture};
-    for (base, usual) in bases.into_iter().zip([Picture, Exact]) {
-        for model in
-            [Exact, FirstExit, Picture, Color, None].into_iter().filter(|model| *model != usual)
-        {
-            let choice = ModelChoice { pane: Some(model), ..preset(base) };
-            all.push(Model { name: format!("{base} pane {model}"), choice });
-        }
-    }
+    let set = |model: &mut ModelChoice, pane| model.pane = Some(pane);
+    let mut all = vec![plain(Preset::Fast), plain(Preset::Exact)];
+    all.extend(each(Preset::Fast, "pane", [Exact, FirstExit, Color, None], set));
+    all.extend(each(Preset::Exact, "pane", [FirstExit, Picture, Color, None], set));
     all
 }
 
 /// The models of real rain, `fast` first, then `exact`: what is drawn one by one, and what becomes of the rest.
 pub fn models_of_rain() -> Vec<Model> {
-    let preset = |preset: Preset| ModelChoice { preset, ..ModelChoice::default() };
-    let mut all = Vec::new();
-    for base in [Preset::Fast, Preset::Exact] {
-        all.push(Model { name: base.name().into(), choice: preset(base) });
+    use FarRain::{Drops, Grain, Medium, None};
+    use Preset::{Exact, Fast};
+    let mut all = vec![plain(Fast), plain(Exact)];
+    all.extend(each(Fast, "cutoff-px", [0.02, 0.1, 0.2, 0.5, 1.0], |m, px| m.cutoff_px = Some(px)));
+    all.extend(each(Fast, "thinned-px", [0.1, 0.2, 0.3], |m, px| m.thinned_px = Some(px)));
+    all.extend(each(Fast, "far-rain", [Drops, Medium, Grain, None], |m, far| {
+        m.far_rain = Some(far)
+    }));
+    for base in [Fast, Exact] {
+        all.push(of(base, "motion instant", |m| m.motion = Some(Motion::Instant)));
+        all.push(of(base, "lens pinhole", |m| m.lens = Some(Lens::Pinhole)));
     }
-    let fast = preset(Preset::Fast);
-    for cutoff_px in [0.02, 0.1, 0.2, 0.5, 1.0] {
-        let choice = ModelChoice { cutoff_px: Some(cutoff_px), ..fast };
-        all.push(Model { name: format!("fast cutoff-px {cutoff_px}"), choice });
-    }
-    for thinned_px in [0.1, 0.2, 0.3] {
-        let choice = ModelChoice { thinned_px: Some(thinned_px), ..fast };
-        all.push(Model { name: format!("fast thinned-px {thinned_px}"), choice });
-    }
-    for far_rain in [FarRain::Drops, FarRain::Medium, FarRain::Grain, FarRain::None] {
-        let choice = ModelChoice { far_rain: Some(far_rain), ..fast };
-        all.push(Model { name: format!("fast far-rain {far_rain}"), choice });
-    }
-    for base in [Preset::Fast, Preset::Exact] {
-        let choice = ModelChoice { motion: Some(Motion::Instant), ..preset(base) };
-        all.push(Model { name: format!("{base} motion instant"), choice });
-        let choice = ModelChoice { lens: Some(Lens::Pinhole), ..preset(base) };
-        all.push(Model { name: format!("{base} lens pinhole"), choice });
-    }
-    for model in [ShapeModel::Sphere, ShapeModel::Stretched, ShapeModel::Spheroid] {
-        for base in [Preset::Fast, Preset::Exact] {
-            let choice = ModelChoice { shape: Some(model), ..preset(base) };
-            all.push(Model { name: format!("{base} shape {model}"), choice });
+    for shape in [ShapeModel::Sphere, ShapeModel::Stretched, ShapeModel::Spheroid] {
+        for base in [Fast, Exact] {
+            all.push(of(base, &format!("shape {shape}"), |m| m.shape = Some(shape)));
         }
     }
-    let cutoff_px = Some(0.2);
-    for far_rain in [FarRain::Medium, FarRain::Grain, FarRain::None] {
-        let choice = ModelChoice { far_rain: Some(far_rain), cutoff_px, ..fast };
-        all.push(Model { name: format!("fast far-rain {far_rain} cutoff-px 0.2"), choice });
+    for far in [Medium, Grain, None] {
+        all.push(of(Fast, &format!("far-rain {far} cutoff-px 0.2"), |m| {
+            (m.far_rain, m.cutoff_px) = (Some(far), Some(0.2));
+        }));
     }
     all
 }
 
 /// Every model, `paper` first, then `paper-compact`.
 pub fn models() -> Vec<Model> {
-    let preset = |preset: Preset| ModelChoice { preset, ..ModelChoice::default() };
-    let (paper, fast, exact) = (preset(Preset::Paper), preset(Preset::Fast), preset(Preset::Exact));
-    let mut all = Vec::new();
-    let mut add = |base: &ModelChoice, change: &str, choice: ModelChoice| {
-        all.push(Model { name: format!("{} {change}", base.preset).trim().into(), choice });
-    };
-
-    add(&paper, "", paper);
-    let compact = preset(Preset::PaperCompact);
-    add(&compact, "", compact);
+    use Preset::{Auto, Exact, Fast, Paper, PaperCompact};
+    let mut all = vec![plain(Paper), plain(PaperCompact)];
     for optics in [
         Optics::MaskF32,
         Optics::MaskSnorm16,
@@ -107,52 +102,35 @@ pub fn models() -> Vec<Model> {
         Optics::Far,
         Optics::Appearance,
     ] {
-        add(&paper, optics.name(), ModelChoice { optics: Some(optics), ..paper });
+        all.push(of(Paper, optics.name(), |m| m.optics = Some(optics)));
     }
-    for mask_size in [64, 256] {
-        add(&paper, &format!("mask-size {mask_size}"), ModelChoice { mask_size, ..paper });
-    }
-    let closed = ModelChoice { optics: Some(Optics::ClosedForm), ..paper };
-    for samples in [4, 16] {
-        let choice = ModelChoice { samples: Some(samples), ..closed };
-        add(&paper, &format!("closed-form samples {samples}"), choice);
-    }
-    let one_inside = ModelChoice { internal_reflections: Some(1), ..closed };
-    add(&paper, "closed-form internal-reflections 1", one_inside);
-    add(&paper, "weights physical", ModelChoice { weights: Some(Weights::Physical), ..paper });
-    add(&paper, "fresnel schlick", ModelChoice { fresnel: Some(Fresnel::Schlick), ..paper });
-    add(&paper, "reflection off", ModelChoice { reflection: Some(Reflection::Off), ..paper });
-    add(&paper, "lookup finest", ModelChoice { lookup: Some(Lookup::Finest), ..paper });
-    let covering = ModelChoice { order: Some(Order::AlphaToCoverage), ..paper };
-    add(&paper, "alpha-to-coverage", covering);
-    add(&paper, "quad", ModelChoice { primitive: Some(Primitive::Quad), ..paper });
-    add(&paper, "stored", ModelChoice { simulation: Some(Simulation::Stored), ..paper });
+    all.extend(each(Paper, "mask-size", [64, 256], |m, size| m.mask_size = size));
+    all.extend(each(Paper, "closed-form samples", [4, 16], |m, samples| {
+        (m.optics, m.samples) = (Some(Optics::ClosedForm), Some(samples));
+    }));
+    all.extend([
+        of(Paper, "closed-form internal-reflections 1", |m| {
+            (m.optics, m.internal_reflections) = (Some(Optics::ClosedForm), Some(1));
+        }),
+        of(Paper, "weights physical", |m| m.weights = Some(Weights::Physical)),
+        of(Paper, "fresnel schlick", |m| m.fresnel = Some(Fresnel::Schlick)),
+        of(Paper, "reflection off", |m| m.reflection = Some(Reflection::Off)),
+        of(Paper, "lookup finest", |m| m.lookup = Some(Lookup::Finest)),
+        of(Paper, "alpha-to-coverage", |m| m.order = Some(Order::AlphaToCoverage)),
+        of(Paper, "quad", |m| m.primitive = Some(Primitive::Quad)),
+        of(Paper, "stored", |m| m.simulation = Some(Simulation::Stored)),
+        plain(Auto),
+    ]);
+    all.extend(each(Auto, "error", [0.03, 0.01], |m, error| m.error = Some(error)));
 
-    let auto = preset(Preset::Auto);
-    add(&auto, "", auto);
-    for error in [0.03, 0.01] {
-        add(&auto, &format!("error {error}"), ModelChoice { error: Some(error), ..auto });
-    }
-
-    add(&fast, "", fast);
-    for samples in [4, 16] {
-        let choice = ModelChoice { samples: Some(samples), ..fast };
-        add(&fast, &format!("samples {samples}"), choice);
-    }
-    for orders in [0, 1] {
-        let choice = ModelChoice { internal_reflections: Some(orders), ..fast };
-        add(&fast, &format!("internal-reflections {orders}"), choice);
-    }
-    add(&fast, "reflection off", ModelChoice { reflection: Some(Reflection::Off), ..fast });
-
-    add(&exact, "", exact);
-    for samples in [1, 4, 64] {
-        let choice = ModelChoice { samples: Some(samples), ..exact };
-        add(&exact, &format!("samples {samples}"), choice);
-    }
-    for orders in [0, 1] {
-        let choice = ModelChoice { internal_reflections: Some(orders), ..exact };
-        add(&exact, &format!("internal-reflections {orders}"), choice);
-    }
+    let samples = |m: &mut ModelChoice, samples| m.samples = Some(samples);
+    let orders = |m: &mut ModelChoice, orders| m.internal_reflections = Some(orders);
+    all.push(plain(Fast));
+    all.extend(each(Fast, "samples", [4, 16], samples));
+    all.extend(each(Fast, "internal-reflections", [0, 1], orders));
+    all.push(of(Fast, "reflection off", |m| m.reflection = Some(Reflection::Off)));
+    all.push(plain(Exact));
+    all.extend(each(Exact, "samples", [1, 4, 64], samples));
+    all.extend(each(Exact, "internal-reflections", [0, 1], orders));
     all
 }

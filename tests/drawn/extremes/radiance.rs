@@ -5,12 +5,12 @@ use raindrops::environment::Environment;
 use raindrops::environment::guess::Guess;
 use raindrops::picture::Picture;
 use raindrops::picture::metrics::rel_mse;
-use raindrops::plan::{Output, plan};
-use raindrops::renderer::Renderer;
+use raindrops::plan::Output;
 use raindrops::scene::model::Preset;
 use raindrops::scene::{RainSettings, Scene};
 
 use super::{PRESETS, draw, placed, smooth, sum, truth};
+use crate::common::picture::renderer_of;
 use crate::common::{hole, on_device, painted};
 
 /// A few drops of all sizes.
@@ -29,8 +29,7 @@ fn display(
 ) -> Vec<u8> {
     let mut scene = scene.clone();
     scene.model.preset = preset;
-    let plan = plan(&scene, environment, Output::Display).expect("a plan");
-    let mut renderer = Renderer::new(device, &scene, environment, &plan).expect("a renderer");
+    let mut renderer = renderer_of(device, &scene, environment, Output::Display);
     renderer.submit(&scene).expect("a frame");
     renderer.read_display().expect("display")
 }

@@ -1,12 +1,12 @@
 //! The photographic operator's exposure: of the pixels in the image alone, whatever its shape.
 
 use raindrops::environment::Environment;
-use raindrops::plan::{Output, plan};
-use raindrops::renderer::Renderer;
+use raindrops::plan::Output;
 use raindrops::scene::ImageSize;
 use raindrops::scene::model::Preset;
 
 use super::placed;
+use crate::common::picture::renderer_of;
 use crate::common::{on_device, painted};
 
 /// sRGB's transfer function, 0 to 1.
@@ -27,8 +27,7 @@ fn it_is_that_of_the_pixels_in_the_image() {
             scene.image = ImageSize { width, height };
             scene.model.preset = preset;
             scene.tone_map.key = 0.3;
-            let plan = plan(&scene, &sky, Output::Display).expect("a plan");
-            let mut renderer = Renderer::new(device, &scene, &sky, &plan).expect("a renderer");
+            let mut renderer = renderer_of(device, &scene, &sky, Output::Display);
             renderer.submit(&scene).expect("a frame");
             let radiance: Vec<f64> = {
                 let picture = renderer.read_radiance().expect("radiance");

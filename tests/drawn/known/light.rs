@@ -6,15 +6,14 @@ use glam::{DQuat, DVec2, DVec3, Vec3};
 use raindrops::environment::Environment;
 use raindrops::optics::{Shape, Walk};
 use raindrops::picture::Picture;
-use raindrops::plan::{Output, plan};
+use raindrops::plan::Output;
 use raindrops::rain::shape::Halves;
-use raindrops::renderer::Renderer;
 use raindrops::scene::Scene;
 use raindrops::scene::model::{DropShape, Preset, Weights};
 use raindrops::scene::water::Index;
 
 use super::{draw, placed};
-use crate::common::picture::sum;
+use crate::common::picture::{renderer_of, sum};
 use crate::common::{hole, on_device, painted};
 
 /// Half-angle of the dark hole about -z, in degrees: more than an image of one degree shows.
@@ -211,9 +210,7 @@ fn small_flattened_drops_are_as_bright_as_their_rays() {
                     (drop.center, drop.velocity) = (tilt * drop.center, velocity);
                     drop.shape = Some(DropShape::Equilibrium);
                 }
-                let plan = plan(&scene, &environment, Output::Layers).expect("a plan");
-                let mut renderer =
-                    Renderer::new(device, &scene, &environment, &plan).expect("a renderer");
+                let mut renderer = renderer_of(device, &scene, &environment, Output::Layers);
                 renderer.draw(&scene).expect("a frame");
                 let colors = renderer.read_layers().expect("layers").color;
                 let sum = |of: usize| colors.iter().map(|color| color[of].to_f64()).sum::<f64>();

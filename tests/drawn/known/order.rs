@@ -2,12 +2,11 @@
 
 use glam::{DVec3, Vec3};
 use raindrops::environment::Environment;
-use raindrops::plan::{Output, plan};
-use raindrops::renderer::Renderer;
 use raindrops::scene::model::Preset;
 use raindrops::scene::{ImageSize, PlacedDrop, RainSettings, Scene};
 
 use super::{apart, draw, placed};
+use crate::common::picture::renderer;
 use crate::common::{on_device, painted};
 
 /// Red, green, blue and white corners: what drops of another direction show is told apart.
@@ -76,8 +75,7 @@ fn tiles_that_are_drawn_again_are_counted() {
         for (drops, again) in [(1, 0), (2, 1)] {
             let mut scene = placed(vec![drop; drops], 16);
             scene.model.preset = Preset::Fast;
-            let plan = plan(&scene, &sky, Output::Radiance).expect("a plan");
-            let mut renderer = Renderer::new(device, &scene, &sky, &plan).expect("a renderer");
+            let mut renderer = renderer(device, &scene, &sky);
             renderer.submit(&scene).expect("a frame");
             let tiles = renderer.finish().expect("a report").tiles.expect("tiles");
             assert_eq!(tiles.tiles_again, again, "{tiles:?}");

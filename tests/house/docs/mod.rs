@@ -16,6 +16,8 @@ use raindrops::plan::{Output, plan};
 use raindrops::scene::Scene;
 use raindrops::scene::model::Preset;
 
+use crate::common::scene_keys;
+
 /// A document, as its path below the package and its text without blocks of code.
 fn documents() -> Vec<(PathBuf, String)> {
     let root = root();
@@ -235,7 +237,6 @@ fn documented_keys(path: &str) -> BTreeSet<String> {
 /// The program names its keys where it meets one that it does not know.
 #[test]
 fn the_scenes_keys_are_the_programs() {
-    let mut keys = BTreeSet::new();
     let tables = [
         "camera",
         "image",
@@ -250,24 +251,7 @@ fn the_scenes_keys_are_the_programs() {
         "tone_map",
         "film",
     ];
-    for table in ["", "drop", "pane.drop"].iter().chain(&tables) {
-        let text = match *table {
-            "" => "no_such_key = 1".to_string(),
-            "drop" | "pane.drop" => format!("[[{table}]]\nno_such_key = 1"),
-            table => format!("[{table}]\nno_such_key = 1"),
-        };
-        let problem = Scene::parse(&text, "a scene").expect_err("a wrong key").to_string();
-        let (_, known) = problem.split_once("expected").unwrap_or_else(|| panic!("{problem}"));
-        for key in between(known, "`", '`').into_iter().step_by(2) {
-            if (*table, key) == ("pane", "drop") {
-                continue;
-            } else if !table.is_empty() {
-                keys.insert(format!("{table}.{key}"));
-            } else if !tables.contains(&key) && key != "drop" {
-                keys.insert(key.to_string());
-            }
-        }
-    }
+    let keys = scene_keys(&tables, &["drop", "pane.drop"]);
     assert_eq!(documented_keys("docs/scene.md"), keys, "left: docs/scene.md; right: the program");
 }
 

@@ -16,6 +16,7 @@ use std::time::{Duration, Instant};
 
 use serde::Deserialize;
 
+use crate::common::Random;
 use crate::mutants::{build, copy_sources, root, run_until};
 
 #[derive(Deserialize)]
@@ -80,15 +81,6 @@ impl Chosen<'_> {
     }
 }
 
-/// SplitMix64 (Steele, Lea and Flood 2014).
-fn random(state: &mut u64) -> u64 {
-    *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    let mut z = *state;
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^ (z >> 31)
-}
-
 /// The faults of a part in random order, none within another.
 fn shuffled(part: &Part, seed: u64) -> Vec<Chosen<'_>> {
     let listed = Command::new("git").args(["ls-files", "src", "glsl"]).current_dir(root()).output();
@@ -103,9 +95,10 @@ fn shuffled(part: &Part, seed: u64) -> Vec<Chosen<'_>> {
         .map(|(file, fault)| Chosen { part, file, fault })
         .collect();
     assert!(!all.is_empty(), "{}: no file has a fault", part.name);
-    let mut state = part.name.bytes().fold(seed, |state, byte| state ^ u64::from(byte) << 7);
+    let mut random =
+        Random(part.name.bytes().fold(seed, |state, byte| state ^ u64::from(byte) << 7));
     for last in (1..all.len()).rev() {
-        all.swap(last, (random(&mut state) % (last as u64 + 1)) as usize);
+        all.swap(last, (random.bits() % (last as u64 + 1)) as usize);
     }
     let mut taken: HashMap<PathBuf, Vec<Range<usize>>> = HashMap::new();
     all.retain(|Chosen { file, fault, .. }| {
