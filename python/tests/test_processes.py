@@ -132,19 +132,29 @@ def test_objects_pickle(image):
     assert pickle.loads(pickle.dumps(found)).flip == found.flip
 
 
-def test_ctrl_c_ends_a_reference(python):
+@pytest.mark.parametrize(
+    "traced",
+    [
+        # Many tiles, then one that takes long: of drops in a box, of real rain.
+        """{"image": {"width": 4096, "height": 4096}, "rain": {"count": 1000}}, samples=64""",
+        """{"image": {"width": 8, "height": 8}, "rain": {"count": 3000, "radius": 0.001}}, samples=1 << 20""",
+        """{"image": {"width": 8, "height": 8}, "rain": {"rate": 100.0}}, samples=1 << 20, rain_to=20""",
+    ],
+)
+def test_ctrl_c_ends_a_reference(python, traced):
     status, said = python(
-        """
+        f"""
         import os, signal, threading, time
         import raindrops
 
         threading.Timer(1.0, os.kill, (os.getpid(), signal.SIGINT)).start()
         try:
-            raindrops.reference({"image": {"width": 4096, "height": 4096}, "rain": {"count": 1000}}, samples=64)
+            raindrops.reference({traced})
         except KeyboardInterrupt:
             # What was stopped does not stop what comes after.
-            raindrops.reference({"image": {"width": 8, "height": 8}, "rain": {"count": 10}}, samples=1)
+            raindrops.reference({{"image": {{"width": 8, "height": 8}}, "rain": {{"count": 10}}}}, samples=1)
             print("interrupted")
-        """
+        """,
+        seconds=120,
     )
     assert status == 0 and said.strip() == "interrupted", said

@@ -216,7 +216,8 @@ impl<'a> Tracer<'a> {
         Self { plate, ..self }
     }
 
-    /// [`Tracer::trace`] ends early once `stop` is true, with an incomplete picture.
+    /// [`Tracer::trace`] ends early once `stop` is true, with an incomplete picture. `stop` is asked at every sample: one pixel
+    /// may take minutes.
     pub fn until(self, stop: fn() -> bool) -> Self {
         Self { stop, ..self }
     }
@@ -389,7 +390,7 @@ impl<'a> Tracer<'a> {
                 let (mut radiance, mut covered, mut opacity) = (DVec3::ZERO, 0.0, 0.0);
                 samples.of_pixel(pixel, places);
                 on_pane.clear();
-                for sample in places.iter() {
+                for sample in places.iter().take_while(|_| !(self.stop)()) {
                     let Passed { light, left: through, drop, ray, from } =
                         self.pass(&self.eye.ray(x, y, sample));
                     radiance += light;
