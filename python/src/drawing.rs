@@ -197,7 +197,7 @@ impl Drawing {
         work: impl FnOnce(&Arc<Device>) -> raindrops::Result<Drawn<T>> + Send,
     ) -> PyResult<T> {
         enter()?;
-        let made = py.detach(|| work(&self.session.get().device()?));
+        let made = py.detach(|| self.session.get().on_device(work));
         tell_said(py)?;
         let (made, remarks) = made.raise(py)?;
         tell(py, "", &remarks)?;

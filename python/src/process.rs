@@ -107,9 +107,18 @@ impl Session {
 }
 
 impl Session {
-    /// The device.
-    pub fn device(&self) -> raindrops::Result<Arc<Device>> {
-        device(self.wanted.as_deref())
+    /// What `work` makes on the device. One that is lost on the way is forgotten, so that the next picture opens another.
+    pub fn on_device<T>(
+        &self,
+        work: impl FnOnce(&Arc<Device>) -> raindrops::Result<T>,
+    ) -> raindrops::Result<T> {
+        let device = device(self.wanted.as_deref())?;
+        work(&device).inspect_err(|error| {
+            if error.is_lost() {
+                lock(&OPENED).retain(|(_, kept)| !Arc::ptr_eq(kept, &device));
+                lock(&self.lit).0 = None;
+            }
+        })
     }
 
     /// The guess of what is around a picture behind a scene's drops.
@@ -134,7 +143,10 @@ impl Session {
         environment: &Arc<Environment>,
     ) -> raindrops::Result<Arc<Lighting>> {
         let mut lit = lock(&self.lit);
-        if let Some((_, lighting)) = lit.0.as_ref().filter(|(of, _)| is_same(of, environment)) {
+        let fits = |(of, lighting): &&(Arc<Environment>, Arc<Lighting>)| {
+            is_same(of, environment) && Arc::ptr_eq(lighting.device(), device)
+        };
+        if let Some((_, lighting)) = lit.0.as_ref().filter(fits) {
             return Ok(lighting.clone());
         }
         let lighting = Arc::new(Lighting::new(device, environment)?);

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import json
 import pickle
+import subprocess
 import threading
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import raindrops
+
+ROOT = Path(__file__).resolve().parents[2]
 
 DRAW = """
 import multiprocessing, os, sys, time
@@ -79,6 +84,33 @@ assert (draw(1) == draw(1)).all()
 """
     )
     assert status == 0 and "start workers by spawn or forkserver" in said, said
+
+
+def test_a_lost_device_is_followed_by_another(python, tmp_path):
+    layer = ROOT / "tests/view/fault_layer.rs"
+    words = ["rustc", "--edition", "2024", "--crate-type", "cdylib", "-o", str(tmp_path / "fault.so"), str(layer)]
+    subprocess.run(words, check=True)
+    manifest = {"name": "VK_LAYER_RAINDROPS_fault", "type": "GLOBAL", "library_path": "./fault.so"}
+    manifest |= {"api_version": "1.3.0", "implementation_version": "1", "description": "a call fails"}
+    (tmp_path / "fault.json").write_text(json.dumps({"file_format_version": "1.1.2", "layer": manifest}))
+    status, said = python(
+        DRAW
+        + """
+first = draw(1)
+for lose in [lambda: draw(1), lambda: raindrops.bench(drops=[10], size=(8, 8), seconds=0, min_frames=1)]:
+    open(os.environ["RAINDROPS_FAULT"], "w").write("vkQueueSubmit2 -4")
+    try:
+        lose()
+        sys.exit("nothing was lost")
+    except raindrops.DeviceError as error:
+        assert "ERROR_DEVICE_LOST" in str(error) or "lost" in str(error), error
+    assert (draw(1) == first).all()
+""",
+        VK_ADD_LAYER_PATH=str(tmp_path),
+        VK_INSTANCE_LAYERS="VK_LAYER_RAINDROPS_fault",
+        RAINDROPS_FAULT=str(tmp_path / "fault"),
+    )
+    assert status == 0, said
 
 
 def test_threads_share_a_rain(image):
