@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import atexit
 import json
+import signal
 from collections.abc import Sequence
 from typing import Any
 
@@ -54,8 +55,22 @@ __all__ = [
     "render",
 ]
 
-# Compiled pipelines are kept for the next process.
-atexit.register(_native.close)
+
+def _close() -> None:
+    """Keeps compiled pipelines for the next process."""
+    try:
+        # A pool ends its workers by this signal, also while they write, which would leave half a file in the user's cache.
+        before = signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    except ValueError:
+        # Signals are the main thread's.
+        _native.close()
+        return
+    _native.close()
+    if before is not None:
+        signal.signal(signal.SIGTERM, before)
+
+
+atexit.register(_close)
 
 
 def compare(

@@ -113,6 +113,22 @@ for lose in [lambda: draw(1), lambda: raindrops.bench(drops=[10], size=(8, 8), s
     assert status == 0, said
 
 
+def test_the_signal_that_ends_a_pools_workers_waits_until_files_are_whole(python):
+    status, said = python(
+        """
+        import os, signal
+        import raindrops
+
+        def write():
+            os.kill(os.getpid(), signal.SIGTERM)
+            print("whole", flush=True)
+
+        raindrops._native.close = write
+        """
+    )
+    assert status == 0 and said.strip() == "whole", said
+
+
 def test_threads_share_a_rain(image):
     rain = raindrops.Rain(rate=25)
     alone = [rain.over(image, seed=seed).image for seed in range(4)]
