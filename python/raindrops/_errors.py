@@ -37,7 +37,10 @@ class NoDeviceError(DeviceError):
 
 
 class ForkError(DeviceError):
-    """This process was forked from one that had drawn; start workers by spawn or forkserver."""
+    """This process was forked from one that had drawn, traced, compared, measured or listed devices.
+
+    Start workers by spawn or forkserver.
+    """
 
 
 class RaindropsWarning(UserWarning):

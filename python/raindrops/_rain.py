@@ -146,7 +146,7 @@ class Rain:
             ArrayError: a shape, a type or a place of an array is wrong.
             SceneError: a value is out of its range; a depth is NaN or not over 0.
             NoDeviceError, DeviceError: nothing to draw on.
-            ForkError: the process was forked from one that had drawn.
+            ForkError: the process was forked from one in which raindrops had computed.
         """
         pixels = _picture(image, "image")
         height, width, _ = pixels.shape

@@ -86,6 +86,30 @@ assert (draw(1) == draw(1)).all()
     assert status == 0 and "start workers by spawn or forkserver" in said, said
 
 
+def test_a_child_of_one_that_has_compared_is_told_what_is_so(python):
+    status, said = python(
+        """
+        import os, sys
+        import numpy as np
+        import raindrops
+
+        image = np.zeros((8, 8, 3), np.uint8)
+        raindrops.compare(image, image)
+        child = os.fork()
+        if child == 0:
+            try:
+                raindrops.devices()
+            except raindrops.ForkError as error:
+                print(error, flush=True)
+                os._exit(0)
+            os._exit(4)
+        _, status = os.waitpid(child, 0)
+        sys.exit(os.waitstatus_to_exitcode(status))
+        """
+    )
+    assert status == 0 and "after raindrops had computed in that one" in said and "drawn" not in said, said
+
+
 def test_a_lost_device_is_followed_by_another(python, tmp_path):
     layer = ROOT / "tests/view/fault_layer.rs"
     words = ["rustc", "--edition", "2024", "--crate-type", "cdylib", "-o", str(tmp_path / "fault.so"), str(layer)]
