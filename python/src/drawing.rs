@@ -6,6 +6,7 @@ use half::f16;
 use numpy::{PyArray2, PyArray3, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use raindrops::Error;
 use raindrops::device::{Device, user_folder};
 use raindrops::environment::Environment;
 use raindrops::environment::guess::is_guessed;
@@ -289,6 +290,16 @@ impl Drawing {
     }
 }
 
+/// A problem of an environment that is in no file.
+fn of_array(error: Error) -> Error {
+    match error {
+        Error::Environment { path, problem } => {
+            Error::Scene { place: format!("environment {}", path.display()), problem }
+        }
+        other => other,
+    }
+}
+
 /// What is around the drops, and what is worth saying of it and of the background: as the command `render` has it.
 fn surroundings(
     session: &Session,
@@ -308,11 +319,11 @@ fn surroundings(
     };
     let environment = match (around, color) {
         (Some(Picture { width, height, pixels }), _) => {
-            Environment::from_texels("array", width, height, pixels)?
+            Environment::from_texels("array", width, height, pixels).map_err(of_array)?
         }
         (None, Some(color)) if is_plain => {
             remarks.push(guessed("the picture"));
-            session.guess(scene).around(color)?
+            session.guess(scene).around(color).map_err(of_array)?
         }
         _ => {
             if is_guessed(scene) {

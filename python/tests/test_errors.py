@@ -60,6 +60,17 @@ def test_environments(rain, image):
         rain.over(image, environment=panorama)
 
 
+@pytest.mark.parametrize("content", [None, b"no picture"])
+def test_an_environment_that_is_no_file_or_no_picture(tmp_path, content):
+    path = tmp_path / "sky.exr"
+    if content is not None:
+        path.write_bytes(content)
+    scene = {"environment": {"file": path}, "image": {"width": 8, "height": 8}}
+    for call in [raindrops.render, raindrops.reference, raindrops.bench]:
+        with pytest.raises(raindrops.FileError, match="sky.exr"):
+            call(scene)
+
+
 def test_pixels_that_are_no_number_are_mended_with_a_warning(rain, image):
     plate = (image / np.float32(255)).astype(np.float32)
     plate[1, 1] = np.nan
