@@ -117,7 +117,8 @@ impl Drawing {
         volume(py, &bytes, size)
     }
 
-    /// Every layer, H x W, as a dict; `color` is H x W x 4 and `motion` H x W x 2, halves as their bits.
+    /// Every layer, H x W, as a dict; `color` is H x W x 4 and `motion` H x W x 2, halves as their bits; `pane.A` with a
+    /// pane alone.
     fn layers<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let layers = self.draw(py, |device| self.layers_of(device, &self.frame, true))?;
         let size = (layers.width, layers.height);
@@ -128,6 +129,9 @@ impl Drawing {
         all.set_item("Z", plane(py, layers.depth, size)?)?;
         all.set_item("count", plane(py, layers.count, size)?)?;
         all.set_item("id", plane(py, layers.id, size)?)?;
+        if !layers.glass.is_empty() {
+            all.set_item("pane.A", plane(py, bits(&layers.glass), size)?)?;
+        }
         Ok(all)
     }
 
@@ -140,7 +144,8 @@ impl Drawing {
             let (layers, mut remarks) = self.layers_of(device, &self.frame, false)?;
             let (medium, more) = self.layers_of(device, &self.frame.as_medium(), false)?;
             remarks.extend(more);
-            let (behind, more) = self.radiance_of(device, &self.frame.without_rain())?;
+            let behind = Parsed { pane: None, ..self.frame.without_rain() };
+            let (behind, more) = self.radiance_of(device, &behind)?;
             remarks.extend(more);
             Ok((Masks::of(&layers, &medium, &behind), remarks))
         })?;

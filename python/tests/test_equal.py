@@ -85,6 +85,37 @@ def test_layers(command, tmp_path):
     assert (number > 0).any() and np.isfinite(layers["Z"]).any()
 
 
+PANE = """
+seed = 3
+[image]
+width = 32
+height = 24
+[rain]
+rate = 50.0
+[pane]
+distance = 0.3
+[[pane.drop]]
+at = [0.05, 0.02]
+radius = 0.08
+[model]
+preset = "fast"
+"""
+
+
+def test_layers_and_masks_of_a_pane(command, tmp_path):
+    path = tmp_path / "pane.toml"
+    path.write_text(PANE)
+    command("render", path, "--layers", "-o", "pane.exr")
+    picture, written = raindrops.render(path), channels(tmp_path / "pane.exr")
+    np.testing.assert_array_equal(picture.layers["pane.A"], written["pane.A"])
+    assert picture.layers["pane.A"].dtype == np.float16 and 0 < picture.layers["pane.A"].mean() < 1
+    command("dataset", path, "--masks", "--views", 1, "-o", "set")
+    written = channels(tmp_path / "set/00000/mask.exr")
+    picture = raindrops.render(tmp_path / "set/00000/scene.toml")
+    for name, mask in [("opacity", picture.opacity), ("contrast", picture.contrast)]:
+        np.testing.assert_array_equal(mask.astype(np.float16), written[name], err_msg=name)
+
+
 @pytest.mark.parametrize("kind", ["planar", "radial"])
 def test_over(command, tmp_path, image, depth, kind):
     plate = (image / np.float32(255)).astype(np.float32)
