@@ -9,7 +9,7 @@ from typing import Any, Union
 import numpy as np
 
 from . import _native
-from ._arrays import Image, depth as _depth, picture as _picture
+from ._arrays import Image, array_of as _array_of, depth as _depth, picture as _picture
 from ._results import Picture, Reference
 
 #: A scene: a dict of the keys of a scene file, a path to one, its text (with a line end in it), or None: the default.
@@ -148,23 +148,27 @@ class Rain:
             NoDeviceError, DeviceError: nothing to draw on.
             ForkError: the process was forked from one in which raindrops had computed.
         """
-        pixels = _picture(image, "image")
+        given = _array_of(image, "image")
+        pixels = _picture(given, "image")
         height, width, _ = pixels.shape
         way = None if moved is None else tuple(float(part) for part in moved)
         if way is not None and len(way) != 3:
             raise ValueError(f"moved: {len(way)} numbers; give three, x, y and z")
         scene = self._scene.with_(size=(width, height), seed=seed, time=time, fov=fov, moved=way)
+        depths = None
+        if depth is not None:
+            depths, depth_invalid = _depth(depth, pixels.shape, depth_invalid)
         drawing = _native.Drawing(
             self._session,
             scene,
             color=pixels,
-            depth=None if depth is None else _depth(depth, pixels.shape),
+            depth=depths,
             depth_kind=depth_kind,
             depth_invalid=depth_invalid,
             environment=None if environment is None else _picture(environment, "environment"),
         )
-        given = getattr(image, "dtype", pixels.dtype)
-        return Picture(drawing, np.float16 if given == np.float16 else pixels.dtype)
+        is_half = given.dtype.newbyteorder("=") == np.float16
+        return Picture(drawing, np.float16 if is_half else pixels.dtype)
 
     def video(
         self,

@@ -51,6 +51,19 @@ def test_depths(rain, image, depth):
         rain.over(image, depth=depth, depth_kind="along")
 
 
+@pytest.mark.parametrize("kind", ["float16", "float32", "float64", ">f4"])
+def test_an_unknown_depth_is_a_number_of_the_depths_own_type(rain, image, depth, kind):
+    holes = depth.astype(kind)
+    holes[30, 7] = 0.1
+    with pytest.warns(raindrops.RaindropsNote, match="1 texels of unknown depth"):
+        rain.over(image, depth=holes, depth_invalid=0.1)
+
+
+def test_the_sky_is_no_unknown_depth(rain, image, depth):
+    with pytest.warns(raindrops.RaindropsNote, match="0 texels of unknown depth"):
+        rain.over(image, depth=depth.astype(np.float16), depth_invalid=65535)
+
+
 def test_environments(rain, image):
     with pytest.raises(raindrops.SceneError, match="is 64 x 40, but a latitude-longitude image is twice as wide"):
         rain.over(image, environment=image)
@@ -103,6 +116,31 @@ def test_strides_types_and_read_only_arrays_make_no_difference(rain, image):
     assert rain.over(half).image.dtype == np.float16
     swapped = half.astype(np.float32).astype(">f4")
     np.testing.assert_array_equal(rain.over(swapped).image, rain.over(half).linear)
+
+    class Half:
+        dtype = "torch.float16"
+
+        def __array__(self, dtype=None, copy=None):
+            return half
+
+    for other in [half.astype(">f2"), Half()]:
+        drawn = rain.over(other).image
+        assert drawn.dtype == np.float16
+        np.testing.assert_array_equal(drawn, rain.over(half).image)
+
+
+@pytest.mark.parametrize("kind", ["float16", "float32", "float64"])
+def test_arrays_may_begin_anywhere(rain, image, depth, kind):
+    def apart(made: np.ndarray) -> np.ndarray:
+        there = np.frombuffer(b"-" + made.tobytes(), made.dtype, offset=1).reshape(made.shape)
+        assert not there.flags.aligned
+        return there
+
+    plate = (image / np.float32(255)).astype(np.float16 if kind == "float16" else np.float32)
+    depth = depth.astype(kind)
+    drawn = rain.over(apart(plate), depth=apart(depth)).image
+    np.testing.assert_array_equal(drawn, rain.over(plate, depth=depth).image)
+    assert raindrops.compare(apart(plate), plate).flip == 0
 
 
 @pytest.mark.parametrize(
