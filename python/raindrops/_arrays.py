@@ -1,17 +1,30 @@
-"""Arrays of users, checked: what comes out is of a type and a layout that the compiled part takes."""
+"""Arrays and whole numbers of users, checked: what comes out is of a type and a layout that the compiled part takes."""
 
 from __future__ import annotations
 
 import math
+import operator
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from ._errors import ArrayError
+from ._errors import ArrayError, SceneError
 
 #: A picture: H x W x 3, row 0 at the top; uint8 sRGB, or float16 or float32 linear.
 Image = Any
+
+
+def whole(value: Any, name: str, most: int, least: int = 0) -> int:
+    """A whole number within bounds."""
+    try:
+        number = operator.index(value)
+    except TypeError:
+        raise TypeError(f"{name}: a {type(value).__name__} is no whole number") from None
+    if not least <= number <= most:
+        bound = "2**64 - 1" if most == 2**64 - 1 else str(most)
+        raise SceneError(f"{name} = {number} is not within {least} to {bound}")
+    return number
 
 
 def array_of(value: Any, name: str) -> npt.NDArray[Any]:

@@ -6,6 +6,8 @@ import numpy as np
 import numpy.typing as npt
 
 __version__: str
+MOST_EDGE: int
+MOST_DROPS: int
 
 class Scene:
     @staticmethod

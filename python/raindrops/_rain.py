@@ -9,7 +9,7 @@ from typing import Any, Union
 import numpy as np
 
 from . import _native
-from ._arrays import Image, array_of as _array_of, depth as _depth, picture as _picture
+from ._arrays import Image, array_of as _array_of, depth as _depth, picture as _picture, whole as _whole
 from ._results import Picture, Reference
 
 #: A scene: a dict of the keys of a scene file, a path to one, its text (with a line end in it), or None: the default.
@@ -25,21 +25,36 @@ _KEYS = {
     "near": "camera.near",
     "fov": "camera.vertical_fov",
     "preset": "model.preset",
-    "seed": "seed",
     "time": "time",
 }
 
+#: The largest seed.
+_MOST_SEED = 2**64 - 1
 
-def read(scene: SceneLike, keys: Mapping[str, Any]) -> _native.Scene:
-    """A scene with short names of keys set; those that are None stay."""
+
+def read(scene: SceneLike, keys: Mapping[str, Any], **values: Any) -> _native.Scene:
+    """A scene with short names of keys set, and values as of `changed`; those that are None stay."""
     given = {_KEYS[name]: value for name, value in keys.items() if value is not None}
     if scene is None or isinstance(scene, Mapping):
-        return _native.Scene.read(dict=dict(scene or {}), keys=given)
-    if isinstance(scene, str) and "\n" in scene:
-        return _native.Scene.read(text=scene, keys=given)
-    if isinstance(scene, (str, os.PathLike)):
-        return _native.Scene.read(path=os.fspath(scene), keys=given)
-    raise TypeError(f"scene: a {type(scene).__name__} is none; give a dict, a path or the text of a scene file")
+        made = _native.Scene.read(dict=dict(scene or {}), keys=given)
+    elif isinstance(scene, str) and "\n" in scene:
+        made = _native.Scene.read(text=scene, keys=given)
+    elif isinstance(scene, (str, os.PathLike)):
+        made = _native.Scene.read(path=os.fspath(scene), keys=given)
+    else:
+        raise TypeError(f"scene: a {type(scene).__name__} is none; give a dict, a path or the text of a scene file")
+    return changed(made, **values)
+
+
+def changed(scene: _native.Scene, size: Sequence[int] | None = None, seed: int | None = None, **values: Any) -> _native.Scene:
+    """A scene with other values of a picture; those that are None stay."""
+    edges = None
+    if size is not None:
+        width, height = size
+        edges = _whole(width, "width", _native.MOST_EDGE, 1), _whole(height, "height", _native.MOST_EDGE, 1)
+    if seed is not None:
+        seed = _whole(seed, "seed", _MOST_SEED)
+    return scene.with_(size=edges, seed=seed, **values)
 
 
 def device_of(name: str | None) -> str | None:
@@ -104,7 +119,7 @@ class Rain:
 
     def _open(self) -> None:
         scene, keys, seed, device = self._made
-        self._scene = read(scene, keys).with_(seed=seed)
+        self._scene = read(scene, keys, seed=seed)
         self._session = _native.Session(device_of(device))
 
     def __getstate__(self) -> Any:
@@ -154,7 +169,7 @@ class Rain:
         way = None if moved is None else tuple(float(part) for part in moved)
         if way is not None and len(way) != 3:
             raise ValueError(f"moved: {len(way)} numbers; give three, x, y and z")
-        scene = self._scene.with_(size=(width, height), seed=seed, time=time, fov=fov, moved=way)
+        scene = changed(self._scene, size=(width, height), seed=seed, time=time, fov=fov, moved=way)
         depths = None
         if depth is not None:
             depths, depth_invalid = _depth(depth, pixels.shape, depth_invalid)
@@ -228,11 +243,12 @@ def render(
     Raises:
         As `Rain.over`.
     """
+    number = _whole(frame, "frame", 2**32 - 1)
     keys = {"rate": rate, "shutter": shutter, "fov": fov, "preset": preset, "time": time}
-    made = read(scene, keys).with_(size=size, seed=seed)
+    made = read(scene, keys, size=size, seed=seed)
     around = None if environment is None else _picture(environment, "environment")
     session = _native.Session(device_of(device))
-    return Picture(_native.Drawing(session, made, environment=around, frame=frame), np.float32)
+    return Picture(_native.Drawing(session, made, environment=around, frame=number), np.float32)
 
 
 def reference(
@@ -263,12 +279,12 @@ def reference(
         SceneError, ArrayError, FileError: as `render`.
         KeyboardInterrupt: it was interrupted.
     """
-    if not 1 <= samples <= 1 << 20:
-        raise ValueError(f"samples = {samples} is not within 1 to {1 << 20}")
+    samples = _whole(samples, "samples", 1 << 20, 1)
+    sample_seed = _whole(sample_seed, "sample_seed", _MOST_SEED)
     if rain_to is not None and not 0 <= rain_to < float("inf"):
         raise ValueError(f"rain_to = {rain_to}: give metres, 0 or more")
     keys = {"rate": rate, "shutter": shutter, "fov": fov, "time": time}
-    made = read(scene, keys).with_(size=size, seed=seed)
+    made = read(scene, keys, size=size, seed=seed)
     around = None if environment is None else _picture(environment, "environment")
     drawing = _native.Drawing(_native.Session(), made, environment=around)
     return Reference(*drawing.reference(samples, seed=sample_seed, rain_to=rain_to))

@@ -181,6 +181,15 @@ def test_values(image):
         (lambda: raindrops.compare(image, image[1:]), raindrops.ArrayError, "sizes must agree"),
         (lambda: raindrops.compare(image, image.astype(np.float32)), raindrops.ArrayError, "compare uint8 with uint8"),
         (lambda: raindrops.bench(preset="faster"), raindrops.SceneError, "faster"),
+        (lambda: raindrops.Rain(rate=25, seed=-1), raindrops.SceneError, r"seed = -1 is not within 0 to 2\*\*64 - 1"),
+        (lambda: raindrops.Rain(rate=25).over(image, seed=1 << 64), raindrops.SceneError, "seed = 18446744073709551616 is not"),
+        (lambda: raindrops.render(seed=0.5), TypeError, "seed: a float is no whole number"),
+        (lambda: raindrops.render(size=(-1, 8)), raindrops.SceneError, "width = -1 is not within 1 to 32768"),
+        (lambda: raindrops.bench(size=(8, 1 << 40)), raindrops.SceneError, "height = 1099511627776 is not within"),
+        (lambda: raindrops.render(frame=-1), raindrops.SceneError, "frame = -1 is not within"),
+        (lambda: raindrops.reference(sample_seed=-1), raindrops.SceneError, "sample_seed = -1"),
+        (lambda: raindrops.bench(drops=[8, -1]), raindrops.SceneError, "drops = -1"),
+        (lambda: raindrops.bench(min_frames=-1), raindrops.SceneError, "min_frames = -1"),
     ]:
         with pytest.raises(error, match=said):
             call()
