@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, Union
@@ -82,6 +83,7 @@ class Rain:
             variable RAINDROPS_DEVICE, else the fittest.
 
     Raises:
+        TypeError: there is no rate, and the scene names no rain and no drops.
         SceneError: a key or a value is wrong.
         FileError: the scene file cannot be read.
     """
@@ -100,8 +102,6 @@ class Rain:
         scene: SceneLike = None,
         device: str | None = None,
     ) -> None:
-        if rate is None and scene is None:
-            raise TypeError("rate: give millimetres an hour, or a scene with rain")
         if preset is None and (scene is None or isinstance(scene, Mapping)):
             model = (scene or {}).get("model", {})
             preset = None if isinstance(model, Mapping) and "preset" in model else "fast"
@@ -114,12 +114,15 @@ class Rain:
             "fov": fov,
             "preset": preset,
         }
-        self._made = (scene, keys, seed, device)
+        # What is pickled later is of the same rain, whatever becomes of the caller's dict and arrays.
+        self._made = copy.deepcopy((dict(scene) if isinstance(scene, Mapping) else scene, keys, seed, device))
         self._open()
 
     def _open(self) -> None:
         scene, keys, seed, device = self._made
         self._scene = read(scene, keys, seed=seed)
+        if not self._scene.names_rain:
+            raise TypeError("rate: give millimetres an hour, or a scene with rain")
         self._session = _native.Session(device_of(device))
 
     def __getstate__(self) -> Any:

@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use glam::DVec3;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use raindrops::scene::Scene as Parsed;
+use raindrops::files::read_text;
+use raindrops::scene::{RainSettings, Scene as Parsed};
 use raindrops::{Error, scene::ImageSize};
 use toml::Table;
 
@@ -19,6 +20,9 @@ const NAME: &str = "scene";
 #[pyclass(frozen, module = "raindrops._native")]
 pub struct Scene {
     pub(crate) scene: Parsed,
+    /// Whether rain or drops were named; else it has the default million drops.
+    #[pyo3(get)]
+    names_rain: bool,
 }
 
 #[pymethods]
@@ -39,11 +43,12 @@ impl Scene {
             let item = value(&item, &key)?;
             edits.push((key, item));
         }
-        let scene = match (dict, text, path) {
+        let document = dict.map(|dict| table(dict, "")).transpose()?;
+        let scene = match (&document, text, &path) {
             (None, None, Some(path)) => {
                 let edits: Vec<String> =
                     edits.iter().map(|(key, value)| format!("{key}={value}")).collect();
-                Parsed::load_edited(Some(&path), &edits).map_err(|error| match error {
+                Parsed::load_edited(Some(path), &edits).map_err(|error| match error {
                     Error::Scene { place, problem } if place == "--set" => {
                         Error::Scene { place: path.display().to_string(), problem }
                     }
@@ -56,10 +61,21 @@ impl Scene {
                 Parsed::parse(text, NAME).raise(py)?;
                 edited(text.parse().unwrap_or_default(), edits)
             }
-            (Some(dict), ..) => edited(table(dict, "")?, edits),
+            (Some(document), ..) => edited(document.clone(), edits),
             (None, None, None) => edited(Table::new(), edits),
         };
-        Ok(Self { scene: scene.raise(py)? })
+        let scene = scene.raise(py)?;
+        // Only who names the default's own values must be told from who names nothing.
+        let names_rain = scene.rain != Some(RainSettings::default()) || {
+            let document = match (document, text, path) {
+                (Some(document), ..) => document,
+                (_, Some(text), _) => text.parse().unwrap_or_default(),
+                (_, _, Some(path)) => read_text(&path).raise(py)?.parse().unwrap_or_default(),
+                (None, None, None) => Table::new(),
+            };
+            document.contains_key("rain")
+        };
+        Ok(Self { scene, names_rain })
     }
 
     /// A copy with other values of a picture; `moved`: the camera, by so much.
@@ -84,7 +100,7 @@ impl Scene {
             scene.camera = scene.camera.moved_by(DVec3::from_array(way));
         }
         scene.validate(NAME).raise(py)?;
-        Ok(Self { scene })
+        Ok(Self { scene, names_rain: self.names_rain })
     }
 
     /// Width and height in pixels.

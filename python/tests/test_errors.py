@@ -167,6 +167,20 @@ def test_the_line_is_the_commands(command, tmp_path):
     assert said.strip().endswith(str(raised.value)) and "wrong.toml:3" in said
 
 
+def test_a_rain_without_rain(tmp_path):
+    path = tmp_path / "scene.toml"
+    path.write_text("seed = 1\n")
+    for scene in [None, {}, {"camera": {"near": 0.3}}, "seed = 1\n", path]:
+        with pytest.raises(TypeError, match="rate: give millimetres an hour, or a scene with rain"):
+            raindrops.Rain(scene=scene)
+        raindrops.Rain(rate=25, scene=scene)
+    # The default's own drops may be asked for.
+    path.write_text("[rain]\ncount = 1_000_000\n")
+    drop = {"center": [0.0, 0.0, -3.0], "radius": 1.0}
+    for scene in [path, path.read_text(), {"rain": {}}, {"rain": {"count": 0}}, {"drop": [drop]}, {"pane": {"distance": 0.3}}]:
+        raindrops.Rain(scene=scene)
+
+
 def test_values(image):
     for call, error, said in [
         (lambda: raindrops.Rain(rate=0), raindrops.SceneError, "rate"),

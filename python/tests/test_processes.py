@@ -200,6 +200,11 @@ def test_objects_pickle(image):
     np.testing.assert_array_equal(copy.layers["Z"], depth)
     with pytest.raises(RuntimeError, match="contrast was not read before"):
         copy.contrast
+    scene = {"camera": {"near": 0.2}}
+    wind = np.array([1.0, 0.0, 0.0])
+    kept = raindrops.Rain(rate=25, wind=wind, scene=scene)
+    scene["camera"]["near"], wind[0] = 3.0, 9.0
+    np.testing.assert_array_equal(pickle.loads(pickle.dumps(kept)).over(image, seed=5).image, out.image)
     found = raindrops.compare(out, out)
     assert pickle.loads(pickle.dumps(found)).flip == found.flip
 
