@@ -24,6 +24,7 @@ class Scene:
         time: float | None = None,
         fov: float | None = None,
         moved: tuple[float, ...] | None = None,
+        fps: float | None = None,
     ) -> Scene: ...
     @property
     def size(self) -> tuple[int, int]: ...

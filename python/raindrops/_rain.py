@@ -24,7 +24,6 @@ _KEYS = {
     "sizes": "rain.sizes",
     "shutter": "camera.shutter",
     "near": "camera.near",
-    "fov": "camera.vertical_fov",
     "preset": "model.preset",
     "time": "time",
 }
@@ -111,16 +110,16 @@ class Rain:
             "wind": wind,
             "extent": extent,
             "near": near,
-            "fov": fov,
             "preset": preset,
         }
+        values = {"seed": seed, "fov": fov}
         # What is pickled later is of the same rain, whatever becomes of the caller's dict and arrays.
-        self._made = copy.deepcopy((dict(scene) if isinstance(scene, Mapping) else scene, keys, seed, device))
+        self._made = copy.deepcopy((dict(scene) if isinstance(scene, Mapping) else scene, keys, values, device))
         self._open()
 
     def _open(self) -> None:
-        scene, keys, seed, device = self._made
-        self._scene = read(scene, keys, seed=seed)
+        scene, keys, values, device = self._made
+        self._scene = read(scene, keys, **values)
         if not self._scene.names_rain:
             raise TypeError("rate: give millimetres an hour, or a scene with rain")
         self._session = _native.Session(device_of(device))
@@ -144,6 +143,7 @@ class Rain:
         seed: int | None = None,
         time: float | None = None,
         moved: Sequence[float] | None = None,
+        fps: float | None = None,
     ) -> Picture:
         """Draws the rain over a picture.
 
@@ -156,9 +156,11 @@ class Rain:
             environment: H x 2H x 3, a latitude-longitude panorama of what the drops show; guessed from the picture if None,
                 with a `RaindropsNote`.
             fov: vertical field of view in degrees.
-            seed: chooses the drops' places.
+            seed: chooses the drops' places, but of rain with a seed of its own.
             time: seconds; the same seed at another time is the same rain later.
             moved: x, y, z: the camera by so much, scene units, looking the same way; the other eye of a stereo pair.
+            fps: frames a second, of a picture of a video: of motion without a shutter, and of ``camera.shutter_angle``; those
+                of the scene's film if None.
 
         Raises:
             ArrayError: a shape, a type or a place of an array is wrong.
@@ -166,13 +168,15 @@ class Rain:
             NoDeviceError, DeviceError: nothing to draw on.
             ForkError: the process was forked from one in which raindrops had computed.
         """
+        if fps is not None:
+            _check_fps(fps)
         given = _array_of(image, "image")
         pixels = _picture(given, "image")
         height, width, _ = pixels.shape
         way = None if moved is None else tuple(float(part) for part in moved)
         if way is not None and len(way) != 3:
             raise ValueError(f"moved: {len(way)} numbers; give three, x, y and z")
-        scene = changed(self._scene, size=(width, height), seed=seed, time=time, fov=fov, moved=way)
+        scene = changed(self._scene, size=(width, height), seed=seed, time=time, fov=fov, moved=way, fps=fps)
         depths = None
         if depth is not None:
             depths, depth_invalid = _depth(depth, pixels.shape, depth_invalid)
@@ -202,12 +206,11 @@ class Rain:
         Args:
             frames: pictures as of `over`.
             depth: as many depths.
-            fps: frames a second.
+            fps: frames a second; also of motion and of ``camera.shutter_angle``.
             start: seconds of the first frame; the scene's time if None.
             **keywords: as of `over`.
         """
-        if not fps > 0:
-            raise ValueError(f"fps = {fps} is not over 0")
+        _check_fps(fps)
         first = self._scene.time if start is None else start
         depths = None if depth is None else iter(depth)
         for number, image in enumerate(frames):
@@ -216,7 +219,12 @@ class Rain:
                 of_frame = next(depths, None)
                 if of_frame is None:
                     raise ValueError(f"depth: there is none for frame {number}")
-            yield self.over(image, depth=of_frame, time=first + number / fps, **keywords)
+            yield self.over(image, depth=of_frame, time=first + number / fps, fps=fps, **keywords)
+
+
+def _check_fps(fps: float) -> None:
+    if not 0 < fps < float("inf"):
+        raise ValueError(f"fps = {fps} is not finite and over 0")
 
 
 def render(
@@ -247,8 +255,8 @@ def render(
         As `Rain.over`.
     """
     number = _whole(frame, "frame", 2**32 - 1)
-    keys = {"rate": rate, "shutter": shutter, "fov": fov, "preset": preset, "time": time}
-    made = read(scene, keys, size=size, seed=seed)
+    keys = {"rate": rate, "shutter": shutter, "preset": preset, "time": time}
+    made = read(scene, keys, size=size, seed=seed, fov=fov)
     around = None if environment is None else _picture(environment, "environment")
     session = _native.Session(device_of(device))
     return Picture(_native.Drawing(session, made, environment=around, frame=number), np.float32)
@@ -286,8 +294,8 @@ def reference(
     sample_seed = _whole(sample_seed, "sample_seed", _MOST_SEED)
     if rain_to is not None and not 0 <= rain_to < float("inf"):
         raise ValueError(f"rain_to = {rain_to}: give metres, 0 or more")
-    keys = {"rate": rate, "shutter": shutter, "fov": fov, "time": time}
-    made = read(scene, keys, size=size, seed=seed)
+    keys = {"rate": rate, "shutter": shutter, "time": time}
+    made = read(scene, keys, size=size, seed=seed, fov=fov)
     around = None if environment is None else _picture(environment, "environment")
     drawing = _native.Drawing(_native.Session(), made, environment=around)
     return Reference(*drawing.reference(samples, seed=sample_seed, rain_to=rain_to))

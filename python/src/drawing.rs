@@ -23,6 +23,7 @@ use raindrops::renderer::parts::Parts;
 use raindrops::renderer::{FrameReport, RainField, lost_light};
 use raindrops::scene::Scene as Parsed;
 use raindrops::scene::background::{Background, DepthKind};
+use raindrops::scene::film::Film;
 use raindrops::scene::model::Preset;
 
 use crate::arrays::{Pixels, linear, plane, volume};
@@ -67,7 +68,7 @@ impl Drawing {
         frame: u32,
     ) -> PyResult<Self> {
         enter()?;
-        let mut scene = scene.scene.clone();
+        let (mut scene, fps) = (scene.scene.clone(), scene.fps);
         let depth_kind = match depth_kind {
             "planar" => DepthKind::Planar,
             "radial" => DepthKind::Radial,
@@ -88,13 +89,20 @@ impl Drawing {
                 scene.background = Background::default();
             }
             scene.read_shelter()?;
-            let mut frame = scene.film.frame(&scene, frame);
-            frame.read_particles()?;
-            let until = scene.motion_end(&frame, 0);
+            let mut shown = scene.film.frame(&scene, frame);
+            shown.read_particles()?;
+            let until = match fps {
+                Some(fps) => {
+                    // The next picture of a video is so much later, whatever the pace of a film.
+                    let film = Film { fps, ..Film::default() };
+                    Parsed { film, ..shown.clone() }.motion_end(&shown, 0)
+                }
+                None => scene.motion_end(&shown, frame),
+            };
             let held = session.get();
             let (environment, remarks) = surroundings(held, &scene, plate.as_ref(), around)?;
             let environment = held.known(environment);
-            Ok((Self::of(scene, (frame, until), plate, environment, session), remarks))
+            Ok((Self::of(scene, (shown, until), plate, environment, session), remarks))
         });
         let (drawing, remarks) = made.raise(py)?;
         tell(py, "", &remarks)?;

@@ -20,6 +20,8 @@ const NAME: &str = "scene";
 #[pyclass(frozen, module = "raindrops._native")]
 pub struct Scene {
     pub(crate) scene: Parsed,
+    /// Frames a second of the video that it is a picture of.
+    pub(crate) fps: Option<f64>,
     /// Whether rain or drops were named; else it has the default million drops.
     #[pyo3(get)]
     names_rain: bool,
@@ -75,11 +77,13 @@ impl Scene {
             };
             document.contains_key("rain")
         };
-        Ok(Self { scene, names_rain })
+        Ok(Self { scene, fps: None, names_rain })
     }
 
-    /// A copy with other values of a picture; `moved`: the camera, by so much.
-    #[pyo3(signature = (size=None, seed=None, time=None, fov=None, moved=None))]
+    /// A copy with other values of a picture, also where keys of its film or its pane would say otherwise. `moved`: the
+    /// camera and its path, by so much; `fps`: the picture is one of a video.
+    #[pyo3(signature = (size=None, seed=None, time=None, fov=None, moved=None, fps=None))]
+    #[allow(clippy::too_many_arguments, reason = "keywords of Python")]
     fn with_(
         &self,
         py: Python<'_>,
@@ -88,19 +92,35 @@ impl Scene {
         time: Option<f64>,
         fov: Option<f64>,
         moved: Option<[f64; 3]>,
+        fps: Option<f64>,
     ) -> PyResult<Self> {
         let mut scene = self.scene.clone();
         if let Some((width, height)) = size {
             scene.image = ImageSize { width, height };
         }
         scene.seed = seed.unwrap_or(scene.seed);
-        scene.time = time.unwrap_or(scene.time);
-        scene.camera.vertical_fov = fov.unwrap_or(scene.camera.vertical_fov);
+        if let Some(time) = time {
+            let gone_by = time - scene.time;
+            scene.pane = scene.pane.map(|pane| pane.after(gone_by));
+            scene.time = time;
+        }
+        if let Some(fov) = fov {
+            scene.camera.vertical_fov = fov;
+            scene.film.camera.iter_mut().for_each(|key| key.vertical_fov = None);
+        }
         if let Some(way) = moved {
-            scene.camera = scene.camera.moved_by(DVec3::from_array(way));
+            let way = DVec3::from_array(way);
+            scene.camera = scene.camera.moved_by(way);
+            for key in &mut scene.film.camera {
+                (key.position, key.target) = (key.position + way, key.target + way);
+            }
+        }
+        if let (Some(fps), Some(angle)) = (fps, scene.camera.shutter_angle) {
+            // Not by `film.fps`: with a film drops are drawn as for all of its paces.
+            (scene.camera.shutter, scene.camera.shutter_angle) = (angle / 360.0 / fps, None);
         }
         scene.validate(NAME).raise(py)?;
-        Ok(Self { scene, names_rain: self.names_rain })
+        Ok(Self { scene, fps: fps.or(self.fps), names_rain: self.names_rain })
     }
 
     /// Width and height in pixels.

@@ -204,6 +204,8 @@ def test_values(image):
         (lambda: raindrops.reference(sample_seed=-1), raindrops.SceneError, "sample_seed = -1"),
         (lambda: raindrops.bench(drops=[8, -1]), raindrops.SceneError, "drops = -1"),
         (lambda: raindrops.bench(min_frames=-1), raindrops.SceneError, "min_frames = -1"),
+        (lambda: raindrops.Rain(rate=25).over(image, fps=0), ValueError, "fps = 0 is not finite and over 0"),
+        (lambda: next(raindrops.Rain(rate=25).video([image], fps=float("inf"))), ValueError, "fps = inf"),
     ]:
         with pytest.raises(error, match=said):
             call()
