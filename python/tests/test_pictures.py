@@ -22,11 +22,11 @@ def test_a_video_is_one_rain_in_time(image):
 
 def test_time_goes_on_for_a_running_pane(image):
     def glass(age: float, time: float) -> np.ndarray:
-        pane = {"distance": 0.3, "rate": 500.0, "velocity": [0.0, 0.0, -9.0], "simulation": "running", "age": age}
-        return raindrops.Rain(rate=1, scene={"pane": pane}).over(image, time=time).layers["pane.A"]
+        pane = {"distance": 0.3, "rate": 100.0, "velocity": [0.0, 0.0, -9.0], "simulation": "running", "age": age}
+        return raindrops.Rain(scene={"pane": pane}).over(image[:8, :8], time=time).layers["pane.A"]
 
-    np.testing.assert_array_equal(glass(5.0, 20.0), glass(25.0, 0.0))
-    assert (glass(5.0, 20.0) != glass(5.0, 0.0)).any()
+    np.testing.assert_array_equal(glass(2.0, 3.0), glass(5.0, 0.0))
+    assert (glass(2.0, 3.0) != glass(2.0, 0.0)).any()
 
 
 def test_a_films_camera_is_moved_and_takes_the_angle(image):
