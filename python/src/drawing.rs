@@ -182,7 +182,7 @@ impl Drawing {
                 Some(plate) => plate.clone(),
                 None => Plate::of(&scene)?,
             };
-            let tracer = Tracer::new(&scene, &self.environment, truth).before(plate).until(stop);
+            let tracer = Tracer::new_until(&scene, &self.environment, truth, stop).before(plate);
             Ok(tracer.trace(&|_| ()))
         })?;
         let traced = traced.raise(py)?;

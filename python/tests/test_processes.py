@@ -212,10 +212,11 @@ def test_objects_pickle(image):
 @pytest.mark.parametrize(
     "traced",
     [
-        # Many tiles, then one that takes long: of drops in a box, of real rain.
+        # Many tiles; one that takes long, of drops in a box, of far rain; what is prepared for rain, a ray for each sample.
         """{"image": {"width": 4096, "height": 4096}, "rain": {"count": 1000}}, samples=64""",
         """{"image": {"width": 8, "height": 8}, "rain": {"count": 3000, "radius": 0.001}}, samples=1 << 20""",
-        """{"image": {"width": 8, "height": 8}, "rain": {"rate": 100.0}}, samples=1 << 20, rain_to=20""",
+        """{"image": {"width": 8, "height": 8}, "rain": {"rate": 100.0}}, samples=1, rain_to=60""",
+        """{"image": {"width": 64, "height": 64}, "rain": {"rate": 100.0}}, samples=1 << 16, rain_to=0""",
     ],
 )
 def test_ctrl_c_ends_a_reference(python, traced):
