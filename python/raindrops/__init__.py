@@ -12,11 +12,12 @@ from __future__ import annotations
 
 import atexit
 import json
+import signal
 from collections.abc import Sequence
 from typing import Any
 
 from . import _native
-from ._arrays import Image, picture as _picture
+from ._arrays import Image, picture as _picture, whole as _whole
 from ._errors import (
     ArrayError,
     DeviceError,
@@ -54,8 +55,22 @@ __all__ = [
     "render",
 ]
 
-# Compiled pipelines are kept for the next process.
-atexit.register(_native.close)
+
+def _close() -> None:
+    """Keeps compiled pipelines for the next process."""
+    try:
+        # A pool ends its workers by this signal, also while they write, which would leave half a file in the user's cache.
+        before = signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    except ValueError:
+        # Signals are the main thread's.
+        _native.close()
+        return
+    _native.close()
+    if before is not None:
+        signal.signal(signal.SIGTERM, before)
+
+
+atexit.register(_close)
 
 
 def compare(
@@ -125,9 +140,9 @@ def bench(
     presets = [preset] if isinstance(preset, str) else list(preset)
     if not 0 <= seconds < float("inf"):
         raise ValueError(f"seconds = {seconds} is not finite and at least 0")
+    counts = [_whole(count, "drops", _native.MOST_DROPS) for count in drops]
+    least = _whole(min_frames, "min_frames", 2**32 - 1)
     session = _native.Session(_device_of(device))
-    made = _read(scene, {}).with_(size=size)
-    rows: list[dict[str, Any]] = json.loads(
-        _native.bench(session, made, list(drops), list(rain), presets, seconds, min_frames)
-    )
+    made = _read(scene, {}, size=size)
+    rows: list[dict[str, Any]] = json.loads(_native.bench(session, made, counts, list(rain), presets, seconds, least))
     return rows

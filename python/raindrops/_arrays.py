@@ -1,19 +1,33 @@
-"""Arrays of users, checked: what comes out is C-contiguous and of a type that the compiled part takes."""
+"""Arrays and whole numbers of users, checked: what comes out is of a type and a layout that the compiled part takes."""
 
 from __future__ import annotations
 
+import math
+import operator
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from ._errors import ArrayError
+from ._errors import ArrayError, SceneError
 
 #: A picture: H x W x 3, row 0 at the top; uint8 sRGB, or float16 or float32 linear.
 Image = Any
 
 
-def _array(value: Any, name: str) -> npt.NDArray[Any]:
+def whole(value: Any, name: str, most: int, least: int = 0) -> int:
+    """A whole number within bounds."""
+    try:
+        number = operator.index(value)
+    except TypeError:
+        raise TypeError(f"{name}: a {type(value).__name__} is no whole number") from None
+    if not least <= number <= most:
+        bound = "2**64 - 1" if most == 2**64 - 1 else str(most)
+        raise SceneError(f"{name} = {number} is not within {least} to {bound}")
+    return number
+
+
+def array_of(value: Any, name: str) -> npt.NDArray[Any]:
     """Of an array, of what has ``__array__``, or of a DLPack tensor on the CPU; not copied where it need not be."""
     if isinstance(value, np.ndarray):
         return value
@@ -28,9 +42,14 @@ def _array(value: Any, name: str) -> npt.NDArray[Any]:
     raise ArrayError(f"{name}: a {kind} is no array; give a NumPy array, or what has __array__ or __dlpack__")
 
 
+def _laid_out(array: npt.NDArray[Any], kind: type[np.generic]) -> npt.NDArray[Any]:
+    """As the compiled part takes it: C-contiguous, aligned, no subclass; not copied where it is so already."""
+    return np.require(array, kind, ["C", "A", "E"])
+
+
 def picture(value: Image, name: str) -> npt.NDArray[Any]:
     """A picture as uint8 or float32."""
-    array = _array(value, name)
+    array = array_of(value, name)
     if array.ndim != 3 or array.shape[2] != 3:
         mend = ""
         if array.ndim == 3 and array.shape[2] == 4:
@@ -41,25 +60,31 @@ def picture(value: Image, name: str) -> npt.NDArray[Any]:
     if array.size == 0:
         raise ArrayError(f"{name}: its shape is {array.shape}: it has no pixels")
     if array.dtype == np.uint8:
-        return np.ascontiguousarray(array)
+        return _laid_out(array, np.uint8)
     if array.dtype.newbyteorder("=") in (np.float16, np.float32):
-        return np.ascontiguousarray(array, dtype=np.float32)
+        return _laid_out(array, np.float32)
     raise ArrayError(
         f"{name}: its type is {array.dtype}; give uint8 (sRGB), or float16 or float32 (linear), "
         "such as by astype(numpy.float32)"
     )
 
 
-def depth(value: Any, shape: tuple[int, ...]) -> npt.NDArray[np.float64]:
-    """Depth of a picture of this shape, as float64."""
-    array = _array(value, "depth")
+def depth(value: Any, shape: tuple[int, ...], invalid: float | None) -> tuple[npt.NDArray[np.float64], float | None]:
+    """Depth of a picture of this shape, as float64, and the number in it that stands for an unknown one."""
+    array = array_of(value, "depth")
     if array.ndim == 3 and array.shape[2] == 1:
         array = array[:, :, 0]
     if array.ndim != 2 or array.shape != shape[:2]:
         raise ArrayError(f"depth: its shape is {array.shape}, the image's is {shape}: give {shape[:2]}")
-    if array.dtype.newbyteorder("=") not in (np.float16, np.float32, np.float64):
+    kind = array.dtype.newbyteorder("=")
+    if kind not in (np.float16, np.float32, np.float64):
         raise ArrayError(
             f"depth: its type is {array.dtype}; give floats, in scene units: "
             "of whole millimetres depth.astype(numpy.float32) / 1000"
         )
-    return np.ascontiguousarray(array, dtype=np.float64)
+    if invalid is not None:
+        # 0.1 is another number in float32. One that is too large for the type is not the infinity of the sky.
+        with np.errstate(over="ignore"):
+            stored = float(np.float64(invalid).astype(kind))
+        invalid = invalid if math.isinf(stored) else stored
+    return _laid_out(array, np.float64), invalid

@@ -17,7 +17,7 @@ class Error(Exception):
 
 
 class SceneError(Error, ValueError):
-    """A key or value of a scene, of a background or of an environment is wrong."""
+    """A key or value of a scene is wrong, or a value of a background's or an environment's array."""
 
 
 class ArrayError(Error, ValueError):
@@ -25,7 +25,7 @@ class ArrayError(Error, ValueError):
 
 
 class FileError(Error, OSError):
-    """A file cannot be read or written, or is not what it should be."""
+    """A file cannot be read or written, or is not what it should be; one of an environment or a background, too."""
 
 
 class DeviceError(Error, RuntimeError):
@@ -37,7 +37,10 @@ class NoDeviceError(DeviceError):
 
 
 class ForkError(DeviceError):
-    """This process was forked from one that had drawn; start workers by spawn or forkserver."""
+    """This process was forked from one that had drawn, traced, compared, measured or listed devices.
+
+    Start workers by spawn or forkserver.
+    """
 
 
 class RaindropsWarning(UserWarning):

@@ -6,6 +6,8 @@ import numpy as np
 import numpy.typing as npt
 
 __version__: str
+MOST_EDGE: int
+MOST_DROPS: int
 
 class Scene:
     @staticmethod
@@ -22,6 +24,7 @@ class Scene:
         time: float | None = None,
         fov: float | None = None,
         moved: tuple[float, ...] | None = None,
+        fps: float | None = None,
     ) -> Scene: ...
     @property
     def size(self) -> tuple[int, int]: ...
@@ -29,6 +32,8 @@ class Scene:
     def time(self) -> float: ...
     @property
     def seed(self) -> int: ...
+    @property
+    def names_rain(self) -> bool: ...
 
 class Session:
     def __init__(self, device: str | None = None) -> None: ...

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, Union
@@ -9,7 +10,7 @@ from typing import Any, Union
 import numpy as np
 
 from . import _native
-from ._arrays import Image, depth as _depth, picture as _picture
+from ._arrays import Image, array_of as _array_of, depth as _depth, picture as _picture, whole as _whole
 from ._results import Picture, Reference
 
 #: A scene: a dict of the keys of a scene file, a path to one, its text (with a line end in it), or None: the default.
@@ -23,23 +24,37 @@ _KEYS = {
     "sizes": "rain.sizes",
     "shutter": "camera.shutter",
     "near": "camera.near",
-    "fov": "camera.vertical_fov",
     "preset": "model.preset",
-    "seed": "seed",
     "time": "time",
 }
 
+#: The largest seed.
+_MOST_SEED = 2**64 - 1
 
-def read(scene: SceneLike, keys: Mapping[str, Any]) -> _native.Scene:
-    """A scene with short names of keys set; those that are None stay."""
+
+def read(scene: SceneLike, keys: Mapping[str, Any], **values: Any) -> _native.Scene:
+    """A scene with short names of keys set, and values as of `changed`; those that are None stay."""
     given = {_KEYS[name]: value for name, value in keys.items() if value is not None}
     if scene is None or isinstance(scene, Mapping):
-        return _native.Scene.read(dict=dict(scene or {}), keys=given)
-    if isinstance(scene, str) and "\n" in scene:
-        return _native.Scene.read(text=scene, keys=given)
-    if isinstance(scene, (str, os.PathLike)):
-        return _native.Scene.read(path=os.fspath(scene), keys=given)
-    raise TypeError(f"scene: a {type(scene).__name__} is none; give a dict, a path or the text of a scene file")
+        made = _native.Scene.read(dict=dict(scene or {}), keys=given)
+    elif isinstance(scene, str) and "\n" in scene:
+        made = _native.Scene.read(text=scene, keys=given)
+    elif isinstance(scene, (str, os.PathLike)):
+        made = _native.Scene.read(path=os.fspath(scene), keys=given)
+    else:
+        raise TypeError(f"scene: a {type(scene).__name__} is none; give a dict, a path or the text of a scene file")
+    return changed(made, **values)
+
+
+def changed(scene: _native.Scene, size: Sequence[int] | None = None, seed: int | None = None, **values: Any) -> _native.Scene:
+    """A scene with other values of a picture; those that are None stay."""
+    edges = None
+    if size is not None:
+        width, height = size
+        edges = _whole(width, "width", _native.MOST_EDGE, 1), _whole(height, "height", _native.MOST_EDGE, 1)
+    if seed is not None:
+        seed = _whole(seed, "seed", _MOST_SEED)
+    return scene.with_(size=edges, seed=seed, **values)
 
 
 def device_of(name: str | None) -> str | None:
@@ -67,6 +82,7 @@ class Rain:
             variable RAINDROPS_DEVICE, else the fittest.
 
     Raises:
+        TypeError: there is no rate, and the scene names no rain and no drops.
         SceneError: a key or a value is wrong.
         FileError: the scene file cannot be read.
     """
@@ -85,8 +101,6 @@ class Rain:
         scene: SceneLike = None,
         device: str | None = None,
     ) -> None:
-        if rate is None and scene is None:
-            raise TypeError("rate: give millimetres an hour, or a scene with rain")
         if preset is None and (scene is None or isinstance(scene, Mapping)):
             model = (scene or {}).get("model", {})
             preset = None if isinstance(model, Mapping) and "preset" in model else "fast"
@@ -96,15 +110,18 @@ class Rain:
             "wind": wind,
             "extent": extent,
             "near": near,
-            "fov": fov,
             "preset": preset,
         }
-        self._made = (scene, keys, seed, device)
+        values = {"seed": seed, "fov": fov}
+        # What is pickled later is of the same rain, whatever becomes of the caller's dict and arrays.
+        self._made = copy.deepcopy((dict(scene) if isinstance(scene, Mapping) else scene, keys, values, device))
         self._open()
 
     def _open(self) -> None:
-        scene, keys, seed, device = self._made
-        self._scene = read(scene, keys).with_(seed=seed)
+        scene, keys, values, device = self._made
+        self._scene = read(scene, keys, **values)
+        if not self._scene.names_rain:
+            raise TypeError("rate: give millimetres an hour, or a scene with rain")
         self._session = _native.Session(device_of(device))
 
     def __getstate__(self) -> Any:
@@ -126,6 +143,7 @@ class Rain:
         seed: int | None = None,
         time: float | None = None,
         moved: Sequence[float] | None = None,
+        fps: float | None = None,
     ) -> Picture:
         """Draws the rain over a picture.
 
@@ -138,33 +156,41 @@ class Rain:
             environment: H x 2H x 3, a latitude-longitude panorama of what the drops show; guessed from the picture if None,
                 with a `RaindropsNote`.
             fov: vertical field of view in degrees.
-            seed: chooses the drops' places.
+            seed: chooses the drops' places, but of rain with a seed of its own.
             time: seconds; the same seed at another time is the same rain later.
             moved: x, y, z: the camera by so much, scene units, looking the same way; the other eye of a stereo pair.
+            fps: frames a second, of a picture of a video: of motion without a shutter, and of ``camera.shutter_angle``; those
+                of the scene's film if None.
 
         Raises:
             ArrayError: a shape, a type or a place of an array is wrong.
             SceneError: a value is out of its range; a depth is NaN or not over 0.
             NoDeviceError, DeviceError: nothing to draw on.
-            ForkError: the process was forked from one that had drawn.
+            ForkError: the process was forked from one in which raindrops had computed.
         """
-        pixels = _picture(image, "image")
+        if fps is not None:
+            _check_fps(fps)
+        given = _array_of(image, "image")
+        pixels = _picture(given, "image")
         height, width, _ = pixels.shape
         way = None if moved is None else tuple(float(part) for part in moved)
         if way is not None and len(way) != 3:
             raise ValueError(f"moved: {len(way)} numbers; give three, x, y and z")
-        scene = self._scene.with_(size=(width, height), seed=seed, time=time, fov=fov, moved=way)
+        scene = changed(self._scene, size=(width, height), seed=seed, time=time, fov=fov, moved=way, fps=fps)
+        depths = None
+        if depth is not None:
+            depths, depth_invalid = _depth(depth, pixels.shape, depth_invalid)
         drawing = _native.Drawing(
             self._session,
             scene,
             color=pixels,
-            depth=None if depth is None else _depth(depth, pixels.shape),
+            depth=depths,
             depth_kind=depth_kind,
             depth_invalid=depth_invalid,
             environment=None if environment is None else _picture(environment, "environment"),
         )
-        given = getattr(image, "dtype", pixels.dtype)
-        return Picture(drawing, np.float16 if given == np.float16 else pixels.dtype)
+        is_half = given.dtype.newbyteorder("=") == np.float16
+        return Picture(drawing, np.float16 if is_half else pixels.dtype)
 
     def video(
         self,
@@ -180,12 +206,11 @@ class Rain:
         Args:
             frames: pictures as of `over`.
             depth: as many depths.
-            fps: frames a second.
+            fps: frames a second; also of motion and of ``camera.shutter_angle``.
             start: seconds of the first frame; the scene's time if None.
             **keywords: as of `over`.
         """
-        if not fps > 0:
-            raise ValueError(f"fps = {fps} is not over 0")
+        _check_fps(fps)
         first = self._scene.time if start is None else start
         depths = None if depth is None else iter(depth)
         for number, image in enumerate(frames):
@@ -194,7 +219,12 @@ class Rain:
                 of_frame = next(depths, None)
                 if of_frame is None:
                     raise ValueError(f"depth: there is none for frame {number}")
-            yield self.over(image, depth=of_frame, time=first + number / fps, **keywords)
+            yield self.over(image, depth=of_frame, time=first + number / fps, fps=fps, **keywords)
+
+
+def _check_fps(fps: float) -> None:
+    if not 0 < fps < float("inf"):
+        raise ValueError(f"fps = {fps} is not finite and over 0")
 
 
 def render(
@@ -224,11 +254,12 @@ def render(
     Raises:
         As `Rain.over`.
     """
-    keys = {"rate": rate, "shutter": shutter, "fov": fov, "preset": preset, "time": time}
-    made = read(scene, keys).with_(size=size, seed=seed)
+    number = _whole(frame, "frame", 2**32 - 1)
+    keys = {"rate": rate, "shutter": shutter, "preset": preset, "time": time}
+    made = read(scene, keys, size=size, seed=seed, fov=fov)
     around = None if environment is None else _picture(environment, "environment")
     session = _native.Session(device_of(device))
-    return Picture(_native.Drawing(session, made, environment=around, frame=frame), np.float32)
+    return Picture(_native.Drawing(session, made, environment=around, frame=number), np.float32)
 
 
 def reference(
@@ -259,12 +290,12 @@ def reference(
         SceneError, ArrayError, FileError: as `render`.
         KeyboardInterrupt: it was interrupted.
     """
-    if not 1 <= samples <= 1 << 20:
-        raise ValueError(f"samples = {samples} is not within 1 to {1 << 20}")
+    samples = _whole(samples, "samples", 1 << 20, 1)
+    sample_seed = _whole(sample_seed, "sample_seed", _MOST_SEED)
     if rain_to is not None and not 0 <= rain_to < float("inf"):
         raise ValueError(f"rain_to = {rain_to}: give metres, 0 or more")
-    keys = {"rate": rate, "shutter": shutter, "fov": fov, "time": time}
-    made = read(scene, keys).with_(size=size, seed=seed)
+    keys = {"rate": rate, "shutter": shutter, "time": time}
+    made = read(scene, keys, size=size, seed=seed, fov=fov)
     around = None if environment is None else _picture(environment, "environment")
     drawing = _native.Drawing(_native.Session(), made, environment=around)
     return Reference(*drawing.reference(samples, seed=sample_seed, rain_to=rain_to))

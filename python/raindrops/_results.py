@@ -35,7 +35,7 @@ class Layers(Mapping[str, npt.NDArray[Any]]):
     ``R G B A`` float16: premultiplied light and opacity; over a picture: ``rgb + (1 - A) * picture``. ``Z`` float32:
     depth of the nearest drop's centre along the view axis, scene units, inf where no drop is. ``motion.X motion.Y``
     float16: pixels right and down. ``count`` uint32: drops that cover a part of the pixel. ``id`` uint64: number of the
-    nearest drop, 0 for none.
+    nearest drop, 0 for none. ``pane.A`` float16, of a scene with a pane alone: part of the pixel that drops on it cover.
 
     ``Z``, ``motion``, ``count`` and ``id`` are of drops that are drawn one by one: with a shutter most drops are streaks
     of one colour, which have none, unless the preset is ``exact``.
@@ -51,6 +51,8 @@ class Layers(Mapping[str, npt.NDArray[Any]]):
         self._all["motion.Y"] = self.motion[..., 1]
         self._all["count"] = drawn["count"]
         self._all["id"] = drawn["id"]
+        if "pane.A" in drawn:
+            self._all["pane.A"] = drawn["pane.A"].view(np.float16)
 
     def __getitem__(self, name: str) -> npt.NDArray[Any]:
         return self._all[name]

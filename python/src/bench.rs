@@ -1,7 +1,9 @@
 //! Frame times, as the command `bench` measures them.
 
+use std::sync::Arc;
+
 use pyo3::prelude::*;
-use raindrops::device::user_folder;
+use raindrops::device::{Device, user_folder};
 use raindrops::environment::Environment;
 use raindrops::measure::bench::{Effort, Row, Variant, measure};
 use raindrops::measure::{self, costs::costs};
@@ -63,8 +65,7 @@ pub fn bench(
         amounts.push(Amount::Own);
     }
     let effort = Effort { seconds, frames, stop };
-    let measured = listening(py, || -> raindrops::Result<_> {
-        let device = session.device()?;
+    let work = |device: &Arc<Device>| -> raindrops::Result<_> {
         let environment = Environment::of(&scene.scene)?;
         let (mut rows, mut remarks) = (Vec::new(), Vec::new());
         for amount in &amounts {
@@ -78,8 +79,8 @@ pub fn bench(
                 scene.read_shelter()?;
                 let choice = match preset {
                     Preset::Auto => {
-                        let costs = costs(&device, user_folder().as_deref(), crate::process::say)?;
-                        measure::resolve(&device, &scene, &environment, &costs)?
+                        let costs = costs(device, user_folder().as_deref(), crate::process::say)?;
+                        measure::resolve(device, &scene, &environment, &costs)?
                     }
                     _ => None,
                 };
@@ -89,13 +90,14 @@ pub fn bench(
                     variants.push(Variant { plan, scene: scene.clone() });
                 }
             }
-            let measured = measure(&device, &environment, &variants, effort, &|_| ())?;
+            let measured = measure(device, &environment, &variants, effort, &|_| ())?;
             for (variant, of) in variants.iter().zip(&measured) {
                 rows.push(Row::new(variant, &environment, of, None));
             }
         }
         Ok((rows, remarks))
-    })?;
+    };
+    let measured = listening(py, || session.on_device(work))?;
     tell_said(py)?;
     let (rows, remarks) = measured.raise(py)?;
     tell(py, "", &remarks)?;

@@ -6,6 +6,7 @@ use half::f16;
 use numpy::{PyArray2, PyArray3, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use raindrops::Error;
 use raindrops::device::{Device, user_folder};
 use raindrops::environment::Environment;
 use raindrops::environment::guess::is_guessed;
@@ -22,6 +23,7 @@ use raindrops::renderer::parts::Parts;
 use raindrops::renderer::{FrameReport, RainField, lost_light};
 use raindrops::scene::Scene as Parsed;
 use raindrops::scene::background::{Background, DepthKind};
+use raindrops::scene::film::Film;
 use raindrops::scene::model::Preset;
 
 use crate::arrays::{Pixels, linear, plane, volume};
@@ -66,7 +68,7 @@ impl Drawing {
         frame: u32,
     ) -> PyResult<Self> {
         enter()?;
-        let mut scene = scene.scene.clone();
+        let (mut scene, fps) = (scene.scene.clone(), scene.fps);
         let depth_kind = match depth_kind {
             "planar" => DepthKind::Planar,
             "radial" => DepthKind::Radial,
@@ -87,13 +89,20 @@ impl Drawing {
                 scene.background = Background::default();
             }
             scene.read_shelter()?;
-            let mut frame = scene.film.frame(&scene, frame);
-            frame.read_particles()?;
-            let until = scene.motion_end(&frame, 0);
+            let mut shown = scene.film.frame(&scene, frame);
+            shown.read_particles()?;
+            let until = match fps {
+                Some(fps) => {
+                    // The next picture of a video is so much later, whatever the pace of a film.
+                    let film = Film { fps, ..Film::default() };
+                    Parsed { film, ..shown.clone() }.motion_end(&shown, 0)
+                }
+                None => scene.motion_end(&shown, frame),
+            };
             let held = session.get();
             let (environment, remarks) = surroundings(held, &scene, plate.as_ref(), around)?;
             let environment = held.known(environment);
-            Ok((Self::of(scene, (frame, until), plate, environment, session), remarks))
+            Ok((Self::of(scene, (shown, until), plate, environment, session), remarks))
         });
         let (drawing, remarks) = made.raise(py)?;
         tell(py, "", &remarks)?;
@@ -116,7 +125,8 @@ impl Drawing {
         volume(py, &bytes, size)
     }
 
-    /// Every layer, H x W, as a dict; `color` is H x W x 4 and `motion` H x W x 2, halves as their bits.
+    /// Every layer, H x W, as a dict; `color` is H x W x 4 and `motion` H x W x 2, halves as their bits; `pane.A` with a
+    /// pane alone.
     fn layers<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let layers = self.draw(py, |device| self.layers_of(device, &self.frame, true))?;
         let size = (layers.width, layers.height);
@@ -127,6 +137,9 @@ impl Drawing {
         all.set_item("Z", plane(py, layers.depth, size)?)?;
         all.set_item("count", plane(py, layers.count, size)?)?;
         all.set_item("id", plane(py, layers.id, size)?)?;
+        if !layers.glass.is_empty() {
+            all.set_item("pane.A", plane(py, bits(&layers.glass), size)?)?;
+        }
         Ok(all)
     }
 
@@ -139,7 +152,8 @@ impl Drawing {
             let (layers, mut remarks) = self.layers_of(device, &self.frame, false)?;
             let (medium, more) = self.layers_of(device, &self.frame.as_medium(), false)?;
             remarks.extend(more);
-            let (behind, more) = self.radiance_of(device, &self.frame.without_rain())?;
+            let behind = Parsed { pane: None, ..self.frame.without_rain() };
+            let (behind, more) = self.radiance_of(device, &behind)?;
             remarks.extend(more);
             Ok((Masks::of(&layers, &medium, &behind), remarks))
         })?;
@@ -168,7 +182,7 @@ impl Drawing {
                 Some(plate) => plate.clone(),
                 None => Plate::of(&scene)?,
             };
-            let tracer = Tracer::new(&scene, &self.environment, truth).before(plate).until(stop);
+            let tracer = Tracer::new_until(&scene, &self.environment, truth, stop).before(plate);
             Ok(tracer.trace(&|_| ()))
         })?;
         let traced = traced.raise(py)?;
@@ -197,7 +211,7 @@ impl Drawing {
         work: impl FnOnce(&Arc<Device>) -> raindrops::Result<Drawn<T>> + Send,
     ) -> PyResult<T> {
         enter()?;
-        let made = py.detach(|| work(&self.session.get().device()?));
+        let made = py.detach(|| self.session.get().on_device(work));
         tell_said(py)?;
         let (made, remarks) = made.raise(py)?;
         tell(py, "", &remarks)?;
@@ -289,6 +303,16 @@ impl Drawing {
     }
 }
 
+/// A problem of an environment that is in no file.
+fn of_array(error: Error) -> Error {
+    match error {
+        Error::Environment { path, problem } => {
+            Error::Scene { place: format!("environment {}", path.display()), problem }
+        }
+        other => other,
+    }
+}
+
 /// What is around the drops, and what is worth saying of it and of the background: as the command `render` has it.
 fn surroundings(
     session: &Session,
@@ -308,11 +332,11 @@ fn surroundings(
     };
     let environment = match (around, color) {
         (Some(Picture { width, height, pixels }), _) => {
-            Environment::from_texels("array", width, height, pixels)?
+            Environment::from_texels("array", width, height, pixels).map_err(of_array)?
         }
         (None, Some(color)) if is_plain => {
             remarks.push(guessed("the picture"));
-            session.guess(scene).around(color)?
+            session.guess(scene).around(color).map_err(of_array)?
         }
         _ => {
             if is_guessed(scene) {

@@ -17,8 +17,8 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use raindrops::picture::metrics;
 use raindrops::picture::tone_map::{Exposure, exposure_of};
-use raindrops::scene::ToneMap;
 use raindrops::scene::model::Operator;
+use raindrops::scene::{MAX_DROPS, MAX_IMAGE_EDGE, ToneMap};
 
 use self::arrays::{Pixels, srgb};
 use self::raise::Raise as _;
@@ -68,6 +68,8 @@ fn compare<'py>(
 #[pymodule]
 fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add("MOST_EDGE", MAX_IMAGE_EDGE)?;
+    module.add("MOST_DROPS", MAX_DROPS)?;
     module.add_class::<scene::Scene>()?;
     module.add_class::<process::Session>()?;
     module.add_class::<drawing::Drawing>()?;

@@ -1,7 +1,7 @@
 //! The devices of this process: opened with the first picture, kept until it ends, and never touched by a forked child.
 //!
-//! A driver's threads do not go along into a forked child, so that a wait for one of them would never end. Who computes
-//! first owns what is opened; another process that finds it in its memory is refused.
+//! Threads, a driver's or those that trace and compare, do not go along into a forked child, so that a wait for one of them
+//! would never end. Who computes first owns what is opened; another process that finds it in its memory is refused.
 
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -34,9 +34,10 @@ pub fn enter() -> PyResult<()> {
     match OWNER.compare_exchange(0, own, Ordering::AcqRel, Ordering::Acquire) {
         Err(owner) if owner != own => Err(Python::attach(|py| {
             let message = format!(
-                "process {own} was forked from {owner} after that one had drawn, and a graphics driver does not work in \
-                 such a child; start workers by spawn or forkserver (multiprocessing.get_context(\"spawn\"), \
-                 DataLoader(multiprocessing_context=\"spawn\")), or draw nothing before they are forked"
+                "process {own} was forked from {owner} after raindrops had computed in that one, whose threads, a graphics \
+                 driver's among them, such a child lacks; start workers by spawn or forkserver \
+                 (multiprocessing.get_context(\"spawn\"), DataLoader(multiprocessing_context=\"spawn\")), or call nothing \
+                 that computes before they are forked"
             );
             exception(py, "ForkError", &message)
         })),
@@ -107,9 +108,18 @@ impl Session {
 }
 
 impl Session {
-    /// The device.
-    pub fn device(&self) -> raindrops::Result<Arc<Device>> {
-        device(self.wanted.as_deref())
+    /// What `work` makes on the device. One that is lost on the way is forgotten, so that the next picture opens another.
+    pub fn on_device<T>(
+        &self,
+        work: impl FnOnce(&Arc<Device>) -> raindrops::Result<T>,
+    ) -> raindrops::Result<T> {
+        let device = device(self.wanted.as_deref())?;
+        work(&device).inspect_err(|error| {
+            if error.is_lost() {
+                lock(&OPENED).retain(|(_, kept)| !Arc::ptr_eq(kept, &device));
+                lock(&self.lit).0 = None;
+            }
+        })
     }
 
     /// The guess of what is around a picture behind a scene's drops.
@@ -134,7 +144,10 @@ impl Session {
         environment: &Arc<Environment>,
     ) -> raindrops::Result<Arc<Lighting>> {
         let mut lit = lock(&self.lit);
-        if let Some((_, lighting)) = lit.0.as_ref().filter(|(of, _)| is_same(of, environment)) {
+        let fits = |(of, lighting): &&(Arc<Environment>, Arc<Lighting>)| {
+            is_same(of, environment) && Arc::ptr_eq(lighting.device(), device)
+        };
+        if let Some((_, lighting)) = lit.0.as_ref().filter(fits) {
             return Ok(lighting.clone());
         }
         let lighting = Arc::new(Lighting::new(device, environment)?);

@@ -30,8 +30,8 @@ impl<T> Raise<T> for raindrops::Result<T> {
                 Error::DeviceLacks { .. } => {
                     ("DeviceError", "; device= chooses, raindrops.devices() lists them")
                 }
-                Error::Scene { .. } | Error::Environment { .. } => ("SceneError", ""),
-                Error::File { .. } => ("FileError", ""),
+                Error::Scene { .. } => ("SceneError", ""),
+                Error::File { .. } | Error::Environment { .. } => ("FileError", ""),
                 Error::Vulkan { .. } | Error::Memory { .. } | Error::Limit { .. } => ("DeviceError", ""),
                 _ => ("Error", ""),
             };

@@ -85,6 +85,84 @@ def test_layers(command, tmp_path):
     assert (number > 0).any() and np.isfinite(layers["Z"]).any()
 
 
+#: A drop that falls through the middle of the picture in a third of a second.
+FALLING = """
+[image]
+width = 32
+height = 24
+[[drop]]
+center = [0.0, 1.5, -6.0]
+radius = 1.0
+velocity = [0.0, -9.0, 0.0]
+[model]
+preset = "fast"
+"""
+
+
+def motion(path) -> np.ndarray:
+    every = channels(path)
+    return np.stack([every["motion.X"], every["motion.Y"]], axis=2)
+
+
+@pytest.mark.parametrize("number", [0, 5])
+def test_motion_of_a_films_frame(command, tmp_path, number):
+    path = tmp_path / "falling.toml"
+    path.write_text(FALLING)
+    command("render", path, "--frame", number, "--layers", "-o", "frame.exr")
+    drawn = raindrops.render(path, frame=number).motion
+    np.testing.assert_array_equal(drawn, motion(tmp_path / "frame.exr"))
+    assert drawn[..., 1].max() > 0.5, "it falls by 0.3 m, which is half a pixel and more"
+
+
+def test_motion_and_shutter_of_a_video_are_of_its_frames(command, tmp_path):
+    path = tmp_path / "falling.toml"
+    path.write_text(FALLING)
+    plate = np.random.default_rng(1).random((24, 32, 3), np.float32)
+    write(tmp_path / "photo.exr", R=plate[..., 0], G=plate[..., 1], B=plate[..., 2])
+    words = ["--fps", 12, "--frame", 1, "--layers", "--background", "photo.exr"]
+    command("render", path, *words, "-o", "frame.exr")
+    for falling in [path, FALLING + "[film]\nfps = -60.0\npace = [{ at = 0.0, rate = 1.0 }]\n"]:
+        _, second = raindrops.Rain(scene=falling).video([plate] * 2, fps=12)
+        np.testing.assert_array_equal(second.motion, motion(tmp_path / "frame.exr"))
+    # Half of a turn is half of a frame.
+    angle = raindrops.Rain(scene=FALLING + "[camera]\nshutter_angle = 180.0\n")
+    shutter = raindrops.Rain(scene=FALLING, shutter=0.5 / 12)
+    _, second = angle.video([plate] * 2, fps=12)
+    np.testing.assert_array_equal(second.image, shutter.over(plate, time=1 / 12).image)
+    assert (second.image != angle.over(plate, time=1 / 12).image).any()
+
+
+PANE = """
+seed = 3
+[image]
+width = 32
+height = 24
+[rain]
+rate = 50.0
+[pane]
+distance = 0.3
+[[pane.drop]]
+at = [0.05, 0.02]
+radius = 0.08
+[model]
+preset = "fast"
+"""
+
+
+def test_layers_and_masks_of_a_pane(command, tmp_path):
+    path = tmp_path / "pane.toml"
+    path.write_text(PANE)
+    command("render", path, "--layers", "-o", "pane.exr")
+    picture, written = raindrops.render(path), channels(tmp_path / "pane.exr")
+    np.testing.assert_array_equal(picture.layers["pane.A"], written["pane.A"])
+    assert picture.layers["pane.A"].dtype == np.float16 and 0 < picture.layers["pane.A"].mean() < 1
+    command("dataset", path, "--masks", "--views", 1, "-o", "set")
+    written = channels(tmp_path / "set/00000/mask.exr")
+    picture = raindrops.render(tmp_path / "set/00000/scene.toml")
+    for name, mask in [("opacity", picture.opacity), ("contrast", picture.contrast)]:
+        np.testing.assert_array_equal(mask.astype(np.float16), written[name], err_msg=name)
+
+
 @pytest.mark.parametrize("kind", ["planar", "radial"])
 def test_over(command, tmp_path, image, depth, kind):
     plate = (image / np.float32(255)).astype(np.float32)

@@ -51,6 +51,19 @@ def test_depths(rain, image, depth):
         rain.over(image, depth=depth, depth_kind="along")
 
 
+@pytest.mark.parametrize("kind", ["float16", "float32", "float64", ">f4"])
+def test_an_unknown_depth_is_a_number_of_the_depths_own_type(rain, image, depth, kind):
+    holes = depth.astype(kind)
+    holes[30, 7] = 0.1
+    with pytest.warns(raindrops.RaindropsNote, match="1 texels of unknown depth"):
+        rain.over(image, depth=holes, depth_invalid=0.1)
+
+
+def test_the_sky_is_no_unknown_depth(rain, image, depth):
+    with pytest.warns(raindrops.RaindropsNote, match="0 texels of unknown depth"):
+        rain.over(image, depth=depth.astype(np.float16), depth_invalid=65535)
+
+
 def test_environments(rain, image):
     with pytest.raises(raindrops.SceneError, match="is 64 x 40, but a latitude-longitude image is twice as wide"):
         rain.over(image, environment=image)
@@ -58,6 +71,17 @@ def test_environments(rain, image):
     panorama[2, 3] = np.nan
     with pytest.warns(raindrops.RaindropsWarning, match="1 NaN"):
         rain.over(image, environment=panorama)
+
+
+@pytest.mark.parametrize("content", [None, b"no picture"])
+def test_an_environment_that_is_no_file_or_no_picture(tmp_path, content):
+    path = tmp_path / "sky.exr"
+    if content is not None:
+        path.write_bytes(content)
+    scene = {"environment": {"file": path}, "image": {"width": 8, "height": 8}}
+    for call in [raindrops.render, raindrops.reference, raindrops.bench]:
+        with pytest.raises(raindrops.FileError, match="sky.exr"):
+            call(scene)
 
 
 def test_pixels_that_are_no_number_are_mended_with_a_warning(rain, image):
@@ -93,6 +117,31 @@ def test_strides_types_and_read_only_arrays_make_no_difference(rain, image):
     swapped = half.astype(np.float32).astype(">f4")
     np.testing.assert_array_equal(rain.over(swapped).image, rain.over(half).linear)
 
+    class Half:
+        dtype = "torch.float16"
+
+        def __array__(self, dtype=None, copy=None):
+            return half
+
+    for other in [half.astype(">f2"), Half()]:
+        drawn = rain.over(other).image
+        assert drawn.dtype == np.float16
+        np.testing.assert_array_equal(drawn, rain.over(half).image)
+
+
+@pytest.mark.parametrize("kind", ["float16", "float32", "float64"])
+def test_arrays_may_begin_anywhere(rain, image, depth, kind):
+    def apart(made: np.ndarray) -> np.ndarray:
+        there = np.frombuffer(b"-" + made.tobytes(), made.dtype, offset=1).reshape(made.shape)
+        assert not there.flags.aligned
+        return there
+
+    plate = (image / np.float32(255)).astype(np.float16 if kind == "float16" else np.float32)
+    depth = depth.astype(kind)
+    drawn = rain.over(apart(plate), depth=apart(depth)).image
+    np.testing.assert_array_equal(drawn, rain.over(plate, depth=depth).image)
+    assert raindrops.compare(apart(plate), plate).flip == 0
+
 
 @pytest.mark.parametrize(
     ("scene", "said"),
@@ -118,6 +167,20 @@ def test_the_line_is_the_commands(command, tmp_path):
     assert said.strip().endswith(str(raised.value)) and "wrong.toml:3" in said
 
 
+def test_a_rain_without_rain(tmp_path):
+    path = tmp_path / "scene.toml"
+    path.write_text("seed = 1\n")
+    for scene in [None, {}, {"camera": {"near": 0.3}}, "seed = 1\n", path]:
+        with pytest.raises(TypeError, match="rate: give millimetres an hour, or a scene with rain"):
+            raindrops.Rain(scene=scene)
+        raindrops.Rain(rate=25, scene=scene)
+    # The default's own drops may be asked for.
+    path.write_text("[rain]\ncount = 1_000_000\n")
+    drop = {"center": [0.0, 0.0, -3.0], "radius": 1.0}
+    for scene in [path, path.read_text(), {"rain": {}}, {"rain": {"count": 0}}, {"drop": [drop]}, {"pane": {"distance": 0.3}}]:
+        raindrops.Rain(scene=scene)
+
+
 def test_values(image):
     for call, error, said in [
         (lambda: raindrops.Rain(rate=0), raindrops.SceneError, "rate"),
@@ -132,6 +195,17 @@ def test_values(image):
         (lambda: raindrops.compare(image, image[1:]), raindrops.ArrayError, "sizes must agree"),
         (lambda: raindrops.compare(image, image.astype(np.float32)), raindrops.ArrayError, "compare uint8 with uint8"),
         (lambda: raindrops.bench(preset="faster"), raindrops.SceneError, "faster"),
+        (lambda: raindrops.Rain(rate=25, seed=-1), raindrops.SceneError, r"seed = -1 is not within 0 to 2\*\*64 - 1"),
+        (lambda: raindrops.Rain(rate=25).over(image, seed=1 << 64), raindrops.SceneError, "seed = 18446744073709551616 is not"),
+        (lambda: raindrops.render(seed=0.5), TypeError, "seed: a float is no whole number"),
+        (lambda: raindrops.render(size=(-1, 8)), raindrops.SceneError, "width = -1 is not within 1 to 32768"),
+        (lambda: raindrops.bench(size=(8, 1 << 40)), raindrops.SceneError, "height = 1099511627776 is not within"),
+        (lambda: raindrops.render(frame=-1), raindrops.SceneError, "frame = -1 is not within"),
+        (lambda: raindrops.reference(sample_seed=-1), raindrops.SceneError, "sample_seed = -1"),
+        (lambda: raindrops.bench(drops=[8, -1]), raindrops.SceneError, "drops = -1"),
+        (lambda: raindrops.bench(min_frames=-1), raindrops.SceneError, "min_frames = -1"),
+        (lambda: raindrops.Rain(rate=25).over(image, fps=0), ValueError, "fps = 0 is not finite and over 0"),
+        (lambda: next(raindrops.Rain(rate=25).video([image], fps=float("inf"))), ValueError, "fps = inf"),
     ]:
         with pytest.raises(error, match=said):
             call()

@@ -20,6 +20,30 @@ def test_a_video_is_one_rain_in_time(image):
         list(rain.video([image] * 2, depth=[np.ones((40, 64), np.float32)]))
 
 
+def test_time_goes_on_for_a_running_pane(image):
+    def glass(age: float, time: float) -> np.ndarray:
+        pane = {"distance": 0.3, "rate": 100.0, "velocity": [0.0, 0.0, -9.0], "simulation": "running", "age": age}
+        return raindrops.Rain(scene={"pane": pane}).over(image[:8, :8], time=time).layers["pane.A"]
+
+    np.testing.assert_array_equal(glass(2.0, 3.0), glass(5.0, 0.0))
+    assert (glass(2.0, 3.0) != glass(2.0, 0.0)).any()
+
+
+def test_a_films_camera_is_moved_and_takes_the_angle(image):
+    def seen(position: float, angle: float, **values) -> np.ndarray:
+        at = {"position": [position, 0.0, 0.0], "target": [position, 0.0, -1.0]}
+        keys = [{"at": seconds, "vertical_fov": angle, **at} for seconds in (0.0, 1.0)]
+        drop = {"center": [0.0, 0.0, -4.0], "radius": 0.5}
+        rain = raindrops.Rain(scene={"drop": [drop], "film": {"camera": keys}}, fov=values.pop("of_all", None))
+        return rain.over(image, environment=image[:32], **values).image
+
+    wanted = seen(0.25, 50.0)
+    np.testing.assert_array_equal(seen(0.0, 90.0, moved=(0.25, 0, 0), fov=50), wanted)
+    np.testing.assert_array_equal(seen(0.25, 90.0, of_all=50), wanted)
+    for other in [seen(0.0, 50.0), seen(0.25, 90.0)]:
+        assert (other != wanted).any()
+
+
 def test_both_eyes_see_the_same_drops(image):
     rain = raindrops.Rain(rate=100, near=0.3)
     eyes = [rain.over(image, seed=1, moved=(x, 0, 0)).layers for x in (-0.03, 0.03)]

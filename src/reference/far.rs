@@ -188,9 +188,10 @@ impl FarRain {
         view: &View,
         truth: &Truth,
         indices: &[(f64, DVec3)],
+        stop: fn() -> bool,
     ) {
         if let (Some(suns), Some((law, _))) = (&mut self.suns, &self.flat) {
-            suns.flat = FlatLight::new(*view, law, &suns.bright.regions, truth, indices);
+            suns.flat = FlatLight::new(*view, law, &suns.bright.regions, truth, indices, stop);
         }
     }
 

@@ -131,6 +131,7 @@ impl FlatLight {
         regions: &[Region],
         truth: &Truth,
         indices: &[(f64, DVec3)],
+        stop: fn() -> bool,
     ) -> Option<Self> {
         let from = law.from.max(SMALLEST_FLATTENED);
         if law.to <= from {
@@ -149,7 +150,7 @@ impl FlatLight {
                 let mut light = vec![DVec3::ZERO; blocks.count()];
                 for (region, source) in regions.iter().zip(0_u32..) {
                     let share = light_of(region) / all;
-                    let beam = Beam { blocks: &blocks, region, share, truth, indices };
+                    let beam = Beam { blocks: &blocks, region, share, truth, indices, stop };
                     let salt = (class as u32) << 16 | source;
                     beam.follow([edges[class], edges[class + 1]], salt, &mut light);
                 }
@@ -181,6 +182,7 @@ struct Beam<'a> {
     share: f64,
     truth: &'a Truth,
     indices: &'a [(f64, DVec3)],
+    stop: fn() -> bool,
 }
 
 impl Beam<'_> {
@@ -208,7 +210,8 @@ impl Beam<'_> {
             let count = if is_shown { (rays * part.area() / shown).ceil() } else { 1.0 };
             let share = HALF * HALF * part.area() / count;
             let strata = Strata::new(count as u32, seed ^ u64::from(salt) << 32);
-            for ((x, y), sample) in strata.places(number).zip(0_u32..) {
+            let places = strata.places(number).zip(0_u32..);
+            for ((x, y), sample) in places.take_while(|_| !(self.stop)()) {
                 let random = pcg4d([number, sample, salt ^ seed as u32, !(seed >> 32) as u32]);
                 let [height, turn, size, _] = random.map(unit);
                 let source = self.region.at(height, turn);

@@ -159,7 +159,7 @@ pub struct Tracer<'a> {
     tree: Tree,
     rain: Option<Box<Weather>>,
     pane: Option<Box<Pane>>,
-    /// See [`Tracer::until`].
+    /// See [`Tracer::new_until`].
     stop: fn() -> bool,
 }
 
@@ -175,8 +175,20 @@ struct Around<'a> {
 impl<'a> Tracer<'a> {
     /// The drops of a validated scene. The scene's models are ignored: the reference has none.
     pub fn new(scene: &Scene, environment: &'a Environment, truth: Truth) -> Self {
+        Self::new_until(scene, environment, truth, || false)
+    }
+
+    /// Like [`Tracer::new`]. Once `stop` is true, this and [`Tracer::trace`] end early, and the picture is incomplete. It is asked
+    /// at every sample: one pixel may take minutes.
+    pub fn new_until(
+        scene: &Scene,
+        environment: &'a Environment,
+        truth: Truth,
+        stop: fn() -> bool,
+    ) -> Self {
         let drops = of_scene(scene);
-        let mut tracer = Self::of_drops(Eye::of_scene(scene), drops, environment, truth);
+        let eye = Eye::of_scene(scene);
+        let mut tracer = Self { stop, ..Self::of_drops(eye, drops, environment, truth) };
         tracer.pane = Pane::new(scene).map(Box::new);
         // Images of a bare sun are looked for without a pane alone.
         tracer.glints = tracer.glints.filter(|_| tracer.pane.is_none());
@@ -186,7 +198,7 @@ impl<'a> Tracer<'a> {
         };
         let bound = truth.rain_to.unwrap_or(bound).min(rain.extent);
         let mut far = FarRain::new(scene, &rain, bound, environment, &truth, &indices);
-        far.light_flat_drops(&tracer.eye.view, &truth, &indices);
+        far.light_flat_drops(&tracer.eye.view, &truth, &indices, stop);
         let rain = Weather { near: NearRain::new(scene, &rain, bound), far };
         Self { indices, glints: None, rain: Some(Box::new(rain)), ..tracer }
     }
@@ -214,11 +226,6 @@ impl<'a> Tracer<'a> {
     /// These drops before a background of the picture's size.
     pub fn before(self, plate: Plate) -> Self {
         Self { plate, ..self }
-    }
-
-    /// [`Tracer::trace`] ends early once `stop` is true, with an incomplete picture.
-    pub fn until(self, stop: fn() -> bool) -> Self {
-        Self { stop, ..self }
     }
 
     /// The drops, and which of them a ray meets.
@@ -297,7 +304,8 @@ impl<'a> Tracer<'a> {
     pub fn with_seed(&self, seed: u64) -> Self {
         let mut tracer = Self { truth: Truth { seed, ..self.truth }, ..self.clone() };
         if let Some(rain) = tracer.rain.as_mut().filter(|_| seed != self.truth.seed) {
-            rain.far.light_flat_drops(&tracer.eye.view, &tracer.truth, &tracer.indices);
+            let stop = self.stop;
+            rain.far.light_flat_drops(&tracer.eye.view, &tracer.truth, &tracer.indices, stop);
         }
         tracer
     }
@@ -389,7 +397,7 @@ impl<'a> Tracer<'a> {
                 let (mut radiance, mut covered, mut opacity) = (DVec3::ZERO, 0.0, 0.0);
                 samples.of_pixel(pixel, places);
                 on_pane.clear();
-                for sample in places.iter() {
+                for sample in places.iter().take_while(|_| !(self.stop)()) {
                     let Passed { light, left: through, drop, ray, from } =
                         self.pass(&self.eye.ray(x, y, sample));
                     radiance += light;

@@ -91,7 +91,7 @@ impl Tracer<'_> {
         let all: Vec<(u32, u32)> = self.pixels_of(left, upper).collect();
         let pyramid = self.pyramid_of(left, upper);
         let together = (PATHS / self.truth.samples.max(1) as usize).max(1);
-        let parts = all.chunks(together).flat_map(|part| {
+        let parts = all.chunks(together).take_while(|_| !(self.stop)()).flat_map(|part| {
             let pixel = |at: &(u32, u32)| self.begin(rain, *at, samples, scratch);
             let mut pixels: Vec<Pixel> = part.iter().map(pixel).collect();
             self.follow(rain, &pyramid, &mut pixels, &mut scratch.candidates);
@@ -144,6 +144,9 @@ impl Tracer<'_> {
     ) {
         let mut shells = vec![Shell { from: 0.0, to: f64::INFINITY }];
         while let Some(shell) = shells.pop() {
+            if (self.stop)() {
+                return;
+            }
             let goes_on = |path: &Path| path.left > 0.0 && path.reach > shell.from;
             if !pixels.iter().any(|pixel| pixel.paths.iter().any(goes_on)) {
                 break;
@@ -163,6 +166,9 @@ impl Tracer<'_> {
                 let around =
                     Around { tree: &tree, glints: false, small: rain.far.small_drops(*sun) };
                 for path in paths.iter_mut().filter(|path| goes_on(path)) {
+                    if (self.stop)() {
+                        return;
+                    }
                     let ray = path.ray;
                     let start = start.after(path.from);
                     let next = |after: Hit| {
@@ -227,7 +233,8 @@ impl Tracer<'_> {
     /// The drops that a pixel's samples meet in the medium.
     fn mean_of_medium(&self, rain: &Weather, pixel: &Pixel) -> Mean {
         let mut mean = Mean::default();
-        for path in pixel.paths.iter().filter(|path| path.left > 0.0) {
+        let left = pixel.paths.iter().filter(|path| path.left > 0.0);
+        for path in left.take_while(|_| !(self.stop)()) {
             let direction = path.ray.direction;
             if through_medium(rain, path, pixel.clear) < 1.0 {
                 let (indices, all) = (&self.indices, self.environment);

@@ -43,7 +43,7 @@ pub fn expected_s(
 fn truth_s(scene: &StudyScene, samples: u32) -> Result<f64> {
     let of = |samples: u32| -> Result<f64> {
         let start = Instant::now();
-        let tracer = tracer(scene, &scene.frames[0], samples)?;
+        let tracer = tracer(scene, &scene.frames[0], samples, || false)?;
         let set_up = start.elapsed();
         let tiles: Vec<u32> = (0..tracer.tiles()).step_by(EVERY).collect();
         tiles.par_iter().for_each(|tile| drop(tracer.trace_tile(*tile)));

@@ -81,7 +81,7 @@ pub fn study(
     // The first frame is traced twice.
     let part = |done: usize, share: f64| share_truth((done as f64 + share) / (count + 1.0));
     for (number, frame) in scene.frames.iter().enumerate() {
-        let tracer = tracer(scene, frame, effort.truth_samples)?.until(effort.time.stop);
+        let tracer = tracer(scene, frame, effort.truth_samples, effort.time.stop)?;
         let done = if number == 0 { 0 } else { number + 1 };
         let traced = tracer.trace(&|share| part(done, share));
         let exposure = exposure_of(&frame.tone_map, &traced.picture);
@@ -158,9 +158,14 @@ pub fn study(
 }
 
 /// A frame of a scene, made ready for its truth.
-pub(super) fn tracer<'a>(scene: &'a StudyScene, frame: &Scene, samples: u32) -> Result<Tracer<'a>> {
+pub(super) fn tracer<'a>(
+    scene: &'a StudyScene,
+    frame: &Scene,
+    samples: u32,
+    stop: fn() -> bool,
+) -> Result<Tracer<'a>> {
     let truth = Truth { samples, ..Truth::default() };
-    Ok(Tracer::new(frame, &scene.environment, truth).before(Plate::of(frame)?))
+    Ok(Tracer::new_until(frame, &scene.environment, truth, stop).before(Plate::of(frame)?))
 }
 
 /// What a picture without any error is off by from a truth, given another truth of other samples. Both have the same
