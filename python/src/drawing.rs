@@ -144,6 +144,7 @@ impl Drawing {
     }
 
     /// Opacity and contrast of single drops, H x W float32 each.
+    #[allow(clippy::type_complexity, reason = "two arrays")]
     fn masks<'py>(
         &self,
         py: Python<'py>,

@@ -210,22 +210,22 @@ def test_objects_pickle(image):
 
 
 @pytest.mark.parametrize(
-    "traced",
+    ("traced", "after"),
     [
         # Many tiles; one that takes long, of drops in a box, of far rain; what is prepared for rain, a ray for each sample.
-        """{"image": {"width": 4096, "height": 4096}, "rain": {"count": 1000}}, samples=64""",
-        """{"image": {"width": 8, "height": 8}, "rain": {"count": 3000, "radius": 0.001}}, samples=1 << 20""",
-        """{"image": {"width": 8, "height": 8}, "rain": {"rate": 100.0}}, samples=1, rain_to=60""",
-        """{"image": {"width": 64, "height": 64}, "rain": {"rate": 100.0}}, samples=1 << 16, rain_to=0""",
+        ("""{"image": {"width": 4096, "height": 4096}, "rain": {"count": 1000}}, samples=64""", 1),
+        ("""{"image": {"width": 8, "height": 8}, "rain": {"count": 3000, "radius": 0.001}}, samples=1 << 20""", 1),
+        ("""{"image": {"width": 8, "height": 8}, "rain": {"rate": 100.0}}, samples=1, rain_to=60""", 4),
+        ("""{"image": {"width": 64, "height": 64}, "rain": {"rate": 100.0}}, samples=1 << 16, rain_to=0""", 1),
     ],
 )
-def test_ctrl_c_ends_a_reference(python, traced):
+def test_ctrl_c_ends_a_reference(python, traced, after):
     status, said = python(
         f"""
         import os, signal, threading, time
         import raindrops
 
-        threading.Timer(1.0, os.kill, (os.getpid(), signal.SIGINT)).start()
+        threading.Timer({after}, os.kill, (os.getpid(), signal.SIGINT)).start()
         try:
             raindrops.reference({traced})
         except KeyboardInterrupt:
