@@ -196,12 +196,15 @@ pub(super) fn png_of_16_bits(bytes: &[u8], what: &str) -> Result<(usize, usize, 
     })
 }
 
-/// Gives texels that hold `invalid` the depth of the nearest one that does not; returns how many there are.
+/// Gives texels that hold `invalid` the depth of the nearest one that does not; returns how many there are. Of most files they
+/// are float32, in which a number such as 0.1 is another.
 fn fill_unknown(values: &mut [f64], width: usize, invalid: f64) -> Result<usize, String> {
-    let is_known: Vec<bool> = values
-        .iter()
-        .map(|value| if invalid.is_nan() { !value.is_nan() } else { *value != invalid })
-        .collect();
+    let in_float32 = f64::from(invalid as f32);
+    let is_unknown = |value: f64| match invalid.is_nan() {
+        true => value.is_nan(),
+        false => value == invalid || value == in_float32 && in_float32.is_finite(),
+    };
+    let is_known: Vec<bool> = values.iter().map(|value| !is_unknown(*value)).collect();
     let count = is_known.iter().filter(|known| !**known).count();
     if count == values.len() {
         return Err(format!("has no known depth: every texel is {invalid}"));
@@ -269,7 +272,20 @@ fn nearest(is_known: &[bool], width: usize) -> Vec<usize> {
 
 #[cfg(test)]
 mod tests {
-    use super::nearest;
+    use super::{fill_unknown, nearest};
+
+    /// 0.1 of a scene is that of a file in float32; what is beyond float32 is not the infinity of the sky.
+    #[test]
+    fn an_unknown_depth_is_found_as_float32_holds_it() {
+        let filled = |stored: f32, invalid: f64| {
+            let mut values = [2.0, stored.into(), f64::INFINITY];
+            (fill_unknown(&mut values, 3, invalid), values)
+        };
+        assert_eq!(filled(0.1, 0.1), (Ok(1), [2.0, 2.0, f64::INFINITY]));
+        let others = [2.0, 0.25, f64::INFINITY];
+        assert_eq!(filled(0.25, 0.1), (Ok(0), others));
+        assert_eq!(filled(0.25, 1e300), (Ok(0), others));
+    }
 
     /// Against a search over all, for patterns with few, many and lined-up known pixels.
     #[test]

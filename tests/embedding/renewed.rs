@@ -1,11 +1,13 @@
 //! Light that a host renews: that of the same environment when it is prepared on the CPU.
 
-use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering::SeqCst};
+use std::sync::{Arc, Mutex, mpsc};
+use std::time::Duration;
 
 use ash::vk;
 use glam::{DVec3, Vec3};
 use half::f16;
-use raindrops::device::{Device, HostImage, ImageState};
+use raindrops::device::{Device, HostImage, ImageState, requirements};
 use raindrops::environment::Environment;
 use raindrops::picture::Picture;
 use raindrops::picture::metrics::{box_filter, rel_mse};
@@ -13,7 +15,7 @@ use raindrops::plan::{Output, plan};
 use raindrops::renderer::{
     FrameInput, HostEnvironment, Lighting, LiveInfo, RainField, View, ViewInfo,
 };
-use raindrops::scene::model::Preset;
+use raindrops::scene::model::{Fresnel, Preset};
 use raindrops::scene::{PlacedDrop, Scene};
 
 use crate::common::{self, with_halo};
@@ -118,6 +120,68 @@ fn error(expected: &Picture, found: &Picture) -> f64 {
     rel_mse(&box_filter(expected), &box_filter(found), None)
 }
 
+/// A host may hold its queue's lock while it records: another view of the same light that waits for it keeps nothing that a frame
+/// needs.
+#[test]
+fn a_frame_is_recorded_while_another_view_waits_for_the_queue() {
+    let host = crate::embedded::host(Preset::Fast);
+    let (scene, sky) = (scene(Preset::Fast), environment());
+    let (waits, waiting) = mpsc::channel();
+    let (recorded, goes_on) = mpsc::channel();
+    let (is_held, goes_on) = (Arc::new(AtomicBool::new(false)), Mutex::new(goes_on));
+    let (mut lent, held) = (host.lent(), is_held.clone());
+    lent.queue_lock = Some(Arc::new(move |work: &mut dyn FnMut()| {
+        if held.load(SeqCst) {
+            waits.send(()).expect("a frame is recorded");
+            // So long only if the frame waits as well.
+            let wait = goes_on.lock().expect("no panic").recv_timeout(Duration::from_secs(60));
+            held.store(wait.is_ok(), SeqCst);
+        }
+        work();
+    }));
+    // SAFETY: as in `on_host`.
+    let device = unsafe { Device::import(lent, &requirements(Preset::Fast)) }.expect("a device");
+    let live = LiveInfo { height: sky.height(), cube: false, ..LiveInfo::default() };
+    let light = Arc::new(Lighting::live(&device, live).expect("light"));
+    let rain = Arc::new(RainField::new(&device, &scene));
+    let view = |scene: &Scene| {
+        let plan = plan(scene, &sky, Output::Radiance).expect("a plan");
+        View::new(&light, &rain, scene, &plan, &ViewInfo::default()).expect("a view")
+    };
+    let mut embedded = Embedded::new(&host, &device, &scene, &ViewInfo::default());
+    embedded.view = view(&scene);
+    let image = uploaded(&host, &sky);
+    let mut other = scene.clone();
+    other.model.fresnel = Some(Fresnel::Schlick);
+    is_held.store(true, SeqCst);
+    let frames = std::thread::scope(|threads| {
+        let made = threads.spawn(|| drop(view(&other)));
+        let mut frames = 0;
+        while !made.is_finished() {
+            if waiting.recv_timeout(Duration::from_millis(10)).is_err() {
+                continue;
+            }
+            host.begin(embedded.commands[0]);
+            let input = in_light_of(FrameInput::new(&scene, embedded.output()), &image);
+            // SAFETY: as they are described; it is thrown away.
+            unsafe { embedded.view.record(embedded.commands[0], 0, &input) }.expect("a recording");
+            host.end(embedded.commands[0]);
+            // SAFETY: see above.
+            unsafe { embedded.view.retired(0) }.expect("no report");
+            frames += 1;
+            recorded.send(()).expect("the view is made");
+        }
+        frames
+    });
+    assert!(is_held.load(SeqCst), "a frame waited for a view that waited for the queue");
+    assert!(frames > 0, "the control: the view waits for the queue");
+    is_held.store(false, SeqCst);
+    host.destroy_image(embedded.target);
+    host.destroy_image(image);
+    drop((embedded.view, light, rain, device));
+    assert_eq!(host.messages(), Vec::<String>::new());
+}
+
 /// Rain in other light than that of `Embedded::new`.
 fn by(
     host: &Host,
@@ -159,6 +223,13 @@ fn uploaded(host: &Host, sky: &Environment) -> Texture {
     image
 }
 
+fn in_light_of<'a>(input: FrameInput<'a>, named: &Texture) -> FrameInput<'a> {
+    let Texture { image, view, format, size, .. } = *named;
+    let (entry, exit) = (ImageState::SAMPLED, ImageState::SAMPLED);
+    let image = HostImage { entry, exit, ..HostImage::color(image, view, format, size) };
+    input.around(HostEnvironment::new(image))
+}
+
 /// A frame in the light of an image, or in that which is there.
 fn frame(
     embedded: &mut Embedded,
@@ -167,16 +238,8 @@ fn frame(
     scene: &Scene,
     named: Option<&Texture>,
 ) -> Picture {
-    let mut input = FrameInput::new(scene, embedded.output());
-    if let Some(Texture { image, view, format, size, .. }) = named {
-        let state = ImageState::SAMPLED;
-        let image = HostImage {
-            entry: state,
-            exit: state,
-            ..HostImage::color(*image, *view, *format, *size)
-        };
-        input = input.around(HostEnvironment::new(image));
-    }
+    let input = FrameInput::new(scene, embedded.output());
+    let input = named.iter().fold(input, |input, image| in_light_of(input, image));
     let report = embedded.draw(host, number % 2, &input);
     println!("{:?}", &report.passes_ms[..2]);
     as_picture(&embedded.read(host))
