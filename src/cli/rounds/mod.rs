@@ -338,18 +338,45 @@ pub fn passed_on(command: &clap::Command, matches: &ArgMatches, own: &[String]) 
         if own.iter().any(|own| own == id) || !given {
             continue;
         }
-        let values = matches.get_raw(id).into_iter().flatten();
-        let joined = values.collect::<Vec<_>>().join(&OsString::from(","));
+        let mut values: Vec<OsString> =
+            matches.get_raw(id).into_iter().flatten().map(OsString::from).collect();
+        if argument.get_value_delimiter().is_some() {
+            values = vec![values.join(&OsString::from(","))];
+        }
         match argument.get_long() {
-            None => arguments.push(joined),
+            None => arguments.extend(values),
             Some(long) if argument.get_action().takes_values() => {
-                // One argument, so that a value may begin with a dash.
-                let mut option = OsString::from(format!("--{long}="));
-                option.push(joined);
-                arguments.push(option);
+                arguments.extend(values.into_iter().map(|value| {
+                    // One argument, so that a value may begin with a dash.
+                    let mut option = OsString::from(format!("--{long}="));
+                    option.push(value);
+                    option
+                }));
             }
             Some(long) => arguments.push(format!("--{long}").into()),
         }
     }
     arguments
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::{Arg, ArgAction, Command};
+
+    use super::passed_on;
+
+    /// An option that is given twice stays two; a list stays one.
+    #[test]
+    fn options_are_passed_on_as_they_were_given() {
+        let command = Command::new("bench")
+            .arg(Arg::new("set").long("set").action(ArgAction::Append))
+            .arg(Arg::new("drops").long("drops").value_delimiter(',').action(ArgAction::Append))
+            .arg(Arg::new("quiet").long("quiet").action(ArgAction::SetTrue))
+            .arg(Arg::new("rounds").long("rounds"))
+            .arg(Arg::new("scene"));
+        let given = "bench --set=a=1,2 --set=b=-3 --drops 1,2 --quiet --rounds 5 rain.toml";
+        let matches = command.clone().get_matches_from(given.split(' '));
+        let passed = passed_on(&command, &matches, &["rounds".into()]);
+        assert_eq!(passed, ["--set=a=1,2", "--set=b=-3", "--drops=1,2", "--quiet", "rain.toml"]);
+    }
 }
