@@ -82,7 +82,7 @@ void add_record(inout Depths depths, const uint kind, uint record, uvec4 first, 
     add_depths(depths, first.x, above, below);
 }
 
-// Streaks that an invocation of a GPU walks over, at most: a watchdog resets it.
+// Streaks that an invocation of a GPU walks over, at most: before a watchdog resets the device.
 const uint MOST_STREAKS = 65535;
 
 // Whether a walk along a list was ended early: by MOST_STREAKS, or by llvmpipe, which ends all loops of eight invocations after

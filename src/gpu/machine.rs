@@ -29,8 +29,8 @@ impl Machine {
     }
 
     /// Whether shaders are laid out for a GPU, where they have the choice (`FOR_GPU`):
-    /// - Four words that lie together are stored at once. A CPU driver stores word by word, so there only those are that are read.
-    /// - What an invocation walks over is bounded before a watchdog would reset the device. llvmpipe ends loops by itself.
+    /// - Four words that lie together are stored at once. A CPU driver stores word by word: of a splat's four links those in use.
+    /// - The streaks that an invocation walks over are bounded: a watchdog would reset the device. llvmpipe ends loops itself.
     /// - A pass of a loop takes one splat, not two, for fewer registers. A CPU driver writes back all pixels after each pass.
     pub fn is_gpu(self) -> bool {
         self == Self::Gpu

@@ -12,9 +12,9 @@
 //! was right. The few tiles where it was not are done again by a second dispatch, their lists sorted
 //! (`tile_order.glsl`; on a GPU before it, by `order_lists.comp`).
 //!
-//! Streaks are in lists of their own, which a tile walks once before each of its larger drops. What an invocation walks is
-//! bounded (by llvmpipe itself, elsewhere by `MOST_STREAKS`), so a tile with many of both is left to a third dispatch, a workgroup a tile, which walks them
-//! once (`crowded_tile.glsl`): whether or not it is, the tile has the same bytes.
+//! Streaks are in lists of their own, which a tile walks once before each of its larger drops. What an invocation may walk is
+//! bounded, on a GPU by `MOST_STREAKS`, on llvmpipe by the driver. So a tile with many of both is left to a third dispatch, a
+//! workgroup a tile, which walks them once (`crowded_tile.glsl`): whether or not it is, the tile has the same bytes.
 //!
 //! No dispatch goes through more than `MOST_ENTRIES` of a list, so that each ends before a watchdog would reset the device. Longer
 //! lists, of very many drops on few pixels, are gone on with by further dispatches (`unfinished_tile.glsl`), and are not sorted: that
