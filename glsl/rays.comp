@@ -36,8 +36,8 @@ const uint LEAST_FLAT_RAYS = 4;
 // from `low` to `high`: a drop far smaller than the pixel gets all of them. `pixels`: its radius. Places where the drop is
 // farther than `behind` count as if they missed it.
 uint color(vec2 low, vec2 high, vec4 sphere, Body body, float pixels, vec2 moved, float behind, bool is_moving) {
-    vec3 sum = vec3(0.0);
-    float hits = 0.0, weights = 0.0;
+    RestingRays mean = RestingRays(vec3(0.0), 0.0, 0.0);
+    float hits = 0.0;
     mat3 world = mat3(frame.right.xyz, frame.up.xyz, frame.back.xyz);
     vec2 extent = high - low;
     // The samples' spacing; half of it for drops under two pixels, whose coarse levels are blurred as
@@ -51,9 +51,9 @@ uint color(vec2 low, vec2 high, vec4 sphere, Body body, float pixels, vec2 moved
     if (MOTION != 0u && is_moving) rays = 0u;
     float step = spacing * sqrt(extent.x * extent.y / float(rays)) / pixels;
     // The condition stands last: where it stands first, llvmpipe runs a loop's body once more, with no lane in it.
-    uint i = 0u;
+    uint first = rays, before = 0u, i = 0u;
     if (i < rays) do {
-        vec3 d = normalize(ray_through(low + fract(place_of(i++, rays) + moved) * extent));
+        vec3 d = normalize(ray_through(low + fract(place_of(i++ - before, rays - before) + moved) * extent));
         // From the centre to the ray; the cross product keeps its digits at the rim.
         vec3 to_ray = cross(cross(d, sphere.xyz), d) / -sphere.w;
         float b = length(to_ray);
@@ -65,18 +65,22 @@ uint color(vec2 low, vec2 high, vec4 sphere, Body body, float pixels, vec2 moved
             weight = flat_ray.hits && dot(d, sphere.xyz) > 0.0 ? 1.0 : 1e-4;
             hits += weight;
             if (HAS_DEPTH != 0u && dot(d, sphere.xyz) + sphere.w * front_in(flat_ray, body) >= behind) weight = 1e-4;
-            sum += weight * light_in(flat_ray, body, world, step);
-            weights += weight;
-            continue;
+            add(mean, light_in(flat_ray, body, world, step), weight);
+        } else {
+            hits += weight;
+            if (HAS_DEPTH != 0u && dot(d, sphere.xyz) - sphere.w * sqrt((1.0 - held) * (1.0 + held)) >= behind) weight = 1e-4;
+            Intersection e = Intersection(d, to_ray / max(b, 1e-9), held, sqrt((1.0 - held) * (1.0 + held)));
+            add(mean, drop_light(environment_map, e, world, step), weight);
         }
-        hits += weight;
-        if (HAS_DEPTH != 0u && dot(d, sphere.xyz) - sphere.w * sqrt((1.0 - held) * (1.0 + held)) >= behind) weight = 1e-4;
-        Intersection e = Intersection(d, to_ray / max(b, 1e-9), held, sqrt((1.0 - held) * (1.0 + held)));
-        sum += weight * drop_light(environment_map, e, world, step);
-        weights += weight;
+        if (UNSURE_RAYS > MOST_RAYS && i == first) {
+            // More of them, with places of their own.
+            rays = max(rays, min(rays_for(mean), UNSURE_RAYS));
+            step *= sqrt(float(first) / float(rays));
+            before = first;
+        }
     } while (i < rays);
     // A drop beside the camera has no outline that would tell where it is: its rays do.
-    return (body.is_flat ? !body.has_outline : is_beside(sphere.xyz, sphere.w)) && hits < 0.5 * float(rays) ? NO_COLOR : pack_radiance(sum / weights);
+    return (body.is_flat ? !body.has_outline : is_beside(sphere.xyz, sphere.w)) && hits < 0.5 * float(rays) ? NO_COLOR : pack_radiance(mean.sum / mean.weights);
 }
 
 #include "moving_rays.glsl"

@@ -18,6 +18,7 @@
 #include "frame.glsl"
 #include "projection.glsl"
 #include "environment.glsl"
+#include "fine_radiance.glsl"
 #ifdef BEFORE
 #define REACH_ACCESS writeonly
 #endif
@@ -78,24 +79,19 @@ uint samples_along(float focal) {
     return thirds <= 1.0 ? 1u : thirds <= 2.0 ? 2u : 4u;
 }
 
-// Places on a lens's disc that the sky is the mean of: each stands for a 64th of it.
-const uint LENS_PLACES = 64;
+// Places on a lens's disc that the sky is the mean of, each for its share of it: usually, and beside something much brighter.
+const uint LENS_PLACES = 64, LENS_PLACES_BRIGHT = 512;
+// Parts along an edge of such a pixel.
+const uint BRIGHT_EDGE = 4;
+// How much brighter what is around is then.
+const float MUCH_BRIGHTER = 1.5;
 
-// The light behind a pixel; `pixel`: of the whole picture.
-vec3 light_behind(uvec2 pixel, mat3 world) {
-    float focal = frame.image.z, blur = is_lens() && frame.lens.w >= LEAST_BLUR_PX ? frame.lens.w : 0.0;
-    uint edge = samples_along(focal);
-#ifdef BEFORE
-    // A picture is sharp, whatever the lens.
-    if (HAS_COLOR != 0u || LAYERS != 0u) {
-        edge = 1u;
-        blur = 0.0;
-    }
-#endif
-    float share = 1.0 / float(edge);
-    uint places = blur > 0.0 ? LENS_PLACES : edge * edge;
-    float spread = blur > 0.0 ? sqrt((1.0 + PI * blur * blur) / float(LENS_PLACES)) : share;
-    vec3 c = vec3(0.0);
+// The mean of the environment over so many places, or parts along an edge, of a pixel. `level_of`: of the angle of one.
+vec3 mean_of_sky(uvec2 pixel, mat3 world, uint edge, float blur, uint on_lens) {
+    float focal = frame.image.z, share = 1.0 / float(edge);
+    uint places = blur > 0.0 ? on_lens : edge * edge;
+    float spread = blur > 0.0 ? sqrt((1.0 + PI * blur * blur) / float(on_lens)) : share;
+    vec3 sum = vec3(0.0);
     for (uint i = 0u; i < places; ++i) {
         vec2 at = share * (vec2(i % edge, i / edge) + 0.5);
         if (HAS_LENS != 0u && blur > 0.0) {
@@ -103,16 +99,47 @@ vec3 light_behind(uvec2 pixel, mat3 world) {
         }
         vec3 ray = ray_through(vec2(pixel) + at);
         float far = length(ray);
-#ifdef BEFORE
-        vec3 behind = LAYERS != 0u ? vec3(0.0) : HAS_COLOR != 0u
-            ? push.color_scale * texelFetch(color_image, min(ivec2(pixel), textureSize(color_image, 0) - 1), 0).rgb
-            : radiance(whole_map, world * ray / far, spread * sqrt(focal / far) / far);
-#else
-        vec3 behind = radiance(whole_map, world * ray / far, spread * sqrt(focal / far) / far);
-#endif
-        c += behind;
+        sum += radiance(whole_map, world * ray / far, spread * sqrt(focal / far) / far);
     }
-    return c * (blur > 0.0 ? 1.0 / float(LENS_PLACES) : share * share);
+    return sum / float(places);
+}
+
+// The same of a sharp pixel that is no larger than a texel or so, exactly.
+vec3 exact_mean_of_sky(uvec2 pixel, mat3 world) {
+    const float SHARE = 1.0 / float(BRIGHT_EDGE);
+    vec3 sum = vec3(0.0);
+    for (uint i = 0u; i < BRIGHT_EDGE * BRIGHT_EDGE; ++i) {
+        vec2 at = SHARE * (vec2(i % BRIGHT_EDGE, i / BRIGHT_EDGE) + 0.5);
+        sum += radiance_around(whole_map, world * ray_through(vec2(pixel) + at), SHARE * mat2x3(world[0], world[1]));
+    }
+    return SHARE * SHARE * sum;
+}
+
+// The light of the environment behind a pixel; `pixel`: of the whole picture.
+vec3 light_of_sky(uvec2 pixel, mat3 world) {
+    float focal = frame.image.z, blur = is_lens() && frame.lens.w >= LEAST_BLUR_PX ? frame.lens.w : 0.0;
+    uint edge = samples_along(focal);
+    vec3 light = mean_of_sky(pixel, world, edge, blur, LENS_PLACES);
+    // A look around takes as long as all else.
+    if (SAMPLES == 1u) return light;
+    // What is around, as far as three texels or twice the lens's disc.
+    vec3 middle = ray_through(vec2(pixel) + 0.5);
+    float far = length(middle), around = max(3.0 * frame.environment.x, 2.0 * blur / focal);
+    bool is_outshone = any(greaterThan(radiance(whole_map, world * middle / far, around), MUCH_BRIGHTER * light));
+    if (is_outshone && blur > 0.0) return mean_of_sky(pixel, world, edge, blur, LENS_PLACES_BRIGHT);
+    return is_outshone && 1.0 < 2.0 * focal * frame.environment.x ? exact_mean_of_sky(pixel, world) : light;
+}
+
+// The light behind a pixel.
+vec3 light_behind(uvec2 pixel, mat3 world) {
+#ifdef BEFORE
+    if (LAYERS != 0u) return vec3(0.0);
+    // A picture is sharp, whatever the lens.
+    if (HAS_COLOR != 0u) {
+        return push.color_scale * texelFetch(color_image, min(ivec2(pixel), textureSize(color_image, 0) - 1), 0).rgb;
+    }
+#endif
+    return light_of_sky(pixel, world);
 }
 
 void main() {

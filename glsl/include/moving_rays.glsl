@@ -117,7 +117,7 @@ uint moving_color(vec2 corner, vec2 low, vec2 high, vec4 sphere, Body body, vec3
     float step = ray_spacing(area, 0.0, pixels, least);
     covered = 0.0;
     Rays mean = Rays(vec3(0.0), 0.0, 0.0, 0.0);
-    for (; rays < MOST_MOVING_RAYS && (rays < least || !is_known(mean, rays)); ++rays) {
+    for (; rays < max(MOST_MOVING_RAYS, UNSURE_RAYS) && (rays < least || !is_known(mean, rays)); ++rays) {
         vec3 d = normalize(ray_through(low + fract(vec2(0.75487767, 0.56984029) * float(rays) + turned) * extent));
         float nearest;
         vec2 times;

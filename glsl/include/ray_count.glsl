@@ -24,4 +24,27 @@ uint rays_at(float b, float pixels, bool tells_cover) {
     uint most = max(SAMPLES, uint(float(MOST_RAYS) * part));
     return clamp(uint(texels * (float(MOST_RAYS) / MOST_TEXELS)), SAMPLES, most);
 }
+
+// The light that a pixel's rays find of a drop at rest.
+struct RestingRays {
+    vec3 sum;
+    float weights, squares; // of rays; of their luminance
+};
+
+void add(inout RestingRays r, vec3 light, float weight) {
+    float bright = dot(light, vec3(0.2126, 0.7152, 0.0722));
+    r.sum += weight * light;
+    r.weights += weight;
+    r.squares += weight * bright * bright;
+}
+
+// By how much a pixel's light may be off by chance, of its own, as independent rays would have it: these are spread evenly, and off by a
+// third of that. A lamp in a drop of a few pixels is a small part of one, so that the next ray of 16 beside it may be the first to miss it.
+const float KNOWN = 0.1;
+
+// How many rays would tell a pixel's light so well, by those that it has.
+uint rays_for(RestingRays r) {
+    float mean = dot(r.sum, vec3(0.2126, 0.7152, 0.0722)) / r.weights, variance = r.squares / r.weights - mean * mean;
+    return uint(clamp(variance / (KNOWN * KNOWN * mean * mean + 1e-30), 0.0, 1e6));
+}
 #endif

@@ -32,6 +32,7 @@ layout(constant_id = 10) const float RAYS_PX = 12.0; // radius from which it is 
 layout(constant_id = 11) const uint HAS_PLACED = 0;  // 1: some drops are placed by hand, or drops differ
 layout(constant_id = 12) const uint SAMPLES = 1;     // rays a pixel
 layout(constant_id = 28) const uint MOST_RAYS = 1;   // of a pixel, where a drop's light changes fast (ray_count.glsl)
+layout(constant_id = 35) const uint UNSURE_RAYS = 1; // of one whose light those do not tell
 layout(constant_id = 13) const uint HAS_DEPTH = 0;   // 1: what is behind hides drops that are farther (reach.glsl)
 layout(constant_id = 14) const uint MOTION = 0;      // 1: the shutter may be open for a time
 layout(constant_id = 15) const uint SHAPE = 0;       // what drops are that are no spheres in the scene (shape.glsl)

@@ -21,9 +21,9 @@ const LEAST_RAYS: u64 = 4;
 /// Rays of a pixel at most. How many one of a drop that moves or is out of focus has is found as they are traced.
 pub(crate) fn rays_of_a_pixel(plan: &FramePlan) -> u32 {
     match (plan.lens, plan.motion) {
-        (Lens::Pinhole, Motion::Instant) => plan.most_rays,
-        (Lens::Pinhole, _) => plan.most_rays.max(MOST_MOVING_RAYS),
-        _ => plan.most_rays.max(MOST_LENS_RAYS),
+        (Lens::Pinhole, Motion::Instant) => plan.unsure_rays,
+        (Lens::Pinhole, _) => plan.unsure_rays.max(MOST_MOVING_RAYS),
+        _ => plan.unsure_rays.max(MOST_LENS_RAYS),
     }
 }
 

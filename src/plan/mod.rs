@@ -96,6 +96,8 @@ pub struct FramePlan {
     pub samples: u32,
     /// Rays of a pixel at most, where a drop's light changes fast.
     pub most_rays: u32,
+    /// The same, where those do not tell its light.
+    pub unsure_rays: u32,
     /// How drops are shown that move while the shutter is open.
     pub motion: Motion,
     /// How drops out of focus are shown.
@@ -317,7 +319,8 @@ pub fn plan_by(
     refused::check(scene, models, chosen.is_some(), output)?;
     let Models { optics, primitive, order, simulation, samples } = models;
     let by_pictures = optics == Optics::Appearance;
-    let DrawnRays { from_px: rays_px, most: most_rays } = rays_of(scene, models, chosen.is_some());
+    let rays = rays_of(scene, models, chosen.is_some());
+    let DrawnRays { from_px: rays_px, most: most_rays, unsure: unsure_rays } = rays;
     let shape = shape::shape_of(scene, primitive, optics, rays_px)?;
     let light = Light::of(scene, models, chosen, shape.is_traced());
     let motion = motion::motion_of(scene, primitive, optics)?;
@@ -338,6 +341,7 @@ pub fn plan_by(
         rays_px: if by_pictures { rays_px } else { 0.0 },
         samples,
         most_rays,
+        unsure_rays,
         motion,
         lens,
         shape,

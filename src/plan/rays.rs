@@ -17,18 +17,27 @@ const AFFORDABLE: f64 = 30.0;
 const AFFORDABLE_BUBBLES: f64 = 1_000.0;
 /// Most drops, and most bubbles, with a place of their own over which rays are affordable, of whatever size they are.
 const AFFORDABLE_PLACED: [u32; 2] = [44, 444];
+/// And the most squared pixels of radius that more of them may have together.
+const AFFORDABLE_AREA: f64 = 2_000.0;
+/// Radius in pixels beyond which drops have no more rays, but fewer a pixel (`MANY_PX` of `glsl/include/ray_count.glsl`).
+const MANY_PX: f64 = 16.0;
 /// Most rays of a pixel in which a drop's light changes fast, as it does towards the rim; where rays are not affordable, all
 /// pixels have the samples of the model.
 const MOST_FAST_RAYS: u32 = 32;
 /// Most rays of such a pixel where all drops are drawn by rays.
 const MOST_EXACT_RAYS: u32 = 64;
+/// Most rays there of a pixel whose light those do not tell, where small drops are few. (51 flattened drops under six suns: dots of
+/// 1.75 levels to 1.24, rays take twice as long. In real rain under a sun they would take minutes.)
+const MOST_UNSURE_RAYS: u32 = 512;
 
 /// How drops are drawn by rays.
 pub(super) struct DrawnRays {
     /// Radius in pixels from which on they are.
     pub from_px: f32,
-    /// Most rays of a pixel of a drop at rest.
+    /// Most rays of a pixel of a drop at rest, where its light changes fast.
     pub most: u32,
+    /// Most rays of such a pixel, where those do not tell its light.
+    pub unsure: u32,
 }
 
 /// The rays of a scene by these models; `is_chosen`: by `auto`.
@@ -42,7 +51,9 @@ pub(super) fn rays_of(scene: &Scene, models: Models, is_chosen: bool) -> DrawnRa
         (false, _) if !is_weighed => MOST_EXACT_RAYS,
         _ => models.samples,
     };
-    DrawnRays { from_px: affordable_px.unwrap_or(MOST_RAYS_PX), most }
+    let are_few = !by_pictures && affordable_px == Some(RAYS_PX[0]);
+    let unsure = if are_few { MOST_UNSURE_RAYS } else { most };
+    DrawnRays { from_px: affordable_px.unwrap_or(MOST_RAYS_PX), most, unsure }
 }
 
 /// The least radius in pixels over which rays are affordable, if there is one. None in real rain: its drops are no spheres, and
@@ -59,7 +70,20 @@ fn affordable_px(scene: &Scene) -> Option<f32> {
         px * px * (demand::drops_above(scene, px) - f64::from(placed)) <= most
     };
     let are_few = placed <= AFFORDABLE_PLACED[usize::from(is_bubble)];
-    RAYS_PX.into_iter().filter(|_| are_few).find(is_affordable)
+    let is_area_affordable =
+        |px: &f32| are_few || placed_area(scene, (*px).into()) <= AFFORDABLE_AREA;
+    RAYS_PX.into_iter().filter(is_area_affordable).find(is_affordable)
+}
+
+/// The squared radii in pixels, together, of the drops in view that have a place and are no smaller than `px`; a host's particles may
+/// be anywhere.
+fn placed_area(scene: &Scene, px: f64) -> f64 {
+    if scene.host_particles > 0 {
+        return f64::INFINITY;
+    }
+    let view = scene.view();
+    let radii = demand::placed_in_view(scene, &view).map(|(_, _, radius_px)| radius_px);
+    radii.filter(|radius_px| *radius_px >= px).map(|radius_px| radius_px.min(MANY_PX).powi(2)).sum()
 }
 
 #[cfg(test)]
@@ -108,5 +132,31 @@ mod tests {
             assert_eq!(rays(&drop.repeat(count)), drawn, "{count} drops");
         }
         assert_eq!(rays(&format!("{drop}[rain]\ncount = 8000")), (6.0, 32));
+    }
+
+    /// Of 2.2 pixels each, and out of view.
+    #[test]
+    fn more_that_are_small_are_drawn_by_many_rays() {
+        let small = "[[drop]]\ncenter = [0.0, 0.0, -400.0]\nradius = 1.0\n";
+        let aside = "[[drop]]\ncenter = [0.0, 0.0, 9.0]\nradius = 1.0\n".repeat(45);
+        for (count, drawn) in [(380, (1.5, 32)), (450, (3.0, 32))] {
+            assert_eq!(rays(&(small.repeat(count) + &aside)), drawn, "{count} drops");
+        }
+    }
+
+    /// What is asked for is what is done, and in a crowd a sun in every drop would take minutes.
+    #[test]
+    fn exact_is_surer_of_a_few_drops() {
+        let white = Environment::constant(glam::Vec3::ONE);
+        let most = |text: &str| {
+            let scene =
+                Scene::parse(&format!("{text}\npreset = \"exact\""), "a.toml").expect("a scene");
+            let plan = plan(&scene, &white, Output::Display).expect("a plan");
+            [plan.samples, plan.most_rays, plan.unsure_rays]
+        };
+        assert_eq!(most("[rain]\ncount = 2000\n[model]"), [16, 64, 512]);
+        assert_eq!(most("[rain]\ncount = 3000\n[model]"), [16, 64, 64]);
+        assert_eq!(most("[rain]\nrate = 25.0\n[model]"), [16, 64, 64]);
+        assert_eq!(most("[rain]\ncount = 2000\n[model]\nsamples = 16"), [16, 16, 16]);
     }
 }

@@ -7,6 +7,7 @@ mod shader;
 
 mod adjusted;
 mod auto;
+mod bright_sky;
 mod compact;
 mod divided;
 mod exposure;

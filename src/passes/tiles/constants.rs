@@ -25,6 +25,7 @@ pub fn constants_of(
         [constant::HAS_PLACED, (has_cells || is_several || scene.placed_count() > 0).into()],
         [constant::SAMPLES, plan.samples],
         [constant::MOST_RAYS, plan.most_rays],
+        [constant::UNSURE_RAYS, plan.unsure_rays],
         [constant::SEVERAL, is_several.into()],
         [constant::HAS_DEPTH, has_depth.into()],
         [constant::NEAREST, plan.nearest.into()],
