@@ -223,7 +223,9 @@ bool fill_block(uint at) {
     // The outline's narrower axis: along it a pixel would miss finer texels, and a ramp would be wider than the drop.
     float squares = dot(m, m), most = 0.5 * (squares + sqrt(max(squares * squares - 4.0 * det * det, 0.0)));
     float narrow = radius * sqrt(det / most), edge = picture_edge(narrow, 4u);
-    bool is_box = radius < 1.0 || (radius < BOX_PX && narrow < 1.0);
+    // A needle is no upright box; its cover is told exactly where rays find its light.
+    bool is_long = rays && narrow < 1.0 && radius * radius > narrow;
+    bool is_box = !is_long && (radius < 1.0 || (radius < BOX_PX && narrow < 1.0));
     uint picture = picture_word(r.look & 0xfffu, uint(edge));
     vec2 from = vec2(at_tile * TILE) + 0.5 - r.center;
 
@@ -232,7 +234,7 @@ bool fill_block(uint at) {
     vec4 below = fade * cover(from + vec2(0.0, 1.0), m, half_side, radius, is_box, edge, places_below);
     // Exactly where pixels have so many rays that the ramp's error would show, and the outline crosses the block. (Everywhere the
     // pass took a third longer.) Loops, for CPU drivers run a branch that no lane takes, but no loop without turns.
-    bool is_exact = MOST_RAYS > SAMPLES && rays && !is_box;
+    bool is_exact = is_long || MOST_RAYS > SAMPLES && rays && !is_box;
     uint exact_rows = is_exact && (is_flat || !is_covered(from, m)) ? TILE.y : 0u;
     for (uint row = 0u; row < exact_rows; ++row) {
         vec4 covered = fade * cover_exactly(from + vec2(0.0, row), m, radius, is_flat, l);
