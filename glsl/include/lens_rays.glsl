@@ -10,7 +10,7 @@
 #include "source_light.glsl"
 
 // Fewest rays of a pixel: they are a mean over the lens.
-const uint LEAST_LENS_RAYS = 16;
+const uint LEAST_LENS_RAYS = 16 * SURER;
 // Behind a sphere the environment is blurred by this part of their spacing on it. They take other places in each pixel, so that
 // noise averages out; what is blurred too much does not (by the whole spacing a near drop's light is off by up to a quarter).
 const float LENS_SPACING = 0.2;
@@ -93,9 +93,10 @@ uint lens_color(vec2 corner, vec4 sphere, Body body, vec3 motion, float pixels, 
     mat3 world = mat3(frame.right.xyz, frame.up.xyz, frame.back.xyz);
     uint least = max(SAMPLES, LEAST_LENS_RAYS), rays = 0u;
     vec2 turned = turned_of(corner, moved);
-    // Rays are spread over the pixel and the disc around it, but over no more than the drop has.
+    // Rays are spread over the pixel and the disc around it, but over no more than the drop has; being surer makes them no sharper.
+    uint apart = max(SAMPLES, least / SURER);
     float disc = 3.14159265 * blur * blur, whole = 3.14159265 * pixels * pixels;
-    float step = LENS_SPACING * sqrt((1.0 + min(disc, whole)) / float(least)) / pixels;
+    float step = LENS_SPACING * sqrt((1.0 + min(disc, whole)) / float(apart)) / pixels;
     float way = way_across(normalize(ray_through(corner + 0.5)), motion, radius, pixels);
     // How deep what is behind the pixel is.
     float deep = behind * focal / length(ray_through(corner + 0.5));
@@ -125,7 +126,7 @@ uint lens_color(vec2 corner, vec4 sphere, Body body, vec3 motion, float pixels, 
             if (!flat_ray.hits || dot(d, center) <= 0.0) share = 0.0;
             float front = dot(d, center) + radius * front_in(flat_ray, body);
             if (HAS_DEPTH != 0u && front >= deep / max(-d.z, 1e-6)) share = 0.0;
-            light = light_in(flat_ray, body, world, ray_spacing(1.0, min(disc + passed, whole), pixels, least));
+            light = light_in(flat_ray, body, world, ray_spacing(1.0, min(disc + passed, whole), pixels, apart));
         } else {
             float b = length(to_ray), held = min(b, 0.99999), cosine = sqrt((1.0 - held) * (1.0 + held));
             if (b >= 1.0 || dot(d, center) <= 0.0) share = 0.0;

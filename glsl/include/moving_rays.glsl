@@ -3,6 +3,7 @@
 // The light of a drop that moves, by rays: each meets it for a part of the exposure, in closed form, and follows what it
 // shows at one moment of that.
 #include "places.glsl"
+#include "ray_count.glsl"
 #include "ray_in_shape.glsl"
 #include "shared_exponent.glsl"
 
@@ -10,7 +11,7 @@
 // the time changes it by o of its colour: 64 o² rays have an eighth of one ray's noise at o = 1. The number is left to chance:
 // where the fewest all miss what is bright for a short time, no more follow, and the mean is too dark. With 8, streaks
 // of 100 pixels before a bright window were up to 25 of 255 levels too dark over 8 x 8 pixels, with 16 half as much.
-const uint LEAST_RAYS = 16;
+const uint LEAST_RAYS = 16 * SURER;
 
 uint rays_of(vec3 d, vec3 motion, float radius) {
     float opacity = min(2.0 * radius / max(length(cross(d, motion)), 1e-30), 0.5);
@@ -114,7 +115,8 @@ uint moving_color(vec2 corner, vec2 low, vec2 high, vec4 sphere, Body body, vec3
     vec3 middle = normalize(ray_through(0.5 * (low + high)));
     uint least = rays_of(middle, motion, sphere.w), rays = 0u;
     float area = extent.x * extent.y, way = sqrt(area) * way_across(middle, motion, sphere.w, pixels);
-    float step = ray_spacing(area, 0.0, pixels, least);
+    uint apart = max(SAMPLES, least / SURER);
+    float step = ray_spacing(area, 0.0, pixels, apart);
     covered = 0.0;
     Rays mean = Rays(vec3(0.0), 0.0, 0.0, 0.0);
     for (; rays < max(MOST_MOVING_RAYS, UNSURE_RAYS) && (rays < least || !is_known(mean, rays)); ++rays) {
@@ -133,7 +135,7 @@ uint moving_color(vec2 corner, vec2 low, vec2 high, vec4 sphere, Body body, vec3
         if (body.is_flat) {
             RayInShape flat_ray = ray_in_shape(body, to_ray, d);
             if (HAS_DEPTH != 0u && dot(d, center) + sphere.w * front_in(flat_ray, body) >= behind) share = 0.0;
-            light = light_in(flat_ray, body, world, ray_spacing(area, share * way, pixels, least));
+            light = light_in(flat_ray, body, world, ray_spacing(area, share * way, pixels, apart));
         } else {
             float cosine = sqrt((1.0 - held) * (1.0 + held));
             if (HAS_DEPTH != 0u && dot(d, center) - sphere.w * cosine >= behind) share = 0.0;

@@ -6,6 +6,10 @@
 #include "optics.glsl"
 #include "tile_buffers.glsl"
 
+// How many times as many rays at least a pixel has of a drop that moves or is out of focus, where drops are few: by `exact`, and by `fast`.
+// Where none of the first meets what is bright no more follow, and black dots stand in a bright disc.
+const uint SURER = UNSURE_RAYS > MOST_RAYS ? 4u : SAMPLES == 1u && MOST_RAYS > 1u ? 2u : 1u;
+
 // A pixel has MOST_RAYS where light fans out over so many texels.
 const float MOST_TEXELS = 32.0;
 // Radius in pixels under which drops have half of them: each is a pixel or two, so that chance is seen as flicker.
