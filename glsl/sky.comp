@@ -86,7 +86,7 @@ const uint BRIGHT_EDGE = 4;
 // How much brighter what is around is then.
 const float MUCH_BRIGHTER = 1.5;
 
-// The mean of the environment over so many places, or parts along an edge, of a pixel. `level_of`: of the angle of one.
+// The mean of the environment over a pixel: over so many places on the lens, or, if it is sharp, so many parts along an edge.
 vec3 mean_of_sky(uvec2 pixel, mat3 world, uint edge, float blur, uint on_lens) {
     float focal = frame.image.z, share = 1.0 / float(edge);
     uint places = blur > 0.0 ? on_lens : edge * edge;
@@ -120,7 +120,7 @@ vec3 light_of_sky(uvec2 pixel, mat3 world) {
     float focal = frame.image.z, blur = is_lens() && frame.lens.w >= LEAST_BLUR_PX ? frame.lens.w : 0.0;
     uint edge = samples_along(focal);
     vec3 light = mean_of_sky(pixel, world, edge, blur, LENS_PLACES);
-    // A look around takes as long as all else.
+    // Where a pixel has one ray: a look around takes as long as all else.
     if (SAMPLES == 1u) return light;
     // What is around, as far as three texels or twice the lens's disc.
     vec3 middle = ray_through(vec2(pixel) + 0.5);
