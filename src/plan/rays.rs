@@ -17,7 +17,7 @@ const AFFORDABLE: f64 = 30.0;
 const AFFORDABLE_BUBBLES: f64 = 1_000.0;
 /// Most drops, and most bubbles, with a place of their own over which rays are affordable, of whatever size they are.
 const AFFORDABLE_PLACED: [u32; 2] = [44, 444];
-/// And the most squared pixels of radius that more of them may have together.
+/// And the most squared pixels of radius that more of them may have together, if some are flattened.
 const AFFORDABLE_AREA: f64 = 2_000.0;
 /// Radius in pixels beyond which drops have no more rays, but fewer a pixel (`MANY_PX` of `glsl/include/ray_count.glsl`).
 const MANY_PX: f64 = 16.0;
@@ -70,8 +70,10 @@ fn affordable_px(scene: &Scene) -> Option<f32> {
         px * px * (demand::drops_above(scene, px) - f64::from(placed)) <= most
     };
     let are_few = placed <= AFFORDABLE_PLACED[usize::from(is_bubble)];
+    // Pictures are those of spheres.
+    let are_flat = scene.placed().any(|drop| !drop.is_sphere());
     let is_area_affordable =
-        |px: &f32| are_few || placed_area(scene, (*px).into()) <= AFFORDABLE_AREA;
+        |px: &f32| are_few || are_flat && placed_area(scene, (*px).into()) <= AFFORDABLE_AREA;
     RAYS_PX.into_iter().filter(is_area_affordable).find(is_affordable)
 }
 
@@ -134,10 +136,12 @@ mod tests {
         assert_eq!(rays(&format!("{drop}[rain]\ncount = 8000")), (6.0, 32));
     }
 
-    /// Of 2.05 pixels each, and others out of view.
+    /// Flattened, of 2.05 pixels each, and others out of view.
     #[test]
     fn more_that_are_small_are_drawn_by_many_rays() {
         let small = "[[drop]]\ncenter = [0.0, 0.0, -250.0]\nradius = 1.0\n";
+        assert_eq!(rays(&small.repeat(45)), (12.0, 1), "spheres");
+        let small = &format!("{small}axis_ratio = 0.8\n");
         let aside = "[[drop]]\ncenter = [0.0, 0.0, 9.0]\nradius = 1.0\n".repeat(45);
         for (count, drawn) in [(470, (1.5, 32)), (490, (3.0, 32))] {
             assert_eq!(rays(&(small.repeat(count) + &aside)), drawn, "{count} drops");
