@@ -17,7 +17,7 @@ use crate::rain::thinned::drops_drawn;
 use crate::rain::visibility::Frustum;
 use crate::scene::camera::View;
 use crate::scene::real_rain::RealRain;
-use crate::scene::{PlacedDrop, Scene, ToneMap};
+use crate::scene::{Scene, ToneMap};
 
 /// Smallest radius in pixels by which drops of real rain are told apart, and the number of drops that counts as none.
 const LEAST_RADIUS_PX: f64 = 1e-3;
@@ -70,16 +70,29 @@ impl Demand {
     }
 
     fn add_placed(&mut self, scene: &Scene, view: &View, near_radii: f64) {
-        for (drop, distance, radius_px) in placed_in_view(scene, view) {
-            let pixels = (PI * radius_px * radius_px).min(self.pixels);
-            self.visible += 1.0;
-            self.classes.push(SizeClass {
-                radius_px,
-                is_near: distance < near_radii * drop.radius,
-                share: pixels / self.pixels,
-                weight: pixels / self.pixels,
-                pixels,
-            });
+        for drop in scene.placed() {
+            let v = drop.center_at(scene.time) - view.position;
+            let (x, y, z) = (v.dot(view.right), v.dot(view.up), -v.dot(view.back));
+            let distance = v.length();
+            let reach = |edge: u32| 0.5 * f64::from(edge) / view.focal_px * z + 2.0 * drop.radius;
+            let is_seen = z > -drop.radius
+                && distance > drop.radius
+                && distance >= scene.camera.near
+                && x.abs() < reach(view.width)
+                && y.abs() < reach(view.height);
+            if is_seen {
+                let far = (distance * distance - drop.radius * drop.radius).sqrt();
+                let radius_px = view.focal_px * drop.radius / far;
+                let pixels = (PI * radius_px * radius_px).min(self.pixels);
+                self.visible += 1.0;
+                self.classes.push(SizeClass {
+                    radius_px,
+                    is_near: distance < near_radii * drop.radius,
+                    share: pixels / self.pixels,
+                    weight: pixels / self.pixels,
+                    pixels,
+                });
+            }
         }
     }
 
@@ -153,26 +166,6 @@ pub(super) fn drops_above(scene: &Scene, radius_px: f64) -> f64 {
         f64::from(rain.count) * (volume / (8.0 * half.x * half.y * half.z)).min(1.0)
     };
     placed + scene.populations().iter().map(of_population).sum::<f64>()
-}
-
-/// The drops in view that have a place, how far they are, and their radius in pixels.
-pub(super) fn placed_in_view(
-    scene: &Scene,
-    view: &View,
-) -> impl Iterator<Item = (PlacedDrop, f64, f64)> {
-    scene.placed().filter_map(|drop| {
-        let v = drop.center_at(scene.time) - view.position;
-        let (x, y, z) = (v.dot(view.right), v.dot(view.up), -v.dot(view.back));
-        let distance = v.length();
-        let reach = |edge: u32| 0.5 * f64::from(edge) / view.focal_px * z + 2.0 * drop.radius;
-        let is_seen = z > -drop.radius
-            && distance > drop.radius
-            && distance >= scene.camera.near
-            && x.abs() < reach(view.width)
-            && y.abs() < reach(view.height);
-        let far = (distance * distance - drop.radius * drop.radius).sqrt();
-        is_seen.then(|| (*drop, distance, view.focal_px * drop.radius / far))
-    })
 }
 
 impl Demand {

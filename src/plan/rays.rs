@@ -15,12 +15,8 @@ const AFFORDABLE: f64 = 30.0;
 /// What is affordable of bubbles, in whose pictures light changes fast everywhere, not towards the rim alone. (918 bubbles of up to 12 pixels
 /// under a sky of lamps: RMS error 0.067 to 0.034, largest mean of 8 x 8 pixels 41 to 15 levels.)
 const AFFORDABLE_BUBBLES: f64 = 1_000.0;
-/// Most drops, and most bubbles, with a place of their own over which rays are affordable, of whatever size they are.
+/// Most drops, and most bubbles or drops of `exact`, with a place of their own over which rays are affordable, of whatever size they are.
 const AFFORDABLE_PLACED: [u32; 2] = [44, 444];
-/// And the most squared pixels of radius that more of them may have together, if some are flattened.
-const AFFORDABLE_AREA: f64 = 2_000.0;
-/// Radius in pixels beyond which drops have no more rays, but fewer a pixel (`MANY_PX` of `glsl/include/ray_count.glsl`).
-const MANY_PX: f64 = 16.0;
 /// Most rays of a pixel in which a drop's light changes fast, as it does towards the rim; where rays are not affordable, all
 /// pixels have the samples of the model.
 const MOST_FAST_RAYS: u32 = 32;
@@ -45,7 +41,7 @@ pub(super) fn rays_of(scene: &Scene, models: Models, is_chosen: bool) -> DrawnRa
     let by_pictures = models.optics == Optics::Appearance;
     // A number that is asked for, or that `auto` has weighed, is that of every pixel; its pictures are `fast`'s.
     let is_weighed = scene.model.samples.is_some() || is_chosen && !by_pictures;
-    let affordable_px = affordable_px(scene).filter(|_| !is_weighed);
+    let affordable_px = affordable_px(scene, by_pictures).filter(|_| !is_weighed);
     let most = match (by_pictures, affordable_px) {
         (true, Some(_)) => MOST_FAST_RAYS,
         (false, _) if !is_weighed => MOST_EXACT_RAYS,
@@ -58,7 +54,7 @@ pub(super) fn rays_of(scene: &Scene, models: Models, is_chosen: bool) -> DrawnRa
 
 /// The least radius in pixels over which rays are affordable, if there is one. None in real rain: its drops are no spheres, and
 /// for each of their pixels rays are traced as at the rim. (44 drops of over 1.5 pixels of 25 mm/h took 28 ms of 96.)
-fn affordable_px(scene: &Scene) -> Option<f32> {
+fn affordable_px(scene: &Scene, by_pictures: bool) -> Option<f32> {
     if scene.real_rain().is_some() {
         return None;
     }
@@ -69,23 +65,8 @@ fn affordable_px(scene: &Scene) -> Option<f32> {
         let px = f64::from(*px);
         px * px * (demand::drops_above(scene, px) - f64::from(placed)) <= most
     };
-    let are_few = placed <= AFFORDABLE_PLACED[usize::from(is_bubble)];
-    // Pictures are those of spheres.
-    let are_flat = scene.placed().any(|drop| !drop.is_sphere());
-    let is_area_affordable =
-        |px: &f32| are_few || are_flat && placed_area(scene, (*px).into()) <= AFFORDABLE_AREA;
-    RAYS_PX.into_iter().filter(is_area_affordable).find(is_affordable)
-}
-
-/// The squared radii in pixels, together, of the drops in view that have a place and are no smaller than `px`; a host's particles may
-/// be anywhere.
-fn placed_area(scene: &Scene, px: f64) -> f64 {
-    if scene.host_particles > 0 {
-        return f64::INFINITY;
-    }
-    let view = scene.view();
-    let radii = demand::placed_in_view(scene, &view).map(|(_, _, radius_px)| radius_px);
-    radii.filter(|radius_px| *radius_px >= px).map(|radius_px| radius_px.min(MANY_PX).powi(2)).sum()
+    let are_few = placed <= AFFORDABLE_PLACED[usize::from(is_bubble || !by_pictures)];
+    RAYS_PX.into_iter().filter(|_| are_few).find(is_affordable)
 }
 
 #[cfg(test)]
@@ -136,18 +117,6 @@ mod tests {
         assert_eq!(rays(&format!("{drop}[rain]\ncount = 8000")), (6.0, 32));
     }
 
-    /// Flattened, of 2.05 pixels each, and others out of view.
-    #[test]
-    fn more_that_are_small_are_drawn_by_many_rays() {
-        let small = "[[drop]]\ncenter = [0.0, 0.0, -250.0]\nradius = 1.0\n";
-        assert_eq!(rays(&small.repeat(45)), (12.0, 1), "spheres");
-        let small = &format!("{small}axis_ratio = 0.8\n");
-        let aside = "[[drop]]\ncenter = [0.0, 0.0, 9.0]\nradius = 1.0\n".repeat(45);
-        for (count, drawn) in [(470, (1.5, 32)), (490, (3.0, 32))] {
-            assert_eq!(rays(&(small.repeat(count) + &aside)), drawn, "{count} drops");
-        }
-    }
-
     /// What is asked for is what is done, and in a crowd a sun in every drop would take minutes.
     #[test]
     fn exact_is_surer_of_a_few_drops() {
@@ -162,5 +131,8 @@ mod tests {
         assert_eq!(most("[rain]\ncount = 3000\n[model]"), [16, 64, 64]);
         assert_eq!(most("[rain]\nrate = 25.0\n[model]"), [16, 64, 64]);
         assert_eq!(most("[rain]\ncount = 2000\n[model]\nsamples = 16"), [16, 16, 16]);
+        let drop = "[[drop]]\ncenter = [0.0, 0.0, -9.0]\n";
+        assert_eq!(most(&(drop.repeat(444) + "[model]")), [16, 64, 512]);
+        assert_eq!(most(&(drop.repeat(445) + "[model]")), [16, 64, 64]);
     }
 }
