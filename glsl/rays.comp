@@ -72,7 +72,7 @@ uint color(vec2 low, vec2 high, vec4 sphere, Body body, float pixels, vec2 moved
             Intersection e = Intersection(d, to_ray / max(b, 1e-9), held, sqrt((1.0 - held) * (1.0 + held)));
             add(mean, drop_light(environment_map, e, world, step), weight);
         }
-        if (UNSURE_RAYS > MOST_RAYS && i == first) {
+        if (ARE_FEW && i == first) {
             // More of them, with places of their own.
             rays = max(rays, min(rays_for(mean), UNSURE_RAYS));
             step *= sqrt(float(first) / float(rays));

@@ -104,7 +104,7 @@ vec3 mean_of_sky(uvec2 pixel, mat3 world, uint edge, float blur, uint on_lens) {
     return sum / float(places);
 }
 
-// The same of a sharp pixel that is no larger than a texel or so, exactly.
+// The exact mean over a sharp pixel that is under two texels wide.
 vec3 exact_mean_of_sky(uvec2 pixel, mat3 world) {
     const float SHARE = 1.0 / float(BRIGHT_EDGE);
     vec3 sum = vec3(0.0);

@@ -102,7 +102,7 @@ uint lens_color(vec2 corner, vec4 sphere, Body body, vec3 motion, float pixels, 
     float deep = behind * focal / length(ray_through(corner + 0.5));
     covered = 0.0;
     Rays mean = Rays(vec3(0.0), 0.0, 0.0, 0.0);
-    for (; rays < max(MOST_LENS_RAYS, UNSURE_RAYS) && (rays < least || !is_known(mean, rays)); ++rays) {
+    for (; rays < (ARE_FEW ? UNSURE_RAYS : MOST_LENS_RAYS) && (rays < least || !is_known(mean, rays)); ++rays) {
         vec2 in_pixel = fract(vec2(0.81917251, 0.67104361) * float(rays) + turned.yx);
         vec3 through = ray_through(corner + in_pixel) / focal;
         float share;

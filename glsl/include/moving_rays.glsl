@@ -28,10 +28,6 @@ struct Rays {
     float shares, brightness, squares;
 };
 
-float luminance(vec3 light) {
-    return dot(light, vec3(0.2126, 0.7152, 0.0722));
-}
-
 void add(inout Rays r, vec3 light, float share) {
     r.sum += max(share, 1e-6) * light;
     r.shares += max(share, 1e-6);
@@ -119,7 +115,7 @@ uint moving_color(vec2 corner, vec2 low, vec2 high, vec4 sphere, Body body, vec3
     float step = ray_spacing(area, 0.0, pixels, apart);
     covered = 0.0;
     Rays mean = Rays(vec3(0.0), 0.0, 0.0, 0.0);
-    for (; rays < max(MOST_MOVING_RAYS, UNSURE_RAYS) && (rays < least || !is_known(mean, rays)); ++rays) {
+    for (; rays < (ARE_FEW ? UNSURE_RAYS : MOST_MOVING_RAYS) && (rays < least || !is_known(mean, rays)); ++rays) {
         vec3 d = normalize(ray_through(low + fract(vec2(0.75487767, 0.56984029) * float(rays) + turned) * extent));
         float nearest;
         vec2 times;

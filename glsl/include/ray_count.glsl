@@ -6,9 +6,11 @@
 #include "optics.glsl"
 #include "tile_buffers.glsl"
 
+// Whether `exact` draws so few drops that a pixel may have UNSURE_RAYS.
+const bool ARE_FEW = UNSURE_RAYS > MOST_RAYS;
 // How many times as many rays at least a pixel has of a drop that moves or is out of focus, where drops are few: by `exact`, and by `fast`.
 // Where none of the first meets what is bright no more follow, and black dots stand in a bright disc.
-const uint SURER = UNSURE_RAYS > MOST_RAYS ? 4u : SAMPLES == 1u && MOST_RAYS > 1u ? 2u : 1u;
+const uint SURER = ARE_FEW ? 4u : SAMPLES == 1u && MOST_RAYS > 1u ? 2u : 1u;
 
 // A pixel has MOST_RAYS where light fans out over so many texels.
 const float MOST_TEXELS = 32.0;
@@ -29,6 +31,10 @@ uint rays_at(float b, float pixels, bool tells_cover) {
     return clamp(uint(texels * (float(MOST_RAYS) / MOST_TEXELS)), SAMPLES, most);
 }
 
+float luminance(vec3 light) {
+    return dot(light, vec3(0.2126, 0.7152, 0.0722));
+}
+
 // The light that a pixel's rays find of a drop at rest.
 struct RestingRays {
     vec3 sum;
@@ -36,7 +42,7 @@ struct RestingRays {
 };
 
 void add(inout RestingRays r, vec3 light, float weight) {
-    float bright = dot(light, vec3(0.2126, 0.7152, 0.0722));
+    float bright = luminance(light);
     r.sum += weight * light;
     r.weights += weight;
     r.squares += weight * bright * bright;
@@ -48,7 +54,7 @@ const float KNOWN = 0.1;
 
 // How many rays would tell a pixel's light so well, by those that it has.
 uint rays_for(RestingRays r) {
-    float mean = dot(r.sum, vec3(0.2126, 0.7152, 0.0722)) / r.weights, variance = r.squares / r.weights - mean * mean;
+    float mean = luminance(r.sum) / r.weights, variance = r.squares / r.weights - mean * mean;
     return uint(clamp(variance / (KNOWN * KNOWN * mean * mean + 1e-30), 0.0, 1e6));
 }
 #endif

@@ -96,7 +96,7 @@ pub struct FramePlan {
     pub samples: u32,
     /// Rays of a pixel at most, where a drop's light changes fast.
     pub most_rays: u32,
-    /// The same, where those do not tell its light.
+    /// Rays of a pixel at most, where those do not tell its light.
     pub unsure_rays: u32,
     /// How drops are shown that move while the shutter is open.
     pub motion: Motion,

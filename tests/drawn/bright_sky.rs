@@ -116,3 +116,28 @@ fn few_drops_have_the_rays_that_lamps_ask_for() {
         assert!(own < 0.7 * asked, "{own}, 64 rays {asked}");
     });
 }
+
+/// Where none of a pixel's first 16 rays meets the lamp, no more follow, and it is a black dot in the lamp's bright disc. A number
+/// of rays that is asked for is the control.
+#[test]
+fn a_few_drops_out_of_focus_have_no_dots() {
+    let environment = lamps(128);
+    let mut scene = square(48);
+    scene.camera.vertical_fov = 12.0;
+    (scene.camera.aperture, scene.camera.focus) = (0.5, 60.0);
+    scene.drops = vec![PlacedDrop::sphere(DVec3::new(0.1, 0.05, -9.0), 0.3)];
+    let truth = truth(&scene, &environment, 4096);
+    on_device(|device| {
+        for (preset, samples) in [(Preset::Fast, 1), (Preset::Exact, 16)] {
+            let error = |samples: Option<u32>| {
+                let mut scene = scene.clone();
+                scene.model.preset = preset;
+                scene.model.samples = samples;
+                against(&truth, &picture_of(device, &scene, &environment)).pixels.rms()
+            };
+            let (asked, own) = (error(Some(samples)), error(None));
+            println!("{preset}: {samples} rays {asked:.5}, its own {own:.5}");
+            assert!(own < 0.9 * asked, "{preset}: {own}, {samples} rays {asked}");
+        }
+    });
+}
