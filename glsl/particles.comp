@@ -4,6 +4,7 @@
 // passes read it. One invocation a cluster, whose box it finds as well. See src/passes/particles.rs.
 #include "frame.glsl"
 #include "counters.glsl"
+#include "host_records.glsl"
 #include "pairs.glsl"
 #include "rain.glsl"
 
@@ -31,10 +32,7 @@ layout(push_constant) uniform ParticlesPush {
     uint boxes;           // that of the first cluster's box; NOTHING: there are no clusters
     uint number;          // in layers of a first one without an id
 } push;
-const uint NOTHING = 0xffffffffu;
 
-layout(std430, set = 0, binding = 1) readonly buffer Particles { uint particles[]; };
-layout(std430, set = 0, binding = 2) readonly buffer ParticleCount { uint particle_count[]; };
 layout(std430, set = 0, binding = 3) writeonly buffer PlacedDrops { Placed placed[]; };
 // `placed_motions` and `placed_moved` of the frame's passes, where they read them.
 layout(std430, set = 0, binding = 4) writeonly buffer PlacedMotions { vec4 placed_motions[]; };
@@ -44,11 +42,6 @@ layout(constant_id = 22) const uint NEAREST = 0; // 1: the drops have records
 
 vec3 floats_at(uint word) {
     return uintBitsToFloat(uvec3(particles[word], particles[word + 1u], particles[word + 2u]));
-}
-
-// A compiler may take it that no float is NaN; it cannot of bits.
-bool is_finite(vec3 v) {
-    return all(notEqual(floatBitsToUint(v) & 0x7f800000u, uvec3(0x7f800000u)));
 }
 
 struct Particle {
@@ -101,9 +94,8 @@ void write_none(uint number) {
 void main() {
     uint group = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x;
     uint cluster = group * gl_WorkGroupSize.x + gl_LocalInvocationID.x, first = cluster * CLUSTER;
-    uint claimed = push.count_at == NOTHING ? push.count : particle_count[push.count_at];
-    uint count = min(claimed, push.capacity), unfit = 0u;
-    if (cluster == 0u) counters.beyond = claimed - count;
+    uint claimed = claimed_count(push.count, push.count_at), count = min(claimed, push.capacity), unfit = 0u;
+    if (cluster == 0u) atomicAdd(counters.beyond, claimed - count);
     if (first >= push.most) return;
     Box box = NO_BOX;
     for (uint number = first; number < min(first + CLUSTER, push.most); ++number) {

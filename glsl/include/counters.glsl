@@ -7,7 +7,7 @@ layout(std430, set = 0, binding = 11) buffer Counters {
     uint beside_camera;
     uint lost;
     uint visible[64]; // slots that workgroups take in turn: one counter would be fought over
-    uint unfit;       // particles of a host's that cannot be drawn
+    uint unfit;       // drops of a host's that cannot be drawn
     uint beyond;      // those that it has no room for
 } counters;
 #endif

@@ -13,6 +13,7 @@ pub mod flat_light;
 pub mod frame;
 pub mod glints;
 pub(crate) mod heights;
+pub(crate) mod host_records;
 pub mod layers;
 pub mod mask;
 pub mod motion_depth;

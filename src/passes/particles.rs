@@ -13,6 +13,7 @@ use ash::vk;
 use glam::DVec3;
 
 use super::frame::FrameBuffer;
+use super::host_records::{ParticleCount, Records, Words, word};
 use super::rows_of;
 use super::tiles::Tiles;
 use crate::abi::{CLUSTER, ParticlesPush};
@@ -23,8 +24,6 @@ use crate::scene::model::Motion;
 use crate::scene::{Scene, projection};
 use crate::{Error, Result};
 
-/// In the place of a word's number: there is none.
-const NOTHING: u32 = u32::MAX;
 /// Clusters of a workgroup.
 const GROUP: u32 = group::PARTICLES_COMP[0];
 
@@ -68,33 +67,6 @@ pub struct ParticleLayout {
     pub id: Option<u32>,
 }
 
-/// How many particles there are.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ParticleCount {
-    /// So many.
-    Number(u32),
-    /// The 32 bits at an offset in bytes of this buffer, when the commands are executed.
-    OnDevice(vk::Buffer, u64),
-}
-
-impl ParticleLayout {
-    /// Bytes from a particle's start to the end of its last value.
-    fn end(&self) -> u32 {
-        self.values().map(|(_, at, bytes)| at.saturating_add(bytes)).max().unwrap_or_default()
-    }
-
-    /// Name, offset and bytes of each value that it has.
-    fn values(&self) -> impl Iterator<Item = (&'static str, u32, u32)> {
-        let values = [
-            ("position", Some(self.position), 12),
-            ("radius", Some(self.radius), 4),
-            ("velocity", self.velocity, 12),
-            ("id", self.id, 4),
-        ];
-        values.into_iter().filter_map(|(name, at, bytes)| Some((name, at?, bytes)))
-    }
-}
-
 impl HostParticles {
     /// Particles of a layout, from the start of a buffer of so many bytes on.
     pub fn new(
@@ -107,67 +79,32 @@ impl HostParticles {
         Self { buffer, offset: 0, bytes, layout, count, within, largest_radius }
     }
 
-    /// How many of `most` the buffer holds.
-    fn capacity(&self, most: u32) -> u32 {
-        let beside = self.bytes.saturating_sub(self.layout.end().into());
-        let held = beside / u64::from(self.layout.stride) + 1;
-        held.min(most.into()) as u32
+    /// They as what all drops of a host's are, of which `most` are taken.
+    fn records(&self, most: u32) -> Records {
+        let Self { buffer, offset, bytes, layout, count, .. } = *self;
+        let values = [
+            Some(("position", layout.position, 12)),
+            Some(("radius", layout.radius, 4)),
+            layout.velocity.map(|at| ("velocity", at, 12)),
+            layout.id.map(|at| ("id", at, 4)),
+        ];
+        let (what, stride) = ("the particles", layout.stride);
+        Records { what, buffer, offset, bytes, stride, values, count, most }
     }
 
     /// Refuses what cannot be read.
     pub(crate) fn check(&self, device: &Device, most: u32) -> Result<()> {
-        let refuse = |problem: String| Err(Error::scene("the particles", problem));
-        let Self { layout, within: [low, high], .. } = self;
-        let stride = layout.stride;
-        if stride == 0 || !stride.is_multiple_of(4) || !self.offset.is_multiple_of(4) {
-            return refuse(format!(
-                "offset {} or stride {stride} is no multiple of 4, or 0 bytes from one to the next",
-                self.offset
-            ));
-        }
-        for (name, at, bytes) in layout.values() {
-            if !at.is_multiple_of(4) || at.saturating_add(bytes) > stride {
-                return refuse(format!(
-                    "{name} at byte {at} takes {bytes}: it begins at no multiple of 4, or ends beyond the stride, {stride}"
-                ));
-            }
-        }
-        if self.bytes < layout.end().into() {
-            return refuse(format!(
-                "{} bytes of their buffer hold not one, which ends at byte {}",
-                self.bytes,
-                layout.end()
-            ));
-        }
+        self.records(most).check(device)?;
+        let Self { within: [low, high], largest_radius: radius, .. } = self;
         let is_box = low.is_finite() && high.is_finite() && low.cmple(*high).all();
-        let is_size = self.largest_radius.is_finite() && self.largest_radius > 0.0;
-        if !(is_box && is_size) {
-            return refuse(format!(
-                "within {low} to {high}, radius {}: limits are finite, from the smaller to the larger, and over 0 for the \
-                 radius",
-                self.largest_radius
-            ));
+        if is_box && radius.is_finite() && *radius > 0.0 {
+            return Ok(());
         }
-        let is_null = |buffer: &vk::Buffer| *buffer == vk::Buffer::null();
-        match &self.count {
-            ParticleCount::OnDevice(buffer, at) if is_null(buffer) || !at.is_multiple_of(4) => {
-                return refuse(format!(
-                    "their count is in no buffer, or at byte {at}, no multiple of 4"
-                ));
-            }
-            _ if is_null(&self.buffer) => return refuse("their buffer is null".into()),
-            _ => {}
-        }
-        let (_, range, _) = self.range(device, most);
-        let limit = device.report.limits.max_storage_buffer_range.into();
-        device.report.check_limit("the bytes of a host's particles", range, limit)
-    }
-
-    /// What of the buffer is bound, offset and bytes, and where in it the first particle begins.
-    fn range(&self, device: &Device, most: u32) -> (u64, u64, u64) {
-        let held = u64::from(self.capacity(most));
-        let used = (held - 1) * u64::from(self.layout.stride) + u64::from(self.layout.end());
-        aligned(device, self.offset, used)
+        let problem = format!(
+            "within {low} to {high}, radius {radius}: limits are finite, from the smaller to the larger, and over 0 for the \
+             radius"
+        );
+        Err(Error::scene("the particles", problem))
     }
 
     /// How far a particle may be from a place along any axis.
@@ -177,13 +114,6 @@ impl HostParticles {
             .into_iter()
             .fold(0.0, f32::max)
     }
-}
-
-/// A range of a buffer that can be bound, and where what was asked for begins in it.
-fn aligned(device: &Device, offset: u64, bytes: u64) -> (u64, u64, u64) {
-    let alignment = device.report.limits.min_storage_buffer_offset_alignment.max(4);
-    let beside = offset % alignment;
-    (offset - beside, bytes + beside, beside)
 }
 
 /// The pass.
@@ -252,20 +182,10 @@ impl Particles {
         set: usize,
         particles: &HostParticles,
     ) -> Result<()> {
-        let (offset, bytes, _) = particles.range(device, self.most);
-        let own = Resource::HostRange(particles.buffer, offset, bytes);
-        let count = match particles.count {
-            ParticleCount::Number(_) => Resource::HostRange(particles.buffer, offset, bytes),
-            ParticleCount::OnDevice(buffer, at) => {
-                let (offset, bytes, _) = aligned(device, at, 4);
-                Resource::HostRange(buffer, offset, bytes)
-            }
-        };
+        let (records, slots) =
+            (particles.records(self.most), [slot::PARTICLES, slot::PARTICLE_COUNT]);
         // SAFETY: by contract.
-        unsafe {
-            self.bindings.write(set, slot::PARTICLES, &own)?;
-            self.bindings.write(set, slot::PARTICLE_COUNT, &count)
-        }
+        unsafe { records.set_buffers(device, &self.bindings, set, slots) }
     }
 
     /// Records the drops of a frame of `scene`, whose constants are ready, and how far they move until what a view shows so
@@ -281,11 +201,8 @@ impl Particles {
     ) {
         let HostParticles { layout, within, largest_radius, .. } = particles;
         let [low, high] = within.map(|corner| corner.as_vec3().to_array());
-        let (count, count_at) = match particles.count {
-            ParticleCount::Number(count) => (count, NOTHING),
-            ParticleCount::OnDevice(_, at) => (0, (aligned(device, at, 4).2 / 4) as u32),
-        };
-        let word = |byte: Option<u32>| byte.map_or(NOTHING, |byte| byte / 4);
+        let Words { start, stride, count, count_at, capacity } =
+            particles.records(self.most).words(device);
         let push = ParticlesPush {
             low,
             largest_radius: *largest_radius,
@@ -294,18 +211,18 @@ impl Particles {
             camera_exposed: scene.drawn_motion_of(DVec3::ZERO).as_vec3().to_array().map(|way| -way),
             until: seconds as f32,
             camera_until: (until.position - scene.camera.position).as_vec3().to_array(),
-            start: (particles.range(device, self.most).2 / 4) as u32,
-            stride: layout.stride / 4,
+            start,
+            stride,
             position: layout.position / 4,
             radius: layout.radius / 4,
             velocity: word(layout.velocity),
             id: word(layout.id),
             count,
             count_at,
-            capacity: particles.capacity(self.most),
+            capacity,
             most: self.most,
             first: self.first,
-            boxes: self.boxes.unwrap_or(NOTHING),
+            boxes: self.boxes.unwrap_or(u32::MAX),
             number: scene.random_count() + self.first + 1,
         };
         let groups = rows_of(self.most.div_ceil(CLUSTER).div_ceil(GROUP));

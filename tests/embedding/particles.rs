@@ -318,7 +318,7 @@ fn a_count_on_the_device_is_kept_to_the_room() {
     });
 }
 
-/// What the host's commands write of a frame: particles and their count.
+/// What the host's commands write of a frame: drops and their count, which ends the buffer.
 fn renew(host: &Host, commands: vk::CommandBuffer, buffer: &Mapped, bytes: &[u8], count: u32) {
     // SAFETY: the command buffer is being recorded, and the buffer holds the words.
     unsafe {
@@ -343,20 +343,23 @@ fn barrier(
     unsafe { host.device.cmd_pipeline_barrier2(commands, &info) };
 }
 
-/// Draws frames of one buffer that the device renews, three in flight and never waited for but for their slots; each into an
-/// image of its own.
-fn renewed_frames(host: &Host, device: &Arc<Device>) -> Vec<Vec<[f16; 4]>> {
+/// What each frame has in its buffer, and how many drops that is.
+type Renewed<'a> = &'a dyn Fn(usize) -> (Vec<u8>, u32);
+
+/// Draws frames of one buffer that the device renews, with room for so many bytes and a count, three in flight and never waited for
+/// but for their slots; each into an image of its own.
+pub fn renewed_frames(
+    host: &Host,
+    device: &Arc<Device>,
+    scene: &Scene,
+    (room, renewed): (u64, Renewed<'_>),
+    with: &dyn for<'a> Fn(FrameInput<'a>, &Mapped) -> FrameInput<'a>,
+) -> Vec<Vec<[f16; 4]>> {
     use vk::{AccessFlags2 as Access, PipelineStageFlags2 as Stage};
-    let mut scene = dry(Preset::Fast);
-    scene.host_particles = 100;
     let info = ViewInfo { frames_in_flight: 3, ..ViewInfo::default() };
-    let mut view = view_of(device, &scene, &info).expect("a view");
+    let mut view = view_of(device, scene, &info).expect("a view");
     let usage = vk::BufferUsageFlags::STORAGE_BUFFER | vk::BufferUsageFlags::TRANSFER_DST;
-    let buffer = host.buffer(OFFSET + 44 * 100 + 4, usage);
-    let count = ParticleCount::OnDevice(buffer.raw, buffer.bytes - 4);
-    let whole = (buffer.raw, buffer.bytes - OFFSET - 4);
-    let own = HostParticles::new(whole, LAYOUT, count, LIMITS.0, LIMITS.1);
-    let own = HostParticles { offset: OFFSET, ..own };
+    let buffer = host.buffer(room + 4, usage);
     let slots: Vec<_> = (0..3).map(|_| (host.commands(), host.fence())).collect();
     let usage = vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::TRANSFER_SRC;
     let targets: Vec<_> = (0..7).map(|_| host.image(info.format, SIZE, 1, usage)).collect();
@@ -374,15 +377,15 @@ fn renewed_frames(host: &Host, device: &Arc<Device>) -> Vec<Vec<[f16; 4]>> {
         );
         barrier(host, commands, (read.0, Access::NONE), (written.0, Access::NONE));
         barrier(host, commands, written, written);
-        let particles = renewed(number);
-        renew(host, commands, &buffer, &bytes_of(&particles), particles.len() as u32);
+        let (bytes, count) = renewed(number);
+        renew(host, commands, &buffer, &bytes, count);
         barrier(host, commands, written, read);
         let output = HostImage {
             exit: ImageState::COPY_SOURCE,
             ..HostImage::color(target.image, target.view, target.format, target.size)
         };
         let output = HostImage { entry: ImageState::UNDEFINED, ..output };
-        let input = FrameInput::new(&scene, output).with_particles(own);
+        let input = with(FrameInput::new(scene, output), &buffer);
         // SAFETY: image and buffer are as described; the frames are submitted in order.
         unsafe { view.record(commands, slot, &input) }.expect("a recording");
         host.end(commands);
@@ -409,8 +412,17 @@ fn renewed(frame: usize) -> Vec<Particle> {
 
 #[test]
 fn particles_are_renewed_while_frames_are_under_way() {
+    let mut scene = dry(Preset::Fast);
+    scene.host_particles = 100;
     on_host(Preset::Fast, |host, device| {
-        let pictures = renewed_frames(host, device);
+        let bytes = |frame| (bytes_of(&renewed(frame)), renewed(frame).len() as u32);
+        let room = OFFSET + 44 * 100;
+        let pictures = renewed_frames(host, device, &scene, (room, &bytes), &|input, buffer| {
+            let count = ParticleCount::OnDevice(buffer.raw, buffer.bytes - 4);
+            let whole = (buffer.raw, buffer.bytes - OFFSET - 4);
+            let own = HostParticles::new(whole, LAYOUT, count, LIMITS.0, LIMITS.1);
+            input.with_particles(HostParticles { offset: OFFSET, ..own })
+        });
         for (number, picture) in pictures.iter().enumerate() {
             let mut scene = dry(Preset::Fast);
             scene.drops.extend(placed(&renewed(number)));
