@@ -120,6 +120,11 @@ void main() {
     uint number = invocation() / PANE_PLACES, place = invocation() % PANE_PLACES;
     if (number >= pane.drops) return;
     PaneCap cap = cap_at(number);
+    // In the place of a drop that a host does not have there is nothing to see, and no ray towards it.
+    if (cap.radius == 0.0) {
+        looks[number].kind = BY_RAYS;
+        return;
+    }
     vec3 towards = ray_to(cap.at).direction;
     PaneLook look = look_of(cap, towards);
     look.kind = kind_of(cap, towards);

@@ -12,13 +12,13 @@
 //! use std::f64::consts::FRAC_PI_2;
 //! use std::sync::Arc;
 //! use raindrops::ash::vk;
-//! use raindrops::glam::{DMat4, DVec3};
+//! use raindrops::glam::{DMat4, DVec2, DVec3};
 //! use raindrops::device::{Device, Features, HostDevice, HostImage, ImageState, QueueLock, requirements};
 //! use raindrops::environment::Environment;
 //! use raindrops::plan::{Output, plan};
 //! use raindrops::renderer::{
-//!     Blend, DepthConvention, FrameInput, HostEnvironment, HostMotion, HostParticles, HostShelter, Lighting, LiveInfo,
-//!     ParticleCount, ParticleLayout, RainField, View, ViewInfo,
+//!     Blend, DepthConvention, FrameInput, HostEnvironment, HostMotion, HostPaneDrops, HostParticles, HostShelter, Lighting,
+//!     LiveInfo, PaneDropLayout, ParticleCount, ParticleLayout, RainField, View, ViewInfo,
 //! };
 //! use raindrops::scene::{ImageSize, RainSettings, Scene, Shelter};
 //! use raindrops::scene::background::DepthKind;
@@ -31,7 +31,7 @@
 //! # fn rain(
 //! #     (host, queue_mutex): (HostDevice, Arc<std::sync::Mutex<()>>),
 //! #     [output, color, depth, cube, motion, nearest, above]: [HostImage; 7],
-//! #     ([drops, counts], bytes): ([vk::Buffer; 2], u64),
+//! #     ([drops, counts, on_pane], bytes): ([vk::Buffer; 3], u64),
 //! #     (camera_before, seconds_before): (Camera, f64),
 //! #     (commands, slot, seconds): (vk::CommandBuffer, usize, f64),
 //! #     (view_matrix, projection, size): (DMat4, DMat4, (u32, u32)),
@@ -89,6 +89,14 @@
 //! let own = HostParticles::new((drops, bytes), layout, count, within, 0.02); // the largest radius
 //! let input = FrameInput::new(&scene, output).with_particles(own);
 //!
+//! // And on the scene's pane, beside other drops in the air.
+//! scene.host_pane_drops = 4000;          // at most; before `plan`
+//! let layout = PaneDropLayout { stride: 16, at: 0, radius: 8, contact_angle: Some(12) };
+//! let within = [DVec2::new(-0.5, -0.3), DVec2::new(0.5, 0.3)]; // the box that holds their middles
+//! let largest = (0.004, 80.0);           // radius and contact angle
+//! let own = HostPaneDrops::new((on_pane, bytes), layout, ParticleCount::OnDevice(counts, 4), within, largest);
+//! let input = input.with_drops_on_pane(own);
+//!
 //! // No rain under your roofs: the depth that a camera sees from above, of as many texels as are said before `plan`.
 //! scene.shelter = Some(Shelter::of_host(512, 512));         // columns along x, rows along z; before `plan`
 //! let roofs = HostShelter::from_above(above, projection_above * view_above, ClipSpace::YDown)?;
@@ -98,7 +106,7 @@
 //! let lighting = Arc::new(Lighting::live(&device, LiveInfo::default())?); // a cube map
 //! let input = input.around(HostEnvironment::new(cube));                   // in whichever frame you like
 //!
-//! // Drops of your own on the scene's pane: outside of recording.
+//! // Drops on the scene's pane that seldom change: outside of recording.
 //! scene.pane.as_mut().unwrap().drops = my_drops;            // at, radius, contact_angle; none may overlap
 //! view.renew_pane(&scene)?;
 //! # Ok(())

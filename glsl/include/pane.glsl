@@ -45,10 +45,14 @@ struct PaneCap {
     uint number;
 };
 
+#ifndef PANE_ACCESS
+#define PANE_ACCESS readonly
+#endif
 layout(std140, set = 0, binding = 3) uniform PaneConstants { Pane pane_constants; };
-layout(std430, set = 0, binding = 4) readonly buffer PaneCaps { PaneCap caps[]; };
+layout(std430, set = 0, binding = 4) PANE_ACCESS buffer PaneCaps { PaneCap caps[]; };
 // For each cell, row by row, where its drops begin, and where the last one's end; then the drops' numbers, rising in each.
-layout(std430, set = 0, binding = 5) readonly buffer PaneCells { uint cells[]; };
+layout(std430, set = 0, binding = 5) PANE_ACCESS buffer PaneCells { uint cells[]; };
+// Both for passes that do not write them.
 layout(set = 0, binding = 13) uniform usamplerBuffer cap_texels;
 layout(set = 0, binding = 14) uniform usamplerBuffer cell_words;
 

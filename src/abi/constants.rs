@@ -114,6 +114,9 @@ constants! {
     SMALLEST_MM: u32 = 1;
     /// Pixels along both axes of a block in which drops on a pane are looked for.
     PANE_BLOCK: u32 = 8;
+    /// Room for numbers in the cells of a host's pane, for each drop that there may be. Drops that cover no place twice, seen
+    /// square on, are in up to 27 cells each on the mean (`passes/pane/drops.rs`).
+    PANE_LIST: u32 = 32;
     /// Entries along an edge of the largest table of a drop on a pane.
     PANE_TABLE: u32 = 12;
     /// Most bright sources; each costs every large drop a microsecond on one CPU core. Further ones stay in the

@@ -31,15 +31,16 @@ pub struct Counts {
     /// Drops in view that are larger than a point may be; tiles count none.
     pub large: u64,
     /// Without room in a list, such as that of [`MAX_LARGE`](super::simulate::MAX_LARGE), and not drawn, or in part;
-    /// and entries of tiles' lists that the driver did not go through, perhaps drawn out of order.
+    /// and entries of tiles' lists that the driver did not go through, perhaps drawn out of order. And numbers without room in the
+    /// cells of a pane, as of drops of a host's that overlap.
     pub overflow: u64,
     /// Drops with the camera inside, not drawn.
     pub camera_inside: u64,
     /// Drops whose outline reaches the camera plane; points and quads do not draw them. Tiles draw them, and count none.
     pub beside_camera: u64,
-    /// A host's particles that are left out: not finite, out of the limits that it gave, or with a radius that is not over 0.
+    /// A host's drops that are left out: not finite, out of the limits that it gave, or with a radius that is not over 0.
     pub unfit: u64,
-    /// A host's particles that are left out: more, by its count, than the view was made for or its buffer holds.
+    /// A host's drops that are left out: more, by their count, than the view was made for or their buffer holds.
     pub beyond: u64,
 }
 
@@ -83,7 +84,7 @@ impl Counts {
                 "not drawn",
                 "not finite, out of their limits, or with a radius that is not over 0",
             ),
-            (self.beyond, "not drawn", "more particles than there is room for"),
+            (self.beyond, "not drawn", "more of a host's than there is room for"),
         ];
         let undrawn = whys.into_iter().filter(|(count, ..)| *count > 0);
         remarks.extend(undrawn.map(|(count, what, why)| {

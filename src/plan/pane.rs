@@ -38,6 +38,9 @@ pub(super) fn pane_of(
 pub(super) fn in_words(scene: &Scene, plan: &FramePlan) -> Option<(&'static str, String)> {
     let model = plan.pane.filter(|_| plan.draws_pane())?;
     let drops = match scene.pane.as_ref()? {
+        _ if scene.host_pane_drops > 0 => {
+            format!("up to {} of a host's", counted(scene.host_pane_drops.into(), "drop"))
+        }
         pane if pane.has_population() => "the drops of its rain".to_string(),
         pane => counted(pane.drops.len() as u64, "drop"),
     };

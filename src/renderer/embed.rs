@@ -5,14 +5,12 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::drawing::Drawing;
-use super::host_checks::{
-    check_apart, check_background, check_nearest, check_particles, check_shelter,
-};
+use super::host_checks::{check_apart, check_background, check_nearest, check_own, check_shelter};
 use super::tiled::Tiled;
 use super::view::{View, refuse, refuse_first};
 use super::{
-    DepthConvention, FrameReport, HostBackground, HostEnvironment, HostParticles, HostShelter,
-    Lighting, RainField,
+    DepthConvention, FrameReport, HostBackground, HostEnvironment, HostPaneDrops, HostParticles,
+    HostShelter, Lighting, RainField,
 };
 use crate::Result;
 use crate::gpu::{HostImage, Recorder};
@@ -22,6 +20,7 @@ pub use crate::passes::motion_depth::HostMotion;
 use crate::passes::motion_depth::MotionDepth;
 pub use crate::passes::output::Blend;
 use crate::passes::output::Output;
+use crate::passes::pane::host::PaneCells;
 use crate::passes::particles::Particles;
 use crate::plan::FramePlan;
 use crate::scene::Scene;
@@ -89,6 +88,8 @@ pub struct FrameInput<'a> {
     pub nearest_number: Option<HostImage>,
     /// Drops of the host's own, if the scene says that there may be some ([`Scene::host_particles`]).
     pub particles: Option<HostParticles>,
+    /// Drops of the host's own on the pane, if the scene says that there may be some ([`Scene::host_pane_drops`]).
+    pub drops_on_pane: Option<HostPaneDrops>,
     /// What keeps rain off in this frame, if the scene says that it is a host's ([`crate::scene::shelter::Shelter::of_host`]).
     pub shelter: Option<HostShelter>,
 }
@@ -105,6 +106,7 @@ impl<'a> FrameInput<'a> {
             nearest_depth: None,
             nearest_number: None,
             particles: None,
+            drops_on_pane: None,
             shelter: None,
         }
     }
@@ -152,6 +154,13 @@ impl<'a> FrameInput<'a> {
         self
     }
 
+    /// With drops of the host's own on the pane.
+    #[must_use]
+    pub fn with_drops_on_pane(mut self, drops: HostPaneDrops) -> Self {
+        self.drops_on_pane = Some(drops);
+        self
+    }
+
     /// With surfaces that keep rain off.
     #[must_use]
     pub fn under(mut self, shelter: HostShelter) -> Self {
@@ -172,8 +181,9 @@ impl View {
     /// computed or uploaded once is done on the device's queue, under its lock, and waited for.
     ///
     /// # Errors
-    /// [`crate::Error::Scene`] if the rain is not the scene's, for a plan with a display pass or with positions that go on from
-    /// frame to frame, for one that does not go with `info`, or for a format that cannot hold the picture;
+    /// [`crate::Error::Scene`] if a value of the scene is out of its range, if the rain is not the scene's, for a plan with a display
+    /// pass or with positions that go on from frame to frame, for one that does not go with `info`, or for a format that cannot
+    /// hold the picture;
     /// [`crate::Error::DeviceLacks`] if the device was made without a feature that the plan needs; else those of
     /// [`super::Renderer::of`].
     pub fn new(
@@ -183,6 +193,7 @@ impl View {
         plan: &FramePlan,
         info: &ViewInfo,
     ) -> Result<Self> {
+        scene.validate("the view")?;
         let ViewInfo { has_color: color, has_depth: depth, frames_in_flight, .. } = *info;
         let nearest = [info.motion, info.nearest_depth, info.nearest_number];
         let has_nearest = nearest.iter().any(Option::is_some);
@@ -195,8 +206,9 @@ impl View {
                 "stored positions go on with every frame that is recorded, submitted or not; take simulation integer",
             ),
             (
-                scene.host_particles > 0 && (!is_tiled || scene.model.preset == Preset::Auto),
-                "a host's particles are drawn by tiles, and their sizes are not known to auto; take preset fast or exact",
+                (scene.host_particles > 0 || scene.host_pane_drops > 0)
+                    && (!is_tiled || scene.model.preset == Preset::Auto),
+                "a host's drops are drawn by tiles, and their sizes are not known to auto; take preset fast or exact",
             ),
             (
                 plan.draws_pane() && has_nearest,
@@ -233,10 +245,15 @@ impl View {
         let source = view.drawing.source();
         let (device, frame) = (&view.device, &view.frame_buffer);
         view.output = Some(Output::new(device, frame, source, info.format, info.blend)?);
-        if let Some(Tiled { tiles, composite, .. }) = view.drawing.tiled() {
+        if let Some(Tiled { tiles, composite, pane, .. }) = view.drawing.tiled() {
             let frames = frames_in_flight;
             view.motion_depth = MotionDepth::new(device, frame, tiles, composite, nearest)?;
             view.particles = Particles::new(device, frame, tiles, scene, plan, frames)?;
+            if let (Some(pane), 1..) = (pane, scene.host_pane_drops) {
+                let counters = &tiles.counters;
+                view.pane_cells =
+                    Some(PaneCells::new(device, frame, pane, counters, scene, frames)?);
+            }
             let renewed = tiles.shelter().filter(|map| map.is_of_host);
             view.heights = renewed.map(|map| Heights::new(device, map, frames)).transpose()?;
         }
@@ -264,8 +281,8 @@ impl View {
     ///   format and number of samples, in this layout, used before by no other stages and accesses than stated. They and
     ///   their views live until the slot has retired. Those that are drawn into (output, motion, nearest depth and number) have usage
     ///   `COLOR_ATTACHMENT`, the others `SAMPLED`.
-    /// - The buffers of particles are the host's device's, as [`HostParticles`] describes them, and live until the slot has
-    ///   retired.
+    /// - The buffers of particles and of drops on the pane are the host's device's, as [`HostParticles`] describes them, and live
+    ///   until the slot has retired.
     /// - Of the views of a light that is renewed always the same one names an environment; another may once all slots of
     ///   that one have retired.
     /// - The view is dropped when the queue is done with all that it has recorded.
@@ -296,7 +313,7 @@ impl View {
         check_background(&input.background, &info, input.scene)?;
         check_nearest(input, &info, self.size)?;
         check_apart(input)?;
-        check_particles(self, input)?;
+        check_own(self, input)?;
         check_shelter(input, &self.made_for)?;
         if let Some(environment) = &input.environment {
             let Some(renewal) = &self.lighting.renewal else {
@@ -318,6 +335,13 @@ impl View {
         // SAFETY: by contract.
         let recorder = unsafe { Recorder::of_host(commands) };
         if let Drawing::Tiled(tiled) = &mut self.drawing {
+            if let (Some(pass), Some(pane), Some(drops)) =
+                (&self.pane_cells, &mut tiled.pane, &input.drops_on_pane)
+            {
+                pane.bounds = drops.bounds(self.made_for.host_pane_drops);
+                // SAFETY: the slot is free, so its set is not in use; the host keeps the buffers until it is free again.
+                unsafe { pass.set_buffers(&self.device, slot, drops)? };
+            }
             if let (Some(pass), Some(map), Some(shelter)) =
                 (&self.heights, tiled.tiles.shelter(), &input.shelter)
             {

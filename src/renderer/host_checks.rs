@@ -98,18 +98,26 @@ pub(super) fn check_nearest(
     camera.validate(input.scene.image).map_err(of_before)
 }
 
-/// Refuses particles that the view was not made for, or cannot be read.
-pub(super) fn check_particles(view: &View, input: &FrameInput<'_>) -> Result<()> {
-    match (&input.particles, view.made_for.host_particles) {
-        (None, 0) => Ok(()),
-        (Some(particles), most) if most > 0 => particles.check(&view.device, most),
-        (Some(_), _) => {
-            refuse("the view was made for no particles; set host_particles of its scene")
+/// Refuses drops of the host's own that the view was not made for, or cannot be read.
+pub(super) fn check_own(view: &View, input: &FrameInput<'_>) -> Result<()> {
+    let FrameInput { particles, drops_on_pane, .. } = input;
+    let Scene { host_particles, host_pane_drops, .. } = view.made_for;
+    for (what, key, is_named, most) in [
+        ("particles", "host_particles", particles.is_some(), host_particles),
+        ("drops on the pane", "host_pane_drops", drops_on_pane.is_some(), host_pane_drops),
+    ] {
+        if is_named && most == 0 {
+            return refuse(&format!("the view was made for no {what}; set {key} of its scene"));
         }
-        (None, _) => {
-            refuse("the view was made for a host's particles; name them, were it a count of 0")
+        if !is_named && most > 0 {
+            return refuse(&format!(
+                "the view was made for a host's {what}; name them, were it a count of 0"
+            ));
         }
     }
+    let device = &view.device;
+    particles.map_or(Ok(()), |particles| particles.check(device, host_particles))?;
+    drops_on_pane.map_or(Ok(()), |drops| drops.check(device, host_pane_drops))
 }
 
 /// Refuses a shelter that the view was not made for, or that cannot be read.

@@ -39,6 +39,7 @@ pub use crate::passes::environment::lost_light;
 pub use crate::passes::heights::HostShelter;
 pub use crate::passes::host_records::ParticleCount;
 use crate::passes::pane::SeenOnPane;
+pub use crate::passes::pane::host::{HostPaneDrops, PaneDropLayout};
 pub use crate::passes::particles::{HostParticles, ParticleLayout};
 pub use crate::passes::rain_field::RainField;
 pub use crate::passes::renewal::{HostEnvironment, LiveInfo};
@@ -160,8 +161,8 @@ impl Renderer {
         scene: &Scene,
         plan: &FramePlan,
     ) -> Result<Self> {
-        if scene.host_particles > 0 {
-            return refuse("only frames of a host's show its particles; take a View");
+        if scene.host_particles > 0 || scene.host_pane_drops > 0 {
+            return refuse("only frames of a host's show its particles and drops; take a View");
         }
         if scene.host_shelter().is_some() {
             return refuse("only frames of a host's have its shelter; take a View");

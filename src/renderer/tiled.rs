@@ -14,7 +14,7 @@ use crate::passes::background::{BackgroundImages, Behind};
 use crate::passes::composite::{Composite, Prepared};
 use crate::passes::frame::{Frame, FrameBuffer};
 use crate::passes::glints::SplatTable;
-use crate::passes::pane::{Before, Pane};
+use crate::passes::pane::{Before, Pane, PaneDrops};
 use crate::passes::rain_field::RainField;
 use crate::passes::tiles::Tiles;
 use crate::passes::tone_map::Source;
@@ -77,7 +77,11 @@ impl Tiled {
         let composite = Composite::new(device, prepared, size, plan, behind, is_renewed)?;
         let pane = match plan.draws_pane() {
             true => {
-                let (picture, drops) = (&composite.radiance, &rain.on_pane(scene)?);
+                let drops = &match scene.host_pane_drops {
+                    0 => rain.on_pane(scene)?,
+                    most => Arc::new(PaneDrops::of_host(device, most)?),
+                };
+                let picture = &composite.radiance;
                 let environment = &lighting.environment;
                 let before = Before { frame, picture, environment, behind, drops };
                 Some(Pane::new(device, scene, plan, before)?)

@@ -16,6 +16,7 @@ use crate::passes::frame::{Frame, FrameBuffer, Surroundings};
 use crate::passes::heights::Heights;
 use crate::passes::motion_depth::MotionDepth;
 use crate::passes::output::Output;
+use crate::passes::pane::host::PaneCells;
 use crate::passes::particles::Particles;
 use crate::passes::rain_field::RainField;
 use crate::passes::tile_grid;
@@ -91,6 +92,8 @@ pub struct View {
     pub(super) motion_depth: Option<MotionDepth>,
     /// The pass that takes a host's particles, where the scene says that there may be some.
     pub(super) particles: Option<Particles>,
+    /// The passes that take a host's drops on the pane, where the scene says that there may be some.
+    pub(super) pane_cells: Option<PaneCells>,
     /// The passes that take a host's heights, where the scene says that its shelter is a host's.
     pub(super) heights: Option<Heights>,
     pub(super) info: Option<ViewInfo>,
@@ -218,6 +221,7 @@ impl View {
             output: None,
             motion_depth: None,
             particles: None,
+            pane_cells: None,
             heights: None,
             info: None,
             device: device.clone(),
@@ -270,6 +274,10 @@ impl View {
             (scene.environment != made.environment, "the view was made for another environment"),
             (scene.background != made.background, "the view was made for another background"),
             (scene.shelter != made.shelter, "the view was made for another shelter"),
+            (
+                scene.host_pane_drops != made.host_pane_drops,
+                "the view was made for another number of a host's drops on its pane",
+            ),
             (scene.model != made.model, "the view was made for other models"),
             (
                 scene.metres != made.metres && self.plan.shape.model != ShapeModel::Sphere,
@@ -298,6 +306,7 @@ impl View {
     pub(super) fn take_on_pane(&mut self, scene: &Scene) -> Result<()> {
         if let Drawing::Tiled(tiled) = &mut self.drawing
             && let Some(pane) = &mut tiled.pane
+            && scene.host_pane_drops == 0
         {
             let drops = self.rain.on_pane(scene)?;
             if !pane.shows(&drops) {
@@ -388,6 +397,16 @@ impl View {
                     });
                     let read = [Use::ComputeWrite, Use::ComputeRead];
                     memory_barrier(device, commands, &[Use::ComputeWrite], &read);
+                }
+                let drops = host.and_then(|input| input.drops_on_pane.as_ref());
+                if let (Some(pass), Some(drops)) = (&self.pane_cells, drops) {
+                    pass.record_reset(device, commands, drops);
+                    let after = [Use::Uniform, Use::ComputeWrite];
+                    memory_barrier(device, commands, &[Use::TransferWrite], &after);
+                    time.time(commands, "pane drops", || {
+                        // Who reads it comes after the barrier of `gather`.
+                        pass.record(device, commands, number, scene, drops);
+                    });
                 }
                 let shelter = host.and_then(|input| input.shelter.as_ref());
                 if let (Some(pass), Some(map), Some(shelter)) =

@@ -120,6 +120,10 @@ pub struct Scene {
     /// frames show them.
     #[serde(skip)]
     pub host_particles: u32,
+    /// Most drops on the pane that a host gives with each frame in a buffer of its own ([`crate::renderer::HostPaneDrops`]), instead
+    /// of those of the pane. Only a host's frames show them.
+    #[serde(skip)]
+    pub host_pane_drops: u32,
 }
 
 /// Size of the picture in pixels.
@@ -244,6 +248,7 @@ impl Default for Scene {
             film: Film::default(),
             pace: 1.0,
             host_particles: 0,
+            host_pane_drops: 0,
         }
     }
 }

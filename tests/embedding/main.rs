@@ -14,6 +14,7 @@ mod images;
 mod memory;
 mod motion_depth;
 mod over;
+mod pane_drops;
 mod particles;
 mod pictures;
 mod refused_images;

@@ -22,6 +22,7 @@
 
 mod aging;
 mod drops;
+pub(crate) mod host;
 mod seen;
 
 use std::sync::Arc;
@@ -30,6 +31,7 @@ use ash::vk;
 use glam::{DVec3, Vec3};
 
 pub(crate) use self::aging::AgingDrops;
+use self::drops::Bounds;
 pub(crate) use self::drops::PaneDrops;
 pub use self::seen::SeenOnPane;
 use super::background::Behind;
@@ -70,6 +72,8 @@ const TOUCHED: [u32; 8] = [0, 0, 1, 0, 0, 0, 1, 0];
 pub struct Pane {
     buffers: Buffers,
     drops: Arc<PaneDrops>,
+    /// Of these drops; a host's frame brings its own.
+    pub(crate) bounds: Bounds,
     radiance_scale: f32,
     has_plate: bool,
     has_looks: bool,
@@ -281,6 +285,7 @@ impl Pane {
             passes: Passes::new(device, &bindings, plan, has_looks)?,
             buffers,
             drops: drops.clone(),
+            bounds: drops.bounds,
             radiance_scale: environment.radiance_scale,
             has_plate: plate.is_some(),
             has_looks,
@@ -305,7 +310,7 @@ impl Pane {
     pub(crate) fn take(&mut self, device: &Arc<Device>, drops: &Arc<PaneDrops>) -> Result<()> {
         let looks = Looks::new(device, if self.has_looks { drops.count } else { 0 })?;
         self.bindings = self.bindings.but("pane", &slots_of(drops, &looks))?;
-        (self.buffers.looks, self.drops) = (looks, drops.clone());
+        (self.buffers.looks, self.drops, self.bounds) = (looks, drops.clone(), drops.bounds);
         Ok(())
     }
 
@@ -338,12 +343,12 @@ impl Pane {
     /// The constants of a frame; none of a scene without a pane.
     fn constants_of(&self, scene: &Scene) -> Option<Constants> {
         let (pane, face) = (scene.pane.as_ref()?, scene.pane_face()?);
-        let (view, drops) = (scene.view(), &self.drops);
+        let (view, Bounds { lattice, tallest, overhang }) = (scene.view(), self.bounds);
         let in_view = |axis: DVec3| {
             let place = DVec3::new(axis.dot(view.right), axis.dot(view.up), axis.dot(view.back));
             place.as_vec3().to_array()
         };
-        let eye = drops.relative(face.to_local(view.position - face.point));
+        let eye = face.to_local(view.position - face.point) - lattice.corner.extend(0.0);
         let water = scene.indices().map(|index| index as f32);
         let (first, end) = tile_grid::of_view(&view);
         let least = self.least_rays[usize::from(scene.drawn_lens() > 0.0)];
@@ -353,20 +358,20 @@ impl Pane {
             v: in_view(face.v),
             glass: pane.index as f32,
             normal: in_view(face.normal),
-            cell: drops.cell as f32,
+            cell: lattice.cell as f32,
             eye: eye.as_vec3().to_array(),
-            tallest: drops.tallest as f32,
+            tallest: tallest as f32,
             motion: face.to_local(scene.pane_motion()).as_vec3().to_array(),
-            overhang: drops.overhang as f32,
+            overhang: overhang as f32,
             inside: (pane.inside.as_vec3() / Vec3::splat(self.radiance_scale)).to_array(),
             plate: if self.has_plate { 1.0 / self.radiance_scale } else { 0.0 },
             water,
             indices: if water[0] == water[1] && water[1] == water[2] { 1 } else { 3 },
-            cells: drops.size.to_array(),
+            cells: lattice.size.to_array(),
             first_tile: first,
             tiles_across: end[0] - first[0],
             tiles: self.tiles,
-            drops: drops.count,
+            drops: self.drops.count,
             rays: self.samples.max(least),
         })
     }

@@ -8,12 +8,22 @@ use crate::scene::Scene;
 /// Most arrivals that are followed, which take minutes. After some hundred seconds of rain a pane is as it stays.
 const MOST_ARRIVALS: f64 = 1e8;
 
+/// Most drops of a host's: devices take 2^27 texels of a buffer, and one of what drops look like has 208 for each.
+const MOST_OF_HOST: u32 = 1 << 19;
+
 /// Fastest pane, m/s: that of sound.
 const FASTEST: f64 = 340.0;
 
 /// Says what is wrong with a scene's pane, and what would be right.
 pub(in crate::scene) fn problem(scene: &Scene) -> Result<(), String> {
-    let Some(pane) = &scene.pane else { return Ok(()) };
+    let own = scene.host_pane_drops;
+    let Some(pane) = &scene.pane else {
+        return check(own == 0, || "there is none for the host's drops; give one".into());
+    };
+    check(own <= MOST_OF_HOST, || format!("host_pane_drops = {own} is over {MOST_OF_HOST}"))?;
+    check(own == 0 || pane.drops.is_empty() && !pane.has_population(), || {
+        "a host's drops are instead of all others; take out host_pane_drops, or the drops and all keys of rain on the pane".into()
+    })?;
     place(pane)?;
     if scene.water.outside != 1.0 {
         return Err("pane: water.outside must be 1: the pane stands in air".into());
