@@ -35,6 +35,9 @@ layout(std430, set = 0, binding = 6) buffer PaneSpans { uvec4 spans[]; };
 // have their places; NOTHING: it has no room.
 layout(std430, set = 0, binding = 7) buffer PaneTallies { uint tallies[]; };
 layout(std430, set = 0, binding = 8) buffer PaneUnordered { uint unordered[]; };
+// Of the dispatches that find what drops look like: an invocation for each of 64 places of a drop, and one a drop.
+layout(std430, set = 0, binding = 9) writeonly buffer PaneGroups { uvec4 look_groups[2]; };
+const uint GROUPS_A_ROW = 32768u; // of such a dispatch
 
 // Words before the cells' numbers, and the room for these.
 uint first_word() {
@@ -112,7 +115,11 @@ PaneCap cap_of(vec2 at, float radius, float angle, uint number) {
 
 void main() {
     uint number = invocation(), claimed = claimed_count(push.count, push.count_at), count = min(claimed, push.capacity);
-    if (number == 0u) atomicAdd(counters.beyond, claimed - count);
+    if (number == 0u) {
+        atomicAdd(counters.beyond, claimed - count);
+        uvec2 groups = uvec2(count, (count + 63u) / 64u), rows = (groups + GROUPS_A_ROW - 1u) / GROUPS_A_ROW;
+        for (uint i = 0u; i < 2u; ++i) look_groups[i] = uvec4(min(groups[i], GROUPS_A_ROW), rows[i], 1u, 0u);
+    }
     if (number > push.most) return;
     // A cap that no ray meets, in no cell: in the place of what is no drop, and after the last.
     caps[number] = PaneCap(vec2(-1e15), 0.0, 0.0, 0.0, 0.0, 0.0, number);

@@ -120,7 +120,7 @@ void main() {
     uint number = invocation() / PANE_PLACES, place = invocation() % PANE_PLACES;
     if (number >= pane.drops) return;
     PaneCap cap = cap_at(number);
-    // In the place of a drop that a host does not have there is nothing to see, and no ray towards it.
+    // In the place of what is no drop of a host's there is nothing to see, and no ray goes towards it.
     if (cap.radius == 0.0) {
         looks[number].kind = BY_RAYS;
         return;

@@ -34,6 +34,8 @@ pub(crate) struct PaneDrops {
     /// Of caps and of cells.
     pub texels: [Texels; 2],
     pub bounds: Bounds,
+    /// Of a host's: groups of the dispatches over their looks, as the device counts the drops.
+    pub groups: Option<Buffer>,
 }
 
 /// Where the drops are, and how far they reach.
@@ -55,14 +57,14 @@ pub(crate) struct Lattice {
 }
 
 impl Lattice {
-    /// The cells of a grid from one corner to the other, for so many drops.
+    /// The cells of a grid from one corner to the other, for so many drops, none smaller than `least`.
     ///
     /// Discs of the radii r that do not overlap, n at most, cover no more than its area, which is that of 8n cells of edge c: the sum of
     /// r²/c² is up to 8n/π. One is in (2r/c + 2)² cells at most, so all are in 4·8n/π + 8·(8/π)^½·n + 4n of them: 27 a drop.
-    pub fn new(corner: DVec2, end: DVec2, drops: usize) -> Self {
+    pub fn new(corner: DVec2, end: DVec2, drops: usize, least: f64) -> Self {
         let extent = end - corner;
         let by_number = (extent.element_product() / (CELLS_A_DROP * drops as f64)).sqrt();
-        let cell = by_number.max(extent.max_element() / MOST_CELLS);
+        let cell = by_number.max(extent.max_element() / MOST_CELLS).max(least);
         Self { corner, cell, size: (extent / cell).as_uvec2() + 1 }
     }
 
@@ -89,7 +91,7 @@ impl Grid {
             let lattice = Lattice { corner: DVec2::ZERO, cell: 1.0, size: UVec2::ONE };
             return Self { lattice, words: vec![2, 2] };
         };
-        let lattice = Lattice::new(corner, end, caps.len());
+        let lattice = Lattice::new(corner, end, caps.len(), 0.0);
         let Lattice { cell, size, .. } = lattice;
         let cell_of =
             |place: DVec2| ((place - corner) / cell).max(DVec2::ZERO).as_uvec2().min(size - 1);
@@ -160,7 +162,10 @@ impl PaneDrops {
             make("host's drops on a pane", size_of::<PaneCap>() as u64 * u64::from(most + 1))?;
         let words = Lattice::most_cells(most) + 1 + u64::from(PANE_LIST) * u64::from(most);
         let cells = make("cells of a host's pane", 4 * words)?;
-        Self::of(device, most, Vec::new(), [caps, cells], Bounds::default())
+        let (usage, bytes) = (usage() | vk::BufferUsageFlags::INDIRECT_BUFFER, 32);
+        let groups = Buffer::new(device, "groups of looks", bytes, usage, Memory::Device)?;
+        let drops = Self::of(device, most, Vec::new(), [caps, cells], Bounds::default())?;
+        Ok(Self { groups: Some(groups), ..drops })
     }
 
     fn of(
@@ -174,7 +179,7 @@ impl PaneDrops {
             Texels::new(device, "texels of a pane's drops", &caps, Texel::FourWords)?,
             Texels::new(device, "words of a pane's cells", &cells, Texel::Word)?,
         ];
-        Ok(Self { count, at, caps, cells, texels, bounds })
+        Ok(Self { count, at, caps, cells, texels, bounds, groups: None })
     }
 }
 

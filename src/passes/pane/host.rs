@@ -121,7 +121,13 @@ impl HostPaneDrops {
         // What float32 holds: the device takes it from the drops' places.
         let corner = (low - largest.reach()).as_vec2().as_dvec2();
         Bounds {
-            lattice: Lattice::new(corner, high + largest.reach(), most as usize),
+            // However few there are, each is in up to a hundred cells, not in thousands.
+            lattice: Lattice::new(
+                corner,
+                high + largest.reach(),
+                most as usize,
+                0.25 * largest.reach(),
+            ),
             tallest: largest.height(),
             overhang: largest.angle.to_radians().cos(),
         }
@@ -162,6 +168,7 @@ impl PaneCells {
         let bytes = 4 * u64::from(PANE_LIST) * u64::from(most);
         let unordered = make("drops of cells, in no order", bytes, Usage::empty())?;
         let drops = &pane.drops;
+        let groups = drops.groups.as_ref().unwrap_or(&spans);
         let slots = [
             (slot::CONSTANTS, &frame.buffer),
             (slot::PANE_CONSTANTS, &pane.buffers.constants),
@@ -173,6 +180,7 @@ impl PaneCells {
             (slot::PANE_SPANS, &spans),
             (slot::PANE_TALLIES, &tallies),
             (slot::PANE_UNORDERED, &unordered),
+            (slot::PANE_GROUPS, groups),
             (slot::COUNTERS, counters),
         ]
         .map(|(slot, buffer)| (slot, Resource::Buffer(buffer)));

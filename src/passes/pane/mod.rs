@@ -394,11 +394,20 @@ impl Pane {
         };
         let all = |invocations: u32, of: [u32; 3]| rows_of(invocations.div_ceil(of[0]));
         if let (Some([places, means, tables]), count @ 1..) = (looks, self.drops.count) {
-            dispatch(places, rows_of(count * PLACES / group::PANE_LOOKS_COMP[0]));
-            wait(&[Use::ComputeWrite, Use::ComputeRead]);
-            dispatch(means, all(count, group::PANE_LOOKS_COMP_MEAN));
-            wait(&[Use::ComputeWrite, Use::ComputeRead]);
-            dispatch(tables, rows_of(count));
+            let each = [
+                (places, 0, rows_of(count * PLACES / group::PANE_LOOKS_COMP[0])),
+                (means, 1, all(count, group::PANE_LOOKS_COMP_MEAN)),
+                (tables, 0, rows_of(count)),
+            ];
+            for (pass, number, groups) in each {
+                wait(&[Use::ComputeWrite, Use::ComputeRead]);
+                match &self.drops.groups {
+                    Some(of) => {
+                        pass.dispatch_indirect(commands, &self.bindings, &[], of, 16 * number);
+                    }
+                    None => dispatch(pass, groups),
+                }
+            }
         }
         dispatch(dry, self.groups);
         dispatch(blocks, all(self.blocks, group::PANE_FIND_COMP_COARSE));
