@@ -38,7 +38,7 @@ const ANGLES: std::ops::RangeInclusive<f32> = 1.0..=170.0;
 
 /// Drops on the pane, in a buffer on the host's device: for one frame. None may overlap another.
 ///
-/// What holds for the buffers of [`HostParticles`](super::super::particles::HostParticles) holds for these.
+/// What holds for the buffers of [`HostParticles`](crate::renderer::HostParticles) holds for these.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HostPaneDrops {
     /// The buffer that they are in.
