@@ -28,6 +28,7 @@ layout(std430, set = 1, binding = 3) buffer Disordered { uint shared_drops[]; };
 #include "glints.glsl"
 #include "far_glints.glsl"
 #include "lens.glsl"
+#include "glint_spot.glsl"
 #include "shape.glsl"
 
 // Radius in pixels under which a far drop has the images of the nearest direction: a fifth of a pixel off at most.
@@ -107,10 +108,9 @@ bool add_light_at(uint drop, Large r, vec2 at, vec3 light, float least, bool min
 }
 
 #ifdef SHARED
-// Adds light of a drop out of focus: a point of light is a disc, `blur` pixels of radius. Each invocation has rows of tiles of
-// its own.
-void add_disc_of_light(uint drop, Large r, vec2 at, vec3 light, float blur) {
-    float wide = blur + 0.5;
+// Adds light of a drop out of focus over an ellipse (glint_spot.glsl). Each invocation has rows of tiles of its own.
+void add_spot_of_light(uint drop, Large r, vec2 at, vec3 light, Spot e) {
+    vec2 wide = sqrt(e.form.xz) + 0.5;
     vec2 first = vec2(r.first_tile & 0xffffu, r.first_tile >> 16) * vec2(TILE);
     vec2 low = max(floor(at - wide), first), high = min(floor(at + wide), frame.image.xy - 1.0);
     high.x = min(high.x, first.x + float(r.across * TILE.x) - 1.0);
@@ -119,12 +119,13 @@ void add_disc_of_light(uint drop, Large r, vec2 at, vec3 light, float blur) {
     int row = from.y + int((gl_LocalInvocationID.x + WIDE - uint(from.y) % WIDE) % WIDE);
     // A turn a row, a tile and a pixel.
     if (!take_turns(float((to.y - from.y) / int(WIDE) + 1) * float(1u + (1u + PIXELS) * uint(to.x - from.x + 1)))) return;
-    light /= 3.14159265 * (blur * blur + 1.0 / 12.0);
+    light /= area_of(e);
+    vec3 inside = inverse_of(e.form);
     for (; row <= to.y; row += int(WIDE)) {
         for (int column = from.x; column <= to.x; ++column) {
             for (uint i = 0u; i < PIXELS; ++i) {
                 vec2 pixel = vec2(ivec2(column, row) * ivec2(TILE) + ivec2(i % TILE.x, i / TILE.x)) + 0.5;
-                float part = clamp(wide - length(pixel - at), 0.0, 1.0);
+                float part = part_of_spot(inside, pixel - at, e.is_soft);
                 if (part > 0.0) add_light_at(drop, r, pixel, part * light, LEAST_SPREAD_COVER, true);
             }
         }
@@ -166,15 +167,22 @@ void add_line_of_light(uint drop, Large r, vec2 at, vec3 light) {
     } while (i <= last);
 }
 
-// Adds light to a drop at rest as `add_light_at` does; to another it adds all that falls on its fragments.
-bool add_light(uint drop, Large r, vec2 at, vec3 light) {
+// Adds light to a drop at rest as `add_light_at` does; to another it adds all that falls on its fragments, over the ellipse that the
+// lens makes of it.
+bool add_light(uint drop, Large r, vec2 at, vec3 light, Spot e) {
     if (!is_spread()) return add_light_at(drop, r, at, light, LEAST_COVER, is_mine(int(at.y) / int(TILE.y)));
     bool is_blurred = HAS_LENS != 0u && moves[2u * drop].w > 0.0;
 #ifdef SHARED
-    if (is_blurred) add_disc_of_light(drop, r, at, light, max(moves[2u * drop + 1u].z, LEAST_BLUR_PX));
+    if (is_blurred) add_spot_of_light(drop, r, at, light, moved(e, moves[2u * drop + 1u].xy));
 #endif
     if (!is_blurred) add_line_of_light(drop, r, at, light);
     return true;
+}
+
+// Of what is seen as deep as the drop's centre.
+Spot spot_of_drop(uint drop) {
+    float blur = HAS_LENS != 0u && is_spread() ? moves[2u * drop + 1u].z : 0.0;
+    return Spot(blur * blur * vec3(1.0, 0.0, 1.0), false);
 }
 
 vec3 to_view(vec3 world) {
@@ -200,47 +208,52 @@ bool is_small(Large r, float pixels) {
     return small;
 }
 
-// Draws an image (glints.glsl) in the plane of `axis` and `aside`: at its place; where the fragments cover nothing of
+// Draws an image (glints.glsl) in the plane of the eye's axis and `aside`: at its place; where the fragments cover nothing of
 // that pixel, a quarter of a pixel farther in, as all images at the rim of a drop that is spread. `light`: for an image of 1.
-void add_image(uint drop, Large r, vec2 image, vec3 axis, vec3 aside, float sine, vec4 shape, vec3 light) {
-    float focal = frame.image.z, in_by = max(1.0 - 0.25 / (focal * sine), 0.75), inner = clamp(image.x, -in_by, in_by);
+void add_image(uint drop, Large r, Eye e, uint way, float off, vec2 image, vec3 aside, vec4 shape, vec3 light) {
+    float focal = frame.image.z, in_by = max(1.0 - 0.25 / (focal * e.sine), 0.75), inner = clamp(image.x, -in_by, in_by);
     bool done = image.y <= 0.0;
     for (uint attempt = is_spread() ? 1u : 0u; !done && attempt < 2u; ++attempt) {
-        float sin_a = sine * (attempt == 0u ? image.x : inner), cos_a = sqrt(1.0 - sin_a * sin_a);
-        vec3 ray = cos_a * axis + sin_a * aside;
+        float sin_a = e.sine * (attempt == 0u ? image.x : inner), cos_a = sqrt(1.0 - sin_a * sin_a);
+        vec3 ray = cos_a * e.axis + sin_a * aside;
         float larger = 1.0;
-        if (is_flat(r)) ray = cos_a * axis + sine * flattened(shape, sin_a / sine * aside, axis, vertical(), larger);
+        if (is_flat(r)) ray = cos_a * e.axis + e.sine * flattened(shape, sin_a / e.sine * aside, e.axis, vertical(), larger);
         float depth = max(-ray.z, 0.01);
         // Pixels for each unit of solid angle grow with depth^-3.
-        vec2 at = pixel_of(vec2(ray.x, -ray.y) * (focal / depth));
-        done = -ray.z < 0.01 || add_light(drop, r, at, light * (larger * image.y / (cos_a * depth * depth * depth)));
+        vec2 at = pixel_of((vec2(ray.x, -ray.y) / depth + frame.lens.y * vec2(e.place.x, -e.place.y)) * focal);
+        Spot of_lens = Spot(vec3(0.0), false);
+#ifdef SHARED
+        if (is_lens()) of_lens = spot_of(e, nearness_of(e, way, image.x, off), ray, cos_a * aside - sin_a * e.axis);
+#endif
+        done = -ray.z < 0.01 || add_light(drop, r, at, light * (larger * image.y / (cos_a * depth * depth * depth)), of_lens);
     }
 }
 
 // Draws the images of a far drop of some pixels that come by ways of closed form alone; whether it is one. What `solve`
 // does takes CPU drivers the same time for one drop as for eight.
 bool add_by_closed_form(uint drop, Large r) {
-    float far = length(r.sphere.xyz), sine = r.sphere.w / far, pixels = frame.image.z * sine;
-    vec3 axis = r.sphere.xyz / far;
-    bool closed = is_small(r, pixels) && !is_flat(r) && sine < FAR_SINE;
+    Eye e = eye_at(r.sphere, vec2(0.0), 1.0);
+    float pixels = frame.image.z * e.sine;
+    bool closed = is_small(r, pixels) && !is_flat(r) && e.sine < FAR_SINE;
     uint i = 0u;
     if (closed) do {
         if (LOSES_LEFT != 0u && i == END) break;
         vec4 source = source_at(i).toward;
-        uint ways = ways_of(angle_between(axis, to_view(source.xyz)), source.w, sine);
+        uint ways = ways_of(angle_between(e.axis, to_view(source.xyz)), source.w, e.sine);
         closed = (ways & ~CLOSED_WAYS) == 0u;
     } while (closed && ++i < all_sources);
     i = 0u;
     if (closed) do {
         vec4 source = source_at(i).toward;
-        vec3 toward = to_view(source.xyz), aside = aside_of(axis, toward);
+        vec3 toward = to_view(source.xyz), aside = aside_of(e.axis, toward);
         vec3 light = source_at(i).light.rgb * (pixels * pixels);
-        float off = angle_between(axis, toward);
-        uint ways = ways_of(off, source.w, sine);
+        float off = angle_between(e.axis, toward);
+        uint ways = ways_of(off, source.w, e.sine);
         if (ways != 0u) do {
             for (uint k = 0u; k < INDICES; ++k) {
                 vec3 color = take_index(k);
-                add_image(drop, r, far_image_of(uint(findLSB(ways)), off, sine), axis, aside, sine, ROUND, color * light);
+                uint way = uint(findLSB(ways));
+                add_image(drop, r, e, way, off, far_image_of(way, off, e.sine), aside, ROUND, color * light);
             }
         } while ((ways &= ways - 1u) != 0u);
     } while (++i < all_sources);
@@ -264,6 +277,7 @@ bool add_by_table(uint drop, Large r) {
     // A quarter of a pixel farther in where nothing is covered.
     float far = length(r.sphere.xyz), sine = r.sphere.w / far, inner = 1.0 - 0.25 / radius;
     vec3 axis = r.sphere.xyz / far;
+    Spot disc = spot_of_drop(drop);
     uint i = 0u;
     do {
         vec3 toward = to_view(source_at(i).toward.xyz);
@@ -282,7 +296,7 @@ bool add_by_table(uint drop, Large r) {
             float out_by = is_first ? places.x : places.y;
             if (is_spread()) out_by = clamp(out_by, -inner, inner);
             vec2 at = out_by * on_screen;
-            if (!add_light(drop, r, r.center + at, light)) add_light(drop, r, r.center + inner * at, light);
+            if (!add_light(drop, r, r.center + at, light, disc)) add_light(drop, r, r.center + inner * at, light, disc);
         }
     } while (++i < all_sources);
     return true;
@@ -290,8 +304,7 @@ bool add_by_table(uint drop, Large r) {
 
 // Does a drop show them all over its disc (rays.comp)?
 bool spreads_glints(uint drop, Large r) {
-    vec4 move = moves[2u * drop];
-    return (r.look & BY_RAYS) != 0u && is_lens() && has_spread_glints(r.sphere, move.xyz, move.w);
+    return (r.look & BY_RAYS) != 0u && is_lens() && has_spread_glints(drop, r.sphere);
 }
 
 // A source's disc in parts, as a drop shows it.
@@ -303,13 +316,13 @@ struct Parts {
     float radius;      // angular, of a part
 };
 
-Parts parts_in(vec4 source, vec3 axis, float pixels) {
+Parts parts_in(vec4 source, vec3 axis, uint count) {
     Parts p;
     p.toward = to_view(source.xyz);
     p.u = aside_of(p.toward, axis);
     p.v = cross(p.toward, p.u);
     p.wide = source.w;
-    p.count = parts_of(pixels, source.w);
+    p.count = count;
     p.part = inversesqrt(float(p.count));
     p.radius = max(source.w * p.part, 1e-3);
     return p;
@@ -358,25 +371,25 @@ void find_images(Parts p, uint first, Large r, vec3 axis, float sine) {
 }
 #endif
 
-void solve(uint drop) {
-    Large r = large_at(drop);
-    float far = length(r.sphere.xyz), sine = min(r.sphere.w / far, 0.99999);
-    vec3 axis = r.sphere.xyz / far;
-    float pixels = frame.image.z * sine;
+// Draws all images that one of some eyes sees. Of several each looks at another part of the sources.
+void solve_from(uint drop, Large r, uint eye, uint eyes) {
+    Eye e = eye_of(r.sphere, eye, eyes);
+    float pixels = frame.image.z * e.sine;
     vec4 shape = ROUND;
     if (is_flat(r)) shape = large_shapes[drop].shape;
     uint i = 0u;
     do {
-        Parts p = parts_in(source_at(i).toward, axis, pixels);
+        bool is_only = eyes == 1u;
+        Parts p = parts_in(source_at(i).toward, e.axis, is_only ? parts_of(pixels, source_at(i).toward.w) : eyes);
         vec3 light = source_at(i).light.rgb * (p.part * p.part * pixels * pixels);
-        uint j = 0u;
+        uint first = is_only ? 0u : (19u * eye + 7u) % eyes, end = is_only ? p.count : first + 1u, j = first;
         do {
 #ifdef SHARED
-            if (FINDS_TOGETHER && j % FOUND_PARTS == 0u) find_images(p, j, r, axis, sine);
+            if (FINDS_TOGETHER && (j == first || j % FOUND_PARTS == 0u)) find_images(p, j, r, e.axis, e.sine);
 #endif
-            vec3 s = toward_part(p, j), aside = aside_of(axis, s);
-            float off = angle_between(axis, s);
-            uint ways = ways_in(r, off, p.radius, sine);
+            vec3 s = toward_part(p, j), aside = aside_of(e.axis, s);
+            float off = angle_between(e.axis, s);
+            uint ways = ways_in(r, off, p.radius, e.sine);
             if (ways != 0u) do {
                 uint way = uint(findLSB(ways));
                 for (uint k = 0u; k < INDICES; ++k) {
@@ -386,12 +399,22 @@ void solve(uint drop) {
                     if (FINDS_TOGETHER) image = found_images[place_found(j, way, k)];
                     else
 #endif
-                    image = image_in(way, off, p.radius, sine);
-                    add_image(drop, r, image, axis, aside, sine, shape, color * light);
+                    image = image_in(way, off, p.radius, e.sine);
+                    add_image(drop, r, e, way, off, image, aside, shape, color * light);
                 }
             } while ((ways &= ways - 1u) != 0u);
-        } while (++j < p.count);
+        } while (++j < end);
     } while (++i < all_sources);
+}
+
+void solve(uint drop) {
+    Large r = large_at(drop);
+    uint eyes = 1u;
+#ifdef SHARED
+    if (is_lens() && moves[2u * drop].w > 0.0) eyes = eyes_of(r.sphere, moves[2u * drop + 1u].z, all_sources);
+#endif
+    uint eye = 0u;
+    do solve_from(drop, r, eye, eyes); while (++eye < eyes);
 }
 
 #ifdef SHARED

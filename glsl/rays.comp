@@ -109,9 +109,9 @@ void add_coverage(uint node, uint pixel, uint units) {
 }
 
 // Writes what rays through a lens find of a drop in a pixel.
-void write_lens_color(uint node, uint pixel, Large r, Body body, vec2 corner, vec3 motion, float pixels, float blur, float behind) {
+void write_lens_color(uint node, uint pixel, uint drop, Large r, Body body, vec2 corner, vec3 motion, float pixels, float behind) {
     float covered;
-    uint found = lens_color(corner, r.sphere, body, motion, pixels, blur, place_moved(r.index), behind, covered);
+    uint found = lens_color(corner, r.sphere, body, motion, pixels, moves[2u * drop].w, place_moved(r.index), behind, has_spread_glints(drop, r.sphere), covered);
     nodes[node + COLORS + pixel] = found;
     if ((r.look & COVER_BY_RAYS) == 0u) return;
     // The part of a unit that is left over is rounded by chance, so that what is faint keeps its light on the mean.
@@ -160,9 +160,8 @@ void main() {
     uint node = block_node(at);
     vec3 motion = vec3(0.0);
     if (is_exposed()) motion = moves[2u * drop].xyz;
-    float blur = is_lens() ? moves[2u * drop].w : 0.0;
-    if (HAS_LENS != 0u && blur > 0.0) {
-        write_lens_color(node, pixel, r, body, corner, motion, pixels, blur, behind);
+    if (is_lens() && moves[2u * drop].w > 0.0) {
+        write_lens_color(node, pixel, drop, r, body, corner, motion, pixels, behind);
         return;
     }
     bool is_moving = motion != vec3(0.0);

@@ -67,12 +67,6 @@ bool is_little(float radius, float blur) {
     return blur <= max(1.0, 1.5 * radius);
 }
 
-// Are the images of bright sources in a drop by rays spread evenly over its disc? They are where it moves, and where
-// the disc is larger than the drop, which could not be told from discs of their own.
-bool has_spread_glints(vec4 sphere, vec3 motion, float blur) {
-    return blur > 0.0 && (motion != vec3(0.0) || blur > 2.0 * frame.image.z * sphere.w / max(-sphere.z, sphere.w));
-}
-
 // The place of the unit disc that stands for one of the unit square.
 vec2 on_unit_disc(vec2 square) {
     return sqrt(square.x) * vec2(cos(6.2831853 * square.y), sin(6.2831853 * square.y));

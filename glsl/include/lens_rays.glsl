@@ -8,6 +8,7 @@
 #include "lens.glsl"
 #include "moving_rays.glsl"
 #include "source_light.glsl"
+#include "spread_glints.glsl"
 
 // Fewest rays of a pixel: they are a mean over the lens.
 const uint LEAST_LENS_RAYS = 16 * SURER;
@@ -84,9 +85,10 @@ vec2 lens_place(vec2 square, vec3 d, vec3 center, vec3 motion, float radius, out
     return place_in_box(square, along, from, to, share);
 }
 
-// Does what `moving_color` does: the drop's light in a pixel from `corner` on; `covered`: part of the lens and of the time for which it
-// covers the pixel.
-uint lens_color(vec2 corner, vec4 sphere, Body body, vec3 motion, float pixels, float blur, vec2 moved, float behind, out float covered) {
+// Does what `moving_color` does: the drop's light in a pixel from `corner` on, with that of bright sources if it `spreads` over the drop;
+// `covered`: part of the lens and of the time for which it covers the pixel.
+uint lens_color(vec2 corner, vec4 sphere, Body body, vec3 motion, float pixels, float blur, vec2 moved, float behind, bool spreads,
+                out float covered) {
     float radius = sphere.w, focal = frame.image.z;
     // A drop that is no sphere is within a sphere of this radius.
     float reach = body.is_flat ? radius * reach_of_shape(body.shape) : radius;
@@ -140,7 +142,7 @@ uint lens_color(vec2 corner, vec4 sphere, Body body, vec3 motion, float pixels, 
     covered /= float(rays);
     vec3 light = mean.sum / mean.shares;
     // Rays through what is no sphere meet the sources themselves.
-    if (!(SHAPE == TRACED && body.is_flat) && has_spread_glints(sphere, motion, blur)) light += light_of_sources(world * normalize(sphere.xyz));
+    if (!(SHAPE == TRACED && body.is_flat) && spreads) light += light_of_sources(world * normalize(sphere.xyz));
     return pack_radiance(light);
 }
 #endif

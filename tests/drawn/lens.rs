@@ -11,9 +11,9 @@ use raindrops::scene::real_rain::RealRain;
 use raindrops::scene::{PlacedDrop, RainSettings, Scene};
 
 use crate::common::picture::{
-    against, black, draw, light_rain, moving, renderer, square, sum, truth,
+    against, black, draw, light_rain, moving, picture_of, renderer, square, sum, truth,
 };
-use crate::common::{on_device, waves};
+use crate::common::{on_device, painted, waves};
 
 /// RMS error of boxes, in display values from 0 to 1.
 fn boxed_error(truth: &Picture, picture: &Picture) -> f64 {
@@ -330,6 +330,33 @@ fn glints_out_of_focus_keep_their_light() {
                     (light - 1.0).abs() < 0.06,
                     "{preset}: radius {radius}, disc {blur}: {light}"
                 );
+            }
+        }
+    });
+}
+
+/// The rays of a sun's image in a near drop come from another depth than the drop, and some places of the lens see images that its
+/// middle does not.
+#[test]
+fn a_sun_in_a_near_drop_is_as_wide_as_its_rays_make_it() {
+    let toward = DVec3::new(0.5, 0.5, -0.7).normalize();
+    let sun = painted(256, |d| Vec3::splat(if d.dot(toward) > 0.9994 { 1e3 } else { 0.05 }));
+    on_device(|device| {
+        for (aperture, moved, usual) in [(0.4, 0.0, 9e9), (1.2, 0.0, 9e9), (0.4, 0.7, 9e9)] {
+            let mut scene = square(48);
+            (scene.camera.aperture, scene.camera.focus) = (aperture, 60.0);
+            scene.camera.shutter = 0.01;
+            scene.drops = vec![PlacedDrop {
+                velocity: DVec3::new(60.0, 40.0, 0.0) * moved,
+                ..PlacedDrop::sphere(DVec3::new(0.1, -0.2, -4.0), 1.0)
+            }];
+            let truth = truth(&scene, &sun, 8192);
+            for preset in [Preset::Fast, Preset::Exact] {
+                scene.model.preset = preset;
+                let picture = picture_of(device, &scene, &sun);
+                let error = against(&truth, &picture).pixels.rms();
+                println!("{preset}, aperture {aperture}, moved {moved}: {error:.4}");
+                assert!(error < usual, "{preset}, aperture {aperture}, moved {moved}: {error}");
             }
         }
     });
