@@ -27,9 +27,9 @@ Eye eye_at(vec4 sphere, vec2 place, float part) {
 
 // From how many places of the lens the images of a drop are found: the more, the nearer it is. `blur`: the disc of its centre, pixels.
 uint eyes_of(vec4 sphere, float blur, uint sources) {
-    const float LEAST_PX = 3.0, MOST_EYES = 256.0; // the latter of all sources together
-    if (!is_wide_lens(sphere) || blur < LEAST_PX || float(sources) * blur * blur > MOST_SPOTS) return 1u;
-    float wanted = 1500.0 * frame.lens.x * frame.lens.x / dot(sphere.xyz, sphere.xyz);
+    const float LEAST_WIDE_PX = 3.0, MOST_EYES = 256.0; // the latter of all sources together
+    if (!is_wide_lens(sphere) || blur < LEAST_WIDE_PX || float(sources) * blur * blur > MOST_SPOTS) return 1u;
+    float wanted = 3000.0 * frame.lens.x * frame.lens.x / dot(sphere.xyz, sphere.xyz);
     return uint(clamp(wanted, 8.0, MOST_EYES / float(sources)));
 }
 
@@ -40,8 +40,8 @@ Eye eye_of(vec4 sphere, uint number, uint eyes) {
     return eye_at(sphere, frame.lens.x * sqrt(1.0 - 2.0 / 3.0 * part) * place_on_unit_disc(number, eyes, 0.0), part);
 }
 
-// Radius in pixels of the smallest soft ellipse.
-const float LEAST_SOFT_PX = 1.5;
+// Radii in pixels of the smallest ellipse, and of the smallest soft one.
+const float LEAST_PX = 0.2, LEAST_SOFT_PX = 1.0;
 // So many radii of the drop an image moves at most, where the lens's middle is replaced by its edge: where it comes and goes, it would move
 // without bound by its derivative.
 const float MOST_MOVED = 0.25;
@@ -78,7 +78,7 @@ Spot spot_of(Eye e, vec2 nearness, vec3 ray, vec3 along) {
 
 // With the drop's way over the screen, of the variance of both, and no smaller than what pixels show.
 Spot moved(Spot e, vec2 way) {
-    float least = e.is_soft ? LEAST_SOFT_PX : LEAST_BLUR_PX;
+    float least = e.is_soft ? LEAST_SOFT_PX : LEAST_PX;
     e.form += vec3(way.x * way.x, way.x * way.y, way.y * way.y) / 3.0 + least * least * vec3(1.0, 0.0, 1.0);
     return e;
 }
@@ -91,9 +91,10 @@ vec3 inverse_of(vec3 form) {
     return vec3(form.z, -form.y, form.x) / determinant_of(form);
 }
 
-// The sum of the parts of all pixels.
+// The sum of the parts of all pixels, within 1 %.
 float area_of(Spot e) {
-    return 3.14159265 * (sqrt(determinant_of(e.form)) + (e.is_soft ? 0.0 : 1.0 / 12.0));
+    float edge = e.is_soft ? 0.0 : (e.form.x + e.form.z) / 12.0 + 1.0 / 144.0;
+    return 3.14159265 * sqrt(determinant_of(e.form) + edge);
 }
 
 // Part of a pixel around `off` that an ellipse takes whose inverse form is `inside`. The edge is a pixel wide.

@@ -335,28 +335,31 @@ fn glints_out_of_focus_keep_their_light() {
     });
 }
 
-/// The rays of a sun's image in a near drop come from another depth than the drop, and some places of the lens see images that its
-/// middle does not.
+/// The rays of a sun's image in a near drop come from another depth than the drop; some places of a wide lens see images that its
+/// middle does not; and a drop that moves by a quarter of its radius keeps them apart.
 #[test]
 fn a_sun_in_a_near_drop_is_as_wide_as_its_rays_make_it() {
     let toward = DVec3::new(0.5, 0.5, -0.7).normalize();
-    let sun = painted(256, |d| Vec3::splat(if d.dot(toward) > 0.9994 { 1e3 } else { 0.05 }));
+    let sun = painted(512, |d| Vec3::splat(if d.dot(toward) > 0.9997 { 1e3 } else { 0.1 }));
     on_device(|device| {
-        for (aperture, moved, usual) in [(0.4, 0.0, 9e9), (1.2, 0.0, 9e9), (0.4, 0.7, 9e9)] {
+        // As deep as the drop, the first has 0.0063 and the last 0.0093; from the lens's middle the second has 0.021; spread evenly the last 0.13.
+        for (aperture, focus, moved, usual) in
+            [(0.5, 3.0, 0.0, 0.0032), (2.0, 60.0, 0.0, 0.0032), (0.5, 60.0, 0.5, 0.0048)]
+        {
             let mut scene = square(48);
-            (scene.camera.aperture, scene.camera.focus) = (aperture, 60.0);
+            scene.camera.vertical_fov = 60.0;
+            (scene.camera.aperture, scene.camera.focus) = (aperture, focus);
             scene.camera.shutter = 0.01;
             scene.drops = vec![PlacedDrop {
-                velocity: DVec3::new(60.0, 40.0, 0.0) * moved,
-                ..PlacedDrop::sphere(DVec3::new(0.1, -0.2, -4.0), 1.0)
+                velocity: DVec3::new(100.0, 0.0, 0.0) * moved,
+                ..PlacedDrop::sphere(DVec3::new(0.4, -0.6, -5.5), 2.0)
             }];
-            let truth = truth(&scene, &sun, 8192);
+            let truth = truth(&scene, &sun, 3072);
             for preset in [Preset::Fast, Preset::Exact] {
                 scene.model.preset = preset;
-                let picture = picture_of(device, &scene, &sun);
-                let error = against(&truth, &picture).pixels.rms();
+                let error = boxed_error(&truth, &picture_of(device, &scene, &sun));
                 println!("{preset}, aperture {aperture}, moved {moved}: {error:.4}");
-                assert!(error < usual, "{preset}, aperture {aperture}, moved {moved}: {error}");
+                assert!(error < 1.6 * usual, "{preset}, aperture {aperture}, {moved}: {error}");
             }
         }
     });
