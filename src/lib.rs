@@ -95,7 +95,7 @@
 //! let within = [DVec2::new(-0.5, -0.3), DVec2::new(0.5, 0.3)]; // the box that holds their middles
 //! let largest = (0.004, 80.0);           // radius and contact angle
 //! let own = HostPaneDrops::new((on_pane, bytes), layout, ParticleCount::OnDevice(counts, 4), within, largest);
-//! let input = input.with_drops_on_pane(own);
+//! let input = FrameInput::new(&scene, output).with_drops_on_pane(own);
 //!
 //! // No rain under your roofs: the depth that a camera sees from above, of as many texels as are said before `plan`.
 //! scene.shelter = Some(Shelter::of_host(512, 512));         // columns along x, rows along z; before `plan`
