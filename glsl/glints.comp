@@ -1,5 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_control_flow_attributes : require
 // Adds the images of the bright sources to the pixels of the large drops' tile fragments, after their colours are
 // there; one workgroup 64 drops. SHARED: of the drops that the others leave, as they take long; a workgroup one drop.
 // See src/passes/glints.rs.
@@ -28,6 +29,7 @@ layout(std430, set = 1, binding = 3) buffer Disordered { uint shared_drops[]; };
 #include "glints.glsl"
 #include "far_glints.glsl"
 #include "lens.glsl"
+#include "glint_parts.glsl"
 #include "glint_spot.glsl"
 #include "shape.glsl"
 
@@ -46,9 +48,9 @@ const uint STILL_PARTS = 32, MOVING_PARTS = 8;
 const uint FEW_SOURCES = 4;
 const float MOVING_PX = 12.0;
 
-// Turns that SHARED takes for discs and ways, at most, besides 33,000 to find all images of a drop; what is beyond is left
-// out, and counted.
-const uint MOST_TURNS = 60000;
+// Turns that SHARED takes for a drop at most, to find an image, and to look at a source from the
+// lens's edge; what is beyond is left out, and counted.
+const uint MOST_TURNS = 60000, TURNS_TO_FIND = 8, TURNS_TO_LOOK = 500;
 uint turns = 0u;
 bool is_over = false;
 
@@ -61,9 +63,9 @@ void read_counts() {
 }
 
 // Are there as many turns left? All invocations of a workgroup agree.
-bool take_turns(float wanted) {
-    is_over = is_over || float(turns) + wanted > float(MOST_TURNS);
-    if (!is_over) turns += uint(wanted);
+bool take_turns(uint wanted) {
+    is_over = is_over || wanted > MOST_TURNS - turns;
+    if (!is_over) turns += wanted;
     return !is_over;
 }
 
@@ -82,21 +84,29 @@ const float LEAST_COVER = 1.0 / 32.0;
 // little it is covered.
 const float LEAST_SPREAD_COVER = 1.0 / 1024.0;
 
-// Adds light to the pixel at a place on the screen, if a tile fragment of the drop is there that covers at least a part of
-// it; whether it is.
-bool add_light_at(uint drop, Large r, vec2 at, vec3 light, float least, bool mine) {
-    if (any(lessThan(at, vec2(0.0))) || any(greaterThanEqual(at, frame.image.xy))) return false;
-    uvec2 pixel = uvec2(at), tile = pixel / TILE, first = uvec2(r.first_tile & 0xffffu, r.first_tile >> 16);
-    if (any(lessThan(tile, first)) || tile.x - first.x >= r.across) return false;
+// The node of a drop's fragment of a tile on the screen; NO_NODE where it has none.
+const uint NO_NODE = ~0u;
+uint node_of(uint drop, Large r, uvec2 tile) {
+    uvec2 first = uvec2(r.first_tile & 0xffffu, r.first_tile >> 16);
+    if (any(lessThan(tile, first)) || tile.x - first.x >= r.across) return NO_NODE;
     uint block = r.first_block + (tile.y - first.y) * r.across + tile.x - first.x;
-    if (block >= all_blocks || large_of_block(block) != drop) return false;
-    uint node = block_node(block), in_tile = pixel.y % TILE.y * TILE.x + pixel.x % TILE.x;
-    float before = 1.0;
-    if (HAS_DEPTH != 0u) {
-        float behind = reach[tile_number(tile) * PIXELS + in_tile];
-        before = share_before(r.sphere, vec2(pixel) + 0.5, behind);
-        if (share_before(r.sphere, at, behind) < 0.5 || before == 0.0) return true;
-    }
+    return block < all_blocks && large_of_block(block) == drop ? block_node(block) : NO_NODE;
+}
+
+float behind_pixel(uvec2 pixel) {
+    return HAS_DEPTH != 0u ? reach[tile_number(pixel / TILE) * PIXELS + pixel.y % TILE.y * TILE.x + pixel.x % TILE.x] : 0.0;
+}
+
+// The part of what a drop covers of a pixel that is before what is behind.
+float part_before(Large r, uvec2 pixel) {
+    return HAS_DEPTH != 0u ? share_before(r.sphere, vec2(pixel) + 0.5, behind_pixel(pixel)) : 1.0;
+}
+
+// Adds light to a pixel of a fragment of a drop, if that covers at least a part of it; whether it does.
+bool add_light_to(uint node, Large r, uvec2 pixel, vec3 light, float least, bool mine) {
+    uint in_tile = pixel.y % TILE.y * TILE.x + pixel.x % TILE.x;
+    float before = part_before(r, pixel);
+    if (before == 0.0) return true;
     uint covered = one_of_nodes(node + COVERAGE + in_tile / 2u) >> 16u * (in_tile & 1u) & 0xffffu;
     uint color = nodes[node + COLORS + in_tile];
     float share = float(covered) / float(r.look >> 16);
@@ -107,26 +117,48 @@ bool add_light_at(uint drop, Large r, vec2 at, vec3 light, float least, bool min
     return true;
 }
 
+// Adds light at a place on the screen, if a fragment of the drop is there that covers at least a part of the pixel.
+bool add_light_at(uint drop, Large r, vec2 at, vec3 light, float least, bool mine) {
+    if (any(lessThan(at, vec2(0.0))) || any(greaterThanEqual(at, frame.image.xy))) return false;
+    uvec2 pixel = uvec2(at);
+    uint node = node_of(drop, r, pixel / TILE);
+    if (node == NO_NODE) return false;
+    if (HAS_DEPTH != 0u && share_before(r.sphere, at, behind_pixel(pixel)) < 0.5) return true;
+    return add_light_to(node, r, pixel, light, least, mine);
+}
+
 #ifdef SHARED
-// Adds light of a drop out of focus over an ellipse (glint_spot.glsl). Each invocation has rows of tiles of its own.
+// Adds light of a drop out of focus over a spot (glint_spot.glsl). Each invocation has rows of tiles of its own.
 void add_spot_of_light(uint drop, Large r, vec2 at, vec3 light, Spot e) {
-    vec2 wide = sqrt(e.form.xz) + 0.5;
-    vec2 first = vec2(r.first_tile & 0xffffu, r.first_tile >> 16) * vec2(TILE);
-    vec2 low = max(floor(at - wide), first), high = min(floor(at + wide), frame.image.xy - 1.0);
-    high.x = min(high.x, first.x + float(r.across * TILE.x) - 1.0);
+    if (is_pointed(e)) {
+        if (!take_turns(POINTS)) return;
+        for (uint i = 0u; i < POINTS; ++i) {
+            vec2 point = at + point_of(e, i);
+            add_light_at(drop, r, point, light / float(POINTS), LEAST_SPREAD_COVER, is_mine(int(point.y) / int(TILE.y)));
+        }
+        return;
+    }
+    e = broadened(e);
+    uvec2 end = uvec2(frame.image.xy);
+    vec2 wide = sqrt(e.form.xz) + 0.5, low = max(floor(at - wide), 0.0), high = min(floor(at + wide), frame.image.xy - 1.0);
+    uvec2 first = uvec2(r.first_tile & 0xffffu, r.first_tile >> 16);
     if (any(greaterThan(low, high))) return;
-    ivec2 from = ivec2(low) / ivec2(TILE), to = ivec2(high) / ivec2(TILE);
-    int row = from.y + int((gl_LocalInvocationID.x + WIDE - uint(from.y) % WIDE) % WIDE);
-    // A turn a row, a tile and a pixel.
-    if (!take_turns(float((to.y - from.y) / int(WIDE) + 1) * float(1u + (1u + PIXELS) * uint(to.x - from.x + 1)))) return;
+    uvec2 from = max(uvec2(low) / TILE, first), to = min(uvec2(high) / TILE, uvec2(first.x + r.across - 1u, ~0u));
+    if (any(greaterThan(from, to))) return;
+    if (!take_turns(((to.y - from.y) / WIDE + 1u) * (to.x - from.x + 2u))) return;
     light /= area_of(e);
     vec3 inside = inverse_of(e.form);
-    for (; row <= to.y; row += int(WIDE)) {
-        for (int column = from.x; column <= to.x; ++column) {
-            for (uint i = 0u; i < PIXELS; ++i) {
-                vec2 pixel = vec2(ivec2(column, row) * ivec2(TILE) + ivec2(i % TILE.x, i / TILE.x)) + 0.5;
-                float part = part_of_spot(inside, pixel - at, e.is_soft);
-                if (part > 0.0) add_light_at(drop, r, pixel, part * light, LEAST_SPREAD_COVER, true);
+    for (uint row = from.y + (gl_LocalInvocationID.x + WIDE - from.y % WIDE) % WIDE; row <= to.y; row += WIDE) {
+        for (uint column = from.x; column <= to.x; ++column) {
+            uint node = node_of(drop, r, uvec2(column, row));
+            // No turns of their own.
+            [[unroll]] for (uint i = 0u; i < PIXELS; ++i) {
+                uvec2 pixel = uvec2(column, row) * TILE + uvec2(i % TILE.x, i / TILE.x);
+                vec2 off = vec2(pixel) + 0.5 - at;
+                float part = node != NO_NODE && all(lessThan(pixel, end)) ? part_of_spot(inside, off, e.is_soft) : 0.0;
+                // As much more on one side as less on the other.
+                part *= clamp(1.0 + dot(e.slope, off), 0.0, 2.0);
+                if (part > 0.0) add_light_to(node, r, pixel, part * light, LEAST_SPREAD_COVER, true);
             }
         }
     }
@@ -149,7 +181,7 @@ void add_line_of_light(uint drop, Large r, vec2 at, vec3 light) {
     int first = int(floor(from)), last = int(ceil(to)) - 1, stride = 1;
 #ifdef SHARED
     stride = int(WIDE);
-    if (!take_turns(float((last - first) / stride + 1))) return;
+    if (!take_turns(uint((last - first) / stride + 1))) return;
     first += int((gl_LocalInvocationID.x + WIDE - uint(first) % WIDE) % WIDE);
 #endif
     int i = first;
@@ -179,10 +211,10 @@ bool add_light(uint drop, Large r, vec2 at, vec3 light, Spot e) {
     return true;
 }
 
-// Of what is seen as deep as the drop's centre.
+// The spot of an image that is as deep as the drop's centre.
 Spot spot_of_drop(uint drop) {
     float blur = HAS_LENS != 0u && is_spread() ? moves[2u * drop + 1u].z : 0.0;
-    return Spot(blur * blur * vec3(1.0, 0.0, 1.0), false);
+    return Spot(blur * blur * vec3(1.0, 0.0, 1.0), false, vec2(0.0));
 }
 
 vec3 to_view(vec3 world) {
@@ -194,9 +226,9 @@ bool is_flat(Large r) {
 }
 
 // In how many parts a source is drawn. An image is four times as wide as the source is in the drop's radii, at most but
-// for rainbows: about five parts a pixel.
-uint parts_of(float pixels, float angle) {
-    float wide = 8.0 * pixels * angle;
+// for rainbows: about five parts a pixel, or a spot of half the radius `blur`.
+uint parts_of(float pixels, float angle, float blur) {
+    float wide = 8.0 * pixels * angle / max(0.5 * blur, 1.0);
     return uint(clamp(wide * wide, 1.0, float(MOST_PARTS / max(all_sources, 1u))));
 }
 
@@ -204,7 +236,7 @@ uint parts_of(float pixels, float angle) {
 bool is_small(Large r, float pixels) {
     bool small = SPLAT_PX > 0.0 && (r.look & BY_RAYS) == 0u && pixels <= TABLE_PX;
     uint i = 0u;
-    do small = small && parts_of(pixels, source_at(i).toward.w) == 1u; while (++i < all_sources);
+    do small = small && parts_of(pixels, source_at(i).toward.w, 0.0) == 1u; while (++i < all_sources);
     return small;
 }
 
@@ -220,8 +252,8 @@ void add_image(uint drop, Large r, Eye e, uint way, float off, vec2 image, vec3 
         if (is_flat(r)) ray = cos_a * e.axis + e.sine * flattened(shape, sin_a / e.sine * aside, e.axis, vertical(), larger);
         float depth = max(-ray.z, 0.01);
         // Pixels for each unit of solid angle grow with depth^-3.
-        vec2 at = pixel_of((vec2(ray.x, -ray.y) / depth + frame.lens.y * vec2(e.place.x, -e.place.y)) * focal);
-        Spot of_lens = Spot(vec3(0.0), false);
+        vec2 at = pixel_of(vec2(ray.x, -ray.y) * (focal / depth) + focal * frame.lens.y * vec2(e.place.x, -e.place.y));
+        Spot of_lens = Spot(vec3(0.0), false, vec2(0.0));
 #ifdef SHARED
         if (is_lens()) of_lens = spot_of(e, nearness_of(e, way, image.x, off), ray, cos_a * aside - sin_a * e.axis);
 #endif
@@ -307,42 +339,10 @@ bool spreads_glints(uint drop, Large r) {
     return (r.look & BY_RAYS) != 0u && is_lens() && has_spread_glints(drop, r.sphere);
 }
 
-// A source's disc in parts, as a drop shows it.
-struct Parts {
-    vec3 toward, u, v; // its middle and two directions across, in view space
-    float wide;        // angular radius of the source
-    uint count;
-    float part;        // root of a part's share of the solid angle
-    float radius;      // angular, of a part
-};
-
-Parts parts_in(vec4 source, vec3 axis, uint count) {
-    Parts p;
-    p.toward = to_view(source.xyz);
-    p.u = aside_of(p.toward, axis);
-    p.v = cross(p.toward, p.u);
-    p.wide = source.w;
-    p.count = count;
-    p.part = inversesqrt(float(p.count));
-    p.radius = max(source.w * p.part, 1e-3);
-    return p;
-}
-
-// Where a part is: evenly over the disc, by turns of the golden angle.
-vec3 toward_part(Parts p, uint number) {
-    float out_by = p.count > 1u ? p.wide * p.part * sqrt(float(number) + 0.5) : 0.0, turn = 2.39996323 * float(number);
-    return normalize(p.toward + out_by * (cos(turn) * p.u + sin(turn) * p.v));
-}
-
 // The ways by which a drop shows a part that is `off` its axis. In a large drop even an image of a thirtieth of the light is
 // seen.
 uint ways_in(Large r, float off, float radius, float sine) {
     return ways_of(off, radius, sine) | ((r.look & BY_RAYS) != 0u ? FAINT_WAYS : 0u);
-}
-
-vec2 image_in(uint way, float off, float radius, float sine) {
-    bool closed = sine < FAR_SINE && (CLOSED_WAYS >> way & 1u) != 0u;
-    return closed ? far_image_of(way, off, sine) : image_of(way, off, radius, sine);
 }
 
 #ifdef SHARED
@@ -371,50 +371,62 @@ void find_images(Parts p, uint first, Large r, vec3 axis, float sine) {
 }
 #endif
 
-// Draws all images that one of some eyes sees. Of several each looks at another part of the sources.
-void solve_from(uint drop, Large r, uint eye, uint eyes) {
+// Draws the images of a source that one of some eyes sees by the ways of `some`. Of several each looks at another part of it.
+void solve_from(uint drop, Large r, uint source, uint eye, uint eyes, uint some, Looks looks) {
     Eye e = eye_of(r.sphere, eye, eyes);
     float pixels = frame.image.z * e.sine;
     vec4 shape = ROUND;
     if (is_flat(r)) shape = large_shapes[drop].shape;
-    uint i = 0u;
+    bool is_only = eyes == 1u;
+    vec4 disc = source_at(source).toward;
+    Parts p = parts_in(to_view(disc.xyz), disc.w, e.axis, is_only ? parts_of(pixels, disc.w, looks.least) : eyes);
+    vec3 light = source_at(source).light.rgb * (p.part * p.part * pixels * pixels);
+    uint first = is_only ? 0u : uint(float(eyes) * fract(0.67104361 * float(eye))), end = is_only ? p.count : first + 1u, j = first;
     do {
-        bool is_only = eyes == 1u;
-        Parts p = parts_in(source_at(i).toward, e.axis, is_only ? parts_of(pixels, source_at(i).toward.w) : eyes);
-        vec3 light = source_at(i).light.rgb * (p.part * p.part * pixels * pixels);
-        uint first = is_only ? 0u : (19u * eye + 7u) % eyes, end = is_only ? p.count : first + 1u, j = first;
-        do {
 #ifdef SHARED
-            if (FINDS_TOGETHER && (j == first || j % FOUND_PARTS == 0u)) find_images(p, j, r, e.axis, e.sine);
+        if (FINDS_TOGETHER && (j == first || j % FOUND_PARTS == 0u)) find_images(p, j, r, e.axis, e.sine);
 #endif
-            vec3 s = toward_part(p, j), aside = aside_of(e.axis, s);
-            float off = angle_between(e.axis, s);
-            uint ways = ways_in(r, off, p.radius, e.sine);
-            if (ways != 0u) do {
-                uint way = uint(findLSB(ways));
-                for (uint k = 0u; k < INDICES; ++k) {
-                    vec3 color = take_index(k);
-                    vec2 image;
+        vec3 s = toward_part(p, j), aside = aside_of(e.axis, s);
+        float off = angle_between(e.axis, s);
+        uint ways = ways_in(r, off, p.radius, e.sine) & some;
 #ifdef SHARED
-                    if (FINDS_TOGETHER) image = found_images[place_found(j, way, k)];
-                    else
+        if (!take_turns(1u + TURNS_TO_FIND * INDICES * uint(bitCount(ways)))) ways = 0u;
 #endif
-                    image = image_in(way, off, p.radius, e.sine);
-                    add_image(drop, r, e, way, off, image, aside, shape, color * light);
-                }
-            } while ((ways &= ways - 1u) != 0u);
-        } while (++j < end);
-    } while (++i < all_sources);
+        if (ways != 0u) do {
+            uint way = uint(findLSB(ways));
+            if (is_only) e.slant = unpackHalf2x16(looks.slants[way]);
+            for (uint k = 0u; k < INDICES; ++k) {
+                vec3 color = take_index(k);
+                vec2 image;
+#ifdef SHARED
+                if (FINDS_TOGETHER) image = found_images[place_found(j, way, k)];
+                else
+#endif
+                image = image_in(way, off, p.radius, e.sine);
+                add_image(drop, r, e, way, off, image, aside, shape, color * light);
+            }
+        } while ((ways &= ways - 1u) != 0u);
+    } while (++j < end);
 }
 
 void solve(uint drop) {
     Large r = large_at(drop);
-    uint eyes = 1u;
+    Looks looks = Looks(0u, uint[8](0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u), 0.0);
+    uint i = 0u;
+    do {
 #ifdef SHARED
-    if (is_lens() && moves[2u * drop].w > 0.0) eyes = eyes_of(r.sphere, moves[2u * drop + 1u].z, all_sources);
+        if (is_lens() && moves[2u * drop].w > 0.0) {
+            looks.least = moves[2u * drop + 1u].z;
+            vec4 source = source_at(i).toward;
+            if (is_seen_by_places(r.sphere, looks.least) && take_turns(TURNS_TO_LOOK)) {
+                looks = looks_at(r.sphere, vec4(to_view(source.xyz), source.w), looks.least);
+            }
+        }
 #endif
-    uint eye = 0u;
-    do solve_from(drop, r, eye, eyes); while (++eye < eyes);
+        solve_from(drop, r, i, 0u, 1u, ~looks.uneven, looks);
+        uint eyes = looks.uneven != 0u ? min(MOST_EYES, 2u * MOST_EYES / all_sources) : 0u;
+        for (uint eye = 0u; eye < eyes; ++eye) solve_from(drop, r, i, eye, eyes, looks.uneven, looks);
+    } while (++i < all_sources);
 }
 
 #ifdef SHARED
@@ -433,7 +445,7 @@ bool takes_long(uint drop, Large r) {
     uint most = 1u;
     uint i = 0u;
     do {
-        most = max(most, parts_of(frame.image.z * min(r.sphere.w / length(r.sphere.xyz), 0.99999), source_at(i).toward.w));
+        most = max(most, parts_of(frame.image.z * min(r.sphere.w / length(r.sphere.xyz), 0.99999), source_at(i).toward.w, 0.0));
     } while (++i < all_sources);
     most *= max(all_sources, FEW_SOURCES);
     if (!is_spread()) return most > STILL_PARTS;

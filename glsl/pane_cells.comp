@@ -35,7 +35,7 @@ layout(std430, set = 0, binding = 6) buffer PaneSpans { uvec4 spans[]; };
 // have their places; NOTHING: it has no room.
 layout(std430, set = 0, binding = 7) buffer PaneTallies { uint tallies[]; };
 layout(std430, set = 0, binding = 8) buffer PaneUnordered { uint unordered[]; };
-// Of the dispatches that find what drops look like: an invocation for each of 64 places of a drop, and one a drop.
+// Groups of the dispatches that find what drops look like: an invocation for each of 64 places of a drop, and one a drop.
 layout(std430, set = 0, binding = 9) writeonly buffer PaneGroups { uvec4 look_groups[2]; };
 const uint GROUPS_A_ROW = 32768u; // of such a dispatch
 

@@ -8,6 +8,7 @@
 struct Spot {
     vec3 form;    // xx, xy and yy of S times its transpose, where S leads from the unit disc to pixels
     bool is_soft; // one of many that overlap: brightest in its middle
+    vec2 slope;   // of its light, a part of it a pixel
 };
 
 // From where the images in a drop are found: a place of the lens, and where the drop is seen from there.
@@ -17,47 +18,78 @@ struct Eye {
     float sine; // of its angular radius
     float part; // of the whole lens that the ellipses are for, as the square of their size
     vec2 place; // on the lens, scene units
+    vec2 slant; // how an image's light grows over the lens, a part of it a radius
 };
 
 Eye eye_at(vec4 sphere, vec2 place, float part) {
     vec3 center = sphere.xyz - vec3(place, 0.0);
     float far = length(center);
-    return Eye(center / far, far, min(sphere.w / far, 0.99999), part, place);
+    return Eye(center / far, far, min(sphere.w / far, 0.99999), part, place, vec2(0.0));
 }
 
-// From how many places of the lens the images of a drop are found: the more, the nearer it is. `blur`: the disc of its centre, pixels.
-uint eyes_of(vec4 sphere, float blur, uint sources) {
-    const float LEAST_WIDE_PX = 3.0, MOST_EYES = 256.0; // the latter of all sources together
-    if (!is_wide_lens(sphere) || blur < LEAST_WIDE_PX || float(sources) * blur * blur > MOST_SPOTS) return 1u;
-    float wanted = 3000.0 * frame.lens.x * frame.lens.x / dot(sphere.xyz, sphere.xyz);
-    return uint(clamp(wanted, 8.0, MOST_EYES / float(sources)));
-}
-
-// One of them. Ellipses of twice their distance overlap evenly; places are so much farther in that the variance of all is the lens's.
+// One of several eyes. Ellipses of 2.5 times their distance overlap evenly; places are so much farther in that the variance of all is the
+// lens's.
 Eye eye_of(vec4 sphere, uint number, uint eyes) {
     if (eyes == 1u) return eye_at(sphere, vec2(0.0), 1.0);
-    float part = 4.0 / float(eyes);
+    float part = 6.25 / float(eyes);
     return eye_at(sphere, frame.lens.x * sqrt(1.0 - 2.0 / 3.0 * part) * place_on_unit_disc(number, eyes, 0.0), part);
 }
 
-// Radii in pixels of the smallest ellipse, and of the smallest soft one.
-const float LEAST_PX = 0.2, LEAST_SOFT_PX = 1.0;
-// So many radii of the drop an image moves at most, where the lens's middle is replaced by its edge: where it comes and goes, it would move
-// without bound by its derivative.
+// Where it comes and goes an image moves without bound, by its derivative. Between middle and edge of the lens it moves by so many radii of
+// the drop at most.
 const float MOST_MOVED = 0.25;
 
 // One over the distances that the rays of an image seem to come from, in drops' distances: in the plane of axis and source, and across
 // it. Those of the plane, of distances p from the drop's centre and directions β, meet dp/dβ beyond their point nearest to it. Those
 // across meet on the line through the centre towards the source, around which all is symmetric.
 vec2 nearness_of(Eye e, uint way, float b, float off) {
-    bool outside = way == 0u, lens = way >= LENS_WAYS;
-    float turns = outside ? 0.0 : lens ? 2.0 : float(2u * (way / 2u) + 2u);
-    float c = sqrt((1.0 - b) * (1.0 + b)), inside = min(b / WATER, 0.99999), sin_a = e.sine * b;
-    float slope = turns * c / WATER * inversesqrt(1.0 - inside * inside) - 2.0;
-    float apart = slope * sqrt(1.0 - sin_a * sin_a) + e.sine * c, along = slope / (abs(apart) < 1e-6 ? 1e-6 : apart);
-    float across = sin(off - asin(sin_a)) / max(sin(off), 1e-4);
-    float most = MOST_MOVED * e.sine * e.far / frame.lens.x;
-    return clamp(vec2(along, across), 1.0 - most, 1.0 + most);
+    float a = asin(e.sine * b), slope = angle_at(asin(b), turns_of(way), 0.0, 0.0).y;
+    float apart = slope * cos(a) + e.sine * sqrt((1.0 - b) * (1.0 + b));
+    return vec2(slope / (abs(apart) < 1e-6 ? 1e-6 : apart), sin(off - a) / max(sin(off), 1e-4));
+}
+
+// Eyes for one source at most, and half of those for all together.
+const uint MOST_EYES = 128;
+
+// How the images of a source by each of the ways are seen from the lens's middle and from places of its edge.
+struct Looks {
+    uint uneven;     // ways by which some see one and others none, or elsewhere, a bit each
+    uint slants[8];  // of the others (Eye), halves
+    float least;     // radius in pixels of the smallest spot's shorter axis
+};
+
+// `source`: in view space.
+Looks looks_at(vec4 sphere, vec4 source, float blur) {
+    const uint AT_EDGE = 8u;
+    const float ALIKE = 0.1, MOST_SLANT = 1.0, LEAST_SPOT_PX = 3.0;
+    Looks looks;
+    looks.uneven = 0u;
+    looks.least = blur;
+    take_index(INDICES / 2u);
+    for (uint way = 0u; way < 8u; ++way) {
+        vec3 middle = vec3(0.0);
+        vec2 slant = vec2(0.0);
+        float spot = 0.0;
+        bool is_even = true;
+        for (uint i = 0u; i <= AT_EDGE; ++i) {
+            float angle = 6.2831853 / float(AT_EDGE) * float(i);
+            vec2 place = i == 0u ? vec2(0.0) : vec2(cos(angle), sin(angle));
+            Eye e = eye_at(sphere, frame.lens.x * place, 1.0);
+            float off = angle_between(e.axis, source.xyz);
+            vec2 image = image_in(way, off, max(source.w, 1e-3), e.sine);
+            vec3 seen = vec3(nearness_of(e, way, image.x, off), image.y);
+            if (i == 0u) middle = seen;
+            slant += 2.0 / float(AT_EDGE) * seen.z * place;
+            is_even = is_even && seen.z > 0.0 && all(lessThanEqual(abs(seen.xy - middle.xy), ALIKE * max(abs(middle.xy), 1.0)));
+            vec2 axes = frame.lens.z * abs(seen.xy / e.far - frame.lens.y);
+            if (seen.z > 0.0) spot = max(spot, max(axes.x, axes.y));
+            if (seen.z > 0.0) looks.least = min(looks.least, min(axes.x, axes.y));
+        }
+        is_even = is_even && dot(slant, slant) <= MOST_SLANT * MOST_SLANT * middle.z * middle.z;
+        looks.uneven |= spot > LEAST_SPOT_PX && !is_even ? 1u << way : 0u;
+        looks.slants[way] = is_even ? packHalf2x16(slant / middle.z) : 0u;
+    }
+    return looks;
 }
 
 // Where a small step across a ray leads on the screen, in focal lengths.
@@ -70,16 +102,43 @@ vec2 step_on_screen(vec3 ray, vec3 across) {
 // `along`: across a ray, in the plane of axis and source.
 Spot spot_of(Eye e, vec2 nearness, vec3 ray, vec3 along) {
     mat2 seen = mat2(step_on_screen(ray, along), step_on_screen(ray, cross(ray, along)));
+    float most = MOST_MOVED * e.sine * e.far / frame.lens.x;
+    nearness = clamp(nearness, 1.0 - most, 1.0 + most);
     mat2 near = seen * mat2(nearness.x, 0.0, 0.0, nearness.y) * inverse(seen);
     mat2 s = sqrt(e.part) * frame.lens.z * (near / (e.far * max(-ray.z, 0.01)) - mat2(frame.lens.y));
     mat2 form = s * transpose(s);
-    return Spot(vec3(form[0].x, form[0].y, form[1].y), e.part < 1.0);
+    // A place higher on the lens sees it higher up; the screen's rows go down.
+    vec2 slope = abs(determinant(s)) > 1e-6 ? inverse(transpose(s)) * vec2(-e.slant.x, e.slant.y) : vec2(0.0);
+    return Spot(vec3(form[0].x, form[0].y, form[1].y), e.part < 1.0, slope);
 }
 
-// With the drop's way over the screen, of the variance of both, and no smaller than what pixels show.
+// The spot of what moves meanwhile, of the variance of both.
 Spot moved(Spot e, vec2 way) {
-    float least = e.is_soft ? LEAST_SOFT_PX : LEAST_PX;
-    e.form += vec3(way.x * way.x, way.x * way.y, way.y * way.y) / 3.0 + least * least * vec3(1.0, 0.0, 1.0);
+    e.form += vec3(way.x * way.x, way.x * way.y, way.y * way.y) / 3.0;
+    return e;
+}
+
+// A smaller spot is drawn by points: of its edge pixels show nothing, and a point gives all of its light to one of them.
+const float POINTED_PX = 1.0;
+const uint POINTS = 16;
+
+bool is_pointed(Spot e) {
+    return e.form.x + e.form.z < 2.0 * POINTED_PX * POINTED_PX;
+}
+
+// Where one of them is, from the spot's middle.
+vec2 point_of(Spot e, uint number) {
+    // Those of a soft one are so much farther in that their variance is its own.
+    vec2 place = (e.is_soft ? sqrt(2.0 / 3.0) : 1.0) * place_on_unit_disc(number, POINTS, 0.0);
+    float wide = sqrt(e.form.x), slant = e.form.y / max(wide, 1e-9);
+    return vec2(wide * place.x, slant * place.x + sqrt(max(e.form.z - slant * slant, 0.0)) * place.y);
+}
+
+// No axis is narrower than what pixels show of it, so that they have all of the spot's light together. Of many thin ones that lie side by
+// side askew each would show.
+Spot broadened(Spot e) {
+    float least2 = e.is_soft ? 1.0 + 0.1 * (e.form.x + e.form.z) : 0.25;
+    e.form += least2 * vec3(1.0, 0.0, 1.0);
     return e;
 }
 

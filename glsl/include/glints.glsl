@@ -76,15 +76,24 @@ uint ways_of(float off, float radius, float sine) {
         | (high > 1.9 && low < 2.28 + seen ? FAINT_WAYS : 0u) | (sine > LENS && low < 0.7 ? 192u : 0u);
 }
 
+// Internal reflections on a way, and its `turns`.
+uint order_of(uint way) {
+    return way == 0u || way >= LENS_WAYS ? 0u : way / 2u;
+}
+
+float turns_of(uint way) {
+    return way == 0u ? 0.0 : float(2u * order_of(way) + 2u);
+}
+
 // The image by a way of a disc `off` the axis with an angular `radius`. x: its impact parameter, negative on the side
 // away from the source; y: its light over the source's light and the drop's squared radius, 0 if there is none.
 // The mean over the disc's breadth, so that a rainbow's image, which has no bound, has one.
 vec2 image_of(uint way, float off, float radius, float sine) {
     bool outside = way == 0u, lens = way >= LENS_WAYS;
-    uint order = outside || lens ? 0u : way / 2u;
+    uint order = order_of(way);
     if (outside ? REFLECTION == 0u : order > INTERNAL_REFLECTIONS) return vec2(0.0);
     Branch w;
-    w.turns = outside ? 0.0 : float(2u * order + 2u);
+    w.turns = turns_of(way);
     w.start = outside ? HALF_TURN : -HALF_TURN * float(order);
     w.sine = sine;
     w.crest = crest_of(w.turns, sine);
@@ -146,6 +155,12 @@ vec2 far_image_of(uint way, float off, float sine) {
     float seen = max(off, 1e-4);
     light *= sin(max(turn, 1e-4)) / sin(seen) * slope / max(slope - sine * cos_incidence, 1e-3);
     return vec2(outside ? b : -b, light);
+}
+
+// The image by a way of a disc in a drop that is near or far.
+vec2 image_in(uint way, float off, float radius, float sine) {
+    bool closed = sine < FAR_SINE && (CLOSED_WAYS >> way & 1u) != 0u;
+    return closed ? far_image_of(way, off, sine) : image_of(way, off, radius, sine);
 }
 
 // Unit vector perpendicular to `axis` in the plane of `axis` and `toward`; any where they are parallel.

@@ -3,20 +3,19 @@
 // Which drops out of focus show the images of bright sources all over their discs.
 #include "lens.glsl"
 
-// Is a drop so near that places of the lens see other images in it?
-bool is_wide_lens(vec4 sphere) {
-    return frame.lens.x > 0.05 * length(sphere.xyz);
+// Are places of the lens, each for itself, worth a look at a drop? They see other images in a near one. Spots of all sources together take
+// time by the squared pixels of their drop's `disc`, that of its centre.
+bool is_seen_by_places(vec4 sphere, float disc) {
+    const float NEAR = 0.05, MOST_PIXELS2 = 8000.0;
+    return frame.lens.x > NEAR * length(sphere.xyz) && float(source_count.x) * disc * disc < MOST_PIXELS2;
 }
 
-// Squared pixels up to which spots of all sources are drawn one by one in a near drop (glints.comp).
-const float MOST_SPOTS = 15000.0;
-
-// Are the images of bright sources in a drop by rays spread evenly over its disc? They are where the lens's disc is larger than the drop, or
-// its way is, which could not be told from spots of their own. In a near drop they are anything but even.
+// Are the images of bright sources in a drop by rays spread evenly over its disc? They are where the lens's disc is larger than the drop,
+// or its way is, which could not be told from spots of their own. In a near drop they are anything but even.
 bool has_spread_glints(uint drop, vec4 sphere) {
     vec4 move = moves[2u * drop];
-    float disc = moves[2u * drop + 1u].z, pixels = frame.image.z * sphere.w / max(-sphere.z, sphere.w);
+    float pixels = frame.image.z * sphere.w / max(-sphere.z, sphere.w);
     bool is_wide = dot(move.xyz, move.xyz) > 4.0 * sphere.w * sphere.w || move.w > 2.0 * pixels;
-    return move.w > 0.0 && is_wide && !(is_wide_lens(sphere) && float(source_count.x) * disc * disc < MOST_SPOTS);
+    return move.w > 0.0 && is_wide && !is_seen_by_places(sphere, moves[2u * drop + 1u].z);
 }
 #endif

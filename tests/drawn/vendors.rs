@@ -182,6 +182,10 @@ fn rows(table: &Table) -> String {
     let mut text = String::new();
     for (shader, (variants, most)) in table {
         let Figures { registers, spilled, shared, instructions, .. } = most;
+        let instructions = match instructions {
+            ..10_000 => instructions.to_string(),
+            _ => format!("{},{:03}", instructions / 1000, instructions % 1000),
+        };
         text += &format!(
             "| `{shader}` | {variants} | {registers} | {spilled} | {shared} | {instructions} |
 "

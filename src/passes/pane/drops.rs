@@ -34,7 +34,7 @@ pub(crate) struct PaneDrops {
     /// Of caps and of cells.
     pub texels: [Texels; 2],
     pub bounds: Bounds,
-    /// Of a host's: groups of the dispatches over their looks, as the device counts the drops.
+    /// Groups of the dispatches over a host's drops, as the device counts them.
     pub groups: Option<Buffer>,
 }
 

@@ -219,7 +219,7 @@ impl PaneCells {
     /// Records what empties the cells; a barrier to compute must follow.
     pub fn record_reset(&self, device: &Device, commands: Recorder<'_>, drops: &HostPaneDrops) {
         let UVec2 { x, y } = drops.bounds(self.most).lattice.size;
-        // Of the cells, and of their rows.
+        // The tallies of the cells, and of their rows.
         fill_buffer(device, commands, &self.tallies, 0..4 * u64::from(x * y + y), 0);
     }
 

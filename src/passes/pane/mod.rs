@@ -72,7 +72,7 @@ const TOUCHED: [u32; 8] = [0, 0, 1, 0, 0, 0, 1, 0];
 pub struct Pane {
     buffers: Buffers,
     drops: Arc<PaneDrops>,
-    /// Of these drops; a host's frame brings its own.
+    /// Where these drops are; a host's frame brings its own.
     pub(crate) bounds: Bounds,
     radiance_scale: f32,
     has_plate: bool,
