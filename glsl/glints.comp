@@ -266,7 +266,7 @@ void add_image(uint drop, Large r, Eye e, uint way, float off, vec2 image, vec3 
 bool add_by_closed_form(uint drop, Large r) {
     Eye e = eye_at(r.sphere, vec2(0.0), 1.0);
     float pixels = frame.image.z * e.sine;
-    bool closed = is_small(r, pixels) && !is_flat(r) && e.sine < FAR_SINE;
+    bool closed = is_small(r, pixels) && !is_flat(r) && e.sine < far_sine();
     uint i = 0u;
     if (closed) do {
         if (LOSES_LEFT != 0u && i == END) break;

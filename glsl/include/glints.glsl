@@ -16,11 +16,11 @@
 const float HALF_TURN = 3.14159265358979;
 
 // The ways of light that have images: 0 by the reflection outside; after k = 0, 1, 2 internal reflections between
-// crest and rim 1, 3, 5, between the middle and the crest 2, 4 (k = 1, 2). A drop nearer than 2 radii is a lens that
-// also shows upright what is behind it: 6 between middle and crest, 7 between crest and rim.
+// crest and rim 1, 3, 5, between the middle and the crest 2, 4 (k = 1, 2). A near drop, of water nearer than 2 radii, is a lens
+// that also shows upright what is behind it: 6 between middle and crest, 7 between crest and rim. That holds for indices from
+// 1.18 to 1.41; beyond, the ways of k = 2 or 1 reach over another half turn.
 const uint LENS_WAYS = 6; // from here on
 const uint MOST_ORDERS = 2; // internal reflections; after more of them 0.1 % of the light
-const float LENS = 0.49;    // sine of the angular radius beyond which the ways of a lens have images
 
 // ψ and its slope. `turns`: 2(k+1), 0 outside; `start`: ψ of the ray through the middle.
 vec2 angle_at(float incidence, float turns, float start, float sine) {
@@ -59,21 +59,38 @@ float incidence_of(Branch w, float value) {
     float drop = w.top - value;
     float bend = max(2.0 * (w.top - w.bottom - w.steepness * w.reach) / (w.reach * w.reach), 0.0);
     float u = 2.0 * drop / (w.steepness + sqrt(max(w.steepness * w.steepness + 2.0 * bend * drop, 1e-12)));
-    // b within 6e-5 farther than 30 radii; by a third step within 1e-6 farther than 5, within 4e-4 for any drop.
+    // Of water b within 6e-5 farther than 30 radii; by a third step within 1e-6 farther than 5, within 4e-4 for any drop. Of lower
+    // indices by two more.
     u = newton(w, clamp(u, 0.0, w.reach), value);
     u = newton(w, u, value);
     for (uint i = 0u; w.sine > 1.0 / 30.0 && i < 1u; ++i) u = newton(w, u, value);
+    if (lowest_index() < 1.3) u = newton(w, newton(w, u, value), value);
     return w.crest + w.away * u;
 }
 
 // The ways of k = 2 have a bit each: but for the rainbow an image has a thirtieth of the light of that outside.
 const uint FAINT_WAYS = 48u;
 
+// ψ at the rim of a far drop after k internal reflections, and its greatest.
+float rim_angle(float k, float index) {
+    return (k + 1.0) * (2.0 * asin(1.0 / index) - HALF_TURN);
+}
+
+float crest_angle(float k, float index) {
+    float c = sqrt((index * index - 1.0) / (k * (k + 2.0))), s = sqrt(1.0 - c * c);
+    return 2.0 * (k + 1.0) * asin(s / index) - 2.0 * acos(c) - k * HALF_TURN;
+}
+
 // The ways that may have images, a bit each, so that most of them need no look. Of k = 2 the rainbow alone.
 uint ways_of(float off, float radius, float sine) {
-    float low = off - radius, high = off + radius, seen = 1.6 * sine;
-    return 1u | (low < 1.45 ? 2u : 0u) | (high > 2.39 - seen ? 4u : 0u) | (high > 2.39 - seen && low < 2.89 + seen ? 8u : 0u)
-        | (high > 1.9 && low < 2.28 + seen ? FAINT_WAYS : 0u) | (sine > LENS && low < 0.7 ? 192u : 0u);
+    // In a near drop ψ is greater by so much at most.
+    float low = off - radius, high = off + radius, adds = 1.6 * sine + 0.015, least = lowest_index(), most = highest_index();
+    float second_bow = 2.0 * HALF_TURN + crest_angle(2.0, least), second_end = 2.0 * HALF_TURN + crest_angle(2.0, most) - 0.36;
+    uint ways = low < -rim_angle(0.0, most) ? 3u : 1u;
+    if (high > -crest_angle(1.0, least) - adds) ways |= low < -rim_angle(1.0, most) + adds ? 12u : 4u;
+    if (high > second_end && low < second_bow + adds) ways |= FAINT_WAYS;
+    if (sine > 1.99 - 2.0 / least && low < adds) ways |= 3u << LENS_WAYS;
+    return ways;
 }
 
 // Internal reflections on a way, and its `turns`.
@@ -129,7 +146,11 @@ vec2 image_of(uint way, float off, float radius, float sine) {
 
 // The ways that have a closed form, of far drops: the reflection outside, and straight through.
 const uint CLOSED_WAYS = 3u;
-const float FAR_SINE = 1.0 / 30.0;
+
+// The sine of the largest angular radius of which they are exact enough.
+float far_sine() {
+    return min(1.0 / 30.0, 2.0 / 15.0 * (1.0 - 1.0 / lowest_index()));
+}
 
 // Does what `image_of` does, for one of them: the drop turns light by Φ' = π - 2θ outside, and by Φ' = 2θ - 2θt straight through, which
 // leads to tan θt = sin(Φ'/2) / (n - cos(Φ'/2)). By the ray's angle α the camera's Φ is a little more, or less; two passes
@@ -159,7 +180,7 @@ vec2 far_image_of(uint way, float off, float sine) {
 
 // The image by a way of a disc in a drop that is near or far.
 vec2 image_in(uint way, float off, float radius, float sine) {
-    bool closed = sine < FAR_SINE && (CLOSED_WAYS >> way & 1u) != 0u;
+    bool closed = sine < far_sine() && (CLOSED_WAYS >> way & 1u) != 0u;
     return closed ? far_image_of(way, off, sine) : image_of(way, off, radius, sine);
 }
 

@@ -16,6 +16,14 @@ vec3 take_index(uint number) {
     return vec3(equal(uvec3(number), uvec3(0u, 1u, 2u)));
 }
 
+float lowest_index() {
+    return min(min(uintBitsToFloat(INDEX_RED), uintBitsToFloat(INDEX_BLUE)), uintBitsToFloat(INDEX_GREEN));
+}
+
+float highest_index() {
+    return max(max(uintBitsToFloat(INDEX_RED), uintBitsToFloat(INDEX_BLUE)), uintBitsToFloat(INDEX_GREEN));
+}
+
 // A ray that meets a drop: unit direction, unit vector from the drop's centre to the ray
 // (perpendicular to it), impact parameter b and cos of the incidence angle.
 struct Intersection {

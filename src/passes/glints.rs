@@ -46,8 +46,8 @@ pub const MOST_SOURCES: usize = crate::abi::MOST_SOURCES as usize;
 /// wide enough for the environment's levels.
 const LARGEST_SOURCE: f64 = 0.035;
 
-/// Indices for which the shader knows which ways have images. Other drops show sources as all of the environment.
-const INDICES: std::ops::RangeInclusive<f64> = 1.325..=1.345;
+/// Indices for which the shader finds all images but a thousandth of the light. Other drops show sources as all of the environment.
+const INDICES: std::ops::RangeInclusive<f64> = 1.25..=1.41;
 
 /// Bytes an entry of the splats' table, an angle of a source's images, and an angle of the table of bows.
 const ENTRY_BYTES: u64 = 16;
