@@ -167,8 +167,7 @@ void add_spot_of_light(uint drop, Large r, vec2 at, vec3 light, Spot e) {
 
 // Adds light of a drop that moves while the shutter is open, by the length of its way in each column of pixels, or in each row
 // if that is longer. Of SHARED each invocation has columns, or rows, of its own.
-void add_line_of_light(uint drop, Large r, vec2 at, vec3 light) {
-    vec2 way = moves[2u * drop + 1u].xy;
+void add_line_of_light(uint drop, Large r, vec2 at, vec3 light, vec2 way) {
     bool is_across = abs(way.x) > abs(way.y);
     float length = is_across ? way.x : way.y, slope = (is_across ? way.y : way.x) / length;
     if (abs(length) < 1e-3) {
@@ -205,16 +204,16 @@ bool add_light(uint drop, Large r, vec2 at, vec3 light, Spot e) {
     if (!is_spread()) return add_light_at(drop, r, at, light, LEAST_COVER, is_mine(int(at.y) / int(TILE.y)));
     bool is_blurred = HAS_LENS != 0u && moves[2u * drop].w > 0.0;
 #ifdef SHARED
-    if (is_blurred) add_spot_of_light(drop, r, at, light, moved(e, moves[2u * drop + 1u].xy));
+    if (is_blurred) add_spot_of_light(drop, r, at, light, moved(e));
 #endif
-    if (!is_blurred) add_line_of_light(drop, r, at, light);
+    if (!is_blurred) add_line_of_light(drop, r, at, light, e.way);
     return true;
 }
 
 // The spot of an image that is as deep as the drop's centre.
 Spot spot_of_drop(uint drop) {
     float blur = HAS_LENS != 0u && is_spread() ? moves[2u * drop + 1u].z : 0.0;
-    return Spot(blur * blur * vec3(1.0, 0.0, 1.0), false, vec2(0.0));
+    return Spot(blur * blur * vec3(1.0, 0.0, 1.0), false, vec2(0.0), way_of(drop));
 }
 
 vec3 to_view(vec3 world) {
@@ -253,7 +252,7 @@ void add_image(uint drop, Large r, Eye e, uint way, float off, vec2 image, vec3 
         float depth = max(-ray.z, 0.01);
         // Pixels for each unit of solid angle grow with depth^-3.
         vec2 at = pixel_of(vec2(ray.x, -ray.y) * (focal / depth) + focal * frame.lens.y * vec2(e.place.x, -e.place.y));
-        Spot of_lens = Spot(vec3(0.0), false, vec2(0.0));
+        Spot of_lens = Spot(vec3(0.0), false, vec2(0.0), e.way);
 #ifdef SHARED
         if (is_lens()) of_lens = spot_of(e, nearness_of(e, way, image.x, off), ray, cos_a * aside - sin_a * e.axis);
 #endif
@@ -265,6 +264,7 @@ void add_image(uint drop, Large r, Eye e, uint way, float off, vec2 image, vec3 
 // does takes CPU drivers the same time for one drop as for eight.
 bool add_by_closed_form(uint drop, Large r) {
     Eye e = eye_at(r.sphere, vec2(0.0), 1.0);
+    e.way = way_of(drop);
     float pixels = frame.image.z * e.sine;
     bool closed = is_small(r, pixels) && !is_flat(r) && e.sine < far_sine();
     uint i = 0u;
@@ -403,6 +403,12 @@ void solve_from(uint drop, Large r, uint source, uint eye, uint eyes, uint some,
                 else
 #endif
                 image = image_in(way, off, p.radius, e.sine);
+                e.way = way_of(drop);
+#ifdef SHARED
+                if (image.y > 0.0 && moves_otherwise(e) && !is_flat(r) && take_turns(2u * TURNS_TO_FIND)) {
+                    e.way = way_of_image(drop, r.sphere, way, s, p.radius);
+                }
+#endif
                 add_image(drop, r, e, way, off, image, aside, shape, color * light);
             }
         } while ((ways &= ways - 1u) != 0u);

@@ -9,6 +9,7 @@ struct Spot {
     vec3 form;    // xx, xy and yy of S times its transpose, where S leads from the unit disc to pixels
     bool is_soft; // one of many that overlap: brightest in its middle
     vec2 slope;   // of its light, a part of it a pixel
+    vec2 way;     // over the screen while the shutter is open, pixels
 };
 
 // From where the images in a drop are found: a place of the lens, and where the drop is seen from there.
@@ -19,12 +20,37 @@ struct Eye {
     float part; // of the whole lens that the ellipses are for, as the square of their size
     vec2 place; // on the lens, scene units
     vec2 slant; // how an image's light grows over the lens, a part of it a radius
+    vec2 way;   // of the image over the screen while the shutter is open, pixels
 };
 
 Eye eye_at(vec4 sphere, vec2 place, float part) {
     vec3 center = sphere.xyz - vec3(place, 0.0);
     float far = length(center);
-    return Eye(center / far, far, min(sphere.w / far, 0.99999), part, place, vec2(0.0));
+    return Eye(center / far, far, min(sphere.w / far, 0.99999), part, place, vec2(0.0), vec2(0.0));
+}
+
+// How a drop moves over the screen while the shutter is open, pixels.
+vec2 way_of(uint drop) {
+    return is_spread() ? moves[2u * drop + 1u].xy : vec2(0.0);
+}
+
+// Do images move otherwise than their drop? In a near one each of its places shows the source elsewhere.
+bool moves_otherwise(Eye e) {
+    return e.sine >= far_sine() && dot(e.way, e.way) > 1.0;
+}
+
+// How an image of a part of a source moves then.
+vec2 way_of_image(uint drop, vec4 sphere, uint way, vec3 source, float radius) {
+    vec2 ends[2];
+    for (uint i = 0u; i < 2u; ++i) {
+        Eye e = eye_at(sphere + vec4((float(i) - 0.5) * moves[2u * drop].xyz, 0.0), vec2(0.0), 1.0);
+        vec2 image = image_in(way, angle_between(e.axis, source), radius, e.sine);
+        float sin_a = e.sine * image.x;
+        vec3 ray = sqrt(1.0 - sin_a * sin_a) * e.axis + sin_a * aside_of(e.axis, source);
+        if (image.y <= 0.0 || ray.z > -0.01) return way_of(drop);
+        ends[i] = frame.image.z * vec2(ray.x, -ray.y) / -ray.z;
+    }
+    return ends[1] - ends[0];
 }
 
 // One of several eyes. Ellipses of 2.5 times their distance overlap evenly; places are so much farther in that the variance of all is the
@@ -109,12 +135,12 @@ Spot spot_of(Eye e, vec2 nearness, vec3 ray, vec3 along) {
     mat2 form = s * transpose(s);
     // A place higher on the lens sees it higher up; the screen's rows go down.
     vec2 slope = abs(determinant(s)) > 1e-6 ? inverse(transpose(s)) * vec2(-e.slant.x, e.slant.y) : vec2(0.0);
-    return Spot(vec3(form[0].x, form[0].y, form[1].y), e.part < 1.0, slope);
+    return Spot(vec3(form[0].x, form[0].y, form[1].y), e.part < 1.0, slope, e.way);
 }
 
 // The spot of what moves meanwhile, of the variance of both.
-Spot moved(Spot e, vec2 way) {
-    e.form += vec3(way.x * way.x, way.x * way.y, way.y * way.y) / 3.0;
+Spot moved(Spot e) {
+    e.form += vec3(e.way.x * e.way.x, e.way.x * e.way.y, e.way.y * e.way.y) / 3.0;
     return e;
 }
 
