@@ -340,23 +340,23 @@ bool spreads_glints(uint drop, Large r) {
 }
 
 // The ways by which a drop shows a part that is `off` its axis. In a large drop even an image of a thirtieth of the light is
-// seen.
+// seen, and of less.
 uint ways_in(Large r, float off, float radius, float sine) {
-    return ways_of(off, radius, sine) | ((r.look & BY_RAYS) != 0u ? FAINT_WAYS : 0u);
+    return ways_of(off, radius, sine) | ((r.look & BY_RAYS) != 0u ? FAINT_WAYS | FAINTEST_WAYS : 0u);
 }
 
 #ifdef SHARED
 // On a GPU a workgroup finds the images of so many parts together, each invocation a way of one part.
-const uint FOUND_PARTS = 8, WAYS = 8;
-const bool FINDS_TOGETHER = GLINT_LANES == FOUND_PARTS * WAYS;
-shared vec2 found_images[FOUND_PARTS * WAYS * 3u];
+const uint FOUND_PARTS = 4, FOUND_WAYS = 16;
+const bool FINDS_TOGETHER = GLINT_LANES == FOUND_PARTS * FOUND_WAYS;
+shared vec2 found_images[FOUND_PARTS * FOUND_WAYS * 3u];
 
 uint place_found(uint number, uint way, uint index) {
-    return (number % FOUND_PARTS * WAYS + way) * INDICES + index;
+    return (number % FOUND_PARTS * FOUND_WAYS + way) * INDICES + index;
 }
 
 void find_images(Parts p, uint first, Large r, vec3 axis, float sine) {
-    uint number = first + gl_LocalInvocationID.x / WAYS, way = gl_LocalInvocationID.x % WAYS;
+    uint number = first + gl_LocalInvocationID.x / FOUND_WAYS, way = gl_LocalInvocationID.x % FOUND_WAYS;
     barrier();
     if (number < p.count) {
         float off = angle_between(axis, toward_part(p, number));
@@ -417,7 +417,7 @@ void solve_from(uint drop, Large r, uint source, uint eye, uint eyes, uint some,
 
 void solve(uint drop) {
     Large r = large_at(drop);
-    Looks looks = Looks(0u, uint[8](0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u), 0.0);
+    Looks looks = Looks(0u, uint[WAYS](0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u), 0.0);
     uint i = 0u;
     do {
 #ifdef SHARED

@@ -80,7 +80,7 @@ const uint MOST_EYES = 128;
 // How the images of a source by each of the ways are seen from the lens's middle and from places of its edge.
 struct Looks {
     uint uneven;     // ways by which some see one and others none, or elsewhere, a bit each
-    uint slants[8];  // of the others (Eye), halves
+    uint slants[WAYS]; // of the others (Eye), halves
     float least;     // radius in pixels of the smallest spot's shorter axis
 };
 
@@ -92,7 +92,7 @@ Looks looks_at(vec4 sphere, vec4 source, float blur) {
     looks.uneven = 0u;
     looks.least = blur;
     take_index(INDICES / 2u);
-    for (uint way = 0u; way < 8u; ++way) {
+    for (uint way = 0u; way < WAYS; ++way) {
         vec3 middle = vec3(0.0);
         vec2 slant = vec2(0.0);
         float spot = 0.0;

@@ -15,12 +15,12 @@
 
 const float HALF_TURN = 3.14159265358979;
 
-// The ways of light that have images: 0 by the reflection outside; after k = 0, 1, 2 internal reflections between
-// crest and rim 1, 3, 5, between the middle and the crest 2, 4 (k = 1, 2). A near drop, of water nearer than 2 radii, is a lens
+// The ways of light that have images: 0 by the reflection outside; after k = 0, 1, 2, 3 internal reflections between
+// crest and rim 1, 3, 5, 9, between the middle and the crest 2, 4, 8 (k = 1, 2, 3). A near drop, of water nearer than 2 radii, is a lens
 // that also shows upright what is behind it: 6 between middle and crest, 7 between crest and rim. That holds for indices from
-// 1.18 to 1.41; beyond, the ways of k = 2 or 1 reach over another half turn.
-const uint LENS_WAYS = 6; // from here on
-const uint MOST_ORDERS = 2; // internal reflections; after more of them 0.1 % of the light
+// 1.18 to 1.41; beyond, the ways of k = 2 or 1 reach over another half turn. Of k = 3 less than a half turn has light enough.
+const uint WAYS = 10, LENS_WAYS = 6, THIRD_WAYS = 8; // the first of either
+const uint MOST_ORDERS = 2; // internal reflections of small drops; after more of them 0.1 % of the light
 
 // ψ and its slope. `turns`: 2(k+1), 0 outside; `start`: ψ of the ray through the middle.
 vec2 angle_at(float incidence, float turns, float start, float sine) {
@@ -68,8 +68,8 @@ float incidence_of(Branch w, float value) {
     return w.crest + w.away * u;
 }
 
-// The ways of k = 2 have a bit each: but for the rainbow an image has a thirtieth of the light of that outside.
-const uint FAINT_WAYS = 48u;
+// The ways of k = 2 have a bit each: but for the rainbow an image has a thirtieth of the light of that outside. Those of k = 3 have less.
+const uint FAINT_WAYS = 48u, FAINTEST_WAYS = 768u;
 
 // ψ at the rim of a far drop after k internal reflections, and its greatest.
 float rim_angle(float k, float index) {
@@ -95,7 +95,7 @@ uint ways_of(float off, float radius, float sine) {
 
 // Internal reflections on a way, and its `turns`.
 uint order_of(uint way) {
-    return way == 0u || way >= LENS_WAYS ? 0u : way / 2u;
+    return way < LENS_WAYS ? way / 2u : way < THIRD_WAYS ? 0u : 3u;
 }
 
 float turns_of(uint way) {
@@ -106,7 +106,7 @@ float turns_of(uint way) {
 // away from the source; y: its light over the source's light and the drop's squared radius, 0 if there is none.
 // The mean over the disc's breadth, so that a rainbow's image, which has no bound, has one.
 vec2 image_of(uint way, float off, float radius, float sine) {
-    bool outside = way == 0u, lens = way >= LENS_WAYS;
+    bool outside = way == 0u, lens = way / 2u == LENS_WAYS / 2u;
     uint order = order_of(way);
     if (outside ? REFLECTION == 0u : order > INTERNAL_REFLECTIONS) return vec2(0.0);
     Branch w;
@@ -121,9 +121,9 @@ vec2 image_of(uint way, float off, float radius, float sine) {
     w.steepness = max(-w.away * top.y, 0.0);
     w.bottom = angle_at(w.crest + w.away * w.reach, w.turns, w.start, sine).x;
 
-    bool same_side = outside || order == 2u || lens;
+    bool same_side = outside || order > 1u || lens;
     vec2 range = vec2(max(off - radius, 0.0), min(off + radius, HALF_TURN));
-    vec2 values = same_side ? range - (order == 2u ? 2.0 * HALF_TURN : 0.0) : -range.yx;
+    vec2 values = same_side ? range - (order > 1u ? 2.0 * HALF_TURN : 0.0) : -range.yx;
     float low = max(values.x, w.bottom), high = min(values.y, w.top);
     if (low >= high || w.reach < 1e-3) return vec2(0.0);
 
@@ -136,7 +136,7 @@ vec2 image_of(uint way, float off, float radius, float sine) {
     float f = reflectance(Intersection(vec3(0.0), vec3(0.0), b, sqrt((1.0 - b) * (1.0 + b))));
     float share = f;
     if (!outside) {
-        share = (1.0 - f) * (1.0 - f) * (order > 0u ? f : 1.0) * (order > 1u ? f : 1.0);
+        share = (1.0 - f) * (1.0 - f) * (order > 0u ? f : 1.0) * (order > 1u ? f : 1.0) * (order > 2u ? f : 1.0);
         // What the orders after the second carry is left out.
         bool takes_rest = CONSERVING != 0u && order == INTERNAL_REFLECTIONS && order < MOST_ORDERS;
         if (takes_rest) share /= 1.0 - f;

@@ -5,7 +5,7 @@
 //! environment without its few brightest small parts (`src/environment/bright.rs`), and each of those, taken for a
 //! disc, is drawn as a point of light where its image is (`glsl/include/glints.glsl`; the derivation stands in
 //! `src/reference/glints.rs`): by the reflection outside and after 0, 1 and 2 internal reflections, which
-//! carry all of the light but 0.1 %. That is left out.
+//! carry all of the light but 0.1 %. That is left out; but large drops show the sun after 3, too, if the model follows so many.
 //!
 //! - **Splats**: a far drop's images of a source depend on the angle between the two alone. Once an environment,
 //!   `far_glints` finds the two brightest at each of 2,048 angles; the others' light is spread over the drop. When the view
