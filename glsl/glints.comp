@@ -48,9 +48,9 @@ const uint STILL_PARTS = 32, MOVING_PARTS = 8;
 const uint FEW_SOURCES = 4;
 const float MOVING_PX = 12.0;
 
-// Turns that SHARED takes for a drop at most, to find an image, and to look at a source from the
-// lens's edge; what is beyond is left out, and counted.
-const uint MOST_TURNS = 60000, TURNS_TO_FIND = 8, TURNS_TO_LOOK = 500;
+// Turns that SHARED takes at most for a drop that is spread, to find an image of it, and to look at a source from the lens's edge; what is
+// beyond is left out, and counted. At rest all images take 33,000.
+const uint MOST_TURNS = 60000, TURNS_TO_FIND = 24, TURNS_TO_LOOK = 1000;
 uint turns = 0u;
 bool is_over = false;
 
@@ -390,7 +390,7 @@ void solve_from(uint drop, Large r, uint source, uint eye, uint eyes, uint some,
         float off = angle_between(e.axis, s);
         uint ways = ways_in(r, off, p.radius, e.sine) & some;
 #ifdef SHARED
-        if (!take_turns(1u + TURNS_TO_FIND * INDICES * uint(bitCount(ways)))) ways = 0u;
+        if (is_spread() && !take_turns(1u + TURNS_TO_FIND * INDICES * uint(bitCount(ways)))) ways = 0u;
 #endif
         if (ways != 0u) do {
             uint way = uint(findLSB(ways));
