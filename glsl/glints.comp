@@ -31,6 +31,7 @@ layout(std430, set = 1, binding = 3) buffer Disordered { uint shared_drops[]; };
 #include "lens.glsl"
 #include "glint_parts.glsl"
 #include "glint_spot.glsl"
+#include "glint_turns.glsl"
 #include "shape.glsl"
 
 // Radius in pixels under which a far drop has the images of the nearest direction: a fifth of a pixel off at most.
@@ -41,18 +42,12 @@ const float TABLE_PX = 4.0;
 const uint MOST_PARTS = 256;
 
 // Drops with more parts of all sources are left to SHARED, and those that move with more than MOVING_PARTS, or over more than
-// so many pixels. Others take an invocation at most 32 parts x (8 ways x 3 indices x 5 + 9), or 8 x (8 x 3 x 18 + 9) turns
-// each, loops within loops counted; it has eight of them, 33,000 turns.
-const uint STILL_PARTS = 32, MOVING_PARTS = 8;
+// so many pixels. An invocation has eight of the others, one after the other, each of 24 parts x 8 ways x 3 indices x 11 turns
+// at most, or of 8 x 8 x 3 x 24: 51,000 turns of llvmpipe's (glint_turns.glsl).
+const uint STILL_PARTS = 24, MOVING_PARTS = 8;
 // Fewer sources than so many count as so many: a drop under one sun is left to SHARED as early as under four.
 const uint FEW_SOURCES = 4;
 const float MOVING_PX = 12.0;
-
-// Turns that SHARED takes at most for a drop that is spread, to find an image of it, and to look at a source from the lens's edge; what is
-// beyond is left out, and counted. At rest all images take 33,000.
-const uint MOST_TURNS = 60000, TURNS_TO_FIND = 24, TURNS_TO_LOOK = 1000;
-uint turns = 0u;
-bool is_over = false;
 
 // How many sources and blocks there are: read before any branch, where CPU drivers read what is the same for all lanes once.
 uint all_sources, all_blocks;
@@ -60,13 +55,6 @@ uint all_sources, all_blocks;
 void read_counts() {
     all_sources = source_count.x;
     all_blocks = min(totals.blocks, block_room());
-}
-
-// Are there as many turns left? All invocations of a workgroup agree.
-bool take_turns(uint wanted) {
-    is_over = is_over || wanted > MOST_TURNS - turns;
-    if (!is_over) turns += wanted;
-    return !is_over;
 }
 
 // Invocations of SHARED part the pixels between them, by rows of tiles; of a drop that moves by columns of pixels, if its
@@ -93,19 +81,20 @@ uint node_of(uint drop, Large r, uvec2 tile) {
     return block < all_blocks && large_of_block(block) == drop ? block_node(block) : NO_NODE;
 }
 
-float behind_pixel(uvec2 pixel) {
-    return HAS_DEPTH != 0u ? reach[tile_number(pixel / TILE) * PIXELS + pixel.y % TILE.y * TILE.x + pixel.x % TILE.x] : 0.0;
+uint place_in_tile(uvec2 pixel) {
+    return pixel.y % TILE.y * TILE.x + pixel.x % TILE.x;
 }
 
-// The part of what a drop covers of a pixel that is before what is behind.
-float part_before(Large r, uvec2 pixel) {
-    return HAS_DEPTH != 0u ? share_before(r.sphere, vec2(pixel) + 0.5, behind_pixel(pixel)) : 1.0;
+// How much of a drop around a place on the screen is before what is behind there.
+float share_before_depth(Large r, vec2 at) {
+    uvec2 pixel = uvec2(at);
+    return HAS_DEPTH != 0u ? share_before(r.sphere, at, reach[tile_number(pixel / TILE) * PIXELS + place_in_tile(pixel)]) : 1.0;
 }
 
 // Adds light to a pixel of a fragment of a drop, if that covers at least a part of it; whether it does.
 bool add_light_to(uint node, Large r, uvec2 pixel, vec3 light, float least, bool mine) {
-    uint in_tile = pixel.y % TILE.y * TILE.x + pixel.x % TILE.x;
-    float before = part_before(r, pixel);
+    uint in_tile = place_in_tile(pixel);
+    float before = share_before_depth(r, vec2(pixel) + 0.5);
     if (before == 0.0) return true;
     uint covered = one_of_nodes(node + COVERAGE + in_tile / 2u) >> 16u * (in_tile & 1u) & 0xffffu;
     uint color = nodes[node + COLORS + in_tile];
@@ -123,7 +112,7 @@ bool add_light_at(uint drop, Large r, vec2 at, vec3 light, float least, bool min
     uvec2 pixel = uvec2(at);
     uint node = node_of(drop, r, pixel / TILE);
     if (node == NO_NODE) return false;
-    if (HAS_DEPTH != 0u && share_before(r.sphere, at, behind_pixel(pixel)) < 0.5) return true;
+    if (share_before_depth(r, at) < 0.5) return true;
     return add_light_to(node, r, pixel, light, least, mine);
 }
 
@@ -139,7 +128,6 @@ void add_spot_of_light(uint drop, Large r, vec2 at, vec3 light, Spot e) {
         return;
     }
     e = broadened(e);
-    uvec2 end = uvec2(frame.image.xy);
     vec2 wide = sqrt(e.form.xz) + 0.5, low = max(floor(at - wide), 0.0), high = min(floor(at + wide), frame.image.xy - 1.0);
     uvec2 first = uvec2(r.first_tile & 0xffffu, r.first_tile >> 16);
     if (any(greaterThan(low, high))) return;
@@ -151,11 +139,11 @@ void add_spot_of_light(uint drop, Large r, vec2 at, vec3 light, Spot e) {
     for (uint row = from.y + (gl_LocalInvocationID.x + WIDE - from.y % WIDE) % WIDE; row <= to.y; row += WIDE) {
         for (uint column = from.x; column <= to.x; ++column) {
             uint node = node_of(drop, r, uvec2(column, row));
-            // No turns of their own.
+            // Unrolled, they take no turns of their own.
             [[unroll]] for (uint i = 0u; i < PIXELS; ++i) {
                 uvec2 pixel = uvec2(column, row) * TILE + uvec2(i % TILE.x, i / TILE.x);
                 vec2 off = vec2(pixel) + 0.5 - at;
-                float part = node != NO_NODE && all(lessThan(pixel, end)) ? part_of_spot(inside, off, e.is_soft) : 0.0;
+                float part = node != NO_NODE && all(lessThan(pixel, uvec2(frame.image.xy))) ? part_of_spot(inside, off, e.is_soft) : 0.0;
                 // As much more on one side as less on the other.
                 part *= clamp(1.0 + dot(e.slope, off), 0.0, 2.0);
                 if (part > 0.0) add_light_to(node, r, pixel, part * light, LEAST_SPREAD_COVER, true);
@@ -342,7 +330,7 @@ bool spreads_glints(uint drop, Large r) {
 // The ways by which a drop shows a part that is `off` its axis. In a large drop even an image of a thirtieth of the light is
 // seen, and of less.
 uint ways_in(Large r, float off, float radius, float sine) {
-    return ways_of(off, radius, sine) | ((r.look & BY_RAYS) != 0u ? FAINT_WAYS | FAINTEST_WAYS : 0u);
+    return ways_of(off, radius, sine) | ((r.look & BY_RAYS) != 0u ? faint_ways(off - radius, sine) : 0u);
 }
 
 #ifdef SHARED
@@ -371,6 +359,17 @@ void find_images(Parts p, uint first, Large r, vec3 axis, float sine) {
 }
 #endif
 
+#ifdef SHARED
+// Turns to draw an image as a spot or a line of usual size, and to find how it moves.
+uint turns_to_draw(uint drop, Eye e) {
+    e.way = abs(way_of(drop));
+    uint most = moves_otherwise(e) ? 2u * TURNS_SPREAD : 0u;
+    if (HAS_LENS == 0u || moves[2u * drop].w <= 0.0) return most + uint(max(e.way.x, e.way.y)) / WIDE;
+    uvec2 tiles = uvec2(e.way + 2.0 * sqrt(e.part) * moves[2u * drop + 1u].z) / TILE;
+    return most + POINTS + (tiles.y / WIDE + 1u) * (tiles.x + 2u);
+}
+#endif
+
 // Draws the images of a source that one of some eyes sees by the ways of `some`. Of several each looks at another part of it.
 void solve_from(uint drop, Large r, uint source, uint eye, uint eyes, uint some, Looks looks) {
     Eye e = eye_of(r.sphere, eye, eyes);
@@ -379,7 +378,13 @@ void solve_from(uint drop, Large r, uint source, uint eye, uint eyes, uint some,
     if (is_flat(r)) shape = large_shapes[drop].shape;
     bool is_only = eyes == 1u;
     vec4 disc = source_at(source).toward;
-    Parts p = parts_in(to_view(disc.xyz), disc.w, e.axis, is_only ? parts_of(pixels, disc.w, looks.least) : eyes);
+    vec3 toward = to_view(disc.xyz);
+    uint count = is_only ? parts_of(pixels, disc.w, looks.least) : eyes;
+#ifdef SHARED
+    uint among = (all_sources - source) * (looks.uneven != 0u ? 2u : 1u);
+    if (is_only) count = min(count, parts_in_time(ways_in(r, angle_between(e.axis, toward), disc.w, e.sine) & some, turns_to_draw(drop, e), among));
+#endif
+    Parts p = parts_in(toward, disc.w, e.axis, count);
     vec3 light = source_at(source).light.rgb * (p.part * p.part * pixels * pixels);
     uint first = is_only ? 0u : uint(float(eyes) * fract(0.67104361 * float(eye))), end = is_only ? p.count : first + 1u, j = first;
     do {
@@ -390,7 +395,7 @@ void solve_from(uint drop, Large r, uint source, uint eye, uint eyes, uint some,
         float off = angle_between(e.axis, s);
         uint ways = ways_in(r, off, p.radius, e.sine) & some;
 #ifdef SHARED
-        if (is_spread() && !take_turns(1u + TURNS_TO_FIND * INDICES * uint(bitCount(ways)))) ways = 0u;
+        if (!take_turns(1u + turns_to_find() * INDICES * uint(bitCount(ways)))) ways = 0u;
 #endif
         if (ways != 0u) do {
             uint way = uint(findLSB(ways));
@@ -405,7 +410,7 @@ void solve_from(uint drop, Large r, uint source, uint eye, uint eyes, uint some,
                 image = image_in(way, off, p.radius, e.sine);
                 e.way = way_of(drop);
 #ifdef SHARED
-                if (image.y > 0.0 && moves_otherwise(e) && !is_flat(r) && take_turns(2u * TURNS_TO_FIND)) {
+                if (image.y > 0.0 && moves_otherwise(e) && !is_flat(r) && take_turns(2u * TURNS_SPREAD)) {
                     e.way = way_of_image(drop, r.sphere, way, s, p.radius);
                 }
 #endif
@@ -430,7 +435,10 @@ void solve(uint drop) {
         }
 #endif
         solve_from(drop, r, i, 0u, 1u, ~looks.uneven, looks);
-        uint eyes = looks.uneven != 0u ? min(MOST_EYES, 2u * MOST_EYES / all_sources) : 0u;
+        uint eyes = 0u;
+#ifdef SHARED
+        if (looks.uneven != 0u) eyes = min(MOST_EYES, parts_in_time(looks.uneven, turns_to_draw(drop, eye_of(r.sphere, 0u, MOST_EYES)), all_sources - i));
+#endif
         for (uint eye = 0u; eye < eyes; ++eye) solve_from(drop, r, i, eye, eyes, looks.uneven, looks);
     } while (++i < all_sources);
 }

@@ -1,8 +1,8 @@
 #ifndef GLINT_PARTS_GLSL
 #define GLINT_PARTS_GLSL
+// A source's disc in parts, each of which has an image of its own in a drop.
 #include "glints.glsl"
 
-// A source's disc in parts, as a drop shows it.
 struct Parts {
     vec3 toward, u, v; // its middle and two directions across, in view space
     float wide;        // angular radius of the source

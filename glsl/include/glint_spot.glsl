@@ -79,9 +79,9 @@ const uint MOST_EYES = 128;
 
 // How the images of a source by each of the ways are seen from the lens's middle and from places of its edge.
 struct Looks {
-    uint uneven;     // ways by which some see one and others none, or elsewhere, a bit each
+    uint uneven;       // ways by which some see one and others none, or elsewhere, a bit each
     uint slants[WAYS]; // of the others (Eye), halves
-    float least;     // radius in pixels of the smallest spot's shorter axis
+    float least;       // radius in pixels of the smallest spot's shorter axis
 };
 
 // `source`: in view space.
@@ -140,7 +140,7 @@ Spot spot_of(Eye e, vec2 nearness, vec3 ray, vec3 along) {
 
 // The spot of what moves meanwhile, of the variance of both.
 Spot moved(Spot e) {
-    e.form += vec3(e.way.x * e.way.x, e.way.x * e.way.y, e.way.y * e.way.y) / 3.0;
+    e.form += vec3(e.way.x * e.way.x, e.way.x * e.way.y, e.way.y * e.way.y) / (e.is_soft ? 2.0 : 3.0);
     return e;
 }
 

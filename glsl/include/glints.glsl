@@ -68,7 +68,7 @@ float incidence_of(Branch w, float value) {
     return w.crest + w.away * u;
 }
 
-// The ways of k = 2 have a bit each: but for the rainbow an image has a thirtieth of the light of that outside. Those of k = 3 have less.
+// The ways of k = 2 and of k = 3, a bit each. But for the rainbow an image of k = 2 has a thirtieth of the light of that outside.
 const uint FAINT_WAYS = 48u, FAINTEST_WAYS = 768u;
 
 // ψ at the rim of a far drop after k internal reflections, and its greatest.
@@ -81,16 +81,25 @@ float crest_angle(float k, float index) {
     return 2.0 * (k + 1.0) * asin(s / index) - 2.0 * acos(c) - k * HALF_TURN;
 }
 
+// How much greater ψ is in a near drop, at most.
+float nearness_adds(float sine) {
+    return 1.6 * sine + 0.015;
+}
+
 // The ways that may have images, a bit each, so that most of them need no look. Of k = 2 the rainbow alone.
 uint ways_of(float off, float radius, float sine) {
-    // In a near drop ψ is greater by so much at most.
-    float low = off - radius, high = off + radius, adds = 1.6 * sine + 0.015, least = lowest_index(), most = highest_index();
+    float low = off - radius, high = off + radius, adds = nearness_adds(sine), least = lowest_index(), most = highest_index();
     float second_bow = 2.0 * HALF_TURN + crest_angle(2.0, least), second_end = 2.0 * HALF_TURN + crest_angle(2.0, most) - 0.36;
     uint ways = low < -rim_angle(0.0, most) ? 3u : 1u;
     if (high > -crest_angle(1.0, least) - adds) ways |= low < -rim_angle(1.0, most) + adds ? 12u : 4u;
     if (high > second_end && low < second_bow + adds) ways |= FAINT_WAYS;
     if (sine > 1.99 - 2.0 / least && low < adds) ways |= 3u << LENS_WAYS;
     return ways;
+}
+
+// The ways that only a large drop shows; `low`: least angle from the axis.
+uint faint_ways(float low, float sine) {
+    return FAINT_WAYS | (low < 2.0 * HALF_TURN + crest_angle(3.0, lowest_index()) + nearness_adds(sine) ? FAINTEST_WAYS : 0u);
 }
 
 // Internal reflections on a way, and its `turns`.

@@ -13,7 +13,7 @@ use raindrops::scene::model::Preset;
 use raindrops::scene::water::Index;
 use raindrops::scene::{ImageSize, RainSettings, Scene};
 
-use crate::common::picture::{against, picture_of, truth};
+use crate::common::picture::{against, frame, picture_of, renderer, truth};
 use crate::common::{on_adjusted_device, on_device, one_drop, painted, with_halo};
 
 /// Grey, with a disc of 1.2° of radius.
@@ -386,6 +386,31 @@ fn a_sun_moves_over_the_screen_otherwise_than_a_near_drop() {
             println!("{preset}: {error:.4}");
             // Along the drop's own way it has 0.0060.
             assert!(error < 0.0035, "{preset}: {error}");
+        }
+    });
+}
+
+/// A near drop that moves, or is seen through a lens, shows many suns of many pixels, in each colour elsewhere, and says of none that it
+/// is left out.
+#[test]
+fn a_near_drop_has_time_for_many_suns() {
+    let suns = [10.0_f64, 35.0, 60.0, 85.0, 110.0, 135.0, 155.0, 172.0].map(|degrees| {
+        let (off, around) = (degrees.to_radians(), 0.7 + degrees);
+        DVec3::new(off.sin() * around.cos(), off.sin() * around.sin(), -off.cos())
+    });
+    let environment = with_suns(&suns, 0.1, 3e3);
+    let mut scene = one_drop(DVec3::new(0.6, -0.4, -1.6), 0.7);
+    scene.camera.target = DVec3::new(0.35, 0.25, -1.0);
+    scene.image = ImageSize { width: 256, height: 256 };
+    (scene.camera.vertical_fov, scene.camera.focus) = (60.0, 4.0);
+    scene.drops[0].velocity = DVec3::new(10.0, -60.0, 0.0);
+    scene.water.index = Some(Index::Colors([1.331, 1.333, 1.336]));
+    scene.model.preset = Preset::Fast;
+    on_device(|device| {
+        for (shutter, aperture) in [(0.01, 0.0), (0.0, 0.01)] {
+            (scene.camera.shutter, scene.camera.aperture) = (shutter, aperture);
+            let lost = frame(&mut renderer(device, &scene, &environment), &scene).1.overflow;
+            assert_eq!(lost, 0, "{shutter} s, aperture {aperture}");
         }
     });
 }

@@ -1,0 +1,30 @@
+#ifndef GLINT_TURNS_GLSL
+#define GLINT_TURNS_GLSL
+// How many turns of loops a drop's images may take: llvmpipe ends all loops of a vector of invocations after some 65,000, and draws
+// nothing more.
+#include "optics.glsl"
+#include "tile_buffers.glsl"
+
+// For a drop at most; for an image at rest; for one that is spread, but for its spots and lines; to look at a source from the lens's edge.
+// Measured: at rest llvmpipe ends after 5,785 images.
+const uint MOST_TURNS = 60000, TURNS_AT_REST = 12, TURNS_SPREAD = 24, TURNS_TO_LOOK = 1000;
+uint turns = 0u;
+bool is_over = false;
+
+// Are there as many turns left? All invocations of a workgroup agree. What is over is left out, and counted.
+bool take_turns(uint wanted) {
+    is_over = is_over || wanted > MOST_TURNS - turns;
+    if (!is_over) turns += wanted;
+    return !is_over;
+}
+
+uint turns_to_find() {
+    return is_spread() ? TURNS_SPREAD : TURNS_AT_REST;
+}
+
+// How many parts of a source, or eyes, there are turns for, each of which looks for images by some `ways`. `draws`: turns that a spot or a
+// line takes; `sources`: which share the turns that are left.
+uint parts_in_time(uint ways, uint draws, uint sources) {
+    return max((MOST_TURNS - turns) / sources / (1u + INDICES * uint(bitCount(ways)) * (turns_to_find() + draws)), 1u);
+}
+#endif
