@@ -27,8 +27,8 @@ status=0
 awk -v status="$status" '
   function ended() {
     # Asked for a list, or to run nothing, programs have none and the status is 0.
-    if (status != 0 && program != "" && result == "") { lost++; print "no result: " program }
-    count(result); program = ""; result = ""
+    if (status != 0 && program != "" && result == "") { lost++; print "no result: " program (signal ? " " signal : "") }
+    count(result); program = ""; result = ""; signal = ""
   }
   function count(line,   words, i) {
     split(line, words, /[ ;]+/)
@@ -37,6 +37,7 @@ awk -v status="$status" '
   { gsub(/\033\[[0-9;]*m/, "") }
   /^ +Running .*\(.*\)$/ { ended(); if ($2 !~ /^benches/) program = $2 == "unittests" ? $3 : $2 }
   /^ +Doc-tests / { ended(); program = $1 " " $2 }
+  match($0, /\(signal: .*\)$/) { signal = substr($0, RSTART) }
   /^test result: / { if (program == "" || program ~ /^Doc-tests/) count(result); result = $0 }
   END {
     ended()
