@@ -10,6 +10,7 @@
 
 pub mod bow;
 pub mod hooks;
+pub mod layer;
 pub mod picture;
 pub mod said;
 #[cfg(target_os = "linux")]
@@ -75,7 +76,10 @@ pub fn on_device(test: impl FnOnce(&Arc<Device>)) {
     let idle = || IDLE.lock().unwrap_or_else(PoisonError::into_inner);
     let kept = idle().pop();
     let (device, tests) = kept.unwrap_or_else(|| (opened(|_| {}), 0));
-    test(&device);
+    {
+        let _beside = layer::beside();
+        test(&device);
+    }
     assert_alone(&device);
     match tests + 1 < TESTS_A_DEVICE {
         true => {
@@ -95,12 +99,16 @@ pub fn on_fresh_device(test: impl FnOnce(&Arc<Device>)) {
 /// can be tried.
 pub fn on_adjusted_device(adjust: impl FnOnce(&mut DeviceReport), test: impl FnOnce(&Arc<Device>)) {
     let device = opened(adjust);
-    test(&device);
+    {
+        let _beside = layer::beside();
+        test(&device);
+    }
     assert_alone(&device);
     end(device);
 }
 
 fn opened(adjust: impl FnOnce(&mut DeviceReport)) -> Arc<Device> {
+    let _alone = layer::alone();
     let instance = validated_instance();
     let mut report = chosen(&instance);
     adjust(&mut report);
@@ -123,6 +131,7 @@ fn assert_silent(instance: &Instance, name: &str) {
 
 /// Frees a device, and fails if the layer says anything by the time that it is gone.
 fn end(device: Arc<Device>) {
+    let _alone = layer::alone();
     let (instance, name) = (device.instance().clone(), device.report.name.clone());
     drop(device);
     assert_silent(&instance, &name);
@@ -171,7 +180,7 @@ pub fn photograph(name: &str) -> Option<PathBuf> {
     None
 }
 
-/// An instance that validation watches.
+/// An instance that validation watches, for whoever is [`layer::alone`].
 pub fn validated_instance() -> Arc<Instance> {
     Instance::new(Validation::On).unwrap_or_else(|error| {
         panic!("these tests need Vulkan with its validation layer: {error}")

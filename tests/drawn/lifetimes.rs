@@ -114,6 +114,7 @@ fn only_what_is_new_is_made() {
 /// At 4 million drops, without drawing the frame: their sort takes long, and so does a table.
 #[test]
 fn a_resize_makes_nothing_of_many_drops_anew() {
+    let _alone = crate::common::layer::alone();
     let environment = Environment::bundled().expect("the sky");
     let mut scene = scene(Preset::Fast);
     scene.rain.get_or_insert_default().count = 4_000_000;

@@ -206,6 +206,7 @@ fn data_without_a_header_are_not_kept() {
 /// is what its own check accepts.
 #[test]
 fn kept_pipelines_are_found_under_validation() {
+    let _alone = crate::common::layer::alone();
     let cache = folder();
     let instance = Instance::new(Validation::On).expect("Vulkan and its validation layer");
     let mut pictures = Vec::new();

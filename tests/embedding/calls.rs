@@ -94,6 +94,7 @@ const RENEWED: [bool; 6] = [true, false, true, false, false, false];
 
 #[test]
 fn a_frame_records_and_does_nothing_else() {
+    let _alone = crate::common::layer::alone();
     let entry = common::hooks::entry(hook_of);
     let host = Host::new(entry, &requirements(Preset::Fast), true, wanted().as_deref());
     // SAFETY: as in `on_host`.

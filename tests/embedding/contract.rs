@@ -161,6 +161,7 @@ fn what_did_not_fit_is_reported_and_the_view_grows() {
 
 #[test]
 fn requirements_are_known_before_the_device() {
+    let _alone = crate::common::layer::alone();
     let named = |preset| {
         let features = requirements(preset).features.named();
         features.into_iter().filter(|(_, wanted)| *wanted).map(|(name, _)| name).collect::<Vec<_>>()

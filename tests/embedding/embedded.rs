@@ -13,6 +13,7 @@ use raindrops::scene::model::Preset;
 use raindrops::scene::{ImageSize, PlacedDrop, Scene};
 
 use crate::common;
+use crate::common::layer::{alone, beside};
 use crate::host::{Host, Texture};
 
 pub const SIZE: (u32, u32) = (96, 64);
@@ -40,6 +41,7 @@ pub fn wanted() -> Option<String> {
     std::env::var("RAINDROPS_TEST_DEVICE").ok()
 }
 
+/// For whoever is [`alone`].
 pub fn host(preset: Preset) -> Host {
     // SAFETY: the system's loader.
     let entry = unsafe { ash::Entry::load() }.expect("Vulkan");
@@ -146,17 +148,26 @@ pub fn says<T>(result: raindrops::Result<T>, words: &str) {
 
 /// Runs a test on a host of its own, and fails if the layer says anything.
 pub fn on_host(preset: Preset, test: impl FnOnce(&Host, &Arc<Device>)) {
-    let host = host(preset);
-    // SAFETY: the host outlives all that is made on its device, and is idle then.
-    let device = unsafe { Device::import(host.lent(), &requirements(preset)) }.expect("a device");
-    // SAFETY: the compiler made them; a fault that is put in changes no interface.
-    unsafe { device.replace_shaders(common::replaced_shaders()) };
-    test(&host, &device);
-    assert_eq!(Arc::strong_count(&device), 1, "something outlives its test");
-    drop(device);
-    // The device is still there.
-    host.once(|_| ());
-    assert_eq!(host.messages(), Vec::<String>::new());
+    let host = {
+        let _alone = alone();
+        host(preset)
+    };
+    {
+        let _beside = beside();
+        // SAFETY: the host outlives all that is made on its device, and is idle then.
+        let device =
+            unsafe { Device::import(host.lent(), &requirements(preset)) }.expect("a device");
+        // SAFETY: the compiler made them; a fault that is put in changes no interface.
+        unsafe { device.replace_shaders(common::replaced_shaders()) };
+        test(&host, &device);
+        assert_eq!(Arc::strong_count(&device), 1, "something outlives its test");
+        drop(device);
+        // The device is still there.
+        host.once(|_| ());
+        assert_eq!(host.messages(), Vec::<String>::new());
+    }
+    let _alone = alone();
+    drop(host);
 }
 
 /// The pictures of `render`, as the host's format holds them.

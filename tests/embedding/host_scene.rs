@@ -30,6 +30,7 @@ fn run(frames: usize, jitter: bool, around: Around) -> Outcome {
 }
 
 fn run_scene(scene: Scene, frames: usize, jitter: bool, around: Around) -> Outcome {
+    let _alone = crate::common::layer::alone();
     let (required, wanted) = (requirements(Preset::Fast), std::env::var("RAINDROPS_TEST_DEVICE"));
     // SAFETY: the system's loader.
     let entry = unsafe { ash::Entry::load() }.expect("Vulkan");

@@ -26,6 +26,7 @@ fn allocator_of(host: &Host) -> Arc<Mutex<Allocator>> {
 /// Set-up takes memory from the host's allocator and the queue under the host's lock.
 #[test]
 fn memory_and_queue_are_the_hosts() {
+    let _alone = crate::common::layer::alone();
     let host = host(Preset::Fast);
     let allocator = allocator_of(&host);
     let calls = Arc::new(AtomicUsize::new(0));
@@ -58,6 +59,7 @@ fn memory_and_queue_are_the_hosts() {
 /// not longer: whether the frame was executed or thrown away.
 #[test]
 fn staging_is_freed_when_the_host_says_that_frames_have_retired() {
+    let _alone = crate::common::layer::alone();
     let host = host(Preset::Fast);
     let allocator = allocator_of(&host);
     let mut lent = host.lent();

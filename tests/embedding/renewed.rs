@@ -124,6 +124,7 @@ fn error(expected: &Picture, found: &Picture) -> f64 {
 /// needs.
 #[test]
 fn a_frame_is_recorded_while_another_view_waits_for_the_queue() {
+    let _alone = crate::common::layer::alone();
     let host = crate::embedded::host(Preset::Fast);
     let (scene, sky) = (scene(Preset::Fast), environment());
     let (waits, waiting) = mpsc::channel();

@@ -28,8 +28,6 @@ static LOSES: AtomicBool = AtomicBool::new(false);
 static LAST: Mutex<&str> = Mutex::new("");
 /// A function whose next call fails; empty: none.
 static NEXT: Mutex<&str> = Mutex::new("");
-/// One test at a time: the counters are the process's.
-static ALONE: Mutex<()> = Mutex::new(());
 
 /// Whether this call fails, and with what.
 fn fault(name: &'static str, waits: bool) -> Option<vk::Result> {
@@ -188,7 +186,8 @@ fn with_fault(instance: &Arc<Instance>, preset: Preset, number: usize) -> raindr
 
 #[test]
 fn every_call_that_can_fail_fails_cleanly() {
-    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
+    // The counters are the process's, too.
+    let _alone = crate::common::layer::alone();
     LOSES.store(false, SeqCst);
     let instance = instance();
     let all = std::env::var("RAINDROPS_FAULTS").is_ok_and(|value| value == "all");
@@ -225,7 +224,8 @@ fn every_call_that_can_fail_fails_cleanly() {
 
 #[test]
 fn a_lost_device_is_an_error_and_frees_everything() {
-    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
+    // The counters are the process's, too.
+    let _alone = crate::common::layer::alone();
     let instance = instance();
     LOSES.store(false, SeqCst);
     with_fault(&instance, Preset::Fast, 0).expect("without a fault all is well");
@@ -248,7 +248,8 @@ fn a_lost_device_is_an_error_and_frees_everything() {
 /// timestamps that are waited for, no report.
 #[test]
 fn a_frame_that_is_not_submitted_changes_nothing() {
-    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
+    // The counters are the process's, too.
+    let _alone = crate::common::layer::alone();
     LOSES.store(false, SeqCst);
     let instance = instance();
     let device = Device::open(&instance, crate::common::chosen(&instance)).expect("a device");

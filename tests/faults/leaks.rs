@@ -98,6 +98,7 @@ fn a_thousand_times_over() {
 /// What the layer advises: nothing but what is argued in `docs/stability.md`.
 #[test]
 fn good_practice() {
+    let _alone = crate::common::layer::alone();
     let instance = Instance::new(Validation::BestPractices).expect("Vulkan with validation");
     let device = Device::open(&instance, crate::common::chosen(&instance)).expect("a device");
     for preset in [Preset::Paper, Preset::Fast] {

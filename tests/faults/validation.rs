@@ -12,6 +12,7 @@ use raindrops::gpu::{
 
 /// Runs `mistake` on a device and returns what `expect_silence` says, or nothing if it is content.
 fn complaint(mistake: impl FnOnce(&Arc<Device>)) -> Option<String> {
+    let _alone = crate::common::layer::alone();
     let instance = crate::common::validated_instance();
     let device = open(&instance);
     mistake(&device);
@@ -191,6 +192,7 @@ fn what_is_dropped_in_use_is_freed_later() {
 /// A report only says which device is meant: what is changed in it, or of another instance, is not believed.
 #[test]
 fn a_report_is_not_believed() {
+    let _alone = crate::common::layer::alone();
     let (instance, other) =
         (crate::common::validated_instance(), crate::common::validated_instance());
     let honest = crate::common::chosen(&instance);
