@@ -22,7 +22,7 @@ void main() {
     Row upper = NOTHING, lower = NOTHING;
     if (LIST == ONE_BLOCK) composite_block(upper, lower, head_of(tile));
     if (LIST == ONE_SPLAT) composite_splat(upper, lower, head_of(tile));
-    finish_tile(at, tile, upper, lower);
+    finish_tile(tile, upper, lower);
 }
 #else
 // Whether a splat comes next that this dispatch draws. Where no block is behind splats, all that is left is splats.
@@ -96,7 +96,7 @@ void main() {
         atomicAdd(counters.lost, entries - p.window.taken);
         return;
     }
-    finish_tile(at, tile, p.upper, p.lower);
+    finish_tile(tile, p.upper, p.lower);
 }
 #elif defined(LONG)
 layout(push_constant) uniform Push { uint walk, walks; } push; // which of these dispatches, from 0 on
@@ -119,7 +119,7 @@ void main() {
     if (!is_done && is_last) lack_walks();
     // For an invocation alone it takes too long to sort so many.
     if (is_done && (p.window.disordered || streaks_are_cut)) atomicAdd(counters.lost, taken);
-    if (is_done || is_last) finish_tile(at, tile, p.upper, p.lower);
+    if (is_done || is_last) finish_tile(tile, p.upper, p.lower);
 }
 #else
 layout(push_constant) uniform Push { uint listed; } push; // 1: tiles with several entries; 0: all, region after region
@@ -169,7 +169,7 @@ void main() {
     start_tile(at, tile);
     uint common_bits = composite_entries(p, tile, at * TILE);
     list_if_undone(tile, p.window, common_bits);
-    finish_tile(at, tile, p.upper, p.lower);
+    finish_tile(tile, p.upper, p.lower);
 }
 #endif
 #endif

@@ -316,7 +316,10 @@ bool add_by_table(uint drop, Large r) {
             float out_by = is_first ? places.x : places.y;
             if (is_spread()) out_by = clamp(out_by, -inner, inner);
             vec2 at = out_by * on_screen;
-            if (!add_light(drop, r, r.center + at, light, disc)) add_light(drop, r, r.center + inner * at, light, disc);
+            bool done = false;
+            for (uint attempt = 0u; !done && attempt < 2u; ++attempt) {
+                done = add_light(drop, r, r.center + (attempt == 0u ? at : inner * at), light, disc);
+            }
         }
     } while (++i < all_sources);
     return true;
@@ -359,30 +362,22 @@ void find_images(Parts p, uint first, Large r, vec3 axis, float sine) {
 }
 #endif
 
-#ifdef SHARED
-// Turns to draw an image as a spot or a line of usual size, and to find how it moves.
-uint turns_to_draw(uint drop, Eye e) {
-    e.way = abs(way_of(drop));
-    uint most = moves_otherwise(e) ? 2u * TURNS_SPREAD : 0u;
-    if (HAS_LENS == 0u || moves[2u * drop].w <= 0.0) return most + uint(max(e.way.x, e.way.y)) / WIDE;
-    uvec2 tiles = uvec2(e.way + 2.0 * sqrt(e.part) * moves[2u * drop + 1u].z) / TILE;
-    return most + POINTS + (tiles.y / WIDE + 1u) * (tiles.x + 2u);
-}
-#endif
-
-// Draws the images of a source that one of some eyes sees by the ways of `some`. Of several each looks at another part of it.
-void solve_from(uint drop, Large r, uint source, uint eye, uint eyes, uint some, Looks looks) {
+// Draws the images of a source that the lens's middle sees by ways that all of the lens sees alike, or one of several eyes by the
+// others. Of several each looks at another part of it.
+void solve_from(uint drop, Large r, uint source, uint eye, uint eyes, Looks looks) {
     Eye e = eye_of(r.sphere, eye, eyes);
     float pixels = frame.image.z * e.sine;
     vec4 shape = ROUND;
     if (is_flat(r)) shape = large_shapes[drop].shape;
     bool is_only = eyes == 1u;
+    uint some = is_only ? ~looks.uneven : looks.uneven;
     vec4 disc = source_at(source).toward;
     vec3 toward = to_view(disc.xyz);
     uint count = is_only ? parts_of(pixels, disc.w, looks.least) : eyes;
 #ifdef SHARED
     uint among = (all_sources - source) * (looks.uneven != 0u ? 2u : 1u);
-    if (is_only) count = min(count, parts_in_time(ways_in(r, angle_between(e.axis, toward), disc.w, e.sine) & some, turns_to_draw(drop, e), among));
+    uint wanted = ways_in(r, angle_between(e.axis, toward), disc.w, e.sine) & some;
+    if (is_only) count = min(count, parts_in_time(wanted, turns_to_draw(drop, e, WIDE), among));
 #endif
     Parts p = parts_in(toward, disc.w, e.axis, count);
     vec3 light = source_at(source).light.rgb * (p.part * p.part * pixels * pixels);
@@ -434,12 +429,16 @@ void solve(uint drop) {
             }
         }
 #endif
-        solve_from(drop, r, i, 0u, 1u, ~looks.uneven, looks);
-        uint eyes = 0u;
+        for (uint eye = 0u, eyes = 1u; eye < eyes; ++eye) {
+            solve_from(drop, r, i, eye, eyes, looks);
 #ifdef SHARED
-        if (looks.uneven != 0u) eyes = min(MOST_EYES, parts_in_time(looks.uneven, turns_to_draw(drop, eye_of(r.sphere, 0u, MOST_EYES)), all_sources - i));
+            // Then from several, from 0 on, in the same loop: a GPU's compiler writes each call out.
+            if (eyes > 1u || looks.uneven == 0u) continue;
+            uint draws = turns_to_draw(drop, eye_of(r.sphere, 0u, MOST_EYES), WIDE);
+            eyes = clamp(parts_in_time(looks.uneven, draws, all_sources - i), 2u, MOST_EYES);
+            eye = ~0u;
 #endif
-        for (uint eye = 0u; eye < eyes; ++eye) solve_from(drop, r, i, eye, eyes, looks.uneven, looks);
+        }
     } while (++i < all_sources);
 }
 

@@ -87,10 +87,15 @@ void add_glint(inout Row upper, inout Row lower, vec2 at, vec3 light, bvec4 uppe
     add_light(lower, below, light);
 }
 
+// One colour after the other: together they take more of a GPU's registers.
 void composite_row_of_colors(inout Row row, uvec4 colors, uvec2 coverage) {
-    vec4 r, g, b, alpha = vec4(unpackUnorm2x16(coverage.x), unpackUnorm2x16(coverage.y));
-    unpack_radiances(colors, r, g, b);
-    composite_row(row, mix(alpha, vec4(0.0), equal(colors, uvec4(NO_COLOR))), r, g, b);
+    vec4 alpha = vec4(unpackUnorm2x16(coverage.x), unpackUnorm2x16(coverage.y)), scale = scales_of(colors);
+    precise vec4 share = row.through * mix(alpha, vec4(0.0), equal(colors, uvec4(NO_COLOR)));
+    precise vec4 through = row.through - share;
+    precise vec4 r = fma(share, vec4(colors & 511u) * scale, row.r);
+    precise vec4 g = fma(share, vec4((colors >> 9) & 511u) * scale, row.g);
+    precise vec4 b = fma(share, vec4((colors >> 18) & 511u) * scale, row.b);
+    row = Row(r, g, b, through);
 }
 
 void write_pixel(uint at, uint rg, uint ba, uvec2 nearest) {
@@ -151,22 +156,21 @@ Nearest upper_nearest, lower_nearest;
 #include "streak_layer_behind.glsl"
 
 void composite_block(inout Row upper, inout Row lower, uint link) {
-    uint node = node_of(link);
+    uint node = node_of(link), record = NEAREST != 0u ? large_record(large_of_block(block_of_node(node))) : 0u;
     uvec4 coverage = four_of_nodes(node + COVERAGE);
-    uvec4 above = four_of_nodes(node + COLORS), below = four_of_nodes(node + COLORS + TILE.x);
-    if (NEAREST != 0u) {
-        uint record = large_record(large_of_block(block_of_node(node)));
-        meet(upper_nearest, met_by_block(coverage.xy, above), record);
-        meet(lower_nearest, met_by_block(coverage.zw, below), record);
-    }
-    composite_row_of_colors(upper, above, coverage.xy);
-    composite_row_of_colors(lower, below, coverage.zw);
+    // One row after the other: together they take more of a GPU's registers.
+    uvec4 colors = four_of_nodes(node + COLORS);
+    if (NEAREST != 0u) meet(upper_nearest, met_by_block(coverage.xy, colors), record);
+    composite_row_of_colors(upper, colors, coverage.xy);
+    colors = four_of_nodes(node + COLORS + TILE.x);
+    if (NEAREST != 0u) meet(lower_nearest, met_by_block(coverage.zw, colors), record);
+    composite_row_of_colors(lower, colors, coverage.zw);
 }
 
-// Gives the colours of a sphere's halves the mean light of a flattened drop. `words`: of those of FLATNESS.
-void flatten_colors(inout vec3 upper, inout vec3 lower, uvec2 words, float flatness) {
-    vec3 first = unpack_radiance(words.x), second = unpack_radiance(words.y), round = 0.5 * (upper + lower);
-    precise vec3 shown = flattened_light(round, first, second, flatness);
+// Gives the colours of a sphere's halves the mean light of a flattened drop.
+void flatten_colors(inout vec3 upper, inout vec3 lower, vec3 of_flat, float flatness) {
+    vec3 round = 0.5 * (upper + lower);
+    precise vec3 shown = flattened_light(round, of_flat, flatness);
     precise vec3 share = shown / max(round, 1e-30);
     precise vec3 above = upper * share, below = lower * share;
     upper = above;
@@ -189,7 +193,6 @@ void composite_splat(inout Row upper, inout Row lower, uint link) {
     float distance2 = uintBitsToFloat(words.x);
     bvec4 upper_hidden = lessThanEqual(upper_reach2, vec4(distance2));
     bvec4 lower_hidden = lessThanEqual(lower_reach2, vec4(distance2));
-    vec3 upper_color = unpack_radiance(shown.x), lower_color = unpack_radiance(shown.y);
     // The disc's area is the box's.
     float squared = half_sides.x * half_sides.y / 0.78539816;
     if (spread) squared *= unpack_opacity(words.z);
@@ -197,12 +200,17 @@ void composite_splat(inout Row upper, inout Row lower, uint link) {
     float away2 = dot(center, center) + frame.image.z * frame.image.z, near = inversesqrt(away2);
     vec3 axis = near * vec3(center.x, -center.y, -frame.image.z);
     float radius = sqrt(squared * away2 * near * inverse_focal); // over the root of the axis' depth
+    float flatness = 0.0;
+    vec3 of_flat = vec3(0.0);
     if (has_flat()) {
         precise float mm = field.shown.w * frame.image.z * near * near * radius * sqrt(distance2);
-        precise float flatness = FLAT_RAIN != 0u ? flatness_of(mm) : 0.0;
+        flatness = FLAT_RAIN != 0u ? flatness_of(mm) : 0.0;
         if (is_by_hand(words.y)) flatness = FLAT_PLACED != 0u ? flatness_of_shape(shapes[BY_HAND + by_hand_number(words.y)]) : 0.0;
-        flatten_colors(upper_color, lower_color, shown.zw, flatness);
+        of_flat = flat_splats_light(shown.zw, flatness);
     }
+    // Late: they take a GPU's registers.
+    vec3 upper_color = unpack_radiance(shown.x), lower_color = unpack_radiance(shown.y);
+    if (has_flat()) flatten_colors(upper_color, lower_color, of_flat, flatness);
     for (uint i = 0u; i < GLINTS; ++i) {
         uvec4 source = i == 0u ? first_source : splat_of(TOWARD_SOURCES + i);
         if (i > 0u && source.w == 0u) break;
@@ -309,8 +317,9 @@ void start_tile(uvec2 at, uint tile) {
 }
 
 // Draws its pixels, and sums up their logarithms.
-void finish_tile(uvec2 at, uint tile, Row upper, Row lower) {
-    uvec2 corner = (at + first_tile()) * TILE - frame.window.xy;
+void finish_tile(uint tile, Row upper, Row lower) {
+    // From what is known in any case, so that a GPU keeps the place in no registers.
+    uvec2 corner = uvec2(plane_corner + frame.principal.xy + 0.5) - frame.window.xy;
     float logs = finish(upper, upper_nearest, tile * PIXELS, corner)
         + finish(lower, lower_nearest, tile * PIXELS + TILE.x, corner + uvec2(0, 1));
     if (LOG_SUMS != 0u) log_sums[tile] = logs;

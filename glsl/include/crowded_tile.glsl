@@ -158,6 +158,6 @@ void main() {
     if (in_group != 0u) return;
     // Some were left out while they were put in order.
     if (taken < entries) atomicAdd(counters.lost, entries - taken);
-    finish_tile(at, tile, upper, lower);
+    finish_tile(tile, upper, lower);
 }
 #endif

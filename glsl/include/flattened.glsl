@@ -15,12 +15,17 @@ float flatness_of(float mm) {
 const uvec2 FLAT_SPLATS = uvec2(1u, 3u);
 const vec2 FLATNESS = vec2(0.1442, 0.3599);
 
-// Mean light of a drop so flat, by that of a sphere and of drops of those two diameters.
-vec3 flattened_light(vec3 round, vec3 first, vec3 second, float flatness) {
+// Mean light of a drop so flat, by that of drops of those two diameters: two words of a splat's; and by that of a sphere.
+vec3 flat_splats_light(uvec2 words, float flatness) {
     float from_first = clamp((flatness - FLATNESS.x) / (FLATNESS.y - FLATNESS.x), 0.0, 1.0);
+    precise vec3 light = mix(unpack_radiance(words.x), unpack_radiance(words.y), from_first);
+    return light;
+}
+
+vec3 flattened_light(vec3 round, vec3 of_flat, float flatness) {
     // Totally reflected light grows faster than flatness.
     precise float from_round = min(flatness / FLATNESS.x, 1.0);
-    precise vec3 light = mix(round, mix(first, second, from_first), from_round * sqrt(from_round));
+    precise vec3 light = mix(round, of_flat, from_round * sqrt(from_round));
     return light;
 }
 

@@ -2,6 +2,7 @@
 #define GLINT_TURNS_GLSL
 // How many turns of loops a drop's images may take: llvmpipe ends all loops of a vector of invocations after some 65,000, and draws
 // nothing more.
+#include "glint_spot.glsl"
 #include "optics.glsl"
 #include "tile_buffers.glsl"
 
@@ -20,6 +21,15 @@ bool take_turns(uint wanted) {
 
 uint turns_to_find() {
     return is_spread() ? TURNS_SPREAD : TURNS_AT_REST;
+}
+
+// Turns to draw an image as a spot or a line of usual size, by `lanes` invocations, and to find how it moves.
+uint turns_to_draw(uint drop, Eye e, uint lanes) {
+    e.way = abs(way_of(drop));
+    uint most = moves_otherwise(e) ? 2u * TURNS_SPREAD : 0u;
+    if (HAS_LENS == 0u || moves[2u * drop].w <= 0.0) return most + uint(max(e.way.x, e.way.y)) / lanes;
+    uvec2 tiles = uvec2(e.way + 2.0 * sqrt(e.part) * moves[2u * drop + 1u].z) / TILE;
+    return most + POINTS + (tiles.y / lanes + 1u) * (tiles.x + 2u);
 }
 
 // How many parts of a source, or eyes, there are turns for, each of which looks for images by some `ways`. `draws`: turns that a spot or a

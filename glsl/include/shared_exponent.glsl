@@ -19,9 +19,14 @@ vec3 unpack_radiance(uint word) {
     return vec3(word & 511u, (word >> 9) & 511u, (word >> 18) & 511u) * scale;
 }
 
+// What the mantissas of four words are multiplied by.
+vec4 scales_of(uvec4 words) {
+    return uintBitsToFloat(((words >> 27) + 103u) << 23);
+}
+
 // Unpacks four words.
 void unpack_radiances(uvec4 words, out vec4 r, out vec4 g, out vec4 b) {
-    vec4 scale = uintBitsToFloat(((words >> 27) + 103u) << 23);
+    vec4 scale = scales_of(words);
     r = vec4(words & 511u) * scale;
     g = vec4((words >> 9) & 511u) * scale;
     b = vec4((words >> 18) & 511u) * scale;

@@ -45,6 +45,7 @@ void save_row(uint at, Row row, Nearest nearest) {
     keep(at + 1u, floatBitsToUint(row.g));
     keep(at + 2u, floatBitsToUint(row.b));
     keep(at + 3u, floatBitsToUint(row.through));
+    if (NEAREST == 0u) return;
     keep(at + 4u, nearest.record);
     keep(at + 5u, nearest.count);
 }
@@ -69,8 +70,10 @@ Progress saved(uint at, bool disordered) {
     uvec4 a = kept(at + 1u), b = kept(at + 2u), c = kept(at + 3u), d = kept(at + 4u);
     Window w = Window(Entry(a.x, a.y), Entry(a.z, a.w), Entry(b.x, b.y), Entry(b.z, b.w), Entry(c.x, c.y), Entry(c.z, c.w), d.x, 0u,
                       disordered);
-    upper_nearest = Nearest(kept(at + 9u), kept(at + 10u));
-    lower_nearest = Nearest(kept(at + 15u), kept(at + 16u));
+    if (NEAREST != 0u) {
+        upper_nearest = Nearest(kept(at + 9u), kept(at + 10u));
+        lower_nearest = Nearest(kept(at + 15u), kept(at + 16u));
+    }
     return Progress(row_at(at + 5u), row_at(at + 11u), w, d.y);
 }
 #endif
