@@ -361,7 +361,7 @@ fn a_sun_in_a_near_drop_is_as_wide_as_its_rays_make_it() {
             (scene.camera.aperture, scene.camera.focus) = (aperture, focus);
             scene.camera.shutter = 0.01;
             scene.drops =
-                vec![PlacedDrop { velocity: DVec3::new(100.0, 0.0, 0.0) * moved, ..drop.clone() }];
+                vec![PlacedDrop { velocity: DVec3::new(100.0, 0.0, 0.0) * moved, ..drop }];
             let truth = truth(&scene, &sun, 3072);
             for preset in [Preset::Fast, Preset::Exact] {
                 scene.model.preset = preset;
