@@ -15,13 +15,14 @@ float flatness_of(float mm) {
 const uvec2 FLAT_SPLATS = uvec2(1u, 3u);
 const vec2 FLATNESS = vec2(0.1442, 0.3599);
 
-// Mean light of a drop so flat, by that of drops of those two diameters: two words of a splat's; and by that of a sphere.
+// Mean light of a drop so flat, by that of drops of those two diameters: two words of the splats' table.
 vec3 flat_splats_light(uvec2 words, float flatness) {
     float from_first = clamp((flatness - FLATNESS.x) / (FLATNESS.y - FLATNESS.x), 0.0, 1.0);
     precise vec3 light = mix(unpack_radiance(words.x), unpack_radiance(words.y), from_first);
     return light;
 }
 
+// Mean light of a drop between a sphere, whose light is `round`, and one so flat.
 vec3 flattened_light(vec3 round, vec3 of_flat, float flatness) {
     // Totally reflected light grows faster than flatness.
     precise float from_round = min(flatness / FLATNESS.x, 1.0);

@@ -74,7 +74,7 @@ vec2 nearness_of(Eye e, uint way, float b, float off) {
     return vec2(slope / (abs(apart) < 1e-6 ? 1e-6 : apart), sin(off - a) / max(sin(off), 1e-4));
 }
 
-// Eyes for one source at most, and half of those for all together.
+// Eyes for one source at most; fewer where turns are few (glint_turns.glsl).
 const uint MOST_EYES = 128;
 
 // How the images of a source by each of the ways are seen from the lens's middle and from places of its edge.

@@ -224,7 +224,6 @@ fn every_call_that_can_fail_fails_cleanly() {
 
 #[test]
 fn a_lost_device_is_an_error_and_frees_everything() {
-    // The counters are the process's, too.
     let _alone = crate::common::layer::alone();
     let instance = instance();
     LOSES.store(false, SeqCst);
@@ -248,7 +247,6 @@ fn a_lost_device_is_an_error_and_frees_everything() {
 /// timestamps that are waited for, no report.
 #[test]
 fn a_frame_that_is_not_submitted_changes_nothing() {
-    // The counters are the process's, too.
     let _alone = crate::common::layer::alone();
     LOSES.store(false, SeqCst);
     let instance = instance();
