@@ -52,11 +52,8 @@ const VARIANTS: &[(&str, &str, &str)] = &[
 ];
 
 /// Names that variants of a shader give to one number, of which a pass fills that of the variant it takes.
-const ALTERNATIVES: &[&[&str]] = &[
-    &["RADIANCE_IMAGE", "RADIANCE", "RADIANCE_TEXELS"],
-    &["MASK", "TABLE"],
-    &["INTERVALS", "FINEST"],
-];
+const ALTERNATIVES: &[&[&str]] =
+    &[&["RADIANCE_IMAGE", "RADIANCE", "RADIANCE_TEXELS"], &["MASK", "TABLE"]];
 
 /// Structures that Rust writes or reads, or whose size it needs. A shader may declare the first members alone.
 const STRUCTURES: &[&str] = &[

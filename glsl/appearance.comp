@@ -23,19 +23,36 @@ layout(push_constant) uniform Directions { vec4 planes[4]; };
 // 7.6° off; that nearest to a drop is 3.8° off, and a drop with a picture, at 32 radii, 2.3° beyond the edge.
 const float BEYOND_EDGES = 0.14;
 
-const uint FINEST = 16;  // texels an edge of the finest picture
-const uint SAMPLES = 8;  // of a texel towards the rim
+// Samples towards the rim lie in cells, 16 to an edge whatever the finest picture has.
+const uint GRID = 16, SAMPLES = 8;
 // More through a bubble: directions change without bound up to where all light is reflected, at a distance of its index.
 const uint BUBBLE_SAMPLES = 16;
-const float TEXEL = 2.0 / float(FINEST); // of the disc's radius
+const uint FINER = PICTURE_LEVEL == 5u ? 2u : 1u; // texels an edge of a cell
+const uint FINEST = GRID * FINER, LEVELS = PICTURE_LEVEL == 5u ? 5u : 4u;
 // Squared distance from the middle up to which directions change so evenly that one sample's footprint holds a texel.
 const float EVEN = 0.75;
 
-// The point (s, t) of a texel's sample, by a lattice whose columns and rows have one each: seen along the radius, where
+// Where a cell's sample is, in cells, by a lattice whose columns and rows have one each: seen along the radius, where
 // directions change fastest, they are at as many distances.
-vec2 sample_of(uvec2 texel, uint number, uint samples) {
-    vec2 place = vec2(texel) + (vec2(number, 5u * number % samples) + 0.5) / float(samples);
-    return place * TEXEL - 1.0;
+vec2 sample_of(uvec2 cell, uint number, uint samples) {
+    return vec2(cell) + (vec2(number, 5u * number % samples) + 0.5) / float(samples);
+}
+
+// The point (s, t) of the disc at a place in cells.
+vec2 on_disc(vec2 place) {
+    return place * (2.0 / float(GRID)) - 1.0;
+}
+
+// Which of its cell's samples are a texel's own, and within the rim. (A constant number of turns, which compilers write out: a CPU
+// driver ends all loops of an invocation after 65,535, and those of a bubble's light take 40,000.)
+uint samples_within(uvec2 texel, uint samples) {
+    uint within = 0u;
+    for (uint number = 0u; number < BUBBLE_SAMPLES; ++number) {
+        vec2 place = sample_of(texel / FINER, number, samples), st = on_disc(place);
+        bool is_own = number < samples && uvec2(place * float(FINER)) == texel;
+        within |= uint(is_own && dot(st, st) <= 1.0) << number;
+    }
+    return within;
 }
 
 // The point (s, t) of the drop's disc, averaged over `step` in both; beyond the rim, the rim.
@@ -57,33 +74,31 @@ void main() {
     if (!wanted) return;
     basis(n, u, v);
     mat3 axes = mat3(u, v, n);
-    uint samples = WATER < 1.0 ? BUBBLE_SAMPLES : SAMPLES;
+    uint samples = WATER < 1.0 ? BUBBLE_SAMPLES : SAMPLES, of_texel = samples / (FINER * FINER);
 
+    float size = 2.0 / float(FINEST); // of a texel, in radii
     // Along the Morton curve every coarser texel is complete when its four are: one sum a level.
-    vec4 sums[4] = vec4[4](vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0));
+    vec4 sums[5] = vec4[5](vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0));
     for (uint morton = 0u; morton < FINEST * FINEST; ++morton) {
         uvec2 at = uvec2(0u);
-        for (uint bit = 0u; bit < 4u; ++bit) {
+        for (uint bit = 0u; bit < LEVELS; ++bit) {
             at |= (uvec2(morton >> (2u * bit), morton >> (2u * bit + 1u)) & 1u) << bit;
         }
-        vec2 middle = (vec2(at) + 0.5) * TEXEL - 1.0;
+        vec2 middle = (vec2(at) + 0.5) * size - 1.0;
         bool even = samples == SAMPLES && dot(middle, middle) < EVEN;
-        // Its samples within the rim; a texel without any is filled by one at the rim, which weighs nearly nothing.
-        uint within = 0u;
-        for (uint number = 0u; number < samples; ++number) {
-            vec2 st = sample_of(at, number, samples);
-            within |= uint(dot(st, st) <= 1.0) << number;
-        }
-        float weight = even ? float(samples) : within == 0u ? 1e-4 : 1.0;
-        float step = even ? TEXEL : TEXEL * inversesqrt(float(samples));
+        // A texel without any is filled by one at the rim, which weighs nearly nothing.
+        uint within = samples_within(at, samples);
+        bool by_middle = even || within == 0u;
+        float weight = even ? float(of_texel) : within == 0u ? 1e-4 : 1.0;
+        float step = even ? size : size * inversesqrt(float(of_texel));
         vec4 sum = vec4(0.0);
-        uint left = even ? 1u : max(within, 1u), edge = FINEST;
+        uint left = by_middle ? 1u : within, edge = FINEST;
         do {
-            vec2 st = even ? middle : sample_of(at, uint(findLSB(left)), samples);
+            vec2 st = by_middle ? middle : on_disc(sample_of(at / FINER, uint(findLSB(left)), samples));
             sum += weight * vec4(light(st, step, axes), 1.0);
         } while ((left &= left - 1u) != 0u);
         pictures[picture_word(texel, FINEST) + at.y * FINEST + at.x] = pack_radiance(sum.rgb / sum.a);
-        for (uint level = 0u; level < 4u; ++level) {
+        for (uint level = 0u; level < LEVELS; ++level) {
             edge >>= 1u;
             at >>= 1u;
             sums[level] += sum;

@@ -126,7 +126,8 @@ void find_times(vec2 from, vec2 first, vec4 to_disc, vec2 moved, vec4 sphere, ve
 }
 
 // The colours of a row of pixels of a drop that moves: of each the mean of its picture along what moves over the pixel.
-void write_moving_colors(uint at, uint picture, vec2 from, vec4 to_disc, float edge, vec2 moved, float way, vec2 times[4], Lightened l) {
+void write_moving_colors(uint at, uint picture, vec2 from, vec4 to_disc, float edge, vec2 moved, float way, vec2 times[4], vec3 turn,
+                         Lightened l) {
     // Half a pixel more at each end, the pixel's own extent, as far as the drop is there.
     float length = length(moved), half_pixel = 0.5 * length / way;
     vec2 along = moved / length;
@@ -137,32 +138,34 @@ void write_moving_colors(uint at, uint picture, vec2 from, vec4 to_disc, float e
         vec2 aside = on_disc - at_pixel * along;
         float rim = sqrt(max(1.0 - dot(aside, aside), 0.0));
         vec2 ends = clamp(at_pixel - length * times[pixel].yx + vec2(-half_pixel, half_pixel), -rim, rim);
-        vec2 first = (0.5 * (aside + ends.x * along) + 0.5) * edge, last = (0.5 * (aside + ends.y * along) + 0.5) * edge;
+        vec2 first = (0.5 * on_picture(aside + ends.x * along, turn) + 0.5) * edge;
+        vec2 last = (0.5 * on_picture(aside + ends.y * along, turn) + 0.5) * edge;
         nodes[at + pixel] = pack_radiance(picture_along(picture, edge, first, last, l));
     }
 }
 
 // The colour at a place in texels from the middle of the first.
-uint color_at(uint picture, float edge, float steepness, vec2 at, Lightened l) {
-    return pack_radiance(lightened(picture_light(picture, edge, steepness, at), l, (at + 0.5) * (2.0 / edge) - 1.0));
+uint color_at(uint picture, float edge, float steepness, vec2 at, vec3 turn, Lightened l) {
+    vec2 on_disc = (at + 0.5) * (2.0 / edge) - 1.0, there = clamp(on_picture(on_disc, turn) * (0.5 * edge) + (0.5 * edge - 0.5), 0.0, edge - 1.0);
+    return pack_radiance(lightened(picture_light(picture, edge, steepness, there), l, on_disc));
 }
 
 // None where the drop covers nothing. (Without a choice at last LLVM packs a colour lane by lane, where it is stored.)
-void write_colors(uint at, uint picture, float edge, float steepness, Places places, vec4 coverage, Lightened l) {
+void write_colors(uint at, uint picture, float edge, float steepness, Places places, vec4 coverage, vec3 turn, Lightened l) {
     uvec4 colors;
     for (uint i = 0u; i < TILE.x; ++i) {
-        colors[i] = coverage[i] > 0.0 ? color_at(picture, edge, steepness, vec2(places.x[i], places.y[i]), l) : NO_COLOR;
+        colors[i] = coverage[i] > 0.0 ? color_at(picture, edge, steepness, vec2(places.x[i], places.y[i]), turn, l) : NO_COLOR;
     }
     write_four(at, colors);
 }
 
 // The colours of a row of pixels of a drop out of focus.
-void write_blurred_colors(uint at, uint picture, vec2 from, vec4 to_disc, float edge, float blur, Lightened l) {
+void write_blurred_colors(uint at, uint picture, vec2 from, vec4 to_disc, float edge, float blur, vec3 turn, Lightened l) {
     PictureBlur b = picture_blur(to_disc, edge, blur);
     for (uint pixel = 0u; pixel < TILE.x; ++pixel) {
         vec2 p = vec2(from.x + float(pixel), from.y);
         vec2 on_disc = vec2(to_disc.x * p.x + to_disc.z * p.y, to_disc.y * p.x + to_disc.w * p.y);
-        nodes[at + pixel] = pack_radiance(picture_around(picture, edge, on_disc, b, l));
+        nodes[at + pixel] = pack_radiance(picture_around(picture, edge, on_disc, b, turn, l));
     }
 }
 
@@ -222,13 +225,14 @@ bool fill_block(uint at) {
     float fade = float(r.look >> 16) / 65535.0;
     // The outline's narrower axis: along it a pixel would miss finer texels, and a ramp would be wider than the drop.
     float squares = dot(m, m), most = 0.5 * (squares + sqrt(max(squares * squares - 4.0 * det * det, 0.0)));
-    float narrow = radius * sqrt(det / most), edge = picture_edge(narrow, 4u);
+    float narrow = radius * sqrt(det / most), edge = picture_edge(narrow);
     // A needle is no upright box; its cover is told exactly where rays find its light.
     bool is_long = rays && narrow < 1.0 && radius * radius > narrow;
     bool is_box = !is_long && (radius < 1.0 || (radius < BOX_PX && narrow < 1.0));
     uint picture = picture_word(r.look & 0xfffu, uint(edge));
     vec2 from = vec2(at_tile * TILE) + 0.5 - r.center;
 
+    vec3 turn = rays ? vec3(0.0) : turn_of(r.sphere, r.look & 0xfffu);
     Places places_above, places_below;
     vec4 above = fade * cover(from, m, half_side, radius, is_box, edge, places_above);
     vec4 below = fade * cover(from + vec2(0.0, 1.0), m, half_side, radius, is_box, edge, places_below);
@@ -257,7 +261,7 @@ bool fill_block(uint at) {
                 find_times(from + down, first + down, m, moved, r.sphere, moves[2u * drop].xyz, behind, times, shares);
                 vec4 covered = fade * shares * cover_moving(from + down, m, half_side, radius, edge, way);
                 if (row == 0u) above = covered; else below = covered;
-                if (!rays) write_moving_colors(node + COLORS + row * TILE.x, picture, from + down, m, edge, moved, length(way), times, light);
+                if (!rays) write_moving_colors(node + COLORS + row * TILE.x, picture, from + down, m, edge, moved, length(way), times, turn, light);
             }
         }
         float blur = moves[2u * drop + 1u].z;
@@ -270,8 +274,8 @@ bool fill_block(uint at) {
             float held = exp2(clamp(ceil(log2(6.0 * radius * inversesqrt(blur * blur + 1.0 / 3.0))), 0.0, log2(edge)));
             uint coarser = picture_word(r.look & 0xfffu, uint(held));
             if (!rays) {
-                write_blurred_colors(node + COLORS, coarser, from, m, held, blur, light);
-                write_blurred_colors(node + COLORS + TILE.x, coarser, from + vec2(0.0, 1.0), m, held, blur, light);
+                write_blurred_colors(node + COLORS, coarser, from, m, held, blur, turn, light);
+                write_blurred_colors(node + COLORS + TILE.x, coarser, from + vec2(0.0, 1.0), m, held, blur, turn, light);
             }
         }
         if (covered_by_rays) above = below = vec4(1.0);
@@ -284,8 +288,8 @@ bool fill_block(uint at) {
     }
     if (!rays && !moves_over && !is_blurred) {
         float steepness = picture_steepness(narrow, edge);
-        write_colors(node + COLORS, picture, edge, steepness, places_above, above, light);
-        write_colors(node + COLORS + TILE.x, picture, edge, steepness, places_below, below, light);
+        write_colors(node + COLORS, picture, edge, steepness, places_above, above, turn, light);
+        write_colors(node + COLORS + TILE.x, picture, edge, steepness, places_below, below, turn, light);
     }
     // Rays add what they find to nothing.
     float known = covered_by_rays ? 0.0 : 1.0;

@@ -5,9 +5,6 @@
 #include "octahedron.glsl"
 #include "picture_light.glsl"
 
-layout(constant_id = 10) const uint FINEST = 4; // level of the largest picture; 0: one colour
-
-
 // Radiance and coverage at `at` of the sprite; `pixels`: its radius in samples.
 vec4 drop_at(vec2 at, float pixels) {
     vec2 st = vec2(2.0 * at.x - 1.0, 1.0 - 2.0 * at.y);
@@ -17,7 +14,7 @@ vec4 drop_at(vec2 at, float pixels) {
     basis(n, u, v);
     vec3 place = rotation * vec3(st, 0.0);
     vec2 turned = vec2(dot(place, u), dot(place, v));
-    float edge = picture_edge(pixels, FINEST);
+    float edge = picture_edge(pixels);
     vec2 at_picture = clamp((0.5 * turned + 0.5) * edge - 0.5, 0.0, edge - 1.0);
     vec3 light = picture_light(picture_word(texel, uint(edge)), edge, picture_steepness(pixels, edge), at_picture);
     return vec4(light, disc_coverage(st, pixels));

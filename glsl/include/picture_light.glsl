@@ -3,6 +3,7 @@
 // The light of a pixel from a far drop's picture.
 #include "appearance.glsl"
 #include "by_texels.glsl"
+#include "light_model.glsl"
 #include "pictures.glsl"
 #include "shared_exponent.glsl"
 
@@ -14,10 +15,10 @@ uint picture_at(uint word) { return BY_TEXELS != 0u ? texelFetch(picture_texels,
 uint picture_at(uint word) { return pictures[word]; }
 #endif
 
-// Texels an edge of the picture, up to 2^`finest`, for a drop of so many pixels of radius: texels of 0.41 to 0.82 pixels.
+// Texels an edge of the picture for a drop of so many pixels of radius: texels of 0.41 to 0.82 pixels, where the finest has such.
 // Between four of 0.58, light is spread as far as within a pixel: p²/4 = 1/12.
-float picture_edge(float radius, uint finest) {
-    return exp2(clamp(floor(log2(2.0 * radius) + 1.29), 0.0, float(finest)));
+float picture_edge(float radius) {
+    return exp2(clamp(floor(log2(2.0 * radius) + 1.29), 0.0, float(PICTURE_LEVEL)));
 }
 
 // How much steeper than linear light passes from texel to texel where no picture is fine enough.

@@ -3,6 +3,7 @@
 // The light of a pixel from the picture of a drop that moves or is out of focus.
 #include "flattened.glsl"
 #include "picture_light.glsl"
+#include "picture_turn.glsl"
 
 // The mean light of a picture along a line, in texels from the picture's corner on: of each column (or row, if the line is
 // steep) that the line crosses its share, between the two nearest texels.
@@ -46,16 +47,16 @@ PictureBlur picture_blur(vec4 to_disc, float edge, float blur) {
 }
 
 // The light of a picture around a place on the drop's disc: what is beyond the rim is not the drop's.
-vec3 picture_around(uint picture, float edge, vec2 on_disc, PictureBlur b, Lightened l) {
-    vec2 middle = (0.5 * on_disc + 0.5) * edge;
+vec3 picture_around(uint picture, float edge, vec2 on_disc, PictureBlur b, vec3 turn, Lightened l) {
+    vec2 middle = (0.5 * on_picture(on_disc, turn) + 0.5) * edge;
     // The nearest place on the drop, for a pixel that no texel is near enough to.
     vec2 held = on_disc * min(1.0, inversesqrt(max(dot(on_disc, on_disc), 1e-12)));
-    ivec2 nearest = ivec2(clamp((0.5 * held + 0.5) * edge, 0.0, edge - 1.0));
+    ivec2 nearest = ivec2(clamp((0.5 * on_picture(held, turn) + 0.5) * edge, 0.0, edge - 1.0));
     ivec2 low = min(ivec2(max(middle - b.reach, 0.0)), nearest), high = max(ivec2(min(middle + b.reach, edge - 1.0)), nearest);
     vec4 sum = vec4(0.0);
     for (int y = low.y; y <= high.y; ++y) {
         for (int x = low.x; x <= high.x; ++x) {
-            vec2 texel = (vec2(x, y) + 0.5) * (2.0 / edge) - 1.0, way = texel - on_disc;
+            vec2 texel = (vec2(x, y) + 0.5) * (2.0 / edge) - 1.0, way = texel + moved_on_picture(texel, turn) - on_disc;
             float far2 = b.form.x * way.x * way.x + 2.0 * b.form.y * way.x * way.y + b.form.z * way.y * way.y;
             // What the disc holds of the texel, and the drop; each in the square of its distance.
             float held = clamp((b.wide * b.wide - far2) * b.steep + 0.5, 0.0, 1.0), covered = clamp(0.25 * edge * (1.0 - dot(texel, texel)) + 0.5, 0.0, 1.0);

@@ -79,6 +79,8 @@ constants! {
     DIRECTIONS: u32 = 64;
     /// Texels of a direction's larger pictures, 4 + 16 + 64 + 256.
     PYRAMID: u32 = 340;
+    /// Texels an edge of the largest, where a frame asks for it.
+    LARGEST_EDGE: u32 = 32;
     /// Blocks of a chunk of the paper's drops: each is one subgroup's work, and each sums up the counts of all before it.
     BLOCKS: u32 = 1024;
     /// In place of the picture of one texel of a direction: it has no pictures yet. No radiance is packed so.

@@ -5,13 +5,15 @@
 //! 64 x 64 directions of an octahedral map it is integrated once, when a frame first looks there: a pyramid of pictures of 16 x 16 down
 //! to 1 texel, reflection and all internal orders with their exact Fresnel weights, some 500 samples in all, each with its footprint
 //! in the environment: one a texel, towards the rim up to eight. (With two by two a footprint there was up to 14° wide, and a
-//! window 70° aside was a third too bright in a far drop.) In a drop of up to some 12 pixels a pixel then reads four words.
+//! window 70° aside was a third too bright in a far drop.) Where a scene shows larger drops by pictures, there are 32 x 32 as well,
+//! for twice as many samples and 17 MB. In a drop of up to some 12 pixels a pixel then reads four words.
 //!
 //! Eight orders are followed, unless a scene asks for fewer; what those beyond carry goes where the last goes, so that a white furnace
 //! stays white. (With two, windows 120° to 130° aside were a third to a half too bright, and fog from above half a percent; a whole
 //! view of 1024 x 1024 took 15 ms less, once.) Memory: 5.6 MB, a word a texel (9 bits a colour, a common exponent). Error: directions
-//! are quantised to 2.8°, which turns a picture by 1.4° at most, a tenth of a texel of the finest picture; near drops look different
-//! from far ones (the directions are off by 2.8° at 16 radii, 0.6° at 64).
+//! are quantised to 2.8°, which turns a picture by 1.4° at most, and near drops look different from far ones (rays towards the rim are off
+//! by 1.8° at 32 radii). For the light that a drop refracts, nearly all, a pixel mends both by where it reads
+//! (`glsl/include/picture_turn.glsl`); as much as that moves, what is reflected outside is off.
 //!
 //! All colours are refracted by the index of green: by another one a direction differs by less than a sample's
 //! footprint, and where that shows, in images of small bright sources and so in rainbows, the sources are not in the
@@ -40,8 +42,9 @@ use crate::plan::Light;
 
 /// Directions of the octahedral map.
 pub(super) const DIRECTIONS: u32 = crate::abi::DIRECTIONS * crate::abi::DIRECTIONS;
-/// Words of all pictures of a direction, that of one texel included.
+/// Words of all pictures of a direction up to 16 texels an edge, and of the largest.
 const PICTURES: u32 = 1 + crate::abi::PYRAMID;
+const LARGEST: u32 = crate::abi::LARGEST_EDGE * crate::abi::LARGEST_EDGE;
 
 /// The directions between four planes, and some beyond, by the planes' normals.
 #[derive(Clone, Copy, Debug)]
@@ -121,9 +124,6 @@ impl FarDrop {
 }
 
 impl Appearance {
-    /// Level of the finest picture, 16 texels an edge.
-    pub const FINEST: u32 = 4;
-
     /// Makes an empty table.
     ///
     /// # Errors
@@ -135,7 +135,8 @@ impl Appearance {
         environment: &EnvironmentMap,
         light: &Light,
     ) -> Result<Self> {
-        let bytes = 4 * u64::from(DIRECTIONS * PICTURES);
+        let largest = if light.picture_level == 5 { LARGEST } else { 0 };
+        let bytes = 4 * u64::from(DIRECTIONS * (PICTURES + largest));
         use vk::BufferUsageFlags as Usage;
         let usage = Usage::STORAGE_BUFFER | Usage::UNIFORM_TEXEL_BUFFER | Usage::TRANSFER_DST;
         let table = Buffer::new(device, "appearance", bytes, usage, Memory::Device)?;

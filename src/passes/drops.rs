@@ -20,7 +20,7 @@ use std::time::Instant;
 
 use ash::vk;
 
-use super::appearance::{Appearance, FarDrop};
+use super::appearance::FarDrop;
 use super::compact::Compact;
 use super::environment::EnvironmentMap;
 use super::frame::FrameBuffer;
@@ -88,7 +88,7 @@ impl Table {
     }
 
     /// The fragment shader that reads it, what is bound for it, and its own constant.
-    fn reader(&self, optics: Optics) -> Reader<'_> {
+    fn reader(&self) -> Reader<'_> {
         match self {
             Self::Mask(mask, _) => {
                 let image = Resource::Sampled(&mask.image, &mask.sampler);
@@ -100,10 +100,9 @@ impl Table {
                 Some([constant::INTERVALS, INTERVALS]),
             ),
             Self::Pictures(pictures) => {
-                let finest = if optics == Optics::Far { 0 } else { Appearance::FINEST };
                 let table = Resource::Buffer(&pictures.appearance.table);
                 let source = Some((slot::PICTURES, table));
-                (shaders::DROPS_FRAG_PICTURE, source, Some([constant::FINEST, finest]))
+                (shaders::DROPS_FRAG_PICTURE, source, None)
             }
             Self::None => (shaders::DROPS_FRAG_CLOSED_FORM, None, None),
         }
@@ -157,7 +156,7 @@ impl Drops {
         target: Target,
         count: u32,
     ) -> Result<Self> {
-        let (fragment, source, own_constant) = table.reader(plan.optics);
+        let (fragment, source, own_constant) = table.reader();
         let fragment = if target.stage.is_some() { shaders::DROPS_FRAG_STAGE } else { fragment };
         let map = Resource::Sampled(&environment.image, &environment.sampler);
         let slots: Vec<_> =

@@ -68,7 +68,7 @@ fn rows_of(groups: u32) -> [u32; 3] {
 }
 
 /// Specialization constants of the shaders that include `light_model.glsl`.
-pub(crate) fn light_constants(light: &Light) -> [[u32; 2]; 8] {
+pub(crate) fn light_constants(light: &Light) -> [[u32; 2]; 9] {
     let index = light.indices.map(|index| (index as f32).to_bits());
     [
         [constant::INTERNAL_REFLECTIONS, light.internal_reflections],
@@ -79,5 +79,6 @@ pub(crate) fn light_constants(light: &Light) -> [[u32; 2]; 8] {
         [constant::INDEX_RED, index[0]],
         [constant::INDEX_GREEN, index[1]],
         [constant::INDEX_BLUE, index[2]],
+        [constant::PICTURE_LEVEL, light.picture_level],
     ]
 }

@@ -154,6 +154,10 @@ pub struct Light {
     /// file has it: it follows from the scene.
     #[serde(skip)]
     pub picture_reflections: u32,
+    /// Level of the finest of these pictures, which has 2 to that many texels an edge; 0 where a drop has one colour. No file has
+    /// it: it follows from the scene.
+    #[serde(skip)]
+    pub picture_level: u32,
     /// What becomes of the others' light.
     pub weights: Weights,
     /// Reflectance of the surface.
@@ -177,6 +181,7 @@ impl Default for Light {
         Self {
             internal_reflections: 0,
             picture_reflections: 0,
+            picture_level: 4,
             weights: Weights::Conserving,
             fresnel: Fresnel::Exact,
             reflection: Reflection::On,
@@ -283,6 +288,7 @@ impl Light {
         Self {
             internal_reflections: choice.internal_reflections.unwrap_or(usual.internal_reflections),
             picture_reflections: choice.internal_reflections.unwrap_or(in_pictures),
+            picture_level: usual.picture_level,
             weights: choice.weights.unwrap_or(usual.weights),
             fresnel: choice.fresnel.unwrap_or(usual.fresnel),
             reflection: choice.reflection.unwrap_or(usual.reflection),
@@ -320,9 +326,10 @@ pub fn plan_by(
     let Models { optics, primitive, order, simulation, samples } = models;
     let by_pictures = optics == Optics::Appearance;
     let rays = rays_of(scene, models, chosen.is_some());
-    let DrawnRays { from_px: rays_px, most: most_rays, unsure: unsure_rays } = rays;
+    let DrawnRays { from_px: rays_px, most: most_rays, unsure: unsure_rays, picture_level } = rays;
     let shape = shape::shape_of(scene, primitive, optics, rays_px)?;
     let light = Light::of(scene, models, chosen, shape.is_traced());
+    let light = Light { picture_level, ..light };
     let motion = motion::motion_of(scene, primitive, optics)?;
     let lens = lens::lens_of(scene, primitive, optics)?;
     let choice = &scene.model;
@@ -462,9 +469,12 @@ fn passes(scene: &Scene, plan: &FramePlan) -> Vec<(&'static str, String)> {
                     "of {drops} those in the clusters in view move{splats}{small}{small_blurred}"
                 ),
             ));
+            let fine = if plan.light.picture_level == 5 { " of up to 32 texels" } else { "" };
             passes.push((
                 "large",
-                format!("the others' coverage and pictures, tile by tile{others}{others_blurred}"),
+                format!(
+                    "the others' coverage and pictures{fine}, tile by tile{others}{others_blurred}"
+                ),
             ));
             passes.push(("rays", format!("radius over {rays_px} px, or near: closed form")));
             passes.push((

@@ -21,7 +21,9 @@ fn scene(preset: Preset, drops: u32, edge: u32) -> Scene {
 
 fn make(device: &Arc<Device>, scene: &Scene) -> raindrops::Result<Renderer> {
     let white = Environment::constant(Vec3::ONE);
-    Renderer::new(device, scene, &white, &plan(scene, &white, Output::Radiance)?)
+    let mut plan = plan(scene, &white, Output::Radiance)?;
+    plan.light.picture_level = 4; // the largest pictures are more than such a device allocates
+    Renderer::new(device, scene, &white, &plan)
 }
 
 /// On a device whose report was changed, making a renderer fails with a line that holds all of `words`.

@@ -34,6 +34,7 @@ mod pane_drawn;
 mod pane_layers;
 mod paper_model;
 mod particles;
+mod pictures;
 mod pipelines;
 mod placed;
 mod plates_drawn;

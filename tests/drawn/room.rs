@@ -36,6 +36,7 @@ fn renderer(device: &Arc<Device>, scene: &Scene, room: u32) -> Renderer {
     let environment = ramps();
     let mut plan = plan(scene, &environment, Output::Display).expect("a plan");
     plan.room = room;
+    plan.light.picture_level = 4; // the largest pictures are more than some of these devices allocate
     Renderer::new(device, scene, &environment, &plan).expect("a renderer")
 }
 
