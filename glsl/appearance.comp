@@ -23,7 +23,8 @@ layout(push_constant) uniform Directions { vec4 planes[4]; };
 // 7.6° off; that nearest to a drop is 3.8° off, and a drop with a picture, at 32 radii, 2.3° beyond the edge.
 const float BEYOND_EDGES = 0.14;
 
-// Samples towards the rim lie in cells, 16 to an edge whatever the finest picture has.
+// The disc has 16 x 16 cells of so many samples, also where the finest picture is 32 x 32: towards the rim a texel takes those of its
+// cell that lie within it.
 const uint GRID = 16, SAMPLES = 8;
 // More through a bubble: directions change without bound up to where all light is reflected, at a distance of its index.
 const uint BUBBLE_SAMPLES = 16;
@@ -65,7 +66,7 @@ vec3 light(vec2 st, float step, mat3 axes) {
 }
 
 void main() {
-    // Rows in the order of their numbers' reversed bits: a CPU's threads, which take runs of them, find as many in view.
+    // Rows in the order of their numbers' reversed bits: threads of a CPU, which take runs of rows, find about equally many in view.
     uint column = gl_GlobalInvocationID.x % DIRECTIONS, row = gl_GlobalInvocationID.x / DIRECTIONS;
     uint texel = (bitfieldReverse(row) >> (32 - findMSB(DIRECTIONS))) * DIRECTIONS + column;
     vec3 n = texel_direction(texel), u, v;

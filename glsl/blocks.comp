@@ -114,7 +114,8 @@ vec4 cover_moving(vec2 from, vec4 to_disc, vec2 half_side, float radius, float e
     return sum / float(STEPS);
 }
 
-// When each pixel of a row, of which `first` is the first one's middle, is on a drop that moves and is before what is behind.
+// From when to when a drop that moves is over each pixel of a row and before what is behind, as parts of the exposure; in `shares`, what
+// part that is of its time over the pixel. `first`: the middle of the row's first pixel.
 void find_times(vec2 from, vec2 first, vec4 to_disc, vec2 moved, vec4 sphere, vec3 motion, vec4 behind, out vec2 times[4], out vec4 shares) {
     for (uint pixel = 0u; pixel < TILE.x; ++pixel) {
         vec2 p = vec2(from.x + float(pixel), from.y);
@@ -140,17 +141,18 @@ void write_moving_colors(uint at, uint picture, vec2 from, vec4 to_disc, float e
         vec2 ends = clamp(at_pixel - length * times[pixel].yx + vec2(-half_pixel, half_pixel), -rim, rim);
         vec2 first = (0.5 * on_picture(aside + ends.x * along, turn) + 0.5) * edge;
         vec2 last = (0.5 * on_picture(aside + ends.y * along, turn) + 0.5) * edge;
-        nodes[at + pixel] = pack_radiance(picture_along(picture, edge, first, last, l));
+        nodes[at + pixel] = pack_radiance(picture_along(picture, edge, first, last, turn, l));
     }
 }
 
 // The colour at a place in texels from the middle of the first.
 uint color_at(uint picture, float edge, float steepness, vec2 at, vec3 turn, Lightened l) {
-    vec2 on_disc = (at + 0.5) * (2.0 / edge) - 1.0, there = clamp(on_picture(on_disc, turn) * (0.5 * edge) + (0.5 * edge - 0.5), 0.0, edge - 1.0);
+    vec2 on_disc = (at + 0.5) * (2.0 / edge) - 1.0;
+    vec2 there = clamp((0.5 * on_picture(on_disc, turn) + 0.5) * edge - 0.5, 0.0, edge - 1.0);
     return pack_radiance(lightened(picture_light(picture, edge, steepness, there), l, on_disc));
 }
 
-// None where the drop covers nothing. (Without a choice at last LLVM packs a colour lane by lane, where it is stored.)
+// None where the drop covers nothing. (The choice comes last: without it LLVM packs colours lane by lane where they are stored.)
 void write_colors(uint at, uint picture, float edge, float steepness, Places places, vec4 coverage, vec3 turn, Lightened l) {
     uvec4 colors;
     for (uint i = 0u; i < TILE.x; ++i) {
@@ -159,17 +161,17 @@ void write_colors(uint at, uint picture, float edge, float steepness, Places pla
     write_four(at, colors);
 }
 
-// The colours of a row of pixels of a drop out of focus.
-void write_blurred_colors(uint at, uint picture, vec2 from, vec4 to_disc, float edge, float blur, vec3 turn, Lightened l) {
+// The colours of a row of pixels of a drop out of focus. That is a sphere: rays find what others show.
+void write_blurred_colors(uint at, uint picture, vec2 from, vec4 to_disc, float edge, float blur, vec3 turn) {
     PictureBlur b = picture_blur(to_disc, edge, blur);
     for (uint pixel = 0u; pixel < TILE.x; ++pixel) {
         vec2 p = vec2(from.x + float(pixel), from.y);
         vec2 on_disc = vec2(to_disc.x * p.x + to_disc.z * p.y, to_disc.y * p.x + to_disc.w * p.y);
-        nodes[at + pixel] = pack_radiance(picture_around(picture, edge, on_disc, b, turn, l));
+        nodes[at + pixel] = pack_radiance(picture_around(picture, edge, on_disc, b, turn));
     }
 }
 
-// Notes the blocks whose colours are found by rays, eight invocations of 256 a workgroup.
+// Notes the blocks whose colours rays find, and asks for their workgroups of rays.comp: 256 invocations, eight for each block.
 void note_ray_block(uint at, bool rays) {
     uvec4 here = subgroupBallot(rays);
     uint first = 0u, count = subgroupBallotBitCount(here), before = subgroupBallotExclusiveBitCount(here);
@@ -186,8 +188,8 @@ void note_ray_block(uint at, bool rays) {
     if (rays) blocks[MAX_BLOCKS + first + before] = at;
 }
 
-// By what a drop at rest is in order in a block, if drops may intersect: its front's squared distance along the ray of the
-// block's middle; beyond the rim, that of its tangent.
+// What orders a drop at rest among drops that may intersect: its front's squared distance along the ray of the block's middle; of a ray
+// beyond the rim, that of its point nearest to the drop's centre.
 uint front_in_block(Large r, vec4 shape, vec2 middle) {
     vec3 d = normalize(ray_through(middle)), c = r.sphere.xyz, to_ray = cross(cross(d, c), d) / -r.sphere.w;
     float before = sqrt(max(1.0 - dot(to_ray, to_ray), 0.0));
@@ -210,6 +212,7 @@ bool fill_block(uint at) {
         + divided(number, r.across).yx;
     bool rays = (r.look & BY_RAYS) != 0u;
 
+    // `m` takes pixels to the unit disc: 1/√det is the radius of a disc of the outline's area, and the box holds its ellipse.
     vec4 m = r.to_disc;
     float det = abs(m.x * m.w - m.y * m.z), radius = inversesqrt(det);
     vec2 half_side = box_of_equal_area(vec2(length(m.wz), length(m.yx)) / det, radius);
@@ -233,6 +236,7 @@ bool fill_block(uint at) {
     vec2 from = vec2(at_tile * TILE) + 0.5 - r.center;
 
     vec3 turn = rays ? vec3(0.0) : turn_of(r.sphere, r.look & 0xfffu);
+    // What both rows are covered by. Later kinds replace earlier ones: by a ramp or a box, exactly, by two halves, moving, blurred, by rays.
     Places places_above, places_below;
     vec4 above = fade * cover(from, m, half_side, radius, is_box, edge, places_above);
     vec4 below = fade * cover(from + vec2(0.0, 1.0), m, half_side, radius, is_box, edge, places_below);
@@ -271,11 +275,11 @@ bool fill_block(uint at) {
             above = dithered(fade * blurred_cover(from, m, radius, blur), first, r.index);
             below = dithered(fade * blurred_cover(from + vec2(0.0, 1.0), m, radius, blur), first + vec2(0.0, 1.0), r.index);
             // Texels of a sixth to a third of what disc and pixel blur.
-            float held = exp2(clamp(ceil(log2(6.0 * radius * inversesqrt(blur * blur + 1.0 / 3.0))), 0.0, log2(edge)));
-            uint coarser = picture_word(r.look & 0xfffu, uint(held));
+            float blurred_edge = exp2(clamp(ceil(log2(6.0 * radius * inversesqrt(blur * blur + 1.0 / 3.0))), 0.0, log2(edge)));
+            uint coarser = picture_word(r.look & 0xfffu, uint(blurred_edge));
             if (!rays) {
-                write_blurred_colors(node + COLORS, coarser, from, m, held, blur, turn, light);
-                write_blurred_colors(node + COLORS + TILE.x, coarser, from + vec2(0.0, 1.0), m, held, blur, turn, light);
+                write_blurred_colors(node + COLORS, coarser, from, m, blurred_edge, blur, turn);
+                write_blurred_colors(node + COLORS + TILE.x, coarser, from + vec2(0.0, 1.0), m, blurred_edge, blur, turn);
             }
         }
         if (covered_by_rays) above = below = vec4(1.0);
@@ -297,7 +301,7 @@ bool fill_block(uint at) {
                          pack_shares(known * below.zw));
     vec4 larger = max(above, below);
     float highest = max(max(larger.x, larger.y), max(larger.z, larger.w));
-    // A choice, as above.
+    // The choice comes last, as in `write_colors`.
     shares = highest > 0.0 ? shares : uvec4(0u);
     write_four(node + COVERAGE, shares);
 
@@ -305,7 +309,7 @@ bool fill_block(uint at) {
     if (highest > 0.0) {
         bool by_front = (r.distance2 & PLACED_BIT) != 0u && !moves_over && !is_blurred && !covered_by_rays;
         uint before = r.distance2 & ~PLACED_BIT;
-        for (uint turn = 0u; turn < uint(by_front); ++turn) {
+        for (uint once = 0u; once < uint(by_front); ++once) { // a loop instead of a branch, as above
             before = front_in_block(r, is_flat ? l.shape : ROUND, vec2(at_tile * TILE) + 0.5 * vec2(TILE));
         }
         uint next = atomicExchange(heads[tile_number(at_tile)], node + NEXT_OF_BLOCK);

@@ -147,7 +147,7 @@ uint number_large(uint group, bool visible, bool large) {
     bool leads = subgroupElect();
     TAKE_TOGETHER(totals.larges, count, leads, at);
     if (leads) {
-        // Threads of a CPU, each of which draws one half, add to lines of their own.
+        // Two threads of a CPU take about half of the workgroups each. Both halves add to slots in cache lines of their own.
         uint half_of_all = 2u * group >= gl_NumWorkGroups.x * gl_NumWorkGroups.y ? 32u : 0u;
         atomicAdd(counters.visible[(group & 31u) + half_of_all], subgroupBallotBitCount(visible_here));
         if (count > 0u) atomicMax(totals.large_groups.x, (min(at + count, MAX_LARGES) + 63u) / 64u);
@@ -191,7 +191,7 @@ void enter_streaks(uint node, Located l, Outline o, Form f) {
 
 void main() {
     uint group = group_number();
-    // Both by an address from the host and before any branch: there CPU drivers read what is the same for all lanes once.
+    // Both are found by a push constant, before any branch: there CPU drivers read once what is the same for all lanes.
     uint end = totals.bin_starts[push.end_bin];
     uint place = totals.bin_starts[push.first_bin] + group * CLUSTERS_A_GROUP + gl_LocalInvocationID.x / CLUSTER;
     if (place >= end) return;

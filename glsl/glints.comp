@@ -144,7 +144,7 @@ void add_spot_of_light(uint drop, Large r, vec2 at, vec3 light, Spot e) {
                 uvec2 pixel = uvec2(column, row) * TILE + uvec2(i % TILE.x, i / TILE.x);
                 vec2 off = vec2(pixel) + 0.5 - at;
                 float part = node != NO_NODE && all(lessThan(pixel, uvec2(frame.image.xy))) ? part_of_spot(inside, off, e.is_soft) : 0.0;
-                // As much more on one side as less on the other.
+                // One side gains what the other loses.
                 part *= clamp(1.0 + dot(e.slope, off), 0.0, 2.0);
                 if (part > 0.0) add_light_to(node, r, pixel, part * light, LEAST_SPREAD_COVER, true);
             }

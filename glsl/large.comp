@@ -37,9 +37,8 @@ void ask_for_groups(uint blocks, uint most) {
     if (groups > ROW) atomicMax(totals.block_groups.y, (groups + ROW - 1u) / ROW);
 }
 
-// Where a sphere beside the camera is seen along one axis of the screen, in focal lengths from the middle: its
-// shadow on the plane of that axis and the view's is a disc, of which the camera sees what one tangent
-// leaves; with the camera inside, all. The tangent's slope in the form that loses no digits.
+// Where a sphere beside the camera is seen along one axis of the screen, in focal lengths from the middle: from its tangent on, or
+// everywhere, where the camera is within its shadow on the plane of that axis and the view's. No digits of the tangent's slope cancel.
 vec2 seen_along(float across, float depth, float radius) {
     const float NOWHERE = 1e4;
     float off = abs(across), tangent2 = off * off + depth * depth - radius * radius;
@@ -165,7 +164,7 @@ uint orient(inout Large r, Found f, uint at, bool rays) {
     basis(n, u, w);
     vec3 out_r = world * vec3(radial * (-v.z * distance_r), far * distance_r);
     vec3 out_t = world * vec3(across, 0.0);
-    // A rotation, though that direction is off by up to 2°: else the outline's area were up to 1e-3 off.
+    // This is a rotation, although the direction is off by up to 3.8°: by a projection the outline's area would be up to 2e-3 too small.
     vec2 disc_r = normalize(vec2(dot(out_r, u), dot(out_r, w))), disc_t = vec2(-disc_r.y, disc_r.x);
     disc_t *= sign(dot(disc_t, vec2(dot(out_t, u), dot(out_t, w))));
     if (rays) {
@@ -207,7 +206,7 @@ ivec4 pixels_of(inout Large r, Found f) {
     if (through_lens && f.blur == MOST_BLUR_PX) {
         // It comes to the lens: it may be anywhere.
         pixels = ivec4(ivec2(0), ivec2(frame.image.xy) - 1);
-        r.to_disc = vec4(1e-6, 0.0, 0.0, 1e-6);
+        r.to_disc = EVERYWHERE;
     } else if (through_lens) {
         vec3 from = v - 0.5 * f.path.moved, to = v + 0.5 * f.path.moved;
         vec2 xa = seen_through_lens(from.x, -from.z, f.reach), xb = seen_through_lens(to.x, -to.z, f.reach);
@@ -217,20 +216,19 @@ ivec4 pixels_of(inout Large r, Found f) {
         low = clamp(frame.image.z * low, -most, most);
         high = clamp(frame.image.z * high, -most, most);
         pixels = pixels_in(pixel_of(0.5 * (low + high)), 0.5 * (high - low));
-        r.to_disc = vec4(1e-6, 0.0, 0.0, 1e-6);
-    } else
-    if (!f.path.even && !f.path.near) {
+        r.to_disc = EVERYWHERE;
+    } else if (!f.path.even && !f.path.near) {
         // Around the outlines at both ends.
         vec3 ends[2] = vec3[2](v - 0.5 * f.path.moved, v + 0.5 * f.path.moved);
         Outline a = outline_of(Drop(vec3(0.0), ends[0], f.reach), dot(ends[0], ends[0]));
         Outline b = outline_of(Drop(vec3(0.0), ends[1], f.reach), dot(ends[1], ends[1]));
         vec2 low = min(a.center - a.box, b.center - b.box), high = max(a.center + a.box, b.center + b.box);
         pixels = pixels_in(0.5 * (low + high), 0.5 * (high - low));
-        r.to_disc = vec4(1e-6, 0.0, 0.0, 1e-6);
+        r.to_disc = EVERYWHERE;
     } else if (f.is_beside || f.path.near) {
         // The outline is no ellipse: the rays of the pixels that may see it tell which do.
         r.center = pixel_of(vec2(0.0));
-        r.to_disc = vec4(1e-6, 0.0, 0.0, 1e-6);
+        r.to_disc = EVERYWHERE;
         vec3 from = v - 0.5 * f.path.moved, to = v + 0.5 * f.path.moved;
         vec2 x = passes_along(vec2(from.x, -from.z), vec2(to.x, -to.z), f.reach);
         vec2 y = passes_along(vec2(-from.y, -from.z), vec2(-to.y, -to.z), f.reach);
@@ -326,7 +324,7 @@ void main() {
     r.first_tile = first.x | first.y << 16;
     r.across = count.x;
     uint tiles = take_blocks(count.x * count.y, block_room(), r.first_block), index = r.index;
-    // From here on the number tells drops apart, for what is left to chance.
+    // Later passes do not ask for the drop's index: they get a number that is the same whichever part of the picture is drawn.
     r.index = number_for_chance(index, f.drop);
     larges[at] = r;
     uvec4 record = NEAREST != 0u ? record_of(index, f.drop) : uvec4(0u);

@@ -107,7 +107,7 @@ float half_tangent(float degrees) {
     return 2.0 * sine * cosine / (1.0 - 2.0 * sine * sine);
 }
 
-// As `Cap` of src/optics/cap.rs has it.
+// Makes what `Cap` of src/optics/cap.rs has.
 PaneCap cap_of(vec2 at, float radius, float angle, uint number) {
     float t = half_tangent(angle), sphere = radius * (1.0 + t * t) / (2.0 * t), center = -radius * (1.0 - t * t) / (2.0 * t);
     return PaneCap(at, radius, angle > 90.0 ? sphere : radius, radius * t, sphere, center, number);

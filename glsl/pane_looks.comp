@@ -106,7 +106,7 @@ PaneLook look_of(PaneCap cap, vec3 d) {
 
 // By the disc that the lens makes of a point of it, over its radius.
 uint kind_of(PaneCap cap, vec3 d) {
-    // Of a drop beside the camera nothing is known.
+    // Nothing is known of a drop beside the camera.
     if (dot(d, vec3(pane.u.z, pane.v.z, pane.normal.z)) >= -1e-3) return BY_RAYS;
     Footprint f = footprint_of(pixel_towards(d));
     float lens2 = abs(determinant(f.lens)), step2 = abs(determinant(f.step)), lens = sqrt(lens2);

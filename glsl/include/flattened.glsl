@@ -30,7 +30,7 @@ vec3 flattened_light(vec3 round, vec3 of_flat, float flatness) {
     return light;
 }
 
-// The same, by that of drops of 2, 3, 4 and 6 mm: four words of flat_light.comp.
+// Mean light of such a drop by that of drops of 2, 3, 4 and 6 mm: four words of flat_light.comp.
 vec3 light_of_flatness(vec3 round, uvec4 words, float flatness) {
     const vec4 AT = vec4(0.0724, FLATNESS.x, 0.2207, FLATNESS.y);
     float from_round = min(flatness / AT.x, 1.0);
@@ -50,7 +50,7 @@ struct Lightened {
 // which shows windows along its rim; all of it as a factor would take the sphere's bright places for the drop's.
 const float MOST_LIGHTENED = 2.0;
 
-// Of a sphere: its picture as it is.
+// A sphere shows its picture as it is.
 Lightened not_flattened() {
     uint whole = pack_radiance(vec3(1.0)), none = pack_radiance(vec3(0.0));
     return Lightened(uvec4(whole, whole, none, none), 0u);

@@ -154,7 +154,7 @@ bool is_pointed(Spot e) {
 
 // Where one of them is, from the spot's middle.
 vec2 point_of(Spot e, uint number) {
-    // Those of a soft one are so much farther in that their variance is its own.
+    // The points of a soft spot are so much farther in that their variance is its own.
     vec2 place = (e.is_soft ? sqrt(2.0 / 3.0) : 1.0) * place_on_unit_disc(number, POINTS, 0.0);
     float wide = sqrt(e.form.x), slant = e.form.y / max(wide, 1e-9);
     return vec2(wide * place.x, slant * place.x + sqrt(max(e.form.z - slant * slant, 0.0)) * place.y);

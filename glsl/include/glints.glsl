@@ -59,8 +59,8 @@ float incidence_of(Branch w, float value) {
     float drop = w.top - value;
     float bend = max(2.0 * (w.top - w.bottom - w.steepness * w.reach) / (w.reach * w.reach), 0.0);
     float u = 2.0 * drop / (w.steepness + sqrt(max(w.steepness * w.steepness + 2.0 * bend * drop, 1e-12)));
-    // Of water b within 6e-5 farther than 30 radii; by a third step within 1e-6 farther than 5, within 4e-4 for any drop. Of lower
-    // indices by two more.
+    // For water b is then within 6e-5 farther than 30 radii; by a third step within 1e-6 farther than 5, within 4e-4 for any drop.
+    // Lower indices take two more.
     u = newton(w, clamp(u, 0.0, w.reach), value);
     u = newton(w, u, value);
     for (uint i = 0u; w.sine > 1.0 / 30.0 && i < 1u; ++i) u = newton(w, u, value);

@@ -14,9 +14,12 @@ struct LargeShape {
     uvec4 lightened;
 };
 
-// A drop whose outline is no ellipse may be anywhere: its rays tell where it is.
+// An outline, as `to_disc`, that holds every pixel: where such a drop is its rays tell.
+const vec4 EVERYWHERE = vec4(1e-6, 0.0, 0.0, 1e-6);
+
+// A drop whose outline is no ellipse may be anywhere.
 LargeShape no_outline(vec4 shape) {
-    return LargeShape(shape, vec4(1e-6, 0.0, 0.0, 1e-6), vec2(0.0), vec2(0.0), vec4(-1e6, -1e6, 1e6, 1e6), -1.0, 1e6, 0u, 0u, uvec4(0u));
+    return LargeShape(shape, EVERYWHERE, vec2(0.0), vec2(0.0), vec4(-1e6, -1e6, 1e6, 1e6), -1.0, 1e6, 0u, 0u, uvec4(0u));
 }
 
 bool has_outline(LargeShape l) {

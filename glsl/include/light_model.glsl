@@ -12,6 +12,6 @@ layout(constant_id = 4) const uint FOOTPRINT = 1; // 0: the environment's finest
 layout(constant_id = 5) const uint INDEX_RED = 0x3faa3d71u; // 1.33
 layout(constant_id = 6) const uint INDEX_GREEN = 0x3faa3d71u;
 layout(constant_id = 7) const uint INDEX_BLUE = 0x3faa3d71u;
-// Of the finest picture of a far drop (src/passes/appearance.rs), which has 2 to that many texels an edge: 4 or 5; 0: one colour.
+// The finest picture of a far drop (src/passes/appearance.rs) has 2 to that many texels an edge: 16 or 32; 0: drops have one colour.
 layout(constant_id = 36) const uint PICTURE_LEVEL = 4;
 #endif

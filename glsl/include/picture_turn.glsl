@@ -7,20 +7,21 @@
 
 #define INDEX uintBitsToFloat(INDEX_GREEN)
 
-// How far the lens that a drop is moves its picture for a turn of what it shows, in radii a radian: near the axis light leaves it by
-// 2(1 - 1/n) a radius. What is moved by over MOST_BENT is not told by its slope.
+// A drop is a lens: near its axis it bends a ray that passes the middle at b radii by 2(1 - 1/n) b. So its picture seen from a direction
+// that is off by an angle is moved by that angle over 2(1 - 1/n), in radii. Where that is over MOST_BENT angles, light is hardly bent, and
+// not in proportion to b.
 const float MOST_BENT = 4.0;
 
-// What is to be known of a drop for `on_picture`, by where it is in view space: in the basis of its picture's direction. That is
-// off by 2° at most, and shows a drop as from infinitely far: a ray that passes the middle by b leaves at the angle of another view
-// by the turn, and by b/d more, the drop's distance d in radii.
+// What `on_picture` needs of a drop, whose centre and radius in view space are `sphere`: in x and y how far its picture moves as it is not
+// in the picture's direction, in z how much as it is near (a ray at b radii is turned by b/d, with d its distance in radii). The direction
+// is up to 3.8° off; `shown_from` holds those of some drops to the picture's edge, which the clamp leaves as they are.
 vec3 turn_of(vec4 sphere, uint texel) {
     vec3 n = texel_direction(texel), u, v;
     basis(n, u, v);
     float bent = clamp(0.5 * INDEX / (INDEX - 1.0), -MOST_BENT, MOST_BENT);
     float near = inversesqrt(dot(sphere.xyz, sphere.xyz));
     vec3 seen = near * (mat3(frame.right.xyz, frame.up.xyz, frame.back.xyz) * sphere.xyz);
-    return bent * vec3(clamp(vec2(dot(seen, u), dot(seen, v)), -0.05, 0.05), sphere.w * near);
+    return bent * vec3(clamp(vec2(dot(seen, u), dot(seen, v)), -0.067, 0.067), sphere.w * near);
 }
 
 // By how much a place (s, t) of a drop's unit disc is shown aside on its picture. The angle by which light is bent grows with b nearly

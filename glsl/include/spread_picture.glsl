@@ -7,7 +7,7 @@
 
 // The mean light of a picture along a line, in texels from the picture's corner on: of each column (or row, if the line is
 // steep) that the line crosses its share, between the two nearest texels.
-vec3 picture_along(uint picture, float edge, vec2 first, vec2 last, Lightened l) {
+vec3 picture_along(uint picture, float edge, vec2 first, vec2 last, vec3 turn, Lightened l) {
     bool steep = abs(last.y - first.y) > abs(last.x - first.x);
     vec2 a = clamp(steep ? first.yx : first, 0.0, edge), b = clamp(steep ? last.yx : last, 0.0, edge);
     if (a.x > b.x) { vec2 c = a; a = b; b = c; }
@@ -19,8 +19,8 @@ vec3 picture_along(uint picture, float edge, vec2 first, vec2 last, Lightened l)
         uvec2 texels = uvec2(steep ? vec2(row, min(row + 1.0, edge - 1.0)) + column * edge
                                    : vec2(row, min(row + 1.0, edge - 1.0)) * edge + column);
         vec3 light = mix(unpack_radiance(picture_at(picture + texels.x)), unpack_radiance(picture_at(picture + texels.y)), across - row);
-        vec2 place = steep ? vec2(across, column) : vec2(column, across);
-        sum += max(to - from, 1e-6) * lightened(light, l, (place + 0.5) * (2.0 / edge) - 1.0);
+        vec2 place = ((steep ? vec2(across, column) : vec2(column, across)) + 0.5) * (2.0 / edge) - 1.0;
+        sum += max(to - from, 1e-6) * lightened(light, l, place + moved_on_picture(place, turn));
     }
     return sum / max(length, (end - min(floor(a.x), edge - 1.0) + 1.0) * 1e-6);
 }
@@ -47,7 +47,7 @@ PictureBlur picture_blur(vec4 to_disc, float edge, float blur) {
 }
 
 // The light of a picture around a place on the drop's disc: what is beyond the rim is not the drop's.
-vec3 picture_around(uint picture, float edge, vec2 on_disc, PictureBlur b, vec3 turn, Lightened l) {
+vec3 picture_around(uint picture, float edge, vec2 on_disc, PictureBlur b, vec3 turn) {
     vec2 middle = (0.5 * on_picture(on_disc, turn) + 0.5) * edge;
     // The nearest place on the drop, for a pixel that no texel is near enough to.
     vec2 held = on_disc * min(1.0, inversesqrt(max(dot(on_disc, on_disc), 1e-12)));
@@ -58,11 +58,12 @@ vec3 picture_around(uint picture, float edge, vec2 on_disc, PictureBlur b, vec3 
         for (int x = low.x; x <= high.x; ++x) {
             vec2 texel = (vec2(x, y) + 0.5) * (2.0 / edge) - 1.0, way = texel + moved_on_picture(texel, turn) - on_disc;
             float far2 = b.form.x * way.x * way.x + 2.0 * b.form.y * way.x * way.y + b.form.z * way.y * way.y;
-            // What the disc holds of the texel, and the drop; each in the square of its distance.
-            float held = clamp((b.wide * b.wide - far2) * b.steep + 0.5, 0.0, 1.0), covered = clamp(0.25 * edge * (1.0 - dot(texel, texel)) + 0.5, 0.0, 1.0);
-            float weight = held * covered + (ivec2(x, y) == nearest ? 1e-6 : 0.0);
+            // What parts of the texel are within the blur's disc and on the drop; each in the square of its distance.
+            float inside = clamp((b.wide * b.wide - far2) * b.steep + 0.5, 0.0, 1.0);
+            float covered = clamp(0.25 * edge * (1.0 - dot(texel, texel)) + 0.5, 0.0, 1.0);
+            float weight = inside * covered + (ivec2(x, y) == nearest ? 1e-6 : 0.0);
             vec3 light = unpack_radiance(picture_at(picture + uint(y) * uint(edge) + uint(x)));
-            sum += weight * vec4(lightened(light, l, texel), 1.0);
+            sum += weight * vec4(light, 1.0);
         }
     }
     return sum.rgb / sum.a;

@@ -20,7 +20,7 @@
 
 const uvec2 TILE = uvec2(TILE_ACROSS, TILE_DOWN);
 const uint PIXELS = TILE.x * TILE.y;
-const uint MOST_BIG_GROUPS = 4096; // workgroups that give the others theirs, each drop after drop
+const uint MOST_BIG_GROUPS = 4096; // workgroups of big.comp at most: each gives one drop after the other its blocks
 const uint MAX_BINS = MAX_BANDS * MAX_REGIONS;
 const uint MOST_TOGETHER = 128; // invocations of the largest subgroup there can be
 const uint ROW = 32768; // workgroups of a row, where there may be more than a device takes along an axis
@@ -100,11 +100,12 @@ uint start_of_bin(uint bin) {
 // view; from the last place on those of blocks, each a tile of a larger drop, sixteen words, a cache line.
 //   0  squared distance of the drop's centre, of blocks squared length of its tangents, as bits, which
 //      sort as it does
-//   1  index of the drop
+//   1  splat: index of the drop; block: its `number_for_chance`, by which blocks at one distance are in order
 //   2  splat: its centre, from the corner of its first tile
 //   3  splat: half sides, 20 bits, and number of its direction; block: next in the list
 //   4  splat: next in the list of the first tile, 5 of that to the right, 6 and 7 below
 //      block: colours of its pixels; 12 what they cover, 16 bits each
+// Streaks and discs of one colour are nodes, too, of lists of their own (streak_layer_links.glsl).
 // A link is the number of the word that holds the next one. A variable `node` is the number of a node's first word; MAX_NODES and
 // records count nodes.
 layout(std430, set = 0, binding = 4) buffer Nodes { uint nodes[]; };
@@ -119,7 +120,7 @@ struct Large {
     vec4 sphere;     // centre in view space, radius
     vec2 center;     // of its outline, pixels
     uint look;       // number of its direction, 12 bits; BY_RAYS, AS_SPLATS, FLAT; opacity, upper 16 bits
-    uint index;      // of the drop
+    uint index;      // of the drop; after large.comp its `number_for_chance`
     uint first_tile; // x and y, 16 bits each
     uint across;     // tiles
     uint first_block;
@@ -132,7 +133,7 @@ const uint BY_RAYS = 0x8000u;
 const uint AS_SPLATS = 0x4000u;
 // What it covers is found by its rays, too: it comes so near while the shutter is open that it is no outline.
 const uint COVER_BY_RAYS = 0x2000u;
-// It is no sphere: `large_shapes` (large_shape.glsl) has the rest, and its outline is that of two ellipses.
+// It is no sphere, flat or tall: `large_shapes` (large_shape.glsl) has the rest, and its outline is that of two half ellipses.
 const uint FLAT = 0x1000u;
 layout(std430, set = 0, binding = 6) buffer Larges { Large larges[]; };
 // `large_shapes` has the rest of drops that are FLAT. `moves`, two for each drop where drops may be spread: how it moves in

@@ -6,7 +6,7 @@
 #include "splat.glsl"
 #include "tile_buffers.glsl"
 
-const float NEAR_RADII = 32.0; // nearer than this a drop does not look like a far one: over 1.4°
+const float NEAR_RADII = 32.0; // a drop nearer than this does not look like a far one: rays at its rim are off by over 1.8°
 
 // The silhouette: an ellipse of semi-axes r √(d²-r²) / (z²-r²), away from the image's middle, and
 // r / √(z²-r²), in focal lengths; pixels.

@@ -16,8 +16,8 @@ layout(constant_id = 27) const uint RECONVERGES = 0; // 1: they do come together
     else if (leads && count > 0u) first = atomicAdd(counter, count); \
     first = subgroupBroadcastFirst(first)
 
-// Of a counter of what there is room for `most` of, after TAKE_TOGETHER: once there is none it stays just beyond, so that it does
-// not wrap, and nothing is given out twice.
+// After TAKE_TOGETHER from a counter of what there is room for `most` of: once there is none the counter stays just beyond, so that it
+// does not wrap, and nothing is given out twice.
 #define STAY_BEYOND(counter, most, leads, first) \
     if (leads && first > most) atomicMin(counter, most + 1u)
 #endif

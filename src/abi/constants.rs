@@ -75,7 +75,7 @@ constants! {
     SAVED: u32 = 17;
     /// End of a tile's list.
     END: u32 = u32::MAX;
-    /// Directions along an edge of the octahedral map: 2.8° a texel.
+    /// Directions along an edge of the octahedral map. A texel is 3.2° wide on the mean; its corners are up to 3.8° from its middle.
     DIRECTIONS: u32 = 64;
     /// Texels of a direction's larger pictures, 4 + 16 + 64 + 256.
     PYRAMID: u32 = 340;

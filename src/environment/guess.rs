@@ -66,7 +66,7 @@ impl Guess {
         (self.view, self.rows) == of_scene(scene)
     }
 
-    /// Of the whole of `view`, with so many texels down.
+    /// A guess by the whole of `view`, with so many texels down.
     pub fn new(view: &View, rows: u32) -> Self {
         let angle = std::f64::consts::PI / f64::from(rows);
         let small = view.whole[0] / Self::factor(view, rows);

@@ -10,10 +10,10 @@
 //!
 //! Eight orders are followed, unless a scene asks for fewer; what those beyond carry goes where the last goes, so that a white furnace
 //! stays white. (With two, windows 120° to 130° aside were a third to a half too bright, and fog from above half a percent; a whole
-//! view of 1024 x 1024 took 15 ms less, once.) Memory: 5.6 MB, a word a texel (9 bits a colour, a common exponent). Error: directions
-//! are quantised to 2.8°, which turns a picture by 1.4° at most, and near drops look different from far ones (rays towards the rim are off
+//! view of 1024 x 1024 took 15 ms less, once.) Memory: 5.6 MB, a word a texel (9 bits a colour, a common exponent). Error: the nearest
+//! direction is up to 3.8° off (texels are 1.8° to 7.6° across), and near drops look different from far ones (rays towards the rim are off
 //! by 1.8° at 32 radii). For the light that a drop refracts, nearly all, a pixel mends both by where it reads
-//! (`glsl/include/picture_turn.glsl`); as much as that moves, what is reflected outside is off.
+//! (`glsl/include/picture_turn.glsl`). Light that is reflected outside is not mended: it is off by what the place of reading moves.
 //!
 //! All colours are refracted by the index of green: by another one a direction differs by less than a sample's
 //! footprint, and where that shows, in images of small bright sources and so in rainbows, the sources are not in the
@@ -40,10 +40,11 @@ use crate::gpu::{
 };
 use crate::plan::Light;
 
-/// Directions of the octahedral map.
+/// All directions of the octahedral map, which has `abi::DIRECTIONS` along an edge.
 pub(super) const DIRECTIONS: u32 = crate::abi::DIRECTIONS * crate::abi::DIRECTIONS;
-/// Words of all pictures of a direction up to 16 texels an edge, and of the largest.
+/// Words of all pictures of a direction up to 16 texels an edge.
 const PICTURES: u32 = 1 + crate::abi::PYRAMID;
+/// Words of a direction's picture of 32 texels an edge.
 const LARGEST: u32 = crate::abi::LARGEST_EDGE * crate::abi::LARGEST_EDGE;
 
 /// The directions between four planes, and some beyond, by the planes' normals.
@@ -135,6 +136,7 @@ impl Appearance {
         environment: &EnvironmentMap,
         light: &Light,
     ) -> Result<Self> {
+        // Level 5 has 32 texels an edge, and lies after all others.
         let largest = if light.picture_level == 5 { LARGEST } else { 0 };
         let bytes = 4 * u64::from(DIRECTIONS * (PICTURES + largest));
         use vk::BufferUsageFlags as Usage;

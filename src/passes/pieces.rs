@@ -61,7 +61,7 @@ pub(crate) struct LongLists {
 }
 
 impl LongLists {
-    /// Those of lists with room for so many `nodes`, `a_tile` on the mean, where `placed` drops may all be on one tile. With each
+    /// How lists are gone through that have room for so many `nodes`, `a_tile` on the mean, where `placed` drops may all be on one tile. With each
     /// `factor` of more room there are further walks, should lists be longer all the same.
     pub fn of(nodes: u64, a_tile: f64, placed: usize, factor: u32) -> Self {
         let tiles = nodes / u64::from(MOST_ENTRIES);

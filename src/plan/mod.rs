@@ -42,7 +42,7 @@ use crate::scene::real_rain::RealRain;
 use crate::scene::{ModelChoice, Scene};
 use crate::thousands::counted;
 
-/// Nearer than so many radii a drop does not look as from afar: its directions are off by over 1.4°.
+/// Nearer than so many radii a drop does not look as from afar: rays at its rim are off by over 1.8°.
 /// `glsl/include/tile_drop.glsl` has the same limit.
 const NEAR_RADII: f64 = 32.0;
 

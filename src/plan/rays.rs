@@ -8,21 +8,21 @@ use crate::scene::model::{Optics, Primitive};
 /// affordable, else the last. The finest picture has 32 texels an edge, and above the last one sees them.
 const RAYS_PX: [f32; 4] = [1.5, 3.0, 6.0, MOST_RAYS_PX];
 pub(super) const MOST_RAYS_PX: f32 = 12.0;
-/// Rays are affordable over a radius if the rain's drops over it, times the squared radius, are at most so many: they cover some
-/// 9 times as many pixels, for in space as many drops are larger as the radius' inverse cube tells. Of Table II's scene that is 8,000
+/// Rays are affordable over a radius if the rain's drops over it, times the squared radius in pixels, are at most so many. The number of drops
+/// over a radius falls as its inverse cube, so these cover some 9 times as many pixels. Of Table II's scene that is 8,000
 /// drops from 6 pixels on, and rays are a millisecond of a frame's 14 on two CPU cores. (From 1.5 pixels on they are 7.)
 const AFFORDABLE: f64 = 30.0;
 /// What is affordable of bubbles, in whose pictures light changes fast everywhere, not towards the rim alone. (918 bubbles of up to 12 pixels
 /// under a sky of lamps: RMS error 0.067 to 0.034, largest mean of 8 x 8 pixels 41 to 15 levels.)
 const AFFORDABLE_BUBBLES: f64 = 1_000.0;
-/// Most drops, and most bubbles or drops of `exact`, with a place of their own over which rays are affordable, of whatever size they are.
+/// Up to so many drops with a place of their own rays are affordable, whatever the drops' size: of `fast`, and of bubbles or by `exact`.
 const AFFORDABLE_PLACED: [u32; 2] = [44, 444];
-/// Most rays of a pixel in which a drop's light changes fast, as it does towards the rim; where rays are not affordable, all
+/// Most rays by `fast` of a pixel in which a drop's light varies strongly, as it does towards the rim; where rays are not affordable, all
 /// pixels have the samples of the model.
 const MOST_FAST_RAYS: u32 = 32;
-/// Most rays of such a pixel where all drops are drawn by rays.
+/// Most rays of such a pixel where all drops are drawn by rays, as by `exact`.
 const MOST_EXACT_RAYS: u32 = 64;
-/// Most rays there of a pixel whose light those do not tell, where small drops are few. (51 flattened drops under six suns: dots of
+/// Most rays by `exact` of a pixel whose light those do not tell, where few drops are over 1.5 pixels. (51 flattened drops under six suns: dots of
 /// 1.75 levels to 1.24, rays take twice as long. In real rain under a sun they would take minutes.)
 const MOST_UNSURE_RAYS: u32 = 512;
 
@@ -32,7 +32,7 @@ const FINER_PX: f32 = 6.54;
 
 /// How drops are drawn by rays.
 pub(super) struct DrawnRays {
-    /// Radius in pixels from which on they are.
+    /// Radius in pixels from which on they are, where smaller ones have pictures; without pictures all are.
     pub from_px: f32,
     /// Most rays of a pixel of a drop at rest, where its light changes fast.
     pub most: u32,
@@ -45,7 +45,8 @@ pub(super) struct DrawnRays {
 /// The rays of a scene by these models; `is_chosen`: by `auto`.
 pub(super) fn rays_of(scene: &Scene, models: Models, is_chosen: bool) -> DrawnRays {
     let by_pictures = models.optics == Optics::Appearance;
-    // A number that is asked for, or that `auto` has weighed, is that of every pixel; its pictures are `fast`'s.
+    // Samples that the scene states, or that `auto` has weighed, hold for every pixel, and rays then begin at MOST_RAYS_PX. Where `auto` has
+    // chosen pictures, what follows is as in `fast`.
     let is_weighed = scene.model.samples.is_some() || is_chosen && !by_pictures;
     let affordable_px = affordable_px(scene, by_pictures).filter(|_| !is_weighed);
     let most = match (by_pictures, affordable_px) {

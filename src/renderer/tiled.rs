@@ -2,7 +2,8 @@
 //! composited front to back. Each pass is explained where it is: `src/passes/tiles.rs`, `composite.rs`, `glints.rs`, `pane/`.
 //!
 //! The order is that of [`Tiled::record`], read downwards: `clusters`, `sky` (if what is behind the drops has changed),
-//! `gather`, `large`, `rays`, `glints`, `composite`, `pane`. Every barrier between two passes is here.
+//! `gather`, `large`, `rays`, `glints`, `composite`, `pane`. Every barrier between them is here. `sky` makes the far drops' pictures
+//! that are missing, too. What a host brings is recorded before, with its barriers, by `src/renderer/view.rs`.
 
 use std::sync::Arc;
 
@@ -33,14 +34,14 @@ pub(super) struct Tiled {
     /// The environment as drops see it, and the tables of a far drop by direction: pictures, glints, light of flattened drops.
     pub far: Arc<FarDrop>,
     pub splats: SplatTable,
-    /// Whether frames read `splats`: splats do, and the medium of flattened rain, whose light is in that table.
+    /// Whether frames read `splats`: splats do, and flattened drops, whose mean light is in that table.
     reads_splats: bool,
     /// Whether far rain is a medium, which `sky` draws.
     has_medium: bool,
     /// Whether frames read the tables of `far`, which `sky` fills before they do.
     shows_far: bool,
-    /// Whether drops may move or be out of focus. A streak or a disc may be read in a direction far from its drop's place, so
-    /// the tables are then filled for all directions, not for those in view alone.
+    /// Whether drops may move or be out of focus. They may be seen in a part of the picture that their place is not in, so the tables
+    /// are then filled for the directions of the whole picture, not for those of the part that is drawn.
     is_spread: bool,
 }
 
@@ -175,7 +176,7 @@ impl Tiled {
     ) {
         let barrier =
             |before: &[Use], after: &[Use]| memory_barrier(device, commands, before, after);
-        // By words and by texels.
+        // Readers take the lists as buffers of words or of texels, and as arguments of dispatches.
         let read = [Use::ComputeWrite, Use::ComputeRead, Use::Indirect];
         time.time(commands, "clusters", || {
             barrier(&[Use::TransferWrite], &[Use::Uniform, Use::ComputeWrite, Use::ComputeRead]);

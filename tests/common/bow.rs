@@ -1,6 +1,6 @@
 //! Where a rainbow is brightest: Descartes' and Fresnel's formulas and the sun's disc, written out.
 
-/// Of water, for the bow.
+/// Refractive index of water, for the bow.
 pub const INDEX: f64 = 1.3343;
 /// Angular radius of the sun's disc, degrees.
 pub const DISC: f64 = 0.27;

@@ -318,7 +318,7 @@ fn the_plan_takes_the_shape_that_shows() {
     assert_eq!(shape(&billboard).model, ShapeModel::Sphere);
 }
 
-/// Of a few pixels' length and a part of one's width, aslant in the picture: no box upright.
+/// A needle is a few pixels long and a part of one wide, aslant in the picture: no upright box.
 #[test]
 fn a_needle_is_drawn_along_its_axis() {
     let environment = waves();

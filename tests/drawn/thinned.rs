@@ -120,7 +120,7 @@ fn thinned_drops_are_those_that_the_cpu_finds() {
         let field = field.thinned(&scene, cutoff.thinned_px);
         assert_eq!(visible, field.count_visible(&scene, cutoff.px));
         println!("{visible} of {all} drops");
-        // Of 8^1.5 - 1 = 21.6 drops for each one over the radius where all are drawn 3 - 3/√8 = 1.94 are.
+        // For each drop over the radius from which all are drawn there are 8^1.5 - 1 = 21.6 others, of which 3 - 3/√8 = 1.94 are.
         let expected = all * 2.94 / 22.63;
         assert!((visible as f64 / expected - 1.0).abs() < 0.1, "{visible}, not {expected}");
     });

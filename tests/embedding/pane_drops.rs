@@ -238,7 +238,7 @@ fn a_count_of_drops_on_a_pane_is_kept_to_the_room() {
     });
 }
 
-/// Of drops that overlap the first is in front, whoever comes first. They may need more room than there is: what has none is counted,
+/// The first of drops that overlap is in front, whoever comes first. They may need more room than there is: what has none is counted,
 /// cell by cell.
 #[test]
 fn drops_that_overlap_stay_within_the_room() {

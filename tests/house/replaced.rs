@@ -37,7 +37,7 @@ fn name_of(path: &Path) -> String {
     path.file_name().expect("a file").to_string_lossy().into_owned()
 }
 
-/// Of the shaders in which a fault ends up: how many it changes, and how many no longer compile.
+/// How many of the shaders in which a fault ends up it changes, and how many no longer compile.
 pub struct Compiled {
     pub changed: usize,
     pub broken: usize,

@@ -412,7 +412,7 @@ fn the_medium_holds_what_is_not_drawn() {
     close((-all).exp(), 0.962846, 1e-6);
 }
 
-/// Of drops under 0.15 px one in (0.15 px over its radius)⁴ is drawn, with the root of that as its share of the light: summed by
+/// One in (0.15 px over its radius)⁴ of the drops under 0.15 px is drawn, with the root of that as its share of the light: summed by
 /// steps of diameter and depth, as are their number and the noise that they make.
 #[test]
 fn thinned_drops_and_the_medium_are_all_of_the_rain() {

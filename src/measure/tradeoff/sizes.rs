@@ -69,7 +69,8 @@ pub struct GlintRow {
 /// The models whose errors depend on a drop's size, by name.
 pub fn candidates() -> Vec<(String, Candidate)> {
     let paper = ModelChoice { preset: Preset::Paper, ..ModelChoice::default() };
-    let fast = ModelChoice { preset: Preset::Fast, ..paper };
+    // As in a crowd: a few drops it would draw by rays.
+    let fast = ModelChoice { preset: Preset::Fast, samples: Some(1), ..paper };
     let finest = ModelChoice { lookup: Some(Lookup::Finest), ..paper };
     let closed = |samples| ModelChoice {
         optics: Some(Optics::ClosedForm),

@@ -19,7 +19,7 @@ use crate::optics::Cap;
 const CELLS_A_DROP: f64 = 8.0;
 /// Cells along an axis, at most and without those at its end in part.
 const MOST_CELLS: f64 = 4096.0;
-/// Of buffers that the passes of a pane read.
+/// What buffers are for that the passes of a pane read.
 fn usage() -> vk::BufferUsageFlags {
     vk::BufferUsageFlags::STORAGE_BUFFER | vk::BufferUsageFlags::UNIFORM_TEXEL_BUFFER
 }
@@ -31,7 +31,7 @@ pub(crate) struct PaneDrops {
     pub at: Vec<DVec2>,
     pub caps: Buffer,
     pub cells: Buffer,
-    /// Of caps and of cells.
+    /// How shaders read caps and cells by texels.
     pub texels: [Texels; 2],
     pub bounds: Bounds,
     /// Groups of the dispatches over a host's drops, as the device counts them.

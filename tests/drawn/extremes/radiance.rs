@@ -349,7 +349,7 @@ fn a_list_of_several_dispatches_loses_no_light() {
         };
         let (all, told) = passed(0..300_000);
         let thirds = [0, 1, 2].map(|third| passed(third * 100_000..(third + 1) * 100_000).0);
-        // Of a pixel in the middle.
+        // A pixel in the middle is asked.
         let middle = 8 * 16 + 8;
         let (all, thirds) = (all[middle], thirds.map(|third| third[middle]));
         let product: f64 = thirds.iter().product();

@@ -169,7 +169,7 @@ fn light_of_flattened(mm: f64, d: DVec3, radiance: impl Fn(DVec3) -> f64) -> (f6
     let u = d.cross(DVec3::Y).normalize();
     let v = u.cross(d);
     let at = |number: u32| 1.3 * ((f64::from(number) + 0.5) / f64::from(EDGE) * 2.0 - 1.0);
-    // Of light and of the outline: how much, and times its height.
+    // How much there is of light and of the outline, and times its height.
     let (mut sum, mut met) = (DVec2::ZERO, DVec2::ZERO);
     for number in 0..EDGE * EDGE {
         let height = at(number / EDGE);
