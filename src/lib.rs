@@ -87,7 +87,7 @@
 //! let count = ParticleCount::OnDevice(counts, 0);           // or `Number`
 //! let within = [DVec3::splat(-4.0), DVec3::splat(4.0)];     // the box that holds them
 //! let own = HostParticles::new((drops, bytes), layout, count, within, 0.02); // the largest radius
-//! let input = input.with_particles(own);
+//! let input = FrameInput::new(&scene, output).before(color, 1.0).hidden_by(depth, mapping.into()).with_particles(own);
 //!
 //! // And on the scene's pane, beside other drops in the air.
 //! scene.host_pane_drops = 4000;          // at most; before `plan`
@@ -95,12 +95,12 @@
 //! let within = [DVec2::new(-0.5, -0.3), DVec2::new(0.5, 0.3)]; // the box that holds their middles
 //! let largest = (0.004, 80.0);           // radius and contact angle
 //! let own = HostPaneDrops::new((on_pane, bytes), layout, ParticleCount::OnDevice(counts, 4), within, largest);
-//! let input = input.with_drops_on_pane(own);
+//! let input = FrameInput::new(&scene, output).before(color, 1.0).hidden_by(depth, mapping.into()).with_drops_on_pane(own);
 //!
 //! // No rain under your roofs: the depth that a camera sees from above, of as many texels as are said before `plan`.
 //! scene.shelter = Some(Shelter::of_host(512, 512));         // columns along x, rows along z; before `plan`
 //! let roofs = HostShelter::from_above(above, projection_above * view_above, ClipSpace::YDown)?;
-//! let input = input.under(roofs); // with each frame
+//! let input = FrameInput::new(&scene, output).before(color, 1.0).hidden_by(depth, mapping.into()).under(roofs); // with each frame
 //!
 //! // Light that changes, in place of that above.
 //! let lighting = Arc::new(Lighting::live(&device, LiveInfo::default())?); // a cube map
