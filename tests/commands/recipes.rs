@@ -311,7 +311,9 @@ fn the_shards_of_the_recipes_are_the_whole() {
         fs::read_to_string(path.join("asked")).expect("what was asked")
     };
     let shards = |scene: &str, set: &str, count: u32| -> String {
-        let line = |n| format!("dataset {scene} --views 1000 -o {set} --shard {n}/{count}\n");
+        let line = |n| {
+            format!("dataset {scene} --preset fast --views 1000 -o {set} --shard {n}/{count}\n")
+        };
         (1..=count).map(line).collect()
     };
     assert_eq!(asked(&slurm, &array), shards("plate.toml", "/shared/set", last));
