@@ -1,6 +1,6 @@
 #ifndef LIGHT_MODEL_GLSL
 #define LIGHT_MODEL_GLSL
-// What a drop does to a ray of light: `Light` in src/plan/mod.rs. A pipeline that includes this has these
+// What a drop does to a ray of light: `Light` in src/plan/light.rs. A pipeline that includes this has these
 // constants first.
 layout(constant_id = 0) const uint INTERNAL_REFLECTIONS = 2; // most that are followed
 layout(constant_id = 1) const uint CONSERVING = 1; // 1: the last order takes what the omitted carry

@@ -8,6 +8,7 @@ mod cutoff;
 mod demand;
 mod errors;
 mod lens;
+mod light;
 mod motion;
 mod overlap;
 mod pane;
@@ -22,21 +23,18 @@ pub use costs::Costs;
 pub use cutoff::Cutoff;
 pub use demand::{Demand, SizeClass, contrast};
 pub use errors::{ERRORS, GLINT_RADII_PX, GLINTS, RADII_PX};
+pub use light::Light;
 pub use requirements::requirements;
 pub use shape::DrawnShape;
-
-use serde::{Deserialize, Serialize};
 
 use self::rays::{DrawnRays, rays_of};
 use crate::Result;
 use crate::environment::Environment;
-use crate::optics::WATER;
 use crate::rain::visibility::Frustum;
 use crate::rain::{medium, thinned};
 use crate::remark::Remark;
 use crate::scene::model::{
-    FarRain, Fresnel, Lens, Lookup, Motion, Operator, Optics, Order, PaneModel, Preset, Primitive,
-    Reflection, Simulation, Weights,
+    FarRain, Lens, Motion, Operator, Optics, Order, PaneModel, Preset, Primitive, Simulation,
 };
 use crate::scene::real_rain::RealRain;
 use crate::scene::{ModelChoice, Scene};
@@ -145,52 +143,6 @@ impl FramePlan {
     }
 }
 
-/// What a drop does to a ray of light.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Light {
-    /// Most reflections inside a drop that are followed.
-    pub internal_reflections: u32,
-    /// As many in the pictures of far drops, which are made once: on tiles eight, unless a scene asks for another number. No
-    /// file has it: it follows from the scene.
-    #[serde(skip)]
-    pub picture_reflections: u32,
-    /// Level of the finest of these pictures, which has 2 to that many texels an edge; 0 where a drop has one colour. No file has
-    /// it: it follows from the scene.
-    #[serde(skip)]
-    pub picture_level: u32,
-    /// What becomes of the others' light.
-    pub weights: Weights,
-    /// Reflectance of the surface.
-    pub fresnel: Fresnel,
-    /// The reflection on the outside.
-    pub reflection: Reflection,
-    /// Level at which the environment is read.
-    pub lookup: Lookup,
-    /// Refractive index of the drops over that of what they are in, for red, green and blue.
-    #[serde(default = "of_water")]
-    pub indices: [f64; 3],
-}
-
-fn of_water() -> [f64; 3] {
-    [WATER; 3]
-}
-
-impl Default for Light {
-    /// The paper's: no internal reflections, F and 1-F, the exact F.
-    fn default() -> Self {
-        Self {
-            internal_reflections: 0,
-            picture_reflections: 0,
-            picture_level: 4,
-            weights: Weights::Conserving,
-            fresnel: Fresnel::Exact,
-            reflection: Reflection::On,
-            lookup: Lookup::Footprint,
-            indices: of_water(),
-        }
-    }
-}
-
 impl FramePlan {
     /// Whether the medium of far rain has the noise of single drops.
     pub fn is_grainy(&self) -> bool {
@@ -257,47 +209,6 @@ impl Models {
     }
 }
 
-/// Most internal reflections that are followed unless a scene asks for more.
-const MOST_ORDERS: u32 = 8;
-
-impl Light {
-    /// What a scene asks for, else what `auto` has chosen, else the preset's; `is_traced`: in a shape without a closed form.
-    fn of(scene: &Scene, models: Models, chosen: Option<&Choice>, is_traced: bool) -> Self {
-        let (choice, optics) = (&scene.model, models.optics);
-        let usual = match chosen {
-            Some(chosen) if !optics.is_mask() => chosen.light,
-            _ => {
-                // A ray follows no more orders than matter to it, so `exact` bounds them last.
-                let most = if choice.preset == Preset::Exact { MOST_ORDERS } else { 2 };
-                let orders = if models.primitive == Primitive::Tile { most } else { 0 };
-                Light { internal_reflections: orders, ..Light::default() }
-            }
-        };
-        // Under total reflection much light is still inside after eight orders, and would leave where none does. In the few
-        // drops of real rain that `fast` traces it is little.
-        let usual = match optics {
-            Optics::ClosedForm if is_traced => Light { weights: Weights::Physical, ..usual },
-            Optics::Appearance if is_traced && scene.real_rain().is_none() => {
-                let internal_reflections = usual.internal_reflections.max(MOST_ORDERS);
-                Light { weights: Weights::Physical, internal_reflections, ..usual }
-            }
-            _ => usual,
-        };
-        let is_tile = models.primitive == Primitive::Tile;
-        let in_pictures = if is_tile { MOST_ORDERS } else { usual.internal_reflections };
-        Self {
-            internal_reflections: choice.internal_reflections.unwrap_or(usual.internal_reflections),
-            picture_reflections: choice.internal_reflections.unwrap_or(in_pictures),
-            picture_level: usual.picture_level,
-            weights: choice.weights.unwrap_or(usual.weights),
-            fresnel: choice.fresnel.unwrap_or(usual.fresnel),
-            reflection: choice.reflection.unwrap_or(usual.reflection),
-            lookup: choice.lookup.unwrap_or(usual.lookup),
-            indices: scene.indices(),
-        }
-    }
-}
-
 /// What `scene` requires for `output`; by preset `auto` what is expected to do, at stated costs of no device
 /// in particular ([`Costs::default`]).
 ///
@@ -328,8 +239,7 @@ pub fn plan_by(
     let rays = rays_of(scene, models, chosen.is_some());
     let DrawnRays { from_px: rays_px, most: most_rays, unsure: unsure_rays, picture_level } = rays;
     let shape = shape::shape_of(scene, primitive, optics, rays_px)?;
-    let light = Light::of(scene, models, chosen, shape.is_traced());
-    let light = Light { picture_level, ..light };
+    let light = Light::of(scene, models, chosen, shape.is_traced(), picture_level);
     let motion = motion::motion_of(scene, primitive, optics)?;
     let lens = lens::lens_of(scene, primitive, optics)?;
     let choice = &scene.model;

@@ -1,6 +1,7 @@
 //! Which combinations of models, and of models with what a scene has, make no sense.
 
-use super::{Models, Output, SPLAT_PX, of_water};
+use super::light::of_water;
+use super::{Models, Output, SPLAT_PX};
 use crate::optics::WATER;
 use crate::scene::Scene;
 use crate::scene::model::{Optics, Order, Preset, Primitive, Simulation};

@@ -346,8 +346,8 @@ fn a_sun_in_a_near_drop_is_as_wide_as_its_rays_make_it() {
     let toward = DVec3::new(0.5, 0.5, -0.7).normalize();
     let sun = painted(512, |d| Vec3::splat(if d.dot(toward) > 0.9997 { 1e3 } else { 0.1 }));
     on_device(|device| {
-        // If an image is as deep as its drop, the first has 0.0063 and the last but one 0.0093; from the lens's middle the second has 0.021; spread evenly
-        // the third 0.13; as bright on one side as on the other the last has 0.0056.
+        // If an image is as deep as its drop, the first has 0.0063 and the last but one 0.0093; from the lens's middle the second
+        // has 0.021; spread evenly the third 0.13; as bright on one side as on the other the last has 0.0056.
         let large = PlacedDrop::sphere(DVec3::new(0.4, -0.6, -5.5), 2.0);
         let by_the_sun = PlacedDrop::sphere(DVec3::new(1.6, 1.2, -3.5), 0.9);
         for (drop, aperture, focus, moved, usual) in [
