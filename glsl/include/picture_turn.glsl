@@ -7,31 +7,43 @@
 
 #define INDEX uintBitsToFloat(INDEX_GREEN)
 
-// A drop is a lens: near its axis it bends a ray that passes the middle at b radii by 2(1 - 1/n) b. So its picture seen from a direction
-// that is off by an angle is moved by that angle over 2(1 - 1/n), in radii. Where that is over MOST_BENT angles, light is hardly bent, and
-// not in proportion to b.
-const float MOST_BENT = 4.0;
-
-// What `on_picture` needs of a drop, whose centre and radius in view space are `sphere`: in x and y how far its picture moves as it is not
-// in the picture's direction, in z how much as it is near (a ray at b radii is turned by b/d, with d its distance in radii). The direction
-// is up to 3.8° off; `shown_from` holds those of some drops to the picture's edge, which the clamp leaves as they are.
+// What `on_picture` needs of a drop, whose centre and radius in view space are `sphere`: in x and y the angle by which it is not in
+// the picture's direction, in z the angle by which it turns rays as it is near (one at b radii by b/d, with d its distance in radii).
+// The direction is up to 3.8° off; `shown_from` holds those of some drops to the picture's edge, which the clamp leaves as they are.
 vec3 turn_of(vec4 sphere, uint texel) {
     vec3 n = texel_direction(texel), u, v;
     basis(n, u, v);
-    float bent = clamp(0.5 * INDEX / (INDEX - 1.0), -MOST_BENT, MOST_BENT);
     float near = inversesqrt(dot(sphere.xyz, sphere.xyz));
     vec3 seen = near * (mat3(frame.right.xyz, frame.up.xyz, frame.back.xyz) * sphere.xyz);
-    return bent * vec3(clamp(vec2(dot(seen, u), dot(seen, v)), -0.067, 0.067), sphere.w * near);
+    return vec3(clamp(vec2(dot(seen, u), dot(seen, v)), -0.067, 0.067), sphere.w * near);
 }
 
-// By how much a place (s, t) of a drop's unit disc is shown aside on its picture. The angle by which light is bent grows with b nearly
-// by 1/(1 - b²) of what it does at the axis; in a bubble up to where all light is reflected.
-vec2 moved_on_picture(vec2 st, vec3 turn) {
-    float most = min(INDEX, 1.0);
-    return max(1.0 - dot(st, st) / (most * most), 0.0) * (turn.xy + turn.z * st);
+// How near to 1 an index is, so that only the whole way back will do: such drops bend light little, and most of it close to the rim.
+const float NEARLY_ONE = 0.15;
+
+// Where light that a drop shows at a place of its unit disc is on the picture. A drop bends a ray at b radii by twice φ = θ - θ', its
+// angles outside and inside, with sin θ = b and sin θ' = b/n; the same light passes another place of the picture by an angle 2φ less the
+// turn. From φ on the way back tan θ = sin φ / (cos φ - 1/n), beyond the rim where cos φ < 1/n.
+vec2 on_picture_whole(vec2 st, vec2 turned) {
+    float into = 1.0 / INDEX, b2 = dot(st, st), inside = 1.0 - b2 * into * into;
+    if (inside <= 0.0) return st;
+    vec2 sine = (sqrt(inside) - into * sqrt(max(1.0 - b2, 0.0))) * st - 0.5 * turned;
+    float sine2 = dot(sine, sine), beside = sqrt(max(1.0 - sine2, 0.0)) - into;
+    if (INDEX > 1.0) beside = max(beside, 0.0);
+    return sign(INDEX - 1.0) * sine * inversesqrt(max(beside * beside + sine2, 1e-12));
 }
 
+// The same; of indices farther from 1 in a fifth of the time: light is bent by 2(1 - 1/n) b near the axis, and this grows with b nearly by
+// 1/(1 - b²), in a bubble up to where all light is reflected.
 vec2 on_picture(vec2 st, vec3 turn) {
-    return st - moved_on_picture(st, turn);
+    vec2 turned = turn.xy + turn.z * st;
+    if (abs(INDEX - 1.0) < NEARLY_ONE) return on_picture_whole(st, turned);
+    float most = min(INDEX, 1.0);
+    return st - 0.5 * INDEX / (INDEX - 1.0) * max(1.0 - dot(st, st) / (most * most), 0.0) * turned;
+}
+
+// The way back: where a drop shows what is at a place of its picture.
+vec2 from_picture(vec2 st, vec3 turn) {
+    return on_picture(st, -turn);
 }
 #endif

@@ -20,7 +20,7 @@ vec3 picture_along(uint picture, float edge, vec2 first, vec2 last, vec3 turn, L
                                    : vec2(row, min(row + 1.0, edge - 1.0)) * edge + column);
         vec3 light = mix(unpack_radiance(picture_at(picture + texels.x)), unpack_radiance(picture_at(picture + texels.y)), across - row);
         vec2 place = ((steep ? vec2(across, column) : vec2(column, across)) + 0.5) * (2.0 / edge) - 1.0;
-        sum += max(to - from, 1e-6) * lightened(light, l, place + moved_on_picture(place, turn));
+        sum += max(to - from, 1e-6) * lightened(light, l, from_picture(place, turn));
     }
     return sum / max(length, (end - min(floor(a.x), edge - 1.0) + 1.0) * 1e-6);
 }
@@ -56,7 +56,7 @@ vec3 picture_around(uint picture, float edge, vec2 on_disc, PictureBlur b, vec3 
     vec4 sum = vec4(0.0);
     for (int y = low.y; y <= high.y; ++y) {
         for (int x = low.x; x <= high.x; ++x) {
-            vec2 texel = (vec2(x, y) + 0.5) * (2.0 / edge) - 1.0, way = texel + moved_on_picture(texel, turn) - on_disc;
+            vec2 texel = (vec2(x, y) + 0.5) * (2.0 / edge) - 1.0, way = from_picture(texel, turn) - on_disc;
             float far2 = b.form.x * way.x * way.x + 2.0 * b.form.y * way.x * way.y + b.form.z * way.y * way.y;
             // What parts of the texel are within the blur's disc and on the drop; each in the square of its distance.
             float inside = clamp((b.wide * b.wide - far2) * b.steep + 0.5, 0.0, 1.0);

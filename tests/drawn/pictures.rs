@@ -39,10 +39,12 @@ fn pictures_show_what_is_behind_where_drops_do() {
     moving.drops.iter_mut().for_each(|drop| drop.velocity = DVec3::new(20.0, 40.0, 0.0));
     let mut blurred = drops(1.33);
     (blurred.camera.aperture, blurred.camera.focus) = (0.8, 35.0);
-    // Usually 4.3, 3.8, 3.7 and 4.2; without turns 7.0, 8.1, 4.6 and 5.4, by 16 texels the first two 11.9 and 8.5.
+    // Usually 4.3, 3.4, 3.0, 3.7 and 4.2; without turns the first two 7.0 and 8.1, the last two 4.6 and 5.4, by 16 texels the first two
+    // 11.9 and 8.5; turned in proportion that of index 1.05 is 4.2.
     for (name, scene, most) in [
         ("water", drops(1.33), 5.5),
         ("index 1.15", drops(1.15), 5.0),
+        ("index 1.05", drops(1.05), 3.6),
         ("moving", moving, 4.2),
         ("out of focus", blurred, 4.9),
     ] {
