@@ -13,6 +13,7 @@ pub mod disk_cache;
 mod fold;
 #[cfg(feature = "reload")]
 mod glsl;
+mod graphics_pipeline;
 mod host;
 mod host_image;
 mod image;
@@ -48,6 +49,7 @@ pub use copies::{
 pub use device::{Device, MadeCounts, PointRules, ReplacedShaders};
 #[cfg(feature = "reload")]
 pub use glsl::Glsl;
+pub use graphics_pipeline::{Alpha, GraphicsPipeline, GraphicsState};
 pub use host::{HostDevice, QueueLock};
 pub use host_image::{HostImage, ImageState};
 pub use image::{Image, ImageInfo, Sampler, Samples};
@@ -55,9 +57,7 @@ pub use image::{Image, ImageInfo, Sampler, Samples};
 pub use inspect::Compiled;
 pub use instance::{Instance, Validation};
 pub use machine::Machine;
-pub use pipeline::{
-    Alpha, ComputePipeline, GraphicsPipeline, GraphicsState, Shader, Specialization,
-};
+pub use pipeline::{ComputePipeline, Shader, Specialization};
 pub use pipeline_cache::PipelineKey;
 pub use promises::{Promises, Reconvergence};
 pub(crate) use rendering::{attachment, attachment_of, rendering};

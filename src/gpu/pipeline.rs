@@ -1,14 +1,16 @@
-//! Compute and graphics pipelines, each with the layout of its descriptor sets.
+//! The pipelines of a device, each with the layout of its descriptor sets and made once; compute pipelines.
 
 use std::collections::HashMap;
 use std::ffi::CStr;
+use std::hash::{Hash, Hasher};
 use std::sync::Arc;
 
 use ash::vk;
 
 use super::fold::folded;
+use super::graphics_pipeline::{Alpha, GraphicsState};
 use super::specialize::specialize;
-use super::{Bindings, Buffer, Device, Named, Promises, Recorder, Samples, Slot};
+use super::{Bindings, Buffer, Device, Named, Promises, Recorder, Slot};
 use crate::Result;
 
 const MAIN: &CStr = c"main";
@@ -16,24 +18,31 @@ const MAIN: &CStr = c"main";
 /// What tells one pipeline of a device from the others.
 #[derive(PartialEq, Eq, Hash)]
 pub(super) struct PipelineOf {
-    shaders: Vec<Code>,
+    pub shaders: Vec<Code>,
     /// The slots of each of its descriptor sets.
-    slots: Vec<Vec<Slot>>,
-    push_bytes: u32,
-    constants: Vec<[u32; 2]>,
-    state: Option<GraphicsState>,
+    pub slots: Vec<Vec<Slot>>,
+    pub push_bytes: u32,
+    pub constants: Vec<[u32; 2]>,
+    pub state: Option<GraphicsState>,
 }
 
 /// A shader's SPIR-V: as it was built in, or what replaced that.
-#[derive(PartialEq, Eq, Hash)]
-struct Code {
+#[derive(PartialEq, Eq)]
+pub(super) struct Code {
     name: &'static str,
     built_in: &'static [u32],
     replaced: Option<Arc<[u32]>>,
 }
 
+impl Hash for Code {
+    /// By the name alone: to hash the words of all shaders takes longer than all else that a view asks for.
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        self.name.hash(state);
+    }
+}
+
 impl Code {
-    fn of(device: &Device, shader: &Shader) -> Self {
+    pub(super) fn of(device: &Device, shader: &Shader) -> Self {
         let replaced = device.replaced_shader(shader);
         Self { name: shader.name, built_in: shader.words, replaced }
     }
@@ -86,7 +95,7 @@ impl Made {
     }
 
     /// Records that it is bound, with set `index` of `bindings` and its push constants.
-    fn bind(
+    pub(super) fn bind(
         self,
         device: &Device,
         commands: Recorder<'_>,
@@ -108,7 +117,7 @@ impl Made {
 
 impl Device {
     /// The pipeline that `of` describes, made with a layout for `bindings` if there is none yet.
-    fn pipeline(&self, bindings: &Bindings, of: PipelineOf) -> Result<Made> {
+    pub(super) fn pipeline(&self, bindings: &Bindings, of: PipelineOf) -> Result<Made> {
         let name = of.name();
         if let Some(made) = self.pipelines_made().made.get(&of) {
             return Ok(*made);
@@ -406,93 +415,5 @@ impl ComputePipeline {
         self.made.bind(&self.device, commands, kind, (bindings, 0), push);
         // SAFETY: as for `dispatch`; the buffer was made for indirect use.
         unsafe { raw.cmd_dispatch_indirect(commands.raw(), arguments.raw, offset) };
-    }
-}
-
-/// What a fragment's alpha does.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Alpha {
-    /// Nothing: the fragment overwrites.
-    Ignored,
-    /// "Over" blending.
-    Blended,
-    /// "Over" blending; the colour already holds its alpha.
-    Premultiplied,
-    /// The share of the pixel's samples that it overwrites.
-    ToCoverage,
-}
-
-/// The fixed-function state of a graphics pipeline; all else has one value throughout.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct GraphicsState {
-    /// Points, strips, …
-    pub topology: vk::PrimitiveTopology,
-    /// Advances per vertex or per instance: one `vec4` attribute at location 0; `None` without.
-    pub attribute: Option<vk::VertexInputRate>,
-    /// Format of the colour attachment.
-    pub color: vk::Format,
-    /// What becomes of the fragment's alpha.
-    pub alpha: Alpha,
-    /// Samples a pixel of the attachments.
-    pub samples: Samples,
-    /// Depth attachment of D32, tested with "greater" (reversed depth) and written.
-    pub depth: bool,
-}
-
-impl GraphicsState {
-    /// Triangles that overwrite an image of one sample a pixel, with neither attributes nor depth.
-    pub fn triangles(color: vk::Format) -> Self {
-        Self {
-            topology: vk::PrimitiveTopology::TRIANGLE_LIST,
-            attribute: None,
-            color,
-            alpha: Alpha::Ignored,
-            samples: Samples::One,
-            depth: false,
-        }
-    }
-}
-
-/// A graphics pipeline with dynamic viewport and scissor; it lives as long as its device.
-pub struct GraphicsPipeline {
-    made: Made,
-    device: Arc<Device>,
-}
-
-impl GraphicsPipeline {
-    /// Makes the pipeline of a vertex and a fragment shader with the sets of `bindings`. Both get the
-    /// same specialization constants.
-    ///
-    /// # Errors
-    /// [`crate::Error::Vulkan`] if the driver refuses.
-    pub fn new(
-        device: &Arc<Device>,
-        [vertex, fragment]: [&Shader; 2],
-        bindings: &Bindings,
-        push_bytes: u32,
-        specialization: Specialization<'_>,
-        state: &GraphicsState,
-    ) -> Result<Self> {
-        let of = PipelineOf {
-            shaders: [vertex, fragment].map(|shader| Code::of(device, shader)).into(),
-            slots: bindings.slots(),
-            push_bytes,
-            constants: specialization.to_vec(),
-            state: Some(*state),
-        };
-        Ok(Self { made: device.pipeline(bindings, of)?, device: device.clone() })
-    }
-
-    /// Binds the pipeline with the first set of `bindings` and its push constants.
-    pub fn bind(&self, commands: Recorder<'_>, bindings: &Bindings, push: &[u8]) {
-        let kind = vk::PipelineBindPoint::GRAPHICS;
-        self.made.bind(&self.device, commands, kind, (bindings, 0), push);
-    }
-
-    /// Draws one triangle within a rendering, with the first set of `bindings`: that of a vertex shader which covers all pixels.
-    pub fn draw_triangle(&self, commands: Recorder<'_>, bindings: &Bindings, push: &[u8]) {
-        self.bind(commands, bindings, push);
-        // SAFETY: everything is bound, and by contract within a rendering.
-        unsafe { self.device.raw.cmd_draw(commands.raw(), 3, 1, 0, 0) };
     }
 }

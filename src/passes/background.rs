@@ -212,7 +212,7 @@ impl Background {
     /// [`crate::Error::Vulkan`] if the driver refuses.
     pub(super) fn new(
         device: &Arc<Device>,
-        Prepared { environment, splats, tiles, .. }: Prepared<'_>,
+        Prepared { environment, splats, tiles, glints, .. }: Prepared<'_>,
         sky: &Buffer,
         behind: &Behind,
         layers: bool,
@@ -253,8 +253,11 @@ impl Background {
             (false, _) => shaders::SKY_COMP_BEFORE,
         };
         let push = size_of::<BackgroundPush>() as u32;
-        let own =
-            [[constant::HAS_COLOR, behind.has_color().into()], [constant::LAYERS, layers.into()]];
+        let own = [
+            [constant::HAS_COLOR, behind.has_color().into()],
+            [constant::LAYERS, layers.into()],
+            [constant::GLINTS, glints.count],
+        ];
         let constants = [&tiles.constants[..], &own].concat();
         let pass = ComputePipeline::new(device, shader, &bindings, push, &constants)?;
         let radiance_scale = environment.radiance_scale;

@@ -13,8 +13,12 @@
 //!
 //! A shader without 64-bit integers does the same with two words and a carry.
 
+use std::collections::VecDeque;
+use std::sync::{Mutex, PoisonError};
+
 use glam::DVec3;
 
+use crate::abi::MOST_CLASSES;
 use crate::rain::classes::Class;
 use crate::rain::law::Law;
 use crate::rain::{Tick, pcg4d};
@@ -32,7 +36,10 @@ const SEGMENT_BITS: u32 = 6;
 /// Diameters are whole multiples of this many mm, 2⁻²⁰: exact in float32 up to 16 mm.
 pub const DIAMETER_UNIT: f64 = 1.0 / 1_048_576.0;
 
-const _: () = assert!(crate::abi::QUANTILES == 1 + (1 << SEGMENT_BITS));
+/// Quantiles of the diameters of a class, in units of 2⁻²⁰ mm.
+type Quantiles = [u32; 1 + (1 << SEGMENT_BITS)];
+
+const _: () = assert!(crate::abi::QUANTILES as usize == size_of::<Quantiles>() / 4);
 
 /// Digits after the binary point of a camera's position in metres.
 const POSITION_BITS: i32 = 48;
@@ -52,7 +59,7 @@ pub struct Lattice {
     /// A cell holds as many drops as there are thresholds that its random bits reach.
     pub thresholds: Vec<u32>,
     /// Quantiles of the diameter, in units of 2⁻²⁰ mm.
-    pub quantiles: [u32; 1 + (1 << SEGMENT_BITS)],
+    pub quantiles: Quantiles,
     /// Largest radius, m.
     pub radius: f64,
     /// Velocity, m/s; what the drops move by is `motion`, which rounds it.
@@ -105,18 +112,13 @@ impl Lattice {
         let velocity = wind - class.speed * DVec3::Y;
         // 2^64 cells over TICKS_PER_SECOND = 2^32.
         let motion = (velocity * f64::from(32 - log2_edge).exp2()).round();
-        let segments = f64::from(1 << SEGMENT_BITS);
-        let quantile = |i: usize| {
-            let diameter = law.quantile_between(0.0, i as f64 / segments, class.from, class.to);
-            (diameter / DIAMETER_UNIT).round() as u32
-        };
         let mean = class.number * f64::from(3 * log2_edge).exp2();
         Self {
             salt,
             log2_edge,
             mean,
             thresholds: poisson(mean),
-            quantiles: std::array::from_fn(quantile),
+            quantiles: quantiles(law, class),
             radius: 0.5e-3 * class.to,
             velocity,
             motion: motion.to_array().map(|cells| cells as i128),
@@ -225,6 +227,28 @@ fn salt(seed: u64, class: u32) -> [u32; 2] {
     const CELLS: u32 = 0x6365_6c6c; // "cell"
     let [x, y, ..] = pcg4d([seed as u32, (seed >> 32) as u32, class, CELLS]);
     [x, y]
+}
+
+/// Those of the drops between a class's least and largest diameter. The last ones are kept, as many pictures are of one rain: all
+/// else about its cells takes a fraction of the time.
+fn quantiles(law: &Law, class: &Class) -> Quantiles {
+    static FOUND: Mutex<VecDeque<((Law, [f64; 2]), Quantiles)>> = Mutex::new(VecDeque::new());
+    let found = || FOUND.lock().unwrap_or_else(PoisonError::into_inner);
+    let of = (*law, [class.from, class.to]);
+    if let Some((_, known)) = found().iter().find(|(other, _)| *other == of) {
+        return *known;
+    }
+    let quantile = |i: usize| {
+        let share = i as f64 / f64::from(1 << SEGMENT_BITS);
+        (law.quantile_between(0.0, share, class.from, class.to) / DIAMETER_UNIT).round() as u32
+    };
+    let made = std::array::from_fn(quantile);
+    let mut found = found();
+    found.push_back((of, made));
+    if found.len() > MOST_CLASSES as usize {
+        found.pop_front();
+    }
+    made
 }
 
 /// Thresholds for a Poisson number of the given mean: 2³² times the probability of at most 0, 1, 2, … All that

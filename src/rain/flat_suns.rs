@@ -11,6 +11,7 @@
 //! of another index are drawn by it, too.
 
 use std::f64::consts::PI;
+use std::sync::LazyLock;
 
 #[cfg(doc)]
 use crate::rain::flat_sizes::Parted;
@@ -32,16 +33,18 @@ pub fn byte_of(shown: f64) -> u8 {
     (EVEN + OCTAVE * (4.0 * PI * shown).log2()).round().clamp(0.0, 255.0) as u8
 }
 
-fn shown_of(byte: u8) -> f64 {
-    ((f64::from(byte) - EVEN) / OCTAVE).exp2() / (4.0 * PI)
-}
+/// The mean radiances of the file.
+static SHOWN: LazyLock<Vec<f64>> = LazyLock::new(|| {
+    let image = image::load_from_memory(FILE).expect("a PNG").into_luma8();
+    let shown_of = |byte: u8| ((f64::from(byte) - EVEN) / OCTAVE).exp2() / (4.0 * PI);
+    image.into_raw().into_iter().map(shown_of).collect()
+});
 
 /// For the drops of a rain together, by elevation of the source, elevation of the camera's direction and azimuth: the part of
 /// spheres' light that is shown, and what is shown besides, over the source's irradiance. First of the drops that are a
 /// medium, then of those that are shown one by one: their [`Parted::shares_of_suns`].
 pub(crate) fn of_rain(shares: &[Shares; 2]) -> Vec<[f32; 4]> {
-    let image = image::load_from_memory(FILE).expect("a PNG").into_luma8();
-    let shown: Vec<f64> = image.as_raw().iter().map(|byte| shown_of(*byte)).collect();
+    let shown = &*SHOWN;
     let all = ANGLES.pow(3);
     let of_drops = |shares: &Shares, at: usize| {
         let shares = shares[at / ANGLES % ANGLES].iter().enumerate();
