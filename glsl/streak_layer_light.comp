@@ -16,8 +16,6 @@
 
 layout(local_size_x = 64) in;
 
-layout(constant_id = 19) const uint GLINTS = 0; // bright sources, at most (src/passes/glints.rs)
-
 layout(std430, set = 1, binding = 6) writeonly buffer StreakLayerLight { uvec4 streak_layer_light[]; };
 
 void main() {

@@ -35,7 +35,9 @@ vec3 far_light(vec3 d, bool one_by_one) {
         uint texel = wrapped_texel(ivec2(from) + step);
         sum += weights.x * weights.y * light_of_texel(texel, one_by_one);
     }
-    for (uint i = 0u; i < source_count.x; ++i) sum += rain_light_of_source(i, d, one_by_one);
+    if (GLINTS != 0u) {
+        for (uint i = 0u; i < source_count.x; ++i) sum += rain_light_of_source(i, d, one_by_one);
+    }
     return sum;
 }
 #endif

@@ -20,7 +20,7 @@ vec3 rain_light_of_source(uint source, vec3 d, bool one_by_one) {
         uvec3 corner = uvec3(i & 1u, i >> 1 & 1u, i >> 2), node = uvec3(from) + corner;
         vec3 weights = mix(1.0 - share, share, vec3(corner));
         uint entry = (node.x * FLAT_SUN_ANGLES + node.y) * FLAT_SUN_ANGLES + node.z;
-        vec4 of_node = tables.flat_suns[entry];
+        vec4 of_node = flat_sun_at(entry);
         shown += weights.x * weights.y * weights.z * (one_by_one ? of_node.zw : of_node.xy);
     }
     return shown.x * of_spheres + shown.y * source_at(source).light.rgb;

@@ -70,6 +70,12 @@ vec4 medium_at(uint number) {
     return BY_TEXELS != 0u ? uintBitsToFloat(texelFetch(table_texels, FIRST + int(number))) : tables.medium[number];
 }
 
+// An entry of `flat_suns`.
+vec4 flat_sun_at(uint entry) {
+    const int FIRST = int(MOST_CLASSES * LAW_WORDS / 4u + 2u * MOST_SLABS + MEDIUM_DEPTHS);
+    return BY_TEXELS != 0u ? uintBitsToFloat(texelFetch(table_texels, FIRST + int(entry))) : tables.flat_suns[entry];
+}
+
 // The slab of a group of cells.
 Slab slab_of_group(uint group) {
     const uint FIRST = MOST_CLASSES * LAW_WORDS + 8u * MOST_SLABS
