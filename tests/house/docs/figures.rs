@@ -262,19 +262,13 @@ fn what_is_said_of_the_tradeoff_holds() {
         assert!(exact.1 < 1.1 * fast.1, "{scene}: exact is not a tenth worse than fast");
         assert!(exact.0 < 0.5, "{scene}: exact takes at least twice as long as paper");
         let (least, most_error) = match scene {
-            "far" => (5.0, 0.7),
-            "sun" | "low range" => (3.9, 0.7),
-            "pan" => (0.75, 0.5),
-            _ => (0.66, 0.5),
+            "far" => (30.0, 0.5),
+            "sun" | "low range" => (12.5, 0.7),
+            "pan" => (1.5, 0.5),
+            _ => (1.0, 0.5),
         };
         assert!(fast.0 > least, "{scene}: fast is {least} times as fast");
         assert!(fast.1 < most_error * paper, "{scene}: fast has {most_error} of the error");
-    }
-    for (scene, said) in [("sun", [5.3, 1.22, 4.3, 1.19]), ("low range", [4.9, 0.85, 4.0, 0.81])] {
-        let (few, many) = (of(scene, "fast samples 4"), of(scene, "fast"));
-        for (is, said) in [few.0, few.1, many.0, many.1].into_iter().zip(said) {
-            assert!((is - said).abs() < 0.051, "{scene}: {is:.2} of many rays and few, not {said}");
-        }
     }
     let (near, far) = (of("close-up", "paper closed-form"), of("far", "paper closed-form"));
     assert!(
