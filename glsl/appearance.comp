@@ -25,13 +25,13 @@ const float BEYOND_EDGES = 0.14;
 
 // The disc has 16 x 16 cells of so many samples, also where the finest picture is 32 x 32: towards the rim a texel takes those of its
 // cell that lie within it.
-const uint GRID = 16, SAMPLES = 8;
+const uint GRID = 16, WATER_SAMPLES = 8;
 // More through a bubble: directions change without bound up to where all light is reflected, at a distance of its index.
 const uint BUBBLE_SAMPLES = 16;
 const uint FINER = PICTURE_LEVEL == 5u ? 2u : 1u; // texels an edge of a cell
 const uint FINEST = GRID * FINER, LEVELS = PICTURE_LEVEL == 5u ? 5u : 4u;
-// Squared distance from the middle up to which directions change so evenly that one sample's footprint holds a texel.
-const float EVEN = 0.75;
+// Squared distance from the middle up to which directions change so calmly that one sample's footprint holds a texel.
+const float CALM2 = 0.75;
 
 // Where a cell's sample is, in cells, by a lattice whose columns and rows have one each: seen along the radius, where
 // directions change fastest, they are at as many distances.
@@ -75,7 +75,7 @@ void main() {
     if (!wanted) return;
     basis(n, u, v);
     mat3 axes = mat3(u, v, n);
-    uint samples = WATER < 1.0 ? BUBBLE_SAMPLES : SAMPLES, of_texel = samples / (FINER * FINER);
+    uint samples = WATER < 1.0 ? BUBBLE_SAMPLES : WATER_SAMPLES, of_texel = samples / (FINER * FINER);
 
     float size = 2.0 / float(FINEST); // of a texel, in radii
     // Along the Morton curve every coarser texel is complete when its four are: one sum a level.
@@ -86,12 +86,12 @@ void main() {
             at |= (uvec2(morton >> (2u * bit), morton >> (2u * bit + 1u)) & 1u) << bit;
         }
         vec2 middle = (vec2(at) + 0.5) * size - 1.0;
-        bool even = samples == SAMPLES && dot(middle, middle) < EVEN;
+        bool calm = samples == WATER_SAMPLES && dot(middle, middle) < CALM2;
         // A texel without any is filled by one at the rim, which weighs nearly nothing.
         uint within = samples_within(at, samples);
-        bool by_middle = even || within == 0u;
-        float weight = even ? float(of_texel) : within == 0u ? 1e-4 : 1.0;
-        float step = even ? size : size * inversesqrt(float(of_texel));
+        bool by_middle = calm || within == 0u;
+        float weight = calm ? float(of_texel) : within == 0u ? 1e-4 : 1.0;
+        float step = calm ? size : size * inversesqrt(float(of_texel));
         vec4 sum = vec4(0.0);
         uint left = by_middle ? 1u : within, edge = FINEST;
         do {

@@ -11,7 +11,7 @@
 #include "projection.glsl"
 #include "divided.glsl"
 #include "rounded.glsl"
-#include "reach.glsl"
+#include "behind.glsl"
 #include "shared_exponent.glsl"
 #include "shape_front.glsl"
 #include "streak.glsl"
@@ -261,7 +261,7 @@ bool fill_block(uint at) {
             vec2 first = vec2(at_tile * TILE) + 0.5, moved = vec2(m.x * way.x + m.z * way.y, m.y * way.x + m.w * way.y);
             for (uint row = 0u; row < TILE.y; ++row) {
                 vec2 down = vec2(0.0, row), times[4];
-                vec4 behind = HAS_DEPTH != 0u ? reach_of_row(tile_number(at_tile), row) : vec4(0.0), shares;
+                vec4 behind = HAS_DEPTH != 0u ? behind_of_row(tile_number(at_tile), row) : vec4(0.0), shares;
                 find_times(from + down, first + down, m, moved, r.sphere, moves[2u * drop].xyz, behind, times, shares);
                 vec4 covered = fade * shares * cover_moving(from + down, m, half_side, radius, edge, way);
                 if (row == 0u) above = covered; else below = covered;
@@ -287,8 +287,8 @@ bool fill_block(uint at) {
     if (HAS_DEPTH != 0u && !moves_over && !covered_by_rays) {
         vec2 first = vec2(at_tile * TILE) + 0.5;
         uint behind = tile_number(at_tile);
-        above *= row_before(r.sphere, first, reach_of_row(behind, 0u));
-        below *= row_before(r.sphere, first + vec2(0.0, 1.0), reach_of_row(behind, 1u));
+        above *= row_before(r.sphere, first, behind_of_row(behind, 0u));
+        below *= row_before(r.sphere, first + vec2(0.0, 1.0), behind_of_row(behind, 1u));
     }
     if (!rays && !moves_over && !is_blurred) {
         float steepness = picture_steepness(narrow, edge);

@@ -15,7 +15,7 @@
 #include "tile_buffers.glsl"
 #include "shared_exponent.glsl"
 #include "appearance.glsl"
-#include "reach.glsl"
+#include "behind.glsl"
 
 // Invocations of a workgroup (src/gpu/machine.rs), and how many drops each of them takes: 64 together.
 layout(constant_id = 26) const uint GLINT_LANES = 8;
@@ -88,7 +88,7 @@ uint place_in_tile(uvec2 pixel) {
 // How much of a drop around a place on the screen is before what is behind there.
 float share_before_depth(Large r, vec2 at) {
     uvec2 pixel = uvec2(at);
-    return HAS_DEPTH != 0u ? share_before(r.sphere, at, reach[tile_number(pixel / TILE) * PIXELS + place_in_tile(pixel)]) : 1.0;
+    return HAS_DEPTH != 0u ? share_before(r.sphere, at, distance_behind[tile_number(pixel / TILE) * PIXELS + place_in_tile(pixel)]) : 1.0;
 }
 
 // Adds light to a pixel of a fragment of a drop, if that covers at least a part of it; whether it does.

@@ -12,7 +12,7 @@
 #include "far_glints.glsl"
 #include "splat_table.glsl"
 #include "streak_layer_lines.glsl"
-#include "reach.glsl"
+#include "behind.glsl"
 #include "streak.glsl"
 #include "rounded.glsl"
 #include "streak_layer.glsl"
@@ -30,7 +30,7 @@ void add_row(Streak s, Streak first, Streak second, float second_share, uint til
     brighter += second_share * streak_share(second, from + s.center - second.center);
     brighter -= INVERSE_PI * (1.0 + second_share) * streak_coverage(s, from);
     if (HAS_DEPTH != 0u) {
-        vec4 behind = reach_of_row(tile, row);
+        vec4 behind = behind_of_row(tile, row);
         brighter = mix(vec4(0.0), brighter, greaterThan(behind * behind, vec4(distance2)));
     }
     ivec4 units = ivec4(rounded(clamp(brighter, -1.0, 1000.0) * LINE_UNITS));

@@ -23,7 +23,7 @@ layout(push_constant) uniform Push { uint piece; } push; // which of those among
 #include "shape_light.glsl"
 #include "source_light.glsl"
 
-#include "reach.glsl"
+#include "behind.glsl"
 
 #include "ray_in_shape.glsl"
 #include "ray_count.glsl"
@@ -156,7 +156,7 @@ void main() {
     // all are not wrong in the same way. (Forest, 250,000 drops, 16 rays: FLIP of 8 x 8 boxes 0.039 to
     // 0.029.)
     vec2 moved = SAMPLES > 1u && pixels < 2.0 ? place_moved(r.index) : vec2(0.0);
-    float behind = HAS_DEPTH != 0u ? reach[tile_number(tile) * PIXELS + pixel] : 0.0;
+    float behind = HAS_DEPTH != 0u ? distance_behind[tile_number(tile) * PIXELS + pixel] : 0.0;
     uint node = block_node(at);
     vec3 motion = vec3(0.0);
     if (is_exposed()) motion = moves[2u * drop].xyz;

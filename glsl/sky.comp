@@ -20,7 +20,7 @@
 #include "environment.glsl"
 #include "fine_radiance.glsl"
 #ifdef BEFORE
-#define REACH_ACCESS writeonly
+#define BEHIND_ACCESS writeonly
 #endif
 #include "tile_buffers.glsl"
 #include "lens.glsl"
@@ -60,7 +60,7 @@ layout(push_constant) uniform BackgroundPush {
 // Farther than all; its square is a float.
 const float FARTHEST = 1e18;
 
-float reach_of(ivec2 pixel, vec3 ray) {
+float distance_at(ivec2 pixel, vec3 ray) {
     if (HAS_DEPTH == 0u) return FARTHEST;
     float stored = texelFetch(depth_image, min(pixel, textureSize(depth_image, 0) - 1), 0).r;
     float below = push.depth.z * stored + push.depth.w;
@@ -150,9 +150,9 @@ void main() {
     mat3 world = mat3(frame.right.xyz, frame.up.xyz, frame.back.xyz);
     float hidden = 0.0;
 #ifdef BEFORE
-    float farthest = reach_of(ivec2(pixel), ray_through(vec2(pixel) + 0.5));
+    float farthest = distance_at(ivec2(pixel), ray_through(vec2(pixel) + 0.5));
     // Without a depth there is no buffer of distances, and the binding is another.
-    if (HAS_DEPTH != 0u) reach[at] = farthest;
+    if (HAS_DEPTH != 0u) distance_behind[at] = farthest;
 #elif defined(MEDIUM)
     float farthest = field.medium.z;
 #endif

@@ -31,7 +31,7 @@ layout(std430, set = 1, binding = 22) readonly buffer Shapes { vec4 shapes[]; };
 #include "shape.glsl"
 #include "divided.glsl"
 #include "rounded.glsl"
-#include "reach.glsl"
+#include "behind.glsl"
 #include "nearest.glsl"
 #include "tile_window.glsl"
 #include "tile_order.glsl"
@@ -191,8 +191,8 @@ void composite_splat(inout Row upper, inout Row lower, uint link) {
     uvec4 shown = splat_of(direction);
     // A splat is hidden where its centre is farther than what is behind.
     float distance2 = uintBitsToFloat(words.x);
-    bvec4 upper_hidden = lessThanEqual(upper_reach2, vec4(distance2));
-    bvec4 lower_hidden = lessThanEqual(lower_reach2, vec4(distance2));
+    bvec4 upper_hidden = lessThanEqual(upper_behind2, vec4(distance2));
+    bvec4 lower_hidden = lessThanEqual(lower_behind2, vec4(distance2));
     // The disc's area is the box's.
     float squared = half_sides.x * half_sides.y / 0.78539816;
     if (spread) squared *= unpack_opacity(words.z);
@@ -305,9 +305,9 @@ uvec2 place_of_tile(uint tile) {
 // What its drops ask for.
 void start_tile(uvec2 at, uint tile) {
     if (HAS_DEPTH != 0u) {
-        vec4 upper_reach = reach_of_row(tile, 0u), lower_reach = reach_of_row(tile, 1u);
-        upper_reach2 = upper_reach * upper_reach;
-        lower_reach2 = lower_reach * lower_reach;
+        vec4 upper_reach = behind_of_row(tile, 0u), lower_reach = behind_of_row(tile, 1u);
+        upper_behind2 = upper_reach * upper_reach;
+        lower_behind2 = lower_reach * lower_reach;
     }
     plane_corner = plane_of(vec2((at + first_tile()) * TILE));
     inverse_focal = 1.0 / frame.image.z;

@@ -3,7 +3,7 @@
 // What of the streak layer is between two distances, over a tile's pixels.
 #include "by_four.glsl"
 #include "disc.glsl"
-#include "reach.glsl"
+#include "behind.glsl"
 #include "streak.glsl"
 #include "streak_layer.glsl"
 
@@ -31,8 +31,8 @@ struct Depths {
 // Adds what a drop at a squared distance, as bits, covers.
 void add_depths(inout Depths depths, uint distance2, ivec4 above, ivec4 below) {
     if (HAS_DEPTH != 0u) {
-        above = mix(above, ivec4(0), lessThanEqual(upper_reach2, vec4(uintBitsToFloat(distance2))));
-        below = mix(below, ivec4(0), lessThanEqual(lower_reach2, vec4(uintBitsToFloat(distance2))));
+        above = mix(above, ivec4(0), lessThanEqual(upper_behind2, vec4(uintBitsToFloat(distance2))));
+        below = mix(below, ivec4(0), lessThanEqual(lower_behind2, vec4(uintBitsToFloat(distance2))));
     }
     depths.upper = min(depths.upper + above, MOST_DEPTH);
     depths.lower = min(depths.lower + below, MOST_DEPTH);

@@ -33,7 +33,7 @@ layout(constant_id = 11) const uint HAS_PLACED = 0;  // 1: some drops are placed
 layout(constant_id = 12) const uint SAMPLES = 1;     // rays a pixel
 layout(constant_id = 28) const uint MOST_RAYS = 1;   // of a pixel, where a drop's light changes fast (ray_count.glsl)
 layout(constant_id = 35) const uint UNSURE_RAYS = 1; // of one whose light those do not tell
-layout(constant_id = 13) const uint HAS_DEPTH = 0;   // 1: what is behind hides drops that are farther (reach.glsl)
+layout(constant_id = 13) const uint HAS_DEPTH = 0;   // 1: what is behind hides drops that are farther (behind.glsl)
 layout(constant_id = 14) const uint MOTION = 0;      // 1: the shutter may be open for a time
 layout(constant_id = 15) const uint SHAPE = 0;       // what drops are that are no spheres in the scene (shape.glsl)
 layout(constant_id = 16) const float FLAT_RAYS_PX = 12.0; // radius from which those are drawn by rays
@@ -168,10 +168,10 @@ uint ray_block(uint number) {
 }
 // How far what is behind the drops is, along the ray through the middle of each pixel: a float a pixel of each tile, which
 // sky.comp writes where the background has a depth.
-#ifndef REACH_ACCESS
-#define REACH_ACCESS readonly
+#ifndef BEHIND_ACCESS
+#define BEHIND_ACCESS readonly
 #endif
-layout(std430, set = 0, binding = 12) REACH_ACCESS buffer Reach { float reach[]; };
+layout(std430, set = 0, binding = 12) BEHIND_ACCESS buffer Behind { float distance_behind[]; };
 // The lists of streaks (streak_layer.glsl), which gather.comp writes.
 #ifndef STREAK_LAYER_ACCESS
 #define STREAK_LAYER_ACCESS readonly

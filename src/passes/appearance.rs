@@ -41,7 +41,7 @@ use crate::gpu::{
 use crate::plan::Light;
 
 /// All directions of the octahedral map, which has `abi::DIRECTIONS` along an edge.
-pub(super) const DIRECTIONS: u32 = crate::abi::DIRECTIONS * crate::abi::DIRECTIONS;
+pub(super) const ALL_DIRECTIONS: u32 = crate::abi::DIRECTIONS * crate::abi::DIRECTIONS;
 /// Words of all pictures of a direction up to 16 texels an edge.
 const PICTURES: u32 = 1 + crate::abi::PYRAMID;
 /// Words of a direction's picture of 32 texels an edge.
@@ -138,7 +138,7 @@ impl Appearance {
     ) -> Result<Self> {
         // Level 5 has 32 texels an edge, and lies after all others.
         let largest = if light.picture_level == 5 { LARGEST } else { 0 };
-        let bytes = 4 * u64::from(DIRECTIONS * (PICTURES + largest));
+        let bytes = 4 * u64::from(ALL_DIRECTIONS * (PICTURES + largest));
         use vk::BufferUsageFlags as Usage;
         let usage = Usage::STORAGE_BUFFER | Usage::UNIFORM_TEXEL_BUFFER | Usage::TRANSFER_DST;
         let table = Buffer::new(device, "appearance", bytes, usage, Memory::Device)?;
@@ -161,13 +161,13 @@ impl Appearance {
 
     /// Records that no direction has pictures. What follows must wait for it.
     fn record_none(&self, device: &Device, commands: Recorder<'_>) {
-        fill_buffer(device, commands, &self.table, 0..4 * u64::from(DIRECTIONS), NO_PICTURE);
+        fill_buffer(device, commands, &self.table, 0..4 * u64::from(ALL_DIRECTIONS), NO_PICTURE);
     }
 
     /// Records the pictures of those of some directions that have none. What reads them must wait for it.
     pub(crate) fn record(&self, commands: Recorder<'_>, Directions(planes): Directions) {
         let push = bytemuck::cast_slice(&planes);
-        let groups = [DIRECTIONS.div_ceil(group::APPEARANCE_COMP[0]), 1, 1];
+        let groups = [ALL_DIRECTIONS.div_ceil(group::APPEARANCE_COMP[0]), 1, 1];
         self.pipeline.dispatch(commands, &self.bindings, 0, push, groups);
     }
 }

@@ -4,7 +4,7 @@
 //! Both are sampled images of the whole picture, a texel a pixel, whoever made them: a plate's files, uploaded here, or
 //! what an engine has drawn. A [`Convention`] says what they hold. One pass turns them into what the other passes read,
 //! pixel by pixel of a tile after the other: light in stored units, seen through the medium of far rain up to where the
-//! pixel is, and the distance along the ray through the pixel's middle (`glsl/include/reach.glsl`).
+//! pixel is, and the distance along the ray through the pixel's middle (`glsl/include/behind.glsl`).
 //!
 //! A drop is hidden where its ray meets it farther away: tile fragments pixel by pixel, glints each by its own ray, splats
 //! (under 1.5 pixels of radius) by their centre. A drop that cuts a surface has a smooth edge there: of the pixel's part

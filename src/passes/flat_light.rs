@@ -17,7 +17,7 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::appearance::{DIRECTIONS, Directions, light_of_pictures};
+use super::appearance::{ALL_DIRECTIONS, Directions, light_of_pictures};
 use super::environment::EnvironmentMap;
 use super::frame::FrameBuffer;
 use super::light_constants;
@@ -54,7 +54,7 @@ impl FlatLight {
         light: &Light,
     ) -> Result<Self> {
         use vk::BufferUsageFlags as Usage;
-        let bytes = 2 * 4 * u64::from(DIRECTIONS * FLAT_DIAMETERS);
+        let bytes = 2 * 4 * u64::from(ALL_DIRECTIONS * FLAT_DIAMETERS);
         let usage = Usage::STORAGE_BUFFER | Usage::TRANSFER_DST;
         let table = Buffer::new(device, "flat light", bytes, usage, Memory::Device)?;
         let map = Resource::Sampled(&environment.image, &environment.sampler);
@@ -84,7 +84,7 @@ impl FlatLight {
             [equatorial, top, bottom, joint].map(|length| length as f32)
         });
         let push = FlatLightPush { planes: planes.map(|plane| plane.to_array()), shapes };
-        let groups = [DIRECTIONS.div_ceil(group::FLAT_LIGHT_COMP[0]), 1, 1];
+        let groups = [ALL_DIRECTIONS.div_ceil(group::FLAT_LIGHT_COMP[0]), 1, 1];
         self.pipeline.dispatch(commands, &self.bindings, 0, bytemuck::bytes_of(&push), groups);
     }
 }

@@ -28,7 +28,7 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::appearance::{DIRECTIONS, FarDrop};
+use super::appearance::{ALL_DIRECTIONS, FarDrop};
 use super::light_constants;
 use super::tiles::Tiles;
 use crate::Result;
@@ -168,8 +168,9 @@ impl SplatTable {
         let read = [constant::FLAT_RAIN, constant::FLAT_PLACED];
         let constants: Vec<_> =
             tiles.constants.iter().filter(|[id, _]| read.contains(id)).copied().collect();
-        let of_all = if flat.is_some() { DIRECTIONS } else { 0 };
-        let entries = DIRECTIONS + crate::abi::MOST_SOURCES + GLINT_ANGLES * glints.count + of_all;
+        let of_all = if flat.is_some() { ALL_DIRECTIONS } else { 0 };
+        let entries =
+            ALL_DIRECTIONS + crate::abi::MOST_SOURCES + GLINT_ANGLES * glints.count + of_all;
         let bytes = ENTRY_BYTES * u64::from(entries);
         let table = Buffer::new(device, "splat table", bytes, usage, Memory::Device)?;
         let slots = [
@@ -190,7 +191,7 @@ impl SplatTable {
 
     /// Records the table for the view of the frame's constants, after the images in far drops and the appearance.
     pub fn record(&self, commands: Recorder<'_>) {
-        let groups = [DIRECTIONS / group::SPLAT_TABLE_COMP[0], 1, 1];
+        let groups = [ALL_DIRECTIONS / group::SPLAT_TABLE_COMP[0], 1, 1];
         self.pipeline.dispatch(commands, &self.bindings, 0, &[], groups);
     }
 }

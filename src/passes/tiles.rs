@@ -212,8 +212,8 @@ impl Tiles {
         let by_texels = storage | vk::BufferUsageFlags::UNIFORM_TEXEL_BUFFER;
         let found = Buffer::new(device, "clusters in view", found, by_texels, Memory::Device)?;
         // Without a depth no shader reads or writes it.
-        let reached = if has_depth { TILE_PIXELS * u64::from(count) } else { 1 };
-        let reach = make("reach", 4 * reached)?;
+        let pixels_behind = if has_depth { TILE_PIXELS * u64::from(count) } else { 1 };
+        let behind = make("distances behind", 4 * pixels_behind)?;
         let moves = plan.motion != Motion::Instant;
         let lens = plan.lens != Lens::Pinhole;
         let in_clusters = match &source {
@@ -263,7 +263,7 @@ impl Tiles {
             // Without cells no shader reads it.
             (tile_frame::RAIN_FIELD, source.cells().map_or(&frame.buffer, |cells| &cells.field)),
             (tile_frame::RAIN_TABLES, tables),
-            (tile_frame::REACH, &reach),
+            (tile_frame::BEHIND, &behind),
             (tile_frame::TOTALS, &lists.totals),
             (tile_frame::NODES, &lists.nodes),
             (tile_frame::HEADS, &lists.heads),

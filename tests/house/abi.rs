@@ -63,7 +63,7 @@ fn some_numbers_are_those_that_a_reader_finds_in_the_shaders() {
         ("splat_table", "SPLAT_TABLE", 5, "STORAGE_BUFFER"),
         ("tile_frame", "CONSTANTS", 0, "UNIFORM_BUFFER"),
         ("tile_frame", "NODES", 4, "STORAGE_BUFFER"),
-        ("tile_frame", "REACH", 12, "STORAGE_BUFFER"),
+        ("tile_frame", "BEHIND", 12, "STORAGE_BUFFER"),
         ("glints", "SOURCES", 14, "STORAGE_BUFFER"),
         ("simulate", "COUNTERS", 11, "STORAGE_BUFFER"),
         ("renew_map", "HOST_IMAGE", 0, "COMBINED_IMAGE_SAMPLER"),

@@ -1,16 +1,16 @@
-#ifndef REACH_GLSL
-#define REACH_GLSL
-// What hides drops: `reach` of tile_buffers.glsl, and drops that cut it.
+#ifndef BEHIND_GLSL
+#define BEHIND_GLSL
+// What hides drops: `distance_behind` of tile_buffers.glsl, and drops that cut it.
 #include "projection.glsl"
 #include "tile_buffers.glsl"
 
 // Squared, of the tile that an invocation of composite.comp draws.
-vec4 upper_reach2, lower_reach2;
+vec4 upper_behind2, lower_behind2;
 
 // Reads the distances of a row of a tile's pixels.
-vec4 reach_of_row(uint tile, uint row) {
+vec4 behind_of_row(uint tile, uint row) {
     uint at = tile * PIXELS + row * TILE.x;
-    return vec4(reach[at], reach[at + 1u], reach[at + 2u], reach[at + 3u]);
+    return vec4(distance_behind[at], distance_behind[at + 1u], distance_behind[at + 2u], distance_behind[at + 3u]);
 }
 
 // Share of what a sphere covers around a point of the image that is nearer than `far`. The sphere's front within half a
