@@ -22,7 +22,11 @@ if [ "${1-}" != --page ]; then
     RAINDROPS=target/release/raindrops
   fi
   export RAINDROPS
-  "$RAINDROPS" tradeoff "$@" --json "$json" --svg docs/pictures/tradeoff.svg || fail "no result"
+  # What was published stays until all of it is measured.
+  mkdir -p out/results
+  "$RAINDROPS" tradeoff "$@" --json "out/results/$name.json" --svg out/results/tradeoff.svg || fail "no result; what was measured is in out/results"
+  cp "out/results/$name.json" "$json"
+  cp out/results/tradeoff.svg docs/pictures/
   RESULT=$json scripts/made.sh scripts/tradeoff.sh tradeoff.svg presets.svg
 fi
 
