@@ -124,7 +124,7 @@ TEXT
 if [ -n "$windows" ]; then
   installation_on_windows | sed 's/$/\r/' >"$into/INSTALL.txt"
   archive=$folder/$name.zip
-  # Every file of one date, so that the same files make the same archive.
+  # Every file of one date, so that the same files make the same archive. (The program itself has the time of its stripping.)
   python3 - "$tree" "$archive.part" <<'PYTHON' || fail "no archive"
 import pathlib, sys, zipfile
 tree = pathlib.Path(sys.argv[1])

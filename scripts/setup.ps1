@@ -12,6 +12,9 @@ function Fail($words) {
 }
 
 function Install($id, $more) {
+    if (-not (Get-Command winget -ErrorAction SilentlyContinue)) {
+        Fail "there is no winget; get 'App Installer' of the Microsoft Store, or install $id by hand, and run this again"
+    }
     Write-Host "setup: installing $id"
     & winget install --exact --id $id --silent --accept-source-agreements --accept-package-agreements @more
     if ($LASTEXITCODE -ne 0) { Fail "winget could not install $id; install it by hand, and run this again" }

@@ -6,7 +6,7 @@
 #   scripts/windows.sh --build       only builds target/x86_64-pc-windows-gnu/release/raindrops.exe
 #   scripts/windows.sh --try         only tries what was built, raindrops.exe and target/release/raindrops
 #
-# Installs what is missing (scripts/setup.sh --windows). PROFILE=dev builds faster, and programs that are slow.
+# Installs what is missing (scripts/setup.sh --windows, 1.7 GB), as root; takes half an hour on two cores. PROFILE=dev builds faster, and programs that are slow.
 # Exit status: 0 if every check passes; 1 if one fails; 2 for an error.
 set -euo pipefail
 usage() { sed -n '2,/^set /s/^# \{0,1\}//p' "$0"; }
@@ -53,6 +53,7 @@ if does try; then
   # Names of processes of its own: whatever is left of them ends with the last check.
   as_root unshare --mount --pid --fork --kill-child \
     sh -c "mount -t proc proc $root/proc && exec chroot $root /usr/bin/env -i PATH=/usr/bin:/bin bash /try/wine.sh" || exit 1
+  as_root rm -rf "$root/try"
 fi
 
 if does pack; then

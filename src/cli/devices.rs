@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum as _};
 use serde_json::json;
 
-use super::tell::remark;
+use super::rounds::environment::unfit_driver_files;
+use super::tell::{remark, warning};
 use super::{Answer, print_beside, write_json};
 use crate::Error;
 use crate::gpu::disk_cache::user_folder;
@@ -34,6 +35,7 @@ pub fn run(args: &DevicesArgs) -> anyhow::Result<Answer> {
     if devices.is_empty() {
         return Err(Error::NoDevice.into());
     }
+    unfit_driver_files().iter().for_each(|problem| warning!("{problem}"));
     let mut probed = Vec::new();
     for (index, Ranked { report, frame_ms }) in devices.into_iter().enumerate() {
         print_beside(args.json.as_ref(), describe(index, &report, frame_ms))?;

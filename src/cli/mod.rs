@@ -44,6 +44,7 @@ use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 
 use self::interrupt::Interrupted;
 use self::progress::{progress, waiting};
+use self::rounds::environment::unfit_driver_files;
 use self::tell::{Kind, TellArgs, failure, once, remark_once, warning};
 use crate::environment::Environment;
 use crate::environment::guess::is_guessed;
@@ -211,6 +212,9 @@ fn hint(error: &Error) -> Cow<'static, str> {
         let path = std::path::absolute(path);
         return path.map_or("".into(), |path| format!("; looked for as {}", path.display()).into());
     }
+    if let (Error::NoDevice, Some(problem)) = (error, unfit_driver_files().first()) {
+        return format!("; {problem}").into();
+    }
     if let Error::Limit { what: PIXELS, wanted, limit, .. } = error {
         let parts = (*wanted as f64 / *limit as f64).sqrt().ceil();
         return format!("; --tiles {parts}x{parts} of render and dataset draws it in parts").into();
@@ -219,14 +223,21 @@ fn hint(error: &Error) -> Cow<'static, str> {
         return "; a smaller --size or fewer drops need less; --tiles 2x2 of render and dataset draws a large picture or its layers in parts".into();
     }
     Cow::Borrowed(match error {
+        Error::NoLoader(_) if cfg!(windows) => {
+            "; the graphics card's driver brings vulkan-1.dll, and a CPU driver stands in for one (docs/windows.md)"
+        }
         Error::NoLoader(_) => "; install libvulkan1 (Debian, Ubuntu: scripts/setup.sh does)",
+        Error::NoDevice | Error::NoCard { .. } if cfg!(windows) => {
+            "; install the graphics card's driver, or a CPU driver (docs/windows.md); with VK_LOADER_DEBUG=driver the loader says \
+             why a driver that is there is not taken"
+        }
         Error::NoDevice | Error::NoCard { .. } => {
             "; mesa-vulkan-drivers (Debian, Ubuntu) has lavapipe, which needs no GPU: scripts/setup.sh installs it; \
              with VK_LOADER_DEBUG=driver the loader says why a driver that is there is not taken"
         }
         Error::DeviceLacks { .. } => "; --device chooses, raindrops devices lists them",
         Error::Validation(problem) if problem.contains("not installed") => {
-            " (Debian, Ubuntu: vulkan-validationlayers)"
+            " (Debian, Ubuntu: vulkan-validationlayers; Windows: the Vulkan SDK)"
         }
         _ => "",
     })

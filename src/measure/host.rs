@@ -9,7 +9,7 @@ use super::{others, system};
 use crate::thousands::counted;
 
 /// Environment variables that decide which driver runs, with which layers, or how fast a driver on the CPU is.
-const VARIABLES: [&str; 14] = [
+pub const VARIABLES: [&str; 14] = [
     "VK_DRIVER_FILES",
     "VK_ICD_FILENAMES",
     "VK_ADD_DRIVER_FILES",

@@ -7,7 +7,7 @@ pub(crate) mod chart;
 pub mod clocks;
 pub mod costs;
 pub mod drivers;
-mod host;
+pub(crate) mod host;
 mod others;
 #[cfg(feature = "cli")]
 pub mod rain_plot;

@@ -133,7 +133,13 @@ impl CompareArgs {
     fn arm(&self, is_b: bool) -> anyhow::Result<Arm> {
         let (variables, binary) =
             if is_b { (&self.b, &self.b_binary) } else { (&self.a, &self.a_binary) };
-        let program = match binary {
+        // Windows' programs have an ending, which nobody types.
+        let ended = binary.as_ref().map(|path| {
+            let mut ended = path.clone().into_os_string();
+            ended.push(if path.is_file() { "" } else { std::env::consts::EXE_SUFFIX });
+            PathBuf::from(ended)
+        });
+        let program = match &ended {
             None => std::env::current_exe().context("this program's file is not known")?,
             Some(path) if path.is_file() => {
                 whole_path(path).with_context(|| format!("{}", path.display()))?

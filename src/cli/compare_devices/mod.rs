@@ -103,8 +103,8 @@ pub fn run(args: &CompareDevicesArgs) -> anyhow::Result<Answer> {
     let chosen = chosen(args, &instance)?;
     if let [only] = chosen.as_slice() {
         anyhow::bail!(
-            "{} is the only device, and there is nothing to compare it with; scripts/setup.sh --drivers fetches more, \
-             VK_DRIVER_FILES, --device and RAINDROPS_DEVICE select",
+            "{} is the only device that is there or selected, and there is nothing to compare it with; scripts/setup.sh --drivers fetches \
+             more (Debian, Ubuntu), VK_DRIVER_FILES, --device and RAINDROPS_DEVICE select",
             DeviceHead::of(only).summary()
         );
     }
@@ -242,8 +242,18 @@ fn chosen(
     // A variable may be set to nothing.
     let mut named = args.device.iter().filter(|name| !name.is_empty()).peekable();
     if named.peek().is_some() {
-        let all = named.map(|name| choose_device(instance, Some(name)));
-        return Ok(all.collect::<Result<_, _>>()?);
+        let mut all: Vec<DeviceReport> = Vec::new();
+        for name in named {
+            let report = choose_device(instance, Some(name))?;
+            if all.iter().any(|other| other.is_of_same_device(&report)) {
+                let device = DeviceHead::of(&report).summary();
+                anyhow::bail!(
+                    "--device: '{name}' is {device}, which another part of the list names already; give more of the name or an index"
+                );
+            }
+            all.push(report);
+        }
+        return Ok(all);
     }
     let (sound, lacking): (Vec<_>, Vec<_>) =
         devices(instance)?.into_iter().partition(|report| report.missing.is_empty());

@@ -1,5 +1,9 @@
 //! `--a ENV=VALUE,…`: environment variables from the command line.
 
+use std::path::{Path, PathBuf};
+
+use crate::measure::host::VARIABLES;
+
 /// Variables and their values.
 pub type Variables = Vec<(String, String)>;
 
@@ -20,12 +24,11 @@ pub fn parse(text: &str) -> Result<Variables, String> {
         if name.is_empty() || name.contains(char::is_whitespace) {
             return Err(format!("'{name}' is not the name of a variable"));
         }
-        if DRIVER_FILES.contains(&name) {
-            // The platform separates the paths: by `;` on Windows, whose paths have colons.
-            let missing = std::env::split_paths(value).find(|file| !file.exists());
-            if let Some(file) = missing.filter(|_| !value.is_empty()) {
-                return Err(format!("{name}: there is no file '{}'", file.display()));
-            }
+        if let Some(meant) = VARIABLES.iter().find(|known| is_a_slip(name, known)) {
+            return Err(format!("nothing reads '{name}'; {meant} is meant"));
+        }
+        if let Some(problem) = unfit_driver_file(name, value) {
+            return Err(problem);
         }
         if variables.iter().any(|(other, _)| other == name) {
             return Err(format!("{name} is given twice"));
@@ -33,6 +36,45 @@ pub fn parse(text: &str) -> Result<Variables, String> {
         variables.push((name.into(), value.into()));
     }
     Ok(variables)
+}
+
+/// Whether a name is a known one but for a letter too many, too few, or another.
+fn is_a_slip(name: &str, known: &str) -> bool {
+    let before = name.bytes().zip(known.bytes()).take_while(|(a, b)| a == b).count();
+    let after = name.bytes().rev().zip(known.bytes().rev()).take_while(|(a, b)| a == b).count();
+    let (least, most) = (name.len().min(known.len()), name.len().max(known.len()));
+    name != known && most - least <= 1 && before + after + 1 >= most
+}
+
+/// What is wrong with the first driver file that a variable names, if it is one that names them.
+fn unfit_driver_file(name: &str, value: &str) -> Option<String> {
+    if !DRIVER_FILES.contains(&name) || value.is_empty() {
+        return None;
+    }
+    // The platform separates the paths: by `;` on Windows, whose paths have colons.
+    std::env::split_paths(value).find_map(|file| {
+        if !file.exists() {
+            return Some(format!("{name}: there is no file '{}'", file.display()));
+        }
+        let library = missing_library(&file)?;
+        let (file, library) = (file.display(), library.display());
+        Some(format!("{name}: {file} names a library that is not there, '{library}'"))
+    })
+}
+
+/// The library that a driver's file names by a path, if it is not there. (One without a folder is looked for by the system.)
+fn missing_library(file: &Path) -> Option<PathBuf> {
+    let text = std::fs::read_to_string(file).ok()?;
+    let manifest: serde_json::Value = serde_json::from_str(&text).ok()?;
+    let named = Path::new(manifest["ICD"]["library_path"].as_str()?);
+    let library = file.parent()?.join(named);
+    (named.components().count() > 1 && !library.exists()).then_some(library)
+}
+
+/// What is wrong with the driver files that this process's environment names.
+pub fn unfit_driver_files() -> Vec<String> {
+    let named = DRIVER_FILES.into_iter().filter_map(|name| Some((name, std::env::var(name).ok()?)));
+    named.filter_map(|(name, value)| unfit_driver_file(name, &value)).collect()
 }
 
 /// The items between commas, quotes taken off; spaces around an item are none of it. `escapes`: a backslash is one.
@@ -91,6 +133,35 @@ mod tests {
         assert_eq!(of(r"A=x\,y,B=\ "), ["A|x,y", "B| "]);
         assert_eq!(of("A=b=c"), ["A|b=c"]);
         assert!(of("").is_empty());
+    }
+
+    #[test]
+    fn slips_in_names_of_known_variables_are_told() {
+        for (text, meant) in [
+            ("VK_DRIVER_FILE=/a", "VK_DRIVER_FILES"),
+            ("LP_NUM_TREADS=1", "LP_NUM_THREADS"),
+            ("A=1,LP_PERFS=x", "LP_PERF"),
+        ] {
+            let problem = parse(text).expect_err(text);
+            assert!(problem.ends_with(&format!("{meant} is meant")), "{problem}");
+        }
+        for name in ["RADV_DEBUG", "NIR_DEBUG", "A", "VK_LOADER_DEBUG"] {
+            assert!(parse(&format!("{name}=1")).is_ok(), "{name}");
+        }
+    }
+
+    #[test]
+    fn a_drivers_library_must_be_there() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let file = folder.path().join("icd.json");
+        let of = |library: &str| {
+            let manifest = serde_json::json!({"ICD": {"library_path": library}});
+            std::fs::write(&file, manifest.to_string()).expect("written");
+            parse(&format!("VK_DRIVER_FILES='{}'", file.display()))
+        };
+        assert!(of("lib/none.so").expect_err("no library").contains("lib/none.so"));
+        assert!(of("libvulkan_lvp.so").is_ok(), "the system looks for it");
+        assert!(of("./icd.json").is_ok());
     }
 
     #[test]
