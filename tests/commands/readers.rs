@@ -197,10 +197,12 @@ fn each_device_is_compared_with_each() {
     let (status, said) = compare("0");
     let error = said.lines().last().unwrap_or_default();
     assert!(
-        status == Some(2) && error.contains("is the only device, and there is nothing to compare"),
+        status == Some(2) && error.contains("is the only device that is there or selected, and"),
         "{said}"
     );
     assert!(!file.exists());
+    let (status, said) = compare("0,00");
+    assert!(status == Some(2) && said.contains("'0' and '00' are both"), "{said}");
     let (status, said) = compare("0,0,0");
     assert_eq!(status, Some(0), "{said}");
     // The page has all of it: the devices, the stages of each pair, the verdicts.

@@ -242,18 +242,22 @@ fn chosen(
     // A variable may be set to nothing.
     let mut named = args.device.iter().filter(|name| !name.is_empty()).peekable();
     if named.peek().is_some() {
-        let mut all: Vec<DeviceReport> = Vec::new();
+        let mut all: Vec<(&String, DeviceReport)> = Vec::new();
         for name in named {
             let report = choose_device(instance, Some(name))?;
-            if all.iter().any(|other| other.is_of_same_device(&report)) {
+            // The same word twice asks how far a device is from itself.
+            let is_other = |(other, known): &&(&String, DeviceReport)| {
+                *other != name && known.is_of_same_device(&report)
+            };
+            if let Some((other, _)) = all.iter().find(is_other) {
                 let device = DeviceHead::of(&report).summary();
                 anyhow::bail!(
-                    "--device: '{name}' is {device}, which another part of the list names already; give more of the name or an index"
+                    "--device: '{other}' and '{name}' are both {device}; give more of a name, or an index"
                 );
             }
-            all.push(report);
+            all.push((name, report));
         }
-        return Ok(all);
+        return Ok(all.into_iter().map(|(_, report)| report).collect());
     }
     let (sound, lacking): (Vec<_>, Vec<_>) =
         devices(instance)?.into_iter().partition(|report| report.missing.is_empty());

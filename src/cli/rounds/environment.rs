@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::files::read_text;
 use crate::measure::host::VARIABLES;
 
 /// Variables and their values.
@@ -64,7 +65,7 @@ fn unfit_driver_file(name: &str, value: &str) -> Option<String> {
 
 /// The library that a driver's file names by a path, if it is not there. (One without a folder is looked for by the system.)
 fn missing_library(file: &Path) -> Option<PathBuf> {
-    let text = std::fs::read_to_string(file).ok()?;
+    let text = read_text(file).ok()?;
     let manifest: serde_json::Value = serde_json::from_str(&text).ok()?;
     let named = Path::new(manifest["ICD"]["library_path"].as_str()?);
     let library = file.parent()?.join(named);
@@ -120,6 +121,7 @@ fn ended(item: &mut String, kept: &mut usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::{parse, split};
+    use crate::files::write_whole;
 
     #[test]
     fn spaces_and_quotes() {
@@ -156,7 +158,7 @@ mod tests {
         let file = folder.path().join("icd.json");
         let of = |library: &str| {
             let manifest = serde_json::json!({"ICD": {"library_path": library}});
-            std::fs::write(&file, manifest.to_string()).expect("written");
+            write_whole(&file, manifest.to_string().as_bytes()).expect("written");
             parse(&format!("VK_DRIVER_FILES='{}'", file.display()))
         };
         assert!(of("lib/none.so").expect_err("no library").contains("lib/none.so"));
