@@ -232,7 +232,8 @@ fn salt(seed: u64, class: u32) -> [u32; 2] {
 /// Those of the drops between a class's least and largest diameter. The last ones are kept, as many pictures are of one rain: all
 /// else about its cells takes a fraction of the time.
 fn quantiles(law: &Law, class: &Class) -> Quantiles {
-    static FOUND: Mutex<VecDeque<((Law, [f64; 2]), Quantiles)>> = Mutex::new(VecDeque::new());
+    type Found = VecDeque<((Law, [f64; 2]), Quantiles)>;
+    static FOUND: Mutex<Found> = Mutex::new(VecDeque::new());
     let found = || FOUND.lock().unwrap_or_else(PoisonError::into_inner);
     let of = (*law, [class.from, class.to]);
     if let Some((_, known)) = found().iter().find(|(other, _)| *other == of) {
