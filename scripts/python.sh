@@ -16,7 +16,7 @@ work=$PWD/target/python
 mkdir -p "$work"
 
 environment() { # name: a virtual environment, made if it is not there
-  [ -x "$work/$1/bin/python" ] || python3 -m venv "$work/$1"
+  [ -x "$work/$1/bin/pip" ] || python3 -m venv --clear "$work/$1"
 }
 pip_in() { # name, words of pip install
   local name=$1

@@ -305,9 +305,9 @@ uvec2 place_of_tile(uint tile) {
 // What its drops ask for.
 void start_tile(uvec2 at, uint tile) {
     if (HAS_DEPTH != 0u) {
-        vec4 upper_reach = behind_of_row(tile, 0u), lower_reach = behind_of_row(tile, 1u);
-        upper_behind2 = upper_reach * upper_reach;
-        lower_behind2 = lower_reach * lower_reach;
+        vec4 upper = behind_of_row(tile, 0u), lower = behind_of_row(tile, 1u);
+        upper_behind2 = upper * upper;
+        lower_behind2 = lower * lower;
     }
     plane_corner = plane_of(vec2((at + first_tile()) * TILE));
     inverse_focal = 1.0 / frame.image.z;

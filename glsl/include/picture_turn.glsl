@@ -18,13 +18,13 @@ vec3 turn_of(vec4 sphere, uint texel) {
     return vec3(clamp(vec2(dot(seen, u), dot(seen, v)), -0.067, 0.067), sphere.w * near);
 }
 
-// How near to 1 an index is, so that only the whole way back will do: such drops bend light little, and most of it close to the rim.
+// Pictures of drops whose index is so near to 1 are turned by the angles themselves: they bend light little, and most of it close to the rim.
 const float NEARLY_ONE = 0.15;
 
 // Where light that a drop shows at a place of its unit disc is on the picture. A drop bends a ray at b radii by twice φ = θ - θ', its
 // angles outside and inside, with sin θ = b and sin θ' = b/n; the same light passes another place of the picture by an angle 2φ less the
-// turn. From φ on the way back tan θ = sin φ / (cos φ - 1/n), beyond the rim where cos φ < 1/n.
-vec2 on_picture_whole(vec2 st, vec2 turned) {
+// turn. That place follows from its φ by tan θ = sin φ / (cos φ - 1/n), and is beyond the rim where cos φ < 1/n.
+vec2 on_picture_by_angles(vec2 st, vec2 turned) {
     float into = 1.0 / INDEX, b2 = dot(st, st), inside = 1.0 - b2 * into * into;
     if (inside <= 0.0) return st;
     vec2 sine = (sqrt(inside) - into * sqrt(max(1.0 - b2, 0.0))) * st - 0.5 * turned;
@@ -33,16 +33,16 @@ vec2 on_picture_whole(vec2 st, vec2 turned) {
     return sign(INDEX - 1.0) * sine * inversesqrt(max(beside * beside + sine2, 1e-12));
 }
 
-// The same; of indices farther from 1 in a fifth of the time: light is bent by 2(1 - 1/n) b near the axis, and this grows with b nearly by
+// Finds that place; of indices farther from 1 without roots: light is bent by 2(1 - 1/n) b near the axis, and this grows with b nearly by
 // 1/(1 - b²), in a bubble up to where all light is reflected.
 vec2 on_picture(vec2 st, vec3 turn) {
     vec2 turned = turn.xy + turn.z * st;
-    if (abs(INDEX - 1.0) < NEARLY_ONE) return on_picture_whole(st, turned);
+    if (abs(INDEX - 1.0) < NEARLY_ONE) return on_picture_by_angles(st, turned);
     float most = min(INDEX, 1.0);
     return st - 0.5 * INDEX / (INDEX - 1.0) * max(1.0 - dot(st, st) / (most * most), 0.0) * turned;
 }
 
-// The way back: where a drop shows what is at a place of its picture.
+// Finds where a drop shows what is at a place of its picture.
 vec2 from_picture(vec2 st, vec3 turn) {
     return on_picture(st, -turn);
 }

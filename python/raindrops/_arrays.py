@@ -65,7 +65,7 @@ def picture(value: Image, name: str) -> npt.NDArray[Any]:
         return _laid_out(array, np.float32)
     raise ArrayError(
         f"{name}: its type is {array.dtype}; give uint8 (sRGB), or float16 or float32 (linear), "
-        "such as by astype(numpy.float32)"
+        "such as by astype(numpy.uint8) of 0 to 255, astype(numpy.float32) of linear light"
     )
 
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from . import _native
 from ._arrays import Image, array_of as _array_of, depth as _depth, picture as _picture, whole as _whole
+from ._errors import ArrayError
 from ._results import Picture, Reference
 
 #: A scene: a dict of the keys of a scene file, a path to one, its text (with a line end in it), or None: the default.
@@ -173,7 +174,7 @@ class Rain:
         given = _array_of(image, "image")
         pixels = _picture(given, "image")
         height, width, _ = pixels.shape
-        way = None if moved is None else tuple(float(part) for part in moved)
+        way = None if moved is None else tuple(float(part) for part in np.atleast_1d(moved))
         if way is not None and len(way) != 3:
             raise ValueError(f"moved: {len(way)} numbers; give three, x, y and z")
         scene = changed(self._scene, size=(width, height), seed=seed, time=time, fov=fov, moved=way, fps=fps)
@@ -212,6 +213,8 @@ class Rain:
         """
         _check_fps(fps)
         first = self._scene.time if start is None else start
+        if getattr(depth, "ndim", 3) == 2:
+            raise ArrayError("depth: one for all frames; give one a frame, such as itertools.repeat(depth)")
         depths = None if depth is None else iter(depth)
         for number, image in enumerate(frames):
             of_frame = None

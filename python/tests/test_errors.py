@@ -206,6 +206,12 @@ def test_values(image):
         (lambda: raindrops.bench(min_frames=-1), raindrops.SceneError, "min_frames = -1"),
         (lambda: raindrops.Rain(rate=25).over(image, fps=0), ValueError, "fps = 0 is not finite and over 0"),
         (lambda: next(raindrops.Rain(rate=25).video([image], fps=float("inf"))), ValueError, "fps = inf"),
+        (lambda: raindrops.Rain(rate=25).over(image, moved=0.1), ValueError, "moved: 1 numbers; give three"),
+        (
+            lambda: next(raindrops.Rain(rate=25).video([image], depth=np.ones((40, 64)))),
+            raindrops.ArrayError,
+            "depth: one for all frames; give one a frame",
+        ),
     ]:
         with pytest.raises(error, match=said):
             call()

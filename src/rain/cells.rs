@@ -229,8 +229,8 @@ fn salt(seed: u64, class: u32) -> [u32; 2] {
     [x, y]
 }
 
-/// Those of the drops between a class's least and largest diameter. The last ones are kept, as many pictures are of one rain: all
-/// else about its cells takes a fraction of the time.
+/// Finds the quantiles of a class. The last ones are kept, because many pictures are of one rain, and all else about its cells takes a
+/// fraction of the time.
 fn quantiles(law: &Law, class: &Class) -> Quantiles {
     type Found = VecDeque<((Law, [f64; 2]), Quantiles)>;
     static FOUND: Mutex<Found> = Mutex::new(VecDeque::new());

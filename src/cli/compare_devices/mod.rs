@@ -245,7 +245,7 @@ fn chosen(
         let mut all: Vec<(&String, DeviceReport)> = Vec::new();
         for name in named {
             let report = choose_device(instance, Some(name))?;
-            // The same word twice asks how far a device is from itself.
+            // Who names a device twice by one word asks how far it is from itself.
             let is_other = |(other, known): &&(&String, DeviceReport)| {
                 *other != name && known.is_of_same_device(&report)
             };

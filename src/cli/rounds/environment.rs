@@ -10,7 +10,7 @@ pub type Variables = Vec<(String, String)>;
 
 /// The variables that name driver files, which must be there: the loader says no more than that it found
 /// no device.
-const DRIVER_FILES: [&str; 2] = ["VK_DRIVER_FILES", "VK_ICD_FILENAMES"];
+const DRIVER_FILES: [&str; 3] = ["VK_DRIVER_FILES", "VK_ICD_FILENAMES", "VK_ADD_DRIVER_FILES"];
 
 /// Parses `NAME=VALUE,NAME=VALUE`. A value with commas, or with spaces at its ends, stands in quotes, single
 /// or double; a backslash takes the next character as it is, but on Windows, where it stands in paths. Nothing at all is an
@@ -184,6 +184,7 @@ mod tests {
             ("A=1,A=2", "A is given twice"),
             ("A=\\", "backslash"),
             ("VK_DRIVER_FILES=/nowhere/a.json", "there is no file '/nowhere/a.json'"),
+            ("VK_ADD_DRIVER_FILES=/nowhere/a.json", "there is no file '/nowhere/a.json'"),
         ];
         for (text, words) in cases {
             let problem = parse(text).expect_err(text);

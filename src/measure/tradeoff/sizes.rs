@@ -69,7 +69,7 @@ pub struct GlintRow {
 /// The models whose errors depend on a drop's size, by name.
 pub fn candidates() -> Vec<(String, Candidate)> {
     let paper = ModelChoice { preset: Preset::Paper, ..ModelChoice::default() };
-    // As in a crowd: a few drops it would draw by rays.
+    // It draws the drop as in a crowd: a few it would draw by rays.
     let fast = ModelChoice { preset: Preset::Fast, samples: Some(1), ..paper };
     let finest = ModelChoice { lookup: Some(Lookup::Finest), ..paper };
     let closed = |samples| ModelChoice {
