@@ -41,7 +41,7 @@ vec3 mean_light(vec4 shape, vec3 d, vec3 right, vec3 upwards, out vec3 of_lower)
         float turn = 2.39996323 * float(i), up = sin(turn);
         float half_high = up > 0.0 ? high.x : high.y;
         vec3 to_ray = far * (shape.x * cos(turn) * right + half_high * up * upwards) + vec3(0.0, shape.w, 0.0);
-        vec3 light = shape_light_by_index(environment_map, shape, to_ray, d, step * sqrt(2.0 * left));
+        vec3 light = shape_light_by_index(false, environment_map, environment_map, shape, to_ray, d, step * sqrt(2.0 * left));
         vec4 part = half_high * left * vec4(light, 1.0);
         sum += part;
         if (up <= 0.0) lower += part;

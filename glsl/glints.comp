@@ -17,11 +17,10 @@
 #include "appearance.glsl"
 #include "behind.glsl"
 
-// Invocations of a workgroup (src/gpu/machine.rs), and how many drops each of them takes: 64 together.
-layout(constant_id = 26) const uint GLINT_LANES = 8;
+#include "glint_light.glsl"
+
 layout(local_size_x_id = 26) in;
-const uint WIDE = GLINT_LANES;
-const uint DROPS = 64 / GLINT_LANES;
+const uint DROPS = 64 / GLINT_LANES; // that an invocation takes, of 64 together
 
 // The drops that are left to SHARED, where composite.comp lists tiles later.
 layout(std430, set = 1, binding = 3) buffer Disordered { uint shared_drops[]; };
@@ -33,6 +32,7 @@ layout(std430, set = 1, binding = 3) buffer Disordered { uint shared_drops[]; };
 #include "glint_spot.glsl"
 #include "glint_turns.glsl"
 #include "shape.glsl"
+#include "shape_images.glsl"
 
 // Radius in pixels under which a far drop has the images of the nearest direction: a fifth of a pixel off at most.
 const float TABLE_PX = 4.0;
@@ -48,155 +48,6 @@ const uint STILL_PARTS = 24, MOVING_PARTS = 8;
 // Fewer sources than so many count as so many: a drop under one sun is left to SHARED as early as under four.
 const uint FEW_SOURCES = 4;
 const float MOVING_PX = 12.0;
-
-// How many sources and blocks there are: read before any branch, where CPU drivers read what is the same for all lanes once.
-uint all_sources, all_blocks;
-
-void read_counts() {
-    all_sources = source_count.x;
-    all_blocks = min(totals.blocks, block_room());
-}
-
-// Invocations of SHARED part the pixels between them, by rows of tiles; of a drop that moves by columns of pixels, if its
-// way is longer across.
-#ifdef SHARED
-bool is_mine(int number) { return uint(number) % WIDE == gl_LocalInvocationID.x; }
-#else
-bool is_mine(int number) { return true; }
-#endif
-
-// Part of a pixel that a fragment must cover to take light: a colour counts as much as its pixel is covered, so that
-// a little part would have to be brighter than a colour can be.
-const float LEAST_COVER = 1.0 / 32.0;
-// The least part for a drop that is spread, by a lens or its motion: no pixel takes more than its share of the light, however
-// little it is covered.
-const float LEAST_SPREAD_COVER = 1.0 / 1024.0;
-
-// The node of a drop's fragment of a tile on the screen; NO_NODE where it has none.
-const uint NO_NODE = ~0u;
-uint node_of(uint drop, Large r, uvec2 tile) {
-    uvec2 first = uvec2(r.first_tile & 0xffffu, r.first_tile >> 16);
-    if (any(lessThan(tile, first)) || tile.x - first.x >= r.across) return NO_NODE;
-    uint block = r.first_block + (tile.y - first.y) * r.across + tile.x - first.x;
-    return block < all_blocks && large_of_block(block) == drop ? block_node(block) : NO_NODE;
-}
-
-uint place_in_tile(uvec2 pixel) {
-    return pixel.y % TILE.y * TILE.x + pixel.x % TILE.x;
-}
-
-// How much of a drop around a place on the screen is before what is behind there.
-float share_before_depth(Large r, vec2 at) {
-    uvec2 pixel = uvec2(at);
-    return HAS_DEPTH != 0u ? share_before(r.sphere, at, distance_behind[tile_number(pixel / TILE) * PIXELS + place_in_tile(pixel)]) : 1.0;
-}
-
-// Adds light to a pixel of a fragment of a drop, if that covers at least a part of it; whether it does.
-bool add_light_to(uint node, Large r, uvec2 pixel, vec3 light, float least, bool mine) {
-    uint in_tile = place_in_tile(pixel);
-    float before = share_before_depth(r, vec2(pixel) + 0.5);
-    if (before == 0.0) return true;
-    uint covered = one_of_nodes(node + COVERAGE + in_tile / 2u) >> 16u * (in_tile & 1u) & 0xffffu;
-    uint color = nodes[node + COLORS + in_tile];
-    float share = float(covered) / float(r.look >> 16);
-    // The image is not drawn elsewhere because a part of what the drop covers of the pixel is hidden.
-    if (share < least * before || color == NO_COLOR) return false;
-    if (share < least) return HAS_DEPTH != 0u;
-    if (mine) nodes[node + COLORS + in_tile] = pack_radiance(unpack_radiance(color) + light / share);
-    return true;
-}
-
-// Adds light at a place on the screen, if a fragment of the drop is there that covers at least a part of the pixel.
-bool add_light_at(uint drop, Large r, vec2 at, vec3 light, float least, bool mine) {
-    if (any(lessThan(at, vec2(0.0))) || any(greaterThanEqual(at, frame.image.xy))) return false;
-    uvec2 pixel = uvec2(at);
-    uint node = node_of(drop, r, pixel / TILE);
-    if (node == NO_NODE) return false;
-    if (share_before_depth(r, at) < 0.5) return true;
-    return add_light_to(node, r, pixel, light, least, mine);
-}
-
-#ifdef SHARED
-// Adds light of a drop out of focus over a spot (glint_spot.glsl). Each invocation has rows of tiles of its own.
-void add_spot_of_light(uint drop, Large r, vec2 at, vec3 light, Spot e) {
-    if (is_pointed(e)) {
-        if (!take_turns(POINTS)) return;
-        for (uint i = 0u; i < POINTS; ++i) {
-            vec2 point = at + point_of(e, i);
-            add_light_at(drop, r, point, light / float(POINTS), LEAST_SPREAD_COVER, is_mine(int(point.y) / int(TILE.y)));
-        }
-        return;
-    }
-    e = broadened(e);
-    vec2 wide = sqrt(e.form.xz) + 0.5, low = max(floor(at - wide), 0.0), high = min(floor(at + wide), frame.image.xy - 1.0);
-    uvec2 first = uvec2(r.first_tile & 0xffffu, r.first_tile >> 16);
-    if (any(greaterThan(low, high))) return;
-    uvec2 from = max(uvec2(low) / TILE, first), to = min(uvec2(high) / TILE, uvec2(first.x + r.across - 1u, ~0u));
-    if (any(greaterThan(from, to))) return;
-    if (!take_turns(((to.y - from.y) / WIDE + 1u) * (to.x - from.x + 2u))) return;
-    light /= area_of(e);
-    vec3 inside = inverse_of(e.form);
-    for (uint row = from.y + (gl_LocalInvocationID.x + WIDE - from.y % WIDE) % WIDE; row <= to.y; row += WIDE) {
-        for (uint column = from.x; column <= to.x; ++column) {
-            uint node = node_of(drop, r, uvec2(column, row));
-            // Unrolled, they take no turns of their own.
-            [[unroll]] for (uint i = 0u; i < PIXELS; ++i) {
-                uvec2 pixel = uvec2(column, row) * TILE + uvec2(i % TILE.x, i / TILE.x);
-                vec2 off = vec2(pixel) + 0.5 - at;
-                float part = node != NO_NODE && all(lessThan(pixel, uvec2(frame.image.xy))) ? part_of_spot(inside, off, e.is_soft) : 0.0;
-                // One side gains what the other loses.
-                part *= clamp(1.0 + dot(e.slope, off), 0.0, 2.0);
-                if (part > 0.0) add_light_to(node, r, pixel, part * light, LEAST_SPREAD_COVER, true);
-            }
-        }
-    }
-}
-#endif
-
-// Adds light of a drop that moves while the shutter is open, by the length of its way in each column of pixels, or in each row
-// if that is longer. Of SHARED each invocation has columns, or rows, of its own.
-void add_line_of_light(uint drop, Large r, vec2 at, vec3 light, vec2 way) {
-    bool is_across = abs(way.x) > abs(way.y);
-    float length = is_across ? way.x : way.y, slope = (is_across ? way.y : way.x) / length;
-    if (abs(length) < 1e-3) {
-        add_light_at(drop, r, at, light, LEAST_COVER, is_mine(int(floor(is_across ? at.x : at.y))));
-        return;
-    }
-    float middle = is_across ? at.x : at.y, end = is_across ? frame.image.x : frame.image.y;
-    float from = max(middle - 0.5 * abs(length), 0.0), to = min(middle + 0.5 * abs(length), end);
-    if (from >= to) return;
-    int first = int(floor(from)), last = int(ceil(to)) - 1, stride = 1;
-#ifdef SHARED
-    stride = int(WIDE);
-    if (!take_turns(uint((last - first) / stride + 1))) return;
-    first += int((gl_LocalInvocationID.x + WIDE - uint(first) % WIDE) % WIDE);
-#endif
-    int i = first;
-    if (i <= last) do {
-        float low = max(from, float(i)), high = min(to, float(i + 1));
-        // Within a column the line crosses into another row at most once.
-        float aside = is_across ? at.y : at.x, row = max(floor(aside + slope * (low - middle)), floor(aside + slope * (high - middle)));
-        float crossing = slope != 0.0 ? clamp(middle + (row - aside) / slope, low, high) : high;
-        for (uint part = 0u; part < 2u; ++part) {
-            float along = 0.5 * (part == 0u ? low + crossing : crossing + high) - middle, share = part == 0u ? crossing - low : high - crossing;
-            vec2 place = is_across ? vec2(along, slope * along) : vec2(slope * along, along);
-            if (share > 0.0) add_light_at(drop, r, at + place, light * (share / abs(length)), LEAST_SPREAD_COVER, true);
-        }
-        i += stride;
-    } while (i <= last);
-}
-
-// Adds light to a drop at rest as `add_light_at` does; to another it adds all that falls on its fragments, over the ellipse that the
-// lens makes of it.
-bool add_light(uint drop, Large r, vec2 at, vec3 light, Spot e) {
-    if (!is_spread()) return add_light_at(drop, r, at, light, LEAST_COVER, is_mine(int(at.y) / int(TILE.y)));
-    bool is_blurred = HAS_LENS != 0u && moves[2u * drop].w > 0.0;
-#ifdef SHARED
-    if (is_blurred) add_spot_of_light(drop, r, at, light, moved(e));
-#endif
-    if (!is_blurred) add_line_of_light(drop, r, at, light, e.way);
-    return true;
-}
 
 // The spot of an image that is as deep as the drop's centre.
 Spot spot_of_drop(uint drop) {
@@ -415,8 +266,83 @@ void solve_from(uint drop, Large r, uint source, uint eye, uint eyes, Looks look
     } while (++j < end);
 }
 
+// Is a drop no sphere, and drawn by rays that are traced? These find the sources themselves after reflections inside; not what `by_all` do
+// (light_in of ray_in_shape.glsl).
+bool is_traced(Large r) {
+    return SHAPE >= TRACED && is_flat(r) && (r.look & BY_RAYS) != 0u;
+}
+
+// Where an image is on the screen, seen from a `place` on the lens, of the drop at a `time`, in parts of the exposure from its middle on; and
+// its light over the source's.
+vec3 shape_image_at(uint drop, Large r, vec4 shape, bool outside, vec3 toward, float time, vec2 place) {
+    mat3 world = mat3(frame.right.xyz, frame.up.xyz, frame.back.xyz);
+    vec3 center = r.sphere.xyz - vec3(place, 0.0);
+    if (is_exposed()) center += time * moves[2u * drop].xyz;
+    ShapeImage image = image_in_shape(outside, shape, world * center / -r.sphere.w, toward);
+    vec3 ray = to_view(image.ray);
+    float depth = max(-ray.z, 0.01), focal = frame.image.z;
+    vec2 at = pixel_of(vec2(ray.x, -ray.y) * (focal / depth) + focal * frame.lens.y * vec2(place.x, -place.y));
+    return vec3(at, -ray.z < 0.01 ? 0.0 : image.light * focal * focal / (depth * depth * depth));
+}
+
+// Draws an image, found in the middle of all; where the drop covers nothing of that pixel, a quarter of a pixel farther in. `late` and
+// `early`: at the exposure's ends; `right` and `high`: from two places of the lens's edge, which make a spot.
+void add_shape_image(uint drop, Large r, vec3 middle, vec3 late, vec3 early, vec3 right, vec3 high, vec3 light) {
+    if (middle.z <= 0.0) return;
+    Spot spot = spot_of_drop(drop);
+    if (right.z > 0.0 && high.z > 0.0) {
+        vec2 a = right.xy - middle.xy, b = high.xy - middle.xy;
+        spot.form = vec3(a.x * a.x + b.x * b.x, a.x * a.y + b.x * b.y, a.y * a.y + b.y * b.y);
+    }
+    if (late.z > 0.0 && early.z > 0.0) {
+        // From the middle to either end, with the mean of the parabola through the three.
+        for (uint i = 0u; i < 2u; ++i) {
+            vec3 end = i == 0u ? late : early, other = i == 0u ? early : late;
+            spot.way = end.xy - middle.xy;
+            add_light(drop, r, middle.xy + 0.5 * spot.way, light * max(8.0 * middle.z + 5.0 * end.z - other.z, 0.0) / 24.0, spot);
+        }
+        return;
+    }
+    vec2 at = middle.xy, inward = r.center - at;
+    light *= middle.z;
+    if (!add_light(drop, r, at, light, spot)) add_light(drop, r, at + 0.25 * inward * inversesqrt(max(dot(inward, inward), 1e-6)), light, spot);
+}
+
+// Draws the images in a drop that is traced.
+void solve_in_shape(uint drop, Large r) {
+    vec4 shape = large_shapes[drop].shape;
+    float pixels = frame.image.z * r.sphere.w / length(r.sphere.xyz);
+    bool is_blurred = is_lens() && moves[2u * drop].w > 0.0;
+    float blur = is_blurred ? moves[2u * drop + 1u].z : 0.0, lens = frame.lens.x;
+    uint views = is_blurred ? 5u : is_exposed() ? 3u : 1u;
+    for (uint i = 0u; i < all_sources; ++i) {
+        vec4 disc = source_at(i).toward;
+        Parts p = parts_in(disc.xyz, disc.w, vec3(0.0, 1.0, 0.0), parts_of(pixels, disc.w, blur));
+        vec3 light = source_at(i).light.rgb * (p.part * p.part);
+        // Each part by both ways and each index.
+        for (uint j = 0u; j < p.count * 2u * INDICES; ++j) {
+            vec3 color = take_index(j % INDICES), toward = toward_part(p, j / (2u * INDICES));
+            bool outside = j / INDICES % 2u == 0u;
+            vec3 found[5] = vec3[5](vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0));
+#ifdef SHARED
+            if (!take_turns(views * SHAPE_TURNS)) return;
+#endif
+            for (uint k = 0u; k < views; ++k) {
+                float time = k == 1u ? 0.5 : k == 2u ? -0.5 : 0.0;
+                vec2 place = lens * vec2(k == 3u, k == 4u);
+                found[k] = shape_image_at(drop, r, shape, outside, toward, time, place);
+            }
+            add_shape_image(drop, r, found[0], found[1], found[2], found[3], found[4], color * light);
+        }
+    }
+}
+
 void solve(uint drop) {
     Large r = large_at(drop);
+    if (is_traced(r)) {
+        solve_in_shape(drop, r);
+        return;
+    }
     Looks looks = Looks(0u, uint[WAYS](0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u), 0.0);
     uint i = 0u;
     do {
@@ -481,9 +407,9 @@ void main() {
         uint drop = first + i * WIDE;
         Large r = large_at(drop);
         bool shown = (r.look & AS_SPLATS) == 0u && r.look >> 16 != 0u;
-        if (HAS_LENS != 0u && is_spread()) shown = shown && !spreads_glints(drop, r);
-        // Rays that are traced find the sources themselves.
-        if (SHAPE == TRACED && is_flat(r) && (r.look & BY_RAYS) != 0u) shown = false;
+        bool apart = is_traced(r);
+        if (apart) shown = shown && SHAPE != WHOLE;
+        if (HAS_LENS != 0u && is_spread()) shown = shown && (apart ? has_own_spots(drop) : !spreads_glints(drop, r));
         bool shared_by_all = shown && takes_long(drop, r);
         if (shared_by_all) share(drop);
         if (!shown || shared_by_all || add_by_closed_form(drop, r)) continue;

@@ -115,7 +115,7 @@ bool is_by_rays(Found f) {
     float rays_px = f.is_flat ? FLAT_RAYS_PX : RAYS_PX;
     // A small drop that is spread has less noise by its picture.
     bool is_spread_out = f.path.moved != vec3(0.0) || f.blur > 0.0;
-    if (rays_px > 0.0 && is_spread_out) rays_px = max(rays_px, f.is_flat && SHAPE == TRACED ? FLAT_SPREAD_RAYS_PX : SPREAD_RAYS_PX);
+    if (rays_px > 0.0 && is_spread_out) rays_px = max(rays_px, f.is_flat && SHAPE >= TRACED ? FLAT_SPREAD_RAYS_PX : SPREAD_RAYS_PX);
     bool rays = f.is_beside || !f.path.even || f.outline.radius > rays_px
         || f.distance2 < NEAR_RADII * NEAR_RADII * f.radius2;
     return rays || is_lens() && f.blur > 0.0 && (f.path.moved != vec3(0.0) || f.is_flat);

@@ -65,7 +65,7 @@ uint color(vec2 low, vec2 high, vec4 sphere, Body body, float pixels, vec2 moved
             weight = flat_ray.hits && dot(d, sphere.xyz) > 0.0 ? 1.0 : 1e-4;
             hits += weight;
             if (HAS_DEPTH != 0u && dot(d, sphere.xyz) + sphere.w * front_in(flat_ray, body) >= behind) weight = 1e-4;
-            add(mean, light_in(flat_ray, body, world, step), weight);
+            add(mean, light_in(flat_ray, body, world, step, false), weight);
         } else {
             hits += weight;
             if (HAS_DEPTH != 0u && dot(d, sphere.xyz) - sphere.w * sqrt((1.0 - held) * (1.0 + held)) >= behind) weight = 1e-4;
@@ -111,7 +111,8 @@ void add_coverage(uint node, uint pixel, uint units) {
 // Writes what rays through a lens find of a drop in a pixel.
 void write_lens_color(uint node, uint pixel, uint drop, Large r, Body body, vec2 corner, vec3 motion, float pixels, float behind) {
     float covered;
-    uint found = lens_color(corner, r.sphere, body, motion, pixels, moves[2u * drop].w, place_moved(r.index), behind, has_spread_glints(drop, r.sphere), covered);
+    bool spreads = SHAPE >= TRACED && body.is_flat ? !has_own_spots(drop) : has_spread_glints(drop, r.sphere);
+    uint found = lens_color(corner, r.sphere, body, motion, pixels, moves[2u * drop].w, place_moved(r.index), behind, spreads, covered);
     nodes[node + COLORS + pixel] = found;
     if ((r.look & COVER_BY_RAYS) == 0u) return;
     // The part of a unit that is left over is rounded by chance, so that what is faint keeps its light on the mean.

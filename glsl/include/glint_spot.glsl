@@ -138,18 +138,21 @@ Spot spot_of(Eye e, vec2 nearness, vec3 ray, vec3 along) {
     return Spot(vec3(form[0].x, form[0].y, form[1].y), e.part < 1.0, slope, e.way);
 }
 
-// The spot of what moves meanwhile, of the variance of both.
+// A soft spot of what moves meanwhile, of the variance of both.
 Spot moved(Spot e) {
-    e.form += vec3(e.way.x * e.way.x, e.way.x * e.way.y, e.way.y * e.way.y) / (e.is_soft ? 2.0 : 3.0);
+    e.form += 0.5 * vec3(e.way.x * e.way.x, e.way.x * e.way.y, e.way.y * e.way.y);
+    e.way = vec2(0.0);
     return e;
 }
 
 // A smaller spot is drawn by points: of its edge pixels show nothing, and a point gives all of its light to one of them.
 const float POINTED_PX = 1.0;
 const uint POINTS = 16;
+// The square of the least way of a spot, in pixels, that is told.
+const float LEAST_WAY2 = 1.0;
 
 bool is_pointed(Spot e) {
-    return e.form.x + e.form.z < 2.0 * POINTED_PX * POINTED_PX;
+    return dot(e.way, e.way) < LEAST_WAY2 && e.form.x + e.form.z < 2.0 * POINTED_PX * POINTED_PX;
 }
 
 // Where one of them is, from the spot's middle.
@@ -182,11 +185,23 @@ float area_of(Spot e) {
     return 3.14159265 * sqrt(determinant_of(e.form) + edge);
 }
 
-// Part of a pixel around `off` that an ellipse takes whose inverse form is `inside`. The edge is a pixel wide.
-float part_of_spot(vec3 inside, vec2 off, bool is_soft) {
+// Part of the light of a pixel around `off` from the middle of a spot whose form's inverse is `inside`, 1 in the middle of one at rest. The
+// edge is a pixel wide; one that moves is there for a part of the time.
+float part_of_spot(Spot e, vec3 inside, vec2 off) {
     vec2 slope = vec2(inside.x * off.x + inside.y * off.y, inside.y * off.x + inside.z * off.y);
-    float far2 = dot(slope, off), steep2 = dot(slope, slope);
-    float to_edge = (1.0 - sqrt(far2)) * (steep2 > 0.0 ? sqrt(far2 / steep2) : 1.0);
-    return is_soft ? max(2.0 - 2.0 * far2, 0.0) : clamp(to_edge + 0.5, 0.0, 1.0);
+    float far2 = dot(slope, off), steep2 = dot(slope, slope), part;
+    if (e.is_soft) {
+        part = max(2.0 - 2.0 * far2, 0.0);
+    } else if (dot(e.way, e.way) < LEAST_WAY2) {
+        part = clamp((1.0 - sqrt(far2)) * (steep2 > 0.0 ? sqrt(far2 / steep2) : 1.0) + 0.5, 0.0, 1.0);
+    } else {
+        float way2 = inside.x * e.way.x * e.way.x + 2.0 * inside.y * e.way.x * e.way.y + inside.z * e.way.y * e.way.y;
+        float middle = dot(slope, e.way) / way2, meets2 = middle * middle - (far2 - 1.0) / way2, half_time = sqrt(max(meets2, 0.0));
+        float from = max(middle - half_time, -0.5), to = min(middle + half_time, 0.5);
+        part = max(to - from, 0.0);
+        off -= 0.5 * (from + to) * e.way;
+    }
+    // One side gains what the other loses.
+    return part * clamp(1.0 + dot(e.slope, off), 0.0, 2.0);
 }
 #endif

@@ -85,7 +85,8 @@ vec2 lens_place(vec2 square, vec3 d, vec3 center, vec3 motion, float radius, out
     return place_in_box(square, along, from, to, share);
 }
 
-// Does what `moving_color` does: the drop's light in a pixel from `corner` on, with that of bright sources if it `spreads` over the drop;
+// Does what `moving_color` does: the drop's light in a pixel from `corner` on, with that of bright sources if it `spreads` over the drop, or
+// if the rays meet them themselves;
 // `covered`: part of the lens and of the time for which it covers the pixel.
 uint lens_color(vec2 corner, vec4 sphere, Body body, vec3 motion, float pixels, float blur, vec2 moved, float behind, bool spreads,
                 out float covered) {
@@ -128,7 +129,7 @@ uint lens_color(vec2 corner, vec4 sphere, Body body, vec3 motion, float pixels, 
             if (!flat_ray.hits || dot(d, center) <= 0.0) share = 0.0;
             float front = dot(d, center) + radius * front_in(flat_ray, body);
             if (HAS_DEPTH != 0u && front >= deep / max(-d.z, 1e-6)) share = 0.0;
-            light = light_in(flat_ray, body, world, ray_spacing(1.0, min(disc + passed, whole), pixels, apart));
+            light = light_in(flat_ray, body, world, ray_spacing(1.0, min(disc + passed, whole), pixels, apart), spreads);
         } else {
             float b = length(to_ray), held = min(b, 0.99999), cosine = sqrt((1.0 - held) * (1.0 + held));
             if (b >= 1.0 || dot(d, center) <= 0.0) share = 0.0;
@@ -142,7 +143,7 @@ uint lens_color(vec2 corner, vec4 sphere, Body body, vec3 motion, float pixels, 
     covered /= float(rays);
     vec3 light = mean.sum / mean.shares;
     // Rays through what is no sphere meet the sources themselves.
-    if (!(SHAPE == TRACED && body.is_flat) && spreads) light += light_of_sources(world * normalize(sphere.xyz));
+    if (!(SHAPE >= TRACED && body.is_flat) && spreads) light += light_of_sources(world * normalize(sphere.xyz));
     return pack_radiance(light);
 }
 #endif

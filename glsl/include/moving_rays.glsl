@@ -131,7 +131,7 @@ uint moving_color(vec2 corner, vec2 low, vec2 high, vec4 sphere, Body body, vec3
         if (body.is_flat) {
             RayInShape flat_ray = ray_in_shape(body, to_ray, d);
             if (HAS_DEPTH != 0u && dot(d, center) + sphere.w * front_in(flat_ray, body) >= behind) share = 0.0;
-            light = light_in(flat_ray, body, world, ray_spacing(area, share * way, pixels, apart));
+            light = light_in(flat_ray, body, world, ray_spacing(area, share * way, pixels, apart), false);
         } else {
             float cosine = sqrt((1.0 - held) * (1.0 + held));
             if (HAS_DEPTH != 0u && dot(d, center) - sphere.w * cosine >= behind) share = 0.0;

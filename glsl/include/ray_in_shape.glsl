@@ -4,6 +4,7 @@
 #include "drop_light.glsl"
 #include "maps.glsl"
 #include "shape_light.glsl"
+#include "source_light.glsl"
 
 // What rays need of a drop beside its sphere.
 struct Body {
@@ -31,8 +32,11 @@ float front_in(RayInShape ray, Body body) {
     return front_of(body.shape, world * ray.to_ray, world * ray.direction);
 }
 
-vec3 light_in(RayInShape ray, Body body, mat3 world, float step) {
-    if (SHAPE == TRACED) return shape_light(whole_map, body.shape, world * ray.to_ray, world * ray.direction, step);
+// `by_all`: also bright sources that are reflected outside or come straight through, whose images glints.comp draws else.
+vec3 light_in(RayInShape ray, Body body, mat3 world, float step, bool by_all) {
+    vec3 to_ray = world * ray.to_ray, d = world * ray.direction;
+    bool is_split = SHAPE == TRACED && !by_all && GLINTS != 0u;
+    if (SHAPE >= TRACED) return shape_light(is_split, environment_map, whole_map, body.shape, to_ray, d, step);
     float b = length(ray.disc);
     Intersection e = Intersection(ray.direction, ray.disc / max(b, 1e-9), b, sqrt((1.0 - b) * (1.0 + b)));
     return drop_light(environment_map, e, world, step);

@@ -9,7 +9,7 @@
 // With the ray go the differentials of two neighbours (Igehy 1999): how far their light fans out is the level at which
 // the environment is read, as it is for the sphere in closed form (drop_light.glsl).
 #include "drop_light.glsl"
-#include "shape_front.glsl"
+#include "shape_surface.glsl"
 
 // Most surfaces that light is followed to beyond the last order, where that carries what is left and is reflected totally.
 const uint MOST_MORE = 16;
@@ -20,44 +20,13 @@ struct Traced {
     vec3 point_1, point_2, direction_1, direction_2;
 };
 
-// How the unit normal changes where the point does; `gradient`: length of the normal's own before it was made a unit.
-vec3 bent(vec3 normal, vec3 scale, float gradient, vec3 moved) {
-    vec3 turned = scale * scale * moved;
-    return (turned - normal * dot(normal, turned)) / gradient;
-}
-
-// Exact, or Schlick's, from the cosines on both sides, of which the first is in the substance before.
-float reflectance_of(float cos_incidence, float cos_refraction, float index) {
-    if (cos_refraction <= 0.0) return 1.0;
-    if (SCHLICK != 0u) {
-        float normal = (index - 1.0) / (index + 1.0), x = 1.0 - (index > 1.0 ? cos_incidence : cos_refraction);
-        return normal * normal + (1.0 - normal * normal) * (x * x) * (x * x) * x;
-    }
-    float s = (cos_incidence - index * cos_refraction) / (cos_incidence + index * cos_refraction);
-    float p = (index * cos_incidence - cos_refraction) / (index * cos_incidence + cos_refraction);
-    return 0.5 * (s * s + p * p);
-}
-
 // How far two neighbours' directions are apart from a ray's, as one angle.
 float fan_of(vec3 first, vec3 second) {
     return sqrt(length(cross(first, second)));
 }
 
-// A direction's change by a reflection on a surface whose normal changes too.
-vec3 mirrored(vec3 d, vec3 normal, vec3 d_moved, vec3 normal_moved) {
-    float turn = dot(d_moved, normal) + dot(d, normal_moved);
-    return d_moved - 2.0 * (turn * normal + dot(d, normal) * normal_moved);
-}
-
-// A direction's change by a refraction; the normal is on the ray's side, `ratio` the index before over that beyond.
-vec3 refracted(vec3 d, vec3 normal, vec3 d_moved, vec3 normal_moved, float ratio, float cos_in, float cos_out) {
-    float turn = -(dot(d_moved, normal) + dot(d, normal_moved));
-    float scale = ratio * cos_in - cos_out, scale_moved = (ratio - ratio * ratio * cos_in / cos_out) * turn;
-    return ratio * d_moved + scale * normal_moved + scale_moved * normal;
-}
-
-// `to_ray`: from the centre to the ray. `step`: how far rays are apart, in radii.
-vec3 shape_light_by_index(sampler2D map, vec4 shape, vec3 to_ray, vec3 d, float step) {
+// `is_split`: what is seen by the reflection outside and straight through is in `first_map`, else in `map` as well. `to_ray`: from the centre to the ray. `step`: how far rays are apart, in radii.
+vec3 shape_light_by_index(bool is_split, sampler2D first_map, sampler2D map, vec4 shape, vec3 to_ray, vec3 d, float step) {
     if (FOOTPRINT == 0u) step = 0.0;
     vec3 p = to_ray - vec3(0.0, shape.w, 0.0), scale = scale_of(shape, upper_met(shape, p, d).x);
     float along;
@@ -79,7 +48,9 @@ vec3 shape_light_by_index(sampler2D map, vec4 shape, vec3 to_ray, vec3 d, float 
     vec3 sum = vec3(0.0);
     if (REFLECTION != 0u) {
         vec3 first = mirrored(d, normal, vec3(0.0), normal_1), second = mirrored(d, normal, vec3(0.0), normal_2);
-        sum = f * radiance(map, d + 2.0 * ci * normal, fan_of(first, second) * step);
+        float spread = fan_of(first, second) * step;
+        vec3 towards = d + 2.0 * ci * normal;
+        sum = f * (is_split ? radiance(first_map, towards, spread) : radiance(map, towards, spread));
     }
     float left = 1.0 - f;
     if (left <= 0.0) return sum;
@@ -88,6 +59,9 @@ vec3 shape_light_by_index(sampler2D map, vec4 shape, vec3 to_ray, vec3 d, float 
     t.direction_1 = refracted(d, normal, vec3(0.0), normal_1, ratio, held, max(ct, 1e-3));
     t.direction_2 = refracted(d, normal, vec3(0.0), normal_2, ratio, held, max(ct, 1e-3));
 
+    // What is seen straight through; looked up after the loop, as CPU drivers would do it in each turn.
+    vec4 through = vec4(d, 0.0);
+    float through_share = 0.0;
     for (uint k = 0u; k <= INTERNAL_REFLECTIONS + MOST_MORE; ++k) {
         vec3 w = t.direction;
         scale = scale_of(shape, upper_met(shape, t.point, w).y);
@@ -114,7 +88,13 @@ vec3 shape_light_by_index(sampler2D map, vec4 shape, vec3 to_ray, vec3 d, float 
             vec3 out_direction = leaves ? WATER * w - (WATER * ci - ct) * normal : w;
             vec3 first = refracted(w, -normal, t.direction_1, -normal_1, WATER, ci, max(ct, 1e-3));
             vec3 second = refracted(w, -normal, t.direction_2, -normal_2, WATER, ci, max(ct, 1e-3));
-            sum += share * radiance(map, out_direction, fan_of(first, second) * step);
+            vec4 seen = vec4(out_direction, fan_of(first, second) * step);
+            if (is_split && k == 0u) {
+                through = seen;
+                through_share = share;
+                share = 0.0;
+            }
+            sum += share * radiance(map, seen.xyz, seen.w);
         }
         if (ends) break;
         left *= f;
@@ -122,13 +102,13 @@ vec3 shape_light_by_index(sampler2D map, vec4 shape, vec3 to_ray, vec3 d, float 
         t.direction_1 = mirrored(w, normal, t.direction_1, normal_1);
         t.direction_2 = mirrored(w, normal, t.direction_2, normal_2);
     }
-    return sum;
+    return is_split ? sum + through_share * radiance(first_map, through.xyz, through.w) : sum;
 }
 
 // Takes each colour by its own index.
-vec3 shape_light(sampler2D map, vec4 shape, vec3 to_ray, vec3 d, float step) {
+vec3 shape_light(bool is_split, sampler2D first_map, sampler2D map, vec4 shape, vec3 to_ray, vec3 d, float step) {
     vec3 sum = vec3(0.0);
-    for (uint i = 0u; i < INDICES; ++i) sum += take_index(i) * shape_light_by_index(map, shape, to_ray, d, step);
+    for (uint i = 0u; i < INDICES; ++i) sum += take_index(i) * shape_light_by_index(is_split, first_map, map, shape, to_ray, d, step);
     return sum;
 }
 #endif

@@ -18,4 +18,12 @@ bool has_spread_glints(uint drop, vec4 sphere) {
     bool is_wide = dot(move.xyz, move.xyz) > 4.0 * sphere.w * sphere.w || move.w > 2.0 * pixels;
     return move.w > 0.0 && is_wide && !is_seen_by_places(sphere, moves[2u * drop + 1u].z);
 }
+
+// Are the images in a drop that is no sphere drawn one by one? Wider spots would take too long; then its rays meet the sources themselves.
+bool has_own_spots(uint drop) {
+    const float MOST_PIXELS2 = 50000.0;
+    vec4 move = moves[2u * drop + 1u];
+    float wide = move.z + 0.5 * max(abs(move.x), abs(move.y));
+    return moves[2u * drop].w <= 0.0 || float(source_count.x) * wide * wide < MOST_PIXELS2;
+}
 #endif

@@ -1,5 +1,7 @@
 //! In what shape drops are drawn that are no spheres in the scene.
 
+use std::ops::RangeInclusive;
+
 use super::Optics;
 use crate::rain::shape::SMALLEST_FLATTENED;
 use crate::scene::model::{DropShape, Primitive, ShapeModel};
@@ -13,6 +15,10 @@ pub(super) const LONG_EXPOSURE: f64 = 1.0 / 250.0;
 /// Radius in pixels from which a drop that is no sphere is traced rather than shown by a sphere's picture, flattened;
 /// less where rays are affordable over a smaller one.
 const FLAT_RAYS_PX: f32 = 4.0;
+
+/// Axis ratios of spheroids that show a bright source nearly always once straight through. A flatter one seen from the side is a
+/// lens whose focus is inside, and shows it three times or not at all.
+const SHOWS_ONCE: RangeInclusive<f64> = 0.6..=2.0;
 
 /// The shape that drops are drawn in.
 #[derive(Clone, Debug, PartialEq)]
@@ -127,6 +133,11 @@ impl DrawnShape {
         NoSpheres::of(scene).placed.is_some()
             && self.model != ShapeModel::Sphere
             && self.rays_px > 0.0
+    }
+
+    /// Whether each traced drop of `scene` shows a bright source once by each of the ways that `glints` looks for.
+    pub fn shows_sources_once(&self, scene: &Scene) -> bool {
+        scene.placed().all(|drop| drop.axis_ratio.is_none_or(|ratio| SHOWS_ONCE.contains(&ratio)))
     }
 
     /// Whether rays are traced through drops.

@@ -239,6 +239,104 @@ fn a_lamp_draws_a_line_along_a_flat_drop_that_moves() {
     });
 }
 
+/// Where light is on the mean, by what each row or column has of it, and how far it is spread around that; pixels.
+fn moments(parts: &[f64]) -> [f64; 2] {
+    let sum = |power: i32, from: f64| -> f64 {
+        (0..).zip(parts).map(|(i, part)| (f64::from(i) - from).powi(power) * part).sum()
+    };
+    let middle = sum(1, 0.0) / sum(0, 0.0);
+    [middle, (sum(2, middle) / sum(0, 0.0)).max(0.0).sqrt()]
+}
+
+/// What each column of a picture has more of, in all, than that of another.
+fn more_by_column(picture: &Picture, other: &Picture) -> Vec<f64> {
+    let mut sums = vec![0.0; picture.width as usize];
+    for (i, (a, b)) in picture.pixels.iter().zip(&other.pixels).enumerate() {
+        sums[i % picture.width as usize] += f64::from(a.y - b.y);
+    }
+    sums
+}
+
+/// The reference's mean of a drop that stands still at so many moments of the exposure: in each it finds the sun's images.
+fn by_moments(scene: &Scene, sky: &Environment, moments: u32) -> Picture {
+    let mut sum: Option<Picture> = None;
+    for moment in 0..moments {
+        let mut still = scene.clone();
+        let time = scene.camera.shutter * ((f64::from(moment) + 0.5) / f64::from(moments));
+        still.drops[0].center += time * scene.drops[0].velocity;
+        still.drops[0].velocity = DVec3::ZERO;
+        let truth = Truth { samples: 16, ..Truth::default() };
+        let picture = Tracer::new(&still, sky, truth).trace(&|_| ()).picture;
+        let sum = sum.get_or_insert_with(|| Picture {
+            pixels: vec![Vec3::ZERO; picture.pixels.len()],
+            ..picture.clone()
+        });
+        for (sum, pixel) in sum.pixels.iter_mut().zip(&picture.pixels) {
+            *sum += *pixel / moments as f32;
+        }
+    }
+    sum.expect("a moment")
+}
+
+#[test]
+fn a_sun_is_a_point_in_a_flat_drop_and_a_line_if_that_moves() {
+    let toward = DVec3::new(0.85, 0.3, -0.6);
+    let sun = |light: f32| {
+        painted(512, |d| Vec3::splat(if d.angle_between(toward) < 0.009 { light } else { 0.1 }))
+    };
+    let (lit, dark) = (sun(3e4), sun(0.1));
+    let falls = DVec3::new(0.6, -4.0, 0.4);
+    on_device(|device| {
+        for (drop, velocity) in [
+            (falling(3.0), DVec3::ZERO),
+            (falling(3.0), falls),
+            (spheroid(0.7), falls),
+            (spheroid(1.4), DVec3::ZERO),
+        ] {
+            let mut scene = one(PlacedDrop { velocity, ..drop }, 20.0, 8.0);
+            scene.camera.vertical_fov *= 4.0;
+            scene.image.height *= 4;
+            scene.camera.shutter = 1.5;
+            let moments_of = if velocity == DVec3::ZERO { 1 } else { 96 };
+            let [traced, plain] = [&lit, &dark].map(|sky| by_moments(&scene, sky, moments_of));
+            let expected = [more_by_row(&traced, &plain), more_by_column(&traced, &plain)];
+            let light: f64 = expected[0].iter().sum();
+            // Out of focus, a point at half the distance in focus is a disc of f A / 4z pixels of radius; f is 480.
+            let mut blurred = scene.clone();
+            let depth = scene.drops[0].center.length();
+            (blurred.camera.aperture, blurred.camera.focus) = (depth / 30.0, 2.0 * depth);
+            for preset in [Preset::Fast, Preset::Exact] {
+                let drawn = |scene: &Scene| {
+                    let mut scene = scene.clone();
+                    scene.model.preset = preset;
+                    let [with, without] = [&lit, &dark].map(|sky| picture_of(device, &scene, sky));
+                    [more_by_row(&with, &without), more_by_column(&with, &without)]
+                };
+                let (found, spread) = (drawn(&scene), drawn(&blurred));
+                let all = found[0].iter().sum::<f64>() / light;
+                let all_spread = spread[0].iter().sum::<f64>() / light;
+                let apart = |i: usize| {
+                    let [a, b] = [&found[i], &expected[i]].map(|parts| moments(parts));
+                    [a[0] - b[0], a[1] - b[1]]
+                };
+                let [rows, columns] = [apart(0), apart(1)];
+                let disc = moments(&spread[1])[1].powi(2) - moments(&found[1])[1].powi(2);
+                let case = format!(
+                    "{drop:?} {velocity} {preset:?}: {all:.3}, rows {rows:.2?}, columns {columns:.2?}; blurred {all_spread:.3}, {disc:.2}"
+                );
+                println!("{case}");
+                // Usually within 0.012, 0.2 pixels and 0.005; the point itself is 4 square pixels wide.
+                assert!((all - 1.0).abs() < 0.03, "{case}");
+                assert!(rows.iter().chain(&columns).all(|apart| apart.abs() < 0.5), "{case}");
+                assert!(
+                    (all_spread / all - 1.0).abs() < 0.015 && (3.5..5.5).contains(&disc),
+                    "{case}"
+                );
+            }
+        }
+    });
+}
+
 /// Rain of large drops, whose shapes follow from their diameters.
 fn downpour() -> Scene {
     let text = "[camera]\nvertical_fov = 1.2\ntarget = [0, 0.3, -1]\nposition = [0, 2, 0]\n[image]\nwidth = 56\nheight = 56\n\

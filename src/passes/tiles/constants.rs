@@ -16,7 +16,9 @@ pub fn constants_of(
     let shape = match plan.shape.model {
         ShapeModel::Sphere => 0,
         ShapeModel::Stretched => 1,
-        ShapeModel::Spheroid | ShapeModel::Equilibrium => 2,
+        ShapeModel::Spheroid | ShapeModel::Equilibrium => {
+            2 + u32::from(!plan.shape.shows_sources_once(scene))
+        }
     };
     let own = [
         [constant::HAS_LENS, (plan.lens != Lens::Pinhole).into()],
