@@ -266,14 +266,14 @@ void solve_from(uint drop, Large r, uint source, uint eye, uint eyes, Looks look
     } while (++j < end);
 }
 
-// Is a drop no sphere, and drawn by rays that are traced? These find the sources themselves after reflections inside; not what `by_all` do
-// (light_in of ray_in_shape.glsl).
+// Is a drop no sphere, and drawn by rays that are traced? After reflections inside these meet the sources themselves; of
+// others see light_in of ray_in_shape.glsl.
 bool is_traced(Large r) {
     return SHAPE >= TRACED && is_flat(r) && (r.look & BY_RAYS) != 0u;
 }
 
-// Where an image is on the screen, seen from a `place` on the lens, of the drop at a `time`, in parts of the exposure from its middle on; and
-// its light over the source's.
+// Where an image is on the screen, seen from a `place` on the lens, of the drop at a `time`, in parts of the exposure from
+// its middle on; and its light over the source's.
 vec3 shape_image_at(uint drop, Large r, vec4 shape, bool outside, vec3 toward, float time, vec2 place) {
     mat3 world = mat3(frame.right.xyz, frame.up.xyz, frame.back.xyz);
     vec3 center = r.sphere.xyz - vec3(place, 0.0);
@@ -282,11 +282,12 @@ vec3 shape_image_at(uint drop, Large r, vec4 shape, bool outside, vec3 toward, f
     vec3 ray = to_view(image.ray);
     float depth = max(-ray.z, 0.01), focal = frame.image.z;
     vec2 at = pixel_of(vec2(ray.x, -ray.y) * (focal / depth) + focal * frame.lens.y * vec2(place.x, -place.y));
-    return vec3(at, -ray.z < 0.01 ? 0.0 : image.light * focal * focal / (depth * depth * depth));
+    float pixels = focal * focal / (depth * depth * depth); // a steradian
+    return vec3(at, -ray.z < 0.01 ? 0.0 : image.light * pixels);
 }
 
-// Draws an image, found in the middle of all; where the drop covers nothing of that pixel, a quarter of a pixel farther in. `late` and
-// `early`: at the exposure's ends; `right` and `high`: from two places of the lens's edge, which make a spot.
+// Draws an image, found in the middle of all; where the drop covers nothing of that pixel, a quarter of a pixel farther
+// in. `late` and `early`: at the exposure's ends; `right` and `high`: from two places of the lens's edge, which make a spot.
 void add_shape_image(uint drop, Large r, vec3 middle, vec3 late, vec3 early, vec3 right, vec3 high, vec3 light) {
     if (middle.z <= 0.0) return;
     Spot spot = spot_of_drop(drop);
@@ -299,13 +300,15 @@ void add_shape_image(uint drop, Large r, vec3 middle, vec3 late, vec3 early, vec
         for (uint i = 0u; i < 2u; ++i) {
             vec3 end = i == 0u ? late : early, other = i == 0u ? early : late;
             spot.way = end.xy - middle.xy;
-            add_light(drop, r, middle.xy + 0.5 * spot.way, light * max(8.0 * middle.z + 5.0 * end.z - other.z, 0.0) / 24.0, spot);
+            float mean = max(8.0 * middle.z + 5.0 * end.z - other.z, 0.0) / 24.0;
+            add_light(drop, r, middle.xy + 0.5 * spot.way, mean * light, spot);
         }
         return;
     }
     vec2 at = middle.xy, inward = r.center - at;
     light *= middle.z;
-    if (!add_light(drop, r, at, light, spot)) add_light(drop, r, at + 0.25 * inward * inversesqrt(max(dot(inward, inward), 1e-6)), light, spot);
+    vec2 farther_in = at + 0.25 * inward * inversesqrt(max(dot(inward, inward), 1e-6));
+    if (!add_light(drop, r, at, light, spot)) add_light(drop, r, farther_in, light, spot);
 }
 
 // Draws the images in a drop that is traced.

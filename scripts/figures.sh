@@ -39,13 +39,6 @@ cd "$(dirname "$0")/.."
 steps=(gallery dash-cam shelter pane figure-1 figure-3 figure-4 figure-5 figure-7 shapes film errors window)
 case ${1-} in -*) sed -n '2,/^set /s/^# \{0,1\}//p' scripts/figures.sh >&2; exit 2 ;; esac
 [ $# = 0 ] || steps=("$@")
-if [ -z "${RAINDROPS-}" ]; then
-  scripts/setup.sh
-  scripts/cargo.sh build --release --locked
-  RAINDROPS=target/release/raindrops
-fi
-RAINDROPS=$(realpath "$RAINDROPS")
-export RAINDROPS
 scenes=assets/scenes environments=assets/environments work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 raindrops() { "$RAINDROPS" "$@" 2>>"$work/log" || { tail -n 3 "$work/log" >&2; return 1; }; }
@@ -238,9 +231,18 @@ report() { # a page of two small results in a headless Chromium
 need() { [ -f "$1" ] || { echo "figures: there is no $1; scripts/setup.sh fetches it on Debian and Ubuntu" >&2; return 1; }; }
 
 for step in "${steps[@]}"; do
+  declare -F "${step//-/_}" >/dev/null || { echo "figures: there is no step $step" >&2; exit 2; }
+done
+if [ -z "${RAINDROPS-}" ]; then
+  scripts/setup.sh
+  scripts/cargo.sh build --release --locked
+  RAINDROPS=target/release/raindrops
+fi
+RAINDROPS=$(realpath "$RAINDROPS")
+export RAINDROPS
+for step in "${steps[@]}"; do
   echo "figures: $step" >&2
   made() { [ $notes = no ] || scripts/made.sh "scripts/figures.sh $step" "$@"; }
-  declare -F "${step//-/_}" >/dev/null || { echo "figures: there is no step $step" >&2; exit 2; }
   "${step//-/_}"
 done
 echo "figures: in $out" >&2

@@ -1,7 +1,7 @@
 #ifndef GLINT_LIGHT_GLSL
 #define GLINT_LIGHT_GLSL
-// The light of a bright source's image goes to the pixels of its drop's tile fragments: to one of them, along a line or over an ellipse.
-// SHARED: the invocations of a workgroup part them.
+// The light of a bright source's image goes to the pixels of its drop's tile fragments: to one of them, along a line or
+// over an ellipse. SHARED: the invocations of a workgroup part them.
 #include "appearance.glsl"
 #include "behind.glsl"
 #include "by_four.glsl"

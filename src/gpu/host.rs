@@ -65,7 +65,8 @@ impl Device {
         let report =
             instance.report_of(host.physical_device, family, Some(host.features), requirements);
         if !report.missing.is_empty() {
-            return Err(report.lacking(report.missing.join(", ")));
+            let missing = report.missing.join(", ");
+            return Err(report.lacking(format!("{missing} as its host made it")));
         }
         let allocator = match host.allocator {
             Some(allocator) => allocator,

@@ -15,6 +15,9 @@
 //!   drops under four pixels of radius, nineteen of twenty, have those of the table if any are by internal reflections;
 //!   otherwise they are solved, with the drop's true distance. The reflection outside and the way straight through have a
 //!   closed form. A source whose image is wide is cut into parts.
+//! - **Traced drops**, which are no spheres, show the images outside and straight through where Newton's method finds them
+//!   (`glsl/include/shape_images.glsl`). Their rays meet the others. The reference searches for all of them
+//!   (`src/reference/flat_glints.rs`).
 //!
 //! - **Far rain** as a medium shows all images of a source as one mean, by the angle between source and drop (`bow`):
 //!   there the bows are, finer than any table of directions. Along streaks of one colour the two brightest draw lines

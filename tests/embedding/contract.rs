@@ -198,15 +198,20 @@ fn requirements_are_known_before_the_device() {
     };
     let features = Features { maintenance4: false, dynamic_rendering: false, ..host.features };
     assert!(
-        lacking(features, vk::API_VERSION_1_3).contains("lacks dynamicRendering, maintenance4:")
+        lacking(features, vk::API_VERSION_1_3)
+            .contains("lacks dynamicRendering, maintenance4 as its host made it:")
     );
-    assert!(lacking(host.features, vk::API_VERSION_1_2).contains("lacks Vulkan 1.3:"));
+    assert!(
+        lacking(host.features, vk::API_VERSION_1_2)
+            .contains("lacks Vulkan 1.3 as its host made it:")
+    );
     // So is one whose device has lower limits: here than nobody has.
     let mut limits = requirements(Preset::Fast);
     assert_eq!((limits.workgroup_invocations, limits.storage_buffers_per_stage), (256, 24));
     (limits.workgroup_invocations, limits.storage_buffers_per_stage) = (u32::MAX, u32::MAX);
     let line = refused(host.lent(), limits);
-    let expected = "lacks workgroups of 256 invocations, 24 storage buffers a stage:";
+    let expected =
+        "lacks workgroups of 256 invocations, 24 storage buffers a stage as its host made it:";
     assert!(line.contains(expected), "{line}");
     assert_eq!(host.messages(), Vec::<String>::new());
 }

@@ -136,7 +136,11 @@ fn interval(row: &Row) -> String {
 }
 
 fn rate(fps: f64) -> String {
-    if fps < 100.0 { format!("{fps:.1}") } else { thousands_of(fps, 0) }
+    match fps {
+        ..1.0 => format!("{fps:.3}"),
+        ..100.0 => format!("{fps:.1}"),
+        _ => thousands_of(fps, 0),
+    }
 }
 
 #[cfg(test)]
