@@ -326,16 +326,21 @@ void solve_in_shape(uint drop, Large r) {
         for (uint j = 0u; j < p.count * 2u * INDICES; ++j) {
             vec3 color = take_index(j % INDICES), toward = toward_part(p, j / (2u * INDICES));
             bool outside = j / INDICES % 2u == 0u;
-            vec3 found[5] = vec3[5](vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0));
+            vec3 middle = vec3(0.0), late = vec3(0.0), early = vec3(0.0), right = vec3(0.0), high = vec3(0.0);
 #ifdef SHARED
             if (!take_turns(views * SHAPE_TURNS)) return;
 #endif
             for (uint k = 0u; k < views; ++k) {
                 float time = k == 1u ? 0.5 : k == 2u ? -0.5 : 0.0;
                 vec2 place = lens * vec2(k == 3u, k == 4u);
-                found[k] = shape_image_at(drop, r, shape, outside, toward, time, place);
+                vec3 image = shape_image_at(drop, r, shape, outside, toward, time, place);
+                if (k == 0u) middle = image;
+                if (k == 1u) late = image;
+                if (k == 2u) early = image;
+                if (k == 3u) right = image;
+                if (k == 4u) high = image;
             }
-            add_shape_image(drop, r, found[0], found[1], found[2], found[3], found[4], color * light);
+            add_shape_image(drop, r, middle, late, early, right, high, color * light);
         }
     }
 }

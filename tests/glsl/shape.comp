@@ -38,7 +38,7 @@ void main() {
     vec4 shape = given[at], place = given[at + 1u], along = given[at + 2u];
     uint first = 4u * at;
     if (place.w == 0.0) {
-        vec3 light = shape_light_by_index(0, shape, place.xyz, along.xyz, along.w);
+        vec3 light = shape_light_by_index(false, 0, 0, shape, place.xyz, along.xyz, along.w);
         for (uint i = 0u; i < 3u; ++i) found[first + i] = asked[i];
         found[first + 3u] = vec4(light, front_of(shape, place.xyz, along.xyz));
     } else {
