@@ -266,8 +266,8 @@ void solve_from(uint drop, Large r, uint source, uint eye, uint eyes, Looks look
     } while (++j < end);
 }
 
-// Is a drop no sphere, and drawn by rays that are traced? After reflections inside these meet the sources themselves; of
-// others see light_in of ray_in_shape.glsl.
+// Is a drop no sphere, and drawn by rays that are traced? These meet the sources after reflections inside, so that two images
+// are left to draw: outside, and straight through (light_in of ray_in_shape.glsl).
 bool is_traced(Large r) {
     return SHAPE >= TRACED && is_flat(r) && (r.look & BY_RAYS) != 0u;
 }
@@ -317,10 +317,15 @@ void solve_in_shape(uint drop, Large r) {
     float pixels = frame.image.z * r.sphere.w / length(r.sphere.xyz);
     bool is_blurred = is_lens() && moves[2u * drop].w > 0.0;
     float blur = is_blurred ? moves[2u * drop + 1u].z : 0.0, lens = frame.lens.x;
-    uint views = is_blurred ? 5u : is_exposed() ? 3u : 1u;
+    uint views = 1u + (is_blurred ? 2u : 0u) + (is_exposed() ? 2u : 0u);
     for (uint i = 0u; i < all_sources; ++i) {
         vec4 disc = source_at(i).toward;
-        Parts p = parts_in(disc.xyz, disc.w, vec3(0.0, 1.0, 0.0), parts_of(pixels, disc.w, blur));
+        uint count = parts_of(pixels, disc.w, blur);
+#ifdef SHARED
+        uint draws = 2u * turns_to_draw(drop, eye_at(r.sphere, vec2(0.0), 1.0), WIDE);
+        count = clamp((MOST_TURNS - turns) / ((all_sources - i) * 2u * INDICES * (views * SHAPE_TURNS + draws)), 1u, count);
+#endif
+        Parts p = parts_in(disc.xyz, disc.w, vec3(0.0, 1.0, 0.0), count);
         vec3 light = source_at(i).light.rgb * (p.part * p.part);
         // Each part by both ways and each index.
         for (uint j = 0u; j < p.count * 2u * INDICES; ++j) {
@@ -331,14 +336,15 @@ void solve_in_shape(uint drop, Large r) {
             if (!take_turns(views * SHAPE_TURNS)) return;
 #endif
             for (uint k = 0u; k < views; ++k) {
-                float time = k == 1u ? 0.5 : k == 2u ? -0.5 : 0.0;
-                vec2 place = lens * vec2(k == 3u, k == 4u);
+                uint view = k > 0u && !is_blurred ? k + 2u : k;
+                vec2 place = lens * vec2(view == 1u, view == 2u);
+                float time = view == 3u ? 0.5 : view == 4u ? -0.5 : 0.0;
                 vec3 image = shape_image_at(drop, r, shape, outside, toward, time, place);
-                if (k == 0u) middle = image;
-                if (k == 1u) late = image;
-                if (k == 2u) early = image;
-                if (k == 3u) right = image;
-                if (k == 4u) high = image;
+                if (view == 0u) middle = image;
+                if (view == 1u) right = image;
+                if (view == 2u) high = image;
+                if (view == 3u) late = image;
+                if (view == 4u) early = image;
             }
             add_shape_image(drop, r, middle, late, early, right, high, color * light);
         }
@@ -415,9 +421,9 @@ void main() {
         uint drop = first + i * WIDE;
         Large r = large_at(drop);
         bool shown = (r.look & AS_SPLATS) == 0u && r.look >> 16 != 0u;
-        bool apart = is_traced(r);
-        if (apart) shown = shown && SHAPE != WHOLE;
-        if (HAS_LENS != 0u && is_spread()) shown = shown && (apart ? has_own_spots(drop) : !spreads_glints(drop, r));
+        bool traced = is_traced(r);
+        if (traced && SHAPE == WHOLE) shown = false;
+        if (HAS_LENS != 0u && is_spread()) shown = shown && (traced ? has_own_spots(drop) : !spreads_glints(drop, r));
         bool shared_by_all = shown && takes_long(drop, r);
         if (shared_by_all) share(drop);
         if (!shown || shared_by_all || add_by_closed_form(drop, r)) continue;

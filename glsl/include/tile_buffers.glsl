@@ -39,8 +39,8 @@ layout(constant_id = 15) const uint SHAPE = 0;       // what drops are that are 
 layout(constant_id = 16) const float FLAT_RAYS_PX = 12.0; // radius from which those are drawn by rays
 layout(constant_id = 34) const uint FOR_GPU = 0;     // 1: laid out for a GPU (src/gpu/machine.rs)
 layout(constant_id = 22) const uint NEAREST = 0;     // 1: each pixel's nearest drop is wanted (nearest.glsl, drop_records.glsl)
-// Of SHAPE. Stretched: a sphere's picture on their outline; whole: traced, and rays meet what is around with its bright sources, of which some
-// drop may show several images.
+// SHAPE is one of these. Stretched: a sphere's picture on their outline; whole: traced, and rays meet what is around with
+// its bright sources, of which some drop may show several images.
 const uint SPHERES = 0, STRETCHED = 1, TRACED = 2, WHOLE = 3;
 
 // What depends on the picture's size is no constant, so that pictures of all sizes have the same pipelines.

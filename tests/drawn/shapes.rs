@@ -198,6 +198,15 @@ fn more_by_row(picture: &Picture, other: &Picture) -> Vec<f64> {
     rows.map(|(a, b)| a.iter().zip(b).map(|(a, b)| f64::from(a.y - b.y)).sum()).collect()
 }
 
+/// A drop of 8 pixels of radius in a high picture, seen for 1.5 seconds along a direction that rises by so many degrees.
+fn exposed(drop: PlacedDrop, elevation: f64) -> Scene {
+    let mut scene = one(drop, elevation, 8.0);
+    scene.camera.vertical_fov *= 4.0;
+    scene.image.height *= 4;
+    scene.camera.shutter = 1.5;
+    scene
+}
+
 #[test]
 fn a_lamp_draws_a_line_along_a_flat_drop_that_moves() {
     let toward = DVec3::new(0.85, 0.1, -0.5);
@@ -206,10 +215,7 @@ fn a_lamp_draws_a_line_along_a_flat_drop_that_moves() {
     };
     let (lit, dark) = (lamp(300.0), lamp(0.1));
     let falling = PlacedDrop { velocity: DVec3::new(0.3, -4.0, 0.4), ..falling(5.0) };
-    let mut scene = one(falling, 0.0, 8.0);
-    scene.camera.vertical_fov *= 4.0;
-    scene.image.height *= 4;
-    scene.camera.shutter = 1.5;
+    let mut scene = exposed(falling, 0.0);
     // Rows in which all of the drop is seen for a part of the exposure.
     let whole = 62..86;
     let count = whole.len() as f64;
@@ -293,10 +299,7 @@ fn a_sun_is_a_point_in_a_flat_drop_and_a_line_if_that_moves() {
             (spheroid(0.7), falls),
             (spheroid(1.4), DVec3::ZERO),
         ] {
-            let mut scene = one(PlacedDrop { velocity, ..drop }, 20.0, 8.0);
-            scene.camera.vertical_fov *= 4.0;
-            scene.image.height *= 4;
-            scene.camera.shutter = 1.5;
+            let scene = exposed(PlacedDrop { velocity, ..drop }, 20.0);
             let moments_of = if velocity == DVec3::ZERO { 1 } else { 96 };
             let [traced, plain] = [&lit, &dark].map(|sky| by_moments(&scene, sky, moments_of));
             let expected = [more_by_row(&traced, &plain), more_by_column(&traced, &plain)];
