@@ -228,7 +228,7 @@ void solve_from(uint drop, Large r, uint source, uint eye, uint eyes, Looks look
 #ifdef SHARED
     uint among = (all_sources - source) * (looks.uneven != 0u ? 2u : 1u);
     uint wanted = ways_in(r, angle_between(e.axis, toward), disc.w, e.sine) & some;
-    if (is_only) count = min(count, parts_in_time(wanted, turns_to_draw(drop, e, WIDE), among));
+    if (is_only) count = min(count, parts_in_time(wanted, turns_to_show(drop, e, WIDE), among));
 #endif
     Parts p = parts_in(toward, disc.w, e.axis, count);
     vec3 light = source_at(source).light.rgb * (p.part * p.part * pixels * pixels);
@@ -318,12 +318,16 @@ void solve_in_shape(uint drop, Large r) {
     bool is_blurred = is_lens() && moves[2u * drop].w > 0.0;
     float blur = is_blurred ? moves[2u * drop + 1u].z : 0.0, lens = frame.lens.x;
     uint views = 1u + (is_blurred ? 2u : 0u) + (is_exposed() ? 2u : 0u);
+#ifdef SHARED
+    // A part has two images of each index, and each is drawn in two halves.
+    uint draws = 2u * turns_to_draw(abs(way_of(drop)), is_blurred, blur, WIDE);
+    uint turns_of_part = 2u * INDICES * (views * SHAPE_TURNS + draws);
+#endif
     for (uint i = 0u; i < all_sources; ++i) {
         vec4 disc = source_at(i).toward;
         uint count = parts_of(pixels, disc.w, blur);
 #ifdef SHARED
-        uint draws = 2u * turns_to_draw(drop, eye_at(r.sphere, vec2(0.0), 1.0), WIDE);
-        count = clamp((MOST_TURNS - turns) / ((all_sources - i) * 2u * INDICES * (views * SHAPE_TURNS + draws)), 1u, count);
+        count = clamp((MOST_TURNS - turns) / ((all_sources - i) * turns_of_part), 1u, count);
 #endif
         Parts p = parts_in(disc.xyz, disc.w, vec3(0.0, 1.0, 0.0), count);
         vec3 light = source_at(i).light.rgb * (p.part * p.part);
@@ -374,7 +378,7 @@ void solve(uint drop) {
 #ifdef SHARED
             // Then from several, from 0 on, in the same loop: a GPU's compiler writes each call out.
             if (eyes > 1u || looks.uneven == 0u) continue;
-            uint draws = turns_to_draw(drop, eye_of(r.sphere, 0u, MOST_EYES), WIDE);
+            uint draws = turns_to_show(drop, eye_of(r.sphere, 0u, MOST_EYES), WIDE);
             eyes = clamp(parts_in_time(looks.uneven, draws, all_sources - i), 2u, MOST_EYES);
             eye = ~0u;
 #endif

@@ -23,13 +23,18 @@ uint turns_to_find() {
     return is_spread() ? TURNS_SPREAD : TURNS_AT_REST;
 }
 
-// Turns to draw an image as a spot or a line of usual size, by `lanes` invocations, and to find how it moves.
-uint turns_to_draw(uint drop, Eye e, uint lanes) {
+// Turns to draw an image, by `lanes` invocations: as a line over the pixels that its drop moves by, or as a spot of usual size.
+uint turns_to_draw(vec2 way, bool is_blurred, float blur, uint lanes) {
+    vec2 tiles = (way + 2.0 * blur) / vec2(TILE);
+    return is_blurred ? POINTS + (uint(tiles.y) / lanes + 1u) * (uint(tiles.x) + 2u) : uint(max(way.x, way.y)) / lanes;
+}
+
+// Those to draw one that an eye sees, and to find how it moves.
+uint turns_to_show(uint drop, Eye e, uint lanes) {
+    bool is_blurred = HAS_LENS != 0u && moves[2u * drop].w > 0.0;
+    float blur = is_blurred ? sqrt(e.part) * moves[2u * drop + 1u].z : 0.0;
     e.way = abs(way_of(drop));
-    uint most = moves_otherwise(e) ? 2u * TURNS_SPREAD : 0u;
-    if (HAS_LENS == 0u || moves[2u * drop].w <= 0.0) return most + uint(max(e.way.x, e.way.y)) / lanes;
-    uvec2 tiles = uvec2(e.way + 2.0 * sqrt(e.part) * moves[2u * drop + 1u].z) / TILE;
-    return most + POINTS + (tiles.y / lanes + 1u) * (tiles.x + 2u);
+    return turns_to_draw(e.way, is_blurred, blur, lanes) + (moves_otherwise(e) ? 2u * TURNS_SPREAD : 0u);
 }
 
 // How many parts of a source, or eyes, there are turns for, each of which looks for images by some `ways`. `draws`: turns that a spot or a
