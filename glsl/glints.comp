@@ -228,7 +228,7 @@ void solve_from(uint drop, Large r, uint source, uint eye, uint eyes, Looks look
 #ifdef SHARED
     uint among = (all_sources - source) * (looks.uneven != 0u ? 2u : 1u);
     uint wanted = ways_in(r, angle_between(e.axis, toward), disc.w, e.sine) & some;
-    if (is_only) count = min(count, parts_in_time(wanted, turns_to_show(drop, e, WIDE), among));
+    if (is_only) count = min(count, parts_in_time(turns_by(wanted, turns_to_show(drop, e, WIDE)), among));
 #endif
     Parts p = parts_in(toward, disc.w, e.axis, count);
     vec3 light = source_at(source).light.rgb * (p.part * p.part * pixels * pixels);
@@ -327,7 +327,7 @@ void solve_in_shape(uint drop, Large r) {
         vec4 disc = source_at(i).toward;
         uint count = parts_of(pixels, disc.w, blur);
 #ifdef SHARED
-        count = clamp((MOST_TURNS - turns) / ((all_sources - i) * turns_of_part), 1u, count);
+        count = min(count, parts_in_time(turns_of_part, all_sources - i));
 #endif
         Parts p = parts_in(disc.xyz, disc.w, vec3(0.0, 1.0, 0.0), count);
         vec3 light = source_at(i).light.rgb * (p.part * p.part);
@@ -379,7 +379,7 @@ void solve(uint drop) {
             // Then from several, from 0 on, in the same loop: a GPU's compiler writes each call out.
             if (eyes > 1u || looks.uneven == 0u) continue;
             uint draws = turns_to_show(drop, eye_of(r.sphere, 0u, MOST_EYES), WIDE);
-            eyes = clamp(parts_in_time(looks.uneven, draws, all_sources - i), 2u, MOST_EYES);
+            eyes = clamp(parts_in_time(turns_by(looks.uneven, draws), all_sources - i), 2u, MOST_EYES);
             eye = ~0u;
 #endif
         }

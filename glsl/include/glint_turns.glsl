@@ -29,7 +29,7 @@ uint turns_to_draw(vec2 way, bool is_blurred, float blur, uint lanes) {
     return is_blurred ? POINTS + (uint(tiles.y) / lanes + 1u) * (uint(tiles.x) + 2u) : uint(max(way.x, way.y)) / lanes;
 }
 
-// Those to draw one that an eye sees, and to find how it moves.
+// Turns to draw an image that an eye sees, and to find how it moves.
 uint turns_to_show(uint drop, Eye e, uint lanes) {
     bool is_blurred = HAS_LENS != 0u && moves[2u * drop].w > 0.0;
     float blur = is_blurred ? sqrt(e.part) * moves[2u * drop + 1u].z : 0.0;
@@ -37,9 +37,13 @@ uint turns_to_show(uint drop, Eye e, uint lanes) {
     return turns_to_draw(e.way, is_blurred, blur, lanes) + (moves_otherwise(e) ? 2u * TURNS_SPREAD : 0u);
 }
 
-// How many parts of a source, or eyes, there are turns for, each of which looks for images by some `ways`. `draws`: turns that a spot or a
-// line takes; `sources`: which share the turns that are left.
-uint parts_in_time(uint ways, uint draws, uint sources) {
-    return max((MOST_TURNS - turns) / sources / (1u + INDICES * uint(bitCount(ways)) * (turns_to_find() + draws)), 1u);
+// Turns to look for images of a part of a source, or from an eye, by some `ways`, and to draw them in `draws` each.
+uint turns_by(uint ways, uint draws) {
+    return 1u + INDICES * uint(bitCount(ways)) * (turns_to_find() + draws);
+}
+
+// How many parts or eyes there are turns for, of which each takes `each`; `sources` share the turns that are left.
+uint parts_in_time(uint each, uint sources) {
+    return max((MOST_TURNS - turns) / sources / each, 1u);
 }
 #endif

@@ -12,7 +12,7 @@ use crate::scene::model::{Fresnel, Lookup, Optics, Preset, Primitive, Reflection
 pub struct Light {
     /// Most reflections inside a drop that are followed.
     pub internal_reflections: u32,
-    /// As many in the pictures of far drops, which are made once: on tiles eight, unless a scene asks for another number. No
+    /// Most in the pictures of far drops, which are made once: on tiles eight, unless a scene asks for another number. No
     /// file has it: it follows from the scene.
     #[serde(skip)]
     pub picture_reflections: u32,
