@@ -92,7 +92,8 @@ vec3 ray_straight_through(vec4 shape, vec3 eye, vec3 toward) {
 }
 
 const uint SHAPE_STEPS = 7; // of Newton's
-const uint SHAPE_TURNS = SHAPE_STEPS + 5; // of all loops, for one image
+// Turns of all loops for one image, of which each loop takes one more to end.
+const uint SHAPE_TURNS = SHAPE_STEPS + 8;
 const float MOST_STEP = 0.5, NEAR_ENOUGH = 1e-3; // radii; radians
 
 // `toward`: unit vector to the point of the source.

@@ -390,8 +390,8 @@ fn a_sun_moves_over_the_screen_otherwise_than_a_near_drop() {
     });
 }
 
-/// A near drop that moves, or is seen through a lens, shows many suns of many pixels, in each colour elsewhere, and says of none that it
-/// is left out.
+/// A near drop that moves, or is seen through a lens, or both, shows many suns of many pixels, in each colour elsewhere, and says of none
+/// that it is left out; a flattened one too.
 #[test]
 fn a_near_drop_has_time_for_many_suns() {
     let suns = [10.0_f64, 35.0, 60.0, 85.0, 110.0, 135.0, 155.0, 172.0].map(|degrees| {
@@ -407,10 +407,13 @@ fn a_near_drop_has_time_for_many_suns() {
     scene.water.index = Some(Index::Colors([1.331, 1.333, 1.336]));
     scene.model.preset = Preset::Fast;
     on_device(|device| {
-        for (shutter, aperture) in [(0.01, 0.0), (0.0, 0.01)] {
-            (scene.camera.shutter, scene.camera.aperture) = (shutter, aperture);
-            let lost = frame(&mut renderer(device, &scene, &environment), &scene).1.overflow;
-            assert_eq!(lost, 0, "{shutter} s, aperture {aperture}");
+        for (shutter, aperture) in [(0.01, 0.0), (0.0, 0.01), (0.002, 0.03)] {
+            for axis_ratio in [None, Some(0.8)] {
+                (scene.camera.shutter, scene.camera.aperture) = (shutter, aperture);
+                scene.drops[0].axis_ratio = axis_ratio;
+                let lost = frame(&mut renderer(device, &scene, &environment), &scene).1.overflow;
+                assert_eq!(lost, 0, "{shutter} s, aperture {aperture}, axis ratio {axis_ratio:?}");
+            }
         }
     });
 }
