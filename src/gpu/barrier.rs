@@ -3,7 +3,7 @@
 use ash::vk::{self, AccessFlags2 as Access, ImageLayout as Layout, PipelineStageFlags2 as Stage};
 
 use super::host_image::ImageState;
-use super::{Device, Image, Recorder};
+use super::{Device, Image, Recorder, unless_none};
 
 /// What a resource is used for: its stages, accesses and, for an image, its layout.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -104,7 +104,11 @@ fn join(uses: &[Use]) -> (Stage, Access) {
 
 /// Makes every buffer that was used as any of `before` ready for any use in `after`.
 pub fn memory_barrier(device: &Device, commands: Recorder<'_>, before: &[Use], after: &[Use]) {
-    let ((src_stage, src_access), (dst_stage, dst_access)) = (join(before), join(after));
+    let ((src_stage, src_access), (mut dst_stage, mut dst_access)) = (join(before), join(after));
+    if device.unless_none.is_some() && dst_stage.contains(Stage::DRAW_INDIRECT) {
+        dst_stage |= unless_none::STAGE;
+        dst_access |= unless_none::ACCESS;
+    }
     let barrier = [vk::MemoryBarrier2::default()
         .src_stage_mask(src_stage)
         .src_access_mask(src_access)

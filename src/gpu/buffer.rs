@@ -7,7 +7,7 @@ use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
 
 use super::retired::Object;
-use super::{Commands, Device, Named, copy_buffer};
+use super::{Commands, Device, Named, copy_buffer, unless_none};
 use crate::{Error, Result};
 
 /// Where a buffer's memory is wanted.
@@ -67,6 +67,9 @@ impl Buffer {
     ) -> Result<Self> {
         let size = size.max(16);
         device.check_allocation(name, size)?;
+        let is_read =
+            device.unless_none.is_some() && usage.contains(vk::BufferUsageFlags::INDIRECT_BUFFER);
+        let usage = if is_read { usage | unless_none::USAGE } else { usage };
         let info = vk::BufferCreateInfo::default().size(size).usage(usage);
         // SAFETY: `info` is valid; the handle is owned by the value made here.
         let raw = unsafe { device.raw.create_buffer(&info, None) }.named("vkCreateBuffer", name)?;

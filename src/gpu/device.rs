@@ -15,6 +15,7 @@ use super::promises::{MAXIMAL_RECONVERGENCE, Reconvergence};
 use super::report::DeviceReport;
 use super::requirements::Requirements;
 use super::retired::Retired;
+use super::unless_none::UnlessNone;
 use super::{Instance, Named, Recorder, Shader, pipeline_cache};
 use crate::thousands::thousands_of;
 use crate::{Error, Result};
@@ -52,6 +53,8 @@ pub struct Device {
     pub(super) host: Option<OfHost>,
     pub(super) queue_family: u32,
     debug_utils: Option<ext::debug_utils::Device>,
+    /// None where every indirect dispatch is executed.
+    pub(super) unless_none: Option<UnlessNone>,
     allocator: ManuallyDrop<Arc<Mutex<Allocator>>>,
     pub(super) pipeline_cache: vk::PipelineCache,
     pipelines_made: Mutex<Pipelines>,
@@ -183,12 +186,14 @@ impl Device {
     ) -> Arc<Self> {
         let debug_utils =
             instance.debug_utils.then(|| ext::debug_utils::Device::new(&instance.raw, &raw));
+        let unless_none = report.leaves_out_empty.then(|| UnlessNone::new(instance, &raw));
         Arc::new(Self {
             raw,
             queue: Mutex::new(queue),
             host,
             queue_family,
             debug_utils,
+            unless_none,
             allocator: ManuallyDrop::new(allocator),
             pipeline_cache,
             pipelines_made: Mutex::default(),
@@ -418,6 +423,9 @@ pub(super) fn create(
     if reconverges {
         extensions.push(MAXIMAL_RECONVERGENCE);
     }
+    if report.leaves_out_empty {
+        extensions.push(ext::conditional_rendering::NAME);
+    }
     let extensions: Vec<_> = extensions.into_iter().map(CStr::as_ptr).collect();
     let priorities = [1.0];
     let queues = [vk::DeviceQueueCreateInfo::default()
@@ -429,6 +437,8 @@ pub(super) fn create(
     report.features.enable(&mut enabled, &mut enabled12, &mut enabled13);
     let mut reconvergence = vk::PhysicalDeviceShaderMaximalReconvergenceFeaturesKHR::default()
         .shader_maximal_reconvergence(true);
+    let mut conditional =
+        vk::PhysicalDeviceConditionalRenderingFeaturesEXT::default().conditional_rendering(true);
     let mut info = info
         .queue_create_infos(&queues)
         .enabled_features(&enabled)
@@ -437,6 +447,9 @@ pub(super) fn create(
         .push_next(&mut enabled13);
     if reconverges {
         info = info.push_next(&mut reconvergence);
+    }
+    if report.leaves_out_empty {
+        info = info.push_next(&mut conditional);
     }
     // SAFETY: `info` and all it points to outlive the call; the device has what is enabled.
     unsafe { instance.create_device(report.physical, &info, None) }

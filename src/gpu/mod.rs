@@ -35,6 +35,7 @@ mod surface;
 mod swapchain;
 mod texels;
 mod timestamps;
+mod unless_none;
 mod words;
 
 pub use barrier::{Use, image_barrier, image_discard, memory_barrier};

@@ -399,7 +399,8 @@ impl ComputePipeline {
         unsafe { self.device.raw.cmd_dispatch(commands.raw(), x, y, z) };
     }
 
-    /// Dispatches as many workgroups as `arguments` holds at a byte offset, with the first set of `bindings`.
+    /// Dispatches as many workgroups as `arguments` holds at a byte offset, with the first set of `bindings`. Along x they are none
+    /// where there is nothing to do.
     pub fn dispatch_indirect(
         &self,
         commands: Recorder<'_>,
@@ -414,6 +415,11 @@ impl ComputePipeline {
         let (kind, raw) = (vk::PipelineBindPoint::COMPUTE, &self.device.raw);
         self.made.bind(&self.device, commands, kind, (bindings, 0), push);
         // SAFETY: as for `dispatch`; the buffer was made for indirect use.
-        unsafe { raw.cmd_dispatch_indirect(commands.raw(), arguments.raw, offset) };
+        let dispatch =
+            || unsafe { raw.cmd_dispatch_indirect(commands.raw(), arguments.raw, offset) };
+        match &self.device.unless_none {
+            Some(conditions) => conditions.record(commands, arguments.raw, offset, dispatch),
+            None => dispatch(),
+        }
     }
 }

@@ -2,7 +2,7 @@
 
 use std::ffi::CStr;
 
-use ash::vk;
+use ash::{ext, vk};
 
 use super::promises::{self, Promises};
 use super::requirements::{Capabilities, Features, Requirements};
@@ -44,6 +44,8 @@ pub struct DeviceReport {
     pub(super) queue_family: Option<u32>,
     /// Whether what the host writes is best written to the device's own memory ([`super::buffer::writes_to_device`]).
     pub(super) writes_to_device: bool,
+    /// Whether dispatches of no workgroups are left out, which the driver would compile a shader for ([`super::unless_none`]).
+    pub(super) leaves_out_empty: bool,
     /// What compiled pipelines of this device belong to.
     pub pipeline_key: PipelineKey,
     /// The build of the driver, in 16 bytes of its own; all 0 before Vulkan 1.3.
@@ -243,6 +245,7 @@ impl Instance {
                 == vk::PointClippingBehavior::ALL_CLIP_PLANES,
             max_allocation,
             writes_to_device: super::buffer::writes_to_device(&memory),
+            leaves_out_empty: has_13 && is_own && kind == CPU && self.has_conditions(physical),
             queue_family: family,
             pipeline_key: PipelineKey::of(&base),
             driver_uuid: properties11.driver_uuid,
@@ -251,12 +254,27 @@ impl Instance {
         }
     }
 
-    /// Whether a device has `VK_KHR_shader_maximal_reconvergence`, and a layer that watches knows it.
-    fn reconverges(&self, physical: vk::PhysicalDevice) -> bool {
+    fn has_extension(&self, physical: vk::PhysicalDevice, name: &CStr) -> bool {
         // SAFETY: `physical` comes from this instance.
         let known = unsafe { self.raw.enumerate_device_extension_properties(physical) };
-        let name = Ok(promises::MAXIMAL_RECONVERGENCE);
-        if !known.unwrap_or_default().iter().any(|e| e.extension_name_as_c_str() == name) {
+        known.unwrap_or_default().iter().any(|e| e.extension_name_as_c_str() == Ok(name))
+    }
+
+    /// Whether a device has `VK_EXT_conditional_rendering`.
+    fn has_conditions(&self, physical: vk::PhysicalDevice) -> bool {
+        if !self.has_extension(physical, ext::conditional_rendering::NAME) {
+            return false;
+        }
+        let mut feature = vk::PhysicalDeviceConditionalRenderingFeaturesEXT::default();
+        let mut features = vk::PhysicalDeviceFeatures2::default().push_next(&mut feature);
+        // SAFETY: `physical` comes from this instance; the device knows the structure of its extension.
+        unsafe { self.raw.get_physical_device_features2(physical, &mut features) };
+        feature.conditional_rendering == vk::TRUE
+    }
+
+    /// Whether a device has `VK_KHR_shader_maximal_reconvergence`, and a layer that watches knows it.
+    fn reconverges(&self, physical: vk::PhysicalDevice) -> bool {
+        if !self.has_extension(physical, promises::MAXIMAL_RECONVERGENCE) {
             return false;
         }
         let mut feature = vk::PhysicalDeviceShaderMaximalReconvergenceFeaturesKHR::default();

@@ -90,6 +90,8 @@ mod tests {
         assert!((found.ratio - 1.1).abs() < 1e-12, "{found:?}");
         assert!((found.high / (1.1 * half.exp()) - 1.0).abs() < 1e-6, "{found:?}");
         assert!((found.low / (1.1 * (-half).exp()) - 1.0).abs() < 1e-6, "{found:?}");
+        let floor = noise_floor(&[run(100.0)], &[run(110.0)]).expect("six rounds");
+        assert!((floor / (half.exp() - 1.0) - 1.0).abs() < 1e-6, "{floor}");
     }
 
     /// Runs that are farther apart than their rounds widen the interval; runs that agree narrow it.

@@ -27,6 +27,14 @@ fn kept_results_are_compared() {
         (&report["method"], &report["rows"][0]["verdict"]),
         (&"unpaired".into(), &"slower".into())
     );
+    // Worked by hand: the rounds of a run are 0.5, 1.5 ... 4.5 thousandths off their middle; t(4, 97.5 %) = 2.7764.
+    let spread = 1.4826 * (10f64 / 9.0).sqrt() * 0.0025;
+    let half = 2.776_445 * spread * 2f64.sqrt();
+    let expected = [("noise_floor", half.exp() - 1.0), ("ratio_high", 1.2 * half.exp())];
+    for (key, expected) in expected {
+        let found = report["rows"][0][key].as_f64().expect(key);
+        assert!((found / expected - 1.0).abs() < 1e-3, "{key}: {found}, not {expected}");
+    }
     assert!(report["notes"].to_string().contains("the driver is V 1 in A, V 2 in B"));
     assert_eq!((&report["counts"]["slower"], &report["counts"]["same"]), (&1.into(), &0.into()));
     assert_eq!(report["failed"], serde_json::json!(["1,000 drops, paper, 64 x 64 (slower)"]));

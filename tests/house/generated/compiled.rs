@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::process::Command;
 
-use super::{Part, Results, Tests, shuffled};
+use super::{List, Part, Results, Tests, shuffled};
 use crate::replaced::{Compiled, compile};
 
 /// The program and its test that print what tells pictures of random scenes apart.
@@ -18,15 +18,15 @@ const UNSEEN: &str = "changes no picture";
 
 /// What became of as many faults of a part as it is to have, and which they are.
 pub fn outcomes(
+    list: &List,
     part: &Part,
     count: usize,
-    seed: u64,
     tests: &mut Tests,
     results: &mut Results,
 ) -> Vec<(String, String)> {
     let folder = tests.tree.with_file_name("glsl");
     let (mut found, mut unseen, mut own) = (Vec::new(), 0, None);
-    for one in shuffled(part, seed) {
+    for one in shuffled(list, part) {
         if found.len() == count {
             break;
         }

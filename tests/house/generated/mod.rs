@@ -81,14 +81,16 @@ impl Chosen<'_> {
     }
 }
 
-/// The faults of a part in random order, none within another.
-fn shuffled(part: &Part, seed: u64) -> Vec<Chosen<'_>> {
+/// The faults of a part in random order, none within another. A file is of the first part that names it.
+fn shuffled<'a>(list: &'a List, part: &'a Part) -> Vec<Chosen<'a>> {
     let listed = Command::new("git").args(["ls-files", "src", "glsl"]).current_dir(root()).output();
     let listed = String::from_utf8(listed.expect("git").stdout).expect("names in UTF-8");
     let ends = [".rs", ".glsl", ".comp", ".vert", ".frag"];
+    let has = |part: &Part, file: &str| part.files.iter().any(|start| file.starts_with(start));
     let files = listed.lines().filter(|file| {
+        let first = list.part.iter().find(|part| has(part, file));
         ends.iter().any(|end| file.ends_with(end))
-            && part.files.iter().any(|start| file.starts_with(start))
+            && first.is_some_and(|first| std::ptr::eq(first, part))
     });
     let mut all: Vec<Chosen> = files
         .flat_map(|file| faults(file).into_iter().map(move |fault| (PathBuf::from(file), fault)))
@@ -96,7 +98,7 @@ fn shuffled(part: &Part, seed: u64) -> Vec<Chosen<'_>> {
         .collect();
     assert!(!all.is_empty(), "{}: no file has a fault", part.name);
     let mut random =
-        Random(part.name.bytes().fold(seed, |state, byte| state ^ u64::from(byte) << 7));
+        Random(part.name.bytes().fold(list.seed, |state, byte| state ^ u64::from(byte) << 7));
     for last in (1..all.len()).rev() {
         all.swap(last, (random.bits() % (last as u64 + 1)) as usize);
     }
@@ -188,7 +190,7 @@ fn most_generated_faults_are_noticed() {
     let parts = list.part.iter().filter(|part| part.name.contains(&word));
     let parts = parts.map(|part| (part, (part.faults as f64 * share).ceil() as usize));
     let (of_shaders, of_rust): (Vec<_>, Vec<_>) = parts.partition(|(part, _)| part.is_of_shaders());
-    let chosen = planted::planted(&tree, &of_rust, list.seed);
+    let chosen = planted::planted(&tree, &list, &of_rust);
 
     let named = of_rust.iter().chain(&of_shaders).flat_map(|(part, _)| &part.tests);
     let mut tests: BTreeSet<&str> = named.map(|test| program(test).0).collect();
@@ -210,7 +212,7 @@ fn most_generated_faults_are_noticed() {
         outcomes.push((&one.part.name, outcome, key));
     }
     for (part, count) in &of_shaders {
-        let of_part = compiled::outcomes(part, *count, list.seed, &mut tests, &mut results);
+        let of_part = compiled::outcomes(&list, part, *count, &mut tests, &mut results);
         outcomes.extend(of_part.into_iter().map(|(outcome, key)| (&*part.name, outcome, key)));
     }
     report(&outcomes);

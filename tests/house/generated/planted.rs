@@ -7,15 +7,15 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use super::{Chosen, Fault, Part, shuffled};
+use super::{Chosen, Fault, List, Part, shuffled};
 use crate::mutants::root;
 
 /// The faults of parts, in the tree: as many of each as it is to have, where they build. The number of a fault is its place
 /// among them, from 1 on.
-pub fn planted<'a>(tree: &Path, parts: &[(&'a Part, usize)], seed: u64) -> Vec<Chosen<'a>> {
+pub fn planted<'a>(tree: &Path, list: &'a List, parts: &[(&'a Part, usize)]) -> Vec<Chosen<'a>> {
     let (mut chosen, mut waiting) = (Vec::new(), Vec::new());
     for (part, count) in parts {
-        let mut each = shuffled(part, seed);
+        let mut each = shuffled(list, part);
         waiting.push(each.split_off(*count.min(&each.len())).into_iter());
         chosen.push(each);
     }
